@@ -1,0 +1,137 @@
+"""What can be wrong, where, and what to type.
+
+One `Diagnostic` is one fault at one place; one family of errors carries them to the only handler, in
+`gyrodata.cli`. Every code is listed in `CODES` with the severity it has wherever it is raised.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple
+
+Severity = Literal["error", "warning", "note"]
+
+
+class Code(NamedTuple):
+    """What a diagnostic code stands for."""
+
+    severity: Severity
+    title: str
+    example: str
+    """A short log (or command-line options, after ``gyro``) that raises it."""
+
+
+CODES: dict[str, Code] = {}
+"""Every code that the tool can raise, filled by `register` in the module that raises it."""
+
+
+def register(code: str, severity: Severity, title: str, example: str) -> str:
+    """Enter a code into `CODES` and give it back, so that its constant is its registration."""
+    if code in CODES:
+        raise ValueError(f"diagnostic code {code} is registered twice")
+    CODES[code] = Code(severity, title, example)
+    return code
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnostic:
+    """One fault, at one place, with what to do about it.
+
+    Attributes
+    ----------
+    code : str
+        Stable code, a key of `CODES`.
+    severity : {"error", "warning", "note"}
+        An error means that the log cannot be analysed as it stands.
+    message : str
+        What is wrong.
+    hint : str
+        What to type.
+    file : str
+        Name of the file, without its folder.
+    line, column : int or None
+        1-based, as an editor counts; None where the fault has no single place.
+    excerpt : str
+        The line as it stands in the file, or "".
+    width : int
+        Number of characters at fault, for the mark below the excerpt.
+    """
+
+    code: str
+    severity: Severity
+    message: str
+    hint: str = ""
+    file: str = ""
+    line: int | None = None
+    column: int | None = None
+    excerpt: str = ""
+    width: int = 1
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give the diagnostic as the JSON contract has it."""
+        return {
+            "code": self.code,
+            "severity": self.severity,
+            "file": self.file,
+            "line": self.line,
+            "column": self.column,
+            "message": self.message,
+            "hint": self.hint,
+        }
+
+    def __str__(self) -> str:
+        places = [self.file, *(str(n) for n in (self.line, self.column) if n is not None)]
+        where = ":".join(place for place in places if place)
+        head = f"{self.severity} {self.code}: {self.message}"
+        lines = [f"{where}: {head}" if where else head]
+        if self.excerpt and self.column is not None:
+            shown, before = _window(self.excerpt, self.column - 1)
+            mark = " " * before + "^" * max(1, min(self.width, len(shown) - before))
+            lines.append(f"   {shown}")
+            lines.append(f"   {mark}  {self.hint}".rstrip())
+        elif self.hint:
+            lines.append(f"   {self.hint}")
+        return "\n".join(lines)
+
+
+def _window(excerpt: str, position: int, width: int = 96) -> tuple[str, int]:
+    """Cut a long line to what stands around `position`; tabs become single blanks so that marks line up."""
+    text = "".join(" " if character in "\t\r\n\v\f" else character for character in excerpt)
+    start = 0 if position < width - 16 else position - width // 2
+    cut = text[start : start + width]
+    if start:
+        cut = "…" + cut[1:]
+    if start + width < len(text):
+        cut = cut[:-1] + "…"
+    return cut, min(max(position - start, 0), len(cut))
+
+
+class GyroError(Exception):
+    """Base of all errors that a user can cause; carries what to tell them.
+
+    Parameters
+    ----------
+    diagnostics : iterable of Diagnostic
+        All faults found, at least one.
+    """
+
+    exit_code = 2
+
+    def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
+        self.diagnostics = tuple(diagnostics)
+        super().__init__("\n".join(str(diagnostic) for diagnostic in self.diagnostics))
+
+    def __reduce__(self) -> tuple[type[GyroError], tuple[tuple[Diagnostic, ...]]]:
+        # Errors cross process borders when a class is graded in parallel.
+        return type(self), (self.diagnostics,)
+
+
+class InputError(GyroError):
+    """The input is not a log that can be read at all, or an option makes no sense (exit code 2)."""
+
+
+class LogError(GyroError):
+    """The log was read, and is wrong or incomplete (exit code 1)."""
+
+    exit_code = 1

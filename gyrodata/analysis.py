@@ -1,0 +1,806 @@
+"""The story on one page: readings → measurements → which effects matter → fit → `Analysis`.
+
+`analyze` is the whole tool without its printing. What it returns is frozen, in SI units, and knows how to turn
+itself into the JSON of the contract; `reporting` and `plotting` only put it into other words.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, BinaryIO, Literal, TextIO
+
+import numpy as np
+
+from gyrodata import __version__, fitting, physics
+from gyrodata.errors import Diagnostic, LogError, register
+from gyrodata.fitting import Estimate, FitResult, Outlier, Share
+from gyrodata.measurements import Measurements, measure, torque_groups
+from gyrodata.physics import Floats
+from gyrodata.readings import Readings, read_log
+
+if TYPE_CHECKING:
+    import os
+
+    import pandas as pd
+
+SCHEMA = "gyro.analysis/1"
+
+K_95 = 1.959963984540054
+"""Coverage factor of a 95 % interval for infinite degrees of freedom (97.5 % point of the normal)."""
+
+DOF_REASON = "the stated uncertainties are taken as known, so the degrees of freedom are infinite"
+
+DROP_ONE = 0.2
+"""An effect below this many standard uncertainties of I_zz may be left out …"""
+
+DROP_ALL = 0.3
+"""… as long as all that are left out stay below this many together."""
+
+Model = Literal["auto", "horizontal", "steady"]
+
+_LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
+
+G410 = register(
+    "G410",
+    "warning",
+    "a run does not go with the others",
+    "# g: 9.803 m/s^2\n" + _LOG + "20.00,15.0,206,20.4,1\n20.00,15.0,407,40.4,1\n40.00,15.0,405,20.1,1\n"
+    "40.00,15.0,607,30.1,2\n60.00,15.0,404,13.4,1\n60.00,15.0,603,20.0,1\n",
+)
+G411 = register(
+    "G411",
+    "warning",
+    "the scatter is larger than the stated uncertainties allow",
+    "# g: 9.803 m/s^2\n# u_time: 0.01 s\n" + _LOG + "20.00,15.0,206,20.9,1\n20.00,15.0,407,40.1,1\n"
+    "40.00,15.0,405,20.5,1\n40.00,15.0,607,29.8,1\n60.00,15.0,404,13.7,1\n60.00,15.0,603,19.8,1\n",
+)
+G412 = register(
+    "G412",
+    "warning",
+    "the data contradict the balance test in the log",
+    "# g: 9.803 m/s^2\n# u_imbalance: 0.00001 N*m\n" + _LOG + "20.00,15.0,206,16.0,1\n20.00,15.0,407,31.6,1\n"
+    "40.00,15.0,405,18.0,1\n40.00,15.0,607,27.0,1\n60.00,15.0,404,12.5,1\n60.00,15.0,603,18.6,1\n",
+)
+G413 = register(
+    "G413",
+    "error",
+    "no run has a torque",
+    "# g: 9.803 m/s^2\n" + _LOG + "0,,400,160.2,1/3\n0,,600,240.3,1/3\n",
+)
+G414 = register(
+    "G414",
+    "warning",
+    "I_zz rests on a single torque",
+    "# g: 9.803 m/s^2\n" + _LOG + "20.00,15.0,206,20.4,1\n20.00,15.0,407,40.4,1\n",
+)
+G415 = register(
+    "G415",
+    "error",
+    "no steady precession is possible at this tilt and spin",
+    "# g: 9.803 m/s^2\n# transverse_inertia: 0.02 kg*m^2\nmass [g],position [cm],spin [rpm],time [s],turns,pitch [deg]\n"
+    "60.00,15.0,20,0.4,1,60\n",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """A value with its standard uncertainty u (k = 1) and its 95 % interval, value ± k·u."""
+
+    value: float
+    u: float | None
+    unit: str
+    interval_95: tuple[float, float] | None
+    k: float | None
+    dof: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class NamedFit:
+    """One way to fit the log, for comparison."""
+
+    name: str
+    """"through_origin", "with_constant" or "recommended"."""
+    inertia: Estimate | None
+    """[kg*m^2]; None where this fit is not possible."""
+    constant: Estimate | None
+    """Constant of the line M = I_zz φ̇ψ̇ + constant [N*m], which is −M0."""
+    note: str
+    """What it is, or why it is not possible."""
+
+
+@dataclass(frozen=True, slots=True)
+class Effect:
+    """One simplification: how much it would move I_zz in this log, and whether it was allowed."""
+
+    effect: str
+    bias: float | None
+    """I_zz without it over I_zz with it, minus 1; None where the log does not tell."""
+    kept: bool
+    """True if the model takes it into account."""
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class PowerLaw:
+    """τ ∝ ψ̇^exponent among the runs of one torque; eq. (9) says 1."""
+
+    torque: float
+    exponent: float | None
+    u: float | None
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Torque:
+    """The runs of one torque."""
+
+    mass: float | None
+    position: float | None
+    torque: float
+    runs: int
+    product: float
+    """Weighted mean of φ̇ψ̇ [rad²/s²]."""
+    product_u: float
+    """Standard uncertainty of that mean, errors shared by these runs included [rad²/s²]."""
+    product_spread: float | None
+    """Standard deviation of the single values; None for one run [rad²/s²]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """One timed run."""
+
+    run: str
+    line: int
+    mass: float | None
+    position: float | None
+    torque: float
+    spin: float
+    time: float
+    turns: float
+    precession_rate: float
+    period: float
+    product: float
+    inertia: float | None
+    residual: float
+    """Time minus fitted time [s]."""
+    residual_u: float
+    """Standard uncertainty expected of it from what this run has alone [s]."""
+    flagged: bool
+    left_out: bool
+    reason: str
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """Everything that is said of one log; SI units."""
+
+    name: str
+    sha256: str
+    options: Mapping[str, Any]
+    readings: Readings
+    measurements: Measurements
+    fit: FitResult
+    inertia: Result
+    """I_zz [kg*m^2]."""
+    imbalance: Result
+    """M0 [N*m]: the torque is m g x + M0."""
+    timing_bias: Result
+    """b [s]"""
+    p: float | None
+    """Probability of a chi-square at least as large; None without degrees of freedom."""
+    birge: float | None
+    """√(chi-square/dof): shown, never applied."""
+    fits: tuple[NamedFit, ...]
+    budget: tuple[Share, ...]
+    effects: tuple[Effect, ...]
+    power_law: tuple[PowerLaw, ...]
+    torques: tuple[Torque, ...]
+    run_table: tuple[Run, ...]
+    advice: tuple[str, ...]
+    diagnostics: tuple[Diagnostic, ...] = field(default=())
+
+    @property
+    def runs(self) -> pd.DataFrame:
+        """One row for each run, SI units, as a DataFrame."""
+        import pandas as pd
+
+        return pd.DataFrame([{name: getattr(run, name) for name in Run.__slots__} for run in self.run_table])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give the analysis as the JSON contract has it (schema "gyro.analysis/1")."""
+        result = {
+            "inertia": _result_dict(self.inertia),
+            "imbalance": _result_dict(self.imbalance),
+            "timing_bias": _result_dict(self.timing_bias),
+            "goodness": self._goodness(),
+            "fits": [_fit_dict(fit) for fit in self.fits],
+            "budget": [
+                {
+                    "source": share.source,
+                    "shared": share.shared,
+                    "shared_by": share.shared_by,
+                    "u_inertia": share.u_inertia,
+                    "share": share.share,
+                }
+                for share in self.budget
+            ],
+            "effects": [_slots(effect) for effect in self.effects],
+            "power_law": [_slots(law) for law in self.power_law],
+            "torques": [
+                {
+                    "mass": group.mass,
+                    "position": group.position,
+                    "torque": group.torque,
+                    "runs": group.runs,
+                    "product": {"value": group.product, "u": group.product_u, "spread": group.product_spread},
+                }
+                for group in self.torques
+            ],
+            "runs": [_slots(run) for run in self.run_table],
+            "uncertainties": [
+                {"source": source.name, "shared_by": source.shared_by, "default": source.default, "is": source.described}
+                for source in self.measurements.sources
+            ],
+            "advice": list(self.advice),
+        }
+        return envelope(self.name, self.sha256, len(self.run_table), self.options, result, self.diagnostics)
+
+    def _goodness(self) -> dict[str, Any]:
+        goodness: dict[str, Any] = {"chi2": self.fit.chi2, "dof": self.fit.dof, "p": self.p, "birge": self.birge}
+        if self.p is None:
+            goodness["reason"] = "no degrees of freedom: as many unknowns as runs"
+        return goodness
+
+
+def envelope(
+    name: str,
+    sha256: str | None,
+    rows: int | None,
+    options: Mapping[str, Any],
+    result: dict[str, Any] | None,
+    diagnostics: tuple[Diagnostic, ...],
+) -> dict[str, Any]:
+    """Put a result, or None, into the object that every output of the tool is.
+
+    Parameters
+    ----------
+    name : str
+        Name of the log, without its folder.
+    sha256 : str or None
+        Of its bytes; None where it could not be read.
+    rows : int or None
+        Number of runs read.
+    options : mapping
+        What was asked for.
+    result : dict or None
+        None when the log cannot be analysed; the diagnostics say why.
+    diagnostics : tuple of Diagnostic
+        In the order of the file.
+
+    Returns
+    -------
+    dict
+    """
+    return {
+        "schema": SCHEMA,
+        "tool": {"name": "gyrodata", "version": __version__},
+        "input": {"name": name, "sha256": sha256, "rows": rows},
+        "options": dict(options),
+        "result": result,
+        "diagnostics": [diagnostic.to_dict() for diagnostic in diagnostics],
+    }
+
+
+def _slots(item: Any) -> dict[str, Any]:
+    return {name: getattr(item, name) for name in item.__slots__}
+
+
+def _result_dict(result: Result) -> dict[str, Any]:
+    out = _slots(result)
+    out["interval_95"] = list(result.interval_95) if result.interval_95 else None
+    if result.dof is None:
+        out["dof_reason"] = DOF_REASON
+    return out
+
+
+def _fit_dict(fit: NamedFit) -> dict[str, Any]:
+    def estimate(value: Estimate | None, unit: str) -> dict[str, Any] | None:
+        return None if value is None else {"value": value.value, "u": value.u, "unit": unit}
+
+    return {
+        "name": fit.name,
+        "inertia": estimate(fit.inertia, "kg*m^2"),
+        "constant": estimate(fit.constant, "N*m"),
+        "note": fit.note,
+    }
+
+
+# --- the story ----------------------------------------------------------------------------------------------
+
+
+def analyze(
+    log: str | os.PathLike[str] | bytes | BinaryIO | TextIO | pd.DataFrame,
+    *,
+    name: str | None = None,
+    settings: Mapping[str, str] | None = None,
+    mapping: Mapping[str, str] | None = None,
+    config: str | os.PathLike[str] | None = None,
+    model: Model = "auto",
+    keep_flagged: bool = False,
+) -> Analysis:
+    """Turn a log into I_zz with its uncertainty, and everything that goes with it.
+
+    Parameters
+    ----------
+    log : path, bytes, file or DataFrame
+        What ``gyro analyze`` reads; the text of a log as bytes.
+    name : str, optional
+        Name to call it by.
+    settings : mapping, optional
+        Constants, as ``--set``: ``{"g": "9.803 m/s^2"}``.
+    mapping : mapping, optional
+        Headers of roles, as ``--map``: ``{"time": "T (s)"}``.
+    config : path, optional
+        TOML file with the same.
+    model : {"auto", "horizontal", "steady"}
+        Eq. (9), eq. (8), or whichever the log needs.
+    keep_flagged : bool
+        Keep runs in the fit that do not go with the others.
+
+    Returns
+    -------
+    Analysis
+
+    Raises
+    ------
+    InputError
+        If there is nothing that can be read.
+    LogError
+        If the log is wrong or incomplete; it lists every fault found.
+    """
+    readings = read_log(log, name=name, settings=settings or {}, mapping=mapping or {}, config=config)
+    options = {
+        "set": dict(sorted((settings or {}).items())),
+        "map": dict(sorted((mapping or {}).items())),
+        "model": model,
+        "keep_flagged": keep_flagged,
+    }
+    return analyze_readings(readings, options, model, keep_flagged)
+
+
+def analyze_readings(
+    readings: Readings, options: Mapping[str, Any], model: Model = "auto", keep_flagged: bool = False
+) -> Analysis:
+    """Analyse a log that has been read; see `analyze`.
+
+    Parameters
+    ----------
+    readings : Readings
+        As `read_log` gives them.
+    options : mapping
+        To be told in the output.
+    model : {"auto", "horizontal", "steady"}
+        Eq. (9), eq. (8), or whichever the log needs.
+    keep_flagged : bool
+        Keep runs in the fit that do not go with the others.
+
+    Returns
+    -------
+    Analysis
+
+    Raises
+    ------
+    LogError
+        If the readings have errors, or no run has a torque.
+    """
+    if any(diagnostic.severity == "error" for diagnostic in readings.diagnostics):
+        raise LogError(readings.diagnostics)
+    measured = measure(readings)
+    found = [*readings.diagnostics, *measured.diagnostics]
+    if not np.any(measured.torque):
+        found.append(readings.diagnose(G413, "no run has a torque, so nothing ties the precession to I_zz",
+                                       "add runs with a weight: mass and position"))  # fmt: skip
+        raise LogError(found)
+
+    tilted = model == "steady" or (model == "auto" and _tilt_matters(measured))
+    outliers = fitting.screen(measured, tilted)
+    left_out = () if keep_flagged else tuple(outlier.index for outlier in outliers)
+    fit = fitting.fit(measured, tilted, left_out)
+    if not (math.isfinite(fit.inertia.value) and np.isfinite(fit.fitted_time).all()):
+        found.append(readings.diagnose(G415, "eq. (8) has no real solution for a run: the rod is up and the spin is "
+                                       "too low to precess steadily", "check pitch, spin and transverse_inertia"))  # fmt: skip
+        raise LogError(found)
+
+    kept = [i for i in range(len(measured.runs)) if i not in left_out]
+    p = fitting.chi2_tail(fit.chi2, fit.dof) if fit.dof > 0 else None
+    effects = _effects(measured, fit, tilted, model)
+    found += _findings(readings, measured, fit, outliers, p, keep_flagged)
+    return Analysis(
+        name=readings.name,
+        sha256=readings.sha256,
+        options=options,
+        readings=readings,
+        measurements=measured,
+        fit=fit,
+        inertia=_with_interval(fit.inertia, "kg*m^2"),
+        imbalance=_with_interval(fit.imbalance, "N*m"),
+        timing_bias=_with_interval(fit.timing_bias, "s"),
+        p=p,
+        birge=math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else None,
+        fits=_fits(measured, fit, kept),
+        budget=fit.budget,
+        effects=effects,
+        power_law=_power_law(measured, kept),
+        torques=_torques(measured, fit, kept),
+        run_table=_runs(measured, fit, outliers, left_out),
+        advice=_advice(measured, fit),
+        diagnostics=tuple(found),
+    )
+
+
+def _with_interval(estimate: Estimate, unit: str) -> Result:
+    if estimate.u is None:
+        return Result(estimate.value, None, unit, None, None, None)
+    half = K_95 * estimate.u
+    return Result(estimate.value, estimate.u, unit, (estimate.value - half, estimate.value + half), K_95, None)
+
+
+# --- fits side by side --------------------------------------------------------------------------------------
+
+
+def _fits(measured: Measurements, fit: FitResult, kept: list[int]) -> tuple[NamedFit, ...]:
+    """The two straight lines of the textbook beside the recommended fit."""
+    index = np.array(kept)
+    product = fit.sense[index] * np.abs(measured.product[index])
+    torque = measured.torque[index]
+    textbook = "least squares of M on φ̇ψ̇, {}; u from the scatter, runs taken as independent"
+    origin = fitting.ordinary_line(product, torque, intercept=False)
+    line = fitting.ordinary_line(product, torque, intercept=True) if fitting.torques_differ(torque) else None
+    if line is not None:
+        constant = NamedFit("with_constant", line.slope, line.intercept, textbook.format("with a constant"))
+    else:
+        reason = (
+            "not possible: a line with a constant needs at least two different points"
+            if len(kept) < 2
+            else "not possible: all torques are equal, so a slope and a constant cannot be told apart; "
+            "add runs with another weight or position"
+        )
+        constant = NamedFit("with_constant", None, None, reason)
+    note = textbook.format("through the origin")
+    if len(kept) == 1:
+        note += "; one run has no scatter, so no u"
+    return (
+        NamedFit(
+            "recommended",
+            fit.inertia,
+            Estimate(-fit.imbalance.value, fit.imbalance.u),
+            "all raw readings together; shared errors carried as shared; M0 and timing bias as unknowns; u from the "
+            "stated uncertainties, not scaled by chi-square",
+        ),
+        NamedFit("through_origin", origin.slope if origin else None, None, note),
+        constant,
+    )
+
+
+# --- effects ------------------------------------------------------------------------------------------------
+
+
+def _tilt_matters(measured: Measurements) -> bool:
+    """Decide before the fit whether eq. (9) is good enough: the tilt's bias against u of a horizontal fit."""
+    if not np.any(measured.pitch):
+        return False
+    fit = fitting.fit(measured)
+    return abs(_tilt(measured, fit)) > DROP_ONE * _relative_u(fit)
+
+
+def _relative_u(fit: FitResult) -> float:
+    return (fit.inertia.u or 0.0) / abs(fit.inertia.value)
+
+
+def _tilt(measured: Measurements, fit: FitResult, pitch: Floats | float | None = None) -> float:
+    """Relative bias of I_zz from using eq. (9), for this log's runs with this fit's weights."""
+    rate = fit.sense * 2 * np.pi * measured.turns / measured.time
+    bias = physics.tilt_bias(
+        rate,
+        measured.spin,
+        measured.pitch if pitch is None else pitch,
+        fit.inertia.value,
+        fitting.transverse_inertia(measured),
+    )
+    return float(np.sum(fit.response * bias))
+
+
+def _effects(measured: Measurements, fit: FitResult, tilted: bool, model: Model) -> tuple[Effect, ...]:
+    """Every simplification with its size in this log; unknown sizes are parameters and always kept."""
+    u = _relative_u(fit)
+    weights = (measured.time / fit.time_u) ** 2 * (fit.response != 0)
+    weights = weights / weights.sum()
+    total = measured.torque + fit.imbalance.value
+    loaded = measured.torque != 0
+    effects = [
+        Effect(
+            "imbalance",
+            -float(np.sum((weights * fit.imbalance.value / total)[loaded])),
+            True,
+            "its size is unknown beforehand, so M0 is a parameter "
+            + ("with practically no prior" if fit.imbalance_free else f"with prior width {fit.imbalance_prior:.2g} N*m"),
+        ),
+        Effect(
+            "timing_bias",
+            float(np.sum(weights * fit.timing_bias.value / measured.time)),
+            measured.timing_bias_u > 0,
+            f"its size is unknown beforehand, so b is a parameter with prior width {measured.timing_bias_u:g} s"
+            if measured.timing_bias_u > 0
+            else "not a stopwatch's time, or u_time_bias is 0",
+        ),
+    ]
+    if measured.spin_start is not None and measured.spin_end is not None:
+        plain = float(np.sum(fit.response * physics.arithmetic_mean_bias(measured.spin_start, measured.spin_end)))
+        doubt = float(np.sum(fit.response * physics.decay_law_doubt(measured.spin_start, measured.spin_end)))
+        effects.append(
+            Effect("spin_decay", plain, True, "the harmonic mean in time of start and end costs nothing, so it is used")
+        )
+        effects.append(
+            Effect("decay_law", doubt, False, _dropped(doubt, u, "a viscous decay is assumed, as of an air film"))
+        )
+    if np.any(measured.pitch):
+        tilt = _tilt(measured, fit)
+        if tilted:
+            reason = "eq. (8) is used" + (", as asked" if model == "steady" else "")
+        else:
+            reason = _dropped(tilt, u, "eq. (9) is used" + (", as asked" if model == "horizontal" else ""))
+        effects.append(Effect("tilt", tilt, tilted, reason))
+    else:
+        tilt = _tilt(measured, fit, math.radians(2.0))
+        effects.append(Effect("tilt", tilt, False, _dropped(tilt, u, "no pitch in the log; this is for 2° off level")))
+    release = float(
+        np.sum(
+            fit.response
+            * physics.release_bias(total, measured.spin, fit.inertia.value, fitting.transverse_inertia(measured))
+        )
+    )
+    effects.append(
+        Effect("release", release, False, _dropped(release, u, "steady precession is assumed; this is for a rod let go from rest"))
+    )  # fmt: skip
+    earth = float(np.sum(np.abs(fit.response) * physics.EARTH_ROTATION * measured.time / (2 * np.pi * measured.turns)))
+    effects.append(Effect("earth", earth, False, _dropped(earth, u, "at most, at a pole")))
+    return tuple(effects)
+
+
+def _dropped(bias: float, u: float, premise: str) -> str:
+    """Say why an effect was left out, with its size in standard uncertainties."""
+    if u == 0:
+        return premise
+    size = abs(bias) / u
+    verdict = "small enough" if size < DROP_ONE else "NOT small, and the log does not say enough to correct for it"
+    return f"{premise}: {size:.2g} u, {verdict}"
+
+
+# --- tables -------------------------------------------------------------------------------------------------
+
+
+def _own_relative(measured: Measurements) -> Floats:
+    """Relative uncertainty of φ̇ψ̇ of each run from time and spin, each run's own, shape (n,)."""
+    variance = np.zeros(len(measured.runs))
+    for source in measured.sources:
+        size = {"time": measured.time, "spin": measured.spin, "turns": measured.turns}.get(source.quantity)
+        if size is not None and source.name not in ("spin_scale",):
+            variance += (source.absolute / size + source.relative) ** 2
+    return np.sqrt(variance)
+
+
+def _power_law(measured: Measurements, kept: list[int]) -> tuple[PowerLaw, ...]:
+    """Exponent of the period against the spin for each torque: a weighted line through the logarithms."""
+    laws = []
+    inside = set(kept)
+    own = _own_relative(measured)
+    for group in torque_groups(measured):
+        members = [i for i in group if i in inside]
+        torque = float(measured.torque[group[0]])
+        spins = np.log(measured.spin[members])
+        if len(members) < 2 or np.ptp(spins) < 0.02:
+            laws.append(PowerLaw(torque, None, None, "needs two runs with different spins"))
+            continue
+        periods = np.log(measured.time[members] / measured.turns[members])
+        weights = 1 / np.maximum(own[members], 1e-12) ** 2
+        centre = np.sum(weights * spins) / np.sum(weights)
+        across = np.sum(weights * (spins - centre) ** 2)
+        exponent = float(np.sum(weights * (spins - centre) * periods) / across)
+        laws.append(PowerLaw(torque, exponent, float(1 / np.sqrt(across)), "u from timing and spin of each run"))
+    return tuple(laws)
+
+
+def _torques(measured: Measurements, fit: FitResult, kept: list[int]) -> tuple[Torque, ...]:
+    """Constancy of φ̇ψ̇ for each torque."""
+    groups = []
+    inside = set(kept)
+    own = _own_relative(measured)
+    product = fit.sense * np.abs(measured.product)
+    scale = next((float(s.relative[0]) for s in measured.sources if s.name == "spin_scale"), 0.0)
+    for group in torque_groups(measured):
+        members = [i for i in group if i in inside] or group
+        values = product[members]
+        weights = 1 / np.maximum(own[members] * np.abs(values), 1e-12) ** 2
+        weights = weights / weights.sum()
+        mean = float(np.sum(weights * values))
+        alone = float(np.sqrt(np.sum((weights * own[members] * values) ** 2)))
+        # A late or early hand moves all of them the same way, each by b/T.
+        hand = measured.timing_bias_u * float(np.sum(weights * values / measured.time[members]))
+        groups.append(
+            Torque(
+                mass=_or_none(measured.mass[group[0]]),
+                position=_or_none(measured.position[group[0]]),
+                torque=float(measured.torque[group[0]]),
+                runs=len(members),
+                product=mean,
+                product_u=math.hypot(alone, hand, scale * mean),
+                product_spread=float(np.std(values, ddof=1)) if len(members) > 1 else None,
+            )
+        )
+    return tuple(groups)
+
+
+def _runs(
+    measured: Measurements, fit: FitResult, outliers: list[Outlier], left_out: tuple[int, ...]
+) -> tuple[Run, ...]:
+    reasons = {outlier.index: _outlier_reason(measured, outlier) for outlier in outliers}
+    product = fit.sense * np.abs(measured.product)
+    rate = 2 * np.pi * measured.turns / measured.time
+    return tuple(
+        Run(
+            run=measured.runs[i],
+            line=measured.lines[i],
+            mass=_or_none(measured.mass[i]),
+            position=_or_none(measured.position[i]),
+            torque=float(measured.torque[i]),
+            spin=float(measured.spin[i]),
+            time=float(measured.time[i]),
+            turns=float(measured.turns[i]),
+            precession_rate=float(fit.sense[i] * rate[i]),
+            period=float(measured.time[i] / measured.turns[i]),
+            product=float(product[i]),
+            inertia=float(measured.torque[i] / product[i]) if measured.torque[i] else None,
+            residual=float(measured.time[i] - fit.fitted_time[i]),
+            residual_u=float(fit.time_u[i]),
+            flagged=i in reasons,
+            left_out=i in left_out,
+            reason=reasons.get(i, ""),
+        )
+        for i in range(len(measured.runs))
+    )
+
+
+def _or_none(value: float) -> float | None:
+    return None if math.isnan(value) else float(value)
+
+
+def _outlier_reason(measured: Measurements, outlier: Outlier) -> str:
+    written = measured.turns[outlier.index]
+    if outlier.turns is not None:
+        return f"fits {turn_words(outlier.turns)}, not {turn_words(written).split(' ')[0]}"
+    side = "longer" if outlier.deviation > 0 else "shorter"
+    return f"its time is {abs(outlier.deviation):.0f} standard uncertainties {side} than the other runs say"
+
+
+def turn_words(turns: float) -> str:
+    """Write a number of turns as a student would: "1/3 turn", "2 turns".
+
+    Parameters
+    ----------
+    turns : float
+        Revolutions, > 0.
+
+    Returns
+    -------
+    str
+    """
+    from fractions import Fraction
+
+    near = Fraction(turns).limit_denominator(12)
+    text = str(near) if abs(near - turns) < 1e-6 * turns else f"{turns:.4g}"
+    return f"{text} turn" if turns <= 1 else f"{text} turns"
+
+
+# --- what to say --------------------------------------------------------------------------------------------
+
+
+def _findings(
+    readings: Readings,
+    measured: Measurements,
+    fit: FitResult,
+    outliers: list[Outlier],
+    p: float | None,
+    keep_flagged: bool,
+) -> list[Diagnostic]:
+    """Turn what looks odd into diagnostics with places."""
+    found = []
+    timing = next((readings.columns[r] for r in ("time", "precession_period", "precession_rate") if r in readings.columns), None)  # fmt: skip
+    for outlier in outliers:
+        place = timing.places[outlier.index] if timing else None
+        width = len(timing.texts[outlier.index]) if timing else 1
+        what = "kept in the fit, as asked" if keep_flagged else "left out of the fits"
+        found.append(
+            readings.diagnose(
+                G410,
+                f"run {measured.runs[outlier.index]}: {_outlier_reason(measured, outlier)}; {what}",
+                "correct the log if it was miscounted" if keep_flagged else "--keep-flagged keeps it",
+                place,
+                width,
+            )
+        )
+    if p is not None and p < 0.001:
+        found.append(
+            readings.diagnose(
+                G411,
+                f"the runs scatter {math.sqrt(fit.chi2 / fit.dof):.1f} times as much as the stated uncertainties allow "
+                f"(p = {p:.1g}): u of I_zz is too small by about that factor",
+                "state what your hand can do, for example # u_time: 0.3 s, or look for a run that is wrong",
+            )
+        )
+    if fit.contradicted_balance is not None:
+        found.append(
+            readings.diagnose(
+                G412,
+                f"the runs say M0 = {1e3 * fit.imbalance.value:.2g} mN*m, far from the {1e3 * fit.contradicted_balance:.2g} "
+                f"mN*m that {measured.imbalance_from} allows: the runs are believed",
+                f"check {measured.imbalance_from}",
+            )
+        )
+    if not fitting.torques_differ(measured.torque):
+        found.append(
+            readings.diagnose(
+                G414,
+                "all torques are equal, so the runs cannot tell the residual torque M0 from I_zz: "
+                f"M0 is taken as 0 ± {1e3 * fit.imbalance_prior:.2g} mN*m"
+                + (f" (from {measured.imbalance_from})" if measured.imbalance_from else " (default)"),
+                "add runs with another weight, or state the balance: # balance_drift: 5 deg in 60 s at 400 rpm",
+            )
+        )
+    return found
+
+
+def _advice(measured: Measurements, fit: FitResult) -> tuple[str, ...]:
+    """What would make the next lab better, the largest source of uncertainty first."""
+    advice = []
+    if fit.budget:
+        top = fit.budget[0]
+        cure = {
+            "time": "time a whole turn, or several, so that each time is long",
+            "time_bias": "time a whole turn, or several: a late hand then weighs less",
+            "position_zero": "use a longer arm, or find the ruler's zero from the rod's other side",
+            "position": "read the ruler to a tenth of a millimetre",
+            "mass": "weigh to a tenth of a per cent, and write every digit that the scale shows",
+            "spin": "take the spin as the mean of several readings",
+            "imbalance": "state how well the ball was balanced, or time a run without a weight",
+        }.get(top.source)
+        if cure:
+            advice.append(f"{100 * top.share:.0f} % of the variance of I_zz is {_source_words(top.source)}: {cure}")
+    if fit.imbalance_free and not np.any(measured.torque == 0) and len(set(np.sign(measured.torque))) < 2:
+        advice.append(
+            "add one run without a weight, or runs with the weight on the other side: they tell the residual torque, "
+            "which now costs precision"
+        )
+    if measured.timed and np.any(short := measured.time < 6):
+        advice.append(
+            f"{int(short.sum())} of {len(short)} times are under 6 s, where a hand's 0.14 s is over 2 %: "
+            "time more of a turn"
+        )
+    return tuple(advice)
+
+
+def _source_words(source: str) -> str:
+    return {
+        "time": "the stopwatch",
+        "time_bias": "the hand's bias",
+        "position_zero": "the zero of the ruler",
+        "position": "the reading of the position",
+        "mass": "the weighing",
+        "spin": "the tachometer's readings",
+        "imbalance": "the residual torque",
+    }.get(source, source)
+
+
+

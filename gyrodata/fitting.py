@@ -653,7 +653,7 @@ def _predict(adjusted: _Adjusted, sense: Floats) -> tuple[Floats, Floats]:
 
 def _budget(adjusted: _Adjusted) -> tuple[Share, ...]:
     """Split u²(I_zz) by source: the answer is linear in every standardised error, so the squares add up."""
-    problem, gain = adjusted.problem, adjusted.gain
+    problem, gain = adjusted.problem, adjusted.gain[0]
     count = problem.count
     shares: list[Share] = []
     for number, source in enumerate(problem.sources):

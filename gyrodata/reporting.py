@@ -1,0 +1,466 @@
+"""An `Analysis` in words: the text summary, JSON, CSV, and the page.
+
+Nothing is computed here that is not already in the result; values are rounded to their uncertainty (two digits)
+by the `uncertainties` package.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from gyrodata.analysis import Analysis, Effect, NamedFit
+from gyrodata.fitting import Estimate
+
+FIT_NAMES = {
+    "recommended": "recommended",
+    "through_origin": "through the origin",
+    "with_constant": "with a constant",
+}
+
+SOURCE_NAMES = {
+    "time": "stopwatch",
+    "time_bias": "hand's bias",
+    "spin": "tachometer readings",
+    "spin_scale": "tachometer scale",
+    "mass": "each weight's mass",
+    "mass_scale": "scale",
+    "position": "position readings",
+    "position_zero": "ruler's zero",
+    "force": "force",
+    "torque": "torque",
+    "g": "g",
+    "imbalance": "residual torque (prior)",
+    "imbalance_sign": "unknown sense of the unloaded run",
+    "precession_rate": "precession rate",
+    "angle": "swept angle",
+    "pitch": "pitch",
+    "transverse_inertia": "transverse inertia",
+}
+
+EFFECT_NAMES = {
+    "imbalance": "imperfect balance",
+    "timing_bias": "late or early hand",
+    "spin_decay": "falling spin, plain mean of start and end",
+    "decay_law": "law by which the spin falls",
+    "tilt": "tilted rod, eq. (9) for eq. (8)",
+    "release": "nutation after letting go",
+    "earth": "the Earth's rotation",
+}
+
+
+# --- numbers ------------------------------------------------------------------------------------------------
+
+
+def number_text(value: float, u: float | None, factor: float = 1.0) -> str:
+    """Write a value rounded to its uncertainty: "4.44 ± 0.06".
+
+    Parameters
+    ----------
+    value : float
+        In its SI unit.
+    u : float or None
+        Standard uncertainty, same unit; None or 0 gives the value alone with four digits.
+    factor : float
+        Divide both by this first: 1e-3 for milli.
+
+    Returns
+    -------
+    str
+        u with two significant digits, the value to the same place (GUM 7.2.6).
+    """
+    if u is None or u == 0 or not math.isfinite(u):
+        return f"{value / factor:.4g}"
+    from uncertainties import ufloat
+
+    return f"{ufloat(value / factor, u / factor):.2uP}".replace("±", " ± ").replace("×", " × ")
+
+
+def power_of_ten(value: float) -> tuple[float, str]:
+    """Find the power of ten that leaves one digit before the point, and write it.
+
+    Parameters
+    ----------
+    value : float
+        Any.
+
+    Returns
+    -------
+    tuple of float and str
+        (1e-3, "10⁻³"); (1.0, "") for values from 1 to 10 and for 0.
+    """
+    exponent = math.floor(math.log10(abs(value))) if value else 0
+    if exponent == 0:
+        return 1.0, ""
+    digits = str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+    return 10.0**exponent, f"10{digits}"
+
+
+def inertia_text(value: float, u: float | None) -> str:
+    """Write a moment of inertia: "(4.44 ± 0.06) × 10⁻³ kg·m²".
+
+    Parameters
+    ----------
+    value, u : float
+        [kg*m^2]
+
+    Returns
+    -------
+    str
+    """
+    factor, power = power_of_ten(value)
+    number = number_text(value, u, factor)
+    if not power:
+        return f"{number} kg·m²"
+    return f"({number}) × {power} kg·m²" if "±" in number else f"{number} × {power} kg·m²"
+
+
+def interval_text(low: float, high: float, factor: float = 1.0) -> str:
+    """Write an interval with as many digits as its half-width needs: "4.32 to 4.56".
+
+    Parameters
+    ----------
+    low, high : float
+        Ends, in the SI unit.
+    factor : float
+        Divide both by this first.
+
+    Returns
+    -------
+    str
+    """
+    low, high = low / factor, high / factor
+    width = (high - low) / 2
+    places = max(0, 1 - math.floor(math.log10(width))) if width > 0 else 4
+    return f"{low:.{places}f} to {high:.{places}f}"
+
+
+def torque_text(value: float, u: float | None = None) -> str:
+    """Write a torque in mN·m.
+
+    Parameters
+    ----------
+    value, u : float
+        [N*m]
+
+    Returns
+    -------
+    str
+    """
+    return f"{number_text(value, u, 1e-3)} mN·m"
+
+
+def percent_text(value: float) -> str:
+    """Write a relative size in per cent, signed, two digits: "+0.03 %".
+
+    Parameters
+    ----------
+    value : float
+        [1]
+
+    Returns
+    -------
+    str
+    """
+    percent = 100 * value
+    if percent == 0:
+        return "0 %"
+    if abs(percent) < 0.001:
+        return "< 0.001 %"
+    return f"{percent:+.2g} %" if abs(percent) < 100 else f"{percent:+.0f} %"
+
+
+def p_text(p: float) -> str:
+    """Write a probability: "p = 0.32", "p < 0.0001".
+
+    Parameters
+    ----------
+    p : float
+        From 0 to 1.
+
+    Returns
+    -------
+    str
+    """
+    return "p < 0.0001" if p < 1e-4 else f"p = {p:.2g}"
+
+
+def count_text(count: int, noun: str) -> str:
+    """Write a count with its noun: "1 run", "9 runs".
+
+    Parameters
+    ----------
+    count : int
+        How many.
+    noun : str
+        Singular.
+
+    Returns
+    -------
+    str
+    """
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+# --- text ---------------------------------------------------------------------------------------------------
+
+
+def summary(analysis: Analysis) -> str:
+    """Write what a person reads first.
+
+    Parameters
+    ----------
+    analysis : Analysis
+        The result.
+
+    Returns
+    -------
+    str
+        Several lines, ending with a line end.
+    """
+    sections = [
+        _headline(analysis),
+        _answer(analysis),
+        _fits_table(analysis),
+        _budget_lines(analysis),
+        _odd_lines(analysis),
+        _effect_lines(analysis),
+        _default_lines(analysis),
+        [f"next time: {advice}" for advice in analysis.advice],
+    ]
+    return "\n\n".join("\n".join(lines) for lines in sections if lines) + "\n"
+
+
+def _headline(analysis: Analysis) -> list[str]:
+    count = len(analysis.run_table)
+    return [f"{analysis.name}: {count_text(count, 'run')}, {count_text(len(analysis.torques), 'torque')}"]
+
+
+def _answer(analysis: Analysis) -> list[str]:
+    inertia, imbalance, bias = analysis.inertia, analysis.imbalance, analysis.timing_bias
+    lines = [f"  I_zz = {inertia_text(inertia.value, inertia.u)}"]
+    if inertia.interval_95 is not None and inertia.k is not None:
+        factor, power = power_of_ten(inertia.value)
+        ends = interval_text(*inertia.interval_95, factor)
+        lines.append(f"         95 % interval {ends}{' × ' + power if power else ''} kg·m² (u × k, k = {inertia.k:.2f})")
+    lines.append(f"  residual torque M0 = {torque_text(imbalance.value, imbalance.u)} (torque at work = applied + M0)")
+    if bias.u:
+        lines.append(f"  timing bias b = {number_text(bias.value, bias.u)} s")
+    lines.append(f"  {goodness_text(analysis)}")
+    return lines
+
+
+def goodness_text(analysis: Analysis) -> str:
+    """Write how well the runs go together.
+
+    Parameters
+    ----------
+    analysis : Analysis
+        The result.
+
+    Returns
+    -------
+    str
+        One sentence without a full stop.
+    """
+    fit = analysis.fit
+    if analysis.p is None or analysis.birge is None:
+        return "goodness: as many unknowns as runs, so nothing tells how well they fit"
+    return (
+        f"goodness: chi-square {fit.chi2:.3g} for {count_text(fit.dof, 'degree')} of freedom, {p_text(analysis.p)} "
+        f"(Birge ratio {analysis.birge:.2f}, not applied)"
+    )
+
+
+def difference_text(analysis: Analysis, fit: NamedFit) -> str:
+    """Say how far a fit lies from the recommended one, in its u and in per cent.
+
+    Parameters
+    ----------
+    analysis : Analysis
+        The result.
+    fit : NamedFit
+        One of its fits.
+
+    Returns
+    -------
+    str
+        "" for the recommended fit and for one that is not possible.
+    """
+    if fit.inertia is None or fit.name == "recommended" or not analysis.inertia.u:
+        return ""
+    difference = fit.inertia.value - analysis.inertia.value
+    return f"{difference / analysis.inertia.u:+.1f} u ({percent_text(difference / analysis.inertia.value)})"
+
+
+def _fits_table(analysis: Analysis) -> list[str]:
+    factor, power = power_of_ten(analysis.inertia.value)
+    rows = [("fit", f"I_zz [{power + ' ' if power else ''}kg·m²]", "M0 [mN·m]", "from recommended")]
+    impossible = []
+    for fit in analysis.fits:
+        if fit.inertia is None:
+            impossible.append(f"  {FIT_NAMES[fit.name]}: {fit.note}")
+            continue
+        constant = Estimate(-fit.constant.value, fit.constant.u) if fit.constant else None
+        rows.append(
+            (
+                FIT_NAMES[fit.name],
+                number_text(fit.inertia.value, fit.inertia.u, factor),
+                number_text(constant.value, constant.u, 1e-3) if constant else "-",
+                difference_text(analysis, fit),
+            )
+        )
+    return [*columns(rows), *impossible]
+
+
+def columns(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Set rows of cells in columns, two blanks in front and between.
+
+    Parameters
+    ----------
+    rows : sequence of sequence of str
+        All of one length.
+
+    Returns
+    -------
+    list of str
+        One line for each row.
+    """
+    widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
+    return [
+        ("  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))).rstrip() for row in rows
+    ]
+
+
+def _budget_lines(analysis: Analysis) -> list[str]:
+    """The sources that make up at least 1 % of the variance."""
+    rows = [
+        (
+            SOURCE_NAMES.get(share.source, share.source),
+            f"{100 * share.share:.0f} %",
+            f"shared by {share.shared_by}" if share.shared else "each run its own",
+        )
+        for share in analysis.budget
+        if share.share >= 0.01
+    ]
+    return ["where u² of I_zz comes from:", *columns(rows)] if rows else []
+
+
+def _odd_lines(analysis: Analysis) -> list[str]:
+    lines = [
+        f"  run {run.run} (line {run.line}): {run.reason}{'; left out' if run.left_out else '; kept, as asked'}"
+        for run in analysis.run_table
+        if run.flagged
+    ]
+    return ["looks odd:", *lines] if lines else ["no run looks odd; none is left out"]
+
+
+def effect_verdict(effect: Effect) -> str:
+    """Say whether an effect is in the model: "in the model", "left out".
+
+    Parameters
+    ----------
+    effect : Effect
+        One of an analysis' effects.
+
+    Returns
+    -------
+    str
+    """
+    return "in the model" if effect.kept else "left out"
+
+
+def _effect_lines(analysis: Analysis) -> list[str]:
+    rows = [
+        (
+            EFFECT_NAMES.get(effect.effect, effect.effect),
+            "-" if effect.bias is None else percent_text(effect.bias),
+            effect_verdict(effect),
+        )
+        for effect in analysis.effects
+    ]
+    return ["what leaving it out does to I_zz:", *columns(rows)]
+
+
+def _default_lines(analysis: Analysis) -> list[str]:
+    used = [f"u_{s.name} {s.described}" for s in analysis.measurements.sources if s.default]
+    if analysis.measurements.timed and "u_time_bias" not in analysis.readings.uncertainties:
+        used.append("u_time_bias 0.05 s")
+    if not used:
+        return []
+    return ["uncertainties not in the log, taken by default:", *(f"  {item}" for item in used)]
+
+
+# --- JSON and CSV -------------------------------------------------------------------------------------------
+
+
+def json_text(document: dict[str, Any], indent: int | None = 2) -> str:
+    """Write a result as JSON, one line for ``indent=None``.
+
+    Parameters
+    ----------
+    document : dict
+        As `Analysis.to_dict` gives it.
+    indent : int or None
+        Blanks for each level.
+
+    Returns
+    -------
+    str
+        Ends with a line end. Not-a-number does not pass: it is a fault of the tool.
+    """
+    return json.dumps(document, indent=indent, allow_nan=False) + "\n"
+
+
+RUN_UNITS = {
+    "mass": "kg",
+    "position": "m",
+    "torque": "N*m",
+    "spin": "rad/s",
+    "time": "s",
+    "precession_rate": "rad/s",
+    "period": "s",
+    "product": "rad^2/s^2",
+    "inertia": "kg*m^2",
+    "residual": "s",
+    "residual_u": "s",
+}
+
+
+def runs_csv(analysis: Analysis) -> str:
+    """Write one row for each run, SI units in the header.
+
+    Parameters
+    ----------
+    analysis : Analysis
+        The result.
+
+    Returns
+    -------
+    str
+    """
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    names = [name for name in analysis.to_dict()["result"]["runs"][0]]
+    writer.writerow([f"{name} [{RUN_UNITS[name]}]" if name in RUN_UNITS else name for name in names])
+    for run in analysis.run_table:
+        writer.writerow([_csv_cell(getattr(run, name)) for name in names])
+    return out.getvalue()
+
+
+def _csv_cell(value: object) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, float):
+        return repr(value)
+    text = str(value)
+    # A spreadsheet runs a cell that begins like this as a formula.
+    return f"'{text}" if text[:1] in ("=", "+", "-", "@", "\t", "\r") else text
+
+

@@ -1,0 +1,99 @@
+"""The reader: a lab log from CSV, standard input, a workbook or a DataFrame becomes `Readings` in SI.
+
+Strict about meaning, generous about form: nothing is guessed that would change the answer, and every fault is
+told in one pass, with its place and what to type.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+from gyrodata.readings.choice import choose, note_unplaced
+from gyrodata.readings.files import Document, load
+from gyrodata.readings.grid import make_grid
+from gyrodata.readings.layout import find_layout
+from gyrodata.readings.log import Column, Place, Readings
+from gyrodata.readings.meaning import check_meaning
+from gyrodata.readings.settings import Settings, read_options, read_settings
+from gyrodata.readings.table import Table, build
+from gyrodata.units import Uncertainty
+
+if TYPE_CHECKING:
+    from gyrodata.readings.files import Source
+
+__all__ = ["Column", "Place", "Readings", "Uncertainty", "read_log"]
+
+_NOTHING: Mapping[str, str] = MappingProxyType({})
+
+
+def read_log(
+    source: Source,
+    *,
+    name: str | None = None,
+    settings: Mapping[str, str] = _NOTHING,
+    mapping: Mapping[str, str] = _NOTHING,
+    config: str | os.PathLike[str] | None = None,
+) -> Readings:
+    """Read a lab log.
+
+    Parameters
+    ----------
+    source : path, "-", bytes, open file, DataFrame, or str of several lines
+        The log; ``-`` is standard input.
+    name : str, optional
+        Name to show instead of the source's own.
+    settings : mapping of str to str
+        ``--set``: what holds for the whole log, such as ``{"turns": "1", "g": "9.803 m/s^2"}``.
+    mapping : mapping of str to str
+        ``--map``: role to header as written.
+    config : path, optional
+        TOML file with more settings; they win over `settings`.
+
+    Returns
+    -------
+    Readings
+        With all diagnostics. Where none is an error, every run has a time with its turns or angle (or a
+        precession period or rate), a spin (or what gives one), and a load (mass and position, force and
+        position, or torque).
+
+    Raises
+    ------
+    InputError
+        The source is no readable log at all, or an option makes no sense.
+    """
+    options, roles = read_options(settings, mapping, config)
+    document = load(source, name)
+    faults = document.faults
+    grid = make_grid(document)
+    given = read_settings(grid.metadata, options, faults)
+    layout = find_layout(grid, faults)
+    if layout is None:
+        return _readings(document, given, Table((), (), (), {}, ()))
+    choice = choose(layout, roles, given, faults)
+    table = build(layout, choice, given, faults)
+    unread = (set(choice.used) | set(given.roles)) - set(table.columns) if faults.has_error() else set()
+    check_meaning(table, choice, unread, faults)
+    note_unplaced(choice, faults)
+    return _readings(document, given, table)
+
+
+def _readings(document: Document, given: Settings, table: Table) -> Readings:
+    return Readings(
+        name=document.name,
+        sha256=document.sha256,
+        runs=table.runs,
+        lines=table.lines,
+        notes=table.notes,
+        columns=table.columns,
+        others=table.others,
+        constants=given.constants,
+        uncertainties=given.uncertainties,
+        balance_tilt=given.balance_tilt,
+        balance_drift=given.balance_drift,
+        metadata=given.metadata,
+        diagnostics=tuple(document.faults.found),
+        source_text=document.text,
+    )

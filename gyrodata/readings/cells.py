@@ -1,0 +1,318 @@
+"""One cell: from what was typed to an SI value, its last digit, and what it says of its own uncertainty."""
+
+from __future__ import annotations
+
+import math
+import re
+import unicodedata
+from functools import lru_cache
+from typing import NamedTuple
+
+from gyrodata.errors import register
+from gyrodata.units import (
+    Uncertainty,
+    UnitError,
+    fold_letters,
+    kinds_of,
+    parse_uncertainty,
+    parse_unit,
+)
+
+_LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
+G203 = register("G203", "error", "a cell is not a number", _LOG + "20,15.0,56O,13.06,1/3\n")
+G204 = register("G204", "error", "a spreadsheet made a date of a cell", _LOG + "20,15.0,560,13.06,03.Jan\n")
+G205 = register(
+    "G205", "error", "a unit that is unknown, or of another kind", _LOG.replace("rpm", "furlong") + "20,15,4,7.06,1\n"
+)
+G206 = register("G206", "error", "a unit is missing", _LOG.replace(" [rpm]", "") + "20,15.0,560,13.06,1/3\n")
+G208 = register(
+    "G208", "error", "1/s can mean revolutions or radians", _LOG.replace("rpm", "1/s") + "20,15.0,9,13.06,1/3\n"
+)
+G227 = register(
+    "G227",
+    "error",
+    "an uncertainty that cannot be read",
+    _LOG.replace(",turns", ",turns,u_time [s]") + "20,15.0,560,13.06,1/3,little\n",
+)
+
+BLANKS = frozenset({"", "-", "–", "—", "−", "--", "~", "‐", "‑"})
+"""What stands where nothing was measured."""
+
+
+class CellError(ValueError):
+    """A cell that cannot be read.
+
+    Parameters
+    ----------
+    code : str
+        Diagnostic code.
+    message : str
+        What is wrong, to stand after the role and the cell.
+    hint : str
+        What to type.
+    """
+
+    def __init__(self, code: str, message: str, hint: str = "") -> None:
+        super().__init__(message)
+        self.code = code
+        self.hint = hint
+
+
+class Cell(NamedTuple):
+    """A number as it was typed."""
+
+    value: float
+    """[SI unit of the role]"""
+    step: float | None
+    """One step of the last digit typed [SI unit of the role]; None for a fraction or a plain 0."""
+    uncertainty: Uncertainty | None
+    """From a ± or a bracket in the cell itself."""
+    unit: str
+    """Unit that was used, the cell's own or the column's."""
+
+
+_NUMBER = r"[-+]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][-+]?[0-9]{1,5})?"
+_UNIT = r"[^\d\s.,;:+±()\-][^±;]*?"
+_PLAIN = re.compile(_NUMBER)
+_CLOCK = re.compile(r"(?:([0-9]{1,2}):)?([0-9]{1,3}):([0-9]{2}(?:[.,][0-9]+)?)")
+_FRACTION = re.compile(rf"([-+]?)(?:([0-9]{{1,9}})\s+)?([0-9]{{1,9}})\s*/\s*([0-9]{{1,9}})\s*({_UNIT})?")
+_PLUS_MINUS = re.compile(
+    rf"\(?\s*({_NUMBER})\s*({_UNIT})?\s*(?:±|\+/-|\+-)\s*({_NUMBER})\s*\)?\s*(%|{_UNIT})?"
+)
+_CONCISE = re.compile(rf"({_NUMBER})\(({_NUMBER})\)\s*({_UNIT})?")
+_WITH_UNIT = re.compile(rf"({_NUMBER})\s*({_UNIT}|\([^()]*\))")
+
+_MINUS = str.maketrans({"−": "-", "–": "-", "‐": "-", "‑": "-"})
+_MISTYPED = str.maketrans({"O": "0", "o": "0", "l": "1", "I": "1", "|": "1"})
+_MONTHS = {
+    abbreviation: number
+    for number, names in enumerate(
+        (
+            "jan ene янв sty janv",
+            "feb фев lut fev févr fév",
+            "mar mrz mär мар mars",
+            "apr abr апр kwi avr",
+            "may mai mei май maj мая",
+            "jun июн cze juin",
+            "jul июл lip juil",
+            "aug ago авг sie août aoû",
+            "sep сен wrz set sept",
+            "oct okt окт paź out",
+            "nov ноя lis",
+            "dec dez dic дек gru déc",
+        ),
+        start=1,
+    )
+    for abbreviation in names.split()
+}
+_DATE_DIGITS = re.compile(r"[0-9]{1,4}[./-][0-9]{1,2}[./-][0-9]{1,4}(?:[ T].*)?")
+_DAY_MONTH = re.compile(r"([0-9]{1,4})[.\s-]*([^\W\d_]{3,9})\.?(?:[\s-]*[0-9]{2,4})?")
+_MONTH_DAY = re.compile(r"([^\W\d_]{3,9})\.?[\s-]*([0-9]{1,4})")
+_SENSES = {
+    "ccw": 1.0,
+    "counterclockwise": 1.0,
+    "anticlockwise": 1.0,
+    "+": 1.0,
+    "+1": 1.0,
+    "1": 1.0,
+    "cw": -1.0,
+    "clockwise": -1.0,
+    "-1": -1.0,
+}
+
+
+def is_blank(text: str) -> bool:
+    """Tell whether a cell says that nothing was measured."""
+    return text in BLANKS
+
+
+@lru_cache(maxsize=16384)
+def read_cell(text: str, kind: str, unit: str | None) -> Cell:
+    """Understand one cell that is not blank.
+
+    Parameters
+    ----------
+    text : str
+        As typed, without blanks around it.
+    kind : str
+        Kind of quantity of its column.
+    unit : str or None
+        Unit of its column, already known to be of that kind; None if the column has none.
+
+    Raises
+    ------
+    CellError
+        It is no number, or its unit does not fit or is missing.
+    """
+    if kind == "sign":
+        return _read_sense(text)
+    plain = text if text.isascii() else _normal(text)
+    if _PLAIN.fullmatch(plain):
+        return _convert(_number(plain, text), _step(plain), None, kind, unit, text)
+    match = _CLOCK.fullmatch(plain)
+    if match:
+        return _read_clock(match, text, kind, unit)
+    match = _FRACTION.fullmatch(plain)
+    if match:
+        sign, whole, over, under, own = match.groups()
+        if int(under) == 0:
+            raise CellError(G203, "divides by zero")
+        value = (int(whole or 0) * int(under) + int(over)) / int(under)
+        return _convert(-value if sign == "-" else value, None, None, kind, own or unit, text)
+    match = _PLUS_MINUS.fullmatch(plain)
+    if match:
+        number, first, spread, last = match.groups()
+        return _read_plus_minus(text, number, spread, first, last, kind, unit)
+    match = _CONCISE.fullmatch(plain)
+    if match:
+        number, spread, own = match.groups()
+        bare = spread.isdigit()
+        width = _number(spread, text) * (_step(number) if bare else 1.0)
+        return _convert(_number(number, text), _step(number), width, kind, own or unit, text)
+    match = _WITH_UNIT.fullmatch(plain)
+    if match and _is_unit(match[2]):
+        number, own = match.groups()
+        return _convert(_number(number, text), _step(number), None, kind, own, text)
+    raise _not_a_number(text, plain, match)
+
+
+def _is_unit(text: str) -> bool:
+    return bool(kinds_of(text)) and not text.translate(_MISTYPED).isdigit()
+
+
+def _normal(text: str) -> str:
+    """Write a cell in ASCII as far as that changes nothing: real minus signs, ½, wide digits."""
+    spelled = "".join(
+        f" {unicodedata.normalize('NFKC', c)}" if unicodedata.category(c) == "No" and "⁄" in unicodedata.normalize("NFKC", c) else c
+        for c in text
+    )
+    return fold_letters(spelled).translate(_MINUS).replace("⁄", "/").strip()
+
+
+def _number(plain: str, text: str) -> float:
+    value = float(plain.replace(",", "."))
+    if math.isinf(value):
+        raise CellError(G203, "is too large for a number", "write the value as it was read")
+    if value == 0 and any(c in "123456789" for c in re.split("[eE]", plain)[0]):
+        raise CellError(G203, "is too small for a number", "write the value as it was read")
+    return value
+
+
+def _step(plain: str) -> float:
+    """Give the size of one step of the last digit typed."""
+    mantissa, _, exponent = plain.lower().replace(",", ".").partition("e")
+    decimals = len(mantissa.partition(".")[2])
+    return float(f"1e{int(exponent or 0) - decimals}")
+
+
+def _convert(
+    value: float, step: float | None, spread: float | None, kind: str, unit: str | None, text: str
+) -> Cell:
+    """Bring a number into SI with its last digit and its ±."""
+    if unit is None and kind != "number":
+        raise CellError(G206, "has no unit")
+    if kind == "rate" and unit and kinds_of(unit) == {"time"}:
+        return _rate_of_period(value, step, spread, unit)
+    try:
+        known = parse_unit(unit or "", kind)
+    except UnitError as error:
+        raise CellError(G208 if error.reason == "ambiguous" else G205, f": {error}", error.hint) from None
+    factor = known.factor
+    uncertainty = None if spread is None else Uncertainty(abs(spread) * factor)
+    exact = step is None or value == 0 and set(text) <= set("+-−0")
+    return Cell(value * factor, None if exact or step is None else step * factor, uncertainty, known.text)
+
+
+def _rate_of_period(value: float, step: float | None, spread: float | None, unit: str) -> Cell:
+    """Read "0.1 s per turn" in a column of rotation rates."""
+    period = parse_unit(unit, "time")
+    if "/" not in period.text or value == 0:
+        raise CellError(
+            G205, f': "{unit}" is a time, not a rotation rate', "write s/rev for the time of one revolution"
+        )
+    rate = 2 * math.pi / (value * period.factor)
+    share = abs(rate / value)
+    uncertainty = None if spread is None else Uncertainty(abs(spread) * share)
+    return Cell(rate, None if step is None else step * share, uncertainty, "rad/s")
+
+
+def _read_clock(match: re.Match[str], text: str, kind: str, unit: str | None) -> Cell:
+    if kind != "time":
+        raise CellError(G203, "is a clock time, not a number")
+    if unit not in (None, "s", "min"):
+        raise CellError(G205, f': a clock time under the unit "{unit}"', "write the column's unit as s")
+    hours, minutes, seconds = match.groups()
+    late = float(seconds.replace(",", "."))
+    if late >= 60 or (hours and int(minutes) >= 60):
+        raise CellError(G203, "is no clock time: 60 and more belong to the place before", "write mm:ss.cc")
+    return Cell(int(hours or 0) * 3600 + int(minutes) * 60 + late, _step(seconds), None, "s")
+
+
+def _read_plus_minus(
+    text: str, number: str, spread: str, first: str | None, last: str | None, kind: str, unit: str | None
+) -> Cell:
+    value = _number(number, text)
+    own = first or (last if last != "%" else None) or unit
+    if last == "%":
+        cell = _convert(value, _step(number), None, kind, own, text)
+        return cell._replace(uncertainty=Uncertainty(0.0, abs(_number(spread, text)) / 100))
+    cell = _convert(value, _step(number), _number(spread, text), kind, own, text)
+    if first and last and first != last:
+        try:
+            uncertainty = parse_uncertainty(f"{spread} {last}", kind)
+        except UnitError as error:
+            raise CellError(G205, f": {error}", error.hint) from None
+        return cell._replace(uncertainty=uncertainty)
+    return cell
+
+
+def _read_sense(text: str) -> Cell:
+    key = fold_letters(text).translate(_MINUS).lower().replace(" ", "").replace("-c", "c")
+    if key not in _SENSES:
+        raise CellError(G203, "is no sense of rotation", "write ccw (or +1) or cw (or -1)")
+    return Cell(_SENSES[key], None, None, "")
+
+
+def _not_a_number(text: str, plain: str, with_unit: re.Match[str] | None) -> CellError:
+    """Say what it looks like instead, and what was probably meant."""
+    lower = plain.lower()
+    if lower in ("nan", "na", "n/a", "#n/a", "none", "null", "inf", "-inf", "infinity", "#div/0!", "#value!"):
+        return CellError(G203, "is not a number", "leave the cell blank where nothing was measured")
+    date = _read_as_date(text)
+    if date is not None:
+        return date
+    mended = plain.translate(_MISTYPED)
+    for candidate in (mended, mended.rstrip(".,;"), re.sub(r"([.,])[.,]+", r"\1", mended), mended.replace("'", "")):
+        if candidate != plain and _PLAIN.fullmatch(candidate):
+            return CellError(G203, "is not a number", f"did you mean {candidate}?")
+    if re.fullmatch(r"[-+]?[0-9]{1,3}(?:[ .,'][0-9]{3})+(?:[.,][0-9]*)?", plain):
+        return CellError(G203, "is not a number", "write it without marks between the thousands")
+    if re.fullmatch(r"[0-9]+\s*(?:a|o|st|nd|rd|th|er|e|ème|ой|ый|я)\.?", lower) or "ª" in text or "º" in text:
+        return CellError(G203, "is an ordinal, not a number", "write how many, as 1, 2.5 or 1/3")
+    if with_unit is not None and re.fullmatch(_UNIT, with_unit[2]):
+        return CellError(G203, f'is not a number with a unit: "{with_unit[2]}" is no unit known here')
+    return CellError(G203, "is not a number")
+
+
+def _read_as_date(text: str) -> CellError | None:
+    day_month = _DAY_MONTH.fullmatch(text)
+    month_day = _MONTH_DAY.fullmatch(text)
+    pair: tuple[int, int] | None = None
+    if day_month:
+        pair = _date_numbers(day_month[1], day_month[2])
+    elif month_day:
+        pair = _date_numbers(month_day[2], month_day[1])
+    elif not _DATE_DIGITS.fullmatch(text):
+        return None
+    if pair is None and not _DATE_DIGITS.fullmatch(text):
+        return None
+    meant = f"did you mean {min(pair)}/{max(pair)}? " if pair else ""
+    return CellError(
+        G204, "is a date, not a number", meant + "A spreadsheet does that to fractions: make the cells text first"
+    )
+
+
+def _date_numbers(day: str, month: str) -> tuple[int, int] | None:
+    word = month.lower()
+    number = _MONTHS.get(word) or _MONTHS.get(word[:4]) or _MONTHS.get(word[:3])
+    return None if number is None else (int(day), number)

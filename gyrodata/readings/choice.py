@@ -1,0 +1,220 @@
+"""Which column serves which role: by header, by unit, by what the others are; asked about, never guessed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from gyrodata.errors import register
+from gyrodata.readings.cells import G206
+from gyrodata.readings.grid import Text
+from gyrodata.readings.headers import Header
+from gyrodata.readings.layout import Layout
+from gyrodata.readings.log import Faults, listing
+from gyrodata.readings.settings import G502, G503, Settings
+from gyrodata.readings.vocabulary import squeeze
+from gyrodata.units import ROLE_KINDS
+
+_LOG = "mass [g],position [cm],spin [rpm],time [s],turns"
+_ROW = "20,15.0,406,13.06,1/3"
+G207 = register("G207", "error", "a header fits two roles", "mass [g],position [cm],spin [rpm],T [s]\n20,15.0,406,39.2\n")
+G220 = register("G220", "note", "a column is not used", _LOG + ",T [s],Ω [1/s]\n" + _ROW + ",39.18,0.16\n")
+G221 = register("G221", "note", "headers that name nothing known", _LOG + ",moon\n" + _ROW + ",full\n")
+
+
+@dataclass(frozen=True, slots=True)
+class Chosen:
+    """A column with the role it serves."""
+
+    at: int
+    """Number of the column, from 0."""
+    cell: Text
+    header: Header
+    role: str
+    index: int | None = None
+    """Number of a repeat (``time_2``: 2)."""
+
+
+@dataclass
+class Choice:
+    """Which column serves which role."""
+
+    used: dict[str, list[Chosen]] = field(default_factory=dict)
+    """One column for each role; several for repeats of the time."""
+    others: list[Chosen] = field(default_factory=list)
+    """Further columns of a role that is served already, and ``inertia``."""
+    unplaced: list[Text] = field(default_factory=list)
+    """Headers that name no role."""
+
+    def serve(self, chosen: Chosen) -> None:
+        """Take a column for its role, or put it with the others."""
+        present = self.used.get(chosen.role)
+        if present is None and chosen.role != "inertia":
+            self.used[chosen.role] = [chosen]
+        elif (
+            present is not None
+            and chosen.index is not None
+            and all(c.index is not None and c.index != chosen.index for c in present)
+        ):
+            present.append(chosen)
+        else:
+            self.others.append(chosen)
+
+
+def derived_roles(roles: set[str]) -> set[str]:
+    """Give the roles that are only compared, because the readings they derive from are there."""
+    derived = {"inertia"}
+    if "time" in roles and roles & {"turns", "angle"}:
+        derived |= {"precession_period", "precession_rate"}
+    if "position" in roles and roles & {"mass", "force"}:
+        derived.add("torque")
+    if "spin" in roles or {"spin_start", "spin_end"} <= roles:
+        derived |= {"spin_period", "spin_period_start", "spin_period_end"}
+    if {"spin_start", "spin_end"} <= roles:
+        derived.add("spin")
+    return derived
+
+
+def choose(layout: Layout, mapping: Mapping[str, str], settings: Settings, faults: Faults) -> Choice:
+    """Give each column its role.
+
+    Raises
+    ------
+    InputError
+        ``--map`` names a header that is not there.
+    """
+    choice = Choice()
+    mapped = _mapped(layout, mapping, faults)
+    for chosen in mapped.values():
+        choice.serve(chosen)
+    open_columns: list[tuple[int, tuple[str, ...]]] = []
+    for at, header in enumerate(layout.headers):
+        if at in mapped:
+            continue
+        if not header.roles:
+            if layout.cells[at].text or any(len(row) > at and row[at].text for row in layout.rows):
+                choice.unplaced.append(layout.cells[at])
+        elif len(header.roles) == 1:
+            choice.serve(Chosen(at, layout.cells[at], header, header.roles[0], header.index))
+        else:
+            open_columns.append((at, header.roles))
+    _eliminate(layout, open_columns, choice, settings, faults)
+    for repeats in choice.used.values():
+        repeats.sort(key=lambda chosen: chosen.index or 0)
+    return choice
+
+
+def _mapped(layout: Layout, mapping: Mapping[str, str], faults: Faults) -> dict[int, Chosen]:
+    """Find the columns that ``--map`` names."""
+    found: dict[int, Chosen] = {}
+    texts = [cell.text for cell in layout.cells]
+    for key, wanted in mapping.items():
+        exact = [at for at, text in enumerate(texts) if text == wanted.strip()]
+        loose = [at for at, text in enumerate(texts) if text and squeeze(text) == squeeze(wanted)]
+        places = exact or loose
+        if not places:
+            hint = f"the headers are: {listing([t for t in texts if t], 40)}"
+            raise faults.refuse(G502, f"--map {key}={wanted!r}: there is no such header", hint)
+        at = places[0]
+        if at in found:
+            message = f"--map gives the header {wanted!r} two roles, {found[at].role} and {key}"
+            raise faults.refuse(G503, message, "one column can serve one role")
+        role, _, number = key.partition("_") if key.startswith("time_") else (key, "", "")
+        header = layout.headers[at]
+        if header.unit is None and header.spread.partition(" ")[2]:
+            header = header._replace(unit=header.spread.partition(" ")[2])
+        if ROLE_KINDS.get(role.removeprefix("u_")) == "text":
+            header = header._replace(unit=None)
+        index = int(number) if number else None
+        found[at] = Chosen(at, layout.cells[at], header, role, index)
+    return found
+
+
+def _eliminate(
+    layout: Layout,
+    open_columns: list[tuple[int, tuple[str, ...]]],
+    choice: Choice,
+    settings: Settings,
+    faults: Faults,
+) -> None:
+    """Decide headers of several roles where only one role is left; ask about the rest if they are needed."""
+    numbered = [at for at, roles in open_columns if "spin_start" in roles or "spin_end" in roles]
+    if len(numbered) == 2 and all(_counts_turns(layout.headers[at]) for at in numbered) and "spin" not in choice.used:
+        # Rates in rpm numbered 0, 1 or 1, 2 are the spin before and after; in rad/s one may be the precession.
+        for at, role in zip(sorted(numbered, key=lambda a: layout.cells[a].text), ("spin_start", "spin_end"), strict=True):
+            choice.serve(Chosen(at, layout.cells[at], layout.headers[at], role))
+        shown = listing([layout.cells[at].text for at in numbered])
+        faults.add(G220, f"{shown}: taken as the spin at the start and at the end", "if not, name them with --map")
+        open_columns = [(at, roles) for at, roles in open_columns if at not in numbered]
+    progress = True
+    while progress and open_columns:
+        progress = False
+        for at, roles in list(open_columns):
+            left = [role for role in roles if not _is_served(role, choice, settings)]
+            if len(left) == 1 and len(left) < len(roles):
+                choice.serve(Chosen(at, layout.cells[at], layout.headers[at], left[0]))
+                open_columns.remove((at, roles))
+                progress = True
+    roles_there = set(choice.used) | set(settings.roles)
+    for at, roles in open_columns:
+        left = [role for role in roles if not _is_served(role, choice, settings)]
+        cell = layout.cells[at]
+        if left and not set(left) <= derived_roles(roles_there) and _may_be_needed(left, roles_there):
+            ways = " or ".join(f'--map {role}="{cell.text}"' for role in left)
+            message = f'the header "{cell.text}" fits {" and ".join(left)}'
+            faults.add(G207, message, f"say which: {ways}", cell.place, len(cell.text))
+        else:
+            message = f'the column "{cell.text}" is not used: it fits {" and ".join(roles)}'
+            faults.add(G220, message, "", cell.place, len(cell.text))
+
+
+def _counts_turns(header: Header) -> bool:
+    from gyrodata.units import UnitError, parse_unit
+
+    if header.unit is None:
+        return False
+    try:
+        return parse_unit(header.unit, "rate").text in ("rpm", "rps", "Hz")
+    except UnitError:
+        return False
+
+
+def _is_served(role: str, choice: Choice, settings: Settings) -> bool:
+    base = role.removeprefix("u_")
+    if role != base:
+        # An uncertainty belongs to the role that its symbol has: "σ_T" goes where "T" went.
+        return base not in choice.used or role in choice.used
+    return role in choice.used or role in settings.roles
+
+
+def _may_be_needed(left: list[str], there: set[str]) -> bool:
+    spin = "spin" in there or {"spin_start", "spin_end"} <= there or "spin_period" in there
+    timing = bool(there & {"precession_period", "precession_rate"}) or (
+        "time" in there and bool(there & {"turns", "angle"})
+    )
+    load = "torque" in there or ("position" in there and bool(there & {"mass", "force"}))
+    for role in left:
+        if role.startswith("u_"):
+            return True
+        if role.startswith("spin") and spin:
+            continue
+        if role in ("time", "turns", "angle", "precession_period", "precession_rate") and timing:
+            continue
+        if role in ("mass", "force", "position", "torque") and load:
+            continue
+        return True
+    return False
+
+
+def note_unplaced(choice: Choice, faults: Faults) -> None:
+    """Say which headers name nothing known."""
+    if choice.unplaced:
+        texts = [cell.text or f"(column {cell.column}, no header)" for cell in choice.unplaced]
+        word = "column is" if len(texts) == 1 else "columns are"
+        faults.add(G221, f"the {word} not used: {listing(texts)}", "if one is needed, name it with --map role=HEADER")
+
+
+def unit_to_write(role: str, chosen: Chosen, shown: str, faults: Faults) -> None:
+    """Ask for the unit of a column, with the header to write."""
+    name = chosen.header.text
+    faults.add(G206, f'{role}: the column "{name}" has no unit', f'write the header as "{name} [{shown}]"', chosen.cell.place, len(name))

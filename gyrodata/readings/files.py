@@ -1,0 +1,287 @@
+"""From whatever holds a log (file, standard input, bytes, DataFrame, workbook) to its text."""
+
+from __future__ import annotations
+
+import difflib
+import hashlib
+import os
+import re
+import sys
+import zlib
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple, TextIO
+
+from gyrodata.errors import register
+from gyrodata.readings.log import Faults, listing
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    Source = str | os.PathLike[str] | bytes | BinaryIO | TextIO | pd.DataFrame
+
+MAX_BYTES = 10 * 1000 * 1000
+MAX_ROWS = 100_000
+MAX_COLUMNS = 200
+
+G101 = register("G101", "error", "there is no such file", "analyze no-such-file.csv")
+G102 = register("G102", "error", "the file cannot be opened", "analyze .")
+G103 = register("G103", "error", "the log is empty", "")
+G104 = register("G104", "error", "another kind of file", "%PDF-1.7 a report, not a log")
+G105 = register("G105", "error", "not text", "mass [g]\x00position")
+G106 = register("G106", "error", "the file is too large", "analyze eleven-megabytes.csv")
+G107 = register("G107", "error", "a compressed file that is damaged", "\x1f\x8b\x08 and no more")
+G108 = register("G108", "error", "a workbook that cannot be read", "analyze log.xlsx")
+G109 = register(
+    "G109",
+    "note",
+    "the file is not UTF-8; a code page was guessed",
+    "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,206,7.06,1/3 \xb1\n",
+)
+
+_SIGNATURES: tuple[tuple[bytes, str], ...] = (
+    (b"\x89PNG", "a PNG picture"),
+    (b"\xff\xd8\xff", "a JPEG picture"),
+    (b"GIF8", "a GIF picture"),
+    (b"BM", "a BMP picture"),
+    (b"RIFF", "a picture or a sound"),
+    (b"II*\x00", "a TIFF picture"),
+    (b"MM\x00*", "a TIFF picture"),
+    (b"%PDF", "a PDF"),
+    (b"%!PS", "a PostScript file"),
+    (b"{\\rtf", "a rich-text document"),
+    (b"\xd0\xcf\x11\xe0", "an old Office file (.xls or .doc)"),
+    (b"7z\xbc\xaf", "a 7z archive"),
+    (b"Rar!", "a RAR archive"),
+    (b"BZh", "a bzip2 archive"),
+    (b"\xfd7zXZ", "an xz archive"),
+    (b"SQLite format", "a database"),
+)
+_MARKUP = re.compile(rb"\s*(?:<!doctype|<html|<\?xml|<svg)", re.IGNORECASE)
+_SAVE_AS = "save the table as CSV (in a spreadsheet: File, Save as, CSV UTF-8) and give that file"
+
+
+class Document(NamedTuple):
+    """A log as text, before anything in it is understood."""
+
+    name: str
+    sha256: str
+    text: str
+    faults: Faults
+    delimiter: str | None = None
+    """Known beforehand where this module wrote the text itself."""
+
+
+def load(source: Source, name: str | None) -> Document:
+    """Read and decode a log.
+
+    Parameters
+    ----------
+    source : path, "-", log text (a str of several lines), bytes, open file, or DataFrame
+        Where the log is.
+    name : str or None
+        Name to show instead of the source's own.
+
+    Raises
+    ------
+    InputError
+        There is no such file, or what it holds is no text.
+    """
+    if _is_frame(source):
+        shown = name or "<table>"
+        text = _frame_text(source)
+        return Document(shown, _digest(text.encode()), text, Faults(shown, text), "\t")
+    shown, data = _read(source, name)
+    faults = Faults(shown)
+    digest = _digest(data)
+    if len(data) > MAX_BYTES:
+        raise faults.refuse(G106, "the file is larger than 10 MB", "a lab log has a few kilobytes; is this the one?")
+    if data.startswith(b"\x1f\x8b"):
+        data = _decompress(data, faults)
+    if data.startswith(b"PK\x03\x04"):
+        from gyrodata.readings.workbooks import workbook_text
+
+        text = workbook_text(data, faults)
+        return Document(shown, digest, text, _with_text(faults, text), "\t")
+    _refuse_other_files(data, faults)
+    text, encoding = decode(data, faults)
+    if not text.strip():
+        raise faults.refuse(G103, "the log is empty", "write a blank log to fill in with: gyro template")
+    faults = _with_text(faults, text)
+    if encoding:
+        faults.add(G109, f"the file is not UTF-8; it was read as {encoding}", "save it as UTF-8 to be sure")
+    return Document(shown, digest, text, faults)
+
+
+def _with_text(faults: Faults, text: str) -> Faults:
+    fresh = Faults(faults.name, text)
+    fresh.found.extend(faults.found)
+    return fresh
+
+
+def _digest(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()
+
+
+def _read(source: Any, name: str | None) -> tuple[str, bytes]:
+    """Get at most a little more than the limit, so that nothing endless is read to its end."""
+    if isinstance(source, bytes | bytearray | memoryview):
+        return name or "<bytes>", bytes(source)
+    if isinstance(source, str) and source == "-":
+        return name or "<stdin>", sys.stdin.buffer.read(MAX_BYTES + 1)
+    if isinstance(source, str) and ("\n" in source or "\r" in source):
+        return name or "<text>", source.encode("utf-8", "surrogatepass")
+    if hasattr(source, "read"):
+        data = source.read(MAX_BYTES + 1)
+        own = getattr(source, "name", None)
+        shown = name or (Path(own).name if isinstance(own, str) else "<stream>")
+        return shown, data.encode("utf-8", "surrogatepass") if isinstance(data, str) else bytes(data)
+    return _read_path(source, name)
+
+
+def _read_path(source: str | os.PathLike[str], name: str | None) -> tuple[str, bytes]:
+    path = Path(source)
+    shown = name or path.name or str(path)
+    faults = Faults(shown)
+    try:
+        with path.open("rb") as file:
+            return shown, file.read(MAX_BYTES + 1)
+    except FileNotFoundError:
+        raise faults.refuse(G101, f"there is no file {str(path)!r}", _neighbours(path)) from None
+    except IsADirectoryError:
+        raise faults.refuse(G102, f"{str(path)!r} is a folder, not a log", "give the file in it") from None
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        raise faults.refuse(G102, f"{str(path)!r} cannot be opened: {reason}") from None
+
+
+def _neighbours(path: Path) -> str:
+    """Propose files of the same folder with a similar name."""
+    try:
+        names = sorted(entry.name for entry in os.scandir(path.parent) if entry.is_file())
+    except (OSError, ValueError):
+        return f"there is no folder {str(path.parent)!r} either"
+    close = difflib.get_close_matches(path.name, names[:2000], n=3, cutoff=0.6)
+    return f"did you mean {listing(close)}?" if close else ""
+
+
+def _decompress(data: bytes, faults: Faults) -> bytes:
+    """Unpack .gz up to the limit: a small file can unpack to anything."""
+    unpacker = zlib.decompressobj(wbits=31)
+    try:
+        text = unpacker.decompress(data, MAX_BYTES + 1)
+    except zlib.error:
+        raise faults.refuse(G107, "the .gz file is damaged", "make it again, or give the CSV itself") from None
+    if len(text) > MAX_BYTES:
+        raise faults.refuse(G106, "the file unpacks to more than 10 MB", "a lab log has a few kilobytes")
+    if not unpacker.eof:
+        raise faults.refuse(G107, "the .gz file ends too early", "make it again, or give the CSV itself")
+    return text
+
+
+def _refuse_other_files(data: bytes, faults: Faults) -> None:
+    for signature, kind in _SIGNATURES:
+        # "BM" or "RIFF" may also begin a word of a text.
+        if data.startswith(signature) and (len(signature) > 4 or b"\x00" in data[:64] or signature[:1] in b"%{"):
+            raise faults.refuse(G104, f"this is {kind}, not a table", _SAVE_AS)
+    if data.startswith((b"\x89PNG", b"\xff\xd8\xff", b"GIF8", b"\xd0\xcf\x11\xe0", b"7z\xbc\xaf", b"Rar!\x1a", b"BZh9")):
+        raise faults.refuse(G104, "this is a picture or an archive, not a table", _SAVE_AS)
+    if _MARKUP.match(data):
+        raise faults.refuse(G104, "this is a web page, not a table", _SAVE_AS)
+
+
+def decode(data: bytes, faults: Faults) -> tuple[str, str]:
+    """Decode by byte-order mark, as UTF-8, or in the one-byte code page that fits best.
+
+    Returns
+    -------
+    tuple of str
+        The text, and the code page if one had to be guessed (else "").
+    """
+    for mark, encoding in (
+        (b"\xef\xbb\xbf", "utf-8"),
+        (b"\xff\xfe\x00\x00", "utf-32"),
+        (b"\x00\x00\xfe\xff", "utf-32"),
+        (b"\xff\xfe", "utf-16"),
+        (b"\xfe\xff", "utf-16"),
+    ):
+        if data.startswith(mark):
+            body = data[3:] if encoding == "utf-8" else data
+            return _without_nul(body.decode(encoding, "replace"), faults), ""
+    if b"\x00" in data:
+        at = data.index(b"\x00")
+        looks_wide = data[1:40:2].count(0) > 8 or data[0:40:2].count(0) > 8
+        hint = "it looks like UTF-16 without its mark; " + _SAVE_AS if looks_wide else _SAVE_AS
+        raise faults.refuse(G105, f"this is not text: byte {at + 1} is a NUL", hint)
+    try:
+        return data.decode("utf-8"), ""
+    except UnicodeDecodeError:
+        encoding = _guess_code_page(data)
+        return data.decode(encoding, "replace"), encoding
+
+
+def _without_nul(text: str, faults: Faults) -> str:
+    if "\x00" in text:
+        raise faults.refuse(G105, "this is not text: it holds NUL characters", _SAVE_AS)
+    return text
+
+
+_CODE_PAGES = ("cp1252", "cp1251", "cp1250", "koi8-r", "cp866", "cp1253")
+_WORD = re.compile(r"[^\W\d_]+")
+
+
+def _guess_code_page(data: bytes) -> str:
+    """Take the code page in which the words beyond ASCII are words that students write."""
+    from gyrodata.readings.vocabulary import is_word
+
+    sample = data[:20_000]
+    best, best_score = _CODE_PAGES[0], -1e9
+    for encoding in _CODE_PAGES:
+        text = sample.decode(encoding, "replace")
+        score = -5.0 * text.count("\ufffd")
+        for word in sorted(set(_WORD.findall(text))):
+            if word.isascii():
+                continue
+            score += len(word) * (3.0 if is_word(word) else 0.0)
+            # One script in a word is how people write; capitals come first in it.
+            score -= 1.0 if len({ord(c) >= 0x370 for c in word}) > 1 else 0.0
+            score -= 1.0 if word[1:] != word[1:].lower() else 0.0
+        score -= sum(1.0 for c in text if ord(c) > 127 and not c.isalpha() and c not in "°±·²³µ×–—−№\xa0½¼¾º")
+        if score > best_score:
+            best, best_score = encoding, score
+    return best
+
+
+def _is_frame(source: object) -> bool:
+    """Know a DataFrame without importing pandas."""
+    return type(source).__module__.partition(".")[0] == "pandas" and hasattr(source, "columns")
+
+
+def _frame_text(frame: Any) -> str:
+    """Write a DataFrame as the tab-separated text that it would have been read from."""
+    lines = [
+        f"# {key}: {value}" for key, value in frame.attrs.items() if isinstance(value, str | int | float)
+    ]
+    rows = [tuple(frame.columns), *frame.itertuples(index=False, name=None)]
+    return "\n".join([*(line.replace("\n", " ") for line in lines), *table_text(rows)]) + "\n"
+
+
+def table_text(rows: Iterable[tuple[Any, ...]]) -> Iterable[str]:
+    """Write rows of Python values as tab-separated lines."""
+    for row in rows:
+        yield "\t".join(_quoted(value_text(value)) for value in row)
+
+
+def _quoted(text: str) -> str:
+    text = text.replace("\t", " ").replace("\r", " ").replace("\n", " ")
+    return '"' + text.replace('"', '""') + '"' if text.startswith('"') else text
+
+
+def value_text(value: Any) -> str:
+    """Write one cell of a spreadsheet or DataFrame as a student would have typed it."""
+    if value is None or value != value or type(value).__name__ in ("NAType", "NaTType"):  # noqa: PLR0124
+        return ""
+    if isinstance(value, float) or type(value).__name__.startswith("float"):
+        number = float(value)
+        return str(int(number)) if number.is_integer() and abs(number) < 1e15 else repr(number)
+    return str(value)

@@ -1,0 +1,220 @@
+"""From text to a grid of cells with their places: delimiter, quotes, ``#`` lines, limits."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from gyrodata.errors import register
+from gyrodata.readings.files import MAX_COLUMNS, MAX_ROWS, Document
+from gyrodata.readings.log import Faults, Place
+
+MAX_CELL = 10_000
+_LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
+G209 = register("G209", "error", "a row has more cells than the header", _LOG + "20,15,0,560,13,06,1/3\n")
+G222 = register("G222", "error", "no delimiter between the columns", "mass position spin time\n20 15.0 560 13.06\n")
+G223 = register("G223", "error", "more than 100 000 rows", "analyze hundred-thousand-rows.csv")
+G224 = register("G224", "error", "more than 200 columns", "," * 300 + "\n1,2\n")
+G225 = register("G225", "error", "a cell of more than 10 000 characters", _LOG + "x" * 10_001 + ",1,1,1,1\n")
+G226 = register("G226", "error", "a quoted cell is never closed", _LOG + '20,"15.0,560,13.06,1/3\n')
+
+
+class Text(NamedTuple):
+    """One cell as it stands in the file."""
+
+    text: str
+    """Without quotes and without blanks around it."""
+    line: int
+    column: int
+    """Of its first character, 1-based."""
+
+    @property
+    def place(self) -> Place:
+        """Line and column."""
+        return Place(self.line, self.column)
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The rows of a table, and the ``# key: value`` lines around it."""
+
+    delimiter: str
+    rows: list[list[Text]]
+    """Rows that are neither comments nor blank; blank cells at the end are cut off."""
+    metadata: list[tuple[str, Text]]
+    """Keys with their values, in the order of the file."""
+    comments: list[Text]
+    """``#`` lines that say no ``key: value``."""
+
+
+_DELIMITERS = ("\t", ";", ",")
+_KEY = re.compile(r"\s*([^\W\d][\w .()/\-]{0,39}?)\s*[:=]\s*(.*)", re.DOTALL)
+
+
+def make_grid(document: Document) -> Grid:
+    """Split a log into cells.
+
+    Raises
+    ------
+    InputError
+        A limit is exceeded, a quote is never closed, or there is no delimiter.
+    """
+    faults = document.faults
+    lines = faults.lines
+    body: list[int] = []  # indices of the table's lines
+    metadata: list[tuple[str, Text]] = []
+    comments: list[Text] = []
+    forced = document.delimiter
+    for index, line in enumerate(lines):
+        if not line or line.isspace():
+            continue
+        head = line.lstrip(' "\t') if line[0] in ' "\t' else line
+        if head[0:1] == "#" and not re.match(r"#\s*[;,\t]", head):
+            _read_comment(line, index + 1, metadata, comments)
+        elif index == 0 and re.fullmatch(r"sep=[;,\t]\s*", line):
+            forced = line[4]  # what Excel writes for itself
+        else:
+            body.append(index)
+    if len(body) > MAX_ROWS:
+        raise faults.refuse(G223, f"{len(body)} rows; at most 100 000 are read", "a lab log has some dozens")
+    delimiter = forced or find_delimiter([lines[i] for i in body[:30]])
+    if delimiter is None and body:
+        line = lines[body[0]]
+        hint = "put a comma, a semicolon or a tab between the columns"
+        raise faults.refuse(G222, "no delimiter between the columns was found", hint, Place(body[0] + 1, 1), len(line))
+    rows = _split_rows(lines, body, delimiter or ",", faults)
+    return Grid(delimiter or ",", rows, metadata, comments)
+
+
+def _read_comment(line: str, number: int, metadata: list[tuple[str, Text]], comments: list[Text]) -> None:
+    """Read ``# key: value``; a spreadsheet may have quoted the line or hung delimiters on it."""
+    start = line.index("#") + 1
+    content = line[start:].rstrip(" \t,;")
+    if line.lstrip().startswith('"'):
+        content = content.rstrip('"').replace('""', '"')
+    match = _KEY.fullmatch(content)
+    if match is None:
+        comments.append(Text(content.strip(), number, start))
+        return
+    key = re.sub(r"[\s\-]+", "_", match[1].strip())
+    metadata.append((key, Text(match[2].strip(), number, start + match.start(2) + 1)))
+
+
+def find_delimiter(lines: list[str]) -> str | None:
+    """Take the delimiter that cuts the header and most rows into equally many cells."""
+    best, best_share = None, 0.0
+    for delimiter in _DELIMITERS:
+        counts = [_count(line[: 4 * MAX_CELL], delimiter) for line in lines]
+        if not counts or not any(counts[:2]):
+            continue
+        usual = max(counts[:2])
+        share = sum(count == usual for count in counts) / len(counts)
+        if best is None or share > best_share + 0.3:
+            best, best_share = delimiter, share
+    return best
+
+
+def _count(line: str, delimiter: str) -> int:
+    if '"' in line:
+        line = re.sub(r'"[^"]*"', "", line)
+    return line.count(delimiter)
+
+
+def _split_rows(lines: list[str], body: list[int], delimiter: str, faults: Faults) -> list[list[Text]]:
+    rows: list[list[Text]] = []
+    until = -1  # last line of a quoted cell that goes over several lines
+    for index in body:
+        if index <= until:
+            continue
+        line = lines[index]
+        if '"' in line:
+            row, until = _split_quoted(lines, index, delimiter, faults)
+        else:
+            row = _split_plain(line, index + 1, delimiter, faults)
+        while row and not row[-1].text:
+            row.pop()
+        if len(row) > MAX_COLUMNS:
+            raise _too_many_columns(len(row), index + 1, faults)
+        if row:
+            rows.append(row)
+    return rows
+
+
+def _too_many_columns(count: int, line: int, faults: Faults) -> Exception:
+    hint = "a lab log has about ten; is this another table?"
+    return faults.refuse(G224, f"{count} columns; at most {MAX_COLUMNS} are read", hint, Place(line, 1))
+
+
+def _split_plain(line: str, number: int, delimiter: str, faults: Faults) -> list[Text]:
+    if line.count(delimiter) > MAX_COLUMNS and line.rstrip(delimiter + " ").count(delimiter) >= MAX_COLUMNS:
+        raise _too_many_columns(line.count(delimiter) + 1, number, faults)
+    row: list[Text] = []
+    column = 1
+    for part in line.split(delimiter):
+        text = part.strip()
+        row.append(Text(text, number, column + (part.index(text) if text != part else 0)))
+        if len(part) > MAX_CELL:
+            raise _long_cell(len(part), row[-1], faults)
+        column += len(part) + 1
+    return row
+
+
+def _long_cell(length: int, cell: Text, faults: Faults) -> Exception:
+    return faults.refuse(
+        G225, f"a cell of {length} characters; at most 10 000 are read", "", cell.place
+    )
+
+
+def _split_quoted(lines: list[str], index: int, delimiter: str, faults: Faults) -> tuple[list[Text], int]:
+    """Split a line with quoted cells; one of them may go on in the next lines."""
+    row: list[Text] = []
+    line, position = lines[index], 0
+    while True:
+        start = position
+        while start < len(line) and line[start] in " \u00a0":
+            start += 1
+        if line.startswith('"', start):
+            place = Place(index + 1, start + 1)
+            text, index, position = _read_quoted(lines, index, start + 1, place, faults)
+            line = lines[index]
+            end = line.find(delimiter, position)
+            end = len(line) if end < 0 else end
+            row.append(Text((text + line[position:end]).strip(), place.line, place.column + 1))
+        else:
+            end = line.find(delimiter, position)
+            end = len(line) if end < 0 else end
+            text = line[position:end].strip()
+            row.append(Text(text, index + 1, min(start, end) + 1))
+        if len(row[-1].text) > MAX_CELL:
+            raise _long_cell(len(row[-1].text), row[-1], faults)
+        if end >= len(line):
+            return row, index
+        if len(row) > MAX_COLUMNS * 2:
+            raise _too_many_columns(line.count(delimiter) + 1, index + 1, faults)
+        position = end + 1
+
+
+def _read_quoted(
+    lines: list[str], index: int, position: int, opened: Place, faults: Faults
+) -> tuple[str, int, int]:
+    """Read up to the closing quote; give the text, and the line and position behind the quote."""
+    parts: list[str] = []
+    length = 0
+    while True:
+        line = lines[index]
+        end = line.find('"', position)
+        if end < 0:
+            parts.append(line[position:] + " ")
+            length += len(line) - position + 1
+            index, position = index + 1, 0
+        elif line.startswith('""', end):
+            parts.append(line[position : end + 1])
+            length += end + 1 - position
+            position = end + 2
+        else:
+            parts.append(line[position:end])
+            return "".join(parts), index, end + 1
+        if index >= len(lines) or length > MAX_CELL:
+            message = "a quoted cell begins here and is never closed"
+            raise faults.refuse(G226, message, 'close it with ", or take the quote away', opened)

@@ -1,0 +1,172 @@
+"""What every run must have, what is missing, and every way to supply it."""
+
+from __future__ import annotations
+
+import math
+
+from gyrodata.errors import register
+from gyrodata.readings.choice import Choice
+from gyrodata.readings.headers import suggest_role
+from gyrodata.readings.log import Column, Faults, Place, listing, span
+from gyrodata.readings.table import Table
+from gyrodata.units import DISPLAY, kind_of_role
+
+G301 = register(
+    "G301", "error", "a quantity is missing", "mass [g],position [cm],spin [rpm],time [s]\n20,15.0,406,13.06\n"
+)
+G302 = register(
+    "G302",
+    "error",
+    "a run lacks a quantity",
+    "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n20,15.0,598,19.2,\n",
+)
+G303 = register(
+    "G303",
+    "error",
+    "turns and angle contradict each other",
+    "mass [g],position [cm],spin [rpm],time [s],turns,angle [deg]\n20,15.0,406,13.06,1/3,90\n",
+)
+
+_SAMPLES = {
+    "mass": "20 g",
+    "position": "15 cm",
+    "spin": "400 rpm",
+    "spin_start": "410 rpm",
+    "spin_end": "390 rpm",
+    "spin_period_start": "0.14 s",
+    "spin_period_end": "0.16 s",
+    "turns": "1",
+}
+_MEANINGS = {
+    "mass": "the added weight",
+    "position": "where on the rod the weight sits",
+    "spin": "how fast the ball spins",
+    "time": "the stopwatch time of each run",
+    "turns": "how many turns each time covers",
+}
+_INSTEAD = {
+    "mass": " (a torque [N*m] column, or force [N], serves instead)",
+    "spin": " (spin_start and spin_end, or spin_period [s], serve instead)",
+    "time": " (precession_period [s] or precession_rate [rad/s] serves instead)",
+    "turns": ' (or the swept angle: a column angle [deg], "# angle: 120 deg", --set angle="120 deg")',
+}
+
+
+def check_meaning(table: Table, choice: Choice, unread: set[str], faults: Faults) -> None:
+    """Add a fault for everything that is missing or contradicts itself.
+
+    Parameters
+    ----------
+    table : Table
+        The runs as read.
+    choice : Choice
+        For the headers that could not be placed.
+    unread : set of str
+        Roles whose column is there but could not be read, which has been said already.
+    """
+    missing = [role for role in _missing_roles(table.columns) if role not in unread]
+    for role in missing:
+        _add_missing(role, choice, faults)
+    if not missing and not unread:
+        _check_runs(table, faults)
+    _check_turns(table, faults)
+
+
+def _missing_roles(columns: dict[str, Column]) -> list[str]:
+    there = set(columns)
+    missing: list[str] = []
+    if "torque" not in there:
+        if not there & {"mass", "force"}:
+            missing.append("mass")
+        masses = columns["mass"].values if "mass" in there and "force" not in there else (None,)
+        if "position" not in there and any(value != 0 for value in masses):
+            missing.append("position")
+    periods = {"spin_period_start", "spin_period_end"}
+    if not ("spin" in there or "spin_period" in there or {"spin_start", "spin_end"} <= there or periods <= there):
+        half = [role for role in ("spin_start", "spin_end") if role in there]
+        half_period = [role for role in sorted(periods) if role in there]
+        if half:
+            missing.append("spin_end" if half == ["spin_start"] else "spin_start")
+        elif half_period:
+            missing.append("spin_period_end" if half_period == ["spin_period_start"] else "spin_period_start")
+        else:
+            missing.append("spin")
+    if not there & {"precession_period", "precession_rate"}:
+        missing += ["time"] if "time" not in there else []
+        missing += ["turns"] if not there & {"turns", "angle"} else []
+    return missing
+
+
+def _add_missing(role: str, choice: Choice, faults: Faults) -> None:
+    unit = DISPLAY[kind_of_role(role)]
+    header = f"{role} [{unit}]" if unit else role
+    ways = [f"add a column {header}"]
+    if role != "time":
+        sample = _SAMPLES.get(role, f"1 {unit}")
+        quoted = f'"{sample}"' if " " in sample else sample
+        ways += [f'or a line "# {role}: {sample}"', f"or --set {role}={quoted}"]
+    ways.append(f"or --map {role}=HEADER to name the column that holds it")
+    meaning = f" ({_MEANINGS[role]})" if role in _MEANINGS else ""
+    message = f"{role} is missing{meaning}"
+    texts = [cell.text for cell in choice.unplaced if cell.text]
+    if texts:
+        message += f"; headers that could not be placed: {listing(texts)}"
+    hint = "; ".join(ways) + _INSTEAD.get(role, "")
+    close = [text for text in texts if suggest_role(text) == role]
+    if close:
+        hint = f'is it "{close[0]}"? ' + hint
+    faults.add(G301, message, hint)
+
+
+def _check_runs(table: Table, faults: Faults) -> None:
+    """Find the runs that lack what the others have."""
+    columns = table.columns
+    lacking: dict[str, list[int]] = {}
+
+    def has(role: str, run: int) -> bool:
+        return role in columns and columns[role].values[run] is not None
+
+    for run in range(len(table.runs)):
+        weight = columns["mass"].values[run] if "mass" in columns else None
+        if not (has("torque", run) or weight == 0):
+            if not (has("mass", run) or has("force", run)):
+                lacking.setdefault("mass" if "mass" in columns else "torque", []).append(run)
+            if not has("position", run) and (has("mass", run) or has("force", run)):
+                lacking.setdefault("position", []).append(run)
+        pair = has("spin_start", run) and has("spin_end", run)
+        periods = has("spin_period_start", run) and has("spin_period_end", run)
+        if not (has("spin", run) or has("spin_period", run) or pair or periods):
+            lacking.setdefault(_spin_lacking(columns, has, run), []).append(run)
+        timed = has("time", run) and (has("turns", run) or has("angle", run))
+        if not (timed or has("precession_period", run) or has("precession_rate", run)):
+            if "time" in columns:
+                lacking.setdefault("angle" if "turns" not in columns and "angle" in columns else "turns", []).append(run)
+            else:
+                lacking.setdefault("precession_period" if "precession_period" in columns else "precession_rate", []).append(run)
+    for role, runs in lacking.items():
+        lines = list(dict.fromkeys(table.lines[run] for run in runs))
+        hint = f"write it there; a blank cell takes the {role} above only within one block of filled rows"
+        if role in ("turns", "angle"):
+            hint = f'write it there, or for all blank cells a line "# {role}: …"'
+        faults.add(G302, f"{span(lines)}: no {role}", hint, Place(lines[0], 1))
+
+
+def _spin_lacking(columns: dict[str, Column], has: object, run: int) -> str:
+    for start in ("spin_start", "spin_end", "spin", "spin_period", "spin_period_start", "spin_period_end"):
+        if start in columns and columns[start].values[run] is None:
+            return start
+    return "spin"
+
+
+def _check_turns(table: Table, faults: Faults) -> None:
+    """Compare turns with the swept angle, where a log gives both."""
+    turns, angle = table.columns.get("turns"), table.columns.get("angle")
+    if turns is None or angle is None:
+        return
+    for run, (count, swept) in enumerate(zip(turns.values, angle.values, strict=True)):
+        if count is None or swept is None:
+            continue
+        step = angle.resolutions[run] or 0.0
+        if abs(swept - 2 * math.pi * count) > max(step, 0.01 * abs(swept)):
+            message = f"run {table.runs[run]}: {turns.texts[run]} turns are {360 * count:.4g} degrees, not {angle.texts[run]}"
+            faults.add(G303, message, "correct one of the two, or take one column out", angle.places[run])

@@ -1,0 +1,215 @@
+"""What holds for the whole log: ``# key: value`` lines, ``--set``, ``--config``; and ``--map``."""
+
+from __future__ import annotations
+
+import difflib
+import os
+import re
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from gyrodata.errors import InputError, register
+from gyrodata.readings.cells import Cell, CellError, read_cell
+from gyrodata.readings.grid import Text
+from gyrodata.readings.headers import name_roles
+from gyrodata.readings.log import Faults, Place, listing
+from gyrodata.readings.vocabulary import BALANCE, CONSTANTS, KEYS, ROLES, UNCERTAINTIES
+from gyrodata.units import Uncertainty, UnitError, kind_of_role, parse_quantity, parse_uncertainty
+
+_LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n"
+G304 = register("G304", "note", "an option takes the place of a column", 'analyze log.csv --set spin="400 rpm"')
+G305 = register("G305", "warning", "a # key that is nearly one this tool knows", "# u_tme: 0.2 s\n" + _LOG)
+G306 = register("G306", "error", "the value of a # line cannot be read", "# g: fast\n" + _LOG)
+G307 = register("G307", "error", "a # key is given twice, with two values", "# g: 9.8 m/s^2\n# g: 9.9 m/s^2\n" + _LOG)
+G501 = register("G501", "error", "--set or --config: there is no such key", "analyze log.csv --set trns=1")
+G502 = register("G502", "error", "--map: there is no such header", 'analyze log.csv --map time="Zeitpunkt"')
+G503 = register("G503", "error", "--map: there is no such role", 'analyze log.csv --map tme="time [s]"')
+G504 = register("G504", "error", "--set or --config: the value cannot be read", "analyze log.csv --set g=fast")
+G505 = register("G505", "error", "--config: the file cannot be read", "analyze log.csv --config no-such-file.toml")
+
+
+@dataclass(frozen=True, slots=True)
+class Given:
+    """One value that holds for the whole log."""
+
+    key: str
+    text: str
+    label: str
+    """How it was given: ``# spin``, ``--set spin``, ``--config spin``."""
+    place: Place | None
+    """None for an option."""
+    cell: Cell | None = None
+    """The value of a role or constant."""
+
+
+@dataclass
+class Settings:
+    """All that holds for the whole log."""
+
+    roles: dict[str, Given] = field(default_factory=dict)
+    constants: dict[str, float] = field(default_factory=dict)
+    uncertainties: dict[str, Uncertainty] = field(default_factory=dict)
+    given_uncertainties: dict[str, Given] = field(default_factory=dict)
+    balance_tilt: tuple[float, float] | None = None
+    balance_drift: tuple[float, float, float] | None = None
+    metadata: dict[str, str] = field(default_factory=dict)
+
+
+def read_options(
+    settings: Mapping[str, str], mapping: Mapping[str, str], config: str | os.PathLike[str] | None
+) -> tuple[list[Given], dict[str, str]]:
+    """Check the options before the log is read.
+
+    Returns
+    -------
+    tuple
+        What ``--set`` and ``--config`` give, later ones last, and ``--map`` by role.
+
+    Raises
+    ------
+    InputError
+        A key or role that does not exist, or a configuration file that cannot be read.
+    """
+    faults = Faults("")
+    given = [Given(key.strip(), str(text).strip(), f"--set {key.strip()}", None) for key, text in settings.items()]
+    if config is not None:
+        given += [
+            Given(key, text, f"--config {key}", None) for key, text in _read_config(Path(config), faults).items()
+        ]
+    known = [key for key in KEYS if key not in ("run", "note")]
+    for item in given:
+        if item.key not in known:
+            hint = _close(item.key, known) or f"keys are: {listing(known, 60)}"
+            faults.add(G501, f"{item.label}: there is no such key", hint)
+    roles = (*ROLES, *UNCERTAINTIES)
+    for role in mapping:
+        if role not in roles and not re.fullmatch(r"time_[1-9][0-9]?", role):
+            hint = _close(role, roles) or f"roles are: {listing(list(ROLES), 60)}"
+            faults.add(G503, f"--map {role}=…: there is no such role", hint)
+    if faults.has_error():
+        raise InputError(faults.found)
+    return given, dict(mapping)
+
+
+def _close(key: str, known: list[str] | tuple[str, ...]) -> str:
+    close = difflib.get_close_matches(key.lower(), known, n=3, cutoff=0.6)
+    if not close:
+        close = [role for role in name_roles(key)[0] if role in known]
+    return f"did you mean {' or '.join(close)}?" if close else ""
+
+
+def _read_config(path: Path, faults: Faults) -> dict[str, str]:
+    try:
+        with path.open("rb") as file:
+            table = tomllib.loads(file.read(1_000_000).decode("utf-8-sig"))
+    except (OSError, ValueError, RecursionError) as error:
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        hint = 'it holds lines such as: g = "9.803 m/s^2"'
+        raise faults.refuse(G505, f"--config {str(path)!r} cannot be read: {reason}", hint) from None
+    values: dict[str, str] = {}
+    for key, value in table.items():
+        if isinstance(value, bool) or not isinstance(value, str | int | float):
+            raise faults.refuse(G504, f"--config {key}: not a number or a text", f'write {key} = "…"')
+        values[key] = str(value)
+    return values
+
+
+def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults: Faults) -> Settings:
+    """Understand all ``# key: value`` lines and options, the later ones over the earlier.
+
+    Raises
+    ------
+    InputError
+        The value of an option cannot be read. (That of a ``#`` line becomes a diagnostic.)
+    """
+    settings = Settings()
+    seen: dict[str, Text] = {}
+    for key, text in metadata:
+        known = key.lower()
+        if known not in KEYS or known in ("run", "note"):
+            settings.metadata[key] = text.text
+            _warn_if_misspelt(key, text, faults)
+            continue
+        if known == "time" and ":" in text.text:
+            settings.metadata[key] = text.text  # the hour of the day, not a stopwatch
+            continue
+        if known in seen and seen[known].text != text.text:
+            message = f"{known} is given twice, in lines {seen[known].line} and {text.line}"
+            faults.add(G307, message, "keep one, or write it as a column", text.place, len(text.text))
+            continue
+        seen[known] = text
+        item = Given(known, text.text, f"# {known}", text.place)
+        try:
+            _enter(settings, item)
+        except CellError as error:
+            faults.add(G306, f'{known} "{text.text[:60]}" {error}', error.hint, text.place, len(text.text))
+    for item in options:
+        try:
+            _enter(settings, item)
+        except CellError as error:
+            faults.add(G504, f'{item.label}: "{item.text[:60]}" {error}', error.hint)
+            raise InputError([d for d in faults.found if d.code == G504]) from None
+    return settings
+
+
+def _warn_if_misspelt(key: str, text: Text, faults: Faults) -> None:
+    if key.lower() in ("run", "note") or len(key) > 30:
+        return
+    close = difflib.get_close_matches(key.lower(), KEYS, n=1, cutoff=0.8) if len(key) > 2 else []
+    if not close:
+        roles = [role for role in name_roles(key)[0] if role in KEYS and kind_of_role(role) != "text"]
+        close = roles[:1] if text.text[:1].isdigit() else []
+    if close:
+        message = f'"# {key}" is kept as a remark; nothing is read from it'
+        faults.add(G305, message, f'did you mean "# {close[0]}: {text.text}"?', text.place, len(text.text))
+
+
+def _enter(settings: Settings, item: Given) -> None:
+    """Understand one value and enter it."""
+    key = item.key
+    if key in BALANCE:
+        _enter_balance(settings, item)
+        return
+    kind = kind_of_role(key)
+    if key in UNCERTAINTIES:
+        try:
+            uncertainty = parse_uncertainty(item.text, kind)
+        except UnitError as error:
+            raise CellError(G306, f"is no uncertainty: {error}", error.hint) from None
+        if key.endswith("_scale") and uncertainty.absolute:
+            raise CellError(G306, "is not a share", 'the error of a whole scale is in %, such as "0.1 %"')
+        settings.uncertainties[key] = uncertainty
+        settings.given_uncertainties[key] = item
+        return
+    cell = read_cell(item.text, kind, None)
+    if key in CONSTANTS:
+        if not cell.value > 0:
+            raise CellError(G306, "is not above zero")
+        settings.constants[key] = cell.value
+        if cell.uncertainty is not None:
+            settings.uncertainties.setdefault(f"u_{key}", cell.uncertainty)
+        return
+    settings.roles[key] = Given(key, item.text, item.label, item.place, cell)
+
+
+def _enter_balance(settings: Settings, item: Given) -> None:
+    drift = item.key == "balance_drift"
+    pattern = r"(.+?)\s+in\s+(.+?)\s+at\s+(.+)" if drift else r"(.+?)\s+in\s+(.+)"
+    sample = '"5 deg in 60 s at 400 rpm"' if drift else '"3 deg in 10 s"'
+    match = re.fullmatch(pattern, item.text.strip())
+    if match is None:
+        raise CellError(G306, "is not understood", f"write it like {sample}")
+    try:
+        numbers = [
+            parse_quantity(text, kind) for text, kind in zip(match.groups(), ("angle", "time", "rate"), strict=False)
+        ]
+    except UnitError as error:
+        raise CellError(G306, f"is not understood: {error}", error.hint or f"write it like {sample}") from None
+    if numbers[1] <= 0 or (drift and numbers[2] == 0):
+        raise CellError(G306, "needs a time and a spin above zero", f"write it like {sample}")
+    if drift:
+        settings.balance_drift = (numbers[0], numbers[1], numbers[2])
+    else:
+        settings.balance_tilt = (numbers[0], numbers[1])

@@ -1,0 +1,449 @@
+"""From cells to columns of readings: units, fill-down, uncertainties, one row for each run."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from gyrodata.errors import register
+from gyrodata.readings.cells import G205, G206, G208, G227, Cell, CellError, is_blank, read_cell
+from gyrodata.readings.choice import G220, Choice, Chosen, derived_roles
+from gyrodata.readings.grid import G209, Text
+from gyrodata.readings.layout import Layout
+from gyrodata.readings.log import Column, Faults, Place, span
+from gyrodata.readings.settings import G304, Given, Settings
+from gyrodata.units import (
+    DISPLAY,
+    Uncertainty,
+    UnitError,
+    examples,
+    kind_of_role,
+    parse_uncertainty,
+    parse_unit,
+)
+
+_LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
+_ROW = "20,15.0,406,13.06,1/3\n"
+G215 = register("G215", "error", "a number that cannot be", _LOG + "20,15.0,406,0,1/3\n")
+G216 = register("G216", "warning", "a row without a time is no run", _LOG + _ROW + "20,15.0,406,-,1/3\n")
+G217 = register("G217", "note", "blank cells take the value above", _LOG + _ROW + ",,598,19.2,1/3\n")
+G218 = register("G218", "warning", "a blank spin that may be forgotten", _LOG + _ROW * 2 + "20,15.0,,13.1,1/3\n")
+G219 = register("G219", "error", "a value below the first row it belongs to", _LOG + "," + _ROW[3:] + _ROW)
+
+FILLED_DOWN = (
+    "mass",
+    "force",
+    "torque",
+    "position",
+    "spin",
+    "spin_start",
+    "spin_end",
+    "spin_period",
+    "spin_period_start",
+    "spin_period_end",
+)
+_POSITIVE = {
+    "time",
+    "turns",
+    "angle",
+    "precession_period",
+    "spin_period",
+    "spin_period_start",
+    "spin_period_end",
+    "transverse_inertia",
+}
+_NOT_ZERO = {"spin", "spin_start", "spin_end", "precession_rate"}
+
+
+@dataclass
+class _Track:
+    """One role's readings by row of the file, before rows become runs."""
+
+    chosen: Chosen | None
+    unit: str
+    cells: list[Cell | None]
+    texts: list[Text | None]
+    ids: list[int]
+    spreads: list[Uncertainty | None]
+
+
+@dataclass(frozen=True)
+class Table:
+    """The runs of a log."""
+
+    runs: tuple[str, ...]
+    lines: tuple[int, ...]
+    notes: tuple[str, ...]
+    columns: dict[str, Column]
+    others: tuple[Column, ...]
+
+
+def build(layout: Layout, choice: Choice, settings: Settings, faults: Faults) -> Table:
+    """Read every cell of the columns chosen."""
+    return _Builder(layout, choice, settings, faults).build()
+
+
+class _Builder:
+    def __init__(self, layout: Layout, choice: Choice, settings: Settings, faults: Faults) -> None:
+        self.choice, self.settings, self.faults = choice, settings, faults
+        self.width = len(layout.cells)
+        self.rows = layout.rows
+        self.replaced: set[str] = set()
+        for role, given in settings.roles.items():
+            if given.place is None and role in choice.used:
+                self.replaced.add(role)
+                self._note_replaced(given)
+        for key, given in settings.given_uncertainties.items():
+            if given.place is None and key in choice.used:
+                self._note_replaced(given)
+                del choice.used[key]
+        there = (set(choice.used) | set(settings.roles)) - {"run", "note"}
+        self.derived = derived_roles(there)
+        self.derived |= {f"u_{role}" for role in self.derived}
+
+    def _note_replaced(self, given: Given) -> None:
+        header = self.choice.used[given.key][0].header.text
+        self.faults.add(G304, f'{given.label} takes the place of the column "{header}"')
+
+    def build(self) -> Table:
+        self._check_widths()
+        times = self._time_tracks()
+        is_run = self._run_rows(times)
+        rows = [i for i, run in enumerate(is_run) if run]
+        tracks: dict[str, _Track] = {}
+        for role in (*FILLED_DOWN, *self.choice.used):
+            if role in tracks or role in ("time", "run", "note") or role[:2] == "u_" or role not in self.choice.used:
+                continue
+            if role in self.replaced:
+                continue
+            track = self._track(role, self.choice.used[role][0], role not in self.derived)
+            if track is not None:
+                if role in FILLED_DOWN:
+                    self._fill_down(role, track, tracks.get("mass"), is_run)
+                tracks[role] = track
+        plan = [(i, k) for i in rows for k, time in enumerate(times or [None]) if time is None or time.cells[i]]
+        columns: dict[str, Column] = {}
+        if times:
+            columns["time"] = self._time_column(times, plan)
+        for role, track in tracks.items():
+            column = self._column(role, track, [i for i, _ in plan])
+            if any(value is not None for value in column.values):
+                columns[role] = column
+        for role, given in self.settings.roles.items():
+            if role not in columns and plan:
+                columns[role] = _constant_column(role, given, len(plan), self.settings.uncertainties.get(f"u_{role}"))
+        others = [self._other(chosen, [i for i, _ in plan]) for chosen in self.choice.others]
+        labels = self._labels(plan)
+        notes = self.choice.used.get("note")
+        return Table(
+            labels,
+            tuple(self.rows[i][0].line for i, _ in plan),
+            tuple(self._text(i, notes[0].at) if notes else "" for i, _ in plan),
+            columns,
+            tuple(other for other in others if other is not None),
+        )
+
+    def _text(self, row: int, at: int) -> str:
+        return self.rows[row][at].text if at < len(self.rows[row]) else ""
+
+    def _check_widths(self) -> None:
+        for row in self.rows:
+            if len(row) > self.width:
+                cell = row[self.width]
+                message = f"this row has {len(row)} cells, the header {self.width}"
+                hint = 'put numbers with a decimal comma in quotes ("13,06"), or part the columns with ;'
+                self.faults.add(G209, message, hint, cell.place, len(cell.text))
+
+    def _run_rows(self, times: list[_Track]) -> list[bool]:
+        """Tell which rows are timed runs, and name the others."""
+        if times:
+            is_run = [any(track.texts[i] is not None for track in times) for i in range(len(self.rows))]
+        else:
+            keys = [c[0].at for r in ("precession_period", "precession_rate") if (c := self.choice.used.get(r))]
+            is_run = [
+                not keys or any(not is_blank(self._text(i, at)) for at in keys) for i in range(len(self.rows))
+            ]
+        left_out = [i for i, run in enumerate(is_run) if not run]
+        if left_out:
+            lines = [self.rows[i][0].line for i in left_out]
+            cell = next((c for c in self.rows[left_out[0]] if c.text), self.rows[left_out[0]][0])
+            what = "has no time and is no run" if len(lines) == 1 else "have no time and are no runs"
+            self.faults.add(G216, f"{span(lines)} {what}: left out", "", cell.place, len(cell.text))
+        return is_run
+
+    def _time_tracks(self) -> list[_Track]:
+        if "time" in self.replaced:
+            return []
+        tracks = [self._track("time", chosen, True) for chosen in self.choice.used.get("time", [])]
+        return [track for track in tracks if track is not None]
+
+    def _track(self, role: str, chosen: Chosen, strict: bool) -> _Track | None:
+        """Read one column; None if it is only compared and cannot be read."""
+        kind = kind_of_role(role)
+        faults = self.faults if strict else Faults(self.faults.name)
+        try:
+            unit = parse_unit(chosen.header.unit, kind).text if chosen.header.unit else None
+        except UnitError as error:
+            return self._refuse_unit(role, chosen, error, strict)
+        if unit is None and kind in ("number", "sign"):
+            unit = ""
+        cells: list[Cell | None] = []
+        texts: list[Text | None] = []
+        bare: Text | None = None
+        for row in self.rows:
+            text = row[chosen.at] if chosen.at < len(row) else None
+            cell = None
+            if text is None or is_blank(text.text):
+                text = None
+            else:
+                try:
+                    cell = read_cell(text.text, kind, unit)
+                except CellError as error:
+                    if error.code == G206:
+                        bare = bare or text
+                    else:
+                        joint = "" if str(error).startswith(":") else " "
+                        message = f'{role} "{text.text[:60]}"{joint}{error}'
+                        faults.add(error.code, message, error.hint, text.place, len(text.text))
+                else:
+                    _check_value(role, cell, text, faults)
+            cells.append(cell)
+            texts.append(text)
+        if bare is not None:
+            self._ask_for_unit(role, chosen, faults)
+        if not strict and faults.found:
+            self._note_unused(role, chosen, faults.found[0].message)
+            return None
+        used = next((cell.unit for cell in cells if cell is not None), unit or "")
+        return _Track(chosen, unit or used, cells, texts, list(range(len(cells))), self._spreads(role, chosen, unit, strict))
+
+    def _refuse_unit(self, role: str, chosen: Chosen, error: UnitError, strict: bool) -> None:
+        if not strict:
+            self._note_unused(role, chosen, str(error))
+            return
+        code = G208 if error.reason == "ambiguous" else G205
+        cell = chosen.cell
+        self.faults.add(code, f'{role}, column "{cell.text}": {error}', error.hint, cell.place, len(cell.text))
+
+    def _ask_for_unit(self, role: str, chosen: Chosen, faults: Faults) -> None:
+        kind = kind_of_role(role)
+        name = chosen.header.text
+        hint = f'write the header as "{name} [{DISPLAY[kind]}]" (or {examples(kind)})'
+        faults.add(G206, f'the column "{name}" ({role}) has no unit', hint, chosen.cell.place, len(name))
+
+    def _note_unused(self, role: str, chosen: Chosen, why: str) -> None:
+        cell = chosen.cell
+        message = f'the column "{cell.text}" ({role}) is not compared: {why}'
+        self.faults.add(G220, message, "", cell.place, len(cell.text))
+
+    def _spreads(self, role: str, chosen: Chosen, unit: str | None, strict: bool) -> list[Uncertainty | None]:
+        """Collect what the header and the ``u_…`` column say of each reading."""
+        kind = kind_of_role(role)
+        common = self.settings.uncertainties.get(f"u_{role}")
+        if common is None and role in ("spin_start", "spin_end"):
+            common = self.settings.uncertainties.get("u_spin")
+        if chosen.header.spread:
+            try:
+                common = parse_uncertainty(chosen.header.spread, kind, unit or "")
+            except UnitError as error:
+                cell = chosen.cell
+                if strict:
+                    self.faults.add(G227, f'{role}, column "{cell.text}": {error}', error.hint, cell.place)
+        spreads: list[Uncertainty | None] = [common] * len(self.rows)
+        column = self.choice.used.get(f"u_{role}")
+        if column is None and role in ("spin_start", "spin_end"):
+            column = self.choice.used.get("u_spin")
+        if column is not None and role not in self.derived:
+            self._read_spreads(role, column[0], spreads, unit)
+        return spreads
+
+    def _read_spreads(
+        self, role: str, column: Chosen, spreads: list[Uncertainty | None], unit: str | None
+    ) -> None:
+        own = column.header.unit
+        if own is None and unit is None and kind_of_role(role) != "number":
+            self._ask_for_unit(f"u_{role}", column, self.faults)
+            return
+        for i, row in enumerate(self.rows):
+            text = row[column.at] if column.at < len(row) else None
+            if text is None or is_blank(text.text):
+                continue
+            try:
+                if own == "%" and "%" not in text.text:
+                    spreads[i] = parse_uncertainty(text.text + " %", kind_of_role(role))
+                else:
+                    spreads[i] = parse_uncertainty(text.text, kind_of_role(role), own or "")
+            except UnitError as error:
+                message = f'u_{role} "{text.text[:60]}": {error}'
+                self.faults.add(G227, message, error.hint, text.place, len(text.text))
+
+    def _fill_down(self, role: str, track: _Track, mass: _Track | None, is_run: list[bool]) -> None:
+        """Give blank cells the value above; never across a run without a weight, never upwards."""
+        if role in self.settings.roles:
+            return  # the constant of the log stands in the blank cells
+        last: int | None = None
+        filled: list[int] = []
+        early: list[int] = []
+        loads = role in ("position", "torque", "force") and mass is not None
+        for i, cell in enumerate(track.cells):
+            if track.texts[i] is not None:
+                last = i
+            elif loads and mass is not None and (weight := mass.cells[i]) is not None and weight.value == 0:
+                last = None
+            elif last is None:
+                early += [i] if is_run[i] else []
+            elif cell is None and track.cells[last] is not None:
+                track.cells[i], track.texts[i] = track.cells[last], track.texts[last]
+                track.ids[i], track.spreads[i] = track.ids[last], track.spreads[last]
+                filled += [i] if is_run[i] else []
+        strict = role not in self.derived
+        if early and strict and any(track.texts) and early[0] < _first(track.texts):
+            self._add_early(role, track, early)
+        if filled and strict:
+            self._add_filled(role, track, filled, sum(is_run))
+
+    def _add_early(self, role: str, track: _Track, early: list[int]) -> None:
+        first = track.texts[_first(track.texts)]
+        lines = [self.rows[i][0].line for i in early if i < _first(track.texts)]
+        if first is not None and lines:
+            message = f"{role} is blank in {span(lines)}, above its first value"
+            hint = "write each value in the first row that it belongs to"
+            self.faults.add(G219, message, hint, first.place, len(first.text))
+
+    def _add_filled(self, role: str, track: _Track, filled: list[int], runs: int) -> None:
+        lines = [self.rows[i][0].line for i in filled]
+        place = Place(lines[0], 1)
+        if track.chosen is not None and track.chosen.at < len(self.rows[filled[0]]):
+            place = self.rows[filled[0]][track.chosen.at].place
+        if role.startswith("spin") and 2 * len(filled) < runs:
+            message = f"{role} is blank in {span(lines)}, where nearly every run has its own"
+            self.faults.add(G218, message, "the value above was taken; write it there if it was forgotten", place)
+        else:
+            self.faults.add(G217, f"{role} is blank in {span(lines)}: the value above was taken", "", place)
+
+    def _column(self, role: str, track: _Track, rows: list[int]) -> Column:
+        """Put a track's rows in the order of the runs, with the constant of the log in blank cells."""
+        finest = min((cell.step for cell in track.cells if cell and cell.step), default=None)
+        given = self.settings.roles.get(role)
+        values: list[float | None] = []
+        resolutions: list[float | None] = []
+        spreads: list[Uncertainty | None] = []
+        ids: list[int] = []
+        places: list[Place | None] = []
+        texts: list[str] = []
+        for i in rows:
+            cell, text = track.cells[i], track.texts[i]
+            if cell is None and text is None and given is not None and given.cell is not None:
+                values.append(given.cell.value)
+                resolutions.append(given.cell.step)
+                spreads.append(given.cell.uncertainty or track.spreads[i])
+                ids.append(len(self.rows))
+                places.append(given.place)
+                texts.append(given.text)
+                continue
+            values.append(None if cell is None else cell.value)
+            resolutions.append(None if cell is None or cell.step is None else finest)
+            spreads.append(None if cell is None else cell.uncertainty or track.spreads[i])
+            ids.append(track.ids[i])
+            places.append(text.place if text else None)
+            texts.append(text.text if text else "")
+        order = {old: new for new, old in enumerate(dict.fromkeys(ids))}
+        header = track.chosen.header.text if track.chosen else role
+        return Column(
+            role,
+            header,
+            track.unit,
+            tuple(values),
+            tuple(resolutions),
+            tuple(spreads),
+            tuple(order[i] for i in ids),
+            tuple(places),
+            tuple(texts),
+        )
+
+    def _time_column(self, times: list[_Track], plan: list[tuple[int, int]]) -> Column:
+        """Make one column of all stopwatch readings; each is a reading of its own."""
+        parts = [self._column("time", track, list(range(len(self.rows)))) for track in times]
+        finest = min((r for part in parts for r in part.resolutions if r), default=None)
+        return Column(
+            "time",
+            parts[0].header,
+            parts[0].unit,
+            tuple(parts[k].values[i] for i, k in plan),
+            tuple(None if parts[k].resolutions[i] is None else finest for i, k in plan),
+            tuple(parts[k].uncertainties[i] for i, k in plan),
+            tuple(range(len(plan))),
+            tuple(parts[k].places[i] for i, k in plan),
+            tuple(parts[k].texts[i] for i, k in plan),
+        )
+
+    def _other(self, chosen: Chosen, rows: list[int]) -> Column | None:
+        if kind_of_role(chosen.role) == "text" or chosen.role[:2] == "u_":
+            return None
+        track = self._track(chosen.role, chosen, False)
+        if track is None:
+            return None
+        if chosen.role != "inertia":
+            used = self.choice.used[chosen.role][0].header.text
+            message = f'the column "{chosen.cell.text}" is only compared: {chosen.role} is read from "{used}"'
+            self.faults.add(G220, message, "", chosen.cell.place, len(chosen.cell.text))
+        return self._column(chosen.role, track, rows)
+
+    def _labels(self, plan: list[tuple[int, int]]) -> tuple[str, ...]:
+        """Label the runs: the log's own labels or their order, with .1, .2 for repeats of one row."""
+        repeats: dict[int, int] = {}
+        for i, _ in plan:
+            repeats[i] = repeats.get(i, 0) + 1
+        column = self.choice.used.get("run")
+        names = {i: (self._text(i, column[0].at) if column else "") or str(n) for n, i in enumerate(repeats, 1)}
+        labels: list[str] = []
+        seen: set[str] = set()
+        count: dict[int, int] = {}
+        for i, _ in plan:
+            count[i] = count.get(i, 0) + 1
+            label = names[i] if repeats[i] == 1 else f"{names[i]}.{count[i]}"
+            while label in seen:
+                label += f" (line {self.rows[i][0].line})"
+            seen.add(label)
+            labels.append(label)
+        return tuple(labels)
+
+
+def _first(texts: list[Text | None]) -> int:
+    return next(i for i, text in enumerate(texts) if text is not None)
+
+
+def _constant_column(role: str, given: Given, runs: int, common: Uncertainty | None) -> Column:
+    assert given.cell is not None
+    cell = given.cell
+    return Column(
+        role,
+        given.label,
+        cell.unit,
+        (cell.value,) * runs,
+        (cell.step,) * runs,
+        (cell.uncertainty or common,) * runs,
+        (0,) * runs,
+        (given.place,) * runs,
+        (given.text,) * runs,
+    )
+
+
+def _check_value(role: str, cell: Cell, text: Text, faults: Faults) -> None:
+    value = cell.value
+    fault = ""
+    if not math.isfinite(value):
+        fault = "is too large"
+    elif role in _POSITIVE and value <= 0:
+        fault = "is not above zero"
+    elif role in _NOT_ZERO and value == 0:
+        fault = "is zero"
+    elif role == "mass" and value < 0:
+        fault = "is below zero"
+    elif role == "pitch" and abs(value) >= math.pi / 2:
+        fault = "is not between -90 and 90 degrees"
+    if fault:
+        hint = {"time": "a run that was not timed is left blank", "mass": "0 is a run without a weight"}.get(role, "")
+        if role == "mass":
+            hint = "a weight on the counterweight side has a negative position"
+        faults.add(G215, f'{role} "{text.text}" {fault}', hint, text.place, len(text.text))

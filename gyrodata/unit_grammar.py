@@ -129,8 +129,10 @@ TABLE: tuple[tuple[str, str, str, Dimensions, str], ...] = (
         "turn",
         f"{2 * math.pi!r} radian",
         _R,
-        "rev revs revolution revolutions turn turns r U Umdr Umdrehung Umdrehungen tr tour tours t obr obrót obroty "
-        "obrotów vuelta vueltas volta voltas rot cycle cycles об оборот оборота оборотов",
+        (
+            "rev revs revolution revolutions turn turns r U Umdr Umdrehung Umdrehungen tr tour tours t obr obrót "
+            "obroty obrotów vuelta vueltas volta voltas rot cycle cycles об оборот оборота оборотов"
+        ),
     ),
     ("rpm", "turn_per_minute", "turn/minute", _PER_TURN_TIME, "rpm upm"),
     ("rps", "turn_per_second", "turn/second", _PER_TURN_TIME, "rps cps"),
@@ -142,6 +144,8 @@ TABLE: tuple[tuple[str, str, str, Dimensions, str], ...] = (
 
 
 class Atom(NamedTuple):
+    """One symbol: the spelling given back, the name that pint gets, and what it measures."""
+
     spelling: str
     name: str
     dimensions: Dimensions
@@ -159,7 +163,7 @@ for _word, _atom in _ATOMS.items():
     _ATOMS_ANY_CASE.setdefault(_word.lower(), _atom)
 
 _TOKEN = re.compile(r"\s*(?:([*/])|(\^?\s*[-+]?\d{1,3})|([^\W\d_]+\.?(?:[^\W\d_]+\.?)*|°))")
-_PRODUCT_SIGNS = str.maketrans({c: "*" for c in "·⋅∙×•"} | {c: "-" for c in "−–‐‑"} | {"÷": "/", "∕": "/"})
+_PRODUCT_SIGNS = str.maketrans("·⋅∙×•−–‐‑÷∕", "*****----//")
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,6 +175,7 @@ class Parsed:
 
     @property
     def spelling(self) -> str:
+        """Write it so that it can be read back: ``kg*m^2``, ``m/s^2``."""
         up = [_power(atom.spelling, power) for atom, power in self.factors if power > 0]
         down = [_power(atom.spelling, -power) for atom, power in self.factors if power < 0]
         if not up and not down:
@@ -179,6 +184,7 @@ class Parsed:
 
     @property
     def expression(self) -> str:
+        """Write it for pint."""
         return "*".join(f"{atom.name}**({power})" for atom, power in self.factors)
 
 

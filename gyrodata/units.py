@@ -12,8 +12,9 @@ import math
 import re
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from gyrodata.kinds import DISPLAY, ROLE_KINDS, SI, describe_kinds, examples, kind_in_words, kind_of_role
 from gyrodata.unit_grammar import (
     MAX_UNIT_LENGTH,
     TABLE,
@@ -23,9 +24,6 @@ from gyrodata.unit_grammar import (
     fold_letters,
     parse,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
 
 __all__ = [
     "DISPLAY",
@@ -39,6 +37,7 @@ __all__ = [
     "examples",
     "fold_letters",
     "from_si",
+    "kind_in_words",
     "kind_of_role",
     "kinds_of",
     "parse_quantity",
@@ -46,54 +45,6 @@ __all__ = [
     "parse_unit",
     "to_display",
 ]
-
-SI: dict[str, str] = {
-    "mass": "kg",
-    "length": "m",
-    "torque": "N*m",
-    "force": "N",
-    "rate": "rad/s",
-    "time": "s",
-    "number": "",
-    "angle": "rad",
-    "inertia": "kg*m^2",
-    "acceleration": "m/s^2",
-    "sign": "",
-    "text": "",
-}
-"""Unit in which each kind of quantity is kept inside."""
-
-DISPLAY: dict[str, str] = SI | {"mass": "g", "length": "cm", "rate": "rpm", "angle": "deg"}
-"""Unit in which each kind of quantity is shown, and which a message proposes."""
-
-ROLE_KINDS: dict[str, str] = {
-    "mass": "mass",
-    "position": "length",
-    "torque": "torque",
-    "force": "force",
-    "spin": "rate",
-    "spin_start": "rate",
-    "spin_end": "rate",
-    "spin_period": "time",
-    "spin_period_start": "time",
-    "spin_period_end": "time",
-    "time": "time",
-    "turns": "number",
-    "angle": "angle",
-    "precession_period": "time",
-    "precession_rate": "rate",
-    "pitch": "angle",
-    "spin_sense": "sign",
-    "precession_sense": "sign",
-    "transverse_inertia": "inertia",
-    "inertia": "inertia",
-    "run": "text",
-    "note": "text",
-    "g": "acceleration",
-    "ball_diameter": "length",
-    "ball_mass": "mass",
-}
-"""Kind of quantity of every role and constant."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -223,12 +174,12 @@ def parse_unit(text: str, kind: str) -> Unit:
         parsed = parse(text)
     except UnitError as fault:
         raise UnitError(
-            str(fault), f"for {_article(kind)}, write one of: {examples(kind)}", fault.reason
+            str(fault), f"for {kind_in_words(kind)}, write one of: {examples(kind)}", fault.reason
         ) from None
     dimensions = parsed.dimensions
     if dimensions not in _DIMENSIONS[kind]:
         raise UnitError(
-            f'"{text.strip()}" is no unit of {_article(kind)}', f"write one of: {examples(kind)}", "kind"
+            f'"{text.strip()}" is no unit of {kind_in_words(kind)}', f"write one of: {examples(kind)}", "kind"
         )
     spelling = _spell(parsed, kind)
     if kind == "rate" and not dimensions.angle and not dimensions.turn and spelling != "rpm":
@@ -351,9 +302,7 @@ def parse_quantity(text: str, kind: str) -> float:
     """
     match = _QUANTITY.fullmatch(text.strip().replace("−", "-"))
     if match is None:
-        raise UnitError(
-            f'"{text.strip()[:40]}" is not a number with a unit', f"write it like {_sample(kind)}"
-        )
+        raise UnitError(f'"{text.strip()[:40]}" is not a number with a unit', f"write it like {_sample(kind)}")
     number, divisor, unit = match.groups()
     value = float(number.replace(",", "."))
     if divisor is not None:
@@ -424,56 +373,3 @@ def _sample(kind: str) -> str:
         "inertia": '"0.004 kg*m^2"',
         "acceleration": '"9.803 m/s^2"',
     }.get(kind, '"1/3"')
-
-
-# Uncertainty keys that belong to no role of their own name.
-_U_KINDS = {
-    "u_time_bias": "time",
-    "u_spin_scale": "rate",
-    "u_mass_scale": "mass",
-    "u_position_zero": "length",
-    "u_imbalance": "torque",
-}
-
-
-def kind_of_role(role: str) -> str:
-    """Give the kind of quantity of a role, a constant or a ``u_…`` key (KeyError if there is none)."""
-    if role in _U_KINDS:
-        return _U_KINDS[role]
-    return ROLE_KINDS[role.removeprefix("u_")]
-
-
-def examples(kind: str) -> str:
-    """List units to propose for a kind of quantity, in words."""
-    return {
-        "mass": "g, kg",
-        "length": "mm, cm, m",
-        "torque": "N*m, mN*m, gf*cm",
-        "force": "N, mN, gf",
-        "rate": "rpm, Hz, rev/s, rad/s, deg/s",
-        "time": "s, ms, min",
-        "angle": "deg, rad, rev",
-        "inertia": "kg*m^2, g*m^2, g*cm^2",
-        "acceleration": "m/s^2, cm/s^2",
-    }.get(kind, "no unit")
-
-
-def _article(kind: str) -> str:
-    return {
-        "mass": "a mass",
-        "length": "a length",
-        "torque": "a torque",
-        "force": "a force",
-        "rate": "a rotation rate",
-        "time": "a time",
-        "number": "a number of turns",
-        "angle": "an angle",
-        "inertia": "a moment of inertia",
-        "acceleration": "an acceleration",
-        "sign": "a sense of rotation",
-    }.get(kind, "a text")
-
-
-def describe_kinds(kinds: Iterable[str]) -> str:
-    """Say kinds of quantity in words, in a fixed order."""
-    return " or ".join(_article(kind) for kind in SI if kind in set(kinds))

@@ -19,12 +19,13 @@ from gyrodata.readings.log import Column, Place, Readings
 from gyrodata.readings.meaning import check_meaning
 from gyrodata.readings.settings import Settings, read_options, read_settings
 from gyrodata.readings.table import Table, build
+from gyrodata.readings.writing import write_log
 from gyrodata.units import Uncertainty
 
 if TYPE_CHECKING:
     from gyrodata.readings.files import Source
 
-__all__ = ["Column", "Place", "Readings", "Uncertainty", "read_log"]
+__all__ = ["Column", "Place", "Readings", "Uncertainty", "read_log", "write_log"]
 
 _NOTHING: Mapping[str, str] = MappingProxyType({})
 
@@ -74,7 +75,8 @@ def read_log(
         return _readings(document, given, Table((), (), (), {}, ()))
     choice = choose(layout, roles, given, faults)
     table = build(layout, choice, given, faults)
-    unread = (set(choice.used) | set(given.roles)) - set(table.columns) if faults.has_error() else set()
+    unread = {role for role in choice.used if role not in table.columns} if faults.has_error() else set()
+    unread |= choice.asked
     check_meaning(table, choice, unread, faults)
     note_unplaced(choice, faults)
     return _readings(document, given, table)

@@ -28,6 +28,7 @@ G206 = register("G206", "error", "a unit is missing", _LOG.replace(" [rpm]", "")
 G208 = register(
     "G208", "error", "1/s can mean revolutions or radians", _LOG.replace("rpm", "1/s") + "20,15.0,9,13.06,1/3\n"
 )
+G215 = register("G215", "error", "a number that cannot be", _LOG + "20,15.0,406,0,1/3\n")
 G227 = register(
     "G227",
     "error",
@@ -76,9 +77,7 @@ _UNIT = r"[^\d\s.,;:+±()\-][^±;]*?"
 _PLAIN = re.compile(_NUMBER)
 _CLOCK = re.compile(r"(?:([0-9]{1,2}):)?([0-9]{1,3}):([0-9]{2}(?:[.,][0-9]+)?)")
 _FRACTION = re.compile(rf"([-+]?)(?:([0-9]{{1,9}})\s+)?([0-9]{{1,9}})\s*/\s*([0-9]{{1,9}})\s*({_UNIT})?")
-_PLUS_MINUS = re.compile(
-    rf"\(?\s*({_NUMBER})\s*({_UNIT})?\s*(?:±|\+/-|\+-)\s*({_NUMBER})\s*\)?\s*(%|{_UNIT})?"
-)
+_PLUS_MINUS = re.compile(rf"\(?\s*({_NUMBER})\s*({_UNIT})?\s*(?:±|\+/-|\+-)\s*({_NUMBER})\s*\)?\s*(%|{_UNIT})?")
 _CONCISE = re.compile(rf"({_NUMBER})\(({_NUMBER})\)\s*({_UNIT})?")
 _WITH_UNIT = re.compile(rf"({_NUMBER})\s*({_UNIT}|\([^()]*\))")
 
@@ -183,7 +182,9 @@ def _is_unit(text: str) -> bool:
 def _normal(text: str) -> str:
     """Write a cell in ASCII as far as that changes nothing: real minus signs, ½, wide digits."""
     spelled = "".join(
-        f" {unicodedata.normalize('NFKC', c)}" if unicodedata.category(c) == "No" and "⁄" in unicodedata.normalize("NFKC", c) else c
+        f" {unicodedata.normalize('NFKC', c)}"
+        if unicodedata.category(c) == "No" and "⁄" in unicodedata.normalize("NFKC", c)
+        else c
         for c in text
     )
     return fold_letters(spelled).translate(_MINUS).replace("⁄", "/").strip()
@@ -205,9 +206,7 @@ def _step(plain: str) -> float:
     return float(f"1e{int(exponent or 0) - decimals}")
 
 
-def _convert(
-    value: float, step: float | None, spread: float | None, kind: str, unit: str | None, text: str
-) -> Cell:
+def _convert(value: float, step: float | None, spread: float | None, kind: str, unit: str | None, text: str) -> Cell:
     """Bring a number into SI with its last digit and its ±."""
     if unit is None and kind != "number":
         raise CellError(G206, "has no unit")
@@ -219,7 +218,7 @@ def _convert(
         raise CellError(G208 if error.reason == "ambiguous" else G205, f": {error}", error.hint) from None
     factor = known.factor
     uncertainty = None if spread is None else Uncertainty(abs(spread) * factor)
-    exact = step is None or value == 0 and set(text) <= set("+-−0")
+    exact = step is None or (value == 0 and set(text) <= set("+-−0"))
     return Cell(value * factor, None if exact or step is None else step * factor, uncertainty, known.text)
 
 
@@ -316,3 +315,41 @@ def _date_numbers(day: str, month: str) -> tuple[int, int] | None:
     word = month.lower()
     number = _MONTHS.get(word) or _MONTHS.get(word[:4]) or _MONTHS.get(word[:3])
     return None if number is None else (int(day), number)
+
+
+_POSITIVE = {
+    "time",
+    "turns",
+    "angle",
+    "precession_period",
+    "spin_period",
+    "spin_period_start",
+    "spin_period_end",
+    "transverse_inertia",
+}
+_NOT_ZERO = {"spin", "spin_start", "spin_end", "precession_rate"}
+
+
+def check_value(role: str, value: float) -> tuple[str, str]:
+    """Say what is wrong with a number that cannot be, and what to type; two empty texts if nothing is.
+
+    Parameters
+    ----------
+    role : str
+        What it measures.
+    value : float
+        [SI unit of the role]
+    """
+    fault = hint = ""
+    if not math.isfinite(value):
+        fault = "is too large"
+    elif role in _POSITIVE and value <= 0:
+        fault = "is not above zero"
+        hint = "a run that was not timed is left blank" if role == "time" else ""
+    elif role in _NOT_ZERO and value == 0:
+        fault = "is zero"
+    elif role == "mass" and value < 0:
+        fault, hint = "is below zero", "a weight on the counterweight side has a negative position"
+    elif role == "pitch" and abs(value) >= math.pi / 2:
+        fault = "is not between -90 and 90 degrees"
+    return fault, hint

@@ -6,18 +6,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from gyrodata.errors import register
-from gyrodata.readings.cells import G206
 from gyrodata.readings.grid import Text
-from gyrodata.readings.headers import Header
+from gyrodata.readings.headers import Header, unit_for
 from gyrodata.readings.layout import Layout
 from gyrodata.readings.log import Faults, listing
 from gyrodata.readings.settings import G502, G503, Settings
 from gyrodata.readings.vocabulary import squeeze
-from gyrodata.units import ROLE_KINDS
+from gyrodata.units import ROLE_KINDS, UnitError, kind_of_role, parse_unit
 
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns"
 _ROW = "20,15.0,406,13.06,1/3"
-G207 = register("G207", "error", "a header fits two roles", "mass [g],position [cm],spin [rpm],T [s]\n20,15.0,406,39.2\n")
+G207 = register(
+    "G207", "error", "a header fits two roles", "mass [g],position [cm],spin [rpm],T [s]\n20,15.0,406,39.2\n"
+)
 G220 = register("G220", "note", "a column is not used", _LOG + ",T [s],Ω [1/s]\n" + _ROW + ",39.18,0.16\n")
 G221 = register("G221", "note", "headers that name nothing known", _LOG + ",moon\n" + _ROW + ",full\n")
 
@@ -31,7 +32,7 @@ class Chosen:
     cell: Text
     header: Header
     role: str
-    index: int | None = None
+    number: int | None = None
     """Number of a repeat (``time_2``: 2)."""
 
 
@@ -45,6 +46,8 @@ class Choice:
     """Further columns of a role that is served already, and ``inertia``."""
     unplaced: list[Text] = field(default_factory=list)
     """Headers that name no role."""
+    asked: set[str] = field(default_factory=set)
+    """Roles that a header may mean, and the log's author has been asked."""
 
     def serve(self, chosen: Chosen) -> None:
         """Take a column for its role, or put it with the others."""
@@ -53,8 +56,8 @@ class Choice:
             self.used[chosen.role] = [chosen]
         elif (
             present is not None
-            and chosen.index is not None
-            and all(c.index is not None and c.index != chosen.index for c in present)
+            and chosen.number is not None
+            and all(c.number is not None and c.number != chosen.number for c in present)
         ):
             present.append(chosen)
         else:
@@ -95,12 +98,12 @@ def choose(layout: Layout, mapping: Mapping[str, str], settings: Settings, fault
             if layout.cells[at].text or any(len(row) > at and row[at].text for row in layout.rows):
                 choice.unplaced.append(layout.cells[at])
         elif len(header.roles) == 1:
-            choice.serve(Chosen(at, layout.cells[at], header, header.roles[0], header.index))
+            choice.serve(Chosen(at, layout.cells[at], header, header.roles[0], header.number))
         else:
             open_columns.append((at, header.roles))
     _eliminate(layout, open_columns, choice, settings, faults)
     for repeats in choice.used.values():
-        repeats.sort(key=lambda chosen: chosen.index or 0)
+        repeats.sort(key=lambda chosen: chosen.number or 0)
     return choice
 
 
@@ -121,6 +124,8 @@ def _mapped(layout: Layout, mapping: Mapping[str, str], faults: Faults) -> dict[
             raise faults.refuse(G503, message, "one column can serve one role")
         role, _, number = key.partition("_") if key.startswith("time_") else (key, "", "")
         header = layout.headers[at]
+        if header.unit is None:
+            header = header._replace(unit=unit_for(header.text, kind_of_role(role)))
         if header.unit is None and header.spread.partition(" ")[2]:
             header = header._replace(unit=header.spread.partition(" ")[2])
         if ROLE_KINDS.get(role.removeprefix("u_")) == "text":
@@ -141,7 +146,9 @@ def _eliminate(
     numbered = [at for at, roles in open_columns if "spin_start" in roles or "spin_end" in roles]
     if len(numbered) == 2 and all(_counts_turns(layout.headers[at]) for at in numbered) and "spin" not in choice.used:
         # Rates in rpm numbered 0, 1 or 1, 2 are the spin before and after; in rad/s one may be the precession.
-        for at, role in zip(sorted(numbered, key=lambda a: layout.cells[a].text), ("spin_start", "spin_end"), strict=True):
+        for at, role in zip(
+            sorted(numbered, key=lambda a: layout.cells[a].text), ("spin_start", "spin_end"), strict=True
+        ):
             choice.serve(Chosen(at, layout.cells[at], layout.headers[at], role))
         shown = listing([layout.cells[at].text for at in numbered])
         faults.add(G220, f"{shown}: taken as the spin at the start and at the end", "if not, name them with --map")
@@ -150,18 +157,19 @@ def _eliminate(
     while progress and open_columns:
         progress = False
         for at, roles in list(open_columns):
-            left = [role for role in roles if not _is_served(role, choice, settings)]
+            left = _left(roles, choice, settings)
             if len(left) == 1 and len(left) < len(roles):
                 choice.serve(Chosen(at, layout.cells[at], layout.headers[at], left[0]))
                 open_columns.remove((at, roles))
                 progress = True
     roles_there = set(choice.used) | set(settings.roles)
     for at, roles in open_columns:
-        left = [role for role in roles if not _is_served(role, choice, settings)]
+        left = _left(roles, choice, settings)
         cell = layout.cells[at]
         if left and not set(left) <= derived_roles(roles_there) and _may_be_needed(left, roles_there):
             ways = " or ".join(f'--map {role}="{cell.text}"' for role in left)
             message = f'the header "{cell.text}" fits {" and ".join(left)}'
+            choice.asked.update(left)
             faults.add(G207, message, f"say which: {ways}", cell.place, len(cell.text))
         else:
             message = f'the column "{cell.text}" is not used: it fits {" and ".join(roles)}'
@@ -169,14 +177,23 @@ def _eliminate(
 
 
 def _counts_turns(header: Header) -> bool:
-    from gyrodata.units import UnitError, parse_unit
-
     if header.unit is None:
         return False
     try:
         return parse_unit(header.unit, "rate").text in ("rpm", "rps", "Hz")
     except UnitError:
         return False
+
+
+def _left(roles: tuple[str, ...], choice: Choice, settings: Settings) -> list[str]:
+    """Give the roles that a header may still serve."""
+    bases = tuple(role.removeprefix("u_") for role in roles)
+    if bases != roles:
+        # An uncertainty goes where its symbol went: "σ_T" with "T", whatever "T" turned out to be.
+        same = [used[0].role for used in choice.used.values() if used[0].header.roles == bases]
+        if same and f"u_{same[0]}" in roles:
+            return [f"u_{same[0]}"]
+    return [role for role in roles if not _is_served(role, choice, settings)]
 
 
 def _is_served(role: str, choice: Choice, settings: Settings) -> bool:
@@ -212,9 +229,3 @@ def note_unplaced(choice: Choice, faults: Faults) -> None:
         texts = [cell.text or f"(column {cell.column}, no header)" for cell in choice.unplaced]
         word = "column is" if len(texts) == 1 else "columns are"
         faults.add(G221, f"the {word} not used: {listing(texts)}", "if one is needed, name it with --map role=HEADER")
-
-
-def unit_to_write(role: str, chosen: Chosen, shown: str, faults: Faults) -> None:
-    """Ask for the unit of a column, with the header to write."""
-    name = chosen.header.text
-    faults.add(G206, f'{role}: the column "{name}" has no unit', f'write the header as "{name} [{shown}]"', chosen.cell.place, len(name))

@@ -184,7 +184,9 @@ def _refuse_other_files(data: bytes, faults: Faults) -> None:
         # "BM" or "RIFF" may also begin a word of a text.
         if data.startswith(signature) and (len(signature) > 4 or b"\x00" in data[:64] or signature[:1] in b"%{"):
             raise faults.refuse(G104, f"this is {kind}, not a table", _SAVE_AS)
-    if data.startswith((b"\x89PNG", b"\xff\xd8\xff", b"GIF8", b"\xd0\xcf\x11\xe0", b"7z\xbc\xaf", b"Rar!\x1a", b"BZh9")):
+    if data.startswith(
+        (b"\x89PNG", b"\xff\xd8\xff", b"GIF8", b"\xd0\xcf\x11\xe0", b"7z\xbc\xaf", b"Rar!\x1a", b"BZh9")
+    ):
         raise faults.refuse(G104, "this is a picture or an archive, not a table", _SAVE_AS)
     if _MARKUP.match(data):
         raise faults.refuse(G104, "this is a web page, not a table", _SAVE_AS)
@@ -259,9 +261,7 @@ def _is_frame(source: object) -> bool:
 
 def _frame_text(frame: Any) -> str:
     """Write a DataFrame as the tab-separated text that it would have been read from."""
-    lines = [
-        f"# {key}: {value}" for key, value in frame.attrs.items() if isinstance(value, str | int | float)
-    ]
+    lines = [f"# {key}: {value}" for key, value in frame.attrs.items() if isinstance(value, str | int | float)]
     rows = [tuple(frame.columns), *frame.itertuples(index=False, name=None)]
     return "\n".join([*(line.replace("\n", " ") for line in lines), *table_text(rows)]) + "\n"
 
@@ -279,7 +279,7 @@ def _quoted(text: str) -> str:
 
 def value_text(value: Any) -> str:
     """Write one cell of a spreadsheet or DataFrame as a student would have typed it."""
-    if value is None or value != value or type(value).__name__ in ("NAType", "NaTType"):  # noqa: PLR0124
+    if value is None or value != value or type(value).__name__ in ("NAType", "NaTType"):  # NaN is not itself
         return ""
     if isinstance(value, float) or type(value).__name__.startswith("float"):
         number = float(value)

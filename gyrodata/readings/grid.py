@@ -8,15 +8,16 @@ from typing import NamedTuple
 
 from gyrodata.errors import register
 from gyrodata.readings.files import MAX_COLUMNS, MAX_ROWS, Document
-from gyrodata.readings.log import Faults, Place
+from gyrodata.readings.log import Faults, Place, span
 
 MAX_CELL = 10_000
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
 G209 = register("G209", "error", "a row has more cells than the header", _LOG + "20,15,0,560,13,06,1/3\n")
 G222 = register("G222", "error", "no delimiter between the columns", "mass position spin time\n20 15.0 560 13.06\n")
 G223 = register("G223", "error", "more than 100 000 rows", "analyze hundred-thousand-rows.csv")
-G224 = register("G224", "error", "more than 200 columns", "," * 300 + "\n1,2\n")
+G224 = register("G224", "error", "more than 200 columns", "a,b," * 120 + "c\n1,2\n")
 G225 = register("G225", "error", "a cell of more than 10 000 characters", _LOG + "x" * 10_001 + ",1,1,1,1\n")
+G228 = register("G228", "note", "a row that a # takes out", _LOG + "20,15,406,13.06,1/3\n#20,15,598,19.2,1/3\n")
 G226 = register("G226", "error", "a quoted cell is never closed", _LOG + '20,"15.0,560,13.06,1/3\n')
 
 
@@ -84,6 +85,14 @@ def make_grid(document: Document) -> Grid:
         hint = "put a comma, a semicolon or a tab between the columns"
         raise faults.refuse(G222, "no delimiter between the columns was found", hint, Place(body[0] + 1, 1), len(line))
     rows = _split_rows(lines, body, delimiter or ",", faults)
+    width = len(rows[0]) if rows else 0
+    hidden = [
+        c.line
+        for c in comments
+        if delimiter and width > 2 and c.text.count(delimiter) == width - 1 and c.text[:1].isdigit()
+    ]
+    if hidden:
+        faults.add(G228, f"{span(hidden)}: begins with # and is left out", "", Place(hidden[0], 1))
     return Grid(delimiter or ",", rows, metadata, comments)
 
 
@@ -161,9 +170,7 @@ def _split_plain(line: str, number: int, delimiter: str, faults: Faults) -> list
 
 
 def _long_cell(length: int, cell: Text, faults: Faults) -> Exception:
-    return faults.refuse(
-        G225, f"a cell of {length} characters; at most 10 000 are read", "", cell.place
-    )
+    return faults.refuse(G225, f"a cell of {length} characters; at most 10 000 are read", "", cell.place)
 
 
 def _split_quoted(lines: list[str], index: int, delimiter: str, faults: Faults) -> tuple[list[Text], int]:
@@ -195,9 +202,7 @@ def _split_quoted(lines: list[str], index: int, delimiter: str, faults: Faults) 
         position = end + 1
 
 
-def _read_quoted(
-    lines: list[str], index: int, position: int, opened: Place, faults: Faults
-) -> tuple[str, int, int]:
+def _read_quoted(lines: list[str], index: int, position: int, opened: Place, faults: Faults) -> tuple[str, int, int]:
     """Read up to the closing quote; give the text, and the line and position behind the quote."""
     parts: list[str] = []
     length = 0

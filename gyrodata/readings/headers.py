@@ -31,7 +31,7 @@ class Header(NamedTuple):
     """Unit text as written, known or not; None if there is none."""
     spread: str
     """Text of a ±, with its unit if it has one; or ""."""
-    index: int | None = None
+    number: int | None = None
     """Number of a repeat: ``time_2`` is 2."""
 
 
@@ -74,7 +74,7 @@ def parse_header(text: str) -> Header:
 def with_unit(header: Header, unit: str) -> Header:
     """Give a header the unit of the row below it."""
     roles, index = name_roles(header.text)
-    return header._replace(roles=_fitting(roles, unit), unit=unit, index=index)
+    return header._replace(roles=_fitting(roles, unit), unit=unit, number=index)
 
 
 def _fitting(roles: tuple[str, ...], unit: str) -> tuple[str, ...]:
@@ -177,7 +177,9 @@ def _piecewise_roles(name: str) -> tuple[str, ...]:
         if roles:
             common = tuple(role for role in common if role in roles)
     unknown = [
-        piece for piece, roles in zip(pieces, found, strict=True) if not roles and squeeze(piece).lower() not in NOISE_WORDS
+        piece
+        for piece, roles in zip(pieces, found, strict=True)
+        if not roles and squeeze(piece).lower() not in NOISE_WORDS
     ]
     return () if unknown else common
 
@@ -215,6 +217,15 @@ def _unsure_roles(name: str) -> tuple[str, ...]:
         roles = _plain_roles(" ".join(left))
         return tuple(f"u_{role}" for role in roles if f"u_{role}" in UNCERTAINTIES)
     return ()
+
+
+def unit_for(text: str, kind: str) -> str | None:
+    """Find the unit in a header whose name is not known, once ``--map`` has told what it measures."""
+    for separator in (",", ";", "/", "_", " "):
+        _, found, right = text.rpartition(separator)
+        if found and kind in kinds_of(right.strip()):
+            return right.strip()
+    return None
 
 
 def suggest_role(header: str) -> str:

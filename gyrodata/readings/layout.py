@@ -78,14 +78,18 @@ def _is_transposed(rows: list[list[Text]], faults: Faults) -> bool:
     named = [
         row
         for row in rows[:20]
-        if len(row) > 1 and parse_header(row[0].text).roles and all(is_number(c.text) or is_blank(c.text) for c in row[1:])
+        if len(row) > 1
+        and parse_header(row[0].text).roles
+        and all(is_number(c.text) or is_blank(c.text) for c in row[1:])
     ]
     if not named or named[0] is not rows[0] or _numbers(rows[0]) == 0 or len(named) * 2 < len(rows[:20]):
         return False
     cell = rows[0][0]
     names = listing([row[0].text for row in named])
     hint = "turn it: one column for each quantity, one row for each run (in a spreadsheet: Paste special, Transpose)"
-    faults.add(G213, f"the names stand at the side ({names}): the table is transposed", hint, cell.place, len(cell.text))
+    faults.add(
+        G213, f"the names stand at the side ({names}): the table is transposed", hint, cell.place, len(cell.text)
+    )
     return True
 
 

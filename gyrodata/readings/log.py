@@ -177,15 +177,11 @@ class Faults:
         self.lines = split_lines(text) if text else []
         self.found: list[Diagnostic] = []
 
-    def add(
-        self, code: str, message: str, hint: str = "", place: Place | None = None, width: int = 1
-    ) -> None:
+    def add(self, code: str, message: str, hint: str = "", place: Place | None = None, width: int = 1) -> None:
         """Note one fault down; arguments as in `Readings.diagnose`."""
         self.found.append(make_diagnostic(self.name, self.lines, code, message, hint, place, max(1, width)))
 
-    def refuse(
-        self, code: str, message: str, hint: str = "", place: Place | None = None, width: int = 1
-    ) -> InputError:
+    def refuse(self, code: str, message: str, hint: str = "", place: Place | None = None, width: int = 1) -> InputError:
         """Give the error to raise for an input that is no log at all, with what was found before it."""
         self.add(code, message, hint, place, width)
         return InputError(self.found)

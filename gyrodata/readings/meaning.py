@@ -64,10 +64,11 @@ def check_meaning(table: Table, choice: Choice, unread: set[str], faults: Faults
     unread : set of str
         Roles whose column is there but could not be read, which has been said already.
     """
+    said = any(diagnostic.code == "G219" for diagnostic in faults.found)
     missing = [role for role in _missing_roles(table.columns) if role not in unread]
     for role in missing:
         _add_missing(role, choice, faults)
-    if not missing and not unread:
+    if not missing and not any(kind_of_role(role) != "text" and role[:2] != "u_" for role in unread) and not said:
         _check_runs(table, faults)
     _check_turns(table, faults)
 
@@ -136,13 +137,17 @@ def _check_runs(table: Table, faults: Faults) -> None:
         pair = has("spin_start", run) and has("spin_end", run)
         periods = has("spin_period_start", run) and has("spin_period_end", run)
         if not (has("spin", run) or has("spin_period", run) or pair or periods):
-            lacking.setdefault(_spin_lacking(columns, has, run), []).append(run)
+            lacking.setdefault(_spin_lacking(columns, run), []).append(run)
         timed = has("time", run) and (has("turns", run) or has("angle", run))
         if not (timed or has("precession_period", run) or has("precession_rate", run)):
             if "time" in columns:
-                lacking.setdefault("angle" if "turns" not in columns and "angle" in columns else "turns", []).append(run)
+                lacking.setdefault("angle" if "turns" not in columns and "angle" in columns else "turns", []).append(
+                    run
+                )
             else:
-                lacking.setdefault("precession_period" if "precession_period" in columns else "precession_rate", []).append(run)
+                lacking.setdefault(
+                    "precession_period" if "precession_period" in columns else "precession_rate", []
+                ).append(run)
     for role, runs in lacking.items():
         lines = list(dict.fromkeys(table.lines[run] for run in runs))
         hint = f"write it there; a blank cell takes the {role} above only within one block of filled rows"
@@ -151,7 +156,7 @@ def _check_runs(table: Table, faults: Faults) -> None:
         faults.add(G302, f"{span(lines)}: no {role}", hint, Place(lines[0], 1))
 
 
-def _spin_lacking(columns: dict[str, Column], has: object, run: int) -> str:
+def _spin_lacking(columns: dict[str, Column], run: int) -> str:
     for start in ("spin_start", "spin_end", "spin", "spin_period", "spin_period_start", "spin_period_end"):
         if start in columns and columns[start].values[run] is None:
             return start
@@ -168,5 +173,7 @@ def _check_turns(table: Table, faults: Faults) -> None:
             continue
         step = angle.resolutions[run] or 0.0
         if abs(swept - 2 * math.pi * count) > max(step, 0.01 * abs(swept)):
-            message = f"run {table.runs[run]}: {turns.texts[run]} turns are {360 * count:.4g} degrees, not {angle.texts[run]}"
+            message = (
+                f"run {table.runs[run]}: {turns.texts[run]} turns are {360 * count:.4g} degrees, not {angle.texts[run]}"
+            )
             faults.add(G303, message, "correct one of the two, or take one column out", angle.places[run])

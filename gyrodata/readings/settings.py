@@ -75,9 +75,7 @@ def read_options(
     faults = Faults("")
     given = [Given(key.strip(), str(text).strip(), f"--set {key.strip()}", None) for key, text in settings.items()]
     if config is not None:
-        given += [
-            Given(key, text, f"--config {key}", None) for key, text in _read_config(Path(config), faults).items()
-        ]
+        given += [Given(key, text, f"--config {key}", None) for key, text in _read_config(Path(config), faults).items()]
     known = [key for key in KEYS if key not in ("run", "note")]
     for item in given:
         if item.key not in known:

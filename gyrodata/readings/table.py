@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 from gyrodata.errors import register
-from gyrodata.readings.cells import G205, G206, G208, G227, Cell, CellError, is_blank, read_cell
+from gyrodata.readings.cells import G205, G206, G208, G215, G227, Cell, CellError, check_value, is_blank, read_cell
 from gyrodata.readings.choice import G220, Choice, Chosen, derived_roles
+from gyrodata.readings.filldown import FILLED_DOWN, Track, fill_down
 from gyrodata.readings.grid import G209, Text
 from gyrodata.readings.layout import Layout
 from gyrodata.readings.log import Column, Faults, Place, span
@@ -24,47 +24,7 @@ from gyrodata.units import (
 
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
 _ROW = "20,15.0,406,13.06,1/3\n"
-G215 = register("G215", "error", "a number that cannot be", _LOG + "20,15.0,406,0,1/3\n")
 G216 = register("G216", "warning", "a row without a time is no run", _LOG + _ROW + "20,15.0,406,-,1/3\n")
-G217 = register("G217", "note", "blank cells take the value above", _LOG + _ROW + ",,598,19.2,1/3\n")
-G218 = register("G218", "warning", "a blank spin that may be forgotten", _LOG + _ROW * 2 + "20,15.0,,13.1,1/3\n")
-G219 = register("G219", "error", "a value below the first row it belongs to", _LOG + "," + _ROW[3:] + _ROW)
-
-FILLED_DOWN = (
-    "mass",
-    "force",
-    "torque",
-    "position",
-    "spin",
-    "spin_start",
-    "spin_end",
-    "spin_period",
-    "spin_period_start",
-    "spin_period_end",
-)
-_POSITIVE = {
-    "time",
-    "turns",
-    "angle",
-    "precession_period",
-    "spin_period",
-    "spin_period_start",
-    "spin_period_end",
-    "transverse_inertia",
-}
-_NOT_ZERO = {"spin", "spin_start", "spin_end", "precession_rate"}
-
-
-@dataclass
-class _Track:
-    """One role's readings by row of the file, before rows become runs."""
-
-    chosen: Chosen | None
-    unit: str
-    cells: list[Cell | None]
-    texts: list[Text | None]
-    ids: list[int]
-    spreads: list[Uncertainty | None]
 
 
 @dataclass(frozen=True)
@@ -110,16 +70,19 @@ class _Builder:
         times = self._time_tracks()
         is_run = self._run_rows(times)
         rows = [i for i, run in enumerate(is_run) if run]
-        tracks: dict[str, _Track] = {}
-        for role in (*FILLED_DOWN, *self.choice.used):
-            if role in tracks or role in ("time", "run", "note") or role[:2] == "u_" or role not in self.choice.used:
+        tracks: dict[str, Track] = {}
+        for role in sorted(self.choice.used, key=lambda r: r != "mass"):  # what it weighs says where to fill
+            if role in ("time", "run", "note") or role[:2] == "u_":
                 continue
             if role in self.replaced:
                 continue
-            track = self._track(role, self.choice.used[role][0], role not in self.derived)
+            strict = role not in self.derived
+            faults = self.faults if strict else Faults(self.faults.name)
+            track = self._track(role, self.choice.used[role][0], strict)
             if track is not None:
-                if role in FILLED_DOWN:
-                    self._fill_down(role, track, tracks.get("mass"), is_run)
+                # A constant of the log would stand in the blank cells.
+                if role in FILLED_DOWN and role not in self.settings.roles:
+                    fill_down(role, track, tracks.get("mass"), self.rows, is_run, faults)
                 tracks[role] = track
         plan = [(i, k) for i in rows for k, time in enumerate(times or [None]) if time is None or time.cells[i]]
         columns: dict[str, Column] = {}
@@ -154,15 +117,13 @@ class _Builder:
                 hint = 'put numbers with a decimal comma in quotes ("13,06"), or part the columns with ;'
                 self.faults.add(G209, message, hint, cell.place, len(cell.text))
 
-    def _run_rows(self, times: list[_Track]) -> list[bool]:
+    def _run_rows(self, times: list[Track]) -> list[bool]:
         """Tell which rows are timed runs, and name the others."""
         if times:
             is_run = [any(track.texts[i] is not None for track in times) for i in range(len(self.rows))]
         else:
             keys = [c[0].at for r in ("precession_period", "precession_rate") if (c := self.choice.used.get(r))]
-            is_run = [
-                not keys or any(not is_blank(self._text(i, at)) for at in keys) for i in range(len(self.rows))
-            ]
+            is_run = [not keys or any(not is_blank(self._text(i, at)) for at in keys) for i in range(len(self.rows))]
         left_out = [i for i, run in enumerate(is_run) if not run]
         if left_out:
             lines = [self.rows[i][0].line for i in left_out]
@@ -171,20 +132,21 @@ class _Builder:
             self.faults.add(G216, f"{span(lines)} {what}: left out", "", cell.place, len(cell.text))
         return is_run
 
-    def _time_tracks(self) -> list[_Track]:
+    def _time_tracks(self) -> list[Track]:
         if "time" in self.replaced:
             return []
         tracks = [self._track("time", chosen, True) for chosen in self.choice.used.get("time", [])]
         return [track for track in tracks if track is not None]
 
-    def _track(self, role: str, chosen: Chosen, strict: bool) -> _Track | None:
+    def _track(self, role: str, chosen: Chosen, strict: bool) -> Track | None:
         """Read one column; None if it is only compared and cannot be read."""
         kind = kind_of_role(role)
         faults = self.faults if strict else Faults(self.faults.name)
         try:
             unit = parse_unit(chosen.header.unit, kind).text if chosen.header.unit else None
         except UnitError as error:
-            return self._refuse_unit(role, chosen, error, strict)
+            self._refuse_unit(role, chosen, error, strict)
+            return None
         if unit is None and kind in ("number", "sign"):
             unit = ""
         cells: list[Cell | None] = []
@@ -206,7 +168,9 @@ class _Builder:
                         message = f'{role} "{text.text[:60]}"{joint}{error}'
                         faults.add(error.code, message, error.hint, text.place, len(text.text))
                 else:
-                    _check_value(role, cell, text, faults)
+                    fault, hint = check_value(role, cell.value)
+                    if fault:
+                        faults.add(G215, f'{role} "{text.text}" {fault}', hint, text.place, len(text.text))
             cells.append(cell)
             texts.append(text)
         if bare is not None:
@@ -215,7 +179,9 @@ class _Builder:
             self._note_unused(role, chosen, faults.found[0].message)
             return None
         used = next((cell.unit for cell in cells if cell is not None), unit or "")
-        return _Track(chosen, unit or used, cells, texts, list(range(len(cells))), self._spreads(role, chosen, unit, strict))
+        return Track(
+            chosen, unit or used, cells, texts, list(range(len(cells))), self._spreads(role, chosen, unit, strict)
+        )
 
     def _refuse_unit(self, role: str, chosen: Chosen, error: UnitError, strict: bool) -> None:
         if not strict:
@@ -257,9 +223,7 @@ class _Builder:
             self._read_spreads(role, column[0], spreads, unit)
         return spreads
 
-    def _read_spreads(
-        self, role: str, column: Chosen, spreads: list[Uncertainty | None], unit: str | None
-    ) -> None:
+    def _read_spreads(self, role: str, column: Chosen, spreads: list[Uncertainty | None], unit: str | None) -> None:
         own = column.header.unit
         if own is None and unit is None and kind_of_role(role) != "number":
             self._ask_for_unit(f"u_{role}", column, self.faults)
@@ -277,51 +241,7 @@ class _Builder:
                 message = f'u_{role} "{text.text[:60]}": {error}'
                 self.faults.add(G227, message, error.hint, text.place, len(text.text))
 
-    def _fill_down(self, role: str, track: _Track, mass: _Track | None, is_run: list[bool]) -> None:
-        """Give blank cells the value above; never across a run without a weight, never upwards."""
-        if role in self.settings.roles:
-            return  # the constant of the log stands in the blank cells
-        last: int | None = None
-        filled: list[int] = []
-        early: list[int] = []
-        loads = role in ("position", "torque", "force") and mass is not None
-        for i, cell in enumerate(track.cells):
-            if track.texts[i] is not None:
-                last = i
-            elif loads and mass is not None and (weight := mass.cells[i]) is not None and weight.value == 0:
-                last = None
-            elif last is None:
-                early += [i] if is_run[i] else []
-            elif cell is None and track.cells[last] is not None:
-                track.cells[i], track.texts[i] = track.cells[last], track.texts[last]
-                track.ids[i], track.spreads[i] = track.ids[last], track.spreads[last]
-                filled += [i] if is_run[i] else []
-        strict = role not in self.derived
-        if early and strict and any(track.texts) and early[0] < _first(track.texts):
-            self._add_early(role, track, early)
-        if filled and strict:
-            self._add_filled(role, track, filled, sum(is_run))
-
-    def _add_early(self, role: str, track: _Track, early: list[int]) -> None:
-        first = track.texts[_first(track.texts)]
-        lines = [self.rows[i][0].line for i in early if i < _first(track.texts)]
-        if first is not None and lines:
-            message = f"{role} is blank in {span(lines)}, above its first value"
-            hint = "write each value in the first row that it belongs to"
-            self.faults.add(G219, message, hint, first.place, len(first.text))
-
-    def _add_filled(self, role: str, track: _Track, filled: list[int], runs: int) -> None:
-        lines = [self.rows[i][0].line for i in filled]
-        place = Place(lines[0], 1)
-        if track.chosen is not None and track.chosen.at < len(self.rows[filled[0]]):
-            place = self.rows[filled[0]][track.chosen.at].place
-        if role.startswith("spin") and 2 * len(filled) < runs:
-            message = f"{role} is blank in {span(lines)}, where nearly every run has its own"
-            self.faults.add(G218, message, "the value above was taken; write it there if it was forgotten", place)
-        else:
-            self.faults.add(G217, f"{role} is blank in {span(lines)}: the value above was taken", "", place)
-
-    def _column(self, role: str, track: _Track, rows: list[int]) -> Column:
+    def _column(self, role: str, track: Track, rows: list[int]) -> Column:
         """Put a track's rows in the order of the runs, with the constant of the log in blank cells."""
         finest = min((cell.step for cell in track.cells if cell and cell.step), default=None)
         given = self.settings.roles.get(role)
@@ -348,10 +268,9 @@ class _Builder:
             places.append(text.place if text else None)
             texts.append(text.text if text else "")
         order = {old: new for new, old in enumerate(dict.fromkeys(ids))}
-        header = track.chosen.header.text if track.chosen else role
         return Column(
             role,
-            header,
+            track.chosen.header.text,
             track.unit,
             tuple(values),
             tuple(resolutions),
@@ -361,7 +280,7 @@ class _Builder:
             tuple(texts),
         )
 
-    def _time_column(self, times: list[_Track], plan: list[tuple[int, int]]) -> Column:
+    def _time_column(self, times: list[Track], plan: list[tuple[int, int]]) -> Column:
         """Make one column of all stopwatch readings; each is a reading of its own."""
         parts = [self._column("time", track, list(range(len(self.rows)))) for track in times]
         finest = min((r for part in parts for r in part.resolutions if r), default=None)
@@ -379,6 +298,9 @@ class _Builder:
 
     def _other(self, chosen: Chosen, rows: list[int]) -> Column | None:
         if kind_of_role(chosen.role) == "text" or chosen.role[:2] == "u_":
+            used = self.choice.used[chosen.role][0].header.text
+            message = f'the column "{chosen.cell.text}" is not used: {chosen.role} is read from "{used}"'
+            self.faults.add(G220, message, "", chosen.cell.place, len(chosen.cell.text))
             return None
         track = self._track(chosen.role, chosen, False)
         if track is None:
@@ -409,10 +331,6 @@ class _Builder:
         return tuple(labels)
 
 
-def _first(texts: list[Text | None]) -> int:
-    return next(i for i, text in enumerate(texts) if text is not None)
-
-
 def _constant_column(role: str, given: Given, runs: int, common: Uncertainty | None) -> Column:
     assert given.cell is not None
     cell = given.cell
@@ -427,23 +345,3 @@ def _constant_column(role: str, given: Given, runs: int, common: Uncertainty | N
         (given.place,) * runs,
         (given.text,) * runs,
     )
-
-
-def _check_value(role: str, cell: Cell, text: Text, faults: Faults) -> None:
-    value = cell.value
-    fault = ""
-    if not math.isfinite(value):
-        fault = "is too large"
-    elif role in _POSITIVE and value <= 0:
-        fault = "is not above zero"
-    elif role in _NOT_ZERO and value == 0:
-        fault = "is zero"
-    elif role == "mass" and value < 0:
-        fault = "is below zero"
-    elif role == "pitch" and abs(value) >= math.pi / 2:
-        fault = "is not between -90 and 90 degrees"
-    if fault:
-        hint = {"time": "a run that was not timed is left blank", "mass": "0 is a run without a weight"}.get(role, "")
-        if role == "mass":
-            hint = "a weight on the counterweight side has a negative position"
-        faults.add(G215, f'{role} "{text.text}" {fault}', hint, text.place, len(text.text))

@@ -99,78 +99,120 @@ _SYMBOLS = {
 
 # Words: here nothing but the letters matters. Commas separate; English first, then de, fr, ru, es, pl, pt.
 _WORDS = {
-    "mass": "mass, weight, load, added mass, added weight, add-on mass, additional mass, hanging mass, masses, mass added, "
-    "Masse, Zusatzmasse, Gewicht, Zusatzgewicht, Auflagemasse, masse ajoutée, masse additionnelle, surcharge, "
-    "масса, масса груза, груз, масса грузика, m груза, masa, masa añadida, peso, masa ciężarka, obciążenie, "
-    "ciężarek, masa obciążnika, massa, massa adicionada",
-    "position": "position, arm, lever arm, lever, radius, distance, moment arm, arm length, location, offset, "
-    "distance from centre, distance from center, distance from pivot, Position, Abstand, Hebelarm, Hebel, Arm, Radius, "
-    "Hebelarmlänge, Entfernung, bras, bras de levier, rayon, plече, плечо, расстояние, длина плеча, радиус, положение, "
-    "brazo, brazo de palanca, distancia, radio, posición, ramię, ramię siły, odległość, położenie, posição, distância, "
-    "raio, braço",
-    "torque": "torque, moment, moment of force, applied torque, couple, moment du couple, Drehmoment, Moment, moment de force, "
-    "момент, момент силы, момент сил, вращающий момент, par, momento, momento de fuerza, torca, moment siły, torque aplicado",
+    "mass": (
+        "mass, weight, load, added mass, added weight, add-on mass, additional mass, hanging mass, masses, mass "
+        "added, Masse, Zusatzmasse, Gewicht, Zusatzgewicht, Auflagemasse, masse ajoutée, masse additionnelle, "
+        "surcharge, масса, масса груза, груз, масса грузика, m груза, masa, masa añadida, peso, masa ciężarka, "
+        "obciążenie, ciężarek, masa obciążnika, massa, massa adicionada"
+    ),
+    "position": (
+        "position, arm, lever arm, lever, radius, distance, moment arm, arm length, location, offset, distance from "
+        "centre, distance from center, distance from pivot, Position, Abstand, Hebelarm, Hebel, Arm, Radius, "
+        "Hebelarmlänge, Entfernung, bras, bras de levier, rayon, plече, плечо, расстояние, длина плеча, радиус, "
+        "положение, brazo, brazo de palanca, distancia, radio, posición, ramię, ramię siły, odległość, położenie, "
+        "posição, distância, raio, braço"
+    ),
+    "torque": (
+        "torque, moment, moment of force, applied torque, couple, moment du couple, Drehmoment, Moment, moment de "
+        "force, момент, момент силы, момент сил, вращающий момент, par, momento, momento de fuerza, torca, moment "
+        "siły, torque aplicado"
+    ),
     "force": "force, applied force, Kraft, сила, fuerza, siła, força",
-    "spin": "spin, spin speed, spin rate, spin frequency, rotor speed, rotation speed, rotational speed, rotation rate, speed, "
-    "tachometer, tacho, tachometer reading, wheel speed, disc speed, disk speed, ball speed, gyro speed, psidot, psi dot, "
-    "omega, angular speed of spin, spin angular velocity, Drehzahl, Drehfrequenz, Eigendrehzahl, Eigenrotation, "
-    "Kreiseldrehzahl, Rotationsfrequenz, vitesse de rotation, vitesse de rotation propre, rotation propre, fréquence de "
-    "rotation, régime, обороты ротора, частота вращения, скорость вращения, частота ротора, частота вращения ротора, "
-    "velocidad de giro, velocidad de rotación, frecuencia de giro, prędkość obrotowa, obroty, częstotliwość obrotów, "
-    "velocidade de rotação",
-    "spin_period": "spin period, period of spin, rotation period, rotor period, time per revolution, time per turn, "
-    "Drehperiode, Rotationsperiode, Eigenperiode, période de rotation, période de rotation propre, период вращения, "
-    "период вращения ротора, tiempo de giro, periodo de giro, periodo de rotación, okres obrotu, okres wirowania",
-    "time": "time, stopwatch, stop watch, stopwatch time, stopwatch reading, timing, measured time, precession time, duration, "
-    "elapsed time, total time, Zeit, Stoppuhr, Messzeit, gemessene Zeit, Dauer, Präzessionszeit, temps, durée, chrono, "
-    "chronomètre, temps de précession, temps mesuré, время, секундомер, время прецессии, полное время, общее время, tiempo, "
-    "cronómetro, tiempo medido, tiempo de precesión, czas, stoper, czas precesji, zmierzony czas, tempo",
-    "turns": "turns, revs, revolutions, number of turns, number of revolutions, precession turns, precession revolutions, "
-    "count, laps, rounds, cycles, no of turns, no of revolutions, fraction of turn, Umdrehungen, Umläufe, Anzahl Umläufe, "
-    "Anzahl Umdrehungen, Anzahl der Umdrehungen, tours, nombre de tours, обороты, число оборотов, количество оборотов, "
-    "оборотов, N оборотов, vueltas, número de vueltas, revoluciones, liczba obrotów, liczba okrążeń, okrążenia, voltas, "
-    "número de voltas",
-    "angle": "angle, swept angle, precession angle, angle swept, angle of precession, Winkel, überstrichener Winkel, "
-    "Präzessionswinkel, angle parcouru, angle de précession, угол, угол поворота, угол прецессии, ángulo, ángulo barrido, kąt, "
-    "kąt obrotu, kąt precesji, ângulo",
-    "precession_period": "period, precession period, period of precession, tau, Periode, Periodendauer, Präzessionsperiode, "
-    "Präzessionsdauer, période, période de précession, период, период прецессии, periodo, período, periodo de precesión, "
-    "okres, okres precesji, período de precessão",
-    "precession_rate": "precession rate, precession speed, precession frequency, rate of precession, precession, phidot, "
-    "phi dot, precession angular velocity, angular velocity of precession, Präzessionsfrequenz, "
-    "Präzessionsgeschwindigkeit, Präzessionsrate, Präzessionswinkelgeschwindigkeit, vitesse de précession, fréquence de "
-    "précession, скорость прецессии, угловая скорость прецессии, частота прецессии, velocidad de precesión, frecuencia de "
-    "precesión, prędkość precesji, prędkość kątowa precesji, częstość precesji, velocidade de precessão",
-    "spin precession_rate": "angular velocity, angular speed, angular frequency, frequency, Winkelgeschwindigkeit, "
-    "Kreisfrequenz, Frequenz, vitesse angulaire, fréquence, угловая скорость, частота, velocidad angular, frecuencia, "
-    "prędkość kątowa, częstotliwość, rotation",
+    "spin": (
+        "spin, spin speed, spin rate, spin frequency, rotor speed, rotation speed, rotational speed, rotation rate, "
+        "speed, tachometer, tacho, tachometer reading, wheel speed, disc speed, disk speed, ball speed, gyro speed, "
+        "psidot, psi dot, omega, angular speed of spin, spin angular velocity, Drehzahl, Drehfrequenz, "
+        "Eigendrehzahl, Eigenrotation, Kreiseldrehzahl, Rotationsfrequenz, vitesse de rotation, vitesse de rotation "
+        "propre, rotation propre, fréquence de rotation, régime, обороты ротора, частота вращения, скорость "
+        "вращения, частота ротора, частота вращения ротора, velocidad de giro, velocidad de rotación, frecuencia de "
+        "giro, prędkość obrotowa, obroty, częstotliwość obrotów, velocidade de rotação"
+    ),
+    "spin_period": (
+        "spin period, period of spin, rotation period, rotor period, time per revolution, time per turn, "
+        "Drehperiode, Rotationsperiode, Eigenperiode, période de rotation, période de rotation propre, период "
+        "вращения, период вращения ротора, tiempo de giro, periodo de giro, periodo de rotación, okres obrotu, "
+        "okres wirowania"
+    ),
+    "time": (
+        "time, stopwatch, stop watch, stopwatch time, stopwatch reading, timing, measured time, precession time, "
+        "duration, elapsed time, total time, Zeit, Stoppuhr, Messzeit, gemessene Zeit, Dauer, Präzessionszeit, "
+        "temps, durée, chrono, chronomètre, temps de précession, temps mesuré, время, секундомер, время прецессии, "
+        "полное время, общее время, tiempo, cronómetro, tiempo medido, tiempo de precesión, czas, stoper, czas "
+        "precesji, zmierzony czas, tempo"
+    ),
+    "turns": (
+        "turns, revs, revolutions, number of turns, number of revolutions, precession turns, precession "
+        "revolutions, count, laps, rounds, cycles, no of turns, no of revolutions, fraction of turn, Umdrehungen, "
+        "Umläufe, Anzahl Umläufe, Anzahl Umdrehungen, Anzahl der Umdrehungen, tours, nombre de tours, обороты, "
+        "число оборотов, количество оборотов, оборотов, N оборотов, vueltas, número de vueltas, revoluciones, "
+        "liczba obrotów, liczba okrążeń, okrążenia, voltas, número de voltas"
+    ),
+    "angle": (
+        "angle, swept angle, precession angle, angle swept, angle of precession, Winkel, überstrichener Winkel, "
+        "Präzessionswinkel, angle parcouru, angle de précession, угол, угол поворота, угол прецессии, ángulo, "
+        "ángulo barrido, kąt, kąt obrotu, kąt precesji, ângulo"
+    ),
+    "precession_period": (
+        "period, precession period, period of precession, tau, Periode, Periodendauer, Präzessionsperiode, "
+        "Präzessionsdauer, période, période de précession, период, период прецессии, periodo, período, periodo de "
+        "precesión, okres, okres precesji, período de precessão"
+    ),
+    "precession_rate": (
+        "precession rate, precession speed, precession frequency, rate of precession, precession, phidot, phi dot, "
+        "precession angular velocity, angular velocity of precession, Präzessionsfrequenz, "
+        "Präzessionsgeschwindigkeit, Präzessionsrate, Präzessionswinkelgeschwindigkeit, vitesse de précession, "
+        "fréquence de précession, скорость прецессии, угловая скорость прецессии, частота прецессии, velocidad de "
+        "precesión, frecuencia de precesión, prędkość precesji, prędkość kątowa precesji, częstość precesji, "
+        "velocidade de precessão"
+    ),
+    "spin precession_rate": (
+        "angular velocity, angular speed, angular frequency, frequency, Winkelgeschwindigkeit, Kreisfrequenz, "
+        "Frequenz, vitesse angulaire, fréquence, угловая скорость, частота, velocidad angular, frecuencia, prędkość "
+        "kątowa, częstotliwość, rotation"
+    ),
     "turns precession_period": "периоды, periods",
     "precession_period spin_period": "Umlaufzeit, Umlaufdauer",
-    "pitch": "pitch, pitch angle, elevation, inclination, rod angle, tilt, Neigung, Neigungswinkel, inclinaison, наклон, угол "
-    "наклона, inclinación, nachylenie",
-    "spin_sense": "spin sense, spin direction, sense of spin, direction of spin, Drehsinn, sens de rotation, направление вращения",
-    "precession_sense": "precession sense, precession direction, sense of precession, direction of precession, "
-    "Präzessionsrichtung, sens de précession, направление прецессии",
+    "pitch": (
+        "pitch, pitch angle, elevation, inclination, rod angle, tilt, Neigung, Neigungswinkel, inclinaison, наклон, "
+        "угол наклона, inclinación, nachylenie"
+    ),
+    "spin_sense": (
+        "spin sense, spin direction, sense of spin, direction of spin, Drehsinn, sens de rotation, направление вращения"
+    ),
+    "precession_sense": (
+        "precession sense, precession direction, sense of precession, direction of precession, Präzessionsrichtung, "
+        "sens de précession, направление прецессии"
+    ),
     "transverse_inertia": "transverse inertia, transverse moment of inertia",
-    "inertia": "inertia, moment of inertia, Trägheitsmoment, moment d'inertie, момент инерции, momento de inercia, moment "
-    "bezwładności, momento de inércia",
-    "run": "run, run number, run no, run id, trial, measurement, no, nr, number, id, index, row, label, point, test, attempt, "
-    "Messung, Messung Nr, Versuch, Lauf, mesure, essai, numéro, опыт, номер, номер опыта, № опыта, № п/п, измерение, medida, "
-    "medición, ensayo, número, pomiar, nr pomiaru, nr pom, lp, medição, medida nº",
-    "note": "note, notes, comment, comments, remark, remarks, Bemerkung, Bemerkungen, Kommentar, Notiz, remarque, commentaire, "
-    "примечание, примечания, комментарий, nota, notas, observaciones, comentario, uwagi, uwaga, observações",
+    "inertia": (
+        "inertia, moment of inertia, Trägheitsmoment, moment d'inertie, момент инерции, momento de inercia, moment "
+        "bezwładności, momento de inércia"
+    ),
+    "run": (
+        "run, run number, run no, run id, trial, measurement, no, nr, number, id, index, row, label, point, test, "
+        "attempt, Messung, Messung Nr, Versuch, Lauf, mesure, essai, numéro, опыт, номер, номер опыта, № опыта, № "
+        "п/п, измерение, medida, medición, ensayo, número, pomiar, nr pomiaru, nr pom, lp, medição, medida nº"
+    ),
+    "note": (
+        "note, notes, comment, comments, remark, remarks, Bemerkung, Bemerkungen, Kommentar, Notiz, remarque, "
+        "commentaire, примечание, примечания, комментарий, nota, notas, observaciones, comentario, uwagi, uwaga, "
+        "observações"
+    ),
 }
 
-_START = "start initial before begin beginning first vorher anfang am_anfang avant début до начальная начальный antes inicial przed początkowa"
-_END = "end final after last nachher ende danach après fin после конечная конечный después despues final po końcowa"
+_START = (
+    "start initial before begin beginning first vorher anfang am_anfang avant début до начальная начальный antes "
+    "inicial przed początkowa "
+)
+_END = "end final after last nachher ende danach après fin после конечная конечный después despues final po końcowa "
 _NOISE = (
-    "the of a for measured mean average avg observed reading value in der die das des gemessen gemessene mittel mittlere mittlerer "
-    "de du la le moyen moyenne mesuré mesurée средний средняя среднее измеренный измеренное medio media promedio medido "
-    "średni średnia średnie zmierzony zmierzona at half médio média"
+    "the of a for measured mean average avg observed reading value in der die das des gemessen gemessene mittel "
+    "mittlere mittlerer de du la le moyen moyenne mesuré mesurée средний средняя среднее измеренный измеренное "
+    "medio media promedio medido średni średnia średnie zmierzony zmierzona at half médio média "
 )
 _UNSURE = (
-    "u sigma err error errors uncertainty unc uncert stdev sd std delta unsicherheit fehler messunsicherheit incertitude "
-    "erreur погрешность ошибка incertidumbre error niepewność błąd incerteza erro δ σ"
+    "u sigma err error errors uncertainty unc uncert stdev sd std delta unsicherheit fehler messunsicherheit "
+    "incertitude erreur погрешность ошибка incertidumbre error niepewność błąd incerteza erro δ σ "
 )
 
 

@@ -1,0 +1,170 @@
+"""Back to a file: `Readings` as a canonical CSV log that reads back equal."""
+
+from __future__ import annotations
+
+import math
+import re
+
+from gyrodata.readings.cells import CellError, read_cell
+from gyrodata.readings.filldown import FILLED_DOWN
+from gyrodata.readings.log import Column, Readings
+from gyrodata.readings.vocabulary import ROLES
+from gyrodata.units import SI, Uncertainty, from_si, kind_of_role
+
+
+def write_log(readings: Readings) -> str:
+    """Write a log in its canonical form: ``#`` lines, one header row, one row for each setting.
+
+    Parameters
+    ----------
+    readings : Readings
+        What to write. Columns that are only compared (`Readings.others`) are left out.
+
+    Returns
+    -------
+    str
+        CSV text; `read_log` gives the same runs, columns, constants and uncertainties for it (places, lines and
+        headers are those of the new file).
+    """
+    rows = _rows(readings)
+    head = [f"# {key}: {value}" for key, value in readings.metadata.items()]
+    head += [f"# {key}: {value!r} {SI[kind_of_role(key)]}" for key, value in readings.constants.items()]
+    head += [f"# {key}: {_uncertainty_text(u, kind_of_role(key))}" for key, u in readings.uncertainties.items()]
+    if readings.balance_tilt is not None:
+        head.append("# balance_tilt: {!r} rad in {!r} s".format(*readings.balance_tilt))
+    if readings.balance_drift is not None:
+        head.append("# balance_drift: {!r} rad in {!r} s at {!r} rad/s".format(*readings.balance_drift))
+    headers: list[str] = []
+    cells: list[list[str]] = []
+    for role in sorted(readings.columns, key=ROLES.index):
+        column = readings.columns[role]
+        if role == "time":
+            _add_times(column, rows, headers, cells)
+        else:
+            shared = _add_column(column, rows, headers, cells)
+            head += [f"# {role}: {shared}"] if shared else []
+        _add_uncertainties(readings, column, rows, headers, cells)
+    headers.append("run")
+    cells.append([_label(readings, row) for row in rows])
+    if any(readings.notes):
+        headers.append("note")
+        cells.append([readings.notes[row[0]] for row in rows])
+    lines = [headers, *([column[i] for column in cells] for i in range(len(rows)))]
+    return "\n".join([*head, *(",".join(map(_quoted, line)) for line in lines)]) + "\n"
+
+
+def _rows(readings: Readings) -> list[list[int]]:
+    """Group the runs that were repeats of one row (``3.1``, ``3.2``)."""
+    rows: list[list[int]] = []
+    for run, label in enumerate(readings.runs):
+        base, _, number = label.rpartition(".")
+        if rows and number.isdigit() and int(number) == len(rows[-1]) + 1 and int(number) > 1:
+            first = rows[-1][0]
+            if readings.runs[first] == f"{base}.1" and readings.lines[first] == readings.lines[run]:
+                rows[-1].append(run)
+                continue
+        rows.append([run])
+    return rows
+
+
+def _label(readings: Readings, row: list[int]) -> str:
+    label = readings.runs[row[0]]
+    return label.rpartition(".")[0] if len(row) > 1 else label
+
+
+def _header(role: str, unit: str) -> str:
+    return f"{role} [{unit}]" if unit else role
+
+
+def _cell_text(column: Column, run: int) -> str:
+    """Give what was typed; a number without a text (from a simulation) is written in full."""
+    value = column.values[run]
+    if value is None:
+        return ""
+    if column.texts[run]:
+        return column.texts[run]
+    kind = kind_of_role(column.role)
+    return repr(from_si(value, column.unit, kind) if column.unit else value)
+
+
+def _add_times(column: Column, rows: list[list[int]], headers: list[str], cells: list[list[str]]) -> None:
+    most = max((len(row) for row in rows), default=1)
+    for k in range(most):
+        headers.append(_header("time" if most == 1 else f"time_{k + 1}", column.unit))
+        cells.append([_cell_text(column, row[k]) if k < len(row) else "" for row in rows])
+
+
+def _add_column(column: Column, rows: list[list[int]], headers: list[str], cells: list[list[str]]) -> str:
+    """Add one column; give the text of the reading that all blank cells share, if there is one."""
+    ids = [column.readings[row[0]] for row in rows]
+    fills = column.role in FILLED_DOWN
+    shared = _shared(ids, fills, [column.values[row[0]] is not None for row in rows])
+    texts: list[str] = []
+    for i, row in enumerate(rows):
+        repeated = i > 0 and fills and shared is None and ids[i] == ids[i - 1]
+        texts.append("" if repeated or ids[i] == shared else _cell_text(column, row[0]))
+    if any(texts) or shared is None:
+        headers.append(_header(column.role, column.unit))
+        cells.append(texts)
+    if shared is None:
+        return ""
+    text = _cell_text(column, rows[ids.index(shared)][0])
+    try:
+        read_cell(text, kind_of_role(column.role), None)
+    except CellError:
+        return f"{text} {column.unit}"
+    return text
+
+
+def _shared(ids: list[int], fills: bool, there: list[bool]) -> int | None:
+    """Find the reading that stands in rows which filling down cannot reach."""
+    if ids and len(ids) > 1 and len(set(ids)) == 1 and there[0]:
+        return ids[0]
+    last: dict[int, int] = {}
+    for i, identity in enumerate(ids):
+        if identity in last and there[i] and (not fills or last[identity] != i - 1):
+            return identity
+        last[identity] = i
+    return None
+
+
+def _add_uncertainties(
+    readings: Readings, column: Column, rows: list[list[int]], headers: list[str], cells: list[list[str]]
+) -> None:
+    """Add a ``u_…`` column where a reading's uncertainty is neither in its cell nor the log's."""
+    role, kind = column.role, kind_of_role(column.role)
+    common = readings.uncertainties.get(f"u_{role}")
+    if common is None and role in ("spin_start", "spin_end"):
+        common = readings.uncertainties.get("u_spin")
+    texts: list[str] = []
+    for row in rows:
+        spread, text = column.uncertainties[row[0]], column.texts[row[0]]
+        own = read_cell(text, kind, column.unit or None).uncertainty if text and spread is not None else None
+        texts.append("" if spread is None or spread in (own, common) else _uncertainty_text(spread, kind))
+    if any(texts):
+        headers.append(_header(f"u_{role}", SI[kind]))
+        cells.append(texts)
+
+
+def _uncertainty_text(uncertainty: Uncertainty, kind: str) -> str:
+    parts = []
+    if uncertainty.relative or not uncertainty.absolute:
+        parts.append(f"{_percent(uncertainty.relative)} %")
+    if uncertainty.absolute:
+        parts.append(f"{uncertainty.absolute!r} {SI[kind]}".strip())
+    return " + ".join(parts)
+
+
+def _percent(share: float) -> str:
+    """Find the percentage that gives exactly this share when it is read."""
+    percent = share * 100
+    for candidate in (percent, math.nextafter(percent, math.inf), math.nextafter(percent, -math.inf)):
+        if candidate / 100 == share:
+            return repr(candidate)
+    return repr(percent)
+
+
+def _quoted(text: str) -> str:
+    if re.search(r'[",;\t]|^[\s#]|\s$', text):
+        return '"' + text.replace('"', '""') + '"'
+    return text

@@ -6,14 +6,16 @@ by the `uncertainties` package.
 
 from __future__ import annotations
 
+import base64
 import csv
 import io
 import json
 import math
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal
 
-from gyrodata.analysis import Analysis, Effect, NamedFit
+from gyrodata import __version__, physics
+from gyrodata.analysis import Analysis, Effect, NamedFit, Run, turn_words
 from gyrodata.fitting import Estimate
 
 FIT_NAMES = {
@@ -246,7 +248,9 @@ def _answer(analysis: Analysis) -> list[str]:
     if inertia.interval_95 is not None and inertia.k is not None:
         factor, power = power_of_ten(inertia.value)
         ends = interval_text(*inertia.interval_95, factor)
-        lines.append(f"         95 % interval {ends}{' × ' + power if power else ''} kg·m² (u × k, k = {inertia.k:.2f})")
+        lines.append(
+            f"         95 % interval {ends}{' × ' + power if power else ''} kg·m² (u × k, k = {inertia.k:.2f})"
+        )
     lines.append(f"  residual torque M0 = {torque_text(imbalance.value, imbalance.u)} (torque at work = applied + M0)")
     if bias.u:
         lines.append(f"  timing bias b = {number_text(bias.value, bias.u)} s")
@@ -352,7 +356,7 @@ def _budget_lines(analysis: Analysis) -> list[str]:
 
 def _odd_lines(analysis: Analysis) -> list[str]:
     lines = [
-        f"  run {run.run} (line {run.line}): {run.reason}{'; left out' if run.left_out else '; kept, as asked'}"
+        f"  run {run.run} (line {run.line}): {run.reason}{'; left out' if run.left_out else '; kept'}"
         for run in analysis.run_table
         if run.flagged
     ]
@@ -464,3 +468,102 @@ def _csv_cell(value: object) -> str:
     return f"'{text}" if text[:1] in ("=", "+", "-", "@", "\t", "\r") else text
 
 
+# --- the page -----------------------------------------------------------------------------------------------
+
+
+def report_page(
+    analysis: Analysis, figures: Mapping[str, bytes], form: Literal["png", "svg"], alt: Mapping[str, str]
+) -> str:
+    """Write the report as one HTML page that needs nothing else.
+
+    Parameters
+    ----------
+    analysis : Analysis
+        The result.
+    figures : mapping of str to bytes
+        File of each figure: "period", "product", "torque", "residuals".
+    form : {"png", "svg"}
+        What these files are.
+    alt : mapping of str to str
+        What each figure shows, in words.
+
+    Returns
+    -------
+    str
+        Without a clock time or a folder's name; whatever comes from the log is escaped.
+    """
+    from importlib.resources import files
+
+    from jinja2 import Environment, StrictUndefined
+
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    template = environment.from_string(files("gyrodata").joinpath("report.html.jinja").read_text("utf-8"))
+    return template.render(_page_content(analysis), images=_data_uris(figures, form), alt=alt)
+
+
+def _data_uris(figures: Mapping[str, bytes], form: Literal["png", "svg"]) -> dict[str, str]:
+    kind = {"png": "image/png", "svg": "image/svg+xml"}[form]
+    return {name: f"data:{kind};base64,{base64.b64encode(data).decode()}" for name, data in figures.items()}
+
+
+def _page_content(analysis: Analysis) -> dict[str, Any]:
+    """What the template needs besides figures: the analysis, and the functions that write its numbers."""
+    factor, ten = power_of_ten(analysis.inertia.value)
+    exponents = [(law.exponent, law.u) for law in analysis.power_law if law.exponent is not None and law.u is not None]
+    return {
+        "a": analysis,
+        "version": __version__,
+        "factor": factor,
+        "ten": ten,
+        "goodness": goodness_text(analysis),
+        "flagged": [run for run in analysis.run_table if run.flagged],
+        "notes": analysis.readings.notes,
+        "exponents": exponents,
+        "agreeing": sum(abs(exponent - 1) <= 2 * u for exponent, u in exponents),
+        "origin": next((f for f in analysis.fits if f.name == "through_origin" and f.inertia is not None), None),
+        "ball": _ball(analysis),
+        "defaults": _default_lines(analysis)[1:],
+        "options": [(key, _option_text(value)) for key, value in analysis.options.items()],
+        "cells": _run_cells,
+        "shown": lambda value, factor: "–" if value is None else number_text(value, None, factor),
+        "fit_names": FIT_NAMES,
+        "effect_names": EFFECT_NAMES,
+        "source_names": SOURCE_NAMES,
+        **{
+            function.__name__: function
+            for function in (
+                count_text, difference_text, effect_verdict, inertia_text, interval_text, number_text, percent_text,
+                torque_text,
+            )
+        },
+    }  # fmt: skip
+
+
+def _ball(analysis: Analysis) -> dict[str, float] | None:
+    """The solid ball to compare with, where the log gives its mass and diameter."""
+    constants = analysis.readings.constants
+    if "ball_mass" not in constants or "ball_diameter" not in constants:
+        return None
+    mass, diameter = constants["ball_mass"], constants["ball_diameter"]
+    return {"mass": mass, "diameter": diameter, "inertia": physics.solid_ball_inertia(mass, diameter)}
+
+
+def _run_cells(run: Run) -> list[tuple[str, str]]:
+    """Value to sort by and text of each number of a run, in the order of the page's table."""
+    plain = ((run.torque, 1e-3), (run.spin, math.pi / 30), (run.time, 1.0))
+    after = ((run.period, 1.0), (run.product, 1.0))
+    return [
+        (str(run.line), str(run.line)),
+        *((repr(value), number_text(value, None, factor)) for value, factor in plain),
+        (repr(run.turns), turn_words(run.turns).split(" ")[0]),
+        *((repr(value), number_text(value, None, factor)) for value, factor in after),
+        (repr(run.residual), number_text(run.residual, run.residual_u)),
+    ]
+
+
+def _option_text(value: object) -> str:
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key} = {item}" for key, item in value.items()) or "none"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return str(value)

@@ -241,7 +241,12 @@ class Analysis:
             ],
             "runs": [_slots(run) for run in self.run_table],
             "uncertainties": [
-                {"source": source.name, "shared_by": source.shared_by, "default": source.default, "is": source.described}
+                {
+                    "source": source.name,
+                    "shared_by": source.shared_by,
+                    "default": source.default,
+                    "is": source.described,
+                }
                 for source in self.measurements.sources
             ],
             "advice": list(self.advice),
@@ -407,7 +412,9 @@ def analyze_readings(
 
     tilted = model == "steady" or (model == "auto" and _tilt_matters(measured))
     outliers = fitting.screen(measured, tilted)
-    left_out = () if keep_flagged else tuple(outlier.index for outlier in outliers)
+    # A slip of the count is a known cause; a run that is merely odd is still a measurement, and stays.
+    explained = tuple(outlier.index for outlier in outliers if outlier.turns is not None)
+    left_out = () if keep_flagged else explained
     fit = fitting.fit(measured, tilted, left_out)
     if not (math.isfinite(fit.inertia.value) and np.isfinite(fit.fitted_time).all()):
         found.append(readings.diagnose(G415, "eq. (8) has no real solution for a run: the rod is up and the spin is "
@@ -417,7 +424,11 @@ def analyze_readings(
     kept = [i for i in range(len(measured.runs)) if i not in left_out]
     p = fitting.chi2_tail(fit.chi2, fit.dof) if fit.dof > 0 else None
     effects = _effects(measured, fit, tilted, model)
-    found += _findings(readings, measured, fit, outliers, p, keep_flagged)
+    without = None
+    if any(outlier.index not in left_out for outlier in outliers):
+        without = fitting.fit(measured, tilted, tuple(outlier.index for outlier in outliers)).inertia
+    found += _outlier_findings(readings, measured, outliers, left_out, without)
+    found += _findings(readings, measured, fit, p)
     return Analysis(
         name=readings.name,
         sha256=readings.sha256,
@@ -526,7 +537,9 @@ def _effects(measured: Measurements, fit: FitResult, tilted: bool, model: Model)
             -float(np.sum((weights * fit.imbalance.value / total)[loaded])),
             True,
             "its size is unknown beforehand, so M0 is a parameter "
-            + ("with practically no prior" if fit.imbalance_free else f"with prior width {fit.imbalance_prior:.2g} N*m"),
+            + (
+                "with practically no prior" if fit.imbalance_free else f"with prior width {fit.imbalance_prior:.2g} N*m"
+            ),
         ),
         Effect(
             "timing_bias",
@@ -707,36 +720,45 @@ def turn_words(turns: float) -> str:
 # --- what to say --------------------------------------------------------------------------------------------
 
 
-def _findings(
+def _outlier_findings(
     readings: Readings,
     measured: Measurements,
-    fit: FitResult,
     outliers: list[Outlier],
-    p: float | None,
-    keep_flagged: bool,
+    left_out: tuple[int, ...],
+    without: Estimate | None,
 ) -> list[Diagnostic]:
-    """Turn what looks odd into diagnostics with places."""
+    """Name each run that looks odd, what was done with it, and what it does to the answer."""
+    roles = ("time", "precession_period", "precession_rate")
+    timing = next(readings.columns[role] for role in roles if role in readings.columns)
     found = []
-    timing = next((readings.columns[r] for r in ("time", "precession_period", "precession_rate") if r in readings.columns), None)  # fmt: skip
     for outlier in outliers:
-        place = timing.places[outlier.index] if timing else None
-        width = len(timing.texts[outlier.index]) if timing else 1
-        what = "kept in the fit, as asked" if keep_flagged else "left out of the fits"
+        if outlier.index in left_out:
+            done, hint = "left out of the fits", "correct the turns in the log, or keep the run with --keep-flagged"
+        else:
+            assert without is not None and without.u is not None
+            done = f"kept; without every run that looks odd I_zz = {without.value:.4g} ± {without.u:.2g} kg*m^2"
+            hint = "time it again; if you know what went wrong, put # before its line to leave it out"
         found.append(
             readings.diagnose(
                 G410,
-                f"run {measured.runs[outlier.index]}: {_outlier_reason(measured, outlier)}; {what}",
-                "correct the log if it was miscounted" if keep_flagged else "--keep-flagged keeps it",
-                place,
-                width,
+                f"run {measured.runs[outlier.index]}: {_outlier_reason(measured, outlier)}; {done}",
+                hint,
+                timing.places[outlier.index],
+                len(timing.texts[outlier.index]),
             )
         )
+    return found
+
+
+def _findings(readings: Readings, measured: Measurements, fit: FitResult, p: float | None) -> list[Diagnostic]:
+    """Turn what looks odd in the whole log into diagnostics."""
+    found = []
     if p is not None and p < 0.001:
         found.append(
             readings.diagnose(
                 G411,
                 f"the runs scatter {math.sqrt(fit.chi2 / fit.dof):.1f} times as much as the stated uncertainties allow "
-                f"(p = {p:.1g}): u of I_zz is too small by about that factor",
+                f"({'p < 1e-6' if p < 1e-6 else f'p = {p:.1g}'}): u of I_zz is too small if that comes from the runs themselves",
                 "state what your hand can do, for example # u_time: 0.3 s, or look for a run that is wrong",
             )
         )
@@ -801,6 +823,3 @@ def _source_words(source: str) -> str:
         "spin": "the tachometer's readings",
         "imbalance": "the residual torque",
     }.get(source, source)
-
-
-

@@ -17,12 +17,12 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 from dataclasses import dataclass, replace
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 
 from gyrodata import physics
-from gyrodata.measurements import Measurements, Source
+from gyrodata.measurements import Measurements, Source, torque_groups
 from gyrodata.physics import Floats
 
 DEFAULT_IMBALANCE_U = 3e-4
@@ -203,118 +203,133 @@ def ordinary_line(x: Floats, y: Floats, intercept: bool) -> Line | None:
 
 # --- the adjustment -----------------------------------------------------------------------------------------
 
+_QUANTITIES = ("time", "spin", "turns", "mass", "position", "force", "torque", "g", "pitch", "transverse")
+
+
+_NEGLIGIBLE = 1e-9
+"""No reading is exact beyond this relative size; keeps a row whose stated errors are all zero finite."""
+
 
 @dataclass(frozen=True)
-class _Conditions:
-    """The condition equations of n runs at one set of values, and their derivatives, all of shape (n,)."""
+class _Linear:
+    """The conditions of n runs, linear in the unknowns and in the errors of S sources."""
 
-    value: Floats
-    to_inertia: Floats
-    to_imbalance: Floats
-    to_bias: Floats
-    to: dict[str, Floats]
-    """By quantity: "time", "spin", "torque", "turns", "pitch", "transverse"."""
-
-
-def _conditions(
-    truth: dict[str, Floats], sense: Floats, inertia: float, imbalance: float, bias: float
-) -> _Conditions:
-    """Evaluate the condition of each run; see the top of the module."""
-    time, spin, torque = truth["time"] - bias, truth["spin"], truth["torque"] + imbalance
-    angle = 2 * np.pi * truth["turns"]
-    lean = np.sin(truth["pitch"])
-    tilt = sense * angle**2 * lean / time
-    difference = inertia - truth["transverse"]
-    to_time = sense * torque + difference * tilt / time
-    return _Conditions(
-        value=sense * torque * time - angle * inertia * spin - difference * tilt,
-        to_inertia=-angle * spin - tilt,
-        to_imbalance=sense * time,
-        to_bias=-to_time,
-        to={
-            "time": to_time,
-            "spin": -angle * inertia,
-            "torque": sense * time,
-            "turns": -2 * np.pi * (inertia * spin + 2 * difference * tilt / angle),
-            "pitch": -difference * sense * angle**2 * np.cos(truth["pitch"]) / time,
-            "transverse": tilt,
-        },
-    )
+    misclosure: Floats
+    """Value with the errors that a run has alone set back to zero, shape (n,)."""
+    to_unknowns: Floats
+    """Derivatives to I_zz, M0 and b, shape (n, 3)."""
+    slopes: Floats
+    """Derivatives to each source's error, shape (S, n)."""
+    alone: Floats
+    """The same where a run has that error alone, else 0."""
+    own: Floats
+    """Variance from the errors that a run has alone, shape (n,)."""
 
 
 class _Problem:
-    """One log's readings and sources, split into errors that a run has alone and errors that are shared."""
+    """One log's readings and errors as arrays: S sources, n runs, K errors that are shared.
+
+    A source's error that one run has alone is eliminated row by row; one that several runs share is an
+    unknown, a column of its own.
+    """
 
     def __init__(self, measured: Measurements, tilted: bool) -> None:
-        self.count = len(measured.runs)
-        self.observed: dict[str, Floats] = {
-            "time": measured.time,
-            "spin": measured.spin,
-            "turns": measured.turns,
-            "mass": measured.mass,
-            "position": measured.position,
-            "force": measured.force,
-            "given": measured.given_torque,
-            "g": np.full(self.count, measured.g),
-            "pitch": measured.pitch if tilted else np.zeros(self.count),
-            "transverse": transverse_inertia(measured) if tilted else np.zeros(self.count),
-        }
-        sources = list(measured.sources)
-        if tilted:
-            sources += _tilt_sources(measured)
-        self.sources = [source for source in sources if np.any(source.absolute) or np.any(source.relative)]
-        self.alone: list[np.ndarray[Any, Any]] = []
-        """For each source, which runs have its error to themselves."""
-        self.columns: list[tuple[int, int]] = []
-        """(source, group) of each shared error."""
-        self.membership: list[np.ndarray[Any, Any]] = []
-        """For each source, the shared column of each run, or −1."""
+        count = len(measured.runs)
+        level = np.zeros(count)
+        self.count = count
+        self.observed = np.array(
+            [
+                measured.time,
+                measured.spin,
+                measured.turns,
+                measured.mass,
+                measured.position,
+                measured.force,
+                measured.given_torque,
+                np.full(count, measured.g),
+                measured.pitch if tilted else level,
+                transverse_inertia(measured) if tilted else level,
+            ]
+        )
+        sources = [*measured.sources, *(_tilt_sources(measured) if tilted else ())]
+        self.sources = [source for source in sources if source.absolute.any() or source.relative.any()]
+        shape = (len(self.sources), count)
+        self.quantity = np.array([_QUANTITIES.index(source.quantity) for source in self.sources], dtype=int)
+        self.absolute = np.array([source.absolute for source in self.sources]).reshape(shape)
+        self.relative = np.array([source.relative for source in self.sources]).reshape(shape)
+        self.onto = (np.arange(len(_QUANTITIES))[:, None] == self.quantity).astype(float)
+        self.alone = np.zeros(shape)
+        self.member = np.full(shape, -1)
+        self.shared_count = 0
         for number, source in enumerate(self.sources):
             groups = np.asarray(source.groups)
             sizes = np.bincount(groups[groups >= 0], minlength=1)
-            size = np.where(groups >= 0, sizes[np.maximum(groups, 0)], 0)
-            member = np.full(self.count, -1)
-            for group in np.flatnonzero(sizes > 1):
-                member[groups == group] = len(self.columns)
-                self.columns.append((number, int(group)))
-            self.alone.append(size == 1)
-            self.membership.append(member)
-        self.single = np.zeros((len(self.sources), self.count))
-        self.shared = np.zeros(len(self.columns))
+            size = np.where(groups >= 0, sizes[groups], 0)
+            self.alone[number] = size == 1
+            # Groups of two and more get the next columns.
+            column = self.shared_count + np.cumsum(sizes > 1) - 1
+            self.member[number] = np.where(size > 1, column[groups], -1)
+            self.shared_count += int(np.sum(sizes > 1))
+        self.from_source, self.from_run = np.nonzero(self.member >= 0)
+        self.to_column = self.member[self.from_source, self.from_run]
+        self.by_weight = not np.isnan(measured.mass).all()
+        self.by_force = not np.isnan(measured.force).all()
 
-    def errors(self, number: int, shared_only: bool) -> Floats:
-        """Standardised error of source `number` in each run, shape (n,)."""
-        member = self.membership[number]
-        single = 0.0 if shared_only else self.single[number]
-        return cast(Floats, np.where(member >= 0, np.append(self.shared, 0.0)[member], single))
+    def linearise(self, single: Floats, shared: Floats, sense: Floats, unknowns: Floats) -> _Linear:
+        """Linearise the conditions at adjusted readings; extrapolate the errors of one run back to none."""
+        values, slopes = self.truth(single, shared)
+        value, to_unknowns, to_quantities = self.conditions(values, sense, *unknowns)
+        slopes = slopes * to_quantities[self.quantity]
+        alone = slopes * self.alone
+        floor = _NEGLIGIBLE * to_quantities[0] * values[0]
+        own = np.sum(alone**2, axis=0) + floor**2
+        return _Linear(value - np.sum(alone * single, axis=0), to_unknowns, slopes, alone, own)
 
-    def truth(self, shared_only: bool = False) -> tuple[dict[str, Floats], list[Floats]]:
-        """Adjusted values of all quantities, and the derivative of the torque, time, … to each source's error."""
-        values = dict(self.observed)
-        slopes: list[Floats] = []
-        for number, source in enumerate(self.sources):
-            key = "given" if source.quantity == "torque" else source.quantity
-            error = self.errors(number, shared_only)
-            scale = 1 + source.relative * error
-            values[key] = (values[key] - source.absolute * error) / scale
-            slopes.append(-(source.absolute + source.relative * values[key]) / scale)
-        if not np.isnan(values["given"]).all():
-            values["torque"] = values["given"]
-            chain = {"torque": np.ones(self.count)}
-        elif not np.isnan(values["force"]).all():
-            values["torque"] = values["force"] * values["position"]
-            chain = {"force": values["position"], "position": values["force"]}
-        else:
-            values["torque"] = values["mass"] * values["position"] * values["g"]
-            chain = {
-                "mass": values["position"] * values["g"],
-                "position": values["mass"] * values["g"],
-                "g": values["mass"] * values["position"],
-            }
-        for number, source in enumerate(self.sources):
-            if source.quantity in chain:
-                slopes[number] = slopes[number] * chain[source.quantity]
+    def truth(self, single: Floats, shared: Floats) -> tuple[Floats, Floats]:
+        """Adjusted value of each quantity, shape (10, n), and its derivative to each source's error, (S, n)."""
+        errors = np.where(self.member >= 0, np.append(shared, 0.0)[self.member], single)
+        scale = 1 + self.onto @ (self.relative * errors)
+        values = (self.observed - self.onto @ (self.absolute * errors)) / scale
+        slopes = -(self.absolute + self.relative * values[self.quantity]) / scale[self.quantity]
         return values, slopes
+
+    def torque(self, values: Floats) -> tuple[Floats, dict[int, Floats]]:
+        """Torque of each run [N*m] and its derivatives by quantity."""
+        _, _, _, mass, position, force, given, g, _, _ = values
+        if self.by_weight:
+            return mass * position * g, {3: position * g, 4: mass * g, 7: mass * position}
+        if self.by_force:
+            return force * position, {5: position, 4: force}
+        return given, {6: np.ones(self.count)}
+
+    def conditions(
+        self, values: Floats, sense: Floats, inertia: float, imbalance: float, bias: float
+    ) -> tuple[Floats, Floats, Floats]:
+        """Evaluate the condition of each run; see the top of the module.
+
+        Returns
+        -------
+        tuple of ndarray
+            The value, shape (n,); its derivatives to I_zz, M0 and b, (n, 3); to each quantity, (10, n).
+        """
+        torque, chain = self.torque(values)
+        time, total = values[0] - bias, torque + imbalance
+        spin, pitch, transverse = values[1], values[8], values[9]
+        angle = 2 * np.pi * values[2]
+        tilt = sense * angle**2 * np.sin(pitch) / time
+        difference = inertia - transverse
+        to_time = sense * total + difference * tilt / time
+        to_torque = sense * time
+        to = np.zeros_like(values)
+        to[0] = to_time
+        to[1] = -angle * inertia
+        to[2] = -2 * np.pi * (inertia * spin + 2 * difference * tilt / angle)
+        for quantity, slope in chain.items():
+            to[quantity] = to_torque * slope
+        to[8] = -difference * sense * angle**2 * np.cos(pitch) / time
+        to[9] = tilt
+        value = sense * total * time - angle * inertia * spin - difference * tilt
+        return value, np.column_stack([-angle * spin - tilt, to_torque, -to_time]), to
 
 
 def transverse_inertia(measured: Measurements) -> Floats:
@@ -330,7 +345,16 @@ def _tilt_sources(measured: Measurements) -> list[Source]:
     count = len(measured.runs)
     given = measured.transverse_inertia is not None
     return [
-        Source("pitch", "pitch", tuple(range(count)), np.full(count, math.radians(2)), np.zeros(count), "", True, "2°"),
+        Source(
+            "pitch",
+            "pitch",
+            tuple(range(count)),
+            np.full(count, math.radians(2)),
+            np.zeros(count),
+            "",
+            True,
+            "2°",
+        ),
         Source(
             "transverse_inertia",
             "transverse",
@@ -423,18 +447,21 @@ def _time_u(measured: Measurements) -> Floats:
 
 @dataclass(frozen=True)
 class _Adjusted:
+    """Where an adjustment ended, linearised there."""
+
+    problem: _Problem
     unknowns: Floats
+    """I_zz, M0, b."""
     covariance: Floats
     gain: Floats
-    chi2: float
-    problem: _Problem
-    own_variance: Floats
+    """Derivative of I_zz to the weighted misclosures and to the priors of M0, b and the shared errors."""
+    shared: Floats
+    slopes: Floats
+    """Derivative of each run's condition to each source's error, shape (S, n)."""
+    own: Floats
+    """Variance of each run's condition from the errors that it has alone, shape (n,)."""
     deviations: Floats
-    partial: list[Floats]
-
-
-_NEGLIGIBLE = 1e-9
-"""No reading is exact beyond this relative size; keeps a row whose stated errors are all zero finite."""
+    chi2: float
 
 
 def _adjust(
@@ -445,74 +472,57 @@ def _adjust(
     The unknowns are scaled to order one: I_zz by its start, M0 by its prior width, b by its own. Runs where
     `kept` is 0 have no weight, but what the others say of them is worked out.
     """
-    count, shared = problem.count, len(problem.columns)
-    scale = np.array([start.inertia, prior_width, bias_u if bias_u > 0 else 1.0])
+    count, shared_count = problem.count, problem.shared_count
+    scale = np.array([start.inertia, prior_width, bias_u])
     unknowns = np.array([1.0, start.imbalance / prior_width, 0.0])
-    free = 3 + shared
-    rows = np.zeros((count + 2 + shared, free))
-    rows[count, 1] = 1.0
-    rows[count + 1, 2] = 1.0
-    rows[count + 2 :, 3:] = np.eye(shared)
+    single, shared = np.zeros_like(problem.absolute), np.zeros(shared_count)
+    # Below the runs, one row for each prior: M0, b, and the shared errors.
+    rows = np.vstack([np.zeros((count, 3 + shared_count)), np.eye(3 + shared_count)[1:]])
     target = np.zeros(len(rows))
     previous = math.inf
+    moved = math.inf
     for turn in range(50):
-        inertia, imbalance, bias = unknowns * scale
-        if bias_u == 0:
-            bias = 0.0
-        truth, slopes = problem.truth()
-        at = _conditions(truth, sense, inertia, imbalance, bias)
-        own = np.zeros(count)
-        misclosure = at.value.copy()
-        coefficients = np.zeros((count, shared))
-        partial: list[Floats] = []
-        for number, source in enumerate(problem.sources):
-            key = source.quantity if source.quantity in at.to else "torque"
-            slope = at.to[key] * slopes[number]
-            partial.append(slope)
-            alone = np.where(problem.alone[number], slope, 0.0)
-            own += alone**2
-            misclosure -= alone * problem.single[number]
-            member = problem.membership[number]
-            touched = np.flatnonzero(member >= 0)
-            coefficients[touched, member[touched]] += slope[touched]
-        floor = _NEGLIGIBLE * np.abs(at.to["time"] * truth["time"])
-        own = own + floor**2
-        weight = 1 / np.sqrt(own)
-        plain = np.column_stack([at.to_inertia, at.to_imbalance, at.to_bias * (bias_u > 0)]) * scale
-        plain = np.hstack([plain, coefficients])
-        rows[:count] = plain * (weight * kept)[:, None]
-        target[:count] = -misclosure * weight * kept
-        target[count : count + 2] = -unknowns[1:]
-        target[count + 2 :] = -problem.shared
+        at = problem.linearise(single, shared, sense, unknowns * scale)
+        if moved > 1e-3:
+            # Move back onto the conditions after a large step: only there is the derivative of the distance
+            # exact, and a common shrinking of I_zz and all torques gains nothing, however far off the runs are.
+            # A run without a weight may still be beyond the pole, M0 = 0: it stays where it was read.
+            near = np.abs(at.misclosure) < 0.5 * np.abs(at.to_unknowns[:, 0] * unknowns[0] * scale[0])
+            single = -at.alone * (kept * near * at.misclosure / at.own)
+            at = problem.linearise(single, shared, sense, unknowns * scale)
+        plain = np.zeros((count, 3 + shared_count))
+        plain[:, :3] = at.to_unknowns * scale
+        plain[problem.from_run, 3 + problem.to_column] = at.slopes[problem.from_source, problem.from_run]
+        weight = kept / np.sqrt(at.own)
+        rows[:count] = plain * weight[:, None]
+        target[:count] = -at.misclosure * weight
+        target[count:] = -np.concatenate([unknowns[1:], shared])
         q, r = np.linalg.qr(rows)
-        step = np.linalg.solve(r, q.T @ target)
-        step = _damped(step, unknowns)
+        step = _damped(np.linalg.solve(r, q.T @ target), unknowns)
         unknowns = unknowns + step[:3]
-        closed = misclosure + plain @ step
-        for number in range(len(problem.sources)):
-            problem.single[number] = np.where(problem.alone[number], -partial[number] * closed / own, 0.0) * kept
-        problem.shared = problem.shared + step[3:]
-        chi2 = float(np.sum((closed * weight * kept) ** 2) + np.sum(unknowns[1:] ** 2) + np.sum(problem.shared**2))
-        if np.abs(step).max() < 1e-12 or (abs(previous - chi2) <= 1e-13 * max(chi2, 1e-300) and turn > 3):
+        shared = shared + step[3:]
+        closed = at.misclosure + plain @ step
+        single = -at.alone * (kept * closed / at.own)
+        chi2 = float(np.sum((closed * weight) ** 2) + np.sum(unknowns[1:] ** 2) + np.sum(shared**2))
+        moved = float(np.abs(step).max())
+        if moved < 1e-11 or (turn > 3 and abs(previous - chi2) <= 1e-13 * chi2):
             break
         previous = chi2
     inverse = np.linalg.inv(r)
-    gain = inverse @ q.T
-    full_scale = np.concatenate([scale, np.ones(shared)])
     # Deleted residuals: for a run in the fit the leverage takes it out again, for one outside the
     # uncertainty of the prediction is added.
-    leverage = np.sum(q[:count] ** 2, axis=1)
-    outside = np.sum((plain @ inverse) ** 2, axis=1)
-    spread = np.where(kept > 0, np.sqrt(np.maximum(own * (1 - leverage), 1e-12 * own)), np.sqrt(own + outside))
+    inside = at.own * np.maximum(1 - np.sum(q[:count] ** 2, axis=1), _NEGLIGIBLE)
+    outside = at.own + np.sum((plain @ inverse) ** 2, axis=1)
     return _Adjusted(
-        unknowns=unknowns * scale,
-        covariance=inverse @ inverse.T * np.outer(full_scale, full_scale),
-        gain=gain[:3] * scale[:, None],
-        chi2=chi2,
         problem=problem,
-        own_variance=own,
-        deviations=sense * closed / spread,
-        partial=partial,
+        unknowns=unknowns * scale,
+        covariance=(inverse @ inverse.T)[:3, :3] * np.outer(scale, scale),
+        gain=(inverse[0] @ q.T) * scale[0],
+        shared=shared,
+        slopes=at.slopes,
+        own=at.own,
+        deviations=sense * closed / np.sqrt(np.where(kept > 0, inside, outside)),
+        chi2=chi2,
     )
 
 
@@ -608,9 +618,7 @@ def _mixture(first: FitResult, second: FitResult, weight: float) -> FitResult:
     )
 
 
-def _fit_once(
-    measured: Measurements, sense: Floats, tilted: bool, width: float, free: bool, kept: Floats
-) -> FitResult:
+def _fit_once(measured: Measurements, sense: Floats, tilted: bool, width: float, free: bool, kept: Floats) -> FitResult:
     start = _robust_start(measured, sense, free, kept)
     adjusted = _adjust(_Problem(measured, tilted), sense, start, width, measured.timing_bias_u, kept)
     inertia, imbalance, bias = (float(value) for value in adjusted.unknowns)
@@ -640,32 +648,32 @@ def _fit_once(
 def _predict(adjusted: _Adjusted, sense: Floats) -> tuple[Floats, Floats]:
     """Time that the fit predicts from each run's other readings, and the spread expected about it [s]."""
     problem = adjusted.problem
-    truth, _ = problem.truth(shared_only=True)
+    values, _ = problem.truth(np.zeros_like(adjusted.slopes), adjusted.shared)
     inertia, imbalance, bias = (float(value) for value in adjusted.unknowns)
-    torque = truth["torque"] + imbalance
-    rate = np.abs(
-        physics.precession_rate(torque, sense * truth["spin"], inertia, truth["transverse"], truth["pitch"])
-    )
+    torque = problem.torque(values)[0] + imbalance
+    rate = np.abs(physics.precession_rate(torque, sense * values[1], inertia, values[9], values[8]))
     with np.errstate(divide="ignore"):
         # The condition is the time multiplied by the torque at work, and so is its spread.
-        return 2 * np.pi * truth["turns"] / rate + bias, np.sqrt(adjusted.own_variance) / np.abs(torque)
+        return 2 * np.pi * values[2] / rate + bias, np.sqrt(adjusted.own) / np.abs(torque)
 
 
 def _budget(adjusted: _Adjusted) -> tuple[Share, ...]:
     """Split u²(I_zz) by source: the answer is linear in every standardised error, so the squares add up."""
-    problem, gain = adjusted.problem, adjusted.gain[0]
-    count = problem.count
-    shares: list[Share] = []
-    for number, source in enumerate(problem.sources):
-        alone = np.where(problem.alone[number], adjusted.partial[number], 0.0)
-        variance = float(np.sum(gain[:count] ** 2 * alone**2 / adjusted.own_variance))
-        columns = np.unique(problem.membership[number])
-        columns = columns[columns >= 0]
-        variance += float(np.sum(gain[count + 2 + columns] ** 2))
-        if variance > 0:
-            shares.append(Share(source.name, len(columns) > 0, source.shared_by, math.sqrt(variance), 0.0))
-    for row, name, words in ((count, "imbalance", "all runs"), (count + 1, "time_bias", "all runs (the same hand)")):
-        if abs(gain[row]) > 0:
+    problem, gain, count = adjusted.problem, adjusted.gain, adjusted.problem.count
+    variances = np.sum(gain[:count] ** 2 * (adjusted.slopes * problem.alone) ** 2 / adjusted.own, axis=1)
+    owners = np.zeros(problem.shared_count, dtype=int)
+    owners[problem.to_column] = problem.from_source
+    np.add.at(variances, owners, gain[count + 2 :] ** 2)
+    shares = [
+        Share(source.name, source.shared, source.shared_by, math.sqrt(variance), 0.0)
+        for source, variance in zip(problem.sources, variances, strict=True)
+        if variance > 0
+    ]
+    for row, name, words in (
+        (count, "imbalance", "all runs"),
+        (count + 1, "time_bias", "all runs (the same hand)"),
+    ):
+        if gain[row]:
             shares.append(Share(name, True, words, abs(float(gain[row])), 0.0))
     return _normalised(shares)
 
@@ -673,8 +681,8 @@ def _budget(adjusted: _Adjusted) -> tuple[Share, ...]:
 def _response(adjusted: _Adjusted) -> Floats:
     """Response of I_zz to each run's own inertia: M/(φ̇ψ̇) too high by r moves the condition by 2π f I_zz ψ̇ r."""
     problem = adjusted.problem
-    lever = 2 * np.pi * problem.observed["turns"] * problem.observed["spin"]
-    return cast(Floats, adjusted.gain[0, : problem.count] * lever / np.sqrt(adjusted.own_variance))
+    lever = 2 * np.pi * problem.observed[2] * problem.observed[1]
+    return cast(Floats, adjusted.gain[: problem.count] * lever / np.sqrt(adjusted.own))
 
 
 def _normalised(shares: list[Share]) -> tuple[Share, ...]:
@@ -705,7 +713,9 @@ def screen(measured: Measurements, tilted: bool = False) -> list[Outlier]:
     Notes
     -----
     A run is compared with what the fit of the *others* predicts, in units of the uncertainty of that
-    difference, or of the runs' own scatter (1.4826 × median) where that is larger.
+    difference, or of the runs' own scatter (1.4826 × median) where that is larger. Where the scatter is more
+    than twice what was stated, a run is also compared with the median run of its torque: misfits between the
+    torques must not hide one bad timing among good ones.
     """
     count = len(measured.runs)
     if count < 4:
@@ -718,7 +728,7 @@ def screen(measured: Measurements, tilted: bool = False) -> list[Outlier]:
             return []
         result = fit(measured, tilted, out)
         typical = max(1.0, 1.4826 * float(np.median(np.abs(result.deviations[kept]))))
-        far = np.flatnonzero(np.abs(result.deviations) > OUTLIER * typical)
+        far = np.flatnonzero((np.abs(result.deviations) > OUTLIER * typical) | _far_within(measured, result, typical))
         found = [
             Outlier(int(i), float(result.deviations[i]), _explaining_turns(measured, result, int(i), typical))
             for i in far
@@ -728,6 +738,19 @@ def screen(measured: Measurements, tilted: bool = False) -> list[Outlier]:
             break
         out = fresh
     return found if len(found) <= count / 3 else []
+
+
+def _far_within(measured: Measurements, result: FitResult, typical: float) -> Any:
+    """Which runs are far from the others of their torque, where the log scatters more than it should."""
+    apart = np.full(len(measured.runs), np.nan)
+    if typical > 2:
+        for group in torque_groups(measured):
+            if len(group) >= 4:
+                apart[group] = np.abs(result.deviations[group] - np.median(result.deviations[group]))
+    grouped = apart[~np.isnan(apart)]
+    if not grouped.any():
+        return np.zeros(len(apart), dtype=bool)
+    return np.nan_to_num(apart) > OUTLIER * 1.4826 * float(np.median(grouped))
 
 
 def _far_from_start(measured: Measurements) -> set[int]:

@@ -34,8 +34,7 @@ G402 = register(
     "G402",
     "warning",
     "the senses written contradict the sign of the torque",
-    "mass [g],position [cm],spin [rpm],time [s],turns,spin_sense,precession_sense\n"
-    "20.00,15.0,400,39.7,1,ccw,cw\n",
+    "mass [g],position [cm],spin [rpm],time [s],turns,spin_sense,precession_sense\n20.00,15.0,400,39.7,1,ccw,cw\n",
 )
 G403 = register(
     "G403",
@@ -306,9 +305,7 @@ def _as_spin(column: Column) -> Floats:
     return cast(Floats, 2 * np.pi / values if "period" in column.role else values)
 
 
-def _spin(
-    readings: Readings, diagnostics: list[Diagnostic]
-) -> tuple[Floats, Floats | None, Floats | None]:
+def _spin(readings: Readings, diagnostics: list[Diagnostic]) -> tuple[Floats, Floats | None, Floats | None]:
     used = _spin_columns(readings)
     if len(used) == 1:
         return _as_spin(used[0]), None, None
@@ -424,7 +421,9 @@ def _sources(
         )
         if "angle" in columns and "turns" not in columns:
             angles = columns["angle"]
-            given_angle = [u.at(v or 0.0) if u else 0.0 for u, v in zip(angles.uncertainties, angles.values, strict=True)]
+            given_angle = [
+                u.at(v or 0.0) if u else 0.0 for u, v in zip(angles.uncertainties, angles.values, strict=True)
+            ]
             if any(given_angle):
                 scaled = np.array(given_angle) / (2 * np.pi)
                 sources.append(Source("angle", "turns", own, scaled, np.zeros(count), "", False, "as given"))
@@ -505,9 +504,7 @@ def _numbered(keys: Sequence[object], touched: Sequence[bool] | Floats | None = 
     )
 
 
-def _reading_errors(
-    column: Column, values: Floats, absolute: float, relative: float
-) -> tuple[Floats, Floats, bool]:
+def _reading_errors(column: Column, values: Floats, absolute: float, relative: float) -> tuple[Floats, Floats, bool]:
     """Uncertainty of each reading of a column: as given, or the default with the last digit's rounding.
 
     Parameters

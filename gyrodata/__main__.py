@@ -1,0 +1,25 @@
+"""The door: ``gyro`` and ``python -m gyrodata``."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+
+def main() -> None:
+    """Run the command line; ``gyro --version`` answers before anything is loaded."""
+    if sys.argv[1:] in (["--version"], ["-V"]):
+        from gyrodata import __version__
+
+        print(f"gyro {__version__}")
+        return
+    # A log is a few dozen rows: more threads only cost start-up time and heat.
+    for library in ("OPENBLAS", "OMP", "MKL"):
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+    from gyrodata.cli import app
+
+    app()
+
+
+if __name__ == "__main__":
+    main()

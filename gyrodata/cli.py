@@ -1,0 +1,286 @@
+"""The commands: the only place that prints, writes and exits. Heavy modules are imported inside them."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, BinaryIO, NoReturn
+
+import typer
+
+from gyrodata import __version__
+from gyrodata.errors import Diagnostic, GyroError, InputError, register
+
+if TYPE_CHECKING:
+    from gyrodata.analysis import Analysis
+    from gyrodata.readings import Readings
+
+G601 = register("G601", "error", "an option is not of the form KEY=VALUE", "analyze log.csv --set turns")
+G602 = register("G602", "error", "one JSON object cannot hold several logs", "analyze a.csv b.csv --format json")
+G603 = register("G603", "error", "the report cannot be written", "analyze log.csv --out /dev/null")
+
+app = typer.Typer(
+    name="gyro",
+    help="From a gyroscope lab's log to its moment of inertia, with an uncertainty that can be trusted.",
+    no_args_is_help=True,
+    add_completion=True,
+    # Plain help costs half the start-up time of a coloured one.
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+class Format(StrEnum):
+    """What is written to standard output."""
+
+    text = "text"
+    json = "json"
+    ndjson = "ndjson"
+    csv = "csv"
+
+
+class Figures(StrEnum):
+    """File type of the figures."""
+
+    png = "png"
+    svg = "svg"
+    pdf = "pdf"
+
+
+class ModelChoice(StrEnum):
+    """Which equation of motion the fit uses."""
+
+    auto = "auto"
+    horizontal = "horizontal"
+    steady = "steady"
+
+
+@dataclass(frozen=True)
+class _Request:
+    """What one call of ``gyro analyze`` asks for."""
+
+    settings: dict[str, str]
+    mapping: dict[str, str]
+    config: Path | None
+    model: ModelChoice
+    keep_flagged: bool
+    form: Format
+    out: Path | None
+    report: bool
+    figures: Figures
+    quiet: bool
+
+    def told(self) -> dict[str, Any]:
+        """What the output says was asked for: no paths."""
+        return {
+            "set": dict(sorted(self.settings.items())),
+            "map": dict(sorted(self.mapping.items())),
+            "config": self.config.name if self.config else None,
+            "model": self.model.value,
+            "keep_flagged": self.keep_flagged,
+        }
+
+
+@app.callback(invoke_without_command=True)
+def _gyro(
+    version: Annotated[bool, typer.Option("--version", "-V", help="Show the version and exit.")] = False,
+) -> None:
+    if version:
+        _print(f"gyro {__version__}\n")
+        raise typer.Exit
+
+
+@app.command(
+    epilog="Example:  gyro analyze sample_data/air_gyroscope.csv --no-report",
+)
+def analyze(
+    logs: Annotated[list[str], typer.Argument(metavar="LOG...", help="CSV logs; - is standard input.")],
+    form: Annotated[Format, typer.Option("--format", "-f", help="What to write to standard output.")] = Format.text,
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help='A constant: --set g="9.803 m/s^2".')
+    ] = None,
+    mapping: Annotated[
+        list[str] | None, typer.Option("--map", metavar="ROLE=HEADER", help='Name a column: --map time="T (s)".')
+    ] = None,
+    config: Annotated[Path | None, typer.Option("--config", help="TOML file with constants and columns.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", help="Folder for the report (several logs: one folder each inside). "
+                     "Default: STEM-report, for --format text and files only."),
+    ] = None,
+    no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.")] = False,
+    figures: Annotated[Figures, typer.Option("--figures", help="File type of the figures.")] = Figures.png,
+    model: Annotated[
+        ModelChoice, typer.Option("--model", help="horizontal: eq. (9); steady: eq. (8); auto: what the log needs.")
+    ] = ModelChoice.auto,
+    keep_flagged: Annotated[bool, typer.Option("--keep-flagged", help="Keep runs that look odd in the fit.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Only errors on standard error.")] = False,
+    exit_zero: Annotated[bool, typer.Option("--exit-zero", help="Exit with 0 even when a log has errors.")] = False,
+) -> None:  # fmt: skip
+    """Fit the moment of inertia I_zz to a log, and write figures and a report.
+
+    Exit codes: 0 done; 1 done, but a log has errors; 2 usage, or a log that cannot be read.
+    """
+    try:
+        request = _Request(
+            settings=_pairs(settings, "--set"),
+            mapping=_pairs(mapping, "--map"),
+            config=config,
+            model=model,
+            keep_flagged=keep_flagged,
+            form=form,
+            out=out,
+            report=not no_report,
+            figures=figures,
+            quiet=quiet,
+        )
+        if form is Format.json and len(logs) > 1:
+            _refuse(G602, "--format json is for one log", "use --format ndjson for several: one object a line")
+    except GyroError as error:
+        _complain(error.diagnostics)
+        raise typer.Exit(error.exit_code) from None
+    codes = [_analyze_one(log, request, len(logs)) for log in logs]
+    worst = max(codes)
+    raise typer.Exit(0 if exit_zero and worst == 1 else worst)
+
+
+def _pairs(given: list[str] | None, option: str) -> dict[str, str]:
+    """Split KEY=VALUE options; the last of one key wins."""
+    pairs: dict[str, str] = {}
+    for item in given or []:
+        key, equals, value = item.partition("=")
+        if not equals or not key.strip() or not value.strip():
+            example = "turns=1/3" if option == "--set" else 'time="T (s)"'
+            _refuse(G601, f"{option} {item!r} is not of the form KEY=VALUE", f"for example {option} {example}")
+        pairs[key.strip()] = value.strip()
+    return pairs
+
+
+def _refuse(code: str, message: str, hint: str) -> NoReturn:
+    raise InputError([Diagnostic(code, "error", message, hint)])
+
+
+def _analyze_one(log: str, request: _Request, count: int) -> int:
+    """Analyse one log, print and write what was asked for, and give the exit code."""
+    from gyrodata.analysis import analyze_readings, envelope
+    from gyrodata.readings import read_log
+
+    readings: Readings | None = None
+    try:
+        source: str | BinaryIO = sys.stdin.buffer if log == "-" else log
+        readings = read_log(source, settings=request.settings, mapping=request.mapping, config=request.config)
+        analysis = analyze_readings(readings, request.told(), request.model.value, request.keep_flagged)
+        files = _report_files(analysis, request, log, count)
+    except GyroError as error:
+        _complain(error.diagnostics, request.quiet)
+        if request.form in (Format.json, Format.ndjson):
+            from gyrodata.reporting import json_text
+
+            name = readings.name if readings else "<stdin>" if log == "-" else Path(log).name
+            digest, rows = (readings.sha256, len(readings.runs)) if readings else (None, None)
+            document = envelope(name, digest, rows, request.told(), None, error.diagnostics)
+            _print(json_text(document, indent=2 if request.form is Format.json else None))
+        return error.exit_code
+    _complain(analysis.diagnostics, request.quiet)
+    _print(_formatted(analysis, request.form, count))
+    try:
+        for folder, contents in files:
+            _write_folder(folder, contents)
+            if not request.quiet:
+                typer.echo(f"report: {folder / 'report.html'}", err=True)
+    except GyroError as error:
+        _complain(error.diagnostics)
+        return error.exit_code
+    return 0
+
+
+def _formatted(analysis: Analysis, form: Format, count: int) -> str:
+    from gyrodata import reporting
+
+    if form is Format.text:
+        return reporting.summary(analysis) + ("\n" if count > 1 else "")
+    if form is Format.csv:
+        return reporting.runs_csv(analysis)
+    return reporting.json_text(analysis.to_dict(), indent=2 if form is Format.json else None)
+
+
+# --- the report folder --------------------------------------------------------------------------------------
+
+
+def _report_files(analysis: Analysis, request: _Request, log: str, count: int) -> list[tuple[Path, dict[str, bytes]]]:
+    """Make every file of the report in memory, so that a fault half-way leaves nothing behind."""
+    if not request.report or (request.out is None and (log == "-" or request.form is not Format.text)):
+        return []
+    stem = "stdin" if log == "-" else _stem(log)
+    if request.out is None:
+        folder = Path(f"{stem}-report")
+    else:
+        folder = request.out if count == 1 else request.out / f"{stem}-report"
+
+    from gyrodata import plotting, reporting
+
+    form = request.figures.value
+    figures = plotting.render(analysis, form)
+    shown = "svg" if form == "pdf" else form
+    embedded = plotting.render(analysis, "svg") if form == "pdf" else figures
+    alternatives = {name: plotting.alt_text(analysis, name) for name in figures}
+    page = reporting.report_page(analysis, embedded, shown, alternatives)
+    contents = {f"{name}.{form}": data for name, data in figures.items()}
+    contents["report.html"] = page.encode()
+    contents["results.json"] = reporting.json_text(analysis.to_dict()).encode()
+    contents["runs.csv"] = reporting.runs_csv(analysis).encode()
+    return [(folder, contents)]
+
+
+def _stem(log: str) -> str:
+    name = Path(log).name
+    for suffix in (".gz", ".csv", ".txt", ".tsv", ".xlsx"):
+        if name.lower().endswith(suffix) and len(name) > len(suffix):
+            name = name[: -len(suffix)]
+    return name
+
+
+def _write_folder(folder: Path, contents: dict[str, bytes]) -> None:
+    """Write files into a folder, each one whole or not at all."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, data in contents.items():
+            unfinished = folder / f".{name}.part"
+            unfinished.write_bytes(data)
+            unfinished.replace(folder / name)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        _refuse(G603, f"the report cannot be written to {folder}: {reason}", "choose another folder with --out")
+
+
+# --- standard output and error ------------------------------------------------------------------------------
+
+
+def _print(text: str) -> None:
+    """Write data to standard output; a reader that has gone away (``| head``) is no fault."""
+    try:
+        sys.stdout.reconfigure(errors="replace")  # type: ignore[union-attr]
+    except AttributeError:
+        pass  # a test's or a notebook's stand-in takes any character
+    try:
+        sys.stdout.write(text)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # Python flushes standard output once more at exit: let that go nowhere.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise typer.Exit(0) from None
+
+
+def _complain(diagnostics: Iterable[Diagnostic], quiet: bool = False) -> None:
+    """Write diagnostics to standard error, those that stop the analysis last, where they are seen."""
+    order = {"note": 0, "warning": 1, "error": 2}
+    shown: Sequence[Diagnostic] = sorted(
+        (d for d in diagnostics if not quiet or d.severity == "error"), key=lambda d: order[d.severity]
+    )
+    for diagnostic in shown:
+        typer.echo(str(diagnostic), err=True)

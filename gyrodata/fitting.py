@@ -38,6 +38,9 @@ TRANSVERSE_U = 0.2
 OUTLIER = 5.0
 """A run is flagged when it stands off by more than this many standard uncertainties."""
 
+CONTRADICTED = 3.0
+"""A balance test is not believed when the runs alone find M0 this many standard uncertainties outside it."""
+
 TURN_COUNTS = (1 / 6, 1 / 4, 1 / 3, 1 / 2, 2 / 3, 3 / 4, *range(1, 31))
 """Revolutions that are likely to have been timed."""
 
@@ -560,16 +563,14 @@ def fit(measured: Measurements, tilted: bool = False, left_out: Collection[int] 
     kept = np.array([0.0 if i in left_out else 1.0 for i in range(len(measured.runs))])
     differ = torques_differ(measured.torque[kept > 0])
     largest = float(np.abs(measured.torque[kept > 0]).max())
-    tested = None
-    if measured.imbalance_u is not None:
-        start = _robust_start(measured, _assume_sense(measured, 1.0), differ, kept)
-        tested = max(measured.imbalance_u(start.inertia), _NEGLIGIBLE * largest)
-        result = _fit_signs(measured, tilted, tested, False, kept)
-        if not differ or abs(result.imbalance.value) <= 3 * tested:
-            return result
-        # What the data say of the balance is far outside what the test allowed: the data win.
-    result = _fit_signs(measured, tilted, largest if differ else DEFAULT_IMBALANCE_U, differ, kept)
-    return result if tested is None else replace(result, contradicted_balance=tested)
+    alone = _fit_signs(measured, tilted, largest if differ else DEFAULT_IMBALANCE_U, differ, kept)
+    if measured.imbalance_u is None:
+        return alone
+    tested = max(measured.imbalance_u(alone.inertia.value), _NEGLIGIBLE * largest)
+    # What the runs alone say of the balance, against what the test allows: far apart, the runs win.
+    if differ and abs(alone.imbalance.value) > CONTRADICTED * math.hypot(alone.imbalance.u or 0.0, tested):
+        return replace(alone, contradicted_balance=tested)
+    return _fit_signs(measured, tilted, tested, False, kept)
 
 
 def _assume_sense(measured: Measurements, imbalance_sign: float) -> Floats:

@@ -205,9 +205,7 @@ def tilt_bias(
     return (1 - ratio) * np.divide(precession_rate, spin) * np.sin(pitch)
 
 
-def release_bias(
-    torque: ArrayLike, spin: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike
-) -> Any:
+def release_bias(torque: ArrayLike, spin: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike) -> Any:
     """Relative bias of I_zz when a rod is let go from rest and taken for steady: 2δ².
 
     Parameters

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-SEED = 4
+SEED = 1
 INERTIA = 4.44e-3  # [kg*m^2]: a 4-inch steel ball
 IMBALANCE = 6e-4  # [N*m]
 BIAS = 0.03  # [s]

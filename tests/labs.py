@@ -1,0 +1,85 @@
+"""Simulated labs with a known truth, as `Measurements`, for the tests of the fit."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gyrodata.measurements import Measurements, Source
+
+INERTIA = 4.44e-3
+G = 9.803
+RPM = np.pi / 30
+
+
+def lab(
+    random: np.random.Generator,
+    *,
+    weights: tuple[float, ...] = (0.020, 0.040, 0.060),
+    positions: tuple[float, ...] = (0.150,),
+    rpm: tuple[float, ...] = (200.0, 400.0, 600.0),
+    repeats: int = 1,
+    turns: float = 1.0,
+    imbalance: float = 0.0,
+    bias: float = 0.0,
+    unloaded: bool = False,
+    sensed: bool = True,
+    noise: float = 1.0,
+    u_time: float = 0.14,
+    u_spin: float = 0.002,
+    u_spin_scale: float = 0.001,
+    u_mass: float = 0.002,
+    u_zero: float = 0.0005,
+) -> Measurements:
+    """Draw one lab; ``noise=0`` gives exact readings with the same stated uncertainties."""
+    rows = [(w, x, s) for w in weights for x in positions for s in rpm for _ in range(repeats)]
+    mass, position, spin = (np.array(column) for column in zip(*rows, strict=True))
+    f = np.full(len(rows), turns)
+    if unloaded:
+        mass, position, spin, f = (np.append(a, v) for a, v in ((mass, 0), (position, 0), (spin, 400), (f, 1 / 12)))
+    spin = spin * RPM
+    count = len(mass)
+
+    def normal(size: int | None = None) -> np.ndarray:
+        return noise * random.standard_normal(size)
+
+    total = mass * G * position + imbalance
+    time = 2 * np.pi * f * INERTIA * spin / np.abs(total) + bias + u_time * normal(count)
+    read_spin = spin * (1 + u_spin_scale * normal()) * (1 + u_spin * normal(count))
+    weighed = mass.copy()
+    for weight in np.unique(mass):
+        weighed[mass == weight] = weight * (1 + u_mass * normal())
+    measured_position = np.where(mass == 0, 0.0, position + u_zero * normal())
+    torque = weighed * measured_position * G
+    groups = tuple(int(g) if m else -1 for g, m in zip(np.unique(mass, return_inverse=True)[1], mass, strict=True))
+    own, every = tuple(range(count)), (0,) * count
+    ones, zeros, nothing = np.ones(count), np.zeros(count), np.full(count, np.nan)
+    return Measurements(
+        runs=tuple(str(i + 1) for i in range(count)),
+        lines=tuple(range(2, count + 2)),
+        time=time,
+        turns=f,
+        spin=read_spin,
+        mass=weighed,
+        position=measured_position,
+        force=nothing,
+        given_torque=nothing,
+        torque=torque,
+        sense=np.sign(total) if sensed else np.sign(torque),
+        pitch=zeros,
+        transverse_inertia=None,
+        spin_start=None,
+        spin_end=None,
+        g=G,
+        timed=True,
+        timing_bias_u=0.05,
+        imbalance_u=None,
+        imbalance_from="",
+        sources=(
+            Source("time", "time", own, u_time * ones, zeros, "", True, ""),
+            Source("spin", "spin", own, zeros, u_spin * ones, "", True, ""),
+            Source("spin_scale", "spin", every, zeros, u_spin_scale * ones, "all runs", True, ""),
+            Source("mass", "mass", groups, zeros, u_mass * ones, "runs with the same weight", True, ""),
+            Source("position_zero", "position", every, u_zero * ones, zeros, "all runs", True, ""),
+        ),
+        diagnostics=(),
+    )

@@ -1,0 +1,271 @@
+"""The fit: the truth, the same number by another method, coverage, and where other fits break."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from labs import G, INERTIA, lab
+from scipy.optimize import least_squares
+from scipy.special import gammaincc
+
+from gyrodata import fitting
+from gyrodata.fitting import fit, ordinary_line, screen
+from gyrodata.measurements import Measurements, Source
+
+
+def exact(**options: object) -> Measurements:
+    return lab(np.random.default_rng(0), noise=0.0, **options)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("imbalance", [0.0, 2e-3, -2e-3, 8e-3])
+def test_exact_readings_give_back_the_truth(imbalance: float) -> None:
+    result = fit(exact(imbalance=imbalance))
+    assert result.inertia.value == pytest.approx(INERTIA, rel=1e-5)  # the broad prior of M0 pulls by 1e-6
+    assert result.imbalance.value == pytest.approx(imbalance, abs=2e-6)
+    assert result.chi2 < 1e-2
+
+
+def test_torques_of_both_signs_and_an_unloaded_run() -> None:
+    both = exact(positions=(0.15, -0.15), imbalance=1e-3)
+    assert fit(both).inertia.value == pytest.approx(INERTIA, rel=1e-6)
+    assert fit(exact(unloaded=True, imbalance=6e-4)).imbalance.value == pytest.approx(6e-4, rel=1e-6)
+
+
+def latent_least_squares(measured: Measurements) -> tuple[float, float]:
+    """The same problem by another method: every true reading is an unknown of one big least-squares problem."""
+    count = len(measured.runs)
+    time, spin, spin_scale, mass, zero = measured.sources
+    weights = max(mass.groups) + 1
+
+    def model(p: np.ndarray) -> np.ndarray:
+        inertia, imbalance, bias = p[0] * 1e-3, p[1] * 1e-3, p[2]
+        e_spin, e_scale, e_zero = p[3 : 3 + count], p[3 + count], p[4 + count]
+        e_mass = p[5 + count : 5 + count + weights]
+        true_spin = measured.spin / (1 + spin.relative * e_spin + spin_scale.relative * e_scale)
+        true_mass = measured.mass / (1 + mass.relative * e_mass[list(mass.groups)])
+        torque = true_mass * G * (measured.position - zero.absolute * e_zero)
+        predicted = 2 * np.pi * measured.turns * inertia * true_spin / np.abs(torque + imbalance) + bias
+        priors = [p[1] * 1e-3 / np.abs(measured.torque).max(), p[2] / measured.timing_bias_u, *p[3:]]
+        return np.concatenate([(measured.time - predicted) / time.absolute, priors])
+
+    start = np.zeros(5 + count + weights)
+    start[0] = 4.0
+    solution = least_squares(model, start, method="trf", xtol=1e-15, ftol=1e-15, gtol=1e-15, jac="3-point")
+    cov = np.linalg.inv(solution.jac.T @ solution.jac)
+    return solution.x[0] * 1e-3, math.sqrt(cov[0, 0]) * 1e-3
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_agrees_with_least_squares_in_all_true_readings(seed: int) -> None:
+    measured = lab(np.random.default_rng(seed), repeats=2, imbalance=2e-3, bias=0.04)
+    value, u = latent_least_squares(measured)
+    result = fit(measured)
+    assert result.inertia.value == pytest.approx(value, rel=2e-7)
+    assert result.inertia.u == pytest.approx(u, rel=1e-5)
+
+
+@pytest.mark.parametrize(("imbalance", "repeats"), [(0.0, 1), (1.5e-3, 1), (0.0, 3)])
+def test_coverage_and_bias(imbalance: float, repeats: int) -> None:
+    random = np.random.default_rng(11)
+    labs = 400
+    results = [
+        fit(lab(random, repeats=repeats, imbalance=imbalance, bias=0.05 * random.standard_normal()))
+        for _ in range(labs)
+    ]
+    errors = np.array([(r.inertia.value - INERTIA) / r.inertia.u for r in results])
+    # Three standard deviations of a binomial of 400.
+    assert np.mean(np.abs(errors) < 1) == pytest.approx(0.683, abs=0.07)
+    assert np.mean(np.abs(errors) < 2) == pytest.approx(0.954, abs=0.032)
+    assert abs(errors.mean()) < 3 / math.sqrt(labs)
+
+
+def test_unknown_sense_of_an_unloaded_run_is_covered() -> None:
+    random = np.random.default_rng(5)
+    errors = []
+    for _ in range(150):
+        result = fit(lab(random, unloaded=True, sensed=False, imbalance=-5e-4))
+        errors.append((result.inertia.value - INERTIA) / result.inertia.u)
+    assert np.mean(np.abs(errors) < 2) > 0.90
+
+
+def test_rows_as_independent_would_understate_u() -> None:
+    measured = exact(repeats=3)
+    alone = replace(
+        measured,
+        sources=tuple(
+            replace(source, groups=tuple(range(len(measured.runs)))) if source.name != "spin_scale" else source
+            for source in measured.sources
+        ),
+    )
+    assert fit(measured).inertia.u > 1.02 * fit(alone).inertia.u
+
+
+@settings(deadline=None, max_examples=30, derandomize=True)
+@given(factor=st.floats(0.01, 100), seed=st.integers(0, 1000))
+def test_scaling_all_masses_scales_the_inertia(factor: float, seed: int) -> None:
+    measured = lab(np.random.default_rng(seed))
+    heavier = replace(measured, mass=measured.mass * factor, torque=measured.torque * factor)
+    first, second = fit(measured), fit(heavier)
+    assert second.inertia.value == pytest.approx(first.inertia.value * factor, rel=1e-8)
+    assert second.inertia.u == pytest.approx(first.inertia.u * factor, rel=1e-6)
+
+
+def test_order_of_the_runs_does_not_matter() -> None:
+    measured = lab(np.random.default_rng(3))
+    order = [4, 0, 8, 2, 7, 1, 5, 3, 6]
+    from gyrodata.measurements import select
+
+    assert fit(select(measured, order)).inertia.value == pytest.approx(fit(measured).inertia.value, rel=1e-10)
+
+
+def test_budget_adds_up() -> None:
+    result = fit(lab(np.random.default_rng(2), repeats=2))
+    assert math.fsum(share.share for share in result.budget) == pytest.approx(1)
+    assert math.fsum(share.u_inertia**2 for share in result.budget) == pytest.approx(result.inertia.u**2, rel=1e-9)
+
+
+def test_exact_parts_need_no_ridge() -> None:
+    measured = exact(repeats=2)
+    bare = replace(
+        measured,
+        sources=tuple(
+            source if source.name == "position_zero" else replace(source, absolute=0 * source.absolute,
+                                                                   relative=0 * source.relative)
+            for source in measured.sources
+        ),
+        timing_bias_u=0.0,
+    )  # fmt: skip
+    result = fit(bare)
+    assert result.inertia.value == pytest.approx(INERTIA, rel=1e-8)
+    # One arm, one zero: the relative error of the arm is that of I_zz, however many runs there are.
+    assert result.inertia.u / INERTIA == pytest.approx(0.0005 / 0.15, rel=1e-3)
+
+
+class TestFewRuns:
+    def test_one_torque_has_the_stated_prior(self) -> None:
+        measured = exact(weights=(0.04,))
+        result = fit(measured)
+        assert not result.imbalance_free
+        assert result.imbalance_prior == fitting.DEFAULT_IMBALANCE_U
+        assert result.inertia.value == pytest.approx(INERTIA, rel=1e-9)
+        share = next(s for s in result.budget if s.source == "imbalance")
+        assert share.u_inertia / INERTIA == pytest.approx(3e-4 / measured.torque[0], rel=0.01)
+
+    def test_one_run(self) -> None:
+        result = fit(exact(weights=(0.04,), rpm=(400.0,)))
+        assert result.inertia.value == pytest.approx(INERTIA, rel=1e-9)
+        assert result.inertia.u > 0
+        assert result.dof == 0
+
+    def test_two_runs_of_two_torques(self) -> None:
+        result = fit(exact(weights=(0.02, 0.06), rpm=(400.0,)))
+        assert result.inertia.value == pytest.approx(INERTIA, rel=1e-4)
+        assert result.dof == 0
+
+    def test_identical_runs(self) -> None:
+        measured = exact(weights=(0.04,), rpm=(400.0,), repeats=4)
+        assert fit(measured).inertia.value == pytest.approx(INERTIA, rel=1e-9)
+
+    def test_times_as_short_as_their_error(self) -> None:
+        random = np.random.default_rng(8)
+        short = [fit(lab(random, weights=(0.2, 0.4), repeats=2, turns=1 / 3, u_time=0.3)) for _ in range(60)]
+        values = np.array([r.inertia.value for r in short])
+        assert (values > 0).all()
+        assert np.isfinite([r.inertia.u for r in short]).all()
+
+
+class TestBalance:
+    def test_a_true_test_narrows_the_answer(self) -> None:
+        measured = exact()
+        tested = replace(measured, imbalance_u=lambda inertia: 1e-4, imbalance_from="u_imbalance")
+        assert fit(tested).inertia.u < 0.75 * fit(measured).inertia.u
+
+    def test_a_contradicted_test_loses(self) -> None:
+        measured = exact(imbalance=6e-3)
+        tested = replace(measured, imbalance_u=lambda inertia: 1e-5, imbalance_from="u_imbalance")
+        result = fit(tested)
+        assert result.contradicted_balance == pytest.approx(1e-5)
+        assert result.inertia.value == pytest.approx(INERTIA, rel=1e-4)
+
+
+class TestScreening:
+    def test_clean_labs_raise_no_alarm(self) -> None:
+        random = np.random.default_rng(21)
+        assert sum(len(screen(lab(random, imbalance=5e-4))) for _ in range(200)) == 0
+
+    @pytest.mark.parametrize(("run", "written", "true"), [(4, 3.0, 2.0), (0, 1.0, 2.0), (8, 1.0, 3.0), (3, 2.0, 1.0)])
+    def test_a_wrong_count_is_named(self, run: int, written: float, true: float) -> None:
+        random = np.random.default_rng(run)
+        measured = lab(random)
+        time, turns = measured.time.copy(), measured.turns.copy()
+        time[run] *= true
+        turns[run] = written
+        outliers = screen(replace(measured, time=time, turns=turns))
+        assert [(o.index, o.turns) for o in outliers] == [(run, true)]
+
+    def test_one_bad_timing_without_a_count_is_named_without_one(self) -> None:
+        measured = lab(np.random.default_rng(4), repeats=2)
+        time = measured.time.copy()
+        time[5] *= 1.12
+        outliers = screen(replace(measured, time=time))
+        assert [(o.index, o.turns) for o in outliers] == [(5, None)]
+        assert outliers[0].deviation > 5
+
+    def test_gross_errors_kept_in_the_fit_do_not_break_it(self) -> None:
+        # A weak ruler and tight times: a fit by the raw conditions would shrink I_zz and the arm to nothing.
+        measured = lab(np.random.default_rng(6), weights=tuple(0.01 * k for k in range(3, 12)), u_zero=0.01)
+        turns = measured.turns.copy()
+        turns[[3, 4]] = 1.5
+        assert 2e-3 < fit(replace(measured, turns=turns)).inertia.value < 8e-3
+
+
+class TestOrdinaryLine:
+    def test_agrees_with_closed_forms(self) -> None:
+        random = np.random.default_rng(7)
+        x = random.uniform(1, 9, 12)
+        y = 3 * x + 2 + random.standard_normal(12)
+        line = ordinary_line(x, y, intercept=True)
+        slope, intercept = np.polyfit(x, y, 1)
+        assert line is not None
+        assert line.intercept is not None
+        assert line.slope.value == pytest.approx(slope, rel=1e-12)
+        assert line.intercept.value == pytest.approx(intercept, rel=1e-11)
+        residuals = y - slope * x - intercept
+        u = math.sqrt(residuals @ residuals / 10 / np.sum((x - x.mean()) ** 2))
+        assert line.slope.u == pytest.approx(u, rel=1e-12)
+        origin = ordinary_line(x, y, intercept=False)
+        assert origin is not None
+        assert origin.slope.value == pytest.approx(x @ y / (x @ x), rel=1e-13)
+
+    def test_certified_line_through_the_origin(self) -> None:
+        # NIST StRD NoInt1: b = 2.07438016528926, standard error 0.165289256198347E-01.
+        x, y = np.arange(60.0, 71.0), np.arange(130.0, 141.0)
+        line = ordinary_line(x, y, intercept=False)
+        assert line is not None
+        assert line.slope.value == pytest.approx(2.07438016528926, rel=1e-14)
+        assert line.slope.u == pytest.approx(0.165289256198347e-01, rel=1e-13)
+
+    def test_no_spread_is_no_slope(self) -> None:
+        assert ordinary_line(np.full(5, 3.0), np.arange(5.0), intercept=True) is None
+
+    def test_one_point_has_no_u(self) -> None:
+        line = ordinary_line(np.array([2.0]), np.array([4.0]), intercept=False)
+        assert line is not None
+        assert line.slope == fitting.Estimate(2.0, None)
+
+
+@pytest.mark.parametrize("dof", [1, 2, 3, 8, 25, 400])
+@pytest.mark.parametrize("chi2", [0.0, 0.3, 5.0, 27.5, 420.0, 3000.0])
+def test_chi_square_tail(chi2: float, dof: int) -> None:
+    assert fitting.chi2_tail(chi2, dof) == pytest.approx(gammaincc(dof / 2, chi2 / 2), rel=1e-11, abs=1e-300)
+
+
+def test_a_source_knows_if_it_is_shared() -> None:
+    zeros = np.zeros(3)
+    assert Source("mass", "mass", (0, 0, 1), zeros, zeros, "", True, "").shared
+    assert not Source("mass", "mass", (0, -1, -1), zeros, zeros, "", True, "").shared

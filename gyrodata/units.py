@@ -177,6 +177,9 @@ def parse_unit(text: str, kind: str) -> Unit:
             str(fault), f"for {kind_in_words(kind)}, write one of: {examples(kind)}", fault.reason
         ) from None
     dimensions = parsed.dimensions
+    if kind == "rate" and dimensions == _TIME:
+        hint = "a time per revolution goes into a column spin_period [s], or is written in s/rev"
+        raise UnitError(f'"{text.strip()}" is a time, not a rotation rate', hint, "kind")
     if dimensions not in _DIMENSIONS[kind]:
         raise UnitError(
             f'"{text.strip()}" is no unit of {kind_in_words(kind)}', f"write one of: {examples(kind)}", "kind"
@@ -220,7 +223,7 @@ def _pint_factor(parsed: Parsed, kind: str, spelling: str) -> float:
         "rate": "radian/second",
         "angle": "radian",
         "time": "second",
-        "number": "turn",
+        "number": "turn" if parsed.dimensions.turn else "radian",
         "mass": "kilogram",
         "length": "meter",
         "torque": "newton*meter",

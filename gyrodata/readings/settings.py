@@ -5,9 +5,9 @@ from __future__ import annotations
 import difflib
 import os
 import re
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 
 from gyrodata.errors import InputError, register
@@ -99,6 +99,8 @@ def _close(key: str, known: list[str] | tuple[str, ...]) -> str:
 
 
 def _read_config(path: Path, faults: Faults) -> dict[str, str]:
+    import tomllib
+
     try:
         with path.open("rb") as file:
             table = tomllib.loads(file.read(1_000_000).decode("utf-8-sig"))
@@ -155,13 +157,19 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
 def _warn_if_misspelt(key: str, text: Text, faults: Faults) -> None:
     if key.lower() in ("run", "note") or len(key) > 30:
         return
-    close = difflib.get_close_matches(key.lower(), KEYS, n=1, cutoff=0.8) if len(key) > 2 else []
+    close = _nearest(key.lower())
     if not close:
         roles = [role for role in name_roles(key)[0] if role in KEYS and kind_of_role(role) != "text"]
         close = roles[:1] if text.text[:1].isdigit() else []
     if close:
         message = f'"# {key}" is kept as a remark; nothing is read from it'
         faults.add(G305, message, f'did you mean "# {close[0]}: {text.text}"?', text.place, len(text.text))
+
+
+@lru_cache(maxsize=1024)
+def _nearest(key: str) -> list[str]:
+    # Kept, because a class writes the same remarks a thousand times.
+    return difflib.get_close_matches(key, KEYS, n=1, cutoff=0.8) if len(key) > 2 else []
 
 
 def _enter(settings: Settings, item: Given) -> None:

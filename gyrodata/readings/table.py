@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from gyrodata.errors import register
-from gyrodata.readings.cells import G205, G206, G208, G215, G227, Cell, CellError, check_value, is_blank, read_cell
+from gyrodata.readings.cells import G203, G205, G206, G208, G215, G227, Cell, CellError, check_value, is_blank, read_cell
 from gyrodata.readings.choice import G220, Choice, Chosen, derived_roles
 from gyrodata.readings.filldown import FILLED_DOWN, Track, fill_down
 from gyrodata.readings.grid import G209, Text
@@ -243,7 +244,11 @@ class _Builder:
 
     def _column(self, role: str, track: Track, rows: list[int]) -> Column:
         """Put a track's rows in the order of the runs, with the constant of the log in blank cells."""
-        finest = min((cell.step for cell in track.cells if cell and cell.step), default=None)
+        # A spreadsheet drops zeros at the end: the finest digit anywhere tells how all were read.
+        finest: dict[str, float] = {}
+        for cell in track.cells:
+            if cell is not None and cell.step is not None:
+                finest[cell.unit] = min(cell.step, finest.get(cell.unit, math.inf))
         given = self.settings.roles.get(role)
         values: list[float | None] = []
         resolutions: list[float | None] = []
@@ -262,7 +267,7 @@ class _Builder:
                 texts.append(given.text)
                 continue
             values.append(None if cell is None else cell.value)
-            resolutions.append(None if cell is None or cell.step is None else finest)
+            resolutions.append(None if cell is None or cell.step is None else finest[cell.unit])
             spreads.append(None if cell is None else cell.uncertainty or track.spreads[i])
             ids.append(track.ids[i])
             places.append(text.place if text else None)

@@ -97,7 +97,8 @@ def _add_times(column: Column, rows: list[list[int]], headers: list[str], cells:
 def _add_column(column: Column, rows: list[list[int]], headers: list[str], cells: list[list[str]]) -> str:
     """Add one column; give the text of the reading that all blank cells share, if there is one."""
     ids = [column.readings[row[0]] for row in rows]
-    fills = column.role in FILLED_DOWN
+    # What was merged is merged again; what one line gave for the whole log becomes one line again.
+    fills = column.role in FILLED_DOWN and not column.header.startswith(("#", "--"))
     shared = _shared(ids, fills, [column.values[row[0]] is not None for row in rows])
     texts: list[str] = []
     for i, row in enumerate(rows):
@@ -118,8 +119,6 @@ def _add_column(column: Column, rows: list[list[int]], headers: list[str], cells
 
 def _shared(ids: list[int], fills: bool, there: list[bool]) -> int | None:
     """Find the reading that stands in rows which filling down cannot reach."""
-    if ids and len(ids) > 1 and len(set(ids)) == 1 and there[0]:
-        return ids[0]
     last: dict[int, int] = {}
     for i, identity in enumerate(ids):
         if identity in last and there[i] and (not fills or last[identity] != i - 1):

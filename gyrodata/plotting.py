@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gyrodata.analysis import K_95, Analysis, Torque
 from gyrodata.measurements import Measurements, torque_groups
@@ -46,7 +47,7 @@ _SIZE = (6.6, 4.2)
 _FRAME = (0.125, 0.125, 0.635, 0.745)
 """Left, bottom, width and height of the axes in the figure; labels stand in the margin right of it."""
 
-_STYLE: dict[str, Any] = {
+_STYLE: Any = {
     # A "$" in a run's name is a dollar; and the parser of formulas costs more than the figure.
     "text.parse_math": False,
     "text.usetex": False,
@@ -64,6 +65,13 @@ _STYLE: dict[str, Any] = {
     "ytick.color": _SOFT,
     "xtick.labelcolor": _INK,
     "ytick.labelcolor": _INK,
+}
+
+# No date and no version: the same log gives the same bytes.
+_METADATA: dict[str, dict[str, Any]] = {
+    "png": {"Software": None},
+    "svg": {"Date": None, "Creator": "gyrodata"},
+    "pdf": {"CreationDate": None, "Creator": "gyrodata", "Producer": None},
 }
 
 
@@ -89,7 +97,7 @@ class _Scene:
 
     groups: tuple[_Group, ...]
     names: tuple[str, ...]
-    hollow: Floats
+    hollow: NDArray[np.bool_]
     """Flagged or left out of the fit; bool."""
     left_out: bool
     spin: Floats
@@ -123,9 +131,7 @@ def _gather(analysis: Analysis) -> _Scene:
     measured, runs = analysis.measurements, analysis.run_table
     period = np.array([run.period for run in runs])
     product = np.array([run.product for run in runs])
-    own_time = np.hypot(
-        _relative(measured, "time", measured.time), _relative(measured, "turns", measured.turns)
-    )
+    own_time = np.hypot(_relative(measured, "time", measured.time), _relative(measured, "turns", measured.turns))
     own_spin = _relative(measured, "spin", measured.spin)
     origin = next((fit.inertia for fit in analysis.fits if fit.name == "through_origin"), None)
     return _Scene(
@@ -320,18 +326,18 @@ def _runs(ax: Axes, scene: _Scene, marks: _Mark, bars: bool = True) -> None:
         _bars(ax, marks, colours)
 
 
-def _pin(values: Floats, low: float, high: float) -> tuple[Floats, Floats]:
+def _pin(values: Floats, low: float, high: float) -> tuple[Floats, NDArray[np.bool_]]:
     """Bring what lies outside the axes to their edge; say which runs were moved."""
     pinned = np.clip(values, low, high)
     return pinned, pinned != values
 
 
-def _beyond(values: Floats, moved: Floats, unit: str) -> list[str]:
+def _beyond(values: Floats, moved: NDArray[np.bool_], unit: str) -> list[str]:
     """What to add to the name of a run that is drawn at the edge of the axes because it lies beyond."""
     return [f" is at {_number(v)}{unit}" if m else "" for v, m in zip(values, moved, strict=True)]
 
 
-def _name_runs(ax: Axes, scene: _Scene, marks: _Mark, values: Sequence[str]) -> None:
+def _name_runs(ax: Axes, scene: _Scene, marks: _Mark, values: Sequence[str], below: bool = False) -> None:
     """Write the name beside each hollow point, and its value where it is not drawn at its place.
 
     Labels that would lie on one another are moved down, line by line; at the lower edge, up.
@@ -339,26 +345,26 @@ def _name_runs(ax: Axes, scene: _Scene, marks: _Mark, values: Sequence[str]) -> 
     # Points, as fonts are measured; figures are laid out at 72 to the inch whatever they are saved at.
     to_points = 72 / ax.figure.dpi
     taken: list[tuple[float, float]] = []
-    for i in sorted(np.flatnonzero(scene.hollow), key=lambda i: -marks.y[i]):
+    for i in sorted((int(i) for i in np.flatnonzero(scene.hollow)), key=lambda i: -marks.y[i]):
         x, y = ax.transData.transform((marks.x[i], marks.y[i])) * to_points
         across, up = ax.transAxes.inverted().transform((x / to_points, y / to_points))
         left = across > 0.72
-        drop, step = (5.0, 10.0) if up < 0.1 else (-7.0 if up > 0.93 else 5.0, -10.0)
+        drop, step = (5.0, 10.0) if up < 0.1 else (-11.0 if below else -7.0 if up > 0.93 else 5.0, -10.0)
         while any(abs(x - other) < 75 and abs(y + drop - height) < 10 for other, height in taken):
             drop += step
         taken.append((x, y + drop))
         ax.annotate(
             f"{_run_name(scene.names[i])}{values[i]}",
             (marks.x[i], marks.y[i]),
-            (-7.0 if left else 7.0, drop),
+            (0.0 if below else -7.0 if left else 7.0, drop),
             textcoords="offset points",
-            ha="right" if left else "left",
+            ha="right" if left else "center" if below else "left",
             va="center",
             fontsize=8,
             color=_INK,
             annotation_clip=False,
             bbox={"facecolor": "white", "alpha": 0.75, "linewidth": 0, "pad": 0.6},
-            zorder=5,
+            zorder=2.9,
         )
 
 
@@ -445,7 +451,7 @@ def _note(scene: _Scene, text: str) -> str:
 
 
 def _plain(value: float, _position: object = None) -> str:
-    return f"{value:.4g}".replace("-", "−").replace("e+0", "e").replace("e−0", "e−")
+    return f"{value:.5g}".replace("-", "−").replace("e+0", "e").replace("e−0", "e−")
 
 
 def _axes(ax: Axes, x: str, y: str) -> None:
@@ -472,7 +478,7 @@ def _log_ticks(low: float, high: float) -> list[float]:
     ]
 
 
-def _range(values: Floats, u: Floats, hollow: Floats) -> tuple[float, float]:
+def _range(values: Floats, u: Floats, hollow: NDArray[np.bool_]) -> tuple[float, float]:
     """Limits with zero inside, set by the runs in the fit; a flagged run may stretch them by a half at most."""
     kept = values[~hollow] if not hollow.all() else values
     kept_u = u[~hollow] if not hollow.all() else u
@@ -518,7 +524,8 @@ def _draw_period(ax: Axes, scene: _Scene) -> None:
     _runs(ax, scene, marks)
     _name_runs(ax, scene, marks, _beyond(scene.period, moved, " s"))
     _label_margin(ax, scene, [float(min(slope * right, top)) for slope in slopes])
-    _title(ax, "Precession period against spin", _note(scene, "lines: τ = 2π I_zz ψ̇ / |M + M0|; bars: ± 1 standard uncertainty"))  # fmt: skip
+    law = "lines: τ = 2π I_zz ψ̇ / |M + M0|; bars: ± 1 standard uncertainty"
+    _title(ax, "Precession period against spin", _note(scene, law))
 
 
 def _laws(ax: Axes, laws: Sequence[tuple[str, float]], left: float, right: float) -> None:
@@ -527,9 +534,7 @@ def _laws(ax: Axes, laws: Sequence[tuple[str, float]], left: float, right: float
 
     drawn = [(colour, slope) for colour, slope in laws if math.isfinite(slope)]
     segments = [np.array([(left, slope * left), (right, slope * right)]) for _, slope in drawn]
-    ax.add_collection(
-        LineCollection(segments, colors=[colour for colour, _ in drawn], linewidths=1.0), autolim=False
-    )
+    ax.add_collection(LineCollection(segments, colors=[colour for colour, _ in drawn], linewidths=1.0), autolim=False)
 
 
 def _draw_product(ax: Axes, scene: _Scene) -> None:
@@ -565,7 +570,8 @@ def _draw_product(ax: Axes, scene: _Scene) -> None:
     _runs(ax, scene, marks)
     _name_runs(ax, scene, marks, _beyond(scene.product, moved, ""))
     _label_margin(ax, scene, means, [_mean_text(group) for group in scene.groups])
-    _title(ax, "φ̇ψ̇ for each torque", _note(scene, "lines and bands: weighted mean ± 2u; bars: ± 1 standard uncertainty"))  # fmt: skip
+    bands = "lines and bands: weighted mean ± 2u; bars: ± 1 standard uncertainty"
+    _title(ax, "φ̇ψ̇ for each torque", _note(scene, bands))
 
 
 def _mean_text(group: _Group) -> str:
@@ -601,7 +607,7 @@ def _draw_torque(ax: Axes, scene: _Scene) -> None:
     product, moved = _pin(scene.product, left, right)
     marks = _Mark(product, torque, scene.product_u, torque_u)
     _runs(ax, scene, marks)
-    _name_runs(ax, scene, marks, _beyond(scene.product, moved, ""))
+    _name_runs(ax, scene, marks, _beyond(scene.product, moved, ""), below=True)
     _label_margin(ax, scene, [factor * group.summary.torque for group in scene.groups])
     _key(ax, rows)
     _title(ax, f"I_zz = {scene.inertia_text}", _note(scene, "torque against φ̇ψ̇; bars: ± 1 standard uncertainty"))
@@ -704,11 +710,6 @@ def render(analysis: Analysis, form: Form = "png") -> dict[str, bytes]:
     """
     from matplotlib import rc_context
 
-    metadata: dict[str, Any] = {
-        "png": {"Software": None},
-        "svg": {"Date": None, "Creator": "gyrodata"},
-        "pdf": {"CreationDate": None, "Creator": "gyrodata", "Producer": None},
-    }[form]
     files = {}
     with rc_context(_STYLE), warnings.catch_warnings():
         # A run's name may be written in a script that the font does not have; it is drawn as boxes then.
@@ -716,7 +717,7 @@ def render(analysis: Analysis, form: Form = "png") -> dict[str, bytes]:
         scene = _gather(analysis)
         for name in FIGURES:
             file = io.BytesIO()
-            _figure(scene, name).savefig(file, format=form, metadata=metadata)
+            _figure(scene, name).savefig(file, format=form, metadata=_METADATA[form])
             files[name] = file.getvalue()
     return files
 
@@ -758,7 +759,8 @@ def _period_words(scene: _Scene) -> str:
             continue
         first, last = members[0], members[-1]
         at = f"{group.label}: {_number(scene.period[first])} s at {scene.spin[first]:.0f} rpm"
-        told.append(at + (f" to {_number(scene.period[last])} s at {scene.spin[last]:.0f} rpm" if last != first else ""))
+        to = f" to {_number(scene.period[last])} s at {scene.spin[last]:.0f} rpm"
+        told.append(at + (to if last != first else ""))
     return (
         f"Precession period against spin, {_count(len(scene.names), 'run')} at {_count(len(scene.groups), 'torque')}, "
         f"with the fitted proportional law of each torque as a line. {_listed(told)}."

@@ -391,7 +391,7 @@ def _effect_lines(analysis: Analysis) -> list[str]:
 
 
 def _default_lines(analysis: Analysis) -> list[str]:
-    used = [f"u_{s.name} {s.described}" for s in analysis.measurements.sources if s.default]
+    used = [f"u_{s.name} {s.described}" for s in analysis.measurements.sources if s.default and s.described != "0"]
     if analysis.measurements.timed and "u_time_bias" not in analysis.readings.uncertainties:
         used.append("u_time_bias 0.05 s")
     if not used:
@@ -449,7 +449,7 @@ def runs_csv(analysis: Analysis) -> str:
     """
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    names = [name for name in analysis.to_dict()["result"]["runs"][0]]
+    names = list(analysis.to_dict()["result"]["runs"][0])
     writer.writerow([f"{name} [{RUN_UNITS[name]}]" if name in RUN_UNITS else name for name in names])
     for run in analysis.run_table:
         writer.writerow([_csv_cell(getattr(run, name)) for name in names])
@@ -496,7 +496,7 @@ def report_page(
 
     from jinja2 import Environment, StrictUndefined
 
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    environment = Environment(autoescape=True, undefined=StrictUndefined, lstrip_blocks=True)
     template = environment.from_string(files("gyrodata").joinpath("report.html.jinja").read_text("utf-8"))
     return template.render(_page_content(analysis), images=_data_uris(figures, form), alt=alt)
 
@@ -509,6 +509,7 @@ def _data_uris(figures: Mapping[str, bytes], form: Literal["png", "svg"]) -> dic
 def _page_content(analysis: Analysis) -> dict[str, Any]:
     """What the template needs besides figures: the analysis, and the functions that write its numbers."""
     factor, ten = power_of_ten(analysis.inertia.value)
+    kept = bool(analysis.options.get("keep_flagged"))
     exponents = [(law.exponent, law.u) for law in analysis.power_law if law.exponent is not None and law.u is not None]
     return {
         "a": analysis,
@@ -525,12 +526,15 @@ def _page_content(analysis: Analysis) -> dict[str, Any]:
         "defaults": _default_lines(analysis)[1:],
         "options": [(key, _option_text(value)) for key, value in analysis.options.items()],
         "cells": _run_cells,
-        "shown": lambda value, factor: "–" if value is None else number_text(value, None, factor),
+        "fate": lambda run: "left out" if run.left_out else "kept, as asked" if kept else "kept",
+        "shown": _shown,
+        "difference": lambda value: _minus(f"{value:+.1f}"),
         "fit_names": FIT_NAMES,
         "effect_names": EFFECT_NAMES,
         "source_names": SOURCE_NAMES,
         **{
-            function.__name__: function
+            # Typeset: a real minus in front of a number.
+            function.__name__: lambda *values, function=function: _minus(function(*values))
             for function in (
                 count_text, difference_text, effect_verdict, inertia_text, interval_text, number_text, percent_text,
                 torque_text,
@@ -548,16 +552,28 @@ def _ball(analysis: Analysis) -> dict[str, float] | None:
     return {"mass": mass, "diameter": diameter, "inertia": physics.solid_ball_inertia(mass, diameter)}
 
 
+def _minus(text: str) -> str:
+    return text.replace("-", "−")
+
+
+def _shown(value: float | None, factor: float) -> str:
+    """A reading, four digits and all those before the point."""
+    if value is None:
+        return "–"
+    value /= factor
+    return _minus(f"{value:.0f}" if 1e4 <= abs(value) < 1e9 else f"{value:.4g}")
+
+
 def _run_cells(run: Run) -> list[tuple[str, str]]:
     """Value to sort by and text of each number of a run, in the order of the page's table."""
     plain = ((run.torque, 1e-3), (run.spin, math.pi / 30), (run.time, 1.0))
     after = ((run.period, 1.0), (run.product, 1.0))
     return [
         (str(run.line), str(run.line)),
-        *((repr(value), number_text(value, None, factor)) for value, factor in plain),
+        *((repr(value), _shown(value, factor)) for value, factor in plain),
         (repr(run.turns), turn_words(run.turns).split(" ")[0]),
-        *((repr(value), number_text(value, None, factor)) for value, factor in after),
-        (repr(run.residual), number_text(run.residual, run.residual_u)),
+        *((repr(value), _shown(value, factor)) for value, factor in after),
+        (repr(run.residual), _minus(number_text(run.residual, run.residual_u))),
     ]
 
 

@@ -122,7 +122,9 @@ def test_other_kinds(text, kind, factor):
     assert parse_unit(text, kind).factor == factor
 
 
-@pytest.mark.parametrize("text", ["9**9**9*m", "m^99", "[" * 64, "x" * 65, "m" * 10_000, "m**(10**10)", "__import__", "kg)("])
+@pytest.mark.parametrize(
+    "text", ["9**9**9*m", "m^99", "[" * 64, "x" * 65, "m" * 10_000, "m**(10**10)", "__import__", "kg)("]
+)
 def test_nothing_unchecked_reaches_pint(text, monkeypatch):
     monkeypatch.setattr(units, "_registry", lambda: pytest.fail("pint was asked"))
     for kind in SI:
@@ -140,8 +142,17 @@ def test_pint_agrees_with_its_own_registry_where_it_can_be_trusted():
     import pint
 
     registry = pint.UnitRegistry()
-    for text, kind in [("lb", "mass"), ("oz", "mass"), ("inch", "length"), ("ft", "length"), ("kgf", "force"), ("lbf", "force")]:
-        expected = registry.Quantity(1, text.replace("kgf", "kilogram_force").replace("lbf", "pound_force")).to_base_units()
+    for text, kind in [
+        ("lb", "mass"),
+        ("oz", "mass"),
+        ("inch", "length"),
+        ("ft", "length"),
+        ("kgf", "force"),
+        ("lbf", "force"),
+    ]:
+        expected = registry.Quantity(
+            1, text.replace("kgf", "kilogram_force").replace("lbf", "pound_force")
+        ).to_base_units()
         assert parse_unit(text, kind).factor == pytest.approx(expected.magnitude, rel=1e-12)
 
 

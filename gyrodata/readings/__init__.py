@@ -11,10 +11,11 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
+from gyrodata.readings.blank import blank_log
 from gyrodata.readings.choice import choose, note_unplaced
 from gyrodata.readings.files import Document, load
 from gyrodata.readings.grid import make_grid
-from gyrodata.readings.layout import find_layout
+from gyrodata.readings.layout import G202, find_layout
 from gyrodata.readings.log import Column, Place, Readings
 from gyrodata.readings.meaning import check_meaning
 from gyrodata.readings.settings import Settings, read_options, read_settings
@@ -25,7 +26,7 @@ from gyrodata.units import Uncertainty
 if TYPE_CHECKING:
     from gyrodata.readings.files import Source
 
-__all__ = ["Column", "Place", "Readings", "Uncertainty", "read_log", "write_log"]
+__all__ = ["Column", "Place", "Readings", "Uncertainty", "blank_log", "read_log", "write_log"]
 
 _NOTHING: Mapping[str, str] = MappingProxyType({})
 
@@ -75,6 +76,10 @@ def read_log(
         return _readings(document, given, Table((), (), (), {}, ()))
     choice = choose(layout, roles, given, faults)
     table = build(layout, choice, given, faults)
+    if not table.runs and not faults.has_error():
+        hint = "a row without a time is no run: fill the times in"
+        faults.add(G202, "there is not one run with a time in this log", hint)
+        return _readings(document, given, table)
     unread = {role for role in choice.used if role not in table.columns} if faults.has_error() else set()
     unread |= choice.asked
     check_meaning(table, choice, unread, faults)

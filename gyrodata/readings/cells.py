@@ -12,6 +12,7 @@ from gyrodata.errors import register
 from gyrodata.units import (
     Uncertainty,
     UnitError,
+    examples,
     fold_letters,
     kinds_of,
     parse_uncertainty,
@@ -209,7 +210,7 @@ def _step(plain: str) -> float:
 def _convert(value: float, step: float | None, spread: float | None, kind: str, unit: str | None, text: str) -> Cell:
     """Bring a number into SI with its last digit and its ±."""
     if unit is None and kind != "number":
-        raise CellError(G206, "has no unit")
+        raise CellError(G206, "has no unit", f"write one behind it: {examples(kind)}")
     if kind == "rate" and unit and kinds_of(unit) == {"time"}:
         return _rate_of_period(value, step, spread, unit)
     try:

@@ -6,11 +6,22 @@ import math
 from dataclasses import dataclass
 
 from gyrodata.errors import register
-from gyrodata.readings.cells import G203, G205, G206, G208, G215, G227, Cell, CellError, check_value, is_blank, read_cell
+from gyrodata.readings.cells import (
+    G205,
+    G206,
+    G208,
+    G215,
+    G227,
+    Cell,
+    CellError,
+    check_value,
+    is_blank,
+    read_cell,
+)
 from gyrodata.readings.choice import G220, Choice, Chosen, derived_roles
 from gyrodata.readings.filldown import FILLED_DOWN, Track, fill_down
 from gyrodata.readings.grid import G209, Text
-from gyrodata.readings.layout import Layout
+from gyrodata.readings.layout import Layout, is_number
 from gyrodata.readings.log import Column, Faults, Place, span
 from gyrodata.readings.settings import G304, Given, Settings
 from gyrodata.units import (
@@ -25,6 +36,12 @@ from gyrodata.units import (
 
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
 _ROW = "20,15.0,406,13.06,1/3\n"
+G229 = register(
+    "G229",
+    "warning",
+    "a note that is only a number",
+    _LOG.replace("\n", ",note\n") + "20,15,5,206,7,1\n",
+)
 G216 = register("G216", "warning", "a row without a time is no run", _LOG + _ROW + "20,15.0,406,-,1/3\n")
 
 
@@ -111,12 +128,18 @@ class _Builder:
         return self.rows[row][at].text if at < len(self.rows[row]) else ""
 
     def _check_widths(self) -> None:
+        notes = self.choice.used.get("note")
         for row in self.rows:
             if len(row) > self.width:
                 cell = row[self.width]
                 message = f"this row has {len(row)} cells, the header {self.width}"
                 hint = 'put numbers with a decimal comma in quotes ("13,06"), or part the columns with ;'
                 self.faults.add(G209, message, hint, cell.place, len(cell.text))
+            elif notes and notes[0].at == self.width - 1 == len(row) - 1 and is_number(row[-1].text):
+                # A decimal comma that parts a number shifts all that follows to the right.
+                message = f'the note "{row[-1].text}" is a number: is there a decimal comma in this row?'
+                hint = 'put such numbers in quotes ("13,06"); words after the number make it a note'
+                self.faults.add(G229, message, hint, row[-1].place, len(row[-1].text))
 
     def _run_rows(self, times: list[Track]) -> list[bool]:
         """Tell which rows are timed runs, and name the others."""
@@ -126,7 +149,7 @@ class _Builder:
             keys = [c[0].at for r in ("precession_period", "precession_rate") if (c := self.choice.used.get(r))]
             is_run = [not keys or any(not is_blank(self._text(i, at)) for at in keys) for i in range(len(self.rows))]
         left_out = [i for i, run in enumerate(is_run) if not run]
-        if left_out:
+        if left_out and any(is_run):
             lines = [self.rows[i][0].line for i in left_out]
             cell = next((c for c in self.rows[left_out[0]] if c.text), self.rows[left_out[0]][0])
             what = "has no time and is no run" if len(lines) == 1 else "have no time and are no runs"

@@ -16,12 +16,55 @@ HEADERS = st.sampled_from(
     ["mass [g]", "m, г", "position [cm]", "x (mm)", "spin [rpm]", "n [obr/min]", "N", "N (rpm)", "ω0 RPM", "ω1 RPM"]
     + ["T [s]", "t, c", "time", "time_1 [s]", "time_2 [s]", "turns", "angle [°]", "M, Н·м", "σ_M, Н·м", "Ω, с^-1"]
     + ["u_time [s]", "u_spin [%]", "Δt (s)", "run", "note", "spin_sense", "pitch [deg]", "I [kg m^2]", "spin [s]", ""]
-    + ["9**9**9*m", "spin [9**9**9*m]", "±", "time (±0.2 s)", "[", "(((", "period", "№", "spin_start [rpm]", "spin_end [rpm]"]
+    + [
+        "9**9**9*m",
+        "spin [9**9**9*m]",
+        "±",
+        "time (±0.2 s)",
+        "[",
+        "(((",
+        "period",
+        "№",
+        "spin_start [rpm]",
+        "spin_end [rpm]",
+    ]
 )
 CELLS = st.one_of(
     st.sampled_from(
-        ["", "-", "20", "15,0", "1/3", "1/0", "03:36.26", "99:99", "343±0.3", "7(1)", "56O", "nan", "inf", "1e400", "03.Jan"]
-        + ["-5", "0", "76г", "400 rpm", "0.1 s per turn", "ccw", "1e-400", "½", "1½", "1ª", "'", '"', "±", "2026-01-03", "#1"]
+        [
+            "",
+            "-",
+            "20",
+            "15,0",
+            "1/3",
+            "1/0",
+            "03:36.26",
+            "99:99",
+            "343±0.3",
+            "7(1)",
+            "56O",
+            "nan",
+            "inf",
+            "1e400",
+            "03.Jan",
+        ]
+        + [
+            "-5",
+            "0",
+            "76г",
+            "400 rpm",
+            "0.1 s per turn",
+            "ccw",
+            "1e-400",
+            "½",
+            "1½",
+            "1ª",
+            "'",
+            '"',
+            "±",
+            "2026-01-03",
+            "#1",
+        ]
     ),
     st.floats().map(repr),
     st.integers(-(10**6), 10**6).map(str),
@@ -50,11 +93,17 @@ def check(readings):
         def there(role, run=run):
             return has.get(role, no)[run]
 
-        assert there("precession_period") or there("precession_rate") or (
-            there("time") and (there("turns") or there("angle"))
+        assert (
+            there("precession_period")
+            or there("precession_rate")
+            or (there("time") and (there("turns") or there("angle")))
         )
-        assert there("spin") or there("spin_period") or (
-            (there("spin_start") and there("spin_end")) or (there("spin_period_start") and there("spin_period_end"))
+        assert (
+            there("spin")
+            or there("spin_period")
+            or (
+                (there("spin_start") and there("spin_end")) or (there("spin_period_start") and there("spin_period_end"))
+            )
         )
         weightless = there("mass") and readings.columns["mass"].values[run] == 0
         assert there("torque") or weightless or (there("position") and (there("mass") or there("force")))
@@ -76,7 +125,10 @@ def test_any_bytes(data):
     read(data)
 
 
-@given(st.binary(max_size=60), st.sampled_from([b"\xff\xfe", b"\xfe\xff", b"\xef\xbb\xbf", b"\x1f\x8b\x08", b"PK\x03\x04", b"%PDF"]))
+@given(
+    st.binary(max_size=60),
+    st.sampled_from([b"\xff\xfe", b"\xfe\xff", b"\xef\xbb\xbf", b"\x1f\x8b\x08", b"PK\x03\x04", b"%PDF"]),
+)
 @BOUNDED
 def test_any_bytes_behind_a_signature(data, signature):
     read(signature + data)
@@ -110,7 +162,9 @@ def test_near_valid_logs(table, delimiter, end, quoted):
 @given(
     st.dictionaries(st.sampled_from(["turns", "spin", "mass", "g", "u_time", "balance_tilt", "x"]), CELLS, max_size=3),
     st.dictionaries(st.sampled_from(["time", "spin", "u_mass", "time_2", "x"]), HEADERS, max_size=2),
-    st.lists(st.tuples(st.sampled_from(["g", "spin", "u_mass", "u_tme", "time", "balance_drift", "note"]), CELLS), max_size=3),
+    st.lists(
+        st.tuples(st.sampled_from(["g", "spin", "u_mass", "u_tme", "time", "balance_drift", "note"]), CELLS), max_size=3
+    ),
 )
 @BOUNDED
 def test_any_options(given_settings, mapping, metadata):
@@ -143,6 +197,8 @@ def test_limits(data, code):
     assert [d.code for d in caught.value.diagnostics if d.severity == "error"] == [code]
 
 
-@pytest.mark.parametrize("data", [b"\n" * 5_000_000, b",\n" * 3_000_000, b"#" * 9_000_000, b"# a: b\n" * 500_000, b"( " * 4000])
+@pytest.mark.parametrize(
+    "data", [b"\n" * 5_000_000, b",\n" * 3_000_000, b"#" * 9_000_000, b"# a: b\n" * 500_000, b"( " * 4000]
+)
 def test_large_nothings(data):
     read(data)

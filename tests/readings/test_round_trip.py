@@ -10,10 +10,23 @@ from gyrodata.readings import read_log, write_log
 BOUNDED = settings(derandomize=True, deadline=None, max_examples=150)
 
 FORMS = {
-    "mass": ({"g": 1e-3, "г": 1e-3, "kg": 1.0, "mg": 1e-6}, ["mass", "weight", "Masse", "m", "Масса груза", "MASS", "masse ajoutée"]),
-    "position": ({"cm": 0.01, "mm": 1e-3, "m": 1.0, "см": 0.01}, ["position", "x", "lever arm", "Hebelarm", "плечо", "ramię", "Lever-Arm"]),
+    "mass": (
+        {"g": 1e-3, "г": 1e-3, "kg": 1.0, "mg": 1e-6},
+        ["mass", "weight", "Masse", "m", "Масса груза", "MASS", "masse ajoutée"],
+    ),
+    "position": (
+        {"cm": 0.01, "mm": 1e-3, "m": 1.0, "см": 0.01},
+        ["position", "x", "lever arm", "Hebelarm", "плечо", "ramię", "Lever-Arm"],
+    ),
     "spin": (
-        {"rpm": math.pi / 30, "Hz": 2 * math.pi, "rad/s": 1.0, "U/min": math.pi / 30, "об/мин": math.pi / 30, "deg/s": math.pi / 180},
+        {
+            "rpm": math.pi / 30,
+            "Hz": 2 * math.pi,
+            "rad/s": 1.0,
+            "U/min": math.pi / 30,
+            "об/мин": math.pi / 30,
+            "deg/s": math.pi / 180,
+        },
         ["spin", "spin speed", "Drehzahl", "ω", "prędkość obrotowa", "vitesse de rotation"],
     ),
     "time": ({"s": 1.0, "с": 1.0, "ms": 1e-3, "min": 60.0}, ["time", "t", "Zeit", "время", "stopwatch", "czas"]),

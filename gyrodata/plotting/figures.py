@@ -1,0 +1,299 @@
+"""The four figures, and their files."""
+
+from __future__ import annotations
+
+import io
+import math
+import warnings
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from gyrodata.analysis import K_95, Analysis
+from gyrodata.plotting.marks import (
+    INK,
+    SOFT,
+    Marks,
+    beyond,
+    draw_runs,
+    label_margin,
+    log_ticks,
+    name_axes,
+    name_runs,
+    pin,
+    with_hollow,
+    write_title,
+    zero_range,
+)
+from gyrodata.plotting.scene import RPM, Scene, gather, mean_text, torque_unit, with_u
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+FIGURES = ("period", "product", "torque", "residuals")
+"""Names of the figures, in the order of the report."""
+
+Form = Literal["png", "svg", "pdf"]
+
+_SIZE = (6.6, 4.2)
+"""Width and height [inch]."""
+_FRAME = (0.125, 0.125, 0.635, 0.745)
+"""Left, bottom, width and height of the axes in the figure; labels stand in the margin right of it."""
+
+_STYLE: Any = {
+    # A "$" in a run's name is a dollar; and the parser of formulas costs more than the figure.
+    "text.parse_math": False,
+    "text.usetex": False,
+    "svg.hashsalt": "gyrodata",
+    "svg.fonttype": "path",
+    "pdf.fonttype": 3,
+    "font.size": 9.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": SOFT,
+    "axes.labelcolor": INK,
+    "axes.labelsize": 9.5,
+    "axes.axisbelow": True,
+    "xtick.color": SOFT,
+    "ytick.color": SOFT,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+}
+
+# No date and no version: the same log gives the same bytes.
+_METADATA: dict[str, dict[str, Any]] = {
+    "png": {"Software": None},
+    "svg": {"Date": None, "Creator": "gyrodata"},
+    "pdf": {"CreationDate": None, "Creator": "gyrodata", "Producer": None},
+}
+
+
+def _draw_period(ax: Axes, scene: Scene) -> None:
+    """Period against spin, with the fitted law of each torque."""
+    working = np.array([abs(group.summary.torque + scene.imbalance) for group in scene.groups])
+    with np.errstate(divide="ignore"):
+        slopes = 2 * math.pi * scene.inertia / RPM / working
+    kept = ~scene.hollow if not scene.hollow.all() else scene.hollow
+    logarithmic = bool(scene.period[kept].max() > 6 * np.median(scene.period[kept]))
+    right = 1.06 * float((scene.spin + scene.spin_u).max())
+    if logarithmic:
+        left, bottom = float(scene.spin.min()) / 1.3, float(scene.period.min()) / 1.4
+        top = 1.5 * float(scene.period.max())
+        ends = slopes * right
+        top = max([top, *(1.15 * ends[ends < 3 * top])])
+        ax.set_xscale("log")
+        ax.set_yscale("log")
+    else:
+        left = bottom = 0.0
+        top = zero_range(scene.period, scene.period_u, scene.hollow)[1]
+        ends = slopes * right
+        top = max([top, *(1.01 * ends[ends < 1.3 * top])])
+    ax.set_xlim(left, right)
+    ax.set_ylim(bottom, top)
+    for axis, limits in ((ax.xaxis, (left, right)), (ax.yaxis, (bottom, top))) if logarithmic else ():
+        axis.set_ticks(log_ticks(*limits))
+        axis.set_ticks([], minor=True)
+    logs = ", log scale" if logarithmic else ""
+    name_axes(ax, f"spin ψ̇ [rpm{logs}]", f"precession period τ [s{logs}]")
+    _laws(ax, [(group.colour, slope) for group, slope in zip(scene.groups, slopes, strict=True)], left, right)
+    period, moved = pin(scene.period, bottom, top)
+    marks = Marks(scene.spin, period, scene.spin_u, np.minimum(scene.period_u, period - bottom))
+    draw_runs(ax, scene, marks)
+    name_runs(ax, scene, marks, beyond(scene.period, moved, " s"))
+    label_margin(ax, scene, [float(min(slope * right, top)) for slope in slopes])
+    law = "lines: τ = 2π I_zz ψ̇ / |M + M0|; bars: ± 1 standard uncertainty"
+    write_title(ax, "Precession period against spin", with_hollow(scene, law))
+
+
+def _laws(ax: Axes, laws: Sequence[tuple[str, float]], left: float, right: float) -> None:
+    """Lines y = slope·x from the left to the right edge, straight on linear and on logarithmic axes."""
+    from matplotlib.collections import LineCollection
+
+    drawn = [(colour, slope) for colour, slope in laws if math.isfinite(slope)]
+    segments = [np.array([(left, slope * left), (right, slope * right)]) for _, slope in drawn]
+    ax.add_collection(LineCollection(segments, colors=[colour for colour, _ in drawn], linewidths=1.0), autolim=False)
+
+
+def _draw_product(ax: Axes, scene: Scene) -> None:
+    """φ̇ψ̇ against spin: level for each torque, with the mean and its band."""
+    from matplotlib.collections import LineCollection, PolyCollection
+
+    right = 1.06 * float((scene.spin + scene.spin_u).max())
+    bottom, top = zero_range(scene.product, scene.product_u, scene.hollow)
+    ax.set_xlim(0.0, right)
+    ax.set_ylim(bottom, top)
+    name_axes(ax, "spin ψ̇ [rpm]", "precession rate × spin, φ̇ψ̇ [rad²/s²]")
+    means = [group.summary.product for group in scene.groups]
+    widths = [2 * group.summary.product_u for group in scene.groups]
+    colours = [group.colour for group in scene.groups]
+    ax.add_collection(
+        PolyCollection(
+            [
+                np.array([(0, mean - half), (right, mean - half), (right, mean + half), (0, mean + half)])
+                for mean, half in zip(means, widths, strict=True)
+            ],
+            facecolors=colours,
+            alpha=0.2,
+            linewidths=0,
+        ),
+        autolim=False,
+    )
+    level = [np.array([(0.0, mean), (right, mean)]) for mean in means]
+    ax.add_collection(LineCollection(level, colors=colours, linewidths=1.0), autolim=False)
+    if bottom < 0 < top:
+        ax.axhline(0, color=SOFT, linewidth=0.8)
+    product, moved = pin(scene.product, bottom, top)
+    marks = Marks(scene.spin, product, scene.spin_u, scene.product_u)
+    draw_runs(ax, scene, marks)
+    name_runs(ax, scene, marks, beyond(scene.product, moved, ""))
+    label_margin(ax, scene, means, [mean_text(group) for group in scene.groups])
+    bands = "lines and bands: weighted mean ± 2u; bars: ± 1 standard uncertainty"
+    write_title(ax, "φ̇ψ̇ for each torque", with_hollow(scene, bands))
+
+
+def _draw_torque(ax: Axes, scene: Scene) -> None:
+    """Torque against φ̇ψ̇ with the recommended line, its 95 % band, and the line through the origin."""
+    unit, factor = torque_unit(float(np.abs(scene.torque).max()))
+    left, right = zero_range(scene.product, scene.product_u, scene.hollow)
+    torque, torque_u = factor * scene.torque, factor * scene.torque_u
+    x = np.linspace(left, right, 41)
+    line = x * scene.inertia - scene.imbalance
+    (v_inertia, cov), (_, v_imbalance) = scene.covariance
+    half = K_95 * np.sqrt(np.maximum(x**2 * v_inertia - 2 * x * cov + v_imbalance, 0.0))
+    low, high = zero_range(torque, torque_u, scene.hollow)
+    ends = factor * line[[0, -1]]
+    low, high = min(low, float(ends.min()) - 0.02 * (high - low)), max(high, float(ends.max()))
+    ax.set_xlim(left, right)
+    # Room for the key above the lines.
+    ax.set_ylim(low, high + 0.13 * (high - low))
+    name_axes(ax, "precession rate × spin, φ̇ψ̇ [rad²/s²]", f"torque M [{unit}]")
+    ax.fill_between(x, factor * (line - half), factor * (line + half), color="#0072B2", alpha=0.15, linewidth=0)
+    ax.plot(x, factor * line, color=INK, linewidth=1.2)
+    rows = [("-", "M = I_zz φ̇ψ̇ − M0, with its 95 % band")]
+    if scene.origin is not None:
+        ax.plot(x[[0, -1]], factor * scene.origin * x[[0, -1]], "--", color=SOFT, linewidth=0.9, dashes=(5, 4))
+        rows.append(("--", f"through the origin: {with_u(scene.origin, scene.origin_u)} kg·m²"))
+    if low < 0:
+        ax.axhline(0, color=SOFT, linewidth=0.8)
+    if left < 0 < right:
+        ax.axvline(0, color=SOFT, linewidth=0.8)
+    product, moved = pin(scene.product, left, right)
+    marks = Marks(product, torque, scene.product_u, torque_u)
+    draw_runs(ax, scene, marks)
+    name_runs(ax, scene, marks, beyond(scene.product, moved, ""), below=True)
+    label_margin(ax, scene, [factor * group.summary.torque for group in scene.groups])
+    _key(ax, rows)
+    write_title(
+        ax, f"I_zz = {scene.inertia_text}", with_hollow(scene, "torque against φ̇ψ̇; bars: ± 1 standard uncertainty")
+    )
+
+
+def _key(ax: Axes, rows: Sequence[tuple[str, str]]) -> None:
+    """Say what the lines are, top left, where a rising line never is."""
+    for rank, (style, text) in enumerate(rows):
+        height = 0.965 - 0.052 * rank
+        ax.plot([0.02, 0.075], [height, height], style, color=INK if style == "-" else SOFT, linewidth=1.1,
+                transform=ax.transAxes)  # fmt: skip
+        ax.text(0.09, height, text, transform=ax.transAxes, va="center", fontsize=8, color=INK)
+
+
+def _draw_residuals(ax: Axes, scene: Scene) -> None:
+    """Each run's time against what the others predict, in standard uncertainties, in the order of the log."""
+    count = len(scene.names)
+    place = np.arange(1.0, count + 1)
+    deviations = np.nan_to_num(scene.deviations)
+    kept = np.abs(deviations[~scene.hollow])
+    limit = max(3.5, 1.15 * float(kept.max())) if len(kept) else 3.5
+    ax.set_xlim(0.4, count + 0.6)
+    ax.set_ylim(-limit, limit)
+    name_axes(ax, "run, in the order of the log", "time − prediction of the other runs [u]")
+    ax.axhspan(-2, 2, color="#0072B2", alpha=0.1, linewidth=0)
+    ax.axhline(0, color=SOFT, linewidth=0.8)
+    _run_ticks(ax, scene.names)
+    nothing = np.zeros(count)
+    height, moved = pin(deviations, -0.96 * limit, 0.96 * limit)
+    marks = Marks(place, height, nothing, nothing)
+    draw_runs(ax, scene, marks, bars=False)
+    name_runs(ax, scene, marks, beyond(np.round(deviations), moved, " u"))
+    label_margin(ax, scene, None)
+    inside = int(np.sum(kept <= 2))
+    title = f"Residuals: {inside} of {len(kept)} runs within ± 2 standard uncertainties"
+    if scene.dof < 1:
+        title = "Residuals: as many unknowns as runs, so they tell nothing"
+    write_title(ax, title, with_hollow(scene, "band: ± 2u, where about 95 % of good runs lie"))
+
+
+def _run_ticks(ax: Axes, names: Sequence[str]) -> None:
+    """Runs by their names where these have room, else every so many."""
+    count = len(names)
+    # About 58 characters fit below the axes.
+    step = max(1, math.ceil(count * (max(len(name) for name in names) + 1.5) / 58))
+    ax.xaxis.set_ticks(np.arange(1, count + 1)[::step], list(names[::step]))
+
+
+_DRAWERS: dict[str, Callable[[Axes, Scene], None]] = {
+    "period": _draw_period,
+    "product": _draw_product,
+    "torque": _draw_torque,
+    "residuals": _draw_residuals,
+}
+
+
+def draw(analysis: Analysis, name: str) -> Figure:
+    """Draw one figure.
+
+    Parameters
+    ----------
+    analysis : Analysis
+        What `analyze` gives.
+    name : str
+        One of `FIGURES`.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        6.6 × 4.2 inches; period in s, spin in rpm, φ̇ψ̇ in rad²/s², torque in mN·m.
+    """
+    from matplotlib import rc_context
+
+    with rc_context(_STYLE):
+        return _figure(gather(analysis), name)
+
+
+def _figure(scene: Scene, name: str) -> Figure:
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=_SIZE, dpi=150)
+    _DRAWERS[name](figure.add_axes(_FRAME), scene)
+    return figure
+
+
+def render(analysis: Analysis, form: Form = "png") -> dict[str, bytes]:
+    """Draw all figures as files.
+
+    Parameters
+    ----------
+    analysis : Analysis
+        What `analyze` gives.
+    form : {"png", "svg", "pdf"}
+        PNG has 150 dots to the inch.
+
+    Returns
+    -------
+    dict of str to bytes
+        Of each name in `FIGURES` the bytes of its file: the same on every run, without a date.
+    """
+    from matplotlib import rc_context
+
+    files = {}
+    with rc_context(_STYLE), warnings.catch_warnings():
+        # A run's name may be written in a script that the font does not have; it is drawn as boxes then.
+        warnings.filterwarnings("ignore", message="(?s).*[Gg]lyph.* missing")
+        scene = gather(analysis)
+        for name in FIGURES:
+            file = io.BytesIO()
+            _figure(scene, name).savefig(file, format=form, metadata=_METADATA[form])
+            files[name] = file.getvalue()
+    return files

@@ -1,0 +1,217 @@
+"""What the figures show: plain arrays, and one look for each torque, taken from an `Analysis`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyrodata.analysis import Analysis, Torque
+from gyrodata.measurements import Measurements, torque_groups
+from gyrodata.physics import Floats
+
+RPM = 30 / math.pi
+"""Revolutions per minute in one rad/s."""
+
+# Okabe and Ito's colours without yellow, which is lost on white; grey is kept for runs without a weight.
+_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+_MARKERS = ("o", "s", "^", "D", "v", "P", "<")
+_UNLOADED = ("#666666", "X")
+
+MANY = 10
+"""More torques than this get a graded colour each and one compact list of labels."""
+
+
+@dataclass(frozen=True)
+class Group:
+    """The runs of one torque, and how they are drawn."""
+
+    label: str
+    members: tuple[int, ...]
+    summary: Torque
+    colour: str
+    marker: str
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything that the figures show of n runs; arrays of shape (n,), with standard uncertainties."""
+
+    groups: tuple[Group, ...]
+    names: tuple[str, ...]
+    hollow: NDArray[np.bool_]
+    """Flagged or left out of the fit; bool."""
+    left_out: bool
+    spin: Floats
+    """[rpm]"""
+    spin_u: Floats
+    period: Floats
+    """[s]"""
+    period_u: Floats
+    product: Floats
+    """φ̇ψ̇ [rad²/s²]"""
+    product_u: Floats
+    torque: Floats
+    """[N*m]"""
+    torque_u: Floats
+    deviations: Floats
+    inertia: float
+    """[kg*m^2]"""
+    imbalance: float
+    """[N*m]"""
+    covariance: Floats
+    """Of (I_zz, M0)."""
+    origin: float | None
+    """I_zz of the line through the origin [kg*m^2]."""
+    origin_u: float | None
+    dof: int
+    inertia_text: str
+
+
+def gather(analysis: Analysis) -> Scene:
+    """Take from an analysis what the figures need, in the units of their axes where a factor suffices."""
+    measured, runs = analysis.measurements, analysis.run_table
+    period = np.array([run.period for run in runs])
+    product = np.array([run.product for run in runs])
+    own_time = np.hypot(_relative(measured, "time", measured.time), _relative(measured, "turns", measured.turns))
+    own_spin = _relative(measured, "spin", measured.spin)
+    origin = next((fit.inertia for fit in analysis.fits if fit.name == "through_origin"), None)
+    return Scene(
+        groups=_groups(analysis),
+        names=tuple(_short(run.run) for run in runs),
+        hollow=np.array([run.flagged or run.left_out for run in runs]),
+        left_out=any(run.left_out for run in runs),
+        spin=measured.spin * RPM,
+        spin_u=measured.spin * RPM * own_spin,
+        period=period,
+        period_u=period * own_time,
+        product=product,
+        product_u=np.abs(product) * np.hypot(own_time, own_spin),
+        torque=measured.torque,
+        torque_u=np.abs(measured.torque) * _relative_torque(measured),
+        deviations=analysis.fit.deviations,
+        inertia=analysis.inertia.value,
+        imbalance=analysis.imbalance.value,
+        covariance=analysis.fit.covariance[:2, :2],
+        origin=origin.value if origin else None,
+        origin_u=origin.u if origin else None,
+        dof=analysis.fit.dof,
+        inertia_text=f"{with_u(analysis.inertia.value, analysis.inertia.u)} kg·m²",
+    )
+
+
+def _relative(measured: Measurements, quantity: str, values: Floats) -> Floats:
+    """Relative standard uncertainty of one quantity in each run, whatever its errors are shared by."""
+    variance = np.zeros(len(values))
+    size = np.where(values == 0, np.inf, np.abs(values))
+    for source in measured.sources:
+        if source.quantity == quantity:
+            touched = np.asarray(source.groups) >= 0
+            variance += np.where(touched, source.absolute / size + source.relative, 0.0) ** 2
+    return np.sqrt(variance)
+
+
+def _relative_torque(measured: Measurements) -> Floats:
+    """Relative standard uncertainty of the torque of each run."""
+    factors = {
+        "mass": measured.mass,
+        "position": measured.position,
+        "force": measured.force,
+        "torque": measured.given_torque,
+        "g": np.full(len(measured.runs), measured.g),
+    }
+    parts = [_relative(measured, quantity, np.nan_to_num(values)) for quantity, values in factors.items()]
+    return np.sqrt(sum((part**2 for part in parts), np.zeros(len(measured.runs))))
+
+
+def _groups(analysis: Analysis) -> tuple[Group, ...]:
+    members = torque_groups(analysis.measurements)
+    labels = [_group_label(analysis.measurements, group[0]) for group in members]
+    for i, group in enumerate(members):
+        if labels.count(labels[i]) > 1 or labels[i] in labels[:i]:
+            # The same load in two senses of precession, as only runs without a weight can have.
+            labels[i] += f" ({'+' if analysis.run_table[group[0]].product > 0 else '−'})"
+    looks = _looks([torque.torque for torque in analysis.torques])
+    return tuple(
+        Group(
+            label=labels[i],
+            members=tuple(group),
+            summary=analysis.torques[i],
+            colour=looks[i][0],
+            marker=looks[i][1],
+        )
+        for i, group in enumerate(members)
+    )
+
+
+def _looks(torques: Sequence[float]) -> list[tuple[str, str]]:
+    """Colour and marker of each torque: of the colour-blind-safe set, or graded by rank where there are many."""
+    loaded = [i for i, torque in enumerate(torques) if torque]
+    looks = [_UNLOADED] * len(torques)
+    if len(torques) > MANY:
+        from matplotlib import colormaps
+        from matplotlib.colors import to_hex
+
+        ranked = sorted(loaded, key=lambda i: torques[i])
+        shades = colormaps["viridis"](np.linspace(0.0, 0.88, len(ranked)))
+        for rank, i in enumerate(ranked):
+            looks[i] = (to_hex(shades[rank]), _MARKERS[rank % len(_MARKERS)])
+    else:
+        for rank, i in enumerate(loaded):
+            looks[i] = (_COLOURS[rank % len(_COLOURS)], _MARKERS[rank % len(_MARKERS)])
+    return looks
+
+
+def _group_label(measured: Measurements, i: int) -> str:
+    """What stood on the rod: "20 g at 15 cm"."""
+    if not measured.torque[i]:
+        return "no weight"
+    at = f" at {as_number(100 * measured.position[i])} cm"
+    if not math.isnan(measured.mass[i]):
+        mass = measured.mass[i]
+        return (f"{as_number(1e3 * mass)} g" if mass < 10 else f"{as_number(mass)} kg") + at
+    if not math.isnan(measured.force[i]):
+        return f"{as_number(measured.force[i])} N{at}"
+    unit, factor = torque_unit(abs(float(measured.torque[i])))
+    return f"{as_number(factor * measured.torque[i])} {unit}"
+
+
+def as_number(value: float) -> str:
+    """Write a reading with four digits and a real minus."""
+    return f"{value:.4g}".replace("-", "−")
+
+
+def _short(name: str) -> str:
+    """One line of at most 14 characters: names come from the log and may be anything."""
+    text = " ".join("".join(c if c.isprintable() else " " for c in name).split())
+    return text if len(text) <= 14 else text[:13] + "…"
+
+
+def run_name(name: str) -> str:
+    """Name a run as in a sentence: "run 5"."""
+    return name if name.lower().startswith("run") else f"run {name}"
+
+
+def torque_unit(largest: float) -> tuple[str, float]:
+    """Choose a unit by the largest torque [N*m]; give it with the number of such units in 1 N*m."""
+    if largest >= 10:
+        return "N·m", 1.0
+    return ("mN·m", 1e3) if largest >= 1e-4 else ("µN·m", 1e6)
+
+
+def with_u(value: float, u: float | None) -> str:
+    """Value and standard uncertainty with two digits of the uncertainty: "(4.44 ± 0.06) × 10⁻³"."""
+    if not u or not math.isfinite(u):
+        return as_number(value)
+    from uncertainties import ufloat
+
+    form = ".2uP" if 0.1 <= abs(value) < 1e4 else ".2ueP"
+    return f"{ufloat(value, u):{form}}".replace("±", " ± ").replace("×", " × ").replace("-", "−")
+
+
+def mean_text(group: Group) -> str:
+    """Write the mean φ̇ψ̇ of a torque with its standard uncertainty [rad²/s²]."""
+    return with_u(group.summary.product, group.summary.product_u)

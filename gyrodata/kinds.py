@@ -82,7 +82,7 @@ def examples(kind: str) -> str:
         "angle": "deg, rad, rev",
         "inertia": "kg*m^2, g*m^2, g*cm^2",
         "acceleration": "m/s^2, cm/s^2",
-    }.get(kind, "no unit")
+    }.get(kind, "the number alone")
 
 
 def kind_in_words(kind: str) -> str:

@@ -17,8 +17,8 @@ from gyrodata.readings.files import Document, load
 from gyrodata.readings.grid import make_grid
 from gyrodata.readings.layout import G202, find_layout
 from gyrodata.readings.log import Column, Place, Readings
-from gyrodata.readings.meaning import check_meaning
-from gyrodata.readings.settings import Settings, read_options, read_settings
+from gyrodata.readings.meaning import G301, check_meaning
+from gyrodata.readings.settings import Settings, read_options, read_settings, warn_of_lost_keys
 from gyrodata.readings.table import Table, build
 from gyrodata.readings.writing import write_log
 from gyrodata.units import Uncertainty
@@ -71,6 +71,7 @@ def read_log(
     faults = document.faults
     grid = make_grid(document)
     given = read_settings(grid.metadata, options, faults)
+    warn_of_lost_keys(grid.comments, faults)
     layout = find_layout(grid, faults)
     if layout is None:
         return _readings(document, given, Table((), (), (), {}, ()))
@@ -81,9 +82,9 @@ def read_log(
         faults.add(G202, "there is not one run with a time in this log", hint)
         return _readings(document, given, table)
     unread = {role for role in choice.used if role not in table.columns} if faults.has_error() else set()
-    unread |= choice.asked
-    check_meaning(table, choice, unread, faults)
-    note_unplaced(choice, faults)
+    check_meaning(table, choice, unread | given.unread, faults)
+    if not any(diagnostic.code == G301 for diagnostic in faults.found):
+        note_unplaced(choice, faults)
     return _readings(document, given, table)
 
 

@@ -74,7 +74,7 @@ class Cell(NamedTuple):
 
 
 _NUMBER = r"[-+]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][-+]?[0-9]{1,5})?"
-_UNIT = r"[^\d\s.,;:+±()\-][^±;]*?"
+_UNIT = r"(?:1/)?[^\d\s.,;:+±()\-][^±;]*?"
 _PLAIN = re.compile(_NUMBER)
 _CLOCK = re.compile(r"(?:([0-9]{1,2}):)?([0-9]{1,3}):([0-9]{2}(?:[.,][0-9]+)?)")
 _FRACTION = re.compile(rf"([-+]?)(?:([0-9]{{1,9}})\s+)?([0-9]{{1,9}})\s*/\s*([0-9]{{1,9}})\s*({_UNIT})?")
@@ -88,7 +88,7 @@ _MONTHS = {
     abbreviation: number
     for number, names in enumerate(
         (
-            "jan ene янв sty janv",
+            "jan jän ene янв sty janv",
             "feb фев lut fev févr fév",
             "mar mrz mär мар mars",
             "apr abr апр kwi avr",

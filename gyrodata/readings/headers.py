@@ -189,6 +189,11 @@ def _modified_roles(name: str) -> tuple[str, ...]:
     tokens = [token for token in _TOKENS.split(name) if token]
     if not 2 <= len(tokens) <= 8:
         return ()
+    if squeeze(tokens[-1]) in SYMBOLS and len(squeeze(tokens[-1])) < 3:
+        word = NAMES.get(squeeze(" ".join(tokens[:-1])).lower(), ())  # "Mass m"
+        both = tuple(role for role in word if role in SYMBOLS[squeeze(tokens[-1])])
+        if both:
+            return both
     lower = [squeeze(token).lower() for token in tokens]
     start = any(token in START_WORDS for token in lower)
     end = any(token in END_WORDS for token in lower)

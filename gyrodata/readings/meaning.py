@@ -65,7 +65,8 @@ def check_meaning(table: Table, choice: Choice, unread: set[str], faults: Faults
         Roles whose column is there but could not be read, which has been said already.
     """
     said = any(diagnostic.code == "G219" for diagnostic in faults.found)
-    missing = [role for role in _missing_roles(table.columns) if role not in unread]
+    missing = [role for role in _missing_roles(table.columns, unread) if role not in choice.asked]
+    unread = unread | choice.asked
     for role in missing:
         _add_missing(role, choice, faults)
     if not missing and not any(kind_of_role(role) != "text" and role[:2] != "u_" for role in unread) and not said:
@@ -73,13 +74,13 @@ def check_meaning(table: Table, choice: Choice, unread: set[str], faults: Faults
     _check_turns(table, faults)
 
 
-def _missing_roles(columns: dict[str, Column]) -> list[str]:
-    there = set(columns)
+def _missing_roles(columns: dict[str, Column], unread: set[str]) -> list[str]:
+    there = set(columns) | unread
     missing: list[str] = []
     if "torque" not in there:
         if not there & {"mass", "force"}:
             missing.append("mass")
-        masses = columns["mass"].values if "mass" in there and "force" not in there else (None,)
+        masses = columns["mass"].values if "mass" in columns and "force" not in there else (None,)
         if "position" not in there and any(value != 0 for value in masses):
             missing.append("position")
     periods = {"spin_period_start", "spin_period_end"}
@@ -125,7 +126,8 @@ def _check_runs(table: Table, faults: Faults) -> None:
     lacking: dict[str, list[int]] = {}
 
     def has(role: str, run: int) -> bool:
-        return role in columns and columns[role].values[run] is not None
+        # A cell that could not be read has been told of; its text is there.
+        return role in columns and (columns[role].values[run] is not None or columns[role].texts[run] != "")
 
     for run in range(len(table.runs)):
         weight = columns["mass"].values[run] if "mass" in columns else None

@@ -55,6 +55,8 @@ class Settings:
     balance_tilt: tuple[float, float] | None = None
     balance_drift: tuple[float, float, float] | None = None
     metadata: dict[str, str] = field(default_factory=dict)
+    unread: set[str] = field(default_factory=set)
+    """Roles whose value could not be read, which has been said."""
 
 
 def read_options(
@@ -144,6 +146,8 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
         try:
             _enter(settings, item)
         except CellError as error:
+            if known in ROLES:
+                settings.unread.add(known)
             faults.add(G306, f'{known} "{text.text[:60]}" {error}', error.hint, text.place, len(text.text))
     for item in options:
         try:
@@ -152,6 +156,16 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
             faults.add(G504, f'{item.label}: "{item.text[:60]}" {error}', error.hint)
             raise InputError([d for d in faults.found if d.code == G504]) from None
     return settings
+
+
+def warn_of_lost_keys(comments: list[Text], faults: Faults) -> None:
+    """Find "# spin 400 rpm", which lacks the colon and so says nothing."""
+    for comment in comments:
+        match = re.fullmatch(r"(\w+)\s+([-+]?[0-9].*)", comment.text)
+        if match and match[1].lower() in KEYS:
+            message = f'"# {comment.text[:60]}" is kept as a remark; nothing is read from it'
+            hint = f'did you mean "# {match[1].lower()}: {match[2][:60]}"?'
+            faults.add(G305, message, hint, Place(comment.line, comment.column), len(comment.text))
 
 
 def _warn_if_misspelt(key: str, text: Text, faults: Faults) -> None:

@@ -13,8 +13,8 @@ def codes(readings):
 
 def test_stacked_timings_with_merged_cells():
     readings = read_log(
-        '"Mass, m (kg)","Radius,r (m)","Couple,M (Nm)","Spin Speed,N (rpm)","Spin speed,ω (rad/s)","Precession period,T (s)",'
-        '"Average precession period,T (s)","Precession speed,Ω (rad/s)",Ω×ω\n'
+        '"Mass, m (kg)","Radius,r (m)","Couple,M (Nm)","Spin Speed,N (rpm)","Spin speed,ω (rad/s)",'
+        '"Precession period,T (s)","Average precession period,T (s)","Precession speed,Ω (rad/s)",Ω×ω\n'
         "0.15,0.12,0.1766,4585,480.14,8.13,8.21,0.08,40.81\n,,,,,8.16,,,\n,,,,,8.35,,,\n,0.15,0.2207,,,6.28,6.38,0.11,52.51\n",
         mapping={"time": "Precession period,T (s)", "spin": "Spin Speed,N (rpm)"},
         settings={"angle": "40 deg"},
@@ -85,7 +85,8 @@ def test_blocks_side_by_side():
 
 def test_a_value_in_the_middle_of_its_block_and_no_mass():
     readings = read_log(
-        "n;po.;nr pom.;kt ();czas (t)\n[obr/min];[cm];-;[°];[s]\n;0.5;1;;14.169\n;2.5;1;;31.559\n2400;4.5;-;90;-\n;6.5;1;;29.665\n"
+        "n;po.;nr pom.;kt ();czas (t)\n[obr/min];[cm];-;[°];[s]\n;0.5;1;;14.169\n"
+        ";2.5;1;;31.559\n2400;4.5;-;90;-\n;6.5;1;;29.665\n"
     )
     assert codes(readings) >= {"G219", "G301"}
     missing = [d.message for d in readings.diagnostics if d.code == "G301"]

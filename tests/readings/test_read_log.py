@@ -181,7 +181,8 @@ def test_config_wins_over_set(tmp_path):
 
 
 def test_uncertainties_the_most_specific_wins():
-    text = "# u_time: 0.2 s\nmass [g],position [cm],spin [rpm],time (±0.3 s),turns,u_mass [%]\n20,15,400±5,7(1),1,1\n20,15,400,7,1,\n"
+    head = "# u_time: 0.2 s\nmass [g],position [cm],spin [rpm],time (±0.3 s),turns,u_mass [%]\n"
+    text = head + "20,15,400±5,7(1),1,1\n20,15,400,7,1,\n"
     columns = read_log(text).columns
     assert columns["time"].uncertainties == (Uncertainty(1.0), Uncertainty(0.3))
     assert columns["spin"].uncertainties == (Uncertainty(5 * RPM), None)
@@ -360,7 +361,7 @@ def test_a_dataframe():
     assert readings.ok
     assert readings.name == "<table>"
     assert readings.constants == {"g": 9.8}
-    assert readings.columns["mass"].values == (0.02, 0.04)
+    assert readings.columns["mass"].values == (0.02, 0.04)  # noqa: PD011 (a Column, not a frame)
     assert readings.columns["position"].resolutions == (0.001, 0.001)
     assert readings.columns["spin"].readings == (0, 0)
 
@@ -377,7 +378,7 @@ def test_workbooks():
     book.save(stream)
     readings = read_log(stream.getvalue())
     assert readings.ok
-    assert readings.columns["time"].values == (7.06, 216.26)
+    assert readings.columns["time"].values == (7.06, 216.26)  # noqa: PD011 (a Column, not a frame)
 
 
 def test_a_workbook_without_its_extra(monkeypatch):
@@ -435,7 +436,14 @@ def test_a_blank_log_to_fill_in():
     readings = read_log("\n".join([*lines[: start + 1], *filled]))
     assert readings.diagnostics == ()
     assert len(readings.runs) == 10
-    assert readings.columns["mass"].values[-1] == 0
-    assert readings.columns["position"].values[-1] is None
+    assert readings.columns["mass"].texts[-1] == "0"
+    assert readings.columns["position"].values[-1] is None  # noqa: PD011 (a Column, not a frame)
     with pytest.raises(InputError):
         blank_log(("20",), "15 cm", ("200 rpm",))
+
+
+def test_every_fault_is_told_once():
+    readings = read_log(HEAD + "20 kg,15.0 g,206,7.06 h,2 rad\n20,15.0,5 1/s,7,1\n20,15.0,1/s,7,1\n")
+    assert sorted(codes(readings)) == ["G205", "G205", "G208", "G208"]
+    without_colon = read_log("# spin 400 rpm\n# angle: 120\nMass m [g],position [cm],time [s]\n20,15,7\n")
+    assert sorted(codes(without_colon)) == ["G301", "G305", "G306"]

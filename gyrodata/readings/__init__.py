@@ -15,8 +15,8 @@ from gyrodata.readings.blank import blank_log
 from gyrodata.readings.choice import choose, note_unplaced
 from gyrodata.readings.files import Document, load
 from gyrodata.readings.grid import make_grid
-from gyrodata.readings.layout import G202, find_layout
-from gyrodata.readings.log import Column, Place, Readings
+from gyrodata.readings.layout import G202, Layout, find_layout
+from gyrodata.readings.log import Column, Faults, Place, Readings
 from gyrodata.readings.meaning import G301, check_meaning
 from gyrodata.readings.settings import Settings, read_options, read_settings, warn_of_lost_keys
 from gyrodata.readings.table import Table, build
@@ -75,17 +75,22 @@ def read_log(
     layout = find_layout(grid, faults)
     if layout is None:
         return _readings(document, given, Table((), (), (), {}, ()))
-    choice = choose(layout, roles, given, faults)
+    return _readings(document, given, _read_table(layout, roles, given, faults))
+
+
+def _read_table(layout: Layout, mapping: Mapping[str, str], given: Settings, faults: Faults) -> Table:
+    """Read the runs, and say what they lack."""
+    choice = choose(layout, mapping, given, faults)
     table = build(layout, choice, given, faults)
     if not table.runs and not faults.has_error():
         hint = "a row without a time is no run: fill the times in"
         faults.add(G202, "there is not one run with a time in this log", hint)
-        return _readings(document, given, table)
+        return table
     unread = {role for role in choice.used if role not in table.columns} if faults.has_error() else set()
     check_meaning(table, choice, unread | given.unread, faults)
     if not any(diagnostic.code == G301 for diagnostic in faults.found):
         note_unplaced(choice, faults)
-    return _readings(document, given, table)
+    return table
 
 
 def _readings(document: Document, given: Settings, table: Table) -> Readings:

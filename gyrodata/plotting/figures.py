@@ -42,6 +42,9 @@ _SIZE = (6.6, 4.2)
 _FRAME = (0.125, 0.125, 0.635, 0.745)
 """Left, bottom, width and height of the axes in the figure; labels stand in the margin right of it."""
 
+# A tenth faster than the usual level, for files a twelfth larger.
+_PACKING: dict[str, Any] = {"png": {"pil_kwargs": {"compress_level": 2}}, "svg": {}, "pdf": {}}
+
 _STYLE: Any = {
     # A "$" in a run's name is a dollar; and the parser of formulas costs more than the figure.
     "text.parse_math": False,
@@ -294,6 +297,6 @@ def render(analysis: Analysis, form: Form = "png") -> dict[str, bytes]:
         scene = gather(analysis)
         for name in FIGURES:
             file = io.BytesIO()
-            _figure(scene, name).savefig(file, format=form, metadata=_METADATA[form])
+            _figure(scene, name).savefig(file, format=form, metadata=_METADATA[form], **_PACKING[form])
             files[name] = file.getvalue()
     return files

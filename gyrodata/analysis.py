@@ -79,8 +79,9 @@ G415 = register(
     "G415",
     "error",
     "no steady precession is possible at this tilt and spin",
-    "# g: 9.803 m/s^2\n# transverse_inertia: 0.02 kg*m^2\nmass [g],position [cm],spin [rpm],time [s],turns,pitch [deg]\n"
-    "60.00,15.0,20,0.4,1,60\n",
+    "# g: 9.803 m/s^2\n# transverse_inertia: 0.02 kg*m^2\n"
+    "mass [g],position [cm],spin [rpm],time [s],turns,pitch [deg]\n"
+    "60.00,15.0,400,13.3,1,0\n60.00,15.0,600,19.9,1,0\n60.00,15.0,300,10.0,1,0\n60.00,15.0,20,2.5,1,60\n",
 )
 
 
@@ -417,8 +418,8 @@ def analyze_readings(
     left_out = () if keep_flagged else explained
     fit = fitting.fit(measured, tilted, left_out)
     if not (math.isfinite(fit.inertia.value) and np.isfinite(fit.fitted_time).all()):
-        found.append(readings.diagnose(G415, "eq. (8) has no real solution for a run: the rod is up and the spin is "
-                                       "too low to precess steadily", "check pitch, spin and transverse_inertia"))  # fmt: skip
+        why = "eq. (8) has no real solution for a run: the rod is up and the spin too low to precess steadily"
+        found.append(readings.diagnose(G415, why, "check pitch, spin and transverse_inertia"))
         raise LogError(found)
 
     kept = [i for i in range(len(measured.runs)) if i not in left_out]
@@ -576,7 +577,7 @@ def _effects(measured: Measurements, fit: FitResult, tilted: bool, model: Model)
         )
     )
     effects.append(
-        Effect("release", release, False, _dropped(release, u, "steady precession is assumed; this is for a rod let go from rest"))
+        Effect("release", release, False, _dropped(release, u, "assumed steady; this is for a rod let go"))
     )  # fmt: skip
     earth = float(np.sum(np.abs(fit.response) * physics.EARTH_ROTATION * measured.time / (2 * np.pi * measured.turns)))
     effects.append(Effect("earth", earth, False, _dropped(earth, u, "at most, at a pole")))
@@ -735,8 +736,7 @@ def _outlier_findings(
         if outlier.index in left_out:
             done, hint = "left out of the fits", "correct the turns in the log, or keep the run with --keep-flagged"
         else:
-            assert without is not None and without.u is not None
-            done = f"kept; without every run that looks odd I_zz = {without.value:.4g} ± {without.u:.2g} kg*m^2"
+            done = f"kept; without every run that looks odd I_zz = {without.value:.4g} kg*m^2" if without else "kept"
             hint = "time it again; if you know what went wrong, put # before its line to leave it out"
         found.append(
             readings.diagnose(
@@ -758,7 +758,7 @@ def _findings(readings: Readings, measured: Measurements, fit: FitResult, p: flo
             readings.diagnose(
                 G411,
                 f"the runs scatter {math.sqrt(fit.chi2 / fit.dof):.1f} times as much as the stated uncertainties allow "
-                f"({'p < 1e-6' if p < 1e-6 else f'p = {p:.1g}'}): u of I_zz is too small if that comes from the runs themselves",
+                f"({'p < 1e-6' if p < 1e-6 else f'p = {p:.1g}'}): u of I_zz may be too small",
                 "state what your hand can do, for example # u_time: 0.3 s, or look for a run that is wrong",
             )
         )
@@ -766,8 +766,8 @@ def _findings(readings: Readings, measured: Measurements, fit: FitResult, p: flo
         found.append(
             readings.diagnose(
                 G412,
-                f"the runs say M0 = {1e3 * fit.imbalance.value:.2g} mN*m, far from the {1e3 * fit.contradicted_balance:.2g} "
-                f"mN*m that {measured.imbalance_from} allows: the runs are believed",
+                f"the runs say M0 = {1e3 * fit.imbalance.value:.2g} mN*m, far from the "
+                f"{1e3 * fit.contradicted_balance:.2g} mN*m that {measured.imbalance_from} allows; the runs win",
                 f"check {measured.imbalance_from}",
             )
         )

@@ -5,10 +5,11 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, BinaryIO, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, BinaryIO, Literal, NoReturn
 
 import typer
 
@@ -144,7 +145,9 @@ def analyze(
     except GyroError as error:
         _complain(error.diagnostics)
         raise typer.Exit(error.exit_code) from None
-    codes = [_analyze_one(log, request, len(logs)) for log in logs]
+    codes = [
+        _analyze_one(log, folder, request, len(logs)) for log, folder in zip(logs, _folders(logs, request), strict=True)
+    ]
     worst = max(codes)
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
 
@@ -165,7 +168,25 @@ def _refuse(code: str, message: str, hint: str) -> NoReturn:
     raise InputError([Diagnostic(code, "error", message, hint)])
 
 
-def _analyze_one(log: str, request: _Request, count: int) -> int:
+def _folders(logs: Sequence[str], request: _Request) -> list[Path | None]:
+    """Give each log the folder of its report, None for no report; logs of one name get numbers."""
+    folders: list[Path | None] = []
+    taken: dict[str, int] = {}
+    for log in logs:
+        if not request.report or (request.out is None and (log == "-" or request.form is not Format.text)):
+            folders.append(None)
+            continue
+        if request.out is not None and len(logs) == 1:
+            folders.append(request.out)
+            continue
+        stem = "stdin" if log == "-" else _stem(log)
+        taken[stem] = taken.get(stem, 0) + 1
+        name = f"{stem}-report" if taken[stem] == 1 else f"{stem}-report-{taken[stem]}"
+        folders.append((request.out or Path()) / name)
+    return folders
+
+
+def _analyze_one(log: str, folder: Path | None, request: _Request, count: int) -> int:
     """Analyse one log, print and write what was asked for, and give the exit code."""
     from gyrodata.analysis import analyze_readings, envelope
     from gyrodata.readings import read_log
@@ -175,7 +196,7 @@ def _analyze_one(log: str, request: _Request, count: int) -> int:
         source: str | BinaryIO = sys.stdin.buffer if log == "-" else log
         readings = read_log(source, settings=request.settings, mapping=request.mapping, config=request.config)
         analysis = analyze_readings(readings, request.told(), request.model.value, request.keep_flagged)
-        files = _report_files(analysis, request, log, count)
+        files = _report_files(analysis, request) if folder else {}
     except GyroError as error:
         _complain(error.diagnostics, request.quiet)
         if request.form in (Format.json, Format.ndjson):
@@ -189,8 +210,8 @@ def _analyze_one(log: str, request: _Request, count: int) -> int:
     _complain(analysis.diagnostics, request.quiet)
     _print(_formatted(analysis, request.form, count))
     try:
-        for folder, contents in files:
-            _write_folder(folder, contents)
+        if folder:
+            _write_folder(folder, files)
             if not request.quiet:
                 typer.echo(f"report: {folder / 'report.html'}", err=True)
     except GyroError as error:
@@ -212,29 +233,22 @@ def _formatted(analysis: Analysis, form: Format, count: int) -> str:
 # --- the report folder --------------------------------------------------------------------------------------
 
 
-def _report_files(analysis: Analysis, request: _Request, log: str, count: int) -> list[tuple[Path, dict[str, bytes]]]:
+def _report_files(analysis: Analysis, request: _Request) -> dict[str, bytes]:
     """Make every file of the report in memory, so that a fault half-way leaves nothing behind."""
-    if not request.report or (request.out is None and (log == "-" or request.form is not Format.text)):
-        return []
-    stem = "stdin" if log == "-" else _stem(log)
-    if request.out is None:
-        folder = Path(f"{stem}-report")
-    else:
-        folder = request.out if count == 1 else request.out / f"{stem}-report"
-
     from gyrodata import plotting, reporting
 
-    form = request.figures.value
+    form: Literal["png", "svg", "pdf"] = request.figures.value
     figures = plotting.render(analysis, form)
-    shown = "svg" if form == "pdf" else form
-    embedded = plotting.render(analysis, "svg") if form == "pdf" else figures
+    # A browser shows no PDF inside a page.
+    shown: Literal["png", "svg"] = "png" if form == "png" else "svg"
+    embedded = figures if form == shown else plotting.render(analysis, shown)
     alternatives = {name: plotting.alt_text(analysis, name) for name in figures}
     page = reporting.report_page(analysis, embedded, shown, alternatives)
     contents = {f"{name}.{form}": data for name, data in figures.items()}
     contents["report.html"] = page.encode()
     contents["results.json"] = reporting.json_text(analysis.to_dict()).encode()
     contents["runs.csv"] = reporting.runs_csv(analysis).encode()
-    return [(folder, contents)]
+    return contents
 
 
 def _stem(log: str) -> str:
@@ -263,10 +277,9 @@ def _write_folder(folder: Path, contents: dict[str, bytes]) -> None:
 
 def _print(text: str) -> None:
     """Write data to standard output; a reader that has gone away (``| head``) is no fault."""
-    try:
+    # A test's or a notebook's stand-in has no encoding to fail on.
+    with suppress(AttributeError):
         sys.stdout.reconfigure(errors="replace")  # type: ignore[union-attr]
-    except AttributeError:
-        pass  # a test's or a notebook's stand-in takes any character
     try:
         sys.stdout.write(text)
         sys.stdout.flush()

@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 from dataclasses import dataclass, replace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -340,7 +340,7 @@ def transverse_inertia(measured: Measurements) -> Floats:
     if measured.transverse_inertia is not None:
         return measured.transverse_inertia
     load = np.nan_to_num(measured.mass * measured.position**2)
-    return cast(Floats, DEFAULT_TRANSVERSE_RATIO * _rough_inertia(measured) + load)
+    return DEFAULT_TRANSVERSE_RATIO * _rough_inertia(measured) + load
 
 
 def _tilt_sources(measured: Measurements) -> list[Source]:
@@ -434,7 +434,7 @@ def _robust_start(measured: Measurements, sense: Floats, free: bool, kept: Float
     return _Start(float(inertia[best]), float(imbalance[best]))
 
 
-def _misfit(measured: Measurements, predicted: Floats, index: Floats | slice = slice(None)) -> Floats:
+def _misfit(measured: Measurements, predicted: Floats, index: Any = slice(None)) -> Floats:
     """Time against prediction, in units of the clock's uncertainty and 1 %: a rough scale for rough answers."""
     time = measured.time[index]
     bounded = np.where(np.isfinite(predicted), predicted, time)
@@ -444,7 +444,7 @@ def _misfit(measured: Measurements, predicted: Floats, index: Floats | slice = s
 def _time_u(measured: Measurements) -> Floats:
     for source in measured.sources:
         if source.quantity == "time":
-            return cast(Floats, source.absolute + source.relative * measured.time)
+            return source.absolute + source.relative * measured.time
     return np.zeros(len(measured.runs))
 
 
@@ -491,7 +491,7 @@ def _adjust(
             # exact, and a common shrinking of I_zz and all torques gains nothing, however far off the runs are.
             # A run without a weight may still be beyond the pole, M0 = 0: it stays where it was read.
             near = np.abs(at.misclosure) < 0.5 * np.abs(at.to_unknowns[:, 0] * unknowns[0] * scale[0])
-            single = -at.alone * (kept * near * at.misclosure / at.own)
+            single = -at.alone * (near * at.misclosure / at.own)
             at = problem.linearise(single, shared, sense, unknowns * scale)
         plain = np.zeros((count, 3 + shared_count))
         plain[:, :3] = at.to_unknowns * scale
@@ -505,7 +505,8 @@ def _adjust(
         unknowns = unknowns + step[:3]
         shared = shared + step[3:]
         closed = at.misclosure + plain @ step
-        single = -at.alone * (kept * closed / at.own)
+        # A run that is left out has no weight, but its prediction too is linear only on its condition.
+        single = -at.alone * (closed / at.own)
         chi2 = float(np.sum((closed * weight) ** 2) + np.sum(unknowns[1:] ** 2) + np.sum(shared**2))
         moved = float(np.abs(step).max())
         if moved < 1e-11 or (turn > 3 and abs(previous - chi2) <= 1e-13 * chi2):
@@ -680,10 +681,10 @@ def _budget(adjusted: _Adjusted) -> tuple[Share, ...]:
 
 
 def _response(adjusted: _Adjusted) -> Floats:
-    """Response of I_zz to each run's own inertia: M/(φ̇ψ̇) too high by r moves the condition by 2π f I_zz ψ̇ r."""
+    """Response of I_zz to each run's own inertia: M/(φ̇ψ̇) too high by r raises the condition by 2π f I_zz ψ̇ r."""
     problem = adjusted.problem
     lever = 2 * np.pi * problem.observed[2] * problem.observed[1]
-    return cast(Floats, adjusted.gain[: problem.count] * lever / np.sqrt(adjusted.own))
+    return cast(Floats, -adjusted.gain[: problem.count] * lever / np.sqrt(adjusted.own))
 
 
 def _normalised(shares: list[Share]) -> tuple[Share, ...]:
@@ -774,7 +775,8 @@ def _explaining_turns(measured: Measurements, result: FitResult, index: int, typ
     spread = abs((measured.time[index] - result.fitted_time[index]) / result.deviations[index]) * typical
     candidates = {*TURN_COUNTS, *(measured.turns[index] + step for step in (-1, -0.5, 0.5, 1))}
     misfits = {
-        turns: abs(measured.time[index] - bias - turns * one_turn) / spread
+        # What is uncertain of one turn is as much more uncertain of several.
+        turns: abs(measured.time[index] - bias - turns * one_turn) / (spread * max(1.0, turns / measured.turns[index]))
         for turns in candidates
         if turns > 0 and not math.isclose(turns, measured.turns[index])
     }

@@ -136,7 +136,7 @@ class Measurements:
     def product(self) -> Floats:
         """Precession rate times spin, φ̇ψ̇, with the torque's sign [rad²/s²], shape (n,)."""
         sign = np.where(self.sense == 0, 1.0, self.sense)
-        return cast(Floats, sign * 2 * np.pi * self.turns / self.time * self.spin)
+        return sign * 2 * np.pi * self.turns / self.time * self.spin
 
 
 def measure(readings: Readings) -> Measurements:
@@ -174,7 +174,7 @@ def measure(readings: Readings) -> Measurements:
     position = nothing
     if not uses_torque:
         load = mass if uses_weight else force
-        position = np.where(load == 0, 0.0, _values(columns["position"])) if "position" in columns else nothing
+        position = np.where(load == 0, 0.0, _values(columns["position"]) if "position" in columns else 0.0)
     torque = given_torque if uses_torque else force * position if uses_force else physics.torque(mass, position, g)
 
     time, turns, timing = _timing(columns, count)
@@ -184,8 +184,6 @@ def measure(readings: Readings) -> Measurements:
     transverse = None
     if "transverse_inertia" in columns:
         transverse = _values(columns["transverse_inertia"])
-    elif "transverse_inertia" in readings.constants:
-        transverse = np.full(count, readings.constants["transverse_inertia"])
 
     imbalance_u, imbalance_from = _balance(readings)
     measurements = Measurements(
@@ -310,16 +308,16 @@ def _spin(readings: Readings, diagnostics: list[Diagnostic]) -> tuple[Floats, Fl
     if len(used) == 1:
         return _as_spin(used[0]), None, None
     start, end = _as_spin(used[0]), _as_spin(used[1])
-    for i in np.flatnonzero(end > start * 1.02):
-        diagnostics.append(
-            readings.diagnose(
-                G403,
-                f"run {readings.runs[i]}: the spin rises by {100 * (end[i] / start[i] - 1):.0f} % while it is timed",
-                "are start and end swapped?",
-                used[1].places[i],
-                len(used[1].texts[i]),
-            )
+    diagnostics.extend(
+        readings.diagnose(
+            G403,
+            f"run {readings.runs[i]}: the spin rises by {100 * (end[i] / start[i] - 1):.0f} % while it is timed",
+            "are start and end swapped?",
+            used[1].places[i],
+            len(used[1].texts[i]),
         )
+        for i in np.flatnonzero(end > start * 1.02)
+    )
     return physics.harmonic_mean_spin(start, end), start, end
 
 
@@ -363,7 +361,8 @@ def _balance(readings: Readings) -> tuple[Callable[[float], float] | None, str]:
         return (lambda inertia: width), "u_imbalance"
     if readings.balance_tilt is not None:
         angle, seconds = readings.balance_tilt
-        transverse = readings.constants.get("transverse_inertia")
+        column = readings.columns.get("transverse_inertia")
+        transverse = float(np.nanmean(_values(column))) if column else None
         # From rest under a constant torque the angle is M0 t²/(2 I).
         return (lambda inertia: 2 * (transverse or 1.3 * inertia) * abs(angle) / seconds**2), "balance_tilt"
     if readings.balance_drift is not None:
@@ -465,6 +464,8 @@ def _sources(
         )  # fmt: skip
         return sources
 
+    if "position" not in columns:
+        return sources  # not one run has a weight
     absolute, relative, default = _reading_errors(columns["position"], position, 0.0, 0.0)
     places = _numbered([f"{value:.9g}" for value in position], loaded)
     sources.append(
@@ -551,10 +552,10 @@ def _spin_errors(readings: Readings, spin: Floats) -> tuple[Floats, bool]:
         parts.append(relative + absolute / values)
         any_default |= default
     if len(used) == 1:
-        return cast(Floats, parts[0]), any_default
+        return parts[0], any_default
     start, end = _as_spin(used[0]), _as_spin(used[1])
     to_start, to_end = physics.harmonic_mean_spin_slopes(start, end)
-    return cast(Floats, np.hypot(to_start * start * parts[0], to_end * end * parts[1]) / spin), any_default
+    return np.hypot(to_start * start * parts[0], to_end * end * parts[1]) / spin, any_default
 
 
 # --- columns that should agree -----------------------------------------------------------------------------

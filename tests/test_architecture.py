@@ -10,6 +10,7 @@ from pathlib import Path
 PACKAGE = Path(__file__).parent.parent / "gyrodata"
 SHELVES = {
     "errors": 0,
+    "kinds": 0,
     "unit_grammar": 0,
     "units": 1,
     "physics": 1,

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from labs import G, INERTIA, lab
+from labs import INERTIA, G, lab
 from scipy.optimize import least_squares
 from scipy.special import gammaincc
 
@@ -269,3 +269,10 @@ def test_a_source_knows_if_it_is_shared() -> None:
     zeros = np.zeros(3)
     assert Source("mass", "mass", (0, 0, 1), zeros, zeros, "", True, "").shared
     assert not Source("mass", "mass", (0, -1, -1), zeros, zeros, "", True, "").shared
+
+
+def test_response_adds_up_where_the_balance_is_known() -> None:
+    # With M0 and b fixed, inertias that are all 1 % high make I_zz 1 % high.
+    measured = replace(exact(), imbalance_u=lambda inertia: 1e-12, timing_bias_u=0.0)
+    assert fit(measured).response.sum() == pytest.approx(1, rel=1e-3)
+    assert (fit(measured).response > 0).all()

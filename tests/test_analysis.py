@@ -1,0 +1,217 @@
+"""The whole story from a log to its result: published logs, refusals, the JSON contract, golden text."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+import gyrodata
+from gyrodata import reporting
+from gyrodata.errors import CODES, LogError
+
+ROOT = Path(__file__).parent.parent
+SAMPLES = ROOT / "sample_data"
+EXPECTED = Path(__file__).parent / "expected"
+HEAD = "# g: 9.803 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns\n"
+
+# Seven arms, three timings each (published student data); the "period" is 40° of precession.
+SEVEN_ARMS = """\
+"Mass, m (kg)","Radius,r (m)","Spin Speed,N (rpm)","Precession period,T (s)"
+0.15,0.12,4585,8.13
+,,,8.16
+,,,8.35
+,0.15,,6.28
+,,,6.46
+,,,6.41
+,0.18,,4.87
+,,,5.25
+,,,5.25
+,0.21,,4.44
+,,,4.22
+,,,4.60
+,0.24,,4.03
+,,,3.78
+,,,4.00
+,0.27,,3.65
+,,,3.75
+,,,3.56
+,0.3,,3.28
+,,,3.03
+,,,2.97
+"""
+
+# Decimal commas (published student data, github.com/aidenfmunro/Labs, 1.2.5); spin 392 turns a second.
+DECIMAL_COMMAS = """\
+№;m, кг;l, м;t, с;N
+1;0,074;0,122;139,48;1
+2;0,092;0,122;110,54;1
+3;0,116;0,122;88,06;1
+4;0,141;0,122;72,22;1
+5;0,179;0,122;59,91;1
+6;0,218;0,122;46,70;1
+7;0,272;0,122;37,85;1
+8;0,340;0,122;29,95;1
+"""
+
+
+def fit_named(analysis: gyrodata.Analysis, name: str) -> gyrodata.analysis.NamedFit:
+    return next(fit for fit in analysis.fits if fit.name == name)
+
+
+class TestPublished:
+    def test_heidelberg(self) -> None:
+        a = gyrodata.analyze(SAMPLES / "heidelberg_ball.csv")
+        assert fit_named(a, "through_origin").inertia.value == pytest.approx(0.00423, abs=5e-6)
+        assert fit_named(a, "with_constant").inertia.value == pytest.approx(0.00483, abs=5e-6)
+        assert fit_named(a, "with_constant").constant.value == pytest.approx(-4.2e-3, abs=0.05e-3)
+        assert a.inertia.value == pytest.approx(0.0048, abs=5e-5)
+        # The torque at work is larger than m g x: 28 % of the lightest.
+        assert a.imbalance.value == pytest.approx(4.2e-3, abs=0.1e-3)
+        assert not any(run.flagged for run in a.run_table)
+
+    def test_salort_has_one_torque(self) -> None:
+        a = gyrodata.analyze(SAMPLES / "salort_one_torque.csv")
+        line = fit_named(a, "with_constant")
+        assert line.inertia is None
+        assert "all torques are equal" in line.note
+        assert fit_named(a, "through_origin").inertia.value == pytest.approx(0.00430, abs=3e-5)
+        assert a.inertia.value == pytest.approx(0.00430, abs=1.5 * a.inertia.u)
+        assert "G414" in {d.code for d in a.diagnostics}
+
+    def test_seven_arms(self) -> None:
+        a = gyrodata.analyze(SEVEN_ARMS.encode(), settings={"angle": "40 deg"},
+                             mapping={"time": "Precession period,T (s)"})  # fmt: skip
+        assert fit_named(a, "through_origin").inertia.value == pytest.approx(0.00415, abs=1e-5)
+        assert [t.runs for t in a.torques] == [3] * 7
+
+    def test_decimal_commas(self) -> None:
+        a = gyrodata.analyze(DECIMAL_COMMAS.encode(), settings={"spin": "392 Hz"})
+        assert fit_named(a, "through_origin").inertia.value == pytest.approx(0.000794, abs=1e-6)
+        assert a.inertia.value == pytest.approx(0.000794, abs=1.5 * a.inertia.u)
+        assert [run.run for run in a.run_table if run.flagged] == ["5"]
+        assert not any(run.left_out for run in a.run_table), "a run without an explanation stays"
+
+
+def test_the_sample_is_recovered() -> None:
+    a = gyrodata.analyze(SAMPLES / "air_gyroscope.csv")
+    assert abs(a.inertia.value - 4.44e-3) < 2 * a.inertia.u
+    assert abs(a.imbalance.value - 6e-4) < 2 * a.imbalance.u
+    assert a.inertia.interval_95[0] < 4.44e-3 < a.inertia.interval_95[1]
+    assert all(abs(law.exponent - 1) < 3 * law.u for law in a.power_law if law.exponent is not None)
+
+
+def test_the_sample_is_what_its_maker_makes() -> None:
+    import make_sample_data
+
+    assert make_sample_data.TARGET.read_text(encoding="utf-8") == make_sample_data.make()
+
+
+def test_a_miscounted_run_is_left_out_and_said() -> None:
+    log = HEAD + (
+        "20.00,15.0,206,20.4,1\n20.00,15.0,407,40.4,1\n40.00,15.0,405,20.1,1\n"
+        "40.00,15.0,607,30.1,2\n60.00,15.0,404,13.4,1\n60.00,15.0,603,20.0,1\n"
+    )
+    a = gyrodata.analyze(log.encode())
+    assert [(r.run, r.left_out, r.reason) for r in a.run_table if r.flagged] == [("4", True, "fits 1 turn, not 2")]
+    assert a.inertia.value == pytest.approx(4.44e-3, rel=0.03)
+    kept = gyrodata.analyze(log.encode(), keep_flagged=True)
+    assert not any(run.left_out for run in kept.run_table)
+
+
+def test_tilt_is_taken_into_account_where_it_matters() -> None:
+    from gyrodata import physics
+
+    inertia, transverse = 4.44e-3, 6e-3
+    rows = []
+    for grams in (20, 40, 60):
+        for rpm in (150, 250, 350):
+            rate = physics.precession_rate(grams * 1e-3 * 9.803 * 0.15, rpm * 0.10471975511965977, inertia, transverse,
+                                           0.6981317007977318)  # fmt: skip
+            rows.append(f"{grams}.0000,15.0000,{rpm}.000,{6.283185307179586 / rate:.6f},1,40")
+    head = "# g: 9.803 m/s^2\n# transverse_inertia: 0.006 kg*m^2\n"
+    log = head + "mass [g],position [cm],spin [rpm],time [s],turns,pitch [deg]\n" + "\n".join(rows) + "\n"
+    a = gyrodata.analyze(log.encode())
+    tilt = next(e for e in a.effects if e.effect == "tilt")
+    assert tilt.kept
+    assert a.inertia.value == pytest.approx(inertia, rel=1e-4)
+    flat = gyrodata.analyze(log.encode(), model="horizontal")
+    assert flat.inertia.value / inertia - 1 == pytest.approx(tilt.bias, rel=0.1)
+
+
+class TestRefusals:
+    @pytest.mark.parametrize(
+        ("log", "code"),
+        [
+            (HEAD + "20,15.0,56O,13.06,1/3\n", "G203"),
+            (HEAD + "20,15.0,206,0,1/3\n", "G215"),
+            (HEAD + "-20,15.0,206,7,1/3\n", "G215"),
+            (HEAD.replace("[cm]", "[furlongs]") + "20,15.0,206,7,1/3\n", "G205"),
+            ("mass [g],position [cm],spin [rpm],time [s]\n20,15,206,7\n", "G301"),
+            (HEAD + "0,,400,160.2,1/3\n0,,600,240.3,1/3\n", "G413"),
+        ],
+    )
+    def test_named_with_place_and_hint(self, log: str, code: str) -> None:
+        with pytest.raises(LogError) as caught:
+            gyrodata.analyze(log.encode())
+        faults = {d.code: d for d in caught.value.diagnostics if d.severity == "error"}
+        assert code in faults
+        assert faults[code].hint
+        assert caught.value.exit_code == 1
+
+    def test_every_fault_in_one_pass(self) -> None:
+        with pytest.raises(LogError) as caught:
+            gyrodata.analyze((HEAD + "20,15.0,56O,13.06,1/3\nx,15.0,206,0,1/3\n").encode())
+        assert {(d.line, d.column) for d in caught.value.diagnostics} >= {(3, 9), (4, 1), (4, 12)}
+
+
+def analysis_codes() -> list[str]:
+    return sorted(code for code in CODES if code.startswith("G4"))
+
+
+@pytest.mark.parametrize("code", analysis_codes())
+def test_the_example_of_each_code_raises_it(code: str) -> None:
+    try:
+        found = gyrodata.analyze(CODES[code].example.encode()).diagnostics
+    except LogError as error:
+        found = error.diagnostics
+    assert {d.code: d.severity for d in found}.get(code) == CODES[code].severity
+
+
+class TestContract:
+    def test_keys(self) -> None:
+        document = gyrodata.analyze(SAMPLES / "air_gyroscope.csv").to_dict()
+        assert list(document) == ["schema", "tool", "input", "options", "result", "diagnostics"]
+        result = document["result"]
+        assert set(result) >= {
+            "inertia", "imbalance", "timing_bias", "goodness", "fits", "budget", "effects", "power_law", "torques",
+            "runs", "advice",
+        }  # fmt: skip
+        assert set(result["inertia"]) >= {"value", "u", "unit", "interval_95", "k", "dof"}
+        assert set(result["goodness"]) == {"chi2", "dof", "p", "birge"}
+        assert {fit["name"] for fit in result["fits"]} == {"through_origin", "with_constant", "recommended"}
+        assert set(result["budget"][0]) >= {"source", "shared", "u_inertia", "share"}
+        assert set(result["effects"][0]) == {"effect", "bias", "kept", "reason"}
+        assert set(result["torques"][0]) == {"mass", "position", "torque", "runs", "product"}
+        assert set(result["runs"][0]) >= {
+            "run", "line", "torque", "spin", "precession_rate", "period", "product", "inertia", "residual", "flagged",
+            "reason",
+        }  # fmt: skip
+
+    def test_json_has_no_nan_and_does_not_change(self) -> None:
+        texts = [reporting.json_text(gyrodata.analyze(path).to_dict()) for path in sorted(SAMPLES.glob("*.csv")) * 2]
+        assert texts[: len(texts) // 2] == texts[len(texts) // 2 :]
+        for text in texts:
+            json.loads(text, parse_constant=lambda name: pytest.fail(f"{name} in the output"))
+
+    def test_runs_is_a_frame(self) -> None:
+        runs = gyrodata.analyze(SAMPLES / "air_gyroscope.csv").runs
+        assert runs.shape[0] == 10
+        assert runs["torque"].iloc[0] == pytest.approx(runs["mass"].iloc[0] * 0.15 * 9.803)
+
+
+@pytest.mark.parametrize("path", sorted(SAMPLES.glob("*.csv")), ids=lambda path: path.stem)
+def test_golden_summary(path: Path) -> None:
+    golden = EXPECTED / f"{path.stem}.txt"
+    assert reporting.summary(gyrodata.analyze(path)) == golden.read_text(encoding="utf-8")

@@ -1,0 +1,171 @@
+"""The commands as a shell sees them: output, exit codes, pipes, files, bad input."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+SAMPLE = ROOT / "sample_data" / "air_gyroscope.csv"
+HEAD = "# g: 9.803 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns\n"
+FILES = {"report.html", "results.json", "runs.csv", "period.png", "product.png", "torque.png", "residuals.png"}
+
+
+def gyro(*arguments: str | Path, folder: Path, stdin: bytes | None = None) -> subprocess.CompletedProcess[bytes]:
+    return subprocess.run(
+        [sys.executable, "-m", "gyrodata", *map(str, arguments)],
+        cwd=folder,
+        input=stdin,
+        stdin=subprocess.DEVNULL if stdin is None else None,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        check=False,
+    )
+
+
+def test_the_report_is_written_beside_you(tmp_path: Path) -> None:
+    done = gyro("analyze", SAMPLE, folder=tmp_path)
+    assert done.returncode == 0
+    assert {p.name for p in (tmp_path / "air_gyroscope-report").iterdir()} == FILES
+    assert "report: air_gyroscope-report" in done.stderr.decode()
+    again = gyro("analyze", SAMPLE, "--out", "second", folder=tmp_path)
+    assert again.stdout == done.stdout
+    for name in FILES:
+        first, second = ((tmp_path / d / name).read_bytes() for d in ("air_gyroscope-report", "second"))
+        assert first == second, f"{name} is not the same twice"
+
+
+def test_results_json_is_the_json_output(tmp_path: Path) -> None:
+    gyro("analyze", SAMPLE, "--out", "r", folder=tmp_path)
+    done = gyro("analyze", SAMPLE, "--format", "json", folder=tmp_path)
+    assert (tmp_path / "r" / "results.json").read_bytes() == done.stdout
+    assert str(tmp_path).encode() not in done.stdout
+
+
+@pytest.mark.parametrize("form", ["svg", "pdf"])
+def test_figures_in_other_forms(form: str, tmp_path: Path) -> None:
+    gyro("analyze", SAMPLE, "--figures", form, "--out", "r", folder=tmp_path)
+    assert {p.name for p in (tmp_path / "r").iterdir()} == {name.replace("png", form) for name in FILES}
+
+
+def test_standard_input_writes_no_file(tmp_path: Path) -> None:
+    done = gyro("analyze", "-", "--format", "json", folder=tmp_path, stdin=SAMPLE.read_bytes())
+    assert done.returncode == 0
+    assert json.loads(done.stdout)["input"]["name"] == "<stdin>"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_several_logs(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "data.csv").write_bytes(SAMPLE.read_bytes())
+    done = gyro("analyze", "a/data.csv", "b/data.csv", "missing.csv", "--format", "ndjson", folder=tmp_path)
+    assert done.returncode == 2
+    documents = [json.loads(line) for line in done.stdout.splitlines()]
+    assert [d["input"]["name"] for d in documents] == ["data.csv", "data.csv", "missing.csv"]
+    assert documents[2]["result"] is None
+    assert gyro("analyze", "a/data.csv", "b/data.csv", "--out", "r", folder=tmp_path).returncode == 0
+    assert {p.name for p in (tmp_path / "r").iterdir()} == {"data-report", "data-report-2"}
+    assert gyro("analyze", "a/data.csv", "b/data.csv", "--format", "json", folder=tmp_path).returncode == 2
+
+
+def test_csv_has_units_in_its_header(tmp_path: Path) -> None:
+    lines = gyro("analyze", SAMPLE, "--format", "csv", folder=tmp_path).stdout.decode().splitlines()
+    assert len(lines) == 11
+    assert "torque [N*m]" in lines[0]
+
+
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_a_closed_pipe_is_silent(unbuffered: str, tmp_path: Path) -> None:
+    done = subprocess.run(
+        f"{sys.executable} -m gyrodata analyze {SAMPLE} --format json | head -1",
+        shell=True,
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": unbuffered},
+        capture_output=True,
+        check=False,
+    )
+    assert done.stdout == b"{\n"
+    assert b"Traceback" not in done.stderr
+    assert b"Broken" not in done.stderr
+
+
+BAD = {
+    "missing": (None, 2, "there is no file"),
+    "empty": (b"", 2, "empty"),
+    "binary": (bytes(range(256)) * 4, 2, "not text"),
+    "missing column": (b"mass [g],position [cm],spin [rpm],time [s]\n20,15,206,7\n", 1, "# turns: 1"),
+    "a word": ((HEAD + "20,15.0,fast,13.06,1/3\n").encode(), 1, "log.csv:3:9: error G203"),
+    "unknown unit": (HEAD.replace("[cm]", "[ells]").encode() + b"20,15.0,206,7,1\n", 1, "write one of: mm, cm, m"),
+    "time of 0": ((HEAD + "20,15.0,206,0,1/3\n").encode(), 1, "log.csv:3:13: error"),
+    "negative mass": ((HEAD + "-20,15.0,206,7,1/3\n").encode(), 1, "log.csv:3:1: error"),
+    "no torque": ((HEAD + "0,,400,160.2,1/3\n").encode(), 1, "no run has a torque"),
+}
+
+
+@pytest.mark.parametrize(("content", "code", "said"), BAD.values(), ids=BAD.keys())
+def test_bad_input(content: bytes | None, code: int, said: str, tmp_path: Path) -> None:
+    if content is not None:
+        (tmp_path / "log.csv").write_bytes(content)
+    before = set(tmp_path.iterdir())
+    done = gyro("analyze", "log.csv", folder=tmp_path)
+    text = done.stderr.decode()
+    assert done.returncode == code, text
+    assert said in text
+    assert "Traceback" not in text
+    assert done.stdout == b""
+    assert set(tmp_path.iterdir()) == before, "nothing is left half-written"
+    assert gyro("analyze", "log.csv", "--exit-zero", folder=tmp_path).returncode == (0 if code == 1 else 2)
+    machine = gyro("analyze", "log.csv", "--format", "json", folder=tmp_path)
+    document = json.loads(machine.stdout)
+    assert machine.returncode == code
+    assert document["result"] is None
+    assert document["diagnostics"]
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--set", "turns"), "is not of the form KEY=VALUE"),
+        (("--set", "trns=1"), "did you mean turns"),
+        (("--map", "time=Zeit"), "the headers are"),
+        (("--out", os.devnull), "cannot be written"),
+        (("--config", "none.toml"), "none.toml"),
+    ],
+)
+def test_bad_options(options: tuple[str, ...], said: str, tmp_path: Path) -> None:
+    done = gyro("analyze", SAMPLE, *options, folder=tmp_path)
+    assert done.returncode == 2
+    assert said in done.stderr.decode()
+    assert "Traceback" not in done.stderr.decode()
+
+
+def test_quiet_and_notes(tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    log.write_text(HEAD.split("\n", 1)[1] + "20,15.0,206,20.3,1\n", encoding="utf-8")
+    assert "G404" in gyro("analyze", log, "--no-report", folder=tmp_path).stderr.decode()
+    assert gyro("analyze", log, "--no-report", "--quiet", folder=tmp_path).stderr == b""
+
+
+def test_a_title_that_is_code_stays_text(tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    log.write_text(
+        HEAD.replace("turns\n", "turns,run,note\n") + "20,15.0,206,20.3,1,=cmd|x,<script>alert(1)</script>\n",
+        encoding="utf-8",
+    )
+    assert gyro("analyze", log, "--out", "r", folder=tmp_path).returncode == 0
+    assert "<script>alert(1)" not in (tmp_path / "r" / "report.html").read_text(encoding="utf-8")
+    assert ",=cmd" not in "," + (tmp_path / "r" / "runs.csv").read_text(encoding="utf-8").splitlines()[1]
+
+
+def test_version_and_help(tmp_path: Path) -> None:
+    from gyrodata import __version__
+
+    assert gyro("--version", folder=tmp_path).stdout.decode() == f"gyro {__version__}\n"
+    shown = gyro("analyze", "--help", folder=tmp_path).stdout.decode()
+    assert "Example:  gyro analyze sample_data/" in shown

@@ -660,7 +660,7 @@ def _torques(measured: Measurements, fit: FitResult, kept: list[int]) -> tuple[T
 def _runs(
     measured: Measurements, fit: FitResult, outliers: list[Outlier], left_out: tuple[int, ...]
 ) -> tuple[Run, ...]:
-    reasons = {outlier.index: _outlier_reason(measured, outlier) for outlier in outliers}
+    reasons = {outlier.index: outlier_reason(measured, outlier) for outlier in outliers}
     product = fit.sense * np.abs(measured.product)
     rate = 2 * np.pi * measured.turns / measured.time
     return tuple(
@@ -691,7 +691,20 @@ def _or_none(value: float) -> float | None:
     return None if math.isnan(value) else float(value)
 
 
-def _outlier_reason(measured: Measurements, outlier: Outlier) -> str:
+def outlier_reason(measured: Measurements, outlier: Outlier) -> str:
+    """Say why a run looks odd: the count that fits it, or how far off it is.
+
+    Parameters
+    ----------
+    measured : Measurements
+        n runs.
+    outlier : Outlier
+        One of them.
+
+    Returns
+    -------
+    str
+    """
     written = measured.turns[outlier.index]
     if outlier.turns is not None:
         return f"fits {turn_words(outlier.turns)}, not {turn_words(written).split(' ')[0]}"
@@ -741,7 +754,7 @@ def _outlier_findings(
         found.append(
             readings.diagnose(
                 G410,
-                f"run {measured.runs[outlier.index]}: {_outlier_reason(measured, outlier)}; {done}",
+                f"run {measured.runs[outlier.index]}: {outlier_reason(measured, outlier)}; {done}",
                 hint,
                 timing.places[outlier.index],
                 len(timing.texts[outlier.index]),

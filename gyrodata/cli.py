@@ -9,7 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, BinaryIO, Literal, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn
 
 import typer
 
@@ -193,8 +193,7 @@ def _analyze_one(log: str, folder: Path | None, request: _Request, count: int) -
 
     readings: Readings | None = None
     try:
-        source: str | BinaryIO = sys.stdin.buffer if log == "-" else log
-        readings = read_log(source, settings=request.settings, mapping=request.mapping, config=request.config)
+        readings = read_log(**_source(log), settings=request.settings, mapping=request.mapping, config=request.config)
         analysis = analyze_readings(readings, request.told(), request.model.value, request.keep_flagged)
         files = _report_files(analysis, request) if folder else {}
     except GyroError as error:
@@ -220,6 +219,11 @@ def _analyze_one(log: str, folder: Path | None, request: _Request, count: int) -
     return 0
 
 
+def _source(log: str) -> dict[str, Any]:
+    """Where a log is read from, and what it is called."""
+    return {"source": sys.stdin.buffer, "name": "<stdin>"} if log == "-" else {"source": log}
+
+
 def _formatted(analysis: Analysis, form: Format, count: int) -> str:
     from gyrodata import reporting
 
@@ -228,6 +232,127 @@ def _formatted(analysis: Analysis, form: Format, count: int) -> str:
     if form is Format.csv:
         return reporting.runs_csv(analysis)
     return reporting.json_text(analysis.to_dict(), indent=2 if form is Format.json else None)
+
+
+# --- check, template, schema --------------------------------------------------------------------------------
+
+
+class CheckFormat(StrEnum):
+    """How `gyro check` tells what it finds."""
+
+    text = "text"
+    json = "json"
+    ndjson = "ndjson"
+    github = "github"
+
+
+@app.command(epilog="Example:  gyro check sample_data/air_gyroscope.csv")
+def check(
+    logs: Annotated[list[str], typer.Argument(metavar="LOG...", help="CSV logs; - is standard input.")],
+    form: Annotated[
+        CheckFormat, typer.Option("--format", "-f", help="github: annotations of a workflow run.")
+    ] = CheckFormat.text,
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help='A constant: --set g="9.803 m/s^2".')
+    ] = None,
+    mapping: Annotated[
+        list[str] | None, typer.Option("--map", metavar="ROLE=HEADER", help='Name a column: --map time="T (s)".')
+    ] = None,
+    config: Annotated[Path | None, typer.Option("--config", help="TOML file with constants and columns.")] = None,
+    exit_zero: Annotated[bool, typer.Option("--exit-zero", help="Exit with 0 even when something is found.")] = False,
+) -> None:
+    """Say what is wrong with a log, and what it still lacks, before the weight comes off.
+
+    Exit codes: 0 clean; 1 something was found; 2 usage, or a log that cannot be read.
+    """
+    try:
+        given = _pairs(settings, "--set"), _pairs(mapping, "--map")
+        if form is CheckFormat.json and len(logs) > 1:
+            _refuse(G602, "--format json is for one log", "use --format ndjson for several: one object a line")
+    except GyroError as error:
+        _complain(error.diagnostics)
+        raise typer.Exit(error.exit_code) from None
+    worst = max(_check_one(log, given[0], given[1], config, form) for log in logs)
+    raise typer.Exit(0 if exit_zero and worst == 1 else worst)
+
+
+def _check_one(
+    log: str, settings: dict[str, str], mapping: dict[str, str], config: Path | None, form: CheckFormat
+) -> int:
+    """Check one log, print what was found, and give the exit code."""
+    from gyrodata import reporting
+    from gyrodata.readings import read_log
+
+    readings: Readings | None = None
+    try:
+        readings = read_log(**_source(log), settings=settings, mapping=mapping, config=config)
+        found = readings.diagnostics
+        if not any(diagnostic.severity == "error" for diagnostic in found):
+            from gyrodata.procedure import check_procedure
+
+            found = (*found, *check_procedure(readings))
+        code = 1 if any(diagnostic.severity != "note" for diagnostic in found) else 0
+    except GyroError as error:
+        found, code = error.diagnostics, error.exit_code
+    found = tuple(sorted(found, key=lambda diagnostic: (diagnostic.line or 0, diagnostic.column or 0)))
+    name = readings.name if readings else "<stdin>" if log == "-" else Path(log).name
+    if form is CheckFormat.text:
+        _print(reporting.check_text(name, len(readings.runs) if readings else None, found))
+    elif form is CheckFormat.github:
+        _print(reporting.github_annotations(name if log == "-" else log, found))
+    else:
+        digest, rows = (readings.sha256, len(readings.runs)) if readings else (None, None)
+        document = reporting.check_document(name, digest, rows, code == 0, found)
+        _print(reporting.json_text(document, indent=2 if form is CheckFormat.json else None))
+    return code
+
+
+@app.command(epilog="Example:  gyro template --weights 20g,40g,60g --position 15cm --spins 200,400,600rpm > log.csv")
+def template(
+    weights: Annotated[str, typer.Option("--weights", help="Masses of the weights.")] = "20g,40g,60g",
+    position: Annotated[str, typer.Option("--position", help="Where the weights sit on the rod.")] = "15cm",
+    spins: Annotated[str, typer.Option("--spins", help="Spins to aim at.")] = "200,400,600rpm",
+) -> None:
+    """Print a blank log to fill in: every weight with every spin, and one run without a weight."""
+    from gyrodata.readings import blank_log
+
+    try:
+        _print(blank_log(_with_units(weights), position, _with_units(spins)))
+    except GyroError as error:
+        _complain(error.diagnostics)
+        raise typer.Exit(error.exit_code) from None
+
+
+def _with_units(items: str) -> list[str]:
+    """Split "200,400,600rpm" at the commas; an item without a unit has the unit of the next that has one."""
+    unit, complete = "", []
+    for item in reversed([item.strip() for item in items.split(",") if item.strip()]):
+        number = item.rstrip("".join(sorted({c for c in item if not c.isdigit() and c != "."})))
+        unit = item[len(number) :].strip() or unit
+        complete.append(f"{number} {unit}".strip())
+    return complete[::-1]
+
+
+@app.command(epilog="Example:  gyro schema --diagnostics")
+def schema(
+    diagnostics: Annotated[
+        bool, typer.Option("--diagnostics", help="The table of diagnostic codes, each with an example.")
+    ] = False,
+    checks: Annotated[bool, typer.Option("--check", help="The schema of gyro check --format json.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="The table of diagnostics as JSON.")] = False,
+) -> None:
+    """Print the JSON Schema of the outputs, or the table of diagnostics."""
+    # Codes are registered where they are raised.
+    from gyrodata import procedure, reporting
+    from gyrodata import schema as schemas
+
+    del procedure
+    if diagnostics and as_json:
+        _print(reporting.json_text({"diagnostics": schemas.diagnostics_table()}))
+    elif diagnostics:
+        _print(reporting.diagnostics_text(schemas.diagnostics_table()))
+    else:
+        _print(reporting.json_text(schemas.check_schema() if checks else schemas.analysis_schema()))
 
 
 # --- the report folder --------------------------------------------------------------------------------------
@@ -293,7 +418,8 @@ def _complain(diagnostics: Iterable[Diagnostic], quiet: bool = False) -> None:
     """Write diagnostics to standard error, those that stop the analysis last, where they are seen."""
     order = {"note": 0, "warning": 1, "error": 2}
     shown: Sequence[Diagnostic] = sorted(
-        (d for d in diagnostics if not quiet or d.severity == "error"), key=lambda d: order[d.severity]
+        (d for d in diagnostics if not quiet or d.severity == "error"),
+        key=lambda d: (order[d.severity], d.line or 0, d.column or 0),
     )
     for diagnostic in shown:
         typer.echo(str(diagnostic), err=True)

@@ -20,6 +20,8 @@ SHELVES = {
     "analysis": 5,
     "reporting": 6,
     "plotting": 6,
+    "procedure": 6,
+    "schema": 6,
     "cli": 7,
     "__main__": 8,
 }

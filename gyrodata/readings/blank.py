@@ -38,6 +38,7 @@ def blank_log(weights: Sequence[str], position: str, spins: Sequence[str]) -> st
     lines = [
         "# station: ",
         "# Fill in spin, time and turns of each run: the spin as read at half time, the turns as 1/3, 2/3 or 1.",
+        "# Write masses and positions anew, with every digit that the scale and the ruler show.",
         "# More runs: more rows. A run that was not timed: leave its time blank.",
         "mass [g],position [cm],spin [rpm],time [s],turns,note",
     ]

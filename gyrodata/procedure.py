@@ -1,0 +1,280 @@
+"""What a log still lacks against the lab's procedure, each with its reason in numbers.
+
+The procedure: at least three weights, each with at least three well-spread spins; one run without a weight; times
+over 6 s; the spin at start and end where it falls much. Meant to be asked before leaving the lab.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from gyrodata import fitting, physics
+from gyrodata.analysis import outlier_reason
+from gyrodata.errors import Diagnostic, register
+from gyrodata.fitting import FitResult, Outlier
+from gyrodata.measurements import Measurements, measure, torque_groups
+from gyrodata.physics import Floats
+from gyrodata.readings import Place, Readings
+
+SHORT = 6.0
+"""A time below this [s] is short for a hand that is wrong by 0.14 s: over 2 %."""
+
+SPREAD = 2.0
+"""Ratio of the largest to the smallest spin of a weight below which its spins are not well spread."""
+
+FALL = 0.10
+"""Relative fall of the spin above which the law by which it falls begins to matter."""
+
+_HEAD = "# g: 9.803 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns\n"
+_ONE = "20.00,15.0,206,20.4,1\n20.00,15.0,407,40.4,1\n20.00,15.0,605,60.1,1\n"
+
+G451 = register("G451", "warning", "fewer than three weights", _HEAD + _ONE)
+G452 = register("G452", "warning", "fewer than three runs with a weight", _HEAD + "20.00,15.0,206,20.4,1\n")
+G453 = register(
+    "G453",
+    "warning",
+    "the spins of a weight are close together",
+    _HEAD + "20.00,15.0,400,39.7,1\n20.00,15.0,410,40.7,1\n20.00,15.0,420,41.7,1\n",
+)
+G454 = register("G454", "warning", "no run without a weight", _HEAD + _ONE + "40.00,15.0,405,20.1,1\n")
+G455 = register("G455", "warning", "times under 6 s", _HEAD + "60.00,15.0,206,2.26,1/3\n")
+G456 = register(
+    "G456",
+    "warning",
+    "the spin falls by more than 10 % in a run",
+    "# g: 9.803 m/s^2\nmass [g],position [cm],spin_start [rpm],spin_end [rpm],time [s],turns\n"
+    "20.00,15.0,400,330,36.0,1\n",
+)
+
+G457 = register(
+    "G457",
+    "warning",
+    "a run does not go with the others",
+    _HEAD + "20.00,15.0,206,20.4,1\n20.00,15.0,407,40.4,1\n40.00,15.0,405,20.1,1\n40.00,15.0,607,30.1,2\n"
+    "60.00,15.0,404,13.4,1\n60.00,15.0,603,20.0,1\n",
+)
+
+
+def check_procedure(readings: Readings) -> tuple[Diagnostic, ...]:
+    """Find what a log lacks, and the runs in it that look odd.
+
+    Parameters
+    ----------
+    readings : Readings
+        Without errors among its diagnostics.
+
+    Returns
+    -------
+    tuple of Diagnostic
+        What `measure` found, then what is missing, then the runs that look odd.
+    """
+    measured = measure(readings)
+    groups = [group for group in torque_groups(measured) if measured.torque[group[0]] != 0]
+    if not groups:
+        return (*measured.diagnostics, readings.diagnose(G452, "not one run has a weight", "time runs with a weight"))
+    outliers = fitting.screen(measured)
+    left_out = tuple(outlier.index for outlier in outliers)
+    fit = fitting.fit(measured, left_out=left_out)
+    return (
+        *measured.diagnostics,
+        *_weights(readings, measured, groups),
+        *_spins(readings, measured, groups),
+        *_unloaded(readings, measured, fit),
+        *_short_times(readings, measured),
+        *_falling_spin(readings, measured),
+        *_odd_runs(readings, measured, outliers),
+    )
+
+
+def _weights(readings: Readings, measured: Measurements, groups: list[list[int]]) -> list[Diagnostic]:
+    if len(groups) >= 3:
+        return []
+    torques = " and ".join(f"{1e3 * measured.torque[group[0]]:.3g}" for group in groups)
+    why = "I_zz then rests on one point of the line" if len(groups) == 1 else "a line through two points fits always"
+    return [
+        readings.diagnose(
+            G451,
+            f"{_counted(len(groups), 'torque')} ({torques} mN*m), and the lab asks for three: {why}",
+            "add runs with another weight",
+        )
+    ]
+
+
+def _spins(readings: Readings, measured: Measurements, groups: list[list[int]]) -> list[Diagnostic]:
+    found = []
+    for group in groups:
+        name = _load(measured, group[0])
+        spins = np.sort(measured.spin[group])
+        if len(group) < 3:
+            found.append(
+                readings.diagnose(
+                    G452,
+                    f"{name}: {_counted(len(group), 'run')}, and the lab asks for three spins",
+                    f"add {_counted(3 - len(group), 'run')}, for example at {_missing_spins(spins)} rpm",
+                    _place(readings, group[-1]),
+                )
+            )
+        elif spins[-1] < SPREAD * spins[0]:
+            low, high = spins[0] * 30 / np.pi, spins[-1] * 30 / np.pi
+            found.append(
+                readings.diagnose(
+                    G453,
+                    f"{name}: the spins go from {low:.0f} to {high:.0f} rpm only, a factor of {high / low:.2f}: "
+                    "that tells little of how the period goes with the spin",
+                    "spread them, for example 200, 400 and 600 rpm",
+                    _place(readings, group[-1]),
+                )
+            )
+    return found
+
+
+def _missing_spins(spins: Floats) -> str:
+    """Which of 200, 400 and 600 rpm is farthest from all spins so far."""
+    have = spins * 30 / np.pi
+    wanted = sorted((200.0, 400.0, 600.0), key=lambda rpm: -np.min(np.abs(np.log(rpm / have))))
+    return " and ".join(f"{rpm:.0f}" for rpm in sorted(wanted[: 3 - len(have)]))
+
+
+def _unloaded(readings: Readings, measured: Measurements, fit: FitResult) -> list[Diagnostic]:
+    signs = {float(np.sign(torque)) for torque in measured.torque}
+    if 0.0 in signs or len(signs) > 1:
+        return []
+    now = (fit.inertia.u or 0.0) / fit.inertia.value
+    then = u_with_unloaded_run(measured, fit) / fit.inertia.value
+    if now - then < 0.05 * now:
+        return []
+    return [
+        readings.diagnose(
+            G454,
+            "no run without a weight: u of I_zz is "
+            f"{100 * now:.2g} % and would be {100 * then:.2g} % with one, because it tells the residual torque",
+            "take the weight off, spin to about 400 rpm, time a part of a turn (about 3 min), and write the sense of "
+            "the precession too: columns precession_sense, ccw or cw seen from above",
+        )
+    ]
+
+
+def u_with_unloaded_run(measured: Measurements, fit: FitResult) -> float:
+    """Forecast u(I_zz) [kg*m^2] with one more run, of three minutes at the middle spin and without a weight.
+
+    Parameters
+    ----------
+    measured : Measurements
+        n runs.
+    fit : FitResult
+        Their fit: the truth of the forecast.
+
+    Returns
+    -------
+    float
+        [kg*m^2]
+    """
+    # How much is learnt does not depend on how large M0 turns out; a residual torque of nothing has no time.
+    floor = 0.005 * float(np.abs(measured.torque).min())
+    imbalance = np.copysign(max(abs(fit.imbalance.value), floor), fit.imbalance.value or 1.0)
+    spin, time = float(np.median(measured.spin)), 180.0
+    turns = time / (2 * np.pi / abs(physics.precession_rate(imbalance, spin, fit.inertia.value)))
+    values = {
+        "time": time, "turns": turns, "spin": spin, "mass": 0.0, "position": 0.0, "force": 0.0, "torque": 0.0,
+        "sense": float(np.sign(imbalance)), "pitch": 0.0,
+    }  # fmt: skip
+    fields: dict[str, object] = {}
+    for name in measured.__dataclass_fields__:
+        value = getattr(measured, name)
+        if isinstance(value, np.ndarray):
+            fields[name] = np.append(value, 0.0 if np.all(value == 0) else values.get(name, np.nan))
+    unread = np.isnan(measured.mass).all(), np.isnan(measured.force).all(), np.isnan(measured.given_torque).all()
+    for name, absent in zip(("mass", "force", "given_torque"), unread, strict=True):
+        fields[name] = np.append(getattr(measured, name), np.nan if absent else 0.0)
+    if measured.transverse_inertia is not None:
+        fields["transverse_inertia"] = np.append(measured.transverse_inertia, measured.transverse_inertia.min())
+    fields["runs"] = (*measured.runs, "forecast")
+    fields["lines"] = (*measured.lines, 0)
+    fields["sources"] = tuple(
+        replace(
+            source,
+            groups=(*source.groups, _forecast_group(source.quantity, source.groups, source.shared_by)),
+            absolute=np.append(source.absolute, source.absolute.max()),
+            relative=np.append(source.relative, source.relative.max()),
+        )
+        for source in measured.sources
+    )
+    forecast = fitting.fit(replace(measured, **fields))  # type: ignore[arg-type]
+    return forecast.inertia.u or 0.0
+
+
+def _forecast_group(quantity: str, groups: Sequence[int], shared_by: str) -> int:
+    """Group of the forecast run: its own reading of time and spin, and no weight."""
+    if shared_by.startswith("all runs"):
+        return 0
+    return max(groups) + 1 if quantity in ("time", "spin", "turns") else -1
+
+
+def _short_times(readings: Readings, measured: Measurements) -> list[Diagnostic]:
+    short = np.flatnonzero(measured.time < SHORT)
+    if not measured.timed or not len(short):
+        return []
+    worst = int(short[np.argmin(measured.time[short])])
+    runs = ", ".join(measured.runs[i] for i in short[:8]) + (", …" if len(short) > 8 else "")
+    return [
+        readings.diagnose(
+            G455,
+            f"{_counted(len(short), 'time')} under {SHORT:g} s (run{'s' if len(short) > 1 else ''} {runs}): in the "
+            f"shortest, {measured.time[worst]:.3g} s, a hand's 0.14 s is {100 * 0.14 / measured.time[worst]:.2g} %",
+            "time more of a turn, or a whole one",
+            _place(readings, worst),
+        )
+    ]
+
+
+def _falling_spin(readings: Readings, measured: Measurements) -> list[Diagnostic]:
+    if measured.spin_start is None or measured.spin_end is None:
+        return []
+    fall = 1 - measured.spin_end / measured.spin_start
+    far = np.flatnonzero(fall > FALL)
+    if not len(far):
+        return []
+    worst = int(far[np.argmax(fall[far])])
+    doubt = float(np.abs(physics.decay_law_doubt(measured.spin_start[worst], measured.spin_end[worst])))
+    runs = ", ".join(measured.runs[i] for i in far[:8]) + (", …" if len(far) > 8 else "")
+    return [
+        readings.diagnose(
+            G456,
+            f"the spin falls by more than 10 % in run{'s' if len(far) > 1 else ''} {runs}; "
+            f"by {100 * fall[worst]:.0f} % in run {measured.runs[worst]}, where the law by which "
+            f"it falls then moves I_zz by {100 * doubt:.2g} %",
+            "time a shorter part of a turn",
+            _place(readings, worst),
+        )
+    ]
+
+
+def _odd_runs(readings: Readings, measured: Measurements, outliers: list[Outlier]) -> list[Diagnostic]:
+    return [
+        readings.diagnose(
+            G457,
+            f"run {measured.runs[outlier.index]}: {outlier_reason(measured, outlier)}",
+            "time it again before the weight comes off; if the count was wrong, correct it",
+            _place(readings, outlier.index),
+        )
+        for outlier in outliers
+    ]
+
+
+def _load(measured: Measurements, index: int) -> str:
+    """Name a load as the log does."""
+    if not np.isnan(measured.mass[index]):
+        return f"{1e3 * measured.mass[index]:.4g} g at {1e2 * measured.position[index]:.4g} cm"
+    return f"{1e3 * measured.torque[index]:.3g} mN*m"
+
+
+def _place(readings: Readings, index: int) -> Place | None:
+    roles = ("time", "precession_period", "precession_rate")
+    return next(readings.columns[role].places[index] for role in roles if role in readings.columns)
+
+
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"

@@ -1,0 +1,140 @@
+"""`gyro check`, `gyro template` and `gyro schema`: what a log lacks, a log to fill in, and what outputs look like."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import jsonschema
+import pytest
+from typer.testing import CliRunner, Result
+
+import gyrodata
+from gyrodata import procedure, schema
+from gyrodata.cli import app
+from gyrodata.errors import CODES
+from gyrodata.measurements import measure
+from gyrodata.readings import read_log
+
+ROOT = Path(__file__).parent.parent
+SAMPLE = ROOT / "sample_data" / "air_gyroscope.csv"
+HEAD = "# g: 9.803 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns\n"
+
+
+def gyro(*arguments: str | Path, stdin: str | None = None) -> Result:
+    return CliRunner().invoke(app, [str(a) for a in arguments], input=stdin, prog_name="gyro")
+
+
+def found(log: str) -> dict[str, str]:
+    readings = read_log(log.encode())
+    return {d.code: d.message for d in procedure.check_procedure(readings)}
+
+
+class TestCheck:
+    def test_a_complete_log_is_clean(self) -> None:
+        done = gyro("check", SAMPLE)
+        assert (done.exit_code, done.stdout) == (0, "air_gyroscope.csv: 10 runs, complete\n")
+
+    @pytest.mark.parametrize("code", sorted(code for code in CODES if code.startswith("G45")))
+    def test_the_example_of_each_code_raises_it(self, code: str) -> None:
+        assert code in found(CODES[code].example)
+
+    def test_reasons_are_numbers(self) -> None:
+        told = found(HEAD + "60.00,15.0,206,2.26,1/3\n60.00,15.0,407,4.4,1/3\n40.00,15.0,407,20.1,1\n")
+        assert "2 torques (88.2 and 58.8 mN*m)" in told["G451"]
+        assert "6.2 %" in told["G455"]
+        assert "runs 1, 2" in told["G455"]
+
+    def test_the_gain_of_an_unloaded_run_is_what_it_then_is(self) -> None:
+        lines = SAMPLE.read_text(encoding="utf-8").splitlines(keepends=True)
+        without, whole = "".join(lines[:-1]), "".join(lines)
+        measured = measure(read_log(without.encode()))
+        forecast = procedure.u_with_unloaded_run(measured, gyrodata.analyze(without.encode()).fit)
+        assert forecast == pytest.approx(gyrodata.analyze(whole.encode()).inertia.u, rel=0.1)
+        assert forecast < 0.6 * gyrodata.analyze(without.encode()).inertia.u
+
+    def test_errors_and_findings_in_one_pass(self) -> None:
+        done = gyro("check", "-", stdin=HEAD + "20,15.0,56O,13.06,1/3\nx,15.0,206,0,1/3\n")
+        assert done.exit_code == 1
+        assert "<stdin>:3:9: error G203" in done.stdout
+        assert "<stdin>:4:12: error G215" in done.stdout
+        assert done.stdout.splitlines()[-1].startswith("<stdin>: 2 runs, 3 errors")
+
+    def test_exit_codes(self, tmp_path: Path) -> None:
+        assert gyro("check", tmp_path / "none.csv").exit_code == 2
+        poor = tmp_path / "poor.csv"
+        poor.write_text(HEAD + "20.00,15.0,206,20.4,1\n", encoding="utf-8")
+        assert gyro("check", poor).exit_code == 1
+        assert gyro("check", poor, "--exit-zero").exit_code == 0
+
+    def test_json_follows_its_schema(self, tmp_path: Path) -> None:
+        for log in (SAMPLE, tmp_path / "none.csv"):
+            document = json.loads(gyro("check", log, "--format", "json").stdout)
+            jsonschema.validate(document, schema.check_schema())
+            assert document["clean"] == (log == SAMPLE)
+
+    def test_annotations(self, tmp_path: Path) -> None:
+        log = tmp_path / "data.csv"
+        log.write_text(HEAD + "20,15.0,56O,13.06,1/3\n", encoding="utf-8")
+        line = gyro("check", log, "--format", "github").stdout.splitlines()[0]
+        assert line == f'::error file={log},line=3,col=9,title=G203::spin "56O" is not a number%0Adid you mean 560?'
+
+
+class TestTemplate:
+    def test_filled_in_it_reads_without_a_diagnostic(self) -> None:
+        blank = gyro("template", "--weights", "20g,40g", "--position", "150mm", "--spins", "200,400,600rpm").stdout
+        rows = [line for line in blank.splitlines() if not line.startswith("#")]
+        assert len(rows) == 1 + 2 * 3 + 1
+        # Cells: mass, position, spin, time, turns, note.
+        filled = blank
+        for row in rows[1:]:
+            mass, position, *_, note = row.split(",")
+            filled = filled.replace(row, f"{mass},{position},400,39.7,1,{note}")
+        readings = read_log(filled.encode())
+        assert readings.diagnostics == ()
+        assert len(readings.runs) == 7
+
+    def test_units_carry_over_from_the_last_item(self) -> None:
+        assert "aim at 180 rpm" in gyro("template", "--spins", "3,6,9 Hz").stdout
+
+    def test_a_bare_number_is_refused_with_an_example(self) -> None:
+        done = gyro("template", "--weights", "20,40")
+        assert done.exit_code == 2
+        assert '"20 g"' in done.stderr or '"20 g"' in done.output
+
+
+class TestSchema:
+    def test_outputs_follow_it(self) -> None:
+        for path in sorted((ROOT / "sample_data").glob("*.csv")):
+            jsonschema.validate(gyrodata.analyze(path).to_dict(), schema.analysis_schema())
+        refused = gyro("analyze", "-", "--format", "json", stdin=HEAD + "20,15.0,56O,13.06,1/3\n")
+        jsonschema.validate(json.loads(refused.stdout), schema.analysis_schema())
+
+    def test_it_is_a_schema(self) -> None:
+        for text in (gyro("schema").stdout, gyro("schema", "--check").stdout):
+            jsonschema.Draft202012Validator.check_schema(json.loads(text))
+
+    def test_every_code_is_listed_with_an_example(self) -> None:
+        text = gyro("schema", "--diagnostics").stdout
+        rows = json.loads(gyro("schema", "--diagnostics", "--json").stdout)["diagnostics"]
+        assert {row["code"] for row in rows} == set(CODES)
+        assert all(f"{row['code']}  {row['severity']}" in text for row in rows)
+
+    def test_every_code_raised_in_the_code_is_registered(self) -> None:
+        import re
+
+        sources = "".join(p.read_text(encoding="utf-8") for p in (ROOT / "gyrodata").rglob("*.py"))
+        assert set(re.findall(r"\bG\d{3}\b", sources)) == set(CODES)
+
+
+@pytest.mark.parametrize("code", sorted(code for code in CODES if code.startswith("G6")))
+def test_the_example_of_each_code_of_the_command_line_raises_it(
+    code: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import shlex
+
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "log.csv").write_bytes(SAMPLE.read_bytes())
+    done = gyro(*shlex.split(CODES[code].example))
+    assert done.exit_code == 2
+    assert code in done.output

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, BinaryIO, Literal, TextIO
 
 import numpy as np
 
-from gyrodata import __version__, fitting, physics
+from gyrodata import __version__, fitting, forecast, physics
 from gyrodata.errors import Diagnostic, LogError, register
 from gyrodata.fitting import Estimate, FitResult, Outlier, Share
 from gyrodata.measurements import Measurements, measure, torque_groups
@@ -85,6 +85,24 @@ G415 = register(
 )
 
 
+CONVENTIONS = {
+    "inertia": "least squares in the raw readings (Gauss-Helmert); derivatives and proportional uncertainties at the "
+    "adjusted values; u is one standard uncertainty (k = 1) from the stated ones, never scaled by chi-square unless "
+    "asked; interval_95 is value ± U, U = k u",
+    "imbalance": "the torque at work is the applied torque plus M0; M = I_zz φ̇ψ̇ − M0",
+    "timing_bias": "a stopwatch's reading is the true time plus b",
+    "goodness": "chi-square of all readings and priors at the fit; p is the chance of one at least as large; Birge "
+    "ratio = sqrt(chi2/dof)",
+    "through_origin, with_constant": "ordinary least squares of M on φ̇ψ̇, runs taken as independent; u from the "
+    "scatter with n - 1 and n - 2 degrees of freedom",
+    "effects": "bias = I_zz without the effect over I_zz with it, minus 1",
+    "power_law": "weighted least squares of ln(period) on ln(spin); u from each run's own timing and spin",
+    "product": "weighted mean; u includes what these runs share; p from the scatter about the mean against each run's "
+    "own timing and spin",
+}
+"""Which convention each number follows."""
+
+
 @dataclass(frozen=True, slots=True)
 class Result:
     """A value with its standard uncertainty u (k = 1) and its 95 % interval, value ± k·u."""
@@ -147,6 +165,8 @@ class Torque:
     """Standard uncertainty of that mean, errors shared by these runs included [rad²/s²]."""
     product_spread: float | None
     """Standard deviation of the single values; None for one run [rad²/s²]."""
+    product_p: float | None
+    """Chance of a scatter at least as large if φ̇ψ̇ is constant; None for one run."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -193,7 +213,9 @@ class Analysis:
     p: float | None
     """Probability of a chi-square at least as large; None without degrees of freedom."""
     birge: float | None
-    """√(chi-square/dof): shown, never applied."""
+    """√(chi-square/dof): shown, not applied unless asked."""
+    birge_applied: bool
+    """True if u of the recommended fit was multiplied by it, as asked."""
     fits: tuple[NamedFit, ...]
     budget: tuple[Share, ...]
     effects: tuple[Effect, ...]
@@ -236,7 +258,12 @@ class Analysis:
                     "position": group.position,
                     "torque": group.torque,
                     "runs": group.runs,
-                    "product": {"value": group.product, "u": group.product_u, "spread": group.product_spread},
+                    "product": {
+                        "value": group.product,
+                        "u": group.product_u,
+                        "spread": group.product_spread,
+                        "p": group.product_p,
+                    },
                 }
                 for group in self.torques
             ],
@@ -251,11 +278,13 @@ class Analysis:
                 for source in self.measurements.sources
             ],
             "advice": list(self.advice),
+            "conventions": CONVENTIONS,
         }
         return envelope(self.name, self.sha256, len(self.run_table), self.options, result, self.diagnostics)
 
     def _goodness(self) -> dict[str, Any]:
         goodness: dict[str, Any] = {"chi2": self.fit.chi2, "dof": self.fit.dof, "p": self.p, "birge": self.birge}
+        goodness["birge_applied"] = self.birge_applied
         if self.p is None:
             goodness["reason"] = "no degrees of freedom: as many unknowns as runs"
         return goodness
@@ -306,6 +335,8 @@ def _slots(item: Any) -> dict[str, Any]:
 
 def _result_dict(result: Result) -> dict[str, Any]:
     out = _slots(result)
+    out["U"] = result.k * result.u if result.k is not None and result.u is not None else None
+    out["level"] = 0.95
     out["interval_95"] = list(result.interval_95) if result.interval_95 else None
     if result.dof is None:
         out["dof_reason"] = DOF_REASON
@@ -336,6 +367,7 @@ def analyze(
     config: str | os.PathLike[str] | None = None,
     model: Model = "auto",
     keep_flagged: bool = False,
+    scale_by_birge: bool = False,
 ) -> Analysis:
     """Turn a log into I_zz with its uncertainty, and everything that goes with it.
 
@@ -355,6 +387,8 @@ def analyze(
         Eq. (9), eq. (8), or whichever the log needs.
     keep_flagged : bool
         Keep runs in the fit that do not go with the others.
+    scale_by_birge : bool
+        Multiply the recommended fit's uncertainties by the Birge ratio where that is above 1.
 
     Returns
     -------
@@ -373,12 +407,17 @@ def analyze(
         "map": dict(sorted((mapping or {}).items())),
         "model": model,
         "keep_flagged": keep_flagged,
+        "scale_by_birge": scale_by_birge,
     }
-    return analyze_readings(readings, options, model, keep_flagged)
+    return analyze_readings(readings, options, model, keep_flagged, scale_by_birge)
 
 
 def analyze_readings(
-    readings: Readings, options: Mapping[str, Any], model: Model = "auto", keep_flagged: bool = False
+    readings: Readings,
+    options: Mapping[str, Any],
+    model: Model = "auto",
+    keep_flagged: bool = False,
+    scale_by_birge: bool = False,
 ) -> Analysis:
     """Analyse a log that has been read; see `analyze`.
 
@@ -392,6 +431,8 @@ def analyze_readings(
         Eq. (9), eq. (8), or whichever the log needs.
     keep_flagged : bool
         Keep runs in the fit that do not go with the others.
+    scale_by_birge : bool
+        Multiply the recommended fit's uncertainties by the Birge ratio where that is above 1.
 
     Returns
     -------
@@ -425,6 +466,11 @@ def analyze_readings(
     kept = [i for i in range(len(measured.runs)) if i not in left_out]
     p = fitting.chi2_tail(fit.chi2, fit.dof) if fit.dof > 0 else None
     effects = _effects(measured, fit, tilted, model)
+    birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else None
+    advice = _advice(measured, fit)
+    scaled = scale_by_birge and birge is not None and birge > 1
+    if scaled and birge is not None:
+        fit = _scaled(fit, birge)
     without = None
     if any(outlier.index not in left_out for outlier in outliers):
         without = fitting.fit(measured, tilted, tuple(outlier.index for outlier in outliers)).inertia
@@ -441,14 +487,15 @@ def analyze_readings(
         imbalance=_with_interval(fit.imbalance, "N*m"),
         timing_bias=_with_interval(fit.timing_bias, "s"),
         p=p,
-        birge=math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else None,
-        fits=_fits(measured, fit, kept),
+        birge=birge,
+        birge_applied=scaled,
+        fits=_fits(measured, fit, kept, scaled),
         budget=fit.budget,
         effects=effects,
         power_law=_power_law(measured, kept),
         torques=_torques(measured, fit, kept),
         run_table=_runs(measured, fit, outliers, left_out),
-        advice=_advice(measured, fit),
+        advice=advice,
         diagnostics=tuple(found),
     )
 
@@ -463,7 +510,23 @@ def _with_interval(estimate: Estimate, unit: str) -> Result:
 # --- fits side by side --------------------------------------------------------------------------------------
 
 
-def _fits(measured: Measurements, fit: FitResult, kept: list[int]) -> tuple[NamedFit, ...]:
+def _scaled(fit: FitResult, ratio: float) -> FitResult:
+    """Multiply every uncertainty of a fit: what is asked for where the stated ones are not believed."""
+
+    def larger(estimate: Estimate) -> Estimate:
+        return Estimate(estimate.value, None if estimate.u is None else ratio * estimate.u)
+
+    return replace(
+        fit,
+        inertia=larger(fit.inertia),
+        imbalance=larger(fit.imbalance),
+        timing_bias=larger(fit.timing_bias),
+        covariance=ratio**2 * fit.covariance,
+        budget=tuple(replace(share, u_inertia=ratio * share.u_inertia) for share in fit.budget),
+    )
+
+
+def _fits(measured: Measurements, fit: FitResult, kept: list[int], scaled: bool) -> tuple[NamedFit, ...]:
     """The two straight lines of the textbook beside the recommended fit."""
     index = np.array(kept)
     product = fit.sense[index] * np.abs(measured.product[index])
@@ -490,7 +553,8 @@ def _fits(measured: Measurements, fit: FitResult, kept: list[int]) -> tuple[Name
             fit.inertia,
             Estimate(-fit.imbalance.value, fit.imbalance.u),
             "all raw readings together; shared errors carried as shared; M0 and timing bias as unknowns; u from the "
-            "stated uncertainties, not scaled by chi-square",
+            "stated uncertainties, "
+            + ("multiplied by the Birge ratio, as asked" if scaled else "not scaled by chi-square"),
         ),
         NamedFit("through_origin", origin.slope if origin else None, None, note),
         constant,
@@ -643,6 +707,10 @@ def _torques(measured: Measurements, fit: FitResult, kept: list[int]) -> tuple[T
         alone = float(np.sqrt(np.sum((weights * own[members] * values) ** 2)))
         # A late or early hand moves all of them the same way, each by b/T.
         hand = measured.timing_bias_u * float(np.sum(weights * values / measured.time[members]))
+        several = len(members) > 1
+        chi2 = (
+            float(np.sum(((values - mean) / (own[members] * values)) ** 2)) if several and own[members].all() else None
+        )
         groups.append(
             Torque(
                 mass=_or_none(measured.mass[group[0]]),
@@ -651,7 +719,8 @@ def _torques(measured: Measurements, fit: FitResult, kept: list[int]) -> tuple[T
                 runs=len(members),
                 product=mean,
                 product_u=math.hypot(alone, hand, scale * mean),
-                product_spread=float(np.std(values, ddof=1)) if len(members) > 1 else None,
+                product_spread=float(np.std(values, ddof=1)) if several else None,
+                product_p=None if chi2 is None else fitting.chi2_tail(chi2, len(members) - 1),
             )
         )
     return tuple(groups)
@@ -797,42 +866,43 @@ def _findings(readings: Readings, measured: Measurements, fit: FitResult, p: flo
     return found
 
 
+BETTER = {
+    "position_zero": "the ruler's zero twice as well known (measure the arm from both ends)",
+    "position": "positions read twice as well",
+    "mass": "weights weighed twice as well (write every digit that the scale shows)",
+    "mass_scale": "a scale checked to half its error",
+    "spin": "the spin as the mean of four readings",
+    "spin_scale": "a tachometer checked to half its error",
+    "force": "forces known twice as well",
+    "torque": "torques known twice as well",
+}
+
+
 def _advice(measured: Measurements, fit: FitResult) -> tuple[str, ...]:
-    """What would make the next lab better, the largest source of uncertainty first."""
-    advice = []
-    if fit.budget:
-        top = fit.budget[0]
-        cure = {
-            "time": "time a whole turn, or several, so that each time is long",
-            "time_bias": "time a whole turn, or several: a late hand then weighs less",
-            "position_zero": "use a longer arm, or find the ruler's zero from the rod's other side",
-            "position": "read the ruler to a tenth of a millimetre",
-            "mass": "weigh to a tenth of a per cent, and write every digit that the scale shows",
-            "spin": "take the spin as the mean of several readings",
-            "imbalance": "state how well the ball was balanced, or time a run without a weight",
-        }.get(top.source)
-        if cure:
-            advice.append(f"{100 * top.share:.0f} % of the variance of I_zz is {_source_words(top.source)}: {cure}")
-    if fit.imbalance_free and not np.any(measured.torque == 0) and len(set(np.sign(measured.torque))) < 2:
-        advice.append(
-            "add one run without a weight, or runs with the weight on the other side: they tell the residual torque, "
-            "which now costs precision"
-        )
-    if measured.timed and np.any(short := measured.time < 6):
-        advice.append(
-            f"{int(short.sum())} of {len(short)} times are under 6 s, where a hand's 0.14 s is over 2 %: "
-            "time more of a turn"
-        )
-    return tuple(advice)
-
-
-def _source_words(source: str) -> str:
-    return {
-        "time": "the stopwatch",
-        "time_bias": "the hand's bias",
-        "position_zero": "the zero of the ruler",
-        "position": "the reading of the position",
-        "mass": "the weighing",
-        "spin": "the tachometer's readings",
-        "imbalance": "the residual torque",
-    }.get(source, source)
+    """What would make the next lab better, in order of gain, each computed for this log."""
+    options = []
+    one_side = len(set(np.sign(measured.torque))) == 1
+    if not np.any(measured.torque == 0):
+        unloaded = forecast.with_unloaded_run(measured, fit)
+        options.append(("one run without a weight, the sense of its precession written down", unloaded))
+    if one_side and len(measured.runs) > 1:
+        both = forecast.with_both_signs(measured, fit)
+        options.append(("the weight on the other side of the ball in half of the runs", both))
+    if measured.imbalance_u is None:
+        tested = forecast.with_balance_test(measured)
+        options.append(('a balance test in the log, "# balance_drift: 5 deg in 60 s at 400 rpm" or better', tested))
+    if measured.timed:
+        options.append(("three times the turns in every run", forecast.with_longer_times(measured, fit)))
+    options += [
+        (BETTER[share.source], forecast.with_better(measured, share.source))
+        for share in fit.budget
+        if share.source in BETTER and share.share > 0.05
+    ]
+    now = fit.inertia.u or 0.0
+    gains = sorted(((forecast.u_inertia(changed), words) for words, changed in options), key=lambda gain: gain[0])
+    per_cent = 100 / abs(fit.inertia.value)
+    return tuple(
+        f"{words}: u of I_zz from {now * per_cent:.2g} % to {then * per_cent:.2g} %"
+        for then, words in gains
+        if then < 0.95 * now
+    )

@@ -70,6 +70,7 @@ class _Request:
     config: Path | None
     model: ModelChoice
     keep_flagged: bool
+    scale_by_birge: bool
     form: Format
     out: Path | None
     report: bool
@@ -84,6 +85,7 @@ class _Request:
             "config": self.config.name if self.config else None,
             "model": self.model.value,
             "keep_flagged": self.keep_flagged,
+            "scale_by_birge": self.scale_by_birge,
         }
 
 
@@ -120,6 +122,9 @@ def analyze(
         ModelChoice, typer.Option("--model", help="horizontal: eq. (9); steady: eq. (8); auto: what the log needs.")
     ] = ModelChoice.auto,
     keep_flagged: Annotated[bool, typer.Option("--keep-flagged", help="Keep runs that look odd in the fit.")] = False,
+    scale_by_birge: Annotated[
+        bool, typer.Option("--scale-by-birge", help="Multiply u by the Birge ratio where that is above 1.")
+    ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Only errors on standard error.")] = False,
     exit_zero: Annotated[bool, typer.Option("--exit-zero", help="Exit with 0 even when a log has errors.")] = False,
 ) -> None:  # fmt: skip
@@ -134,6 +139,7 @@ def analyze(
             config=config,
             model=model,
             keep_flagged=keep_flagged,
+            scale_by_birge=scale_by_birge,
             form=form,
             out=out,
             report=not no_report,
@@ -194,7 +200,9 @@ def _analyze_one(log: str, folder: Path | None, request: _Request, count: int) -
     readings: Readings | None = None
     try:
         readings = read_log(**_source(log), settings=request.settings, mapping=request.mapping, config=request.config)
-        analysis = analyze_readings(readings, request.told(), request.model.value, request.keep_flagged)
+        analysis = analyze_readings(
+            readings, request.told(), request.model.value, request.keep_flagged, request.scale_by_birge
+        )
         files = _report_files(analysis, request) if folder else {}
     except GyroError as error:
         _complain(error.diagnostics, request.quiet)

@@ -6,12 +6,9 @@ over 6 s; the spin at start and end where it falls much. Meant to be asked befor
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
-
 import numpy as np
 
-from gyrodata import fitting, physics
+from gyrodata import fitting, forecast, physics
 from gyrodata.analysis import outlier_reason
 from gyrodata.errors import Diagnostic, register
 from gyrodata.fitting import FitResult, Outlier
@@ -143,7 +140,7 @@ def _unloaded(readings: Readings, measured: Measurements, fit: FitResult) -> lis
     if 0.0 in signs or len(signs) > 1:
         return []
     now = (fit.inertia.u or 0.0) / fit.inertia.value
-    then = u_with_unloaded_run(measured, fit) / fit.inertia.value
+    then = forecast.u_inertia(forecast.with_unloaded_run(measured, fit)) / fit.inertia.value
     if now - then < 0.05 * now:
         return []
     return [
@@ -155,62 +152,6 @@ def _unloaded(readings: Readings, measured: Measurements, fit: FitResult) -> lis
             "the precession too: columns precession_sense, ccw or cw seen from above",
         )
     ]
-
-
-def u_with_unloaded_run(measured: Measurements, fit: FitResult) -> float:
-    """Forecast u(I_zz) [kg*m^2] with one more run, of three minutes at the middle spin and without a weight.
-
-    Parameters
-    ----------
-    measured : Measurements
-        n runs.
-    fit : FitResult
-        Their fit: the truth of the forecast.
-
-    Returns
-    -------
-    float
-        [kg*m^2]
-    """
-    # How much is learnt does not depend on how large M0 turns out; a residual torque of nothing has no time.
-    floor = 0.005 * float(np.abs(measured.torque).min())
-    imbalance = np.copysign(max(abs(fit.imbalance.value), floor), fit.imbalance.value or 1.0)
-    spin, time = float(np.median(measured.spin)), 180.0
-    turns = time / (2 * np.pi / abs(physics.precession_rate(imbalance, spin, fit.inertia.value)))
-    values = {
-        "time": time, "turns": turns, "spin": spin, "mass": 0.0, "position": 0.0, "force": 0.0, "torque": 0.0,
-        "sense": float(np.sign(imbalance)), "pitch": 0.0,
-    }  # fmt: skip
-    fields: dict[str, object] = {}
-    for name in measured.__dataclass_fields__:
-        value = getattr(measured, name)
-        if isinstance(value, np.ndarray):
-            fields[name] = np.append(value, 0.0 if np.all(value == 0) else values.get(name, np.nan))
-    unread = np.isnan(measured.mass).all(), np.isnan(measured.force).all(), np.isnan(measured.given_torque).all()
-    for name, absent in zip(("mass", "force", "given_torque"), unread, strict=True):
-        fields[name] = np.append(getattr(measured, name), np.nan if absent else 0.0)
-    if measured.transverse_inertia is not None:
-        fields["transverse_inertia"] = np.append(measured.transverse_inertia, measured.transverse_inertia.min())
-    fields["runs"] = (*measured.runs, "forecast")
-    fields["lines"] = (*measured.lines, 0)
-    fields["sources"] = tuple(
-        replace(
-            source,
-            groups=(*source.groups, _forecast_group(source.quantity, source.groups, source.shared_by)),
-            absolute=np.append(source.absolute, source.absolute.max()),
-            relative=np.append(source.relative, source.relative.max()),
-        )
-        for source in measured.sources
-    )
-    forecast = fitting.fit(replace(measured, **fields))  # type: ignore[arg-type]
-    return forecast.inertia.u or 0.0
-
-
-def _forecast_group(quantity: str, groups: Sequence[int], shared_by: str) -> int:
-    """Group of the forecast run: its own reading of time and spin, and no weight."""
-    if shared_by.startswith("all runs"):
-        return 0
-    return max(groups) + 1 if quantity in ("time", "spin", "turns") else -1
 
 
 def _short_times(readings: Readings, measured: Measurements) -> list[Diagnostic]:

@@ -17,13 +17,14 @@ SHELVES = {
     "readings": 2,
     "measurements": 3,
     "fitting": 4,
-    "analysis": 5,
-    "reporting": 6,
-    "plotting": 6,
-    "procedure": 6,
-    "schema": 6,
-    "cli": 7,
-    "__main__": 8,
+    "forecast": 5,
+    "analysis": 6,
+    "reporting": 7,
+    "plotting": 7,
+    "procedure": 7,
+    "schema": 7,
+    "cli": 8,
+    "__main__": 9,
 }
 OWNERS = {"pint": {"units"}, "matplotlib": {"plotting"}, "typer": {"cli"}, "jinja2": {"reporting"}}
 

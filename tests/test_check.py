@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 import gyrodata
-from gyrodata import procedure, schema
+from gyrodata import forecast, procedure, schema
 from gyrodata.cli import app
 from gyrodata.errors import CODES
 from gyrodata.measurements import measure
@@ -49,9 +49,10 @@ class TestCheck:
         lines = SAMPLE.read_text(encoding="utf-8").splitlines(keepends=True)
         without, whole = "".join(lines[:-1]), "".join(lines)
         measured = measure(read_log(without.encode()))
-        forecast = procedure.u_with_unloaded_run(measured, gyrodata.analyze(without.encode()).fit)
-        assert forecast == pytest.approx(gyrodata.analyze(whole.encode()).inertia.u, rel=0.1)
-        assert forecast < 0.6 * gyrodata.analyze(without.encode()).inertia.u
+        added = forecast.with_unloaded_run(measured, gyrodata.analyze(without.encode()).fit)
+        u = forecast.u_inertia(added)
+        assert u == pytest.approx(gyrodata.analyze(whole.encode()).inertia.u, rel=0.1)
+        assert u < 0.6 * gyrodata.analyze(without.encode()).inertia.u
 
     def test_errors_and_findings_in_one_pass(self) -> None:
         done = gyro("check", "-", stdin=HEAD + "20,15.0,56O,13.06,1/3\nx,15.0,206,0,1/3\n")

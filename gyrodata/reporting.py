@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
 from gyrodata import __version__, physics
-from gyrodata.analysis import Analysis, Effect, NamedFit, Run, envelope, turn_words
+from gyrodata.analysis import CONVENTIONS, Analysis, Effect, NamedFit, Run, envelope, turn_words
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate
 
@@ -631,6 +631,7 @@ def _page_content(analysis: Analysis) -> dict[str, Any]:
         "agreeing": sum(abs(exponent - 1) <= 2 * u for exponent, u in exponents),
         "origin": next((f for f in analysis.fits if f.name == "through_origin" and f.inertia is not None), None),
         "ball": _ball(analysis),
+        "conventions": list(CONVENTIONS.items()),
         "defaults": _default_lines(analysis)[1:],
         "options": [(key, _option_text(value)) for key, value in analysis.options.items()],
         "cells": _run_cells,

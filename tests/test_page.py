@@ -94,7 +94,7 @@ def test_text_of_the_log_stays_text(page: str) -> None:
 def test_order_of_the_page(page: str) -> None:
     headings = re.findall(r"<h[123][^>]*>(.*?)</h[123]>", page)
     starts = ["Gyroscope lab", "Three fits", "Question 3", "(a)", "(b)", "(c)", "(d)", "(e)", "Runs", "Effects",
-              "Where the uncertainty", "Next time", "Diagnostics", "Provenance"]  # fmt: skip
+              "Where the uncertainty", "Next time", "Diagnostics", "Conventions", "Provenance"]  # fmt: skip
     assert len(headings) == len(starts)
     assert all(heading.startswith(start) for heading, start in zip(headings, starts, strict=True))
 

@@ -414,7 +414,9 @@ def _sources(
             Source("precession_rate", "time", own, np.zeros(count), relative, "", default, "1 % and rounding")
         )
     else:
-        absolute, relative, default = _reading_errors(timing, time, 0.14, 0.0)
+        absolute, relative, default = _stated_for_period(columns, timing, time, turns) or _reading_errors(
+            timing, time, 0.14, 0.0
+        )
         sources.append(
             Source("time", "time", own, absolute, relative, "", default, "0.14 s (0.1 s a click) and rounding")
         )
@@ -538,6 +540,28 @@ def _reading_errors(column: Column, values: Floats, absolute: float, relative: f
         else:
             a[i] = whole
     return a, r, any_default
+
+
+def _stated_for_period(
+    columns: Mapping[str, Column], timing: Column, time: Floats, turns: Floats
+) -> tuple[Floats, Floats, bool] | None:
+    """Uncertainty of each time from the one that the log states for every run's period, or rate; None if it does not.
+
+    A log with columns ``t``, ``N``, ``T = t/N`` and ``σ_T`` says how well the times are known, in another place.
+    """
+    if timing.role != "time" or any(stated is not None for stated in timing.uncertainties):
+        return None
+    for role in ("precession_period", "precession_rate"):
+        column = columns.get(role)
+        if column is None or any(stated is None for stated in column.uncertainties):
+            continue
+        # A rate is off by the same share as its period.
+        size = time / turns if role == "precession_period" else 2 * np.pi * turns / time
+        absolute = np.array([0.0 if stated is None else stated.absolute for stated in column.uncertainties])
+        relative = np.array([0.0 if stated is None else stated.relative for stated in column.uncertainties])
+        if np.all((absolute + relative * size > 0) & np.isfinite(size)):
+            return absolute / size * time, relative, False
+    return None
 
 
 def _spin_errors(readings: Readings, spin: Floats) -> tuple[Floats, bool]:

@@ -148,3 +148,19 @@ def test_select_keeps_what_is_shared() -> None:
     part = select(m, [0, 2])
     assert part.runs == ("1", "3")
     assert source(part, "position").groups == (0, 0)
+
+
+def test_the_uncertainty_of_a_period_is_that_of_its_time():
+    head = "mass [g],position [cm],spin [rpm],time [s],turns,T [s],σ_T [s],Ω [rad/s],u_precession_rate [%]\n"
+    rows = "20,15,400,20,2,10,0.5,0.628,3\n20,15,600,60,4,15,1.5,0.419,3\n"
+
+    def time_error(text):
+        measured = measure(read_log(text))
+        source = next(source for source in measured.sources if source.name == "time")
+        return source.default, tuple((source.absolute + source.relative * measured.time).round(12))
+
+    assert time_error(head + rows) == (False, (1.0, 6.0))
+    assert time_error(head + rows.replace("0.5,", ",").replace("1.5,", ",")) == (False, (0.6, 1.8))
+    assert time_error("# u_time: 0.2 s\n" + head + rows) == (False, (0.2, 0.2))
+    # One value only, perhaps that of a mean: it is not what each time has.
+    assert time_error(head.replace("Ω", "x") + rows.replace("0.5,", ",").replace(",3\n", ",\n"))[0]

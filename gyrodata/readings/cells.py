@@ -30,13 +30,6 @@ G208 = register(
     "G208", "error", "1/s can mean revolutions or radians", _LOG.replace("rpm", "1/s") + "20,15.0,9,13.06,1/3\n"
 )
 G215 = register("G215", "error", "a number that cannot be", _LOG + "20,15.0,406,0,1/3\n")
-G227 = register(
-    "G227",
-    "error",
-    "an uncertainty that cannot be read",
-    _LOG.replace(",turns", ",turns,u_time [s]") + "20,15.0,560,13.06,1/3,little\n",
-)
-
 BLANKS = frozenset({"", "-", "–", "—", "−", "--", "~", "‐", "‑"})
 """What stands where nothing was measured."""
 
@@ -83,7 +76,7 @@ _CONCISE = re.compile(rf"({_NUMBER})\(({_NUMBER})\)\s*({_UNIT})?")
 _WITH_UNIT = re.compile(rf"({_NUMBER})\s*({_UNIT}|\([^()]*\))")
 
 _MINUS = str.maketrans({"−": "-", "–": "-", "‐": "-", "‑": "-"})
-_MISTYPED = str.maketrans({"O": "0", "o": "0", "l": "1", "I": "1", "|": "1"})
+_MISTYPED = str.maketrans({"O": "0", "o": "0", "l": "1", "I": "1", "|": "1", "S": "5"})
 _MONTHS = {
     abbreviation: number
     for number, names in enumerate(
@@ -283,7 +276,7 @@ def _not_a_number(text: str, plain: str, with_unit: re.Match[str] | None) -> Cel
         return date
     mended = plain.translate(_MISTYPED)
     for candidate in (mended, mended.rstrip(".,;"), re.sub(r"([.,])[.,]+", r"\1", mended), mended.replace("'", "")):
-        if candidate != plain and _PLAIN.fullmatch(candidate):
+        if candidate != plain and (_PLAIN.fullmatch(candidate) or _FRACTION.fullmatch(candidate)):
             return CellError(G203, "is not a number", f"did you mean {candidate}?")
     if re.fullmatch(r"[-+]?[0-9]{1,3}(?:[ .,'][0-9]{3})+(?:[.,][0-9]*)?", plain):
         return CellError(G203, "is not a number", "write it without marks between the thousands")

@@ -74,10 +74,11 @@ def fill_down(
             last = None
         elif last is None:
             early += [i] if is_run[i] else []
-        elif cell is None and track.cells[last] is not None:
+        elif cell is None:
+            # A value above that could not be read has been told of once: the blank cells below it lack nothing.
             track.cells[i], track.texts[i] = track.cells[last], track.texts[last]
             track.ids[i], track.spreads[i] = track.ids[last], track.spreads[last]
-            filled += [i] if is_run[i] else []
+            filled += [i] if is_run[i] and track.cells[last] is not None else []
     first = next((i for i, text in enumerate(track.texts) if text is not None), -1)
     early = [i for i in early if i < first]
     if early:

@@ -160,7 +160,7 @@ def _check_runs(table: Table, faults: Faults) -> None:
 
 def _spin_lacking(columns: dict[str, Column], run: int) -> str:
     for start in ("spin_start", "spin_end", "spin", "spin_period", "spin_period_start", "spin_period_end"):
-        if start in columns and columns[start].values[run] is None:
+        if start in columns and not columns[start].texts[run]:
             return start
     return "spin"
 

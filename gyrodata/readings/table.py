@@ -11,7 +11,6 @@ from gyrodata.readings.cells import (
     G206,
     G208,
     G215,
-    G227,
     Cell,
     CellError,
     check_value,
@@ -24,13 +23,13 @@ from gyrodata.readings.grid import G209, Text
 from gyrodata.readings.layout import Layout, is_number
 from gyrodata.readings.log import Column, Faults, Place, span
 from gyrodata.readings.settings import G304, Given, Settings
+from gyrodata.readings.spreads import common_spread, read_spreads
 from gyrodata.units import (
     DISPLAY,
     Uncertainty,
     UnitError,
     examples,
     kind_of_role,
-    parse_uncertainty,
     parse_unit,
 )
 
@@ -227,43 +226,20 @@ class _Builder:
         self.faults.add(G220, message, "", cell.place, len(cell.text))
 
     def _spreads(self, role: str, chosen: Chosen, unit: str | None, strict: bool) -> list[Uncertainty | None]:
-        """Collect what the header and the ``u_…`` column say of each reading."""
-        kind = kind_of_role(role)
-        common = self.settings.uncertainties.get(f"u_{role}")
-        if common is None and role in ("spin_start", "spin_end"):
-            common = self.settings.uncertainties.get("u_spin")
-        if chosen.header.spread:
-            try:
-                common = parse_uncertainty(chosen.header.spread, kind, unit or "")
-            except UnitError as error:
-                cell = chosen.cell
-                if strict:
-                    self.faults.add(G227, f'{role}, column "{cell.text}": {error}', error.hint, cell.place)
+        """Collect what the header and the ``u_…`` column say of each reading; of a derived one without a word."""
+        faults = self.faults if strict else Faults(self.faults.name)
+        common = common_spread(role, chosen, unit, self.settings, faults)
         spreads: list[Uncertainty | None] = [common] * len(self.rows)
         column = self.choice.used.get(f"u_{role}")
         if column is None and role in ("spin_start", "spin_end"):
             column = self.choice.used.get("u_spin")
-        if column is not None and role not in self.derived:
-            self._read_spreads(role, column[0], spreads, unit)
+        if column is None:
+            return spreads
+        if column[0].header.unit is None and unit is None and kind_of_role(role) != "number":
+            self._ask_for_unit(f"u_{role}", column[0], faults)
+            return spreads
+        read_spreads(role, column[0], spreads, unit, self.rows, faults)
         return spreads
-
-    def _read_spreads(self, role: str, column: Chosen, spreads: list[Uncertainty | None], unit: str | None) -> None:
-        own = column.header.unit
-        if own is None and unit is None and kind_of_role(role) != "number":
-            self._ask_for_unit(f"u_{role}", column, self.faults)
-            return
-        for i, row in enumerate(self.rows):
-            text = row[column.at] if column.at < len(row) else None
-            if text is None or is_blank(text.text):
-                continue
-            try:
-                if own == "%" and "%" not in text.text:
-                    spreads[i] = parse_uncertainty(text.text + " %", kind_of_role(role))
-                else:
-                    spreads[i] = parse_uncertainty(text.text, kind_of_role(role), own or "")
-            except UnitError as error:
-                message = f'u_{role} "{text.text[:60]}": {error}'
-                self.faults.add(G227, message, error.hint, text.place, len(text.text))
 
     def _column(self, role: str, track: Track, rows: list[int]) -> Column:
         """Put a track's rows in the order of the runs, with the constant of the log in blank cells."""

@@ -67,6 +67,8 @@ def test_decimal_commas_and_sigma_columns():
     assert readings.columns["mass"].values == (0.074,)
     assert readings.columns["time"].values == (139.48,)
     assert readings.columns["time"].uncertainties == (None,)
+    assert readings.columns["precession_period"].uncertainties == (Uncertainty(0.5),)
+    assert readings.columns["torque"].uncertainties == (Uncertainty(0.001),)
 
 
 def test_minutes_and_seconds():

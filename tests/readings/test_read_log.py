@@ -447,3 +447,27 @@ def test_every_fault_is_told_once():
     assert sorted(codes(readings)) == ["G205", "G205", "G208", "G208"]
     without_colon = read_log("# spin 400 rpm\n# angle: 120\nMass m [g],position [cm],time [s]\n20,15,7\n")
     assert sorted(codes(without_colon)) == ["G301", "G305", "G306"]
+
+
+def test_one_wrong_cell_is_one_message_also_where_it_would_be_filled_down():
+    wrong = read_log(HEAD + "20,15.0,56O,7.06,1/3\n,,,7.1,1/3\n,,400,7.1,1/3\n")
+    assert [code for code in codes(wrong) if code != "G217"] == ["G203"]
+    half = read_log(HEAD.replace("spin", "spin_start [rpm],spin_end") + "20,15,4OO,,7,1\n20,15,400,390,7,1\n")
+    assert codes(half) == ["G219", "G203"] or codes(half) == ["G203", "G219"]
+    fraction = read_log(HEAD + "20,15.0,560,7.06,l/3\n")
+    assert fraction.diagnostics[0].hint == "did you mean 1/3?"
+
+
+def test_the_unit_of_an_uncertainty():
+    columns = read_log(HEAD.strip() + ",u_time\n20,15,400,7,1,0.2\n").columns
+    assert columns["time"].uncertainties == (Uncertainty(0.2),)
+    wrong = read_log(HEAD.strip() + ",u_time [furlong]\n20,15,400,7,1,0.2\n20,15,400,7,1,0.2\n")
+    assert codes(wrong) == ["G205"]
+
+
+def test_the_uncertainty_of_a_derived_column_is_kept_and_never_stops_a_log():
+    head = HEAD.strip() + ",T [s],σ_T [s],Ω [rad/s],σ_Ω [furlong]\n"
+    readings = read_log(head + "20,15,400,7,1/3,21,0.5,0.3,?\n20,15,400,7,1/3,21,much,0.3,0.01\n")
+    assert readings.ok
+    assert readings.columns["precession_period"].uncertainties == (Uncertainty(0.5), None)
+    assert readings.columns["precession_rate"].uncertainties == (None, None)

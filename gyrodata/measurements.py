@@ -481,6 +481,18 @@ def _sources(
     return sources
 
 
+def _with_period_errors(timing: Column, columns: Mapping[str, Column], turns: Floats) -> Column:
+    """Where a log states the uncertainty of the period only, that of the time is as many times larger."""
+    period = columns.get("precession_period")
+    if period is None or timing.role != "time" or any(timing.uncertainties):
+        return timing
+    scaled = tuple(
+        None if u is None else Uncertainty(u.absolute * float(f), u.relative)
+        for u, f in zip(period.uncertainties, turns, strict=True)
+    )
+    return replace(timing, uncertainties=scaled)
+
+
 def _by_value(
     name: str, quantity: Quantity, groups: tuple[int, ...], absolute: Floats, relative: Floats,
     shared_by: str, default: bool, described: str,

@@ -69,6 +69,12 @@ def test_what_is_stated_is_taken_as_stated() -> None:
     assert m.timing_bias_u == 0.1
 
 
+def test_the_uncertainty_of_the_period_serves_for_the_time() -> None:
+    m = measured(HEAD.strip() + ",precession_period [s],u_precession_period [s]\n20,15,206,7.06,1/3,21.18,0.6\n")
+    assert source(m, "time").absolute[0] == pytest.approx(0.2)
+    assert not source(m, "time").default
+
+
 def test_an_unloaded_run_has_no_weight_and_no_position() -> None:
     m = measured(HEAD + ROWS + "0,,401,160.2,1/12\n")
     assert m.torque[4] == 0

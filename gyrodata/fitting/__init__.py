@@ -1,0 +1,33 @@
+"""The fits: I_zz from raw readings, with errors carried by what they are shared by.
+
+`fit` is the recommended one and `screen` finds the runs that do not go with the others; `ordinary_line` is the
+line of the textbook, to compare with. Read `conditions` for what is fitted and `adjustment` for how.
+"""
+
+from gyrodata.fitting.chi_square import chi2_tail
+from gyrodata.fitting.conditions import DEFAULT_TRANSVERSE_RATIO, TRANSVERSE_U, transverse_inertia
+from gyrodata.fitting.inertia import CONTRADICTED, DEFAULT_IMBALANCE_U, fit
+from gyrodata.fitting.results import Estimate, FitResult, Outlier, Share
+from gyrodata.fitting.screening import OUTLIER, TURN_COUNTS, screen
+from gyrodata.fitting.start import torques_differ
+from gyrodata.fitting.textbook import Line, ordinary_line
+
+__all__ = [
+    "CONTRADICTED",
+    "DEFAULT_IMBALANCE_U",
+    "DEFAULT_TRANSVERSE_RATIO",
+    "OUTLIER",
+    "TRANSVERSE_U",
+    "TURN_COUNTS",
+    "Estimate",
+    "FitResult",
+    "Line",
+    "Outlier",
+    "Share",
+    "chi2_tail",
+    "fit",
+    "ordinary_line",
+    "screen",
+    "torques_differ",
+    "transverse_inertia",
+]

@@ -1,0 +1,174 @@
+"""The recommended fit: I_zz from raw readings, with errors carried by what they are shared by."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from dataclasses import replace
+from typing import cast
+
+import numpy as np
+
+from gyrodata import physics
+from gyrodata.fitting.adjustment import Adjusted, adjust
+from gyrodata.fitting.conditions import NEGLIGIBLE, Problem
+from gyrodata.fitting.results import Estimate, FitResult, Share
+from gyrodata.fitting.start import assume_sense, robust_start, torques_differ
+from gyrodata.measurements import Measurements
+from gyrodata.physics import Floats
+
+DEFAULT_IMBALANCE_U = 3e-4
+"""Prior width of M0 [N*m] where one torque only is there and no balance test: what a balance that drifts
+5 degrees in a minute at 400 rpm leaves in a 4-inch steel ball."""
+
+CONTRADICTED = 3.0
+"""A balance test is not believed when the runs alone find M0 this many standard uncertainties outside it."""
+
+
+def fit(measured: Measurements, tilted: bool = False, left_out: Collection[int] = ()) -> FitResult:
+    """Find I_zz, M0 and b of one log, with their uncertainties.
+
+    Parameters
+    ----------
+    measured : Measurements
+        n ≥ 1 runs, at least one of them kept and with a torque.
+    tilted : bool
+        Use eq. (8) with each run's pitch, not eq. (9).
+    left_out : collection of int
+        Indices of runs that have no say; what the others predict for them is told.
+
+    Returns
+    -------
+    FitResult
+
+    Notes
+    -----
+    M0 has practically no prior (the width is the largest torque) wherever the torques differ, the width of a
+    balance test where the log has one that the data do not contradict, and `DEFAULT_IMBALANCE_U` where the
+    torques are all the same. b has the prior of `u_time_bias`. Neither is ever switched off by the data.
+    """
+    kept = np.array([0.0 if i in left_out else 1.0 for i in range(len(measured.runs))])
+    differ = torques_differ(measured.torque[kept > 0])
+    largest = float(np.abs(measured.torque[kept > 0]).max())
+    alone = _fit_signs(measured, tilted, largest if differ else DEFAULT_IMBALANCE_U, differ, kept)
+    if measured.imbalance_u is None:
+        return alone
+    tested = max(measured.imbalance_u(alone.inertia.value), NEGLIGIBLE * largest)
+    # What the runs alone say of the balance, against what the test allows: far apart, the runs win.
+    if differ and abs(alone.imbalance.value) > CONTRADICTED * math.hypot(alone.imbalance.u or 0.0, tested):
+        return replace(alone, contradicted_balance=tested)
+    return _fit_signs(measured, tilted, tested, False, kept)
+
+
+def _fit_signs(measured: Measurements, tilted: bool, width: float, free: bool, kept: Floats) -> FitResult:
+    """Fit once, or for both signs of M0 where only unloaded runs without a sense would tell them apart.
+
+    Where both signs remain possible the answer is the mixture of the two, weighted by their likelihoods: its
+    mean and its whole spread, not the better half.
+    """
+    if np.all(measured.sense[kept > 0] != 0):
+        return _fit_once(measured, assume_sense(measured, 1.0), tilted, width, free, kept)
+    both = [_fit_once(measured, assume_sense(measured, sign), tilted, width, free, kept) for sign in (1.0, -1.0)]
+    both = [result for sign, result in zip((1.0, -1.0), both, strict=True) if result.imbalance.value * sign > 0] or both
+    both.sort(key=lambda result: result.chi2)
+    if len(both) == 1:
+        return both[0]
+    odds = math.exp(-0.5 * min(both[1].chi2 - both[0].chi2, 1400.0))
+    return both[0] if odds < 1e-4 else _mixture(both[0], both[1], 1 / (1 + odds))
+
+
+def _mixture(first: FitResult, second: FitResult, weight: float) -> FitResult:
+    """Put two possible answers into one; all but the unknowns is told of the likelier, `first`."""
+    pair = ((weight, first), (1 - weight, second))
+    means = [np.array([r.inertia.value, r.imbalance.value, r.timing_bias.value]) for _, r in pair]
+    mean = pair[0][0] * means[0] + pair[1][0] * means[1]
+    covariance = np.zeros((3, 3))
+    for (share, result), value in zip(pair, means, strict=True):
+        covariance += share * (result.covariance + np.outer(value - mean, value - mean))
+    grown = covariance[0, 0] - first.covariance[0, 0]
+    budget = list(first.budget)
+    if grown > 0:
+        budget.append(Share("imbalance_sign", True, "all runs", math.sqrt(grown), 0.0))
+    inertia, imbalance, bias = (Estimate(float(mean[j]), math.sqrt(covariance[j, j])) for j in range(3))
+    return replace(
+        first,
+        inertia=inertia,
+        imbalance=imbalance,
+        timing_bias=bias,
+        covariance=covariance,
+        budget=_normalised(budget),
+        two_signs=True,
+    )
+
+
+def _fit_once(measured: Measurements, sense: Floats, tilted: bool, width: float, free: bool, kept: Floats) -> FitResult:
+    start = robust_start(measured, sense, free, kept)
+    adjusted = adjust(Problem(measured, tilted), sense, start, width, measured.timing_bias_u, kept)
+    inertia, imbalance, bias = (float(value) for value in adjusted.unknowns)
+    u = np.sqrt(np.diag(adjusted.covariance)[:3])
+    fitted, own = _predict(adjusted, sense)
+    return FitResult(
+        inertia=Estimate(inertia, float(u[0])),
+        imbalance=Estimate(imbalance, float(u[1])),
+        timing_bias=Estimate(bias, float(u[2]) if measured.timing_bias_u > 0 else 0.0),
+        covariance=adjusted.covariance[:3, :3],
+        # A prior that says nothing is not a datum: neither its pull nor its degree of freedom counts.
+        chi2=adjusted.chi2 - ((imbalance / width) ** 2 if free else 0.0),
+        dof=int(kept.sum()) - 1 - int(free),
+        fitted_time=fitted,
+        time_u=own,
+        deviations=adjusted.deviations,
+        response=_response(adjusted),
+        budget=_budget(adjusted),
+        imbalance_prior=width,
+        imbalance_free=free,
+        contradicted_balance=None,
+        two_signs=False,
+        sense=sense,
+    )
+
+
+def _predict(adjusted: Adjusted, sense: Floats) -> tuple[Floats, Floats]:
+    """Time that the fit predicts from each run's other readings, and the spread expected about it [s]."""
+    problem = adjusted.problem
+    values, _ = problem.truth(np.zeros_like(adjusted.slopes), adjusted.shared)
+    inertia, imbalance, bias = (float(value) for value in adjusted.unknowns)
+    torque = problem.torque(values)[0] + imbalance
+    rate = np.abs(physics.precession_rate(torque, sense * values[1], inertia, values[9], values[8]))
+    with np.errstate(divide="ignore"):
+        # The condition is the time multiplied by the torque at work, and so is its spread.
+        return 2 * np.pi * values[2] / rate + bias, np.sqrt(adjusted.own) / np.abs(torque)
+
+
+def _budget(adjusted: Adjusted) -> tuple[Share, ...]:
+    """Split u²(I_zz) by source: the answer is linear in every standardised error, so the squares add up."""
+    problem, gain, count = adjusted.problem, adjusted.gain, adjusted.problem.count
+    variances = np.sum(gain[:count] ** 2 * (adjusted.slopes * problem.alone) ** 2 / adjusted.own, axis=1)
+    owners = np.zeros(problem.shared_count, dtype=int)
+    owners[problem.to_column] = problem.from_source
+    np.add.at(variances, owners, gain[count + 2 :] ** 2)
+    shares = [
+        Share(source.name, source.shared, source.shared_by, math.sqrt(variance), 0.0)
+        for source, variance in zip(problem.sources, variances, strict=True)
+        if variance > 0
+    ]
+    for row, name, words in (
+        (count, "imbalance", "all runs"),
+        (count + 1, "time_bias", "all runs (the same hand)"),
+    ):
+        if gain[row]:
+            shares.append(Share(name, True, words, abs(float(gain[row])), 0.0))
+    return _normalised(shares)
+
+
+def _response(adjusted: Adjusted) -> Floats:
+    """Response of I_zz to each run's own inertia: M/(φ̇ψ̇) too high by r raises the condition by 2π f I_zz ψ̇ r."""
+    problem = adjusted.problem
+    lever = 2 * np.pi * problem.observed[2] * problem.observed[1]
+    return cast(Floats, -adjusted.gain[: problem.count] * lever / np.sqrt(adjusted.own))
+
+
+def _normalised(shares: list[Share]) -> tuple[Share, ...]:
+    total = math.fsum(share.u_inertia**2 for share in shares)
+    filled = (replace(share, share=share.u_inertia**2 / total if total else 0.0) for share in shares)
+    return tuple(sorted(filled, key=lambda share: -share.share))

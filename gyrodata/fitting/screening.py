@@ -1,0 +1,107 @@
+"""Screening: the runs that do not go with the others, and what would explain them."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from gyrodata.fitting.inertia import fit
+from gyrodata.fitting.results import FitResult, Outlier
+from gyrodata.fitting.start import assume_sense, robust_start, rough_misfit, torques_differ
+from gyrodata.measurements import Measurements, torque_groups
+
+OUTLIER = 5.0
+"""A run is flagged when it stands off by more than this many standard uncertainties."""
+
+TURN_COUNTS = (1 / 6, 1 / 4, 1 / 3, 1 / 2, 2 / 3, 3 / 4, *range(1, 31))
+"""Revolutions that are likely to have been timed."""
+
+
+def screen(measured: Measurements, tilted: bool = False) -> list[Outlier]:
+    """Find the runs that do not go with the others, and the turn count that would explain each.
+
+    Parameters
+    ----------
+    measured : Measurements
+        n runs.
+    tilted : bool
+        Use eq. (8).
+
+    Returns
+    -------
+    list of Outlier
+        In the order of the log; empty for fewer than four runs, or where more than a third would have to go:
+        then the stated uncertainties are at fault, not the runs.
+
+    Notes
+    -----
+    A run is compared with what the fit of the *others* predicts, in units of the uncertainty of that
+    difference, or of the runs' own scatter (1.4826 × median) where that is larger. Where the scatter is more
+    than twice what was stated, a run is also compared with the median run of its torque: misfits between the
+    torques must not hide one bad timing among good ones.
+    """
+    count = len(measured.runs)
+    if count < 4:
+        return []
+    out = _far_from_start(measured)
+    found: list[Outlier] = []
+    for _round in range(6):
+        kept = np.array([i not in out for i in range(count)])
+        if len(out) > count / 3 or kept.sum() < 3 or not np.abs(measured.torque[kept]).any():
+            return []
+        result = fit(measured, tilted, out)
+        typical = max(1.0, 1.4826 * float(np.median(np.abs(result.deviations[kept]))))
+        far = np.flatnonzero((np.abs(result.deviations) > OUTLIER * typical) | _far_within(measured, result, typical))
+        found = [
+            Outlier(int(i), float(result.deviations[i]), _explaining_turns(measured, result, int(i), typical))
+            for i in far
+        ]
+        fresh = {outlier.index for outlier in found}
+        if fresh == out:
+            break
+        out = fresh
+    return found if len(found) <= count / 3 else []
+
+
+def _far_within(measured: Measurements, result: FitResult, typical: float) -> Any:
+    """Which runs are far from the others of their torque, where the log scatters more than it should."""
+    apart = np.full(len(measured.runs), np.nan)
+    if typical > 2:
+        for group in torque_groups(measured):
+            if len(group) >= 4:
+                apart[group] = np.abs(result.deviations[group] - np.median(result.deviations[group]))
+    grouped = apart[~np.isnan(apart)]
+    if not grouped.any():
+        return np.zeros(len(apart), dtype=bool)
+    return np.nan_to_num(apart) > OUTLIER * 1.4826 * float(np.median(grouped))
+
+
+def _far_from_start(measured: Measurements) -> set[int]:
+    """Runs far from the line that most runs agree with: a first guess, from which screening goes on."""
+    everything = np.ones(len(measured.runs))
+    start = robust_start(measured, assume_sense(measured, 1.0), torques_differ(measured.torque), everything)
+    total = np.abs(measured.torque + start.imbalance)
+    with np.errstate(divide="ignore"):
+        predicted = start.inertia * 2 * np.pi * measured.turns * measured.spin / total
+    off = rough_misfit(measured, predicted)
+    off[measured.torque == 0] = 0.0
+    scale = max(1.0, 1.4826 * float(np.median(off)))
+    return {int(i) for i in np.flatnonzero(off > OUTLIER * scale)}
+
+
+def _explaining_turns(measured: Measurements, result: FitResult, index: int, typical: float) -> float | None:
+    """Turn count with which a run would fit within 3 of its own spreads, the nearest one; None if none does."""
+    bias = result.timing_bias.value
+    one_turn = (result.fitted_time[index] - bias) / measured.turns[index]
+    spread = abs((measured.time[index] - result.fitted_time[index]) / result.deviations[index]) * typical
+    candidates = {*TURN_COUNTS, *(measured.turns[index] + step for step in (-1, -0.5, 0.5, 1))}
+    misfits = {
+        # What is uncertain of one turn is as much more uncertain of several.
+        turns: abs(measured.time[index] - bias - turns * one_turn) / (spread * max(1.0, turns / measured.turns[index]))
+        for turns in candidates
+        if turns > 0 and not math.isclose(turns, measured.turns[index])
+    }
+    best = min(sorted(misfits), key=lambda turns: misfits[turns])
+    return best if misfits[best] < 3 else None

@@ -48,6 +48,12 @@ G404 = register(
     "no acceleration of free fall is given",
     "mass [g],position [cm],spin [rpm],time [s],turns\n20.00,15.0,400,39.7,1\n",
 )
+G405 = register(
+    "G405",
+    "warning",
+    "the precession is faster than the spin",
+    "mass [g],position [cm],spin [rpm],time [s],turns\n20.00,15.0,4,0.397,1\n",
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,6 +217,7 @@ def measure(readings: Readings) -> Measurements:
         diagnostics=(),
     )
     diagnostics.extend(_contradictions(readings, measurements))
+    diagnostics.extend(_too_fast(readings, measurements))
     return replace(measurements, diagnostics=tuple(diagnostics))
 
 
@@ -620,6 +627,25 @@ def _contradictions(readings: Readings, measured: Measurements) -> list[Diagnost
         if finding is not None:
             found.append(finding)
     return found
+
+
+def _too_fast(readings: Readings, measured: Measurements) -> list[Diagnostic]:
+    """Warn where most runs precess faster than they spin: two columns exchanged, or a unit that is not the one."""
+    with np.errstate(divide="ignore", over="ignore"):
+        fast = np.flatnonzero(2 * np.pi * np.abs(measured.turns / measured.time) > measured.spin)
+    if 2 * len(fast) <= len(measured.runs):
+        return []
+    column = _spin_columns(readings)[0]
+    first = int(fast[0])
+    return [
+        readings.diagnose(
+            G405,
+            f'the precession is faster than the spin ("{column.header}") in {len(fast)} of {len(measured.runs)} runs',
+            "are spin and precession exchanged, or is a unit not the one written?",
+            column.places[first],
+            len(column.texts[first]),
+        )
+    ]
 
 
 def _compare(readings: Readings, column: Column, expected: Floats) -> Diagnostic | None:

@@ -167,7 +167,11 @@ def _eliminate(
         left = _left(roles, choice, settings)
         cell = layout.cells[at]
         if left and not set(left) <= derived_roles(roles_there) and _may_be_needed(left, roles_there):
-            ways = " or ".join(f'--map {role}="{cell.text}"' for role in left)
+            untold = not roles_there & {"turns", "angle"} and "precession_period" in left
+            ways = " or ".join(
+                f'--map {role}="{cell.text}"' + (" (with --set turns=…)" if untold and role == "time" else "")
+                for role in left
+            )
             message = f'the header "{cell.text}" fits {" and ".join(left)}'
             choice.asked.update(left)
             faults.add(G207, message, f"say which: {ways}", cell.place, len(cell.text))
@@ -187,6 +191,9 @@ def _counts_turns(header: Header) -> bool:
 
 def _left(roles: tuple[str, ...], choice: Choice, settings: Settings) -> list[str]:
     """Give the roles that a header may still serve."""
+    counted = {"turns", "angle"} & (set(choice.used) | set(settings.roles))
+    if roles == ("time", "precession_period") and "time" in choice.used and not counted:
+        return []  # beside a time whose turns are not told, "T" may be the mean of such times as well
     bases = tuple(role.removeprefix("u_") for role in roles)
     if bases != roles:
         # An uncertainty goes where its symbol went: "σ_T" with "T", whatever "T" turned out to be.

@@ -14,6 +14,7 @@ from gyrodata.readings.vocabulary import (
     ROLES,
     START_WORDS,
     SYMBOLS,
+    THEORY_WORDS,
     UNCERTAINTIES,
     UNSURE_WORDS,
     squeeze,
@@ -38,7 +39,8 @@ class Header(NamedTuple):
 _SPREAD = re.compile(r"[\[(]?\s*(?:±|\+/-|\+-)\s*([0-9]+(?:[.,][0-9]+)?)\s*([^\])\[(,;]*)[\])]?")
 _BRACKET = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*(?:\([^()]*\)[^()]*)?)\))\s*")
 _INDEX = re.compile(r"(.*?[^\W\d])[\s_\-.]*([1-9][0-9]?)")
-_TOKENS = re.compile(r"[\s_,;()\-]+")
+_TOKENS = re.compile(r"[\s_,;()\[\]\-]+")
+_IN_UNIT = re.compile(r"(.+?)\s+(?:in|en|em|w|в)\s+(\S.*)")
 
 
 @lru_cache(maxsize=4096)
@@ -60,6 +62,8 @@ def parse_header(text: str) -> Header:
     if unit is None and spread and kinds_of(spread.partition(" ")[2]):
         unit = spread.partition(" ")[2]
     roles, index = name_roles(name)
+    if any(squeeze(token).lower() in THEORY_WORDS for token in _TOKENS.split(text)):
+        roles, index = (), None  # worked out, not measured
     if unit and ":" in unit and re.fullmatch(r"[a-zA-Z:.]+", unit):
         unit = "s"  # "mm:ss.cc": how its cells are written, and they say so themselves
     if unit is not None:
@@ -104,7 +108,13 @@ def _split_unit(text: str) -> tuple[str, str | None]:
 
 
 def _split_loose(text: str) -> tuple[str, str | None]:
-    """Part ``m, кг``, ``t / s``, ``mass_g``, ``time s``; a name that is a rate unit alone is the spin's."""
+    """Part ``m, кг``, ``t / s``, ``Zeit in s``, ``mass_g``, ``time s``; a rate unit alone is the spin's."""
+    match = _IN_UNIT.fullmatch(text)
+    if match and _is_unit_of(match[1], match[2]):
+        return match[1], match[2]
+    left, found, right = text.rpartition(" / ")
+    if found and not name_roles(left)[0] and kinds_of(right) and not kinds_of(text):
+        return left.strip(), right.strip()  # a name that is not known; its end is no part of the unit
     for separator, last in ((",", True), (";", True), ("/", False)):
         left, found, right = text.rpartition(separator) if last else text.partition(separator)
         left, right = left.strip(), right.strip()
@@ -189,19 +199,23 @@ def _modified_roles(name: str) -> tuple[str, ...]:
     tokens = [token for token in _TOKENS.split(name) if token]
     if not 2 <= len(tokens) <= 8:
         return ()
-    if squeeze(tokens[-1]) in SYMBOLS and len(squeeze(tokens[-1])) < 3:
-        word = NAMES.get(squeeze(" ".join(tokens[:-1])).lower(), ())  # "Mass m"
-        both = tuple(role for role in word if role in SYMBOLS[squeeze(tokens[-1])])
-        if both:
-            return both
+    for cut in range(1, min(3, len(tokens))):
+        symbol = squeeze(" ".join(tokens[-cut:]))
+        if symbol in SYMBOLS and len(symbol) < 4 and len(squeeze(tokens[0])) > 2:
+            word = _plain_roles(" ".join(tokens[:-cut]))  # "Mass m", "Tiempo de giro inicial T Gi"
+            both = tuple(role for role in word if role in SYMBOLS[symbol])
+            if both:
+                return both
     lower = [squeeze(token).lower() for token in tokens]
     start = any(token in START_WORDS for token in lower)
     end = any(token in END_WORDS for token in lower)
-    left = [t for t, low in zip(tokens, lower, strict=True) if low not in START_WORDS | END_WORDS | NOISE_WORDS]
+    named = [t for t, low in zip(tokens, lower, strict=True) if low not in START_WORDS | END_WORDS]
+    left = [t for t in named if squeeze(t).lower() not in NOISE_WORDS]
     if not left or len(left) == len(tokens) or (start and end):
         return ()
     key = squeeze(" ".join(left))
-    roles = SYMBOLS.get(key) or NAMES.get(key.lower(), ())
+    # Small words may belong to a name: "tiempo de giro".
+    roles = SYMBOLS.get(key) or NAMES.get(key.lower()) or NAMES.get(squeeze(" ".join(named)).lower(), ())
     if not (start or end):
         return roles
     suffix = "_start" if start else "_end"
@@ -214,8 +228,11 @@ def _unsure_roles(name: str) -> tuple[str, ...]:
     match = re.fullmatch(r"(?:[σδΔ∆ε]|u(?=[\s_(])|s(?=\())[\s_]*\(?(.+?)\)?", bare)
     if match:
         roles = tuple(f"u_{role}" for role in _plain_roles(match[1]) if f"u_{role}" in UNCERTAINTIES)
-        # Δt may be an error, or simply the time that went by.
-        return roles + (_plain_roles(match[1]) if bare[0] in "Δ∆" else ())
+        if bare[0] in "Δ∆":
+            # Δt may be an error, or simply the time that went by; so is ΔT, and not the time of one turn.
+            went_by = ("time" if role == "precession_period" else role for role in _plain_roles(match[1]))
+            roles += tuple(dict.fromkeys(went_by))
+        return roles
     tokens = [token for token in _TOKENS.split(bare) if token]
     left = [token for token in tokens if squeeze(token).lower() not in UNSURE_WORDS]
     if left and len(left) < len(tokens):
@@ -241,4 +258,6 @@ def suggest_role(header: str) -> str:
         close = difflib.get_close_matches(key, NAMES, n=1, cutoff=0.75) if len(key) > 2 else []
         if close:
             return NAMES[close[0]][0]
-    return ""
+    match = _INDEX.fullmatch(loose)  # "T_P_1"
+    roles = name_roles(match[1])[0] if match else ()
+    return roles[0] if roles else ""

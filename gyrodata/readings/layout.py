@@ -25,6 +25,9 @@ G213 = register("G213", "error", "the table is transposed", "mass [g],20,40\ntim
 G214 = register("G214", "error", "a row that is only a title", "Task III\n" + _LOG + _ROW)
 
 
+G232 = register("G232", "error", "a header that its own comma parts", "m, g,x [cm],spin [rpm],time [s],turns\n" + _ROW)
+
+
 @dataclass(frozen=True)
 class Layout:
     """A table of runs: its headers, and the rows below them."""
@@ -57,7 +60,11 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
     if body and _is_unit_row(body[0]):
         headers = _with_units(headers, body[0])
         body = body[1:]
-    if _repeats_a_header(head, faults) or _is_stacked(body, len(head), headers, faults):
+    if (
+        _is_parted(head, headers, faults)
+        or _repeats_a_header(head, faults)
+        or _is_stacked(body, len(head), headers, faults)
+    ):
         return None
     if not body:
         faults.add(G202, "there is a header, but not one run below it", "write one row for each timed run")
@@ -161,6 +168,18 @@ def _with_units(headers: list[Header], row: list[Text]) -> list[Header]:
         if not is_blank(bare) and headers[index].unit is None:
             out[index] = with_unit(headers[index], bare)
     return out
+
+
+def _is_parted(head: list[Text], headers: list[Header], faults: Faults) -> bool:
+    """Find ``m, g`` that became two cells, which shifts every column behind it."""
+    for cell, unit, header in zip(head, head[1:], headers, strict=False):
+        alone = bool(kinds_of(unit.text)) and not parse_header(unit.text).roles
+        if alone and header.roles and header.unit is None:
+            message = f'"{unit.text}" stands alone in its cell: is it the unit of "{cell.text}"?'
+            hint = f'write "{cell.text} [{unit.text}]", or put the header in quotes'
+            faults.add(G232, message, hint, unit.place, len(unit.text))
+            return True
+    return False
 
 
 def _repeats_a_header(head: list[Text], faults: Faults) -> bool:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from gyrodata.errors import register
+from gyrodata.readings.advice import advise
 from gyrodata.readings.choice import Choice
-from gyrodata.readings.headers import suggest_role
 from gyrodata.readings.log import Column, Faults, Place, listing, span
 from gyrodata.readings.table import Table
 from gyrodata.units import DISPLAY, kind_of_role
@@ -25,6 +25,19 @@ G303 = register(
     "error",
     "turns and angle contradict each other",
     "mass [g],position [cm],spin [rpm],time [s],turns,angle [deg]\n20,15.0,406,13.06,1/3,90\n",
+)
+
+G230 = register(
+    "G230",
+    "error",
+    "turns are given for the time of one turn",
+    "mass [g],position [cm],spin [rpm],precession period [s],turns\n20,15.0,406,39.2,3\n",
+)
+G231 = register(
+    "G231",
+    "error",
+    "the time and the period are exchanged",
+    "mass [g],position [cm],spin [rpm],t [s],T [s],turns\n20,15.0,406,39.2,117.6,3\n",
 )
 
 _SAMPLES = {
@@ -66,12 +79,15 @@ def check_meaning(table: Table, choice: Choice, unread: set[str], faults: Faults
     """
     said = any(diagnostic.code == "G219" for diagnostic in faults.found)
     missing = [role for role in _missing_roles(table.columns, unread) if role not in choice.asked]
+    if "precession_period" in choice.asked and "turns" in missing:
+        missing.remove("turns")  # needed or not, by what is answered
     unread = unread | choice.asked
     for role in missing:
-        _add_missing(role, choice, faults)
+        _add_missing(role, choice, faults, missing)
     if not missing and not any(kind_of_role(role) != "text" and role[:2] != "u_" for role in unread) and not said:
         _check_runs(table, faults)
     _check_turns(table, faults)
+    _check_period(table, faults)
 
 
 def _missing_roles(columns: dict[str, Column], unread: set[str]) -> list[str]:
@@ -99,7 +115,7 @@ def _missing_roles(columns: dict[str, Column], unread: set[str]) -> list[str]:
     return missing
 
 
-def _add_missing(role: str, choice: Choice, faults: Faults) -> None:
+def _add_missing(role: str, choice: Choice, faults: Faults, missing: list[str]) -> None:
     unit = DISPLAY[kind_of_role(role)]
     header = f"{role} [{unit}]" if unit else role
     ways = [f"add a column {header}"]
@@ -111,13 +127,11 @@ def _add_missing(role: str, choice: Choice, faults: Faults) -> None:
     meaning = f" ({_MEANINGS[role]})" if role in _MEANINGS else ""
     message = f"{role} is missing{meaning}"
     texts = [cell.text for cell in choice.unplaced if cell.text]
-    if texts:
+    if texts and role == missing[0]:
         message += f"; headers that could not be placed: {listing(texts)}"
     hint = "; ".join(ways) + _INSTEAD.get(role, "")
-    close = [text for text in texts if suggest_role(text) == role]
-    if close:
-        hint = f'is it "{close[0]}"? ' + hint
-    faults.add(G301, message, hint)
+    said = role == "turns" and "time" in missing
+    faults.add(G301, message, hint if said else advise(role, texts) + hint)
 
 
 def _check_runs(table: Table, faults: Faults) -> None:
@@ -179,3 +193,34 @@ def _check_turns(table: Table, faults: Faults) -> None:
                 f"run {table.runs[run]}: {turns.texts[run]} turns are {360 * count:.4g} degrees, not {angle.texts[run]}"
             )
             faults.add(G303, message, "correct one of the two, or take one column out", angle.places[run])
+
+
+def _check_period(table: Table, faults: Faults) -> None:
+    """Ask, where what is called a period or a rate may be no single turn's: the costliest of all misreadings."""
+    columns = table.columns
+    counted = columns.get("turns") or columns.get("angle")
+    if counted is None:
+        return
+    full = 1.0 if counted.role == "turns" else 2 * math.pi
+    period = columns.get("precession_period")
+    if "time" not in columns:
+        if period is None or all(value is None or abs(abs(value) - full) < 1e-3 * full for value in counted.values):
+            return
+        given, those = ("turns are", "those turns") if counted.role == "turns" else ("an angle is", "that angle")
+        message = f'"{period.header}" is the time of one whole turn, and yet {given} given'
+        hint = f'if it is the time of {those}: --map time="{period.header}"; if not, take {counted.role} out'
+        place = next((place for place in counted.places if place is not None), period.places[0])
+        faults.add(G230, message, hint, place)
+        return
+    time = columns["time"]
+    if period is None or period.header == time.header:
+        return
+    exchanged = telling = 0
+    for seconds, value, count in zip(time.values, period.values, counted.values, strict=True):
+        if seconds and value and count and not 0.8 < abs(count) / full < 1.25:
+            telling += 1
+            exchanged += abs(value / seconds - abs(count) / full) < 0.02 * abs(count) / full
+    if telling and exchanged * 2 > telling:
+        message = f'"{period.header}" is the turns times "{time.header}": the first is the time, the second the period'
+        hint = f'--map time="{period.header}" --map precession_period="{time.header}"'
+        faults.add(G231, message, hint, period.places[0], len(period.texts[0]))

@@ -158,6 +158,14 @@ class _Builder:
     def _time_tracks(self) -> list[Track]:
         if "time" in self.replaced:
             return []
+        there = set(self.choice.used) | set(self.settings.roles)
+        periods = there & {"precession_period", "precession_rate"}
+        if periods and "time" in self.choice.used and not there & {"turns", "angle"}:
+            # A time whose turns nobody tells says nothing; its repeats would count one period several times.
+            cell = self.choice.used["time"][0].cell
+            message = f'the column "{cell.text}" is not used: its turns are not given; {min(periods)} is read instead'
+            self.faults.add(G220, message, "", cell.place, len(cell.text))
+            return []
         tracks = [self._track("time", chosen, True) for chosen in self.choice.used.get("time", [])]
         return [track for track in tracks if track is not None]
 

@@ -103,6 +103,19 @@ CONVENTIONS = {
 """Which convention each number follows."""
 
 
+G416 = register(
+    "G416",
+    "error",
+    "too many shared readings for one fit",
+    "# g: 9.803 m/s^2\n"
+    + _LOG
+    + "".join(f"{20 + k // 2 / 100:.2f},15.0,400,{40 + k / 1000:.3f},1\n" for k in range(2600)),
+)
+
+LARGEST = 3_000_000
+"""Runs times shared readings that one fit may hold: a matrix of this many numbers is solved several times."""
+
+
 @dataclass(frozen=True, slots=True)
 class Result:
     """A value with its standard uncertainty u (k = 1) and its 95 % interval, value ± k·u."""
@@ -452,6 +465,17 @@ def analyze_readings(
                                        "add runs with a weight: mass and position"))  # fmt: skip
         raise LogError(found)
 
+    shared = sum(source.shared_count for source in measured.sources)
+    if shared * len(measured.runs) > LARGEST:
+        found.append(
+            readings.diagnose(
+                G416,
+                f"{len(measured.runs)} runs with {shared} weights, positions and spins that stand in several of them "
+                "are too much for one fit",
+                "split the log, and give each part on its own",
+            )
+        )
+        raise LogError(found)
     tilted = model == "steady" or (model == "auto" and _tilt_matters(measured))
     outliers = fitting.screen(measured, tilted)
     # A slip of the count is a known cause; a run that is merely odd is still a measurement, and stays.

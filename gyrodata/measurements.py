@@ -10,6 +10,7 @@ error, equal positions share theirs, a spin read once for the whole log is read 
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, cast
@@ -85,8 +86,12 @@ class Source:
     @property
     def shared(self) -> bool:
         """True if any two runs have the same error."""
-        touched = [group for group in self.groups if group >= 0]
-        return len(set(touched)) < len(touched)
+        return self.shared_count > 0
+
+    @property
+    def shared_count(self) -> int:
+        """Number of errors that several runs have in common."""
+        return sum(runs > 1 for group, runs in Counter(self.groups).items() if group >= 0)
 
 
 @dataclass(frozen=True)
@@ -651,9 +656,11 @@ def _too_fast(readings: Readings, measured: Measurements) -> list[Diagnostic]:
 def _compare(readings: Readings, column: Column, expected: Floats) -> Diagnostic | None:
     """One finding for a column, placed at its first row that is off by more than 5 % and two last digits."""
     off: list[int] = []
+    seen: set[int] = set()  # a reading that serves several runs is compared once
     for i, value in enumerate(column.values):
-        if value is None or not math.isfinite(expected[i]) or column.readings.index(column.readings[i]) != i:
+        if value is None or not math.isfinite(expected[i]) or column.readings[i] in seen:
             continue
+        seen.add(column.readings[i])
         allowed = max(0.05 * abs(expected[i]), 2 * (column.resolutions[i] or 0.0))
         if abs(abs(value) - abs(expected[i])) > allowed:
             off.append(i)

@@ -13,7 +13,7 @@ from typing import cast
 
 import numpy as np
 
-from gyrodata.fitting.conditions import NEGLIGIBLE, Problem
+from gyrodata.fitting.conditions import NEGLIGIBLE, Linear, Problem
 from gyrodata.fitting.start import Start
 from gyrodata.physics import Floats
 
@@ -45,41 +45,33 @@ def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, bi
     """
     count, shared_count = problem.count, problem.shared_count
     scale = np.array([start.inertia, prior_width, bias_u])
-    unknowns = np.array([1.0, start.imbalance / prior_width, 0.0])
-    single, shared = np.zeros_like(problem.absolute), np.zeros(shared_count)
-    # Below the runs, one row for each prior: M0, b, and the shared errors.
-    rows = np.vstack([np.zeros((count, 3 + shared_count)), np.eye(3 + shared_count)[1:]])
-    target = np.zeros(len(rows))
-    previous = math.inf
-    moved = math.inf
+    unknowns = np.zeros(3 + shared_count)
+    unknowns[:2] = 1.0, start.imbalance / prior_width
+    single = np.zeros_like(problem.absolute)
+    rows = prior_rows(count, 3 + shared_count)
+    previous = moved = math.inf
     for turn in range(50):
-        at = problem.linearise(single, shared, sense, unknowns * scale)
+        at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
         if moved > 1e-3:
-            # Move back onto the conditions after a large step: only there is the derivative of the distance
-            # exact, and a common shrinking of I_zz and all torques gains nothing, however far off the runs are.
-            # A run without a weight may still be beyond the pole, M0 = 0: it stays where it was read.
-            near = np.abs(at.misclosure) < 0.5 * np.abs(at.to_unknowns[:, 0] * unknowns[0] * scale[0])
-            single = -at.alone * (near * at.misclosure / at.own)
-            at = problem.linearise(single, shared, sense, unknowns * scale)
-        plain = np.zeros((count, 3 + shared_count))
-        plain[:, :3] = at.to_unknowns * scale
-        plain[problem.from_run, 3 + problem.to_column] = at.slopes[problem.from_source, problem.from_run]
-        weight = kept / np.sqrt(at.own)
-        rows[:count] = plain * weight[:, None]
-        target[:count] = -at.misclosure * weight
-        target[count:] = -np.concatenate([unknowns[1:], shared])
-        q, r = np.linalg.qr(rows)
-        step = _damped(np.linalg.solve(r, q.T @ target), unknowns)
-        unknowns = unknowns + step[:3]
-        shared = shared + step[3:]
+            single = onto_conditions(at, unknowns[:1] * scale[0])
+            at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
+        plain = fill_rows(rows, problem, at, kept, scale, unknowns)
+        step = _damped(solve_rows(rows), unknowns)
+        unknowns = unknowns + step
         closed = at.misclosure + plain @ step
         # A run that is left out has no weight, but its prediction too is linear only on its condition.
         single = -at.alone * (closed / at.own)
-        chi2 = float(np.sum((closed * weight) ** 2) + np.sum(unknowns[1:] ** 2) + np.sum(shared**2))
-        moved = float(np.abs(step).max())
-        if moved < 1e-11 or (turn > 3 and abs(previous - chi2) <= 1e-13 * chi2):
+        chi2 = float((kept * closed) @ (closed / at.own) + unknowns[1:] @ unknowns[1:])
+        last, moved = moved, float(np.abs(step).max())
+        # Steps shrink by a constant factor: the next would be this one times this one over the last.
+        if (
+            moved**2 < 3e-11 * min(last, 1.0 if turn else 0.0)
+            or moved < 1e-11
+            or (turn > 3 and abs(previous - chi2) <= 1e-13 * chi2)
+        ):
             break
         previous = chi2
+    q, r = np.linalg.qr(rows[:, :-1])
     inverse = np.linalg.inv(r)
     # Deleted residuals: for a run in the fit the leverage takes it out again, for one outside the
     # uncertainty of the prediction is added.
@@ -87,15 +79,59 @@ def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, bi
     outside = at.own + np.sum((plain @ inverse) ** 2, axis=1)
     return Adjusted(
         problem=problem,
-        unknowns=unknowns * scale,
+        unknowns=unknowns[:3] * scale,
         covariance=(inverse @ inverse.T)[:3, :3] * np.outer(scale, scale),
         gain=(inverse[0] @ q.T) * scale[0],
-        shared=shared,
+        shared=unknowns[3:],
         slopes=at.slopes,
         own=at.own,
         deviations=sense * closed / np.sqrt(np.where(kept > 0, inside, outside)),
         chi2=chi2,
     )
+
+
+def prior_rows(count: int, width: int) -> Floats:
+    """Make room for n runs, above one row for the prior of each unknown but the first; last column the target."""
+    rows = np.zeros((count + width - 1, width + 1))
+    rows[count:, 1:width] = np.eye(width - 1)
+    return rows
+
+
+def fill_rows(
+    rows: Floats, problem: Problem, at: Linear, kept: Floats | float, scale: Floats, unknowns: Floats
+) -> Floats:
+    """Fill in the weighted conditions and all targets; give the derivatives without weights, shape (…, n, 3 + K)."""
+    count = problem.count
+    plain = np.zeros((*at.own.shape, rows.shape[-1] - 1))
+    plain[..., :3] = at.to_unknowns * scale
+    plain[..., problem.from_run, 3 + problem.to_column] = at.slopes[..., problem.from_source, problem.from_run]
+    weight = kept / np.sqrt(at.own)
+    rows[..., :count, :-1] = plain * weight[..., None]
+    rows[..., :count, -1] = -at.misclosure * weight
+    rows[..., count:, -1] = -unknowns[..., 1:]
+    return plain
+
+
+def solve_rows(rows: Floats) -> Floats:
+    """Solve stacked rows, last column the target, by least squares; shape (…, unknowns)."""
+    # The factor with the target under it holds Qᵀ·target, so that Q itself is never formed.
+    packed, _ = np.linalg.qr(rows, mode="raw")
+    width = rows.shape[-1] - 1
+    factor = np.swapaxes(packed, -1, -2)[..., :width, :]
+    solution: Floats = np.linalg.solve(np.triu(factor[..., :-1]), factor[..., -1:])[..., 0]
+    return solution
+
+
+def onto_conditions(at: Linear, inertia: Floats) -> Floats:
+    """Errors that each run has alone, moved back onto its condition; for after a large step, shape (…, S, n).
+
+    Only there is the derivative of the distance exact, and a common shrinking of I_zz and all torques gains
+    nothing, however far off the runs are. A run without a weight may still be beyond the pole, M0 = 0: it
+    stays where it was read.
+    """
+    near = np.abs(at.misclosure) < 0.5 * np.abs(at.to_unknowns[..., 0] * inertia)
+    moved: Floats = -at.alone * (near * at.misclosure / at.own)[..., None, :]
+    return moved
 
 
 def _damped(step: Floats, unknowns: Floats) -> Floats:

@@ -15,9 +15,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gyrodata.measurements import Measurements, Source
 from gyrodata.physics import Floats
+
+Integers = NDArray[np.int_]
 
 DEFAULT_TRANSVERSE_RATIO = 1.3
 """I/I_zz of a ball with a light rod, where the log does not give I."""
@@ -25,7 +28,7 @@ DEFAULT_TRANSVERSE_RATIO = 1.3
 TRANSVERSE_U = 0.2
 """Relative standard uncertainty of I where the log does not give it; I enters only through the tilt."""
 
-_QUANTITIES = ("time", "spin", "turns", "mass", "position", "force", "torque", "g", "pitch", "transverse")
+QUANTITIES = ("time", "spin", "turns", "mass", "position", "force", "torque", "g", "pitch", "transverse")
 
 NEGLIGIBLE = 1e-9
 """No reading is exact beyond this relative size; keeps a row whose stated errors are all zero finite."""
@@ -33,7 +36,10 @@ NEGLIGIBLE = 1e-9
 
 @dataclass(frozen=True)
 class Linear:
-    """The conditions of n runs, linear in the unknowns and in the errors of S sources."""
+    """The conditions of n runs, linear in the unknowns and in the errors of S sources.
+
+    Labs of one design may be stacked: every array may have axes before those given.
+    """
 
     misclosure: Floats
     """Value with the errors that a run has alone set back to zero, shape (n,)."""
@@ -51,81 +57,82 @@ class Problem:
     """One log's readings and errors as arrays: S sources, n runs, K errors that are shared.
 
     A source's error that one run has alone is eliminated row by row; one that several runs share is an
-    unknown, a column of its own.
+    unknown, a column of its own. `observed` may be a stack of labs of one design, shape (…, 10, n).
     """
 
     def __init__(self, measured: Measurements, tilted: bool) -> None:
         count = len(measured.runs)
-        level = np.zeros(count)
         self.count = count
-        self.observed = np.array(
-            [
-                measured.time,
-                measured.spin,
-                measured.turns,
-                measured.mass,
-                measured.position,
-                measured.force,
-                measured.given_torque,
-                np.full(count, measured.g),
-                measured.pitch if tilted else level,
-                transverse_inertia(measured) if tilted else level,
-            ]
-        )
+        self.tilted = tilted
+        self.observed = np.empty((len(QUANTITIES), count))
+        self.observed[:7] = (
+            measured.time, measured.spin, measured.turns, measured.mass,
+            measured.position, measured.force, measured.given_torque,
+        )  # fmt: skip
+        self.observed[7] = measured.g
+        self.observed[8:] = (measured.pitch, transverse_inertia(measured)) if tilted else 0.0
         sources = [*measured.sources, *(_tilt_sources(measured) if tilted else ())]
         self.sources = [source for source in sources if source.absolute.any() or source.relative.any()]
         shape = (len(self.sources), count)
-        self.quantity = np.array([_QUANTITIES.index(source.quantity) for source in self.sources], dtype=int)
+        self.quantity = np.array([QUANTITIES.index(source.quantity) for source in self.sources], dtype=int)
         self.absolute = np.array([source.absolute for source in self.sources]).reshape(shape)
         self.relative = np.array([source.relative for source in self.sources]).reshape(shape)
-        self.onto = (np.arange(len(_QUANTITIES))[:, None] == self.quantity).astype(float)
-        self.alone = np.zeros(shape)
-        self.member = np.full(shape, -1)
-        self.shared_count = 0
-        for number, source in enumerate(self.sources):
-            groups = np.asarray(source.groups)
-            sizes = np.bincount(groups[groups >= 0], minlength=1)
-            size = np.where(groups >= 0, sizes[groups], 0)
-            self.alone[number] = size == 1
-            # Groups of two and more get the next columns.
-            column = self.shared_count + np.cumsum(sizes > 1) - 1
-            self.member[number] = np.where(size > 1, column[groups], -1)
-            self.shared_count += int(np.sum(sizes > 1))
-        self.from_source, self.from_run = np.nonzero(self.member >= 0)
-        self.to_column = self.member[self.from_source, self.from_run]
+        self.onto = (np.arange(len(QUANTITIES))[:, None] == self.quantity).astype(float)
+        self._share(np.array([source.groups for source in self.sources], dtype=int).reshape(shape))
         self.by_weight = not np.isnan(measured.mass).all()
         self.by_force = not np.isnan(measured.force).all()
+
+    def _share(self, groups: Integers) -> None:
+        """Number the errors that several runs share, in the order of sources and groups."""
+        width = int(groups.max(initial=0)) + 1
+        touched = groups >= 0
+        # One bin for each group of each source.
+        bins = np.where(touched, groups, 0) + width * np.arange(len(groups))[:, None]
+        sizes = np.bincount(bins[touched], minlength=width * len(groups))
+        size = np.where(touched, sizes[bins], 0)
+        self.alone = (size == 1).astype(float)
+        column = np.cumsum(sizes > 1) - 1
+        self.shared_count = int(column[-1]) + 1 if len(column) else 0
+        self.member = np.where(size > 1, column[bins], -1)
+        self.from_source, self.from_run = np.nonzero(size > 1)
+        self.to_column = self.member[self.from_source, self.from_run]
 
     def linearise(self, single: Floats, shared: Floats, sense: Floats, unknowns: Floats) -> Linear:
         """Linearise the conditions at adjusted readings; extrapolate the errors of one run back to none."""
         values, slopes = self.truth(single, shared)
-        value, to_unknowns, to_quantities = self.conditions(values, sense, *unknowns)
-        slopes = slopes * to_quantities[self.quantity]
+        value, to_unknowns, to_quantities = self.conditions(values, sense, unknowns)
+        slopes *= to_quantities[..., self.quantity, :]
         alone = slopes * self.alone
-        floor = NEGLIGIBLE * to_quantities[0] * values[0]
-        own = np.sum(alone**2, axis=0) + floor**2
-        return Linear(value - np.sum(alone * single, axis=0), to_unknowns, slopes, alone, own)
+        floor = NEGLIGIBLE * to_quantities[..., 0, :] * values[..., 0, :]
+        own = (alone * alone).sum(-2) + floor * floor
+        return Linear(value - (alone * single).sum(-2), to_unknowns, slopes, alone, own)
 
     def truth(self, single: Floats, shared: Floats) -> tuple[Floats, Floats]:
         """Adjusted value of each quantity, shape (10, n), and its derivative to each source's error, (S, n)."""
-        errors = np.where(self.member >= 0, np.append(shared, 0.0)[self.member], single)
+        # An error that a run has alone is in `single`, one that it shares in `shared`, never in both.
+        errors = single
+        if self.shared_count:
+            padded = np.zeros((*shared.shape[:-1], self.shared_count + 1))
+            padded[..., :-1] = shared
+            errors = single + padded[..., self.member]
         scale = 1 + self.onto @ (self.relative * errors)
         values = (self.observed - self.onto @ (self.absolute * errors)) / scale
-        slopes = -(self.absolute + self.relative * values[self.quantity]) / scale[self.quantity]
+        slopes = self.absolute + self.relative * values[..., self.quantity, :]
+        slopes /= -scale[..., self.quantity, :]
         return values, slopes
 
     def torque(self, values: Floats) -> tuple[Floats, dict[int, Floats]]:
         """Torque of each run [N*m] and its derivatives by quantity."""
-        _, _, _, mass, position, force, given, g, _, _ = values
         if self.by_weight:
-            return mass * position * g, {3: position * g, 4: mass * g, 7: mass * position}
+            mass, position, g = values[..., 3, :], values[..., 4, :], values[..., 7, :]
+            pull = mass * g
+            return pull * position, {3: position * g, 4: pull, 7: mass * position}
         if self.by_force:
+            position, force = values[..., 4, :], values[..., 5, :]
             return force * position, {5: position, 4: force}
-        return given, {6: np.ones(self.count)}
+        return values[..., 6, :], {6: np.ones(self.count)}
 
-    def conditions(
-        self, values: Floats, sense: Floats, inertia: float, imbalance: float, bias: float
-    ) -> tuple[Floats, Floats, Floats]:
+    def conditions(self, values: Floats, sense: Floats, unknowns: Floats) -> tuple[Floats, Floats, Floats]:
         """Evaluate the condition of each run; see the top of the module.
 
         Returns
@@ -133,24 +140,35 @@ class Problem:
         tuple of ndarray
             The value, shape (n,); its derivatives to I_zz, M0 and b, (n, 3); to each quantity, (10, n).
         """
+        inertia, imbalance, bias = unknowns[..., :1], unknowns[..., 1:2], unknowns[..., 2:]
         torque, chain = self.torque(values)
-        time, total = values[0] - bias, torque + imbalance
-        spin, pitch, transverse = values[1], values[8], values[9]
-        angle = 2 * np.pi * values[2]
-        tilt = sense * angle**2 * np.sin(pitch) / time
-        difference = inertia - transverse
-        to_time = sense * total + difference * tilt / time
+        time, spin = values[..., 0, :] - bias, values[..., 1, :]
+        angle = 2 * np.pi * values[..., 2, :]
+        push = sense * (torque + imbalance)
         to_torque = sense * time
-        to = np.zeros_like(values)
-        to[0] = to_time
-        to[1] = -angle * inertia
-        to[2] = -2 * np.pi * (inertia * spin + 2 * difference * tilt / angle)
+        moment = inertia * spin
+        value = push * time - angle * moment
+        to_unknowns = np.empty((*value.shape, 3))
+        to = np.zeros((*value.shape[:-1], *values.shape[-2:]))
+        to_unknowns[..., 0] = -angle * spin
+        to_unknowns[..., 1] = to_torque
+        to[..., 0, :] = push
+        to[..., 1, :] = -angle * inertia
+        to[..., 2, :] = -2 * np.pi * moment
         for quantity, slope in chain.items():
-            to[quantity] = to_torque * slope
-        to[8] = -difference * sense * angle**2 * np.cos(pitch) / time
-        to[9] = tilt
-        value = sense * total * time - angle * inertia * spin - difference * tilt
-        return value, np.column_stack([-angle * spin - tilt, to_torque, -to_time]), to
+            to[..., quantity, :] = to_torque * slope
+        if self.tilted:
+            pitch, difference = values[..., 8, :], inertia - values[..., 9, :]
+            square = sense * angle**2 / time
+            tilt = square * np.sin(pitch)
+            value -= difference * tilt
+            to_unknowns[..., 0] -= tilt
+            to[..., 0, :] += difference * tilt / time
+            to[..., 2, :] -= 4 * np.pi * difference * tilt / angle
+            to[..., 8, :] = -difference * square * np.cos(pitch)
+            to[..., 9, :] = tilt
+        to_unknowns[..., 2] = -to[..., 0, :]
+        return value, to_unknowns, to
 
 
 def transverse_inertia(measured: Measurements) -> Floats:

@@ -170,5 +170,9 @@ def _response(adjusted: Adjusted) -> Floats:
 
 def _normalised(shares: list[Share]) -> tuple[Share, ...]:
     total = math.fsum(share.u_inertia**2 for share in shares)
-    filled = (replace(share, share=share.u_inertia**2 / total if total else 0.0) for share in shares)
+    filled = [
+        Share(share.source, share.shared, share.shared_by, share.u_inertia, share.u_inertia**2 / total)
+        for share in shares
+        if total
+    ]
     return tuple(sorted(filled, key=lambda share: -share.share))

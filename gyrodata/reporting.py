@@ -39,6 +39,7 @@ SOURCE_NAMES = {
     "g": "g",
     "imbalance": "residual torque (prior)",
     "imbalance_sign": "unknown sense of the unloaded run",
+    "balance_doubt": "doubt about the balance test",
     "precession_rate": "precession rate",
     "angle": "swept angle",
     "pitch": "pitch",

@@ -192,6 +192,24 @@ class TestBalance:
         assert result.contradicted_balance == pytest.approx(1e-5)
         assert result.inertia.value == pytest.approx(INERTIA, rel=1e-4)
 
+    def test_doubt_widens_before_it_wins(self) -> None:
+        tests = {"imbalance_u": lambda inertia: 1e-4, "imbalance_from": "u_imbalance"}
+        results = [fit(replace(exact(imbalance=size), **tests)) for size in (0.0, 6e-4, 3e-3)]
+        free = fit(exact(imbalance=3e-3))
+        assert results[0].inertia.u < results[1].inertia.u
+        assert results[0].contradicted_balance is None
+        assert results[2].contradicted_balance == pytest.approx(1e-4)
+        assert results[2].inertia.u == pytest.approx(free.inertia.u, rel=0.05)
+        assert "balance_doubt" in {share.source for share in results[1].budget}
+
+
+def test_influence_is_what_leaving_out_does() -> None:
+    measured = lab(np.random.default_rng(12), repeats=2)
+    whole = fit(measured)
+    for run in (0, 7, 17):
+        changed = fit(measured, left_out=(run,)).inertia.value - whole.inertia.value
+        assert whole.influence[run] == pytest.approx(changed, rel=0.05, abs=0.01 * whole.inertia.u)
+
 
 class TestScreening:
     def test_clean_labs_raise_no_alarm(self) -> None:

@@ -1,19 +1,19 @@
 """The fits: I_zz from raw readings, with errors carried by what they are shared by.
 
 `fit` is the recommended one and `screen` finds the runs that do not go with the others; `ordinary_line` is the
-line of the textbook, to compare with. Read `conditions` for what is fitted and `adjustment` for how.
+line of the textbook, to compare with, and `fit_line` one for points with errors in both variables. Read `conditions` for what is fitted and `adjustment` for how.
 """
 
 from gyrodata.fitting.chi_square import chi2_tail
 from gyrodata.fitting.conditions import DEFAULT_TRANSVERSE_RATIO, TRANSVERSE_U, transverse_inertia
-from gyrodata.fitting.inertia import CONTRADICTED, DEFAULT_IMBALANCE_U, fit
+from gyrodata.fitting.inertia import DEFAULT_IMBALANCE_U, fit
+from gyrodata.fitting.lines import LineFit, fit_line
 from gyrodata.fitting.results import Estimate, FitResult, Outlier, Share
 from gyrodata.fitting.screening import OUTLIER, TURN_COUNTS, screen
 from gyrodata.fitting.start import torques_differ
 from gyrodata.fitting.textbook import Line, ordinary_line
 
 __all__ = [
-    "CONTRADICTED",
     "DEFAULT_IMBALANCE_U",
     "DEFAULT_TRANSVERSE_RATIO",
     "OUTLIER",
@@ -22,10 +22,12 @@ __all__ = [
     "Estimate",
     "FitResult",
     "Line",
+    "LineFit",
     "Outlier",
     "Share",
     "chi2_tail",
     "fit",
+    "fit_line",
     "ordinary_line",
     "screen",
     "torques_differ",

@@ -34,6 +34,8 @@ class Adjusted:
     own: Floats
     """Variance of each run's condition from the errors that it has alone, shape (n,)."""
     deviations: Floats
+    influence: Floats
+    """Change of I_zz when a run is left out [kg*m^2], shape (n,)."""
     chi2: float
 
 
@@ -75,16 +77,19 @@ def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, bi
     inverse = np.linalg.inv(r)
     # Deleted residuals: for a run in the fit the leverage takes it out again, for one outside the
     # uncertainty of the prediction is added.
-    inside = at.own * np.maximum(1 - np.sum(q[:count] ** 2, axis=1), NEGLIGIBLE)
+    rest = np.maximum(1 - np.sum(q[:count] ** 2, axis=1), NEGLIGIBLE)
+    inside = at.own * rest
     outside = at.own + np.sum((plain @ inverse) ** 2, axis=1)
+    gain = (inverse[0] @ q.T) * scale[0]
     return Adjusted(
         problem=problem,
         unknowns=unknowns[:3] * scale,
         covariance=(inverse @ inverse.T)[:3, :3] * np.outer(scale, scale),
-        gain=(inverse[0] @ q.T) * scale[0],
+        gain=gain,
         shared=unknowns[3:],
         slopes=at.slopes,
         own=at.own,
+        influence=gain[:count] * kept * closed / np.sqrt(at.own) / rest,
         deviations=sense * closed / np.sqrt(np.where(kept > 0, inside, outside)),
         chi2=chi2,
     )

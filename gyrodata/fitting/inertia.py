@@ -21,8 +21,11 @@ DEFAULT_IMBALANCE_U = 3e-4
 """Prior width of M0 [N*m] where one torque only is there and no balance test: what a balance that drifts
 5 degrees in a minute at 400 rpm leaves in a 4-inch steel ball."""
 
-CONTRADICTED = 3.0
-"""A balance test is not believed when the runs alone find M0 this many standard uncertainties outside it."""
+TRUSTED = 0.7
+"""How likely a balance test in a log is true, before the runs are looked at …"""
+
+FALSE_BY = 30.0
+"""… and how many times wider M0 may be where it is not."""
 
 
 def fit(measured: Measurements, tilted: bool = False, left_out: Collection[int] = ()) -> FitResult:
@@ -43,9 +46,10 @@ def fit(measured: Measurements, tilted: bool = False, left_out: Collection[int] 
 
     Notes
     -----
-    M0 has practically no prior (the width is the largest torque) wherever the torques differ, the width of a
-    balance test where the log has one that the data do not contradict, and `DEFAULT_IMBALANCE_U` where the
-    torques are all the same. b has the prior of `u_time_bias`. Neither is ever switched off by the data.
+    M0 has practically no prior (the width is the largest torque) wherever the torques differ, and
+    `DEFAULT_IMBALANCE_U` where they are all the same. A balance test in the log gives it a width; the answer is
+    then weighed between the test's being true and false (`_belief`), so that the runs win where they contradict
+    it. b has the prior of `u_time_bias`. Neither unknown is ever switched off by the data.
     """
     kept = np.array([0.0 if i in left_out else 1.0 for i in range(len(measured.runs))])
     differ = torques_differ(measured.torque[kept > 0])
@@ -54,10 +58,27 @@ def fit(measured: Measurements, tilted: bool = False, left_out: Collection[int] 
     if measured.imbalance_u is None:
         return alone
     tested = max(measured.imbalance_u(alone.inertia.value), NEGLIGIBLE * largest)
-    # What the runs alone say of the balance, against what the test allows: far apart, the runs win.
-    if differ and abs(alone.imbalance.value) > CONTRADICTED * math.hypot(alone.imbalance.u or 0.0, tested):
-        return replace(alone, contradicted_balance=tested)
-    return _fit_signs(measured, tilted, tested, False, kept)
+    tight = _fit_signs(measured, tilted, tested, False, kept)
+    if not differ:
+        return tight
+    believed = _belief(alone.imbalance, tested)
+    if believed > 0.999:
+        return tight
+    if believed > 0.5:
+        return _mixture(tight, alone, believed, "balance_doubt")
+    result = alone if believed < 0.001 else _mixture(alone, tight, 1 - believed, "balance_doubt")
+    return replace(result, contradicted_balance=tested)
+
+
+def _belief(found: Estimate, tested: float) -> float:
+    """Probability that a balance test is true, given what the runs alone say of M0 (Bayes).
+
+    A test that is believed or not at a fixed number of standard uncertainties covers badly between the two.
+    """
+    variances = (found.u or 0.0) ** 2 + tested**2, (found.u or 0.0) ** 2 + (FALSE_BY * tested) ** 2
+    true, false = (-0.5 * found.value**2 / v - 0.5 * math.log(v) for v in variances)
+    odds = (1 - TRUSTED) / TRUSTED * math.exp(min(false - true, 700.0))
+    return 1 / (1 + odds)
 
 
 def _fit_signs(measured: Measurements, tilted: bool, width: float, free: bool, kept: Floats) -> FitResult:
@@ -74,11 +95,16 @@ def _fit_signs(measured: Measurements, tilted: bool, width: float, free: bool, k
     if len(both) == 1:
         return both[0]
     odds = math.exp(-0.5 * min(both[1].chi2 - both[0].chi2, 1400.0))
-    return both[0] if odds < 1e-4 else _mixture(both[0], both[1], 1 / (1 + odds))
+    if odds < 1e-4:
+        return both[0]
+    return replace(_mixture(both[0], both[1], 1 / (1 + odds), "imbalance_sign"), two_signs=True)
 
 
-def _mixture(first: FitResult, second: FitResult, weight: float) -> FitResult:
-    """Put two possible answers into one; all but the unknowns is told of the likelier, `first`."""
+def _mixture(first: FitResult, second: FitResult, weight: float, doubt: str) -> FitResult:
+    """Put two possible answers into one; all but the unknowns is told of the likelier, `first`.
+
+    What the doubt between them adds to u is a source of its own in the budget.
+    """
     pair = ((weight, first), (1 - weight, second))
     means = [np.array([r.inertia.value, r.imbalance.value, r.timing_bias.value]) for _, r in pair]
     mean = pair[0][0] * means[0] + pair[1][0] * means[1]
@@ -88,7 +114,7 @@ def _mixture(first: FitResult, second: FitResult, weight: float) -> FitResult:
     grown = covariance[0, 0] - first.covariance[0, 0]
     budget = list(first.budget)
     if grown > 0:
-        budget.append(Share("imbalance_sign", True, "all runs", math.sqrt(grown), 0.0))
+        budget.append(Share(doubt, True, "all runs", math.sqrt(grown), 0.0))
     inertia, imbalance, bias = (Estimate(float(mean[j]), math.sqrt(covariance[j, j])) for j in range(3))
     return replace(
         first,
@@ -97,7 +123,6 @@ def _mixture(first: FitResult, second: FitResult, weight: float) -> FitResult:
         timing_bias=bias,
         covariance=covariance,
         budget=_normalised(budget),
-        two_signs=True,
     )
 
 
@@ -118,6 +143,7 @@ def _fit_once(measured: Measurements, sense: Floats, tilted: bool, width: float,
         fitted_time=fitted,
         time_u=own,
         deviations=adjusted.deviations,
+        influence=adjusted.influence,
         response=_response(adjusted),
         budget=_budget(adjusted),
         imbalance_prior=width,

@@ -64,6 +64,8 @@ class FitResult:
     """Standard uncertainty of a run's time about the fit, from the errors that it has alone [s], shape (n,)."""
     deviations: Floats
     """Time minus what the *other* runs predict, over the standard uncertainty of that difference, shape (n,)."""
+    influence: Floats
+    """Change of I_zz when one run is left out, to first order [kg*m^2]; 0 for a run that is, shape (n,)."""
     response: Floats
     """Relative change of I_zz for a relative change of each run's own M/(φ̇ψ̇) [1], shape (n,)."""
     budget: tuple[Share, ...]

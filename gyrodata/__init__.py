@@ -13,6 +13,7 @@ __version__ = "0.1.0"
 if TYPE_CHECKING:
     from gyrodata.analysis import Analysis, analyze
     from gyrodata.errors import Diagnostic, GyroError, InputError, LogError
+    from gyrodata.fitting import LineFit, fit_line
     from gyrodata.readings import Readings, read_log
 
 __all__ = [
@@ -20,10 +21,12 @@ __all__ = [
     "Diagnostic",
     "GyroError",
     "InputError",
+    "LineFit",
     "LogError",
     "Readings",
     "__version__",
     "analyze",
+    "fit_line",
     "read_log",
 ]
 
@@ -33,6 +36,8 @@ _HOMES = {
     "Diagnostic": "errors",
     "GyroError": "errors",
     "InputError": "errors",
+    "LineFit": "fitting",
+    "fit_line": "fitting",
     "LogError": "errors",
     "Readings": "readings",
     "read_log": "readings",

@@ -1,7 +1,8 @@
 """The fits: I_zz from raw readings, with errors carried by what they are shared by.
 
 `fit` is the recommended one and `screen` finds the runs that do not go with the others; `ordinary_line` is the
-line of the textbook, to compare with, and `fit_line` one for points with errors in both variables. Read `conditions` for what is fitted and `adjustment` for how.
+line of the textbook, to compare with, and `fit_line` one for points with errors in both variables. Read
+`conditions` for what is fitted and `adjustment` for how.
 """
 
 from gyrodata.fitting.chi_square import chi2_tail

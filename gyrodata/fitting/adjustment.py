@@ -39,11 +39,14 @@ class Adjusted:
     chi2: float
 
 
-def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, bias_u: float, kept: Floats) -> Adjusted:
+def adjust(
+    problem: Problem, sense: Floats, start: Start, prior_width: float, bias_u: float, kept: Floats, held: bool = False
+) -> Adjusted:
     """Iterate the Gauss–Helmert adjustment to convergence.
 
     The unknowns are scaled to order one: I_zz by its start, M0 by its prior width, b by its own. Runs where
-    `kept` is 0 have no weight, but what the others say of them is worked out.
+    `kept` is 0 have no weight, but what the others say of them is worked out. With `held`, I_zz stays at its
+    start and the rest is adjusted: a point of its profile.
     """
     count, shared_count = problem.count, problem.shared_count
     scale = np.array([start.inertia, prior_width, bias_u])
@@ -51,6 +54,9 @@ def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, bi
     unknowns[:2] = 1.0, start.imbalance / prior_width
     single = np.zeros_like(problem.absolute)
     rows = prior_rows(count, 3 + shared_count)
+    if held:
+        # One more row says that I_zz takes no step; its column is empty above.
+        rows = np.vstack([rows, np.eye(1, rows.shape[1])])
     previous = moved = math.inf
     for turn in range(50):
         at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
@@ -58,6 +64,8 @@ def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, bi
             single = onto_conditions(at, unknowns[:1] * scale[0])
             at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
         plain = fill_rows(rows, problem, at, kept, scale, unknowns)
+        if held:
+            rows[:count, 0] = 0.0
         step = _damped(solve_rows(rows), unknowns)
         unknowns = unknowns + step
         closed = at.misclosure + plain @ step
@@ -113,7 +121,7 @@ def fill_rows(
     weight = kept / np.sqrt(at.own)
     rows[..., :count, :-1] = plain * weight[..., None]
     rows[..., :count, -1] = -at.misclosure * weight
-    rows[..., count:, -1] = -unknowns[..., 1:]
+    rows[..., count : count + unknowns.shape[-1] - 1, -1] = -unknowns[..., 1:]
     return plain
 
 

@@ -1,0 +1,231 @@
+"""A straight line through points with errors in both variables and any covariance.
+
+The observed x and y are true ones on the line plus errors B z, z independent standard normal numbers: U = B Bᵀ.
+Each step solves the conditions, linear about the *adjusted* points, for the line that needs the smallest ‖z‖²
+(generalised least squares by orthogonal factors, after C. C. Paige, SIAM J. Numer. Anal. 16, 1979). No matrix
+is inverted and no normal equations are formed, so that U may be singular or zero in parts.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gyrodata.fitting.chi_square import chi2_tail
+from gyrodata.fitting.covariances import Factors, factorise
+from gyrodata.physics import Floats
+
+Extended = NDArray[np.longdouble]
+
+STATED = (
+    "errors in both variables with the stated covariances (ISO/TS 28037 generalised Gauss-Markov regression, York "
+    "2004): derivatives at the adjusted points; standard uncertainties (k = 1) from the stated covariances, not "
+    "scaled by chi-square"
+)
+SCATTER = (
+    "ordinary least squares of y on x: no uncertainties stated, so x is taken as exact and y as equally uncertain in "
+    "every point; standard uncertainties (k = 1) from the residuals, s² their sum of squares over dof"
+)
+
+_SINGULAR = 1e-12
+"""Below this part of the largest, a singular value is a zero that was rounded."""
+
+_OFF = 1e-9
+"""Exact points are on a line if no further off than this part of the largest y."""
+
+
+@dataclass(frozen=True)
+class LineFit:
+    """The straight line y = slope·x + intercept of n points."""
+
+    slope: float
+    """[unit of y over unit of x]"""
+    intercept: float
+    """[unit of y]; 0 where the line was asked to go through the origin."""
+    u_slope: float
+    """Standard uncertainty, k = 1."""
+    u_intercept: float | None
+    """Standard uncertainty, k = 1; None for a line through the origin."""
+    covariance: Floats
+    """Of (slope, intercept), shape (2, 2); zeros for what was not fitted."""
+    chi2: float
+    """Smallest sum of squared standardised errors; without stated covariances the residual sum of squares [y²]."""
+    dof: int
+    """Degrees of freedom."""
+    p: float | None
+    """Probability of a chi-square at least this large; None without stated covariances or degrees of freedom."""
+    convention: str
+    """What was minimised and where the uncertainties come from, in words."""
+
+
+@dataclass(frozen=True)
+class _Step:
+    """A linear least-squares problem solved."""
+
+    change: Floats
+    """Of slope and intercept, shape (k,)."""
+    errors: Floats
+    """z of smallest norm."""
+    spread: Floats
+    """Derivatives of the unknowns to independent standard normal numbers, shape (k, m): covariance S Sᵀ."""
+    rank: int
+    """Degrees of freedom."""
+    off: float
+    """Distance [y] that no z closes."""
+
+
+def fit_line(
+    x: ArrayLike,
+    y: ArrayLike,
+    cov_x: ArrayLike | None = None,
+    cov_y: ArrayLike | None = None,
+    cov_xy: ArrayLike | None = None,
+    intercept: bool = True,
+) -> LineFit:
+    """Fit a straight line to points with errors in both variables and any covariance.
+
+    Parameters
+    ----------
+    x, y : array_like, shape (n,)
+        Points, in any units.
+    cov_x, cov_y : array_like, optional
+        Covariance of the errors of x [x²], of y [y²]: a number or shape (n,) for *variances* u² (not standard
+        uncertainties) of independent errors, shape (n, n) for a covariance matrix. Zeros and singular matrices
+        are allowed. Where only some are given the others are zero; without any, x is taken as exact and the
+        residuals give the uncertainties.
+    cov_xy : array_like, optional
+        Covariance [x·y] of the errors of x and y: a number or shape (n,) within each row, shape (n, n) between
+        error i of x and error j of y.
+    intercept : bool
+        Whether the line has a constant; without, it goes through the origin.
+
+    Returns
+    -------
+    LineFit
+
+    Raises
+    ------
+    ValueError
+        If the points do not determine the line or its uncertainty (too few, all x equal, not finite), if a
+        covariance is not one, or if points without any error are not on a line.
+
+    Notes
+    -----
+    ISO/TS 28037:2010 clause 10 (and York, Evensen, Martínez López and Delgado, Am. J. Phys. 72, 367, 2004, for
+    independent points): ‖z‖² is smallest over the line and all true points; uncertainties use derivatives at the
+    adjusted points, not at the observed ones.
+    """
+    observed_x, observed_y = _points(x, y, intercept)
+    stated = any(cov is not None for cov in (cov_x, cov_y, cov_xy))
+    if not stated and len(observed_x) <= 1 + intercept:
+        raise ValueError(
+            f"{len(observed_x)} points leave no residual to take the uncertainties from; pass cov_y, or more points"
+        )
+    factors = factorise(cov_x, cov_y if stated else 1.0, cov_xy, len(observed_x))
+    # About the middle, slope and constant hardly depend on each other, and no digits cancel.
+    middle = np.longdouble(observed_x.mean()) if intercept else np.longdouble(0)
+    slope, constant, step = _iterate(observed_x - middle, observed_y.astype(np.longdouble), factors, intercept)
+    spread = np.zeros((2, step.spread.shape[1]))
+    spread[: len(step.spread)] = step.spread
+    if intercept:
+        spread[1] -= float(middle) * spread[0]
+    chi2 = float(np.sum(step.errors**2))
+    covariance = spread @ spread.T * (1.0 if stated else chi2 / step.rank)
+    return LineFit(
+        slope=float(slope),
+        intercept=float(constant - slope * middle) if intercept else 0.0,
+        u_slope=math.sqrt(covariance[0, 0]),
+        u_intercept=math.sqrt(covariance[1, 1]) if intercept else None,
+        covariance=covariance,
+        chi2=chi2,
+        dof=step.rank,
+        p=chi2_tail(chi2, step.rank) if stated and step.rank > 0 else None,
+        convention=STATED if stated else SCATTER,
+    )
+
+
+def _points(x: ArrayLike, y: ArrayLike, intercept: bool) -> tuple[Floats, Floats]:
+    """Check that the points are points and determine a line."""
+    xs, ys = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+    if xs.ndim != 1 or xs.shape != ys.shape:
+        raise ValueError(f"x has shape {xs.shape} and y {ys.shape}; pass two sequences of the same length")
+    if not (np.isfinite(xs).all() and np.isfinite(ys).all()):
+        raise ValueError("x or y has a value that is not finite; leave out the points that are not complete")
+    if len(xs) < 1 + intercept:
+        raise ValueError(f"{len(xs)} points do not determine a line; pass two or more, or one with intercept=False")
+    if intercept and np.ptp(xs) <= 1e-13 * np.abs(xs).max():
+        raise ValueError("all x are equal, so slope and constant cannot be told apart; pass intercept=False or more x")
+    if not xs.any():
+        raise ValueError("all x are zero, so there is no slope; pass points away from the origin")
+    return xs, ys
+
+
+def _iterate(x: Extended, y: Extended, factors: Factors, intercept: bool) -> tuple[np.longdouble, np.longdouble, _Step]:
+    """Find the line by Gauss–Newton steps, each linear about the points adjusted by the one before."""
+    count = len(x)
+    design = np.ones((count, 1 + intercept))
+    design[:, 0] = x
+    start = np.linalg.lstsq(design, y.astype(float), rcond=None)[0]
+    # Extended precision where the machine has it: steps then refine the answer to the last digit of a double.
+    slope, constant = np.longdouble(start[0]), np.longdouble(start[1] if intercept else 0.0)
+    last = math.inf
+    for _turn in range(500):
+        distance = np.asarray(y - constant - slope * x, dtype=float)
+        pull = factors.to_y - float(slope) * factors.to_x
+        step = _solve_rows(design, pull, distance) if factors.independent else _solve(design, pull, distance)
+        slope = slope + step.change[0]
+        constant = constant + (step.change[1] if intercept else 0.0)
+        moved = float(abs(step.change[0]) / (abs(slope) + np.ptp(y) / np.abs(x).max() + 1e-300))
+        if moved < 1e-17 or (moved < 1e-13 and moved >= 0.5 * last):
+            break
+        last = moved
+        # Adjusted x, at which the next derivatives are taken.
+        errors = np.sum(factors.to_x * step.errors, axis=1) if factors.independent else factors.to_x @ step.errors
+        design[:, 0] = x - errors
+    else:
+        raise ValueError("no line is found: the errors of x are too large for the spread of x; pass better points")
+    if step.off > _OFF * float(np.abs(y).max()):
+        raise ValueError("points without any error of their own are not on one line; pass their variances")
+    return slope, constant, step
+
+
+def _solve_rows(design: Floats, pull: Floats, distance: Floats) -> _Step:
+    """Solve design·p + pull·z = distance for independent rows: by weights; exact rows go the general way."""
+    size = np.hypot(pull[:, 0], pull[:, 1])
+    if not (size > 1e-9 * size.max()).all():
+        return _spread_out(pull, _solve(design, np.diag(size), distance), size)
+    q, r = np.linalg.qr(design / size[:, None])
+    scaled = distance / size
+    change = np.linalg.solve(r, q.T @ scaled)
+    left = scaled - (design / size[:, None]) @ change
+    return _Step(change, pull * (left / size)[:, None], np.linalg.solve(r, q.T), len(left) - len(change), 0.0)
+
+
+def _spread_out(pull: Floats, step: _Step, size: Floats) -> _Step:
+    """Give each row's one error back to the two that it stands for."""
+    shares = np.divide(pull, size[:, None], out=np.zeros_like(pull), where=size[:, None] > 0)
+    return _Step(step.change, shares * step.errors[:, None], step.spread, step.rank, step.off)
+
+
+def _solve(design: Floats, pull: Floats, distance: Floats) -> _Step:
+    """Solve design·p + pull·z = distance for p and the smallest z, whatever the rank of pull.
+
+    Seen across the design (by the rest of its Q) only z is left: it is the smallest that closes the distance.
+    """
+    unknowns = design.shape[1]
+    q, r = np.linalg.qr(design, mode="complete")
+    along, across = q[:, :unknowns], q[:, unknowns:]
+    left, sizes, right = np.linalg.svd(across.T @ pull, full_matrices=False)
+    rank = int(np.sum(sizes > _SINGULAR * np.linalg.norm(pull)))
+    left, sizes, right = left[:, :rank], sizes[:rank], right[:rank]
+    seen = across.T @ distance
+    parts = left.T @ seen
+    errors = right.T @ (parts / sizes)
+    change = np.linalg.solve(r[:unknowns], along.T @ (distance - pull @ errors))
+    # What errors do to the answer: those that the fit sees, it takes away again.
+    through = along.T @ pull
+    spread = np.linalg.solve(r[:unknowns], through - (through @ right.T) @ right)
+    return _Step(change, errors, spread, rank, float(np.linalg.norm(seen - left @ parts)))

@@ -1,0 +1,240 @@
+"""Straight lines with errors in both variables: published answers, exact arithmetic, other programs, refusals."""
+
+from __future__ import annotations
+
+import math
+
+import mpmath
+import numpy as np
+import pytest
+
+import gyrodata
+from gyrodata.fitting import LineFit, fit_line, ordinary_line
+
+YORK_X = np.array([0.0, 0.9, 1.8, 2.6, 3.3, 4.4, 5.2, 6.1, 6.5, 7.4])
+YORK_Y = np.array([5.9, 5.4, 4.4, 4.6, 3.5, 3.7, 2.8, 2.8, 2.4, 1.5])
+YORK_U2X = 1 / np.array([1000, 1000, 500, 800, 200, 80, 60, 20, 1.8, 1.0])
+YORK_U2Y = 1 / np.array([1.0, 1.8, 4.0, 8.0, 20, 20, 70, 70, 100, 500])
+
+NORRIS_X = """0.2 337.4 118.2 884.6 10.1 226.5 666.3 996.3 448.6 777.0 558.2 0.4 0.6 775.5 666.9 338.0 447.5 11.6
+    556.0 228.1 995.8 887.6 120.2 0.3 0.3 556.8 339.1 887.2 999.0 779.0 11.1 118.3 229.2 669.1 448.9 0.5"""
+NORRIS_Y = """0.1 338.8 118.1 888.0 9.2 228.1 668.5 998.5 449.1 778.9 559.2 0.3 0.1 778.1 668.8 339.3 448.9 10.8
+    557.7 228.3 998.0 888.8 119.6 0.3 0.6 557.6 339.3 888.0 998.5 778.9 10.2 117.6 228.9 668.4 449.2 0.2"""
+
+
+@pytest.mark.parametrize("matrices", [False, True])
+def test_york(matrices: bool) -> None:
+    cov_x, cov_y = (np.diag(v) if matrices else v for v in (YORK_U2X, YORK_U2Y))
+    line = gyrodata.fit_line(YORK_X, YORK_Y, cov_x, cov_y)
+    assert line.slope == pytest.approx(-0.4805334074462020, rel=1e-14)
+    assert line.intercept == pytest.approx(5.479910224032854, rel=1e-14)
+    assert line.u_slope == pytest.approx(0.05798500900077444, rel=1e-14)
+    assert line.chi2 == pytest.approx(11.8663531941, rel=1e-11)
+    assert line.dof == 8
+    assert "York 2004" in line.convention
+
+
+def test_certified_lines_from_the_scatter() -> None:
+    # NIST StRD; a certified value has 15 digits, and a double read from decimals may move the last.
+    through = fit_line(np.arange(60.0, 71), np.arange(130.0, 141), intercept=False)
+    assert (through.slope, through.u_slope) == pytest.approx((2.07438016528926, 0.165289256198347e-01), rel=1e-14)
+    assert through.u_intercept is None
+    through = fit_line([4, 5, 6], [3, 4, 4], intercept=False)
+    assert (through.slope, through.u_slope) == pytest.approx((0.727272727272727, 0.420827318078432e-01), rel=1e-14)
+    line = fit_line([float(v) for v in NORRIS_X.split()], [float(v) for v in NORRIS_Y.split()])
+    assert line.slope == pytest.approx(1.00211681802045, rel=1e-14)
+    assert line.intercept == pytest.approx(-0.262323073774029, rel=2e-14)
+    assert line.u_slope == pytest.approx(0.429796848199937e-03, rel=1e-14)
+    assert line.u_intercept == pytest.approx(0.232818234301152, rel=1e-14)
+    assert line.chi2 == pytest.approx(26.6173985294224, rel=1e-14)
+    assert line.p is None
+
+
+def exactly(x: np.ndarray, y: np.ndarray, U: np.ndarray, constant: bool) -> tuple[list[float], np.ndarray, float]:
+    """The same line with 50 digits, by another way: weights from the inverse of the conditions' covariance."""
+    with mpmath.workdps(50):
+        n = len(x)
+        xs, ys, full = mpmath.matrix(list(map(float, x))), mpmath.matrix(list(map(float, y))), mpmath.matrix(U.tolist())
+        ux, uy, uxy = full[:n, :n], full[n:, n:], full[:n, n:]
+        p = mpmath.matrix([mpmath.mpf(float(np.polyfit(x, y, 1)[0])), 0][: 1 + constant])
+        true = xs.copy()
+        for _ in range(200):
+            design = mpmath.matrix(n, 1 + constant)
+            for i in range(n):
+                design[i, 0] = true[i]
+                if constant:
+                    design[i, 1] = 1
+            b = p[0]
+            inverse = mpmath.inverse(uy + b * b * ux - b * (uxy + uxy.T))
+            rest = ys - b * xs - (p[1] if constant else 0) * mpmath.ones(n, 1)
+            normal = mpmath.inverse(design.T * inverse * design)
+            step = normal * (design.T * inverse * rest)
+            p += step
+            left = rest - design * step
+            true = xs - (uxy - b * ux) * (inverse * left)
+            if mpmath.norm(step) < mpmath.mpf(10) ** -40:
+                break
+        cov = np.array([[float(normal[i, j]) for j in range(1 + constant)] for i in range(1 + constant)])
+        return [float(v) for v in p], cov, float((left.T * inverse * left)[0])
+
+
+def agree(line: LineFit, x: np.ndarray, y: np.ndarray, U: np.ndarray, constant: bool) -> None:
+    p, cov, chi2 = exactly(x, y, U, constant)
+    assert line.slope == pytest.approx(p[0], rel=1e-13)
+    assert line.u_slope == pytest.approx(math.sqrt(cov[0, 0]), rel=1e-13)
+    assert line.chi2 == pytest.approx(chi2, rel=1e-12)
+    if constant:
+        assert line.intercept == pytest.approx(p[1], rel=1e-13)
+        assert line.u_intercept == pytest.approx(math.sqrt(cov[1, 1]), rel=1e-13)
+        assert line.covariance[0, 1] == pytest.approx(cov[0, 1], rel=1e-13)
+
+
+def correlated(random: np.random.Generator, size: int) -> np.ndarray:
+    """A full covariance: errors of their own, and three that all share in different measure."""
+    shared = random.standard_normal((size, 3))
+    return 0.01 * (np.diag(random.uniform(0.5, 2, size)) + 0.5 * shared @ shared.T)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("constant", [True, False])
+def test_full_covariances_against_exact_arithmetic(seed: int, constant: bool) -> None:
+    random = np.random.default_rng(seed)
+    n = 9
+    U = correlated(random, 2 * n)
+    errors = np.linalg.cholesky(U) @ random.standard_normal(2 * n)
+    truth = np.linspace(1, 9, n)
+    x, y = truth + errors[:n], 1.7 * truth + (4 if constant else 0) + errors[n:]
+    line = fit_line(x, y, U[:n, :n], U[n:, n:], U[:n, n:], intercept=constant)
+    agree(line, x, y, U, constant)
+    assert line.dof == n - 1 - constant
+
+
+def test_singular_parts_against_exact_arithmetic() -> None:
+    # One ruler for all x, three exact y, the rest alone: U has rank 7 of 16.
+    random = np.random.default_rng(4)
+    n = 8
+    x = np.linspace(1, 8, n)
+    variances = np.array([0.0, 0.04, 0.04, 0.09, 0.04, 0.01, 0.04, 0.04])
+    y = 2.5 * x + 1 + np.sqrt(variances) * random.standard_normal(n)
+    U = np.zeros((2 * n, 2 * n))
+    U[:n, :n] = 0.03
+    U[n:, n:] = np.diag(variances)
+    line = fit_line(x, y, U[:n, :n], variances)
+    agree(line, x, y, U, True)
+    # Exact x and a shared error alone in y leave the slope exact, and the whole error in the constant.
+    line = fit_line(x, 2.5 * x + 1, None, np.full((n, n), 0.04))
+    assert line.slope == pytest.approx(2.5, rel=1e-13)
+    assert line.u_slope == pytest.approx(0, abs=1e-12)
+    assert line.u_intercept == pytest.approx(0.2, rel=1e-12)
+    assert line.dof == 0
+
+
+def test_an_error_shared_by_all_y_does_not_shrink_with_the_number_of_points() -> None:
+    x = np.linspace(1, 5, 40)
+    line = fit_line(x, 3 * x, None, 0.01 * np.eye(40) + 0.04)
+    assert line.u_intercept is not None
+    assert line.u_intercept > 0.2
+
+
+def test_errors_tied_within_a_row() -> None:
+    cov_xy = 0.6 * np.sqrt(YORK_U2X * YORK_U2Y)
+    by_row = fit_line(YORK_X, YORK_Y, YORK_U2X, YORK_U2Y, cov_xy)
+    whole = fit_line(YORK_X, YORK_Y, np.diag(YORK_U2X), np.diag(YORK_U2Y), np.diag(cov_xy))
+    assert by_row.slope == pytest.approx(whole.slope, rel=1e-13)
+    assert by_row.u_slope == pytest.approx(whole.u_slope, rel=1e-13)
+    U = np.block([[np.diag(YORK_U2X), np.diag(cov_xy)], [np.diag(cov_xy), np.diag(YORK_U2Y)]])
+    agree(by_row, YORK_X, YORK_Y, U, True)
+
+
+def test_an_exact_point_is_a_fixed_point() -> None:
+    variances = np.full(10, 0.04)
+    variances[2] = 0.0
+    line = fit_line(YORK_X, YORK_Y, None, variances)
+    assert line.intercept + line.slope * YORK_X[2] == pytest.approx(YORK_Y[2], rel=1e-13)
+    # The same as a line through the origin about that point.
+    others = np.arange(10) != 2
+    about = fit_line((YORK_X - 1.8)[others], (YORK_Y - 4.4)[others], None, 0.04, intercept=False)
+    assert line.slope == pytest.approx(about.slope, rel=1e-13)
+    assert line.u_slope == pytest.approx(about.u_slope, rel=1e-13)
+
+
+def test_without_covariances_it_is_the_textbook_line() -> None:
+    for intercept in (True, False):
+        line, textbook = fit_line(YORK_X, YORK_Y, intercept=intercept), ordinary_line(YORK_X, YORK_Y, intercept)
+        assert textbook is not None
+        assert (line.slope, line.u_slope) == pytest.approx((textbook.slope.value, textbook.slope.u), rel=1e-12)
+    assert "residuals" in line.convention
+
+
+def test_units_do_not_matter() -> None:
+    line = fit_line(YORK_X, YORK_Y, YORK_U2X, YORK_U2Y)
+    scaled = fit_line(1e-9 * YORK_X, 1e6 * YORK_Y, 1e-18 * YORK_U2X, 1e12 * YORK_U2Y)
+    assert scaled.slope == pytest.approx(1e15 * line.slope, rel=1e-13)
+    assert scaled.u_slope == pytest.approx(1e15 * line.u_slope, rel=1e-13)
+
+
+def test_odrpack_agrees() -> None:
+    odrpack = pytest.importorskip("odrpack")
+    # Independent errors are what it can express; its u is scaled by chi-square, so only the line is compared.
+    found = odrpack.odr_fit(
+        lambda x, beta: beta[0] * x + beta[1], YORK_X, YORK_Y, np.array([-0.5, 5.5]),
+        weight_x=1 / YORK_U2X, weight_y=1 / YORK_U2Y, partol=1e-15, sstol=1e-15,
+    )  # fmt: skip
+    line = fit_line(YORK_X, YORK_Y, YORK_U2X, YORK_U2Y)
+    assert [line.slope, line.intercept] == pytest.approx(found.beta, rel=1e-5)
+
+
+def test_iminuit_agrees() -> None:
+    iminuit = pytest.importorskip("iminuit")
+    random = np.random.default_rng(5)
+    n = 8
+    U = correlated(random, 2 * n)
+    truth = np.linspace(1, 9, n)
+    errors = np.linalg.cholesky(U) @ random.standard_normal(2 * n)
+    x, y = truth + errors[:n], 1.7 * truth + 4 + errors[n:]
+
+    def chi2(slope: float, constant: float) -> float:
+        V = U[n:, n:] + slope**2 * U[:n, :n] - slope * (U[:n, n:] + U[n:, :n])
+        left = y - slope * x - constant
+        return float(left @ np.linalg.solve(V, left))
+
+    minuit = iminuit.Minuit(chi2, slope=1.5, constant=3.0)
+    minuit.errordef = 1
+    minuit.tol = 1e-6
+    minuit.migrad()
+    line = fit_line(x, y, U[:n, :n], U[n:, n:], U[:n, n:])
+    assert line.slope == pytest.approx(minuit.values["slope"], rel=1e-5)
+    assert line.chi2 == pytest.approx(minuit.fval, rel=1e-8)
+
+
+class TestRefusals:
+    @pytest.mark.parametrize(
+        ("x", "y", "options", "words"),
+        [
+            ([1.0], [2.0], {"cov_y": 1.0}, "do not determine"),
+            ([1.0], [2.0], {"intercept": False}, "no residual"),
+            ([], [], {"intercept": False}, "do not determine"),
+            ([1.0, 2.0], [2.0, 3.0], {}, "no residual"),
+            ([3.0] * 5, [1, 2, 3, 4, 5], {}, "all x are equal"),
+            ([0.0] * 5, [1, 2, 3, 4, 5], {"intercept": False}, "all x are zero"),
+            ([1, 2, math.nan], [1, 2, 3], {}, "not finite"),
+            ([1, 2, 3], [1, 2], {}, "same length"),
+            ([[1, 2, 3]], [[1, 2, 3]], {}, "same length"),
+            ([1, 2, 3], [1, 2, 4], {"cov_y": [1, 2]}, "cov_y has shape"),
+            ([1, 2, 3], [1, 2, 4], {"cov_y": [1, 2, math.inf]}, "cov_y has a value that is not finite"),
+            ([1, 2, 3], [1, 2, 4], {"cov_y": [1, -2, 1]}, "negative variance"),
+            ([1, 2, 3], [1, 2, 4], {"cov_y": [[1, 0.5, 0], [0, 1, 0], [0, 0, 1]]}, "not symmetric"),
+            ([1, 2, 3], [1, 2, 4], {"cov_y": [[1, 2, 0], [2, 1, 0], [0, 0, 1]]}, "negative eigenvalue"),
+            ([1, 2, 3], [1, 2, 4], {"cov_x": 1.0, "cov_y": 1.0, "cov_xy": 1.5}, "larger than"),
+            ([1, 2, 3], [1, 2, 4], {"cov_xy": 1.5}, "larger than"),
+            ([1, 2, 3], [1, 2, 4], {"cov_y": 0.0}, "all covariances are zero"),
+            ([1, 2, 3, 4], [1, 2, 4, 9], {"cov_y": [0, 0, 0, 1]}, "not on one line"),
+        ],
+    )
+    def test_named(self, x: list[float], y: list[float], options: dict[str, object], words: str) -> None:
+        with pytest.raises(ValueError, match=words):
+            fit_line(x, y, **options)  # type: ignore[arg-type]
+
+    def test_one_stated_point_through_the_origin_is_enough(self) -> None:
+        line = fit_line([2.0], [4.0], cov_y=0.04, intercept=False)
+        assert (line.slope, line.u_slope, line.dof, line.p) == (2.0, pytest.approx(0.1), 0, None)

@@ -16,6 +16,7 @@ import numpy as np
 from gyrodata import __version__, fitting, forecast, physics
 from gyrodata.errors import Diagnostic, LogError, register
 from gyrodata.fitting import Estimate, FitResult, Outlier, Share
+from gyrodata.fitting.profile import profile_interval
 from gyrodata.measurements import Measurements, measure, torque_groups
 from gyrodata.physics import Floats
 from gyrodata.readings import Readings, read_log
@@ -88,7 +89,7 @@ G415 = register(
 CONVENTIONS = {
     "inertia": "least squares in the raw readings (Gauss-Helmert); derivatives and proportional uncertainties at the "
     "adjusted values; u is one standard uncertainty (k = 1) from the stated ones, never scaled by chi-square unless "
-    "asked; interval_95 is value ± U, U = k u",
+    "asked; interval_95 is value ± U, U = k u, or the profile of chi-square where that differs by over 5 %",
     "imbalance": "the torque at work is the applied torque plus M0; M = I_zz φ̇ψ̇ − M0",
     "timing_bias": "a stopwatch's reading is the true time plus b",
     "goodness": "chi-square of all readings and priors at the fit; p is the chance of one at least as large; Birge "
@@ -126,6 +127,8 @@ class Result:
     interval_95: tuple[float, float] | None
     k: float | None
     dof: float | None
+    interval_by: Literal["linear", "profile"] = "linear"
+    """"linear": value ± k·u; "profile": where chi-square has risen by k², used where the two differ by over 5 %."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,6 +181,8 @@ class Torque:
     """Standard uncertainty of that mean, errors shared by these runs included [rad²/s²]."""
     product_spread: float | None
     """Standard deviation of the single values; None for one run [rad²/s²]."""
+    without: Estimate | None
+    """I_zz from the runs of the other torques [kg*m^2]; None where they cannot tell it, or with over 12 torques."""
     product_p: float | None
     """Chance of a scatter at least as large if φ̇ψ̇ is constant; None for one run."""
 
@@ -202,6 +207,8 @@ class Run:
     """Time minus fitted time [s]."""
     residual_u: float
     """Standard uncertainty expected of it from what this run has alone [s]."""
+    influence: float
+    """Change of I_zz if this run were left out [kg*m^2]; 0 where it is."""
     flagged: bool
     left_out: bool
     reason: str
@@ -271,6 +278,7 @@ class Analysis:
                     "position": group.position,
                     "torque": group.torque,
                     "runs": group.runs,
+                    "without": None if group.without is None else _slots(group.without),
                     "product": {
                         "value": group.product,
                         "u": group.product_u,
@@ -492,9 +500,11 @@ def analyze_readings(
     effects = _effects(measured, fit, tilted, model)
     birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else None
     advice = _advice(measured, fit)
+    profile = profile_interval(measured, fit, K_95, tilted, left_out)
     scaled = scale_by_birge and birge is not None and birge > 1
     if scaled and birge is not None:
-        fit = _scaled(fit, birge)
+        # A profile is of chi-square as it is.
+        fit, profile = _scaled(fit, birge), None
     without = None
     if any(outlier.index not in left_out for outlier in outliers):
         without = fitting.fit(measured, tilted, tuple(outlier.index for outlier in outliers)).inertia
@@ -507,7 +517,7 @@ def analyze_readings(
         readings=readings,
         measurements=measured,
         fit=fit,
-        inertia=_with_interval(fit.inertia, "kg*m^2"),
+        inertia=_with_interval(fit.inertia, "kg*m^2", profile),
         imbalance=_with_interval(fit.imbalance, "N*m"),
         timing_bias=_with_interval(fit.timing_bias, "s"),
         p=p,
@@ -517,16 +527,18 @@ def analyze_readings(
         budget=fit.budget,
         effects=effects,
         power_law=_power_law(measured, kept),
-        torques=_torques(measured, fit, kept),
+        torques=_torques(measured, fit, kept, tilted),
         run_table=_runs(measured, fit, outliers, left_out),
         advice=advice,
         diagnostics=tuple(found),
     )
 
 
-def _with_interval(estimate: Estimate, unit: str) -> Result:
+def _with_interval(estimate: Estimate, unit: str, profile: tuple[float, float] | None = None) -> Result:
     if estimate.u is None:
         return Result(estimate.value, None, unit, None, None, None)
+    if profile is not None:
+        return Result(estimate.value, estimate.u, unit, profile, K_95, None, "profile")
     half = K_95 * estimate.u
     return Result(estimate.value, estimate.u, unit, (estimate.value - half, estimate.value + half), K_95, None)
 
@@ -715,8 +727,17 @@ def _power_law(measured: Measurements, kept: list[int]) -> tuple[PowerLaw, ...]:
     return tuple(laws)
 
 
-def _torques(measured: Measurements, fit: FitResult, kept: list[int]) -> tuple[Torque, ...]:
-    """Constancy of φ̇ψ̇ for each torque."""
+def _without(measured: Measurements, group: list[int], kept: list[int], tilted: bool) -> Estimate | None:
+    """I_zz from all runs but those of one torque: what leaning on that weight does."""
+    rest = sorted(set(kept) - set(group))
+    if not np.any(measured.torque[rest]) or len(set(measured.torque)) > 12:
+        return None
+    others = [i for i in range(len(measured.runs)) if i not in set(rest)]
+    return fitting.fit(measured, tilted, others).inertia
+
+
+def _torques(measured: Measurements, fit: FitResult, kept: list[int], tilted: bool) -> tuple[Torque, ...]:
+    """Constancy of φ̇ψ̇ for each torque, and what each does to the answer."""
     groups = []
     inside = set(kept)
     own = _own_relative(measured)
@@ -741,6 +762,7 @@ def _torques(measured: Measurements, fit: FitResult, kept: list[int]) -> tuple[T
                 position=_or_none(measured.position[group[0]]),
                 torque=float(measured.torque[group[0]]),
                 runs=len(members),
+                without=_without(measured, group, kept, tilted),
                 product=mean,
                 product_u=math.hypot(alone, hand, scale * mean),
                 product_spread=float(np.std(values, ddof=1)) if several else None,
@@ -772,6 +794,7 @@ def _runs(
             inertia=float(measured.torque[i] / product[i]) if measured.torque[i] else None,
             residual=float(measured.time[i] - fit.fitted_time[i]),
             residual_u=float(fit.time_u[i]),
+            influence=float(fit.influence[i]),
             flagged=i in reasons,
             left_out=i in left_out,
             reason=reasons.get(i, ""),

@@ -250,9 +250,8 @@ def _answer(analysis: Analysis) -> list[str]:
     if inertia.interval_95 is not None and inertia.k is not None:
         factor, power = power_of_ten(inertia.value)
         ends = interval_text(*inertia.interval_95, factor)
-        lines.append(
-            f"         95 % interval {ends}{' × ' + power if power else ''} kg·m² (u × k, k = {inertia.k:.2f})"
-        )
+        how = f"u × k, k = {inertia.k:.2f}" if inertia.interval_by == "linear" else "by the profile of chi-square"
+        lines.append(f"         95 % interval {ends}{' × ' + power if power else ''} kg·m² ({how})")
     lines.append(f"  residual torque M0 = {torque_text(imbalance.value, imbalance.u)} (torque at work = applied + M0)")
     if bias.u:
         lines.append(f"  timing bias b = {number_text(bias.value, bias.u)} s")
@@ -541,6 +540,7 @@ RUN_UNITS = {
     "inertia": "kg*m^2",
     "residual": "s",
     "residual_u": "s",
+    "influence": "kg*m^2",
 }
 
 

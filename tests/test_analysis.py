@@ -193,7 +193,7 @@ class TestContract:
         assert {fit["name"] for fit in result["fits"]} == {"through_origin", "with_constant", "recommended"}
         assert set(result["budget"][0]) >= {"source", "shared", "u_inertia", "share"}
         assert set(result["effects"][0]) == {"effect", "bias", "kept", "reason"}
-        assert set(result["torques"][0]) == {"mass", "position", "torque", "runs", "product"}
+        assert set(result["torques"][0]) == {"mass", "position", "torque", "runs", "product", "without"}
         assert set(result["runs"][0]) >= {
             "run", "line", "torque", "spin", "precession_rate", "period", "product", "inertia", "residual", "flagged",
             "reason",
@@ -233,3 +233,18 @@ def test_advice_is_computed_and_in_order_of_gain() -> None:
     assert len(gains) >= 3
     assert gains == sorted(gains)
     assert any("without a weight" in line for line in advice)
+
+
+def test_short_times_have_a_lopsided_interval() -> None:
+    log = HEAD + "200.0,15.0,200,0.69,1/3\n200.0,15.0,220,0.77,1/3\n400.0,15.0,200,0.35,1/3\n400.0,15.0,400,0.72,1/3\n"
+    inertia = gyrodata.analyze(log.encode()).inertia
+    low, high = (abs(end - inertia.value) / (inertia.k * inertia.u) for end in inertia.interval_95)
+    assert inertia.interval_by == "profile"
+    assert max(abs(low - 1), abs(high - 1)) > 0.05
+
+
+def test_influence_and_leaving_a_torque_out() -> None:
+    a = gyrodata.analyze(SAMPLES / "air_gyroscope.csv")
+    assert len([t for t in a.torques if t.without]) == 4
+    assert all(abs(t.without.value - a.inertia.value) < 2 * t.without.u for t in a.torques)
+    assert max(abs(run.influence) for run in a.run_table) < a.inertia.u

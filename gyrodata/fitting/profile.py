@@ -77,7 +77,5 @@ def _chi2_at(
     kept = np.array([0.0 if i in left_out else 1.0 for i in range(len(measured.runs))])
     start = Start(inertia, result.imbalance.value)
     problem = Problem(measured, tilted)
-    adjusted = adjust(
-        problem, result.sense, start, result.imbalance_prior, measured.timing_bias_u, kept, held=True
-    )
+    adjusted = adjust(problem, result.sense, start, result.imbalance_prior, measured.timing_bias_u, kept, held=True)
     return adjusted.chi2

@@ -9,6 +9,7 @@ from gyrodata.fitting.chi_square import chi2_tail
 from gyrodata.fitting.conditions import DEFAULT_TRANSVERSE_RATIO, TRANSVERSE_U, transverse_inertia
 from gyrodata.fitting.inertia import DEFAULT_IMBALANCE_U, fit
 from gyrodata.fitting.lines import LineFit, fit_line
+from gyrodata.fitting.many import ManyFits, fit_many
 from gyrodata.fitting.results import Estimate, FitResult, Outlier, Share
 from gyrodata.fitting.screening import OUTLIER, TURN_COUNTS, screen
 from gyrodata.fitting.start import torques_differ
@@ -24,11 +25,13 @@ __all__ = [
     "FitResult",
     "Line",
     "LineFit",
+    "ManyFits",
     "Outlier",
     "Share",
     "chi2_tail",
     "fit",
     "fit_line",
+    "fit_many",
     "ordinary_line",
     "screen",
     "torques_differ",

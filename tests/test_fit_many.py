@@ -1,0 +1,36 @@
+"""Many labs at once: the same answers as one at a time."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from labs import lab
+
+from gyrodata.fitting import fit, fit_many
+
+QUANTITIES = ("time", "spin", "mass", "position")
+
+
+@pytest.mark.parametrize("options", [{"repeats": 3}, {}, {"weights": (0.04,)}, {"positions": (0.15, -0.15)}])
+def test_agrees_with_one_at_a_time(options: dict[str, object]) -> None:
+    random = np.random.default_rng(9)
+    labs = [lab(random, imbalance=1e-3, bias=0.03, **options) for _ in range(12)]  # type: ignore[arg-type]
+    many = fit_many(labs[0], {name: np.array([getattr(one, name) for one in labs]) for name in QUANTITIES})
+    for i, one in enumerate(map(fit, labs)):
+        u = one.inertia.u
+        assert u is not None
+        assert many.inertia[i] == pytest.approx(one.inertia.value, abs=1e-6 * u)
+        assert many.inertia_u[i] == pytest.approx(u, rel=1e-6)
+        assert many.imbalance[i] == pytest.approx(one.imbalance.value, abs=1e-6 * (one.imbalance.u or 0.0))
+        assert many.imbalance_u[i] == pytest.approx(one.imbalance.u, rel=1e-6)
+        assert many.timing_bias[i] == pytest.approx(one.timing_bias.value, abs=1e-7)
+
+
+def test_what_it_cannot_take_is_named() -> None:
+    measured = lab(np.random.default_rng(1))
+    with pytest.raises(ValueError, match="shape"):
+        fit_many(measured, {"time": measured.time})
+    with pytest.raises(ValueError, match="sense"):
+        fit_many(replace(measured, sense=0 * measured.sense), {"time": measured.time[None]})

@@ -23,6 +23,20 @@ SI: dict[str, str] = {
 DISPLAY: dict[str, str] = SI | {"mass": "g", "length": "cm", "rate": "rpm", "angle": "deg"}
 """Unit in which each kind of quantity is shown, and which a message proposes."""
 
+LIMITS: dict[str, tuple[float, float]] = {
+    "mass": (1e-9, 1e4),
+    "length": (1e-9, 1e3),
+    "torque": (1e-12, 1e6),
+    "force": (1e-9, 1e6),
+    "rate": (1e-6, 1e6),
+    "time": (1e-6, 1e7),
+    "number": (1e-6, 1e6),
+    "angle": (1e-6, 1e7),
+    "inertia": (1e-12, 1e6),
+    "acceleration": (1e-3, 1e3),
+}
+"""Smallest and largest size [SI unit] of what stands on a lab bench, zero apart: far from all that was ever read."""
+
 ROLE_KINDS: dict[str, str] = {
     "mass": "mass",
     "position": "length",

@@ -620,6 +620,9 @@ def _contradictions(readings: Readings, measured: Measurements) -> list[Diagnost
             "spin": measured.spin,
             "spin_period": 2 * np.pi / measured.spin,
             "inertia": np.abs(measured.torque) / (rate * measured.spin),
+            "mass": measured.mass,
+            "position": np.abs(measured.position),
+            "time": measured.time,
             "turns": measured.turns,
             "angle": 2 * np.pi * measured.turns,
         }

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-from gyrodata.kinds import DISPLAY, ROLE_KINDS, SI, describe_kinds, examples, kind_in_words, kind_of_role
+from gyrodata.kinds import DISPLAY, LIMITS, ROLE_KINDS, SI, describe_kinds, examples, kind_in_words, kind_of_role
 from gyrodata.unit_grammar import (
     MAX_UNIT_LENGTH,
     TABLE,
@@ -27,6 +27,7 @@ from gyrodata.unit_grammar import (
 
 __all__ = [
     "DISPLAY",
+    "LIMITS",
     "MAX_UNIT_LENGTH",
     "ROLE_KINDS",
     "SI",
@@ -361,6 +362,8 @@ def parse_uncertainty(text: str, kind: str, unit: str = "") -> Uncertainty:
             absolute += part
         if part < 0:
             raise UnitError(f'"{text.strip()[:40]}" is negative, and an uncertainty cannot be')
+    if relative > 10 or absolute > LIMITS[kind][1]:
+        raise UnitError(f'"{text.strip()[:40]}" is far too large for an uncertainty', "is its unit the one written?")
     return Uncertainty(absolute, relative)
 
 

@@ -107,6 +107,6 @@ def _readings(document: Document, given: Settings, table: Table) -> Readings:
         balance_tilt=given.balance_tilt,
         balance_drift=given.balance_drift,
         metadata=given.metadata,
-        diagnostics=tuple(document.faults.found),
+        diagnostics=document.faults.all_told(),
         source_text=document.text,
     )

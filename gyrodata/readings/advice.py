@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from gyrodata.readings.headers import parse_header, suggest_role
+from gyrodata.readings.headers import MAX_HEADER, parse_header, suggest_role
 from gyrodata.units import kinds_of
 
 _DEGREES = re.compile(r"([0-9]+(?:[.,][0-9]+)?)\s*(?:°|º|˚|deg)")
@@ -54,6 +54,7 @@ def advise(role: str, headers: list[str]) -> str:
     str
         To stand in front of the general hint; "" where no header looks like it.
     """
+    headers = [header for header in headers if len(header) <= MAX_HEADER]
     if role in ("time", "turns"):
         timed = [header for header in headers if _is_time(header)]
         told = [header for header in timed if stated_turns(header) and not _is_of_spin(header, timed)]

@@ -10,10 +10,14 @@ from typing import NamedTuple
 
 from gyrodata.errors import register
 from gyrodata.units import (
+    LIMITS,
+    SI,
     Uncertainty,
     UnitError,
     examples,
     fold_letters,
+    kind_in_words,
+    kind_of_role,
     kinds_of,
     parse_uncertainty,
     parse_unit,
@@ -51,6 +55,11 @@ class CellError(ValueError):
         super().__init__(message)
         self.code = code
         self.hint = hint
+
+    @property
+    def joint(self) -> str:
+        """What parts the cell from the message: nothing before a colon."""
+        return "" if str(self).startswith(":") else " "
 
 
 class Cell(NamedTuple):
@@ -101,6 +110,9 @@ _MONTHS = {
 _DATE_DIGITS = re.compile(r"[0-9]{1,4}[./-][0-9]{1,2}[./-][0-9]{1,4}(?:[ T].*)?")
 _DAY_MONTH = re.compile(r"([0-9]{1,4})[.\s-]*([^\W\d_]{3,9})\.?(?:[\s-]*[0-9]{2,4})?")
 _MONTH_DAY = re.compile(r"([^\W\d_]{3,9})\.?[\s-]*([0-9]{1,4})")
+_SPOKEN_CLOCK = re.compile(
+    r"([0-9]{1,3})\s*(?:'|m|min|мин)\.?\s*([0-9]{1,2}(?:[.,][0-9]+)?)\s*(?:\"|''|s|sec|c|сек)?\.?"
+)
 _SENSES = {
     "ccw": 1.0,
     "counterclockwise": 1.0,
@@ -212,6 +224,8 @@ def _convert(value: float, step: float | None, spread: float | None, kind: str, 
         raise CellError(G208 if error.reason == "ambiguous" else G205, f": {error}", error.hint) from None
     factor = known.factor
     uncertainty = None if spread is None else Uncertainty(abs(spread) * factor)
+    if uncertainty is not None and uncertainty.absolute > LIMITS.get(kind, (0.0, math.inf))[1]:
+        raise CellError(G203, "has an uncertainty that is far too large")
     exact = step is None or (value == 0 and set(text) <= set("+-−0"))
     return Cell(value * factor, None if exact or step is None else step * factor, uncertainty, known.text)
 
@@ -275,13 +289,19 @@ def _not_a_number(text: str, plain: str, with_unit: re.Match[str] | None) -> Cel
     if date is not None:
         return date
     mended = plain.translate(_MISTYPED)
-    for candidate in (mended, mended.rstrip(".,;"), re.sub(r"([.,])[.,]+", r"\1", mended), mended.replace("'", "")):
+    for candidate in (mended, mended.rstrip(".,;"), re.sub(r"([.,])[.,]+", r"\1", mended)):
         if candidate != plain and (_PLAIN.fullmatch(candidate) or _FRACTION.fullmatch(candidate)):
             return CellError(G203, "is not a number", f"did you mean {candidate}?")
     if re.fullmatch(r"[-+]?[0-9]{1,3}(?:[ .,'][0-9]{3})+(?:[.,][0-9]*)?", plain):
         return CellError(G203, "is not a number", "write it without marks between the thousands")
     if re.fullmatch(r"[0-9]+\s*(?:a|o|st|nd|rd|th|er|e|ème|ой|ый|я)\.?", lower) or "ª" in text or "º" in text:
         return CellError(G203, "is an ordinal, not a number", "write how many, as 1, 2.5 or 1/3")
+    clock = _SPOKEN_CLOCK.fullmatch(lower)
+    if clock:
+        return CellError(G203, "is not a number", f"write it as {int(clock[1]):02d}:{clock[2].zfill(2)}")
+    if _CONCISE.fullmatch(plain.replace(" (", "(")):
+        hint = f"write {plain.replace(' (', '(')} if the bracket is its uncertainty"
+        return CellError(G203, "is not a number", hint)
     if with_unit is not None and re.fullmatch(_UNIT, with_unit[2]):
         return CellError(G203, f'is not a number with a unit: "{with_unit[2]}" is no unit known here')
     return CellError(G203, "is not a number")
@@ -346,4 +366,10 @@ def check_value(role: str, value: float) -> tuple[str, str]:
         fault, hint = "is below zero", "a weight on the counterweight side has a negative position"
     elif role == "pitch" and abs(value) >= math.pi / 2:
         fault = "is not between -90 and 90 degrees"
+    kind = kind_of_role(role)
+    if not fault and value and kind in LIMITS:
+        low, high = LIMITS[kind]
+        if not low <= abs(value) <= high:
+            fault = f"is too {'large' if abs(value) > high else 'small'} for {kind_in_words(kind)} in a lab"
+            hint = f"is its unit the one written? Read are {low:g} to {high:g} {SI[kind]}".rstrip()
     return fault, hint

@@ -158,7 +158,7 @@ def _read_path(source: str | os.PathLike[str], name: str | None) -> tuple[str, b
 def _neighbours(path: Path) -> str:
     """Propose files of the same folder with a similar name."""
     try:
-        names = sorted(entry.name for entry in os.scandir(path.parent) if entry.is_file())
+        names = sorted(entry.name for entry in path.parent.iterdir() if entry.name != path.name)
     except (OSError, ValueError):
         return f"there is no folder {str(path.parent)!r} either"
     close = difflib.get_close_matches(path.name, names[:2000], n=3, cutoff=0.6)
@@ -167,15 +167,20 @@ def _neighbours(path: Path) -> str:
 
 def _decompress(data: bytes, faults: Faults) -> bytes:
     """Unpack .gz up to the limit: a small file can unpack to anything."""
-    unpacker = zlib.decompressobj(wbits=31)
-    try:
-        text = unpacker.decompress(data, MAX_BYTES + 1)
-    except zlib.error:
-        raise faults.refuse(G107, "the .gz file is damaged", "make it again, or give the CSV itself") from None
-    if len(text) > MAX_BYTES:
-        raise faults.refuse(G106, "the file unpacks to more than 10 MB", "a lab log has a few kilobytes")
-    if not unpacker.eof:
-        raise faults.refuse(G107, "the .gz file ends too early", "make it again, or give the CSV itself")
+    text = b""
+    while True:  # a file may hold several parts, one behind the other
+        unpacker = zlib.decompressobj(wbits=31)
+        try:
+            text += unpacker.decompress(data, MAX_BYTES + 1 - len(text))
+        except zlib.error:
+            raise faults.refuse(G107, "the .gz file is damaged", "make it again, or give the CSV itself") from None
+        if len(text) > MAX_BYTES:
+            raise faults.refuse(G106, "the file unpacks to more than 10 MB", "a lab log has a few kilobytes")
+        if not unpacker.eof:
+            raise faults.refuse(G107, "the .gz file ends too early", "make it again, or give the CSV itself")
+        data = unpacker.unused_data.lstrip(b"\x00")
+        if not data:
+            break
     return text
 
 

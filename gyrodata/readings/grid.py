@@ -49,6 +49,8 @@ class Grid:
     """``#`` lines that say no ``key: value``."""
 
 
+# Marks of order and width that a copy from a web page or a chat brings along, and that no editor shows.
+_UNSEEN = "\ufeff\u200b\u200c\u200d\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2060 \u00a0"
 _DELIMITERS = ("\t", ";", ",")
 _KEY = re.compile(r"\s*([^\W\d][\w .()/\-]{0,39}?)\s*[:=]\s*(.*)", re.DOTALL)
 
@@ -162,6 +164,8 @@ def _split_plain(line: str, number: int, delimiter: str, faults: Faults) -> list
     column = 1
     for part in line.split(delimiter):
         text = part.strip()
+        if not text.isascii():
+            text = text.strip(_UNSEEN).strip()
         row.append(Text(text, number, column + (part.index(text) if text != part else 0)))
         if len(part) > MAX_CELL:
             raise _long_cell(len(part), row[-1], faults)

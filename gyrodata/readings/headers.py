@@ -21,6 +21,9 @@ from gyrodata.readings.vocabulary import (
 )
 from gyrodata.units import kind_of_role, kinds_of
 
+MAX_HEADER = 200
+"""Characters in a header that are looked at: the work on a longer one grows with their cube, and it names nothing."""
+
 
 class Header(NamedTuple):
     """What a header says."""
@@ -52,6 +55,8 @@ def parse_header(text: str) -> Header:
     text : str
         As written, without blanks around it.
     """
+    if len(text) > MAX_HEADER:
+        return Header(text, (), None, "")
     spread, rest = "", text
     if "±" in text or "+/-" in text or "+-" in text:
         match = _SPREAD.search(text)
@@ -151,6 +156,8 @@ def _is_unit_of(name: str, unit: str) -> bool:
 @lru_cache(maxsize=4096)
 def name_roles(name: str) -> tuple[tuple[str, ...], int | None]:
     """Find the roles that a name without a unit may mean, and the number of a repeat."""
+    if len(name) > MAX_HEADER:
+        return (), None
     roles = _plain_roles(name) or _unsure_roles(name)
     if roles:
         return roles, None
@@ -252,6 +259,8 @@ def unit_for(text: str, kind: str) -> str | None:
 
 def suggest_role(header: str) -> str:
     """Propose the role whose name a header nearly is; "" if it is near to none."""
+    if len(header) > MAX_HEADER:
+        return ""
     name, _ = _split_unit(header)
     loose = re.sub(r"[\[(].*", "", name).strip()
     for key in (squeeze(loose).lower(), squeeze(re.split(r"[\s_]", loose or " ")[0]).lower()):

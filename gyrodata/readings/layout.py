@@ -152,7 +152,7 @@ def _is_unit_row(row: list[Text]) -> bool:
     units = 0
     for cell in row:
         bare = _bare(cell.text)
-        if is_number(cell.text) and not kinds_of(bare):
+        if is_number(cell.text) and not (kinds_of(bare) and any(letter.isalpha() for letter in bare)):
             return False
         if kinds_of(bare) or bare == "%":
             units += 1

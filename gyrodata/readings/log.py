@@ -10,6 +10,9 @@ from typing import NamedTuple
 from gyrodata.errors import CODES, Diagnostic, InputError
 from gyrodata.units import Uncertainty
 
+MOST_OF_ONE_CODE = 100
+"""Diagnostics of one code that are shown; a column of text for numbers has as many faults as rows."""
+
 
 class Place(NamedTuple):
     """Where something stands in a file, counted as an editor counts."""
@@ -176,15 +179,28 @@ class Faults:
         self.name = name
         self.lines = split_lines(text) if text else []
         self.found: list[Diagnostic] = []
+        self._count: dict[str, int] = {}
 
     def add(self, code: str, message: str, hint: str = "", place: Place | None = None, width: int = 1) -> None:
-        """Note one fault down; arguments as in `Readings.diagnose`."""
+        """Note one fault down; arguments as in `Readings.diagnose`. Of one code, the first `MOST_OF_ONE_CODE` only."""
+        self._count[code] = self._count.get(code, 0) + 1
+        if self._count[code] > MOST_OF_ONE_CODE:
+            return
         self.found.append(make_diagnostic(self.name, self.lines, code, message, hint, place, max(1, width)))
 
     def refuse(self, code: str, message: str, hint: str = "", place: Place | None = None, width: int = 1) -> InputError:
         """Give the error to raise for an input that is no log at all, with what was found before it."""
         self.add(code, message, hint, place, width)
         return InputError(self.found)
+
+    def all_told(self) -> tuple[Diagnostic, ...]:
+        """Give what was found, and how much more of it there is."""
+        more = [
+            make_diagnostic(self.name, self.lines, code, f"{count - MOST_OF_ONE_CODE} more of this kind are not shown")
+            for code, count in self._count.items()
+            if count > MOST_OF_ONE_CODE
+        ]
+        return (*self.found, *more)
 
     def has_error(self) -> bool:
         """Whether anything found so far stops the analysis."""

@@ -11,7 +11,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from gyrodata.errors import InputError, register
-from gyrodata.readings.cells import Cell, CellError, read_cell
+from gyrodata.readings.cells import Cell, CellError, check_value, read_cell
 from gyrodata.readings.grid import Text
 from gyrodata.readings.headers import name_roles
 from gyrodata.readings.log import Faults, Place, listing
@@ -28,6 +28,9 @@ G502 = register("G502", "error", "--map: there is no such header", 'analyze log.
 G503 = register("G503", "error", "--map: there is no such role", 'analyze log.csv --map tme="time [s]"')
 G504 = register("G504", "error", "--set or --config: the value cannot be read", "analyze log.csv --set g=fast")
 G505 = register("G505", "error", "--config: the file cannot be read", "analyze log.csv --config no-such-file.toml")
+
+
+_REMARKS_LOOKED_AT = 200
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,6 +115,9 @@ def _read_config(path: Path, faults: Faults) -> dict[str, str]:
         raise faults.refuse(G505, f"--config {str(path)!r} cannot be read: {reason}", hint) from None
     values: dict[str, str] = {}
     for key, value in table.items():
+        if isinstance(value, dict | list):
+            hint = 'write its keys at the top, such as g = "9.803 m/s^2"; columns are named with --map role=HEADER'
+            raise faults.refuse(G504, f"--config {key}: a table or a list, not a number or a text", hint)
         if isinstance(value, bool) or not isinstance(value, str | int | float):
             raise faults.refuse(G504, f"--config {key}: not a number or a text", f'write {key} = "…"')
         values[key] = str(value)
@@ -132,7 +138,7 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
         known = key.lower()
         if known not in KEYS or known in ("run", "note"):
             settings.metadata[key] = text.text
-            _warn_if_misspelt(key, text, faults)
+            _warn_if_misspelt(settings, key, text, faults)
             continue
         if known == "time" and ":" in text.text:
             settings.metadata[key] = text.text  # the hour of the day, not a stopwatch
@@ -148,12 +154,13 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
         except CellError as error:
             if known in ROLES:
                 settings.unread.add(known)
-            faults.add(G306, f'{known} "{text.text[:60]}" {error}', error.hint, text.place, len(text.text))
+            message = f'{known} "{text.text[:60]}"{error.joint}{error}'
+            faults.add(G306, message, error.hint, text.place, len(text.text))
     for item in options:
         try:
             _enter(settings, item)
         except CellError as error:
-            faults.add(G504, f'{item.label}: "{item.text[:60]}" {error}', error.hint)
+            faults.add(G504, f'{item.label}: "{item.text[:60]}"{error.joint}{error}', error.hint)
             raise InputError([d for d in faults.found if d.code == G504]) from None
     return settings
 
@@ -168,8 +175,8 @@ def warn_of_lost_keys(comments: list[Text], faults: Faults) -> None:
             faults.add(G305, message, hint, Place(comment.line, comment.column), len(comment.text))
 
 
-def _warn_if_misspelt(key: str, text: Text, faults: Faults) -> None:
-    if key.lower() in ("run", "note") or len(key) > 30:
+def _warn_if_misspelt(settings: Settings, key: str, text: Text, faults: Faults) -> None:
+    if key.lower() in ("run", "note") or len(key) > 30 or len(settings.metadata) > _REMARKS_LOOKED_AT:
         return
     close = _nearest(key.lower())
     if not close:
@@ -210,11 +217,19 @@ def _enter(settings: Settings, item: Given) -> None:
     if key in CONSTANTS:
         if not cell.value > 0:
             raise CellError(G306, "is not above zero")
+        _refuse_beyond(key, cell.value)
         settings.constants[key] = cell.value
         if cell.uncertainty is not None:
             settings.uncertainties.setdefault(f"u_{key}", cell.uncertainty)
         return
+    _refuse_beyond(key, cell.value)
     settings.roles[key] = Given(key, item.text, item.label, item.place, cell)
+
+
+def _refuse_beyond(key: str, value: float) -> None:
+    fault, hint = check_value(key, value)
+    if fault:
+        raise CellError(G306, fault, hint)
 
 
 def _enter_balance(settings: Settings, item: Given) -> None:
@@ -232,6 +247,9 @@ def _enter_balance(settings: Settings, item: Given) -> None:
         raise CellError(G306, f"is not understood: {error}", error.hint or f"write it like {sample}") from None
     if numbers[1] <= 0 or (drift and numbers[2] == 0):
         raise CellError(G306, "needs a time and a spin above zero", f"write it like {sample}")
+    for role, number in zip(("angle", "time", "spin"), numbers, strict=False):
+        if number:
+            _refuse_beyond(role, abs(number))
     if drift:
         settings.balance_drift = (numbers[0], numbers[1], numbers[2])
     else:

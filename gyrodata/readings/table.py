@@ -195,8 +195,7 @@ class _Builder:
                     if error.code == G206:
                         bare = bare or text
                     else:
-                        joint = "" if str(error).startswith(":") else " "
-                        message = f'{role} "{text.text[:60]}"{joint}{error}'
+                        message = f'{role} "{text.text[:60]}"{error.joint}{error}'
                         faults.add(error.code, message, error.hint, text.place, len(text.text))
                 else:
                     fault, hint = check_value(role, cell.value)
@@ -224,7 +223,7 @@ class _Builder:
 
     def _ask_for_unit(self, role: str, chosen: Chosen, faults: Faults) -> None:
         kind = kind_of_role(role)
-        name = chosen.header.text
+        name = chosen.header.text[:60]
         hint = f'write the header as "{name} [{DISPLAY[kind]}]" (or {examples(kind)})'
         faults.add(G206, f'the column "{name}" ({role}) has no unit', hint, chosen.cell.place, len(name))
 

@@ -8,7 +8,7 @@ from datetime import time, timedelta
 from importlib import import_module
 from typing import Any
 
-from gyrodata.readings.files import G104, G106, G108, MAX_ROWS, table_text
+from gyrodata.readings.files import G104, G106, G108, MAX_COLUMNS, MAX_ROWS, table_text
 from gyrodata.readings.log import Faults, listing
 
 _MAX_UNPACKED = 100 * 1000 * 1000
@@ -61,13 +61,21 @@ def _sheets(openpyxl: Any, data: bytes) -> list[tuple[str, list[tuple[Any, ...]]
     book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
     filled = []
     for sheet in book.worksheets:
-        values = sheet.iter_rows(values_only=True, max_row=MAX_ROWS + 10)
-        rows = [tuple(_plain(value) for value in row) for row in values]
+        # One stray cell at the far corner makes a sheet of 17 thousand million cells.
+        values = sheet.iter_rows(values_only=True, max_row=MAX_ROWS + 10, max_col=MAX_COLUMNS + 10)
+        rows = [_row(row) for row in values]
         while rows and not any(value is not None for value in rows[-1]):
             rows.pop()
         if rows:
             filled.append((sheet.title, rows))
     return filled
+
+
+def _row(values: tuple[Any, ...]) -> tuple[Any, ...]:
+    end = len(values)
+    while end and values[end - 1] is None:
+        end -= 1
+    return tuple(_plain(value) for value in values[:end])
 
 
 def _plain(value: Any) -> Any:

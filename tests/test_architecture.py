@@ -20,6 +20,7 @@ SHELVES = {
     "forecast": 5,
     "analysis": 6,
     "reporting": 7,
+    "selfcheck": 7,
     "plotting": 7,
     "procedure": 7,
     "schema": 7,

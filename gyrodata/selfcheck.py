@@ -1,0 +1,272 @@
+"""Is the answer to be trusted? This very lab, simulated many times, with the answers known.
+
+The lab's own design, its fitted values as the truth and its own stated uncertainties make new readings; the
+recommended fit and those of the textbook are applied to each. How often the true I_zz lies in the interval
+they quote is what their uncertainty is worth.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from gyrodata import physics
+from gyrodata.fitting import fit, fit_many, torques_differ, transverse_inertia
+from gyrodata.measurements import Measurements
+from gyrodata.physics import Floats
+
+_CHUNK = 500
+"""Labs simulated at a time."""
+
+Answer = tuple[Floats, Floats]
+"""I_zz and its quoted standard uncertainty of each lab [kg*m^2], shape (labs,) each."""
+
+
+@dataclass(frozen=True, slots=True)
+class Performance:
+    """What one way to fit makes of the simulated labs; None where it gives no answer or no uncertainty."""
+
+    name: str
+    """"recommended", "through_origin", "with_constant" or "mean_of_ratios"."""
+    bias: float | None
+    """Mean of I_zz over the true one, minus 1 [1]."""
+    rmse: float | None
+    """Root mean square of the same [1]."""
+    coverage_68: float | None
+    """Part of the labs whose value ± u holds the true I_zz; 0.683 if u is honest."""
+    coverage_95: float | None
+    """The same for value ± 2u; 0.954 if u is honest."""
+    mean_u: float | None
+    """Mean quoted standard uncertainty over the true I_zz [1]."""
+    time_us: float
+    """Time for one lab [µs]."""
+
+
+@dataclass(frozen=True)
+class SelfCheck:
+    """A lab's fits, tried out on simulated labs like it."""
+
+    labs: int
+    estimators: tuple[Performance, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give it as the JSON contract has it."""
+        return {"labs": self.labs, "estimators": [asdict(estimator) for estimator in self.estimators]}
+
+    def to_text(self) -> str:
+        """Give it as a table."""
+        lines = [
+            f"{self.labs} simulated labs like this one; all in % of the true I_zz",
+            "",
+            f"{'fit':<16}{'bias':>9}{'rmse':>9}{'quoted u':>10}{'± u holds':>11}{'± 2u holds':>12}{'µs a lab':>10}",
+        ]
+        for one in self.estimators:
+            cells = (
+                (one.bias, "+.3f", 9), (one.rmse, ".3f", 9), (one.mean_u, ".3f", 10),
+                (one.coverage_68, ".1f", 11), (one.coverage_95, ".1f", 12),
+            )  # fmt: skip
+            told = "".join(f"{'-' if v is None else format(100 * v, how):>{wide}}" for v, how, wide in cells)
+            lines.append(f"{one.name.replace('_', ' '):<16}{told}{one.time_us:>10.1f}")
+        lines.append(f"{'an honest u':<16}{'':>28}{68.3:>11}{95.4:>12}")
+        return "\n".join(lines)
+
+
+def selfcheck(
+    measured: Measurements,
+    clock: Callable[[], float],
+    labs: int = 4000,
+    seed: int = 1,
+    tilted: bool = False,
+    progress: Callable[[int], None] | None = None,
+) -> SelfCheck:
+    """Simulate a lab many times and see what its fits are worth.
+
+    Parameters
+    ----------
+    measured : Measurements
+        n runs; leave out those that have no say before (`measurements.select`).
+    clock : callable
+        Time in seconds, as `time.perf_counter`.
+    labs : int
+        How many to simulate.
+    seed : int
+        The same seed gives the same labs, and the same figures but for the times.
+    tilted : bool
+        Simulate and fit by eq. (8), not eq. (9).
+    progress : callable, optional
+        Called with the number of labs done.
+
+    Returns
+    -------
+    SelfCheck
+
+    Raises
+    ------
+    ValueError
+        If `labs` is less than 1.
+
+    Notes
+    -----
+    True readings are those of the log, true I_zz and M0 the fitted ones; the timing bias, and M0 where a prior
+    and not the data holds it, are drawn from their priors, every error from its source.
+    """
+    if labs < 1:
+        raise ValueError(f"{labs} labs say nothing; pass 1 or more")
+    found = fit(measured, tilted)
+    truth = found.inertia.value
+    design = replace(measured, sense=found.sense)
+
+    def recommended(readings: dict[str, Floats]) -> Answer:
+        return _recommended(measured, readings, tilted)
+
+    fits = {"recommended": recommended, **_TEXTBOOK}
+    answers: dict[str, list[Answer]] = {name: [] for name in fits}
+    seconds = dict.fromkeys(fits, 0.0)
+    done = 0
+    imbalance = None if not found.imbalance_free else found.imbalance.value
+    for readings in _simulate(design, truth, imbalance, found.imbalance_prior, tilted, labs, seed):
+        for name, apply in fits.items():
+            begun = clock()
+            answers[name].append(apply(readings))
+            seconds[name] += clock() - begun
+        done += len(readings["time"])
+        if progress is not None:
+            progress(done)
+    whole = {name: np.concatenate(parts, axis=1) for name, parts in answers.items()}
+    judged = (_judge(name, both[0], both[1], truth, 1e6 * seconds[name] / labs) for name, both in whole.items())
+    return SelfCheck(labs, tuple(judged))
+
+
+def _judge(name: str, values: Floats, u: Floats, truth: float, time_us: float) -> Performance:
+    """Compare the answers of one way to fit with the truth."""
+    off = values / truth - 1
+    if not np.isfinite(off).all():
+        return Performance(name, None, None, None, None, None, time_us)
+    bias, rmse = float(off.mean()), math.sqrt(float(np.mean(off**2)))
+    if not np.isfinite(u).all():
+        return Performance(name, bias, rmse, None, None, None, time_us)
+    one, two = (float(np.mean(np.abs(off) * truth <= k * u)) for k in (1, 2))
+    return Performance(name, bias, rmse, one, two, float(u.mean() / truth), time_us)
+
+
+# --- the simulated labs -------------------------------------------------------------------------------------
+
+
+def _simulate(
+    design: Measurements, inertia: float, imbalance: float | None, width: float, tilted: bool, labs: int, seed: int
+) -> Iterator[dict[str, Floats]]:
+    """Draw labs in portions: readings by quantity, shape (labs, n), with "torque" that follows from them."""
+    random = np.random.default_rng(seed)
+    for begin in range(0, labs, _CHUNK):
+        size = min(_CHUNK, labs - begin)
+        residual = np.full(size, imbalance) if imbalance is not None else width * random.standard_normal(size)
+        bias = design.timing_bias_u * random.standard_normal(size)
+        yield _draw(design, inertia, residual[:, None], bias[:, None], tilted, random)
+
+
+def _draw(
+    design: Measurements, inertia: float, imbalance: Floats, bias: Floats, tilted: bool, random: np.random.Generator
+) -> dict[str, Floats]:
+    """Draw true times and put each source's errors on the readings; a group draws once."""
+    across = transverse_inertia(design) if tilted else 0.0
+    pitch = design.pitch if tilted else 0.0
+    rate = np.abs(
+        physics.precession_rate(design.torque + imbalance, design.sense * design.spin, inertia, across, pitch)
+    )
+    size = len(imbalance)
+    truth = {
+        "time": 2 * np.pi * design.turns / rate,
+        "spin": design.spin,
+        "turns": design.turns,
+        "mass": design.mass,
+        "position": design.position,
+        "force": design.force,
+        "torque": design.given_torque,
+        "g": np.full(len(design.runs), design.g),
+        "pitch": design.pitch,
+    }
+    readings = {name: np.broadcast_to(value, (size, len(design.runs))).copy() for name, value in truth.items()}
+    for source in design.sources:
+        if source.quantity not in readings:
+            continue
+        groups = np.array(source.groups)
+        drawn = random.standard_normal((size, groups.max(initial=0) + 1))[:, groups] * (groups >= 0)
+        # Errors are in proportion to the true value, and several add up.
+        readings[source.quantity] += (source.absolute + source.relative * truth[source.quantity]) * drawn
+    readings["time"] += bias
+    return readings
+
+
+def _applied(readings: dict[str, Floats]) -> Floats:
+    """Torque as a student works it out from the readings [N*m], shape (labs, n)."""
+    mass, position, force = (readings[name] for name in ("mass", "position", "force"))
+    if not np.isnan(mass).all():
+        return mass * position * readings["g"]
+    return readings["torque"] if np.isnan(force).all() else force * position
+
+
+# --- the fits -----------------------------------------------------------------------------------------------
+
+
+def _recommended(measured: Measurements, readings: dict[str, Floats], tilted: bool) -> Answer:
+    """All labs at once where the design allows it, else one by one."""
+    if measured.sense.all() and measured.imbalance_u is None:
+        many = fit_many(measured, readings, tilted)
+        return many.inertia, many.inertia_u
+    torque = _applied(readings)
+    results = []
+    for i in range(len(torque)):
+        names = ("time", "spin", "turns", "mass", "position", "force", "pitch")
+        one = {name: readings[name][i] for name in names}
+        lab = replace(measured, **one, given_torque=readings["torque"][i], torque=torque[i], g=readings["g"][i, 0])
+        results.append(fit(lab, tilted).inertia)
+    return np.array([r.value for r in results]), np.array([math.nan if r.u is None else r.u for r in results])
+
+
+def _product_and_torque(readings: dict[str, Floats]) -> tuple[Floats, Floats]:
+    """φ̇ψ̇ with the torque's sign and the torque, as a textbook plots them, shape (labs, n)."""
+    torque = _applied(readings)
+    product = 2 * np.pi * readings["turns"] / readings["time"] * readings["spin"]
+    return np.where(torque < 0, -product, product), torque
+
+
+def _through_origin(readings: dict[str, Floats]) -> Answer:
+    x, y = _product_and_torque(readings)
+    xx = np.sum(x**2, axis=1)
+    slope = np.sum(x * y, axis=1) / xx
+    with np.errstate(divide="ignore", invalid="ignore"):
+        scatter = np.sum((y - slope[:, None] * x) ** 2, axis=1) / np.float64(x.shape[1] - 1)
+    return slope, np.sqrt(scatter / xx)
+
+
+def _with_constant(readings: dict[str, Floats]) -> Answer:
+    x, y = _product_and_torque(readings)
+    if not torques_differ(y[0]):
+        return np.full(len(x), math.nan), np.full(len(x), math.nan)
+    x, y = x - x.mean(axis=1, keepdims=True), y - y.mean(axis=1, keepdims=True)
+    xx = np.sum(x**2, axis=1)
+    slope = np.sum(x * y, axis=1) / xx
+    with np.errstate(divide="ignore", invalid="ignore"):
+        scatter = np.sum((y - slope[:, None] * x) ** 2, axis=1) / np.float64(x.shape[1] - 2)
+    return slope, np.sqrt(scatter / xx)
+
+
+def _mean_of_ratios(readings: dict[str, Floats]) -> Answer:
+    x, y = _product_and_torque(readings)
+    loaded = y[0] != 0
+    ratios = (y / x)[:, loaded]
+    count = ratios.shape[1]
+    if count < 2:
+        return ratios.mean(axis=1), np.full(len(ratios), math.nan)
+    return ratios.mean(axis=1), ratios.std(axis=1, ddof=1) / math.sqrt(count)
+
+
+_TEXTBOOK: dict[str, Callable[[dict[str, Floats]], Answer]] = {
+    "through_origin": _through_origin,
+    "with_constant": _with_constant,
+    "mean_of_ratios": _mean_of_ratios,
+}

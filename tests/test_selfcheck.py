@@ -1,0 +1,70 @@
+"""A lab's fits tried out on labs like it: what an honest uncertainty covers, and what the textbook's does."""
+
+from __future__ import annotations
+
+import itertools
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from labs import lab
+
+from gyrodata.measurements import Measurements
+from gyrodata.selfcheck import Performance, SelfCheck, selfcheck
+
+
+def check(measured: Measurements, labs: int = 1000, **options: object) -> tuple[SelfCheck, dict[str, Performance]]:
+    done = selfcheck(measured, itertools.count().__next__, labs, **options)  # type: ignore[arg-type]
+    return done, {one.name: one for one in done.estimators}
+
+
+@pytest.mark.parametrize("repeats", [1, 3])
+@pytest.mark.parametrize("imbalance", [0.0, 6e-3])
+def test_the_recommended_fit_is_honest_and_the_textbook_is_not(repeats: int, imbalance: float) -> None:
+    measured = lab(np.random.default_rng(0), noise=0.0, repeats=repeats, imbalance=imbalance)
+    _, by_name = check(measured, seed=2)
+    best = by_name["recommended"]
+    assert best.coverage_68 == pytest.approx(0.683, abs=0.045)  # three standard deviations of a binomial of 1000
+    assert best.coverage_95 == pytest.approx(0.954, abs=0.020)
+    assert best.bias == pytest.approx(0, abs=0.0012)
+    assert best.mean_u == pytest.approx(best.rmse, rel=0.08)
+    for name in ("through_origin", "with_constant", "mean_of_ratios"):
+        assert by_name[name].coverage_95 < 0.9
+
+
+def test_same_seed_same_labs_and_the_contract() -> None:
+    measured = lab(np.random.default_rng(2))
+    told: list[int] = []
+    first, _ = check(measured, 700, seed=3, progress=told.append)
+    again, _ = check(measured, 700, seed=3)
+    assert first == again
+    assert told == [500, 700]
+    assert first != check(measured, 700, seed=4)[0]
+    out = json.loads(json.dumps(first.to_dict(), allow_nan=False))
+    assert out["labs"] == 700
+    assert set(out["estimators"][0]) == {
+        "name", "bias", "rmse", "coverage_68", "coverage_95", "mean_u", "time_us",
+    }  # fmt: skip
+    assert "recommended" in first.to_text()
+
+
+def test_what_cannot_be_fitted_is_none() -> None:
+    done, by_name = check(lab(np.random.default_rng(2), weights=(0.04,), rpm=(400.0,)), 50)
+    assert by_name["with_constant"].bias is None
+    assert by_name["mean_of_ratios"].coverage_68 is None
+    assert by_name["recommended"].coverage_95 is not None
+    json.dumps(done.to_dict(), allow_nan=False)
+    with pytest.raises(ValueError, match="1 or more"):
+        check(lab(np.random.default_rng(2)), 0)
+
+
+def test_one_torque_a_balance_test_and_an_unknown_sense() -> None:
+    random = np.random.default_rng(2)
+    _, alone = check(lab(random, weights=(0.04,)), 1000)
+    assert alone["recommended"].coverage_95 == pytest.approx(0.954, abs=0.02)
+    tested = replace(lab(random, noise=0.0), imbalance_u=lambda inertia: 2e-4, imbalance_from="u_imbalance")
+    _, balanced = check(tested, 100)
+    assert balanced["recommended"].coverage_95 > 0.88
+    _, unsensed = check(lab(random, unloaded=True, sensed=False, imbalance=5e-4), 100)
+    assert unsensed["recommended"].coverage_95 > 0.88

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from labs import lab
+from labs import INERTIA, G, lab
 
 from gyrodata.fitting import fit, fit_many
 
@@ -34,3 +34,25 @@ def test_what_it_cannot_take_is_named() -> None:
         fit_many(measured, {"time": measured.time})
     with pytest.raises(ValueError, match="sense"):
         fit_many(replace(measured, sense=0 * measured.sense), {"time": measured.time[None]})
+
+
+@pytest.mark.parametrize("percent", [0, 1, 2, 3, 5, 10, 20])
+@pytest.mark.parametrize("bias", [0.0, 0.05])
+def test_covers_at_every_imbalance(percent: float, bias: float) -> None:
+    imbalance = percent / 100 * 0.020 * G * 0.15  # of the lightest torque
+    exact = lab(np.random.default_rng(0), noise=0.0, imbalance=imbalance, bias=bias)
+    random = np.random.default_rng(int(percent) + int(1000 * bias))
+    labs, count = 1500, len(exact.runs)
+    weights = np.array(exact.sources[3].groups)
+    scale, zero = random.standard_normal((2, labs, 1))
+    many = fit_many(
+        exact,
+        {
+            "time": exact.time + 0.14 * random.standard_normal((labs, count)),
+            "spin": exact.spin * (1 + 0.001 * scale + 0.002 * random.standard_normal((labs, count))),
+            "mass": exact.mass * (1 + 0.002 * random.standard_normal((labs, 3))[:, weights]),
+            "position": exact.position + 0.0005 * zero + np.zeros(count),
+        },
+    )
+    # 93.5 % is asked; four standard deviations of a binomial of 1500 below the 95.4 % that u promises.
+    assert np.mean(np.abs(many.inertia - INERTIA) < 2 * many.inertia_u) > 0.935

@@ -66,7 +66,7 @@ def adjust(
         plain = fill_rows(rows, problem, at, kept, scale, unknowns)
         if held:
             rows[:count, 0] = 0.0
-        step = _damped(solve_rows(rows), unknowns)
+        step = _damped(solve_rows(rows)[0], unknowns)
         unknowns = unknowns + step
         closed = at.misclosure + plain @ step
         # A run that is left out has no weight, but its prediction too is linear only on its condition.
@@ -125,14 +125,21 @@ def fill_rows(
     return plain
 
 
-def solve_rows(rows: Floats) -> Floats:
-    """Solve stacked rows, last column the target, by least squares; shape (…, unknowns)."""
-    # The factor with the target under it holds Qᵀ·target, so that Q itself is never formed.
+def solve_rows(rows: Floats) -> tuple[Floats, Floats]:
+    """Solve stacked rows, last column the target, by least squares.
+
+    Returns
+    -------
+    tuple of ndarray
+        Solution, shape (…, k), and the triangular factor of the rows without the target, (…, k, k).
+    """
+    # The factor with the target beside it holds Qᵀ·target, so that Q itself is never formed.
     packed, _ = np.linalg.qr(rows, mode="raw")
     width = rows.shape[-1] - 1
-    factor = np.swapaxes(packed, -1, -2)[..., :width, :]
-    solution: Floats = np.linalg.solve(np.triu(factor[..., :-1]), factor[..., -1:])[..., 0]
-    return solution
+    whole = np.swapaxes(packed, -1, -2)[..., :width, :]
+    factor = np.triu(whole[..., :-1])
+    solution: Floats = np.linalg.solve(factor, whole[..., -1:])[..., 0]
+    return solution, factor
 
 
 def onto_conditions(at: Linear, inertia: Floats) -> Floats:

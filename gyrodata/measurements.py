@@ -627,8 +627,10 @@ def _contradictions(readings: Readings, measured: Measurements) -> list[Diagnost
             "angle": 2 * np.pi * measured.turns,
         }
     found = []
-    # A column that is itself the reading agrees with itself, so none need be left out here.
-    for column in (*readings.columns.values(), *readings.others):
+    # What is always itself the reading agrees with itself.
+    own = {"mass", "position", "time"}
+    compared = [column for role, column in readings.columns.items() if role not in own]
+    for column in (*compared, *readings.others):
         if column.role not in expected:
             continue
         finding = _compare(readings, column, expected[column.role])

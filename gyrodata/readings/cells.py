@@ -344,6 +344,7 @@ _POSITIVE = {
 _NOT_ZERO = {"spin", "spin_start", "spin_end", "precession_rate"}
 
 
+@lru_cache(maxsize=16384)
 def check_value(role: str, value: float) -> tuple[str, str]:
     """Say what is wrong with a number that cannot be, and what to type; two empty texts if nothing is.
 

@@ -79,8 +79,8 @@ def make_grid(document: Document) -> Grid:
             forced = line[4]  # what Excel writes for itself
         else:
             body.append(index)
-    if len(body) > MAX_ROWS:
-        raise faults.refuse(G223, f"{len(body)} rows; at most 100 000 are read", "a lab log has some dozens")
+    if len(body) - 1 > MAX_ROWS:  # without the header
+        raise faults.refuse(G223, f"{len(body) - 1} rows; at most 100 000 are read", "a lab log has some dozens")
     delimiter = forced or find_delimiter([lines[i] for i in body[:30]])
     if delimiter is None and body:
         line = lines[body[0]]

@@ -264,6 +264,14 @@ class _Builder:
         texts: list[str] = []
         for i in rows:
             cell, text = track.cells[i], track.texts[i]
+            if cell is not None and text is not None:
+                values.append(cell.value)
+                resolutions.append(None if cell.step is None else finest[cell.unit])
+                spreads.append(cell.uncertainty or track.spreads[i])
+                ids.append(track.ids[i])
+                places.append(text.place)
+                texts.append(text.text)
+                continue
             if cell is None and text is None and given is not None and given.cell is not None:
                 values.append(given.cell.value)
                 resolutions.append(given.cell.step)
@@ -272,9 +280,9 @@ class _Builder:
                 places.append(given.place)
                 texts.append(given.text)
                 continue
-            values.append(None if cell is None else cell.value)
-            resolutions.append(None if cell is None or cell.step is None else finest[cell.unit])
-            spreads.append(None if cell is None else cell.uncertainty or track.spreads[i])
+            values.append(None)
+            resolutions.append(None)
+            spreads.append(None)
             ids.append(track.ids[i])
             places.append(text.place if text else None)
             texts.append(text.text if text else "")

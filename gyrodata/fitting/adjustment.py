@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import cast
 
 import numpy as np
@@ -137,9 +138,16 @@ def solve_rows(rows: Floats) -> tuple[Floats, Floats]:
     packed, _ = np.linalg.qr(rows, mode="raw")
     width = rows.shape[-1] - 1
     whole = np.swapaxes(packed, -1, -2)[..., :width, :]
-    factor = np.triu(whole[..., :-1])
+    # Below it the packed form keeps the reflections.
+    factor = whole[..., :-1] * _upper(width)
     solution: Floats = np.linalg.solve(factor, whole[..., -1:])[..., 0]
     return solution, factor
+
+
+@lru_cache(maxsize=32)
+def _upper(width: int) -> Floats:
+    """Ones on and above the diagonal."""
+    return np.triu(np.ones((width, width)))
 
 
 def onto_conditions(at: Linear, inertia: Floats) -> Floats:

@@ -101,11 +101,11 @@ class Problem:
         """Linearise the conditions at adjusted readings; extrapolate the errors of one run back to none."""
         values, slopes = self.truth(single, shared)
         value, to_unknowns, to_quantities = self.conditions(values, sense, unknowns)
-        slopes *= to_quantities[..., self.quantity, :]
+        slopes *= to_quantities.take(self.quantity, axis=-2)
         alone = slopes * self.alone
         floor = NEGLIGIBLE * to_quantities[..., 0, :] * values[..., 0, :]
-        own = (alone * alone).sum(-2) + floor * floor
-        return Linear(value - (alone * single).sum(-2), to_unknowns, slopes, alone, own)
+        own = np.einsum("...sn,...sn->...n", alone, alone) + floor * floor
+        return Linear(value - np.einsum("...sn,...sn->...n", alone, single), to_unknowns, slopes, alone, own)
 
     def truth(self, single: Floats, shared: Floats) -> tuple[Floats, Floats]:
         """Adjusted value of each quantity, shape (10, n), and its derivative to each source's error, (S, n)."""
@@ -114,11 +114,11 @@ class Problem:
         if self.shared_count:
             padded = np.zeros((*shared.shape[:-1], self.shared_count + 1))
             padded[..., :-1] = shared
-            errors = single + padded[..., self.member]
+            errors = single + padded.take(self.member, axis=-1)
         scale = 1 + self.onto @ (self.relative * errors)
         values = (self.observed - self.onto @ (self.absolute * errors)) / scale
-        slopes = self.absolute + self.relative * values[..., self.quantity, :]
-        slopes /= -scale[..., self.quantity, :]
+        slopes = self.absolute + self.relative * values.take(self.quantity, axis=-2)
+        slopes /= -scale.take(self.quantity, axis=-2)
         return values, slopes
 
     def torque(self, values: Floats) -> tuple[Floats, dict[int, Floats]]:

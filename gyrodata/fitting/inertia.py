@@ -174,8 +174,8 @@ def _budget(adjusted: Adjusted) -> tuple[Share, ...]:
     owners[problem.to_column] = problem.from_source
     np.add.at(variances, owners, gain[count + 2 :] ** 2)
     shares = [
-        Share(source.name, source.shared, source.shared_by, math.sqrt(variance), 0.0)
-        for source, variance in zip(problem.sources, variances, strict=True)
+        Share(source.name, bool((columns >= 0).any()), source.shared_by, math.sqrt(variance), 0.0)
+        for source, columns, variance in zip(problem.sources, problem.member, variances, strict=True)
         if variance > 0
     ]
     for row, name, words in (

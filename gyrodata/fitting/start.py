@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, cast
 
 import numpy as np
@@ -51,9 +52,7 @@ def robust_start(measured: Measurements, sense: Floats, free: bool, kept: Floats
     lever = 2 * np.pi * measured.turns[index] * measured.spin[index]
     swing = sense[index] * measured.time[index]
     effort = swing * measured.torque[index]
-    first, second = np.triu_indices(len(index), 1)
-    step = len(first) // 150 + 1
-    first, second = first[::step], second[::step]
+    first, second = _pairs(len(index))
     # Two runs: lever·I − swing·M0 = effort for each.
     determinant = lever[second] * swing[first] - lever[first] * swing[second]
     usable = np.abs(determinant) > 1e-3 * np.abs(lever[first] * swing[second])
@@ -72,6 +71,14 @@ def robust_start(measured: Measurements, sense: Floats, free: bool, kept: Floats
     off.partition((below, above), axis=1)
     best = int(np.argmin(off[:, below] + off[:, above]))
     return Start(float(inertia[best]), float(imbalance[best]))
+
+
+@lru_cache(maxsize=32)
+def _pairs(count: int) -> tuple[Any, Any]:
+    """Pick pairs of runs, all of them or about 150 spread evenly."""
+    first, second = np.triu_indices(count, 1)
+    step = len(first) // 150 + 1
+    return first[::step], second[::step]
 
 
 def rough_misfit(measured: Measurements, predicted: Floats, index: Any = slice(None)) -> Floats:

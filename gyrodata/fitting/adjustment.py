@@ -72,7 +72,7 @@ def adjust(
         closed = at.misclosure + plain @ step
         # A run that is left out has no weight, but its prediction too is linear only on its condition.
         single = -at.alone * (closed / at.own)
-        chi2 = float((kept * closed) @ (closed / at.own) + unknowns[1:] @ unknowns[1:])
+        chi2 = _chi2(closed, at.own, kept, unknowns)
         last, moved = moved, float(np.abs(step).max())
         # Steps shrink by a constant factor: the next would be this one times this one over the last.
         if (
@@ -82,6 +82,15 @@ def adjust(
         ):
             break
         previous = chi2
+    return _conclude(problem, at, rows, plain, closed, sense, kept, unknowns, scale)
+
+
+def _conclude(
+    problem: Problem, at: Linear, rows: Floats, plain: Floats, closed: Floats,
+    sense: Floats, kept: Floats, unknowns: Floats, scale: Floats,
+) -> Adjusted:  # fmt: skip
+    """Work out covariance, deleted residuals and influence where the steps ended."""
+    count = problem.count
     q, r = np.linalg.qr(rows[:, :-1])
     inverse = np.linalg.inv(r)
     # Deleted residuals: for a run in the fit the leverage takes it out again, for one outside the
@@ -100,8 +109,13 @@ def adjust(
         own=at.own,
         influence=gain[:count] * kept * closed / np.sqrt(at.own) / rest,
         deviations=sense * closed / np.sqrt(np.where(kept > 0, inside, outside)),
-        chi2=chi2,
+        chi2=_chi2(closed, at.own, kept, unknowns),
     )
+
+
+def _chi2(closed: Floats, own: Floats, kept: Floats, unknowns: Floats) -> float:
+    """Add up the squares of the runs' errors and of the priors'."""
+    return float((kept * closed) @ (closed / own) + unknowns[1:] @ unknowns[1:])
 
 
 def prior_rows(count: int, width: int) -> Floats:

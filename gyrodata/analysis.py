@@ -729,11 +729,10 @@ def _power_law(measured: Measurements, kept: list[int]) -> tuple[PowerLaw, ...]:
 
 def _without(measured: Measurements, group: list[int], kept: list[int], tilted: bool) -> Estimate | None:
     """I_zz from all runs but those of one torque: what leaning on that weight does."""
-    rest = sorted(set(kept) - set(group))
-    if not np.any(measured.torque[rest]) or len(set(measured.torque)) > 12:
+    rest = set(kept) - set(group)
+    if not np.any(measured.torque[sorted(rest)]) or len(set(measured.torque)) > 12:
         return None
-    others = [i for i in range(len(measured.runs)) if i not in set(rest)]
-    return fitting.fit(measured, tilted, others).inertia
+    return fitting.fit(measured, tilted, set(range(len(measured.runs))) - rest).inertia
 
 
 def _torques(measured: Measurements, fit: FitResult, kept: list[int], tilted: bool) -> tuple[Torque, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import StrEnum
@@ -110,7 +110,7 @@ def analyze(
     mapping: Annotated[
         list[str] | None, typer.Option("--map", metavar="ROLE=HEADER", help='Name a column: --map time="T (s)".')
     ] = None,
-    config: Annotated[Path | None, typer.Option("--config", help="TOML file with constants and columns.")] = None,
+    config: Annotated[Path | None, typer.Option("--config", help="TOML file with constants.")] = None,
     out: Annotated[
         Path | None,
         typer.Option("--out", "-o", help="Folder for the report (several logs: one folder each inside). "
@@ -266,7 +266,7 @@ def check(
     mapping: Annotated[
         list[str] | None, typer.Option("--map", metavar="ROLE=HEADER", help='Name a column: --map time="T (s)".')
     ] = None,
-    config: Annotated[Path | None, typer.Option("--config", help="TOML file with constants and columns.")] = None,
+    config: Annotated[Path | None, typer.Option("--config", help="TOML file with constants.")] = None,
     exit_zero: Annotated[bool, typer.Option("--exit-zero", help="Exit with 0 even when something is found.")] = False,
 ) -> None:
     """Say what is wrong with a log, and what it still lacks, before the weight comes off.
@@ -313,6 +313,65 @@ def _check_one(
         document = reporting.check_document(name, digest, rows, code == 0, found)
         _print(reporting.json_text(document, indent=2 if form is CheckFormat.json else None))
     return code
+
+
+class PlainFormat(StrEnum):
+    """Text for people or JSON for programs."""
+
+    text = "text"
+    json = "json"
+
+
+@app.command(epilog="Example:  gyro selfcheck sample_data/air_gyroscope.csv --labs 1000")
+def selfcheck(
+    log: Annotated[str, typer.Argument(metavar="LOG", help="CSV log; - is standard input.")],
+    labs: Annotated[int, typer.Option("--labs", min=1, max=1_000_000, help="How many labs to simulate.")] = 4000,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Of the random numbers.")] = 1,
+    form: Annotated[PlainFormat, typer.Option("--format", "-f", help="What to write.")] = PlainFormat.text,
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help='A constant: --set g="9.803 m/s^2".')
+    ] = None,
+    mapping: Annotated[
+        list[str] | None, typer.Option("--map", metavar="ROLE=HEADER", help='Name a column: --map time="T (s)".')
+    ] = None,
+    config: Annotated[Path | None, typer.Option("--config", help="TOML file with constants.")] = None,
+) -> None:
+    """Simulate this very lab many times, and count how often the quoted intervals hold the truth.
+
+    The lab's design, its fitted values as the truth and its stated uncertainties make new readings; the
+    recommended fit and those of the textbook are applied to each.
+    """
+    import time
+
+    from gyrodata import reporting
+    from gyrodata.analysis import analyze_readings
+    from gyrodata.measurements import select
+    from gyrodata.readings import read_log
+    from gyrodata.selfcheck import selfcheck as simulate
+
+    try:
+        given = _pairs(settings, "--set"), _pairs(mapping, "--map")
+        readings = read_log(**_source(log), settings=given[0], mapping=given[1], config=config)
+        analysis = analyze_readings(readings, {})
+    except GyroError as error:
+        _complain(error.diagnostics)
+        raise typer.Exit(error.exit_code) from None
+    tilted = any(effect.effect == "tilt" and effect.kept for effect in analysis.effects)
+    kept = [i for i, run in enumerate(analysis.run_table) if not run.left_out]
+    measured = select(analysis.measurements, kept)
+    done = simulate(measured, time.perf_counter, labs, seed=seed, tilted=tilted, progress=_progress(labs))
+    _print(reporting.json_text(done.to_dict()) if form is PlainFormat.json else done.to_text() + "\n")
+
+
+def _progress(whole: int) -> Callable[[int], None] | None:
+    """Show how far a long computation is, on a terminal only."""
+    if not sys.stderr.isatty():
+        return None
+
+    def show(done: int) -> None:
+        typer.echo(f"\r{done} of {whole}" if done < whole else "\r\033[K", err=True, nl=False)
+
+    return show
 
 
 @app.command(epilog="Example:  gyro template --weights 20g,40g,60g --position 15cm --spins 200,400,600rpm > log.csv")

@@ -116,7 +116,7 @@ def inertia_text(value: float, u: float | None) -> str:
     -------
     str
     """
-    factor, power = power_of_ten(value)
+    factor, power = power_of_ten(max(value, u or 0.0, key=abs))
     number = number_text(value, u, factor)
     if not power:
         return f"{number} kg·m²"
@@ -248,7 +248,7 @@ def _answer(analysis: Analysis) -> list[str]:
     inertia, imbalance, bias = analysis.inertia, analysis.imbalance, analysis.timing_bias
     lines = [f"  I_zz = {inertia_text(inertia.value, inertia.u)}"]
     if inertia.interval_95 is not None and inertia.k is not None:
-        factor, power = power_of_ten(inertia.value)
+        factor, power = power_of_ten(max(inertia.value, inertia.u or 0.0, key=abs))
         ends = interval_text(*inertia.interval_95, factor)
         how = f"u × k, k = {inertia.k:.2f}" if inertia.interval_by == "linear" else "by the profile of chi-square"
         lines.append(f"         95 % interval {ends}{' × ' + power if power else ''} kg·m² ({how})")
@@ -304,7 +304,7 @@ def difference_text(analysis: Analysis, fit: NamedFit) -> str:
 
 
 def _fits_table(analysis: Analysis) -> list[str]:
-    factor, power = power_of_ten(analysis.inertia.value)
+    factor, power = power_of_ten(max(analysis.inertia.value, analysis.inertia.u or 0.0, key=abs))
     rows = [("fit", f"I_zz [{power + ' ' if power else ''}kg·m²]", "M0 [mN·m]", "from recommended")]
     impossible = []
     for fit in analysis.fits:
@@ -617,7 +617,7 @@ def _data_uris(figures: Mapping[str, bytes], form: Literal["png", "svg"]) -> dic
 
 def _page_content(analysis: Analysis) -> dict[str, Any]:
     """What the template needs besides figures: the analysis, and the functions that write its numbers."""
-    factor, ten = power_of_ten(analysis.inertia.value)
+    factor, ten = power_of_ten(max(analysis.inertia.value, analysis.inertia.u or 0.0, key=abs))
     kept = bool(analysis.options.get("keep_flagged"))
     exponents = [(law.exponent, law.u) for law in analysis.power_law if law.exponent is not None and law.u is not None]
     return {

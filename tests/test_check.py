@@ -104,6 +104,26 @@ class TestTemplate:
         assert '"20 g"' in done.stderr or '"20 g"' in done.output
 
 
+class TestSelfcheck:
+    def test_intervals_of_the_recommended_fit_hold_the_truth(self) -> None:
+        done = gyro("selfcheck", SAMPLE, "--labs", "600", "--format", "json")
+        assert done.exit_code == 0, done.output
+        document = json.loads(done.stdout)
+        assert document["labs"] == 600
+        fits = {one["name"]: one for one in document["estimators"]}
+        assert set(fits) >= {"recommended", "through_origin", "with_constant"}
+        assert fits["recommended"]["coverage_95"] == pytest.approx(0.954, abs=0.026)
+        assert fits["through_origin"]["coverage_95"] < 0.9
+
+    def test_the_same_seed_gives_the_same_labs(self) -> None:
+        lines = [gyro("selfcheck", SAMPLE, "--labs", "50", "--seed", "3").stdout.splitlines() for _ in range(2)]
+        # All but the times.
+        assert [line[:70] for line in lines[0]] == [line[:70] for line in lines[1]]
+
+    def test_a_bad_log_is_refused(self) -> None:
+        assert gyro("selfcheck", "-", stdin=HEAD + "20,15.0,56O,13.06,1/3\n").exit_code == 1
+
+
 class TestSchema:
     def test_outputs_follow_it(self) -> None:
         for path in sorted((ROOT / "sample_data").glob("*.csv")):

@@ -51,7 +51,8 @@ def fit(measured: Measurements, tilted: bool = False, left_out: Collection[int] 
     then weighed between the test's being true and false (`_belief`), so that the runs win where they contradict
     it. b has the prior of `u_time_bias`. Neither unknown is ever switched off by the data.
     """
-    kept = np.array([0.0 if i in left_out else 1.0 for i in range(len(measured.runs))])
+    kept = np.ones(len(measured.runs))
+    kept[list(left_out)] = 0.0
     differ = torques_differ(measured.torque[kept > 0])
     largest = float(np.abs(measured.torque[kept > 0]).max())
     alone = _fit_signs(measured, tilted, largest if differ else DEFAULT_IMBALANCE_U, differ, kept)

@@ -74,7 +74,8 @@ def _half(
 def _chi2_at(
     measured: Measurements, result: FitResult, inertia: float, tilted: bool, left_out: Collection[int]
 ) -> float:
-    kept = np.array([0.0 if i in left_out else 1.0 for i in range(len(measured.runs))])
+    kept = np.ones(len(measured.runs))
+    kept[list(left_out)] = 0.0
     start = Start(inertia, result.imbalance.value)
     problem = Problem(measured, tilted)
     adjusted = adjust(problem, result.sense, start, result.imbalance_prior, measured.timing_bias_u, kept, held=True)

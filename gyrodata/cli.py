@@ -61,6 +61,15 @@ class ModelChoice(StrEnum):
     steady = "steady"
 
 
+SettingsOption = Annotated[
+    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help='A constant: --set g="9.803 m/s^2".')
+]
+MappingOption = Annotated[
+    list[str] | None, typer.Option("--map", metavar="ROLE=HEADER", help='Name a column: --map time="T (s)".')
+]
+ConfigOption = Annotated[Path | None, typer.Option("--config", help="TOML file with constants.")]
+
+
 @dataclass(frozen=True)
 class _Request:
     """What one call of ``gyro analyze`` asks for."""
@@ -104,13 +113,9 @@ def _gyro(
 def analyze(
     logs: Annotated[list[str], typer.Argument(metavar="LOG...", help="CSV logs; - is standard input.")],
     form: Annotated[Format, typer.Option("--format", "-f", help="What to write to standard output.")] = Format.text,
-    settings: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help='A constant: --set g="9.803 m/s^2".')
-    ] = None,
-    mapping: Annotated[
-        list[str] | None, typer.Option("--map", metavar="ROLE=HEADER", help='Name a column: --map time="T (s)".')
-    ] = None,
-    config: Annotated[Path | None, typer.Option("--config", help="TOML file with constants.")] = None,
+    settings: SettingsOption = None,
+    mapping: MappingOption = None,
+    config: ConfigOption = None,
     out: Annotated[
         Path | None,
         typer.Option("--out", "-o", help="Folder for the report (several logs: one folder each inside). "
@@ -260,13 +265,9 @@ def check(
     form: Annotated[
         CheckFormat, typer.Option("--format", "-f", help="github: annotations of a workflow run.")
     ] = CheckFormat.text,
-    settings: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help='A constant: --set g="9.803 m/s^2".')
-    ] = None,
-    mapping: Annotated[
-        list[str] | None, typer.Option("--map", metavar="ROLE=HEADER", help='Name a column: --map time="T (s)".')
-    ] = None,
-    config: Annotated[Path | None, typer.Option("--config", help="TOML file with constants.")] = None,
+    settings: SettingsOption = None,
+    mapping: MappingOption = None,
+    config: ConfigOption = None,
     exit_zero: Annotated[bool, typer.Option("--exit-zero", help="Exit with 0 even when something is found.")] = False,
 ) -> None:
     """Say what is wrong with a log, and what it still lacks, before the weight comes off.
@@ -328,13 +329,9 @@ def selfcheck(
     labs: Annotated[int, typer.Option("--labs", min=1, max=1_000_000, help="How many labs to simulate.")] = 4000,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Of the random numbers.")] = 1,
     form: Annotated[PlainFormat, typer.Option("--format", "-f", help="What to write.")] = PlainFormat.text,
-    settings: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help='A constant: --set g="9.803 m/s^2".')
-    ] = None,
-    mapping: Annotated[
-        list[str] | None, typer.Option("--map", metavar="ROLE=HEADER", help='Name a column: --map time="T (s)".')
-    ] = None,
-    config: Annotated[Path | None, typer.Option("--config", help="TOML file with constants.")] = None,
+    settings: SettingsOption = None,
+    mapping: MappingOption = None,
+    config: ConfigOption = None,
 ) -> None:
     """Simulate this very lab many times, and count how often the quoted intervals hold the truth.
 

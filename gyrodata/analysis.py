@@ -17,7 +17,7 @@ from gyrodata import __version__, fitting, forecast, physics
 from gyrodata.errors import Diagnostic, LogError, register
 from gyrodata.fitting import Estimate, FitResult, Outlier, Share
 from gyrodata.fitting.profile import profile_interval
-from gyrodata.measurements import Measurements, measure, torque_groups
+from gyrodata.measurements import Measurements, measure, select, torque_groups
 from gyrodata.physics import Floats
 from gyrodata.readings import Readings, read_log
 
@@ -499,7 +499,7 @@ def analyze_readings(
     p = fitting.chi2_tail(fit.chi2, fit.dof) if fit.dof > 0 else None
     effects = _effects(measured, fit, tilted, model)
     birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else None
-    advice = _advice(measured, fit)
+    advice = _advice(select(measured, kept) if left_out else measured, fit, tilted)
     profile = profile_interval(measured, fit, K_95, tilted, left_out)
     scaled = scale_by_birge and birge is not None and birge > 1
     if scaled and birge is not None:
@@ -924,7 +924,7 @@ BETTER = {
 }
 
 
-def _advice(measured: Measurements, fit: FitResult) -> tuple[str, ...]:
+def _advice(measured: Measurements, fit: FitResult, tilted: bool) -> tuple[str, ...]:
     """What would make the next lab better, in order of gain, each computed for this log."""
     options = []
     one_side = len(set(np.sign(measured.torque))) == 1
@@ -945,7 +945,8 @@ def _advice(measured: Measurements, fit: FitResult) -> tuple[str, ...]:
         if share.source in BETTER and share.share > 0.05
     ]
     now = fit.inertia.u or 0.0
-    gains = sorted(((forecast.u_inertia(changed), words) for words, changed in options), key=lambda gain: gain[0])
+    forecasts = ((forecast.u_inertia(changed, tilted), words) for words, changed in options)
+    gains = sorted(forecasts, key=lambda gain: gain[0])
     per_cent = 100 / abs(fit.inertia.value)
     return tuple(
         f"{words}: u of I_zz from {now * per_cent:.2g} % to {then * per_cent:.2g} %"

@@ -24,20 +24,22 @@ DRIFT = (np.radians(5.0), 60.0, 400 * np.pi / 30)
 """A balance test that is easily met: 5° [rad] in a minute [s] at 400 rpm [rad/s]."""
 
 
-def u_inertia(measured: Measurements) -> float:
+def u_inertia(measured: Measurements, tilted: bool = False) -> float:
     """Standard uncertainty of I_zz that readings like these give.
 
     Parameters
     ----------
     measured : Measurements
         n runs.
+    tilted : bool
+        Use eq. (8).
 
     Returns
     -------
     float
         [kg*m^2]
     """
-    return fitting.fit(measured).inertia.u or 0.0
+    return fitting.fit(measured, tilted).inertia.u or 0.0
 
 
 def with_unloaded_run(measured: Measurements, fit: FitResult) -> Measurements:

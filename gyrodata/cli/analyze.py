@@ -1,0 +1,229 @@
+"""``gyro analyze``: from logs to answers, figures and reports."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from gyrodata.cli.options import G602, ConfigOption, MappingOption, SettingsOption, pairs
+from gyrodata.cli.terminal import complain, refuse, source_of, write_out
+from gyrodata.errors import GyroError, register
+
+if TYPE_CHECKING:
+    from gyrodata.analysis import Analysis
+    from gyrodata.readings import Readings
+
+G603 = register("G603", "error", "the report cannot be written", "analyze log.csv --out /dev/null")
+
+
+class Format(StrEnum):
+    """What is written to standard output."""
+
+    text = "text"
+    json = "json"
+    ndjson = "ndjson"
+    csv = "csv"
+
+
+class Figures(StrEnum):
+    """File type of the figures."""
+
+    png = "png"
+    svg = "svg"
+    pdf = "pdf"
+
+
+class ModelChoice(StrEnum):
+    """Which equation of motion the fit uses."""
+
+    auto = "auto"
+    horizontal = "horizontal"
+    steady = "steady"
+
+
+@dataclass(frozen=True)
+class _Request:
+    """What one call of ``gyro analyze`` asks for."""
+
+    settings: dict[str, str]
+    mapping: dict[str, str]
+    config: Path | None
+    model: ModelChoice
+    keep_flagged: bool
+    scale_by_birge: bool
+    form: Format
+    out: Path | None
+    report: bool
+    figures: Figures
+    quiet: bool
+
+    def told(self) -> dict[str, Any]:
+        """What the output says was asked for: no paths."""
+        return {
+            "set": dict(sorted(self.settings.items())),
+            "map": dict(sorted(self.mapping.items())),
+            "config": self.config.name if self.config else None,
+            "model": self.model.value,
+            "keep_flagged": self.keep_flagged,
+            "scale_by_birge": self.scale_by_birge,
+        }
+
+
+def analyze(
+    logs: Annotated[list[str], typer.Argument(metavar="LOG...", help="CSV logs; - is standard input.")],
+    form: Annotated[Format, typer.Option("--format", "-f", help="What to write to standard output.")] = Format.text,
+    settings: SettingsOption = None,
+    mapping: MappingOption = None,
+    config: ConfigOption = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", help="Folder for the report (several logs: one folder each inside). "
+                     "Default: STEM-report, for --format text and files only."),
+    ] = None,
+    no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.")] = False,
+    figures: Annotated[Figures, typer.Option("--figures", help="File type of the figures.")] = Figures.png,
+    model: Annotated[
+        ModelChoice, typer.Option("--model", help="horizontal: eq. (9); steady: eq. (8); auto: what the log needs.")
+    ] = ModelChoice.auto,
+    keep_flagged: Annotated[bool, typer.Option("--keep-flagged", help="Keep runs that look odd in the fit.")] = False,
+    scale_by_birge: Annotated[
+        bool, typer.Option("--scale-by-birge", help="Multiply u by the Birge ratio where that is above 1.")
+    ] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Only errors on standard error.")] = False,
+    exit_zero: Annotated[bool, typer.Option("--exit-zero", help="Exit with 0 even when a log has errors.")] = False,
+) -> None:  # fmt: skip
+    """Fit the moment of inertia I_zz to a log, and write figures and a report.
+
+    Exit codes: 0 done; 1 done, but a log has errors; 2 usage, or a log that cannot be read.
+    """
+    try:
+        request = _Request(
+            settings=pairs(settings, "--set"),
+            mapping=pairs(mapping, "--map"),
+            config=config,
+            model=model,
+            keep_flagged=keep_flagged,
+            scale_by_birge=scale_by_birge,
+            form=form,
+            out=out,
+            report=not no_report,
+            figures=figures,
+            quiet=quiet,
+        )
+        if form is Format.json and len(logs) > 1:
+            refuse(G602, "--format json is for one log", "use --format ndjson for several: one object a line")
+    except GyroError as error:
+        complain(error.diagnostics)
+        raise typer.Exit(error.exit_code) from None
+    codes = [
+        _analyze_one(log, folder, request, len(logs)) for log, folder in zip(logs, _folders(logs, request), strict=True)
+    ]
+    worst = max(codes)
+    raise typer.Exit(0 if exit_zero and worst == 1 else worst)
+
+
+def _folders(logs: Sequence[str], request: _Request) -> list[Path | None]:
+    """Give each log the folder of its report, None for no report; logs of one name get numbers."""
+    folders: list[Path | None] = []
+    taken: dict[str, int] = {}
+    for log in logs:
+        if not request.report or (request.out is None and (log == "-" or request.form is not Format.text)):
+            folders.append(None)
+            continue
+        if request.out is not None and len(logs) == 1:
+            folders.append(request.out)
+            continue
+        stem = "stdin" if log == "-" else _stem(log)
+        taken[stem] = taken.get(stem, 0) + 1
+        name = f"{stem}-report" if taken[stem] == 1 else f"{stem}-report-{taken[stem]}"
+        folders.append((request.out or Path()) / name)
+    return folders
+
+
+def _analyze_one(log: str, folder: Path | None, request: _Request, count: int) -> int:
+    """Analyse one log, print and write what was asked for, and give the exit code."""
+    from gyrodata.analysis import analyze_readings, envelope
+    from gyrodata.readings import read_log
+
+    readings: Readings | None = None
+    try:
+        readings = read_log(**source_of(log), settings=request.settings, mapping=request.mapping, config=request.config)
+        analysis = analyze_readings(
+            readings, request.told(), request.model.value, request.keep_flagged, request.scale_by_birge
+        )
+        files = _report_files(analysis, request) if folder else {}
+    except GyroError as error:
+        complain(error.diagnostics, request.quiet)
+        if request.form in (Format.json, Format.ndjson):
+            from gyrodata.reporting import json_text
+
+            name = readings.name if readings else "<stdin>" if log == "-" else Path(log).name
+            digest, rows = (readings.sha256, len(readings.runs)) if readings else (None, None)
+            document = envelope(name, digest, rows, request.told(), None, error.diagnostics)
+            write_out(json_text(document, indent=2 if request.form is Format.json else None))
+        return error.exit_code
+    complain(analysis.diagnostics, request.quiet)
+    write_out(_formatted(analysis, request.form, count))
+    try:
+        if folder:
+            _write_folder(folder, files)
+            if not request.quiet:
+                typer.echo(f"report: {folder / 'report.html'}", err=True)
+    except GyroError as error:
+        complain(error.diagnostics)
+        return error.exit_code
+    return 0
+
+
+def _formatted(analysis: Analysis, form: Format, count: int) -> str:
+    from gyrodata import reporting
+
+    if form is Format.text:
+        return reporting.summary(analysis) + ("\n" if count > 1 else "")
+    if form is Format.csv:
+        return reporting.runs_csv(analysis)
+    return reporting.json_text(analysis.to_dict(), indent=2 if form is Format.json else None)
+
+
+def _report_files(analysis: Analysis, request: _Request) -> dict[str, bytes]:
+    """Make every file of the report in memory, so that a fault half-way leaves nothing behind."""
+    from gyrodata import plotting, reporting
+
+    form: Literal["png", "svg", "pdf"] = request.figures.value
+    figures = plotting.render(analysis, form)
+    # A browser shows no PDF inside a page.
+    shown: Literal["png", "svg"] = "png" if form == "png" else "svg"
+    embedded = figures if form == shown else plotting.render(analysis, shown)
+    alternatives = {name: plotting.alt_text(analysis, name) for name in figures}
+    page = reporting.report_page(analysis, embedded, shown, alternatives)
+    contents = {f"{name}.{form}": data for name, data in figures.items()}
+    contents["report.html"] = page.encode()
+    contents["results.json"] = reporting.json_text(analysis.to_dict()).encode()
+    contents["runs.csv"] = reporting.runs_csv(analysis).encode()
+    return contents
+
+
+def _stem(log: str) -> str:
+    name = Path(log).name
+    for suffix in (".gz", ".csv", ".txt", ".tsv", ".xlsx"):
+        if name.lower().endswith(suffix) and len(name) > len(suffix):
+            name = name[: -len(suffix)]
+    return name
+
+
+def _write_folder(folder: Path, contents: dict[str, bytes]) -> None:
+    """Write files into a folder, each one whole or not at all."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, data in contents.items():
+            unfinished = folder / f".{name}.part"
+            unfinished.write_bytes(data)
+            unfinished.replace(folder / name)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        refuse(G603, f"the report cannot be written to {folder}: {reason}", "choose another folder with --out")

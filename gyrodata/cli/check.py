@@ -1,0 +1,81 @@
+"""``gyro check``: what is wrong with a log, and what it still lacks."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gyrodata.cli.options import G602, ConfigOption, MappingOption, SettingsOption, pairs
+from gyrodata.cli.terminal import complain, refuse, source_of, write_out
+from gyrodata.errors import GyroError
+
+if TYPE_CHECKING:
+    from gyrodata.readings import Readings
+
+
+class CheckFormat(StrEnum):
+    """How `gyro check` tells what it finds."""
+
+    text = "text"
+    json = "json"
+    ndjson = "ndjson"
+    github = "github"
+
+
+def check(
+    logs: Annotated[list[str], typer.Argument(metavar="LOG...", help="CSV logs; - is standard input.")],
+    form: Annotated[
+        CheckFormat, typer.Option("--format", "-f", help="github: annotations of a workflow run.")
+    ] = CheckFormat.text,
+    settings: SettingsOption = None,
+    mapping: MappingOption = None,
+    config: ConfigOption = None,
+    exit_zero: Annotated[bool, typer.Option("--exit-zero", help="Exit with 0 even when something is found.")] = False,
+) -> None:
+    """Say what is wrong with a log, and what it still lacks, before the weight comes off.
+
+    Exit codes: 0 clean; 1 something was found; 2 usage, or a log that cannot be read.
+    """
+    try:
+        given = pairs(settings, "--set"), pairs(mapping, "--map")
+        if form is CheckFormat.json and len(logs) > 1:
+            refuse(G602, "--format json is for one log", "use --format ndjson for several: one object a line")
+    except GyroError as error:
+        complain(error.diagnostics)
+        raise typer.Exit(error.exit_code) from None
+    worst = max(_check_one(log, given[0], given[1], config, form) for log in logs)
+    raise typer.Exit(0 if exit_zero and worst == 1 else worst)
+
+
+def _check_one(
+    log: str, settings: dict[str, str], mapping: dict[str, str], config: Path | None, form: CheckFormat
+) -> int:
+    """Check one log, print what was found, and give the exit code."""
+    from gyrodata import reporting
+    from gyrodata.readings import read_log
+
+    readings: Readings | None = None
+    try:
+        readings = read_log(**source_of(log), settings=settings, mapping=mapping, config=config)
+        found = readings.diagnostics
+        if not any(diagnostic.severity == "error" for diagnostic in found):
+            from gyrodata.procedure import check_procedure
+
+            found = (*found, *check_procedure(readings))
+        code = 1 if any(diagnostic.severity != "note" for diagnostic in found) else 0
+    except GyroError as error:
+        found, code = error.diagnostics, error.exit_code
+    found = tuple(sorted(found, key=lambda diagnostic: (diagnostic.line or 0, diagnostic.column or 0)))
+    name = readings.name if readings else "<stdin>" if log == "-" else Path(log).name
+    if form is CheckFormat.text:
+        write_out(reporting.check_text(name, len(readings.runs) if readings else None, found))
+    elif form is CheckFormat.github:
+        write_out(reporting.github_annotations(name if log == "-" else log, found))
+    else:
+        digest, rows = (readings.sha256, len(readings.runs)) if readings else (None, None)
+        document = reporting.check_document(name, digest, rows, code == 0, found)
+        write_out(reporting.json_text(document, indent=2 if form is CheckFormat.json else None))
+    return code

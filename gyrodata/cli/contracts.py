@@ -1,0 +1,47 @@
+"""``gyro template`` and ``gyro schema``: what goes in and what comes out."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from gyrodata.cli.options import with_units
+from gyrodata.cli.terminal import complain, write_out
+from gyrodata.errors import GyroError
+
+
+def template(
+    weights: Annotated[str, typer.Option("--weights", help="Masses of the weights.")] = "20g,40g,60g",
+    position: Annotated[str, typer.Option("--position", help="Where the weights sit on the rod.")] = "15cm",
+    spins: Annotated[str, typer.Option("--spins", help="Spins to aim at.")] = "200,400,600rpm",
+) -> None:
+    """Print a blank log to fill in: every weight with every spin, and one run without a weight."""
+    from gyrodata.readings import blank_log
+
+    try:
+        write_out(blank_log(with_units(weights), position, with_units(spins)))
+    except GyroError as error:
+        complain(error.diagnostics)
+        raise typer.Exit(error.exit_code) from None
+
+
+def schema(
+    diagnostics: Annotated[
+        bool, typer.Option("--diagnostics", help="The table of diagnostic codes, each with an example.")
+    ] = False,
+    checks: Annotated[bool, typer.Option("--check", help="The schema of gyro check --format json.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="The table of diagnostics as JSON.")] = False,
+) -> None:
+    """Print the JSON Schema of the outputs, or the table of diagnostics."""
+    # Codes are registered where they are raised.
+    from gyrodata import procedure, reporting
+    from gyrodata import schema as schemas
+
+    del procedure
+    if diagnostics and as_json:
+        write_out(reporting.json_text({"diagnostics": schemas.diagnostics_table()}))
+    elif diagnostics:
+        write_out(reporting.diagnostics_text(schemas.diagnostics_table()))
+    else:
+        write_out(reporting.json_text(schemas.check_schema() if checks else schemas.analysis_schema()))

@@ -1,0 +1,79 @@
+"""The Earth turns under the gyroscope: once in 23 h 56 min against the stars."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gyrodata.physics.constants import EARTH_ROTATION
+
+
+def earth_bias(precession_rate: ArrayLike, latitude: ArrayLike) -> Any:
+    """Relative bias of I_zz when the lab is taken to stand still: Ω sin(latitude)/φ̇.
+
+    Parameters
+    ----------
+    precession_rate : array_like
+        φ̇ as seen in the lab, counterclockwise from above positive [rad/s]; it changes sign with the spin.
+    latitude : array_like
+        North positive [rad].
+
+    Returns
+    -------
+    ndarray or float
+        I_zz estimated over true, minus 1, by the vertical part of the Earth's rotation; the horizontal part
+        averages out over a turn.
+    """
+    return EARTH_ROTATION * np.sin(latitude) / np.asarray(precession_rate, dtype=float)
+
+
+def balanced_direction(
+    azimuth: ArrayLike, altitude: ArrayLike, latitude: ArrayLike, time: ArrayLike
+) -> tuple[Any, Any]:
+    """Where a balanced spinning gyroscope points after a time: at the same star.
+
+    Parameters
+    ----------
+    azimuth, altitude : array_like
+        Direction of the rod at first: from north through east, and above the horizontal [rad].
+    latitude : array_like
+        North positive [rad].
+    time : array_like
+        Clock time since then [s], a sidereal hour being 3590.17 s.
+
+    Returns
+    -------
+    tuple of two ndarray or float
+        Azimuth in [0, 2π) and altitude [rad]; the azimuth is NaN where the rod points straight up or down, within
+        1e-12 rad.
+
+    Notes
+    -----
+    Against the ground the sky turns about the Earth's axis, which points north at the altitude of the latitude,
+    from east to west: a turn of the direction by −Ω t about that axis (Rodrigues' formula).
+    """
+    rod = _vector(azimuth, altitude)
+    axis = _vector(0.0, latitude)
+    turned = -EARTH_ROTATION * np.asarray(time, dtype=float)
+    along = sum(a * r for a, r in zip(axis, rod, strict=True))
+    across = (
+        axis[1] * rod[2] - axis[2] * rod[1],
+        axis[2] * rod[0] - axis[0] * rod[2],
+        axis[0] * rod[1] - axis[1] * rod[0],
+    )
+    share = 2 * np.sin(turned / 2) ** 2
+    east, north, up = (
+        r * np.cos(turned) + c * np.sin(turned) + a * along * share for r, c, a in zip(rod, across, axis, strict=True)
+    )
+    level = np.hypot(east, north)
+    bearing = np.arctan2(east, north)
+    bearing = np.where(bearing < 0, bearing + 2 * np.pi, bearing)
+    return np.where(level > 1e-12, bearing, np.nan)[()], np.arctan2(up, level)
+
+
+def _vector(azimuth: ArrayLike, altitude: ArrayLike) -> tuple[Any, Any, Any]:
+    """East, north and up parts of a direction."""
+    level = np.cos(altitude)
+    return level * np.sin(azimuth), level * np.cos(azimuth), np.sin(altitude)

@@ -21,10 +21,10 @@ def test_agrees_with_one_at_a_time(options: dict[str, object]) -> None:
     for i, one in enumerate(map(fit, labs)):
         u = one.inertia.u
         assert u is not None
-        assert many.inertia[i] == pytest.approx(one.inertia.value, abs=1e-6 * u)
-        assert many.inertia_u[i] == pytest.approx(u, rel=1e-6)
-        assert many.imbalance[i] == pytest.approx(one.imbalance.value, abs=1e-6 * (one.imbalance.u or 0.0))
-        assert many.imbalance_u[i] == pytest.approx(one.imbalance.u, rel=1e-6)
+        assert many.inertia[i] == pytest.approx(one.inertia.value, abs=1e-5 * u)
+        assert many.inertia_u[i] == pytest.approx(u, rel=1e-5)
+        assert many.imbalance[i] == pytest.approx(one.imbalance.value, abs=1e-5 * (one.imbalance.u or 0.0))
+        assert many.imbalance_u[i] == pytest.approx(one.imbalance.u, rel=1e-5)
         assert many.timing_bias[i] == pytest.approx(one.timing_bias.value, abs=1e-7)
 
 

@@ -59,40 +59,43 @@ def adjust(
         # One more row says that I_zz takes no step; its column is empty above.
         rows = np.vstack([rows, np.eye(1, rows.shape[1])])
     previous = moved = math.inf
+    jumped = 0.0
     for turn in range(50):
         at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
-        if moved > 1e-3:
+        if jumped > 0.03:
             single = onto_conditions(at, unknowns[:1] * scale[0])
             at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
         plain = fill_rows(rows, problem, at, kept, scale, unknowns)
         if held:
             rows[:count, 0] = 0.0
-        step = _damped(solve_rows(rows)[0], unknowns)
+        solution, factor = solve_rows(rows)
+        step = _damped(solution, unknowns)
         unknowns = unknowns + step
         closed = at.misclosure + plain @ step
         # A run that is left out has no weight, but its prediction too is linear only on its condition.
         single = -at.alone * (closed / at.own)
         chi2 = _chi2(closed, at.own, kept, unknowns)
-        last, moved = moved, float(np.abs(step).max())
+        size = np.abs(step)
+        last, moved, jumped = moved, float(size.max()), float(size[:2].max())
         # Steps shrink by a constant factor: the next would be this one times this one over the last.
         if (
-            moved**2 < 3e-11 * min(last, 1.0 if turn else 0.0)
+            moved**2 < 1e-9 * min(last, 1.0 if turn else 0.0)
             or moved < 1e-11
             or (turn > 3 and abs(previous - chi2) <= 1e-13 * chi2)
         ):
             break
         previous = chi2
-    return _conclude(problem, at, rows, plain, closed, sense, kept, unknowns, scale)
+    return _conclude(problem, at, rows, factor, plain, closed, sense, kept, unknowns, scale)
 
 
 def _conclude(
-    problem: Problem, at: Linear, rows: Floats, plain: Floats, closed: Floats,
+    problem: Problem, at: Linear, rows: Floats, factor: Floats, plain: Floats, closed: Floats,
     sense: Floats, kept: Floats, unknowns: Floats, scale: Floats,
 ) -> Adjusted:  # fmt: skip
     """Work out covariance, deleted residuals and influence where the steps ended."""
     count = problem.count
-    q, r = np.linalg.qr(rows[:, :-1])
-    inverse = np.linalg.inv(r)
+    inverse = np.linalg.inv(factor)
+    q = rows[:, :-1] @ inverse
     # Deleted residuals: for a run in the fit the leverage takes it out again, for one outside the
     # uncertainty of the prediction is added.
     rest = np.maximum(1 - np.sum(q[:count] ** 2, axis=1), NEGLIGIBLE)

@@ -104,8 +104,8 @@ class Problem:
         slopes *= to_quantities.take(self.quantity, axis=-2)
         alone = slopes * self.alone
         floor = NEGLIGIBLE * to_quantities[..., 0, :] * values[..., 0, :]
-        own = np.einsum("...sn,...sn->...n", alone, alone) + floor * floor
-        return Linear(value - np.einsum("...sn,...sn->...n", alone, single), to_unknowns, slopes, alone, own)
+        own = np.add.reduce(alone * alone, axis=-2) + floor * floor
+        return Linear(value - np.add.reduce(alone * single, axis=-2), to_unknowns, slopes, alone, own)
 
     def truth(self, single: Floats, shared: Floats) -> tuple[Floats, Floats]:
         """Adjusted value of each quantity, shape (10, n), and its derivative to each source's error, (S, n)."""

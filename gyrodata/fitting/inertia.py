@@ -13,7 +13,7 @@ from gyrodata import physics
 from gyrodata.fitting.adjustment import Adjusted, adjust
 from gyrodata.fitting.conditions import NEGLIGIBLE, Problem
 from gyrodata.fitting.results import Estimate, FitResult, Share
-from gyrodata.fitting.start import assume_sense, robust_start, torques_differ
+from gyrodata.fitting.start import assume_sense, first_guess, torques_differ
 from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
 
@@ -128,7 +128,7 @@ def _mixture(first: FitResult, second: FitResult, weight: float, doubt: str) -> 
 
 
 def _fit_once(measured: Measurements, sense: Floats, tilted: bool, width: float, free: bool, kept: Floats) -> FitResult:
-    start = robust_start(measured, sense, free, kept)
+    start = first_guess(measured, sense, free, kept)
     adjusted = adjust(Problem(measured, tilted), sense, start, width, measured.timing_bias_u, kept)
     inertia, imbalance, bias = (float(value) for value in adjusted.unknowns)
     u = np.sqrt(np.diag(adjusted.covariance)[:3])

@@ -11,14 +11,14 @@ import numpy as np
 from gyrodata.fitting.adjustment import fill_rows, prior_rows, solve_rows
 from gyrodata.fitting.conditions import NEGLIGIBLE, QUANTITIES, Problem
 from gyrodata.fitting.inertia import DEFAULT_IMBALANCE_U
-from gyrodata.fitting.start import torques_differ
+from gyrodata.fitting.start import straight_line, torques_differ
 from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
 
 STEPS = 8
 """Most Gauss–Newton steps; three are enough for labs that go with their stated uncertainties."""
 
-_CHUNK = 256
+_CHUNK = 128
 """Labs at a time: as many as stay in a processor's cache."""
 
 
@@ -93,36 +93,40 @@ def _fit_stack(problem: Problem, observed: Floats, measured: Measurements, width
         widths = largest if differ else np.full(labs, DEFAULT_IMBALANCE_U)
     else:
         widths = np.full(labs, max(width, NEGLIGIBLE * float(np.abs(measured.torque).max())))
-    inertia, imbalance = _start(observed, torque, measured.sense, differ)
+    lever, swing = 2 * np.pi * observed[:, 2] * observed[:, 1], measured.sense * observed[:, 0]
+    if differ:
+        inertia, imbalance = straight_line(lever, swing, torque)
+    else:
+        inertia, imbalance = np.median(swing * torque / lever, axis=1), np.zeros(labs)
     scale = np.stack([inertia, widths, np.full(labs, measured.timing_bias_u)], axis=-1)
     unknowns = np.zeros((labs, 3 + problem.shared_count))
     unknowns[:, 0] = 1.0
     unknowns[:, 1] = imbalance / widths
     rows = np.broadcast_to(prior := prior_rows(problem.count, 3 + problem.shared_count), (labs, *prior.shape)).copy()
     single = np.zeros((labs, *problem.absolute.shape))
+    moved = 1.0
     for _turn in range(STEPS):
         at = problem.linearise(single, unknowns[:, 3:], measured.sense, unknowns[:, :3] * scale)
         plain = fill_rows(rows, problem, at, 1.0, scale[:, None, :], unknowns)
         step, factor = solve_rows(rows)
         unknowns = unknowns + step
-        # The next step is smaller by a hundred times or more.
-        if np.abs(step).max() < 1e-5:
+        # Steps shrink ever faster: the next is smaller than this one times this one over the last.
+        last, moved = moved, float(np.abs(step).max())
+        if moved**2 < 1e-5 * last:
             break
         closed = at.misclosure + (plain @ step[..., None])[..., 0]
         single = -at.alone * (closed / at.own)[:, None, :]
-    u = np.linalg.norm(np.linalg.inv(factor)[:, :2], axis=-1)
+    u = np.linalg.norm(_inverse_rows(factor, 2), axis=-1)
     value = unknowns[:, :3] * scale
     return np.stack([value[:, 0], u[:, 0] * scale[:, 0], value[:, 1], u[:, 1] * scale[:, 1], value[:, 2]])
 
 
-def _start(observed: Floats, torque: Floats, sense: Floats, differ: bool) -> tuple[Floats, Floats]:
-    """Ordinary least squares of s M T on 2π f ψ̇ and s T; through the origin where the torques are all equal."""
-    lever = 2 * np.pi * observed[:, 2] * observed[:, 1]
-    swing = sense * observed[:, 0]
-    effort = swing * torque
-    aa, ae = np.sum(lever**2, axis=1), np.sum(lever * effort, axis=1)
-    if not differ:
-        return ae / aa, np.zeros(len(aa))
-    ab, bb, be = np.sum(lever * swing, axis=1), np.sum(swing**2, axis=1), np.sum(swing * effort, axis=1)
-    determinant = aa * bb - ab**2
-    return (ae * bb - be * ab) / determinant, (ae * ab - be * aa) / determinant
+def _inverse_rows(factor: Floats, count: int) -> Floats:
+    """Take the first rows of the inverse of upper triangles, shape (L, count, k), by substitution."""
+    width = factor.shape[-1]
+    rows = np.zeros((len(factor), count, width))
+    rows[:, range(count), range(count)] = 1.0
+    for j in range(width):
+        rows[:, :, j] -= np.einsum("lci,li->lc", rows[:, :, :j], factor[:, :j, j])
+        rows[:, :, j] /= factor[:, j, j, None]
+    return rows

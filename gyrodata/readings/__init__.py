@@ -18,6 +18,7 @@ from gyrodata.readings.grid import make_grid
 from gyrodata.readings.layout import G202, Layout, find_layout
 from gyrodata.readings.log import Column, Faults, Place, Readings
 from gyrodata.readings.meaning import G301, check_meaning
+from gyrodata.readings.reported import Reported
 from gyrodata.readings.settings import Settings, read_options, read_settings, warn_of_lost_keys
 from gyrodata.readings.table import Table, build
 from gyrodata.readings.writing import write_log
@@ -26,7 +27,7 @@ from gyrodata.units import Uncertainty
 if TYPE_CHECKING:
     from gyrodata.readings.files import Source
 
-__all__ = ["Column", "Place", "Readings", "Uncertainty", "blank_log", "read_log", "write_log"]
+__all__ = ["Column", "Place", "Readings", "Reported", "Uncertainty", "blank_log", "read_log", "write_log"]
 
 _NOTHING: Mapping[str, str] = MappingProxyType({})
 
@@ -107,6 +108,7 @@ def _readings(document: Document, given: Settings, table: Table) -> Readings:
         balance_tilt=given.balance_tilt,
         balance_drift=given.balance_drift,
         metadata=given.metadata,
+        reported=given.reported,
         diagnostics=document.faults.all_told(),
         source_text=document.text,
     )

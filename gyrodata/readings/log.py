@@ -8,6 +8,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from gyrodata.errors import CODES, Diagnostic, InputError
+from gyrodata.readings.reported import Reported
 from gyrodata.units import Uncertainty
 
 MOST_OF_ONE_CODE = 100
@@ -95,6 +96,8 @@ class Readings:
         Rod released spun, without a weight: angle [rad], time [s], spin [rad/s].
     metadata : mapping of str to str
         All other ``# key: value`` lines, as written.
+    reported : mapping of str to Reported
+        What the student reports in ``# reported_KEY: value ± u unit`` lines, for whoever grades it.
     diagnostics : tuple of Diagnostic
         All faults found; with an error among them, `columns` may lack what the analysis needs.
     source_text : str
@@ -113,6 +116,7 @@ class Readings:
     balance_tilt: tuple[float, float] | None = None
     balance_drift: tuple[float, float, float] | None = None
     metadata: Mapping[str, str] = field(default_factory=dict)
+    reported: Mapping[str, Reported] = field(default_factory=dict)
     diagnostics: tuple[Diagnostic, ...] = ()
     source_text: str = field(default="", repr=False, compare=False)
 

@@ -11,10 +11,11 @@ from functools import lru_cache
 from pathlib import Path
 
 from gyrodata.errors import InputError, register
-from gyrodata.readings.cells import Cell, CellError, check_value, read_cell
+from gyrodata.readings.cells import Cell, CellError, check_value, is_blank, read_cell
 from gyrodata.readings.grid import Text
 from gyrodata.readings.headers import name_roles
 from gyrodata.readings.log import Faults, Place, listing
+from gyrodata.readings.reported import G308, KINDS, PREFIX, Reported, canonical_key, read_reported
 from gyrodata.readings.vocabulary import BALANCE, CONSTANTS, KEYS, ROLES, UNCERTAINTIES
 from gyrodata.units import Uncertainty, UnitError, kind_of_role, parse_quantity, parse_uncertainty
 
@@ -31,6 +32,7 @@ G505 = register("G505", "error", "--config: the file cannot be read", "analyze l
 
 
 _REMARKS_LOOKED_AT = 200
+_SAMPLE = "write it like 4.40e-3 ± 0.05e-3 kg m^2"
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +60,7 @@ class Settings:
     balance_tilt: tuple[float, float] | None = None
     balance_drift: tuple[float, float, float] | None = None
     metadata: dict[str, str] = field(default_factory=dict)
+    reported: dict[str, Reported] = field(default_factory=dict)
     unread: set[str] = field(default_factory=set)
     """Roles whose value could not be read, which has been said."""
 
@@ -136,6 +139,9 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
     seen: dict[str, Text] = {}
     for key, text in metadata:
         known = key.lower()
+        if known.startswith(PREFIX):
+            _enter_reported(settings, key, text, faults)
+            continue
         if known not in KEYS or known in ("run", "note"):
             settings.metadata[key] = text.text
             _warn_if_misspelt(settings, key, text, faults)
@@ -165,11 +171,31 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
     return settings
 
 
+def _enter_reported(settings: Settings, key: str, text: Text, faults: Faults) -> None:
+    """Keep a reported value; what is wrong with it is for whoever grades it, and only a note to its writer."""
+    name = canonical_key(key)
+    before = settings.reported.get(name)
+    if is_blank(text.text) or (before is not None and before.text == text.text):
+        return
+    close = [] if name in KINDS else difflib.get_close_matches(name, KINDS, n=1, cutoff=0.75)
+    if close:
+        message, hint = f'"# {key}" is no value that is asked for', f'did you mean "# {PREFIX}{close[0]}: {text.text}"?'
+        faults.add(G305, message, hint, text.place, len(text.text))
+    reported = read_reported(key, text.text, text.line)
+    if before is not None:
+        problem = f"{name} is reported twice, in lines {before.line} and {text.line}, with two values"
+        reported = Reported(name, before.text, fault="given twice", problem=problem, line=before.line)
+    settings.reported[name] = reported
+    if reported.problem:
+        hint = _SAMPLE if name == "inertia" else ""
+        faults.add(G308, f"{PREFIX}{name}: {reported.problem}", hint, text.place, len(text.text))
+
+
 def warn_of_lost_keys(comments: list[Text], faults: Faults) -> None:
     """Find "# spin 400 rpm", which lacks the colon and so says nothing."""
     for comment in comments:
         match = re.fullmatch(r"(\w+)\s+([-+]?[0-9].*)", comment.text)
-        if match and match[1].lower() in KEYS:
+        if match and (match[1].lower() in KEYS or match[1].lower().startswith(PREFIX)):
             message = f'"# {comment.text[:60]}" is kept as a remark; nothing is read from it'
             hint = f'did you mean "# {match[1].lower()}: {match[2][:60]}"?'
             faults.add(G305, message, hint, Place(comment.line, comment.column), len(comment.text))

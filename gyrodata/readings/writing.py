@@ -8,6 +8,7 @@ import re
 from gyrodata.readings.cells import CellError, read_cell
 from gyrodata.readings.filldown import FILLED_DOWN
 from gyrodata.readings.log import Column, Readings
+from gyrodata.readings.reported import PREFIX
 from gyrodata.readings.vocabulary import ROLES
 from gyrodata.units import SI, Uncertainty, from_si, kind_of_role
 
@@ -28,6 +29,7 @@ def write_log(readings: Readings) -> str:
     """
     rows = _rows(readings)
     head = [f"# {key}: {value}" for key, value in readings.metadata.items()]
+    head += [f"# {PREFIX}{key}: {reported.text}" for key, reported in readings.reported.items()]
     head += [f"# {key}: {value!r} {SI[kind_of_role(key)]}" for key, value in readings.constants.items()]
     head += [f"# {key}: {_uncertainty_text(u, kind_of_role(key))}" for key, u in readings.uncertainties.items()]
     if readings.balance_tilt is not None:

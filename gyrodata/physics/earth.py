@@ -70,6 +70,7 @@ def balanced_direction(
     level = np.hypot(east, north)
     bearing = np.arctan2(east, north)
     bearing = np.where(bearing < 0, bearing + 2 * np.pi, bearing)
+    bearing = np.where(bearing >= 2 * np.pi, 0.0, bearing)
     return np.where(level > 1e-12, bearing, np.nan)[()], np.arctan2(up, level)
 
 

@@ -73,11 +73,14 @@ def greatest_sag(
     """
     load = 2 * np.multiply(transverse_inertia, torque)
     up, level = np.sin(pitch), np.cos(pitch)
-    linear = np.multiply(inertia, spin) ** 2 - 2 * load * up
+    momentum = np.multiply(inertia, spin)
+    linear = momentum**2 - 2 * load * up
     doubled = linear + np.sqrt(linear**2 + (2 * load * level) ** 2)
-    drop = np.divide(2 * load * level**2, doubled, out=np.zeros(np.shape(doubled)), where=doubled != 0)
+    inverse = np.divide(2.0, doubled, out=np.zeros(np.shape(doubled)), where=doubled != 0)
+    drop = load * level**2 * inverse
     low = up - drop
-    low_level = np.sqrt(np.maximum((1 - low) * (1 + low), 0.0))
+    # At the turning point 2 I h m g (1 − u²) = (I_zz ψ̇)² d; 1 − u² itself cancels near the vertical.
+    low_level = np.where(doubled != 0, np.abs(momentum) * level * np.sqrt(inverse), level)
     # sin and cos of the difference of both pitches, free of cancellation for a small drop.
     sine = drop * (level + up * (up + low) / (level + low_level))
     return np.arctan2(sine, level * low_level + up * low)[()]

@@ -68,11 +68,11 @@ def precession_rate(
     loses all digits near it. Where D nearly vanishes the rate itself is ill-conditioned: a relative error ε
     of D/b² moves it by √ε.
     """
-    _, load, doubled = _quadratic(torque, spin, inertia, transverse_inertia, pitch, total_spin)
     with np.errstate(divide="ignore", invalid="ignore"):
+        _, load, doubled = _quadratic(torque, spin, inertia, transverse_inertia, pitch, total_spin)
         rate = 2 * load / doubled
     idle = doubled == 0
-    if np.any(idle):
+    if idle.any():
         # Without spin and with a level rod nothing holds a torque; without a torque the rod just stays.
         return np.where(idle, np.where(load == 0, 0.0, np.nan), rate)[()]
     return rate
@@ -100,8 +100,8 @@ def fast_precession_rate(
         Precession rate φ̇ [rad/s]; NaN where no steady precession exists; infinite where there is only the
         slow one, for a level rod or I = I_zz. Without a torque, the free precession of a spinning body.
     """
-    curvature, _, doubled = _quadratic(torque, spin, inertia, transverse_inertia, pitch, total_spin)
     with np.errstate(divide="ignore", invalid="ignore"):
+        curvature, _, doubled = _quadratic(torque, spin, inertia, transverse_inertia, pitch, total_spin)
         return -doubled / (2 * curvature)
 
 
@@ -112,14 +112,14 @@ def _quadratic(
     load = np.asarray(torque, dtype=float)
     curvature = _curvature(inertia, across, pitch, total_spin)
     momentum = np.multiply(inertia, spin)
-    with np.errstate(invalid="ignore"):
-        root = np.sqrt(momentum * momentum + 4 * curvature * load)
+    root = np.sqrt(momentum * momentum + 4 * curvature * load)
     return curvature, load, momentum + np.copysign(root, momentum)
 
 
 def _curvature(inertia: ArrayLike, across: ArrayLike, pitch: ArrayLike, total_spin: bool) -> Any:
     """Coefficient of φ̇² in eq. (8)."""
-    return (np.negative(across) if total_spin else np.subtract(inertia, across)) * np.sin(pitch)
+    difference = np.negative(across) if total_spin else np.subtract(inertia, across)
+    return difference * np.sin(pitch)
 
 
 def horizontal_precession_rate(torque: ArrayLike, spin: ArrayLike, inertia: ArrayLike) -> Any:

@@ -1,0 +1,125 @@
+"""The Earth under the gyroscope, a force on its tip, and the wheel on the turntable."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gyrodata import physics
+from gyrodata.physics import Floats
+
+ITHACA = math.radians(42.5)
+QUARTER = physics.SIDEREAL_DAY / 4
+
+
+def test_the_sidereal_day() -> None:
+    assert pytest.approx(86164.1, abs=0.05) == physics.SIDEREAL_DAY
+
+
+def test_the_gyroscope_on_the_earths_axis_does_not_move() -> None:
+    azimuth, altitude = physics.balanced_direction(0.0, ITHACA, ITHACA, np.linspace(0, 1e5, 11))
+    assert azimuth.tolist() == [0.0] * 11
+    np.testing.assert_allclose(altitude, ITHACA, rtol=1e-14)
+
+
+def test_the_gyroscope_pointing_east() -> None:
+    # Through the south at 47.5° after six sidereal hours, to the west, under the north, and back.
+    times = QUARTER * np.arange(5)
+    azimuth, altitude = physics.balanced_direction(math.pi / 2, 0.0, ITHACA, times)
+    np.testing.assert_allclose(np.degrees(azimuth), [90, 180, 270, 0, 90], atol=1e-10)
+    np.testing.assert_allclose(np.degrees(altitude), [0, 47.5, 0, -47.5, 0], atol=1e-10)
+
+
+@given(st.floats(-1.5, 1.5), st.floats(0, 6.28), st.floats(-1.5, 1.5), st.floats(0, 1e5))
+def test_it_follows_a_star(latitude: float, azimuth: float, altitude: float, time: float) -> None:
+    """By the astronomers' triangle: the declination stays and the hour angle grows."""
+    north = math.cos(altitude) * math.cos(azimuth)
+    sine = math.sin(altitude) * math.sin(latitude) + north * math.cos(latitude)
+    declination = math.asin(min(1.0, max(-1.0, sine)))
+    hour = math.atan2(
+        -math.sin(azimuth) * math.cos(altitude),
+        math.sin(altitude) * math.cos(latitude) - north * math.sin(latitude),
+    )
+    later = hour + physics.EARTH_ROTATION * time
+    up = math.sin(latitude) * math.sin(declination) + math.cos(latitude) * math.cos(declination) * math.cos(later)
+    east = -math.cos(declination) * math.sin(later)
+    bearing, height = physics.balanced_direction(azimuth, altitude, latitude, time)
+    assert math.sin(height) == pytest.approx(up, abs=1e-7)
+    assert math.cos(height) * math.sin(bearing) == pytest.approx(east, abs=1e-7)
+    assert 0 <= bearing <= 2 * math.pi
+
+
+def test_no_azimuth_overhead() -> None:
+    azimuth, altitude = physics.balanced_direction(math.pi / 2, 0.0, 0.0, QUARTER)
+    assert math.isnan(azimuth)
+    assert altitude == pytest.approx(math.pi / 2, abs=1e-12)
+
+
+def turned(vector: Floats, rotation: Floats, time: float) -> Floats:
+    """Turn a vector about a fixed rotation vector for a time (Rodrigues)."""
+    rate = float(np.linalg.norm(rotation))
+    axis, angle = rotation / rate, rate * time
+    along = axis * (axis @ vector)
+    return along + (vector - along) * math.cos(angle) + np.cross(axis, vector) * math.sin(angle)
+
+
+@pytest.mark.parametrize("rate", [0.3, -0.3, 0.05])
+def test_the_earths_bias_from_a_turning_lab(rate: float) -> None:
+    # Seen from the lab a fast top turns about φ̇ Z − Ω, from the true φ̇ of eq. (9).
+    earth = physics.EARTH_ROTATION * np.array([0.0, math.cos(ITHACA), math.sin(ITHACA)])
+    rotation = np.array([0.0, 0.0, rate]) - earth
+    period = 2 * math.pi / float(np.linalg.norm(rotation))
+    np.testing.assert_allclose(turned(np.array([1.0, 0, 0]), rotation, period), [1, 0, 0], atol=1e-12)
+    seen = math.copysign(2 * math.pi / period, rate)
+    assert physics.earth_bias(seen, ITHACA) == pytest.approx(rate / seen - 1, rel=2e-3)
+
+
+def test_the_earths_bias_in_digits() -> None:
+    assert 100 * physics.earth_bias(0.3, ITHACA) == pytest.approx(0.016, abs=5e-4)
+    assert 100 * physics.earth_bias(0.05, ITHACA) == pytest.approx(0.10, abs=5e-3)
+    assert physics.earth_bias(-0.3, ITHACA) == -physics.earth_bias(0.3, ITHACA)
+
+
+class TestTip:
+    def test_a_weight_is_a_force_on_the_tip(self) -> None:
+        # m g at the tip: L φ̇ of eq. (9), along the torque L e3 × F.
+        length, spin, inertia, weight = 0.2, 40.0, 4.44e-3, 0.3
+        velocity = physics.tip_velocity([0, 0, -weight], [1.0, 0, 0], length, inertia, spin)
+        rate = physics.precession_rate(weight * length, spin, inertia)
+        np.testing.assert_allclose(velocity, [0, length * rate, 0], rtol=1e-14)
+
+    def test_it_yields_at_right_angles_and_takes_no_work(self) -> None:
+        force, rod = np.array([0.1, -0.2, 0.4]), np.array([0.0, 0.6, 0.8])
+        velocity = physics.tip_velocity(force, rod, 0.2, 4.44e-3, -30.0)
+        assert velocity @ force == pytest.approx(0, abs=1e-16)
+        assert velocity @ rod == pytest.approx(0, abs=1e-16)
+        torque = 0.2 * np.cross(rod, force)
+        np.testing.assert_allclose(velocity, 0.2 * torque / (4.44e-3 * -30.0), rtol=1e-14)
+
+    def test_a_pull_along_the_rod_does_nothing(self) -> None:
+        assert not physics.tip_velocity([0.0, 0, 2.0], [0.0, 0, 1.0], 0.2, 4.44e-3, 30.0).any()
+
+    def test_many_at_once(self) -> None:
+        velocity = physics.tip_velocity([0, 0, -0.3], [1.0, 0, 0], 0.2, 4.44e-3, np.array([20.0, 40.0]))
+        assert velocity.shape == (2, 3)
+        assert velocity[0, 1] == pytest.approx(2 * velocity[1, 1])
+
+
+class TestPlatform:
+    def test_from_level_to_upright(self) -> None:
+        assert physics.platform_rate(0.1, 20.0, 4.0, 0.0, math.pi / 2) == pytest.approx(-0.5, rel=1e-15)
+
+    def test_turned_over(self) -> None:
+        assert physics.platform_rate(0.1, 20.0, 4.0, math.pi / 2, -math.pi / 2) == pytest.approx(1.0, rel=1e-15)
+
+    def test_tipped_and_back(self) -> None:
+        assert physics.platform_rate(0.1, 20.0, 4.0, 0.3, 0.3) == 0
+
+    @given(st.floats(-1.57, 1.57), st.floats(-1.57, 1.57))
+    def test_the_angular_momentum_about_the_vertical_stays(self, start: float, end: float) -> None:
+        rate = physics.platform_rate(0.1, 20.0, 4.0, start, end)
+        assert 4.0 * rate + 2.0 * math.sin(end) == pytest.approx(2.0 * math.sin(start), abs=1e-14)

@@ -1,0 +1,104 @@
+"""Eqs. (1) to (5) against the axes, moved by hand, and against eqs. (7) and (8)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from gyrodata import physics
+from gyrodata.physics import Floats
+
+INERTIA, TRANSVERSE, TORQUE, SPIN = 4.44e-3, 5.7e-3, 0.0588, 40.0
+
+
+def azimuth(time: float) -> float:
+    return 0.4 + 1.3 * time - 0.2 * time**2
+
+
+def theta(time: float) -> float:
+    return 1.1 + 0.3 * math.sin(2 * time)
+
+
+def spun(time: float) -> float:
+    return 5 * time + 0.5 * time**2
+
+
+def change(what: Callable[[float], Floats | float], time: float, step: float = 1e-4) -> Floats:
+    """Derivative by differences of fourth order."""
+    far, near = (np.subtract(what(time + d), what(time - d)) for d in (2 * step, step))
+    return np.asarray((8 * near - far) / (12 * step))
+
+
+def axes(time: float) -> Floats:
+    return physics.frame_axes(azimuth(time), theta(time))
+
+
+def frame(time: float) -> Floats:
+    return physics.frame_rotation(float(change(theta, time)), float(change(azimuth, time)), theta(time))
+
+
+def body(time: float) -> Floats:
+    rates = (float(change(what, time)) for what in (theta, azimuth, spun))
+    return physics.body_rotation(*rates, theta(time))
+
+
+def test_the_axes_are_right_handed_and_e1_is_level() -> None:
+    first, second, third = axes(0.7)
+    np.testing.assert_allclose(np.cross(first, second), third, atol=1e-15)
+    np.testing.assert_allclose(np.cross(third, first), second, atol=1e-15)
+    assert first[2] == 0
+    assert third[2] == pytest.approx(math.cos(theta(0.7)), rel=1e-15)
+    np.testing.assert_allclose(np.cross([0, 0, 1], third), math.sin(theta(0.7)) * first, atol=1e-15)
+
+
+@pytest.mark.parametrize("time", [0.0, 0.7, 1.9])
+def test_the_frame_turns_by_equation_one(time: float) -> None:
+    rotation = frame(time) @ axes(time)
+    np.testing.assert_allclose(change(axes, time), np.cross(rotation, axes(time)), atol=1e-9)
+
+
+def test_the_total_spin_of_equation_two() -> None:
+    expected = float(change(azimuth, 0.7)) * math.cos(theta(0.7)) + float(change(spun, 0.7))
+    assert body(0.7)[2] == pytest.approx(expected, rel=1e-9)
+    np.testing.assert_array_equal(body(0.7)[:2], frame(0.7)[:2])
+
+
+@pytest.mark.parametrize("time", [0.0, 0.7, 1.9])
+def test_equations_three_to_five_are_the_change_of_the_fixed_vector(time: float) -> None:
+    def momentum(now: float) -> Floats:
+        return physics.angular_momentum(body(now), INERTIA, TRANSVERSE) @ axes(now)
+
+    parts = physics.momentum_change(body(time), change(body, time), frame(time), INERTIA, TRANSVERSE)
+    np.testing.assert_allclose(parts @ axes(time), change(momentum, time), atol=1e-8)
+
+
+def test_the_cross_product_of_equation_five_written_out() -> None:
+    rotation, turning = np.array([0.3, -0.8, 40.0]), np.array([0.3, -0.8, 0.5])
+    found = physics.momentum_change(rotation, np.zeros(3), turning, INERTIA, TRANSVERSE)
+    (w1, w2, w3), turn = rotation, turning[2]
+    expected = [INERTIA * w2 * w3 - TRANSVERSE * w2 * turn, TRANSVERSE * w1 * turn - INERTIA * w1 * w3, 0]
+    np.testing.assert_allclose(found, expected, atol=1e-16)
+
+
+@pytest.mark.parametrize("pitch", [-0.6, 0.0, 0.3])
+def test_steady_precession_balances_the_torque(pitch: float) -> None:
+    tilt = math.pi / 2 - pitch
+    for root in (physics.precession_rate, physics.fast_precession_rate):
+        rate = root(TORQUE, SPIN, INERTIA, TRANSVERSE, pitch)
+        if math.isinf(rate):
+            continue
+        own, turning = physics.body_rotation(0.0, rate, SPIN, tilt), physics.frame_rotation(0.0, rate, tilt)
+        found = physics.momentum_change(own, np.zeros(3), turning, INERTIA, TRANSVERSE)
+        np.testing.assert_allclose(found, [TORQUE * math.sin(tilt), 0, 0], rtol=1e-9, atol=1e-15)
+
+
+def test_many_at_once() -> None:
+    rates = np.linspace(0, 1, 6).reshape(2, 3)
+    assert physics.frame_rotation(rates, 1.0, 1.2).shape == (2, 3, 3)
+    assert physics.frame_axes(rates, 1.2).shape == (2, 3, 3, 3)
+    rotation = physics.body_rotation(rates, 1.0, SPIN, 1.2)
+    momentum = physics.angular_momentum(rotation, np.full((2, 3), INERTIA), TRANSVERSE)
+    np.testing.assert_allclose(momentum[..., 2], INERTIA * rotation[..., 2])

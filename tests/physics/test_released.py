@@ -1,0 +1,131 @@
+"""A rod let go from rest, against its nutation integrated between the turning points."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import mpmath
+import numpy as np
+import pytest
+
+from gyrodata import physics
+
+INERTIA = 4.44e-3
+RPM = math.pi / 30
+
+
+@dataclass(frozen=True)
+class Nutation:
+    """From the start, cosθ = u0, to the lowest point u1 and back, by the conserved energy and momenta."""
+
+    torque: float
+    spin: float
+    across: float
+    start: float = 0.0
+
+    def lowest(self) -> mpmath.mpf:
+        """Where the energy leaves nothing for θ̇, cosθ."""
+        own = mpmath.mpf(INERTIA) * self.spin
+        up, load = mpmath.mpf(self.start), 2 * mpmath.mpf(self.across) * self.torque
+        linear = own**2 / load - 2 * up
+        root = mpmath.sqrt(linear**2 + 4 * (1 - up**2))
+        return up - (root * mpmath.sign(load) - linear) / 2
+
+    def period(self, what: str = "1") -> mpmath.mpf:
+        """Integral over a nutation of 1, of φ̇ or of the pitch: u = u1 + d sin²x takes the singular ends away."""
+        low, own = self.lowest(), mpmath.mpf(INERTIA) * self.spin
+        drop = self.start - low
+        far = own**2 / (2 * self.across * mpmath.mpf(self.torque)) - low
+
+        def weight(x: mpmath.mpf) -> mpmath.mpf:
+            u = low + drop * mpmath.sin(x) ** 2
+            time = 4 / mpmath.sqrt(2 * mpmath.mpf(self.torque) / self.across * (far - u))
+            factor = {"1": 1, "rate": own * (self.start - u) / (self.across * (1 - u * u)), "pitch": mpmath.asin(u)}
+            return time * factor[what]
+
+        return mpmath.quad(weight, [0, mpmath.pi / 2])
+
+
+def lab(grams: float, rpm: float, ratio: float) -> Nutation:
+    return Nutation(1e-3 * grams * 9.8031 * 0.15, rpm * RPM, ratio * INERTIA)
+
+
+def delta(top: Nutation) -> float:
+    return float(physics.mean_sag(top.torque, top.spin, INERTIA, top.across))
+
+
+@pytest.mark.parametrize(
+    ("top", "exact", "closed"),
+    [(lab(20, 200, 1.39), 0.0879, 0.0881), (lab(60, 200, 1.6), 1.02, 1.05), (lab(120, 200, 1.9), 5.16, 5.93)],
+)
+def test_release_bias_in_digits(top: Nutation, exact: float, closed: float) -> None:
+    steady = top.torque / (INERTIA * top.spin)
+    found = 100 * float(steady / (top.period("rate") / top.period()) - 1)
+    assert found == pytest.approx(exact, rel=6e-3)
+    bias = 100 * physics.release_bias(top.torque, top.spin, INERTIA, top.across)
+    assert bias == pytest.approx(closed, rel=6e-3)
+    rate = physics.released_precession_rate(top.torque, top.spin, INERTIA, top.across)
+    assert rate == pytest.approx(steady / (1 + bias / 100), rel=1e-15)
+
+
+@pytest.mark.parametrize("top", [lab(20, 600, 1.39), lab(40, 400, 1.49), lab(20, 200, 1.39), lab(60, 200, 1.6)])
+def test_lowest_order_is_good_to_the_next_one(top: Nutation) -> None:
+    small = delta(top)
+    mean = float(top.period("rate") / top.period())
+    rate = physics.released_precession_rate(top.torque, top.spin, INERTIA, top.across)
+    assert abs(rate / mean - 1) < 16 * small**4
+    sag = -float(top.period("pitch") / top.period())
+    assert abs(small / sag - 1) < 5 * small**2
+
+
+@pytest.mark.parametrize("pitch", [-60.0, -10.0, 0.0, 25.0, 80.0])
+@pytest.mark.parametrize("grams", [20.0, 400.0, -40.0, 1e-6])
+def test_greatest_sag_is_exact(pitch: float, grams: float) -> None:
+    with mpmath.workdps(40):
+        angle = math.radians(pitch)
+        weight = lab(grams, 200, 1.6)
+        top = Nutation(weight.torque, weight.spin, weight.across, mpmath.sin(mpmath.mpf(angle)))
+        expected = mpmath.mpf(angle) - mpmath.asin(top.lowest())
+        found = physics.greatest_sag(weight.torque, weight.spin, INERTIA, weight.across, angle)
+        assert abs(found / expected - 1) < 1e-14
+
+
+def test_greatest_sag_is_twice_the_mean_one() -> None:
+    top = lab(20, 600, 1.39)
+    for pitch in (-0.5, 0.0, 0.5):
+        both = [f(top.torque, top.spin, INERTIA, top.across, pitch) for f in (physics.greatest_sag, physics.mean_sag)]
+        assert both[0] / both[1] == pytest.approx(2, rel=0.01)
+
+
+def test_without_spin_it_falls_like_a_pendulum() -> None:
+    assert physics.greatest_sag(0.05, 0.0, INERTIA, 6e-3, 0.3) == pytest.approx(math.pi / 2 + 0.3, rel=1e-15)
+    assert physics.greatest_sag(0.0, 0.0, INERTIA, 6e-3, 0.3) == 0
+    found = physics.greatest_sag(np.array([0.05, -0.05, 0.0]), 0.0, INERTIA, 6e-3)
+    np.testing.assert_allclose(found, [math.pi / 2, -math.pi / 2, 0.0])
+
+
+@pytest.mark.parametrize(("rpm", "seconds"), [(200, 0.067), (400, 0.033), (600, 0.022)])
+def test_click_error_in_digits(rpm: float, seconds: float) -> None:
+    for sense in (1, -1):
+        error = physics.click_error(sense * rpm * RPM, INERTIA, 1.4 * INERTIA)
+        assert error == pytest.approx(seconds, abs=5e-4)
+
+
+def test_click_error_is_the_wave_on_the_azimuth() -> None:
+    # Largest lead of the azimuth over its mean, as a time, from the motion itself.
+    from scipy.integrate import solve_ivp
+
+    top = lab(20, 400, 1.39)
+    own = INERTIA * top.spin
+
+    def motion(_: float, state: np.ndarray) -> list[float]:
+        cos, sin = math.cos(state[0]), math.sin(state[0])
+        rate = -own * cos / (top.across * sin**2)
+        fall = (top.torque - own * rate + top.across * rate**2 * cos) * sin / top.across
+        return [state[1], fall, rate]
+
+    period = float(top.period())
+    found = solve_ivp(motion, (0, period), [math.pi / 2, 0, 0], rtol=1e-10, atol=1e-12, max_step=period / 200)
+    lag = found.t - found.y[2] / (found.y[2][-1] / period)
+    assert max(abs(lag)) == pytest.approx(physics.click_error(top.spin, INERTIA, top.across), rel=2e-3)

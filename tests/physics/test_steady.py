@@ -1,0 +1,237 @@
+"""Both roots of eq. (8), and eq. (9), against 50 digits and against the equation itself."""
+
+from __future__ import annotations
+
+import math
+from itertools import product
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gyrodata import physics
+
+INERTIA, TRANSVERSE, TORQUE, SPIN = 4.44e-3, 5.74e-3, 0.0588, 40.0
+RPM = math.pi / 30
+EPSILON = np.finfo(float).eps
+
+
+def exact_roots(
+    torque: float, spin: float, inertia: float, transverse: float, pitch: float, total_spin: bool = False
+) -> tuple[mpmath.mpf, mpmath.mpf]:
+    """Slow and fast root of eq. (8) by the plain formula, in digits enough for what it loses."""
+    with mpmath.workdps(250):
+        a = ((0 if total_spin else mpmath.mpf(inertia)) - mpmath.mpf(transverse)) * mpmath.sin(mpmath.mpf(pitch))
+        b, c = mpmath.mpf(inertia) * mpmath.mpf(spin), -mpmath.mpf(torque)
+        if a == 0:
+            return -c / b, mpmath.inf
+        root = mpmath.sqrt(b * b - 4 * a * c)
+        both = sorted(((-b + root) / (2 * a), (-b - root) / (2 * a)), key=abs)
+        return both[0], both[1]
+
+
+SINES = (0.9, 0.5, 1e-2, 1e-4, 1e-8, 1e-12, 1e-16, float(np.cos(np.pi / 2)), 0.0, -1e-16, -1e-6, -0.3, -0.9)
+
+
+@pytest.mark.parametrize("total_spin", [False, True])
+@pytest.mark.parametrize("sine", SINES)
+def test_both_roots_to_the_last_digit(sine: float, total_spin: bool) -> None:
+    pitch = float(np.arcsin(sine))
+    numbers = TORQUE, SPIN, INERTIA, TRANSVERSE, pitch
+    slow, fast = exact_roots(*numbers, total_spin)
+    assert abs(physics.precession_rate(*numbers, total_spin=total_spin) / slow - 1) <= 1e-15
+    found = physics.fast_precession_rate(*numbers, total_spin=total_spin)
+    assert math.isinf(found) if sine == 0 else abs(found / fast - 1) <= 1e-14
+
+
+def test_the_textbook_formula_returns_zero_where_the_stable_one_holds() -> None:
+    cosine = float(np.cos(np.pi / 2))  # 6.1e-17, what a program has for a horizontal rod
+    lean, momentum = (INERTIA - TRANSVERSE) * cosine, INERTIA * SPIN
+    assert (-momentum + math.sqrt(momentum**2 + 4 * lean * TORQUE)) / (2 * lean) == 0
+    expected = TORQUE / momentum
+    assert physics.precession_rate(TORQUE, SPIN, INERTIA, TRANSVERSE, cosine) == pytest.approx(expected, rel=1e-15)
+    assert physics.precession_rate(TORQUE, SPIN, INERTIA, TRANSVERSE, np.pi / 2 - np.pi / 2) == pytest.approx(
+        expected, rel=1e-15
+    )
+
+
+def test_the_textbook_formula_loses_its_digits_on_the_way() -> None:
+    lost = []
+    for sine in (1e-4, 1e-8, 1e-12):
+        lean, momentum = (INERTIA - TRANSVERSE) * sine, INERTIA * SPIN
+        textbook = (-momentum + math.sqrt(momentum**2 + 4 * lean * TORQUE)) / (2 * lean)
+        lost.append(abs(float(textbook / exact_roots(TORQUE, SPIN, INERTIA, TRANSVERSE, math.asin(sine))[0]) - 1))
+    assert lost[0] > 1e-14
+    assert lost[1] > 1e-10
+    assert lost[2] > 1e-5
+
+
+sizes = st.floats(-3, 3).map(lambda x: 10.0**x)
+signs = st.sampled_from([1.0, -1.0])
+
+
+@given(sizes, sizes, sizes, signs, signs, st.floats(-1.5, 1.5), st.booleans())
+def test_any_top_to_what_its_condition_allows(
+    scale: float, shape: float, load: float, side: float, sense: float, pitch: float, total_spin: bool
+) -> None:
+    inertia, spin = 1e-3 * scale, 30.0 * sense
+    transverse, torque = inertia * (0.5 + shape), side * load * inertia
+    pitch = pitch if abs(pitch) > 1e-100 else 0.0
+    numbers = torque, spin, inertia, transverse, pitch
+    a = ((0.0 if total_spin else inertia) - transverse) * math.sin(pitch)
+    b = inertia * spin
+    root = b * b + 4 * a * torque
+    slow = physics.precession_rate(*numbers, total_spin=total_spin)
+    if abs(root) < 1e-13 * b * b:
+        return  # both answers are right
+    if root < 0:
+        assert np.isnan(slow)
+        assert np.isnan(physics.fast_precession_rate(*numbers, total_spin=total_spin))
+        return
+    spread = (b * b + 4 * abs(a * torque)) / (2 * math.sqrt(root) * (abs(b) + math.sqrt(root)))
+    expected, fast = exact_roots(*numbers, total_spin)
+    assert abs(slow / expected - 1) <= 8 * EPSILON * (1 + spread)
+    if a != 0:
+        found = physics.fast_precession_rate(*numbers, total_spin=total_spin)
+        # I − I_zz has a condition of its own.
+        difference = 1.0 if total_spin else (inertia + transverse) / abs(inertia - transverse)
+        assert abs(found / fast - 1) <= 8 * EPSILON * (1 + spread) * (1 + difference)
+
+
+def test_near_the_least_spin_the_rate_is_ill_conditioned_and_no_worse() -> None:
+    pitch = math.radians(60)
+    least = physics.least_spin(TORQUE, INERTIA, TRANSVERSE, pitch)
+    for distance in (1e-2, 1e-6, 1e-10):
+        spin = float(least * (1 + distance))
+        numbers = TORQUE, spin, INERTIA, TRANSVERSE, pitch
+        error = abs(float(physics.precession_rate(*numbers) / exact_roots(*numbers)[0]) - 1)
+        assert error <= 4 * EPSILON / math.sqrt(distance)
+
+
+@pytest.mark.parametrize("pitch", [-80.0, -30.0, 0.001, 10.0, 60.0])
+@pytest.mark.parametrize(("side", "sense"), list(product([1, -1], repeat=2)))
+def test_both_roots_solve_equation_eight(pitch: float, side: int, sense: int) -> None:
+    angle, torque, spin = math.radians(pitch), side * TORQUE, sense * SPIN
+    for root in (physics.precession_rate, physics.fast_precession_rate):
+        rate = root(torque, spin, INERTIA, TRANSVERSE, angle)
+        turn = rate * math.sin(angle)
+        own = INERTIA * (turn + spin)
+        bracket = own - TRANSVERSE * turn
+        scale = abs(rate) * (abs(own) + abs(TRANSVERSE * turn))
+        assert abs(rate * bracket - torque) <= 1e-14 * scale
+
+
+def test_what_the_tachometer_reads_makes_no_difference_to_the_motion() -> None:
+    pitch = math.radians(35)
+    rate = physics.precession_rate(TORQUE, SPIN, INERTIA, TRANSVERSE, pitch)
+    total = SPIN + rate * math.sin(pitch)
+    again = physics.precession_rate(TORQUE, total, INERTIA, TRANSVERSE, pitch, total_spin=True)
+    assert again == pytest.approx(rate, rel=1e-14)
+
+
+def test_horizontal_is_equation_nine_with_signs() -> None:
+    for torque, spin in ((TORQUE, SPIN), (-TORQUE, SPIN), (TORQUE, -SPIN), (0.0, SPIN)):
+        expected = torque / (INERTIA * spin)
+        assert physics.precession_rate(torque, spin, INERTIA) == pytest.approx(expected, rel=1e-15)
+        assert physics.horizontal_precession_rate(torque, spin, INERTIA) == pytest.approx(expected, rel=1e-15)
+
+
+@pytest.mark.parametrize("pitch", [-20.0, 0.0, 50.0])
+def test_signs_carry_through(pitch: float) -> None:
+    angle = math.radians(pitch)
+    rate = physics.precession_rate(TORQUE, SPIN, INERTIA, TRANSVERSE, angle)
+    assert physics.precession_rate(TORQUE, -SPIN, INERTIA, TRANSVERSE, angle) == -rate
+    # The rod turned over is the weight on the other side.
+    assert physics.precession_rate(-TORQUE, SPIN, INERTIA, TRANSVERSE, -angle) == -rate
+
+
+def test_without_a_torque_the_rod_stays() -> None:
+    for pitch, spin in product([-0.5, 0.0, 0.5], [0.0, -0.0, SPIN, -SPIN]):
+        assert physics.precession_rate(0.0, spin, INERTIA, TRANSVERSE, pitch) == 0
+
+
+def test_without_a_torque_the_fast_root_is_free_precession() -> None:
+    # The body turns about its angular momentum at H/I, with H cosθ = I_zz ω3.
+    pitch, total = 0.5, 40.0
+    rate = physics.fast_precession_rate(0.0, total, INERTIA, TRANSVERSE, pitch, total_spin=True)
+    assert rate == pytest.approx(INERTIA * total / (TRANSVERSE * math.sin(pitch)), rel=1e-15)
+
+
+def test_without_spin_a_hanging_rod_is_a_conical_pendulum() -> None:
+    pitch = -0.7
+    numbers = TORQUE, 0.0, INERTIA, TRANSVERSE, pitch
+    # φ̇² I cosθ = −h m g for a thin rod; I − I_zz stands for I because ψ̇ = 0, not ω3.
+    expected = math.sqrt(TORQUE / ((INERTIA - TRANSVERSE) * math.sin(pitch)))
+    assert physics.precession_rate(*numbers) == pytest.approx(expected, rel=1e-15)
+    assert physics.fast_precession_rate(*numbers) == pytest.approx(-expected, rel=1e-15)
+    total = math.sqrt(TORQUE / (-TRANSVERSE * math.sin(pitch)))
+    assert physics.precession_rate(*numbers, total_spin=True) == pytest.approx(total, rel=1e-15)
+
+
+def test_no_steady_precession_is_not_a_number() -> None:
+    assert np.isnan(physics.precession_rate(0.09, 2.0, INERTIA, 0.02, np.radians(60)))
+    assert np.isnan(physics.precession_rate(TORQUE, 0.0, INERTIA, TRANSVERSE, 0.3))  # up, no spin
+    assert np.isnan(physics.precession_rate(TORQUE, 0.0, INERTIA, TRANSVERSE, 0.0))  # level, no spin
+    assert np.isnan(physics.horizontal_precession_rate(TORQUE, 0.0, INERTIA))
+
+
+def test_no_fast_root_is_infinite() -> None:
+    assert math.isinf(physics.fast_precession_rate(TORQUE, SPIN, INERTIA, TRANSVERSE, 0.0))
+    assert math.isinf(physics.fast_precession_rate(TORQUE, SPIN, INERTIA, INERTIA, 0.4))
+
+
+def test_the_fast_root_is_out_of_reach_of_a_lab() -> None:
+    # 20 g at 150 mm, 400 rpm, 10°: 7900 rpm.
+    fast = physics.fast_precession_rate(0.0294, 400 * RPM, INERTIA, TRANSVERSE, math.radians(10))
+    assert abs(fast) / RPM == pytest.approx(7900, rel=0.01)
+
+
+def test_the_least_spin_is_where_steady_precession_ends() -> None:
+    for pitch, total_spin in product((5.0, 60.0, 89.0), (False, True)):
+        top = INERTIA, TRANSVERSE, math.radians(pitch)
+        least = physics.least_spin(TORQUE, *top, total_spin=total_spin)
+        assert np.isfinite(physics.precession_rate(TORQUE, least * (1 + 1e-12), *top, total_spin=total_spin))
+        assert np.isnan(physics.precession_rate(TORQUE, least * (1 - 1e-12), *top, total_spin=total_spin))
+
+
+def test_the_least_spin_of_the_lab() -> None:
+    # 60 g at 150 mm, 60° up: 42.8 rpm, or 61 rpm with the weight in I.
+    pitch, torque = math.radians(60), 0.06 * 9.8031 * 0.15
+    assert physics.least_spin(torque, INERTIA, TRANSVERSE, pitch) / RPM == pytest.approx(42.8, abs=0.1)
+    loaded = TRANSVERSE + 0.06 * 0.15**2
+    assert physics.least_spin(torque, INERTIA, loaded, pitch) / RPM == pytest.approx(61, abs=0.5)
+
+
+def test_a_rod_that_needs_no_spin() -> None:
+    assert physics.least_spin(TORQUE, INERTIA, TRANSVERSE, -0.5) == 0
+    assert physics.least_spin(TORQUE, INERTIA, TRANSVERSE, 0.0) == 0
+    assert physics.least_spin(-TORQUE, INERTIA, TRANSVERSE, 0.5) == 0
+    assert physics.least_spin(TORQUE, TRANSVERSE, INERTIA, 0.5) == 0  # a flat body, I < I_zz
+
+
+def test_arrays_give_what_single_numbers_give() -> None:
+    torque = np.array([[TORQUE], [-TORQUE], [0.0]])
+    spin = np.array([SPIN, -SPIN, 0.0, 2.0])
+    pitch = 0.4
+    slow = physics.precession_rate(torque, spin, INERTIA, TRANSVERSE, pitch)
+    assert slow.shape == (3, 4)
+    for i, j in np.ndindex(3, 4):
+        one = physics.precession_rate(torque[i, 0], spin[j], INERTIA, TRANSVERSE, pitch)
+        np.testing.assert_array_equal(slow[i, j], one)
+
+
+def test_torque_of_a_weight() -> None:
+    # 20, 40, 60 g at 150 mm in Ithaca, N*m.
+    torque = physics.torque(np.array([0.02, 0.04, 0.06]), 0.15, 9.8031)
+    np.testing.assert_allclose(torque, [0.029, 0.059, 0.088], atol=5e-4)
+    assert physics.torque(0.02, -0.15, 9.8031) < 0
+
+
+def test_full_turns_of_the_lab() -> None:
+    # Time of one turn [s] for 20, 40, 60 g at 200, 400, 600 rpm.
+    torque = physics.torque(np.array([[0.02], [0.04], [0.06]]), 0.15, 9.8031)
+    period = 2 * math.pi / physics.horizontal_precession_rate(torque, np.array([200, 400, 600]) * RPM, 4.44e-3)
+    expected = [[19.9, 39.7, 59.6], [9.9, 19.9, 29.8], [6.6, 13.2, 19.9]]
+    np.testing.assert_allclose(period, expected, atol=0.06)

@@ -14,6 +14,7 @@ SHELVES = {
     "unit_grammar": 0,
     "units": 1,
     "physics": 1,
+    "motion": 2,
     "readings": 2,
     "measurements": 3,
     "fitting": 4,
@@ -24,10 +25,11 @@ SHELVES = {
     "plotting": 7,
     "procedure": 7,
     "schema": 7,
-    "cli": 8,
-    "__main__": 9,
+    "grading": 8,
+    "cli": 9,
+    "__main__": 10,
 }
-OWNERS = {"pint": {"units"}, "matplotlib": {"plotting"}, "typer": {"cli"}, "jinja2": {"reporting"}}
+OWNERS = {"pint": {"units"}, "matplotlib": {"plotting"}, "typer": {"cli"}, "jinja2": {"reporting", "grading"}}
 
 
 def imports(path: Path) -> list[str]:

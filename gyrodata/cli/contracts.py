@@ -37,8 +37,9 @@ def schema(
     # Codes are registered where they are raised.
     from gyrodata import procedure, reporting
     from gyrodata import schema as schemas
+    from gyrodata.grading import rubric
 
-    del procedure
+    del procedure, rubric
     if diagnostics and as_json:
         write_out(reporting.json_text({"diagnostics": schemas.diagnostics_table()}))
     elif diagnostics:

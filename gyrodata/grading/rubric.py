@@ -1,0 +1,292 @@
+"""The rubric: what is judged, what earns how many points, what being late costs, and what the truth is.
+
+A TOML file; the one that stands beside this module holds where none is given, and explains every key.
+"""
+
+from __future__ import annotations
+
+import datetime as dt
+import hashlib
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from importlib.resources import files
+from typing import Literal, get_args
+
+from gyrodata.errors import register
+from gyrodata.grading.conditions import ConditionError, Curve, make_curve, parse_condition
+from gyrodata.grading.late import LateRule, read_late
+from gyrodata.grading.reference import Reference, read_references
+from gyrodata.grading.toml_table import G727, Table, nearest, read_toml
+from gyrodata.units import UnitError, parse_quantity
+
+Check = Literal["log", "procedure", "own_data", "reference", "uncertainty", "units", "constancy"]
+
+VARIABLES: dict[str, tuple[str, ...]] = {
+    "log": ("warnings",),
+    "procedure": ("missing",),
+    "own_data": ("d",),
+    "reference": ("z",),
+    "uncertainty": ("ratio",),
+    "units": ("faults",),
+    "constancy": ("p", "spread"),
+}
+"""What the conditions of each kind of criterion may speak of."""
+
+TITLES: dict[str, str] = {
+    "log": "The log can be read",
+    "procedure": "The procedure is complete",
+    "own_data": "I_zz follows from your own runs",
+    "reference": "I_zz agrees with the reference",
+    "uncertainty": "The uncertainty is realistic",
+    "units": "Unit and digits",
+    "constancy": "φ̇ψ̇ is constant for each torque",
+}
+
+ASKS = ("weights", "runs", "spins", "unloaded", "times", "falling_spin", "odd_runs")
+"""What a procedure criterion may ask for."""
+
+ACCEPTED = ("through_origin", "with_constant", "mean_of_ratios", "recommended")
+"""Fits of a student's own runs that a rubric may accept."""
+
+_HEAD = "schema = 1\npoints = 2\n[[criterion]]\nid = 'log'\npoints = 2\n"
+G724 = register(
+    "G724", "error", "the points of a rubric do not add up", _HEAD.replace("2\n[", "3\n[") + "check = 'log'\n"
+)
+G725 = register("G725", "error", "a criterion is of a kind that is not known", _HEAD + "check = 'lgo'\n")
+G726 = register(
+    "G726",
+    "error",
+    "a condition cannot be used",
+    _HEAD + "check = 'log'\nfull = 'warnings < 1'\nzero = 'warnings >= 4'\n",
+)
+_DEFAULT_CURVES = {
+    "log": ("warnings <= 0", "warnings >= 4"),
+    "procedure": ("missing <= 0", "missing >= 3"),
+    "own_data": ("d <= 0.3", "d >= 3"),
+    "reference": ("z <= 2", "z >= 5"),
+    "uncertainty": ("ratio in 0.5..2", "ratio outside 0.2..5"),
+    "units": ("faults <= 0", "faults >= 2"),
+    "constancy": ("p >= 0.001", "p <= 0.000001"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Criterion:
+    """One thing that is judged."""
+
+    id: str
+    """Unique; the column of the grades."""
+    title: str
+    check: Check
+    points: float
+    curve: Curve
+    told: str
+    """The two conditions in words."""
+    slip: float
+    """Points that a known slip costs, once; only of own_data."""
+    gate: tuple[float, float] | None
+    """A reported I_zz outside earns nothing here [kg*m^2]."""
+    asks: tuple[str, ...]
+    """Of `ASKS`; only of procedure."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rubric:
+    """Everything that decides about points."""
+
+    name: str
+    title: str
+    points: float
+    accept: tuple[str, ...]
+    """Fits of the student's own runs that are right answers, of `ACCEPTED`."""
+    no_report: Literal["look", "zero"]
+    """What no reported I_zz at all means."""
+    criteria: tuple[Criterion, ...]
+    late: LateRule | None
+    references: Mapping[str, Reference]
+    """By station; "all" holds for every other."""
+    class_reference: bool
+    """True where the class itself gives the reference."""
+
+    @property
+    def digest(self) -> str:
+        """Hash of all that can change a grade: remarks and blanks of the file do not."""
+        content = {key: value for key, value in asdict(self).items() if key != "name"}
+        return hashlib.sha256(json.dumps(content, sort_keys=True, default=_as_text).encode()).hexdigest()
+
+    def reference_for(self, station: str | None) -> Reference | None:
+        """Give the reference that the rubric states for a station, None where it has none."""
+        return self.references.get(station or "all") or self.references.get("all")
+
+
+def _as_text(value: object) -> str:
+    return value.isoformat() if isinstance(value, dt.datetime) else str(value)
+
+
+def default_rubric_text() -> str:
+    """Give the built-in rubric as its author wrote it, with remarks.
+
+    Returns
+    -------
+    str
+    """
+    return files("gyrodata.grading").joinpath("rubric.toml").read_text("utf-8")
+
+
+def default_rubric() -> Rubric:
+    """Give the built-in rubric.
+
+    Returns
+    -------
+    Rubric
+    """
+    return read_rubric(default_rubric_text().encode(), "built-in rubric")
+
+
+def read_rubric(data: bytes, name: str = "rubric.toml") -> Rubric:
+    """Read a rubric.
+
+    Parameters
+    ----------
+    data : bytes
+        A TOML file.
+    name : str
+        Shown name of the file.
+
+    Returns
+    -------
+    Rubric
+
+    Raises
+    ------
+    InputError
+        With every fault found, each with its line and what to write.
+    """
+    top = read_toml(data, name)
+    schema = top.number("schema", "1", required=True)
+    if schema not in (None, 1.0):
+        top.wrong("schema", f"schema {schema:g} is not known to this version", "write schema = 1")
+    title = top.text("title", '"Gyroscope lab"') or "Gyroscope lab"
+    points = top.number("points", "20", required=True) or 0.0
+    accept = top.choices("accept", ACCEPTED, ACCEPTED)
+    no_report = top.choice("no_report", ("look", "zero"), "look")
+    criteria = _criteria(top)
+    total = math.fsum(criterion.points for criterion in criteria)
+    if criteria and abs(total - points) > 1e-9 and "points" in top.values:
+        parts = " + ".join(f"{criterion.points:g}" for criterion in criteria)
+        hint = f"write points = {total:g}, or change the points of a criterion"
+        top.wrong("points", f"points = {points:g}, but the criteria add up to {parts} = {total:g}", hint, G724)
+    late = read_late(top, points)
+    references, from_class = read_references(top)
+    asked = next((c for c in criteria if c.check == "reference"), None)
+    if asked and not references and not from_class and "reference" not in top.values:
+        hint = '[reference.3] with inertia = "4.44e-3 kg m^2" and u = "1 %", or [reference] with from = "class"'
+        top.faults.add(G727, (), f'criterion "{asked.id}" compares with a reference, and none is given', hint)
+    top.done()
+    top.faults.stop_if_any()
+    return Rubric(
+        name=name,
+        title=title,
+        points=points,
+        accept=accept,
+        no_report="zero" if no_report == "zero" else "look",
+        criteria=criteria,
+        late=late,
+        references=references,
+        class_reference=from_class,
+    )
+
+
+# --- criteria -----------------------------------------------------------------------------------------------
+
+
+def _criteria(top: Table) -> tuple[Criterion, ...]:
+    tables = top.tables("criterion")
+    if not tables and "criterion" not in top.values:
+        hint = 'write at least one: [[criterion]], id = "log", check = "log", points = 2'
+        top.faults.add(G727, (), "there is not one criterion", hint)
+    criteria: list[Criterion] = []
+    for table in tables:
+        criterion = _criterion(table)
+        if criterion is None:
+            continue
+        if any(other.id == criterion.id for other in criteria):
+            table.wrong("id", f'two criteria have the id "{criterion.id}"', "give each its own id")
+        criteria.append(criterion)
+    return tuple(criteria)
+
+
+def _criterion(table: Table) -> Criterion | None:
+    check = table.text("check", " or ".join(f'"{kind}"' for kind in get_args(Check)), required=True)
+    if check is not None and check not in get_args(Check):
+        table.wrong("check", f'there is no check "{check}"', nearest(check, get_args(Check)), G725)
+        return None
+    name = table.text("id", f'"{check or "log"}"', required=True)
+    points = table.number("points", "2", required=True)
+    if check is None:
+        return None
+    title = table.text("title", f'"{TITLES[check]}"') or TITLES[check]
+    curve, told = _curve(table, check)
+    slip = 0.0
+    gate = None
+    if check == "own_data":
+        slip = table.deduction("slip", points or 0.0, (points or 0.0) / 2)
+    if check in ("own_data", "reference", "uncertainty"):
+        gate = _gate(table)
+    asks = table.choices("asks", ASKS, ASKS[:3]) if check == "procedure" else ()
+    table.done()
+    if name is None or points is None or curve is None:
+        return None
+    return Criterion(name, title, check, points, curve, told, slip, gate, asks)  # type: ignore[arg-type]
+
+
+def _curve(table: Table, check: str) -> tuple[Curve | None, str]:
+    """The conditions for all points and for none, both by default or both written."""
+    default = _DEFAULT_CURVES[check]
+    texts = [table.text(key, f'"{default[i]}"') for i, key in enumerate(("full", "zero"))]
+    given = [key for key in ("full", "zero") if key in table.values]
+    if len(given) == 1:
+        other = {"full": "zero", "zero": "full"}[given[0]]
+        table.wrong(given[0], f'"{given[0]}" is given, and "{other}" is not', f'write {other} = "…" too', G726)
+        return None, ""
+    full, zero = (text or default[i] for i, text in enumerate(texts))
+    conditions = []
+    for key, text in (("full", full), ("zero", zero)):
+        try:
+            condition = parse_condition(text)
+        except ConditionError as error:
+            table.wrong(key, str(error), error.hint, G726)
+            continue
+        if condition.variable not in VARIABLES[check]:
+            known = " or ".join(VARIABLES[check])
+            message = f'"{condition.variable}" means nothing in a criterion with check = "{check}"'
+            table.wrong(key, message, f"write a condition on {known}", G726)
+            continue
+        conditions.append(condition)
+    if len(conditions) < 2:
+        return None, ""
+    try:
+        return make_curve(*conditions), f"all points for {full}, none for {zero}"
+    except ConditionError as error:
+        table.wrong("zero" if "zero" in table.values else "full", str(error), error.hint, G726)
+        return None, ""
+
+
+def _gate(table: Table) -> tuple[float, float] | None:
+    sample = '["1e-6 kg m^2", "100 kg m^2"]'
+    value = table.take("gate", (list,), sample)
+    if value is None:
+        return None
+    if len(value) != 2 or not all(isinstance(end, str) for end in value):
+        table.wrong("gate", "gate needs two moments of inertia with their unit", f"write gate = {sample}")
+        return None
+    try:
+        low, high = (parse_quantity(end, "inertia") for end in value)
+    except UnitError as error:
+        table.wrong("gate", f"gate: {error}", f"write gate = {sample}")
+        return None
+    if not low < high:
+        table.wrong("gate", "gate: the first is not below the second", f"write gate = {sample}")
+    return low, high

@@ -1,0 +1,276 @@
+"""A TOML file read key by key, each fault with its line and what to write instead."""
+
+from __future__ import annotations
+
+import datetime as dt
+import difflib
+import math
+import re
+import tomllib
+from collections.abc import Sequence
+from typing import Any
+
+from gyrodata.errors import CODES, Diagnostic, InputError, register
+from gyrodata.grading.places import Path, Spot, find_places
+from gyrodata.units import UnitError, parse_uncertainty
+
+_RUBRIC = "schema = 1\npoints = 2\n[[criterion]]\nid = 'log'\ncheck = 'log'\npoints = 2\n"
+G721 = register("G721", "error", "a rubric is no TOML file", "schema = 1\npoints = \n")
+G722 = register("G722", "error", "a rubric has a key that is not known", _RUBRIC + "ponits = 3\n")
+G723 = register(
+    "G723",
+    "error",
+    "a value of a rubric is missing or cannot be used",
+    _RUBRIC.replace("check = 'log'\npoints = 2", "check = 'log'\npoints = 'two'"),
+)
+
+G727 = register(
+    "G727",
+    "error",
+    "two parts of a rubric do not go together",
+    _RUBRIC + "[reference]\nfrom = 'class'\n[reference.3]\ninertia = '4e-3 kg m^2'\nu = '1 %'\n",
+)
+
+LARGEST = 1_000_000
+"""Bytes of a rubric that are read."""
+
+
+class Faults:
+    """The faults of one TOML file, with where each stands.
+
+    Parameters
+    ----------
+    name : str
+        Shown name of the file.
+    text : str
+        What stands in it.
+    """
+
+    def __init__(self, name: str, text: str) -> None:
+        self.name = name
+        self.lines = text.split("\n")
+        self.places: dict[Path, Spot] = {}
+        self.found: list[Diagnostic] = []
+
+    def add(self, code: str, path: Path, message: str, hint: str = "") -> None:
+        """Note a fault of the key at `path`, or of the nearest table above it that has a place of its own."""
+        while path and path not in self.places:
+            path = path[:-1]
+        self.add_at(code, self.places.get(path), message, hint)
+
+    def add_at(self, code: str, spot: Spot | None, message: str, hint: str = "") -> None:
+        """Note a fault at a place."""
+        severity = CODES[code].severity
+        if spot is None:
+            self.found.append(Diagnostic(code, severity, message, hint, self.name))
+            return
+        line, column, width = spot
+        excerpt = self.lines[line - 1].rstrip("\r") if line <= len(self.lines) else ""
+        self.found.append(Diagnostic(code, severity, message, hint, self.name, line, column, excerpt, width))
+
+    def stop_if_any(self) -> None:
+        """Raise what was found, in the order of the file, if anything was."""
+        if self.found:
+            raise InputError(sorted(self.found, key=lambda d: (d.line or 0, d.column or 0)))
+
+
+class Table:
+    """One table of the file; every key is asked for once, and `done` names those that were not.
+
+    Parameters
+    ----------
+    values : dict
+        As `tomllib` gives them.
+    path : tuple
+        Where the table stands.
+    faults : Faults
+        Collects what is wrong.
+    """
+
+    def __init__(self, values: dict[str, Any], path: Path, faults: Faults) -> None:
+        self.values = values
+        self.path = path
+        self.faults = faults
+        self.asked: list[str] = []
+
+    def wrong(self, key: str, message: str, hint: str, code: str = G723) -> None:
+        """Note a fault of one key."""
+        self.faults.add(code, (*self.path, key), message, hint)
+
+    def take(self, key: str, kinds: tuple[type, ...], sample: str, required: bool = False) -> Any:
+        """Give the value of a key if it is of one of some types, else None and a fault."""
+        self.asked.append(key)
+        if key not in self.values:
+            if required:
+                self.faults.add(G723, self.path, f'"{key}" is missing', f"write {key} = {sample}")
+            return None
+        value = self.values[key]
+        if not isinstance(value, kinds) or (isinstance(value, bool) and bool not in kinds):
+            self.wrong(key, f"{key} = {_shown(value)} cannot be used", f"write {key} = {sample}")
+            return None
+        return value
+
+    def text(self, key: str, sample: str, required: bool = False) -> str | None:
+        """Give a text that is not empty."""
+        value: str | None = self.take(key, (str,), sample, required)
+        if value is not None and not value.strip():
+            self.wrong(key, f"{key} is empty", f"write {key} = {sample}")
+            return None
+        return value
+
+    def number(self, key: str, sample: str, required: bool = False) -> float | None:
+        """Give a finite number, not below 0."""
+        value = self.take(key, (int, float), sample, required)
+        if value is None:
+            return None
+        if not 0 <= value < 1e9:
+            self.wrong(key, f"{key} = {value} is out of range", f"write {key} = {sample}")
+            return None
+        return float(value)
+
+    def choices(self, key: str, known: Sequence[str], default: tuple[str, ...]) -> tuple[str, ...]:
+        """Give a list of words out of the known ones."""
+        sample = "[" + ", ".join(f'"{word}"' for word in known) + "]"
+        value = self.take(key, (list,), sample)
+        if value is None:
+            return default
+        for word in value:
+            if word not in known:
+                self.wrong(key, f"{key}: {_shown(word)} is not known", nearest(str(word), known))
+        if not value:
+            self.wrong(key, f"{key} is empty", f"write {key} = {sample}")
+        return tuple(dict.fromkeys(str(word) for word in value))
+
+    def choice(self, key: str, known: Sequence[str], default: str) -> str:
+        """Give one word out of the known ones."""
+        value = self.text(key, " or ".join(f'"{word}"' for word in known))
+        if value is None:
+            return default
+        if value not in known:
+            self.wrong(key, f'{key} = "{value}" is not known', nearest(value, known))
+        return value
+
+    def deduction(self, key: str, whole: float, default: float, required: bool = False) -> float:
+        """Give points: those of "10 %" of a whole, or a number of points."""
+        value = self.take(key, (str, int, float), '"10 %" or a number of points', required)
+        if value is None:
+            return default
+        if isinstance(value, str):
+            try:
+                share = parse_uncertainty(value, "number").relative if value.strip().endswith("%") else math.nan
+            except UnitError:
+                share = math.nan
+            if math.isnan(share):
+                self.wrong(key, f'{key} = "{value[:40]}" cannot be used', f'write {key} = "10 %" or {key} = 2')
+                return default
+            value = share * whole
+        if not 0 <= value <= whole:
+            self.wrong(key, f"{key} takes off {value:g} of {whole:g} points", f'write at most {key} = "100 %"')
+            return default
+        return float(value)
+
+    def table(self, key: str) -> Table | None:
+        """Give a table below this one."""
+        value = self.take(key, (dict,), f"… as a table [{'.'.join(str(part) for part in (*self.path, key))}]")
+        return None if value is None else Table(value, (*self.path, key), self.faults)
+
+    def tables(self, key: str) -> list[Table]:
+        """Give an array of tables below this one."""
+        name = ".".join(str(part) for part in (*self.path, key))
+        value = self.take(key, (list,), f"… as tables [[{name}]]")
+        if value is None:
+            return []
+        if not all(isinstance(item, dict) for item in value):
+            self.wrong(key, f"{key} is no list of tables", f"write each as a table of its own, headed [[{name}]]")
+            return []
+        return [Table(item, (*self.path, key, i), self.faults) for i, item in enumerate(value)]
+
+    def done(self) -> None:
+        """Name the keys that nothing asked for."""
+        for key in self.values:
+            if key not in self.asked:
+                where = f" in [{'.'.join(str(p) for p in self.path if isinstance(p, str))}]" if self.path else ""
+                self.wrong(key, f'"{key[:60]}" is not known{where}', nearest(key, self.asked), G722)
+
+
+def read_toml(data: bytes, name: str) -> Table:
+    """Read a TOML file.
+
+    Parameters
+    ----------
+    data : bytes
+        UTF-8, with or without BOM.
+    name : str
+        Shown name of the file.
+
+    Returns
+    -------
+    Table
+        The top of it.
+
+    Raises
+    ------
+    InputError
+        It is no TOML file; the message has the line.
+    """
+    if len(data) > LARGEST:
+        faults = Faults(name, "")
+        faults.add_at(G721, None, f"a rubric of {len(data)} bytes; at most {LARGEST} are read", "is it the right file?")
+        faults.stop_if_any()
+    try:
+        text = data.decode("utf-8-sig").replace("\r\n", "\n")
+    except UnicodeDecodeError as error:
+        faults = Faults(name, "")
+        line = data.count(b"\n", 0, error.start) + 1
+        faults.add_at(G721, Spot(line, 1, 1), "is not UTF-8", "save it as UTF-8 in your editor")
+        faults.stop_if_any()
+        raise
+    faults = Faults(name, text)
+    try:
+        values = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        faults.add_at(G721, _spot_of(str(error), faults.lines), _without_place(str(error)), _syntax_hint(str(error)))
+        faults.stop_if_any()
+        raise
+    faults.places = find_places(text)
+    return Table(values, (), faults)
+
+
+def nearest(word: str, known: Sequence[str]) -> str:
+    """Propose the known word that is meant, or list them all."""
+    close = difflib.get_close_matches(word.lower(), known, n=1, cutoff=0.6)
+    return f"did you mean {close[0]}?" if close else f"known here: {', '.join(known)}"
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, str):
+        return f'"{value[:60]}"'
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, dict):
+        return "a table"
+    if isinstance(value, list):
+        return "a list"
+    return value.isoformat() if isinstance(value, dt.date | dt.time) else str(value)[:60]
+
+
+_WHERE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)")
+
+
+def _spot_of(message: str, lines: list[str]) -> Spot:
+    match = _WHERE.search(message)
+    if match is None or match[1] is None:
+        return Spot(len(lines), len(lines[-1]) + 1, 1)
+    return Spot(int(match[1]), int(match[2]), 1)
+
+
+def _without_place(message: str) -> str:
+    return "this is not TOML: " + _WHERE.sub("", message)
+
+
+def _syntax_hint(message: str) -> str:
+    if "value" in message.lower():
+        return 'a text stands in quotation marks, a number does not: id = "log", points = 2'
+    if "overwrite" in message.lower() or "twice" in message.lower():
+        return "the same key stands twice: keep one, or head each criterion with [[criterion]]"
+    return "a line is KEY = VALUE, a table's head is [NAME] or [[criterion]], a remark begins with #"

@@ -1,0 +1,343 @@
+"""The rubric: what it means, and every fault in it told with its line and what to write."""
+
+from __future__ import annotations
+
+import contextlib
+import datetime as dt
+import re
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gyrodata.errors import CODES, InputError
+from gyrodata.grading.conditions import ConditionError, make_curve, parse_condition
+from gyrodata.grading.late import duration_text, judge_lateness, parse_duration
+from gyrodata.grading.places import find_places
+from gyrodata.grading.reference import class_references
+from gyrodata.grading.rubric import Rubric, default_rubric, default_rubric_text, read_rubric
+
+HEAD = 'schema = 1\npoints = 4\n[[criterion]]\nid = "izz"\ncheck = "own_data"\npoints = 4\n'
+LATE = """
+[late]
+due = 2026-03-09T23:59:00+01:00
+grace = "15 min"
+beyond = "100 %"
+[[late.tier]]
+until = "1 day"
+deduct = "10 %"
+[[late.tier]]
+until = "3 days"
+deduct = 2
+[[late.exception]]
+student = "s001"
+extra = "2 days"
+[[late.exception]]
+student = "Doe, Jane"
+waive = true
+[[late.exception]]
+student = "s003"
+due = 2026-03-16T23:59:00+01:00
+"""
+
+
+def faults(text: str) -> list[str]:
+    with pytest.raises(InputError) as caught:
+        read_rubric(text.encode(), "mine.toml")
+    return [str(diagnostic) for diagnostic in caught.value.diagnostics]
+
+
+class TestDefault:
+    def test_it_is_worth_twenty_points_and_says_so(self) -> None:
+        rubric = default_rubric()
+        assert rubric.points == 20 == sum(criterion.points for criterion in rubric.criteria)
+        assert len({criterion.check for criterion in rubric.criteria}) == 7
+        assert rubric.class_reference
+        assert rubric.late is None
+
+    def test_what_it_shows_commented_out_can_be_switched_on(self) -> None:
+        head, late = default_rubric_text().split("# Being late.")
+        on = re.sub(r"(?m)^# (?=[\[a-z])", "", late.split("\n", 1)[1])
+        stations = head.replace('[reference]\nfrom = "class"\n', "").replace("# [ref", "[ref")
+        stations = stations.replace("# inertia =", "inertia =").replace("# u = ", "u = ")
+        rubric = read_rubric((stations + on).encode())
+        assert rubric.references["3"].inertia == pytest.approx(4.44e-3)
+        assert rubric.late is not None
+        assert [tier.deduct for tier in rubric.late.tiers] == pytest.approx([2.0, 6.0])
+        assert rubric.late.marked == pytest.approx(2.0)
+
+    def test_leaving_everything_out_means_the_same(self) -> None:
+        short = "schema = 1\npoints = 20\nreference.from = 'class'\n" + "".join(
+            f"[[criterion]]\nid = '{c.id}'\ncheck = '{c.check}'\npoints = {c.points}\n"
+            + ("gate = ['1e-6 kg m^2', '100 kg m^2']\n" if c.gate else "")
+            for c in default_rubric().criteria
+        )
+        assert read_rubric(short.encode()) == read_rubric(default_rubric_text().encode())
+
+
+class TestDigest:
+    def test_remarks_and_the_name_of_the_file_do_not_matter(self) -> None:
+        text = default_rubric_text()
+        bare = re.sub(r"(?m)\s*#.*$", "", text)
+        assert read_rubric(bare.encode(), "other.toml").digest == default_rubric().digest
+
+    @pytest.mark.parametrize(
+        ("old", "new"),
+        [
+            ('full = "d <= 0.3"', 'full = "d <= 0.4"'),
+            ('zero = "d >= 3"', 'zero = "d >= 3.1"'),
+            ('no_report = "look"', 'no_report = "zero"'),
+            ('slip = "50 %"', "slip = 2"),
+            ('title = "Gyro', 'title = "The gyro'),
+        ],
+    )
+    def test_what_changes_points_does(self, old: str, new: str) -> None:
+        changed = default_rubric_text().replace(old, new)
+        assert changed != default_rubric_text()
+        assert read_rubric(changed.encode()).digest != default_rubric().digest
+
+
+class TestFaults:
+    @pytest.mark.parametrize("code", sorted(code for code in CODES if code.startswith("G72")))
+    def test_the_example_of_each_code_raises_it_alone(self, code: str) -> None:
+        (told,) = faults(CODES[code].example)
+        assert f"error {code}: " in told
+
+    def test_all_in_one_pass_in_the_order_of_the_file(self) -> None:
+        text = (
+            HEAD.replace("points = 4\n[", "points = 5\n[")
+            + 'full = "d < 0.3"\nzero = "z >= 3"\ngate = ["1 kg", "2 kg"]\n'
+            + '[[criterion]]\nid = "log"\nchek = "log"\npoints = 1\n[lat]\n'
+        )
+        assert "\n".join(faults(text)) == (
+            'mine.toml:7:1: error G726: "d < 0.3" is no condition\n   full = "d < 0.3"\n   ^^^^  write "d <= 0.3"\n'
+            'mine.toml:8:1: error G726: "z" means nothing in a criterion with check = "own_data"\n'
+            '   zero = "z >= 3"\n'
+            "   ^^^^  write a condition on d\n"
+            'mine.toml:9:1: error G723: gate: "kg" is no unit of a moment of inertia\n'
+            '   gate = ["1 kg", "2 kg"]\n'
+            '   ^^^^  write gate = ["1e-6 kg m^2", "100 kg m^2"]\n'
+            'mine.toml:10:1: error G723: "check" is missing\n'
+            "   [[criterion]]\n"
+            '   ^^^^^^^^^^^^^  write check = "log" or "procedure" or "own_data" or "reference" or "uncertainty" or '
+            '"units" or "constancy"\n'
+            'mine.toml:14:1: error G722: "lat" is not known\n   [lat]\n   ^^^^^  did you mean late?'
+        )
+
+    @pytest.mark.parametrize(
+        ("text", "told"),
+        [
+            ("schema = 1\npoints 3\n", "mine.toml:2:8: error G721: this is not TOML"),
+            ("schema = 1\n[[criterion]\n", "mine.toml:2:"),
+            ("schema = 2\npoints = 4" + HEAD[21:], "write schema = 1"),
+            ("", '"schema" is missing'),
+            (HEAD + HEAD[21:], "two criteria have the id"),
+            (HEAD + 'full = "d <= 3"\nzero = "d >= 1"\n', "mine.toml:8:1: error G726: full and zero overlap"),
+            (HEAD + 'full = "d <= 3"\nzero = "d <= 1"\n', 'write zero = "d >= NUMBER"'),
+            (HEAD + 'full = "__import__(\'os\')"\nzero = "d >= 1"\n', "is no condition"),
+            (HEAD + 'full = "d <= 1 and d <= 2"\nzero = "d >= 3"\n', "is no condition"),
+            (HEAD + 'slip = "150 %"\n', 'write at most slip = "100 %"'),
+            (HEAD + "slip = true\n", "slip = true cannot be used"),
+            (HEAD + 'slip = "half"\n', 'write slip = "10 %" or slip = 2'),
+            (HEAD + 'asks = ["weights"]\n', '"asks" is not known in [criterion]'),
+            (HEAD.replace("= 4", "= nan"), "points = nan is out of range"),
+            (HEAD.replace("= 4", "= -4"), "points = -4 is out of range"),
+            ('accept = ["orign"]\n' + HEAD, 'accept: "orign" is not known'),
+            ("accept = []\n" + HEAD, "accept is empty"),
+            (HEAD.replace("own_data", "reference"), "compares with a reference, and none is given"),
+            (HEAD + "[reference]\n", "[reference] is empty"),
+            (HEAD + "[reference]\ninertia = '4e-3 kg m^2'\n", '"inertia" stands outside of a station'),
+            (
+                HEAD + "[reference.3]\ninertia = '4e-3'\nu = '1 %'\n",
+                'mine.toml:8:1: error G723: inertia: "4e-3" has no unit',
+            ),
+            (HEAD + "[reference.3]\ninertia = '4e-3 kg m^2'\n", 'mine.toml:7:1: error G723: "u" is missing'),
+            (HEAD + "[late]\ngrace = '15'\n", 'grace = "15" is no duration'),
+            (HEAD + "[late]\ndue = '2026-03-09'\n", "write due = 2026-03-09T23:59:00+01:00"),
+            (HEAD + "[[late.tier]]\nuntil = '1 day'\n", 'mine.toml:7:1: error G723: "deduct" is missing'),
+            (
+                HEAD + "".join(f"[[late.tier]]\nuntil = '{n} days'\ndeduct = 1\n" for n in (2, 1)),
+                "mine.toml:11:1: error G723: is not later than the tier before it",
+            ),
+            (HEAD + "[[late.exception]]\nstudent = 's1'\n", "exactly one of due, extra and waive"),
+            (HEAD + "[[late.exception]]\nstudent = 7\nwaive = true\n", "student = 7 cannot be used"),
+            ("schema = 1\npoints = 4\ncriterion = 3\n", "write criterion = … as tables [[criterion]]"),
+            ("schema = 1\npoints = 4\ncriterion = [3]\n", "is no list of tables"),
+            ("schema = 1\npoints = 4\n", "there is not one criterion"),
+            ("a" * 1_000_001, "at most 1000000 are read"),
+        ],
+    )
+    def test_each_says_where_and_what_to_write(self, text: str, told: str) -> None:
+        assert any(told in one for one in faults(text)), faults(text)
+
+    def test_bytes_that_are_no_text(self) -> None:
+        with pytest.raises(InputError, match=r"mine\.toml:2:1: error G721: is not UTF-8"):
+            read_rubric(b"schema = 1\ntitle = '\xff'\n", "mine.toml")
+
+    def test_line_ends_and_a_mark_of_byte_order_do_not_matter(self) -> None:
+        text = default_rubric_text()
+        assert read_rubric(b"\xef\xbb\xbf" + text.replace("\n", "\r\n").encode()) == read_rubric(text.encode())
+
+    @given(st.text(max_size=80))
+    def test_no_text_is_a_traceback(self, text: str) -> None:
+        with contextlib.suppress(InputError):
+            read_rubric((HEAD + text).encode("utf-8", "surrogatepass"))
+
+    @given(st.sampled_from(default_rubric_text().splitlines()), st.text(max_size=12), st.integers(0, 80))
+    def test_no_slip_of_the_pen_is_a_traceback(self, line: str, more: str, at: int) -> None:
+        text = default_rubric_text().replace(line, line[:at] + more + line[at:], 1)
+        with contextlib.suppress(InputError):
+            read_rubric(text.encode("utf-8", "surrogatepass"))
+
+
+class TestPlaces:
+    def test_keys_and_tables_are_found_past_texts_of_several_lines(self) -> None:
+        text = (
+            'a = """\nb = 1\n"""\nc = [ # [x]\n  1,\n  "]",\n]\n[t."x y"] # remark\n  d.e = \'"""\'\n'
+            "[[u]]\nf = 1\n[[u]]\nf = 2\n[u.v]\nw = 3\n"
+        )
+        places = {path: spot.line for path, spot in find_places(text).items()}
+        assert places == {
+            ("a",): 1,
+            ("c",): 4,
+            ("t", "x y"): 8,
+            ("t", "x y", "d"): 9,
+            ("t", "x y", "d", "e"): 9,
+            ("u", 0): 10,
+            ("u", 0, "f"): 11,
+            ("u", 1): 12,
+            ("u", 1, "f"): 13,
+            ("u", 1, "v"): 14,
+            ("u", 1, "v", "w"): 15,
+        }
+
+
+class TestConditions:
+    @pytest.mark.parametrize(
+        ("full", "zero", "points"),
+        [
+            ("d <= 0.3", "d >= 3", {0: 1, 0.3: 1, 1.65: 0.5, 3: 0, 1e300: 0}),
+            ("p >= 0.01", "p <= 0", {1: 1, 0.01: 1, 0.005: 0.5, 0: 0}),
+            ("r in 0.5..2", "r outside 0.2..5", {0.5: 1, 2: 1, 0.35: 0.5, 3.5: 0.5, 0.2: 0, 5: 0, 0: 0}),
+            ("n <= 1", "n >= 1", {1: 1, 1.001: 0}),
+        ],
+    )
+    def test_points_fall_in_a_straight_line(self, full: str, zero: str, points: dict[float, float]) -> None:
+        curve = make_curve(parse_condition(full), parse_condition(zero))
+        assert {value: curve.share(value) for value in points} == pytest.approx(points)
+
+    @given(st.floats(0, 10), st.floats(0, 10), st.lists(st.floats(0, 20), min_size=2, max_size=2))
+    def test_more_distance_never_earns_more(self, full: float, zero: float, d: list[float]) -> None:
+        full, zero = sorted((full, zero))
+        curve = make_curve(parse_condition(f"d <= {full:f}"), parse_condition(f"d >= {zero:f}"))
+        near, far = sorted(d)
+        assert 0 <= curve.share(far) <= curve.share(near) <= 1
+
+    def test_not_a_number_earns_nothing(self) -> None:
+        assert make_curve(parse_condition("d <= 1"), parse_condition("d >= 2")).share(float("nan")) == 0
+
+    @pytest.mark.parametrize("text", ["", "d", "d <= x", "<= 3", "d in 3..2", "d <= 1e999999x", "lambda: 0", "d<=1;x"])
+    def test_anything_else_is_refused(self, text: str) -> None:
+        with pytest.raises(ConditionError) as caught:
+            parse_condition(text)
+        assert caught.value.hint
+
+
+class TestLate:
+    @pytest.fixture
+    def rubric(self) -> Rubric:
+        return read_rubric((HEAD + LATE).encode())
+
+    @pytest.mark.parametrize(
+        ("student", "submitted", "deduct", "reason"),
+        [
+            ("s009", "2026-03-09T22:00:00+01:00", 0.0, ""),
+            ("s009", "2026-03-09T22:59:00+00:00", 0.0, ""),
+            ("s009", "2026-03-10T00:14:00+01:00", 0.0, "15 min after the deadline, within the grace time"),
+            ("s009", "2026-03-10T00:14:01+01:00", 0.4, "15 min late"),
+            ("s009", "2026-03-10T23:59:00+01:00", 0.4, "1 day late"),
+            ("s009", "2026-03-11T03:00:00+01:00", 2.0, "1 day 3 h late"),
+            ("s009", "2026-03-20T00:00:00+01:00", 4.0, "10 days late"),
+            ("s001", "2026-03-11T23:59:00+01:00", 0.0, ""),
+            ("S001", "2026-03-12T23:59:00+01:00", 0.4, "1 day late"),
+            ("s003", "2026-03-17T01:59:00+01:00", 0.4, "2 h late"),
+            ("Doe, Jane", "2026-05-01T00:00:00+01:00", 0.0, ""),
+            ("s009", "2026-03-10T01:59:00", 0.4, "2 h late"),
+        ],
+    )
+    def test_tiers_grace_and_exceptions(
+        self, rubric: Rubric, student: str, submitted: str, deduct: float, reason: str
+    ) -> None:
+        late = judge_lateness(rubric.late, {"id": student}, False, None, submitted)
+        assert (late.deduct, late.reason, late.look) == (pytest.approx(deduct), reason, False)
+
+    def test_the_platform_s_own_count_holds_where_no_stamp_is_known(self, rubric: Rubric) -> None:
+        assert judge_lateness(rubric.late, {}, True, 7200.0, None).deduct == pytest.approx(0.4)
+        assert judge_lateness(rubric.late, {"id": "s001"}, True, 7200.0, None).deduct == 0
+
+    def test_a_bare_mark_is_no_deduction_by_accident(self, rubric: Rubric) -> None:
+        late = judge_lateness(rubric.late, {}, True, None, None)
+        assert (late.seconds, late.deduct, late.look) == (None, 0.0, True)
+        told = read_rubric((HEAD + LATE.replace("beyond", "marked = 1\nbeyond")).encode())
+        assert judge_lateness(told.late, {}, True, None, None).deduct == 1.0
+        assert judge_lateness(told.late, {"id": "s001"}, True, None, None).look
+
+    def test_nothing_is_taken_off_without_a_rule(self) -> None:
+        assert judge_lateness(None, {}, True, 1e6, None).deduct == 0
+
+    def test_a_stamp_that_cannot_be_read_is_none(self, rubric: Rubric) -> None:
+        assert judge_lateness(rubric.late, {}, False, None, "yesterday").deduct == 0
+
+    def test_summer_time_at_the_deadline(self) -> None:
+        # 2026-03-29 02:00 became 03:00 in Berlin; stamps carry their own offset.
+        text = HEAD + "[late]\ndue = 2026-03-29T01:59:00+01:00\n[[late.tier]]\nuntil = '1 h'\ndeduct = 1\n"
+        late = judge_lateness(read_rubric(text.encode()).late, {}, False, None, "2026-03-29T03:01:00+02:00")
+        assert late.seconds == 120
+
+    @pytest.mark.parametrize(
+        ("text", "seconds"),
+        [
+            ("90 s", 90),
+            ("15min", 900),
+            ("1.5 h", 5400),
+            ("36 hours", 129600),
+            ("1 week", 604800),
+            ("1 fortnight", None),
+        ],
+    )
+    def test_durations(self, text: str, seconds: float | None) -> None:
+        assert parse_duration(text) == seconds
+
+    def test_durations_in_words(self) -> None:
+        assert [duration_text(s) for s in (5, 60, 3600, 90061, 172800)] == [
+            "5 s",
+            "1 min",
+            "1 h",
+            "1 day 1 h",
+            "2 days",
+        ]
+
+    def test_the_deadline_is_a_time_with_its_zone(self, rubric: Rubric) -> None:
+        assert rubric.late is not None
+        assert rubric.late.due == dt.datetime(2026, 3, 9, 22, 59, tzinfo=dt.UTC)
+
+
+class TestClassReference:
+    def test_one_wild_log_moves_it_by_little(self) -> None:
+        logs = [("3", 4.44e-3 + 1e-5 * k, 5e-5) for k in range(-5, 6)]
+        plain, wild = class_references(logs)["3"], class_references([*logs[:-1], ("3", 4.4, 1e-3)])["3"]
+        assert plain.inertia == pytest.approx(4.44e-3, rel=1e-12)
+        assert wild.inertia == pytest.approx(plain.inertia, rel=0.005)
+
+    def test_order_does_not_matter(self) -> None:
+        logs = [(str(k % 3), 4.4e-3 + 7e-6 * (k * 37 % 11), 5e-5) for k in range(30)]
+        assert class_references(logs) == class_references(reversed(logs))
+
+    def test_few_logs_of_a_station_are_held_against_the_whole_class(self) -> None:
+        logs = [("1", 4.4e-3, 5e-5)] * 6 + [("2", 4.5e-3, 5e-5)] * 4
+        references = class_references(logs)
+        assert set(references) == {"1", "all"}
+        assert references["all"].source == "the median of all 10 logs"
+        assert references["all"].u > 0
+        assert class_references([]) == {}
+        assert class_references([(None, 4.4e-3, 5e-5)])["all"].source == "this log alone"

@@ -1,0 +1,269 @@
+"""The whole motion of eqs. (7), exactly, at any time: Jacobi's functions and Carlson's integrals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gyrodata.motion.crossing import find_crossing
+from gyrodata.motion.orbits import Orbit, orbit
+from gyrodata.motion.states import State, Top
+
+
+def exact(top: Top, state: State, time: ArrayLike) -> State:
+    """The state at any time, before or after, in closed form.
+
+    Parameters
+    ----------
+    top : Top
+    state : State
+        At time 0.
+    time : array_like
+        [s], broadcast with `top` and `state`: many tops at one time, one top at many times, or pairs.
+
+    Returns
+    -------
+    State
+        Good to about 1e-15 times the largest of 1 and the angles turned through by nutation, unless the motion
+        itself magnifies what is in the last digit of `state`: one that almost comes to rest near the upright.
+
+    Raises
+    ------
+    ValueError
+        If an axis is not a unit vector or a momentum is not finite.
+    """
+    course = _Course(orbit(top, state))
+    start = course.orbit.start
+    swept, place = course.at(time)
+    ahead = course.heading * np.exp(1j * swept)
+    axis = ahead * np.sqrt(place.upper * place.lower)
+    momentum = ahead * course.lean(place) * top.transverse_inertia
+    height = np.where(place.upper < 1, 1 - place.upper, place.lower - 1)
+    upwards = start.about_z * top.transverse_inertia + np.zeros_like(height)
+    return State(_vector(axis, height, start.flip), _vector(momentum, upwards, start.flip))
+
+
+def precession_angle(top: Top, state: State, time: ArrayLike) -> Any:
+    """Azimuth that the rod sweeps about the vertical from time 0 on, not reduced to a turn.
+
+    Parameters
+    ----------
+    top : Top
+    state : State
+        At time 0.
+    time : array_like
+        [s], broadcast with `top` and `state`.
+
+    Returns
+    -------
+    ndarray or float
+        Angle [rad], anticlockwise seen from above. A rod that passes exactly through the vertical turns by half
+        a turn there, counted anticlockwise (the limit of orbits that leave the vertical on their left); one that
+        starts there has the second half of it, a quarter turn, still before it. A rod that stays upright sweeps 0.
+
+    Raises
+    ------
+    ValueError
+        If an axis is not a unit vector or a momentum is not finite.
+    """
+    course = _Course(orbit(top, state))
+    swept, _ = course.at(time)
+    return course.orbit.start.flip * swept
+
+
+def mean_precession_rate(top: Top, state: State) -> Any:
+    """Secular rate of precession: what the rod sweeps in a nutation over its period, from complete integrals.
+
+    Parameters
+    ----------
+    top : Top
+    state : State
+
+    Returns
+    -------
+    ndarray or float
+        [rad/s], with the same meaning at the vertical as in `precession_angle`.
+
+    Raises
+    ------
+    ValueError
+        If an axis is not a unit vector or a momentum is not finite.
+    """
+    course = _Course(orbit(top, state))
+    return course.orbit.start.flip * course.mean_rate
+
+
+def time_to_turn(top: Top, state: State, angle: ArrayLike) -> Any:
+    """The first time at which the rod has swept an angle about the vertical: where a stopwatch stops.
+
+    Parameters
+    ----------
+    top : Top
+    state : State
+        At time 0.
+    angle : array_like
+        `precession_angle` to reach [rad], of either sign, broadcast with `top` and `state`.
+
+    Returns
+    -------
+    ndarray or float
+        [s], to the last digits that the angle settles (near a cusp, where the rod stands still, those are few);
+        infinite where the rod never gets there.
+
+    Raises
+    ------
+    ValueError
+        If an axis is not a unit vector or a momentum is not finite.
+    """
+    course = _Course(orbit(top, state))
+    return course.time_to(course.orbit.start.flip * np.asarray(angle, dtype=float))
+
+
+def _vector(level: Any, height: Any, flip: Any) -> Any:
+    """A vector in the fixed frame from its horizontal part, a complex number, and its height."""
+    return np.stack(np.broadcast_arrays(level.real, flip * level.imag, flip * height), axis=-1)
+
+
+@dataclass(frozen=True, eq=False)
+class _Place:
+    """A place on an orbit, by Jacobi's functions there."""
+
+    sn: Any
+    """[1], with the sign of the rod's rise."""
+    cn: Any
+    dn: Any
+    upper: Any
+    """1 − u [1], with its own digits."""
+    lower: Any
+    """1 + u [1], with its own digits."""
+
+
+class _Course:
+    """An orbit run through in time: the place and the azimuth swept."""
+
+    def __init__(self, path: Orbit) -> None:
+        from scipy.special import elliprf
+
+        self.orbit = path
+        start, width = path.start, path.high - path.low
+        self._weigh(path, width)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            sn = np.where(width > 0, np.sqrt(-path.low / width), 0)
+            cn = np.where(width > 0, np.sqrt(path.high / width), 1)
+        first = self._place(np.copysign(sn, start.climb), cn)
+        self.phase = first.sn * elliprf(first.cn**2, first.dn**2, 1.0)
+        self.offset = self._bend(first)
+        # Near the vertical the way H leans tells the azimuth, elsewhere the way the rod points.
+        towards = start.rate2 * np.sqrt(first.upper * first.lower) * start.place
+        towards = towards + np.conj(self.lean(first)) * start.leaning
+        size = np.abs(towards)
+        self.heading = np.where(size > 0, towards, 1) / np.where(size > 0, size, 1)
+
+    def _weigh(self, path: Orbit, width: Any) -> None:
+        """What multiplies the two integrals of the third kind, and their whole values."""
+        from scipy.special import elliprj
+
+        m1 = path.complement
+        scale = width / (6 * path.pace)
+        self.upper_weight = scale * path.upper_miss / path.upper_far**2
+        self.lower_weight = scale * path.lower_miss * m1 / path.lower_far**2
+        self.lower_bend = self.lower_weight * elliprj(m1, 0.0, 1.0, m1 * path.lower_near / path.lower_far)
+        self.upper_bend = self.upper_weight * elliprj(0.0, m1, 1.0, path.upper_near / path.upper_far)
+
+    def _place(self, sn: Any, cn: Any) -> _Place:
+        path = self.orbit
+        width = path.high - path.low
+        dn = np.sqrt(path.complement + path.parameter * cn**2)
+        return _Place(sn, cn, dn, path.upper_near + width * cn**2, path.lower_near + width * sn**2)
+
+    def _bend(self, place: _Place) -> Any:
+        """Azimuth on top of R t, from the lower turning point to a place on either side of it [rad]."""
+        from scipy.special import elliprj
+
+        path, m1 = self.orbit, self.orbit.complement
+        s2, c2, d2 = place.sn**2, place.cn**2, place.dn**2
+        from_below = elliprj(c2, d2, 1.0, place.upper / path.upper_far)
+        from_above = elliprj(m1, m1 * s2, d2, m1 * place.lower / path.lower_far)
+        upper = self.upper_weight * np.abs(place.sn) * s2 * from_below
+        lower = self.lower_bend - self.lower_weight * np.abs(place.cn) * c2 * from_above
+        return np.copysign(1.0, place.sn) * (upper + lower)
+
+    def lean(self, place: _Place) -> Any:
+        """Horizontal part of H/I, as a complex number relative to the rod's azimuth [rad/s]."""
+        path = self.orbit
+        start = path.start
+        # a − l u by what is small at the nearer pole, because it is divided by sinθ.
+        along = np.where(
+            place.upper < 1,
+            start.about_z * place.upper - path.upper_miss,
+            path.lower_miss - start.about_z * place.lower,
+        )
+        climb = 2 * path.pace * (path.high - path.low) * place.sn * place.cn * place.dn
+        return (along - 1j * climb) / np.sqrt(place.upper * place.lower)
+
+    def at(self, time: ArrayLike) -> tuple[Any, _Place]:
+        """Swept azimuth [rad] in the frame of the orbit, and the place, at a time [s]."""
+        path = self.orbit
+        argument = self.phase + path.pace * time
+        nutations = np.round(argument / (2 * path.ladder.quarter))
+        angle = path.ladder.amplitude(argument - nutations * 2 * path.ladder.quarter)
+        place = self._place(np.sin(angle), np.cos(angle))
+        whole = 2 * nutations * (self.upper_bend + self.lower_bend)
+        return path.drift * time + (whole + (self._bend(place) - self.offset)), place
+
+    @property
+    def period(self) -> Any:
+        """Time of a whole nutation [s]."""
+        return 2 * self.orbit.ladder.quarter / self.orbit.pace
+
+    @property
+    def mean_rate(self) -> Any:
+        """Secular φ̇ in the frame of the orbit [rad/s]."""
+        return self.orbit.drift + 2 * (self.upper_bend + self.lower_bend) / self.period
+
+    def time_to(self, angle: Any) -> Any:
+        """First time [s] at which the swept azimuth is `angle` [rad].
+
+        In a nutation the azimuth goes forth and back once, or only forth, or only back, so the first arrival is on
+        the forward stretch of the first nutation whose end is far enough.
+        """
+        sense, target = np.copysign(1.0, angle), np.abs(angle)
+        end, stretch = self._forward(sense)
+        gain = sense * self.mean_rate * self.period
+        missing = target - sense * self.at(end)[0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            nutations = np.where(missing > 0, np.ceil(missing / gain), 0)
+        never = ((missing > 0) & ~(gain > 0)) | (stretch == 0)
+        late = np.where(never, 0, end + nutations * self.period)
+        early = np.where(never, 0, np.maximum(late - stretch, 0))
+        when = find_crossing(lambda time: sense * self.at(time)[0] - target, early, late)
+        return np.where(target == 0, 0, np.where(never, np.inf, when))[()]
+
+    def _forward(self, sense: Any) -> tuple[Any, Any]:
+        """When the azimuth first stops going in this sense, and how long each such stretch is [s]."""
+        from scipy.special import elliprf
+
+        path, quarter = self.orbit, self.orbit.ladder.quarter
+        spin = path.start.about_rod
+        # l − a u at the turning points; between them its sign changes at most once.
+        below = sense * _turning(path, path.upper_far, path.lower_near)
+        above = sense * _turning(path, path.upper_near, path.lower_far)
+        back = below * above < 0
+        with np.errstate(divide="ignore", invalid="ignore"):
+            s2 = np.where(back, np.clip(below / (sense * spin * (path.high - path.low)), 0, 1), 1)
+        reversal = np.sqrt(s2) * elliprf(1 - s2, path.complement + path.parameter * (1 - s2), 1.0)
+        half = np.where(
+            back, np.where(below > 0, reversal, quarter - reversal), np.where(below + above > 0, quarter, 0)
+        )
+        middle = np.where(back & (below <= 0), quarter, 0)
+        end = np.mod(middle + half - self.phase, 2 * quarter) / path.pace
+        return end, 2 * half / path.pace
+
+
+def _turning(path: Orbit, upper: Any, lower: Any) -> Any:
+    """φ̇ sin²θ = l − a u [rad/s], exact at the pole that is near."""
+    spin = path.start.about_rod
+    return np.where(upper < 1, path.upper_miss + spin * upper, path.lower_miss - spin * lower)

@@ -1,0 +1,286 @@
+"""The constants of one motion: turning heights, period and phase, each to the last digit that the state holds.
+
+Everything is divided by I, and where the torque is negative the frame is turned over (a half turn about X), so
+that gravity's β = |M|/I is never negative. With u = cosθ, l = H·Z/I, a = H·e3/I and w = u − u0 from the start,
+
+    u̇² = 2β w³ + A w² + B w + C = 2β (w − w1)(w − w2)(w − w3),    w1 ≤ 0 ≤ w2 ≤ w3,
+    φ̇ = (l − a u)/(1 − u²) = ½ (l − a)/(1 − u) + ½ (l + a)/(1 + u),
+
+with coefficients that come from the vectors without a difference of near-equal numbers. Then
+u = u1 + (u2 − u1) sn²(κ(t − t1)|m), and φ is R t plus two integrals of the third kind: the one for the upper pole
+is taken from the lower turning point and the one for the lower pole from the upper, so that each is a sum of
+positive terms however close to the pole the orbit comes (RJ: Carlson, Numerical Algorithms 10, 13, 1995).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gyrodata.motion.elliptic import Ladder, ladder
+from gyrodata.motion.states import State, Top
+
+_MISS = 1e-20
+"""An orbit exactly through the vertical is taken to miss it by about this part of where it starts [1]."""
+
+_UPRIGHT = 1e-50
+"""A rod that never comes farther than this from the vertical, in 1 − |cosθ|, stands there for good."""
+
+_NEAREST = 1e-90
+"""Least 1 − |cosθ| of a passing orbit, so that no integral is infinite."""
+
+_LEAST_COMPLEMENT = 1e-34
+"""Least 1 − m: a motion that would take for ever to reach the upright takes some forty times 1/κ instead."""
+
+_LEAST_RATE2 = 1e-200
+"""Stands for 0 as the square of the fastest rate, for a body at rest without torque [rad^2/s^2]."""
+
+_NEWTON_STEPS = 60
+"""Enough even where two roots meet and each step only halves the error."""
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """The state over I, in the frame where gravity pulls towards −Z; "upper" is where gravity's energy is high."""
+
+    flip: Any
+    """+1, or −1 where the torque is negative and the frame is turned over [1]."""
+    gravity: Any
+    """β [rad^2/s^2]"""
+    place: Any
+    """Horizontal part of e3 as a complex number [1]."""
+    leaning: Any
+    """Horizontal part of H/I as a complex number [rad/s]."""
+    height: Any
+    """u0 [1]"""
+    upper: Any
+    """1 − u0 [1], with its own digits."""
+    lower: Any
+    """1 + u0 [1], with its own digits."""
+    climb: Any
+    """u̇0 [rad/s]"""
+    speed2: Any
+    """|ė3|² [rad^2/s^2]"""
+    rate2: Any
+    """Square of a rate as large as any in the motion [rad^2/s^2]."""
+    about_z: Any
+    """l [rad/s]"""
+    about_rod: Any
+    """a [rad/s]"""
+    turning: Any
+    """l − a u0 [rad/s]: φ̇ sin²θ."""
+    upper_miss: Any
+    """l − a [rad/s], with its own digits; 0 for an orbit through the upper pole."""
+    lower_miss: Any
+    """l + a [rad/s], with its own digits; 0 for an orbit through the lower pole."""
+
+
+@dataclass(frozen=True, eq=False)
+class Orbit:
+    """A motion's constants, of the shape of top and state broadcast."""
+
+    start: Start
+    upper_miss: Any
+    """l − a [rad/s], where 0 is replaced by a value too small to be seen."""
+    lower_miss: Any
+    """l + a [rad/s], the same."""
+    low: Any
+    """w1 = u1 − u0 [1], at most 0."""
+    high: Any
+    """w2 = u2 − u0 [1], at least 0."""
+    upper_far: Any
+    """1 − u1 [1]"""
+    upper_near: Any
+    """1 − u2 [1], with its own digits: the closest approach to the upper pole."""
+    lower_far: Any
+    """1 + u2 [1]"""
+    lower_near: Any
+    """1 + u1 [1], with its own digits: the closest approach to the lower pole."""
+    pace: Any
+    """κ [rad/s]: the argument of sn runs at this rate, K for each half nutation."""
+    parameter: Any
+    """m [1]"""
+    complement: Any
+    """1 − m [1], with its own digits."""
+    ladder: Ladder
+    """The elliptic functions for m."""
+
+    @property
+    def drift(self) -> Any:
+        """R [rad/s], the part of φ that grows in proportion to time."""
+        start, width = self.start, self.high - self.low
+        middle = start.turning - start.about_rod * (self.low + self.high) / 2
+        return (middle + start.about_z * width / 2) / (self.upper_far * self.lower_far)
+
+
+def orbit(top: Top, state: State) -> Orbit:
+    """The motion that goes through a state.
+
+    Parameters
+    ----------
+    top : Top
+    state : State
+
+    Returns
+    -------
+    Orbit
+
+    Raises
+    ------
+    ValueError
+        If an axis is not a unit vector (within 1e-6) or a momentum is not finite.
+    """
+    start = scaled(top, state)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        far, low, high = _turning_points(start)
+        return _completed(start, far, low, high)
+
+
+def scaled(top: Top, state: State) -> Start:
+    """The state over I, with gravity towards −Z: parameters and errors as in `orbit`."""
+    transverse = np.asarray(top.transverse_inertia, dtype=float)
+    axis, momentum = np.asarray(state.axis, dtype=float), np.asarray(state.momentum, dtype=float)
+    length = np.sqrt(np.sum(axis**2, axis=-1))
+    if not (np.abs(length - 1) < 1e-6).all() or not np.isfinite(momentum).all():
+        raise ValueError("a state needs an axis of length 1 and a finite momentum")
+    flip = np.copysign(1.0, top.torque)
+    gravity = np.abs(top.torque) / transverse
+    x, y, z = axis[..., 0] / length, flip * axis[..., 1] / length, flip * axis[..., 2] / length
+    hx, hy, hz = (
+        momentum[..., 0] / transverse,
+        flip * momentum[..., 1] / transverse,
+        flip * momentum[..., 2] / transverse,
+    )
+    # ė3 = H × e3/I.
+    gx, gy, climb = hy * z - hz * y, hz * x - hx * z, hx * y - hy * x
+    level = hx * x + hy * y
+    about_rod = level + hz * z
+    speed2 = gx**2 + gy**2 + climb**2
+    # 1 − |u0| as sin²θ/(1 + |u0|) keeps its digits near the vertical.
+    wide = 1 + np.abs(z)
+    narrow = (x**2 + y**2) / wide
+    upper, lower = np.where(z > 0, narrow, wide), np.where(z > 0, wide, narrow)
+    return Start(
+        flip=flip,
+        gravity=gravity,
+        place=x + 1j * y,
+        leaning=hx + 1j * hy,
+        height=z,
+        upper=upper,
+        lower=lower,
+        climb=climb,
+        speed2=speed2,
+        rate2=np.maximum(speed2 + about_rod**2 + gravity, _LEAST_RATE2),
+        about_z=hz,
+        about_rod=about_rod,
+        turning=x * gy - y * gx,
+        upper_miss=hz * upper - level,
+        lower_miss=hz * lower + level,
+    )
+
+
+def _turning_points(start: Start) -> tuple[Any, Any, Any]:
+    """2β w3 [rad²/s²], w1 and w2.
+
+    The far root is sought as r = 2β w3, which stays finite as β goes to 0: the largest root of
+    r³ + A r² + 2βB r + 4β²C, by Newton from the root for C = 0, which is never below it.
+    """
+    beta, spin, speed2 = start.gravity, start.about_rod, start.speed2
+    a = 4 * beta * start.height - speed2 - spin**2
+    b = 2 * (spin * start.turning - start.height * speed2 - beta * start.upper * start.lower)
+    c = start.climb**2
+    far = _larger_root(a, 2 * beta * b)
+    # Between the two largest roots the cubic is flat; the far one is never below that place.
+    least = np.maximum(_larger_root(2 * a / 3, 2 * beta * b / 3), _UPRIGHT * start.rate2)
+    far = np.maximum(far, least)
+    for _step in range(_NEWTON_STEPS):
+        value = ((far + a) * far + 2 * beta * b) * far + 4 * beta**2 * c
+        slope = (3 * far + 2 * a) * far + 2 * beta * b
+        down = np.where((value > 0) & (slope > 0), value / slope, 0)
+        nearer = np.maximum(far - down, least)
+        done = far - nearer <= 1e-15 * far
+        far = nearer
+        if done.all():
+            break
+    # What is left is w² + p w + q with q ≤ 0, so no digits are lost.
+    q = -c / far
+    p = (2 * beta * q - b) / far
+    one = -(p + np.copysign(np.sqrt(p**2 - 4 * q), p)) / 2
+    other = np.where(one == 0, 0, q / one)
+    return far, np.minimum(one, other), np.maximum(one, other)
+
+
+def _larger_root(p: Any, q: Any) -> Any:
+    """The larger root of x² + p x + q, real and at least 0, without a difference of near-equal numbers."""
+    root = np.sqrt(np.maximum(p**2 - 4 * q, 0))
+    return np.nan_to_num(np.where(p < 0, (root - p) / 2, -2 * q / (p + root)))
+
+
+def _completed(start: Start, far: Any, low: Any, high: Any) -> Orbit:
+    """The other constants, given 2β w3, w1 and w2."""
+    beta = start.gravity
+    still = (start.upper - low < _UPRIGHT) | (start.lower + high < _UPRIGHT)
+    low, high = np.where(still, 0, low), np.where(still, 0, high)
+    upper_far = np.maximum(start.upper - low, _UPRIGHT)
+    upper_miss, upper_near, apart = start.upper_miss, start.upper - high, far - 2 * beta * high
+    close = ((high > start.upper / 2) | (start.upper < _UPRIGHT)) & ~still
+    if close.any():
+        miss, near, gap = _upper_approach(start, upper_far)
+        upper_miss, upper_near = np.where(close, miss, upper_miss), np.where(close, near, upper_near)
+        high, apart = np.where(close, np.maximum(start.upper - near, 0), high), np.where(close, gap, apart)
+    lower_far = np.maximum(start.lower + high, _UPRIGHT)
+    lower_miss, lower_near = start.lower_miss, start.lower + low
+    close = ((-low > start.lower / 2) | (start.lower < _UPRIGHT)) & ~still
+    if close.any():
+        # (1 + u1)(1 + u2)(1 + u3) = (l + a)²/2β.
+        product = lower_far * (apart + 2 * beta * lower_far)
+        miss = _missed(start.lower_miss, product * _or_whole(start.lower, lower_far), start)
+        lower_miss, lower_near = np.where(close, miss, lower_miss), np.where(close, miss**2 / product, lower_near)
+
+    pace4 = apart + 2 * beta * (high - low)
+    parameter = np.clip(2 * beta * (high - low) / pace4, 0, 1)
+    complement = np.clip(apart / pace4, _LEAST_COMPLEMENT, 1)
+    return Orbit(
+        start=start,
+        upper_miss=upper_miss,
+        lower_miss=lower_miss,
+        low=low,
+        high=high,
+        upper_far=upper_far,
+        upper_near=np.where(upper_far > _UPRIGHT, np.maximum(upper_near, _NEAREST), _UPRIGHT),
+        lower_far=lower_far,
+        lower_near=np.where(lower_far > _UPRIGHT, np.maximum(lower_near, _NEAREST), _UPRIGHT),
+        pace=np.sqrt(pace4) / 2,
+        parameter=parameter,
+        complement=complement,
+        ladder=ladder(parameter, complement),
+    )
+
+
+def _upper_approach(start: Start, upper_far: Any) -> tuple[Any, Any, Any]:
+    """Values of l − a, 1 − u2 and 2β (u3 − u2) where the orbit comes close to the upper pole.
+
+    Seen from the pole, 1 − u2 and 1 − u3 are the roots of a quadratic whose product is −(l − a)²/2β(1 − u1), so
+    neither they nor their difference are left over from a subtraction.
+    """
+    beta = start.gravity
+    speed2 = start.speed2 - 2 * beta * start.upper
+    miss = _missed(start.upper_miss, 2 * np.maximum(speed2, 0) * _or_whole(start.upper, upper_far), start)
+    square = miss**2 / upper_far
+    less = (2 * (speed2 - miss * start.about_rod) - square) / upper_far
+    gap = np.sqrt(less**2 + 8 * beta * square)
+    return miss, np.where(less > 0, 2 * square / (less + gap), (gap - less) / (4 * beta)), gap
+
+
+def _or_whole(part: Any, whole: Any) -> Any:
+    """How far from the pole the motion starts [1], or where it starts at the pole how far from it it goes."""
+    return np.where(part < _UPRIGHT, whole, part)
+
+
+def _missed(miss: Any, scale2: Any, start: Start) -> Any:
+    """The value of l ∓ a, or where it is 0 one that turns the azimuth at the pole the way it turns elsewhere."""
+    least = _MISS * np.sqrt(scale2)
+    sense = np.where(start.about_z == 0, start.flip, start.about_z)
+    return np.where(np.abs(miss) < least, np.copysign(least, np.where(miss == 0, sense, miss)), miss)

@@ -10,7 +10,9 @@ from gyrodata import __version__
 from gyrodata.cli.analyze import analyze
 from gyrodata.cli.check import check
 from gyrodata.cli.contracts import schema, template
+from gyrodata.cli.predict import predict
 from gyrodata.cli.selfcheck import selfcheck
+from gyrodata.cli.simulate import simulate
 from gyrodata.cli.terminal import write_out
 
 app = typer.Typer(
@@ -39,5 +41,10 @@ app.command(epilog="Example:  gyro check sample_data/air_gyroscope.csv")(check)
 app.command(epilog="Example:  gyro template --weights 20g,40g,60g --position 15cm --spins 200,400,600rpm > log.csv")(
     template
 )
+app.add_typer(predict, name="predict")
+app.command(
+    epilog='Example:  gyro simulate --inertia "4.44e-3 kg m^2" --weights 20g,40g,60g --position 15cm '
+    "--spins 200,400,600rpm --turns 1 --seed 1 > log.csv"
+)(simulate)
 app.command(epilog="Example:  gyro selfcheck sample_data/air_gyroscope.csv --labs 1000")(selfcheck)
 app.command(epilog="Example:  gyro schema --diagnostics")(schema)

@@ -1,7 +1,7 @@
 """What another hour in the lab would gain: u(I_zz) of this log with runs or statements that it does not have.
 
 The uncertainty of a fit hardly depends on how the readings come out, only on what was read and how well. So each
-forecast takes the fitted values for the truth, adds or changes readings, and fits again.
+forecast takes the fitted values for the truth and adds or changes readings; `fitting.expected_u` says what they give.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from gyrodata import fitting, physics
+from gyrodata import physics
 from gyrodata.fitting import FitResult
 from gyrodata.measurements import Measurements, Source
 from gyrodata.physics import Floats
@@ -22,24 +22,6 @@ WATCHED = 180.0
 
 DRIFT = (np.radians(5.0), 60.0, 400 * np.pi / 30)
 """A balance test that is easily met: 5° [rad] in a minute [s] at 400 rpm [rad/s]."""
-
-
-def u_inertia(measured: Measurements, tilted: bool = False) -> float:
-    """Standard uncertainty of I_zz that readings like these give.
-
-    Parameters
-    ----------
-    measured : Measurements
-        n runs.
-    tilted : bool
-        Use eq. (8).
-
-    Returns
-    -------
-    float
-        [kg*m^2]
-    """
-    return fitting.fit(measured, tilted).inertia.u or 0.0
 
 
 def with_unloaded_run(measured: Measurements, fit: FitResult) -> Measurements:
@@ -62,7 +44,7 @@ def with_unloaded_run(measured: Measurements, fit: FitResult) -> Measurements:
     imbalance = float(np.copysign(max(abs(fit.imbalance.value), floor), fit.imbalance.value or 1.0))
     spin = float(np.median(measured.spin))
     turns = WATCHED * abs(physics.precession_rate(imbalance, spin, fit.inertia.value)) / (2 * np.pi)
-    new = {"time": WATCHED, "turns": turns, "spin": spin, "sense": float(np.sign(imbalance)), "torque": 0.0}
+    new = {"time": WATCHED, "turns": turns, "spin": spin, "sense": float(np.sign(imbalance)), "slowing": 1.0}
 
     def added(name: str, values: Floats) -> Floats:
         """A quantity that no run has stays absent; one that the new run does not have is nothing."""

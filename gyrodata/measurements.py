@@ -142,6 +142,12 @@ class Measurements:
     """Which key of the log that prior comes from."""
     sources: tuple[Source, ...]
     diagnostics: tuple[Diagnostic, ...]
+    spin_readings: int = 1
+    """How many readings of the spin each run's mean is taken from."""
+    slowing: Floats | None = None
+    """Steady precession rate over the mean rate of a rod let go from rest [1]; None where the rate is steady."""
+    motion: str | None = None
+    """"released" from rest, or "steady"; None where the log does not say."""
 
     @property
     def product(self) -> Floats:
@@ -220,6 +226,8 @@ def measure(readings: Readings) -> Measurements:
         imbalance_from=imbalance_from,
         sources=tuple(_sources(readings, timing, time, turns, spin, mass, position)),
         diagnostics=(),
+        spin_readings=len(_spin_columns(readings)),
+        motion=readings.motion,
     )
     diagnostics.extend(_contradictions(readings, measurements))
     diagnostics.extend(_too_fast(readings, measurements))
@@ -302,11 +310,12 @@ def _timing(table: Mapping[str, Column], count: int) -> tuple[Floats, Floats, Co
 
 
 def _spin_columns(readings: Readings) -> tuple[Column, ...]:
-    """The one or two columns that the spin is taken from: at half time, or start and end."""
+    """The columns that the spin is taken from: start, half time and end, or half time alone, or start and end."""
     columns = readings.columns
-    for names in (("spin",), ("spin_start", "spin_end"), ("spin_period",), ("spin_period_start", "spin_period_end")):
-        if all(name in columns for name in names):
-            return tuple(columns[name] for name in names)
+    for unit in ("spin", "spin_period"):
+        for names in ((f"{unit}_start", unit, f"{unit}_end"), (unit,), (f"{unit}_start", f"{unit}_end")):
+            if all(name in columns and None not in columns[name].values for name in names):
+                return tuple(columns[name] for name in names)
     raise KeyError("spin")
 
 
@@ -316,21 +325,41 @@ def _as_spin(column: Column) -> Floats:
 
 
 def _spin(readings: Readings, diagnostics: list[Diagnostic]) -> tuple[Floats, Floats | None, Floats | None]:
+    """Mean spin of each run, and the spin at its start and end where they were read [rad/s]."""
     used = _spin_columns(readings)
+    spins = [_as_spin(column) for column in used]
     if len(used) == 1:
-        return _as_spin(used[0]), None, None
-    start, end = _as_spin(used[0]), _as_spin(used[1])
+        return spins[0], None, None
+    start, end = spins[0], spins[-1]
     diagnostics.extend(
         readings.diagnose(
             G403,
             f"run {readings.runs[i]}: the spin rises by {100 * (end[i] / start[i] - 1):.0f} % while it is timed",
             "are start and end swapped?",
-            used[1].places[i],
-            len(used[1].texts[i]),
+            used[-1].places[i],
+            len(used[-1].texts[i]),
         )
         for i in np.flatnonzero(end > start * 1.02)
     )
-    return physics.harmonic_mean_spin(start, end), start, end
+    return _mean_spin(spins), start, end
+
+
+def _mean_spin(spins: list[Floats]) -> Floats:
+    """Harmonic mean in time of a spin read once, at start and end, or three times [rad/s], shape (n,)."""
+    if len(spins) == 3:
+        return cast(Floats, physics.simpson_mean_spin(*spins))
+    return spins[0] if len(spins) == 1 else cast(Floats, physics.harmonic_mean_spin(*spins))
+
+
+def _spin_weights(spins: list[Floats]) -> list[Floats]:
+    """Relative change of the mean spin for a relative change of each reading; they add up to 1."""
+    if len(spins) == 3:
+        parts = [weight / spin for weight, spin in zip((1, 4, 1), spins, strict=True)]
+        return [part / sum(parts) for part in parts]
+    if len(spins) == 1:
+        return [np.ones_like(spins[0])]
+    mean = _mean_spin(spins)
+    return [slope * spin / mean for slope, spin in zip(physics.harmonic_mean_spin_slopes(*spins), spins, strict=True)]
 
 
 def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) -> Floats:
@@ -441,7 +470,7 @@ def _sources(
                 scaled = np.array(given_angle) / (2 * np.pi)
                 sources.append(Source("angle", "turns", own, scaled, np.zeros(count), "", False, "as given"))
 
-    relative_spin, default = _spin_errors(readings, spin)
+    relative_spin, default = _spin_errors(readings)
     used = _spin_columns(readings)
     groups = _numbered([tuple(column.readings[i] for column in used) for i in range(count)])
     sources.append(
@@ -588,7 +617,7 @@ def _stated_for_period(
     return None
 
 
-def _spin_errors(readings: Readings, spin: Floats) -> tuple[Floats, bool]:
+def _spin_errors(readings: Readings) -> tuple[Floats, bool]:
     """Relative standard uncertainty of each run's mean spin, shape (n,), and whether a default was used."""
     used = _spin_columns(readings)
     parts = []
@@ -599,11 +628,9 @@ def _spin_errors(readings: Readings, spin: Floats) -> tuple[Floats, bool]:
         # The same relative uncertainty for a period and for its reciprocal.
         parts.append(relative + absolute / values)
         any_default |= default
-    if len(used) == 1:
-        return parts[0], any_default
-    start, end = _as_spin(used[0]), _as_spin(used[1])
-    to_start, to_end = physics.harmonic_mean_spin_slopes(start, end)
-    return np.hypot(to_start * start * parts[0], to_end * end * parts[1]) / spin, any_default
+    weights = _spin_weights([_as_spin(column) for column in used])
+    squares = sum((weight * part) ** 2 for weight, part in zip(weights, parts, strict=True))
+    return np.sqrt(squares), any_default
 
 
 # --- columns that should agree -----------------------------------------------------------------------------

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from gyrodata import fitting, forecast, physics
-from gyrodata.analysis import outlier_reason
+from gyrodata.comparisons import outlier_reason
 from gyrodata.errors import Diagnostic, register
 from gyrodata.fitting import FitResult, Outlier
 from gyrodata.measurements import Measurements, measure, torque_groups
@@ -72,9 +72,8 @@ def check_procedure(readings: Readings) -> tuple[Diagnostic, ...]:
     groups = [group for group in torque_groups(measured) if measured.torque[group[0]] != 0]
     if not groups:
         return (*measured.diagnostics, readings.diagnose(G452, "not one run has a weight", "time runs with a weight"))
-    outliers = fitting.screen(measured)
-    left_out = tuple(outlier.index for outlier in outliers)
-    fit = fitting.fit(measured, left_out=left_out)
+    outliers, clean = fitting.screen(measured)
+    fit = clean or fitting.fit(measured, left_out=tuple(outlier.index for outlier in outliers))
     return (
         *measured.diagnostics,
         *_weights(readings, measured, groups),
@@ -140,7 +139,7 @@ def _unloaded(readings: Readings, measured: Measurements, fit: FitResult) -> lis
     if 0.0 in signs or len(signs) > 1:
         return []
     now = (fit.inertia.u or 0.0) / fit.inertia.value
-    then = forecast.u_inertia(forecast.with_unloaded_run(measured, fit)) / fit.inertia.value
+    then = fitting.expected_u(forecast.with_unloaded_run(measured, fit), fit) / fit.inertia.value
     if now - then < 0.05 * now:
         return []
     return [

@@ -15,7 +15,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
 from gyrodata import __version__, physics
-from gyrodata.analysis import CONVENTIONS, Analysis, Effect, NamedFit, Run, envelope, turn_words
+from gyrodata.analysis import CONVENTIONS, Analysis, envelope
+from gyrodata.comparisons import NamedFit, Run, turn_words
+from gyrodata.effects import DROP_ONE, Effect
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate
 
@@ -23,6 +25,12 @@ FIT_NAMES = {
     "recommended": "recommended",
     "through_origin": "through the origin",
     "with_constant": "with a constant",
+}
+
+MODEL_NAMES = {
+    "horizontal": "eq. (9), a level rod",
+    "steady": "eq. (8), a tilted rod",
+    "released": "the mean rate of a rod let go from rest",
 }
 
 SOURCE_NAMES = {
@@ -366,7 +374,7 @@ def _odd_lines(analysis: Analysis) -> list[str]:
 
 
 def effect_verdict(effect: Effect) -> str:
-    """Say whether an effect is in the model: "in the model", "left out".
+    """Say whether an effect is in the model: "in the model", "left out", or "left out, and not small".
 
     Parameters
     ----------
@@ -377,19 +385,23 @@ def effect_verdict(effect: Effect) -> str:
     -------
     str
     """
-    return "in the model" if effect.kept else "left out"
+    if effect.kept:
+        return "in the model"
+    return "left out, and not small" if (effect.size or 0.0) > DROP_ONE else "left out"
 
 
 def _effect_lines(analysis: Analysis) -> list[str]:
     rows = [
         (
             EFFECT_NAMES.get(effect.effect, effect.effect),
-            "-" if effect.bias is None else percent_text(effect.bias),
+            percent_text(effect.bias),
+            "-" if effect.size is None else f"{effect.size:.1g} u" if effect.size < 10 else f"{effect.size:.0f} u",
             effect_verdict(effect),
         )
         for effect in analysis.effects
+        if effect.bias is not None
     ]
-    return ["what leaving it out does to I_zz:", *columns(rows)]
+    return [f"what leaving it out does to I_zz (model: {MODEL_NAMES[analysis.model.name]}):", *columns(rows)]
 
 
 def _default_lines(analysis: Analysis) -> list[str]:

@@ -93,7 +93,10 @@ def analysis_schema() -> dict[str, Any]:
                 _object({"name": _TEXT, "inertia": _or_null(_ESTIMATE), "constant": _or_null(_ESTIMATE), "note": _TEXT})
             ),
             "budget": _list(_object({"source": _TEXT, "shared": _FLAG, "u_inertia": _NUMBER, "share": _NUMBER})),
-            "effects": _list(_object({"effect": _TEXT, "bias": _MAYBE, "kept": _FLAG, "reason": _TEXT})),
+            "model": {"enum": ["horizontal", "steady", "released"]},
+            "effects": _list(
+                _object({"effect": _TEXT, "bias": _MAYBE, "size": _MAYBE, "kept": _FLAG, "reason": _TEXT})
+            ),
             "power_law": _list(_object({"torque": _NUMBER, "exponent": _MAYBE, "u": _MAYBE, "reason": _TEXT})),
             "torques": _list(
                 _object(

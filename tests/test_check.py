@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 import gyrodata
-from gyrodata import forecast, procedure, schema
+from gyrodata import fitting, forecast, procedure, schema
 from gyrodata.cli import app
 from gyrodata.errors import CODES
 from gyrodata.measurements import measure
@@ -49,8 +49,8 @@ class TestCheck:
         lines = SAMPLE.read_text(encoding="utf-8").splitlines(keepends=True)
         without, whole = "".join(lines[:-1]), "".join(lines)
         measured = measure(read_log(without.encode()))
-        added = forecast.with_unloaded_run(measured, gyrodata.analyze(without.encode()).fit)
-        u = forecast.u_inertia(added)
+        fit = gyrodata.analyze(without.encode()).fit
+        u = fitting.expected_u(forecast.with_unloaded_run(measured, fit), fit)
         assert u == pytest.approx(gyrodata.analyze(whole.encode()).inertia.u, rel=0.1)
         assert u < 0.6 * gyrodata.analyze(without.encode()).inertia.u
 

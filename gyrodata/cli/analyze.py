@@ -44,6 +44,7 @@ class ModelChoice(StrEnum):
     auto = "auto"
     horizontal = "horizontal"
     steady = "steady"
+    released = "released"
 
 
 @dataclass(frozen=True)
@@ -88,7 +89,8 @@ def analyze(
     no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.")] = False,
     figures: Annotated[Figures, typer.Option("--figures", help="File type of the figures.")] = Figures.png,
     model: Annotated[
-        ModelChoice, typer.Option("--model", help="horizontal: eq. (9); steady: eq. (8); auto: what the log needs.")
+        ModelChoice, typer.Option("--model", help="horizontal: eq. (9); steady: eq. (8); released: let go from rest; "
+                     "auto: what the log needs.")
     ] = ModelChoice.auto,
     keep_flagged: Annotated[bool, typer.Option("--keep-flagged", help="Keep runs that look odd in the fit.")] = False,
     scale_by_birge: Annotated[

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
+import pkgutil
 from typing import Annotated
 
 import typer
@@ -34,15 +36,24 @@ def schema(
     as_json: Annotated[bool, typer.Option("--json", help="The table of diagnostics as JSON.")] = False,
 ) -> None:
     """Print the JSON Schema of the outputs, or the table of diagnostics."""
-    # Codes are registered where they are raised.
-    from gyrodata import procedure, reporting
-    from gyrodata import schema as schemas
-    from gyrodata.grading import rubric
 
-    del procedure, rubric
+    from gyrodata import reporting
+    from gyrodata import schema as schemas
+
+    if diagnostics:
+        _register_codes()
     if diagnostics and as_json:
         write_out(reporting.json_text({"diagnostics": schemas.diagnostics_table()}))
     elif diagnostics:
         write_out(reporting.diagnostics_text(schemas.diagnostics_table()))
     else:
         write_out(reporting.json_text(schemas.check_schema() if checks else schemas.analysis_schema()))
+
+
+def _register_codes() -> None:
+    """Load every room: codes are registered where they are raised."""
+    import gyrodata
+
+    for module in pkgutil.walk_packages(gyrodata.__path__, "gyrodata."):
+        if not module.name.endswith("__main__"):
+            importlib.import_module(module.name)

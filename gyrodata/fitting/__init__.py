@@ -7,6 +7,7 @@ line of the textbook, to compare with, and `fit_line` one for points with errors
 
 from gyrodata.fitting.chi_square import chi2_tail
 from gyrodata.fitting.conditions import DEFAULT_TRANSVERSE_RATIO, TRANSVERSE_U, transverse_inertia
+from gyrodata.fitting.design import expected_u
 from gyrodata.fitting.inertia import DEFAULT_IMBALANCE_U, fit
 from gyrodata.fitting.lines import LineFit, fit_line
 from gyrodata.fitting.many import ManyFits, fit_many
@@ -29,6 +30,7 @@ __all__ = [
     "Outlier",
     "Share",
     "chi2_tail",
+    "expected_u",
     "fit",
     "fit_line",
     "fit_many",

@@ -8,6 +8,7 @@ of the data is built, no normal equations are formed, and an uncertainty of zero
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import cast
@@ -32,6 +33,16 @@ class Adjusted:
     shared: Floats
     slopes: Floats
     """Derivative of each run's condition to each source's error, shape (S, n)."""
+    scale: Floats
+    """What the unknowns I_zz, M0 and b are counted in: a start, and the widths of the priors, shape (3,)."""
+    directions: Floats
+    """Covariance of all unknowns with I_zz over its variance, as the steps count them, shape (3 + K,)."""
+    orthogonal: Floats
+    """Weighted derivatives of the runs' conditions on an orthonormal basis, shape (n, 3 + K)."""
+    kept: Floats
+    """1 for a run with a say, 0 for one that is left out, shape (n,)."""
+    weighted: Floats
+    """Misclosure of each run at the fit over its standard uncertainty, 0 where left out, shape (n,)."""
     own: Floats
     """Variance of each run's condition from the errors that it has alone, shape (n,)."""
     deviations: Floats
@@ -39,15 +50,21 @@ class Adjusted:
     """Change of I_zz when a run is left out [kg*m^2], shape (n,)."""
     chi2: float
 
+    def without(self, runs: Sequence[int]) -> tuple[float, float]:
+        """Change of I_zz [kg*m^2] and of its variance [kg²*m⁴] when some runs are left out, to first order."""
+        index = np.asarray(runs, dtype=int)
+        remaining = np.eye(len(index)) - self.orthogonal[index] @ self.orthogonal[index].T
+        gain = self.gain[index]
+        # What the others say of these runs takes the runs' own share out again.
+        pull = np.linalg.solve(remaining, np.column_stack([self.weighted[index], gain]))
+        return float(gain @ pull[:, 0]), float(gain @ pull[:, 1])
 
-def adjust(
-    problem: Problem, sense: Floats, start: Start, prior_width: float, bias_u: float, kept: Floats, held: bool = False
-) -> Adjusted:
+
+def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, bias_u: float, kept: Floats) -> Adjusted:
     """Iterate the Gauss–Helmert adjustment to convergence.
 
     The unknowns are scaled to order one: I_zz by its start, M0 by its prior width, b by its own. Runs where
-    `kept` is 0 have no weight, but what the others say of them is worked out. With `held`, I_zz stays at its
-    start and the rest is adjusted: a point of its profile.
+    `kept` is 0 have no weight, but what the others say of them is worked out.
     """
     count, shared_count = problem.count, problem.shared_count
     scale = np.array([start.inertia, prior_width, bias_u])
@@ -55,9 +72,6 @@ def adjust(
     unknowns[:2] = 1.0, start.imbalance / prior_width
     single = np.zeros_like(problem.absolute)
     rows = prior_rows(count, 3 + shared_count)
-    if held:
-        # One more row says that I_zz takes no step; its column is empty above.
-        rows = np.vstack([rows, np.eye(1, rows.shape[1])])
     previous = moved = math.inf
     jumped = 0.0
     for turn in range(50):
@@ -66,8 +80,6 @@ def adjust(
             single = onto_conditions(at, unknowns[:1] * scale[0])
             at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
         plain = fill_rows(rows, problem, at, kept, scale, unknowns)
-        if held:
-            rows[:count, 0] = 0.0
         solution, factor = solve_rows(rows)
         step = _damped(solution, unknowns)
         unknowns = unknowns + step
@@ -102,6 +114,8 @@ def _conclude(
     inside = at.own * rest
     outside = at.own + np.sum((plain @ inverse) ** 2, axis=1)
     gain = (inverse[0] @ q.T) * scale[0]
+    directions = inverse @ inverse[0]
+    weighted = kept * closed / np.sqrt(at.own)
     return Adjusted(
         problem=problem,
         unknowns=unknowns[:3] * scale,
@@ -109,8 +123,13 @@ def _conclude(
         gain=gain,
         shared=unknowns[3:],
         slopes=at.slopes,
+        scale=scale,
+        directions=directions / directions[0],
+        orthogonal=q[:count],
+        kept=kept,
+        weighted=weighted,
         own=at.own,
-        influence=gain[:count] * kept * closed / np.sqrt(at.own) / rest,
+        influence=gain[:count] * weighted / rest,
         deviations=sense * closed / np.sqrt(np.where(kept > 0, inside, outside)),
         chi2=_chi2(closed, at.own, kept, unknowns),
     )

@@ -69,6 +69,9 @@ class Problem:
             measured.time, measured.spin, measured.turns, measured.mass,
             measured.position, measured.force, measured.given_torque,
         )  # fmt: skip
+        if measured.slowing is not None:
+            # The angle that steady precession would have swept in the same time.
+            self.observed[2] *= measured.slowing
         self.observed[7] = measured.g
         self.observed[8:] = (measured.pitch, transverse_inertia(measured)) if tilted else 0.0
         sources = [*measured.sources, *(_tilt_sources(measured) if tilted else ())]

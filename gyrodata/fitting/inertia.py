@@ -152,6 +152,7 @@ def _fit_once(measured: Measurements, sense: Floats, tilted: bool, width: float,
         contradicted_balance=None,
         two_signs=False,
         sense=sense,
+        adjusted=adjusted,
     )
 
 

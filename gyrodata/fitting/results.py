@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from gyrodata.fitting.adjustment import Adjusted
 from gyrodata.physics import Floats
 
 
@@ -79,3 +80,5 @@ class FitResult:
     """True if the log leaves the sign of M0 open and both are in the answer."""
     sense: Floats
     """Sign of φ̇ψ̇ used for each run, shape (n,)."""
+    adjusted: Adjusted
+    """Where the adjustment ended; of two possible answers the likelier."""

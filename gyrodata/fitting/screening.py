@@ -19,7 +19,7 @@ TURN_COUNTS = (1 / 6, 1 / 4, 1 / 3, 1 / 2, 2 / 3, 3 / 4, *range(1, 31))
 """Revolutions that are likely to have been timed."""
 
 
-def screen(measured: Measurements, tilted: bool = False) -> list[Outlier]:
+def screen(measured: Measurements, tilted: bool = False) -> tuple[list[Outlier], FitResult | None]:
     """Find the runs that do not go with the others, and the turn count that would explain each.
 
     Parameters
@@ -31,9 +31,10 @@ def screen(measured: Measurements, tilted: bool = False) -> list[Outlier]:
 
     Returns
     -------
-    list of Outlier
-        In the order of the log; empty for fewer than four runs, or where more than a third would have to go:
-        then the stated uncertainties are at fault, not the runs.
+    tuple
+        The outliers in the order of the log; none for fewer than four runs, or where more than a third would
+        have to go: then the stated uncertainties are at fault, not the runs. And the fit without them, where
+        one was made.
 
     Notes
     -----
@@ -44,13 +45,13 @@ def screen(measured: Measurements, tilted: bool = False) -> list[Outlier]:
     """
     count = len(measured.runs)
     if count < 4:
-        return []
+        return [], None
     out = _far_from_start(measured)
     found: list[Outlier] = []
     for _round in range(6):
         kept = np.array([i not in out for i in range(count)])
         if len(out) > count / 3 or kept.sum() < 3 or not np.abs(measured.torque[kept]).any():
-            return []
+            return [], None
         result = fit(measured, tilted, out)
         typical = max(1.0, 1.4826 * float(np.median(np.abs(result.deviations[kept]))))
         far = np.flatnonzero((np.abs(result.deviations) > OUTLIER * typical) | _far_within(measured, result, typical))
@@ -60,9 +61,9 @@ def screen(measured: Measurements, tilted: bool = False) -> list[Outlier]:
         ]
         fresh = {outlier.index for outlier in found}
         if fresh == out:
-            break
+            return (found, result) if len(found) <= count / 3 else ([], None)
         out = fresh
-    return found if len(found) <= count / 3 else []
+    return (found if len(found) <= count / 3 else []), None
 
 
 def _far_within(measured: Measurements, result: FitResult, typical: float) -> Any:

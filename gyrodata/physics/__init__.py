@@ -29,6 +29,7 @@ from gyrodata.physics.decay import (
     harmonic_mean_spin_slopes,
     late_reading_bias,
     mean_spin_bias,
+    simpson_mean_spin,
     sink_rate,
 )
 from gyrodata.physics.demonstrations import platform_rate, tip_velocity
@@ -83,6 +84,7 @@ __all__ = [
     "release_bias",
     "released_precession_rate",
     "sighting_bias",
+    "simpson_mean_spin",
     "sink_rate",
     "sleeping_growth",
     "sleeping_spin",

@@ -121,6 +121,27 @@ def harmonic_mean_spin_of_three(start: ArrayLike, half: ArrayLike, end: ArrayLik
     return np.multiply(start, np.exp(-quarter)) * _sinhc(argument) / _sinhc(quarter - argument)
 
 
+def simpson_mean_spin(start: ArrayLike, half: ArrayLike, end: ArrayLike) -> Any:
+    """Harmonic mean in time of a spin read at the start, at half time and at the end, by Simpson's rule for 1/ψ̇.
+
+    Parameters
+    ----------
+    start, half, end : array_like
+        As for `drag_exponent`.
+
+    Returns
+    -------
+    ndarray or float
+        Mean spin [rad/s]; smooth in the readings, so that their noise does no harm where the spin hardly falls.
+
+    Notes
+    -----
+    6/(1/start + 4/half + 1/end); for a viscous decay low by d⁴/2880 of itself with d = ln(start/end), which is
+    8e-5 for a spin that falls by half, and as good for any other smooth decay.
+    """
+    return 6 / (np.divide(1, start) + np.divide(4, half) + np.divide(1, end))
+
+
 def _power_argument(start: ArrayLike, half: ArrayLike, end: ArrayLike) -> Any:
     """Give y = (1 − p)d/2, by which ln(half/G) = (d/2) ln(cosh y)/y; NaN where there is none."""
     decay = np.log(np.divide(start, end))

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrodata.analysis import Analysis, Torque
+from gyrodata.analysis import Analysis
+from gyrodata.comparisons import Torque
 from gyrodata.measurements import Measurements, torque_groups
 from gyrodata.physics import Floats
 

@@ -107,6 +107,7 @@ def _readings(document: Document, given: Settings, table: Table) -> Readings:
         uncertainties=given.uncertainties,
         balance_tilt=given.balance_tilt,
         balance_drift=given.balance_drift,
+        motion=given.motion,
         metadata=given.metadata,
         reported=given.reported,
         diagnostics=document.faults.all_told(),

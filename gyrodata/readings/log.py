@@ -94,6 +94,8 @@ class Readings:
         Rod released unspun: angle [rad], time [s].
     balance_drift : tuple of float or None
         Rod released spun, without a weight: angle [rad], time [s], spin [rad/s].
+    motion : str or None
+        "released" from rest, or "steady"; None where the log does not say.
     metadata : mapping of str to str
         All other ``# key: value`` lines, as written.
     reported : mapping of str to Reported
@@ -115,6 +117,7 @@ class Readings:
     uncertainties: Mapping[str, Uncertainty] = field(default_factory=dict)
     balance_tilt: tuple[float, float] | None = None
     balance_drift: tuple[float, float, float] | None = None
+    motion: str | None = None
     metadata: Mapping[str, str] = field(default_factory=dict)
     reported: Mapping[str, Reported] = field(default_factory=dict)
     diagnostics: tuple[Diagnostic, ...] = ()

@@ -16,7 +16,7 @@ from gyrodata.readings.grid import Text
 from gyrodata.readings.headers import name_roles
 from gyrodata.readings.log import Faults, Place, listing
 from gyrodata.readings.reported import G308, KINDS, PREFIX, Reported, canonical_key, read_reported
-from gyrodata.readings.vocabulary import BALANCE, CONSTANTS, KEYS, ROLES, UNCERTAINTIES
+from gyrodata.readings.vocabulary import BALANCE, CONSTANTS, KEYS, MOTION, MOTIONS, ROLES, UNCERTAINTIES
 from gyrodata.units import Uncertainty, UnitError, kind_of_role, parse_quantity, parse_uncertainty
 
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n"
@@ -59,6 +59,7 @@ class Settings:
     given_uncertainties: dict[str, Given] = field(default_factory=dict)
     balance_tilt: tuple[float, float] | None = None
     balance_drift: tuple[float, float, float] | None = None
+    motion: str | None = None
     metadata: dict[str, str] = field(default_factory=dict)
     reported: dict[str, Reported] = field(default_factory=dict)
     unread: set[str] = field(default_factory=set)
@@ -227,6 +228,11 @@ def _enter(settings: Settings, item: Given) -> None:
     key = item.key
     if key in BALANCE:
         _enter_balance(settings, item)
+        return
+    if key == MOTION:
+        settings.motion = item.text.strip().lower()
+        if settings.motion not in MOTIONS:
+            raise CellError(G306, "is no way to start the rod", 'write "released" (let go from rest) or "steady"')
         return
     kind = kind_of_role(key)
     if key in UNCERTAINTIES:

@@ -26,7 +26,10 @@ UNCERTAINTIES = (
     *SHARED_UNCERTAINTIES,
 )
 BALANCE = ("balance_tilt", "balance_drift")
-KEYS = (*ROLES, *CONSTANTS, *UNCERTAINTIES, *BALANCE)
+MOTION = "motion"
+MOTIONS = ("steady", "released")
+"""How the rod was started: led along until it precesses steadily, or let go from rest."""
+KEYS = (*ROLES, *CONSTANTS, *UNCERTAINTIES, *BALANCE, MOTION)
 """Everything that ``# key: value``, ``--set`` and ``--config`` can give."""
 
 # Symbols: here case matters ("m" is no "M", "t" no "T"). Roles that a unit tells apart may share one.

@@ -36,6 +36,8 @@ def write_log(readings: Readings) -> str:
         head.append("# balance_tilt: {!r} rad in {!r} s".format(*readings.balance_tilt))
     if readings.balance_drift is not None:
         head.append("# balance_drift: {!r} rad in {!r} s at {!r} rad/s".format(*readings.balance_drift))
+    if readings.motion is not None:
+        head.append(f"# motion: {readings.motion}")
     headers: list[str] = []
     cells: list[list[str]] = []
     for role in sorted(readings.columns, key=ROLES.index):

@@ -1,0 +1,273 @@
+"""Which effects matter: the size of every simplification in this log, and what the model takes into account.
+
+The ladder of models is eq. (9) for a level rod, eq. (8) for a tilted one, and the mean rate of the whole motion for
+a rod let go from rest. Each simplification has a bias in closed form; the log's own numbers go into it, weighted
+as the fit weights its runs. What is below 0.2 of the standard uncertainty is dropped, smallest first, while all
+that is dropped stays below 0.3; the rest is kept. Effects of unknown size (M0, b) are parameters of every model.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Literal, cast
+
+import numpy as np
+
+from gyrodata import fitting, physics
+from gyrodata.fitting import FitResult
+from gyrodata.measurements import Measurements, Source
+from gyrodata.physics import Floats
+
+DROP_ONE = 0.2
+"""An effect below this many standard uncertainties of I_zz may be left out …"""
+
+DROP_ALL = 0.3
+"""… as long as all that are left out stay below this many together."""
+
+Model = Literal["auto", "horizontal", "steady", "released"]
+
+LEVEL_TO = math.radians(2.0)
+"""How far from level [rad] a rod may be that nobody measured: the default standard uncertainty of a pitch."""
+
+
+@dataclass(frozen=True, slots=True)
+class Effect:
+    """One simplification: how much it would move I_zz in this log, and whether it was allowed."""
+
+    effect: str
+    bias: float | None
+    """I_zz without it over I_zz with it, minus 1; None where the log does not tell."""
+    size: float | None
+    """The same without its sign, in standard uncertainties of I_zz."""
+    kept: bool
+    """True if the model takes it into account."""
+    reason: str
+
+
+@dataclass(frozen=True)
+class Rung:
+    """The model that a log is fitted with."""
+
+    tilted: bool
+    """Eq. (8) with each run's pitch, not eq. (9)."""
+    released: bool
+    """The mean rate of a rod let go from rest, not that of steady precession."""
+    asked: bool
+    """True if the caller chose it."""
+
+    @property
+    def name(self) -> Literal["horizontal", "steady", "released"]:
+        """Name of the model, as ``--model`` takes it."""
+        if self.released:
+            return "released"
+        return "steady" if self.tilted else "horizontal"
+
+
+def choose(measured: Measurements, model: Model) -> Rung:
+    """Take the lowest rung of the ladder that is good enough for a log.
+
+    Parameters
+    ----------
+    measured : Measurements
+        n runs.
+    model : {"auto", "horizontal", "steady", "released"}
+        "auto" leaves the choice to the sizes of the effects.
+
+    Returns
+    -------
+    Rung
+    """
+    tilts = bool(np.any(measured.pitch))
+    if model != "auto":
+        tilted = model == "steady" or (model == "released" and tilts)
+        return Rung(tilted, released=model == "released", asked=True)
+    if not tilts and measured.motion != "released":
+        return Rung(tilted=False, released=False, asked=False)
+    fit = fitting.fit(measured)
+    open_to_choice = {}
+    if tilts:
+        open_to_choice["tilt"] = _tilt(measured, fit, measured.pitch)
+    if measured.motion == "released":
+        open_to_choice["release"] = _release(measured, fit)
+    kept = _kept(open_to_choice, sum(abs(bias) for bias in _never_corrected(measured, fit).values()), _relative_u(fit))
+    return Rung(tilted="tilt" in kept, released="release" in kept, asked=False)
+
+
+def _kept(biases: Mapping[str, float], dropped: float, u: float) -> set[str]:
+    """Which effects are too large to leave out, where `dropped` is out already."""
+    kept = set(biases)
+    for name in sorted(biases, key=lambda name: abs(biases[name])):
+        dropped += abs(biases[name])
+        if abs(biases[name]) > DROP_ONE * u or dropped > DROP_ALL * u:
+            break
+        kept.discard(name)
+    return kept
+
+
+def slowed(measured: Measurements, fit: FitResult, tilted: bool) -> Measurements:
+    """Work out how much slower than steadily a rod let go from rest precesses in each run.
+
+    Parameters
+    ----------
+    measured : Measurements
+        n runs, as they were read.
+    fit : FitResult
+        The unknowns, to work the rates out with.
+    tilted : bool
+        Whether eq. (8) is what they are then fitted with.
+
+    Returns
+    -------
+    Measurements
+        With `slowing`, and a further source of error: at each click the nutation is at a phase that nobody
+        knows, which is 1/(√2 ω_n) in time.
+    """
+    from gyrodata import motion
+
+    inertia, across = fit.inertia.value, fitting.transverse_inertia(measured)
+    total = measured.torque + fit.imbalance.value
+    top = motion.Top(inertia, across, total)
+    mean = motion.mean_precession_rate(top, motion.released(top, measured.spin, measured.pitch))
+    lean = (across, measured.pitch) if tilted else (0.0, 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = physics.precession_rate(total, measured.spin, inertia, *lean) / mean
+    count = len(measured.runs)
+    clicks = Source(
+        "nutation", "time", tuple(range(count)), physics.click_error(measured.spin, inertia, across),
+        np.zeros(count), "", True, "the phase of the nutation at both clicks",
+    )  # fmt: skip
+    return replace(measured, slowing=ratio, sources=(*measured.sources, clicks))
+
+
+# --- sizes ---------------------------------------------------------------------------------------------------
+
+
+def _relative_u(fit: FitResult) -> float:
+    return (fit.inertia.u or 0.0) / abs(fit.inertia.value)
+
+
+def _rate(measured: Measurements, fit: FitResult) -> Floats:
+    return fit.sense * 2 * np.pi * measured.turns / measured.time
+
+
+def _whole(fit: FitResult, biases: Floats) -> float:
+    """Bias of I_zz from the biases of the runs."""
+    return float(np.sum(fit.response * biases))
+
+
+def _tilt(measured: Measurements, fit: FitResult, pitch: Floats | float) -> float:
+    across = fitting.transverse_inertia(measured)
+    bias = physics.tilt_bias(_rate(measured, fit), measured.spin, pitch, fit.inertia.value, across)
+    return _whole(fit, bias)
+
+
+def _release(measured: Measurements, fit: FitResult) -> float:
+    total = measured.torque + fit.imbalance.value
+    across = fitting.transverse_inertia(measured)
+    return _whole(fit, physics.release_bias(total, measured.spin, fit.inertia.value, across))
+
+
+def _never_corrected(measured: Measurements, fit: FitResult) -> dict[str, float]:
+    """Biases of what no model takes into account, because the log cannot tell its sign or its law."""
+    at_most = np.abs(physics.earth_bias(_rate(measured, fit), np.pi / 2))
+    biases = {"earth": float(np.sum(np.abs(fit.response) * at_most))}
+    if measured.spin_readings == 2:
+        assert measured.spin_start is not None
+        assert measured.spin_end is not None
+        biases["decay_law"] = _whole(fit, physics.decay_law_doubt(measured.spin_start, measured.spin_end))
+    return biases
+
+
+def list_effects(measured: Measurements, fit: FitResult, rung: Rung) -> tuple[Effect, ...]:
+    """List every simplification with its size in this log, and what became of it.
+
+    Parameters
+    ----------
+    measured : Measurements
+        n runs, as they were read.
+    fit : FitResult
+        Their fit.
+    rung : Rung
+        The model of that fit.
+
+    Returns
+    -------
+    tuple of Effect
+    """
+    u = _relative_u(fit)
+    never = _never_corrected(measured, fit)
+    effects = [*_unknown_sizes(measured, fit, u), *_decay(measured, fit, never.get("decay_law"), u)]
+    asked = ", as asked" if rung.asked else ""
+    if np.any(measured.pitch):
+        tilt = _tilt(measured, fit, measured.pitch)
+        reason = _why(tilt, u, f"eq. (8) is used{asked}" if rung.tilted else f"eq. (9) is used{asked}", rung.tilted)
+    else:
+        tilt = _tilt(measured, fit, LEVEL_TO)
+        reason = _why(tilt, u, "no pitch in the log; this is for 2° off level", False)
+    effects.append(_sized("tilt", tilt, u, rung.tilted and bool(np.any(measured.pitch)), reason))
+    release = _release(measured, fit)
+    premise = {
+        True: f"the mean rate of a rod let go from rest is used{asked}",
+        False: f"taken for steady precession{asked}",
+    }[rung.released]
+    if not rung.released and measured.motion is None:
+        premise = 'assumed steady; this is for a rod let go from rest ("# motion: released" in the log)'
+    elif measured.motion == "steady":
+        premise = "steady, as the log says; this is for a rod let go from rest"
+    effects.append(_sized("release", release, u, rung.released, _why(release, u, premise, rung.released)))
+    effects.append(_sized("earth", never["earth"], u, False, _why(never["earth"], u, "at most, at a pole", False)))
+    return tuple(effects)
+
+
+def _sized(effect: str, bias: float, u: float, kept: bool, reason: str) -> Effect:
+    return Effect(effect, bias, abs(bias) / u if u else None, kept, reason)
+
+
+def _why(bias: float, u: float, premise: str, kept: bool) -> str:
+    """Say why an effect was left out or kept, with its size in standard uncertainties."""
+    if u == 0:
+        return premise
+    size = abs(bias) / u
+    if kept:
+        return f"{premise}: {size:.2g} u"
+    verdict = "small enough" if size < DROP_ONE else "NOT small, and the log does not say enough to correct for it"
+    return f"{premise}: {size:.2g} u, {verdict}"
+
+
+def _unknown_sizes(measured: Measurements, fit: FitResult, u: float) -> list[Effect]:
+    """Give the two effects whose size nobody knows beforehand: parameters in every model."""
+    weights = (measured.time / fit.time_u) ** 2 * (fit.response != 0)
+    weights = weights / weights.sum()
+    loaded = measured.torque != 0
+    per_run = np.zeros(len(weights))
+    per_run[loaded] = physics.imbalance_bias(measured.torque[loaded], fit.imbalance.value)
+    prior = "practically no prior" if fit.imbalance_free else f"prior width {fit.imbalance_prior:.2g} N*m"
+    unknown = "its size is unknown beforehand, so {} is a parameter with {}"
+    timing = float(np.sum(weights * physics.timing_bias(measured.time - fit.timing_bias.value, fit.timing_bias.value)))
+    if measured.timing_bias_u > 0:
+        reason = unknown.format("b", f"prior width {measured.timing_bias_u:g} s")
+    else:
+        reason = "not a stopwatch's time, or u_time_bias is 0"
+    return [
+        _sized("imbalance", float(np.sum(weights * per_run)), u, True, unknown.format("M0", prior)),
+        _sized("timing_bias", timing, u, measured.timing_bias_u > 0, reason),
+    ]
+
+
+def _decay(measured: Measurements, fit: FitResult, law: float | None, u: float) -> list[Effect]:
+    """Give the fall of the spin while it is timed, and the doubt about its law."""
+    if measured.spin_start is None or measured.spin_end is None:
+        why = "one reading of the spin in each run; taken at half time it is good to 0.05 % for a fall of 10 %"
+        return [Effect("spin_decay", None, None, False, why)]
+    plain = _whole(fit, measured.spin / ((measured.spin_start + measured.spin_end) / 2) - 1)
+    readings = "start, half time and end" if law is None else "start and end"
+    why = f"the harmonic mean in time of {readings} costs nothing, so it is used"
+    effects = [_sized("spin_decay", plain, u, True, why)]
+    if law is not None:
+        why = _why(law, u, "a viscous decay is assumed, as of an air film", False)
+        if abs(law) >= DROP_ONE * u:
+            why += "; read the spin at half time as well"
+        effects.append(_sized("decay_law", law, u, False, why))
+    return effects

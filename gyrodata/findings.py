@@ -1,0 +1,276 @@
+"""What there is to say about a log, and about the next one."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from gyrodata import fitting, forecast
+from gyrodata.comparisons import outlier_reason
+from gyrodata.effects import DROP_ONE, Effect
+from gyrodata.errors import Diagnostic, register
+from gyrodata.fitting import Estimate, FitResult, Outlier
+from gyrodata.measurements import Measurements
+from gyrodata.readings import Readings
+
+_LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
+
+G410 = register(
+    "G410",
+    "warning",
+    "a run does not go with the others",
+    "# g: 9.803 m/s^2\n" + _LOG + "20.00,15.0,206,20.4,1\n20.00,15.0,407,40.4,1\n40.00,15.0,405,20.1,1\n"
+    "40.00,15.0,607,30.1,2\n60.00,15.0,404,13.4,1\n60.00,15.0,603,20.0,1\n",
+)
+G411 = register(
+    "G411",
+    "warning",
+    "the scatter is larger than the stated uncertainties allow",
+    "# g: 9.803 m/s^2\n# u_time: 0.01 s\n" + _LOG + "20.00,15.0,206,20.9,1\n20.00,15.0,407,40.1,1\n"
+    "40.00,15.0,405,20.5,1\n40.00,15.0,607,29.8,1\n60.00,15.0,404,13.7,1\n60.00,15.0,603,19.8,1\n",
+)
+G412 = register(
+    "G412",
+    "warning",
+    "the data contradict the balance test in the log",
+    "# g: 9.803 m/s^2\n# u_imbalance: 0.00001 N*m\n" + _LOG + "20.00,15.0,206,16.0,1\n20.00,15.0,407,31.6,1\n"
+    "40.00,15.0,405,18.0,1\n40.00,15.0,607,27.0,1\n60.00,15.0,404,12.5,1\n60.00,15.0,603,18.6,1\n",
+)
+G413 = register(
+    "G413",
+    "error",
+    "no run has a torque",
+    "# g: 9.803 m/s^2\n" + _LOG + "0,,400,160.2,1/3\n0,,600,240.3,1/3\n",
+)
+G414 = register(
+    "G414",
+    "warning",
+    "I_zz rests on a single torque",
+    "# g: 9.803 m/s^2\n" + _LOG + "20.00,15.0,206,20.4,1\n20.00,15.0,407,40.4,1\n",
+)
+G415 = register(
+    "G415",
+    "error",
+    "no steady precession is possible at this tilt and spin",
+    "# g: 9.803 m/s^2\n# transverse_inertia: 0.02 kg*m^2\n"
+    "mass [g],position [cm],spin [rpm],time [s],turns,pitch [deg]\n"
+    "60.00,15.0,400,13.3,1,0\n60.00,15.0,600,19.9,1,0\n60.00,15.0,300,10.0,1,0\n60.00,15.0,20,2.5,1,60\n",
+)
+G416 = register(
+    "G416",
+    "error",
+    "too many shared readings for one fit",
+    "# g: 9.803 m/s^2\n"
+    + _LOG
+    + "".join(f"{20 + k // 2 / 100:.2f},15.0,400,{40 + k / 1000:.3f},1\n" for k in range(2600)),
+)
+G417 = register(
+    "G417",
+    "warning",
+    "the tilt matters, and the transverse moment of inertia is not given",
+    "# g: 9.803 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns,pitch [deg]\n60.00,15.0,150,4.71,1,60\n"
+    "60.00,15.0,300,9.74,1,60\n40.00,15.0,150,7.23,1,60\n40.00,15.0,300,14.69,1,60\n",
+)
+G418 = register(
+    "G418",
+    "note",
+    "the log does not say whether the rod was let go from rest, and that matters",
+    "# g: 9.803 m/s^2\n# u_time: 0.02 s\n# u_position_zero: 0.1 mm\n" + _LOG + "40.00,15.0,200.0,9.93,1\n"
+    "40.00,15.0,400.0,19.87,1\n60.00,15.0,200.0,6.62,1\n60.00,15.0,400.0,13.24,1\n",
+)
+
+
+def outlier_findings(
+    readings: Readings,
+    measured: Measurements,
+    outliers: list[Outlier],
+    left_out: tuple[int, ...],
+    without: Estimate | None,
+) -> list[Diagnostic]:
+    """Name each run that looks odd, what was done with it, and what it does to the answer.
+
+    Parameters
+    ----------
+    readings : Readings
+        The log.
+    measured : Measurements
+        Its runs.
+    outliers : list of Outlier
+        Those that look odd.
+    left_out : tuple of int
+        Indices of the runs that have no say.
+    without : Estimate or None
+        I_zz without any odd run [kg*m^2].
+
+    Returns
+    -------
+    list of Diagnostic
+    """
+    roles = ("time", "precession_period", "precession_rate")
+    timing = next(readings.columns[role] for role in roles if role in readings.columns)
+    found = []
+    for outlier in outliers:
+        if outlier.index in left_out:
+            done, hint = "left out of the fits", "correct the turns in the log, or keep the run with --keep-flagged"
+        else:
+            done = f"kept; without every run that looks odd I_zz = {without.value:.4g} kg*m^2" if without else "kept"
+            hint = "time it again; if you know what went wrong, put # before its line to leave it out"
+        found.append(
+            readings.diagnose(
+                G410,
+                f"run {measured.runs[outlier.index]}: {outlier_reason(measured, outlier)}; {done}",
+                hint,
+                timing.places[outlier.index],
+                len(timing.texts[outlier.index]),
+            )
+        )
+    return found
+
+
+def whole_findings(
+    readings: Readings, measured: Measurements, fit: FitResult, p: float | None, effects: tuple[Effect, ...]
+) -> list[Diagnostic]:
+    """Turn what looks odd in the whole log into diagnostics.
+
+    Parameters
+    ----------
+    readings : Readings
+        The log.
+    measured : Measurements
+        Its runs.
+    fit : FitResult
+        Their fit.
+    p : float or None
+        Probability of a chi-square at least as large.
+    effects : tuple of Effect
+        The size of every simplification.
+
+    Returns
+    -------
+    list of Diagnostic
+    """
+    found = []
+    if p is not None and p < 0.001:
+        found.append(
+            readings.diagnose(
+                G411,
+                f"the runs scatter {math.sqrt(fit.chi2 / fit.dof):.1f} times as much as the stated uncertainties allow "
+                f"({'p < 1e-6' if p < 1e-6 else f'p = {p:.1g}'}): u of I_zz may be too small",
+                "state what your hand can do, for example # u_time: 0.3 s, or look for a run that is wrong",
+            )
+        )
+    if fit.contradicted_balance is not None:
+        found.append(
+            readings.diagnose(
+                G412,
+                f"the runs say M0 = {1e3 * fit.imbalance.value:.2g} mN*m, far from the "
+                f"{1e3 * fit.contradicted_balance:.2g} mN*m that {measured.imbalance_from} allows; the runs win",
+                f"check {measured.imbalance_from}",
+            )
+        )
+    if not fitting.torques_differ(measured.torque):
+        found.append(
+            readings.diagnose(
+                G414,
+                "all torques are equal, so the runs cannot tell the residual torque M0 from I_zz: "
+                f"M0 is taken as 0 ± {1e3 * fit.imbalance_prior:.2g} mN*m"
+                + (f" (from {measured.imbalance_from})" if measured.imbalance_from else " (default)"),
+                "add runs with another weight, or state the balance: # balance_drift: 5 deg in 60 s at 400 rpm",
+            )
+        )
+    return found + _model_findings(readings, measured, fit, effects)
+
+
+def _model_findings(
+    readings: Readings, measured: Measurements, fit: FitResult, effects: tuple[Effect, ...]
+) -> list[Diagnostic]:
+    """Say what the choice of the model lacked in the log, and by how much it matters."""
+    found = []
+    guessed = next((share for share in fit.budget if share.source == "transverse_inertia"), None)
+    if guessed is not None and measured.transverse_inertia is None and guessed.share > DROP_ONE**2:
+        across = fitting.transverse_inertia(measured)
+        found.append(
+            readings.diagnose(
+                G417,
+                "eq. (8) needs the moment of inertia across the rod, which is not given: "
+                f"{across.min():.2g} to {across.max():.2g} kg*m^2 ± 20 % is assumed (a ball with a light rod, the "
+                f"weight on it), and that doubt is {100 * guessed.u_inertia / abs(fit.inertia.value):.2g} % of I_zz",
+                "add a column transverse_inertia [kg*m^2], or one line: # transverse_inertia: 5.8e-3 kg*m^2",
+            )
+        )
+    release = next(effect for effect in effects if effect.effect == "release")
+    if measured.motion is None and not release.kept and (release.size or 0.0) > DROP_ONE:
+        found.append(
+            readings.diagnose(
+                G418,
+                "if the rod was let go from rest, not led along until it went steadily, I_zz is "
+                f"{100 * (release.bias or 0.0):.2g} % too high",
+                'write "# motion: released" or "# motion: steady"',
+            )
+        )
+    return found
+
+
+BETTER = {
+    "position_zero": "the ruler's zero twice as well known (measure the arm from both ends)",
+    "position": "positions read twice as well",
+    "mass": "weights weighed twice as well (write every digit that the scale shows)",
+    "mass_scale": "a scale checked to half its error",
+    "spin": "the spin as the mean of four readings",
+    "spin_scale": "a tachometer checked to half its error",
+    "force": "forces known twice as well",
+    "torque": "torques known twice as well",
+}
+
+
+def _would_pass(tested: Measurements, fit: FitResult) -> bool:
+    """Say whether the ball could pass a balance test, by what the runs say of M0."""
+    width = tested.imbalance_u(fit.inertia.value) if tested.imbalance_u else 0.0
+    return abs(fit.imbalance.value) < 2 * math.hypot(fit.imbalance.u or 0.0, width)
+
+
+def list_advice(measured: Measurements, fit: FitResult, tilted: bool) -> tuple[str, ...]:
+    """What would make the next lab better, in order of gain, each computed for this log.
+
+    Parameters
+    ----------
+    measured : Measurements
+        The runs that have a say.
+    fit : FitResult
+        Their fit.
+    tilted : bool
+        Whether eq. (8) was used.
+
+    Returns
+    -------
+    tuple of str
+        Sentences without a full stop.
+    """
+    options = []
+    one_side = len(set(np.sign(measured.torque))) == 1
+    if not np.any(measured.torque == 0):
+        unloaded = forecast.with_unloaded_run(measured, fit)
+        options.append(("one run without a weight, the sense of its precession written down", unloaded))
+    if one_side and len(measured.runs) > 1:
+        both = forecast.with_both_signs(measured, fit)
+        options.append(("the weight on the other side of the ball in half of the runs", both))
+    tested = forecast.with_balance_test(measured)
+    if measured.imbalance_u is None and _would_pass(tested, fit):
+        options.append(('a balance test in the log, "# balance_drift: 5 deg in 60 s at 400 rpm" or better', tested))
+    if measured.timed:
+        options.append(("three times the turns in every run", forecast.with_longer_times(measured, fit)))
+    options += [
+        (BETTER[share.source], forecast.with_better(measured, share.source))
+        for share in fit.budget
+        if share.source in BETTER and share.share > 0.05
+    ]
+    now = fit.inertia.u or 0.0
+    forecasts = ((fitting.expected_u(changed, fit, tilted), words) for words, changed in options)
+    gains = sorted(forecasts, key=lambda gain: gain[0])
+    per_cent = 100 / abs(fit.inertia.value)
+    return tuple(
+        f"{words}: u of I_zz from {now * per_cent:.2g} % to {then * per_cent:.2g} %"
+        for then, words in gains
+        if then < 0.95 * now
+    )

@@ -76,8 +76,8 @@ G418 = register(
     "G418",
     "note",
     "the log does not say whether the rod was let go from rest, and that matters",
-    "# g: 9.803 m/s^2\n# u_time: 0.02 s\n# u_position_zero: 0.1 mm\n" + _LOG + "40.00,15.0,200.0,9.93,1\n"
-    "40.00,15.0,400.0,19.87,1\n60.00,15.0,200.0,6.62,1\n60.00,15.0,400.0,13.24,1\n",
+    "# g: 9.803 m/s^2\n# u_time: 0.02 s\n# u_position_zero: 0.1 mm\n" + _LOG + "60.00,15.0,200.0,6.62,1\n"
+    "60.00,15.0,400.0,13.24,1\n120.0,15.0,200.0,3.31,1\n120.0,15.0,400.0,6.62,1\n",
 )
 
 

@@ -36,7 +36,6 @@ def schema(
     as_json: Annotated[bool, typer.Option("--json", help="The table of diagnostics as JSON.")] = False,
 ) -> None:
     """Print the JSON Schema of the outputs, or the table of diagnostics."""
-
     from gyrodata import reporting
     from gyrodata import schema as schemas
 

@@ -1,0 +1,157 @@
+"""``gyro simulate``: a log from a known truth."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gyrodata.cli.options import with_units
+from gyrodata.cli.quantities import quantity
+from gyrodata.cli.terminal import complain, refuse, write_out
+from gyrodata.errors import GyroError, register
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from gyrodata.simulation import Decay
+    from gyrodata.units import Uncertainty
+
+G637 = register("G637", "error", "simulate: the truth cannot be written", "simulate --truth no-such-folder/truth.json")
+
+
+class MotionChoice(StrEnum):
+    """How the rod moves."""
+
+    horizontal = "horizontal"
+    steady = "steady"
+    released = "released"
+
+
+def simulate(
+    context: typer.Context,
+    inertia: Annotated[
+        str, typer.Option("--inertia", metavar="QUANTITY", help="I_zz about the rod.")
+    ] = "4.44e-3 kg m^2",
+    transverse: Annotated[
+        str | None,
+        typer.Option("--transverse", metavar="QUANTITY", help="I across the rod, about the centre, weight included. "
+                     "Default: 1.3 I_zz, and m x^2 of the weight."),
+    ] = None,
+    weights: Annotated[
+        str, typer.Option("--weights", metavar="QUANTITIES", help="Masses; 0g is a run without a weight.")
+    ] = "20g,40g,60g",
+    position: Annotated[
+        str, typer.Option("--position", metavar="QUANTITIES", help="Of the weight; negative: the other side.")
+    ] = "15cm",
+    spins: Annotated[
+        str,
+        typer.Option("--spins", metavar="QUANTITIES", help="At the start of each run; negative: the other way round."),
+    ] = "200,400,600rpm",
+    turns: Annotated[
+        str, typer.Option("--turns", metavar="NUMBERS", help="Of precession that are timed, such as 1/3 or 1/3,1.")
+    ] = "1",
+    pitch: Annotated[
+        str, typer.Option("--pitch", metavar="QUANTITIES", help="Of the rod above the horizontal.")
+    ] = "0deg",
+    motion: Annotated[
+        MotionChoice,
+        typer.Option("--motion", help="horizontal: eq. (9); steady: eq. (8); released: the exact motion of a rod let "
+                     "go from rest."),
+    ] = MotionChoice.steady,
+    imbalance: Annotated[
+        str | None,
+        typer.Option("--imbalance", metavar="QUANTITY", help='Residual torque M0, such as "0.3 mN m". Default: none, '
+                     "or drawn from u_imbalance of a noise FILE."),
+    ] = None,
+    timing_bias: Annotated[
+        str | None,
+        typer.Option("--timing-bias", metavar="QUANTITY", help='What the stopwatch reads too much, such as "0.05 s". '
+                     "Default: drawn from u_time_bias of the noise."),
+    ] = None,
+    spin_decay: Annotated[
+        str | None,
+        typer.Option("--spin-decay", metavar="QUANTITY", help='Time constant of a viscous fall of the spin, "600 s", '
+                     'or the part lost in each run, "10 %"; the log then has the spin at start and end.'),
+    ] = None,
+    g: Annotated[str, typer.Option("--g", metavar="QUANTITY", help="Free fall.")] = "9.80665 m/s^2",
+    noise: Annotated[
+        str,
+        typer.Option("--noise", metavar="none|typical|FILE", help="typical: what a log is taken to mean that states "
+                     'nothing; FILE: TOML with u_time = "0.1 s" and the like, or lines such as # u_time: 0.1 s.'),
+    ] = "typical",
+    repeats: Annotated[int, typer.Option("--repeats", min=1, help="How often each run is done.")] = 1,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Of the random numbers.")] = 1,
+    truth: Annotated[Path | None, typer.Option("--truth", metavar="FILE", help="For the truth, as JSON.")] = None,
+) -> None:  # fmt: skip
+    """Print a log from a known truth, for gyro analyze and for trying out any other fit.
+
+    Every weight at every position with every pitch, spin and number of turns is one run. Errors are drawn as they
+    are shared in a lab: one ruler, one scale, one tachometer, one hand. The log states its uncertainties, and in
+    its first line the truth. The same options give the same log.
+    """
+    from gyrodata import reporting, simulation
+
+    try:
+        scene = simulation.Truth(
+            inertia=quantity("--inertia", inertia, "inertia", positive=True),
+            transverse_inertia=_optional("--transverse", transverse, "inertia", positive=True),
+            imbalance=_optional("--imbalance", imbalance, "torque"),
+            timing_bias=_optional("--timing-bias", timing_bias, "time"),
+            g=quantity("--g", g, "acceleration", positive=True),
+            motion=motion.value,
+            decay=_decay(spin_decay),
+        )
+        design = simulation.Design(
+            masses=_list("--weights", weights, "mass"),
+            positions=_list("--position", position, "length"),
+            spins=_list("--spins", spins, "rate", nonzero=True),
+            turns=_list("--turns", turns, "number", positive=True),
+            pitches=_list("--pitch", pitch, "angle"),
+            repeats=repeats,
+        )
+        done = simulation.simulate(scene, design, _noise(noise), seed)
+        log = done.log
+        if truth is not None:
+            options = {name: value for name, value in context.params.items() if name != "truth"}
+            _write(truth, reporting.json_text({**done.to_dict(), "options": options | {"noise": Path(noise).name}}))
+        write_out(log)
+    except GyroError as error:
+        complain(error.diagnostics)
+        raise typer.Exit(error.exit_code) from None
+
+
+def _list(option: str, text: str, kind: str, **needs: bool) -> tuple[float, ...]:
+    return tuple(quantity(option, item, kind, **needs) for item in with_units(text))
+
+
+def _optional(option: str, text: str | None, kind: str, **needs: bool) -> float | None:
+    return None if text is None else quantity(option, text, kind, **needs)
+
+
+def _decay(text: str | None) -> Decay | None:
+    """Understand "600 s", a time constant, or "10 %", the part lost in each run."""
+    from gyrodata.simulation import Decay
+
+    if text is None:
+        return None
+    if text.rstrip().endswith("%"):
+        return Decay(lost=quantity("--spin-decay", text.rstrip()[:-1], "number", positive=True) / 100)
+    return Decay(time_constant=quantity("--spin-decay", text, "time", positive=True))
+
+
+def _noise(text: str) -> Mapping[str, Uncertainty]:
+    from gyrodata import simulation
+
+    known = {"none": simulation.EXACT, "typical": simulation.TYPICAL}
+    return known[text] if text in known else simulation.read_noise(text)
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        reason = error.strerror or str(error)
+        refuse(G637, f"the truth cannot be written to {path}: {reason}", "choose another file with --truth")

@@ -1,0 +1,250 @@
+"""The log that a student would have typed, and the truth behind it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from gyrodata import __version__
+from gyrodata.errors import Diagnostic, InputError
+from gyrodata.physics import Floats
+from gyrodata.readings import Column, Readings, write_log
+from gyrodata.readings.cells import check_value, read_cell
+from gyrodata.simulation.noise import EXACT, TYPICAL, put_errors
+from gyrodata.simulation.scene import G631, Design, Runs, Truth, happen
+from gyrodata.units import DISPLAY, Uncertainty, from_si, kind_of_role
+
+SCHEMA = "gyro.truth/1"
+
+UNKNOWN_BIAS_U = 1000.0
+"""What a log says of the timing bias [s] where the noise has none and the truth has one: that nobody knows it."""
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """A log, and the truth behind it."""
+
+    readings: Readings
+    """What is read, n runs; `measure` and the fit take it as it is."""
+    truth: Truth
+    """With everything that was drawn filled in."""
+    runs: Runs
+    """What happened, without any error."""
+    noise: Mapping[str, Uncertainty]
+    """``u_…`` by key, as the log states them."""
+    seed: int | None
+
+    @property
+    def log(self) -> str:
+        """The log as CSV text."""
+        return write_log(self.readings)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give the truth for programs, SI: schema "gyro.truth/1"."""
+        runs = self.runs
+        columns: dict[str, Floats | None] = {
+            "mass": runs.mass,
+            "position": np.where(runs.mass == 0, np.nan, runs.position),
+            "torque": runs.torque,
+            "transverse_inertia": runs.across,
+            "pitch": runs.pitch,
+            "spin": runs.spin,
+            "spin_end": runs.spin_end,
+            "turns": runs.turns,
+            "time": runs.time,
+            "precession_rate": runs.sense * 2 * np.pi * runs.turns / runs.time,
+        }
+        return {
+            "schema": SCHEMA,
+            "tool": {"name": "gyrodata", "version": __version__},
+            "seed": self.seed,
+            "truth": asdict(self.truth),
+            "noise": {key: asdict(u) for key, u in self.noise.items()},
+            "runs": [
+                {"run": label} | {name: _or_none(values, i) for name, values in columns.items()}
+                for i, label in enumerate(self.readings.runs)
+            ],
+        }
+
+
+def _or_none(values: Floats | None, i: int) -> float | None:
+    return None if values is None or math.isnan(values[i]) else float(values[i])
+
+
+def simulate(
+    truth: Truth | None = None,
+    design: Design | None = None,
+    noise: Mapping[str, Uncertainty] = TYPICAL,
+    seed: int | None = 1,
+) -> Simulation:
+    """Make a log from a known truth.
+
+    Parameters
+    ----------
+    truth : Truth, optional
+        The gyroscope; by default a well balanced 4-inch steel ball.
+    design : Design, optional
+        The runs; by default three weights with three spins each.
+    noise : mapping of str to Uncertainty
+        ``u_…`` of the log format by key, `EXACT` or `TYPICAL`; what is not in it is exact.
+    seed : int or None
+        Of the random numbers; the same arguments give the same log. None puts no errors on the readings, and
+        the log still states those that they could have: a design, to be tried with errors of its own.
+
+    Returns
+    -------
+    Simulation
+
+    Raises
+    ------
+    InputError
+        A value that cannot be, a run that is never completed, or an error larger than what it is an error of.
+
+    Notes
+    -----
+    The analysis of an exact log gives the truth back wherever its model is the scene's: a level rod, a tilted
+    one, one whose spin is read at the start and the end, each in both senses. It is not for a released rod, whose
+    nutation makes single times early or late, nor for a tilted one whose spin falls: there the harmonic mean of
+    the spin belongs in eq. (9), not in eq. (8), and I_zz is off by up to (1 − I/I_zz) (φ̇/ψ̇) sin(pitch) × d²/12
+    for a fall by the factor e^−d, 0.003 % for 60 g at 200 rpm, 50° and 30 %.
+    """
+    truth, design = truth or Truth(), design or Design()
+    random = np.random.default_rng(seed)
+    drawn = random.standard_normal(2) if seed is not None else np.zeros(2)
+    widths = (noise.get(key, Uncertainty()).absolute for key in ("u_imbalance", "u_time_bias"))
+    imbalance, bias = (float(width * number) for width, number in zip(widths, drawn, strict=True))
+    imbalance = imbalance if truth.imbalance is None else truth.imbalance
+    bias = bias if truth.timing_bias is None else truth.timing_bias
+    truth = replace(truth, imbalance=imbalance, timing_bias=bias)
+    runs = happen(truth, design)
+    true = _columns(truth, runs)
+    read = put_errors(true, noise, random) if seed is not None else dict(true)
+    read["time"] = read["time"] + bias
+    stated = _stated(truth, noise, set(true))
+    return Simulation(_readings(truth, runs, read, stated, seed), truth, runs, stated, seed)
+
+
+def _columns(truth: Truth, runs: Runs) -> dict[str, Floats]:
+    """True value of everything that is read, by role."""
+    count = len(runs.time)
+    columns = {
+        "g": np.full(count, truth.g),
+        "mass": np.where(runs.mass == 0, np.nan, runs.mass),
+        "position": np.where(runs.mass == 0, np.nan, runs.position),
+        "time": runs.time,
+    }
+    if runs.spin_end is None:
+        columns["spin"] = np.abs(runs.spin)
+    else:
+        columns |= {"spin_start": np.abs(runs.spin), "spin_end": np.abs(runs.spin_end)}
+    if runs.pitch.any():
+        columns["pitch"] = runs.pitch
+    if runs.pitch.any() or truth.motion == "released":
+        columns["transverse_inertia"] = runs.across
+    return columns
+
+
+def _stated(truth: Truth, noise: Mapping[str, Uncertainty], roles: set[str]) -> dict[str, Uncertainty]:
+    """Uncertainties that the log states: all that its readings have, zeros included."""
+    absent = {f"u_{role}" for role in ("pitch", "transverse_inertia") if role not in roles}
+    stated = {**EXACT, **noise}
+    if truth.timing_bias and not stated["u_time_bias"].absolute:
+        stated["u_time_bias"] = Uncertainty(UNKNOWN_BIAS_U)
+    return {key: u for key, u in stated.items() if key not in absent}
+
+
+def _readings(
+    truth: Truth, runs: Runs, read: dict[str, Floats], stated: dict[str, Uncertainty], seed: int | None
+) -> Readings:
+    """Write the readings as a student types them, and take them as they stand there."""
+    count = len(runs.time)
+    texts = {}
+    for role, values in read.items():
+        key = "u_spin" if role.startswith("spin") else f"u_{role}"
+        exact = seed is None or key not in stated
+        texts[role] = _typed(values, Uncertainty() if exact else stated[key], role)
+    g = read_cell(texts.pop("g")[0], "acceleration", DISPLAY["acceleration"]).value
+    texts["mass"] = ["0" if mass == 0 else text for mass, text in zip(runs.mass, texts["mass"], strict=True)]
+    texts["turns"] = [_fraction(turns) for turns in runs.turns]
+    if runs.spin.min() < 0:
+        texts["spin_sense"] = _senses(runs.spin)
+    if runs.sense.min() < 0 or not runs.mass.all():
+        texts["precession_sense"] = _senses(runs.sense)
+    return Readings(
+        name="<simulated>",
+        sha256="",
+        runs=tuple(str(i + 1) for i in range(count)),
+        lines=tuple(range(1, count + 1)),
+        notes=("",) * count,
+        columns={role: _column(role, column, stated) for role, column in texts.items() if any(column)},
+        constants={"g": g},
+        uncertainties=stated,
+        motion="released" if truth.motion == "released" else "steady",
+        metadata={"Simulated, not measured": _told(truth, seed)},
+    )
+
+
+def _typed(values: Floats, u: Uncertainty, role: str) -> list[str]:
+    """Write readings with as many digits as they deserve: steps of a third of their uncertainty or less."""
+    kind = kind_of_role(role)
+    shown = [None if math.isnan(value) else from_si(float(value), DISPLAY[kind], kind) for value in values]
+    spread = from_si(min((u.at(float(v)) for v in values if not math.isnan(v)), default=0.0), DISPLAY[kind], kind)
+    if not spread > 0:
+        return ["" if value is None else repr(value) for value in shown]
+    # Rounding then adds less than 0.5 % to the uncertainty, so that the one stated is still true.
+    digits = -math.floor(math.log10(spread / 3))
+    return ["" if value is None else f"{round(value, digits):.{max(digits, 0)}f}" for value in shown]
+
+
+def _fraction(turns: float) -> str:
+    near = Fraction(turns).limit_denominator(100)
+    return str(near) if float(near) == turns else repr(float(turns))
+
+
+def _senses(values: Floats) -> list[str]:
+    return ["ccw" if value > 0 else "cw" for value in values]
+
+
+def _column(role: str, texts: list[str], stated: Mapping[str, Uncertainty]) -> Column:
+    """Read one column as the reader would, with what the log says of its uncertainty."""
+    kind = kind_of_role(role)
+    unit = DISPLAY[kind]
+    cells = [read_cell(text, kind, unit) if text else None for text in texts]
+    for i, cell in enumerate(cells):
+        fault, _ = check_value(role, cell.value) if cell else ("", "")
+        if fault:
+            message = f"run {i + 1}: {role} {texts[i]} {unit} {fault}"
+            hint = "take less noise, a smaller timing bias, or more turns"
+            raise InputError([Diagnostic(G631, "error", message, hint)])
+    u = stated.get("u_spin" if role in ("spin_start", "spin_end") else f"u_{role}")
+    one_reading = role == "transverse_inertia" and len(set(texts)) == 1
+    return Column(
+        role=role,
+        header=f"# {role}" if one_reading else f"{role} [{unit}]" if unit else role,
+        unit=unit,
+        values=tuple(cell.value if cell else None for cell in cells),
+        resolutions=tuple(cell.step if cell else None for cell in cells),
+        uncertainties=tuple(u if cell else None for cell in cells),
+        readings=(0,) * len(texts) if one_reading else tuple(range(len(texts))),
+        places=(None,) * len(texts),
+        texts=tuple(texts),
+    )
+
+
+def _told(truth: Truth, seed: int | None) -> str:
+    """Say the truth in the log's first line."""
+    decay = truth.decay
+    parts = [f"I_zz = {truth.inertia!r} kg*m^2"]
+    if truth.transverse_inertia is not None:
+        parts.append(f"I = {truth.transverse_inertia!r} kg*m^2")
+    parts += [f"residual torque {truth.imbalance!r} N*m", f"timing bias {truth.timing_bias!r} s", truth.motion]
+    if decay is not None and decay.time_constant is not None:
+        parts.append(f"spin decays with time constant {decay.time_constant!r} s")
+    elif decay is not None:
+        parts.append(f"{100 * (decay.lost or 0.0):g} % of the spin lost in each run")
+    return ", ".join([*parts, "no errors" if seed is None else f"seed {seed}"])

@@ -1,0 +1,162 @@
+"""How readings err: the ``u_…`` of the log format, each shared by what it is shared by in the lab."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import os
+import re
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from gyrodata.errors import Diagnostic, InputError, register
+from gyrodata.physics import Floats
+from gyrodata.units import Uncertainty, UnitError, kind_of_role, parse_uncertainty
+
+G636 = register("G636", "error", "simulate: the noise cannot be read", "simulate --noise no-such-file.toml")
+
+TYPICAL: Mapping[str, Uncertainty] = {
+    "u_time": Uncertainty(0.14),
+    "u_time_bias": Uncertainty(0.05),
+    "u_spin": Uncertainty(0.0, 0.002),
+    "u_spin_scale": Uncertainty(0.0, 0.001),
+    "u_mass": Uncertainty(0.0, 0.002),
+    "u_mass_scale": Uncertainty(0.0, 0.0005),
+    "u_position": Uncertainty(0.0003),
+    "u_position_zero": Uncertainty(0.0005),
+    "u_pitch": Uncertainty(math.radians(2.0)),
+    "u_transverse_inertia": Uncertainty(0.0, 0.02),
+}
+"""What a log is taken to mean where it says nothing; a ruler with millimetres is read to 1 mm/√12 = 0.3 mm."""
+
+EXACT: Mapping[str, Uncertainty] = dict.fromkeys(TYPICAL, Uncertainty())
+"""No errors at all."""
+
+KEYS = (*TYPICAL, "u_g", "u_imbalance")
+"""All that a simulated log can err in."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Error:
+    """One kind of error: which readings it is in, and which of them have it in common."""
+
+    key: str
+    roles: tuple[str, ...]
+    common: Literal["run", "value", "log"]
+    """"run": none; "value": equal true values, as of one weight used in three runs; "log": all."""
+
+
+_SPINS = ("spin", "spin_start", "spin_end")
+_ERRORS = (
+    _Error("u_time", ("time",), "run"),
+    _Error("u_spin", _SPINS, "run"),
+    _Error("u_spin_scale", _SPINS, "log"),
+    _Error("u_mass", ("mass",), "value"),
+    _Error("u_mass_scale", ("mass",), "log"),
+    _Error("u_position", ("position",), "value"),
+    _Error("u_position_zero", ("position",), "log"),
+    _Error("u_pitch", ("pitch",), "run"),
+    _Error("u_transverse_inertia", ("transverse_inertia",), "log"),
+    _Error("u_g", ("g",), "log"),
+)
+
+
+def put_errors(
+    true: Mapping[str, Floats], noise: Mapping[str, Uncertainty], random: np.random.Generator
+) -> dict[str, Floats]:
+    """Read n runs once: the truth plus errors.
+
+    Parameters
+    ----------
+    true : mapping of str to ndarray, shape (n,)
+        True values by role [SI]; NaN where there is nothing to read.
+    noise : mapping of str to Uncertainty
+        ``u_…`` by key.
+    random : Generator
+        The same numbers are drawn whatever the noise, so that another noise gives the same errors, scaled.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (n,)
+        The truth plus (absolute + relative × truth) × a standard normal number for each error.
+    """
+    read = {role: values.copy() for role, values in true.items()}
+    for error in _ERRORS:
+        u = noise.get(error.key, Uncertainty())
+        of_log = float(random.standard_normal())
+        for role in error.roles:
+            if role not in true:
+                continue
+            values = true[role]
+            if error.common == "log":
+                read[role] += (u.absolute + u.relative * values) * of_log
+                continue
+            _, groups = np.unique(values, return_inverse=True)
+            drawn = random.standard_normal(len(values))
+            read[role] += (u.absolute + u.relative * values) * (drawn if error.common == "run" else drawn[groups])
+    return read
+
+
+def read_noise(path: str | os.PathLike[str]) -> dict[str, Uncertainty]:
+    """Read the uncertainties of a TOML file, or of the ``# u_…: …`` lines of a log.
+
+    Parameters
+    ----------
+    path : path
+        TOML with keys such as ``u_time = "0.1 s"``, or any text with lines such as ``# u_time: 0.1 s``.
+
+    Returns
+    -------
+    dict of str to Uncertainty
+        [SI]; what the file does not give is as in `TYPICAL`.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or what it says makes no sense.
+    """
+    faults = []
+    noise = dict(TYPICAL)
+    for key, text in _texts(Path(path)).items():
+        if key not in KEYS:
+            close = difflib.get_close_matches(key, KEYS, n=2)
+            hint = f"did you mean {' or '.join(close)}?" if close else f"keys are: {', '.join(KEYS)}"
+            faults.append(Diagnostic(G636, "error", f"--noise {key}: a simulated log has no such uncertainty", hint))
+            continue
+        try:
+            noise[key] = parse_uncertainty(text, kind_of_role(key))
+        except UnitError as error:
+            faults.append(Diagnostic(G636, "error", f"--noise {key}: {error}", error.hint))
+            continue
+        if key.endswith("_scale") and noise[key].absolute:
+            message = f'--noise {key}: "{text}" is not a share'
+            faults.append(Diagnostic(G636, "error", message, 'the error of a whole scale is in %, such as "0.1 %"'))
+    if faults:
+        raise InputError(faults)
+    return noise
+
+
+def _texts(path: Path) -> dict[str, str]:
+    """Values by key, as written."""
+    try:
+        with path.open("rb") as file:
+            content = file.read(10_000_000).decode("utf-8-sig")
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else "it is not UTF-8 text"
+        message = f"--noise {str(path)!r} cannot be read: {reason}"
+        hint = 'write "none", "typical" or the name of a file'
+        raise InputError([Diagnostic(G636, "error", message, hint)]) from None
+    lines = re.findall(r"^#\s*(u_\w+)\s*:\s*(.*?)\s*$", content, re.MULTILINE)
+    try:
+        table = tomllib.loads(content)
+    except (ValueError, RecursionError) as error:
+        if lines:
+            return dict(lines)
+        message = f"--noise {str(path)!r} is no TOML and has no lines such as # u_time: 0.1 s ({error})"
+        raise InputError([Diagnostic(G636, "error", message, 'in TOML, write: u_time = "0.1 s"')]) from None
+    return {key: str(value) for key, value in table.items()} or dict(lines)

@@ -1,0 +1,263 @@
+"""What happens: the gyroscope as it is, what is done with it, and the time that each run then takes."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass, replace
+from typing import Literal, NoReturn, get_args
+
+import numpy as np
+
+from gyrodata import motion, physics
+from gyrodata.errors import Diagnostic, InputError, register
+from gyrodata.fitting import DEFAULT_TRANSVERSE_RATIO
+from gyrodata.physics import Floats
+from gyrodata.readings.cells import check_value
+from gyrodata.readings.files import MAX_ROWS
+from gyrodata.simulation.decay import course, time_by_constant, time_by_share
+from gyrodata.units import to_display
+
+Motion = Literal["horizontal", "steady", "released"]
+
+G631 = register("G631", "error", "simulate: a value that cannot be", "simulate --pitch 90deg")
+G632 = register("G632", "error", "simulate: a run without a torque", "simulate --weights 0g")
+G633 = register(
+    "G633",
+    "error",
+    "simulate: no steady precession at this tilt and spin",
+    'simulate --pitch 60deg --spins 50rpm --transverse "0.02 kg m^2"',
+)
+G634 = register("G634", "error", "simulate: the turns are never completed", 'simulate --spin-decay "1 s"')
+G635 = register(
+    "G635", "error", "simulate: two options contradict each other", "simulate --motion horizontal --pitch 10deg"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Decay:
+    """How the spin falls, ψ̇ ∝ e^(−t/τ) as in an air film; one of the two is given."""
+
+    time_constant: float | None = None
+    """τ [s], the same in every run."""
+    lost: float | None = None
+    """Part of the spin that each run loses, 1 − end/start [1]; τ then differs from run to run."""
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """The gyroscope as it is, and the hand that times it."""
+
+    inertia: float = 4.44e-3
+    """I_zz about the rod [kg*m^2]; 4.44e-3 is a 4-inch steel ball."""
+    transverse_inertia: float | None = None
+    """I about an axis across the rod through the fixed point, weight on [kg*m^2]; None: that of a ball with a light
+    rod, 1.3 I_zz, and m x² of the weight."""
+    imbalance: float | None = None
+    """M0, residual torque of the balanced rod, with the sign of a weight's at positive position [N*m]; None: drawn
+    from ``u_imbalance`` where the noise has it, else 0."""
+    timing_bias: float | None = None
+    """b, by which the stopwatch reads too much [s]; None: drawn from ``u_time_bias``."""
+    g: float = physics.STANDARD_GRAVITY
+    """Acceleration of free fall [m/s^2]."""
+    motion: Motion = "steady"
+    """"horizontal": eq. (9); "steady": eq. (8); "released": the exact motion of a rod let go from rest."""
+    decay: Decay | None = None
+    """None: the spin stays."""
+
+
+@dataclass(frozen=True, slots=True)
+class Design:
+    """What is done: every weight at every position, with every pitch, spin and number of turns."""
+
+    masses: tuple[float, ...] = (0.020, 0.040, 0.060)
+    """[kg]; 0 is the rod without a weight, which has no position."""
+    positions: tuple[float, ...] = (0.15,)
+    """Signed distance from the centre [m]."""
+    spins: tuple[float, ...] = (200 * math.pi / 30, 400 * math.pi / 30, 600 * math.pi / 30)
+    """At the start of each run [rad/s]; negative: the other way round."""
+    turns: tuple[float, ...] = (1.0,)
+    """Revolutions of precession that are timed [1]."""
+    pitches: tuple[float, ...] = (0.0,)
+    """Rod above the horizontal [rad]; where it is let go from for a released one."""
+    repeats: int = 1
+    """How often each of these is done."""
+
+
+@dataclass(frozen=True, slots=True)
+class Runs:
+    """What happened in n runs, without any error; all arrays have shape (n,)."""
+
+    mass: Floats
+    """[kg]"""
+    position: Floats
+    """[m]; 0 where there is no weight."""
+    pitch: Floats
+    """[rad]"""
+    turns: Floats
+    """[1]"""
+    spin: Floats
+    """At the start, signed [rad/s]."""
+    spin_end: Floats | None
+    """At the end [rad/s]; None where the spin stays."""
+    across: Floats
+    """I across the rod [kg*m^2]."""
+    torque: Floats
+    """At work with the rod horizontal: m g x + M0 [N*m]."""
+    time: Floats
+    """That the turns took [s]."""
+
+    @property
+    def sense(self) -> Floats:
+        """Sense of the precession about the vertical: +1 is counterclockwise seen from above."""
+        return np.sign(self.torque * self.spin)
+
+
+def happen(truth: Truth, design: Design) -> Runs:
+    """Work out how long each run takes.
+
+    Parameters
+    ----------
+    truth : Truth
+        An imbalance of None counts as 0.
+    design : Design
+
+    Returns
+    -------
+    Runs
+        One for each weight, position, pitch, spin, number of turns and repeat, in this order.
+
+    Raises
+    ------
+    InputError
+        A value that cannot be, or a run that is never completed.
+    """
+    _check(truth, design)
+    settings = [
+        (mass, position, pitch, spin, turns)
+        for mass in design.masses
+        for position in (design.positions if mass else (0.0,))
+        for pitch, spin, turns in itertools.product(design.pitches, design.spins, design.turns)
+        for _ in range(design.repeats)
+    ]
+    mass, position, pitch, spin, turns = (np.array(column) for column in zip(*settings, strict=True))
+    torque = physics.torque(mass, position, truth.g) + (truth.imbalance or 0.0)
+    for i in np.flatnonzero(torque == 0)[:1]:
+        _refuse(
+            G632,
+            f"{_words(mass[i], position[i])}: there is no torque, so this rod never precesses",
+            "weight and imbalance cancel: change one of them"
+            if mass[i] and position[i]
+            else 'only an imbalance turns it then: --imbalance "0.3 mN m"',
+        )
+    across = np.full(len(mass), truth.transverse_inertia)
+    if truth.transverse_inertia is None:
+        across = DEFAULT_TRANSVERSE_RATIO * truth.inertia + mass * position**2
+    untimed = Runs(mass, position, pitch, turns, spin, None, across, torque, np.full(len(mass), math.inf))
+    if truth.motion == "released":
+        return _released(truth, untimed)
+    return _steady(truth, untimed)
+
+
+def _check(truth: Truth, design: Design) -> None:
+    """Refuse what cannot be, before anything is computed from it."""
+    across = truth.inertia if truth.transverse_inertia is None else truth.transverse_inertia
+    values = [("transverse_inertia", "inertia", truth.inertia), ("transverse_inertia", "transverse", across)]
+    values += [("g", "g", truth.g), ("torque", "imbalance", truth.imbalance or 0.0)]
+    values += [("position", "position", position) for position in design.positions]
+    values += [("mass", "weight", mass) for mass in design.masses]
+    values += [("spin", "spin", spin) for spin in design.spins]
+    values += [("pitch", "pitch", pitch) for pitch in design.pitches]
+    values += [("turns", "turns", turns) for turns in design.turns]
+    decay = truth.decay
+    if decay is not None and decay.time_constant is not None:
+        values.append(("time", "spin decay", decay.time_constant))
+    for role, name, value in values:
+        fault, hint = check_value(role, value)
+        if not fault and role == "g" and value <= 0:
+            fault = "is not above zero"
+        if fault:
+            shown, unit = to_display(value, role)
+            _refuse(G631, f"{name} {shown:.6g} {unit}".rstrip() + f" {fault}", hint)
+    bias = truth.timing_bias or 0.0
+    if not abs(bias) <= 1e7:
+        _refuse(G631, f"timing bias {bias:g} s is no reaction of a hand")
+    if decay is not None and decay.lost is not None and not 0 < decay.lost < 1:
+        _refuse(G631, f"a run cannot lose {100 * decay.lost:g} % of its spin", "write it like 10 %")
+    rows = design.repeats * math.prod(
+        len(part) for part in (design.masses, design.positions, design.spins, design.turns, design.pitches)
+    )
+    if not 1 <= rows <= MAX_ROWS:
+        _refuse(G631, f"these are {rows} runs", f"a log has 1 to {MAX_ROWS}")
+    if truth.motion not in get_args(Motion):
+        _refuse(G631, f"there is no motion {truth.motion!r}", f"write one of: {', '.join(get_args(Motion))}")
+    if truth.motion == "horizontal" and any(design.pitches):
+        _refuse(G635, "a rod with a pitch is not horizontal", "take --motion steady")
+    if truth.motion == "released" and decay is not None:
+        _refuse(G635, "the exact motion of a released rod is one without drag", "take --motion steady")
+
+
+def _steady(truth: Truth, runs: Runs) -> Runs:
+    """Runs in steady precession, eq. (8), which is eq. (9) for a level rod; the spin may fall."""
+    at = course(runs.torque, runs.spin, truth.inertia, runs.across, runs.pitch)
+    angle = 2 * np.pi * runs.turns
+    for i in np.flatnonzero(~np.isfinite(at.rate))[:1]:
+        _refuse_slow(truth, runs, int(i), G633, f"{_rpm(runs.spin[i])} is too slow for steady precession")
+    end = None
+    if truth.decay is None:
+        time = angle / np.abs(at.rate)
+    elif truth.decay.lost is not None:
+        time, end = time_by_share(at, angle, truth.decay.lost), runs.spin * (1 - truth.decay.lost)
+    elif truth.decay.time_constant is not None:
+        time = time_by_constant(at, angle, truth.decay.time_constant)
+        end = runs.spin * np.exp(-time / truth.decay.time_constant)
+    else:
+        _refuse(G631, "a spin decay has a time constant, or a part that is lost in each run", "")
+    if end is not None:
+        rate = physics.precession_rate(runs.torque, end, truth.inertia, runs.across, runs.pitch)
+        for i in np.flatnonzero(~np.isfinite(time))[:1]:
+            _refuse_slow(truth, runs, int(i), G634, "the spin dies away before the turns are completed")
+        for i in np.flatnonzero(~(np.abs(rate) < np.abs(end)))[:1]:
+            _refuse(
+                G634,
+                f"{_words(runs.mass[i], runs.position[i])}, {_rpm(runs.spin[i])}: the spin has fallen to "
+                f"{_rpm(end[i])} before the turns are completed, slower than the precession",
+                "take fewer turns, or a slower decay",
+            )
+    return replace(runs, time=time, spin_end=end)
+
+
+def _released(truth: Truth, runs: Runs) -> Runs:
+    """Runs of a rod that is let go from rest: it nods, and the stopwatch stops where it first comes round."""
+    top = motion.Top(truth.inertia, runs.across, runs.torque)
+    start = motion.released(top, runs.spin, runs.pitch)
+    time = motion.time_to_turn(top, start, runs.sense * 2 * np.pi * runs.turns)
+    for i in np.flatnonzero(~np.isfinite(time))[:1]:
+        _refuse(
+            G634,
+            f"{_words(runs.mass[i], runs.position[i])}, {_rpm(runs.spin[i])}: the rod never gets round",
+            "spin faster, or take --motion steady",
+        )
+    return replace(runs, time=time)
+
+
+def _refuse_slow(truth: Truth, runs: Runs, i: int, code: str, what: str) -> NoReturn:
+    least = physics.least_spin(runs.torque[i], truth.inertia, runs.across[i], runs.pitch[i])
+    pitch = math.degrees(runs.pitch[i])
+    _refuse(
+        code,
+        f"{_words(runs.mass[i], runs.position[i])}, pitch {pitch:.4g} deg: {what}",
+        f"at this pitch and torque it takes more than {math.ceil(10 * to_display(least, 'spin')[0]) / 10:g} rpm",
+    )
+
+
+def _words(mass: float, position: float) -> str:
+    return f"{1e3 * mass:.6g} g at {100 * position:.6g} cm" if mass else "no weight on the rod"
+
+
+def _rpm(spin: float) -> str:
+    return f"{to_display(spin, 'spin')[0]:.4g} rpm"
+
+
+def _refuse(code: str, message: str, hint: str = "") -> NoReturn:
+    raise InputError([Diagnostic(code, "error", message, hint)])

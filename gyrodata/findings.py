@@ -205,7 +205,7 @@ def _model_findings(
             readings.diagnose(
                 G418,
                 "if the rod was let go from rest, not led along until it went steadily, I_zz is "
-                f"{100 * (release.bias or 0.0):.2g} % too high",
+                f"{100 * abs(release.bias or 0.0):.2g} % too {'high' if (release.bias or 0.0) > 0 else 'low'}",
                 'write "# motion: released" or "# motion: steady"',
             )
         )

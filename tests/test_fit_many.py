@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from labs import INERTIA, G, lab
 
-from gyrodata.fitting import fit, fit_many
+from gyrodata.fitting import expected_u, fit, fit_many
 
 QUANTITIES = ("time", "spin", "mass", "position")
 
@@ -56,3 +56,15 @@ def test_covers_at_every_imbalance(percent: float, bias: float) -> None:
     )
     # 93.5 % is asked; four standard deviations of a binomial of 1500 below the 95.4 % that u promises.
     assert np.mean(np.abs(many.inertia - INERTIA) < 2 * many.inertia_u) > 0.935
+
+
+@pytest.mark.parametrize("repeats", [1, 3])
+def test_scatters_no_more_than_the_best_linear_estimator(repeats: int) -> None:
+    # The standard deviation of the best one, with all variances known, is what the design itself promises.
+    exact = lab(np.random.default_rng(0), repeats=repeats, noise=0.0)
+    best = expected_u(exact, fit(exact))
+    random = np.random.default_rng(5)
+    labs = [lab(random, repeats=repeats, bias=0.05 * random.standard_normal()) for _ in range(2500)]
+    many = fit_many(labs[0], {name: np.array([getattr(one, name) for one in labs]) for name in QUANTITIES})
+    # 2500 labs tell a scatter to 1.4 %.
+    assert np.sqrt(np.mean((many.inertia - INERTIA) ** 2)) == pytest.approx(best, rel=0.04)

@@ -294,3 +294,24 @@ def test_response_adds_up_where_the_balance_is_known() -> None:
     measured = replace(exact(), imbalance_u=lambda inertia: 1e-12, timing_bias_u=0.0)
     assert fit(measured).response.sum() == pytest.approx(1, rel=1e-3)
     assert (fit(measured).response > 0).all()
+
+
+def test_uncertainty_agrees_with_gtc() -> None:
+    # Two runs and two unknowns: the answer is a formula, and GTC propagates the readings' errors through it.
+    from GTC import uncertainty, ureal, value
+
+    measured = replace(lab(np.random.default_rng(2), weights=(0.02, 0.06), rpm=(400.0,)), timing_bias_u=0.0)
+    scale, zero = ureal(1, 0.001), ureal(0, 0.0005)
+    levers, swings, torques = [], [], []
+    for i in range(2):
+        spin = float(measured.spin[i])
+        levers.append(2 * math.pi * ureal(spin, 0.002 * spin) * scale)
+        swings.append(ureal(float(measured.time[i]), 0.14))
+        mass = float(measured.mass[i])
+        torques.append(ureal(mass, 0.002 * mass) * measured.g * (float(measured.position[i]) + zero))
+    # M T = I L − M0 T for both runs.
+    efforts = [torque * swing for torque, swing in zip(torques, swings, strict=True)]
+    inertia = (efforts[1] * swings[0] - efforts[0] * swings[1]) / (levers[1] * swings[0] - levers[0] * swings[1])
+    result = fit(measured)
+    assert result.inertia.value == pytest.approx(value(inertia), rel=2e-4)  # the broad prior of M0 pulls a little
+    assert result.inertia.u == pytest.approx(uncertainty(inertia), rel=1e-3)

@@ -34,6 +34,24 @@ def test_york(matrices: bool) -> None:
     assert "York 2004" in line.convention
 
 
+def test_agrees_with_gtc() -> None:
+    from GTC import type_a, type_b, uncertainty, ureal, value
+
+    u_x, u_y = np.sqrt(YORK_U2X), np.sqrt(YORK_U2Y)
+    line = fit_line(YORK_X, YORK_Y, YORK_U2X, YORK_U2Y)
+    oracle = type_a.line_fit_wtls(list(YORK_X), list(YORK_Y), list(u_x), list(u_y))
+    assert line.slope == pytest.approx(value(oracle.a_b[1]), rel=1e-7)
+    assert line.intercept == pytest.approx(value(oracle.a_b[0]), rel=1e-7)
+    assert line.chi2 == pytest.approx(oracle.ssr, rel=1e-7)
+    # Without errors in x and with uncertain numbers for y its propagation is the whole of the covariance.
+    propagated = type_b.line_fit_wls(
+        [float(x) for x in YORK_X], [ureal(*pair) for pair in zip(YORK_Y, u_y, strict=True)]
+    )
+    plain = fit_line(YORK_X, YORK_Y, cov_y=YORK_U2Y)
+    assert plain.u_slope == pytest.approx(uncertainty(propagated.a_b[1]), rel=1e-12)
+    assert plain.u_intercept == pytest.approx(uncertainty(propagated.a_b[0]), rel=1e-12)
+
+
 def test_certified_lines_from_the_scatter() -> None:
     # NIST StRD; a certified value has 15 digits, and a double read from decimals may move the last.
     through = fit_line(np.arange(60.0, 71), np.arange(130.0, 141), intercept=False)

@@ -62,7 +62,7 @@ def draw_earth(latitude: float, times: Sequence[float]) -> Figure:
 
 
 def _draw_course(ax: Axes, times: Floats, degrees: Floats, colour: str) -> None:
-    ax.plot(times / 3600, degrees, color=colour, linewidth=1.4)
+    ax.plot(times / 3600, degrees, color=colour, linewidth=1.4, clip_on=False)
 
 
 def _draw_dots(ax: Axes, times: Floats, degrees: Floats, colour: str) -> None:

@@ -129,10 +129,12 @@ def _released(torque: float, spin: float, inertia: float, across: float, pitch: 
             "reason": why,
         }
     top = motion.Top(inertia, across, torque)
+    # Without a torque the rod stays, to the last bit.
+    mean = _finite(motion.mean_precession_rate(top, motion.released(top, spin, pitch))) if torque else 0.0
     sag = float(physics.mean_sag(torque, spin, inertia, across, pitch)) + 0.0
     small = abs(sag) <= SMALL_SAG
     return {
-        "mean_rate": _finite(motion.mean_precession_rate(top, motion.released(top, spin, pitch))),
+        "mean_rate": mean,
         "sag": sag if small else None,
         "greatest_sag": lowest,
         "nutation_rate": float(physics.nutation_rate(spin, inertia, across)) if small else None,

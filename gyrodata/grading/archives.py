@@ -1,0 +1,308 @@
+"""A class on disk: a folder or a zip, listed with care and read file by file; nothing is ever unpacked.
+
+A zip comes from strangers. Its members are read straight from it, each up to a limit, so that a path that leads
+elsewhere or ten gigabytes of zeros have nowhere to go; one that tries is refused all the same, for no platform
+writes such a zip.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+import struct
+import zipfile
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import islice
+from pathlib import Path
+from typing import NamedTuple
+
+from gyrodata.errors import CODES, Diagnostic, InputError, register
+from gyrodata.readings.files import MAX_BYTES
+
+MOST_FILES = 100_000
+"""Files in one class: a thousand students with a hundred files each."""
+MOST_DIRECTORY_BYTES = 32_000_000
+"""Table of contents of a zip; its entries have some hundred bytes each."""
+
+G701 = register("G701", "error", "the class is neither a folder nor a zip", "grade no-such-class")
+G702 = register("G702", "error", "a zip that is damaged", "grade damaged.zip")
+G703 = register("G703", "error", "a zip that is not safe to read", "grade evil.zip")
+G704 = register("G704", "error", "too many files for a class", "grade million-files.zip")
+G713 = register("G713", "error", "a submitted file cannot be read", "grade class, with a file that is cut off")
+G714 = register("G714", "warning", "a file or folder of the class is left out", "grade class, with a link")
+
+
+@dataclass(frozen=True, slots=True)
+class Listing:
+    """The files of a class.
+
+    Attributes
+    ----------
+    root : Path
+        The folder or zip.
+    sizes : mapping of str to int
+        Name below `root`, parts joined by ``/``, to size [byte] as stated; sorted by name.
+    folders : tuple of str
+        Names below `root`, each with a ``/`` at its end; sorted.
+    diagnostics : tuple of Diagnostic
+        What was left out.
+    """
+
+    root: Path
+    sizes: Mapping[str, int]
+    folders: tuple[str, ...] = ()
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+
+def list_files(root: Path) -> Listing:
+    """List the files of a class without what operating systems strew in.
+
+    Parameters
+    ----------
+    root : Path
+        A folder or a zip.
+
+    Raises
+    ------
+    InputError
+        It is neither, or it is damaged, unsafe or far too large.
+    """
+    try:
+        if root.is_dir():
+            return _list_folder(root)
+        if not root.exists():
+            raise _refusal(G701, root, f'there is no folder or zip "{root}"')
+        if not zipfile.is_zipfile(root):
+            hint = "give the folder of the class or the zip as it was downloaded; unpack a .rar, .7z or .tar.gz first"
+            raise _refusal(G701, root, f'"{root.name}" is neither a folder nor a zip', hint)
+        return _list_zip(root)
+    except OSError as error:
+        raise _refusal(G701, root, f'"{root}" cannot be read: {error.strerror or error}') from None
+
+
+def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
+    """Read one file of a class.
+
+    Parameters
+    ----------
+    root : Path
+        The folder or zip.
+    name : str
+        As in `Listing.sizes`.
+    most : int
+        Bytes above which the file is refused.
+
+    Raises
+    ------
+    InputError
+        It is gone, damaged, encrypted, or larger than `most`.
+    """
+    try:
+        data = _read_member(root, name, most) if root.is_file() else _read_plain(root / name, most)
+    except KeyError:
+        raise _unreadable(name, "it is no longer there") from None
+    except OSError as error:
+        raise _unreadable(name, error.strerror or str(error)) from None
+    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
+        raise _unreadable(name, f"it is damaged in the zip ({error})") from None
+    if len(data) > most:
+        raise _unreadable(name, f"it is larger than {size_text(most)}")
+    return data
+
+
+def size_text(size: int) -> str:
+    """Write a size in bytes as people say it."""
+    for unit, scale in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
+        if size >= scale:
+            return f"{size / scale:.3g} {unit}"
+    return f"{size} bytes"
+
+
+_STREWN = re.compile(r"(?:^|/)(?:__MACOSX/|\.[^/]*(?:/|$)|~\$[^/]*$|(?:thumbs\.db|desktop\.ini)$)", re.IGNORECASE)
+
+
+def is_strewn(name: str) -> bool:
+    """Tell what macOS, Windows and editors leave behind (``__MACOSX/``, ``._lab.csv``, ``~$lab.xlsx``)."""
+    return _STREWN.search(name) is not None
+
+
+def _refusal(code: str, root: Path, message: str, hint: str = "") -> InputError:
+    return InputError([Diagnostic(code, CODES[code].severity, message, hint, root.name)])
+
+
+def _unreadable(name: str, why: str) -> InputError:
+    shown = name.rpartition("/")[2]
+    return InputError([Diagnostic(G713, "error", f'"{shown}" cannot be read: {why}', file=shown)])
+
+
+def _left_out(root: Path, message: str) -> Diagnostic:
+    return Diagnostic(G714, CODES[G714].severity, message, file=root.name)
+
+
+# --- folders ------------------------------------------------------------------------------------------------
+
+
+def _list_folder(root: Path) -> Listing:
+    sizes: dict[str, int] = {}
+    left_out: list[str] = []
+    waiting = [""]
+    folders: list[str] = []
+    seen = 0
+    while waiting:
+        below = waiting.pop()
+        folders.append(below)
+        for entry in _entries(root, below, left_out):
+            name = f"{below}{entry.name}"
+            seen += 1
+            if seen > MOST_FILES:
+                raise _too_many(root)
+            if is_strewn(f"{name}/" if entry.is_dir(follow_symlinks=False) else name):
+                continue
+            if entry.is_symlink():
+                # It may lead to the files of another student, or of the grader.
+                left_out.append(f'"{name}" is a link and is left out')
+            elif entry.is_dir(follow_symlinks=False):
+                waiting.append(f"{name}/")
+            elif entry.is_file(follow_symlinks=False):
+                sizes[name] = entry.stat(follow_symlinks=False).st_size
+    told = tuple(_left_out(root, text) for text in sorted(left_out))
+    return Listing(root, dict(sorted(sizes.items())), tuple(sorted(folders)[1:]), told)
+
+
+def _entries(root: Path, below: str, left_out: list[str]) -> list[os.DirEntry[str]]:
+    try:
+        with os.scandir(root / below) as entries:
+            return list(islice(entries, MOST_FILES + 1))
+    except OSError as error:
+        if not below:
+            raise
+        left_out.append(f'"{below}" cannot be opened and is left out: {error.strerror}')
+        return []
+
+
+def _read_plain(path: Path, most: int) -> bytes:
+    if path.is_symlink() or not path.is_file():
+        raise KeyError(path.name)
+    with path.open("rb") as file:
+        return file.read(most + 1)
+
+
+def _too_many(root: Path) -> InputError:
+    hint = "give the folder or zip of one assignment"
+    return _refusal(G704, root, f'"{root.name}" holds more than {MOST_FILES} files: no class has so many', hint)
+
+
+# --- zips ---------------------------------------------------------------------------------------------------
+
+
+class _Archive(NamedTuple):
+    """An open zip."""
+
+    zip: zipfile.ZipFile
+    files: dict[str, zipfile.ZipInfo]
+    folders: tuple[str, ...]
+    told: tuple[Diagnostic, ...]
+
+
+def _list_zip(root: Path) -> Listing:
+    archive = _opened(*_identity(root))
+    sizes = {name: info.file_size for name, info in sorted(archive.files.items())}
+    return Listing(root, sizes, archive.folders, archive.told)
+
+
+def _read_member(root: Path, name: str, most: int) -> bytes:
+    archive = _opened(*_identity(root))
+    info = archive.files[name]
+    if info.flag_bits & 0x1:
+        raise _unreadable(name, "it is encrypted")
+    if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        # The others unpack a block at a time, however large.
+        raise _unreadable(name, "it is packed in a way that no platform uses")
+    with archive.zip.open(info) as file:
+        return file.read(most + 1)
+
+
+def _identity(root: Path) -> tuple[Path, int, int, int]:
+    """Know an archive again; a process of its own has its own, for two must not share one place in a file."""
+    state = root.stat()
+    return root, state.st_mtime_ns, state.st_size, os.getpid()
+
+
+@lru_cache(maxsize=2)
+def _opened(root: Path, changed: int, size: int, process: int) -> _Archive:
+    """Open a zip whose table of contents is safe."""
+    if _count_entries(root) > MOST_FILES:
+        raise _too_many(root)
+    try:
+        archive = zipfile.ZipFile(root)
+    except (zipfile.BadZipFile, NotImplementedError, ValueError, struct.error) as error:
+        raise _refusal(G702, root, f'"{root.name}" is damaged: {error}', "download it again") from None
+    files: dict[str, zipfile.ZipInfo] = {}
+    folders: set[str] = set()
+    twice: set[str] = set()
+    for info in archive.infolist():
+        _refuse_unsafe(root, info)
+        name = "/".join(part for part in _name(info).split("/") if part not in ("", "."))
+        if is_strewn(f"{name}/" if info.is_dir() else name):
+            continue
+        if info.is_dir():
+            folders.add(f"{name}/")
+        elif name:
+            twice |= {name} & files.keys()
+            files[name] = info
+    told = [_left_out(root, f'the zip holds "{name}" twice; the later one is read') for name in sorted(twice)]
+    return _Archive(archive, files, tuple(sorted(folders)), tuple(told))
+
+
+def _name(info: zipfile.ZipInfo) -> str:
+    """Decode a name: UTF-8 where it is marked or fits, for macOS does not mark it."""
+    name = info.orig_filename
+    if not info.flag_bits & 0x800:
+        try:
+            name = name.encode("cp437").decode("utf-8")
+        except UnicodeError:
+            name = info.orig_filename
+    return name.replace("\\", "/")
+
+
+def _refuse_unsafe(root: Path, info: zipfile.ZipInfo) -> None:
+    name = _name(info)
+    why = ""
+    if ".." in name.split("/"):
+        why = 'leads out of its folder with ".."'
+    elif name.startswith("/") or re.match(r"[A-Za-z]:", name):
+        why = "is an absolute path"
+    elif "\x00" in name:
+        why = "holds a NUL"
+    elif stat.S_ISLNK(info.external_attr >> 16):
+        why = "is a link"
+    if why:
+        shown = "".join(c if c.isprintable() else "\ufffd" for c in name)[:100]
+        hint = "no platform writes such a zip; ask who made it, and take that file out"
+        raise _refusal(G703, root, f'"{root.name}" is not read: "{shown}" {why}', hint)
+
+
+def _count_entries(root: Path) -> int:
+    """Count what a zip says it holds, in its table of contents too, before anything is built from it.
+
+    The layout is that of PKWARE's APPNOTE.TXT, 4.3.12 to 4.3.16.
+    """
+    with root.open("rb") as file:
+        start = max(0, file.seek(0, os.SEEK_END) - (1 << 16) - 22 - 76)
+        file.seek(start)
+        tail = file.read()
+        at = tail.rfind(b"PK\x05\x06")
+        if at < 0 or at + 22 > len(tail):
+            raise _refusal(G702, root, f'"{root.name}" is damaged: it has no table of contents', "download it again")
+        entries, size = struct.unpack_from("<HL", tail, at + 10)
+        if at >= 76 and tail.startswith(b"PK\x06\x07", at - 20):
+            at -= 76
+            entries, size = struct.unpack_from("<QQ", tail, at + 32)
+        if size > MOST_DIRECTORY_BYTES:
+            raise _too_many(root)
+        file.seek(max(0, start + at - size))
+        return max(int(entries), file.read(size).count(b"PK\x01\x02"))

@@ -1,0 +1,358 @@
+"""Who handed in what: a folder or zip of a class becomes `Submission`s, one for each student or group.
+
+Only names and metadata are read here; a log is read when it is graded, one at a time, straight from where it is.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+from gyrodata.errors import CODES, Diagnostic, GyroError, InputError, register
+from gyrodata.grading import blackboard
+from gyrodata.grading import gradescope_metadata as gradescope
+from gyrodata.grading.archives import Listing, list_files, read_file
+from gyrodata.grading.choice import Choice, choose_files
+from gyrodata.grading.patterns import (
+    PLATFORMS,
+    SAMPLES,
+    Named,
+    fit_own,
+    read_pattern,
+    shown,
+)
+from gyrodata.grading.recognition import name_all, whose_names
+from gyrodata.readings.log import listing
+
+Attempts = Literal["newest", "oldest"]
+
+G705 = register("G705", "error", "no submission is found", "grade class --lms canvas")
+G707 = register("G707", "warning", "files of no student", "grade class, with a file of another kind of name")
+G708 = register("G708", "note", "one of several files or attempts is graded", "grade class, with two attempts")
+G709 = register("G709", "warning", "Gradescope's metadata cannot be read", "grade class, with a broken metadata file")
+
+_MOST_RECEIPT = 200_000
+
+
+@dataclass(frozen=True, slots=True)
+class Submission:
+    """What one student, or one group, handed in.
+
+    Attributes
+    ----------
+    student : str
+        Key, unique in the class and the same from one download to the next: the platform's number, else the name of
+        the folder or file.
+    name : str
+        As to be shown.
+    ids : mapping of str to str
+        What platforms know the student by: ``canvas``, ``moodle``, ``username``, ``sid``, ``email``, ``gradescope``
+        (the number of the submission), ``folder``.
+    source : Path
+        Folder or zip of the class.
+    members : tuple of str
+        All files, as names below `source`.
+    log_name, answers_name : str or None
+        The two that are graded, as names below `source`.
+    log_file, answers_file : str or None
+        The same as the student named them.
+    late : bool
+        Marked late by the platform, or handed in after the due date that it tells.
+    late_seconds : float or None
+        Time after the due date [s], 0 before it; None where the platform tells no due date.
+    submitted : str or None
+        When, ISO 8601; from marks and metadata, never from the clock.
+    attempt : int
+        1 for the first.
+    members_of_group : tuple of str
+        Keys of all in the group, where the platform tells them.
+    problem : str or None
+        Why there is nothing to grade; None where there is a log.
+    feedback_stem : str
+        Name of a file (without its ending) or folder under which the platform takes feedback back.
+    """
+
+    student: str
+    name: str
+    ids: Mapping[str, str]
+    source: Path
+    members: tuple[str, ...] = ()
+    log_name: str | None = None
+    answers_name: str | None = None
+    log_file: str | None = None
+    answers_file: str | None = None
+    late: bool = False
+    late_seconds: float | None = None
+    submitted: str | None = None
+    attempt: int = 1
+    members_of_group: tuple[str, ...] = ()
+    problem: str | None = None
+    feedback_stem: str = ""
+
+    def log(self) -> bytes:
+        """Read the log.
+
+        Raises
+        ------
+        InputError
+            There is none, or it is damaged or larger than a log can be.
+        """
+        if self.log_name is None:
+            raise InputError([Diagnostic(G705, "error", f"{self.name}: {self.problem}")])
+        return read_file(self.source, self.log_name)
+
+    def answers(self) -> bytes | None:
+        """Read the answers file; None if there is none.
+
+        Raises
+        ------
+        InputError
+            It is damaged or far too large.
+        """
+        return None if self.answers_name is None else read_file(self.source, self.answers_name)
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of all that a grade depends on: names and bytes of log and answers, lateness, and the problem."""
+        told = [self.log_file, self.answers_file, self.late, self.late_seconds, self.submitted, self.problem]
+        digest = hashlib.sha256(repr(told).encode("utf-8", "replace"))
+        for read in (self.log, self.answers):
+            try:
+                data = read() or b""
+            except GyroError as error:
+                data = str(error).encode("utf-8", "replace")
+            digest.update(hashlib.sha256(data).digest())
+        return digest.hexdigest()
+
+
+@dataclass(frozen=True, slots=True)
+class Submissions:
+    """A class.
+
+    Attributes
+    ----------
+    lms : str
+        Whose names they are: ``canvas``, ``moodle``, ``blackboard``, ``gradescope``, ``folder`` or ``pattern``.
+    items : tuple of Submission
+        Sorted by `Submission.student`.
+    diagnostics : tuple of Diagnostic
+        What was left aside, and what could not be read.
+    """
+
+    lms: str
+    items: tuple[Submission, ...]
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+
+def find_submissions(
+    path: str | Path, lms: str = "auto", pattern: str | None = None, attempts: Attempts = "newest"
+) -> Submissions:
+    """Find the submissions of a class.
+
+    Parameters
+    ----------
+    path : str or Path
+        A folder with a folder or file for each student, what a platform hands out, or its zip.
+    lms : {"auto", "folder", "canvas", "moodle", "blackboard", "gradescope"}
+        Whose names to read.
+    pattern : str, optional
+        A regular expression of one's own instead; see `patterns.read_pattern`.
+    attempts : {"newest", "oldest"}
+        Which of several attempts is graded.
+
+    Raises
+    ------
+    InputError
+        There is no such class, it is damaged or unsafe, or nothing in it is a submission.
+    """
+    own = None if pattern is None else read_pattern(pattern)
+    if lms not in ("auto", "folder", *PLATFORMS):
+        hint = f"write one of: auto, folder, {', '.join(PLATFORMS)}"
+        raise InputError([Diagnostic(G705, "error", f'there is no --lms "{lms}"', hint)])
+    root = Path(path)
+    if own is None and lms in ("auto", "gradescope") and (root / gradescope.LIVE).is_file():
+        return _running_autograder(root, attempts)
+    files = list_files(root)
+    below = ""
+    if own is not None:
+        seen = "pattern"
+        named = {name: fit_own(name, own) for name in files.sizes}
+    else:
+        seen, below = whose_names(list(files.sizes), files.folders, lms, root.is_file())
+        named = name_all(list(files.sizes), seen, below)
+    finder = _Finder(files, seen, attempts)
+    items = finder.find(named, _empty_handed(files, below) if seen == "folder" else ())
+    if not items:
+        raise InputError([_nothing_found(files, lms, pattern)])
+    return Submissions(seen, items, tuple(finder.told))
+
+
+def _running_autograder(root: Path, attempts: Attempts) -> Submissions:
+    """Find the one submission that a running autograder has beside its metadata."""
+    files = list_files(root / "submission")
+    finder = _Finder(files, "gradescope", attempts)
+    one = Named("submission", "submission", {}, "", "submission")
+    finder.metadata = finder.read_metadata(root, gradescope.LIVE)
+    items = finder.find({name: replace(one, file=name) for name in files.sizes}, ())
+    if not items:
+        who = _person(one, finder.metadata.get(one.stem))
+        items = (Submission(who.student, who.name, who.ids, files.root, problem="no files", feedback_stem=one.stem),)
+    return Submissions("gradescope", items, tuple(finder.told))
+
+
+def _empty_handed(files: Listing, below: str) -> tuple[str, ...]:
+    """Name the students whose folder holds nothing."""
+    inner = [folder.removeprefix(below) for folder in files.folders if folder.startswith(below)]
+    return tuple(shown(folder.rstrip("/")) for folder in inner if folder.count("/") == 1)
+
+
+def _nothing_found(files: Listing, lms: str, pattern: str | None) -> Diagnostic:
+    root = files.root.name
+    if not files.sizes:
+        return Diagnostic(G705, "error", f'"{root}" holds no files', "give the folder or zip of the class", root)
+    one = shown(min(files.sizes))
+    if pattern is not None:
+        return Diagnostic(G705, "error", f'--pattern "{pattern}" fits no file of "{root}"', f"one is: {one}", root)
+    message = f'"{root}" holds no submission as {"a platform" if lms == "auto" else lms} names them; one file is: {one}'
+    sample = SAMPLES.get(lms, SAMPLES["folder"])
+    return Diagnostic(G705, "error", message, f"looked for names such as {sample}; or give a --pattern", root)
+
+
+# --- from files to submissions ------------------------------------------------------------------------------
+
+
+class _Finder:
+    """Gathers the files of each student.
+
+    Parameters
+    ----------
+    files : Listing
+        The class.
+    lms : str
+        Whose names they are.
+    attempts : str
+        Which of several attempts is graded.
+    """
+
+    def __init__(self, files: Listing, lms: str, attempts: Attempts) -> None:
+        self.files = files
+        self.lms = lms
+        self.oldest = attempts == "oldest"
+        self.told = list(files.diagnostics)
+        self.metadata: dict[str, gradescope.Metadata] = {}
+
+    def find(self, named: Mapping[str, Named | None], empty_handed: tuple[str, ...]) -> tuple[Submission, ...]:
+        """Make the submissions of those who handed in files, and of those whose folder is empty."""
+        fitting = {name: what for name, what in named.items() if what is not None}
+        self._tell_left_out([name for name, what in named.items() if what is None])
+        if self.lms == "blackboard":
+            who = blackboard.people(fitting, lambda name: read_file(self.files.root, name, _MOST_RECEIPT))
+            fitting = {
+                name: replace(what, student=who[name][0], name=who[name][1], ids={"username": who[name][0]})
+                for name, what in fitting.items()
+            }
+        if self.lms == "gradescope":
+            export = [name for name in named.keys() - fitting.keys() if name.rpartition("/")[2] == gradescope.EXPORT]
+            if export:
+                self.metadata = self.read_metadata(self.files.root, min(export))
+            fitting = {name: _person(what, self.metadata.get(what.stem)) for name, what in fitting.items()}
+        people: dict[str, dict[str, Named]] = {}
+        for name, what in fitting.items():
+            people.setdefault(what.student, {})[name] = what
+        items = [self._submission(student, files) for student, files in people.items()]
+        items += [
+            Submission(name, name, {"folder": name}, self.files.root, problem="no files", feedback_stem=name)
+            for name in empty_handed
+            if name not in people
+        ]
+        return _with_unlike_names(sorted(items, key=lambda item: item.student))
+
+    def _tell(self, code: str, message: str, hint: str = "") -> None:
+        self.told.append(Diagnostic(code, CODES[code].severity, message, hint, self.files.root.name))
+
+    def _tell_left_out(self, names: list[str]) -> None:
+        known = (gradescope.EXPORT, gradescope.LIVE)
+        names = sorted(shown(name) for name in names if name.rpartition("/")[2] not in known)
+        if names:
+            count = "1 file is" if len(names) == 1 else f"{len(names)} files are"
+            message = f"{count} of no student and left aside: {listing(names, 5)}"
+            sample = SAMPLES.get(self.lms)
+            self._tell(G707, message, f"{self.lms} names files such as {sample}" if sample else "")
+
+    def _submission(self, student: str, named: Mapping[str, Named]) -> Submission:
+        """Make the submission of one student, of the attempt that counts."""
+        stamps = sorted({(what.submitted or "", what.attempt or 0) for what in named.values()})
+        stamp = stamps[0 if self.oldest else -1]
+        files = {name: what for name, what in named.items() if (what.submitted or "", what.attempt or 0) == stamp}
+        first = next(iter(files.values()))
+        if len(stamps) > 1:
+            which = "oldest" if self.oldest else "newest"
+            self._tell(G708, f"{first.name} has {len(stamps)} attempts; the {which} is graded")
+        own = {name: what.file for name, what in files.items() if what.file}
+        choice = self._choose(own, first)
+        graded = files[choice.log] if choice.log else first
+        told = self.metadata.get(first.stem, gradescope.Metadata(()))
+        late = told.late_seconds
+        return Submission(
+            student,
+            first.name,
+            first.ids,
+            self.files.root,
+            tuple(sorted(own)),
+            choice.log,
+            choice.answers,
+            own[choice.log] if choice.log else None,
+            own[choice.answers] if choice.answers else None,
+            any(what.late for what in files.values()) or (late is not None and late > 0),
+            None if late is None else max(0.0, late),
+            told.submitted or first.submitted,
+            max(told.attempt, first.attempt or 1, stamps.index(stamp) + 1),
+            tuple(sorted(one.key for one in told.submitters)) if len(told.submitters) > 1 else (),
+            choice.problem,
+            graded.stem,
+        )
+
+    def _choose(self, own: Mapping[str, str], first: Named) -> Choice:
+        choice = choose_files(own, self.files.sizes, lambda name: read_file(self.files.root, name), self.oldest)
+        if choice.note:
+            self._tell(G708, f"{first.name}: {choice.note}")
+        return choice
+
+    def read_metadata(self, root: Path, name: str) -> dict[str, gradescope.Metadata]:
+        """Read a metadata file; by the folder of each submission."""
+        file = name.rpartition("/")[2]
+        try:
+            data = read_file(root, name, gradescope.LARGEST)
+            if file == gradescope.LIVE:
+                return {"submission": gradescope.read_live(data)}
+            return gradescope.read_export(data)
+        except (GyroError, gradescope.MetadataError) as error:
+            hint = "names and times are not known; students are named by their submission's number"
+            self._tell(G709, f"{file} cannot be read: {error}", hint)
+            return {}
+
+
+def _person(what: Named, about: gradescope.Metadata | None) -> Named:
+    """Name a submission by those who handed it in; in a group, by all of them."""
+    if about is None or not about.submitters:
+        return what
+    people = sorted(about.submitters, key=lambda one: one.key)
+    first = people[0]
+    ids = {"gradescope": about.number, "sid": first.sid, "email": first.email, "folder": what.stem}
+    key = "+".join(shown(one.key) for one in people)
+    name = ", ".join(shown(one.name) or shown(one.key) for one in people)
+    told = {kind: value for kind, value in ids.items() if value}
+    return replace(what, student=key, name=name, ids=told, submitted=about.submitted)
+
+
+def _with_unlike_names(items: list[Submission]) -> tuple[Submission, ...]:
+    """Put the key behind names that several students have, as all have on a page that is marked blind."""
+    counts: dict[str, int] = {}
+    for item in items:
+        counts[item.name] = counts.get(item.name, 0) + 1
+    return tuple(
+        replace(item, name=f"{item.name} ({item.student})") if counts[item.name] > 1 else item for item in items
+    )

@@ -1,0 +1,31 @@
+"""Classes on disk, as platforms hand them out, for the tests."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+
+LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n40,15.0,406,6.53,1/3\n"
+"""A log that reads."""
+
+
+def make_folder(root: Path, files: Mapping[str, str | bytes]) -> Path:
+    """Write files below a folder; a name that ends in ``/`` makes an empty folder."""
+    root.mkdir(parents=True, exist_ok=True)
+    for name, content in files.items():
+        path = root / name
+        if name.endswith("/"):
+            path.mkdir(parents=True)
+            continue
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content.encode() if isinstance(content, str) else content)
+    return root
+
+
+def make_zip(path: Path, files: Mapping[str, str | bytes]) -> Path:
+    """Write the same as a zip."""
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in files.items():
+            archive.writestr(name, content)
+    return path

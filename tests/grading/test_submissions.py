@@ -1,0 +1,537 @@
+"""Whose submission each file is, on classes written as each platform names its files."""
+
+import pickle
+import random
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+import yaml
+from grading.classes import LOG, make_folder, make_zip
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gyrodata.errors import InputError
+from gyrodata.grading import gradescope_metadata, patterns
+from gyrodata.grading.submissions import Submission, Submissions, find_submissions
+
+BOTH = pytest.mark.parametrize("make", [make_folder, make_zip])
+
+
+def by_student(found: Submissions) -> dict[str, Submission]:
+    return {item.student: item for item in found.items}
+
+
+def codes(found: Submissions) -> list[str]:
+    return [diagnostic.code for diagnostic in found.diagnostics]
+
+
+def submissions(tmp_path: Path, files: Mapping[str, str | bytes], **options: str) -> Submissions:
+    return find_submissions(make_folder(tmp_path / "class", files), **options)  # type: ignore[arg-type]
+
+
+# --- folders ------------------------------------------------------------------------------------------------
+
+
+@BOTH
+def test_a_folder_for_each_student(tmp_path: Path, make) -> None:
+    files = {
+        "jdoe/lab.csv": LOG,
+        "jdoe/answers.toml": 'inertia = "4.4 g m^2"',
+        "jdoe/report.pdf": "x",
+        "Doe, Jane_2/lab.csv": LOG,
+        "李雷/sub/folder/data.csv": LOG,
+        "Иван Ёлкин/lab.csv": LOG,
+        "שרה כהן/lab.csv": LOG,
+        "photographer/photo.png": "x",
+        "grades.csv": "of last year",
+    }
+    found = find_submissions(make(tmp_path / "class.zip", files))
+    people = by_student(found)
+    assert found.lms == "folder"
+    assert sorted(people) == sorted(["jdoe", "Doe, Jane_2", "李雷", "Иван Ёлкин", "שרה כהן", "photographer"])
+    assert list(people) == sorted(people)
+    jane = people["jdoe"]
+    assert (jane.log_name, jane.answers_name) == ("jdoe/lab.csv", "jdoe/answers.toml")
+    assert jane.members == ("jdoe/answers.toml", "jdoe/lab.csv", "jdoe/report.pdf")
+    assert (jane.log(), jane.answers()) == (LOG.encode(), b'inertia = "4.4 g m^2"')
+    assert people["李雷"].log_file == "sub/folder/data.csv"
+    assert people["李雷"].answers() is None
+    assert people["photographer"].problem == "no log: only photo.png"
+    assert codes(found) == ["G707"]
+    assert "grades.csv" in found.diagnostics[0].message
+
+
+def test_an_empty_folder_is_a_student_who_handed_in_nothing(tmp_path: Path) -> None:
+    people = by_student(submissions(tmp_path, {"ann/lab.csv": LOG, "bob/": ""}))
+    assert people["bob"].problem == "no files"
+    with pytest.raises(InputError, match="no files"):
+        people["bob"].log()
+
+
+@BOTH
+def test_a_flat_folder_has_a_file_for_each_student(tmp_path: Path, make) -> None:
+    files = {
+        "jdoe.csv": LOG,
+        "jdoe_answers.toml": "",
+        "o'neil.CSV": LOG,
+        "o'neil.toml": "",
+        "lee.csv.gz": LOG,
+        "kim (1).csv": LOG,
+        "kim.csv": "",
+        "zoe.pdf": "x",
+        "README.md": "x",
+    }
+    found = find_submissions(make(tmp_path / "class", files))
+    people = by_student(found)
+    assert list(people) == ["jdoe", "kim", "lee", "o'neil", "zoe"]
+    assert people["jdoe"].answers_name == "jdoe_answers.toml"
+    assert people["o'neil"].answers_name == "o'neil.toml"
+    assert people["kim"].log_name == "kim (1).csv"
+    assert people["zoe"].problem == "no log: only zoe.pdf"
+
+
+@BOTH
+@pytest.mark.parametrize(
+    "files",
+    [
+        {"lab 3/ann/lab.csv": LOG, "lab 3/bob/lab.csv": LOG},
+        {"lab 3/__MACOSX/x": "", "lab 3/ann/lab.csv": LOG, "lab 3/bob/lab.csv": LOG, ".DS_Store": ""},
+    ],
+)
+def test_one_folder_around_the_class_is_seen_through(tmp_path: Path, make, files: dict[str, str]) -> None:
+    assert list(by_student(find_submissions(make(tmp_path / "class", files)))) == ["ann", "bob"]
+
+
+def test_one_folder_around_files_is_the_class_in_a_zip_and_a_student_in_a_folder(tmp_path: Path) -> None:
+    files = {"lab 3/ann.csv": LOG, "lab 3/bob.csv": LOG + "\n"}
+    assert list(by_student(find_submissions(make_zip(tmp_path / "class.zip", files)))) == ["ann", "bob"]
+    assert list(by_student(submissions(tmp_path, files))) == ["lab 3"]
+
+
+def test_the_folder_of_an_only_student_is_no_folder_around_the_class(tmp_path: Path) -> None:
+    assert list(by_student(submissions(tmp_path, {"ann/lab.csv": LOG, "ann/answers.toml": ""}))) == ["ann"]
+    assert list(by_student(submissions(tmp_path / "2", {"ann/part/lab.csv": LOG, "bob/": ""}))) == ["ann", "bob"]
+
+
+def test_the_same_file_name_from_two_students(tmp_path: Path) -> None:
+    people = by_student(submissions(tmp_path, {"ann/lab.csv": LOG, "bob/lab.csv": LOG + "60,15,406,4.4,1/3\n"}))
+    assert people["ann"].log() != people["bob"].log()
+    assert people["ann"].digest != people["bob"].digest
+
+
+# --- which file is the log ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("files", "log"),
+    [
+        ({"lab.csv": LOG, "notes.txt": "x"}, "lab.csv"),
+        ({"lab.txt": LOG}, "lab.txt"),
+        ({"lab.xlsx": "x", "lab.tsv": LOG}, "lab.tsv"),
+        ({"data.csv": LOG, "fit.csv": "slope,u\n1,2\n"}, "data.csv"),
+        ({"lab.csv": LOG, "copy of lab.csv": LOG}, "copy of lab.csv"),
+        ({"lab.csv": "", "lab-1.csv": LOG}, "lab-1.csv"),
+        ({"lab (2).csv": LOG, "lab (1).csv": "", "lab.csv": ""}, "lab (2).csv"),
+    ],
+)
+def test_the_log_among_several_files(tmp_path: Path, files: dict[str, str], log: str) -> None:
+    found = submissions(tmp_path, {f"ann/{name}": content for name, content in files.items()})
+    assert (found.items[0].log_file, found.items[0].problem) == (log, None)
+
+
+PACKED = "is an archive within the submission and is not opened; unpack it"
+
+
+@pytest.mark.parametrize(
+    ("files", "problem"),
+    [
+        ({"a.csv": LOG, "b.csv": LOG + "\n"}, "several files that read as logs: a.csv, b.csv"),
+        ({"a.csv": "x", "b.csv": "y"}, "several files and none of them reads as a log: a.csv, b.csv"),
+        ({"lab.csv": ""}, "lab.csv is empty"),
+        ({"lab.zip": "PK"}, f"no log: lab.zip {PACKED}"),
+        ({"lab.tar.gz": "x", "a.png": ""}, f"no log: lab.tar.gz {PACKED}"),
+        ({"a.png": "", "b.docx": ""}, "no log: only a.png, b.docx"),
+        ({"answers.toml": ""}, "no log: only answers.toml"),
+    ],
+)
+def test_why_there_is_no_log(tmp_path: Path, files: dict[str, str], problem: str) -> None:
+    found = submissions(tmp_path, {f"ann/{name}": content for name, content in files.items()}, lms="folder")
+    assert (found.items[0].log_name, found.items[0].problem) == (None, problem)
+
+
+def test_a_log_that_is_too_large_is_said_to_be(tmp_path: Path) -> None:
+    found = submissions(tmp_path, {"ann/lab.csv": bytes(10_000_001), "bob/lab.csv": LOG})
+    assert found.items[0].problem == "lab.csv is 10 MB; a log of more than 10 MB is not read"
+
+
+@pytest.mark.parametrize(
+    "name", ["answers.toml", "Answers.TOML", "answers.toml.txt", "my_answers.toml", "answers-1.toml"]
+)
+def test_names_of_answers_files(tmp_path: Path, name: str) -> None:
+    found = submissions(tmp_path, {"ann/lab.csv": LOG, f"ann/{name}": "x"})
+    assert found.items[0].answers_file == name
+
+
+# --- Canvas -------------------------------------------------------------------------------------------------
+
+CANVAS = {
+    "doejane_9876_55501_lab.csv": LOG,
+    "doejane_9876_55502_answers.toml": 'inertia = "4.4 g m^2"',
+    "ёлкиниван_LATE_9877_55503_my lab_1_2.csv": LOG,
+    "late_9878_55504_lab.csv": LOG,
+    "o_neil_9879_55505_lab.csv": LOG,
+    "李雷_9880_text.html": "<p>",
+    "LATE_anon_Ab1dE_55507_lab.csv": LOG,
+    "kim_9881_55508_lab.csv": LOG,
+    "kim_9881_55599_lab-1.csv": LOG + "\n",
+    "labgroup3_9882_55510_lab.csv": LOG,
+}
+
+
+@BOTH
+def test_canvas(tmp_path: Path, make) -> None:
+    found = find_submissions(make(tmp_path / "submissions.zip", CANVAS))
+    people = by_student(found)
+    assert found.lms == "canvas"
+    assert list(people) == ["9876", "9877", "9878", "9879", "9880", "9881", "9882", "anon_Ab1dE"]
+    jane = people["9876"]
+    assert (jane.name, jane.ids, jane.late) == ("doejane", {"canvas": "9876"}, False)
+    assert (jane.log_file, jane.answers_file) == ("lab.csv", "answers.toml")
+    assert jane.feedback_stem == "doejane_9876_55501_lab", "Canvas finds the student by the two numbers"
+    ivan = people["9877"]
+    assert (ivan.name, ivan.late, ivan.late_seconds) == ("ёлкиниван", True, None)
+    assert ivan.log_file == "my lab_1_2.csv"
+    assert (people["9878"].name, people["9878"].late) == ("late", False), "a surname, not a mark"
+    assert people["9879"].name == "o_neil"
+    assert people["9880"].problem == "no log: only text.html"
+    assert people["anon_Ab1dE"].late
+    assert people["anon_Ab1dE"].ids == {"canvas_anonymous": "Ab1dE"}
+    assert people["9881"].log_file == "lab-1.csv"
+    assert codes(found) == ["G708"]
+
+
+def test_the_first_attempt_where_it_is_asked_for(tmp_path: Path) -> None:
+    people = by_student(submissions(tmp_path, CANVAS, attempts="oldest"))
+    assert people["9881"].log_file == "lab.csv"
+
+
+def test_files_that_are_no_canvas_names_are_told(tmp_path: Path) -> None:
+    found = submissions(tmp_path, {**CANVAS, "gradebook.csv": "x", "notes.txt": "x"})
+    assert len(found.items) == 8
+    assert found.diagnostics[0].message == "2 files are of no student and left aside: gradebook.csv, notes.txt"
+
+
+# --- Moodle -------------------------------------------------------------------------------------------------
+
+
+@BOTH
+def test_moodle(tmp_path: Path, make) -> None:
+    files = {
+        "Jane Doe_1234567_assignsubmission_file/lab.csv": LOG,
+        "Jane Doe_1234567_assignsubmission_onlinetext/onlinetext.html": "<p>",
+        "Jane Doe_1234568_assignsubmission_file/sub/lab.csv": LOG,
+        "Doe, John Jr._1234569_assignsubmission_file_/lab.csv": LOG,
+        "李 雷_1234570_assignsubmission_file_/lab_1.csv": LOG,
+        "Participant_1234571_assignsubmission_file/lab.csv": LOG,
+        "שרה כהן_1234572_assignsubmission_file_my_lab.csv": LOG,
+        "Lab group 3_88_assignsubmission_file/lab.csv": LOG,
+    }
+    found = find_submissions(make(tmp_path / "moodle.zip", files))
+    people = by_student(found)
+    assert (found.lms, found.diagnostics) == ("moodle", ())
+    assert list(people) == ["1234567", "1234568", "1234569", "1234570", "1234571", "1234572", "88"]
+    assert people["1234567"].name == "Jane Doe (1234567)", "there are two of this name"
+    assert people["1234567"].feedback_stem == "Jane Doe_1234567_assignsubmission_file"
+    assert people["1234568"].log_file == "sub/lab.csv"
+    assert people["1234569"].name == "Doe, John Jr."
+    assert people["1234569"].feedback_stem == "Doe, John Jr._1234569_assignsubmission_file_"
+    assert people["1234570"].log_file == "lab_1.csv"
+    assert people["1234571"].name == "Participant 1234571"
+    assert people["1234572"].log_file == "my_lab.csv"
+    assert people["1234572"].feedback_stem == "שרה כהן_1234572_assignsubmission_file_my_lab"
+    assert people["88"].ids == {"moodle": "88", "folder": "Lab group 3_88_assignsubmission_file"}
+
+
+# --- Blackboard ---------------------------------------------------------------------------------------------
+
+STEM = "Gyro lab_1_{}_attempt_2026-03-{:02d}-14-05-59"
+RECEIPT = "Name: {} ({})\r\nAssignment: Gyro lab_1\r\nDate Submitted: Monday, March 9, 2026 2:05:59 PM EDT\r\n"
+
+
+@BOTH
+def test_blackboard(tmp_path: Path, make) -> None:
+    files = {
+        STEM.format("j_doe", 9) + ".txt": RECEIPT.format("Jane (Doe)", "j_doe"),
+        STEM.format("j_doe", 9) + "_lab.csv": LOG,
+        STEM.format("j_doe", 11) + ".txt": RECEIPT.format("Jane (Doe)", "j_doe"),
+        STEM.format("j_doe", 11) + "_my_lab.csv": LOG,
+        STEM.format("bob", 10) + ".txt": "Name: Mallory (j_doe)\nan odd receipt\n",
+        STEM.format("bob", 10) + "_lab.csv": LOG,
+        STEM.format("k_im", 10) + "_lab(1).csv": LOG,
+        STEM.format("zoe", 10) + ".txt": RECEIPT.format("Zoë Ö", "zoe"),
+    }
+    found = find_submissions(make(tmp_path / "gradebook.zip", files))
+    people = by_student(found)
+    assert found.lms == "blackboard"
+    assert list(people) == ["bob", "j_doe", "k_im", "zoe"]
+    jane = people["j_doe"]
+    assert (jane.name, jane.ids) == ("Jane (Doe)", {"username": "j_doe"})
+    assert (jane.submitted, jane.attempt, jane.log_file) == ("2026-03-11T14:05:59", 2, "my_lab.csv")
+    assert people["bob"].name == "bob", "a receipt in another's name is not believed"
+    assert people["zoe"].problem == "no files"
+    assert people["zoe"].name == "Zoë Ö"
+    assert codes(found) == ["G708"]
+    oldest = by_student(find_submissions(tmp_path / "gradebook.zip", attempts="oldest"))["j_doe"]
+    assert (oldest.submitted, oldest.attempt, oldest.log_file) == ("2026-03-09T14:05:59", 1, "lab.csv")
+
+
+# --- Gradescope ---------------------------------------------------------------------------------------------
+
+EXPORT = """---
+submission_101:
+  :submitters:
+  - :name: Jane Doe
+    :sid: '0012'
+    :email: jane@uni.example
+  :created_at: 2026-03-09 14:05:59.123456789 -08:00
+  :score: 10.0
+  :status: processed
+  :results:
+    tests:
+    - name: ":name: Mallory"
+      output: |-
+        :created_at: never
+        submission_999:
+  :history:
+  - :id: 99
+    :created_at: 2026-03-01 00:00:00.000000000 Z
+    :submitters:
+    - :name: Mallory
+submission_102:
+  :submitters:
+  - :name: "Zo\\xEB \\"Z\\" O'Neil"
+    :sid: &1 s7
+    :email: zoe@uni.example
+  - :name: 'Bob O''Neil: =1+1'
+    :sid: ''
+    :email: bob@uni.example
+  :created_at: 2026-03-09 22:05:59.000000000 Z
+submission_103:
+  :submitters:
+  - :name: !binary |-
+      5p2O6Zu3
+    :sid: ~
+    :email:
+  :created_at:
+"""
+
+
+@BOTH
+def test_gradescope(tmp_path: Path, make) -> None:
+    outer = "assignment_42_export/"
+    files = {
+        f"{outer}submission_metadata.yml": EXPORT,
+        f"{outer}submission_101/lab.csv": LOG,
+        f"{outer}submission_102/lab.csv": LOG,
+        f"{outer}submission_102/submission_metadata.yml": EXPORT.replace("Zo", "Mallory"),
+        f"{outer}submission_103/lab.csv": LOG,
+        f"{outer}submission_104/lab.csv": LOG,
+    }
+    found = find_submissions(make(tmp_path / "export.zip", files))
+    people = by_student(found)
+    assert (found.lms, found.diagnostics) == ("gradescope", ())
+    assert list(people) == ["0012", "104", "bob@uni.example+s7", "李雷"]
+    jane = people["0012"]
+    assert (jane.name, jane.submitted, jane.late_seconds) == ("Jane Doe", "2026-03-09T14:05:59-08:00", None)
+    assert jane.ids == {"gradescope": "101", "sid": "0012", "email": "jane@uni.example", "folder": "submission_101"}
+    group = people["bob@uni.example+s7"]
+    assert group.name == "Bob O'Neil: =1+1, Zoë \"Z\" O'Neil"
+    assert group.members_of_group == ("bob@uni.example", "s7")
+    assert group.feedback_stem == "submission_102"
+    assert people["104"].submitted is None
+
+
+def test_gradescope_metadata_as_a_yaml_parser_reads_it() -> None:
+    read = gradescope_metadata.read_export(EXPORT.encode())
+    yaml.SafeLoader.add_constructor("!binary", yaml.SafeLoader.construct_yaml_binary)
+    for folder, entry in yaml.safe_load(EXPORT).items():
+        names = [one[":name"] for one in entry[":submitters"]]
+        names = [name.decode() if isinstance(name, bytes) else name for name in names]
+        assert [one.name for one in read[folder].submitters] == names
+        assert [one.sid for one in read[folder].submitters] == [one[":sid"] or "" for one in entry[":submitters"]]
+
+
+TEXTS = st.text(st.characters(blacklist_categories=["Cs"], blacklist_characters="\ufeff\x85\u2028\u2029"), max_size=30)
+
+
+@given(st.lists(TEXTS, min_size=1, max_size=4), st.sampled_from([None, '"', "'"]))
+@settings(derandomize=True, deadline=None, max_examples=200)
+def test_any_name_that_yaml_can_write_is_read(names: list[str], quotes: str | None) -> None:
+    names = [" ".join(name.split()) for name in names]
+    table = {"submission_7": {":submitters": [{":name": name, ":sid": "x"} for name in names]}}
+    text = yaml.safe_dump(table, default_style=quotes, allow_unicode=True, width=10_000)
+    text = text.replace('"submission_7"', "submission_7").replace("'submission_7'", "submission_7")
+    for quote in "\"'":
+        text = text.replace(f"{quote}:submitters{quote}", ":submitters")
+        text = text.replace(f"{quote}:name{quote}", ":name").replace(f"{quote}:sid{quote}", ":sid")
+    read = gradescope_metadata.read_export(text.encode())["submission_7"]
+    assert [one.name for one in read.submitters] == names
+
+
+@pytest.mark.parametrize(
+    "data", [b"", b"{}", b"<html>", b'submission_1:\n  :submitters:\n  - :name: "a\n', b"\xff\x00" * 99]
+)
+def test_broken_metadata_is_told_and_the_folders_are_graded(tmp_path: Path, data: bytes) -> None:
+    found = submissions(tmp_path, {"submission_metadata.yml": data, "submission_1/lab.csv": LOG})
+    assert found.lms == "gradescope"
+    assert codes(found) == ["G709"]
+    assert found.items[0].student == "1"
+    assert found.items[0].problem is None
+
+
+LIVE = """{"id": 123, "created_at": "2026-03-10T01:00:00.365935-08:00",
+ "assignment": {"due_date": "2026-03-09T23:00:00.000000-08:00", "late_due_date": null, "total_points": "20.0"},
+ "submission_method": "upload",
+ "users": [{"email": "jane@uni.example", "id": 77, "name": "Jane Doe"}],
+ "previous_submissions": [{"score": 0.0, "autograder_error": true}, {"score": 3.0, "autograder_error": false}]}"""
+
+
+def test_a_running_autograder(tmp_path: Path) -> None:
+    root = make_folder(tmp_path / "autograder", {
+        "submission_metadata.json": LIVE, "submission/lab.csv": LOG, "source/setup.sh": "x", "results/stdout": "",
+    })  # fmt: skip
+    found = find_submissions(root)
+    (jane,) = found.items
+    assert found.lms == "gradescope"
+    assert (jane.student, jane.name, jane.ids["gradescope"]) == ("jane@uni.example", "Jane Doe", "123")
+    assert jane.submitted == "2026-03-10T01:00:00-08:00"
+    assert (jane.late, jane.late_seconds) == (True, 7200.365935)
+    assert jane.attempt == 2, "an attempt that failed on the platform's side does not count"
+    assert jane.log() == LOG.encode()
+
+
+@pytest.mark.parametrize("live", ["", "[]", "{}", '{"users": [1], "created_at": 5, "assignment": []}', "[" * 99_999])
+def test_a_running_autograder_without_usable_metadata(tmp_path: Path, live: str) -> None:
+    root = make_folder(tmp_path / "autograder", {"submission_metadata.json": live, "submission/lab.csv": LOG})
+    (one,) = find_submissions(root).items
+    assert (one.student, one.late_seconds, one.problem) == ("submission", None, None)
+
+
+def test_a_running_autograder_with_nothing_handed_in(tmp_path: Path) -> None:
+    root = make_folder(tmp_path / "autograder", {"submission_metadata.json": LIVE, "submission/": ""})
+    (one,) = find_submissions(root).items
+    assert (one.name, one.problem) == ("Jane Doe", "no files")
+
+
+def test_an_extension_of_ones_own_counts() -> None:
+    own = '"users": [{"email": "a", "assignment": {"due_date": "2026-03-12T00:00:00-08:00"}},'
+    told = gradescope_metadata.read_live(LIVE.replace('"users": [', own).encode())
+    assert told.late_seconds is not None
+    assert told.late_seconds < 0
+
+
+# --- a pattern of one's own ---------------------------------------------------------------------------------
+
+
+def test_a_pattern_of_ones_own(tmp_path: Path) -> None:
+    files = {
+        "week3-jdoe-try1.csv": LOG,
+        "week3-jdoe-try2.csv": LOG,
+        "week3-kim-try1-late.csv": LOG,
+        "other.csv": LOG,
+    }
+    pattern = r"week3-(?P<student>\w+)-try(?P<attempt>\d+)(?P<late>-late)?\.csv"
+    found = submissions(tmp_path, files, pattern=pattern)
+    people = by_student(found)
+    assert found.lms == "pattern"
+    assert list(people) == ["jdoe", "kim"]
+    assert (people["jdoe"].log_name, people["jdoe"].attempt) == ("week3-jdoe-try2.csv", 2)
+    assert people["kim"].late
+    assert codes(found) == ["G707", "G708"]
+
+
+@pytest.mark.parametrize("pattern", ["(?P<student>", "(\\w+)_lab", "(?P<name>x)", "*"])
+def test_a_pattern_that_cannot_be_used_is_refused(tmp_path: Path, pattern: str) -> None:
+    with pytest.raises(InputError) as caught:
+        submissions(tmp_path, {"a.csv": LOG}, pattern=pattern)
+    assert caught.value.diagnostics[0].code == "G706"
+    assert "(?P<student>" in caught.value.diagnostics[0].hint
+
+
+# --- nothing there ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("files", "options", "words"),
+    [
+        ({}, {}, "holds no files"),
+        ({"a.csv": LOG}, {"lms": "canvas"}, "as canvas names them; one file is: a.csv"),
+        ({"a.csv": LOG}, {"pattern": "(?P<student>q)"}, "fits no file"),
+        ({"a.csv": LOG}, {"lms": "sakai"}, "there is no --lms"),
+    ],
+)
+def test_a_class_without_submissions_is_refused(
+    tmp_path: Path, files: dict[str, str], options: dict[str, str], words: str
+) -> None:
+    with pytest.raises(InputError, match="G705") as caught:
+        submissions(tmp_path, files, **options)
+    assert words in str(caught.value)
+
+
+# --- what holds for all -------------------------------------------------------------------------------------
+
+
+def test_the_order_of_the_files_makes_no_difference(tmp_path: Path) -> None:
+    names = list(CANVAS)
+    first = find_submissions(make_zip(tmp_path / "a.zip", CANVAS))
+    random.Random(1).shuffle(names)
+    second = find_submissions(make_zip(tmp_path / "b.zip", {name: CANVAS[name] for name in names}))
+    assert [item.digest for item in first.items] == [item.digest for item in second.items]
+    assert [item.student for item in first.items] == [item.student for item in second.items]
+
+
+def test_the_digest_changes_with_what_a_grade_depends_on(tmp_path: Path) -> None:
+    def digest(**files: str) -> str:
+        root = tmp_path / str(len(list(tmp_path.iterdir())))
+        return submissions(root, {name.replace("__", "."): content for name, content in files.items()}).items[0].digest
+
+    plain = digest(doe_1_2_lab__csv=LOG)
+    assert digest(doe_1_2_lab__csv=LOG) == plain
+    assert digest(doe_1_99_lab__csv=LOG) == plain, "another upload of the same"
+    assert digest(doe_1_2_lab__csv=LOG + "\n") != plain
+    assert digest(doe_LATE_1_2_lab__csv=LOG) != plain
+    assert digest(doe_1_2_lab__csv=LOG, doe_1_3_answers__toml="") != plain
+
+
+def test_a_submission_goes_to_another_process_by_its_names_alone(tmp_path: Path) -> None:
+    found = find_submissions(make_zip(tmp_path / "class.zip", {"ann/lab.csv": LOG, "bob/lab.csv": LOG}))
+    data = pickle.dumps(found)
+    assert LOG.encode() not in data
+    again: Submissions = pickle.loads(data)
+    assert [item.digest for item in again.items] == [item.digest for item in found.items]
+
+
+def test_names_are_shown_without_marks_that_turn_or_break_the_line() -> None:
+    assert patterns.shown("evil\u202etxt.\nname\x00") == "evil txt. name"
+    assert patterns.shown("Zoe\u0308") == "Zoë"
+    assert patterns.shown("می\u200cخواهم") == "می\u200cخواهم", "a joiner that Persian needs"
+    assert patterns.shown("\udcff") == "?"
+
+
+PARTS = st.text(st.characters(blacklist_characters="/\x00", blacklist_categories=["Cs"]), min_size=1, max_size=12)
+
+
+@given(PARTS, st.integers(1, 10**9), st.booleans(), PARTS)
+@settings(derandomize=True, deadline=None, max_examples=200)
+def test_what_a_platform_writes_is_taken_apart_again(person: str, number: int, late: bool, file: str) -> None:
+    canvas = "".join(c for c in person.lower() if c.isalnum()) or "x"
+    mark = "_LATE" if late else ""
+    read = patterns.fit(f"{canvas}{mark}_{number}_77_{file}", "canvas")
+    assert read is not None
+    assert (read.student, read.late, read.file) == (str(number), late, file)
+    moodle = person.replace("_", " ")
+    for name in (f"{moodle}_{number}_assignsubmission_file/{file}", f"{moodle}_{number}_assignsubmission_file_{file}"):
+        read = patterns.fit(name, "moodle")
+        assert read is not None
+        assert (read.student, read.file) == (str(number), file)

@@ -30,6 +30,7 @@ from gyrodata.physics.decay import (
     late_reading_bias,
     mean_spin_bias,
     simpson_mean_spin,
+    sink_bias,
     sink_rate,
 )
 from gyrodata.physics.demonstrations import platform_rate, tip_velocity
@@ -85,6 +86,7 @@ __all__ = [
     "released_precession_rate",
     "sighting_bias",
     "simpson_mean_spin",
+    "sink_bias",
     "sink_rate",
     "sleeping_growth",
     "sleeping_spin",

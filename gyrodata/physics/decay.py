@@ -12,6 +12,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from gyrodata.physics.tilt import tilt_bias
+
 VISCOUS = 1.0
 """Exponent of the drag of an air film."""
 
@@ -293,3 +295,30 @@ def sink_rate(
     """
     ratio = np.divide(transverse_inertia, inertia)
     return (1 + ratio) * np.divide(precession_rate, spin) / time_constant
+
+
+def sink_bias(
+    precession_rate: ArrayLike,
+    spin: ArrayLike,
+    inertia: ArrayLike,
+    transverse_inertia: ArrayLike,
+    time_constant: ArrayLike,
+    time: ArrayLike,
+) -> Any:
+    """Relative bias of I_zz when a rod that sinks under drag is taken for level: ((I/I_zz)² − 1)(φ̇/ψ̇)² t/2τ.
+
+    Parameters
+    ----------
+    precession_rate, spin, inertia, transverse_inertia, time_constant
+        As for `sink_rate`.
+    time : array_like
+        For which it is timed, from level on [s].
+
+    Returns
+    -------
+    ndarray or float
+        I_zz estimated over true, minus 1: the bias of a tilt half as deep as the rod has sunk at the end. Beside it
+        the spin's harmonic mean is needed. For a sink of a few degrees.
+    """
+    sunk = sink_rate(precession_rate, spin, inertia, transverse_inertia, time_constant) * np.asarray(time)
+    return tilt_bias(precession_rate, spin, -sunk / 2, inertia, transverse_inertia)

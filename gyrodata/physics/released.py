@@ -37,8 +37,8 @@ def mean_sag(
     Returns
     -------
     ndarray or float
-        Angle [rad], negative if it rises. Lowest order in δ: high by 2 δ² of itself or so for a level rod (1 %
-        at δ = 0.07, 11 % at 0.17), by more for a tilted one.
+        Angle [rad], negative if it rises. Lowest order in δ: for a level rod high by 4δ² of itself (2 % at
+        δ = 0.07, 11 % at 0.17), for a tilted one by more.
     """
     return _delta(torque, spin, inertia, transverse_inertia) * np.cos(pitch)
 

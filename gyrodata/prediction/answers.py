@@ -19,7 +19,7 @@ RPM = math.pi / 30
 """One revolution per minute [rad/s]."""
 
 SMALL_SAG = 0.15
-"""Mean sag of a released rod [rad] beyond which its lowest order is off by more than a tenth."""
+"""Mean sag of a released rod [rad] beyond which its lowest order is a tenth off."""
 
 
 def document(name: str, options: Mapping[str, Any], notes: Sequence[str], answer: Mapping[str, Any]) -> dict[str, Any]:

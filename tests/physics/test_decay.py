@@ -186,3 +186,15 @@ def test_the_rod_sinks_as_its_height_is_dragged_away() -> None:
     found = solve_ivp(motion, (0, turn), start, method="DOP853", rtol=1e-9, atol=1e-12)
     sunk = -math.asin(found.y[2, -1])
     assert sunk == pytest.approx(physics.sink_rate(rate, spin, inertia, across, constant) * turn, rel=0.01)
+
+
+def test_a_sinking_rod_taken_for_level() -> None:
+    """60 g, 200 rpm, τ = 100 s: against eq. (8) along the way down."""
+    inertia, across, spin, torque, constant, time = 4.44e-3, 7.1e-3, 200 * math.pi / 30, 0.0882, 100.0, 20.0
+    level = physics.precession_rate(torque, spin, inertia)
+    sink = physics.sink_rate(level, spin, inertia, across, constant)
+    way = (np.arange(1000) + 0.5) / 1000 * time
+    mean = np.mean(physics.precession_rate(torque, spin, inertia, across, -sink * way))
+    bias = physics.sink_bias(level, spin, inertia, across, constant, time)
+    assert torque / (mean * spin) / inertia - 1 == pytest.approx(bias, rel=0.01)
+    assert bias == pytest.approx(((across / inertia) ** 2 - 1) * (level / spin) ** 2 * time / (2 * constant), rel=1e-3)

@@ -573,11 +573,12 @@ def runs_csv(analysis: Analysis) -> str:
     names = list(analysis.to_dict()["result"]["runs"][0])
     writer.writerow([f"{name} [{RUN_UNITS[name]}]" if name in RUN_UNITS else name for name in names])
     for run in analysis.run_table:
-        writer.writerow([_csv_cell(getattr(run, name)) for name in names])
+        writer.writerow([csv_cell(getattr(run, name)) for name in names])
     return out.getvalue()
 
 
-def _csv_cell(value: object) -> str:
+def csv_cell(value: object) -> str:
+    """Write one cell of a table that a spreadsheet may open: nothing for None, all digits of a number, a safe text."""
     if value is None:
         return ""
     if isinstance(value, bool):
@@ -585,8 +586,8 @@ def _csv_cell(value: object) -> str:
     if isinstance(value, float):
         return repr(value)
     text = str(value)
-    # A spreadsheet runs a cell that begins like this as a formula.
-    return f"'{text}" if text[:1] in ("=", "+", "-", "@", "\t", "\r") else text
+    # A spreadsheet runs a cell that begins like this as a formula, in wide letters too.
+    return f"'{text}" if text[:1] in tuple("=+-@\t\r\n＝＋－＠") else text
 
 
 # --- the page -----------------------------------------------------------------------------------------------

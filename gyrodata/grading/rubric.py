@@ -44,6 +44,18 @@ TITLES: dict[str, str] = {
     "constancy": "φ̇ψ̇ is constant for each torque",
 }
 
+MEANINGS = {
+    "warnings": "the number of things to put right",
+    "missing": "the number of things that are missing",
+    "d": "the distance from the nearest fit of your own runs, in units of its u",
+    "z": "the distance from the reference, in standard uncertainties",
+    "ratio": "your u over that of your fits",
+    "faults": "the number of faults",
+    "p": "the chance of such a scatter",
+    "spread": "the largest scatter at one torque, as a share of φ̇ψ̇",
+}
+"""Each variable in words, to a student."""
+
 ASKS = ("weights", "runs", "spins", "unloaded", "times", "falling_spin", "odd_runs")
 """What a procedure criterion may ask for."""
 
@@ -226,6 +238,8 @@ def _criterion(table: Table) -> Criterion | None:
     name = table.text("id", f'"{check or "log"}"', required=True)
     points = table.number("points", "2", required=True)
     if check is None:
+        table.asked += ["title", "full", "zero", "slip", "gate", "asks"]
+        table.done()
         return None
     title = table.text("title", f'"{TITLES[check]}"') or TITLES[check]
     curve, told = _curve(table, check)
@@ -268,7 +282,8 @@ def _curve(table: Table, check: str) -> tuple[Curve | None, str]:
     if len(conditions) < 2:
         return None, ""
     try:
-        return make_curve(*conditions), f"all points for {full}, none for {zero}"
+        told = f"all points for {full}, none for {zero}; {conditions[0].variable} is {MEANINGS[conditions[0].variable]}"
+        return make_curve(*conditions), told.replace("<=", "≤").replace(">=", "≥").replace("..", " to ")
     except ConditionError as error:
         table.wrong("zero" if "zero" in table.values else "full", str(error), error.hint, G726)
         return None, ""

@@ -121,6 +121,9 @@ class TestFaults:
             "   [[criterion]]\n"
             '   ^^^^^^^^^^^^^  write check = "log" or "procedure" or "own_data" or "reference" or "uncertainty" or '
             '"units" or "constancy"\n'
+            'mine.toml:12:1: error G722: "chek" is not known in [criterion]\n'
+            '   chek = "log"\n'
+            "   ^^^^  did you mean check?\n"
             'mine.toml:14:1: error G722: "lat" is not known\n   [lat]\n   ^^^^^  did you mean late?'
         )
 

@@ -1,0 +1,238 @@
+"""What a student's own runs give: every fit that a course accepts, and what a slip would make of each.
+
+A report is held against the student's own data, and there is more than one right way to work them out: a line
+through the origin, a line with a constant, the mean of M/(φ̇ψ̇), or this tool's fit; with every run, or without
+those that were miscounted; with or without the run that has no weight. Each is worked out here, for many slips in
+one go, from the readings with the slip applied to them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyrodata import fitting
+from gyrodata.analysis import Analysis
+from gyrodata.physics import Floats
+
+FIT_WORDS = {
+    "through_origin": "a line through the origin",
+    "with_constant": "a line with a constant",
+    "mean_of_ratios": "the mean of M/(φ̇ψ̇)",
+    "recommended": "the recommended fit",
+}
+
+SET_WORDS = {"all": ", every run in it", "loaded": ", runs with a weight only"}
+
+FINEST, COARSEST = 0.005, 0.05
+"""Least and largest u, as a share of I_zz, that a report is measured with. Two careful people who round their
+intermediate results to three digits differ by up to 0.5 %; and where the runs leave I_zz wide open, arithmetic on
+them is still arithmetic."""
+
+
+@dataclass(frozen=True, slots=True)
+class OwnValue:
+    """I_zz by one fit of the student's own runs."""
+
+    name: str
+    """Of `FIT_WORDS`, with ":all" or ":loaded" behind it where it is of other runs than the analysis keeps."""
+    value: float
+    """[kg*m^2]"""
+    u: float | None
+    """As this fit itself gives it [kg*m^2]; None where it has none."""
+
+    @property
+    def words(self) -> str:
+        """Which fit it is, in words."""
+        return fit_words(self.name)
+
+
+def fit_words(name: str) -> str:
+    """Say which fit of which runs it is: "a line with a constant, every run in it".
+
+    Parameters
+    ----------
+    name : str
+        As in `OwnValue`.
+
+    Returns
+    -------
+    str
+    """
+    fit, _, runs = name.partition(":")
+    return FIT_WORDS[fit] + SET_WORDS.get(runs, "")
+
+
+@dataclass(frozen=True)
+class OwnRuns:
+    """The runs of one log as the textbook fits need them, n runs."""
+
+    product: Floats
+    """φ̇ψ̇ with the torque's sign [rad²/s²], shape (n,)."""
+    torque: Floats
+    """[N*m], shape (n,)."""
+    sets: tuple[tuple[str, NDArray[np.bool_]], ...]
+    """Which runs are used, each shape (n,): those that the analysis keeps (""), all, those with a weight."""
+    accept: tuple[str, ...]
+    """Fits that the course accepts."""
+    recommended: OwnValue
+    yardstick: float
+    """One unit of d, as a share of I_zz [1]."""
+
+    def fits(self, product: Floats, torque: Floats) -> list[tuple[str, Floats, Floats]]:
+        """Work out the accepted textbook fits for c changed tables at once.
+
+        Parameters
+        ----------
+        product, torque : ndarray, shape (c, n)
+            φ̇ψ̇ [rad²/s²] and M [N*m] of each table.
+
+        Returns
+        -------
+        list of tuple
+            Name, values and uncertainties [kg*m^2], shape (c,); NaN where a fit has none.
+        """
+        found = []
+        for suffix, used in self.sets:
+            x, y = product[:, used], torque[:, used]
+            for name in self.accept:
+                if name == "recommended" or (name == "mean_of_ratios" and suffix == "loaded"):
+                    continue
+                if name == "with_constant" and not fitting.torques_differ(self.torque[used]):
+                    continue
+                with np.errstate(all="ignore"):
+                    value, u = _FITS[name](x, y)
+                found.append((f"{name}:{suffix}" if suffix else name, value, u))
+        return found
+
+    def values(self) -> tuple[OwnValue, ...]:
+        """Give every accepted fit of the runs as they are, the rubric's order kept and equal ones once.
+
+        Where none of them is possible (a constant, and one torque only), it is the recommended fit.
+        """
+        found = [
+            OwnValue(name, float(value[0]), float(u[0]) if np.isfinite(u[0]) else None)
+            for name, value, u in self.fits(self.product[None, :], self.torque[None, :])
+            if np.isfinite(value[0])
+        ]
+        if "recommended" in self.accept:
+            found.append(self.recommended)
+        found.sort(key=lambda own: (":" in own.name, self.accept.index(own.name.partition(":")[0])))
+        kept: list[OwnValue] = []
+        for own in found:
+            if not any(abs(own.value - other.value) <= 1e-9 * abs(own.value) for other in kept):
+                kept.append(own)
+        return tuple(kept) or (self.recommended,)
+
+
+def own_runs(analysis: Analysis, accept: Sequence[str]) -> OwnRuns:
+    """Take from an analysis what a report is compared with.
+
+    Parameters
+    ----------
+    analysis : Analysis
+        Of the student's own log.
+    accept : sequence of str
+        Fits that the course accepts, of `FIT_WORDS`.
+
+    Returns
+    -------
+    OwnRuns
+    """
+    measured = analysis.measurements
+    every = np.ones(len(measured.runs), dtype=bool)
+    kept = np.array([not run.left_out for run in analysis.run_table])
+    sets = [("", kept)]
+    if not kept.all():
+        sets.append(("all", every))
+    loaded = kept & (measured.torque != 0)
+    if not np.array_equal(loaded, kept):
+        sets.append(("loaded", loaded))
+    inertia = analysis.inertia
+    share = (inertia.u or 0.0) / abs(inertia.value)
+    return OwnRuns(
+        product=analysis.fit.sense * np.abs(measured.product),
+        torque=measured.torque,
+        sets=tuple(sets),
+        accept=tuple(accept),
+        recommended=OwnValue("recommended", inertia.value, inertia.u or None),
+        yardstick=min(max(share, FINEST), COARSEST),
+    )
+
+
+def nearest(values: Sequence[OwnValue], reported: float) -> OwnValue:
+    """Find the fit that a reported value comes nearest to, the earlier of two equally near.
+
+    Parameters
+    ----------
+    values : sequence of OwnValue
+        At least one.
+    reported : float
+        [kg*m^2]
+
+    Returns
+    -------
+    OwnValue
+    """
+    return min(values, key=lambda own: abs(own.value - reported))
+
+
+def distance(reported: float, own: float, step: float, yardstick: float) -> float:
+    """Tell how far a reported value lies from one of the student's own runs, in units of u.
+
+    Parameters
+    ----------
+    reported, own : float
+        [kg*m^2]
+    step : float
+        One step of the last digit reported [kg*m^2]: half of it is rounding, and costs nothing.
+    yardstick : float
+        u as a share of the value [1].
+
+    Returns
+    -------
+    float
+    """
+    # A value rounded to nothing is no value.
+    rounding = step / 2 * (1 + 1e-9) if reported else 0.0
+    return max(0.0, abs(reported - own) - rounding) / (yardstick * abs(own))
+
+
+# --- the textbook fits, many tables at once ----------------------------------------------------------------
+
+
+def _through_origin(x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """Least squares of y = slope·x for tables of shape (c, m); u from the scatter."""
+    return _slope(x, y, 1)
+
+
+def _with_constant(x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """Least squares of y = slope·x + constant for tables of shape (c, m); u from the scatter."""
+    return _slope(x - x.mean(axis=1, keepdims=True), y - y.mean(axis=1, keepdims=True), 2)
+
+
+def _slope(x: Floats, y: Floats, unknowns: int) -> tuple[Floats, Floats]:
+    across = np.sum(x * x, axis=1)
+    slope = np.sum(x * y, axis=1) / across
+    freedom = x.shape[1] - unknowns
+    if freedom <= 0:
+        return slope, np.full(len(slope), np.nan)
+    left = y - slope[:, None] * x
+    return slope, np.sqrt(np.sum(left * left, axis=1) / freedom / across)
+
+
+def _mean_of_ratios(x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """Mean of y/x over the runs with a weight, u = standard deviation/√m, for tables of shape (c, m)."""
+    loaded = y[0] != 0
+    ratio = y[:, loaded] / x[:, loaded]
+    count = ratio.shape[1]
+    mean = ratio.mean(axis=1)
+    if count < 2:
+        return mean, np.full(len(mean), np.nan)
+    return mean, ratio.std(axis=1, ddof=1) / np.sqrt(count)
+
+
+_FITS = {"through_origin": _through_origin, "with_constant": _with_constant, "mean_of_ratios": _mean_of_ratios}

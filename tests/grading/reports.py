@@ -1,0 +1,115 @@
+"""Students on paper: logs as text, and what each works out from the numbers in them, with slips or without."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from labs import RPM, lab
+
+G = 9.803
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """One student's rows as typed: g, cm, rpm, s, turns."""
+
+    mass: np.ndarray
+    position: np.ndarray
+    spin: np.ndarray
+    time: np.ndarray
+    turns: np.ndarray
+
+    def log(self, *head: str) -> str:
+        lines = [f"# g: {G} m/s^2", *head, "mass [g],position [cm],spin [rpm],time [s],turns"]
+        columns = (self.mass, self.position, self.spin, self.time, self.turns)
+        lines += [f"{m:.2f},{x:.2f},{n:.1f},{t:.2f},{_turns_text(f)}" for m, x, n, t, f in zip(*columns, strict=True)]
+        return "\n".join(lines) + "\n"
+
+
+def _turns_text(turns: float) -> str:
+    return f"{turns:.0f}" if turns == round(turns) else f"{round(3 * turns)}/3"
+
+
+def sheet(random: np.random.Generator, turns: float | str = 1.0, **changes: object) -> Sheet:
+    """Draw a lab and type it in; ``turns="mixed"`` times 1/3, 2/3 and 1 turn for the three weights."""
+    measured = lab(random, turns=1.0 if turns == "mixed" else turns, **changes)  # type: ignore[arg-type]
+    part = measured.turns
+    time = measured.time
+    if turns == "mixed":
+        part = np.array([1 / 3, 2 / 3, 1.0])[np.unique(measured.mass.round(3), return_inverse=True)[1]]
+        time = (measured.time - random.normal(0, 0.14)) * part + random.normal(0, 0.14, len(part))
+    nominal = 1e3 * measured.mass, 1e2 * np.round(measured.position, 3)
+    return Sheet(nominal[0].round(2), nominal[1].round(2), (measured.spin / RPM).round(1), time.round(2), part)
+
+
+@dataclass(frozen=True)
+class Formula:
+    """What a student multiplies the typed numbers with, on the way to torque and rates."""
+
+    mass: float = 1e-3
+    position: float = 1e-2
+    g: float = G
+    spin: float = 2 * math.pi / 60
+    precession: float = 2 * math.pi
+    use_turns: Callable[[np.ndarray], np.ndarray] = lambda turns: turns
+    answer: float = 1.0
+
+    def inertia(self, rows: Sheet, fit: str) -> tuple[float, float]:
+        """I_zz and its uncertainty, as a page of a student's report has them."""
+        torque = self.mass * rows.mass * self.g * self.position * rows.position
+        product = self.precession * self.use_turns(rows.turns) / rows.time * self.spin * rows.spin
+        if fit == "mean_of_ratios":
+            ratios = torque / product
+            return self.answer * np.mean(ratios), abs(self.answer) * np.std(ratios, ddof=1) / math.sqrt(len(ratios))
+        degree = 1 if fit == "with_constant" else 0
+        design = np.vander(product, degree + 2)[:, -2:] if degree else product[:, None]
+        solution, *_ = np.linalg.lstsq(design, torque, rcond=None)
+        left = torque - design @ solution
+        covariance = np.linalg.inv(design.T @ design) * (left @ left) / (len(torque) - design.shape[1])
+        return self.answer * float(solution[0]), abs(self.answer) * math.sqrt(covariance[0, 0])
+
+
+RIGHT = Formula()
+SLIPS: dict[str, Formula] = {
+    "rpm_as_rad_s": Formula(spin=1.0),
+    "rad_s_as_rpm": Formula(spin=(2 * math.pi / 60) ** 2),
+    "minutes_as_seconds": Formula(spin=2 * math.pi),
+    "two_pi_missing": Formula(precession=1.0),
+    "two_pi_twice": Formula(precession=(2 * math.pi) ** 2),
+    "two_pi_missing_in_both": Formula(precession=1.0, spin=1 / 60),
+    "both_in_rpm": Formula(precession=60.0, spin=1.0),
+    "g_as_kg": Formula(mass=1.0),
+    "kg_as_g": Formula(mass=1e-6),
+    "cm_as_m": Formula(position=1.0),
+    "cm_as_mm": Formula(position=1e-3),
+    "missing_g": Formula(g=1.0),
+    "diameter_for_radius": Formula(position=2e-2),
+    "radius_halved": Formula(position=0.5e-2),
+    "turns_forgotten": Formula(use_turns=np.ones_like),
+    "turns_upside_down": Formula(use_turns=lambda turns: 1 / turns),
+    "answer_in_g_cm2": Formula(answer=1e7),
+    "sign": Formula(answer=-1.0),
+    "power_of_ten_1": Formula(answer=10.0),
+    "rpm_as_rad_s + two_pi_missing": Formula(spin=1.0, precession=1.0),
+    "g_as_kg + cm_as_m": Formula(mass=1.0, position=1.0),
+    "rpm_as_rad_s + g_as_kg": Formula(spin=1.0, mass=1.0),
+    "g_as_kg + turns_forgotten": Formula(mass=1.0, use_turns=np.ones_like),
+}
+"""How each slip comes about: the raw numbers of the log put into the formula."""
+
+
+def reported_line(value: float, u: float | None, digits: int = 2, unit: str = " kg m^2") -> str:
+    """Write a report as a careful student does: u with some digits, the value to the same place."""
+    if u is None:
+        return f"# reported_inertia: {value:.6g}{unit}"
+    power = math.floor(math.log10(abs(value)))
+    places = digits - 1 - math.floor(math.log10(u / 10.0**power))
+    places = max(places, 0)
+    return f"# reported_inertia: {value / 10**power:.{places}f}e{power} ± {u / 10**power:.{places}f}e{power}{unit}"
+
+
+def with_time(rows: Sheet, time: np.ndarray) -> Sheet:
+    return replace(rows, time=time)

@@ -281,8 +281,8 @@ class TestEarth:
         gyro("earth --latitude 42.5deg")
         assert list(tmp_path.iterdir()) == []
 
-    @pytest.mark.parametrize("latitude", [42.5, -33.9, 0.0, 90.0])
-    @pytest.mark.parametrize("hours", [0.1, 24.0, 500.0])
+    @pytest.mark.parametrize("latitude", [42.5, -33.9, 90.0])
+    @pytest.mark.parametrize("hours", [0.1, 500.0])
     def test_the_figure_shows_the_numbers_and_its_text_stays_inside(self, latitude: float, hours: float) -> None:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.text import Text

@@ -100,7 +100,7 @@ def fast_precession_rate(
         Precession rate φ̇ [rad/s]; NaN where no steady precession exists; infinite where there is only the
         slow one, for a level rod or I = I_zz. Without a torque, the free precession of a spinning body.
     """
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         curvature, _, doubled = _quadratic(torque, spin, inertia, transverse_inertia, pitch, total_spin)
         return -doubled / (2 * curvature)
 

@@ -85,13 +85,15 @@ def predict_precession(
         "exists": slow is not None,
         "critical_spin": critical,
         "period": 2 * math.pi / abs(slow) if slow else None,
-        "reason": _why_none(slow, fast, horizontal, critical, pitch),
+        "reason": _why_none(slow, fast, horizontal, critical, inertia == transverse_inertia),
         "released": _released(torque, spin, *top),
         "sleeping": _sleeping(torque, spin, inertia, transverse_inertia),
     }
 
 
-def _why_none(slow: float | None, fast: float | None, horizontal: float | None, critical: float, pitch: float) -> str:
+def _why_none(
+    slow: float | None, fast: float | None, horizontal: float | None, critical: float, round_body: bool
+) -> str:
     """Say why there is no such rate: clauses, parted by semicolons."""
     clauses = []
     if slow is None:
@@ -100,7 +102,7 @@ def _why_none(slow: float | None, fast: float | None, horizontal: float | None, 
         )
         clauses.append(f"slow, fast, period: {low if critical else 'without spin the rod just falls'}")
     elif fast is None:
-        which = "with I = I_zz" if math.sin(pitch) else "that is level"
+        which = "with I = I_zz" if round_body else "that is level"
         clauses.append(f"fast: a rod {which} has only the slow precession")
     if slow == 0:
         clauses.append("period: without a torque the rod stays where it points")

@@ -180,6 +180,7 @@ def test_no_steady_precession_is_not_a_number() -> None:
 def test_no_fast_root_is_infinite() -> None:
     assert math.isinf(physics.fast_precession_rate(TORQUE, SPIN, INERTIA, TRANSVERSE, 0.0))
     assert math.isinf(physics.fast_precession_rate(TORQUE, SPIN, INERTIA, INERTIA, 0.4))
+    assert math.isinf(physics.fast_precession_rate(TORQUE, SPIN, INERTIA, TRANSVERSE, 5e-324))
 
 
 def test_the_fast_root_is_out_of_reach_of_a_lab() -> None:

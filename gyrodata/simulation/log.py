@@ -107,11 +107,13 @@ def simulate(
 
     Notes
     -----
-    The analysis of an exact log gives the truth back wherever its model is the scene's: a level rod, a tilted
-    one, one whose spin is read at the start and the end, each in both senses. It is not for a released rod, whose
-    nutation makes single times early or late, nor for a tilted one whose spin falls: there the harmonic mean of
-    the spin belongs in eq. (9), not in eq. (8), and I_zz is off by up to (1 − I/I_zz) (φ̇/ψ̇) sin(pitch) × d²/12
-    for a fall by the factor e^−d, 0.003 % for 60 g at 200 rpm, 50° and 30 %.
+    The analysis gives the truth back from an exact log wherever its model is what happened: a level rod or a
+    tilted one, or a level one whose spin falls and is read at the start and the end. It does so only nearly for
+
+    * a rod let go from rest: it nods, and each run may be early or late by I/(I_zz ψ̇) seconds;
+    * a tilted rod whose spin falls: the harmonic mean of the spin belongs in eq. (9), not in eq. (8). A spin that
+      falls by a factor e^−d makes I_zz wrong by (1 − I/I_zz) (φ̇/ψ̇) sin(pitch) d²/4 or so: 0.1 % for 60 g at
+      200 rpm, 50° and a fall of 30 %.
     """
     truth, design = truth or Truth(), design or Design()
     random = np.random.default_rng(seed)
@@ -221,6 +223,7 @@ def _column(role: str, texts: list[str], stated: Mapping[str, Uncertainty]) -> C
             message = f"run {i + 1}: {role} {texts[i]} {unit} {fault}"
             hint = "take less noise, a smaller timing bias, or more turns"
             raise InputError([Diagnostic(G631, "error", message, hint)])
+    finest = min((cell.step for cell in cells if cell and cell.step), default=None)
     u = stated.get("u_spin" if role in ("spin_start", "spin_end") else f"u_{role}")
     one_reading = role == "transverse_inertia" and len(set(texts)) == 1
     return Column(
@@ -228,7 +231,7 @@ def _column(role: str, texts: list[str], stated: Mapping[str, Uncertainty]) -> C
         header=f"# {role}" if one_reading else f"{role} [{unit}]" if unit else role,
         unit=unit,
         values=tuple(cell.value if cell else None for cell in cells),
-        resolutions=tuple(cell.step if cell else None for cell in cells),
+        resolutions=tuple(finest if cell and cell.step else None for cell in cells),
         uncertainties=tuple(u if cell else None for cell in cells),
         readings=(0,) * len(texts) if one_reading else tuple(range(len(texts))),
         places=(None,) * len(texts),

@@ -34,8 +34,8 @@ TYPICAL: Mapping[str, Uncertainty] = {
 }
 """What a log is taken to mean where it says nothing; a ruler with millimetres is read to 1 mm/√12 = 0.3 mm."""
 
-EXACT: Mapping[str, Uncertainty] = dict.fromkeys(TYPICAL, Uncertainty())
-"""No errors at all."""
+EXACT: Mapping[str, Uncertainty] = dict.fromkeys(TYPICAL, Uncertainty()) | {"u_spin": Uncertainty(0.0, 1e-12)}
+"""No errors but those of sixteen digits: with none at all, a run without a torque would weigh infinitely much."""
 
 KEYS = (*TYPICAL, "u_g", "u_imbalance")
 """All that a simulated log can err in."""
@@ -159,4 +159,8 @@ def _texts(path: Path) -> dict[str, str]:
             return dict(lines)
         message = f"--noise {str(path)!r} is no TOML and has no lines such as # u_time: 0.1 s ({error})"
         raise InputError([Diagnostic(G636, "error", message, 'in TOML, write: u_time = "0.1 s"')]) from None
-    return {key: str(value) for key, value in table.items()} or dict(lines)
+    texts = {key: str(value) for key, value in table.items()} or dict(lines)
+    if not texts:
+        message = f"--noise {str(path)!r} states no uncertainty"
+        raise InputError([Diagnostic(G636, "error", message, 'write: u_time = "0.1 s"')])
+    return texts

@@ -16,7 +16,7 @@ from gyrodata.physics import Floats
 from gyrodata.readings.cells import check_value
 from gyrodata.readings.files import MAX_ROWS
 from gyrodata.simulation.decay import course, time_by_constant, time_by_share
-from gyrodata.units import to_display
+from gyrodata.units import LIMITS, SI, to_display
 
 Motion = Literal["horizontal", "steady", "released"]
 
@@ -163,7 +163,7 @@ def _check(truth: Truth, design: Design) -> None:
     """Refuse what cannot be, before anything is computed from it."""
     across = truth.inertia if truth.transverse_inertia is None else truth.transverse_inertia
     values = [("transverse_inertia", "inertia", truth.inertia), ("transverse_inertia", "transverse", across)]
-    values += [("g", "g", truth.g), ("torque", "imbalance", truth.imbalance or 0.0)]
+    values += [("g", "g", truth.g)]
     values += [("position", "position", position) for position in design.positions]
     values += [("mass", "weight", mass) for mass in design.masses]
     values += [("spin", "spin", spin) for spin in design.spins]
@@ -179,9 +179,11 @@ def _check(truth: Truth, design: Design) -> None:
         if fault:
             shown, unit = to_display(value, role)
             _refuse(G631, f"{name} {shown:.6g} {unit}".rstrip() + f" {fault}", hint)
-    bias = truth.timing_bias or 0.0
-    if not abs(bias) <= 1e7:
-        _refuse(G631, f"timing bias {bias:g} s is no reaction of a hand")
+    unknowns = (("torque", "imbalance", truth.imbalance), ("time", "timing bias", truth.timing_bias))
+    for kind, name, size in unknowns:
+        # They may be as small as they like.
+        if size is not None and not abs(size) <= LIMITS[kind][1]:
+            _refuse(G631, f"{name} {size:g} {SI[kind]} is too large")
     if decay is not None and decay.lost is not None and not 0 < decay.lost < 1:
         _refuse(G631, f"a run cannot lose {100 * decay.lost:g} % of its spin", "write it like 10 %")
     rows = design.repeats * math.prod(

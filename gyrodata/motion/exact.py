@@ -9,8 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gyrodata.motion.crossing import find_crossing
-from gyrodata.motion.orbits import Orbit, orbit
+from gyrodata.motion.orbits import UPRIGHT, Orbit, orbit
 from gyrodata.motion.states import State, Top
+
+_LONGEST = 1e12
+"""Nutations [1] after which an angle not yet swept never is: what is left of a mean rate of 0 is rounding."""
 
 
 def exact(top: Top, state: State, time: ArrayLike) -> State:
@@ -42,7 +45,7 @@ def exact(top: Top, state: State, time: ArrayLike) -> State:
     axis = ahead * np.sqrt(place.upper * place.lower)
     momentum = ahead * course.lean(place) * top.transverse_inertia
     height = np.where(place.upper < 1, 1 - place.upper, place.lower - 1)
-    upwards = start.about_z * top.transverse_inertia + np.zeros_like(height)
+    upwards = start.about_z * top.transverse_inertia
     return State(_vector(axis, height, start.flip), _vector(momentum, upwards, start.flip))
 
 
@@ -61,8 +64,8 @@ def precession_angle(top: Top, state: State, time: ArrayLike) -> Any:
     -------
     ndarray or float
         Angle [rad], anticlockwise seen from above. A rod that passes exactly through the vertical turns by half
-        a turn there, counted anticlockwise (the limit of orbits that leave the vertical on their left); one that
-        starts there has the second half of it, a quarter turn, still before it. A rod that stays upright sweeps 0.
+        a turn there, in the sense of its turning otherwise, or anticlockwise if it does not turn otherwise. For
+        one that starts there it counts from the azimuth at which it leaves. A rod that stays upright sweeps 0.
 
     Raises
     ------
@@ -110,8 +113,9 @@ def time_to_turn(top: Top, state: State, angle: ArrayLike) -> Any:
     Returns
     -------
     ndarray or float
-        [s], to the last digits that the angle settles (near a cusp, where the rod stands still, those are few);
-        infinite where the rod never gets there.
+        [s], to about 1e-15 of itself and of the nutation's period, and to what the last digit of the angle
+        settles (little near a cusp, where the rod stands still). Infinite where the rod never gets there, or not
+        within 1e12 nutations.
 
     Raises
     ------
@@ -124,7 +128,9 @@ def time_to_turn(top: Top, state: State, angle: ArrayLike) -> Any:
 
 def _vector(level: Any, height: Any, flip: Any) -> Any:
     """A vector in the fixed frame from its horizontal part, a complex number, and its height."""
-    return np.stack(np.broadcast_arrays(level.real, flip * level.imag, flip * height), axis=-1)
+    vector = np.empty((*np.shape(level), 3))
+    vector[..., 0], vector[..., 1], vector[..., 2] = level.real, flip * level.imag, flip * height
+    return vector
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,7 +159,8 @@ class _Course:
         with np.errstate(divide="ignore", invalid="ignore"):
             sn = np.where(width > 0, np.sqrt(-path.low / width), 0)
             cn = np.where(width > 0, np.sqrt(path.high / width), 1)
-        first = self._place(np.copysign(sn, start.climb), cn)
+        # At a turning point the climb is 0: the rod comes from the upper one and is at the end of its way to the lower.
+        first = self._place(np.where(start.climb > 0, sn, -sn), cn)
         self.phase = first.sn * elliprf(first.cn**2, first.dn**2, 1.0)
         self.offset = self._bend(first)
         # Near the vertical the way H leans tells the azimuth, elsewhere the way the rod points.
@@ -161,6 +168,20 @@ class _Course:
         towards = towards + np.conj(self.lean(first)) * start.leaning
         size = np.abs(towards)
         self.heading = np.where(size > 0, towards, 1) / np.where(size > 0, size, 1)
+        self._leave_pole()
+
+    def _leave_pole(self) -> None:
+        """Count a motion that starts at the vertical from the azimuth at which it leaves, a quarter turn on."""
+        path, start = self.orbit, self.orbit.start
+        above = (start.upper < UPRIGHT) & (path.upper_far > UPRIGHT)
+        below = (start.lower < UPRIGHT) & (path.lower_far > UPRIGHT)
+        if (above | below).any():
+            miss = np.where(above, path.upper_miss, path.lower_miss)
+            quarter = np.where(above | below, np.copysign(np.pi / 2, miss), 0)
+            self.offset = self.offset + quarter
+            self.heading = self.heading * np.exp(1j * quarter)
+            # The passage takes less than the last digit of the phase.
+            self.phase = np.where(below, np.finfo(float).eps / 2, self.phase)
 
     def _weigh(self, path: Orbit, width: Any) -> None:
         """What multiplies the two integrals of the third kind, and their whole values."""
@@ -169,8 +190,8 @@ class _Course:
         m1 = path.complement
         scale = width / (6 * path.pace)
         self.upper_weight = scale * path.upper_miss / path.upper_far**2
-        self.lower_weight = scale * path.lower_miss * m1 / path.lower_far**2
-        self.lower_bend = self.lower_weight * elliprj(m1, 0.0, 1.0, m1 * path.lower_near / path.lower_far)
+        self.lower_weight = scale * path.lower_miss / np.sqrt(m1) / path.lower_far**2
+        self.lower_bend = self.lower_weight * elliprj(1.0, 0.0, 1 / m1, path.lower_near / path.lower_far)
         self.upper_bend = self.upper_weight * elliprj(0.0, m1, 1.0, path.upper_near / path.upper_far)
 
     def _place(self, sn: Any, cn: Any) -> _Place:
@@ -183,10 +204,10 @@ class _Course:
         """Azimuth on top of R t, from the lower turning point to a place on either side of it [rad]."""
         from scipy.special import elliprj
 
-        path, m1 = self.orbit, self.orbit.complement
+        path = self.orbit
         s2, c2, d2 = place.sn**2, place.cn**2, place.dn**2
         from_below = elliprj(c2, d2, 1.0, place.upper / path.upper_far)
-        from_above = elliprj(m1, m1 * s2, d2, m1 * place.lower / path.lower_far)
+        from_above = elliprj(1.0, s2, d2 / path.complement, place.lower / path.lower_far)
         upper = self.upper_weight * np.abs(place.sn) * s2 * from_below
         lower = self.lower_bend - self.lower_weight * np.abs(place.cn) * c2 * from_above
         return np.copysign(1.0, place.sn) * (upper + lower)
@@ -236,7 +257,7 @@ class _Course:
         missing = target - sense * self.at(end)[0]
         with np.errstate(divide="ignore", invalid="ignore"):
             nutations = np.where(missing > 0, np.ceil(missing / gain), 0)
-        never = ((missing > 0) & ~(gain > 0)) | (stretch == 0)
+        never = ((missing > 0) & ~(gain > 0)) | (stretch == 0) | (nutations > _LONGEST)
         late = np.where(never, 0, end + nutations * self.period)
         early = np.where(never, 0, np.maximum(late - stretch, 0))
         when = find_crossing(lambda time: sense * self.at(time)[0] - target, early, late)

@@ -22,14 +22,14 @@ import numpy as np
 from gyrodata.motion.elliptic import Ladder, ladder
 from gyrodata.motion.states import State, Top
 
-_MISS = 1e-20
+_MISS = 1e-30
 """An orbit exactly through the vertical is taken to miss it by about this part of where it starts [1]."""
 
-_UPRIGHT = 1e-50
+UPRIGHT = 1e-50
 """A rod that never comes farther than this from the vertical, in 1 − |cosθ|, stands there for good."""
 
 _NEAREST = 1e-90
-"""Least 1 − |cosθ| of a passing orbit, so that no integral is infinite."""
+"""Least closest approach to a pole as a part of the farthest, in 1 − |cosθ|, so that no integral is infinite."""
 
 _LEAST_COMPLEMENT = 1e-34
 """Least 1 − m: a motion that would take for ever to reach the upright takes some forty times 1/κ instead."""
@@ -193,7 +193,7 @@ def _turning_points(start: Start) -> tuple[Any, Any, Any]:
     c = start.climb**2
     far = _larger_root(a, 2 * beta * b)
     # Between the two largest roots the cubic is flat; the far one is never below that place.
-    least = np.maximum(_larger_root(2 * a / 3, 2 * beta * b / 3), _UPRIGHT * start.rate2)
+    least = np.maximum(_larger_root(2 * a / 3, 2 * beta * b / 3), UPRIGHT * start.rate2)
     far = np.maximum(far, least)
     for _step in range(_NEWTON_STEPS):
         value = ((far + a) * far + 2 * beta * b) * far + 4 * beta**2 * c
@@ -215,24 +215,24 @@ def _turning_points(start: Start) -> tuple[Any, Any, Any]:
 def _larger_root(p: Any, q: Any) -> Any:
     """The larger root of x² + p x + q, real and at least 0, without a difference of near-equal numbers."""
     root = np.sqrt(np.maximum(p**2 - 4 * q, 0))
-    return np.nan_to_num(np.where(p < 0, (root - p) / 2, -2 * q / (p + root)))
+    return np.where(p < 0, (root - p) / 2, -2 * q / np.maximum(p + root, np.finfo(float).tiny))
 
 
 def _completed(start: Start, far: Any, low: Any, high: Any) -> Orbit:
     """The other constants, given 2β w3, w1 and w2."""
     beta = start.gravity
-    still = (start.upper - low < _UPRIGHT) | (start.lower + high < _UPRIGHT)
+    still = (start.upper - low < UPRIGHT) | (start.lower + high < UPRIGHT)
     low, high = np.where(still, 0, low), np.where(still, 0, high)
-    upper_far = np.maximum(start.upper - low, _UPRIGHT)
+    upper_far = np.maximum(start.upper - low, UPRIGHT)
     upper_miss, upper_near, apart = start.upper_miss, start.upper - high, far - 2 * beta * high
-    close = ((high > start.upper / 2) | (start.upper < _UPRIGHT)) & ~still
+    close = ((high > start.upper / 2) | (start.upper < UPRIGHT)) & ~still
     if close.any():
         miss, near, gap = _upper_approach(start, upper_far)
         upper_miss, upper_near = np.where(close, miss, upper_miss), np.where(close, near, upper_near)
         high, apart = np.where(close, np.maximum(start.upper - near, 0), high), np.where(close, gap, apart)
-    lower_far = np.maximum(start.lower + high, _UPRIGHT)
+    lower_far = np.maximum(start.lower + high, UPRIGHT)
     lower_miss, lower_near = start.lower_miss, start.lower + low
-    close = ((-low > start.lower / 2) | (start.lower < _UPRIGHT)) & ~still
+    close = ((-low > start.lower / 2) | (start.lower < UPRIGHT)) & ~still
     if close.any():
         # (1 + u1)(1 + u2)(1 + u3) = (l + a)²/2β.
         product = lower_far * (apart + 2 * beta * lower_far)
@@ -249,9 +249,9 @@ def _completed(start: Start, far: Any, low: Any, high: Any) -> Orbit:
         low=low,
         high=high,
         upper_far=upper_far,
-        upper_near=np.where(upper_far > _UPRIGHT, np.maximum(upper_near, _NEAREST), _UPRIGHT),
+        upper_near=np.where(upper_far > UPRIGHT, np.maximum(upper_near, _NEAREST * upper_far), UPRIGHT),
         lower_far=lower_far,
-        lower_near=np.where(lower_far > _UPRIGHT, np.maximum(lower_near, _NEAREST), _UPRIGHT),
+        lower_near=np.where(lower_far > UPRIGHT, np.maximum(lower_near, _NEAREST * lower_far), UPRIGHT),
         pace=np.sqrt(pace4) / 2,
         parameter=parameter,
         complement=complement,
@@ -276,7 +276,7 @@ def _upper_approach(start: Start, upper_far: Any) -> tuple[Any, Any, Any]:
 
 def _or_whole(part: Any, whole: Any) -> Any:
     """How far from the pole the motion starts [1], or where it starts at the pole how far from it it goes."""
-    return np.where(part < _UPRIGHT, whole, part)
+    return np.where(part < UPRIGHT, whole, np.maximum(part, 1e-20 * whole))
 
 
 def _missed(miss: Any, scale2: Any, start: Start) -> Any:

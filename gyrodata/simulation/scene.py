@@ -132,7 +132,8 @@ def happen(truth: Truth, design: Design) -> Runs:
     InputError
         A value that cannot be, or a run that is never completed.
     """
-    _check(truth, design)
+    _check_values(truth, design)
+    _check_together(truth, design)
     settings = [
         (mass, position, pitch, spin, turns)
         for mass in design.masses
@@ -159,8 +160,8 @@ def happen(truth: Truth, design: Design) -> Runs:
     return _steady(truth, untimed)
 
 
-def _check(truth: Truth, design: Design) -> None:
-    """Refuse what cannot be, before anything is computed from it."""
+def _check_values(truth: Truth, design: Design) -> None:
+    """Refuse numbers that cannot be, before anything is computed from them."""
     across = truth.inertia if truth.transverse_inertia is None else truth.transverse_inertia
     values = [("transverse_inertia", "inertia", truth.inertia), ("transverse_inertia", "transverse", across)]
     values += [("g", "g", truth.g)]
@@ -186,6 +187,13 @@ def _check(truth: Truth, design: Design) -> None:
             _refuse(G631, f"{name} {size:g} {SI[kind]} is too large")
     if decay is not None and decay.lost is not None and not 0 < decay.lost < 1:
         _refuse(G631, f"a run cannot lose {100 * decay.lost:g} % of its spin", "write it like 10 %")
+
+
+def _check_together(truth: Truth, design: Design) -> None:
+    """Refuse what does not go together."""
+    decay = truth.decay
+    if decay is not None and (decay.time_constant is None) == (decay.lost is None):
+        _refuse(G635, "a spin falls with a time constant, or by a part in each run: not with both or neither")
     rows = design.repeats * math.prod(
         len(part) for part in (design.masses, design.positions, design.spins, design.turns, design.pitches)
     )
@@ -210,11 +218,10 @@ def _steady(truth: Truth, runs: Runs) -> Runs:
         time = angle / np.abs(at.rate)
     elif truth.decay.lost is not None:
         time, end = time_by_share(at, angle, truth.decay.lost), runs.spin * (1 - truth.decay.lost)
-    elif truth.decay.time_constant is not None:
+    else:
+        assert truth.decay.time_constant is not None
         time = time_by_constant(at, angle, truth.decay.time_constant)
         end = runs.spin * np.exp(-time / truth.decay.time_constant)
-    else:
-        _refuse(G631, "a spin decay has a time constant, or a part that is lost in each run", "")
     if end is not None:
         rate = physics.precession_rate(runs.torque, end, truth.inertia, runs.across, runs.pitch)
         for i in np.flatnonzero(~np.isfinite(time))[:1]:

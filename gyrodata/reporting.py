@@ -585,9 +585,9 @@ def csv_cell(value: object) -> str:
         return "true" if value else "false"
     if isinstance(value, float):
         return repr(value)
-    text = str(value)
+    text = str(value).replace("\r", " ")  # which the csv module leaves unquoted, and readers take for a row's end
     # A spreadsheet runs a cell that begins like this as a formula, in wide letters too.
-    return f"'{text}" if text[:1] in tuple("=+-@\t\r\n＝＋－＠") else text
+    return f"'{text}" if text[:1] in tuple("=+-@\t\n＝＋－＠") else text
 
 
 # --- the page -----------------------------------------------------------------------------------------------

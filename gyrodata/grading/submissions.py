@@ -173,7 +173,8 @@ def find_submissions(
         hint = f"write one of: auto, folder, {', '.join(PLATFORMS)}"
         raise InputError([Diagnostic(G705, "error", f'there is no --lms "{lms}"', hint)])
     root = Path(path)
-    if own is None and lms in ("auto", "gradescope") and (root / gradescope.LIVE).is_file():
+    live = (root / gradescope.LIVE).is_file() or lms == "gradescope"
+    if own is None and lms in ("auto", "gradescope") and live and (root / "submission").is_dir():
         return _running_autograder(root, attempts)
     files = list_files(root)
     below = ""

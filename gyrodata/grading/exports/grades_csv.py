@@ -1,0 +1,95 @@
+"""``grades.csv``: a row for each student, a column for each criterion, and first of all a row of what can be had."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from gyrodata.reporting import csv_cell
+
+if TYPE_CHECKING:
+    from gyrodata.grading.forensics import Flag
+    from gyrodata.grading.grade import Grade
+
+POINTS_ROW = "points possible"
+"""What stands for a student in the first row."""
+
+_BEFORE = ("student", "name", "status", "total")
+_AFTER = (
+    "late_deduction",
+    "late [s]",
+    "reported [kg*m^2]",
+    "u_reported [kg*m^2]",
+    "matched",
+    "d",
+    "z",
+    "slips",
+    "flags",
+    "look",
+    "why_not_graded",
+)
+
+
+def grades_csv(grades: Sequence[Grade], flags: Sequence[Flag] = ()) -> str:
+    """Write the grades of a class.
+
+    Parameters
+    ----------
+    grades : sequence of Grade
+        In any order; the rows are sorted by student.
+    flags : sequence of Flag
+        What was flagged in the class.
+
+    Returns
+    -------
+    str
+        CSV (RFC 4180 with plain line feeds). Points have two decimals; a cell is blank where nothing was judged. A
+        text that a spreadsheet would run as a formula has a ' in front.
+    """
+    ordered = sorted(grades, key=lambda grade: grade.student)
+    criteria: dict[str, float] = {}
+    for grade in ordered:
+        for mark in grade.marks:
+            criteria.setdefault(mark.criterion, mark.out_of)
+    flagged: dict[str, list[str]] = {}
+    for flag in flags:
+        for student in flag.students:
+            others = [other for other in (*flag.students, *flag.previous) if other != student]
+            flagged.setdefault(student, []).append(f"{flag.kind} with {', '.join(others)}" if others else flag.kind)
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow([csv_cell(header) for header in (*_BEFORE, *criteria, *_AFTER)])
+    if ordered:
+        possible = [two_decimals(points) for points in criteria.values()]
+        blank = [""] * len(_AFTER)
+        writer.writerow([POINTS_ROW, "", "--", two_decimals(ordered[0].out_of), *possible, *blank])
+    for grade in ordered:
+        writer.writerow(_row(grade, list(criteria), flagged.get(grade.student, [])))
+    return out.getvalue()
+
+
+def two_decimals(points: float | None) -> str:
+    """Write points with two decimals, as gradebooks compare them, and never with a mark between thousands."""
+    return "" if points is None else f"{points:.2f}"
+
+
+def _row(grade: Grade, criteria: Sequence[str], flags: Sequence[str]) -> list[str]:
+    marks = {mark.criterion: mark.points for mark in grade.marks}
+    cells: list[object] = [grade.student, grade.name, grade.status]
+    after: list[object] = [
+        grade.late_seconds,
+        grade.reported.get("value"),
+        grade.reported.get("u"),
+        grade.matched,
+        None if grade.d is None else float(f"{grade.d:.4g}"),
+        None if grade.z is None else float(f"{grade.z:.4g}"),
+        "; ".join(slip.kind for slip in grade.slips),
+        "; ".join(flags),
+        "; ".join(grade.look),
+        grade.why,
+    ]
+    points = [grade.points, *(marks.get(criterion) for criterion in criteria)]
+    deducted = two_decimals(grade.late_deduction if grade.status == "graded" else None)
+    return [*map(csv_cell, cells), *map(two_decimals, points), deducted, *map(csv_cell, after)]

@@ -1,0 +1,433 @@
+"""Grades go back to where they came from: only what is meant to change changes, and what would be lost is told."""
+
+import csv
+import dataclasses
+import io
+import json
+import stat
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+from grading.classes import LOG, make_folder
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gyrodata.errors import InputError
+from gyrodata.grading.checks import Mark
+from gyrodata.grading.exports.canvas import fill_gradebook
+from gyrodata.grading.exports.grades_csv import grades_csv
+from gyrodata.grading.exports.gradescope import autograder_files, grade_autograder, results_json
+from gyrodata.grading.exports.moodle import fill_worksheet
+from gyrodata.grading.exports.sheet import read_sheet
+from gyrodata.grading.forensics import Flag
+from gyrodata.grading.grade import Grade
+from gyrodata.grading.rubric import default_rubric_text
+
+OUT_OF = (2.0, 6.0, 12.0)
+
+
+def made(kind: type[Any], /, **fields: object) -> Any:
+    """Make a noun of which only these fields matter."""
+    return kind(**({field.name: None for field in dataclasses.fields(kind)} | fields))
+
+
+def a_grade(student: str, points: Sequence[float | None] = (2.0, 4.5, 11.0), **fields: object) -> Grade:
+    """Make a grade with three criteria; what a test does not speak of is empty."""
+    marks = tuple(
+        made(Mark, criterion=f"c{number}", title=f"Criterion {number}", points=got, out_of=most, reason=f"r{number}")
+        for number, (got, most) in enumerate(zip(points, OUT_OF, strict=True))
+    )
+    graded = None not in points
+    total = sum(point or 0.0 for point in points) if graded else None
+    values: dict[str, object] = {
+        "student": student, "name": student.title(), "status": "graded" if graded else "not graded", "points": total,
+        "out_of": 20.0, "why": None if graded else "the log cannot be read", "marks": marks, "slips": (), "look": (),
+        "reported": {}, "own": {}, "late_deduction": 0.0, "late_reason": "", "diagnostics": (), "title": "Lab",
+        "rubric": "r", "digest": "d",
+    }  # fmt: skip
+    return made(Grade, **(values | fields))
+
+
+def rows_of(data: bytes | str, delimiter: str = ",") -> list[list[str]]:
+    text = data.decode("utf-8-sig") if isinstance(data, bytes) else data
+    return list(csv.reader(io.StringIO(text, newline=""), delimiter=delimiter))
+
+
+# --- grades.csv ---------------------------------------------------------------------------------------------
+
+
+def test_grades_have_a_row_of_points_and_a_column_for_each_criterion() -> None:
+    grades = [
+        a_grade("bob", late_seconds=7200.0, late_deduction=2.0, points=(2.0, 6.0, 12.0)),
+        a_grade("ann", (2.0, None, None)),
+        a_grade("kim", matched="through_origin", d=0.123456, z=1.0, reported={"value": 4.4e-3, "u": 5e-5}),
+    ]
+    flag = made(Flag, kind="shared rows", students=("ann", "bob"), evidence="7 of 9", previous=())
+    text = grades_csv(grades, [flag])
+    rows = rows_of(text)
+    head = rows[0]
+    assert head[:7] == ["student", "name", "status", "total", "c0", "c1", "c2"]
+    assert rows[1][:7] == ["points possible", "", "--", "20.00", "2.00", "6.00", "12.00"]
+    assert [row[0] for row in rows[2:]] == ["ann", "bob", "kim"]
+    table = {row[0]: dict(zip(head, row, strict=True)) for row in rows[1:]}
+    assert table["ann"]["total"] == table["ann"]["c1"] == "", "not a zero by accident"
+    assert table["ann"]["why_not_graded"] == "the log cannot be read"
+    assert table["ann"]["flags"] == "shared rows with bob"
+    assert (table["bob"]["total"], table["bob"]["late_deduction"], table["bob"]["late [s]"]) == (
+        "20.00",
+        "2.00",
+        "7200.0",
+    )
+    assert (table["kim"]["reported [kg*m^2]"], table["kim"]["d"]) == ("0.0044", "0.1235")
+    assert grades_csv(list(reversed(grades)), [flag]) == text, "the order makes no difference"
+
+
+def test_grades_of_nobody() -> None:
+    assert rows_of(grades_csv([]))[0][0] == "student"
+
+
+@pytest.mark.parametrize(
+    "evil", ["=1+1", "+1", "-1", "@SUM(A1)", "\t=1", "\r=1", "＝1", '=HYPERLINK("x","y")', "a,b\n=1"]
+)
+def test_no_cell_of_grades_is_a_formula(evil: str) -> None:
+    text = grades_csv([a_grade(evil, (None, None, None), name=evil, why=evil, look=(evil,))])
+    for row in rows_of(text):
+        assert not any(cell[:1] in tuple("=+-@\t\r＝") for cell in row if cell != "--")
+
+
+NAMES = st.text(st.characters(blacklist_categories=["Cs"], blacklist_characters="\r\x00"), max_size=20)
+
+
+@given(st.lists(st.tuples(NAMES, st.floats(0, 2), st.floats(0, 6)), min_size=1, max_size=5, unique_by=lambda t: t[0]))
+@settings(derandomize=True, deadline=None, max_examples=100)
+def test_grades_of_any_names_keep_their_cells(people: list[tuple[str, float, float]]) -> None:
+    rows = rows_of(grades_csv([a_grade(name, (a, b, 0.0), name=name) for name, a, b in people]))
+    assert {len(row) for row in rows} == {len(rows[0])}
+    assert [row[0].removeprefix("'") for row in rows[2:]] == [
+        name.removeprefix("'") for name in sorted(n for n, _, _ in people)
+    ]
+
+
+# --- sheets of somebody else's ------------------------------------------------------------------------------
+
+
+@given(st.text(st.characters(blacklist_characters="\x00", blacklist_categories=["Cs"]), min_size=1, max_size=80)
+       | st.text('a",;\t\r\n', min_size=1, max_size=60),
+       st.sampled_from(["utf-8", "utf-8-sig", "utf-16"]))  # fmt: skip
+@settings(derandomize=True, deadline=None, max_examples=400)
+def test_a_sheet_that_is_not_changed_comes_back_byte_for_byte(text: str, encoding: str) -> None:
+    data = text.encode(encoding)
+    try:
+        sheet = read_sheet(data, "x.csv")
+    except InputError:
+        assert not text.strip("\ufeff").strip()
+        return
+    assert sheet.to_bytes() == data
+
+
+@given(st.lists(st.lists(st.text('a b",\n;é', max_size=6), min_size=2, max_size=4), min_size=1, max_size=4),
+       st.sampled_from(["\n", "\r\n"]), st.sampled_from([csv.QUOTE_ALL, csv.QUOTE_MINIMAL]), st.data())  # fmt: skip
+@settings(derandomize=True, deadline=None, max_examples=200)
+def test_a_changed_cell_changes_alone(table: list[list[str]], end: str, quoting: int, data: st.DataObject) -> None:
+    table[0] = ["head", *(f"h{n}" for n in range(len(table[0]) - 1))]
+    out = io.StringIO(newline="")
+    csv.writer(out, lineterminator=end, quoting=quoting).writerows(table)  # type: ignore[arg-type]
+    sheet = read_sheet(out.getvalue().encode(), "x.csv")
+    row = data.draw(st.integers(0, len(table) - 1))
+    column = data.draw(st.integers(0, len(table[row]) + 1))
+    new = data.draw(st.text('1,"\nx ', max_size=5))
+    sheet.put(row, column, new)
+    table[row] += [""] * (column + 1 - len(table[row]))
+    table[row][column] = new
+    assert rows_of(sheet.to_bytes()) == [
+        one if one != [""] else rows_of(sheet.to_bytes())[at] for at, one in enumerate(table)
+    ]
+
+
+def test_bytes_that_are_no_utf8_are_kept() -> None:
+    data = b"Student,ID,x\n\xe9t\xe9,1,\n"
+    sheet = read_sheet(data, "x.csv")
+    sheet.put(1, 2, "5")
+    assert sheet.to_bytes() == b"Student,ID,x\n\xe9t\xe9,1,5\n"
+
+
+@pytest.mark.parametrize("data", [b"", b"  \n", b"PK\x03\x04\x00\x00", b"\xff\xfea", b"\x89PNG\x00"])
+def test_what_is_no_sheet_is_refused(data: bytes) -> None:
+    with pytest.raises(InputError, match="G751"):
+        read_sheet(data, "x.csv")
+
+
+# --- Canvas -------------------------------------------------------------------------------------------------
+
+GRADEBOOK = (
+    "Student,ID,SIS User ID,SIS Login ID,Section,Homework (111),Gyroscope lab (123456),Quiz (222),Final Score\r\n"
+    "    Points Possible,,,,,10.00,20.00,5.00,(read only)\r\n"
+    '"Doe, Jane",9876,s001,jdoe,PHYS-02,"1,5",,3,17.5\r\n'
+    "李 雷,9877,s002,li@uni.example,PHYS-02,-,12.00,,\r\n"
+    '"O""Neil, Zoë",9878,s003,zoe,PHYS-02,7, EX ,,\r\n'
+    '"=cmd, Bob",9879,s004,bob,PHYS-03,7,"3.00",,\r\n'
+    "\r\n"
+    '"Student, Test",9999,,,PHYS-02,,,,\r\n'
+)
+
+
+def test_canvas_fills_one_column_and_leaves_every_other_byte() -> None:
+    grades = [
+        a_grade("9876"),
+        a_grade("9877", (2.0, 6.0, 4.0)),
+        a_grade("9878"),
+        a_grade("9879", (2.0, None, None)),
+        a_grade("5555"),
+    ]
+    data = ("\ufeff" + GRADEBOOK).encode()
+    filled = fill_gradebook(data, grades, assignment="123456")
+    expected = ("\ufeff" + GRADEBOOK).replace('"1,5",,3,17.5', '"1,5",17.50,3,17.5').encode()
+    assert filled.data == expected
+    assert filled.filled == ("9876", "9877")
+    assert filled.changed == ()
+    assert dict(filled.skipped) == {
+        "5555": "is in no row of the gradebook",
+        "9878": 'has "EX" in the gradebook: excused or not assigned',
+        "9879": "is not graded: the log cannot be read",
+        "Student, Test": "has no submission",
+    }
+
+
+def test_canvas_says_what_it_overwrites_and_keeps_quotes() -> None:
+    filled = fill_gradebook(GRADEBOOK.encode(), [a_grade("9879")], assignment="gyroscope lab")
+    assert '"17.50",,\r\n' in filled.data.decode()
+    assert filled.changed == (("9879", "3.00", "17.50"),)
+
+
+@pytest.mark.parametrize(
+    ("student", "ids"),
+    [
+        ("9876", {}),
+        ("doe", {"canvas": "9876"}),
+        ("s001", {"sid": "s001"}),
+        ("s001", {}),
+        ("jdoe", {}),
+        ("x", {"username": "JDOE"}),
+    ],
+)
+def test_canvas_knows_a_student_by_any_of_three_numbers(student: str, ids: dict[str, str]) -> None:
+    filled = fill_gradebook(GRADEBOOK.encode(), [a_grade(student)], assignment="123456", ids={student: ids})
+    assert rows_of(filled.data)[2][6] == "17.50"
+
+
+def test_canvas_does_not_take_moodles_number_for_its_own() -> None:
+    filled = fill_gradebook(
+        GRADEBOOK.encode(), [a_grade("9876")], assignment="123456", ids={"9876": {"moodle": "9876"}}
+    )
+    assert filled.data == GRADEBOOK.encode()
+
+
+def test_canvas_with_semicolons_and_decimal_commas() -> None:
+    book = "Student;ID;Section;Gyro (7)\n    Points Possible;;;20,00\nDoe;1;a;\nRoe;2;a;17,50\n"
+    filled = fill_gradebook(book.encode(), [a_grade("1"), a_grade("2")])
+    assert filled.data.decode() == book.replace("Doe;1;a;", "Doe;1;a;17,50")
+    assert filled.changed == ()
+
+
+def test_canvas_with_last_and_first_names_and_a_student_in_two_rows() -> None:
+    book = "LastName,FirstName,ID,SIS User ID,Section,Gyro (7)\nDoe,Jane,1,,a,\nDoe,Jane,1,,b,\n"
+    filled = fill_gradebook(book.encode(), [a_grade("1")])
+    assert filled.data.decode().count("17.50") == 2
+    assert filled.filled == ("1",)
+
+
+@pytest.mark.parametrize(
+    ("book", "assignment", "code", "words"),
+    [
+        ("a,b,c\n1,2,3\n", None, "G752", "Export Entire Gradebook"),
+        (GRADEBOOK, None, "G753", "Homework (111), Gyroscope lab (123456), Quiz (222)"),
+        (GRADEBOOK, "Gyro", "G753", 'no one column "Gyro"'),
+        (GRADEBOOK, "Final Score", "G753", "its assignments are"),
+        (GRADEBOOK, "111", "G754", 'has 10.00 points for "Homework (111)", the rubric 20'),
+        (GRADEBOOK.replace("20.00,5.00", "(read only),5.00"), "123456", "G754", "read only"),
+        ("Student,ID,Section,Gyro\nDoe,1,a,\n", None, "G753", "none with a number"),
+    ],
+)
+def test_a_gradebook_that_cannot_be_filled_is_refused(book: str, assignment: str | None, code: str, words: str) -> None:
+    with pytest.raises(InputError) as caught:
+        fill_gradebook(book.encode(), [a_grade("9876")], assignment=assignment)
+    assert caught.value.diagnostics[0].code == code
+    assert words in str(caught.value)
+
+
+def test_canvas_points_have_two_decimals_and_no_thousands() -> None:
+    book = "Student,ID,Section,Gyro (7)\n    Points Possible,,,20000\nDoe,1,a,\n"
+    grade = dataclasses.replace(a_grade("1"), out_of=20000.0, points=1234.5)
+    assert fill_gradebook(book.encode(), [grade]).data.decode().endswith("Doe,1,a,1234.50\n")
+
+
+# --- Moodle -------------------------------------------------------------------------------------------------
+
+WORKSHEET = (
+    'Identifier,"Full name","ID number","Email address",Status,Group,Grade,"Maximum Grade","Grade can be changed",'
+    '"Last modified (submission)","Last modified (grade)","Feedback comments"\n'
+    'Participant 101,"Doe, Jane",0012,jane@uni.example,"Submitted for grading - ","Group A",,20.00,Yes,'
+    '"Monday, 9 March 2026, 2:05 PM",-,\n'
+    'Participant 102,"Zoë ""Z"" =1+1",+7,z@uni.example,"Submitted for grading",,17.50,20.00,Yes,-,"Mon, 9 March",""\n'
+    'Participant 103,李雷,0014,l@uni.example,"No submission",,,20.00,Yes,-,-,\n'
+    'Participant 104,Bob,0015,b@uni.example,Submitted,,3.00,20.00,No,-,-,"<p>old</p>"\n'
+    'Participant 105,Kim,0016,k@uni.example,Submitted,,"3.00",20.00,Yes,-,-,"<p>old</p>"\n'
+    "Participant 106,Ann,0017,a@uni.example,Submitted,,,20.00,Yes,-,-,\n"
+)
+
+
+@pytest.mark.parametrize("mark", ["", "\ufeff"])
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_moodle_fills_two_columns_and_leaves_every_other_byte(mark: str, end: str) -> None:
+    sheet = (mark + WORKSHEET).replace("\n", end)
+    grades = [a_grade("101"), a_grade("102"), a_grade("104"), a_grade("105"), a_grade("106", (None,) * 3), a_grade("9")]
+    comments = dict.fromkeys(["101", "102", "104", "105", "106"], "Well <done>,\nJane")
+    filled = fill_worksheet(sheet.encode(), grades, comments=comments)
+    comment = '"<p>Well &lt;done&gt;,<br>Jane</p>"'
+    lines = sheet.split(end)
+    expected = [
+        *lines[:1],
+        lines[1].replace('"Group A",,', '"Group A",17.50,') + comment,
+        lines[2].removesuffix('""') + comment,
+        *lines[3:5],
+        lines[5].replace('"3.00"', '"17.50"').replace('"<p>old</p>"', comment),
+        *lines[6:],
+    ]
+    assert filled.data.decode().split(end) == expected
+    assert filled.filled == ("101", "102", "105")
+    assert filled.changed == (("105", "3.00", "17.50"), ("105", "<p>old</p>", comment.strip('"')))
+    assert dict(filled.skipped) == {
+        "102": "has 17.50 in Moodle already: Moodle passes over the grade",
+        "104": "is locked in Moodle: the grade cannot be changed",
+        "106": "is not graded: the log cannot be read",
+        "9": "is in no row of the worksheet",
+        "Participant 103 (李雷)": "has no submission",
+    }
+
+
+GERMAN = (
+    "ID,Vollständiger Name,E-Mail-Adresse,Status,Bewertung,Bestwertung,Bewertung kann geändert werden,"
+    "Zuletzt geändert (Abgabe),Zuletzt geändert (Bewertung),Feedback als Kommentar\n"
+    'Teilnehmer/in11,Jane Doe,j@uni.example,Abgegeben,,"20,00",Ja,-,-,\n'
+    'Teilnehmer/in12,Bob Roe,b@uni.example,Abgegeben,,"20,00",Nein,-,-,\n'
+)
+
+
+def test_moodle_in_another_language() -> None:
+    filled = fill_worksheet(GERMAN.encode(), [a_grade("11"), a_grade("12")], comments={"11": "Gut"})
+    assert rows_of(filled.data)[1][4] == "17,50"
+    assert rows_of(filled.data)[1][9] == "<p>Gut</p>"
+    assert dict(filled.skipped) == {"12": "is locked in Moodle: the grade cannot be changed"}
+
+
+def test_moodle_without_a_column_of_comments() -> None:
+    sheet = (
+        "Identifikation;Nom complet;Statut;Note;Note maximale;La note peut être modifiée;Modif. (tr.);Modif. (n.)\n"
+        "Participant 1;Zoé;Remis;;20,00;Oui;-;-\n"
+    )
+    filled = fill_worksheet(sheet.encode(), [a_grade("1")], comments={"1": "x"})
+    assert filled.data.decode() == sheet.replace("Remis;;", "Remis;17,50;")
+
+
+def test_moodle_gives_a_groups_grade_to_all_of_it_and_to_nobody_else() -> None:
+    sheet = WORKSHEET.replace("Submitted,,", 'Submitted,"Group A",')
+    group = a_grade("102", name="Group A")  # the group's number is that of another participant
+    filled = fill_worksheet(sheet.encode(), [group], ids={"102": {"moodle": "102"}})
+    graded = [row[0] for row in rows_of(filled.data) if row[6] == "17.50"]
+    assert graded == ["Participant 101", "Participant 102", "Participant 105", "Participant 106"]
+    assert rows_of(filled.data)[2] == rows_of(WORKSHEET)[2], "102 had those points before and is not touched"
+    assert filled.filled == ("102",)
+
+
+@pytest.mark.parametrize(
+    ("sheet", "code"),
+    [
+        ("a,b,c\n1,2,3\n", "G755"),
+        ("Identifier,Full name,Grade\n", "G755"),
+        (WORKSHEET.replace("20.00", "10.00"), "G756"),
+        (GRADEBOOK, "G755"),
+    ],
+)
+def test_a_worksheet_that_cannot_be_filled_is_refused(sheet: str, code: str) -> None:
+    with pytest.raises(InputError) as caught:
+        fill_worksheet(sheet.encode(), [a_grade("101")])
+    assert caught.value.diagnostics[0].code == code
+
+
+def test_points_above_the_maximum_are_told() -> None:
+    grade = dataclasses.replace(a_grade("101"), points=21.0)
+    filled = fill_worksheet(WORKSHEET.encode(), [grade])
+    assert filled.data == WORKSHEET.encode()
+    assert "more than the maximum grade 20" in dict(filled.skipped)["101"]
+
+
+# --- Gradescope ---------------------------------------------------------------------------------------------
+
+
+def test_results_of_a_graded_submission() -> None:
+    found = {"severity": "warning", "line": 3, "message": "odd", "hint": "look", "code": "G1"}
+    grade = a_grade("x", late_deduction=2.0, points=(2.0, 4.5, 11.0), late_reason="late by 2 h", diagnostics=(found,))
+    grade = dataclasses.replace(grade, points=15.5)
+    results = json.loads(results_json(grade))
+    assert results["score"] == 15.5
+    assert [test["score"] for test in results["tests"]] == [2.0, 4.5, 11.0]
+    assert [test["max_score"] for test in results["tests"]] == [2.0, 6.0, 12.0]
+    assert [test["status"] for test in results["tests"]] == ["passed", "failed", "failed"]
+    assert results["output"].split("\n") == [
+        "15.5 of 20 points.",
+        "late by 2 h. 2 points are taken off.",
+        "warning: line 3: odd (look)",
+    ]
+    assert results["output_format"] == "text"
+
+
+def test_what_waits_for_the_class_is_no_failed_test() -> None:
+    results = json.loads(results_json(a_grade("x", (2.0, 4.0, None))))
+    assert results["score"] == 6.0
+    assert (results["tests"][2]["max_score"], "status" in results["tests"][2]) == (0.0, False)
+    assert results["output"] == "6 of 8 points so far; 12 are judged later."
+
+
+def test_what_cannot_be_graded_says_so_and_fails_no_test() -> None:
+    results = json.loads(results_json(a_grade("x", (None, None, None))))
+    assert results["output"].startswith("This could not be graded: the log cannot be read.\nThat is no zero")
+    assert not any("status" in test for test in results["tests"])
+    assert results["extra_data"]["status"] == "not graded"
+
+
+def test_the_files_of_the_autograder_are_scripts(tmp_path: Path) -> None:
+    files = autograder_files(default_rubric_text())
+    assert sorted(files) == ["rubric.toml", "run_autograder", "setup.sh"]
+    make_folder(tmp_path / "source", dict(files))
+    subprocess.run(["bash", "-n", tmp_path / "source" / "setup.sh"], check=True)
+    compile(files["run_autograder"], "run_autograder", "exec")
+    assert "{" not in files["setup.sh"].replace("${wheels[0]:-", "")
+
+
+METADATA = '{"id": 5, "created_at": "2026-03-09T14:00:00-08:00", "users": [{"name": "Jane", "email": "j@uni.example"}]}'
+
+
+def test_the_autograder_grades_what_gradescope_lays_down(tmp_path: Path) -> None:
+    log = "# reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2\n" + LOG
+    root = make_folder(tmp_path, {"submission_metadata.json": METADATA, "submission/lab.csv": log})
+    script = autograder_files("")["run_autograder"].replace("/autograder/gyro/bin/python", sys.executable)
+    script = script.replace('pathlib.Path("/autograder")', f"pathlib.Path({str(root)!r})")
+    runner = root / "run_autograder"
+    runner.write_text(script)
+    runner.chmod(runner.stat().st_mode | stat.S_IXUSR)
+    subprocess.run([runner], check=True)
+    results = json.loads((root / "results" / "results.json").read_text("utf-8"))
+    assert [path.name for path in (root / "results").iterdir()] == ["results.json"]
+    assert len(results["tests"]) > 3
+    assert 0 <= results["score"] <= 20
+
+
+@pytest.mark.parametrize("content", ["", "no log at all", "\x00"])
+def test_the_autograder_never_fails_for_what_is_submitted(tmp_path: Path, content: str) -> None:
+    root = make_folder(tmp_path, {"submission_metadata.json": "broken", "submission/lab.csv": content})
+    results = json.loads(grade_autograder(root))
+    assert "could not be graded" in results["output"]

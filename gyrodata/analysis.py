@@ -22,6 +22,7 @@ from gyrodata.fitting import Estimate, FitResult, Outlier, Share
 from gyrodata.fitting.profile import profile_interval
 from gyrodata.measurements import Measurements, measure, select
 from gyrodata.readings import Readings, read_log
+from gyrodata.unsteady import settle
 
 if TYPE_CHECKING:
     import os
@@ -406,21 +407,16 @@ class _Fitted:
 def _fit(measured: Measurements, model: Model, keep_flagged: bool) -> _Fitted:
     """Choose the model, find the runs that do not go with the others, and fit the rest."""
     rung = effects.choose(measured, model)
-    runs = measured
-    for _turn in range(20):
-        outliers, clean = fitting.screen(runs, rung.tilted)
-        # A slip of the count is a known cause; a run that is merely odd is still a measurement, and stays.
-        left_out = () if keep_flagged else tuple(outlier.index for outlier in outliers if outlier.turns is not None)
-        odd = tuple(outlier.index for outlier in outliers)
-        fit = clean if clean is not None and odd == left_out else fitting.fit(runs, rung.tilted, left_out)
-        if not rung.released:
-            break
-        # How much slower a rod let go from rest is depends on I_zz, a little.
-        before, runs = runs.slowing, effects.slowed(measured, fit, rung.tilted)
-        if before is not None and runs.slowing is not None and np.allclose(before, runs.slowing, rtol=1e-10, atol=0):
-            break
-    without = fitting.fit(runs, rung.tilted, odd).inertia if odd != left_out else None
-    return _Fitted(runs, rung, outliers, left_out, fit, without)
+    outliers, clean = fitting.screen(measured, rung.tilted)
+    if effects.is_unsteady(measured, rung):
+        measured = settle(measured, rung, tuple(outlier.index for outlier in outliers))
+        outliers, clean = fitting.screen(measured, rung.tilted)
+    # A slip of the count is a known cause; a run that is merely odd is still a measurement, and stays.
+    left_out = () if keep_flagged else tuple(outlier.index for outlier in outliers if outlier.turns is not None)
+    odd = tuple(outlier.index for outlier in outliers)
+    fit = clean if clean is not None and odd == left_out else fitting.fit(measured, rung.tilted, left_out)
+    without = fitting.fit(measured, rung.tilted, odd).inertia if odd != left_out else None
+    return _Fitted(measured, rung, outliers, left_out, fit, without)
 
 
 def _with_interval(estimate: Estimate, unit: str, profile: tuple[float, float] | None = None) -> Result:

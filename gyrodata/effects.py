@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from gyrodata import fitting, physics
 from gyrodata.fitting import FitResult
-from gyrodata.measurements import Measurements, Source
+from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
 
 DROP_ONE = 0.2
@@ -106,39 +106,21 @@ def _kept(biases: Mapping[str, float], dropped: float, u: float) -> set[str]:
     return kept
 
 
-def slowed(measured: Measurements, fit: FitResult, tilted: bool) -> Measurements:
-    """Work out how much slower than steadily a rod let go from rest precesses in each run.
+def is_unsteady(measured: Measurements, rung: Rung) -> bool:
+    """Say whether eqs. (8) and (9), for steady precession at one spin, need the correction of `unsteady.settle`.
 
     Parameters
     ----------
     measured : Measurements
         n runs, as they were read.
-    fit : FitResult
-        The unknowns, to work the rates out with.
-    tilted : bool
-        Whether eq. (8) is what they are then fitted with.
+    rung : Rung
+        The model chosen.
 
     Returns
     -------
-    Measurements
-        With `slowing`, and a further source of error: at each click the nutation is at a phase that nobody
-        knows, which is 1/(√2 ω_n) in time.
+    bool
     """
-    from gyrodata import motion
-
-    inertia, across = fit.inertia.value, fitting.transverse_inertia(measured)
-    total = measured.torque + fit.imbalance.value
-    top = motion.Top(inertia, across, total)
-    mean = motion.mean_precession_rate(top, motion.released(top, measured.spin, measured.pitch))
-    lean = (across, measured.pitch) if tilted else (0.0, 0.0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = physics.precession_rate(total, measured.spin, inertia, *lean) / mean
-    count = len(measured.runs)
-    clicks = Source(
-        "nutation", "time", tuple(range(count)), physics.click_error(measured.spin, inertia, across),
-        np.zeros(count), "", True, "the phase of the nutation at both clicks",
-    )  # fmt: skip
-    return replace(measured, slowing=ratio, sources=(*measured.sources, clicks))
+    return rung.released or (rung.tilted and measured.spin_start is not None)
 
 
 # --- sizes ---------------------------------------------------------------------------------------------------

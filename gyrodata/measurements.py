@@ -23,6 +23,12 @@ from gyrodata.physics import Floats
 from gyrodata.readings import Column, Readings
 from gyrodata.units import Uncertainty
 
+TRANSVERSE_U = 0.2
+"""Relative standard uncertainty of I where the log does not give it …"""
+
+TRANSVERSE_GIVEN_U = 0.02
+"""… and where it gives I without one."""
+
 Quantity = Literal["time", "spin", "mass", "position", "force", "torque", "g", "turns", "pitch", "transverse"]
 
 G401 = register(
@@ -224,7 +230,10 @@ def measure(readings: Readings) -> Measurements:
         timing_bias_u=_whole(readings, "u_time_bias", 0.05, 1.0) if timing.role != "precession_rate" else 0.0,
         imbalance_u=imbalance_u,
         imbalance_from=imbalance_from,
-        sources=tuple(_sources(readings, timing, time, turns, spin, mass, position)),
+        sources=(
+            *_sources(readings, timing, time, turns, spin, mass, position),
+            *_tilt_sources(readings, pitch, transverse),
+        ),
         diagnostics=(),
         spin_readings=len(_spin_columns(readings)),
         motion=readings.motion,
@@ -519,6 +528,29 @@ def _sources(
     if "mass" in columns:
         free = Uncertainty(0.0, 0.0 if "g" in readings.constants else 0.0002)
         whole_log("g", "g", free, "0" if "g" in readings.constants else "0.02 %", "all runs")
+    return sources
+
+
+def _tilt_sources(readings: Readings, pitch: Floats, transverse: Floats | None) -> list[Source]:
+    """Doubt about the pitch and about I, where they have a part: of a tilted rod, or one let go from rest."""
+    count = len(readings.runs)
+    sources = []
+    if "pitch" in readings.columns:
+        absolute, relative, default = _reading_errors(readings.columns["pitch"], pitch, math.radians(2), 0.0)
+        sources.append(
+            Source("pitch", "pitch", tuple(range(count)), absolute, relative, "", default, "2° and rounding")
+        )
+    elif readings.motion != "released":
+        return []
+    size, default, words = np.full(count, TRANSVERSE_U), True, "20 %"
+    if transverse is not None:
+        column = readings.columns["transverse_inertia"]
+        stated = [u.at(value) / value for u, value in zip(column.uncertainties, transverse, strict=True) if u]
+        default, words = not stated, "2 %"
+        size = np.full(count, max(stated) if stated else TRANSVERSE_GIVEN_U)
+    sources.append(
+        Source("transverse_inertia", "transverse", (0,) * count, np.zeros(count), size, "all runs", default, words)
+    )
     return sources
 
 

@@ -52,6 +52,8 @@ SOURCE_NAMES = {
     "angle": "swept angle",
     "pitch": "pitch",
     "transverse_inertia": "transverse inertia",
+    "nutation": "nutation at the last click",
+    "release": "transverse inertia, in the nutation",
 }
 
 EFFECT_NAMES = {

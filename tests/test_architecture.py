@@ -20,6 +20,7 @@ SHELVES = {
     "fitting": 4,
     "forecast": 5,
     "effects": 5,
+    "unsteady": 6,
     "comparisons": 5,
     "simulation": 5,
     "findings": 6,

@@ -6,7 +6,7 @@ line of the textbook, to compare with, and `fit_line` one for points with errors
 """
 
 from gyrodata.fitting.chi_square import chi2_tail
-from gyrodata.fitting.conditions import DEFAULT_TRANSVERSE_RATIO, TRANSVERSE_U, transverse_inertia
+from gyrodata.fitting.conditions import DEFAULT_TRANSVERSE_RATIO, transverse_inertia
 from gyrodata.fitting.design import expected_u
 from gyrodata.fitting.inertia import DEFAULT_IMBALANCE_U, fit
 from gyrodata.fitting.lines import LineFit, fit_line
@@ -20,7 +20,6 @@ __all__ = [
     "DEFAULT_IMBALANCE_U",
     "DEFAULT_TRANSVERSE_RATIO",
     "OUTLIER",
-    "TRANSVERSE_U",
     "TURN_COUNTS",
     "Estimate",
     "FitResult",

@@ -11,22 +11,18 @@ Every reading is its truth plus its errors, each error a standard normal number 
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrodata.measurements import Measurements, Source
+from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
 
 Integers = NDArray[np.int_]
 
 DEFAULT_TRANSVERSE_RATIO = 1.3
 """I/I_zz of a ball with a light rod, where the log does not give I."""
-
-TRANSVERSE_U = 0.2
-"""Relative standard uncertainty of I where the log does not give it; I enters only through the tilt."""
 
 QUANTITIES = ("time", "spin", "turns", "mass", "position", "force", "torque", "g", "pitch", "transverse")
 
@@ -74,8 +70,12 @@ class Problem:
             self.observed[2] *= measured.slowing
         self.observed[7] = measured.g
         self.observed[8:] = (measured.pitch, transverse_inertia(measured)) if tilted else 0.0
-        sources = [*measured.sources, *(_tilt_sources(measured) if tilted else ())]
-        self.sources = [source for source in sources if source.absolute.any() or source.relative.any()]
+        self.sources = [
+            source
+            for source in measured.sources
+            if (source.absolute.any() or source.relative.any())
+            and (tilted or source.quantity not in ("pitch", "transverse"))
+        ]
         shape = (len(self.sources), count)
         self.quantity = np.array([QUANTITIES.index(source.quantity) for source in self.sources], dtype=int)
         self.absolute = np.array([source.absolute for source in self.sources]).reshape(shape)
@@ -180,34 +180,6 @@ def transverse_inertia(measured: Measurements) -> Floats:
         return measured.transverse_inertia
     load = np.nan_to_num(measured.mass * measured.position**2)
     return DEFAULT_TRANSVERSE_RATIO * rough_inertia(measured) + load
-
-
-def _tilt_sources(measured: Measurements) -> list[Source]:
-    """Doubt about the pitch (2° unless the log says) and about I, which matter only for a tilted rod."""
-    count = len(measured.runs)
-    given = measured.transverse_inertia is not None
-    return [
-        Source(
-            "pitch",
-            "pitch",
-            tuple(range(count)),
-            np.full(count, math.radians(2)),
-            np.zeros(count),
-            "",
-            True,
-            "2°",
-        ),
-        Source(
-            "transverse_inertia",
-            "transverse",
-            (0,) * count,
-            np.zeros(count),
-            np.full(count, 0.02 if given else TRANSVERSE_U),
-            "all runs",
-            not given,
-            "2 %" if given else "20 %",
-        ),
-    ]
 
 
 def rough_inertia(measured: Measurements) -> float:

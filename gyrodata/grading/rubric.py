@@ -282,7 +282,7 @@ def _curve(table: Table, check: str) -> tuple[Curve | None, str]:
     if len(conditions) < 2:
         return None, ""
     try:
-        told = f"all points for {full}, none for {zero}; {conditions[0].variable} is {MEANINGS[conditions[0].variable]}"
+        told = f"all points for {full}, none for {zero}; {conditions[0].variable}: {MEANINGS[conditions[0].variable]}"
         return make_curve(*conditions), told.replace("<=", "≤").replace(">=", "≥").replace("..", " to ")
     except ConditionError as error:
         table.wrong("zero" if "zero" in table.values else "full", str(error), error.hint, G726)

@@ -53,6 +53,9 @@ class Slip:
     """Reported value over what the same fit gives without the slip [1]."""
     fit: str
     """Which accepted fit of the runs with the slip it agrees with, a name as in `OwnValue`."""
+    u: float | None
+    """Standard uncertainty that this fit has with the slip [kg*m^2]; a slip that is not the same in every run scatters
+    the points."""
     distance: float
     """How far from that fit the report is [u]."""
 
@@ -71,7 +74,7 @@ class _Kind:
     forgets: str
     """Of what the conversion or step was forgotten, so that two such make a likely pair; "" for the others."""
     rank: int
-    """0 where the log's own units suggest it, 1 where they do not, 2 for a plain power of ten."""
+    """0 for a common one that the log's own units allow, 1 for a rarer one, 2 for a plain power of ten."""
 
 
 def find_slips(
@@ -93,7 +96,7 @@ def find_slips(
     Returns
     -------
     tuple of Slip
-        The best first; several where they explain it equally well; empty where the runs explain the report or no
+        The likeliest first; several where they explain it equally well; empty where the runs explain the report or no
         known slip does.
     """
     honest = own.values()
@@ -109,7 +112,7 @@ def find_slips(
         return ()
     best = min(slip.distance for _, slip in found)
     as_good = sorted(
-        (item for item in found if item[1].distance <= best + AS_GOOD), key=lambda item: (item[1].distance, item[0])
+        (item for item in found if item[1].distance <= best + AS_GOOD), key=lambda item: (item[0], item[1].distance)
     )
     # What the log's own units suggest goes before what merely leaves the same factor.
     likely = [slip.factor for rank, slip in as_good if rank == 0]
@@ -129,6 +132,7 @@ def _sign(reported: float, step: float, own: OwnRuns, honest: tuple[OwnValue, ..
         "torque, spin and precession each have a sense; use magnitudes, or all three with their signs",
         -1.0,
         best.name,
+        best.u,
         distance(-reported, best.value, step, own.yardstick),
     )
 
@@ -140,17 +144,18 @@ def _matching(
     product = np.array([kind.product * own.product for kind in kinds])
     torque = np.array([kind.torque * own.torque for kind in kinds])
     plain = {value.name: value.value for value in honest}
-    fits = [(name, values) for name, values, _ in own.fits(product, torque)]
+    fits = own.fits(product, torque)
     if "recommended" in plain:
         # Whoever used this fit had one factor in every run, if any.
         same = np.array([kind.torque / kind.product if np.ndim(kind.product) == 0 else math.nan for kind in kinds])
-        fits.append(("recommended", own.recommended.value * same))
+        u = math.nan if own.recommended.u is None else own.recommended.u
+        fits.append(("recommended", own.recommended.value * same, u * same))
     low, high = min(plain.values()), max(plain.values())
     found = []
     for i, kind in enumerate(kinds):
         best: Slip | None = None
-        for name, values in fits:
-            value = float(values[i])
+        for name, values, us in fits:
+            value, u = float(values[i]), float(us[i])
             base = plain.get(name)
             if base is None or not math.isfinite(value) or value == 0:
                 continue
@@ -159,7 +164,9 @@ def _matching(
                 continue  # not to be told from an honest answer
             away = distance(reported, value, step, own.yardstick)
             if away <= within and (best is None or away < best.distance):
-                best = Slip(kind.kind, kind.words, kind.check, value / base, name, away)
+                best = Slip(
+                    kind.kind, kind.words, kind.check, value / base, name, u if math.isfinite(u) else None, away
+                )
         if best is not None:
             found.append((kind.rank, best))
     return found
@@ -259,11 +266,11 @@ def _of_loads(readings: Readings, g: float) -> Iterator[_Kind]:
             f"15 {unit} are {15 / factor:g} m",
             1.0, factor, "position" if length_unit == unit else "", 0 if length_unit == unit else 1,
         )  # fmt: skip
-    for kind, words, factor, unit in (
-        ("mm_as_cm", "the positions in millimetres were used as centimetres", 10.0, "mm"),
-        ("cm_as_mm", "the positions in centimetres were used as millimetres", 0.1, "cm"),
+    for kind, words, factor, rank in (
+        ("mm_as_cm", "the positions in millimetres were used as centimetres", 10.0, 0 if length_unit == "mm" else 1),
+        ("cm_as_mm", "the positions in centimetres were used as millimetres", 0.1, 1),
     ):
-        yield _Kind(kind, words, "15 cm are 150 mm are 0.15 m", 1.0, factor, "", 0 if length_unit == unit else 1)
+        yield _Kind(kind, words, "15 cm are 150 mm are 0.15 m", 1.0, factor, "", rank)
     yield _Kind(
         "missing_g",
         f"g is missing: m·x was used as the torque, without {g:.4g} m/s²",

@@ -1,0 +1,347 @@
+"""The criteria: what each finds in one student's log and report, and the points for it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from gyrodata import procedure
+from gyrodata.analysis import Analysis
+from gyrodata.errors import Diagnostic
+from gyrodata.grading.own import OwnValue
+from gyrodata.grading.reference import Reference
+from gyrodata.grading.rubric import Criterion
+from gyrodata.grading.slips import Slip
+from gyrodata.readings import Reported
+from gyrodata.reporting import count_text, inertia_text, p_text, power_of_ten
+
+ASKED_CODES = {
+    "weights": procedure.G451,
+    "runs": procedure.G452,
+    "spins": procedure.G453,
+    "unloaded": procedure.G454,
+    "times": procedure.G455,
+    "falling_spin": procedure.G456,
+    "odd_runs": procedure.G457,
+}
+"""Diagnostic of each thing that a procedure criterion may ask for."""
+
+Detail = Mapping[str, float | str | None]
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """What one criterion gave."""
+
+    criterion: str
+    """Its id."""
+    title: str
+    check: str
+    """Kind of criterion."""
+    points: float | None
+    """Two decimals; None where it could not be judged."""
+    out_of: float
+    reason: str
+    """What was found, to the student."""
+    detail: Detail
+    """The numbers behind it."""
+    rule: str
+    """What earns all points and what none; "" where that was not what decided."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Everything that the criteria look at."""
+
+    analysis: Analysis
+    lacks: tuple[Diagnostic, ...]
+    """What `check_procedure` found."""
+    values: tuple[OwnValue, ...]
+    """The accepted fits of the student's own runs."""
+    reported: Reported | None
+    """I_zz as reported, its value in SI; None where there is none."""
+    absent: str
+    """Why there is no reported I_zz; "" where there is one."""
+    absent_is_zero: bool
+    """True where that costs the points; else a person must look."""
+    matched: OwnValue | None
+    """The accepted fit that the report comes nearest to, a slip undone."""
+    d: float | None
+    """How far from it, as reported [u]."""
+    d_carried: float | None
+    """The same with the slip undone [u]."""
+    slips: tuple[Slip, ...]
+    yardstick: float
+    """u of the report's comparison as a share of I_zz [1]."""
+
+    @property
+    def factor(self) -> float:
+        """What a known slip multiplied I_zz by; 1 without one."""
+        return self.slips[0].factor if self.slips else 1.0
+
+
+def judge(criterion: Criterion, evidence: Evidence) -> Mark:
+    """Judge one criterion.
+
+    Parameters
+    ----------
+    criterion : Criterion
+        Of the rubric.
+    evidence : Evidence
+        Of one student.
+
+    Returns
+    -------
+    Mark
+        A "reference" mark has no points yet: see `judge_reference`.
+    """
+    if criterion.check in _NEEDS_REPORT:
+        if evidence.reported is None or evidence.reported.value is None:
+            return mark(criterion, 0.0 if evidence.absent_is_zero else None, evidence.absent, {})
+        if criterion.gate is not None and not criterion.gate[0] <= abs(evidence.reported.value) <= criterion.gate[1]:
+            low, high = (inertia_text(end, None) for end in criterion.gate)
+            reason = (
+                f"{inertia_text(evidence.reported.value, None)} is not between {low} and {high}: nothing on a lab "
+                "bench has such a moment of inertia, so nothing can be built on it"
+            )
+            return mark(criterion, 0.0, reason, {"value": evidence.reported.value})
+    return _JUDGES[criterion.check](criterion, evidence)
+
+
+def mark(criterion: Criterion, share: float | None, reason: str, detail: Detail) -> Mark:
+    """Make a mark from a share of the points.
+
+    Parameters
+    ----------
+    criterion : Criterion
+        Of the rubric.
+    share : float or None
+        From 0 to 1; None where it could not be judged.
+    reason : str
+        To the student.
+    detail : mapping
+        Numbers behind it.
+
+    Returns
+    -------
+    Mark
+    """
+    points = None if share is None else round(share * criterion.points, 2)
+    applied = criterion.curve.variable in detail and "slip_cost" not in detail
+    rule = criterion.told if applied else ""
+    return Mark(criterion.id, criterion.title, criterion.check, points, criterion.points, reason, detail, rule)
+
+
+# --- the log ------------------------------------------------------------------------------------------------
+
+
+def _log(criterion: Criterion, evidence: Evidence) -> Mark:
+    read = (*evidence.analysis.readings.diagnostics, *evidence.analysis.measurements.diagnostics)
+    doubted = [diagnostic for diagnostic in read if diagnostic.severity == "warning"]
+    runs = count_text(len(evidence.analysis.run_table), "run")
+    if doubted:
+        reason = f"{runs}, with {count_text(len(doubted), 'thing')} to put right: {_listed(doubted)}"
+    else:
+        reason = f"{runs}, and nothing in doubt"
+    return mark(criterion, criterion.curve.share(len(doubted)), reason, {"warnings": float(len(doubted))})
+
+
+def _procedure(criterion: Criterion, evidence: Evidence) -> Mark:
+    codes = {ASKED_CODES[ask] for ask in criterion.asks}
+    missing = [diagnostic for diagnostic in evidence.lacks if diagnostic.code in codes]
+    reason = _listed(missing) if missing else "nothing that the lab asks for is missing"
+    return mark(criterion, criterion.curve.share(len(missing)), reason, {"missing": float(len(missing))})
+
+
+def _constancy(criterion: Criterion, evidence: Evidence) -> Mark:
+    groups = [group for group in evidence.analysis.torques if group.torque and group.product_spread is not None]
+    chances = [group.product_p for group in groups if group.product_p is not None]
+    if not groups:
+        return mark(criterion, 0.0, "no torque has two runs, so nothing shows whether φ̇ψ̇ is constant", {})
+    spread = max((group.product_spread or 0.0) / abs(group.product) for group in groups)
+    # The least of k chances, as the chance of one so small among k (Šidák).
+    p = -math.expm1(len(chances) * math.log1p(-min(min(chances), 1 - 1e-15))) if chances else 1.0
+    value = p if criterion.curve.variable == "p" else spread
+    scatter = f"φ̇ψ̇ scatters by {100 * spread:.2g} % at most within a torque"
+    full = criterion.curve.share(value) == 1
+    verdict = "goes with" if full else "is more than"
+    reason = f"{scatter}, which {verdict} the uncertainties of your readings ({p_text(p)})"
+    if criterion.curve.variable == "spread":
+        reason = scatter
+    return mark(criterion, criterion.curve.share(value), reason, {"p": p, "spread": spread})
+
+
+def _listed(diagnostics: list[Diagnostic], most: int = 3) -> str:
+    told = [f"line {d.line}: {d.message}" if d.line else d.message for d in diagnostics[:most]]
+    return "; ".join(told) + (f"; and {len(diagnostics) - most} more" if len(diagnostics) > most else "")
+
+
+# --- the report ---------------------------------------------------------------------------------------------
+
+
+def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
+    reported, matched, d = _given(evidence)
+    said = f"you report {inertia_text(reported, evidence.reported.u if evidence.reported else None)}"
+    own = f"{inertia_text(matched.value, matched.u)} ({matched.words})"
+    detail: Detail = {"d": evidence.d, "d_carried": evidence.d_carried, "own": matched.value, "matched": matched.name}
+    plain = criterion.curve.share(evidence.d or 0.0)
+    if evidence.slips:
+        slip = evidence.slips[0]
+        detail = {**detail, "slip": slip.kind}
+        carried = criterion.curve.share(d) - (criterion.slip / criterion.points if criterion.points else 0.0)
+        reason = f"{said}, {factor_text(reported / matched.value)} what your runs give, {own}: a known slip, see above"
+        if carried > plain:
+            return mark(criterion, carried, reason, {**detail, "slip_cost": criterion.slip})
+        return mark(criterion, plain, reason, detail)
+    if d == 0:
+        reason = f"{said}, and so do your runs: {own}"
+    elif d <= 30:
+        reason = f"{said}; your runs give {own}, {d:.2g} u away"
+    else:
+        reason = f"{said}; your runs give {own}: yours is {factor_text(reported / matched.value)} that"
+    return mark(criterion, plain, reason, detail)
+
+
+def _reference(criterion: Criterion, evidence: Evidence) -> Mark:
+    reported, matched, _ = _given(evidence)
+    value = reported / evidence.factor
+    # Not the reported u: a ± as wide as one likes would agree with everything.
+    u = max(evidence.analysis.inertia.u or 0.0, matched.u or 0.0)
+    return mark(criterion, None, "the reference is not known yet", {"value": value, "u": u, "slip": evidence.factor})
+
+
+def judge_reference(criterion: Criterion, pending: Mark, reference: Reference | None) -> Mark:
+    """Give the points of a "reference" criterion once the reference is known.
+
+    Parameters
+    ----------
+    criterion : Criterion
+        Of the rubric.
+    pending : Mark
+        What `judge` gave; returned as it is where it has no value to compare.
+    reference : Reference or None
+        Of the student's station.
+
+    Returns
+    -------
+    Mark
+    """
+    value, u = pending.detail.get("value"), pending.detail.get("u")
+    if not isinstance(value, float) or not isinstance(u, float):
+        return pending
+    if reference is None:
+        reason = "the rubric gives no reference for this station: a person must look"
+        return mark(criterion, None, reason, pending.detail)
+    width = math.hypot(u, reference.u) or abs(reference.inertia) * 1e-9
+    z = abs(value - reference.inertia) / width
+    undone = ", the slip undone," if pending.detail.get("slip") != 1.0 else ""
+    reason = (
+        f"{inertia_text(value, u)}{undone} is {z:.2g} standard uncertainties from "
+        f"{inertia_text(reference.inertia, reference.u or None)} ({reference.source})"
+    )
+    detail = {**pending.detail, "reference": reference.inertia, "u_reference": reference.u, "z": z}
+    return mark(criterion, criterion.curve.share(z), reason, detail)
+
+
+def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
+    assert evidence.reported is not None
+    if evidence.reported.u is None:
+        return mark(criterion, 0.0, "no uncertainty is reported; write it behind the value: 4.4e-3 ± 0.1e-3 kg m^2", {})
+    u = evidence.reported.u / abs(evidence.factor)
+    known = [own.u for own in evidence.values if own.u]
+    known += [slip.u / abs(slip.factor) for slip in evidence.slips[:1] if slip.u]
+    low, high = (min(known), max(known)) if known else (None, None)
+    if low is None or high is None:
+        low = high = evidence.yardstick * abs(evidence.values[0].value)
+    ratio = 1.0 if low <= u <= high else u / low if u < low else u / high
+    undone = f", {_range_text(u, u)} with the slip undone," if evidence.slips else ""
+    reason = f"± {_range_text(evidence.reported.u, evidence.reported.u)}{undone}"
+    whole = _range_text(low, high)
+    if ratio == 1:
+        reason += f" goes with your runs, whose fits give {whole}"
+    else:
+        side, end = ("large", "largest") if ratio > 1 else ("small", "smallest")
+        verdict = "a little" if criterion.curve.share(ratio) == 1 else "too"
+        reason += f" is {verdict} {side}: {factor_text(ratio)} the {end} that the fits of your runs give, {whole}"
+        reason += _single_value_hint(u, evidence)
+    return mark(criterion, criterion.curve.share(ratio), reason, {"ratio": ratio, "u": u, "u_low": low, "u_high": high})
+
+
+def _range_text(low: float, high: float) -> str:
+    """Write a range of uncertainties: "(1.7 to 5.8) × 10⁻⁵ kg·m²"."""
+    factor, power = power_of_ten(high)
+    texts = [f"{end / factor:.2g}" for end in (low, high)]
+    numbers = texts[0] if texts[0] == texts[1] else f"({texts[0]} to {texts[1]})"
+    return f"{numbers} × {power} kg·m²" if power else f"{numbers} kg·m²"
+
+
+def _single_value_hint(u: float, evidence: Evidence) -> str:
+    """Recognise the standard deviation of one value where that of the mean was meant."""
+    mean = next((own for own in evidence.values if own.name == "mean_of_ratios" and own.u), None)
+    if mean is None or mean.u is None:
+        return ""
+    count = sum(1 for run in evidence.analysis.run_table if run.torque and not run.left_out)
+    alike = abs(u / (mean.u * math.sqrt(count)) - 1) < 0.1
+    return "; it is the scatter of single runs, and that of their mean is √n times smaller" if alike else ""
+
+
+def _units(criterion: Criterion, evidence: Evidence) -> Mark:
+    reported = evidence.reported
+    assert reported is not None
+    faults = [reported.problem] if reported.problem else []
+    if reported.u_digits is not None and reported.u_digits > 2:
+        faults.append(f"the uncertainty has {reported.u_digits} digits: one or two say all that is known")
+    if reported.step and reported.u_step and abs(math.log10(reported.step / reported.u_step)) > 0.1:
+        which = "finer" if reported.step < reported.u_step else "coarser"
+        faults.append(f"the value's last digit is {which} than that of its uncertainty: round both to the same place")
+    elif reported.step and not reported.u_step:
+        u = reported.u or evidence.yardstick * abs(reported.value or 0.0)
+        if reported.step < u / 150:
+            faults.append("the value has more digits than its uncertainty lets it have")
+    reason = "; ".join(faults) if faults else f'"{reported.text}" has its unit, and as many digits as it should'
+    return mark(criterion, criterion.curve.share(len(faults)), reason, {"faults": float(len(faults))})
+
+
+def _given(evidence: Evidence) -> tuple[float, OwnValue, float]:
+    """What is there wherever a value is reported."""
+    assert evidence.reported is not None
+    assert evidence.reported.value is not None
+    assert evidence.matched is not None
+    assert evidence.d_carried is not None
+    return evidence.reported.value, evidence.matched, evidence.d_carried
+
+
+def factor_text(factor: float) -> str:
+    """Write a factor: "9.55 times", "1/9.55 of".
+
+    Parameters
+    ----------
+    factor : float
+        Any but 0.
+
+    Returns
+    -------
+    str
+    """
+    if factor < 0:
+        return f"−{factor_text(-factor)}"
+    if factor == 0:
+        return "0 times"
+    return f"{_digits(factor)} times" if factor >= 1 else f"1/{_digits(1 / factor)} of"
+
+
+def _digits(number: float) -> str:
+    return f"{number:.3g}" if number < 1000 else f"{number:.0f}" if number < 1e6 else f"{number:.2g}"
+
+
+_NEEDS_REPORT = ("own_data", "reference", "uncertainty", "units")
+_JUDGES: dict[str, Callable[[Criterion, Evidence], Mark]] = {
+    "log": _log,
+    "procedure": _procedure,
+    "own_data": _own_data,
+    "reference": _reference,
+    "uncertainty": _uncertainty,
+    "units": _units,
+    "constancy": _constancy,
+}

@@ -1,0 +1,193 @@
+"""What a student gets back: the points, what was found in their own numbers, and how to check a suspected slip."""
+
+from __future__ import annotations
+
+import base64
+import re
+import unicodedata
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+from gyrodata.grading.checks import factor_text
+from gyrodata.grading.grade import Grade
+from gyrodata.grading.own import fit_words
+from gyrodata.reporting import inertia_text
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+CAPTIONS = {
+    "period": "Precession period against spin, with the law that your runs give",
+    "product": "Precession rate times spin for each torque: a level line if it is constant",
+    "torque": "Torque against φ̇ψ̇; the slope is I_zz",
+    "residuals": "What is left of each time when the fit is taken away",
+}
+"""What stands below each figure."""
+
+
+def feedback_markdown(grade: Grade) -> str:
+    """Write the feedback for one student as Markdown.
+
+    Parameters
+    ----------
+    grade : Grade
+        What was found.
+
+    Returns
+    -------
+    str
+        Every name, note and number from outside is escaped; no clock time.
+    """
+    text = _environment().get_template("feedback.md.jinja").render(_content(grade))
+    return re.sub(r"\n{3,}", "\n\n", text).strip() + "\n"
+
+
+def feedback_html(
+    grade: Grade, figures: Mapping[str, bytes] | None = None, alt: Mapping[str, str] | None = None
+) -> str:
+    """Write the feedback for one student as one HTML page that needs nothing else.
+
+    Parameters
+    ----------
+    grade : Grade
+        What was found.
+    figures : mapping of str to bytes, optional
+        PNG or SVG files by name: "period", "product", "torque", "residuals".
+    alt : mapping of str to str, optional
+        What each shows, in words.
+
+    Returns
+    -------
+    str
+        Every name, note and number from outside is escaped; no clock time.
+    """
+    images = [
+        {"uri": _data_uri(data), "alt": (alt or {}).get(name, ""), "caption": CAPTIONS.get(name, name)}
+        for name, data in (figures or {}).items()
+    ]
+    return _environment().get_template("feedback.html.jinja").render(_content(grade), images=images)
+
+
+@lru_cache(maxsize=1)
+def _environment() -> Environment:
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader("gyrodata.grading", "."),
+        autoescape=lambda name: name is not None and name.endswith(".html.jinja"),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["md"] = _markdown_safe
+    environment.filters["plain"] = _plain
+    environment.filters["sentence"] = _sentence
+    environment.filters["fit_words"] = fit_words
+    return environment
+
+
+def _content(grade: Grade) -> dict[str, Any]:
+    """What the templates need besides the grade: the functions that write its numbers."""
+    own = [
+        {
+            "words": fit_words(name),
+            "text": inertia_text(fit["value"] or 0.0, fit["u"]),
+            "matched": name == grade.matched,
+        }
+        for name, fit in grade.own.items()
+    ]
+    told = [one for one in grade.diagnostics if one["severity"] != "note"]
+    return {
+        "grade": grade,
+        "own": own,
+        "rows": _rows(grade),
+        "told": told,
+        "points": points_text,
+        "factor": factor_text,
+        "ratio": _ratio(grade),
+        "slip_cost": _slip_cost(grade),
+        "lead": _lead(grade),
+    }
+
+
+def _rows(grade: Grade) -> list[dict[str, Any]]:
+    """One row for each criterion, a reason that is the same as above told once."""
+    rows = []
+    before = ""
+    for one in grade.marks:
+        rule = one.rule if one.points is not None and one.points < one.out_of else ""
+        again = bool(one.reason) and one.reason == before
+        rows.append({"mark": one, "reason": "as above" if again else one.reason, "rule": rule})
+        before = one.reason
+    return rows
+
+
+def points_text(points: float | None) -> str:
+    """Write points: "6", "4.35", or "–" where there are none yet.
+
+    Parameters
+    ----------
+    points : float or None
+        At most two decimals.
+
+    Returns
+    -------
+    str
+    """
+    return "–" if points is None else f"{points:.2f}".rstrip("0").rstrip(".")
+
+
+def _ratio(grade: Grade) -> str:
+    """What the reported value is of what the student's own runs give: "9.55 times"."""
+    value, own = grade.reported.get("value"), grade.own.get(grade.matched or "", {}).get("value")
+    return factor_text(value / own) if isinstance(value, float) and own else ""
+
+
+def _slip_cost(grade: Grade) -> float | None:
+    """Points that a named slip cost; None where it was not carried forward."""
+    if not grade.slips:
+        return None
+    return next((m.detail["slip_cost"] for m in grade.marks if isinstance(m.detail.get("slip_cost"), float)), None)  # type: ignore[return-value]
+
+
+def _lead(grade: Grade) -> str:
+    """One warm line that is true of these marks."""
+    short = [one for one in grade.marks if one.points is not None and one.points < one.out_of]
+    if not short:
+        return "All of it holds: your log, your value and its uncertainty. Well done."
+    if grade.slips:
+        return "One slip on the way from your runs to the answer is worth finding: see below."
+    if len(short) == 1:
+        return f"All is well but for one thing: {short[0].title[0].lower()}{short[0].title[1:]}."
+    return "Below is what was found in your own numbers, and where the points went."
+
+
+def _data_uri(data: bytes) -> str:
+    kind = "image/png" if data.startswith(b"\x89PNG") else "image/svg+xml"
+    return f"data:{kind};base64,{base64.b64encode(data).decode()}"
+
+
+# Letters may need a joiner; nothing needs an override of the direction or a bell.
+_KEPT_FORMATS = "\u200c\u200d"
+_MARKDOWN_SIGNS = re.compile(r"([\\`*_\[\]|~$])")
+
+
+def _plain(text: object) -> str:
+    """One line without control characters."""
+    line = " ".join(str(text).split())
+    return "".join(c for c in line if c in _KEPT_FORMATS or not unicodedata.category(c).startswith("C"))
+
+
+def _sentence(text: object) -> str:
+    """One line with a capital and a full stop."""
+    line = _plain(text).rstrip(".")
+    # "g is missing" and "φ̇ψ̇ scatters" begin with a symbol.
+    first = line[:1].upper() if re.match("[a-z]{2}", line) else line[:1]
+    return f"{first}{line[1:]}{'' if line.endswith(('?', '!')) else '.'}" if line else ""
+
+
+def _markdown_safe(text: object) -> str:
+    """One line that Markdown takes literally."""
+    line = _MARKDOWN_SIGNS.sub(r"\\\1", _plain(text))
+    return line.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;").replace("://", ":\\//")

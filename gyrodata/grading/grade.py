@@ -1,0 +1,354 @@
+"""One student's grade: from a submission to marks with their reasons, without ever raising for what is in it.
+
+The story: read the log → analyse it → work out the accepted fits of its runs → hold the report against them, known
+slips undone → judge each criterion → take off for being late. What cannot be judged has no points instead of zero,
+and makes the whole grade "not graded", with the reason, so that a person looks at it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import PurePosixPath
+from typing import TYPE_CHECKING, Any, Literal
+
+from gyrodata.analysis import Analysis, analyze_readings
+from gyrodata.errors import Diagnostic, GyroError, LogError
+from gyrodata.grading.answers import Answers, read_answers
+from gyrodata.grading.checks import ASKED_CODES, Evidence, Mark, judge, judge_reference, mark
+from gyrodata.grading.forensics import Fingerprint, fingerprint
+from gyrodata.grading.late import Lateness, judge_lateness
+from gyrodata.grading.own import distance, nearest, own_runs
+from gyrodata.grading.reference import Reference, class_references
+from gyrodata.grading.rubric import Rubric
+from gyrodata.grading.slips import Slip, find_slips
+from gyrodata.procedure import G457, check_procedure
+from gyrodata.readings import Readings, Reported, read_log
+from gyrodata.readings.reported import read_reported
+
+if TYPE_CHECKING:
+    from gyrodata.grading.submissions import Submission
+
+FAR = 3.0
+"""A report farther than this from every accepted fit [u], and explained by no known slip, is worth a look."""
+
+HUGE = 1e30
+"""A number above this, or below one over it, is no report [kg*m^2]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Grade:
+    """One student's grade, small enough to keep for a whole class; JSON and back gives the same again."""
+
+    student: str
+    name: str
+    status: Literal["graded", "not graded"]
+    why: str | None
+    """Why it is not graded; None if it is."""
+    points: float | None
+    """What counts, lateness taken off, two decimals; None where it is not graded."""
+    out_of: float
+    marks: tuple[Mark, ...]
+    """One for each criterion, in the rubric's order."""
+    slips: tuple[Slip, ...]
+    """Known slips that explain the report, the likeliest first."""
+    look: tuple[str, ...]
+    """What a person should look at though it is graded."""
+    station: str | None
+    reported: Mapping[str, float | str | None]
+    """"text", "value" and "u" [kg*m^2], "line"; empty where nothing is reported."""
+    own: Mapping[str, Mapping[str, float | None]]
+    """"value" and "u" [kg*m^2] of each accepted fit of the student's own runs."""
+    inertia: float | None
+    """I_zz that the student's own runs give by the recommended fit, accepted or not [kg*m^2]."""
+    inertia_u: float | None
+    """Its standard uncertainty [kg*m^2]."""
+    matched: str | None
+    """The accepted fit that the report comes nearest to, a slip undone."""
+    d: float | None
+    """Distance of the report from it, as reported [u]."""
+    z: float | None
+    """Distance from the reference, a slip undone [standard uncertainties]."""
+    late_seconds: float | None
+    """Late by this [s]; None where nothing tells."""
+    late_deduction: float
+    """[points]"""
+    late_reason: str
+    diagnostics: tuple[Mapping[str, Any], ...]
+    """What was found in the log, as `Diagnostic.to_dict` has it."""
+    title: str
+    """Of the rubric."""
+    rubric: str
+    """Digest of the rubric."""
+    digest: str
+    """Of the submission."""
+    fingerprint: Fingerprint | None
+    """What is kept of the log to compare it with others; None where it cannot be analysed."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give the grade as JSON can hold it."""
+        out: dict[str, Any] = {name: getattr(self, name) for name in self.__slots__}
+        out["marks"] = [{name: getattr(one, name) for name in Mark.__slots__} for one in self.marks]
+        out["slips"] = [{name: getattr(one, name) for name in Slip.__slots__} for one in self.slips]
+        out["look"] = list(self.look)
+        out["diagnostics"] = [dict(one) for one in self.diagnostics]
+        out["fingerprint"] = None if self.fingerprint is None else self.fingerprint.to_dict()
+        return out
+
+    @classmethod
+    def from_dict(cls, content: Mapping[str, Any]) -> Grade:
+        """Take a grade back from what `to_dict` gave."""
+        fields = dict(content)
+        fields["marks"] = tuple(Mark(**one) for one in fields["marks"])
+        fields["slips"] = tuple(Slip(**one) for one in fields["slips"])
+        fields["look"] = tuple(fields["look"])
+        fields["diagnostics"] = tuple(fields["diagnostics"])
+        fields["fingerprint"] = None if fields["fingerprint"] is None else Fingerprint.from_dict(fields["fingerprint"])
+        return cls(**fields)
+
+
+def grade_submission(submission: Submission, rubric: Rubric) -> Grade:
+    """Grade one student.
+
+    Parameters
+    ----------
+    submission : Submission
+        Where the log and the answers are.
+    rubric : Rubric
+        What is judged. Where the class is the reference, a "reference" mark has no points until `settle`.
+
+    Returns
+    -------
+    Grade
+        Status "not graded", and no points, where the log cannot be read or analysed, or a criterion cannot be
+        judged. Bad data never raise.
+    """
+    blank = _blank(submission, rubric)
+    if submission.problem is not None:
+        return _not_graded(blank, rubric, submission.problem)
+    try:
+        readings = read_log(
+            submission.log(), name=PurePosixPath(submission.log_file or submission.log_name or "log").name
+        )
+        answers = read_answers(readings, submission.answers())
+        analysis = analyze_readings(readings, {})
+        lacks = check_procedure(readings)
+    except GyroError as error:
+        blank = replace(blank, diagnostics=_as_dicts(error.diagnostics))
+        return _not_graded(blank, rubric, _first_words(error))
+    except OSError as error:
+        return _not_graded(blank, rubric, f"the submission cannot be read: {error.strerror or type(error).__name__}")
+    except (ArithmeticError, ValueError) as error:
+        # Numbers on which the analysis itself breaks are no reason to lose the class, nor to give this one a zero.
+        return _not_graded(blank, rubric, f"the analysis broke on these numbers ({type(error).__name__}: {error})")
+    evidence = _gather(analysis, lacks, answers, rubric)
+    marks = tuple(judge(criterion, evidence) for criterion in rubric.criteria)
+    grade = replace(
+        blank,
+        marks=marks,
+        slips=evidence.slips,
+        look=(*blank.look, *_looks(evidence)),
+        station=_station(readings),
+        reported=_reported_dict(evidence.reported),
+        own={own.name: {"value": own.value, "u": own.u} for own in evidence.values},
+        inertia=analysis.inertia.value,
+        inertia_u=analysis.inertia.u,
+        matched=evidence.matched.name if evidence.matched else None,
+        d=evidence.d,
+        diagnostics=_as_dicts((*analysis.diagnostics, *_asked_for(lacks, rubric), *answers.diagnostics)),
+        fingerprint=fingerprint(readings, analysis.measurements),
+    )
+    if rubric.class_reference:
+        return _added_up(grade)
+    return _with_reference(grade, rubric, rubric.reference_for(grade.station))
+
+
+def settle(grades: Iterable[Grade], rubric: Rubric) -> tuple[Grade, ...]:
+    """Give the points that wait for the whole class: those against a reference that the class itself gives.
+
+    Parameters
+    ----------
+    grades : iterable of Grade
+        All of the class, as `grade_submission` or an earlier `settle` gave them.
+    rubric : Rubric
+        The same as for grading.
+
+    Returns
+    -------
+    tuple of Grade
+        In the order given; no grade depends on that order.
+    """
+    grades = tuple(grades)
+    if not rubric.class_reference:
+        return grades
+    references = class_references(
+        (grade.station, grade.inertia, grade.inertia_u or 0.0) for grade in grades if grade.inertia is not None
+    )
+    return tuple(
+        _with_reference(grade, rubric, references.get(grade.station or "all") or references.get("all"))
+        for grade in grades
+    )
+
+
+def _with_reference(grade: Grade, rubric: Rubric, reference: Reference | None) -> Grade:
+    """Judge what waits for a reference, and add up anew."""
+    if not grade.own:
+        return grade
+    marks = tuple(
+        judge_reference(criterion, one, reference) if criterion.check == "reference" else one
+        for criterion, one in zip(rubric.criteria, grade.marks, strict=True)
+    )
+    z = next((one.detail["z"] for one in marks if "z" in one.detail), None)
+    return _added_up(replace(grade, marks=marks, z=z if isinstance(z, float) else None))
+
+
+def _added_up(grade: Grade) -> Grade:
+    """Sum the points, or say why there is no sum."""
+    reasons = dict.fromkeys(one.reason for one in grade.marks if one.points is None)
+    if reasons:
+        return replace(grade, status="not graded", why="; ".join(reasons), points=None)
+    total = sum(one.points or 0.0 for one in grade.marks) - grade.late_deduction
+    return replace(grade, status="graded", why=None, points=round(max(0.0, total), 2))
+
+
+# --- what there is to judge ---------------------------------------------------------------------------------
+
+
+def _gather(analysis: Analysis, lacks: tuple[Diagnostic, ...], answers: Answers, rubric: Rubric) -> Evidence:
+    """Hold the report against the student's own runs."""
+    own = own_runs(analysis, rubric.accept)
+    values = own.values()
+    reported = _usable(answers.inertia)
+    evidence = Evidence(
+        analysis=analysis,
+        lacks=lacks,
+        values=values,
+        reported=reported,
+        absent=_absent_words(reported),
+        absent_is_zero=answers.inertia is None and rubric.no_report == "zero",
+        matched=None,
+        d=None,
+        d_carried=None,
+        slips=(),
+        yardstick=own.yardstick,
+    )
+    if reported is None or reported.value is None:
+        return evidence
+    step = reported.step or 0.0
+    slips = find_slips(reported.value, step, own, analysis.readings, analysis.measurements)
+    if slips:
+        matched = next(value for value in values if value.name == slips[0].fit)
+    else:
+        matched = nearest(values, reported.value)
+    d = distance(reported.value, matched.value, step, own.yardstick)
+    return replace(evidence, matched=matched, d=d, d_carried=slips[0].distance if slips else d, slips=slips)
+
+
+def _usable(reported: Reported | None) -> Reported | None:
+    """Take the number of a report without a usable unit as kg·m²: the unit is judged once, by itself."""
+    if reported is None:
+        return None
+    read = reported
+    if reported.value is None and reported.unit:
+        again = read_reported("inertia", reported.text.replace(reported.unit, "kg*m^2"))
+        read = replace(reported, value=again.value, u=again.u, step=again.step, u_step=again.u_step)
+    sizes = [abs(size) for size in (read.value, read.u) if size]
+    if read.value is None or all(1 / HUGE <= size <= HUGE for size in sizes):
+        return read
+    return replace(read, value=None, problem=f'"{read.text[:60]}" is far from any moment of inertia')
+
+
+def _absent_words(reported: Reported | None) -> str:
+    """Say why there is no value to judge; "" where there is one."""
+    if reported is None:
+        return "no reported I_zz was found; it is a line of the log: # reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2"
+    if reported.value is None:
+        return f"the reported I_zz cannot be read: {reported.problem or 'it is no number'}"
+    return ""
+
+
+def _looks(evidence: Evidence) -> list[str]:
+    """What a person should look at."""
+    found = []
+    if len(evidence.slips) > 1:
+        kinds = ", ".join(slip.kind for slip in evidence.slips)
+        found.append(f"several known slips explain the reported I_zz equally well: {kinds}")
+    if evidence.d is not None and evidence.d > FAR and not evidence.slips:
+        found.append(
+            f"the reported I_zz is {evidence.d:.3g} u from the student's own runs, and no known slip explains it"
+        )
+    return found
+
+
+def _station(readings: Readings) -> str | None:
+    text = next((value for key, value in readings.metadata.items() if key.strip().lower() == "station"), "")
+    return " ".join(text.split()).casefold() or None
+
+
+def _reported_dict(reported: Reported | None) -> dict[str, float | str | None]:
+    if reported is None:
+        return {}
+    return {"text": reported.text, "value": reported.value, "u": reported.u, "line": reported.line}
+
+
+def _asked_for(lacks: tuple[Diagnostic, ...], rubric: Rubric) -> list[Diagnostic]:
+    """What the log lacks of what the rubric asks for; the runs that look odd are in the analysis already."""
+    codes = {ASKED_CODES[ask] for criterion in rubric.criteria for ask in criterion.asks}
+    return [one for one in lacks if one.code in codes and one.code != G457]
+
+
+# --- not graded ---------------------------------------------------------------------------------------------
+
+
+def _blank(submission: Submission, rubric: Rubric) -> Grade:
+    """A grade with nothing judged but the lateness."""
+    keys = {"student": submission.student, "name": submission.name, **submission.ids}
+    late: Lateness = judge_lateness(rubric.late, keys, submission.late, submission.late_seconds, submission.submitted)
+    return Grade(
+        student=submission.student,
+        name=submission.name,
+        status="not graded",
+        why=None,
+        points=None,
+        out_of=rubric.points,
+        marks=(),
+        slips=(),
+        look=(late.reason,) if late.look else (),
+        station=None,
+        reported={},
+        own={},
+        inertia=None,
+        inertia_u=None,
+        matched=None,
+        d=None,
+        z=None,
+        late_seconds=late.seconds,
+        late_deduction=late.deduct,
+        late_reason=late.reason,
+        diagnostics=(),
+        title=rubric.title,
+        rubric=rubric.digest,
+        digest=submission.digest,
+        fingerprint=None,
+    )
+
+
+def _not_graded(blank: Grade, rubric: Rubric, why: str) -> Grade:
+    marks = tuple(mark(criterion, None, "not judged", {}) for criterion in rubric.criteria)
+    return replace(blank, marks=marks, why=why)
+
+
+def _first_words(error: GyroError) -> str:
+    """Say in one sentence what stops the analysis."""
+    faults = [one for one in error.diagnostics if one.severity == "error"]
+    if not faults:
+        return "the log cannot be analysed"
+    first = faults[0]
+    where = f"line {first.line}: " if first.line else ""
+    more = f", and {len(faults) - 1} more" if len(faults) > 1 else ""
+    kind = "the log cannot be analysed" if isinstance(error, LogError) else "the log cannot be read"
+    return f"{kind}: {where}{first.message}{more}"
+
+
+def _as_dicts(diagnostics: Iterable[Diagnostic]) -> tuple[dict[str, Any], ...]:
+    return tuple(diagnostic.to_dict() for diagnostic in diagnostics)

@@ -1,0 +1,17 @@
+"""Write the golden feedback anew after a change that was meant; read the difference before it is kept."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from gyrodata.grading.feedback import feedback_html, feedback_markdown
+from gyrodata.grading.grade import Grade
+
+EXPECTED = Path(__file__).parent / "expected"
+
+if __name__ == "__main__":
+    for path in sorted(EXPECTED.glob("*.json")):
+        grade = Grade.from_dict(json.loads(path.read_text(encoding="utf-8")))
+        path.with_suffix(".md").write_text(feedback_markdown(grade), encoding="utf-8")
+        path.with_suffix(".html").write_text(feedback_html(grade), encoding="utf-8")

@@ -76,7 +76,9 @@ def list_files(root: Path) -> Listing:
             return _list_folder(root)
         if not root.exists():
             raise _refusal(G701, root, f'there is no folder or zip "{root}"')
-        if not zipfile.is_zipfile(root):
+        if not root.is_file() or not zipfile.is_zipfile(root):
+            if root.is_file() and _begins_as_zip(root):
+                raise _refusal(G702, root, f'"{root.name}" is damaged: its end is missing', "download it again")
             hint = "give the folder of the class or the zip as it was downloaded; unpack a .rar, .7z or .tar.gz first"
             raise _refusal(G701, root, f'"{root.name}" is neither a folder nor a zip', hint)
         return _list_zip(root)
@@ -206,6 +208,11 @@ class _Archive(NamedTuple):
     files: dict[str, zipfile.ZipInfo]
     folders: tuple[str, ...]
     told: tuple[Diagnostic, ...]
+
+
+def _begins_as_zip(root: Path) -> bool:
+    with root.open("rb") as file:
+        return file.read(4) == b"PK\x03\x04"
 
 
 def _list_zip(root: Path) -> Listing:

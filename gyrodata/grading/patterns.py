@@ -193,7 +193,7 @@ def _named(name: str, match: re.Match[str]) -> Named:
         person or number,
         ids,
         groups.get("file") or "",
-        groups.get("stem") or _stem(name.rpartition("/")[2]),
+        (groups.get("stem") or _stem(name.rpartition("/")[2])).encode("utf-8", "replace").decode("utf-8"),
         bool(groups.get("late")),
         _iso(groups.get("stamp")),
     )

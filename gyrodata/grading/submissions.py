@@ -114,6 +114,17 @@ class Submission:
         """
         return None if self.answers_name is None else read_file(self.source, self.answers_name)
 
+    def feedback_name(self, ending: str) -> str:
+        """Name a feedback file, below the zip that is handed back, so that the platform gives it to this student.
+
+        Parameters
+        ----------
+        ending : str
+            ``.html``, ``.md``, …
+        """
+        in_folder = self.ids.get("folder") == shown(self.feedback_stem)
+        return f"{self.feedback_stem}/feedback{ending}" if in_folder else f"{self.feedback_stem}{ending}"
+
     @property
     def digest(self) -> str:
         """SHA-256 of all that a grade depends on: names and bytes of log and answers, lateness, and the problem."""
@@ -300,7 +311,7 @@ class _Finder:
         return Submission(
             student,
             first.name,
-            first.ids,
+            graded.ids,
             self.files.root,
             tuple(sorted(own)),
             choice.log,

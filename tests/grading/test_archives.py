@@ -129,19 +129,15 @@ def test_a_size_that_is_a_lie_is_found_out(tmp_path: Path) -> None:
         read_file(path, "a/lab.csv")
 
 
-def test_a_million_entries_are_refused_before_they_are_built(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("count", "stated"), [(300_000, 1), (300_000, 300_000 % 65536), (1_000_000, 65535)])
+def test_a_million_entries_are_refused_before_they_are_built(tmp_path: Path, count: int, stated: int) -> None:
     path = make_zip(tmp_path / "class.zip", {"a/lab.csv": LOG})
     data = path.read_bytes()
-    start = data.index(b"PK\x01\x02")
-    end = data.index(b"PK\x05\x06")
-    entry = data[start:end]
-    many = entry * 300_000  # as far as the first limit goes: over it, the size alone says no
-    tail = struct.pack("<4s4H2LH", b"PK\x05\x06", 0, 0, 1, 1, len(many), start, 0)
+    start, end = data.index(b"PK\x01\x02"), data.index(b"PK\x05\x06")
+    many = data[start:end] * count
+    tail = struct.pack("<4s4H2LH", b"PK\x05\x06", 0, 0, stated, stated, len(many), start, 0)
     path.write_bytes(data[:start] + many + tail)
-    assert len(many) < archives.MOST_DIRECTORY_BYTES
     assert code_of(path) == "G704"
-    path.write_bytes(data[:start] + entry * 1_000_000 + tail.replace(struct.pack("<L", len(many)), b"\xff" * 4))
-    assert code_of(path) in ("G702", "G704")
 
 
 def test_a_zip64_with_a_million_entries_is_refused(tmp_path: Path) -> None:
@@ -195,7 +191,7 @@ def test_a_damaged_file_in_a_zip_is_told_of_its_student_only(tmp_path: Path) -> 
 def test_a_zip_that_is_cut_off_is_damaged(tmp_path: Path, cut: int) -> None:
     path = make_zip(tmp_path / "class.zip", {f"student{n}/lab.csv": LOG for n in range(20)})
     path.write_bytes(path.read_bytes()[:-cut])
-    assert code_of(path) in ("G701", "G702")
+    assert code_of(path) == "G702"
 
 
 def test_what_is_no_class_is_refused(tmp_path: Path) -> None:
@@ -203,6 +199,8 @@ def test_what_is_no_class_is_refused(tmp_path: Path) -> None:
     log = tmp_path / "lab.csv"
     log.write_text(LOG)
     assert code_of(log) == "G701"
+    os.mkfifo(tmp_path / "pipe")
+    assert code_of(tmp_path / "pipe") == "G701"
 
 
 def test_the_same_name_twice_in_a_zip_is_told(tmp_path: Path) -> None:

@@ -479,6 +479,31 @@ def test_a_class_without_submissions_is_refused(
     assert words in str(caught.value)
 
 
+# --- feedback -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("file", "feedback"),
+    [
+        ("doejane_LATE_9876_55501_lab.csv", "doejane_LATE_9876_55501_lab.html"),
+        ("Zoë Ö_12_assignsubmission_file_/sub/lab.csv", "Zoë Ö_12_assignsubmission_file_/feedback.html"),
+        ("Zoë Ö_12_assignsubmission_file_lab.csv", "Zoë Ö_12_assignsubmission_file_lab.html"),
+        (STEM.format("jdoe", 9) + "_lab.csv", STEM.format("jdoe", 9) + "_lab.html"),
+        ("submission_7/lab.csv", "submission_7/feedback.html"),
+        ("jdoe/lab.csv", "jdoe/feedback.html"),
+        ("jdoe.csv", "jdoe/feedback.html"),
+    ],
+)
+def test_feedback_is_named_so_that_the_platform_takes_it_back(tmp_path: Path, file: str, feedback: str) -> None:
+    assert submissions(tmp_path, {file: LOG}).items[0].feedback_name(".html") == feedback
+
+
+def test_feedback_on_moodle_goes_to_the_folder_of_the_log(tmp_path: Path) -> None:
+    folder = "Jane_12_assignsubmission_{}"
+    files = {folder.format("file") + "/lab.csv": LOG, folder.format("aaa") + "/onlinetext.html": "<p>"}
+    assert submissions(tmp_path, files).items[0].feedback_name(".md") == "Jane_12_assignsubmission_file/feedback.md"
+
+
 # --- what holds for all -------------------------------------------------------------------------------------
 
 

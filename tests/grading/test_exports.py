@@ -62,7 +62,7 @@ def rows_of(data: bytes | str, delimiter: str = ",") -> list[list[str]]:
 
 def test_grades_have_a_row_of_points_and_a_column_for_each_criterion() -> None:
     grades = [
-        a_grade("bob", late_seconds=7200.0, late_deduction=2.0, points=(2.0, 6.0, 12.0)),
+        a_grade("bob", late_seconds=7200.0, late_deduction=2.0, late_reason="2 h late"),
         a_grade("ann", (2.0, None, None)),
         a_grade("kim", matched="through_origin", d=0.123456, z=1.0, reported={"value": 4.4e-3, "u": 5e-5}),
     ]
@@ -77,11 +77,8 @@ def test_grades_have_a_row_of_points_and_a_column_for_each_criterion() -> None:
     assert table["ann"]["total"] == table["ann"]["c1"] == "", "not a zero by accident"
     assert table["ann"]["why_not_graded"] == "the log cannot be read"
     assert table["ann"]["flags"] == "shared rows with bob"
-    assert (table["bob"]["total"], table["bob"]["late_deduction"], table["bob"]["late [s]"]) == (
-        "20.00",
-        "2.00",
-        "7200.0",
-    )
+    late = [table["bob"][column] for column in ("total", "late_deduction", "late [s]", "late")]
+    assert late == ["17.50", "2.00", "7200.0", "2 h late"]
     assert (table["kim"]["reported [kg*m^2]"], table["kim"]["d"]) == ("0.0044", "0.1235")
     assert grades_csv(list(reversed(grades)), [flag]) == text, "the order makes no difference"
 

@@ -20,6 +20,7 @@ _BEFORE = ("student", "name", "status", "total")
 _AFTER = (
     "late_deduction",
     "late [s]",
+    "late",
     "reported [kg*m^2]",
     "u_reported [kg*m^2]",
     "matched",
@@ -80,6 +81,7 @@ def _row(grade: Grade, criteria: Sequence[str], flags: Sequence[str]) -> list[st
     cells: list[object] = [grade.student, grade.name, grade.status]
     after: list[object] = [
         grade.late_seconds,
+        grade.late_reason,
         grade.reported.get("value"),
         grade.reported.get("u"),
         grade.matched,

@@ -19,7 +19,7 @@ from gyrodata.grading.checks import ASKED_CODES, Evidence, Mark, judge, judge_re
 from gyrodata.grading.forensics import Fingerprint, fingerprint
 from gyrodata.grading.late import Lateness, judge_lateness
 from gyrodata.grading.own import distance, nearest, own_runs
-from gyrodata.grading.reference import Reference, class_references
+from gyrodata.grading.reference import Reference, class_references, station_key
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.slips import Slip, find_slips
 from gyrodata.procedure import G457, check_procedure
@@ -132,7 +132,7 @@ def grade_submission(submission: Submission, rubric: Rubric) -> Grade:
         )
         answers = read_answers(readings, submission.answers())
         analysis = analyze_readings(readings, {})
-        lacks = check_procedure(readings)
+        lacks = check_procedure(readings) if any(criterion.asks for criterion in rubric.criteria) else ()
     except GyroError as error:
         blank = replace(blank, diagnostics=_as_dicts(error.diagnostics))
         return _not_graded(blank, rubric, _first_words(error))
@@ -282,7 +282,7 @@ def _looks(evidence: Evidence) -> list[str]:
 
 def _station(readings: Readings) -> str | None:
     text = next((value for key, value in readings.metadata.items() if key.strip().lower() == "station"), "")
-    return " ".join(text.split()).casefold() or None
+    return station_key(text) or None
 
 
 def _reported_dict(reported: Reported | None) -> dict[str, float | str | None]:

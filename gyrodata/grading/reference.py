@@ -23,6 +23,21 @@ class Reference:
     """Where it comes from, in words."""
 
 
+def station_key(text: str) -> str:
+    """Write the name of a station in one way, so that "Bench A" of a log is "bench a" of a rubric.
+
+    Parameters
+    ----------
+    text : str
+        As written.
+
+    Returns
+    -------
+    str
+    """
+    return " ".join(text.split()).casefold()
+
+
 def read_references(top: Table) -> tuple[dict[str, Reference], bool]:
     """Read the table ``[reference]`` of a rubric.
 
@@ -52,7 +67,7 @@ def read_references(top: Table) -> tuple[dict[str, Reference], bool]:
         one = table.table(station)
         reference = _reference(one, station) if one else None
         if reference is not None:
-            references[station] = reference
+            references[station_key(station)] = reference
     table.done()
     if from_class and references:
         hint = 'remove from = "class", or remove the stations'

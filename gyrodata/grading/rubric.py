@@ -11,6 +11,7 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from importlib.resources import files
 from typing import Literal, get_args
 
@@ -104,7 +105,7 @@ class Criterion:
     """Of `ASKS`; only of procedure."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Rubric:
     """Everything that decides about points."""
 
@@ -122,7 +123,7 @@ class Rubric:
     class_reference: bool
     """True where the class itself gives the reference."""
 
-    @property
+    @cached_property
     def digest(self) -> str:
         """Hash of all that can change a grade: remarks and blanks of the file do not."""
         content = {key: value for key, value in asdict(self).items() if key != "name"}

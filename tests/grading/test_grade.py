@@ -319,6 +319,13 @@ class TestNotGraded:
         )
         assert grade("# station: 7\n" + text, elsewhere).points == 20
 
+    def test_stations_are_the_same_however_they_are_written(self, grade: Grader, rows: Sheet) -> None:
+        named = default_rubric_text().replace(
+            '[reference]\nfrom = "class"', '[reference."Bench A"]\ninertia = "4.44e-3 kg m^2"\nu = "0.5 %"'
+        )
+        found = grade("# Station: bench  a\n" + report(rows), read_rubric(named.encode()))
+        assert (found.station, found.points) == ("bench a", 20)
+
 
 class TestTheClassAsReference:
     def test_points_wait_for_the_class(self, grade: Grader, rows: Sheet) -> None:

@@ -3,7 +3,8 @@
 The ladder of models is eq. (9) for a level rod, eq. (8) for a tilted one, and the mean rate of the whole motion for
 a rod let go from rest. Each simplification has a bias in closed form; the log's own numbers go into it, weighted
 as the fit weights its runs. What is below 0.2 of the standard uncertainty is dropped, smallest first, while all
-that is dropped stays below 0.3; the rest is kept. Effects of unknown size (M0, b) are parameters of every model.
+that is dropped stays below 0.3 and the single runs do not scatter by it; the rest is kept. Effects of unknown size
+(M0, b) are parameters of every model.
 """
 
 from __future__ import annotations
@@ -86,12 +87,14 @@ def choose(measured: Measurements, model: Model) -> Rung:
     if not tilts and measured.motion != "released":
         return Rung(tilted=False, released=False, asked=False)
     fit = fitting.fit(measured)
-    open_to_choice = {}
+    by_run = {}
     if tilts:
-        open_to_choice["tilt"] = _tilt(measured, fit, measured.pitch)
+        by_run["tilt"] = _tilt_by_run(measured, fit, measured.pitch)
     if measured.motion == "released":
-        open_to_choice["release"] = _release(measured, fit)
-    kept = _kept(open_to_choice, sum(abs(bias) for bias in _never_corrected(measured, fit).values()), _relative_u(fit))
+        by_run["release"] = _release_by_run(measured, fit)
+    dropped = sum(abs(bias) for bias in _never_corrected(measured, fit).values())
+    kept = _kept({name: _whole(fit, biases) for name, biases in by_run.items()}, dropped, _relative_u(fit))
+    kept |= {name for name, biases in by_run.items() if _seen_in_scatter(measured, fit, biases)}
     return Rung(tilted="tilt" in kept, released="release" in kept, asked=False)
 
 
@@ -104,6 +107,11 @@ def _kept(biases: Mapping[str, float], dropped: float, u: float) -> set[str]:
             break
         kept.discard(name)
     return kept
+
+
+def _seen_in_scatter(measured: Measurements, fit: FitResult, biases: Floats) -> bool:
+    """Say whether an effect that cancels in I_zz, as of a rod tilted up and down, still spoils the single runs."""
+    return float(np.sqrt(np.mean((biases * measured.time / fit.time_u) ** 2))) > DROP_ALL
 
 
 def is_unsteady(measured: Measurements, rung: Rung) -> bool:
@@ -139,16 +147,17 @@ def _whole(fit: FitResult, biases: Floats) -> float:
     return float(np.sum(fit.response * biases))
 
 
-def _tilt(measured: Measurements, fit: FitResult, pitch: Floats | float) -> float:
+def _tilt_by_run(measured: Measurements, fit: FitResult, pitch: Floats | float) -> Floats:
     across = fitting.transverse_inertia(measured)
-    bias = physics.tilt_bias(_rate(measured, fit), measured.spin, pitch, fit.inertia.value, across)
-    return _whole(fit, bias)
+    bias: Floats = physics.tilt_bias(_rate(measured, fit), measured.spin, pitch, fit.inertia.value, across)
+    return bias
 
 
-def _release(measured: Measurements, fit: FitResult) -> float:
+def _release_by_run(measured: Measurements, fit: FitResult) -> Floats:
     total = measured.torque + fit.imbalance.value
     across = fitting.transverse_inertia(measured)
-    return _whole(fit, physics.release_bias(total, measured.spin, fit.inertia.value, across))
+    bias: Floats = physics.release_bias(total, measured.spin, fit.inertia.value, across)
+    return bias
 
 
 def _never_corrected(measured: Measurements, fit: FitResult) -> dict[str, float]:
@@ -183,13 +192,13 @@ def list_effects(measured: Measurements, fit: FitResult, rung: Rung) -> tuple[Ef
     effects = [*_unknown_sizes(measured, fit, u), *_decay(measured, fit, never.get("decay_law"), u)]
     asked = ", as asked" if rung.asked else ""
     if np.any(measured.pitch):
-        tilt = _tilt(measured, fit, measured.pitch)
+        tilt = _whole(fit, _tilt_by_run(measured, fit, measured.pitch))
         reason = _why(tilt, u, f"eq. (8) is used{asked}" if rung.tilted else f"eq. (9) is used{asked}", rung.tilted)
     else:
-        tilt = _tilt(measured, fit, LEVEL_TO)
+        tilt = _whole(fit, _tilt_by_run(measured, fit, LEVEL_TO))
         reason = _why(tilt, u, "no pitch in the log; this is for 2° off level", False)
     effects.append(_sized("tilt", tilt, u, rung.tilted and bool(np.any(measured.pitch)), reason))
-    release = _release(measured, fit)
+    release = _whole(fit, _release_by_run(measured, fit))
     premise = {
         True: f"the mean rate of a rod let go from rest is used{asked}",
         False: f"taken for steady precession{asked}",

@@ -106,7 +106,8 @@ class Problem:
         value, to_unknowns, to_quantities = self.conditions(values, sense, unknowns)
         slopes *= to_quantities.take(self.quantity, axis=-2)
         alone = slopes * self.alone
-        floor = NEGLIGIBLE * to_quantities[..., 0, :] * values[..., 0, :]
+        # Of the spin's term, which does not vanish with the torque.
+        floor = NEGLIGIBLE * to_quantities[..., 1, :] * values[..., 1, :]
         own = np.add.reduce(alone * alone, axis=-2) + floor * floor
         return Linear(value - np.add.reduce(alone * single, axis=-2), to_unknowns, slopes, alone, own)
 

@@ -107,13 +107,9 @@ def simulate(
 
     Notes
     -----
-    The analysis gives the truth back from an exact log wherever its model is what happened: a level rod or a
-    tilted one, or a level one whose spin falls and is read at the start and the end. It does so only nearly for
-
-    * a rod let go from rest: it nods, and each run may be early or late by I/(I_zz ψ̇) seconds;
-    * a tilted rod whose spin falls: the harmonic mean of the spin belongs in eq. (9), not in eq. (8). A spin that
-      falls by a factor e^−d makes I_zz wrong by (1 − I/I_zz) (φ̇/ψ̇) sin(pitch) d²/4 or so: 0.1 % for 60 g at
-      200 rpm, 50° and a fall of 30 %.
+    The analysis gives the truth back from an exact log: of a level rod or a tilted one, with a spin that stays or
+    falls, and of a rod let go from rest where there are more runs than unknowns. With fewer, or with errors, the
+    phase of its nutation at the last click is not known, and a run may be early or late by I/(I_zz ψ̇) seconds.
     """
     truth, design = truth or Truth(), design or Design()
     random = np.random.default_rng(seed)

@@ -1,0 +1,68 @@
+"""An `Analysis` in words: the text summary, JSON, tables, and the page.
+
+Nothing is computed here that is not already in the result. The names below are loaded when they are first used:
+JSON needs none of the words, and text none of the page.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from gyrodata.reporting.check import check_document, check_text, diagnostics_text, github_annotations
+    from gyrodata.reporting.documents import json_text
+    from gyrodata.reporting.page import report_page
+    from gyrodata.reporting.tables import csv_cell, runs_csv
+    from gyrodata.reporting.text import columns, summary
+    from gyrodata.reporting.values import (
+        count_text,
+        inertia_text,
+        interval_text,
+        number_text,
+        p_text,
+        percent_text,
+        power_of_ten,
+        torque_text,
+    )
+
+__all__ = [
+    "check_document",
+    "check_text",
+    "columns",
+    "count_text",
+    "csv_cell",
+    "diagnostics_text",
+    "github_annotations",
+    "inertia_text",
+    "interval_text",
+    "json_text",
+    "number_text",
+    "p_text",
+    "percent_text",
+    "power_of_ten",
+    "report_page",
+    "runs_csv",
+    "summary",
+    "torque_text",
+]
+
+_HOMES = {
+    **dict.fromkeys(("check_document", "check_text", "diagnostics_text", "github_annotations"), "check"),
+    "json_text": "documents",
+    "report_page": "page",
+    **dict.fromkeys(("csv_cell", "runs_csv"), "tables"),
+    **dict.fromkeys(("columns", "summary"), "text"),
+    **dict.fromkeys(
+        ("count_text", "inertia_text", "interval_text", "number_text", "p_text", "percent_text", "power_of_ten",
+         "torque_text"),
+        "values",
+    ),
+}  # fmt: skip
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'gyrodata.reporting' has no attribute {name!r}")
+    from importlib import import_module
+
+    return getattr(import_module(f"gyrodata.reporting.{_HOMES[name]}"), name)

@@ -1,0 +1,138 @@
+"""What fits, models, sources and effects are called, and the sentences that several forms share."""
+
+from __future__ import annotations
+
+from gyrodata.analysis import Analysis
+from gyrodata.comparisons import NamedFit
+from gyrodata.effects import DROP_ONE, Effect
+from gyrodata.reporting.values import count_text, p_text, percent_text
+
+FIT_NAMES = {
+    "recommended": "recommended",
+    "through_origin": "through the origin",
+    "with_constant": "with a constant",
+}
+
+
+MODEL_NAMES = {
+    "horizontal": "eq. (9), a level rod",
+    "steady": "eq. (8), a tilted rod",
+    "released": "the mean rate of a rod let go from rest",
+}
+
+
+SOURCE_NAMES = {
+    "time": "stopwatch",
+    "time_bias": "hand's bias",
+    "spin": "tachometer readings",
+    "spin_scale": "tachometer scale",
+    "mass": "each weight's mass",
+    "mass_scale": "scale",
+    "position": "position readings",
+    "position_zero": "ruler's zero",
+    "force": "force",
+    "torque": "torque",
+    "g": "g",
+    "imbalance": "residual torque (prior)",
+    "imbalance_sign": "unknown sense of the unloaded run",
+    "balance_doubt": "doubt about the balance test",
+    "precession_rate": "precession rate",
+    "angle": "swept angle",
+    "pitch": "pitch",
+    "transverse_inertia": "transverse inertia",
+    "nutation": "nutation at the last click",
+    "release": "transverse inertia, in the nutation",
+}
+
+
+EFFECT_NAMES = {
+    "imbalance": "imperfect balance",
+    "timing_bias": "late or early hand",
+    "spin_decay": "falling spin, plain mean of start and end",
+    "decay_law": "law by which the spin falls",
+    "tilt": "tilted rod, eq. (9) for eq. (8)",
+    "release": "nutation after letting go",
+    "earth": "the Earth's rotation",
+}
+
+
+def goodness_text(analysis: Analysis) -> str:
+    """Write how well the runs go together.
+
+    Parameters
+    ----------
+    analysis : Analysis
+        The result.
+
+    Returns
+    -------
+    str
+        One sentence without a full stop.
+    """
+    fit = analysis.fit
+    if analysis.p is None or analysis.birge is None:
+        return "goodness: as many unknowns as runs, so nothing tells how well they fit"
+    applied = "u multiplied by it, as asked" if analysis.birge_applied else "not applied"
+    return (
+        f"goodness: chi-square {fit.chi2:.3g} for {count_text(fit.dof, 'degree')} of freedom, {p_text(analysis.p)} "
+        f"(Birge ratio {analysis.birge:.2f}, {applied})"
+    )
+
+
+def difference_text(analysis: Analysis, fit: NamedFit) -> str:
+    """Say how far a fit lies from the recommended one, in its u and in per cent.
+
+    Parameters
+    ----------
+    analysis : Analysis
+        The result.
+    fit : NamedFit
+        One of its fits.
+
+    Returns
+    -------
+    str
+        "" for the recommended fit and for one that is not possible.
+    """
+    if fit.inertia is None or fit.name == "recommended" or not analysis.inertia.u:
+        return ""
+    difference = fit.inertia.value - analysis.inertia.value
+    return f"{difference / analysis.inertia.u:+.1f} u ({percent_text(difference / analysis.inertia.value)})"
+
+
+def effect_verdict(effect: Effect) -> str:
+    """Say whether an effect is in the model: "in the model", "left out", or "left out, and not small".
+
+    Parameters
+    ----------
+    effect : Effect
+        One of an analysis' effects.
+
+    Returns
+    -------
+    str
+    """
+    if effect.kept:
+        return "in the model"
+    return "left out, and not small" if (effect.size or 0.0) > DROP_ONE else "left out"
+
+
+def default_lines(analysis: Analysis) -> list[str]:
+    """List the uncertainties that the log does not state, after a line that says so.
+
+    Parameters
+    ----------
+    analysis : Analysis
+        The result.
+
+    Returns
+    -------
+    list of str
+        Empty where all are stated.
+    """
+    used = [f"u_{s.name} {s.described}" for s in analysis.measurements.sources if s.default and s.described != "0"]
+    if analysis.measurements.timed and "u_time_bias" not in analysis.readings.uncertainties:
+        used.append("u_time_bias 0.05 s")
+    if not used:
+        return []
+    return ["uncertainties not in the log, taken by default:", *(f"  {item}" for item in used)]

@@ -6,7 +6,7 @@ import io
 import math
 import warnings
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from gyrodata.plotting.marks import (
     zero_range,
 )
 from gyrodata.plotting.scene import RPM, Scene, gather, mean_text, torque_unit, with_u
+from gyrodata.plotting.style import METADATA, PACKING, SIZE, STYLE, Form
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,42 +36,8 @@ if TYPE_CHECKING:
 FIGURES = ("period", "product", "torque", "residuals")
 """Names of the figures, in the order of the report."""
 
-Form = Literal["png", "svg", "pdf"]
-
-_SIZE = (6.6, 4.2)
-"""Width and height [inch]."""
 _FRAME = (0.125, 0.125, 0.635, 0.745)
 """Left, bottom, width and height of the axes in the figure; labels stand in the margin right of it."""
-
-# A tenth faster than the usual level, for files a twelfth larger.
-_PACKING: dict[str, Any] = {"png": {"pil_kwargs": {"compress_level": 2}}, "svg": {}, "pdf": {}}
-
-_STYLE: Any = {
-    # A "$" in a run's name is a dollar; and the parser of formulas costs more than the figure.
-    "text.parse_math": False,
-    "text.usetex": False,
-    "svg.hashsalt": "gyrodata",
-    "svg.fonttype": "path",
-    "pdf.fonttype": 3,
-    "font.size": 9.0,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.edgecolor": SOFT,
-    "axes.labelcolor": INK,
-    "axes.labelsize": 9.5,
-    "axes.axisbelow": True,
-    "xtick.color": SOFT,
-    "ytick.color": SOFT,
-    "xtick.labelcolor": INK,
-    "ytick.labelcolor": INK,
-}
-
-# No date and no version: the same log gives the same bytes.
-_METADATA: dict[str, dict[str, Any]] = {
-    "png": {"Software": None},
-    "svg": {"Date": None, "Creator": "gyrodata"},
-    "pdf": {"CreationDate": None, "Creator": "gyrodata", "Producer": None},
-}
 
 
 def _draw_period(ax: Axes, scene: Scene) -> None:
@@ -261,14 +228,14 @@ def draw(analysis: Analysis, name: str) -> Figure:
     """
     from matplotlib import rc_context
 
-    with rc_context(_STYLE):
+    with rc_context(STYLE):
         return _figure(gather(analysis), name)
 
 
 def _figure(scene: Scene, name: str) -> Figure:
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=_SIZE, dpi=150)
+    figure = Figure(figsize=SIZE, dpi=150)
     _DRAWERS[name](figure.add_axes(_FRAME), scene)
     return figure
 
@@ -291,12 +258,12 @@ def render(analysis: Analysis, form: Form = "png") -> dict[str, bytes]:
     from matplotlib import rc_context
 
     files = {}
-    with rc_context(_STYLE), warnings.catch_warnings():
+    with rc_context(STYLE), warnings.catch_warnings():
         # A run's name may be written in a script that the font does not have; it is drawn as boxes then.
         warnings.filterwarnings("ignore", message="(?s).*[Gg]lyph.* missing")
         scene = gather(analysis)
         for name in FIGURES:
             file = io.BytesIO()
-            _figure(scene, name).savefig(file, format=form, metadata=_METADATA[form], **_PACKING[form])
+            _figure(scene, name).savefig(file, format=form, metadata=METADATA[form], **PACKING[form])
             files[name] = file.getvalue()
     return files

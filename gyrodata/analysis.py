@@ -85,6 +85,8 @@ class Analysis:
     fit: FitResult
     model: Rung
     """The model that the runs were fitted with."""
+    outliers: tuple[Outlier, ...]
+    """Runs that look odd, left out or not."""
     inertia: Result
     """I_zz [kg*m^2]."""
     imbalance: Result
@@ -346,7 +348,7 @@ def analyze_readings(
             )
         )
         raise LogError(found)
-    fitted = _fit(measured, model, keep_flagged)
+    fitted = fit_runs(measured, model, keep_flagged)
     measured, fit, left_out = fitted.measured, fitted.fit, fitted.left_out
     if not (math.isfinite(fit.inertia.value) and np.isfinite(fit.fitted_time).all()):
         why = "eq. (8) has no real solution for a run: the rod is up and the spin too low to precess steadily"
@@ -374,6 +376,7 @@ def analyze_readings(
         measurements=measured,
         fit=fit,
         model=rung,
+        outliers=fitted.outliers,
         inertia=_with_interval(fit.inertia, "kg*m^2", profile),
         imbalance=_with_interval(fit.imbalance, "N*m"),
         timing_bias=_with_interval(fit.timing_bias, "s"),
@@ -392,31 +395,43 @@ def analyze_readings(
 
 
 @dataclass(frozen=True)
-class _Fitted:
+class Fitted:
     """A log's recommended fit, and what was decided for it."""
 
     measured: Measurements
     rung: Rung
-    outliers: list[Outlier]
+    outliers: tuple[Outlier, ...]
     left_out: tuple[int, ...]
     fit: FitResult
     without: Estimate | None
     """I_zz without any odd run [kg*m^2], where one was kept."""
 
 
-def _fit(measured: Measurements, model: Model, keep_flagged: bool) -> _Fitted:
-    """Choose the model, find the runs that do not go with the others, and fit the rest."""
+def fit_runs(measured: Measurements, model: Model = "auto", keep_flagged: bool = False) -> Fitted:
+    """Choose the model, find the runs that do not go with the others, and fit the rest.
+
+    Parameters
+    ----------
+    measured : Measurements
+        n runs, at least one with a torque.
+    model, keep_flagged
+        As for `analyze`.
+
+    Returns
+    -------
+    Fitted
+    """
     rung = effects.choose(measured, model)
     outliers, clean = fitting.screen(measured, rung.tilted)
     if effects.is_unsteady(measured, rung):
         measured = settle(measured, rung, tuple(outlier.index for outlier in outliers))
         outliers, clean = fitting.screen(measured, rung.tilted)
-    # A slip of the count is a known cause; a run that is merely odd is still a measurement, and stays.
-    left_out = () if keep_flagged else tuple(outlier.index for outlier in outliers if outlier.turns is not None)
+    # A run that is merely odd is still a measurement, and stays.
+    left_out = () if keep_flagged else tuple(outlier.index for outlier in outliers if outlier.slip)
     odd = tuple(outlier.index for outlier in outliers)
     fit = clean if clean is not None and odd == left_out else fitting.fit(measured, rung.tilted, left_out)
     without = fitting.fit(measured, rung.tilted, odd).inertia if odd != left_out else None
-    return _Fitted(measured, rung, outliers, left_out, fit, without)
+    return Fitted(measured, rung, tuple(outliers), left_out, fit, without)
 
 
 def _with_interval(estimate: Estimate, unit: str, profile: tuple[float, float] | None = None) -> Result:

@@ -186,11 +186,11 @@ def _without(
     rest = sorted(set(kept) - set(group))
     if not np.any(measured.torque[rest]) or len(set(measured.torque)) > 12 or fit.inertia.u is None:
         return None
-    if fit.imbalance_free and not fitting.torques_differ(measured.torque[rest]):
-        # One torque is left, and with it another prior of M0.
+    shift = fit.adjusted.without([i for i in group if i in kept])
+    # Where one torque is left, another prior of M0 comes with it.
+    if shift is None or (fit.imbalance_free and not fitting.torques_differ(measured.torque[rest])):
         return fitting.fit(measured, tilted, set(range(len(measured.runs))) - set(rest)).inertia
-    change, grown = fit.adjusted.without([i for i in group if i in kept])
-    return Estimate(fit.inertia.value + change, math.sqrt(fit.inertia.u**2 + grown))
+    return Estimate(fit.inertia.value + shift[0], math.sqrt(fit.inertia.u**2 + shift[1]))
 
 
 def torque_table(measured: Measurements, fit: FitResult, kept: list[int], tilted: bool) -> tuple[Torque, ...]:
@@ -246,7 +246,7 @@ def torque_table(measured: Measurements, fit: FitResult, kept: list[int], tilted
 
 
 def run_table(
-    measured: Measurements, fit: FitResult, outliers: list[Outlier], left_out: tuple[int, ...]
+    measured: Measurements, fit: FitResult, outliers: tuple[Outlier, ...], left_out: tuple[int, ...]
 ) -> tuple[Run, ...]:
     """Put what was read and what was made of it side by side for each run.
 
@@ -256,7 +256,7 @@ def run_table(
         n runs.
     fit : FitResult
         Their recommended fit.
-    outliers : list of Outlier
+    outliers : tuple of Outlier
         Those that look odd.
     left_out : tuple of int
         Indices of the runs that have no say.

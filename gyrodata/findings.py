@@ -72,6 +72,12 @@ G417 = register(
     "# g: 9.803 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns,pitch [deg]\n60.00,15.0,150,4.71,1,60\n"
     "60.00,15.0,300,9.74,1,60\n40.00,15.0,150,7.23,1,60\n40.00,15.0,300,14.69,1,60\n",
 )
+G419 = register(
+    "G419",
+    "warning",
+    "the runs contradict each other beyond all measure",
+    "# g: 9.803 m/s^2\n" + _LOG + "20.00,15.0,206,20.4,1\n20.00,15.0,407,4040,1\n40.00,15.0,405,2010,1\n",
+)
 G418 = register(
     "G418",
     "note",
@@ -84,7 +90,7 @@ G418 = register(
 def outlier_findings(
     readings: Readings,
     measured: Measurements,
-    outliers: list[Outlier],
+    outliers: tuple[Outlier, ...],
     left_out: tuple[int, ...],
     without: Estimate | None,
 ) -> list[Diagnostic]:
@@ -96,7 +102,7 @@ def outlier_findings(
         The log.
     measured : Measurements
         Its runs.
-    outliers : list of Outlier
+    outliers : tuple of Outlier
         Those that look odd.
     left_out : tuple of int
         Indices of the runs that have no say.
@@ -112,7 +118,8 @@ def outlier_findings(
     found = []
     for outlier in outliers:
         if outlier.index in left_out:
-            done, hint = "left out of the fits", "correct the turns in the log, or keep the run with --keep-flagged"
+            what = "correct the turns in the log" if outlier.turns is not None else "correct the slip, or time it again"
+            done, hint = "left out of the fits", f"{what}; --keep-flagged keeps the run"
         else:
             done = f"kept; without every run that looks odd I_zz = {without.value:.4g} kg*m^2" if without else "kept"
             hint = "time it again; if you know what went wrong, put # before its line to leave it out"
@@ -151,7 +158,16 @@ def whole_findings(
     list of Diagnostic
     """
     found = []
-    if p is not None and p < 0.001:
+    if fit.widened > 1:
+        found.append(
+            readings.diagnose(
+                G419,
+                f"the runs contradict each other: they fit together only if every time is {fit.widened:.3g} times as "
+                "uncertain as stated, and so it was taken",
+                "look for a slip in the runs that look odd: a digit too many, another unit, another count of turns",
+            )
+        )
+    elif p is not None and p < 0.001:
         found.append(
             readings.diagnose(
                 G411,
@@ -200,7 +216,7 @@ def _model_findings(
             )
         )
     release = next(effect for effect in effects if effect.effect == "release")
-    if measured.motion is None and not release.kept and (release.size or 0.0) > DROP_ONE:
+    if measured.motion is None and not release.kept and (release.size or 0.0) > DROP_ONE and fit.widened == 1:
         found.append(
             readings.diagnose(
                 G418,

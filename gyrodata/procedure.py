@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from gyrodata import fitting, forecast, physics
+from gyrodata.analysis import Analysis, fit_runs
 from gyrodata.comparisons import outlier_reason
 from gyrodata.errors import Diagnostic, register
 from gyrodata.fitting import FitResult, Outlier
@@ -55,33 +56,34 @@ G457 = register(
 )
 
 
-def check_procedure(readings: Readings) -> tuple[Diagnostic, ...]:
+def check_procedure(readings: Readings, analysis: Analysis | None = None) -> tuple[Diagnostic, ...]:
     """Find what a log lacks, and the runs in it that look odd.
 
     Parameters
     ----------
     readings : Readings
         Without errors among its diagnostics.
+    analysis : Analysis, optional
+        Of these readings, where it was made already.
 
     Returns
     -------
     tuple of Diagnostic
         What `measure` found, then what is missing, then the runs that look odd.
     """
-    measured = measure(readings)
+    measured = analysis.measurements if analysis else measure(readings)
     groups = [group for group in torque_groups(measured) if measured.torque[group[0]] != 0]
     if not groups:
         return (*measured.diagnostics, readings.diagnose(G452, "not one run has a weight", "time runs with a weight"))
-    outliers, clean = fitting.screen(measured)
-    fit = clean or fitting.fit(measured, left_out=tuple(outlier.index for outlier in outliers))
+    fitted = analysis or fit_runs(measured)
     return (
         *measured.diagnostics,
         *_weights(readings, measured, groups),
         *_spins(readings, measured, groups),
-        *_unloaded(readings, measured, fit),
+        *_unloaded(readings, measured, fitted.fit),
         *_short_times(readings, measured),
         *_falling_spin(readings, measured),
-        *_odd_runs(readings, measured, outliers),
+        *_odd_runs(readings, measured, fitted.outliers),
     )
 
 
@@ -192,7 +194,7 @@ def _falling_spin(readings: Readings, measured: Measurements) -> list[Diagnostic
     ]
 
 
-def _odd_runs(readings: Readings, measured: Measurements, outliers: list[Outlier]) -> list[Diagnostic]:
+def _odd_runs(readings: Readings, measured: Measurements, outliers: tuple[Outlier, ...]) -> list[Diagnostic]:
     return [
         readings.diagnose(
             G457,

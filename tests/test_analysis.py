@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import gyrodata
@@ -249,3 +251,54 @@ def test_influence_and_leaving_a_torque_out() -> None:
     assert all(abs(t.without.value - a.inertia.value) < 2 * t.without.u for t in a.torques)
     # The unloaded run is a torque of its own: both ways to leave it out agree.
     assert a.run_table[9].influence == pytest.approx(a.torques[3].without.value - a.inertia.value, rel=0.05)
+
+
+SLIP = """# g: 9.803 m/s^2
+mass [g],position [cm],spin [rpm],time [s],turns
+19.99,15.00,200.8,6.72,1/3
+19.99,15.00,401.0,13.22,1/3
+19.99,15.00,601.7,20.18,1/3
+40.00,15.00,200.4,6.58,2/3
+40.00,15.00,400.5,13.22,2/3
+40.00,15.00,601.5,20.03,2/3
+60.19,15.00,200.9,6.29,1
+60.19,15.00,401.1,{time},1
+60.19,15.00,603.1,19.94,1
+"""
+
+
+class TestSlips:
+    def test_a_gross_one_is_left_out_and_said(self) -> None:
+        clean = gyrodata.analyze(SLIP.format(time="13.24").encode())
+        slipped = gyrodata.analyze(SLIP.format(time="1004").encode())
+        assert [run.run for run in slipped.run_table if run.left_out] == ["8"]
+        found = next(found for found in slipped.diagnostics if found.code == "G410")
+        assert "left out" in found.message
+        assert "--keep-flagged" in found.hint
+        assert slipped.inertia.value == pytest.approx(clean.inertia.value, abs=2 * clean.inertia.u)
+
+    def test_kept_on_request_it_is_told_that_nothing_fits(self) -> None:
+        kept = gyrodata.analyze(SLIP.format(time="1004").encode(), keep_flagged=True)
+        assert "G419" in [found.code for found in kept.diagnostics]
+        assert kept.fit.widened > 100
+        # Large, but neither zero nor without an uncertainty that says so.
+        assert kept.inertia.value > 4e-3
+        assert abs(kept.inertia.value - 4.4e-3) < 2 * kept.inertia.u
+
+    @pytest.mark.parametrize("seed", range(20))
+    def test_any_slip_of_a_pen_has_an_answer_or_a_refusal(self, seed: int) -> None:
+        random = np.random.default_rng(seed)
+        head, names, *rows = SLIP.format(time="13.24").splitlines()
+        table = [row.split(",") for row in rows]
+        for _ in range(1 + seed % 3):
+            i, j = random.integers(9), random.integers(5)
+            old = table[i][j]
+            table[i][j] = str(random.choice(["0", "1e9", "1e-9", old.replace(".", ""), f"{old}0", f"-{old}", "1004"]))
+        text = "\n".join([head, names, *(",".join(row) for row in table)])
+        try:
+            analysis = gyrodata.analyze(text.encode())
+        except LogError as error:
+            assert error.diagnostics
+            return
+        assert math.isfinite(analysis.inertia.value)
+        assert analysis.inertia.u is not None

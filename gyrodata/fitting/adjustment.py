@@ -50,10 +50,15 @@ class Adjusted:
     """Change of I_zz when a run is left out [kg*m^2], shape (n,)."""
     chi2: float
 
-    def without(self, runs: Sequence[int]) -> tuple[float, float]:
-        """Change of I_zz [kg*m^2] and of its variance [kg²*m⁴] when some runs are left out, to first order."""
+    def without(self, runs: Sequence[int]) -> tuple[float, float] | None:
+        """Change of I_zz [kg*m^2] and of its variance [kg²*m⁴] when some runs are left out, to first order.
+
+        None where there are no such runs, or the others tell so little of them that first order is no guide.
+        """
         index = np.asarray(runs, dtype=int)
         remaining = np.eye(len(index)) - self.orthogonal[index] @ self.orthogonal[index].T
+        if not len(index) or np.linalg.eigvalsh(remaining)[0] < 1e-4:
+            return None
         gain = self.gain[index]
         # What the others say of these runs takes the runs' own share out again.
         pull = np.linalg.solve(remaining, np.column_stack([self.weighted[index], gain]))

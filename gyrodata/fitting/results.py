@@ -39,6 +39,8 @@ class Outlier:
     """Of its time from what the other runs predict, in standard uncertainties of that difference."""
     turns: float | None
     """Number of revolutions that would explain it."""
+    slip: bool
+    """True if it is no measurement of this motion: a count explains it, or it is off beyond all doubt."""
 
 
 @dataclass(frozen=True)
@@ -82,3 +84,5 @@ class FitResult:
     """Sign of φ̇ψ̇ used for each run, shape (n,)."""
     adjusted: Adjusted
     """Where the adjustment ended; of two possible answers the likelier."""
+    widened: float
+    """Factor on the uncertainties of the times [1]: 1 but where the runs contradict each other beyond all measure."""

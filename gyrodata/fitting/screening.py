@@ -12,6 +12,9 @@ from gyrodata.fitting.results import FitResult, Outlier
 from gyrodata.fitting.start import assume_sense, robust_start, rough_misfit, torques_differ
 from gyrodata.measurements import Measurements, torque_groups
 
+GROSS = 10.0
+"""A run further off than this is a slip, whether or not a turn count explains it, and has no say."""
+
 OUTLIER = 5.0
 """A run is flagged when it stands off by more than this many standard uncertainties."""
 
@@ -55,15 +58,18 @@ def screen(measured: Measurements, tilted: bool = False) -> tuple[list[Outlier],
         result = fit(measured, tilted, out)
         typical = max(1.0, 1.4826 * float(np.median(np.abs(result.deviations[kept]))))
         far = np.flatnonzero((np.abs(result.deviations) > OUTLIER * typical) | _far_within(measured, result, typical))
-        found = [
-            Outlier(int(i), float(result.deviations[i]), _explaining_turns(measured, result, int(i), typical))
-            for i in far
-        ]
+        found = [_outlier(measured, result, int(i), typical) for i in far]
         fresh = {outlier.index for outlier in found}
         if fresh == out:
             return (found, result) if len(found) <= count / 3 else ([], None)
         out = fresh
     return (found if len(found) <= count / 3 else []), None
+
+
+def _outlier(measured: Measurements, result: FitResult, index: int, typical: float) -> Outlier:
+    deviation = float(result.deviations[index])
+    turns = _explaining_turns(measured, result, index, typical)
+    return Outlier(index, deviation, turns, slip=turns is not None or abs(deviation) > GROSS * typical)
 
 
 def _far_within(measured: Measurements, result: FitResult, typical: float) -> Any:

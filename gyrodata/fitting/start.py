@@ -129,6 +129,15 @@ def _pairs(count: int) -> tuple[Any, Any]:
     return first[::step], second[::step]
 
 
+def misfit(measured: Measurements, start: Start, kept: Floats) -> float:
+    """Root mean square of the kept runs' misfits to a start, in units of the clock's uncertainty and 1 %."""
+    index = np.flatnonzero(kept > 0)
+    total = np.abs(measured.torque[index] + start.imbalance)
+    with np.errstate(divide="ignore"):
+        off = rough_misfit(measured, start.inertia * _lever(measured, index) / total, index)
+    return float(np.sqrt(np.mean(off**2)))
+
+
 def rough_misfit(measured: Measurements, predicted: Floats, index: Any = slice(None)) -> Floats:
     """Time against prediction, in units of the clock's uncertainty and 1 %: a rough scale for rough answers."""
     time = measured.time[index]

@@ -1,0 +1,77 @@
+"""Flags, never verdicts: what in a class's logs honest work hardly ever shows, with how often it would.
+
+A fingerprint of each log is kept (`fingerprint`), and all are compared at once (`flag_class`):
+
+* rows in common, in any order, unit and rounding (`copies`);
+* times shifted or scaled as a whole, and residuals that come back (`edits`);
+* scatter and repeats below what a hand can do (`scatter`);
+* last digits that are not left to chance (`digits`).
+
+Every threshold follows from one number, `ALLOWED`: the flags of one kind that a class of honest students gets by
+chance. Every flag says how many as strong as itself chance makes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from gyrodata.grading.forensics.copies import flag_shared_rows
+from gyrodata.grading.forensics.digits import flag_digits
+from gyrodata.grading.forensics.edits import flag_residuals, flag_shifted_or_scaled
+from gyrodata.grading.forensics.exemptions import Exemptions, read_exemptions
+from gyrodata.grading.forensics.fingerprint import Fingerprint, fingerprint
+from gyrodata.grading.forensics.flags import ALLOWED, KINDS, Flag
+from gyrodata.grading.forensics.logs import lay_out
+from gyrodata.grading.forensics.scatter import flag_repeats, flag_scatter
+
+__all__ = [
+    "ALLOWED",
+    "KINDS",
+    "Exemptions",
+    "Fingerprint",
+    "Flag",
+    "fingerprint",
+    "flag_class",
+    "read_exemptions",
+]
+
+_NOTHING: Mapping[str, Fingerprint] = MappingProxyType({})
+
+
+def flag_class(
+    prints: Mapping[str, Fingerprint],
+    exempt: Exemptions | None = None,
+    previous: Mapping[str, Fingerprint] = _NOTHING,
+) -> tuple[Flag, ...]:
+    """Find what is odd in a class's logs.
+
+    Parameters
+    ----------
+    prints : mapping of str to Fingerprint
+        One log of each student, by the student's key.
+    exempt : Exemptions, optional
+        Partners, whose logs may be alike, and staff, whose logs are left out.
+    previous : mapping of str to Fingerprint
+        Earlier logs and published examples, by a key of their own; compared with the class's, not with each other.
+
+    Returns
+    -------
+    tuple of Flag
+        By kind, in the order of `KINDS`, then by students. A pair is flagged once, by the first kind that finds it.
+    """
+    exempt = exempt or Exemptions()
+    judged = {student: prints[student] for student in sorted(prints) if student not in exempt.staff}
+    logs = lay_out(judged, exempt, previous)
+    flags, known = flag_shared_rows(logs)
+    for search in (flag_shifted_or_scaled, flag_residuals):
+        more, pairs = search(logs, known)
+        flags += more
+        known |= pairs
+    by_hand = {
+        student: scatter
+        for student, scatter in zip(judged, logs.scatters, strict=False)
+        if scatter is not None and judged[student].by_hand
+    }
+    flags += flag_scatter(by_hand) + flag_repeats(judged) + flag_digits(judged)
+    return tuple(sorted(flags, key=lambda flag: (KINDS.index(flag.kind), flag.students, flag.previous)))

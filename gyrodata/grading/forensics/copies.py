@@ -1,0 +1,332 @@
+"""Rows that two logs have in common: same spin, same period, whatever the order, the unit and the rounding.
+
+That two rows have the same spin is no sign: a class aims at the same spins, and a station may always give the
+same ones. But two hands that time the same spin seldom stop at the same hundredth of a second. So spins (and
+torques) only tell which rows *could* agree; how many of those do agree in the period is the evidence, and has a
+chance that follows from the scatter of a hand and from the last digit. The chances of all pairs of the class
+together then say how many flags honest work makes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyrodata.grading.forensics.flags import ALLOWED, LEAST, Flag, Pair, flag_pairs
+from gyrodata.grading.forensics.logs import Integers, Logs
+from gyrodata.physics import Floats
+
+SAME_TORQUE = 0.1
+"""Relative difference of two torques up to which rows are compared: stations have weights of their own."""
+
+TELLING = 0.5
+"""A row that would agree by chance more often than this tells nothing and is not counted."""
+
+WORK = 5_000_000
+"""Comparisons of rows that the base rate may cost; in a larger class, some logs stand for the others."""
+
+GOLDEN = 0.6180339887498949
+
+_EXACT = 1e-9
+_BINS = 20
+"""Per decade, in which the chances of pairs are counted."""
+
+
+def flag_shared_rows(logs: Logs) -> tuple[list[Flag], set[tuple[int, int]]]:
+    """Find logs that have more rows in common than chance gives.
+
+    Parameters
+    ----------
+    logs : Logs
+        The class.
+
+    Returns
+    -------
+    tuple
+        The flags, and the pairs that they are about.
+    """
+    if len(logs.log) == 0 or logs.pairs < 1:
+        return [], set()
+    rows = _Rows(logs)
+    chances = rows.chances()
+    pairs = []
+    for first, second in rows.candidates(chances.strictest):
+        alike = rows.compare(first, second)
+        expected = chances.expected(alike.p) + alike.p
+        if expected <= ALLOWED:
+            pairs.append(Pair(alike.p, expected, first, second))
+    flags = flag_pairs("shared rows", pairs, logs.keys, logs.current, lambda pair: rows.tell(pair.first, pair.second))
+    return flags, {(pair.first, pair.second) for pair in pairs}
+
+
+class Alike(NamedTuple):
+    """What two logs have in common."""
+
+    rows: list[tuple[int, int]]
+    """Rows that agree, one of each log; numbers of `Logs`."""
+    chance: float
+    """Mean chance that a row that could agree does."""
+    p: float
+    """Chance that as many agree, or more."""
+
+
+class Chances:
+    """How many pairs of honest logs are as much alike as some p, added up over the class.
+
+    Parameters
+    ----------
+    counted : dict
+        For each number of rows that could agree and chance of one, how many pairs have them.
+
+    Notes
+    -----
+    Numbers of rows are whole, so a pair reaches few values of p; the chance of reaching p or less is the largest
+    of these values that is not above p, which may be far less than p (R. E. Tarone, Biometrics 46, 1990, 515).
+    """
+
+    def __init__(self, counted: dict[tuple[int, float], float]) -> None:
+        steps: list[tuple[float, float]] = []
+        for (compared, chance), pairs in counted.items():
+            tails = binomial_tails(compared, chance)
+            reached = 0.0
+            for tail in sorted(set(tails)):
+                steps.append((tail, pairs * (tail - reached)))
+                reached = tail
+        steps.sort()
+        self._levels = np.array([level for level, _ in steps])
+        self._expected = np.cumsum([more for _, more in steps])
+        inside = int(np.searchsorted(self._expected, ALLOWED, side="right"))
+        self.strictest = float(self._levels[inside]) if inside < len(steps) else 1.0
+        """No pair with a larger p is flagged."""
+
+    def expected(self, p: float) -> float:
+        """Give the number of honest pairs with this p or less."""
+        inside = int(np.searchsorted(self._levels, p * (1 + _EXACT), side="right"))
+        return float(self._expected[inside - 1]) if inside else 0.0
+
+
+@lru_cache(maxsize=4096)
+def binomial_tails(trials: int, chance: float) -> tuple[float, ...]:
+    """Give the chance of k successes or more, for k from 0 to `trials`.
+
+    Parameters
+    ----------
+    trials : int
+        How many.
+    chance : float
+        Of each, between 0 and 1.
+
+    Returns
+    -------
+    tuple of float
+        Of length ``trials + 1``. Where chances differ it is an upper bound at their mean for every k above the mean
+        number of successes plus one (W. Hoeffding, Annals of Mathematical Statistics 27, 1956, 713).
+    """
+    single = [math.comb(trials, k) * chance**k * (1 - chance) ** (trials - k) for k in range(trials + 1)]
+    return tuple(float(value) for value in np.minimum(1.0, np.cumsum(single[::-1]))[::-1])
+
+
+class _Near:
+    """Finds values that may agree with a given one: an index for each size of the last digit."""
+
+    def __init__(self, values: Floats, steps: Floats) -> None:
+        sizes = np.ceil(np.log10(np.maximum(steps, _EXACT * values)))
+        self._parts: list[tuple[float, Floats, Integers]] = []
+        for size in np.unique(sizes):
+            members = np.flatnonzero(sizes == size)
+            order = members[np.argsort(values[members], kind="stable")]
+            self._parts.append((float(steps[members].max()), values[order], order))
+
+    def find(self, values: Floats, steps: Floats) -> tuple[Integers, Integers]:
+        """Give positions in `values` with those of what is near, one pair for each."""
+        which, found = [], []
+        for widest, ordered, order in self._parts:
+            reach = np.maximum(steps, widest) * 0.5 + 2 * _EXACT * values
+            low, high = np.searchsorted(ordered, values - reach), np.searchsorted(ordered, values + reach, side="right")
+            count = high - low
+            which.append(np.repeat(np.arange(len(values)), count))
+            ends = np.cumsum(count)
+            found.append(order[np.arange(int(ends[-1])) - np.repeat(ends - count - low, count)])
+        return np.concatenate(which), np.concatenate(found)
+
+
+class _Weighed(NamedTuple):
+    """What a log could have in common with each of the N logs of a class of R rows."""
+
+    compared: Integers
+    """Rows that could agree, on the side that has fewer, shape (N,)."""
+    chance: Floats
+    """Mean chance that one of them does, on the side where it is larger, shape (N,)."""
+    told_here: NDArray[np.bool_]
+    """Which of the log's rows count for each log, shape (n, N)."""
+    told_there: NDArray[np.bool_]
+    """Which rows count on the other side, shape (R,)."""
+
+
+class _Rows:
+    """The rows of a class, with the chance that any two agree."""
+
+    def __init__(self, logs: Logs) -> None:
+        self.logs = logs
+        self.by_spin = _Near(logs.spin, logs.spin_step)
+        self.by_period = _Near(logs.period, logs.period_step)
+        self.common = self._common()
+
+    def _compared(self, mine: Integers, other: Integers) -> tuple[Integers, Floats]:
+        """Tell which pairs of rows could agree (same spin and torque), and how probably each does in the period."""
+        logs = self.logs
+        step = np.maximum(logs.spin_step[mine], logs.spin_step[other])
+        same = np.abs(logs.spin[mine] - logs.spin[other]) <= 0.5 * step + _EXACT * logs.spin[mine]
+        torque = np.abs(logs.torque[mine]), np.abs(logs.torque[other])
+        same &= np.abs(torque[0] - torque[1]) <= SAME_TORQUE * np.maximum(*torque)
+        same &= logs.log[mine] != logs.log[other]
+        kept = np.flatnonzero(same)
+        mine, other = mine[kept], other[kept]
+        step = np.maximum(logs.period_step[mine], logs.period_step[other]) + 2 * _EXACT * logs.period[mine]
+        noise = logs.noise[logs.log[mine]], logs.noise[logs.log[other]]
+        spread = np.hypot(noise[0] / logs.turns[mine], noise[1] / logs.turns[other])
+        # No window of this width holds more of a normal distribution, wherever its centre is.
+        with np.errstate(divide="ignore"):
+            return kept, np.clip(step / (math.sqrt(2 * math.pi) * spread), LEAST, 1.0)
+
+    def _agree(self, mine: Integers, other: Integers) -> NDArray[np.bool_]:
+        logs = self.logs
+        step = np.maximum(logs.period_step[mine], logs.period_step[other])
+        agree: NDArray[np.bool_] = (
+            np.abs(logs.period[mine] - logs.period[other]) <= 0.5 * step + _EXACT * logs.period[mine]
+        )
+        return agree
+
+    def _matches(self, log: int) -> tuple[Integers, Integers, Floats]:
+        """Rows of one log (counted from 0), the rows of others that agree with them, and the chances of that."""
+        rows = self.logs.rows(log)
+        mine, other = self.by_period.find(self.logs.period[rows], self.logs.period_step[rows])
+        mine_there = mine + rows.start
+        kept, chance = self._compared(mine_there, other)
+        agree = self._agree(mine_there[kept], other[kept])
+        return mine[kept][agree], other[kept][agree], chance[agree]
+
+    def _common(self) -> Floats:
+        """Share of the logs that have a row without being otherwise alike: an example left in, a row for everybody."""
+        logs = self.logs
+        common = np.zeros(len(logs.log))
+        for log in range(len(logs.keys)):
+            rows = logs.rows(log)
+            size = rows.stop - rows.start
+            mine, other, _ = self._matches(log)
+            # One count for each log that agrees with a row, however many of its rows do.
+            mine, theirs = np.divmod(np.unique(mine * len(logs.keys) + logs.log[other]), len(logs.keys))
+            alike = np.bincount(theirs, minlength=len(logs.keys))
+            strangers = mine[2 * alike[theirs] < size]
+            # One stranger is no crowd: it may be the one who copied a few rows.
+            crowd = np.maximum(np.bincount(strangers, minlength=size) - 1, 0)
+            common[rows] = crowd / max(len(logs.keys) - 2, 1)
+        return common
+
+    def chances(self) -> Chances:
+        """Count how many rows of every pair could agree, and how probably; a sample stands for a large class."""
+        logs = self.logs
+        counted: Counter[tuple[int, int]] = Counter()
+        seen = work = 0
+        # Multiples of the golden ratio: wherever the work ends, the logs done are spread over the whole class.
+        for log in np.argsort(np.arange(len(logs.keys)) * GOLDEN % 1, kind="stable").tolist():
+            rows = logs.rows(log)
+            mine, other = self.by_spin.find(logs.spin[rows], logs.spin_step[rows])
+            work += len(logs.log) + len(mine)
+            kept, chance = self._compared(mine + rows.start, other)
+            both = self._weigh(log, mine[kept], other[kept], chance)
+            valid = logs.compared_with(log)
+            seen += int(valid.sum())
+            valid &= both.compared > 0
+            bins = np.ceil(_BINS * np.log10(np.maximum(both.chance[valid], LEAST))).astype(int)
+            counted.update(zip(both.compared[valid].tolist(), bins.tolist(), strict=True))
+            if work > WORK and seen:
+                break
+        return Chances({(m, 10 ** (b / _BINS)): count * logs.pairs / seen for (m, b), count in counted.items()})
+
+    def _weigh(self, log: int, mine: Integers, other: Integers, chance: Floats) -> _Weighed:
+        """Add up the chances that rows of one log (counted from 0) agree with rows of others, from both sides."""
+        logs = self.logs
+        rows, count = logs.rows(log), len(logs.keys)
+        shape = (rows.stop - rows.start, count)
+        here = np.bincount(mine * count + logs.log[other], chance, minlength=shape[0] * count).reshape(shape)
+        here = np.maximum(here, self.common[rows, None] * (here > 0))
+        there = np.bincount(other, chance, minlength=len(logs.log))
+        there = np.maximum(there, self.common * (there > 0))
+        told_here, told_there = (here > 0) & (here <= TELLING), (there > 0) & (there <= TELLING)
+        owners = logs.log[told_there]
+        number_here, number_there = told_here.sum(axis=0), np.bincount(owners, minlength=count)
+        mean_here = (here * told_here).sum(axis=0) / np.maximum(number_here, 1)
+        mean_there = np.bincount(owners, there[told_there], minlength=count) / np.maximum(number_there, 1)
+        return _Weighed(np.minimum(number_here, number_there), np.maximum(mean_here, mean_there), told_here, told_there)
+
+    def candidates(self, strictest: float) -> Iterator[tuple[int, int]]:
+        """Give the pairs whose rows that agree have so small a chance together, the smaller number first."""
+        logs = self.logs
+        count = len(logs.keys)
+        for log in range(logs.current):
+            valid = logs.compared_with(log)
+            valid[:log] = False
+            mine, other, chance = self._matches(log)
+            kept = valid[logs.log[other]]
+            place, where = np.unique(mine[kept] * count + logs.log[other[kept]], return_inverse=True)
+            chances = np.bincount(where, chance[kept], minlength=len(place))
+            chances = np.maximum(chances, self.common[logs.rows(log)][place // count])
+            telling = chances <= TELLING
+            together = np.bincount(place[telling] % count, np.log(chances[telling]), minlength=count)
+            for second in np.flatnonzero((together < 0) & (together <= math.log(strictest))):
+                yield log, int(second)
+
+    def compare(self, first: int, second: int) -> Alike:
+        """Compare two logs row by row."""
+        logs = self.logs
+        start = logs.rows(first).start
+        sides = [np.arange(logs.rows(log).start, logs.rows(log).stop) for log in (first, second)]
+        mine, other = (grid.ravel() for grid in np.meshgrid(*sides, indexing="ij"))
+        kept, chance = self._compared(mine, other)
+        mine, other = mine[kept], other[kept]
+        both = self._weigh(first, mine - start, other, chance)
+        agree = self._agree(mine, other) & both.told_here[mine - start, second] & both.told_there[other]
+        rows: list[tuple[int, int]] = []
+        taken: set[int] = set()
+        for i, j in zip(mine[agree].tolist(), other[agree].tolist(), strict=True):
+            if i not in taken and j not in taken:
+                taken |= {i, j}
+                rows.append((i, j))
+        compared, mean = int(both.compared[second]), float(both.chance[second])
+        p = binomial_tails(compared, mean)[min(len(rows), compared)]
+        return Alike(rows, mean, max(p, LEAST))
+
+    def tell(self, first: int, second: int) -> str:
+        """Put what two logs have in common into words."""
+        logs = self.logs
+        alike = self.compare(first, second)
+        mine, other = (np.array(side) for side in zip(*alike.rows, strict=True))
+        shorter = min(len(logs.prints[log].time) for log in (first, second))
+        places = [
+            f"{logs.keys[log]} (lines {', '.join(str(line) for line in sorted(self._lines(log, rows)))})"
+            for log, rows in ((first, mine), (second, other))
+        ]
+        how = []
+        if logs.prints[first].sha256 == logs.prints[second].sha256:
+            how.append("the files are the same byte for byte")
+        if list(np.argsort(self._lines(first, mine))) != list(np.argsort(self._lines(second, other))):
+            how.append("in another order")
+        steps = logs.period_step[mine] / logs.period_step[other]
+        if np.any((steps > 1.5) | (steps < 1 / 1.5)):
+            how.append("not typed to the same digit")
+        return (
+            f"{len(alike.rows)} of {shorter} rows of {places[0]} are in {places[1]}, with the same spin and the same "
+            f"precession period{''.join(', ' + words for words in how)}; of rows with the same spin, 1 in "
+            f"{1 / alike.chance:.0f} would have the same period by chance"
+        )
+
+    def _lines(self, log: int, rows: Integers) -> list[int]:
+        start = int(self.logs.starts[log])
+        return [self.logs.prints[log].lines[row - start] for row in rows]

@@ -1,0 +1,213 @@
+"""Tables that are one table edited: all times shifted or scaled, or residuals that come back in another log.
+
+Whatever two students share (station, weights, ruler, spins aimed at, a habit) makes their tables alike, but the
+scatter of two hands stays between them: the squares of what is left add up to a chi-square at least, however much
+else is shared. A sum far below that says that the scatter itself was taken over.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from gyrodata.grading.forensics.flags import ALLOWED, Flag, Kind, Pair, flag_pairs
+from gyrodata.grading.forensics.logs import TRUSTED_DOF, Integers, Logs
+from gyrodata.grading.forensics.scatter import chi2_lower_tail
+from gyrodata.physics import Floats
+
+BLOCK = 100
+"""Logs that are compared with all others at a time."""
+
+SPREAD = 20.0
+"""The times of a log must differ by this many times the scatter of a hand for their scale to have a meaning."""
+
+HALVINGS = 200
+"""Of the interval in which a limit lies; enough for every digit of a small one."""
+
+
+@dataclass(frozen=True)
+class _Tables:
+    """G logs with equally many rows, as n numbers each."""
+
+    members: Integers
+    """Numbers of the logs, rising, shape (G,)."""
+    vectors: Floats
+    """[s], shape (G, n)."""
+    dof: Integers
+    """What the scatter of each has, shape (G,)."""
+
+
+def flag_shifted_or_scaled(logs: Logs, known: Collection[tuple[int, int]]) -> tuple[list[Flag], set[tuple[int, int]]]:
+    """Find logs whose times are those of another log, times a factor, plus a shift.
+
+    Parameters
+    ----------
+    logs : Logs
+        The class; rows are compared in the order of torque and spin.
+    known : collection of pairs
+        Flagged already.
+
+    Returns
+    -------
+    tuple
+        The flags, and the pairs that they are about.
+
+    Notes
+    -----
+    The least sum of squared distances from a line, over the variance of one time, is a chi-square with n − 2
+    degrees of freedom where two tables agree but for a factor, a shift and the scatter of both hands, and larger
+    where they do not.
+    """
+    tables = []
+    for members in _by_length(logs):
+        times = np.array([logs.prints[i].time for i in members])
+        times -= times.mean(axis=1, keepdims=True)
+        spread = times.std(axis=1) > SPREAD * logs.noise[members]
+        tables.append(_Tables(members[spread], times[spread], np.full(int(spread.sum()), times.shape[1] - 2)))
+    return _flag(logs, "shifted or scaled", tables, _from_a_line, 1.0, known, _tell_line)
+
+
+def flag_residuals(logs: Logs, known: Collection[tuple[int, int]]) -> tuple[list[Flag], set[tuple[int, int]]]:
+    """Find logs whose residuals about the lines in the spin are those of another log.
+
+    Parameters
+    ----------
+    logs : Logs
+        The class; rows are compared in the order of torque and spin.
+    known : collection of pairs
+        Flagged already.
+
+    Returns
+    -------
+    tuple
+        The flags, and the pairs that they are about.
+
+    Notes
+    -----
+    Half the sum of squared differences, over the variance of one time, is a chi-square with as many degrees of
+    freedom as the residuals have, and larger where the two have bends of their own. A correlation coefficient
+    would need the two to have no bend in common.
+    """
+    tables = []
+    for members in _by_length(logs):
+        scatters = [(i, scatter) for i in members if (scatter := logs.scatters[i]) is not None]
+        if scatters:
+            vectors = np.array([scatter.residuals for _, scatter in scatters])
+            tables.append(_Tables(np.array([i for i, _ in scatters]), vectors, np.array([s.dof for _, s in scatters])))
+    return _flag(logs, "residuals", tables, _from_each_other, 2.0, known, _tell_residuals)
+
+
+def _by_length(logs: Logs) -> list[Integers]:
+    """Logs with equally many rows, at least two of them."""
+    sizes = np.diff(logs.starts)
+    groups = (np.flatnonzero(sizes == size) for size in np.unique(sizes))
+    return [members for members in groups if len(members) > 1]
+
+
+def _from_a_line(vectors: Floats, block: slice) -> Floats:
+    """Least sum of squared distances of the points (x, y) from a rising line through their centre, shape (b, G)."""
+    own = np.sum(vectors**2, axis=1)
+    both = vectors[block] @ vectors.T
+    least = 0.5 * (own[block, None] + own - np.hypot(own[block, None] - own, 2 * both))
+    return np.where(both > 0, np.maximum(least, 0.0), np.inf)
+
+
+def _from_each_other(vectors: Floats, block: slice) -> Floats:
+    """Sum of squared differences, shape (b, G)."""
+    own = np.sum(vectors**2, axis=1)
+    squares: Floats = own[block, None] + own - 2 * vectors[block] @ vectors.T
+    return np.maximum(squares, 0.0)
+
+
+def _flag(
+    logs: Logs,
+    kind: Kind,
+    tables: list[_Tables],
+    distance: Callable[[Floats, slice], Floats],
+    hands: float,
+    known: Collection[tuple[int, int]],
+    tell: Callable[[Logs, Pair], str],
+) -> tuple[list[Flag], set[tuple[int, int]]]:
+    """Flag the pairs whose distance, over `hands` times the variance of a time, is too small a chi-square."""
+    enough = [_enough(table, logs) for table in tables]
+    tests = sum(_tests(logs, table.members) for table in enough)
+    pairs = []
+    for table in enough:
+        for chi2, dof, first, second in _nearest(logs, table, distance, hands, tests):
+            p = chi2_lower_tail(chi2, dof)
+            if p * tests <= ALLOWED and (first, second) not in known:
+                pairs.append(Pair(p, p * tests, first, second))
+    flags = flag_pairs(kind, pairs, logs.keys, logs.current, lambda pair: tell(logs, pair))
+    return flags, {(pair.first, pair.second) for pair in pairs}
+
+
+def _enough(table: _Tables, logs: Logs) -> _Tables:
+    kept = (table.dof >= TRUSTED_DOF) & (logs.noise[table.members] > 0)
+    return _Tables(table.members[kept], table.vectors[kept], table.dof[kept])
+
+
+def _tests(logs: Logs, members: Integers) -> int:
+    """Count the pairs within the class and with earlier logs."""
+    current = int(np.sum(members < logs.current))
+    return current * (current - 1) // 2 + current * (len(members) - current)
+
+
+def _nearest(
+    logs: Logs, table: _Tables, distance: Callable[[Floats, slice], Floats], hands: float, tests: int
+) -> Iterator[tuple[float, int, int, int]]:
+    """Chi-square, degrees of freedom and numbers of the pairs that are near enough to be told."""
+    noise = logs.noise[table.members]
+    step = np.array([max(logs.prints[i].time_step) for i in table.members])
+    limits = np.zeros(int(table.dof.max(initial=0)) + 1)
+    for dof in np.unique(table.dof):
+        limits[dof] = _limit(int(dof), ALLOWED / max(tests, 1))
+    for begin in range(0, int(np.sum(table.members < logs.current)), BLOCK):
+        block = slice(begin, begin + BLOCK)
+        dof = np.minimum(table.dof[block, None], table.dof)
+        least = np.minimum(noise[block, None], noise)
+        # What a last digit hides: step²/12 for each square.
+        hidden = np.maximum(step[block, None], step) ** 2 * dof / 12
+        chi2 = (distance(table.vectors, block) / hands + hidden) / least**2
+        for i, j in np.argwhere(chi2 <= limits[dof]):
+            first, second = int(table.members[begin + i]), int(table.members[j])
+            if first < second and logs.compared_with(first)[second]:
+                yield float(chi2[i, j]), int(dof[i, j]), first, second
+
+
+def _limit(dof: int, p: float) -> float:
+    """Chi-square whose lower tail is p, by halving; rounded up."""
+    low, high = 0.0, float(dof)
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if chi2_lower_tail(middle, dof) < p else (low, middle)
+    return high
+
+
+def _tell_line(logs: Logs, pair: Pair) -> str:
+    x, y = (np.array(logs.prints[i].time) for i in (pair.first, pair.second))
+    dx, dy = x - x.mean(), y - y.mean()
+    xx, yy, xy = float(dx @ dx), float(dy @ dy), float(dx @ dy)
+    factor = (yy - xx + math.hypot(yy - xx, 2 * xy)) / (2 * xy)
+    shift = float(y.mean() - factor * x.mean())
+    size = float(np.sqrt(np.mean((y - factor * x - shift) ** 2)))
+    hands = math.hypot(1, factor) * float(min(logs.noise[pair.first], logs.noise[pair.second]))
+    one, other = logs.keys[pair.first], logs.keys[pair.second]
+    return (
+        f"the {len(x)} times of {other} are {factor:.4g} times those of {one} {'-' if shift < 0 else '+'} "
+        f"{abs(shift):.2f} s, to {size:.2g} s (rms); two hands on a stopwatch would leave {hands:.2g} s or more"
+    )
+
+
+def _tell_residuals(logs: Logs, pair: Pair) -> str:
+    scatters = [scatter for i in (pair.first, pair.second) if (scatter := logs.scatters[i]) is not None]
+    one, other = (scatter.residuals for scatter in scatters)
+    size = float(np.sqrt(np.mean((other - one) ** 2)))
+    correlation = float(one @ other / math.sqrt((one @ one) * (other @ other)))
+    return (
+        f"the residuals of the {len(one)} times of {logs.keys[pair.second]} about lines in the spin are those of "
+        f"{logs.keys[pair.first]} to {size:.2g} s (rms; correlation {correlation:.4f}), though these scatter by "
+        f"{scatters[0].size:.2g} s"
+    )

@@ -10,7 +10,7 @@ from gyrodata import fitting, forecast
 from gyrodata.comparisons import outlier_reason
 from gyrodata.effects import DROP_ONE, Effect
 from gyrodata.errors import Diagnostic, register
-from gyrodata.fitting import Estimate, FitResult, Outlier
+from gyrodata.fitting import Estimate, FitResult, Improvement, Outlier
 from gyrodata.measurements import Measurements
 from gyrodata.readings import Readings
 
@@ -240,12 +240,6 @@ BETTER = {
 }
 
 
-def _would_pass(tested: Measurements, fit: FitResult) -> bool:
-    """Say whether the ball could pass a balance test, by what the runs say of M0."""
-    width = tested.imbalance_u(fit.inertia.value) if tested.imbalance_u else 0.0
-    return abs(fit.imbalance.value) < 2 * math.hypot(fit.imbalance.u or 0.0, width)
-
-
 def list_advice(measured: Measurements, fit: FitResult, tilted: bool) -> tuple[str, ...]:
     """What would make the next lab better, in order of gain, each computed for this log.
 
@@ -263,26 +257,30 @@ def list_advice(measured: Measurements, fit: FitResult, tilted: bool) -> tuple[s
     tuple of str
         Sentences without a full stop.
     """
-    options = []
+    forecasts: list[tuple[float, str]] = []
     one_side = len(set(np.sign(measured.torque))) == 1
     if not np.any(measured.torque == 0):
-        unloaded = forecast.with_unloaded_run(measured, fit)
-        options.append(("one run without a weight, the sense of its precession written down", unloaded))
+        unloaded = fitting.expected_u(forecast.with_unloaded_run(measured, fit), fit, tilted)
+        forecasts.append((unloaded, "one run without a weight, the sense of its precession written down"))
     if one_side and len(measured.runs) > 1:
-        both = forecast.with_both_signs(measured, fit)
-        options.append(("the weight on the other side of the ball in half of the runs", both))
-    tested = forecast.with_balance_test(measured)
-    if measured.imbalance_u is None and _would_pass(tested, fit):
-        options.append(('a balance test in the log, "# balance_drift: 5 deg in 60 s at 400 rpm" or better', tested))
-    if measured.timed:
-        options.append(("three times the turns in every run", forecast.with_longer_times(measured, fit)))
-    options += [
-        (BETTER[share.source], forecast.with_better(measured, share.source))
+        both = fitting.expected_u(forecast.with_both_signs(measured, fit), fit, tilted)
+        forecasts.append((both, "the weight on the other side of the ball in half of the runs"))
+    better = [
+        (Improvement(source=share.source), BETTER[share.source])
         for share in fit.budget
         if share.source in BETTER and share.share > 0.05
     ]
+    test = forecast.balance_test(fit.inertia.value)
+    # Only where the ball could pass it, by what the runs say of M0.
+    if measured.imbalance_u is None and abs(fit.imbalance.value) < 2 * math.hypot(fit.imbalance.u or 0.0, test):
+        words = 'a balance test in the log, "# balance_drift: 5 deg in 60 s at 400 rpm" or better'
+        better.append((Improvement(imbalance_u=test), words))
+    if measured.timed:
+        better.append((Improvement(longer=3.0), "three times the turns in every run"))
+    if better:
+        expected = fitting.expected_with(measured, fit, [improvement for improvement, _ in better], tilted)
+        forecasts += [(u, words) for u, (_, words) in zip(expected, better, strict=True)]
     now = fit.inertia.u or 0.0
-    forecasts = ((fitting.expected_u(changed, fit, tilted), words) for words, changed in options)
     gains = sorted(forecasts, key=lambda gain: gain[0])
     per_cent = 100 / abs(fit.inertia.value)
     return tuple(

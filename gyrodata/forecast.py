@@ -67,9 +67,17 @@ def _source_with_unloaded(source: Source) -> Source:
     return replace(
         source,
         groups=(*source.groups, group),
-        absolute=np.append(source.absolute, source.absolute.max()),
-        relative=np.append(source.relative, source.relative.max()),
+        absolute=_one_more(source.absolute),
+        relative=_one_more(source.relative),
     )
+
+
+def _one_more(values: Floats) -> Floats:
+    """Values with the largest of them once more at the end."""
+    more = np.empty(len(values) + 1)
+    more[:-1] = values
+    more[-1] = values.max()
+    return more
 
 
 def with_both_signs(measured: Measurements, fit: FitResult) -> Measurements:
@@ -119,64 +127,20 @@ def _apart(groups: tuple[int, ...], turned: Any) -> tuple[int, ...]:
     return tuple(2 * group + int(other) if group >= 0 else -1 for group, other in zip(groups, turned, strict=True))
 
 
-def with_balance_test(measured: Measurements) -> Measurements:
-    """State that the balanced, spinning ball drifts no more than `DRIFT`.
+def balance_test(inertia: float) -> float:
+    """Standard uncertainty of M0 [N*m] that a balance test leaves where the ball drifts no more than `DRIFT`.
 
     Parameters
     ----------
-    measured : Measurements
-        n runs.
+    inertia : float
+        I_zz [kg*m^2].
 
     Returns
     -------
-    Measurements
+    float
     """
     angle, seconds, spin = DRIFT
-    test: Callable[[float], float] = lambda inertia: inertia * spin * angle / seconds  # noqa: E731
-    return replace(measured, imbalance_u=test, imbalance_from="balance_drift")
-
-
-def with_longer_times(measured: Measurements, fit: FitResult, factor: float = 3.0) -> Measurements:
-    """Time every run over more of a turn.
-
-    Parameters
-    ----------
-    measured : Measurements
-        n runs.
-    fit : FitResult
-        Their fit.
-    factor : float
-        How many times longer.
-
-    Returns
-    -------
-    Measurements
-    """
-    bias = fit.timing_bias.value
-    return replace(measured, time=(measured.time - bias) * factor + bias, turns=measured.turns * factor)
-
-
-def with_better(measured: Measurements, source: str, factor: float = 0.5) -> Measurements:
-    """Read one thing better.
-
-    Parameters
-    ----------
-    measured : Measurements
-        n runs.
-    source : str
-        Name of the source: "position_zero".
-    factor : float
-        Its new standard uncertainty over the old one.
-
-    Returns
-    -------
-    Measurements
-    """
-    sources = tuple(
-        replace(s, absolute=s.absolute * factor, relative=s.relative * factor) if s.name == source else s
-        for s in measured.sources
-    )
-    return replace(measured, sources=sources)
+    return float(inertia * spin * angle / seconds)
 
 
 def _changed(measured: Measurements, change: Callable[[str, Floats], Floats], **fields: Any) -> Measurements:

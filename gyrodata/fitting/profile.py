@@ -37,7 +37,9 @@ def profile_interval(result: FitResult, k: float) -> tuple[float, float] | None:
         ends = result.inertia.value + sides * halves
         if ends[0] <= 0:
             return None
-        rise = _chi2_at(result.adjusted, result.sense, ends) - result.adjusted.chi2
+        # Whether the linear interval will do is told by a rough rise already.
+        left = 1e-4 if turn else 0.05
+        rise = _chi2_at(result.adjusted, result.sense, ends, left) - result.adjusted.chi2
         if not np.all(rise > 0):
             return None
         # Exact for a parabola, and a short way for what is nearly one.
@@ -51,8 +53,12 @@ def profile_interval(result: FitResult, k: float) -> tuple[float, float] | None:
     return float(result.inertia.value - halves[0]), float(result.inertia.value + halves[1])
 
 
-def _chi2_at(adjusted: Adjusted, sense: Floats, inertias: Floats) -> Floats:
-    """Chi-square with I_zz held at each of some values [kg*m^2] and all else adjusted, shape (m,)."""
+def _chi2_at(adjusted: Adjusted, sense: Floats, inertias: Floats, left: float = 1e-4) -> Floats:
+    """Chi-square with I_zz held at each of some values [kg*m^2] and all else adjusted, shape (m,).
+
+    `left` is what the last step, squared, may be of the one before it; chi-square is flat at its minimum, so
+    that what is left of a step counts squared.
+    """
     problem, scale, kept = adjusted.problem, adjusted.scale, adjusted.kept
     width = 3 + problem.shared_count
     away = (inertias - adjusted.unknowns[0]) / scale[0]
@@ -74,8 +80,7 @@ def _chi2_at(adjusted: Adjusted, sense: Floats, inertias: Floats) -> Floats:
         closed = at.misclosure + (plain @ step[..., None])[..., 0]
         single = -at.alone * (closed / at.own)[:, None, :]
         last, moved = moved, float(np.abs(step).max())
-        # Chi-square is flat at its minimum: what is left of a step counts squared.
-        if moved**2 < 1e-4 * min(last, 1.0):
+        if moved**2 < left * min(last, 1.0):
             break
     squares: Floats = np.sum(kept * closed**2 / at.own, axis=-1) + np.sum(unknowns[:, 1:] ** 2, axis=-1)
     return squares

@@ -5,35 +5,40 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from gyrodata.analysis import Analysis
-from gyrodata.fitting import Estimate
 from gyrodata.reporting.values import (
+    SECOND,
+    Writing,
     count_text,
+    inertia_scale,
     inertia_text,
     interval_text,
     number_text,
     percent_text,
-    power_of_ten,
-    torque_text,
+    value_text,
 )
 from gyrodata.reporting.words import (
     EFFECT_NAMES,
     FIT_NAMES,
     MODEL_NAMES,
     SOURCE_NAMES,
+    common_torque_scale,
     default_lines,
     difference_text,
     effect_verdict,
     goodness_text,
+    interval_kind,
 )
 
 
-def summary(analysis: Analysis) -> str:
+def summary(analysis: Analysis, writing: Writing = "plain") -> str:
     """Write what a person reads first.
 
     Parameters
     ----------
     analysis : Analysis
         The result.
+    writing : {"plain", "short"}
+        How values stand with their uncertainties.
 
     Returns
     -------
@@ -42,8 +47,8 @@ def summary(analysis: Analysis) -> str:
     """
     sections = [
         _headline(analysis),
-        _answer(analysis),
-        _fits_table(analysis),
+        _answer(analysis, writing),
+        _fits_table(analysis, writing),
         _budget_lines(analysis),
         _odd_lines(analysis),
         _effect_lines(analysis),
@@ -58,35 +63,36 @@ def _headline(analysis: Analysis) -> list[str]:
     return [f"{analysis.name}: {count_text(count, 'run')}, {count_text(len(analysis.torques), 'torque')}"]
 
 
-def _answer(analysis: Analysis) -> list[str]:
+def _answer(analysis: Analysis, writing: Writing) -> list[str]:
     inertia, imbalance, bias = analysis.inertia, analysis.imbalance, analysis.timing_bias
-    lines = [f"  I_zz = {inertia_text(inertia.value, inertia.u)}"]
-    if inertia.interval_95 is not None and inertia.k is not None:
-        factor, power = power_of_ten(max(inertia.value, inertia.u or 0.0, key=abs))
-        ends = interval_text(*inertia.interval_95, factor)
-        how = f"u × k, k = {inertia.k:.2f}" if inertia.interval_by == "linear" else "by the profile of chi-square"
-        lines.append(f"         95 % interval {ends}{' × ' + power if power else ''} kg·m² ({how})")
-    lines.append(f"  residual torque M0 = {torque_text(imbalance.value, imbalance.u)} (torque at work = applied + M0)")
+    lines = [f"  I_zz = {inertia_text(inertia.value, inertia.u, writing)}"]
+    if inertia.interval_95 is not None:
+        scale = inertia_scale(inertia.value, inertia.u)
+        ends = interval_text(*inertia.interval_95, scale.size)
+        lines.append(
+            f"         95 % interval {ends}{' × ' if scale.exponent else ' '}{scale} ({interval_kind(inertia)})"
+        )
+    torque = value_text(imbalance.value, imbalance.u, common_torque_scale(analysis), writing)
+    lines.append(f"  residual torque M0 = {torque} (torque at work = applied + M0)")
     if bias.u:
-        lines.append(f"  timing bias b = {number_text(bias.value, bias.u)} s")
+        lines.append(f"  timing bias b = {value_text(bias.value, bias.u, SECOND, writing)}")
     lines.append(f"  {goodness_text(analysis)}")
     return lines
 
 
-def _fits_table(analysis: Analysis) -> list[str]:
-    factor, power = power_of_ten(max(analysis.inertia.value, analysis.inertia.u or 0.0, key=abs))
-    rows = [("fit", f"I_zz [{power + ' ' if power else ''}kg·m²]", "M0 [mN·m]", "from recommended")]
+def _fits_table(analysis: Analysis, writing: Writing) -> list[str]:
+    scale, torque = inertia_scale(analysis.inertia.value, analysis.inertia.u), common_torque_scale(analysis)
+    rows = [("fit", f"I_zz [{scale}]", f"M0 [{torque}]", "from recommended")]
     impossible = []
     for fit in analysis.fits:
         if fit.inertia is None:
             impossible.append(f"  {FIT_NAMES[fit.name]}: {fit.note}")
             continue
-        constant = Estimate(-fit.constant.value, fit.constant.u) if fit.constant else None
         rows.append(
             (
                 FIT_NAMES[fit.name],
-                number_text(fit.inertia.value, fit.inertia.u, factor),
-                number_text(constant.value, constant.u, 1e-3) if constant else "-",
+                number_text(fit.inertia.value, fit.inertia.u, scale.size, writing),
+                number_text(-fit.constant.value, fit.constant.u, torque.size, writing) if fit.constant else "-",
                 difference_text(analysis, fit),
             )
         )

@@ -3,10 +3,94 @@
 from __future__ import annotations
 
 import math
+import re
+from dataclasses import dataclass
+from typing import Literal
+
+Writing = Literal["plain", "short"]
+"""How a value stands with its uncertainty: "(4.441 ± 0.023) × 10⁻³ kg·m²", or "4.441(23)e-3 kg·m²"."""
 
 
-def number_text(value: float, u: float | None, factor: float = 1.0) -> str:
-    """Write a value rounded to its uncertainty: "4.44 ± 0.06".
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """A unit that values are shown in, with the power of ten that is written before it."""
+
+    unit: str
+    """As text: "mN·m"; "" for plain numbers."""
+    siunitx: str
+    """The same in the commands of LaTeX's siunitx."""
+    unit_size: float = 1.0
+    """One such unit [SI unit]."""
+    exponent: int = 0
+    """Power of ten written out."""
+
+    @property
+    def size(self) -> float:
+        """What a shown 1 stands for [SI unit]."""
+        return self.unit_size * 10.0**self.exponent
+
+    def __str__(self) -> str:
+        return f"{_ten_to(self.exponent)} {self.unit}".strip()
+
+
+NUMBER = Scale("", "")
+SECOND = Scale("s", r"\second")
+RPM = Scale("rpm", r"\rpm", math.pi / 30)
+CENTIMETRE = Scale("cm", r"\centi\metre", 1e-2)
+PRODUCT = Scale("rad²/s²", r"\radian\squared\per\second\squared")
+
+
+def mass_scale(largest: float) -> Scale:
+    """Choose grams, or kilograms from 10 kg on.
+
+    Parameters
+    ----------
+    largest : float
+        Of what is shown in it [kg].
+
+    Returns
+    -------
+    Scale
+    """
+    return Scale("kg", r"\kilogram") if largest >= 10 else Scale("g", r"\gram", 1e-3)
+
+
+def torque_scale(largest: float) -> Scale:
+    """Choose N·m, mN·m or µN·m, so that numbers have few zeros.
+
+    Parameters
+    ----------
+    largest : float
+        Of what is shown in it [N*m].
+
+    Returns
+    -------
+    Scale
+    """
+    if largest >= 10:
+        return Scale("N·m", r"\newton\metre")
+    if largest >= 1e-4:
+        return Scale("mN·m", r"\milli\newton\metre", 1e-3)
+    return Scale("µN·m", r"\micro\newton\metre", 1e-6)
+
+
+def inertia_scale(value: float, u: float | None) -> Scale:
+    """Choose the power of ten for a moment of inertia.
+
+    Parameters
+    ----------
+    value, u : float
+        [kg*m^2]
+
+    Returns
+    -------
+    Scale
+    """
+    return Scale("kg·m²", r"\kilogram\metre\squared", exponent=_exponent(max(value, u or 0.0, key=abs)))
+
+
+def number_text(value: float, u: float | None, factor: float = 1.0, writing: Writing = "plain") -> str:
+    """Write a value rounded to its uncertainty: "4.44 ± 0.06" or "4.44(6)".
 
     Parameters
     ----------
@@ -16,6 +100,8 @@ def number_text(value: float, u: float | None, factor: float = 1.0) -> str:
         Standard uncertainty, same unit; None or 0 gives the value alone with four digits.
     factor : float
         Divide both by this first: 1e-3 for milli.
+    writing : {"plain", "short"}
+        With ±, or the digits of u in brackets.
 
     Returns
     -------
@@ -24,9 +110,75 @@ def number_text(value: float, u: float | None, factor: float = 1.0) -> str:
     """
     if u is None or u == 0 or not math.isfinite(u):
         return f"{value / factor:.4g}"
+    form = {"plain": ".2uP", "short": ".2uS"}[writing]
+    text = _formatted(value / factor, u / factor, form)
+    return text.replace("±", " ± ").replace("×", " × ") if writing == "plain" else _short_exponent(text)
+
+
+def rounded(value: float, u: float, factor: float = 1.0) -> tuple[str, str, int]:
+    """Round a value to its uncertainty, and give the parts.
+
+    Parameters
+    ----------
+    value, u : float
+        In their SI unit; u is above zero.
+    factor : float
+        Divide both by this first.
+
+    Returns
+    -------
+    tuple of str, str and int
+        ("4.441", "0.023", 0); the last is the exponent of ten that both are to be multiplied by.
+    """
+    number, _, exponent = _formatted(value / factor, u / factor, ".2u").partition("e")
+    nominal, _, spread = number.strip("()").partition("+/-")
+    return nominal, spread, int(exponent or 0)
+
+
+def _formatted(value: float, u: float, form: str) -> str:
     from uncertainties import ufloat
 
-    return f"{ufloat(value / factor, u / factor):.2uP}".replace("±", " ± ").replace("×", " × ")
+    text = f"{ufloat(value, u):{form}}"
+    # What rounds to zero has no sign.
+    return f"{ufloat(0.0, u):{form}}" if re.match(r"\(?-[0.]+(?![0-9.])", text) else text
+
+
+def _short_exponent(text: str) -> str:
+    number, e, exponent = text.partition("e")
+    return f"{number}e{int(exponent)}" if e else number
+
+
+def value_text(value: float, u: float | None, scale: Scale, writing: Writing = "plain") -> str:
+    """Write a value with its uncertainty and its unit.
+
+    Parameters
+    ----------
+    value, u : float
+        In their SI unit.
+    scale : Scale
+        What to show them in.
+    writing : {"plain", "short"}
+        How.
+
+    Returns
+    -------
+    str
+        "(4.441 ± 0.023) × 10⁻³ kg·m²", "0.6007 ± 0.0032 mN·m"; short: "4.441(23)e-3 kg·m²", "0.6007(32) mN·m".
+    """
+    number = number_text(value, u, scale.size, writing)
+    if not scale.exponent:
+        return f"{number} {scale.unit}".rstrip()
+    if writing == "short":
+        return f"{number}e{scale.exponent} {scale.unit}".rstrip()
+    return f"({number}) × {scale}" if "±" in number else f"{number} × {scale}"
+
+
+def _exponent(value: float) -> int:
+    return math.floor(math.log10(abs(value))) if value else 0
+
+
+def _ten_to(exponent: int) -> str:
+    return "10" + str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")) if exponent else ""
 
 
 def power_of_ten(value: float) -> tuple[float, str]:
@@ -42,30 +194,25 @@ def power_of_ten(value: float) -> tuple[float, str]:
     tuple of float and str
         (1e-3, "10⁻³"); (1.0, "") for values from 1 to 10 and for 0.
     """
-    exponent = math.floor(math.log10(abs(value))) if value else 0
-    if exponent == 0:
-        return 1.0, ""
-    digits = str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
-    return 10.0**exponent, f"10{digits}"
+    exponent = _exponent(value)
+    return 10.0**exponent, _ten_to(exponent)
 
 
-def inertia_text(value: float, u: float | None) -> str:
-    """Write a moment of inertia: "(4.44 ± 0.06) × 10⁻³ kg·m²".
+def inertia_text(value: float, u: float | None, writing: Writing = "plain") -> str:
+    """Write a moment of inertia: "(4.44 ± 0.06) × 10⁻³ kg·m²" or "4.44(6)e-3 kg·m²".
 
     Parameters
     ----------
     value, u : float
         [kg*m^2]
+    writing : {"plain", "short"}
+        How.
 
     Returns
     -------
     str
     """
-    factor, power = power_of_ten(max(value, u or 0.0, key=abs))
-    number = number_text(value, u, factor)
-    if not power:
-        return f"{number} kg·m²"
-    return f"({number}) × {power} kg·m²" if "±" in number else f"{number} × {power} kg·m²"
+    return value_text(value, u, inertia_scale(value, u), writing)
 
 
 def interval_text(low: float, high: float, factor: float = 1.0) -> str:
@@ -82,10 +229,27 @@ def interval_text(low: float, high: float, factor: float = 1.0) -> str:
     -------
     str
     """
+    return " to ".join(interval_ends(low, high, factor))
+
+
+def interval_ends(low: float, high: float, factor: float = 1.0) -> tuple[str, str]:
+    """Round the ends of an interval to two digits of its half-width.
+
+    Parameters
+    ----------
+    low, high : float
+        Ends, in the SI unit.
+    factor : float
+        Divide both by this first.
+
+    Returns
+    -------
+    tuple of str
+    """
     low, high = low / factor, high / factor
     width = (high - low) / 2
-    places = max(0, 1 - math.floor(math.log10(width))) if width > 0 else 4
-    return f"{low:.{places}f} to {high:.{places}f}"
+    places = max(0, 1 - _exponent(width)) if width > 0 else 4
+    return f"{low:.{places}f}", f"{high:.{places}f}"
 
 
 def torque_text(value: float, u: float | None = None) -> str:

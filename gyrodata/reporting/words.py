@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from gyrodata.analysis import Analysis
+from gyrodata.analysis import Analysis, Result
 from gyrodata.comparisons import NamedFit
 from gyrodata.effects import DROP_ONE, Effect
-from gyrodata.reporting.values import count_text, p_text, percent_text
+from gyrodata.reporting.values import Scale, count_text, p_text, percent_text, torque_scale
 
 FIT_NAMES = {
     "recommended": "recommended",
@@ -56,6 +56,21 @@ EFFECT_NAMES = {
 }
 
 
+def common_torque_scale(analysis: Analysis) -> Scale:
+    """Choose one unit for every torque of a log, so that they can be compared at a glance.
+
+    Parameters
+    ----------
+    analysis : Analysis
+        The result.
+
+    Returns
+    -------
+    Scale
+    """
+    return torque_scale(max(abs(run.torque) for run in analysis.run_table))
+
+
 def goodness_text(analysis: Analysis) -> str:
     """Write how well the runs go together.
 
@@ -77,6 +92,21 @@ def goodness_text(analysis: Analysis) -> str:
         f"goodness: chi-square {fit.chi2:.3g} for {count_text(fit.dof, 'degree')} of freedom, {p_text(analysis.p)} "
         f"(Birge ratio {analysis.birge:.2f}, {applied})"
     )
+
+
+def interval_kind(result: Result) -> str:
+    """Say how an interval was found: "u × k, k = 1.96".
+
+    Parameters
+    ----------
+    result : Result
+        A value with its interval.
+
+    Returns
+    -------
+    str
+    """
+    return f"u × k, k = {result.k:.2f}" if result.interval_by == "linear" else "by the profile of chi-square"
 
 
 def difference_text(analysis: Analysis, fit: NamedFit) -> str:

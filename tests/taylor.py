@@ -1,4 +1,4 @@
-"""The motion of a top to some 35 digits: Taylor series of the vector equations, in whole-number arithmetic.
+"""The motion of a top to more digits than a float has, by Taylor series of the vector equations in whole numbers.
 
 ė3 = (H × e3)/I and Ḣ = M Z × e3 are products of two unknowns at most, so each coefficient of the series follows
 from the earlier ones by sums of products. Nothing here knows of angles, energies or elliptic functions.
@@ -24,7 +24,7 @@ def fixed(value: Fraction | float) -> int:
 def taylor(
     transverse: float, torque: float, axis: NDArray[np.float64], momentum: NDArray[np.float64], time: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """e3 and H after a time, from floats taken to be exact; right to the last digit of the floats returned."""
+    """e3 and H after a time, from floats taken to be exact; right to the last digit of the floats given back."""
     rate = float(np.linalg.norm(momentum)) / transverse + 4 * float(np.sqrt(abs(torque) / transverse))
     steps = max(1, int(np.ceil(rate * abs(time))))
     step = fixed(Fraction(time) / steps)

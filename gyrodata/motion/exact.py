@@ -227,7 +227,7 @@ class _Course:
 
     def at(self, time: ArrayLike) -> tuple[Any, _Place]:
         """Swept azimuth [rad] in the frame of the orbit, and the place, at a time [s]."""
-        path = self.orbit
+        path, time = self.orbit, np.asarray(time, dtype=float)
         argument = self.phase + path.pace * time
         nutations = np.round(argument / (2 * path.ladder.quarter))
         angle = path.ladder.amplitude(argument - nutations * 2 * path.ladder.quarter)

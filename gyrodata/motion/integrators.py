@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -60,13 +61,16 @@ def integrate(
     Raises
     ------
     ValueError
-        If there is more than one top, the times do not rise or fall from 0, or the integrator gives up.
+        If there is more than one top, the times do not rise or fall from 0, a torque or the drag is not a finite
+        number, or the integrator gives up.
     """
     from scipy.integrate import solve_ivp
 
     values = (top.inertia, top.transverse_inertia, top.torque)
     if any(np.ndim(value) for value in values) or np.shape(state.axis) != (3,) or np.shape(state.momentum) != (3,):
         raise ValueError("one top at a time can be integrated; call it for each, or use split or exact")
+    if not (callable(drag) or math.isfinite(drag)):
+        raise ValueError("the drag is not a finite number")
     times = np.atleast_1d(np.asarray(time, dtype=float))
     steps = np.diff(times, prepend=0.0)
     if not ((steps >= 0).all() or (steps <= 0).all()):
@@ -74,19 +78,22 @@ def integrate(
     start = np.concatenate([state.axis, state.momentum])
     if times[-1] == 0:
         return Path(*_parted(np.tile(start, (len(times), 1)), np.shape(time)), evaluations=0)
+    # The integrator takes each time once.
+    sense = np.copysign(1.0, times[-1])
+    distinct, again = np.unique(sense * times, return_inverse=True)
     size = max(float(np.linalg.norm(state.momentum)), float(np.sqrt(abs(top.torque) * top.transverse_inertia)))
     done = solve_ivp(
         _rates(top, drag),
         (0.0, times[-1]),
         start,
         method=method,
-        t_eval=times,
+        t_eval=sense * distinct,
         rtol=rtol,
         atol=[atol] * 3 + [atol * size] * 3,
     )
     if not done.success:
         raise ValueError(f"the integrator gave up: {done.message}")
-    return Path(*_parted(done.y.T, np.shape(time)), evaluations=done.nfev)
+    return Path(*_parted(done.y.T[again], np.shape(time)), evaluations=done.nfev)
 
 
 def _parted(values: Floats, shape: tuple[int, ...]) -> tuple[Floats, Floats]:
@@ -110,6 +117,9 @@ def _rates(top: Top, drag: float | Torque) -> Callable[[float, Floats], list[flo
         torque_z = -slowing * hz - spin * z
         if extra is not None:
             more = extra(time, row[:3], row[3:])
+            # A step to nowhere would be halved for ever.
+            if not all(map(math.isfinite, more)):
+                raise ValueError(f"the torque at {time} s is not a finite number")
             torque_x, torque_y, torque_z = torque_x + more[0], torque_y + more[1], torque_z + more[2]
         turned = ((hy * z - hz * y) / transverse, (hz * x - hx * z) / transverse, (hx * y - hy * x) / transverse)
         return [*turned, torque_x, torque_y, torque_z]

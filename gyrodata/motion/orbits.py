@@ -34,8 +34,8 @@ _NEAREST = 1e-90
 _LEAST_COMPLEMENT = 1e-34
 """Least 1 − m: a motion that would take for ever to reach the upright takes some forty times 1/κ instead."""
 
-_LEAST_RATE2 = 1e-200
-"""Stands for 0 as the square of the fastest rate, for a body at rest without torque [rad^2/s^2]."""
+_SPECK = 1e-60
+"""A component of e3 [1] or of H/I [rad/s], or a β [rad^2/s^2], below this is 0, so that no square underflows."""
 
 _NEWTON_STEPS = 60
 """Enough even where two roots meet and each step only halves the error."""
@@ -146,13 +146,11 @@ def scaled(top: Top, state: State) -> Start:
     if not (np.abs(length - 1) < 1e-6).all() or not np.isfinite(momentum).all():
         raise ValueError("a state needs an axis of length 1 and a finite momentum")
     flip = np.copysign(1.0, top.torque)
-    gravity = np.abs(top.torque) / transverse
-    x, y, z = axis[..., 0] / length, flip * axis[..., 1] / length, flip * axis[..., 2] / length
-    hx, hy, hz = (
-        momentum[..., 0] / transverse,
-        flip * momentum[..., 1] / transverse,
-        flip * momentum[..., 2] / transverse,
-    )
+    gravity = _without_specks(np.abs(top.torque) / transverse)
+    x, y, z = (_without_specks(axis[..., i] / length) for i in range(3))
+    y, z = flip * y, flip * z
+    hx, hy, hz = (_without_specks(momentum[..., i] / transverse) for i in range(3))
+    hy, hz = flip * hy, flip * hz
     # ė3 = H × e3/I.
     gx, gy, climb = hy * z - hz * y, hz * x - hx * z, hx * y - hy * x
     level = hx * x + hy * y
@@ -172,13 +170,17 @@ def scaled(top: Top, state: State) -> Start:
         lower=lower,
         climb=climb,
         speed2=speed2,
-        rate2=np.maximum(speed2 + about_rod**2 + gravity, _LEAST_RATE2),
+        rate2=np.maximum(speed2 + about_rod**2 + gravity, _SPECK**2),
         about_z=hz,
         about_rod=about_rod,
         turning=x * gy - y * gx,
         upper_miss=hz * upper - level,
         lower_miss=hz * lower + level,
     )
+
+
+def _without_specks(values: Any) -> Any:
+    return np.where(np.abs(values) < _SPECK, 0.0, values)
 
 
 def _turning_points(start: Start) -> tuple[Any, Any, Any]:
@@ -215,7 +217,8 @@ def _turning_points(start: Start) -> tuple[Any, Any, Any]:
 def _larger_root(p: Any, q: Any) -> Any:
     """The larger root of x² + p x + q, real and at least 0, without a difference of near-equal numbers."""
     root = np.sqrt(np.maximum(p**2 - 4 * q, 0))
-    return np.where(p < 0, (root - p) / 2, -2 * q / np.maximum(p + root, np.finfo(float).tiny))
+    total = p + root
+    return np.where(p < 0, (root - p) / 2, -2 * q / np.where(total > 0, total, 1))
 
 
 def _completed(start: Start, far: Any, low: Any, high: Any) -> Orbit:

@@ -1,0 +1,429 @@
+"""The closed form against longer arithmetic, against integrators, against its own symmetries and limits."""
+
+from __future__ import annotations
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from taylor import taylor
+
+from gyrodata import physics
+from gyrodata.motion import (
+    State,
+    Top,
+    energy,
+    exact,
+    integrate,
+    mean_precession_rate,
+    precession_angle,
+    released,
+    split,
+    steady,
+    time_to_turn,
+)
+
+INERTIA, TRANSVERSE, TORQUE = 4.44e-3, 6.6156e-3, 0.0588
+RPM = np.pi / 30
+TOP = Top(INERTIA, TRANSVERSE, TORQUE)
+HANGING = Top(INERTIA, TRANSVERSE, -TORQUE)
+FREE = Top(INERTIA, TRANSVERSE, 0.0)
+UPRIGHT = np.array([0.0, 0.0, 1.0])
+
+
+def moving(theta: float, spin: float, turning: float = 0.0, nodding: float = 0.0, azimuth: float = 0.3) -> State:
+    """The state with total spin ω3, φ̇ and θ̇, by eqs. (1) to (3)."""
+    axes = physics.frame_axes(azimuth, theta)
+    rotation = np.array([nodding, turning * np.sin(theta), spin])
+    return State(axes[2], physics.angular_momentum(rotation, INERTIA, TRANSVERSE) @ axes)
+
+
+def through_pole(side: float, miss: float = 0.0) -> State:
+    """A motion that comes to the upper (+1) or lower (−1) vertical, or misses it a little."""
+    axis = np.array([0.6, 0.0, 0.8 * side])
+    # H·Z = ± H·e3.
+    return State(axis, np.array([0.02 / 3 + miss, 0.04, 0.02 * side]))
+
+
+def far_from_series(top: Top, state: State, time: float) -> float:
+    """Largest error of e3 and of H in parts of its size."""
+    axis, momentum = taylor(float(top.transverse_inertia), float(top.torque), state.axis, state.momentum, time)
+    found = exact(top, state, time)
+    size = max(float(np.linalg.norm(momentum)), 1e-3)
+    return max(float(np.abs(found.axis - axis).max()), float(np.abs(found.momentum - momentum).max()) / size)
+
+
+def test_a_hundred_seconds_at_600_rpm_to_thirteen_digits() -> None:
+    # 671 nutations, released from rest; the requirement is 1e-10.
+    assert far_from_series(TOP, released(TOP, 600 * RPM), 100.0) < 1e-13
+
+
+CASES = {
+    "released, 200 rpm, rod down": (TOP, released(TOP, 200 * RPM, -0.7), 4.0),
+    "released, 50 rpm, rod up: nods by a right angle": (TOP, released(TOP, 50 * RPM, 0.5), 4.0),
+    "released, spin backwards": (TOP, released(TOP, -200 * RPM, 0.2), 4.0),
+    "torque the other way": (HANGING, released(HANGING, 400 * RPM, 0.2), 4.0),
+    "no torque": (FREE, moving(1.1, 40.0, 2.0, 1.0), 4.0),
+    "next to no torque": (Top(INERTIA, TRANSVERSE, 1e-13), moving(1.1, 40.0, 2.0, 1.0), 4.0),
+    "loops": (TOP, moving(1.2, 60.0, -3.0, 0.5), 4.0),
+    "waves": (TOP, moving(1.2, 60.0, 3.0, 0.5), 4.0),
+    "next to no nutation": (TOP, moving(1.2, 60.0, 3.0, 1e-9), 4.0),
+    "I below I_zz": (Top(INERTIA, 0.6 * INERTIA, TORQUE), released(TOP, 300 * RPM, 0.3), 4.0),
+    "a ball, I = I_zz": (Top(INERTIA, INERTIA, TORQUE), released(TOP, 300 * RPM, 0.3), 4.0),
+    "upright but for 1e-6": (TOP, moving(1e-6, 60.0, 1.0), 4.0),
+    "falls from upright but for 1e-6": (TOP, moving(1e-6, 4.0), 3.0),
+    "starts upright": (TOP, moving(0.0, 20.0, nodding=3.0), 4.0),
+    "starts upright, stable": (TOP, moving(0.0, 60.0, nodding=3.0), 4.0),
+    "starts upside down": (TOP, State(-UPRIGHT, np.array([0.01, 0.0, 0.1])), 4.0),
+    "passes the vertical": (TOP, through_pole(1.0), 4.0),
+    "passes the vertical at 1e-6": (TOP, through_pole(1.0, 1e-8), 4.0),
+    "passes the vertical below": (TOP, through_pole(-1.0), 4.0),
+    "passes the vertical below, torque the other way": (HANGING, through_pole(1.0, 1e-12), 4.0),
+    "pendulum in a plane": (TOP, moving(2.5, 0.0), 4.0),
+    "pendulum over the top": (TOP, moving(2.5, 0.0, nodding=20.0), 4.0),
+    "spherical pendulum": (TOP, moving(2.5, 0.0, 2.0, 1.0), 4.0),
+    "pendulum from upright but for 1e-6": (TOP, moving(1e-6, 0.0), 4.0),
+    "backwards in time": (TOP, released(TOP, 600 * RPM, 0.2), -4.0),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_hard_motions_to_thirteen_digits(case: str) -> None:
+    assert far_from_series(*CASES[case]) < 2e-13
+
+
+@pytest.mark.parametrize("short", [1e-3, 1e-6, 1e-9])
+def test_close_to_the_separatrix_only_the_motion_itself_magnifies_rounding(short: float) -> None:
+    # Pushed from below with all but a little of the energy that takes it upright: 1 − m = 2·short.
+    push = 2 * np.sqrt(TORQUE / TRANSVERSE) * (1 - short)
+    state = moving(np.pi - 1e-6, 0.0, nodding=push)
+    nearly = State(state.axis, state.momentum * (1 + 4e-16))
+    time = 10.0
+    here, there = (taylor(TRANSVERSE, TORQUE, s.axis, s.momentum, time)[0] for s in (state, nearly))
+    magnified = float(np.abs(here - there).max())
+    assert far_from_series(TOP, state, time) < 1e-14 + 10 * magnified
+
+
+def test_the_series_agrees_with_another_arbitrary_precision_integrator() -> None:
+    state = moving(1.2, 60.0, -3.0, 0.5)
+    transverse, torque = mpmath.mpf(TRANSVERSE), mpmath.mpf(TORQUE)
+
+    def rates(_: mpmath.mpf, y: list[mpmath.mpf]) -> list[mpmath.mpf]:
+        e, h = y[:3], y[3:]
+        turned = [h[1] * e[2] - h[2] * e[1], h[2] * e[0] - h[0] * e[2], h[0] * e[1] - h[1] * e[0]]
+        return [part / transverse for part in turned] + [-torque * e[1], torque * e[0], mpmath.mpf(0)]
+
+    start = [mpmath.mpf(float(part)) for part in (*state.axis, *state.momentum)]
+    with mpmath.workdps(20):
+        end = mpmath.odefun(rates, 0, start)(0.25)
+    axis, momentum = taylor(TRANSVERSE, TORQUE, state.axis, state.momentum, 0.25)
+    assert [float(part) for part in end] == pytest.approx([*axis, *momentum], rel=1e-15, abs=1e-17)
+
+
+def test_against_a_runge_kutta_method_at_its_tightest() -> None:
+    state = released(TOP, 600 * RPM, 0.1)
+    found = integrate(TOP, state, 10.0, rtol=1e-13, atol=1e-14)
+    assert np.abs(found.axis - exact(TOP, state, 10.0).axis).max() < 1e-11
+
+
+def test_against_the_limit_of_splitting() -> None:
+    state = released(TOP, 600 * RPM, 0.1)
+    coarse, fine = (split(TOP, state, 2.0, steps).axis for steps in (800, 1600))
+    assert np.abs((16 * fine - coarse) / 15 - exact(TOP, state, 2.0).axis).max() < 1e-13
+
+
+def many(count: int = 200) -> tuple[Top, State]:
+    random = np.random.default_rng(5)
+    torque = random.choice([-1, 0, 1, 1], count) * 10 ** random.uniform(-3, -0.5, count)
+    top = Top(INERTIA, INERTIA * 10 ** random.uniform(-0.4, 0.6, count), torque)
+    axis = random.normal(size=(count, 3))
+    axis /= np.linalg.norm(axis, axis=-1, keepdims=True)
+    return top, State(axis, INERTIA * (random.normal(size=(count, 1)) * 40 * axis + random.normal(size=(count, 3)) * 5))
+
+
+def test_conserved_quantities() -> None:
+    top, state = many()
+    size = np.linalg.norm(state.momentum, axis=-1) + np.sqrt(top.transverse_inertia * np.abs(top.torque))
+    for time in (0.01, 1.0, 100.0):
+        later = exact(top, state, time)
+        assert np.abs(np.linalg.norm(later.axis, axis=-1) - 1).max() < 1e-14
+        assert later.momentum[..., 2] == pytest.approx(state.momentum[..., 2], rel=1e-15)
+        along, before = (np.sum(s.axis * s.momentum, axis=-1) for s in (later, state))
+        assert (np.abs(along - before) / size).max() < 1e-14
+        change = energy(top, later) - energy(top, state)
+        assert (np.abs(change) / (size**2 / np.minimum(INERTIA, top.transverse_inertia))).max() < 1e-14
+
+
+def test_at_time_zero_nothing_has_happened() -> None:
+    top, state = many()
+    now = exact(top, state, 0.0)
+    assert np.abs(now.axis - state.axis).max() < 1e-15
+    assert np.abs(now.momentum - state.momentum).max() < 1e-15
+    assert np.abs(precession_angle(top, state, 0.0)).max() < 1e-14
+
+
+def test_forth_and_back_in_time() -> None:
+    top, state = many()
+    back = exact(top, exact(top, state, 3.0), -3.0)
+    assert np.abs(back.axis - state.axis).max() < 1e-11
+
+
+def test_two_steps_are_one() -> None:
+    top, state = many()
+    once, twice = exact(top, state, 3.0), exact(top, exact(top, state, 1.2), 1.8)
+    assert np.abs(once.axis - twice.axis).max() < 1e-11
+
+
+def test_turning_the_start_about_the_vertical_turns_the_motion() -> None:
+    top, state = many()
+    turn = np.array([[np.cos(2.0), -np.sin(2.0), 0.0], [np.sin(2.0), np.cos(2.0), 0.0], [0.0, 0.0, 1.0]])
+    turned = exact(top, State(state.axis @ turn.T, state.momentum @ turn.T), 3.0)
+    assert np.abs(turned.axis - exact(top, state, 3.0).axis @ turn.T).max() < 1e-12
+
+
+def test_many_tops_and_times_at_once_are_the_single_ones() -> None:
+    top, state = many(12)
+    times = np.array([[0.5], [-2.0], [7.0]])
+    together = exact(top, state, times)
+    swept, mean, turn = (
+        precession_angle(top, state, times),
+        mean_precession_rate(top, state),
+        time_to_turn(top, state, 2),
+    )
+    assert together.axis.shape == together.momentum.shape == (3, 12, 3)
+    assert swept.shape == (3, 12)
+    for i in range(12):
+        one = Top(INERTIA, float(top.transverse_inertia[i]), float(top.torque[i]))
+        here = State(state.axis[i], state.momentum[i])
+        assert mean_precession_rate(one, here) == pytest.approx(mean[i], rel=1e-13, abs=1e-14)
+        assert time_to_turn(one, here, 2.0) == pytest.approx(turn[i], rel=1e-12)
+        for j in range(3):
+            alone = exact(one, here, float(times[j, 0]))
+            assert alone.axis == pytest.approx(together.axis[j, i], abs=1e-13)
+            assert alone.momentum == pytest.approx(together.momentum[j, i], abs=1e-15)
+            assert precession_angle(one, here, float(times[j, 0])) == pytest.approx(swept[j, i], rel=1e-13, abs=1e-13)
+
+
+def test_the_angle_swept_is_the_azimuth() -> None:
+    top, state = many(40)
+    times = np.linspace(0, 2.0, 4001)[:, None]
+    azimuth = np.unwrap(np.arctan2(*(exact(top, state, times).axis[..., i] for i in (1, 0))), axis=0)
+    assert np.abs(precession_angle(top, state, times) - (azimuth - azimuth[0])).max() < 1e-10
+
+
+@pytest.mark.parametrize("pitch", [-50.0, -10.0, 0.0, 25.0, 50.0])
+@pytest.mark.parametrize("spin", [400 * RPM, -400 * RPM])
+def test_steady_precession_stays_steady(pitch: float, spin: float) -> None:
+    angle = np.radians(pitch)
+    state = steady(TOP, spin, angle)
+    rate = physics.precession_rate(TORQUE, spin, INERTIA, TRANSVERSE, angle)
+    times = np.linspace(0, 60, 50)
+    path = exact(TOP, state, times)
+    assert np.abs(path.axis[:, 2] - np.sin(angle)).max() < 1e-14
+    assert precession_angle(TOP, state, times) == pytest.approx(rate * times, rel=1e-12)
+    assert mean_precession_rate(TOP, state) == pytest.approx(rate, rel=1e-12)
+    # ψ̇ = ω3 − φ̇ cosθ, eq. (2).
+    total = np.sum(path.axis * path.momentum, axis=-1) / INERTIA
+    assert total - rate * np.sin(angle) == pytest.approx(np.full(50, spin), rel=1e-14)
+
+
+def test_steady_and_level_is_equation_nine() -> None:
+    rate = mean_precession_rate(TOP, steady(TOP, 400 * RPM))
+    assert pytest.approx(TORQUE / (400 * RPM), rel=1e-13) == INERTIA * rate
+
+
+@pytest.mark.parametrize("pitch", [-30.0, 20.0])
+def test_equation_nine_on_the_motion_of_a_tilted_rod_is_off_by_the_closed_form(pitch: float) -> None:
+    angle, spin = np.radians(pitch), 200 * RPM
+    rate = mean_precession_rate(TOP, steady(TOP, spin, angle))
+    bias = physics.tilt_bias(rate, spin, angle, INERTIA, TRANSVERSE)
+    assert TORQUE / (rate * spin) / INERTIA - 1 == pytest.approx(bias, rel=1e-9)
+
+
+def test_the_steady_state_carries_its_angular_momentum() -> None:
+    angle, spin = 0.4, 300 * RPM
+    rate = physics.precession_rate(TORQUE, spin, INERTIA, TRANSVERSE, angle)
+    rotation = physics.body_rotation(0.0, rate, spin, np.pi / 2 - angle)
+    axes = physics.frame_axes(0.0, np.pi / 2 - angle)
+    state = steady(TOP, spin, angle)
+    assert state.axis == pytest.approx(axes[2], abs=1e-15)
+    assert state.momentum == pytest.approx(
+        physics.angular_momentum(rotation, INERTIA, TRANSVERSE) @ axes, rel=1e-14, abs=1e-17
+    )
+
+
+def test_no_steady_precession_is_refused() -> None:
+    heavy = Top(INERTIA, 0.02, 0.09)
+    with pytest.raises(ValueError, match="no steady precession"):
+        steady(heavy, 2.0, np.radians(60))
+
+
+def test_a_released_rod_precesses_slower_by_twice_the_sag_squared() -> None:
+    for spin in (800 * RPM, 1600 * RPM, 3200 * RPM):
+        ratio = mean_precession_rate(TOP, released(TOP, spin)) * INERTIA * spin / TORQUE
+        bias = physics.release_bias(TORQUE, spin, INERTIA, TRANSVERSE)
+        # The next term is of the order of the sag to the fourth.
+        assert 1 / ratio - 1 == pytest.approx(bias, rel=4 * bias)
+
+
+def test_published_bias_of_a_released_rod() -> None:
+    # By elliptic integrals: 0.08827 % at 20 g and 1.014 % at 60 g, 200 rpm, k = 1.39 and 1.60, m g x for 150 mm.
+    for mass, ratio, percent in ((0.02, 1.39, 0.08827), (0.06, 1.60, 1.014)):
+        torque = mass * 9.8031 * 0.15
+        top = Top(INERTIA, ratio * INERTIA, torque)
+        rate = mean_precession_rate(top, released(top, 200 * RPM))
+        assert 100 * (torque / (rate * 200 * RPM * INERTIA) - 1) == pytest.approx(percent, rel=0.02)
+
+
+def test_a_rod_that_stands_stays() -> None:
+    for axis, momentum in ((UPRIGHT, 0.3 * UPRIGHT), (UPRIGHT, 0 * UPRIGHT), (-UPRIGHT, 0 * UPRIGHT)):
+        for top in (TOP, HANGING, FREE):
+            state = State(axis, momentum)
+            later = exact(top, state, 50.0)
+            assert later.axis == pytest.approx(axis, abs=1e-24)
+            assert later.momentum == pytest.approx(momentum, abs=1e-24)
+            assert precession_angle(top, state, 50.0) == 0
+            assert mean_precession_rate(top, state) == 0
+            assert time_to_turn(top, state, 1.0) == np.inf
+
+
+def test_a_body_at_rest_without_torque_rests() -> None:
+    state = State(np.array([0.6, 0.0, 0.8]), np.zeros(3))
+    assert exact(FREE, state, 50.0).axis == pytest.approx(state.axis, abs=1e-15)
+    assert time_to_turn(FREE, state, 1.0) == np.inf
+
+
+def test_half_a_turn_at_each_passage_of_the_vertical() -> None:
+    # A pendulum in the plane of X and Z: it swings through below, and with a push goes over the top.
+    swinging = State(np.array([0.6, 0.0, -0.8]), np.zeros(3))
+    over = State(np.array([0.6, 0.0, -0.8]), np.array([0.0, 0.2, 0.0]))
+    for state in (swinging, over):
+        swept = precession_angle(TOP, state, np.linspace(0, 5, 400))
+        assert swept / np.pi == pytest.approx(np.round(swept / np.pi), abs=1e-12)
+        assert (np.diff(swept) > -1e-12).all()
+        assert swept[-1] > 10
+
+
+def test_from_the_vertical_the_azimuth_counts_from_where_the_rod_leaves() -> None:
+    for axis in (UPRIGHT, -UPRIGHT):
+        state = State(axis, np.array([0.01, 0.003, 0.25]))
+        times = np.array([0.0, 1e-7, 1e-3, 1e-2])
+        swept = precession_angle(TOP, state, times)
+        # ė3 = H × e3/I gives the way it leaves.
+        leaving = np.cross(state.momentum, axis)
+        path = exact(TOP, state, times[1:]).axis
+        azimuth = np.arctan2(path[:, 1], path[:, 0]) - np.arctan2(leaving[1], leaving[0])
+        assert abs(swept[0]) < 1e-12
+        assert swept[1:] == pytest.approx(np.mod(azimuth + np.pi, 2 * np.pi) - np.pi, abs=1e-8)
+
+
+def test_mean_rate_is_that_of_a_nutation() -> None:
+    for state in (released(TOP, 100 * RPM, 0.3), moving(1.2, 20.0, -3.0, 0.5), moving(2.5, 0.0, 2.0, 1.0)):
+        mean = mean_precession_rate(TOP, state)
+        # Over a long time only the nutation's own swing is left over, a bounded angle.
+        swept = precession_angle(TOP, state, np.array([1e4, 1e6]))
+        assert np.abs(swept - mean * np.array([1e4, 1e6])).max() < 3
+
+
+def test_time_of_a_turn_undoes_the_angle() -> None:
+    top, state = many()
+    pulled = top.torque != 0
+    top = Top(INERTIA, top.transverse_inertia[pulled], top.torque[pulled])
+    state = State(state.axis[pulled], state.momentum[pulled])
+    sense = np.sign(mean_precession_rate(top, state))
+    for turns in (1e-3, 1 / 3, 1.0, 20.0):
+        angle = sense * turns * 2 * np.pi
+        time = time_to_turn(top, state, angle)
+        assert np.isfinite(time).all()
+        assert (np.abs(precession_angle(top, state, time) - angle) / (1 + np.abs(angle))).max() < 1e-12
+
+
+def test_the_stopwatch_stops_the_first_time() -> None:
+    # A looping rod comes by an azimuth three times.
+    state = moving(1.2, 20.0, -3.0, 0.5)
+    times = np.linspace(0, 4, 200_001)
+    swept = precession_angle(TOP, state, times)
+    assert (np.diff(swept) < 0).any()
+    for angle in (0.01, 0.3, 1.0, 2.0, -0.02):
+        passed = swept >= angle if angle > 0 else swept <= angle
+        assert time_to_turn(TOP, state, angle) == pytest.approx(times[np.argmax(passed)], abs=3e-5)
+
+
+def test_a_turn_that_never_comes() -> None:
+    state = released(TOP, 300 * RPM)
+    assert time_to_turn(TOP, state, -0.5) == np.inf
+    assert time_to_turn(TOP, state, 0.0) == 0
+    assert time_to_turn(FREE, released(FREE, 300 * RPM), 1.0) == np.inf
+
+
+def test_steady_turns_take_their_period() -> None:
+    state = steady(TOP, 400 * RPM, 0.3)
+    rate = physics.precession_rate(TORQUE, 400 * RPM, INERTIA, TRANSVERSE, 0.3)
+    for turns in (1 / 3, 2 / 3, 1.0, 5.0):
+        assert time_to_turn(TOP, state, turns * 2 * np.pi) == pytest.approx(turns * 2 * np.pi / rate, rel=1e-12)
+
+
+def test_a_turn_that_ends_where_the_rod_stands_still() -> None:
+    # Released rods stand still for a moment once a nutation; Newton's method stalls there.
+    state = released(TOP, 200 * RPM)
+    whole = 7 * nutation(state)
+    angle = precession_angle(TOP, state, whole)
+    time = time_to_turn(TOP, state, angle)
+    assert precession_angle(TOP, state, time) == pytest.approx(angle, rel=1e-14)
+    # The azimuth grows as the third power of the time there, so 1e-16 of it is 1e-5 of a nutation.
+    assert time == pytest.approx(whole, abs=1e-4 * nutation(state))
+
+
+def nutation(state: State) -> float:
+    """Period of the height, by its first maximum after 0, refined."""
+    times = np.linspace(0.02, 0.8, 20_001)
+    height = exact(TOP, state, times).axis[:, 2]
+    near = times[np.argmax(height)]
+    times = near + np.linspace(-1e-4, 1e-4, 2001)
+    curve = np.polynomial.Polynomial.fit(times - near, exact(TOP, state, times).axis[:, 2], 2).convert().coef
+    return float(near - curve[1] / (2 * curve[2]))
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    theta=st.floats(0, np.pi),
+    spin=st.floats(-70, 70),
+    turning=st.floats(-5, 5),
+    nodding=st.floats(-5, 5),
+    torque=st.floats(-0.2, 0.2),
+)
+def test_any_motion_goes_with_the_series(
+    theta: float, spin: float, turning: float, nodding: float, torque: float
+) -> None:
+    # In half a second no motion magnifies rounding by more than a few thousand times.
+    top = Top(INERTIA, TRANSVERSE, torque)
+    assert far_from_series(top, moving(theta, spin, turning, nodding), 0.5) < 1e-11
+
+
+@pytest.mark.parametrize(
+    ("top", "match"),
+    [
+        ((0.0, 1.0, 1.0), "inertia must be above 0"),
+        ((1.0, -1.0, 1.0), "transverse_inertia must be above 0"),
+        ((1.0, 1.0, np.nan), "torque is not a finite number"),
+        ((np.array([1.0, -1.0]), 1.0, 1.0), "inertia must be above 0"),
+    ],
+)
+def test_impossible_tops_are_refused(top: tuple[float, float, float], match: str) -> None:
+    with pytest.raises(ValueError, match=match):
+        Top(*top)
+
+
+@pytest.mark.parametrize(
+    "state",
+    [
+        State(np.array([1.0, 1.0, 0.0]), np.zeros(3)),
+        State(np.array([np.nan, 0.0, 0.0]), np.zeros(3)),
+        State(UPRIGHT, np.array([np.inf, 0.0, 0.0])),
+    ],
+)
+def test_impossible_states_are_refused(state: State) -> None:
+    for ask in (exact, precession_angle, time_to_turn):
+        with pytest.raises(ValueError, match="axis of length 1 and a finite momentum"):
+            ask(TOP, state, 1.0)

@@ -1,0 +1,92 @@
+"""The general integrator: drag, other torques, what it refuses."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gyrodata import physics
+from gyrodata.motion import State, Top, energy, exact, integrate, released, steady
+from gyrodata.physics import Floats
+
+INERTIA = 4.44e-3
+TOP = Top(INERTIA, 1.3 * INERTIA, 0.0294)
+FAST = 600 * np.pi / 30
+
+
+@pytest.mark.parametrize("drop", [0.1, 0.3, 0.5])
+def test_under_drag_the_angle_precessed_is_that_of_the_harmonic_mean_spin(drop: float) -> None:
+    decay = 20.0
+    time = -decay * np.log(1 - drop)
+    times = np.linspace(0, time, 200)
+    path = integrate(TOP, steady(TOP, FAST), times, drag=INERTIA / decay, rtol=1e-8)
+    swept = np.unwrap(np.arctan2(path.axis[:, 1], path.axis[:, 0]))[-1]
+    spin = np.sum(path.axis * path.momentum, axis=-1) / INERTIA
+    assert spin[-1] / spin[0] == pytest.approx(1 - drop, rel=1e-8)
+    mean = physics.harmonic_mean_spin(spin[0], spin[-1])
+    assert swept == pytest.approx(TOP.torque * time / (INERTIA * mean), rel=4e-5)
+
+
+def test_without_drag_it_is_the_exact_motion() -> None:
+    state = released(TOP, FAST, -0.2)
+    times = np.array([0.0, 0.5, 0.5, 2.0])
+    path, true = integrate(TOP, state, times, rtol=1e-11), exact(TOP, state, times)
+    assert np.abs(path.axis - true.axis).max() < 1e-9
+    assert np.abs(path.momentum - true.momentum).max() < 1e-9 * INERTIA * FAST
+    assert path.evaluations > 100
+
+
+def test_backwards_in_time() -> None:
+    state = released(TOP, FAST)
+    times = [-0.2, -1.0]
+    assert np.abs(integrate(TOP, state, times, rtol=1e-11).axis - exact(TOP, state, times).axis).max() < 1e-9
+
+
+def test_any_torque_adds_to_that_of_gravity() -> None:
+    # Gravity handed in as a torque, on a top without its own.
+    def gravity(_: float, axis: Floats, __: Floats) -> list[float]:
+        return [-TOP.torque * axis[1], TOP.torque * axis[0], 0.0]
+
+    free = Top(INERTIA, 1.3 * INERTIA, 0.0)
+    state = released(TOP, FAST, 0.1)
+    here, there = integrate(free, state, 2.0, drag=gravity), integrate(TOP, state, 2.0)
+    assert here.axis == pytest.approx(there.axis, abs=1e-12)
+
+
+def test_a_torque_of_the_state_is_the_drag_written_out() -> None:
+    drag = 1e-4
+
+    def film(_: float, axis: Floats, momentum: Floats) -> Floats:
+        about_rod = axis @ momentum
+        return -drag * ((momentum - about_rod * axis) / (1.3 * INERTIA) + about_rod / INERTIA * axis)
+
+    state = released(TOP, FAST, 0.1)
+    here, there = integrate(TOP, state, 2.0, drag=film), integrate(TOP, state, 2.0, drag=drag)
+    assert here.axis == pytest.approx(there.axis, abs=1e-11)
+    assert energy(TOP, here) < energy(TOP, state)
+
+
+def test_at_time_zero_nothing_is_asked() -> None:
+    state = released(TOP, FAST)
+    path = integrate(TOP, state, 0.0)
+    assert path.evaluations == 0
+    assert path.axis.shape == (3,)
+    assert (integrate(TOP, state, [0.0, 0.0]).momentum == state.momentum).all()
+
+
+def test_what_cannot_be_integrated_is_refused() -> None:
+    state = released(TOP, FAST)
+    with pytest.raises(ValueError, match="one top at a time"):
+        integrate(Top(INERTIA, INERTIA, np.array([0.1, 0.2])), state, 1.0)
+    with pytest.raises(ValueError, match="one top at a time"):
+        integrate(TOP, State(np.stack([state.axis] * 2), np.stack([state.momentum] * 2)), 1.0)
+    with pytest.raises(ValueError, match="rise from 0, or fall"):
+        integrate(TOP, state, [1.0, 0.5])
+    with pytest.raises(ValueError, match="rise from 0, or fall"):
+        integrate(TOP, state, [-1.0, 0.5])
+    with pytest.raises(ValueError, match=r"torque at .* is not a finite number"):
+        integrate(TOP, state, 1.0, drag=lambda *_: [np.nan, 0.0, 0.0])
+    with pytest.raises(ValueError, match="drag is not a finite number"):
+        integrate(TOP, state, 1.0, drag=np.inf)
+    with pytest.raises(ValueError, match="gave up"):
+        integrate(TOP, state, 1.0, drag=lambda time, *_: [0.0, 0.0, 1e-3 / (0.5 - time) ** 2])

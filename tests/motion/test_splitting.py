@@ -1,0 +1,102 @@
+"""The splitting methods: their order, what they keep, and the coefficients by their conditions."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gyrodata.motion import METHODS, State, Top, energy, exact, released, split
+
+INERTIA, TORQUE = 4.44e-3, 0.0588
+TOP = Top(INERTIA, 1.49 * INERTIA, TORQUE)
+FAST = 600 * np.pi / 30
+
+
+@pytest.mark.parametrize(("method", "order", "steps"), [("strang", 2, 200), ("saba4", 2, 100), ("aba84", 4, 100)])
+def test_order(method: str, order: int, steps: int) -> None:
+    state = released(TOP, FAST, 0.1)
+    true = exact(TOP, state, 2.0).axis
+    coarse, fine = (np.abs(split(TOP, state, 2.0, n, method).axis - true).max() for n in (steps, 2 * steps))
+    assert np.log2(coarse / fine) == pytest.approx(order, abs=0.1)
+
+
+@pytest.mark.parametrize("method", ["saba4", "aba84"])
+def test_a_weak_torque_brings_out_the_eighth_order(method: str) -> None:
+    # ε dt⁸ stands beside ε² dt² or ε² dt⁴: a torque a hundred thousand times weaker hides the latter.
+    weak = Top(INERTIA, 1.49 * INERTIA, 1e-5 * TORQUE)
+    state = released(weak, FAST, 0.1)
+    true = exact(weak, state, 2.0).axis
+    coarse, fine = (np.abs(split(weak, state, 2.0, n, method).axis - true).max() for n in (12, 24))
+    assert np.log2(coarse / fine) > 7
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_turns_and_kicks_fill_the_step_and_mirror(method: str) -> None:
+    for parts in METHODS[method]:
+        assert sum(parts) == pytest.approx(1, abs=1e-15)
+        assert parts == pytest.approx(parts[::-1], abs=1e-15)
+
+
+@pytest.mark.parametrize(("method", "degree"), [("strang", 1), ("saba4", 7), ("aba84", 7)])
+def test_kicks_are_a_quadrature(method: str, degree: int) -> None:
+    turns, kicks = METHODS[method]
+    places = np.cumsum(turns)[:-1]
+    for power in range(degree + 1):
+        assert np.sum(np.array(kicks) * places**power) == pytest.approx(1 / (power + 1), abs=4e-16)
+
+
+def test_aba84_has_no_error_of_the_second_order_in_the_torque() -> None:
+    turns, kicks = METHODS["aba84"]
+    kicked = np.concatenate([[0.0], np.cumsum(kicks)])
+    assert np.sum(np.array(turns) * kicked**2) == pytest.approx(1 / 3, abs=1e-15)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_what_is_conserved_stays_to_rounding_and_the_energy_is_bounded(method: str) -> None:
+    state = released(TOP, 200 * np.pi / 30, 0.3)
+    worst = []
+    for time in (20.0, 200.0):
+        end = split(TOP, state, time, int(100 * time), method)
+        assert end.momentum[2] == state.momentum[2]
+        assert np.linalg.norm(end.axis) == pytest.approx(1, abs=1e-13)
+        assert end.axis @ end.momentum == pytest.approx(state.axis @ state.momentum, rel=1e-13)
+        path = [split(TOP, end, step / 100, step, method) for step in range(1, 60)]
+        worst.append(max(abs(energy(TOP, place) - energy(TOP, state)) for place in path))
+    # Ten times as long, no more energy lost.
+    assert worst[1] < 1.2 * worst[0] + 1e-13 * TORQUE
+
+
+def test_backwards_it_retraces_its_steps() -> None:
+    state = released(TOP, FAST, 0.1)
+    back = split(TOP, split(TOP, state, 5.0, 300), -5.0, 300)
+    assert np.abs(back.axis - state.axis).max() < 1e-13
+
+
+def test_through_the_vertical() -> None:
+    state = State(np.array([0.6, 0.0, 0.8]), np.array([0.02 / 3, 0.04, 0.02]))
+    assert np.abs(split(TOP, state, 1.0, 4000).axis - exact(TOP, state, 1.0).axis).max() < 1e-11
+
+
+def test_many_at_once_are_the_single_ones() -> None:
+    tops = Top(INERTIA, 1.49 * INERTIA, np.array([0.03, -0.06, 0.0]))
+    states = released(tops, np.array([20.0, 40.0, 60.0]), 0.2)
+    times = np.array([[1.0], [2.0]])
+    together = split(tops, states, times, 50)
+    assert together.axis.shape == (2, 3, 3)
+    for i, torque in enumerate(tops.torque):
+        alone = split(Top(INERTIA, 1.49 * INERTIA, torque), State(states.axis[i], states.momentum[i]), 2.0, 50)
+        assert alone.axis == pytest.approx(together.axis[1, i], abs=1e-14)
+        assert alone.momentum == pytest.approx(together.momentum[1, i], abs=1e-15)
+
+
+def test_at_rest_without_torque_nothing_moves() -> None:
+    still = State(np.array([1.0, 0.0, 0.0]), np.zeros(3))
+    assert split(Top(INERTIA, INERTIA, 0.0), still, 1.0, 3).axis == pytest.approx(still.axis)
+
+
+def test_unknown_methods_and_no_steps_are_refused() -> None:
+    state = released(TOP, FAST)
+    with pytest.raises(ValueError, match="no method 'euler'; choose one of strang, saba4, aba84"):
+        split(TOP, state, 1.0, 10, "euler")
+    with pytest.raises(ValueError, match="0 steps lead nowhere"):
+        split(TOP, state, 1.0, 0)

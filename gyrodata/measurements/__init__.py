@@ -1,0 +1,13 @@
+"""What was measured: SI values, and every source of uncertainty with what it is shared by.
+
+`Readings` say what stands in the log; `Measurements` say what it means: a timed interval, a mean spin and a
+torque for each run, and a list of `Source`s. A source is one independent cause of error (the reading of one
+weight, the zero of the one ruler); runs that share it carry the same group number, so no covariance matrix is
+ever typed or built by hand. Readings that stand in several runs are one reading: equal weights share their
+error, equal positions share theirs, a spin read once for the whole log is read once.
+"""
+
+from gyrodata.measurements.measured import Measurements, measure, select, torque_groups
+from gyrodata.measurements.sources import TRANSVERSE_U, Source
+
+__all__ = ["TRANSVERSE_U", "Measurements", "Source", "measure", "select", "torque_groups"]

@@ -1,0 +1,293 @@
+"""What was measured: SI values for each run, with every source of their errors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, cast
+
+import numpy as np
+
+from gyrodata import physics
+from gyrodata.errors import Diagnostic, register
+from gyrodata.measurements.agreement import find_contradictions, find_too_fast
+from gyrodata.measurements.sources import Source, list_sources, stated_or, tilt_sources
+from gyrodata.measurements.spins import mean_spins, spin_columns, values_of
+from gyrodata.physics import Floats
+from gyrodata.readings import Column, Readings
+
+G402 = register(
+    "G402",
+    "warning",
+    "the senses written contradict the sign of the torque",
+    "mass [g],position [cm],spin [rpm],time [s],turns,spin_sense,precession_sense\n20.00,15.0,400,39.7,1,ccw,cw\n",
+)
+
+G404 = register(
+    "G404",
+    "note",
+    "no acceleration of free fall is given",
+    "mass [g],position [cm],spin [rpm],time [s],turns\n20.00,15.0,400,39.7,1\n",
+)
+
+
+@dataclass(frozen=True)
+class Measurements:
+    """One log in SI units, n runs.
+
+    All arrays have shape (n,). Spins are magnitudes; `sense` is the sign of precession times spin, which is
+    the sign of the whole torque, 0 where neither the log nor the weight's torque tells it.
+    """
+
+    runs: tuple[str, ...]
+    lines: tuple[int, ...]
+    time: Floats
+    """Timed interval [s]."""
+    turns: Floats
+    """Revolutions of precession in that time [1]."""
+    spin: Floats
+    """Mean spin relative to the rod's frame [rad/s], the harmonic mean where start and end were read."""
+    mass: Floats
+    """[kg]; NaN where the torque or a force was given."""
+    position: Floats
+    """[m]; 0 where no weight is on the rod, NaN where the torque was given."""
+    force: Floats
+    """[N]; NaN except where a force was given."""
+    given_torque: Floats
+    """[N*m]; NaN except where the torque itself was given."""
+    torque: Floats
+    """Signed torque applied [N*m]."""
+    sense: Floats
+    """+1, −1 or 0."""
+    pitch: Floats
+    """Rod above the horizontal [rad]; 0 where the log does not say."""
+    transverse_inertia: Floats | None
+    """I across the rod, weight on [kg*m^2]; None where the log does not say."""
+    spin_start: Floats | None
+    """[rad/s]"""
+    spin_end: Floats | None
+    """[rad/s]"""
+    g: float
+    """Acceleration of free fall [m/s^2]."""
+    timed: bool
+    """False where rates were given instead of stopwatch times: no reaction time then."""
+    timing_bias_u: float
+    """Prior width of the timing bias b [s]."""
+    imbalance_u: Callable[[float], float] | None
+    """Prior width of the residual torque M0 [N*m] for a given I_zz [kg*m^2], from a balance test; None: no test."""
+    imbalance_from: str
+    """Which key of the log that prior comes from."""
+    sources: tuple[Source, ...]
+    diagnostics: tuple[Diagnostic, ...]
+    spin_readings: int = 1
+    """How many readings of the spin each run's mean is taken from."""
+    slowing: Floats | None = None
+    """Steady precession rate over the mean rate of a rod let go from rest [1]; None where the rate is steady."""
+    motion: str | None = None
+    """"released" from rest, or "steady"; None where the log does not say."""
+
+    @property
+    def product(self) -> Floats:
+        """Precession rate times spin, φ̇ψ̇, with the torque's sign [rad²/s²], shape (n,)."""
+        sign = np.where(self.sense == 0, 1.0, self.sense)
+        return sign * 2 * np.pi * self.turns / self.time * self.spin
+
+
+def measure(readings: Readings) -> Measurements:
+    """Work out what a log's readings mean, and what each of their errors is shared by.
+
+    Parameters
+    ----------
+    readings : Readings
+        Without errors among its diagnostics.
+
+    Returns
+    -------
+    Measurements
+    """
+    diagnostics: list[Diagnostic] = []
+    count = len(readings.runs)
+    nothing = np.full(count, np.nan)
+    columns = readings.columns
+
+    g = readings.constants.get("g", physics.STANDARD_GRAVITY)
+    uses_weight = "mass" in columns
+    uses_force = not uses_weight and "force" in columns
+    uses_torque = not uses_weight and not uses_force
+    if uses_weight and "g" not in readings.constants:
+        diagnostics.append(
+            readings.diagnose(
+                G404,
+                f"g is not given: {physics.STANDARD_GRAVITY} m/s^2 is used",
+                "write the local value above the header: # g: 9.803 m/s^2",
+            )
+        )
+    mass = values_of(columns["mass"]) if uses_weight else nothing
+    force = values_of(columns["force"]) if uses_force else nothing
+    given_torque = values_of(columns["torque"]) if uses_torque else nothing
+    position = nothing
+    if not uses_torque:
+        load = mass if uses_weight else force
+        position = np.where(load == 0, 0.0, values_of(columns["position"]) if "position" in columns else 0.0)
+    torque = given_torque if uses_torque else force * position if uses_force else physics.torque(mass, position, g)
+
+    time, turns, timing = _timing(columns, count)
+    spin, spin_start, spin_end = mean_spins(readings, diagnostics)
+    sense = _sense(readings, torque, diagnostics)
+    pitch = values_of(columns["pitch"]) if "pitch" in columns else np.zeros(count)
+    transverse = None
+    if "transverse_inertia" in columns:
+        transverse = values_of(columns["transverse_inertia"])
+
+    imbalance_u, imbalance_from = _balance(readings)
+    measurements = Measurements(
+        runs=readings.runs,
+        lines=readings.lines,
+        time=time,
+        turns=turns,
+        spin=spin,
+        mass=mass,
+        position=position,
+        force=force,
+        given_torque=given_torque,
+        torque=torque,
+        sense=sense,
+        pitch=np.nan_to_num(pitch),
+        transverse_inertia=transverse,
+        spin_start=spin_start,
+        spin_end=spin_end,
+        g=g,
+        timed=timing.role != "precession_rate",
+        timing_bias_u=stated_or(readings, "u_time_bias", 0.05, 1.0) if timing.role != "precession_rate" else 0.0,
+        imbalance_u=imbalance_u,
+        imbalance_from=imbalance_from,
+        sources=(
+            *list_sources(readings, timing, time, turns, spin, mass, position),
+            *tilt_sources(readings, pitch, transverse),
+        ),
+        diagnostics=(),
+        spin_readings=len(spin_columns(readings)),
+        motion=readings.motion,
+    )
+    diagnostics.extend(find_contradictions(readings, measurements))
+    diagnostics.extend(find_too_fast(readings, measurements))
+    return replace(measurements, diagnostics=tuple(diagnostics))
+
+
+def select(measurements: Measurements, kept: Sequence[int]) -> Measurements:
+    """Take some of the runs, with the errors that they share.
+
+    Parameters
+    ----------
+    measurements : Measurements
+        n runs.
+    kept : sequence of int
+        Indices of the runs to keep, in order.
+
+    Returns
+    -------
+    Measurements
+    """
+    index = np.asarray(kept, dtype=int)
+    fields: dict[str, Any] = {
+        name: value[index]
+        for name in measurements.__dataclass_fields__
+        if isinstance(value := getattr(measurements, name), np.ndarray)
+    }
+    fields["runs"] = tuple(measurements.runs[i] for i in index)
+    fields["lines"] = tuple(measurements.lines[i] for i in index)
+    fields["sources"] = tuple(
+        replace(
+            source,
+            groups=tuple(source.groups[i] for i in index),
+            absolute=source.absolute[index],
+            relative=source.relative[index],
+        )
+        for source in measurements.sources
+    )
+    return replace(measurements, **fields)
+
+
+def torque_groups(measurements: Measurements) -> list[list[int]]:
+    """Runs with the same applied torque, in the order in which they stand in the log.
+
+    Parameters
+    ----------
+    measurements : Measurements
+        n runs.
+
+    Returns
+    -------
+    list of list of int
+        Indices of the runs of each torque. Equal means equal to nine digits: the same numbers typed in
+        another unit.
+    """
+    groups: dict[tuple[str, str, str], list[int]] = {}
+    for i in range(len(measurements.runs)):
+        loads = (measurements.mass[i], measurements.force[i], measurements.given_torque[i])
+        load = next((value for value in loads if not math.isnan(value)), math.nan)
+        key = (f"{load:.9g}", f"{measurements.position[i]:.9g}", f"{measurements.sense[i]:g}" if load == 0 else "")
+        groups.setdefault(key, []).append(i)
+    return list(groups.values())
+
+
+def _timing(table: Mapping[str, Column], count: int) -> tuple[Floats, Floats, Column]:
+    """Interval [s] and revolutions of each run, and the column that they come from."""
+    if "time" in table and ("turns" in table or "angle" in table):
+        turns = values_of(table["turns"]) if "turns" in table else values_of(table["angle"]) / (2 * np.pi)
+        return values_of(table["time"]), np.abs(turns), table["time"]
+    if "precession_period" in table:
+        return values_of(table["precession_period"]), np.ones(count), table["precession_period"]
+    rate = table["precession_rate"]
+    return 2 * np.pi / np.abs(values_of(rate)), np.ones(count), rate
+
+
+def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) -> Floats:
+    """Sign of the whole torque in each run, from the senses written or else from the weight's own torque."""
+    sign = np.sign(torque)
+    written = np.ones(len(torque))
+    told = np.zeros(len(torque), dtype=bool)
+    for role in ("spin_sense", "precession_sense"):
+        if role in readings.columns:
+            values = values_of(readings.columns[role])
+            told |= ~np.isnan(values)
+            written *= np.nan_to_num(values, nan=1.0)
+    used = spin_columns(readings)[0]
+    if "precession_sense" in readings.columns and "spin" in used.role and "period" not in used.role:
+        # A signed spin says what a sense column would.
+        written *= np.where(np.nan_to_num(values_of(used), nan=1.0) < 0, -1.0, 1.0)
+    if "precession_sense" not in readings.columns:
+        return cast(Floats, sign)
+    loaded = told & (sign != 0)
+    opposed = int(np.sum(written[loaded] != sign[loaded]))
+    if opposed > np.sum(loaded) / 2:
+        # Only products of senses matter: a log that counts one of the two the other way round is consistent.
+        written = -written
+        diagnostics.append(
+            readings.diagnose(
+                G402,
+                "most senses written are opposite to what the torque makes them: one of the two is taken as "
+                "counted the other way round",
+                "+1 (ccw) is right-handed about the rod, seen from its tip, and about the vertical, seen from above",
+            )
+        )
+    return cast(Floats, np.where(told, written, sign))
+
+
+def _balance(readings: Readings) -> tuple[Callable[[float], float] | None, str]:
+    """Prior width of M0 from what the log says of the balance; the most direct statement first."""
+    stated = readings.uncertainties.get("u_imbalance")
+    if stated is not None and stated.absolute > 0:
+        width = stated.absolute
+        return (lambda inertia: width), "u_imbalance"
+    if readings.balance_tilt is not None:
+        angle, seconds = readings.balance_tilt
+        column = readings.columns.get("transverse_inertia")
+        transverse = float(np.nanmean(values_of(column))) if column else None
+        # From rest under a constant torque the angle is M0 t²/(2 I).
+        return (lambda inertia: 2 * (transverse or 1.3 * inertia) * abs(angle) / seconds**2), "balance_tilt"
+    if readings.balance_drift is not None:
+        angle, seconds, spin = readings.balance_drift
+        return (lambda inertia: inertia * abs(spin * angle / seconds)), "balance_drift"
+    return None, ""

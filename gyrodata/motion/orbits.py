@@ -147,10 +147,9 @@ def scaled(top: Top, state: State) -> Start:
         raise ValueError("a state needs an axis of length 1 and a finite momentum")
     flip = np.copysign(1.0, top.torque)
     gravity = _without_specks(np.abs(top.torque) / transverse)
-    x, y, z = (_without_specks(axis[..., i] / length) for i in range(3))
-    y, z = flip * y, flip * z
-    hx, hy, hz = (_without_specks(momentum[..., i] / transverse) for i in range(3))
-    hy, hz = flip * hy, flip * hz
+    unit, over = _without_specks(axis / length[..., None]), _without_specks(momentum / transverse[..., None])
+    x, y, z = unit[..., 0], flip * unit[..., 1], flip * unit[..., 2]
+    hx, hy, hz = over[..., 0], flip * over[..., 1], flip * over[..., 2]
     # ė3 = H × e3/I.
     gx, gy, climb = hy * z - hz * y, hz * x - hx * z, hx * y - hy * x
     level = hx * x + hy * y

@@ -42,7 +42,7 @@ def with_unloaded_run(measured: Measurements, fit: FitResult) -> Measurements:
     # How much is learnt does not depend on how large M0 turns out; but no residual torque has no time.
     floor = 0.005 * float(np.abs(measured.torque[measured.torque != 0]).min())
     imbalance = float(np.copysign(max(abs(fit.imbalance.value), floor), fit.imbalance.value or 1.0))
-    spin = float(np.median(measured.spin))
+    spin = float(np.sort(measured.spin)[len(measured.spin) // 2])
     turns = WATCHED * abs(physics.precession_rate(imbalance, spin, fit.inertia.value)) / (2 * np.pi)
     new = {"time": WATCHED, "turns": turns, "spin": spin, "sense": float(np.sign(imbalance)), "slowing": 1.0}
 

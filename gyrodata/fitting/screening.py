@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from gyrodata.fitting.conditions import median
 from gyrodata.fitting.inertia import fit
 from gyrodata.fitting.results import FitResult, Outlier
 from gyrodata.fitting.start import assume_sense, robust_start, rough_misfit, torques_differ
@@ -56,7 +57,7 @@ def screen(measured: Measurements, tilted: bool = False) -> tuple[list[Outlier],
         if len(out) > count / 3 or kept.sum() < 3 or not np.abs(measured.torque[kept]).any():
             return [], None
         result = fit(measured, tilted, out)
-        typical = max(1.0, 1.4826 * float(np.median(np.abs(result.deviations[kept]))))
+        typical = max(1.0, 1.4826 * median(np.abs(result.deviations[kept])))
         far = np.flatnonzero((np.abs(result.deviations) > OUTLIER * typical) | _far_within(measured, result, typical))
         found = [_outlier(measured, result, int(i), typical) for i in far]
         fresh = {outlier.index for outlier in found}
@@ -78,11 +79,11 @@ def _far_within(measured: Measurements, result: FitResult, typical: float) -> An
     if typical > 2:
         for group in torque_groups(measured):
             if len(group) >= 4:
-                apart[group] = np.abs(result.deviations[group] - np.median(result.deviations[group]))
+                apart[group] = np.abs(result.deviations[group] - median(result.deviations[group]))
     grouped = apart[~np.isnan(apart)]
     if not grouped.any():
         return np.zeros(len(apart), dtype=bool)
-    return np.nan_to_num(apart) > OUTLIER * 1.4826 * float(np.median(grouped))
+    return np.nan_to_num(apart) > OUTLIER * 1.4826 * median(grouped)
 
 
 def _far_from_start(measured: Measurements) -> set[int]:
@@ -94,7 +95,7 @@ def _far_from_start(measured: Measurements) -> set[int]:
         predicted = start.inertia * 2 * np.pi * measured.turns * measured.spin / total
     off = rough_misfit(measured, predicted)
     off[measured.torque == 0] = 0.0
-    scale = max(1.0, 1.4826 * float(np.median(off)))
+    scale = max(1.0, 1.4826 * median(off))
     return {int(i) for i in np.flatnonzero(off > OUTLIER * scale)}
 
 

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from gyrodata.cli.options import G602, ConfigOption, MappingOption, SettingsOption, pairs
+from gyrodata.cli.parallel import in_order
 from gyrodata.cli.terminal import complain, refuse, source_of, write_out
-from gyrodata.errors import GyroError, register
+from gyrodata.errors import Diagnostic, GyroError, register
 
 if TYPE_CHECKING:
     from gyrodata.analysis import Analysis
@@ -122,10 +123,16 @@ def analyze(
     except GyroError as error:
         complain(error.diagnostics)
         raise typer.Exit(error.exit_code) from None
-    codes = [
-        _analyze_one(log, folder, request, len(logs)) for log, folder in zip(logs, _folders(logs, request), strict=True)
-    ]
-    worst = max(codes)
+    jobs = [_Job(log, folder, request, len(logs)) for log, folder in zip(logs, _folders(logs, request), strict=True)]
+    worst = 0
+    # Standard input can be read in this process only.
+    for told in map(_analyze_one, jobs) if "-" in logs else in_order(_analyze_one, jobs):
+        complain(told.diagnostics, quiet)
+        write_out(told.text)
+        complain(told.not_written)
+        if told.report and not quiet:
+            typer.echo(f"report: {told.report}", err=True)
+        worst = max(worst, told.code)
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
 
 
@@ -147,11 +154,39 @@ def _folders(logs: Sequence[str], request: _Request) -> list[Path | None]:
     return folders
 
 
-def _analyze_one(log: str, folder: Path | None, request: _Request, count: int) -> int:
-    """Analyse one log, print and write what was asked for, and give the exit code."""
+@dataclass(frozen=True)
+class _Job:
+    """One log to analyse."""
+
+    log: str
+    folder: Path | None
+    """Where its report goes; None: nowhere."""
+    request: _Request
+    count: int
+    """How many logs there are."""
+
+
+@dataclass(frozen=True)
+class _Told:
+    """What is said of one log."""
+
+    code: int
+    """To exit with."""
+    text: str
+    """For standard output."""
+    diagnostics: Sequence[Diagnostic]
+    report: str | None = None
+    """Where the report was written."""
+    not_written: Sequence[Diagnostic] = ()
+    """Why it was not."""
+
+
+def _analyze_one(job: _Job) -> _Told:
+    """Analyse one log and write its report; what there is to print is given back."""
     from gyrodata.analysis import analyze_readings, envelope
     from gyrodata.readings import read_log
 
+    log, folder, request = job.log, job.folder, job.request
     readings: Readings | None = None
     try:
         readings = read_log(**source_of(log), settings=request.settings, mapping=request.mapping, config=request.config)
@@ -160,26 +195,23 @@ def _analyze_one(log: str, folder: Path | None, request: _Request, count: int) -
         )
         files = _report_files(analysis, request) if folder else {}
     except GyroError as error:
-        complain(error.diagnostics, request.quiet)
+        text = ""
         if request.form in (Format.json, Format.ndjson):
             from gyrodata.reporting import json_text
 
             name = readings.name if readings else "<stdin>" if log == "-" else Path(log).name
             digest, rows = (readings.sha256, len(readings.runs)) if readings else (None, None)
             document = envelope(name, digest, rows, request.told(), None, error.diagnostics)
-            write_out(json_text(document, indent=2 if request.form is Format.json else None))
-        return error.exit_code
-    complain(analysis.diagnostics, request.quiet)
-    write_out(_formatted(analysis, request.form, count))
+            text = json_text(document, indent=2 if request.form is Format.json else None)
+        return _Told(error.exit_code, text, error.diagnostics)
+    text = _formatted(analysis, request.form, job.count)
+    if folder is None:
+        return _Told(0, text, analysis.diagnostics)
     try:
-        if folder:
-            _write_folder(folder, files)
-            if not request.quiet:
-                typer.echo(f"report: {folder / 'report.html'}", err=True)
+        _write_folder(folder, files)
     except GyroError as error:
-        complain(error.diagnostics)
-        return error.exit_code
-    return 0
+        return _Told(error.exit_code, text, analysis.diagnostics, not_written=error.diagnostics)
+    return _Told(0, text, analysis.diagnostics, report=str(folder / "report.html"))
 
 
 def _formatted(analysis: Analysis, form: Format, count: int) -> str:

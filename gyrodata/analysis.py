@@ -14,7 +14,22 @@ from typing import TYPE_CHECKING, Any, BinaryIO, Literal, TextIO
 import numpy as np
 
 from gyrodata import __version__, effects, fitting
-from gyrodata.comparisons import NamedFit, PowerLaw, Run, Torque, named_fits, power_laws, run_table, torque_table
+from gyrodata.comparisons import (
+    Ball,
+    Constancy,
+    Exponent,
+    NamedFit,
+    PowerLaw,
+    Run,
+    Torque,
+    compare_with_ball,
+    constancy,
+    named_fits,
+    overall_exponent,
+    power_laws,
+    run_table,
+    torque_table,
+)
 from gyrodata.effects import Effect, Model, Rung
 from gyrodata.errors import Diagnostic, LogError
 from gyrodata.findings import G413, G415, G416, list_advice, outlier_findings, whole_findings
@@ -48,9 +63,11 @@ CONVENTIONS = {
     "through_origin, with_constant": "ordinary least squares of M on φ̇ψ̇, runs taken as independent; u from the "
     "scatter with n - 1 and n - 2 degrees of freedom",
     "effects": "bias = I_zz without the effect over I_zz with it, minus 1",
-    "power_law": "weighted least squares of ln(period) on ln(spin); u from each run's own timing and spin",
+    "power_law": "weighted least squares of ln(period) on ln(spin), for each torque; exponent: with one for "
+    "all torques; u from each run's own timing and spin, and the hand's bias",
     "product": "weighted mean; u includes what these runs share; p from the scatter about the mean against each run's "
-    "own timing and spin",
+    "own timing and spin; constancy: the same for all torques together",
+    "ball": "I_zz beside 2/5 m r² of a solid ball; what has no u in the log is taken as exact",
 }
 """Which convention each number follows."""
 
@@ -103,6 +120,12 @@ class Analysis:
     budget: tuple[Share, ...]
     effects: tuple[Effect, ...]
     power_law: tuple[PowerLaw, ...]
+    exponent: Exponent | None
+    """None where no torque has runs at different spins."""
+    constancy: Constancy | None
+    """None where no torque has two runs."""
+    ball: Ball | None
+    """None where the log does not give the ball's mass and diameter."""
     torques: tuple[Torque, ...]
     run_table: tuple[Run, ...]
     advice: tuple[str, ...]
@@ -136,6 +159,9 @@ class Analysis:
             "model": self.model.name,
             "effects": [_slots(effect) for effect in self.effects],
             "power_law": [_slots(law) for law in self.power_law],
+            "exponent": None if self.exponent is None else _slots(self.exponent),
+            "constancy": None if self.constancy is None else _slots(self.constancy),
+            "ball": None if self.ball is None else _slots(self.ball),
             "torques": [
                 {
                     "mass": group.mass,
@@ -149,6 +175,7 @@ class Analysis:
                         "spread": group.product_spread,
                         "p": group.product_p,
                     },
+                    "period_per_spin": {"value": group.period_per_spin, "u": group.period_per_spin_u},
                 }
                 for group in self.torques
             ],
@@ -237,6 +264,8 @@ def _fit_dict(fit: NamedFit) -> dict[str, Any]:
         "inertia": estimate(fit.inertia, "kg*m^2"),
         "constant": estimate(fit.constant, "N*m"),
         "note": fit.note,
+        "difference": fit.difference,
+        "deviation": fit.deviation,
     }
 
 
@@ -387,6 +416,9 @@ def analyze_readings(
         budget=fit.budget,
         effects=listed,
         power_law=power_laws(measured, kept),
+        exponent=overall_exponent(measured, kept),
+        constancy=constancy(measured, fit, kept),
+        ball=compare_with_ball(fit.inertia, readings.constants, readings.uncertainties),
         torques=torque_table(measured, fit, kept, rung.tilted),
         run_table=run_table(measured, fit, fitted.outliers, left_out),
         advice=advice,

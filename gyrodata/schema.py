@@ -64,6 +64,7 @@ _RUN = _object(
         "inertia": _MAYBE,
         "residual": _NUMBER,
         "residual_u": _NUMBER,
+        "deviation": _MAYBE,
         "flagged": _FLAG,
         "left_out": _FLAG,
         "reason": _TEXT,
@@ -90,7 +91,16 @@ def analysis_schema() -> dict[str, Any]:
             "timing_bias": _RESULT,
             "goodness": _object({"chi2": _NUMBER, "dof": {"type": "integer"}, "p": _MAYBE, "birge": _MAYBE}),
             "fits": _list(
-                _object({"name": _TEXT, "inertia": _or_null(_ESTIMATE), "constant": _or_null(_ESTIMATE), "note": _TEXT})
+                _object(
+                    {
+                        "name": _TEXT,
+                        "inertia": _or_null(_ESTIMATE),
+                        "constant": _or_null(_ESTIMATE),
+                        "note": _TEXT,
+                        "difference": _MAYBE,
+                        "deviation": _MAYBE,
+                    }
+                )
             ),
             "budget": _list(_object({"source": _TEXT, "shared": _FLAG, "u_inertia": _NUMBER, "share": _NUMBER})),
             "model": {"enum": ["horizontal", "steady", "released"]},
@@ -98,6 +108,36 @@ def analysis_schema() -> dict[str, Any]:
                 _object({"effect": _TEXT, "bias": _MAYBE, "size": _MAYBE, "kept": _FLAG, "reason": _TEXT})
             ),
             "power_law": _list(_object({"torque": _NUMBER, "exponent": _MAYBE, "u": _MAYBE, "reason": _TEXT})),
+            "exponent": _or_null(
+                _object({"value": _NUMBER, "u": _NUMBER, "deviation": _NUMBER, "torques": {"type": "integer"}})
+            ),
+            "constancy": _or_null(
+                _object(
+                    {
+                        "scatter": _NUMBER,
+                        "expected": _NUMBER,
+                        "chi2": _NUMBER,
+                        "dof": {"type": "integer"},
+                        "p": _NUMBER,
+                    }
+                )
+            ),
+            "ball": _or_null(
+                _object(
+                    {
+                        "mass": _NUMBER,
+                        "mass_u": _MAYBE,
+                        "diameter": _NUMBER,
+                        "diameter_u": _MAYBE,
+                        "inertia": _NUMBER,
+                        "inertia_u": _MAYBE,
+                        "difference": _NUMBER,
+                        "difference_u": _MAYBE,
+                        "relative": _NUMBER,
+                        "deviation": _MAYBE,
+                    }
+                )
+            ),
             "torques": _list(
                 _object(
                     {
@@ -106,6 +146,7 @@ def analysis_schema() -> dict[str, Any]:
                         "torque": _NUMBER,
                         "runs": {"type": "integer"},
                         "product": _object({"value": _NUMBER, "u": _NUMBER, "spread": _MAYBE}),
+                        "period_per_spin": _object({"value": _NUMBER, "u": _NUMBER}),
                     }
                 )
             ),

@@ -20,6 +20,8 @@ SHARED_UNCERTAINTIES = (
     "u_position_zero",
     "u_imbalance",
     "u_g",
+    "u_ball_mass",
+    "u_ball_diameter",
 )
 UNCERTAINTIES = (
     *(f"u_{role}" for role in ROLES if ROLE_KINDS[role] not in ("sign", "text")),

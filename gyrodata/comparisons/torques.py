@@ -1,0 +1,108 @@
+"""The runs of each torque together."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from gyrodata import fitting
+from gyrodata.comparisons.laws import own_relative
+from gyrodata.comparisons.runs import or_none
+from gyrodata.fitting import Estimate, FitResult
+from gyrodata.measurements import Measurements, torque_groups
+
+
+@dataclass(frozen=True, slots=True)
+class Torque:
+    """The runs of one torque."""
+
+    mass: float | None
+    position: float | None
+    torque: float
+    runs: int
+    product: float
+    """Weighted mean of φ̇ψ̇ [rad²/s²]."""
+    product_u: float
+    """Standard uncertainty of that mean, errors shared by these runs included [rad²/s²]."""
+    product_spread: float | None
+    """Standard deviation of the single values; None for one run [rad²/s²]."""
+    without: Estimate | None
+    """I_zz from the runs of the other torques [kg*m^2]; None where they cannot tell it, or with over 12 torques."""
+    product_p: float | None
+    """Chance of a scatter at least as large if φ̇ψ̇ is constant; None for one run."""
+    period_per_spin: float
+    """τ/ψ̇ = 2π/(φ̇ψ̇) from that mean, without its sign: slope of the period against the spin [s²/rad]."""
+    period_per_spin_u: float
+    """Its standard uncertainty [s²/rad]."""
+
+
+def _without(
+    measured: Measurements, fit: FitResult, group: list[int], kept: list[int], tilted: bool
+) -> Estimate | None:
+    """I_zz from all runs but those of one torque: what leaning on that weight does."""
+    rest = sorted(set(kept) - set(group))
+    if not np.any(measured.torque[rest]) or len(set(measured.torque)) > 12 or fit.inertia.u is None:
+        return None
+    shift = fit.adjusted.without([i for i in group if i in kept])
+    # Where one torque is left, another prior of M0 comes with it.
+    if shift is None or (fit.imbalance_free and not fitting.torques_differ(measured.torque[rest])):
+        return fitting.fit(measured, tilted, set(range(len(measured.runs))) - set(rest)).inertia
+    return Estimate(fit.inertia.value + shift[0], math.sqrt(fit.inertia.u**2 + shift[1]))
+
+
+def torque_table(measured: Measurements, fit: FitResult, kept: list[int], tilted: bool) -> tuple[Torque, ...]:
+    """Constancy of φ̇ψ̇ for each torque, and what each does to the answer.
+
+    Parameters
+    ----------
+    measured : Measurements
+        n runs.
+    fit : FitResult
+        Their recommended fit.
+    kept : list of int
+        Indices of the runs that have a say.
+    tilted : bool
+        Whether eq. (8) was used.
+
+    Returns
+    -------
+    tuple of Torque
+    """
+    groups = []
+    inside = set(kept)
+    own = own_relative(measured)
+    product = fit.sense * np.abs(measured.product)
+    scale = next((float(s.relative[0]) for s in measured.sources if s.name == "spin_scale"), 0.0)
+    for group in torque_groups(measured):
+        members = [i for i in group if i in inside] or group
+        values = product[members]
+        weights = 1 / np.maximum(own[members] * np.abs(values), 1e-12) ** 2
+        weights = weights / weights.sum()
+        mean = float(np.sum(weights * values))
+        alone = float(np.sqrt(np.sum((weights * own[members] * values) ** 2)))
+        # A late or early hand moves all of them the same way, each by b/T.
+        hand = measured.timing_bias_u * float(np.sum(weights * values / measured.time[members]))
+        several = len(members) > 1
+        chi2 = (
+            float(np.sum(((values - mean) / (own[members] * values)) ** 2)) if several and own[members].all() else None
+        )
+        mean_u = math.hypot(alone, hand, scale * mean)
+        slope = 2 * math.pi / abs(mean)
+        groups.append(
+            Torque(
+                mass=or_none(measured.mass[group[0]]),
+                position=or_none(measured.position[group[0]]),
+                torque=float(measured.torque[group[0]]),
+                runs=len(members),
+                without=_without(measured, fit, group, kept, tilted),
+                product=mean,
+                product_u=mean_u,
+                product_spread=float(np.std(values, ddof=1)) if several else None,
+                product_p=None if chi2 is None else fitting.chi2_tail(chi2, len(members) - 1),
+                period_per_spin=slope,
+                period_per_spin_u=slope * mean_u / abs(mean),
+            )
+        )
+    return tuple(groups)

@@ -1,0 +1,115 @@
+"""The laws of the report and the solid ball: the same numbers by another method."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import gyrodata
+
+HEAD = "# g: 9.803 m/s^2\n# u_time: 0.1 s\n# u_spin: 0.2 %\n# u_time_bias: 0.05 s\n"
+ROWS = """mass [g],position [cm],spin [rpm],time [s],turns
+20.00,15.0,206,20.4,1
+20.00,15.0,407,40.4,1
+20.00,15.0,601,59.5,1
+40.00,15.0,203,10.2,1
+40.00,15.0,405,20.1,1
+60.00,15.0,201,13.6,2
+60.00,15.0,404,13.4,1
+0,,404,300,1/3
+"""
+
+
+def own(lab: gyrodata.Analysis) -> np.ndarray:
+    """Relative u of time and spin of each run, by hand: 0.1 s and 0.2 %."""
+    return np.hypot(0.1 / lab.measurements.time, 0.002)
+
+
+def test_one_exponent_for_all_torques_is_the_line_with_a_constant_for_each() -> None:
+    lab = gyrodata.analyze((HEAD + ROWS).encode())
+    assert lab.exponent is not None
+    kept = lab.runs[lab.runs["torque"] != 0].index
+    spin, period, time = (lab.runs[name].to_numpy()[kept] for name in ("spin", "period", "time"))
+    torques = lab.runs["torque"].to_numpy()[kept]
+    design = np.column_stack([np.log(spin), *((torques == torque).astype(float) for torque in np.unique(torques))])
+    covariance = np.diag(own(lab)[kept] ** 2)
+    weight = np.linalg.inv(covariance)
+    solve = np.linalg.inv(design.T @ weight @ design) @ design.T @ weight
+    assert lab.exponent.value == pytest.approx((solve @ np.log(period))[0], rel=1e-9)
+    covariance = covariance + 0.05**2 * np.outer(1 / time, 1 / time)
+    assert lab.exponent.u == pytest.approx(math.sqrt((solve @ covariance @ solve.T)[0, 0]), rel=1e-9)
+    assert lab.exponent.torques == 3
+    assert lab.exponent.deviation == pytest.approx((lab.exponent.value - 1) / lab.exponent.u)
+
+
+def test_one_torque_has_one_exponent() -> None:
+    lab = gyrodata.analyze((HEAD + "\n".join(ROWS.splitlines()[:4])).encode())
+    assert lab.exponent is not None
+    assert (lab.power_law[0].exponent, lab.power_law[0].u) == pytest.approx((lab.exponent.value, lab.exponent.u))
+
+
+def test_constancy_is_the_scatter_about_each_mean_against_timing_and_spin() -> None:
+    lab = gyrodata.analyze((HEAD + ROWS).encode())
+    assert lab.constancy is not None
+    products, groups = lab.runs["product"].to_numpy(), lab.runs["torque"].to_numpy()
+    squares, chi2, variances = 0.0, 0.0, []
+    for torque in np.unique(groups[groups != 0]):
+        values, u = products[groups == torque], own(lab)[groups == torque]
+        mean = np.sum(values / (u * values) ** 2) / np.sum(1 / (u * values) ** 2)
+        squares += np.sum((values / mean - 1) ** 2)
+        chi2 += np.sum(((values - mean) / (u * values)) ** 2)
+        variances += list(u**2)
+    assert lab.constancy.dof == 4
+    assert lab.constancy.scatter == pytest.approx(math.sqrt(squares / 4))
+    assert lab.constancy.expected == pytest.approx(math.sqrt(np.mean(variances)))
+    assert lab.constancy.p == pytest.approx(stats.chi2.sf(chi2, 4), rel=1e-6)
+
+
+def test_the_slope_of_the_period_is_that_of_its_product() -> None:
+    lab = gyrodata.analyze((HEAD + ROWS).encode())
+    group = lab.torques[0]
+    assert group.period_per_spin == pytest.approx(2 * math.pi / group.product)
+    assert group.period_per_spin_u / group.period_per_spin == pytest.approx(group.product_u / group.product)
+    run = lab.run_table[0]
+    assert run.period / run.spin == pytest.approx(group.period_per_spin, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("lines", "relative"),
+    [
+        ("# ball_mass: 4.10 ± 0.02 kg\n# ball_diameter: 10.16 ± 0.01 cm\n", math.hypot(0.02 / 4.1, 2 * 0.01 / 10.16)),
+        ("# ball_mass: 4.10 kg\n# u_ball_mass: 20 g\n# ball_diameter: 10.16 cm\n", 0.02 / 4.1),
+        ("# ball_mass: 4.10 kg\n# ball_diameter: 10.16 cm\n# u_ball_diameter: 0.1 %\n", 0.002),
+    ],
+)
+def test_the_ball_has_an_uncertainty_of_its_own(lines: str, relative: float) -> None:
+    lab = gyrodata.analyze((HEAD + lines + ROWS).encode())
+    ball = lab.ball
+    assert ball is not None
+    assert ball.inertia == pytest.approx(0.4 * 4.1 * 0.0508**2)
+    assert ball.inertia_u == pytest.approx(ball.inertia * relative)
+    assert lab.inertia.u is not None
+    assert ball.difference_u == pytest.approx(math.hypot(lab.inertia.u, ball.inertia * relative))
+    assert ball.deviation == pytest.approx((lab.inertia.value - ball.inertia) / ball.difference_u)
+    assert ball.relative == pytest.approx(lab.inertia.value / ball.inertia - 1)
+
+
+def test_a_ball_without_u_is_taken_as_exact_and_none_is_not_compared() -> None:
+    ball = gyrodata.analyze((HEAD + "# ball_mass: 4.1 kg\n# ball_diameter: 10.16 cm\n" + ROWS).encode()).ball
+    assert ball is not None
+    assert (ball.mass_u, ball.diameter_u, ball.inertia_u) == (None, None, None)
+    assert ball.deviation is not None
+    assert gyrodata.analyze((HEAD + "# ball_mass: 4.1 kg\n" + ROWS).encode()).ball is None
+
+
+def test_other_fits_say_how_far_they_lie() -> None:
+    lab = gyrodata.analyze((HEAD + ROWS).encode())
+    recommended, origin, _ = lab.fits
+    assert recommended.difference is None
+    assert origin.inertia is not None
+    assert lab.inertia.u is not None
+    assert origin.difference == pytest.approx(origin.inertia.value / lab.inertia.value - 1)
+    assert origin.deviation == pytest.approx((origin.inertia.value - lab.inertia.value) / lab.inertia.u)

@@ -8,7 +8,7 @@ is laid out by trial, which makes the figures quick and their bytes the same on 
 from __future__ import annotations
 
 from gyrodata.plotting.figures import FIGURES, draw, render
-from gyrodata.plotting.style import Form
+from gyrodata.plotting.style import MEDIA, Form
 from gyrodata.plotting.words import alt_text
 
-__all__ = ["FIGURES", "Form", "alt_text", "draw", "render"]
+__all__ = ["FIGURES", "MEDIA", "Form", "alt_text", "draw", "render"]

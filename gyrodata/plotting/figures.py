@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 import warnings
 from collections.abc import Callable, Sequence
@@ -11,23 +10,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gyrodata.analysis import K_95, Analysis
+from gyrodata.plotting.labels import label_margin, name_runs, odd_names
 from gyrodata.plotting.marks import (
     INK,
     SOFT,
     Marks,
-    beyond,
+    bars_note,
     draw_runs,
-    label_margin,
     log_ticks,
+    measure_axes,
     name_axes,
-    name_runs,
     pin,
     with_hollow,
     write_title,
     zero_range,
 )
 from gyrodata.plotting.scene import RPM, Scene, gather, mean_text, torque_unit, with_u
-from gyrodata.plotting.style import METADATA, PACKING, SIZE, STYLE, Form
+from gyrodata.plotting.style import MEDIA, STYLE, Form, Medium, save
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,29 +35,27 @@ if TYPE_CHECKING:
 FIGURES = ("period", "product", "torque", "residuals")
 """Names of the figures, in the order of the report."""
 
-_FRAME = (0.125, 0.125, 0.635, 0.745)
-"""Left, bottom, width and height of the axes in the figure; labels stand in the margin right of it."""
-
 
 def _draw_period(ax: Axes, scene: Scene) -> None:
     """Period against spin, with the fitted law of each torque."""
     working = np.array([abs(group.summary.torque + scene.imbalance) for group in scene.groups])
     with np.errstate(divide="ignore"):
         slopes = 2 * math.pi * scene.inertia / RPM / working
-    kept = ~scene.hollow if not scene.hollow.all() else scene.hollow
-    logarithmic = bool(scene.period[kept].max() > 6 * np.median(scene.period[kept]))
+    # A run without a weight may take an hour for a turn: it has no say in the limits.
+    period, hollow = scene.period[scene.loaded], scene.hollow[scene.loaded]
+    kept = period[~hollow] if not hollow.all() else period
+    logarithmic = bool(kept.max() > 6 * np.median(kept))
     right = 1.06 * float((scene.spin + scene.spin_u).max())
+    ends = slopes * right
     if logarithmic:
-        left, bottom = float(scene.spin.min()) / 1.3, float(scene.period.min()) / 1.4
-        top = 1.5 * float(scene.period.max())
-        ends = slopes * right
+        left, bottom = float(scene.spin.min()) / 1.3, float(period.min()) / 1.4
+        top = 1.5 * float(period.max())
         top = max([top, *(1.15 * ends[ends < 3 * top])])
         ax.set_xscale("log")
         ax.set_yscale("log")
     else:
         left = bottom = 0.0
-        top = zero_range(scene.period, scene.period_u, scene.hollow)[1]
-        ends = slopes * right
+        top = zero_range(period, scene.period_u[scene.loaded], hollow)[1]
         top = max([top, *(1.01 * ends[ends < 1.3 * top])])
     ax.set_xlim(left, right)
     ax.set_ylim(bottom, top)
@@ -67,13 +64,17 @@ def _draw_period(ax: Axes, scene: Scene) -> None:
         axis.set_ticks([], minor=True)
     logs = ", log scale" if logarithmic else ""
     name_axes(ax, f"spin ψ̇ [rpm{logs}]", f"precession period τ [s{logs}]")
-    _laws(ax, [(group.colour, slope) for group, slope in zip(scene.groups, slopes, strict=True)], left, right)
-    period, moved = pin(scene.period, bottom, top)
-    marks = Marks(scene.spin, period, scene.spin_u, np.minimum(scene.period_u, period - bottom))
+    # A law that leaves the axes at once would only be a stroke along their edge.
+    inside = [(group.colour, slope) for group, slope in zip(scene.groups, slopes, strict=True)
+              if slope * right < 8 * top]  # fmt: skip
+    _laws(ax, inside, left, right)
+    shown, _ = pin(scene.period, bottom, top)
+    bars = np.where(shown == scene.period, np.minimum(scene.period_u, shown - bottom), 0.0)
+    marks = Marks(scene.spin, shown, scene.spin_u, bars)
     draw_runs(ax, scene, marks)
-    name_runs(ax, scene, marks, beyond(scene.period, moved, " s"))
-    label_margin(ax, scene, [float(min(slope * right, top)) for slope in slopes])
-    law = "lines: τ = 2π I_zz ψ̇ / |M + M0|; bars: ± 1 standard uncertainty"
+    name_runs(ax, marks, odd_names(scene, scene.period, shown, " s", "↓↑"))
+    label_margin(ax, scene, [float(min(end, top)) for end in ends])
+    law = f"lines: τ = 2π I_zz ψ̇ / |M + M0|; {bars_note(ax, marks)}"
     write_title(ax, "Precession period against spin", with_hollow(scene, law))
 
 
@@ -114,12 +115,12 @@ def _draw_product(ax: Axes, scene: Scene) -> None:
     ax.add_collection(LineCollection(level, colors=colours, linewidths=1.0), autolim=False)
     if bottom < 0 < top:
         ax.axhline(0, color=SOFT, linewidth=0.8)
-    product, moved = pin(scene.product, bottom, top)
+    product, _ = pin(scene.product, bottom, top)
     marks = Marks(scene.spin, product, scene.spin_u, scene.product_u)
     draw_runs(ax, scene, marks)
-    name_runs(ax, scene, marks, beyond(scene.product, moved, ""))
+    name_runs(ax, marks, odd_names(scene, scene.product, product, "", "↓↑"))
     label_margin(ax, scene, means, [mean_text(group) for group in scene.groups])
-    bands = "lines and bands: weighted mean ± 2u; bars: ± 1 standard uncertainty"
+    bands = f"lines and bands: weighted mean ± 2u; {bars_note(ax, marks)}"
     write_title(ax, "φ̇ψ̇ for each torque", with_hollow(scene, bands))
 
 
@@ -136,8 +137,8 @@ def _draw_torque(ax: Axes, scene: Scene) -> None:
     ends = factor * line[[0, -1]]
     low, high = min(low, float(ends.min()) - 0.02 * (high - low)), max(high, float(ends.max()))
     ax.set_xlim(left, right)
-    # Room for the key above the lines.
-    ax.set_ylim(low, high + 0.13 * (high - low))
+    # Room for the key of two lines above the fitted ones.
+    ax.set_ylim(low, high + (high - low) * 30 / measure_axes(ax)[1])
     name_axes(ax, "precession rate × spin, φ̇ψ̇ [rad²/s²]", f"torque M [{unit}]")
     ax.fill_between(x, factor * (line - half), factor * (line + half), color="#0072B2", alpha=0.15, linewidth=0)
     ax.plot(x, factor * line, color=INK, linewidth=1.2)
@@ -149,24 +150,23 @@ def _draw_torque(ax: Axes, scene: Scene) -> None:
         ax.axhline(0, color=SOFT, linewidth=0.8)
     if left < 0 < right:
         ax.axvline(0, color=SOFT, linewidth=0.8)
-    product, moved = pin(scene.product, left, right)
+    product, _ = pin(scene.product, left, right)
     marks = Marks(product, torque, scene.product_u, torque_u)
     draw_runs(ax, scene, marks)
-    name_runs(ax, scene, marks, beyond(scene.product, moved, ""), below=True)
+    name_runs(ax, marks, odd_names(scene, scene.product, product, "", "←→"))
     label_margin(ax, scene, [factor * group.summary.torque for group in scene.groups])
     _key(ax, rows)
-    write_title(
-        ax, f"I_zz = {scene.inertia_text}", with_hollow(scene, "torque against φ̇ψ̇; bars: ± 1 standard uncertainty")
-    )
+    write_title(ax, f"I_zz = {scene.inertia_text}", with_hollow(scene, f"torque against φ̇ψ̇; {bars_note(ax, marks)}"))
 
 
 def _key(ax: Axes, rows: Sequence[tuple[str, str]]) -> None:
     """Say what the lines are, top left, where a rising line never is."""
+    wide, tall = measure_axes(ax)
     for rank, (style, text) in enumerate(rows):
-        height = 0.965 - 0.052 * rank
-        ax.plot([0.02, 0.075], [height, height], style, color=INK if style == "-" else SOFT, linewidth=1.1,
+        height = 1 - (8 + 11.7 * rank) / tall
+        ax.plot([6 / wide, 23 / wide], [height, height], style, color=INK if style == "-" else SOFT, linewidth=1.1,
                 transform=ax.transAxes)  # fmt: skip
-        ax.text(0.09, height, text, transform=ax.transAxes, va="center", fontsize=8, color=INK)
+        ax.text(27 / wide, height, text, transform=ax.transAxes, va="center", fontsize=8, color=INK)
 
 
 def _draw_residuals(ax: Axes, scene: Scene) -> None:
@@ -174,8 +174,7 @@ def _draw_residuals(ax: Axes, scene: Scene) -> None:
     count = len(scene.names)
     place = np.arange(1.0, count + 1)
     deviations = np.nan_to_num(scene.deviations)
-    kept = np.abs(deviations[~scene.hollow])
-    limit = max(3.5, 1.15 * float(kept.max())) if len(kept) else 3.5
+    limit = max(3.5, 1.15 * float(np.abs(deviations[~scene.hollow]).max(initial=0.0)))
     ax.set_xlim(0.4, count + 0.6)
     ax.set_ylim(-limit, limit)
     name_axes(ax, "run, in the order of the log", "time − prediction of the other runs [u]")
@@ -183,11 +182,13 @@ def _draw_residuals(ax: Axes, scene: Scene) -> None:
     ax.axhline(0, color=SOFT, linewidth=0.8)
     _run_ticks(ax, scene.names)
     nothing = np.zeros(count)
-    height, moved = pin(deviations, -0.96 * limit, 0.96 * limit)
+    height, _ = pin(deviations, -0.96 * limit, 0.96 * limit)
     marks = Marks(place, height, nothing, nothing)
     draw_runs(ax, scene, marks, bars=False)
-    name_runs(ax, scene, marks, beyond(np.round(deviations), moved, " u"))
+    told = np.where(height == deviations, deviations, np.round(deviations))
+    name_runs(ax, marks, odd_names(scene, told, height, " u", "↓↑"))
     label_margin(ax, scene, None)
+    kept = np.abs(deviations[~scene.left_out])
     inside = int(np.sum(kept <= 2))
     title = f"Residuals: {inside} of {len(kept)} runs within ± 2 standard uncertainties"
     if scene.dof < 1:
@@ -211,7 +212,7 @@ _DRAWERS: dict[str, Callable[[Axes, Scene], None]] = {
 }
 
 
-def draw(analysis: Analysis, name: str) -> Figure:
+def draw(analysis: Analysis, name: str, medium: Medium = MEDIA["screen"]) -> Figure:
     """Draw one figure.
 
     Parameters
@@ -220,27 +221,29 @@ def draw(analysis: Analysis, name: str) -> Figure:
         What `analyze` gives.
     name : str
         One of `FIGURES`.
+    medium : Medium
+        What it is made for.
 
     Returns
     -------
     matplotlib.figure.Figure
-        6.6 × 4.2 inches; period in s, spin in rpm, φ̇ψ̇ in rad²/s², torque in mN·m.
+        Period in s, spin in rpm, φ̇ψ̇ in rad²/s², torque in mN·m.
     """
     from matplotlib import rc_context
 
     with rc_context(STYLE):
-        return _figure(gather(analysis), name)
+        return _figure(gather(analysis, medium.grey_safe), name, medium)
 
 
-def _figure(scene: Scene, name: str) -> Figure:
+def _figure(scene: Scene, name: str, medium: Medium) -> Figure:
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=SIZE, dpi=150)
-    _DRAWERS[name](figure.add_axes(_FRAME), scene)
+    figure = Figure(figsize=medium.size, dpi=medium.dpi)
+    _DRAWERS[name](figure.add_axes(medium.frame), scene)
     return figure
 
 
-def render(analysis: Analysis, form: Form = "png") -> dict[str, bytes]:
+def render(analysis: Analysis, form: Form = "png", style: str = "screen") -> dict[str, bytes]:
     """Draw all figures as files.
 
     Parameters
@@ -248,7 +251,9 @@ def render(analysis: Analysis, form: Form = "png") -> dict[str, bytes]:
     analysis : Analysis
         What `analyze` gives.
     form : {"png", "svg", "pdf"}
-        PNG has 150 dots to the inch.
+        File type.
+    style : {"screen", "slides", "print"}
+        A key of `MEDIA`.
 
     Returns
     -------
@@ -257,13 +262,9 @@ def render(analysis: Analysis, form: Form = "png") -> dict[str, bytes]:
     """
     from matplotlib import rc_context
 
-    files = {}
+    medium = MEDIA[style]
     with rc_context(STYLE), warnings.catch_warnings():
         # A run's name may be written in a script that the font does not have; it is drawn as boxes then.
         warnings.filterwarnings("ignore", message="(?s).*[Gg]lyph.* missing")
-        scene = gather(analysis)
-        for name in FIGURES:
-            file = io.BytesIO()
-            _figure(scene, name).savefig(file, format=form, metadata=METADATA[form], **PACKING[form])
-            files[name] = file.getvalue()
-    return files
+        scene = gather(analysis, medium.grey_safe)
+        return {name: save(_figure(scene, name, medium), form) for name in FIGURES}

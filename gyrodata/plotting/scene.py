@@ -17,13 +17,14 @@ from gyrodata.physics import Floats
 RPM = 30 / math.pi
 """Revolutions per minute in one rad/s."""
 
-# Okabe and Ito's colours without yellow, which is lost on white; grey is kept for runs without a weight.
-_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-_MARKERS = ("o", "s", "^", "D", "v", "P", "<")
-_UNLOADED = ("#666666", "X")
+# The first three are Okabe and Ito's; their light ones are lost on white, so the rest was chosen for contrast and for
+# distance as the colour-blind see it. Grey is kept for runs without a weight.
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#9B3DE8", "#6B2D00", "#1B1B4F")
+MARKERS = ("o", "s", "^", "D", "v", "P", "<")
+UNLOADED = ("#666666", "X")
 
 MANY = 10
-"""More torques than this get a graded colour each and one compact list of labels."""
+"""More torques than this get one compact list of labels."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +45,11 @@ class Scene:
     groups: tuple[Group, ...]
     names: tuple[str, ...]
     hollow: NDArray[np.bool_]
-    """Flagged or left out of the fit; bool."""
-    left_out: bool
+    """Flagged; bool."""
+    left_out: NDArray[np.bool_]
+    """Flagged and without a say in the fit; bool."""
+    loaded: NDArray[np.bool_]
+    """A weight on the rod; bool."""
     spin: Floats
     """[rpm]"""
     spin_u: Floats
@@ -72,7 +76,7 @@ class Scene:
     inertia_text: str
 
 
-def gather(analysis: Analysis) -> Scene:
+def gather(analysis: Analysis, grey_safe: bool = False) -> Scene:
     """Take from an analysis what the figures need, in the units of their axes where a factor suffices."""
     measured, runs = analysis.measurements, analysis.run_table
     period = np.array([run.period for run in runs])
@@ -81,10 +85,11 @@ def gather(analysis: Analysis) -> Scene:
     own_spin = _relative(measured, "spin", measured.spin)
     origin = next((fit.inertia for fit in analysis.fits if fit.name == "through_origin"), None)
     return Scene(
-        groups=_groups(analysis),
+        groups=_groups(analysis, grey_safe),
         names=tuple(_short(run.run) for run in runs),
         hollow=np.array([run.flagged or run.left_out for run in runs]),
-        left_out=any(run.left_out for run in runs),
+        left_out=np.array([run.left_out for run in runs]),
+        loaded=measured.torque != 0,
         spin=measured.spin * RPM,
         spin_u=measured.spin * RPM * own_spin,
         period=period,
@@ -128,14 +133,14 @@ def _relative_torque(measured: Measurements) -> Floats:
     return np.sqrt(sum((part**2 for part in parts), np.zeros(len(measured.runs))))
 
 
-def _groups(analysis: Analysis) -> tuple[Group, ...]:
+def _groups(analysis: Analysis, grey_safe: bool) -> tuple[Group, ...]:
     members = torque_groups(analysis.measurements)
     labels = [_group_label(analysis.measurements, group[0]) for group in members]
     for i, group in enumerate(members):
         if labels.count(labels[i]) > 1 or labels[i] in labels[:i]:
             # The same load in two senses of precession, as only runs without a weight can have.
             labels[i] += f" ({'+' if analysis.run_table[group[0]].product > 0 else '−'})"
-    looks = _looks([torque.torque for torque in analysis.torques])
+    looks = choose_looks([torque.torque for torque in analysis.torques], grey_safe)
     return tuple(
         Group(
             label=labels[i],
@@ -148,21 +153,35 @@ def _groups(analysis: Analysis) -> tuple[Group, ...]:
     )
 
 
-def _looks(torques: Sequence[float]) -> list[tuple[str, str]]:
-    """Colour and marker of each torque: of the colour-blind-safe set, or graded by rank where there are many."""
-    loaded = [i for i, torque in enumerate(torques) if torque]
-    looks = [_UNLOADED] * len(torques)
-    if len(torques) > MANY:
-        from matplotlib import colormaps
-        from matplotlib.colors import to_hex
+def choose_looks(torques: Sequence[float], grey_safe: bool = False) -> list[tuple[str, str]]:
+    """Colour and marker of each torque: of the colour-blind-safe set, or graded by size where that is too small.
 
-        ranked = sorted(loaded, key=lambda i: torques[i])
-        shades = colormaps["viridis"](np.linspace(0.0, 0.88, len(ranked)))
-        for rank, i in enumerate(ranked):
-            looks[i] = (to_hex(shades[rank]), _MARKERS[rank % len(_MARKERS)])
-    else:
+    Parameters
+    ----------
+    torques : sequence of float
+        [N*m]; 0 without a weight.
+    grey_safe : bool
+        Graded, dark to light, in any case.
+
+    Returns
+    -------
+    list of tuple of str
+        "#rrggbb" and matplotlib's marker; no two torques share a colour.
+    """
+    loaded = [i for i, torque in enumerate(torques) if torque]
+    looks = [UNLOADED] * len(torques)
+    if not grey_safe and len(loaded) <= len(COLOURS):
         for rank, i in enumerate(loaded):
-            looks[i] = (_COLOURS[rank % len(_COLOURS)], _MARKERS[rank % len(_MARKERS)])
+            looks[i] = (COLOURS[rank], MARKERS[rank])
+        return looks
+    from matplotlib import colormaps
+    from matplotlib.colors import to_hex
+
+    ranked = sorted(loaded, key=lambda i: torques[i])
+    # From dark blue over violet to salmon, where the contrast with white comes down to 3 : 1.
+    shades = colormaps["plasma"](np.linspace(0.0, 0.66, len(ranked)))
+    for rank, i in enumerate(ranked):
+        looks[i] = (to_hex(shades[rank]), MARKERS[rank % len(MARKERS)])
     return looks
 
 

@@ -1,0 +1,201 @@
+"""Names written into a figure: of torques beside their lines, of runs beside their dots."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyrodata.physics import Floats
+from gyrodata.plotting.marks import INK, MARK, SOFT, Marks, measure_axes
+from gyrodata.plotting.scene import MANY, Group, Scene, as_number, run_name
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_LETTER = 4.7
+"""Mean width of a letter of 8 points [point]."""
+_LINE = 10.0
+"""Height of a line of such letters [point]."""
+
+# Where a name may stand: its side of the dot, and how far across and up from it [point]; the nearest first.
+_PLACES = [("left", 7.0, 0.0), ("right", -7.0, 0.0), ("center", 0.0, 10.0), ("center", 0.0, -10.0)] + [
+    (side, across, up)
+    for up in (11.0, -11.0, 21.0, -21.0, 31.0, -31.0, 42.0, -42.0)
+    for side, across in (("left", 6.0), ("right", -6.0))
+]
+
+
+def odd_names(scene: Scene, values: Floats, drawn: Floats, unit: str, arrows: str) -> dict[int, str]:
+    """What to write beside which runs: the names of flagged ones, and the value of what is drawn at the edge.
+
+    Parameters
+    ----------
+    scene : Scene
+        n runs.
+    values, drawn : ndarray
+        Where they lie and where they are drawn, shape (n,).
+    unit : str
+        Of `values`, after a blank.
+    arrows : str
+        The way to what lies below and above the edges: "↓↑" or "←→".
+
+    Returns
+    -------
+    dict of int to str
+        "run 5", "run 5, left out ↑ 320 s", "no weight ↑ 2029 s".
+    """
+    labels = {i: group.label for group in scene.groups for i in group.members}
+    names = {}
+    for i in range(len(scene.names)):
+        name = run_name(scene.names[i]) + ", left out" * bool(scene.left_out[i]) if scene.hollow[i] else labels[i]
+        if values[i] != drawn[i]:
+            names[i] = f"{name} {arrows[int(values[i] > drawn[i])]} {as_number(values[i])}{unit}"
+        elif scene.hollow[i]:
+            names[i] = name
+    return names
+
+
+def name_runs(ax: Axes, marks: Marks, names: Mapping[int, str]) -> None:
+    """Write names beside dots, each at the nearest place where it covers no other name and no dot."""
+    # Figures are laid out at their own dots to the inch, whatever they are saved at.
+    to_points = 72 / ax.figure.dpi
+    dots = ax.transData.transform(np.column_stack([marks.x, marks.y])) * to_points
+    frame = np.array(ax.bbox.extents) * to_points
+    taken: list[Floats] = []
+    for i in sorted(names, key=lambda i: (-dots[i, 1], dots[i, 0])):
+        boxes = np.array([_box(names[i], side, *(dots[i] + (across, up))) for side, across, up in _PLACES])
+        cost = _overlaps(boxes, dots, taken) + 100 * _outside(boxes, frame)
+        best = int(cost.argmin())
+        side, across, up = _PLACES[best]
+        taken.append(boxes[best])
+        ax.annotate(
+            names[i],
+            (marks.x[i], marks.y[i]),
+            (across, up),
+            textcoords="offset points",
+            ha=side,
+            va="center",
+            fontsize=8,
+            color=INK,
+            annotation_clip=False,
+            bbox={"facecolor": "white", "alpha": 0.75, "linewidth": 0, "pad": 0.6},
+            zorder=2.9,
+        )
+
+
+def _box(text: str, side: str, x: float, y: float) -> tuple[float, float, float, float]:
+    """Left, bottom, right and top of a name [point]."""
+    width = _LETTER * len(text)
+    left = x - {"left": 0.0, "center": 0.5, "right": 1.0}[side] * width
+    return left, y - _LINE / 2, left + width, y + _LINE / 2
+
+
+def _overlaps(boxes: Floats, dots: Floats, taken: Sequence[Floats]) -> NDArray[np.float64]:
+    """How many dots each box covers; another name counts as ten."""
+    half = MARK / 2 + 1
+    covered = (
+        (dots[:, 0] > boxes[:, None, 0] - half)
+        & (dots[:, 0] < boxes[:, None, 2] + half)
+        & (dots[:, 1] > boxes[:, None, 1] - half)
+        & (dots[:, 1] < boxes[:, None, 3] + half)
+    ).sum(axis=1)
+    names = np.zeros(len(boxes))
+    for other in taken:
+        names += ((boxes[:, :2] < other[2:]) & (boxes[:, 2:] > other[:2])).all(axis=1)
+    return np.asarray(covered + 10 * names, dtype=float)
+
+
+def _outside(boxes: Floats, frame: Floats) -> NDArray[np.bool_]:
+    """Which boxes leave the axes, but for half a line above and below."""
+    slack = _LINE / 2
+    return np.asarray(
+        (boxes[:, 0] < frame[0])
+        | (boxes[:, 2] > frame[2] + slack)
+        | (boxes[:, 1] < frame[1])
+        | (boxes[:, 3] > frame[3] + slack)
+    )
+
+
+def _spread(targets: Sequence[float], gap: float) -> list[float]:
+    """Move heights apart until neighbours are `gap` from one another, as near to their targets as the frame lets."""
+    order = sorted(range(len(targets)), key=lambda i: targets[i])
+    heights = [min(max(targets[i], 0.0), 1.0) for i in order]
+    for _ in range(60):
+        moved = False
+        for low in range(len(heights) - 1):
+            lack = gap - (heights[low + 1] - heights[low])
+            if lack > 1e-6:
+                heights[low] -= lack / 2
+                heights[low + 1] += lack / 2
+                moved = True
+        heights = [min(max(height, 0.0), 1.0) for height in heights]
+        if not moved:
+            break
+    else:
+        # Too tight to settle: evenly, in order.
+        heights = [0.5 + gap * (rank - (len(heights) - 1) / 2) for rank in range(len(heights))]
+    placed = [0.0] * len(targets)
+    for rank, i in enumerate(order):
+        placed[i] = heights[rank]
+    return placed
+
+
+def label_margin(ax: Axes, scene: Scene, heights: Sequence[float] | None, extra: Sequence[str] = ()) -> None:
+    """Name each torque right of the axes, beside where its line ends; without heights, from the top down.
+
+    Parameters
+    ----------
+    ax : Axes
+        With its limits set.
+    scene : Scene
+        Its groups are labelled.
+    heights : sequence of float or None
+        Of each group, in the data's units.
+    extra : sequence of str
+        A second line for each label, where there is room for it.
+    """
+    groups = scene.groups
+    if len(groups) > MANY:
+        _list_margin(ax, scene)
+        return
+    tall = measure_axes(ax)[1]
+    if len(groups) * 23.5 > tall + 12:
+        extra = ()
+    gap = (23.5 if extra else 13) / tall
+    if heights is None:
+        placed = [0.97 - gap * rank for rank in range(len(groups))]
+    else:
+        at = ax.transAxes.inverted().transform(ax.transData.transform([(1.0, height) for height in heights]))
+        placed = _spread([float(y) if math.isfinite(y) else 1.0 for y in at[:, 1]], gap)
+    for i, group in enumerate(groups):
+        _label(ax, placed[i], group, group.label + (f"\n{extra[i]}" if extra else ""), 8.5)
+
+
+def _label(ax: Axes, height: float, group: Group, text: str, size: float) -> None:
+    wide = measure_axes(ax)[0]
+    ax.plot(
+        [1 + 10.5 / wide], [height], marker=group.marker, markersize=MARK, color=group.colour,
+        markeredgecolor="white", markeredgewidth=0.5, transform=ax.transAxes, clip_on=False,
+    )  # fmt: skip
+    ax.text(
+        1 + 18 / wide, height, text, transform=ax.transAxes, va="center", fontsize=size, color=INK, linespacing=1.15
+    )
+
+
+def _list_margin(ax: Axes, scene: Scene) -> None:
+    """Many torques: one compact list by torque, the largest on top, thinned out where it would not fit."""
+    wide, tall = measure_axes(ax)
+    ranked = sorted(scene.groups, key=lambda group: -group.summary.torque)
+    step = math.ceil(len(ranked) / int(tall / 9.4))
+    shown = ranked[::step]
+    for rank, group in enumerate(shown):
+        _label(ax, 0.98 - rank * min(10.1 / tall, 1 / len(shown)), group, group.label, 7.0)
+    if step > 1:
+        ax.text(
+            1 + 6 / wide, 1 + 6.7 / tall, f"1 in {step} of {len(ranked)} torques", transform=ax.transAxes, fontsize=7,
+            color=SOFT,
+        )  # fmt: skip

@@ -39,7 +39,7 @@ def feedback_markdown(grade: Grade) -> str:
     str
         Every name, note and number from outside is escaped; no clock time.
     """
-    text = _environment().get_template("feedback.md.jinja").render(_content(grade))
+    text = environment().get_template("feedback.md.jinja").render(_content(grade))
     return re.sub(r"\n{3,}", "\n\n", text).strip() + "\n"
 
 
@@ -66,25 +66,31 @@ def feedback_html(
         {"uri": _data_uri(data), "alt": (alt or {}).get(name, ""), "caption": CAPTIONS.get(name, name)}
         for name, data in (figures or {}).items()
     ]
-    return _environment().get_template("feedback.html.jinja").render(_content(grade), images=images)
+    return environment().get_template("feedback.html.jinja").render(_content(grade), images=images)
 
 
 @lru_cache(maxsize=1)
-def _environment() -> Environment:
+def environment() -> Environment:
+    """Give what reads the room's templates: HTML escaped, one-line filters for texts from outside.
+
+    Returns
+    -------
+    Environment
+    """
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
-    environment = Environment(
+    room = Environment(
         loader=PackageLoader("gyrodata.grading", "."),
         autoescape=lambda name: name is not None and name.endswith(".html.jinja"),
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["md"] = _markdown_safe
-    environment.filters["plain"] = _plain
-    environment.filters["sentence"] = _sentence
-    environment.filters["fit_words"] = fit_words
-    return environment
+    room.filters["md"] = _markdown_safe
+    room.filters["plain"] = _plain
+    room.filters["sentence"] = _sentence
+    room.filters["fit_words"] = fit_words
+    return room
 
 
 def _content(grade: Grade) -> dict[str, Any]:

@@ -125,7 +125,7 @@ def grade_submission(submission: Submission, rubric: Rubric) -> Grade:
     """
     blank = _blank(submission, rubric)
     if submission.problem is not None:
-        return _not_graded(blank, rubric, submission.problem)
+        return _without_marks(blank, rubric, submission.problem)
     try:
         readings = read_log(
             submission.log(), name=PurePosixPath(submission.log_file or submission.log_name or "log").name
@@ -135,12 +135,12 @@ def grade_submission(submission: Submission, rubric: Rubric) -> Grade:
         lacks = check_procedure(readings) if any(criterion.asks for criterion in rubric.criteria) else ()
     except GyroError as error:
         blank = replace(blank, diagnostics=_as_dicts(error.diagnostics))
-        return _not_graded(blank, rubric, _first_words(error))
+        return _without_marks(blank, rubric, _first_words(error))
     except OSError as error:
-        return _not_graded(blank, rubric, f"the submission cannot be read: {error.strerror or type(error).__name__}")
+        return _without_marks(blank, rubric, f"the submission cannot be read: {error.strerror or type(error).__name__}")
     except (ArithmeticError, ValueError) as error:
         # Numbers on which the analysis itself breaks are no reason to lose the class, nor to give this one a zero.
-        return _not_graded(blank, rubric, f"the analysis broke on these numbers ({type(error).__name__}: {error})")
+        return _without_marks(blank, rubric, f"the analysis broke on these numbers ({type(error).__name__}: {error})")
     evidence = _gather(analysis, lacks, answers, rubric)
     marks = tuple(judge(criterion, evidence) for criterion in rubric.criteria)
     grade = replace(
@@ -181,13 +181,52 @@ def settle(grades: Iterable[Grade], rubric: Rubric) -> tuple[Grade, ...]:
     grades = tuple(grades)
     if not rubric.class_reference:
         return grades
-    references = class_references(
-        (grade.station, grade.inertia, grade.inertia_u or 0.0) for grade in grades if grade.inertia is not None
-    )
+    references = references_of(grades, rubric)
     return tuple(
         _with_reference(grade, rubric, references.get(grade.station or "all") or references.get("all"))
         for grade in grades
     )
+
+
+def references_of(grades: Iterable[Grade], rubric: Rubric) -> Mapping[str, Reference]:
+    """Give what a class is held against.
+
+    Parameters
+    ----------
+    grades : iterable of Grade
+        All of the class.
+    rubric : Rubric
+        The same as for grading.
+
+    Returns
+    -------
+    mapping of str to Reference
+        By station, "all" for every other; from the rubric, or from the class itself.
+    """
+    if not rubric.class_reference:
+        return rubric.references
+    return class_references(
+        (grade.station, grade.inertia, grade.inertia_u or 0.0) for grade in grades if grade.inertia is not None
+    )
+
+
+def not_graded(submission: Submission, rubric: Rubric, why: str) -> Grade:
+    """Make the grade of a submission that could not be graded: no points, and no zero.
+
+    Parameters
+    ----------
+    submission : Submission
+        What was handed in.
+    rubric : Rubric
+        What would have been judged.
+    why : str
+        The reason, to whoever looks at it.
+
+    Returns
+    -------
+    Grade
+    """
+    return _without_marks(_blank(submission, rubric), rubric, why)
 
 
 def _with_reference(grade: Grade, rubric: Rubric, reference: Reference | None) -> Grade:
@@ -333,7 +372,7 @@ def _blank(submission: Submission, rubric: Rubric) -> Grade:
     )
 
 
-def _not_graded(blank: Grade, rubric: Rubric, why: str) -> Grade:
+def _without_marks(blank: Grade, rubric: Rubric, why: str) -> Grade:
     marks = tuple(mark(criterion, None, "not judged", {}) for criterion in rubric.criteria)
     return replace(blank, marks=marks, why=why)
 

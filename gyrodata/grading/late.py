@@ -187,7 +187,7 @@ def judge_lateness(
     Parameters
     ----------
     rule : LateRule or None
-        None: lateness costs nothing.
+        None: lateness is told and costs nothing.
     keys : mapping of str to str
         What the student may be called in an exception: key, ids, name.
     late : bool
@@ -203,7 +203,8 @@ def judge_lateness(
         From the submission's own marks and stamps, never from the clock, so that a second run says the same.
     """
     if rule is None:
-        return Lateness(late_seconds, 0.0, "", False)
+        after = f"{duration_text(late_seconds)} late" if late_seconds else "marked late" if late else ""
+        return Lateness(late_seconds, 0.0, after, False)
     called = {value.casefold() for value in keys.values()}
     excepted = next((one for one in rule.exceptions if one.student.casefold() in called), None)
     if excepted is not None and excepted.waive:

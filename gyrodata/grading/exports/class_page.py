@@ -1,0 +1,70 @@
+"""``class.html``: a class at a glance, in one file that needs nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
+
+from gyrodata import __version__
+from gyrodata.grading.exports.distribution import LEFT, RIGHT, WIDTH, draw_distribution
+from gyrodata.grading.feedback import environment, points_text
+from gyrodata.reporting import count_text, inertia_text
+
+if TYPE_CHECKING:
+    from gyrodata.grading.classroom import ClassGrades
+    from gyrodata.grading.grade import Grade
+
+
+def class_page(found: ClassGrades, feedback: Mapping[str, str]) -> str:
+    """Write the page of a class.
+
+    Parameters
+    ----------
+    found : ClassGrades
+        The class.
+    feedback : mapping of str to str
+        Each student's page, as a path below the folder of the class page.
+
+    Returns
+    -------
+    str
+        Every name, note and number from outside is escaped; no clock time, nothing from another place.
+    """
+    links = {student: quote(path.encode("utf-8", "replace")) for student, path in feedback.items()}
+    content = {
+        "found": found,
+        "version": __version__,
+        "links": links,
+        "names": {grade.student: grade.name for grade in found.grades},
+        "looks": [(grade, reasons) for grade in found.grades if (reasons := found.looks(grade))],
+        "slips": _slips(found),
+        "criteria": list(found.criteria()),
+        "drawing": draw_distribution(found.grades, found.references),
+        "box": {"width": WIDTH, "left": LEFT, "right": WIDTH - RIGHT},
+        "points": points_text,
+        "count": count_text,
+        "cells": _cells,
+    }
+    return environment().get_template("class.html.jinja").render(content)
+
+
+def _slips(found: ClassGrades) -> list[tuple[str, list[str]]]:
+    """Each slip in words, with who made it."""
+    words = {slip.kind: slip.words for grade in found.grades for slip in grade.slips}
+    return [(words[kind], students) for kind, students in found.slips().items()]
+
+
+def _cells(grade: Grade) -> list[dict[str, Any]]:
+    """The numbers of a student's row: what to sort by, and what is shown."""
+    marks = [(mark.points, points_text(mark.points)) for mark in grade.marks]
+    value, u = grade.reported.get("value"), grade.reported.get("u")
+    reported = inertia_text(value, u if isinstance(u, float) else None) if isinstance(value, float) else "–"
+    numbers: list[tuple[object, str]] = [
+        (grade.points, points_text(grade.points)),
+        *marks,
+        (value, reported),
+        (grade.d, "–" if grade.d is None else f"{grade.d:.2g}" if grade.d < 1000 else f"{grade.d:.0f}"),
+        (grade.z, "–" if grade.z is None else f"{grade.z:.2g}" if grade.z < 1000 else f"{grade.z:.0f}"),
+    ]
+    return [{"value": "" if key is None else repr(key), "text": text.replace("-", "−")} for key, text in numbers]

@@ -1,0 +1,221 @@
+"""The journal of a class: a line for each grade as soon as it is there, and what it rests on.
+
+A run that is stopped at any point has lost nothing that was done, and the next one grades only what has changed,
+and can say why.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from gyrodata import __version__
+from gyrodata.errors import Diagnostic, InputError, register
+from gyrodata.grading.grade import Grade
+from gyrodata.grading.rubric import Rubric
+from gyrodata.grading.submissions import Submission
+
+SCHEMA = "gyro.journal/1"
+
+G762 = register("G762", "note", "lines of the journal cannot be read", "grade class, after a power cut")
+G763 = register("G763", "error", "the folder of the grades cannot be written", "grade class --out /dev/null")
+
+
+class Basis(NamedTuple):
+    """What a grade rests on; where all of it is the same, so is the grade."""
+
+    submission: str
+    """Digest of what was handed in, by whom, and when."""
+    rubric: str
+    """Digest of all in the rubric but its references."""
+    reference: str
+    """Digest of all in it."""
+    tool: str
+    """Version of gyrodata."""
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One line: a grade before the class as a whole was looked at."""
+
+    basis: Basis
+    grade: Grade
+    lost: str
+    """Why the run itself lost it (a time limit, a process that died), so that it is tried again; "" for a grade that
+    holds."""
+    figures: Mapping[str, str]
+    """What each figure that was drawn shows, in words, by its name."""
+
+    def to_line(self) -> str:
+        """Write it as one line of JSON."""
+        content = {
+            "schema": SCHEMA,
+            "student": self.grade.student,
+            **self.basis._asdict(),
+            "lost": self.lost,
+            "figures": dict(self.figures),
+            "grade": self.grade.to_dict(),
+        }
+        return json.dumps(content, allow_nan=False, separators=(",", ":")) + "\n"
+
+
+def basis_of(submission: Submission, rubric: Rubric) -> Basis:
+    """Say what the grade of a submission rests on.
+
+    Parameters
+    ----------
+    submission : Submission
+        What is graded.
+    rubric : Rubric
+        By what.
+
+    Returns
+    -------
+    Basis
+    """
+    told = repr((submission.digest, submission.name, sorted(submission.ids.items())))
+    return Basis(
+        hashlib.sha256(told.encode("utf-8", "replace")).hexdigest(),
+        replace(rubric, references={}, class_reference=False).digest,
+        rubric.digest,
+        __version__,
+    )
+
+
+def why_again(before: Entry | None, basis: Basis) -> str:
+    """Say why a submission is graded (again).
+
+    Parameters
+    ----------
+    before : Entry or None
+        Its line in the journal.
+    basis : Basis
+        What a grade would rest on now.
+
+    Returns
+    -------
+    str
+        "" where the grade of the journal holds.
+    """
+    if before is None:
+        return "new"
+    if before.basis.submission != basis.submission:
+        return "the submission changed"
+    if before.basis.rubric != basis.rubric:
+        return "the rubric changed"
+    if before.basis.reference != basis.reference:
+        return "the reference changed"
+    if before.basis.tool != basis.tool:
+        return f"gyrodata changed from {before.basis.tool} to {basis.tool}"
+    return f"lost last time: {before.lost}" if before.lost else ""
+
+
+class Journal:
+    """The file.
+
+    Parameters
+    ----------
+    path : Path
+        Where it is, or will be.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.damaged = 0
+
+    def read(self) -> dict[str, Entry]:
+        """Give the last line of each student; a line that was torn by a power cut is left out.
+
+        Raises
+        ------
+        InputError
+            The file is there and cannot be opened.
+        """
+        entries: dict[str, Entry] = {}
+        self.damaged = 0
+        try:
+            with self.path.open("rb") as file:
+                for line in file:
+                    entry = _parse(line)
+                    if entry is None:
+                        self.damaged += 1
+                    else:
+                        entries[entry.grade.student] = entry
+        except FileNotFoundError:
+            pass
+        except OSError as error:
+            raise cannot_write(self.path.parent, error) from None
+        return entries
+
+    def add(self, entry: Entry) -> None:
+        """Write a line at the end, whole, at once.
+
+        Raises
+        ------
+        InputError
+            The folder cannot be written to.
+        """
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            with self.path.open("ab+", buffering=0) as file:
+                end = file.seek(0, 2)
+                if end:
+                    file.seek(end - 1)
+                    if file.read(1) != b"\n":
+                        file.write(b"\n")  # what was torn stays alone on its line
+                file.write(entry.to_line().encode())
+        except OSError as error:
+            raise cannot_write(self.path.parent, error) from None
+
+    def replace(self, entries: Iterable[Entry]) -> None:
+        """Write it anew, one line for each student, sorted; the old one stays until the new one is whole."""
+        ordered = sorted(entries, key=lambda entry: entry.grade.student)
+        write_whole(self.path, (entry.to_line().encode() for entry in ordered))
+
+
+def _parse(line: bytes) -> Entry | None:
+    """Read a line; None where it is none."""
+    try:
+        content: dict[str, Any] = json.loads(line)
+        if content["schema"] != SCHEMA:
+            return None
+        basis = Basis(*(content[field] for field in Basis._fields))
+        return Entry(basis, Grade.from_dict(content["grade"]), content["lost"], content["figures"])
+    except (ValueError, KeyError, TypeError, AttributeError):
+        return None
+
+
+def write_whole(path: Path, parts: Iterable[bytes]) -> None:
+    """Write a file, whole or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        Its folder is made where there is none.
+    parts : iterable of bytes
+        Its content.
+
+    Raises
+    ------
+    InputError
+        It cannot be written.
+    """
+    unfinished = path.with_name(f".{path.name}.part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with unfinished.open("wb") as file:
+            for part in parts:
+                file.write(part)
+        unfinished.replace(path)
+    except OSError as error:
+        raise cannot_write(path.parent, error) from None
+
+
+def cannot_write(folder: Path, error: OSError) -> InputError:
+    """Make the error for a folder that cannot be written to."""
+    message = f'"{folder}" cannot be written: {error.strerror or error}'
+    return InputError([Diagnostic(G763, "error", message, "choose another folder with --out")])

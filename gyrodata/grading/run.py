@@ -1,0 +1,175 @@
+"""A class, from submissions to grades: each in a process of its own time, kept as soon as it is done.
+
+The story: what the journal knows and what has not changed is taken from there → the rest goes to the workers, and
+each grade into the journal as it comes → when all are there, the class is its own reference, and its logs are
+compared. Nothing depends on the order, on the number of workers, or on how often the run was stopped.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from gyrodata.errors import GyroError
+from gyrodata.grading.classroom import ClassGrades
+from gyrodata.grading.forensics import Exemptions, flag_class
+from gyrodata.grading.grade import Grade, grade_submission, not_graded, references_of, settle
+from gyrodata.grading.journal import Basis, Entry, Journal, basis_of, why_again, write_whole
+from gyrodata.grading.rubric import Rubric
+from gyrodata.grading.submissions import Submission, Submissions
+from gyrodata.grading.workers import Lost, in_workers
+
+LIMIT = 30.0
+"""Time for one submission [s] unless another is given; an ordinary one takes a hundredth."""
+
+Grader = Callable[[Submission, Rubric], Grade]
+
+
+@dataclass(frozen=True)
+class Way:
+    """How a class is graded; none of it changes a grade."""
+
+    workers: int = 1
+    """Processes."""
+    limit: float = LIMIT
+    """Time for one submission [s]."""
+    journal: Journal | None = None
+    """Where grades are kept, and known ones found; None: nowhere."""
+    keep: bool = True
+    """False where nothing is written, the journal neither."""
+    figures: Path | None = None
+    """Folder for each student's figures; None: none are drawn."""
+    progress: Callable[[int, int], None] | None = None
+    """Told how many of how many are done."""
+    grader: Grader = grade_submission
+    """What makes a grade."""
+
+
+@dataclass(frozen=True)
+class _Work:
+    """What is done with one submission, in a worker."""
+
+    rubric: Rubric
+    grader: Grader
+    figures: bool
+
+    def __call__(self, submission: Submission) -> tuple[str, dict[str, tuple[bytes, str]]]:
+        """Grade it; give the grade as JSON, and each figure's file and words by its name."""
+        grade = self.grader(submission, self.rubric)
+        # Taken through JSON at once, so that a grade from the journal is the same to the last digit.
+        content = json.dumps(grade.to_dict(), allow_nan=False)
+        return content, _draw(submission) if self.figures and grade.own else {}
+
+
+def grade_class(
+    submissions: Submissions, rubric: Rubric, way: Way | None = None, exempt: Exemptions | None = None
+) -> ClassGrades:
+    """Grade a class.
+
+    Parameters
+    ----------
+    submissions : Submissions
+        As `find_submissions` gives them.
+    rubric : Rubric
+        What is judged.
+    way : Way, optional
+        Processes, time limit, journal, figures.
+    exempt : Exemptions, optional
+        Partners and staff, who are not flagged.
+
+    Returns
+    -------
+    ClassGrades
+        A submission that hangs, dies or breaks the tool is "not graded", with the reason, and is tried again in the
+        next run.
+
+    Raises
+    ------
+    InputError
+        The journal cannot be written, or no process can be started.
+    """
+    way = way or Way()
+    entries = _entries(submissions, rubric, way)
+    grades = settle((entry.grade for entry, _ in entries.values()), rubric)
+    prints = {grade.student: grade.fingerprint for grade in grades if grade.fingerprint is not None}
+    found = ClassGrades(
+        source=submissions.items[0].source.resolve().name,
+        submissions=submissions,
+        rubric=rubric,
+        grades=grades,
+        references=references_of(grades, rubric),
+        flags=flag_class(prints, exempt),
+        again={student: why for student, (_, why) in entries.items() if why},
+        figures={student: entry.figures for student, (entry, _) in entries.items() if entry.figures},
+    )
+    if way.journal is not None and way.keep:
+        way.journal.replace(entry for entry, _ in entries.values())
+    return found
+
+
+def _entries(submissions: Submissions, rubric: Rubric, way: Way) -> dict[str, tuple[Entry, str]]:
+    """Take each student's entry from the journal or make it, with why it was made; in the order of the class."""
+    known = way.journal.read() if way.journal is not None else {}
+    bases = {item.student: basis_of(item, rubric) for item in submissions.items}
+    reasons = {
+        item.student: why_again(known.get(item.student), bases[item.student])
+        or _why_figures(known[item.student], item, way)
+        for item in submissions.items
+    }
+    entries = {student: known[student] for student, why in reasons.items() if not why}
+    del known
+    waiting = [item for item in submissions.items if reasons[item.student]]
+    work = _Work(rubric, way.grader, way.figures is not None)
+    for item, answer in in_workers(work, waiting, way.workers, way.limit):
+        entry = _entry(item, bases[item.student], answer, rubric, way)
+        entries[item.student] = entry
+        if way.journal is not None and way.keep:
+            way.journal.add(entry)
+        if way.progress is not None:
+            way.progress(len(entries), len(submissions.items))
+    return {student: (entries[student], why) for student, why in reasons.items()}
+
+
+def _entry(
+    item: Submission, basis: Basis, answer: tuple[str, Mapping[str, tuple[bytes, str]]] | Lost, rubric: Rubric, way: Way
+) -> Entry:
+    """Make the line of the journal, the figures written before it, so that whatever it tells of is there."""
+    if isinstance(answer, Lost):
+        return Entry(basis, not_graded(item, rubric, f"{answer.why}; a person must look"), answer.why, {})
+    content, figures = answer
+    if way.figures is not None:
+        for name, (data, _) in figures.items():
+            write_whole(figure_path(way.figures, item, name), [data])
+    return Entry(basis, Grade.from_dict(json.loads(content)), "", {name: words for name, (_, words) in figures.items()})
+
+
+# --- figures ------------------------------------------------------------------------------------------------
+
+
+def figure_path(folder: Path, item: Submission, name: str) -> Path:
+    """Say where a student's figure is."""
+    return folder / item.feedback_stem.replace("/", "_") / f"{name}.png"
+
+
+def _why_figures(entry: Entry, item: Submission, way: Way) -> str:
+    """Say that a known grade lacks its figures; "" where it has them or none are asked for."""
+    if way.figures is None or not entry.grade.own:
+        return ""
+    there = entry.figures and all(figure_path(way.figures, item, name).is_file() for name in entry.figures)
+    return "" if there else "its figures are missing"
+
+
+def _draw(submission: Submission) -> dict[str, tuple[bytes, str]]:
+    """Draw the figures of a log that was analysed: file and words by name."""
+    from gyrodata import plotting
+    from gyrodata.analysis import analyze_readings
+    from gyrodata.readings import read_log
+
+    try:
+        analysis = analyze_readings(read_log(submission.log(), name=submission.log_file), {})
+    except GyroError:
+        return {}  # it has changed since it was graded; the next run sees that
+    figures = plotting.render(analysis, "png")
+    return {name: (data, plotting.alt_text(analysis, name)) for name, data in figures.items()}

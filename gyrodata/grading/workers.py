@@ -1,0 +1,293 @@
+"""A crew of processes: a time limit for each piece of work, and none that hangs or dies takes another along.
+
+Each worker has a pipe of its own. Pools share one and its locks among all workers, and a worker that is killed at the
+wrong moment then stops the whole pool; here it costs one piece of work, which is tried once more.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import sys
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
+from typing import Any, Generic, TypeVar
+
+from gyrodata.errors import Diagnostic, InputError, register
+from gyrodata.grading.archives import size_text
+
+Task = TypeVar("Task")
+Answer = TypeVar("Answer")
+
+MEMORY = 2_000_000_000
+"""Address space of a worker [byte], where the system keeps to it; grading one log takes a tenth."""
+
+START = 60.0
+"""A worker that has not started after this [s] never will."""
+
+TRIES = 2
+"""How often work is begun whose worker dies; a time limit is not waited for twice."""
+
+G761 = register("G761", "error", "no process can be started to grade in", "grade class, with no process left")
+
+
+@dataclass(frozen=True, slots=True)
+class Lost:
+    """Work that was not finished."""
+
+    why: str
+    """In words."""
+
+
+def count_workers() -> int:
+    """Tell how many processors there are for this process."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def in_workers(
+    work: Callable[[Task], Answer], tasks: Sequence[Task], workers: int, limit: float
+) -> Iterator[tuple[Task, Answer | Lost]]:
+    """Do work in processes.
+
+    Parameters
+    ----------
+    work : callable
+        Does one task. It is sent to each worker once, so that it must be picklable, as tasks and answers must be.
+    tasks : sequence
+        Given out in this order.
+    workers : int
+        How many processes at most.
+    limit : float
+        Time for one task [s].
+
+    Yields
+    ------
+    tuple
+        Each task with its answer, in the order in which they are done; `Lost` where the work raised, took too long,
+        or its process died.
+
+    Raises
+    ------
+    InputError
+        No process can be started.
+    """
+    crew = _Crew(work, tasks, workers, limit)
+    try:
+        yield from crew.run()
+    finally:
+        crew.dismiss()
+
+
+# --- in the workers -----------------------------------------------------------------------------------------
+
+
+def _serve(connection: Connection, work: Callable[[Any], Any], limit: float) -> None:
+    """Do tasks until nobody asks for more."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for whoever started the crew
+    _limit_memory()
+    with suppress(EOFError, OSError):
+        connection.send((True, None))
+        while True:
+            task = connection.recv()
+            # Should nobody be left to stop it, it ends by itself.
+            _alarm(2 * limit)
+            try:
+                answer = True, work(task)
+            except MemoryError:
+                answer = False, f"it needs more memory than {size_text(MEMORY)}"
+            except Exception as error:
+                # Whatever breaks on one submission is told there, and the others go on.
+                answer = False, f"the tool broke on it ({type(error).__name__}: {str(error)[:200]})"
+            _alarm(0.0)
+            connection.send(answer)
+
+
+def _limit_memory() -> None:
+    if sys.platform == "linux":
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_AS, (MEMORY, resource.getrlimit(resource.RLIMIT_AS)[1]))
+
+
+def _alarm(seconds: float) -> None:
+    if hasattr(signal, "setitimer"):
+        signal.setitimer(signal.ITIMER_REAL, seconds)
+
+
+# --- who gives out the work ---------------------------------------------------------------------------------
+
+
+class _Worker(Generic[Task]):
+    """One process, and the task that it has.
+
+    Parameters
+    ----------
+    context : BaseContext
+        How processes are started.
+    work : callable
+        What it does.
+    limit : float
+        Time for one task [s].
+    """
+
+    def __init__(self, context: Any, work: Callable[[Task], Any], limit: float) -> None:
+        self.connection, theirs = context.Pipe()
+        self.process = context.Process(target=_serve, args=(theirs, work, limit), daemon=True)
+        with _uninterrupted():
+            self.process.start()
+        theirs.close()  # so that the pipe ends when the worker does
+        self.limit = limit
+        self.started = False
+        self.deadline = time.monotonic() + START
+        self.task: tuple[Task, int] | None = None
+
+    def give(self, task: tuple[Task, int]) -> None:
+        """Send a task; a worker that is gone is found when its answer is read."""
+        self.task = task
+        self.deadline = time.monotonic() + self.limit
+        with suppress(OSError):
+            self.connection.send(task[0])
+
+    def stop(self, patience: float = 0.0) -> str:
+        """End the process, after some time to end by itself [s], and say how it ended."""
+        self.connection.close()
+        if patience:
+            self.process.join(patience)
+        self.process.kill()
+        self.process.join()
+        code = self.process.exitcode or 0
+        if code >= 0:
+            return f"its process ended (exit code {code})"
+        name = signal.Signals(-code).name if -code in set(signal.Signals) else f"signal {-code}"
+        return f"its process was killed ({name})" + (", perhaps for want of memory" if name == "SIGKILL" else "")
+
+
+class _Crew(Generic[Task, Answer]):
+    """All workers, and the tasks that wait.
+
+    Parameters
+    ----------
+    work : callable
+        Does one task.
+    tasks : sequence
+        All of them.
+    workers : int
+        How many processes at most.
+    limit : float
+        Time for one task [s].
+    """
+
+    def __init__(self, work: Callable[[Task], Answer], tasks: Sequence[Task], workers: int, limit: float) -> None:
+        self.work, self.most, self.limit = work, workers, limit
+        self.waiting = deque((task, 1) for task in tasks)
+        self.workers: list[_Worker[Task]] = []
+        self.stillborn = 0
+        self.context = _context()
+
+    def run(self) -> Iterator[tuple[Task, Answer | Lost]]:
+        """Give out tasks and take answers until there are none left."""
+        while active := self._busy():
+            now = time.monotonic()
+            patience = max(0.0, min(worker.deadline for worker in active) - now)
+            heard = wait([worker.connection for worker in active], patience)
+            for worker in active:
+                if worker.connection in heard:
+                    done = self._hear(worker)
+                elif time.monotonic() > worker.deadline:
+                    done = self._give_up(worker)
+                else:
+                    continue
+                if done is not None:
+                    yield done
+
+    def dismiss(self) -> None:
+        """Send everybody home, in the middle of a task too."""
+        for worker in self.workers:
+            worker.stop()
+
+    def _busy(self) -> list[_Worker[Task]]:
+        """Give everybody something to do, and list who is at it."""
+        at_work = sum(worker.task is not None for worker in self.workers)
+        while len(self.workers) < min(self.most, len(self.waiting) + at_work):
+            try:
+                self.workers.append(_Worker(self.context, self.work, self.limit))
+            except OSError as error:
+                raise _no_process(error.strerror or str(error)) from None
+        for worker in self.workers:
+            if self.waiting and worker.started and worker.task is None:
+                worker.give(self.waiting.popleft())
+        if not self.waiting and not any(worker.task for worker in self.workers):
+            return []
+        return [worker for worker in self.workers if worker.task is not None or not worker.started]
+
+    def _hear(self, worker: _Worker[Task]) -> tuple[Task, Answer | Lost] | None:
+        """Take what a worker sends: that it has started, an answer, or its end."""
+        try:
+            fine, answer = worker.connection.recv()
+        except (EOFError, OSError):
+            return self._bury(worker)
+        if worker.task is None:
+            worker.started, self.stillborn = True, 0
+            return None
+        (task, _), worker.task = worker.task, None
+        return task, answer if fine else Lost(answer)
+
+    def _bury(self, worker: _Worker[Task]) -> tuple[Task, Answer | Lost] | None:
+        """Put up with a worker that died: its task is tried again."""
+        self.workers.remove(worker)
+        how = worker.stop(patience=5.0)
+        if worker.task is None:
+            self.stillborn += 1
+            if self.stillborn > self.most + TRIES:
+                raise _no_process(how)
+            return None
+        task, tries = worker.task
+        if tries < TRIES:
+            self.waiting.appendleft((task, tries + 1))
+            return None
+        return task, Lost(how)
+
+    def _give_up(self, worker: _Worker[Task]) -> tuple[Task, Answer | Lost] | None:
+        """Stop a worker that takes too long."""
+        self.workers.remove(worker)
+        worker.stop()
+        if worker.task is None:
+            raise _no_process(f"none had started after {START:g} s")
+        return worker.task[0], Lost(f"it took over {self.limit:g} s")
+
+
+def _context() -> Any:
+    """How processes are started: by fork from a lean server that has loaded the code, where there is one."""
+    for library in ("OPENBLAS", "OMP", "MKL"):
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")  # the workers are the threads
+    if "forkserver" not in multiprocessing.get_all_start_methods():
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(["gyrodata.grading.grade"])
+    return context
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Start processes that never hear Ctrl-C, not even while they start."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _no_process(why: str) -> InputError:
+    message = f"no process can be started to grade in: {why}"
+    return InputError([Diagnostic(G761, "error", message, "close other programs, or give --workers 1")])

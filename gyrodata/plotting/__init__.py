@@ -8,7 +8,8 @@ is laid out by trial, which makes the figures quick and their bytes the same on 
 from __future__ import annotations
 
 from gyrodata.plotting.figures import FIGURES, draw, render
+from gyrodata.plotting.scene import Look, list_looks
 from gyrodata.plotting.style import MEDIA, Form
 from gyrodata.plotting.words import alt_text
 
-__all__ = ["FIGURES", "MEDIA", "Form", "alt_text", "draw", "render"]
+__all__ = ["FIGURES", "MEDIA", "Form", "Look", "alt_text", "draw", "list_looks", "render"]

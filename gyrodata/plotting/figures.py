@@ -95,7 +95,7 @@ def _draw_product(ax: Axes, scene: Scene) -> None:
     bottom, top = zero_range(scene.product, scene.product_u, scene.hollow)
     ax.set_xlim(0.0, right)
     ax.set_ylim(bottom, top)
-    name_axes(ax, "spin ψ̇ [rpm]", "precession rate × spin, φ̇ψ̇ [rad²/s²]")
+    name_axes(ax, "spin ψ̇ [rpm]", "φ̇ψ̇ [rad²/s²]")
     means = [group.summary.product for group in scene.groups]
     widths = [2 * group.summary.product_u for group in scene.groups]
     colours = [group.colour for group in scene.groups]
@@ -120,8 +120,8 @@ def _draw_product(ax: Axes, scene: Scene) -> None:
     draw_runs(ax, scene, marks)
     name_runs(ax, marks, odd_names(scene, scene.product, product, "", "↓↑"))
     label_margin(ax, scene, means, [mean_text(group) for group in scene.groups])
-    bands = f"lines and bands: weighted mean ± 2u; {bars_note(ax, marks)}"
-    write_title(ax, "φ̇ψ̇ for each torque", with_hollow(scene, bands))
+    bands = f"bands: weighted mean ± 2u; {bars_note(ax, marks)}"
+    write_title(ax, "Precession rate × spin for each torque", with_hollow(scene, bands))
 
 
 def _draw_torque(ax: Axes, scene: Scene) -> None:
@@ -177,7 +177,7 @@ def _draw_residuals(ax: Axes, scene: Scene) -> None:
     limit = max(3.5, 1.15 * float(np.abs(deviations[~scene.hollow]).max(initial=0.0)))
     ax.set_xlim(0.4, count + 0.6)
     ax.set_ylim(-limit, limit)
-    name_axes(ax, "run, in the order of the log", "time − prediction of the other runs [u]")
+    name_axes(ax, "run, in the order of the log", "time − prediction [u]")
     ax.axhspan(-2, 2, color="#0072B2", alpha=0.1, linewidth=0)
     ax.axhline(0, color=SOFT, linewidth=0.8)
     _run_ticks(ax, scene.names)
@@ -193,7 +193,7 @@ def _draw_residuals(ax: Axes, scene: Scene) -> None:
     title = f"Residuals: {inside} of {len(kept)} runs within ± 2 standard uncertainties"
     if scene.dof < 1:
         title = "Residuals: as many unknowns as runs, so they tell nothing"
-    write_title(ax, title, with_hollow(scene, "band: ± 2u, where about 95 % of good runs lie"))
+    write_title(ax, title, with_hollow(scene, "predicted by the other runs; about 95 % of good runs lie in the band"))
 
 
 def _run_ticks(ax: Axes, names: Sequence[str]) -> None:

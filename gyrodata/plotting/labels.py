@@ -21,6 +21,9 @@ _LETTER = 4.7
 _LINE = 10.0
 """Height of a line of such letters [point]."""
 
+_SHARE = {"left": 0.0, "center": 0.5, "right": 1.0}
+"""How much of a name lies left of the point that it is set by."""
+
 # Where a name may stand: its side of the dot, and how far across and up from it [point]; the nearest first.
 _PLACES = [("left", 7.0, 0.0), ("right", -7.0, 0.0), ("center", 0.0, 10.0), ("center", 0.0, -10.0)] + [
     (side, across, up)
@@ -46,12 +49,12 @@ def odd_names(scene: Scene, values: Floats, drawn: Floats, unit: str, arrows: st
     Returns
     -------
     dict of int to str
-        "run 5", "run 5, left out ↑ 320 s", "no weight ↑ 2029 s".
+        "run 5", "run 5 ↑ 320 s", "no weight ↑ 2029 s".
     """
     labels = {i: group.label for group in scene.groups for i in group.members}
     names = {}
     for i in range(len(scene.names)):
-        name = run_name(scene.names[i]) + ", left out" * bool(scene.left_out[i]) if scene.hollow[i] else labels[i]
+        name = run_name(scene.names[i]) if scene.hollow[i] else labels[i]
         if values[i] != drawn[i]:
             names[i] = f"{name} {arrows[int(values[i] > drawn[i])]} {as_number(values[i])}{unit}"
         elif scene.hollow[i]:
@@ -83,6 +86,10 @@ def name_runs(ax: Axes, marks: Marks, names: Mapping[int, str]) -> None:
             color=INK,
             annotation_clip=False,
             bbox={"facecolor": "white", "alpha": 0.75, "linewidth": 0, "pad": 0.6},
+            # What stands apart from its dot is tied to it.
+            arrowprops={"arrowstyle": "-", "color": SOFT, "linewidth": 0.6, "relpos": (_SHARE[side], 0.5)}
+            if abs(up) > 15
+            else None,
             zorder=2.9,
         )
 
@@ -90,7 +97,7 @@ def name_runs(ax: Axes, marks: Marks, names: Mapping[int, str]) -> None:
 def _box(text: str, side: str, x: float, y: float) -> tuple[float, float, float, float]:
     """Left, bottom, right and top of a name [point]."""
     width = _LETTER * len(text)
-    left = x - {"left": 0.0, "center": 0.5, "right": 1.0}[side] * width
+    left = x - _SHARE[side] * width
     return left, y - _LINE / 2, left + width, y + _LINE / 2
 
 

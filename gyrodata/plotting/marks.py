@@ -49,11 +49,11 @@ def _bars(ax: Axes, marks: Marks, colours: Sequence[str]) -> None:
 
 
 def bars_note(ax: Axes, marks: Marks) -> str:
-    """Say what the error bars are, or that the dots hide them all."""
+    """Say what the error bars are, or that the dots hide them all; u is one standard uncertainty."""
     ends = np.stack([np.column_stack([marks.x, marks.y]), np.column_stack([marks.x + marks.x_u, marks.y + marks.y_u])])
     middle, end = ax.transData.transform(ends.reshape(-1, 2)).reshape(ends.shape) * 72 / ax.figure.dpi
     if np.all(np.abs(end - middle) < MARK / 2):
-        return "± 1 standard uncertainty is smaller than the dots"
+        return "bars, ± 1u, are within the dots"
     return "bars: ± 1 standard uncertainty"
 
 
@@ -106,7 +106,7 @@ def with_hollow(scene: Scene, text: str) -> str:
     """Add to a note what hollow marks mean, where there are any."""
     if not scene.hollow.any():
         return text
-    return f"{text}; hollow: flagged"
+    return f"{text}; hollow: {'left out' if (scene.left_out == scene.hollow).all() else 'flagged'}"
 
 
 def _plain(value: float, _position: object = None) -> str:

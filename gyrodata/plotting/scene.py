@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,17 @@ UNLOADED = ("#666666", "X")
 
 MANY = 10
 """More torques than this get one compact list of labels."""
+
+
+class Look(NamedTuple):
+    """How one torque is drawn, in every figure."""
+
+    label: str
+    """What stood on the rod: "20 g at 15 cm"."""
+    colour: str
+    """"#rrggbb"."""
+    marker: str
+    """As matplotlib writes it: "o"."""
 
 
 @dataclass(frozen=True)
@@ -107,6 +119,24 @@ def gather(analysis: Analysis, grey_safe: bool = False) -> Scene:
         dof=analysis.fit.dof,
         inertia_text=f"{with_u(analysis.inertia.value, analysis.inertia.u)} kg·m²",
     )
+
+
+def list_looks(analysis: Analysis, grey_safe: bool = False) -> tuple[Look, ...]:
+    """Tell how each torque is drawn, for a page that shows the same marks beside its tables.
+
+    Parameters
+    ----------
+    analysis : Analysis
+        What `analyze` gives.
+    grey_safe : bool
+        As `choose_looks` takes it.
+
+    Returns
+    -------
+    tuple of Look
+        One for each of `analysis.torques`.
+    """
+    return tuple(Look(group.label, group.colour, group.marker) for group in _groups(analysis, grey_safe))
 
 
 def _relative(measured: Measurements, quantity: str, values: Floats) -> Floats:
@@ -200,8 +230,8 @@ def _group_label(measured: Measurements, i: int) -> str:
 
 
 def as_number(value: float) -> str:
-    """Write a reading with four digits and a real minus."""
-    return f"{value:.4g}".replace("-", "−")
+    """Write a reading with four digits, or all those before the point, and a real minus."""
+    return (f"{value:.0f}" if 1e4 <= abs(value) < 1e7 else f"{value:.4g}").replace("-", "−")
 
 
 def _short(name: str) -> str:

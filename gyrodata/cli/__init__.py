@@ -10,6 +10,7 @@ from gyrodata import __version__
 from gyrodata.cli.analyze import analyze
 from gyrodata.cli.check import check
 from gyrodata.cli.contracts import schema, template
+from gyrodata.cli.grade import autograde, grade
 from gyrodata.cli.predict import predict
 from gyrodata.cli.selfcheck import selfcheck
 from gyrodata.cli.simulate import simulate
@@ -41,6 +42,8 @@ app.command(epilog="Example:  gyro check sample_data/air_gyroscope.csv")(check)
 app.command(epilog="Example:  gyro template --weights 20g,40g,60g --position 15cm --spins 200,400,600rpm > log.csv")(
     template
 )
+app.command(epilog="Example:  gyro grade sample_data/class")(grade)
+app.command(hidden=True)(autograde)
 app.add_typer(predict, name="predict")
 app.command(
     epilog='Example:  gyro simulate --inertia "4.44e-3 kg m^2" --weights 20g,40g,60g --position 15cm '

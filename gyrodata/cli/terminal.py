@@ -43,15 +43,32 @@ def refuse(code: str, message: str, hint: str) -> NoReturn:
     raise InputError([Diagnostic(code, "error", message, hint)])
 
 
-def progress_bar(whole: int) -> Callable[[int], None] | None:
-    """Show how far a long computation is, on a terminal only."""
+def progress_bar(whole: int, clock: Callable[[], float] | None = None, what: str = "") -> Callable[[int], None] | None:
+    """Show how far a long computation is, and by a clock [s] how long it still takes, on a terminal only."""
     if not sys.stderr.isatty():
         return None
+    first: tuple[int, float] | None = None
 
     def show(done: int) -> None:
-        typer.echo(f"\r{done} of {whole}" if done < whole else "\r\033[K", err=True, nl=False)
+        nonlocal first
+        left = ""
+        if clock is not None:
+            now = clock()
+            # What was done before the first call, an earlier run perhaps did.
+            first = first or (done, now)
+            if done > first[0]:
+                left = f", {time_text((now - first[1]) * (whole - done) / (done - first[0]))} left"
+        typer.echo(f"\r{what}{done} of {whole}{left}\033[K" if done < whole else "\r\033[K", err=True, nl=False)
 
     return show
+
+
+def time_text(seconds: float) -> str:
+    """Write a time to wait: "5 s", "3 min", "1 h 20 min"."""
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    hours, minutes = divmod(round(seconds / 60), 60)
+    return f"{hours} h {minutes} min" if hours else f"{minutes} min"
 
 
 def source_of(log: str) -> dict[str, Any]:

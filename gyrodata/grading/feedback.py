@@ -69,6 +69,34 @@ def feedback_html(
     return environment().get_template("feedback.html.jinja").render(_content(grade), images=images)
 
 
+def feedback_comment(grade: Grade) -> str:
+    """Write the feedback for one student in a few lines of plain text, for the comment field of a gradebook.
+
+    Parameters
+    ----------
+    grade : Grade
+        What was found.
+
+    Returns
+    -------
+    str
+        Not escaped: it is text.
+    """
+    if grade.status != "graded":
+        return f"Not graded yet; nothing is lost, and somebody will look at it. {_sentence(grade.why)}"
+    lines = [f"{points_text(grade.points)} of {points_text(grade.out_of)} points."]
+    lines += [f"A slip to look for: {_sentence(slip.words)} To check: {_sentence(slip.check)}" for slip in grade.slips]
+    lines += [
+        f"{_plain(one.title)}: {points_text(one.points)} of {points_text(one.out_of)}. {_sentence(one.reason)}"
+        for one in grade.marks
+        if one.points is not None and one.points < one.out_of
+    ]
+    if grade.late_reason:
+        taken = f" {points_text(grade.late_deduction)} points were taken off for it." if grade.late_deduction else ""
+        lines.append(f"{_sentence(grade.late_reason)}{taken}")
+    return "\n".join(lines)
+
+
 @lru_cache(maxsize=1)
 def environment() -> Environment:
     """Give what reads the room's templates: HTML escaped, one-line filters for texts from outside.
@@ -182,6 +210,8 @@ _MARKDOWN_SIGNS = re.compile(r"([\\`*_\[\]|~$])")
 def _plain(text: object) -> str:
     """One line without control characters."""
     line = " ".join(str(text).split())
+    if line.isascii() and line.isprintable():
+        return line
     return "".join(c for c in line if c in _KEPT_FORMATS or not unicodedata.category(c).startswith("C"))
 
 

@@ -71,7 +71,7 @@ def feedback_names(found: ClassGrades) -> dict[str, str]:
 
 
 def write_feedback(
-    found: ClassGrades, folder: Path, way: Way, progress: Callable[[int, int], None] | None = None
+    found: ClassGrades, folder: Path, way: Way, progress: Callable[[int], None] | None = None
 ) -> tuple[str, ...]:
     """Write the feedback of a class into a folder and a zip.
 
@@ -84,7 +84,7 @@ def write_feedback(
     way : Way
         Workers, time limit, and where the figures are.
     progress : callable, optional
-        Told how many of how many are written.
+        Told how many are written.
 
     Returns
     -------
@@ -112,7 +112,7 @@ def write_feedback(
                 write_whole(folder / FOLDER / f"{name}{ending}", [text.encode("utf-8", "replace")])
             written.append(name)
         if progress is not None:
-            progress(len(written) + len(lost), len(tasks))
+            progress(len(written) + len(lost))
     _write_archive(folder, sorted(written))
     return tuple(sorted(lost))
 

@@ -151,6 +151,12 @@ class Journal:
             raise cannot_write(self.path.parent, error) from None
         return entries
 
+    def torn(self) -> Diagnostic:
+        """Say that lines could not be read."""
+        count = "1 line" if self.damaged == 1 else f"{self.damaged} lines"
+        message = f"{count} of the journal cannot be read; what stood there was graded again"
+        return Diagnostic(G762, "note", message, file=self.path.name)
+
     def add(self, entry: Entry) -> None:
         """Write a line at the end, whole, at once.
 

@@ -41,8 +41,8 @@ class Way:
     """False where nothing is written, the journal neither."""
     figures: Path | None = None
     """Folder for each student's figures; None: none are drawn."""
-    progress: Callable[[int, int], None] | None = None
-    """Told how many of how many are done."""
+    progress: Callable[[int], None] | None = None
+    """Told how many are done."""
     grader: Grader = grade_submission
     """What makes a grade."""
 
@@ -122,13 +122,15 @@ def _entries(submissions: Submissions, rubric: Rubric, way: Way) -> dict[str, tu
     del known
     waiting = [item for item in submissions.items if reasons[item.student]]
     work = _Work(rubric, way.grader, way.figures is not None)
+    if way.progress is not None:
+        way.progress(len(entries))
     for item, answer in in_workers(work, waiting, way.workers, way.limit):
         entry = _entry(item, bases[item.student], answer, rubric, way)
         entries[item.student] = entry
         if way.journal is not None and way.keep:
             way.journal.add(entry)
         if way.progress is not None:
-            way.progress(len(entries), len(submissions.items))
+            way.progress(len(entries))
     return {student: (entries[student], why) for student, why in reasons.items()}
 
 

@@ -157,6 +157,12 @@ class Submissions:
     items: tuple[Submission, ...]
     diagnostics: tuple[Diagnostic, ...] = ()
 
+    @property
+    def aliases(self) -> dict[str, str]:
+        """Every name by which a student may be called, with the student's key; a key goes before others' names."""
+        names = {name: item.student for item in self.items for name in (item.name, *item.ids.values())}
+        return names | {item.student: item.student for item in self.items}
+
 
 def find_submissions(
     path: str | Path, lms: str = "auto", pattern: str | None = None, attempts: Attempts = "newest"

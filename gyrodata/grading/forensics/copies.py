@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -27,6 +27,12 @@ SAME_TORQUE = 0.1
 
 TELLING = 0.5
 """A row that would agree by chance more often than this tells nothing and is not counted."""
+
+FEWEST = 3
+"""Rows in common from which a pair is flagged, however rare."""
+
+SPINS_TELL = 0.001
+"""Share of pairs below which more spins in common tell no more: a class may have reasons for them."""
 
 WORK = 5_000_000
 """Comparisons of rows that the base rate may cost; in a larger class, some logs stand for the others."""
@@ -56,10 +62,10 @@ def flag_shared_rows(logs: Logs) -> tuple[list[Flag], set[tuple[int, int]]]:
     rows = _Rows(logs)
     chances = rows.chances()
     pairs = []
-    for first, second in rows.candidates(chances.strictest):
+    for first, second in rows.candidates(chances):
         alike = rows.compare(first, second)
-        expected = chances.expected(alike.p) + alike.p
-        if expected <= ALLOWED:
+        expected = chances.expected(alike.compared, alike.p)
+        if len(alike.rows) >= FEWEST and expected <= ALLOWED:
             pairs.append(Pair(alike.p, expected, first, second))
     flags = flag_pairs("shared rows", pairs, logs.keys, logs.current, lambda pair: rows.tell(pair.first, pair.second))
     return flags, {(pair.first, pair.second) for pair in pairs}
@@ -70,45 +76,63 @@ class Alike(NamedTuple):
 
     rows: list[tuple[int, int]]
     """Rows that agree, one of each log; numbers of `Logs`."""
+    compared: int
+    """Rows that could agree."""
     chance: float
-    """Mean chance that a row that could agree does."""
+    """Mean chance that one of them does."""
     p: float
     """Chance that as many agree, or more."""
 
 
 class Chances:
-    """How many pairs of honest logs are as much alike as some p, added up over the class.
+    """How many pairs of honest logs are as much alike as a given pair, added up over the class.
+
+    Pairs are ranked by the chance that so many of their rows agree, times the share of pairs with as many rows
+    that could: many spins in common are rarer in one class than in another.
 
     Parameters
     ----------
     counted : dict
-        For each number of rows that could agree and chance of one, how many pairs have them.
+        For each number of rows that could agree and mean chance of one, how many pairs looked at have them.
+    weight : float
+        Pairs in the class for each pair looked at.
 
     Notes
     -----
-    Numbers of rows are whole, so a pair reaches few values of p; the chance of reaching p or less is the largest
-    of these values that is not above p, which may be far less than p (R. E. Tarone, Biometrics 46, 1990, 515).
+    Numbers of rows are whole, so a pair reaches few values of its rank, each with a chance of its own, which may
+    be far less than that of the pair it is held against (R. E. Tarone, Biometrics 46, 1990, 515).
     """
 
-    def __init__(self, counted: dict[tuple[int, float], float]) -> None:
+    def __init__(self, counted: Mapping[tuple[int, float], float], weight: float) -> None:
+        self._weight = max(weight, 1.0)
+        most = max((compared for compared, _ in counted), default=0)
+        number = np.zeros(most + 1)
+        for (compared, _), pairs in counted.items():
+            number[compared] += pairs
+        # One more, for the pair in question, which a sample may have missed.
+        self._share = (1 + np.cumsum(number[::-1])[::-1]) / (1 + number.sum())
         steps: list[tuple[float, float]] = []
         for (compared, chance), pairs in counted.items():
-            tails = binomial_tails(compared, chance)
             reached = 0.0
-            for tail in sorted(set(tails)):
-                steps.append((tail, pairs * (tail - reached)))
+            for tail in binomial_tails(compared, chance)[:0:-1]:
+                steps.append((tail * self.share(compared), weight * pairs * (tail - reached)))
                 reached = tail
         steps.sort()
-        self._levels = np.array([level for level, _ in steps])
+        self._ranks = np.array([rank for rank, _ in steps])
         self._expected = np.cumsum([more for _, more in steps])
         inside = int(np.searchsorted(self._expected, ALLOWED, side="right"))
-        self.strictest = float(self._levels[inside]) if inside < len(steps) else 1.0
-        """No pair with a larger p is flagged."""
+        self.last_rank = float(self._ranks[inside]) if inside < len(steps) else 1.0
+        """No pair of a higher rank is flagged."""
 
-    def expected(self, p: float) -> float:
-        """Give the number of honest pairs with this p or less."""
-        inside = int(np.searchsorted(self._levels, p * (1 + _EXACT), side="right"))
-        return float(self._expected[inside - 1]) if inside else 0.0
+    def share(self, compared: int) -> float:
+        """Give the share of pairs with so many rows that could agree, or more, as far as it tells."""
+        return max(float(self._share[min(compared, len(self._share) - 1)]), SPINS_TELL)
+
+    def expected(self, compared: int, p: float) -> float:
+        """Give the number of honest pairs that rank no higher, with one more like this in what was not looked at."""
+        rank = p * self.share(compared) * (1 + _EXACT)
+        inside = int(np.searchsorted(self._ranks, rank, side="right"))
+        return (float(self._expected[inside - 1]) if inside else 0.0) + self._weight * p
 
 
 @lru_cache(maxsize=4096)
@@ -248,7 +272,7 @@ class _Rows:
             counted.update(zip(both.compared[valid].tolist(), bins.tolist(), strict=True))
             if work > WORK and seen:
                 break
-        return Chances({(m, 10 ** (b / _BINS)): count * logs.pairs / seen for (m, b), count in counted.items()})
+        return Chances({(m, 10 ** (b / _BINS)): count for (m, b), count in counted.items()}, logs.pairs / seen)
 
     def _weigh(self, log: int, mine: Integers, other: Integers, chance: Floats) -> _Weighed:
         """Add up the chances that rows of one log (counted from 0) agree with rows of others, from both sides."""
@@ -266,8 +290,8 @@ class _Rows:
         mean_there = np.bincount(owners, there[told_there], minlength=count) / np.maximum(number_there, 1)
         return _Weighed(np.minimum(number_here, number_there), np.maximum(mean_here, mean_there), told_here, told_there)
 
-    def candidates(self, strictest: float) -> Iterator[tuple[int, int]]:
-        """Give the pairs whose rows that agree have so small a chance together, the smaller number first."""
+    def candidates(self, chances: Chances) -> Iterator[tuple[int, int]]:
+        """Give the pairs that may rank low enough to be flagged, the smaller number first."""
         logs = self.logs
         count = len(logs.keys)
         for log in range(logs.current):
@@ -276,12 +300,23 @@ class _Rows:
             mine, other, chance = self._matches(log)
             kept = valid[logs.log[other]]
             place, where = np.unique(mine[kept] * count + logs.log[other[kept]], return_inverse=True)
-            chances = np.bincount(where, chance[kept], minlength=len(place))
-            chances = np.maximum(chances, self.common[logs.rows(log)][place // count])
-            telling = chances <= TELLING
-            together = np.bincount(place[telling] % count, np.log(chances[telling]), minlength=count)
-            for second in np.flatnonzero((together < 0) & (together <= math.log(strictest))):
-                yield log, int(second)
+            single = np.bincount(where, chance[kept], minlength=len(place))
+            single = np.maximum(single, self.common[logs.rows(log)][place // count])
+            telling = single <= TELLING
+            together = np.exp(np.bincount(place[telling] % count, np.log(single[telling]), minlength=count))
+            size = logs.rows(log).stop - logs.rows(log).start
+            near = np.flatnonzero((together <= ALLOWED) & (together * chances.share(size) <= chances.last_rank))
+            for second in near.tolist():
+                if together[second] * chances.share(self._same_spins(log, second)) <= chances.last_rank:
+                    yield log, second
+
+    def _same_spins(self, first: int, second: int) -> int:
+        """Rows of one log that have the spin of a row of the other, at most."""
+        logs = self.logs
+        here, there = logs.rows(first), logs.rows(second)
+        step = np.maximum(logs.spin_step[here, None], logs.spin_step[there])
+        same = np.abs(logs.spin[here, None] - logs.spin[there]) <= 0.5 * step + _EXACT * logs.spin[there]
+        return int(same.any(axis=1).sum())
 
     def compare(self, first: int, second: int) -> Alike:
         """Compare two logs row by row."""
@@ -301,7 +336,7 @@ class _Rows:
                 rows.append((i, j))
         compared, mean = int(both.compared[second]), float(both.chance[second])
         p = binomial_tails(compared, mean)[min(len(rows), compared)]
-        return Alike(rows, mean, max(p, LEAST))
+        return Alike(rows, compared, mean, max(p, LEAST))
 
     def tell(self, first: int, second: int) -> str:
         """Put what two logs have in common into words."""

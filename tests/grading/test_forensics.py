@@ -1,0 +1,272 @@
+"""Copied, edited and invented logs are flagged with their evidence; honest ones hardly ever are."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from grading.students import HEADER, RPM, Course, Row, honest_class, honest_log, print_of, prints_of, text, with_times
+
+from gyrodata.grading.forensics import (
+    ALLOWED,
+    KINDS,
+    Exemptions,
+    Fingerprint,
+    Flag,
+    copies,
+    digits,
+    edits,
+    flag_class,
+    scatter,
+)
+
+COURSE = Course()
+CONVERTED = "Zeit [s];Spin [rad/s];turns;position [mm];mass [kg]"
+
+
+@pytest.fixture(scope="module")
+def logs() -> dict[str, list[Row]]:
+    return honest_class(np.random.default_rng(1), COURSE, 100)
+
+
+@pytest.fixture(scope="module")
+def prints(logs: dict[str, list[Row]]) -> dict[str, Fingerprint]:
+    return prints_of(logs)
+
+
+def changed(rows: list[Row], which: tuple[int, ...]) -> list[Row]:
+    """Give other times and spins to some rows."""
+    return [
+        (m, x, f"{float(spin) + 9:.0f}", f"{1.03 * float(time):.2f}", turns)
+        if i in which
+        else (m, x, spin, time, turns)
+        for i, (m, x, spin, time, turns) in enumerate(rows)
+    ]
+
+
+def shuffled(rows: list[Row]) -> list[Row]:
+    return [rows[i] for i in np.random.default_rng(3).permutation(len(rows))]
+
+
+def converted(rows: list[Row]) -> str:
+    """The same table in other units, rounded on the way, with its columns in another order."""
+    lines = [
+        f"{time};{float(spin) * RPM:.2f};{turns};{10 * float(x):.0f};{float(m) / 1000:.3f}"
+        for m, x, spin, time, turns in rows
+    ]
+    return "# g: 9.803 m/s^2\n" + "\n".join([CONVERTED, *lines]) + "\n"
+
+
+def as_periods(rows: list[Row]) -> str:
+    """Spin periods, and the periods of precession worked out."""
+    parts = {"1/3": 1 / 3, "2/3": 2 / 3, "1": 1.0}
+    lines = [f"{m},{x},{60 / float(s):.4f},{float(t) / parts[f]:.2f}" for m, x, s, t, f in rows]
+    return "# g: 9.803 m/s^2\nmass [g],position [cm],spin period [s],precession period [s]\n" + "\n".join(lines) + "\n"
+
+
+def flags_with(prints: dict[str, Fingerprint], log: str, student: str = "zz") -> tuple[Flag, ...]:
+    return flag_class({**prints, student: print_of(log)})
+
+
+COPIES: dict[str, Callable[[list[Row]], str]] = {
+    "as it is": text,
+    "reordered": lambda rows: text(shuffled(rows)),
+    "in other units": converted,
+    "three rows changed": lambda rows: text(changed(rows, (0, 4, 8))),
+    "reordered, in other units, three rows changed": lambda rows: converted(shuffled(changed(rows, (1, 3, 8)))),
+    "periods worked out": lambda rows: as_periods(shuffled(rows)),
+    "rounded to tenths": lambda rows: text(with_times(rows, lambda time: time, 1)),
+    "rounded, reordered, in other units, three rows changed": lambda rows: converted(
+        shuffled(with_times(changed(rows, (2, 5, 6)), lambda time: time, 1))
+    ),
+    "four rows only": lambda rows: text([rows[i] for i in (1, 3, 5, 8)]),
+}
+
+
+@pytest.mark.parametrize("how", COPIES)
+def test_a_copy_is_found(how: str, logs: dict[str, list[Row]], prints: dict[str, Fingerprint]) -> None:
+    flags = flags_with(prints, COPIES[how](logs["s00002"]))
+    assert [(flag.kind, flag.students) for flag in flags] == [("shared rows", ("s00002", "zz"))]
+    assert flags[0].p <= flags[0].expected <= ALLOWED
+
+
+EDITS: dict[str, Callable[[float], float]] = {
+    "later by 0.08 s": lambda time: time + 0.08,
+    "3 % longer": lambda time: 1.03 * time,
+    "a tenth shorter, and shifted": lambda time: 0.9 * time + 0.21,
+}
+
+
+@pytest.mark.parametrize("how", EDITS)
+def test_a_table_shifted_or_scaled_is_found(
+    how: str, logs: dict[str, list[Row]], prints: dict[str, Fingerprint]
+) -> None:
+    flags = flags_with(prints, text(shuffled(with_times(logs["s00002"], EDITS[how]))))
+    assert [(flag.kind, flag.students) for flag in flags] == [("shifted or scaled", ("s00002", "zz"))]
+
+
+def test_residuals_that_come_back_under_other_weights_are_found() -> None:
+    course = replace(COURSE, repeats=2)
+    logs = honest_class(np.random.default_rng(5), course, 60)
+    factor = {"20": 1.02, "40": 0.985, "60": 1.01}
+    edited = [(m, x, spin, f"{factor[m] * float(time):.2f}", turns) for m, x, spin, time, turns in logs["s00007"]]
+    flags = flags_with(prints_of(logs), text(edited))
+    assert [(flag.kind, flag.students) for flag in flags] == [("residuals", ("s00007", "zz"))]
+    assert "correlation 0.99" in flags[0].evidence
+
+
+def test_times_worked_out_from_the_formula_scatter_too_little(prints: dict[str, Fingerprint]) -> None:
+    rows = [
+        (
+            f"{m}",
+            "15.0",
+            f"{spin}",
+            f"{2 * math.pi / 3 * n * 4.44e-3 * spin * RPM / (m * 1e-3 * 9.803 * 0.15):.2f}",
+            f"{n}/3",
+        )
+        for m, n in ((20, 1), (40, 2), (60, 3))
+        for spin in (207, 411, 598)
+    ]
+    flags = flags_with(prints, text(rows))
+    assert [(flag.kind, flag.students) for flag in flags] == [("scatter", ("zz",))]
+
+
+def test_repeats_made_from_one_reading_are_too_equal(prints: dict[str, Fingerprint]) -> None:
+    random = np.random.default_rng(6)
+    lines = [
+        ",".join([m, x, spin, *(f"{float(time) + random.integers(-1, 2) / 100:.2f}" for _ in range(3)), turns])
+        for m, x, spin, time, turns in honest_log(random, COURSE, 1)
+    ]
+    header = HEADER.replace("time [s]", "time_1 [s],time_2 [s],time_3 [s]")
+    flags = flags_with(prints, "# g: 9.803 m/s^2\n" + "\n".join([header, *lines]) + "\n")
+    assert "repeats" in {flag.kind for flag in flags if flag.students == ("zz",)}
+
+
+def test_last_digits_that_are_mostly_0_and_5_are_flagged(prints: dict[str, Fingerprint]) -> None:
+    course = replace(COURSE, repeats=5)
+    rows = with_times(honest_log(np.random.default_rng(8), course, 2), lambda time: round(20 * time) / 20)
+    flags = flags_with(prints, text(rows))
+    assert [(flag.kind, flag.students) for flag in flags] == [("digits", ("zz",))]
+    assert "0 and 5 are 100 %" in flags[0].evidence
+
+
+def test_zeros_that_a_spreadsheet_drops_are_digits_too() -> None:
+    rows = honest_log(np.random.default_rng(8), replace(COURSE, repeats=5), 2)
+    dropped = [(m, x, s, t.rstrip("0").rstrip("."), f) for m, x, s, t, f in rows]
+    assert print_of(text(dropped)).digits == print_of(text(rows)).digits
+    assert sum(print_of(text(rows)).digits) == 45
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda log: log.replace("time [s]", "time [min]"),
+        lambda log: log.replace("time [s]", "precession period [s]").replace(",turns", ",note"),
+    ],
+)
+def test_digits_of_converted_or_derived_times_do_not_count(change: Callable[[str], str]) -> None:
+    log = text(with_times(honest_log(np.random.default_rng(8), COURSE, 2), lambda time: time / 60, 4))
+    assert print_of(change(log)).digits == ()
+
+
+def test_five_copies_of_one_log_are_one_flag(logs: dict[str, list[Row]], prints: dict[str, Fingerprint]) -> None:
+    ring = {f"z{i}": print_of(text(changed(logs["s00009"], (i, i + 1)))) for i in range(4)}
+    flags = flag_class({**prints, **ring})
+    assert [(flag.kind, flag.students) for flag in flags] == [("shared rows", ("s00009", "z0", "z1", "z2", "z3"))]
+    assert "and 7 more pairs" in flags[0].evidence
+
+
+def test_partners_and_staff_are_not_flagged(logs: dict[str, list[Row]], prints: dict[str, Fingerprint]) -> None:
+    copied = {**prints, "zz": print_of(text(shuffled(logs["s00004"])))}
+    assert flag_class(copied, Exemptions(groups=(frozenset({"s00004", "zz", "s00005"}),))) == ()
+    assert flag_class(copied, Exemptions(staff=frozenset({"zz"}))) == ()
+    assert len(flag_class(copied, Exemptions(groups=(frozenset({"s00004", "s00005"}),)))) == 1
+
+
+def test_a_third_who_copies_from_partners_is_found(logs: dict[str, list[Row]], prints: dict[str, Fingerprint]) -> None:
+    copied = {**prints, "y": print_of(text(logs["s00004"])), "zz": print_of(text(shuffled(logs["s00004"])))}
+    flags = flag_class(copied, Exemptions(groups=(frozenset({"s00004", "y"}),)))
+    assert [flag.students for flag in flags] == [("s00004", "y", "zz")]
+    assert "s00004 (lines 3, 4, 5, 6, 7, 8, 9, 10, 11) are in y" not in flags[0].evidence
+
+
+def test_last_years_logs_are_compared_but_not_with_each_other(
+    logs: dict[str, list[Row]], prints: dict[str, Fingerprint]
+) -> None:
+    old = {"2023/anna": print_of(text(logs["s00001"])), "2022/ben": print_of(text(logs["s00001"]))}
+    few = {student: prints[student] for student in list(prints)[:20]}
+    flags = flag_class(few, previous=old)
+    assert [(flag.kind, flag.students, flag.previous) for flag in flags] == [
+        ("shared rows", ("s00001",), ("2022/ben", "2023/anna"))
+    ]
+    without = {student: one for student, one in few.items() if student != "s00001"}
+    assert flag_class(without, previous=old) == ()
+
+
+def test_an_example_row_that_everybody_left_in_tells_nothing(logs: dict[str, list[Row]]) -> None:
+    example: list[Row] = [("20", "15.0", "206", "7.06", "1/3"), ("40", "15.0", "407", "13.31", "2/3")]
+    assert flag_class(prints_of({student: example + logs[student][:7] for student in list(logs)[:60]})) == ()
+
+
+def test_evidence_names_rows_and_rates(logs: dict[str, list[Row]], prints: dict[str, Fingerprint]) -> None:
+    rows = shuffled(with_times(changed(logs["s00002"], (0, 4, 8)), lambda time: time, 1))
+    few = {student: prints[student] for student in list(prints)[:40]}
+    (flag,) = flags_with(few, text(rows), "mallory")
+    assert flag.evidence == (
+        "6 of 9 rows of mallory (lines 3, 5, 6, 8, 9, 10) are in s00002 (lines 4, 5, 6, 8, 9, 10), with the same spin "
+        "and the same precession period, in another order, not typed to the same digit; of rows with the same spin, "
+        "1 in 3 would have the same period by chance"
+    )
+
+
+def test_flags_do_not_depend_on_the_order_of_the_class(
+    logs: dict[str, list[Row]], prints: dict[str, Fingerprint]
+) -> None:
+    planted = {
+        **prints,
+        "zz": print_of(text(logs["s00002"])),
+        "a": print_of(text(with_times(logs["s00030"], lambda t: t + 0.1))),
+    }
+    there, back = flag_class(planted), flag_class(dict(reversed(planted.items())))
+    assert there == back
+    assert [flag.kind for flag in there] == ["shared rows", "shifted or scaled"]
+
+
+@pytest.mark.parametrize("students", [0, 1, 2, 5])
+def test_small_classes_are_no_trouble(students: int) -> None:
+    assert flag_class(prints_of(honest_class(np.random.default_rng(2), COURSE, students))) == ()
+
+
+def test_logs_without_comparable_times_are_no_trouble() -> None:
+    log = "torque [N*m],spin [rpm],precession rate [rad/s]\n0.03,{},0.30\n0.03,500,0.13\n"
+    assert flag_class({f"s{i}": print_of(log.format(400 + i)) for i in range(4)}) == ()
+
+
+CLASSES = {
+    "as in a course": COURSE,
+    "one station, spins hit exactly, good hands": replace(COURSE, stations=1, missed=0.0, hand=(0.05, 0.08)),
+    "three repeats with one reading of the spin": replace(COURSE, repeats=3, same_spin=True, missed=2.0),
+    "tenths of a second": replace(COURSE, decimals=1, missed=0.0),
+    "a bend that all share": replace(COURSE, bend=0.05, missed=0.0, stations=1),
+}
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_honest_classes_get_no_more_flags_than_stated(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    # With 40 times as many allowed, a few classes tell what a hundred would.
+    allowed, classes = 2.0, 3
+    for module in (copies, edits, scatter, digits):
+        monkeypatch.setattr(module, "ALLOWED", allowed)
+    counts: Counter[str] = Counter()
+    for seed in range(classes):
+        flags = flag_class(prints_of(honest_class(np.random.default_rng([11, seed]), CLASSES[name], 60)))
+        assert all(flag.expected <= allowed for flag in flags)
+        counts.update(flag.kind for flag in flags)
+        assert not any(flag.expected <= ALLOWED for flag in flags)
+    # Four standard deviations of a count.
+    assert all(counts[kind] <= allowed * classes + 4 * math.sqrt(allowed * classes) for kind in KINDS)
+    assert sum(counts.values()) <= allowed * classes * 2

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn
 
 import typer
 
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from gyrodata.readings import Readings
 
 G603 = register("G603", "error", "the report cannot be written", "analyze log.csv --out /dev/null")
+G604 = register("G604", "error", "values are not words in this form", "analyze log.csv --format csv --values short")
+G605 = register("G605", "error", "what cannot be watched", "analyze a.csv b.csv --watch")
 
 
 class Format(StrEnum):
@@ -29,6 +31,15 @@ class Format(StrEnum):
     json = "json"
     ndjson = "ndjson"
     csv = "csv"
+    markdown = "markdown"
+    latex = "latex"
+
+
+class Values(StrEnum):
+    """How a value stands with its uncertainty."""
+
+    plain = "plain"
+    short = "short"
 
 
 class Figures(StrEnum):
@@ -59,6 +70,7 @@ class _Request:
     keep_flagged: bool
     scale_by_birge: bool
     form: Format
+    values: Values
     out: Path | None
     report: bool
     figures: Figures
@@ -82,6 +94,9 @@ def analyze(
     settings: SettingsOption = None,
     mapping: MappingOption = None,
     config: ConfigOption = None,
+    values: Annotated[
+        Values, typer.Option("--values", help="plain: 4.44 ± 0.06; short: 4.44(6). In text, Markdown and LaTeX.")
+    ] = Values.plain,
     out: Annotated[
         Path | None,
         typer.Option("--out", "-o", help="Folder for the report (several logs: one folder each inside). "
@@ -96,6 +111,11 @@ def analyze(
     keep_flagged: Annotated[bool, typer.Option("--keep-flagged", help="Keep runs that look odd in the fit.")] = False,
     scale_by_birge: Annotated[
         bool, typer.Option("--scale-by-birge", help="Multiply u by the Birge ratio where that is above 1.")
+    ] = False,
+    watched: Annotated[
+        bool,
+        typer.Option("--watch", help="During the lab: say what is missing and which run to repeat, whenever the file "
+                     "is saved, until Ctrl-C. Writes no report."),
     ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Only errors on standard error.")] = False,
     exit_zero: Annotated[bool, typer.Option("--exit-zero", help="Exit with 0 even when a log has errors.")] = False,
@@ -113,27 +133,72 @@ def analyze(
             keep_flagged=keep_flagged,
             scale_by_birge=scale_by_birge,
             form=form,
+            values=values,
             out=out,
             report=not no_report,
             figures=figures,
             quiet=quiet,
         )
-        if form is Format.json and len(logs) > 1:
-            refuse(G602, "--format json is for one log", "use --format ndjson for several: one object a line")
+        _refuse_what_does_not_go_together(logs, request, watched)
+        if watched:
+            _watch(Path(logs[0]), request)
     except GyroError as error:
         complain(error.diagnostics)
         raise typer.Exit(error.exit_code) from None
     jobs = [_Job(log, folder, request, len(logs)) for log, folder in zip(logs, _folders(logs, request), strict=True)]
-    worst = 0
+    worst, header = 0, _header(form)
     # Standard input can be read in this process only.
     for told in map(_analyze_one, jobs) if "-" in logs else in_order(_analyze_one, jobs):
         complain(told.diagnostics, quiet)
-        write_out(told.text)
+        if told.text:
+            write_out(header + told.text)
+            header = ""
         complain(told.not_written)
         if told.report and not quiet:
             typer.echo(f"report: {told.report}", err=True)
         worst = max(worst, told.code)
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
+
+
+def _refuse_what_does_not_go_together(logs: Sequence[str], request: _Request, watched: bool) -> None:
+    form, several = request.form, len(logs) > 1
+    if form is Format.json and several:
+        refuse(G602, "--format json is for one log", "use --format ndjson for several: one object a line")
+    if form is Format.latex and several:
+        refuse(
+            G602, "--format latex is for one log: a document that compiles", "give one log, or use --format markdown"
+        )
+    if request.values is Values.short and form in (Format.json, Format.ndjson, Format.csv):
+        refuse(G604, f"--values short is not for --format {form}, where value and u are numbers of their own",
+               "leave it out, or use --format text, markdown or latex")  # fmt: skip
+    if watched and (several or logs[0] == "-" or form is not Format.text or request.out):
+        refuse(G605, "--watch is for one file, and prints text only", "for example: gyro analyze log.csv --watch")
+
+
+def _watch(path: Path, request: _Request) -> NoReturn:
+    from gyrodata.analysis import analyze_readings
+    from gyrodata.cli.watch import watch
+    from gyrodata.readings import read_log
+
+    def read(data: bytes | Path) -> Readings:
+        return read_log(data, name=path.name, settings=request.settings, mapping=request.mapping, config=request.config)
+
+    def analyse(readings: Readings) -> Analysis:
+        return analyze_readings(readings, request.told(), request.model.value, request.keep_flagged,
+                                request.scale_by_birge)  # fmt: skip
+
+    if not path.is_file():
+        read(path)
+    watch(path, read, analyse, request.values.value)
+
+
+def _header(form: Format) -> str:
+    """What stands once above the rows of all logs."""
+    if form is not Format.csv:
+        return ""
+    from gyrodata.reporting import runs_header
+
+    return runs_header()
 
 
 def _folders(logs: Sequence[str], request: _Request) -> list[Path | None]:
@@ -204,7 +269,7 @@ def _analyze_one(job: _Job) -> _Told:
             document = envelope(name, digest, rows, request.told(), None, error.diagnostics)
             text = json_text(document, indent=2 if request.form is Format.json else None)
         return _Told(error.exit_code, text, error.diagnostics)
-    text = _formatted(analysis, request.form, job.count)
+    text = _formatted(analysis, request, job.count)
     if folder is None:
         return _Told(0, text, analysis.diagnostics)
     try:
@@ -214,13 +279,19 @@ def _analyze_one(job: _Job) -> _Told:
     return _Told(0, text, analysis.diagnostics, report=str(folder / "report.html"))
 
 
-def _formatted(analysis: Analysis, form: Format, count: int) -> str:
+def _formatted(analysis: Analysis, request: _Request, count: int) -> str:
     from gyrodata import reporting
 
+    form, writing = request.form, request.values.value
+    after = "\n" if count > 1 else ""
     if form is Format.text:
-        return reporting.summary(analysis) + ("\n" if count > 1 else "")
+        return reporting.summary(analysis, writing) + after
+    if form is Format.markdown:
+        return reporting.markdown_report(analysis, writing) + after
+    if form is Format.latex:
+        return reporting.latex_report(analysis, writing)
     if form is Format.csv:
-        return reporting.runs_csv(analysis)
+        return reporting.runs_rows(analysis)
     return reporting.json_text(analysis.to_dict(), indent=2 if form is Format.json else None)
 
 

@@ -12,7 +12,7 @@ from gyrodata.cli.terminal import refuse
 from gyrodata.errors import register
 
 G601 = register("G601", "error", "an option is not of the form KEY=VALUE", "analyze log.csv --set turns")
-G602 = register("G602", "error", "one JSON object cannot hold several logs", "analyze a.csv b.csv --format json")
+G602 = register("G602", "error", "a form that is for one log", "analyze a.csv b.csv --format json")
 
 
 class PlainFormat(StrEnum):

@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from gyrodata.reporting.check import check_document, check_text, diagnostics_text, github_annotations
     from gyrodata.reporting.documents import json_text
+    from gyrodata.reporting.latex import latex_report
+    from gyrodata.reporting.markdown import markdown_report
     from gyrodata.reporting.page import report_page
-    from gyrodata.reporting.tables import csv_cell, runs_csv
+    from gyrodata.reporting.tables import csv_cell, runs_csv, runs_header, runs_rows
     from gyrodata.reporting.text import columns, summary
     from gyrodata.reporting.values import (
         count_text,
@@ -36,12 +38,16 @@ __all__ = [
     "inertia_text",
     "interval_text",
     "json_text",
+    "latex_report",
+    "markdown_report",
     "number_text",
     "p_text",
     "percent_text",
     "power_of_ten",
     "report_page",
     "runs_csv",
+    "runs_header",
+    "runs_rows",
     "summary",
     "torque_text",
 ]
@@ -49,8 +55,10 @@ __all__ = [
 _HOMES = {
     **dict.fromkeys(("check_document", "check_text", "diagnostics_text", "github_annotations"), "check"),
     "json_text": "documents",
+    "latex_report": "latex",
+    "markdown_report": "markdown",
     "report_page": "page",
-    **dict.fromkeys(("csv_cell", "runs_csv"), "tables"),
+    **dict.fromkeys(("csv_cell", "runs_csv", "runs_header", "runs_rows"), "tables"),
     **dict.fromkeys(("columns", "summary"), "text"),
     **dict.fromkeys(
         ("count_text", "inertia_text", "interval_text", "number_text", "p_text", "percent_text", "power_of_ten",

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 
 from gyrodata.analysis import Analysis
+from gyrodata.comparisons import Run
+from gyrodata.reporting.values import RPM
 
 RUN_UNITS = {
     "mass": "kg",
@@ -23,8 +26,42 @@ RUN_UNITS = {
 }
 
 
+_FORMULA = re.compile(r"(^|[;\n\t])(?=[\s\"]*[=+\-@＝＋－＠])|^(?=[\t\n])")
+"""Where a spreadsheet would find a formula: at a cell's start, or behind what parts cells in another country."""
+
+
+_AFTER_SPIN = Run.__slots__.index("spin") + 1
+
+
 def runs_csv(analysis: Analysis) -> str:
-    """Write one row for each run, SI units in the header.
+    """Write one row for each run, units in the header.
+
+    Parameters
+    ----------
+    analysis : Analysis
+        The result.
+
+    Returns
+    -------
+    str
+        SI, every digit, as in the JSON; the spin in rpm too, as it was read. Texts cannot become formulas.
+    """
+    return runs_header() + runs_rows(analysis)
+
+
+def runs_header() -> str:
+    """Write the header of `runs_csv`.
+
+    Returns
+    -------
+    str
+    """
+    heads = [f"{name} [{RUN_UNITS[name]}]" if name in RUN_UNITS else name for name in Run.__slots__]
+    return ",".join(["log", *heads[:_AFTER_SPIN], "spin [rpm]", *heads[_AFTER_SPIN:], "note"]) + "\n"
+
+
+def runs_rows(analysis: Analysis) -> str:
+    """Write the rows of `runs_csv`; those of several logs can stand below one header.
 
     Parameters
     ----------
@@ -37,21 +74,33 @@ def runs_csv(analysis: Analysis) -> str:
     """
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    names = list(analysis.to_dict()["result"]["runs"][0])
-    writer.writerow([f"{name} [{RUN_UNITS[name]}]" if name in RUN_UNITS else name for name in names])
-    for run in analysis.run_table:
-        writer.writerow([csv_cell(getattr(run, name)) for name in names])
+    for run, note in zip(analysis.run_table, analysis.readings.notes, strict=True):
+        cells = [getattr(run, name) for name in Run.__slots__]
+        # As many digits as survive the way to rad/s and back.
+        rpm = float(f"{run.spin / RPM.size:.14g}")
+        row = [analysis.name, *cells[:_AFTER_SPIN], rpm, *cells[_AFTER_SPIN:], note]
+        writer.writerow([csv_cell(cell) for cell in row])
     return out.getvalue()
 
 
 def csv_cell(value: object) -> str:
-    """Write one cell of a table that a spreadsheet may open: nothing for None, all digits of a number, a safe text."""
+    """Write one cell of a table that a spreadsheet may open.
+
+    Parameters
+    ----------
+    value : object
+        A number, a text, True or False, or None.
+
+    Returns
+    -------
+    str
+        Nothing for None, all digits of a number, a text with a ' wherever a spreadsheet would take it for a formula.
+    """
     if value is None:
         return ""
     if isinstance(value, bool):
         return "true" if value else "false"
-    if isinstance(value, float):
+    if isinstance(value, int | float):
         return repr(value)
     text = str(value).replace("\r", " ")  # which the csv module leaves unquoted, and readers take for a row's end
-    # A spreadsheet runs a cell that begins like this as a formula, in wide letters too.
-    return f"'{text}" if text[:1] in tuple("=+-@\t\n＝＋－＠") else text
+    return _FORMULA.sub(lambda start: f"{start[1] or ''}'", text)

@@ -27,6 +27,7 @@ from gyrodata.reporting.words import (
     effect_verdict,
     goodness_text,
     interval_kind,
+    size_text,
 )
 
 
@@ -146,7 +147,7 @@ def _effect_lines(analysis: Analysis) -> list[str]:
         (
             EFFECT_NAMES.get(effect.effect, effect.effect),
             percent_text(effect.bias),
-            "-" if effect.size is None else f"{effect.size:.2f} u" if effect.size < 10 else f"{effect.size:.0f} u",
+            "-" if effect.size is None else size_text(effect.size),
             effect_verdict(effect),
         )
         for effect in analysis.effects

@@ -115,6 +115,42 @@ def number_text(value: float, u: float | None, factor: float = 1.0, writing: Wri
     return text.replace("±", " ± ").replace("×", " × ") if writing == "plain" else _short_exponent(text)
 
 
+def reading_text(value: float, factor: float = 1.0) -> str:
+    """Write a value that has no uncertainty beside it: four digits, and all those before the point.
+
+    Parameters
+    ----------
+    value : float
+        In its SI unit.
+    factor : float
+        Divide it by this first.
+
+    Returns
+    -------
+    str
+    """
+    value /= factor
+    return f"{value:.0f}" if 1e4 <= abs(value) < 1e9 else f"{value:.4g}"
+
+
+def uncertainty_text(u: float, factor: float = 1.0) -> str:
+    """Write an uncertainty or a scatter that stands alone: two digits, and all those before the point.
+
+    Parameters
+    ----------
+    u : float
+        In its SI unit.
+    factor : float
+        Divide it by this first.
+
+    Returns
+    -------
+    str
+    """
+    u /= factor
+    return f"{u:.0f}" if 100 <= abs(u) < 1e9 else f"{u:#.2g}".rstrip(".")
+
+
 def rounded(value: float, u: float, factor: float = 1.0) -> tuple[str, str, int]:
     """Round a value to its uncertainty, and give the parts.
 

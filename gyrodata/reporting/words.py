@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from gyrodata.analysis import Analysis, Result
 from gyrodata.comparisons import NamedFit
 from gyrodata.effects import DROP_ONE, Effect
@@ -166,3 +168,37 @@ def default_lines(analysis: Analysis) -> list[str]:
     if not used:
         return []
     return ["uncertainties not in the log, taken by default:", *(f"  {item}" for item in used)]
+
+
+def size_text(size: float) -> str:
+    """Write the size of an effect in standard uncertainties of I_zz: "0.70 u".
+
+    Parameters
+    ----------
+    size : float
+        [1]
+
+    Returns
+    -------
+    str
+    """
+    return f"{size:.2f} u" if size < 10 else f"{size:.0f} u"
+
+
+def option_text(value: object) -> str:
+    """Write what was asked for by an option: "yes", "none", "turns = 1".
+
+    Parameters
+    ----------
+    value : object
+        One of an analysis' options.
+
+    Returns
+    -------
+    str
+    """
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key} = {item}" for key, item in value.items()) or "none"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return "none" if value is None else str(value)

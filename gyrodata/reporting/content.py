@@ -23,6 +23,7 @@ from gyrodata.reporting.values import (
     count_text,
     inertia_scale,
     mass_scale,
+    p_text,
     percent_text,
 )
 from gyrodata.reporting.words import (
@@ -151,6 +152,7 @@ def sections(analysis: Analysis) -> tuple[Section, ...]:
         _fits(analysis, scale, torque),
         _exponents(analysis, torque),
         _torques(analysis, scale, torque),
+        _meaning(analysis),
         _runs(analysis, torque),
         _effects(analysis),
         _budget(analysis, scale),
@@ -202,9 +204,13 @@ def _exponents(analysis: Analysis, torque: Scale) -> Section:
         )
         for law in analysis.power_law
     )
+    sentences: list[Sentence] = [("A power law τ ∝ ψ̇ⁿ through the runs of one torque; eq. (9) says n = 1.",)]
+    if (whole := analysis.exponent) is not None:
+        away = f", {abs(whole.deviation):.1f} u from 1."
+        sentences.append(("With one exponent for all torques n = ", Value(whole.value, whole.u, NUMBER), away))
     return Section(
         "Period against spin",
-        (("A power law τ ∝ ψ̇ⁿ through the runs of one torque; eq. (9) says n = 1.",),),
+        tuple(sentences),
         Table((Head("torque M", torque), Head("exponent n", NUMBER), Head("remark", wrap=0.45)), rows),
     )
 
@@ -236,7 +242,32 @@ def _torques(analysis: Analysis, scale: Scale, torque: Scale) -> Section:
         "For each torque: the weighted mean of precession rate times spin, the standard deviation of the single runs, "
         "and what I_zz would be without these runs."
     )
-    return Section("Precession rate times spin", ((words,),), _filled(heads, rows))
+    sentences: list[Sentence] = [(words,)]
+    if (constancy := analysis.constancy) is not None:
+        scatter, expected = f"{100 * constancy.scatter:.2g} %", f"{100 * constancy.expected:.2g} %"
+        chance = f"{p_text(constancy.p)} if the product is constant"
+        sentences.append(
+            (f"About these means the runs scatter by {scatter}; timing and spin make {expected} likely ({chance}).",)
+        )
+    return Section("Precession rate times spin", tuple(sentences), _filled(heads, rows))
+
+
+def _meaning(analysis: Analysis) -> Section:
+    """Compare with the solid ball where the log gives it."""
+    ball = analysis.ball
+    if ball is None:
+        return Section("What the constant means")
+    away = "" if ball.deviation is None else f", {abs(ball.deviation):.1f} standard uncertainties of the difference"
+    sentence: Sentence = (
+        "A solid ball of ",
+        Value(ball.mass, ball.mass_u, mass_scale(ball.mass)),
+        " and ",
+        Value(ball.diameter, ball.diameter_u, CENTIMETRE),
+        " has 2/5 m r² = ",
+        Value(ball.inertia, ball.inertia_u, inertia_scale(ball.inertia, ball.inertia_u)),
+        f". The measured I_zz is {percent_text(ball.relative)} from it{away}.",
+    )
+    return Section("What the constant means", (sentence,))
 
 
 def _runs(analysis: Analysis, torque: Scale) -> Section:

@@ -41,7 +41,7 @@ PRODUCT = Scale("rad²/s²", r"\radian\squared\per\second\squared")
 
 
 def mass_scale(largest: float) -> Scale:
-    """Choose grams, or kilograms from 10 kg on.
+    """Choose grams, or kilograms from 1 kg on.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def mass_scale(largest: float) -> Scale:
     -------
     Scale
     """
-    return Scale("kg", r"\kilogram") if largest >= 10 else Scale("g", r"\gram", 1e-3)
+    return Scale("kg", r"\kilogram") if largest >= 1 else Scale("g", r"\gram", 1e-3)
 
 
 def torque_scale(largest: float) -> Scale:

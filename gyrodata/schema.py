@@ -7,7 +7,10 @@ from typing import Any
 
 from gyrodata.errors import CODES
 
+_DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
 _NUMBER: dict[str, Any] = {"type": "number"}
+_COUNT: dict[str, Any] = {"type": "integer"}
 _MAYBE: dict[str, Any] = {"type": ["number", "null"]}
 _TEXT: dict[str, Any] = {"type": "string"}
 _FLAG: dict[str, Any] = {"type": "boolean"}
@@ -167,9 +170,194 @@ def check_schema() -> dict[str, Any]:
     return _document("gyro.check/1", {"clean": _FLAG})
 
 
+_DETAIL: dict[str, Any] = {"type": "object", "additionalProperties": {"type": ["number", "string", "null"]}}
+_MARK = _object(
+    {
+        "criterion": _TEXT,
+        "title": _TEXT,
+        "check": _TEXT,
+        "points": _MAYBE,
+        "out_of": _NUMBER,
+        "reason": _TEXT,
+        "detail": _DETAIL,
+        "rule": _TEXT,
+    },
+    description="points null: it could not be judged, which is no zero",
+)
+_SLIP = _object(
+    {
+        "kind": _TEXT,
+        "words": _TEXT,
+        "check": _TEXT,
+        "factor": _NUMBER,
+        "fit": _TEXT,
+        "u": _MAYBE,
+        "distance": _NUMBER,
+    }
+)
+_OWN = {"type": "object", "additionalProperties": _object({"value": _NUMBER, "u": _MAYBE})}
+_NAMES: dict[str, Any] = {"type": "object", "additionalProperties": _TEXT}
+_MAYBE_TEXT: dict[str, Any] = {"type": ["string", "null"]}
+_STUDENT = _object(
+    {
+        "student": _TEXT,
+        "name": _TEXT,
+        "status": {"enum": ["graded", "not graded"]},
+        "why": _MAYBE_TEXT,
+        "points": _MAYBE,
+        "out_of": _NUMBER,
+        "marks": _list(_MARK),
+        "slips": _list(_SLIP),
+        "look": _list(_TEXT),
+        "station": _MAYBE_TEXT,
+        "reported": {
+            "type": "object",
+            "properties": {"text": _TEXT, "value": _MAYBE, "u": _MAYBE, "line": {"type": ["integer", "null"]}},
+        },
+        "own": _OWN,
+        "inertia": _MAYBE,
+        "inertia_u": _MAYBE,
+        "matched": _MAYBE_TEXT,
+        "d": _MAYBE,
+        "z": _MAYBE,
+        "late_seconds": _MAYBE,
+        "late_deduction": _NUMBER,
+        "late_reason": _TEXT,
+        "diagnostics": _list(_DIAGNOSTIC),
+        "rubric": _TEXT,
+        "digest": _TEXT,
+        "flags": _list(_TEXT),
+        "ids": _NAMES,
+    },
+    description='a line of --format ndjson is such an object, with "schema": "gyro.grade/1" and "tool"',
+)
+_CRITERION = _object(
+    {
+        "id": _TEXT,
+        "title": _TEXT,
+        "out_of": _NUMBER,
+        "judged": _COUNT,
+        "full": _COUNT,
+        "none": _COUNT,
+        "mean": _MAYBE,
+    }
+)
+_FLAGGED = _object(
+    {
+        "kind": _TEXT,
+        "students": _list(_TEXT),
+        "previous": _list(_TEXT),
+        "evidence": _TEXT,
+        "p": _NUMBER,
+        "expected": _NUMBER,
+    },
+    description="expected: how many such flags chance makes in an honest class of this size",
+)
+_CHANGE = _object(
+    {
+        "student": _TEXT,
+        "from": _MAYBE_TEXT,
+        "to": _MAYBE_TEXT,
+        "parts": _list(_object({"column": _TEXT, "from": _TEXT, "to": _TEXT})),
+    }
+)
+
+
+def grades_schema() -> dict[str, Any]:
+    """Give the JSON Schema (2020-12) of "gyro.grades/1".
+
+    Returns
+    -------
+    dict
+        All quantities are SI, times seconds.
+    """
+    whole = _object(
+        {
+            "schema": {"const": "gyro.grades/1"},
+            "tool": _HEAD["tool"],
+            "input": _object(
+                {"name": _TEXT, "lms": _TEXT, "submissions": _COUNT, "rubric": _TEXT, "rubric_sha256": _TEXT}
+            ),
+            "title": _TEXT,
+            "out_of": _NUMBER,
+            "summary": _object({"graded": _COUNT, "not_graded": _COUNT, "mean": _MAYBE, "median": _MAYBE}),
+            "criteria": _list(_CRITERION),
+            "references": {
+                "type": "object",
+                "additionalProperties": _object({"inertia": _NUMBER, "u": _NUMBER, "source": _TEXT}),
+            },
+            "slips": {"type": "object", "additionalProperties": _list(_TEXT)},
+            "flags": _list(_FLAGGED),
+            "changes": _or_null(_list(_CHANGE)),
+            "diagnostics": _list(_DIAGNOSTIC),
+            "students": _list(_STUDENT),
+        }
+    )
+    return {"$schema": _DIALECT, "title": "gyro.grades/1", **whole}
+
+
+_DIRECTION = _object(
+    {
+        "hours": _NUMBER,
+        "sidereal_hours": _NUMBER,
+        "azimuth_deg": _MAYBE,
+        "altitude_deg": _NUMBER,
+        "reason": _TEXT,
+    }
+)
+_PREDICTIONS: dict[str, dict[str, Any]] = {
+    "precession": {
+        **dict.fromkeys(("slow", "fast", "horizontal", "period"), _MAYBE),
+        "exists": _FLAG,
+        "critical_spin": _NUMBER,
+        "reason": _TEXT,
+        "released": _object(
+            {
+                **dict.fromkeys(("mean_rate", "sag", "nutation_rate", "click_error_s"), _MAYBE),
+                "greatest_sag": _NUMBER,
+                "reason": _TEXT,
+            }
+        ),
+        "sleeping": _object({"stable": _FLAG, "critical_spin": _NUMBER, "growth_rate": _NUMBER}),
+    },
+    "earth": {"sidereal_day_hours": _NUMBER, "north": _list(_DIRECTION), "east": _list(_DIRECTION)},
+    "platform": {
+        "rate": _NUMBER,
+        "period": _MAYBE,
+        **dict.fromkeys(("momentum_before", "momentum_after", "momentum_platform"), _NUMBER),
+        "reason": _TEXT,
+    },
+    "tip": {**dict.fromkeys(("speed", "turning_rate", "torque", "angle_deg"), _NUMBER), "direction": _TEXT},
+}
+
+
+def predictions_schema() -> dict[str, Any]:
+    """Give the JSON Schema (2020-12) of "gyro.prediction/1".
+
+    Returns
+    -------
+    dict
+        One shape for each subcommand of ``gyro predict``; SI but for keys that end in a unit.
+    """
+    shapes = [
+        _object(
+            {
+                "schema": {"const": "gyro.prediction/1"},
+                "tool": _HEAD["tool"],
+                "prediction": {"const": name},
+                "options": {"type": "object"},
+                "notes": _list(_TEXT),
+                **answer,
+            }
+        )
+        for name, answer in _PREDICTIONS.items()
+    ]
+    return {"$schema": _DIALECT, "title": "gyro.prediction/1", "oneOf": shapes}
+
+
 def _document(name: str, more: Mapping[str, Any]) -> dict[str, Any]:
     return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "$schema": _DIALECT,
         "title": name,
         **_object({"schema": {"const": name}, **_HEAD, **more, "diagnostics": _list(_DIAGNOSTIC)}),
     }

@@ -33,6 +33,10 @@ def schema(
         bool, typer.Option("--diagnostics", help="The table of diagnostic codes, each with an example.")
     ] = False,
     checks: Annotated[bool, typer.Option("--check", help="The schema of gyro check --format json.")] = False,
+    grades: Annotated[bool, typer.Option("--grades", help="The schema of gyro grade --format json.")] = False,
+    predictions: Annotated[
+        bool, typer.Option("--predictions", help="The schema of gyro predict --format json.")
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="The table of diagnostics as JSON.")] = False,
 ) -> None:
     """Print the JSON Schema of the outputs, or the table of diagnostics."""
@@ -46,7 +50,14 @@ def schema(
     elif diagnostics:
         write_out(reporting.diagnostics_text(schemas.diagnostics_table()))
     else:
-        write_out(reporting.json_text(schemas.check_schema() if checks else schemas.analysis_schema()))
+        wanted = schemas.analysis_schema
+        for asked, other in (
+            (checks, schemas.check_schema),
+            (grades, schemas.grades_schema),
+            (predictions, schemas.predictions_schema),
+        ):
+            wanted = other if asked else wanted
+        write_out(reporting.json_text(wanted()))
 
 
 def _register_codes() -> None:

@@ -70,6 +70,15 @@ class ClassGrades:
         return {item.student: item.ids for item in self.submissions.items}
 
     @cached_property
+    def _names(self) -> Mapping[str, str]:
+        return {grade.student: grade.name for grade in self.grades}
+
+    def label(self, student: str) -> str:
+        """Call a student by name, with the key where that is another."""
+        name = self._names.get(student, student)
+        return name if name == student or student in name else f"{name} ({student})"
+
+    @cached_property
     def flags_of(self) -> Mapping[str, tuple[Flag, ...]]:
         """The flags that each flagged student is in."""
         found: dict[str, list[Flag]] = {}
@@ -83,7 +92,7 @@ class ClassGrades:
         reasons = [] if grade.why is None else [f"could not be graded: {grade.why}"]
         reasons += grade.look
         for flag in self.flags_of.get(grade.student, ()):
-            others = [other for other in (*flag.students, *flag.previous) if other != grade.student]
+            others = [self.label(other) for other in (*flag.students, *flag.previous) if other != grade.student]
             reasons.append(f"flag: {flag.kind}{' with ' + ', '.join(others) if others else ''}")
         return reasons
 

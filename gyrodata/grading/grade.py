@@ -132,7 +132,7 @@ def grade_submission(submission: Submission, rubric: Rubric) -> Grade:
         )
         answers = read_answers(readings, submission.answers())
         analysis = analyze_readings(readings, {})
-        lacks = check_procedure(readings) if any(criterion.asks for criterion in rubric.criteria) else ()
+        lacks = check_procedure(readings, analysis) if any(criterion.asks for criterion in rubric.criteria) else ()
     except GyroError as error:
         blank = replace(blank, diagnostics=_as_dicts(error.diagnostics))
         return _without_marks(blank, rubric, _first_words(error))

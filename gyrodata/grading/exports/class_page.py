@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import statistics
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
@@ -9,7 +10,7 @@ from urllib.parse import quote
 from gyrodata import __version__
 from gyrodata.grading.exports.distribution import LEFT, RIGHT, WIDTH, draw_distribution
 from gyrodata.grading.feedback import environment, points_text
-from gyrodata.reporting import count_text, inertia_text
+from gyrodata.reporting import count_text, number_text, power_of_ten
 
 if TYPE_CHECKING:
     from gyrodata.grading.classroom import ClassGrades
@@ -31,6 +32,8 @@ def class_page(found: ClassGrades, feedback: Mapping[str, str]) -> str:
     str
         Every name, note and number from outside is escaped; no clock time, nothing from another place.
     """
+    inertias = [grade.inertia for grade in found.grades if grade.inertia is not None]
+    factor, power = power_of_ten(statistics.median(inertias)) if inertias else (1.0, "")
     links = {student: quote(path.encode("utf-8", "replace")) for student, path in feedback.items()}
     content = {
         "found": found,
@@ -44,7 +47,8 @@ def class_page(found: ClassGrades, feedback: Mapping[str, str]) -> str:
         "box": {"width": WIDTH, "left": LEFT, "right": WIDTH - RIGHT},
         "points": points_text,
         "count": count_text,
-        "cells": _cells,
+        "unit": f"{power} kg·m²" if power else "kg·m²",
+        "cells": lambda grade: _cells(grade, factor),
     }
     return environment().get_template("class.html.jinja").render(content)
 
@@ -55,16 +59,21 @@ def _slips(found: ClassGrades) -> list[tuple[str, list[str]]]:
     return [(words[kind], students) for kind, students in found.slips().items()]
 
 
-def _cells(grade: Grade) -> list[dict[str, Any]]:
+def _cells(grade: Grade, factor: float) -> list[dict[str, Any]]:
     """The numbers of a student's row: what to sort by, and what is shown."""
     marks = [(mark.points, points_text(mark.points)) for mark in grade.marks]
     value, u = grade.reported.get("value"), grade.reported.get("u")
-    reported = inertia_text(value, u if isinstance(u, float) else None) if isinstance(value, float) else "–"
+    reported = number_text(value, u if isinstance(u, float) else None, factor) if isinstance(value, float) else "–"
     numbers: list[tuple[object, str]] = [
         (grade.points, points_text(grade.points)),
         *marks,
         (value, reported),
-        (grade.d, "–" if grade.d is None else f"{grade.d:.2g}" if grade.d < 1000 else f"{grade.d:.0f}"),
-        (grade.z, "–" if grade.z is None else f"{grade.z:.2g}" if grade.z < 1000 else f"{grade.z:.0f}"),
+        (grade.d, _distance(grade.d)),
+        (grade.z, _distance(grade.z)),
     ]
     return [{"value": "" if key is None else repr(key), "text": text.replace("-", "−")} for key, text in numbers]
+
+
+def _distance(value: float | None) -> str:
+    """Two digits, and all those before the point up to a million."""
+    return "–" if value is None else f"{value:.0f}" if 100 <= value < 1e6 else f"{value:.2g}"

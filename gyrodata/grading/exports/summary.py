@@ -42,9 +42,12 @@ def class_summary(found: ClassGrades) -> str:
     ]
     lines += _aligned(rows)
     if found.flags:
-        lines += ["", "flags, which are no verdicts (how many such flags chance makes in a class like this one):"]
-        lines += [f"  {flag.kind}: {', '.join((*flag.students, *flag.previous))} ({flag.expected:.2g}): {flag.evidence}"
-                  for flag in found.flags]  # fmt: skip
+        lines += ["", "flags, which are no verdicts:"]
+    for flag in found.flags:
+        who = ", ".join(found.label(student) for student in (*flag.students, *flag.previous))
+        lines.append(
+            "  " + shown(f"{flag.kind}: {who}: {flag.evidence}; chance makes {flag.expected:.2g} in such a class")
+        )
     return "\n".join(lines) + "\n"
 
 

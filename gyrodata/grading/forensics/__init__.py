@@ -23,6 +23,7 @@ from gyrodata.grading.forensics.exemptions import Exemptions, read_exemptions
 from gyrodata.grading.forensics.fingerprint import Fingerprint, fingerprint
 from gyrodata.grading.forensics.flags import ALLOWED, KINDS, Flag
 from gyrodata.grading.forensics.logs import lay_out
+from gyrodata.grading.forensics.pairs import Groups
 from gyrodata.grading.forensics.scatter import flag_repeats, flag_scatter
 
 __all__ = [
@@ -58,16 +59,14 @@ def flag_class(
     Returns
     -------
     tuple of Flag
-        By kind, in the order of `KINDS`, then by students. A pair is flagged once, by the first kind that finds it.
+        By kind, in the order of `KINDS`, then by students. Logs that one kind joins
+        are not joined again by the next, and many copies of one log are one flag.
     """
     exempt = exempt or Exemptions()
     judged = {student: prints[student] for student in sorted(prints) if student not in exempt.staff}
     logs = lay_out(judged, exempt, previous)
-    flags, known = flag_shared_rows(logs)
-    for search in (flag_shifted_or_scaled, flag_residuals):
-        more, pairs = search(logs, known)
-        flags += more
-        known |= pairs
+    groups = Groups()
+    flags = flag_shared_rows(logs, groups) + flag_shifted_or_scaled(logs, groups) + flag_residuals(logs, groups)
     by_hand = {
         student: scatter
         for student, scatter in zip(judged, logs.scatters, strict=False)

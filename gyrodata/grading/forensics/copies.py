@@ -18,8 +18,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrodata.grading.forensics.flags import ALLOWED, LEAST, Flag, Pair, flag_pairs
+from gyrodata.grading.forensics.flags import ALLOWED, LEAST, Flag
 from gyrodata.grading.forensics.logs import Integers, Logs
+from gyrodata.grading.forensics.pairs import Groups, Pair, flag_pairs
 from gyrodata.physics import Floats
 
 SAME_TORQUE = 0.1
@@ -44,31 +45,32 @@ _BINS = 20
 """Per decade, in which the chances of pairs are counted."""
 
 
-def flag_shared_rows(logs: Logs) -> tuple[list[Flag], set[tuple[int, int]]]:
+def flag_shared_rows(logs: Logs, groups: Groups) -> list[Flag]:
     """Find logs that have more rows in common than chance gives.
 
     Parameters
     ----------
     logs : Logs
         The class.
+    groups : Groups
+        What hangs together already; what is found is added.
 
     Returns
     -------
-    tuple
-        The flags, and the pairs that they are about.
+    list of Flag
     """
     if len(logs.log) == 0 or logs.pairs < 1:
-        return [], set()
+        return []
     rows = _Rows(logs)
     chances = rows.chances()
     pairs = []
-    for first, second in rows.candidates(chances):
+    for first, second in rows.candidates(chances, groups):
         alike = rows.compare(first, second)
         expected = chances.expected(alike.compared, alike.p)
         if len(alike.rows) >= FEWEST and expected <= ALLOWED:
             pairs.append(Pair(alike.p, expected, first, second))
-    flags = flag_pairs("shared rows", pairs, logs.keys, logs.current, lambda pair: rows.tell(pair.first, pair.second))
-    return flags, {(pair.first, pair.second) for pair in pairs}
+            groups.join(first, second)
+    return flag_pairs("shared rows", pairs, logs, lambda _, pair: rows.tell(pair.first, pair.second))
 
 
 class Alike(NamedTuple):
@@ -290,8 +292,8 @@ class _Rows:
         mean_there = np.bincount(owners, there[told_there], minlength=count) / np.maximum(number_there, 1)
         return _Weighed(np.minimum(number_here, number_there), np.maximum(mean_here, mean_there), told_here, told_there)
 
-    def candidates(self, chances: Chances) -> Iterator[tuple[int, int]]:
-        """Give the pairs that may rank low enough to be flagged, the smaller number first."""
+    def candidates(self, chances: Chances, groups: Groups) -> Iterator[tuple[int, int]]:
+        """Give the pairs that may rank low enough to be flagged and are not yet joined, the smaller number first."""
         logs = self.logs
         count = len(logs.keys)
         for log in range(logs.current):
@@ -307,6 +309,8 @@ class _Rows:
             size = logs.rows(log).stop - logs.rows(log).start
             near = np.flatnonzero((together <= ALLOWED) & (together * chances.share(size) <= chances.last_rank))
             for second in near.tolist():
+                if groups.joined(log, second):
+                    continue
                 if together[second] * chances.share(self._same_spins(log, second)) <= chances.last_rank:
                     yield log, second
 

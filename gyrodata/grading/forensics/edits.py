@@ -8,13 +8,14 @@ else is shared. A sum far below that says that the scatter itself was taken over
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from gyrodata.grading.forensics.flags import ALLOWED, Flag, Kind, Pair, flag_pairs
+from gyrodata.grading.forensics.flags import ALLOWED, Flag, Kind
 from gyrodata.grading.forensics.logs import TRUSTED_DOF, Integers, Logs
+from gyrodata.grading.forensics.pairs import Groups, Pair, flag_pairs
 from gyrodata.grading.forensics.scatter import chi2_lower_tail
 from gyrodata.physics import Floats
 
@@ -40,20 +41,19 @@ class _Tables:
     """What the scatter of each has, shape (G,)."""
 
 
-def flag_shifted_or_scaled(logs: Logs, known: Collection[tuple[int, int]]) -> tuple[list[Flag], set[tuple[int, int]]]:
+def flag_shifted_or_scaled(logs: Logs, groups: Groups) -> list[Flag]:
     """Find logs whose times are those of another log, times a factor, plus a shift.
 
     Parameters
     ----------
     logs : Logs
         The class; rows are compared in the order of torque and spin.
-    known : collection of pairs
-        Flagged already.
+    groups : Groups
+        What hangs together already; what is found is added.
 
     Returns
     -------
-    tuple
-        The flags, and the pairs that they are about.
+    list of Flag
 
     Notes
     -----
@@ -67,23 +67,22 @@ def flag_shifted_or_scaled(logs: Logs, known: Collection[tuple[int, int]]) -> tu
         times -= times.mean(axis=1, keepdims=True)
         spread = times.std(axis=1) > SPREAD * logs.noise[members]
         tables.append(_Tables(members[spread], times[spread], np.full(int(spread.sum()), times.shape[1] - 2)))
-    return _flag(logs, "shifted or scaled", tables, _from_a_line, 1.0, known, _tell_line)
+    return _flag(logs, "shifted or scaled", tables, _from_a_line, 1.0, groups, _tell_line)
 
 
-def flag_residuals(logs: Logs, known: Collection[tuple[int, int]]) -> tuple[list[Flag], set[tuple[int, int]]]:
+def flag_residuals(logs: Logs, groups: Groups) -> list[Flag]:
     """Find logs whose residuals about the lines in the spin are those of another log.
 
     Parameters
     ----------
     logs : Logs
         The class; rows are compared in the order of torque and spin.
-    known : collection of pairs
-        Flagged already.
+    groups : Groups
+        What hangs together already; what is found is added.
 
     Returns
     -------
-    tuple
-        The flags, and the pairs that they are about.
+    list of Flag
 
     Notes
     -----
@@ -97,7 +96,7 @@ def flag_residuals(logs: Logs, known: Collection[tuple[int, int]]) -> tuple[list
         if scatters:
             vectors = np.array([scatter.residuals for _, scatter in scatters])
             tables.append(_Tables(np.array([i for i, _ in scatters]), vectors, np.array([s.dof for _, s in scatters])))
-    return _flag(logs, "residuals", tables, _from_each_other, 2.0, known, _tell_residuals)
+    return _flag(logs, "residuals", tables, _from_each_other, 2.0, groups, _tell_residuals)
 
 
 def _by_length(logs: Logs) -> list[Integers]:
@@ -128,20 +127,22 @@ def _flag(
     tables: list[_Tables],
     distance: Callable[[Floats, slice], Floats],
     hands: float,
-    known: Collection[tuple[int, int]],
+    groups: Groups,
     tell: Callable[[Logs, Pair], str],
-) -> tuple[list[Flag], set[tuple[int, int]]]:
+) -> list[Flag]:
     """Flag the pairs whose distance, over `hands` times the variance of a time, is too small a chi-square."""
     enough = [_enough(table, logs) for table in tables]
     tests = sum(_tests(logs, table.members) for table in enough)
     pairs = []
     for table in enough:
         for chi2, dof, first, second in _nearest(logs, table, distance, hands, tests):
+            if groups.joined(first, second) or not logs.compared_with(first)[second]:
+                continue
             p = chi2_lower_tail(chi2, dof)
-            if p * tests <= ALLOWED and (first, second) not in known:
+            if p * tests <= ALLOWED:
                 pairs.append(Pair(p, p * tests, first, second))
-    flags = flag_pairs(kind, pairs, logs.keys, logs.current, lambda pair: tell(logs, pair))
-    return flags, {(pair.first, pair.second) for pair in pairs}
+                groups.join(first, second)
+    return flag_pairs(kind, pairs, logs, tell)
 
 
 def _enough(table: _Tables, logs: Logs) -> _Tables:
@@ -173,7 +174,7 @@ def _nearest(
         chi2 = (distance(table.vectors, block) / hands + hidden) / least**2
         for i, j in np.argwhere(chi2 <= limits[dof]):
             first, second = int(table.members[begin + i]), int(table.members[j])
-            if first < second and logs.compared_with(first)[second]:
+            if first < second:
                 yield float(chi2[i, j]), int(dof[i, j]), first, second
 
 

@@ -10,6 +10,11 @@ from gyrodata import reporting
 EXPECTED = Path(__file__).parent / "expected"
 
 if __name__ == "__main__":
-    for path in sorted((Path(__file__).parent.parent / "sample_data").glob("*.csv")):
+    samples = Path(__file__).parent.parent / "sample_data"
+    for path in sorted(samples.glob("*.csv")):
         text = reporting.summary(gyrodata.analyze(path))
         (EXPECTED / f"{path.stem}.txt").write_text(text, encoding="utf-8")
+    analysis = gyrodata.analyze(samples / "air_gyroscope.csv")
+    forms = {"md": reporting.markdown_report, "tex": reporting.latex_report, "csv": reporting.runs_csv}
+    for ending, write in forms.items():
+        (EXPECTED / f"air_gyroscope.{ending}").write_text(write(analysis), encoding="utf-8")

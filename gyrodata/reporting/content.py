@@ -168,7 +168,7 @@ def _summary(analysis: Analysis, scale: Scale, torque: Scale) -> Section:
     inertia, imbalance, bias = analysis.inertia, analysis.imbalance, analysis.timing_bias
     sentences: list[Sentence] = []
     if inertia.interval_95 is not None:
-        meaning = "the number after ± is one standard uncertainty u, from the stated uncertainties."
+        meaning = "every value stands with one standard uncertainty u, from the stated uncertainties."
         interval = Interval(*inertia.interval_95, scale)
         sentences.append(("The 95 % interval is ", interval, f" ({interval_kind(inertia)}); {meaning}"))
     meaning = "; the torque at work is the applied torque plus M0."
@@ -298,7 +298,7 @@ def _runs(analysis: Analysis, torque: Scale) -> Section:
         )
         for run, note in zip(analysis.run_table, analysis.readings.notes, strict=True)
     )
-    words = "The residual is the time minus the fitted time, ± the spread expected of it."
+    words = "The residual is the time minus the fitted time, with the spread expected of it."
     return Section("Runs", ((words,),), _filled(heads, rows))
 
 

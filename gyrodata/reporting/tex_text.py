@@ -17,7 +17,7 @@ _SYMBOLS = {
     "×": r"\ensuremath{\times}", "±": r"\ensuremath{\pm}", "·": r"\ensuremath{\cdot}", "−": r"\ensuremath{-}",
     "∝": r"\ensuremath{\propto}", "≤": r"\ensuremath{\le}", "≥": r"\ensuremath{\ge}", "≈": r"\ensuremath{\approx}",
     "≠": r"\ensuremath{\ne}", "∞": r"\ensuremath{\infty}", "√": r"\ensuremath{\surd}", "→": r"\ensuremath{\to}",
-    "°": r"\ensuremath{^\circ}", "µ": r"\ensuremath{\mu}", "Δ": r"\ensuremath{\Delta}",
+    "°": r"\textdegree{}", "µ": r"\ensuremath{\mu}", "Δ": r"\ensuremath{\Delta}",
     "–": r"\textendash{}", "—": r"\textemdash{}", "…": r"\dots{}", "•": r"\textbullet{}", "№": "No",
     "‘": r"\textquoteleft{}", "’": r"\textquoteright{}", "“": r"\textquotedblleft{}", "”": r"\textquotedblright{}",
     "„": r"\quotedblbase{}", "«": r"\guillemotleft{}", "»": r"\guillemotright{}",

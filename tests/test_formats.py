@@ -1,0 +1,312 @@
+"""Markdown, LaTeX and CSV: what they say, and that no text of a log does anything in them."""
+
+from __future__ import annotations
+
+import csv
+import html
+import io
+import json
+import re
+import shutil
+import subprocess
+import unicodedata
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from tex import faults_of_document, faults_of_text, unescaped
+from typer.testing import CliRunner, Result
+
+from gyrodata import analyze, reporting
+from gyrodata.analysis import Analysis
+from gyrodata.cli import app
+from gyrodata.errors import CODES
+from gyrodata.reporting import markdown, tex_text
+
+SAMPLES = Path(__file__).parent.parent / "sample_data"
+EXPECTED = Path(__file__).parent / "expected"
+HEAD = (
+    "# g: 9.803 m/s^2\n# station: \\input{x} $3$ & 50 % | <b>\n"
+    "run,mass [g],position [cm],spin [rpm],time [s],turns,note\n"
+)
+EVIL = (
+    r"\input{/etc/passwd} \end{document} \write18{ls}",
+    "100 % & #1 _x_ ~ ^ $y$ {z} [w] \\\\ `` '' -- ,, << >> ?` !`",
+    "<script>alert(1)</script> | a | b ``` <!-- &amp; ![x](http://x.y/z.png) :smile: @all",
+    "=cmd|' /C calc'!A0;=1+1",
+    "Пётр Ильич, Її й ґ ў; Łódź, façade, ångström, ß; φ̇ψ̇ ά Ω; 中文 😀 ½ ＝1",
+    "line one\nline two\ttab",
+)
+
+
+@cache
+def evil() -> Analysis:
+    """An analysis of a log with a text that does harm somewhere in every place that takes one."""
+    out = io.StringIO()
+    writer = csv.writer(out)
+    for i, note in enumerate(EVIL):
+        rpm = 200 + 60 * i
+        writer.writerow([f"[{i}]*" if i else "-1", 20, 15, rpm, round(rpm * 0.0993, 2), 1, note])
+    writer.writerow(["odd", 20, 15, 300, 61.0, 1, "=1"])
+    return analyze((HEAD + out.getvalue()).encode(), name="Лаба_4 100% \\x|<i>.csv")
+
+
+def with_texts(text: str) -> Analysis:
+    """The same runs, with one text in the log's name and in every note."""
+    return replace(evil(), name=text, readings=replace(evil().readings, notes=(text,) * len(evil().run_table)))
+
+
+def gyro(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(app, [*map(str, arguments)], env={"TERM": "dumb"})
+
+
+TEXTS = st.text(max_size=40) | st.text("\\{}[]()<>|*_`~#$%&^-+=@!;:,.'\"\n\t 1aé", max_size=40)
+
+
+# --- what is read ------------------------------------------------------------------------------------------
+
+
+FORMS: dict[str, Callable[[Analysis], str]] = {
+    "md": reporting.markdown_report, "tex": reporting.latex_report, "csv": reporting.runs_csv
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("ending", FORMS)
+def test_golden_report(ending: str) -> None:
+    golden = (EXPECTED / f"air_gyroscope.{ending}").read_text(encoding="utf-8")
+    assert FORMS[ending](analyze(SAMPLES / "air_gyroscope.csv")) == golden
+
+
+def test_the_command_writes_what_the_functions_write() -> None:
+    path = SAMPLES / "air_gyroscope.csv"
+    for form, ending in (("markdown", "md"), ("latex", "tex"), ("csv", "csv")):
+        done = gyro("analyze", path, "--format", form)
+        # The command has one option more to tell of.
+        told = re.sub(r"(- |\\item )option config: none\n", "", done.stdout)
+        assert told == (EXPECTED / f"air_gyroscope.{ending}").read_text(encoding="utf-8")
+
+
+def test_short_values_in_text_markdown_and_latex() -> None:
+    path, short = SAMPLES / "air_gyroscope.csv", ("--values", "short", "--no-report")
+    assert "I_zz = 4.441(23)e-3 kg·m²" in gyro("analyze", path, *short).stdout
+    marked = gyro("analyze", path, "-f", "markdown", *short).stdout
+    assert r"**I\_zz = 4.441(23)e-3 kg·m²**" in marked
+    assert "±" not in marked.partition("## Conventions")[0]
+    tex = gyro("analyze", path, "-f", "latex", *short).stdout
+    assert "uncertainty-mode = compact-marker" in tex
+    assert r"\qty{4.441 +- 0.023 e-3}{\kilogram\metre\squared}" in tex
+
+
+@pytest.mark.parametrize("form", ["markdown", "latex"])
+def test_every_section_is_there(form: str) -> None:
+    text = {"markdown": reporting.markdown_report, "latex": reporting.latex_report}[form](evil())
+    titles = re.findall(r"^## (.*)$|\\subsection\*\{([^}]*)\}", text, re.M)
+    assert [one or other for one, other in titles] == [
+        "Three fits side by side", "Period against spin", "Precession rate times spin", "Runs", "Effects considered",
+        "Where the uncertainty comes from", "Next time", "Remarks on the log", "Conventions", "Provenance",
+    ]  # fmt: skip
+
+
+def test_the_solid_ball_is_told_where_the_log_gives_it() -> None:
+    log = b"# ball_mass: 4.10 kg\n# ball_diameter: 10.16 cm\n" + (SAMPLES / "air_gyroscope.csv").read_bytes()
+    text = reporting.markdown_report(analyze(log))
+    assert "A solid ball of 4.1 kg and 10.16 cm has 2/5 m r² = 4.232 × 10⁻³ kg·m²." in text
+    assert r"\qty{10.16}{\centi\metre} has 2/5 m" in reporting.latex_report(analyze(log))
+
+
+@pytest.mark.parametrize("name", ["heidelberg_ball", "salort_one_torque"])
+def test_other_logs_have_sound_reports(name: str) -> None:
+    analysis = analyze(SAMPLES / f"{name}.csv")
+    assert faults_of_document(reporting.latex_report(analysis)) == []
+    for table in re.findall(r"(?:^\|.*\n)+", reporting.markdown_report(analysis), re.M):
+        assert len({len(re.findall(r"(?<!\\)\|", row)) for row in table.splitlines()}) == 1
+
+
+# --- LaTeX -------------------------------------------------------------------------------------------------
+
+
+@given(TEXTS)
+@settings(derandomize=True, deadline=None, max_examples=400)
+def test_no_text_is_obeyed_by_tex(text: str) -> None:
+    assert faults_of_text(tex_text.escape(text)) == []
+
+
+@given(st.text(st.characters(max_codepoint=126), max_size=60))
+@settings(derandomize=True, deadline=None, max_examples=200)
+def test_ascii_text_is_printed_as_it_is(text: str) -> None:
+    text = text.replace("I_zz", "").replace("M0", "")
+    assert unescaped(tex_text.escape(text)) == "".join(c if c.isprintable() else " " for c in text)
+
+
+@pytest.mark.parametrize(
+    ("text", "escaped"),
+    [
+        ("Łódź façade", r"\L{}\'{o}d\'{z} fa\c{c}ade"),
+        ("Пётр й", r"\cyrillictext{\CYRP\cyryo\cyrt\cyrr}{Pyotr} \cyrillictext{\cyrishrt}{y}"),
+        ("φ̇ψ̇ ± 5 µ", r"\ensuremath{\dot{\varphi}}\ensuremath{\dot{\psi}} \ensuremath{\pm} 5 \ensuremath{\mu}"),
+        ("I_zz, M0", r"\ensuremath{I_{zz}},{} \ensuremath{M_0}"),
+        ("中", "{[}U+4E2D]"),
+        ("\u202e\u200b", ""),
+    ],
+)
+def test_letters_beyond_ascii(text: str, escaped: str) -> None:
+    assert tex_text.escape(text) == escaped
+
+
+@given(TEXTS)
+@settings(derandomize=True, deadline=None, max_examples=25)
+def test_the_document_is_sound_whatever_the_log_says(text: str) -> None:
+    assert faults_of_document(reporting.latex_report(with_texts(text))) == []
+
+
+def test_long_tables_break_between_pages_and_short_ones_do_not() -> None:
+    rows = "".join(
+        f"{20 + 20 * (k % 3)},15,{300 + 5 * k},{(300 + 5 * k) * 0.0993 / (1 + k % 3):.2f},1\n" for k in range(30)
+    )
+    text = reporting.latex_report(analyze(("mass [g],position [cm],spin [rpm],time [s],turns\n" + rows).encode()))
+    assert text.count(r"\begin{longtable}") == 1
+    assert text.count(r"\begin{tabular}") == 5
+
+
+@pytest.mark.parametrize("engine", ["pdflatex", "lualatex"])
+def test_the_document_compiles(engine: str, tmp_path: Path) -> None:
+    if shutil.which(engine) is None or not siunitx():
+        pytest.skip(f"no {engine} with siunitx on this machine")
+    (tmp_path / "report.tex").write_text(reporting.latex_report(evil()), encoding="ascii")
+    done = subprocess.run(
+        [engine, "-interaction=nonstopmode", "-halt-on-error", "-recorder", "report.tex"],
+        cwd=tmp_path, capture_output=True, timeout=120, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout[-3000:].decode("utf-8", "replace")
+    assert (tmp_path / "report.pdf").read_bytes().startswith(b"%PDF")
+    assert "passwd" not in (tmp_path / "report.fls").read_text("utf-8", "replace")
+
+
+@cache
+def siunitx() -> bool:
+    found = shutil.which("kpsewhich")
+    return (
+        found is not None and subprocess.run([found, "siunitx.sty"], capture_output=True, check=False).returncode == 0
+    )
+
+
+# --- Markdown ----------------------------------------------------------------------------------------------
+
+
+def shown_as(source: str) -> str:
+    """HTML that a reader of tables and raw HTML makes of Markdown."""
+    library = pytest.importorskip("markdown_it", reason="markdown-it-py is not installed")
+    rendered: str = library.MarkdownIt("commonmark").enable("table").enable("strikethrough").render(source)
+    return rendered
+
+
+@given(TEXTS)
+@settings(derandomize=True, deadline=None, max_examples=300)
+def test_text_stays_text_in_markdown(text: str) -> None:
+    escaped = markdown.escape(text)
+    plain = one_line(text)
+    page = shown_as(f"# {escaped}\n\n{escaped}\n\n- {escaped}\n\n| a | b |\n| --- | --- |\n| {escaped} | x |\n")
+    cells = [html.unescape(cell) for cell in re.findall(r"<(?:h1|p|li|td)>(.*?)</(?:h1|p|li|td)>", page, re.S)]
+    assert [cell for cell in cells if cell] == ([plain] * 4 if plain else []) + ["x"]
+    assert set(re.findall(r"<(\w+)", page)) <= {"h1", "p", "ul", "li", "table", "thead", "tbody", "tr", "th", "td"}
+
+
+def one_line(text: str) -> str:
+    """One line, as `escape` makes it."""
+    return " ".join("".join(" " if unicodedata.category(c) in ("Cc", "Cs", "Zl", "Zp") else c for c in text).split())
+
+
+def test_a_hostile_log_is_a_harmless_page() -> None:
+    page = shown_as(reporting.markdown_report(evil()))
+    assert "<script" not in page
+    assert "<i>" not in page
+    assert "<img" not in page
+    assert "<code" not in page
+    assert html.escape(EVIL[2]) in page
+
+
+# --- CSV ---------------------------------------------------------------------------------------------------
+
+
+def rows_of(text: str, delimiter: str = ",") -> list[list[str]]:
+    return list(csv.reader(io.StringIO(text, newline=""), delimiter=delimiter))
+
+
+def is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+@given(TEXTS)
+@settings(derandomize=True, deadline=None, max_examples=100)
+def test_no_cell_is_a_formula_and_negative_numbers_stay_numbers(text: str) -> None:
+    analysis = with_texts(text)
+    table = reporting.runs_csv(analysis)
+    rows = rows_of(table)
+    assert {len(row) for row in rows} == {len(rows[0])}
+    assert len(rows) == len(analysis.run_table) + 1
+    # Where ; or a tab parts cells, quotes in the middle of a cell mean nothing.
+    split = [cell for line in table.splitlines() for cell in re.split(r"[;\t]", line)]
+    for cell in [cell for row in rows for cell in row] + split:
+        assert is_number(cell) or not re.match(r"[\s\"]*[=+\-@＝＋－＠]", cell), cell
+    residual = rows[0].index("residual [s]")
+    assert [float(row[residual]) for row in rows[1:]] == [run.residual for run in analysis.run_table]
+    assert min(float(row[residual]) for row in rows[1:]) < 0
+
+
+def test_every_number_of_the_table_is_in_the_json() -> None:
+    analysis = analyze(SAMPLES / "heidelberg_ball.csv")
+    header, *rows = rows_of(reporting.runs_csv(analysis))
+    document = json.loads(reporting.json_text(analysis.to_dict()))["result"]["runs"]
+    named = dict(zip(header, zip(*rows, strict=True), strict=True))
+    for i, run in enumerate(document):
+        for key, value in run.items():
+            head = next(head for head in header if head.split(" [")[0] == key and head != "spin [rpm]")
+            shown = "" if value is None else str(value).lower() if isinstance(value, bool) else str(value)
+            assert named[head][i] == shown, head
+    assert set(named["log"]) == {"heidelberg_ball.csv"}
+    assert float(named["spin [rpm]"][0]) == pytest.approx(document[0]["spin"] * 30 / 3.141592653589793, rel=1e-12)
+
+
+def test_several_logs_are_one_table(tmp_path: Path) -> None:
+    (tmp_path / "bad.csv").write_text("mass [g]\n", encoding="utf-8")
+    done = gyro("analyze", tmp_path / "bad.csv", *sorted(SAMPLES.glob("*.csv")), "--format", "csv")
+    assert done.exit_code != 0
+    rows = rows_of(done.stdout)
+    assert [row[0] for row in rows].count("log") == 1
+    assert {row[0] for row in rows[1:]} == {path.name for path in SAMPLES.glob("*.csv")}
+
+
+# --- what does not go together -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        (("a.csv", "b.csv", "--format", "latex"), "G602"),
+        (("a.csv", "--format", "csv", "--values", "short"), "G604"),
+        (("a.csv", "--format", "ndjson", "--values", "short"), "G604"),
+        (("a.csv", "b.csv", "--watch"), "G605"),
+        (("-", "--watch"), "G605"),
+        (("a.csv", "--watch", "--format", "json"), "G605"),
+        (("a.csv", "--watch", "--out", "r"), "G605"),
+    ],
+)
+def test_what_does_not_go_together_is_refused(arguments: tuple[str, ...], code: str) -> None:
+    done = gyro("analyze", *arguments)
+    assert done.exit_code == 2
+    assert f"error {code}" in done.stderr
+    assert done.stdout == ""
+
+
+@pytest.mark.parametrize("code", ["G602", "G604", "G605"])
+def test_the_example_of_the_code_raises_it(code: str) -> None:
+    done = gyro(*CODES[code].example.split())
+    assert code in done.stderr

@@ -24,7 +24,7 @@ SHELVES = {
     "comparisons": 5,
     "simulation": 5,
     "findings": 6,
-    "benchmark": 8,
+    "benchmark": 7,
     "analysis": 7,
     "prediction": 7,
     "reporting": 8,

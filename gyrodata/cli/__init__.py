@@ -8,6 +8,7 @@ import typer
 
 from gyrodata import __version__
 from gyrodata.cli.analyze import analyze
+from gyrodata.cli.benchmark import benchmark
 from gyrodata.cli.check import check
 from gyrodata.cli.contracts import schema, template
 from gyrodata.cli.grade import autograde, grade
@@ -50,4 +51,5 @@ app.command(
     "--spins 200,400,600rpm --turns 1 --seed 1 > log.csv"
 )(simulate)
 app.command(epilog="Example:  gyro selfcheck sample_data/air_gyroscope.csv --labs 1000")(selfcheck)
+app.command(epilog="Example:  gyro benchmark --quick --out charts")(benchmark)
 app.command(epilog="Example:  gyro schema --diagnostics")(schema)

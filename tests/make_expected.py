@@ -6,6 +6,8 @@ from pathlib import Path
 
 import gyrodata
 from gyrodata import reporting
+from gyrodata.procedure import check_procedure
+from gyrodata.reporting.watch import watch_text
 
 EXPECTED = Path(__file__).parent / "expected"
 
@@ -18,3 +20,5 @@ if __name__ == "__main__":
     forms = {"md": reporting.markdown_report, "tex": reporting.latex_report, "csv": reporting.runs_csv}
     for ending, write in forms.items():
         (EXPECTED / f"air_gyroscope.{ending}").write_text(write(analysis), encoding="utf-8")
+    half_way = gyrodata.analyze(EXPECTED / "half_way.csv")
+    (EXPECTED / "half_way.txt").write_text(watch_text(half_way, check_procedure(half_way.readings)), encoding="utf-8")

@@ -156,6 +156,7 @@ class Analysis:
                 }
                 for share in self.budget
             ],
+            "constants": {"g": self.measurements.g, **self.readings.constants},
             "model": self.model.name,
             "effects": [_slots(effect) for effect in self.effects],
             "power_law": [_slots(law) for law in self.power_law],
@@ -248,6 +249,7 @@ def _slots(item: Any) -> dict[str, Any]:
 def _result_dict(result: Result) -> dict[str, Any]:
     out = _slots(result)
     out["U"] = result.k * result.u if result.k is not None and result.u is not None else None
+    out["relative_u"] = abs(result.u / result.value) if result.u is not None and result.value else None
     out["level"] = 0.95
     out["interval_95"] = list(result.interval_95) if result.interval_95 else None
     if result.dof is None:

@@ -50,6 +50,14 @@ class Figures(StrEnum):
     pdf = "pdf"
 
 
+class Style(StrEnum):
+    """What the figures are made for."""
+
+    screen = "screen"
+    slides = "slides"
+    print = "print"
+
+
 class ModelChoice(StrEnum):
     """Which equation of motion the fit uses."""
 
@@ -74,6 +82,7 @@ class _Request:
     out: Path | None
     report: bool
     figures: Figures
+    style: Style
     quiet: bool
 
     def told(self) -> dict[str, Any]:
@@ -104,6 +113,10 @@ def analyze(
     ] = None,
     no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.")] = False,
     figures: Annotated[Figures, typer.Option("--figures", help="File type of the figures.")] = Figures.png,
+    style: Annotated[
+        Style, typer.Option("--style", help="Figures for the screen, for slides (1920 x 1080, large letters), or for "
+                     "print (300 dots to the inch, shades that differ in black and white too).")
+    ] = Style.screen,
     model: Annotated[
         ModelChoice, typer.Option("--model", help="horizontal: eq. (9); steady: eq. (8); released: let go from rest; "
                      "auto: what the log needs.")
@@ -137,6 +150,7 @@ def analyze(
             out=out,
             report=not no_report,
             figures=figures,
+            style=style,
             quiet=quiet,
         )
         _refuse_what_does_not_go_together(logs, request, watched)
@@ -300,12 +314,14 @@ def _report_files(analysis: Analysis, request: _Request) -> dict[str, bytes]:
     from gyrodata import plotting, reporting
 
     form: Literal["png", "svg", "pdf"] = request.figures.value
-    figures = plotting.render(analysis, form)
+    medium = plotting.MEDIA[request.style.value]
+    figures = plotting.render(analysis, form, medium)
     # A browser shows no PDF inside a page.
     shown: Literal["png", "svg"] = "png" if form == "png" else "svg"
-    embedded = figures if form == shown else plotting.render(analysis, shown)
+    embedded = figures if form == shown else plotting.render(analysis, shown, medium)
     alternatives = {name: plotting.alt_text(analysis, name) for name in figures}
-    page = reporting.report_page(analysis, embedded, shown, alternatives)
+    looks = plotting.list_looks(analysis, medium.grey_safe)
+    page = reporting.report_page(analysis, embedded, shown, alternatives, looks)
     contents = {f"{name}.{form}": data for name, data in figures.items()}
     contents["report.html"] = page.encode()
     contents["results.json"] = reporting.json_text(analysis.to_dict()).encode()

@@ -243,7 +243,7 @@ def _figure(scene: Scene, name: str, medium: Medium) -> Figure:
     return figure
 
 
-def render(analysis: Analysis, form: Form = "png", style: str = "screen") -> dict[str, bytes]:
+def render(analysis: Analysis, form: Form = "png", medium: Medium = MEDIA["screen"]) -> dict[str, bytes]:
     """Draw all figures as files.
 
     Parameters
@@ -252,8 +252,8 @@ def render(analysis: Analysis, form: Form = "png", style: str = "screen") -> dic
         What `analyze` gives.
     form : {"png", "svg", "pdf"}
         File type.
-    style : {"screen", "slides", "print"}
-        A key of `MEDIA`.
+    medium : Medium
+        What they are made for, one of `MEDIA`.
 
     Returns
     -------
@@ -262,7 +262,6 @@ def render(analysis: Analysis, form: Form = "png", style: str = "screen") -> dic
     """
     from matplotlib import rc_context
 
-    medium = MEDIA[style]
     with rc_context(STYLE), warnings.catch_warnings():
         # A run's name may be written in a script that the font does not have; it is drawn as boxes then.
         warnings.filterwarnings("ignore", message="(?s).*[Gg]lyph.* missing")

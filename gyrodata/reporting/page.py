@@ -3,35 +3,67 @@
 from __future__ import annotations
 
 import base64
-import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
-from gyrodata import __version__, physics
-from gyrodata.analysis import CONVENTIONS, Analysis
-from gyrodata.comparisons import Run, turn_words
+from markupsafe import Markup
+
+from gyrodata.analysis import Analysis
+from gyrodata.measurements import torque_groups
+from gyrodata.reporting.cited import Cited, typeset
+from gyrodata.reporting.strips import Point, draw_strips
 from gyrodata.reporting.values import (
-    count_text,
+    CENTIMETRE,
+    NUMBER,
+    PRODUCT,
+    RPM,
+    SECOND,
+    Scale,
+    inertia_scale,
     inertia_text,
-    interval_text,
-    number_text,
-    percent_text,
-    power_of_ten,
-    torque_text,
+    mass_scale,
 )
 from gyrodata.reporting.words import (
     EFFECT_NAMES,
     FIT_NAMES,
+    MODEL_NAMES,
     SOURCE_NAMES,
+    common_torque_scale,
     default_lines,
-    difference_text,
     effect_verdict,
-    goodness_text,
+    option_text,
 )
+
+AGREES = 2.0
+"""Two numbers agree that lie no further apart than this many standard uncertainties of their difference."""
+
+UNLIKELY = 0.05
+"""A scatter with a smaller chance than this is more than the stated uncertainties explain."""
+
+LONG = 25
+"""A table with more rows than this may go over the edge of a printed page."""
+
+_CONSTANT_UNITS = {"g": "m/s²", "ball_mass": "kg", "ball_diameter": "m"}
+
+# The figures' markers in a square of 12 by 12.
+_SHAPES = {
+    "o": "M6 1.4a4.6 4.6 0 1 0 .01 0z",
+    "s": "M1.8 1.8h8.4v8.4H1.8z",
+    "^": "M6 1 11.2 10.6H.8z",
+    "v": "M6 11 11.2 1.4H.8z",
+    "<": "M1 6 10.6.8v10.4z",
+    "D": "M6 .4 11.6 6 6 11.6.4 6z",
+    "P": "M4.2 1h3.6v3.2H11v3.6H7.8V11H4.2V7.8H1V4.2h3.2z",
+    "X": "M3.5 1 6 3.5 8.5 1 11 3.5 8.5 6 11 8.5 8.5 11 6 8.5 3.5 11 1 8.5 3.5 6 1 3.5z",
+}
 
 
 def report_page(
-    analysis: Analysis, figures: Mapping[str, bytes], form: Literal["png", "svg"], alt: Mapping[str, str]
+    analysis: Analysis,
+    figures: Mapping[str, bytes],
+    form: Literal["png", "svg"],
+    alt: Mapping[str, str],
+    looks: Sequence[tuple[str, str, str]],
 ) -> str:
     """Write the report as one HTML page that needs nothing else.
 
@@ -45,19 +77,23 @@ def report_page(
         What these files are.
     alt : mapping of str to str
         What each figure shows, in words.
+    looks : sequence of (label, colour, marker)
+        Of each torque in the figures.
 
     Returns
     -------
     str
-        Without a clock time or a folder's name; whatever comes from the log is escaped.
+        Without a clock time or a folder's name; whatever comes from the log is escaped, and every number says
+        where in results.json it stands.
     """
     from importlib.resources import files
 
     from jinja2 import Environment, StrictUndefined
 
-    environment = Environment(autoescape=True, undefined=StrictUndefined, lstrip_blocks=True)
+    environment = Environment(autoescape=True, undefined=StrictUndefined, lstrip_blocks=True, trim_blocks=True)
+    environment.filters["typeset"] = typeset
     template = environment.from_string(files("gyrodata.reporting").joinpath("report.html.jinja").read_text("utf-8"))
-    return template.render(_page_content(analysis), images=_data_uris(figures, form), alt=alt)
+    return template.render(_page_content(analysis, looks), images=_data_uris(figures, form), alt=alt)
 
 
 def _data_uris(figures: Mapping[str, bytes], form: Literal["png", "svg"]) -> dict[str, str]:
@@ -65,81 +101,88 @@ def _data_uris(figures: Mapping[str, bytes], form: Literal["png", "svg"]) -> dic
     return {name: f"data:{kind};base64,{base64.b64encode(data).decode()}" for name, data in figures.items()}
 
 
-def _page_content(analysis: Analysis) -> dict[str, Any]:
-    """What the template needs besides figures: the analysis, and the functions that write its numbers."""
-    factor, ten = power_of_ten(max(analysis.inertia.value, analysis.inertia.u or 0.0, key=abs))
+def _page_content(analysis: Analysis, looks: Sequence[tuple[str, str, str]]) -> dict[str, Any]:
+    """What the template needs besides figures: the analysis, and what writes its numbers."""
+    cited = Cited(analysis.to_dict())
+    torque = common_torque_scale(analysis)
+    labels = [_label(cited, i, torque) for i in range(len(looks))]
+    names = [_swatch(colour, marker) + label for (_, colour, marker), label in zip(looks, labels, strict=True)]
+    flagged = [i for i, run in enumerate(analysis.run_table) if run.flagged]
     kept = bool(analysis.options.get("keep_flagged"))
-    exponents = [(law.exponent, law.u) for law in analysis.power_law if law.exponent is not None and law.u is not None]
     return {
+        "title": f"I_zz = {inertia_text(analysis.inertia.value, analysis.inertia.u)} – {analysis.name}",
         "a": analysis,
-        "version": __version__,
-        "factor": factor,
-        "ten": ten,
-        "goodness": goodness_text(analysis),
-        "flagged": [run for run in analysis.run_table if run.flagged],
-        "notes": analysis.readings.notes,
-        "exponents": exponents,
-        "agreeing": sum(abs(exponent - 1) <= 2 * u for exponent, u in exponents),
-        "origin": next((f for f in analysis.fits if f.name == "through_origin" and f.inertia is not None), None),
-        "ball": _ball(analysis),
-        "conventions": list(CONVENTIONS.items()),
-        "defaults": default_lines(analysis)[1:],
-        "options": [(key, _option_text(value)) for key, value in analysis.options.items()],
-        "cells": _run_cells,
+        "c": cited,
+        "r": cited.document["result"],
+        "document": cited.document,
+        "names": names,
+        "group_of": {i: g for g, group in enumerate(torque_groups(analysis.measurements)) for i in group},
+        "flagged": flagged,
         "fate": lambda run: "left out" if run.left_out else "kept, as asked" if kept else "kept",
-        "shown": _shown,
-        "difference": lambda value: _minus(f"{value:+.1f}"),
+        "notes": analysis.readings.notes,
+        "inertia": inertia_scale(analysis.inertia.value, analysis.inertia.u),
+        "torque": torque,
+        "product": PRODUCT,
+        "second": SECOND,
+        "plain": NUMBER,
+        "rpm": RPM.size,
+        # τ/ψ̇ in seconds for each 100 rpm.
+        "per_100_rpm": 1 / (100 * RPM.size),
+        "kilogram": Scale("kg", ""),
+        "centimetre": CENTIMETRE,
+        "agrees": lambda deviation: deviation is not None and abs(deviation) <= AGREES,
+        "unlikely": UNLIKELY,
+        "long": len(analysis.run_table) > LONG,
+        "fit_strips": _fit_strips(analysis),
+        "exponent_strips": _exponent_strips(analysis),
+        "ball_strips": _ball_strips(analysis),
+        "defaults": [line.strip() for line in default_lines(analysis)[1:]],
+        "options": [(key, option_text(value)) for key, value in analysis.options.items()],
+        "constants": [(key, _CONSTANT_UNITS[key]) for key in cited.at("constants")],
+        "remarks": analysis.readings.metadata,
+        "effect_verdict": effect_verdict,
         "fit_names": FIT_NAMES,
+        "model_names": MODEL_NAMES,
         "effect_names": EFFECT_NAMES,
         "source_names": SOURCE_NAMES,
-        **{
-            # Typeset: a real minus in front of a number.
-            function.__name__: lambda *values, function=function: _minus(function(*values))
-            for function in (
-                count_text, difference_text, effect_verdict, inertia_text, interval_text, number_text, percent_text,
-                torque_text,
-            )
-        },
-    }  # fmt: skip
+    }
 
 
-def _ball(analysis: Analysis) -> dict[str, float] | None:
-    """The solid ball to compare with, where the log gives its mass and diameter."""
-    constants = analysis.readings.constants
-    if "ball_mass" not in constants or "ball_diameter" not in constants:
-        return None
-    mass, diameter = constants["ball_mass"], constants["ball_diameter"]
-    return {"mass": mass, "diameter": diameter, "inertia": physics.solid_ball_inertia(mass, diameter)}
+def _label(cited: Cited, index: int, torque: Scale) -> Markup:
+    """What stood on the rod, as in the figures: "20 g at 15 cm"; where that is not told, the torque."""
+    place = f"torques.{index}"
+    mass = cited.at(f"{place}.mass")
+    if not cited.at(f"{place}.torque"):
+        return Markup("no weight")
+    if mass is None:
+        return Markup('<span class="q">{} {}</span>').format(cited.reading(f"{place}.torque", torque.size), torque)
+    scale = mass_scale(mass)
+    at = cited.reading(f"{place}.position", CENTIMETRE.size)
+    return Markup('<span class="q">{} {} at {} cm</span>').format(cited.reading(f"{place}.mass", scale.size), scale, at)
 
 
-def _minus(text: str) -> str:
-    return text.replace("-", "−")
+def _swatch(colour: str, marker: str) -> Markup:
+    """Mark of a torque as the figures draw it."""
+    return Markup('<svg class="mark" viewBox="0 0 12 12" aria-hidden="true"><path fill="{}" d="{}"/></svg>').format(
+        colour, _SHAPES[marker]
+    )
 
 
-def _shown(value: float | None, factor: float) -> str:
-    """A reading, four digits and all those before the point."""
-    if value is None:
-        return "–"
-    value /= factor
-    return _minus(f"{value:.0f}" if 1e4 <= abs(value) < 1e9 else f"{value:.4g}")
+def _fit_strips(analysis: Analysis) -> list[Markup]:
+    points = [None if fit.inertia is None else Point(fit.inertia.value, fit.inertia.u) for fit in analysis.fits]
+    value, u = analysis.inertia.value, analysis.inertia.u or 0.0
+    return draw_strips(points, (value - u, value + u))
 
 
-def _run_cells(run: Run) -> list[tuple[str, str]]:
-    """Value to sort by and text of each number of a run, in the order of the page's table."""
-    plain = ((run.torque, 1e-3), (run.spin, math.pi / 30), (run.time, 1.0))
-    after = ((run.period, 1.0), (run.product, 1.0))
-    return [
-        (str(run.line), str(run.line)),
-        *((repr(value), _shown(value, factor)) for value, factor in plain),
-        (repr(run.turns), turn_words(run.turns).split(" ")[0]),
-        *((repr(value), _shown(value, factor)) for value, factor in after),
-        (repr(run.residual), _minus(number_text(run.residual, run.residual_u))),
-    ]
+def _exponent_strips(analysis: Analysis) -> list[Markup]:
+    overall = analysis.exponent
+    points = [None if law.exponent is None else Point(law.exponent, law.u) for law in analysis.power_law]
+    return draw_strips([*points, Point(overall.value, overall.u) if overall else None], (1.0, 1.0))
 
 
-def _option_text(value: object) -> str:
-    if isinstance(value, Mapping):
-        return ", ".join(f"{key} = {item}" for key, item in value.items()) or "none"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return str(value)
+def _ball_strips(analysis: Analysis) -> list[Markup]:
+    if analysis.ball is None:
+        return []
+    value, u = analysis.inertia.value, analysis.inertia.u
+    solid = Point(analysis.ball.inertia, analysis.ball.inertia_u)
+    return draw_strips([Point(value, u), solid], (value - (u or 0.0), value + (u or 0.0)))

@@ -9,6 +9,7 @@ import json
 import re
 import shutil
 import subprocess
+import sys
 import unicodedata
 from collections.abc import Callable
 from dataclasses import replace
@@ -282,6 +283,29 @@ def test_several_logs_are_one_table(tmp_path: Path) -> None:
     rows = rows_of(done.stdout)
     assert [row[0] for row in rows].count("log") == 1
     assert {row[0] for row in rows[1:]} == {path.name for path in SAMPLES.glob("*.csv")}
+
+
+# --- text --------------------------------------------------------------------------------------------------
+
+
+@given(st.text(max_size=20) | st.text("\x1b[]0;m\x07\x9b\r\b", max_size=20))
+@settings(derandomize=True, deadline=None, max_examples=50)
+def test_no_text_commands_a_terminal(text: str) -> None:
+    analysis = with_texts(text)
+    runs = tuple(replace(run, run=text, reason=text, flagged=True) for run in analysis.run_table)
+    shown = reporting.summary(replace(analysis, run_table=runs))
+    assert not [c for c in shown if unicodedata.category(c) == "Cc" and c != "\n"]
+
+
+def test_json_needs_no_library_of_words() -> None:
+    arguments = ["analyze", str(SAMPLES / "air_gyroscope.csv"), "--no-report", "-f", "json"]
+    code = (
+        "import sys\nfrom typer.testing import CliRunner\nfrom gyrodata.cli import app\n"
+        f"assert CliRunner().invoke(app, {arguments!r}).exit_code == 0\n"
+        "print(sorted({'jinja2', 'markupsafe', 'uncertainties', 'matplotlib', 'pandas'} & set(sys.modules)))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
 
 
 # --- what does not go together -----------------------------------------------------------------------------

@@ -8,6 +8,7 @@ from typing import Any
 from gyrodata.analysis import envelope
 from gyrodata.errors import Diagnostic
 from gyrodata.reporting.values import count_text
+from gyrodata.reporting.words import visible
 
 
 def check_document(
@@ -63,7 +64,7 @@ def check_text(name: str, runs: int | None, diagnostics: Sequence[Diagnostic]) -
     read = "" if runs is None else f"{count_text(runs, 'run')}, "
     clean = not counts["error"] and not counts["warning"]
     verdict = f"complete{f' ({told})' if told else ''}" if clean else told
-    return "".join(f"{diagnostic}\n" for diagnostic in diagnostics) + f"{name}: {read}{verdict}\n"
+    return visible("".join(f"{diagnostic}\n" for diagnostic in diagnostics) + f"{name}: {read}{verdict}\n")
 
 
 def github_annotations(path: str, diagnostics: Sequence[Diagnostic]) -> str:

@@ -28,6 +28,7 @@ from gyrodata.reporting.words import (
     goodness_text,
     interval_kind,
     size_text,
+    visible,
 )
 
 
@@ -56,7 +57,7 @@ def summary(analysis: Analysis, writing: Writing = "plain") -> str:
         default_lines(analysis),
         [f"next time: {advice}" for advice in analysis.advice],
     ]
-    return "\n\n".join("\n".join(lines) for lines in sections if lines) + "\n"
+    return visible("\n\n".join("\n".join(lines) for lines in sections if lines)) + "\n"
 
 
 def _headline(analysis: Analysis) -> list[str]:

@@ -9,7 +9,7 @@ from gyrodata.comparisons import Run
 from gyrodata.errors import Diagnostic
 from gyrodata.measurements import torque_groups
 from gyrodata.reporting.values import Writing, count_text, inertia_text, reading_text, torque_scale, value_text
-from gyrodata.reporting.words import common_torque_scale
+from gyrodata.reporting.words import common_torque_scale, visible
 
 FAR = 2.0
 """From how many standard uncertainties on a run is worth repeating that does not yet look odd."""
@@ -56,7 +56,7 @@ def watch_text(analysis: Analysis, lacking: Iterable[Diagnostic], writing: Writi
     ]
     if not still_open and analysis.advice:
         blocks.append(["what would gain most:", *_indented(analysis.advice[:3])])
-    return "\n\n".join("\n".join(block) for block in blocks) + "\n"
+    return visible("\n\n".join("\n".join(block) for block in blocks)) + "\n"
 
 
 def unfinished_text(name: str, errors: Sequence[Diagnostic]) -> str:
@@ -73,9 +73,8 @@ def unfinished_text(name: str, errors: Sequence[Diagnostic]) -> str:
     -------
     str
     """
-    return "".join(
-        [f"{name}: no answer yet\n\n", *(f"{diagnostic}\n" for diagnostic in errors if diagnostic.severity == "error")]
-    )
+    told = "".join(f"{diagnostic}\n" for diagnostic in errors if diagnostic.severity == "error")
+    return visible(f"{name}: no answer yet\n\n{told}")
 
 
 def load_text(run: Run) -> str:

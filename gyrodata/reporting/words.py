@@ -58,6 +58,24 @@ EFFECT_NAMES = {
 }
 
 
+_PICTURES = {code: 0x2400 + code for code in range(32) if code != ord("\n")} | dict.fromkeys(range(0x7F, 0xA0), 0xFFFD)
+
+
+def visible(text: str) -> str:
+    """Show control characters as pictures, so that nothing in a log commands the terminal it is printed on.
+
+    Parameters
+    ----------
+    text : str
+        Lines to print.
+
+    Returns
+    -------
+    str
+    """
+    return text.translate(_PICTURES)
+
+
 def common_torque_scale(analysis: Analysis) -> Scale:
     """Choose one unit for every torque of a log, so that they can be compared at a glance.
 

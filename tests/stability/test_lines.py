@@ -1,0 +1,255 @@
+"""Straight lines through the points (φ̇ψ̇, M), where ways to fit them fail."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from labs import INERTIA, RPM, G, lab
+
+from gyrodata import fitting
+from gyrodata.benchmark.breakdowns import linregress, polyfit
+from gyrodata.benchmark.estimators import (
+    Estimator,
+    log_fit,
+    mean_of_ratios,
+    recommended,
+    theil_sen,
+    torque_on_product,
+    weighted,
+    york,
+)
+from gyrodata.measurements import Measurements, select
+from gyrodata.readings import read_log
+
+
+def random(seed: int = 1) -> np.random.Generator:
+    return np.random.default_rng(seed)
+
+
+def holds(measured: Measurements) -> bool:
+    """Whether the recommended fit has the truth within three of its standard uncertainties, and says something."""
+    answer = recommended(measured)
+    assert answer.half is not None
+    assert answer.half < 0.5 * INERTIA
+    return bool(abs(answer.value - INERTIA) < 1.6 * answer.half)
+
+
+class TestOneTorque:
+    """All weights equal: the points lie above one another, and a slope is what the noise makes of it."""
+
+    measured = lab(random(), weights=(0.040,), repeats=3)
+
+    @pytest.mark.parametrize("estimate", [polyfit, linregress, theil_sen], ids=["polyfit", "linregress", "Theil–Sen"])
+    def test_lines_return_zero_without_a_word(self, estimate: Estimator) -> None:
+        assert abs(estimate(self.measured).value) < 1e-3 * INERTIA
+
+    def test_york_returns_zero_without_a_word(self) -> None:
+        assert abs(york(self.measured, intercept=True).value) < 1e-3 * INERTIA
+
+    def test_the_way_round_is_to_ask_the_design_first(self) -> None:
+        assert not fitting.torques_differ(self.measured.torque)
+        assert holds(self.measured)
+
+
+class TestIdenticalPoints:
+    measured = select(lab(random(), weights=(0.040,), rpm=(400.0,)), [0, 0, 0])
+
+    def test_polyfit_warns_and_gives_half_of_it(self) -> None:
+        with pytest.warns(np.exceptions.RankWarning):
+            slope = np.polyfit(self.measured.product, self.measured.torque, 1)[0]
+        assert slope / INERTIA != pytest.approx(1, abs=0.1)
+
+    def test_linregress_stops(self) -> None:
+        with pytest.raises(ValueError, match="identical"):
+            linregress(self.measured)
+
+    def test_the_scatter_of_a_copy_is_zero(self) -> None:
+        assert mean_of_ratios(self.measured).half == pytest.approx(0, abs=1e-15)
+
+    def test_the_way_round(self) -> None:
+        with pytest.raises(ValueError, match="x are"):
+            fitting.fit_line(self.measured.product, self.measured.torque)
+        assert fitting.ordinary_line(self.measured.product, self.measured.torque, intercept=True) is None
+        assert holds(self.measured)
+
+
+def test_two_points_leave_no_residual() -> None:
+    two = select(lab(random()), [0, 8])
+    line = fitting.ordinary_line(two.product, two.torque, intercept=True)
+    assert line is not None
+    assert line.slope.u is None, "not 0, and not NaN"
+    # Student's factor for one degree of freedom is 12.7.
+    ratio = mean_of_ratios(two)
+    assert ratio.half is not None
+    stated = weighted(two).half
+    assert stated is not None
+    assert holds(two)
+
+
+def test_one_run_has_no_scatter() -> None:
+    one = select(lab(random()), [4])
+    assert mean_of_ratios(one).half is None
+    assert torque_on_product(one, intercept=False).half is None
+    assert holds(one)
+
+
+def test_a_reading_that_is_no_number_spreads_quietly() -> None:
+    measured = lab(random())
+    measured.time[4] = np.nan
+    assert math.isnan(mean_of_ratios(measured).value)
+    with pytest.raises(ValueError, match="finite"):
+        fitting.fit_line(measured.product, measured.torque)
+    readings = read_log(b"mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,400,39.7,1\n20,15.0,600,nan,1\n")
+    (found,) = (diagnostic for diagnostic in readings.diagnostics if diagnostic.severity == "error")
+    assert (found.line, found.column) == (3, 13)
+
+
+class TestRunWithoutTorque:
+    """Timed while the residual torque alone turned it: a point near the origin, and a ratio of zero."""
+
+    measured = lab(random(), unloaded=True, imbalance=1e-3)
+
+    def test_its_weight_is_infinite(self) -> None:
+        # A torque of 0 has an error in proportion of 0, and the clock's error is small beside the long time.
+        assert abs(weighted(self.measured).value / INERTIA - 1) > 0.05
+
+    def test_it_has_no_ratio_and_no_logarithm(self) -> None:
+        ratios = self.measured.torque / self.measured.product
+        assert ratios[-1] == 0
+        # So it is left out, and with it all that it tells of the residual torque.
+        assert log_fit(self.measured).value / INERTIA - 1 < -0.015
+
+    def test_the_way_round(self) -> None:
+        assert holds(self.measured)
+        assert fitting.fit(self.measured).imbalance.value == pytest.approx(1e-3, rel=0.05)
+
+
+class TestSignLost:
+    """Weights on either side, and products without a sign, as a stopwatch and a tachometer give them."""
+
+    measured = lab(random(), positions=(0.15, -0.15))
+
+    def test_the_slope_is_zero_or_garbage(self) -> None:
+        unsigned, torque = np.abs(self.measured.product), self.measured.torque
+        assert abs(np.mean(torque / unsigned)) < 0.01 * INERTIA
+        assert abs(np.sum(unsigned * torque) / np.sum(unsigned**2)) < 0.01 * INERTIA
+        assert abs(np.polyfit(unsigned, torque, 1)[0]) < 0.5 * INERTIA
+
+    def test_the_way_round_is_the_sign_of_the_torque(self) -> None:
+        assert (self.measured.sense == np.sign(self.measured.torque)).all()
+        assert holds(self.measured)
+
+
+class TestHugeTimeErrors:
+    """Twelfths of a turn by hand: times to half of themselves."""
+
+    @staticmethod
+    def means() -> dict[str, float]:
+        found: dict[str, list[float]] = {"line": [], "York": [], "recommended": []}
+        for seed in range(60):
+            measured = lab(random(seed), rpm=(200.0,), turns=1 / 12, repeats=9, u_time=0.15)
+            measured = select(measured, np.flatnonzero(measured.time > 0.05).tolist())
+            found["line"].append(torque_on_product(measured, intercept=True).value)
+            found["York"].append(york(measured, intercept=False).value)
+            found["recommended"].append(fitting.fit(measured).inertia.value)
+        return {name: float(np.median(values)) / INERTIA - 1 for name, values in found.items()}
+
+    def test_lines_are_far_off_and_the_fit_of_the_times_is_not(self) -> None:
+        off = self.means()
+        assert off["line"] < -0.3
+        assert off["York"] > 0.05
+        assert abs(off["recommended"]) < 0.05
+
+
+def test_theil_sen_meets_ties_where_weights_are_used_again() -> None:
+    biases = []
+    for seed in range(40):
+        measured = lab(random(seed))
+        biases.append(theil_sen(measured).value / INERTIA - 1)
+    # Nine of the 36 slopes are exactly zero, so that their median is too low and its interval means nothing.
+    product, torque = measured.product, measured.torque
+    first, second = np.triu_indices(9, 1)
+    assert np.sum(torque[first] == torque[second]) == 9
+    assert np.mean(biases) < -0.004
+    half = theil_sen(measured).half
+    assert half is not None
+    assert half > 0.3 * INERTIA
+    untied = torque[first] != torque[second]
+    slopes = (product[second] - product[first])[untied] / (torque[second] - torque[first])[untied]
+    assert 1 / np.median(slopes) == pytest.approx(INERTIA, rel=0.05)
+    assert holds(measured)
+
+
+def test_normal_equations_lose_twice_the_digits() -> None:
+    # A line far from the origin: y = 3 + 2 x with x near 10⁸.
+    x = 1e8 + np.arange(9.0)
+    y = 3 + 2 * x
+    design = np.column_stack([x, np.ones(9)])
+    constant = (np.sum(x * x) * np.sum(y) - np.sum(x) * np.sum(x * y)) / np.linalg.det(design.T @ design)
+    assert abs(constant - 3) > 1
+    line = fitting.fit_line(x, y, cov_y=1.0)
+    assert line.slope == pytest.approx(2, rel=1e-15)
+    assert line.intercept == pytest.approx(3, abs=1e-7)
+
+
+def test_odr_takes_a_weight_used_again_for_a_new_one() -> None:
+    odrpack = pytest.importorskip("odrpack")
+
+    def quoted(repeats: int) -> tuple[float, float]:
+        # One weighing to 1 % of each of three weights; all else is a thousand times better.
+        measured = lab(random(), repeats=repeats, noise=0.0, u_mass=0.01, u_time=1e-3, u_spin=1e-5, u_zero=1e-6)
+        product, torque = measured.product, measured.torque
+        found = odrpack.odr_fit(
+            lambda x, beta: beta[0] * x, product, torque, np.array([INERTIA]),
+            weight_x=1 / (1e-4 * product) ** 2, weight_y=1 / (0.01 * torque) ** 2,
+        )  # fmt: skip
+        u = fitting.fit(measured).inertia.u
+        assert u is not None
+        return math.sqrt(found.cov_beta[0, 0]), u
+
+    once, often = quoted(1), quoted(9)
+    assert often[0] == pytest.approx(once[0] / 3, rel=0.05), "as if each run had a weight of its own"
+    assert often[1] == pytest.approx(once[1], rel=0.05)
+
+
+def test_a_wrong_turn_count_moves_a_line_and_is_found_out() -> None:
+    measured = lab(random())
+    measured.time[4] *= 2
+    assert abs(york(measured, intercept=False).value / INERTIA - 1) > 0.04
+    (outlier,), _ = fitting.screen(measured)
+    assert (outlier.index, outlier.turns) == (4, 2)
+    assert holds(measured)
+
+
+def test_a_gross_slip_does_not_carry_the_answer_off() -> None:
+    measured = lab(random())
+    measured.time[4] *= 100
+    fit = fitting.fit(measured)
+    assert abs(fit.imbalance.value) < np.abs(measured.torque).max()
+    assert holds(measured)
+
+
+def test_an_arm_that_is_off_is_a_scale_where_only_weights_change() -> None:
+    def shifted(positions: tuple[float, ...]) -> float:
+        measured = lab(random(), positions=positions, noise=0.0, u_zero=0.0)
+        torque = measured.mass * G * (measured.position + 0.0005)
+        line = fitting.ordinary_line(measured.product, torque, intercept=True)
+        assert line is not None
+        return float(line.slope.value / INERTIA - 1)
+
+    assert shifted((0.15,)) == pytest.approx(0.0005 / 0.15, rel=1e-6), "and no constant tells it"
+    assert abs(shifted((0.05, 0.15))) < 0.2 * 0.0005 / 0.05
+    # So the ruler's zero is in the budget, shared by all runs.
+    shares = {share.source: share for share in fitting.fit(lab(random())).budget}
+    assert shares["position_zero"].shared
+    assert shares["position_zero"].u_inertia / INERTIA == pytest.approx(0.0005 / 0.15, rel=0.05)
+
+
+def test_rpm_are_not_hertz() -> None:
+    # φ̇ψ̇ with a spin of 400 "per second" instead of per minute, or turns for radians, is a clean factor.
+    measured = lab(random(), noise=0.0)
+    mistaken = torque_on_product(select(measured, range(9)), intercept=False).value
+    assert mistaken == pytest.approx(INERTIA, rel=1e-9)
+    assert float(measured.spin[1] / RPM) == pytest.approx(400)

@@ -1,0 +1,143 @@
+"""The motion, where ways of writing it and of stepping through it fail."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+from gyrodata import motion, physics
+from gyrodata.benchmark.roots import ACROSS, INERTIA, RPM, TORQUE
+from gyrodata.benchmark.steppers import euler_energy
+from gyrodata.benchmark.upright import follow_euler, follow_reduced, nodding
+
+TOP = motion.Top(INERTIA, ACROSS, TORQUE)
+TIMES = np.linspace(0.0, 5.0, 21)[1:]
+NUTATION = 2 * math.pi * ACROSS / (INERTIA * 400 * RPM)
+"""Period of a nutation at 400 rpm [s]."""
+
+
+def off(axis: np.ndarray, state: motion.State, times: np.ndarray = TIMES) -> float:
+    """Distance of e3 from the exact one, at its worst."""
+    return float(np.max(np.linalg.norm(axis - motion.exact(TOP, state, times).axis, axis=-1)))
+
+
+def test_euler_angles_die_at_the_pole() -> None:
+    start = nodding(0.0)
+    assert follow_euler(start, TIMES)[0] is None
+    assert follow_reduced(start, TIMES)[0] is None
+    path = motion.integrate(TOP, start, TIMES)
+    assert off(path.axis, start) < 1e-7
+    assert off(motion.split(TOP, start, TIMES[-1], 1000).axis[None], start, TIMES[-1:]) < 1e-6
+
+
+def test_euler_angles_slow_down_near_the_pole() -> None:
+    near, far = nodding(1e-6), nodding(0.3)
+    cost = {distance: follow_euler(state, TIMES)[1] for distance, state in (("near", near), ("far", far))}
+    held = {
+        distance: motion.integrate(TOP, state, TIMES).evaluations for distance, state in (("near", near), ("far", far))
+    }
+    assert cost["near"] > 4 * cost["far"]
+    assert held["near"] < 1.3 * held["far"]
+
+
+def test_the_equation_of_theta_alone_loses_digits_near_the_pole() -> None:
+    start = nodding(1e-8)
+    axis, _ = follow_reduced(start, TIMES)
+    assert axis is not None
+    assert off(axis, start) > 1e-6
+    assert off(motion.integrate(TOP, start, TIMES).axis, start) < 1e-7
+
+
+def test_the_default_tolerance_is_hardly_better_than_eq_9() -> None:
+    start = motion.released(TOP, 600 * RPM)
+    times = np.linspace(0.0, 20.0, 81)[1:]
+    angle = physics.horizontal_precession_rate(TORQUE, 600 * RPM, INERTIA) * times
+    simplest = np.stack([np.cos(angle), np.sin(angle), np.zeros(80)], axis=-1)
+    by_default = motion.integrate(TOP, start, times, method="RK45", rtol=1e-3, atol=1e-6).axis
+    assert off(by_default, start, times) > 0.4 * off(simplest, start, times)
+    assert off(motion.integrate(TOP, start, times, rtol=1e-8).axis, start, times) < 1e-4 * off(simplest, start, times)
+
+
+def test_too_few_steps_a_nutation_are_wrong_without_a_word() -> None:
+    start = motion.released(TOP, 400 * RPM)
+    few, enough = (round(per * TIMES[-1] / NUTATION) for per in (1.5, 8.0))
+    end = motion.split(TOP, start, TIMES[-1], few, "strang")
+    assert off(end.axis[None], start, TIMES[-1:]) > 5e-3
+    # What is conserved looks as well as ever.
+    assert np.linalg.norm(end.axis) == pytest.approx(1, abs=1e-13)
+    assert end.momentum[2] == pytest.approx(start.momentum[2], abs=1e-14)
+    assert off(motion.split(TOP, start, TIMES[-1], enough).axis[None], start, TIMES[-1:]) < 1e-5
+
+
+def test_semi_implicit_euler_gains_energy() -> None:
+    # The default of engines for robots and games, 2 ms.
+    assert euler_energy(400 * RPM, 0.0, 13.0, 0.002) > 0.1
+    start = motion.released(TOP, 400 * RPM)
+    end = motion.split(TOP, start, 13.0, 6500)
+    assert motion.energy(TOP, end) / motion.energy(TOP, start) == pytest.approx(1, abs=1e-10)
+
+
+def test_runge_kutta_lets_the_unit_vector_grow() -> None:
+    start = motion.released(TOP, 400 * RPM)
+    loose = motion.integrate(TOP, start, 20.0, method="RK45", rtol=1e-3, atol=1e-6)
+    assert abs(np.linalg.norm(loose.axis) - 1) > 1e-4
+    assert np.linalg.norm(motion.split(TOP, start, 20.0, 2000).axis) == pytest.approx(1, abs=1e-13)
+
+
+def follow_quaternion(spin: float, times: np.ndarray, tolerance: float) -> tuple[np.ndarray, int]:
+    """e3 of a rod let go from level rest by quaternion and body rates, as a general rigid body is followed."""
+    from scipy.integrate import solve_ivp
+
+    def rates(_time: float, row: np.ndarray) -> Sequence[float]:
+        w, x, y, z, a, b, c = row.tolist()
+        turn = (ACROSS - INERTIA) * c
+        return [
+            (-x * a - y * b - z * c) / 2, (w * a + y * c - z * b) / 2,
+            (w * b + z * a - x * c) / 2, (w * c + x * b - y * a) / 2,
+            (TORQUE * 2 * (y * z + w * x) + turn * b) / ACROSS,
+            (-TORQUE * 2 * (x * z - w * y) - turn * a) / ACROSS, 0.0,
+        ]  # fmt: skip
+
+    half = math.pi / 4
+    start = [math.cos(half), 0.0, math.sin(half), 0.0, 0.0, 0.0, spin]
+    done = solve_ivp(rates, (0, times[-1]), start, "DOP853", times, rtol=tolerance, atol=1e-9)
+    w, x, y, z = done.y[:4]
+    return np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z], axis=-1), done.nfev
+
+
+def test_a_quaternion_follows_every_turn_of_the_ball_for_nothing() -> None:
+    start = motion.released(TOP, 600 * RPM)
+    axis, evaluations = follow_quaternion(600 * RPM, TIMES, 1e-6)
+    path = motion.integrate(TOP, start, TIMES, rtol=1e-6, atol=1e-9)
+    assert evaluations > 0.9 * path.evaluations
+    assert off(axis, start) > 5 * off(path.axis, start)
+
+
+def test_newton_stalls_where_the_rod_stands_still() -> None:
+    start = motion.released(TOP, 200 * RPM)
+    rate = float(motion.mean_precession_rate(TOP, start))
+    # A rod let go from rest comes to rest again after every nutation: a triple zero for Newton.
+    guess = 3 * 2 * math.pi * ACROSS / (INERTIA * 200 * RPM)
+    cusp = next(t for t in np.linspace(0.9 * guess, 1.1 * guess, 4001) if motion.exact(TOP, start, t).axis[2] > -1e-8)
+    target = float(motion.precession_angle(TOP, start, cusp))
+    time = target / rate + 0.05
+    for _ in range(6):
+        step = 1e-6
+        slope = (motion.precession_angle(TOP, start, time + step) - motion.precession_angle(TOP, start, time)) / step
+        time -= (motion.precession_angle(TOP, start, time) - target) / slope
+    assert abs(motion.precession_angle(TOP, start, time) - target) > 1e-8
+    held = motion.time_to_turn(TOP, start, target)
+    assert motion.precession_angle(TOP, start, held) == pytest.approx(target, abs=1e-14)
+
+
+def test_the_mean_rate_misses_the_phase_of_the_nutation() -> None:
+    start = motion.released(TOP, 200 * RPM)
+    turn = motion.time_to_turn(TOP, start, 2 * math.pi)
+    mean = 2 * math.pi / motion.mean_precession_rate(TOP, start)
+    steady = 2 * math.pi / physics.horizontal_precession_rate(TORQUE, 200 * RPM, INERTIA)
+    click = physics.click_error(200 * RPM, INERTIA, ACROSS)
+    assert 1e-3 < abs(turn - mean) < 1.05 * click
+    assert mean / steady - 1 == pytest.approx(physics.release_bias(TORQUE, 200 * RPM, INERTIA, ACROSS), rel=0.1)

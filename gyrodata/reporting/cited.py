@@ -71,6 +71,10 @@ class Cited:
             repr(self.at(place)), place, repr(size), text.replace("-", "−")
         )
 
+    def name(self, place: str) -> Markup:
+        """Write a name that the log gives, such as a run's."""
+        return Markup('<data value="{0}" data-from="{1}">{0}</data>').format(self.at(place), place)
+
     def count(self, place: str, noun: str) -> Markup:
         """Write a count with its noun: "10 runs"."""
         number = self.at(place)

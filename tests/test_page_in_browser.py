@@ -1,0 +1,117 @@
+"""The page in a real browser: no error, no request, no scrolling sideways on a phone, sorting, whole prints."""
+
+from __future__ import annotations
+
+import html
+import io
+import json
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pages import LOG, make_page
+from PIL import Image
+
+from gyrodata import analyze, plotting
+from gyrodata.analysis import Analysis
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+PDFTOPPM = shutil.which("pdftoppm")
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine")
+
+# Looks at the page inside a frame as wide as a small phone.
+PROBE = """<script>
+addEventListener("load", () => {
+  const frame = document.querySelector("iframe"), view = frame.contentWindow, page = frame.contentDocument;
+  const table = page.querySelector("table.sortable"), heads = [...table.tHead.rows[0].cells];
+  const sort = i => {
+    heads[i].querySelector("button").click();
+    return [[...table.tBodies[0].rows].map(r => r.cells[i].textContent), heads.map(h => h.getAttribute("aria-sort"))];
+  };
+  const button = heads[4].querySelector("button");
+  button.focus();
+  const out = {
+    wide: page.documentElement.scrollWidth, inner: frame.clientWidth,
+    broken: [...page.images].filter(i => !i.naturalWidth).length,
+    requests: view.performance.getEntriesByType("resource").map(r => r.name).filter(n => !n.startsWith("data:")),
+    focused: page.activeElement === button, outline: view.getComputedStyle(button).outlineStyle,
+    heads: heads.map(h => h.textContent),
+    up: sort(4), down: sort(4), names: sort(0), rod: sort(2), back: sort(1),
+    beyond: [...page.querySelectorAll("p *, li *, dd *, h1 *, h2 *, h3 *")]
+      .filter(e => e.getBoundingClientRect().right > frame.clientWidth).map(e => e.textContent),
+  };
+  const place = document.createElement("pre");
+  place.id = "out"; place.textContent = JSON.stringify(out); document.body.append(place);
+});
+</script>"""
+
+
+@pytest.fixture(scope="module")
+def analysis() -> Analysis:
+    return analyze(LOG.encode(), name="log<1>.csv")
+
+
+def browse(tmp_path: Path, file: Path, *options: str) -> subprocess.CompletedProcess[str]:
+    assert CHROMIUM is not None
+    return subprocess.run(
+        [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking",
+         f"--user-data-dir={tmp_path / 'profile'}", "--enable-logging=stderr", *options, file.as_uri()],
+        capture_output=True, text=True, timeout=120, check=True,
+    )  # fmt: skip
+
+
+def test_on_a_phone(analysis: Analysis, tmp_path: Path) -> None:
+    attribute = html.escape(make_page(analysis, plotting.render(analysis)), quote=True)
+    frame = f'<iframe style="width:360px;height:800px;border:0" srcdoc="{attribute}"></iframe>'
+    probe = tmp_path / "probe.html"
+    probe.write_text(f"<!doctype html><meta charset=utf-8><body>{PROBE}{frame}</body>", "utf-8")
+    run = browse(tmp_path, probe, "--virtual-time-budget=5000", "--dump-dom")
+    found = re.search(r'<pre id="out">(.*?)</pre>', run.stdout, re.DOTALL)
+    assert found, run.stderr[-2000:]
+    out = json.loads(html.unescape(found[1]))
+    assert out["wide"] <= out["inner"] == 360
+    assert out["beyond"] == []
+    assert out["broken"] == 0
+    assert out["requests"] == []
+    assert "CONSOLE" not in run.stderr
+    assert out["focused"]
+
+    times = [f"{run.time:.4g}" for run in sorted(analysis.run_table, key=lambda run: run.time)]
+    assert out["heads"][4] == "time [s]"
+    assert out["up"] == [times, [None] * 4 + ["ascending"] + [None] * 5]
+    assert out["down"] == [times[::-1], [None] * 4 + ["descending"] + [None] * 5]
+    assert out["names"][0] == ["<b>3", "1", "2", "4", "5", "6", "7", "8", "9", "10"]
+    assert [text.split(" ")[0] for text in out["rod"][0]] == ["no"] + ["20"] * 3 + ["40"] * 3 + ["60"] * 3
+    assert [int(line) for line in out["back"][0]] == [run.line for run in analysis.run_table]
+
+
+def magenta(name: str) -> bytes:
+    """A figure that a page of print can be searched for: one colour, 660 by 420."""
+    file = io.BytesIO()
+    Image.new("RGB", (660, 420), (255, 0, 200 + 10 * plotting.FIGURES.index(name))).save(file, "png")
+    return file.getvalue()
+
+
+@pytest.mark.skipif(PDFTOPPM is None, reason="no pdftoppm on this machine")
+@pytest.mark.parametrize("size", ["A4", "letter"])
+def test_print_has_whole_figures(size: str, analysis: Analysis, tmp_path: Path) -> None:
+    assert PDFTOPPM is not None
+    page = make_page(analysis, {name: magenta(name) for name in plotting.FIGURES})
+    file = tmp_path / "page.html"
+    file.write_text(page.replace("@page { margin", f"@page {{ size: {size}; margin"), "utf-8")
+    browse(tmp_path, file, f"--print-to-pdf={tmp_path / 'page.pdf'}", "--no-pdf-header-footer")
+    subprocess.run([PDFTOPPM, "-r", "60", "-png", tmp_path / "page.pdf", tmp_path / "sheet"], check=True)
+    shapes = []
+    for sheet in sorted(tmp_path.glob("sheet*.png")):
+        dots = np.asarray(Image.open(sheet).convert("RGB")).astype(int)
+        ink = (dots[..., 0] > 240) & (dots[..., 1] < 60) & (dots[..., 2] > 180)
+        for shade in sorted({int(v) for v in dots[ink][:, 2] if v % 10 == 0}):
+            rows, columns = np.nonzero(ink & (np.abs(dots[..., 2] - shade) < 4))
+            shapes.append((shade, np.ptp(columns) + 1, np.ptp(rows) + 1))
+    assert [shade for shade, _, _ in shapes] == [200, 210, 220, 230]
+    for _, width, height in shapes:
+        assert width / height == pytest.approx(660 / 420, rel=0.02)
+        assert width / 60 > 4.5, "inches"

@@ -199,13 +199,9 @@ def _grade_class(path: Path, request: _Request) -> ClassGrades:
         if folder is not None and not request.dry_run:
             _write(found, folder, filled, way, request.quiet)
     except KeyboardInterrupt:
+        told = "what was done is kept, and the same command goes on from there"
         kept = way.journal is not None and way.keep
-        _tell(
-            [
-                "\nstopped; "
-                + ("what was done is kept, and the same command goes on from there" if kept else "nothing is kept")
-            ]
-        )
+        _tell([f"{chr(10) if way.progress else ''}stopped; {told if kept else 'nothing is kept'}"])
         raise typer.Exit(130) from None
     _print(found, changes if request.dry_run else None, request.form)
     return found

@@ -121,9 +121,10 @@ def write_results(found: ClassGrades, folder: Path, filled: Mapping[str, Filled]
         The folder cannot be written to.
     """
     pages = {student: f"{FOLDER}/{name}.html" for student, name in feedback_names(found).items()}
-    _keep_before(folder, grades_csv(found.grades, found.flags).encode())
+    table = grades_csv(found.grades, found.flags)
+    _keep_before(folder, table.encode("utf-8", "replace"))
     texts: dict[str, Iterable[str]] = {
-        TABLE: [grades_csv(found.grades, found.flags)],
+        TABLE: [table],
         "flags.csv": [flags_csv(found.flags)],
         "class.html": [class_page(found, pages)],
         "grades.json": grades_document(found),

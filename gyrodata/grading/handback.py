@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import zipfile
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from gyrodata.grading.classroom import ClassGrades
 from gyrodata.grading.feedback import feedback_html, feedback_markdown
 from gyrodata.grading.grade import Grade
-from gyrodata.grading.journal import cannot_write, write_whole
+from gyrodata.grading.journal import cannot_write, write_changed
 from gyrodata.grading.run import Way, figure_path
 from gyrodata.grading.submissions import Submission
 from gyrodata.grading.workers import Lost, in_workers
@@ -97,8 +97,9 @@ def write_feedback(
         The folder cannot be written to.
     """
     names = feedback_names(found)
+    figures = found.figures if way.figures is not None else {}
     tasks = [
-        _Task(grade, item, found.figures.get(grade.student, {}) if way.figures is not None else {})
+        _Task(replace(grade, fingerprint=None), item, figures.get(grade.student, {}))
         for grade, item in zip(found.grades, found.submissions.items, strict=True)
     ]
     lost: list[str] = []
@@ -109,7 +110,7 @@ def write_feedback(
         else:
             name = names[task.grade.student]
             for ending, text in zip(ENDINGS, answer, strict=True):
-                write_whole(folder / FOLDER / f"{name}{ending}", [text.encode("utf-8", "replace")])
+                write_changed(folder / FOLDER / f"{name}{ending}", text.encode("utf-8", "replace"))
             written.append(name)
         if progress is not None:
             progress(len(written) + len(lost))

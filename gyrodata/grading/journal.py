@@ -63,27 +63,28 @@ class Entry:
         return json.dumps(content, allow_nan=False, separators=(",", ":")) + "\n"
 
 
-def basis_of(submission: Submission, rubric: Rubric) -> Basis:
-    """Say what the grade of a submission rests on.
+def bases_of(items: Iterable[Submission], rubric: Rubric) -> dict[str, Basis]:
+    """Say what each grade of a class rests on.
 
     Parameters
     ----------
-    submission : Submission
+    items : iterable of Submission
         What is graded.
     rubric : Rubric
         By what.
 
     Returns
     -------
-    Basis
+    dict of str to Basis
+        By student.
     """
-    told = repr((submission.digest, submission.name, sorted(submission.ids.items())))
-    return Basis(
-        hashlib.sha256(told.encode("utf-8", "replace")).hexdigest(),
-        replace(rubric, references={}, class_reference=False).digest,
-        rubric.digest,
-        __version__,
-    )
+    judged = replace(rubric, references={}, class_reference=False).digest
+    bases = {}
+    for item in items:
+        told = repr((item.digest, item.name, sorted(item.ids.items())))
+        handed_in = hashlib.sha256(told.encode("utf-8", "replace")).hexdigest()
+        bases[item.student] = Basis(handed_in, judged, rubric.digest, __version__)
+    return bases
 
 
 def why_again(before: Entry | None, basis: Basis) -> str:
@@ -193,6 +194,29 @@ def _parse(line: bytes) -> Entry | None:
         return Entry(basis, Grade.from_dict(content["grade"]), content["lost"], content["figures"])
     except (ValueError, KeyError, TypeError, AttributeError):
         return None
+
+
+def write_changed(path: Path, data: bytes) -> None:
+    """Write a file, whole or not at all, unless it is so already: to look costs a tenth of writing over a file.
+
+    Parameters
+    ----------
+    path : Path
+        Its folder is made where there is none.
+    data : bytes
+        Its content.
+
+    Raises
+    ------
+    InputError
+        It cannot be written.
+    """
+    try:
+        if path.read_bytes() == data:
+            return
+    except OSError:
+        pass  # not there, or worse: writing tells
+    write_whole(path, [data])
 
 
 def write_whole(path: Path, parts: Iterable[bytes]) -> None:

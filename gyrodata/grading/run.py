@@ -16,7 +16,7 @@ from gyrodata.errors import GyroError
 from gyrodata.grading.classroom import ClassGrades
 from gyrodata.grading.forensics import Exemptions, flag_class
 from gyrodata.grading.grade import Grade, grade_submission, not_graded, references_of, settle
-from gyrodata.grading.journal import Basis, Entry, Journal, basis_of, why_again, write_whole
+from gyrodata.grading.journal import Basis, Entry, Journal, bases_of, why_again, write_whole
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission, Submissions
 from gyrodata.grading.workers import Lost, in_workers
@@ -104,7 +104,7 @@ def grade_class(
         again={student: why for student, (_, why) in entries.items() if why},
         figures={student: entry.figures for student, (entry, _) in entries.items() if entry.figures},
     )
-    if way.journal is not None and way.keep:
+    if way.journal is not None and way.keep and (found.again or way.journal.damaged):
         way.journal.replace(entry for entry, _ in entries.values())
     return found
 
@@ -112,7 +112,7 @@ def grade_class(
 def _entries(submissions: Submissions, rubric: Rubric, way: Way) -> dict[str, tuple[Entry, str]]:
     """Take each student's entry from the journal or make it, with why it was made; in the order of the class."""
     known = way.journal.read() if way.journal is not None else {}
-    bases = {item.student: basis_of(item, rubric) for item in submissions.items}
+    bases = bases_of(submissions.items, rubric)
     reasons = {
         item.student: why_again(known.get(item.student), bases[item.student])
         or _why_figures(known[item.student], item, way)

@@ -141,8 +141,7 @@ class _Worker(Generic[Task]):
     def __init__(self, context: Any, work: Callable[[Task], Any], limit: float) -> None:
         self.connection, theirs = context.Pipe()
         self.process = context.Process(target=_serve, args=(theirs, work, limit), daemon=True)
-        with _uninterrupted():
-            self.process.start()
+        self.process.start()
         theirs.close()  # so that the pipe ends when the worker does
         self.limit = limit
         self.started = False
@@ -270,14 +269,18 @@ def _context() -> Any:
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")  # the workers are the threads
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
+    from multiprocessing import forkserver
+
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["gyrodata.grading.grade"])
+    with _uninterrupted():
+        forkserver.ensure_running()
     return context
 
 
 @contextmanager
 def _uninterrupted() -> Iterator[None]:
-    """Start processes that never hear Ctrl-C, not even while they start."""
+    """Start a process that never hears Ctrl-C, nor those that it starts, not even while they load."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -156,6 +156,7 @@ def analyze(
         _refuse_what_does_not_go_together(logs, request, watched)
         if watched:
             _watch(Path(logs[0]), request)
+            return
     except GyroError as error:
         complain(error.diagnostics)
         raise typer.Exit(error.exit_code) from None
@@ -189,7 +190,7 @@ def _refuse_what_does_not_go_together(logs: Sequence[str], request: _Request, wa
         refuse(G605, "--watch is for one file, and prints text only", "for example: gyro analyze log.csv --watch")
 
 
-def _watch(path: Path, request: _Request) -> NoReturn:
+def _watch(path: Path, request: _Request) -> None:
     from gyrodata.analysis import analyze_readings
     from gyrodata.cli.watch import watch
     from gyrodata.readings import read_log
@@ -296,7 +297,8 @@ def _analyze_one(job: _Job) -> _Told:
 def _formatted(analysis: Analysis, request: _Request, count: int) -> str:
     from gyrodata import reporting
 
-    form, writing = request.form, request.values.value
+    form = request.form
+    writing: Literal["plain", "short"] = request.values.value
     after = "\n" if count > 1 else ""
     if form is Format.text:
         return reporting.summary(analysis, writing) + after

@@ -7,7 +7,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING
 
 from gyrodata.cli.terminal import write_out
 from gyrodata.errors import GyroError
@@ -33,7 +33,7 @@ def watch(
     analyse: Callable[[Readings], Analysis],
     writing: Writing,
     sleep: Callable[[float], None] = time.sleep,
-) -> NoReturn:
+) -> None:
     """Print how the lab stands, now and after each change of the log, until Ctrl-C.
 
     On a terminal each state takes the place of the last; elsewhere they follow each other, parted by a line.

@@ -15,41 +15,28 @@ if TYPE_CHECKING:
     from gyrodata.reporting.markdown import markdown_report
     from gyrodata.reporting.page import report_page
     from gyrodata.reporting.tables import csv_cell, runs_csv, runs_header, runs_rows
-    from gyrodata.reporting.text import columns, summary
-    from gyrodata.reporting.values import (
-        count_text,
-        inertia_text,
-        interval_text,
-        number_text,
-        p_text,
-        percent_text,
-        power_of_ten,
-        torque_text,
-    )
+    from gyrodata.reporting.text import summary
+    from gyrodata.reporting.values import count_text, inertia_text, number_text, p_text, power_of_ten
 
 __all__ = [
     "check_document",
     "check_text",
-    "columns",
     "count_text",
     "csv_cell",
     "diagnostics_text",
     "github_annotations",
     "inertia_text",
-    "interval_text",
     "json_text",
     "latex_report",
     "markdown_report",
     "number_text",
     "p_text",
-    "percent_text",
     "power_of_ten",
     "report_page",
     "runs_csv",
     "runs_header",
     "runs_rows",
     "summary",
-    "torque_text",
 ]
 
 _HOMES = {
@@ -59,13 +46,9 @@ _HOMES = {
     "markdown_report": "markdown",
     "report_page": "page",
     **dict.fromkeys(("csv_cell", "runs_csv", "runs_header", "runs_rows"), "tables"),
-    **dict.fromkeys(("columns", "summary"), "text"),
-    **dict.fromkeys(
-        ("count_text", "inertia_text", "interval_text", "number_text", "p_text", "percent_text", "power_of_ten",
-         "torque_text"),
-        "values",
-    ),
-}  # fmt: skip
+    "summary": "text",
+    **dict.fromkeys(("count_text", "inertia_text", "number_text", "p_text", "power_of_ten"), "values"),
+}
 
 
 def __getattr__(name: str) -> Any:

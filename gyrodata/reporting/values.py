@@ -288,21 +288,6 @@ def interval_ends(low: float, high: float, factor: float = 1.0) -> tuple[str, st
     return f"{low:.{places}f}", f"{high:.{places}f}"
 
 
-def torque_text(value: float, u: float | None = None) -> str:
-    """Write a torque in mN·m.
-
-    Parameters
-    ----------
-    value, u : float
-        [N*m]
-
-    Returns
-    -------
-    str
-    """
-    return f"{number_text(value, u, 1e-3)} mN·m"
-
-
 def percent_text(value: float) -> str:
     """Write a relative size in per cent, signed, two digits: "+0.03 %".
 

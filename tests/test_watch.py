@@ -155,6 +155,16 @@ def test_one_block_for_each_change(log: Path, monkeypatch: pytest.MonkeyPatch) -
     assert "\033" not in text
 
 
+@pytest.mark.parametrize("name", ["expected/half_way.csv", "../sample_data/air_gyroscope.csv"])
+def test_every_state_of_a_log_that_is_being_typed_has_an_answer_or_a_reason(name: str) -> None:
+    whole = (Path(__file__).parent / name).read_text(encoding="utf-8")
+    for end in range(0, len(whole), 7):
+        said_of_it = cli_watch.state(
+            "log", whole[:end].encode(), read_log, lambda read: analyze_readings(read, {}), "plain"
+        )
+        assert said_of_it.startswith(("log: no answer yet\n\n<bytes>", "<bytes>: ")), end
+
+
 def test_a_terminal_is_cleared(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     log.write_text(HEAD + LIGHT, encoding="utf-8")
     monkeypatch.setenv("TERM", "xterm")

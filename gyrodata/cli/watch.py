@@ -41,7 +41,7 @@ def watch(
     on_terminal = sys.stdout.isatty() and os.environ.get("TERM") != "dumb"
     before = ""
     for data in contents(path, sleep):
-        text = f"{path.name}: cannot be read now\n" if data is None else _state(path.name, data, read, analyse, writing)
+        text = f"{path.name}: cannot be read now\n" if data is None else state(path.name, data, read, analyse, writing)
         if on_terminal:
             write_out(f"{_CLEAR}{text}\nwatching {path.name}; Ctrl-C ends it\n")
         else:
@@ -94,13 +94,14 @@ def _read(path: Path) -> bytes | None:
         return None
 
 
-def _state(
+def state(
     name: str,
     data: bytes,
     read: Callable[[bytes], Readings],
     analyse: Callable[[Readings], Analysis],
     writing: Writing,
 ) -> str:
+    """Say how the lab stands by what the file holds, or why it does not say yet."""
     from gyrodata.procedure import check_procedure
     from gyrodata.reporting.watch import unfinished_text, watch_text
 

@@ -7,10 +7,10 @@ import re
 PRINTED = {
     r"\textbackslash": "\\", r"\textasciitilde": "~", r"\textasciicircum": "^", r"\textless": "<",
     r"\textgreater": ">", r"\textbar": "|", r"\textquotedbl": '"', r"\textasciigrave": "`",
-    r"\{": "{", r"\}": "}", r"\$": "$", r"\&": "&", r"\#": "#", r"\%": "%", r"\_": "_",
+    r"\nobreakspace": " ", r"\{": "{", r"\}": "}", r"\$": "$", r"\&": "&", r"\#": "#", r"\%": "%", r"\_": "_",
 }  # fmt: skip
 HARMLESS = re.compile(
-    r"\\(?:text[a-z]+|quotedblbase|guillemot(?:left|right)|ensuremath|times|pm|cdot|propto|le|ge|approx|ne|infty|surd|to"
+    r"\\(?:text[a-z]+|nobreakspace|quotedblbase|guillemot(?:left|right)|ensuremath|times|pm|cdot|propto|le|ge|approx|ne|infty|surd|to"
     r"|dots|S|pounds|ss|ae|AE|oe|OE|o|O|l|L|dj|DJ|dh|DH|th|TH|i|grave|acute|bar|ddot|dot|cyrillictext"
     r"|[a-z]*(?:alpha|beta|gamma|delta|epsilon|zeta|eta|theta|iota|kappa|lambda|mu|nu|xi|pi|rho|sigma|tau|upsilon|phi"
     r"|chi|psi|omega)|Gamma|Delta|Theta|Lambda|Xi|Pi|Sigma|Upsilon|Phi|Psi|Omega|cyr[a-z]+|CYR[A-Z]+|[urHvck])\Z"

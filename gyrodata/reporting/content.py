@@ -211,7 +211,7 @@ def _exponents(analysis: Analysis, torque: Scale) -> Section:
     return Section(
         "Period against spin",
         tuple(sentences),
-        Table((Head("torque M", torque), Head("exponent n", NUMBER), Head("remark", wrap=0.45)), rows),
+        Table((Head("torque M", torque), Head("exponent n", NUMBER), Head("remark", wrap=0.55)), rows),
     )
 
 

@@ -84,7 +84,8 @@ def escape(text: str) -> str:
     for symbol in _SYMBOL_NAMES.finditer(text):
         done += [_plain(text[end : symbol.start()]), _SET_SYMBOLS[symbol[0]]]
         end = symbol.end()
-    return "".join([*done, _plain(text[end:])])
+    # No line begins with the sign of the number that ends the last one.
+    return re.sub(r"(?<=\d) (?=\\%)", r"\\nobreakspace{}", "".join([*done, _plain(text[end:])]))
 
 
 def _plain(text: str) -> str:

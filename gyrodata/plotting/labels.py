@@ -49,16 +49,16 @@ def odd_names(scene: Scene, values: Floats, drawn: Floats, unit: str, arrows: st
     Returns
     -------
     dict of int to str
-        "run 5", "run 5 ↑ 320 s", "no weight ↑ 2029 s".
+        "run 5", "run 5 ↑ 320 s", "↑ 2029 s".
     """
-    labels = {i: group.label for group in scene.groups for i in group.members}
     names = {}
     for i in range(len(scene.names)):
-        name = run_name(scene.names[i]) if scene.hollow[i] else labels[i]
+        # A run without a weight is known by its grey mark, and needs no name.
+        told = [run_name(scene.names[i])] if scene.hollow[i] else []
         if values[i] != drawn[i]:
-            names[i] = f"{name} {arrows[int(values[i] > drawn[i])]} {as_number(values[i])}{unit}"
-        elif scene.hollow[i]:
-            names[i] = name
+            told.append(f"{arrows[int(values[i] > drawn[i])]} {as_number(values[i])}{unit}")
+        if told:
+            names[i] = " ".join(told)
     return names
 
 

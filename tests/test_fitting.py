@@ -315,3 +315,15 @@ def test_uncertainty_agrees_with_gtc() -> None:
     result = fit(measured)
     assert result.inertia.value == pytest.approx(value(inertia), rel=2e-4)  # the broad prior of M0 pulls a little
     assert result.inertia.u == pytest.approx(uncertainty(inertia), rel=1e-3)
+
+
+@pytest.mark.parametrize("weights", [(0.02, 0.04), (0.02, 0.06)])
+def test_with_two_torques_the_wrong_count_is_blamed_not_the_right_ones(weights: tuple[float, ...]) -> None:
+    # A large M0 would make two good runs odd in its place.
+    random = np.random.default_rng(8)
+    for wrong in range(6):
+        measured = lab(random, weights=weights)
+        turns = measured.turns.copy()
+        turns[wrong] = 2
+        outliers, _ = screen(replace(measured, turns=turns))
+        assert [(outlier.index, outlier.turns) for outlier in outliers] == [(wrong, 1)]

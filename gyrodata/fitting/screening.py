@@ -7,11 +7,15 @@ from typing import Any
 
 import numpy as np
 
+from gyrodata.fitting.chi_square import chi2_tail
 from gyrodata.fitting.conditions import median
 from gyrodata.fitting.inertia import fit
 from gyrodata.fitting.results import FitResult, Outlier
 from gyrodata.fitting.start import assume_sense, robust_start, rough_misfit, torques_differ
 from gyrodata.measurements import Measurements, torque_groups
+
+MASKED = 1e-3
+"""Where chi-square is less likely than this, the run that is furthest off is tried out as well."""
 
 GROSS = 10.0
 """A run further off than this is a slip, whether or not a turn count explains it, and has no say."""
@@ -50,7 +54,21 @@ def screen(measured: Measurements, tilted: bool = False) -> tuple[list[Outlier],
     count = len(measured.runs)
     if count < 4:
         return [], None
-    out = _far_from_start(measured)
+    found, result = _settle(measured, tilted, _far_from_start(measured))
+    if result is not None and len(found) + 1 <= count / 3 and chi2_tail(result.chi2, max(result.dof, 1)) < MASKED:
+        # One bad run may widen the scatter until it hides in it.
+        named = {outlier.index for outlier in found}
+        kept = [i for i in range(count) if i not in named]
+        worst = max(kept, key=lambda i: abs(result.deviations[i]))
+        more, without = _settle(measured, tilted, named | {worst})
+        if without is not None and {outlier.index for outlier in more} >= named | {worst}:
+            return more, without
+    return found, result
+
+
+def _settle(measured: Measurements, tilted: bool, out: set[int]) -> tuple[list[Outlier], FitResult | None]:
+    """Fit without some runs, see which are odd then, and go on until they are the same."""
+    count = len(measured.runs)
     found: list[Outlier] = []
     for _round in range(6):
         kept = np.array([i not in out for i in range(count)])

@@ -12,6 +12,9 @@ from gyrodata.fitting.conditions import rough_inertia
 from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
 
+_ODD = 5.0
+"""Misfit from which on a run is odd, and one that is further off no worse."""
+
 
 def torques_differ(torque: Floats) -> bool:
     """Say whether the signed torques of a log differ enough (2 % of the largest) to tell M0 from I_zz.
@@ -92,8 +95,7 @@ def straight_line(lever: Floats, swing: Floats, torque: Floats) -> tuple[Floats,
 def robust_start(measured: Measurements, sense: Floats, free: bool, kept: Floats) -> Start:
     """Solve many pairs of runs for (I_zz, M0) and take the pair that most runs agree with.
 
-    With b = 0 and a horizontal rod the condition is linear: s M T = I_zz 2π f ψ̇ − M0 s T. Up to half of the
-    runs may be wrong without moving the median of the misfits of the best pair.
+    With b = 0 and a horizontal rod the condition is linear: s M T = I_zz 2π f ψ̇ − M0 s T.
     """
     index = _spread(kept)
     if not free or len(index) < 2:
@@ -114,10 +116,13 @@ def robust_start(measured: Measurements, sense: Floats, free: bool, kept: Floats
     inertia, imbalance = inertia[plausible], imbalance[plausible]
     total = np.maximum(np.abs(measured.torque[index] + imbalance[:, None]), 1e-3 * largest)
     off = rough_misfit(measured, inertia[:, None] * lever / total, index)
-    # The median; np.median takes longer than all the rest.
-    below, above = (len(index) - 1) // 2, len(index) // 2
-    off.partition((below, above), axis=1)
-    best = int(np.argmin(off[:, below] + off[:, above]))
+    # In units of the scatter about the best pair a run counts at most as much as one that is just odd, so that the
+    # fewest odd runs win; of equals the pair with the smaller M0.
+    middle = np.partition(off, len(index) // 2, axis=1)[:, len(index) // 2]
+    scatter = max(1.0, 1.4826 * float(middle.min()))
+    loads = np.abs(measured.torque[measured.torque != 0])
+    cost = np.sum(np.minimum(off / scatter, _ODD) ** 2, axis=1) + (imbalance / loads.min()) ** 2
+    best = int(np.argmin(cost))
     return Start(float(inertia[best]), float(imbalance[best]))
 
 

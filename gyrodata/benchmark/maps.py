@@ -44,6 +44,5 @@ def digits(error: ArrayLike) -> Floats:
     """Correct digits for a relative error: −log10, from 0 to `MOST_DIGITS`; what is not finite is 0."""
     size = np.abs(np.asarray(error, dtype=float))
     with np.errstate(divide="ignore", invalid="ignore"):
-        found: Floats = np.clip(-np.log10(size), 0.0, MOST_DIGITS) + 0.0
-    found[np.isnan(size)] = 0.0
-    return found
+        found = np.clip(-np.log10(size), 0.0, MOST_DIGITS) + 0.0
+    return np.where(np.isnan(size), 0.0, found)

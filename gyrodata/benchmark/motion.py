@@ -162,7 +162,7 @@ def _run_scene(scene: MotionScene, effort: Effort, clock: Clock, random: np.rand
             response, u = _weigh(measured, rung)
         labs.append(_lab(scene, simulation.runs, measured))
     first = labs[0]
-    tight = _integrated(first, "DOP853", 1e-13)
+    tight = _integrated(first, "DOP853", effort.tightest)
     true = tight if first.drag.any() else motion.precession_angle(first.top, first.state, first.time)
     many = _many(first)
     for method, angle in _closed_forms(first):
@@ -284,8 +284,8 @@ def _stepped(lab: _Lab, true: Floats, effort: Effort, clock: Clock) -> Iterator[
                 seconds = _shortest(clock, 1, 1, evaluate) / BATCH
                 setting = f"{per:g} steps a nutation"
                 yield MotionPoint(f"splitting {method}", setting, "splitting", seconds, 0.0), angles
-    for method in ("RK45", "DOP853", "LSODA", "Radau"):
-        for tolerance in effort.stiff_tolerances if method == "Radau" else effort.tolerances:
+    for method, tolerances in effort.tolerances.items():
+        for tolerance in tolerances:
             begun = clock()
             angles = _integrated(lab, method, tolerance)
             seconds = max(clock() - begun, 1e-9) / len(angles)

@@ -133,7 +133,7 @@ def run_trials(effort: Effort, clock: Clock, seed: int = 1, progress: Progress |
     list of TrialPanel
         For `SCENES`, and then `ONE_SIDE`, with a fifth of the labs.
     """
-    plan = [(scene, effort.labs) for scene in SCENES] + [(ONE_SIDE, effort.labs // 5)]
+    plan = [(scene, effort.labs) for scene in SCENES] + [(ONE_SIDE, max(1, effort.labs // 5))]
     whole, done = sum(labs for _, labs in plan), 0
     panels = []
     for scene, labs in plan:

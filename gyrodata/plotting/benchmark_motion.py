@@ -57,7 +57,7 @@ def draw_motion(panels: Sequence[MotionPanel]) -> Figure:
     with rc_context(STYLE):
         figure = Figure(figsize=(9.0, 6.3), dpi=150)
         times = [point.seconds for panel in panels for point in panel.points]
-        limits = (min(times) / 4, max(times) * 3)
+        limits = (min(times) / 4, max(times) * 6)
         for i, panel in enumerate(panels):
             row, column = divmod(i, 3)
             ax = figure.add_axes((0.072 + 0.318 * column, 0.575 - 0.49 * row, 0.265, 0.34))
@@ -71,7 +71,8 @@ def _draw_panel(ax: Axes, panel: MotionPanel, limits: tuple[float, float], first
     ax.set_yscale("log")
     ax.set_xlim(limits)
     ax.set_ylim(_FLOOR / 300, 50.0)
-    log_axis("x", ax, [t for t in _TIMES if limits[0] < t < limits[1]], [time_text(t) for t in _TIMES])
+    shown = [time for time in _TIMES if limits[0] < time < limits[1]]
+    log_axis("x", ax, shown, [time_text(time) for time in shown])
     log_axis("y", ax, _ERRORS, [power_text(error) for error in _ERRORS])
     ax.set_xlabel("time for one top")
     if first:

@@ -55,7 +55,7 @@ def _look(trial: Trial) -> tuple[str, str]:
 
 def _draw_panel(ax: Axes, panel: TrialPanel, times: Sequence[float], first: bool, last: bool) -> None:
     errors = [trial.rmse for trial in panel.trials]
-    limits = (min(times) / 2, max(times) * 2), (min(errors) / 1.8, max(errors) * 1.6)
+    limits = (min(times) / 2, max(times) * 2.5), (min(errors) / 1.8, max(errors) * 1.6)
     ax.set_xscale("log")
     ax.set_yscale("log")
     ax.set_xlim(limits[0])

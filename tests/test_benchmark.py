@@ -1,0 +1,346 @@
+"""The benchmark: what it measures, draws and says, with a clock that ticks once a look."""
+
+from __future__ import annotations
+
+import csv
+import io
+import itertools
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib import rc_context
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+from typer.testing import CliRunner
+
+from gyrodata import benchmark as room
+from gyrodata import physics
+from gyrodata.benchmark import FULL, QUICK, Benchmark, Effort, csv_tables, reading, run_benchmark
+from gyrodata.benchmark.breakdowns import CASES, STUDENTS, try_breakdowns
+from gyrodata.benchmark.estimators import ESTIMATORS, covariances
+from gyrodata.benchmark.maps import digits
+from gyrodata.benchmark.motion import BATCH, LADDER, SCENES, MotionPanel, MotionPoint
+from gyrodata.benchmark.roots import ACROSS, INERTIA, RPM, TORQUE
+from gyrodata.benchmark.steppers import map_integrators
+from gyrodata.benchmark.trials import Trial, TrialPanel, run_trials
+from gyrodata.benchmark.upright import METHODS
+from gyrodata.cli import app
+from gyrodata.measurements import measure
+from gyrodata.plotting.benchmark_labels import Named, name_points
+from gyrodata.plotting.benchmark_motion import draw_motion
+from gyrodata.plotting.benchmark_stability import draw_breakdowns, draw_maps, draw_upright
+from gyrodata.plotting.benchmark_trials import draw_trials
+from gyrodata.plotting.style import STYLE, save
+from gyrodata.simulation import TYPICAL, simulate
+
+ROOT = Path(__file__).parent.parent
+TINY = Effort(
+    tolerances={"DOP853": (1e-4,)},
+    tightest=1e-9,
+    steps_per_nutation=(4.0,),
+    repeats=1,
+    labs=20,
+    grid=2,
+    fine_grid=12,
+    swings=1,
+    draws=4,
+)
+CHARTS = (
+    "motion", "estimators", "stability_steady", "stability_integrators", "stability_upright", "stability_estimators",
+)  # fmt: skip
+
+
+def ticking() -> Callable[[], float]:
+    """A clock on which 1/1024 s passes between two looks: a difference without rounding."""
+    ticks = itertools.count()
+    return lambda: next(ticks) / 1024
+
+
+def shown_texts(figure: Figure) -> list[Text]:
+    """Every text that is drawn."""
+    with rc_context(STYLE):
+        FigureCanvasAgg(figure).draw()  # type: ignore[no-untyped-call]
+    texts = (text for text in figure.findobj(Text) if isinstance(text, Text))
+    return [text for text in texts if text.get_visible() and text.get_text()]
+
+
+@pytest.fixture(scope="module")
+def told() -> list[float]:
+    return []
+
+
+@pytest.fixture(scope="module")
+def done(told: list[float]) -> Benchmark:
+    return run_benchmark(TINY, ticking(), progress=told.append)
+
+
+class TestMotion:
+    def test_the_choice_of_the_ladder_does_no_harm_in_any_scene(self, done: Benchmark) -> None:
+        assert [panel.scene for panel in done.motion] == [scene.name for scene in SCENES]
+        for panel in done.motion:
+            assert panel.ladder_point.error < panel.bound, panel.title
+            assert panel.ladder in LADDER.values()
+
+    def test_each_scene_has_the_winner_that_its_physics_asks_for(self, done: Benchmark) -> None:
+        # By the clock that ticks, all closed forms cost the same, and the first that does no harm wins.
+        winners = {panel.scene: panel.winner.method for panel in done.motion}
+        assert winners == {
+            "level": "eq. (9)", "tilted": "eq. (8)", "released": "mean rate", "steep": "eq. (8)", "decay": "eq. (9)",
+        }  # fmt: skip
+
+    def test_errors_are_those_of_the_closed_forms_of_bias(self, done: Benchmark) -> None:
+        panels = {panel.scene: {point.method: point.error for point in panel.points} for panel in done.motion}
+        assert panels["level"]["eq. (9)"] < 1e-14
+        assert panels["steep"]["eq. (9)"] == pytest.approx(0.08, abs=0.02)
+        assert panels["steep"]["eq. (8)"] < 1e-14
+        assert 5e-3 < panels["released"]["eq. (9)"] < 2e-2
+        assert panels["decay"]["eq. (9), plain mean spin"] == pytest.approx(0.075, abs=0.01)
+        assert panels["decay"]["eq. (9), spin at start"] == pytest.approx(0.31, abs=0.03)
+        for scene in ("level", "tilted", "released", "steep"):
+            assert panels[scene]["exact motion"] < 1e-7
+            assert panels[scene]["DOP853"] < 1e-3
+
+    def test_times_are_the_clock_s(self, done: Benchmark) -> None:
+        points = {(panel.scene, point.method): point for panel in done.motion for point in panel.points}
+        # Twenty calls between two looks, of arrays; nine runs one by one.
+        assert points["level", "eq. (9)"].seconds == pytest.approx(1 / 1024 / 20 / BATCH)
+        assert points["level", "DOP853"].seconds == pytest.approx(1 / 1024 / 9)
+
+    def test_the_cheapest_below_the_bound_wins_and_not_the_best(self) -> None:
+        points = tuple(
+            MotionPoint(name, "", "closed form", seconds, error)
+            for name, seconds, error in (("bad", 1e-9, 0.5), ("good", 1e-6, 1e-3), ("best", 1e-3, 1e-16))
+        )
+        panel = MotionPanel("", "", 0.01, points, "best")
+        assert (panel.winner.method, panel.ladder_point.method) == ("good", "best")
+
+
+class TestTrials:
+    def test_the_recommended_fit_is_the_best_of_the_honest(self, done: Benchmark) -> None:
+        *scenes, one_side = done.trials
+        assert [panel.scene.name for panel in scenes] == ["textbook", "imbalance", "shared", "miscount"]
+        assert (one_side.labs, one_side.scene.name) == (4, "one side")
+        for panel in scenes:
+            assert set(ESTIMATORS) == {trial.estimator for trial in panel.trials}
+            assert panel.recommended.coverage > 0.85
+            assert panel.recommended.failed == 0
+            assert not any(trial.better for trial in panel.trials if trial.honest), panel.scene.title
+
+    def test_the_usual_ways_break_where_they_are_said_to(self, done: Benchmark) -> None:
+        panels = {panel.scene.name: panel for panel in done.trials}
+        assert panels["imbalance"].of("York, origin").coverage < 0.8
+        assert panels["shared"].of("M on P, origin").coverage < 0.9
+        assert panels["miscount"].of("York, origin").rmse > 5 * panels["miscount"].recommended.rmse
+        assert panels["textbook"].of("York, origin").rmse == pytest.approx(panels["textbook"].recommended.rmse, rel=0.1)
+
+    def test_the_best_is_the_recommended_one_unless_another_is_truly_better(self, done: Benchmark) -> None:
+        panel = done.trials[0]
+        mine = replace(panel.recommended, rmse=0.010, coverage=0.95, labs=4000)
+        other = replace(mine, estimator="other", rmse=0.009)
+        assert TrialPanel(panel.scene, 4000, (other, mine)).best is mine
+        better = replace(other, better=True)
+        assert TrialPanel(panel.scene, 4000, (better, mine)).best is better
+        dishonest = replace(better, coverage=0.92)
+        assert TrialPanel(panel.scene, 4000, (dishonest, mine)).best is mine
+
+    @pytest.mark.parametrize(
+        ("coverage", "labs", "honest"), [(0.94, 4000, True), (0.928, 4000, False), (0.925, 300, True)]
+    )
+    def test_honest_is_as_far_as_the_labs_tell(self, coverage: float, labs: int, honest: bool) -> None:
+        assert Trial("", 0.0, 0.0, coverage, 0.0, 0.0, False, 0, labs).honest is honest
+
+    def test_same_seed_same_labs(self) -> None:
+        few = replace(TINY, labs=4)
+        first = run_trials(few, ticking(), seed=3)
+        assert first == run_trials(few, ticking(), seed=3)
+        assert first != run_trials(few, ticking(), seed=4)
+
+    def test_covariances_are_those_of_the_stated_uncertainties(self) -> None:
+        # Against readings drawn from them: the spread of log M and log P over many labs of one design.
+        drawn = [measure(simulate(noise=TYPICAL, seed=seed).readings) for seed in range(300)]
+        of_product, of_torque = covariances(drawn[0], shared=True)
+        torque = np.cov(np.array([measured.torque for measured in drawn]).T)
+        product = np.cov(np.array([measured.product for measured in drawn]).T)
+        assert np.allclose(torque, of_torque, atol=0.25 * of_torque.max())
+        # The clock's bias is in all products too, and in no covariance that a student would write down.
+        assert np.allclose(np.sqrt(np.diag(product)[2::3]), np.sqrt(np.diag(of_product)[2::3]), rtol=0.25)
+
+
+class TestStability:
+    def test_what_holds_holds_everywhere(self, done: Benchmark) -> None:
+        tilt, level = done.roots
+        assert np.nanmin(tilt.holds.digits) > 13
+        assert np.nanmin(level.holds.digits) > 13
+        assert np.nanmedian(tilt.fails.digits) < 4
+        assert np.nanmin(level.fails.digits) == 0
+        assert np.isnan(tilt.holds.digits).any(), "no steady precession somewhere"
+        for pair in done.integrators:
+            assert np.median(pair.holds.digits) > np.median(pair.fails.digits) + 2
+
+    def test_the_region_without_steady_precession_is_that_of_the_least_spin(self, done: Benchmark) -> None:
+        pitch, spin = np.meshgrid(np.radians(done.roots[0].y), done.roots[0].x * RPM, indexing="ij")
+        none = spin < physics.least_spin(TORQUE, INERTIA, ACROSS, pitch)
+        assert np.array_equal(np.isnan(done.roots[0].holds.digits), none)
+
+    def test_the_vertical(self, done: Benchmark) -> None:
+        started = {one.method: one.error for one in done.passages if one.closest == 0}
+        assert started[METHODS[0]] is None
+        assert started[METHODS[1]] is None
+        for method in METHODS[2:]:
+            error = started[method]
+            assert error is not None
+            assert error < 1e-6
+
+    def test_the_tool_is_never_silently_wrong(self, done: Benchmark) -> None:
+        assert len(done.breakdowns) == len(CASES) * (len(STUDENTS) + 1)
+        mine = [one for one in done.breakdowns if one.estimator == "recommended"]
+        assert {one.verdict for one in mine} <= {"holds", "says so"}
+        silent = {one.case for one in done.breakdowns if one.verdict == "nonsense"}
+        assert {"one torque", "run without torque", "sign lost", "wrong count"} <= silent
+
+    def test_same_seed_same_verdicts(self) -> None:
+        few = replace(TINY, draws=1)
+        assert try_breakdowns(few, seed=2) == try_breakdowns(few, seed=2)
+        one, two = (map_integrators(replace(TINY, grid=2)) for _ in range(2))
+        assert all(np.array_equal(a.fails.digits, b.fails.digits) for a, b in zip(one, two, strict=True))
+
+    @pytest.mark.parametrize(
+        ("error", "right"), [(1e-5, 5), (0.0, 16), (np.nan, 0), (np.inf, 0), (50.0, 0), (-0.01, 2)]
+    )
+    def test_digits(self, error: float, right: float) -> None:
+        assert digits(error) == pytest.approx(right)
+
+
+class TestWords:
+    def test_every_number_of_the_charts_is_in_a_table(self, done: Benchmark) -> None:
+        tables = {name: list(csv.DictReader(io.StringIO(text))) for name, text in csv_tables(done).items()}
+        assert tuple(tables) == CHARTS
+        assert len(tables["motion"]) == sum(len(panel.points) for panel in done.motion)
+        assert float(tables["motion"][0]["time per top [s]"]) == done.motion[0].points[0].seconds
+        assert sum(row["cheapest that does no harm"] == "true" for row in tables["motion"]) == len(SCENES)
+        assert len(tables["estimators"]) == 5 * len(ESTIMATORS)
+        assert float(tables["estimators"][3]["relative RMSE of I_zz"]) == done.trials[0].trials[3].rmse
+        assert len(tables["stability_steady"]) == 4 * TINY.fine_grid**2
+        assert len(tables["stability_estimators"]) == len(done.breakdowns)
+        assert not any("nan" in text for text in csv_tables(done).values())
+
+    def test_the_reading_says_what_to_use_when(self, done: Benchmark) -> None:
+        text = reading(done, TINY, 1)
+        for line in (
+            "seed 1, 20 labs a scene",
+            "| level and steady, 400 rpm | 0.93 % | eq. (9) | eq. (9) |",
+            "| tilted 45°, 100 rpm | 2.5 % | eq. (8) | eq. (8) |",
+            "off by less than 0.3 u, in every scene.",
+            "no answer from: eqs. (7), Euler angles; reduced to θ.",
+            "- One torque: nonsense without a word from numpy.polyfit; M on P, constant; York, constant",
+            "- The recommended fit holds in 8 of 8 such cases",
+        ):
+            assert line in text
+        assert "nan" not in text.replace("nonsense", "")
+
+    def test_the_reading_tells_of_exceptions(self, done: Benchmark) -> None:
+        first = done.motion[0]
+        worse = replace(
+            first, points=tuple(replace(point, error=0.003) for point in first.points[:1]) + first.points[1:]
+        )
+        rival = replace(done.trials[1].trials[0], coverage=0.96, better=True, rmse=1e-4)
+        panel = replace(done.trials[1], trials=(rival, *done.trials[1].trials[1:]))
+        trials = [done.trials[0], panel, *done.trials[2:]]
+        text = reading(replace(done, motion=[worse, *done.motion[1:]], trials=trials), TINY, 1)
+        assert "in 4 of 5 scenes.\n- Not in: level and steady, 400 rpm." in text
+        assert "- Not in: imbalance and timing bias (mean of ratios)" in text
+
+    def test_progress_goes_from_nothing_to_all(self, done: Benchmark, told: list[float]) -> None:
+        assert done.motion
+        assert told == sorted(told)
+        assert told[-1] == 1.0
+        assert len(told) > 20
+
+    def test_quick_is_less_than_full(self) -> None:
+        assert QUICK.labs < FULL.labs
+        assert QUICK.grid < FULL.grid
+        assert set(QUICK.tolerances["RK45"]) <= set(FULL.tolerances["RK45"])
+
+
+class TestFigures:
+    def test_nothing_is_cut_off_and_every_method_is_named(self, done: Benchmark) -> None:
+        drawn = (
+            (
+                draw_motion(done.motion),
+                [point.method for point in done.motion[0].points if "split" not in point.method],
+            ),
+            (draw_trials(done.trials), list(ESTIMATORS)),
+            (draw_maps(done.roots), ["fails: eq. (9)", "holds: eq. (8)", "no steady\nprecession"]),
+            (draw_maps(done.integrators), ["fails: Euler, semi-implicit, 2 ms"]),
+            (draw_upright(done.passages), list(METHODS)),
+            (draw_breakdowns(done.breakdowns), [*STUDENTS, "recommended", "nonsense, silently"]),
+        )
+        for figure, names in drawn:
+            texts = shown_texts(figure)
+            for text in texts:
+                box = text.get_window_extent()
+                assert box.x0 > -1, text
+                assert box.x1 < figure.bbox.width + 1, text
+                assert box.y0 > -1, text
+                assert box.y1 < figure.bbox.height + 1, text
+            assert set(names) <= {text.get_text() for text in texts}
+
+    def test_names_do_not_lie_on_one_another(self) -> None:
+        figure = Figure(figsize=(5, 4), dpi=100)
+        ax = figure.add_axes((0.1, 0.1, 0.8, 0.8))
+        ax.set_xlim(0, 10)
+        ax.set_ylim(0, 10)
+        name_points(ax, [Named(5 + 0.1 * i, 5.0, f"point {i}") for i in range(6)])
+        FigureCanvasAgg(figure).draw()  # type: ignore[no-untyped-call]
+        # Without the lines to their points.
+        boxes = [Text.get_window_extent(text) for text in ax.texts]
+        for one, other in itertools.combinations(boxes, 2):
+            assert not one.overlaps(other)
+
+
+class TestCommand:
+    def test_writes_every_chart_and_prints_the_reading(
+        self, done: Benchmark, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        asked: list[tuple[Effort, int]] = []
+
+        def run(effort: Effort, clock: object, seed: int, progress: object) -> Benchmark:
+            asked.append((effort, seed))
+            return done
+
+        monkeypatch.setattr(room, "run_benchmark", run)
+        monkeypatch.chdir(tmp_path)
+        result = CliRunner().invoke(app, ["benchmark", "--quick", "--seed", "5", "--out", "charts"])
+        assert result.exit_code == 0
+        assert asked == [(QUICK, 5)]
+        forms = {f"{name}.{form}" for name in CHARTS for form in ("png", "svg", "csv")}
+        assert {path.name for path in (tmp_path / "charts").iterdir()} == forms | {"reading.md"}
+        assert (tmp_path / "charts" / "reading.md").read_text(encoding="utf-8") == result.stdout
+        assert result.stderr == "charts: charts\n"
+        sizes = [path.stat().st_size for path in (tmp_path / "charts").glob("*.png")]
+        assert max(sizes) < 150_000, "small enough for a README"
+        with rc_context(STYLE):
+            again = save(draw_motion(done.motion), "png"), save(draw_upright(done.passages), "svg")
+        for name, data in zip(("motion.png", "stability_upright.svg"), again, strict=True):
+            assert (tmp_path / "charts" / name).read_bytes() == data, "the same for the same numbers"
+
+    def test_a_folder_that_cannot_be_written_is_refused_at_once(self, tmp_path: Path) -> None:
+        result = subprocess.run(
+            [sys.executable, "-m", "gyrodata", "benchmark", "--out", os.devnull],
+            cwd=tmp_path,
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=60,
+        )
+        assert result.returncode == 2
+        assert "cannot be written" in result.stderr
+        assert "Traceback" not in result.stderr

@@ -18,6 +18,8 @@ HEAD = f"""\
 # Simulated, not measured: I_zz = {INERTIA} kg*m^2, residual torque {IMBALANCE} N*m, timing bias {BIAS} s, seed {SEED}
 # noise: 0.1 s a click, tachometer 0.2 % and 0.1 % shared, weights 0.05 % each, ruler zero 0.3 mm, all normal
 # station: 3
+# ball_mass: 4.31 ± 0.01 kg
+# ball_diameter: 101.60 ± 0.05 mm
 # g: {G} m/s^2
 # u_mass: 0.05 %
 # u_position_zero: 0.3 mm

@@ -34,6 +34,10 @@ def register(code: str, severity: Severity, title: str, example: str) -> str:
     return code
 
 
+PICTURES = {code: 0x2400 + code for code in range(32) if code != ord("\n")} | dict.fromkeys(range(0x7F, 0xA0), 0xFFFD)
+"""Control characters as pictures of themselves, for `str.translate`: a log's text must not move a terminal's cursor."""
+
+
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
     """One fault, at one place, with what to do about it.
@@ -92,7 +96,7 @@ class Diagnostic:
             lines.append(f"   {mark}  {self.hint}".rstrip())
         elif self.hint:
             lines.append(f"   {self.hint}")
-        return "\n".join(lines)
+        return "\n".join(lines).translate(PICTURES)
 
 
 def _window(excerpt: str, position: int, width: int = 96) -> tuple[str, int]:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from gyrodata.analysis import Analysis, Result
 from gyrodata.comparisons import NamedFit
 from gyrodata.effects import DROP_ONE, Effect
+from gyrodata.errors import PICTURES
 from gyrodata.reporting.values import Scale, count_text, p_text, percent_text, torque_scale
 
 FIT_NAMES = {
@@ -58,9 +59,6 @@ EFFECT_NAMES = {
 }
 
 
-_PICTURES = {code: 0x2400 + code for code in range(32) if code != ord("\n")} | dict.fromkeys(range(0x7F, 0xA0), 0xFFFD)
-
-
 def visible(text: str) -> str:
     """Show control characters as pictures, so that nothing in a log commands the terminal it is printed on.
 
@@ -73,7 +71,7 @@ def visible(text: str) -> str:
     -------
     str
     """
-    return text.translate(_PICTURES)
+    return text.translate(PICTURES)
 
 
 def common_torque_scale(analysis: Analysis) -> Scale:

@@ -256,6 +256,7 @@ _FLAGGED = _object(
 _CHANGE = _object(
     {
         "student": _TEXT,
+        "name": _TEXT,
         "from": _MAYBE_TEXT,
         "to": _MAYBE_TEXT,
         "parts": _list(_object({"column": _TEXT, "from": _TEXT, "to": _TEXT})),

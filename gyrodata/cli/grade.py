@@ -359,7 +359,12 @@ def _told_changes(changes: Sequence[Change] | None, dry_run: bool) -> Iterator[s
 
 def _told_filled(filled: Mapping[str, Filled]) -> Iterator[str]:
     """Say what stands in a gradebook now, what stood there before, and who is not in it."""
+    from gyrodata.readings.log import listing
+
     for name, sheet in filled.items():
         yield f"{name}: {len(sheet.filled)} filled, {len(sheet.changed)} of them changed, {len(sheet.skipped)} not"
         yield from (f"  {student}: {before} → {after}" for student, before, after in sheet.changed)
-        yield from (f"  {who} {why}" for who, why in sheet.skipped)
+        reasons: dict[str, list[str]] = {}
+        for who, why in sheet.skipped:
+            reasons.setdefault(why, []).append(who)
+        yield from (f"  {why}: {listing(people, 10)}" for why, people in reasons.items())

@@ -19,6 +19,7 @@ class Change:
     """One student whose row is not what it was."""
 
     student: str
+    name: str
     before: str | None
     """Points, "not graded", or None for one who was not in the table."""
     after: str | None
@@ -29,12 +30,13 @@ class Change:
     def to_dict(self) -> dict[str, Any]:
         """Give it as JSON can hold it."""
         parts = [{"column": column, "from": before, "to": after} for column, before, after in self.parts]
-        return {"student": self.student, "from": self.before, "to": self.after, "parts": parts}
+        return {"student": self.student, "name": self.name, "from": self.before, "to": self.after, "parts": parts}
 
     def __str__(self) -> str:
-        told = f"{self.student}: {self.before or 'not in it'} → {self.after or 'no longer in it'}"
+        who = self.name if self.student in self.name else f"{self.name} ({self.student})"
+        told = f"{who}: {self.before or 'not in it'} → {self.after or 'no longer in it'}"
         if self.before == self.after:
-            told = f"{self.student}: {self.after}"
+            told = f"{who}: {self.after}"
         parts = ", ".join(f"{column} {before or '–'} → {after or '–'}" for column, before, after in self.parts)
         return f"{told} ({parts})" if parts else told
 
@@ -62,10 +64,11 @@ def compare_tables(before: str, after: str) -> tuple[Change, ...] | None:
             continue
         parts: list[tuple[str, str, str]] = []
         if was is not None and now is not None:
-            columns = [column for column in {**was, **now} if column not in (TOTAL, STATUS)]
+            columns = [column for column in {**was, **now} if column not in ("name", TOTAL, STATUS)]
             pairs = ((column, was.get(column, ""), now.get(column, "")) for column in columns)
             parts = [pair for pair in pairs if pair[1] != pair[2]]
-        changes.append(Change(student, _points(was), _points(now), tuple(parts)))
+        name = (now or was or {}).get("name") or student
+        changes.append(Change(student, name, _points(was), _points(now), tuple(parts)))
     return tuple(changes)
 
 

@@ -5,9 +5,14 @@ from __future__ import annotations
 import os
 import signal
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+
+from gyrodata.grading.grade import Grade, grade_submission
+from gyrodata.grading.rubric import Rubric
+from gyrodata.grading.submissions import Submission
 
 
 def work(task: str) -> str:
@@ -34,3 +39,18 @@ def work(task: str) -> str:
             mark.touch()
             os._exit(1)
     return f"{task} done"
+
+
+def grade(submission: Submission, rubric: Rubric) -> Grade:
+    """Grade as always, but for students whose key says what goes wrong."""
+    what = submission.student.rstrip("0123456789")
+    if what in ("hang", "exit", "kill", "memory", "raise"):
+        work(what)
+    if what == "not":
+        return replace(grade_submission(submission, rubric), d=float("nan"))
+    return grade_submission(submission, rubric)
+
+
+def fail(submission: Submission, rubric: Rubric) -> Grade:
+    """Never called where every grade is known."""
+    raise AssertionError(submission.student)

@@ -1,0 +1,236 @@
+"""A class through worker processes: nothing that one submission does reaches another, and nothing is done twice."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from grading import mishaps
+from grading.classes import make_folder
+from grading.reports import RIGHT, reported_line, sheet
+from typer.testing import CliRunner
+
+from gyrodata.cli import app
+from gyrodata.errors import InputError
+from gyrodata.grading import journal as journal_module
+from gyrodata.grading.classroom import ClassGrades
+from gyrodata.grading.exports.grades_csv import grades_csv
+from gyrodata.grading.journal import Journal
+from gyrodata.grading.rubric import default_rubric, default_rubric_text, read_rubric
+from gyrodata.grading.run import LIMIT, Way, grade_class
+from gyrodata.grading.submissions import find_submissions
+from gyrodata.grading.workers import Lost, in_workers
+
+ROOT = Path(__file__).parent.parent.parent
+RUBRIC = default_rubric()
+
+
+def a_log(seed: int) -> str:
+    rows = sheet(np.random.default_rng(seed), "mixed")
+    return rows.log("# station: 3", reported_line(*RIGHT.inertia(rows, "with_constant")))
+
+
+def a_class(root: Path, *students: str) -> Path:
+    return make_folder(root, {f"{student}/lab.csv": a_log(seed) for seed, student in enumerate(students)})
+
+
+def table(found: ClassGrades) -> str:
+    return grades_csv(found.grades, found.flags)
+
+
+@pytest.fixture
+def honest(tmp_path: Path) -> Path:
+    return a_class(tmp_path / "class", *(f"s{number}" for number in range(4)))
+
+
+def run(root: Path, way: Way) -> ClassGrades:
+    return grade_class(find_submissions(root), RUBRIC, way)
+
+
+# --- workers ------------------------------------------------------------------------------------------------
+
+
+def test_whatever_goes_wrong_is_one_row(tmp_path: Path) -> None:
+    once = f"once {tmp_path / 'mark'}"
+    tasks = ["fine 1", "hang", "exit", "kill", "memory", "deep", "raise x", once, "fine 2"]
+    done = dict(in_workers(mishaps.work, tasks, workers=3, limit=1.5))
+    assert sorted(done) == sorted(tasks)
+    assert (done["fine 1"], done["fine 2"], done[once]) == ("fine 1 done", "fine 2 done", f"{once} done")
+    reasons = {task: answer.why for task, answer in done.items() if isinstance(answer, Lost)}
+    assert reasons.pop("deep").startswith("the tool broke on it (RecursionError")
+    assert reasons == {
+        "hang": "it took over 1.5 s",
+        "exit": "its process ended (exit code 3)",
+        "kill": "its process was killed (SIGKILL), perhaps for want of memory",
+        "memory": "it needs more memory than 2 GB",
+        "raise x": "the tool broke on it (KeyError: 'x')",
+    }
+
+
+def test_a_worker_that_is_killed_from_outside_takes_nothing_along() -> None:
+    tasks = [f"sleep 0.0{number % 3}" for number in range(60)]
+    tasks = [f"{task}{'0' * number}1" for number, task in enumerate(tasks)]
+    done = []
+    for number, (task, answer) in enumerate(in_workers(mishaps.work, tasks, workers=2, limit=20.0)):
+        done.append(task)
+        assert answer == f"{task} done"
+        if number % 12 == 5:
+            os.kill(next(iter(children())), signal.SIGKILL)
+    assert sorted(done) == sorted(tasks)
+
+
+def children() -> list[int]:
+    """Processes that serve this one."""
+    from multiprocessing import active_children
+
+    return [child.pid for child in active_children() if child.pid is not None]
+
+
+def test_leaving_early_leaves_nobody_behind() -> None:
+    for _, answer in in_workers(mishaps.work, ["fine", "hang", "hang again"], workers=2, limit=60.0):
+        assert answer == "fine done"
+        break
+    assert children() == []
+
+
+def test_where_no_process_can_be_started_it_says_so() -> None:
+    with pytest.raises(InputError, match=r"G761.*no process can be started to grade in: its process ended"):
+        list(in_workers(_Unreadable(), ["fine"], workers=1, limit=1.0))
+
+
+class _Unreadable:
+    """Work that no worker can take in."""
+
+    def __reduce__(self) -> tuple[Callable[[int], object], tuple[int]]:
+        return os._exit, (4,)
+
+    def __call__(self, task: str) -> str:
+        raise AssertionError(task)
+
+
+# --- a class ------------------------------------------------------------------------------------------------
+
+
+def test_mishaps_are_rows_that_say_why_and_are_tried_again(tmp_path: Path) -> None:
+    root = a_class(tmp_path / "class", "exit", "fine", "hang", "kill", "memory", "not", "raise")
+    journal = Journal(tmp_path / "journal")
+    found = run(root, Way(3, 1.5, journal, grader=mishaps.grade))
+    assert [grade.status for grade in found.grades].count("graded") == 1
+    for grade in found.grades:
+        if grade.student != "fine":
+            assert grade.points is None, "never a zero"
+            assert all(mark.points is None for mark in grade.marks)
+    reasons = {grade.student: grade.why for grade in found.grades}
+    assert reasons["hang"] == "it took over 1.5 s; a person must look"
+    assert (reasons["not"] or "").startswith("the tool broke on it (ValueError: Out of range float values")
+    again = run(root, Way(2, LIMIT, journal))
+    assert [grade.status for grade in again.grades] == ["graded"] * 7
+    assert "fine" not in again.again
+    assert again.again["hang"] == "lost last time: it took over 1.5 s"
+    assert run(root, Way(2, LIMIT, journal, grader=mishaps.fail)).again == {}
+
+
+def test_nothing_depends_on_workers_or_order(honest: Path, tmp_path: Path) -> None:
+    submissions = find_submissions(honest)
+    turned = replace(submissions, items=submissions.items[::-1])
+    one = table(grade_class(submissions, RUBRIC, Way(1)))
+    assert table(grade_class(turned, RUBRIC, Way(4))) == one
+    journal = Journal(tmp_path / "journal")
+    assert table(grade_class(turned, RUBRIC, Way(2, journal=journal))) == one
+    assert table(grade_class(submissions, RUBRIC, Way(1, journal=journal, grader=mishaps.fail))) == one
+
+
+@pytest.mark.parametrize("after", [1, 3])
+def test_a_run_that_is_stopped_goes_on_where_it_was(after: int, honest: Path, tmp_path: Path) -> None:
+    whole = table(run(honest, Way(2)))
+    journal = Journal(tmp_path / "journal")
+
+    def stop(done: int) -> None:
+        if done == after:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run(honest, Way(2, journal=journal, progress=stop))
+    assert len(journal.read()) == after
+    torn = journal.path.read_bytes()
+    journal.path.write_bytes(torn[:-40])
+    found = run(honest, Way(2, journal=journal))
+    assert len(found.again) == 4 - after + 1
+    assert table(found) == whole
+    assert journal.path.read_bytes().count(b"\n") == len(journal.read()) == 4
+
+
+def test_a_dry_run_writes_nothing(honest: Path, tmp_path: Path) -> None:
+    journal = Journal(tmp_path / "grades" / "journal")
+    found = run(honest, Way(2, journal=journal, keep=False))
+    assert len(found.again) == 4
+    assert list(tmp_path.iterdir()) == [honest]
+
+
+def test_only_what_changed_is_graded_again_and_why_is_told(
+    honest: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    way = Way(2, journal=Journal(tmp_path / "journal"))
+    assert set(run(honest, way).again.values()) == {"new"}
+    (honest / "s1" / "lab.csv").write_text(a_log(77))
+    (honest / "s2").rename(honest / "t2")
+    assert run(honest, way).again == {"s1": "the submission changed", "t2": "new"}
+    text = default_rubric_text()
+    other = read_rubric(text.replace('slip = "50 %"', 'slip = "25 %"').encode())
+    assert set(grade_class(find_submissions(honest), other, way).again.values()) == {"the rubric changed"}
+    stated = text.replace('from = "class"', "").replace(
+        "[reference]", '[reference.all]\ninertia="4.4e-3 kg m^2"\nu="1 %"'
+    )
+    run(honest, way)
+    found = grade_class(find_submissions(honest), read_rubric(stated.encode()), way)
+    assert set(found.again.values()) == {"the reference changed"}
+    run(honest, way)
+    monkeypatch.setattr(journal_module, "__version__", "99.0")
+    reasons = run(honest, way).again.values()
+    assert {re.sub(r"from \S+", "from …", why) for why in reasons} == {"gyrodata changed from … to 99.0"}
+
+
+def test_figures_are_drawn_once_and_again_where_they_are_gone(tmp_path: Path) -> None:
+    root = a_class(tmp_path / "class", "a")
+    way = Way(1, journal=Journal(tmp_path / "journal"), figures=tmp_path / "figures")
+    run(root, replace(way, figures=None))
+    found = run(root, way)
+    assert found.again == {"a": "its figures are missing"}
+    drawn = sorted((tmp_path / "figures" / "a").iterdir())
+    assert [path.stem for path in drawn] == sorted(found.figures["a"])
+    assert all(path.read_bytes().startswith(b"\x89PNG") for path in drawn)
+    assert run(root, replace(way, grader=mishaps.fail)).again == {}
+    drawn[0].unlink()
+    (why,) = run(root, replace(way, grader=mishaps.fail)).again.values()
+    assert why == "its figures are missing"
+
+
+def test_a_kill_loses_nothing(honest: Path, tmp_path: Path) -> None:
+    whole, killed = tmp_path / "whole", tmp_path / "killed"
+    command = ["grade", str(honest), "--workers", "2", "-o"]
+    CliRunner().invoke(app, [*command, str(whole)], catch_exceptions=False)
+    first = subprocess.Popen(
+        [sys.executable, "-m", "gyrodata", *command, killed],
+        env={**os.environ, "PYTHONPATH": str(ROOT)}, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+    journal = killed / "journal.ndjson"
+    while first.poll() is None and not (journal.exists() and journal.read_bytes().count(b"\n") >= 2):
+        time.sleep(0.005)
+    first.kill()
+    first.wait()
+    kept = journal.read_bytes().count(b"\n")
+    second = CliRunner().invoke(app, [*command, str(killed)], catch_exceptions=False)
+    assert f"kept {kept} as graded before" in second.stderr
+    names = sorted(path.relative_to(whole) for path in whole.rglob("*") if path.is_file())
+    assert Path("grades.csv") in names
+    for name in names:
+        assert (killed / name).read_bytes() == (whole / name).read_bytes(), name

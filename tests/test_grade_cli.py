@@ -1,0 +1,344 @@
+"""`gyro grade` from the outside: the sample class, what is written and printed, exit codes, and what is refused."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+import re
+import shlex
+import shutil
+import signal
+import stat
+import subprocess
+import sys
+import time
+import zipfile
+from pathlib import Path
+
+import jsonschema
+import make_sample_class
+import pytest
+from grading.classes import make_folder, make_zip
+from typer.testing import CliRunner, Result
+
+from gyrodata import schema
+from gyrodata.cli import app
+from gyrodata.errors import CODES
+from gyrodata.grading.forensics import read_exemptions
+from gyrodata.grading.submissions import find_submissions
+
+ROOT = Path(__file__).parent.parent
+CLASS = ROOT / "sample_data" / "class"
+EXPECTED = Path(__file__).parent / "grading" / "expected" / "class.txt"  # what `gyro grade sample_data/class` prints
+GRADEBOOK = """Student,ID,SIS User ID,SIS Login ID,Section,Gyroscope lab (123456)
+    Points Possible,,,,,20.00
+"Adler, Nina",101,,,A,12
+"Baker, Tom",102,,,A,
+"Nobody, Else",999,,,A,
+"""
+
+
+def gyro(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(app, [str(argument) for argument in arguments], prog_name="gyro")
+
+
+def rows_of(text: str) -> dict[str, dict[str, str]]:
+    return {row["student"]: row for row in csv.DictReader(io.StringIO(text))}
+
+
+@pytest.fixture(scope="module")
+def graded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Result, Path]:
+    """The sample class, graded once."""
+    folder = tmp_path_factory.mktemp("graded")
+    return gyro("grade", CLASS, "--out", folder / "grades", "--workers", "2"), folder / "grades"
+
+
+@pytest.fixture
+def grades(graded: tuple[Result, Path], tmp_path: Path) -> Path:
+    """A copy of its grades, to work in."""
+    return Path(shutil.copytree(graded[1], tmp_path / "grades"))
+
+
+# --- the sample class ---------------------------------------------------------------------------------------
+
+
+def test_the_stored_class_is_what_the_script_makes() -> None:
+    stored = {path.name: path.read_bytes() for path in CLASS.iterdir()}
+    assert stored == make_sample_class.make()
+
+
+def test_every_slip_of_the_sample_class_is_named(graded: tuple[Result, Path]) -> None:
+    rows = rows_of((graded[1] / "grades.csv").read_text(encoding="utf-8"))
+    for student in make_sample_class.STUDENTS:
+        number = re.findall(r"_(\d+)_", student.file)[0]
+        assert rows[number]["slips"].split("; ")[0] == student.slip, student.file
+        if student.reports:
+            points = float(rows[number]["total"])
+            assert points == (17.0 if student.slip else 20.0)
+    assert rows["101"]["flags"] == "shared rows with 110"
+    assert rows["111"]["why_not_graded"] == "lab.csv is empty"
+    assert rows["112"]["why_not_graded"].endswith("this is a PNG picture, not a table")
+    assert rows["113"]["why_not_graded"].startswith("no reported I_zz was found")
+    assert rows["114"]["late"] == "marked late"
+    assert [rows[number]["total"] for number in ("111", "112", "113")] == ["", "", ""], "never a zero"
+
+
+def test_what_is_printed(graded: tuple[Result, Path]) -> None:
+    done, _ = graded
+    assert done.exit_code == 1, "three are not graded"
+    assert done.stdout == EXPECTED.read_text(encoding="utf-8")
+    assert "graded 14 (new): adlernina, bakertom" in done.stderr
+    assert "1 file is of no student and left aside: README.txt" in done.stderr
+
+
+def test_what_is_written(graded: tuple[Result, Path]) -> None:
+    _, folder = graded
+    assert {path.name for path in folder.iterdir()} == {
+        "class.html", "feedback", "feedback.zip", "flags.csv", "grades.csv", "grades.json", "journal.ndjson",
+    }  # fmt: skip
+    stems = {Path(name).stem for name in make_sample_class.make() if name != "README.txt"}
+    written = {path.name: path.read_bytes() for path in (folder / "feedback").iterdir()}
+    assert set(written) == {f"{stem}{ending}" for stem in stems for ending in (".html", ".md")}
+    with zipfile.ZipFile(folder / "feedback.zip") as archive:
+        assert {name: archive.read(name) for name in archive.namelist()} == written
+        assert archive.namelist() == sorted(archive.namelist(), key=lambda name: (Path(name).stem, Path(name).suffix))
+        assert {entry.date_time for entry in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
+    page = (folder / "class.html").read_text(encoding="utf-8")
+    for link in re.findall(r'href="([^"]+)"', page):
+        assert (folder / link.replace("%20", " ")).is_file()
+    assert str(folder) not in page
+
+
+def test_a_second_run_grades_nobody_and_changes_no_byte(grades: Path) -> None:
+    before = {path: path.read_bytes() for path in grades.rglob("*") if path.is_file()}
+    done = gyro("grade", CLASS, "--out", grades, "--workers", "1")
+    assert "kept 14 as graded before\n" in done.stderr
+    assert "grades.csv changes" not in done.stderr
+    assert {path: path.read_bytes() for path in grades.rglob("*") if path.is_file()} == before
+
+
+def test_json_ndjson_and_csv(graded: tuple[Result, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    document = json.loads(gyro("grade", CLASS, "--format", "json").stdout)
+    jsonschema.validate(document, schema.grades_schema())
+    assert document == json.loads((graded[1] / "grades.json").read_text(encoding="utf-8"))
+    assert document["changes"] is None
+    lines = [json.loads(line) for line in gyro("grade", CLASS, "--format", "ndjson").stdout.splitlines()]
+    assert [{k: v for k, v in line.items() if k not in ("schema", "tool")} for line in lines] == document["students"]
+    assert {line["schema"] for line in lines} == {"gyro.grade/1"}
+    table = gyro("grade", CLASS, "--format", "csv").stdout
+    assert table == (graded[1] / "grades.csv").read_text(encoding="utf-8")
+    assert list(tmp_path.iterdir()) == [], "nothing is written to disk"
+
+
+# --- what changes -------------------------------------------------------------------------------------------
+
+
+def test_a_dry_run_tells_what_would_change_and_writes_nothing(grades: Path, tmp_path: Path) -> None:
+    rubric = tmp_path / "rubric.toml"
+    rubric.write_text(gyro("grade", "--print-rubric").stdout.replace('slip = "50 %"', 'slip = "25 %"'))
+    before = {path: path.read_bytes() for path in grades.rglob("*") if path.is_file()}
+    done = gyro("grade", CLASS, "--out", grades, "--rubric", rubric, "--dry-run", "--format", "json")
+    assert {path: path.read_bytes() for path in grades.rglob("*") if path.is_file()} == before
+    assert "graded 14 (the rubric changed): adlernina" in done.stderr
+    assert "grades.csv would change for 7:\n  castilloines (103): 17.00 → 18.50 (inertia 3.00 → 4.50)\n" in done.stderr
+    changes = json.loads(done.stdout)["changes"]
+    jsonschema.validate(json.loads(done.stdout), schema.grades_schema())
+    assert changes[0] == {
+        "student": "103", "name": "castilloines", "from": "17.00", "to": "18.50",
+        "parts": [{"column": "inertia", "from": "3.00", "to": "4.50"}],
+    }  # fmt: skip
+
+
+def test_a_table_that_somebody_worked_in_is_kept(grades: Path) -> None:
+    table = grades / "grades.csv"
+    edited = table.read_text(encoding="utf-8").replace("113,moreaulea,not graded,,", "113,moreaulea,graded,15.00,")
+    table.write_text(edited, encoding="utf-8")
+    done = gyro("grade", CLASS, "--out", grades)
+    assert "moreaulea (113): 15.00 → not graded" in done.stderr
+    assert "kept as grades-before.csv" in done.stderr
+    assert (grades / "grades-before.csv").read_text(encoding="utf-8") == edited
+    (grades / "grades.csv").write_bytes(b"\xff\x00 what is this")
+    done = gyro("grade", CLASS, "--out", grades)
+    assert "no table of grades as gyro writes it; what it was is kept as grades-before.csv" in done.stderr
+
+
+def test_students_that_come_and_go_are_told(grades: Path, tmp_path: Path) -> None:
+    less = Path(shutil.copytree(CLASS, tmp_path / "class"))
+    (less / "novakeva_LATE_114_9014_lab.csv").rename(less / "novaknew_115_9015_lab.csv")
+    done = gyro("grade", less, "--out", grades)
+    assert "novakeva (114): 20.00 → no longer in it" in done.stderr
+    assert "novaknew (115): not in it → 20.00" in done.stderr
+
+
+# --- options ------------------------------------------------------------------------------------------------
+
+
+def test_partners_are_not_flagged(grades: Path, tmp_path: Path) -> None:
+    partners = tmp_path / "partners.csv"
+    partners.write_text("adlernina, 110\nnobody, itoken\n")
+    done = gyro("grade", CLASS, "--out", grades, "--partners", partners, "--exit-zero")
+    assert done.exit_code == 0
+    assert "shared rows" not in done.stdout
+    assert '"nobody" is nobody in this class' in done.stderr
+    assert (grades / "flags.csv").read_text().count("\n") == 1
+
+
+def test_a_name_that_is_anothers_key_is_that_key(tmp_path: Path) -> None:
+    root = make_folder(tmp_path / "class", {"ann_7_1_lab.csv": "x", "bob_8_2_lab.csv": "x"})
+    aliases = find_submissions(root).aliases
+    assert (aliases["7"], aliases["ann"], aliases["bob"]) == ("7", "7", "8")
+    assert read_exemptions(b"ann, 8", aliases).groups == (frozenset({"7", "8"}),)
+
+
+def test_gradebooks_come_back_filled(grades: Path, tmp_path: Path) -> None:
+    book = tmp_path / "book.csv"
+    book.write_text(GRADEBOOK)
+    done = gyro("grade", CLASS, "--out", grades, "--gradebook", book, "--assignment", "123456")
+    filled = (grades / "canvas.csv").read_text()
+    assert filled == GRADEBOOK.replace("A,12", "A,20.00").replace("102,,,A,", "102,,,A,20.00")
+    assert "canvas.csv: 2 filled, 1 of them changed, 13 not\n  101: 12 → 20.00\n" in done.stderr
+    assert "has no submission: Nobody, Else" in done.stderr
+
+
+def test_a_worksheet_comes_back_filled(tmp_path: Path) -> None:
+    log = (CLASS / "bakertom_102_9002_gyroscope.csv").read_text(encoding="utf-8")
+    root = make_zip(
+        tmp_path / "PHYS-Lab-77.zip",
+        {"Tom Baker_1001_assignsubmission_file/lab.csv": log, "Ann Lee_1002_assignsubmission_file/lab.csv": "no log"},
+    )
+    sheet = tmp_path / "sheet.csv"
+    head = 'Identifier,"Full name",Status,Grade,"Maximum Grade","Grade can be changed","Last modified (grade)"'
+    sheet.write_text(
+        f'{head},"Feedback comments"\n"Participant 1001","Tom Baker",x,,20.00,Yes,-,\n'
+        '"Participant 1002","Ann Lee",x,,20.00,Yes,-,\n'
+    )
+    out = tmp_path / "grades"
+    done = gyro("grade", root, "--out", out, "--worksheet", sheet)
+    first, second = (out / "moodle.csv").read_text().splitlines()[1:]
+    assert first == '"Participant 1001","Tom Baker",x,20.00,20.00,Yes,-,<p>20 of 20 points.</p>'
+    assert second == '"Participant 1002","Ann Lee",x,,20.00,Yes,-,'
+    assert "is not graded: the log cannot be" in done.stderr
+    assert (out / "feedback" / "Tom Baker_1001_assignsubmission_file" / "feedback.html").is_file()
+
+
+def test_figures_stand_in_the_feedback(tmp_path: Path) -> None:
+    shutil.copytree(CLASS, tmp_path / "class", ignore=lambda _, names: [n for n in names if "itoken" not in n])
+    done = gyro("grade", tmp_path / "class", "--out", tmp_path / "g", "--figures")
+    assert done.exit_code == 0, done.stderr
+    page = (tmp_path / "g" / "feedback" / "itoken_109_9009_lab.html").read_text(encoding="utf-8")
+    assert page.count("data:image/png;base64,") == len(list((tmp_path / "g" / "figures").rglob("*.png"))) == 4
+    assert '<img src="data:image/png' in page
+    assert 'alt=""' not in page
+
+
+def test_the_autograder_is_ready_to_be_zipped_and_grades(tmp_path: Path) -> None:
+    done = gyro("grade", "--gradescope", tmp_path / "source")
+    assert done.exit_code == 0
+    modes = {path.name: bool(path.stat().st_mode & stat.S_IXUSR) for path in (tmp_path / "source").iterdir()}
+    assert modes == {"setup.sh": True, "run_autograder": True, "rubric.toml": False}
+    assert "gyro autograde" in (tmp_path / "source" / "run_autograder").read_text()
+    make_folder(tmp_path / "submission", {"lab.csv": (CLASS / "itoken_109_9009_lab.csv").read_bytes()})
+    assert gyro("autograde", tmp_path).exit_code == 0
+    results = json.loads((tmp_path / "results" / "results.json").read_text(encoding="utf-8"))
+    assert "A slip to look for" in results["output"]
+    assert "autograde" not in gyro("--help").stdout
+    (tmp_path / "source" / "rubric.toml").write_text("schema = 2")
+    assert gyro("autograde", tmp_path).exit_code == 2
+
+
+REFUSED = {
+    "G764": (),
+    "G765": (CLASS, "--rubric", "no-such-file.toml"),
+    "G766": (CLASS, "--out", CLASS / "grades"),
+    "G767": (CLASS, "--format", "json", "--figures"),
+    "G763": (CLASS, "--out", "/dev/null"),
+    "G741": (CLASS, "--partners", "no-such-file.csv"),
+    "G706": (CLASS, "--pattern", "lab"),
+    "G701": ("no-such-class",),
+    "G721": (CLASS, "--rubric", CLASS / "README.txt"),
+    "G752": (CLASS, "--gradebook", CLASS / "README.txt", "--out", "g"),
+    "G755": (CLASS, "--worksheet", CLASS / "README.txt", "--out", "g"),
+}
+
+
+@pytest.mark.parametrize("code", REFUSED)
+def test_what_is_refused_says_why_before_anything_is_written(
+    code: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = gyro("grade", *REFUSED[code])
+    assert done.exit_code == 2
+    assert f"error {code}: " in done.stderr
+    assert "Traceback" not in done.output
+    assert done.stdout == ""
+    assert list(tmp_path.iterdir()) == []
+    assert CODES[code].severity == "error"
+
+
+def test_a_class_that_one_stands_in_gets_its_grades_beside_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    root = make_folder(tmp_path / "class", {"ann/lab.csv": "", "bob/lab.csv": "x"})
+    monkeypatch.chdir(root / "ann")
+    assert gyro("grade", "..", "--quiet").stderr == ""
+    assert (tmp_path / "class-grades" / "grades.csv").is_file()
+    monkeypatch.chdir(tmp_path)
+    make_zip(tmp_path / "lab.zip", {"ann/lab.csv": "", "bob/lab.csv": "x"})
+    assert gyro("grade", "lab.zip", "--quiet").exit_code == 1
+    assert (tmp_path / "lab-grades" / "grades.csv").is_file()
+
+
+def test_hostile_names_stay_where_they_belong(tmp_path: Path) -> None:
+    log = (CLASS / "bakertom_102_9002_gyroscope.csv").read_text(encoding="utf-8")
+    names = ("=cmd|' /C calc'!A0", "@SUM(1)", "..", "a<b>&c", "Ünïcode 名前")
+    root = make_folder(tmp_path / "class", {f"{number}-{name}.csv": log for number, name in enumerate(names)})
+    done = gyro("grade", root, "--pattern", r"^\d-(?P<student>.+)\.csv$", "--out", tmp_path / "grades")
+    assert done.exit_code == 0, done.stderr
+    assert {path.name for path in tmp_path.iterdir()} == {"class", "grades"}
+    rows = list(csv.reader(io.StringIO((tmp_path / "grades" / "grades.csv").read_text(encoding="utf-8"))))
+    assert not any(cell[:1] in "=+@" and cell for row in rows for cell in row)
+    assert "<b>&c" not in (tmp_path / "grades" / "class.html").read_text(encoding="utf-8")
+
+
+def test_control_c_stops_at_once_and_says_what_is_kept(tmp_path: Path) -> None:
+    log = (CLASS / "bakertom_102_9002_gyroscope.csv").read_bytes()
+    root = make_folder(tmp_path / "class", {f"s{number:04d}.csv": log for number in range(400)})
+    run = subprocess.Popen(
+        [sys.executable, "-m", "gyrodata", "grade", str(root), "-o", str(tmp_path / "g"), "--workers", "2"],
+        env={**os.environ, "PYTHONPATH": str(ROOT)}, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        start_new_session=True,
+    )  # fmt: skip
+    journal = tmp_path / "g" / "journal.ndjson"
+    while run.poll() is None and not journal.exists():
+        time.sleep(0.01)
+    os.killpg(run.pid, signal.SIGINT)
+    out, told = run.communicate(timeout=30)
+    assert (run.returncode, out) == (130, "")
+    assert told == "stopped; what was done is kept, and the same command goes on from there\n"
+    assert journal.read_bytes().endswith(b"\n")
+
+
+# --- schemas ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("option", ["--grades", "--predictions"])
+def test_schemas_are_schemas(option: str) -> None:
+    document = json.loads(gyro("schema", option).stdout)
+    jsonschema.Draft202012Validator.check_schema(document)
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        'precession --torque "0.1 N m" --spin 400rpm --inertia "4.44e-3 kg m^2" --transverse "7e-3 kg m^2"',
+        'precession --torque "0.1 N m" --spin 4rpm --inertia "4.44e-3 kg m^2" --transverse "7e-3 kg m^2" --pitch 40deg',
+        "earth --latitude 52deg",
+        'platform --wheel-inertia "0.1 kg m^2" --wheel-spin 300rpm --platform-inertia "3 kg m^2"',
+        'tip --force "0.1 N" --length 20cm --inertia "4.44e-3 kg m^2" --spin 400rpm',
+    ],
+)
+def test_predictions_follow_their_schema(command: str) -> None:
+    done = gyro("predict", *shlex.split(command), "--format", "json")
+    assert done.exit_code == 0, done.output
+    jsonschema.validate(json.loads(done.stdout), schema.predictions_schema())

@@ -45,7 +45,7 @@ QUICK = Effort(
     repeats=2,
     labs=300,
     grid=9,
-    fine_grid=48,
+    fine_grid=36,
     swings=3,
     draws=8,
 )
@@ -59,7 +59,7 @@ FULL = Effort(
     repeats=5,
     labs=3000,
     grid=20,
-    fine_grid=120,
+    fine_grid=72,
     swings=9,
     draws=60,
 )

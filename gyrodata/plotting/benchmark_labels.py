@@ -46,6 +46,12 @@ class _Box:
         high = min(self.top, other.top) - max(self.bottom, other.bottom)
         return wide * high if wide > 0 and high > 0 else 0.0
 
+    def crossed(self, start: tuple[float, float], end: tuple[float, float]) -> bool:
+        """Whether a line between two places goes through it."""
+        steps = [step / 16 for step in range(17)]
+        places = [(start[0] + t * (end[0] - start[0]), start[1] + t * (end[1] - start[1])) for t in steps]
+        return any(self.left < x < self.right and self.bottom < y < self.top for x, y in places)
+
 
 def name_points(
     ax: Axes, named: Sequence[Named], others: Sequence[tuple[float, float]] = (), size: float = 8.0
@@ -68,7 +74,8 @@ def name_points(
     frame = _Box(*corners[0], *corners[1])
     spots = [(point.x, point.y) for point in named] + list(others)
     places = ax.transData.transform(spots) * to_points
-    taken = [_Box(x - 5, y - 5, x + 5, y + 5) for x, y in places]
+    sizes = [8.0 if point.bold else 5.0 for point in named] + [5.0] * len(others)
+    taken = [_Box(x - r, y - r, x + r, y + r) for (x, y), r in zip(places, sizes, strict=True)]
     for i, (point, (x, y)) in enumerate(zip(named, places, strict=False)):
         width, height = point.width(size), 1.1 * size
         best: tuple[float, float, float] | None = None
@@ -79,8 +86,11 @@ def name_points(
                 bottom = y + distance * sine - (height / 2) * (1 - sine)
                 box = _Box(left, bottom, left + width, bottom + height)
                 inside = box.overlap(frame) / (width * height)
-                covered = sum(box.overlap(other) for k, other in enumerate(taken) if k != i)
-                cost = covered + 400 * (1 - inside) + 1.2 * distance
+                others_taken = [other for k, other in enumerate(taken) if k != i]
+                covered = sum(box.overlap(other) for other in others_taken)
+                ends = (left + width / 2, bottom + height / 2)
+                crossed = sum(other.crossed((x, y), ends) for other in others_taken) if distance > 10 else 0
+                cost = 3 * covered + 20 * crossed + 1500 * (1 - inside) + 1.2 * distance
                 if best is None or cost < best[0]:
                     best = (cost, left, bottom)
         assert best is not None

@@ -85,11 +85,11 @@ def _draw_panel(ax: Axes, panel: MotionPanel, limits: tuple[float, float], first
         if points:
             ax.plot(
                 [point.seconds for point in points], [_height(point) for point in points], color=colour,
-                marker=marker, markersize=5, markeredgecolor="white", markeredgewidth=0.4, linewidth=1.0, zorder=3,
+                marker=marker, markersize=5, markeredgecolor="white", markeredgewidth=0.4, linewidth=1.0, zorder=7,
             )  # fmt: skip
     winner = panel.winner
     ax.plot([winner.seconds], [_height(winner)], "o", markersize=12, color="none", markeredgecolor=INK,
-            markeredgewidth=1.2, zorder=4)  # fmt: skip
+            markeredgewidth=1.2, zorder=7)  # fmt: skip
     named = [
         Named(point.seconds, _height(point), point.method)
         for point in panel.points

@@ -106,12 +106,12 @@ def draw_upright(passages: Sequence[Passage]) -> Figure:
     with rc_context(STYLE):
         figure = Figure(figsize=(9.0, 3.7), dpi=150)
         left = figure.add_axes((0.075, 0.15, 0.29, 0.68))
-        right = figure.add_axes((0.565, 0.15, 0.29, 0.68))
+        right = figure.add_axes((0.555, 0.15, 0.29, 0.68))
         started = [one.method for one in passages if one.closest == 0 and one.error is None]
         _draw_lines(left, [(one.method, one.closest, one.error) for one in passages if one.closest])
         head(left, "error of the rod's direction in 10 s", f"started at the vertical, no answer: {_listed(started)}")
         _draw_lines(right, [(one.method, one.closest, one.evaluations) for one in passages if one.closest])
-        head(right, "evaluations for 10 s", "Euler angles do not lose digits; they slow down")
+        head(right, "evaluations for 10 s", "of the right-hand side by DOP853, rtol 1e-9; of the torque in splitting")
     return figure
 
 

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 _SHADES = ((HONEST, "#0072B2", "o"), (0.8, "#56B4E9", "s"), (0.5, "#E69F00", "^"), (-1.0, "#D55E00", "v"))
 """Least coverage, colour and marker, from Okabe and Ito's set: blue is honest, orange is not."""
 
+_TIMES = (1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 3e-1, 1.0)
+
 _KEY = ("93.5 % and more", "80 to 93.5 %", "50 to 80 %", "less than 50 %")
 
 
@@ -55,12 +57,13 @@ def _look(trial: Trial) -> tuple[str, str]:
 
 def _draw_panel(ax: Axes, panel: TrialPanel, times: Sequence[float], first: bool, last: bool) -> None:
     errors = [trial.rmse for trial in panel.trials]
-    limits = (min(times) / 2, max(times) * 2.5), (min(errors) / 1.8, max(errors) * 1.6)
+    limits = (min(times) / 2.5, max(times) * 2.5), (min(errors) / 1.8, max(errors) * 1.6)
     ax.set_xscale("log")
     ax.set_yscale("log")
     ax.set_xlim(limits[0])
     ax.set_ylim(limits[1])
-    log_axis("x", ax, ticks := log_ticks(*limits[0]), [time_text(tick) for tick in ticks])
+    shown = [time for time in _TIMES if limits[0][0] < time < limits[0][1] / 1.3]
+    log_axis("x", ax, shown, [time_text(time) for time in shown])
     log_axis("y", ax, ticks := log_ticks(*limits[1]), [percent_text(tick) for tick in ticks])
     ax.grid(axis="y", color="#dddddd", linewidth=0.6)
     if last:
@@ -72,7 +75,7 @@ def _draw_panel(ax: Axes, panel: TrialPanel, times: Sequence[float], first: bool
         mine = trial.estimator == "recommended"
         ax.plot(
             [trial.seconds], [trial.rmse], marker=marker, color=colour, markersize=9 if mine else 6,
-            markeredgecolor=INK if mine else "white", markeredgewidth=1.2 if mine else 0.5, zorder=4,
+            markeredgecolor=INK if mine else "white", markeredgewidth=1.2 if mine else 0.5, zorder=7,
         )  # fmt: skip
     order = sorted(panel.trials, key=lambda trial: trial.estimator != "recommended")
     named = [

@@ -149,6 +149,7 @@ class TestTrials:
         assert TrialPanel(panel.scene, 4000, (better, mine)).best is better
         dishonest = replace(better, coverage=0.92)
         assert TrialPanel(panel.scene, 4000, (dishonest, mine)).best is mine
+        assert TrialPanel(panel.scene, 4000, (dishonest, replace(mine, coverage=0.9))).best is None
 
     @pytest.mark.parametrize(
         ("coverage", "labs", "honest"), [(0.94, 4000, True), (0.928, 4000, False), (0.925, 300, True)]

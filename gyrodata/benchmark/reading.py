@@ -70,11 +70,15 @@ def _motion(panels: Sequence[MotionPanel]) -> list[str]:
     exact = [_of(panel, "exact") for panel in panels if _of(panel, "exact")]
     if exact:
         slowest = max(points[0].seconds for points in exact)
-        lines.append(
-            f"- The exact motion costs {_time(slowest)} a top at most (in arrays of {BATCH}); splitting that does no "
-            f"harm costs {_times(panels, 'splitting')} times as much, an integrator of scipy (one top at a time) "
-            f"{_times(panels, 'integrator')} times: they are for what has no closed form, drag or another torque."
-        )
+        lines.append(f"- The exact motion costs {_time(slowest)} a top at most (in arrays of {BATCH}).")
+        lines += [
+            f"- {what} that does no harm costs {ratio} times as much{use}."
+            for what, ratio, use in (
+                ("Splitting", _times(panels, "splitting"), ""),
+                ("An integrator of scipy, one top at a time,", _times(panels, "integrator"), "; it is for drag"),
+            )
+            if ratio
+        ]
     return lines
 
 
@@ -88,13 +92,15 @@ def _of(panel: MotionPanel, family: str) -> list[MotionPoint]:
 
 
 def _times(panels: Iterable[MotionPanel], family: str) -> str:
-    """Cost of the cheapest harmless method of a family over that of the exact motion, from scene to scene."""
+    """Cost of the cheapest harmless method of a family over that of the exact motion, scene by scene; "" for none."""
     ratios = [
         min(harmless) / _of(panel, "exact")[0].seconds
         for panel in panels
         if _of(panel, "exact")
         and (harmless := [point.seconds for point in _of(panel, family) if point.error < panel.bound])
     ]
+    if not ratios:
+        return ""
     low, high = f"{min(ratios):.2g}", f"{max(ratios):.2g}"
     return _plain(float(low)) if low == high else f"{_plain(float(low))} to {_plain(float(high))}"
 
@@ -111,7 +117,7 @@ def _trials(panels: Sequence[TrialPanel]) -> list[str]:
     ]
     doubt = math.sqrt(0.95 * 0.05 / panels[0].labs)
     header = ("scene", "recommended", "best other with an honest interval", *usual)
-    wins = [panel for panel in panels if panel.best.estimator == "recommended"]
+    wins = [panel for panel in panels if panel.best is panel.recommended]
     told = f"RMSE of I_zz, and how often the 95 % interval holds the truth (known to ± {_percent(doubt)})."
     lines = ["## Estimators: `estimators.png`", "", told, "", *_table(header, rows), ""]
     what = (
@@ -119,10 +125,11 @@ def _trials(panels: Sequence[TrialPanel]) -> list[str]:
         f"{100 * HONEST:g} % and more, as far as so many labs tell"
     )
     lines.append(_holds(len(wins), len(panels), what, "scene"))
-    lines += _exceptions([f"{panel.scene.title} ({panel.best.estimator})" for panel in panels if panel not in wins])
+    others = [(panel.scene.title, panel.best) for panel in panels if panel not in wins]
+    lines += _exceptions([f"{title} ({best.estimator if best else 'none of them'})" for title, best in others])
     lines.append(f"- One fit of {_time(panels[0].recommended.seconds)} is the price.")
     best, mine = one_side.best, one_side.recommended
-    if best.estimator != mine.estimator:
+    if best is not None and best is not mine:
         lines.append(
             f"- With weights on one side only and a ball in perfect balance, {best.estimator} is better: RMSE "
             f"{_percent(best.rmse)} against {_percent(mine.rmse)}. It takes for granted that no torque is left over, "

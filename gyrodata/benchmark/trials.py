@@ -97,13 +97,16 @@ class TrialPanel:
     trials: tuple[Trial, ...]
 
     @property
-    def best(self) -> Trial:
-        """The smallest root mean square error among the honest; the recommended fit where none is truly smaller."""
+    def best(self) -> Trial | None:
+        """The smallest root mean square error among the honest; the recommended fit where none is truly smaller.
+
+        None where no estimator is honest.
+        """
         honest = [trial for trial in self.trials if trial.honest and not trial.failed]
         mine = [trial for trial in honest if trial.estimator == "recommended"]
         if mine and not any(trial.better for trial in honest):
             return mine[0]
-        return min(honest, key=lambda trial: trial.rmse)
+        return min(honest, key=lambda trial: trial.rmse, default=None)
 
     @property
     def recommended(self) -> Trial:

@@ -97,7 +97,7 @@ def _draw_key(ax: Axes, one_side: TrialPanel) -> None:
     note = "M is the torque, P = φ̇ψ̇; 18 runs a lab, three weights at three spins on either side of the ball"
     ax.text(0.0, 0.47, note, fontsize=7.5, color=SOFT, va="center")
     best, mine = one_side.best, one_side.recommended
-    if best.estimator != mine.estimator:
+    if best is not None and best is not mine:
         note = (
             "with weights on one side only and a ball that is in perfect balance, who takes that for granted is better "
             f"off: {best.estimator} {100 * best.rmse:.2f} %, recommended {100 * mine.rmse:.2f} %"

@@ -11,7 +11,7 @@ import numpy as np
 
 from gyrodata.physics import Floats, balanced_direction
 from gyrodata.plotting.marks import INK, SOFT, name_axes
-from gyrodata.plotting.style import METADATA, PACKING, SIZE, STYLE, Form
+from gyrodata.plotting.style import METADATA, PACKING, RULED, SIZE, Form
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,7 +42,7 @@ def draw_earth(latitude: float, times: Sequence[float]) -> Figure:
 
     dots = np.asarray(times, dtype=float)
     fine = np.linspace(0.0, dots[-1], 1441)
-    with rc_context(STYLE):
+    with rc_context(RULED):
         figure = Figure(figsize=SIZE, dpi=150)
         upper, lower = figure.add_axes((0.125, 0.53, 0.635, 0.34)), figure.add_axes((0.125, 0.125, 0.635, 0.34))
         for name, start in (("north", (0.0, latitude)), ("east", (math.pi / 2, 0.0))):
@@ -115,6 +115,6 @@ def render_earth(latitude: float, times: Sequence[float], form: Form = "png") ->
 
     file = io.BytesIO()
     figure = draw_earth(latitude, times)
-    with rc_context(STYLE):
+    with rc_context(RULED):
         figure.savefig(file, format=form, metadata=METADATA[form], **PACKING[form])
     return file.getvalue()

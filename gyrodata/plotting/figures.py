@@ -26,7 +26,7 @@ from gyrodata.plotting.marks import (
     zero_range,
 )
 from gyrodata.plotting.scene import RPM, Scene, gather, mean_text, torque_unit, with_u
-from gyrodata.plotting.style import MEDIA, STYLE, Form, Medium, save
+from gyrodata.plotting.style import MEDIA, RULED, Form, Medium, save
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -231,7 +231,7 @@ def draw(analysis: Analysis, name: str, medium: Medium = MEDIA["screen"]) -> Fig
     """
     from matplotlib import rc_context
 
-    with rc_context(STYLE):
+    with rc_context(RULED):
         return _figure(gather(analysis, medium.grey_safe), name, medium)
 
 
@@ -262,7 +262,7 @@ def render(analysis: Analysis, form: Form = "png", medium: Medium = MEDIA["scree
     """
     from matplotlib import rc_context
 
-    with rc_context(STYLE), warnings.catch_warnings():
+    with rc_context(RULED), warnings.catch_warnings():
         # A run's name may be written in a script that the font does not have; it is drawn as boxes then.
         warnings.filterwarnings("ignore", message="(?s).*[Gg]lyph.* missing")
         scene = gather(analysis, medium.grey_safe)

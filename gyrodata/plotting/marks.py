@@ -15,7 +15,7 @@ from gyrodata.plotting.scene import Scene
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-INK, SOFT, _FAINT = "#222222", "#666666", "#dddddd"
+INK, SOFT, FAINT = "#222222", "#666666", "#dddddd"
 
 MARK = 5.5
 """Diameter of a dot [point]."""
@@ -114,13 +114,14 @@ def _plain(value: float, _position: object = None) -> str:
 
 
 def name_axes(ax: Axes, x: str, y: str) -> None:
-    """Label both axes, and write their ticks as plain numbers."""
+    """Label both axes, and write their ticks as plain numbers; for axes made within ``rc_context(RULED)``."""
     ax.set_xlabel(x)
     ax.set_ylabel(y)
     ax.xaxis.set_major_formatter(_plain)
     ax.yaxis.set_major_formatter(_plain)
-    ax.grid(axis="y", color=_FAINT, linewidth=0.6)
-    ax.tick_params(length=3)
+    if ax.get_xscale() == "linear":
+        # Few numbers, for readers and for speed.
+        ax.locator_params(nbins=6)
 
 
 def log_ticks(low: float, high: float) -> list[float]:

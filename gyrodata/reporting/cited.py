@@ -90,28 +90,39 @@ class Cited:
         value = self.at(place)
         return NOTHING if value is None else self.mark(place, uncertainty_text(value, size), size)
 
-    def pair(self, place: str, place_u: str, size: float = 1.0) -> Markup:
-        """Write a value rounded to its uncertainty, without unit: "4.441 ± 0.023"; a dash for None."""
-        value, u = self.at(place), self.at(place_u)
-        if value is None:
+    def pair(self, place: str, size: float = 1.0, value: str = "value", u: str = "") -> Markup:
+        """Write a value rounded to its uncertainty, without unit: "4.441 ± 0.023"; a dash for None.
+
+        Parameters
+        ----------
+        place : str
+            Where value and uncertainty stand.
+        size : float
+            What a shown 1 is worth; negative to turn the sign.
+        value, u : str
+            Their keys there: "value" and "u", or any name and that name with "_u".
+        """
+        u = u or ("u" if value == "value" else f"{value}_u")
+        number, spread = self.at(f"{place}.{value}"), self.at(f"{place}.{u}")
+        if number is None:
             return NOTHING
-        if not u:
-            return self.reading(place, size)
-        nominal, spread, exponent = rounded(value, u, abs(size))
+        if not spread:
+            return self.reading(f"{place}.{value}", size)
+        nominal, spread, exponent = rounded(number, spread, abs(size))
         factor = 10.0**exponent
         if size < 0:
             nominal = nominal.removeprefix("-") if nominal.startswith("-") else f"-{nominal}"
         shown = Markup("{} ± {}").format(
-            self.mark(place, nominal, size * factor), self.mark(place_u, spread, abs(size) * factor)
+            self.mark(f"{place}.{value}", nominal, size * factor), self.mark(f"{place}.{u}", spread, abs(size) * factor)
         )
         return Markup("({}) × {}").format(shown, power_of_ten(factor)[1]) if exponent else shown
 
-    def quantity(self, place: str, place_u: str, scale: Scale) -> Markup:
+    def quantity(self, place: str, scale: Scale, value: str = "value") -> Markup:
         """Write a value with its uncertainty and its unit, to stay on one line: "(4.441 ± 0.023) × 10⁻³ kg·m²"."""
-        number = self.pair(place, place_u, scale.size)
+        number = self.pair(place, scale.size, value)
         if not scale.exponent:
             return _UNIT.format(Markup("{} {}").format(number, scale))
-        return _UNIT.format(Markup("({}) × {}" if self.at(place_u) else "{} × {}").format(number, scale))
+        return _UNIT.format(Markup("({}) × {}" if "±" in number else "{} × {}").format(number, scale))
 
     def interval(self, place: str, scale: Scale) -> Markup:
         """Write an interval with its unit: "4.396 to 4.486 × 10⁻³ kg·m²"."""

@@ -86,14 +86,27 @@ def report_page(
         Without a clock time or a folder's name; whatever comes from the log is escaped, and every number says
         where in results.json it stands.
     """
-    from importlib.resources import files
-
     from jinja2 import Environment, StrictUndefined
 
-    environment = Environment(autoescape=True, undefined=StrictUndefined, lstrip_blocks=True, trim_blocks=True)
+    # The template is used once: making it faster takes longer than using it.
+    environment = Environment(
+        autoescape=True, undefined=StrictUndefined, lstrip_blocks=True, trim_blocks=True, optimized=False
+    )
     environment.filters["typeset"] = typeset
-    template = environment.from_string(files("gyrodata.reporting").joinpath("report.html.jinja").read_text("utf-8"))
-    return template.render(_page_content(analysis, looks), images=_data_uris(figures, form), alt=alt)
+    template = environment.from_string(_read("report.html.jinja"))
+    return template.render(
+        _page_content(analysis, looks),
+        images=_data_uris(figures, form),
+        alt=alt,
+        style=Markup(_read("report.css")),
+        script=Markup(_read("report.js")),
+    )
+
+
+def _read(name: str) -> str:
+    from importlib.resources import files
+
+    return files("gyrodata.reporting").joinpath(name).read_text("utf-8")
 
 
 def _data_uris(figures: Mapping[str, bytes], form: Literal["png", "svg"]) -> dict[str, str]:

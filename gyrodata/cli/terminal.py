@@ -54,7 +54,7 @@ def progress_bar(whole: int, clock: Callable[[], float] | None = None, what: str
         left = ""
         if clock is not None:
             now = clock()
-            # What was done before the first call, an earlier run perhaps did.
+            # Before the first call an earlier run may have done much, and starting took its time.
             first = first or (done, now)
             if done > first[0]:
                 left = f", {time_text((now - first[1]) * (whole - done) / (done - first[0]))} left"

@@ -122,8 +122,6 @@ def _entries(submissions: Submissions, rubric: Rubric, way: Way) -> dict[str, tu
     del known
     waiting = [item for item in submissions.items if reasons[item.student]]
     work = _Work(rubric, way.grader, way.figures is not None)
-    if way.progress is not None:
-        way.progress(len(entries))
     for item, answer in in_workers(work, waiting, way.workers, way.limit):
         entry = _entry(item, bases[item.student], answer, rubric, way)
         entries[item.student] = entry

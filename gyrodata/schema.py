@@ -36,6 +36,7 @@ _RESULT = _object(
         "interval_95": _or_null({"type": "array", "items": _NUMBER, "minItems": 2, "maxItems": 2}),
         "k": _MAYBE,
         "dof": _MAYBE,
+        "relative_u": _MAYBE,
     },
     description="value ± k·u is the 95 % interval; dof null: infinite, see dof_reason",
 )
@@ -106,6 +107,7 @@ def analysis_schema() -> dict[str, Any]:
                 )
             ),
             "budget": _list(_object({"source": _TEXT, "shared": _FLAG, "u_inertia": _NUMBER, "share": _NUMBER})),
+            "constants": {"type": "object", "additionalProperties": _NUMBER},
             "model": {"enum": ["horizontal", "steady", "released"]},
             "effects": _list(
                 _object({"effect": _TEXT, "bias": _MAYBE, "size": _MAYBE, "kept": _FLAG, "reason": _TEXT})

@@ -151,8 +151,8 @@ def strings(found: Any) -> list[str]:
 def shows(text: str, shown: float) -> bool:
     """Whether a text is the number, rounded to the digits that it has."""
     text = text.replace("−", "-")
-    if text.startswith("<"):
-        return abs(shown) < float(text[1:])
+    if text[0] in "<>":
+        return (abs(shown) < float(text[1:])) == (text[0] == "<")
     if "/" in text:
         above, below = text.split("/")
         return math.isclose(int(above) / int(below), shown, rel_tol=1e-6)

@@ -106,7 +106,8 @@ def test_print_has_whole_figures(size: str, analysis: Analysis, tmp_path: Path) 
     subprocess.run([PDFTOPPM, "-r", "60", "-png", tmp_path / "page.pdf", tmp_path / "sheet"], check=True)
     shapes = []
     for sheet in sorted(tmp_path.glob("sheet*.png")):
-        dots = np.asarray(Image.open(sheet).convert("RGB")).astype(int)
+        with Image.open(sheet) as image:
+            dots = np.asarray(image.convert("RGB")).astype(int)
         ink = (dots[..., 0] > 240) & (dots[..., 1] < 60) & (dots[..., 2] > 180)
         for shade in sorted({int(v) for v in dots[ink][:, 2] if v % 10 == 0}):
             rows, columns = np.nonzero(ink & (np.abs(dots[..., 2] - shade) < 4))

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import warnings
 from itertools import combinations
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -142,6 +143,18 @@ def _tick_labels(axis: Axis) -> list[Text]:
     """Labels that are drawn: matplotlib keeps ticks just outside the axes too, unseen."""
     low, high = sorted(axis.get_view_interval())
     return [tick.label1 for tick in axis.get_major_ticks() if low <= tick.get_loc() <= high and tick.label1.get_text()]
+
+
+@pytest.mark.parametrize(("style", "size"), [("slides", (1920, 1080)), ("print", (1980, 1260))])
+def test_the_command_draws_for_slides_and_print(style: str, size: tuple[int, int], tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "gyrodata", "analyze", "-", "--style", style, "--out", str(tmp_path), "--quiet"]
+    subprocess.run(command, input=LOGS["3 x 3"], stdout=subprocess.DEVNULL, check=True)
+    with Image.open(tmp_path / "torque.png") as image:
+        assert image.size == size
+    medium = plotting.MEDIA[style]
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    for look in plotting.list_looks(analyze(LOGS["3 x 3"], name="log.csv"), medium.grey_safe):
+        assert f'fill="{look.colour}"' in page
 
 
 def test_same_log_same_bytes_in_any_process() -> None:

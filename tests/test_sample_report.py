@@ -26,6 +26,11 @@ def steady(text: str) -> str:
     return re.sub(r"\d+\.\d{6,}(?:e[-+]?\d+)?", lambda number: f"{float(number[0]):.10g}", text)
 
 
+def dots(path: Path) -> np.ndarray:
+    with Image.open(path) as image:
+        return np.asarray(image.convert("RGB"), dtype=float)
+
+
 def test_the_same_files(fresh: Path) -> None:
     names = sorted(path.name for path in REPORT.iterdir())
     assert names == sorted([*FIGURES, "report.html", "results.json", "runs.csv"])
@@ -41,7 +46,7 @@ def test_the_same_numbers_and_words(name: str, fresh: Path) -> None:
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_the_same_figures(name: str, fresh: Path) -> None:
-    kept, made = (np.asarray(Image.open(folder / name).convert("RGB"), dtype=float) for folder in (REPORT, fresh))
+    kept, made = (dots(folder / name) for folder in (REPORT, fresh))
     assert kept.shape == made.shape
     # Another release of matplotlib or of the font library moves edges by a part of a dot.
     assert np.abs(kept - made).mean() < 2

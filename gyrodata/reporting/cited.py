@@ -88,7 +88,10 @@ class Cited:
     def spread(self, place: str, size: float = 1.0) -> Markup:
         """Write an uncertainty or a scatter, two digits; a dash for None."""
         value = self.at(place)
-        return NOTHING if value is None else self.mark(place, uncertainty_text(value, size), size)
+        if value is None:
+            return NOTHING
+        text = "< 0.0001" if 0 < value / size < 1e-4 else uncertainty_text(value, size)
+        return self.mark(place, text, size)
 
     def pair(self, place: str, size: float = 1.0, value: str = "value", u: str = "") -> Markup:
         """Write a value rounded to its uncertainty, without unit: "4.441 ± 0.023"; a dash for None.
@@ -152,14 +155,18 @@ class Cited:
         value = self.at(place)
         if value is None:
             return NOTHING
+        least = 10.0**-places
+        if not signed and 0 < value < least / 2:
+            return _UNIT.format(self.mark(place, f"< {least:g}") + unit)
         text = f"{abs(value):.{places if abs(value) < 10 else 0}f}"
         sign = "" if not signed or float(text) == 0 else "+" if value > 0 else "-"
         return _UNIT.format(self.mark(place, sign + text) + unit)
 
     def chance(self, place: str) -> Markup:
         """Write a probability: "p = 0.32", "p < 0.0001"."""
-        text = p_text(self.at(place)).removeprefix("p ").removeprefix("= ")
-        equal = "" if text.startswith("<") else "= "
+        p = self.at(place)
+        text = "> 0.99" if p > 0.995 else p_text(p).removeprefix("p ").removeprefix("= ")
+        equal = "" if text[0] in "<>" else "= "
         return _UNIT.format(Markup("<i>p</i> {}{}").format(equal, self.mark(place, text)))
 
     def turns(self, place: str) -> Markup:

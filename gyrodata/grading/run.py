@@ -16,7 +16,7 @@ from gyrodata.errors import GyroError
 from gyrodata.grading.classroom import ClassGrades
 from gyrodata.grading.forensics import Exemptions, flag_class
 from gyrodata.grading.grade import Grade, grade_submission, not_graded, references_of, settle
-from gyrodata.grading.journal import Basis, Entry, Journal, bases_of, why_again, write_whole
+from gyrodata.grading.journal import Basis, Entry, Journal, bases_of, read_json, why_again, write_whole
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission, Submissions
 from gyrodata.grading.workers import Lost, in_workers
@@ -142,7 +142,7 @@ def _entry(
     if way.figures is not None:
         for name, (data, _) in figures.items():
             write_whole(figure_path(way.figures, item, name), [data])
-    return Entry(basis, Grade.from_dict(json.loads(content)), "", {name: words for name, (_, words) in figures.items()})
+    return Entry(basis, Grade.from_dict(read_json(content)), "", {name: words for name, (_, words) in figures.items()})
 
 
 # --- figures ------------------------------------------------------------------------------------------------

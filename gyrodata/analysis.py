@@ -419,7 +419,7 @@ def analyze_readings(
         effects=listed,
         power_law=power_laws(measured, kept),
         exponent=overall_exponent(measured, kept),
-        constancy=constancy(measured, fit, kept),
+        constancy=constancy(measured, kept),
         ball=compare_with_ball(fit.inertia, readings.constants, readings.uncertainties),
         torques=torque_table(measured, fit, kept, rung.tilted),
         run_table=run_table(measured, fit, fitted.outliers, left_out),

@@ -48,7 +48,10 @@ def with_unloaded_run(measured: Measurements, fit: FitResult) -> Measurements:
 
     def added(name: str, values: Floats) -> Floats:
         """A quantity that no run has stays absent; one that the new run does not have is nothing."""
-        return np.append(values, np.nan if np.isnan(values).all() else new.get(name, 0.0))
+        more = np.empty(len(values) + 1)
+        more[:-1] = values
+        more[-1] = np.nan if np.isnan(values).all() else new.get(name, 0.0)
+        return more
 
     return _changed(
         measured,

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from gyrodata import fitting
-from gyrodata.fitting import FitResult
 from gyrodata.measurements import Measurements, torque_groups
 from gyrodata.physics import Floats
 
@@ -77,13 +77,14 @@ def power_laws(measured: Measurements, kept: list[int]) -> tuple[PowerLaw, ...]:
         One for each torque.
     """
     laws = []
+    points = _points(measured)
     for group in torque_groups(measured):
         members = _with_a_say(group, kept)
         torque = float(measured.torque[group[0]])
-        if not _spins_differ(measured, members):
+        if not _spins_differ(points, members):
             laws.append(PowerLaw(torque, None, None, "needs two runs with different spins"))
             continue
-        exponent, u = _slope(measured, [members])
+        exponent, u = _slope(points, [members], measured.timing_bias_u)
         laws.append(PowerLaw(torque, exponent, u, "u from timing and spin of each run, and the hand's bias"))
     return tuple(laws)
 
@@ -104,10 +105,11 @@ def overall_exponent(measured: Measurements, kept: list[int]) -> Exponent | None
         None where no torque has runs at different spins.
     """
     groups = [_with_a_say(group, kept) for group in torque_groups(measured)]
-    groups = [members for members in groups if _spins_differ(measured, members)]
+    points = _points(measured)
+    groups = [members for members in groups if _spins_differ(points, members)]
     if not groups:
         return None
-    value, u = _slope(measured, groups)
+    value, u = _slope(points, groups, measured.timing_bias_u)
     return Exponent(value, u, (value - 1) / u, len(groups))
 
 
@@ -116,37 +118,51 @@ def _with_a_say(group: Sequence[int], kept: list[int]) -> list[int]:
     return [i for i in group if i in inside]
 
 
-def _spins_differ(measured: Measurements, members: Sequence[int]) -> bool:
-    return len(members) > 1 and bool(np.ptp(np.log(measured.spin[list(members)])) >= 0.02)
+class _Point(NamedTuple):
+    """One run in logarithms. Plain numbers: a torque has a handful of runs, for which arrays take longer."""
+
+    spin: float
+    period: float
+    weight: float
+    """1 over the square of the relative uncertainty that the run has alone."""
+    time: float
 
 
-def _slope(measured: Measurements, groups: Sequence[Sequence[int]]) -> tuple[float, float]:
+def _points(measured: Measurements) -> list[_Point]:
+    weights = 1 / np.maximum(own_relative(measured), 1e-12) ** 2
+    columns = (np.log(measured.spin), np.log(measured.time / measured.turns), weights, measured.time)
+    return [_Point(*values) for values in zip(*(column.tolist() for column in columns), strict=True)]
+
+
+def _spins_differ(points: Sequence[_Point], members: Sequence[int]) -> bool:
+    spins = [points[i].spin for i in members]
+    return len(spins) > 1 and max(spins) - min(spins) >= 0.02
+
+
+def _slope(points: Sequence[_Point], groups: Sequence[Sequence[int]], timing_bias_u: float) -> tuple[float, float]:
     """Common slope of ln τ on ln ψ̇ of groups that have each a constant of their own, and its uncertainty.
 
     The slope is Σ c ln τ with the weights c below; a late or early hand changes every ln τ by b/T.
     """
-    own = np.maximum(own_relative(measured), 1e-12)
-    spins, periods = np.log(measured.spin), np.log(measured.time / measured.turns)
     across, slope, bias = 0.0, 0.0, 0.0
     for group in groups:
-        members = list(group)
-        weights = 1 / own[members] ** 2
-        away = spins[members] - np.sum(weights * spins[members]) / np.sum(weights)
-        across += float(np.sum(weights * away**2))
-        slope += float(np.sum(weights * away * periods[members]))
-        bias += float(np.sum(weights * away / measured.time[members]))
-    return slope / across, math.hypot(1 / math.sqrt(across), measured.timing_bias_u * bias / across)
+        total = math.fsum(points[i].weight for i in group)
+        centre = math.fsum(points[i].weight * points[i].spin for i in group) / total
+        for point in (points[i] for i in group):
+            away = point.weight * (point.spin - centre)
+            across += away * (point.spin - centre)
+            slope += away * point.period
+            bias += away / point.time
+    return slope / across, math.hypot(1 / math.sqrt(across), timing_bias_u * bias / across)
 
 
-def constancy(measured: Measurements, fit: FitResult, kept: list[int]) -> Constancy | None:
+def constancy(measured: Measurements, kept: list[int]) -> Constancy | None:
     """Say whether φ̇ψ̇ is constant at each torque, as far as timing and spin can tell.
 
     Parameters
     ----------
     measured : Measurements
         n runs.
-    fit : FitResult
-        Their recommended fit.
     kept : list of int
         Indices of the runs that have a say.
 
@@ -158,17 +174,17 @@ def constancy(measured: Measurements, fit: FitResult, kept: list[int]) -> Consta
     own = own_relative(measured)
     if not own.all():
         return None
-    product = fit.sense * np.abs(measured.product)
+    runs = list(zip(np.abs(measured.product).tolist(), own.tolist(), strict=True))
     chi2, squares, expected, dof, count = 0.0, 0.0, 0.0, 0, 0
     for group in torque_groups(measured):
         members = _with_a_say(group, kept)
         if len(members) < 2:
             continue
-        values = product[members]
-        mean = np.average(values, weights=1 / (own[members] * values) ** 2)
-        chi2 += float(np.sum(((values - mean) / (own[members] * values)) ** 2))
-        squares += float(np.sum((values / mean - 1) ** 2))
-        expected += float(np.sum(own[members] ** 2))
+        weights = [1 / (runs[i][0] * runs[i][1]) ** 2 for i in members]
+        mean = math.fsum(w * runs[i][0] for w, i in zip(weights, members, strict=True)) / math.fsum(weights)
+        chi2 += math.fsum(w * (runs[i][0] - mean) ** 2 for w, i in zip(weights, members, strict=True))
+        squares += math.fsum((runs[i][0] / mean - 1) ** 2 for i in members)
+        expected += math.fsum(runs[i][1] ** 2 for i in members)
         dof += len(members) - 1
         count += len(members)
     if not dof:

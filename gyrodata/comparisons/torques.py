@@ -43,7 +43,7 @@ def _without(
 ) -> Estimate | None:
     """I_zz from all runs but those of one torque: what leaning on that weight does."""
     rest = sorted(set(kept) - set(group))
-    if not np.any(measured.torque[rest]) or len(set(measured.torque)) > 12 or fit.inertia.u is None:
+    if not np.any(measured.torque[rest]) or fit.inertia.u is None:
         return None
     shift = fit.adjusted.without([i for i in group if i in kept])
     # Where one torque is left, another prior of M0 comes with it.
@@ -72,22 +72,29 @@ def torque_table(measured: Measurements, fit: FitResult, kept: list[int], tilted
     """
     groups = []
     inside = set(kept)
-    own = own_relative(measured)
-    product = fit.sense * np.abs(measured.product)
+    # Plain numbers: a torque has a handful of runs, for which arrays take longer.
+    own = own_relative(measured).tolist()
+    product = (fit.sense * np.abs(measured.product)).tolist()
+    few = len(set(measured.torque.tolist())) <= 12
     scale = next((float(s.relative[0]) for s in measured.sources if s.name == "spin_scale"), 0.0)
     for group in torque_groups(measured):
         members = [i for i in group if i in inside] or group
-        values = product[members]
-        weights = 1 / np.maximum(own[members] * np.abs(values), 1e-12) ** 2
-        weights = weights / weights.sum()
-        mean = float(np.sum(weights * values))
-        alone = float(np.sqrt(np.sum((weights * own[members] * values) ** 2)))
+        values = [product[i] for i in members]
+        sizes = [own[i] * abs(product[i]) for i in members]
+        weights = [1 / max(size, 1e-12) ** 2 for size in sizes]
+        whole = math.fsum(weights)
+        mean = math.fsum(w * value for w, value in zip(weights, values, strict=True)) / whole
+        alone = math.sqrt(math.fsum((w * size) ** 2 for w, size in zip(weights, sizes, strict=True))) / whole
         # A late or early hand moves all of them the same way, each by b/T.
-        hand = measured.timing_bias_u * float(np.sum(weights * values / measured.time[members]))
+        late = math.fsum(w * product[i] / measured.time[i] for w, i in zip(weights, members, strict=True)) / whole
+        hand = measured.timing_bias_u * late
         several = len(members) > 1
-        chi2 = (
-            float(np.sum(((values - mean) / (own[members] * values)) ** 2)) if several and own[members].all() else None
-        )
+        chi2 = spread = None
+        if several:
+            spread = math.sqrt(math.fsum((value - math.fsum(values) / len(values)) ** 2 for value in values)
+                               / (len(values) - 1))  # fmt: skip
+        if several and all(sizes):
+            chi2 = math.fsum(((value - mean) / size) ** 2 for value, size in zip(values, sizes, strict=True))
         mean_u = math.hypot(alone, hand, scale * mean)
         slope = 2 * math.pi / abs(mean)
         groups.append(
@@ -96,10 +103,10 @@ def torque_table(measured: Measurements, fit: FitResult, kept: list[int], tilted
                 position=or_none(measured.position[group[0]]),
                 torque=float(measured.torque[group[0]]),
                 runs=len(members),
-                without=_without(measured, fit, group, kept, tilted),
+                without=_without(measured, fit, group, kept, tilted) if few else None,
                 product=mean,
                 product_u=mean_u,
-                product_spread=float(np.std(values, ddof=1)) if several else None,
+                product_spread=spread,
                 product_p=None if chi2 is None else fitting.chi2_tail(chi2, len(members) - 1),
                 period_per_spin=slope,
                 period_per_spin_u=slope * mean_u / abs(mean),

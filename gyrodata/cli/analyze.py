@@ -12,14 +12,13 @@ import typer
 
 from gyrodata.cli.options import G602, ConfigOption, MappingOption, SettingsOption, pairs
 from gyrodata.cli.parallel import in_order
-from gyrodata.cli.terminal import complain, refuse, source_of, write_out
+from gyrodata.cli.terminal import complain, refuse, source_of, write_folder, write_out
 from gyrodata.errors import Diagnostic, GyroError, register
 
 if TYPE_CHECKING:
     from gyrodata.analysis import Analysis
     from gyrodata.readings import Readings
 
-G603 = register("G603", "error", "the report cannot be written", "analyze log.csv --out /dev/null")
 G604 = register("G604", "error", "values are not words in this form", "analyze log.csv --format csv --values short")
 G605 = register("G605", "error", "what cannot be watched", "analyze a.csv b.csv --watch")
 
@@ -288,7 +287,7 @@ def _analyze_one(job: _Job) -> _Told:
     if folder is None:
         return _Told(0, text, analysis.diagnostics)
     try:
-        _write_folder(folder, files)
+        write_folder(folder, files)
     except GyroError as error:
         return _Told(error.exit_code, text, analysis.diagnostics, not_written=error.diagnostics)
     return _Told(0, text, analysis.diagnostics, report=str(folder / "report.html"))
@@ -337,16 +336,3 @@ def _stem(log: str) -> str:
         if name.lower().endswith(suffix) and len(name) > len(suffix):
             name = name[: -len(suffix)]
     return name
-
-
-def _write_folder(folder: Path, contents: dict[str, bytes]) -> None:
-    """Write files into a folder, each one whole or not at all."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for name, data in contents.items():
-            unfinished = folder / f".{name}.part"
-            unfinished.write_bytes(data)
-            unfinished.replace(folder / name)
-    except OSError as error:
-        reason = error.strerror or str(error)
-        refuse(G603, f"the report cannot be written to {folder}: {reason}", "choose another folder with --out")

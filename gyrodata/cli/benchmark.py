@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from gyrodata.cli.terminal import complain, progress_bar, write_out
+from gyrodata.cli.terminal import complain, progress_bar, write_folder, write_out
 from gyrodata.errors import GyroError
 
 
@@ -26,20 +26,19 @@ def benchmark(
     import time
 
     from gyrodata.benchmark import FULL, QUICK, csv_tables, reading, run_benchmark
-    from gyrodata.cli.analyze import _write_folder
     from gyrodata.plotting.benchmark import render_benchmark
 
     effort = QUICK if quick else FULL
     show = progress_bar(100)
     try:
         # A folder that cannot be written is better known before the minutes than after them.
-        _write_folder(out, {})
+        write_folder(out, {})
         done = run_benchmark(
             effort, time.perf_counter, seed, None if show is None else lambda part: show(int(100 * part))
         )
         words = reading(done, effort, seed)
         tables = {f"{name}.csv": table.encode() for name, table in csv_tables(done).items()}
-        _write_folder(out, {**render_benchmark(done), **tables, "reading.md": words.encode()})
+        write_folder(out, {**render_benchmark(done), **tables, "reading.md": words.encode()})
     except GyroError as error:
         complain(error.diagnostics)
         raise typer.Exit(error.exit_code) from None

@@ -12,7 +12,7 @@ import typer
 
 from gyrodata.cli.options import PlainFormat
 from gyrodata.cli.quantities import G621, G622, quantity
-from gyrodata.cli.terminal import complain, refuse, write_out
+from gyrodata.cli.terminal import complain, refuse, write_folder, write_out
 from gyrodata.errors import GyroError, register
 
 G623 = register(
@@ -158,10 +158,9 @@ def earth(
         options = {"latitude": at, "hours": times[-1] / 3600, "sidereal": sidereal}
         answer = predict_earth(at, times)
         if out is not None:
-            from gyrodata.cli.analyze import _write_folder
             from gyrodata.plotting.earth import render_earth
 
-            _write_folder(out, {"earth.png": render_earth(at, times)})
+            write_folder(out, {"earth.png": render_earth(at, times)})
         _tell("earth", options, [], answer, form)
 
 

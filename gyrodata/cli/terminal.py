@@ -6,11 +6,14 @@ import os
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
+from pathlib import Path
 from typing import Any, NoReturn
 
 import typer
 
-from gyrodata.errors import Diagnostic, InputError
+from gyrodata.errors import Diagnostic, InputError, register
+
+G603 = register("G603", "error", "the report cannot be written", "analyze log.csv --out /dev/null")
 
 
 def write_out(text: str) -> None:
@@ -74,3 +77,16 @@ def time_text(seconds: float) -> str:
 def source_of(log: str) -> dict[str, Any]:
     """Where a log is read from, and what it is called."""
     return {"source": sys.stdin.buffer, "name": "<stdin>"} if log == "-" else {"source": log}
+
+
+def write_folder(folder: Path, contents: dict[str, bytes]) -> None:
+    """Write files into a folder, each one whole or not at all."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, data in contents.items():
+            unfinished = folder / f".{name}.part"
+            unfinished.write_bytes(data)
+            unfinished.replace(folder / name)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        refuse(G603, f"the files cannot be written to {folder}: {reason}", "choose another folder with --out")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, cast
 
 import numpy as np
@@ -86,6 +87,16 @@ class Measurements:
     """Steady precession rate over the mean rate of a rod let go from rest [1]; None where the rate is steady."""
     motion: str | None = None
     """"released" from rest, or "steady"; None where the log does not say."""
+
+    @cached_property
+    def by_torque(self) -> list[list[int]]:
+        """Indices of the runs of each torque; see `torque_groups`. Half a dozen tables ask for it."""
+        groups: dict[tuple[str, str, str], list[int]] = {}
+        for i in range(len(self.runs)):
+            load = next((v for v in (self.mass[i], self.force[i], self.given_torque[i]) if not math.isnan(v)), math.nan)
+            key = (f"{load:.9g}", f"{self.position[i]:.9g}", f"{self.sense[i]:g}" if load == 0 else "")
+            groups.setdefault(key, []).append(i)
+        return list(groups.values())
 
     @property
     def product(self) -> Floats:
@@ -223,13 +234,7 @@ def torque_groups(measurements: Measurements) -> list[list[int]]:
         Indices of the runs of each torque. Equal means equal to nine digits: the same numbers typed in
         another unit.
     """
-    groups: dict[tuple[str, str, str], list[int]] = {}
-    for i in range(len(measurements.runs)):
-        loads = (measurements.mass[i], measurements.force[i], measurements.given_torque[i])
-        load = next((value for value in loads if not math.isnan(value)), math.nan)
-        key = (f"{load:.9g}", f"{measurements.position[i]:.9g}", f"{measurements.sense[i]:g}" if load == 0 else "")
-        groups.setdefault(key, []).append(i)
-    return list(groups.values())
+    return measurements.by_torque
 
 
 def _timing(table: Mapping[str, Column], count: int) -> tuple[Floats, Floats, Column]:

@@ -50,7 +50,7 @@ def flag_class(
     Parameters
     ----------
     prints : mapping of str to Fingerprint
-        One log of each student, by the student's key.
+        One log of each student, by the student's key; it may read them from a file, for none is kept.
     exempt : Exemptions, optional
         Partners, whose logs may be alike, and staff, whose logs are left out.
     previous : mapping of str to Fingerprint
@@ -63,14 +63,11 @@ def flag_class(
         are not joined again by the next, and many copies of one log are one flag.
     """
     exempt = exempt or Exemptions()
-    judged = {student: prints[student] for student in sorted(prints) if student not in exempt.staff}
-    logs = lay_out(judged, exempt, previous)
+    judged = [student for student in sorted(prints) if student not in exempt.staff]
+    logs = lay_out(judged, prints, exempt, previous)
     groups = Groups()
     flags = flag_shared_rows(logs, groups) + flag_shifted_or_scaled(logs, groups) + flag_residuals(logs, groups)
-    by_hand = {
-        student: scatter
-        for student, scatter in zip(judged, logs.scatters, strict=False)
-        if scatter is not None and judged[student].by_hand
-    }
-    flags += flag_scatter(by_hand) + flag_repeats(judged) + flag_digits(judged)
+    flags += flag_scatter(logs)
+    flags += flag_repeats((student, prints[student]) for student in judged)
+    flags += flag_digits((student, prints[student]) for student in judged)
     return tuple(sorted(flags, key=lambda flag: (KINDS.index(flag.kind), flag.students, flag.previous)))

@@ -347,15 +347,15 @@ class _Rows:
         logs = self.logs
         alike = self.compare(first, second)
         mine, other = (np.array(side) for side in zip(*alike.rows, strict=True))
-        shorter = min(len(logs.prints[log].time) for log in (first, second))
+        shorter = min(rows.stop - rows.start for rows in (logs.rows(first), logs.rows(second)))
         places = [
-            f"{logs.keys[log]} (lines {', '.join(str(line) for line in sorted(self._lines(log, rows)))})"
+            f"{logs.keys[log]} (lines {', '.join(str(line) for line in sorted(logs.line[rows]))})"
             for log, rows in ((first, mine), (second, other))
         ]
         how = []
-        if logs.prints[first].sha256 == logs.prints[second].sha256:
+        if logs.file[first] == logs.file[second]:
             how.append("the files are the same byte for byte")
-        if list(np.argsort(self._lines(first, mine))) != list(np.argsort(self._lines(second, other))):
+        if list(np.argsort(logs.line[mine])) != list(np.argsort(logs.line[other])):
             how.append("in another order")
         steps = logs.period_step[mine] / logs.period_step[other]
         if np.any((steps > 1.5) | (steps < 1 / 1.5)):
@@ -365,7 +365,3 @@ class _Rows:
             f"precession period{''.join(', ' + words for words in how)}; of rows with the same spin, 1 in "
             f"{1 / alike.chance:.0f} would have the same period by chance"
         )
-
-    def _lines(self, log: int, rows: Integers) -> list[int]:
-        start = int(self.logs.starts[log])
-        return [self.logs.prints[log].lines[row - start] for row in rows]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable
 
 from gyrodata.fitting import chi2_tail
 from gyrodata.grading.forensics.fingerprint import Fingerprint
@@ -16,13 +16,13 @@ HEAVIER = 4.0
 3.7 times by simulation, and less for more digits or more common values."""
 
 
-def flag_digits(prints: Mapping[str, Fingerprint]) -> list[Flag]:
+def flag_digits(prints: Iterable[tuple[str, Fingerprint]]) -> list[Flag]:
     """Find logs whose stopwatch times end in some digits too often.
 
     Parameters
     ----------
-    prints : mapping of str to Fingerprint
-        The class, by student.
+    prints : iterable of tuple
+        Each student with the log.
 
     Returns
     -------
@@ -33,7 +33,7 @@ def flag_digits(prints: Mapping[str, Fingerprint]) -> list[Flag]:
     Chi-square of ten equally likely digits with 9 degrees of freedom: the terminal-digit test of J. H.
     Pitt and H. Z. Hill, "Statistical detection of potentially fabricated numerical data".
     """
-    found = {student: one.digits for student, one in prints.items() if sum(one.digits) >= FEWEST}
+    found = {student: one.digits for student, one in prints if sum(one.digits) >= FEWEST}
     flags = []
     for student, counts in found.items():
         total = sum(counts)

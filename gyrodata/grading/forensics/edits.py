@@ -20,7 +20,10 @@ from gyrodata.grading.forensics.scatter import chi2_lower_tail
 from gyrodata.physics import Floats
 
 BLOCK = 100
-"""Logs that are compared with all others at a time."""
+"""Logs that are compared with all others at a time, at most."""
+
+CELLS = 40_000
+"""Pairs that are compared at a time: what they take in memory does not grow with the class."""
 
 SPREAD = 20.0
 """The times of a log must differ by this many times the scatter of a hand for their scale to have a meaning."""
@@ -63,7 +66,7 @@ def flag_shifted_or_scaled(logs: Logs, groups: Groups) -> list[Flag]:
     """
     tables = []
     for members in _by_length(logs):
-        times = np.array([logs.prints[i].time for i in members])
+        times = logs.tables(logs.time, members)
         times -= times.mean(axis=1, keepdims=True)
         spread = times.std(axis=1) > SPREAD * logs.noise[members]
         tables.append(_Tables(members[spread], times[spread], np.full(int(spread.sum()), times.shape[1] - 2)))
@@ -92,10 +95,9 @@ def flag_residuals(logs: Logs, groups: Groups) -> list[Flag]:
     """
     tables = []
     for members in _by_length(logs):
-        scatters = [(i, scatter) for i in members if (scatter := logs.scatters[i]) is not None]
-        if scatters:
-            vectors = np.array([scatter.residuals for _, scatter in scatters])
-            tables.append(_Tables(np.array([i for i, _ in scatters]), vectors, np.array([s.dof for _, s in scatters])))
+        free = members[logs.dof[members] > 0]
+        if len(free):
+            tables.append(_Tables(free, logs.tables(logs.residual, free), logs.dof[free]))
     return _flag(logs, "residuals", tables, _from_each_other, 2.0, groups, _tell_residuals)
 
 
@@ -161,12 +163,16 @@ def _nearest(
 ) -> Iterator[tuple[float, int, int, int]]:
     """Chi-square, degrees of freedom and numbers of the pairs that are near enough to be told."""
     noise = logs.noise[table.members]
-    step = np.array([max(logs.prints[i].time_step) for i in table.members])
     limits = np.zeros(int(table.dof.max(initial=0)) + 1)
     for dof in np.unique(table.dof):
         limits[dof] = _limit(int(dof), ALLOWED / max(tests, 1))
-    for begin in range(0, int(np.sum(table.members < logs.current)), BLOCK):
-        block = slice(begin, begin + BLOCK)
+    if not len(noise):
+        return
+    step = logs.tables(logs.time_step, table.members).max(axis=1)
+    # Fours are what processors multiply at a time: sums then come out the same to the last bit, however many there are.
+    size = min(BLOCK, max(4, CELLS // len(noise) // 4 * 4))
+    for begin in range(0, int(np.sum(table.members < logs.current)), size):
+        block = slice(begin, begin + size)
         dof = np.minimum(table.dof[block, None], table.dof)
         least = np.minimum(noise[block, None], noise)
         # What a last digit hides: step²/12 for each square.
@@ -188,7 +194,7 @@ def _limit(dof: int, p: float) -> float:
 
 
 def _tell_line(logs: Logs, pair: Pair) -> str:
-    x, y = (np.array(logs.prints[i].time) for i in (pair.first, pair.second))
+    x, y = (logs.time[logs.rows(i)] for i in (pair.first, pair.second))
     dx, dy = x - x.mean(), y - y.mean()
     xx, yy, xy = float(dx @ dx), float(dy @ dy), float(dx @ dy)
     factor = (yy - xx + math.hypot(yy - xx, 2 * xy)) / (2 * xy)
@@ -203,7 +209,7 @@ def _tell_line(logs: Logs, pair: Pair) -> str:
 
 
 def _tell_residuals(logs: Logs, pair: Pair) -> str:
-    scatters = [scatter for i in (pair.first, pair.second) if (scatter := logs.scatters[i]) is not None]
+    scatters = [scatter for i in (pair.first, pair.second) if (scatter := logs.scatter(i)) is not None]
     one, other = (scatter.residuals for scatter in scatters)
     size = float(np.sqrt(np.mean((other - one) ** 2)))
     correlation = float(one @ other / math.sqrt((one @ one) * (other @ other)))

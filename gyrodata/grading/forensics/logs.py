@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from array import array
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,24 +30,38 @@ class Logs:
     """N logs with R rows in all: the class, by key, and then the earlier ones, by key."""
 
     keys: tuple[str, ...]
-    prints: tuple[Fingerprint, ...]
     current: int
     """How many are of this class."""
-    scatters: tuple[Scatter | None, ...]
+    file: Integers
+    """Number of each log's file, shape (N,); the same where files are the same byte for byte."""
+    by_hand: NDArray[np.bool_]
+    """Which were timed with a stopwatch, shape (N,)."""
+    dof: Integers
+    """Degrees of freedom of each log's scatter, shape (N,); 0 where it has none."""
+    squares: Floats
+    """Sum of squares of each log's scatter [s²], shape (N,)."""
     noise: Floats
     """Standard deviation that a time of each log has at least [s], shape (N,); 0 where nothing tells."""
     starts: Integers
     """Where each log's rows begin, shape (N + 1,)."""
     log: Integers
     """Log of each row, shape (R,)."""
+    line: Integers
+    """Line of each row in its file, shape (R,)."""
     torque: Floats
     """[N*m], shape (R,)."""
     spin: Floats
     """[rad/s], shape (R,)."""
+    time: Floats
+    """Timed interval [s], shape (R,)."""
     period: Floats
     """Time of one revolution of precession [s], shape (R,)."""
+    residual: Floats
+    """What the spin leaves unexplained in each time [s], shape (R,); 0 where the log has no scatter."""
     spin_step: Floats
     """[rad/s], shape (R,)."""
+    time_step: Floats
+    """[s], shape (R,)."""
     period_step: Floats
     """[s], shape (R,)."""
     turns: Floats
@@ -56,6 +72,17 @@ class Logs:
     def rows(self, log: int) -> slice:
         """Give where a log's rows are."""
         return slice(int(self.starts[log]), int(self.starts[log + 1]))
+
+    def tables(self, values: Floats, members: Integers) -> Floats:
+        """Give a quantity of the rows of G logs that have equally many, n, as shape (G, n)."""
+        first = self.rows(int(members[0]))
+        return values[self.starts[members][:, None] + np.arange(first.stop - first.start)]
+
+    def scatter(self, log: int) -> Scatter | None:
+        """Give a log's scatter; None where it has none."""
+        if not self.dof[log]:
+            return None
+        return Scatter(self.residual[self.rows(log)], int(self.dof[log]), float(self.squares[log]))
 
     @property
     def pairs(self) -> int:
@@ -72,13 +99,20 @@ class Logs:
         return compared
 
 
-def lay_out(prints: Mapping[str, Fingerprint], exempt: Exemptions, previous: Mapping[str, Fingerprint]) -> Logs:
+_ROWS = ("torque", "spin", "time", "turns", "spin_step", "time_step")
+
+
+def lay_out(
+    students: Sequence[str], prints: Mapping[str, Fingerprint], exempt: Exemptions, previous: Mapping[str, Fingerprint]
+) -> Logs:
     """Put the logs side by side.
 
     Parameters
     ----------
+    students : sequence of str
+        Whose logs, sorted.
     prints : mapping of str to Fingerprint
-        The class, by student.
+        The class, by student. Each is looked at once, and none is kept: they may come from a file.
     exempt : Exemptions
         Whose logs may be alike.
     previous : mapping of str to Fingerprint
@@ -88,51 +122,54 @@ def lay_out(prints: Mapping[str, Fingerprint], exempt: Exemptions, previous: Map
     -------
     Logs
     """
-    class_keys, earlier_keys = sorted(prints), sorted(previous)
-    every = (*(prints[key] for key in class_keys), *(previous[key] for key in earlier_keys))
-    scatters = tuple(measure_scatter(one) for one in every)
-    sizes = [len(one.time) for one in every]
-    turns = _joined([one.turns for one in every])
-    number = {key: i for i, key in enumerate(class_keys)}
+    keys = (*students, *sorted(previous))
+    rows = {name: array("d") for name in (*_ROWS, "residual")}
+    line, sizes, dof, file, by_hand = (array("q") for _ in range(5))
+    squares, own = array("d"), array("d")
+    numbers: dict[str, int] = {}
+    for one in chain((prints[key] for key in students), (previous[key] for key in keys[len(students) :])):
+        for name in _ROWS:
+            rows[name].extend(getattr(one, name))
+        line.extend(one.lines)
+        sizes.append(len(one.time))
+        by_hand.append(one.by_hand)
+        file.append(numbers.setdefault(one.sha256, len(numbers)))
+        scatter = measure_scatter(one)
+        rows["residual"].extend(np.zeros(len(one.time)) if scatter is None else scatter.residuals)
+        dof.append(0 if scatter is None else scatter.dof)
+        squares.append(0.0 if scatter is None else scatter.squares)
+        trusted = scatter is not None and scatter.dof >= TRUSTED_DOF
+        own.append(math.sqrt(max(squares[-1] / dof[-1] - _from_tachometer(one), 0.0)) if trusted else 0.0)
+    column = {name: np.frombuffer(values) if values else np.zeros(0) for name, values in rows.items()}
+    counts, freedom, stopwatch = (np.array(values, dtype=int) for values in (sizes, dof, by_hand))
     return Logs(
-        keys=(*class_keys, *earlier_keys),
-        prints=every,
-        current=len(class_keys),
-        scatters=scatters,
-        noise=_noise(every, scatters),
-        starts=np.concatenate([[0], np.cumsum(sizes, dtype=int)]).astype(int),
-        log=np.repeat(np.arange(len(every)), sizes),
-        torque=_joined([one.torque for one in every]),
-        spin=_joined([one.spin for one in every]),
-        period=_joined([one.time for one in every]) / turns,
-        spin_step=_joined([one.spin_step for one in every]),
-        period_step=_joined([one.time_step for one in every]) / turns,
-        turns=turns,
-        partners=exempt.partners(number),
+        keys=keys,
+        current=len(students),
+        file=np.array(file, dtype=int),
+        by_hand=stopwatch > 0,
+        dof=freedom,
+        squares=np.array(squares),
+        noise=_noise(np.array(own), freedom >= TRUSTED_DOF, stopwatch > 0),
+        starts=np.concatenate([[0], np.cumsum(counts)]).astype(int),
+        log=np.repeat(np.arange(len(keys)), counts),
+        line=np.array(line, dtype=int),
+        period=column["time"] / column["turns"],
+        period_step=column["time_step"] / column["turns"],
+        partners=exempt.partners({key: i for i, key in enumerate(students)}),
+        **column,
     )
 
 
-def _joined(parts: list[tuple[float, ...]]) -> Floats:
-    return np.array([value for part in parts for value in part])
-
-
-def _noise(prints: tuple[Fingerprint, ...], scatters: tuple[Scatter | None, ...]) -> Floats:
+def _noise(own: Floats, trusted: NDArray[np.bool_], by_hand: NDArray[np.bool_]) -> Floats:
     """Least scatter of a log's times: its own or the class's middle one, whichever is less, and a good hand's at least.
 
     A log that scatters more than most may only be bent, and bends can be shared. What the tachometer adds is no
     scatter of the times: students who hit the same spins share them however they read them.
     """
-    noise = np.zeros(len(prints))
-    for by_hand in (True, False):
-        own = {
-            i: math.sqrt(max(scatter.squares / scatter.dof - _from_tachometer(one), 0.0))
-            for i, (one, scatter) in enumerate(zip(prints, scatters, strict=True))
-            if one.by_hand == by_hand and scatter is not None and scatter.dof >= TRUSTED_DOF
-        }
-        middle = float(np.median(list(own.values()))) if own else 0.0
-        for i, one in enumerate(prints):
-            if one.by_hand == by_hand:
-                noise[i] = max(min(own.get(i, 0.0), middle), HAND if by_hand else 0.0)
+    noise = np.zeros(len(own))
+    for kind, least in ((by_hand, HAND), (~by_hand, 0.0)):
+        middle = float(np.median(own[kind & trusted])) if np.any(kind & trusted) else 0.0
+        noise[kind] = np.maximum(np.minimum(own[kind], middle), least)
     return noise
 
 

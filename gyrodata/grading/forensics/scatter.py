@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gyrodata.grading.forensics.fingerprint import Fingerprint
 from gyrodata.grading.forensics.flags import ALLOWED, Flag
 from gyrodata.physics import Floats
+
+if TYPE_CHECKING:
+    from gyrodata.grading.forensics.logs import Logs
 
 HAND = 0.05
 """Standard deviation of an interval between two clicks of a good hand on a stopwatch [s]; most scatter more.
@@ -93,45 +97,48 @@ def chi2_lower_tail(chi2: float, dof: float) -> float:
     return min(1.0, math.exp(order * math.log(half) - half - math.lgamma(order + 1)) * total)
 
 
-def flag_scatter(scatters: Mapping[str, Scatter]) -> list[Flag]:
+def flag_scatter(logs: Logs) -> list[Flag]:
     """Find logs whose times lie closer to straight lines than a hand can put them.
 
     Parameters
     ----------
-    scatters : mapping of str to Scatter
-        Of the logs that were timed by hand, by student.
+    logs : Logs
+        The class; those that were timed by hand are looked at.
 
     Returns
     -------
     list of Flag
     """
     flags = []
-    for student, scatter in scatters.items():
+    timed = [i for i in range(logs.current) if logs.by_hand[i] and logs.dof[i]]
+    for i in timed:
+        scatter = logs.scatter(i)
+        assert scatter is not None
         p = chi2_lower_tail(scatter.squares / HAND**2, scatter.dof)
-        if p * len(scatters) <= ALLOWED:
+        if p * len(timed) <= ALLOWED:
             evidence = (
                 f"its {len(scatter.residuals)} times lie within {scatter.size:.2g} s of straight lines in the spin, "
                 f"one for each torque ({scatter.dof} degrees of freedom); a hand on a stopwatch scatters by {HAND:g} s "
                 "or more"
             )
-            flags.append(Flag("scatter", (student,), evidence, p, p * len(scatters)))
+            flags.append(Flag("scatter", (logs.keys[i],), evidence, p, p * len(timed)))
     return flags
 
 
-def flag_repeats(prints: Mapping[str, Fingerprint]) -> list[Flag]:
+def flag_repeats(prints: Iterable[tuple[str, Fingerprint]]) -> list[Flag]:
     """Find logs whose repeats of one setting are more alike than a hand can make them.
 
     Parameters
     ----------
-    prints : mapping of str to Fingerprint
-        The class, by student.
+    prints : iterable of tuple
+        Each student with the log.
 
     Returns
     -------
     list of Flag
     """
-    measured = {student: _repeats(one) for student, one in prints.items() if one.by_hand}
-    found = {student: (dof, squares) for student, (dof, squares) in measured.items() if dof > 0}
+    measured = ((student, _repeats(one)) for student, one in prints if one.by_hand)
+    found = {student: (dof, squares) for student, (dof, squares) in measured if dof > 0}
     flags = []
     for student, (dof, squares) in found.items():
         p = chi2_lower_tail(squares / HAND**2, dof)

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from gyrodata import fitting, forecast
 from gyrodata.comparisons import outlier_reason
 from gyrodata.effects import DROP_ONE, Effect
 from gyrodata.errors import Diagnostic, register
-from gyrodata.fitting import Estimate, FitResult, Improvement, Outlier
+from gyrodata.fitting import Design, Estimate, FitResult, Outlier
 from gyrodata.measurements import Measurements
 from gyrodata.readings import Readings
 
@@ -257,16 +255,17 @@ def list_advice(measured: Measurements, fit: FitResult, tilted: bool) -> tuple[s
     tuple of str
         Sentences without a full stop.
     """
-    forecasts: list[tuple[float, str]] = []
-    one_side = len(set(np.sign(measured.torque))) == 1
-    if not np.any(measured.torque == 0):
-        unloaded = fitting.expected_u(forecast.with_unloaded_run(measured, fit), fit, tilted)
-        forecasts.append((unloaded, "one run without a weight, the sense of its precession written down"))
-    if one_side and len(measured.runs) > 1:
-        both = fitting.expected_u(forecast.with_both_signs(measured, fit), fit, tilted)
-        forecasts.append((both, "the weight on the other side of the ball in half of the runs"))
-    better = [
-        (Improvement(source=share.source), BETTER[share.source])
+    design = fitting.design_of(measured, fit, tilted)
+    forecasts: list[tuple[str, Design]] = []
+    sides = {math.copysign(1, torque) if torque else 0 for torque in measured.torque.tolist()}
+    if 0 not in sides:
+        words = "one run without a weight, the sense of its precession written down"
+        forecasts.append((words, forecast.with_unloaded_run(design)))
+    if len(sides) == 1 and len(measured.runs) > 1:
+        words = "the weight on the other side of the ball in half of the runs"
+        forecasts.append((words, forecast.with_both_signs(design)))
+    forecasts += [
+        (BETTER[share.source], forecast.with_better(design, share.source))
         for share in fit.budget
         if share.source in BETTER and share.share > 0.05
     ]
@@ -274,17 +273,16 @@ def list_advice(measured: Measurements, fit: FitResult, tilted: bool) -> tuple[s
     # Only where the ball could pass it, by what the runs say of M0.
     if measured.imbalance_u is None and abs(fit.imbalance.value) < 2 * math.hypot(fit.imbalance.u or 0.0, test):
         words = 'a balance test in the log, "# balance_drift: 5 deg in 60 s at 400 rpm" or better'
-        better.append((Improvement(imbalance_u=test), words))
+        forecasts.append((words, forecast.with_balance_test(design)))
     if measured.timed:
-        better.append((Improvement(longer=3.0), "three times the turns in every run"))
-    if better:
-        expected = fitting.expected_with(measured, fit, [improvement for improvement, _ in better], tilted)
-        forecasts += [(u, words) for u, (_, words) in zip(expected, better, strict=True)]
+        forecasts.append(("three times the turns in every run", forecast.with_longer_times(design, 3.0)))
+    if not forecasts:
+        return ()
+    expected = fitting.expected_u([changed for _, changed in forecasts])
     now = fit.inertia.u or 0.0
-    gains = sorted(forecasts, key=lambda gain: gain[0])
     per_cent = 100 / abs(fit.inertia.value)
     return tuple(
         f"{words}: u of I_zz from {now * per_cent:.2g} % to {then * per_cent:.2g} %"
-        for then, words in gains
+        for then, (words, _) in sorted(zip(expected, forecasts, strict=True), key=lambda pair: pair[0])
         if then < 0.95 * now
     )

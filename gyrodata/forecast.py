@@ -6,15 +6,13 @@ forecast takes the fitted values for the truth and adds or changes readings; `fi
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from gyrodata import physics
-from gyrodata.fitting import FitResult
-from gyrodata.measurements import Measurements, Source
+from gyrodata.fitting import Design
 from gyrodata.physics import Floats
 
 WATCHED = 180.0
@@ -24,110 +22,141 @@ DRIFT = (np.radians(5.0), 60.0, 400 * np.pi / 30)
 """A balance test that is easily met: 5° [rad] in a minute [s] at 400 rpm [rad/s]."""
 
 
-def with_unloaded_run(measured: Measurements, fit: FitResult) -> Measurements:
+def with_unloaded_run(design: Design) -> Design:
     """Add a run without a weight, at the middle spin, its sense written down.
 
     Parameters
     ----------
-    measured : Measurements
+    design : Design
         n runs.
-    fit : FitResult
-        Their fit: the truth of the forecast.
 
     Returns
     -------
-    Measurements
-        n + 1 runs.
+    Design
+        n + 1 runs; the new one has its own readings of time, turns and spin, and the errors that all runs share.
     """
+    problem, torque = design.problem, design.torque
+    inertia, imbalance = design.unknowns[:2]
     # How much is learnt does not depend on how large M0 turns out; but no residual torque has no time.
-    floor = 0.005 * float(np.abs(measured.torque[measured.torque != 0]).min())
-    imbalance = float(np.copysign(max(abs(fit.imbalance.value), floor), fit.imbalance.value or 1.0))
-    spin = float(np.sort(measured.spin)[len(measured.spin) // 2])
-    turns = WATCHED * abs(physics.precession_rate(imbalance, spin, fit.inertia.value)) / (2 * np.pi)
-    new = {"time": WATCHED, "turns": turns, "spin": spin, "sense": float(np.sign(imbalance)), "slowing": 1.0}
-
-    def added(name: str, values: Floats) -> Floats:
-        """A quantity that no run has stays absent; one that the new run does not have is nothing."""
-        more = np.empty(len(values) + 1)
-        more[:-1] = values
-        more[-1] = np.nan if np.isnan(values).all() else new.get(name, 0.0)
-        return more
-
-    return _changed(
-        measured,
-        added,
-        runs=(*measured.runs, "forecast"),
-        lines=(*measured.lines, 0),
-        sources=tuple(_source_with_unloaded(source) for source in measured.sources),
+    floor = 0.005 * np.abs(torque[torque != 0]).min()
+    imbalance = np.copysign(max(abs(imbalance), floor), imbalance or 1.0)
+    spin = np.sort(problem.observed[1])[problem.count // 2]
+    turns = WATCHED * abs(physics.precession_rate(imbalance, spin, inertia)) / (2 * np.pi)
+    new = np.zeros(len(problem.observed))
+    new[:3] = WATCHED, spin, turns
+    new[7] = problem.observed[7, 0]
+    shared = np.array([source.shared_by.startswith("all runs") for source in problem.sources])
+    touched = np.array([source.quantity in ("time", "spin", "turns", "g") for source in problem.sources])
+    group = np.where(shared, 0, np.where(touched, problem.groups.max(axis=1) + 1, -1))
+    largest = problem.absolute.max(axis=1), problem.relative.max(axis=1)
+    longer = problem.reread(
+        _one_more(problem.observed, new),
+        (_one_more(problem.absolute, largest[0]), _one_more(problem.relative, largest[1])),
+        _one_more(problem.groups, group),
     )
+    return replace(design, problem=longer, sense=_one_more(design.sense, np.sign(imbalance)))
 
 
-def _source_with_unloaded(source: Source) -> Source:
-    """Give the new run its own reading of time and spin, the errors that all runs share, and no weight."""
-    touched = source.quantity in ("time", "spin", "turns", "g")
-    shared = source.shared_by.startswith("all runs")
-    group = 0 if shared else max(source.groups) + 1 if touched else -1
-    return replace(
-        source,
-        groups=(*source.groups, group),
-        absolute=_one_more(source.absolute),
-        relative=_one_more(source.relative),
-    )
-
-
-def _one_more(values: Floats) -> Floats:
-    """Values with the largest of them once more at the end."""
-    more = np.empty(len(values) + 1)
-    more[:-1] = values
-    more[-1] = values.max()
+def _one_more(values: Any, last: Any) -> Any:
+    """Put one more run at the end of the last axis."""
+    more = np.empty((*values.shape[:-1], values.shape[-1] + 1), dtype=values.dtype)
+    more[..., :-1], more[..., -1] = values, last
     return more
 
 
-def with_both_signs(measured: Measurements, fit: FitResult) -> Measurements:
+def with_both_signs(design: Design) -> Design:
     """Move the weight to the other side of the ball in every second run of each torque.
 
     Parameters
     ----------
-    measured : Measurements
+    design : Design
         n runs, weights on one side.
-    fit : FitResult
-        Their fit: the truth of the forecast.
 
     Returns
     -------
-    Measurements
+    Design
         n runs, with the positions' errors shared as before (one ruler, one zero).
     """
-    turned = np.zeros(len(measured.runs), dtype=bool)
-    for number, group in enumerate(_by_torque(measured)):
+    problem = design.problem
+    turned = np.zeros(problem.count, dtype=bool)
+    for number, group in enumerate(_by_torque(design.torque)):
         turned[group[number % 2 :: 2]] = True
     sign = np.where(turned, -1.0, 1.0)
-    torque = sign * measured.torque
-    rate = np.abs(physics.precession_rate(torque + fit.imbalance.value, measured.spin, fit.inertia.value))
-    moved = {
-        "torque": torque,
-        "given_torque": sign * measured.given_torque,
-        "position": sign * measured.position,
-        "time": 2 * np.pi * measured.turns / rate,
-        "sense": np.sign(torque),
-    }
-    sources = tuple(
-        replace(source, groups=_apart(source.groups, turned)) if source.name in ("position", "torque") else source
-        for source in measured.sources
-    )
-    return _changed(measured, lambda name, values: moved.get(name, values), sources=sources)
+    torque = sign * design.torque
+    inertia, imbalance = design.unknowns[:2]
+    observed = problem.observed.copy()
+    observed[4] *= sign
+    observed[6] *= sign
+    rate = np.abs(physics.precession_rate(torque + imbalance, observed[1], inertia))
+    observed[0] = 2 * np.pi * observed[2] / rate
+    # A position on the other side is another reading.
+    split = np.array([source.name in ("position", "torque") for source in problem.sources])
+    apart = split[:, None] & (problem.groups >= 0)
+    groups = np.where(apart, 2 * problem.groups + turned, problem.groups)
+    return replace(design, problem=problem.reread(observed, groups=groups), sense=np.sign(torque))
 
 
-def _by_torque(measured: Measurements) -> list[list[int]]:
+def _by_torque(torque: Floats) -> list[list[int]]:
     groups: dict[str, list[int]] = {}
-    for i, torque in enumerate(measured.torque):
-        groups.setdefault(f"{torque:.9g}", []).append(i)
+    for i, value in enumerate(torque.tolist()):
+        groups.setdefault(f"{value:.9g}", []).append(i)
     return list(groups.values())
 
 
-def _apart(groups: tuple[int, ...], turned: Any) -> tuple[int, ...]:
-    """A position on the other side is another reading."""
-    return tuple(2 * group + int(other) if group >= 0 else -1 for group, other in zip(groups, turned, strict=True))
+def with_longer_times(design: Design, factor: float) -> Design:
+    """Time so many times the turns in every run.
+
+    Parameters
+    ----------
+    design : Design
+        n runs.
+    factor : float
+        On every time and its turns [1].
+
+    Returns
+    -------
+    Design
+    """
+    bias = design.unknowns[2]
+    observed = design.problem.observed.copy()
+    observed[0] = (observed[0] - bias) * factor + bias
+    observed[2] *= factor
+    return replace(design, problem=design.problem.reread(observed))
+
+
+def with_better(design: Design, source: str) -> Design:
+    """Make one source of error half as large.
+
+    Parameters
+    ----------
+    design : Design
+        n runs.
+    source : str
+        Name of one of its sources.
+
+    Returns
+    -------
+    Design
+    """
+    problem = design.problem
+    smaller = np.array([0.5 if one.name == source else 1.0 for one in problem.sources])[:, None]
+    sizes = problem.absolute * smaller, problem.relative * smaller
+    return replace(design, problem=problem.reread(problem.observed, sizes))
+
+
+def with_balance_test(design: Design) -> Design:
+    """Add a balance test in which the ball drifts no more than `DRIFT`.
+
+    Parameters
+    ----------
+    design : Design
+        n runs.
+
+    Returns
+    -------
+    Design
+    """
+    return replace(design, tested=balance_test(float(design.unknowns[0])))
 
 
 def balance_test(inertia: float) -> float:
@@ -144,13 +173,3 @@ def balance_test(inertia: float) -> float:
     """
     angle, seconds, spin = DRIFT
     return float(inertia * spin * angle / seconds)
-
-
-def _changed(measured: Measurements, change: Callable[[str, Floats], Floats], **fields: Any) -> Measurements:
-    """Apply `change` to each array of the measurements."""
-    arrays: dict[str, Any] = {
-        name: change(name, value)
-        for name in measured.__dataclass_fields__
-        if isinstance(value := getattr(measured, name), np.ndarray)
-    }
-    return replace(measured, **arrays, **fields)

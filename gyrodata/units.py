@@ -334,6 +334,7 @@ def _rate_of_period(value: float, unit: str) -> float:
     return 2 * math.pi / (value * period.factor) if value else math.inf
 
 
+@lru_cache(maxsize=512)
 def parse_uncertainty(text: str, kind: str, unit: str = "") -> Uncertainty:
     """Understand a standard uncertainty: ``0.5 mm``, ``0.2 %``, or a sum of both, ``0.2 % + 0.5 rpm``.
 

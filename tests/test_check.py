@@ -50,7 +50,7 @@ class TestCheck:
         without, whole = "".join(lines[:-1]), "".join(lines)
         measured = measure(read_log(without.encode()))
         fit = gyrodata.analyze(without.encode()).fit
-        u = fitting.expected_u(forecast.with_unloaded_run(measured, fit), fit)
+        (u,) = fitting.expected_u([forecast.with_unloaded_run(fitting.design_of(measured, fit))])
         assert u == pytest.approx(gyrodata.analyze(whole.encode()).inertia.u, rel=0.1)
         assert u < 0.6 * gyrodata.analyze(without.encode()).inertia.u
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from labs import INERTIA, G, lab
 
-from gyrodata.fitting import expected_u, fit, fit_many
+from gyrodata.fitting import design_of, expected_u, fit, fit_many
 
 QUANTITIES = ("time", "spin", "mass", "position")
 
@@ -62,7 +62,7 @@ def test_covers_at_every_imbalance(percent: float, bias: float) -> None:
 def test_scatters_no_more_than_the_best_linear_estimator(repeats: int) -> None:
     # The standard deviation of the best one, with all variances known, is what the design itself promises.
     exact = lab(np.random.default_rng(0), repeats=repeats, noise=0.0)
-    best = expected_u(exact, fit(exact))
+    (best,) = expected_u([design_of(exact, fit(exact))])
     random = np.random.default_rng(5)
     labs = [lab(random, repeats=repeats, bias=0.05 * random.standard_normal()) for _ in range(2500)]
     many = fit_many(labs[0], {name: np.array([getattr(one, name) for one in labs]) for name in QUANTITIES})

@@ -184,7 +184,7 @@ def _weigh(measured: Measurements, rung: effects.Rung) -> tuple[Floats, float]:
     """Weight of each run in I_zz, and the relative u of I_zz, as the tool fits such a lab."""
     runs = settle(measured, rung) if effects.is_unsteady(measured, rung) else measured
     fit = fitting.fit(runs, rung.tilted)
-    return fit.response, fitting.expected_u(runs, fit, rung.tilted) / fit.inertia.value
+    return fit.response, fitting.expected_u([fitting.design_of(runs, fit, rung.tilted)])[0] / fit.inertia.value
 
 
 def _lab(scene: MotionScene, runs: Runs, measured: Measurements) -> _Lab:

@@ -11,7 +11,6 @@ import numpy as np
 
 from gyrodata import fitting
 from gyrodata.measurements import Measurements, torque_groups
-from gyrodata.physics import Floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,16 +48,6 @@ class Constancy:
     dof: int
     p: float
     """Chance of a chi-square at least as large if φ̇ψ̇ is constant."""
-
-
-def own_relative(measured: Measurements) -> Floats:
-    """Relative uncertainty of φ̇ψ̇ of each run from time and spin, each run's own, shape (n,)."""
-    variance = np.zeros(len(measured.runs))
-    for source in measured.sources:
-        size = {"time": measured.time, "spin": measured.spin, "turns": measured.turns}.get(source.quantity)
-        if size is not None and source.name not in ("spin_scale",):
-            variance += (source.absolute / size + source.relative) ** 2
-    return np.sqrt(variance)
 
 
 def power_laws(measured: Measurements, kept: list[int]) -> tuple[PowerLaw, ...]:
@@ -129,7 +118,7 @@ class _Point(NamedTuple):
 
 
 def _points(measured: Measurements) -> list[_Point]:
-    weights = 1 / np.maximum(own_relative(measured), 1e-12) ** 2
+    weights = 1 / np.maximum(measured.own_relative, 1e-12) ** 2
     columns = (np.log(measured.spin), np.log(measured.time / measured.turns), weights, measured.time)
     return [_Point(*values) for values in zip(*(column.tolist() for column in columns), strict=True)]
 
@@ -171,7 +160,7 @@ def constancy(measured: Measurements, kept: list[int]) -> Constancy | None:
     Constancy or None
         None where no torque has two runs, or where timing and spin are exact.
     """
-    own = own_relative(measured)
+    own = measured.own_relative
     if not own.all():
         return None
     runs = list(zip(np.abs(measured.product).tolist(), own.tolist(), strict=True))

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from gyrodata import fitting
-from gyrodata.comparisons.laws import own_relative
 from gyrodata.comparisons.runs import or_none
 from gyrodata.fitting import Estimate, FitResult
 from gyrodata.measurements import Measurements, torque_groups
@@ -38,18 +37,27 @@ class Torque:
     """Its standard uncertainty [s²/rad]."""
 
 
-def _without(
-    measured: Measurements, fit: FitResult, group: list[int], kept: list[int], tilted: bool
-) -> Estimate | None:
-    """I_zz from all runs but those of one torque: what leaning on that weight does."""
-    rest = sorted(set(kept) - set(group))
-    if not np.any(measured.torque[rest]) or fit.inertia.u is None:
-        return None
-    shift = fit.adjusted.without([i for i in group if i in kept])
-    # Where one torque is left, another prior of M0 comes with it.
-    if shift is None or (fit.imbalance_free and not fitting.torques_differ(measured.torque[rest])):
-        return fitting.fit(measured, tilted, set(range(len(measured.runs))) - set(rest)).inertia
-    return Estimate(fit.inertia.value + shift[0], math.sqrt(fit.inertia.u**2 + shift[1]))
+MOST_TORQUES = 12
+"""What each torque does to the answer is told of so many, no more."""
+
+
+def _without(measured: Measurements, fit: FitResult, kept: list[int], tilted: bool) -> list[Estimate | None]:
+    """I_zz from all runs but those of each torque: what leaning on that weight does."""
+    groups = torque_groups(measured)
+    if len(groups) > MOST_TORQUES or fit.inertia.u is None:
+        return [None] * len(groups)
+    told = [[i for i in group if i in kept] for group in groups]
+    found: list[Estimate | None] = []
+    for group, shift in zip(told, fit.adjusted.without(told), strict=True):
+        rest = [i for i in kept if i not in group]
+        if not measured.torque[rest].any():
+            found.append(None)
+        # Where one torque is left, another prior of M0 comes with it.
+        elif shift is None or (fit.imbalance_free and not fitting.torques_differ(measured.torque[rest])):
+            found.append(fitting.fit(measured, tilted, set(range(len(measured.runs))) - set(rest)).inertia)
+        else:
+            found.append(Estimate(fit.inertia.value + shift[0], math.sqrt(fit.inertia.u**2 + shift[1])))
+    return found
 
 
 def torque_table(measured: Measurements, fit: FitResult, kept: list[int], tilted: bool) -> tuple[Torque, ...]:
@@ -73,11 +81,11 @@ def torque_table(measured: Measurements, fit: FitResult, kept: list[int], tilted
     groups = []
     inside = set(kept)
     # Plain numbers: a torque has a handful of runs, for which arrays take longer.
-    own = own_relative(measured).tolist()
+    own = measured.own_relative.tolist()
     product = (fit.sense * np.abs(measured.product)).tolist()
-    few = len(set(measured.torque.tolist())) <= 12
     scale = next((float(s.relative[0]) for s in measured.sources if s.name == "spin_scale"), 0.0)
-    for group in torque_groups(measured):
+    without = _without(measured, fit, kept, tilted)
+    for group, others in zip(torque_groups(measured), without, strict=True):
         members = [i for i in group if i in inside] or group
         values = [product[i] for i in members]
         sizes = [own[i] * abs(product[i]) for i in members]
@@ -103,7 +111,7 @@ def torque_table(measured: Measurements, fit: FitResult, kept: list[int], tilted
                 position=or_none(measured.position[group[0]]),
                 torque=float(measured.torque[group[0]]),
                 runs=len(members),
-                without=_without(measured, fit, group, kept, tilted) if few else None,
+                without=others,
                 product=mean,
                 product_u=mean_u,
                 product_spread=spread,

@@ -7,7 +7,7 @@ line of the textbook, to compare with, and `fit_line` one for points with errors
 
 from gyrodata.fitting.chi_square import chi2_tail
 from gyrodata.fitting.conditions import DEFAULT_TRANSVERSE_RATIO, transverse_inertia
-from gyrodata.fitting.design import Improvement, expected_u, expected_with
+from gyrodata.fitting.design import Design, design_of, expected_u
 from gyrodata.fitting.inertia import DEFAULT_IMBALANCE_U, fit
 from gyrodata.fitting.lines import LineFit, fit_line
 from gyrodata.fitting.many import ManyFits, fit_many
@@ -21,17 +21,17 @@ __all__ = [
     "DEFAULT_TRANSVERSE_RATIO",
     "OUTLIER",
     "TURN_COUNTS",
+    "Design",
     "Estimate",
     "FitResult",
-    "Improvement",
     "Line",
     "LineFit",
     "ManyFits",
     "Outlier",
     "Share",
     "chi2_tail",
+    "design_of",
     "expected_u",
-    "expected_with",
     "fit",
     "fit_line",
     "fit_many",

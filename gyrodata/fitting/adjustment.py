@@ -50,19 +50,25 @@ class Adjusted:
     """Change of I_zz when a run is left out [kg*m^2], shape (n,)."""
     chi2: float
 
-    def without(self, runs: Sequence[int]) -> tuple[float, float] | None:
-        """Change of I_zz [kg*m^2] and of its variance [kg²*m⁴] when some runs are left out, to first order.
+    def without(self, groups: Sequence[Sequence[int]]) -> list[tuple[float, float] | None]:
+        """Change of I_zz [kg*m^2] and of its variance [kg²*m⁴] when each of some groups of runs is left out.
 
-        None where there are no such runs, or the others tell so little of them that first order is no guide.
+        To first order; None for a group without runs, and where the others tell so little of it that first order
+        is no guide.
         """
-        index = np.asarray(runs, dtype=int)
-        remaining = np.eye(len(index)) - self.orthogonal[index] @ self.orthogonal[index].T
-        if not len(index) or np.linalg.eigvalsh(remaining)[0] < 1e-4:
-            return None
-        gain = self.gain[index]
-        # What the others say of these runs takes the runs' own share out again.
-        pull = np.linalg.solve(remaining, np.column_stack([self.weighted[index], gain]))
-        return float(gain @ pull[:, 0]), float(gain @ pull[:, 1])
+        changes: list[tuple[float, float] | None] = [None] * len(groups)
+        for size in {len(group) for group in groups} - {0}:
+            alike = [at for at, group in enumerate(groups) if len(group) == size]
+            index = np.array([groups[at] for at in alike])
+            orthogonal, gain = self.orthogonal[index], self.gain[index]
+            remaining = np.eye(size) - orthogonal @ orthogonal.swapaxes(1, 2)
+            told = np.linalg.eigvalsh(remaining)[:, 0] > 1e-4
+            # What the others say of these runs takes the runs' own share out again.
+            pull = np.linalg.solve(remaining[told], np.stack([self.weighted[index], gain], axis=-1)[told])
+            moved = (gain[told, None] @ pull)[:, 0].tolist()
+            for at, change in zip(np.array(alike)[told].tolist(), moved, strict=True):
+                changes[at] = change[0], change[1]
+        return changes
 
 
 def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, bias_u: float, kept: Floats) -> Adjusted:
@@ -115,16 +121,16 @@ def _conclude(
     q = rows[:, :-1] @ inverse
     # Deleted residuals: for a run in the fit the leverage takes it out again, for one outside the
     # uncertainty of the prediction is added.
-    rest = np.maximum(1 - np.sum(q[:count] ** 2, axis=1), NEGLIGIBLE)
+    rest = np.maximum(1 - np.add.reduce(q[:count] ** 2, axis=1), NEGLIGIBLE)
     inside = at.own * rest
-    outside = at.own + np.sum((plain @ inverse) ** 2, axis=1)
+    outside = at.own + np.add.reduce((plain @ inverse) ** 2, axis=1)
     gain = (inverse[0] @ q.T) * scale[0]
     directions = inverse @ inverse[0]
     weighted = kept * closed / np.sqrt(at.own)
     return Adjusted(
         problem=problem,
         unknowns=unknowns[:3] * scale,
-        covariance=(inverse @ inverse.T)[:3, :3] * np.outer(scale, scale),
+        covariance=inverse[:3] @ inverse[:3].T * (scale[:, None] * scale),
         gain=gain,
         shared=unknowns[3:],
         slopes=at.slopes,

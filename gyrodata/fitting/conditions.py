@@ -11,6 +11,7 @@ Every reading is its truth plus its errors, each error a standard normal number 
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,6 +59,7 @@ class Problem:
 
     def __init__(self, measured: Measurements, tilted: bool) -> None:
         count = len(measured.runs)
+        self.measured = measured
         self.count = count
         self.tilted = tilted
         self.observed = np.empty((len(QUANTITIES), count))
@@ -70,23 +72,32 @@ class Problem:
             self.observed[2] *= measured.slowing
         self.observed[7] = measured.g
         self.observed[8:] = (measured.pitch, transverse_inertia(measured)) if tilted else 0.0
-        self.sources = [
-            source
-            for source in measured.sources
-            if (source.absolute.any() or source.relative.any())
-            and (tilted or source.quantity not in ("pitch", "transverse"))
-        ]
-        shape = (len(self.sources), count)
+        sources = [source for source in measured.sources if tilted or source.quantity not in ("pitch", "transverse")]
+        sizes = np.array([(source.absolute, source.relative) for source in sources]).reshape(-1, 2, count)
+        stated = np.flatnonzero(sizes.any(axis=(1, 2)))
+        self.sources = [sources[s] for s in stated]
         self.quantity = np.array([QUANTITIES.index(source.quantity) for source in self.sources], dtype=int)
-        self.absolute = np.array([source.absolute for source in self.sources]).reshape(shape)
-        self.relative = np.array([source.relative for source in self.sources]).reshape(shape)
+        self.absolute, self.relative = sizes[stated, 0], sizes[stated, 1]
         self.onto = (np.arange(len(QUANTITIES))[:, None] == self.quantity).astype(float)
-        self._share(np.array([source.groups for source in self.sources], dtype=int).reshape(shape))
+        self._share(np.array([source.groups for source in self.sources], dtype=int).reshape(-1, count))
         self.by_weight = not np.isnan(measured.mass).all()
         self.by_force = not np.isnan(measured.force).all()
 
+    def reread(
+        self, observed: Floats, sizes: tuple[Floats, Floats] | None = None, groups: Integers | None = None
+    ) -> Problem:
+        """Give the same sources with other readings, and absolute and relative sizes and groups of their errors."""
+        new = copy.copy(self)
+        new.observed, new.count = observed, observed.shape[-1]
+        if sizes is not None:
+            new.absolute, new.relative = sizes
+        if groups is not None:
+            new._share(groups)
+        return new
+
     def _share(self, groups: Integers) -> None:
         """Number the errors that several runs share, in the order of sources and groups."""
+        self.groups = groups
         width = int(groups.max(initial=0)) + 1
         touched = groups >= 0
         # One bin for each group of each source.

@@ -197,13 +197,14 @@ def _predict(adjusted: Adjusted, sense: Floats) -> tuple[Floats, Floats]:
 def _budget(adjusted: Adjusted) -> tuple[Share, ...]:
     """Split u²(I_zz) by source: the answer is linear in every standardised error, so the squares add up."""
     problem, gain, count = adjusted.problem, adjusted.gain, adjusted.problem.count
-    variances = np.sum(gain[:count] ** 2 * (adjusted.slopes * problem.alone) ** 2 / adjusted.own, axis=1)
+    variances = (adjusted.slopes * problem.alone) ** 2 @ (gain[:count] ** 2 / adjusted.own)
     owners = np.zeros(problem.shared_count, dtype=int)
     owners[problem.to_column] = problem.from_source
     np.add.at(variances, owners, gain[count + 2 :] ** 2)
+    shared = set(owners.tolist())
     shares = [
-        Share(source.name, bool((columns >= 0).any()), source.shared_by, math.sqrt(variance), 0.0)
-        for source, columns, variance in zip(problem.sources, problem.member, variances, strict=True)
+        Share(source.name, s in shared, source.shared_by, math.sqrt(variance), 0.0)
+        for s, (source, variance) in enumerate(zip(problem.sources, variances.tolist(), strict=True))
         if variance > 0
     ]
     for row, name, words in (
@@ -226,7 +227,7 @@ def _normalised(shares: list[Share]) -> tuple[Share, ...]:
     total = math.fsum(share.u_inertia**2 for share in shares)
     filled = [
         Share(share.source, share.shared, share.shared_by, share.u_inertia, share.u_inertia**2 / total)
-        for share in shares
+        for share in sorted(shares, key=lambda share: -share.u_inertia)
         if total
     ]
-    return tuple(sorted(filled, key=lambda share: -share.share))
+    return tuple(filled)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -83,8 +82,7 @@ def fit_many(
 
 def _fit_stack(problem: Problem, observed: Floats, measured: Measurements, width: float | None) -> Floats:
     """Adjust one stack of labs; I_zz, u, M0, u(M0) and b in the rows of the answer."""
-    problem = copy.copy(problem)
-    problem.observed = observed
+    problem = problem.reread(observed)
     torque, _ = problem.torque(observed)
     labs = len(observed)
     differ = torques_differ(measured.torque)

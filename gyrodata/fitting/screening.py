@@ -11,7 +11,7 @@ from gyrodata.fitting.chi_square import chi2_tail
 from gyrodata.fitting.conditions import median
 from gyrodata.fitting.inertia import fit
 from gyrodata.fitting.results import FitResult, Outlier
-from gyrodata.fitting.start import assume_sense, robust_start, rough_misfit, torques_differ
+from gyrodata.fitting.start import assume_sense, first_guess, rough_misfit, torques_differ
 from gyrodata.measurements import Measurements, torque_groups
 
 MASKED = 1e-3
@@ -94,10 +94,11 @@ def _outlier(measured: Measurements, result: FitResult, index: int, typical: flo
 def _far_within(measured: Measurements, result: FitResult, typical: float) -> Any:
     """Which runs are far from the others of their torque, where the log scatters more than it should."""
     apart = np.full(len(measured.runs), np.nan)
-    if typical > 2:
-        for group in torque_groups(measured):
-            if len(group) >= 4:
-                apart[group] = np.abs(result.deviations[group] - median(result.deviations[group]))
+    if typical <= 2:
+        return np.isfinite(apart)
+    for group in torque_groups(measured):
+        if len(group) >= 4:
+            apart[group] = np.abs(result.deviations[group] - median(result.deviations[group]))
     grouped = apart[~np.isnan(apart)]
     if not grouped.any():
         return np.zeros(len(apart), dtype=bool)
@@ -107,7 +108,7 @@ def _far_within(measured: Measurements, result: FitResult, typical: float) -> An
 def _far_from_start(measured: Measurements) -> set[int]:
     """Runs far from the line that most runs agree with: a first guess, from which screening goes on."""
     everything = np.ones(len(measured.runs))
-    start = robust_start(measured, assume_sense(measured, 1.0), torques_differ(measured.torque), everything)
+    start = first_guess(measured, assume_sense(measured, 1.0), torques_differ(measured.torque), everything)
     total = np.abs(measured.torque + start.imbalance)
     with np.errstate(divide="ignore"):
         predicted = start.inertia * 2 * np.pi * measured.turns * measured.spin / total

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from gyrodata.fitting.results import Estimate
 from gyrodata.physics import Floats
 
@@ -39,25 +37,25 @@ def ordinary_line(x: Floats, y: Floats, intercept: bool) -> Line | None:
 
     Notes
     -----
-    By QR of the design. u is s·√(diagonal), s² the sum of squared residuals over n − unknowns; it is None
-    where there are no more points than unknowns.
+    The classical formulas about the means, which lose no digits where the points are far from zero. u is
+    s·√(diagonal), s² the sum of squared residuals over n − unknowns; it is None where there are no more points than
+    unknowns.
     """
-    design = np.column_stack([x, np.ones_like(x)]) if intercept else x[:, None]
-    unknowns = design.shape[1]
-    q, r = np.linalg.qr(design)
-    diagonal = np.abs(np.diag(r))
-    if len(x) < unknowns or diagonal.min() <= 1e-9 * np.abs(r[0]).max():
+    count, freedom = len(x), len(x) - 1 - intercept
+    x_mean, y_mean = (float(x.mean()), float(y.mean())) if intercept else (0.0, 0.0)
+    away = x - x_mean
+    spread, size = math.sqrt(away @ away), math.sqrt(x @ x)
+    if freedom < 0 or spread <= 1e-9 * size:
         return None
-    solution = np.linalg.solve(r, q.T @ y)
-    residuals = y - design @ solution
-    freedom = len(x) - unknowns
-    inverse = np.linalg.inv(r)
-    scale = float(residuals @ residuals) / freedom if freedom > 0 else math.nan
-    cov = inverse @ inverse.T * scale
-    u = [math.sqrt(cov[j, j]) if freedom > 0 else None for j in range(unknowns)]
+    slope = float(away @ (y - y_mean)) / spread**2
+    residuals = (y - y_mean) - slope * away
+    sd = math.sqrt(float(residuals @ residuals) / freedom) if freedom else None
+    constant = None
+    if intercept:
+        constant = Estimate(y_mean - slope * x_mean, sd and sd * size / (spread * math.sqrt(count)))
     return Line(
-        slope=Estimate(float(solution[0]), u[0]),
-        intercept=Estimate(float(solution[1]), u[1]) if intercept else None,
-        covariance=float(cov[0, 1]) if intercept and freedom > 0 else 0.0,
-        residual_sd=math.sqrt(scale) if freedom > 0 else None,
+        slope=Estimate(slope, sd and sd / spread),
+        intercept=constant,
+        covariance=-x_mean * (sd / spread) ** 2 if sd else 0.0,
+        residual_sd=sd,
     )

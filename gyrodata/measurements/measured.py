@@ -98,11 +98,21 @@ class Measurements:
             groups.setdefault(key, []).append(i)
         return list(groups.values())
 
-    @property
+    @cached_property
     def product(self) -> Floats:
         """Precession rate times spin, φ̇ψ̇, with the torque's sign [rad²/s²], shape (n,)."""
         sign = np.where(self.sense == 0, 1.0, self.sense)
         return sign * 2 * np.pi * self.turns / self.time * self.spin
+
+    @cached_property
+    def own_relative(self) -> Floats:
+        """Relative uncertainty of each run's φ̇ψ̇ from its own time and spin [1], shape (n,)."""
+        variance = np.zeros(len(self.runs))
+        for source in self.sources:
+            size = {"time": self.time, "spin": self.spin, "turns": self.turns}.get(source.quantity)
+            if size is not None and source.name != "spin_scale":
+                variance += (source.absolute / size + source.relative) ** 2
+        return np.sqrt(variance)
 
 
 def measure(readings: Readings) -> Measurements:

@@ -302,16 +302,16 @@ def _write(found: ClassGrades, folder: Path, filled: Mapping[str, Filled], way: 
 
 def _print(found: ClassGrades, changes: Sequence[Change] | None, form: GradeFormat) -> None:
     from gyrodata.grading.exports.documents import grade_lines, grades_document
-    from gyrodata.grading.exports.grades_csv import grades_csv
     from gyrodata.grading.exports.summary import class_summary
 
     if form is GradeFormat.text:
-        write_out(class_summary(found))
+        parts = class_summary(found)
     elif form is GradeFormat.csv:
-        write_out(grades_csv(found.grades, found.flags))
+        parts = iter([found.table])
     else:
-        for part in grades_document(found, changes) if form is GradeFormat.json else grade_lines(found):
-            write_out(part)
+        parts = grades_document(found, changes) if form is GradeFormat.json else grade_lines(found)
+    for part in parts:
+        write_out(part)
 
 
 # --- what is said on the way --------------------------------------------------------------------------------
@@ -326,10 +326,9 @@ def _told(found: ClassGrades, way: Way) -> Iterator[str]:
     """Say who was graded in this run, and why."""
     from gyrodata.readings.log import listing
 
-    names = {grade.student: grade.name for grade in found.grades}
     reasons: dict[str, list[str]] = {}
     for student, why in found.again.items():
-        reasons.setdefault(why, []).append(names[student])
+        reasons.setdefault(why, []).append(found.names[student])
     for why, students in reasons.items():
         yield f"graded {len(students)} ({why}): {listing(students, 5)}"
     known = len(found.grades) - len(found.again)

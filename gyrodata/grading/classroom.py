@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import statistics
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+from gyrodata.grading.exports.grades_csv import grades_csv
 from gyrodata.grading.forensics import Flag
 from gyrodata.grading.grade import Grade
 from gyrodata.grading.reference import Reference
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submissions
+from gyrodata.grading.survey import Survey, survey_grades
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,8 +41,8 @@ class ClassGrades:
     """Name of the folder or zip, without where it is."""
     submissions: Submissions
     rubric: Rubric
-    grades: tuple[Grade, ...]
-    """In the order of `submissions`, settled."""
+    grades: Collection[Grade]
+    """In the order of `submissions`, settled; each look may make them anew from a file."""
     references: Mapping[str, Reference]
     """What I_zz was held against, by station; "all" for every other."""
     flags: tuple[Flag, ...]
@@ -50,9 +52,19 @@ class ClassGrades:
     """What each drawn figure shows, in words, by student and name of the figure."""
 
     @cached_property
-    def totals(self) -> tuple[float, ...]:
+    def survey(self) -> Survey:
+        """What is asked of all grades at once."""
+        return survey_grades(self.grades, self.rubric)
+
+    @cached_property
+    def totals(self) -> Sequence[float]:
         """Points of those who are graded, in the order of the grades."""
-        return tuple(grade.points for grade in self.grades if grade.points is not None)
+        return self.survey.totals
+
+    @cached_property
+    def table(self) -> str:
+        """``grades.csv``."""
+        return grades_csv(self.grades, self.flags)
 
     @property
     def mean(self) -> float | None:
@@ -70,12 +82,13 @@ class ClassGrades:
         return {item.student: item.ids for item in self.submissions.items}
 
     @cached_property
-    def _names(self) -> Mapping[str, str]:
-        return {grade.student: grade.name for grade in self.grades}
+    def names(self) -> Mapping[str, str]:
+        """How each student is shown."""
+        return {item.student: item.name for item in self.submissions.items}
 
     def label(self, student: str) -> str:
         """Call a student by name, with the key where that is another."""
-        name = self._names.get(student, student)
+        name = self.names.get(student, student)
         return name if name == student or student in name else f"{name} ({student})"
 
     @cached_property
@@ -87,20 +100,21 @@ class ClassGrades:
                 found.setdefault(student, []).append(flag)
         return {student: tuple(flags) for student, flags in found.items()}
 
-    def looks(self, grade: Grade) -> list[str]:
+    def in_question(self) -> list[str]:
+        """List those whose grade a person should look at."""
+        return [student for student in self.names if student in self.survey.notes or student in self.flags_of]
+
+    def looks(self, student: str) -> list[str]:
         """Say why a person should look at a student's grade; nothing where nobody need to."""
-        reasons = [] if grade.why is None else [f"could not be graded: {grade.why}"]
-        reasons += grade.look
-        for flag in self.flags_of.get(grade.student, ()):
-            others = [self.label(other) for other in (*flag.students, *flag.previous) if other != grade.student]
+        reasons = list(self.survey.notes.get(student, ()))
+        for flag in self.flags_of.get(student, ()):
+            others = [self.label(other) for other in (*flag.students, *flag.previous) if other != student]
             reasons.append(f"flag: {flag.kind}{' with ' + ', '.join(others) if others else ''}")
         return reasons
 
     def criteria(self) -> Iterator[CriterionFigures]:
         """Tell how the class did in each criterion, in the rubric's order."""
-        for at, criterion in enumerate(self.rubric.criteria):
-            points = [grade.marks[at].points for grade in self.grades]
-            judged = [one for one in points if one is not None]
+        for criterion, judged in zip(self.rubric.criteria, self.survey.judged, strict=True):
             yield CriterionFigures(
                 criterion.id,
                 criterion.title,
@@ -110,11 +124,3 @@ class ClassGrades:
                 sum(one <= 0 for one in judged),
                 round(statistics.fmean(judged), 4) if judged else None,
             )
-
-    def slips(self) -> dict[str, list[str]]:
-        """List who made which known slip, by its kind; the commonest first."""
-        found: dict[str, list[str]] = {}
-        for grade in self.grades:
-            for slip in grade.slips:
-                found.setdefault(slip.kind, []).append(grade.student)
-        return dict(sorted(found.items(), key=lambda item: (-len(item[1]), item[0])))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,7 +12,6 @@ from gyrodata.grading.exports.canvas import fill_gradebook
 from gyrodata.grading.exports.class_page import class_page
 from gyrodata.grading.exports.documents import grades_document
 from gyrodata.grading.exports.flags_csv import flags_csv
-from gyrodata.grading.exports.grades_csv import grades_csv
 from gyrodata.grading.exports.moodle import fill_worksheet
 from gyrodata.grading.exports.sheet import Filled
 from gyrodata.grading.feedback import feedback_comment
@@ -37,12 +36,12 @@ class Gradebooks:
     moodle: bytes | None = None
     moodle_name: str = ""
 
-    def fill(self, grades: tuple[Grade, ...], ids: Mapping[str, Mapping[str, str]]) -> dict[str, Filled]:
+    def fill(self, grades: Collection[Grade], ids: Mapping[str, Mapping[str, str]]) -> dict[str, Filled]:
         """Fill them.
 
         Parameters
         ----------
-        grades : tuple of Grade
+        grades : collection of Grade
             The class.
         ids : mapping of str to mapping of str to str
             What platforms know each student by.
@@ -100,7 +99,7 @@ def changes_in(folder: Path, found: ClassGrades) -> tuple[Change, ...] | None:
         return ()
     except OSError as error:
         raise cannot_write(folder, error) from None
-    return compare_tables(before, grades_csv(found.grades, found.flags))
+    return () if before == found.table else compare_tables(before, found.table)
 
 
 def write_results(found: ClassGrades, folder: Path, filled: Mapping[str, Filled]) -> None:
@@ -120,13 +119,12 @@ def write_results(found: ClassGrades, folder: Path, filled: Mapping[str, Filled]
     InputError
         The folder cannot be written to.
     """
-    pages = {student: f"{FOLDER}/{name}.html" for student, name in feedback_names(found).items()}
-    table = grades_csv(found.grades, found.flags)
-    _keep_before(folder, table.encode("utf-8", "replace"))
+    names = feedback_names(found)
+    _keep_before(folder, found.table.encode("utf-8", "replace"))
     texts: dict[str, Iterable[str]] = {
-        TABLE: [table],
+        TABLE: [found.table],
         "flags.csv": [flags_csv(found.flags)],
-        "class.html": [class_page(found, pages)],
+        "class.html": class_page(found, lambda student: f"{FOLDER}/{names[student]}.html"),
         "grades.json": grades_document(found),
     }
     for name, parts in texts.items():

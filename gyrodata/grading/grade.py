@@ -179,13 +179,29 @@ def settle(grades: Iterable[Grade], rubric: Rubric) -> tuple[Grade, ...]:
         In the order given; no grade depends on that order.
     """
     grades = tuple(grades)
-    if not rubric.class_reference:
-        return grades
     references = references_of(grades, rubric)
-    return tuple(
-        _with_reference(grade, rubric, references.get(grade.station or "all") or references.get("all"))
-        for grade in grades
-    )
+    return tuple(settle_one(grade, rubric, references) for grade in grades)
+
+
+def settle_one(grade: Grade, rubric: Rubric, references: Mapping[str, Reference]) -> Grade:
+    """Give one student the points that wait for the whole class.
+
+    Parameters
+    ----------
+    grade : Grade
+        As `grade_submission` gave it.
+    rubric : Rubric
+        The same as for grading.
+    references : mapping of str to Reference
+        What `references_of` gives for the class.
+
+    Returns
+    -------
+    Grade
+    """
+    if not rubric.class_reference:
+        return grade
+    return _with_reference(grade, rubric, references.get(grade.station or "all") or references.get("all"))
 
 
 def references_of(grades: Iterable[Grade], rubric: Rubric) -> Mapping[str, Reference]:

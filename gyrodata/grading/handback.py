@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zipfile
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from gyrodata.grading.classroom import ClassGrades
@@ -98,10 +98,10 @@ def write_feedback(
     """
     names = feedback_names(found)
     figures = found.figures if way.figures is not None else {}
-    tasks = [
-        _Task(replace(grade, fingerprint=None), item, figures.get(grade.student, {}))
+    tasks = (
+        _Task(grade, item, figures.get(grade.student, {}))
         for grade, item in zip(found.grades, found.submissions.items, strict=True)
-    ]
+    )
     lost: list[str] = []
     written: list[str] = []
     for task, answer in in_workers(_Work(way.figures), tasks, way.workers, way.limit):

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -129,15 +128,19 @@ class Journal:
         self.path = path
         self.damaged = 0
 
-    def read(self) -> dict[str, Entry]:
-        """Give the last line of each student; a line that was torn by a power cut is left out.
+    def read(self) -> Iterator[Entry]:
+        """Go through it line by line; a line that was torn by a power cut is left out.
+
+        Yields
+        ------
+        Entry
+            The last one of a student holds.
 
         Raises
         ------
         InputError
             The file is there and cannot be opened.
         """
-        entries: dict[str, Entry] = {}
         self.damaged = 0
         try:
             with self.path.open("rb") as file:
@@ -146,12 +149,11 @@ class Journal:
                     if entry is None:
                         self.damaged += 1
                     else:
-                        entries[entry.grade.student] = entry
+                        yield entry
         except FileNotFoundError:
             pass
         except OSError as error:
             raise cannot_write(self.path.parent, error) from None
-        return entries
 
     def torn(self) -> Diagnostic:
         """Say that lines could not be read."""
@@ -180,39 +182,14 @@ class Journal:
             raise cannot_write(self.path.parent, error) from None
 
     def replace(self, entries: Iterable[Entry]) -> None:
-        """Write it anew, one line for each student, sorted; the old one stays until the new one is whole."""
-        ordered = sorted(entries, key=lambda entry: entry.grade.student)
-        write_whole(self.path, (entry.to_line().encode() for entry in ordered))
-
-
-def read_json(text: str | bytes) -> Any:
-    """Read JSON, equal keys and texts held once in memory: a class repeats itself, and a grade then takes half.
-
-    Parameters
-    ----------
-    text : str or bytes
-        One document.
-
-    Returns
-    -------
-    Any
-
-    Raises
-    ------
-    ValueError
-        If it is none.
-    """
-    return json.loads(text, object_pairs_hook=_shared)
-
-
-def _shared(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    return {sys.intern(key): sys.intern(value) if type(value) is str else value for key, value in pairs}
+        """Write it anew, a line for each entry; the old one stays until the new one is whole."""
+        write_whole(self.path, (entry.to_line().encode() for entry in entries))
 
 
 def _parse(line: bytes) -> Entry | None:
     """Read a line; None where it is none."""
     try:
-        content: dict[str, Any] = read_json(line)
+        content: dict[str, Any] = json.loads(line)
         if content["schema"] != SCHEMA:
             return None
         basis = Basis(*(content[field] for field in Basis._fields))

@@ -2,22 +2,24 @@
 
 The story: what the journal knows and what has not changed is taken from there → the rest goes to the workers, and
 each grade into the journal as it comes → when all are there, the class is its own reference, and its logs are
-compared. Nothing depends on the order, on the number of workers, or on how often the run was stopped.
+compared. Nothing depends on the order, on the number of workers, or on how often the run was stopped, and nothing is
+held of a whole class but a few numbers of each: what is needed again stands on a shelf.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from gyrodata.errors import GyroError
 from gyrodata.grading.classroom import ClassGrades
-from gyrodata.grading.forensics import Exemptions, flag_class
-from gyrodata.grading.grade import Grade, grade_submission, not_graded, references_of, settle
-from gyrodata.grading.journal import Basis, Entry, Journal, bases_of, read_json, why_again, write_whole
+from gyrodata.grading.forensics import Exemptions, Fingerprint, flag_class
+from gyrodata.grading.grade import Grade, grade_submission, not_graded, references_of, settle_one
+from gyrodata.grading.journal import Basis, Entry, Journal, bases_of, why_again, write_whole
 from gyrodata.grading.rubric import Rubric
+from gyrodata.grading.shelf import Shelf
 from gyrodata.grading.submissions import Submission, Submissions
 from gyrodata.grading.workers import Lost, in_workers
 
@@ -91,45 +93,58 @@ def grade_class(
         The journal cannot be written, or no process can be started.
     """
     way = way or Way()
-    entries = _entries(submissions, rubric, way)
-    grades = settle((entry.grade for entry, _ in entries.values()), rubric)
-    prints = {grade.student: grade.fingerprint for grade in grades if grade.fingerprint is not None}
-    found = ClassGrades(
-        source=submissions.items[0].source.resolve().name,
-        submissions=submissions,
+    items = tuple(sorted(submissions.items, key=lambda item: item.student))
+    entries, again = _entries(items, rubric, way)
+    references = references_of((entry.grade for entry in entries.values()), rubric)
+    grades: Shelf[Grade] = Shelf()
+    prints: Shelf[Fingerprint] = Shelf()
+    figures: Shelf[Mapping[str, str]] = Shelf()
+    for item in items:
+        entry = entries[item.student]
+        if entry.grade.fingerprint is not None:
+            prints.put(item.student, entry.grade.fingerprint)
+        if entry.figures:
+            figures.put(item.student, entry.figures)
+        grades.put(item.student, settle_one(replace(entry.grade, fingerprint=None), rubric, references))
+    if way.journal is not None and way.keep and (again or way.journal.damaged):
+        way.journal.replace(entries[item.student] for item in items)
+    return ClassGrades(
+        source=items[0].source.resolve().name,
+        submissions=replace(submissions, items=items),
         rubric=rubric,
-        grades=grades,
-        references=references_of(grades, rubric),
+        grades=grades.values(),
+        references=references,
         flags=flag_class(prints, exempt),
-        again={student: why for student, (_, why) in entries.items() if why},
-        figures={student: entry.figures for student, (entry, _) in entries.items() if entry.figures},
+        again=again,
+        figures=figures,
     )
-    if way.journal is not None and way.keep and (found.again or way.journal.damaged):
-        way.journal.replace(entry for entry, _ in entries.values())
-    return found
 
 
-def _entries(submissions: Submissions, rubric: Rubric, way: Way) -> dict[str, tuple[Entry, str]]:
-    """Take each student's entry from the journal or make it, with why it was made; in the order of the class."""
-    known = way.journal.read() if way.journal is not None else {}
-    bases = bases_of(submissions.items, rubric)
-    reasons = {
-        item.student: why_again(known.get(item.student), bases[item.student])
-        or _why_figures(known[item.student], item, way)
-        for item in submissions.items
-    }
-    entries = {student: known[student] for student, why in reasons.items() if not why}
-    del known
-    waiting = [item for item in submissions.items if reasons[item.student]]
+def _entries(items: Sequence[Submission], rubric: Rubric, way: Way) -> tuple[Shelf[Entry], dict[str, str]]:
+    """Take each student's entry from the journal or make it; and say of those that are made why."""
+    entries: Shelf[Entry] = Shelf()
+    bases = bases_of(items, rubric)
+    handed_in = {item.student: item for item in items}
+    reasons = {student: why_again(None, basis) for student, basis in bases.items()}
+    for entry in way.journal.read() if way.journal is not None else ():
+        student = entry.grade.student
+        if student in bases:
+            reasons[student] = why_again(entry, bases[student]) or _why_figures(entry, handed_in[student], way)
+            if not reasons[student]:
+                entries.put(student, entry)
+    again = {student: why for student, why in reasons.items() if why}
+    done = len(items) - len(again)
     work = _Work(rubric, way.grader, way.figures is not None)
+    waiting = (handed_in[student] for student in again)
     for item, answer in in_workers(work, waiting, way.workers, way.limit):
         entry = _entry(item, bases[item.student], answer, rubric, way)
-        entries[item.student] = entry
+        entries.put(item.student, entry)
         if way.journal is not None and way.keep:
             way.journal.add(entry)
+        done += 1
         if way.progress is not None:
-            way.progress(len(entries))
-    return {student: (entries[student], why) for student, why in reasons.items()}
+            way.progress(done)
+    return entries, again
 
 
 def _entry(
@@ -142,7 +157,7 @@ def _entry(
     if way.figures is not None:
         for name, (data, _) in figures.items():
             write_whole(figure_path(way.figures, item, name), [data])
-    return Entry(basis, Grade.from_dict(read_json(content)), "", {name: words for name, (_, words) in figures.items()})
+    return Entry(basis, Grade.from_dict(json.loads(content)), "", {name: words for name, (_, words) in figures.items()})
 
 
 # --- figures ------------------------------------------------------------------------------------------------

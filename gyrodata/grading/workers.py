@@ -13,9 +13,10 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from itertools import islice
 from multiprocessing.connection import Connection, wait
 from typing import Any, Generic, TypeVar
 
@@ -53,7 +54,7 @@ def count_workers() -> int:
 
 
 def in_workers(
-    work: Callable[[Task], Answer], tasks: Sequence[Task], workers: int, limit: float
+    work: Callable[[Task], Answer], tasks: Iterable[Task], workers: int, limit: float
 ) -> Iterator[tuple[Task, Answer | Lost]]:
     """Do work in processes.
 
@@ -61,8 +62,8 @@ def in_workers(
     ----------
     work : callable
         Does one task. It is sent to each worker once, so that it must be picklable, as tasks and answers must be.
-    tasks : sequence
-        Given out in this order.
+    tasks : iterable
+        Given out in this order, each asked for shortly before.
     workers : int
         How many processes at most.
     limit : float
@@ -172,13 +173,13 @@ class _Worker(Generic[Task]):
 
 
 class _Crew(Generic[Task, Answer]):
-    """All workers, and the tasks that wait.
+    """All workers, and the tasks that wait: no more of them than workers, for a class may be large.
 
     Parameters
     ----------
     work : callable
         Does one task.
-    tasks : sequence
+    tasks : iterable
         All of them.
     workers : int
         How many processes at most.
@@ -186,9 +187,10 @@ class _Crew(Generic[Task, Answer]):
         Time for one task [s].
     """
 
-    def __init__(self, work: Callable[[Task], Answer], tasks: Sequence[Task], workers: int, limit: float) -> None:
+    def __init__(self, work: Callable[[Task], Answer], tasks: Iterable[Task], workers: int, limit: float) -> None:
         self.work, self.most, self.limit = work, workers, limit
-        self.waiting = deque((task, 1) for task in tasks)
+        self.tasks = iter(tasks)
+        self.waiting: deque[tuple[Task, int]] = deque()
         self.workers: list[_Worker[Task]] = []
         self.stillborn = 0
         self.context = _context()
@@ -217,6 +219,7 @@ class _Crew(Generic[Task, Answer]):
     def _busy(self) -> list[_Worker[Task]]:
         """Give everybody something to do, and list who is at it."""
         at_work = sum(worker.task is not None for worker in self.workers)
+        self.waiting.extend((task, 1) for task in islice(self.tasks, max(0, self.most - len(self.waiting))))
         while len(self.workers) < min(self.most, len(self.waiting) + at_work):
             try:
                 self.workers.append(_Worker(self.context, self.work, self.limit))

@@ -27,8 +27,12 @@ def journal(tmp_path: Path) -> Journal:
     return Journal(tmp_path / "grades" / "journal.ndjson")
 
 
+def read(journal: Journal) -> dict[str, Entry]:
+    return {entry.grade.student: entry for entry in journal.read()}
+
+
 def test_no_journal_is_an_empty_one(journal: Journal) -> None:
-    assert journal.read() == {}
+    assert read(journal) == {}
     assert not journal.path.parent.exists()
 
 
@@ -37,7 +41,7 @@ def test_what_is_written_comes_back(student: str, journal: Journal) -> None:
     entry = an_entry(student)
     journal.add(entry)
     assert journal.path.read_bytes().count(b"\n") == 1
-    assert journal.read() == {student: entry}
+    assert read(journal) == {student: entry}
     assert journal.damaged == 0
 
 
@@ -45,7 +49,7 @@ def test_the_last_line_of_a_student_holds(journal: Journal) -> None:
     journal.add(an_entry("a", lost="it took over 30 s"))
     journal.add(an_entry("b"))
     journal.add(an_entry("a"))
-    assert journal.read() == {"a": an_entry("a"), "b": an_entry("b")}
+    assert read(journal) == {"a": an_entry("a"), "b": an_entry("b")}
 
 
 @pytest.mark.parametrize("cut", [1, 2, 500])
@@ -55,10 +59,10 @@ def test_a_torn_line_costs_itself_alone(cut: int, journal: Journal) -> None:
     journal.path.write_bytes(journal.path.read_bytes()[:-cut])
     # Without its line end alone a line is whole.
     torn = cut > 1
-    assert set(journal.read()) == ({"a"} if torn else {"a", "b"})
+    assert set(read(journal)) == ({"a"} if torn else {"a", "b"})
     assert journal.damaged == torn
     journal.add(an_entry("c"))
-    assert set(journal.read()) == ({"a", "c"} if torn else {"a", "b", "c"})
+    assert set(read(journal)) == ({"a", "c"} if torn else {"a", "b", "c"})
     if torn:
         assert str(journal.torn()) == (
             "journal.ndjson: note G762: 1 line of the journal cannot be read; what stood there was graded again"
@@ -72,7 +76,7 @@ def test_what_is_no_line_of_a_journal_is_left_out(line: str, journal: Journal) -
     journal.add(an_entry("a"))
     with journal.path.open("a", encoding="utf-8") as file:
         file.write(line + "\n")
-    assert set(journal.read()) == {"a"}
+    assert set(read(journal)) == {"a"}
     assert journal.damaged == 1
 
 
@@ -81,13 +85,13 @@ def test_a_grade_of_another_shape_is_made_anew(journal: Journal) -> None:
     del content["grade"]["marks"][0]["rule"]
     journal.path.parent.mkdir()
     journal.path.write_text(json.dumps(content) + "\n", encoding="utf-8")
-    assert journal.read() == {}
+    assert read(journal) == {}
 
 
-def test_written_anew_it_has_one_line_a_student_sorted(journal: Journal) -> None:
+def test_written_anew_it_has_a_line_for_each_entry(journal: Journal) -> None:
     for student in ("b", "a", "b"):
         journal.add(an_entry(student))
-    journal.replace(journal.read().values())
+    journal.replace(entry for _, entry in sorted(read(journal).items()))
     lines = journal.path.read_text(encoding="utf-8").splitlines()
     assert [json.loads(line)["student"] for line in lines] == ["a", "b"]
     assert [path.name for path in journal.path.parent.iterdir()] == ["journal.ndjson"]

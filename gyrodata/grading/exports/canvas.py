@@ -8,7 +8,8 @@ of a number is its decimal mark, so that ``1,234`` would be 1.234.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
+from operator import itemgetter
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -32,7 +33,7 @@ _NO_IDS: Mapping[str, Mapping[str, str]] = MappingProxyType({})
 
 def fill_gradebook(
     data: bytes,
-    grades: Sequence[Grade],
+    grades: Collection[Grade],
     *,
     name: str = "gradebook.csv",
     assignment: str | None = None,
@@ -44,7 +45,7 @@ def fill_gradebook(
     ----------
     data : bytes
         The gradebook as Canvas exports it.
-    grades : sequence of Grade
+    grades : collection of Grade
         Those that are not graded leave their cell as it is.
     name : str
         Of the file, for messages.
@@ -69,21 +70,22 @@ def fill_gradebook(
     filled: list[str] = []
     changed: list[tuple[str, str, str]] = []
     skipped: list[tuple[str, str]] = []
-    for grade in sorted(grades, key=lambda one: one.student):
-        found = places.of(grade.student, ids.get(grade.student, {}))
+    told = ((grade.student, grade.points, grade.why) for grade in grades)
+    for student, points, why in sorted(told, key=itemgetter(0)):
+        found = places.of(student, ids.get(student, {}))
         if not found:
-            skipped.append((grade.student, "is in no row of the gradebook"))
-        elif grade.points is None:
-            skipped.append((grade.student, f"is not graded: {grade.why}"))
-        for row in found if grade.points is not None else ():
-            before, points = sheet.value(row, column), two_decimals(grade.points).replace(".", mark)
+            skipped.append((student, "is in no row of the gradebook"))
+        elif points is None:
+            skipped.append((student, f"is not graded: {why}"))
+        for row in found if points is not None else ():
+            before, written = sheet.value(row, column), two_decimals(points).replace(".", mark)
             if before.upper() in ("EX", "N/A"):
-                skipped.append((grade.student, f'has "{before}" in the gradebook: excused or not assigned'))
+                skipped.append((student, f'has "{before}" in the gradebook: excused or not assigned'))
                 continue
-            if before not in ("", "-") and _number(before) != grade.points:
-                changed.append((grade.student, before, points))
-            sheet.put(row, column, points)
-            filled.append(grade.student)
+            if before not in ("", "-") and _number(before) != points:
+                changed.append((student, before, written))
+            sheet.put(row, column, written)
+            filled.append(student)
     skipped += [(sheet.value(row, 0), "has no submission") for row in rows if row not in places.asked]
     return Filled(sheet.to_bytes(), tuple(dict.fromkeys(filled)), tuple(changed), tuple(skipped))
 

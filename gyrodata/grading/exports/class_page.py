@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import statistics
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from gyrodata import __version__
 from gyrodata.grading.exports.distribution import LEFT, RIGHT, WIDTH, draw_distribution
 from gyrodata.grading.feedback import environment, points_text
+from gyrodata.grading.survey import known
 from gyrodata.reporting import count_text, number_text, power_of_ten
 
 if TYPE_CHECKING:
@@ -17,46 +18,45 @@ if TYPE_CHECKING:
     from gyrodata.grading.grade import Grade
 
 
-def class_page(found: ClassGrades, feedback: Mapping[str, str]) -> str:
+def class_page(found: ClassGrades, feedback: Callable[[str], str]) -> Iterator[str]:
     """Write the page of a class.
 
     Parameters
     ----------
     found : ClassGrades
         The class.
-    feedback : mapping of str to str
-        Each student's page, as a path below the folder of the class page.
+    feedback : callable
+        Gives a student's page, as a path below the folder of the class page.
 
-    Returns
-    -------
+    Yields
+    ------
     str
-        Every name, note and number from outside is escaped; no clock time, nothing from another place.
+        Parts, for a class may be large.
+
+    Notes
+    -----
+    Every name, note and number from outside is escaped; no clock time, nothing from another place.
     """
-    inertias = [grade.inertia for grade in found.grades if grade.inertia is not None]
+    survey = found.survey
+    inertias = known(survey.inertia)
     factor, power = power_of_ten(statistics.median(inertias)) if inertias else (1.0, "")
-    links = {student: quote(path.encode("utf-8", "replace")) for student, path in feedback.items()}
+    in_question = found.in_question()
     content = {
         "found": found,
         "version": __version__,
-        "links": links,
-        "names": {grade.student: grade.name for grade in found.grades},
-        "looks": [(grade, reasons) for grade in found.grades if (reasons := found.looks(grade))],
-        "slips": _slips(found),
+        "link": lambda student: quote(feedback(student).encode("utf-8", "replace")),
+        "in_question": in_question,
+        "marked": frozenset(in_question),
+        "slips": [(survey.slip_words[kind], students) for kind, students in survey.slips.items()],
         "criteria": list(found.criteria()),
-        "drawing": draw_distribution(found.grades, found.references),
+        "drawing": draw_distribution(survey, found.references),
         "box": {"width": WIDTH, "left": LEFT, "right": WIDTH - RIGHT},
         "points": points_text,
         "count": count_text,
         "unit": f"{power} kg·m²" if power else "kg·m²",
         "cells": lambda grade: _cells(grade, factor),
     }
-    return environment().get_template("class.html.jinja").render(content)
-
-
-def _slips(found: ClassGrades) -> list[tuple[str, list[str]]]:
-    """Each slip in words, with who made it."""
-    words = {slip.kind: slip.words for grade in found.grades for slip in grade.slips}
-    return [(words[kind], students) for kind, students in found.slips().items()]
+    yield from environment().get_template("class.html.jinja").generate(content)
 
 
 def _cells(grade: Grade, factor: float) -> list[dict[str, Any]]:

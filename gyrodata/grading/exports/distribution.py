@@ -7,8 +7,8 @@ import statistics
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from gyrodata.grading.grade import Grade
 from gyrodata.grading.reference import Reference
+from gyrodata.grading.survey import Survey, known
 from gyrodata.reporting import count_text, inertia_text, power_of_ten
 
 WIDTH, LEFT, RIGHT = 640, 128, 28
@@ -79,12 +79,12 @@ class Drawing:
     """What it shows, for those who cannot see it."""
 
 
-def draw_distribution(grades: Sequence[Grade], references: Mapping[str, Reference]) -> Drawing | None:
+def draw_distribution(survey: Survey, references: Mapping[str, Reference]) -> Drawing | None:
     """Lay out the distribution of I_zz in a class.
 
     Parameters
     ----------
-    grades : sequence of Grade
+    survey : Survey
         The class.
     references : mapping of str to Reference
         By station; "all" for every other.
@@ -94,16 +94,17 @@ def draw_distribution(grades: Sequence[Grade], references: Mapping[str, Referenc
     Drawing or None
         None where not one log gives an I_zz.
     """
-    own = [grade.inertia for grade in grades if grade.inertia is not None]
+    own = known(survey.inertia)
     if not own:
         return None
-    low, high = _range(own, [reported for grade in grades if (reported := _reported(grade)) is not None], references)
-    groups = _groups(grades, references)
+    low, high = _range(own, known(survey.reported), references)
+    groups = _groups(survey, references)
     scale = _Scale(low, high, max(12, min(48, 2 * math.isqrt(len(own)) + 8)))
     strips = []
     for number, (station, members) in enumerate(groups.items()):
         middle = 16 + HALF + number * (2 * HALF + BETWEEN)
-        strips.append(_strip(station, members, references.get(station) or references.get("all"), scale, middle))
+        reference = references.get(station) or references.get("all")
+        strips.append(_strip(station, survey, members, reference, scale, middle))
     factor, power = power_of_ten(statistics.median(own))
     words = "; ".join(_strip_words(strip) for strip in strips)
     height = 16 + len(strips) * (2 * HALF + BETWEEN) + 26
@@ -111,20 +112,14 @@ def draw_distribution(grades: Sequence[Grade], references: Mapping[str, Referenc
     return Drawing(tuple(strips), tuple(scale.ticks(factor)), unit, height, f"Distribution of I_zz. {words}.")
 
 
-def _reported(grade: Grade) -> float | None:
-    value = grade.reported.get("value")
-    return value if isinstance(value, float) else None
-
-
-def _groups(grades: Sequence[Grade], references: Mapping[str, Reference]) -> dict[str, list[Grade]]:
-    """Part a class by the stations that have a reference of their own."""
-    groups: dict[str, list[Grade]] = {}
-    for grade in grades:
-        if grade.inertia is not None or _reported(grade) is not None:
-            station = grade.station if grade.station in references else "all"
-            groups.setdefault(station or "all", []).append(grade)
+def _groups(survey: Survey, references: Mapping[str, Reference]) -> dict[str, list[int]]:
+    """Part a class, by numbers, by the stations that have a reference of their own."""
+    groups: dict[str, list[int]] = {}
+    for i, station in enumerate(survey.stations):
+        if not math.isnan(survey.inertia[i]) or not math.isnan(survey.reported[i]):
+            groups.setdefault(station if station is not None and station in references else "all", []).append(i)
     if len(groups) > MOST_STRIPS:
-        return {"all": [grade for members in groups.values() for grade in members]}
+        return {"all": [i for members in groups.values() for i in members]}
     return dict(sorted(groups.items()))
 
 
@@ -173,9 +168,13 @@ class _Scale:
         return [(self.x(number * step * factor), f"{number * step:.{places}f}") for number in range(first, last + 1)]
 
 
-def _strip(station: str, members: Sequence[Grade], reference: Reference | None, scale: _Scale, middle: float) -> Strip:
-    own = [(grade.student, grade.inertia) for grade in members if grade.inertia is not None]
-    reported = [(grade.student, value) for grade in members if (value := _reported(grade)) is not None]
+def _strip(
+    station: str, survey: Survey, members: Sequence[int], reference: Reference | None, scale: _Scale, middle: float
+) -> Strip:
+    own, reported = (
+        [(survey.students[i], values[i]) for i in members if not math.isnan(values[i])]
+        for values in (survey.inertia, survey.reported)
+    )
     counts = (_counts([value for _, value in values], scale) for values in (own, reported))
     tallest = max((count for one in counts for count in one.values()), default=1)
     band = None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 
 from gyrodata.reporting import csv_cell
@@ -33,13 +33,13 @@ _AFTER = (
 )
 
 
-def grades_csv(grades: Sequence[Grade], flags: Sequence[Flag] = ()) -> str:
+def grades_csv(grades: Collection[Grade], flags: Sequence[Flag] = ()) -> str:
     """Write the grades of a class.
 
     Parameters
     ----------
-    grades : sequence of Grade
-        In any order; the rows are sorted by student.
+    grades : collection of Grade
+        By one rubric, in any order; the rows are sorted by student.
     flags : sequence of Flag
         What was flagged in the class.
 
@@ -49,31 +49,33 @@ def grades_csv(grades: Sequence[Grade], flags: Sequence[Flag] = ()) -> str:
         CSV (RFC 4180 with plain line feeds). Points have two decimals; a cell is blank where nothing was judged. A
         text that a spreadsheet would run as a formula has a ' in front.
     """
-    ordered = sorted(grades, key=lambda grade: grade.student)
-    criteria: dict[str, float] = {}
-    for grade in ordered:
-        for mark in grade.marks:
-            criteria.setdefault(mark.criterion, mark.out_of)
+    first = next(iter(grades), None)
+    criteria = {} if first is None else {mark.criterion: mark.out_of for mark in first.marks}
     flagged: dict[str, list[str]] = {}
     for flag in flags:
         for student in flag.students:
             others = [other for other in (*flag.students, *flag.previous) if other != student]
             flagged.setdefault(student, []).append(f"{flag.kind} with {', '.join(others)}" if others else flag.kind)
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow([csv_cell(header) for header in (*_BEFORE, *criteria, *_AFTER)])
-    if ordered:
+    lines = [_line([csv_cell(header) for header in (*_BEFORE, *criteria, *_AFTER)])]
+    if first is not None:
         possible = [two_decimals(points) for points in criteria.values()]
         blank = [""] * len(_AFTER)
-        writer.writerow([POINTS_ROW, "", "--", two_decimals(ordered[0].out_of), *possible, *blank])
-    for grade in ordered:
-        writer.writerow(_row(grade, list(criteria), flagged.get(grade.student, [])))
-    return out.getvalue()
+        lines.append(_line([POINTS_ROW, "", "--", two_decimals(first.out_of), *possible, *blank]))
+    columns = list(criteria)
+    rows = ((grade.student, _line(_row(grade, columns, flagged.get(grade.student, [])))) for grade in grades)
+    lines += [line for _, line in sorted(rows)]
+    return "".join(lines)
 
 
 def two_decimals(points: float | None) -> str:
     """Write points with two decimals, as gradebooks compare them, and never with a mark between thousands."""
     return "" if points is None else f"{points:.2f}"
+
+
+def _line(cells: Sequence[str]) -> str:
+    out = io.StringIO()
+    csv.writer(out, lineterminator="\n").writerow(cells)
+    return out.getvalue()
 
 
 def _row(grade: Grade, criteria: Sequence[str], flags: Sequence[str]) -> list[str]:

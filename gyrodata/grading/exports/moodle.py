@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import html
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from gyrodata.errors import register
 from gyrodata.grading.exports.grades_csv import two_decimals
@@ -34,7 +34,7 @@ _NO = frozenset(
 
 def fill_worksheet(
     data: bytes,
-    grades: Sequence[Grade],
+    grades: Collection[Grade],
     *,
     name: str = "worksheet.csv",
     comments: Mapping[str, str] = _NO_COMMENTS,
@@ -46,7 +46,7 @@ def fill_worksheet(
     ----------
     data : bytes
         The worksheet as Moodle hands it out.
-    grades : sequence of Grade
+    grades : collection of Grade
         Those that are not graded leave their row as it is.
     name : str
         Of the file, for messages.
@@ -71,11 +71,12 @@ def fill_worksheet(
     sheet = read_sheet(data, name)
     columns = _Columns(sheet)
     columns.check_points(grades)
-    by_row = columns.find(grades, ids)
+    people = [_Person(grade.student, grade.name, grade.points, grade.why) for grade in grades]
+    by_row = columns.find(people, ids)
     filled: list[str] = []
     changed: list[tuple[str, str, str]] = []
     placed = {grade.student for grade in by_row.values()}
-    skipped = [(grade.student, "is in no row of the worksheet") for grade in grades if grade.student not in placed]
+    skipped = [(one.student, "is in no row of the worksheet") for one in people if one.student not in placed]
     for row in columns.rows:
         grade = by_row.get(row)
         if grade is None:
@@ -94,6 +95,15 @@ def fill_worksheet(
                 changed += columns.put(row, columns.comment, grade.student, _as_html(comments[grade.student]))
             filled.append(grade.student)
     return Filled(sheet.to_bytes(), tuple(dict.fromkeys(filled)), tuple(changed), tuple(sorted(skipped)))
+
+
+class _Person(NamedTuple):
+    """What of a grade stands in the worksheet."""
+
+    student: str
+    name: str
+    points: float | None
+    why: str | None
 
 
 class _Columns:
@@ -148,7 +158,7 @@ class _Columns:
         texts = [self.sheet.value(row, last) for row in self.rows]
         return last if last > self.top + 2 and any(not text or text.startswith("<") for text in texts) else None
 
-    def check_points(self, grades: Sequence[Grade]) -> None:
+    def check_points(self, grades: Collection[Grade]) -> None:
         """See that the worksheet has the points of the rubric."""
         most = _number(self.sheet.value(self.rows[0], self.top))
         out_of = next((grade.out_of for grade in grades), None)
@@ -157,9 +167,9 @@ class _Columns:
         hint = "make the points of the rubric and the maximum grade of the assignment in Moodle the same"
         raise refusal(G756, self.sheet.name, f"has a maximum grade of {most:g}, the rubric {out_of:g} points", hint)
 
-    def find(self, grades: Sequence[Grade], ids: Mapping[str, Mapping[str, str]]) -> dict[int, Grade]:
+    def find(self, grades: Sequence[_Person], ids: Mapping[str, Mapping[str, str]]) -> dict[int, _Person]:
         """Give each row its grade; a group's goes to all of its rows."""
-        found: dict[int, Grade] = {}
+        found: dict[int, _Person] = {}
         by_group = {grade.name.casefold(): grade for grade in grades}
         for row in self.rows:
             groups = (self.sheet.value(row, column).casefold() for column in range(2, self.grade))

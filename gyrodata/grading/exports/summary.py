@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 from gyrodata.grading.feedback import points_text
@@ -18,7 +19,7 @@ WIDEST = 28
 """Characters of a name that are shown."""
 
 
-def class_summary(found: ClassGrades) -> str:
+def class_summary(found: ClassGrades) -> Iterator[str]:
     """Write a class for people: a line on the whole, a row for each student, then the flags.
 
     Parameters
@@ -26,36 +27,53 @@ def class_summary(found: ClassGrades) -> str:
     found : ClassGrades
         The class.
 
-    Returns
-    -------
+    Yields
+    ------
     str
+        Lines.
     """
     graded, out_of = len(found.totals), points_text(found.rubric.points)
     count = count_text(len(found.grades), "submission")
     first = f"{found.source}: {count}, {graded} graded, {len(found.grades) - graded} not"
     if found.mean is not None and found.median is not None:
         first += f"; mean {found.mean:.2f} and median {found.median:.2f} of {out_of} points"
-    lines = [first, ""]
-    rows = [("student", "points", "I_zz / own", "what to know")]
-    rows += [
-        (_cut(grade.name), points_text(grade.points), _ratio(grade), _remark(found, grade)) for grade in found.grades
-    ]
-    lines += _aligned(rows)
+    yield f"{first}\n\n"
+    yield from _rows(found)
     if found.flags:
-        lines += ["", "flags, which are no verdicts:"]
+        yield "\nflags, which are no verdicts:\n"
     for flag in found.flags:
         who = ", ".join(found.label(student) for student in (*flag.students, *flag.previous))
-        lines.append(
-            "  " + shown(f"{flag.kind}: {who}: {flag.evidence}; chance makes {flag.expected:.2g} in such a class")
-        )
-    return "\n".join(lines) + "\n"
+        told = shown(f"{flag.kind}: {who}: {flag.evidence}; chance makes {flag.expected:.2g} in such a class")
+        yield f"  {told}\n"
 
 
-def _ratio(grade: Grade) -> str:
+def _rows(found: ClassGrades) -> Iterator[str]:
+    """Put the students under each other, numbers to the right."""
+    head = ("student", "points", "I_zz / own", "what to know")
+    survey = found.survey
+    widths = (
+        _widest(head[0], map(_cut, found.names.values())),
+        _widest(head[1], (points_text(None if math.isnan(points) else points) for points in survey.points)),
+        _widest(head[2], map(_ratio_text, survey.ratio)),
+    )
+    yield _row(head, widths)
+    for grade, ratio in zip(found.grades, survey.ratio, strict=True):
+        yield _row((_cut(grade.name), points_text(grade.points), _ratio_text(ratio), _remark(found, grade)), widths)
+
+
+def _widest(head: str, texts: Iterable[str]) -> int:
+    return max(_width(head), max(map(_width, texts), default=0))
+
+
+def _row(cells: tuple[str, str, str, str], widths: tuple[int, int, int]) -> str:
+    name, points, ratio, remark = cells
+    blanks = " " * (widths[0] - _width(name))
+    return f"  {name}{blanks}  {points:>{widths[1]}}  {ratio:>{widths[2]}}  {remark}".rstrip() + "\n"
+
+
+def _ratio_text(ratio: float) -> str:
     """The reported I_zz over that of the student's own runs."""
-    value = grade.reported.get("value")
-    own = (grade.own.get(grade.matched or "") or {}).get("value")
-    return f"{value / own:.4g}" if isinstance(value, float) and own else "–"
+    return "–" if math.isnan(ratio) else f"{ratio:.4g}"
 
 
 def _remark(found: ClassGrades, grade: Grade) -> str:
@@ -73,16 +91,6 @@ def _remark(found: ClassGrades, grade: Grade) -> str:
 
 def _cut(text: str) -> str:
     return text if len(text) <= WIDEST else text[: WIDEST - 1] + "…"
-
-
-def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Put rows under each other, numbers to the right."""
-    widths = [max(_width(row[column]) for row in rows) for column in range(3)]
-    lines = []
-    for name, points, ratio, remark in rows:
-        first = name + " " * (widths[0] - _width(name))
-        lines.append(f"  {first}  {points:>{widths[1]}}  {ratio:>{widths[2]}}  {remark}".rstrip())
-    return lines
 
 
 def _width(text: str) -> int:

@@ -54,7 +54,13 @@ def with_unloaded_run(design: Design) -> Design:
         (_one_more(problem.absolute, largest[0]), _one_more(problem.relative, largest[1])),
         _one_more(problem.groups, group),
     )
-    return replace(design, problem=longer, sense=_one_more(design.sense, np.sign(imbalance)))
+    sense = _one_more(design.sense, np.sign(imbalance))
+    return replace(design, problem=longer, sense=sense, imbalance_u=_told_apart(design))
+
+
+def _told_apart(design: Design) -> float:
+    """Prior width of M0 [N*m] where torques that differ tell it."""
+    return design.imbalance_u if design.tested else float(np.abs(design.torque).max())
 
 
 def _one_more(values: Any, last: Any) -> Any:
@@ -93,7 +99,8 @@ def with_both_signs(design: Design) -> Design:
     split = np.array([source.name in ("position", "torque") for source in problem.sources])
     apart = split[:, None] & (problem.groups >= 0)
     groups = np.where(apart, 2 * problem.groups + turned, problem.groups)
-    return replace(design, problem=problem.reread(observed, groups=groups), sense=np.sign(torque))
+    moved = problem.reread(observed, groups=groups)
+    return replace(design, problem=moved, sense=np.sign(torque), imbalance_u=_told_apart(design))
 
 
 def _by_torque(torque: Floats) -> list[list[int]]:
@@ -156,7 +163,7 @@ def with_balance_test(design: Design) -> Design:
     -------
     Design
     """
-    return replace(design, tested=balance_test(float(design.unknowns[0])))
+    return replace(design, imbalance_u=balance_test(float(design.unknowns[0])), tested=True)
 
 
 def balance_test(inertia: float) -> float:

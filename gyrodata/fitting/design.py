@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -26,8 +25,10 @@ class Design:
     """Sign of φ̇ψ̇ in each run, shape (n,)."""
     unknowns: Floats
     """I_zz [kg*m^2], M0 [N*m] and b [s] taken for true, shape (3,)."""
-    tested: float | None
-    """Width [N*m] that a balance test gives M0; None without a test, or where the runs contradict it."""
+    imbalance_u: float
+    """Prior width of M0 [N*m], as in `fit`."""
+    tested: bool
+    """Whether a balance test gives it: there is one, and the runs do not contradict it."""
     timing_bias_u: float
     """Prior width of b [s]."""
 
@@ -35,15 +36,6 @@ class Design:
     def torque(self) -> Floats:
         """Torque applied in each run [N*m], shape (n,)."""
         return self.problem.torque(self.problem.observed)[0]
-
-    @property
-    def imbalance_u(self) -> float:
-        """Prior width of M0 [N*m]: as in `fit`."""
-        torque = self.torque
-        largest = float(np.abs(torque).max())
-        if self.tested is not None:
-            return max(self.tested, NEGLIGIBLE * largest)
-        return largest if torques_differ(torque) else DEFAULT_IMBALANCE_U
 
 
 def design_of(measured: Measurements, result: FitResult, tilted: bool = False) -> Design:
@@ -66,13 +58,19 @@ def design_of(measured: Measurements, result: FitResult, tilted: bool = False) -
     if problem.measured is not measured or problem.tilted != tilted:
         problem = Problem(measured, tilted)
     inertia, imbalance = result.inertia.value, result.imbalance.value
-    believed = measured.imbalance_u is not None and result.contradicted_balance is None
+    largest = float(np.abs(measured.torque).max())
+    tested = measured.imbalance_u is not None and result.contradicted_balance is None
+    if tested and measured.imbalance_u is not None:
+        width = max(measured.imbalance_u(inertia), NEGLIGIBLE * largest)
+    else:
+        width = largest if torques_differ(measured.torque) else DEFAULT_IMBALANCE_U
     return Design(
         problem,
-        assume_sense(measured, float(np.copysign(1.0, imbalance))),
-        np.array([inertia, imbalance, result.timing_bias.value]),
-        measured.imbalance_u(inertia) if believed and measured.imbalance_u is not None else None,
-        measured.timing_bias_u,
+        sense=assume_sense(measured, float(np.copysign(1.0, imbalance))),
+        unknowns=np.array([inertia, imbalance, result.timing_bias.value]),
+        imbalance_u=width,
+        tested=tested,
+        timing_bias_u=measured.timing_bias_u,
     )
 
 
@@ -94,9 +92,9 @@ def expected_u(designs: Sequence[Design]) -> list[float]:
     One step of the adjustment, linear at the readings. A balance test counts unless the runs contradict it.
     """
     problems = [design.problem for design in designs]
-    stack, runs = _stacked(problems)
+    stack = _stacked(problems)
     said = np.arange(stack.count) < np.array([[problem.count] for problem in problems])
-    sense = np.array([design.sense[index] for design, index in zip(designs, runs, strict=True)])
+    sense = _padded([design.sense for design in designs], stack.count)
     unknowns = np.array([design.unknowns for design in designs])
     at = stack.linearise(np.zeros((len(stack.sources), stack.count)), np.zeros(0), sense, unknowns)
     width = 3 + max(problem.shared_count for problem in problems)
@@ -115,15 +113,24 @@ def expected_u(designs: Sequence[Design]) -> list[float]:
     return u
 
 
-def _stacked(problems: Sequence[Problem]) -> tuple[Problem, list[Any]]:
-    """Lay problems over each other, shared errors aside; one with fewer runs repeats its last. And each one's runs."""
+def _stacked(problems: Sequence[Problem]) -> Problem:
+    """Lay problems over each other, shared errors aside."""
     count = max(problem.count for problem in problems)
-    runs = [np.minimum(np.arange(count), problem.count - 1) for problem in problems]
+    stack = problems[0].reread(
+        _padded([problem.observed for problem in problems], count),
+        (
+            _padded([problem.absolute for problem in problems], count),
+            _padded([problem.relative for problem in problems], count),
+        ),
+    )
+    stack.alone, stack.shared_count = _padded([problem.alone for problem in problems], count), 0
+    return stack
 
-    def laid(arrays: Iterable[Floats]) -> Floats:
-        return np.array([array[:, index] for array, index in zip(arrays, runs, strict=True)])
 
-    sizes = laid(problem.absolute for problem in problems), laid(problem.relative for problem in problems)
-    stack = problems[0].reread(laid(problem.observed for problem in problems), sizes)
-    stack.alone, stack.shared_count = laid(problem.alone for problem in problems), 0
-    return stack, runs
+def _padded(arrays: Sequence[Floats], count: int) -> Floats:
+    """Stack arrays of up to so many runs; where one has fewer, its last run stands once more."""
+    stack = np.empty((len(arrays), *arrays[0].shape[:-1], count))
+    for at, array in zip(stack, arrays, strict=True):
+        runs = array.shape[-1]
+        at[..., :runs], at[..., runs:] = array, array[..., -1:]
+    return stack

@@ -1,0 +1,140 @@
+"""What another hour in the lab would gain, against the fit of a lab that has it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from labs import lab
+
+from gyrodata import forecast
+from gyrodata.fitting import Design, design_of, expected_u, fit
+from gyrodata.measurements import Measurements, Source
+
+IMBALANCE = 4e-4
+
+DESIGNS: dict[str, dict[str, Any]] = {
+    "nine runs": {},
+    "27 runs": {"repeats": 3},
+    "two positions": {"positions": (0.10, 0.15)},
+    "a third of a turn": {"turns": 1 / 3},
+    "one torque": {"weights": (0.04,)},
+}
+
+
+def exact(**design: Any) -> Measurements:
+    """One lab whose readings have no errors, M0 aside."""
+    return lab(np.random.default_rng(0), noise=0.0, imbalance=IMBALANCE, **design)
+
+
+def u_of(measured: Measurements) -> float:
+    u = fit(measured).inertia.u
+    assert u is not None
+    return u
+
+
+def designed(measured: Measurements) -> Design:
+    return design_of(measured, fit(measured))
+
+
+@pytest.mark.parametrize("name", DESIGNS)
+def test_nothing_changed_is_the_fit_itself(name: str) -> None:
+    measured = exact(**DESIGNS[name])
+    assert expected_u([designed(measured)]) == pytest.approx([u_of(measured)], rel=2e-3)
+
+
+@pytest.mark.parametrize("name", DESIGNS)
+def test_a_run_without_a_weight(name: str) -> None:
+    (u,) = expected_u([forecast.with_unloaded_run(designed(exact(**DESIGNS[name])))])
+    # The lab's own run without a weight is timed for a twelfth of a turn, the forecast's for three minutes.
+    assert u == pytest.approx(u_of(exact(unloaded=True, **DESIGNS[name])), rel=0.02)
+    assert u < u_of(exact(**DESIGNS[name]))
+
+
+@pytest.mark.parametrize("name", DESIGNS)
+def test_weights_on_both_sides(name: str) -> None:
+    measured = exact(**DESIGNS[name])
+    changed = forecast.with_both_signs(designed(measured))
+    sign = np.sign(changed.torque)
+    time = measured.time * np.abs(measured.torque + IMBALANCE) / np.abs(sign * measured.torque + IMBALANCE)
+    turned = replace(
+        measured, position=sign * measured.position, torque=sign * measured.torque, sense=sign, time=time
+    )  # fmt: skip
+    # One torque hardly tells M0, and its prior's middle is what the forecast takes for true.
+    assert expected_u([changed]) == pytest.approx([u_of(turned)], rel=0.01 if name == "one torque" else 2e-3)
+    assert u_of(turned) < u_of(measured)
+
+
+def test_a_position_on_the_other_side_is_another_reading() -> None:
+    measured = exact()
+    count = len(measured.runs)
+
+    def with_positions(measured: Measurements, groups: np.ndarray) -> Measurements:
+        read = Source(
+            "position", "position", tuple(groups.tolist()), np.full(count, 1e-3), np.zeros(count), "", True, ""
+        )
+        return replace(measured, sources=(*measured.sources, read))
+
+    changed = forecast.with_both_signs(designed(with_positions(measured, np.zeros(count, dtype=int))))
+    sign = np.sign(changed.torque)
+    time = measured.time * np.abs(measured.torque + IMBALANCE) / np.abs(sign * measured.torque + IMBALANCE)
+    turned = replace(
+        measured, position=sign * measured.position, torque=sign * measured.torque, sense=sign, time=time
+    )  # fmt: skip
+    two_readings = u_of(with_positions(turned, (sign < 0).astype(int)))
+    assert expected_u([changed]) == pytest.approx([two_readings], rel=2e-3)
+    # One reading for both sides would be an error of the ruler's zero, which cancels.
+    assert two_readings > 1.5 * u_of(with_positions(turned, np.zeros(count, dtype=int)))
+
+
+def test_three_times_the_turns() -> None:
+    (u,) = expected_u([forecast.with_longer_times(designed(exact()), 3.0)])
+    assert u == pytest.approx(u_of(exact(turns=3.0)), rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("source", "half"),
+    [
+        ("position_zero", {"u_zero": 0.00025}),
+        ("mass", {"u_mass": 0.001}),
+        ("spin", {"u_spin": 0.001}),
+        ("spin_scale", {"u_spin_scale": 0.0005}),
+    ],
+)
+def test_a_source_half_as_large(source: str, half: dict[str, float]) -> None:
+    (u,) = expected_u([forecast.with_better(designed(exact()), source)])
+    assert u == pytest.approx(u_of(exact(**half)), rel=2e-3)
+
+
+def test_a_balance_test() -> None:
+    measured = lab(np.random.default_rng(0), noise=0.0)
+    design = designed(measured)
+    (u,) = expected_u([forecast.with_balance_test(design)])
+    tested = replace(measured, imbalance_u=forecast.balance_test)
+    # The fit adds the doubt whether the test is true.
+    assert u < u_of(tested) < 1.02 * u
+    (again,) = expected_u([designed(tested)])
+    assert again == pytest.approx(u, rel=1e-6)
+
+
+def test_a_balance_test_stays_when_runs_are_added() -> None:
+    tested = replace(lab(np.random.default_rng(0), noise=0.0), imbalance_u=lambda inertia: 1e-5)
+    for change in (forecast.with_unloaded_run, forecast.with_both_signs):
+        assert change(designed(tested)).imbalance_u == 1e-5
+
+
+@pytest.mark.parametrize("name", DESIGNS)
+def test_all_changes_in_one_stack_are_each_by_itself(name: str) -> None:
+    design = designed(exact(**DESIGNS[name]))
+    designs = [
+        design,
+        forecast.with_unloaded_run(design),
+        forecast.with_both_signs(design),
+        forecast.with_better(design, "position_zero"),
+        forecast.with_balance_test(design),
+        forecast.with_longer_times(design, 3.0),
+    ]
+    assert expected_u(designs) == pytest.approx([expected_u([one])[0] for one in designs], rel=1e-12)
+    assert expected_u(designs[::-1]) == pytest.approx(expected_u(designs)[::-1], rel=1e-12)

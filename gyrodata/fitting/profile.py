@@ -64,15 +64,19 @@ def _chi2_at(adjusted: Adjusted, sense: Floats, inertias: Floats, left: float = 
     away = (inertias - adjusted.unknowns[0]) / scale[0]
     there = np.concatenate([adjusted.unknowns / np.where(scale > 0, scale, 1.0), adjusted.shared])
     unknowns = there + away[:, None] * adjusted.directions
-    single = np.zeros((len(inertias), *problem.absolute.shape))
-    # One more row says that I_zz takes no step; its column is empty above.
-    rows = np.vstack([prior_rows(problem.count, width), np.eye(1, width + 1)])
-    rows = np.repeat(rows[None], len(inertias), axis=0)
+    # What the errors that each run has alone do on the way there, to first order.
+    weighted = adjusted.weighted + away[:, None] * adjusted.gain[: problem.count] * scale[0] / adjusted.covariance[0, 0]
+    single = -adjusted.slopes * problem.alone * (weighted / np.sqrt(adjusted.own))[:, None, :]
+    # The last row says that I_zz takes no step; its column is empty above.
+    rows = np.zeros((len(inertias), problem.count + width, width + 1))
+    rows[:, :-1] = prior_rows(problem.count, width)
+    rows[:, -1, 0] = 1.0
     moved = np.inf
-    for _turn in range(30):
+    for turn in range(30):
         at = problem.linearise(single, unknowns[:, 3:], sense, unknowns[:, :3] * scale)
-        single = onto_conditions(at, inertias[:, None])
-        at = problem.linearise(single, unknowns[:, 3:], sense, unknowns[:, :3] * scale)
+        if turn:
+            single = onto_conditions(at, inertias[:, None])
+            at = problem.linearise(single, unknowns[:, 3:], sense, unknowns[:, :3] * scale)
         plain = fill_rows(rows, problem, at, kept, scale, unknowns)
         rows[:, : problem.count, 0] = 0.0
         step, _ = solve_rows(rows)
@@ -82,5 +86,5 @@ def _chi2_at(adjusted: Adjusted, sense: Floats, inertias: Floats, left: float = 
         last, moved = moved, float(np.abs(step).max())
         if moved**2 < left * min(last, 1.0):
             break
-    squares: Floats = np.sum(kept * closed**2 / at.own, axis=-1) + np.sum(unknowns[:, 1:] ** 2, axis=-1)
-    return squares
+    squares: Floats = np.add.reduce(kept * closed**2 / at.own, axis=-1)
+    return squares + np.add.reduce(unknowns[:, 1:] ** 2, axis=-1)

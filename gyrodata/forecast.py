@@ -41,7 +41,7 @@ def with_unloaded_run(design: Design) -> Design:
     floor = 0.005 * np.abs(torque[torque != 0]).min()
     imbalance = np.copysign(max(abs(imbalance), floor), imbalance or 1.0)
     spin = np.sort(problem.observed[1])[problem.count // 2]
-    turns = WATCHED * abs(physics.precession_rate(imbalance, spin, inertia)) / (2 * np.pi)
+    turns = WATCHED * abs(physics.horizontal_precession_rate(imbalance, spin, inertia)) / (2 * np.pi)
     new = np.zeros(len(problem.observed))
     new[:3] = WATCHED, spin, turns
     new[7] = problem.observed[7, 0]
@@ -93,7 +93,7 @@ def with_both_signs(design: Design) -> Design:
     observed = problem.observed.copy()
     observed[4] *= sign
     observed[6] *= sign
-    rate = np.abs(physics.precession_rate(torque + imbalance, observed[1], inertia))
+    rate = np.abs(physics.horizontal_precession_rate(torque + imbalance, observed[1], inertia))
     observed[0] = 2 * np.pi * observed[2] / rate
     # A position on the other side is another reading.
     split = np.array([source.name in ("position", "torque") for source in problem.sources])

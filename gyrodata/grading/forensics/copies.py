@@ -200,7 +200,6 @@ class _Rows:
 
     def __init__(self, logs: Logs) -> None:
         self.logs = logs
-        self.by_spin = _Near(logs.spin, logs.spin_step)
         self.by_period = _Near(logs.period, logs.period_step)
         self.common = self._common()
 
@@ -258,12 +257,13 @@ class _Rows:
     def chances(self) -> Chances:
         """Count how many rows of every pair could agree, and how probably; a sample stands for a large class."""
         logs = self.logs
+        by_spin = _Near(logs.spin, logs.spin_step)
         counted: Counter[tuple[int, int]] = Counter()
         seen = work = 0
         # Multiples of the golden ratio: wherever the work ends, the logs done are spread over the whole class.
         for log in np.argsort(np.arange(len(logs.keys)) * GOLDEN % 1, kind="stable").tolist():
             rows = logs.rows(log)
-            mine, other = self.by_spin.find(logs.spin[rows], logs.spin_step[rows])
+            mine, other = by_spin.find(logs.spin[rows], logs.spin_step[rows])
             work += len(logs.log) + len(mine)
             kept, chance = self._compared(mine + rows.start, other)
             both = self._weigh(log, mine[kept], other[kept], chance)
@@ -288,7 +288,8 @@ class _Rows:
         told_here, told_there = (here > 0) & (here <= TELLING), (there > 0) & (there <= TELLING)
         owners = logs.log[told_there]
         number_here, number_there = told_here.sum(axis=0), np.bincount(owners, minlength=count)
-        mean_here = (here * told_here).sum(axis=0) / np.maximum(number_here, 1)
+        here *= told_here
+        mean_here = here.sum(axis=0) / np.maximum(number_here, 1)
         mean_there = np.bincount(owners, there[told_there], minlength=count) / np.maximum(number_there, 1)
         return _Weighed(np.minimum(number_here, number_there), np.maximum(mean_here, mean_there), told_here, told_there)
 
@@ -349,13 +350,13 @@ class _Rows:
         mine, other = (np.array(side) for side in zip(*alike.rows, strict=True))
         shorter = min(rows.stop - rows.start for rows in (logs.rows(first), logs.rows(second)))
         places = [
-            f"{logs.keys[log]} (lines {', '.join(str(line) for line in sorted(logs.line[rows]))})"
+            f"{logs.keys[log]} (lines {', '.join(str(line) for line in sorted(self._lines(log, rows)))})"
             for log, rows in ((first, mine), (second, other))
         ]
         how = []
-        if logs.file[first] == logs.file[second]:
+        if logs.prints(first).sha256 == logs.prints(second).sha256:
             how.append("the files are the same byte for byte")
-        if list(np.argsort(logs.line[mine])) != list(np.argsort(logs.line[other])):
+        if list(np.argsort(self._lines(first, mine))) != list(np.argsort(self._lines(second, other))):
             how.append("in another order")
         steps = logs.period_step[mine] / logs.period_step[other]
         if np.any((steps > 1.5) | (steps < 1 / 1.5)):
@@ -365,3 +366,7 @@ class _Rows:
             f"precession period{''.join(', ' + words for words in how)}; of rows with the same spin, 1 in "
             f"{1 / alike.chance:.0f} would have the same period by chance"
         )
+
+    def _lines(self, log: int, rows: Integers) -> list[int]:
+        lines, start = self.logs.prints(log).lines, int(self.logs.starts[log])
+        return [lines[row - start] for row in rows.tolist()]

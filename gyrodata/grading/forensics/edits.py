@@ -8,7 +8,7 @@ else is shared. A sum far below that says that the scatter itself was taken over
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,7 +66,7 @@ def flag_shifted_or_scaled(logs: Logs, groups: Groups) -> list[Flag]:
     """
     tables = []
     for members in _by_length(logs):
-        times = logs.tables(logs.time, members)
+        times = _table(logs, members, lambda i: logs.prints(i).time)
         times -= times.mean(axis=1, keepdims=True)
         spread = times.std(axis=1) > SPREAD * logs.noise[members]
         tables.append(_Tables(members[spread], times[spread], np.full(int(spread.sum()), times.shape[1] - 2)))
@@ -97,8 +97,18 @@ def flag_residuals(logs: Logs, groups: Groups) -> list[Flag]:
     for members in _by_length(logs):
         free = members[logs.dof[members] > 0]
         if len(free):
-            tables.append(_Tables(free, logs.tables(logs.residual, free), logs.dof[free]))
+            residuals = _table(logs, free, lambda i: logs.scatter(i).residuals)
+            tables.append(_Tables(free, residuals, logs.dof[free]))
     return _flag(logs, "residuals", tables, _from_each_other, 2.0, groups, _tell_residuals)
+
+
+def _table(logs: Logs, members: Integers, row: Callable[[int], Iterable[float]]) -> Floats:
+    """Put a number of each row of G logs with equally many, n, under each other, shape (G, n)."""
+    first = logs.rows(int(members[0]))
+    table = np.empty((len(members), first.stop - first.start))
+    for at, log in enumerate(members.tolist()):
+        table[at] = row(log)
+    return table
 
 
 def _by_length(logs: Logs) -> list[Integers]:
@@ -168,7 +178,7 @@ def _nearest(
         limits[dof] = _limit(int(dof), ALLOWED / max(tests, 1))
     if not len(noise):
         return
-    step = logs.tables(logs.time_step, table.members).max(axis=1)
+    step = logs.time_step[table.members]
     # Fours are what processors multiply at a time: sums then come out the same to the last bit, however many there are.
     size = min(BLOCK, max(4, CELLS // len(noise) // 4 * 4))
     for begin in range(0, int(np.sum(table.members < logs.current)), size):
@@ -194,7 +204,7 @@ def _limit(dof: int, p: float) -> float:
 
 
 def _tell_line(logs: Logs, pair: Pair) -> str:
-    x, y = (logs.time[logs.rows(i)] for i in (pair.first, pair.second))
+    x, y = (np.array(logs.prints(i).time) for i in (pair.first, pair.second))
     dx, dy = x - x.mean(), y - y.mean()
     xx, yy, xy = float(dx @ dx), float(dy @ dy), float(dx @ dy)
     factor = (yy - xx + math.hypot(yy - xx, 2 * xy)) / (2 * xy)
@@ -209,7 +219,7 @@ def _tell_line(logs: Logs, pair: Pair) -> str:
 
 
 def _tell_residuals(logs: Logs, pair: Pair) -> str:
-    scatters = [scatter for i in (pair.first, pair.second) if (scatter := logs.scatter(i)) is not None]
+    scatters = [logs.scatter(i) for i in (pair.first, pair.second)]
     one, other = (scatter.residuals for scatter in scatters)
     size = float(np.sqrt(np.mean((other - one) ** 2)))
     correlation = float(one @ other / math.sqrt((one @ one) * (other @ other)))

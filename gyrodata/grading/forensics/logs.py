@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from array import array
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import chain
+from operator import truediv
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,41 +27,38 @@ TRUSTED_DOF = 3
 
 @dataclass(frozen=True)
 class Logs:
-    """N logs with R rows in all: the class, by key, and then the earlier ones, by key."""
+    """N logs with R rows in all: the class, by key, and then the earlier ones, by key.
+
+    What pairs are found by is held here; what only tells of them is looked up.
+    """
 
     keys: tuple[str, ...]
+    prints: Callable[[int], Fingerprint]
+    """Looks up one of the logs."""
     current: int
     """How many are of this class."""
-    file: Integers
-    """Number of each log's file, shape (N,); the same where files are the same byte for byte."""
     by_hand: NDArray[np.bool_]
     """Which were timed with a stopwatch, shape (N,)."""
     dof: Integers
     """Degrees of freedom of each log's scatter, shape (N,); 0 where it has none."""
     squares: Floats
     """Sum of squares of each log's scatter [s²], shape (N,)."""
+    time_step: Floats
+    """Largest step of a time of each log [s], shape (N,)."""
     noise: Floats
     """Standard deviation that a time of each log has at least [s], shape (N,); 0 where nothing tells."""
     starts: Integers
     """Where each log's rows begin, shape (N + 1,)."""
     log: Integers
     """Log of each row, shape (R,)."""
-    line: Integers
-    """Line of each row in its file, shape (R,)."""
     torque: Floats
     """[N*m], shape (R,)."""
     spin: Floats
     """[rad/s], shape (R,)."""
-    time: Floats
-    """Timed interval [s], shape (R,)."""
     period: Floats
     """Time of one revolution of precession [s], shape (R,)."""
-    residual: Floats
-    """What the spin leaves unexplained in each time [s], shape (R,); 0 where the log has no scatter."""
     spin_step: Floats
     """[rad/s], shape (R,)."""
-    time_step: Floats
-    """[s], shape (R,)."""
     period_step: Floats
     """[s], shape (R,)."""
     turns: Floats
@@ -73,16 +70,11 @@ class Logs:
         """Give where a log's rows are."""
         return slice(int(self.starts[log]), int(self.starts[log + 1]))
 
-    def tables(self, values: Floats, members: Integers) -> Floats:
-        """Give a quantity of the rows of G logs that have equally many, n, as shape (G, n)."""
-        first = self.rows(int(members[0]))
-        return values[self.starts[members][:, None] + np.arange(first.stop - first.start)]
-
-    def scatter(self, log: int) -> Scatter | None:
-        """Give a log's scatter; None where it has none."""
-        if not self.dof[log]:
-            return None
-        return Scatter(self.residual[self.rows(log)], int(self.dof[log]), float(self.squares[log]))
+    def scatter(self, log: int) -> Scatter:
+        """Work out the scatter of a log that has a degree of freedom."""
+        scatter = measure_scatter(self.prints(log))
+        assert scatter is not None
+        return scatter
 
     @property
     def pairs(self) -> int:
@@ -99,9 +91,6 @@ class Logs:
         return compared
 
 
-_ROWS = ("torque", "spin", "time", "turns", "spin_step", "time_step")
-
-
 def lay_out(
     students: Sequence[str], prints: Mapping[str, Fingerprint], exempt: Exemptions, previous: Mapping[str, Fingerprint]
 ) -> Logs:
@@ -112,7 +101,7 @@ def lay_out(
     students : sequence of str
         Whose logs, sorted.
     prints : mapping of str to Fingerprint
-        The class, by student. Each is looked at once, and none is kept: they may come from a file.
+        The class, by student. None is kept: they may come from a file.
     exempt : Exemptions
         Whose logs may be alike.
     previous : mapping of str to Fingerprint
@@ -123,40 +112,40 @@ def lay_out(
     Logs
     """
     keys = (*students, *sorted(previous))
-    rows = {name: array("d") for name in (*_ROWS, "residual")}
-    line, sizes, dof, file, by_hand = (array("q") for _ in range(5))
-    squares, own = array("d"), array("d")
-    numbers: dict[str, int] = {}
-    for one in chain((prints[key] for key in students), (previous[key] for key in keys[len(students) :])):
-        for name in _ROWS:
+
+    def print_of(log: int) -> Fingerprint:
+        return prints[keys[log]] if log < len(students) else previous[keys[log]]
+
+    rows = {name: array("d") for name in ("torque", "spin", "period", "turns", "spin_step", "period_step")}
+    sizes, dof, by_hand = array("q"), array("q"), array("q")
+    time_step, squares, own = array("d"), array("d"), array("d")
+    for one in map(print_of, range(len(keys))):
+        for name in ("torque", "spin", "turns", "spin_step"):
             rows[name].extend(getattr(one, name))
-        line.extend(one.lines)
+        rows["period"].extend(map(truediv, one.time, one.turns))
+        rows["period_step"].extend(map(truediv, one.time_step, one.turns))
         sizes.append(len(one.time))
         by_hand.append(one.by_hand)
-        file.append(numbers.setdefault(one.sha256, len(numbers)))
+        time_step.append(max(one.time_step))
         scatter = measure_scatter(one)
-        rows["residual"].extend(np.zeros(len(one.time)) if scatter is None else scatter.residuals)
         dof.append(0 if scatter is None else scatter.dof)
         squares.append(0.0 if scatter is None else scatter.squares)
         trusted = scatter is not None and scatter.dof >= TRUSTED_DOF
         own.append(math.sqrt(max(squares[-1] / dof[-1] - _from_tachometer(one), 0.0)) if trusted else 0.0)
-    column = {name: np.frombuffer(values) if values else np.zeros(0) for name, values in rows.items()}
     counts, freedom, stopwatch = (np.array(values, dtype=int) for values in (sizes, dof, by_hand))
     return Logs(
         keys=keys,
+        prints=print_of,
         current=len(students),
-        file=np.array(file, dtype=int),
         by_hand=stopwatch > 0,
         dof=freedom,
         squares=np.array(squares),
+        time_step=np.array(time_step),
         noise=_noise(np.array(own), freedom >= TRUSTED_DOF, stopwatch > 0),
         starts=np.concatenate([[0], np.cumsum(counts)]).astype(int),
         log=np.repeat(np.arange(len(keys)), counts),
-        line=np.array(line, dtype=int),
-        period=column["time"] / column["turns"],
-        period_step=column["time_step"] / column["turns"],
         partners=exempt.partners({key: i for i, key in enumerate(students)}),
-        **column,
+        **{name: np.frombuffer(values) if values else np.zeros(0) for name, values in rows.items()},
     )
 
 

@@ -112,10 +112,9 @@ def flag_scatter(logs: Logs) -> list[Flag]:
     flags = []
     timed = [i for i in range(logs.current) if logs.by_hand[i] and logs.dof[i]]
     for i in timed:
-        scatter = logs.scatter(i)
-        assert scatter is not None
-        p = chi2_lower_tail(scatter.squares / HAND**2, scatter.dof)
+        p = chi2_lower_tail(float(logs.squares[i]) / HAND**2, int(logs.dof[i]))
         if p * len(timed) <= ALLOWED:
+            scatter = logs.scatter(i)
             evidence = (
                 f"its {len(scatter.residuals)} times lie within {scatter.size:.2g} s of straight lines in the spin, "
                 f"one for each torque ({scatter.dof} degrees of freedom); a hand on a stopwatch scatters by {HAND:g} s "

@@ -69,6 +69,13 @@ def test_what_is_stated_is_taken_as_stated() -> None:
     assert m.timing_bias_u == 0.1
 
 
+def test_an_uncertainty_says_in_words_where_it_is_from() -> None:
+    m = measured("# u_time: 0.3 s\n# u_mass: 1 g\n# u_position_zero: 1 mm\n" + HEAD + ROWS)
+    said = {s.name: s.described for s in m.sources}
+    assert [said[name] for name in ("time", "mass", "position_zero")] == ["as given"] * 3
+    assert (said["spin"], said["spin_scale"]) == ("0.2 % a reading and rounding", "0.1 %")
+
+
 def test_the_uncertainty_of_the_period_serves_for_the_time() -> None:
     m = measured(HEAD.strip() + ",precession_period [s],u_precession_period [s]\n20,15,206,7.06,1/3,21.18,0.6\n")
     assert source(m, "time").absolute[0] == pytest.approx(0.2)

@@ -49,8 +49,13 @@ class Source:
     """In words: "runs with the same weight"; "" where every run has its own."""
     default: bool
     """True where the log does not give it."""
-    described: str
-    """The uncertainty in words: "0.2 %"."""
+    usual: str
+    """What it is in words where the log does not give it: "0.2 %"."""
+
+    @property
+    def described(self) -> str:
+        """What it is in words, in this log."""
+        return self.usual if self.default else "as given"
 
     @property
     def shared(self) -> bool:
@@ -91,7 +96,7 @@ def list_sources(
                 np.full(count, used.relative),
                 shared_by,
                 given is None,
-                words if given is None else "as given",
+                words,
             )
         )
 
@@ -207,7 +212,7 @@ def with_period_errors(timing: Column, columns: Mapping[str, Column], turns: Flo
 
 def _by_value(
     name: str, quantity: Quantity, groups: tuple[int, ...], absolute: Floats, relative: Floats,
-    shared_by: str, default: bool, described: str,
+    shared_by: str, default: bool, usual: str,
 ) -> Source:  # fmt: skip
     """Make a source whose error goes with the value: one for each weight, not one for each run.
 
@@ -219,7 +224,7 @@ def _by_value(
         members = [i for i, other in enumerate(groups) if other == group]
         absolute[members] = absolute[members].max()
         relative[members] = relative[members].max()
-    return Source(name, quantity, groups, absolute, relative, shared_by, default, described)
+    return Source(name, quantity, groups, absolute, relative, shared_by, default, usual)
 
 
 def _numbered(keys: Sequence[object], touched: Sequence[bool] | Floats | None = None) -> tuple[int, ...]:

@@ -178,7 +178,7 @@ def default_lines(analysis: Analysis) -> list[str]:
     list of str
         Empty where all are stated.
     """
-    used = [f"u_{s.name} {s.described}" for s in analysis.measurements.sources if s.default and s.described != "0"]
+    used = [f"u_{s.name} {s.usual}" for s in analysis.measurements.sources if s.default and s.usual != "0"]
     if analysis.measurements.timed and "u_time_bias" not in analysis.readings.uncertainties:
         used.append("u_time_bias 0.05 s")
     if not used:

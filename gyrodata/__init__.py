@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from gyrodata.analysis import Analysis, analyze
+    from gyrodata.analysis import analyze
     from gyrodata.errors import Diagnostic, GyroError, InputError, LogError
     from gyrodata.fitting import LineFit, fit_line
     from gyrodata.readings import Readings, read_log
+    from gyrodata.results import Analysis
 
 __all__ = [
     "Analysis",
@@ -31,7 +32,7 @@ __all__ = [
 ]
 
 _HOMES = {
-    "Analysis": "analysis",
+    "Analysis": "results",
     "analyze": "analysis",
     "Diagnostic": "errors",
     "GyroError": "errors",

@@ -9,13 +9,14 @@ from __future__ import annotations
 import numpy as np
 
 from gyrodata import fitting, forecast, physics
-from gyrodata.analysis import Analysis, fit_runs
+from gyrodata.analysis import fit_runs
 from gyrodata.comparisons import outlier_reason
 from gyrodata.errors import Diagnostic, register
 from gyrodata.fitting import FitResult, Outlier
 from gyrodata.measurements import Measurements, measure, torque_groups
 from gyrodata.physics import Floats
 from gyrodata.readings import Place, Readings
+from gyrodata.results import Analysis
 
 SHORT = 6.0
 """A time below this [s] is short for a hand that is wrong by 0.14 s: over 2 %."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from gyrodata import plotting, reporting
-from gyrodata.analysis import Analysis
+from gyrodata.results import Analysis
 
 HEAD = "run,mass [g],position [cm],spin [rpm],time [s],turns,note\n"
 LOG = (

@@ -12,6 +12,7 @@ import pytest
 import gyrodata
 import gyrodata.analysis  # registers the codes
 from gyrodata import reporting
+from gyrodata.comparisons import NamedFit
 from gyrodata.errors import CODES, LogError
 
 ROOT = Path(__file__).parent.parent
@@ -59,7 +60,7 @@ DECIMAL_COMMAS = """\
 """
 
 
-def fit_named(analysis: gyrodata.Analysis, name: str) -> gyrodata.analysis.NamedFit:
+def fit_named(analysis: gyrodata.Analysis, name: str) -> NamedFit:
     return next(fit for fit in analysis.fits if fit.name == name)
 
 

@@ -24,6 +24,7 @@ SHELVES = {
     "comparisons": 5,
     "simulation": 5,
     "findings": 6,
+    "results": 6,
     "benchmark": 7,
     "analysis": 7,
     "prediction": 7,

@@ -23,10 +23,10 @@ from tex import faults_of_document, faults_of_text, unescaped
 from typer.testing import CliRunner, Result
 
 from gyrodata import analyze, reporting
-from gyrodata.analysis import Analysis
 from gyrodata.cli import app
 from gyrodata.errors import CODES
 from gyrodata.reporting import markdown, tex_text
+from gyrodata.results import Analysis
 
 SAMPLES = Path(__file__).parent.parent / "sample_data"
 EXPECTED = Path(__file__).parent / "expected"

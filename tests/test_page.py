@@ -14,8 +14,8 @@ import pytest
 from pages import HEAD, LOG, WORDS, make_page
 
 from gyrodata import analyze, plotting, reporting
-from gyrodata.analysis import Analysis
 from gyrodata.reporting.words import default_lines
+from gyrodata.results import Analysis
 
 VOID = {"meta", "img", "br", "hr", "input", "link", "path"}
 

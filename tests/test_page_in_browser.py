@@ -16,7 +16,7 @@ from pages import LOG, make_page
 from PIL import Image
 
 from gyrodata import analyze, plotting
-from gyrodata.analysis import Analysis
+from gyrodata.results import Analysis
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 PDFTOPPM = shutil.which("pdftoppm")

@@ -22,9 +22,9 @@ from matplotlib.text import Annotation, Text
 from PIL import Image
 
 from gyrodata import analyze, plotting
-from gyrodata.analysis import Analysis
 from gyrodata.plotting.scene import choose_looks
 from gyrodata.plotting.style import save
+from gyrodata.results import Analysis
 
 HEADER = "run,mass [g],position [cm],spin [rpm],time [s],turns"
 

@@ -16,8 +16,8 @@ from gyrodata.cli.terminal import complain, refuse, source_of, write_folder, wri
 from gyrodata.errors import Diagnostic, GyroError, register
 
 if TYPE_CHECKING:
-    from gyrodata.analysis import Analysis
     from gyrodata.readings import Readings
+    from gyrodata.results import Analysis
 
 G604 = register("G604", "error", "values are not words in this form", "analyze log.csv --format csv --values short")
 G605 = register("G605", "error", "what cannot be watched", "analyze a.csv b.csv --watch")
@@ -262,8 +262,9 @@ class _Told:
 
 def _analyze_one(job: _Job) -> _Told:
     """Analyse one log and write its report; what there is to print is given back."""
-    from gyrodata.analysis import analyze_readings, envelope
+    from gyrodata.analysis import analyze_readings
     from gyrodata.readings import read_log
+    from gyrodata.results import envelope
 
     log, folder, request = job.log, job.folder, job.request
     readings: Readings | None = None

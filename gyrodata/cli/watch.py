@@ -13,9 +13,9 @@ from gyrodata.cli.terminal import write_out
 from gyrodata.errors import GyroError
 
 if TYPE_CHECKING:
-    from gyrodata.analysis import Analysis
     from gyrodata.readings import Readings
     from gyrodata.reporting.values import Writing
+    from gyrodata.results import Analysis
 
 PAUSE = 0.5
 """Between two looks at the file [s]."""

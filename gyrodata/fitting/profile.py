@@ -86,5 +86,6 @@ def _chi2_at(adjusted: Adjusted, sense: Floats, inertias: Floats, left: float = 
         last, moved = moved, float(np.abs(step).max())
         if moved**2 < left * min(last, 1.0):
             break
-    squares: Floats = np.add.reduce(kept * closed**2 / at.own, axis=-1)
-    return squares + np.add.reduce(unknowns[:, 1:] ** 2, axis=-1)
+    squares = kept * closed**2 / at.own
+    chi2: Floats = np.add.reduce(squares, axis=-1) + np.add.reduce(unknowns[:, 1:] ** 2, axis=-1)
+    return chi2

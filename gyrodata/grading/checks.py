@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from gyrodata import procedure
-from gyrodata.analysis import Analysis
 from gyrodata.errors import Diagnostic
 from gyrodata.grading.own import OwnValue
 from gyrodata.grading.reference import Reference
@@ -15,6 +14,7 @@ from gyrodata.grading.rubric import Criterion
 from gyrodata.grading.slips import Slip
 from gyrodata.readings import Reported
 from gyrodata.reporting import count_text, inertia_text, p_text, power_of_ten
+from gyrodata.results import Analysis
 
 ASKED_CODES = {
     "weights": procedure.G451,

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Any, Literal
 
-from gyrodata.analysis import Analysis, analyze_readings
+from gyrodata.analysis import analyze_readings
 from gyrodata.errors import Diagnostic, GyroError, LogError
 from gyrodata.grading.answers import Answers, read_answers
 from gyrodata.grading.checks import ASKED_CODES, Evidence, Mark, judge, judge_reference, mark
@@ -25,6 +25,7 @@ from gyrodata.grading.slips import Slip, find_slips
 from gyrodata.procedure import G457, check_procedure
 from gyrodata.readings import Readings, Reported, read_log
 from gyrodata.readings.reported import read_reported
+from gyrodata.results import Analysis
 
 if TYPE_CHECKING:
     from gyrodata.grading.submissions import Submission

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyrodata import fitting
-from gyrodata.analysis import Analysis
 from gyrodata.physics import Floats
+from gyrodata.results import Analysis
 
 FIT_WORDS = {
     "through_origin": "a line through the origin",

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gyrodata.analysis import K_95, Analysis
 from gyrodata.plotting.labels import label_margin, name_runs, odd_names
 from gyrodata.plotting.marks import (
     INK,
@@ -27,6 +26,7 @@ from gyrodata.plotting.marks import (
 )
 from gyrodata.plotting.scene import RPM, Scene, gather, mean_text, torque_unit, with_u
 from gyrodata.plotting.style import MEDIA, RULED, Form, Medium, save
+from gyrodata.results import K_95, Analysis
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

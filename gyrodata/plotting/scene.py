@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrodata.analysis import Analysis
 from gyrodata.comparisons import Torque
 from gyrodata.measurements import Measurements, torque_groups
 from gyrodata.physics import Floats
+from gyrodata.results import Analysis
 
 RPM = 30 / math.pi
 """Revolutions per minute in one rad/s."""

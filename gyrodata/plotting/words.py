@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gyrodata.analysis import Analysis
 from gyrodata.plotting.scene import Scene, as_number, gather, mean_text, run_name, torque_unit, with_u
+from gyrodata.results import Analysis
 
 
 def alt_text(analysis: Analysis, name: str) -> str:

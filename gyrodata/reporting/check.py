@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from gyrodata.analysis import envelope
 from gyrodata.errors import Diagnostic
 from gyrodata.reporting.values import count_text
 from gyrodata.reporting.words import visible
+from gyrodata.results import envelope
 
 
 def check_document(

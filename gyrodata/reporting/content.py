@@ -10,7 +10,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from gyrodata import __version__
-from gyrodata.analysis import CONVENTIONS, Analysis
 from gyrodata.comparisons import Run, turn_words
 from gyrodata.errors import Diagnostic
 from gyrodata.reporting.values import (
@@ -40,6 +39,7 @@ from gyrodata.reporting.words import (
     option_text,
     size_text,
 )
+from gyrodata.results import CONVENTIONS, Analysis
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 
-from gyrodata.analysis import Analysis
 from gyrodata.reporting.content import Cell, Head, Interval, Section, Sentence, Table, Value, answer, sections, title
 from gyrodata.reporting.tex_text import CYRILLIC_SETUP, escape
 from gyrodata.reporting.values import Scale, Writing, interval_ends, reading_text, rounded, uncertainty_text
+from gyrodata.results import Analysis
 
 _PREAMBLE = r"""\documentclass[11pt]{article}
 %(encoding)s

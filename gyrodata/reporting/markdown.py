@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 import unicodedata
 
-from gyrodata.analysis import Analysis
 from gyrodata.reporting.content import Cell, Head, Interval, Section, Sentence, Table, Value, answer, sections, title
 from gyrodata.reporting.values import Writing, interval_text, number_text, reading_text, uncertainty_text, value_text
+from gyrodata.results import Analysis
 
 _ACTIVE = re.compile(r"[\\`*_{}\[\]<>#|~$&!@^]|:(?=[\w+-]+:)")
 """What could begin emphasis, code, a link, HTML, a table cell, mathematics, a name or a picture."""

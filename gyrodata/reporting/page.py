@@ -8,7 +8,6 @@ from typing import Any, Literal
 
 from markupsafe import Markup
 
-from gyrodata.analysis import Analysis
 from gyrodata.measurements import torque_groups
 from gyrodata.reporting.cited import Cited, typeset
 from gyrodata.reporting.strips import Point, draw_strips
@@ -33,6 +32,7 @@ from gyrodata.reporting.words import (
     effect_verdict,
     option_text,
 )
+from gyrodata.results import Analysis
 
 AGREES = 2.0
 """Two numbers agree that lie no further apart than this many standard uncertainties of their difference."""

@@ -6,9 +6,9 @@ import csv
 import io
 import re
 
-from gyrodata.analysis import Analysis
 from gyrodata.comparisons import Run
 from gyrodata.reporting.values import RPM
+from gyrodata.results import Analysis
 
 RUN_UNITS = {
     "mass": "kg",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from gyrodata.analysis import Analysis
 from gyrodata.reporting.values import (
     SECOND,
     Writing,
@@ -30,6 +29,7 @@ from gyrodata.reporting.words import (
     size_text,
     visible,
 )
+from gyrodata.results import Analysis
 
 
 def summary(analysis: Analysis, writing: Writing = "plain") -> str:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from gyrodata.analysis import Analysis
 from gyrodata.comparisons import Run
 from gyrodata.errors import Diagnostic
 from gyrodata.measurements import torque_groups
 from gyrodata.reporting.values import Writing, count_text, inertia_text, reading_text, torque_scale, value_text
 from gyrodata.reporting.words import common_torque_scale, visible
+from gyrodata.results import Analysis
 
 FAR = 2.0
 """From how many standard uncertainties on a run is worth repeating that does not yet look odd."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from gyrodata.analysis import Analysis, Result
 from gyrodata.comparisons import NamedFit
 from gyrodata.effects import DROP_ONE, Effect
 from gyrodata.errors import PICTURES
 from gyrodata.reporting.values import Scale, count_text, p_text, percent_text, torque_scale
+from gyrodata.results import Analysis, Result
 
 FIT_NAMES = {
     "recommended": "recommended",

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from grading.reports import RIGHT, SLIPS, Formula, Sheet, reported_line, sheet
 
-from gyrodata.analysis import Analysis, analyze_readings
+from gyrodata.analysis import analyze_readings
 from gyrodata.grading.own import distance, own_runs
 from gyrodata.grading.rubric import ACCEPTED
 from gyrodata.grading.slips import Slip, find_slips
 from gyrodata.readings import Reported, read_log
+from gyrodata.results import Analysis
 
 TEXTBOOK = ("through_origin", "with_constant", "mean_of_ratios")
 

@@ -83,7 +83,7 @@ def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, bi
     unknowns[:2] = 1.0, start.imbalance / prior_width
     single = np.zeros_like(problem.absolute)
     rows = prior_rows(count, 3 + shared_count)
-    previous = moved = math.inf
+    chi2 = moved = math.inf
     jumped = 0.0
     for turn in range(50):
         at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
@@ -97,17 +97,15 @@ def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, bi
         closed = at.misclosure + plain @ step
         # A run that is left out has no weight, but its prediction too is linear only on its condition.
         single = -at.alone * (closed / at.own)
-        chi2 = _chi2(closed, at.own, kept, unknowns)
-        size = np.abs(step)
-        last, moved, jumped = moved, float(size.max()), float(size[:2].max())
+        sizes = np.abs(step).tolist()
+        last, moved, jumped = moved, max(sizes), max(sizes[:2])
         # Steps shrink by a constant factor: the next would be this one times this one over the last.
-        if (
-            moved**2 < 1e-9 * min(last, 1.0 if turn else 0.0)
-            or moved < 1e-11
-            or (turn > 3 and abs(previous - chi2) <= 1e-13 * chi2)
-        ):
+        if moved**2 < 1e-9 * min(last, 1.0 if turn else 0.0) or moved < 1e-11:
             break
-        previous = chi2
+        if turn > 2:
+            before, chi2 = chi2, _chi2(closed, at.own, kept, unknowns)
+            if abs(before - chi2) <= 1e-13 * chi2:
+                break
     return _conclude(problem, at, rows, factor, plain, closed, sense, kept, unknowns, scale)
 
 

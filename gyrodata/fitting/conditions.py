@@ -130,6 +130,8 @@ class Problem:
             padded = np.zeros((*shared.shape[:-1], self.shared_count + 1))
             padded[..., :-1] = shared
             errors = single + padded.take(self.member, axis=-1)
+        if not errors.any():
+            return self.observed, -(self.absolute + self.relative * self.observed.take(self.quantity, axis=-2))
         scale = 1 + self.onto @ (self.relative * errors)
         values = (self.observed - self.onto @ (self.absolute * errors)) / scale
         slopes = self.absolute + self.relative * values.take(self.quantity, axis=-2)

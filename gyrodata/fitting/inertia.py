@@ -188,7 +188,10 @@ def _predict(adjusted: Adjusted, sense: Floats) -> tuple[Floats, Floats]:
     values, _ = problem.truth(np.zeros_like(adjusted.slopes), adjusted.shared)
     inertia, imbalance, bias = (float(value) for value in adjusted.unknowns)
     torque = problem.torque(values)[0] + imbalance
-    rate = np.abs(physics.precession_rate(torque, sense * values[1], inertia, values[9], values[8]))
+    if problem.tilted:
+        rate = np.abs(physics.precession_rate(torque, sense * values[1], inertia, values[9], values[8]))
+    else:
+        rate = np.abs(physics.horizontal_precession_rate(torque, values[1], inertia))
     with np.errstate(divide="ignore"):
         # The condition is the time multiplied by the torque at work, and so is its spread.
         return 2 * np.pi * values[2] / rate + bias, np.sqrt(adjusted.own) / np.abs(torque)

@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -85,6 +85,22 @@ def test_a_worker_that_is_killed_from_outside_takes_nothing_along() -> None:
         if number % 12 == 5:
             os.kill(next(iter(children())), signal.SIGKILL)
     assert sorted(done) == sorted(tasks)
+
+
+def test_tasks_are_asked_for_shortly_before_they_are_given_out() -> None:
+    asked: list[str] = []
+
+    def tasks() -> Iterator[str]:
+        for number in range(50):
+            asked.append(f"fine {number}")
+            yield asked[-1]
+
+    done = 0
+    for _, answer in in_workers(mishaps.work, tasks(), workers=2, limit=20.0):
+        done += 1
+        assert not isinstance(answer, Lost)
+        assert len(asked) <= done + 4, "two at work, and two that wait"
+    assert done == 50
 
 
 def children() -> list[int]:

@@ -55,12 +55,7 @@ def with_unloaded_run(design: Design) -> Design:
         _one_more(problem.groups, group),
     )
     sense = _one_more(design.sense, np.sign(imbalance))
-    return replace(design, problem=longer, sense=sense, imbalance_u=_told_apart(design))
-
-
-def _told_apart(design: Design) -> float:
-    """Prior width of M0 [N*m] where torques that differ tell it."""
-    return design.imbalance_u if design.tested else float(np.abs(design.torque).max())
+    return replace(design, problem=longer, sense=sense, imbalance_u=float(np.abs(torque).max()))
 
 
 def _one_more(values: Any, last: Any) -> Any:
@@ -100,7 +95,7 @@ def with_both_signs(design: Design) -> Design:
     apart = split[:, None] & (problem.groups >= 0)
     groups = np.where(apart, 2 * problem.groups + turned, problem.groups)
     moved = problem.reread(observed, groups=groups)
-    return replace(design, problem=moved, sense=np.sign(torque), imbalance_u=_told_apart(design))
+    return replace(design, problem=moved, sense=np.sign(torque), imbalance_u=float(np.abs(torque).max()))
 
 
 def _by_torque(torque: Floats) -> list[list[int]]:
@@ -163,7 +158,7 @@ def with_balance_test(design: Design) -> Design:
     -------
     Design
     """
-    return replace(design, imbalance_u=balance_test(float(design.unknowns[0])), tested=True)
+    return design.with_balance_test(balance_test(float(design.unknowns[0])))
 
 
 def balance_test(inertia: float) -> float:

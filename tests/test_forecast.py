@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from labs import lab
+from labs import INERTIA, lab
 
 from gyrodata import forecast
 from gyrodata.fitting import Design, design_of, expected_u, fit
@@ -108,21 +108,27 @@ def test_a_source_half_as_large(source: str, half: dict[str, float]) -> None:
     assert u == pytest.approx(u_of(exact(**half)), rel=2e-3)
 
 
-def test_a_balance_test() -> None:
-    measured = lab(np.random.default_rng(0), noise=0.0)
-    design = designed(measured)
-    (u,) = expected_u([forecast.with_balance_test(design)])
-    tested = replace(measured, imbalance_u=forecast.balance_test)
-    # The fit adds the doubt whether the test is true.
-    assert u < u_of(tested) < 1.02 * u
-    (again,) = expected_u([designed(tested)])
-    assert again == pytest.approx(u, rel=1e-6)
+@pytest.mark.parametrize("name", DESIGNS)
+@pytest.mark.parametrize("width", [1e-5, 1e-4, 1e-3])
+def test_a_balance_test(name: str, width: float) -> None:
+    measured = exact(**DESIGNS[name])
+    tested = replace(measured, imbalance_u=lambda inertia: width)
+    (u,) = expected_u([designed(measured).with_balance_test(width)])
+    assert u == pytest.approx(u_of(tested), rel=0.02)
+    # One torque has a prior of M0 even without a test.
+    assert u < 1.0001 * u_of(measured) or name == "one torque"
+
+
+def test_the_balance_test_of_the_advice_is_one_that_the_ball_might_pass() -> None:
+    design = forecast.with_balance_test(designed(exact()))
+    assert design.tested == pytest.approx(INERTIA * 400 * np.pi / 30 * np.radians(5) / 60)
 
 
 def test_a_balance_test_stays_when_runs_are_added() -> None:
-    tested = replace(lab(np.random.default_rng(0), noise=0.0), imbalance_u=lambda inertia: 1e-5)
+    tested = replace(exact(weights=(0.04,)), imbalance_u=lambda inertia: 1e-5)
     for change in (forecast.with_unloaded_run, forecast.with_both_signs):
-        assert change(designed(tested)).imbalance_u == 1e-5
+        changed = change(designed(tested))
+        assert (changed.tested, changed.imbalance_u) == (1e-5, pytest.approx(np.abs(tested.torque).max()))
 
 
 @pytest.mark.parametrize("name", DESIGNS)

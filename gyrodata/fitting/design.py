@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gyrodata.fitting.balance import weigh
 from gyrodata.fitting.conditions import NEGLIGIBLE, Problem
 from gyrodata.fitting.inertia import DEFAULT_IMBALANCE_U
 from gyrodata.fitting.results import FitResult
@@ -27,8 +29,8 @@ class Design:
     """I_zz [kg*m^2], M0 [N*m] and b [s] taken for true, shape (3,)."""
     imbalance_u: float
     """Prior width of M0 [N*m], as in `fit`."""
-    tested: bool
-    """Whether a balance test gives it: there is one, and the runs do not contradict it."""
+    tested: float | None
+    """Width that a balance test gives M0 [N*m]; where it is less than the other it is weighed as `fit` does."""
     timing_bias_u: float
     """Prior width of b [s]."""
 
@@ -36,6 +38,11 @@ class Design:
     def torque(self) -> Floats:
         """Torque applied in each run [N*m], shape (n,)."""
         return self.problem.torque(self.problem.observed)[0]
+
+    def with_balance_test(self, tested: float) -> Design:
+        """Add a balance test of a width [N*m]; where all torques are equal it is the prior of M0."""
+        width = self.imbalance_u if torques_differ(self.torque) else tested
+        return replace(self, imbalance_u=width, tested=tested)
 
 
 def design_of(measured: Measurements, result: FitResult, tilted: bool = False) -> Design:
@@ -59,19 +66,17 @@ def design_of(measured: Measurements, result: FitResult, tilted: bool = False) -
         problem = Problem(measured, tilted)
     inertia, imbalance = result.inertia.value, result.imbalance.value
     largest = float(np.abs(measured.torque).max())
-    tested = measured.imbalance_u is not None and result.contradicted_balance is None
-    if tested and measured.imbalance_u is not None:
-        width = max(measured.imbalance_u(inertia), NEGLIGIBLE * largest)
-    else:
-        width = largest if torques_differ(measured.torque) else DEFAULT_IMBALANCE_U
-    return Design(
+    design = Design(
         problem,
         sense=assume_sense(measured, float(np.copysign(1.0, imbalance))),
         unknowns=np.array([inertia, imbalance, result.timing_bias.value]),
-        imbalance_u=width,
-        tested=tested,
+        imbalance_u=largest if torques_differ(measured.torque) else DEFAULT_IMBALANCE_U,
+        tested=None,
         timing_bias_u=measured.timing_bias_u,
     )
+    if measured.imbalance_u is None:
+        return design
+    return design.with_balance_test(max(measured.imbalance_u(inertia), NEGLIGIBLE * largest))
 
 
 def expected_u(designs: Sequence[Design]) -> list[float]:
@@ -89,7 +94,7 @@ def expected_u(designs: Sequence[Design]) -> list[float]:
 
     Notes
     -----
-    One step of the adjustment, linear at the readings. A balance test counts unless the runs contradict it.
+    One step of the adjustment, linear at the readings.
     """
     problems = [design.problem for design in designs]
     stack = _stacked(problems)
@@ -99,18 +104,31 @@ def expected_u(designs: Sequence[Design]) -> list[float]:
     at = stack.linearise(np.zeros((len(stack.sources), stack.count)), np.zeros(0), sense, unknowns)
     width = 3 + max(problem.shared_count for problem in problems)
     rows = np.zeros((len(designs), stack.count + width - 1, width))
-    # I_zz comes last: the last pivot then is what the rows tell of it alone.
+    # M0 and I_zz come last: the last pivots then are what the rows tell of these two alone.
     rows[:, stack.count :, :-1] = np.eye(width - 1)
     conditions = rows[:, : stack.count]
-    widths = np.array([[design.imbalance_u, design.timing_bias_u] for design in designs])
-    conditions[..., :2] = at.to_unknowns[..., 1:] * widths[:, None]
+    widths = np.array([[design.timing_bias_u, design.imbalance_u] for design in designs])
+    conditions[..., 0] = at.to_unknowns[..., 2] * widths[:, :1]
+    conditions[..., -2] = at.to_unknowns[..., 1] * widths[:, 1:]
     conditions[..., -1] = at.to_unknowns[..., 0]
     for i, problem in enumerate(problems):
-        conditions[i, problem.from_run, 2 + problem.to_column] = at.slopes[i, problem.from_source, problem.from_run]
+        conditions[i, problem.from_run, 1 + problem.to_column] = at.slopes[i, problem.from_source, problem.from_run]
     conditions *= (said / np.sqrt(at.own))[..., None]
     packed, _ = np.linalg.qr(rows, mode="raw")
-    u: list[float] = (1 / np.abs(packed[:, -1, width - 1])).tolist()
-    return u
+    # Numpy gives the triangle lying on its side.
+    pivots = packed[:, -2:, width - 2 : width].swapaxes(1, 2)
+    return [_u_of_inertia(design, pivot) for design, pivot in zip(designs, pivots, strict=True)]
+
+
+def _u_of_inertia(design: Design, pivot: Floats) -> float:
+    """Standard uncertainty of I_zz from the triangle of M0, in units of its width, and I_zz, shape (2, 2)."""
+    imbalance, both, inertia = float(pivot[0, 0]), float(pivot[0, 1]), float(pivot[1, 1])
+    if design.tested is None or design.tested >= design.imbalance_u:
+        return 1 / abs(inertia)
+    width = design.imbalance_u / imbalance
+    inverse = np.array([[1 / inertia, 0.0], [-width * both / inertia, width]])
+    weighed = weigh(design.unknowns[:2], inverse @ inverse.T, design.tested)
+    return math.sqrt(weighed.covariance[0, 0])
 
 
 def _stacked(problems: Sequence[Problem]) -> Problem:

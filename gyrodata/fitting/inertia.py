@@ -11,6 +11,7 @@ import numpy as np
 
 from gyrodata import physics
 from gyrodata.fitting.adjustment import Adjusted, adjust
+from gyrodata.fitting.balance import weigh
 from gyrodata.fitting.conditions import NEGLIGIBLE, Problem
 from gyrodata.fitting.results import Estimate, FitResult, Share
 from gyrodata.fitting.start import assume_sense, first_guess, misfit, robust_start, torques_differ
@@ -20,12 +21,6 @@ from gyrodata.physics import Floats
 DEFAULT_IMBALANCE_U = 3e-4
 """Prior width of M0 [N*m] where one torque only is there and no balance test: what a balance that drifts
 5 degrees in a minute at 400 rpm leaves in a 4-inch steel ball."""
-
-TRUSTED = 0.5
-"""How likely a balance test in a log is true, before the runs are looked at: nobody knows …"""
-
-FALSE_BY = 30.0
-"""… and how many times wider M0 may be where it is not."""
 
 
 def fit(measured: Measurements, tilted: bool = False, left_out: Collection[int] = ()) -> FitResult:
@@ -48,7 +43,7 @@ def fit(measured: Measurements, tilted: bool = False, left_out: Collection[int] 
     -----
     M0 has practically no prior (the width is the largest torque) wherever the torques differ, and
     `DEFAULT_IMBALANCE_U` where they are all the same. A balance test in the log gives it a width; the answer is
-    then weighed between the test's being true and false (`_belief`), so that the runs win where they contradict
+    then weighed between the test's being true and false (`balance`), so that the runs win where they contradict
     it. b has the prior of `u_time_bias`. Neither unknown is ever switched off by the data.
     """
     kept = np.ones(len(measured.runs))
@@ -62,28 +57,18 @@ def fit(measured: Measurements, tilted: bool = False, left_out: Collection[int] 
     tight = _fit_signs(measured, tilted, tested, False, kept)
     if not differ:
         return tight
-    believed = _belief(alone.imbalance, tested)
-    if believed > 0.999:
+    return _with_balance(alone, tight, tested)
+
+
+def _with_balance(alone: FitResult, tight: FitResult, tested: float) -> FitResult:
+    """Put together a fit of the runs alone and one that believes the balance test; see `balance`."""
+    mean = np.array([alone.inertia.value, alone.imbalance.value, alone.timing_bias.value])
+    weighed = weigh(mean, alone.covariance, tested)
+    if weighed.sure:
         return tight
-    # Where the test is false, M0 is so many times larger, unless the runs say that it is larger still.
-    wide = FALSE_BY * tested
-    larger = abs(alone.imbalance.value) > 2 * math.hypot(alone.imbalance.u or 0.0, wide)
-    loose = alone if larger or wide >= largest else _fit_signs(measured, tilted, wide, False, kept)
-    if believed > 0.5:
-        return _mixture(tight, loose, believed, "balance_doubt")
-    result = loose if believed < 0.001 else _mixture(loose, tight, 1 - believed, "balance_doubt")
-    return replace(result, contradicted_balance=tested)
-
-
-def _belief(found: Estimate, tested: float) -> float:
-    """Probability that a balance test is true, given what the runs alone say of M0 (Bayes).
-
-    A test that is believed or not at a fixed number of standard uncertainties covers badly between the two.
-    """
-    variances = (found.u or 0.0) ** 2 + tested**2, (found.u or 0.0) ** 2 + (FALSE_BY * tested) ** 2
-    true, false = (-0.5 * found.value**2 / v - 0.5 * math.log(v) for v in variances)
-    odds = (1 - TRUSTED) / TRUSTED * math.exp(min(false - true, 700.0))
-    return 1 / (1 + odds)
+    first = alone if weighed.contradicted else tight
+    result = _with_unknowns(first, weighed.mean, weighed.covariance, "balance_doubt")
+    return replace(result, contradicted_balance=tested if weighed.contradicted else None)
 
 
 def _fit_signs(measured: Measurements, tilted: bool, width: float, free: bool, kept: Floats) -> FitResult:
@@ -106,16 +91,18 @@ def _fit_signs(measured: Measurements, tilted: bool, width: float, free: bool, k
 
 
 def _mixture(first: FitResult, second: FitResult, weight: float, doubt: str) -> FitResult:
-    """Put two possible answers into one; all but the unknowns is told of the likelier, `first`.
-
-    What the doubt between them adds to u is a source of its own in the budget.
-    """
+    """Put two possible answers into one; all but the unknowns is told of the likelier, `first`."""
     pair = ((weight, first), (1 - weight, second))
     means = [np.array([r.inertia.value, r.imbalance.value, r.timing_bias.value]) for _, r in pair]
     mean = pair[0][0] * means[0] + pair[1][0] * means[1]
     covariance = np.zeros((3, 3))
     for (share, result), value in zip(pair, means, strict=True):
         covariance += share * (result.covariance + np.outer(value - mean, value - mean))
+    return _with_unknowns(first, mean, covariance, doubt)
+
+
+def _with_unknowns(first: FitResult, mean: Floats, covariance: Floats, doubt: str) -> FitResult:
+    """Give a fit other unknowns; what the doubt about it adds to u is a source of its own in the budget."""
     grown = covariance[0, 0] - first.covariance[0, 0]
     budget = list(first.budget)
     if grown > 0:

@@ -1,0 +1,96 @@
+"""What a balance test in a log is worth: a test may be false, and nobody knows how often.
+
+Before the runs are looked at it is true with some chance, or M0 is some ten, thirty or more times larger than it
+says. Each of these is weighed by how well it goes with what the runs alone say of M0 (Bayes). For the answer the
+test has the benefit of the doubt. For the uncertainty, which has to hold where the test is false, it has not: no
+interval that a true test makes shorter everywhere covers where a false one cannot be told from a true one.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from gyrodata.physics import Floats
+
+TRUSTED, DOUBTED = 0.3, 0.1
+"""How likely a test is true before the runs are looked at: for the answer, and for its uncertainty."""
+
+FALSE = ((10.0, 3.0, 0.2), (-10.0, 3.0, 0.2), (30.0, 10.0, 0.2), (-30.0, 10.0, 0.2), (0.0, 60.0, 0.2))
+"""Where M0 is if it is not: about so many widths of the test, give or take so many, with this chance."""
+
+FARTHEST = 60.0
+"""The largest of them."""
+
+CONTRADICTED = 1 / 3
+"""Where true is this many times as likely as false, or less, the runs contradict the test."""
+
+
+@dataclass(frozen=True, slots=True)
+class Weighed:
+    """An answer with a balance test that may be false."""
+
+    mean: Floats
+    """As of the runs alone, shape (k,)."""
+    covariance: Floats
+    """Shape (k, k); no variance is larger than without the test."""
+    odds: float
+    """How many times likelier what the runs say is if the test is true."""
+
+    @property
+    def contradicted(self) -> bool:
+        """Whether the runs contradict the test."""
+        return self.odds < CONTRADICTED
+
+    @property
+    def sure(self) -> bool:
+        """Whether the runs leave no doubt that the test is true."""
+        return DOUBTED * self.odds > 999 * (1 - DOUBTED)
+
+
+def weigh(mean: Floats, covariance: Floats, tested: float) -> Weighed:
+    """Put together what the runs alone say and what a balance test says.
+
+    Parameters
+    ----------
+    mean : ndarray, shape (k,)
+        Unknowns by the runs alone: I_zz [kg*m^2], M0 [N*m], …
+    covariance : ndarray, shape (k, k)
+        Theirs.
+    tested : float
+        Standard uncertainty to which the test tells M0 [N*m].
+
+    Returns
+    -------
+    Weighed
+    """
+    if abs(mean[1]) > 2 * math.hypot(math.sqrt(covariance[1, 1]), FARTHEST * tested):
+        return Weighed(mean, covariance, 0.0)
+    centres = tested * np.array([0.0, *(centre for centre, _, _ in FALSE)])
+    widths = tested * np.array([1.0, *(width for _, width, _ in FALSE)])
+    chances = np.array([chance for _, _, chance in FALSE])
+    # M0 is normal about each centre; all else follows it as its covariance says.
+    variances = covariance[1, 1] + widths**2
+    gain = covariance[:, 1] / variances[:, None]
+    means = mean + gain * (centres - mean[1])[:, None]
+    likelihood = np.exp(-0.5 * (mean[1] - centres) ** 2 / variances) / np.sqrt(variances)
+    false = likelihood[1:] * chances
+    odds = float(likelihood[0] / max(false.sum(), 1e-300 * likelihood[0]))
+
+    def shares(trust: float) -> Floats:
+        share = np.concatenate([[trust * likelihood[0]], (1 - trust) * false])
+        share /= share.sum()
+        return share
+
+    answer = shares(TRUSTED) @ means
+    if odds < 1:
+        return Weighed(answer, covariance, odds)
+    share, off = shares(DOUBTED), means - answer
+    spread = covariance - np.einsum("i,i,ij,ik->jk", share, variances, gain, gain)
+    spread += np.einsum("i,ij,ik->jk", share, off, off)
+    # Doubt about a test is no reason to know less than without it.
+    before, now = np.diag(covariance), np.diag(spread)
+    shrink = np.sqrt(np.divide(before, now, out=np.ones_like(now), where=now > before))
+    return Weighed(answer, shrink[:, None] * spread * shrink, odds)

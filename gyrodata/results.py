@@ -29,7 +29,8 @@ CONVENTIONS = {
     "inertia": "least squares in the raw readings (Gauss-Helmert); derivatives and proportional uncertainties at the "
     "adjusted values; u is one standard uncertainty (k = 1) from the stated ones, never scaled by chi-square unless "
     "asked; interval_95 is value ± U, U = k u, or the profile of chi-square where that differs by over 5 %",
-    "imbalance": "the torque at work is the applied torque plus M0; M = I_zz φ̇ψ̇ − M0",
+    "imbalance": "the torque at work is the applied torque plus M0; M = I_zz φ̇ψ̇ − M0; a balance test may be false: the "
+    "answer leans on it, and u holds that doubt",
     "timing_bias": "a stopwatch's reading is the true time plus b",
     "goodness": "chi-square of all readings and priors at the fit; p is the chance of one at least as large; Birge "
     "ratio = sqrt(chi2/dof)",

@@ -1,9 +1,9 @@
 """What a balance test in a log is worth: a test may be false, and nobody knows how often.
 
 Before the runs are looked at it is true with some chance, or M0 is some ten, thirty or more times larger than it
-says. Each of these is weighed by how well it goes with what the runs alone say of M0 (Bayes). For the answer the
-test has the benefit of the doubt. For the uncertainty, which has to hold where the test is false, it has not: no
-interval that a true test makes shorter everywhere covers where a false one cannot be told from a true one.
+says. Each of these is weighed by how well it goes with what the runs alone say of M0 (Bayes). The answer leans on the
+test more than its uncertainty does, which has to hold where the test is false: an interval that every true test
+makes much shorter does not cover where the runs cannot tell a false one from a true one.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ import numpy as np
 
 from gyrodata.physics import Floats
 
-TRUSTED, DOUBTED = 0.3, 0.1
+TRUSTED, DOUBTED = 0.8, 0.2
 """How likely a test is true before the runs are looked at: for the answer, and for its uncertainty."""
 
 FALSE = ((10.0, 3.0, 0.2), (-10.0, 3.0, 0.2), (30.0, 10.0, 0.2), (-30.0, 10.0, 0.2), (0.0, 60.0, 0.2))
@@ -35,7 +35,7 @@ class Weighed:
     mean: Floats
     """As of the runs alone, shape (k,)."""
     covariance: Floats
-    """Shape (k, k); no variance is larger than without the test."""
+    """Shape (k, k)."""
     odds: float
     """How many times likelier what the runs say is if the test is true."""
 
@@ -85,12 +85,12 @@ def weigh(mean: Floats, covariance: Floats, tested: float) -> Weighed:
         return share
 
     answer = shares(TRUSTED) @ means
-    if odds < 1:
-        return Weighed(answer, covariance, odds)
     share, off = shares(DOUBTED), means - answer
     spread = covariance - np.einsum("i,i,ij,ik->jk", share, variances, gain, gain)
     spread += np.einsum("i,ij,ik->jk", share, off, off)
-    # Doubt about a test is no reason to know less than without it.
-    before, now = np.diag(covariance), np.diag(spread)
-    shrink = np.sqrt(np.divide(before, now, out=np.ones_like(now), where=now > before))
-    return Weighed(answer, shrink[:, None] * spread * shrink, odds)
+    if odds < 1:
+        # A test that the runs speak against makes nothing surer.
+        alone, now = np.diag(covariance), np.diag(spread)
+        widen = np.sqrt(np.divide(alone, now, out=np.ones_like(now), where=now < alone))
+        spread *= widen[:, None] * widen
+    return Weighed(answer, spread, odds)

@@ -16,13 +16,13 @@ import numpy as np
 from gyrodata.physics import Floats
 
 TRUSTED, DOUBTED = 0.8, 0.2
-"""How likely a test is true before the runs are looked at: for the answer, and for its uncertainty."""
+"""How likely a test is true before the runs are looked at [1]: for the answer, and for its uncertainty."""
 
 FALSE = ((10.0, 3.0, 0.2), (-10.0, 3.0, 0.2), (30.0, 10.0, 0.2), (-30.0, 10.0, 0.2), (0.0, 60.0, 0.2))
-"""Where M0 is if it is not: about so many widths of the test, give or take so many, with this chance."""
+"""Where M0 is if it is not: about so many widths of the test [1], give or take so many [1], with this chance [1]."""
 
-FARTHEST = 60.0
-"""The largest of them."""
+FARTHEST = max(width for _, width, _ in FALSE)
+"""Twice so many widths of the test away [1] it is nowhere among these."""
 
 CONTRADICTED = 1 / 3
 """Where true is this many times as likely as false, or less, the runs contradict the test."""
@@ -33,11 +33,11 @@ class Weighed:
     """An answer with a balance test that may be false."""
 
     mean: Floats
-    """As of the runs alone, shape (k,)."""
+    """I_zz [kg*m^2], M0 [N*m], …, shape (k,)."""
     covariance: Floats
-    """Shape (k, k)."""
+    """Of these, shape (k, k)."""
     odds: float
-    """How many times likelier what the runs say is if the test is true."""
+    """How many times likelier what the runs say is if the test is true [1]."""
 
     @property
     def contradicted(self) -> bool:

@@ -24,8 +24,17 @@ from gyrodata.comparisons import (
 )
 from gyrodata.effects import Model, Rung
 from gyrodata.errors import LogError
-from gyrodata.findings import G413, G415, G416, list_advice, outlier_findings, whole_findings
-from gyrodata.fitting import Estimate, FitResult, Outlier
+from gyrodata.findings import (
+    G413,
+    G415,
+    G416,
+    count_findings,
+    list_advice,
+    outlier_findings,
+    refusal,
+    whole_findings,
+)
+from gyrodata.fitting import Estimate, FitResult, NoFit, Outlier
 from gyrodata.fitting.profile import profile_interval
 from gyrodata.measurements import Measurements, measure, select
 from gyrodata.readings import Readings, read_log
@@ -124,7 +133,7 @@ def analyze_readings(
     Raises
     ------
     LogError
-        If the readings have errors, or no run has a torque.
+        If the readings have errors, no run has a torque, or no answer goes with the runs.
     """
     if any(diagnostic.severity == "error" for diagnostic in readings.diagnostics):
         raise LogError(readings.diagnostics)
@@ -146,15 +155,15 @@ def analyze_readings(
             )
         )
         raise LogError(found)
-    fitted = fit_runs(measured, model, keep_flagged)
+    try:
+        fitted = fit_runs(readings, measured, model, keep_flagged)
+    except LogError as error:
+        raise LogError([*found, *error.diagnostics]) from None
     measured, fit, left_out = fitted.measured, fitted.fit, fitted.left_out
-    if not (math.isfinite(fit.inertia.value) and np.isfinite(fit.fitted_time).all()):
-        why = "eq. (8) has no real solution for a run: the rod is up and the spin too low to precess steadily"
-        found.append(readings.diagnose(G415, why, "check pitch, spin and transverse_inertia"))
-        raise LogError(found)
 
     rung = fitted.rung
-    kept = [i for i in range(len(measured.runs)) if i not in left_out]
+    out = set(left_out)
+    kept = [i for i in range(len(measured.runs)) if i not in out]
     p = fitting.chi2_tail(fit.chi2, fit.dof) if fit.dof > 0 else None
     birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else None
     listed = effects.list_effects(measured, fit, rung)
@@ -208,20 +217,57 @@ class Fitted:
     """I_zz without any odd run [kg*m^2], where one was kept."""
 
 
-def fit_runs(measured: Measurements, model: Model = "auto", keep_flagged: bool = False) -> Fitted:
+ABSURD = 1000.0
+"""A Birge ratio above this is no scatter: the uncertainties stated were not meant."""
+
+HOPELESS = 1e-6
+"""Where chi-square is less likely than this, counts that explain all torques are no accident."""
+
+
+def fit_runs(readings: Readings, measured: Measurements, model: Model = "auto", keep_flagged: bool = False) -> Fitted:
     """Choose the model, find the runs that do not go with the others, and fit the rest.
 
     Parameters
     ----------
+    readings : Readings
+        The log.
     measured : Measurements
-        n runs, at least one with a torque.
+        Its n runs, at least one with a torque.
     model, keep_flagged
         As for `analyze`.
 
     Returns
     -------
     Fitted
+
+    Raises
+    ------
+    LogError
+        If there is no answer, or none that can be believed; it says what to look at.
     """
+    try:
+        fitted = _fit_runs(measured, model, keep_flagged)
+        fit = fitted.fit
+        if not np.isfinite(fit.fitted_time).all():
+            why = "eq. (8) has no real solution for a run: the rod is up and the spin too low to precess steadily"
+            raise LogError([readings.diagnose(G415, why, "check pitch, spin and transverse_inertia")])
+        odd = {outlier.index for outlier in fitted.outliers}
+        says = np.array([i not in odd for i in range(len(measured.runs))])
+        fitting.insist_on_lines(fitted.measured, fit, fitted.rung.tilted, says)
+        birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else 0.0
+        if birge > ABSURD:
+            raise NoFit(f"they scatter {birge:.2g} times as much as the stated uncertainties allow")
+    except NoFit as reason:
+        miscounted = count_findings(readings, measured)
+        raise LogError(miscounted or [refusal(readings, measured, str(reason), keep_flagged)]) from None
+    if fit.dof > 0 and fitting.chi2_tail(fit.chi2, fit.dof) < HOPELESS:
+        miscounted = count_findings(readings, measured)
+        if miscounted:
+            raise LogError(miscounted)
+    return fitted
+
+
+def _fit_runs(measured: Measurements, model: Model, keep_flagged: bool) -> Fitted:
     rung = effects.choose(measured, model)
     outliers, clean = fitting.screen(measured, rung.tilted)
     if effects.is_unsteady(measured, rung):

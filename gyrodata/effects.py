@@ -86,7 +86,11 @@ def choose(measured: Measurements, model: Model) -> Rung:
         return Rung(tilted, released=model == "released", asked=True)
     if not tilts and measured.motion != "released":
         return Rung(tilted=False, released=False, asked=False)
-    fit = fitting.fit(measured)
+    try:
+        fit = fitting.fit(measured)
+    except fitting.NoFit:
+        # Nothing tells what could be left out.
+        return Rung(tilts, measured.motion == "released", asked=False)
     by_run = {}
     if tilts:
         by_run["tilt"] = _tilt_by_run(measured, fit, measured.pitch)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from gyrodata import fitting, forecast
-from gyrodata.comparisons import outlier_reason
+from gyrodata.comparisons import load_words, outlier_reason, turn_words
 from gyrodata.effects import DROP_ONE, Effect
 from gyrodata.errors import Diagnostic, register
 from gyrodata.fitting import Design, Estimate, FitResult, Outlier
-from gyrodata.measurements import Measurements
-from gyrodata.readings import Readings
+from gyrodata.measurements import Measurements, torque_groups
+from gyrodata.readings import MOST_OF_ONE_CODE, Readings
 
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
 
@@ -74,7 +76,7 @@ G419 = register(
     "G419",
     "warning",
     "the runs contradict each other beyond all measure",
-    "# g: 9.803 m/s^2\n" + _LOG + "20.00,15.0,206,20.4,1\n20.00,15.0,407,4040,1\n40.00,15.0,405,2010,1\n",
+    "# g: 9.803 m/s^2\n" + _LOG + "20.00,15.0,206,20.4,1\n20.00,15.0,407,80,1\n40.00,15.0,405,60,1\n",
 )
 G418 = register(
     "G418",
@@ -83,6 +85,108 @@ G418 = register(
     "# g: 9.803 m/s^2\n# u_time: 0.02 s\n# u_position_zero: 0.1 mm\n" + _LOG + "60.00,15.0,200.0,6.62,1\n"
     "60.00,15.0,400.0,13.24,1\n120.0,15.0,200.0,3.31,1\n120.0,15.0,400.0,6.62,1\n",
 )
+
+
+G420 = register(
+    "G420",
+    "error",
+    "the turns of whole weights are wrong",
+    "# g: 9.803 m/s^2\n" + _LOG + "20.00,15.0,206,6.76,1/3\n20.00,15.0,407,13.4,1/3\n40.00,15.0,405,13.3,1/3\n"
+    "40.00,15.0,607,19.9,1/3\n60.00,15.0,404,13.2,1/3\n60.00,15.0,603,19.8,1/3\n",
+)
+G421 = register(
+    "G421",
+    "error",
+    "no moment of inertia goes with the runs",
+    "# g: 9.803 m/s^2\n" + _LOG + "20.00,15.0,206,20.4,1\n20.00,15.0,407,0.0404,1\n40.00,15.0,405,2010,1\n",
+)
+
+
+def count_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:
+    """Name the turns of whole torques that must be wrong, where other counts make all torques agree.
+
+    Parameters
+    ----------
+    readings : Readings
+        The log.
+    measured : Measurements
+        Its runs.
+
+    Returns
+    -------
+    list of Diagnostic
+        One, or none where no counts do.
+    """
+    answers = fitting.explaining_counts(measured)
+    if not answers:
+        return []
+    groups = torque_groups(measured)
+
+    def words(counts: dict[int, float]) -> str:
+        return ", ".join(
+            f"those of {load_words(measured, groups[k][0])} fit {turn_words(turns)}, "
+            f"not {turn_words(measured.turns[groups[k][0]]).split(' ')[0]}"
+            for k, turns in counts.items()
+        ).removeprefix("those of ")
+
+    first = groups[min(answers[0], key=lambda k: groups[k][0])][0]
+    column = readings.columns.get("turns") or readings.columns.get("angle")
+    place = column.places[first] if column else None
+    return [
+        readings.diagnose(
+            G420,
+            "the weights contradict each other as the turns are written; the runs of "
+            + "; or else those of ".join(words(counts) for counts in answers),
+            "write in each row the turns that were timed: I_zz depends on which of them are right",
+            place,
+            len(column.texts[first]) if column and place else 1,
+        )
+    ]
+
+
+def refusal(readings: Readings, measured: Measurements, why: str, keep_flagged: bool) -> Diagnostic:
+    """Say that there is no answer, why, and what to look at.
+
+    Parameters
+    ----------
+    readings : Readings
+        The log.
+    measured : Measurements
+        Its runs.
+    why : str
+        What is wrong with the answer that the fit gives.
+    keep_flagged : bool
+        Whether runs that do not go with the others were kept on request.
+
+    Returns
+    -------
+    Diagnostic
+    """
+    groups = [group for group in torque_groups(measured) if measured.torque[group[0]]]
+    single = [sorted(np.abs(measured.torque[group] / measured.product[group]).tolist()) for group in groups]
+    middle = [values[len(values) // 2] for values in single]
+    low, high = min(values[0] for values in single), max(values[-1] for values in single)
+    across = np.median(measured.transverse_inertia) if measured.transverse_inertia is not None else 0.0
+    if keep_flagged:
+        hint = "leave --keep-flagged away: a run that does not go with the others then has no say"
+    elif across and not low / 3 < across < 10 * high:
+        hint = (
+            f"transverse_inertia is {across:.2g} kg*m^2, and each run gives an I_zz of {low:.2g} to {high:.2g} kg*m^2, "
+            "which is far from it: look for a wrong unit of time, spin, mass or position"
+        )
+    elif high < 1.5 * low:
+        hint = (
+            f"the runs agree with each other (each gives {low:.2g} to {high:.2g} kg*m^2), so look at the "
+            "uncertainties: state what your hand and your tachometer can do, for example # u_time: 0.14 s and "
+            "# u_spin: 0.2 %"
+        )
+    else:
+        shown = [f"{load_words(measured, group[0])}: {value:.2g}" for group, value in zip(groups, middle, strict=True)]
+        hint = (
+            "look for a wrong unit, a wrong count of turns, or weights exchanged; by itself each weight gives "
+            f"{', '.join(shown[:6])}{', …' if len(shown) > 6 else ''} kg*m^2"
+        )
+    return readings.diagnose(G421, f"no moment of inertia goes with these runs: {why}", hint)
 
 
 def outlier_findings(
@@ -114,8 +218,9 @@ def outlier_findings(
     roles = ("time", "precession_period", "precession_rate")
     timing = next(readings.columns[role] for role in roles if role in readings.columns)
     found = []
-    for outlier in outliers:
-        if outlier.index in left_out:
+    out = set(left_out)
+    for outlier in outliers[:MOST_OF_ONE_CODE]:
+        if outlier.index in out:
             what = "correct the turns in the log" if outlier.turns is not None else "correct the slip, or time it again"
             done, hint = "left out of the fits", f"{what}; --keep-flagged keeps the run"
         else:
@@ -130,6 +235,9 @@ def outlier_findings(
                 len(timing.texts[outlier.index]),
             )
         )
+    if len(outliers) > MOST_OF_ONE_CODE:
+        more = f"{len(outliers) - MOST_OF_ONE_CODE} more runs look odd; the table of runs marks each of them"
+        found.append(readings.diagnose(G410, more, "gyro analyze --format csv prints that table"))
     return found
 
 

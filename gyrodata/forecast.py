@@ -91,7 +91,7 @@ def with_both_signs(design: Design) -> Design:
     rate = np.abs(physics.horizontal_precession_rate(torque + imbalance, observed[1], inertia))
     observed[0] = 2 * np.pi * observed[2] / rate
     # A position on the other side is another reading.
-    split = np.array([source.name in ("position", "torque") for source in problem.sources])
+    split = np.array([source.name in ("position", "torque") for source in problem.sources], dtype=bool)
     apart = split[:, None] & (problem.groups >= 0)
     groups = np.where(apart, 2 * problem.groups + turned, problem.groups)
     moved = problem.reread(observed, groups=groups)

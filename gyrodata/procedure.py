@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from gyrodata import fitting, forecast, physics
-from gyrodata.analysis import fit_runs
-from gyrodata.comparisons import outlier_reason
-from gyrodata.errors import Diagnostic, register
+from gyrodata.analysis import Fitted, fit_runs
+from gyrodata.comparisons import load_words, outlier_reason
+from gyrodata.errors import Diagnostic, LogError, register
 from gyrodata.fitting import FitResult, Outlier
 from gyrodata.measurements import Measurements, measure, torque_groups
 from gyrodata.physics import Floats
@@ -76,15 +76,21 @@ def check_procedure(readings: Readings, analysis: Analysis | None = None) -> tup
     groups = [group for group in torque_groups(measured) if measured.torque[group[0]] != 0]
     if not groups:
         return (*measured.diagnostics, readings.diagnose(G452, "not one run has a weight", "time runs with a weight"))
-    fitted = analysis or fit_runs(measured)
+    fitted: Analysis | Fitted | None
+    wrong: tuple[Diagnostic, ...] = ()
+    try:
+        fitted = analysis or fit_runs(readings, measured)
+    except LogError as error:
+        fitted, wrong = None, error.diagnostics
     return (
         *measured.diagnostics,
+        *wrong,
         *_weights(readings, measured, groups),
         *_spins(readings, measured, groups),
-        *_unloaded(readings, measured, fitted.fit),
+        *(_unloaded(readings, measured, fitted.fit) if fitted else ()),
         *_short_times(readings, measured),
         *_falling_spin(readings, measured),
-        *_odd_runs(readings, measured, fitted.outliers),
+        *(_odd_runs(readings, measured, fitted.outliers) if fitted else ()),
     )
 
 
@@ -105,7 +111,7 @@ def _weights(readings: Readings, measured: Measurements, groups: list[list[int]]
 def _spins(readings: Readings, measured: Measurements, groups: list[list[int]]) -> list[Diagnostic]:
     found = []
     for group in groups:
-        name = _load(measured, group[0])
+        name = load_words(measured, group[0])
         spins = np.sort(measured.spin[group])
         if len(group) < 3:
             found.append(
@@ -205,13 +211,6 @@ def _odd_runs(readings: Readings, measured: Measurements, outliers: tuple[Outlie
         )
         for outlier in outliers
     ]
-
-
-def _load(measured: Measurements, index: int) -> str:
-    """Name a load as the log does."""
-    if not np.isnan(measured.mass[index]):
-        return f"{1e3 * measured.mass[index]:.4g} g at {1e2 * measured.position[index]:.4g} cm"
-    return f"{1e3 * measured.torque[index]:.3g} mN*m"
 
 
 def _place(readings: Readings, index: int) -> Place | None:

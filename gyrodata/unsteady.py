@@ -18,6 +18,9 @@ from gyrodata.fitting import FitResult
 from gyrodata.measurements import TRANSVERSE_U, Measurements, Source
 from gyrodata.physics import Floats
 
+LIKELY = 10.0
+"""A phase of the nutation whose chi-square is larger than the best one's by more than this is not looked into."""
+
 
 def settle(measured: Measurements, rung: Rung, left_out: Collection[int] = ()) -> Measurements:
     """Correct runs whose rate is not that of steady precession at one spin, by what the fit of them gives.
@@ -44,10 +47,25 @@ def settle(measured: Measurements, rung: Rung, left_out: Collection[int] = ()) -
         result = fitting.fit(runs, rung.tilted, left_out)
         if before is not None and runs.slowing is not None and np.allclose(before, runs.slowing, rtol=1e-10, atol=0):
             break
-    # Without a run to spare every value that goes with itself fits as well.
-    if not rung.released or result.dof < 1 or _phase_known(measured, result.inertia.value).max() < 0.1:
+    # Without a run to spare every value that goes with itself fits as well, and runs that contradict each other tell
+    # no phase.
+    if (
+        not rung.released
+        or result.dof < 1
+        or result.widened > 1
+        or _phase_known(measured, result.inertia.value).max() < 0.1
+    ):
         return runs
+    # Following takes hundreds of fits: not of what is no answer anyway.
+    fitting.insist_on_lines(runs, result, rung.tilted, _says(measured, left_out))
     return _followed(measured, result, rung, left_out)
+
+
+def _says(measured: Measurements, left_out: Collection[int]) -> Floats:
+    """1 for a run with a say, else 0."""
+    says = np.ones(len(measured.runs))
+    says[list(left_out)] = 0.0
+    return says
 
 
 def _followed(measured: Measurements, mean: FitResult, rung: Rung, left_out: Collection[int]) -> Measurements:
@@ -57,20 +75,33 @@ def _followed(measured: Measurements, mean: FitResult, rung: Rung, left_out: Col
     with the smallest chi-square is taken. Then the same nearby, with the M0 and b that go with it.
     """
     centre = mean.inertia.value
+    if not mean.two_signs:
+        # Which way runs without a weight turn is known by now.
+        measured = replace(measured, sense=mean.sense)
+    tested = measured.imbalance_u
+    if mean.contradicted_balance is not None:
+        # Nor need every trial find out anew that the balance test is false.
+        measured = replace(measured, imbalance_u=None)
     click = physics.click_error(measured.spin, centre, fitting.transverse_inertia(measured))
     radian = centre / float((measured.time / click).max())
     result = mean
-    for reach in (min(4 * (mean.inertia.u or 0.0), 30 * radian), radian, radian):
+    for reach in (min(4 * (mean.inertia.u or 0.0), 30 * radian, 0.5 * centre), radian, radian):
 
         def at(inertia: float, fit: FitResult = result) -> Trial:
             runs = _slowed(measured, fit, rung, inertia, followed=True)
             return Trial(inertia, fitting.fit(runs, rung.tilted, left_out), runs)
 
         trials = [at(float(t)) for t in centre + np.arange(-reach, 1.01 * reach, 0.3 * radian)]
-        trials += [_crossing(at, a, b) for a, b in pairwise(trials) if a.misfit * b.misfit < 0]
+        # Only where it may beat the best so far.
+        likely = min(trial.result.chi2 for trial in trials) + LIKELY
+        trials += [
+            _crossing(at, a, b)
+            for a, b in pairwise(trials)
+            if a.misfit * b.misfit < 0 and min(a.result.chi2, b.result.chi2) < likely
+        ]
         best = min(trials, key=lambda trial: trial.result.chi2)
         centre, result = best.result.inertia.value, best.result
-    return best.runs
+    return replace(best.runs, imbalance_u=tested)
 
 
 @dataclass(frozen=True)

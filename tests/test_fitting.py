@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +15,7 @@ from scipy.optimize import least_squares
 from scipy.special import gammaincc
 
 from gyrodata import fitting
-from gyrodata.fitting import fit, ordinary_line, screen
+from gyrodata.fitting import NoFit, fit, ordinary_line, screen
 from gyrodata.measurements import Measurements, Source
 
 
@@ -173,9 +174,17 @@ class TestFewRuns:
 
     def test_times_as_short_as_their_error(self) -> None:
         random = np.random.default_rng(8)
-        short = [fit(lab(random, weights=(0.2, 0.4), repeats=2, turns=1 / 3, u_time=0.3)) for _ in range(60)]
+        short = []
+        for _ in range(60):
+            measured = lab(random, weights=(0.2, 0.4), repeats=2, turns=1 / 3, u_time=0.3)
+            with suppress(NoFit):
+                short.append(fit(measured))
+        # Where the times are mostly error, some labs tell nothing.
+        assert len(short) > 45
+        assert all(r.adjusted.converged for r in short)
         values = np.array([r.inertia.value for r in short])
-        assert (values > 0).all()
+        assert (values > 0.2 * INERTIA).all()
+        assert (values < 3 * INERTIA).all()
         assert np.isfinite([r.inertia.u for r in short]).all()
 
 

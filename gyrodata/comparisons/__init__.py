@@ -5,7 +5,7 @@ from __future__ import annotations
 from gyrodata.comparisons.ball import Ball, compare_with_ball
 from gyrodata.comparisons.fits import NamedFit, named_fits
 from gyrodata.comparisons.laws import Constancy, Exponent, PowerLaw, constancy, overall_exponent, power_laws
-from gyrodata.comparisons.runs import Run, outlier_reason, run_table, turn_words
+from gyrodata.comparisons.runs import Run, load_words, outlier_reason, run_table, turn_words
 from gyrodata.comparisons.torques import Torque, torque_table
 
 __all__ = [
@@ -18,6 +18,7 @@ __all__ = [
     "Torque",
     "compare_with_ball",
     "constancy",
+    "load_words",
     "named_fits",
     "outlier_reason",
     "overall_exponent",

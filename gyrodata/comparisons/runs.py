@@ -60,33 +60,43 @@ def run_table(
     -------
     tuple of Run
     """
+    out = set(left_out)
     reasons = {outlier.index: outlier_reason(measured, outlier) for outlier in outliers}
     product = fit.sense * np.abs(measured.product)
-    rate = 2 * np.pi * measured.turns / measured.time
-    return tuple(
-        Run(
-            run=measured.runs[i],
-            line=measured.lines[i],
-            mass=or_none(measured.mass[i]),
-            position=or_none(measured.position[i]),
-            torque=float(measured.torque[i]),
-            spin=float(measured.spin[i]),
-            time=float(measured.time[i]),
-            turns=float(measured.turns[i]),
-            precession_rate=float(fit.sense[i] * rate[i]),
-            period=float(measured.time[i] / measured.turns[i]),
-            product=float(product[i]),
-            inertia=float(measured.torque[i] / product[i]) if measured.torque[i] else None,
-            residual=float(measured.time[i] - fit.fitted_time[i]),
-            residual_u=float(fit.time_u[i]),
-            deviation=or_none(fit.deviations[i]),
-            influence=float(fit.influence[i]),
-            flagged=i in reasons,
-            left_out=i in left_out,
-            reason=reasons.get(i, ""),
+    numbers = {
+        "mass": measured.mass,
+        "position": measured.position,
+        "torque": measured.torque,
+        "spin": measured.spin,
+        "time": measured.time,
+        "turns": measured.turns,
+        "precession_rate": fit.sense * (2 * np.pi * measured.turns / measured.time),
+        "period": measured.time / measured.turns,
+        "product": product,
+        "inertia": measured.torque / product,
+        "residual": measured.time - fit.fitted_time,
+        "residual_u": fit.time_u,
+        "deviation": fit.deviations,
+        "influence": fit.influence,
+    }
+    rows = zip(*(values.tolist() for values in numbers.values()), strict=True)
+    table = []
+    for i, values in enumerate(rows):
+        run = dict(zip(numbers, values, strict=True))
+        for name in ("mass", "position", "deviation"):
+            run[name] = or_none(run[name])
+        run["inertia"] = run["inertia"] if run["torque"] else None
+        table.append(
+            Run(
+                run=measured.runs[i],
+                line=measured.lines[i],
+                flagged=i in reasons,
+                left_out=i in out,
+                reason=reasons.get(i, ""),
+                **run,
+            )
         )
-        for i in range(len(measured.runs))
-    )
+    return tuple(table)
 
 
 def or_none(value: float) -> float | None:
@@ -113,6 +123,25 @@ def outlier_reason(measured: Measurements, outlier: Outlier) -> str:
         return f"fits {turn_words(outlier.turns)}, not {turn_words(written).split(' ')[0]}"
     side = "longer" if outlier.deviation > 0 else "shorter"
     return f"its time is {abs(outlier.deviation):.0f} standard uncertainties {side} than the other runs say"
+
+
+def load_words(measured: Measurements, index: int) -> str:
+    """Name the load of a run as the log does: "20 g at 15 cm".
+
+    Parameters
+    ----------
+    measured : Measurements
+        n runs.
+    index : int
+        One of them.
+
+    Returns
+    -------
+    str
+    """
+    if not np.isnan(measured.mass[index]):
+        return f"{1e3 * measured.mass[index]:.4g} g at {1e2 * measured.position[index]:.4g} cm"
+    return f"{1e3 * measured.torque[index]:.3g} mN*m"
 
 
 def turn_words(turns: float) -> str:

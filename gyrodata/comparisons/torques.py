@@ -46,18 +46,27 @@ def _without(measured: Measurements, fit: FitResult, kept: list[int], tilted: bo
     groups = torque_groups(measured)
     if len(groups) > MOST_TORQUES or fit.inertia.u is None:
         return [None] * len(groups)
-    told = [[i for i in group if i in kept] for group in groups]
+    inside = set(kept)
+    told = [[i for i in group if i in inside] for group in groups]
     found: list[Estimate | None] = []
     for group, shift in zip(told, fit.adjusted.without(told), strict=True):
-        rest = [i for i in kept if i not in group]
+        members = set(group)
+        rest = [i for i in kept if i not in members]
         if not measured.torque[rest].any():
             found.append(None)
         # Where one torque is left, another prior of M0 comes with it.
         elif shift is None or (fit.imbalance_free and not fitting.torques_differ(measured.torque[rest])):
-            found.append(fitting.fit(measured, tilted, set(range(len(measured.runs))) - set(rest)).inertia)
+            found.append(_fit_of(measured, tilted, rest))
         else:
             found.append(Estimate(fit.inertia.value + shift[0], math.sqrt(fit.inertia.u**2 + shift[1])))
     return found
+
+
+def _fit_of(measured: Measurements, tilted: bool, rest: list[int]) -> Estimate | None:
+    try:
+        return fitting.fit(measured, tilted, set(range(len(measured.runs))) - set(rest)).inertia
+    except fitting.NoFit:
+        return None
 
 
 def torque_table(measured: Measurements, fit: FitResult, kept: list[int], tilted: bool) -> tuple[Torque, ...]:
@@ -99,8 +108,8 @@ def torque_table(measured: Measurements, fit: FitResult, kept: list[int], tilted
         several = len(members) > 1
         chi2 = spread = None
         if several:
-            spread = math.sqrt(math.fsum((value - math.fsum(values) / len(values)) ** 2 for value in values)
-                               / (len(values) - 1))  # fmt: skip
+            middle = math.fsum(values) / len(values)
+            spread = math.sqrt(math.fsum((value - middle) ** 2 for value in values) / (len(values) - 1))
         if several and all(sizes):
             chi2 = math.fsum(((value - mean) / size) ** 2 for value, size in zip(values, sizes, strict=True))
         mean_u = math.hypot(alone, hand, scale * mean)

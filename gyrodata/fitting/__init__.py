@@ -7,14 +7,16 @@ line of the textbook, to compare with, and `fit_line` one for points with errors
 
 from gyrodata.fitting.chi_square import chi2_tail
 from gyrodata.fitting.conditions import DEFAULT_TRANSVERSE_RATIO, transverse_inertia
+from gyrodata.fitting.counts import explaining_counts
 from gyrodata.fitting.design import Design, design_of, expected_u
 from gyrodata.fitting.inertia import DEFAULT_IMBALANCE_U, fit
 from gyrodata.fitting.lines import LineFit, fit_line
 from gyrodata.fitting.many import ManyFits, fit_many
-from gyrodata.fitting.results import Estimate, FitResult, Outlier, Share
+from gyrodata.fitting.results import Estimate, FitResult, NoFit, Outlier, Share
 from gyrodata.fitting.screening import OUTLIER, TURN_COUNTS, screen
 from gyrodata.fitting.start import torques_differ
 from gyrodata.fitting.textbook import Line, ordinary_line
+from gyrodata.fitting.trust import insist_on_lines, insist_on_solution
 
 __all__ = [
     "DEFAULT_IMBALANCE_U",
@@ -27,14 +29,18 @@ __all__ = [
     "Line",
     "LineFit",
     "ManyFits",
+    "NoFit",
     "Outlier",
     "Share",
     "chi2_tail",
     "design_of",
     "expected_u",
+    "explaining_counts",
     "fit",
     "fit_line",
     "fit_many",
+    "insist_on_lines",
+    "insist_on_solution",
     "ordinary_line",
     "screen",
     "torques_differ",

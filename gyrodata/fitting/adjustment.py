@@ -19,6 +19,15 @@ from gyrodata.fitting.conditions import NEGLIGIBLE, Linear, Problem
 from gyrodata.fitting.start import Start
 from gyrodata.physics import Floats
 
+TURNS = 100
+"""What has not come to rest after so many steps never will."""
+
+LOST = 1e-3
+"""An I_zz smaller than this share of its start never comes back, nor does one as much larger."""
+
+WHOLE = 20
+"""So many steps are whole ones; hardly any log needs half as many."""
+
 
 @dataclass(frozen=True)
 class Adjusted:
@@ -49,6 +58,8 @@ class Adjusted:
     influence: Floats
     """Change of I_zz when a run is left out [kg*m^2], shape (n,)."""
     chi2: float
+    converged: bool
+    """Whether the steps came to rest; what did not is no solution."""
 
     def without(self, groups: Sequence[Sequence[int]]) -> list[tuple[float, float] | None]:
         """Change of I_zz [kg*m^2] and of its variance [kg²*m⁴] when each of some groups of runs is left out.
@@ -61,10 +72,17 @@ class Adjusted:
             alike = [at for at, group in enumerate(groups) if len(group) == size]
             index = np.array([groups[at] for at in alike])
             orthogonal, gain = self.orthogonal[index], self.gain[index]
-            remaining = np.eye(size) - orthogonal @ orthogonal.swapaxes(1, 2)
+            turned = orthogonal.swapaxes(1, 2)
+            # I − QQᵀ of the runs and I − QᵀQ of the unknowns have the same least eigenvalue: take the smaller one.
+            many = size > orthogonal.shape[2]
+            remaining = np.eye(min(size, orthogonal.shape[2])) - (turned @ orthogonal if many else orthogonal @ turned)
             told = np.linalg.eigvalsh(remaining)[:, 0] > 1e-4
             # What the others say of these runs takes the runs' own share out again.
-            pull = np.linalg.solve(remaining[told], np.stack([self.weighted[index], gain], axis=-1)[told])
+            own = np.stack([self.weighted[index], gain], axis=-1)[told]
+            if many:
+                pull = own + orthogonal[told] @ np.linalg.solve(remaining[told], turned[told] @ own)
+            else:
+                pull = np.linalg.solve(remaining[told], own)
             moved = (gain[told, None] @ pull)[:, 0].tolist()
             for at, change in zip(np.array(alike)[told].tolist(), moved, strict=True):
                 changes[at] = change[0], change[1]
@@ -72,7 +90,7 @@ class Adjusted:
 
 
 def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, bias_u: float, kept: Floats) -> Adjusted:
-    """Iterate the Gauss–Helmert adjustment to convergence.
+    """Iterate the Gauss–Helmert adjustment to convergence, or say that it did not converge.
 
     The unknowns are scaled to order one: I_zz by its start, M0 by its prior width, b by its own. Runs where
     `kept` is 0 have no weight, but what the others say of them is worked out.
@@ -85,33 +103,41 @@ def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, bi
     rows = prior_rows(count, 3 + shared_count)
     chi2 = moved = math.inf
     jumped = 0.0
-    for turn in range(50):
+    converged = False
+    for turn in range(TURNS):
         at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
-        if jumped > 0.03:
+        if jumped > 0.03 or turn >= WHOLE:
             single = onto_conditions(at, unknowns[:1] * scale[0])
             at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
         plain = fill_rows(rows, problem, at, kept, scale, unknowns)
         solution, factor = solve_rows(rows)
         step = _damped(solution, unknowns)
+        if turn >= WHOLE:
+            # Whole steps go round in a circle where errors are as large as what is read: go ever less far.
+            step = step * 0.5 ** (turn // WHOLE)
         unknowns = unknowns + step
         closed = at.misclosure + plain @ step
         # A run that is left out has no weight, but its prediction too is linear only on its condition.
         single = -at.alone * (closed / at.own)
+        if not LOST < unknowns[0] < 1 / LOST:
+            break
         sizes = np.abs(step).tolist()
         last, moved, jumped = moved, max(sizes), max(sizes[:2])
         # Steps shrink by a constant factor: the next would be this one times this one over the last.
         if moved**2 < 1e-9 * min(last, 1.0 if turn else 0.0) or moved < 1e-11:
+            converged = True
             break
         if turn > 2:
             before, chi2 = chi2, _chi2(closed, at.own, kept, unknowns)
             if abs(before - chi2) <= 1e-13 * chi2:
+                converged = True
                 break
-    return _conclude(problem, at, rows, factor, plain, closed, sense, kept, unknowns, scale)
+    return _conclude(problem, at, rows, factor, plain, closed, sense, kept, unknowns, scale, converged)
 
 
 def _conclude(
     problem: Problem, at: Linear, rows: Floats, factor: Floats, plain: Floats, closed: Floats,
-    sense: Floats, kept: Floats, unknowns: Floats, scale: Floats,
+    sense: Floats, kept: Floats, unknowns: Floats, scale: Floats, converged: bool,
 ) -> Adjusted:  # fmt: skip
     """Work out covariance, deleted residuals and influence where the steps ended."""
     count = problem.count
@@ -141,6 +167,7 @@ def _conclude(
         influence=gain[:count] * weighted / rest,
         deviations=sense * closed / np.sqrt(np.where(kept > 0, inside, outside)),
         chi2=_chi2(closed, at.own, kept, unknowns),
+        converged=converged,
     )
 
 

@@ -115,7 +115,7 @@ class Problem:
         """Linearise the conditions at adjusted readings; extrapolate the errors of one run back to none."""
         values, slopes = self.truth(single, shared)
         value, to_unknowns, to_quantities = self.conditions(values, sense, unknowns)
-        slopes *= to_quantities.take(self.quantity, axis=-2)
+        slopes = slopes * to_quantities.take(self.quantity, axis=-2)
         alone = slopes * self.alone
         # Of the spin's term, which does not vanish with the torque.
         floor = NEGLIGIBLE * to_quantities[..., 1, :] * values[..., 1, :]

@@ -16,6 +16,9 @@ from gyrodata.fitting.start import assume_sense, torques_differ
 from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
 
+_MANY = 1000
+"""From so many runs on designs are taken one by one."""
+
 
 @dataclass(frozen=True)
 class Design:
@@ -97,6 +100,9 @@ def expected_u(designs: Sequence[Design]) -> list[float]:
     One step of the adjustment, linear at the readings.
     """
     problems = [design.problem for design in designs]
+    if len(designs) > 1 and problems[0].count > _MANY:
+        # One after the other: where there are many runs a stack saves nothing and takes memory.
+        return [u for design in designs for u in expected_u([design])]
     stack = _stacked(problems)
     said = np.arange(stack.count) < np.array([[problem.count] for problem in problems])
     sense = _padded([design.sense for design in designs], stack.count)

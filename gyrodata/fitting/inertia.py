@@ -13,8 +13,9 @@ from gyrodata import physics
 from gyrodata.fitting.adjustment import Adjusted, adjust
 from gyrodata.fitting.balance import weigh
 from gyrodata.fitting.conditions import NEGLIGIBLE, Problem
-from gyrodata.fitting.results import Estimate, FitResult, Share
-from gyrodata.fitting.start import assume_sense, first_guess, misfit, robust_start, torques_differ
+from gyrodata.fitting.results import Estimate, FitResult, NoFit, Share
+from gyrodata.fitting.start import Start, assume_sense, first_guess, misfit, robust_start, torques_differ
+from gyrodata.fitting.trust import ASTRAY, FACTOR, insist_on_solution
 from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
 
@@ -39,6 +40,11 @@ def fit(measured: Measurements, tilted: bool = False, left_out: Collection[int] 
     -------
     FitResult
 
+    Raises
+    ------
+    NoFit
+        If there is no solution, or none that can be believed (`trust`).
+
     Notes
     -----
     M0 has practically no prior (the width is the largest torque) wherever the torques differ, and
@@ -54,7 +60,12 @@ def fit(measured: Measurements, tilted: bool = False, left_out: Collection[int] 
     if measured.imbalance_u is None:
         return alone
     tested = max(measured.imbalance_u(alone.inertia.value), NEGLIGIBLE * largest)
-    tight = _fit_signs(measured, tilted, tested, False, kept)
+    try:
+        tight = _fit_signs(measured, tilted, tested, False, kept)
+    except NoFit:
+        if not differ:
+            raise
+        return replace(alone, contradicted_balance=tested)
     if not differ:
         return tight
     return _with_balance(alone, tight, tested)
@@ -79,8 +90,15 @@ def _fit_signs(measured: Measurements, tilted: bool, width: float, free: bool, k
     """
     if np.all(measured.sense[kept > 0] != 0):
         return _fit_once(measured, assume_sense(measured, 1.0), tilted, width, free, kept)
-    both = [_fit_once(measured, assume_sense(measured, sign), tilted, width, free, kept) for sign in (1.0, -1.0)]
-    both = [result for sign, result in zip((1.0, -1.0), both, strict=True) if result.imbalance.value * sign > 0] or both
+    signed: list[tuple[float, FitResult]] = []
+    for sign in (1.0, -1.0):
+        try:
+            signed.append((sign, _fit_once(measured, assume_sense(measured, sign), tilted, width, free, kept)))
+        except NoFit:
+            # This may be the sign that M0 cannot have.
+            if sign < 0 and not signed:
+                raise
+    both = [result for sign, result in signed if result.imbalance.value * sign > 0] or [result for _, result in signed]
     both.sort(key=lambda result: result.chi2)
     if len(both) == 1:
         return both[0]
@@ -119,18 +137,18 @@ def _with_unknowns(first: FitResult, mean: Floats, covariance: Floats, doubt: st
 
 
 def _fit_once(measured: Measurements, sense: Floats, tilted: bool, width: float, free: bool, kept: Floats) -> FitResult:
-    start = first_guess(measured, sense, free, kept)
-    adjusted = adjust(Problem(measured, tilted), sense, start, width, measured.timing_bias_u, kept)
     widened = 1.0
-    if not 1 / 3 < adjusted.unknowns[0] / start.inertia < 3:
+    try:
+        adjusted = _solve(measured, tilted, sense, first_guess(measured, sense, free, kept), width, kept, FACTOR)
+    except NoFit:
         # A slip of hundreds of standard uncertainties is best explained by all spins being infinite, for their
         # errors are proportional, or by an M0 that takes all torque away. Larger errors of the single runs and a
         # modest M0 keep the answer where the runs are.
         start = robust_start(measured, sense, free, kept)
-        widened = misfit(measured, start, kept)
-        width = min(width, 0.1 * float(np.abs(measured.torque[measured.torque != 0]).min()))
-        adjusted = adjust(Problem(_with_wider_times(measured, widened), tilted), sense, start, width,
-                          measured.timing_bias_u, kept)  # fmt: skip
+        widened = max(1.0, misfit(measured, start, kept))
+        if widened > 1:
+            width = min(width, 0.1 * float(np.abs(measured.torque[measured.torque != 0]).min()))
+        adjusted = _solve(_with_wider_times(measured, widened), tilted, sense, start, width, kept, ASTRAY)
     inertia, imbalance, bias = (float(value) for value in adjusted.unknowns)
     u = np.sqrt(np.diag(adjusted.covariance)[:3])
     fitted, own = _predict(adjusted, sense)
@@ -156,6 +174,20 @@ def _fit_once(measured: Measurements, sense: Floats, tilted: bool, width: float,
         adjusted=adjusted,
         widened=widened,
     )
+
+
+def _solve(
+    measured: Measurements, tilted: bool, sense: Floats, start: Start, width: float, kept: Floats, factor: float
+) -> Adjusted:
+    """Adjust from a start, and insist on a solution that can be believed."""
+    try:
+        # What is not finite does not pass.
+        with np.errstate(all="ignore"):
+            adjusted = adjust(Problem(measured, tilted), sense, start, width, measured.timing_bias_u, kept)
+    except np.linalg.LinAlgError:
+        raise NoFit("the runs do not tell the unknowns apart") from None
+    insist_on_solution(adjusted, start.inertia, factor)
+    return adjusted
 
 
 def _with_wider_times(measured: Measurements, factor: float) -> Measurements:

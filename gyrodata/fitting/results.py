@@ -8,6 +8,10 @@ from gyrodata.fitting.adjustment import Adjusted
 from gyrodata.physics import Floats
 
 
+class NoFit(Exception):  # noqa: N818 - like StopIteration, what came of it and not a fault
+    """The runs have no answer that can be believed; its text says why, for a student."""
+
+
 @dataclass(frozen=True, slots=True)
 class Estimate:
     """A value with its standard uncertainty (k = 1)."""

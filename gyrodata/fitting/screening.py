@@ -10,7 +10,7 @@ import numpy as np
 from gyrodata.fitting.chi_square import chi2_tail
 from gyrodata.fitting.conditions import median
 from gyrodata.fitting.inertia import fit
-from gyrodata.fitting.results import FitResult, Outlier
+from gyrodata.fitting.results import FitResult, NoFit, Outlier
 from gyrodata.fitting.start import assume_sense, first_guess, rough_misfit, torques_differ
 from gyrodata.measurements import Measurements, torque_groups
 
@@ -74,7 +74,10 @@ def _settle(measured: Measurements, tilted: bool, out: set[int]) -> tuple[list[O
         kept = np.array([i not in out for i in range(count)])
         if len(out) > count / 3 or kept.sum() < 3 or not np.abs(measured.torque[kept]).any():
             return [], None
-        result = fit(measured, tilted, out)
+        try:
+            result = fit(measured, tilted, out)
+        except NoFit:
+            return [], None
         typical = max(1.0, 1.4826 * median(np.abs(result.deviations[kept])))
         far = np.flatnonzero((np.abs(result.deviations) > OUTLIER * typical) | _far_within(measured, result, typical))
         found = [_outlier(measured, result, int(i), typical) for i in far]

@@ -12,6 +12,9 @@ from gyrodata.fitting.conditions import rough_inertia
 from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
 
+_SAMPLE = 150
+"""So many runs are enough to start from."""
+
 _ODD = 5.0
 """Misfit from which on a run is odd, and one that is further off no worse."""
 
@@ -44,8 +47,8 @@ class Start:
 
 def first_guess(measured: Measurements, sense: Floats, free: bool, kept: Floats) -> Start:
     """Fit the straight line; where a run is far from it, take the robust start."""
-    index = _spread(kept)
-    if free and len(index) > 1:
+    index = sample(measured, kept)
+    if free and torques_differ(measured.torque[index]):
         lever, swing = _lever(measured, index), sense[index] * measured.time[index]
         inertia, imbalance = straight_line(lever, swing, measured.torque[index])
         total = np.abs(measured.torque[index] + imbalance)
@@ -54,10 +57,17 @@ def first_guess(measured: Measurements, sense: Floats, free: bool, kept: Floats)
     return robust_start(measured, sense, free, kept)
 
 
-def _spread(kept: Floats) -> Any:
-    """Indices of the runs kept, of very many about 150."""
+def sample(measured: Measurements, kept: Floats) -> Any:
+    """Indices of the runs kept, of very many 150: every torque in its share, and at random among its runs.
+
+    An even stride through the log would meet one torque only where the weights come round with the same period.
+    """
     index = np.flatnonzero(kept > 0)
-    return index[:: len(index) // 150 + 1]
+    if len(index) <= _SAMPLE:
+        return index
+    mixed = np.random.default_rng(0).permutation(index)
+    by_torque = mixed[np.argsort(measured.torque[mixed], kind="stable")]
+    return np.sort(by_torque[np.linspace(0, len(index) - 1, _SAMPLE).round().astype(int)])
 
 
 def _lever(measured: Measurements, index: Any) -> Floats:
@@ -97,8 +107,8 @@ def robust_start(measured: Measurements, sense: Floats, free: bool, kept: Floats
 
     With b = 0 and a horizontal rod the condition is linear: s M T = I_zz 2π f ψ̇ − M0 s T.
     """
-    index = _spread(kept)
-    if not free or len(index) < 2:
+    index = sample(measured, kept)
+    if not free or not torques_differ(measured.torque[index]):
         return Start(rough_inertia(measured), 0.0)
     lever, swing = _lever(measured, index), sense[index] * measured.time[index]
     effort = swing * measured.torque[index]

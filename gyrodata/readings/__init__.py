@@ -16,7 +16,7 @@ from gyrodata.readings.choice import choose, note_unplaced
 from gyrodata.readings.files import Document, load
 from gyrodata.readings.grid import make_grid
 from gyrodata.readings.layout import G202, Layout, find_layout
-from gyrodata.readings.log import Column, Faults, Place, Readings
+from gyrodata.readings.log import MOST_OF_ONE_CODE, Column, Faults, Place, Readings
 from gyrodata.readings.meaning import G301, check_meaning
 from gyrodata.readings.reported import Reported
 from gyrodata.readings.settings import Settings, read_options, read_settings, warn_of_lost_keys
@@ -27,7 +27,17 @@ from gyrodata.units import Uncertainty
 if TYPE_CHECKING:
     from gyrodata.readings.files import Source
 
-__all__ = ["Column", "Place", "Readings", "Reported", "Uncertainty", "blank_log", "read_log", "write_log"]
+__all__ = [
+    "MOST_OF_ONE_CODE",
+    "Column",
+    "Place",
+    "Readings",
+    "Reported",
+    "Uncertainty",
+    "blank_log",
+    "read_log",
+    "write_log",
+]
 
 _NOTHING: Mapping[str, str] = MappingProxyType({})
 

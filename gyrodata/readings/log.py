@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -144,7 +145,11 @@ class Readings:
         width : int
             Number of characters at fault.
         """
-        return make_diagnostic(self.name, split_lines(self.source_text), code, message, hint, place, width)
+        return make_diagnostic(self.name, self._lines, code, message, hint, place, width)
+
+    @cached_property
+    def _lines(self) -> list[str]:
+        return split_lines(self.source_text)
 
 
 def split_lines(text: str) -> list[str]:

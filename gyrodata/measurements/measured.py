@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -91,12 +90,15 @@ class Measurements:
     @cached_property
     def by_torque(self) -> list[list[int]]:
         """Indices of the runs of each torque; see `torque_groups`. Half a dozen tables ask for it."""
+        loads = np.where(np.isnan(self.mass), np.where(np.isnan(self.force), self.given_torque, self.force), self.mass)
+        alike: dict[tuple[float, ...], list[int]] = {}
+        for i, key in enumerate(zip(loads.tolist(), self.position.tolist(), self.sense.tolist(), strict=True)):
+            alike.setdefault(key, []).append(i)
         groups: dict[tuple[str, str, str], list[int]] = {}
-        for i in range(len(self.runs)):
-            load = next((v for v in (self.mass[i], self.force[i], self.given_torque[i]) if not math.isnan(v)), math.nan)
-            key = (f"{load:.9g}", f"{self.position[i]:.9g}", f"{self.sense[i]:g}" if load == 0 else "")
-            groups.setdefault(key, []).append(i)
-        return list(groups.values())
+        for (load, position, sense), runs in alike.items():
+            words = (f"{load:.9g}", f"{position:.9g}", f"{sense:g}" if load == 0 else "")
+            groups.setdefault(words, []).extend(runs)
+        return [sorted(group) for group in groups.values()]
 
     @cached_property
     def product(self) -> Floats:

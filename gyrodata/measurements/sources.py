@@ -219,12 +219,15 @@ def _by_value(
     Where runs of one group state different uncertainties (a column ``u_mass``), the largest holds for the
     group: it is one reading and has one error.
     """
-    absolute, relative = absolute.copy(), relative.copy()
-    for group in set(groups) - {-1}:
-        members = [i for i, other in enumerate(groups) if other == group]
-        absolute[members] = absolute[members].max()
-        relative[members] = relative[members].max()
-    return Source(name, quantity, groups, absolute, relative, shared_by, default, usual)
+    group = np.array(groups, dtype=int)
+    touched = group >= 0
+
+    def largest(sizes: Floats) -> Floats:
+        most = np.zeros(int(group.max(initial=-1)) + 1)
+        np.maximum.at(most, group[touched], sizes[touched])
+        return np.where(touched, most[group] if len(most) else 0.0, sizes)
+
+    return Source(name, quantity, groups, largest(absolute), largest(relative), shared_by, default, usual)
 
 
 def _numbered(keys: Sequence[object], touched: Sequence[bool] | Floats | None = None) -> tuple[int, ...]:
@@ -253,22 +256,18 @@ def _reading_errors(column: Column, values: Floats, absolute: float, relative: f
     tuple
         Absolute [SI] and relative [1] part, shape (n,), and whether any default was used.
     """
-    a, r = np.zeros(len(values)), np.zeros(len(values))
-    any_default = False
-    for i, stated in enumerate(column.uncertainties):
-        if stated is not None:
-            a[i], r[i] = stated.absolute, stated.relative
-            continue
-        any_default = True
-        # A number rounded to steps of s is uniform within ±s/2: s/√12 (GUM F.2.2.1).
-        rounding = (column.resolutions[i] or 0.0) / math.sqrt(12)
-        size = abs(values[i]) if math.isfinite(values[i]) else 0.0
-        whole = math.hypot(absolute, relative * size, rounding)
-        if relative and size:
-            r[i] = whole / size
-        else:
-            a[i] = whole
-    return a, r, any_default
+    # A number rounded to steps of s is uniform within ±s/2: s/√12 (GUM F.2.2.1).
+    rounding = np.array([step or 0.0 for step in column.resolutions]) / math.sqrt(12)
+    size = np.where(np.isfinite(values), np.abs(values), 0.0)
+    whole = np.sqrt(absolute**2 + (relative * size) ** 2 + rounding**2)
+    in_proportion = (size > 0) & (relative > 0)
+    a, r = np.where(in_proportion, 0.0, whole), np.divide(whole, size, out=np.zeros_like(size), where=in_proportion)
+    given = [i for i, stated in enumerate(column.uncertainties) if stated is not None]
+    for i in given:
+        stated = column.uncertainties[i]
+        assert stated is not None
+        a[i], r[i] = stated.absolute, stated.relative
+    return a, r, len(given) < len(values)
 
 
 def _stated_for_period(

@@ -11,8 +11,13 @@ def main() -> None:
     if sys.argv[1:] in (["--version"], ["-V"]):
         from gyrodata import __version__
 
-        print(f"gyro {__version__}")
-        return
+        try:
+            print(f"gyro {__version__}", flush=True)
+        except OSError:
+            # The command line below has the words for it.
+            pass
+        else:
+            return
     # A log is a few dozen rows: more threads only cost start-up time and heat.
     for library in ("OPENBLAS", "OMP", "MKL"):
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")

@@ -38,6 +38,11 @@ PICTURES = {code: 0x2400 + code for code in range(32) if code != ord("\n")} | di
 """Control characters as pictures of themselves, for `str.translate`: a log's text must not move a terminal's cursor."""
 
 
+def printable(name: str) -> str:
+    """Give a file name as it can be printed: a byte that is no UTF-8 becomes a question mark."""
+    return name.encode("utf-8", "replace").decode("utf-8")
+
+
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
     """One fault, at one place, with what to do about it.

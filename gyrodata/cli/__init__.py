@@ -15,10 +15,11 @@ from gyrodata.cli.grade import autograde, grade
 from gyrodata.cli.predict import predict
 from gyrodata.cli.selfcheck import selfcheck
 from gyrodata.cli.simulate import simulate
-from gyrodata.cli.terminal import write_out
+from gyrodata.cli.terminal import Door, write_out
 
 app = typer.Typer(
     name="gyro",
+    cls=Door,
     help="From a gyroscope lab's log to its moment of inertia, with an uncertainty that can be trusted.",
     no_args_is_help=True,
     add_completion=True,

@@ -12,7 +12,7 @@ import typer
 
 from gyrodata.cli.options import G602, ConfigOption, MappingOption, SettingsOption, pairs
 from gyrodata.cli.parallel import in_order
-from gyrodata.cli.terminal import complain, refuse, source_of, write_folder, write_out
+from gyrodata.cli.terminal import FAULT, complain, fault, name_of, refuse, source_of, write_folder, write_out
 from gyrodata.errors import Diagnostic, GyroError, register
 
 if TYPE_CHECKING:
@@ -134,31 +134,28 @@ def analyze(
 ) -> None:  # fmt: skip
     """Fit the moment of inertia I_zz to a log, and write figures and a report.
 
-    Exit codes: 0 done; 1 done, but a log has errors; 2 usage, or a log that cannot be read.
+    Exit codes: 0 done; 1 done, but a log has errors; 2 usage, or a log that cannot be read; 3 a fault
+    of gyro itself, which costs that log only.
     """
-    try:
-        request = _Request(
-            settings=pairs(settings, "--set"),
-            mapping=pairs(mapping, "--map"),
-            config=config,
-            model=model,
-            keep_flagged=keep_flagged,
-            scale_by_birge=scale_by_birge,
-            form=form,
-            values=values,
-            out=out,
-            report=not no_report,
-            figures=figures,
-            style=style,
-            quiet=quiet,
-        )
-        _refuse_what_does_not_go_together(logs, request, watched)
-        if watched:
-            _watch(Path(logs[0]), request)
-            return
-    except GyroError as error:
-        complain(error.diagnostics)
-        raise typer.Exit(error.exit_code) from None
+    request = _Request(
+        settings=pairs(settings, "--set"),
+        mapping=pairs(mapping, "--map"),
+        config=config,
+        model=model,
+        keep_flagged=keep_flagged,
+        scale_by_birge=scale_by_birge,
+        form=form,
+        values=values,
+        out=out,
+        report=not no_report,
+        figures=figures,
+        style=style,
+        quiet=quiet,
+    )
+    _refuse_what_does_not_go_together(logs, request, watched)
+    if watched:
+        _watch(Path(logs[0]), request)
+        return
     jobs = [_Job(log, folder, request, len(logs)) for log, folder in zip(logs, _folders(logs, request), strict=True)]
     worst, header = 0, _header(form)
     # Standard input can be read in this process only.
@@ -264,7 +261,6 @@ def _analyze_one(job: _Job) -> _Told:
     """Analyse one log and write its report; what there is to print is given back."""
     from gyrodata.analysis import analyze_readings
     from gyrodata.readings import read_log
-    from gyrodata.results import envelope
 
     log, folder, request = job.log, job.folder, job.request
     readings: Readings | None = None
@@ -274,17 +270,11 @@ def _analyze_one(job: _Job) -> _Told:
             readings, request.told(), request.model.value, request.keep_flagged, request.scale_by_birge
         )
         files = _report_files(analysis, request) if folder else {}
+        text = _formatted(analysis, request, job.count)
     except GyroError as error:
-        text = ""
-        if request.form in (Format.json, Format.ndjson):
-            from gyrodata.reporting import json_text
-
-            name = readings.name if readings else "<stdin>" if log == "-" else Path(log).name
-            digest, rows = (readings.sha256, len(readings.runs)) if readings else (None, None)
-            document = envelope(name, digest, rows, request.told(), None, error.diagnostics)
-            text = json_text(document, indent=2 if request.form is Format.json else None)
-        return _Told(error.exit_code, text, error.diagnostics)
-    text = _formatted(analysis, request, job.count)
+        return _without_answer(log, readings, request, error.exit_code, error.diagnostics)
+    except Exception as error:
+        return _without_answer(log, readings, request, FAULT, (fault(error, name_of(log)),))
     if folder is None:
         return _Told(0, text, analysis.diagnostics)
     try:
@@ -292,6 +282,20 @@ def _analyze_one(job: _Job) -> _Told:
     except GyroError as error:
         return _Told(error.exit_code, text, analysis.diagnostics, not_written=error.diagnostics)
     return _Told(0, text, analysis.diagnostics, report=str(folder / "report.html"))
+
+
+def _without_answer(
+    log: str, readings: Readings | None, request: _Request, code: int, diagnostics: Sequence[Diagnostic]
+) -> _Told:
+    """Tell why a log has no answer; a pipe gets an object for it all the same."""
+    if request.form not in (Format.json, Format.ndjson):
+        return _Told(code, "", diagnostics)
+    from gyrodata.reporting import json_text
+    from gyrodata.results import envelope
+
+    digest, rows = (readings.sha256, len(readings.runs)) if readings else (None, None)
+    document = envelope(name_of(log), digest, rows, request.told(), None, tuple(diagnostics))
+    return _Told(code, json_text(document, indent=2 if request.form is Format.json else None), diagnostics)
 
 
 def _formatted(analysis: Analysis, request: _Request, count: int) -> str:

@@ -7,8 +7,7 @@ from typing import Annotated
 
 import typer
 
-from gyrodata.cli.terminal import complain, progress_bar, write_folder, write_out
-from gyrodata.errors import GyroError
+from gyrodata.cli.terminal import progress_bar, write_folder, write_out
 
 
 def benchmark(
@@ -30,17 +29,11 @@ def benchmark(
 
     effort = QUICK if quick else FULL
     show = progress_bar(100)
-    try:
-        # A folder that cannot be written is better known before the minutes than after them.
-        write_folder(out, {})
-        done = run_benchmark(
-            effort, time.perf_counter, seed, None if show is None else lambda part: show(int(100 * part))
-        )
-        words = reading(done, effort, seed)
-        tables = {f"{name}.csv": table.encode() for name, table in csv_tables(done).items()}
-        write_folder(out, {**render_benchmark(done), **tables, "reading.md": words.encode()})
-    except GyroError as error:
-        complain(error.diagnostics)
-        raise typer.Exit(error.exit_code) from None
+    # A folder that cannot be written is better known before the minutes than after them.
+    write_folder(out, {})
+    done = run_benchmark(effort, time.perf_counter, seed, None if show is None else lambda part: show(int(100 * part)))
+    words = reading(done, effort, seed)
+    tables = {f"{name}.csv": table.encode() for name, table in csv_tables(done).items()}
+    write_folder(out, {**render_benchmark(done), **tables, "reading.md": words.encode()})
     write_out(words)
     typer.echo(f"charts: {out}", err=True)

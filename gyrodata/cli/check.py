@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gyrodata.cli.options import G602, ConfigOption, MappingOption, SettingsOption, pairs
-from gyrodata.cli.terminal import complain, refuse, source_of, write_out
+from gyrodata.cli.terminal import FAULT, fault, name_of, refuse, source_of, write_out
 from gyrodata.errors import GyroError
 
 if TYPE_CHECKING:
@@ -37,15 +37,11 @@ def check(
 ) -> None:
     """Say what is wrong with a log, and what it still lacks, before the weight comes off.
 
-    Exit codes: 0 clean; 1 something was found; 2 usage, or a log that cannot be read.
+    Exit codes: 0 clean; 1 something was found; 2 usage, or a log that cannot be read; 3 a fault of gyro.
     """
-    try:
-        given = pairs(settings, "--set"), pairs(mapping, "--map")
-        if form is CheckFormat.json and len(logs) > 1:
-            refuse(G602, "--format json is for one log", "use --format ndjson for several: one object a line")
-    except GyroError as error:
-        complain(error.diagnostics)
-        raise typer.Exit(error.exit_code) from None
+    given = pairs(settings, "--set"), pairs(mapping, "--map")
+    if form is CheckFormat.json and len(logs) > 1:
+        refuse(G602, "--format json is for one log", "use --format ndjson for several: one object a line")
     worst = max(_check_one(log, given[0], given[1], config, form) for log in logs)
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
 
@@ -68,8 +64,10 @@ def _check_one(
         code = 1 if any(diagnostic.severity != "note" for diagnostic in found) else 0
     except GyroError as error:
         found, code = error.diagnostics, error.exit_code
+    except Exception as error:
+        found, code = (fault(error, name_of(log)),), FAULT
     found = tuple(sorted(found, key=lambda diagnostic: (diagnostic.line or 0, diagnostic.column or 0)))
-    name = readings.name if readings else "<stdin>" if log == "-" else Path(log).name
+    name = name_of(log)
     if form is CheckFormat.text:
         write_out(reporting.check_text(name, len(readings.runs) if readings else None, found))
     elif form is CheckFormat.github:

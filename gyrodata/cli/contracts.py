@@ -9,8 +9,7 @@ from typing import Annotated
 import typer
 
 from gyrodata.cli.options import with_units
-from gyrodata.cli.terminal import complain, write_out
-from gyrodata.errors import GyroError
+from gyrodata.cli.terminal import write_out
 
 
 def template(
@@ -21,11 +20,7 @@ def template(
     """Print a blank log to fill in: every weight with every spin, and one run without a weight."""
     from gyrodata.readings import blank_log
 
-    try:
-        write_out(blank_log(with_units(weights), position, with_units(spins)))
-    except GyroError as error:
-        complain(error.diagnostics)
-        raise typer.Exit(error.exit_code) from None
+    write_out(blank_log(with_units(weights), position, with_units(spins)))
 
 
 def schema(

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gyrodata.cli.terminal import complain, progress_bar, refuse, write_out
-from gyrodata.errors import GyroError, register
+from gyrodata.errors import register
 
 if TYPE_CHECKING:
     from gyrodata.grading.changes import Change
@@ -135,20 +135,16 @@ def grade(
         gradebook=gradebook, assignment=assignment, worksheet=worksheet, figures=figures, partners=partners,
         dry_run=dry_run, form=form, quiet=quiet,
     )  # fmt: skip
-    try:
-        if print_rubric:
-            write_out(_rubric_text(rubric))
-            return
-        if gradescope is not None:
-            _write_autograder(gradescope, rubric)
-            _tell([f"autograder: zip the files in {gradescope}, without a folder around them, and upload that"])
-            return
-        if path is None:
-            refuse(G764, "there is nothing to grade: no PATH is given", "give the class, a folder or a zip")
-        found = _grade_class(path, request)
-    except GyroError as error:
-        complain(error.diagnostics)
-        raise typer.Exit(error.exit_code) from None
+    if print_rubric:
+        write_out(_rubric_text(rubric))
+        return
+    if gradescope is not None:
+        _write_autograder(gradescope, rubric)
+        _tell([f"autograder: zip the files in {gradescope}, without a folder around them, and upload that"])
+        return
+    if path is None:
+        refuse(G764, "there is nothing to grade: no PATH is given", "give the class, a folder or a zip")
+    found = _grade_class(path, request)
     lost = len(found.totals) < len(found.grades)
     raise typer.Exit(1 if lost and not exit_zero else 0)
 
@@ -160,11 +156,7 @@ def autograde(
     from gyrodata.grading.exports.gradescope import grade_autograder
     from gyrodata.grading.journal import write_whole
 
-    try:
-        write_whole(root / "results" / "results.json", [grade_autograder(root).encode()])
-    except GyroError as error:
-        complain(error.diagnostics)
-        raise typer.Exit(error.exit_code) from None
+    write_whole(root / "results" / "results.json", [grade_autograder(root).encode()])
 
 
 # --- the story ----------------------------------------------------------------------------------------------

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,8 +11,8 @@ import typer
 
 from gyrodata.cli.options import PlainFormat
 from gyrodata.cli.quantities import G621, G622, quantity
-from gyrodata.cli.terminal import complain, refuse, write_folder, write_out
-from gyrodata.errors import GyroError, register
+from gyrodata.cli.terminal import refuse, write_folder, write_out
+from gyrodata.errors import register
 
 G623 = register(
     "G623",
@@ -65,24 +64,23 @@ def precession(
     Both roots of eq. (8), and eq. (9). The spin is that relative to the frame that follows the rod. Where there
     is no steady precession, JSON has null and the reason.
     """
-    with _complaints():
-        options: dict[str, Any] = {
-            "inertia": quantity("--inertia", inertia, "inertia", positive=True),
-            "spin": quantity("--spin", spin, "rate"),
-            "pitch": quantity("--pitch", pitch, "angle"),
-            **_load(torque, mass, position, g),
-        }
-        if abs(options["pitch"]) >= math.pi / 2:
-            refuse(
-                G622,
-                f'--pitch "{pitch}" is not between -90 and 90 degrees',
-                "an upright rod is in every answer, as the last part",
-            )
-        notes = _take_defaults(options, transverse)
-        from gyrodata.prediction import predict_precession
+    options: dict[str, Any] = {
+        "inertia": quantity("--inertia", inertia, "inertia", positive=True),
+        "spin": quantity("--spin", spin, "rate"),
+        "pitch": quantity("--pitch", pitch, "angle"),
+        **_load(torque, mass, position, g),
+    }
+    if abs(options["pitch"]) >= math.pi / 2:
+        refuse(
+            G622,
+            f'--pitch "{pitch}" is not between -90 and 90 degrees',
+            "an upright rod is in every answer, as the last part",
+        )
+    notes = _take_defaults(options, transverse)
+    from gyrodata.prediction import predict_precession
 
-        names = ("torque", "spin", "inertia", "transverse_inertia", "pitch")
-        _tell("precession", options, notes, predict_precession(*(options[name] for name in names)), form)
+    names = ("torque", "spin", "inertia", "transverse_inertia", "pitch")
+    _tell("precession", options, notes, predict_precession(*(options[name] for name in names)), form)
 
 
 def _load(torque: str | None, mass: str | None, position: str | None, g: str | None) -> dict[str, float | None]:
@@ -148,20 +146,19 @@ def earth(
     One is started along the Earth's axis, to the north, the other level, to the east. A sidereal hour is 59 min
     50.2 s of the clock; each row has both. The last row is that of --hours.
     """
-    with _complaints():
-        at = quantity("--latitude", latitude, "angle")
-        if abs(at) > math.pi / 2:
-            refuse(G622, f'--latitude "{latitude}" is not between -90 and 90 degrees', "south is negative")
-        times = _times(_hours("--hours", hours), _hours("--step", step), sidereal)
-        from gyrodata.prediction import predict_earth
+    at = quantity("--latitude", latitude, "angle")
+    if abs(at) > math.pi / 2:
+        refuse(G622, f'--latitude "{latitude}" is not between -90 and 90 degrees', "south is negative")
+    times = _times(_hours("--hours", hours), _hours("--step", step), sidereal)
+    from gyrodata.prediction import predict_earth
 
-        options = {"latitude": at, "hours": times[-1] / 3600, "sidereal": sidereal}
-        answer = predict_earth(at, times)
-        if out is not None:
-            from gyrodata.plotting.earth import render_earth
+    options = {"latitude": at, "hours": times[-1] / 3600, "sidereal": sidereal}
+    answer = predict_earth(at, times)
+    if out is not None:
+        from gyrodata.plotting.earth import render_earth
 
-            write_folder(out, {"earth.png": render_earth(at, times)})
-        _tell("earth", options, [], answer, form)
+        write_folder(out, {"earth.png": render_earth(at, times)})
+    _tell("earth", options, [], answer, form)
 
 
 def _hours(option: str, text: str) -> float:
@@ -205,17 +202,16 @@ def platform(
 
     It is at rest before; the angular momentum about the vertical stays the same.
     """
-    with _complaints():
-        options = {
-            "wheel_inertia": quantity("--wheel-inertia", wheel_inertia, "inertia", positive=True),
-            "wheel_spin": quantity("--wheel-spin", wheel_spin, "rate"),
-            "platform_inertia": quantity("--platform-inertia", platform_inertia, "inertia", positive=True),
-            "from": quantity("--from", start, "angle"),
-            "to": quantity("--to", end, "angle"),
-        }
-        from gyrodata.prediction import predict_platform
+    options = {
+        "wheel_inertia": quantity("--wheel-inertia", wheel_inertia, "inertia", positive=True),
+        "wheel_spin": quantity("--wheel-spin", wheel_spin, "rate"),
+        "platform_inertia": quantity("--platform-inertia", platform_inertia, "inertia", positive=True),
+        "from": quantity("--from", start, "angle"),
+        "to": quantity("--to", end, "angle"),
+    }
+    from gyrodata.prediction import predict_platform
 
-        _tell("platform", options, [], predict_platform(*options.values()), form)
+    _tell("platform", options, [], predict_platform(*options.values()), form)
 
 
 @predict.command(
@@ -232,26 +228,15 @@ def tip(
 
     Along the torque, with v = F L^2/(I_zz w).
     """
-    with _complaints():
-        options = {
-            "force": quantity("--force", force, "force", positive=True),
-            "length": quantity("--length", length, "length", positive=True),
-            "inertia": quantity("--inertia", inertia, "inertia", positive=True),
-            "spin": quantity("--spin", spin, "rate", nonzero=True),
-        }
-        from gyrodata.prediction import predict_tip
+    options = {
+        "force": quantity("--force", force, "force", positive=True),
+        "length": quantity("--length", length, "length", positive=True),
+        "inertia": quantity("--inertia", inertia, "inertia", positive=True),
+        "spin": quantity("--spin", spin, "rate", nonzero=True),
+    }
+    from gyrodata.prediction import predict_tip
 
-        _tell("tip", options, [], predict_tip(*options.values()), form)
-
-
-@contextmanager
-def _complaints() -> Iterator[None]:
-    """Tell what is wrong with the options, and exit."""
-    try:
-        yield
-    except GyroError as error:
-        complain(error.diagnostics)
-        raise typer.Exit(error.exit_code) from None
+    _tell("tip", options, [], predict_tip(*options.values()), form)
 
 
 def _tell(

@@ -7,8 +7,7 @@ from typing import Annotated
 import typer
 
 from gyrodata.cli.options import ConfigOption, MappingOption, PlainFormat, SettingsOption, pairs
-from gyrodata.cli.terminal import complain, progress_bar, source_of, write_out
-from gyrodata.errors import GyroError
+from gyrodata.cli.terminal import progress_bar, source_of, write_out
 
 
 def selfcheck(
@@ -33,13 +32,9 @@ def selfcheck(
     from gyrodata.readings import read_log
     from gyrodata.selfcheck import selfcheck as simulate
 
-    try:
-        given = pairs(settings, "--set"), pairs(mapping, "--map")
-        readings = read_log(**source_of(log), settings=given[0], mapping=given[1], config=config)
-        analysis = analyze_readings(readings, {})
-    except GyroError as error:
-        complain(error.diagnostics)
-        raise typer.Exit(error.exit_code) from None
+    given = pairs(settings, "--set"), pairs(mapping, "--map")
+    readings = read_log(**source_of(log), settings=given[0], mapping=given[1], config=config)
+    analysis = analyze_readings(readings, {})
     tilted = any(effect.effect == "tilt" and effect.kept for effect in analysis.effects)
     kept = [i for i, run in enumerate(analysis.run_table) if not run.left_out]
     measured = select(analysis.measurements, kept)

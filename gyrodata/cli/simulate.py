@@ -10,8 +10,8 @@ import typer
 
 from gyrodata.cli.options import with_units
 from gyrodata.cli.quantities import quantity
-from gyrodata.cli.terminal import complain, refuse, write_out
-from gyrodata.errors import GyroError, register
+from gyrodata.cli.terminal import refuse, write_out
+from gyrodata.errors import register
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -94,33 +94,29 @@ def simulate(
     """
     from gyrodata import reporting, simulation
 
-    try:
-        scene = simulation.Truth(
-            inertia=quantity("--inertia", inertia, "inertia", positive=True),
-            transverse_inertia=_optional("--transverse", transverse, "inertia", positive=True),
-            imbalance=_optional("--imbalance", imbalance, "torque"),
-            timing_bias=_optional("--timing-bias", timing_bias, "time"),
-            g=quantity("--g", g, "acceleration", positive=True),
-            motion=motion.value,
-            decay=_decay(spin_decay),
-        )
-        design = simulation.Design(
-            masses=_list("--weights", weights, "mass"),
-            positions=_list("--position", position, "length"),
-            spins=_list("--spins", spins, "rate", nonzero=True),
-            turns=_list("--turns", turns, "number", positive=True),
-            pitches=_list("--pitch", pitch, "angle"),
-            repeats=repeats,
-        )
-        done = simulation.simulate(scene, design, _noise(noise), seed)
-        log = done.log
-        if truth is not None:
-            options = {name: value for name, value in context.params.items() if name != "truth"}
-            _write(truth, reporting.json_text({**done.to_dict(), "options": options | {"noise": Path(noise).name}}))
-        write_out(log)
-    except GyroError as error:
-        complain(error.diagnostics)
-        raise typer.Exit(error.exit_code) from None
+    scene = simulation.Truth(
+        inertia=quantity("--inertia", inertia, "inertia", positive=True),
+        transverse_inertia=_optional("--transverse", transverse, "inertia", positive=True),
+        imbalance=_optional("--imbalance", imbalance, "torque"),
+        timing_bias=_optional("--timing-bias", timing_bias, "time"),
+        g=quantity("--g", g, "acceleration", positive=True),
+        motion=motion.value,
+        decay=_decay(spin_decay),
+    )
+    design = simulation.Design(
+        masses=_list("--weights", weights, "mass"),
+        positions=_list("--position", position, "length"),
+        spins=_list("--spins", spins, "rate", nonzero=True),
+        turns=_list("--turns", turns, "number", positive=True),
+        pitches=_list("--pitch", pitch, "angle"),
+        repeats=repeats,
+    )
+    done = simulation.simulate(scene, design, _noise(noise), seed)
+    log = done.log
+    if truth is not None:
+        options = {name: value for name, value in context.params.items() if name != "truth"}
+        _write(truth, reporting.json_text({**done.to_dict(), "options": options | {"noise": Path(noise).name}}))
+    write_out(log)
 
 
 def _list(option: str, text: str, kind: str, **needs: bool) -> tuple[float, ...]:

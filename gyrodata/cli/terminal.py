@@ -10,14 +10,79 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 import typer
+from typer.core import TyperGroup
 
-from gyrodata.errors import Diagnostic, InputError, register
+from gyrodata.errors import Diagnostic, GyroError, InputError, printable, register
+
+FAULT = 3
+"""Exit code of a fault of gyro itself."""
 
 G603 = register("G603", "error", "the report cannot be written", "analyze log.csv --out /dev/null")
+G606 = register("G606", "error", "standard output or input cannot be used", "analyze log.csv > /dev/full")
+G901 = register("G901", "error", "a fault of gyro itself", "no log should ever raise it")
+
+
+class Door(TyperGroup):
+    """The one handler: whatever gyro cannot go on from becomes a line and an exit code here."""
+
+    def main(self, *args: Any, **extra: Any) -> Any:
+        """Run the command line."""
+        try:
+            return super().main(*args, **extra)
+        except GyroError as error:
+            _end(error.diagnostics, error.exit_code)
+        except OSError as error:
+            # What a command opens itself it explains itself.
+            message = f"gyro cannot go on: {error.strerror or type(error).__name__}"
+            hint = "is the disk full, or a file or folder not yours?"
+            _end([Diagnostic(G606, "error", message, hint)], InputError.exit_code)
+        except Exception as error:
+            _end([fault(error)], FAULT)
+
+
+def _end(diagnostics: Sequence[Diagnostic], code: int) -> NoReturn:
+    with suppress(OSError):
+        complain(diagnostics)
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            if stream is not None:
+                stream.flush()
+        except OSError:
+            _throw_away(stream)
+    sys.exit(code)
+
+
+def _throw_away(stream: Any) -> None:
+    """Let what Python flushes once more at exit go nowhere."""
+    with suppress(OSError, ValueError, AttributeError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+def fault(error: Exception, name: str = "") -> Diagnostic:
+    """Say that gyro itself broke on a log, and where; GYRO_DEBUG=1 shows the whole way there."""
+    if os.environ.get("GYRO_DEBUG"):
+        import traceback
+
+        traceback.print_exception(error)
+    place, trace = "", error.__traceback__
+    while trace is not None:
+        module = trace.tb_frame.f_globals.get("__name__", "")
+        if module.startswith("gyrodata"):
+            place = f" in {module}, line {trace.tb_lineno}"
+        trace = trace.tb_next
+    return Diagnostic(
+        G901,
+        "error",
+        f"this is a fault of gyro, not of your log: {type(error).__name__}{place}",
+        "please report it with the log and this line; GYRO_DEBUG=1 in front of the command shows more",
+        name,
+    )
 
 
 def write_out(text: str) -> None:
     """Write data to standard output; a reader that has gone away (``| head``) is no fault."""
+    if sys.stdout is None:
+        refuse(G606, "standard output is closed", "leave >&- away, or write to a file")
     # A test's or a notebook's stand-in has no encoding to fail on.
     with suppress(AttributeError):
         sys.stdout.reconfigure(errors="replace")  # type: ignore[union-attr]
@@ -25,9 +90,11 @@ def write_out(text: str) -> None:
         sys.stdout.write(text)
         sys.stdout.flush()
     except BrokenPipeError:
-        # Python flushes standard output once more at exit: let that go nowhere.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _throw_away(sys.stdout)
         raise typer.Exit(0) from None
+    except OSError as error:
+        _throw_away(sys.stdout)
+        refuse(G606, f"standard output cannot be written: {error.strerror}", "is the disk full?")
 
 
 def complain(diagnostics: Iterable[Diagnostic], quiet: bool = False) -> None:
@@ -76,7 +143,16 @@ def time_text(seconds: float) -> str:
 
 def source_of(log: str) -> dict[str, Any]:
     """Where a log is read from, and what it is called."""
-    return {"source": sys.stdin.buffer, "name": "<stdin>"} if log == "-" else {"source": log}
+    if log != "-":
+        return {"source": log}
+    if sys.stdin is None:
+        refuse(G606, "standard input is closed", "give the log's name, or gyro analyze - < log.csv")
+    return {"source": sys.stdin.buffer, "name": "<stdin>"}
+
+
+def name_of(log: str) -> str:
+    """What a log is called, whether it can be read or not."""
+    return "<stdin>" if log == "-" else printable(Path(log).name)
 
 
 def write_folder(folder: Path, contents: dict[str, bytes]) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gyrodata.cli.terminal import write_out
+from gyrodata.cli.terminal import fault, write_out
 from gyrodata.errors import GyroError
 
 if TYPE_CHECKING:
@@ -108,6 +108,8 @@ def state(
     try:
         readings = read(data)
         analysis = analyse(readings)
+        return watch_text(analysis, check_procedure(readings), writing)
     except GyroError as error:
         return unfinished_text(name, error.diagnostics)
-    return watch_text(analysis, check_procedure(readings), writing)
+    except Exception as error:
+        return unfinished_text(name, [fault(error, name)])

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import datetime
 
-from gyrodata.errors import Diagnostic, InputError, register
+from gyrodata.errors import Diagnostic, InputError, printable, register
 
 G706 = register("G706", "error", "--pattern cannot be used", "grade class --pattern '(\\w+)_lab.csv'")
 
@@ -168,8 +168,8 @@ def fit_own(name: str, pattern: re.Pattern[str]) -> Named | None:
 
 def shown(text: str) -> str:
     """Give a name as it can be printed: composed letters, without control characters or marks that turn a line."""
-    text = text.encode("utf-8", "replace").decode("utf-8")
-    kept = "".join(" " if unicodedata.category(c) in ("Cc", "Zl", "Zp") or c in _TURNING else c for c in text)
+    turning = (" " if unicodedata.category(c) in ("Cc", "Zl", "Zp") or c in _TURNING else c for c in printable(text))
+    kept = "".join(turning)
     return " ".join(unicodedata.normalize("NFC", kept).split())
 
 
@@ -193,7 +193,7 @@ def _named(name: str, match: re.Match[str]) -> Named:
         person or number,
         ids,
         groups.get("file") or "",
-        (groups.get("stem") or _stem(name.rpartition("/")[2])).encode("utf-8", "replace").decode("utf-8"),
+        printable(groups.get("stem") or _stem(name.rpartition("/")[2])),
         bool(groups.get("late")),
         _iso(groups.get("stamp")),
     )

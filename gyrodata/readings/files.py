@@ -12,7 +12,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple, TextIO
 
-from gyrodata.errors import register
+from gyrodata.errors import printable, register
 from gyrodata.readings.log import Faults, listing
 
 if TYPE_CHECKING:
@@ -141,7 +141,7 @@ def _read(source: Any, name: str | None) -> tuple[str, bytes]:
 
 def _read_path(source: str | os.PathLike[str], name: str | None) -> tuple[str, bytes]:
     path = Path(source)
-    shown = name or path.name or str(path)
+    shown = printable(name or path.name or str(path))
     faults = Faults(shown)
     try:
         with path.open("rb") as file:

@@ -34,8 +34,7 @@ from gyrodata.findings import (
     refusal,
     whole_findings,
 )
-from gyrodata.fitting import Estimate, FitResult, NoFit, Outlier
-from gyrodata.fitting.profile import profile_interval
+from gyrodata.fitting import Estimate, FitResult, NoFit, Outlier, profile_interval
 from gyrodata.measurements import Measurements, measure, select
 from gyrodata.readings import Readings, read_log
 from gyrodata.results import K_95, Analysis, Result

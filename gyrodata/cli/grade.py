@@ -316,7 +316,7 @@ def _tell(*groups: Iterable[str]) -> None:
 
 def _told(found: ClassGrades, way: Way) -> Iterator[str]:
     """Say who was graded in this run, and why."""
-    from gyrodata.readings.log import listing
+    from gyrodata.readings import listing
 
     reasons: dict[str, list[str]] = {}
     for student, why in found.again.items():
@@ -350,7 +350,7 @@ def _told_changes(changes: Sequence[Change] | None, dry_run: bool) -> Iterator[s
 
 def _told_filled(filled: Mapping[str, Filled]) -> Iterator[str]:
     """Say what stands in a gradebook now, what stood there before, and who is not in it."""
-    from gyrodata.readings.log import listing
+    from gyrodata.readings import listing
 
     for name, sheet in filled.items():
         yield f"{name}: {len(sheet.filled)} filled, {len(sheet.changed)} of them changed, {len(sheet.skipped)} not"

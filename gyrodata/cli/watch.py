@@ -85,7 +85,7 @@ def signature(path: Path) -> tuple[int, ...] | None:
 
 
 def _read(path: Path) -> bytes | None:
-    from gyrodata.readings.files import MAX_BYTES
+    from gyrodata.readings import MAX_BYTES
 
     try:
         with path.open("rb") as file:

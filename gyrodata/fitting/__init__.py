@@ -12,6 +12,7 @@ from gyrodata.fitting.design import Design, design_of, expected_u
 from gyrodata.fitting.inertia import DEFAULT_IMBALANCE_U, fit
 from gyrodata.fitting.lines import LineFit, fit_line
 from gyrodata.fitting.many import ManyFits, fit_many
+from gyrodata.fitting.profile import profile_interval
 from gyrodata.fitting.results import Estimate, FitResult, NoFit, Outlier, Share
 from gyrodata.fitting.screening import OUTLIER, TURN_COUNTS, screen
 from gyrodata.fitting.start import torques_differ
@@ -42,6 +43,7 @@ __all__ = [
     "insist_on_lines",
     "insist_on_solution",
     "ordinary_line",
+    "profile_interval",
     "screen",
     "torques_differ",
     "transverse_inertia",

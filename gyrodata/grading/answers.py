@@ -11,10 +11,7 @@ from typing import Any
 
 from gyrodata.errors import CODES, Diagnostic, GyroError, register
 from gyrodata.grading.places import find_places
-from gyrodata.readings import Readings, Reported
-from gyrodata.readings.files import decode
-from gyrodata.readings.log import Faults, split_lines
-from gyrodata.readings.reported import KINDS, canonical_key, read_reported
+from gyrodata.readings import KINDS, Faults, Readings, Reported, canonical_key, decode, read_reported, split_lines
 
 __all__ = ["Answers", "Reported", "read_answers"]
 

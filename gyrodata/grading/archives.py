@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from gyrodata.errors import CODES, Diagnostic, InputError, register
-from gyrodata.readings.files import MAX_BYTES
+from gyrodata.readings import MAX_BYTES
 
 MOST_FILES = 100_000
 """Files in one class: a thousand students with a hundred files each."""

@@ -8,9 +8,7 @@ from dataclasses import dataclass
 
 from gyrodata.errors import GyroError
 from gyrodata.grading.archives import size_text
-from gyrodata.readings import read_log
-from gyrodata.readings.files import MAX_BYTES
-from gyrodata.readings.log import listing
+from gyrodata.readings import MAX_BYTES, listing, read_log
 
 TABLES = (".csv", ".tsv")
 """Endings that say table."""

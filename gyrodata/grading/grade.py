@@ -23,8 +23,7 @@ from gyrodata.grading.reference import Reference, class_references, station_key
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.slips import Slip, find_slips
 from gyrodata.procedure import G457, check_procedure
-from gyrodata.readings import Readings, Reported, read_log
-from gyrodata.readings.reported import read_reported
+from gyrodata.readings import Readings, Reported, read_log, read_reported
 from gyrodata.results import Analysis
 
 if TYPE_CHECKING:

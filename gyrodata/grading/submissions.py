@@ -25,7 +25,7 @@ from gyrodata.grading.patterns import (
     shown,
 )
 from gyrodata.grading.recognition import name_all, whose_names
-from gyrodata.readings.log import listing
+from gyrodata.readings import listing
 
 Attempts = Literal["newest", "oldest"]
 

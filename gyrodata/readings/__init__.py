@@ -12,13 +12,14 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from gyrodata.readings.blank import blank_log
+from gyrodata.readings.cells import check_value, read_cell
 from gyrodata.readings.choice import choose, note_unplaced
-from gyrodata.readings.files import Document, load
+from gyrodata.readings.files import MAX_BYTES, MAX_ROWS, Document, decode, load
 from gyrodata.readings.grid import make_grid
 from gyrodata.readings.layout import G202, Layout, find_layout
-from gyrodata.readings.log import MOST_OF_ONE_CODE, Column, Faults, Place, Readings
+from gyrodata.readings.log import MOST_OF_ONE_CODE, Column, Faults, Place, Readings, listing, split_lines
 from gyrodata.readings.meaning import G301, check_meaning
-from gyrodata.readings.reported import Reported
+from gyrodata.readings.reported import KINDS, Reported, canonical_key, read_reported
 from gyrodata.readings.settings import Settings, read_options, read_settings, warn_of_lost_keys
 from gyrodata.readings.table import Table, build
 from gyrodata.readings.writing import write_log
@@ -28,14 +29,25 @@ if TYPE_CHECKING:
     from gyrodata.readings.files import Source
 
 __all__ = [
+    "KINDS",
+    "MAX_BYTES",
+    "MAX_ROWS",
     "MOST_OF_ONE_CODE",
     "Column",
+    "Faults",
     "Place",
     "Readings",
     "Reported",
     "Uncertainty",
     "blank_log",
+    "canonical_key",
+    "check_value",
+    "decode",
+    "listing",
+    "read_cell",
     "read_log",
+    "read_reported",
+    "split_lines",
     "write_log",
 ]
 

@@ -13,8 +13,7 @@ import numpy as np
 from gyrodata import __version__
 from gyrodata.errors import Diagnostic, InputError
 from gyrodata.physics import Floats
-from gyrodata.readings import Column, Readings, write_log
-from gyrodata.readings.cells import check_value, read_cell
+from gyrodata.readings import Column, Readings, check_value, read_cell, write_log
 from gyrodata.simulation.noise import EXACT, TYPICAL, put_errors
 from gyrodata.simulation.scene import G631, Design, Runs, Truth, happen
 from gyrodata.units import DISPLAY, Uncertainty, from_si, kind_of_role

@@ -13,8 +13,7 @@ from gyrodata import motion, physics
 from gyrodata.errors import Diagnostic, InputError, register
 from gyrodata.fitting import DEFAULT_TRANSVERSE_RATIO
 from gyrodata.physics import Floats
-from gyrodata.readings.cells import check_value
-from gyrodata.readings.files import MAX_ROWS
+from gyrodata.readings import MAX_ROWS, check_value
 from gyrodata.simulation.decay import course, time_by_constant, time_by_share
 from gyrodata.units import LIMITS, SI, to_display
 

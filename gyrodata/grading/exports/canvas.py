@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from gyrodata.errors import register
 from gyrodata.grading.exports.grades_csv import two_decimals
 from gyrodata.grading.exports.sheet import Filled, Sheet, read_sheet, refusal
-from gyrodata.readings.log import listing
+from gyrodata.readings import listing
 
 if TYPE_CHECKING:
     from gyrodata.grading.grade import Grade

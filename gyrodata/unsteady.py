@@ -83,7 +83,8 @@ def _followed(measured: Measurements, mean: FitResult, rung: Rung, left_out: Col
         # Nor need every trial find out anew that the balance test is false.
         measured = replace(measured, imbalance_u=None)
     click = physics.click_error(measured.spin, centre, fitting.transverse_inertia(measured))
-    radian = centre / float((measured.time / click).max())
+    # A fit may end near any I_zz above 0; no trial is made at 0 or below.
+    radian = min(centre / float((measured.time / click).max()), 0.5 * centre)
     result = mean
     for reach in (min(4 * (mean.inertia.u or 0.0), 30 * radian, 0.5 * centre), radian, radian):
 

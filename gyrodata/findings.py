@@ -264,12 +264,12 @@ def whole_findings(
     list of Diagnostic
     """
     found = []
-    if fit.widened > 1:
+    if fit.time_u_factor > 1:
         found.append(
             readings.diagnose(
                 G419,
-                f"the runs contradict each other: they fit together only if every time is {fit.widened:.3g} times as "
-                "uncertain as stated, and so it was taken",
+                "the runs contradict each other: they fit together only if every time is "
+                f"{fit.time_u_factor:.3g} times as uncertain as stated, and so it was taken",
                 "look for a slip in the runs that look odd: a digit too many, another unit, another count of turns",
             )
         )
@@ -322,7 +322,7 @@ def _model_findings(
             )
         )
     release = next(effect for effect in effects if effect.effect == "release")
-    if measured.motion is None and not release.kept and (release.size or 0.0) > DROP_ONE and fit.widened == 1:
+    if measured.motion is None and not release.kept and (release.size or 0.0) > DROP_ONE and fit.time_u_factor == 1:
         found.append(
             readings.diagnose(
                 G418,

@@ -52,7 +52,7 @@ def settle(measured: Measurements, rung: Rung, left_out: Collection[int] = ()) -
     if (
         not rung.released
         or result.dof < 1
-        or result.widened > 1
+        or result.time_u_factor > 1
         or _phase_known(measured, result.inertia.value).max() < 0.1
     ):
         return runs

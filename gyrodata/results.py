@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from gyrodata import __version__
 from gyrodata.comparisons import Ball, Constancy, Exponent, NamedFit, PowerLaw, Run, Torque
-from gyrodata.effects import Effect, Rung
+from gyrodata.effects import Effect
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate, FitResult, Outlier, Share
 from gyrodata.measurements import Measurements
+from gyrodata.model import ChosenModel
 from gyrodata.readings import Readings
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ class Analysis:
     readings: Readings
     measurements: Measurements
     fit: FitResult
-    model: Rung
+    model: ChosenModel
     """The model that the runs were fitted with."""
     outliers: tuple[Outlier, ...]
     """Runs that look odd, left out or not."""

@@ -5,8 +5,8 @@ has the fits of the textbook, to compare with, and `fit_line` one for points wit
 `conditions` for what is fitted and `adjustment` for how.
 """
 
-from gyrodata.fitting.conditions import DEFAULT_TRANSVERSE_RATIO, MAD_TO_SD, torques_differ, transverse_inertia
-from gyrodata.fitting.estimates import Estimate, FitResult, NoFit, Outlier, Share
+from gyrodata.fitting.conditions import MAD_TO_SD, torques_differ, transverse_inertia
+from gyrodata.fitting.estimates import Estimate, FitResult, NoFit, Outlier, Share, insist_on_solution
 from gyrodata.fitting.inertia import DEFAULT_IMBALANCE_U, fit
 from gyrodata.fitting.lines import LineFit, chi2_tail, fit_line
 from gyrodata.fitting.many import ManyFits, fit_many
@@ -21,6 +21,7 @@ from gyrodata.fitting.textbook import (
     with_constant,
 )
 from gyrodata.fitting.uncertainty import Design, design_of, expected_u, profile_interval
+from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO
 
 __all__ = [
     "DEFAULT_IMBALANCE_U",
@@ -46,6 +47,7 @@ __all__ = [
     "fit_line",
     "fit_many",
     "insist_on_lines",
+    "insist_on_solution",
     "mean_of_ratios",
     "ordinary_line",
     "profile_interval",

@@ -17,13 +17,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrodata.measurements import Measurements
+from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO, Measurements
 from gyrodata.physics import Floats
 
 Integers = NDArray[np.int_]
-
-DEFAULT_TRANSVERSE_RATIO = 1.3
-"""I/I_zz of a ball with a light rod, where the log does not give I."""
 
 QUANTITIES = ("time", "spin", "turns", "mass", "position", "force", "torque", "g", "pitch", "transverse")
 

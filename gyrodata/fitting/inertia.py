@@ -21,7 +21,7 @@ from gyrodata.fitting.adjustment import Adjusted, Start, adjust
 from gyrodata.fitting.conditions import NEGLIGIBLE, Problem, torques_differ
 from gyrodata.fitting.estimates import ASTRAY, FACTOR, Estimate, FitResult, NoFit, Share, insist_on_solution
 from gyrodata.fitting.start import assume_sense, first_guess, misfit, robust_start
-from gyrodata.measurements import Measurements
+from gyrodata.measurements import SOURCES, Measurements
 from gyrodata.physics import Floats
 
 DEFAULT_IMBALANCE_U = 3e-4
@@ -217,7 +217,7 @@ def _budget(adjusted: Adjusted) -> tuple[Share, ...]:
     ]
     for row, name, words in (
         (count, "imbalance", "all runs"),
-        (count + 1, "time_bias", "all runs (the same hand)"),
+        (count + 1, "time_bias", SOURCES["time_bias"].shared_by),
     ):
         if gain[row]:
             shares.append(Share(name, True, words, abs(float(gain[row])), 0.0))

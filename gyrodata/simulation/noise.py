@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import math
 import os
 import re
 import tomllib
@@ -15,24 +14,21 @@ from typing import Literal
 import numpy as np
 
 from gyrodata.errors import Diagnostic, InputError, register
+from gyrodata.measurements import SOURCES
 from gyrodata.physics import Floats
 from gyrodata.units import Uncertainty, UnitError, kind_of_role, parse_uncertainty
 
 G636 = register("G636", "error", "simulate: the noise cannot be read", "simulate --noise no-such-file.toml")
 
+# A ruler with millimetres is read to 1 mm/√12 = 0.3 mm; the positions of a log have what they are rounded by.
 TYPICAL: Mapping[str, Uncertainty] = {
-    "u_time": Uncertainty(0.14),
-    "u_time_bias": Uncertainty(0.05),
-    "u_spin": Uncertainty(0.0, 0.002),
-    "u_spin_scale": Uncertainty(0.0, 0.001),
-    "u_mass": Uncertainty(0.0, 0.002),
-    "u_mass_scale": Uncertainty(0.0, 0.0005),
-    "u_position": Uncertainty(0.0003),
-    "u_position_zero": Uncertainty(0.0005),
-    "u_pitch": Uncertainty(math.radians(2.0)),
-    "u_transverse_inertia": Uncertainty(0.0, 0.02),
-}
-"""What a log is taken to mean where it says nothing; a ruler with millimetres is read to 1 mm/√12 = 0.3 mm."""
+    f"u_{key}": Uncertainty(0.0003) if key == "position" else SOURCES[key].default
+    for key in (
+        "time", "time_bias", "spin", "spin_scale", "mass", "mass_scale", "position", "position_zero", "pitch",
+        "transverse_inertia",
+    )
+}  # fmt: skip
+"""What a log is taken to mean where it says nothing."""
 
 EXACT: Mapping[str, Uncertainty] = dict.fromkeys(TYPICAL, Uncertainty()) | {"u_spin": Uncertainty(0.0, 1e-12)}
 """No errors but those of sixteen digits: with none at all, a run without a torque would weigh infinitely much."""

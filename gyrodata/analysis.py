@@ -33,11 +33,11 @@ from gyrodata.findings import (
     refusal,
     whole_findings,
 )
-from gyrodata.fitting import Estimate, FitResult, NoFit, Outlier, profile_interval
+from gyrodata.fitting import K_95, Estimate, FitResult, NoFit, Outlier, profile_interval
 from gyrodata.measurements import Measurements, measure, select
 from gyrodata.model import ChosenModel, Model, choose_model, is_unsteady, iterate_mean_rate
 from gyrodata.readings import Readings, read_log
-from gyrodata.results import K_95, Analysis, Result
+from gyrodata.results import Analysis, Result
 
 if TYPE_CHECKING:
     import os

@@ -18,7 +18,7 @@ from gyrodata.physics import Floats
 WATCHED = 180.0
 """How long [s] a run without a weight is timed."""
 
-DRIFT = (np.radians(5.0), 60.0, 400 * np.pi / 30)
+DRIFT = (np.radians(5.0), 60.0, 400 * physics.RPM)
 """A balance test that is easily met: 5° [rad] in a minute [s] at 400 rpm [rad/s]."""
 
 

@@ -20,9 +20,6 @@ if TYPE_CHECKING:
 
 SCHEMA = "gyro.analysis/1"
 
-K_95 = 1.959963984540054
-"""Coverage factor of a 95 % interval for infinite degrees of freedom (97.5 % point of the normal)."""
-
 DOF_REASON = "the stated uncertainties are taken as known, so the degrees of freedom are infinite"
 
 

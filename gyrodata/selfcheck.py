@@ -85,34 +85,9 @@ def selfcheck(
 ) -> SelfCheck:
     """Simulate a lab many times and see what its fits are worth.
 
-    Parameters
-    ----------
-    measured : Measurements
-        n runs; leave out those that have no say before (`measurements.select`).
-    clock : callable
-        Time in seconds, as `time.perf_counter`.
-    labs : int
-        How many to simulate.
-    seed : int
-        The same seed gives the same labs, and the same figures but for the times.
-    tilted : bool
-        Simulate and fit by eq. (8), not eq. (9).
-    progress : callable, optional
-        Called with the number of labs done.
-
-    Returns
-    -------
-    SelfCheck
-
-    Raises
-    ------
-    ValueError
-        If `labs` is less than 1.
-
-    Notes
-    -----
-    True readings are those of the log, true I_zz and M0 the fitted ones; the timing bias, and M0 where a prior
-    and not the data holds it, are drawn from their priors, every error from its source.
+    `measured` has only the runs that have a say; `clock` gives seconds, as `time.perf_counter`; `progress` is told how
+    many labs are done. True readings are those of the log, true I_zz and M0 the fitted ones; the timing bias, and M0
+    where a prior and not the data holds it, are drawn from their priors, every error from its source.
     """
     if labs < 1:
         raise ValueError(f"{labs} labs say nothing; pass 1 or more")

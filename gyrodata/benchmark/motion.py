@@ -20,8 +20,7 @@ from gyrodata.benchmark.effort import Clock, Effort, Progress
 from gyrodata.measurements import Measurements, measure
 from gyrodata.model import ChosenModel, choose_model, is_unsteady, iterate_mean_rate
 from gyrodata.physics import Floats
-from gyrodata.simulation import TYPICAL, Decay, Design, Truth, simulate
-from gyrodata.simulation.scene import Runs
+from gyrodata.simulation import TYPICAL, Decay, Design, Runs, Truth, simulate
 
 _RPM = math.pi / 30
 

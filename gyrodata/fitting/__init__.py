@@ -20,12 +20,13 @@ from gyrodata.fitting.textbook import (
     through_origin,
     with_constant,
 )
-from gyrodata.fitting.uncertainty import Design, design_of, expected_u, profile_interval
+from gyrodata.fitting.uncertainty import K_95, Design, design_of, expected_u, profile_interval
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO
 
 __all__ = [
     "DEFAULT_IMBALANCE_U",
     "DEFAULT_TRANSVERSE_RATIO",
+    "K_95",
     "MAD_TO_SD",
     "OUTLIER",
     "TEXTBOOK",

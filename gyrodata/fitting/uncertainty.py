@@ -16,6 +16,9 @@ from gyrodata.fitting.start import assume_sense
 from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
 
+K_95 = 1.959963984540054
+"""Coverage factor of a 95 % interval for infinite degrees of freedom (97.5 % point of the normal)."""
+
 TOLERANCE = 0.05
 """The linear interval stands where each half of it is right to this relative size."""
 

@@ -65,21 +65,9 @@ _ERRORS = (
 def put_errors(
     true: Mapping[str, Floats], noise: Mapping[str, Uncertainty], random: np.random.Generator
 ) -> dict[str, Floats]:
-    """Read n runs once: the truth plus errors.
+    """Read n runs once: the truth plus (absolute + relative × truth) × a standard normal number for each error.
 
-    Parameters
-    ----------
-    true : mapping of str to ndarray, shape (n,)
-        True values by role [SI]; NaN where there is nothing to read.
-    noise : mapping of str to Uncertainty
-        ``u_…`` by key.
-    random : Generator
-        The same numbers are drawn whatever the noise, so that another noise gives the same errors, scaled.
-
-    Returns
-    -------
-    dict of str to ndarray, shape (n,)
-        The truth plus (absolute + relative × truth) × a standard normal number for each error.
+    The same numbers are drawn whatever the noise, so that another noise gives the same errors, scaled.
     """
     read = {role: values.copy() for role, values in true.items()}
     for error in _ERRORS:
@@ -99,23 +87,7 @@ def put_errors(
 
 
 def read_noise(path: str | os.PathLike[str]) -> dict[str, Uncertainty]:
-    """Read the uncertainties of a TOML file, or of the ``# u_…: …`` lines of a log.
-
-    Parameters
-    ----------
-    path : path
-        TOML with keys such as ``u_time = "0.1 s"``, or any text with lines such as ``# u_time: 0.1 s``.
-
-    Returns
-    -------
-    dict of str to Uncertainty
-        [SI]; what the file does not give is as in `TYPICAL`.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, or what it says makes no sense.
-    """
+    """Read the uncertainties of a TOML file, or of the ``# u_…: …`` lines of a log; the rest is `TYPICAL`."""
     faults = []
     noise = dict(TYPICAL)
     for key, text in _texts(Path(path)).items():

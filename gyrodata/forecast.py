@@ -23,7 +23,10 @@ DRIFT = (np.radians(5.0), 60.0, 400 * physics.RPM)
 
 
 def with_unloaded_run(design: Design) -> Design:
-    """Add a run without a weight, at the middle spin, its sense written down."""
+    """Add a run without a weight, at the middle spin, its sense written down.
+
+    It has its own readings of time, turns and spin, and the errors that all runs share.
+    """
     problem, torque = design.problem, design.torque
     inertia, imbalance = design.unknowns[:2]
     # How much is learnt does not depend on how large M0 turns out; but no residual torque has no time.
@@ -55,7 +58,10 @@ def _one_more(values: Any, last: Any) -> Any:
 
 
 def with_both_signs(design: Design) -> Design:
-    """Move the weight to the other side of the ball in every second run of each torque."""
+    """Move the weight to the other side of the ball in every second run of each torque.
+
+    The positions share their errors as before: one ruler, one zero.
+    """
     problem = design.problem
     turned = np.zeros(problem.count, dtype=bool)
     for number, group in enumerate(_by_torque(design.torque)):

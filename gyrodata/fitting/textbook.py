@@ -21,7 +21,8 @@ from gyrodata.physics import Floats
 
 def through_origin(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     """Least squares of y = slope·x: slope and u, s² being the sum of squared residuals over n − 1."""
-    return _slope(x, y, 1)
+    slope, sd, spread = _line(x, y, 1)
+    return slope, sd / spread
 
 
 def with_constant(x: Floats, y: Floats) -> tuple[Floats, Floats]:
@@ -29,17 +30,25 @@ def with_constant(x: Floats, y: Floats) -> tuple[Floats, Floats]:
 
     The classical formulas about the means, which lose no digits where the points are far from zero.
     """
-    return _slope(x - x.mean(axis=-1, keepdims=True), y - y.mean(axis=-1, keepdims=True), 2)
+    slope, sd, spread = _line(x - x.mean(axis=-1, keepdims=True), y - y.mean(axis=-1, keepdims=True), 2)
+    return slope, sd / spread
 
 
-def _slope(x: Floats, y: Floats, unknowns: int) -> tuple[Floats, Floats]:
-    squares = np.add.reduce(x * x, axis=-1)
-    slope = np.add.reduce(x * y, axis=-1) / squares
+def _line(x: Floats, y: Floats, unknowns: int) -> tuple[Floats, Floats, Floats]:
+    """Slope through the origin, standard deviation of the residuals, and √Σx²."""
+    spread = np.sqrt(_dot(x, x))
+    slope: Floats = _dot(x, y) / spread**2
     freedom = x.shape[-1] - unknowns
     if freedom <= 0:
-        return slope, np.full_like(slope, np.nan)
+        return slope, np.full_like(slope, np.nan), spread
     left = y - slope[..., None] * x
-    return slope, np.sqrt(np.add.reduce(left * left, axis=-1) / freedom / squares)
+    return slope, np.sqrt(_dot(left, left) / freedom), spread
+
+
+def _dot(a: Floats, b: Floats) -> Floats:
+    """Scalar product along the last axis."""
+    product: Floats = (a[..., None, :] @ b[..., :, None])[..., 0, 0]
+    return product
 
 
 def mean_of_ratios(x: Floats, y: Floats) -> tuple[Floats, Floats]:
@@ -71,16 +80,17 @@ class Line:
 
 def ordinary_line(x: Floats, y: Floats, intercept: bool) -> Line | None:
     """Fit y = slope·x (+ intercept) to n points; None where x does not determine the unknowns."""
-    mean = float(x.mean()) if intercept else 0.0
-    away, size = np.linalg.norm(x - mean), np.linalg.norm(x)
-    if len(x) < 1 + intercept or away <= 1e-9 * size:
+    x_mean, y_mean = (float(x.mean()), float(y.mean())) if intercept else (0.0, 0.0)
+    count, size = len(x), math.sqrt(x @ x)
+    if count < 1 + intercept or np.linalg.norm(x - x_mean) <= 1e-9 * size:
         return None
-    slope, u = (float(value) for value in (with_constant if intercept else through_origin)(x, y))
-    told = not math.isnan(u)
+    slope, sd, spread = (float(value) for value in _line(x - x_mean, y - y_mean, 1 + intercept))
+    told = not math.isnan(sd)
     constant = None
     if intercept:
-        constant = Estimate(float(y.mean()) - slope * mean, u * float(size) / math.sqrt(len(x)) if told else None)
-    return Line(Estimate(slope, u if told else None), constant)
+        u = sd * size / (spread * math.sqrt(count)) if told else None
+        constant = Estimate(y_mean - slope * x_mean, u)
+    return Line(Estimate(slope, sd / spread if told else None), constant)
 
 
 def insist_on_lines(measured: Measurements, fit: FitResult, tilted: bool, kept: Floats) -> None:

@@ -22,7 +22,6 @@ from gyrodata.comparisons import (
     run_table,
     torque_table,
 )
-from gyrodata.effects import Model, Rung
 from gyrodata.errors import LogError
 from gyrodata.findings import (
     G413,
@@ -34,11 +33,11 @@ from gyrodata.findings import (
     refusal,
     whole_findings,
 )
-from gyrodata.fitting import Estimate, FitResult, NoFit, Outlier, profile_interval
+from gyrodata.fitting import K_95, Estimate, FitResult, NoFit, Outlier, profile_interval
 from gyrodata.measurements import Measurements, measure, select
+from gyrodata.model import ChosenModel, Model, choose_model, is_unsteady, iterate_mean_rate
 from gyrodata.readings import Readings, read_log
-from gyrodata.results import K_95, Analysis, Result
-from gyrodata.unsteady import settle
+from gyrodata.results import Analysis, Result
 
 if TYPE_CHECKING:
     import os
@@ -160,13 +159,13 @@ def analyze_readings(
         raise LogError([*found, *error.diagnostics]) from None
     measured, fit, left_out = fitted.measured, fitted.fit, fitted.left_out
 
-    rung = fitted.rung
+    chosen = fitted.chosen
     out = set(left_out)
     kept = [i for i in range(len(measured.runs)) if i not in out]
     p = fitting.chi2_tail(fit.chi2, fit.dof) if fit.dof > 0 else None
     birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else None
-    listed = effects.list_effects(measured, fit, rung)
-    advice = list_advice(select(measured, kept) if left_out else measured, fit, rung.tilted)
+    listed = effects.list_effects(measured, fit, chosen.tilted, chosen.released, chosen.asked)
+    advice = list_advice(select(measured, kept) if left_out else measured, fit, chosen.tilted)
     profile = profile_interval(fit, K_95)
     found += outlier_findings(readings, measured, fitted.outliers, left_out, fitted.without)
     found += whole_findings(readings, measured, fit, p, listed)
@@ -181,7 +180,7 @@ def analyze_readings(
         readings=readings,
         measurements=measured,
         fit=fit,
-        model=rung,
+        model=chosen,
         outliers=fitted.outliers,
         inertia=_with_interval(fit.inertia, "kg*m^2", profile),
         imbalance=_with_interval(fit.imbalance, "N*m"),
@@ -196,7 +195,7 @@ def analyze_readings(
         exponent=overall_exponent(measured, kept),
         constancy=constancy(measured, kept),
         ball=compare_with_ball(fit.inertia, readings.constants, readings.uncertainties),
-        torques=torque_table(measured, fit, kept, rung.tilted),
+        torques=torque_table(measured, fit, kept, chosen.tilted),
         run_table=run_table(measured, fit, fitted.outliers, left_out),
         advice=advice,
         diagnostics=tuple(found),
@@ -208,7 +207,7 @@ class Fitted:
     """A log's recommended fit, and what was decided for it."""
 
     measured: Measurements
-    rung: Rung
+    chosen: ChosenModel
     outliers: tuple[Outlier, ...]
     left_out: tuple[int, ...]
     fit: FitResult
@@ -252,7 +251,7 @@ def fit_runs(readings: Readings, measured: Measurements, model: Model = "auto", 
             raise LogError([readings.diagnose(G415, why, "check pitch, spin and transverse_inertia")])
         odd = {outlier.index for outlier in fitted.outliers}
         says = np.array([i not in odd for i in range(len(measured.runs))])
-        fitting.insist_on_lines(fitted.measured, fit, fitted.rung.tilted, says)
+        fitting.insist_on_lines(fitted.measured, fit, fitted.chosen.tilted, says)
         birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else 0.0
         if birge > ABSURD:
             raise NoFit(f"they scatter {birge:.2g} times as much as the stated uncertainties allow")
@@ -267,17 +266,17 @@ def fit_runs(readings: Readings, measured: Measurements, model: Model = "auto", 
 
 
 def _fit_runs(measured: Measurements, model: Model, keep_flagged: bool) -> Fitted:
-    rung = effects.choose(measured, model)
-    outliers, clean = fitting.screen(measured, rung.tilted)
-    if effects.is_unsteady(measured, rung):
-        measured = settle(measured, rung, tuple(outlier.index for outlier in outliers))
-        outliers, clean = fitting.screen(measured, rung.tilted)
+    chosen = choose_model(measured, model)
+    outliers, clean = fitting.screen(measured, chosen.tilted)
+    if is_unsteady(measured, chosen):
+        measured = iterate_mean_rate(measured, chosen, tuple(outlier.index for outlier in outliers))
+        outliers, clean = fitting.screen(measured, chosen.tilted)
     # A run that is merely odd is still a measurement, and stays.
     left_out = () if keep_flagged else tuple(outlier.index for outlier in outliers if outlier.slip)
     odd = tuple(outlier.index for outlier in outliers)
-    fit = clean if clean is not None and odd == left_out else fitting.fit(measured, rung.tilted, left_out)
-    without = fitting.fit(measured, rung.tilted, odd).inertia if odd != left_out else None
-    return Fitted(measured, rung, tuple(outliers), left_out, fit, without)
+    fit = clean if clean is not None and odd == left_out else fitting.fit(measured, chosen.tilted, left_out)
+    without = fitting.fit(measured, chosen.tilted, odd).inertia if odd != left_out else None
+    return Fitted(measured, chosen, tuple(outliers), left_out, fit, without)
 
 
 def _with_interval(estimate: Estimate, unit: str, profile: tuple[float, float] | None = None) -> Result:

@@ -1,18 +1,14 @@
-"""Which effects matter: the size of every simplification in this log, and what the model takes into account.
+"""How large each simplification is in a log: the bias of I_zz, in its own standard uncertainties.
 
-The ladder of models is eq. (9) for a level rod, eq. (8) for a tilted one, and the mean rate of the whole motion for
-a rod let go from rest. Each simplification has a bias in closed form; the log's own numbers go into it, weighted
-as the fit weights its runs. What is below 0.2 of the standard uncertainty is dropped, smallest first, while all
-that is dropped stays below 0.3 and the single runs do not scatter by it; the rest is kept. Effects of unknown size
-(M0, b) are parameters of every model.
+Each has a bias in closed form; the log's own numbers go into it, weighted as the fit weights its runs. What is below
+0.2 of the standard uncertainty is dropped, smallest first, while all that is dropped stays below 0.3 and the single
+runs do not scatter by it; the rest is kept (`model`). Effects of unknown size (M0, b) are parameters of every model.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
@@ -26,8 +22,6 @@ DROP_ONE = 0.2
 
 DROP_ALL = 0.3
 """… as long as all that are left out stay below this many together."""
-
-Model = Literal["auto", "horizontal", "steady", "released"]
 
 LEVEL_TO = math.radians(2.0)
 """How far from level [rad] a rod may be that nobody measured: the default standard uncertainty of a pitch."""
@@ -47,98 +41,8 @@ class Effect:
     reason: str
 
 
-@dataclass(frozen=True)
-class Rung:
-    """The model that a log is fitted with."""
-
-    tilted: bool
-    """Eq. (8) with each run's pitch, not eq. (9)."""
-    released: bool
-    """The mean rate of a rod let go from rest, not that of steady precession."""
-    asked: bool
-    """True if the caller chose it."""
-
-    @property
-    def name(self) -> Literal["horizontal", "steady", "released"]:
-        """Name of the model, as ``--model`` takes it."""
-        if self.released:
-            return "released"
-        return "steady" if self.tilted else "horizontal"
-
-
-def choose(measured: Measurements, model: Model) -> Rung:
-    """Take the lowest rung of the ladder that is good enough for a log.
-
-    Parameters
-    ----------
-    measured : Measurements
-        n runs.
-    model : {"auto", "horizontal", "steady", "released"}
-        "auto" leaves the choice to the sizes of the effects.
-
-    Returns
-    -------
-    Rung
-    """
-    tilts = bool(np.any(measured.pitch))
-    if model != "auto":
-        tilted = model == "steady" or (model == "released" and tilts)
-        return Rung(tilted, released=model == "released", asked=True)
-    if not tilts and measured.motion != "released":
-        return Rung(tilted=False, released=False, asked=False)
-    try:
-        fit = fitting.fit(measured)
-    except fitting.NoFit:
-        # Nothing tells what could be left out.
-        return Rung(tilts, measured.motion == "released", asked=False)
-    by_run = {}
-    if tilts:
-        by_run["tilt"] = _tilt_by_run(measured, fit, measured.pitch)
-    if measured.motion == "released":
-        by_run["release"] = _release_by_run(measured, fit)
-    dropped = sum(abs(bias) for bias in _never_corrected(measured, fit).values())
-    kept = _kept({name: _whole(fit, biases) for name, biases in by_run.items()}, dropped, _relative_u(fit))
-    kept |= {name for name, biases in by_run.items() if _seen_in_scatter(measured, fit, biases)}
-    return Rung(tilted="tilt" in kept, released="release" in kept, asked=False)
-
-
-def _kept(biases: Mapping[str, float], dropped: float, u: float) -> set[str]:
-    """Which effects are too large to leave out, where `dropped` is out already."""
-    kept = set(biases)
-    for name in sorted(biases, key=lambda name: abs(biases[name])):
-        dropped += abs(biases[name])
-        if abs(biases[name]) > DROP_ONE * u or dropped > DROP_ALL * u:
-            break
-        kept.discard(name)
-    return kept
-
-
-def _seen_in_scatter(measured: Measurements, fit: FitResult, biases: Floats) -> bool:
-    """Say whether an effect that cancels in I_zz, as of a rod tilted up and down, still spoils the single runs."""
-    return float(np.sqrt(np.mean((biases * measured.time / fit.time_u) ** 2))) > DROP_ALL
-
-
-def is_unsteady(measured: Measurements, rung: Rung) -> bool:
-    """Say whether eqs. (8) and (9), for steady precession at one spin, need the correction of `unsteady.settle`.
-
-    Parameters
-    ----------
-    measured : Measurements
-        n runs, as they were read.
-    rung : Rung
-        The model chosen.
-
-    Returns
-    -------
-    bool
-    """
-    return rung.released or (rung.tilted and measured.spin_start is not None)
-
-
-# --- sizes ---------------------------------------------------------------------------------------------------
-
-
-def _relative_u(fit: FitResult) -> float:
+def relative_u(fit: FitResult) -> float:
+    """Standard uncertainty of I_zz over I_zz [1]."""
     return (fit.inertia.u or 0.0) / abs(fit.inertia.value)
 
 
@@ -146,72 +50,62 @@ def _rate(measured: Measurements, fit: FitResult) -> Floats:
     return fit.sense * 2 * np.pi * measured.turns / measured.time
 
 
-def _whole(fit: FitResult, biases: Floats) -> float:
+def whole(fit: FitResult, biases: Floats) -> float:
     """Bias of I_zz from the biases of the runs."""
     return float(np.sum(fit.response * biases))
 
 
-def _tilt_by_run(measured: Measurements, fit: FitResult, pitch: Floats | float) -> Floats:
+def tilt_by_run(measured: Measurements, fit: FitResult, pitch: Floats | float) -> Floats:
+    """Bias of each run, shape (n,), if its tilt were left out."""
     across = fitting.transverse_inertia(measured)
     bias: Floats = physics.tilt_bias(_rate(measured, fit), measured.spin, pitch, fit.inertia.value, across)
     return bias
 
 
-def _release_by_run(measured: Measurements, fit: FitResult) -> Floats:
+def release_by_run(measured: Measurements, fit: FitResult) -> Floats:
+    """Bias of each run, shape (n,), if it was let go from rest and taken for steady."""
     total = measured.torque + fit.imbalance.value
     across = fitting.transverse_inertia(measured)
     bias: Floats = physics.release_bias(total, measured.spin, fit.inertia.value, across)
     return bias
 
 
-def _never_corrected(measured: Measurements, fit: FitResult) -> dict[str, float]:
+def never_corrected(measured: Measurements, fit: FitResult) -> dict[str, float]:
     """Biases of what no model takes into account, because the log cannot tell its sign or its law."""
     at_most = np.abs(physics.earth_bias(_rate(measured, fit), np.pi / 2))
     biases = {"earth": float(np.sum(np.abs(fit.response) * at_most))}
     if measured.spin_readings == 2:
         assert measured.spin_start is not None
         assert measured.spin_end is not None
-        biases["decay_law"] = _whole(fit, physics.decay_law_doubt(measured.spin_start, measured.spin_end))
+        biases["decay_law"] = whole(fit, physics.decay_law_doubt(measured.spin_start, measured.spin_end))
     return biases
 
 
-def list_effects(measured: Measurements, fit: FitResult, rung: Rung) -> tuple[Effect, ...]:
-    """List every simplification with its size in this log, and what became of it.
-
-    Parameters
-    ----------
-    measured : Measurements
-        n runs, as they were read.
-    fit : FitResult
-        Their fit.
-    rung : Rung
-        The model of that fit.
-
-    Returns
-    -------
-    tuple of Effect
-    """
-    u = _relative_u(fit)
-    never = _never_corrected(measured, fit)
+def list_effects(
+    measured: Measurements, fit: FitResult, tilted: bool, released: bool, asked: bool
+) -> tuple[Effect, ...]:
+    """List every simplification with its size in this log, and what became of it."""
+    u = relative_u(fit)
+    never = never_corrected(measured, fit)
     effects = [*_unknown_sizes(measured, fit, u), *_decay(measured, fit, never.get("decay_law"), u)]
-    asked = ", as asked" if rung.asked else ""
+    words = ", as asked" if asked else ""
     if np.any(measured.pitch):
-        tilt = _whole(fit, _tilt_by_run(measured, fit, measured.pitch))
-        reason = _why(tilt, u, f"eq. (8) is used{asked}" if rung.tilted else f"eq. (9) is used{asked}", rung.tilted)
+        tilt = whole(fit, tilt_by_run(measured, fit, measured.pitch))
+        reason = _why(tilt, u, f"eq. (8) is used{words}" if tilted else f"eq. (9) is used{words}", tilted)
     else:
-        tilt = _whole(fit, _tilt_by_run(measured, fit, LEVEL_TO))
+        tilt = whole(fit, tilt_by_run(measured, fit, LEVEL_TO))
         reason = _why(tilt, u, "no pitch in the log; this is for 2° off level", False)
-    effects.append(_sized("tilt", tilt, u, rung.tilted and bool(np.any(measured.pitch)), reason))
-    release = _whole(fit, _release_by_run(measured, fit))
+    effects.append(_sized("tilt", tilt, u, tilted and bool(np.any(measured.pitch)), reason))
+    release = whole(fit, release_by_run(measured, fit))
     premise = {
-        True: f"the mean rate of a rod let go from rest is used{asked}",
-        False: f"taken for steady precession{asked}",
-    }[rung.released]
-    if not rung.released and measured.motion is None:
+        True: f"the mean rate of a rod let go from rest is used{words}",
+        False: f"taken for steady precession{words}",
+    }[released]
+    if not released and measured.motion is None:
         premise = 'assumed steady; this is for a rod let go from rest ("# motion: released" in the log)'
     elif measured.motion == "steady":
         premise = "steady, as the log says; this is for a rod let go from rest"
-    effects.append(_sized("release", release, u, rung.released, _why(release, u, premise, rung.released)))
+    effects.append(_sized("release", release, u, released, _why(release, u, premise, released)))
     effects.append(_sized("earth", never["earth"], u, False, _why(never["earth"], u, "at most, at a pole", False)))
     return tuple(effects)
 
@@ -256,7 +150,7 @@ def _decay(measured: Measurements, fit: FitResult, law: float | None, u: float) 
     if measured.spin_start is None or measured.spin_end is None:
         why = "one reading of the spin in each run; taken at half time it is good to 0.05 % for a fall of 10 %"
         return [Effect("spin_decay", None, None, False, why)]
-    plain = _whole(fit, measured.spin / ((measured.spin_start + measured.spin_end) / 2) - 1)
+    plain = whole(fit, measured.spin / ((measured.spin_start + measured.spin_end) / 2) - 1)
     readings = "start, half time and end" if law is None else "start and end"
     why = f"the harmonic mean in time of {readings} costs nothing, so it is used"
     effects = [_sized("spin_decay", plain, u, True, why)]

@@ -11,7 +11,7 @@ from gyrodata.comparisons import load_words, outlier_reason, turn_words
 from gyrodata.effects import DROP_ONE, Effect
 from gyrodata.errors import Diagnostic, register
 from gyrodata.fitting import Design, Estimate, FitResult, Outlier
-from gyrodata.measurements import Measurements, torque_groups
+from gyrodata.measurements import SOURCES, Measurements, torque_groups
 from gyrodata.readings import MOST_OF_ONE_CODE, Readings
 
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
@@ -264,12 +264,12 @@ def whole_findings(
     list of Diagnostic
     """
     found = []
-    if fit.widened > 1:
+    if fit.time_u_factor > 1:
         found.append(
             readings.diagnose(
                 G419,
-                f"the runs contradict each other: they fit together only if every time is {fit.widened:.3g} times as "
-                "uncertain as stated, and so it was taken",
+                "the runs contradict each other: they fit together only if every time is "
+                f"{fit.time_u_factor:.3g} times as uncertain as stated, and so it was taken",
                 "look for a slip in the runs that look odd: a digit too many, another unit, another count of turns",
             )
         )
@@ -322,7 +322,7 @@ def _model_findings(
             )
         )
     release = next(effect for effect in effects if effect.effect == "release")
-    if measured.motion is None and not release.kept and (release.size or 0.0) > DROP_ONE and fit.widened == 1:
+    if measured.motion is None and not release.kept and (release.size or 0.0) > DROP_ONE and fit.time_u_factor == 1:
         found.append(
             readings.diagnose(
                 G418,
@@ -334,16 +334,8 @@ def _model_findings(
     return found
 
 
-BETTER = {
-    "position_zero": "the ruler's zero twice as well known (measure the arm from both ends)",
-    "position": "positions read twice as well",
-    "mass": "weights weighed twice as well (write every digit that the scale shows)",
-    "mass_scale": "a scale checked to half its error",
-    "spin": "the spin as the mean of four readings",
-    "spin_scale": "a tachometer checked to half its error",
-    "force": "forces known twice as well",
-    "torque": "torques known twice as well",
-}
+BETTER = {key: kind.better for key, kind in SOURCES.items() if kind.better}
+"""What would make a source half as large next time, in words."""
 
 
 def list_advice(measured: Measurements, fit: FitResult, tilted: bool) -> tuple[str, ...]:

@@ -18,22 +18,14 @@ from gyrodata.physics import Floats
 WATCHED = 180.0
 """How long [s] a run without a weight is timed."""
 
-DRIFT = (np.radians(5.0), 60.0, 400 * np.pi / 30)
+DRIFT = (np.radians(5.0), 60.0, 400 * physics.RPM)
 """A balance test that is easily met: 5° [rad] in a minute [s] at 400 rpm [rad/s]."""
 
 
 def with_unloaded_run(design: Design) -> Design:
     """Add a run without a weight, at the middle spin, its sense written down.
 
-    Parameters
-    ----------
-    design : Design
-        n runs.
-
-    Returns
-    -------
-    Design
-        n + 1 runs; the new one has its own readings of time, turns and spin, and the errors that all runs share.
+    It has its own readings of time, turns and spin, and the errors that all runs share.
     """
     problem, torque = design.problem, design.torque
     inertia, imbalance = design.unknowns[:2]
@@ -68,15 +60,7 @@ def _one_more(values: Any, last: Any) -> Any:
 def with_both_signs(design: Design) -> Design:
     """Move the weight to the other side of the ball in every second run of each torque.
 
-    Parameters
-    ----------
-    design : Design
-        n runs, weights on one side.
-
-    Returns
-    -------
-    Design
-        n runs, with the positions' errors shared as before (one ruler, one zero).
+    The positions share their errors as before: one ruler, one zero.
     """
     problem = design.problem
     turned = np.zeros(problem.count, dtype=bool)
@@ -106,19 +90,7 @@ def _by_torque(torque: Floats) -> list[list[int]]:
 
 
 def with_longer_times(design: Design, factor: float) -> Design:
-    """Time so many times the turns in every run.
-
-    Parameters
-    ----------
-    design : Design
-        n runs.
-    factor : float
-        On every time and its turns [1].
-
-    Returns
-    -------
-    Design
-    """
+    """Time so many times the turns in every run."""
     bias = design.unknowns[2]
     observed = design.problem.observed.copy()
     observed[0] = (observed[0] - bias) * factor + bias
@@ -127,19 +99,7 @@ def with_longer_times(design: Design, factor: float) -> Design:
 
 
 def with_better(design: Design, source: str) -> Design:
-    """Make one source of error half as large.
-
-    Parameters
-    ----------
-    design : Design
-        n runs.
-    source : str
-        Name of one of its sources.
-
-    Returns
-    -------
-    Design
-    """
+    """Make one source of error half as large."""
     problem = design.problem
     smaller = np.array([0.5 if one.name == source else 1.0 for one in problem.sources])[:, None]
     sizes = problem.absolute * smaller, problem.relative * smaller
@@ -147,31 +107,11 @@ def with_better(design: Design, source: str) -> Design:
 
 
 def with_balance_test(design: Design) -> Design:
-    """Add a balance test in which the ball drifts no more than `DRIFT`.
-
-    Parameters
-    ----------
-    design : Design
-        n runs.
-
-    Returns
-    -------
-    Design
-    """
+    """Add a balance test in which the ball drifts no more than `DRIFT`."""
     return design.with_balance_test(balance_test(float(design.unknowns[0])))
 
 
 def balance_test(inertia: float) -> float:
-    """Standard uncertainty of M0 [N*m] that a balance test leaves where the ball drifts no more than `DRIFT`.
-
-    Parameters
-    ----------
-    inertia : float
-        I_zz [kg*m^2].
-
-    Returns
-    -------
-    float
-    """
+    """Standard uncertainty of M0 [N*m] that a balance test leaves where the ball drifts no more than `DRIFT`."""
     angle, seconds, spin = DRIFT
     return float(inertia * spin * angle / seconds)

@@ -8,19 +8,17 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from gyrodata import __version__
 from gyrodata.comparisons import Ball, Constancy, Exponent, NamedFit, PowerLaw, Run, Torque
-from gyrodata.effects import Effect, Rung
+from gyrodata.effects import Effect
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate, FitResult, Outlier, Share
 from gyrodata.measurements import Measurements
+from gyrodata.model import ChosenModel
 from gyrodata.readings import Readings
 
 if TYPE_CHECKING:
     import pandas as pd
 
 SCHEMA = "gyro.analysis/1"
-
-K_95 = 1.959963984540054
-"""Coverage factor of a 95 % interval for infinite degrees of freedom (97.5 % point of the normal)."""
 
 DOF_REASON = "the stated uncertainties are taken as known, so the degrees of freedom are infinite"
 
@@ -70,7 +68,7 @@ class Analysis:
     readings: Readings
     measurements: Measurements
     fit: FitResult
-    model: Rung
+    model: ChosenModel
     """The model that the runs were fitted with."""
     outliers: tuple[Outlier, ...]
     """Runs that look odd, left out or not."""

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from gyrodata import physics
-from gyrodata.fitting import fit, fit_many, torques_differ, transverse_inertia
+from gyrodata.fitting import TEXTBOOK, fit, fit_many, torques_differ, transverse_inertia
 from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
 
@@ -85,34 +85,9 @@ def selfcheck(
 ) -> SelfCheck:
     """Simulate a lab many times and see what its fits are worth.
 
-    Parameters
-    ----------
-    measured : Measurements
-        n runs; leave out those that have no say before (`measurements.select`).
-    clock : callable
-        Time in seconds, as `time.perf_counter`.
-    labs : int
-        How many to simulate.
-    seed : int
-        The same seed gives the same labs, and the same figures but for the times.
-    tilted : bool
-        Simulate and fit by eq. (8), not eq. (9).
-    progress : callable, optional
-        Called with the number of labs done.
-
-    Returns
-    -------
-    SelfCheck
-
-    Raises
-    ------
-    ValueError
-        If `labs` is less than 1.
-
-    Notes
-    -----
-    True readings are those of the log, true I_zz and M0 the fitted ones; the timing bias, and M0 where a prior
-    and not the data holds it, are drawn from their priors, every error from its source.
+    `measured` has only the runs that have a say; `clock` gives seconds, as `time.perf_counter`; `progress` is told how
+    many labs are done. True readings are those of the log, true I_zz and M0 the fitted ones; the timing bias, and M0
+    where a prior and not the data holds it, are drawn from their priors, every error from its source.
     """
     if labs < 1:
         raise ValueError(f"{labs} labs say nothing; pass 1 or more")
@@ -123,7 +98,7 @@ def selfcheck(
     def recommended(readings: dict[str, Floats]) -> Answer:
         return _recommended(measured, readings, tilted)
 
-    fits = {"recommended": recommended, **_TEXTBOOK}
+    fits = {"recommended": recommended, **{name: _textbook(name) for name in TEXTBOOK}}
     answers: dict[str, list[Answer]] = {name: [] for name in fits}
     seconds = dict.fromkeys(fits, 0.0)
     done = 0
@@ -234,39 +209,13 @@ def _product_and_torque(readings: dict[str, Floats]) -> tuple[Floats, Floats]:
     return np.where(torque < 0, -product, product), torque
 
 
-def _through_origin(readings: dict[str, Floats]) -> Answer:
-    x, y = _product_and_torque(readings)
-    xx = np.sum(x**2, axis=1)
-    slope = np.sum(x * y, axis=1) / xx
-    with np.errstate(divide="ignore", invalid="ignore"):
-        scatter = np.sum((y - slope[:, None] * x) ** 2, axis=1) / np.float64(x.shape[1] - 1)
-    return slope, np.sqrt(scatter / xx)
+def _textbook(name: str) -> Callable[[dict[str, Floats]], Answer]:
+    """Give a fit of the textbook as a function of the readings; one with a constant needs torques that differ."""
 
+    def apply(readings: dict[str, Floats]) -> Answer:
+        product, torque = _product_and_torque(readings)
+        if name == "with_constant" and not torques_differ(torque[0]):
+            return np.full(len(torque), math.nan), np.full(len(torque), math.nan)
+        return TEXTBOOK[name](product, torque)
 
-def _with_constant(readings: dict[str, Floats]) -> Answer:
-    x, y = _product_and_torque(readings)
-    if not torques_differ(y[0]):
-        return np.full(len(x), math.nan), np.full(len(x), math.nan)
-    x, y = x - x.mean(axis=1, keepdims=True), y - y.mean(axis=1, keepdims=True)
-    xx = np.sum(x**2, axis=1)
-    slope = np.sum(x * y, axis=1) / xx
-    with np.errstate(divide="ignore", invalid="ignore"):
-        scatter = np.sum((y - slope[:, None] * x) ** 2, axis=1) / np.float64(x.shape[1] - 2)
-    return slope, np.sqrt(scatter / xx)
-
-
-def _mean_of_ratios(readings: dict[str, Floats]) -> Answer:
-    x, y = _product_and_torque(readings)
-    loaded = y[0] != 0
-    ratios = (y / x)[:, loaded]
-    count = ratios.shape[1]
-    if count < 2:
-        return ratios.mean(axis=1), np.full(len(ratios), math.nan)
-    return ratios.mean(axis=1), ratios.std(axis=1, ddof=1) / math.sqrt(count)
-
-
-_TEXTBOOK: dict[str, Callable[[dict[str, Floats]], Answer]] = {
-    "through_origin": _through_origin,
-    "with_constant": _with_constant,
-    "mean_of_ratios": _mean_of_ratios,
-}
+    return apply

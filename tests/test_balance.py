@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from labs import INERTIA, lab
 
 from gyrodata.fitting import fit
-from gyrodata.fitting.balance import DOUBTED, FALSE, TRUSTED, weigh
+from gyrodata.fitting.inertia import DOUBTED, FALSE, TRUSTED, weigh
 
 MEAN = np.array([4.44e-3, 6e-4, 0.01])
 COVARIANCE = np.array([[1.6e-9, 1.0e-8, 1e-8], [1.0e-8, 1.6e-7, 1e-7], [1e-8, 1e-7, 2.5e-3]])

@@ -277,6 +277,20 @@ class TestOrdinaryLine:
         assert line.slope.value == pytest.approx(2.07438016528926, rel=1e-14)
         assert line.slope.u == pytest.approx(0.165289256198347e-01, rel=1e-13)
 
+    def test_many_labs_at_once_are_each_lab_alone(self) -> None:
+        random = np.random.default_rng(8)
+        x = random.uniform(1, 9, (5, 12))
+        y = 3 * x + 2 + random.standard_normal(x.shape)
+        for name, intercept in (("through_origin", False), ("with_constant", True)):
+            slopes, u = fitting.TEXTBOOK[name](x, y)
+            for i in range(len(x)):
+                line = ordinary_line(x[i], y[i], intercept)
+                assert line is not None
+                assert (slopes[i], u[i]) == pytest.approx((line.slope.value, line.slope.u), rel=1e-13)
+        mean, u = fitting.TEXTBOOK["mean_of_ratios"](x, y)
+        np.testing.assert_allclose(mean, (y / x).mean(axis=1), rtol=1e-13)
+        np.testing.assert_allclose(u, (y / x).std(axis=1, ddof=1) / math.sqrt(12), rtol=1e-13)
+
     def test_no_spread_is_no_slope(self) -> None:
         assert ordinary_line(np.full(5, 3.0), np.arange(5.0), intercept=True) is None
 

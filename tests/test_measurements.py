@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gyrodata.measurements import Measurements, Source, measure, select, torque_groups
+from gyrodata.measurements import SOURCES, Measurements, Source, measure, select, torque_groups
 from gyrodata.readings import read_log
+from gyrodata.simulation import TYPICAL
 
 HEAD = "mass [g],position [cm],spin [rpm],time [s],turns\n"
 ROWS = "20.00,15.0,206,7.06,1/3\n20.00,15.0,407,13.06,1/3\n40.0,15.0,401,6.6,1/3\n40.0,-15.0,401,6.6,1/3\n"
@@ -20,6 +21,12 @@ def measured(text: str, **settings: str) -> Measurements:
 
 def source(measurements: Measurements, name: str) -> Source:
     return next(s for s in measurements.sources if s.name == name)
+
+
+def test_simulated_readings_err_as_readings_are_taken_to_err() -> None:
+    for key, u in TYPICAL.items():
+        # A position is read to its rounding, of which a simulated one has a millimetre's.
+        assert key == "u_position" or u == SOURCES[key.removeprefix("u_")].default
 
 
 def test_values_in_si() -> None:

@@ -23,8 +23,8 @@ from gyrodata.measurements import measure
 from gyrodata.readings import Uncertainty, read_log
 from gyrodata.simulation import EXACT, TYPICAL, Decay, Design, Simulation, Truth, read_noise
 from gyrodata.simulation import simulate as simulated
-from gyrodata.simulation.decay import course, time_by_constant, time_by_share
 from gyrodata.simulation.noise import KEYS, put_errors
+from gyrodata.simulation.truth import course, time_by_constant, time_by_share
 
 RPM = math.pi / 30
 INERTIA = 4.44e-3
@@ -552,5 +552,5 @@ class TestMessages:
 
 def test_the_front_is_small() -> None:
     assert set(simulation.__all__) == {
-        "EXACT", "TYPICAL", "Decay", "Design", "Simulation", "Truth", "happen", "read_noise", "simulate",
+        "EXACT", "TYPICAL", "Decay", "Design", "Runs", "Simulation", "Truth", "happen", "read_noise", "simulate",
     }  # fmt: skip

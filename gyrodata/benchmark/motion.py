@@ -18,10 +18,9 @@ import numpy as np
 from gyrodata import effects, fitting, motion, physics
 from gyrodata.benchmark.effort import Clock, Effort, Progress
 from gyrodata.measurements import Measurements, measure
+from gyrodata.model import ChosenModel, choose_model, is_unsteady, iterate_mean_rate
 from gyrodata.physics import Floats
-from gyrodata.simulation import TYPICAL, Decay, Design, Truth, simulate
-from gyrodata.simulation.scene import Runs
-from gyrodata.unsteady import settle
+from gyrodata.simulation import TYPICAL, Decay, Design, Runs, Truth, simulate
 
 _RPM = math.pi / 30
 
@@ -31,7 +30,7 @@ BATCH = 500
 Family = Literal["closed form", "exact", "splitting", "integrator"]
 
 LADDER = {"horizontal": "eq. (9)", "steady": "eq. (8)", "released": "mean rate"}
-"""The method that each rung of the ladder of models is."""
+"""The method that each model of an analysis is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,8 +157,8 @@ def _run_scene(scene: MotionScene, effort: Effort, clock: Clock, random: np.rand
         simulation = simulate(scene.truth, design, TYPICAL, None)
         measured = measure(simulation.readings)
         if not labs:
-            rung = effects.choose(measured, "auto")
-            response, u = _weigh(measured, rung)
+            chosen = choose_model(measured, "auto")
+            response, u = _weigh(measured, chosen)
         labs.append(_lab(scene, simulation.runs, measured))
     first = labs[0]
     tight = _integrated(first, "DOP853", effort.tightest)
@@ -177,14 +176,14 @@ def _run_scene(scene: MotionScene, effort: Effort, clock: Clock, random: np.rand
         replace(point, error=abs(float(np.sum(response * (angles / true - 1)))))
         for point, angles in _stepped(first, true, effort, clock)
     ]
-    return MotionPanel(scene.name, scene.title, u, tuple(points), LADDER[rung.name])
+    return MotionPanel(scene.name, scene.title, u, tuple(points), LADDER[chosen.name])
 
 
-def _weigh(measured: Measurements, rung: effects.Rung) -> tuple[Floats, float]:
+def _weigh(measured: Measurements, chosen: ChosenModel) -> tuple[Floats, float]:
     """Weight of each run in I_zz, and the relative u of I_zz, as the tool fits such a lab."""
-    runs = settle(measured, rung) if effects.is_unsteady(measured, rung) else measured
-    fit = fitting.fit(runs, rung.tilted)
-    return fit.response, fitting.expected_u([fitting.design_of(runs, fit, rung.tilted)])[0] / fit.inertia.value
+    runs = iterate_mean_rate(measured, chosen) if is_unsteady(measured, chosen) else measured
+    fit = fitting.fit(runs, chosen.tilted)
+    return fit.response, fitting.expected_u([fitting.design_of(runs, fit, chosen.tilted)])[0] / fit.inertia.value
 
 
 def _lab(scene: MotionScene, runs: Runs, measured: Measurements) -> _Lab:

@@ -150,28 +150,3 @@ def _turned(orientation: Floats, rates: Floats, step: float) -> Floats:
         [w * c - x * a - y * b - z * d, w * a + x * c + y * d - z * b,
          w * b - x * d + y * c + z * a, w * d + x * b - y * a + z * c]
     )  # fmt: skip
-
-
-def euler_energy(spin: float, pitch: float, time: float, step: float) -> float:
-    """Energy that semi-implicit Euler adds to one rod let go from rest, over its energy at the start, h m g apart.
-
-    Parameters
-    ----------
-    spin : float
-        [rad/s]
-    pitch : float
-        [rad]
-    time, step : float
-        [s]
-
-    Returns
-    -------
-    float
-        [1]; 0 would be right.
-    """
-    rates, (w, x, y, z) = euler_motion(np.array([spin]), np.array([pitch]), time, step)
-    kinetic = 0.5 * (ACROSS * (rates[0] ** 2 + rates[1] ** 2) + INERTIA * rates[2] ** 2)
-    height = w * w - x * x - y * y + z * z
-    before = 0.5 * INERTIA * spin**2 + TORQUE * np.sin(pitch)
-    gained = kinetic + TORQUE * height - before
-    return float(gained[0] / before)

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from gyrodata.comparisons.ball import Ball, compare_with_ball
-from gyrodata.comparisons.fits import NamedFit, named_fits
+from gyrodata.comparisons.fits import NamedFit, Torque, named_fits, torque_table
 from gyrodata.comparisons.laws import Constancy, Exponent, PowerLaw, constancy, overall_exponent, power_laws
-from gyrodata.comparisons.runs import Run, load_words, outlier_reason, run_table, turn_words
-from gyrodata.comparisons.torques import Torque, torque_table
+from gyrodata.comparisons.runs import Ball, Run, compare_with_ball, load_words, outlier_reason, run_table, turn_words
 
 __all__ = [
     "Ball",

@@ -51,20 +51,7 @@ class Constancy:
 
 
 def power_laws(measured: Measurements, kept: list[int]) -> tuple[PowerLaw, ...]:
-    """Exponent of the period against the spin for each torque: a weighted line through the logarithms.
-
-    Parameters
-    ----------
-    measured : Measurements
-        n runs.
-    kept : list of int
-        Indices of the runs that have a say.
-
-    Returns
-    -------
-    tuple of PowerLaw
-        One for each torque.
-    """
+    """Exponent of the period against the spin for each torque: a weighted line through the logarithms."""
     laws = []
     points = _points(measured)
     for group in torque_groups(measured):
@@ -79,20 +66,7 @@ def power_laws(measured: Measurements, kept: list[int]) -> tuple[PowerLaw, ...]:
 
 
 def overall_exponent(measured: Measurements, kept: list[int]) -> Exponent | None:
-    """Exponent of the period against the spin, the same for all torques.
-
-    Parameters
-    ----------
-    measured : Measurements
-        n runs.
-    kept : list of int
-        Indices of the runs that have a say.
-
-    Returns
-    -------
-    Exponent or None
-        None where no torque has runs at different spins.
-    """
+    """Exponent of the period against the spin, the same for all torques; None where no torque tells it."""
     groups = [_with_a_say(group, kept) for group in torque_groups(measured)]
     points = _points(measured)
     groups = [members for members in groups if _spins_differ(points, members)]
@@ -148,17 +122,7 @@ def _slope(points: Sequence[_Point], groups: Sequence[Sequence[int]], timing_bia
 def constancy(measured: Measurements, kept: list[int]) -> Constancy | None:
     """Say whether φ̇ψ̇ is constant at each torque, as far as timing and spin can tell.
 
-    Parameters
-    ----------
-    measured : Measurements
-        n runs.
-    kept : list of int
-        Indices of the runs that have a say.
-
-    Returns
-    -------
-    Constancy or None
-        None where no torque has two runs, or where timing and spin are exact.
+    None where no torque has two runs, or where timing and spin are exact.
     """
     own = measured.own_relative
     if not own.all():

@@ -1,14 +1,17 @@
-"""Each run: what was read, what was made of it, and why it looks odd."""
+"""Each run: what was read, what was made of it, why it looks odd; and I_zz beside that of a solid ball."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from gyrodata.fitting import FitResult, Outlier
+from gyrodata import physics
+from gyrodata.fitting import Estimate, FitResult, Outlier
 from gyrodata.measurements import Measurements
+from gyrodata.units import Uncertainty
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,23 +46,7 @@ class Run:
 def run_table(
     measured: Measurements, fit: FitResult, outliers: tuple[Outlier, ...], left_out: tuple[int, ...]
 ) -> tuple[Run, ...]:
-    """Put what was read and what was made of it side by side for each run.
-
-    Parameters
-    ----------
-    measured : Measurements
-        n runs.
-    fit : FitResult
-        Their recommended fit.
-    outliers : tuple of Outlier
-        Those that look odd.
-    left_out : tuple of int
-        Indices of the runs that have no say.
-
-    Returns
-    -------
-    tuple of Run
-    """
+    """Put what was read and what was made of it side by side for each run."""
     out = set(left_out)
     reasons = {outlier.index: outlier_reason(measured, outlier) for outlier in outliers}
     product = fit.sense * np.abs(measured.product)
@@ -105,19 +92,7 @@ def or_none(value: float) -> float | None:
 
 
 def outlier_reason(measured: Measurements, outlier: Outlier) -> str:
-    """Say why a run looks odd: the count that fits it, or how far off it is.
-
-    Parameters
-    ----------
-    measured : Measurements
-        n runs.
-    outlier : Outlier
-        One of them.
-
-    Returns
-    -------
-    str
-    """
+    """Say why a run looks odd: the count that fits it, or how far off it is."""
     written = measured.turns[outlier.index]
     if outlier.turns is not None:
         return f"fits {turn_words(outlier.turns)}, not {turn_words(written).split(' ')[0]}"
@@ -126,38 +101,74 @@ def outlier_reason(measured: Measurements, outlier: Outlier) -> str:
 
 
 def load_words(measured: Measurements, index: int) -> str:
-    """Name the load of a run as the log does: "20 g at 15 cm".
-
-    Parameters
-    ----------
-    measured : Measurements
-        n runs.
-    index : int
-        One of them.
-
-    Returns
-    -------
-    str
-    """
+    """Name the load of a run as the log does: "20 g at 15 cm"."""
     if not np.isnan(measured.mass[index]):
         return f"{1e3 * measured.mass[index]:.4g} g at {1e2 * measured.position[index]:.4g} cm"
     return f"{1e3 * measured.torque[index]:.3g} mN*m"
 
 
 def turn_words(turns: float) -> str:
-    """Write a number of turns as a student would: "1/3 turn", "2 turns".
-
-    Parameters
-    ----------
-    turns : float
-        Revolutions, > 0.
-
-    Returns
-    -------
-    str
-    """
+    """Write a number of turns as a student would: "1/3 turn", "2 turns"."""
     from fractions import Fraction
 
     near = Fraction(turns).limit_denominator(12)
     text = str(near) if abs(near - turns) < 1e-6 * turns else f"{turns:.4g}"
     return f"{text} turn" if turns <= 1 else f"{text} turns"
+
+
+@dataclass(frozen=True, slots=True)
+class Ball:
+    """The solid ball that the log describes, and how the measured I_zz compares with it."""
+
+    mass: float
+    """[kg]"""
+    mass_u: float | None
+    """Standard uncertainty [kg]; None where the log does not state it: taken as exact."""
+    diameter: float
+    """[m]"""
+    diameter_u: float | None
+    """Standard uncertainty [m]; None where the log does not state it: taken as exact."""
+    inertia: float
+    """2/5 m r² [kg*m^2]."""
+    inertia_u: float | None
+    """Its standard uncertainty [kg*m^2]; None where neither mass nor diameter has one."""
+    difference: float
+    """I_zz minus 2/5 m r² [kg*m^2]."""
+    difference_u: float | None
+    """Standard uncertainty of the difference [kg*m^2]."""
+    relative: float
+    """I_zz over 2/5 m r², minus 1."""
+    deviation: float | None
+    """The difference in its standard uncertainties."""
+
+
+def compare_with_ball(
+    inertia: Estimate, constants: Mapping[str, float], uncertainties: Mapping[str, Uncertainty]
+) -> Ball | None:
+    """Compare I_zz with 2/5 m r² of a ball; None where the log does not give its mass or its diameter."""
+    if "ball_mass" not in constants or "ball_diameter" not in constants:
+        return None
+    mass, diameter = constants["ball_mass"], constants["ball_diameter"]
+    stated = [uncertainties.get("u_ball_mass"), uncertainties.get("u_ball_diameter")]
+    mass_u, diameter_u = (
+        given.at(value) if given else None for given, value in zip(stated, (mass, diameter), strict=True)
+    )
+    solid = physics.solid_ball_inertia(mass, diameter)
+    solid_u = None
+    if mass_u is not None or diameter_u is not None:
+        # 2/5 m (d/2)² grows as m and as d².
+        solid_u = solid * math.hypot((mass_u or 0.0) / mass, 2 * (diameter_u or 0.0) / diameter)
+    difference = inertia.value - solid
+    difference_u = None if inertia.u is None else math.hypot(inertia.u, solid_u or 0.0)
+    return Ball(
+        mass=mass,
+        mass_u=mass_u,
+        diameter=diameter,
+        diameter_u=diameter_u,
+        inertia=solid,
+        inertia_u=solid_u,
+        difference=difference,
+        difference_u=difference_u,
+        relative=inertia.value / solid - 1,
+        deviation=difference / difference_u if difference_u else None,
+    )

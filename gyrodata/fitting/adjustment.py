@@ -16,7 +16,6 @@ from typing import cast
 import numpy as np
 
 from gyrodata.fitting.conditions import NEGLIGIBLE, Linear, Problem
-from gyrodata.fitting.start import Start
 from gyrodata.physics import Floats
 
 TURNS = 100
@@ -27,6 +26,16 @@ LOST = 1e-3
 
 WHOLE = 20
 """So many steps are whole ones; hardly any log needs half as many."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """Rough values of the unknowns."""
+
+    inertia: float
+    """[kg*m^2]"""
+    imbalance: float
+    """[N*m]"""
 
 
 @dataclass(frozen=True)
@@ -199,13 +208,7 @@ def fill_rows(
 
 
 def solve_rows(rows: Floats) -> tuple[Floats, Floats]:
-    """Solve stacked rows, last column the target, by least squares.
-
-    Returns
-    -------
-    tuple of ndarray
-        Solution, shape (…, k), and the triangular factor of the rows without the target, (…, k, k).
-    """
+    """Least squares of rows, last column the target: solution, (…, k), and triangular factor of the rest, (…, k, k)."""
     # The factor with the target beside it holds Qᵀ·target, so that Q itself is never formed.
     packed, _ = np.linalg.qr(rows, mode="raw")
     width = rows.shape[-1] - 1

@@ -17,15 +17,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrodata.measurements import Measurements
+from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO, Measurements
 from gyrodata.physics import Floats
 
 Integers = NDArray[np.int_]
 
-DEFAULT_TRANSVERSE_RATIO = 1.3
-"""I/I_zz of a ball with a light rod, where the log does not give I."""
-
 QUANTITIES = ("time", "spin", "turns", "mass", "position", "force", "torque", "g", "pitch", "transverse")
+
+MAD_TO_SD = 1.4826
+"""Standard deviation of a normal distribution over its median absolute deviation [1]."""
 
 NEGLIGIBLE = 1e-9
 """No reading is exact beyond this relative size; keeps a row whose stated errors are all zero finite."""
@@ -150,13 +150,7 @@ class Problem:
         return values[..., 6, :], {6: np.ones(self.count)}
 
     def conditions(self, values: Floats, sense: Floats, unknowns: Floats) -> tuple[Floats, Floats, Floats]:
-        """Evaluate the condition of each run; see the top of the module.
-
-        Returns
-        -------
-        tuple of ndarray
-            The value, shape (n,); its derivatives to I_zz, M0 and b, (n, 3); to each quantity, (10, n).
-        """
+        """Value of each run's condition, and its derivatives to I_zz, M0 and b, (n, 3), each quantity, (10, n)."""
         inertia, imbalance, bias = unknowns[..., :1], unknowns[..., 1:2], unknowns[..., 2:]
         torque, chain = self.torque(values)
         time, spin = values[..., 0, :] - bias, values[..., 1, :]
@@ -186,6 +180,14 @@ class Problem:
             to[..., 9, :] = tilt
         to_unknowns[..., 2] = -to[..., 0, :]
         return value, to_unknowns, to
+
+
+def torques_differ(torque: Floats) -> bool:
+    """Say whether the signed torques of a log differ enough (2 % of the largest) to tell M0 from I_zz.
+
+    A property of the design of the experiment, never of how the data came out.
+    """
+    return bool(np.ptp(torque) > 0.02 * np.abs(torque).max())
 
 
 def transverse_inertia(measured: Measurements) -> Floats:

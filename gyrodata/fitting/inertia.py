@@ -1,22 +1,27 @@
-"""The recommended fit: I_zz from raw readings, with errors carried by what they are shared by."""
+"""The recommended fit: I_zz from raw readings, with errors carried by what they are shared by.
+
+A balance test in a log may be false, and nobody knows how often. Before the runs are looked at it is true with some
+chance, or M0 is some ten, thirty or more times larger than it says. Each of these is weighed by how well it goes with
+what the runs alone say of M0 (Bayes). The answer leans on the test more than its uncertainty does, which has to hold
+where the test is false: an interval that every true test makes much shorter does not cover where the runs cannot tell a
+false one from a true one.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Collection
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import cast
 
 import numpy as np
 
 from gyrodata import physics
-from gyrodata.fitting.adjustment import Adjusted, adjust
-from gyrodata.fitting.balance import weigh
-from gyrodata.fitting.conditions import NEGLIGIBLE, Problem
-from gyrodata.fitting.results import Estimate, FitResult, NoFit, Share
-from gyrodata.fitting.start import Start, assume_sense, first_guess, misfit, robust_start, torques_differ
-from gyrodata.fitting.trust import ASTRAY, FACTOR, insist_on_solution
-from gyrodata.measurements import Measurements
+from gyrodata.fitting.adjustment import Adjusted, Start, adjust
+from gyrodata.fitting.conditions import NEGLIGIBLE, Problem, torques_differ
+from gyrodata.fitting.estimates import ASTRAY, FACTOR, Estimate, FitResult, NoFit, Share, insist_on_solution
+from gyrodata.fitting.start import assume_sense, first_guess, misfit, robust_start
+from gyrodata.measurements import SOURCES, Measurements
 from gyrodata.physics import Floats
 
 DEFAULT_IMBALANCE_U = 3e-4
@@ -27,30 +32,11 @@ DEFAULT_IMBALANCE_U = 3e-4
 def fit(measured: Measurements, tilted: bool = False, left_out: Collection[int] = ()) -> FitResult:
     """Find I_zz, M0 and b of one log, with their uncertainties.
 
-    Parameters
-    ----------
-    measured : Measurements
-        n ≥ 1 runs, at least one of them kept and with a torque.
-    tilted : bool
-        Use eq. (8) with each run's pitch, not eq. (9).
-    left_out : collection of int
-        Indices of runs that have no say; what the others predict for them is told.
-
-    Returns
-    -------
-    FitResult
-
-    Raises
-    ------
-    NoFit
-        If there is no solution, or none that can be believed (`trust`).
-
-    Notes
-    -----
-    M0 has practically no prior (the width is the largest torque) wherever the torques differ, and
-    `DEFAULT_IMBALANCE_U` where they are all the same. A balance test in the log gives it a width; the answer is
-    then weighed between the test's being true and false (`balance`), so that the runs win where they contradict
-    it. b has the prior of `u_time_bias`. Neither unknown is ever switched off by the data.
+    M0 has practically no prior (the width is the largest torque) wherever the torques differ, and `DEFAULT_IMBALANCE_U`
+    where they are all the same. A balance test in the log gives it a width; the answer is then weighed between the
+    test's being true and false (`weigh`), so that the runs win where they contradict it. b has the prior of
+    `u_time_bias`. Neither unknown is ever switched off by the data. Runs left out have no say, but what the others
+    predict for them is worked out. Raises `NoFit` where there is no solution, or none that can be believed.
     """
     kept = np.ones(len(measured.runs))
     kept[list(left_out)] = 0.0
@@ -72,7 +58,7 @@ def fit(measured: Measurements, tilted: bool = False, left_out: Collection[int] 
 
 
 def _with_balance(alone: FitResult, tight: FitResult, tested: float) -> FitResult:
-    """Put together a fit of the runs alone and one that believes the balance test; see `balance`."""
+    """Put together a fit of the runs alone and one that believes the balance test."""
     mean = np.array([alone.inertia.value, alone.imbalance.value, alone.timing_bias.value])
     weighed = weigh(mean, alone.covariance, tested)
     if weighed.sure:
@@ -137,7 +123,7 @@ def _with_unknowns(first: FitResult, mean: Floats, covariance: Floats, doubt: st
 
 
 def _fit_once(measured: Measurements, sense: Floats, tilted: bool, width: float, free: bool, kept: Floats) -> FitResult:
-    widened = 1.0
+    time_u_factor = 1.0
     try:
         adjusted = _solve(measured, tilted, sense, first_guess(measured, sense, free, kept), width, kept, FACTOR)
     except NoFit:
@@ -145,10 +131,10 @@ def _fit_once(measured: Measurements, sense: Floats, tilted: bool, width: float,
         # errors are proportional, or by an M0 that takes all torque away. Larger errors of the single runs and a
         # modest M0 keep the answer where the runs are.
         start = robust_start(measured, sense, free, kept)
-        widened = max(1.0, misfit(measured, start, kept))
-        if widened > 1:
+        time_u_factor = max(1.0, misfit(measured, start, kept))
+        if time_u_factor > 1:
             width = min(width, 0.1 * float(np.abs(measured.torque[measured.torque != 0]).min()))
-        adjusted = _solve(_with_wider_times(measured, widened), tilted, sense, start, width, kept, ASTRAY)
+        adjusted = _solve(_with_wider_times(measured, time_u_factor), tilted, sense, start, width, kept, ASTRAY)
     inertia, imbalance, bias = (float(value) for value in adjusted.unknowns)
     u = np.sqrt(np.diag(adjusted.covariance)[:3])
     fitted, own = _predict(adjusted, sense)
@@ -158,7 +144,7 @@ def _fit_once(measured: Measurements, sense: Floats, tilted: bool, width: float,
         timing_bias=Estimate(bias, float(u[2]) if measured.timing_bias_u > 0 else 0.0),
         covariance=adjusted.covariance[:3, :3],
         # A prior that says nothing is not a datum: neither its pull nor its degree of freedom counts.
-        chi2=widened**2 * (adjusted.chi2 - ((imbalance / width) ** 2 if free else 0.0)),
+        chi2=time_u_factor**2 * (adjusted.chi2 - ((imbalance / width) ** 2 if free else 0.0)),
         dof=int(kept.sum()) - 1 - int(free),
         fitted_time=fitted,
         time_u=own,
@@ -172,7 +158,7 @@ def _fit_once(measured: Measurements, sense: Floats, tilted: bool, width: float,
         two_signs=False,
         sense=sense,
         adjusted=adjusted,
-        widened=widened,
+        time_u_factor=time_u_factor,
     )
 
 
@@ -231,7 +217,7 @@ def _budget(adjusted: Adjusted) -> tuple[Share, ...]:
     ]
     for row, name, words in (
         (count, "imbalance", "all runs"),
-        (count + 1, "time_bias", "all runs (the same hand)"),
+        (count + 1, "time_bias", SOURCES["time_bias"].shared_by),
     ):
         if gain[row]:
             shares.append(Share(name, True, words, abs(float(gain[row])), 0.0))
@@ -253,3 +239,70 @@ def _normalised(shares: list[Share]) -> tuple[Share, ...]:
         if total
     ]
     return tuple(filled)
+
+
+TRUSTED, DOUBTED = 0.8, 0.2
+"""How likely a test is true before the runs are looked at [1]: for the answer, and for its uncertainty."""
+
+FALSE = ((10.0, 3.0, 0.2), (-10.0, 3.0, 0.2), (30.0, 10.0, 0.2), (-30.0, 10.0, 0.2), (0.0, 60.0, 0.2))
+"""Where M0 is if it is not: about so many widths of the test [1], give or take so many [1], with this chance [1]."""
+
+FARTHEST = max(width for _, width, _ in FALSE)
+"""Twice so many widths of the test away [1] it is nowhere among these."""
+
+CONTRADICTED = 1 / 3
+"""Where true is this many times as likely as false, or less, the runs contradict the test."""
+
+
+@dataclass(frozen=True, slots=True)
+class Weighed:
+    """An answer with a balance test that may be false."""
+
+    mean: Floats
+    """I_zz [kg*m^2], M0 [N*m], …, shape (k,)."""
+    covariance: Floats
+    """Of these, shape (k, k)."""
+    odds: float
+    """How many times likelier what the runs say is if the test is true [1]."""
+
+    @property
+    def contradicted(self) -> bool:
+        """Whether the runs contradict the test."""
+        return self.odds < CONTRADICTED
+
+    @property
+    def sure(self) -> bool:
+        """Whether the runs leave no doubt that the test is true."""
+        return DOUBTED * self.odds > 999 * (1 - DOUBTED)
+
+
+def weigh(mean: Floats, covariance: Floats, tested: float) -> Weighed:
+    """Put together the unknowns I_zz, M0, … by the runs alone and a balance test that tells M0 to `tested` [N*m]."""
+    if abs(mean[1]) > 2 * math.hypot(math.sqrt(covariance[1, 1]), FARTHEST * tested):
+        return Weighed(mean, covariance, 0.0)
+    centres = tested * np.array([0.0, *(centre for centre, _, _ in FALSE)])
+    widths = tested * np.array([1.0, *(width for _, width, _ in FALSE)])
+    chances = np.array([chance for _, _, chance in FALSE])
+    # M0 is normal about each centre; all else follows it as its covariance says.
+    variances = covariance[1, 1] + widths**2
+    gain = covariance[:, 1] / variances[:, None]
+    means = mean + gain * (centres - mean[1])[:, None]
+    likelihood = np.exp(-0.5 * (mean[1] - centres) ** 2 / variances) / np.sqrt(variances)
+    false = likelihood[1:] * chances
+    odds = float(likelihood[0] / max(false.sum(), 1e-300 * likelihood[0]))
+
+    def shares(trust: float) -> Floats:
+        share = np.concatenate([[trust * likelihood[0]], (1 - trust) * false])
+        share /= share.sum()
+        return share
+
+    answer = shares(TRUSTED) @ means
+    share, off = shares(DOUBTED), means - answer
+    spread = covariance - np.einsum("i,i,ij,ik->jk", share, variances, gain, gain)
+    spread += np.einsum("i,ij,ik->jk", share, off, off)
+    if odds < 1:
+        # A test that the runs speak against makes nothing surer.
+        alone, now = np.diag(covariance), np.diag(spread)
+        widen = np.sqrt(np.divide(alone, now, out=np.ones_like(now), where=now < alone))
+        spread *= widen[:, None] * widen
+    return Weighed(answer, spread, odds)

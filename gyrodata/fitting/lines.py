@@ -14,8 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gyrodata.fitting.chi_square import chi2_tail
-from gyrodata.fitting.covariances import Factors, factorise
 from gyrodata.physics import Floats
 
 Extended = NDArray[np.longdouble]
@@ -229,3 +227,110 @@ def _solve(design: Floats, pull: Floats, distance: Floats) -> _Step:
     through = along.T @ pull
     spread = np.linalg.solve(r[:unknowns], through - (through @ right.T) @ right)
     return _Step(change, errors, spread, rank, float(np.linalg.norm(seen - left @ parts)))
+
+
+_EPS = float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True, slots=True)
+class Factors:
+    """Errors of n points as factors times independent standard normal numbers z.
+
+    Where the rows are independent each has its own two numbers: factors of shape (n, 2), z of shape (n, 2).
+    Otherwise all share m: factors of shape (n, m), z of shape (m,).
+    """
+
+    to_x: Floats
+    to_y: Floats
+    independent: bool
+
+
+def factorise(cov_x: ArrayLike | None, cov_y: ArrayLike | None, cov_xy: ArrayLike | None, count: int) -> Factors:
+    """Check the covariance U of n points (x, y), and take it apart: U = B Bᵀ, singular parts included."""
+    x, y, xy = (
+        _checked(value, name, count) for value, name in ((cov_x, "cov_x"), (cov_y, "cov_y"), (cov_xy, "cov_xy"))
+    )
+    for name, matrix in (("cov_x", x), ("cov_y", y)):
+        variances = matrix if matrix.ndim == 1 else np.diag(matrix)
+        if (variances < 0).any():
+            raise ValueError(f"{name} has a negative variance; pass variances u², not below 0")
+        if matrix.ndim == 2 and not np.allclose(matrix, matrix.T, rtol=1e-9, atol=1e-12 * variances.max()):
+            raise ValueError(f"{name} is not symmetric; pass a covariance matrix, U[i, j] = U[j, i]")
+    if not any(part.any() for part in (x, y, xy)):
+        raise ValueError("all covariances are zero; leave them out to have the uncertainties from the scatter")
+    if x.ndim == y.ndim == xy.ndim == 1:
+        return _by_row(x, y, xy)
+    full_x, full_y, full_xy = (part if part.ndim == 2 else np.diag(part) for part in (x, y, xy))
+    factor = _root(np.block([[full_x, full_xy], [full_xy.T, full_y]]))
+    return Factors(factor[:count], factor[count:], independent=False)
+
+
+def _checked(value: ArrayLike | None, name: str, count: int) -> Floats:
+    """Give a covariance as a vector of what each row has, or as a matrix."""
+    array = np.zeros(count) if value is None else np.asarray(value, dtype=float)
+    if array.ndim == 0:
+        array = np.full(count, float(array))
+    if array.shape not in ((count,), (count, count)):
+        raise ValueError(
+            f"{name} has shape {array.shape}; pass a number, {count} variances, or a {count} × {count} matrix"
+        )
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name} has a value that is not finite; pass 0 for what is exact")
+    return array
+
+
+def _by_row(x: Floats, y: Floats, xy: Floats) -> Factors:
+    """Cholesky's factor of each row's 2 × 2 matrix."""
+    if (xy**2 > x * y * (1 + 1e-12)).any():
+        raise ValueError("cov_xy is larger than √(cov_x·cov_y) in a row; no pair of errors has such a covariance")
+    root = np.sqrt(x)
+    along = np.divide(xy, root, out=np.zeros_like(x), where=root > 0)
+    nothing = np.zeros_like(x)
+    across = np.sqrt(np.maximum(y - along**2, 0.0))
+    return Factors(np.column_stack([root, nothing]), np.column_stack([along, across]), independent=True)
+
+
+def _root(matrix: Floats) -> Floats:
+    """Find B with U = B Bᵀ, shape (2n, m); scaled to correlations first, so that no small variance drowns."""
+    matrix = (matrix + matrix.T) / 2
+    scale = np.sqrt(np.diag(matrix))
+    divisor = np.where(scale > 0, scale, 1.0)
+    correlation = matrix / np.outer(divisor, divisor)
+    if correlation[scale == 0].any():
+        raise ValueError("an error of variance 0 has a covariance with another; pass 0 for both, or its variance")
+    if (scale > 0).all():
+        try:
+            lower: Floats = np.linalg.cholesky(correlation)
+        except np.linalg.LinAlgError:
+            pass
+        else:
+            if np.diag(lower).min() > 1e-6:
+                return scale[:, None] * lower
+    values, vectors = np.linalg.eigh(correlation)
+    if values[0] < -1e-9 * values[-1]:
+        raise ValueError(
+            "the covariances have a negative eigenvalue, so some sum of readings would have a negative variance; "
+            "check the signs and sizes of the off-diagonal parts"
+        )
+    # What is left of a zero after rounding must not become an uncertainty of 1e-8.
+    kept = values > 8 * len(values) * _EPS * values[-1]
+    root: Floats = scale[:, None] * vectors[:, kept] * np.sqrt(values[kept])
+    return root
+
+
+def chi2_tail(chi2: float, dof: int) -> float:
+    """Probability of a chi-square at least this large: Q(dof/2, chi2/2), the regularised incomplete gamma function.
+
+    For a whole or half argument it is a finite sum (DLMF 8.4.10 and 8.8.2), so twenty lines save the quarter
+    of a second that importing scipy for it would cost at every start.
+    """
+    half = chi2 / 2
+    if half <= 0:
+        return 1.0
+    odd = dof % 2
+    total = math.erfc(math.sqrt(half)) if odd else 0.0
+    # Q(a + 1, x) = Q(a, x) + x^a e^-x / Γ(a + 1), in logarithms because e^-x alone underflows.
+    for step in range((dof - odd) // 2):
+        order = step + odd / 2
+        total += math.exp(order * math.log(half) - half - math.lgamma(order + 1))
+    return min(total, 1.0)

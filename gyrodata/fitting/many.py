@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from gyrodata.fitting.adjustment import fill_rows, prior_rows, solve_rows
-from gyrodata.fitting.conditions import NEGLIGIBLE, QUANTITIES, Problem
+from gyrodata.fitting.conditions import NEGLIGIBLE, QUANTITIES, Problem, torques_differ
 from gyrodata.fitting.inertia import DEFAULT_IMBALANCE_U
-from gyrodata.fitting.start import straight_line, torques_differ
+from gyrodata.fitting.start import straight_line
 from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
 
@@ -40,31 +40,11 @@ class ManyFits:
 def fit_many(
     measured: Measurements, readings: Mapping[str, Floats], tilted: bool = False, width: float | None = None
 ) -> ManyFits:
-    """Fit many labs of the same design, sources and groups.
+    """Fit L labs of the design, sources and groups of `measured`, in which every run has a known sense.
 
-    Parameters
-    ----------
-    measured : Measurements
-        The design: n runs, all with a known sense, and the stated uncertainties.
-    readings : mapping of str to ndarray, shape (L, n)
-        Readings of each lab by quantity, SI ("time", "spin", "mass", …); what is missing is as in `measured`.
-    tilted : bool
-        Use eq. (8), not eq. (9).
-    width : float, optional
-        Prior width of M0 [N*m]; where not given the same as in `fit` without a balance test.
-
-    Returns
-    -------
-    ManyFits
-
-    Raises
-    ------
-    ValueError
-        If a run has no sense or the readings are not all (L, n).
-
-    Notes
-    -----
-    As `fit`, from a start by ordinary least squares: good for labs without gross errors, as simulated ones are.
+    The readings are by quantity ("time", "spin", "mass", …), SI, shape (L, n); what is missing is as in `measured`. The
+    prior width of M0 [N*m] is the same as in `fit` without a balance test where it is not given. As `fit`, from a start
+    by ordinary least squares: good for labs without gross errors, as simulated ones are.
     """
     if not measured.sense.all():
         raise ValueError("a run has no known sense of precession; fit such labs one at a time")

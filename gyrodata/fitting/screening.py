@@ -1,18 +1,20 @@
-"""Screening: the runs that do not go with the others, and what would explain them."""
+"""Screening: the runs, or whole torques, that do not go with the others, and what would explain them."""
 
 from __future__ import annotations
 
 import math
+from itertools import combinations
 from typing import Any
 
 import numpy as np
 
-from gyrodata.fitting.chi_square import chi2_tail
-from gyrodata.fitting.conditions import median
+from gyrodata.fitting.conditions import MAD_TO_SD, median, torques_differ
+from gyrodata.fitting.estimates import FitResult, NoFit, Outlier
 from gyrodata.fitting.inertia import fit
-from gyrodata.fitting.results import FitResult, NoFit, Outlier
-from gyrodata.fitting.start import assume_sense, first_guess, rough_misfit, torques_differ
+from gyrodata.fitting.lines import chi2_tail
+from gyrodata.fitting.start import assume_sense, first_guess, rough_misfit
 from gyrodata.measurements import Measurements, torque_groups
+from gyrodata.physics import Floats
 
 MASKED = 1e-3
 """Where chi-square is less likely than this, the run that is furthest off is tried out as well."""
@@ -30,26 +32,13 @@ TURN_COUNTS = (1 / 6, 1 / 4, 1 / 3, 1 / 2, 2 / 3, 3 / 4, *range(1, 31))
 def screen(measured: Measurements, tilted: bool = False) -> tuple[list[Outlier], FitResult | None]:
     """Find the runs that do not go with the others, and the turn count that would explain each.
 
-    Parameters
-    ----------
-    measured : Measurements
-        n runs.
-    tilted : bool
-        Use eq. (8).
+    Gives them in the order of the log, and the fit without them, where one was made. None for fewer than four runs, or
+    where more than a third would have to go: then the stated uncertainties are at fault, not the runs.
 
-    Returns
-    -------
-    tuple
-        The outliers in the order of the log; none for fewer than four runs, or where more than a third would
-        have to go: then the stated uncertainties are at fault, not the runs. And the fit without them, where
-        one was made.
-
-    Notes
-    -----
-    A run is compared with what the fit of the *others* predicts, in units of the uncertainty of that
-    difference, or of the runs' own scatter (1.4826 × median) where that is larger. Where the scatter is more
-    than twice what was stated, a run is also compared with the median run of its torque: misfits between the
-    torques must not hide one bad timing among good ones.
+    A run is compared with what the fit of the *others* predicts, in units of the uncertainty of that difference, or of
+    the runs' own scatter (their median × 1.4826) where that is larger. Where the scatter is more than twice what was
+    stated, a run is also compared with the median run of its torque: misfits between the torques must not hide one bad
+    timing among good ones.
     """
     count = len(measured.runs)
     if count < 4:
@@ -78,7 +67,7 @@ def _settle(measured: Measurements, tilted: bool, out: set[int]) -> tuple[list[O
             result = fit(measured, tilted, out)
         except NoFit:
             return [], None
-        typical = max(1.0, 1.4826 * median(np.abs(result.deviations[kept])))
+        typical = max(1.0, MAD_TO_SD * median(np.abs(result.deviations[kept])))
         far = np.flatnonzero((np.abs(result.deviations) > OUTLIER * typical) | _far_within(measured, result, typical))
         found = [_outlier(measured, result, int(i), typical) for i in far]
         fresh = {outlier.index for outlier in found}
@@ -105,7 +94,7 @@ def _far_within(measured: Measurements, result: FitResult, typical: float) -> An
     grouped = apart[~np.isnan(apart)]
     if not grouped.any():
         return np.zeros(len(apart), dtype=bool)
-    return np.nan_to_num(apart) > OUTLIER * 1.4826 * median(grouped)
+    return np.nan_to_num(apart) > OUTLIER * MAD_TO_SD * median(grouped)
 
 
 def _far_from_start(measured: Measurements) -> set[int]:
@@ -117,7 +106,7 @@ def _far_from_start(measured: Measurements) -> set[int]:
         predicted = start.inertia * 2 * np.pi * measured.turns * measured.spin / total
     off = rough_misfit(measured, predicted)
     off[measured.torque == 0] = 0.0
-    scale = max(1.0, 1.4826 * median(off))
+    scale = max(1.0, MAD_TO_SD * median(off))
     return {int(i) for i in np.flatnonzero(off > OUTLIER * scale)}
 
 
@@ -135,3 +124,85 @@ def _explaining_turns(measured: Measurements, result: FitResult, index: int, typ
     }
     best = min(sorted(misfits), key=lambda turns: misfits[turns])
     return best if misfits[best] < 3 else None
+
+
+LIKELY = (1 / 3, 1 / 2, 2 / 3, 1.0, 2.0, 3.0)
+"""Revolutions that a lab times all runs of a weight by."""
+
+AGREES = 0.03
+"""Torques agree where what is left of them is below this, relative, as a root mean square: wrong counts leave 20 %."""
+
+MODEST = 0.3
+"""Other counts explain a log only with a residual torque below this share of the lightest torque."""
+
+MOST_TORQUES = 12
+"""More torques than this are not tried."""
+
+
+def explaining_counts(measured: Measurements) -> list[dict[int, float]]:
+    """Find the counts, one for each torque, with which the torques agree.
+
+    Gives the corrections that change the fewest torques, one in most cases: number of the group in `torque_groups` and
+    the revolutions that fit it. Empty where the torques agree as written, or no counts make them.
+
+    With a level rod M + M0 = I_zz φ̇ψ̇ is a line, and a count scales φ̇ψ̇. Every two torques with any two counts make a
+    line, and so does every torque with M0 = 0; each of the others then takes the count that is nearest to it.
+    """
+    numbers = [k for k, group in enumerate(torque_groups(measured)) if measured.torque[group[0]]]
+    if not 2 <= len(numbers) <= MOST_TORQUES:
+        return []
+    groups = [torque_groups(measured)[k] for k in numbers]
+    torque = np.array([measured.torque[group[0]] for group in groups])
+    product = np.array(
+        [np.sign(m) * median(np.abs(measured.product[group])) for m, group in zip(torque, groups, strict=True)]
+    )
+    # Runs of one torque with different counts were counted one by one.
+    written = [np.unique(measured.turns[group]) for group in groups]
+    factors = [np.unique([1.0, *(np.array(LIKELY) / w[0] if len(w) == 1 else [])]) for w in written]
+    lines = _lines(torque, product, factors)
+    if lines is None:
+        return []
+    inertia, imbalance = lines
+    total = torque + imbalance[:, None]
+    chosen, left = np.ones((len(inertia), len(torque))), np.empty((len(inertia), len(torque)))
+    for k, factor in enumerate(factors):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            off = np.abs(np.log(inertia[:, None] * product[k] * factor / total[:, k : k + 1]))
+        off[~np.isfinite(off)] = np.inf
+        best = off.argmin(axis=1)
+        chosen[:, k], left[:, k] = factor[best], off[np.arange(len(off)), best]
+    changed = ~np.isclose(chosen, 1.0)
+    agrees = np.sqrt(np.mean(left**2, axis=1)) < AGREES
+    if np.any(agrees & ~changed.any(axis=1)):
+        return []
+    modest = np.abs(imbalance) < MODEST * np.abs(torque).min()
+    found = np.flatnonzero(agrees & modest)
+    if not len(found):
+        return []
+    fewest = changed[found].sum(axis=1).min()
+    answers = {
+        tuple(
+            (numbers[k], float(written[k][0] * chosen[line, k])) for k in range(len(numbers)) if changed[line, k]
+        ): None
+        for line in found
+        if changed[line].sum() == fewest
+    }
+    return [dict(answer) for answer in answers]
+
+
+def _lines(torque: Floats, product: Floats, factors: list[Floats]) -> tuple[Floats, Floats] | None:
+    """I_zz [kg*m^2] and M0 [N*m] of every line that two torques, or one with M0 = 0, may lie on."""
+    slopes, constants = [], []
+    for k, factor in enumerate(factors):
+        slopes.append(torque[k] / (product[k] * factor))
+        constants.append(np.zeros(len(factor)))
+    # Two torques always lie on a line, and it tells nothing.
+    for a, b in combinations(range(len(torque)), 2) if len(torque) > 2 else ():
+        first, second = (x.ravel() for x in np.meshgrid(product[a] * factors[a], product[b] * factors[b]))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            slope = (torque[a] - torque[b]) / (first - second)
+        slopes.append(slope)
+        constants.append(slope * first - torque[a])
+    inertia, imbalance = np.concatenate(slopes), np.concatenate(constants)
+    sane = np.isfinite(inertia) & (inertia > 0) & (np.abs(imbalance) < 3 * np.abs(torque).max())
+    return (inertia[sane], imbalance[sane]) if sane.any() else None

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, cast
 
 import numpy as np
 
-from gyrodata.fitting.conditions import rough_inertia
+from gyrodata.fitting.adjustment import Start
+from gyrodata.fitting.conditions import MAD_TO_SD, rough_inertia, torques_differ
 from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
 
@@ -17,32 +17,6 @@ _SAMPLE = 150
 
 _ODD = 5.0
 """Misfit from which on a run is odd, and one that is further off no worse."""
-
-
-def torques_differ(torque: Floats) -> bool:
-    """Say whether the signed torques of a log differ enough (2 % of the largest) to tell M0 from I_zz.
-
-    Parameters
-    ----------
-    torque : ndarray, shape (n,)
-        [N*m]
-
-    Returns
-    -------
-    bool
-        A property of the design of the experiment, never of how the data came out.
-    """
-    return bool(np.ptp(torque) > 0.02 * np.abs(torque).max())
-
-
-@dataclass(frozen=True)
-class Start:
-    """Rough values of the unknowns."""
-
-    inertia: float
-    """[kg*m^2]"""
-    imbalance: float
-    """[N*m]"""
 
 
 def first_guess(measured: Measurements, sense: Floats, free: bool, kept: Floats) -> Start:
@@ -75,22 +49,7 @@ def _lever(measured: Measurements, index: Any) -> Floats:
 
 
 def straight_line(lever: Floats, swing: Floats, torque: Floats) -> tuple[Floats, Floats]:
-    """Least squares of s M T on 2π f ψ̇ and s T, for one lab or for many stacked.
-
-    Parameters
-    ----------
-    lever : ndarray, shape (…, n)
-        2π f ψ̇ [rad²/s].
-    swing : ndarray, shape (…, n)
-        Time with the sign s of φ̇ψ̇ [s].
-    torque : ndarray, shape (…, n)
-        [N*m], not all equal.
-
-    Returns
-    -------
-    tuple of ndarray, shape (…)
-        I_zz [kg*m^2] and M0 [N*m].
-    """
+    """Give I_zz and M0 by least squares of s M T on the lever 2π f ψ̇ and the swing s T, for labs of shape (…, n)."""
     # A clock's error weighs as much as the torque it is multiplied by.
     size = np.abs(torque)
     weight = 1 / np.maximum(size, 0.1 * size.max(axis=-1, keepdims=True))
@@ -129,7 +88,7 @@ def robust_start(measured: Measurements, sense: Floats, free: bool, kept: Floats
     # In units of the scatter about the best pair a run counts at most as much as one that is just odd, so that the
     # fewest odd runs win; of equals the pair with the smaller M0.
     middle = np.partition(off, len(index) // 2, axis=1)[:, len(index) // 2]
-    scatter = max(1.0, 1.4826 * float(middle.min()))
+    scatter = max(1.0, MAD_TO_SD * float(middle.min()))
     loads = np.abs(measured.torque[measured.torque != 0])
     cost = np.sum(np.minimum(off / scatter, _ODD) ** 2, axis=1) + (imbalance / loads.min()) ** 2
     best = int(np.argmin(cost))

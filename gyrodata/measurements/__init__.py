@@ -8,6 +8,15 @@ error, equal positions share theirs, a spin read once for the whole log is read 
 """
 
 from gyrodata.measurements.measured import Measurements, measure, select, torque_groups
-from gyrodata.measurements.sources import TRANSVERSE_U, Source
+from gyrodata.measurements.sources import DEFAULT_TRANSVERSE_RATIO, SOURCES, TRANSVERSE_U, Source
 
-__all__ = ["TRANSVERSE_U", "Measurements", "Source", "measure", "select", "torque_groups"]
+__all__ = [
+    "DEFAULT_TRANSVERSE_RATIO",
+    "SOURCES",
+    "TRANSVERSE_U",
+    "Measurements",
+    "Source",
+    "measure",
+    "select",
+    "torque_groups",
+]

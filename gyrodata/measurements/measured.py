@@ -1,7 +1,8 @@
-"""What was measured: SI values for each run, with every source of their errors."""
+"""What was measured: SI values for each run, the sources of their errors, and whether the log agrees with itself."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -11,11 +12,26 @@ import numpy as np
 
 from gyrodata import physics
 from gyrodata.errors import Diagnostic, register
-from gyrodata.measurements.agreement import find_contradictions, find_too_fast
-from gyrodata.measurements.sources import Source, list_sources, stated_or, tilt_sources
-from gyrodata.measurements.spins import mean_spins, spin_columns, values_of
+from gyrodata.measurements.sources import (
+    DEFAULT_TRANSVERSE_RATIO,
+    Source,
+    as_spin,
+    list_sources,
+    mean_spin,
+    spin_columns,
+    stated_or_default,
+    tilt_sources,
+    values_of,
+)
 from gyrodata.physics import Floats
 from gyrodata.readings import Column, Readings
+
+G401 = register(
+    "G401",
+    "warning",
+    "a derived column disagrees with the readings",
+    "mass [g],position [cm],spin [rpm],time [s],turns,precession period [s]\n20.00,15.0,400,39.7,1,13.2\n",
+)
 
 G402 = register(
     "G402",
@@ -24,11 +40,26 @@ G402 = register(
     "mass [g],position [cm],spin [rpm],time [s],turns,spin_sense,precession_sense\n20.00,15.0,400,39.7,1,ccw,cw\n",
 )
 
+G403 = register(
+    "G403",
+    "warning",
+    "the spin rises during the interval",
+    "mass [g],position [cm],spin_start [rpm],spin_end [rpm],time [s],turns\n20.00,15.0,400,450,39.7,1\n",
+)
+
 G404 = register(
     "G404",
     "note",
     "no acceleration of free fall is given",
     "mass [g],position [cm],spin [rpm],time [s],turns\n20.00,15.0,400,39.7,1\n",
+)
+
+
+G405 = register(
+    "G405",
+    "warning",
+    "the precession is faster than the spin",
+    "mass [g],position [cm],spin [rpm],time [s],turns\n20.00,15.0,4,0.397,1\n",
 )
 
 
@@ -118,17 +149,7 @@ class Measurements:
 
 
 def measure(readings: Readings) -> Measurements:
-    """Work out what a log's readings mean, and what each of their errors is shared by.
-
-    Parameters
-    ----------
-    readings : Readings
-        Without errors among its diagnostics.
-
-    Returns
-    -------
-    Measurements
-    """
+    """Work out what a log's readings mean, and what each of their errors is shared by."""
     diagnostics: list[Diagnostic] = []
     count = len(readings.runs)
     nothing = np.full(count, np.nan)
@@ -156,7 +177,7 @@ def measure(readings: Readings) -> Measurements:
     torque = given_torque if uses_torque else force * position if uses_force else physics.torque(mass, position, g)
 
     time, turns, timing = _timing(columns, count)
-    spin, spin_start, spin_end = mean_spins(readings, diagnostics)
+    spin, spin_start, spin_end = _mean_spins(readings, diagnostics)
     sense = _sense(readings, torque, diagnostics)
     pitch = values_of(columns["pitch"]) if "pitch" in columns else np.zeros(count)
     transverse = None
@@ -182,7 +203,7 @@ def measure(readings: Readings) -> Measurements:
         spin_end=spin_end,
         g=g,
         timed=timing.role != "precession_rate",
-        timing_bias_u=stated_or(readings, "u_time_bias", 0.05, 1.0) if timing.role != "precession_rate" else 0.0,
+        timing_bias_u=stated_or_default(readings, "time_bias")[0].at(1.0) if timing.role != "precession_rate" else 0.0,
         imbalance_u=imbalance_u,
         imbalance_from=imbalance_from,
         sources=(
@@ -193,25 +214,13 @@ def measure(readings: Readings) -> Measurements:
         spin_readings=len(spin_columns(readings)),
         motion=readings.motion,
     )
-    diagnostics.extend(find_contradictions(readings, measurements))
-    diagnostics.extend(find_too_fast(readings, measurements))
+    diagnostics.extend(_find_contradictions(readings, measurements))
+    diagnostics.extend(_find_too_fast(readings, measurements))
     return replace(measurements, diagnostics=tuple(diagnostics))
 
 
 def select(measurements: Measurements, kept: Sequence[int]) -> Measurements:
-    """Take some of the runs, with the errors that they share.
-
-    Parameters
-    ----------
-    measurements : Measurements
-        n runs.
-    kept : sequence of int
-        Indices of the runs to keep, in order.
-
-    Returns
-    -------
-    Measurements
-    """
+    """Take some of the runs, with the errors that they share."""
     index = np.asarray(kept, dtype=int)
     fields: dict[str, Any] = {
         name: value[index]
@@ -233,19 +242,7 @@ def select(measurements: Measurements, kept: Sequence[int]) -> Measurements:
 
 
 def torque_groups(measurements: Measurements) -> list[list[int]]:
-    """Runs with the same applied torque, in the order in which they stand in the log.
-
-    Parameters
-    ----------
-    measurements : Measurements
-        n runs.
-
-    Returns
-    -------
-    list of list of int
-        Indices of the runs of each torque. Equal means equal to nine digits: the same numbers typed in
-        another unit.
-    """
+    """Runs with the same applied torque, in the order in which they stand in the log."""
     return measurements.by_torque
 
 
@@ -258,6 +255,26 @@ def _timing(table: Mapping[str, Column], count: int) -> tuple[Floats, Floats, Co
         return values_of(table["precession_period"]), np.ones(count), table["precession_period"]
     rate = table["precession_rate"]
     return 2 * np.pi / np.abs(values_of(rate)), np.ones(count), rate
+
+
+def _mean_spins(readings: Readings, diagnostics: list[Diagnostic]) -> tuple[Floats, Floats | None, Floats | None]:
+    """Mean spin of each run, and the spin at its start and end where they were read [rad/s]."""
+    used = spin_columns(readings)
+    spins = [as_spin(column) for column in used]
+    if len(used) == 1:
+        return spins[0], None, None
+    start, end = spins[0], spins[-1]
+    diagnostics.extend(
+        readings.diagnose(
+            G403,
+            f"run {readings.runs[i]}: the spin rises by {100 * (end[i] / start[i] - 1):.0f} % while it is timed",
+            "are start and end swapped?",
+            used[-1].places[i],
+            len(used[-1].texts[i]),
+        )
+        for i in np.flatnonzero(end > start * 1.02)
+    )
+    return mean_spin(spins), start, end
 
 
 def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) -> Floats:
@@ -303,8 +320,85 @@ def _balance(readings: Readings) -> tuple[Callable[[float], float] | None, str]:
         column = readings.columns.get("transverse_inertia")
         transverse = float(np.nanmean(values_of(column))) if column else None
         # From rest under a constant torque the angle is M0 t²/(2 I).
-        return (lambda inertia: 2 * (transverse or 1.3 * inertia) * abs(angle) / seconds**2), "balance_tilt"
+        return (
+            lambda inertia: 2 * (transverse or DEFAULT_TRANSVERSE_RATIO * inertia) * abs(angle) / seconds**2
+        ), "balance_tilt"
     if readings.balance_drift is not None:
         angle, seconds, spin = readings.balance_drift
         return (lambda inertia: inertia * abs(spin * angle / seconds)), "balance_drift"
     return None, ""
+
+
+def _find_contradictions(readings: Readings, measured: Measurements) -> list[Diagnostic]:
+    """Name the rows where a derived column (period, rate, torque, inertia, second spin) disagrees."""
+    rate = 2 * np.pi * measured.turns / measured.time
+    with np.errstate(divide="ignore", invalid="ignore"):
+        expected: dict[str, Floats] = {
+            "precession_period": measured.time / measured.turns,
+            "precession_rate": rate,
+            "torque": np.abs(measured.torque),
+            "spin": measured.spin,
+            "spin_period": 2 * np.pi / measured.spin,
+            "inertia": np.abs(measured.torque) / (rate * measured.spin),
+            "mass": measured.mass,
+            "position": np.abs(measured.position),
+            "time": measured.time,
+            "turns": measured.turns,
+            "angle": 2 * np.pi * measured.turns,
+        }
+    found = []
+    # What is always itself the reading agrees with itself.
+    own = {"mass", "position", "time"}
+    compared = [column for role, column in readings.columns.items() if role not in own]
+    for column in (*compared, *readings.others):
+        if column.role not in expected:
+            continue
+        finding = _compare(readings, column, expected[column.role])
+        if finding is not None:
+            found.append(finding)
+    return found
+
+
+def _find_too_fast(readings: Readings, measured: Measurements) -> list[Diagnostic]:
+    """Warn where most runs precess faster than they spin: two columns exchanged, or a unit that is not the one."""
+    with np.errstate(divide="ignore", over="ignore"):
+        fast = np.flatnonzero(2 * np.pi * np.abs(measured.turns / measured.time) > measured.spin)
+    if 2 * len(fast) <= len(measured.runs):
+        return []
+    column = spin_columns(readings)[0]
+    first = int(fast[0])
+    return [
+        readings.diagnose(
+            G405,
+            f'the precession is faster than the spin ("{column.header}") in {len(fast)} of {len(measured.runs)} runs',
+            "are spin and precession exchanged, or is a unit not the one written?",
+            column.places[first],
+            len(column.texts[first]),
+        )
+    ]
+
+
+def _compare(readings: Readings, column: Column, expected: Floats) -> Diagnostic | None:
+    """One finding for a column, placed at its first row that is off by more than 5 % and two last digits."""
+    off: list[int] = []
+    seen: set[int] = set()  # a reading that serves several runs is compared once
+    for i, value in enumerate(column.values):
+        if value is None or not math.isfinite(expected[i]) or column.readings[i] in seen:
+            continue
+        seen.add(column.readings[i])
+        allowed = max(0.05 * abs(expected[i]), 2 * (column.resolutions[i] or 0.0))
+        if abs(abs(value) - abs(expected[i])) > allowed:
+            off.append(i)
+    if not off:
+        return None
+    first = off[0]
+    ratio = abs(column.values[first] or math.nan) / abs(expected[first])
+    runs = ", ".join(readings.runs[i] for i in off[:6]) + (", …" if len(off) > 6 else "")
+    return readings.diagnose(
+        G401,
+        f'"{column.header}" is {ratio:.3g} times what the readings give in run{"s" if len(off) > 1 else ""} {runs}; '
+        "the readings are used",
+        "check turns, units and this column's arithmetic",
+        column.places[first],
+        len(column.texts[first]),
+    )

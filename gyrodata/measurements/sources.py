@@ -1,29 +1,106 @@
-"""Every source of error that touches a log: what it is an error of, how large it is, and what it is shared by."""
+"""Every source of error that touches a log: what it is an error of, how large it is, and what it is shared by.
+
+What is known of each before a log is read stands in one table, `SOURCES`.
+"""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import dataclass
+from typing import Literal, cast
 
 import numpy as np
 
-from gyrodata.measurements.spins import as_spin, spin_columns, spin_weights, values_of
+from gyrodata import physics
 from gyrodata.physics import Floats
 from gyrodata.readings import Column, Readings
 from gyrodata.units import Uncertainty
 
-TRANSVERSE_U = 0.2
-"""Relative standard uncertainty of I where the log does not give it …"""
-
-
-TRANSVERSE_GIVEN_U = 0.02
-"""… and where it gives I without one."""
-
-
 Quantity = Literal["time", "spin", "mass", "position", "force", "torque", "g", "turns", "pitch", "transverse"]
+
+
+@dataclass(frozen=True, slots=True)
+class SourceKind:
+    """What is known of a source of error before a log is read."""
+
+    quantity: Quantity
+    """What it is an error of."""
+    default: Uncertainty
+    """Standard uncertainty where the log does not state it; that of a reading has its rounding added."""
+    usual: str
+    """The same in words."""
+    shared_by: str = ""
+    """In words; "" where every run has its own."""
+    better: str = ""
+    """What would make it half as large next time, in words; "" where nobody can."""
+
+
+SOURCES: Mapping[str, SourceKind] = {
+    "precession_rate": SourceKind("time", Uncertainty(0.0, 0.01), "1 % and rounding"),
+    "time": SourceKind("time", Uncertainty(0.14), "0.14 s (0.1 s a click) and rounding"),
+    "time_bias": SourceKind("time", Uncertainty(0.05), "0.05 s", "all runs (the same hand)"),
+    "angle": SourceKind("turns", Uncertainty(), "as given"),
+    "spin": SourceKind(
+        "spin",
+        Uncertainty(0.0, 0.002),
+        "0.2 % a reading and rounding",
+        "runs with the same reading",
+        "the spin as the mean of four readings",
+    ),
+    "spin_scale": SourceKind(
+        "spin",
+        Uncertainty(0.0, 0.001),
+        "0.1 %",
+        "all runs (one tachometer)",
+        "a tachometer checked to half its error",
+    ),
+    "mass": SourceKind(
+        "mass",
+        Uncertainty(0.0, 0.002),
+        "0.2 % and rounding",
+        "runs with the same weight",
+        "weights weighed twice as well (write every digit that the scale shows)",
+    ),
+    "mass_scale": SourceKind(
+        "mass", Uncertainty(0.0, 0.0005), "0.05 %", "all runs (one scale)", "a scale checked to half its error"
+    ),
+    "force": SourceKind(
+        "force",
+        Uncertainty(0.0, 0.002),
+        "0.2 % and rounding",
+        "runs with the same force",
+        "forces known twice as well",
+    ),
+    "torque": SourceKind(
+        "torque",
+        Uncertainty(0.0, 0.005),
+        "0.5 % and rounding",
+        "runs with the same torque",
+        "torques known twice as well",
+    ),
+    "position": SourceKind(
+        "position", Uncertainty(), "rounding", "runs with the same position", "positions read twice as well"
+    ),
+    "position_zero": SourceKind(
+        "position",
+        Uncertainty(0.0005),
+        "0.5 mm",
+        "all runs (one ruler, one zero)",
+        "the ruler's zero twice as well known (measure the arm from both ends)",
+    ),
+    "g": SourceKind("g", Uncertainty(0.0, 0.0002), "0.02 %", "all runs"),
+    "pitch": SourceKind("pitch", Uncertainty(math.radians(2)), "2° and rounding"),
+    "transverse_inertia": SourceKind("transverse", Uncertainty(0.0, 0.02), "2 %", "all runs"),
+}
+"""The sources by the key of the log without its ``u_``, in the order of the table in the documentation."""
+
+DEFAULT_TRANSVERSE_RATIO = 1.3
+"""I/I_zz of a ball with a light rod, where the log does not give I …"""
+
+TRANSVERSE_U = 0.2
+"""… and its relative standard uncertainty then."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,110 +145,50 @@ class Source:
         return sum(runs > 1 for group, runs in Counter(self.groups).items() if group >= 0)
 
 
-def stated_or(readings: Readings, key: str, default: float, value: float) -> float:
-    """Standard uncertainty `key` that holds for the whole log, at a value, or its default."""
-    stated = readings.uncertainties.get(key)
-    return default if stated is None else stated.at(value)
-
-
 def list_sources(
     readings: Readings, timing: Column, time: Floats, turns: Floats, spin: Floats, mass: Floats, position: Floats
 ) -> list[Source]:
-    """All sources of uncertainty that touch this log, in the order of the table in the documentation."""
-    count = len(readings.runs)
-    own = tuple(range(count))
-    every = (0,) * count
+    """All sources of uncertainty that touch this log, in the order of the table; but for those of a tilt."""
     columns = readings.columns
-    sources: list[Source] = []
-
-    def whole_log(key: str, quantity: Quantity, default: Uncertainty, words: str, shared_by: str) -> None:
-        given = readings.uncertainties.get(f"u_{key}")
-        used = default if given is None else given
-        sources.append(
-            Source(
-                key,
-                quantity,
-                every,
-                np.full(count, used.absolute),
-                np.full(count, used.relative),
-                shared_by,
-                given is None,
-                words,
-            )
-        )
-
-    if timing.role == "precession_rate":
-        rate = values_of(timing)
-        absolute, relative, default = _reading_errors(timing, np.abs(rate), 0.0, 0.01)
-        relative = relative + absolute / np.abs(rate)
-        sources.append(
-            Source("precession_rate", "time", own, np.zeros(count), relative, "", default, "1 % and rounding")
-        )
-    else:
-        absolute, relative, default = _stated_for_period(columns, timing, time, turns) or _reading_errors(
-            timing, time, 0.14, 0.0
-        )
-        sources.append(
-            Source("time", "time", own, absolute, relative, "", default, "0.14 s (0.1 s a click) and rounding")
-        )
-        if "angle" in columns and "turns" not in columns:
-            angles = columns["angle"]
-            given_angle = [
-                u.at(v or 0.0) if u else 0.0 for u, v in zip(angles.uncertainties, angles.values, strict=True)
-            ]
-            if any(given_angle):
-                scaled = np.array(given_angle) / (2 * np.pi)
-                sources.append(Source("angle", "turns", own, scaled, np.zeros(count), "", False, "as given"))
-
     relative_spin, default = _spin_errors(readings)
     used = spin_columns(readings)
-    groups = _numbered([tuple(column.readings[i] for column in used) for i in range(count)])
-    sources.append(
-        Source(
-            "spin", "spin", groups, np.zeros(count), relative_spin,
-            "runs with the same reading", default, "0.2 % a reading and rounding",
-        )
-    )  # fmt: skip
-    whole_log("spin_scale", "spin", Uncertainty(0.0, 0.001), "0.1 %", "all runs (one tachometer)")
-
-    if "mass" in columns:
-        loaded = mass != 0
-        absolute, relative, default = _reading_errors(columns["mass"], mass, 0.0, 0.002)
-        weights = _numbered([f"{value:.9g}" for value in mass], loaded)
-        sources.append(
-            _by_value("mass", "mass", weights, absolute, relative, "runs with the same weight", default,
-                      "0.2 % and rounding")
-        )  # fmt: skip
-        whole_log("mass_scale", "mass", Uncertainty(0.0, 0.0005), "0.05 %", "all runs (one scale)")
-    elif "force" in columns:
-        force = values_of(columns["force"])
-        loaded = force != 0
-        absolute, relative, default = _reading_errors(columns["force"], force, 0.0, 0.002)
-        sources.append(
-            _by_value("force", "force", _numbered([f"{value:.9g}" for value in force], loaded), absolute, relative,
-                      "runs with the same force", default, "0.2 % and rounding")
-        )  # fmt: skip
-    else:
-        torque = values_of(columns["torque"])
-        absolute, relative, default = _reading_errors(columns["torque"], torque, 0.0, 0.005)
-        sources.append(
-            _by_value("torque", "torque", _numbered([f"{value:.9g}" for value in torque], torque != 0), absolute,
-                      relative, "runs with the same torque", default, "0.5 % and rounding")
-        )  # fmt: skip
+    groups = _numbered([tuple(column.readings[i] for column in used) for i in range(len(spin))])
+    sources = [
+        *_timing_sources(columns, timing, time, turns),
+        _source("spin", groups, np.zeros(len(spin)), relative_spin, default),
+        _of_whole_log(readings, "spin_scale"),
+    ]
+    load = next(role for role in ("mass", "force", "torque") if role in columns)
+    values = mass if load == "mass" else values_of(columns[load])
+    sources.append(_by_value(load, columns[load], values, values != 0))
+    if load == "mass":
+        sources.append(_of_whole_log(readings, "mass_scale"))
+    # Without a position not one run has a weight.
+    if load == "torque" or "position" not in columns:
         return sources
+    sources.append(_by_value("position", columns["position"], position, values != 0))
+    sources.append(_of_whole_log(readings, "position_zero"))
+    if load == "mass":
+        sources.append(_of_whole_log(readings, "g", exact="g" in readings.constants))
+    return sources
 
-    if "position" not in columns:
-        return sources  # not one run has a weight
-    absolute, relative, default = _reading_errors(columns["position"], position, 0.0, 0.0)
-    places = _numbered([f"{value:.9g}" for value in position], loaded)
-    sources.append(
-        _by_value("position", "position", places, absolute, relative, "runs with the same position", default,
-                  "rounding")
-    )  # fmt: skip
-    whole_log("position_zero", "position", Uncertainty(0.0005, 0.0), "0.5 mm", "all runs (one ruler, one zero)")
-    if "mass" in columns:
-        free = Uncertainty(0.0, 0.0 if "g" in readings.constants else 0.0002)
-        whole_log("g", "g", free, "0" if "g" in readings.constants else "0.02 %", "all runs")
+
+def _timing_sources(columns: Mapping[str, Column], timing: Column, time: Floats, turns: Floats) -> list[Source]:
+    """Errors of the times, or of the rates given instead, and of the angles timed."""
+    every = tuple(range(len(time)))
+    if timing.role == "precession_rate":
+        rate = np.abs(values_of(timing))
+        absolute, relative, default = _reading_errors(timing, rate, SOURCES["precession_rate"].default)
+        return [_source("precession_rate", every, np.zeros(len(time)), relative + absolute / rate, default)]
+    absolute, relative, default = _stated_for_period(columns, timing, time, turns) or _reading_errors(
+        timing, time, SOURCES["time"].default
+    )
+    sources = [_source("time", every, absolute, relative, default)]
+    if "angle" in columns and "turns" not in columns:
+        angles = columns["angle"]
+        given = [u.at(v or 0.0) if u else 0.0 for u, v in zip(angles.uncertainties, angles.values, strict=True)]
+        if any(given):
+            sources.append(_source("angle", every, np.array(given) / (2 * np.pi), np.zeros(len(time)), False))
     return sources
 
 
@@ -180,45 +197,54 @@ def tilt_sources(readings: Readings, pitch: Floats, transverse: Floats | None) -
     count = len(readings.runs)
     sources = []
     if "pitch" in readings.columns:
-        absolute, relative, default = _reading_errors(readings.columns["pitch"], pitch, math.radians(2), 0.0)
-        sources.append(
-            Source("pitch", "pitch", tuple(range(count)), absolute, relative, "", default, "2° and rounding")
-        )
+        errors = _reading_errors(readings.columns["pitch"], pitch, SOURCES["pitch"].default)
+        sources.append(_source("pitch", tuple(range(count)), *errors))
     elif readings.motion != "released":
         return []
-    size, default, words = np.full(count, TRANSVERSE_U), True, "20 %"
+    size, default, usual = TRANSVERSE_U, True, f"{100 * TRANSVERSE_U:g} %"
     if transverse is not None:
         column = readings.columns["transverse_inertia"]
         stated = [u.at(value) / value for u, value in zip(column.uncertainties, transverse, strict=True) if u]
-        default, words = not stated, "2 %"
-        size = np.full(count, max(stated) if stated else TRANSVERSE_GIVEN_U)
-    sources.append(
-        Source("transverse_inertia", "transverse", (0,) * count, np.zeros(count), size, "all runs", default, words)
-    )
+        default, usual = not stated, SOURCES["transverse_inertia"].usual
+        size = max(stated) if stated else SOURCES["transverse_inertia"].default.relative
+    doubt = np.zeros(count), np.full(count, size)
+    sources.append(_source("transverse_inertia", (0,) * count, *doubt, default, usual))
     return sources
 
 
-def with_period_errors(timing: Column, columns: Mapping[str, Column], turns: Floats) -> Column:
-    """Where a log states the uncertainty of the period only, that of the time is as many times larger."""
-    period = columns.get("precession_period")
-    if period is None or timing.role != "time" or any(timing.uncertainties):
-        return timing
-    scaled = tuple(
-        None if u is None else Uncertainty(u.absolute * float(f), u.relative)
-        for u, f in zip(period.uncertainties, turns, strict=True)
-    )
-    return replace(timing, uncertainties=scaled)
+def stated_or_default(readings: Readings, key: str) -> tuple[Uncertainty, bool]:
+    """Uncertainty of a source that the whole log has in common, and whether it is the default."""
+    stated = readings.uncertainties.get(f"u_{key}")
+    return (SOURCES[key].default, True) if stated is None else (stated, False)
 
 
-def _by_value(
-    name: str, quantity: Quantity, groups: tuple[int, ...], absolute: Floats, relative: Floats,
-    shared_by: str, default: bool, usual: str,
-) -> Source:  # fmt: skip
-    """Make a source whose error goes with the value: one for each weight, not one for each run.
+def _source(
+    key: str, groups: tuple[int, ...], absolute: Floats, relative: Floats, default: bool, usual: str | None = None
+) -> Source:
+    """One source of the table, as it is in a log."""
+    kind = SOURCES[key]
+    words = kind.usual if usual is None else usual
+    return Source(key, kind.quantity, groups, absolute, relative, kind.shared_by, default, words)
+
+
+def _of_whole_log(readings: Readings, key: str, exact: bool = False) -> Source:
+    """A source that all runs share; of one that is exact the default is none."""
+    count = len(readings.runs)
+    used, default = stated_or_default(readings, key)
+    if default and exact:
+        used = Uncertainty()
+    sizes = np.full(count, used.absolute), np.full(count, used.relative)
+    return _source(key, (0,) * count, *sizes, default, "0" if exact else None)
+
+
+def _by_value(key: str, column: Column, values: Floats, loaded: Floats) -> Source:
+    """A source whose error goes with the value: one for each weight, not one for each run.
 
     Where runs of one group state different uncertainties (a column ``u_mass``), the largest holds for the
     group: it is one reading and has one error.
     """
+    absolute, relative, default = _reading_errors(column, values, SOURCES[key].default)
+    groups = _numbered([f"{value:.9g}" for value in values], loaded)
     group = np.array(groups, dtype=int)
     touched = group >= 0
 
@@ -227,7 +253,7 @@ def _by_value(
         np.maximum.at(most, group[touched], sizes[touched])
         return np.where(touched, most[group] if len(most) else 0.0, sizes)
 
-    return Source(name, quantity, groups, largest(absolute), largest(relative), shared_by, default, usual)
+    return _source(key, groups, largest(absolute), largest(relative), default)
 
 
 def _numbered(keys: Sequence[object], touched: Sequence[bool] | Floats | None = None) -> tuple[int, ...]:
@@ -239,28 +265,16 @@ def _numbered(keys: Sequence[object], touched: Sequence[bool] | Floats | None = 
     )
 
 
-def _reading_errors(column: Column, values: Floats, absolute: float, relative: float) -> tuple[Floats, Floats, bool]:
+def _reading_errors(column: Column, values: Floats, default: Uncertainty) -> tuple[Floats, Floats, bool]:
     """Uncertainty of each reading of a column: as given, or the default with the last digit's rounding.
 
-    Parameters
-    ----------
-    column : Column
-        n readings.
-    values : ndarray, shape (n,)
-        Their values [SI].
-    absolute, relative : float
-        Default [SI], [1].
-
-    Returns
-    -------
-    tuple
-        Absolute [SI] and relative [1] part, shape (n,), and whether any default was used.
+    Gives the absolute [SI] and the relative [1] part, shape (n,), and whether any default was used.
     """
     # A number rounded to steps of s is uniform within ±s/2: s/√12 (GUM F.2.2.1).
     rounding = np.array([step or 0.0 for step in column.resolutions]) / math.sqrt(12)
     size = np.where(np.isfinite(values), np.abs(values), 0.0)
-    whole = np.sqrt(absolute**2 + (relative * size) ** 2 + rounding**2)
-    in_proportion = (size > 0) & (relative > 0)
+    whole = np.sqrt(default.absolute**2 + (default.relative * size) ** 2 + rounding**2)
+    in_proportion = (size > 0) & (default.relative > 0)
     a, r = np.where(in_proportion, 0.0, whole), np.divide(whole, size, out=np.zeros_like(size), where=in_proportion)
     given = [i for i, stated in enumerate(column.uncertainties) if stated is not None]
     for i in given:
@@ -299,10 +313,49 @@ def _spin_errors(readings: Readings) -> tuple[Floats, bool]:
     any_default = False
     for column in used:
         values = np.abs(values_of(column))
-        absolute, relative, default = _reading_errors(column, values, 0.0, 0.002)
+        absolute, relative, default = _reading_errors(column, values, SOURCES["spin"].default)
         # The same relative uncertainty for a period and for its reciprocal.
         parts.append(relative + absolute / values)
         any_default |= default
     weights = spin_weights([as_spin(column) for column in used])
     squares = sum((weight * part) ** 2 for weight, part in zip(weights, parts, strict=True))
     return np.sqrt(squares), any_default
+
+
+def values_of(column: Column) -> Floats:
+    """Values of a column [SI], shape (n,); NaN where nothing was read."""
+    return np.array([math.nan if value is None else value for value in column.values], dtype=float)
+
+
+def spin_columns(readings: Readings) -> tuple[Column, ...]:
+    """The columns that the spin is taken from: start, half time and end, or half time alone, or start and end."""
+    columns = readings.columns
+    for unit in ("spin", "spin_period"):
+        for names in ((f"{unit}_start", unit, f"{unit}_end"), (unit,), (f"{unit}_start", f"{unit}_end")):
+            if all(name in columns and None not in columns[name].values for name in names):
+                return tuple(columns[name] for name in names)
+    raise KeyError("spin")
+
+
+def as_spin(column: Column) -> Floats:
+    """Spin [rad/s] of a column of spins, or of times per revolution, shape (n,)."""
+    values = np.abs(values_of(column))
+    return cast(Floats, 2 * np.pi / values if "period" in column.role else values)
+
+
+def mean_spin(spins: list[Floats]) -> Floats:
+    """Harmonic mean in time of a spin read once, at start and end, or three times [rad/s], shape (n,)."""
+    if len(spins) == 3:
+        return cast(Floats, physics.simpson_mean_spin(*spins))
+    return spins[0] if len(spins) == 1 else cast(Floats, physics.harmonic_mean_spin(*spins))
+
+
+def spin_weights(spins: list[Floats]) -> list[Floats]:
+    """Relative change of the mean spin for a relative change of each reading; they add up to 1."""
+    if len(spins) == 3:
+        parts = [weight / spin for weight, spin in zip((1, 4, 1), spins, strict=True)]
+        return [part / sum(parts) for part in parts]
+    if len(spins) == 1:
+        return [np.ones_like(spins[0])]
+    mean = mean_spin(spins)
+    return [slope * spin / mean for slope, spin in zip(physics.harmonic_mean_spin_slopes(*spins), spins, strict=True)]

@@ -5,8 +5,7 @@ integrator, and `integrate` takes drag and other torques too. The state is e3 an
 """
 
 from gyrodata.motion.exact import exact, mean_precession_rate, precession_angle, time_to_turn
-from gyrodata.motion.integrators import Path, integrate
-from gyrodata.motion.splitting import METHODS, split
+from gyrodata.motion.integrators import METHODS, Path, integrate, split
 from gyrodata.motion.states import State, Top, energy, released, steady
 
 __all__ = [

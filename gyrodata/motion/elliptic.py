@@ -31,18 +31,7 @@ class Ladder:
         return np.pi / 2 / self.mean
 
     def amplitude(self, argument: Any) -> Any:
-        """The angle am(x|m) whose sine is sn and whose cosine is cn.
-
-        Parameters
-        ----------
-        argument : ndarray or float
-            x [1], within ±K.
-
-        Returns
-        -------
-        ndarray or float
-            Angle [rad].
-        """
+        """The angle am(x|m) whose sine is sn and whose cosine is cn [rad], for an argument within ±K."""
         angle = 2 ** len(self.steps) * self.mean * argument
         for sine, cosine in reversed(self.steps):
             # The angle whose sine is c/a sinφ, from its cosine too, because an arcsine has no digits near 1.
@@ -52,17 +41,7 @@ class Ladder:
 
 
 def ladder(parameter: Any, complement: Any) -> Ladder:
-    """Climb from m and 1 − m, each with its own digits.
-
-    Parameters
-    ----------
-    parameter, complement : ndarray or float
-        m and 1 − m [1], both from 0 to 1, the complement above 0.
-
-    Returns
-    -------
-    Ladder
-    """
+    """Climb from m and 1 − m, each with its own digits, both from 0 to 1, the complement above 0."""
     arithmetic, geometric, half = 1.0, np.sqrt(complement), np.sqrt(parameter)
     steps = []
     while np.max(half / arithmetic) > _NEGLIGIBLE:

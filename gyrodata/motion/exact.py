@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gyrodata.motion.crossing import find_crossing
 from gyrodata.motion.orbits import UPRIGHT, Orbit, orbit
 from gyrodata.motion.states import State, Top
 
@@ -19,24 +19,8 @@ _LONGEST = 1e12
 def exact(top: Top, state: State, time: ArrayLike) -> State:
     """The state at any time, before or after, in closed form.
 
-    Parameters
-    ----------
-    top : Top
-    state : State
-        At time 0.
-    time : array_like
-        [s], broadcast with `top` and `state`: many tops at one time, one top at many times, or pairs.
-
-    Returns
-    -------
-    State
-        Good to about 1e-15 times the largest of 1 and the angles turned through by nutation, unless the motion
-        itself magnifies what is in the last digit of `state`: one that almost comes to rest near the upright.
-
-    Raises
-    ------
-    ValueError
-        If an axis is not a unit vector or a momentum is not finite.
+    Good to about 1e-15 times the largest of 1 and the angles turned through by nutation, unless the motion itself
+    magnifies what is in the last digit of `state`: one that almost comes to rest near the upright.
     """
     course = _Course(orbit(top, state))
     start = course.orbit.start
@@ -50,27 +34,11 @@ def exact(top: Top, state: State, time: ArrayLike) -> State:
 
 
 def precession_angle(top: Top, state: State, time: ArrayLike) -> Any:
-    """Azimuth that the rod sweeps about the vertical from time 0 on, not reduced to a turn.
+    """Azimuth that the rod sweeps about the vertical from time 0 on, not reduced to a turn [rad].
 
-    Parameters
-    ----------
-    top : Top
-    state : State
-        At time 0.
-    time : array_like
-        [s], broadcast with `top` and `state`.
-
-    Returns
-    -------
-    ndarray or float
-        Angle [rad], anticlockwise seen from above. A rod that passes exactly through the vertical turns by half
-        a turn there, in the sense of its turning otherwise, or anticlockwise if it does not turn otherwise. For
-        one that starts there it counts from the azimuth at which it leaves. A rod that stays upright sweeps 0.
-
-    Raises
-    ------
-    ValueError
-        If an axis is not a unit vector or a momentum is not finite.
+    Anticlockwise seen from above. A rod that passes exactly through the vertical turns by half a turn
+    there, in the sense of its turning otherwise, or anticlockwise if it does not turn otherwise. For one that starts
+    there it counts from the azimuth at which it leaves. A rod that stays upright sweeps 0.
     """
     course = _Course(orbit(top, state))
     swept, _ = course.at(time)
@@ -78,49 +46,19 @@ def precession_angle(top: Top, state: State, time: ArrayLike) -> Any:
 
 
 def mean_precession_rate(top: Top, state: State) -> Any:
-    """Secular rate of precession: what the rod sweeps in a nutation over its period, from complete integrals.
+    """Secular rate of precession: what the rod sweeps in a nutation over its period, from complete integrals [rad/s].
 
-    Parameters
-    ----------
-    top : Top
-    state : State
-
-    Returns
-    -------
-    ndarray or float
-        [rad/s], with the same meaning at the vertical as in `precession_angle`.
-
-    Raises
-    ------
-    ValueError
-        If an axis is not a unit vector or a momentum is not finite.
+    With the same meaning at the vertical as in `precession_angle`.
     """
     course = _Course(orbit(top, state))
     return course.orbit.start.flip * course.mean_rate
 
 
 def time_to_turn(top: Top, state: State, angle: ArrayLike) -> Any:
-    """The first time at which the rod has swept an angle about the vertical: where a stopwatch stops.
+    """The first time at which the rod has swept an angle about the vertical: where a stopwatch stops [s].
 
-    Parameters
-    ----------
-    top : Top
-    state : State
-        At time 0.
-    angle : array_like
-        `precession_angle` to reach [rad], of either sign, broadcast with `top` and `state`.
-
-    Returns
-    -------
-    ndarray or float
-        [s], to about 1e-15 of itself and of the nutation's period, and to what the last digit of the angle
-        settles (little near a cusp, where the rod stands still). Infinite where the rod never gets there, or not
-        within 1e12 nutations.
-
-    Raises
-    ------
-    ValueError
-        If an axis is not a unit vector or a momentum is not finite.
+    To about 1e-15 of itself and of the nutation's period, and to what the last digit of the angle settles (little
+    near a cusp, where the rod stands still). Infinite where the rod never gets there, or not within 1e12 nutations.
     """
     course = _Course(orbit(top, state))
     return course.time_to(course.orbit.start.flip * np.asarray(angle, dtype=float))
@@ -288,3 +226,54 @@ def _turning(path: Orbit, upper: Any, lower: Any) -> Any:
     """φ̇ sin²θ = l − a u [rad/s], exact at the pole that is near."""
     spin = path.start.about_rod
     return np.where(upper < 1, path.upper_miss + spin * upper, path.lower_miss - spin * lower)
+
+
+_STEPS = 200
+"""More than it takes to halve any bracket down to the last digit, with as many interpolations between."""
+
+
+def find_crossing(function: Callable[[Any], Any], early: ArrayLike, late: ArrayLike) -> Any:
+    """The argument at which each function is 0, to the last digit.
+
+    The values at `early` are at most 0 and at `late` at least 0; where they are not, the end that is closer to 0 is the
+    answer, as it should be when only rounding is to blame.
+
+    Inverse quadratic interpolation wherever the last three points speak for it, else halving (Chandrupatla, Advances in
+    Engineering Software 28, 145, 1997). Newton's method stalls where a precessing rod stands still.
+    """
+    first, second = np.broadcast_arrays(np.asarray(early, dtype=float), np.asarray(late, dtype=float))
+    f_first, f_second = function(first), function(second)
+    fraction = np.full(first.shape, 0.5)
+    closed = f_first * f_second > 0
+    for _step in range(_STEPS):
+        nearer = np.abs(f_first) < np.abs(f_second)
+        best = np.where(nearer, first, second)
+        width = np.abs(second - first)
+        reach = np.finfo(float).eps * np.abs(best)
+        closed = closed | (np.where(nearer, f_first, f_second) == 0) | (width <= 2 * reach)
+        if closed.all():
+            break
+        with np.errstate(divide="ignore", invalid="ignore"):
+            least = np.where(closed, 0.5, reach / width)
+        between = first + np.clip(fraction, least, 1 - least) * (second - first)
+        between = np.where(closed, best, between)
+        value = function(between)
+        same = value * f_first > 0
+        third, f_third = np.where(same, first, second), np.where(same, f_first, f_second)
+        second, f_second = np.where(same, second, first), np.where(same, f_second, f_first)
+        first, f_first = np.where(closed, first, between), np.where(closed, f_first, value)
+        fraction = _interpolated(first, second, third, f_first, f_second, f_third)
+    return best[()]
+
+
+def _interpolated(first: Any, second: Any, third: Any, f_first: Any, f_second: Any, f_third: Any) -> Any:
+    """The crossing as a fraction of the way from first to second: interpolated where that is safe, else a half."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        place = (first - second) / (third - second)
+        level = (f_first - f_second) / (f_third - f_second)
+        safe = (level**2 < place) & ((1 - level) ** 2 < 1 - place)
+        curved = f_first / (f_second - f_first) * f_third / (f_second - f_third)
+        curved = curved + (third - first) / (second - first) * f_first / (f_third - f_first) * f_second / (
+            f_third - f_second
+        )
+    return np.where(safe, curved, 0.5)

@@ -116,22 +116,7 @@ class Orbit:
 
 
 def orbit(top: Top, state: State) -> Orbit:
-    """The motion that goes through a state.
-
-    Parameters
-    ----------
-    top : Top
-    state : State
-
-    Returns
-    -------
-    Orbit
-
-    Raises
-    ------
-    ValueError
-        If an axis is not a unit vector (within 1e-6) or a momentum is not finite.
-    """
+    """The motion that goes through a state."""
     start = scaled(top, state)
     with np.errstate(divide="ignore", invalid="ignore"):
         far, low, high = _turning_points(start)
@@ -139,7 +124,7 @@ def orbit(top: Top, state: State) -> Orbit:
 
 
 def scaled(top: Top, state: State) -> Start:
-    """The state over I, with gravity towards −Z: parameters and errors as in `orbit`."""
+    """The state over I, with gravity towards −Z; a ValueError where it is no state."""
     transverse = np.asarray(top.transverse_inertia, dtype=float)
     axis, momentum = np.asarray(state.axis, dtype=float), np.asarray(state.momentum, dtype=float)
     length = np.sqrt(np.sum(axis**2, axis=-1))

@@ -47,24 +47,7 @@ class State:
 def steady(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> State:
     """The rod in steady slow precession, eq. (8), pointing towards X (azimuth 0).
 
-    Parameters
-    ----------
-    top : Top
-    spin : array_like
-        Spin ψ̇ relative to the frame that follows the rod [rad/s].
-    pitch : array_like
-        Angle of the rod above the horizontal [rad].
-
-    Returns
-    -------
-    State
-        Shape of `top`, `spin` and `pitch` broadcast.
-
-    Raises
-    ------
-    ValueError
-        If for some top no steady precession exists: the rod points up and the spin is too low. Ask
-        `gyrodata.physics.precession_rate` first, which gives NaN there.
+    A ValueError where none exists, because the rod points up and the spin is too low: `precession_rate` is NaN there.
     """
     rate = precession_rate(top.torque, spin, top.inertia, top.transverse_inertia, pitch)
     if not np.isfinite(rate).all():
@@ -80,21 +63,7 @@ def steady(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> State:
 
 
 def released(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> State:
-    """The rod held at rest towards X (azimuth 0), the ball spinning, at the moment the rod is let go.
-
-    Parameters
-    ----------
-    top : Top
-    spin : array_like
-        Spin ψ̇ [rad/s].
-    pitch : array_like
-        Angle of the rod above the horizontal [rad].
-
-    Returns
-    -------
-    State
-        Shape of `top`, `spin` and `pitch` broadcast.
-    """
+    """The rod held at rest towards X (azimuth 0), the ball spinning, at the moment the rod is let go."""
     momentum = np.multiply(top.inertia, spin)
     shape = np.broadcast_shapes(np.shape(momentum), np.shape(pitch), np.shape(top.torque))
     axis = _axis(pitch, shape)
@@ -102,17 +71,9 @@ def released(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> State:
 
 
 def energy(top: Top, state: State) -> Any:
-    """Kinetic and potential energy: (H² − H3²)/2I + H3²/2I_zz + h m g cosθ.
+    """Kinetic and potential energy: (H² − H3²)/2I + H3²/2I_zz + h m g cosθ [J].
 
-    Parameters
-    ----------
-    top : Top
-    state : State
-
-    Returns
-    -------
-    ndarray or float
-        Energy [J], 0 for a body at rest with the rod horizontal.
+    0 for a body at rest with the rod horizontal.
     """
     about_rod = np.sum(state.axis * state.momentum, axis=-1)
     across = np.sum(state.momentum**2, axis=-1) - about_rod**2

@@ -2,29 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gyrodata.physics.constants import EARTH_ROTATION
+EARTH_ROTATION = 7.292115e-5
+"""The Earth's rate of rotation against the stars [rad/s] (WGS 84)."""
+
+SIDEREAL_DAY = 2 * math.pi / EARTH_ROTATION
+"""Time of one turn of the Earth against the stars [s]; 3 min 56 s less than 24 hours."""
 
 
 def earth_bias(precession_rate: ArrayLike, latitude: ArrayLike) -> Any:
     """Relative bias of I_zz when the lab is taken to stand still: Ω sin(latitude)/φ̇.
 
-    Parameters
-    ----------
-    precession_rate : array_like
-        φ̇ as seen in the lab, counterclockwise from above positive [rad/s]; it changes sign with the spin.
-    latitude : array_like
-        North positive [rad].
-
-    Returns
-    -------
-    ndarray or float
-        I_zz estimated over true, minus 1, by the vertical part of the Earth's rotation; the horizontal part
-        averages out over a turn.
+    I_zz estimated over true, minus 1, by the vertical part of the Earth's rotation; the horizontal part averages out
+    over a turn.
     """
     return EARTH_ROTATION * np.sin(latitude) / np.asarray(precession_rate, dtype=float)
 
@@ -34,25 +29,11 @@ def balanced_direction(
 ) -> tuple[Any, Any]:
     """Where a balanced spinning gyroscope points after a time: at the same star.
 
-    Parameters
-    ----------
-    azimuth, altitude : array_like
-        Direction of the rod at first: from north through east, and above the horizontal [rad].
-    latitude : array_like
-        North positive [rad].
-    time : array_like
-        Clock time since then [s], a sidereal hour being 3590.17 s.
+    Azimuth in [0, 2π) and altitude [rad]; the azimuth is NaN where the rod points straight up or down, within 1e-12
+    rad.
 
-    Returns
-    -------
-    tuple of two ndarray or float
-        Azimuth in [0, 2π) and altitude [rad]; the azimuth is NaN where the rod points straight up or down, within
-        1e-12 rad.
-
-    Notes
-    -----
-    Against the ground the sky turns about the Earth's axis, which points north at the altitude of the latitude,
-    from east to west: a turn of the direction by −Ω t about that axis (Rodrigues' formula).
+    Against the ground the sky turns about the Earth's axis, which points north at the altitude of the latitude, from
+    east to west: a turn of the direction by −Ω t about that axis (Rodrigues' formula).
     """
     rod = _vector(azimuth, altitude)
     axis = _vector(0.0, latitude)

@@ -9,25 +9,16 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from gyrodata.physics.constants import Floats
+Floats = NDArray[np.float64]
 
 
 def frame_axes(azimuth: ArrayLike, theta: ArrayLike) -> Floats:
-    """Give e1, e2 and e3 in the fixed frame X, Y, Z.
+    """Give e1, e2 and e3 in the fixed frame X, Y, Z, one axis a row.
 
-    Parameters
-    ----------
-    azimuth : array_like, shape (...)
-        φ of the rod, counterclockwise from X as seen from above [rad].
-    theta : array_like, shape (...)
-        θ [rad].
-
-    Returns
-    -------
-    ndarray, shape (..., 3, 3)
-        One axis a row. e1 = Z × e3/sinθ, so that a growing θ is a positive turn about e1.
+    The azimuth counts counterclockwise from X seen from above; e1 = Z × e3/sinθ, so that a growing θ is a positive
+    turn about e1.
     """
     phi, tilt = np.broadcast_arrays(azimuth, theta)
     along = np.stack([np.sin(tilt) * np.cos(phi), np.sin(tilt) * np.sin(phi), np.cos(tilt)], axis=-1)
@@ -36,57 +27,18 @@ def frame_axes(azimuth: ArrayLike, theta: ArrayLike) -> Floats:
 
 
 def frame_rotation(theta_rate: ArrayLike, precession_rate: ArrayLike, theta: ArrayLike) -> Floats:
-    """Rotation of the frame that follows the rod, eq. (1): Ω = θ̇ e1 + φ̇ sinθ e2 + φ̇ cosθ e3.
-
-    Parameters
-    ----------
-    theta_rate, precession_rate : array_like, shape (...)
-        θ̇ and φ̇ [rad/s].
-    theta : array_like, shape (...)
-        θ [rad].
-
-    Returns
-    -------
-    ndarray, shape (..., 3)
-        [rad/s]
-    """
+    """Rotation of the frame that follows the rod, eq. (1): Ω = θ̇ e1 + φ̇ sinθ e2 + φ̇ cosθ e3."""
     across, along = np.multiply(precession_rate, np.sin(theta)), np.multiply(precession_rate, np.cos(theta))
     return _stack(theta_rate, across, along)
 
 
 def body_rotation(theta_rate: ArrayLike, precession_rate: ArrayLike, spin: ArrayLike, theta: ArrayLike) -> Floats:
-    """Rotation of the body, eq. (2): ω = Ω + ψ̇ e3; its last component is the total spin ω3.
-
-    Parameters
-    ----------
-    theta_rate, precession_rate, spin : array_like, shape (...)
-        θ̇, φ̇ and ψ̇ [rad/s].
-    theta : array_like, shape (...)
-        θ [rad].
-
-    Returns
-    -------
-    ndarray, shape (..., 3)
-        [rad/s]
-    """
+    """Rotation of the body, eq. (2): ω = Ω + ψ̇ e3; its last component is the total spin ω3."""
     return frame_rotation(theta_rate, precession_rate, theta) + _stack(0.0, 0.0, spin)
 
 
 def angular_momentum(rotation: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike) -> Floats:
-    """Angular momentum about the fixed point, eq. (3): H = I ω1 e1 + I ω2 e2 + I_zz ω3 e3.
-
-    Parameters
-    ----------
-    rotation : array_like, shape (..., 3)
-        ω [rad/s].
-    inertia, transverse_inertia : array_like, shape (...)
-        I_zz and I [kg*m^2].
-
-    Returns
-    -------
-    ndarray, shape (..., 3)
-        [kg*m^2/s]
-    """
+    """Angular momentum about the fixed point, eq. (3): H = I ω1 e1 + I ω2 e2 + I_zz ω3 e3."""
     return np.asarray(rotation, dtype=float) * _stack(transverse_inertia, transverse_inertia, inertia)
 
 
@@ -99,21 +51,7 @@ def momentum_change(
 ) -> Floats:
     """Rate of change of the angular momentum, eqs. (4) and (5): I ω̇1 e1 + I ω̇2 e2 + I_zz ω̇3 e3 + Ω × H.
 
-    Parameters
-    ----------
-    rotation : array_like, shape (..., 3)
-        ω [rad/s].
-    rotation_change : array_like, shape (..., 3)
-        ω̇1, ω̇2, ω̇3, the rates of its components [rad/s^2].
-    frame : array_like, shape (..., 3)
-        Ω [rad/s].
-    inertia, transverse_inertia : array_like, shape (...)
-        I_zz and I [kg*m^2].
-
-    Returns
-    -------
-    ndarray, shape (..., 3)
-        [N*m]: equal to the torque, h m g sinθ e1 of eq. (6), which is eq. (7).
+    `frame` is Ω. Equal to the torque, h m g sinθ e1 of eq. (6), which is eq. (7).
     """
     momentum = angular_momentum(rotation, inertia, transverse_inertia)
     own = angular_momentum(rotation_change, inertia, transverse_inertia)

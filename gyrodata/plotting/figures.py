@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gyrodata.fitting import K_95
 from gyrodata.plotting.labels import label_margin, name_runs, odd_names
 from gyrodata.plotting.marks import (
     INK,
@@ -26,7 +27,7 @@ from gyrodata.plotting.marks import (
 )
 from gyrodata.plotting.scene import RPM, Scene, gather, mean_text, torque_unit, with_u
 from gyrodata.plotting.style import MEDIA, RULED, Form, Medium, save
-from gyrodata.results import K_95, Analysis
+from gyrodata.results import Analysis
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

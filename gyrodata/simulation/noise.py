@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import math
 import os
 import re
 import tomllib
@@ -15,24 +14,21 @@ from typing import Literal
 import numpy as np
 
 from gyrodata.errors import Diagnostic, InputError, register
+from gyrodata.measurements import SOURCES
 from gyrodata.physics import Floats
 from gyrodata.units import Uncertainty, UnitError, kind_of_role, parse_uncertainty
 
 G636 = register("G636", "error", "simulate: the noise cannot be read", "simulate --noise no-such-file.toml")
 
+# A ruler with millimetres is read to 1 mm/√12 = 0.3 mm; the positions of a log have what they are rounded by.
 TYPICAL: Mapping[str, Uncertainty] = {
-    "u_time": Uncertainty(0.14),
-    "u_time_bias": Uncertainty(0.05),
-    "u_spin": Uncertainty(0.0, 0.002),
-    "u_spin_scale": Uncertainty(0.0, 0.001),
-    "u_mass": Uncertainty(0.0, 0.002),
-    "u_mass_scale": Uncertainty(0.0, 0.0005),
-    "u_position": Uncertainty(0.0003),
-    "u_position_zero": Uncertainty(0.0005),
-    "u_pitch": Uncertainty(math.radians(2.0)),
-    "u_transverse_inertia": Uncertainty(0.0, 0.02),
-}
-"""What a log is taken to mean where it says nothing; a ruler with millimetres is read to 1 mm/√12 = 0.3 mm."""
+    f"u_{key}": Uncertainty(0.0003) if key == "position" else SOURCES[key].default
+    for key in (
+        "time", "time_bias", "spin", "spin_scale", "mass", "mass_scale", "position", "position_zero", "pitch",
+        "transverse_inertia",
+    )
+}  # fmt: skip
+"""What a log is taken to mean where it says nothing."""
 
 EXACT: Mapping[str, Uncertainty] = dict.fromkeys(TYPICAL, Uncertainty()) | {"u_spin": Uncertainty(0.0, 1e-12)}
 """No errors but those of sixteen digits: with none at all, a run without a torque would weigh infinitely much."""
@@ -69,21 +65,9 @@ _ERRORS = (
 def put_errors(
     true: Mapping[str, Floats], noise: Mapping[str, Uncertainty], random: np.random.Generator
 ) -> dict[str, Floats]:
-    """Read n runs once: the truth plus errors.
+    """Read n runs once: the truth plus (absolute + relative × truth) × a standard normal number for each error.
 
-    Parameters
-    ----------
-    true : mapping of str to ndarray, shape (n,)
-        True values by role [SI]; NaN where there is nothing to read.
-    noise : mapping of str to Uncertainty
-        ``u_…`` by key.
-    random : Generator
-        The same numbers are drawn whatever the noise, so that another noise gives the same errors, scaled.
-
-    Returns
-    -------
-    dict of str to ndarray, shape (n,)
-        The truth plus (absolute + relative × truth) × a standard normal number for each error.
+    The same numbers are drawn whatever the noise, so that another noise gives the same errors, scaled.
     """
     read = {role: values.copy() for role, values in true.items()}
     for error in _ERRORS:
@@ -103,23 +87,7 @@ def put_errors(
 
 
 def read_noise(path: str | os.PathLike[str]) -> dict[str, Uncertainty]:
-    """Read the uncertainties of a TOML file, or of the ``# u_…: …`` lines of a log.
-
-    Parameters
-    ----------
-    path : path
-        TOML with keys such as ``u_time = "0.1 s"``, or any text with lines such as ``# u_time: 0.1 s``.
-
-    Returns
-    -------
-    dict of str to Uncertainty
-        [SI]; what the file does not give is as in `TYPICAL`.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, or what it says makes no sense.
-    """
+    """Read the uncertainties of a TOML file, or of the ``# u_…: …`` lines of a log; the rest is `TYPICAL`."""
     faults = []
     noise = dict(TYPICAL)
     for key, text in _texts(Path(path)).items():

@@ -10,13 +10,12 @@ import pytest
 
 import gyrodata
 from gyrodata import effects, fitting
-from gyrodata.effects import Rung
 from gyrodata.errors import CODES
 from gyrodata.fitting import Estimate
 from gyrodata.measurements import Measurements, measure
+from gyrodata.model import ChosenModel, _kept, choose_model, is_unsteady, iterate_mean_rate
 from gyrodata.simulation import EXACT, TYPICAL, Decay, Design, Truth, simulate
 from gyrodata.units import Uncertainty
-from gyrodata.unsteady import settle
 
 RPM = math.pi / 30
 UP_AND_DOWN = (math.radians(-30), math.radians(30))
@@ -51,14 +50,14 @@ def simplest(measured: Measurements) -> Estimate:
 
 
 def fullest(measured: Measurements) -> Estimate:
-    rung = Rung(tilted=True, released=False, asked=True)
-    return fitting.fit(settle(measured, rung) if effects.is_unsteady(measured, rung) else measured, True).inertia
+    chosen = ChosenModel(tilted=True, released=False, asked=True)
+    return fitting.fit(iterate_mean_rate(measured, chosen) if is_unsteady(measured, chosen) else measured, True).inertia
 
 
 def chosen(measured: Measurements) -> Estimate:
-    rung = effects.choose(measured, "auto")
-    runs = settle(measured, rung) if effects.is_unsteady(measured, rung) else measured
-    return fitting.fit(runs, rung.tilted).inertia
+    chosen = choose_model(measured, "auto")
+    runs = iterate_mean_rate(measured, chosen) if is_unsteady(measured, chosen) else measured
+    return fitting.fit(runs, chosen.tilted).inertia
 
 
 def study(name: str, labs: int) -> dict[str, Score]:
@@ -112,10 +111,10 @@ class TestChoice:
         assert effect(strong, "tilt").kept
 
     def test_what_is_dropped_stays_small_together(self) -> None:
-        assert effects._kept({"a": 0.1, "b": -0.15}, 0.0, 1.0) == set()
-        assert effects._kept({"a": 0.1, "b": -0.15}, 0.1, 1.0) == {"b"}
-        assert effects._kept({"a": 0.1, "b": -0.21}, 0.0, 1.0) == {"b"}
-        assert effects._kept({"a": 0.1}, 0.25, 1.0) == {"a"}
+        assert _kept({"a": 0.1, "b": -0.15}, 0.0, 1.0) == set()
+        assert _kept({"a": 0.1, "b": -0.15}, 0.1, 1.0) == {"b"}
+        assert _kept({"a": 0.1, "b": -0.21}, 0.0, 1.0) == {"b"}
+        assert _kept({"a": 0.1}, 0.25, 1.0) == {"a"}
 
     @pytest.mark.parametrize(("model", "tilt"), [("horizontal", False), ("steady", True), ("released", True)])
     def test_what_is_asked_for_is_done(self, model: str, tilt: bool) -> None:

@@ -1,64 +1,129 @@
-"""Runs whose rate is not that of steady precession at one spin: what the fit's equation has to be corrected by.
+"""Which model a log is fitted with, and what its equation has to be corrected by.
 
-A rod let go from rest nutates, and goes a little slower on average; a tilted one whose spin falls has a mean rate
-that is not the one at the mean spin. Both depend on I_zz a little, so that fit and correction settle together.
+The models are eq. (9) for a level rod, eq. (8) for a tilted one, and the mean rate of the whole motion for a rod let go
+from rest: the simplest that the sizes of the `effects` allow. A rod let go from rest nutates, and goes a little slower
+on average; a tilted one whose spin falls has a mean rate that is not the one at the mean spin. Both depend on I_zz a
+little, so that fit and correction are iterated together.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 
 from gyrodata import fitting, physics
-from gyrodata.effects import Rung
+from gyrodata.effects import (
+    DROP_ALL,
+    DROP_ONE,
+    never_corrected,
+    relative_u,
+    release_by_run,
+    tilt_by_run,
+    whole,
+)
 from gyrodata.fitting import FitResult
 from gyrodata.measurements import TRANSVERSE_U, Measurements, Source
 from gyrodata.physics import Floats
+
+Model = Literal["auto", "horizontal", "steady", "released"]
 
 LIKELY = 10.0
 """A phase of the nutation whose chi-square is larger than the best one's by more than this is not looked into."""
 
 
-def settle(measured: Measurements, rung: Rung, left_out: Collection[int] = ()) -> Measurements:
+@dataclass(frozen=True)
+class ChosenModel:
+    """The model that a log is fitted with."""
+
+    tilted: bool
+    """Eq. (8) with each run's pitch, not eq. (9)."""
+    released: bool
+    """The mean rate of a rod let go from rest, not that of steady precession."""
+    asked: bool
+    """True if the caller chose it."""
+
+    @property
+    def name(self) -> Literal["horizontal", "steady", "released"]:
+        """Name of the model, as ``--model`` takes it."""
+        if self.released:
+            return "released"
+        return "steady" if self.tilted else "horizontal"
+
+
+def choose_model(measured: Measurements, model: Model) -> ChosenModel:
+    """Take the simplest model that is good enough for a log, by the sizes of the effects, or the one asked for."""
+    tilts = bool(np.any(measured.pitch))
+    if model != "auto":
+        tilted = model == "steady" or (model == "released" and tilts)
+        return ChosenModel(tilted, released=model == "released", asked=True)
+    if not tilts and measured.motion != "released":
+        return ChosenModel(tilted=False, released=False, asked=False)
+    try:
+        fit = fitting.fit(measured)
+    except fitting.NoFit:
+        # Nothing tells what could be left out.
+        return ChosenModel(tilts, measured.motion == "released", asked=False)
+    by_run = {}
+    if tilts:
+        by_run["tilt"] = tilt_by_run(measured, fit, measured.pitch)
+    if measured.motion == "released":
+        by_run["release"] = release_by_run(measured, fit)
+    dropped = sum(abs(bias) for bias in never_corrected(measured, fit).values())
+    kept = _kept({name: whole(fit, biases) for name, biases in by_run.items()}, dropped, relative_u(fit))
+    kept |= {name for name, biases in by_run.items() if _seen_in_scatter(measured, fit, biases)}
+    return ChosenModel(tilted="tilt" in kept, released="release" in kept, asked=False)
+
+
+def _kept(biases: Mapping[str, float], dropped: float, u: float) -> set[str]:
+    """Which effects are too large to leave out, where `dropped` is out already."""
+    kept = set(biases)
+    for name in sorted(biases, key=lambda name: abs(biases[name])):
+        dropped += abs(biases[name])
+        if abs(biases[name]) > DROP_ONE * u or dropped > DROP_ALL * u:
+            break
+        kept.discard(name)
+    return kept
+
+
+def _seen_in_scatter(measured: Measurements, fit: FitResult, biases: Floats) -> bool:
+    """Say whether an effect that cancels in I_zz, as of a rod tilted up and down, still spoils the single runs."""
+    return float(np.sqrt(np.mean((biases * measured.time / fit.time_u) ** 2))) > DROP_ALL
+
+
+def is_unsteady(measured: Measurements, chosen: ChosenModel) -> bool:
+    """Say whether eqs. (8) and (9), for steady precession at one spin, need `iterate_mean_rate`."""
+    return chosen.released or (chosen.tilted and measured.spin_start is not None)
+
+
+def iterate_mean_rate(measured: Measurements, chosen: ChosenModel, left_out: Collection[int] = ()) -> Measurements:
     """Correct runs whose rate is not that of steady precession at one spin, by what the fit of them gives.
 
-    Parameters
-    ----------
-    measured : Measurements
-        n runs, as they were read.
-    rung : Rung
-        The model chosen.
-    left_out : collection of int
-        Indices of runs that have no say.
-
-    Returns
-    -------
-    Measurements
-        With `slowing`, and for a rod let go from rest with two more sources of error: the phase of the nutation
-        at the last click, and I.
+    Gives the runs with `slowing`, and for a rod let go from rest with two more sources of error: the phase of the
+    nutation at the last click, and I.
     """
-    result = fitting.fit(measured, rung.tilted, left_out)
+    result = fitting.fit(measured, chosen.tilted, left_out)
     runs = measured
     for _turn in range(20):
-        before, runs = runs.slowing, _slowed(measured, result, rung, result.inertia.value, followed=False)
-        result = fitting.fit(runs, rung.tilted, left_out)
+        before, runs = runs.slowing, _slowed(measured, result, chosen, result.inertia.value, followed=False)
+        result = fitting.fit(runs, chosen.tilted, left_out)
         if before is not None and runs.slowing is not None and np.allclose(before, runs.slowing, rtol=1e-10, atol=0):
             break
     # Without a run to spare every value that goes with itself fits as well, and runs that contradict each other tell
     # no phase.
     if (
-        not rung.released
+        not chosen.released
         or result.dof < 1
-        or result.widened > 1
+        or result.time_u_factor > 1
         or _phase_known(measured, result.inertia.value).max() < 0.1
     ):
         return runs
     # Following takes hundreds of fits: not of what is no answer anyway.
-    fitting.insist_on_lines(runs, result, rung.tilted, _says(measured, left_out))
-    return _followed(measured, result, rung, left_out)
+    fitting.insist_on_lines(runs, result, chosen.tilted, _says(measured, left_out))
+    return _followed(measured, result, chosen, left_out)
 
 
 def _says(measured: Measurements, left_out: Collection[int]) -> Floats:
@@ -68,7 +133,7 @@ def _says(measured: Measurements, left_out: Collection[int]) -> Floats:
     return says
 
 
-def _followed(measured: Measurements, mean: FitResult, rung: Rung, left_out: Collection[int]) -> Measurements:
+def _followed(measured: Measurements, mean: FitResult, chosen: ChosenModel, left_out: Collection[int]) -> Measurements:
     """Follow the nutation too, at the I_zz near that of the mean rates that goes with itself.
 
     The nutation's phase turns many times within the uncertainty of I_zz, so several values do; of them the one
@@ -89,8 +154,8 @@ def _followed(measured: Measurements, mean: FitResult, rung: Rung, left_out: Col
     for reach in (min(4 * (mean.inertia.u or 0.0), 30 * radian, 0.5 * centre), radian, radian):
 
         def at(inertia: float, fit: FitResult = result) -> Trial:
-            runs = _slowed(measured, fit, rung, inertia, followed=True)
-            return Trial(inertia, fitting.fit(runs, rung.tilted, left_out), runs)
+            runs = _slowed(measured, fit, chosen, inertia, followed=True)
+            return Trial(inertia, fitting.fit(runs, chosen.tilted, left_out), runs)
 
         trials = [at(float(t)) for t in centre + np.arange(-reach, 1.01 * reach, 0.3 * radian)]
         # Only where it may beat the best so far.
@@ -144,7 +209,9 @@ def _phase_known(measured: Measurements, inertia: float) -> Floats:
     return known
 
 
-def _slowed(measured: Measurements, fit: FitResult, rung: Rung, inertia: float, followed: bool) -> Measurements:
+def _slowed(
+    measured: Measurements, fit: FitResult, chosen: ChosenModel, inertia: float, followed: bool
+) -> Measurements:
     """Work out how much slower each run is than steady precession at its mean spin, for an I_zz [kg*m^2].
 
     Without `followed` a rod let go from rest has its mean rate. With it, it is followed exactly from the start of
@@ -153,10 +220,10 @@ def _slowed(measured: Measurements, fit: FitResult, rung: Rung, inertia: float, 
     """
     across = fitting.transverse_inertia(measured)
     total = measured.torque + fit.imbalance.value
-    lean = (across, measured.pitch) if rung.tilted else (0.0, 0.0)
+    lean = (across, measured.pitch) if chosen.tilted else (0.0, 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         steady = physics.precession_rate(total, measured.spin, inertia, *lean)
-        if not rung.released:
+        if not chosen.released:
             return replace(measured, slowing=steady / _mean_rate_of_decay(measured, total, inertia, across))
     from gyrodata import motion
 

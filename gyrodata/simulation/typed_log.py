@@ -15,7 +15,7 @@ from gyrodata.errors import Diagnostic, InputError
 from gyrodata.physics import Floats
 from gyrodata.readings import Column, Readings, check_value, read_cell, write_log
 from gyrodata.simulation.noise import EXACT, TYPICAL, put_errors
-from gyrodata.simulation.scene import G631, Design, Runs, Truth, happen
+from gyrodata.simulation.truth import G631, Design, Runs, Truth, happen
 from gyrodata.units import DISPLAY, Uncertainty, from_si, kind_of_role
 
 SCHEMA = "gyro.truth/1"
@@ -81,34 +81,14 @@ def simulate(
     noise: Mapping[str, Uncertainty] = TYPICAL,
     seed: int | None = 1,
 ) -> Simulation:
-    """Make a log from a known truth.
+    """Make a log from a known truth; by default a well balanced 4-inch steel ball, three weights and three spins.
 
-    Parameters
-    ----------
-    truth : Truth, optional
-        The gyroscope; by default a well balanced 4-inch steel ball.
-    design : Design, optional
-        The runs; by default three weights with three spins each.
-    noise : mapping of str to Uncertainty
-        ``u_…`` of the log format by key, `EXACT` or `TYPICAL`; what is not in it is exact.
-    seed : int or None
-        Of the random numbers; the same arguments give the same log. None puts no errors on the readings, and
-        the log still states those that they could have: a design, to be tried with errors of its own.
+    The same seed gives the same log. A seed of None puts no errors on the readings, and the log still states those that
+    they could have: a design, to be tried with errors of its own. What is not in `noise` is exact.
 
-    Returns
-    -------
-    Simulation
-
-    Raises
-    ------
-    InputError
-        A value that cannot be, a run that is never completed, or an error larger than what it is an error of.
-
-    Notes
-    -----
     The analysis gives the truth back from an exact log: of a level rod or a tilted one, with a spin that stays or
-    falls, and of a rod let go from rest where there are more runs than unknowns. With fewer, or with errors, the
-    phase of its nutation at the last click is not known, and a run may be early or late by I/(I_zz ψ̇) seconds.
+    falls, and of a rod let go from rest where there are more runs than unknowns. With fewer, or with errors, the phase
+    of its nutation at the last click is not known, and a run may be early or late by I/(I_zz ψ̇) seconds.
     """
     truth, design = truth or Truth(), design or Design()
     random = np.random.default_rng(seed)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 from gyrodata.grading.exports.grades_csv import POINTS_ROW
 
@@ -59,8 +58,8 @@ def compare_tables(before: str, after: str) -> tuple[Change, ...] | None:
     if old is None or new is None:
         return None
     changes = []
-    for student in sorted(old.rows.keys() | new.rows.keys()):
-        was, now = old.cells(student), new.cells(student)
+    for student in sorted(old.keys() | new.keys()):
+        was, now = old.get(student), new.get(student)
         if was == now:
             continue
         parts: list[tuple[str, str, str]] = []
@@ -73,31 +72,18 @@ def compare_tables(before: str, after: str) -> tuple[Change, ...] | None:
     return tuple(changes)
 
 
-class _Table(NamedTuple):
-    """A table of grades, for a class may be large."""
-
-    columns: list[str]
-    rows: dict[str, str]
-    """The cells of each student's row, as JSON: lists of them would take five times as much."""
-
-    def cells(self, student: str) -> dict[str, str] | None:
-        """Give a student's cells by column; None for one who is not in it."""
-        row = self.rows.get(student)
-        return None if row is None else dict(zip(self.columns, json.loads(row), strict=True))
-
-
-def _read(table: str) -> _Table | None:
-    """Read a table of grades; None where there are no such columns."""
+def _read(table: str) -> dict[str, dict[str, str]] | None:
+    """Read a table of grades, each student's cells by column; None where there are no such columns."""
     try:
         reader = csv.DictReader(io.StringIO(table, newline=""))
         columns = [column for column in dict.fromkeys(reader.fieldnames or ()) if column]
         if not {"student", STATUS, TOTAL} <= set(columns):
             return None
-        rows = {row["student"] or "": json.dumps([row[column] or "" for column in columns]) for row in reader}
+        rows = {row["student"] or "": {column: row[column] or "" for column in columns} for row in reader}
     except csv.Error:
         return None
     rows.pop(POINTS_ROW, None)
-    return _Table(columns, rows)
+    return rows
 
 
 def _points(row: Mapping[str, str] | None) -> str | None:

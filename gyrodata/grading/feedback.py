@@ -139,7 +139,7 @@ def _content(grade: Grade) -> dict[str, Any]:
         "told": told,
         "points": points_text,
         "factor": factor_text,
-        "ratio": _ratio(grade),
+        "ratio": "" if grade.ratio is None else factor_text(grade.ratio),
         "slip_cost": _slip_cost(grade),
         "lead": _lead(grade),
     }
@@ -170,12 +170,6 @@ def points_text(points: float | None) -> str:
     str
     """
     return "–" if points is None else f"{points:.2f}".rstrip("0").rstrip(".")
-
-
-def _ratio(grade: Grade) -> str:
-    """What the reported value is of what the student's own runs give: "9.55 times"."""
-    value, own = grade.reported.get("value"), grade.own.get(grade.matched or "", {}).get("value")
-    return factor_text(value / own) if isinstance(value, float) and own else ""
 
 
 def _slip_cost(grade: Grade) -> float | None:

@@ -85,6 +85,18 @@ class Grade:
     fingerprint: Fingerprint | None
     """What is kept of the log to compare it with others; None where it cannot be analysed."""
 
+    @property
+    def reported_inertia(self) -> float | None:
+        """I_zz as reported [kg*m^2]; None where there is no number."""
+        value = self.reported.get("value")
+        return value if isinstance(value, float) else None
+
+    @property
+    def ratio(self) -> float | None:
+        """Reported I_zz over that of the accepted fit that it comes nearest to [1]; None without one of them."""
+        value, own = self.reported_inertia, self.own.get(self.matched or "", {}).get("value")
+        return value / own if value is not None and own else None
+
     def to_dict(self) -> dict[str, Any]:
         """Give the grade as JSON can hold it."""
         out: dict[str, Any] = {name: getattr(self, name) for name in self.__slots__}

@@ -2,8 +2,8 @@
 
 The story: what the journal knows and what has not changed is taken from there → the rest goes to the workers, and
 each grade into the journal as it comes → when all are there, the class is its own reference, and its logs are
-compared. Nothing depends on the order, on the number of workers, or on how often the run was stopped, and nothing is
-held of a whole class but a few numbers of each: what is needed again stands on a shelf.
+compared. Nothing depends on the order, on the number of workers, or on how often the run was stopped. All grades of a
+class are held in memory: 13 kB a student.
 """
 
 from __future__ import annotations
@@ -15,11 +15,10 @@ from pathlib import Path
 
 from gyrodata.errors import GyroError
 from gyrodata.grading.classroom import ClassGrades
-from gyrodata.grading.forensics import Exemptions, Fingerprint, flag_class
+from gyrodata.grading.forensics import Exemptions, flag_class
 from gyrodata.grading.grade import Grade, grade_submission, not_graded, references_of, settle_one
 from gyrodata.grading.journal import Basis, Entry, Journal, bases_of, why_again, write_whole
 from gyrodata.grading.rubric import Rubric
-from gyrodata.grading.shelf import Shelf
 from gyrodata.grading.submissions import Submission, Submissions
 from gyrodata.grading.workers import Lost, in_workers
 
@@ -96,33 +95,25 @@ def grade_class(
     items = tuple(sorted(submissions.items, key=lambda item: item.student))
     entries, again = _entries(items, rubric, way)
     references = references_of((entry.grade for entry in entries.values()), rubric)
-    grades: Shelf[Grade] = Shelf()
-    prints: Shelf[Fingerprint] = Shelf()
-    figures: Shelf[Mapping[str, str]] = Shelf()
-    for item in items:
-        entry = entries[item.student]
-        if entry.grade.fingerprint is not None:
-            prints.put(item.student, entry.grade.fingerprint)
-        if entry.figures:
-            figures.put(item.student, entry.figures)
-        grades.put(item.student, settle_one(replace(entry.grade, fingerprint=None), rubric, references))
+    made = {item.student: entries[item.student] for item in items}
+    prints = {student: one.grade.fingerprint for student, one in made.items() if one.grade.fingerprint is not None}
     if way.journal is not None and way.keep and (again or way.journal.damaged):
-        way.journal.replace(entries[item.student] for item in items)
+        way.journal.replace(made.values())
     return ClassGrades(
         source=items[0].source.resolve().name,
         submissions=replace(submissions, items=items),
         rubric=rubric,
-        grades=grades.values(),
+        grades=tuple(settle_one(replace(one.grade, fingerprint=None), rubric, references) for one in made.values()),
         references=references,
         flags=flag_class(prints, exempt),
         again=again,
-        figures=figures,
+        figures={student: one.figures for student, one in made.items() if one.figures},
     )
 
 
-def _entries(items: Sequence[Submission], rubric: Rubric, way: Way) -> tuple[Shelf[Entry], dict[str, str]]:
+def _entries(items: Sequence[Submission], rubric: Rubric, way: Way) -> tuple[dict[str, Entry], dict[str, str]]:
     """Take each student's entry from the journal or make it; and say of those that are made why."""
-    entries: Shelf[Entry] = Shelf()
+    entries: dict[str, Entry] = {}
     bases = bases_of(items, rubric)
     handed_in = {item.student: item for item in items}
     reasons = {student: why_again(None, basis) for student, basis in bases.items()}
@@ -131,14 +122,14 @@ def _entries(items: Sequence[Submission], rubric: Rubric, way: Way) -> tuple[She
         if student in bases:
             reasons[student] = why_again(entry, bases[student]) or _why_figures(entry, handed_in[student], way)
             if not reasons[student]:
-                entries.put(student, entry)
+                entries[student] = entry
     again = {student: why for student, why in reasons.items() if why}
     done = len(items) - len(again)
     work = _Work(rubric, way.grader, way.figures is not None)
     waiting = (handed_in[student] for student in again)
     for item, answer in in_workers(work, waiting, way.workers, way.limit):
         entry = _entry(item, bases[item.student], answer, rubric, way)
-        entries.put(item.student, entry)
+        entries[item.student] = entry
         if way.journal is not None and way.keep:
             way.journal.add(entry)
         done += 1

@@ -8,14 +8,16 @@ import signal
 import subprocess
 import sys
 import time
+import tracemalloc
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from grading import mishaps
-from grading.classes import make_folder
+from grading.classes import make_folder, make_zip
 from grading.reports import RIGHT, reported_line, sheet
 from typer.testing import CliRunner
 
@@ -23,6 +25,9 @@ from gyrodata.cli import app
 from gyrodata.errors import InputError
 from gyrodata.grading import journal as journal_module
 from gyrodata.grading.classroom import ClassGrades
+from gyrodata.grading.exports.summary import class_summary
+from gyrodata.grading.folder import changes_in, write_results
+from gyrodata.grading.handback import write_feedback
 from gyrodata.grading.journal import Journal
 from gyrodata.grading.rubric import default_rubric, default_rubric_text, read_rubric
 from gyrodata.grading.run import LIMIT, Way, grade_class
@@ -249,3 +254,47 @@ def test_a_kill_loses_nothing(honest: Path, tmp_path: Path) -> None:
     assert Path("grades.csv") in names
     for name in names:
         assert (killed / name).read_bytes() == (whole / name).read_bytes(), name
+
+
+# --- memory ---------------------------------------------------------------------------------------------------
+
+LEAST, MORE = 20, 100
+"""Students of two classes."""
+
+MOST = 20_000
+"""What one student more may take at the peak [byte]."""
+
+
+@contextmanager
+def measured(peaks: list[int]) -> Iterator[None]:
+    tracemalloc.start()
+    try:
+        yield
+        peaks.append(tracemalloc.get_traced_memory()[1])
+    finally:
+        tracemalloc.stop()
+
+
+def grade_all(root: Path, folder: Path) -> None:
+    """Grade a class into a folder, as the command does."""
+    way = Way(2, journal=Journal(folder / "journal.ndjson"), grader=mishaps.quick)
+    found = grade_class(find_submissions(root), default_rubric(), way)
+    changes_in(folder, found)
+    write_results(found, folder, {})
+    assert write_feedback(found, folder, way) == ()
+    assert sum(1 for _ in class_summary(found)) > len(found.grades)
+
+
+def test_what_a_student_takes_in_memory(tmp_path: Path) -> None:
+    # Out of zips: a file in a folder is read into room for the largest, beside which nothing else would be seen.
+    grade_all(make_zip(tmp_path / "few.zip", {"s1/lab.csv": "1", "s2/lab.csv": "2"}), tmp_path / "first")
+    peaks: list[int] = []
+    again: list[int] = []
+    for count in (LEAST, MORE):
+        root = make_zip(tmp_path / f"{count}.zip", {f"s{number:04}/lab.csv": "x" for number in range(count)})
+        with measured(peaks):
+            grade_all(root, tmp_path / f"{count}-grades")
+        with measured(again):
+            grade_all(root, tmp_path / f"{count}-grades")
+    assert (peaks[1] - peaks[0]) / (MORE - LEAST) < MOST
+    assert (again[1] - again[0]) / (MORE - LEAST) < MOST

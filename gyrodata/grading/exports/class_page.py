@@ -10,7 +10,6 @@ from urllib.parse import quote
 from gyrodata import __version__
 from gyrodata.grading.exports.distribution import LEFT, RIGHT, WIDTH, draw_distribution
 from gyrodata.grading.feedback import environment, points_text
-from gyrodata.grading.survey import known
 from gyrodata.reporting import count_text, number_text, power_of_ten
 
 if TYPE_CHECKING:
@@ -31,14 +30,14 @@ def class_page(found: ClassGrades, feedback: Callable[[str], str]) -> Iterator[s
     Yields
     ------
     str
-        Parts, for a class may be large.
+        Parts.
 
     Notes
     -----
     Every name, note and number from outside is escaped; no clock time, nothing from another place.
     """
-    survey = found.survey
-    inertias = known(survey.inertia)
+    inertias = [grade.inertia for grade in found.grades if grade.inertia is not None]
+    words = {slip.kind: slip.words for grade in found.grades for slip in grade.slips}
     factor, power = power_of_ten(statistics.median(inertias)) if inertias else (1.0, "")
     in_question = found.in_question()
     content = {
@@ -47,9 +46,9 @@ def class_page(found: ClassGrades, feedback: Callable[[str], str]) -> Iterator[s
         "link": lambda student: quote(feedback(student).encode("utf-8", "replace")),
         "in_question": in_question,
         "marked": frozenset(in_question),
-        "slips": [(survey.slip_words[kind], students) for kind, students in survey.slips.items()],
+        "slips": [(words[kind], students) for kind, students in found.slips.items()],
         "criteria": list(found.criteria()),
-        "drawing": draw_distribution(survey, found.references),
+        "drawing": draw_distribution(found.grades, found.references),
         "box": {"width": WIDTH, "left": LEFT, "right": WIDTH - RIGHT},
         "points": points_text,
         "count": count_text,

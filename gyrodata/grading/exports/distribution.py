@@ -6,10 +6,13 @@ import math
 import statistics
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from gyrodata.grading.reference import Reference
-from gyrodata.grading.survey import Survey, known
 from gyrodata.reporting import count_text, inertia_text, power_of_ten
+
+if TYPE_CHECKING:
+    from gyrodata.grading.grade import Grade
 
 WIDTH, LEFT, RIGHT = 640, 128, 28
 """Of the drawing, and of its margins [px]."""
@@ -79,12 +82,12 @@ class Drawing:
     """What it shows, for those who cannot see it."""
 
 
-def draw_distribution(survey: Survey, references: Mapping[str, Reference]) -> Drawing | None:
+def draw_distribution(grades: Sequence[Grade], references: Mapping[str, Reference]) -> Drawing | None:
     """Lay out the distribution of I_zz in a class.
 
     Parameters
     ----------
-    survey : Survey
+    grades : sequence of Grade
         The class.
     references : mapping of str to Reference
         By station; "all" for every other.
@@ -94,17 +97,18 @@ def draw_distribution(survey: Survey, references: Mapping[str, Reference]) -> Dr
     Drawing or None
         None where not one log gives an I_zz.
     """
-    own = known(survey.inertia)
+    own = [grade.inertia for grade in grades if grade.inertia is not None]
+    reported = [grade.reported_inertia for grade in grades if grade.reported_inertia is not None]
     if not own:
         return None
-    low, high = _range(own, known(survey.reported), references)
-    groups = _groups(survey, references)
+    low, high = _range(own, reported, references)
+    groups = _groups(grades, references)
     scale = _Scale(low, high, max(12, min(48, 2 * math.isqrt(len(own)) + 8)))
     strips = []
     for number, (station, members) in enumerate(groups.items()):
         middle = 16 + HALF + number * (2 * HALF + BETWEEN)
         reference = references.get(station) or references.get("all")
-        strips.append(_strip(station, survey, members, reference, scale, middle))
+        strips.append(_strip(station, members, reference, scale, middle))
     factor, power = power_of_ten(statistics.median(own))
     words = "; ".join(_strip_words(strip) for strip in strips)
     height = 16 + len(strips) * (2 * HALF + BETWEEN) + 26
@@ -112,14 +116,15 @@ def draw_distribution(survey: Survey, references: Mapping[str, Reference]) -> Dr
     return Drawing(tuple(strips), tuple(scale.ticks(factor)), unit, height, f"Distribution of I_zz. {words}.")
 
 
-def _groups(survey: Survey, references: Mapping[str, Reference]) -> dict[str, list[int]]:
-    """Part a class, by numbers, by the stations that have a reference of their own."""
-    groups: dict[str, list[int]] = {}
-    for i, station in enumerate(survey.stations):
-        if not math.isnan(survey.inertia[i]) or not math.isnan(survey.reported[i]):
-            groups.setdefault(station if station is not None and station in references else "all", []).append(i)
+def _groups(grades: Sequence[Grade], references: Mapping[str, Reference]) -> dict[str, list[Grade]]:
+    """Part a class by the stations that have a reference of their own."""
+    groups: dict[str, list[Grade]] = {}
+    for grade in grades:
+        if grade.inertia is not None or grade.reported_inertia is not None:
+            station = grade.station if grade.station is not None and grade.station in references else "all"
+            groups.setdefault(station, []).append(grade)
     if len(groups) > MOST_STRIPS:
-        return {"all": [i for members in groups.values() for i in members]}
+        return {"all": [grade for members in groups.values() for grade in members]}
     return dict(sorted(groups.items()))
 
 
@@ -168,13 +173,9 @@ class _Scale:
         return [(self.x(number * step * factor), f"{number * step:.{places}f}") for number in range(first, last + 1)]
 
 
-def _strip(
-    station: str, survey: Survey, members: Sequence[int], reference: Reference | None, scale: _Scale, middle: float
-) -> Strip:
-    own, reported = (
-        [(survey.students[i], values[i]) for i in members if not math.isnan(values[i])]
-        for values in (survey.inertia, survey.reported)
-    )
+def _strip(station: str, members: Sequence[Grade], reference: Reference | None, scale: _Scale, middle: float) -> Strip:
+    own = [(grade.student, grade.inertia) for grade in members if grade.inertia is not None]
+    reported = [(grade.student, grade.reported_inertia) for grade in members if grade.reported_inertia is not None]
     counts = (_counts([value for _, value in values], scale) for values in (own, reported))
     tallest = max((count for one in counts for count in one.values()), default=1)
     band = None

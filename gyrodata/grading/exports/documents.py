@@ -58,7 +58,7 @@ def grades_document(found: ClassGrades, changes: Sequence[Change] | None = None)
             station: {"inertia": one.inertia, "u": one.u, "source": one.source}
             for station, one in sorted(found.references.items())
         },
-        "slips": found.survey.slips,
+        "slips": found.slips,
         "flags": [flag_dict(flag) for flag in found.flags],
         "changes": None if changes is None else [change.to_dict() for change in changes],
         "diagnostics": [diagnostic.to_dict() for diagnostic in found.submissions.diagnostics],

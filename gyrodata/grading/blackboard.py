@@ -26,17 +26,7 @@ def people(names: Iterable[str], read: Callable[[str], bytes]) -> dict[str, tupl
     A receipt begins with "Name: Jane Doe (jdoe)", in the language of the site. Where there is none, the user name is
     what follows the assignment's name, which all files share.
 
-    Parameters
-    ----------
-    names : iterable of str
-        Files as Blackboard names them.
-    read : callable
-        Gives the bytes of a receipt.
-
-    Returns
-    -------
-    dict
-        From file to user name and full name.
+    Gives: From file to user name and full name.
     """
     owners = {name: match["who"] for name in names if (match := _ATTEMPT.match(name.rpartition("/")[2]))}
     told: dict[str, tuple[str, str]] = {}

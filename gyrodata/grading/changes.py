@@ -44,15 +44,8 @@ class Change:
 def compare_tables(before: str, after: str) -> tuple[Change, ...] | None:
     """Compare two tables of grades.
 
-    Parameters
-    ----------
-    before, after : str
-        ``grades.csv`` as it is, and as it would be.
-
-    Returns
-    -------
-    tuple of Change or None
-        Sorted by student; empty where every cell is the same; None where the old one is no table of grades.
+    `before`, `after`: ``grades.csv`` as it is, and as it would be. Gives: Sorted by student; empty where every cell is
+    the same; None where the old one is no table of grades.
     """
     old, new = _read(before), _read(after)
     if old is None or new is None:

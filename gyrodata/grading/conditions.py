@@ -15,15 +15,7 @@ _SIGNS = {"≤": "<=", "≥": ">="}
 
 
 class ConditionError(ValueError):
-    """A condition that cannot be used.
-
-    Parameters
-    ----------
-    message : str
-        What is wrong.
-    hint : str
-        What to write.
-    """
+    """A condition that cannot be used."""
 
     def __init__(self, message: str, hint: str) -> None:
         super().__init__(message)
@@ -56,15 +48,7 @@ class Curve:
     def share(self, value: float) -> float:
         """Give the share of the points.
 
-        Parameters
-        ----------
-        value : float
-            Of the variable.
-
-        Returns
-        -------
-        float
-            From 0 to 1; 0 for a value that is not a number.
+        Gives: From 0 to 1; 0 for a value that is not a number.
         """
         if self.full[0] <= value <= self.full[1]:
             return 1.0
@@ -77,19 +61,7 @@ class Curve:
 def parse_condition(text: str) -> Condition:
     """Read one condition.
 
-    Parameters
-    ----------
-    text : str
-        ``NAME <= NUMBER``, ``NAME >= NUMBER``, ``NAME in LOW..HIGH`` or ``NAME outside LOW..HIGH``.
-
-    Returns
-    -------
-    Condition
-
-    Raises
-    ------
-    ConditionError
-        Anything else, or limits in the wrong order.
+    `text`: ``NAME <= NUMBER``, ``NAME >= NUMBER``, ``NAME in LOW..HIGH`` or ``NAME outside LOW..HIGH``.
     """
     match = _CONDITION.fullmatch(text)
     if match is None:
@@ -111,19 +83,7 @@ def parse_condition(text: str) -> Condition:
 def make_curve(full: Condition, zero: Condition) -> Curve:
     """Join the condition for all points and the one for none.
 
-    Parameters
-    ----------
-    full, zero : Condition
-        Of one variable, and the zero one farther out than the full one.
-
-    Returns
-    -------
-    Curve
-
-    Raises
-    ------
-    ConditionError
-        Two variables, relations that do not go together, or limits that cross.
+    `full`, `zero`: Of one variable, and the zero one farther out than the full one.
     """
     if full.variable != zero.variable:
         raise ConditionError(

@@ -29,15 +29,7 @@ CAPTIONS = {
 def feedback_markdown(grade: Grade) -> str:
     """Write the feedback for one student as Markdown.
 
-    Parameters
-    ----------
-    grade : Grade
-        What was found.
-
-    Returns
-    -------
-    str
-        Every name, note and number from outside is escaped; no clock time.
+    Gives: Every name, note and number from outside is escaped; no clock time.
     """
     text = environment().get_template("feedback.md.jinja").render(_content(grade))
     return re.sub(r"\n{3,}", "\n\n", text).strip() + "\n"
@@ -48,19 +40,8 @@ def feedback_html(
 ) -> str:
     """Write the feedback for one student as one HTML page that needs nothing else.
 
-    Parameters
-    ----------
-    grade : Grade
-        What was found.
-    figures : mapping of str to bytes, optional
-        PNG or SVG files by name: "period", "product", "torque", "residuals".
-    alt : mapping of str to str, optional
-        What each shows, in words.
-
-    Returns
-    -------
-    str
-        Every name, note and number from outside is escaped; no clock time.
+    `figures`: PNG or SVG files by name: "period", "product", "torque", "residuals". Gives: Every name, note and number
+    from outside is escaped; no clock time.
     """
     images = [
         {"uri": _data_uri(data), "alt": (alt or {}).get(name, ""), "caption": CAPTIONS.get(name, name)}
@@ -70,18 +51,7 @@ def feedback_html(
 
 
 def feedback_comment(grade: Grade) -> str:
-    """Write the feedback for one student in a few lines of plain text, for the comment field of a gradebook.
-
-    Parameters
-    ----------
-    grade : Grade
-        What was found.
-
-    Returns
-    -------
-    str
-        Not escaped: it is text.
-    """
+    """Write the feedback for one student in a few lines of plain text, for the comment field of a gradebook."""
     if grade.status != "graded":
         return f"Not graded yet; nothing is lost, and somebody will look at it. {_sentence(grade.why)}"
     lines = [f"{points_text(grade.points)} of {points_text(grade.out_of)} points."]
@@ -99,12 +69,7 @@ def feedback_comment(grade: Grade) -> str:
 
 @lru_cache(maxsize=1)
 def environment() -> Environment:
-    """Give what reads the room's templates: HTML escaped, one-line filters for texts from outside.
-
-    Returns
-    -------
-    Environment
-    """
+    """Give what reads the room's templates: HTML escaped, one-line filters for texts from outside."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     room = Environment(
@@ -158,17 +123,7 @@ def _rows(grade: Grade) -> list[dict[str, Any]]:
 
 
 def points_text(points: float | None) -> str:
-    """Write points: "6", "4.35", or "–" where there are none yet.
-
-    Parameters
-    ----------
-    points : float or None
-        At most two decimals.
-
-    Returns
-    -------
-    str
-    """
+    """Write points: "6", "4.35", or "–" where there are none yet."""
     return "–" if points is None else f"{points:.2f}".rstrip("0").rstrip(".")
 
 

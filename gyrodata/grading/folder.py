@@ -39,22 +39,7 @@ class Gradebooks:
     def fill(self, grades: Collection[Grade], ids: Mapping[str, Mapping[str, str]]) -> dict[str, Filled]:
         """Fill them.
 
-        Parameters
-        ----------
-        grades : collection of Grade
-            The class.
-        ids : mapping of str to mapping of str to str
-            What platforms know each student by.
-
-        Returns
-        -------
-        dict of str to Filled
-            By the name of the file to be written.
-
-        Raises
-        ------
-        InputError
-            One is no gradebook, or does not take the rubric's points.
+        Gives: By the name of the file to be written.
         """
         filled = {}
         if self.canvas is not None:
@@ -75,22 +60,7 @@ class Gradebooks:
 def changes_in(folder: Path, found: ClassGrades) -> tuple[Change, ...] | None:
     """Say what the table of grades in a folder would become.
 
-    Parameters
-    ----------
-    folder : Path
-        Of the grades.
-    found : ClassGrades
-        The class.
-
-    Returns
-    -------
-    tuple of Change or None
-        Empty where nothing changes or nothing is there; None where what is there is no table of grades.
-
-    Raises
-    ------
-    InputError
-        It is there and cannot be read.
+    Gives: Empty where nothing changes or nothing is there; None where what is there is no table of grades.
     """
     path = folder / TABLE
     try:
@@ -105,19 +75,8 @@ def changes_in(folder: Path, found: ClassGrades) -> tuple[Change, ...] | None:
 def write_results(found: ClassGrades, folder: Path, filled: Mapping[str, Filled]) -> None:
     """Write everything but the feedback.
 
-    Parameters
-    ----------
-    found : ClassGrades
-        The class.
-    folder : Path
-        Made where there is none. A table of grades that was there, and is another, stays as ``grades-before.csv``.
-    filled : mapping of str to Filled
-        What `Gradebooks.fill` gave.
-
-    Raises
-    ------
-    InputError
-        The folder cannot be written to.
+    `folder`: Made where there is none. A table of grades that was there, and is another, stays as
+    ``grades-before.csv``.
     """
     names = feedback_names(found)
     _keep_before(folder, found.table.encode("utf-8", "replace"))

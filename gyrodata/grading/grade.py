@@ -122,18 +122,9 @@ class Grade:
 def grade_submission(submission: Submission, rubric: Rubric) -> Grade:
     """Grade one student.
 
-    Parameters
-    ----------
-    submission : Submission
-        Where the log and the answers are.
-    rubric : Rubric
-        What is judged. Where the class is the reference, a "reference" mark has no points until `settle`.
-
-    Returns
-    -------
-    Grade
-        Status "not graded", and no points, where the log cannot be read or analysed, or a criterion cannot be
-        judged. Bad data never raise.
+    `rubric`: What is judged. Where the class is the reference, a "reference" mark has no points until `settle`. Gives:
+    Status "not graded", and no points, where the log cannot be read or analysed, or a criterion cannot be judged. Bad
+    data never raise.
     """
     blank = _blank(submission, rubric)
     if submission.problem is not None:
@@ -178,17 +169,8 @@ def grade_submission(submission: Submission, rubric: Rubric) -> Grade:
 def settle(grades: Iterable[Grade], rubric: Rubric) -> tuple[Grade, ...]:
     """Give the points that wait for the whole class: those against a reference that the class itself gives.
 
-    Parameters
-    ----------
-    grades : iterable of Grade
-        All of the class, as `grade_submission` or an earlier `settle` gave them.
-    rubric : Rubric
-        The same as for grading.
-
-    Returns
-    -------
-    tuple of Grade
-        In the order given; no grade depends on that order.
+    `grades`: All of the class, as `grade_submission` or an earlier `settle` gave them. Gives: In the order given; no
+    grade depends on that order.
     """
     grades = tuple(grades)
     references = references_of(grades, rubric)
@@ -196,21 +178,7 @@ def settle(grades: Iterable[Grade], rubric: Rubric) -> tuple[Grade, ...]:
 
 
 def settle_one(grade: Grade, rubric: Rubric, references: Mapping[str, Reference]) -> Grade:
-    """Give one student the points that wait for the whole class.
-
-    Parameters
-    ----------
-    grade : Grade
-        As `grade_submission` gave it.
-    rubric : Rubric
-        The same as for grading.
-    references : mapping of str to Reference
-        What `references_of` gives for the class.
-
-    Returns
-    -------
-    Grade
-    """
+    """Give one student the points that wait for the whole class."""
     if not rubric.class_reference:
         return grade
     return _with_reference(grade, rubric, references.get(grade.station or "all") or references.get("all"))
@@ -219,17 +187,7 @@ def settle_one(grade: Grade, rubric: Rubric, references: Mapping[str, Reference]
 def references_of(grades: Iterable[Grade], rubric: Rubric) -> Mapping[str, Reference]:
     """Give what a class is held against.
 
-    Parameters
-    ----------
-    grades : iterable of Grade
-        All of the class.
-    rubric : Rubric
-        The same as for grading.
-
-    Returns
-    -------
-    mapping of str to Reference
-        By station, "all" for every other; from the rubric, or from the class itself.
+    Gives: By station, "all" for every other; from the rubric, or from the class itself.
     """
     if not rubric.class_reference:
         return rubric.references
@@ -239,21 +197,7 @@ def references_of(grades: Iterable[Grade], rubric: Rubric) -> Mapping[str, Refer
 
 
 def not_graded(submission: Submission, rubric: Rubric, why: str) -> Grade:
-    """Make the grade of a submission that could not be graded: no points, and no zero.
-
-    Parameters
-    ----------
-    submission : Submission
-        What was handed in.
-    rubric : Rubric
-        What would have been judged.
-    why : str
-        The reason, to whoever looks at it.
-
-    Returns
-    -------
-    Grade
-    """
+    """Make the grade of a submission that could not be graded: no points, and no zero."""
     return _without_marks(_blank(submission, rubric), rubric, why)
 
 

@@ -47,15 +47,8 @@ class _Work:
 def feedback_names(found: ClassGrades) -> dict[str, str]:
     """Name each student's feedback below `FOLDER`, without its ending, as the platform names it.
 
-    Parameters
-    ----------
-    found : ClassGrades
-        The class.
-
-    Returns
-    -------
-    dict of str to str
-        By student. Two that would be called the same, which only a pattern of one's own can bring about, get numbers.
+    Gives: By student. Two that would be called the same, which only a pattern of one's own can bring about, get
+    numbers.
     """
     names: dict[str, str] = {}
     taken: set[str] = set()
@@ -75,26 +68,8 @@ def write_feedback(
 ) -> tuple[str, ...]:
     """Write the feedback of a class into a folder and a zip.
 
-    Parameters
-    ----------
-    found : ClassGrades
-        The class.
-    folder : Path
-        Of the grades; the files go below ``feedback/`` in it.
-    way : Way
-        Workers, time limit, and where the figures are.
-    progress : callable, optional
-        Told how many are written.
-
-    Returns
-    -------
-    tuple of str
-        Why the feedback of some could not be written.
-
-    Raises
-    ------
-    InputError
-        The folder cannot be written to.
+    `folder`: Of the grades; the files go below ``feedback/`` in it. Gives: Why the feedback of some could not be
+    written.
     """
     names = feedback_names(found)
     figures = found.figures if way.figures is not None else {}

@@ -93,12 +93,7 @@ SAMPLES: Mapping[str, str] = {
 def fit(name: str, lms: str) -> Named | None:
     """Read a name as one platform writes it; None if it does not.
 
-    Parameters
-    ----------
-    name : str
-        Of a file, below the class, parts joined by ``/``.
-    lms : str
-        One of `PLATFORMS`.
+    `name`: Of a file, below the class, parts joined by ``/``.
     """
     for pattern in PATTERNS:
         match = pattern.shape.fullmatch(name) if pattern.lms == lms else None
@@ -123,16 +118,8 @@ def recognise(names: Iterable[str]) -> str | None:
 def read_pattern(text: str) -> re.Pattern[str]:
     """Check a pattern of the user's own.
 
-    Parameters
-    ----------
-    text : str
-        A regular expression that finds ``(?P<student>…)`` in the name of each file below the class, and if it can
-        ``name``, ``file``, ``late``, ``submitted``, ``attempt``, ``username``, ``email``.
-
-    Raises
-    ------
-    InputError
-        It is no regular expression, or names no student.
+    `text`: A regular expression that finds ``(?P<student>…)`` in the name of each file below the class, and if it can
+    ``name``, ``file``, ``late``, ``submitted``, ``attempt``, ``username``, ``email``.
     """
     hint = r"write it like --pattern '(?P<student>\w+)_lab\.csv'"
     try:

@@ -26,15 +26,7 @@ class Spot(NamedTuple):
 def find_places(text: str) -> dict[Path, Spot]:
     """Find every table and key of a TOML file.
 
-    Parameters
-    ----------
-    text : str
-        A file that `tomllib` accepts.
-
-    Returns
-    -------
-    dict
-        From path to place. Keys of inline tables are not in it; their table is.
+    Gives: From path to place. Keys of inline tables are not in it; their table is.
     """
     places: dict[Path, Spot] = {}
     count: dict[Path, int] = {}

@@ -15,21 +15,10 @@ _NO_SUBMISSION = (".md", ".json", ".ndjson", ".html", ".py", ".yml", ".yaml", ".
 def whose_names(names: list[str], folders: tuple[str, ...], lms: str, packed: bool) -> tuple[str, str]:
     """Tell whose names they are and below which folder they stand.
 
-    Parameters
-    ----------
-    names : list of str
-        All files of the class, parts joined by ``/``.
-    folders : tuple of str
-        All its folders, each with a ``/`` at its end.
-    lms : str
-        ``auto``, ``folder`` or one of `PLATFORMS`.
-    packed : bool
-        Whether it is a zip, which as a rule holds the folder that was packed.
-
-    Returns
-    -------
-    tuple of str
-        ``folder`` or one of `PLATFORMS`; and the folder around all files, with a ``/`` at its end, or "".
+    `names`: All files of the class, parts joined by ``/``. `folders`: All its folders, each with a ``/`` at its end.
+    `lms`: ``auto``, ``folder`` or one of `PLATFORMS`. `packed`: Whether it is a zip, which as a rule holds the folder
+    that was packed. Gives: ``folder`` or one of `PLATFORMS`; and the folder around all files, with a ``/`` at its end,
+    or "".
     """
     outer = _outer_folder([*names, *folders])
     for below in ("", outer) if outer else ("",):

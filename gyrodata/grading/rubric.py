@@ -139,44 +139,17 @@ def _as_text(value: object) -> str:
 
 
 def default_rubric_text() -> str:
-    """Give the built-in rubric as its author wrote it, with remarks.
-
-    Returns
-    -------
-    str
-    """
+    """Give the built-in rubric as its author wrote it, with remarks."""
     return files("gyrodata.grading").joinpath("rubric.toml").read_text("utf-8")
 
 
 def default_rubric() -> Rubric:
-    """Give the built-in rubric.
-
-    Returns
-    -------
-    Rubric
-    """
+    """Give the built-in rubric."""
     return read_rubric(default_rubric_text().encode(), "built-in rubric")
 
 
 def read_rubric(data: bytes, name: str = "rubric.toml") -> Rubric:
-    """Read a rubric.
-
-    Parameters
-    ----------
-    data : bytes
-        A TOML file.
-    name : str
-        Shown name of the file.
-
-    Returns
-    -------
-    Rubric
-
-    Raises
-    ------
-    InputError
-        With every fault found, each with its line and what to write.
-    """
+    """Read a rubric."""
     top = read_toml(data, name)
     schema = top.number("schema", "1", required=True)
     if schema not in (None, 1.0):

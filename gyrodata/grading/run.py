@@ -69,27 +69,8 @@ def grade_class(
 ) -> ClassGrades:
     """Grade a class.
 
-    Parameters
-    ----------
-    submissions : Submissions
-        As `find_submissions` gives them.
-    rubric : Rubric
-        What is judged.
-    way : Way, optional
-        Processes, time limit, journal, figures.
-    exempt : Exemptions, optional
-        Partners and staff, who are not flagged.
-
-    Returns
-    -------
-    ClassGrades
-        A submission that hangs, dies or breaks the tool is "not graded", with the reason, and is tried again in the
-        next run.
-
-    Raises
-    ------
-    InputError
-        The journal cannot be written, or no process can be started.
+    Gives: A submission that hangs, dies or breaks the tool is "not graded", with the reason, and is tried again in the
+    next run.
     """
     way = way or Way()
     items = tuple(sorted(submissions.items, key=lambda item: item.student))

@@ -93,34 +93,19 @@ class Submission:
     feedback_stem: str = ""
 
     def log(self) -> bytes:
-        """Read the log.
-
-        Raises
-        ------
-        InputError
-            There is none, or it is damaged or larger than a log can be.
-        """
+        """Read the log."""
         if self.log_name is None:
             raise InputError([Diagnostic(G705, "error", f"{self.name}: {self.problem}")])
         return read_file(self.source, self.log_name)
 
     def answers(self) -> bytes | None:
-        """Read the answers file; None if there is none.
-
-        Raises
-        ------
-        InputError
-            It is damaged or far too large.
-        """
+        """Read the answers file; None if there is none."""
         return None if self.answers_name is None else read_file(self.source, self.answers_name)
 
     def feedback_name(self, ending: str) -> str:
         """Name a feedback file, below the zip that is handed back, so that the platform gives it to this student.
 
-        Parameters
-        ----------
-        ending : str
-            ``.html``, ``.md``, …
+        `ending`: ``.html``, ``.md``, .
         """
         in_folder = self.ids.get("folder") == shown(self.feedback_stem)
         return f"{self.feedback_stem}/feedback{ending}" if in_folder else f"{self.feedback_stem}{ending}"
@@ -169,21 +154,8 @@ def find_submissions(
 ) -> Submissions:
     """Find the submissions of a class.
 
-    Parameters
-    ----------
-    path : str or Path
-        A folder with a folder or file for each student, what a platform hands out, or its zip.
-    lms : {"auto", "folder", "canvas", "moodle", "blackboard", "gradescope"}
-        Whose names to read.
-    pattern : str, optional
-        A regular expression of one's own instead; see `patterns.read_pattern`.
-    attempts : {"newest", "oldest"}
-        Which of several attempts is graded.
-
-    Raises
-    ------
-    InputError
-        There is no such class, it is damaged or unsafe, or nothing in it is a submission.
+    `path`: A folder with a folder or file for each student, what a platform hands out, or its zip. `pattern`: A regular
+    expression of one's own instead; see `read_pattern`.
     """
     own = None if pattern is None else read_pattern(pattern)
     if lms not in ("auto", "folder", *PLATFORMS):
@@ -243,17 +215,7 @@ def _nothing_found(files: Listing, lms: str, pattern: str | None) -> Diagnostic:
 
 
 class _Finder:
-    """Gathers the files of each student.
-
-    Parameters
-    ----------
-    files : Listing
-        The class.
-    lms : str
-        Whose names they are.
-    attempts : str
-        Which of several attempts is graded.
-    """
+    """Gathers the files of each student."""
 
     def __init__(self, files: Listing, lms: str, attempts: Attempts) -> None:
         self.files = files

@@ -36,15 +36,7 @@ LARGEST = 1_000_000
 
 
 class Faults:
-    """The faults of one TOML file, with where each stands.
-
-    Parameters
-    ----------
-    name : str
-        Shown name of the file.
-    text : str
-        What stands in it.
-    """
+    """The faults of one TOML file, with where each stands."""
 
     def __init__(self, name: str, text: str) -> None:
         self.name = name
@@ -75,17 +67,7 @@ class Faults:
 
 
 class Table:
-    """One table of the file; every key is asked for once, and `done` names those that were not.
-
-    Parameters
-    ----------
-    values : dict
-        As `tomllib` gives them.
-    path : tuple
-        Where the table stands.
-    faults : Faults
-        Collects what is wrong.
-    """
+    """One table of the file; every key is asked for once, and `done` names those that were not."""
 
     def __init__(self, values: dict[str, Any], path: Path, faults: Faults) -> None:
         self.values = values
@@ -194,25 +176,7 @@ class Table:
 
 
 def read_toml(data: bytes, name: str) -> Table:
-    """Read a TOML file.
-
-    Parameters
-    ----------
-    data : bytes
-        UTF-8, with or without BOM.
-    name : str
-        Shown name of the file.
-
-    Returns
-    -------
-    Table
-        The top of it.
-
-    Raises
-    ------
-    InputError
-        It is no TOML file; the message has the line.
-    """
+    """Read a TOML file."""
     if len(data) > LARGEST:
         faults = Faults(name, "")
         faults.add_at(G721, None, f"a rubric of {len(data)} bytes; at most {LARGEST} are read", "is it the right file?")

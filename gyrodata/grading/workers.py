@@ -58,27 +58,9 @@ def in_workers(
 ) -> Iterator[tuple[Task, Answer | Lost]]:
     """Do work in processes.
 
-    Parameters
-    ----------
-    work : callable
-        Does one task. It is sent to each worker once, so that it must be picklable, as tasks and answers must be.
-    tasks : iterable
-        Given out in this order, each asked for shortly before.
-    workers : int
-        How many processes at most.
-    limit : float
-        Time for one task [s].
-
-    Yields
-    ------
-    tuple
-        Each task with its answer, in the order in which they are done; `Lost` where the work raised, took too long,
-        or its process died.
-
-    Raises
-    ------
-    InputError
-        No process can be started.
+    `work`: Does one task. It is sent to each worker once, so that it must be picklable, as tasks and answers must be.
+    `limit`: Time for one task [s]. Gives: Each task with its answer, in the order in which they are done; `Lost` where
+    the work raised, took too long, or its process died.
     """
     crew = _Crew(work, tasks, workers, limit)
     try:
@@ -131,14 +113,7 @@ def _alarm(seconds: float) -> None:
 class _Worker(Generic[Task]):
     """One process, and the task that it has.
 
-    Parameters
-    ----------
-    context : BaseContext
-        How processes are started.
-    work : callable
-        What it does.
-    limit : float
-        Time for one task [s].
+    `limit`: Time for one task [s].
     """
 
     def __init__(self, context: Any, work: Callable[[Task], Any], limit: float) -> None:
@@ -175,16 +150,7 @@ class _Worker(Generic[Task]):
 class _Crew(Generic[Task, Answer]):
     """All workers, and the tasks that wait: no more of them than workers, for a class may be large.
 
-    Parameters
-    ----------
-    work : callable
-        Does one task.
-    tasks : iterable
-        All of them.
-    workers : int
-        How many processes at most.
-    limit : float
-        Time for one task [s].
+    `limit`: Time for one task [s].
     """
 
     def __init__(self, work: Callable[[Task], Answer], tasks: Iterable[Task], workers: int, limit: float) -> None:

@@ -20,20 +20,8 @@ if TYPE_CHECKING:
 def class_page(found: ClassGrades, feedback: Callable[[str], str]) -> Iterator[str]:
     """Write the page of a class.
 
-    Parameters
-    ----------
-    found : ClassGrades
-        The class.
-    feedback : callable
-        Gives a student's page, as a path below the folder of the class page.
+    `feedback`: Gives a student's page, as a path below the folder of the class page.
 
-    Yields
-    ------
-    str
-        Parts.
-
-    Notes
-    -----
     Every name, note and number from outside is escaped; no clock time, nothing from another place.
     """
     inertias = [grade.inertia for grade in found.grades if grade.inertia is not None]

@@ -85,17 +85,7 @@ class Drawing:
 def draw_distribution(grades: Sequence[Grade], references: Mapping[str, Reference]) -> Drawing | None:
     """Lay out the distribution of I_zz in a class.
 
-    Parameters
-    ----------
-    grades : sequence of Grade
-        The class.
-    references : mapping of str to Reference
-        By station; "all" for every other.
-
-    Returns
-    -------
-    Drawing or None
-        None where not one log gives an I_zz.
+    Gives: None where not one log gives an I_zz.
     """
     own = [grade.inertia for grade in grades if grade.inertia is not None]
     reported = [grade.reported_inertia for grade in grades if grade.reported_inertia is not None]

@@ -23,17 +23,8 @@ _TOOL = {"name": "gyrodata", "version": __version__}
 def grades_document(found: ClassGrades, changes: Sequence[Change] | None = None) -> Iterator[str]:
     """Write the grades of a class as one JSON object, piece by piece, for a class may be large.
 
-    Parameters
-    ----------
-    found : ClassGrades
-        The class.
-    changes : sequence of Change, optional
-        Against the table of an earlier run, where that was asked for.
-
-    Yields
-    ------
-    str
-        Text; each student stands on a line.
+    `changes`: Against the table of an earlier run, where that was asked for. Gives: Text; each student stands on a
+    line.
     """
     head = {
         "schema": SCHEMA,
@@ -70,18 +61,7 @@ def grades_document(found: ClassGrades, changes: Sequence[Change] | None = None)
 
 
 def grade_lines(found: ClassGrades) -> Iterator[str]:
-    """Write one JSON object for each student, one a line.
-
-    Parameters
-    ----------
-    found : ClassGrades
-        The class.
-
-    Yields
-    ------
-    str
-        Lines.
-    """
+    """Write one JSON object for each student, one a line."""
     for grade in found.grades:
         head = {"schema": STUDENT_SCHEMA, "tool": _TOOL}
         yield json.dumps(head | _student(found, grade), allow_nan=False) + "\n"

@@ -16,15 +16,7 @@ if TYPE_CHECKING:
 def flags_csv(flags: Iterable[Flag]) -> str:
     """Write the flags of a class.
 
-    Parameters
-    ----------
-    flags : iterable of Flag
-        In the order of the rows.
-
-    Returns
-    -------
-    str
-        CSV; a text that a spreadsheet would run as a formula has a ' in front.
+    Gives: CSV; a text that a spreadsheet would run as a formula has a ' in front.
     """
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")

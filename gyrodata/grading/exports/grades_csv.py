@@ -36,18 +36,8 @@ _AFTER = (
 def grades_csv(grades: Collection[Grade], flags: Sequence[Flag] = ()) -> str:
     """Write the grades of a class.
 
-    Parameters
-    ----------
-    grades : collection of Grade
-        By one rubric, in any order; the rows are sorted by student.
-    flags : sequence of Flag
-        What was flagged in the class.
-
-    Returns
-    -------
-    str
-        CSV (RFC 4180 with plain line feeds). Points have two decimals; a cell is blank where nothing was judged. A
-        text that a spreadsheet would run as a formula has a ' in front.
+    Gives: CSV (RFC 4180 with plain line feeds). Points have two decimals; a cell is blank where nothing was judged. A
+    text that a spreadsheet would run as a formula has a ' in front.
     """
     first = next(iter(grades), None)
     criteria = {} if first is None else {mark.criterion: mark.out_of for mark in first.marks}

@@ -19,18 +19,7 @@ WIDEST = 28
 
 
 def class_summary(found: ClassGrades) -> Iterator[str]:
-    """Write a class for people: a line on the whole, a row for each student, then the flags.
-
-    Parameters
-    ----------
-    found : ClassGrades
-        The class.
-
-    Yields
-    ------
-    str
-        Lines.
-    """
+    """Write a class for people: a line on the whole, a row for each student, then the flags."""
     graded, out_of = len(found.totals), points_text(found.rubric.points)
     count = count_text(len(found.grades), "submission")
     first = f"{found.source}: {count}, {graded} graded, {len(found.grades) - graded} not"

@@ -47,20 +47,11 @@ def flag_class(
 ) -> tuple[Flag, ...]:
     """Find what is odd in a class's logs.
 
-    Parameters
-    ----------
-    prints : mapping of str to Fingerprint
-        One log of each student, by the student's key; it may read them from a file, for none is kept.
-    exempt : Exemptions, optional
-        Partners, whose logs may be alike, and staff, whose logs are left out.
-    previous : mapping of str to Fingerprint
-        Earlier logs and published examples, by a key of their own; compared with the class's, not with each other.
-
-    Returns
-    -------
-    tuple of Flag
-        By kind, in the order of `KINDS`, then by students. Logs that one kind joins
-        are not joined again by the next, and many copies of one log are one flag.
+    `prints`: One log of each student, by the student's key. `exempt`:
+    Partners, whose logs may be alike, and staff, whose logs are left out. `previous`: Earlier logs and published
+    examples, by a key of their own; compared with the class's, not with each other. Gives: By kind, in the order of
+    `KINDS`, then by students. Logs that one kind joins are not joined again by the next, and many copies of one log are
+    one flag.
     """
     exempt = exempt or Exemptions()
     judged = [student for student in sorted(prints) if student not in exempt.staff]

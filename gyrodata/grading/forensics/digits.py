@@ -19,19 +19,8 @@ HEAVIER = 4.0
 def flag_digits(prints: Iterable[tuple[str, Fingerprint]]) -> list[Flag]:
     """Find logs whose stopwatch times end in some digits too often.
 
-    Parameters
-    ----------
-    prints : iterable of tuple
-        Each student with the log.
-
-    Returns
-    -------
-    list of Flag
-
-    Notes
-    -----
-    Chi-square of ten equally likely digits with 9 degrees of freedom: the terminal-digit test of J. H.
-    Pitt and H. Z. Hill, "Statistical detection of potentially fabricated numerical data".
+    Chi-square of ten equally likely digits with 9 degrees of freedom: the terminal-digit test of J. H. Pitt and H. Z.
+    Hill, "Statistical detection of potentially fabricated numerical data".
     """
     found = {student: one.digits for student, one in prints if sum(one.digits) >= FEWEST}
     flags = []

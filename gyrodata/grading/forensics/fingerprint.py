@@ -57,17 +57,7 @@ class Fingerprint:
 
     @classmethod
     def from_dict(cls, stored: dict[str, Any]) -> Fingerprint:
-        """Take back what `to_dict` gave.
-
-        Parameters
-        ----------
-        stored : dict
-            As read from JSON.
-
-        Returns
-        -------
-        Fingerprint
-        """
+        """Take back what `to_dict` gave."""
         values: dict[str, Any] = {
             name: tuple(value) if isinstance(value, list) else value for name, value in stored.items()
         }
@@ -77,16 +67,7 @@ class Fingerprint:
 def fingerprint(readings: Readings, measured: Measurements) -> Fingerprint:
     """Take the fingerprint of one log.
 
-    Parameters
-    ----------
-    readings : Readings
-        Without errors among its diagnostics.
-    measured : Measurements
-        What `gyrodata.measurements.measure` makes of them, n runs; no fit is needed.
-
-    Returns
-    -------
-    Fingerprint
+    `measured`: What `gyrodata.measurements.measure` makes of them, n runs; no fit is needed.
     """
     columns = readings.columns
     timing = next(columns[role] for role in _TIMING if role in columns)

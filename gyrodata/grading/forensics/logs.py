@@ -96,20 +96,7 @@ def lay_out(
 ) -> Logs:
     """Put the logs side by side.
 
-    Parameters
-    ----------
-    students : sequence of str
-        Whose logs, sorted.
-    prints : mapping of str to Fingerprint
-        The class, by student. None is kept: they may come from a file.
-    exempt : Exemptions
-        Whose logs may be alike.
-    previous : mapping of str to Fingerprint
-        Earlier logs, by a key of their own.
-
-    Returns
-    -------
-    Logs
+    `prints`: The class, by student.
     """
     keys = (*students, *sorted(previous))
 

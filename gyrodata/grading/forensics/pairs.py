@@ -44,23 +44,7 @@ class Groups:
 
 
 def flag_pairs(kind: Kind, pairs: Iterable[Pair], logs: Logs, tell: Callable[[Logs, Pair], str]) -> list[Flag]:
-    """Make one flag of all pairs that hang together: five copies of one log are one finding, not ten.
-
-    Parameters
-    ----------
-    kind : str
-        Of the flags.
-    pairs : iterable of Pair
-        In any order.
-    logs : Logs
-        The class.
-    tell : callable
-        The evidence of one pair in words.
-
-    Returns
-    -------
-    list of Flag
-    """
+    """Make one flag of all pairs that hang together: five copies of one log are one finding, not ten."""
     together = Groups()
     ordered = sorted(pairs)
     for pair in ordered:

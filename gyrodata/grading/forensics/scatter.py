@@ -42,20 +42,10 @@ class Scatter:
 def measure_scatter(one: Fingerprint) -> Scatter | None:
     """Take out of a log's times what spin, torque and timing bias explain.
 
-    Parameters
-    ----------
-    one : Fingerprint
-        n rows.
+    Gives: None with less than one degree of freedom.
 
-    Returns
-    -------
-    Scatter or None
-        None with less than one degree of freedom.
-
-    Notes
-    -----
-    T = a f ψ̇ + b with a slope a for each torque: eq. (9) with any I_zz, balance, weights, ruler and tachometer
-    scale. Whatever else moves the times only adds to the scatter.
+    T = a f ψ̇ + b with a slope a for each torque: eq. (9) with any I_zz, balance, weights, ruler and tachometer scale.
+    Whatever else moves the times only adds to the scatter.
     """
     torque, lever = np.array(one.torque), np.array(one.turns) * np.array(one.spin)
     time, step = np.array(one.time), np.array(one.time_step)
@@ -72,18 +62,8 @@ def measure_scatter(one: Fingerprint) -> Scatter | None:
 def chi2_lower_tail(chi2: float, dof: float) -> float:
     """Probability of a chi-square at most this large.
 
-    Parameters
-    ----------
-    chi2 : float
-        Sum of squares, ≥ 0.
-    dof : float
-        Degrees of freedom, > 0.
-
-    Returns
-    -------
-    float
-        P(dof/2, chi2/2), the regularised lower incomplete gamma function, by its series (DLMF 8.11.4), which
-        keeps all digits of a tiny probability.
+    Gives: P(dof/2, chi2/2), the regularised lower incomplete gamma function, by its series (DLMF 8.11.4), which keeps
+    all digits of a tiny probability.
     """
     if chi2 <= 0:
         return 0.0
@@ -98,17 +78,7 @@ def chi2_lower_tail(chi2: float, dof: float) -> float:
 
 
 def flag_scatter(logs: Logs) -> list[Flag]:
-    """Find logs whose times lie closer to straight lines than a hand can put them.
-
-    Parameters
-    ----------
-    logs : Logs
-        The class; those that were timed by hand are looked at.
-
-    Returns
-    -------
-    list of Flag
-    """
+    """Find logs whose times lie closer to straight lines than a hand can put them."""
     flags = []
     timed = [i for i in range(logs.current) if logs.by_hand[i] and logs.dof[i]]
     for i in timed:
@@ -125,17 +95,7 @@ def flag_scatter(logs: Logs) -> list[Flag]:
 
 
 def flag_repeats(prints: Iterable[tuple[str, Fingerprint]]) -> list[Flag]:
-    """Find logs whose repeats of one setting are more alike than a hand can make them.
-
-    Parameters
-    ----------
-    prints : iterable of tuple
-        Each student with the log.
-
-    Returns
-    -------
-    list of Flag
-    """
+    """Find logs whose repeats of one setting are more alike than a hand can make them."""
     measured = ((student, _repeats(one)) for student, one in prints if one.by_hand)
     found = {student: (dof, squares) for student, (dof, squares) in measured if dof > 0}
     flags = []

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import PurePosixPath
+from sys import intern
 from typing import TYPE_CHECKING, Any, Literal
 
 from gyrodata.analysis import analyze_readings
@@ -117,6 +118,11 @@ class Grade:
         fields["diagnostics"] = tuple(fields["diagnostics"])
         fields["fingerprint"] = None if fields["fingerprint"] is None else Fingerprint.from_dict(fields["fingerprint"])
         return cls(**fields)
+
+
+def one_copy(table: dict[str, Any]) -> dict[str, Any]:
+    """Keep one copy of the words that all grades of a class share; an `object_hook` for `json.loads`."""
+    return {intern(key): intern(value) if type(value) is str else value for key, value in table.items()}
 
 
 def grade_submission(submission: Submission, rubric: Rubric) -> Grade:

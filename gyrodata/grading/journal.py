@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from gyrodata import __version__
 from gyrodata.errors import Diagnostic, InputError, register
-from gyrodata.grading.grade import Grade
+from gyrodata.grading.grade import Grade, one_copy
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission
 
@@ -146,7 +146,7 @@ class Journal:
 def _parse(line: bytes) -> Entry | None:
     """Read a line; None where it is none."""
     try:
-        content: dict[str, Any] = json.loads(line)
+        content: dict[str, Any] = json.loads(line, object_hook=one_copy)
         if content["schema"] != SCHEMA:
             return None
         basis = Basis(*(content[field] for field in Basis._fields))

@@ -16,7 +16,7 @@ from pathlib import Path
 from gyrodata.errors import GyroError
 from gyrodata.grading.classroom import ClassGrades
 from gyrodata.grading.forensics import Exemptions, flag_class
-from gyrodata.grading.grade import Grade, grade_submission, not_graded, references_of, settle_one
+from gyrodata.grading.grade import Grade, grade_submission, not_graded, one_copy, references_of, settle_one
 from gyrodata.grading.journal import Basis, Entry, Journal, bases_of, why_again, write_whole
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission, Submissions
@@ -129,7 +129,12 @@ def _entry(
     if way.figures is not None:
         for name, (data, _) in figures.items():
             write_whole(figure_path(way.figures, item, name), [data])
-    return Entry(basis, Grade.from_dict(json.loads(content)), "", {name: words for name, (_, words) in figures.items()})
+    return Entry(
+        basis,
+        Grade.from_dict(json.loads(content, object_hook=one_copy)),
+        "",
+        {name: words for name, (_, words) in figures.items()},
+    )
 
 
 # --- figures ------------------------------------------------------------------------------------------------

@@ -18,9 +18,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrodata.grading.forensics.flags import ALLOWED, LEAST, Flag
+from gyrodata.grading.forensics.flags import ALLOWED, LEAST, Flag, Groups, Pair, flag_pairs
 from gyrodata.grading.forensics.logs import Integers, Logs
-from gyrodata.grading.forensics.pairs import Groups, Pair, flag_pairs
 from gyrodata.physics import Floats
 
 SAME_TORQUE = 0.1

@@ -13,10 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gyrodata.grading.forensics.flags import ALLOWED, Flag, Kind
+from gyrodata.grading.forensics.flags import ALLOWED, Flag, Groups, Kind, Pair, chi2_lower_tail, flag_pairs
 from gyrodata.grading.forensics.logs import TRUSTED_DOF, Integers, Logs
-from gyrodata.grading.forensics.pairs import Groups, Pair, flag_pairs
-from gyrodata.grading.forensics.scatter import chi2_lower_tail
 from gyrodata.physics import Floats
 
 BLOCK = 100

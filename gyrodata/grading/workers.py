@@ -21,7 +21,7 @@ from multiprocessing.connection import Connection, wait
 from typing import Any, Generic, TypeVar
 
 from gyrodata.errors import Diagnostic, InputError, register
-from gyrodata.grading.archives import size_text
+from gyrodata.grading.submissions import size_text
 
 Task = TypeVar("Task")
 Answer = TypeVar("Answer")

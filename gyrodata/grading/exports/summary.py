@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 from gyrodata.grading.feedback import points_text
-from gyrodata.grading.patterns import shown
+from gyrodata.grading.submissions import shown
 from gyrodata.reporting import count_text
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from gyrodata.errors import GyroError
-from gyrodata.grading.archives import size_text
+from gyrodata.grading.submissions.archives import size_text
 from gyrodata.readings import MAX_BYTES, listing, read_log
 
 TABLES = (".csv", ".tsv")

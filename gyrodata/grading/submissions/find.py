@@ -12,19 +12,20 @@ from pathlib import Path
 from typing import Literal
 
 from gyrodata.errors import CODES, Diagnostic, GyroError, InputError, register
-from gyrodata.grading import blackboard
-from gyrodata.grading import gradescope_metadata as gradescope
-from gyrodata.grading.archives import Listing, list_files, read_file
-from gyrodata.grading.choice import Choice, choose_files
-from gyrodata.grading.patterns import (
+from gyrodata.grading.submissions import metadata as gradescope
+from gyrodata.grading.submissions.archives import Listing, list_files, read_file
+from gyrodata.grading.submissions.platforms import (
     PLATFORMS,
     SAMPLES,
-    Named,
+    ParsedName,
+    blackboard_people,
     fit_own,
+    name_all,
     read_pattern,
     shown,
+    whose_names,
 )
-from gyrodata.grading.recognition import name_all, whose_names
+from gyrodata.grading.submissions.student_files import Choice, choose_files
 from gyrodata.readings import listing
 
 Attempts = Literal["newest", "oldest"]
@@ -184,7 +185,7 @@ def _running_autograder(root: Path, attempts: Attempts) -> Submissions:
     """Find the one submission that a running autograder has beside its metadata."""
     files = list_files(root / "submission")
     finder = _Finder(files, "gradescope", attempts)
-    one = Named("submission", "submission", {}, "", "submission")
+    one = ParsedName("submission", "submission", {}, "", "submission")
     finder.metadata = finder.read_metadata(root, gradescope.LIVE)
     items = finder.find({name: replace(one, file=name) for name in files.sizes}, ())
     if not items:
@@ -224,12 +225,12 @@ class _Finder:
         self.told = list(files.diagnostics)
         self.metadata: dict[str, gradescope.Metadata] = {}
 
-    def find(self, named: Mapping[str, Named | None], empty_handed: tuple[str, ...]) -> tuple[Submission, ...]:
+    def find(self, named: Mapping[str, ParsedName | None], empty_handed: tuple[str, ...]) -> tuple[Submission, ...]:
         """Make the submissions of those who handed in files, and of those whose folder is empty."""
         fitting = {name: what for name, what in named.items() if what is not None}
         self._tell_left_out([name for name, what in named.items() if what is None])
         if self.lms == "blackboard":
-            who = blackboard.people(fitting, lambda name: read_file(self.files.root, name, _MOST_RECEIPT))
+            who = blackboard_people(fitting, lambda name: read_file(self.files.root, name, _MOST_RECEIPT))
             fitting = {
                 name: replace(what, student=who[name][0], name=who[name][1], ids={"username": who[name][0]})
                 for name, what in fitting.items()
@@ -239,7 +240,7 @@ class _Finder:
             if export:
                 self.metadata = self.read_metadata(self.files.root, min(export))
             fitting = {name: _person(what, self.metadata.get(what.stem)) for name, what in fitting.items()}
-        people: dict[str, dict[str, Named]] = {}
+        people: dict[str, dict[str, ParsedName]] = {}
         for name, what in fitting.items():
             people.setdefault(what.student, {})[name] = what
         items = [self._submission(student, files) for student, files in people.items()]
@@ -262,7 +263,7 @@ class _Finder:
             sample = SAMPLES.get(self.lms)
             self._tell(G707, message, f"{self.lms} names files such as {sample}" if sample else "")
 
-    def _submission(self, student: str, named: Mapping[str, Named]) -> Submission:
+    def _submission(self, student: str, named: Mapping[str, ParsedName]) -> Submission:
         """Make the submission of one student, of the attempt that counts."""
         stamps = sorted({(what.submitted or "", what.attempt or 0) for what in named.values()})
         stamp = stamps[0 if self.oldest else -1]
@@ -295,7 +296,7 @@ class _Finder:
             graded.stem,
         )
 
-    def _choose(self, own: Mapping[str, str], first: Named) -> Choice:
+    def _choose(self, own: Mapping[str, str], first: ParsedName) -> Choice:
         choice = choose_files(own, self.files.sizes, lambda name: read_file(self.files.root, name), self.oldest)
         if choice.note:
             self._tell(G708, f"{first.name}: {choice.note}")
@@ -315,7 +316,7 @@ class _Finder:
             return {}
 
 
-def _person(what: Named, about: gradescope.Metadata | None) -> Named:
+def _person(what: ParsedName, about: gradescope.Metadata | None) -> ParsedName:
     """Name a submission by those who handed it in; in a group, by all of them."""
     if about is None or not about.submitters:
         return what

@@ -15,10 +15,9 @@ from gyrodata.cli.terminal import complain, progress_bar, refuse, write_out
 from gyrodata.errors import register
 
 if TYPE_CHECKING:
-    from gyrodata.grading.changes import Change
     from gyrodata.grading.classroom import ClassGrades
+    from gyrodata.grading.desk import Change, Gradebooks
     from gyrodata.grading.exports.sheet import Filled
-    from gyrodata.grading.folder import Gradebooks
     from gyrodata.grading.run import Way
 
 G764 = register("G764", "error", "there is nothing to grade", "grade")
@@ -164,7 +163,7 @@ def autograde(
 
 def _grade_class(path: Path, request: _Request) -> ClassGrades:
     """Grade, say what changes, write what was asked for, and print."""
-    from gyrodata.grading.folder import changes_in
+    from gyrodata.grading.desk import changes_in
     from gyrodata.grading.forensics import read_exemptions
     from gyrodata.grading.rubric import read_rubric
     from gyrodata.grading.run import grade_class
@@ -246,7 +245,7 @@ def _folder(path: Path, request: _Request) -> Path | None:
 
 
 def _gradebooks(request: _Request) -> Gradebooks:
-    from gyrodata.grading.folder import Gradebooks
+    from gyrodata.grading.desk import Gradebooks
 
     canvas, moodle = request.gradebook, request.worksheet
     return Gradebooks(
@@ -262,7 +261,7 @@ def _way(folder: Path | None, count: int, request: _Request) -> Way:
     """Say how the class is graded."""
     import time
 
-    from gyrodata.grading.folder import FIGURES, JOURNAL
+    from gyrodata.grading.desk import FIGURES, JOURNAL
     from gyrodata.grading.journal import Journal
     from gyrodata.grading.run import Way
     from gyrodata.grading.workers import count_workers
@@ -281,8 +280,8 @@ def _write(found: ClassGrades, folder: Path, filled: Mapping[str, Filled], way: 
     """Write the folder of the grades."""
     import time
 
-    from gyrodata.grading.folder import write_results
-    from gyrodata.grading.handback import write_feedback
+    from gyrodata.grading.desk import write_results
+    from gyrodata.grading.feedback import write_feedback
 
     write_results(found, folder, filled)
     bar = None if quiet else progress_bar(len(found.grades), time.monotonic, "feedback ")
@@ -293,7 +292,7 @@ def _write(found: ClassGrades, folder: Path, filled: Mapping[str, Filled], way: 
 
 
 def _print(found: ClassGrades, changes: Sequence[Change] | None, form: GradeFormat) -> None:
-    from gyrodata.grading.exports.documents import grade_lines, grades_document
+    from gyrodata.grading.exports.grades_json import grade_lines, grades_document
     from gyrodata.grading.exports.summary import class_summary
 
     if form is GradeFormat.text:
@@ -332,7 +331,7 @@ def _told(found: ClassGrades, way: Way) -> Iterator[str]:
 
 def _told_changes(changes: Sequence[Change] | None, dry_run: bool) -> Iterator[str]:
     """Say what changes in the table of grades that is there."""
-    from gyrodata.grading.folder import BEFORE, TABLE
+    from gyrodata.grading.desk import BEFORE, TABLE
 
     kept = "" if dry_run else f"; what it was is kept as {BEFORE}"
     if changes is None:

@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from gyrodata.analysis import analyze_readings
 from gyrodata.errors import Diagnostic, GyroError, LogError
-from gyrodata.grading.answers import Answers, read_answers
-from gyrodata.grading.checks import ASKED_CODES, Evidence, Mark, judge, judge_reference, mark
+from gyrodata.grading.accepted_fits import distance, nearest, own_runs
+from gyrodata.grading.answers_file import Answers, read_answers
+from gyrodata.grading.criteria import ASKED_CODES, Evidence, Mark, judge, judge_reference, mark
 from gyrodata.grading.forensics import Fingerprint, fingerprint
 from gyrodata.grading.late import Lateness, judge_lateness
-from gyrodata.grading.own import distance, nearest, own_runs
 from gyrodata.grading.reference import Reference, class_references, station_key
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.slips import Slip, find_slips

@@ -18,8 +18,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gyrodata.grading.classroom import ClassGrades
-from gyrodata.grading.exports.class_page import class_page
-from gyrodata.grading.exports.distribution import LEFT, RIGHT, WIDTH, Drawing, draw_distribution
+from gyrodata.grading.exports.class_page import LEFT, RIGHT, WIDTH, Drawing, class_page, draw_distribution
 from gyrodata.grading.forensics import Flag
 from gyrodata.grading.grade import Grade
 from gyrodata.grading.reference import Reference

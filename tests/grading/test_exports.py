@@ -17,7 +17,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gyrodata.errors import InputError
-from gyrodata.grading.checks import Mark
+from gyrodata.grading.criteria import Mark
 from gyrodata.grading.exports.canvas import fill_gradebook
 from gyrodata.grading.exports.grades_csv import grades_csv
 from gyrodata.grading.exports.gradescope import autograder_files, grade_autograder, results_json

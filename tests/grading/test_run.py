@@ -25,9 +25,9 @@ from gyrodata.cli import app
 from gyrodata.errors import InputError
 from gyrodata.grading import journal as journal_module
 from gyrodata.grading.classroom import ClassGrades
+from gyrodata.grading.desk import changes_in, write_results
 from gyrodata.grading.exports.summary import class_summary
-from gyrodata.grading.folder import changes_in, write_results
-from gyrodata.grading.handback import write_feedback
+from gyrodata.grading.feedback import write_feedback
 from gyrodata.grading.journal import Journal
 from gyrodata.grading.rubric import default_rubric, default_rubric_text, read_rubric
 from gyrodata.grading.run import LIMIT, Way, grade_class

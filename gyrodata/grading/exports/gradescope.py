@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from gyrodata import __version__
 
 if TYPE_CHECKING:
-    from gyrodata.grading.checks import Mark
+    from gyrodata.grading.criteria import Mark
     from gyrodata.grading.grade import Grade
 
 _SETUP = """\

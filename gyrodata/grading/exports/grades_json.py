@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 from gyrodata import __version__
 
 if TYPE_CHECKING:
-    from gyrodata.grading.changes import Change
     from gyrodata.grading.classroom import ClassGrades
+    from gyrodata.grading.desk import Change
     from gyrodata.grading.forensics import Flag
     from gyrodata.grading.grade import Grade
+
 
 SCHEMA = "gyro.grades/1"
 STUDENT_SCHEMA = "gyro.grade/1"

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from gyrodata import procedure
 from gyrodata.errors import Diagnostic
-from gyrodata.grading.own import OwnValue
+from gyrodata.grading.accepted_fits import OwnValue
 from gyrodata.grading.reference import Reference
 from gyrodata.grading.rubric import Criterion
 from gyrodata.grading.slips import Slip

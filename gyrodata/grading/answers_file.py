@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from gyrodata.errors import CODES, Diagnostic, GyroError, register
-from gyrodata.grading.places import find_places
+from gyrodata.grading.toml_table import find_places
 from gyrodata.readings import KINDS, Faults, Readings, Reported, canonical_key, decode, read_reported, split_lines
 
 __all__ = ["Answers", "Reported", "read_answers"]

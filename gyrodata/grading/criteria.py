@@ -200,14 +200,14 @@ def judge_reference(criterion: Criterion, pending: Mark, reference: Reference | 
         reason = "the rubric gives no reference for this station: a person must look"
         return mark(criterion, None, reason, pending.detail)
     width = math.hypot(u, reference.u) or abs(reference.inertia) * 1e-9
-    z = abs(value - reference.inertia) / width
+    zeta = abs(value - reference.inertia) / width
     undone = ", the slip undone," if pending.detail.get("slip") != 1.0 else ""
     reason = (
-        f"{inertia_text(value, u)}{undone} is {z:.2g} standard uncertainties from "
+        f"{inertia_text(value, u)}{undone} is {zeta:.2g} standard uncertainties from "
         f"{inertia_text(reference.inertia, reference.u or None)} ({reference.source})"
     )
-    detail = {**pending.detail, "reference": reference.inertia, "u_reference": reference.u, "z": z}
-    return mark(criterion, criterion.curve.share(z), reason, detail)
+    detail = {**pending.detail, "reference": reference.inertia, "u_reference": reference.u, "z": zeta}
+    return mark(criterion, criterion.curve.share(zeta), reason, detail)
 
 
 def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:

@@ -1,4 +1,4 @@
-"""What a student gets back: the points, what was found in their numbers, how to check a slip, and all of it as files."""
+"""What a student gets back: the points, what was found in their numbers, how to check a slip; and all that as files."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from gyrodata.grading.classroom import ClassGrades
 from gyrodata.grading.criteria import factor_text
 from gyrodata.grading.grade import Grade
 from gyrodata.grading.journal import cannot_write, write_changed
-from gyrodata.grading.run import Way, figure_path
+from gyrodata.grading.run import GradingOptions, figure_path
 from gyrodata.grading.submissions import Submission
-from gyrodata.grading.workers import Lost, in_workers
+from gyrodata.grading.workers import Failed, in_workers
 from gyrodata.reporting import inertia_text
 
 if TYPE_CHECKING:
@@ -239,7 +239,7 @@ def feedback_names(found: ClassGrades) -> dict[str, str]:
 
 
 def write_feedback(
-    found: ClassGrades, folder: Path, way: Way, progress: Callable[[int], None] | None = None
+    found: ClassGrades, folder: Path, options: GradingOptions, progress: Callable[[int], None] | None = None
 ) -> tuple[str, ...]:
     """Write the feedback of a class into a folder and a zip.
 
@@ -247,15 +247,15 @@ def write_feedback(
     written.
     """
     names = feedback_names(found)
-    figures = found.figures if way.figures is not None else {}
+    figures = found.figures if options.figures is not None else {}
     tasks = (
         _Task(grade, item, figures.get(grade.student, {}))
         for grade, item in zip(found.grades, found.submissions.items, strict=True)
     )
     lost: list[str] = []
     written: list[str] = []
-    for task, answer in in_workers(_Work(way.figures), tasks, way.workers, way.limit):
-        if isinstance(answer, Lost):
+    for task, answer in in_workers(_Work(options.figures), tasks, options.workers, options.limit):
+        if isinstance(answer, Failed):
             lost.append(f"no feedback for {task.grade.name}: {answer.why}")
         else:
             name = names[task.grade.student]

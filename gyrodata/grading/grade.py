@@ -68,8 +68,8 @@ class Grade:
     """The accepted fit that the report comes nearest to, a slip undone."""
     d: float | None
     """Distance of the report from it, as reported [u]."""
-    z: float | None
-    """Distance from the reference, a slip undone [standard uncertainties]."""
+    zeta: float | None
+    """Zeta score of ISO 13528: distance from the reference over the u of both, a slip undone."""
     late_seconds: float | None
     """Late by this [s]; None where nothing tells."""
     late_deduction: float
@@ -100,7 +100,8 @@ class Grade:
 
     def to_dict(self) -> dict[str, Any]:
         """Give the grade as JSON can hold it."""
-        out: dict[str, Any] = {name: getattr(self, name) for name in self.__slots__}
+        # JSON, tables and rubrics have called the zeta score "z" from the start.
+        out: dict[str, Any] = {"z" if name == "zeta" else name: getattr(self, name) for name in self.__slots__}
         out["marks"] = [{name: getattr(one, name) for name in Mark.__slots__} for one in self.marks]
         out["slips"] = [{name: getattr(one, name) for name in Slip.__slots__} for one in self.slips]
         out["look"] = list(self.look)
@@ -112,6 +113,7 @@ class Grade:
     def from_dict(cls, content: Mapping[str, Any]) -> Grade:
         """Take a grade back from what `to_dict` gave."""
         fields = dict(content)
+        fields["zeta"] = fields.pop("z")
         fields["marks"] = tuple(Mark(**one) for one in fields["marks"])
         fields["slips"] = tuple(Slip(**one) for one in fields["slips"])
         fields["look"] = tuple(fields["look"])
@@ -215,8 +217,8 @@ def _with_reference(grade: Grade, rubric: Rubric, reference: Reference | None) -
         judge_reference(criterion, one, reference) if criterion.check == "reference" else one
         for criterion, one in zip(rubric.criteria, grade.marks, strict=True)
     )
-    z = next((one.detail["z"] for one in marks if "z" in one.detail), None)
-    return _added_up(replace(grade, marks=marks, z=z if isinstance(z, float) else None))
+    zeta = next((one.detail["z"] for one in marks if "z" in one.detail), None)
+    return _added_up(replace(grade, marks=marks, zeta=zeta if isinstance(zeta, float) else None))
 
 
 def _added_up(grade: Grade) -> Grade:
@@ -338,7 +340,7 @@ def _blank(submission: Submission, rubric: Rubric) -> Grade:
         inertia_u=None,
         matched=None,
         d=None,
-        z=None,
+        zeta=None,
         late_seconds=late.seconds,
         late_deduction=late.deduct,
         late_reason=late.reason,

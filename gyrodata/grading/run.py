@@ -20,7 +20,7 @@ from gyrodata.grading.grade import Grade, grade_submission, not_graded, one_copy
 from gyrodata.grading.journal import Basis, Entry, Journal, bases_of, why_again, write_whole
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission, Submissions
-from gyrodata.grading.workers import Lost, in_workers
+from gyrodata.grading.workers import Failed, in_workers
 
 LIMIT = 30.0
 """Time for one submission [s] unless another is given; an ordinary one takes a hundredth."""
@@ -29,8 +29,8 @@ Grader = Callable[[Submission, Rubric], Grade]
 
 
 @dataclass(frozen=True)
-class Way:
-    """How a class is graded; none of it changes a grade."""
+class GradingOptions:
+    """How a class is graded: processes, time, files; none of it changes a grade."""
 
     workers: int = 1
     """Processes."""
@@ -65,21 +65,21 @@ class _Work:
 
 
 def grade_class(
-    submissions: Submissions, rubric: Rubric, way: Way | None = None, exempt: Exemptions | None = None
+    submissions: Submissions, rubric: Rubric, options: GradingOptions | None = None, exempt: Exemptions | None = None
 ) -> ClassGrades:
     """Grade a class.
 
     Gives: A submission that hangs, dies or breaks the tool is "not graded", with the reason, and is tried again in the
     next run.
     """
-    way = way or Way()
+    options = options or GradingOptions()
     items = tuple(sorted(submissions.items, key=lambda item: item.student))
-    entries, again = _entries(items, rubric, way)
+    entries, again = _entries(items, rubric, options)
     references = references_of((entry.grade for entry in entries.values()), rubric)
     made = {item.student: entries[item.student] for item in items}
     prints = {student: one.grade.fingerprint for student, one in made.items() if one.grade.fingerprint is not None}
-    if way.journal is not None and way.keep and (again or way.journal.damaged):
-        way.journal.replace(made.values())
+    if options.journal is not None and options.keep and (again or options.journal.damaged):
+        options.journal.replace(made.values())
     return ClassGrades(
         source=items[0].source.resolve().name,
         submissions=replace(submissions, items=items),
@@ -92,43 +92,49 @@ def grade_class(
     )
 
 
-def _entries(items: Sequence[Submission], rubric: Rubric, way: Way) -> tuple[dict[str, Entry], dict[str, str]]:
+def _entries(
+    items: Sequence[Submission], rubric: Rubric, options: GradingOptions
+) -> tuple[dict[str, Entry], dict[str, str]]:
     """Take each student's entry from the journal or make it; and say of those that are made why."""
     entries: dict[str, Entry] = {}
     bases = bases_of(items, rubric)
     handed_in = {item.student: item for item in items}
     reasons = {student: why_again(None, basis) for student, basis in bases.items()}
-    for entry in way.journal.read() if way.journal is not None else ():
+    for entry in options.journal.read() if options.journal is not None else ():
         student = entry.grade.student
         if student in bases:
-            reasons[student] = why_again(entry, bases[student]) or _why_figures(entry, handed_in[student], way)
+            reasons[student] = why_again(entry, bases[student]) or _why_figures(entry, handed_in[student], options)
             if not reasons[student]:
                 entries[student] = entry
     again = {student: why for student, why in reasons.items() if why}
     done = len(items) - len(again)
-    work = _Work(rubric, way.grader, way.figures is not None)
+    work = _Work(rubric, options.grader, options.figures is not None)
     waiting = (handed_in[student] for student in again)
-    for item, answer in in_workers(work, waiting, way.workers, way.limit):
-        entry = _entry(item, bases[item.student], answer, rubric, way)
+    for item, answer in in_workers(work, waiting, options.workers, options.limit):
+        entry = _entry(item, bases[item.student], answer, rubric, options)
         entries[item.student] = entry
-        if way.journal is not None and way.keep:
-            way.journal.add(entry)
+        if options.journal is not None and options.keep:
+            options.journal.add(entry)
         done += 1
-        if way.progress is not None:
-            way.progress(done)
+        if options.progress is not None:
+            options.progress(done)
     return entries, again
 
 
 def _entry(
-    item: Submission, basis: Basis, answer: tuple[str, Mapping[str, tuple[bytes, str]]] | Lost, rubric: Rubric, way: Way
+    item: Submission,
+    basis: Basis,
+    answer: tuple[str, Mapping[str, tuple[bytes, str]]] | Failed,
+    rubric: Rubric,
+    options: GradingOptions,
 ) -> Entry:
     """Make the line of the journal, the figures written before it, so that whatever it tells of is there."""
-    if isinstance(answer, Lost):
+    if isinstance(answer, Failed):
         return Entry(basis, not_graded(item, rubric, f"{answer.why}; a person must look"), answer.why, {})
     content, figures = answer
-    if way.figures is not None:
+    if options.figures is not None:
         for name, (data, _) in figures.items():
-            write_whole(figure_path(way.figures, item, name), [data])
+            write_whole(figure_path(options.figures, item, name), [data])
     return Entry(
         basis,
         Grade.from_dict(json.loads(content, object_hook=one_copy)),
@@ -145,11 +151,11 @@ def figure_path(folder: Path, item: Submission, name: str) -> Path:
     return folder / item.feedback_stem.replace("/", "_") / f"{name}.png"
 
 
-def _why_figures(entry: Entry, item: Submission, way: Way) -> str:
+def _why_figures(entry: Entry, item: Submission, options: GradingOptions) -> str:
     """Say that a known grade lacks its figures; "" where it has them or none are asked for."""
-    if way.figures is None or not entry.grade.own:
+    if options.figures is None or not entry.grade.own:
         return ""
-    there = entry.figures and all(figure_path(way.figures, item, name).is_file() for name in entry.figures)
+    there = entry.figures and all(figure_path(options.figures, item, name).is_file() for name in entry.figures)
     return "" if there else "its figures are missing"
 
 

@@ -58,7 +58,7 @@ def _cells(grade: Grade, factor: float) -> list[dict[str, Any]]:
         *marks,
         (value, reported),
         (grade.d, _distance(grade.d)),
-        (grade.z, _distance(grade.z)),
+        (grade.zeta, _distance(grade.zeta)),
     ]
     return [{"value": "" if key is None else repr(key), "text": text.replace("-", "−")} for key, text in numbers]
 

@@ -79,7 +79,7 @@ def _row(grade: Grade, criteria: Sequence[str], flags: Sequence[str]) -> list[st
         grade.reported.get("u"),
         grade.matched,
         None if grade.d is None else float(f"{grade.d:.4g}"),
-        None if grade.z is None else float(f"{grade.z:.4g}"),
+        None if grade.zeta is None else float(f"{grade.zeta:.4g}"),
         "; ".join(slip.kind for slip in grade.slips),
         "; ".join(flags),
         "; ".join(grade.look),

@@ -15,11 +15,10 @@ from gyrodata.cli.terminal import complain, progress_bar, refuse, write_out
 from gyrodata.errors import register
 
 if TYPE_CHECKING:
-    from gyrodata.grading.changes import Change
     from gyrodata.grading.classroom import ClassGrades
+    from gyrodata.grading.desk import Change, Gradebooks
     from gyrodata.grading.exports.sheet import Filled
-    from gyrodata.grading.folder import Gradebooks
-    from gyrodata.grading.run import Way
+    from gyrodata.grading.run import GradingOptions
 
 G764 = register("G764", "error", "there is nothing to grade", "grade")
 G765 = register("G765", "error", "a file given with an option cannot be read", "grade class --rubric no-such-file.toml")
@@ -164,7 +163,7 @@ def autograde(
 
 def _grade_class(path: Path, request: _Request) -> ClassGrades:
     """Grade, say what changes, write what was asked for, and print."""
-    from gyrodata.grading.folder import changes_in
+    from gyrodata.grading.desk import changes_in
     from gyrodata.grading.forensics import read_exemptions
     from gyrodata.grading.rubric import read_rubric
     from gyrodata.grading.run import grade_class
@@ -181,19 +180,19 @@ def _grade_class(path: Path, request: _Request) -> ClassGrades:
     if request.partners is not None:
         exempt = read_exemptions(request.partners, submissions.aliases)
         complain(exempt.diagnostics, request.quiet)
-    way = _way(folder, len(submissions.items), request)
+    options = _options(folder, len(submissions.items), request)
     try:
-        found = grade_class(submissions, rubric, way, exempt)
+        found = grade_class(submissions, rubric, options, exempt)
         changes = changes_in(folder, found) if folder is not None else ()
         filled = gradebooks.fill(found.grades, found.ids)
         if not request.quiet:
-            _tell(_told(found, way), _told_changes(changes, request.dry_run), _told_filled(filled))
+            _tell(_told(found, options), _told_changes(changes, request.dry_run), _told_filled(filled))
         if folder is not None and not request.dry_run:
-            _write(found, folder, filled, way, request.quiet)
+            _write(found, folder, filled, options, request.quiet)
     except KeyboardInterrupt:
         told = "what was done is kept, and the same command goes on from there"
-        kept = way.journal is not None and way.keep
-        _tell([f"{chr(10) if way.progress else ''}stopped; {told if kept else 'nothing is kept'}"])
+        kept = options.journal is not None and options.keep
+        _tell([f"{chr(10) if options.progress else ''}stopped; {told if kept else 'nothing is kept'}"])
         raise typer.Exit(130) from None
     _print(found, changes if request.dry_run else None, request.form)
     return found
@@ -246,7 +245,7 @@ def _folder(path: Path, request: _Request) -> Path | None:
 
 
 def _gradebooks(request: _Request) -> Gradebooks:
-    from gyrodata.grading.folder import Gradebooks
+    from gyrodata.grading.desk import Gradebooks
 
     canvas, moodle = request.gradebook, request.worksheet
     return Gradebooks(
@@ -258,16 +257,16 @@ def _gradebooks(request: _Request) -> Gradebooks:
     )
 
 
-def _way(folder: Path | None, count: int, request: _Request) -> Way:
+def _options(folder: Path | None, count: int, request: _Request) -> GradingOptions:
     """Say how the class is graded."""
     import time
 
-    from gyrodata.grading.folder import FIGURES, JOURNAL
+    from gyrodata.grading.desk import FIGURES, JOURNAL
     from gyrodata.grading.journal import Journal
-    from gyrodata.grading.run import Way
+    from gyrodata.grading.run import GradingOptions
     from gyrodata.grading.workers import count_workers
 
-    return Way(
+    return GradingOptions(
         workers=request.workers or count_workers(),
         limit=request.timeout,
         journal=None if folder is None else Journal(folder / JOURNAL),
@@ -277,23 +276,25 @@ def _way(folder: Path | None, count: int, request: _Request) -> Way:
     )
 
 
-def _write(found: ClassGrades, folder: Path, filled: Mapping[str, Filled], way: Way, quiet: bool) -> None:
+def _write(
+    found: ClassGrades, folder: Path, filled: Mapping[str, Filled], options: GradingOptions, quiet: bool
+) -> None:
     """Write the folder of the grades."""
     import time
 
-    from gyrodata.grading.folder import write_results
-    from gyrodata.grading.handback import write_feedback
+    from gyrodata.grading.desk import write_results
+    from gyrodata.grading.feedback import write_feedback
 
     write_results(found, folder, filled)
     bar = None if quiet else progress_bar(len(found.grades), time.monotonic, "feedback ")
-    lost = write_feedback(found, folder, way, bar)
+    lost = write_feedback(found, folder, options, bar)
     _tell(lost)
     if not quiet:
         _tell([f"grades: {folder / 'grades.csv'}", f"class: {folder / 'class.html'}"])
 
 
 def _print(found: ClassGrades, changes: Sequence[Change] | None, form: GradeFormat) -> None:
-    from gyrodata.grading.exports.documents import grade_lines, grades_document
+    from gyrodata.grading.exports.grades_json import grade_lines, grades_document
     from gyrodata.grading.exports.summary import class_summary
 
     if form is GradeFormat.text:
@@ -314,7 +315,7 @@ def _tell(*groups: Iterable[str]) -> None:
         typer.echo(line, err=True)
 
 
-def _told(found: ClassGrades, way: Way) -> Iterator[str]:
+def _told(found: ClassGrades, options: GradingOptions) -> Iterator[str]:
     """Say who was graded in this run, and why."""
     from gyrodata.readings import listing
 
@@ -326,13 +327,13 @@ def _told(found: ClassGrades, way: Way) -> Iterator[str]:
     known = len(found.grades) - len(found.again)
     if known:
         yield f"kept {known} as graded before"
-    if way.journal is not None and way.journal.damaged:
-        yield str(way.journal.torn())
+    if options.journal is not None and options.journal.damaged:
+        yield str(options.journal.torn())
 
 
 def _told_changes(changes: Sequence[Change] | None, dry_run: bool) -> Iterator[str]:
     """Say what changes in the table of grades that is there."""
-    from gyrodata.grading.folder import BEFORE, TABLE
+    from gyrodata.grading.desk import BEFORE, TABLE
 
     kept = "" if dry_run else f"; what it was is kept as {BEFORE}"
     if changes is None:

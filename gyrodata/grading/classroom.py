@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import statistics
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -13,7 +13,6 @@ from gyrodata.grading.grade import Grade
 from gyrodata.grading.reference import Reference
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submissions
-from gyrodata.grading.survey import Survey, survey_grades
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,8 +40,8 @@ class ClassGrades:
     """Name of the folder or zip, without where it is."""
     submissions: Submissions
     rubric: Rubric
-    grades: Collection[Grade]
-    """In the order of `submissions`, settled; each look may make them anew from a file."""
+    grades: Sequence[Grade]
+    """In the order of `submissions`, settled."""
     references: Mapping[str, Reference]
     """What I_zz was held against, by station; "all" for every other."""
     flags: tuple[Flag, ...]
@@ -52,14 +51,28 @@ class ClassGrades:
     """What each drawn figure shows, in words, by student and name of the figure."""
 
     @cached_property
-    def survey(self) -> Survey:
-        """What is asked of all grades at once."""
-        return survey_grades(self.grades, self.rubric)
+    def totals(self) -> list[float]:
+        """Points of those who are graded, in the order of the grades."""
+        return [grade.points for grade in self.grades if grade.points is not None]
 
     @cached_property
-    def totals(self) -> Sequence[float]:
-        """Points of those who are graded, in the order of the grades."""
-        return self.survey.totals
+    def slips(self) -> Mapping[str, list[str]]:
+        """Who made which known slip, by its kind; the commonest first."""
+        found: dict[str, list[str]] = {}
+        for grade in self.grades:
+            for slip in grade.slips:
+                found.setdefault(slip.kind, []).append(grade.student)
+        return dict(sorted(found.items(), key=lambda item: (-len(item[1]), item[0])))
+
+    @cached_property
+    def notes(self) -> Mapping[str, tuple[str, ...]]:
+        """Why a person should look at a grade, by student; only of those that need it."""
+        found = {}
+        for grade in self.grades:
+            told = (*(() if grade.why is None else (f"could not be graded: {grade.why}",)), *grade.look)
+            if told:
+                found[grade.student] = told
+        return found
 
     @cached_property
     def table(self) -> str:
@@ -102,11 +115,11 @@ class ClassGrades:
 
     def in_question(self) -> list[str]:
         """List those whose grade a person should look at."""
-        return [student for student in self.names if student in self.survey.notes or student in self.flags_of]
+        return [student for student in self.names if student in self.notes or student in self.flags_of]
 
     def looks(self, student: str) -> list[str]:
         """Say why a person should look at a student's grade; nothing where nobody need to."""
-        reasons = list(self.survey.notes.get(student, ()))
+        reasons = list(self.notes.get(student, ()))
         for flag in self.flags_of.get(student, ()):
             others = [self.label(other) for other in (*flag.students, *flag.previous) if other != student]
             reasons.append(f"flag: {flag.kind}{' with ' + ', '.join(others) if others else ''}")
@@ -114,7 +127,9 @@ class ClassGrades:
 
     def criteria(self) -> Iterator[CriterionFigures]:
         """Tell how the class did in each criterion, in the rubric's order."""
-        for criterion, judged in zip(self.rubric.criteria, self.survey.judged, strict=True):
+        for at, criterion in enumerate(self.rubric.criteria):
+            marks = (grade.marks[at].points for grade in self.grades)
+            judged = [points for points in marks if points is not None]
             yield CriterionFigures(
                 criterion.id,
                 criterion.title,

@@ -1,21 +1,30 @@
-"""What a student gets back: the points, what was found in their own numbers, and how to check a suspected slip."""
+"""What a student gets back: the points, what was found in their numbers, how to check a slip; and all that as files."""
 
 from __future__ import annotations
 
 import base64
 import re
 import unicodedata
-from collections.abc import Mapping
+import zipfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gyrodata.grading.checks import factor_text
+from gyrodata.grading.accepted_fits import fit_words
+from gyrodata.grading.classroom import ClassGrades
+from gyrodata.grading.criteria import factor_text
 from gyrodata.grading.grade import Grade
-from gyrodata.grading.own import fit_words
+from gyrodata.grading.journal import cannot_write, write_changed
+from gyrodata.grading.run import GradingOptions, figure_path
+from gyrodata.grading.submissions import Submission
+from gyrodata.grading.workers import Failed, in_workers
 from gyrodata.reporting import inertia_text
 
 if TYPE_CHECKING:
     from jinja2 import Environment
+
 
 CAPTIONS = {
     "period": "Precession period against spin, with the law that your runs give",
@@ -29,15 +38,7 @@ CAPTIONS = {
 def feedback_markdown(grade: Grade) -> str:
     """Write the feedback for one student as Markdown.
 
-    Parameters
-    ----------
-    grade : Grade
-        What was found.
-
-    Returns
-    -------
-    str
-        Every name, note and number from outside is escaped; no clock time.
+    Gives: Every name, note and number from outside is escaped; no clock time.
     """
     text = environment().get_template("feedback.md.jinja").render(_content(grade))
     return re.sub(r"\n{3,}", "\n\n", text).strip() + "\n"
@@ -48,19 +49,8 @@ def feedback_html(
 ) -> str:
     """Write the feedback for one student as one HTML page that needs nothing else.
 
-    Parameters
-    ----------
-    grade : Grade
-        What was found.
-    figures : mapping of str to bytes, optional
-        PNG or SVG files by name: "period", "product", "torque", "residuals".
-    alt : mapping of str to str, optional
-        What each shows, in words.
-
-    Returns
-    -------
-    str
-        Every name, note and number from outside is escaped; no clock time.
+    `figures`: PNG or SVG files by name: "period", "product", "torque", "residuals". Gives: Every name, note and number
+    from outside is escaped; no clock time.
     """
     images = [
         {"uri": _data_uri(data), "alt": (alt or {}).get(name, ""), "caption": CAPTIONS.get(name, name)}
@@ -70,18 +60,7 @@ def feedback_html(
 
 
 def feedback_comment(grade: Grade) -> str:
-    """Write the feedback for one student in a few lines of plain text, for the comment field of a gradebook.
-
-    Parameters
-    ----------
-    grade : Grade
-        What was found.
-
-    Returns
-    -------
-    str
-        Not escaped: it is text.
-    """
+    """Write the feedback for one student in a few lines of plain text, for the comment field of a gradebook."""
     if grade.status != "graded":
         return f"Not graded yet; nothing is lost, and somebody will look at it. {_sentence(grade.why)}"
     lines = [f"{points_text(grade.points)} of {points_text(grade.out_of)} points."]
@@ -99,12 +78,7 @@ def feedback_comment(grade: Grade) -> str:
 
 @lru_cache(maxsize=1)
 def environment() -> Environment:
-    """Give what reads the room's templates: HTML escaped, one-line filters for texts from outside.
-
-    Returns
-    -------
-    Environment
-    """
+    """Give what reads the room's templates: HTML escaped, one-line filters for texts from outside."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     room = Environment(
@@ -139,7 +113,7 @@ def _content(grade: Grade) -> dict[str, Any]:
         "told": told,
         "points": points_text,
         "factor": factor_text,
-        "ratio": _ratio(grade),
+        "ratio": "" if grade.ratio is None else factor_text(grade.ratio),
         "slip_cost": _slip_cost(grade),
         "lead": _lead(grade),
     }
@@ -158,24 +132,8 @@ def _rows(grade: Grade) -> list[dict[str, Any]]:
 
 
 def points_text(points: float | None) -> str:
-    """Write points: "6", "4.35", or "–" where there are none yet.
-
-    Parameters
-    ----------
-    points : float or None
-        At most two decimals.
-
-    Returns
-    -------
-    str
-    """
+    """Write points: "6", "4.35", or "–" where there are none yet."""
     return "–" if points is None else f"{points:.2f}".rstrip("0").rstrip(".")
-
-
-def _ratio(grade: Grade) -> str:
-    """What the reported value is of what the student's own runs give: "9.55 times"."""
-    value, own = grade.reported.get("value"), grade.own.get(grade.matched or "", {}).get("value")
-    return factor_text(value / own) if isinstance(value, float) and own else ""
 
 
 def _slip_cost(grade: Grade) -> float | None:
@@ -227,3 +185,100 @@ def _markdown_safe(text: object) -> str:
     """One line that Markdown takes literally."""
     line = _MARKDOWN_SIGNS.sub(r"\\\1", _plain(text))
     return line.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;").replace("://", ":\\//")
+
+
+# --- the feedback of a class, in files named so that the platform takes them, and a zip of all --------------
+
+
+FOLDER = "feedback"
+ARCHIVE = "feedback.zip"
+ENDINGS = (".html", ".md")
+
+
+@dataclass(frozen=True, slots=True)
+class _Task:
+    """One student's feedback to be written."""
+
+    grade: Grade
+    submission: Submission
+    figures: Mapping[str, str]
+    """What each figure shows, by name; empty where the feedback has none."""
+
+
+@dataclass(frozen=True)
+class _Work:
+    """How it is written, in a worker."""
+
+    figures: Path | None
+
+    def __call__(self, task: _Task) -> tuple[str, str]:
+        """Give the page and the Markdown."""
+        drawn = {}
+        if self.figures is not None:
+            drawn = {name: figure_path(self.figures, task.submission, name).read_bytes() for name in task.figures}
+        return feedback_html(task.grade, drawn, task.figures), feedback_markdown(task.grade)
+
+
+def feedback_names(found: ClassGrades) -> dict[str, str]:
+    """Name each student's feedback below `FOLDER`, without its ending, as the platform names it.
+
+    Gives: By student. Two that would be called the same, which only a pattern of one's own can bring about, get
+    numbers.
+    """
+    names: dict[str, str] = {}
+    taken: set[str] = set()
+    for item in found.submissions.items:
+        plain = item.feedback_name("")
+        name, number = plain, 1
+        while name.casefold() in taken:
+            number += 1
+            name = f"{plain}-{number}"
+        taken.add(name.casefold())
+        names[item.student] = name
+    return names
+
+
+def write_feedback(
+    found: ClassGrades, folder: Path, options: GradingOptions, progress: Callable[[int], None] | None = None
+) -> tuple[str, ...]:
+    """Write the feedback of a class into a folder and a zip.
+
+    `folder`: Of the grades; the files go below ``feedback/`` in it. Gives: Why the feedback of some could not be
+    written.
+    """
+    names = feedback_names(found)
+    figures = found.figures if options.figures is not None else {}
+    tasks = (
+        _Task(grade, item, figures.get(grade.student, {}))
+        for grade, item in zip(found.grades, found.submissions.items, strict=True)
+    )
+    lost: list[str] = []
+    written: list[str] = []
+    for task, answer in in_workers(_Work(options.figures), tasks, options.workers, options.limit):
+        if isinstance(answer, Failed):
+            lost.append(f"no feedback for {task.grade.name}: {answer.why}")
+        else:
+            name = names[task.grade.student]
+            for ending, text in zip(ENDINGS, answer, strict=True):
+                write_changed(folder / FOLDER / f"{name}{ending}", text.encode("utf-8", "replace"))
+            written.append(name)
+        if progress is not None:
+            progress(len(written) + len(lost))
+    _write_archive(folder, sorted(written))
+    return tuple(sorted(lost))
+
+
+def _write_archive(folder: Path, names: list[str]) -> None:
+    """Zip the feedback of this class, and of nobody else; the same files give the same bytes."""
+    target = folder / ARCHIVE
+    unfinished = target.with_name(f".{ARCHIVE}.part")
+    try:
+        with zipfile.ZipFile(unfinished, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive:
+            for name in (f"{name}{ending}" for name in names for ending in ENDINGS):
+                entry = zipfile.ZipInfo(name)  # of 1980: a zip's bytes should not tell the time
+                entry.compress_type = zipfile.ZIP_DEFLATED
+                entry.external_attr = 0o644 << 16
+                archive.writestr(entry, (folder / FOLDER / name).read_bytes())
+        unfinished.replace(target)
+    except OSError as error:
+        raise cannot_write(folder, error) from None

@@ -10,15 +10,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import PurePosixPath
+from sys import intern
 from typing import TYPE_CHECKING, Any, Literal
 
 from gyrodata.analysis import analyze_readings
 from gyrodata.errors import Diagnostic, GyroError, LogError
-from gyrodata.grading.answers import Answers, read_answers
-from gyrodata.grading.checks import ASKED_CODES, Evidence, Mark, judge, judge_reference, mark
+from gyrodata.grading.accepted_fits import distance, nearest, own_runs
+from gyrodata.grading.answers_file import Answers, read_answers
+from gyrodata.grading.criteria import ASKED_CODES, Evidence, Mark, judge, judge_reference, mark
 from gyrodata.grading.forensics import Fingerprint, fingerprint
 from gyrodata.grading.late import Lateness, judge_lateness
-from gyrodata.grading.own import distance, nearest, own_runs
 from gyrodata.grading.reference import Reference, class_references, station_key
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.slips import Slip, find_slips
@@ -67,8 +68,8 @@ class Grade:
     """The accepted fit that the report comes nearest to, a slip undone."""
     d: float | None
     """Distance of the report from it, as reported [u]."""
-    z: float | None
-    """Distance from the reference, a slip undone [standard uncertainties]."""
+    zeta: float | None
+    """Zeta score of ISO 13528: distance from the reference over the u of both, a slip undone."""
     late_seconds: float | None
     """Late by this [s]; None where nothing tells."""
     late_deduction: float
@@ -85,9 +86,22 @@ class Grade:
     fingerprint: Fingerprint | None
     """What is kept of the log to compare it with others; None where it cannot be analysed."""
 
+    @property
+    def reported_inertia(self) -> float | None:
+        """I_zz as reported [kg*m^2]; None where there is no number."""
+        value = self.reported.get("value")
+        return value if isinstance(value, float) else None
+
+    @property
+    def ratio(self) -> float | None:
+        """Reported I_zz over that of the accepted fit that it comes nearest to [1]; None without one of them."""
+        value, own = self.reported_inertia, self.own.get(self.matched or "", {}).get("value")
+        return value / own if value is not None and own else None
+
     def to_dict(self) -> dict[str, Any]:
         """Give the grade as JSON can hold it."""
-        out: dict[str, Any] = {name: getattr(self, name) for name in self.__slots__}
+        # JSON, tables and rubrics have called the zeta score "z" from the start.
+        out: dict[str, Any] = {"z" if name == "zeta" else name: getattr(self, name) for name in self.__slots__}
         out["marks"] = [{name: getattr(one, name) for name in Mark.__slots__} for one in self.marks]
         out["slips"] = [{name: getattr(one, name) for name in Slip.__slots__} for one in self.slips]
         out["look"] = list(self.look)
@@ -99,6 +113,7 @@ class Grade:
     def from_dict(cls, content: Mapping[str, Any]) -> Grade:
         """Take a grade back from what `to_dict` gave."""
         fields = dict(content)
+        fields["zeta"] = fields.pop("z")
         fields["marks"] = tuple(Mark(**one) for one in fields["marks"])
         fields["slips"] = tuple(Slip(**one) for one in fields["slips"])
         fields["look"] = tuple(fields["look"])
@@ -107,21 +122,17 @@ class Grade:
         return cls(**fields)
 
 
+def one_copy(table: dict[str, Any]) -> dict[str, Any]:
+    """Keep one copy of the words that all grades of a class share; an `object_hook` for `json.loads`."""
+    return {intern(key): intern(value) if type(value) is str else value for key, value in table.items()}
+
+
 def grade_submission(submission: Submission, rubric: Rubric) -> Grade:
     """Grade one student.
 
-    Parameters
-    ----------
-    submission : Submission
-        Where the log and the answers are.
-    rubric : Rubric
-        What is judged. Where the class is the reference, a "reference" mark has no points until `settle`.
-
-    Returns
-    -------
-    Grade
-        Status "not graded", and no points, where the log cannot be read or analysed, or a criterion cannot be
-        judged. Bad data never raise.
+    `rubric`: What is judged. Where the class is the reference, a "reference" mark has no points until `settle`. Gives:
+    Status "not graded", and no points, where the log cannot be read or analysed, or a criterion cannot be judged. Bad
+    data never raise.
     """
     blank = _blank(submission, rubric)
     if submission.problem is not None:
@@ -166,17 +177,8 @@ def grade_submission(submission: Submission, rubric: Rubric) -> Grade:
 def settle(grades: Iterable[Grade], rubric: Rubric) -> tuple[Grade, ...]:
     """Give the points that wait for the whole class: those against a reference that the class itself gives.
 
-    Parameters
-    ----------
-    grades : iterable of Grade
-        All of the class, as `grade_submission` or an earlier `settle` gave them.
-    rubric : Rubric
-        The same as for grading.
-
-    Returns
-    -------
-    tuple of Grade
-        In the order given; no grade depends on that order.
+    `grades`: All of the class, as `grade_submission` or an earlier `settle` gave them. Gives: In the order given; no
+    grade depends on that order.
     """
     grades = tuple(grades)
     references = references_of(grades, rubric)
@@ -184,21 +186,7 @@ def settle(grades: Iterable[Grade], rubric: Rubric) -> tuple[Grade, ...]:
 
 
 def settle_one(grade: Grade, rubric: Rubric, references: Mapping[str, Reference]) -> Grade:
-    """Give one student the points that wait for the whole class.
-
-    Parameters
-    ----------
-    grade : Grade
-        As `grade_submission` gave it.
-    rubric : Rubric
-        The same as for grading.
-    references : mapping of str to Reference
-        What `references_of` gives for the class.
-
-    Returns
-    -------
-    Grade
-    """
+    """Give one student the points that wait for the whole class."""
     if not rubric.class_reference:
         return grade
     return _with_reference(grade, rubric, references.get(grade.station or "all") or references.get("all"))
@@ -207,17 +195,7 @@ def settle_one(grade: Grade, rubric: Rubric, references: Mapping[str, Reference]
 def references_of(grades: Iterable[Grade], rubric: Rubric) -> Mapping[str, Reference]:
     """Give what a class is held against.
 
-    Parameters
-    ----------
-    grades : iterable of Grade
-        All of the class.
-    rubric : Rubric
-        The same as for grading.
-
-    Returns
-    -------
-    mapping of str to Reference
-        By station, "all" for every other; from the rubric, or from the class itself.
+    Gives: By station, "all" for every other; from the rubric, or from the class itself.
     """
     if not rubric.class_reference:
         return rubric.references
@@ -227,21 +205,7 @@ def references_of(grades: Iterable[Grade], rubric: Rubric) -> Mapping[str, Refer
 
 
 def not_graded(submission: Submission, rubric: Rubric, why: str) -> Grade:
-    """Make the grade of a submission that could not be graded: no points, and no zero.
-
-    Parameters
-    ----------
-    submission : Submission
-        What was handed in.
-    rubric : Rubric
-        What would have been judged.
-    why : str
-        The reason, to whoever looks at it.
-
-    Returns
-    -------
-    Grade
-    """
+    """Make the grade of a submission that could not be graded: no points, and no zero."""
     return _without_marks(_blank(submission, rubric), rubric, why)
 
 
@@ -253,8 +217,8 @@ def _with_reference(grade: Grade, rubric: Rubric, reference: Reference | None) -
         judge_reference(criterion, one, reference) if criterion.check == "reference" else one
         for criterion, one in zip(rubric.criteria, grade.marks, strict=True)
     )
-    z = next((one.detail["z"] for one in marks if "z" in one.detail), None)
-    return _added_up(replace(grade, marks=marks, z=z if isinstance(z, float) else None))
+    zeta = next((one.detail["z"] for one in marks if "z" in one.detail), None)
+    return _added_up(replace(grade, marks=marks, zeta=zeta if isinstance(zeta, float) else None))
 
 
 def _added_up(grade: Grade) -> Grade:
@@ -376,7 +340,7 @@ def _blank(submission: Submission, rubric: Rubric) -> Grade:
         inertia_u=None,
         matched=None,
         d=None,
-        z=None,
+        zeta=None,
         late_seconds=late.seconds,
         late_deduction=late.deduct,
         late_reason=late.reason,

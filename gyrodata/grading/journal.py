@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from gyrodata import __version__
 from gyrodata.errors import Diagnostic, InputError, register
-from gyrodata.grading.grade import Grade
+from gyrodata.grading.grade import Grade, one_copy
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission
 
@@ -64,20 +64,7 @@ class Entry:
 
 
 def bases_of(items: Iterable[Submission], rubric: Rubric) -> dict[str, Basis]:
-    """Say what each grade of a class rests on.
-
-    Parameters
-    ----------
-    items : iterable of Submission
-        What is graded.
-    rubric : Rubric
-        By what.
-
-    Returns
-    -------
-    dict of str to Basis
-        By student.
-    """
+    """Say what each grade of a class rests on."""
     judged = replace(rubric, references={}, class_reference=False).digest
     bases = {}
     for item in items:
@@ -90,17 +77,7 @@ def bases_of(items: Iterable[Submission], rubric: Rubric) -> dict[str, Basis]:
 def why_again(before: Entry | None, basis: Basis) -> str:
     """Say why a submission is graded (again).
 
-    Parameters
-    ----------
-    before : Entry or None
-        Its line in the journal.
-    basis : Basis
-        What a grade would rest on now.
-
-    Returns
-    -------
-    str
-        "" where the grade of the journal holds.
+    Gives: "" where the grade of the journal holds.
     """
     if before is None:
         return "new"
@@ -116,13 +93,7 @@ def why_again(before: Entry | None, basis: Basis) -> str:
 
 
 class Journal:
-    """The file.
-
-    Parameters
-    ----------
-    path : Path
-        Where it is, or will be.
-    """
+    """The file."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -131,15 +102,7 @@ class Journal:
     def read(self) -> Iterator[Entry]:
         """Go through it line by line; a line that was torn by a power cut is left out.
 
-        Yields
-        ------
-        Entry
-            The last one of a student holds.
-
-        Raises
-        ------
-        InputError
-            The file is there and cannot be opened.
+        Gives: The last one of a student holds.
         """
         self.damaged = 0
         try:
@@ -162,13 +125,7 @@ class Journal:
         return Diagnostic(G762, "note", message, file=self.path.name)
 
     def add(self, entry: Entry) -> None:
-        """Write a line at the end, whole, at once.
-
-        Raises
-        ------
-        InputError
-            The folder cannot be written to.
-        """
+        """Write a line at the end, whole, at once."""
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             with self.path.open("ab+", buffering=0) as file:
@@ -189,7 +146,7 @@ class Journal:
 def _parse(line: bytes) -> Entry | None:
     """Read a line; None where it is none."""
     try:
-        content: dict[str, Any] = json.loads(line)
+        content: dict[str, Any] = json.loads(line, object_hook=one_copy)
         if content["schema"] != SCHEMA:
             return None
         basis = Basis(*(content[field] for field in Basis._fields))
@@ -199,20 +156,7 @@ def _parse(line: bytes) -> Entry | None:
 
 
 def write_changed(path: Path, data: bytes) -> None:
-    """Write a file, whole or not at all, unless it is so already: to look costs a tenth of writing over a file.
-
-    Parameters
-    ----------
-    path : Path
-        Its folder is made where there is none.
-    data : bytes
-        Its content.
-
-    Raises
-    ------
-    InputError
-        It cannot be written.
-    """
+    """Write a file, whole or not at all, unless it is so already: to look costs a tenth of writing over a file."""
     try:
         if path.read_bytes() == data:
             return
@@ -222,20 +166,7 @@ def write_changed(path: Path, data: bytes) -> None:
 
 
 def write_whole(path: Path, parts: Iterable[bytes]) -> None:
-    """Write a file, whole or not at all.
-
-    Parameters
-    ----------
-    path : Path
-        Its folder is made where there is none.
-    parts : iterable of bytes
-        Its content.
-
-    Raises
-    ------
-    InputError
-        It cannot be written.
-    """
+    """Write a file, whole or not at all."""
     unfinished = path.with_name(f".{path.name}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

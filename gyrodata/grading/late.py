@@ -79,15 +79,7 @@ class Lateness:
 def parse_duration(text: str) -> float | None:
     """Read a duration: "15 min", "1 day", "36 h".
 
-    Parameters
-    ----------
-    text : str
-        A number and one unit.
-
-    Returns
-    -------
-    float or None
-        [s]; None where it is no duration.
+    Gives: [s], or None where it is no duration.
     """
     match = _DURATION.fullmatch(text)
     if match is None:
@@ -100,15 +92,7 @@ def parse_duration(text: str) -> float | None:
 def duration_text(seconds: float) -> str:
     """Write a duration: "3 h 20 min", "2 days 4 h".
 
-    Parameters
-    ----------
-    seconds : float
-        [s]
-
-    Returns
-    -------
-    str
-        Two units at most, cut off, not rounded.
+    `seconds` [s]. Gives: Two units at most, cut off, not rounded.
     """
     if seconds < 60:
         return f"{seconds:.0f} s"
@@ -124,17 +108,7 @@ def duration_text(seconds: float) -> str:
 def read_late(top: Table, points: float) -> LateRule | None:
     """Read the table ``[late]`` of a rubric.
 
-    Parameters
-    ----------
-    top : Table
-        The whole file.
-    points : float
-        All points of the rubric, of which "10 %" is a share.
-
-    Returns
-    -------
-    LateRule or None
-        None where there is no such table.
+    Gives: None where there is no such table.
     """
     table = top.table("late")
     if table is None:
@@ -184,23 +158,9 @@ def judge_lateness(
 ) -> Lateness:
     """Say what a submission's lateness costs.
 
-    Parameters
-    ----------
-    rule : LateRule or None
-        None: lateness is told and costs nothing.
-    keys : mapping of str to str
-        What the student may be called in an exception: key, ids, name.
-    late : bool
-        Whether the submission is marked late.
-    late_seconds : float or None
-        By how much, if the platform says so [s].
-    submitted : str or None
-        ISO stamp of the submission.
-
-    Returns
-    -------
-    Lateness
-        From the submission's own marks and stamps, never from the clock, so that a second run says the same.
+    `rule`: None: lateness is told and costs nothing. `keys`: What the student may be called in an exception: key, ids,
+    name. `late_seconds`: By how much, if the platform says so [s]. Gives: From the submission's own marks and stamps,
+    never from the clock, so that a second run says the same.
     """
     if rule is None:
         after = f"{duration_text(late_seconds)} late" if late_seconds else "marked late" if late else ""

@@ -24,32 +24,14 @@ class Reference:
 
 
 def station_key(text: str) -> str:
-    """Write the name of a station in one way, so that "Bench A" of a log is "bench a" of a rubric.
-
-    Parameters
-    ----------
-    text : str
-        As written.
-
-    Returns
-    -------
-    str
-    """
+    """Write the name of a station in one way, so that "Bench A" of a log is "bench a" of a rubric."""
     return " ".join(text.split()).casefold()
 
 
 def read_references(top: Table) -> tuple[dict[str, Reference], bool]:
     """Read the table ``[reference]`` of a rubric.
 
-    Parameters
-    ----------
-    top : Table
-        The whole file.
-
-    Returns
-    -------
-    tuple
-        References by station ("all" for every other), and whether the class itself is the reference.
+    Gives: References by station ("all" for every other), and whether the class itself is the reference.
     """
     table = top.table("reference")
     if table is None:
@@ -112,17 +94,10 @@ MEDIAN_TO_MEAN = 1.2533
 def class_references(values: Iterable[tuple[str | None, float, float]]) -> dict[str, Reference]:
     """Take the reference of each station from the logs of a class.
 
-    Parameters
-    ----------
-    values : iterable of tuple
-        For each log its station (None where it says none), I_zz and its u [kg*m^2], in any order.
-
-    Returns
-    -------
-    dict of str to Reference
-        A station with at least `FEW` logs has its own; "all" is for every other. u is that of a median, from the
-        median absolute deviation, for a station; for "all" it is the scatter itself, for the gyroscopes may differ.
-        Neither is smaller than what the logs' own u allow. Empty for no logs.
+    `values`: For each log its station (None where it says none), I_zz and its u [kg*m^2], in any order. Gives: A
+    station with at least `FEW` logs has its own; "all" is for every other. u is that of a median, from the median
+    absolute deviation, for a station; for "all" it is the scatter itself, for the gyroscopes may differ. Neither is
+    smaller than what the logs' own u allow. Empty for no logs.
     """
     stations: dict[str, list[tuple[float, float]]] = {}
     everyone: list[tuple[float, float]] = []

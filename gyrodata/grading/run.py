@@ -2,8 +2,8 @@
 
 The story: what the journal knows and what has not changed is taken from there → the rest goes to the workers, and
 each grade into the journal as it comes → when all are there, the class is its own reference, and its logs are
-compared. Nothing depends on the order, on the number of workers, or on how often the run was stopped, and nothing is
-held of a whole class but a few numbers of each: what is needed again stands on a shelf.
+compared. Nothing depends on the order, on the number of workers, or on how often the run was stopped. All grades of a
+class are held in memory: 16 kB a student.
 """
 
 from __future__ import annotations
@@ -15,13 +15,12 @@ from pathlib import Path
 
 from gyrodata.errors import GyroError
 from gyrodata.grading.classroom import ClassGrades
-from gyrodata.grading.forensics import Exemptions, Fingerprint, flag_class
-from gyrodata.grading.grade import Grade, grade_submission, not_graded, references_of, settle_one
+from gyrodata.grading.forensics import Exemptions, flag_class
+from gyrodata.grading.grade import Grade, grade_submission, not_graded, one_copy, references_of, settle_one
 from gyrodata.grading.journal import Basis, Entry, Journal, bases_of, why_again, write_whole
 from gyrodata.grading.rubric import Rubric
-from gyrodata.grading.shelf import Shelf
 from gyrodata.grading.submissions import Submission, Submissions
-from gyrodata.grading.workers import Lost, in_workers
+from gyrodata.grading.workers import Failed, in_workers
 
 LIMIT = 30.0
 """Time for one submission [s] unless another is given; an ordinary one takes a hundredth."""
@@ -30,8 +29,8 @@ Grader = Callable[[Submission, Rubric], Grade]
 
 
 @dataclass(frozen=True)
-class Way:
-    """How a class is graded; none of it changes a grade."""
+class GradingOptions:
+    """How a class is graded: processes, time, files; none of it changes a grade."""
 
     workers: int = 1
     """Processes."""
@@ -66,98 +65,82 @@ class _Work:
 
 
 def grade_class(
-    submissions: Submissions, rubric: Rubric, way: Way | None = None, exempt: Exemptions | None = None
+    submissions: Submissions, rubric: Rubric, options: GradingOptions | None = None, exempt: Exemptions | None = None
 ) -> ClassGrades:
     """Grade a class.
 
-    Parameters
-    ----------
-    submissions : Submissions
-        As `find_submissions` gives them.
-    rubric : Rubric
-        What is judged.
-    way : Way, optional
-        Processes, time limit, journal, figures.
-    exempt : Exemptions, optional
-        Partners and staff, who are not flagged.
-
-    Returns
-    -------
-    ClassGrades
-        A submission that hangs, dies or breaks the tool is "not graded", with the reason, and is tried again in the
-        next run.
-
-    Raises
-    ------
-    InputError
-        The journal cannot be written, or no process can be started.
+    Gives: A submission that hangs, dies or breaks the tool is "not graded", with the reason, and is tried again in the
+    next run.
     """
-    way = way or Way()
+    options = options or GradingOptions()
     items = tuple(sorted(submissions.items, key=lambda item: item.student))
-    entries, again = _entries(items, rubric, way)
+    entries, again = _entries(items, rubric, options)
     references = references_of((entry.grade for entry in entries.values()), rubric)
-    grades: Shelf[Grade] = Shelf()
-    prints: Shelf[Fingerprint] = Shelf()
-    figures: Shelf[Mapping[str, str]] = Shelf()
-    for item in items:
-        entry = entries[item.student]
-        if entry.grade.fingerprint is not None:
-            prints.put(item.student, entry.grade.fingerprint)
-        if entry.figures:
-            figures.put(item.student, entry.figures)
-        grades.put(item.student, settle_one(replace(entry.grade, fingerprint=None), rubric, references))
-    if way.journal is not None and way.keep and (again or way.journal.damaged):
-        way.journal.replace(entries[item.student] for item in items)
+    made = {item.student: entries[item.student] for item in items}
+    prints = {student: one.grade.fingerprint for student, one in made.items() if one.grade.fingerprint is not None}
+    if options.journal is not None and options.keep and (again or options.journal.damaged):
+        options.journal.replace(made.values())
     return ClassGrades(
         source=items[0].source.resolve().name,
         submissions=replace(submissions, items=items),
         rubric=rubric,
-        grades=grades.values(),
+        grades=tuple(settle_one(replace(one.grade, fingerprint=None), rubric, references) for one in made.values()),
         references=references,
         flags=flag_class(prints, exempt),
         again=again,
-        figures=figures,
+        figures={student: one.figures for student, one in made.items() if one.figures},
     )
 
 
-def _entries(items: Sequence[Submission], rubric: Rubric, way: Way) -> tuple[Shelf[Entry], dict[str, str]]:
+def _entries(
+    items: Sequence[Submission], rubric: Rubric, options: GradingOptions
+) -> tuple[dict[str, Entry], dict[str, str]]:
     """Take each student's entry from the journal or make it; and say of those that are made why."""
-    entries: Shelf[Entry] = Shelf()
+    entries: dict[str, Entry] = {}
     bases = bases_of(items, rubric)
     handed_in = {item.student: item for item in items}
     reasons = {student: why_again(None, basis) for student, basis in bases.items()}
-    for entry in way.journal.read() if way.journal is not None else ():
+    for entry in options.journal.read() if options.journal is not None else ():
         student = entry.grade.student
         if student in bases:
-            reasons[student] = why_again(entry, bases[student]) or _why_figures(entry, handed_in[student], way)
+            reasons[student] = why_again(entry, bases[student]) or _why_figures(entry, handed_in[student], options)
             if not reasons[student]:
-                entries.put(student, entry)
+                entries[student] = entry
     again = {student: why for student, why in reasons.items() if why}
     done = len(items) - len(again)
-    work = _Work(rubric, way.grader, way.figures is not None)
+    work = _Work(rubric, options.grader, options.figures is not None)
     waiting = (handed_in[student] for student in again)
-    for item, answer in in_workers(work, waiting, way.workers, way.limit):
-        entry = _entry(item, bases[item.student], answer, rubric, way)
-        entries.put(item.student, entry)
-        if way.journal is not None and way.keep:
-            way.journal.add(entry)
+    for item, answer in in_workers(work, waiting, options.workers, options.limit):
+        entry = _entry(item, bases[item.student], answer, rubric, options)
+        entries[item.student] = entry
+        if options.journal is not None and options.keep:
+            options.journal.add(entry)
         done += 1
-        if way.progress is not None:
-            way.progress(done)
+        if options.progress is not None:
+            options.progress(done)
     return entries, again
 
 
 def _entry(
-    item: Submission, basis: Basis, answer: tuple[str, Mapping[str, tuple[bytes, str]]] | Lost, rubric: Rubric, way: Way
+    item: Submission,
+    basis: Basis,
+    answer: tuple[str, Mapping[str, tuple[bytes, str]]] | Failed,
+    rubric: Rubric,
+    options: GradingOptions,
 ) -> Entry:
     """Make the line of the journal, the figures written before it, so that whatever it tells of is there."""
-    if isinstance(answer, Lost):
+    if isinstance(answer, Failed):
         return Entry(basis, not_graded(item, rubric, f"{answer.why}; a person must look"), answer.why, {})
     content, figures = answer
-    if way.figures is not None:
+    if options.figures is not None:
         for name, (data, _) in figures.items():
-            write_whole(figure_path(way.figures, item, name), [data])
-    return Entry(basis, Grade.from_dict(json.loads(content)), "", {name: words for name, (_, words) in figures.items()})
+            write_whole(figure_path(options.figures, item, name), [data])
+    return Entry(
+        basis,
+        Grade.from_dict(json.loads(content, object_hook=one_copy)),
+        "",
+        {name: words for name, (_, words) in figures.items()},
+    )
 
 
 # --- figures ------------------------------------------------------------------------------------------------
@@ -168,11 +151,11 @@ def figure_path(folder: Path, item: Submission, name: str) -> Path:
     return folder / item.feedback_stem.replace("/", "_") / f"{name}.png"
 
 
-def _why_figures(entry: Entry, item: Submission, way: Way) -> str:
+def _why_figures(entry: Entry, item: Submission, options: GradingOptions) -> str:
     """Say that a known grade lacks its figures; "" where it has them or none are asked for."""
-    if way.figures is None or not entry.grade.own:
+    if options.figures is None or not entry.grade.own:
         return ""
-    there = entry.figures and all(figure_path(way.figures, item, name).is_file() for name in entry.figures)
+    there = entry.figures and all(figure_path(options.figures, item, name).is_file() for name in entry.figures)
     return "" if there else "its figures are missing"
 
 

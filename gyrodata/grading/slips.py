@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gyrodata.grading.own import OwnRuns, OwnValue, distance
+from gyrodata.grading.accepted_fits import OwnRuns, OwnValue, distance
 from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
 from gyrodata.readings import Readings
@@ -82,22 +82,8 @@ def find_slips(
 ) -> tuple[Slip, ...]:
     """Name the slips that explain a reported I_zz.
 
-    Parameters
-    ----------
-    reported : float
-        [kg*m^2]
-    step : float
-        One step of its last digit [kg*m^2].
-    own : OwnRuns
-        The student's own runs.
-    readings, measured : Readings, Measurements
-        Of the same log: units as written, turns and g.
-
-    Returns
-    -------
-    tuple of Slip
-        The likeliest first; several where they explain it equally well; empty where the runs explain the report or no
-        known slip does.
+    `reported` [kg*m^2]. `step`: One step of its last digit [kg*m^2]. Gives: The likeliest first; several where they
+    explain it equally well; empty where the runs explain the report or no known slip does.
     """
     honest = own.values()
     if min(distance(reported, value.value, step, own.yardstick) for value in honest) <= FROM:

@@ -1,4 +1,7 @@
-"""A TOML file read key by key, each fault with its line and what to write instead."""
+"""A TOML file read key by key: all faults at once, each with its line and what to write instead.
+
+Validators made from types (msgspec, pydantic) stop at the first fault or do not know its line.
+"""
 
 from __future__ import annotations
 
@@ -8,10 +11,9 @@ import math
 import re
 import tomllib
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from gyrodata.errors import CODES, Diagnostic, InputError, register
-from gyrodata.grading.places import Path, Spot, find_places
 from gyrodata.units import UnitError, parse_uncertainty
 
 _RUBRIC = "schema = 1\npoints = 2\n[[criterion]]\nid = 'log'\ncheck = 'log'\npoints = 2\n"
@@ -36,15 +38,7 @@ LARGEST = 1_000_000
 
 
 class Faults:
-    """The faults of one TOML file, with where each stands.
-
-    Parameters
-    ----------
-    name : str
-        Shown name of the file.
-    text : str
-        What stands in it.
-    """
+    """The faults of one TOML file, with where each stands."""
 
     def __init__(self, name: str, text: str) -> None:
         self.name = name
@@ -75,17 +69,7 @@ class Faults:
 
 
 class Table:
-    """One table of the file; every key is asked for once, and `done` names those that were not.
-
-    Parameters
-    ----------
-    values : dict
-        As `tomllib` gives them.
-    path : tuple
-        Where the table stands.
-    faults : Faults
-        Collects what is wrong.
-    """
+    """One table of the file; every key is asked for once, and `done` names those that were not."""
 
     def __init__(self, values: dict[str, Any], path: Path, faults: Faults) -> None:
         self.values = values
@@ -194,25 +178,7 @@ class Table:
 
 
 def read_toml(data: bytes, name: str) -> Table:
-    """Read a TOML file.
-
-    Parameters
-    ----------
-    data : bytes
-        UTF-8, with or without BOM.
-    name : str
-        Shown name of the file.
-
-    Returns
-    -------
-    Table
-        The top of it.
-
-    Raises
-    ------
-    InputError
-        It is no TOML file; the message has the line.
-    """
+    """Read a TOML file."""
     if len(data) > LARGEST:
         faults = Faults(name, "")
         faults.add_at(G721, None, f"a rubric of {len(data)} bytes; at most {LARGEST} are read", "is it the right file?")
@@ -274,3 +240,88 @@ def _syntax_hint(message: str) -> str:
     if "overwrite" in message.lower() or "twice" in message.lower():
         return "the same key stands twice: keep one, or head each criterion with [[criterion]]"
     return "a line is KEY = VALUE, a table's head is [NAME] or [[criterion]], a remark begins with #"
+
+
+# --- where the keys stand: `tomllib` gives values without their lines ---------------------------------------
+
+
+Path = tuple[str | int, ...]
+"""Keys from the top; an array of tables has the number of the table, from 0, after its name."""
+
+_PART = r"(?:\"[^\"\n]*\"|'[^'\n]*'|[\w-]+)"
+_DOTTED = rf"{_PART}(?:\s*\.\s*{_PART})*"
+_HEADER = re.compile(rf"(\s*)(\[\[?)\s*({_DOTTED})\s*\]{{1,2}}")
+_KEY = re.compile(rf"(\s*)({_DOTTED})\s*=")
+_TOKEN = re.compile(r"\"\"\"|'''|\"(?:\\.|[^\"\\])*\"|'[^']*'|#.*|[\[\]{}]")
+
+
+class Spot(NamedTuple):
+    """Where something stands, counted as an editor counts."""
+
+    line: int
+    column: int
+    width: int
+
+
+def find_places(text: str) -> dict[Path, Spot]:
+    """Find every table and key of a TOML file.
+
+    Gives: From path to place. Keys of inline tables are not in it; their table is.
+    """
+    places: dict[Path, Spot] = {}
+    count: dict[Path, int] = {}
+    table: Path = ()
+    closing, depth = "", 0
+    for number, line in enumerate(text.split("\n"), 1):
+        if closing or depth:
+            closing, depth = _inside(line, closing, depth)
+            continue
+        if header := _HEADER.match(line):
+            table = _resolve(_split(header[3]), count)
+            if header[2] == "[[":
+                count[table] = count.get(table, -1) + 1
+                table = (*table, count[table])
+            places[table] = Spot(number, len(header[1]) + 1, len(header[0]) - len(header[1]))
+            continue
+        if key := _KEY.match(line):
+            spot = Spot(number, len(key[1]) + 1, len(key[2]))
+            parts = _split(key[2])
+            for length in range(1, len(parts) + 1):
+                places.setdefault((*table, *parts[:length]), spot)
+            closing, depth = _inside(line[key.end() :], closing, depth)
+    return places
+
+
+def _split(dotted: str) -> Path:
+    return tuple(part.strip("\"'") for part in re.findall(_PART, dotted))
+
+
+def _resolve(path: Path, count: dict[Path, int]) -> Path:
+    """Give ``[late.x]`` below ``[[late]]`` the number of its table."""
+    resolved: Path = ()
+    for part in path[:-1]:
+        resolved = (*resolved, part)
+        if resolved in count:
+            resolved = (*resolved, count[resolved])
+    return (*resolved, path[-1])
+
+
+def _inside(line: str, closing: str, depth: int) -> tuple[str, int]:
+    """Follow a value that goes on over lines: the quotes that end it, or the number of open brackets."""
+    position = 0
+    while True:
+        if closing:
+            end = line.find(closing, position)
+            if end < 0:
+                return closing, depth
+            position, closing = end + 3, ""
+        token = _TOKEN.search(line, position)
+        if token is None:
+            return "", max(depth, 0)
+        position = token.end()
+        if token[0] in ('"""', "'''"):
+            closing = token[0]
+        elif token[0] in "[{":
+            depth += 1
+        elif token[0] in "]}":
+            depth -= 1

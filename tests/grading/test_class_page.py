@@ -18,14 +18,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gyrodata.grading.classroom import ClassGrades
-from gyrodata.grading.exports.class_page import class_page
-from gyrodata.grading.exports.distribution import LEFT, RIGHT, WIDTH, Drawing, draw_distribution
+from gyrodata.grading.exports.class_page import LEFT, RIGHT, WIDTH, Drawing, class_page, draw_distribution
 from gyrodata.grading.forensics import Flag
 from gyrodata.grading.grade import Grade
 from gyrodata.grading.reference import Reference
 from gyrodata.grading.rubric import default_rubric
 from gyrodata.grading.submissions import Submission, Submissions
-from gyrodata.grading.survey import survey_grades
 
 EXPECTED = Path(__file__).parent / "expected"
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -161,7 +159,7 @@ def drawn(values: Sequence[float], reported: Sequence[float | None]) -> Drawing 
         replace(GOOD, student=str(i), inertia=value, station="3", reported={} if told is None else {"value": told})
         for i, (value, told) in enumerate(zip(values, reported, strict=True))
     ]
-    return draw_distribution(survey_grades(grades, default_rubric()), {"all": REFERENCE})
+    return draw_distribution(grades, {"all": REFERENCE})
 
 
 INERTIAS = st.floats(1e-6, 1e3)
@@ -197,14 +195,12 @@ def test_slips_do_not_squeeze_the_class() -> None:
 
 def test_each_station_with_a_reference_has_its_own_strip() -> None:
     grades = [replace(GOOD, student=str(i), station=str(i % 2), inertia=4.4e-3 + 1e-5 * i) for i in range(10)]
-    drawing = draw_distribution(
-        survey_grades(grades, default_rubric()), {"0": REFERENCE, "1": REFERENCE, "all": REFERENCE}
-    )
+    drawing = draw_distribution(grades, {"0": REFERENCE, "1": REFERENCE, "all": REFERENCE})
     assert drawing is not None
     assert [strip.label for strip in drawing.strips] == ["station 0", "station 1"]
     many = {str(i): REFERENCE for i in range(13)}
     grades = [replace(GOOD, student=key, station=key) for key in many]
-    drawing = draw_distribution(survey_grades(grades, default_rubric()), many)
+    drawing = draw_distribution(grades, many)
     assert drawing is not None
     assert [strip.label for strip in drawing.strips] == ["all"]
 

@@ -17,7 +17,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gyrodata.errors import InputError
-from gyrodata.grading.checks import Mark
+from gyrodata.grading.criteria import Mark
 from gyrodata.grading.exports.canvas import fill_gradebook
 from gyrodata.grading.exports.grades_csv import grades_csv
 from gyrodata.grading.exports.gradescope import autograder_files, grade_autograder, results_json
@@ -64,7 +64,7 @@ def test_grades_have_a_row_of_points_and_a_column_for_each_criterion() -> None:
     grades = [
         a_grade("bob", late_seconds=7200.0, late_deduction=2.0, late_reason="2 h late"),
         a_grade("ann", (2.0, None, None)),
-        a_grade("kim", matched="through_origin", d=0.123456, z=1.0, reported={"value": 4.4e-3, "u": 5e-5}),
+        a_grade("kim", matched="through_origin", d=0.123456, zeta=1.0, reported={"value": 4.4e-3, "u": 5e-5}),
     ]
     flag = made(Flag, kind="shared rows", students=("ann", "bob"), evidence="7 of 9", previous=())
     text = grades_csv(grades, [flag])

@@ -18,10 +18,9 @@ from gyrodata.grading.forensics import (
     Fingerprint,
     Flag,
     copies,
-    digits,
     edits,
     flag_class,
-    scatter,
+    single,
 )
 
 COURSE = Course()
@@ -282,7 +281,7 @@ CLASSES = {
 def test_honest_classes_get_no_more_flags_than_stated(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     # With 40 times as many allowed, a few classes tell what a hundred would.
     allowed, classes = 2.0, 3
-    for module in (copies, edits, scatter, digits):
+    for module in (copies, edits, single):
         monkeypatch.setattr(module, "ALLOWED", allowed)
     counts: Counter[str] = Counter()
     for seed in range(classes):

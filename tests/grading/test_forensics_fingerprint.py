@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gyrodata.grading.forensics import Fingerprint, fingerprint, flag_class
-from gyrodata.grading.forensics.fingerprint import MOST_ROWS
+from gyrodata.grading.forensics.logs import MOST_ROWS
 from gyrodata.measurements import measure
 from gyrodata.readings import read_log
 

@@ -348,7 +348,7 @@ class TestTheClassAsReference:
         texts.append(report(replace(wrong, mass=2 * wrong.mass)))
         found = settle([grade(text, RUBRIC, student=f"s{k}") for k, text in enumerate(texts)], RUBRIC)
         assert [points(one)["reference"] for one in found] == [3] * 7 + [0]
-        assert (found[-1].z or 0.0) > 10
+        assert (found[-1].zeta or 0.0) > 10
 
     def test_what_is_not_graded_stays_so(self, grade: Grader, rows: Sheet) -> None:
         missing, broken = grade(rows.log(), RUBRIC), grade(b"hello", RUBRIC)

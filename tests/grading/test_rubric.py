@@ -11,11 +11,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gyrodata.errors import CODES, InputError
-from gyrodata.grading.conditions import ConditionError, make_curve, parse_condition
 from gyrodata.grading.late import duration_text, judge_lateness, parse_duration
-from gyrodata.grading.places import find_places
 from gyrodata.grading.reference import class_references
-from gyrodata.grading.rubric import Rubric, default_rubric, default_rubric_text, read_rubric
+from gyrodata.grading.rubric import (
+    ConditionError,
+    Rubric,
+    default_rubric,
+    default_rubric_text,
+    make_curve,
+    parse_condition,
+    read_rubric,
+)
+from gyrodata.grading.toml_table import find_places
 
 HEAD = 'schema = 1\npoints = 4\n[[criterion]]\nid = "izz"\ncheck = "own_data"\npoints = 4\n'
 LATE = """

@@ -8,14 +8,16 @@ import signal
 import subprocess
 import sys
 import time
+import tracemalloc
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from grading import mishaps
-from grading.classes import make_folder
+from grading.classes import make_folder, make_zip
 from grading.reports import RIGHT, reported_line, sheet
 from typer.testing import CliRunner
 
@@ -23,11 +25,14 @@ from gyrodata.cli import app
 from gyrodata.errors import InputError
 from gyrodata.grading import journal as journal_module
 from gyrodata.grading.classroom import ClassGrades
+from gyrodata.grading.desk import changes_in, write_results
+from gyrodata.grading.exports.summary import class_summary
+from gyrodata.grading.feedback import write_feedback
 from gyrodata.grading.journal import Journal
 from gyrodata.grading.rubric import default_rubric, default_rubric_text, read_rubric
-from gyrodata.grading.run import LIMIT, Way, grade_class
+from gyrodata.grading.run import LIMIT, GradingOptions, grade_class
 from gyrodata.grading.submissions import find_submissions
-from gyrodata.grading.workers import Lost, in_workers
+from gyrodata.grading.workers import Failed, in_workers
 
 ROOT = Path(__file__).parent.parent.parent
 RUBRIC = default_rubric()
@@ -51,8 +56,8 @@ def honest(tmp_path: Path) -> Path:
     return a_class(tmp_path / "class", *(f"s{number}" for number in range(4)))
 
 
-def run(root: Path, way: Way) -> ClassGrades:
-    return grade_class(find_submissions(root), RUBRIC, way)
+def run(root: Path, options: GradingOptions) -> ClassGrades:
+    return grade_class(find_submissions(root), RUBRIC, options)
 
 
 # --- workers ------------------------------------------------------------------------------------------------
@@ -64,7 +69,7 @@ def test_whatever_goes_wrong_is_one_row(tmp_path: Path) -> None:
     done = dict(in_workers(mishaps.work, tasks, workers=3, limit=1.5))
     assert sorted(done) == sorted(tasks)
     assert (done["fine 1"], done["fine 2"], done[once]) == ("fine 1 done", "fine 2 done", f"{once} done")
-    reasons = {task: answer.why for task, answer in done.items() if isinstance(answer, Lost)}
+    reasons = {task: answer.why for task, answer in done.items() if isinstance(answer, Failed)}
     assert reasons.pop("deep").startswith("the tool broke on it (RecursionError")
     assert reasons == {
         "hang": "it took over 1.5 s",
@@ -98,7 +103,7 @@ def test_tasks_are_asked_for_shortly_before_they_are_given_out() -> None:
     done = 0
     for _, answer in in_workers(mishaps.work, tasks(), workers=2, limit=20.0):
         done += 1
-        assert not isinstance(answer, Lost)
+        assert not isinstance(answer, Failed)
         assert len(asked) <= done + 4, "two at work, and two that wait"
     assert done == 50
 
@@ -138,7 +143,7 @@ class _Unreadable:
 def test_mishaps_are_rows_that_say_why_and_are_tried_again(tmp_path: Path) -> None:
     root = a_class(tmp_path / "class", "exit", "fine", "hang", "kill", "memory", "not", "raise")
     journal = Journal(tmp_path / "journal")
-    found = run(root, Way(3, 1.5, journal, grader=mishaps.grade))
+    found = run(root, GradingOptions(3, 1.5, journal, grader=mishaps.grade))
     assert [grade.status for grade in found.grades].count("graded") == 1
     for grade in found.grades:
         if grade.student != "fine":
@@ -147,26 +152,26 @@ def test_mishaps_are_rows_that_say_why_and_are_tried_again(tmp_path: Path) -> No
     reasons = {grade.student: grade.why for grade in found.grades}
     assert reasons["hang"] == "it took over 1.5 s; a person must look"
     assert (reasons["not"] or "").startswith("the tool broke on it (ValueError: Out of range float values")
-    again = run(root, Way(2, LIMIT, journal))
+    again = run(root, GradingOptions(2, LIMIT, journal))
     assert [grade.status for grade in again.grades] == ["graded"] * 7
     assert "fine" not in again.again
     assert again.again["hang"] == "lost last time: it took over 1.5 s"
-    assert run(root, Way(2, LIMIT, journal, grader=mishaps.fail)).again == {}
+    assert run(root, GradingOptions(2, LIMIT, journal, grader=mishaps.fail)).again == {}
 
 
 def test_nothing_depends_on_workers_or_order(honest: Path, tmp_path: Path) -> None:
     submissions = find_submissions(honest)
     turned = replace(submissions, items=submissions.items[::-1])
-    one = table(grade_class(submissions, RUBRIC, Way(1)))
-    assert table(grade_class(turned, RUBRIC, Way(4))) == one
+    one = table(grade_class(submissions, RUBRIC, GradingOptions(1)))
+    assert table(grade_class(turned, RUBRIC, GradingOptions(4))) == one
     journal = Journal(tmp_path / "journal")
-    assert table(grade_class(turned, RUBRIC, Way(2, journal=journal))) == one
-    assert table(grade_class(submissions, RUBRIC, Way(1, journal=journal, grader=mishaps.fail))) == one
+    assert table(grade_class(turned, RUBRIC, GradingOptions(2, journal=journal))) == one
+    assert table(grade_class(submissions, RUBRIC, GradingOptions(1, journal=journal, grader=mishaps.fail))) == one
 
 
 @pytest.mark.parametrize("after", [1, 3])
 def test_a_run_that_is_stopped_goes_on_where_it_was(after: int, honest: Path, tmp_path: Path) -> None:
-    whole = table(run(honest, Way(2)))
+    whole = table(run(honest, GradingOptions(2)))
     journal = Journal(tmp_path / "journal")
 
     def stop(done: int) -> None:
@@ -174,11 +179,11 @@ def test_a_run_that_is_stopped_goes_on_where_it_was(after: int, honest: Path, tm
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        run(honest, Way(2, journal=journal, progress=stop))
+        run(honest, GradingOptions(2, journal=journal, progress=stop))
     assert len(list(journal.read())) == after
     torn = journal.path.read_bytes()
     journal.path.write_bytes(torn[:-40])
-    found = run(honest, Way(2, journal=journal))
+    found = run(honest, GradingOptions(2, journal=journal))
     assert len(found.again) == 4 - after + 1
     assert table(found) == whole
     assert journal.path.read_bytes().count(b"\n") == len(list(journal.read())) == 4
@@ -186,7 +191,7 @@ def test_a_run_that_is_stopped_goes_on_where_it_was(after: int, honest: Path, tm
 
 def test_a_dry_run_writes_nothing(honest: Path, tmp_path: Path) -> None:
     journal = Journal(tmp_path / "grades" / "journal")
-    found = run(honest, Way(2, journal=journal, keep=False))
+    found = run(honest, GradingOptions(2, journal=journal, keep=False))
     assert len(found.again) == 4
     assert list(tmp_path.iterdir()) == [honest]
 
@@ -194,38 +199,38 @@ def test_a_dry_run_writes_nothing(honest: Path, tmp_path: Path) -> None:
 def test_only_what_changed_is_graded_again_and_why_is_told(
     honest: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    way = Way(2, journal=Journal(tmp_path / "journal"))
-    assert set(run(honest, way).again.values()) == {"new"}
+    options = GradingOptions(2, journal=Journal(tmp_path / "journal"))
+    assert set(run(honest, options).again.values()) == {"new"}
     (honest / "s1" / "lab.csv").write_text(a_log(77))
     (honest / "s2").rename(honest / "t2")
-    assert run(honest, way).again == {"s1": "the submission changed", "t2": "new"}
+    assert run(honest, options).again == {"s1": "the submission changed", "t2": "new"}
     text = default_rubric_text()
     other = read_rubric(text.replace('slip = "50 %"', 'slip = "25 %"').encode())
-    assert set(grade_class(find_submissions(honest), other, way).again.values()) == {"the rubric changed"}
+    assert set(grade_class(find_submissions(honest), other, options).again.values()) == {"the rubric changed"}
     stated = text.replace('from = "class"', "").replace(
         "[reference]", '[reference.all]\ninertia="4.4e-3 kg m^2"\nu="1 %"'
     )
-    run(honest, way)
-    found = grade_class(find_submissions(honest), read_rubric(stated.encode()), way)
+    run(honest, options)
+    found = grade_class(find_submissions(honest), read_rubric(stated.encode()), options)
     assert set(found.again.values()) == {"the reference changed"}
-    run(honest, way)
+    run(honest, options)
     monkeypatch.setattr(journal_module, "__version__", "99.0")
-    reasons = run(honest, way).again.values()
+    reasons = run(honest, options).again.values()
     assert {re.sub(r"from \S+", "from …", why) for why in reasons} == {"gyrodata changed from … to 99.0"}
 
 
 def test_figures_are_drawn_once_and_again_where_they_are_gone(tmp_path: Path) -> None:
     root = a_class(tmp_path / "class", "a")
-    way = Way(1, journal=Journal(tmp_path / "journal"), figures=tmp_path / "figures")
-    run(root, replace(way, figures=None))
-    found = run(root, way)
+    options = GradingOptions(1, journal=Journal(tmp_path / "journal"), figures=tmp_path / "figures")
+    run(root, replace(options, figures=None))
+    found = run(root, options)
     assert found.again == {"a": "its figures are missing"}
     drawn = sorted((tmp_path / "figures" / "a").iterdir())
     assert [path.stem for path in drawn] == sorted(found.figures["a"])
     assert all(path.read_bytes().startswith(b"\x89PNG") for path in drawn)
-    assert run(root, replace(way, grader=mishaps.fail)).again == {}
+    assert run(root, replace(options, grader=mishaps.fail)).again == {}
     drawn[0].unlink()
-    (why,) = run(root, replace(way, grader=mishaps.fail)).again.values()
+    (why,) = run(root, replace(options, grader=mishaps.fail)).again.values()
     assert why == "its figures are missing"
 
 
@@ -249,3 +254,47 @@ def test_a_kill_loses_nothing(honest: Path, tmp_path: Path) -> None:
     assert Path("grades.csv") in names
     for name in names:
         assert (killed / name).read_bytes() == (whole / name).read_bytes(), name
+
+
+# --- memory ---------------------------------------------------------------------------------------------------
+
+LEAST, MORE = 20, 100
+"""Students of two classes."""
+
+MOST = 20_000
+"""What one student more may take at the peak [byte]."""
+
+
+@contextmanager
+def measured(peaks: list[int]) -> Iterator[None]:
+    tracemalloc.start()
+    try:
+        yield
+        peaks.append(tracemalloc.get_traced_memory()[1])
+    finally:
+        tracemalloc.stop()
+
+
+def grade_all(root: Path, folder: Path) -> None:
+    """Grade a class into a folder, as the command does."""
+    options = GradingOptions(2, journal=Journal(folder / "journal.ndjson"), grader=mishaps.quick)
+    found = grade_class(find_submissions(root), default_rubric(), options)
+    changes_in(folder, found)
+    write_results(found, folder, {})
+    assert write_feedback(found, folder, options) == ()
+    assert sum(1 for _ in class_summary(found)) > len(found.grades)
+
+
+def test_what_a_student_takes_in_memory(tmp_path: Path) -> None:
+    # Out of zips: a file in a folder is read into room for the largest, beside which nothing else would be seen.
+    grade_all(make_zip(tmp_path / "few.zip", {"s1/lab.csv": "1", "s2/lab.csv": "2"}), tmp_path / "first")
+    peaks: list[int] = []
+    again: list[int] = []
+    for count in (LEAST, MORE):
+        root = make_zip(tmp_path / f"{count}.zip", {f"s{number:04}/lab.csv": "x" for number in range(count)})
+        with measured(peaks):
+            grade_all(root, tmp_path / f"{count}-grades")
+        with measured(again):
+            grade_all(root, tmp_path / f"{count}-grades")
+    assert (peaks[1] - peaks[0]) / (MORE - LEAST) < MOST
+    assert (again[1] - again[0]) / (MORE - LEAST) < MOST

@@ -9,7 +9,7 @@ import pytest
 from grading.reports import RIGHT, SLIPS, Formula, Sheet, reported_line, sheet
 
 from gyrodata.analysis import analyze_readings
-from gyrodata.grading.own import distance, own_runs
+from gyrodata.grading.accepted_fits import distance, own_runs
 from gyrodata.grading.rubric import ACCEPTED
 from gyrodata.grading.slips import Slip, find_slips
 from gyrodata.readings import Reported, read_log

@@ -12,8 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gyrodata.errors import InputError
-from gyrodata.grading import gradescope_metadata, patterns
-from gyrodata.grading.submissions import Submission, Submissions, find_submissions
+from gyrodata.grading.submissions import Submission, Submissions, find_submissions, metadata, platforms
 
 BOTH = pytest.mark.parametrize("make", [make_folder, make_zip])
 
@@ -353,7 +352,7 @@ def test_gradescope(tmp_path: Path, make) -> None:
 
 
 def test_gradescope_metadata_as_a_yaml_parser_reads_it() -> None:
-    read = gradescope_metadata.read_export(EXPORT.encode())
+    read = metadata.read_export(EXPORT.encode())
     yaml.SafeLoader.add_constructor("!binary", yaml.SafeLoader.construct_yaml_binary)
     for folder, entry in yaml.safe_load(EXPORT).items():
         names = [one[":name"] for one in entry[":submitters"]]
@@ -375,7 +374,7 @@ def test_any_name_that_yaml_can_write_is_read(names: list[str], quotes: str | No
     for quote in "\"'":
         text = text.replace(f"{quote}:submitters{quote}", ":submitters")
         text = text.replace(f"{quote}:name{quote}", ":name").replace(f"{quote}:sid{quote}", ":sid")
-    read = gradescope_metadata.read_export(text.encode())["submission_7"]
+    read = metadata.read_export(text.encode())["submission_7"]
     assert [one.name for one in read.submitters] == names
 
 
@@ -426,7 +425,7 @@ def test_a_running_autograder_with_nothing_handed_in(tmp_path: Path) -> None:
 
 def test_an_extension_of_ones_own_counts() -> None:
     own = '"users": [{"email": "a", "assignment": {"due_date": "2026-03-12T00:00:00-08:00"}},'
-    told = gradescope_metadata.read_live(LIVE.replace('"users": [', own).encode())
+    told = metadata.read_live(LIVE.replace('"users": [', own).encode())
     assert told.late_seconds is not None
     assert told.late_seconds < 0
 
@@ -538,10 +537,10 @@ def test_a_submission_goes_to_another_process_by_its_names_alone(tmp_path: Path)
 
 
 def test_names_are_shown_without_marks_that_turn_or_break_the_line() -> None:
-    assert patterns.shown("evil\u202etxt.\nname\x00") == "evil txt. name"
-    assert patterns.shown("Zoe\u0308") == "Zoë"
-    assert patterns.shown("می\u200cخواهم") == "می\u200cخواهم", "a joiner that Persian needs"
-    assert patterns.shown("\udcff") == "?"
+    assert platforms.shown("evil\u202etxt.\nname\x00") == "evil txt. name"
+    assert platforms.shown("Zoe\u0308") == "Zoë"
+    assert platforms.shown("می\u200cخواهم") == "می\u200cخواهم", "a joiner that Persian needs"
+    assert platforms.shown("\udcff") == "?"
 
 
 PARTS = st.text(st.characters(blacklist_characters="/\x00", blacklist_categories=["Cs"]), min_size=1, max_size=12)
@@ -552,11 +551,11 @@ PARTS = st.text(st.characters(blacklist_characters="/\x00", blacklist_categories
 def test_what_a_platform_writes_is_taken_apart_again(person: str, number: int, late: bool, file: str) -> None:
     canvas = "".join(c for c in person.lower() if c.isalnum()) or "x"
     mark = "_LATE" if late else ""
-    read = patterns.fit(f"{canvas}{mark}_{number}_77_{file}", "canvas")
+    read = platforms.fit(f"{canvas}{mark}_{number}_77_{file}", "canvas")
     assert read is not None
     assert (read.student, read.late, read.file) == (str(number), late, file)
     moodle = person.replace("_", " ")
     for name in (f"{moodle}_{number}_assignsubmission_file/{file}", f"{moodle}_{number}_assignsubmission_file_{file}"):
-        read = patterns.fit(name, "moodle")
+        read = platforms.fit(name, "moodle")
         assert read is not None
         assert (read.student, read.file) == (str(number), file)

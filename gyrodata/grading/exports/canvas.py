@@ -41,24 +41,9 @@ def fill_gradebook(
 ) -> Filled:
     """Write grades into a downloaded Canvas gradebook.
 
-    Parameters
-    ----------
-    data : bytes
-        The gradebook as Canvas exports it.
-    grades : collection of Grade
-        Those that are not graded leave their cell as it is.
-    name : str
-        Of the file, for messages.
-    assignment : str, optional
-        Title or number of the assignment; it may be left away where the gradebook has only one.
-    ids : mapping of str to mapping of str to str
-        `Submission.ids` of each student. A student is looked for by Canvas's number, then the SIS user id, then the
-        login; never by name.
-
-    Raises
-    ------
-    InputError
-        It is no gradebook, or has no such column, or the column is locked or has other points.
+    `assignment`: Title or number of the assignment; it may be left away where the gradebook has only one. `ids`:
+    `Submission.ids` of each student. A student is looked for by Canvas's number, then the SIS user id, then the login;
+    never by name.
     """
     sheet = read_sheet(data, name)
     columns = _student_columns(sheet)
@@ -91,17 +76,7 @@ def fill_gradebook(
 
 
 class _Places:
-    """Where each student stands.
-
-    Parameters
-    ----------
-    sheet : Sheet
-        The gradebook.
-    columns : mapping of str to int
-        Of what identifies a student.
-    rows : list of int
-        Of students.
-    """
+    """Where each student stands."""
 
     _KINDS = (("id", ("canvas",)), ("sis user id", ("sid",)), ("sis login id", ("username", "email")))
 

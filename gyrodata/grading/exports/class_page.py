@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import math
 import statistics
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from gyrodata import __version__
-from gyrodata.grading.exports.distribution import LEFT, RIGHT, WIDTH, draw_distribution
 from gyrodata.grading.feedback import environment, points_text
-from gyrodata.grading.survey import known
-from gyrodata.reporting import count_text, number_text, power_of_ten
+from gyrodata.grading.reference import Reference
+from gyrodata.reporting import count_text, inertia_text, number_text, power_of_ten
 
 if TYPE_CHECKING:
     from gyrodata.grading.classroom import ClassGrades
@@ -21,24 +22,12 @@ if TYPE_CHECKING:
 def class_page(found: ClassGrades, feedback: Callable[[str], str]) -> Iterator[str]:
     """Write the page of a class.
 
-    Parameters
-    ----------
-    found : ClassGrades
-        The class.
-    feedback : callable
-        Gives a student's page, as a path below the folder of the class page.
+    `feedback`: Gives a student's page, as a path below the folder of the class page.
 
-    Yields
-    ------
-    str
-        Parts, for a class may be large.
-
-    Notes
-    -----
     Every name, note and number from outside is escaped; no clock time, nothing from another place.
     """
-    survey = found.survey
-    inertias = known(survey.inertia)
+    inertias = [grade.inertia for grade in found.grades if grade.inertia is not None]
+    words = {slip.kind: slip.words for grade in found.grades for slip in grade.slips}
     factor, power = power_of_ten(statistics.median(inertias)) if inertias else (1.0, "")
     in_question = found.in_question()
     content = {
@@ -47,9 +36,9 @@ def class_page(found: ClassGrades, feedback: Callable[[str], str]) -> Iterator[s
         "link": lambda student: quote(feedback(student).encode("utf-8", "replace")),
         "in_question": in_question,
         "marked": frozenset(in_question),
-        "slips": [(survey.slip_words[kind], students) for kind, students in survey.slips.items()],
+        "slips": [(words[kind], students) for kind, students in found.slips.items()],
         "criteria": list(found.criteria()),
-        "drawing": draw_distribution(survey, found.references),
+        "drawing": draw_distribution(found.grades, found.references),
         "box": {"width": WIDTH, "left": LEFT, "right": WIDTH - RIGHT},
         "points": points_text,
         "count": count_text,
@@ -69,7 +58,7 @@ def _cells(grade: Grade, factor: float) -> list[dict[str, Any]]:
         *marks,
         (value, reported),
         (grade.d, _distance(grade.d)),
-        (grade.z, _distance(grade.z)),
+        (grade.zeta, _distance(grade.zeta)),
     ]
     return [{"value": "" if key is None else repr(key), "text": text.replace("-", "−")} for key, text in numbers]
 
@@ -77,3 +66,215 @@ def _cells(grade: Grade, factor: float) -> list[dict[str, Any]]:
 def _distance(value: float | None) -> str:
     """Two digits, and all those before the point up to a million."""
     return "–" if value is None else f"{value:.0f}" if 100 <= value < 1e6 else f"{value:.2g}"
+
+
+# --- how I_zz is distributed in the class: what is drawn, as places and words -------------------------------
+
+
+WIDTH, LEFT, RIGHT = 640, 128, 28
+"""Of the drawing, and of its margins [px]."""
+
+HALF, BETWEEN = 44, 26
+"""Height of the bars on one side of a strip, and what is left between two strips [px]."""
+
+MOST_STRIPS = 12
+"""With more stations than this all are drawn in one strip."""
+
+REACH = 8.0
+"""Values farther than this from the middle, in robust standard deviations, are counted at the edge."""
+
+NARROWEST = 0.004
+"""Least half-width of the axis, as a share of I_zz."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bar:
+    """One bar: where it is [px], and what it says."""
+
+    x: float
+    y: float
+    width: float
+    height: float
+    words: str
+
+
+@dataclass(frozen=True, slots=True)
+class Side:
+    """One side of a strip: above what the runs give, below what was reported."""
+
+    words: str
+    count: int
+    bars: tuple[Bar, ...]
+    below: tuple[str, ...]
+    """Keys of those left of the axis."""
+    above: tuple[str, ...]
+    """Keys of those right of it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Strip:
+    """One station, or everybody."""
+
+    label: str
+    middle: float
+    """Height of its line [px]."""
+    own: Side
+    reported: Side
+    band: tuple[float, float, float] | None
+    """Left end, value and right end of the reference ± u [px]."""
+    reference: str
+    """The same in words; "" where there is none."""
+
+
+@dataclass(frozen=True, slots=True)
+class Drawing:
+    """All strips on one axis."""
+
+    strips: tuple[Strip, ...]
+    ticks: tuple[tuple[float, str], ...]
+    """Place [px] and text of each."""
+    unit: str
+    height: float
+    words: str
+    """What it shows, for those who cannot see it."""
+
+
+def draw_distribution(grades: Sequence[Grade], references: Mapping[str, Reference]) -> Drawing | None:
+    """Lay out the distribution of I_zz in a class.
+
+    Gives: None where not one log gives an I_zz.
+    """
+    own = [grade.inertia for grade in grades if grade.inertia is not None]
+    reported = [grade.reported_inertia for grade in grades if grade.reported_inertia is not None]
+    if not own:
+        return None
+    low, high = _range(own, reported, references)
+    groups = _groups(grades, references)
+    scale = _Scale(low, high, max(12, min(48, 2 * math.isqrt(len(own)) + 8)))
+    strips = []
+    for number, (station, members) in enumerate(groups.items()):
+        middle = 16 + HALF + number * (2 * HALF + BETWEEN)
+        reference = references.get(station) or references.get("all")
+        strips.append(_strip(station, members, reference, scale, middle))
+    factor, power = power_of_ten(statistics.median(own))
+    words = "; ".join(_strip_words(strip) for strip in strips)
+    height = 16 + len(strips) * (2 * HALF + BETWEEN) + 26
+    unit = f"{power} kg·m²" if power else "kg·m²"
+    return Drawing(tuple(strips), tuple(scale.ticks(factor)), unit, height, f"Distribution of I_zz. {words}.")
+
+
+def _groups(grades: Sequence[Grade], references: Mapping[str, Reference]) -> dict[str, list[Grade]]:
+    """Part a class by the stations that have a reference of their own."""
+    groups: dict[str, list[Grade]] = {}
+    for grade in grades:
+        if grade.inertia is not None or grade.reported_inertia is not None:
+            station = grade.station if grade.station is not None and grade.station in references else "all"
+            groups.setdefault(station, []).append(grade)
+    if len(groups) > MOST_STRIPS:
+        return {"all": [grade for members in groups.values() for grade in members]}
+    return dict(sorted(groups.items()))
+
+
+def _range(own: Sequence[float], reported: Sequence[float], references: Mapping[str, Reference]) -> tuple[float, float]:
+    """Find an axis on which the bulk is seen, whatever slips do to a few."""
+    middle = statistics.median(own)
+    spread = 1.4826 * statistics.median(abs(value - middle) for value in own)
+    reach = max(REACH * spread, NARROWEST * abs(middle))
+    kept = [value for value in (*own, *reported) if abs(value - middle) <= reach]
+    for reference in references.values():
+        kept += [end for end in (reference.inertia - reference.u, reference.inertia + reference.u)
+                 if abs(end - middle) <= 2 * reach]  # fmt: skip
+    low, high = min(kept), max(kept)
+    pad = max(0.06 * (high - low), NARROWEST * abs(middle) / 2)
+    return low - pad, high + pad
+
+
+@dataclass(frozen=True, slots=True)
+class _Scale:
+    """From I_zz to a place in the drawing."""
+
+    low: float
+    high: float
+    bins: int
+
+    def x(self, value: float) -> float:
+        return round(LEFT + (value - self.low) / (self.high - self.low) * (WIDTH - LEFT - RIGHT), 1)
+
+    def bin(self, value: float) -> int | None:
+        """Number of the bar that a value belongs to; None off the axis."""
+        at = math.floor((value - self.low) / (self.high - self.low) * self.bins)
+        return at if 0 <= at < self.bins else None
+
+    def ticks(self, factor: float) -> Iterable[tuple[float, str]]:
+        """Three to seven round numbers."""
+        width = (self.high - self.low) / factor
+        step = next(
+            size * 10.0**power
+            for power in range(math.floor(math.log10(width)) - 1, math.floor(math.log10(width)) + 2)
+            for size in (1, 2, 5)
+            if width / (size * 10.0**power) <= 6
+        )
+        places = max(0, -math.floor(math.log10(step) + 1e-9))
+        first = math.ceil(self.low / factor / step)
+        last = math.floor(self.high / factor / step)
+        return [(self.x(number * step * factor), f"{number * step:.{places}f}") for number in range(first, last + 1)]
+
+
+def _strip(station: str, members: Sequence[Grade], reference: Reference | None, scale: _Scale, middle: float) -> Strip:
+    own = [(grade.student, grade.inertia) for grade in members if grade.inertia is not None]
+    reported = [(grade.student, grade.reported_inertia) for grade in members if grade.reported_inertia is not None]
+    counts = (_counts([value for _, value in values], scale) for values in (own, reported))
+    tallest = max((count for one in counts for count in one.values()), default=1)
+    band = None
+    if reference is not None:
+        ends = (reference.inertia - reference.u, reference.inertia, reference.inertia + reference.u)
+        left, value, right = (min(max(scale.x(end), LEFT), WIDTH - RIGHT) for end in ends)
+        band = left, value, right
+    return Strip(
+        "all" if station == "all" else f"station {station}",
+        middle,
+        _side("from their runs", own, scale, tallest, middle, -1),
+        _side("as reported", reported, scale, tallest, middle, +1),
+        band,
+        "" if reference is None else f"{inertia_text(reference.inertia, reference.u or None)} ({reference.source})",
+    )
+
+
+def _counts(values: Iterable[float], scale: _Scale) -> dict[int, int]:
+    counts: dict[int, int] = {}
+    for value in values:
+        at = scale.bin(value)
+        if at is not None:
+            counts[at] = counts.get(at, 0) + 1
+    return dict(sorted(counts.items()))
+
+
+def _side(
+    words: str, values: Sequence[tuple[str, float]], scale: _Scale, tallest: int, middle: float, down: int
+) -> Side:
+    """Lay out the bars of one side, up or down from the line."""
+    width = (WIDTH - LEFT - RIGHT) / scale.bins
+    bars = []
+    for at, count in _counts([value for _, value in values], scale).items():
+        height = HALF * count / tallest
+        ends = [scale.low + (scale.high - scale.low) * (at + i) / scale.bins for i in (0, 1)]
+        y = middle + 1 if down > 0 else middle - 1 - height
+        said = f"{count_text(count, 'student')}: {ends[0]:.4g} to {ends[1]:.4g} kg·m²"
+        bars.append(Bar(round(LEFT + at * width + 0.5, 1), round(y, 1), round(width - 1, 1), round(height, 1), said))
+    return Side(
+        words,
+        len(values),
+        tuple(bars),
+        tuple(student for student, value in values if value < scale.low),
+        tuple(student for student, value in values if value >= scale.high),
+    )
+
+
+def _strip_words(strip: Strip) -> str:
+    parts = [f"{strip.own.count} from their runs", f"{strip.reported.count} as reported"]
+    off = len(strip.reported.below) + len(strip.reported.above)
+    if off:
+        parts.append(f"{off} of those reported off the axis")
+    if strip.reference:
+        parts.append(f"reference {strip.reference}")
+    return f"{strip.label}: {', '.join(parts)}"

@@ -1,10 +1,10 @@
-"""``grades.csv``: a row for each student, a column for each criterion, and first of all a row of what can be had."""
+"""``grades.csv``, a row for each student below one of what can be had; and ``flags.csv``, a row for each flag."""
 
 from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from gyrodata.reporting import csv_cell
@@ -12,6 +12,7 @@ from gyrodata.reporting import csv_cell
 if TYPE_CHECKING:
     from gyrodata.grading.forensics import Flag
     from gyrodata.grading.grade import Grade
+
 
 POINTS_ROW = "points possible"
 """What stands for a student in the first row."""
@@ -36,18 +37,8 @@ _AFTER = (
 def grades_csv(grades: Collection[Grade], flags: Sequence[Flag] = ()) -> str:
     """Write the grades of a class.
 
-    Parameters
-    ----------
-    grades : collection of Grade
-        By one rubric, in any order; the rows are sorted by student.
-    flags : sequence of Flag
-        What was flagged in the class.
-
-    Returns
-    -------
-    str
-        CSV (RFC 4180 with plain line feeds). Points have two decimals; a cell is blank where nothing was judged. A
-        text that a spreadsheet would run as a formula has a ' in front.
+    Gives: CSV (RFC 4180 with plain line feeds). Points have two decimals; a cell is blank where nothing was judged. A
+    text that a spreadsheet would run as a formula has a ' in front.
     """
     first = next(iter(grades), None)
     criteria = {} if first is None else {mark.criterion: mark.out_of for mark in first.marks}
@@ -88,7 +79,7 @@ def _row(grade: Grade, criteria: Sequence[str], flags: Sequence[str]) -> list[st
         grade.reported.get("u"),
         grade.matched,
         None if grade.d is None else float(f"{grade.d:.4g}"),
-        None if grade.z is None else float(f"{grade.z:.4g}"),
+        None if grade.zeta is None else float(f"{grade.zeta:.4g}"),
         "; ".join(slip.kind for slip in grade.slips),
         "; ".join(flags),
         "; ".join(grade.look),
@@ -97,3 +88,18 @@ def _row(grade: Grade, criteria: Sequence[str], flags: Sequence[str]) -> list[st
     points = [grade.points, *(marks.get(criterion) for criterion in criteria)]
     deducted = two_decimals(grade.late_deduction if grade.status == "graded" else None)
     return [*map(csv_cell, cells), *map(two_decimals, points), deducted, *map(csv_cell, after)]
+
+
+def flags_csv(flags: Iterable[Flag]) -> str:
+    """Write the flags of a class.
+
+    Gives: CSV; a text that a spreadsheet would run as a formula has a ' in front.
+    """
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(["kind", "students", "earlier logs", "expected by chance in this class", "p", "evidence"])
+    for flag in flags:
+        numbers = (float(f"{flag.expected:.3g}"), float(f"{flag.p:.3g}"))
+        cells = (flag.kind, ", ".join(flag.students), ", ".join(flag.previous), *numbers, flag.evidence)
+        writer.writerow([csv_cell(cell) for cell in cells])
+    return out.getvalue()

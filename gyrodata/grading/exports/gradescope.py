@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from gyrodata import __version__
 
 if TYPE_CHECKING:
-    from gyrodata.grading.checks import Mark
+    from gyrodata.grading.criteria import Mark
     from gyrodata.grading.grade import Grade
 
 _SETUP = """\
@@ -46,15 +46,7 @@ exec timeout 300 /autograder/gyro/bin/gyro autograde /autograder
 def autograder_files(rubric: str) -> dict[str, str]:
     """Give the files of an autograder, to be zipped without a folder around them and uploaded.
 
-    Parameters
-    ----------
-    rubric : str
-        Text of the rubric.
-
-    Returns
-    -------
-    dict of str to str
-        ``setup.sh``, ``run_autograder`` (both executable) and ``rubric.toml``.
+    Gives: ``setup.sh``, ``run_autograder`` (both executable) and ``rubric.toml``.
     """
     return {"setup.sh": _SETUP.format(version=__version__), "run_autograder": _RUN, "rubric.toml": rubric}
 
@@ -62,21 +54,8 @@ def autograder_files(rubric: str) -> dict[str, str]:
 def grade_autograder(root: Path) -> str:
     """Grade the submission that a running autograder has.
 
-    Parameters
-    ----------
-    root : Path
-        With ``submission/``, ``submission_metadata.json``, and the rubric in ``source/rubric.toml`` (the built-in one
-        where there is none).
-
-    Returns
-    -------
-    str
-        What belongs into ``results/results.json``.
-
-    Raises
-    ------
-    InputError
-        The rubric cannot be read. (A submission that cannot is a result.)
+    `root`: With ``submission/``, ``submission_metadata.json``, and the rubric in ``source/rubric.toml`` (the built-in
+    one where there is none). Gives: What belongs into ``results/results.json``.
     """
     from gyrodata.grading.grade import grade_submission, settle
     from gyrodata.grading.rubric import default_rubric_text, read_rubric
@@ -92,15 +71,8 @@ def grade_autograder(root: Path) -> str:
 def results_json(grade: Grade) -> str:
     """Write the results of one submission.
 
-    Parameters
-    ----------
-    grade : Grade
-        Criteria that could not be judged are tests without points, not tests failed.
-
-    Returns
-    -------
-    str
-        JSON; finite numbers only.
+    `grade`: Criteria that could not be judged are tests without points, not tests failed. Gives: JSON; finite numbers
+    only.
     """
     judged = sum(mark.points for mark in grade.marks if mark.points is not None)
     results: dict[str, Any] = {

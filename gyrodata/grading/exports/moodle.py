@@ -42,31 +42,11 @@ def fill_worksheet(
 ) -> Filled:
     """Write grades and comments into a downloaded Moodle worksheet.
 
-    Parameters
-    ----------
-    data : bytes
-        The worksheet as Moodle hands it out.
-    grades : collection of Grade
-        Those that are not graded leave their row as it is.
-    name : str
-        Of the file, for messages.
-    comments : mapping of str to str
-        Plain text for each student, for the column of feedback comments; it is escaped for the HTML that Moodle
-        shows. Where the worksheet has no such column it is left away.
-    ids : mapping of str to mapping of str to str
-        `Submission.ids` of each student; the row is that of "Participant N" with Moodle's number N, else that of the
-        group with the submission's name.
-
-    Returns
-    -------
-    Filled
-        `skipped` names the rows that Moodle would pass over without a word, and those with no grade. What cannot be
-        known from the worksheet: rows graded in Moodle after it was downloaded are passed over too.
-
-    Raises
-    ------
-    InputError
-        It is no worksheet, or its maximum grade is not the rubric's.
+    `comments`: Plain text for each student, for the column of feedback comments; it is escaped for the HTML that Moodle
+    shows. Where the worksheet has no such column it is left away. `ids`: `Submission.ids` of each student; the row is
+    that of "Participant N" with Moodle's number N, else that of the group with the submission's name. Gives: `skipped`
+    names the rows that Moodle would pass over without a word, and those with no grade. What cannot be known from the
+    worksheet: rows graded in Moodle after it was downloaded are passed over too.
     """
     sheet = read_sheet(data, name)
     columns = _Columns(sheet)
@@ -107,13 +87,7 @@ class _Person(NamedTuple):
 
 
 class _Columns:
-    """The columns that matter of a worksheet in any language.
-
-    Parameters
-    ----------
-    sheet : Sheet
-        The worksheet.
-    """
+    """The columns that matter of a worksheet in any language."""
 
     def __init__(self, sheet: Sheet) -> None:
         self.sheet = sheet

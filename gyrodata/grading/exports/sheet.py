@@ -107,20 +107,7 @@ _MARKS = ((b"\xef\xbb\xbf", "utf-8"), (b"\xff\xfe", "utf-16-le"), (b"\xfe\xff", 
 
 
 def read_sheet(data: bytes, name: str) -> Sheet:
-    """Read a sheet with commas, semicolons or tabs, whichever its first lines have most of.
-
-    Parameters
-    ----------
-    data : bytes
-        The file; bytes that are no UTF-8 are kept as they are.
-    name : str
-        To show in messages.
-
-    Raises
-    ------
-    InputError
-        It is no table of text.
-    """
+    """Read a sheet with commas, semicolons or tabs, whichever its first lines have most of."""
     hint = "give the CSV file that the gradebook exports, not a workbook"
     mark, encoding = next((pair for pair in _MARKS if data.startswith(pair[0])), (b"", "utf-8"))
     if len(data) > LARGEST:

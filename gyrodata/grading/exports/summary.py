@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 import unicodedata
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 from gyrodata.grading.feedback import points_text
-from gyrodata.grading.patterns import shown
+from gyrodata.grading.submissions import shown
 from gyrodata.reporting import count_text
 
 if TYPE_CHECKING:
@@ -20,18 +19,7 @@ WIDEST = 28
 
 
 def class_summary(found: ClassGrades) -> Iterator[str]:
-    """Write a class for people: a line on the whole, a row for each student, then the flags.
-
-    Parameters
-    ----------
-    found : ClassGrades
-        The class.
-
-    Yields
-    ------
-    str
-        Lines.
-    """
+    """Write a class for people: a line on the whole, a row for each student, then the flags."""
     graded, out_of = len(found.totals), points_text(found.rubric.points)
     count = count_text(len(found.grades), "submission")
     first = f"{found.source}: {count}, {graded} graded, {len(found.grades) - graded} not"
@@ -50,15 +38,14 @@ def class_summary(found: ClassGrades) -> Iterator[str]:
 def _rows(found: ClassGrades) -> Iterator[str]:
     """Put the students under each other, numbers to the right."""
     head = ("student", "points", "I_zz / own", "what to know")
-    survey = found.survey
     widths = (
         _widest(head[0], map(_cut, found.names.values())),
-        _widest(head[1], (points_text(None if math.isnan(points) else points) for points in survey.points)),
-        _widest(head[2], map(_ratio_text, survey.ratio)),
+        _widest(head[1], (points_text(grade.points) for grade in found.grades)),
+        _widest(head[2], map(_ratio_text, found.grades)),
     )
     yield _row(head, widths)
-    for grade, ratio in zip(found.grades, survey.ratio, strict=True):
-        yield _row((_cut(grade.name), points_text(grade.points), _ratio_text(ratio), _remark(found, grade)), widths)
+    for grade in found.grades:
+        yield _row((_cut(grade.name), points_text(grade.points), _ratio_text(grade), _remark(found, grade)), widths)
 
 
 def _widest(head: str, texts: Iterable[str]) -> int:
@@ -71,9 +58,9 @@ def _row(cells: tuple[str, str, str, str], widths: tuple[int, int, int]) -> str:
     return f"  {name}{blanks}  {points:>{widths[1]}}  {ratio:>{widths[2]}}  {remark}".rstrip() + "\n"
 
 
-def _ratio_text(ratio: float) -> str:
+def _ratio_text(grade: Grade) -> str:
     """The reported I_zz over that of the student's own runs."""
-    return "–" if math.isnan(ratio) else f"{ratio:.4g}"
+    return "–" if grade.ratio is None else f"{grade.ratio:.4g}"
 
 
 def _remark(found: ClassGrades, grade: Grade) -> str:

@@ -1,11 +1,11 @@
 """Flags, never verdicts: what in a class's logs honest work hardly ever shows, with how often it would.
 
-A fingerprint of each log is kept (`fingerprint`), and all are compared at once (`flag_class`):
+A fingerprint of each log is kept (`logs`), and all are compared at once (`flag_class`):
 
 * rows in common, in any order, unit and rounding (`copies`);
 * times shifted or scaled as a whole, and residuals that come back (`edits`);
-* scatter and repeats below what a hand can do (`scatter`);
-* last digits that are not left to chance (`digits`).
+* scatter and repeats below what a hand can do (`single`);
+* last digits that are not left to chance (`single`).
 
 Every threshold follows from one number, `ALLOWED`: the flags of one kind that a class of honest students gets by
 chance. Every flag says how many as strong as itself chance makes.
@@ -17,14 +17,11 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from gyrodata.grading.forensics.copies import flag_shared_rows
-from gyrodata.grading.forensics.digits import flag_digits
 from gyrodata.grading.forensics.edits import flag_residuals, flag_shifted_or_scaled
 from gyrodata.grading.forensics.exemptions import Exemptions, read_exemptions
-from gyrodata.grading.forensics.fingerprint import Fingerprint, fingerprint
-from gyrodata.grading.forensics.flags import ALLOWED, KINDS, Flag
-from gyrodata.grading.forensics.logs import lay_out
-from gyrodata.grading.forensics.pairs import Groups
-from gyrodata.grading.forensics.scatter import flag_repeats, flag_scatter
+from gyrodata.grading.forensics.flags import ALLOWED, KINDS, Flag, Groups
+from gyrodata.grading.forensics.logs import Fingerprint, fingerprint, lay_out
+from gyrodata.grading.forensics.single import flag_digits, flag_repeats, flag_scatter
 
 __all__ = [
     "ALLOWED",
@@ -47,20 +44,11 @@ def flag_class(
 ) -> tuple[Flag, ...]:
     """Find what is odd in a class's logs.
 
-    Parameters
-    ----------
-    prints : mapping of str to Fingerprint
-        One log of each student, by the student's key; it may read them from a file, for none is kept.
-    exempt : Exemptions, optional
-        Partners, whose logs may be alike, and staff, whose logs are left out.
-    previous : mapping of str to Fingerprint
-        Earlier logs and published examples, by a key of their own; compared with the class's, not with each other.
-
-    Returns
-    -------
-    tuple of Flag
-        By kind, in the order of `KINDS`, then by students. Logs that one kind joins
-        are not joined again by the next, and many copies of one log are one flag.
+    `prints`: One log of each student, by the student's key. `exempt`:
+    Partners, whose logs may be alike, and staff, whose logs are left out. `previous`: Earlier logs and published
+    examples, by a key of their own; compared with the class's, not with each other. Gives: By kind, in the order of
+    `KINDS`, then by students. Logs that one kind joins are not joined again by the next, and many copies of one log are
+    one flag.
     """
     exempt = exempt or Exemptions()
     judged = [student for student in sorted(prints) if student not in exempt.staff]

@@ -18,9 +18,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrodata.grading.forensics.flags import ALLOWED, LEAST, Flag
+from gyrodata.grading.forensics.flags import ALLOWED, LEAST, Flag, Groups, Pair, flag_pairs
 from gyrodata.grading.forensics.logs import Integers, Logs
-from gyrodata.grading.forensics.pairs import Groups, Pair, flag_pairs
 from gyrodata.physics import Floats
 
 SAME_TORQUE = 0.1
@@ -46,19 +45,7 @@ _BINS = 20
 
 
 def flag_shared_rows(logs: Logs, groups: Groups) -> list[Flag]:
-    """Find logs that have more rows in common than chance gives.
-
-    Parameters
-    ----------
-    logs : Logs
-        The class.
-    groups : Groups
-        What hangs together already; what is found is added.
-
-    Returns
-    -------
-    list of Flag
-    """
+    """Find logs that have more rows in common than chance gives."""
     if len(logs.log) == 0 or logs.pairs < 1:
         return []
     rows = _Rows(logs)
@@ -89,20 +76,13 @@ class Alike(NamedTuple):
 class Chances:
     """How many pairs of honest logs are as much alike as a given pair, added up over the class.
 
-    Pairs are ranked by the chance that so many of their rows agree, times the share of pairs with as many rows
-    that could: many spins in common are rarer in one class than in another.
+    Pairs are ranked by the chance that so many of their rows agree, times the share of pairs with as many rows that
+    could: many spins in common are rarer in one class than in another.
 
-    Parameters
-    ----------
-    counted : dict
-        For each number of rows that could agree and mean chance of one, how many pairs looked at have them.
-    weight : float
-        Pairs in the class for each pair looked at.
+    `counted`: For each number of rows that could agree and mean chance of one, how many pairs looked at have them.
 
-    Notes
-    -----
-    Numbers of rows are whole, so a pair reaches few values of its rank, each with a chance of its own, which may
-    be far less than that of the pair it is held against (R. E. Tarone, Biometrics 46, 1990, 515).
+    Numbers of rows are whole, so a pair reaches few values of its rank, each with a chance of its own, which may be far
+    less than that of the pair it is held against (R. E. Tarone, Biometrics 46, 1990, 515).
     """
 
     def __init__(self, counted: Mapping[tuple[int, float], float], weight: float) -> None:
@@ -141,18 +121,8 @@ class Chances:
 def binomial_tails(trials: int, chance: float) -> tuple[float, ...]:
     """Give the chance of k successes or more, for k from 0 to `trials`.
 
-    Parameters
-    ----------
-    trials : int
-        How many.
-    chance : float
-        Of each, between 0 and 1.
-
-    Returns
-    -------
-    tuple of float
-        Of length ``trials + 1``. Where chances differ it is an upper bound at their mean for every k above the mean
-        number of successes plus one (W. Hoeffding, Annals of Mathematical Statistics 27, 1956, 713).
+    Gives: Of length ``trials + 1``. Where chances differ it is an upper bound at their mean for every k above the mean
+    number of successes plus one (W. Hoeffding, Annals of Mathematical Statistics 27, 1956, 713).
     """
     single = [math.comb(trials, k) * chance**k * (1 - chance) ** (trials - k) for k in range(trials + 1)]
     return tuple(float(value) for value in np.minimum(1.0, np.cumsum(single[::-1]))[::-1])

@@ -13,10 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gyrodata.grading.forensics.flags import ALLOWED, Flag, Kind
+from gyrodata.grading.forensics.flags import ALLOWED, Flag, Groups, Kind, Pair, chi2_lower_tail, flag_pairs
 from gyrodata.grading.forensics.logs import TRUSTED_DOF, Integers, Logs
-from gyrodata.grading.forensics.pairs import Groups, Pair, flag_pairs
-from gyrodata.grading.forensics.scatter import chi2_lower_tail
 from gyrodata.physics import Floats
 
 BLOCK = 100
@@ -47,22 +45,11 @@ class _Tables:
 def flag_shifted_or_scaled(logs: Logs, groups: Groups) -> list[Flag]:
     """Find logs whose times are those of another log, times a factor, plus a shift.
 
-    Parameters
-    ----------
-    logs : Logs
-        The class; rows are compared in the order of torque and spin.
-    groups : Groups
-        What hangs together already; what is found is added.
+    `logs`: The class; rows are compared in the order of torque and spin.
 
-    Returns
-    -------
-    list of Flag
-
-    Notes
-    -----
-    The least sum of squared distances from a line, over the variance of one time, is a chi-square with n − 2
-    degrees of freedom where two tables agree but for a factor, a shift and the scatter of both hands, and larger
-    where they do not.
+    The least sum of squared distances from a line, over the variance of one time, is a chi-square with n − 2 degrees of
+    freedom where two tables agree but for a factor, a shift and the scatter of both hands, and larger where they do
+    not.
     """
     tables = []
     for members in _by_length(logs):
@@ -76,22 +63,11 @@ def flag_shifted_or_scaled(logs: Logs, groups: Groups) -> list[Flag]:
 def flag_residuals(logs: Logs, groups: Groups) -> list[Flag]:
     """Find logs whose residuals about the lines in the spin are those of another log.
 
-    Parameters
-    ----------
-    logs : Logs
-        The class; rows are compared in the order of torque and spin.
-    groups : Groups
-        What hangs together already; what is found is added.
+    `logs`: The class; rows are compared in the order of torque and spin.
 
-    Returns
-    -------
-    list of Flag
-
-    Notes
-    -----
-    Half the sum of squared differences, over the variance of one time, is a chi-square with as many degrees of
-    freedom as the residuals have, and larger where the two have bends of their own. A correlation coefficient
-    would need the two to have no bend in common.
+    Half the sum of squared differences, over the variance of one time, is a chi-square with as many degrees of freedom
+    as the residuals have, and larger where the two have bends of their own. A correlation coefficient would need the
+    two to have no bend in common.
     """
     tables = []
     for members in _by_length(logs):

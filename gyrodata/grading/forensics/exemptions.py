@@ -37,17 +37,7 @@ class Exemptions:
     diagnostics: tuple[Diagnostic, ...] = ()
 
     def partners(self, number: Mapping[str, int]) -> dict[int, frozenset[int]]:
-        """Give the logs that may be like each log, as numbers.
-
-        Parameters
-        ----------
-        number : mapping of str to int
-            Number of each student in the class.
-
-        Returns
-        -------
-        dict
-        """
+        """Give the logs that may be like each log, as numbers."""
         partners: dict[int, frozenset[int]] = {}
         for group in self.groups:
             members = frozenset(number[key] for key in group if key in number)
@@ -59,23 +49,9 @@ class Exemptions:
 def read_exemptions(source: str | os.PathLike[str] | bytes, students: Mapping[str, str]) -> Exemptions:
     """Read who works together: one group a line, names parted by commas, semicolons or tabs.
 
-    Parameters
-    ----------
-    source : path or bytes
-        The file, such as ``alice, bob`` and ``staff: carol`` in two lines; what follows ``#`` at the start of a
-        line is a remark.
-    students : mapping of str to str
-        Every name by which a student may be called there, with the student's key. Case does not matter.
-
-    Returns
-    -------
-    Exemptions
-        With a warning for each name that is nobody's.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, or is no text.
+    `source`: The file, such as ``alice, bob`` and ``staff: carol`` in two lines; what follows ``#`` at the start of a
+    line is a remark. `students`: Every name by which a student may be called there, with the student's key. Case does
+    not matter. Gives: With a warning for each name that is nobody's.
     """
     name, text = _read(source)
     known = {_folded(alias): key for alias, key in students.items()}

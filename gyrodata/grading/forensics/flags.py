@@ -1,9 +1,13 @@
-"""A flag: something in one log, or between several, that honest work hardly ever does. Never a verdict."""
+"""A flag: something in one log, or between several, that honest work hardly ever does; and how chances become flags."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
+
+from gyrodata.grading.forensics.logs import Logs
 
 Kind = Literal["shared rows", "shifted or scaled", "residuals", "scatter", "repeats", "digits"]
 
@@ -32,3 +36,86 @@ class Flag:
     """How many such flags, as strong as this or stronger, chance makes in an honest class of this size."""
     previous: tuple[str, ...] = ()
     """Keys of earlier logs that it is about, sorted."""
+
+
+def chi2_lower_tail(chi2: float, dof: float) -> float:
+    """Probability of a chi-square at most this large.
+
+    Gives: P(dof/2, chi2/2), the regularised lower incomplete gamma function, by its series (DLMF 8.11.4), which keeps
+    all digits of a tiny probability.
+    """
+    if chi2 <= 0:
+        return 0.0
+    order, half = dof / 2, chi2 / 2
+    term = total = 1.0
+    step = order
+    while term > 1e-16 * total:
+        step += 1
+        term *= half / step
+        total += term
+    return min(1.0, math.exp(order * math.log(half) - half - math.lgamma(order + 1)) * total)
+
+
+# --- pairs of logs that are too much alike ------------------------------------------------------------------
+
+
+PAIRS_TOLD = 3
+"""Pairs of a group whose evidence is told."""
+
+
+class Pair(NamedTuple):
+    """Two logs that are too much alike, by their numbers in the class."""
+
+    p: float
+    expected: float
+    first: int
+    second: int
+
+
+class Groups:
+    """Logs that hang together by what was found so far; other pairs of them need no finding."""
+
+    def __init__(self) -> None:
+        self._above: dict[int, int] = {}
+
+    def head(self, log: int) -> int:
+        """Give the log that stands for all that hang together with one."""
+        while (above := self._above.setdefault(log, log)) != log:
+            self._above[log] = self._above[above]
+            log = above
+        return log
+
+    def join(self, first: int, second: int) -> None:
+        """Let two logs hang together."""
+        self._above[self.head(second)] = self.head(first)
+
+    def joined(self, first: int, second: int) -> bool:
+        """Tell whether two logs hang together."""
+        return self.head(first) == self.head(second)
+
+
+def flag_pairs(kind: Kind, pairs: Iterable[Pair], logs: Logs, tell: Callable[[Logs, Pair], str]) -> list[Flag]:
+    """Make one flag of all pairs that hang together: five copies of one log are one finding, not ten."""
+    together = Groups()
+    ordered = sorted(pairs)
+    for pair in ordered:
+        together.join(pair.first, pair.second)
+    groups: dict[int, list[Pair]] = {}
+    for pair in ordered:
+        groups.setdefault(together.head(pair.first), []).append(pair)
+    return [_one_flag(kind, group, logs, tell) for group in groups.values()]
+
+
+def _one_flag(kind: Kind, group: list[Pair], logs: Logs, tell: Callable[[Logs, Pair], str]) -> Flag:
+    """Make a flag of pairs in the order of their p, the strongest told in words."""
+    members = sorted({member for pair in group for member in (pair.first, pair.second)})
+    evidence = "; ".join(tell(logs, pair) for pair in group[:PAIRS_TOLD])
+    more = len(group) - PAIRS_TOLD
+    return Flag(
+        kind,
+        tuple(logs.keys[member] for member in members if member < logs.current),
+        evidence + (f"; and {more} more like these" if more > 0 else ""),
+        max(group[0].p, LEAST),
+        max(group[0].expected, LEAST),
+        tuple(logs.keys[member] for member in members if member >= logs.current),
+    )

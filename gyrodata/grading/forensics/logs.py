@@ -1,20 +1,174 @@
-"""The logs of a class side by side, as arrays: what pairs are compared by."""
+"""The logs of a class side by side: what is kept of each, how its times scatter, and all of them as arrays."""
 
 from __future__ import annotations
 
 import math
-from array import array
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from operator import truediv
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyrodata.grading.forensics.exemptions import Exemptions
-from gyrodata.grading.forensics.fingerprint import Fingerprint
-from gyrodata.grading.forensics.scatter import HAND, Scatter, measure_scatter
+from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
+from gyrodata.readings import Column, Readings
+
+MOST_ROWS = 200
+"""Rows that are kept of a log; of a longer one, those with the shortest times."""
+
+_SPIN = (("spin",), ("spin_start", "spin_end"), ("spin_period",), ("spin_period_start", "spin_period_end"))
+_TIMING = ("time", "precession_period", "precession_rate")
+
+_FINEST, _COARSEST = 0.0009, 0.011
+"""Steps of a stopwatch [s] whose last digit a hand leaves to chance: with a scatter of 0.05 s, hundredths and below."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fingerprint:
+    """One log's n rows, in the order of torque and then spin, however they were typed.
+
+    Units, order, names of columns and the split into repeats are gone; the steps of the last digits tell how
+    far a copy may differ from its original by rounding alone.
+    """
+
+    sha256: str
+    """Of the file."""
+    by_hand: bool
+    """True where intervals were timed with a stopwatch; False where a period or a rate is all there is."""
+    lines: tuple[int, ...]
+    """Line of each row in the file."""
+    torque: tuple[float, ...]
+    """Applied torque [N*m], signed."""
+    spin: tuple[float, ...]
+    """Mean spin [rad/s], a magnitude."""
+    time: tuple[float, ...]
+    """Timed interval [s]."""
+    turns: tuple[float, ...]
+    """Revolutions of precession in that time [1]."""
+    spin_step: tuple[float, ...]
+    """One step of the last digit typed of the spin [rad/s]; 0 where it is exact."""
+    time_step: tuple[float, ...]
+    """One step of the last digit typed of the time [s]; 0 where it is exact."""
+    digits: tuple[int, ...]
+    """How often each last digit 0 … 9 stands in the times as typed, whole log; empty where that tells nothing."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give it as JSON can hold it; `from_dict` takes it back exactly."""
+        values = ((field.name, getattr(self, field.name)) for field in fields(self))
+        return {name: list(value) if isinstance(value, tuple) else value for name, value in values}
+
+    @classmethod
+    def from_dict(cls, stored: dict[str, Any]) -> Fingerprint:
+        """Take back what `to_dict` gave."""
+        values: dict[str, Any] = {
+            name: tuple(value) if isinstance(value, list) else value for name, value in stored.items()
+        }
+        return cls(**values)
+
+
+def fingerprint(readings: Readings, measured: Measurements) -> Fingerprint:
+    """Take the fingerprint of one log.
+
+    `measured`: What `gyrodata.measurements.measure` makes of them, n runs; no fit is needed.
+    """
+    columns = readings.columns
+    timing = next(columns[role] for role in _TIMING if role in columns)
+    spins = next(roles for roles in _SPIN if all(role in columns for role in roles))
+    torque = np.array([float(f"{value:.9g}") for value in measured.torque])
+    # The order of the file stays where torque and spin are equal: sorted times would look alike by themselves.
+    order = np.lexsort((measured.spin, torque))
+    if len(order) > MOST_ROWS:
+        order = order[np.isin(order, np.argsort(measured.time, kind="stable")[:MOST_ROWS])]
+    spin_step = measured.spin * np.max([_relative_step(columns[role]) for role in spins], axis=0)
+    time_step = measured.time * _relative_step(timing)
+    return Fingerprint(
+        sha256=readings.sha256,
+        by_hand=timing.role == "time",
+        lines=tuple(measured.lines[i] for i in order),
+        torque=_kept(torque[order]),
+        spin=_kept(measured.spin[order]),
+        time=_kept(measured.time[order]),
+        turns=_kept(measured.turns[order]),
+        spin_step=_kept(spin_step[order]),
+        time_step=_kept(time_step[order]),
+        digits=_last_digits(timing),
+    )
+
+
+def _kept(values: Floats) -> tuple[float, ...]:
+    """Ten digits: more than anyone types, and short in a journal."""
+    return tuple(float(f"{value:.10g}") for value in values)
+
+
+def _relative_step(column: Column) -> Floats:
+    """One step of the last digit over the value, the same for a period and for its rate, shape (n,)."""
+    pairs = zip(column.resolutions, column.values, strict=True)
+    return np.array([step / abs(value) if step and value else 0.0 for step, value in pairs])
+
+
+def _last_digits(timing: Column) -> tuple[int, ...]:
+    """Count the last digits as a stopwatch shows them; a spreadsheet's lost zeros are put back."""
+    if timing.role != "time" or timing.unit != "s":
+        return ()
+    counts = [0] * 10
+    for value, step in zip(timing.values, timing.resolutions, strict=True):
+        if value is None or step is None or not _FINEST < step < _COARSEST:
+            return ()
+        counts[round(value / step) % 10] += 1
+    return tuple(counts)
+
+
+# --- what the spin leaves unexplained -----------------------------------------------------------------------
+
+
+HAND = 0.05
+"""Standard deviation of an interval between two clicks of a good hand on a stopwatch [s]; most scatter more.
+
+What a log states as its `u_time` plays no part: with one that is stated too large, a small chi-square is no sign."""
+
+
+@dataclass(frozen=True, slots=True)
+class Scatter:
+    """What the spin leaves unexplained in one log's times."""
+
+    residuals: Floats
+    """Time minus the straight line in the spin of its torque [s], shape (n,)."""
+    dof: int
+    """n minus one slope for each torque minus the shared timing bias."""
+    squares: float
+    """Sum of the residuals' squares, with what rounding may have hidden [s²]."""
+
+    @property
+    def size(self) -> float:
+        """Standard deviation of one time [s]."""
+        return math.sqrt(self.squares / self.dof)
+
+
+def measure_scatter(one: Fingerprint) -> Scatter | None:
+    """Take out of a log's times what spin, torque and timing bias explain.
+
+    Gives: None with less than one degree of freedom.
+
+    T = a f ψ̇ + b with a slope a for each torque: eq. (9) with any I_zz, balance, weights, ruler and tachometer scale.
+    Whatever else moves the times only adds to the scatter.
+    """
+    torque, lever = np.array(one.torque), np.array(one.turns) * np.array(one.spin)
+    time, step = np.array(one.time), np.array(one.time_step)
+    of_torque = (torque[:, None] == np.unique(torque)).astype(float)
+    design = np.column_stack([of_torque * lever[:, None] / lever.max(), np.ones(len(time))])
+    solution, _, rank, _ = np.linalg.lstsq(design, time, rcond=1e-9)
+    dof = len(time) - int(rank)
+    if dof < 1:
+        return None
+    residuals = time - design @ solution
+    return Scatter(residuals, dof, float(residuals @ residuals) + dof * float(np.mean(step**2)) / 12)
+
+
+# --- all logs as arrays -------------------------------------------------------------------------------------
+
 
 Integers = NDArray[np.int_]
 
@@ -96,29 +250,22 @@ def lay_out(
 ) -> Logs:
     """Put the logs side by side.
 
-    Parameters
-    ----------
-    students : sequence of str
-        Whose logs, sorted.
-    prints : mapping of str to Fingerprint
-        The class, by student. None is kept: they may come from a file.
-    exempt : Exemptions
-        Whose logs may be alike.
-    previous : mapping of str to Fingerprint
-        Earlier logs, by a key of their own.
-
-    Returns
-    -------
-    Logs
+    `prints`: The class, by student.
     """
     keys = (*students, *sorted(previous))
 
     def print_of(log: int) -> Fingerprint:
         return prints[keys[log]] if log < len(students) else previous[keys[log]]
 
-    rows = {name: array("d") for name in ("torque", "spin", "period", "turns", "spin_step", "period_step")}
-    sizes, dof, by_hand = array("q"), array("q"), array("q")
-    time_step, squares, own = array("d"), array("d"), array("d")
+    rows: dict[str, list[float]] = {
+        name: [] for name in ("torque", "spin", "period", "turns", "spin_step", "period_step")
+    }
+    sizes: list[int] = []
+    dof: list[int] = []
+    by_hand: list[bool] = []
+    time_step: list[float] = []
+    squares: list[float] = []
+    own: list[float] = []
     for one in map(print_of, range(len(keys))):
         for name in ("torque", "spin", "turns", "spin_step"):
             rows[name].extend(getattr(one, name))
@@ -132,20 +279,20 @@ def lay_out(
         squares.append(0.0 if scatter is None else scatter.squares)
         trusted = scatter is not None and scatter.dof >= TRUSTED_DOF
         own.append(math.sqrt(max(squares[-1] / dof[-1] - _from_tachometer(one), 0.0)) if trusted else 0.0)
-    counts, freedom, stopwatch = (np.array(values, dtype=int) for values in (sizes, dof, by_hand))
+    counts, freedom, stopwatch = np.array(sizes, dtype=int), np.array(dof, dtype=int), np.array(by_hand, dtype=bool)
     return Logs(
         keys=keys,
         prints=print_of,
         current=len(students),
-        by_hand=stopwatch > 0,
+        by_hand=stopwatch,
         dof=freedom,
         squares=np.array(squares),
         time_step=np.array(time_step),
-        noise=_noise(np.array(own), freedom >= TRUSTED_DOF, stopwatch > 0),
+        noise=_noise(np.array(own), freedom >= TRUSTED_DOF, stopwatch),
         starts=np.concatenate([[0], np.cumsum(counts)]).astype(int),
         log=np.repeat(np.arange(len(keys)), counts),
         partners=exempt.partners({key: i for i, key in enumerate(students)}),
-        **{name: np.frombuffer(values) if values else np.zeros(0) for name, values in rows.items()},
+        **{name: np.array(values, dtype=float) for name, values in rows.items()},
     )
 
 

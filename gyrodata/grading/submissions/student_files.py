@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from gyrodata.errors import GyroError
-from gyrodata.grading.archives import size_text
+from gyrodata.grading.submissions.archives import size_text
 from gyrodata.readings import MAX_BYTES, listing, read_log
 
 TABLES = (".csv", ".tsv")
@@ -62,16 +62,8 @@ def choose_files(
 ) -> Choice:
     """Choose the log and the answers among one student's files.
 
-    Parameters
-    ----------
-    files : mapping of str to str
-        Name below the class to the name that the student gave.
-    sizes : mapping of str to int
-        Sizes as stated [byte].
-    read : callable
-        Gives the bytes of a file; asked only where several files may be the log.
-    oldest : bool
-        Of files handed in again (``lab.csv``, ``lab-1.csv``) the first instead of the last.
+    `sizes`: Sizes as stated [byte]. `read`: Gives the bytes of a file; asked only where several files may be the log.
+    `oldest`: Of files handed in again (``lab.csv``, ``lab-1.csv``) the first instead of the last.
     """
     named = {name: own for name, own in files.items() if is_answers(own)}
     named = named or {name: own for name, own in files.items() if ending(own) == ".toml"}

@@ -59,18 +59,7 @@ class Listing:
 
 
 def list_files(root: Path) -> Listing:
-    """List the files of a class without what operating systems strew in.
-
-    Parameters
-    ----------
-    root : Path
-        A folder or a zip.
-
-    Raises
-    ------
-    InputError
-        It is neither, or it is damaged, unsafe or far too large.
-    """
+    """List the files of a class without what operating systems strew in."""
     try:
         if root.is_dir():
             return _list_folder(root)
@@ -87,22 +76,7 @@ def list_files(root: Path) -> Listing:
 
 
 def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
-    """Read one file of a class.
-
-    Parameters
-    ----------
-    root : Path
-        The folder or zip.
-    name : str
-        As in `Listing.sizes`.
-    most : int
-        Bytes above which the file is refused.
-
-    Raises
-    ------
-    InputError
-        It is gone, damaged, encrypted, or larger than `most`.
-    """
+    """Read one file of a class."""
     try:
         data = _read_member(root, name, most) if root.is_file() else _read_plain(root / name, most)
     except KeyError:

@@ -12,19 +12,20 @@ from pathlib import Path
 from typing import Literal
 
 from gyrodata.errors import CODES, Diagnostic, GyroError, InputError, register
-from gyrodata.grading import blackboard
-from gyrodata.grading import gradescope_metadata as gradescope
-from gyrodata.grading.archives import Listing, list_files, read_file
-from gyrodata.grading.choice import Choice, choose_files
-from gyrodata.grading.patterns import (
+from gyrodata.grading.submissions import metadata as gradescope
+from gyrodata.grading.submissions.archives import Listing, list_files, read_file
+from gyrodata.grading.submissions.platforms import (
     PLATFORMS,
     SAMPLES,
-    Named,
+    ParsedName,
+    blackboard_people,
     fit_own,
+    name_all,
     read_pattern,
     shown,
+    whose_names,
 )
-from gyrodata.grading.recognition import name_all, whose_names
+from gyrodata.grading.submissions.student_files import Choice, choose_files
 from gyrodata.readings import listing
 
 Attempts = Literal["newest", "oldest"]
@@ -93,34 +94,19 @@ class Submission:
     feedback_stem: str = ""
 
     def log(self) -> bytes:
-        """Read the log.
-
-        Raises
-        ------
-        InputError
-            There is none, or it is damaged or larger than a log can be.
-        """
+        """Read the log."""
         if self.log_name is None:
             raise InputError([Diagnostic(G705, "error", f"{self.name}: {self.problem}")])
         return read_file(self.source, self.log_name)
 
     def answers(self) -> bytes | None:
-        """Read the answers file; None if there is none.
-
-        Raises
-        ------
-        InputError
-            It is damaged or far too large.
-        """
+        """Read the answers file; None if there is none."""
         return None if self.answers_name is None else read_file(self.source, self.answers_name)
 
     def feedback_name(self, ending: str) -> str:
         """Name a feedback file, below the zip that is handed back, so that the platform gives it to this student.
 
-        Parameters
-        ----------
-        ending : str
-            ``.html``, ``.md``, …
+        `ending`: ``.html``, ``.md``, .
         """
         in_folder = self.ids.get("folder") == shown(self.feedback_stem)
         return f"{self.feedback_stem}/feedback{ending}" if in_folder else f"{self.feedback_stem}{ending}"
@@ -169,21 +155,8 @@ def find_submissions(
 ) -> Submissions:
     """Find the submissions of a class.
 
-    Parameters
-    ----------
-    path : str or Path
-        A folder with a folder or file for each student, what a platform hands out, or its zip.
-    lms : {"auto", "folder", "canvas", "moodle", "blackboard", "gradescope"}
-        Whose names to read.
-    pattern : str, optional
-        A regular expression of one's own instead; see `patterns.read_pattern`.
-    attempts : {"newest", "oldest"}
-        Which of several attempts is graded.
-
-    Raises
-    ------
-    InputError
-        There is no such class, it is damaged or unsafe, or nothing in it is a submission.
+    `path`: A folder with a folder or file for each student, what a platform hands out, or its zip. `pattern`: A regular
+    expression of one's own instead; see `read_pattern`.
     """
     own = None if pattern is None else read_pattern(pattern)
     if lms not in ("auto", "folder", *PLATFORMS):
@@ -212,7 +185,7 @@ def _running_autograder(root: Path, attempts: Attempts) -> Submissions:
     """Find the one submission that a running autograder has beside its metadata."""
     files = list_files(root / "submission")
     finder = _Finder(files, "gradescope", attempts)
-    one = Named("submission", "submission", {}, "", "submission")
+    one = ParsedName("submission", "submission", {}, "", "submission")
     finder.metadata = finder.read_metadata(root, gradescope.LIVE)
     items = finder.find({name: replace(one, file=name) for name in files.sizes}, ())
     if not items:
@@ -243,17 +216,7 @@ def _nothing_found(files: Listing, lms: str, pattern: str | None) -> Diagnostic:
 
 
 class _Finder:
-    """Gathers the files of each student.
-
-    Parameters
-    ----------
-    files : Listing
-        The class.
-    lms : str
-        Whose names they are.
-    attempts : str
-        Which of several attempts is graded.
-    """
+    """Gathers the files of each student."""
 
     def __init__(self, files: Listing, lms: str, attempts: Attempts) -> None:
         self.files = files
@@ -262,12 +225,12 @@ class _Finder:
         self.told = list(files.diagnostics)
         self.metadata: dict[str, gradescope.Metadata] = {}
 
-    def find(self, named: Mapping[str, Named | None], empty_handed: tuple[str, ...]) -> tuple[Submission, ...]:
+    def find(self, named: Mapping[str, ParsedName | None], empty_handed: tuple[str, ...]) -> tuple[Submission, ...]:
         """Make the submissions of those who handed in files, and of those whose folder is empty."""
         fitting = {name: what for name, what in named.items() if what is not None}
         self._tell_left_out([name for name, what in named.items() if what is None])
         if self.lms == "blackboard":
-            who = blackboard.people(fitting, lambda name: read_file(self.files.root, name, _MOST_RECEIPT))
+            who = blackboard_people(fitting, lambda name: read_file(self.files.root, name, _MOST_RECEIPT))
             fitting = {
                 name: replace(what, student=who[name][0], name=who[name][1], ids={"username": who[name][0]})
                 for name, what in fitting.items()
@@ -277,7 +240,7 @@ class _Finder:
             if export:
                 self.metadata = self.read_metadata(self.files.root, min(export))
             fitting = {name: _person(what, self.metadata.get(what.stem)) for name, what in fitting.items()}
-        people: dict[str, dict[str, Named]] = {}
+        people: dict[str, dict[str, ParsedName]] = {}
         for name, what in fitting.items():
             people.setdefault(what.student, {})[name] = what
         items = [self._submission(student, files) for student, files in people.items()]
@@ -300,7 +263,7 @@ class _Finder:
             sample = SAMPLES.get(self.lms)
             self._tell(G707, message, f"{self.lms} names files such as {sample}" if sample else "")
 
-    def _submission(self, student: str, named: Mapping[str, Named]) -> Submission:
+    def _submission(self, student: str, named: Mapping[str, ParsedName]) -> Submission:
         """Make the submission of one student, of the attempt that counts."""
         stamps = sorted({(what.submitted or "", what.attempt or 0) for what in named.values()})
         stamp = stamps[0 if self.oldest else -1]
@@ -333,7 +296,7 @@ class _Finder:
             graded.stem,
         )
 
-    def _choose(self, own: Mapping[str, str], first: Named) -> Choice:
+    def _choose(self, own: Mapping[str, str], first: ParsedName) -> Choice:
         choice = choose_files(own, self.files.sizes, lambda name: read_file(self.files.root, name), self.oldest)
         if choice.note:
             self._tell(G708, f"{first.name}: {choice.note}")
@@ -353,7 +316,7 @@ class _Finder:
             return {}
 
 
-def _person(what: Named, about: gradescope.Metadata | None) -> Named:
+def _person(what: ParsedName, about: gradescope.Metadata | None) -> ParsedName:
     """Name a submission by those who handed it in; in a group, by all of them."""
     if about is None or not about.submitters:
         return what

@@ -75,20 +75,7 @@ _ANCHOR = re.compile(r"&(\w+)\s+(.*)")
 def read_export(data: bytes) -> dict[str, Metadata]:
     """Read ``submission_metadata.yml``.
 
-    Parameters
-    ----------
-    data : bytes
-        The file.
-
-    Returns
-    -------
-    dict of str to Metadata
-        By the submission's folder.
-
-    Raises
-    ------
-    MetadataError
-        It is not in the form that Gradescope writes.
+    Gives: By the submission's folder.
     """
     found: dict[str, Metadata] = {}
     folder, people, submitted, inside = "", [], None, ""  # type: str, list[dict[str, str]], str | None, str
@@ -184,21 +171,8 @@ def _ruby_time(text: str) -> str | None:
 def read_live(data: bytes) -> Metadata:
     """Read ``submission_metadata.json`` of a running autograder.
 
-    Parameters
-    ----------
-    data : bytes
-        The file.
-
-    Returns
-    -------
-    Metadata
-        Lateness from the time of submission and the due date (the student's own, where there is one), never from
-        the clock; earlier submissions that failed on the platform's side (``autograder_error``) count as no attempt.
-
-    Raises
-    ------
-    MetadataError
-        It is not in the form that Gradescope writes.
+    Gives: Lateness from the time of submission and the due date (the student's own, where there is one), never from the
+    clock; earlier submissions that failed on the platform's side (``autograder_error``) count as no attempt.
     """
     try:
         table: Any = json.loads(data.decode("utf-8-sig"))

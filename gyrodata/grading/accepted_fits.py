@@ -51,17 +51,7 @@ class OwnValue:
 
 
 def fit_words(name: str) -> str:
-    """Say which fit of which runs it is: "a line with a constant, every run in it".
-
-    Parameters
-    ----------
-    name : str
-        As in `OwnValue`.
-
-    Returns
-    -------
-    str
-    """
+    """Say which fit of which runs it is: "a line with a constant, every run in it"."""
     fit, _, runs = name.partition(":")
     return FIT_WORDS[fit] + SET_WORDS.get(runs, "")
 
@@ -85,15 +75,8 @@ class OwnRuns:
     def fits(self, product: Floats, torque: Floats) -> list[tuple[str, Floats, Floats]]:
         """Work out the accepted textbook fits for c changed tables at once.
 
-        Parameters
-        ----------
-        product, torque : ndarray, shape (c, n)
-            φ̇ψ̇ [rad²/s²] and M [N*m] of each table.
-
-        Returns
-        -------
-        list of tuple
-            Name, values and uncertainties [kg*m^2], shape (c,); NaN where a fit has none.
+        `product`, `torque`: shape (c, n): φ̇ψ̇ [rad²/s²] and M [N*m] of each table. Gives: Name, values and
+        uncertainties [kg*m^2], shape (c,); NaN where a fit has none.
         """
         found = []
         for suffix, used in self.sets:
@@ -129,19 +112,7 @@ class OwnRuns:
 
 
 def own_runs(analysis: Analysis, accept: Sequence[str]) -> OwnRuns:
-    """Take from an analysis what a report is compared with.
-
-    Parameters
-    ----------
-    analysis : Analysis
-        Of the student's own log.
-    accept : sequence of str
-        Fits that the course accepts, of `FIT_WORDS`.
-
-    Returns
-    -------
-    OwnRuns
-    """
+    """Take from an analysis what a report is compared with."""
     measured = analysis.measurements
     every = np.ones(len(measured.runs), dtype=bool)
     kept = np.array([not run.left_out for run in analysis.run_table])
@@ -166,16 +137,7 @@ def own_runs(analysis: Analysis, accept: Sequence[str]) -> OwnRuns:
 def nearest(values: Sequence[OwnValue], reported: float) -> OwnValue:
     """Find the fit that a reported value comes nearest to, the earlier of two equally near.
 
-    Parameters
-    ----------
-    values : sequence of OwnValue
-        At least one.
-    reported : float
-        [kg*m^2]
-
-    Returns
-    -------
-    OwnValue
+    `reported` [kg*m^2].
     """
     return min(values, key=lambda own: abs(own.value - reported))
 
@@ -183,18 +145,8 @@ def nearest(values: Sequence[OwnValue], reported: float) -> OwnValue:
 def distance(reported: float, own: float, step: float, yardstick: float) -> float:
     """Tell how far a reported value lies from one of the student's own runs, in units of u.
 
-    Parameters
-    ----------
-    reported, own : float
-        [kg*m^2]
-    step : float
-        One step of the last digit reported [kg*m^2]: half of it is rounding, and costs nothing.
-    yardstick : float
-        u as a share of the value [1].
-
-    Returns
-    -------
-    float
+    `reported`, `own` [kg*m^2]. `step`: One step of the last digit reported [kg*m^2]: half of it is rounding, and costs
+    nothing. `yardstick`: u as a share of the value [1].
     """
     # A value rounded to nothing is no value.
     rounding = step / 2 * (1 + 1e-9) if reported else 0.0

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 from gyrodata import __version__
 
 if TYPE_CHECKING:
-    from gyrodata.grading.changes import Change
     from gyrodata.grading.classroom import ClassGrades
+    from gyrodata.grading.desk import Change
     from gyrodata.grading.forensics import Flag
     from gyrodata.grading.grade import Grade
+
 
 SCHEMA = "gyro.grades/1"
 STUDENT_SCHEMA = "gyro.grade/1"
@@ -23,17 +24,8 @@ _TOOL = {"name": "gyrodata", "version": __version__}
 def grades_document(found: ClassGrades, changes: Sequence[Change] | None = None) -> Iterator[str]:
     """Write the grades of a class as one JSON object, piece by piece, for a class may be large.
 
-    Parameters
-    ----------
-    found : ClassGrades
-        The class.
-    changes : sequence of Change, optional
-        Against the table of an earlier run, where that was asked for.
-
-    Yields
-    ------
-    str
-        Text; each student stands on a line.
+    `changes`: Against the table of an earlier run, where that was asked for. Gives: Text; each student stands on a
+    line.
     """
     head = {
         "schema": SCHEMA,
@@ -58,7 +50,7 @@ def grades_document(found: ClassGrades, changes: Sequence[Change] | None = None)
             station: {"inertia": one.inertia, "u": one.u, "source": one.source}
             for station, one in sorted(found.references.items())
         },
-        "slips": found.survey.slips,
+        "slips": found.slips,
         "flags": [flag_dict(flag) for flag in found.flags],
         "changes": None if changes is None else [change.to_dict() for change in changes],
         "diagnostics": [diagnostic.to_dict() for diagnostic in found.submissions.diagnostics],
@@ -70,18 +62,7 @@ def grades_document(found: ClassGrades, changes: Sequence[Change] | None = None)
 
 
 def grade_lines(found: ClassGrades) -> Iterator[str]:
-    """Write one JSON object for each student, one a line.
-
-    Parameters
-    ----------
-    found : ClassGrades
-        The class.
-
-    Yields
-    ------
-    str
-        Lines.
-    """
+    """Write one JSON object for each student, one a line."""
     for grade in found.grades:
         head = {"schema": STUDENT_SCHEMA, "tool": _TOOL}
         yield json.dumps(head | _student(found, grade), allow_nan=False) + "\n"

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from gyrodata import procedure
 from gyrodata.errors import Diagnostic
-from gyrodata.grading.own import OwnValue
+from gyrodata.grading.accepted_fits import OwnValue
 from gyrodata.grading.reference import Reference
 from gyrodata.grading.rubric import Criterion
 from gyrodata.grading.slips import Slip
@@ -84,17 +84,7 @@ class Evidence:
 def judge(criterion: Criterion, evidence: Evidence) -> Mark:
     """Judge one criterion.
 
-    Parameters
-    ----------
-    criterion : Criterion
-        Of the rubric.
-    evidence : Evidence
-        Of one student.
-
-    Returns
-    -------
-    Mark
-        A "reference" mark has no points yet: see `judge_reference`.
+    Gives: A "reference" mark has no points yet: see `judge_reference`.
     """
     if criterion.check in _NEEDS_REPORT:
         if evidence.reported is None or evidence.reported.value is None:
@@ -112,20 +102,7 @@ def judge(criterion: Criterion, evidence: Evidence) -> Mark:
 def mark(criterion: Criterion, share: float | None, reason: str, detail: Detail) -> Mark:
     """Make a mark from a share of the points.
 
-    Parameters
-    ----------
-    criterion : Criterion
-        Of the rubric.
-    share : float or None
-        From 0 to 1; None where it could not be judged.
-    reason : str
-        To the student.
-    detail : mapping
-        Numbers behind it.
-
-    Returns
-    -------
-    Mark
+    `share`: From 0 to 1; None where it could not be judged.
     """
     points = None if share is None else round(share * criterion.points, 2)
     applied = criterion.curve.variable in detail and "slip_cost" not in detail
@@ -214,18 +191,7 @@ def _reference(criterion: Criterion, evidence: Evidence) -> Mark:
 def judge_reference(criterion: Criterion, pending: Mark, reference: Reference | None) -> Mark:
     """Give the points of a "reference" criterion once the reference is known.
 
-    Parameters
-    ----------
-    criterion : Criterion
-        Of the rubric.
-    pending : Mark
-        What `judge` gave; returned as it is where it has no value to compare.
-    reference : Reference or None
-        Of the student's station.
-
-    Returns
-    -------
-    Mark
+    `pending`: What `judge` gave; returned as it is where it has no value to compare.
     """
     value, u = pending.detail.get("value"), pending.detail.get("u")
     if not isinstance(value, float) or not isinstance(u, float):
@@ -234,14 +200,14 @@ def judge_reference(criterion: Criterion, pending: Mark, reference: Reference | 
         reason = "the rubric gives no reference for this station: a person must look"
         return mark(criterion, None, reason, pending.detail)
     width = math.hypot(u, reference.u) or abs(reference.inertia) * 1e-9
-    z = abs(value - reference.inertia) / width
+    zeta = abs(value - reference.inertia) / width
     undone = ", the slip undone," if pending.detail.get("slip") != 1.0 else ""
     reason = (
-        f"{inertia_text(value, u)}{undone} is {z:.2g} standard uncertainties from "
+        f"{inertia_text(value, u)}{undone} is {zeta:.2g} standard uncertainties from "
         f"{inertia_text(reference.inertia, reference.u or None)} ({reference.source})"
     )
-    detail = {**pending.detail, "reference": reference.inertia, "u_reference": reference.u, "z": z}
-    return mark(criterion, criterion.curve.share(z), reason, detail)
+    detail = {**pending.detail, "reference": reference.inertia, "u_reference": reference.u, "z": zeta}
+    return mark(criterion, criterion.curve.share(zeta), reason, detail)
 
 
 def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
@@ -313,17 +279,7 @@ def _given(evidence: Evidence) -> tuple[float, OwnValue, float]:
 
 
 def factor_text(factor: float) -> str:
-    """Write a factor: "9.55 times", "1/9.55 of".
-
-    Parameters
-    ----------
-    factor : float
-        Any but 0.
-
-    Returns
-    -------
-    str
-    """
+    """Write a factor: "9.55 times", "1/9.55 of"."""
     if factor < 0:
         return f"−{factor_text(-factor)}"
     if factor == 0:

@@ -1,4 +1,4 @@
-"""How platforms name what they hand out: one table of patterns, and a pattern of one's own.
+"""Platforms and their names: what each writes, whose names a class has, and a pattern of one's own.
 
 Canvas: `lib/content_zipper.rb` of instructure/canvas-lms. Moodle: `mod/assign/classes/downloader.php` and
 `feedback/file/importziplib.php` of moodle/moodle; names are parsed from the number, for a name may hold anything
@@ -9,17 +9,20 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from datetime import datetime
+from os.path import commonprefix
 
-from gyrodata.errors import Diagnostic, InputError, printable, register
+from gyrodata.errors import Diagnostic, GyroError, InputError, printable, register
+from gyrodata.grading.submissions.metadata import EXPORT
+from gyrodata.grading.submissions.student_files import ending, is_answers, is_log
 
 G706 = register("G706", "error", "--pattern cannot be used", "grade class --pattern '(\\w+)_lab.csv'")
 
 
 @dataclass(frozen=True, slots=True)
-class Named:
+class ParsedName:
     """What the name of one file says.
 
     Attributes
@@ -90,15 +93,10 @@ SAMPLES: Mapping[str, str] = {
 """One name of each, for messages."""
 
 
-def fit(name: str, lms: str) -> Named | None:
+def fit(name: str, lms: str) -> ParsedName | None:
     """Read a name as one platform writes it; None if it does not.
 
-    Parameters
-    ----------
-    name : str
-        Of a file, below the class, parts joined by ``/``.
-    lms : str
-        One of `PLATFORMS`.
+    `name`: Of a file, below the class, parts joined by ``/``.
     """
     for pattern in PATTERNS:
         match = pattern.shape.fullmatch(name) if pattern.lms == lms else None
@@ -123,16 +121,8 @@ def recognise(names: Iterable[str]) -> str | None:
 def read_pattern(text: str) -> re.Pattern[str]:
     """Check a pattern of the user's own.
 
-    Parameters
-    ----------
-    text : str
-        A regular expression that finds ``(?P<student>…)`` in the name of each file below the class, and if it can
-        ``name``, ``file``, ``late``, ``submitted``, ``attempt``, ``username``, ``email``.
-
-    Raises
-    ------
-    InputError
-        It is no regular expression, or names no student.
+    `text`: A regular expression that finds ``(?P<student>…)`` in the name of each file below the class, and if it can
+    ``name``, ``file``, ``late``, ``submitted``, ``attempt``, ``username``, ``email``.
     """
     hint = r"write it like --pattern '(?P<student>\w+)_lab\.csv'"
     try:
@@ -146,7 +136,7 @@ def read_pattern(text: str) -> re.Pattern[str]:
     return pattern
 
 
-def fit_own(name: str, pattern: re.Pattern[str]) -> Named | None:
+def fit_own(name: str, pattern: re.Pattern[str]) -> ParsedName | None:
     """Read a name by a pattern of the user's own, which may fit anywhere in it; None if it does not."""
     match = pattern.search(name)
     if match is None or not match["student"]:
@@ -154,7 +144,7 @@ def fit_own(name: str, pattern: re.Pattern[str]) -> Named | None:
     groups = {key: value for key, value in match.groupdict().items() if value}
     student = shown(groups["student"])
     number = groups.get("attempt", "")
-    return Named(
+    return ParsedName(
         student,
         shown(groups.get("name", "")) or student,
         {key: shown(groups[key]) for key in ("username", "email") if key in groups},
@@ -176,7 +166,7 @@ def shown(text: str) -> str:
 _TURNING = "\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069"
 
 
-def _named(name: str, match: re.Match[str]) -> Named:
+def _named(name: str, match: re.Match[str]) -> ParsedName:
     groups = match.groupdict()
     kind = next(key for key in _IDS if groups.get(key))
     number = shown(groups[kind])
@@ -188,7 +178,7 @@ def _named(name: str, match: re.Match[str]) -> Named:
     ids = {"canvas_anonymous" if kind == "anonymous" else kind: groups[kind]}
     if "stem" in groups:
         ids["folder"] = shown(groups["stem"])
-    return Named(
+    return ParsedName(
         number,
         person or number,
         ids,
@@ -210,3 +200,128 @@ def _iso(stamp: str | None) -> str | None:
         return datetime.strptime(stamp or "", "%Y-%m-%d-%H-%M-%S").isoformat()
     except ValueError:
         return None
+
+
+# --- whose names the files of a class have ------------------------------------------------------------------
+
+
+_NO_SUBMISSION = (".md", ".json", ".ndjson", ".html", ".py", ".yml", ".yaml", ".ini", ".sh")
+"""Endings of what stands beside the files of a flat folder and is no student's."""
+
+
+def whose_names(names: list[str], folders: tuple[str, ...], lms: str, packed: bool) -> tuple[str, str]:
+    """Tell whose names they are and below which folder they stand.
+
+    `names`: All files of the class, parts joined by ``/``. `folders`: All its folders, each with a ``/`` at its end.
+    `lms`: ``auto``, ``folder`` or one of `PLATFORMS`. `packed`: Whether it is a zip, which as a rule holds the folder
+    that was packed. Gives: ``folder`` or one of `PLATFORMS`; and the folder around all files, with a ``/`` at its end,
+    or "".
+    """
+    outer = _outer_folder([*names, *folders])
+    for below in ("", outer) if outer else ("",):
+        inner = [name.removeprefix(below) for name in names]
+        seen = "gradescope" if EXPORT in inner else recognise(inner)
+        if lms == "auto" and seen:
+            return seen, below
+        if lms in PLATFORMS and any(fit(name, lms) for name in inner):
+            return lms, below
+    if lms in PLATFORMS:
+        return lms, ""
+    return "folder", _class_folder(names, outer, packed)
+
+
+def _outer_folder(names: list[str]) -> str:
+    """Find the folder that all files stand in."""
+    firsts = {name.partition("/")[0] for name in names}
+    return f"{firsts.pop()}/" if len(firsts) == 1 and all("/" in name for name in names) else ""
+
+
+def _class_folder(names: list[str], outer: str, packed: bool) -> str:
+    """Tell a folder around the class from the folder of its only student: the class's holds the logs of several."""
+    logs = [name.removeprefix(outer) for name in names if is_log(name)]
+    people = {name.partition("/")[0] for name in logs if "/" in name}
+    if packed:
+        people |= {_flat_key(name) for name in logs if "/" not in name}
+    return outer if len(people) > 1 else ""
+
+
+def name_all(names: list[str], lms: str, below: str) -> dict[str, ParsedName | None]:
+    """Read each name as `whose_names` found; None for a file of no student."""
+    inner = {name: name.removeprefix(below) for name in names}
+    if lms == "folder":
+        nested = {"/" in own for own in inner.values() if is_log(own)} or {"/" in own for own in inner.values()}
+        in_folders = True in nested
+        return {name: _fit_folder(own, in_folders) for name, own in inner.items()}
+    return {name: fit(own, lms) for name, own in inner.items()}
+
+
+def _fit_folder(name: str, in_folders: bool) -> ParsedName | None:
+    """Read a name of a class with a folder, or where there are none with a file, for each student."""
+    first, slash, rest = name.partition("/")
+    if in_folders:
+        student = shown(first) or "_"
+        return ParsedName(student, student, {"folder": student}, rest, student) if slash else None
+    if slash or ending(name) in _NO_SUBMISSION:
+        return None
+    student = _flat_key(name)
+    return ParsedName(student, student, {"folder": student}, name, student)
+
+
+def _flat_key(name: str) -> str:
+    """Key of a student with a file of their own: ``jdoe`` of ``jdoe.csv``, ``jdoe (1).csv``, ``jdoe_answers.toml``."""
+    stem = re.sub(r"(?i)(?:\.toml\.txt|\.[^.]+(?:\.gz)?)$", "", name) or name
+    if is_answers(name):
+        stem = re.sub(r"(?i)[-_. ]?answers$", "", stem) or stem
+    return shown(re.sub(r" ?\([0-9]{1,2}\)$", "", stem)) or "_"
+
+
+# --- Blackboard: a file's own name cannot tell where a user name with a _ begins ----------------------------
+
+
+_ATTEMPT = re.compile(r"(?P<who>[^/]*)_attempt_\d{4}(?:-\d\d){5}")
+_FIRST_LINE = re.compile(r"[^:\n]{1,40}:\s*([^\n]*\S)\s*\(([^()\s]+)\)\s*(?:\n|$)")
+
+
+def is_receipt(name: str) -> bool:
+    """Tell Blackboard's own note on an attempt, which is no student's file."""
+    file = name.rpartition("/")[2]
+    match = _ATTEMPT.match(file)
+    return match is not None and file[match.end() :] == ".txt"
+
+
+def blackboard_people(names: Iterable[str], read: Callable[[str], bytes]) -> dict[str, tuple[str, str]]:
+    """Tell who handed in each file.
+
+    A receipt begins with "Name: Jane Doe (jdoe)", in the language of the site. Where there is none, the user name is
+    what follows the assignment's name, which all files share.
+
+    Gives: From file to user name and full name.
+    """
+    owners = {name: match["who"] for name in names if (match := _ATTEMPT.match(name.rpartition("/")[2]))}
+    told: dict[str, tuple[str, str]] = {}
+    for name, owner in owners.items():
+        if is_receipt(name):
+            person = _read_receipt(owner, name, read)
+            if person:
+                told[owner] = person
+    distinct = set(owners.values())
+    prefix = commonprefix(sorted(distinct)) if len(distinct) > 1 else ""  # noqa: RUF071 (these are no paths)
+    shared = prefix.rpartition("_")[0]
+    return {name: told.get(owner) or _guessed(owner, shared) for name, owner in owners.items()}
+
+
+def _guessed(owner: str, shared: str) -> tuple[str, str]:
+    user = owner.removeprefix(f"{shared}_") if shared else owner.rpartition("_")[2]
+    return shown(user), shown(user)
+
+
+def _read_receipt(owner: str, name: str, read: Callable[[str], bytes]) -> tuple[str, str] | None:
+    try:
+        head = read(name).decode("utf-8-sig", "replace").replace("\r", "\n")
+    except GyroError:
+        return None
+    match = _FIRST_LINE.match(head)
+    # A receipt is text that anybody can write: the user name must be the one in the file's name.
+    if match and owner.endswith(f"_{match[2]}"):
+        return shown(match[2]), shown(match[1])
+    return None

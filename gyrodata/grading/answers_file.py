@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from gyrodata.errors import CODES, Diagnostic, GyroError, register
-from gyrodata.grading.places import find_places
+from gyrodata.grading.toml_table import find_places
 from gyrodata.readings import KINDS, Faults, Readings, Reported, canonical_key, decode, read_reported, split_lines
 
 __all__ = ["Answers", "Reported", "read_answers"]
@@ -50,18 +50,9 @@ class Answers:
 def read_answers(readings: Readings | None, toml: bytes | None) -> Answers:
     """Bring together what the log and the answers file report; the file wins, and a difference is told.
 
-    Parameters
-    ----------
-    readings : Readings or None
-        The log, where it could be read.
-    toml : bytes or None
-        The answers file: ``inertia = "4.4e-3 ± 0.1e-3 kg m^2"`` for each value, or a table with ``value``, ``u`` and
-        ``unit``; at the top or in ``[reported]``. One that is no TOML is read line by line.
-
-    Returns
-    -------
-    Answers
-        Never raises: a value that cannot be read says so itself.
+    `toml`: The answers file: ``inertia = "4.4e-3 ± 0.1e-3 kg m^2"`` for each value, or a table with ``value``, ``u``
+    and ``unit``; at the top or in ``[reported]``. One that is no TOML is read line by line. It never raises: a
+    value that cannot be read says so itself.
     """
     found: dict[str, Reported] = dict(readings.reported) if readings is not None else {}
     told: list[Diagnostic] = []

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gyrodata import units
+from gyrodata.quantities import parse_quantity, parse_uncertainty
 from gyrodata.unit_grammar import TABLE, parse
 from gyrodata.units import (
     SI,
@@ -17,8 +18,6 @@ from gyrodata.units import (
     from_si,
     kind_of_role,
     kinds_of,
-    parse_quantity,
-    parse_uncertainty,
     parse_unit,
     to_display,
 )

@@ -15,7 +15,7 @@ from gyrodata.readings.blank import blank_log
 from gyrodata.readings.cells import check_value, read_cell
 from gyrodata.readings.choice import choose, note_unplaced
 from gyrodata.readings.files import MAX_BYTES, MAX_ROWS, Document, decode, load
-from gyrodata.readings.grid import make_grid
+from gyrodata.readings.grid import has_decimal_commas, make_grid
 from gyrodata.readings.layout import G202, Layout, find_layout
 from gyrodata.readings.log import MOST_OF_ONE_CODE, Column, Faults, Place, Readings, listing, split_lines
 from gyrodata.readings.meaning import G301, check_meaning
@@ -93,7 +93,7 @@ def read_log(
     document = load(source, name)
     faults = document.faults
     grid = make_grid(document)
-    given = read_settings(grid.metadata, options, faults)
+    given = read_settings(grid.metadata, options, faults, ask=not has_decimal_commas(grid.rows))
     warn_of_lost_keys(grid.comments, faults)
     layout = find_layout(grid, faults)
     if layout is None:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from gyrodata.errors import Diagnostic, InputError, register
-from gyrodata.units import UnitError, from_si, parse_quantity
+from gyrodata.quantities import parse_quantity
+from gyrodata.units import UnitError, from_si
 
 G506 = register("G506", "error", "template: a value cannot be read", "template --weights 20 --spins fast")
 

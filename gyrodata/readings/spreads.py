@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from gyrodata.errors import register
+from gyrodata.quantities import parse_uncertainty
 from gyrodata.readings.cells import G205, is_blank
 from gyrodata.readings.choice import Chosen
 from gyrodata.readings.grid import Text
 from gyrodata.readings.log import Faults
 from gyrodata.readings.settings import Settings
-from gyrodata.units import Uncertainty, UnitError, kind_of_role, parse_uncertainty
+from gyrodata.units import Uncertainty, UnitError, kind_of_role
 
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns,u_time [s]\n"
 G227 = register("G227", "error", "an uncertainty that cannot be read", _LOG + "20,15.0,560,13.06,1/3,little\n")
@@ -88,8 +89,8 @@ def read_spreads(
             continue
         try:
             if own == "%" and "%" not in text.text:
-                spreads[i] = parse_uncertainty(text.text + " %", kind)
+                spreads[i] = parse_uncertainty(text.text + " %", kind, ask=False)
             else:
-                spreads[i] = parse_uncertainty(text.text, kind, own)
+                spreads[i] = parse_uncertainty(text.text, kind, own, ask=False)
         except UnitError as error:
             faults.add(G227, f'u_{role} "{text.text[:60]}": {error}', error.hint, text.place, len(text.text))

@@ -113,12 +113,19 @@ def _add_column(column: Column, rows: list[list[int]], headers: list[str], cells
         cells.append(texts)
     if shared is None:
         return ""
-    text = _cell_text(column, rows[ids.index(shared)][0])
-    try:
-        read_cell(text, kind_of_role(column.role), None)
-    except CellError:
-        return f"{text} {column.unit}"
-    return text
+    return _line_text(_cell_text(column, rows[ids.index(shared)][0]), column)
+
+
+def _line_text(text: str, column: Column) -> str:
+    """Write a cell's text so that it stands by itself: with its unit, and without a comma that may part thousands."""
+    with_point = text.replace(",", ".")
+    for line in (text, f"{text} {column.unit}", with_point):
+        try:
+            read_cell(line, kind_of_role(column.role), None, ask=True)
+        except CellError:
+            continue
+        return line
+    return f"{with_point} {column.unit}"
 
 
 def _shared(ids: list[int], fills: bool, there: list[bool]) -> int | None:

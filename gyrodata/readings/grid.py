@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from gyrodata.errors import register
-from gyrodata.readings.files import MAX_COLUMNS, MAX_ROWS, Document
-from gyrodata.readings.log import Faults, Place, span
+from gyrodata.readings.lablog import Faults, Place, span
+from gyrodata.readings.source import MAX_COLUMNS, MAX_ROWS, Document
 
 MAX_CELL = 10_000
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"

@@ -15,7 +15,7 @@ from gyrodata.quantities import parse_quantity, parse_uncertainty
 from gyrodata.readings.cells import Cell, CellError, check_value, is_blank, read_cell
 from gyrodata.readings.grid import Text
 from gyrodata.readings.headers import name_roles
-from gyrodata.readings.log import Faults, Place, listing
+from gyrodata.readings.lablog import Faults, Place, listing
 from gyrodata.readings.reported import G308, KINDS, PREFIX, Reported, canonical_key, read_reported
 from gyrodata.readings.vocabulary import BALANCE, CONSTANTS, KEYS, MOTION, MOTIONS, ROLES, UNCERTAINTIES
 from gyrodata.units import Uncertainty, UnitError, kind_of_role

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from gyrodata.errors import register
 from gyrodata.readings.grid import Text
 from gyrodata.readings.headers import Header, unit_for
+from gyrodata.readings.lablog import Faults, listing
 from gyrodata.readings.layout import Layout
-from gyrodata.readings.log import Faults, listing
 from gyrodata.readings.settings import G502, G503, Settings
 from gyrodata.readings.vocabulary import squeeze
 from gyrodata.units import ROLE_KINDS, UnitError, kind_of_role, parse_unit

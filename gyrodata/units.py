@@ -28,7 +28,6 @@ __all__ = [
     "DISPLAY",
     "LIMITS",
     "MAX_UNIT_LENGTH",
-    "ROLE_KINDS",
     "SI",
     "Uncertainty",
     "Unit",
@@ -38,10 +37,8 @@ __all__ = [
     "fold_letters",
     "from_si",
     "kind_in_words",
-    "kind_of_role",
     "kinds_of",
     "parse_unit",
-    "to_display",
 ]
 
 
@@ -77,52 +74,6 @@ LIMITS: dict[str, tuple[float, float]] = {
     "acceleration": (1e-3, 1e3),
 }
 """Smallest and largest size [SI unit] of what stands on a lab bench, zero apart: far from all that was ever read."""
-
-ROLE_KINDS: dict[str, str] = {
-    "mass": "mass",
-    "position": "length",
-    "torque": "torque",
-    "force": "force",
-    "spin": "rate",
-    "spin_start": "rate",
-    "spin_end": "rate",
-    "spin_period": "time",
-    "spin_period_start": "time",
-    "spin_period_end": "time",
-    "time": "time",
-    "turns": "number",
-    "angle": "angle",
-    "precession_period": "time",
-    "precession_rate": "rate",
-    "pitch": "angle",
-    "spin_sense": "sign",
-    "precession_sense": "sign",
-    "transverse_inertia": "inertia",
-    "inertia": "inertia",
-    "run": "text",
-    "note": "text",
-    "g": "acceleration",
-    "ball_diameter": "length",
-    "ball_mass": "mass",
-}
-"""Kind of quantity of every role and constant."""
-
-
-# Uncertainty keys that belong to no role of their own name.
-_U_KINDS = {
-    "u_time_bias": "time",
-    "u_spin_scale": "rate",
-    "u_mass_scale": "mass",
-    "u_position_zero": "length",
-    "u_imbalance": "torque",
-}
-
-
-def kind_of_role(role: str) -> str:
-    """Give the kind of quantity of a role, a constant or a ``u_…`` key (KeyError if there is none)."""
-    if role in _U_KINDS:
-        return _U_KINDS[role]
-    return ROLE_KINDS[role.removeprefix("u_")]
 
 
 def examples(kind: str) -> str:
@@ -386,9 +337,3 @@ def from_si(value: float, unit: str, kind: str) -> float:
         The unit does not fit.
     """
     return value / parse_unit(unit, kind).factor
-
-
-def to_display(value: float, role: str) -> tuple[float, str]:
-    """Give a value of a role in the unit it is usually shown in, with that unit (``g``, ``cm``, ``rpm``, …)."""
-    kind = kind_of_role(role)
-    return from_si(value, DISPLAY[kind], kind), DISPLAY[kind]

@@ -18,6 +18,7 @@ from gyrodata.readings.lablog import MOST_OF_ONE_CODE, Column, Faults, Place, Re
 from gyrodata.readings.layout import G202, Layout, find_layout
 from gyrodata.readings.meaning import G301, check_meaning
 from gyrodata.readings.reported import KINDS, Reported, canonical_key, read_reported
+from gyrodata.readings.roles import kind_of_role, to_display
 from gyrodata.readings.settings import Settings, read_options, read_settings, warn_of_lost_keys
 from gyrodata.readings.source import MAX_BYTES, MAX_ROWS, Document, decode, load
 from gyrodata.readings.table import Table, build
@@ -42,11 +43,13 @@ __all__ = [
     "canonical_key",
     "check_value",
     "decode",
+    "kind_of_role",
     "listing",
     "read_cell",
     "read_log",
     "read_reported",
     "split_lines",
+    "to_display",
     "write_log",
 ]
 

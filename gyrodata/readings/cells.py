@@ -17,7 +17,8 @@ from gyrodata.quantities import (
     take_apart,
     to_float,
 )
-from gyrodata.units import LIMITS, SI, Uncertainty, UnitError, examples, kind_in_words, kind_of_role, kinds_of
+from gyrodata.readings.roles import BY_NAME, kind_of_role
+from gyrodata.units import LIMITS, SI, Uncertainty, UnitError, examples, kind_in_words, kinds_of
 
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
 G203 = register("G203", "error", "a cell is not a number", _LOG + "20,15.0,56O,13.06,1/3\n")
@@ -269,19 +270,6 @@ def _date_numbers(day: str, month: str) -> tuple[int, int] | None:
     return None if number is None else (int(day), number)
 
 
-_POSITIVE = {
-    "time",
-    "turns",
-    "angle",
-    "precession_period",
-    "spin_period",
-    "spin_period_start",
-    "spin_period_end",
-    "transverse_inertia",
-}
-_NOT_ZERO = {"spin", "spin_start", "spin_end", "precession_rate"}
-
-
 @lru_cache(maxsize=16384)
 def check_value(role: str, value: float) -> tuple[str, str]:
     """Say what is wrong with a number that cannot be, and what to type; two empty texts if nothing is.
@@ -294,17 +282,19 @@ def check_value(role: str, value: float) -> tuple[str, str]:
         [SI unit of the role]
     """
     fault = hint = ""
+    bound = BY_NAME[role].bound if role in BY_NAME else ""
     if not math.isfinite(value):
         fault = "is too large"
-    elif role in _POSITIVE and value <= 0:
+    elif bound == "above zero" and value <= 0:
         fault = "is not above zero"
-        hint = "a run that was not timed is left blank" if role == "time" else ""
-    elif role in _NOT_ZERO and value == 0:
+    elif bound == "not zero" and value == 0:
         fault = "is zero"
-    elif role == "mass" and value < 0:
-        fault, hint = "is below zero", "a weight on the counterweight side has a negative position"
-    elif role == "pitch" and abs(value) >= math.pi / 2:
+    elif bound == "not below zero" and value < 0:
+        fault = "is below zero"
+    elif bound == "below 90 degrees" and abs(value) >= math.pi / 2:
         fault = "is not between -90 and 90 degrees"
+    if fault and math.isfinite(value):
+        hint = BY_NAME[role].bound_hint
     kind = kind_of_role(role)
     if not fault and value and kind in LIMITS:
         low, high = LIMITS[kind]

@@ -9,8 +9,9 @@ from gyrodata.errors import register
 from gyrodata.readings.columns import Choice
 from gyrodata.readings.headers import MAX_HEADER, parse_header, suggest_role
 from gyrodata.readings.lablog import Column, Faults, Place, listing, span
+from gyrodata.readings.roles import BY_NAME, kind_of_role
 from gyrodata.readings.table import Table
-from gyrodata.units import DISPLAY, kind_of_role, kinds_of
+from gyrodata.units import DISPLAY, kinds_of
 
 G301 = register(
     "G301", "error", "a quantity is missing", "mass [g],position [cm],spin [rpm],time [s]\n20,15.0,406,13.06\n"
@@ -40,30 +41,6 @@ G231 = register(
     "the time and the period are exchanged",
     "mass [g],position [cm],spin [rpm],t [s],T [s],turns\n20,15.0,406,39.2,117.6,3\n",
 )
-
-_SAMPLES = {
-    "mass": "20 g",
-    "position": "15 cm",
-    "spin": "400 rpm",
-    "spin_start": "410 rpm",
-    "spin_end": "390 rpm",
-    "spin_period_start": "0.14 s",
-    "spin_period_end": "0.16 s",
-    "turns": "1",
-}
-_MEANINGS = {
-    "mass": "the added weight",
-    "position": "where on the rod the weight sits",
-    "spin": "how fast the ball spins",
-    "time": "the stopwatch time of each run",
-    "turns": "how many turns each time covers",
-}
-_INSTEAD = {
-    "mass": " (a torque [N*m] column, or force [N], serves instead)",
-    "spin": " (spin_start and spin_end, or spin_period [s], serve instead)",
-    "time": " (precession_period [s] or precession_rate [rad/s] serves instead)",
-    "turns": ' (or the swept angle: a column angle [deg], "# angle: 120 deg", --set angle="120 deg")',
-}
 
 
 def check_meaning(table: Table, choice: Choice, unread: set[str], faults: Faults) -> None:
@@ -121,16 +98,16 @@ def _add_missing(role: str, choice: Choice, faults: Faults, missing: list[str]) 
     header = f"{role} [{unit}]" if unit else role
     ways = [f"add a column {header}"]
     if role != "time":
-        sample = _SAMPLES.get(role, f"1 {unit}")
+        sample = BY_NAME[role].sample or f"1 {unit}"
         quoted = f'"{sample}"' if " " in sample else sample
         ways += [f'or a line "# {role}: {sample}"', f"or --set {role}={quoted}"]
     ways.append(f"or --map {role}=HEADER to name the column that holds it")
-    meaning = f" ({_MEANINGS[role]})" if role in _MEANINGS else ""
+    meaning = f" ({BY_NAME[role].meaning})" if BY_NAME[role].meaning else ""
     message = f"{role} is missing{meaning}"
     texts = [cell.text for cell in choice.unplaced if cell.text]
     if texts and role == missing[0]:
         message += f"; headers that could not be placed: {listing(texts)}"
-    hint = "; ".join(ways) + _INSTEAD.get(role, "")
+    hint = "; ".join(ways) + BY_NAME[role].instead
     said = role == "turns" and "time" in missing
     faults.add(G301, message, hint if said else advise(role, texts) + hint)
 

@@ -17,8 +17,8 @@ from gyrodata.readings.grid import Text
 from gyrodata.readings.headers import name_roles
 from gyrodata.readings.lablog import Faults, Place, listing
 from gyrodata.readings.reported import G308, KINDS, PREFIX, Reported, canonical_key, read_reported
-from gyrodata.readings.vocabulary import BALANCE, CONSTANTS, KEYS, MOTION, MOTIONS, ROLES, UNCERTAINTIES
-from gyrodata.units import Uncertainty, UnitError, kind_of_role
+from gyrodata.readings.roles import BALANCE, CONSTANTS, KEYS, MOTION, MOTIONS, ROLES, UNCERTAINTIES, kind_of_role
+from gyrodata.units import Uncertainty, UnitError
 
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n"
 G304 = register("G304", "note", "an option takes the place of a column", 'analyze log.csv --set spin="400 rpm"')

@@ -235,7 +235,7 @@ _WORD = re.compile(r"[^\W\d_]+")
 
 def _guess_code_page(data: bytes) -> str:
     """Take the code page in which the words beyond ASCII are words that students write."""
-    from gyrodata.readings.vocabulary import is_word
+    from gyrodata.readings.roles import is_word
 
     sample = data[:20_000]
     best, best_score = _CODE_PAGES[0], -1e9

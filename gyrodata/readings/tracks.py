@@ -10,27 +10,15 @@ from gyrodata.readings.cells import G205, Cell, is_blank
 from gyrodata.readings.columns import Chosen
 from gyrodata.readings.grid import Text
 from gyrodata.readings.lablog import Faults, Place, span
+from gyrodata.readings.roles import kind_of_role
 from gyrodata.readings.settings import Settings
-from gyrodata.units import Uncertainty, UnitError, kind_of_role
+from gyrodata.units import Uncertainty, UnitError
 
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
 _ROW = "20,15.0,406,13.06,1/3\n"
 G217 = register("G217", "note", "blank cells take the value above", _LOG + _ROW + ",,598,19.2,1/3\n")
 G218 = register("G218", "warning", "a blank spin that may be forgotten", _LOG + _ROW * 2 + "20,15.0,,13.1,1/3\n")
 G219 = register("G219", "error", "a value below the first row it belongs to", _LOG + "," + _ROW[3:] + _ROW)
-
-FILLED_DOWN = (
-    "mass",
-    "force",
-    "torque",
-    "position",
-    "spin",
-    "spin_start",
-    "spin_end",
-    "spin_period",
-    "spin_period_start",
-    "spin_period_end",
-)
 
 
 @dataclass

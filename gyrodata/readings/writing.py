@@ -11,9 +11,8 @@ from gyrodata.quantities import parse_quantity
 from gyrodata.readings.cells import CellError, read_cell
 from gyrodata.readings.lablog import Column, Readings
 from gyrodata.readings.reported import PREFIX
-from gyrodata.readings.tracks import FILLED_DOWN
-from gyrodata.readings.vocabulary import ROLES
-from gyrodata.units import SI, Uncertainty, UnitError, from_si, kind_of_role
+from gyrodata.readings.roles import FILLED_DOWN, ROLES, kind_of_role
+from gyrodata.units import SI, Uncertainty, UnitError, from_si
 
 
 def write_log(readings: Readings) -> str:

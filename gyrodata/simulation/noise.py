@@ -17,7 +17,8 @@ import numpy as np
 from gyrodata.errors import Diagnostic, InputError, register
 from gyrodata.physics import Floats
 from gyrodata.quantities import parse_uncertainty
-from gyrodata.units import Uncertainty, UnitError, kind_of_role
+from gyrodata.readings import kind_of_role
+from gyrodata.units import Uncertainty, UnitError
 
 G636 = register("G636", "error", "simulate: the noise cannot be read", "simulate --noise no-such-file.toml")
 

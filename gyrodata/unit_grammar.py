@@ -215,6 +215,7 @@ def _prepare(text: str) -> str:
     if folded.startswith("["):
         folded = folded.removeprefix("[").removesuffix("]")
     folded = re.sub(r"\s+(?:per|pro|por|par|na)\s+", "/", folded)
+    folded = re.sub(r"(?<=\w)-(?=[^\W\d_])", "*", folded)  # "kg-m^2"
     # "rad/(s*rev)" is "rad/s/rev"; other parentheses say nothing.
     folded = re.sub(r"/\s*\(([^()]*)\)", lambda m: "/" + m[1].replace("*", "/"), folded)
     return folded.removeprefix("(").removesuffix(")").strip()

@@ -9,12 +9,11 @@ enzyme activity, 1 Hz for 1 rad/s, and can be kept busy for ever by ``9**9**9*m`
 from __future__ import annotations
 
 import math
-import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-from gyrodata.kinds import DISPLAY, LIMITS, ROLE_KINDS, SI, describe_kinds, examples, kind_in_words, kind_of_role
 from gyrodata.unit_grammar import (
     MAX_UNIT_LENGTH,
     TABLE,
@@ -29,7 +28,6 @@ __all__ = [
     "DISPLAY",
     "LIMITS",
     "MAX_UNIT_LENGTH",
-    "ROLE_KINDS",
     "SI",
     "Uncertainty",
     "Unit",
@@ -39,13 +37,80 @@ __all__ = [
     "fold_letters",
     "from_si",
     "kind_in_words",
-    "kind_of_role",
     "kinds_of",
-    "parse_quantity",
-    "parse_uncertainty",
     "parse_unit",
-    "to_display",
 ]
+
+
+SI: dict[str, str] = {
+    "mass": "kg",
+    "length": "m",
+    "torque": "N*m",
+    "force": "N",
+    "rate": "rad/s",
+    "time": "s",
+    "number": "",
+    "angle": "rad",
+    "inertia": "kg*m^2",
+    "acceleration": "m/s^2",
+    "sign": "",
+    "text": "",
+}
+"""Unit in which each kind of quantity is kept inside."""
+
+DISPLAY: dict[str, str] = SI | {"mass": "g", "length": "cm", "rate": "rpm", "angle": "deg"}
+"""Unit in which each kind of quantity is shown, and which a message proposes."""
+
+LIMITS: dict[str, tuple[float, float]] = {
+    "mass": (1e-9, 1e4),
+    "length": (1e-9, 1e3),
+    "torque": (1e-12, 1e6),
+    "force": (1e-9, 1e6),
+    "rate": (1e-6, 1e6),
+    "time": (1e-6, 1e7),
+    "number": (1e-6, 1e6),
+    "angle": (1e-6, 1e7),
+    "inertia": (1e-12, 1e6),
+    "acceleration": (1e-3, 1e3),
+}
+"""Smallest and largest size [SI unit] of what stands on a lab bench, zero apart: far from all that was ever read."""
+
+
+def examples(kind: str) -> str:
+    """List units to propose for a kind of quantity, in words."""
+    return {
+        "mass": "g, kg",
+        "length": "mm, cm, m",
+        "torque": "N*m, mN*m, gf*cm",
+        "force": "N, mN, gf",
+        "rate": "rpm, Hz, rev/s, rad/s, deg/s",
+        "time": "s, ms, min",
+        "angle": "deg, rad, rev",
+        "inertia": "kg*m^2, g*m^2, g*cm^2",
+        "acceleration": "m/s^2, cm/s^2",
+    }.get(kind, "the number alone")
+
+
+def kind_in_words(kind: str) -> str:
+    """Say a kind of quantity in words, with its article."""
+    return {
+        "mass": "a mass",
+        "length": "a length",
+        "torque": "a torque",
+        "force": "a force",
+        "rate": "a rotation rate",
+        "time": "a time",
+        "number": "a number of turns",
+        "angle": "an angle",
+        "inertia": "a moment of inertia",
+        "acceleration": "an acceleration",
+        "sign": "a sense of rotation",
+    }.get(kind, "a text")
+
+
+def describe_kinds(kinds: Iterable[str]) -> str:
+    """Say kinds of quantity in words, in a fixed order."""
+    return " or ".join(kind_in_words(kind) for kind in SI if kind in set(kinds))
 
 
 @dataclass(frozen=True, slots=True)
@@ -272,111 +337,3 @@ def from_si(value: float, unit: str, kind: str) -> float:
         The unit does not fit.
     """
     return value / parse_unit(unit, kind).factor
-
-
-def to_display(value: float, role: str) -> tuple[float, str]:
-    """Give a value of a role in the unit it is usually shown in, with that unit (``g``, ``cm``, ``rpm``, …)."""
-    kind = kind_of_role(role)
-    return from_si(value, DISPLAY[kind], kind), DISPLAY[kind]
-
-
-_NUMBER = r"[-+]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][-+]?[0-9]{1,4})?"
-_QUANTITY = re.compile(rf"({_NUMBER})(?:\s*/\s*([0-9]+))?\s*(.*)", re.DOTALL)
-
-
-def parse_quantity(text: str, kind: str) -> float:
-    """Understand one number with its unit: ``60 g``, ``200 rpm``, ``9.803 m/s^2``, ``0.1 s per turn``, ``1/3``.
-
-    Parameters
-    ----------
-    text : str
-        As written; a decimal comma is as good as a point.
-    kind : str
-        Kind of quantity, a key of `SI`.
-
-    Returns
-    -------
-    float
-        [SI unit of `kind`]
-
-    Raises
-    ------
-    UnitError
-        No number, no unit where one is needed, or a unit that does not fit.
-    """
-    match = _QUANTITY.fullmatch(text.strip().replace("−", "-"))
-    if match is None:
-        raise UnitError(f'"{text.strip()[:40]}" is not a number with a unit', f"write it like {_sample(kind)}")
-    number, divisor, unit = match.groups()
-    value = float(number.replace(",", "."))
-    if divisor is not None:
-        value = value / int(divisor) if int(divisor) else math.inf
-    if not unit and kind not in ("number", "sign"):
-        raise UnitError(f'"{text.strip()}" has no unit', f"write it like {_sample(kind)}")
-    if kind == "rate" and "time" in kinds_of(unit) and "rate" not in kinds_of(unit):
-        value = _rate_of_period(value, unit)
-    else:
-        value *= parse_unit(unit, kind).factor
-    if not math.isfinite(value):
-        raise UnitError(f'"{text.strip()[:40]}" is no finite number')
-    return value
-
-
-def _rate_of_period(value: float, unit: str) -> float:
-    """Turn "0.1 s per turn" into a rate; "0.1 s" alone might be the time of ten turns."""
-    period = parse_unit(unit, "time")
-    if "/" not in period.text:
-        raise UnitError(
-            f'"{unit}" is a time, not a rotation rate',
-            "write s/rev if it is the time of one revolution",
-            "kind",
-        )
-    return 2 * math.pi / (value * period.factor) if value else math.inf
-
-
-@lru_cache(maxsize=512)
-def parse_uncertainty(text: str, kind: str, unit: str = "") -> Uncertainty:
-    """Understand a standard uncertainty: ``0.5 mm``, ``0.2 %``, or a sum of both, ``0.2 % + 0.5 rpm``.
-
-    Parameters
-    ----------
-    text : str
-        As written.
-    kind : str
-        Kind of quantity, a key of `SI`.
-    unit : str
-        Unit of a term that has none of its own.
-
-    Raises
-    ------
-    UnitError
-        Not such a sum, a negative term, or a unit that does not fit.
-    """
-    absolute = relative = 0.0
-    for term in re.split(r"(?<![eE])\+", text.strip().lstrip("±+ ")):
-        if term.rstrip().endswith("%"):
-            part = parse_quantity(term.rstrip()[:-1], "number") / 100
-            relative += part
-        else:
-            bare = _QUANTITY.fullmatch(term.strip())
-            part = parse_quantity(f"{term} {unit}" if bare and not bare[3] else term, kind)
-            absolute += part
-        if part < 0:
-            raise UnitError(f'"{text.strip()[:40]}" is negative, and an uncertainty cannot be')
-    if relative > 10 or absolute > LIMITS[kind][1]:
-        raise UnitError(f'"{text.strip()[:40]}" is far too large for an uncertainty', "is its unit the one written?")
-    return Uncertainty(absolute, relative)
-
-
-def _sample(kind: str) -> str:
-    return {
-        "mass": '"20 g"',
-        "length": '"15 cm"',
-        "torque": '"0.03 N*m"',
-        "force": '"0.2 N"',
-        "rate": '"400 rpm"',
-        "time": '"7.06 s"',
-        "angle": '"120 deg"',
-        "inertia": '"0.004 kg*m^2"',
-        "acceleration": '"9.803 m/s^2"',
-    }.get(kind, '"1/3"')

@@ -10,9 +10,9 @@ from pathlib import Path
 PACKAGE = Path(__file__).parent.parent / "gyrodata"
 SHELVES = {
     "errors": 0,
-    "kinds": 0,
-    "unit_grammar": 0,
-    "units": 1,
+    "unit_grammar": -1,
+    "units": 0,
+    "quantities": 1,
     "physics": 1,
     "motion": 2,
     "readings": 2,

@@ -9,18 +9,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gyrodata import units
+from gyrodata.quantities import parse_quantity, parse_uncertainty
+from gyrodata.readings import kind_of_role, to_display
 from gyrodata.unit_grammar import TABLE, parse
 from gyrodata.units import (
     SI,
     Uncertainty,
     UnitError,
     from_si,
-    kind_of_role,
     kinds_of,
-    parse_quantity,
-    parse_uncertainty,
     parse_unit,
-    to_display,
 )
 
 RPM = 2 * math.pi / 60

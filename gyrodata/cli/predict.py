@@ -9,8 +9,8 @@ from typing import Annotated, Any
 
 import typer
 
+from gyrodata.cli.numbers import G621, G622, quantity
 from gyrodata.cli.options import PlainFormat
-from gyrodata.cli.quantities import G621, G622, quantity
 from gyrodata.cli.terminal import refuse, write_folder, write_out
 from gyrodata.errors import register
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from gyrodata.cli.numbers import quantity
 from gyrodata.cli.options import with_units
-from gyrodata.cli.quantities import quantity
 from gyrodata.cli.terminal import refuse, write_out
 from gyrodata.errors import register
 

@@ -8,7 +8,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from gyrodata.grading.toml_table import G727, Table
-from gyrodata.units import UnitError, parse_quantity, parse_uncertainty
+from gyrodata.quantities import parse_quantity, parse_uncertainty
+from gyrodata.units import UnitError
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,8 @@ from gyrodata.errors import register
 from gyrodata.grading.late import LateRule, read_late
 from gyrodata.grading.reference import Reference, read_references
 from gyrodata.grading.toml_table import G727, Table, nearest, read_toml
-from gyrodata.units import UnitError, parse_quantity
+from gyrodata.quantities import parse_quantity
+from gyrodata.units import UnitError
 
 Check = Literal["log", "procedure", "own_data", "reference", "uncertainty", "units", "constancy"]
 

@@ -14,7 +14,8 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from gyrodata.errors import CODES, Diagnostic, InputError, register
-from gyrodata.units import UnitError, parse_uncertainty
+from gyrodata.quantities import parse_uncertainty
+from gyrodata.units import UnitError
 
 _RUBRIC = "schema = 1\npoints = 2\n[[criterion]]\nid = 'log'\ncheck = 'log'\npoints = 2\n"
 G721 = register("G721", "error", "a rubric is no TOML file", "schema = 1\npoints = \n")

@@ -11,22 +11,22 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from gyrodata.readings.blank import blank_log
 from gyrodata.readings.cells import check_value, read_cell
-from gyrodata.readings.choice import choose, note_unplaced
-from gyrodata.readings.files import MAX_BYTES, MAX_ROWS, Document, decode, load
-from gyrodata.readings.grid import make_grid
+from gyrodata.readings.columns import choose, note_unplaced
+from gyrodata.readings.grid import has_decimal_commas, make_grid
+from gyrodata.readings.lablog import MOST_OF_ONE_CODE, Column, Faults, Place, Readings, listing, split_lines
 from gyrodata.readings.layout import G202, Layout, find_layout
-from gyrodata.readings.log import MOST_OF_ONE_CODE, Column, Faults, Place, Readings, listing, split_lines
 from gyrodata.readings.meaning import G301, check_meaning
 from gyrodata.readings.reported import KINDS, Reported, canonical_key, read_reported
+from gyrodata.readings.roles import kind_of_role, to_display
 from gyrodata.readings.settings import Settings, read_options, read_settings, warn_of_lost_keys
+from gyrodata.readings.source import MAX_BYTES, MAX_ROWS, Document, decode, load
 from gyrodata.readings.table import Table, build
-from gyrodata.readings.writing import write_log
+from gyrodata.readings.writing import blank_log, write_log
 from gyrodata.units import Uncertainty
 
 if TYPE_CHECKING:
-    from gyrodata.readings.files import Source
+    from gyrodata.readings.source import Source
 
 __all__ = [
     "KINDS",
@@ -43,11 +43,13 @@ __all__ = [
     "canonical_key",
     "check_value",
     "decode",
+    "kind_of_role",
     "listing",
     "read_cell",
     "read_log",
     "read_reported",
     "split_lines",
+    "to_display",
     "write_log",
 ]
 
@@ -93,7 +95,7 @@ def read_log(
     document = load(source, name)
     faults = document.faults
     grid = make_grid(document)
-    given = read_settings(grid.metadata, options, faults)
+    given = read_settings(grid.metadata, options, faults, ask=not has_decimal_commas(grid.rows))
     warn_of_lost_keys(grid.comments, faults)
     layout = find_layout(grid, faults)
     if layout is None:

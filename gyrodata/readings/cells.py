@@ -4,24 +4,21 @@ from __future__ import annotations
 
 import math
 import re
-import unicodedata
 from functools import lru_cache
 from typing import NamedTuple
 
 from gyrodata.errors import register
-from gyrodata.units import (
-    LIMITS,
-    SI,
-    Uncertainty,
-    UnitError,
-    examples,
-    fold_letters,
-    kind_in_words,
-    kind_of_role,
-    kinds_of,
-    parse_uncertainty,
-    parse_unit,
+from gyrodata.quantities import (
+    Written,
+    doubtful_comma,
+    fold_number,
+    in_si,
+    last_place,
+    take_apart,
+    to_float,
 )
+from gyrodata.readings.roles import BY_NAME, kind_of_role
+from gyrodata.units import LIMITS, SI, Uncertainty, UnitError, examples, kind_in_words, kinds_of
 
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
 G203 = register("G203", "error", "a cell is not a number", _LOG + "20,15.0,56O,13.06,1/3\n")
@@ -75,16 +72,8 @@ class Cell(NamedTuple):
     """Unit that was used, the cell's own or the column's."""
 
 
-_NUMBER = r"[-+]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][-+]?[0-9]{1,5})?"
-_UNIT = r"(?:1/)?[^\d\s.,;:+±()\-][^±;]*?"
-_PLAIN = re.compile(_NUMBER)
 _CLOCK = re.compile(r"(?:([0-9]{1,2}):)?([0-9]{1,3}):([0-9]{2}(?:[.,][0-9]+)?)")
-_FRACTION = re.compile(rf"([-+]?)(?:([0-9]{{1,9}})\s+)?([0-9]{{1,9}})\s*/\s*([0-9]{{1,9}})\s*({_UNIT})?")
-_PLUS_MINUS = re.compile(rf"\(?\s*({_NUMBER})\s*({_UNIT})?\s*(?:±|\+/-|\+-)\s*({_NUMBER})\s*\)?\s*(%|{_UNIT})?")
-_CONCISE = re.compile(rf"({_NUMBER})\(({_NUMBER})\)\s*({_UNIT})?")
-_WITH_UNIT = re.compile(rf"({_NUMBER})\s*({_UNIT}|\([^()]*\))")
 
-_MINUS = str.maketrans({"−": "-", "–": "-", "‐": "-", "‑": "-"})
 _MISTYPED = str.maketrans({"O": "0", "o": "0", "l": "1", "I": "1", "|": "1", "S": "5"})
 _MONTHS = {
     abbreviation: number
@@ -132,7 +121,7 @@ def is_blank(text: str) -> bool:
 
 
 @lru_cache(maxsize=16384)
-def read_cell(text: str, kind: str, unit: str | None) -> Cell:
+def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Cell:
     """Understand one cell that is not blank.
 
     Parameters
@@ -143,6 +132,8 @@ def read_cell(text: str, kind: str, unit: str | None) -> Cell:
         Kind of quantity of its column.
     unit : str or None
         Unit of its column, already known to be of that kind; None if the column has none.
+    ask : bool
+        Refuse a comma that may part thousands; in a column, it is a decimal comma.
 
     Raises
     ------
@@ -151,96 +142,54 @@ def read_cell(text: str, kind: str, unit: str | None) -> Cell:
     """
     if kind == "sign":
         return _read_sense(text)
-    plain = text if text.isascii() else _normal(text)
-    if _PLAIN.fullmatch(plain):
-        return _convert(_number(plain, text), _step(plain), None, kind, unit, text)
-    match = _CLOCK.fullmatch(plain)
-    if match:
-        return _read_clock(match, text, kind, unit)
-    match = _FRACTION.fullmatch(plain)
-    if match:
-        sign, whole, over, under, own = match.groups()
-        if int(under) == 0:
-            raise CellError(G203, "divides by zero")
-        value = (int(whole or 0) * int(under) + int(over)) / int(under)
-        return _convert(-value if sign == "-" else value, None, None, kind, own or unit, text)
-    match = _PLUS_MINUS.fullmatch(plain)
-    if match:
-        number, first, spread, last = match.groups()
-        return _read_plus_minus(text, number, spread, first, last, kind, unit)
-    match = _CONCISE.fullmatch(plain)
-    if match:
-        number, spread, own = match.groups()
-        bare = spread.isdigit()
-        width = _number(spread, text) * (_step(number) if bare else 1.0)
-        return _convert(_number(number, text), _step(number), width, kind, own or unit, text)
-    match = _WITH_UNIT.fullmatch(plain)
-    if match and _is_unit(match[2]):
-        number, own = match.groups()
-        return _convert(_number(number, text), _step(number), None, kind, own, text)
-    raise _not_a_number(text, plain, match)
+    clock = _CLOCK.fullmatch(text) if ":" in text or not text.isascii() else None
+    if clock is None and not text.isascii():
+        clock = _CLOCK.fullmatch(fold_number(text))
+    if clock:
+        return _read_clock(clock, text, kind, unit)
+    written = take_apart(text)
+    plain = written is not None and written.spread is None and "/" not in written.number
+    if written is None or written.named or (plain and written.unit and not _is_unit(written.unit)):
+        raise _not_a_number(text, written)
+    _check_size(written)
+    if ask and (ways := doubtful_comma(written, kind, unit)):
+        raise CellError(G203, f"can mean {ways}", "write it without marks between the thousands")
+    return _convert(written, kind, unit, text)
 
 
 def _is_unit(text: str) -> bool:
     return bool(kinds_of(text)) and not text.translate(_MISTYPED).isdigit()
 
 
-def _normal(text: str) -> str:
-    """Write a cell in ASCII as far as that changes nothing: real minus signs, ½, wide digits."""
-    spelled = "".join(
-        f" {unicodedata.normalize('NFKC', c)}"
-        if unicodedata.category(c) == "No" and "⁄" in unicodedata.normalize("NFKC", c)
-        else c
-        for c in text
-    )
-    return fold_letters(spelled).translate(_MINUS).replace("⁄", "/").strip()
+def _check_size(written: Written) -> None:
+    """Refuse what divides by zero, or what a number of sixteen digits cannot hold."""
+    if math.isinf(written.value) and "/" in written.number:
+        raise CellError(G203, "divides by zero")
+    for number in (written.number, written.spread):
+        if number is None or "/" in number:
+            continue
+        value = to_float(number)
+        if math.isinf(value):
+            raise CellError(G203, "is too large for a number", "write the value as it was read")
+        if value == 0 and any(c in "123456789" for c in re.split("[eE]", number)[0]):
+            raise CellError(G203, "is too small for a number", "write the value as it was read")
 
 
-def _number(plain: str, text: str) -> float:
-    value = float(plain.replace(",", "."))
-    if math.isinf(value):
-        raise CellError(G203, "is too large for a number", "write the value as it was read")
-    if value == 0 and any(c in "123456789" for c in re.split("[eE]", plain)[0]):
-        raise CellError(G203, "is too small for a number", "write the value as it was read")
-    return value
-
-
-def _step(plain: str) -> float:
-    """Give the size of one step of the last digit typed."""
-    mantissa, _, exponent = plain.lower().replace(",", ".").partition("e")
-    decimals = len(mantissa.partition(".")[2])
-    return float(f"1e{int(exponent or 0) - decimals}")
-
-
-def _convert(value: float, step: float | None, spread: float | None, kind: str, unit: str | None, text: str) -> Cell:
+def _convert(written: Written, kind: str, unit: str | None, text: str) -> Cell:
     """Bring a number into SI with its last digit and its ±."""
-    if unit is None and kind != "number":
+    own = written.unit or unit
+    if own is None and kind != "number":
         raise CellError(G206, "has no unit", f"write one behind it: {examples(kind)}")
-    if kind == "rate" and unit and kinds_of(unit) == {"time"}:
-        return _rate_of_period(value, step, spread, unit)
     try:
-        known = parse_unit(unit or "", kind)
+        value, step, uncertainty, known = in_si(written, kind, unit)
     except UnitError as error:
         raise CellError(G208 if error.reason == "ambiguous" else G205, f": {error}", error.hint) from None
-    factor = known.factor
-    uncertainty = None if spread is None else Uncertainty(abs(spread) * factor)
+    if math.isinf(value) and written.value == 0:
+        raise CellError(G205, f': "{own}" is a time, not a rotation rate', "no turn takes no time")
     if uncertainty is not None and uncertainty.absolute > LIMITS.get(kind, (0.0, math.inf))[1]:
         raise CellError(G203, "has an uncertainty that is far too large")
-    exact = step is None or (value == 0 and set(text) <= set("+-−0"))
-    return Cell(value * factor, None if exact or step is None else step * factor, uncertainty, known.text)
-
-
-def _rate_of_period(value: float, step: float | None, spread: float | None, unit: str) -> Cell:
-    """Read "0.1 s per turn" in a column of rotation rates."""
-    period = parse_unit(unit, "time")
-    if "/" not in period.text or value == 0:
-        raise CellError(
-            G205, f': "{unit}" is a time, not a rotation rate', "write s/rev for the time of one revolution"
-        )
-    rate = 2 * math.pi / (value * period.factor)
-    share = abs(rate / value)
-    uncertainty = None if spread is None else Uncertainty(abs(spread) * share)
-    return Cell(rate, None if step is None else step * share, uncertainty, "rad/s")
+    exact = value == 0 and set(text) <= set("+-−0")
+    return Cell(value, None if exact else step, uncertainty, known)
 
 
 def _read_clock(match: re.Match[str], text: str, kind: str, unit: str | None) -> Cell:
@@ -249,39 +198,23 @@ def _read_clock(match: re.Match[str], text: str, kind: str, unit: str | None) ->
     if unit not in (None, "s", "min"):
         raise CellError(G205, f': a clock time under the unit "{unit}"', "write the column's unit as s")
     hours, minutes, seconds = match.groups()
-    late = float(seconds.replace(",", "."))
+    late = to_float(seconds)
     if late >= 60 or (hours and int(minutes) >= 60):
         raise CellError(G203, "is no clock time: 60 and more belong to the place before", "write mm:ss.cc")
-    return Cell(int(hours or 0) * 3600 + int(minutes) * 60 + late, _step(seconds), None, "s")
-
-
-def _read_plus_minus(
-    text: str, number: str, spread: str, first: str | None, last: str | None, kind: str, unit: str | None
-) -> Cell:
-    value = _number(number, text)
-    own = first or (last if last != "%" else None) or unit
-    if last == "%":
-        cell = _convert(value, _step(number), None, kind, own, text)
-        return cell._replace(uncertainty=Uncertainty(0.0, abs(_number(spread, text)) / 100))
-    cell = _convert(value, _step(number), _number(spread, text), kind, own, text)
-    if first and last and first != last:
-        try:
-            uncertainty = parse_uncertainty(f"{spread} {last}", kind)
-        except UnitError as error:
-            raise CellError(G205, f": {error}", error.hint) from None
-        return cell._replace(uncertainty=uncertainty)
-    return cell
+    step = float(f"1e{last_place(seconds)}")
+    return Cell(int(hours or 0) * 3600 + int(minutes) * 60 + late, step, None, "s")
 
 
 def _read_sense(text: str) -> Cell:
-    key = fold_letters(text).translate(_MINUS).lower().replace(" ", "").replace("-c", "c")
+    key = fold_number(text).lower().replace(" ", "").replace("-c", "c")
     if key not in _SENSES:
         raise CellError(G203, "is no sense of rotation", "write ccw (or +1) or cw (or -1)")
     return Cell(_SENSES[key], None, None, "")
 
 
-def _not_a_number(text: str, plain: str, with_unit: re.Match[str] | None) -> CellError:
+def _not_a_number(text: str, written: Written | None) -> CellError:
     """Say what it looks like instead, and what was probably meant."""
+    plain = fold_number(text)
     lower = plain.lower()
     if lower in ("nan", "na", "n/a", "#n/a", "none", "null", "inf", "-inf", "infinity", "#div/0!", "#value!"):
         return CellError(G203, "is not a number", "leave the cell blank where nothing was measured")
@@ -290,7 +223,7 @@ def _not_a_number(text: str, plain: str, with_unit: re.Match[str] | None) -> Cel
         return date
     mended = plain.translate(_MISTYPED)
     for candidate in (mended, mended.rstrip(".,;"), re.sub(r"([.,])[.,]+", r"\1", mended)):
-        if candidate != plain and (_PLAIN.fullmatch(candidate) or _FRACTION.fullmatch(candidate)):
+        if candidate != plain and _is_bare(candidate):
             return CellError(G203, "is not a number", f"did you mean {candidate}?")
     if re.fullmatch(r"[-+]?[0-9]{1,3}(?:[ .,'][0-9]{3})+(?:[.,][0-9]*)?", plain):
         return CellError(G203, "is not a number", "write it without marks between the thousands")
@@ -299,12 +232,18 @@ def _not_a_number(text: str, plain: str, with_unit: re.Match[str] | None) -> Cel
     clock = _SPOKEN_CLOCK.fullmatch(lower)
     if clock:
         return CellError(G203, "is not a number", f"write it as {int(clock[1]):02d}:{clock[2].zfill(2)}")
-    if _CONCISE.fullmatch(plain.replace(" (", "(")):
+    if (closer := take_apart(plain.replace(" (", "("))) and closer.spread and " (" in plain:
         hint = f"write {plain.replace(' (', '(')} if the bracket is its uncertainty"
         return CellError(G203, "is not a number", hint)
-    if with_unit is not None and re.fullmatch(_UNIT, with_unit[2]):
-        return CellError(G203, f'is not a number with a unit: "{with_unit[2]}" is no unit known here')
+    if written is not None and written.unit and not written.named:
+        return CellError(G203, f'is not a number with a unit: "{written.unit}" is no unit known here')
     return CellError(G203, "is not a number")
+
+
+def _is_bare(text: str) -> bool:
+    """Tell whether it is a number or a fraction without a unit."""
+    written = take_apart(text)
+    return written is not None and written.unit is None and written.spread is None
 
 
 def _read_as_date(text: str) -> CellError | None:
@@ -331,19 +270,6 @@ def _date_numbers(day: str, month: str) -> tuple[int, int] | None:
     return None if number is None else (int(day), number)
 
 
-_POSITIVE = {
-    "time",
-    "turns",
-    "angle",
-    "precession_period",
-    "spin_period",
-    "spin_period_start",
-    "spin_period_end",
-    "transverse_inertia",
-}
-_NOT_ZERO = {"spin", "spin_start", "spin_end", "precession_rate"}
-
-
 @lru_cache(maxsize=16384)
 def check_value(role: str, value: float) -> tuple[str, str]:
     """Say what is wrong with a number that cannot be, and what to type; two empty texts if nothing is.
@@ -356,17 +282,19 @@ def check_value(role: str, value: float) -> tuple[str, str]:
         [SI unit of the role]
     """
     fault = hint = ""
+    bound = BY_NAME[role].bound if role in BY_NAME else ""
     if not math.isfinite(value):
         fault = "is too large"
-    elif role in _POSITIVE and value <= 0:
+    elif bound == "above zero" and value <= 0:
         fault = "is not above zero"
-        hint = "a run that was not timed is left blank" if role == "time" else ""
-    elif role in _NOT_ZERO and value == 0:
+    elif bound == "not zero" and value == 0:
         fault = "is zero"
-    elif role == "mass" and value < 0:
-        fault, hint = "is below zero", "a weight on the counterweight side has a negative position"
-    elif role == "pitch" and abs(value) >= math.pi / 2:
+    elif bound == "not below zero" and value < 0:
+        fault = "is below zero"
+    elif bound == "below 90 degrees" and abs(value) >= math.pi / 2:
         fault = "is not between -90 and 90 degrees"
+    if fault and math.isfinite(value):
+        hint = BY_NAME[role].bound_hint
     kind = kind_of_role(role)
     if not fault and value and kind in LIMITS:
         low, high = LIMITS[kind]

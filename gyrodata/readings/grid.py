@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from gyrodata.errors import register
-from gyrodata.readings.files import MAX_COLUMNS, MAX_ROWS, Document
-from gyrodata.readings.log import Faults, Place, span
+from gyrodata.readings.lablog import Faults, Place, span
+from gyrodata.readings.source import MAX_COLUMNS, MAX_ROWS, Document
 
 MAX_CELL = 10_000
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
@@ -51,6 +51,7 @@ class Grid:
 
 # Marks of order and width that a copy from a web page or a chat brings along, and that no editor shows.
 _UNSEEN = "\ufeff\u200b\u200c\u200d\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2060 \u00a0"
+_DECIMAL = re.compile(r"[-+−]?[0-9]+([.,])([0-9]+)")
 _DELIMITERS = ("\t", ";", ",")
 _KEY = re.compile(r"\s*([^\W\d][\w .()/\-]{0,39}?)\s*[:=]\s*(.*)", re.DOTALL)
 
@@ -96,6 +97,17 @@ def make_grid(document: Document) -> Grid:
     if hidden:
         faults.add(G228, f"{span(hidden)}: begins with # and is left out", "", Place(hidden[0], 1))
     return Grid(delimiter or ",", rows, metadata, comments)
+
+
+def has_decimal_commas(rows: list[list[Text]]) -> bool:
+    """Tell whether the first numbers of a table are written with a decimal comma, and none with a point."""
+    signs = {
+        match[1]
+        for row in rows[:50]
+        for cell in row
+        if (match := _DECIMAL.fullmatch(cell.text)) and (len(match[2]) != 3 or cell.text[0] == "0")
+    }
+    return signs == {","}
 
 
 def _read_comment(line: str, number: int, metadata: list[tuple[str, Text]], comments: list[Text]) -> None:

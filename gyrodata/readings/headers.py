@@ -7,7 +7,7 @@ import re
 from functools import lru_cache
 from typing import NamedTuple
 
-from gyrodata.readings.vocabulary import (
+from gyrodata.readings.roles import (
     END_WORDS,
     NAMES,
     NOISE_WORDS,
@@ -17,9 +17,10 @@ from gyrodata.readings.vocabulary import (
     THEORY_WORDS,
     UNCERTAINTIES,
     UNSURE_WORDS,
+    kind_of_role,
     squeeze,
 )
-from gyrodata.units import kind_of_role, kinds_of
+from gyrodata.units import kinds_of
 
 MAX_HEADER = 200
 """Characters in a header that are looked at: the work on a longer one grows with their cube, and it names nothing."""

@@ -9,8 +9,8 @@ from gyrodata.errors import register
 from gyrodata.readings.cells import is_blank
 from gyrodata.readings.grid import Grid, Text
 from gyrodata.readings.headers import Header, parse_header, with_unit
-from gyrodata.readings.log import Faults, listing
-from gyrodata.readings.vocabulary import squeeze
+from gyrodata.readings.lablog import Faults, listing
+from gyrodata.readings.roles import squeeze
 from gyrodata.units import kinds_of
 
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"

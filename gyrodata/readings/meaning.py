@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+import re
 
 from gyrodata.errors import register
-from gyrodata.readings.advice import advise
-from gyrodata.readings.choice import Choice
-from gyrodata.readings.log import Column, Faults, Place, listing, span
+from gyrodata.readings.columns import Choice
+from gyrodata.readings.headers import MAX_HEADER, parse_header, suggest_role
+from gyrodata.readings.lablog import Column, Faults, Place, listing, span
+from gyrodata.readings.roles import BY_NAME, kind_of_role
 from gyrodata.readings.table import Table
-from gyrodata.units import DISPLAY, kind_of_role
+from gyrodata.units import DISPLAY, kinds_of
 
 G301 = register(
     "G301", "error", "a quantity is missing", "mass [g],position [cm],spin [rpm],time [s]\n20,15.0,406,13.06\n"
@@ -39,30 +41,6 @@ G231 = register(
     "the time and the period are exchanged",
     "mass [g],position [cm],spin [rpm],t [s],T [s],turns\n20,15.0,406,39.2,117.6,3\n",
 )
-
-_SAMPLES = {
-    "mass": "20 g",
-    "position": "15 cm",
-    "spin": "400 rpm",
-    "spin_start": "410 rpm",
-    "spin_end": "390 rpm",
-    "spin_period_start": "0.14 s",
-    "spin_period_end": "0.16 s",
-    "turns": "1",
-}
-_MEANINGS = {
-    "mass": "the added weight",
-    "position": "where on the rod the weight sits",
-    "spin": "how fast the ball spins",
-    "time": "the stopwatch time of each run",
-    "turns": "how many turns each time covers",
-}
-_INSTEAD = {
-    "mass": " (a torque [N*m] column, or force [N], serves instead)",
-    "spin": " (spin_start and spin_end, or spin_period [s], serve instead)",
-    "time": " (precession_period [s] or precession_rate [rad/s] serves instead)",
-    "turns": ' (or the swept angle: a column angle [deg], "# angle: 120 deg", --set angle="120 deg")',
-}
 
 
 def check_meaning(table: Table, choice: Choice, unread: set[str], faults: Faults) -> None:
@@ -120,16 +98,16 @@ def _add_missing(role: str, choice: Choice, faults: Faults, missing: list[str]) 
     header = f"{role} [{unit}]" if unit else role
     ways = [f"add a column {header}"]
     if role != "time":
-        sample = _SAMPLES.get(role, f"1 {unit}")
+        sample = BY_NAME[role].sample or f"1 {unit}"
         quoted = f'"{sample}"' if " " in sample else sample
         ways += [f'or a line "# {role}: {sample}"', f"or --set {role}={quoted}"]
     ways.append(f"or --map {role}=HEADER to name the column that holds it")
-    meaning = f" ({_MEANINGS[role]})" if role in _MEANINGS else ""
+    meaning = f" ({BY_NAME[role].meaning})" if BY_NAME[role].meaning else ""
     message = f"{role} is missing{meaning}"
     texts = [cell.text for cell in choice.unplaced if cell.text]
     if texts and role == missing[0]:
         message += f"; headers that could not be placed: {listing(texts)}"
-    hint = "; ".join(ways) + _INSTEAD.get(role, "")
+    hint = "; ".join(ways) + BY_NAME[role].instead
     said = role == "turns" and "time" in missing
     faults.add(G301, message, hint if said else advise(role, texts) + hint)
 
@@ -224,3 +202,86 @@ def _check_period(table: Table, faults: Faults) -> None:
         message = f'"{period.header}" is the turns times "{time.header}": the first is the time, the second the period'
         hint = f'--map time="{period.header}" --map precession_period="{time.header}"'
         faults.add(G231, message, hint, period.places[0], len(period.texts[0]))
+
+
+_DEGREES = re.compile(r"([0-9]+(?:[.,][0-9]+)?)\s*(?:°|º|˚|deg)")
+_HALF = re.compile(r"half|halb|demi|medi[oa]\b|meia|pół|полов|1/2|½|/\s*2(?![0-9])", re.IGNORECASE)
+_COUNT = re.compile(
+    r"(?<![0-9.,_])([0-9]{1,2}(?:[.,]5)?)\s*"
+    r"(?:T\b|(?:\w+\s)?(?:turn|rev|cycle|rotation|tour|Umdreh|Umläuf|об|vuelt|volta|obrot|periods?\b))",
+    re.IGNORECASE,
+)
+_REPEAT = re.compile(r"(?<![0-9])([1-9])(?:ª|º|\.|st|nd|rd|th)?(?![0-9])")
+
+
+def stated_turns(header: str) -> str:
+    """Find the turns or the angle that a header says its time covers.
+
+    Parameters
+    ----------
+    header : str
+        As written: ``T/2 (s)``, ``T Ω(180°) (s)``, ``time for 10 revolutions``.
+
+    Returns
+    -------
+    str
+        ``turns=1/2``, ``angle="180 deg"``, ``turns=10``; "" if it says nothing of the kind.
+    """
+    match = _DEGREES.search(header)
+    if match:
+        return f'angle="{match[1].replace(",", ".")} deg"'
+    match = _COUNT.search(header)
+    if match:
+        return f"turns={match[1].replace(',', '.')}"
+    return "turns=1/2" if _HALF.search(header) else ""
+
+
+def advise(role: str, headers: list[str]) -> str:
+    """Propose what to type for a missing role, from the headers that could not be placed.
+
+    Parameters
+    ----------
+    role : str
+        What is missing.
+    headers : list of str
+        As written.
+
+    Returns
+    -------
+    str
+        To stand in front of the general hint; "" where no header looks like it.
+    """
+    headers = [header for header in headers if len(header) <= MAX_HEADER]
+    if role in ("time", "turns"):
+        timed = [header for header in headers if _is_time(header)]
+        told = [header for header in timed if stated_turns(header) and not _is_of_spin(header, timed)]
+        if len(told) == 1:
+            return f'is it --map time="{told[0]}" --set {stated_turns(told[0])}? '
+        numbered = [header for header in timed if _REPEAT.search(header)]
+        if role == "time" and len(numbered) > 1:
+            ways = " ".join(f'--map time_{i}="{header}"' for i, header in enumerate(numbered[:4], 1))
+            return f"are they repeats? {ways}{' …' if len(numbered) > 4 else ''}; "
+        whole = [header for header in timed if suggest_role(header) == "precession_period"]
+        if role == "time" and whole:
+            return f'is it --map precession_period="{whole[0]}", the time of one whole turn? '
+    if role == "spin":
+        turned = [header for header in headers if _is_time(header) and _is_of_spin(header, headers)]
+        if turned:
+            return f'is it "{turned[0]}"? divide by the turns, and write spin_period [s] (or _start, _end); '
+    close = [header for header in headers if suggest_role(header) == role and (role != "turns" or not _is_time(header))]
+    return f'is it "{close[0]}"? ' if close else ""
+
+
+def _is_time(header: str) -> bool:
+    unit = parse_header(header).unit
+    return unit is not None and "time" in kinds_of(unit)
+
+
+def _is_of_spin(header: str, headers: list[str]) -> bool:
+    """Tell a time of turns of the wheel from one of the precession: read before and after, or so called."""
+    lower = header.lower()
+    if re.search(r"pr[äeéê][cz][eé]?[sc]|прецес", lower):
+        return False
+    if re.search(r"spin|wheel|dis[ck]|rotor|initial|final|before|after|start|end\b", lower):
+        return bool(stated_turns(header))
+    return False

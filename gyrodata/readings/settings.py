@@ -11,13 +11,14 @@ from functools import lru_cache
 from pathlib import Path
 
 from gyrodata.errors import InputError, register
+from gyrodata.quantities import parse_quantity, parse_uncertainty
 from gyrodata.readings.cells import Cell, CellError, check_value, is_blank, read_cell
 from gyrodata.readings.grid import Text
 from gyrodata.readings.headers import name_roles
-from gyrodata.readings.log import Faults, Place, listing
+from gyrodata.readings.lablog import Faults, Place, listing
 from gyrodata.readings.reported import G308, KINDS, PREFIX, Reported, canonical_key, read_reported
-from gyrodata.readings.vocabulary import BALANCE, CONSTANTS, KEYS, MOTION, MOTIONS, ROLES, UNCERTAINTIES
-from gyrodata.units import Uncertainty, UnitError, kind_of_role, parse_quantity, parse_uncertainty
+from gyrodata.readings.roles import BALANCE, CONSTANTS, KEYS, MOTION, MOTIONS, ROLES, UNCERTAINTIES, kind_of_role
+from gyrodata.units import Uncertainty, UnitError
 
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n"
 G304 = register("G304", "note", "an option takes the place of a column", 'analyze log.csv --set spin="400 rpm"')
@@ -128,8 +129,10 @@ def _read_config(path: Path, faults: Faults) -> dict[str, str]:
     return values
 
 
-def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults: Faults) -> Settings:
+def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults: Faults, ask: bool = True) -> Settings:
     """Understand all ``# key: value`` lines and options, the later ones over the earlier.
+
+    With `ask`, a comma that may part thousands is refused; without, the table tells that it is a decimal comma.
 
     Raises
     ------
@@ -141,7 +144,7 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
     for key, text in metadata:
         known = key.lower()
         if known.startswith(PREFIX):
-            _enter_reported(settings, key, text, faults)
+            _enter_reported(settings, key, text, faults, ask)
             continue
         if known not in KEYS or known in ("run", "note"):
             settings.metadata[key] = text.text
@@ -157,7 +160,7 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
         seen[known] = text
         item = Given(known, text.text, f"# {known}", text.place)
         try:
-            _enter(settings, item)
+            _enter(settings, item, ask)
         except CellError as error:
             if known in ROLES:
                 settings.unread.add(known)
@@ -165,14 +168,14 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
             faults.add(G306, message, error.hint, text.place, len(text.text))
     for item in options:
         try:
-            _enter(settings, item)
+            _enter(settings, item, True)
         except CellError as error:
             faults.add(G504, f'{item.label}: "{item.text[:60]}"{error.joint}{error}', error.hint)
             raise InputError([d for d in faults.found if d.code == G504]) from None
     return settings
 
 
-def _enter_reported(settings: Settings, key: str, text: Text, faults: Faults) -> None:
+def _enter_reported(settings: Settings, key: str, text: Text, faults: Faults, ask: bool) -> None:
     """Keep a reported value; what is wrong with it is for whoever grades it, and only a note to its writer."""
     name = canonical_key(key)
     before = settings.reported.get(name)
@@ -182,7 +185,7 @@ def _enter_reported(settings: Settings, key: str, text: Text, faults: Faults) ->
     if close:
         message, hint = f'"# {key}" is no value that is asked for', f'did you mean "# {PREFIX}{close[0]}: {text.text}"?'
         faults.add(G305, message, hint, text.place, len(text.text))
-    reported = read_reported(key, text.text, text.line)
+    reported = read_reported(key, text.text, text.line, ask)
     if before is not None:
         problem = f"{name} is reported twice, in lines {before.line} and {text.line}, with two values"
         reported = Reported(name, before.text, fault="given twice", problem=problem, line=before.line)
@@ -223,7 +226,7 @@ def _nearest(key: str) -> list[str]:
     return difflib.get_close_matches(key, KEYS, n=1, cutoff=0.8) if len(key) > 2 else []
 
 
-def _enter(settings: Settings, item: Given) -> None:
+def _enter(settings: Settings, item: Given, ask: bool) -> None:
     """Understand one value and enter it."""
     key = item.key
     if key in BALANCE:
@@ -237,7 +240,7 @@ def _enter(settings: Settings, item: Given) -> None:
     kind = kind_of_role(key)
     if key in UNCERTAINTIES:
         try:
-            uncertainty = parse_uncertainty(item.text, kind)
+            uncertainty = parse_uncertainty(item.text, kind, ask=ask)
         except UnitError as error:
             raise CellError(G306, f"is no uncertainty: {error}", error.hint) from None
         if key.endswith("_scale") and uncertainty.absolute:
@@ -245,7 +248,7 @@ def _enter(settings: Settings, item: Given) -> None:
         settings.uncertainties[key] = uncertainty
         settings.given_uncertainties[key] = item
         return
-    cell = read_cell(item.text, kind, None)
+    cell = read_cell(item.text, kind, None, ask)
     if key in CONSTANTS:
         if not cell.value > 0:
             raise CellError(G306, "is not above zero")

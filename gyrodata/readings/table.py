@@ -17,19 +17,18 @@ from gyrodata.readings.cells import (
     is_blank,
     read_cell,
 )
-from gyrodata.readings.choice import G220, Choice, Chosen, derived_roles
-from gyrodata.readings.filldown import FILLED_DOWN, Track, fill_down
+from gyrodata.readings.columns import G220, Choice, Chosen
 from gyrodata.readings.grid import G209, Text
+from gyrodata.readings.lablog import Column, Faults, Place, span
 from gyrodata.readings.layout import Layout, is_number
-from gyrodata.readings.log import Column, Faults, Place, span
+from gyrodata.readings.roles import FILLED_DOWN, derived_roles, kind_of_role
 from gyrodata.readings.settings import G304, Given, Settings
-from gyrodata.readings.spreads import common_spread, read_spreads
+from gyrodata.readings.tracks import Track, common_spread, fill_down, read_spreads
 from gyrodata.units import (
     DISPLAY,
     Uncertainty,
     UnitError,
     examples,
-    kind_of_role,
     parse_unit,
 )
 

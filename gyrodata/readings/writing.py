@@ -1,16 +1,18 @@
-"""Back to a file: `Readings` as a canonical CSV log that reads back equal."""
+"""Back to a file: `Readings` as a canonical CSV log that reads back equal, and a blank log to fill in."""
 
 from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 
+from gyrodata.errors import Diagnostic, InputError, register
+from gyrodata.quantities import parse_quantity
 from gyrodata.readings.cells import CellError, read_cell
-from gyrodata.readings.filldown import FILLED_DOWN
-from gyrodata.readings.log import Column, Readings
+from gyrodata.readings.lablog import Column, Readings
 from gyrodata.readings.reported import PREFIX
-from gyrodata.readings.vocabulary import ROLES
-from gyrodata.units import SI, Uncertainty, from_si, kind_of_role
+from gyrodata.readings.roles import FILLED_DOWN, ROLES, kind_of_role
+from gyrodata.units import SI, Uncertainty, UnitError, from_si
 
 
 def write_log(readings: Readings) -> str:
@@ -113,12 +115,19 @@ def _add_column(column: Column, rows: list[list[int]], headers: list[str], cells
         cells.append(texts)
     if shared is None:
         return ""
-    text = _cell_text(column, rows[ids.index(shared)][0])
-    try:
-        read_cell(text, kind_of_role(column.role), None)
-    except CellError:
-        return f"{text} {column.unit}"
-    return text
+    return _line_text(_cell_text(column, rows[ids.index(shared)][0]), column)
+
+
+def _line_text(text: str, column: Column) -> str:
+    """Write a cell's text so that it stands by itself: with its unit, and without a comma that may part thousands."""
+    with_point = text.replace(",", ".")
+    for line in (text, f"{text} {column.unit}", with_point):
+        try:
+            read_cell(line, kind_of_role(column.role), None, ask=True)
+        except CellError:
+            continue
+        return line
+    return f"{with_point} {column.unit}"
 
 
 def _shared(ids: list[int], fills: bool, there: list[bool]) -> int | None:
@@ -171,3 +180,54 @@ def _quoted(text: str) -> str:
     if re.search(r'[",;\t]|^[\s#]|\s$', text):
         return '"' + text.replace('"', '""') + '"'
     return text
+
+
+G506 = register("G506", "error", "template: a value cannot be read", "template --weights 20 --spins fast")
+
+
+def blank_log(weights: Sequence[str], position: str, spins: Sequence[str]) -> str:
+    """Write a log to fill in: each weight with each spin, and a run without a weight.
+
+    Parameters
+    ----------
+    weights : sequence of str
+        Masses with their units, such as ``20 g``; repeats are kept once.
+    position : str
+        Where the weights sit, such as ``15 cm``.
+    spins : sequence of str
+        Spins to aim at, such as ``400 rpm``. They go into the notes: what is read off goes into the column.
+
+    Returns
+    -------
+    str
+        CSV text that `read_log` reads without a diagnostic once spin, time and turns are filled in.
+
+    Raises
+    ------
+    InputError
+        A value cannot be read.
+    """
+    masses = [_shown(text, "mass", "g", "--weights") for text in dict.fromkeys(weights)]
+    arm = _shown(position, "length", "cm", "--position")
+    aims = [_shown(text, "rate", "rpm", "--spins") for text in dict.fromkeys(spins)]
+    lines = [
+        "# station: ",
+        "# Fill in spin, time and turns of each run: the spin as read at half time, the turns as 1/3, 2/3 or 1.",
+        "# Write masses and positions anew, with every digit that the scale and the ruler show.",
+        "# More runs: more rows. A run that was not timed: leave its time blank.",
+        "mass [g],position [cm],spin [rpm],time [s],turns,note",
+    ]
+    lines += [f"{mass},{arm},,,,aim at {aim} rpm" for mass in masses for aim in aims]
+    middle = aims[len(aims) // 2] if aims else ""
+    lines.append(f"0,,,,,no weight on the rod; aim at {middle} rpm" if middle else "0,,,,,no weight on the rod")
+    return "\n".join(lines) + "\n"
+
+
+def _shown(text: str, kind: str, unit: str, option: str) -> str:
+    try:
+        value = from_si(parse_quantity(text, kind), unit, kind)
+    except UnitError as error:
+        raise InputError([Diagnostic(G506, "error", f"{option}: {error}", error.hint)]) from None
+    if kind != "length" and value <= 0:
+        raise InputError([Diagnostic(G506, "error", f'{option}: "{text}" is not above zero')])
+    return f"{value:.10g}"

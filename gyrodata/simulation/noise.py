@@ -16,7 +16,9 @@ import numpy as np
 from gyrodata.errors import Diagnostic, InputError, register
 from gyrodata.measurements import SOURCES
 from gyrodata.physics import Floats
-from gyrodata.units import Uncertainty, UnitError, kind_of_role, parse_uncertainty
+from gyrodata.quantities import parse_uncertainty
+from gyrodata.readings import kind_of_role
+from gyrodata.units import Uncertainty, UnitError
 
 G636 = register("G636", "error", "simulate: the noise cannot be read", "simulate --noise no-such-file.toml")
 

@@ -23,8 +23,8 @@ from gyrodata import motion, physics
 from gyrodata.errors import Diagnostic, InputError, register
 from gyrodata.fitting import DEFAULT_TRANSVERSE_RATIO
 from gyrodata.physics import Floats
-from gyrodata.readings import MAX_ROWS, check_value
-from gyrodata.units import LIMITS, SI, to_display
+from gyrodata.readings import MAX_ROWS, check_value, to_display
+from gyrodata.units import LIMITS, SI
 
 Motion = Literal["horizontal", "steady", "released"]
 

@@ -13,10 +13,10 @@ import numpy as np
 from gyrodata import __version__
 from gyrodata.errors import Diagnostic, InputError
 from gyrodata.physics import Floats
-from gyrodata.readings import Column, Readings, check_value, read_cell, write_log
+from gyrodata.readings import Column, Readings, check_value, kind_of_role, read_cell, write_log
 from gyrodata.simulation.noise import EXACT, TYPICAL, put_errors
 from gyrodata.simulation.truth import G631, Design, Runs, Truth, happen
-from gyrodata.units import DISPLAY, Uncertainty, from_si, kind_of_role
+from gyrodata.units import DISPLAY, Uncertainty, from_si
 
 SCHEMA = "gyro.truth/1"
 

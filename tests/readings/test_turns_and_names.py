@@ -4,8 +4,8 @@ import pytest
 
 from gyrodata.measurements import measure
 from gyrodata.readings import read_log
-from gyrodata.readings.advice import stated_turns
 from gyrodata.readings.headers import parse_header
+from gyrodata.readings.meaning import stated_turns
 
 HEAD = "mass [g],position [cm],spin [rpm],"
 

@@ -43,7 +43,8 @@ def quantity(option: str, text: str, kind: str, *, positive: bool = False, nonze
     InputError
         It cannot be read, has no unit or one that does not fit, or is a size that no lab has.
     """
-    from gyrodata.units import DISPLAY, LIMITS, SI, UnitError, kind_in_words, parse_quantity
+    from gyrodata.quantities import parse_quantity
+    from gyrodata.units import DISPLAY, LIMITS, SI, UnitError, kind_in_words
 
     try:
         value = parse_quantity(text, kind)

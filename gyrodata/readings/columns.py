@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 from gyrodata.errors import register
 from gyrodata.readings.grid import Text
 from gyrodata.readings.headers import Header, unit_for
+from gyrodata.readings.lablog import Faults, listing
 from gyrodata.readings.layout import Layout
-from gyrodata.readings.log import Faults, listing
+from gyrodata.readings.roles import derived_roles, kind_of_role, squeeze
 from gyrodata.readings.settings import G502, G503, Settings
-from gyrodata.readings.vocabulary import squeeze
-from gyrodata.units import ROLE_KINDS, UnitError, kind_of_role, parse_unit
+from gyrodata.units import UnitError, parse_unit
 
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns"
 _ROW = "20,15.0,406,13.06,1/3"
@@ -62,20 +62,6 @@ class Choice:
             present.append(chosen)
         else:
             self.others.append(chosen)
-
-
-def derived_roles(roles: set[str]) -> set[str]:
-    """Give the roles that are only compared, because the readings they derive from are there."""
-    derived = {"inertia"}
-    if "time" in roles and roles & {"turns", "angle"}:
-        derived |= {"precession_period", "precession_rate"}
-    if "position" in roles and roles & {"mass", "force"}:
-        derived.add("torque")
-    if "spin" in roles or {"spin_start", "spin_end"} <= roles:
-        derived |= {"spin_period", "spin_period_start", "spin_period_end"}
-    if {"spin_start", "spin_end"} <= roles:
-        derived.add("spin")
-    return derived
 
 
 def choose(layout: Layout, mapping: Mapping[str, str], settings: Settings, faults: Faults) -> Choice:
@@ -128,7 +114,7 @@ def _mapped(layout: Layout, mapping: Mapping[str, str], faults: Faults) -> dict[
             header = header._replace(unit=unit_for(header.text, kind_of_role(role)))
         if header.unit is None and header.spread.partition(" ")[2]:
             header = header._replace(unit=header.spread.partition(" ")[2])
-        if ROLE_KINDS.get(role.removeprefix("u_")) == "text":
+        if kind_of_role(role) == "text":
             header = header._replace(unit=None)
         index = int(number) if number else None
         found[at] = Chosen(at, layout.cells[at], header, role, index)

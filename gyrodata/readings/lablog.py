@@ -1,4 +1,4 @@
-"""The nouns of the reader: a place in a file, one role's column of readings, and the whole log."""
+"""The nouns of the reader: a place in a file, one role's column of readings, the whole log, and its faults."""
 
 from __future__ import annotations
 

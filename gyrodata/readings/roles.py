@@ -1,0 +1,442 @@
+"""The roles: what a column of a log can measure, one record each; and the other keys that a log can give.
+
+A new role is one record of `TABLE` here; readers, hints, fill-down and the blank log follow it.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from functools import lru_cache
+from typing import Literal, NamedTuple
+
+from gyrodata.units import DISPLAY, fold_letters, from_si, kinds_of
+
+
+class Role(NamedTuple):
+    """What a column can measure."""
+
+    name: str
+    kind: str
+    """Kind of quantity, a key of `gyrodata.units.SI`."""
+    symbols: str = ""
+    """Symbols that mean this role only, parted by blanks; case matters ("m" is no "M")."""
+    words: str = ""
+    """Names that mean this role only, parted by commas; case and accents do not matter. English first, then de, fr,
+    ru, es, pl, pt, ko."""
+    bound: Literal["", "above zero", "not zero", "not below zero", "below 90 degrees"] = ""
+    """What its values are held to."""
+    bound_hint: str = ""
+    """What to type where a value is not."""
+    fills_down: bool = False
+    """Whether a blank cell takes the value above it, as in merged cells."""
+    sample: str = ""
+    """Value to propose where it is missing."""
+    meaning: str = ""
+    """What it is, in words."""
+    instead: str = ""
+    """What serves instead, for hints."""
+    derived_from: tuple[tuple[str, ...], ...] = ()
+    """Sets of roles; where all of one set are there, this role is only compared."""
+
+
+TABLE: tuple[Role, ...] = (
+    Role(
+        "mass",
+        "mass",
+        symbols="m",
+        words=(
+            "mass, weight, load, added mass, added weight, add-on mass, additional mass, hanging mass, masses, mass "
+            "added, Masse, Zusatzmasse, Gewicht, Zusatzgewicht, Auflagemasse, masse ajoutée, masse additionnelle, "
+            "surcharge, масса, масса груза, груз, масса грузика, m груза, masa, masa añadida, peso, masa ciężarka, "
+            "obciążenie, ciężarek, masa obciążnika, massa, massa adicionada, 질량, 추의 질량"
+        ),
+        bound="not below zero",
+        bound_hint="a weight on the counterweight side has a negative position",
+        fills_down=True,
+        sample="20 g",
+        meaning="the added weight",
+        instead=" (a torque [N*m] column, or force [N], serves instead)",
+    ),
+    Role(
+        "position",
+        "length",
+        symbols="x X r R l L d",
+        words=(
+            "position, arm, lever arm, lever, radius, distance, moment arm, arm length, location, offset, distance "
+            "from centre, distance from center, distance from pivot, Position, Abstand, Hebelarm, Hebel, Arm, Radius, "
+            "Hebelarmlänge, Entfernung, bras, bras de levier, rayon, plече, плечо, расстояние, длина плеча, радиус, "
+            "положение, brazo, brazo de palanca, distancia, radio, posición, ramię, ramię siły, odległość, położenie, "
+            "posição, distância, raio, braço, braço de alavanca, 반경, 반지름, 거리, 팔 길이"
+        ),
+        fills_down=True,
+        sample="15 cm",
+        meaning="where on the rod the weight sits",
+    ),
+    Role(
+        "torque",
+        "torque",
+        symbols="D Γ",
+        words=(
+            "torque, moment, moment of force, applied torque, couple, moment du couple, Drehmoment, Moment, moment de "
+            "force, момент, момент силы, момент сил, вращающий момент, par, momento, momento de fuerza, torca, moment "
+            "siły, torque aplicado, 토크, 돌림힘"
+        ),
+        fills_down=True,
+        derived_from=(("position", "mass"), ("position", "force")),
+    ),
+    Role(
+        "force",
+        "force",
+        symbols="F",
+        words="force, applied force, Kraft, сила, fuerza, siła, força, 힘",
+        fills_down=True,
+    ),
+    Role(
+        "spin",
+        "rate",
+        symbols="ω w ν f ψdot ωs ωS",
+        words=(
+            "spin, spin speed, spin rate, spin frequency, rotor speed, rotation speed, rotational speed, rotation "
+            "rate, speed, tachometer, tacho, tachometer reading, wheel speed, disc speed, disk speed, ball speed, "
+            "gyro speed, psidot, psi dot, omega, angular speed of spin, spin angular velocity, Drehzahl, "
+            "Drehfrequenz, Eigendrehzahl, Eigenrotation, Kreiseldrehzahl, Rotationsfrequenz, vitesse de rotation, "
+            "vitesse de rotation propre, rotation propre, fréquence de rotation, régime, обороты ротора, частота "
+            "вращения, скорость вращения, частота ротора, частота вращения ротора, velocidad de giro, velocidad de "
+            "rotación, frecuencia de giro, prędkość obrotowa, obroty, częstotliwość obrotów, velocidade de rotação, "
+            "frequência de rotação, 자전 각속도, 회전 속도, 회전수"
+        ),
+        bound="not zero",
+        fills_down=True,
+        sample="400 rpm",
+        meaning="how fast the ball spins",
+        instead=" (spin_start and spin_end, or spin_period [s], serve instead)",
+        derived_from=(("spin_start", "spin_end"),),
+    ),
+    Role(
+        "spin_start",
+        "rate",
+        bound="not zero",
+        fills_down=True,
+        sample="410 rpm",
+    ),
+    Role(
+        "spin_end",
+        "rate",
+        symbols="n2 f2",
+        bound="not zero",
+        fills_down=True,
+        sample="390 rpm",
+    ),
+    Role(
+        "spin_period",
+        "time",
+        symbols="Ts TG Tspin tR TR",
+        words=(
+            "spin period, period of spin, rotation period, rotor period, time per revolution, time per turn, "
+            "Drehperiode, Rotationsperiode, Eigenperiode, période de rotation, période de rotation propre, период "
+            "вращения, период вращения ротора, tiempo de giro, periodo de giro, periodo de rotación, okres obrotu, "
+            "okres wirowania, período de rotação, 자전 주기"
+        ),
+        bound="above zero",
+        fills_down=True,
+        derived_from=(("spin",), ("spin_start", "spin_end")),
+    ),
+    Role(
+        "spin_period_start",
+        "time",
+        symbols="TGi",
+        bound="above zero",
+        fills_down=True,
+        sample="0.14 s",
+        derived_from=(("spin",), ("spin_start", "spin_end")),
+    ),
+    Role(
+        "spin_period_end",
+        "time",
+        symbols="TGf",
+        bound="above zero",
+        fills_down=True,
+        sample="0.16 s",
+        derived_from=(("spin",), ("spin_start", "spin_end")),
+    ),
+    Role(
+        "time",
+        "time",
+        symbols="t NT nT",
+        words=(
+            "time, stopwatch, stop watch, stopwatch time, stopwatch reading, timing, measured time, precession time, "
+            "duration, elapsed time, total time, Zeit, Stoppuhr, Messzeit, gemessene Zeit, Dauer, Präzessionszeit, "
+            "temps, durée, chrono, chronomètre, temps de précession, temps mesuré, время, секундомер, время "
+            "прецессии, полное время, общее время, tiempo, cronómetro, tiempo medido, tiempo de precesión, czas, "
+            "stoper, czas precesji, zmierzony czas, tempo, tempo de precessão, 시간, 측정 시간"
+        ),
+        bound="above zero",
+        bound_hint="a run that was not timed is left blank",
+        meaning="the stopwatch time of each run",
+        instead=" (precession_period [s] or precession_rate [rad/s] serves instead)",
+    ),
+    Role(
+        "turns",
+        "number",
+        symbols="Noб Np NP",
+        words=(
+            "turns, revs, revolutions, number of turns, number of revolutions, precession turns, precession "
+            "revolutions, count, laps, rounds, cycles, no of turns, no of revolutions, fraction of turn, Umdrehungen, "
+            "Umläufe, Anzahl Umläufe, Anzahl Umdrehungen, Anzahl der Umdrehungen, tours, nombre de tours, обороты, "
+            "число оборотов, количество оборотов, оборотов, N оборотов, vueltas, número de vueltas, revoluciones, "
+            "liczba obrotów, liczba okrążeń, okrążenia, voltas, número de voltas, 횟수, 회전 횟수, 바퀴 수"
+        ),
+        bound="above zero",
+        sample="1",
+        meaning="how many turns each time covers",
+        instead=' (or the swept angle: a column angle [deg], "# angle: 120 deg", --set angle="120 deg")',
+    ),
+    Role(
+        "angle",
+        "angle",
+        symbols="φ",
+        words=(
+            "angle, swept angle, precession angle, angle swept, angle of precession, Winkel, überstrichener Winkel, "
+            "Präzessionswinkel, angle parcouru, angle de précession, угол, угол поворота, угол прецессии, ángulo, "
+            "ángulo barrido, kąt, kąt obrotu, kąt precesji, ângulo, 각도"
+        ),
+        bound="above zero",
+    ),
+    Role(
+        "precession_period",
+        "time",
+        symbols="Tp TP TΩ",
+        words=(
+            "period, precession period, period of precession, tau, Periode, Periodendauer, Präzessionsperiode, "
+            "Präzessionsdauer, période, période de précession, период, период прецессии, periodo, período, periodo de "
+            "precesión, okres, okres precesji, período de precessão, 주기, 세차 주기"
+        ),
+        bound="above zero",
+        derived_from=(("time", "turns"), ("time", "angle")),
+    ),
+    Role(
+        "precession_rate",
+        "rate",
+        symbols="Ω Ωp ΩP ωp ωP wp φdot",
+        words=(
+            "precession rate, precession speed, precession frequency, rate of precession, precession, phidot, phi "
+            "dot, precession angular velocity, angular velocity of precession, Präzessionsfrequenz, "
+            "Präzessionsgeschwindigkeit, Präzessionsrate, Präzessionswinkelgeschwindigkeit, vitesse de précession, "
+            "fréquence de précession, скорость прецессии, угловая скорость прецессии, частота прецессии, velocidad de "
+            "precesión, frecuencia de precesión, prędkość precesji, prędkość kątowa precesji, częstość precesji, "
+            "velocidade de precessão, frequência de precessão, 세차 각속도, 세차 속도"
+        ),
+        bound="not zero",
+        derived_from=(("time", "turns"), ("time", "angle")),
+    ),
+    Role(
+        "pitch",
+        "angle",
+        words=(
+            "pitch, pitch angle, elevation, inclination, rod angle, tilt, Neigung, Neigungswinkel, inclinaison, "
+            "наклон, угол наклона, inclinación, nachylenie"
+        ),
+        bound="below 90 degrees",
+    ),
+    Role(
+        "spin_sense",
+        "sign",
+        words=(
+            "spin sense, spin direction, sense of spin, direction of spin, Drehsinn, sens de rotation, направление "
+            "вращения"
+        ),
+    ),
+    Role(
+        "precession_sense",
+        "sign",
+        words=(
+            "precession sense, precession direction, sense of precession, direction of precession, "
+            "Präzessionsrichtung, sens de précession, направление прецессии"
+        ),
+    ),
+    Role(
+        "transverse_inertia",
+        "inertia",
+        words="transverse inertia, transverse moment of inertia",
+        bound="above zero",
+    ),
+    Role(
+        "inertia",
+        "inertia",
+        symbols="I J Izz Iz I0 I3 Jz",
+        words=(
+            "inertia, moment of inertia, Trägheitsmoment, moment d'inertie, момент инерции, momento de inercia, "
+            "moment bezwładności, momento de inércia, 관성 모멘트, 관성모멘트"
+        ),
+        derived_from=((),),
+    ),
+    Role(
+        "run",
+        "text",
+        symbols="№ # No Nr nr",
+        words=(
+            "run, run number, run no, run id, trial, measurement, no, nr, number, id, index, row, label, point, test, "
+            "attempt, Messung, Messung Nr, Versuch, Lauf, mesure, essai, numéro, опыт, номер, номер опыта, № опыта, № "
+            "п/п, измерение, medida, medición, ensayo, número, pomiar, nr pomiaru, nr pom, lp, medição, medida nº, "
+            "번호, 실험, 회차"
+        ),
+    ),
+    Role(
+        "note",
+        "text",
+        words=(
+            "note, notes, comment, comments, remark, remarks, Bemerkung, Bemerkungen, Kommentar, Notiz, remarque, "
+            "commentaire, примечание, примечания, комментарий, nota, notas, observaciones, comentario, uwagi, uwaga, "
+            "observações, 비고"
+        ),
+    ),
+)
+
+SHARED_SYMBOLS = {
+    "M": "torque mass",
+    "n": "turns spin",
+    "N": "turns spin",
+    "T": "time precession_period",
+    "tP": "time precession_period",
+    "tp": "time precession_period",
+    "τ": "precession_period torque",
+    # Some number the states before and after, some the two rotations.
+    "ω0": "spin_start spin",
+    "w0": "spin_start spin",
+    "n0": "spin_start spin",
+    "f0": "spin_start spin",
+    "ω1": "spin_start spin_end precession_rate",
+    "w1": "spin_start spin_end precession_rate",
+    "n1": "spin_start spin_end",
+    "f1": "spin_start spin_end",
+    "ω2": "spin_end precession_rate",
+    "w2": "spin_end precession_rate",
+}
+"""Symbols of several roles, which a unit or the other columns tell apart."""
+
+SHARED_WORDS = {
+    "spin precession_rate": (
+        "angular velocity, angular speed, angular frequency, frequency, Winkelgeschwindigkeit, Kreisfrequenz, "
+        "Frequenz, vitesse angulaire, fréquence, угловая скорость, частота, velocidad angular, frecuencia, prędkość "
+        "kątowa, częstotliwość, rotation, frequência, velocidade angular, 각속도, 진동수"
+    ),
+    "turns precession_period": "периоды, periods",
+    "precession_period spin_period": "Umlaufzeit, Umlaufdauer",
+}
+"""Words of several roles."""
+
+BY_NAME: dict[str, Role] = {role.name: role for role in TABLE}
+ROLES = tuple(BY_NAME)
+FILLED_DOWN = frozenset(role.name for role in TABLE if role.fills_down)
+
+CONSTANTS = {"g": "acceleration", "ball_diameter": "length", "ball_mass": "mass"}
+"""Kinds of the constants of a log that are no role."""
+
+SHARED_UNCERTAINTIES = {
+    "u_time_bias": "time",
+    "u_spin_scale": "rate",
+    "u_mass_scale": "mass",
+    "u_position_zero": "length",
+    "u_imbalance": "torque",
+    "u_g": "acceleration",
+    "u_ball_mass": "mass",
+    "u_ball_diameter": "length",
+}
+"""Kinds of the uncertainties that belong to no role of their own name."""
+
+UNCERTAINTIES = (
+    *(f"u_{role.name}" for role in TABLE if role.kind not in ("sign", "text")),
+    *SHARED_UNCERTAINTIES,
+)
+BALANCE = ("balance_tilt", "balance_drift")
+MOTION = "motion"
+MOTIONS = ("steady", "released")
+"""How the rod was started: led along until it precesses steadily, or let go from rest."""
+KEYS = (*ROLES, *CONSTANTS, *UNCERTAINTIES, *BALANCE, MOTION)
+"""Everything that ``# key: value``, ``--set`` and ``--config`` can give."""
+
+
+def kind_of_role(role: str) -> str:
+    """Give the kind of quantity of a role, a constant or a ``u_…`` key (KeyError if there is none)."""
+    if role in SHARED_UNCERTAINTIES:
+        return SHARED_UNCERTAINTIES[role]
+    base = role.removeprefix("u_")
+    return CONSTANTS[base] if base in CONSTANTS else BY_NAME[base].kind
+
+
+def to_display(value: float, role: str) -> tuple[float, str]:
+    """Give a value of a role in the unit it is usually shown in, with that unit (``g``, ``cm``, ``rpm``, …)."""
+    kind = kind_of_role(role)
+    return from_si(value, DISPLAY[kind], kind), DISPLAY[kind]
+
+
+def derived_roles(roles: set[str]) -> set[str]:
+    """Give the roles that are only compared, because the readings they derive from are there."""
+    return {role.name for role in TABLE if any(roles.issuperset(sources) for sources in role.derived_from)}
+
+
+_START = (
+    "start initial before begin beginning first vorher anfang am_anfang avant début до начальная начальный antes "
+    "inicial przed początkowa "
+)
+_END = "end final after last nachher ende danach après fin после конечная конечный después despues final po końcowa "
+_NOISE = (
+    "the of a for measured mean average avg observed reading value in der die das des gemessen gemessene mittel "
+    "mittlere mittlerer de du la le moyen moyenne mesuré mesurée средний средняя среднее измеренный измеренное "
+    "medio media promedio medido średni średnia średnie zmierzony zmierzona at half médio média 측정 평균 "
+)
+_THEORY = (
+    "theory theoretical theor theo calculated calc computed expected predicted theorie theoretisch berechnet théorie "
+    "théorique calculé теор теория теоретическая теоретический расчет расчетная teórico teórica calculado calculada "
+    "teoria teoretyczna teoretyczny obliczona obliczony esperado 이론 계산 "
+)
+_UNSURE = (
+    "u sigma err error errors uncertainty unc uncert stdev sd std delta unsicherheit fehler messunsicherheit "
+    "incertitude erreur погрешность ошибка incertidumbre error niepewność błąd incerteza erro δ σ "
+)
+
+
+@lru_cache(maxsize=8192)
+def squeeze(text: str) -> str:
+    """Keep the letters of a name: look-alikes folded, accents, blanks, ``_``, ``-`` and dots gone; case stays."""
+    folded = fold_letters(text)
+    if not folded.isascii():
+        # A dot above means a rate ("φ̇"); other accents come and go with the keyboard.
+        decomposed = unicodedata.normalize("NFD", folded).replace("\u0307", "dot")
+        folded = "".join(c for c in decomposed if unicodedata.category(c) != "Mn").replace("ł", "l").replace("ϕ", "φ")
+        folded = folded.replace("ı", "i").replace("ß", "ss")
+    return re.sub(r"[\s_\-.:'’<>|^]+", "", folded)
+
+
+def _words(text: str) -> set[str]:
+    return {squeeze(word).lower() for word in text.split()}
+
+
+START_WORDS, END_WORDS, NOISE_WORDS, UNSURE_WORDS = _words(_START), _words(_END), _words(_NOISE), _words(_UNSURE)
+THEORY_WORDS = _words(_THEORY)
+"""Words for what was worked out and not measured."""
+
+NAMES: dict[str, tuple[str, ...]] = {}
+"""Roles by squeezed lower-case name."""
+for _roles, _text in (*((role.name, role.words) for role in TABLE), *SHARED_WORDS.items()):
+    for _name in _text.split(",") if _text else ():
+        NAMES.setdefault(squeeze(_name).lower(), tuple(_roles.split()))
+for _role in ROLES:
+    NAMES[squeeze(_role).lower()] = (_role,)
+
+SYMBOLS: dict[str, tuple[str, ...]] = {
+    squeeze(symbol): (role.name,) for role in TABLE for symbol in role.symbols.split()
+} | {squeeze(symbol): tuple(roles.split()) for symbol, roles in SHARED_SYMBOLS.items()}
+"""Roles by squeezed symbol; case matters."""
+
+_ALL_WORDS = frozenset(
+    squeeze(word).lower()
+    for text in (*(role.words for role in TABLE if role.words), *SHARED_WORDS.values())
+    for word in re.split(r"[\s,]+", text)
+) | frozenset(START_WORDS | END_WORDS | NOISE_WORDS | UNSURE_WORDS)
+
+
+def is_word(text: str) -> bool:
+    """Tell whether a word is one that stands in headers, or a unit."""
+    return squeeze(text).lower() in _ALL_WORDS or bool(kinds_of(text))

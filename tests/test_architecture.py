@@ -29,7 +29,7 @@ SHELVES = {
     "analysis": 7,
     "prediction": 7,
     "reporting": 8,
-    "selfcheck": 8,
+    "selfcheck": 7,
     "plotting": 8,
     "procedure": 8,
     "schema": 8,

@@ -127,7 +127,7 @@ def printed(path: Path, *steps: Step, output: io.StringIO, monkeypatch: pytest.M
         cli_watch.watch(
             path,
             lambda data: read_log(data, name=path.name),
-            lambda readings: analyze_readings(readings, {}),
+            lambda readings: analyze_readings(readings),
             "plain",
             script(*steps),
         )
@@ -160,7 +160,7 @@ def test_every_state_of_a_log_that_is_being_typed_has_an_answer_or_a_reason(name
     whole = (Path(__file__).parent / name).read_text(encoding="utf-8")
     for end in range(0, len(whole), 7):
         said_of_it = cli_watch.state(
-            "log", whole[:end].encode(), read_log, lambda read: analyze_readings(read, {}), "plain"
+            "log", whole[:end].encode(), read_log, lambda read: analyze_readings(read), "plain"
         )
         assert said_of_it.startswith(("log: no answer yet\n\n<bytes>", "<bytes>: ")), end
 
@@ -208,7 +208,7 @@ def test_a_name_that_is_wrong_is_refused_at_once(tmp_path: Path) -> None:
 
 def said(log: str) -> str:
     readings = read_log(log.encode(), name="half_way.csv")
-    return watch_text(analyze_readings(readings, {}), check_procedure(readings))
+    return watch_text(analyze_readings(readings), check_procedure(readings))
 
 
 def part(text: str, title: str) -> list[str]:

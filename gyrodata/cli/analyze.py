@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -17,7 +17,7 @@ from gyrodata.errors import Diagnostic, GyroError, register
 
 if TYPE_CHECKING:
     from gyrodata.readings import Readings
-    from gyrodata.results import Analysis
+    from gyrodata.results import Analysis, Options
 
 G604 = register("G604", "error", "values are not words in this form", "analyze log.csv --format csv --values short")
 G605 = register("G605", "error", "what cannot be watched", "analyze a.csv b.csv --watch")
@@ -84,16 +84,18 @@ class _Request:
     style: Style
     quiet: bool
 
-    def told(self) -> dict[str, Any]:
+    def told(self) -> Options:
         """What the output says was asked for: no paths."""
-        return {
-            "set": dict(sorted(self.settings.items())),
-            "map": dict(sorted(self.mapping.items())),
-            "config": self.config.name if self.config else None,
-            "model": self.model.value,
-            "keep_flagged": self.keep_flagged,
-            "scale_by_birge": self.scale_by_birge,
-        }
+        from gyrodata.results import Options
+
+        return Options(
+            set=dict(sorted(self.settings.items())),
+            map=dict(sorted(self.mapping.items())),
+            config=self.config.name if self.config else None,
+            model=self.model.value,
+            keep_flagged=self.keep_flagged,
+            scale_by_birge=self.scale_by_birge,
+        )
 
 
 def analyze(
@@ -195,8 +197,7 @@ def _watch(path: Path, request: _Request) -> None:
         return read_log(data, name=path.name, settings=request.settings, mapping=request.mapping, config=request.config)
 
     def analyse(readings: Readings) -> Analysis:
-        return analyze_readings(readings, request.told(), request.model.value, request.keep_flagged,
-                                request.scale_by_birge)  # fmt: skip
+        return analyze_readings(readings, request.told())
 
     if not path.is_file():
         read(path)
@@ -266,9 +267,7 @@ def _analyze_one(job: _Job) -> _Told:
     readings: Readings | None = None
     try:
         readings = read_log(**source_of(log), settings=request.settings, mapping=request.mapping, config=request.config)
-        analysis = analyze_readings(
-            readings, request.told(), request.model.value, request.keep_flagged, request.scale_by_birge
-        )
+        analysis = analyze_readings(readings, request.told())
         files = _report_files(analysis, request) if folder else {}
         text = _formatted(analysis, request, job.count)
     except GyroError as error:
@@ -291,11 +290,11 @@ def _without_answer(
     if request.form not in (Format.json, Format.ndjson):
         return _Told(code, "", diagnostics)
     from gyrodata.reporting import json_text
-    from gyrodata.results import envelope
+    from gyrodata.results import document
 
     digest, rows = (readings.sha256, len(readings.runs)) if readings else (None, None)
-    document = envelope(name_of(log), digest, rows, request.told(), None, tuple(diagnostics))
-    return _Told(code, json_text(document, indent=2 if request.form is Format.json else None), diagnostics)
+    made = document(name_of(log), digest, rows, request.told(), None, tuple(diagnostics))
+    return _Told(code, json_text(made, indent=2 if request.form is Format.json else None), diagnostics)
 
 
 def _formatted(analysis: Analysis, request: _Request, count: int) -> str:

@@ -32,6 +32,9 @@ def schema(
     predictions: Annotated[
         bool, typer.Option("--predictions", help="The schema of gyro predict --format json.")
     ] = False,
+    selfchecks: Annotated[
+        bool, typer.Option("--selfcheck", help="The schema of gyro selfcheck --format json.")
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="The table of diagnostics as JSON.")] = False,
 ) -> None:
     """Print the JSON Schema of the outputs, or the table of diagnostics."""
@@ -50,6 +53,7 @@ def schema(
             (checks, schemas.check_schema),
             (grades, schemas.grades_schema),
             (predictions, schemas.predictions_schema),
+            (selfchecks, schemas.selfcheck_schema),
         ):
             wanted = other if asked else wanted
         write_out(reporting.json_text(wanted()))

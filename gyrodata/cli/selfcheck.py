@@ -34,7 +34,7 @@ def selfcheck(
 
     given = pairs(settings, "--set"), pairs(mapping, "--map")
     readings = read_log(**source_of(log), settings=given[0], mapping=given[1], config=config)
-    analysis = analyze_readings(readings, {})
+    analysis = analyze_readings(readings)
     tilted = any(effect.effect == "tilt" and effect.kept for effect in analysis.effects)
     kept = [i for i, run in enumerate(analysis.run_table) if not run.left_out]
     measured = select(analysis.measurements, kept)

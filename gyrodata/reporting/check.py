@@ -8,39 +8,15 @@ from typing import Any
 from gyrodata.errors import Diagnostic
 from gyrodata.reporting.values import count_text
 from gyrodata.reporting.words import visible
-from gyrodata.results import envelope
+from gyrodata.results import CheckDocument, Input, Tool, plain
 
 
 def check_document(
     name: str, sha256: str | None, rows: int | None, clean: bool, diagnostics: Sequence[Diagnostic]
 ) -> dict[str, Any]:
-    """Put what `gyro check` found into its JSON object (schema "gyro.check/1").
-
-    Parameters
-    ----------
-    name : str
-        Name of the log, without its folder.
-    sha256 : str or None
-        Of its bytes; None where it could not be read.
-    rows : int or None
-        Number of runs read.
-    clean : bool
-        True if nothing above a note was found.
-    diagnostics : sequence of Diagnostic
-        What was found.
-
-    Returns
-    -------
-    dict
-    """
-    document = envelope(name, sha256, rows, {}, None, tuple(diagnostics))
-    return {
-        "schema": "gyro.check/1",
-        "tool": document["tool"],
-        "input": document["input"],
-        "clean": clean,
-        "diagnostics": document["diagnostics"],
-    }
+    """Put what `gyro check` found into its JSON object."""
+    found = tuple(diagnostics)
+    return plain(CheckDocument("gyro.check/1", Tool(), Input(name, sha256, rows), clean, found))  # type: ignore[no-any-return]
 
 
 def check_text(name: str, runs: int | None, diagnostics: Sequence[Diagnostic]) -> str:

@@ -165,14 +165,14 @@ def sections(analysis: Analysis) -> tuple[Section, ...]:
 
 
 def _summary(analysis: Analysis, scale: Scale, torque: Scale) -> Section:
-    inertia, imbalance, bias = analysis.inertia, analysis.imbalance, analysis.timing_bias
+    inertia, residual, bias = analysis.inertia, analysis.residual_torque, analysis.timing_bias
     sentences: list[Sentence] = []
     if inertia.interval_95 is not None:
         meaning = "every value stands with one standard uncertainty u, from the stated uncertainties."
         interval = Interval(*inertia.interval_95, scale)
         sentences.append(("The 95 % interval is ", interval, f" ({interval_kind(inertia)}); {meaning}"))
     meaning = "; the torque at work is the applied torque plus M0."
-    sentences.append(("Residual torque M0 = ", Value(imbalance.value, imbalance.u, torque), meaning))
+    sentences.append(("Residual torque M0 = ", Value(residual.value, residual.u, torque), meaning))
     if bias.u:
         sentences.append(("Timing bias b = ", Value(bias.value, bias.u, SECOND), "."))
     goodness = goodness_text(analysis)
@@ -351,7 +351,7 @@ def _provenance(analysis: Analysis) -> Section:
         "tool": f"gyrodata {__version__}",
         "log": analysis.name,
         "its SHA-256": analysis.sha256,
-        **{f"option {key.replace('_', ' ')}": option_text(value) for key, value in analysis.options.items()},
+        **{f"option {key.replace('_', ' ')}": option_text(value) for key, value in vars(analysis.options).items()},
         **{f"# {key}": value for key, value in analysis.readings.metadata.items()},
     }
     return Section("Provenance", items=tuple((f"{key}: {value}",) for key, value in told.items()))

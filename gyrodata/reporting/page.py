@@ -121,7 +121,7 @@ def _page_content(analysis: Analysis, looks: Sequence[tuple[str, str, str]]) -> 
     labels = [_label(cited, i, torque) for i in range(len(looks))]
     names = [_swatch(colour, marker) + label for (_, colour, marker), label in zip(looks, labels, strict=True)]
     flagged = [i for i, run in enumerate(analysis.run_table) if run.flagged]
-    kept = bool(analysis.options.get("keep_flagged"))
+    kept = analysis.options.keep_flagged
     return {
         "title": f"I_zz = {inertia_text(analysis.inertia.value, analysis.inertia.u)} – {analysis.name}",
         "a": analysis,
@@ -150,7 +150,7 @@ def _page_content(analysis: Analysis, looks: Sequence[tuple[str, str, str]]) -> 
         "exponent_strips": _exponent_strips(analysis),
         "ball_strips": _ball_strips(analysis),
         "defaults": [line.strip() for line in default_lines(analysis)[1:]],
-        "options": [(key, option_text(value)) for key, value in analysis.options.items()],
+        "options": [(key, option_text(value)) for key, value in vars(analysis.options).items()],
         "constants": [(key, _CONSTANT_UNITS[key]) for key in cited.at("constants")],
         "remarks": analysis.readings.metadata,
         "effect_verdict": effect_verdict,

@@ -66,7 +66,7 @@ def _headline(analysis: Analysis) -> list[str]:
 
 
 def _answer(analysis: Analysis, writing: Writing) -> list[str]:
-    inertia, imbalance, bias = analysis.inertia, analysis.imbalance, analysis.timing_bias
+    inertia, residual, bias = analysis.inertia, analysis.residual_torque, analysis.timing_bias
     lines = [f"  I_zz = {inertia_text(inertia.value, inertia.u, writing)}"]
     if inertia.interval_95 is not None:
         scale = inertia_scale(inertia.value, inertia.u)
@@ -74,7 +74,7 @@ def _answer(analysis: Analysis, writing: Writing) -> list[str]:
         lines.append(
             f"         95 % interval {ends}{' × ' if scale.exponent else ' '}{scale} ({interval_kind(inertia)})"
         )
-    torque = value_text(imbalance.value, imbalance.u, common_torque_scale(analysis), writing)
+    torque = value_text(residual.value, residual.u, common_torque_scale(analysis), writing)
     lines.append(f"  residual torque M0 = {torque} (torque at work = applied + M0)")
     if bias.u:
         lines.append(f"  timing bias b = {value_text(bias.value, bias.u, SECOND, writing)}")

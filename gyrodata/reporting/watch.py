@@ -98,12 +98,12 @@ def load_text(run: Run) -> str:
 
 def _answer(analysis: Analysis, writing: Writing) -> list[str]:
     runs, torques = count_text(len(analysis.run_table), "run"), count_text(len(analysis.torques), "torque")
-    inertia, imbalance = analysis.inertia, analysis.imbalance
+    inertia, residual = analysis.inertia, analysis.residual_torque
     relative = f", u = {100 * inertia.u / abs(inertia.value):.2g} %" if inertia.u else ""
     return [
         f"{analysis.name}: {runs}, {torques}",
         f"  I_zz = {inertia_text(inertia.value, inertia.u, writing)}{relative}",
-        f"  M0 = {value_text(imbalance.value, imbalance.u, common_torque_scale(analysis), writing)}",
+        f"  M0 = {value_text(residual.value, residual.u, common_torque_scale(analysis), writing)}",
     ]
 
 
@@ -111,9 +111,9 @@ def _with_this_load(analysis: Analysis, loaded: Sequence[Run], here: Sequence[Di
     """What to do before this load comes off: the odd runs, those that are far off, and what is missing."""
     odd = [f"repeat {_place(run)}: {run.reason}" for run in loaded if run.flagged]
     far = [
-        f"repeat {_place(run)}: {abs(run.deviation):.1f} u from what the other runs say"
+        f"repeat {_place(run)}: {abs(run.studentized_residual):.1f} u from what the other runs say"
         for run in loaded
-        if not run.flagged and run.deviation is not None and abs(run.deviation) > FAR
+        if not run.flagged and run.studentized_residual is not None and abs(run.studentized_residual) > FAR
     ]
     todo = [*odd, *far, *map(_advice, here)]
     if todo:

@@ -36,8 +36,8 @@ SOURCE_NAMES = {
     "force": "force",
     "torque": "torque",
     "g": "g",
-    "imbalance": "residual torque (prior)",
-    "imbalance_sign": "unknown sense of the unloaded run",
+    "residual_torque": "residual torque (prior)",
+    "residual_torque_sign": "unknown sense of the unloaded run",
     "balance_doubt": "doubt about the balance test",
     "precession_rate": "precession rate",
     "angle": "swept angle",
@@ -49,7 +49,7 @@ SOURCE_NAMES = {
 
 
 EFFECT_NAMES = {
-    "imbalance": "imperfect balance",
+    "residual_torque": "imperfect balance",
     "timing_bias": "late or early hand",
     "spin_decay": "falling spin, plain mean of start and end",
     "decay_law": "law by which the spin falls",

@@ -545,7 +545,7 @@ class TestMessages:
             simulated(design=Design(spins=(math.nan,)))
 
     def test_help_has_an_example_that_runs(self) -> None:
-        shown = " ".join(gyro("simulate", "--help").stdout.split())
+        shown = " ".join(gyro("simulate", "--help").stdout.replace("\\\n", " ").split())
         example = shown.partition("Example: gyro ")[2].partition(" > ")[0]
         assert gyro(*shlex.split(example)).exit_code == 0
 

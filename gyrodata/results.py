@@ -342,6 +342,13 @@ def document(
     return plain(AnalysisDocument(SCHEMA, Tool(), Input(name, sha256, rows), options, result, diagnostics))  # type: ignore[no-any-return]
 
 
+def check_document(
+    name: str, sha256: str | None, rows: int | None, clean: bool, diagnostics: tuple[Diagnostic, ...]
+) -> dict[str, Any]:
+    """Put what `gyro check` found into the object of the JSON contract."""
+    return plain(CheckDocument("gyro.check/1", Tool(), Input(name, sha256, rows), clean, diagnostics))  # type: ignore[no-any-return]
+
+
 def plain(item: Any) -> Any:
     """Turn records, tuples and mappings into what JSON has."""
     if isinstance(item, Diagnostic):

@@ -17,7 +17,7 @@ from gyrodata.analysis import analyze_readings
 from gyrodata.cli import watching
 from gyrodata.cli.watching import PATIENCE, contents
 from gyrodata.procedure import check_procedure
-from gyrodata.reporting.watch import watch_text
+from gyrodata.reporting import watch_text
 
 ROOT = Path(__file__).parent.parent
 EXPECTED = Path(__file__).parent / "expected"

@@ -78,6 +78,8 @@ def _check_one(
         write_out(reporting.github_annotations(name if log == "-" else log, found))
     else:
         digest, rows = (readings.sha256, len(readings.runs)) if readings else (None, None)
-        document = reporting.check_document(name, digest, rows, code == 0, found)
+        from gyrodata.results import check_document
+
+        document = check_document(name, digest, rows, code == 0, found)
         write_out(reporting.json_text(document, indent=2 if form == "json" else None))
     return code

@@ -8,7 +8,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
+from pathlib import Path
+from typing import TYPE_CHECKING, BinaryIO, TextIO
 
 import numpy as np
 
@@ -37,7 +38,7 @@ from gyrodata.fitting import K_95, Estimate, FitResult, NoFit, Outlier, profile_
 from gyrodata.measurements import Measurements, measure, select
 from gyrodata.model import ChosenModel, Model, choose_model, is_unsteady, iterate_mean_rate
 from gyrodata.readings import Readings, read_log
-from gyrodata.results import Analysis, Result
+from gyrodata.results import DOF_REASON, Analysis, Options, Result
 
 if TYPE_CHECKING:
     import os
@@ -92,47 +93,20 @@ def analyze(
         If the log is wrong or incomplete; it lists every fault found.
     """
     readings = read_log(log, name=name, settings=settings or {}, mapping=mapping or {}, config=config)
-    options = {
-        "set": dict(sorted((settings or {}).items())),
-        "map": dict(sorted((mapping or {}).items())),
-        "model": model,
-        "keep_flagged": keep_flagged,
-        "scale_by_birge": scale_by_birge,
-    }
-    return analyze_readings(readings, options, model, keep_flagged, scale_by_birge)
+    options = Options(
+        set=dict(sorted((settings or {}).items())),
+        map=dict(sorted((mapping or {}).items())),
+        config=None if config is None else Path(config).name,
+        model=model,
+        keep_flagged=keep_flagged,
+        scale_by_birge=scale_by_birge,
+    )
+    return analyze_readings(readings, options)
 
 
-def analyze_readings(
-    readings: Readings,
-    options: Mapping[str, Any],
-    model: Model = "auto",
-    keep_flagged: bool = False,
-    scale_by_birge: bool = False,
-) -> Analysis:
-    """Analyse a log that has been read; see `analyze`.
-
-    Parameters
-    ----------
-    readings : Readings
-        As `read_log` gives them.
-    options : mapping
-        To be told in the output.
-    model : {"auto", "horizontal", "steady", "released"}
-        Eq. (9), eq. (8), the mean rate of a rod let go from rest, or the simplest of them that the log allows.
-    keep_flagged : bool
-        Keep runs in the fit that do not go with the others.
-    scale_by_birge : bool
-        Multiply the recommended fit's uncertainties by the Birge ratio where that is above 1.
-
-    Returns
-    -------
-    Analysis
-
-    Raises
-    ------
-    LogError
-        If the readings have errors, no run has a torque, or no answer goes with the runs.
-    """
+def analyze_readings(readings: Readings, options: Options | None = None) -> Analysis:
+    """Analyse a log that has been read; see `analyze`."""
+    options = options or Options()
     if any(diagnostic.severity == "error" for diagnostic in readings.diagnostics):
         raise LogError(readings.diagnostics)
     measured = measure(readings)
@@ -154,7 +128,7 @@ def analyze_readings(
         )
         raise LogError(found)
     try:
-        fitted = fit_runs(readings, measured, model, keep_flagged)
+        fitted = fit_runs(readings, measured, options.model, options.keep_flagged)
     except LogError as error:
         raise LogError([*found, *error.diagnostics]) from None
     measured, fit, left_out = fitted.measured, fitted.fit, fitted.left_out
@@ -169,7 +143,7 @@ def analyze_readings(
     profile = profile_interval(fit, K_95)
     found += outlier_findings(readings, measured, fitted.outliers, left_out, fitted.without)
     found += whole_findings(readings, measured, fit, p, listed)
-    scaled = scale_by_birge and birge is not None and birge > 1
+    scaled = options.scale_by_birge and birge is not None and birge > 1
     if scaled and birge is not None:
         # A profile is of chi-square as it is.
         fit, profile = _scaled(fit, birge), None
@@ -183,7 +157,7 @@ def analyze_readings(
         model=chosen,
         outliers=fitted.outliers,
         inertia=_with_interval(fit.inertia, "kg*m^2", profile),
-        imbalance=_with_interval(fit.imbalance, "N*m"),
+        residual_torque=_with_interval(fit.imbalance, "N*m"),
         timing_bias=_with_interval(fit.timing_bias, "s"),
         p=p,
         birge=birge,
@@ -280,12 +254,21 @@ def _fit_runs(measured: Measurements, model: Model, keep_flagged: bool) -> Fitte
 
 
 def _with_interval(estimate: Estimate, unit: str, profile: tuple[float, float] | None = None) -> Result:
-    if estimate.u is None:
-        return Result(estimate.value, None, unit, None, None, None)
-    if profile is not None:
-        return Result(estimate.value, estimate.u, unit, profile, K_95, None, "profile")
-    half = K_95 * estimate.u
-    return Result(estimate.value, estimate.u, unit, (estimate.value - half, estimate.value + half), K_95, None)
+    value, u = estimate.value, estimate.u
+    interval = None if u is None else profile or (value - K_95 * u, value + K_95 * u)
+    return Result(
+        value=value,
+        u=u,
+        unit=unit,
+        interval_95=interval,
+        k=None if u is None else K_95,
+        dof=None,
+        interval_by="profile" if u is not None and profile else "linear",
+        expanded_u=None if u is None else K_95 * u,
+        relative_u=abs(u / value) if u is not None and value else None,
+        level=0.95,
+        dof_reason=DOF_REASON,
+    )
 
 
 def _scaled(fit: FitResult, ratio: float) -> FitResult:

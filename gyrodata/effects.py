@@ -140,7 +140,7 @@ def _unknown_sizes(measured: Measurements, fit: FitResult, u: float) -> list[Eff
     else:
         reason = "not a stopwatch's time, or u_time_bias is 0"
     return [
-        _sized("imbalance", float(np.sum(weights * per_run)), u, True, unknown.format("M0", prior)),
+        _sized("residual_torque", float(np.sum(weights * per_run)), u, True, unknown.format("M0", prior)),
         _sized("timing_bias", timing, u, measured.timing_bias_u > 0, reason),
     ]
 

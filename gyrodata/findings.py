@@ -103,20 +103,7 @@ G421 = register(
 
 
 def count_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:
-    """Name the turns of whole torques that must be wrong, where other counts make all torques agree.
-
-    Parameters
-    ----------
-    readings : Readings
-        The log.
-    measured : Measurements
-        Its runs.
-
-    Returns
-    -------
-    list of Diagnostic
-        One, or none where no counts do.
-    """
+    """Name the turns of whole torques that must be wrong, where other counts make all torques agree."""
     answers = fitting.explaining_counts(measured)
     if not answers:
         return []
@@ -145,23 +132,7 @@ def count_findings(readings: Readings, measured: Measurements) -> list[Diagnosti
 
 
 def refusal(readings: Readings, measured: Measurements, why: str, keep_flagged: bool) -> Diagnostic:
-    """Say that there is no answer, why, and what to look at.
-
-    Parameters
-    ----------
-    readings : Readings
-        The log.
-    measured : Measurements
-        Its runs.
-    why : str
-        What is wrong with the answer that the fit gives.
-    keep_flagged : bool
-        Whether runs that do not go with the others were kept on request.
-
-    Returns
-    -------
-    Diagnostic
-    """
+    """Say that there is no answer, why, and what to look at."""
     groups = [group for group in torque_groups(measured) if measured.torque[group[0]]]
     single = [sorted(np.abs(measured.torque[group] / measured.product[group]).tolist()) for group in groups]
     middle = [values[len(values) // 2] for values in single]
@@ -196,25 +167,7 @@ def outlier_findings(
     left_out: tuple[int, ...],
     without: Estimate | None,
 ) -> list[Diagnostic]:
-    """Name each run that looks odd, what was done with it, and what it does to the answer.
-
-    Parameters
-    ----------
-    readings : Readings
-        The log.
-    measured : Measurements
-        Its runs.
-    outliers : tuple of Outlier
-        Those that look odd.
-    left_out : tuple of int
-        Indices of the runs that have no say.
-    without : Estimate or None
-        I_zz without any odd run [kg*m^2].
-
-    Returns
-    -------
-    list of Diagnostic
-    """
+    """Name each run that looks odd, what was done with it, and what it does to the answer."""
     roles = ("time", "precession_period", "precession_rate")
     timing = next(readings.columns[role] for role in roles if role in readings.columns)
     found = []
@@ -244,25 +197,7 @@ def outlier_findings(
 def whole_findings(
     readings: Readings, measured: Measurements, fit: FitResult, p: float | None, effects: tuple[Effect, ...]
 ) -> list[Diagnostic]:
-    """Turn what looks odd in the whole log into diagnostics.
-
-    Parameters
-    ----------
-    readings : Readings
-        The log.
-    measured : Measurements
-        Its runs.
-    fit : FitResult
-        Their fit.
-    p : float or None
-        Probability of a chi-square at least as large.
-    effects : tuple of Effect
-        The size of every simplification.
-
-    Returns
-    -------
-    list of Diagnostic
-    """
+    """Turn what looks odd in the whole log into diagnostics."""
     found = []
     if fit.time_u_factor > 1:
         found.append(
@@ -339,22 +274,7 @@ BETTER = {key: kind.better for key, kind in SOURCES.items() if kind.better}
 
 
 def list_advice(measured: Measurements, fit: FitResult, tilted: bool) -> tuple[str, ...]:
-    """What would make the next lab better, in order of gain, each computed for this log.
-
-    Parameters
-    ----------
-    measured : Measurements
-        The runs that have a say.
-    fit : FitResult
-        Their fit.
-    tilted : bool
-        Whether eq. (8) was used.
-
-    Returns
-    -------
-    tuple of str
-        Sentences without a full stop.
-    """
+    """What would make the next lab better, in order of gain, each computed for this log."""
     design = fitting.design_of(measured, fit, tilted)
     forecasts: list[tuple[str, Design]] = []
     sides = {math.copysign(1, torque) if torque else 0 for torque in measured.torque.tolist()}

@@ -58,20 +58,7 @@ G457 = register(
 
 
 def check_procedure(readings: Readings, analysis: Analysis | None = None) -> tuple[Diagnostic, ...]:
-    """Find what a log lacks, and the runs in it that look odd.
-
-    Parameters
-    ----------
-    readings : Readings
-        Without errors among its diagnostics.
-    analysis : Analysis, optional
-        Of these readings, where it was made already.
-
-    Returns
-    -------
-    tuple of Diagnostic
-        What `measure` found, then what is missing, then the runs that look odd.
-    """
+    """Find what a log lacks, and the runs in it that look odd."""
     measured = analysis.measurements if analysis else measure(readings)
     groups = [group for group in torque_groups(measured) if measured.torque[group[0]] != 0]
     if not groups:

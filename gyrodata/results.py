@@ -1,9 +1,13 @@
-"""What is said of one log: `Analysis`, and the JSON of the contract that it turns into."""
+"""What is said of one log: `Analysis`, and the records that its JSON is made of.
+
+`plain` turns a record into JSON, and `schema` turns the same records into the JSON Schema: a field that is added
+here is emitted and declared.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, is_dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from gyrodata import __version__
@@ -12,13 +16,13 @@ from gyrodata.effects import Effect
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate, FitResult, Outlier, Share
 from gyrodata.measurements import Measurements
-from gyrodata.model import ChosenModel
+from gyrodata.model import ChosenModel, Model
 from gyrodata.readings import Readings
 
 if TYPE_CHECKING:
     import pandas as pd
 
-SCHEMA = "gyro.analysis/1"
+SCHEMA: Literal["gyro.analysis/2"] = "gyro.analysis/2"
 
 DOF_REASON = "the stated uncertainties are taken as known, so the degrees of freedom are infinite"
 
@@ -26,9 +30,9 @@ DOF_REASON = "the stated uncertainties are taken as known, so the degrees of fre
 CONVENTIONS = {
     "inertia": "least squares in the raw readings (Gauss-Helmert); derivatives and proportional uncertainties at the "
     "adjusted values; u is one standard uncertainty (k = 1) from the stated ones, never scaled by chi-square unless "
-    "asked; interval_95 is value ± U, U = k u, or the profile of chi-square where that differs by over 5 %",
-    "imbalance": "the torque at work is the applied torque plus M0; M = I_zz φ̇ψ̇ − M0; a balance test may be false: the "
-    "answer leans on it, and u holds that doubt",
+    "asked; interval_95 is value ± expanded_u = k u, or the profile of chi-square where that differs by over 5 %",
+    "residual_torque": "the torque at work is the applied torque plus M0; M = I_zz φ̇ψ̇ − M0; a balance test may be "
+    "false: the answer leans on it, and u holds that doubt",
     "timing_bias": "a stopwatch's reading is the true time plus b",
     "goodness": "chi-square of all readings and priors at the fit; p is the chance of one at least as large; Birge "
     "ratio = sqrt(chi2/dof)",
@@ -44,6 +48,21 @@ CONVENTIONS = {
 """Which convention each number follows."""
 
 
+@dataclass(frozen=True)
+class Options:
+    """What was asked for."""
+
+    set: Mapping[str, str] = field(default_factory=dict)
+    """Constants given beside the log."""
+    map: Mapping[str, str] = field(default_factory=dict)
+    """Headers of roles given beside the log."""
+    config: str | None = None
+    """Name of the TOML file with the same, without its folder."""
+    model: Model = "auto"
+    keep_flagged: bool = False
+    scale_by_birge: bool = False
+
+
 @dataclass(frozen=True, slots=True)
 class Result:
     """A value with its standard uncertainty u (k = 1) and its 95 % interval, value ± k·u."""
@@ -54,8 +73,16 @@ class Result:
     interval_95: tuple[float, float] | None
     k: float | None
     dof: float | None
-    interval_by: Literal["linear", "profile"] = "linear"
+    """Degrees of freedom; null: infinite, see dof_reason."""
+    interval_by: Literal["linear", "profile"]
     """"linear": value ± k·u; "profile": where chi-square has risen by k², used where the two differ by over 5 %."""
+    expanded_u: float | None
+    """k·u."""
+    relative_u: float | None
+    """u over the value [1]."""
+    level: float
+    """Of the interval [1]."""
+    dof_reason: str | None
 
 
 @dataclass(frozen=True)
@@ -64,7 +91,7 @@ class Analysis:
 
     name: str
     sha256: str
-    options: Mapping[str, Any]
+    options: Options
     readings: Readings
     measurements: Measurements
     fit: FitResult
@@ -74,7 +101,7 @@ class Analysis:
     """Runs that look odd, left out or not."""
     inertia: Result
     """I_zz [kg*m^2]."""
-    imbalance: Result
+    residual_torque: Result
     """M0 [N*m]: the torque is m g x + M0."""
     timing_bias: Result
     """b [s]"""
@@ -107,133 +134,250 @@ class Analysis:
         return pd.DataFrame([{name: getattr(run, name) for name in Run.__slots__} for run in self.run_table])
 
     def to_dict(self) -> dict[str, Any]:
-        """Give the analysis as the JSON contract has it (schema "gyro.analysis/1")."""
-        result = {
-            "inertia": _result_dict(self.inertia),
-            "imbalance": _result_dict(self.imbalance),
-            "timing_bias": _result_dict(self.timing_bias),
-            "goodness": self._goodness(),
-            "fits": [_fit_dict(fit) for fit in self.fits],
-            "budget": [
-                {
-                    "source": share.source,
-                    "shared": share.shared,
-                    "shared_by": share.shared_by,
-                    "u_inertia": share.u_inertia,
-                    "share": share.share,
-                }
-                for share in self.budget
-            ],
-            "constants": {"g": self.measurements.g, **self.readings.constants},
-            "model": self.model.name,
-            "effects": [_slots(effect) for effect in self.effects],
-            "power_law": [_slots(law) for law in self.power_law],
-            "exponent": None if self.exponent is None else _slots(self.exponent),
-            "constancy": None if self.constancy is None else _slots(self.constancy),
-            "ball": None if self.ball is None else _slots(self.ball),
-            "torques": [
-                {
-                    "mass": group.mass,
-                    "position": group.position,
-                    "torque": group.torque,
-                    "runs": group.runs,
-                    "without": None if group.without is None else _slots(group.without),
-                    "product": {
-                        "value": group.product,
-                        "u": group.product_u,
-                        "spread": group.product_spread,
-                        "p": group.product_p,
-                    },
-                    "period_per_spin": {"value": group.period_per_spin, "u": group.period_per_spin_u},
-                }
-                for group in self.torques
-            ],
-            "runs": [_slots(run) for run in self.run_table],
-            "uncertainties": [
-                {
-                    "source": source.name,
-                    "shared_by": source.shared_by,
-                    "default": source.default,
-                    "is": source.described,
-                }
+        """Give the analysis as the JSON contract has it (schema "gyro.analysis/2")."""
+        no_p = "no degrees of freedom: as many unknowns as runs"
+        result = AnalysisResult(
+            inertia=self.inertia,
+            residual_torque=self.residual_torque,
+            timing_bias=self.timing_bias,
+            goodness=Goodness(
+                self.fit.chi2, self.fit.dof, self.p, self.birge, self.birge_applied, no_p if self.p is None else None
+            ),
+            fits=tuple(_compared(fit) for fit in self.fits),
+            budget=self.budget,
+            constants={"g": self.measurements.g, **self.readings.constants},
+            model=self.model.name,
+            effects=self.effects,
+            power_law=self.power_law,
+            exponent=self.exponent,
+            constancy=self.constancy,
+            ball=self.ball,
+            torques=tuple(_torque_group(group) for group in self.torques),
+            runs=self.run_table,
+            uncertainties=tuple(
+                StatedUncertainty(source.name, source.shared_by, source.default, source.described)
                 for source in self.measurements.sources
-            ],
-            "advice": list(self.advice),
-            "conventions": CONVENTIONS,
-        }
-        return envelope(self.name, self.sha256, len(self.run_table), self.options, result, self.diagnostics)
-
-    def _goodness(self) -> dict[str, Any]:
-        goodness: dict[str, Any] = {"chi2": self.fit.chi2, "dof": self.fit.dof, "p": self.p, "birge": self.birge}
-        goodness["birge_applied"] = self.birge_applied
-        if self.p is None:
-            goodness["reason"] = "no degrees of freedom: as many unknowns as runs"
-        return goodness
+            ),
+            advice=self.advice,
+            conventions=CONVENTIONS,
+        )
+        return document(self.name, self.sha256, len(self.run_table), self.options, result, self.diagnostics)
 
 
-def envelope(
+# --- the JSON ------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Tool:
+    """What wrote this."""
+
+    name: Literal["gyrodata"] = "gyrodata"
+    version: str = __version__
+
+
+@dataclass(frozen=True, slots=True)
+class Input:
+    """The log."""
+
+    name: str
+    """As it was given, without its folder."""
+    sha256: str | None
+    """Of its bytes; null where it could not be read."""
+    rows: int | None
+    """Number of runs read."""
+
+
+@dataclass(frozen=True, slots=True)
+class Amount:
+    """A value with its standard uncertainty and its unit."""
+
+    value: float
+    u: float | None
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class Goodness:
+    """How well the runs go together."""
+
+    chi2: float
+    dof: int
+    p: float | None
+    """Probability of a chi-square at least as large."""
+    birge: float | None
+    """√(chi2/dof)."""
+    birge_applied: bool
+    """True if u was multiplied by it, as asked."""
+    reason: str | None
+    """Why p is null."""
+
+
+@dataclass(frozen=True, slots=True)
+class ComparedFit:
+    """One way to fit the log."""
+
+    name: str
+    """"recommended", "through_origin" or "with_constant"."""
+    inertia: Amount | None
+    constant: Amount | None
+    """Constant of the line M = I_zz φ̇ψ̇ + constant, which is −M0."""
+    note: str
+    difference: float | None
+    """I_zz over the recommended one, minus 1."""
+    deviation: float | None
+    """The same in standard uncertainties of the recommended fit."""
+
+
+@dataclass(frozen=True, slots=True)
+class MeanProduct:
+    """Weighted mean of φ̇ψ̇ of one torque [rad²/s²]."""
+
+    value: float
+    u: float
+    spread: float | None
+    """Standard deviation of the single runs; null for one run."""
+    p: float | None
+    """Chance of a scatter at least as large if φ̇ψ̇ is constant; null for one run."""
+
+
+@dataclass(frozen=True, slots=True)
+class TorqueGroup:
+    """The runs of one torque."""
+
+    mass: float | None
+    """[kg]"""
+    position: float | None
+    """[m]"""
+    torque: float
+    """[N*m]"""
+    runs: int
+    without: Estimate | None
+    """I_zz from the runs of the other torques [kg*m^2]."""
+    product: MeanProduct
+    period_per_spin: Estimate
+    """Slope of the period against the spin [s²/rad]."""
+
+
+@dataclass(frozen=True, slots=True)
+class StatedUncertainty:
+    """One uncertainty of the readings."""
+
+    source: str
+    shared_by: str
+    """Runs that have this error in common; "" where every run has its own."""
+    default: bool
+    """True where the log does not state it."""
+    text: str
+    """What it is, in words: "0.2 %"."""
+
+
+@dataclass(frozen=True, slots=True)
+class AnalysisResult:
+    """All quantities are SI."""
+
+    inertia: Result
+    """I_zz."""
+    residual_torque: Result
+    """M0: the torque at work is the applied torque plus M0."""
+    timing_bias: Result
+    """b: a stopwatch's reading is the true time plus b."""
+    goodness: Goodness
+    fits: tuple[ComparedFit, ...]
+    budget: tuple[Share, ...]
+    """What each source of uncertainty contributes to u of I_zz."""
+    constants: Mapping[str, float]
+    """By name: g, and the ball's mass and diameter where the log gives them."""
+    model: Literal["horizontal", "steady", "released"]
+    effects: tuple[Effect, ...]
+    """The size of every simplification in this log."""
+    power_law: tuple[PowerLaw, ...]
+    exponent: Exponent | None
+    constancy: Constancy | None
+    ball: Ball | None
+    torques: tuple[TorqueGroup, ...]
+    runs: tuple[Run, ...]
+    uncertainties: tuple[StatedUncertainty, ...]
+    advice: tuple[str, ...]
+    """What would make the next lab better."""
+    conventions: Mapping[str, str]
+    """Which convention each number follows, by its key."""
+
+
+@dataclass(frozen=True, slots=True)
+class AnalysisDocument:
+    """What ``gyro analyze --format json`` says of one log."""
+
+    schema: Literal["gyro.analysis/2"]
+    tool: Tool
+    input: Input
+    options: Options
+    result: AnalysisResult | None
+    """null when the log cannot be analysed; the diagnostics say why."""
+    diagnostics: tuple[Diagnostic, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class CheckDocument:
+    """What ``gyro check --format json`` says of one log."""
+
+    schema: Literal["gyro.check/1"]
+    tool: Tool
+    input: Input
+    clean: bool
+    """True if nothing above a note was found."""
+    diagnostics: tuple[Diagnostic, ...]
+
+
+def document(
     name: str,
     sha256: str | None,
     rows: int | None,
-    options: Mapping[str, Any],
-    result: dict[str, Any] | None,
+    options: Options,
+    result: AnalysisResult | None,
     diagnostics: tuple[Diagnostic, ...],
 ) -> dict[str, Any]:
-    """Put a result, or None, into the object that every output of the tool is.
-
-    Parameters
-    ----------
-    name : str
-        Name of the log, without its folder.
-    sha256 : str or None
-        Of its bytes; None where it could not be read.
-    rows : int or None
-        Number of runs read.
-    options : mapping
-        What was asked for.
-    result : dict or None
-        None when the log cannot be analysed; the diagnostics say why.
-    diagnostics : tuple of Diagnostic
-        In the order of the file.
-
-    Returns
-    -------
-    dict
-    """
-    return {
-        "schema": SCHEMA,
-        "tool": {"name": "gyrodata", "version": __version__},
-        "input": {"name": name, "sha256": sha256, "rows": rows},
-        "options": dict(options),
-        "result": result,
-        "diagnostics": [diagnostic.to_dict() for diagnostic in diagnostics],
-    }
+    """Put a result, or None where the log cannot be analysed, into the object of the JSON contract."""
+    return plain(AnalysisDocument(SCHEMA, Tool(), Input(name, sha256, rows), options, result, diagnostics))  # type: ignore[no-any-return]
 
 
-def _slots(item: Any) -> dict[str, Any]:
-    return {name: getattr(item, name) for name in item.__slots__}
+def check_document(
+    name: str, sha256: str | None, rows: int | None, clean: bool, diagnostics: tuple[Diagnostic, ...]
+) -> dict[str, Any]:
+    """Put what `gyro check` found into the object of the JSON contract."""
+    return plain(CheckDocument("gyro.check/1", Tool(), Input(name, sha256, rows), clean, diagnostics))  # type: ignore[no-any-return]
 
 
-def _result_dict(result: Result) -> dict[str, Any]:
-    out = _slots(result)
-    out["U"] = result.k * result.u if result.k is not None and result.u is not None else None
-    out["relative_u"] = abs(result.u / result.value) if result.u is not None and result.value else None
-    out["level"] = 0.95
-    out["interval_95"] = list(result.interval_95) if result.interval_95 else None
-    if result.dof is None:
-        out["dof_reason"] = DOF_REASON
-    return out
+def plain(item: Any) -> Any:
+    """Turn records, tuples and mappings into what JSON has."""
+    if isinstance(item, Diagnostic):
+        return item.to_dict()
+    if is_dataclass(item):
+        # A field that is a plain number or text, as most are, is not looked into.
+        values = ((name, getattr(item, name)) for name in item.__dataclass_fields__)
+        return {name: value if type(value) in _SCALARS else plain(value) for name, value in values}
+    if isinstance(item, Mapping):
+        return {key: plain(value) for key, value in item.items()}
+    return [plain(one) for one in item] if isinstance(item, tuple) else item
 
 
-def _fit_dict(fit: NamedFit) -> dict[str, Any]:
-    def estimate(value: Estimate | None, unit: str) -> dict[str, Any] | None:
-        return None if value is None else {"value": value.value, "u": value.u, "unit": unit}
+_SCALARS = {float, int, str, bool, type(None)}
 
-    return {
-        "name": fit.name,
-        "inertia": estimate(fit.inertia, "kg*m^2"),
-        "constant": estimate(fit.constant, "N*m"),
-        "note": fit.note,
-        "difference": fit.difference,
-        "deviation": fit.deviation,
-    }
+
+def _compared(fit: NamedFit) -> ComparedFit:
+    def amount(found: Estimate | None, unit: str) -> Amount | None:
+        return None if found is None else Amount(found.value, found.u, unit)
+
+    inertia, constant = amount(fit.inertia, "kg*m^2"), amount(fit.constant, "N*m")
+    return ComparedFit(fit.name, inertia, constant, fit.note, fit.difference, fit.deviation)
+
+
+def _torque_group(group: Torque) -> TorqueGroup:
+    return TorqueGroup(
+        mass=group.mass,
+        position=group.position,
+        torque=group.torque,
+        runs=group.runs,
+        without=group.without,
+        product=MeanProduct(group.product, group.product_u, group.product_spread, group.product_p),
+        period_per_spin=Estimate(group.period_per_spin, group.period_per_spin_u),
+    )

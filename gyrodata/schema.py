@@ -1,19 +1,95 @@
-"""The JSON Schema of the outputs, and the table of diagnostics, for programs and for people."""
+"""The JSON Schema of the outputs, and the table of diagnostics, for programs and for people.
+
+What is emitted from records (`results`, `selfcheck`) is declared from the same records: their annotations give the
+types, and the text below an attribute its description.
+"""
 
 from __future__ import annotations
 
+import ast
+import inspect
+import textwrap
 from collections.abc import Mapping
-from typing import Any
+from dataclasses import fields, is_dataclass
+from itertools import pairwise
+from types import NoneType, UnionType
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from gyrodata.errors import CODES
+from gyrodata.errors import CODES, Diagnostic
+from gyrodata.results import AnalysisDocument, CheckDocument, Tool
+from gyrodata.selfcheck import SelfCheck
 
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
-_NUMBER: dict[str, Any] = {"type": "number"}
-_COUNT: dict[str, Any] = {"type": "integer"}
-_MAYBE: dict[str, Any] = {"type": ["number", "null"]}
-_TEXT: dict[str, Any] = {"type": "string"}
-_FLAG: dict[str, Any] = {"type": "boolean"}
+
+def analysis_schema() -> dict[str, Any]:
+    """Give the JSON Schema (2020-12) of "gyro.analysis/2"."""
+    return _document("gyro.analysis/2", _type(AnalysisDocument))
+
+
+def check_schema() -> dict[str, Any]:
+    """Give the JSON Schema (2020-12) of "gyro.check/1"."""
+    return _document("gyro.check/1", _type(CheckDocument))
+
+
+def selfcheck_schema() -> dict[str, Any]:
+    """Give the JSON Schema (2020-12) of "gyro.selfcheck/1"."""
+    return _document("gyro.selfcheck/1", _type(SelfCheck))
+
+
+def _document(name: str, schema: Mapping[str, Any]) -> dict[str, Any]:
+    return {"$schema": _DIALECT, "title": name, **schema}
+
+
+# --- from types ----------------------------------------------------------------------------------------------
+
+_NAMES: dict[Any, str] = {str: "string", float: "number", int: "integer", bool: "boolean", NoneType: "null"}
+
+
+def _type(hint: Any) -> dict[str, Any]:
+    """Give the schema of an annotation."""
+    if hint in _NAMES:
+        return {"type": _NAMES[hint]}
+    if is_dataclass(hint):
+        return _record(hint)
+    origin, args = get_origin(hint), get_args(hint)
+    if origin is Literal:
+        return {"enum": list(args)} if len(args) > 1 else {"const": args[0]}
+    if origin in (Union, UnionType):
+        parts = [_type(one) for one in args]
+        plain = all(list(part) == ["type"] for part in parts)
+        return {"type": [part["type"] for part in parts]} if plain else {"anyOf": parts}
+    if origin is tuple and args[-1] is Ellipsis:
+        return _list(_type(args[0]))
+    if origin is tuple:
+        return _list(_type(args[0])) | {"minItems": len(args), "maxItems": len(args)}
+    if origin is Mapping:
+        return {"type": "object", "additionalProperties": _type(args[1])}
+    raise TypeError(f"{hint} has no JSON")
+
+
+def _record(record: Any) -> dict[str, Any]:
+    """Give the schema of a dataclass."""
+    hints, told = get_type_hints(record), _descriptions(record)
+    # A diagnostic's excerpt is for people.
+    names = Diagnostic("", "note", "").to_dict() if record is Diagnostic else [one.name for one in fields(record)]
+    properties = {name: _type(hints[name]) | ({"description": told[name]} if name in told else {}) for name in names}
+    return _object(properties, description=(record.__doc__ or "").split("\n\n", maxsplit=1)[0])
+
+
+def _descriptions(record: type) -> dict[str, str]:
+    """Give the text that stands below each attribute."""
+    (body,) = ast.parse(textwrap.dedent(inspect.getsource(record))).body
+    assert isinstance(body, ast.ClassDef)
+    return {
+        one.target.id: " ".join(inspect.cleandoc(text.value.value).split())
+        for one, text in pairwise(body.body)
+        if isinstance(one, ast.AnnAssign)
+        and isinstance(one.target, ast.Name)
+        and isinstance(text, ast.Expr)
+        and isinstance(text.value, ast.Constant)
+        and isinstance(text.value.value, str)
+    }
 
 
 def _object(properties: Mapping[str, Any], **more: Any) -> dict[str, Any]:
@@ -28,151 +104,17 @@ def _or_null(schema: Mapping[str, Any]) -> dict[str, Any]:
     return {"anyOf": [dict(schema), {"type": "null"}]}
 
 
-_RESULT = _object(
-    {
-        "value": _NUMBER,
-        "u": _MAYBE,
-        "unit": _TEXT,
-        "interval_95": _or_null({"type": "array", "items": _NUMBER, "minItems": 2, "maxItems": 2}),
-        "k": _MAYBE,
-        "dof": _MAYBE,
-        "relative_u": _MAYBE,
-    },
-    description="value ± k·u is the 95 % interval; dof null: infinite, see dof_reason",
-)
-_ESTIMATE = _object({"value": _NUMBER, "u": _MAYBE, "unit": _TEXT})
-_DIAGNOSTIC = _object(
-    {
-        "code": _TEXT,
-        "severity": {"enum": ["error", "warning", "note"]},
-        "file": _TEXT,
-        "line": {"type": ["integer", "null"]},
-        "column": {"type": ["integer", "null"]},
-        "message": _TEXT,
-        "hint": _TEXT,
-    }
-)
-_RUN = _object(
-    {
-        "run": _TEXT,
-        "line": {"type": "integer"},
-        "mass": _MAYBE,
-        "position": _MAYBE,
-        "torque": _NUMBER,
-        "spin": _NUMBER,
-        "time": _NUMBER,
-        "turns": _NUMBER,
-        "precession_rate": _NUMBER,
-        "period": _NUMBER,
-        "product": _NUMBER,
-        "inertia": _MAYBE,
-        "residual": _NUMBER,
-        "residual_u": _NUMBER,
-        "deviation": _MAYBE,
-        "flagged": _FLAG,
-        "left_out": _FLAG,
-        "reason": _TEXT,
-    }
-)
-_HEAD = {
-    "tool": _object({"name": {"const": "gyrodata"}, "version": _TEXT}),
-    "input": _object({"name": _TEXT, "sha256": {"type": ["string", "null"]}, "rows": {"type": ["integer", "null"]}}),
-}
+# --- by hand: what higher rooms emit, and predictions, which are dictionaries ---------------------------------------
 
-
-def analysis_schema() -> dict[str, Any]:
-    """Give the JSON Schema (2020-12) of "gyro.analysis/1".
-
-    Returns
-    -------
-    dict
-        All quantities are SI. New keys may be added within a schema number; none is renamed or taken away.
-    """
-    result = _object(
-        {
-            "inertia": _RESULT,
-            "imbalance": _RESULT,
-            "timing_bias": _RESULT,
-            "goodness": _object({"chi2": _NUMBER, "dof": {"type": "integer"}, "p": _MAYBE, "birge": _MAYBE}),
-            "fits": _list(
-                _object(
-                    {
-                        "name": _TEXT,
-                        "inertia": _or_null(_ESTIMATE),
-                        "constant": _or_null(_ESTIMATE),
-                        "note": _TEXT,
-                        "difference": _MAYBE,
-                        "deviation": _MAYBE,
-                    }
-                )
-            ),
-            "budget": _list(_object({"source": _TEXT, "shared": _FLAG, "u_inertia": _NUMBER, "share": _NUMBER})),
-            "constants": {"type": "object", "additionalProperties": _NUMBER},
-            "model": {"enum": ["horizontal", "steady", "released"]},
-            "effects": _list(
-                _object({"effect": _TEXT, "bias": _MAYBE, "size": _MAYBE, "kept": _FLAG, "reason": _TEXT})
-            ),
-            "power_law": _list(_object({"torque": _NUMBER, "exponent": _MAYBE, "u": _MAYBE, "reason": _TEXT})),
-            "exponent": _or_null(
-                _object({"value": _NUMBER, "u": _NUMBER, "deviation": _NUMBER, "torques": {"type": "integer"}})
-            ),
-            "constancy": _or_null(
-                _object(
-                    {
-                        "scatter": _NUMBER,
-                        "expected": _NUMBER,
-                        "chi2": _NUMBER,
-                        "dof": {"type": "integer"},
-                        "p": _NUMBER,
-                    }
-                )
-            ),
-            "ball": _or_null(
-                _object(
-                    {
-                        "mass": _NUMBER,
-                        "mass_u": _MAYBE,
-                        "diameter": _NUMBER,
-                        "diameter_u": _MAYBE,
-                        "inertia": _NUMBER,
-                        "inertia_u": _MAYBE,
-                        "difference": _NUMBER,
-                        "difference_u": _MAYBE,
-                        "relative": _NUMBER,
-                        "deviation": _MAYBE,
-                    }
-                )
-            ),
-            "torques": _list(
-                _object(
-                    {
-                        "mass": _MAYBE,
-                        "position": _MAYBE,
-                        "torque": _NUMBER,
-                        "runs": {"type": "integer"},
-                        "product": _object({"value": _NUMBER, "u": _NUMBER, "spread": _MAYBE}),
-                        "period_per_spin": _object({"value": _NUMBER, "u": _NUMBER}),
-                    }
-                )
-            ),
-            "runs": _list(_RUN),
-            "advice": _list(_TEXT),
-        }
-    )
-    return _document("gyro.analysis/1", {"options": {"type": "object"}, "result": _or_null(result)})
-
-
-def check_schema() -> dict[str, Any]:
-    """Give the JSON Schema (2020-12) of "gyro.check/1".
-
-    Returns
-    -------
-    dict
-    """
-    return _document("gyro.check/1", {"clean": _FLAG})
-
-
-_DETAIL: dict[str, Any] = {"type": "object", "additionalProperties": {"type": ["number", "string", "null"]}}
+_NUMBER = _type(float)
+_COUNT = _type(int)
+_MAYBE = _type(float | None)
+_TEXT = _type(str)
+_MAYBE_TEXT = _type(str | None)
+_FLAG = _type(bool)
+_TOOL = _type(Tool)
+_DIAGNOSTIC = _type(Diagnostic)
+_DETAIL = _type(Mapping[str, float | str | None])
 _MARK = _object(
     {
         "criterion": _TEXT,
@@ -198,8 +140,6 @@ _SLIP = _object(
     }
 )
 _OWN = {"type": "object", "additionalProperties": _object({"value": _NUMBER, "u": _MAYBE})}
-_NAMES: dict[str, Any] = {"type": "object", "additionalProperties": _TEXT}
-_MAYBE_TEXT: dict[str, Any] = {"type": ["string", "null"]}
 _STUDENT = _object(
     {
         "student": _TEXT,
@@ -213,8 +153,10 @@ _STUDENT = _object(
         "look": _list(_TEXT),
         "station": _MAYBE_TEXT,
         "reported": {
-            "type": "object",
-            "properties": {"text": _TEXT, "value": _MAYBE, "u": _MAYBE, "line": {"type": ["integer", "null"]}},
+            "anyOf": [
+                _object({"text": _TEXT, "value": _MAYBE, "u": _MAYBE, "line": _type(int | None)}),
+                {"type": "object", "maxProperties": 0, "description": "nothing is reported"},
+            ]
         },
         "own": _OWN,
         "inertia": _MAYBE,
@@ -229,7 +171,7 @@ _STUDENT = _object(
         "rubric": _TEXT,
         "digest": _TEXT,
         "flags": _list(_TEXT),
-        "ids": _NAMES,
+        "ids": _type(Mapping[str, str]),
     },
     description='a line of --format ndjson is such an object, with "schema": "gyro.grade/1" and "tool"',
 )
@@ -277,7 +219,7 @@ def grades_schema() -> dict[str, Any]:
     whole = _object(
         {
             "schema": {"const": "gyro.grades/1"},
-            "tool": _HEAD["tool"],
+            "tool": _TOOL,
             "input": _object(
                 {"name": _TEXT, "lms": _TEXT, "submissions": _COUNT, "rubric": _TEXT, "rubric_sha256": _TEXT}
             ),
@@ -296,7 +238,7 @@ def grades_schema() -> dict[str, Any]:
             "students": _list(_STUDENT),
         }
     )
-    return {"$schema": _DIALECT, "title": "gyro.grades/1", **whole}
+    return _document("gyro.grades/1", whole)
 
 
 _DIRECTION = _object(
@@ -346,24 +288,16 @@ def predictions_schema() -> dict[str, Any]:
         _object(
             {
                 "schema": {"const": "gyro.prediction/1"},
-                "tool": _HEAD["tool"],
+                "tool": _TOOL,
                 "prediction": {"const": name},
-                "options": {"type": "object"},
+                "options": _type(Mapping[str, float | bool | None]),
                 "notes": _list(_TEXT),
                 **answer,
             }
         )
         for name, answer in _PREDICTIONS.items()
     ]
-    return {"$schema": _DIALECT, "title": "gyro.prediction/1", "oneOf": shapes}
-
-
-def _document(name: str, more: Mapping[str, Any]) -> dict[str, Any]:
-    return {
-        "$schema": _DIALECT,
-        "title": name,
-        **_object({"schema": {"const": name}, **_HEAD, **more, "diagnostics": _list(_DIAGNOSTIC)}),
-    }
+    return _document("gyro.prediction/1", {"oneOf": shapes})
 
 
 def diagnostics_table() -> list[dict[str, str]]:

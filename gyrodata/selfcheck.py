@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -51,11 +51,14 @@ class SelfCheck:
     """A lab's fits, tried out on simulated labs like it."""
 
     labs: int
+    """How many were simulated."""
     estimators: tuple[Performance, ...]
+    schema: Literal["gyro.selfcheck/1"] = "gyro.selfcheck/1"
 
     def to_dict(self) -> dict[str, Any]:
         """Give it as the JSON contract has it."""
-        return {"labs": self.labs, "estimators": [asdict(estimator) for estimator in self.estimators]}
+        estimators = [asdict(estimator) for estimator in self.estimators]
+        return {"schema": self.schema, "labs": self.labs, "estimators": estimators}
 
     def to_text(self) -> str:
         """Give it as a table."""

@@ -7,7 +7,7 @@ from pathlib import Path
 import gyrodata
 from gyrodata import reporting
 from gyrodata.procedure import check_procedure
-from gyrodata.reporting.watch import watch_text
+from gyrodata.reporting import watch_text
 
 EXPECTED = Path(__file__).parent / "expected"
 

@@ -72,7 +72,7 @@ class TestPublished:
         assert fit_named(a, "with_constant").constant.value == pytest.approx(-4.2e-3, abs=0.05e-3)
         assert a.inertia.value == pytest.approx(0.0048, abs=5e-5)
         # The torque at work is larger than m g x: 28 % of the lightest.
-        assert a.imbalance.value == pytest.approx(4.2e-3, abs=0.1e-3)
+        assert a.residual_torque.value == pytest.approx(4.2e-3, abs=0.1e-3)
         assert not any(run.flagged for run in a.run_table)
 
     def test_salort_has_one_torque(self) -> None:
@@ -101,7 +101,7 @@ class TestPublished:
 def test_the_sample_is_recovered() -> None:
     a = gyrodata.analyze(SAMPLES / "air_gyroscope.csv")
     assert abs(a.inertia.value - 4.44e-3) < 2 * a.inertia.u
-    assert abs(a.imbalance.value - 6e-4) < 2 * a.imbalance.u
+    assert abs(a.residual_torque.value - 6e-4) < 2 * a.residual_torque.u
     assert a.inertia.interval_95[0] < 4.44e-3 < a.inertia.interval_95[1]
     assert all(abs(law.exponent - 1) < 3 * law.u for law in a.power_law if law.exponent is not None)
 
@@ -189,11 +189,11 @@ class TestContract:
         assert list(document) == ["schema", "tool", "input", "options", "result", "diagnostics"]
         result = document["result"]
         assert set(result) >= {
-            "inertia", "imbalance", "timing_bias", "goodness", "fits", "budget", "effects", "power_law", "torques",
-            "runs", "advice",
+            "inertia", "residual_torque", "timing_bias", "goodness", "fits", "budget", "effects", "power_law",
+            "torques", "runs", "advice",
         }  # fmt: skip
         assert set(result["inertia"]) >= {"value", "u", "unit", "interval_95", "k", "dof"}
-        assert set(result["goodness"]) == {"chi2", "dof", "p", "birge", "birge_applied"}
+        assert set(result["goodness"]) == {"chi2", "dof", "p", "birge", "birge_applied", "reason"}
         assert {fit["name"] for fit in result["fits"]} == {"through_origin", "with_constant", "recommended"}
         assert set(result["budget"][0]) >= {"source", "shared", "u_inertia", "share"}
         assert set(result["effects"][0]) >= {"effect", "bias", "kept", "reason"}

@@ -29,7 +29,7 @@ SHELVES = {
     "analysis": 8,
     "prediction": 7,
     "reporting": 9,
-    "selfcheck": 9,
+    "selfcheck": 8,
     "plotting": 9,
     "procedure": 9,
     "schema": 9,

@@ -13,7 +13,7 @@ import pytest
 from typer.testing import CliRunner
 
 from gyrodata.cli import app
-from gyrodata.cli.watch import state
+from gyrodata.cli.watching import state
 from gyrodata.errors import CODES
 from gyrodata.readings import read_log
 

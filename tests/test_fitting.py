@@ -154,7 +154,7 @@ class TestFewRuns:
         assert not result.imbalance_free
         assert result.imbalance_prior == fitting.DEFAULT_IMBALANCE_U
         assert result.inertia.value == pytest.approx(INERTIA, rel=1e-9)
-        share = next(s for s in result.budget if s.source == "imbalance")
+        share = next(s for s in result.budget if s.source == "residual_torque")
         assert share.u_inertia / INERTIA == pytest.approx(3e-4 / measured.torque[0], rel=0.01)
 
     def test_one_run(self) -> None:

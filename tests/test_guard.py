@@ -148,7 +148,7 @@ class TestZeroUncertainties:
     def test_one_run_has_the_balance_to_rest_on(self) -> None:
         found = gyrodata.analyze((CORPUS / "all-uncertainties-zero-one-run.csv").read_bytes())
         assert found.inertia.value == pytest.approx(4.43e-3, rel=0.02)
-        assert [share.source for share in found.budget] == ["imbalance"]
+        assert [share.source for share in found.budget] == ["residual_torque"]
 
     def test_runs_that_agree_exactly_have_an_answer(self) -> None:
         keys = ("time", "time_bias", "spin", "spin_scale", "mass", "mass_scale", "position", "position_zero", "g")

@@ -14,7 +14,7 @@ import pytest
 from pages import HEAD, LOG, WORDS, make_page
 
 from gyrodata import analyze, plotting, reporting
-from gyrodata.reporting.words import default_lines
+from gyrodata.reporting.phrases import defaults_used
 from gyrodata.results import Analysis
 
 VOID = {"meta", "img", "br", "hr", "input", "link", "path"}
@@ -205,7 +205,7 @@ def test_every_number_of_the_page_is_in_results_json_and_equal(kind: str) -> Non
     for text in known:
         if re.search(r"\d", text):
             left = left.replace(text, " ")
-    for default in default_lines(analysis):
+    for default in defaults_used(analysis):
         left = left.replace(default.strip(), " ")
     assert re.findall(r"[^ ]*\d[^ ]*", left) == []
 

@@ -303,7 +303,7 @@ def test_figures_hold_the_numbers_of_the_analysis(analyses: dict[str, Analysis])
     (ax,) = plotting.draw(analysis, "torque").axes
     line = max(ax.lines, key=lambda line: len(line.get_xdata()))
     x, y = np.asarray(line.get_xdata()), np.asarray(line.get_ydata())
-    np.testing.assert_allclose(y, 1e3 * (analysis.inertia.value * x - analysis.imbalance.value))
+    np.testing.assert_allclose(y, 1e3 * (analysis.inertia.value * x - analysis.residual_torque.value))
 
 
 @pytest.mark.parametrize("name", plotting.FIGURES)

@@ -438,7 +438,7 @@ def test_what_cannot_be_is_refused(command: str, code: str, said: str) -> None:
 @pytest.mark.parametrize("command", ["precession", "earth", "platform", "tip"])
 def test_the_example_in_the_help_runs(command: str) -> None:
     text = gyro(f"{command} --help").stdout
-    example = " ".join(text.partition("Example:")[2].split())
+    example = " ".join(text.partition("Example:")[2].replace("\\\n", " ").split())
     assert example.startswith(f"gyro predict {command}")
     done = gyro(example.removeprefix("gyro predict "))
     assert (done.exit_code, done.stderr) == (0, "")

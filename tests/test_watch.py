@@ -14,10 +14,10 @@ import pytest
 
 from gyrodata import read_log
 from gyrodata.analysis import analyze_readings
-from gyrodata.cli import watch as cli_watch
-from gyrodata.cli.watch import PATIENCE, contents
+from gyrodata.cli import watching
+from gyrodata.cli.watching import PATIENCE, contents
 from gyrodata.procedure import check_procedure
-from gyrodata.reporting.watch import watch_text
+from gyrodata.reporting import watch_text
 
 ROOT = Path(__file__).parent.parent
 EXPECTED = Path(__file__).parent / "expected"
@@ -124,10 +124,10 @@ def test_saving_the_same_again_is_no_change(log: Path) -> None:
 def printed(path: Path, *steps: Step, output: io.StringIO, monkeypatch: pytest.MonkeyPatch) -> str:
     monkeypatch.setattr(sys, "stdout", output)
     with pytest.raises(StoppedError):
-        cli_watch.watch(
+        watching.watch(
             path,
             lambda data: read_log(data, name=path.name),
-            lambda readings: analyze_readings(readings, {}),
+            lambda readings: analyze_readings(readings),
             "plain",
             script(*steps),
         )
@@ -159,9 +159,7 @@ def test_one_block_for_each_change(log: Path, monkeypatch: pytest.MonkeyPatch) -
 def test_every_state_of_a_log_that_is_being_typed_has_an_answer_or_a_reason(name: str) -> None:
     whole = (Path(__file__).parent / name).read_text(encoding="utf-8")
     for end in range(0, len(whole), 7):
-        said_of_it = cli_watch.state(
-            "log", whole[:end].encode(), read_log, lambda read: analyze_readings(read, {}), "plain"
-        )
+        said_of_it = watching.state("log", whole[:end].encode(), read_log, lambda read: analyze_readings(read), "plain")
         assert said_of_it.startswith(("log: no answer yet\n\n<bytes>", "<bytes>: ")), end
 
 
@@ -208,7 +206,7 @@ def test_a_name_that_is_wrong_is_refused_at_once(tmp_path: Path) -> None:
 
 def said(log: str) -> str:
     readings = read_log(log.encode(), name="half_way.csv")
-    return watch_text(analyze_readings(readings, {}), check_procedure(readings))
+    return watch_text(analyze_readings(readings), check_procedure(readings))
 
 
 def part(text: str, title: str) -> list[str]:

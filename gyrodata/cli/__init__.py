@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Annotated
 
 import typer
 
 from gyrodata import __version__
-from gyrodata.cli.analyze import analyze
+from gyrodata.cli.analyze_command import analyze
 from gyrodata.cli.benchmark import benchmark
-from gyrodata.cli.check import check
-from gyrodata.cli.contracts import schema, template
+from gyrodata.cli.check_command import check, template
 from gyrodata.cli.grade import autograde, grade
-from gyrodata.cli.predict import predict
-from gyrodata.cli.selfcheck import selfcheck
-from gyrodata.cli.simulate import simulate
+from gyrodata.cli.options import example_of
+from gyrodata.cli.predict_command import predict
+from gyrodata.cli.schema_command import schema
+from gyrodata.cli.selfcheck_command import selfcheck
+from gyrodata.cli.simulate_command import simulate
 from gyrodata.cli.terminal import Door, write_out
 
 app = typer.Typer(
@@ -39,18 +41,23 @@ def _gyro(
         raise typer.Exit
 
 
-app.command(epilog="Example:  gyro analyze sample_data/air_gyroscope.csv --no-report")(analyze)
-app.command(epilog="Example:  gyro check sample_data/air_gyroscope.csv")(check)
-app.command(epilog="Example:  gyro template --weights 20g,40g,60g --position 15cm --spins 200,400,600rpm > log.csv")(
-    template
-)
-app.command(epilog="Example:  gyro grade sample_data/class")(grade)
+def _add(command: Callable[..., None], short: str, *example: str) -> None:
+    """Add a command, with its line in ``gyro --help``."""
+    app.command(short_help=short, epilog=example_of(*example))(command)
+
+
+_add(analyze, "Fit I_zz to a log, and write figures and a report.",
+     "gyro analyze sample_data/air_gyroscope.csv --no-report")  # fmt: skip
+_add(check, "Say what is wrong with a log, and what it still lacks.", "gyro check sample_data/air_gyroscope.csv")
+_add(template, "Print a blank log to fill in.",
+     "gyro template --weights 20g,40g,60g --position 15cm", "--spins 200,400,600rpm > log.csv")  # fmt: skip
+_add(grade, "Grade a class, with feedback for everybody.", "gyro grade sample_data/class")
 app.command(hidden=True)(autograde)
-app.add_typer(predict, name="predict")
-app.command(
-    epilog='Example:  gyro simulate --inertia "4.44e-3 kg m^2" --weights 20g,40g,60g --position 15cm '
-    "--spins 200,400,600rpm --turns 1 --seed 1 > log.csv"
-)(simulate)
-app.command(epilog="Example:  gyro selfcheck sample_data/air_gyroscope.csv --labs 1000")(selfcheck)
-app.command(epilog="Example:  gyro benchmark --quick --out charts")(benchmark)
-app.command(epilog="Example:  gyro schema --diagnostics")(schema)
+app.add_typer(predict, name="predict", short_help="Say what theory predicts for given numbers.")
+_add(simulate, "Print a log from a known truth.",
+     'gyro simulate --inertia "4.44e-3 kg m^2" --weights 20g,40g,60g',
+     "--position 15cm --spins 200,400,600rpm --turns 1", "--seed 1 > log.csv")  # fmt: skip
+_add(selfcheck, "Simulate this very lab: do its intervals hold the truth?",
+     "gyro selfcheck sample_data/air_gyroscope.csv --labs 1000")  # fmt: skip
+_add(benchmark, "Chart speed against accuracy, and where methods break.", "gyro benchmark --quick --out charts")
+_add(schema, "Print the JSON Schema of the outputs, or all diagnostics.", "gyro schema --diagnostics")

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -15,12 +14,8 @@ G601 = register("G601", "error", "an option is not of the form KEY=VALUE", "anal
 G602 = register("G602", "error", "a form that is for one log", "analyze a.csv b.csv --format json")
 
 
-class PlainFormat(StrEnum):
-    """Text for people or JSON for programs."""
-
-    text = "text"
-    json = "json"
-
+PlainFormat = Literal["text", "json"]
+"""Text for people or JSON for programs."""
 
 SettingsOption = Annotated[
     list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help='A constant: --set g="9.803 m/s^2".')
@@ -29,6 +24,11 @@ MappingOption = Annotated[
     list[str] | None, typer.Option("--map", metavar="ROLE=HEADER", help='Name a column: --map time="T (s)".')
 ]
 ConfigOption = Annotated[Path | None, typer.Option("--config", help="TOML file with constants.")]
+
+
+def example_of(*lines: str) -> str:
+    """Write the end of a command's help; what stands on one line stays there."""
+    return "\b\nExample:  " + " \\\n            ".join(lines)
 
 
 def pairs(given: list[str] | None, option: str) -> dict[str, str]:

@@ -34,7 +34,7 @@ class Run:
     """Time minus fitted time [s]."""
     residual_u: float
     """Standard uncertainty expected of it from what this run has alone [s]."""
-    deviation: float | None
+    studentized_residual: float | None
     """Time minus what the other runs predict, in standard uncertainties; None where they cannot tell."""
     influence: float
     """Change of I_zz if this run were left out [kg*m^2]; 0 where it is."""
@@ -63,14 +63,14 @@ def run_table(
         "inertia": measured.torque / product,
         "residual": measured.time - fit.fitted_time,
         "residual_u": fit.time_u,
-        "deviation": fit.deviations,
+        "studentized_residual": fit.deviations,
         "influence": fit.influence,
     }
     rows = zip(*(values.tolist() for values in numbers.values()), strict=True)
     table = []
     for i, values in enumerate(rows):
         run = dict(zip(numbers, values, strict=True))
-        for name in ("mass", "position", "deviation"):
+        for name in ("mass", "position", "studentized_residual"):
             run[name] = or_none(run[name])
         run["inertia"] = run["inertia"] if run["torque"] else None
         table.append(

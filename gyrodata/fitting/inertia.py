@@ -91,7 +91,7 @@ def _fit_signs(measured: Measurements, tilted: bool, width: float, free: bool, k
     odds = math.exp(-0.5 * min(both[1].chi2 - both[0].chi2, 1400.0))
     if odds < 1e-4:
         return both[0]
-    return replace(_mixture(both[0], both[1], 1 / (1 + odds), "imbalance_sign"), two_signs=True)
+    return replace(_mixture(both[0], both[1], 1 / (1 + odds), "residual_torque_sign"), two_signs=True)
 
 
 def _mixture(first: FitResult, second: FitResult, weight: float, doubt: str) -> FitResult:
@@ -216,7 +216,7 @@ def _budget(adjusted: Adjusted) -> tuple[Share, ...]:
         if variance > 0
     ]
     for row, name, words in (
-        (count, "imbalance", "all runs"),
+        (count, "residual_torque", "all runs"),
         (count + 1, "time_bias", SOURCES["time_bias"].shared_by),
     ):
         if gain[row]:

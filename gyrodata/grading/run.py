@@ -166,7 +166,7 @@ def _draw(submission: Submission) -> dict[str, tuple[bytes, str]]:
     from gyrodata.readings import read_log
 
     try:
-        analysis = analyze_readings(read_log(submission.log(), name=submission.log_file), {})
+        analysis = analyze_readings(read_log(submission.log(), name=submission.log_file))
     except GyroError:
         return {}  # it has changed since it was graded; the next run sees that
     figures = plotting.render(analysis, "png")

@@ -9,17 +9,21 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from gyrodata.reporting.check import check_document, check_text, diagnostics_text, github_annotations
-    from gyrodata.reporting.documents import json_text
+    from gyrodata.reporting.data import csv_cell, json_text, runs_csv, runs_header, runs_rows
     from gyrodata.reporting.latex import latex_report
     from gyrodata.reporting.markdown import markdown_report
     from gyrodata.reporting.page import report_page
-    from gyrodata.reporting.tables import csv_cell, runs_csv, runs_header, runs_rows
-    from gyrodata.reporting.text import summary
+    from gyrodata.reporting.text import (
+        check_text,
+        diagnostics_text,
+        github_annotations,
+        summary,
+        unfinished_text,
+        watch_text,
+    )
     from gyrodata.reporting.values import count_text, inertia_text, number_text, p_text, power_of_ten
 
 __all__ = [
-    "check_document",
     "check_text",
     "count_text",
     "csv_cell",
@@ -37,16 +41,18 @@ __all__ = [
     "runs_header",
     "runs_rows",
     "summary",
+    "unfinished_text",
+    "watch_text",
 ]
 
 _HOMES = {
-    **dict.fromkeys(("check_document", "check_text", "diagnostics_text", "github_annotations"), "check"),
-    "json_text": "documents",
     "latex_report": "latex",
     "markdown_report": "markdown",
     "report_page": "page",
-    **dict.fromkeys(("csv_cell", "runs_csv", "runs_header", "runs_rows"), "tables"),
-    "summary": "text",
+    **dict.fromkeys(("csv_cell", "json_text", "runs_csv", "runs_header", "runs_rows"), "data"),
+    **dict.fromkeys(
+        ("check_text", "diagnostics_text", "github_annotations", "summary", "unfinished_text", "watch_text"), "text"
+    ),
     **dict.fromkeys(("count_text", "inertia_text", "number_text", "p_text", "power_of_ten"), "values"),
 }
 

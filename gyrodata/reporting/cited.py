@@ -29,13 +29,7 @@ _UNIT = Markup('<span class="q">{}</span>')
 
 
 class Cited:
-    """The numbers of one result.
-
-    Parameters
-    ----------
-    document : mapping
-        What results.json holds, as `Analysis.to_dict` gives it.
-    """
+    """The numbers of one result: what results.json holds, as `Analysis.to_dict` gives it."""
 
     def __init__(self, document: Mapping[str, Any]) -> None:
         self.document = document
@@ -43,10 +37,7 @@ class Cited:
     def at(self, place: str) -> Any:
         """Give what stands at a place below "result": "torques.0.product.value"; "length" counts a list.
 
-        Parameters
-        ----------
-        place : str
-            Keys and indices between points; a leading "/" starts at the top of the document.
+        A leading "/" starts at the top of the document.
         """
         found: Any = self.document if place.startswith("/") else self.document["result"]
         for key in place.removeprefix("/").split("."):
@@ -56,17 +47,7 @@ class Cited:
         return found
 
     def mark(self, place: str, text: str, size: float = 1.0) -> Markup:
-        """Mark a text as the number that stands at a place.
-
-        Parameters
-        ----------
-        place : str
-            As `at` takes it.
-        text : str
-            The number as it is shown.
-        size : float
-            What a shown 1 is worth in the unit of results.json.
-        """
+        """Mark a text as the number at a place; `size` is what a shown 1 is worth in the unit of results.json."""
         return Markup('<data value="{}" data-from="{}" data-size="{}">{}</data>').format(
             repr(self.at(place)), place, repr(size), text.replace("-", "−")
         )
@@ -96,14 +77,8 @@ class Cited:
     def pair(self, place: str, size: float = 1.0, value: str = "value", u: str = "") -> Markup:
         """Write a value rounded to its uncertainty, without unit: "4.441 ± 0.023"; a dash for None.
 
-        Parameters
-        ----------
-        place : str
-            Where value and uncertainty stand.
-        size : float
-            What a shown 1 is worth; negative to turn the sign.
-        value, u : str
-            Their keys there: "value" and "u", or any name and that name with "_u".
+        A negative `size` turns the sign. `value` and `u` are the keys at the place: "value" and "u", or any name and
+        that name with "_u".
         """
         u = u or ("u" if value == "value" else f"{value}_u")
         number, spread = self.at(f"{place}.{value}"), self.at(f"{place}.{u}")

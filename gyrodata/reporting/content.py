@@ -12,6 +12,22 @@ from dataclasses import dataclass
 from gyrodata import __version__
 from gyrodata.comparisons import Run, turn_words
 from gyrodata.errors import Diagnostic
+from gyrodata.reporting.phrases import (
+    EFFECT_NAMES,
+    FIT_NAMES,
+    MODEL_NAMES,
+    SOURCE_NAMES,
+    common_torque_scale,
+    defaults_used,
+    difference_text,
+    effect_verdict,
+    goodness_text,
+    interval_kind,
+    option_text,
+    shared_text,
+    size_of_log,
+    size_text,
+)
 from gyrodata.reporting.values import (
     CENTIMETRE,
     NUMBER,
@@ -19,25 +35,16 @@ from gyrodata.reporting.values import (
     RPM,
     SECOND,
     Scale,
-    count_text,
+    Writing,
     inertia_scale,
+    interval_text,
     mass_scale,
+    number_text,
     p_text,
     percent_text,
-)
-from gyrodata.reporting.words import (
-    EFFECT_NAMES,
-    FIT_NAMES,
-    MODEL_NAMES,
-    SOURCE_NAMES,
-    common_torque_scale,
-    default_lines,
-    difference_text,
-    effect_verdict,
-    goodness_text,
-    interval_kind,
-    option_text,
-    size_text,
+    reading_text,
+    uncertainty_text,
+    value_text,
 )
 from gyrodata.results import CONVENTIONS, Analysis
 
@@ -100,51 +107,44 @@ class Section:
     items: tuple[Sentence, ...] = ()
 
 
+def part_text(part: str | Value | Interval, writing: Writing) -> str:
+    """Write a part of a sentence as text."""
+    if isinstance(part, Value):
+        return value_text(part.value, part.u, part.scale, writing)
+    if isinstance(part, Interval):
+        times = " × " if part.scale.exponent else " "
+        return f"{interval_text(part.low, part.high, part.scale.size)}{times}{part.scale}"
+    return part
+
+
+def head_text(head: Head) -> str:
+    """Write the head of a column as text: "I_zz [10⁻³ kg·m²]"."""
+    unit = str(head.scale or "")
+    return f"{head.words} [{unit}]" if unit else head.words
+
+
+def cell_text(cell: str | Value, writing: Writing) -> str:
+    """Write a cell of a table as text: its unit stands in the column's head."""
+    if isinstance(cell, str):
+        return cell
+    if cell.u:
+        return number_text(cell.value, cell.u, cell.scale.size, writing)
+    return (uncertainty_text if cell.is_u else reading_text)(cell.value, cell.scale.size)
+
+
 def title(analysis: Analysis) -> str:
-    """Name the report.
-
-    Parameters
-    ----------
-    analysis : Analysis
-        The result.
-
-    Returns
-    -------
-    str
-    """
-    runs, torques = count_text(len(analysis.run_table), "run"), count_text(len(analysis.torques), "torque")
-    return f"Gyroscope lab: {analysis.name}, {runs}, {torques}"
+    """Name the report."""
+    return f"Gyroscope lab: {analysis.name}, {size_of_log(analysis)}"
 
 
 def answer(analysis: Analysis) -> Sentence:
-    """Give the answer in one line.
-
-    Parameters
-    ----------
-    analysis : Analysis
-        The result.
-
-    Returns
-    -------
-    Sentence
-    """
+    """Give the answer in one line."""
     inertia = analysis.inertia
     return ("I_zz = ", Value(inertia.value, inertia.u, inertia_scale(inertia.value, inertia.u)))
 
 
 def sections(analysis: Analysis) -> tuple[Section, ...]:
-    """Put an analysis into sections, in the order in which they are read.
-
-    Parameters
-    ----------
-    analysis : Analysis
-        The result.
-
-    Returns
-    -------
-    tuple of Section
-        The first has no title: it stands below the answer.
-    """
+    """Put an analysis into sections, in the order in which they are read; the first, below the answer, has no title."""
     scale = inertia_scale(analysis.inertia.value, analysis.inertia.u)
     torque = common_torque_scale(analysis)
     found = (
@@ -164,15 +164,55 @@ def sections(analysis: Analysis) -> tuple[Section, ...]:
     return tuple(section for section in found if section.sentences or section.table or section.items)
 
 
+def brief(analysis: Analysis) -> tuple[Section, ...]:
+    """Put what a person reads first into sections: the answer, and the tables in fewer words."""
+    scale = inertia_scale(analysis.inertia.value, analysis.inertia.u)
+    torque = common_torque_scale(analysis)
+    inertia, residual, bias = analysis.inertia, analysis.residual_torque, analysis.timing_bias
+    sentences = [answer(analysis)]
+    if inertia.interval_95 is not None:
+        interval = Interval(*inertia.interval_95, scale)
+        sentences.append(("       95 % interval ", interval, f" ({interval_kind(inertia)})"))
+    m0 = Value(residual.value, residual.u, torque)
+    sentences.append(("residual torque M0 = ", m0, " (torque at work = applied + M0)"))
+    if bias.u:
+        sentences.append(("timing bias b = ", Value(bias.value, bias.u, SECOND)))
+    sentences.append((goodness_text(analysis),))
+    fits = tuple(row for row in _fit_rows(analysis, scale, torque) if row[1] is not None)
+    heads = (Head("fit"), Head("I_zz", scale), Head("M0", torque), Head("from recommended"))
+    impossible = tuple((f"{FIT_NAMES[fit.name]}: {fit.note}",) for fit in analysis.fits if fit.inertia is None)
+    shares: tuple[tuple[Cell, ...], ...] = tuple(
+        (SOURCE_NAMES.get(share.source, share.source), f"{100 * share.share:.0f} %", shared_text(share))
+        for share in analysis.budget
+        if share.share >= 0.01
+    )
+    odd = tuple(
+        (f"run {run.run} (line {run.line}): {run.reason}{'; left out' if run.left_out else '; kept'}",)
+        for run in analysis.run_table
+        if run.flagged
+    )
+    effects = tuple(row[:4] for row in _effect_rows(analysis) if row[1] is not None)
+    model = f"what leaving it out does to I_zz (model: {MODEL_NAMES[analysis.model.name]}):"
+    defaults = tuple((item,) for item in defaults_used(analysis))
+    return (
+        Section("", tuple(sentences)),
+        Section("", table=Table(heads, fits), items=impossible),
+        *([Section("where u² of I_zz comes from:", table=Table((Head(""),) * 3, shares))] if shares else []),
+        Section("looks odd:", odd) if odd else Section("no run looks odd; none is left out"),
+        Section(model, table=Table((Head(""), Head(""), Head("", NUMBER), Head("")), effects)),
+        *([Section("uncertainties not in the log, taken by default:", defaults)] if defaults else []),
+    )
+
+
 def _summary(analysis: Analysis, scale: Scale, torque: Scale) -> Section:
-    inertia, imbalance, bias = analysis.inertia, analysis.imbalance, analysis.timing_bias
+    inertia, residual, bias = analysis.inertia, analysis.residual_torque, analysis.timing_bias
     sentences: list[Sentence] = []
     if inertia.interval_95 is not None:
         meaning = "every value stands with one standard uncertainty u, from the stated uncertainties."
         interval = Interval(*inertia.interval_95, scale)
         sentences.append(("The 95 % interval is ", interval, f" ({interval_kind(inertia)}); {meaning}"))
     meaning = "; the torque at work is the applied torque plus M0."
-    sentences.append(("Residual torque M0 = ", Value(imbalance.value, imbalance.u, torque), meaning))
+    sentences.append(("Residual torque M0 = ", Value(residual.value, residual.u, torque), meaning))
     if bias.u:
         sentences.append(("Timing bias b = ", Value(bias.value, bias.u, SECOND), "."))
     goodness = goodness_text(analysis)
@@ -181,7 +221,13 @@ def _summary(analysis: Analysis, scale: Scale, torque: Scale) -> Section:
 
 
 def _fits(analysis: Analysis, scale: Scale, torque: Scale) -> Section:
-    rows = tuple(
+    heads = (Head("fit"), Head("I_zz", scale), Head("M0", torque), Head("from recommended", NUMBER))
+    notes = tuple((f"{FIT_NAMES[fit.name]}: {fit.note}",) for fit in analysis.fits)
+    return Section("Three fits side by side", table=_filled(heads, _fit_rows(analysis, scale, torque)), items=notes)
+
+
+def _fit_rows(analysis: Analysis, scale: Scale, torque: Scale) -> tuple[tuple[Cell, ...], ...]:
+    return tuple(
         (
             FIT_NAMES[fit.name],
             Value(fit.inertia.value, fit.inertia.u, scale) if fit.inertia else None,
@@ -190,9 +236,6 @@ def _fits(analysis: Analysis, scale: Scale, torque: Scale) -> Section:
         )
         for fit in analysis.fits
     )
-    heads = (Head("fit"), Head("I_zz", scale), Head("M0", torque), Head("from recommended", NUMBER))
-    notes = tuple((f"{FIT_NAMES[fit.name]}: {fit.note}",) for fit in analysis.fits)
-    return Section("Three fits side by side", table=_filled(heads, rows), items=notes)
 
 
 def _exponents(analysis: Analysis, torque: Scale) -> Section:
@@ -308,7 +351,14 @@ def _run_remark(run: Run, note: str) -> str:
 
 
 def _effects(analysis: Analysis) -> Section:
-    rows = tuple(
+    heads = (Head("effect", wrap=0.2), Head("I_zz", NUMBER), Head("size", NUMBER), Head("model", wrap=0.12),
+             Head("why", wrap=0.35))  # fmt: skip
+    words = f"What leaving each one out would do to I_zz. The model is {MODEL_NAMES[analysis.model.name]}."
+    return Section("Effects considered", ((words,),), _filled(heads, _effect_rows(analysis)))
+
+
+def _effect_rows(analysis: Analysis) -> tuple[tuple[Cell, ...], ...]:
+    return tuple(
         (
             EFFECT_NAMES.get(effect.effect, effect.effect),
             None if effect.bias is None else percent_text(effect.bias),
@@ -318,10 +368,6 @@ def _effects(analysis: Analysis) -> Section:
         )
         for effect in analysis.effects
     )
-    heads = (Head("effect", wrap=0.2), Head("I_zz", NUMBER), Head("size", NUMBER), Head("model", wrap=0.12),
-             Head("why", wrap=0.35))  # fmt: skip
-    words = f"What leaving each one out would do to I_zz. The model is {MODEL_NAMES[analysis.model.name]}."
-    return Section("Effects considered", ((words,),), _filled(heads, rows))
 
 
 def _budget(analysis: Analysis, scale: Scale) -> Section:
@@ -330,13 +376,13 @@ def _budget(analysis: Analysis, scale: Scale) -> Section:
             SOURCE_NAMES.get(share.source, share.source),
             f"{100 * share.share:.1f} %" if share.share >= 0.0005 else "< 0.1 %",
             Value(share.u_inertia, None, scale, is_u=True),
-            f"shared by {share.shared_by}" if share.shared else "each run its own",
+            shared_text(share),
         )
         for share in analysis.budget
     )
     heads = (Head("source"), Head("share of u²", NUMBER), Head("u of I_zz", scale), Head("shared by", wrap=0.35))
-    defaults = default_lines(analysis)[1:]
-    assumed = (("Not stated in the log and taken by default: " + "; ".join(line.strip() for line in defaults) + ".",),)
+    defaults = defaults_used(analysis)
+    assumed = (("Not stated in the log and taken by default: " + "; ".join(defaults) + ".",),)
     table = Table(heads, rows) if rows else None
     return Section("Where the uncertainty comes from", assumed if defaults else (), table)
 
@@ -351,7 +397,7 @@ def _provenance(analysis: Analysis) -> Section:
         "tool": f"gyrodata {__version__}",
         "log": analysis.name,
         "its SHA-256": analysis.sha256,
-        **{f"option {key.replace('_', ' ')}": option_text(value) for key, value in analysis.options.items()},
+        **{f"option {key.replace('_', ' ')}": option_text(value) for key, value in vars(analysis.options).items()},
         **{f"# {key}": value for key, value in analysis.readings.metadata.items()},
     }
     return Section("Provenance", items=tuple((f"{key}: {value}",) for key, value in told.items()))

@@ -4,13 +4,22 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from markupsafe import Markup
 
 from gyrodata.measurements import torque_groups
 from gyrodata.reporting.cited import Cited, typeset
-from gyrodata.reporting.strips import Point, draw_strips
+from gyrodata.reporting.phrases import (
+    EFFECT_NAMES,
+    FIT_NAMES,
+    MODEL_NAMES,
+    SOURCE_NAMES,
+    common_torque_scale,
+    defaults_used,
+    effect_verdict,
+    option_text,
+)
 from gyrodata.reporting.values import (
     CENTIMETRE,
     NUMBER,
@@ -21,16 +30,6 @@ from gyrodata.reporting.values import (
     inertia_scale,
     inertia_text,
     mass_scale,
-)
-from gyrodata.reporting.words import (
-    EFFECT_NAMES,
-    FIT_NAMES,
-    MODEL_NAMES,
-    SOURCE_NAMES,
-    common_torque_scale,
-    default_lines,
-    effect_verdict,
-    option_text,
 )
 from gyrodata.results import Analysis
 
@@ -67,24 +66,9 @@ def report_page(
 ) -> str:
     """Write the report as one HTML page that needs nothing else.
 
-    Parameters
-    ----------
-    analysis : Analysis
-        The result.
-    figures : mapping of str to bytes
-        File of each figure: "period", "product", "torque", "residuals".
-    form : {"png", "svg"}
-        What these files are.
-    alt : mapping of str to str
-        What each figure shows, in words.
-    looks : sequence of (label, colour, marker)
-        Of each torque in the figures.
-
-    Returns
-    -------
-    str
-        Without a clock time or a folder's name; whatever comes from the log is escaped, and every number says
-        where in results.json it stands.
+    `figures` are the files of "period", "product", "torque" and "residuals", `alt` what each shows in words, `looks`
+    label, colour and marker of each torque in them. The page has no clock time and no folder's name; whatever comes
+    from the log is escaped, and every number says where in results.json it stands.
     """
     from jinja2 import Environment, StrictUndefined
 
@@ -121,7 +105,7 @@ def _page_content(analysis: Analysis, looks: Sequence[tuple[str, str, str]]) -> 
     labels = [_label(cited, i, torque) for i in range(len(looks))]
     names = [_swatch(colour, marker) + label for (_, colour, marker), label in zip(looks, labels, strict=True)]
     flagged = [i for i, run in enumerate(analysis.run_table) if run.flagged]
-    kept = bool(analysis.options.get("keep_flagged"))
+    kept = analysis.options.keep_flagged
     return {
         "title": f"I_zz = {inertia_text(analysis.inertia.value, analysis.inertia.u)} – {analysis.name}",
         "a": analysis,
@@ -149,8 +133,8 @@ def _page_content(analysis: Analysis, looks: Sequence[tuple[str, str, str]]) -> 
         "fit_strips": _fit_strips(analysis),
         "exponent_strips": _exponent_strips(analysis),
         "ball_strips": _ball_strips(analysis),
-        "defaults": [line.strip() for line in default_lines(analysis)[1:]],
-        "options": [(key, option_text(value)) for key, value in analysis.options.items()],
+        "defaults": defaults_used(analysis),
+        "options": [(key, option_text(value)) for key, value in vars(analysis.options).items()],
         "constants": [(key, _CONSTANT_UNITS[key]) for key in cited.at("constants")],
         "remarks": analysis.readings.metadata,
         "effect_verdict": effect_verdict,
@@ -182,20 +166,61 @@ def _swatch(colour: str, marker: str) -> Markup:
 
 
 def _fit_strips(analysis: Analysis) -> list[Markup]:
-    points = [None if fit.inertia is None else Point(fit.inertia.value, fit.inertia.u) for fit in analysis.fits]
+    points = [None if fit.inertia is None else _Point(fit.inertia.value, fit.inertia.u) for fit in analysis.fits]
     value, u = analysis.inertia.value, analysis.inertia.u or 0.0
-    return draw_strips(points, (value - u, value + u))
+    return _draw_strips(points, (value - u, value + u))
 
 
 def _exponent_strips(analysis: Analysis) -> list[Markup]:
     overall = analysis.exponent
-    points = [None if law.exponent is None else Point(law.exponent, law.u) for law in analysis.power_law]
-    return draw_strips([*points, Point(overall.value, overall.u) if overall else None], (1.0, 1.0))
+    points = [None if law.exponent is None else _Point(law.exponent, law.u) for law in analysis.power_law]
+    return _draw_strips([*points, _Point(overall.value, overall.u) if overall else None], (1.0, 1.0))
 
 
 def _ball_strips(analysis: Analysis) -> list[Markup]:
     if analysis.ball is None:
         return []
     value, u = analysis.inertia.value, analysis.inertia.u
-    solid = Point(analysis.ball.inertia, analysis.ball.inertia_u)
-    return draw_strips([Point(value, u), solid], (value - (u or 0.0), value + (u or 0.0)))
+    solid = _Point(analysis.ball.inertia, analysis.ball.inertia_u)
+    return _draw_strips([_Point(value, u), solid], (value - (u or 0.0), value + (u or 0.0)))
+
+
+class _Point(NamedTuple):
+    """One row's value."""
+
+    value: float
+    u: float | None
+    """Standard uncertainty, same unit."""
+
+
+def _draw_strips(points: Sequence[_Point | None], reference: tuple[float, float]) -> list[Markup]:
+    """Draw small pictures for the cells of a table, a dot with its uncertainty on one axis for all rows.
+
+    The ends of `reference` are a band behind all rows, or a line where they are equal. Screen readers do not see
+    them: the table's cells say the same in numbers.
+    """
+    drawn = [point for point in points if point is not None]
+    low = min([reference[0], *(point.value - (point.u or 0.0) for point in drawn)])
+    high = max([reference[1], *(point.value + (point.u or 0.0) for point in drawn)])
+    space = 0.05 * (high - low) or 1.0
+    low, high = low - space, high + space
+
+    def along(value: float) -> str:
+        return f"{100 * (value - low) / (high - low):.1f}%"
+
+    def span(kind: str, start: float, end: float) -> Markup:
+        width = f"{100 * (end - start) / (high - low):.1f}%"
+        return Markup('<i class="{}" style="left:{};width:{}"></i>').format(kind, along(start), width)
+
+    def mark(kind: str, value: float) -> Markup:
+        return Markup('<i class="{}" style="left:{}"></i>').format(kind, along(value))
+
+    strips = []
+    for point in points:
+        parts = [span("ref", *reference) if reference[1] > reference[0] else mark("line", reference[0])]
+        if point is not None:
+            u = point.u or 0.0
+            parts.append(span("bar", point.value - u, point.value + u))
+            parts.append(mark("dot", point.value))
+        strips.append(Markup('<span aria-hidden="true">{}</span>').format(Markup("").join(parts)))
+    return strips

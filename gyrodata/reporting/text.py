@@ -1,157 +1,195 @@
-"""The summary: what a person reads first."""
+"""What is printed: the summary of an analysis, how a lab in the making stands, and what a check has found."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
-from gyrodata.reporting.values import (
-    SECOND,
-    Writing,
-    count_text,
-    inertia_scale,
-    inertia_text,
-    interval_text,
-    number_text,
-    percent_text,
-    value_text,
+from gyrodata.comparisons import Run
+from gyrodata.errors import Diagnostic
+from gyrodata.measurements import torque_groups
+from gyrodata.reporting.content import (
+    Cell,
+    Head,
+    Section,
+    Sentence,
+    Table,
+    answer,
+    brief,
+    cell_text,
+    head_text,
+    part_text,
 )
-from gyrodata.reporting.words import (
-    EFFECT_NAMES,
-    FIT_NAMES,
-    MODEL_NAMES,
-    SOURCE_NAMES,
-    common_torque_scale,
-    default_lines,
-    difference_text,
-    effect_verdict,
-    goodness_text,
-    interval_kind,
-    size_text,
-    visible,
-)
+from gyrodata.reporting.phrases import common_torque_scale, size_of_log, visible
+from gyrodata.reporting.values import Writing, count_text, reading_text, torque_scale, value_text
 from gyrodata.results import Analysis
+
+FAR = 2.0
+"""From how many standard uncertainties on a run is worth repeating that does not yet look odd."""
+
+_OF_ONE_LOAD = {"G452", "G453"}
+"""Codes of what a single weight lacks."""
+
+_TOLD_OTHERWISE = {"G410", "G414", "G457"}
+"""Odd runs are told with the weight they belong to, and one torque is too few by another code."""
 
 
 def summary(analysis: Analysis, writing: Writing = "plain") -> str:
-    """Write what a person reads first.
-
-    Parameters
-    ----------
-    analysis : Analysis
-        The result.
-    writing : {"plain", "short"}
-        How values stand with their uncertainties.
-
-    Returns
-    -------
-    str
-        Several lines, ending with a line end.
-    """
-    sections = [
-        _headline(analysis),
-        _answer(analysis, writing),
-        _fits_table(analysis, writing),
-        _budget_lines(analysis),
-        _odd_lines(analysis),
-        _effect_lines(analysis),
-        default_lines(analysis),
+    """Write what a person reads first."""
+    blocks = [
+        [f"{analysis.name}: {size_of_log(analysis)}"],
+        *(_section(section, writing) for section in brief(analysis)),
         [f"next time: {advice}" for advice in analysis.advice],
     ]
-    return visible("\n\n".join("\n".join(lines) for lines in sections if lines)) + "\n"
+    return visible("\n\n".join("\n".join(lines) for lines in blocks if lines)) + "\n"
 
 
-def _headline(analysis: Analysis) -> list[str]:
-    count = len(analysis.run_table)
-    return [f"{analysis.name}: {count_text(count, 'run')}, {count_text(len(analysis.torques), 'torque')}"]
+def _section(section: Section, writing: Writing) -> list[str]:
+    lines = [section.title] if section.title else []
+    lines += [f"  {_sentence(sentence, writing)}" for sentence in section.sentences]
+    if section.table:
+        lines += _table(section.table, writing)
+    return lines + [f"  {_sentence(item, writing)}" for item in section.items]
 
 
-def _answer(analysis: Analysis, writing: Writing) -> list[str]:
-    inertia, imbalance, bias = analysis.inertia, analysis.imbalance, analysis.timing_bias
-    lines = [f"  I_zz = {inertia_text(inertia.value, inertia.u, writing)}"]
-    if inertia.interval_95 is not None:
-        scale = inertia_scale(inertia.value, inertia.u)
-        ends = interval_text(*inertia.interval_95, scale.size)
-        lines.append(
-            f"         95 % interval {ends}{' × ' if scale.exponent else ' '}{scale} ({interval_kind(inertia)})"
-        )
-    torque = value_text(imbalance.value, imbalance.u, common_torque_scale(analysis), writing)
-    lines.append(f"  residual torque M0 = {torque} (torque at work = applied + M0)")
-    if bias.u:
-        lines.append(f"  timing bias b = {value_text(bias.value, bias.u, SECOND, writing)}")
-    lines.append(f"  {goodness_text(analysis)}")
-    return lines
+def _sentence(sentence: Sentence, writing: Writing) -> str:
+    return "".join(part_text(part, writing) for part in sentence)
 
 
-def _fits_table(analysis: Analysis, writing: Writing) -> list[str]:
-    scale, torque = inertia_scale(analysis.inertia.value, analysis.inertia.u), common_torque_scale(analysis)
-    rows = [("fit", f"I_zz [{scale}]", f"M0 [{torque}]", "from recommended")]
-    impossible = []
-    for fit in analysis.fits:
-        if fit.inertia is None:
-            impossible.append(f"  {FIT_NAMES[fit.name]}: {fit.note}")
-            continue
-        rows.append(
-            (
-                FIT_NAMES[fit.name],
-                number_text(fit.inertia.value, fit.inertia.u, scale.size, writing),
-                number_text(-fit.constant.value, fit.constant.u, torque.size, writing) if fit.constant else "-",
-                difference_text(analysis, fit),
-            )
-        )
-    return [*columns(rows), *impossible]
-
-
-def columns(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Set rows of cells in columns, two blanks in front and between.
-
-    Parameters
-    ----------
-    rows : sequence of sequence of str
-        All of one length.
-
-    Returns
-    -------
-    list of str
-        One line for each row.
-    """
+def _table(table: Table, writing: Writing) -> list[str]:
+    """Set cells in columns, two blanks in front and between."""
+    rows = [[head_text(head) for head in table.heads]] if table.heads[0].words else []
+    rows += [[_cell(cell, head, writing) for cell, head in zip(row, table.heads, strict=True)] for row in table.rows]
     widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
     return [
         ("  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))).rstrip() for row in rows
     ]
 
 
-def _budget_lines(analysis: Analysis) -> list[str]:
-    """The sources that make up at least 1 % of the variance."""
-    rows = [
-        (
-            SOURCE_NAMES.get(share.source, share.source),
-            f"{100 * share.share:.0f} %",
-            f"shared by {share.shared_by}" if share.shared else "each run its own",
-        )
-        for share in analysis.budget
-        if share.share >= 0.01
-    ]
-    return ["where u² of I_zz comes from:", *columns(rows)] if rows else []
+def _cell(cell: Cell, head: Head, writing: Writing) -> str:
+    if cell is None:
+        return "-" if head.scale else ""
+    return cell_text(cell, writing)
 
 
-def _odd_lines(analysis: Analysis) -> list[str]:
-    lines = [
-        f"  run {run.run} (line {run.line}): {run.reason}{'; left out' if run.left_out else '; kept'}"
+# --- during the lab ------------------------------------------------------------------------------------------
+
+
+def watch_text(analysis: Analysis, lacking: Iterable[Diagnostic], writing: Writing = "plain") -> str:
+    """Say how the lab stands, and what to do before the weight that is on the rod comes off.
+
+    The answer; then the load of the log's last run, taken as the one on the rod; then the rest of what is lacking.
+    """
+    found = list(dict.fromkeys(d for d in (*analysis.diagnostics, *lacking) if d.severity != "note"))
+    found = [d for d in found if d.code not in _TOLD_OTHERWISE]
+    members = next(g for g in torque_groups(analysis.measurements) if len(analysis.run_table) - 1 in g)
+    loaded = [analysis.run_table[i] for i in members]
+    here = [d for d in found if d.code in _OF_ONE_LOAD and d.line in {run.line for run in loaded}]
+    elsewhere = [
+        f"repeat {_place(run)}, with {load_text(run)}: {run.reason}"
         for run in analysis.run_table
-        if run.flagged
+        if run.flagged and run not in loaded
     ]
-    return ["looks odd:", *lines] if lines else ["no run looks odd; none is left out"]
+    still_open = [*elsewhere, *(_advice(d) for d in found if d not in here)]
+    blocks = [
+        _answer(analysis, writing),
+        [f"with {load_text(loaded[-1])} on the rod:", *_indented(_with_this_load(analysis, loaded, here))],
+        ["still open:", *_indented(still_open)] if still_open else ["nothing else is open"],
+    ]
+    if not still_open and analysis.advice:
+        blocks.append(["what would gain most:", *_indented(analysis.advice[:3])])
+    return visible("\n\n".join("\n".join(block) for block in blocks)) + "\n"
 
 
-def _effect_lines(analysis: Analysis) -> list[str]:
-    rows = [
-        (
-            EFFECT_NAMES.get(effect.effect, effect.effect),
-            percent_text(effect.bias),
-            "-" if effect.size is None else size_text(effect.size),
-            effect_verdict(effect),
-        )
-        for effect in analysis.effects
-        if effect.bias is not None
+def unfinished_text(name: str, errors: Sequence[Diagnostic]) -> str:
+    """Say why a log cannot be analysed as it stands."""
+    told = "".join(f"{diagnostic}\n" for diagnostic in errors if diagnostic.severity == "error")
+    return visible(f"{name}: no answer yet\n\n{told}")
+
+
+def load_text(run: Run) -> str:
+    """Name what is on the rod as the log does: "40 g at 15 cm"."""
+    if run.torque == 0:
+        return "no weight"
+    if run.mass is not None and run.position is not None:
+        return f"{reading_text(run.mass, 1e-3)} g at {reading_text(run.position, 1e-2)} cm"
+    return f"a torque of {value_text(run.torque, None, torque_scale(abs(run.torque)))}"
+
+
+def _answer(analysis: Analysis, writing: Writing) -> list[str]:
+    inertia, residual = analysis.inertia, analysis.residual_torque
+    relative = f", u = {100 * inertia.u / abs(inertia.value):.2g} %" if inertia.u else ""
+    return [
+        f"{analysis.name}: {size_of_log(analysis)}",
+        f"  {_sentence(answer(analysis), writing)}{relative}",
+        f"  M0 = {value_text(residual.value, residual.u, common_torque_scale(analysis), writing)}",
     ]
-    return [f"what leaving it out does to I_zz (model: {MODEL_NAMES[analysis.model.name]}):", *columns(rows)]
+
+
+def _with_this_load(analysis: Analysis, loaded: Sequence[Run], here: Sequence[Diagnostic]) -> list[str]:
+    """What to do before this load comes off: the odd runs, those that are far off, and what is missing."""
+    odd = [f"repeat {_place(run)}: {run.reason}" for run in loaded if run.flagged]
+    far = [
+        f"repeat {_place(run)}: {abs(run.studentized_residual):.1f} u from what the other runs say"
+        for run in loaded
+        if not run.flagged and run.studentized_residual is not None and abs(run.studentized_residual) > FAR
+    ]
+    todo = [*odd, *far, *map(_advice, here)]
+    if todo:
+        return todo
+    done = f"{count_text(len(loaded), 'run')}, and nothing is missing"
+    heaviest = max(loaded, key=lambda run: abs(run.influence))
+    if not analysis.inertia.u or not heaviest.influence or len(loaded) < 2:
+        return [done]
+    share = abs(heaviest.influence) / analysis.inertia.u
+    return [f"{done}; if there is time, repeat {_place(heaviest)}, which moves I_zz most, by {share:.1f} u"]
+
+
+def _place(run: Run) -> str:
+    return f"run {run.run} (line {run.line})"
+
+
+def _advice(found: Diagnostic) -> str:
+    return f"{found.message}; {found.hint}" if found.hint else found.message
+
+
+def _indented(lines: Iterable[str]) -> list[str]:
+    return [f"  {line}" for line in lines]
+
+
+# --- what a check has found, and the table of codes ---------------------------------------------------------------
+
+
+def check_text(name: str, runs: int | None, diagnostics: Sequence[Diagnostic]) -> str:
+    """Write what `gyro check` found, and a last line that sums it up."""
+    counts = {severity: sum(d.severity == severity for d in diagnostics) for severity in ("error", "warning", "note")}
+    told = ", ".join(count_text(count, severity) for severity, count in counts.items() if count)
+    read = "" if runs is None else f"{count_text(runs, 'run')}, "
+    clean = not counts["error"] and not counts["warning"]
+    verdict = f"complete{f' ({told})' if told else ''}" if clean else told
+    return visible("".join(f"{diagnostic}\n" for diagnostic in diagnostics) + f"{name}: {read}{verdict}\n")
+
+
+def github_annotations(path: str, diagnostics: Sequence[Diagnostic]) -> str:
+    """Write diagnostics as workflow commands, one a line."""
+
+    def escaped(text: str, more: str = "") -> str:
+        for character in "%\r\n" + more:
+            text = text.replace(character, f"%{ord(character):02X}")
+        return text
+
+    lines = []
+    for d in diagnostics:
+        kind = "notice" if d.severity == "note" else d.severity
+        place = "".join(f",{key}={value}" for key, value in (("line", d.line), ("col", d.column)) if value is not None)
+        message = escaped(f"{d.message}\n{d.hint}".strip())
+        lines.append(f"::{kind} file={escaped(path, ',:')}{place},title={escaped(d.code, ',:')}::{message}\n")
+    return "".join(lines)
+
+
+def diagnostics_text(table: Sequence[Mapping[str, str]]) -> str:
+    """Write the table of diagnostic codes, each with an example that raises it."""
+    blocks = []
+    for row in table:
+        example = "\n".join(f"      {line}" for line in row["example"].rstrip("\n").splitlines())
+        blocks.append(f"{row['code']}  {row['severity']:7}  {row['title']}\n{example}\n")
+    return "\n".join(blocks)

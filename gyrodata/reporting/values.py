@@ -41,32 +41,12 @@ PRODUCT = Scale("rad²/s²", r"\radian\squared\per\second\squared")
 
 
 def mass_scale(largest: float) -> Scale:
-    """Choose grams, or kilograms from 1 kg on.
-
-    Parameters
-    ----------
-    largest : float
-        Of what is shown in it [kg].
-
-    Returns
-    -------
-    Scale
-    """
+    """Choose grams, or kilograms from 1 kg on, for a largest mass [kg]."""
     return Scale("kg", r"\kilogram") if largest >= 1 else Scale("g", r"\gram", 1e-3)
 
 
 def torque_scale(largest: float) -> Scale:
-    """Choose N·m, mN·m or µN·m, so that numbers have few zeros.
-
-    Parameters
-    ----------
-    largest : float
-        Of what is shown in it [N*m].
-
-    Returns
-    -------
-    Scale
-    """
+    """Choose N·m, mN·m or µN·m for a largest torque [N*m], so that numbers have few zeros."""
     if largest >= 10:
         return Scale("N·m", r"\newton\metre")
     if largest >= 1e-4:
@@ -75,38 +55,14 @@ def torque_scale(largest: float) -> Scale:
 
 
 def inertia_scale(value: float, u: float | None) -> Scale:
-    """Choose the power of ten for a moment of inertia.
-
-    Parameters
-    ----------
-    value, u : float
-        [kg*m^2]
-
-    Returns
-    -------
-    Scale
-    """
+    """Choose the power of ten for a moment of inertia and its uncertainty [kg*m^2]."""
     return Scale("kg·m²", r"\kilogram\metre\squared", exponent=_exponent(max(value, u or 0.0, key=abs)))
 
 
 def number_text(value: float, u: float | None, factor: float = 1.0, writing: Writing = "plain") -> str:
-    """Write a value rounded to its uncertainty: "4.44 ± 0.06" or "4.44(6)".
+    """Write a value rounded to its uncertainty, in units of `factor`: "4.44 ± 0.06" or "4.44(6)".
 
-    Parameters
-    ----------
-    value : float
-        In its SI unit.
-    u : float or None
-        Standard uncertainty, same unit; None or 0 gives the value alone with four digits.
-    factor : float
-        Divide both by this first: 1e-3 for milli.
-    writing : {"plain", "short"}
-        With ±, or the digits of u in brackets.
-
-    Returns
-    -------
-    str
-        u with two significant digits, the value to the same place (GUM 7.2.6).
+    u has two significant digits, the value ends at the same place (GUM 7.2.6); without u it has four digits.
     """
     if u is None or u == 0 or not math.isfinite(u):
         return f"{value / factor:.4g}"
@@ -116,56 +72,19 @@ def number_text(value: float, u: float | None, factor: float = 1.0, writing: Wri
 
 
 def reading_text(value: float, factor: float = 1.0) -> str:
-    """Write a value that has no uncertainty beside it: four digits, and all those before the point.
-
-    Parameters
-    ----------
-    value : float
-        In its SI unit.
-    factor : float
-        Divide it by this first.
-
-    Returns
-    -------
-    str
-    """
+    """Write a value that has no uncertainty beside it: four digits, and all those before the point."""
     value /= factor
     return f"{value:.0f}" if 1e4 <= abs(value) < 1e9 else f"{value:.4g}"
 
 
 def uncertainty_text(u: float, factor: float = 1.0) -> str:
-    """Write an uncertainty or a scatter that stands alone: two digits, and all those before the point.
-
-    Parameters
-    ----------
-    u : float
-        In its SI unit.
-    factor : float
-        Divide it by this first.
-
-    Returns
-    -------
-    str
-    """
+    """Write an uncertainty or a scatter that stands alone: two digits, and all those before the point."""
     u /= factor
     return f"{u:.0f}" if 100 <= abs(u) < 1e9 else f"{u:#.2g}".rstrip(".")
 
 
 def rounded(value: float, u: float, factor: float = 1.0) -> tuple[str, str, int]:
-    """Round a value to its uncertainty, and give the parts.
-
-    Parameters
-    ----------
-    value, u : float
-        In their SI unit; u is above zero.
-    factor : float
-        Divide both by this first.
-
-    Returns
-    -------
-    tuple of str, str and int
-        ("4.441", "0.023", 0); the last is the exponent of ten that both are to be multiplied by.
-    """
+    """Round a value to its uncertainty: ("4.441", "0.023", 0); the last is a common exponent of ten."""
     number, _, exponent = _formatted(value / factor, u / factor, ".2u").partition("e")
     nominal, _, spread = number.strip("()").partition("+/-")
     return nominal, spread, int(exponent or 0)
@@ -185,22 +104,7 @@ def _short_exponent(text: str) -> str:
 
 
 def value_text(value: float, u: float | None, scale: Scale, writing: Writing = "plain") -> str:
-    """Write a value with its uncertainty and its unit.
-
-    Parameters
-    ----------
-    value, u : float
-        In their SI unit.
-    scale : Scale
-        What to show them in.
-    writing : {"plain", "short"}
-        How.
-
-    Returns
-    -------
-    str
-        "(4.441 ± 0.023) × 10⁻³ kg·m²", "0.6007 ± 0.0032 mN·m"; short: "4.441(23)e-3 kg·m²", "0.6007(32) mN·m".
-    """
+    """Write a value with its uncertainty and its unit: "(4.441 ± 0.023) × 10⁻³ kg·m²", "0.6007(32) mN·m"."""
     number = number_text(value, u, scale.size, writing)
     if not scale.exponent:
         return f"{number} {scale.unit}".rstrip()
@@ -218,70 +122,23 @@ def _ten_to(exponent: int) -> str:
 
 
 def power_of_ten(value: float) -> tuple[float, str]:
-    """Find the power of ten that leaves one digit before the point, and write it.
-
-    Parameters
-    ----------
-    value : float
-        Any.
-
-    Returns
-    -------
-    tuple of float and str
-        (1e-3, "10⁻³"); (1.0, "") for values from 1 to 10 and for 0.
-    """
+    """Find the power of ten that leaves one digit before the point, and write it: (1e-3, "10⁻³"), (1.0, "")."""
     exponent = _exponent(value)
     return 10.0**exponent, _ten_to(exponent)
 
 
 def inertia_text(value: float, u: float | None, writing: Writing = "plain") -> str:
-    """Write a moment of inertia: "(4.44 ± 0.06) × 10⁻³ kg·m²" or "4.44(6)e-3 kg·m²".
-
-    Parameters
-    ----------
-    value, u : float
-        [kg*m^2]
-    writing : {"plain", "short"}
-        How.
-
-    Returns
-    -------
-    str
-    """
+    """Write a moment of inertia [kg*m^2]: "(4.44 ± 0.06) × 10⁻³ kg·m²" or "4.44(6)e-3 kg·m²"."""
     return value_text(value, u, inertia_scale(value, u), writing)
 
 
 def interval_text(low: float, high: float, factor: float = 1.0) -> str:
-    """Write an interval with as many digits as its half-width needs: "4.32 to 4.56".
-
-    Parameters
-    ----------
-    low, high : float
-        Ends, in the SI unit.
-    factor : float
-        Divide both by this first.
-
-    Returns
-    -------
-    str
-    """
+    """Write an interval with as many digits as its half-width needs: "4.32 to 4.56"."""
     return " to ".join(interval_ends(low, high, factor))
 
 
 def interval_ends(low: float, high: float, factor: float = 1.0) -> tuple[str, str]:
-    """Round the ends of an interval to two digits of its half-width.
-
-    Parameters
-    ----------
-    low, high : float
-        Ends, in the SI unit.
-    factor : float
-        Divide both by this first.
-
-    Returns
-    -------
-    tuple of str
-    """
+    """Round the ends of an interval to two digits of its half-width."""
     low, high = low / factor, high / factor
     width = (high - low) / 2
     places = max(0, 1 - _exponent(width)) if width > 0 else 4
@@ -289,17 +146,7 @@ def interval_ends(low: float, high: float, factor: float = 1.0) -> tuple[str, st
 
 
 def percent_text(value: float) -> str:
-    """Write a relative size in per cent, signed, two digits: "+0.03 %".
-
-    Parameters
-    ----------
-    value : float
-        [1]
-
-    Returns
-    -------
-    str
-    """
+    """Write a relative size in per cent, signed, two digits: "+0.03 %"."""
     percent = 100 * value
     if percent == 0:
         return "0 %"
@@ -309,32 +156,10 @@ def percent_text(value: float) -> str:
 
 
 def p_text(p: float) -> str:
-    """Write a probability: "p = 0.32", "p < 0.0001".
-
-    Parameters
-    ----------
-    p : float
-        From 0 to 1.
-
-    Returns
-    -------
-    str
-    """
+    """Write a probability: "p = 0.32", "p < 0.0001"."""
     return "p < 0.0001" if p < 1e-4 else f"p = {p:.2g}"
 
 
 def count_text(count: int, noun: str) -> str:
-    """Write a count with its noun: "1 run", "9 runs".
-
-    Parameters
-    ----------
-    count : int
-        How many.
-    noun : str
-        Singular.
-
-    Returns
-    -------
-    str
-    """
+    """Write a count with its noun: "1 run", "9 runs"."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"

@@ -20,7 +20,7 @@ TEXTBOOK = ("through_origin", "with_constant", "mean_of_ratios")
 
 def read(rows: Sheet, *head: str) -> tuple[Analysis, Reported | None]:
     readings = read_log(rows.log(*head).encode(), name="log.csv")
-    return analyze_readings(readings, {}), readings.reported.get("inertia")
+    return analyze_readings(readings), readings.reported.get("inertia")
 
 
 def slips_in(rows: Sheet, value: float, u: float, digits: int = 2) -> tuple[Slip, ...]:
@@ -110,7 +110,7 @@ class TestTwoThatLeaveTheSameFactor:
             for line in text.splitlines(keepends=True)
         )
         readings = read_log(text.encode(), name="log.csv")
-        analysis = analyze_readings(readings, {})
+        analysis = analyze_readings(readings)
         found = find_slips(value, u / 10, own_runs(analysis, ACCEPTED), readings, analysis.measurements)
         assert {slip.kind for slip in found} == {"g_as_kg", "mm_as_m"}
 

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from gyrodata.cli.numbers import G621, G622, quantity
-from gyrodata.cli.options import PlainFormat
+from gyrodata.cli.options import PlainFormat, example_of
 from gyrodata.cli.terminal import refuse, write_folder, write_out
 from gyrodata.errors import register
 
@@ -41,8 +41,11 @@ SpinOption = Annotated[str, _option("--spin", 'Such as "400 rpm"; counterclockwi
 
 
 @predict.command(
-    epilog='Example:  gyro predict precession --inertia "4.44e-3 kg m^2" --mass 60g --position 15cm --spin 400rpm '
-    "--pitch 10deg"
+    short_help="Steady precession, and a rod that is let go or upright.",
+    epilog=example_of(
+        'gyro predict precession --inertia "4.44e-3 kg m^2" --mass 60g',
+        "--position 15cm --spin 400rpm --pitch 10deg",
+    ),
 )
 def precession(
     inertia: InertiaOption,
@@ -57,7 +60,7 @@ def precession(
     position: Annotated[str | None, _option("--position", 'Of the weight on the rod, such as "15 cm".')] = None,
     pitch: Annotated[str, _option("--pitch", 'Angle of the rod above the horizontal, such as "10 deg".')] = "0 deg",
     g: Annotated[str | None, _option("--g", 'Free fall, such as "9.803 m/s^2". Default: 9.80665 m/s^2.')] = None,
-    form: FormatOption = PlainFormat.text,
+    form: FormatOption = "text",
 ) -> None:  # fmt: skip
     """Steady precession, its least spin, and what a rod does that is let go or upright.
 
@@ -126,7 +129,10 @@ def _take_defaults(options: dict[str, Any], transverse: str | None) -> list[str]
     return notes
 
 
-@predict.command(epilog="Example:  gyro predict earth --latitude 42.5deg --hours 24 --step 3")
+@predict.command(
+    short_help="Where balanced gyroscopes point as the Earth turns.",
+    epilog=example_of("gyro predict earth --latitude 42.5deg --hours 24 --step 3"),
+)
 def earth(
     latitude: Annotated[str, _option("--latitude", 'Such as "42.5 deg"; negative in the south.')],
     hours: Annotated[
@@ -139,7 +145,7 @@ def earth(
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="Folder for a figure, earth.png; made if it is not there.")
     ] = None,
-    form: FormatOption = PlainFormat.text,
+    form: FormatOption = "text",
 ) -> None:
     """Where two balanced gyroscopes point as the Earth turns.
 
@@ -185,8 +191,12 @@ def _times(hours: float, step: float, sidereal: bool) -> list[float]:
 
 
 @predict.command(
-    epilog='Example:  gyro predict platform --wheel-inertia "0.1 kg m^2" --wheel-spin 200rpm '
-    '--platform-inertia "4 kg m^2" --from 0deg --to 90deg'
+    short_help="How fast a turntable turns when a wheel is tipped on it.",
+    epilog=example_of(
+        'gyro predict platform --wheel-inertia "0.1 kg m^2"',
+        '--wheel-spin 200rpm --platform-inertia "4 kg m^2"',
+        "--from 0deg --to 90deg",
+    ),
 )
 def platform(
     wheel_inertia: Annotated[str, _option("--wheel-inertia", 'Of the wheel about its axle, such as "0.1 kg m^2".')],
@@ -196,7 +206,7 @@ def platform(
     ],
     start: Annotated[str, _option("--from", "Angle of the wheel's axle above the horizontal, before.")] = "0 deg",
     end: Annotated[str, _option("--to", "The same angle, after.")] = "90 deg",
-    form: FormatOption = PlainFormat.text,
+    form: FormatOption = "text",
 ) -> None:
     """How fast a turntable turns when a spinning wheel is tipped on it.
 
@@ -215,14 +225,18 @@ def platform(
 
 
 @predict.command(
-    epilog='Example:  gyro predict tip --force 0.5N --length 20cm --inertia "4.44e-3 kg m^2" --spin 400rpm'
+    short_help="How the rod's tip yields to a steady force.",
+    epilog=example_of(
+        "gyro predict tip --force 0.5N --length 20cm",
+        '--inertia "4.44e-3 kg m^2" --spin 400rpm',
+    ),
 )
 def tip(
     force: Annotated[str, _option("--force", 'Across the rod, such as "0.5 N".')],
     length: Annotated[str, _option("--length", 'From the centre of the ball to the tip, such as "20 cm".')],
     inertia: InertiaOption,
     spin: SpinOption,
-    form: FormatOption = PlainFormat.text,
+    form: FormatOption = "text",
 ) -> None:
     """How the rod's tip yields to a steady force.
 
@@ -245,7 +259,7 @@ def _tell(
     from gyrodata.prediction import document, prediction_text
 
     told = document(name, options, notes, answer)
-    if form is PlainFormat.text:
+    if form == "text":
         write_out(prediction_text(told))
         return
     from gyrodata.reporting import json_text

@@ -1,14 +1,13 @@
-"""``gyro check``: what is wrong with a log, and what it still lacks."""
+"""``gyro template`` and ``gyro check``: a log to fill in, and what a log still lacks."""
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from gyrodata.cli.options import G602, ConfigOption, MappingOption, SettingsOption, pairs
+from gyrodata.cli.options import G602, ConfigOption, MappingOption, SettingsOption, pairs, with_units
 from gyrodata.cli.terminal import FAULT, fault, name_of, refuse, source_of, write_out
 from gyrodata.errors import GyroError
 
@@ -16,20 +15,25 @@ if TYPE_CHECKING:
     from gyrodata.readings import Readings
 
 
-class CheckFormat(StrEnum):
-    """How `gyro check` tells what it finds."""
+CheckFormat = Literal["text", "json", "ndjson", "github"]
 
-    text = "text"
-    json = "json"
-    ndjson = "ndjson"
-    github = "github"
+
+def template(
+    weights: Annotated[str, typer.Option("--weights", help="Masses of the weights.")] = "20g,40g,60g",
+    position: Annotated[str, typer.Option("--position", help="Where the weights sit on the rod.")] = "15cm",
+    spins: Annotated[str, typer.Option("--spins", help="Spins to aim at.")] = "200,400,600rpm",
+) -> None:
+    """Print a blank log to fill in: every weight with every spin, and one run without a weight."""
+    from gyrodata.readings import blank_log
+
+    write_out(blank_log(with_units(weights), position, with_units(spins)))
 
 
 def check(
     logs: Annotated[list[str], typer.Argument(metavar="LOG...", help="CSV logs; - is standard input.")],
     form: Annotated[
         CheckFormat, typer.Option("--format", "-f", help="github: annotations of a workflow run.")
-    ] = CheckFormat.text,
+    ] = "text",
     settings: SettingsOption = None,
     mapping: MappingOption = None,
     config: ConfigOption = None,
@@ -40,7 +44,7 @@ def check(
     Exit codes: 0 clean; 1 something was found; 2 usage, or a log that cannot be read; 3 a fault of gyro.
     """
     given = pairs(settings, "--set"), pairs(mapping, "--map")
-    if form is CheckFormat.json and len(logs) > 1:
+    if form == "json" and len(logs) > 1:
         refuse(G602, "--format json is for one log", "use --format ndjson for several: one object a line")
     worst = max(_check_one(log, given[0], given[1], config, form) for log in logs)
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
@@ -68,12 +72,14 @@ def _check_one(
         found, code = (fault(error, name_of(log)),), FAULT
     found = tuple(sorted(found, key=lambda diagnostic: (diagnostic.line or 0, diagnostic.column or 0)))
     name = name_of(log)
-    if form is CheckFormat.text:
+    if form == "text":
         write_out(reporting.check_text(name, len(readings.runs) if readings else None, found))
-    elif form is CheckFormat.github:
+    elif form == "github":
         write_out(reporting.github_annotations(name if log == "-" else log, found))
     else:
         digest, rows = (readings.sha256, len(readings.runs)) if readings else (None, None)
-        document = reporting.check_document(name, digest, rows, code == 0, found)
-        write_out(reporting.json_text(document, indent=2 if form is CheckFormat.json else None))
+        from gyrodata.results import check_document
+
+        document = check_document(name, digest, rows, code == 0, found)
+        write_out(reporting.json_text(document, indent=2 if form == "json" else None))
     return code

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from gyrodata.comparisons import NamedFit
 from gyrodata.effects import DROP_ONE, Effect
 from gyrodata.errors import PICTURES
+from gyrodata.fitting import Share
 from gyrodata.reporting.values import Scale, count_text, p_text, percent_text, torque_scale
 from gyrodata.results import Analysis, Result
 
@@ -36,8 +37,8 @@ SOURCE_NAMES = {
     "force": "force",
     "torque": "torque",
     "g": "g",
-    "imbalance": "residual torque (prior)",
-    "imbalance_sign": "unknown sense of the unloaded run",
+    "residual_torque": "residual torque (prior)",
+    "residual_torque_sign": "unknown sense of the unloaded run",
     "balance_doubt": "doubt about the balance test",
     "precession_rate": "precession rate",
     "angle": "swept angle",
@@ -49,7 +50,7 @@ SOURCE_NAMES = {
 
 
 EFFECT_NAMES = {
-    "imbalance": "imperfect balance",
+    "residual_torque": "imperfect balance",
     "timing_bias": "late or early hand",
     "spin_decay": "falling spin, plain mean of start and end",
     "decay_law": "law by which the spin falls",
@@ -60,48 +61,22 @@ EFFECT_NAMES = {
 
 
 def visible(text: str) -> str:
-    """Show control characters as pictures, so that nothing in a log commands the terminal it is printed on.
-
-    Parameters
-    ----------
-    text : str
-        Lines to print.
-
-    Returns
-    -------
-    str
-    """
+    """Show control characters as pictures, so that nothing in a log commands the terminal it is printed on."""
     return text.translate(PICTURES)
 
 
 def common_torque_scale(analysis: Analysis) -> Scale:
-    """Choose one unit for every torque of a log, so that they can be compared at a glance.
-
-    Parameters
-    ----------
-    analysis : Analysis
-        The result.
-
-    Returns
-    -------
-    Scale
-    """
+    """Choose one unit for every torque of a log, so that they can be compared at a glance."""
     return torque_scale(max(abs(run.torque) for run in analysis.run_table))
 
 
+def size_of_log(analysis: Analysis) -> str:
+    """Count runs and torques: "10 runs, 4 torques"."""
+    return f"{count_text(len(analysis.run_table), 'run')}, {count_text(len(analysis.torques), 'torque')}"
+
+
 def goodness_text(analysis: Analysis) -> str:
-    """Write how well the runs go together.
-
-    Parameters
-    ----------
-    analysis : Analysis
-        The result.
-
-    Returns
-    -------
-    str
-        One sentence without a full stop.
-    """
+    """Write how well the runs go together."""
     fit = analysis.fit
     if analysis.p is None or analysis.birge is None:
         return "goodness: as many unknowns as runs, so nothing tells how well they fit"
@@ -113,35 +88,12 @@ def goodness_text(analysis: Analysis) -> str:
 
 
 def interval_kind(result: Result) -> str:
-    """Say how an interval was found: "u × k, k = 1.96".
-
-    Parameters
-    ----------
-    result : Result
-        A value with its interval.
-
-    Returns
-    -------
-    str
-    """
+    """Say how an interval was found: "u × k, k = 1.96"."""
     return f"u × k, k = {result.k:.2f}" if result.interval_by == "linear" else "by the profile of chi-square"
 
 
 def difference_text(analysis: Analysis, fit: NamedFit) -> str:
-    """Say how far a fit lies from the recommended one, in its u and in per cent.
-
-    Parameters
-    ----------
-    analysis : Analysis
-        The result.
-    fit : NamedFit
-        One of its fits.
-
-    Returns
-    -------
-    str
-        "" for the recommended fit and for one that is not possible.
-    """
+    """Say how far a fit lies from the recommended one, in its u and in per cent."""
     if fit.inertia is None or fit.name == "recommended" or not analysis.inertia.u:
         return ""
     difference = fit.inertia.value - analysis.inertia.value
@@ -149,70 +101,32 @@ def difference_text(analysis: Analysis, fit: NamedFit) -> str:
 
 
 def effect_verdict(effect: Effect) -> str:
-    """Say whether an effect is in the model: "in the model", "left out", or "left out, and not small".
-
-    Parameters
-    ----------
-    effect : Effect
-        One of an analysis' effects.
-
-    Returns
-    -------
-    str
-    """
+    """Say whether an effect is in the model: "in the model", "left out", or "left out, and not small"."""
     if effect.kept:
         return "in the model"
     return "left out, and not small" if (effect.size or 0.0) > DROP_ONE else "left out"
 
 
-def default_lines(analysis: Analysis) -> list[str]:
-    """List the uncertainties that the log does not state, after a line that says so.
+def shared_text(share: Share) -> str:
+    """Say which runs have an error in common."""
+    return f"shared by {share.shared_by}" if share.shared else "each run its own"
 
-    Parameters
-    ----------
-    analysis : Analysis
-        The result.
 
-    Returns
-    -------
-    list of str
-        Empty where all are stated.
-    """
+def defaults_used(analysis: Analysis) -> list[str]:
+    """List the uncertainties that the log does not state: "u_spin_scale 0.1 %"."""
     used = [f"u_{s.name} {s.usual}" for s in analysis.measurements.sources if s.default and s.usual != "0"]
     if analysis.measurements.timed and "u_time_bias" not in analysis.readings.uncertainties:
         used.append("u_time_bias 0.05 s")
-    if not used:
-        return []
-    return ["uncertainties not in the log, taken by default:", *(f"  {item}" for item in used)]
+    return used
 
 
 def size_text(size: float) -> str:
-    """Write the size of an effect in standard uncertainties of I_zz: "0.70 u".
-
-    Parameters
-    ----------
-    size : float
-        [1]
-
-    Returns
-    -------
-    str
-    """
+    """Write the size of an effect in standard uncertainties of I_zz: "0.70 u"."""
     return f"{size:.2f} u" if size < 10 else f"{size:.0f} u"
 
 
 def option_text(value: object) -> str:
-    """Write what was asked for by an option: "yes", "none", "turns = 1".
-
-    Parameters
-    ----------
-    value : object
-        One of an analysis' options.
-
-    Returns
-    -------
-    str
-    """
+    """Write what was asked for by an option: "yes", "none", "turns = 1"."""
     if isinstance(value, Mapping):
         return ", ".join(f"{key} = {item}" for key, item in value.items()) or "none"
     if isinstance(value, bool):

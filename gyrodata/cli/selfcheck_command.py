@@ -14,7 +14,7 @@ def selfcheck(
     log: Annotated[str, typer.Argument(metavar="LOG", help="CSV log; - is standard input.")],
     labs: Annotated[int, typer.Option("--labs", min=1, max=1_000_000, help="How many labs to simulate.")] = 4000,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Of the random numbers.")] = 1,
-    form: Annotated[PlainFormat, typer.Option("--format", "-f", help="What to write.")] = PlainFormat.text,
+    form: Annotated[PlainFormat, typer.Option("--format", "-f", help="What to write.")] = "text",
     settings: SettingsOption = None,
     mapping: MappingOption = None,
     config: ConfigOption = None,
@@ -34,9 +34,9 @@ def selfcheck(
 
     given = pairs(settings, "--set"), pairs(mapping, "--map")
     readings = read_log(**source_of(log), settings=given[0], mapping=given[1], config=config)
-    analysis = analyze_readings(readings, {})
+    analysis = analyze_readings(readings)
     tilted = any(effect.effect == "tilt" and effect.kept for effect in analysis.effects)
     kept = [i for i, run in enumerate(analysis.run_table) if not run.left_out]
     measured = select(analysis.measurements, kept)
     done = simulate(measured, time.perf_counter, labs, seed=seed, tilted=tilted, progress=progress_bar(labs))
-    write_out(reporting.json_text(done.to_dict()) if form is PlainFormat.json else done.to_text() + "\n")
+    write_out(reporting.json_text(done.to_dict()) if form == "json" else done.to_text() + "\n")

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -20,14 +19,6 @@ if TYPE_CHECKING:
     from gyrodata.units import Uncertainty
 
 G637 = register("G637", "error", "simulate: the truth cannot be written", "simulate --truth no-such-folder/truth.json")
-
-
-class MotionChoice(StrEnum):
-    """How the rod moves."""
-
-    horizontal = "horizontal"
-    steady = "steady"
-    released = "released"
 
 
 def simulate(
@@ -57,10 +48,10 @@ def simulate(
         str, typer.Option("--pitch", metavar="QUANTITIES", help="Of the rod above the horizontal.")
     ] = "0deg",
     motion: Annotated[
-        MotionChoice,
+        Literal["horizontal", "steady", "released"],
         typer.Option("--motion", help="horizontal: eq. (9); steady: eq. (8); released: the exact motion of a rod let "
                      "go from rest."),
-    ] = MotionChoice.steady,
+    ] = "steady",
     imbalance: Annotated[
         str | None,
         typer.Option("--imbalance", metavar="QUANTITY", help='Residual torque M0, such as "0.3 mN m". Default: none, '
@@ -100,7 +91,7 @@ def simulate(
         imbalance=_optional("--imbalance", imbalance, "torque"),
         timing_bias=_optional("--timing-bias", timing_bias, "time"),
         g=quantity("--g", g, "acceleration", positive=True),
-        motion=motion.value,
+        motion=motion,
         decay=_decay(spin_decay),
     )
     design = simulation.Design(

@@ -1,4 +1,4 @@
-"""``gyro template`` and ``gyro schema``: what goes in and what comes out."""
+"""``gyro schema``: what comes out."""
 
 from __future__ import annotations
 
@@ -8,19 +8,7 @@ from typing import Annotated
 
 import typer
 
-from gyrodata.cli.options import with_units
 from gyrodata.cli.terminal import write_out
-
-
-def template(
-    weights: Annotated[str, typer.Option("--weights", help="Masses of the weights.")] = "20g,40g,60g",
-    position: Annotated[str, typer.Option("--position", help="Where the weights sit on the rod.")] = "15cm",
-    spins: Annotated[str, typer.Option("--spins", help="Spins to aim at.")] = "200,400,600rpm",
-) -> None:
-    """Print a blank log to fill in: every weight with every spin, and one run without a weight."""
-    from gyrodata.readings import blank_log
-
-    write_out(blank_log(with_units(weights), position, with_units(spins)))
 
 
 def schema(
@@ -31,6 +19,9 @@ def schema(
     grades: Annotated[bool, typer.Option("--grades", help="The schema of gyro grade --format json.")] = False,
     predictions: Annotated[
         bool, typer.Option("--predictions", help="The schema of gyro predict --format json.")
+    ] = False,
+    selfchecks: Annotated[
+        bool, typer.Option("--selfcheck", help="The schema of gyro selfcheck --format json.")
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="The table of diagnostics as JSON.")] = False,
 ) -> None:
@@ -50,6 +41,7 @@ def schema(
             (checks, schemas.check_schema),
             (grades, schemas.grades_schema),
             (predictions, schemas.predictions_schema),
+            (selfchecks, schemas.selfcheck_schema),
         ):
             wanted = other if asked else wanted
         write_out(reporting.json_text(wanted()))

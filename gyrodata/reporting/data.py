@@ -1,10 +1,12 @@
-"""Tables that a spreadsheet may open."""
+"""Results for programs and spreadsheets: JSON and CSV."""
 
 from __future__ import annotations
 
 import csv
 import io
+import json
 import re
+from typing import Any
 
 from gyrodata.comparisons import Run
 from gyrodata.reporting.values import RPM
@@ -33,45 +35,24 @@ _FORMULA = re.compile(r"(^|[;\n\t])(?=[\s\"]*[=+\-@＝＋－＠])|^(?=[\t\n])")
 _AFTER_SPIN = Run.__slots__.index("spin") + 1
 
 
+def json_text(document: dict[str, Any], indent: int | None = 2) -> str:
+    """Write a result as JSON, one line for ``indent=None``. Not-a-number does not pass: it is a fault of the tool."""
+    return json.dumps(document, indent=indent, allow_nan=False) + "\n"
+
+
 def runs_csv(analysis: Analysis) -> str:
-    """Write one row for each run, units in the header.
-
-    Parameters
-    ----------
-    analysis : Analysis
-        The result.
-
-    Returns
-    -------
-    str
-        SI, every digit, as in the JSON; the spin in rpm too, as it was read. Texts cannot become formulas.
-    """
+    """Write one row for each run, units in the header: SI, every digit, as in the JSON; the spin in rpm too."""
     return runs_header() + runs_rows(analysis)
 
 
 def runs_header() -> str:
-    """Write the header of `runs_csv`.
-
-    Returns
-    -------
-    str
-    """
+    """Write the header of `runs_csv`."""
     heads = [f"{name} [{RUN_UNITS[name]}]" if name in RUN_UNITS else name for name in Run.__slots__]
     return ",".join(["log", *heads[:_AFTER_SPIN], "spin [rpm]", *heads[_AFTER_SPIN:], "note"]) + "\n"
 
 
 def runs_rows(analysis: Analysis) -> str:
-    """Write the rows of `runs_csv`; those of several logs can stand below one header.
-
-    Parameters
-    ----------
-    analysis : Analysis
-        The result.
-
-    Returns
-    -------
-    str
-    """
+    """Write the rows of `runs_csv`; those of several logs can stand below one header."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     for run, note in zip(analysis.run_table, analysis.readings.notes, strict=True):
@@ -84,17 +65,9 @@ def runs_rows(analysis: Analysis) -> str:
 
 
 def csv_cell(value: object) -> str:
-    """Write one cell of a table that a spreadsheet may open.
+    """Write one cell of a table that a spreadsheet may open: nothing for None, all digits of a number.
 
-    Parameters
-    ----------
-    value : object
-        A number, a text, True or False, or None.
-
-    Returns
-    -------
-    str
-        Nothing for None, all digits of a number, a text with a ' wherever a spreadsheet would take it for a formula.
+    A text has a ' wherever a spreadsheet would take it for a formula.
     """
     if value is None:
         return ""

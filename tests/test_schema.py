@@ -1,0 +1,136 @@
+"""`gyro schema`: for every output, the keys that are emitted and those that are declared are one set at every depth."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+from typer.testing import CliRunner
+
+import gyrodata
+from gyrodata import schema
+from gyrodata.analysis import analyze_readings
+from gyrodata.cli import app
+from gyrodata.readings import read_log
+
+ROOT = Path(__file__).parent.parent
+LOGS = sorted((ROOT / "sample_data").glob("*.csv"))
+HEAD = "# g: 9.803 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns\n"
+EDGES = {
+    "one run": HEAD + "20.00,15.0,206,20.4,1\n",
+    "one torque": HEAD + "20.00,15.0,206,20.4,1\n20.00,15.0,407,40.4,1\n",
+    "a slip": HEAD + "20.00,15.0,206,20.4,1\n20.00,15.0,407,40.4,1\n40.00,15.0,405,20.1,1\n40.00,15.0,607,30.1,2\n"
+    "60.00,15.0,404,13.4,1\n60.00,15.0,603,20.0,1\n",
+    "the ball": "# ball_mass: 1 kg\n# ball_diameter: 12 cm\n" + HEAD + "20,15,206,20.4,1\n40,15,405,20.1,1\n",
+    "released": "# motion: released\n" + HEAD + "60,15,200,6.62,1\n60,15,400,13.24,1\n40,15,200,9.93,1\n",
+    "tilted": "# g: 9.803 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns,pitch [deg]\n60,15,150,4.71,1,60\n"
+    "60,15,300,9.74,1,60\n40,15,150,7.23,1,60\n40,15,300,14.69,1,60\n",
+    "refused": HEAD + "20,15.0,56O,13.06,1/3\n",
+}
+
+
+def gyro(*args: object, stdin: str | None = None) -> str:
+    return CliRunner().invoke(app, [str(arg) for arg in args], input=stdin).stdout
+
+
+def differences(value: Any, declared: dict[str, Any], place: str = "") -> Iterator[str]:
+    """Name each key that is emitted and not declared, or declared and not emitted."""
+    if "anyOf" in declared or "oneOf" in declared:
+        fitting = [
+            one
+            for one in declared.get("anyOf", declared.get("oneOf"))
+            if jsonschema.Draft202012Validator(one).is_valid(value)
+        ]
+        declared = fitting[0] if fitting else {}
+    if isinstance(value, list):
+        for item in value:
+            yield from differences(item, declared["items"], f"{place}[]")
+    if isinstance(value, dict):
+        if "additionalProperties" in declared:
+            for item in value.values():
+                yield from differences(item, declared["additionalProperties"], f"{place}.*")
+            return
+        properties = declared.get("properties", {})
+        yield from (f"{place}.{key}" for key in set(value) ^ set(properties))
+        assert len({key.casefold() for key in properties}) == len(properties)
+        for key in set(value) & set(properties):
+            yield from differences(value[key], properties[key], f"{place}.{key}")
+
+
+def check(document: Any, declared: dict[str, Any]) -> None:
+    jsonschema.Draft202012Validator(declared).validate(document)
+    assert sorted(set(differences(document, declared))) == []
+
+
+@pytest.mark.parametrize("log", LOGS, ids=lambda log: log.stem)
+def test_analysis_and_check_of_the_samples(log: Path) -> None:
+    check(gyrodata.analyze(log).to_dict(), schema.analysis_schema())
+    check(json.loads(gyro("analyze", log, "--format", "json")), schema.analysis_schema())
+    check(json.loads(gyro("check", log, "--format", "json")), schema.check_schema())
+
+
+@pytest.mark.parametrize("log", EDGES)
+@pytest.mark.parametrize("options", [[], ["--scale-by-birge", "--keep-flagged"]])
+def test_analysis_and_check_of_edge_logs(log: str, options: list[str]) -> None:
+    document = json.loads(gyro("analyze", "-", "--format", "json", *options, stdin=EDGES[log]))
+    assert (document["result"] is None) == (log == "refused")
+    check(document, schema.analysis_schema())
+    check(json.loads(gyro("check", "-", "--format", "json", stdin=EDGES[log])), schema.check_schema())
+
+
+def test_a_log_that_is_not_there(tmp_path: Path) -> None:
+    check(json.loads(gyro("analyze", tmp_path / "none.csv", "--format", "json")), schema.analysis_schema())
+    check(json.loads(gyro("check", tmp_path / "none.csv", "--format", "json")), schema.check_schema())
+
+
+def test_the_python_package_says_the_same_as_the_command() -> None:
+    said = json.loads(gyro("analyze", LOGS[0], "--format", "json", "--set", "g=9.8 m/s^2"))
+    assert gyrodata.analyze(LOGS[0], settings={"g": "9.8 m/s^2"}).to_dict() == said
+    assert analyze_readings(read_log(LOGS[0])).to_dict()["result"] is not None
+
+
+def test_selfcheck() -> None:
+    check(json.loads(gyro("selfcheck", LOGS[0], "--labs", "5", "--format", "json")), schema.selfcheck_schema())
+
+
+def test_grades(tmp_path: Path) -> None:
+    copied = "# reported_inertia: (4.44 +- 0.05)e-3 kg m^2\n" + LOGS[0].read_text(encoding="utf-8")
+    for name, log in {"alice": copied, "bob": copied, "dave": EDGES["refused"], "eve": EDGES["a slip"]}.items():
+        (tmp_path / "class" / name).mkdir(parents=True)
+        (tmp_path / "class" / name / "data.csv").write_text(log, encoding="utf-8")
+    for folder in (ROOT / "sample_data" / "class", tmp_path / "class"):
+        text = gyro("grade", folder, "--format", "json", "--out", tmp_path / f"out-{folder.parent.name}")
+        check(json.loads(text), schema.grades_schema())
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        'precession --torque "0.1 N m" --spin 400rpm --inertia "4.44e-3 kg m^2" --transverse "7e-3 kg m^2"',
+        'precession --torque "0.1 N m" --spin 4rpm --inertia "4.44e-3 kg m^2" --transverse "7e-3 kg m^2" --pitch 40deg',
+        'precession --mass 60g --position 15cm --spin 0rpm --inertia "4.44e-3 kg m^2"',
+        "earth --latitude 52deg",
+        "earth --latitude 90deg --hours 5 --sidereal",
+        'platform --wheel-inertia "0.1 kg m^2" --wheel-spin 300rpm --platform-inertia "3 kg m^2"',
+        'tip --force "0.1 N" --length 20cm --inertia "4.44e-3 kg m^2" --spin 400rpm',
+    ],
+)
+def test_predictions(command: str) -> None:
+    check(json.loads(gyro("predict", *shlex.split(command), "--format", "json")), schema.predictions_schema())
+
+
+@pytest.mark.parametrize("option", ["", "--check", "--grades", "--predictions", "--selfcheck"])
+def test_each_is_a_schema(option: str) -> None:
+    document = json.loads(gyro("schema", *option.split()))
+    jsonschema.Draft202012Validator.check_schema(document)
+
+
+def test_descriptions_come_from_the_records() -> None:
+    result = schema.analysis_schema()["properties"]["result"]["anyOf"][0]["properties"]
+    assert result["residual_torque"]["description"].startswith("M0")
+    assert result["runs"]["items"]["properties"]["residual"]["description"] == "Time minus fitted time [s]."

@@ -118,11 +118,12 @@ def to_float(number: str) -> float:
 
 def last_place(number: str) -> int:
     """Give the power of ten of the last digit typed."""
+    if number.isdigit():
+        return 0
     mantissa, _, exponent = number.lower().replace(",", ".").partition("e")
     return int(exponent or 0) - len(mantissa.partition(".")[2])
 
 
-@lru_cache(maxsize=4096)
 def take_apart(text: str) -> Written | None:
     """Take a written quantity apart; None if it is none.
 
@@ -134,8 +135,8 @@ def take_apart(text: str) -> Written | None:
     plain = fold_number(text)
     match = PLAIN.fullmatch(plain)
     if match:
-        return _written(plain)
-    match = re.fullmatch(_FRACTION, plain)
+        return Written(plain, to_float(plain), float(f"1e{last_place(plain)}"))
+    match = re.fullmatch(_FRACTION, plain) if "/" in plain else None
     if match:
         sign, whole, over, under, unit = match.groups()
         number = (int(whole or 0) * int(under) + int(over)) / int(under) if int(under) else math.inf
@@ -143,19 +144,22 @@ def take_apart(text: str) -> Written | None:
     match = re.fullmatch(_ALONE, plain)
     if match and kinds_of(match[2]):
         return _written(match[1], match[2])
-    return _take_apart_long(re.sub(_SIGN_PAIR, "±", plain))
+    return _take_apart_long(re.sub(_SIGN_PAIR, "±", plain) if "-" in plain or "\\" in plain else plain)
 
 
 def _take_apart_long(plain: str) -> Written | None:
     """Take apart what has a ±, a bracket, a power of ten, a name or a coverage factor."""
-    bare = re.sub(rf"^{_NAME}", "", plain, count=1)
+    # What a text has no sign of is not looked for, so that its pattern need not be compiled.
+    bare = re.sub(rf"^{_NAME}", "", plain, count=1) if "=" in plain else plain
     named = bare != plain
     bare, coverage = _without_coverage(bare)
-    bare = re.sub(_UNIT_IN_BRACKETS, r" \1", bare)
-    # "4.4 ± 0.1 × 10^-3" means that power of both.
-    bare = re.sub(rf"^{_SHARED_POWER}", r"(\1)", bare)
-    bare = re.sub(_POWER_OF_TEN, lambda power: f"e{power[1] or power[2]}", bare)
-    if re.fullmatch(r"\([^()]*±[^()]*\)", bare):
+    if bare.endswith((")", "]")):
+        bare = re.sub(_UNIT_IN_BRACKETS, r" \1", bare)
+    if "10" in bare:
+        # "4.4 ± 0.1 × 10^-3" means that power of both.
+        bare = re.sub(rf"^{_SHARED_POWER}", r"(\1)", bare)
+        bare = re.sub(_POWER_OF_TEN, lambda power: f"e{power[1] or power[2]}", bare)
+    if bare.endswith(")") and re.fullmatch(r"\([^()]*±[^()]*\)", bare):
         bare = bare[1:-1].strip()
     written = _match_long(bare)
     if written is None:
@@ -165,30 +169,30 @@ def _take_apart_long(plain: str) -> Written | None:
 
 def _without_coverage(text: str) -> tuple[str, float]:
     """Take ``(k = 2)`` or ``(95 %)`` off, and give the coverage factor."""
-    for pattern in (_COVERAGE, _COVERAGE_INSIDE):
+    for pattern in (_COVERAGE, _COVERAGE_INSIDE) if "=" in text else ():
         match = re.search(pattern, text)
         if match:
             return f"{text[: match.start()]} {text[match.end() :]}".strip(), to_float(match[1])
-    match = re.search(_LEVEL, text) if "±" in text else None
+    match = re.search(_LEVEL, text) if "±" in text and "%" in text else None
     if match and to_float(match[1]) in _LEVELS:
         return f"{text[: match.start()]} {text[match.end() :]}".strip(), _LEVELS[to_float(match[1])]
     return text, 1.0
 
 
 def _match_long(text: str) -> Written | None:
-    match = re.fullmatch(_IN_BRACKETS, text)
+    match = re.fullmatch(_IN_BRACKETS, text) if text[:1] == "(" else None
     if match:
         number, spread, power, unit = match.groups()
         if power and "e" in (number + spread).lower():
             return None
         return _written(number + (power or ""), unit, spread + (power or ""))
-    match = re.fullmatch(_PLUS_MINUS, text)
+    match = re.fullmatch(_PLUS_MINUS, text) if "±" in text else None
     if match:
         number, first, spread, percent, last = match.groups()
         if percent and first and last and first != last:
             return None
         return _written(number, first or last, spread, percent == "%", None if percent or not first else last)
-    match = re.fullmatch(_CONCISE, text)
+    match = re.fullmatch(_CONCISE, text) if "(" in text else None
     if match:
         number, spread, power, unit = match.groups()
         if power and "e" in number.lower():

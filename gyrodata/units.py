@@ -1,4 +1,4 @@
-"""Units at the border: what a student writes becomes an SI float, and an SI float becomes what a reader expects.
+"""Kinds of quantity and their units: what a student writes becomes an SI float, and an SI float what is expected.
 
 The only module that imports pint, and only when the first unusual unit is met (0.3 s): the factors of the
 everyday ones stand in `_EVERYDAY`, and a test compares them with pint. pint gets expressions made of names from
@@ -9,7 +9,6 @@ enzyme activity, 1 Hz for 1 rad/s, and can be kept busy for ever by ``9**9**9*m`
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -32,7 +31,6 @@ __all__ = [
     "Uncertainty",
     "Unit",
     "UnitError",
-    "describe_kinds",
     "examples",
     "fold_letters",
     "from_si",
@@ -106,11 +104,6 @@ def kind_in_words(kind: str) -> str:
         "acceleration": "an acceleration",
         "sign": "a sense of rotation",
     }.get(kind, "a text")
-
-
-def describe_kinds(kinds: Iterable[str]) -> str:
-    """Say kinds of quantity in words, in a fixed order."""
-    return " or ".join(kind_in_words(kind) for kind in SI if kind in set(kinds))
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from gyrodata.errors import register
 from gyrodata.quantities import (
+    PLAIN,
     Written,
     doubtful_comma,
     fold_number,
@@ -18,7 +19,7 @@ from gyrodata.quantities import (
     to_float,
 )
 from gyrodata.readings.roles import BY_NAME, kind_of_role
-from gyrodata.units import LIMITS, SI, Uncertainty, UnitError, examples, kind_in_words, kinds_of
+from gyrodata.units import LIMITS, SI, Uncertainty, UnitError, examples, kind_in_words, kinds_of, parse_unit
 
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
 G203 = register("G203", "error", "a cell is not a number", _LOG + "20,15.0,56O,13.06,1/3\n")
@@ -142,10 +143,14 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Cell
     """
     if kind == "sign":
         return _read_sense(text)
-    clock = _CLOCK.fullmatch(text) if ":" in text or not text.isascii() else None
-    if clock is None and not text.isascii():
-        clock = _CLOCK.fullmatch(fold_number(text))
-    if clock:
+    if unit is not None and not ask and PLAIN.fullmatch(text) and 0 < abs(value := to_float(text)) < math.inf:
+        # Nearly every cell; what follows reads it as well, in twice the time.
+        try:
+            known = parse_unit(unit, kind)
+            return Cell(value * known.factor, float(f"1e{last_place(text)}") * known.factor, None, known.text)
+        except UnitError:
+            pass  # said below, in the words for a cell
+    if (":" in text or not text.isascii()) and (clock := _CLOCK.fullmatch(fold_number(text))):
         return _read_clock(clock, text, kind, unit)
     written = take_apart(text)
     plain = written is not None and written.spread is None and "/" not in written.number
@@ -165,6 +170,8 @@ def _check_size(written: Written) -> None:
     """Refuse what divides by zero, or what a number of sixteen digits cannot hold."""
     if math.isinf(written.value) and "/" in written.number:
         raise CellError(G203, "divides by zero")
+    if written.spread is None and written.value and math.isfinite(written.value):
+        return
     for number in (written.number, written.spread):
         if number is None or "/" in number:
             continue

@@ -37,7 +37,13 @@ SHELVES = {
     "cli": 11,
     "__main__": 12,
 }
-OWNERS = {"pint": {"units"}, "matplotlib": {"plotting"}, "typer": {"cli"}, "jinja2": {"reporting", "grading"}}
+OWNERS = {
+    "pint": {"units"},
+    "matplotlib": {"plotting"},
+    "typer": {"cli"},
+    "jinja2": {"reporting", "grading"},
+    "yaml": {"grading"},
+}
 
 
 def imports(path: Path) -> list[str]:

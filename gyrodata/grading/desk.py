@@ -10,11 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from gyrodata.grading.classroom import ClassGrades
-from gyrodata.grading.exports.canvas import fill_gradebook
 from gyrodata.grading.exports.class_page import class_page
+from gyrodata.grading.exports.gradebooks import fill_gradebook, fill_worksheet
 from gyrodata.grading.exports.grades_csv import POINTS_ROW, flags_csv
 from gyrodata.grading.exports.grades_json import grades_document
-from gyrodata.grading.exports.moodle import fill_worksheet
 from gyrodata.grading.exports.sheet import Filled
 from gyrodata.grading.feedback import FOLDER, feedback_comment, feedback_names
 from gyrodata.grading.grade import Grade, not_graded

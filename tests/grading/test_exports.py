@@ -18,10 +18,9 @@ from hypothesis import strategies as st
 
 from gyrodata.errors import InputError
 from gyrodata.grading.criteria import Mark
-from gyrodata.grading.exports.canvas import fill_gradebook
+from gyrodata.grading.exports.gradebooks import fill_gradebook, fill_worksheet
 from gyrodata.grading.exports.grades_csv import grades_csv
 from gyrodata.grading.exports.gradescope import autograder_files, grade_autograder, results_json
-from gyrodata.grading.exports.moodle import fill_worksheet
 from gyrodata.grading.exports.sheet import read_sheet
 from gyrodata.grading.forensics import Flag
 from gyrodata.grading.grade import Grade

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from gyrodata.physics.biases import imbalance_bias, position_zero_bias, sighting_bias, timing_bias
 from gyrodata.physics.bodies import solid_ball_inertia
-from gyrodata.physics.constants import EARTH_ROTATION, SIDEREAL_DAY, STANDARD_GRAVITY, Floats
+from gyrodata.physics.constants import EARTH_ROTATION, RPM, SIDEREAL_DAY, STANDARD_GRAVITY, Floats
 from gyrodata.physics.decay import (
     VISCOUS,
     SpinRule,
@@ -49,6 +49,7 @@ from gyrodata.physics.tilt import cosine_bias, pitch_bias, tilt_bias, transverse
 
 __all__ = [
     "EARTH_ROTATION",
+    "RPM",
     "SIDEREAL_DAY",
     "STANDARD_GRAVITY",
     "VISCOUS",

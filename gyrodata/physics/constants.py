@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
+RPM = math.pi / 30  # rad/s of 1 rpm
+
 STANDARD_GRAVITY = 9.80665
 """Standard acceleration of free fall [m/s^2] (CGPM 1901), used where a log gives none."""
 

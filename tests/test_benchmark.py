@@ -22,21 +22,29 @@ from typer.testing import CliRunner
 
 from gyrodata import benchmark as room
 from gyrodata import physics
-from gyrodata.benchmark import FULL, QUICK, Benchmark, Effort, csv_tables, reading, run_benchmark
-from gyrodata.benchmark.breakdowns import CASES, STUDENTS, try_breakdowns
-from gyrodata.benchmark.estimators import ESTIMATORS, covariances
-from gyrodata.benchmark.maps import digits
-from gyrodata.benchmark.motion import BATCH, LADDER, SCENES, MotionPanel, MotionPoint
-from gyrodata.benchmark.roots import ACROSS, INERTIA, RPM, TORQUE
-from gyrodata.benchmark.steppers import map_integrators
-from gyrodata.benchmark.trials import Trial, TrialPanel, run_trials
-from gyrodata.benchmark.upright import METHODS
+from gyrodata.benchmark import (
+    FULL,
+    METHODS,
+    QUICK,
+    Benchmark,
+    Effort,
+    MotionPanel,
+    MotionPoint,
+    Trial,
+    TrialPanel,
+    csv_tables,
+    reading,
+    run_benchmark,
+)
+from gyrodata.benchmark.estimators import ESTIMATORS, STUDENTS, covariances
+from gyrodata.benchmark.maps import ACROSS, INERTIA, TORQUE, digits, map_integrators
+from gyrodata.benchmark.motion_cost import BATCH, LADDER, SCENES
+from gyrodata.benchmark.trials import CASES, run_trials, try_breakdowns
 from gyrodata.cli import app
 from gyrodata.measurements import measure
-from gyrodata.plotting.benchmark_labels import Named, name_points
-from gyrodata.plotting.benchmark_motion import draw_motion
-from gyrodata.plotting.benchmark_stability import draw_breakdowns, draw_maps, draw_upright
-from gyrodata.plotting.benchmark_trials import draw_trials
+from gyrodata.physics import RPM
+from gyrodata.plotting import draw_chart
+from gyrodata.plotting.labels import name_crowd
 from gyrodata.plotting.style import STYLE, save
 from gyrodata.simulation import TYPICAL, simulate
 
@@ -238,12 +246,14 @@ class TestWords:
             "seed 1, 20 labs a scene",
             "| level and steady, 400 rpm | 0.93 % | eq. (9) | eq. (9) |",
             "| tilted 45°, 100 rpm | 2.5 % | eq. (8) | eq. (8) |",
-            "off by less than 0.3 u, in every scene.",
-            "no answer from: eqs. (7), Euler angles; reduced to θ.",
-            "- One torque: nonsense without a word from numpy.polyfit; M on P, constant; York, constant",
-            "- The recommended fit holds in 8 of 8 such cases",
+            "error is below 0.3 u does no harm",
+            "| one torque | numpy.polyfit; M on P, constant; York, constant",
         ):
             assert line in text
+        assert [line.split(" | ")[0] for line in text.splitlines() if line.endswith("| no answer |")] == [
+            "| eqs. (7), Euler angles", "| reduced to θ"
+        ]  # fmt: skip
+        assert text.count("| holds |\n") == len(CASES), "the recommended fit holds in all such cases"
         assert "nan" not in text.replace("nonsense", "")
 
     def test_the_reading_tells_of_exceptions(self, done: Benchmark) -> None:
@@ -255,8 +265,9 @@ class TestWords:
         panel = replace(done.trials[1], trials=(rival, *done.trials[1].trials[1:]))
         trials = [done.trials[0], panel, *done.trials[2:]]
         text = reading(replace(done, motion=[worse, *done.motion[1:]], trials=trials), TINY, 1)
-        assert "in 4 of 5 scenes.\n- Not in: level and steady, 400 rpm." in text
-        assert "- Not in: imbalance and timing bias (mean of ratios)" in text
+        assert "| level and steady, 400 rpm | 0.93 % | eq. (8) | eq. (9) | 0.32 u | 0.32 u |" in text
+        assert "| imbalance and timing bias | 20 | mean of ratios | " in text
+        assert "| shared errors | 20 | recommended | " in text
 
     def test_progress_goes_from_nothing_to_all(self, done: Benchmark, told: list[float]) -> None:
         assert done.motion
@@ -274,16 +285,18 @@ class TestFigures:
     def test_nothing_is_cut_off_and_every_method_is_named(self, done: Benchmark) -> None:
         drawn = (
             (
-                draw_motion(done.motion),
+                "motion",
                 [point.method for point in done.motion[0].points if "split" not in point.method],
             ),
-            (draw_trials(done.trials), list(ESTIMATORS)),
-            (draw_maps(done.roots), ["fails: eq. (9)", "holds: eq. (8)", "no steady\nprecession"]),
-            (draw_maps(done.integrators), ["fails: Euler, semi-implicit, 2 ms"]),
-            (draw_upright(done.passages), list(METHODS)),
-            (draw_breakdowns(done.breakdowns), [*STUDENTS, "recommended", "nonsense, silently"]),
+            ("estimators", list(ESTIMATORS)),
+            ("stability_steady", ["fails: eq. (9)", "holds: eq. (8)", "no steady\nprecession"]),
+            ("stability_integrators", ["fails: Euler, semi-implicit, 2 ms"]),
+            ("stability_upright", list(METHODS)),
+            ("stability_estimators", [*STUDENTS, "recommended", "nonsense, silently"]),
         )
-        for figure, names in drawn:
+        assert tuple(name for name, _ in drawn) == CHARTS
+        for chart, names in drawn:
+            figure = draw_chart(done, chart)
             texts = shown_texts(figure)
             for text in texts:
                 box = text.get_window_extent()
@@ -298,7 +311,7 @@ class TestFigures:
         ax = figure.add_axes((0.1, 0.1, 0.8, 0.8))
         ax.set_xlim(0, 10)
         ax.set_ylim(0, 10)
-        name_points(ax, [Named(5 + 0.1 * i, 5.0, f"point {i}") for i in range(6)])
+        name_crowd(ax, 5 + 0.1 * np.arange(6), np.full(6, 5.0), {i: f"point {i}" for i in range(6)})
         FigureCanvasAgg(figure).draw()  # type: ignore[no-untyped-call]
         # Without the lines to their points.
         boxes = [Text.get_window_extent(text) for text in ax.texts]
@@ -328,7 +341,7 @@ class TestCommand:
         sizes = [path.stat().st_size for path in (tmp_path / "charts").glob("*.png")]
         assert max(sizes) < 150_000, "small enough for a README"
         with rc_context(STYLE):
-            again = save(draw_motion(done.motion), "png"), save(draw_upright(done.passages), "svg")
+            again = save(draw_chart(done, "motion"), "png"), save(draw_chart(done, "stability_upright"), "svg")
         for name, data in zip(("motion.png", "stability_upright.svg"), again, strict=True):
             assert (tmp_path / "charts" / name).read_bytes() == data, "the same for the same numbers"
 

@@ -349,8 +349,7 @@ def darkened(rgb: list[float]) -> list[float]:
 
 
 def test_figures_are_legible_in_both_themes(page: str) -> None:
-    from gyrodata.plotting.marks import INK, SOFT
-    from gyrodata.plotting.scene import choose_looks
+    from gyrodata.plotting import INK, SOFT, choose_looks
 
     assert "invert(.91) hue-rotate(180deg)" in page
     white = [1.0, 1.0, 1.0]

@@ -22,7 +22,7 @@ from matplotlib.text import Annotation, Text
 from PIL import Image
 
 from gyrodata import analyze, plotting
-from gyrodata.plotting.scene import choose_looks
+from gyrodata.plotting import choose_looks
 from gyrodata.plotting.style import save
 from gyrodata.results import Analysis
 

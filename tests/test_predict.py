@@ -287,7 +287,7 @@ class TestEarth:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.text import Text
 
-        from gyrodata.plotting.earth import draw_earth
+        from gyrodata.plotting import draw_earth
 
         times = np.linspace(0, 3600 * hours, 9)
         figure = draw_earth(math.radians(latitude), times)

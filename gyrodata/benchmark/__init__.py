@@ -1,16 +1,40 @@
 """Speed against accuracy, and where methods break: measured on the machine at hand.
 
-`motion` tries the motion models and integrators, `trials` the `estimators` on simulated labs with a known truth;
-`roots`, `steppers`, `upright` and `breakdowns` map where methods lose digits, die, or give nonsense, each beside one
-that holds. `results` runs all of it, `tables` and `reading` write it down; the figures are in `gyrodata.plotting`.
+`motion_cost` tries the motion models and integrators, `trials` the `estimators` on simulated labs with a known truth
+and on logs that break them; `maps` and `upright` show where methods lose digits or die, each beside one that holds.
+`report` runs all of it and writes it down; the charts are in `gyrodata.plotting`.
 The clock is passed in: all but the times is the same on every run.
 """
 
 from __future__ import annotations
 
 from gyrodata.benchmark.effort import FULL, QUICK, Effort
-from gyrodata.benchmark.reading import reading
-from gyrodata.benchmark.results import Benchmark, run_benchmark
-from gyrodata.benchmark.tables import csv_tables
+from gyrodata.benchmark.maps import MOST_DIGITS, DigitMap, MapPair
+from gyrodata.benchmark.motion_cost import MotionPanel, MotionPoint
+from gyrodata.benchmark.report import Benchmark, csv_tables, percent_text, reading, run_benchmark, time_text
+from gyrodata.benchmark.trials import HONEST, Breakdown, Trial, TrialPanel, Verdict
+from gyrodata.benchmark.upright import METHODS, Passage
 
-__all__ = ["FULL", "QUICK", "Benchmark", "Effort", "csv_tables", "reading", "run_benchmark"]
+__all__ = [
+    "FULL",
+    "HONEST",
+    "METHODS",
+    "MOST_DIGITS",
+    "QUICK",
+    "Benchmark",
+    "Breakdown",
+    "DigitMap",
+    "Effort",
+    "MapPair",
+    "MotionPanel",
+    "MotionPoint",
+    "Passage",
+    "Trial",
+    "TrialPanel",
+    "Verdict",
+    "csv_tables",
+    "percent_text",
+    "reading",
+    "run_benchmark",
+    "time_text",
+]

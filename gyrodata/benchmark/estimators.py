@@ -88,23 +88,29 @@ def theil_sen(measured: Measurements) -> Answer:
     return Answer(float(slope), float(high - low) / 2)
 
 
+def polyfit(measured: Measurements) -> Answer:
+    """``numpy.polyfit`` of M on P with a constant, interval from its covariance."""
+    with_scatter = len(measured.runs) > 4
+    if with_scatter:
+        slopes, covariance = np.polyfit(measured.product, measured.torque, 1, cov=True)
+        return Answer(float(slopes[0]), K_95 * math.sqrt(covariance[0, 0]))
+    return Answer(float(np.polyfit(measured.product, measured.torque, 1)[0]), None)
+
+
+def linregress(measured: Measurements) -> Answer:
+    """``scipy.stats.linregress`` of M on P."""
+    from scipy.stats import linregress as regress
+
+    line = regress(measured.product, measured.torque)
+    freedom = len(measured.runs) - 2
+    return _from_scatter(float(line.slope), float(line.stderr), freedom)
+
+
 # --- the stated uncertainties tell it -----------------------------------------------------------------------
 
 
 def covariances(measured: Measurements, shared: bool) -> tuple[Floats, Floats]:
-    """Covariances of P [rad⁴/s⁴] and of M [N²m²] from the stated uncertainties, taken at the measured values.
-
-    Parameters
-    ----------
-    measured : Measurements
-        n runs, with masses and positions.
-    shared : bool
-        Whether an error that runs have in common is taken as that, or as one of each run alone.
-
-    Returns
-    -------
-    tuple of ndarray, shape (n, n)
-    """
+    """Covariances of P [rad⁴/s⁴] and of M [N²m²] from the stated uncertainties, taken at the measured values."""
     count = len(measured.runs)
     of_product, of_torque = np.zeros((count, count)), np.zeros((count, count))
     onto = {
@@ -222,3 +228,10 @@ ESTIMATORS: Mapping[str, Estimator] = {
     "recommended": recommended,
 }
 """By the name in the charts."""
+
+STUDENTS: Mapping[str, Estimator] = {
+    "numpy.polyfit": polyfit,
+    "scipy linregress": linregress,
+    **{name: estimate for name, estimate in ESTIMATORS.items() if name != "recommended"},
+}
+"""All but the tool's own."""

@@ -14,8 +14,8 @@ import numpy as np
 
 from gyrodata import motion
 from gyrodata.benchmark.effort import Effort, Progress
-from gyrodata.benchmark.roots import ACROSS, INERTIA, RPM, TORQUE
-from gyrodata.physics import Floats
+from gyrodata.benchmark.maps import ACROSS, INERTIA, TORQUE
+from gyrodata.physics import RPM, Floats
 
 LOW = math.radians(43)
 """θ at the lower turning point [rad]."""
@@ -47,19 +47,9 @@ METHODS = ("eqs. (7), Euler angles", "reduced to θ", "vectors e3, H", "splittin
 
 
 def pass_upright(effort: Effort, progress: Progress | None = None) -> list[Passage]:
-    """Follow orbits that pass ever nearer to the vertical, and one that starts there.
+    """Follow orbits that pass ever nearer to the vertical, and one that starts there, by all `METHODS`.
 
-    Parameters
-    ----------
-    effort : Effort
-    progress : callable, optional
-        Told the part that is done.
-
-    Returns
-    -------
-    list of Passage
-        For all `METHODS`. Errors are distances from the exact motion; its own is from the vectors at a tolerance
-        of 1e-13, which is mostly theirs.
+    Errors are distances from the exact motion; its own is from the vectors at a tolerance of 1e-13, mostly theirs.
     """
     distances = [*(float(d) for d in np.geomspace(0.3, 1e-8, effort.swings)), 0.0]
     passages = []
@@ -97,17 +87,6 @@ def _worst(axis: Floats | None, true: Floats) -> float | None:
 def nodding(closest: float) -> motion.State:
     """The state at the lower turning point, `LOW`, of an orbit whose upper one is at an angle from the vertical.
 
-    Parameters
-    ----------
-    closest : float
-        θ_min [rad]; for 0 the rod starts at the vertical, with the speed that takes it down to `LOW`.
-
-    Returns
-    -------
-    gyrodata.motion.State
-
-    Notes
-    -----
     At both turning points (H·Z − H3 cosθ)²/(2 I sin²θ) + h m g cosθ is the same. With H·Z = H3 cosθ_min +
     q sinθ_min this is a quadratic in q that stays regular as θ_min → 0.
     """
@@ -130,22 +109,7 @@ def nodding(closest: float) -> motion.State:
 
 
 def follow_euler(state: motion.State, times: Floats, tolerance: float = _TOLERANCE) -> tuple[Floats | None, int]:
-    """Follow the rod by eqs. (7) in the Euler angles θ, φ and their rates.
-
-    Parameters
-    ----------
-    state : gyrodata.motion.State
-        At time 0, at a turning point of θ, azimuth 0.
-    times : ndarray, shape (n,)
-        [s]
-    tolerance : float
-        Relative tolerance of a step.
-
-    Returns
-    -------
-    tuple
-        e3 at the times, shape (n, 3), or None where the equations gave no number; and evaluations.
-    """
+    """Follow the rod by eqs. (7) in the Euler angles: e3 at the times, None without a number; and evaluations."""
     along = float(state.axis @ state.momentum)
 
     def rates(_time: float, row: Floats) -> Sequence[float]:
@@ -162,18 +126,7 @@ def follow_euler(state: motion.State, times: Floats, tolerance: float = _TOLERAN
 
 
 def follow_reduced(state: motion.State, times: Floats, tolerance: float = _TOLERANCE) -> tuple[Floats | None, int]:
-    """Follow the rod by the equation of θ alone that the conserved H·Z and H·e3 leave, with φ behind it.
-
-    Parameters
-    ----------
-    state, times, tolerance
-        As for `follow_euler`.
-
-    Returns
-    -------
-    tuple
-        As for `follow_euler`.
-    """
+    """Follow the rod by the equation of θ alone that the conserved H·Z and H·e3 leave: as `follow_euler`."""
     along, upwards = float(state.axis @ state.momentum), float(state.momentum[2])
 
     def rates(_time: float, row: Floats) -> Sequence[float]:

@@ -25,7 +25,7 @@ def benchmark(
     import time
 
     from gyrodata.benchmark import FULL, QUICK, csv_tables, reading, run_benchmark
-    from gyrodata.plotting.benchmark import render_benchmark
+    from gyrodata.plotting import render_benchmark
 
     effort = QUICK if quick else FULL
     show = progress_bar(100)

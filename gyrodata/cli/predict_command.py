@@ -161,7 +161,7 @@ def earth(
     options = {"latitude": at, "hours": times[-1] / 3600, "sidereal": sidereal}
     answer = predict_earth(at, times)
     if out is not None:
-        from gyrodata.plotting.earth import render_earth
+        from gyrodata.plotting import render_earth
 
         write_folder(out, {"earth.png": render_earth(at, times)})
     _tell("earth", options, [], answer, form)

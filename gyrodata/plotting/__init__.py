@@ -1,15 +1,50 @@
-"""The four figures of a log, and what each of them shows in words: the only matplotlib.
+"""The four figures of a log, the charts of the benchmark and of the Earth's rotation: the only matplotlib.
 
-`scene` takes from an `Analysis` the plain arrays that are drawn; `marks` and `figures` draw them; `words` says
-what they show. A torque keeps its colour and marker through all figures. Axes stand at fixed places and nothing
-is laid out by trial, which makes the figures quick and their bytes the same on every run.
+`figure_data` takes from an `Analysis` the plain arrays that are drawn, and says in words what they show; `figures`
+draws them with `marks` and `labels`. A torque keeps its colour and marker through all figures. Axes stand at fixed
+places and nothing is laid out by trial, which makes the figures quick and their bytes the same on every run.
 """
 
 from __future__ import annotations
 
-from gyrodata.plotting.figures import FIGURES, draw, render
-from gyrodata.plotting.scene import Look, list_looks
-from gyrodata.plotting.style import MEDIA, Form
-from gyrodata.plotting.words import alt_text
+from typing import TYPE_CHECKING, Any
 
-__all__ = ["FIGURES", "MEDIA", "Form", "Look", "alt_text", "draw", "list_looks", "render"]
+from gyrodata.plotting.figure_data import Look, alt_text, choose_looks, list_looks
+from gyrodata.plotting.figures import FIGURES, draw, render
+from gyrodata.plotting.marks import INK, SOFT
+from gyrodata.plotting.style import MEDIA, Form
+
+if TYPE_CHECKING:
+    from gyrodata.plotting.charts import draw_chart, render_benchmark
+    from gyrodata.plotting.earth_chart import draw_earth, render_earth
+
+__all__ = [
+    "FIGURES",
+    "INK",
+    "MEDIA",
+    "SOFT",
+    "Form",
+    "Look",
+    "alt_text",
+    "choose_looks",
+    "draw",
+    "draw_chart",
+    "draw_earth",
+    "list_looks",
+    "render",
+    "render_benchmark",
+    "render_earth",
+]
+
+
+def __getattr__(name: str) -> Any:
+    # The benchmark takes long to import, and the figures of a log do without it.
+    if name in ("draw_chart", "render_benchmark"):
+        from gyrodata.plotting import charts
+
+        return getattr(charts, name)
+    if name in ("draw_earth", "render_earth"):
+        from gyrodata.plotting import earth_chart
+
+        return getattr(earth_chart, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

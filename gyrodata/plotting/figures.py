@@ -10,22 +10,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gyrodata.fitting import K_95
+from gyrodata.physics import RPM
+from gyrodata.plotting.figure_data import Scene, gather, mean_text, torque_unit, with_u
 from gyrodata.plotting.labels import label_margin, name_runs, odd_names
 from gyrodata.plotting.marks import (
     INK,
     SOFT,
     Marks,
     bars_note,
+    draw_key,
     draw_runs,
     log_ticks,
     measure_axes,
     name_axes,
-    pin,
     with_hollow,
     write_title,
     zero_range,
 )
-from gyrodata.plotting.scene import RPM, Scene, gather, mean_text, torque_unit, with_u
 from gyrodata.plotting.style import MEDIA, RULED, Form, Medium, save
 from gyrodata.results import Analysis
 
@@ -41,7 +42,7 @@ def _draw_period(ax: Axes, scene: Scene) -> None:
     """Period against spin, with the fitted law of each torque."""
     working = np.array([abs(group.summary.torque + scene.imbalance) for group in scene.groups])
     with np.errstate(divide="ignore"):
-        slopes = 2 * math.pi * scene.inertia / RPM / working
+        slopes = 2 * math.pi * scene.inertia * RPM / working
     # A run without a weight may take an hour for a turn: it has no say in the limits.
     period, hollow = scene.period[scene.loaded], scene.hollow[scene.loaded]
     kept = period[~hollow] if not hollow.all() else period
@@ -69,7 +70,7 @@ def _draw_period(ax: Axes, scene: Scene) -> None:
     inside = [(group.colour, slope) for group, slope in zip(scene.groups, slopes, strict=True)
               if slope * right < 8 * top]  # fmt: skip
     _laws(ax, inside, left, right)
-    shown, _ = pin(scene.period, bottom, top)
+    shown = np.clip(scene.period, bottom, top)
     bars = np.where(shown == scene.period, np.minimum(scene.period_u, shown - bottom), 0.0)
     marks = Marks(scene.spin, shown, scene.spin_u, bars)
     draw_runs(ax, scene, marks)
@@ -116,7 +117,7 @@ def _draw_product(ax: Axes, scene: Scene) -> None:
     ax.add_collection(LineCollection(level, colors=colours, linewidths=1.0), autolim=False)
     if bottom < 0 < top:
         ax.axhline(0, color=SOFT, linewidth=0.8)
-    product, _ = pin(scene.product, bottom, top)
+    product = np.clip(scene.product, bottom, top)
     marks = Marks(scene.spin, product, scene.spin_u, scene.product_u)
     draw_runs(ax, scene, marks)
     name_runs(ax, marks, odd_names(scene, scene.product, product, "", "↓↑"))
@@ -151,7 +152,7 @@ def _draw_torque(ax: Axes, scene: Scene) -> None:
         ax.axhline(0, color=SOFT, linewidth=0.8)
     if left < 0 < right:
         ax.axvline(0, color=SOFT, linewidth=0.8)
-    product, _ = pin(scene.product, left, right)
+    product = np.clip(scene.product, left, right)
     marks = Marks(product, torque, scene.product_u, torque_u)
     draw_runs(ax, scene, marks)
     name_runs(ax, marks, odd_names(scene, scene.product, product, "", "←→"))
@@ -165,9 +166,10 @@ def _key(ax: Axes, rows: Sequence[tuple[str, str]]) -> None:
     wide, tall = measure_axes(ax)
     for rank, (style, text) in enumerate(rows):
         height = 1 - (8 + 11.7 * rank) / tall
-        ax.plot([6 / wide, 23 / wide], [height, height], style, color=INK if style == "-" else SOFT, linewidth=1.1,
-                transform=ax.transAxes)  # fmt: skip
-        ax.text(27 / wide, height, text, transform=ax.transAxes, va="center", fontsize=8, color=INK)
+        colour = INK if style == "-" else SOFT
+        draw_key(
+            ax, [6 / wide, 23 / wide], [height, height], text, 4 / wide, linestyle=style, color=colour, linewidth=1.1
+        )
 
 
 def _draw_residuals(ax: Axes, scene: Scene) -> None:
@@ -183,7 +185,7 @@ def _draw_residuals(ax: Axes, scene: Scene) -> None:
     ax.axhline(0, color=SOFT, linewidth=0.8)
     _run_ticks(ax, scene.names)
     nothing = np.zeros(count)
-    height, _ = pin(deviations, -0.96 * limit, 0.96 * limit)
+    height = np.clip(deviations, -0.96 * limit, 0.96 * limit)
     marks = Marks(place, height, nothing, nothing)
     draw_runs(ax, scene, marks, bars=False)
     told = np.where(height == deviations, deviations, np.round(deviations))
@@ -214,22 +216,7 @@ _DRAWERS: dict[str, Callable[[Axes, Scene], None]] = {
 
 
 def draw(analysis: Analysis, name: str, medium: Medium = MEDIA["screen"]) -> Figure:
-    """Draw one figure.
-
-    Parameters
-    ----------
-    analysis : Analysis
-        What `analyze` gives.
-    name : str
-        One of `FIGURES`.
-    medium : Medium
-        What it is made for.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Period in s, spin in rpm, φ̇ψ̇ in rad²/s², torque in mN·m.
-    """
+    """Draw one figure."""
     from matplotlib import rc_context
 
     with rc_context(RULED):
@@ -245,22 +232,7 @@ def _figure(scene: Scene, name: str, medium: Medium) -> Figure:
 
 
 def render(analysis: Analysis, form: Form = "png", medium: Medium = MEDIA["screen"]) -> dict[str, bytes]:
-    """Draw all figures as files.
-
-    Parameters
-    ----------
-    analysis : Analysis
-        What `analyze` gives.
-    form : {"png", "svg", "pdf"}
-        File type.
-    medium : Medium
-        What they are made for, one of `MEDIA`.
-
-    Returns
-    -------
-    dict of str to bytes
-        Of each name in `FIGURES` the bytes of its file: the same on every run, without a date.
-    """
+    """Draw all figures as files."""
     from matplotlib import rc_context
 
     with rc_context(RULED), warnings.catch_warnings():

@@ -1,17 +1,17 @@
-"""Names written into a figure: of torques beside their lines, of runs beside their dots."""
+"""Names written into a figure: of runs and methods beside their dots, of torques beside their lines."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyrodata.physics import Floats
-from gyrodata.plotting.marks import INK, MARK, SOFT, Marks, measure_axes
-from gyrodata.plotting.scene import MANY, Group, Scene, as_number, run_name
+from gyrodata.plotting.figure_data import Group, Scene, as_number, run_name
+from gyrodata.plotting.marks import INK, MARK, SOFT, Marks, draw_key, measure_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,6 +20,9 @@ _LETTER = 4.7
 """Mean width of a letter of 8 points [point]."""
 _LINE = 10.0
 """Height of a line of such letters [point]."""
+
+_MANY = 10
+"""More torques than this get one compact list of labels."""
 
 _SHARE = {"left": 0.0, "center": 0.5, "right": 1.0}
 """How much of a name lies left of the point that it is set by."""
@@ -31,26 +34,12 @@ _PLACES = [("left", 7.0, 0.0), ("right", -7.0, 0.0), ("center", 0.0, 10.0), ("ce
     for side, across in (("left", 6.0), ("right", -6.0))
 ]
 
+_ANGLES = (0, 180, 90, 270, 35, 145, 325, 215, 60, 120, 240, 300)
+"""Where a name in a crowd may stand, seen from its dot [degrees]; the first are preferred."""
+
 
 def odd_names(scene: Scene, values: Floats, drawn: Floats, unit: str, arrows: str) -> dict[int, str]:
-    """What to write beside which runs: the names of flagged ones, and the value of what is drawn at the edge.
-
-    Parameters
-    ----------
-    scene : Scene
-        n runs.
-    values, drawn : ndarray
-        Where they lie and where they are drawn, shape (n,).
-    unit : str
-        Of `values`, after a blank.
-    arrows : str
-        The way to what lies below and above the edges: "↓↑" or "←→".
-
-    Returns
-    -------
-    dict of int to str
-        "run 5", "run 5 ↑ 320 s", "↑ 2029 s".
-    """
+    """What to write beside which runs: the names of flagged ones, and the value of what is drawn at the edge."""
     names = {}
     for i in range(len(scene.names)):
         # A run without a weight is known by its grey mark, and needs no name.
@@ -63,7 +52,7 @@ def odd_names(scene: Scene, values: Floats, drawn: Floats, unit: str, arrows: st
 
 
 def name_runs(ax: Axes, marks: Marks, names: Mapping[int, str]) -> None:
-    """Write names beside dots, each at the nearest place where it covers no other name and no dot."""
+    """Write names beside a few of many dots, each at the nearest place where it covers no other name and no dot."""
     # Figures are laid out at their own dots to the inch, whatever they are saved at.
     to_points = 72 / ax.figure.dpi
     dots = ax.transData.transform(np.column_stack([marks.x, marks.y])) * to_points
@@ -71,7 +60,8 @@ def name_runs(ax: Axes, marks: Marks, names: Mapping[int, str]) -> None:
     taken: list[Floats] = []
     for i in sorted(names, key=lambda i: (-dots[i, 1], dots[i, 0])):
         boxes = np.array([_box(names[i], side, *(dots[i] + (across, up))) for side, across, up in _PLACES])
-        cost = _overlaps(boxes, dots, taken) + 100 * _outside(boxes, frame)
+        # What is drawn at the very edge counts as inside, whatever the rounding.
+        cost = _overlaps(boxes, dots, taken) + 100 * _outside(boxes, frame, _LINE / 2 + 1e-6)
         best = int(cost.argmin())
         side, across, up = _PLACES[best]
         taken.append(boxes[best])
@@ -92,6 +82,64 @@ def name_runs(ax: Axes, marks: Marks, names: Mapping[int, str]) -> None:
             else None,
             zorder=2.9,
         )
+
+
+def name_crowd(
+    ax: Axes, x: Floats, y: Floats, names: Mapping[int, str], size: float = 7.5, bold: Collection[int] = ()
+) -> None:
+    """Write names beside most dots of a crowd, each where it covers least of other names and dots; bold ones first.
+
+    Nearly every dot has a name here and few places are free, so that areas are weighed, and lines to the dots too.
+    """
+    to_points = 72 / ax.figure.dpi
+    frame = np.array(ax.bbox.extents) * to_points
+    dots = ax.transData.transform(np.column_stack([x, y])) * to_points
+    radii = np.array([8.0 if i in bold else 5.0 for i in range(len(dots))])[:, None]
+    taken = np.concatenate([dots - radii, dots + radii], axis=1)
+    for i in sorted(names, key=lambda i: i not in bold):
+        distance, angle = (
+            part.ravel()
+            for part in np.meshgrid(
+                (9.0 if i in bold else 6.5, 14.0, 22.0, 32.0, 44.0), np.radians(_ANGLES), indexing="ij"
+            )
+        )
+        half = np.array([0.66 if i in bold else 0.56, 0]) * size * len(names[i]) / 2 + np.array([0, 0.55 * size])
+        aim = np.column_stack([np.cos(angle), np.sin(angle)])
+        middles = dots[i] + (distance[:, None] + half) * aim
+        boxes = np.concatenate([middles - half, middles + half], axis=1)
+        others = np.delete(taken, i, axis=0)
+        inside = _areas(boxes, frame[None])[:, 0] / (4 * half.prod())
+        lines = dots[i] + np.linspace(0, 1, 17)[:, None, None] * (middles - dots[i])
+        hit = ((lines[:, :, None] > others[:, :2]) & (lines[:, :, None] < others[:, 2:])).all(axis=3).any(axis=0)
+        crossed = np.where(distance > 10, hit.sum(axis=1), 0)
+        cost = 3 * _areas(boxes, others).sum(axis=1) + 20 * crossed + 1500 * (1 - inside) + 1.2 * distance
+        best = int(cost.argmin())
+        taken = np.concatenate([taken, boxes[best : best + 1]])
+        offset = middles[best] - dots[i]
+        apart = float(np.hypot(*np.maximum(np.abs(offset) - (half[0], size / 2), 0.0))) > 10
+        line = {"arrowstyle": "-", "color": SOFT, "linewidth": 0.5, "shrinkA": 1, "shrinkB": 3}
+        ax.annotate(
+            names[i],
+            (x[i], y[i]),
+            tuple(offset),
+            textcoords="offset points",
+            ha="center",
+            va="center",
+            fontsize=size,
+            color=INK,
+            weight="bold" if i in bold else "normal",
+            annotation_clip=False,
+            bbox={"facecolor": "white", "alpha": 0.75, "linewidth": 0, "pad": 0.2},
+            arrowprops=line if apart else None,
+            zorder=6,
+        )
+
+
+def _areas(boxes: Floats, others: Floats) -> NDArray[np.float64]:
+    """Area that each of m boxes has in common with each of n others, shape (m, n) [point²]."""
+    high = np.minimum(boxes[:, None, 2:], others[:, 2:])
+    low = np.maximum(boxes[:, None, :2], others[:, :2])
+    return np.asarray(np.prod(np.maximum(high - low, 0.0), axis=2))
 
 
 def _box(text: str, side: str, x: float, y: float) -> tuple[float, float, float, float]:
@@ -116,9 +164,8 @@ def _overlaps(boxes: Floats, dots: Floats, taken: Sequence[Floats]) -> NDArray[n
     return np.asarray(covered + 10 * names, dtype=float)
 
 
-def _outside(boxes: Floats, frame: Floats) -> NDArray[np.bool_]:
-    """Which boxes leave the axes, but for half a line above and below."""
-    slack = _LINE / 2
+def _outside(boxes: Floats, frame: Floats, slack: float) -> NDArray[np.bool_]:
+    """Which boxes leave the axes, but for a little above and on the right."""
     return np.asarray(
         (boxes[:, 0] < frame[0])
         | (boxes[:, 2] > frame[2] + slack)
@@ -127,7 +174,7 @@ def _outside(boxes: Floats, frame: Floats) -> NDArray[np.bool_]:
     )
 
 
-def _spread(targets: Sequence[float], gap: float) -> list[float]:
+def spread(targets: Sequence[float], gap: float) -> list[float]:
     """Move heights apart until neighbours are `gap` from one another, as near to their targets as the frame lets."""
     order = sorted(range(len(targets)), key=lambda i: targets[i])
     heights = [min(max(targets[i], 0.0), 1.0) for i in order]
@@ -152,21 +199,9 @@ def _spread(targets: Sequence[float], gap: float) -> list[float]:
 
 
 def label_margin(ax: Axes, scene: Scene, heights: Sequence[float] | None, extra: Sequence[str] = ()) -> None:
-    """Name each torque right of the axes, beside where its line ends; without heights, from the top down.
-
-    Parameters
-    ----------
-    ax : Axes
-        With its limits set.
-    scene : Scene
-        Its groups are labelled.
-    heights : sequence of float or None
-        Of each group, in the data's units.
-    extra : sequence of str
-        A second line for each label, where there is room for it.
-    """
+    """Name each torque right of the axes, beside where its line ends; without heights, from the top down."""
     groups = scene.groups
-    if len(groups) > MANY:
+    if len(groups) > _MANY:
         _list_margin(ax, scene)
         return
     tall = measure_axes(ax)[1]
@@ -177,20 +212,17 @@ def label_margin(ax: Axes, scene: Scene, heights: Sequence[float] | None, extra:
         placed = [0.97 - gap * rank for rank in range(len(groups))]
     else:
         at = ax.transAxes.inverted().transform(ax.transData.transform([(1.0, height) for height in heights]))
-        placed = _spread([float(y) if math.isfinite(y) else 1.0 for y in at[:, 1]], gap)
+        placed = spread([float(y) if math.isfinite(y) else 1.0 for y in at[:, 1]], gap)
     for i, group in enumerate(groups):
         _label(ax, placed[i], group, group.label + (f"\n{extra[i]}" if extra else ""), 8.5)
 
 
 def _label(ax: Axes, height: float, group: Group, text: str, size: float) -> None:
     wide = measure_axes(ax)[0]
-    ax.plot(
-        [1 + 10.5 / wide], [height], marker=group.marker, markersize=MARK, color=group.colour,
-        markeredgecolor="white", markeredgewidth=0.5, transform=ax.transAxes, clip_on=False,
+    draw_key(
+        ax, [1 + 10.5 / wide], [height], text, 7.5 / wide, size, 1.15, marker=group.marker, markersize=MARK,
+        color=group.colour, markeredgecolor="white", markeredgewidth=0.5, clip_on=False,
     )  # fmt: skip
-    ax.text(
-        1 + 18 / wide, height, text, transform=ax.transAxes, va="center", fontsize=size, color=INK, linespacing=1.15
-    )
 
 
 def _list_margin(ax: Axes, scene: Scene) -> None:

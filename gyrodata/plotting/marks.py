@@ -1,16 +1,16 @@
-"""Parts of a figure: dots, bars, titles, ticks and limits, from plain arrays and axes."""
+"""Parts of a figure: dots, bars, titles, keys, ticks and limits, from plain arrays and axes."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyrodata.physics import Floats
-from gyrodata.plotting.scene import Scene
+from gyrodata.plotting.figure_data import Scene
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -88,18 +88,41 @@ def draw_runs(ax: Axes, scene: Scene, marks: Marks, bars: bool = True) -> None:
         _bars(ax, marks, colours)
 
 
-def pin(values: Floats, low: float, high: float) -> tuple[Floats, NDArray[np.bool_]]:
-    """Bring what lies outside the axes to their edge; say which runs were moved."""
-    pinned = np.clip(values, low, high)
-    return pinned, pinned != values
-
-
 def write_title(ax: Axes, title: str, note: str) -> None:
     """Write the title, and below it in small print how to read the figure, from the figure's left edge."""
     width, height = measure_axes(ax)
     left = (8 - 72 * ax.bbox.x0 / ax.figure.dpi) / width
-    for up, text, size, weight, colour in ((20, title, 10.5, "bold", INK), (7, note, 8, "normal", SOFT)):
-        ax.text(left, 1 + up / height, text, transform=ax.transAxes, fontsize=size, weight=weight, color=colour)
+    _write_above(ax, left, title, 20 / height, 10.5, note, 7 / height, 8)
+
+
+def head(ax: Axes, title: str, note: str) -> None:
+    """Write the title of one panel of several, and a line of small print below it, from the axes' left edge."""
+    height = measure_axes(ax)[1]
+    _write_above(ax, 0.0, title, 14 / height, 9, note, 4 / height, 7.5)
+
+
+def _write_above(
+    ax: Axes, left: float, title: str, title_up: float, title_size: float, note: str, note_up: float, note_size: float
+) -> None:
+    ax.text(left, 1 + title_up, title, transform=ax.transAxes, fontsize=title_size, weight="bold", color=INK)
+    ax.text(left, 1 + note_up, note, transform=ax.transAxes, fontsize=note_size, weight="normal", color=SOFT)
+
+
+def draw_key(
+    ax: Axes,
+    x: Sequence[float],
+    y: Sequence[float],
+    text: str,
+    gap: float,
+    size: float = 8.0,
+    linespacing: float | None = None,
+    **look: Any,
+) -> None:
+    """Draw one entry of a key, in parts of the axes: a mark or a stroke through (x, y), and what it is right of it."""
+    ax.plot(x, y, transform=ax.transAxes, **look)
+    ax.text(
+        x[-1] + gap, y[-1], text, transform=ax.transAxes, va="center", fontsize=size, color=INK, linespacing=linespacing
+    )
 
 
 def with_hollow(scene: Scene, text: str) -> str:

@@ -87,25 +87,9 @@ METADATA: dict[str, dict[str, Any]] = {
 }
 """What ``savefig`` writes about each form: no date and no version, so that the same log gives the same bytes."""
 
-PACKING: dict[str, Any] = {"png": {"pil_kwargs": {"compress_level": 2}}, "svg": {}, "pdf": {}}
-"""How ``savefig`` packs each form: a tenth faster than the usual level, for files a twelfth larger."""
-
 
 def save(figure: Figure, form: Form) -> bytes:
-    """Write a figure as a file, within ``rc_context(STYLE)``.
-
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-        On a white ground.
-    form : {"png", "svg", "pdf"}
-        A PNG has the dots of `figure.dpi` and a palette of its own: a quarter of the size, and made sooner.
-
-    Returns
-    -------
-    bytes
-        The same on every run.
-    """
+    """Write a figure as a file, within ``rc_context(STYLE)``."""
     file = io.BytesIO()
     if form != "png":
         figure.savefig(file, format=form, metadata=METADATA[form])

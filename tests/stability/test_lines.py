@@ -9,11 +9,12 @@ import pytest
 from labs import INERTIA, RPM, G, lab
 
 from gyrodata import fitting
-from gyrodata.benchmark.breakdowns import linregress, polyfit
 from gyrodata.benchmark.estimators import (
     Estimator,
+    linregress,
     log_fit,
     mean_of_ratios,
+    polyfit,
     recommended,
     theil_sen,
     torque_on_product,

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from gyrodata import physics
-from gyrodata.benchmark.roots import ACROSS, INERTIA, RPM, TORQUE, textbook_root
+from gyrodata.benchmark.maps import ACROSS, INERTIA, TORQUE, textbook_root
+from gyrodata.physics import RPM
 
 SPIN = 400 * RPM
 LEVEL = physics.horizontal_precession_rate(TORQUE, SPIN, INERTIA)

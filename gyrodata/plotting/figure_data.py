@@ -1,4 +1,4 @@
-"""What the figures show: plain arrays, and one look for each torque, taken from an `Analysis`."""
+"""What the figures show: plain arrays, one look for each torque, and words, taken from an `Analysis`."""
 
 from __future__ import annotations
 
@@ -12,20 +12,14 @@ from numpy.typing import NDArray
 
 from gyrodata.comparisons import Torque
 from gyrodata.measurements import Measurements, torque_groups
-from gyrodata.physics import Floats
+from gyrodata.physics import RPM, Floats
 from gyrodata.results import Analysis
-
-RPM = 30 / math.pi
-"""Revolutions per minute in one rad/s."""
 
 # The first three are Okabe and Ito's; their light ones are lost on white, so the rest was chosen for contrast and for
 # distance as the colour-blind see it. Grey is kept for runs without a weight.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#9B3DE8", "#6B2D00", "#1B1B4F")
 MARKERS = ("o", "s", "^", "D", "v", "P", "<")
 UNLOADED = ("#666666", "X")
-
-MANY = 10
-"""More torques than this get one compact list of labels."""
 
 
 class Look(NamedTuple):
@@ -91,6 +85,7 @@ class Scene:
 def gather(analysis: Analysis, grey_safe: bool = False) -> Scene:
     """Take from an analysis what the figures need, in the units of their axes where a factor suffices."""
     measured, runs = analysis.measurements, analysis.run_table
+    per_rpm = 1 / RPM
     period = np.array([run.period for run in runs])
     product = np.array([run.product for run in runs])
     own_time = np.hypot(_relative(measured, "time", measured.time), _relative(measured, "turns", measured.turns))
@@ -102,8 +97,8 @@ def gather(analysis: Analysis, grey_safe: bool = False) -> Scene:
         hollow=np.array([run.flagged or run.left_out for run in runs]),
         left_out=np.array([run.left_out for run in runs]),
         loaded=measured.torque != 0,
-        spin=measured.spin * RPM,
-        spin_u=measured.spin * RPM * own_spin,
+        spin=measured.spin * per_rpm,
+        spin_u=measured.spin * per_rpm * own_spin,
         period=period,
         period_u=period * own_time,
         product=product,
@@ -122,20 +117,7 @@ def gather(analysis: Analysis, grey_safe: bool = False) -> Scene:
 
 
 def list_looks(analysis: Analysis, grey_safe: bool = False) -> tuple[Look, ...]:
-    """Tell how each torque is drawn, for a page that shows the same marks beside its tables.
-
-    Parameters
-    ----------
-    analysis : Analysis
-        What `analyze` gives.
-    grey_safe : bool
-        As `choose_looks` takes it.
-
-    Returns
-    -------
-    tuple of Look
-        One for each of `analysis.torques`.
-    """
+    """Tell how each torque is drawn, for a page that shows the same marks beside its tables."""
     return tuple(Look(group.label, group.colour, group.marker) for group in _groups(analysis, grey_safe))
 
 
@@ -184,20 +166,7 @@ def _groups(analysis: Analysis, grey_safe: bool) -> tuple[Group, ...]:
 
 
 def choose_looks(torques: Sequence[float], grey_safe: bool = False) -> list[tuple[str, str]]:
-    """Colour and marker of each torque: of the colour-blind-safe set, or graded by size where that is too small.
-
-    Parameters
-    ----------
-    torques : sequence of float
-        [N*m]; 0 without a weight.
-    grey_safe : bool
-        Graded, dark to light, in any case.
-
-    Returns
-    -------
-    list of tuple of str
-        "#rrggbb" and matplotlib's marker; no two torques share a colour.
-    """
+    """Colour and marker of each torque: of the colour-blind-safe set, or graded by size where that is too small."""
     loaded = [i for i, torque in enumerate(torques) if torque]
     looks = [UNLOADED] * len(torques)
     if not grey_safe and len(loaded) <= len(COLOURS):
@@ -265,3 +234,68 @@ def with_u(value: float, u: float | None) -> str:
 def mean_text(group: Group) -> str:
     """Write the mean φ̇ψ̇ of a torque with its standard uncertainty [rad²/s²]."""
     return with_u(group.summary.product, group.summary.product_u)
+
+
+# --- in words ----------------------------------------------------------------------------------------------------
+
+
+def alt_text(analysis: Analysis, name: str) -> str:
+    """Say what a figure shows, for who cannot see it."""
+    scene = gather(analysis)
+    words = {"period": _period_words, "product": _product_words, "torque": _torque_words, "residuals": _residual_words}
+    odd = [run_name(scene.names[i]) + ", left out" * bool(scene.left_out[i]) for i in np.flatnonzero(scene.hollow)]
+    hollow = f" Drawn hollow: {_listed(odd)}." if odd else ""
+    return words[name](analysis, scene) + hollow
+
+
+def _listed(items: Sequence[str], most: int = 4) -> str:
+    return "; ".join(items[:most]) + (f"; and {len(items) - most} more" if len(items) > most else "")
+
+
+def _period_words(analysis: Analysis, scene: Scene) -> str:
+    told = []
+    for group in scene.groups:
+        members = sorted((i for i in group.members if not scene.hollow[i]), key=lambda i: scene.spin[i])
+        if not members:
+            continue
+        first, last = members[0], members[-1]
+        at = f"{group.label}: {as_number(scene.period[first])} s at {as_number(scene.spin[first])} rpm"
+        to = f" to {as_number(scene.period[last])} s at {as_number(scene.spin[last])} rpm"
+        told.append(at + (to if last != first else ""))
+    law = analysis.exponent
+    grows = f", growing as the spin to the power {with_u(law.value, law.u)}" if law else ""
+    return (
+        f"Precession period against spin, {_count(len(scene.names), 'run')} at {_count(len(scene.groups), 'torque')}"
+        f"{grows}; a line through zero for each torque, steeper for the smaller one. {_listed(told)}."
+    )
+
+
+def _product_words(analysis: Analysis, scene: Scene) -> str:
+    told = [f"{group.label}: {mean_text(group)} rad²/s²" for group in scene.groups]
+    same = analysis.constancy
+    level = f"; the runs scatter by {100 * same.scatter:.2g} % about them" if same else ""
+    return f"Precession rate times spin against spin: a level line for each torque{level}. {_listed(told)}."
+
+
+def _torque_words(_: Analysis, scene: Scene) -> str:
+    unit, factor = torque_unit(float(np.abs(scene.torque).max()))
+    low, high = factor * float(scene.torque.min()), factor * float(scene.torque.max())
+    reach = f"from {as_number(low)} to {as_number(high)}" if high > low else f"of {as_number(high)}"
+    return (
+        f"Torque {reach} {unit} against precession rate times spin: a straight line of slope I_zz = "
+        f"{scene.inertia_text}, which crosses zero product at {as_number(-factor * scene.imbalance)} {unit}, with its "
+        "95 % band; dashed, the line through the origin."
+    )
+
+
+def _residual_words(_: Analysis, scene: Scene) -> str:
+    kept = np.abs(np.nan_to_num(scene.deviations[~scene.left_out]))
+    return (
+        f"Each run's time minus what the other runs predict: {int(np.sum(kept <= 2))} of {_count(len(kept), 'run')} in "
+        f"the fit lie within ± 2 standard uncertainties, the farthest at {as_number(float(kept.max(initial=0.0)))}. "
+        "In the order of the log."
+    )
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}" + ("" if number == 1 else "s")

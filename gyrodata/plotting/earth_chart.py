@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -10,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gyrodata.physics import Floats, balanced_direction
-from gyrodata.plotting.marks import INK, SOFT, name_axes
-from gyrodata.plotting.style import METADATA, PACKING, RULED, SIZE, Form
+from gyrodata.plotting.marks import INK, SOFT, draw_key, name_axes
+from gyrodata.plotting.style import RULED, SIZE, Form, save
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,20 +22,7 @@ _BEARINGS = ((0, "N 0"), (90, "E 90"), (180, "S 180"), (270, "W 270"), (360, "N 
 
 
 def draw_earth(latitude: float, times: Sequence[float]) -> Figure:
-    """Draw altitude and azimuth of both gyroscopes against the hours of the clock.
-
-    Parameters
-    ----------
-    latitude : float
-        North positive [rad].
-    times : sequence of float
-        Times of the dots, from 0 to the end [s].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Altitude above, azimuth below; a dot for each of `times`, up to a hundred.
-    """
+    """Draw altitude and azimuth of both gyroscopes against the hours of the clock."""
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 
@@ -91,30 +77,14 @@ def _dress(upper: Axes, lower: Axes, hours: float) -> None:
             ax.xaxis.set_ticks(np.arange(0, hours * (1 + 1e-9), every))
     upper.tick_params(labelbottom=False)
     for height, name in ((0.85, "north"), (0.3, "east")):
-        upper.plot([1.03, 1.07], [height, height], color=_COLOURS[name], linewidth=2, clip_on=False,
-                   transform=upper.transAxes)  # fmt: skip
-        upper.text(1.09, height, _LABELS[name], transform=upper.transAxes, va="center", fontsize=8.5, color=INK)
+        draw_key(upper, [1.03, 1.07], [height, height], _LABELS[name], 0.02, 8.5, color=_COLOURS[name], linewidth=2,
+                 clip_on=False)  # fmt: skip
 
 
 def render_earth(latitude: float, times: Sequence[float], form: Form = "png") -> bytes:
-    """Draw the figure as a file.
-
-    Parameters
-    ----------
-    latitude, times
-        As for `draw_earth`.
-    form : {"png", "svg", "pdf"}
-        PNG has 150 dots to the inch.
-
-    Returns
-    -------
-    bytes
-        The same on every run.
-    """
+    """Draw the figure as a file."""
     from matplotlib import rc_context
 
-    file = io.BytesIO()
     figure = draw_earth(latitude, times)
     with rc_context(RULED):
-        figure.savefig(file, format=form, metadata=METADATA[form], **PACKING[form])
-    return file.getvalue()
+        return save(figure, form)

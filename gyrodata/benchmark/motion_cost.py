@@ -19,10 +19,8 @@ from gyrodata import effects, fitting, motion, physics
 from gyrodata.benchmark.effort import Clock, Effort, Progress
 from gyrodata.measurements import Measurements, measure
 from gyrodata.model import ChosenModel, choose_model, is_unsteady, iterate_mean_rate
-from gyrodata.physics import Floats
+from gyrodata.physics import RPM, Floats
 from gyrodata.simulation import TYPICAL, Decay, Design, Runs, Truth, simulate
-
-_RPM = math.pi / 30
 
 BATCH = 500
 """Tops at a time for the methods that take arrays."""
@@ -50,11 +48,11 @@ class MotionScene:
 
 
 SCENES = (
-    MotionScene("level", "level and steady, 400 rpm", Truth(), 400 * _RPM),
-    MotionScene("tilted", "tilted 10°, 200 rpm", Truth(), 200 * _RPM, math.radians(10)),
-    MotionScene("released", "released from rest at 200 rpm", Truth(motion="released"), 200 * _RPM, labs=200),
-    MotionScene("steep", "tilted 45°, 100 rpm", Truth(), 100 * _RPM, math.radians(45)),
-    MotionScene("decay", "spin falling by half, harmonic mean", Truth(decay=Decay(lost=0.5)), 400 * _RPM),
+    MotionScene("level", "level and steady, 400 rpm", Truth(), 400 * RPM),
+    MotionScene("tilted", "tilted 10°, 200 rpm", Truth(), 200 * RPM, math.radians(10)),
+    MotionScene("released", "released from rest at 200 rpm", Truth(motion="released"), 200 * RPM, labs=200),
+    MotionScene("steep", "tilted 45°, 100 rpm", Truth(), 100 * RPM, math.radians(45)),
+    MotionScene("decay", "spin falling by half, harmonic mean", Truth(decay=Decay(lost=0.5)), 400 * RPM),
 )
 
 
@@ -122,22 +120,7 @@ class _Lab:
 
 
 def run_motion(effort: Effort, clock: Clock, seed: int = 1, progress: Progress | None = None) -> list[MotionPanel]:
-    """Try every method in every scene.
-
-    Parameters
-    ----------
-    effort : Effort
-    clock : callable
-        Time in seconds.
-    seed : int
-        Of the spins of the labs.
-    progress : callable, optional
-        Told the part that is done.
-
-    Returns
-    -------
-    list of MotionPanel
-    """
+    """Try every method in every scene."""
     panels = []
     for i, scene in enumerate(SCENES):
         panels.append(_run_scene(scene, effort, clock, np.random.default_rng(seed)))

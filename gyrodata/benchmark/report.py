@@ -1,0 +1,295 @@
+"""All of the benchmark: what is measured, in order, and how it is written down: as tables, and to be read."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gyrodata.benchmark.effort import Clock, Effort, Progress
+from gyrodata.benchmark.maps import DigitMap, MapPair, map_integrators, map_roots
+from gyrodata.benchmark.motion_cost import BATCH, MotionPanel, run_motion
+from gyrodata.benchmark.trials import HONEST, Breakdown, Trial, TrialPanel, run_trials, try_breakdowns
+from gyrodata.benchmark.upright import METHODS, Passage, pass_upright
+from gyrodata.effects import DROP_ALL
+
+Cell = str | float | int | bool | None
+
+
+@dataclass(frozen=True)
+class Benchmark:
+    """What was measured."""
+
+    motion: list[MotionPanel]
+    trials: list[TrialPanel]
+    """The four scenes of the chart, and the lab with weights on one side."""
+    roots: list[MapPair]
+    integrators: list[MapPair]
+    passages: list[Passage]
+    breakdowns: list[Breakdown]
+
+
+def run_benchmark(effort: Effort, clock: Clock, seed: int = 1, progress: Progress | None = None) -> Benchmark:
+    """Measure speed, accuracy and stability; all but the times is the same on every run with the same seed."""
+
+    def part(begin: float, end: float) -> Progress:
+        return lambda done: None if progress is None else progress(begin + (end - begin) * done)
+
+    return Benchmark(
+        motion=run_motion(effort, clock, seed, part(0.0, 0.25)),
+        trials=run_trials(effort, clock, seed, part(0.25, 0.7)),
+        roots=map_roots(effort),
+        integrators=map_integrators(effort, part(0.7, 0.8)),
+        passages=pass_upright(effort, part(0.8, 0.9)),
+        breakdowns=try_breakdowns(effort, seed, part(0.9, 1.0)),
+    )
+
+
+# --- every number, all digits ---------------------------------------------------------------------------------
+
+
+def csv_tables(benchmark: Benchmark) -> dict[str, str]:
+    """Write each chart's numbers as CSV, by the chart's name; a cell is empty where there is no number."""
+    return {
+        "motion": _motion(benchmark.motion),
+        "estimators": _trials(benchmark.trials),
+        "stability_steady": _maps(benchmark.roots),
+        "stability_integrators": _maps(benchmark.integrators),
+        "stability_upright": _passages(benchmark.passages),
+        "stability_estimators": _breakdowns(benchmark.breakdowns),
+    }
+
+
+def _motion(panels: Iterable[MotionPanel]) -> str:
+    header = (
+        "scene", "method", "setting", "time per top [s]", "relative error of I_zz", "relative u of I_zz",
+        "relative error that does no harm", "cheapest that does no harm", "taken by the ladder",
+    )  # fmt: skip
+    rows = [
+        (
+            panel.scene, point.method, point.setting, point.seconds, point.error, panel.u, panel.bound,
+            point == panel.winner, point.method == panel.ladder,
+        )
+        for panel in panels
+        for point in panel.points
+    ]  # fmt: skip
+    return _csv(header, rows)
+
+
+def _trials(panels: Iterable[TrialPanel]) -> str:
+    header = (
+        "scene", "labs", "estimator", "time per fit [s]", "relative RMSE of I_zz", "relative bias of I_zz",
+        "coverage of the 95 % interval", "mean half of the interval over I_zz", "truly better than recommended",
+        "labs without an answer",
+    )  # fmt: skip
+    rows = [
+        (
+            panel.scene.name, panel.labs, trial.estimator, trial.seconds, trial.rmse, trial.bias, trial.coverage,
+            trial.half, trial.better, trial.failed,
+        )
+        for panel in panels
+        for trial in panel.trials
+    ]  # fmt: skip
+    return _csv(header, rows)
+
+
+def _maps(pairs: Iterable[MapPair]) -> str:
+    rows: list[Sequence[Cell]] = [
+        (pair.name, one.method, float(x), pair.y_label, float(y), float(one.digits[i, j]))
+        for pair in pairs
+        for one in (pair.fails, pair.holds)
+        for i, y in enumerate(pair.y)
+        for j, x in enumerate(pair.x)
+    ]
+    return _csv(("map", "method", "spin [rpm]", "y is", "y", "correct digits"), rows)
+
+
+def _passages(passages: Iterable[Passage]) -> str:
+    rows = [(one.method, one.closest, one.error, one.evaluations) for one in passages]
+    return _csv(("method", "smallest angle from the vertical [rad]", "error of e3", "evaluations"), rows)
+
+
+def _breakdowns(breakdowns: Iterable[Breakdown]) -> str:
+    header = (
+        "case", "estimator", "verdict", "median relative error of I_zz", "coverage of the 95 % interval",
+        "draws in which it said so",
+    )  # fmt: skip
+    rows = [(one.case, one.estimator, one.verdict, one.error, one.coverage, one.told) for one in breakdowns]
+    return _csv(header, rows)
+
+
+def _csv(header: Sequence[str], rows: Iterable[Sequence[Cell]]) -> str:
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows([_cell(value) for value in row] for row in rows)
+    return out.getvalue()
+
+
+def _cell(value: Cell) -> str:
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return ""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return repr(value) if isinstance(value, float) else str(value)
+
+
+# --- to be read -----------------------------------------------------------------------------------------------
+
+
+def reading(benchmark: Benchmark, effort: Effort, seed: int) -> str:
+    """Say in Markdown what to use when: how to read each chart, and its main numbers as a table."""
+    read = (
+        f"Read from `gyro benchmark`, seed {seed}, {effort.labs} labs a scene. Times are of this machine: take ratios."
+    )
+    parts = [
+        "# What to use when",
+        read,
+        *_read_motion(benchmark.motion),
+        *_read_trials(benchmark.trials),
+        *_read_breaks(benchmark),
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def _read_motion(panels: Sequence[MotionPanel]) -> list[str]:
+    bound = (
+        f"u is the standard uncertainty of I_zz in a lab of nine runs. A method whose error is below {DROP_ALL:g} u "
+        "does no harm; use the cheapest of these. The ladder of models is what `gyro analyze` chooses."
+    )
+    rows = []
+    for panel in panels:
+        level = next(point for point in panel.points if point.method == "eq. (9)")
+        errors = [f"{point.error / panel.u:.2g} u" for point in (panel.ladder_point, level)]
+        rows.append((panel.title, percent_text(panel.u), panel.winner.method, panel.ladder, *errors))
+    steps = (
+        f"Cost of the exact motion for one top, in arrays of {BATCH}, and how many times as much the cheapest of the "
+        "other families costs that does no harm. The integrators of scipy follow one top at a time. Only they know of "
+        "drag."
+    )
+    header = ("scene", "u of I_zz", "cheapest that does no harm", "the ladder takes", "its error", "eq. (9)")
+    costs = _markdown(("scene", "exact motion", "splitting", "integrator"), _exact_ratios(panels))
+    return ["## Motion: `motion.png`", bound, _markdown(header, rows), steps, costs]
+
+
+def _exact_ratios(panels: Iterable[MotionPanel]) -> list[Sequence[str]]:
+    """Of each scene without drag the cost of the exact motion, and of the families that go step by step over it."""
+    rows: list[Sequence[str]] = []
+    for panel in panels:
+        exact = [point.seconds for point in panel.points if point.family == "exact"]
+        if not exact:
+            continue
+        row = [panel.title, time_text(exact[0])]
+        for family in ("splitting", "integrator"):
+            harmless = [p.seconds for p in panel.points if p.family == family and p.error < panel.bound]
+            row.append(f"{float(f'{min(harmless) / exact[0]:.2g}'):g} times" if harmless else "–")
+        rows.append(row)
+    return rows
+
+
+def _read_trials(panels: Sequence[TrialPanel]) -> list[str]:
+    told = (
+        "RMSE of I_zz, and how often the 95 % interval holds the truth. An interval is honest if it holds the truth in "
+        f"{100 * HONEST:g} % of the labs or more, as far as so many labs tell. Best is the honest estimator with the "
+        "smallest RMSE; the recommended fit, if none is truly smaller."
+    )
+    one_side = (
+        "With weights on one side only, the runs hardly tell the residual torque. Who takes for granted that there is "
+        "none is then better off, if there is none. With weights on both sides the difference is gone. One recommended "
+        f"fit takes {time_text(panels[0].recommended.seconds)}."
+    )
+    header = ("scene", "labs", "best", "recommended", "best other that is honest", "M on P, origin", "York, origin")
+    return ["## Estimators: `estimators.png`", told, _markdown(header, map(_scores, panels)), one_side]
+
+
+def _scores(panel: TrialPanel) -> Sequence[str]:
+    def score(trial: Trial) -> str:
+        return f"{percent_text(trial.rmse)}, {100 * trial.coverage:.1f} %"
+
+    others = [trial for trial in panel.trials if trial.honest and trial.estimator != "recommended"]
+    other = min(others, key=lambda trial: trial.rmse, default=None)
+    return (
+        panel.scene.title, str(panel.labs), panel.best.estimator if panel.best else "none", score(panel.recommended),
+        f"{other.estimator}: {score(other)}" if other else "none",
+        *(score(panel.of(name)) for name in ("M on P, origin", "York, origin")),
+    )  # fmt: skip
+
+
+def _read_breaks(benchmark: Benchmark) -> list[str]:
+    maps = (
+        "Correct digits, median and worst (`stability_steady.png`, `stability_integrators.png`). With the rod up and "
+        "the spin too low there is no steady precession; the map is empty there."
+    )
+    digits = [
+        (pair.title, pair.fails.method, _digits(pair.fails), pair.holds.method, _digits(pair.holds), _empty(pair))
+        for pair in (*benchmark.roots, *benchmark.integrators)
+    ]
+    upright = (
+        "Orbits that pass near the vertical (`stability_upright.png`): Euler angles divide by sinθ there; the vectors "
+        "e3 and H divide by nothing."
+    )
+    passages = [_near_vertical(benchmark.passages, method) for method in METHODS]
+    broken = (
+        "Logs that break fits (`stability_estimators.png`). Nonsense without a word: far from the truth, with an "
+        "interval that misses it, and no warning."
+    )
+    return [
+        "## Where methods break",
+        maps,
+        _markdown(("map", "fails", "digits", "holds", "digits", "empty"), digits),
+        upright,
+        _markdown(("motion by", "largest error", "most evaluations over fewest", "started at the vertical"), passages),
+        broken,
+        _markdown(("case", "nonsense without a word from", "recommended"), _broken_logs(benchmark.breakdowns)),
+    ]
+
+
+def _digits(one: DigitMap) -> str:
+    return f"{np.nanmedian(one.digits):.0f}, {np.nanmin(one.digits):.0f}"
+
+
+def _empty(pair: MapPair) -> str:
+    return f"{100 * np.mean(np.isnan(pair.holds.digits)):.0f} %"
+
+
+def _near_vertical(passages: Sequence[Passage], method: str) -> Sequence[str]:
+    own = [one for one in passages if one.method == method]
+    worst = max((one.error for one in own if one.error is not None), default=None)
+    counts = [one.evaluations for one in own if one.evaluations and one.closest]
+    answers = all(one.error is not None for one in own if one.closest == 0)
+    return (
+        method,
+        "–" if worst is None else f"{worst:.0e}",
+        f"{max(counts) / min(counts):.2g}" if counts else "–",
+        "an answer" if answers else "no answer",
+    )
+
+
+def _broken_logs(breakdowns: Sequence[Breakdown]) -> list[Sequence[str]]:
+    rows: list[Sequence[str]] = []
+    for case in dict.fromkeys(one.case for one in breakdowns):
+        verdicts = {one.estimator: one.verdict for one in breakdowns if one.case == case}
+        silent = [estimator for estimator, verdict in verdicts.items() if verdict == "nonsense"]
+        rows.append((case, "; ".join(silent) or "–", verdicts["recommended"]))
+    return rows
+
+
+def _markdown(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    return "\n".join(f"| {' | '.join(row)} |" for row in (header, ["---"] * len(header), *rows))
+
+
+def time_text(seconds: float) -> str:
+    """Write a time with two digits: 10 µs."""
+    for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
+        if seconds >= 0.9995 * size:
+            return f"{seconds / size:.2g} {unit}" if seconds < 99.5 * size else f"{seconds / size:.0f} {unit}"
+    return f"{seconds / 1e-9:.2g} ns"
+
+
+def percent_text(part: float) -> str:
+    """Write a part in per cent with two digits."""
+    return f"{100 * part:.2g} %" if part < 0.995 else f"{100 * part:.0f} %"

@@ -1,0 +1,385 @@
+"""The charts of `gyro benchmark`: time against error, and where methods break."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gyrodata.benchmark import (
+    HONEST,
+    METHODS,
+    MOST_DIGITS,
+    Benchmark,
+    Breakdown,
+    DigitMap,
+    MapPair,
+    MotionPanel,
+    MotionPoint,
+    Passage,
+    Trial,
+    TrialPanel,
+    Verdict,
+    percent_text,
+    time_text,
+)
+from gyrodata.plotting.labels import name_crowd, spread
+from gyrodata.plotting.marks import INK, SOFT, draw_key, head, log_ticks
+from gyrodata.plotting.style import STYLE, Form, save
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+def draw_chart(benchmark: Benchmark, name: str) -> Figure:
+    """Draw one chart, 9 inches wide: of the motion, of the estimators, or one of those of stability."""
+    from matplotlib import rc_context
+
+    with rc_context(STYLE):
+        return _DRAWERS[name](benchmark)
+
+
+def render_benchmark(benchmark: Benchmark, forms: Sequence[Form] = ("png", "svg")) -> dict[str, bytes]:
+    """Draw every chart as files, by name: the same bytes for the same benchmark; a PNG is 1350 dots wide."""
+    from matplotlib import rc_context
+
+    files: dict[str, bytes] = {}
+    with rc_context(STYLE):
+        for name, drawer in _DRAWERS.items():
+            figure = drawer(benchmark)
+            files |= {f"{name}.{form}": save(figure, form) for form in forms}
+    return files
+
+
+def _figure(height: float) -> Figure:
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(9.0, height), dpi=150)
+
+
+def _log_axes(ax: Axes, x: tuple[float, float], y: tuple[float, float]) -> None:
+    """Make both axes logarithmic, with these limits."""
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    ax.set_xlim(x)
+    ax.set_ylim(y)
+
+
+def _write_ticks(ax: Axes, axis: str, values: Sequence[float], text: Callable[[float], str]) -> None:
+    """Put written ticks on a logarithmic axis, "x" or "y", and no others."""
+    which = ax.xaxis if axis == "x" else ax.yaxis
+    which.set_ticks(list(values), [text(value) for value in values])
+    which.set_ticks([], minor=True)
+    ax.tick_params(length=3)
+
+
+def _power_text(value: float) -> str:
+    """Write a power of ten: 10⁻⁴."""
+    return "10" + str(round(math.log10(value))).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+
+
+def _key_axes(figure: Figure, place: tuple[float, float, float, float]) -> Axes:
+    """Make room for a key: axes from 0 to 1 that are not seen."""
+    ax = figure.add_axes(place)
+    ax.set_axis_off()
+    ax.set_xlim(0, 1)
+    ax.set_ylim(0, 1)
+    return ax
+
+
+# --- motion: time against error -----------------------------------------------------------------------------
+
+_LOOKS = {
+    "eq. (9)": ("#0072B2", "o"),
+    "eq. (9), plain mean spin": ("#0072B2", "v"),
+    "eq. (9), spin at start": ("#0072B2", "^"),
+    "eq. (8)": ("#D55E00", "s"),
+    "mean rate": ("#CC79A7", "D"),
+    "exact motion": ("#009E73", "P"),
+    "splitting strang": ("#E69F00", "<"),
+    "splitting aba84": ("#E69F00", ">"),
+    "RK45": ("#56B4E9", "X"),
+    "DOP853": ("#000000", "o"),
+    "LSODA": ("#777777", "s"),
+    "Radau": ("#777777", "^"),
+}
+"""Colour and marker of each method: Okabe and Ito's set, told apart by markers too."""
+
+_FLOOR = 1e-16
+"""Smaller errors are drawn here."""
+
+_HOW_TO_READ = """\
+Left-most under the band wins (ringed).
+Band: 0.3 u to u of I_zz in a lab of nine runs.
+Closed forms, splitting: in arrays of 500 tops.
+Integrators of scipy: one top at a time, from
+the loosest tolerance (top) to the tightest.
+Errors below 10⁻¹⁶ stand at 10⁻¹⁶."""
+
+
+def _draw_motion(panels: Sequence[MotionPanel]) -> Figure:
+    """Time against error of the motion models and integrators, one panel a scene, with u of I_zz as a band."""
+    figure = _figure(6.3)
+    times = [point.seconds for panel in panels for point in panel.points]
+    limits = (min(times) / 4, max(times) * 6)
+    for i, panel in enumerate(panels):
+        row, column = divmod(i, 3)
+        ax = figure.add_axes((0.072 + 0.318 * column, 0.575 - 0.49 * row, 0.265, 0.34))
+        _draw_motion_panel(ax, panel, limits, first=column == 0)
+    key = _key_axes(figure, (0.705, 0.085, 0.265, 0.37))
+    for i, line in enumerate(_HOW_TO_READ.splitlines()):
+        key.text(-0.02, 1.02 - 0.082 * i, line, fontsize=8, color=INK, va="top")
+    drawn = {point.method for panel in panels for point in panel.points}
+    for i, method in enumerate(m for m in _LOOKS if m in drawn and not m.startswith("eq. (9),")):
+        column, row = divmod(i, 5)
+        colour, marker = _LOOKS[method]
+        draw_key(key, [0.02 + 0.5 * column], [0.47 - 0.095 * row], method, 0.04, marker=marker, color=colour,
+                 markersize=5.5, markeredgecolor="white", markeredgewidth=0.4)  # fmt: skip
+    return figure
+
+
+def _draw_motion_panel(ax: Axes, panel: MotionPanel, limits: tuple[float, float], first: bool) -> None:
+    _log_axes(ax, limits, (_FLOOR / 300, 50.0))
+    _write_ticks(ax, "x", [time for time in (1e-8, 1e-6, 1e-4, 1e-2) if limits[0] < time < limits[1]], time_text)
+    _write_ticks(ax, "y", (1e-16, 1e-12, 1e-8, 1e-4, 1.0), _power_text)
+    ax.set_xlabel("time for one top")
+    if first:
+        ax.set_ylabel("relative error of I_zz")
+    ax.axhspan(panel.bound, panel.u, color="#F0E442", alpha=0.55, linewidth=0)
+    ax.text(0.995, 1.4 * panel.u, f"u = {percent_text(panel.u)}", transform=ax.get_yaxis_transform(), fontsize=7.5,
+            ha="right", va="bottom", color=INK)  # fmt: skip
+    for method, (colour, marker) in _LOOKS.items():
+        points = [point for point in panel.points if point.method == method]
+        if points:
+            ax.plot(
+                [point.seconds for point in points], [_error(point) for point in points], color=colour,
+                marker=marker, markersize=5, markeredgecolor="white", markeredgewidth=0.4, linewidth=1.0, zorder=7,
+            )  # fmt: skip
+    winner = panel.winner
+    ax.plot([winner.seconds], [_error(winner)], "o", markersize=12, color="none", markeredgecolor=INK,
+            markeredgewidth=1.2, zorder=7)  # fmt: skip
+    named = {i: p.method for i, p in enumerate(panel.points) if p.family in ("closed form", "exact")}
+    times, errors = (np.array(values) for values in zip(*((p.seconds, _error(p)) for p in panel.points), strict=True))
+    name_crowd(ax, times, errors, named)
+    also = "the ladder takes it too" if winner.method == panel.ladder else f"the ladder takes {panel.ladder}"
+    head(ax, panel.title, f"wins: {winner.method}; {also}")
+
+
+def _error(point: MotionPoint) -> float:
+    return max(point.error, _FLOOR)
+
+
+# --- estimators: time against error -------------------------------------------------------------------------
+
+_SHADES = (
+    (HONEST, "#0072B2", "o", "93.5 % and more"),
+    (0.8, "#56B4E9", "s", "80 to 93.5 %"),
+    (0.5, "#E69F00", "^", "50 to 80 %"),
+    (-1.0, "#D55E00", "v", "less than 50 %"),
+)
+"""Least coverage, colour, marker and words, from Okabe and Ito's set: blue is honest, orange is not."""
+
+_TIMES = (1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 3e-1, 1.0)
+
+
+def _draw_trials(panels: Sequence[TrialPanel]) -> Figure:
+    """Time for a fit against RMSE of I_zz in four kinds of lab, coverage as colour; the fifth is told in the key."""
+    figure = _figure(7.4)
+    times = [trial.seconds for panel in panels for trial in panel.trials]
+    for i, panel in enumerate(panels[:4]):
+        row, column = divmod(i, 2)
+        ax = figure.add_axes((0.085 + 0.49 * column, 0.605 - 0.46 * row, 0.415, 0.335))
+        _draw_trial_panel(ax, panel, (min(times) / 2.5, max(times) * 2.5), first=column == 0, last=row == 1)
+    key = _key_axes(figure, (0.085, 0.008, 0.905, 0.075))
+    key.text(0.0, 0.85, "the 95 % interval holds the truth in", fontsize=8, color=INK, va="center")
+    for i, (_, colour, marker, text) in enumerate(_SHADES):
+        draw_key(key, [0.29 + 0.17 * i], [0.85], text, 0.015, marker=marker, color=colour, markersize=6,
+                 markeredgecolor="white", markeredgewidth=0.5)  # fmt: skip
+    notes = ["M is the torque, P = φ̇ψ̇; 18 runs a lab, three weights at three spins on either side of the ball"]
+    best, mine = panels[4].best, panels[4].recommended
+    if best is not None and best is not mine:
+        notes.append(
+            "with weights on one side only and a ball that is in perfect balance, who takes that for granted is better "
+            f"off: {best.estimator} {100 * best.rmse:.2f} %, recommended {100 * mine.rmse:.2f} %"
+        )
+    for i, note in enumerate(notes):
+        key.text(0.0, 0.47 - 0.32 * i, note, fontsize=7.5, color=SOFT, va="center")
+    return figure
+
+
+def _look(trial: Trial) -> tuple[str, str]:
+    """Colour and marker."""
+    return next(shade[1:3] for i, shade in enumerate(_SHADES) if (trial.coverage >= shade[0] if i else trial.honest))
+
+
+def _draw_trial_panel(ax: Axes, panel: TrialPanel, times: tuple[float, float], first: bool, last: bool) -> None:
+    errors = np.array([trial.rmse for trial in panel.trials])
+    limits = float(errors.min()) / 1.8, float(errors.max()) * 1.6
+    _log_axes(ax, times, limits)
+    _write_ticks(ax, "x", [time for time in _TIMES if times[0] < time < times[1] / 1.3], time_text)
+    _write_ticks(ax, "y", log_ticks(*limits), percent_text)
+    ax.grid(axis="y", color="#dddddd", linewidth=0.6)
+    if last:
+        ax.set_xlabel("time for one fit")
+    if first:
+        ax.set_ylabel("RMSE of I_zz")
+    for trial in panel.trials:
+        colour, marker = _look(trial)
+        mine = trial is panel.recommended
+        ax.plot(
+            [trial.seconds], [trial.rmse], marker=marker, color=colour, markersize=9 if mine else 6,
+            markeredgecolor=INK if mine else "white", markeredgewidth=1.2 if mine else 0.5, zorder=7,
+        )  # fmt: skip
+    names = {i: trial.estimator for i, trial in enumerate(panel.trials)}
+    seconds = np.array([trial.seconds for trial in panel.trials])
+    name_crowd(ax, seconds, errors, names, bold=[panel.trials.index(panel.recommended)])
+    head(ax, panel.scene.title, panel.scene.words)
+
+
+# --- stability: maps of correct digits ----------------------------------------------------------------------
+
+
+def _draw_maps(pairs: Sequence[MapPair]) -> Figure:
+    """Maps of correct digits, a row a pair: what fails on the left, what holds on the right."""
+    height = 0.35 + 2.65 * len(pairs)
+    figure = _figure(height)
+    shown: Any = None
+    for row, pair in enumerate(pairs):
+        bottom = (height - 2.65 * (row + 1) + 0.4) / height
+        for column, (one, says) in enumerate(((pair.fails, "fails"), (pair.holds, "holds"))):
+            ax = figure.add_axes((0.078 + 0.435 * column, bottom, 0.36, 1.85 / height))
+            shown = _draw_map(ax, pair, one, first=column == 0, last=row == len(pairs) - 1)
+            head(ax, f"{says}: {one.method}", pair.title)
+    bar = figure.add_axes((0.905, 0.4 / height, 0.016, (height - 1.2) / height))
+    figure.colorbar(shown, cax=bar, ticks=[0, 4, 8, 12, 16])
+    bar.set_ylabel("correct digits", fontsize=9)
+    bar.tick_params(length=3)
+    return figure
+
+
+def _draw_map(ax: Axes, pair: MapPair, one: DigitMap, first: bool, last: bool) -> Any:
+    ax.set_facecolor("#bbbbbb")
+    # Rasterised: an SVG of thousands of squares is slow to show.
+    mesh = ax.pcolormesh(pair.x, pair.y, np.ma.masked_invalid(one.digits), cmap="cividis", vmin=0, vmax=MOST_DIGITS,
+                         shading="nearest", rasterized=True)  # fmt: skip
+    ax.set_xscale("log")
+    _write_ticks(ax, "x", log_ticks(float(pair.x[0]), float(pair.x[-1])), lambda tick: f"{tick:g}")
+    if last:
+        ax.set_xlabel(pair.x_label)
+    if first:
+        ax.set_ylabel(pair.y_label)
+    empty = np.isnan(one.digits).sum(axis=1)
+    if pair.empty and np.mean(empty > 0) > 0.2:
+        # Where the region is widest; it begins at the lowest spins.
+        height = float(pair.y[empty > 0.9 * empty.max()].mean())
+        words = pair.empty.replace("steady ", "steady\n")
+        ax.text(float(pair.x[1]), height, words, fontsize=7.5, color=INK, va="center")
+    return mesh
+
+
+# --- stability: near the vertical ---------------------------------------------------------------------------
+
+_COLOURS = dict(zip(METHODS, ("#D55E00", "#CC79A7", "#0072B2", "#E69F00", "#009E73"), strict=True))
+
+
+def _draw_upright(passages: Sequence[Passage]) -> Figure:
+    """What orbits that pass near the vertical cost, and how wrong they come out."""
+    figure = _figure(3.7)
+    left = figure.add_axes((0.075, 0.15, 0.29, 0.68))
+    right = figure.add_axes((0.555, 0.15, 0.29, 0.68))
+    started = "; ".join(one.method for one in passages if one.closest == 0 and one.error is None) or "none"
+    _draw_lines(left, [(one.method, one.closest, one.error) for one in passages if one.closest])
+    head(left, "error of the rod's direction in 10 s", f"started at the vertical, no answer: {started}")
+    _draw_lines(right, [(one.method, one.closest, one.evaluations) for one in passages if one.closest])
+    head(right, "evaluations for 10 s", "of the right-hand side by DOP853, rtol 1e-9; of the torque in splitting")
+    return figure
+
+
+def _draw_lines(ax: Axes, values: Sequence[tuple[str, float, float | None]]) -> None:
+    told = [(method, x, y) for method, x, y in values if y is not None]
+    xs, ys = [x for _, x, _ in told], [y for _, _, y in told]
+    _log_axes(ax, (max(xs) * 3, min(xs) / 3), (min(ys) / 6, max(ys) * 6))
+    ends = {}
+    for method, colour in _COLOURS.items():
+        points = [(x, y) for name, x, y in told if name == method]
+        if points:
+            ax.plot(*zip(*points, strict=True), color=colour, marker="o", markersize=4, linewidth=1.2)
+            ends[method] = points[-1]
+    heights = [float(y) for y in ax.transAxes.inverted().transform(ax.transData.transform(list(ends.values())))[:, 1]]
+    for method, end, height in zip(ends, heights, spread(heights, 0.065), strict=True):
+        draw_key(ax, [1.0, 1.035], [end, height], method, 0.01, color=_COLOURS[method], linewidth=0.8, clip_on=False)
+    powers = [10.0**power for power in range(-16, 7)]
+    _write_ticks(ax, "x", [p for p in powers if min(xs) * 0.9 <= p <= max(xs)][::2], _power_text)
+    _write_ticks(ax, "y", [p for p in powers if min(ys) / 3 <= p <= max(ys) * 3], _power_text)
+    ax.set_xlabel("smallest angle from the vertical [rad]")
+
+
+# --- stability: logs that break fits ------------------------------------------------------------------------
+
+_VERDICTS: dict[Verdict, tuple[str, str, str]] = {
+    "holds": ("#0072B2", "white", "holds"),
+    "wide": ("#56B4E9", INK, "holds, but ± over 50 %"),
+    "says so": ("#eeeeee", INK, "no answer, and says so"),
+    "too sure": ("#E69F00", INK, "interval too small"),
+    "nonsense": ("#D55E00", "white", "nonsense, silently"),
+}
+"""Ground, ink and words of each verdict."""
+
+
+def _draw_breakdowns(breakdowns: Sequence[Breakdown]) -> Figure:
+    """What each estimator makes of each kind of broken log; in each cell the median error of I_zz."""
+    cases = list(dict.fromkeys(one.case for one in breakdowns))
+    estimators = list(dict.fromkeys(one.estimator for one in breakdowns))
+    height = 1.05 + 0.29 * len(estimators)
+    figure = _figure(height)
+    ax = figure.add_axes((0.16, 0.42 / height, 0.83, 0.29 * len(estimators) / height))
+    ax.set_xlim(0, len(cases))
+    ax.set_ylim(len(estimators), 0)
+    for one in breakdowns:
+        _draw_cell(ax, cases.index(one.case), estimators.index(one.estimator), one)
+    ax.xaxis.set_ticks([i + 0.5 for i in range(len(cases))], [_folded(case) for case in cases])
+    ax.xaxis.tick_top()
+    ax.yaxis.set_ticks([i + 0.5 for i in range(len(estimators))], estimators)
+    ax.text(-0.02, -0.55, "median error\nof I_zz", fontsize=8, color=SOFT, ha="right", va="center")
+    ax.tick_params(length=0, labelsize=8)
+    for side in ("left", "bottom"):
+        ax.spines[side].set_visible(False)
+    key = _key_axes(figure, (0.16, 0.0, 0.83, 0.36 / height))
+    x = 0.009
+    for ground, _, words in _VERDICTS.values():
+        draw_key(key, [x], [0.5], words, 0.015, marker="s", markersize=10, markerfacecolor=ground,
+                 markeredgecolor=SOFT, markeredgewidth=0.4)  # fmt: skip
+        x += 0.045 + 0.0085 * len(words)
+    return figure
+
+
+def _folded(text: str) -> str:
+    """Break a name of two words or more in two lines."""
+    words = text.split(" ")
+    half = (len(words) + 1) // 2
+    return " ".join(words[:half]) + "\n" + " ".join(words[half:])
+
+
+def _draw_cell(ax: Axes, column: int, row: int, one: Breakdown) -> None:
+    from matplotlib.patches import Rectangle
+
+    ground, ink, _ = _VERDICTS[one.verdict]
+    ax.add_patch(Rectangle((column + 0.02, row + 0.05), 0.96, 0.9, facecolor=ground, linewidth=0))
+    text = "–"
+    if one.error is not None and one.verdict != "says so":
+        text = percent_text(one.error) if one.error <= 9.995 else "× 10 and more"
+    ax.text(column + 0.5, row + 0.5, text, ha="center", va="center", fontsize=8, color=ink)
+
+
+_DRAWERS: dict[str, Callable[[Benchmark], Figure]] = {
+    "motion": lambda benchmark: _draw_motion(benchmark.motion),
+    "estimators": lambda benchmark: _draw_trials(benchmark.trials),
+    "stability_steady": lambda benchmark: _draw_maps(benchmark.roots),
+    "stability_integrators": lambda benchmark: _draw_maps(benchmark.integrators),
+    "stability_upright": lambda benchmark: _draw_upright(benchmark.passages),
+    "stability_estimators": lambda benchmark: _draw_breakdowns(benchmark.breakdowns),
+}
+"""By the name of the file, what draws it."""

@@ -23,17 +23,9 @@ from gyrodata.comparisons import (
     run_table,
     torque_table,
 )
+from gyrodata.diagnostics import NO_STEADY_PRECESSION, NO_TORQUE, TOO_MANY_SHARED_READINGS
 from gyrodata.errors import LogError
-from gyrodata.findings import (
-    G413,
-    G415,
-    G416,
-    count_findings,
-    list_advice,
-    outlier_findings,
-    refusal,
-    whole_findings,
-)
+from gyrodata.findings import count_findings, list_advice, outlier_findings, refusal, whole_findings
 from gyrodata.fitting import K_95, Estimate, FitResult, NoFit, Outlier, profile_interval
 from gyrodata.measurements import Measurements, measure, select
 from gyrodata.model import ChosenModel, Model, choose_model, is_unsteady, iterate_mean_rate
@@ -112,7 +104,7 @@ def analyze_readings(readings: Readings, options: Options | None = None) -> Anal
     measured = measure(readings)
     found = [*readings.diagnostics, *measured.diagnostics]
     if not np.any(measured.torque):
-        found.append(readings.diagnose(G413, "no run has a torque, so nothing ties the precession to I_zz",
+        found.append(readings.diagnose(NO_TORQUE, "no run has a torque, so nothing ties the precession to I_zz",
                                        "add runs with a weight: mass and position"))  # fmt: skip
         raise LogError(found)
 
@@ -120,7 +112,7 @@ def analyze_readings(readings: Readings, options: Options | None = None) -> Anal
     if shared * len(measured.runs) > LARGEST:
         found.append(
             readings.diagnose(
-                G416,
+                TOO_MANY_SHARED_READINGS,
                 f"{len(measured.runs)} runs with {shared} weights, positions and spins that stand in several of them "
                 "are too much for one fit",
                 "split the log, and give each part on its own",
@@ -222,7 +214,7 @@ def fit_runs(readings: Readings, measured: Measurements, model: Model = "auto", 
         fit = fitted.fit
         if not np.isfinite(fit.fitted_time).all():
             why = "eq. (8) has no real solution for a run: the rod is up and the spin too low to precess steadily"
-            raise LogError([readings.diagnose(G415, why, "check pitch, spin and transverse_inertia")])
+            raise LogError([readings.diagnose(NO_STEADY_PRECESSION, why, "check pitch, spin and transverse_inertia")])
         odd = {outlier.index for outlier in fitted.outliers}
         says = np.array([i not in odd for i in range(len(measured.runs))])
         fitting.insist_on_lines(fitted.measured, fit, fitted.chosen.tilted, says)

@@ -1,38 +1,16 @@
 """What can be wrong, where, and what to type.
 
 One `Diagnostic` is one fault at one place; one family of errors carries them to the only handler, in
-`gyrodata.cli`. Every code is listed in `CODES` with the severity it has wherever it is raised.
+`gyrodata.cli`. What each code means stands in `gyrodata.diagnostics`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple
+from typing import Any
 
-Severity = Literal["error", "warning", "note"]
-
-
-class Code(NamedTuple):
-    """What a diagnostic code stands for."""
-
-    severity: Severity
-    title: str
-    example: str
-    """A short log (or command-line options, after ``gyro``) that raises it."""
-
-
-CODES: dict[str, Code] = {}
-"""Every code that the tool can raise, filled by `register` in the module that raises it."""
-
-
-def register(code: str, severity: Severity, title: str, example: str) -> str:
-    """Enter a code into `CODES` and give it back, so that its constant is its registration."""
-    if code in CODES:
-        raise ValueError(f"diagnostic code {code} is registered twice")
-    CODES[code] = Code(severity, title, example)
-    return code
-
+from gyrodata.diagnostics import Severity
 
 PICTURES = {code: 0x2400 + code for code in range(32) if code != ord("\n")} | dict.fromkeys(range(0x7F, 0xA0), 0xFFFD)
 """Control characters as pictures of themselves, for `str.translate`: a log's text must not move a terminal's cursor."""

@@ -8,98 +8,24 @@ import numpy as np
 
 from gyrodata import fitting, forecast
 from gyrodata.comparisons import load_words, outlier_reason, turn_words
+from gyrodata.diagnostics import (
+    BALANCE_TEST_CONTRADICTED,
+    NO_INERTIA_FITS,
+    OUTLIER,
+    RELEASE_NOT_TOLD,
+    RUNS_CONTRADICT_EACH_OTHER,
+    SCATTER_TOO_LARGE,
+    SINGLE_TORQUE,
+    TRANSVERSE_INERTIA_NOT_GIVEN,
+    TURNS_OF_WEIGHTS_WRONG,
+)
 from gyrodata.effects import DROP_ONE, Effect
-from gyrodata.errors import Diagnostic, register
+from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Design, Estimate, FitResult, Outlier
 from gyrodata.measurements import SOURCES, Measurements, torque_groups
 from gyrodata.readings import MOST_OF_ONE_CODE, Readings
 
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
-
-G410 = register(
-    "G410",
-    "warning",
-    "a run does not go with the others",
-    "# g: 9.803 m/s^2\n" + _LOG + "20.00,15.0,206,20.4,1\n20.00,15.0,407,40.4,1\n40.00,15.0,405,20.1,1\n"
-    "40.00,15.0,607,30.1,2\n60.00,15.0,404,13.4,1\n60.00,15.0,603,20.0,1\n",
-)
-G411 = register(
-    "G411",
-    "warning",
-    "the scatter is larger than the stated uncertainties allow",
-    "# g: 9.803 m/s^2\n# u_time: 0.01 s\n" + _LOG + "20.00,15.0,206,20.9,1\n20.00,15.0,407,40.1,1\n"
-    "40.00,15.0,405,20.5,1\n40.00,15.0,607,29.8,1\n60.00,15.0,404,13.7,1\n60.00,15.0,603,19.8,1\n",
-)
-G412 = register(
-    "G412",
-    "warning",
-    "the data contradict the balance test in the log",
-    "# g: 9.803 m/s^2\n# u_imbalance: 0.00001 N*m\n" + _LOG + "20.00,15.0,206,16.0,1\n20.00,15.0,407,31.6,1\n"
-    "40.00,15.0,405,18.0,1\n40.00,15.0,607,27.0,1\n60.00,15.0,404,12.5,1\n60.00,15.0,603,18.6,1\n",
-)
-G413 = register(
-    "G413",
-    "error",
-    "no run has a torque",
-    "# g: 9.803 m/s^2\n" + _LOG + "0,,400,160.2,1/3\n0,,600,240.3,1/3\n",
-)
-G414 = register(
-    "G414",
-    "warning",
-    "I_zz rests on a single torque",
-    "# g: 9.803 m/s^2\n" + _LOG + "20.00,15.0,206,20.4,1\n20.00,15.0,407,40.4,1\n",
-)
-G415 = register(
-    "G415",
-    "error",
-    "no steady precession is possible at this tilt and spin",
-    "# g: 9.803 m/s^2\n# transverse_inertia: 0.02 kg*m^2\n"
-    "mass [g],position [cm],spin [rpm],time [s],turns,pitch [deg]\n"
-    "60.00,15.0,400,13.3,1,0\n60.00,15.0,600,19.9,1,0\n60.00,15.0,300,10.0,1,0\n60.00,15.0,20,2.5,1,60\n",
-)
-G416 = register(
-    "G416",
-    "error",
-    "too many shared readings for one fit",
-    "# g: 9.803 m/s^2\n"
-    + _LOG
-    + "".join(f"{20 + k // 2 / 100:.2f},15.0,400,{40 + k / 1000:.3f},1\n" for k in range(2600)),
-)
-G417 = register(
-    "G417",
-    "warning",
-    "the tilt matters, and the transverse moment of inertia is not given",
-    "# g: 9.803 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns,pitch [deg]\n60.00,15.0,150,4.71,1,60\n"
-    "60.00,15.0,300,9.74,1,60\n40.00,15.0,150,7.23,1,60\n40.00,15.0,300,14.69,1,60\n",
-)
-G419 = register(
-    "G419",
-    "warning",
-    "the runs contradict each other beyond all measure",
-    "# g: 9.803 m/s^2\n" + _LOG + "20.00,15.0,206,20.4,1\n20.00,15.0,407,80,1\n40.00,15.0,405,60,1\n",
-)
-G418 = register(
-    "G418",
-    "note",
-    "the log does not say whether the rod was let go from rest, and that matters",
-    "# g: 9.803 m/s^2\n# u_time: 0.02 s\n# u_position_zero: 0.1 mm\n" + _LOG + "60.00,15.0,200.0,6.62,1\n"
-    "60.00,15.0,400.0,13.24,1\n120.0,15.0,200.0,3.31,1\n120.0,15.0,400.0,6.62,1\n",
-)
-
-
-G420 = register(
-    "G420",
-    "error",
-    "the turns of whole weights are wrong",
-    "# g: 9.803 m/s^2\n" + _LOG + "20.00,15.0,206,6.76,1/3\n20.00,15.0,407,13.4,1/3\n40.00,15.0,405,13.3,1/3\n"
-    "40.00,15.0,607,19.9,1/3\n60.00,15.0,404,13.2,1/3\n60.00,15.0,603,19.8,1/3\n",
-)
-G421 = register(
-    "G421",
-    "error",
-    "no moment of inertia goes with the runs",
-    "# g: 9.803 m/s^2\n" + _LOG + "20.00,15.0,206,20.4,1\n20.00,15.0,407,0.0404,1\n40.00,15.0,405,2010,1\n",
-)
 
 
 def count_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:
@@ -121,7 +47,7 @@ def count_findings(readings: Readings, measured: Measurements) -> list[Diagnosti
     place = column.places[first] if column else None
     return [
         readings.diagnose(
-            G420,
+            TURNS_OF_WEIGHTS_WRONG,
             "the weights contradict each other as the turns are written; the runs of "
             + "; or else those of ".join(words(counts) for counts in answers),
             "write in each row the turns that were timed: I_zz depends on which of them are right",
@@ -157,7 +83,7 @@ def refusal(readings: Readings, measured: Measurements, why: str, keep_flagged: 
             "look for a wrong unit, a wrong count of turns, or weights exchanged; by itself each weight gives "
             f"{', '.join(shown[:6])}{', …' if len(shown) > 6 else ''} kg*m^2"
         )
-    return readings.diagnose(G421, f"no moment of inertia goes with these runs: {why}", hint)
+    return readings.diagnose(NO_INERTIA_FITS, f"no moment of inertia goes with these runs: {why}", hint)
 
 
 def outlier_findings(
@@ -181,7 +107,7 @@ def outlier_findings(
             hint = "time it again; if you know what went wrong, put # before its line to leave it out"
         found.append(
             readings.diagnose(
-                G410,
+                OUTLIER,
                 f"run {measured.runs[outlier.index]}: {outlier_reason(measured, outlier)}; {done}",
                 hint,
                 timing.places[outlier.index],
@@ -190,7 +116,7 @@ def outlier_findings(
         )
     if len(outliers) > MOST_OF_ONE_CODE:
         more = f"{len(outliers) - MOST_OF_ONE_CODE} more runs look odd; the table of runs marks each of them"
-        found.append(readings.diagnose(G410, more, "gyro analyze --format csv prints that table"))
+        found.append(readings.diagnose(OUTLIER, more, "gyro analyze --format csv prints that table"))
     return found
 
 
@@ -202,7 +128,7 @@ def whole_findings(
     if fit.time_u_factor > 1:
         found.append(
             readings.diagnose(
-                G419,
+                RUNS_CONTRADICT_EACH_OTHER,
                 "the runs contradict each other: they fit together only if every time is "
                 f"{fit.time_u_factor:.3g} times as uncertain as stated, and so it was taken",
                 "look for a slip in the runs that look odd: a digit too many, another unit, another count of turns",
@@ -211,7 +137,7 @@ def whole_findings(
     elif p is not None and p < 0.001:
         found.append(
             readings.diagnose(
-                G411,
+                SCATTER_TOO_LARGE,
                 f"the runs scatter {math.sqrt(fit.chi2 / fit.dof):.1f} times as much as the stated uncertainties allow "
                 f"({'p < 1e-6' if p < 1e-6 else f'p = {p:.1g}'}): u of I_zz may be too small",
                 "state what your hand can do, for example # u_time: 0.3 s, or look for a run that is wrong",
@@ -220,7 +146,7 @@ def whole_findings(
     if fit.contradicted_balance is not None:
         found.append(
             readings.diagnose(
-                G412,
+                BALANCE_TEST_CONTRADICTED,
                 f"the runs say M0 = {1e3 * fit.imbalance.value:.2g} mN*m, far from the "
                 f"{1e3 * fit.contradicted_balance:.2g} mN*m that {measured.imbalance_from} allows; the runs win",
                 f"check {measured.imbalance_from}",
@@ -229,7 +155,7 @@ def whole_findings(
     if not fitting.torques_differ(measured.torque):
         found.append(
             readings.diagnose(
-                G414,
+                SINGLE_TORQUE,
                 "all torques are equal, so the runs cannot tell the residual torque M0 from I_zz: "
                 f"M0 is taken as 0 ± {1e3 * fit.imbalance_prior:.2g} mN*m"
                 + (f" (from {measured.imbalance_from})" if measured.imbalance_from else " (default)"),
@@ -249,7 +175,7 @@ def _model_findings(
         across = fitting.transverse_inertia(measured)
         found.append(
             readings.diagnose(
-                G417,
+                TRANSVERSE_INERTIA_NOT_GIVEN,
                 "eq. (8) needs the moment of inertia across the rod, which is not given: "
                 f"{across.min():.2g} to {across.max():.2g} kg*m^2 ± 20 % is assumed (a ball with a light rod, the "
                 f"weight on it), and that doubt is {100 * guessed.u_inertia / abs(fit.inertia.value):.2g} % of I_zz",
@@ -260,7 +186,7 @@ def _model_findings(
     if measured.motion is None and not release.kept and (release.size or 0.0) > DROP_ONE and fit.time_u_factor == 1:
         found.append(
             readings.diagnose(
-                G418,
+                RELEASE_NOT_TOLD,
                 "if the rod was let go from rest, not led along until it went steadily, I_zz is "
                 f"{100 * abs(release.bias or 0.0):.2g} % too {'high' if (release.bias or 0.0) > 0 else 'low'}",
                 'write "# motion: released" or "# motion: steady"',

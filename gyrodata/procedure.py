@@ -11,7 +11,16 @@ import numpy as np
 from gyrodata import fitting, forecast, physics
 from gyrodata.analysis import Fitted, fit_runs
 from gyrodata.comparisons import load_words, outlier_reason
-from gyrodata.errors import Diagnostic, LogError, register
+from gyrodata.diagnostics import (
+    NO_UNLOADED_RUN,
+    OUTLIER_BEFORE_LEAVING,
+    SPIN_FALLS_TOO_MUCH,
+    SPINS_TOO_CLOSE,
+    TIMES_TOO_SHORT,
+    TOO_FEW_RUNS,
+    TOO_FEW_WEIGHTS,
+)
+from gyrodata.errors import Diagnostic, LogError
 from gyrodata.fitting import FitResult, Outlier
 from gyrodata.measurements import Measurements, measure, torque_groups
 from gyrodata.physics import Floats
@@ -30,39 +39,16 @@ FALL = 0.10
 _HEAD = "# g: 9.803 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns\n"
 _ONE = "20.00,15.0,206,20.4,1\n20.00,15.0,407,40.4,1\n20.00,15.0,605,60.1,1\n"
 
-G451 = register("G451", "warning", "fewer than three weights", _HEAD + _ONE)
-G452 = register("G452", "warning", "fewer than three runs with a weight", _HEAD + "20.00,15.0,206,20.4,1\n")
-G453 = register(
-    "G453",
-    "warning",
-    "the spins of a weight are close together",
-    _HEAD + "20.00,15.0,400,39.7,1\n20.00,15.0,410,40.7,1\n20.00,15.0,420,41.7,1\n",
-)
-G454 = register("G454", "warning", "no run without a weight", _HEAD + _ONE + "40.00,15.0,405,20.1,1\n")
-G455 = register("G455", "warning", "times under 6 s", _HEAD + "60.00,15.0,206,2.26,1/3\n")
-G456 = register(
-    "G456",
-    "warning",
-    "the spin falls by more than 10 % in a run",
-    "# g: 9.803 m/s^2\nmass [g],position [cm],spin_start [rpm],spin_end [rpm],time [s],turns\n"
-    "20.00,15.0,400,330,36.0,1\n",
-)
-
-G457 = register(
-    "G457",
-    "warning",
-    "a run does not go with the others",
-    _HEAD + "20.00,15.0,206,20.4,1\n20.00,15.0,407,40.4,1\n40.00,15.0,405,20.1,1\n40.00,15.0,607,30.1,2\n"
-    "60.00,15.0,404,13.4,1\n60.00,15.0,603,20.0,1\n",
-)
-
 
 def check_procedure(readings: Readings, analysis: Analysis | None = None) -> tuple[Diagnostic, ...]:
     """Find what a log lacks, and the runs in it that look odd."""
     measured = analysis.measurements if analysis else measure(readings)
     groups = [group for group in torque_groups(measured) if measured.torque[group[0]] != 0]
     if not groups:
-        return (*measured.diagnostics, readings.diagnose(G452, "not one run has a weight", "time runs with a weight"))
+        return (
+            *measured.diagnostics,
+            readings.diagnose(TOO_FEW_RUNS, "not one run has a weight", "time runs with a weight"),
+        )
     fitted: Analysis | Fitted | None
     wrong: tuple[Diagnostic, ...] = ()
     try:
@@ -88,7 +74,7 @@ def _weights(readings: Readings, measured: Measurements, groups: list[list[int]]
     why = "I_zz then rests on one point of the line" if len(groups) == 1 else "a line through two points fits always"
     return [
         readings.diagnose(
-            G451,
+            TOO_FEW_WEIGHTS,
             f"{_counted(len(groups), 'torque')} ({torques} mN*m), and the lab asks for three: {why}",
             "add runs with another weight",
         )
@@ -103,7 +89,7 @@ def _spins(readings: Readings, measured: Measurements, groups: list[list[int]]) 
         if len(group) < 3:
             found.append(
                 readings.diagnose(
-                    G452,
+                    TOO_FEW_RUNS,
                     f"{name}: {_counted(len(group), 'run')}, and the lab asks for three spins",
                     f"add {_counted(3 - len(group), 'run')}, for example at {_missing_spins(spins)} rpm",
                     _place(readings, group[-1]),
@@ -113,7 +99,7 @@ def _spins(readings: Readings, measured: Measurements, groups: list[list[int]]) 
             low, high = spins[0] * 30 / np.pi, spins[-1] * 30 / np.pi
             found.append(
                 readings.diagnose(
-                    G453,
+                    SPINS_TOO_CLOSE,
                     f"{name}: the spins go from {low:.0f} to {high:.0f} rpm only, a factor of {high / low:.2f}: "
                     "that tells little of how the period goes with the spin",
                     "spread them, for example 200, 400 and 600 rpm",
@@ -140,7 +126,7 @@ def _unloaded(readings: Readings, measured: Measurements, fit: FitResult) -> lis
         return []
     return [
         readings.diagnose(
-            G454,
+            NO_UNLOADED_RUN,
             "no run without a weight: u of I_zz is "
             f"{100 * now:.2g} % and would be {100 * then:.2g} % with one, because it tells the residual torque",
             "take the weight off, spin to about 400 rpm, time a part of a turn (about 3 min), and write the sense of "
@@ -157,7 +143,7 @@ def _short_times(readings: Readings, measured: Measurements) -> list[Diagnostic]
     runs = ", ".join(measured.runs[i] for i in short[:8]) + (", …" if len(short) > 8 else "")
     return [
         readings.diagnose(
-            G455,
+            TIMES_TOO_SHORT,
             f"{_counted(len(short), 'time')} under {SHORT:g} s (run{'s' if len(short) > 1 else ''} {runs}): in the "
             f"shortest, {measured.time[worst]:.3g} s, a hand's 0.14 s is {100 * 0.14 / measured.time[worst]:.2g} %",
             "time more of a turn, or a whole one",
@@ -178,7 +164,7 @@ def _falling_spin(readings: Readings, measured: Measurements) -> list[Diagnostic
     runs = ", ".join(measured.runs[i] for i in far[:8]) + (", …" if len(far) > 8 else "")
     return [
         readings.diagnose(
-            G456,
+            SPIN_FALLS_TOO_MUCH,
             f"the spin falls by more than 10 % in run{'s' if len(far) > 1 else ''} {runs}; "
             f"by {100 * fall[worst]:.0f} % in run {measured.runs[worst]}, where the law by which "
             f"it falls then moves I_zz by {100 * doubt:.2g} %",
@@ -191,7 +177,7 @@ def _falling_spin(readings: Readings, measured: Measurements) -> list[Diagnostic
 def _odd_runs(readings: Readings, measured: Measurements, outliers: tuple[Outlier, ...]) -> list[Diagnostic]:
     return [
         readings.diagnose(
-            G457,
+            OUTLIER_BEFORE_LEAVING,
             f"run {measured.runs[outlier.index]}: {outlier_reason(measured, outlier)}",
             "time it again before the weight comes off; if the count was wrong, correct it",
             _place(readings, outlier.index),

@@ -15,7 +15,8 @@ from itertools import pairwise
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from gyrodata.errors import CODES, Diagnostic
+from gyrodata.diagnostics import CODES
+from gyrodata.errors import Diagnostic
 from gyrodata.results import AnalysisDocument, CheckDocument, Tool
 from gyrodata.selfcheck import SelfCheck
 

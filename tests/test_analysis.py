@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import gyrodata
-import gyrodata.analysis  # registers the codes
 from gyrodata import reporting
 from gyrodata.comparisons import NamedFit
-from gyrodata.errors import CODES, LogError
+from gyrodata.diagnostics import CODES
+from gyrodata.errors import LogError
 
 ROOT = Path(__file__).parent.parent
 SAMPLES = ROOT / "sample_data"

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import ast
+import graphlib
 import subprocess
 import sys
 from pathlib import Path
 
 PACKAGE = Path(__file__).parent.parent / "gyrodata"
 SHELVES = {
+    "diagnostics": -1,
     "errors": 0,
     "unit_grammar": -1,
     "units": 0,
@@ -77,6 +79,48 @@ def test_imports_only_go_down() -> None:
         and SHELVES[other] >= SHELVES[room]
     ]
     assert wrong == []
+
+
+def modules() -> dict[str, Path]:
+    """Every module of the package by its dotted name; a room's front has the room's."""
+    found = {}
+    for path in sorted(PACKAGE.rglob("*.py")):
+        parts = path.relative_to(PACKAGE.parent).with_suffix("").parts
+        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    return found
+
+
+def loaded(path: Path, known: set[str]) -> set[str]:
+    """Modules of the package that one imports, when it is loaded or later, types apart."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    guarded = [n for n in ast.walk(tree) if isinstance(n, ast.If) and ast.unparse(n.test).endswith("TYPE_CHECKING")]
+    types_only = {id(inner) for outer in guarded for inner in ast.walk(outer)}
+    found = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.module and id(node) not in types_only:
+            found |= {
+                f"{node.module}.{a.name}" if f"{node.module}.{a.name}" in known else node.module for a in node.names
+            }
+    return found & known
+
+
+def test_no_cycle_inside_a_room_either() -> None:
+    paths = modules()
+    # Raises with the cycle, if there is one.
+    order = graphlib.TopologicalSorter({name: loaded(path, set(paths)) - {name} for name, path in paths.items()})
+    assert len(list(order.static_order())) == len(paths)
+
+
+def test_no_two_modules_have_one_name() -> None:
+    names = [path.stem for path in modules().values() if not path.stem.startswith("__")]
+    assert sorted({name for name in names if names.count(name) > 1}) == []
+
+
+def test_the_map_for_newcomers_names_every_room() -> None:
+    told = (PACKAGE.parent / ".github" / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    rooms_of = {path.relative_to(PACKAGE).parts[0].removesuffix(".py") for path in modules().values()}
+    assert [room for room in sorted(rooms_of) if not room.startswith("__") and f"`{room}" not in told] == []
+    assert told.count("\n") <= 150
 
 
 def test_libraries_stay_with_their_owners() -> None:

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from gyrodata.cli import app
 from gyrodata.cli.watching import state
-from gyrodata.errors import CODES
+from gyrodata.diagnostics import CODES
 from gyrodata.readings import read_log
 
 SAMPLE = Path(__file__).parent.parent / "sample_data" / "air_gyroscope.csv"

@@ -24,7 +24,7 @@ from typer.testing import CliRunner, Result
 
 from gyrodata import analyze, reporting
 from gyrodata.cli import app
-from gyrodata.errors import CODES
+from gyrodata.diagnostics import CODES
 from gyrodata.reporting import latex, markdown
 from gyrodata.results import Analysis
 

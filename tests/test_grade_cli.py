@@ -25,7 +25,7 @@ from typer.testing import CliRunner, Result
 
 from gyrodata import schema
 from gyrodata.cli import app
-from gyrodata.errors import CODES
+from gyrodata.diagnostics import CODES
 from gyrodata.grading.forensics import read_exemptions
 from gyrodata.grading.submissions import find_submissions
 

@@ -10,7 +10,7 @@ import pytest
 
 import gyrodata
 from gyrodata import effects, fitting
-from gyrodata.errors import CODES
+from gyrodata.diagnostics import CODES
 from gyrodata.fitting import Estimate
 from gyrodata.measurements import Measurements, measure
 from gyrodata.model import ChosenModel, _kept, choose_model, is_unsteady, iterate_mean_rate

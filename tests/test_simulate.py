@@ -18,7 +18,8 @@ from typer.testing import CliRunner, Result
 import gyrodata
 from gyrodata import fitting, motion, physics, simulation
 from gyrodata.cli import app
-from gyrodata.errors import CODES, InputError
+from gyrodata.diagnostics import CODES
+from gyrodata.errors import InputError
 from gyrodata.measurements import measure
 from gyrodata.readings import Uncertainty, read_log
 from gyrodata.simulation import EXACT, TYPICAL, Decay, Design, Simulation, Truth, read_noise

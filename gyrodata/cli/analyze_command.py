@@ -11,16 +11,14 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from gyrodata.cli.options import G602, ConfigOption, MappingOption, SettingsOption, pairs
+from gyrodata.cli.options import ConfigOption, MappingOption, SettingsOption, pairs
 from gyrodata.cli.terminal import FAULT, complain, fault, name_of, refuse, source_of, write_folder, write_out
-from gyrodata.errors import Diagnostic, GyroError, register
+from gyrodata.diagnostics import CANNOT_BE_WATCHED, FORMAT_FOR_ONE_LOG, VALUES_NOT_FOR_FORMAT
+from gyrodata.errors import Diagnostic, GyroError
 
 if TYPE_CHECKING:
     from gyrodata.readings import Readings
     from gyrodata.results import Analysis, Options
-
-G604 = register("G604", "error", "values are not words in this form", "analyze log.csv --format csv --values short")
-G605 = register("G605", "error", "what cannot be watched", "analyze a.csv b.csv --watch")
 
 
 WORTHWHILE = 50
@@ -114,16 +112,22 @@ def _refuse_what_does_not_go_together(
 ) -> None:
     several = len(logs) > 1
     if form == "json" and several:
-        refuse(G602, "--format json is for one log", "use --format ndjson for several: one object a line")
+        refuse(FORMAT_FOR_ONE_LOG, "--format json is for one log", "use --format ndjson for several: one object a line")
     if form == "latex" and several:
         refuse(
-            G602, "--format latex is for one log: a document that compiles", "give one log, or use --format markdown"
+            FORMAT_FOR_ONE_LOG,
+            "--format latex is for one log: a document that compiles",
+            "give one log, or use --format markdown",
         )
     if values == "short" and form in ("json", "ndjson", "csv"):
-        refuse(G604, f"--values short is not for --format {form}, where value and u are numbers of their own",
-               "leave it out, or use --format text, markdown or latex")  # fmt: skip
+        message = f"--values short is not for --format {form}, where value and u are numbers of their own"
+        refuse(VALUES_NOT_FOR_FORMAT, message, "leave it out, or use --format text, markdown or latex")
     if watched and (several or logs[0] == "-" or form != "text" or out):
-        refuse(G605, "--watch is for one file, and prints text only", "for example: gyro analyze log.csv --watch")
+        refuse(
+            CANNOT_BE_WATCHED,
+            "--watch is for one file, and prints text only",
+            "for example: gyro analyze log.csv --watch",
+        )
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from gyrodata.cli.options import G602, ConfigOption, MappingOption, SettingsOption, pairs, with_units
+from gyrodata.cli.options import ConfigOption, MappingOption, SettingsOption, pairs, with_units
 from gyrodata.cli.terminal import FAULT, fault, name_of, refuse, source_of, write_out
+from gyrodata.diagnostics import FORMAT_FOR_ONE_LOG
 from gyrodata.errors import GyroError
 
 if TYPE_CHECKING:
@@ -45,7 +46,7 @@ def check(
     """
     given = pairs(settings, "--set"), pairs(mapping, "--map")
     if form == "json" and len(logs) > 1:
-        refuse(G602, "--format json is for one log", "use --format ndjson for several: one object a line")
+        refuse(FORMAT_FOR_ONE_LOG, "--format json is for one log", "use --format ndjson for several: one object a line")
     worst = max(_check_one(log, given[0], given[1], config, form) for log in logs)
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
 

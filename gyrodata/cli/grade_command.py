@@ -12,7 +12,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gyrodata.cli.terminal import complain, progress_bar, refuse, write_out
-from gyrodata.errors import register
+from gyrodata.diagnostics import (
+    GRADES_WITHIN_CLASS,
+    NOTHING_TO_GRADE,
+    OPTION_FILE_CANNOT_BE_READ,
+    OPTION_NEEDS_A_FOLDER,
+)
 
 if TYPE_CHECKING:
     from gyrodata.grading.classroom import ClassGrades
@@ -20,10 +25,6 @@ if TYPE_CHECKING:
     from gyrodata.grading.exports.sheet import Filled
     from gyrodata.grading.run import GradingOptions
 
-G764 = register("G764", "error", "there is nothing to grade", "grade")
-G765 = register("G765", "error", "a file given with an option cannot be read", "grade class --rubric no-such-file.toml")
-G766 = register("G766", "error", "the grades would be written into the class itself", "grade class --out class/grades")
-G767 = register("G767", "error", "an option needs a folder to write to", "grade class --format json --figures")
 
 SHOWN = 20
 """Changes that are told; all of them with --dry-run."""
@@ -142,7 +143,7 @@ def grade(
         _tell([f"autograder: zip the files in {gradescope}, without a folder around them, and upload that"])
         return
     if path is None:
-        refuse(G764, "there is nothing to grade: no PATH is given", "give the class, a folder or a zip")
+        refuse(NOTHING_TO_GRADE, "there is nothing to grade: no PATH is given", "give the class, a folder or a zip")
     found = _grade_class(path, request)
     lost = len(found.totals) < len(found.grades)
     raise typer.Exit(1 if lost and not exit_zero else 0)
@@ -209,7 +210,7 @@ def _read(path: Path) -> bytes:
     try:
         return path.read_bytes()
     except OSError as error:
-        refuse(G765, f'"{path}" cannot be read: {error.strerror or error}', "check its name")
+        refuse(OPTION_FILE_CANNOT_BE_READ, f'"{path}" cannot be read: {error.strerror or error}', "check its name")
 
 
 def _write_autograder(folder: Path, rubric: Path | None) -> None:
@@ -232,7 +233,7 @@ def _folder(path: Path, request: _Request) -> Path | None:
     if request.out is not None:
         if request.out.resolve().is_relative_to(home):
             hint = f"write beside it: --out {home.name}-grades"
-            refuse(G766, f'"{request.out}" is in the class, and would be graded with it', hint)
+            refuse(GRADES_WITHIN_CLASS, f'"{request.out}" is in the class, and would be graded with it', hint)
         return request.out
     if request.form is GradeFormat.text or request.dry_run:
         folder = Path(f"{home.stem if home.suffix.lower() == '.zip' else home.name}-grades")
@@ -240,7 +241,11 @@ def _folder(path: Path, request: _Request) -> Path | None:
     asked = [("--figures", request.figures), ("--gradebook", request.gradebook), ("--worksheet", request.worksheet)]
     for option, given in asked:
         if given:
-            refuse(G767, f"{option} needs a folder to write to, and --format {request.form} has none", "add --out DIR")
+            refuse(
+                OPTION_NEEDS_A_FOLDER,
+                f"{option} needs a folder to write to, and --format {request.form} has none",
+                "add --out DIR",
+            )
     return None
 
 

@@ -3,20 +3,7 @@
 from __future__ import annotations
 
 from gyrodata.cli.terminal import refuse
-from gyrodata.errors import register
-
-G621 = register(
-    "G621",
-    "error",
-    "an option is not a number with a unit that fits",
-    'predict tip --force 0.5N --length 20cm --inertia "4.44e-3 kg m^2" --spin 400',
-)
-G622 = register(
-    "G622",
-    "error",
-    "an option's number cannot be",
-    'predict tip --force 0.5N --length 20cm --inertia "-4.44e-3 kg m^2" --spin 400rpm',
-)
+from gyrodata.diagnostics import OPTION_IS_NO_QUANTITY, OPTION_NUMBER_IMPOSSIBLE
 
 
 def quantity(option: str, text: str, kind: str, *, positive: bool = False, nonzero: bool = False) -> float:
@@ -50,14 +37,24 @@ def quantity(option: str, text: str, kind: str, *, positive: bool = False, nonze
         value = parse_quantity(text, kind)
     except UnitError as error:
         message = f'{option} "{text.strip()[:40]}" has no unit' if _bare(text) else f"{option}: {error}"
-        refuse(G621, message, f'write {option} "{text.strip()} {DISPLAY[kind]}"' if _bare(text) else error.hint)
+        refuse(
+            OPTION_IS_NO_QUANTITY,
+            message,
+            f'write {option} "{text.strip()} {DISPLAY[kind]}"' if _bare(text) else error.hint,
+        )
     low, high = LIMITS[kind]
     if (positive and value <= 0) or (nonzero and value == 0):
-        refuse(G622, f'{option} "{text.strip()[:40]}" is {_fault(value)}', f"{kind_in_words(kind)} {_need(positive)}")
+        refuse(
+            OPTION_NUMBER_IMPOSSIBLE,
+            f'{option} "{text.strip()[:40]}" is {_fault(value)}',
+            f"{kind_in_words(kind)} {_need(positive)}",
+        )
     if value and not low <= abs(value) <= high:
         size = "large" if abs(value) > high else "small"
         message = f'{option} "{text.strip()[:40]}" is too {size} for {kind_in_words(kind)} in a lab'
-        refuse(G622, message, f"is its unit the one written? Read are {low:g} to {high:g} {SI[kind]}")
+        refuse(
+            OPTION_NUMBER_IMPOSSIBLE, message, f"is its unit the one written? Read are {low:g} to {high:g} {SI[kind]}"
+        )
     return value
 
 

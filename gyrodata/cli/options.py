@@ -8,11 +8,7 @@ from typing import Annotated, Literal
 import typer
 
 from gyrodata.cli.terminal import refuse
-from gyrodata.errors import register
-
-G601 = register("G601", "error", "an option is not of the form KEY=VALUE", "analyze log.csv --set turns")
-G602 = register("G602", "error", "a form that is for one log", "analyze a.csv b.csv --format json")
-
+from gyrodata.diagnostics import OPTION_IS_NO_PAIR
 
 PlainFormat = Literal["text", "json"]
 """Text for people or JSON for programs."""
@@ -38,7 +34,9 @@ def pairs(given: list[str] | None, option: str) -> dict[str, str]:
         key, equals, value = item.partition("=")
         if not equals or not key.strip() or not value.strip():
             example = "turns=1/3" if option == "--set" else 'time="T (s)"'
-            refuse(G601, f"{option} {item!r} is not of the form KEY=VALUE", f"for example {option} {example}")
+            refuse(
+                OPTION_IS_NO_PAIR, f"{option} {item!r} is not of the form KEY=VALUE", f"for example {option} {example}"
+            )
         pairs[key.strip()] = value.strip()
     return pairs
 

@@ -9,17 +9,10 @@ from typing import Annotated, Any
 
 import typer
 
-from gyrodata.cli.numbers import G621, G622, quantity
+from gyrodata.cli.numbers import quantity
 from gyrodata.cli.options import PlainFormat, example_of
 from gyrodata.cli.terminal import refuse, write_folder, write_out
-from gyrodata.errors import register
-
-G623 = register(
-    "G623",
-    "error",
-    "the torque is not given, or twice",
-    'predict precession --inertia "4.44e-3 kg m^2" --spin 400rpm',
-)
+from gyrodata.diagnostics import OPTION_IS_NO_QUANTITY, OPTION_NUMBER_IMPOSSIBLE, TORQUE_MISSING_OR_TWICE
 
 predict = typer.Typer(
     help="Say what theory predicts: precession, the turning Earth, a tipped wheel, a force on the tip.",
@@ -75,7 +68,7 @@ def precession(
     }
     if abs(options["pitch"]) >= math.pi / 2:
         refuse(
-            G622,
+            OPTION_NUMBER_IMPOSSIBLE,
             f'--pitch "{pitch}" is not between -90 and 90 degrees',
             "an upright rod is in every answer, as the last part",
         )
@@ -91,15 +84,19 @@ def _load(torque: str | None, mass: str | None, position: str | None, g: str | N
     hint = "give --torque, or --mass and --position"
     if torque is not None:
         if mass is not None or position is not None:
-            refuse(G623, "the torque is given twice", f"{hint}, not both")
+            refuse(TORQUE_MISSING_OR_TWICE, "the torque is given twice", f"{hint}, not both")
         load = quantity("--torque", torque, "torque")
         return {"torque": load, "mass": None, "position": None, "g": None}
     if mass is None or position is None:
         lacks = "--position" if mass is not None else "--mass" if position is not None else ""
-        refuse(G623, f"{lacks} is not given" if lacks else "no torque is given", hint)
+        refuse(TORQUE_MISSING_OR_TWICE, f"{lacks} is not given" if lacks else "no torque is given", hint)
     weight = quantity("--mass", mass, "mass")
     if weight < 0:
-        refuse(G622, f'--mass "{mass}" is below zero', "a weight on the other side has a negative --position")
+        refuse(
+            OPTION_NUMBER_IMPOSSIBLE,
+            f'--mass "{mass}" is below zero',
+            "a weight on the other side has a negative --position",
+        )
     arm = quantity("--position", position, "length")
     fall = None if g is None else quantity("--g", g, "acceleration", positive=True)
     return {"torque": None, "mass": weight, "position": arm, "g": fall}
@@ -125,7 +122,11 @@ def _take_defaults(options: dict[str, Any], transverse: str | None) -> list[str]
     else:
         options["transverse_inertia"] = across = quantity("--transverse", transverse, "inertia", positive=True)
         if across < own / 2:
-            refuse(G622, f'--transverse "{transverse}" is below I_zz/2, which no body has', "I is that across the rod")
+            refuse(
+                OPTION_NUMBER_IMPOSSIBLE,
+                f'--transverse "{transverse}" is below I_zz/2, which no body has',
+                "I is that across the rod",
+            )
     return notes
 
 
@@ -154,7 +155,9 @@ def earth(
     """
     at = quantity("--latitude", latitude, "angle")
     if abs(at) > math.pi / 2:
-        refuse(G622, f'--latitude "{latitude}" is not between -90 and 90 degrees', "south is negative")
+        refuse(
+            OPTION_NUMBER_IMPOSSIBLE, f'--latitude "{latitude}" is not between -90 and 90 degrees', "south is negative"
+        )
     times = _times(_hours("--hours", hours), _hours("--step", step), sidereal)
     from gyrodata.prediction import predict_earth
 
@@ -172,9 +175,13 @@ def _hours(option: str, text: str) -> float:
     try:
         value = float(text)
     except ValueError:
-        refuse(G621, f'{option} "{text[:40]}" is not a number of hours', f"write it like {option} 24")
+        refuse(OPTION_IS_NO_QUANTITY, f'{option} "{text[:40]}" is not a number of hours', f"write it like {option} 24")
     if not 0 < value <= 1e6:
-        refuse(G622, f'{option} "{text[:40]}" is not a number of hours above zero and up to a million', "")
+        refuse(
+            OPTION_NUMBER_IMPOSSIBLE,
+            f'{option} "{text[:40]}" is not a number of hours above zero and up to a million',
+            "",
+        )
     return value
 
 
@@ -185,7 +192,11 @@ def _times(hours: float, step: float, sidereal: bool) -> list[float]:
     hour = SIDEREAL_DAY / 24 if sidereal else 3600.0
     count = math.floor(hours / step * (1 + 1e-12))
     if count > _MOST_ROWS:
-        refuse(G622, f"that would be {count} rows", f"give a longer --step: {_MOST_ROWS} rows are the most")
+        refuse(
+            OPTION_NUMBER_IMPOSSIBLE,
+            f"that would be {count} rows",
+            f"give a longer --step: {_MOST_ROWS} rows are the most",
+        )
     rows = [k * step for k in range(count + 1) if hours - k * step > 1e-9 * hours]
     return [row * hour for row in (*rows, hours)]
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
 from typing import Annotated
 
 import typer
@@ -29,8 +27,6 @@ def schema(
     from gyrodata import reporting
     from gyrodata import schema as schemas
 
-    if diagnostics:
-        _register_codes()
     if diagnostics and as_json:
         write_out(reporting.json_text({"diagnostics": schemas.diagnostics_table()}))
     elif diagnostics:
@@ -45,12 +41,3 @@ def schema(
         ):
             wanted = other if asked else wanted
         write_out(reporting.json_text(wanted()))
-
-
-def _register_codes() -> None:
-    """Load every room: codes are registered where they are raised."""
-    import gyrodata
-
-    for module in pkgutil.walk_packages(gyrodata.__path__, "gyrodata."):
-        if not module.name.endswith("__main__"):
-            importlib.import_module(module.name)

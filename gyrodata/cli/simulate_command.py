@@ -10,15 +10,13 @@ import typer
 from gyrodata.cli.numbers import quantity
 from gyrodata.cli.options import with_units
 from gyrodata.cli.terminal import refuse, write_out
-from gyrodata.errors import register
+from gyrodata.diagnostics import TRUTH_CANNOT_BE_WRITTEN
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from gyrodata.simulation import Decay
     from gyrodata.units import Uncertainty
-
-G637 = register("G637", "error", "simulate: the truth cannot be written", "simulate --truth no-such-folder/truth.json")
 
 
 def simulate(
@@ -141,4 +139,8 @@ def _write(path: Path, text: str) -> None:
         path.write_text(text, encoding="utf-8")
     except OSError as error:
         reason = error.strerror or str(error)
-        refuse(G637, f"the truth cannot be written to {path}: {reason}", "choose another file with --truth")
+        refuse(
+            TRUTH_CANNOT_BE_WRITTEN,
+            f"the truth cannot be written to {path}: {reason}",
+            "choose another file with --truth",
+        )

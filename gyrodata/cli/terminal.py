@@ -12,14 +12,11 @@ from typing import Any, NoReturn
 import typer
 from typer.core import TyperGroup
 
-from gyrodata.errors import Diagnostic, GyroError, InputError, printable, register
+from gyrodata.diagnostics import FAULT_OF_GYRO, REPORT_CANNOT_BE_WRITTEN, STREAM_CANNOT_BE_USED
+from gyrodata.errors import Diagnostic, GyroError, InputError, printable
 
 FAULT = 3
 """Exit code of a fault of gyro itself."""
-
-G603 = register("G603", "error", "the report cannot be written", "analyze log.csv --out /dev/null")
-G606 = register("G606", "error", "standard output or input cannot be used", "analyze log.csv > /dev/full")
-G901 = register("G901", "error", "a fault of gyro itself", "no log should ever raise it")
 
 
 class Door(TyperGroup):
@@ -35,7 +32,7 @@ class Door(TyperGroup):
             # What a command opens itself it explains itself.
             message = f"gyro cannot go on: {error.strerror or type(error).__name__}"
             hint = "is the disk full, or a file or folder not yours?"
-            _end([Diagnostic(G606, "error", message, hint)], InputError.exit_code)
+            _end([Diagnostic(STREAM_CANNOT_BE_USED, "error", message, hint)], InputError.exit_code)
         except Exception as error:
             _end([fault(error)], FAULT)
 
@@ -71,7 +68,7 @@ def fault(error: Exception, name: str = "") -> Diagnostic:
             place = f" in {module}, line {trace.tb_lineno}"
         trace = trace.tb_next
     return Diagnostic(
-        G901,
+        FAULT_OF_GYRO,
         "error",
         f"this is a fault of gyro, not of your log: {type(error).__name__}{place}",
         "please report it with the log and this line; GYRO_DEBUG=1 in front of the command shows more",
@@ -82,7 +79,7 @@ def fault(error: Exception, name: str = "") -> Diagnostic:
 def write_out(text: str) -> None:
     """Write data to standard output; a reader that has gone away (``| head``) is no fault."""
     if sys.stdout is None:
-        refuse(G606, "standard output is closed", "leave >&- away, or write to a file")
+        refuse(STREAM_CANNOT_BE_USED, "standard output is closed", "leave >&- away, or write to a file")
     # A test's or a notebook's stand-in has no encoding to fail on.
     with suppress(AttributeError):
         sys.stdout.reconfigure(errors="replace")  # type: ignore[union-attr]
@@ -94,7 +91,7 @@ def write_out(text: str) -> None:
         raise typer.Exit(0) from None
     except OSError as error:
         _throw_away(sys.stdout)
-        refuse(G606, f"standard output cannot be written: {error.strerror}", "is the disk full?")
+        refuse(STREAM_CANNOT_BE_USED, f"standard output cannot be written: {error.strerror}", "is the disk full?")
 
 
 def complain(diagnostics: Iterable[Diagnostic], quiet: bool = False) -> None:
@@ -146,7 +143,7 @@ def source_of(log: str) -> dict[str, Any]:
     if log != "-":
         return {"source": log}
     if sys.stdin is None:
-        refuse(G606, "standard input is closed", "give the log's name, or gyro analyze - < log.csv")
+        refuse(STREAM_CANNOT_BE_USED, "standard input is closed", "give the log's name, or gyro analyze - < log.csv")
     return {"source": sys.stdin.buffer, "name": "<stdin>"}
 
 
@@ -165,4 +162,8 @@ def write_folder(folder: Path, contents: dict[str, bytes]) -> None:
             unfinished.replace(folder / name)
     except OSError as error:
         reason = error.strerror or str(error)
-        refuse(G603, f"the files cannot be written to {folder}: {reason}", "choose another folder with --out")
+        refuse(
+            REPORT_CANNOT_BE_WRITTEN,
+            f"the files cannot be written to {folder}: {reason}",
+            "choose another folder with --out",
+        )

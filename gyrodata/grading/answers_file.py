@@ -9,18 +9,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from gyrodata.errors import CODES, Diagnostic, GyroError, register
+from gyrodata.diagnostics import (
+    ANSWER_NOT_ASKED_FOR,
+    ANSWERS_CANNOT_BE_READ,
+    ANSWERS_CONTRADICT_LOG,
+    ANSWERS_NO_TOML,
+    CODES,
+)
+from gyrodata.errors import Diagnostic, GyroError
 from gyrodata.grading.toml_table import find_places
 from gyrodata.readings import KINDS, Faults, Readings, Reported, canonical_key, decode, read_reported, split_lines
 
 __all__ = ["Answers", "Reported", "read_answers"]
 
-G711 = register("G711", "warning", "an answers file that is no TOML", "answers.toml: inertia = 4.4e-3 ± 0.1e-3 kg m^2")
-G712 = register("G712", "warning", "log and answers file report two values", "answers.toml: inertia = '4.4 g m^2'")
-G715 = register(
-    "G715", "warning", "an answer under a name that is not asked for", "answers.toml: inertai = '4.4 g m^2'"
-)
-G716 = register("G716", "warning", "an answers file that cannot be read", "answers.toml: a picture")
 
 _FILE = "answers.toml"
 _TABLES = ("reported", "answers")
@@ -61,7 +62,7 @@ def read_answers(readings: Readings | None, toml: bytes | None) -> Answers:
             before = found.get(key)
             if before is not None and (before.value, before.u) != (reported.value, reported.u):
                 message = f'{key} is "{before.text}" in the log and "{reported.text}" in {_FILE}; the latter is graded'
-                told.append(_diagnostic(G712, message, "", reported.line))
+                told.append(_diagnostic(ANSWERS_CONTRADICT_LOG, message, "", reported.line))
             found[key] = reported
     inertia = found.pop("inertia", None)
     return Answers(inertia, found, tuple(told))
@@ -71,7 +72,7 @@ def _read_file(data: bytes, told: list[Diagnostic]) -> dict[str, Reported]:
     try:
         text = decode(data, Faults(_FILE))[0]
     except GyroError as error:
-        told.append(_diagnostic(G716, f"{_FILE} cannot be read: {error.diagnostics[0].message}"))
+        told.append(_diagnostic(ANSWERS_CANNOT_BE_READ, f"{_FILE} cannot be read: {error.diagnostics[0].message}"))
         return {}
     try:
         # Digits as they are typed: 4.40 is not 4.4.
@@ -82,7 +83,9 @@ def _read_file(data: bytes, told: list[Diagnostic]) -> dict[str, Reported]:
         values = values or _read_lines(text)
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         message = f"{_FILE} is no TOML and is read line by line: {error}"
-        told.append(_diagnostic(G711, message, 'put each value in quotes: inertia = "4.4e-3 ± 0.1e-3 kg m^2"'))
+        told.append(
+            _diagnostic(ANSWERS_NO_TOML, message, 'put each value in quotes: inertia = "4.4e-3 ± 0.1e-3 kg m^2"')
+        )
         values = _read_lines(text)
     found: dict[str, Reported] = {}
     for key, value, line in values:
@@ -124,7 +127,9 @@ def _read_lines(text: str) -> list[tuple[str, str, int | None]]:
 def _tell_misspelt(key: str, reported: Reported, told: list[Diagnostic]) -> None:
     close = [] if reported.key in KINDS else difflib.get_close_matches(canonical_key(key), KINDS, n=1, cutoff=0.75)
     if close:
-        told.append(_diagnostic(G715, f'"{key}" is not asked for: was {close[0]} meant?', line=reported.line))
+        told.append(
+            _diagnostic(ANSWER_NOT_ASKED_FOR, f'"{key}" is not asked for: was {close[0]} meant?', line=reported.line)
+        )
 
 
 def _diagnostic(code: str, message: str, hint: str = "", line: int | None = None) -> Diagnostic:

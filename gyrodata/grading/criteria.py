@@ -6,7 +6,15 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from gyrodata import procedure
+from gyrodata.diagnostics import (
+    NO_UNLOADED_RUN,
+    OUTLIER_BEFORE_LEAVING,
+    SPIN_FALLS_TOO_MUCH,
+    SPINS_TOO_CLOSE,
+    TIMES_TOO_SHORT,
+    TOO_FEW_RUNS,
+    TOO_FEW_WEIGHTS,
+)
 from gyrodata.errors import Diagnostic
 from gyrodata.grading.accepted_fits import OwnValue
 from gyrodata.grading.reference import Reference
@@ -17,13 +25,13 @@ from gyrodata.reporting import count_text, inertia_text, p_text, power_of_ten
 from gyrodata.results import Analysis
 
 ASKED_CODES = {
-    "weights": procedure.G451,
-    "runs": procedure.G452,
-    "spins": procedure.G453,
-    "unloaded": procedure.G454,
-    "times": procedure.G455,
-    "falling_spin": procedure.G456,
-    "odd_runs": procedure.G457,
+    "weights": TOO_FEW_WEIGHTS,
+    "runs": TOO_FEW_RUNS,
+    "spins": SPINS_TOO_CLOSE,
+    "unloaded": NO_UNLOADED_RUN,
+    "times": TIMES_TOO_SHORT,
+    "falling_spin": SPIN_FALLS_TOO_MUCH,
+    "odd_runs": OUTLIER_BEFORE_LEAVING,
 }
 """Diagnostic of each thing that a procedure criterion may ask for."""
 

@@ -14,6 +14,7 @@ from sys import intern
 from typing import TYPE_CHECKING, Any, Literal
 
 from gyrodata.analysis import analyze_readings
+from gyrodata.diagnostics import OUTLIER_BEFORE_LEAVING
 from gyrodata.errors import Diagnostic, GyroError, LogError
 from gyrodata.grading.accepted_fits import distance, nearest, own_runs
 from gyrodata.grading.answers_file import Answers, read_answers
@@ -23,7 +24,7 @@ from gyrodata.grading.late import Lateness, judge_lateness
 from gyrodata.grading.reference import Reference, class_references, station_key
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.slips import Slip, find_slips
-from gyrodata.procedure import G457, check_procedure
+from gyrodata.procedure import check_procedure
 from gyrodata.readings import Readings, Reported, read_log, read_reported
 from gyrodata.results import Analysis
 
@@ -313,7 +314,7 @@ def _reported_dict(reported: Reported | None) -> dict[str, float | str | None]:
 def _asked_for(lacks: tuple[Diagnostic, ...], rubric: Rubric) -> list[Diagnostic]:
     """What the log lacks of what the rubric asks for; the runs that look odd are in the analysis already."""
     codes = {ASKED_CODES[ask] for criterion in rubric.criteria for ask in criterion.asks}
-    return [one for one in lacks if one.code in codes and one.code != G457]
+    return [one for one in lacks if one.code in codes and one.code != OUTLIER_BEFORE_LEAVING]
 
 
 # --- not graded ---------------------------------------------------------------------------------------------

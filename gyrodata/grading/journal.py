@@ -14,15 +14,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from gyrodata import __version__
-from gyrodata.errors import Diagnostic, InputError, register
+from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN, JOURNAL_LINES_LOST
+from gyrodata.errors import Diagnostic, InputError
 from gyrodata.grading.grade import Grade, one_copy
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission
 
 SCHEMA = "gyro.journal/1"
-
-G762 = register("G762", "note", "lines of the journal cannot be read", "grade class, after a power cut")
-G763 = register("G763", "error", "the folder of the grades cannot be written", "grade class --out /dev/null")
 
 
 class Basis(NamedTuple):
@@ -122,7 +120,7 @@ class Journal:
         """Say that lines could not be read."""
         count = "1 line" if self.damaged == 1 else f"{self.damaged} lines"
         message = f"{count} of the journal cannot be read; what stood there was graded again"
-        return Diagnostic(G762, "note", message, file=self.path.name)
+        return Diagnostic(JOURNAL_LINES_LOST, "note", message, file=self.path.name)
 
     def add(self, entry: Entry) -> None:
         """Write a line at the end, whole, at once."""
@@ -181,4 +179,6 @@ def write_whole(path: Path, parts: Iterable[bytes]) -> None:
 def cannot_write(folder: Path, error: OSError) -> InputError:
     """Make the error for a folder that cannot be written to."""
     message = f'"{folder}" cannot be written: {error.strerror or error}'
-    return InputError([Diagnostic(G763, "error", message, "choose another folder with --out")])
+    return InputError(
+        [Diagnostic(GRADES_FOLDER_CANNOT_BE_WRITTEN, "error", message, "choose another folder with --out")]
+    )

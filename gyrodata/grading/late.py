@@ -7,7 +7,8 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from gyrodata.grading.toml_table import G723, Table
+from gyrodata.diagnostics import RUBRIC_VALUE_CANNOT_BE_USED
+from gyrodata.grading.toml_table import Table
 
 _DURATION = re.compile(r"\s*(\d+(?:\.\d+)?)\s*([a-z]+)\s*", re.IGNORECASE)
 _SECONDS = {
@@ -139,7 +140,9 @@ def _exception(table: Table) -> LateException:
     table.done()
     if sum(key in table.values for key in ("due", "extra", "waive")) != 1:
         hint = 'write due = 2026-03-16T23:59:00+01:00, or extra = "2 days", or waive = true'
-        table.faults.add(G723, table.path, "an exception says exactly one of due, extra and waive", hint)
+        table.faults.add(
+            RUBRIC_VALUE_CANNOT_BE_USED, table.path, "an exception says exactly one of due, extra and waive", hint
+        )
     return LateException(student, due, extra, waive)
 
 

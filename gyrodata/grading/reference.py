@@ -7,7 +7,8 @@ import statistics
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from gyrodata.grading.toml_table import G727, Table
+from gyrodata.diagnostics import RUBRIC_PARTS_CONTRADICT
+from gyrodata.grading.toml_table import Table
 from gyrodata.quantities import parse_quantity, parse_uncertainty
 from gyrodata.units import UnitError
 
@@ -54,7 +55,9 @@ def read_references(top: Table) -> tuple[dict[str, Reference], bool]:
     table.done()
     if from_class and references:
         hint = 'remove from = "class", or remove the stations'
-        table.wrong("from", "the reference comes from the class, and stations are given too", hint, G727)
+        table.wrong(
+            "from", "the reference comes from the class, and stations are given too", hint, RUBRIC_PARTS_CONTRADICT
+        )
     if not from_class and not references and len(table.values) == 0:
         top.wrong("reference", "[reference] is empty", 'write from = "class", or [reference.3] with inertia and u')
     return references, from_class

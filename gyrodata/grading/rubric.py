@@ -16,10 +16,15 @@ from functools import cached_property
 from importlib.resources import files
 from typing import Literal, get_args
 
-from gyrodata.errors import register
+from gyrodata.diagnostics import (
+    CONDITION_CANNOT_BE_USED,
+    CRITERION_KIND_UNKNOWN,
+    RUBRIC_PARTS_CONTRADICT,
+    RUBRIC_POINTS_DO_NOT_ADD_UP,
+)
 from gyrodata.grading.late import LateRule, read_late
 from gyrodata.grading.reference import Reference, read_references
-from gyrodata.grading.toml_table import G727, Table, nearest, read_toml
+from gyrodata.grading.toml_table import Table, nearest, read_toml
 from gyrodata.quantities import parse_quantity
 from gyrodata.units import UnitError
 
@@ -65,16 +70,6 @@ ACCEPTED = ("through_origin", "with_constant", "mean_of_ratios", "recommended")
 """Fits of a student's own runs that a rubric may accept."""
 
 _HEAD = "schema = 1\npoints = 2\n[[criterion]]\nid = 'log'\npoints = 2\n"
-G724 = register(
-    "G724", "error", "the points of a rubric do not add up", _HEAD.replace("2\n[", "3\n[") + "check = 'log'\n"
-)
-G725 = register("G725", "error", "a criterion is of a kind that is not known", _HEAD + "check = 'lgo'\n")
-G726 = register(
-    "G726",
-    "error",
-    "a condition cannot be used",
-    _HEAD + "check = 'log'\nfull = 'warnings < 1'\nzero = 'warnings >= 4'\n",
-)
 _DEFAULT_CURVES = {
     "log": ("warnings <= 0", "warnings >= 4"),
     "procedure": ("missing <= 0", "missing >= 3"),
@@ -164,13 +159,20 @@ def read_rubric(data: bytes, name: str = "rubric.toml") -> Rubric:
     if criteria and abs(total - points) > 1e-9 and "points" in top.values:
         parts = " + ".join(f"{criterion.points:g}" for criterion in criteria)
         hint = f"write points = {total:g}, or change the points of a criterion"
-        top.wrong("points", f"points = {points:g}, but the criteria add up to {parts} = {total:g}", hint, G724)
+        top.wrong(
+            "points",
+            f"points = {points:g}, but the criteria add up to {parts} = {total:g}",
+            hint,
+            RUBRIC_POINTS_DO_NOT_ADD_UP,
+        )
     late = read_late(top, points)
     references, from_class = read_references(top)
     asked = next((c for c in criteria if c.check == "reference"), None)
     if asked and not references and not from_class and "reference" not in top.values:
         hint = '[reference.3] with inertia = "4.44e-3 kg m^2" and u = "1 %", or [reference] with from = "class"'
-        top.faults.add(G727, (), f'criterion "{asked.id}" compares with a reference, and none is given', hint)
+        top.faults.add(
+            RUBRIC_PARTS_CONTRADICT, (), f'criterion "{asked.id}" compares with a reference, and none is given', hint
+        )
     top.done()
     top.faults.stop_if_any()
     return Rubric(
@@ -193,7 +195,7 @@ def _criteria(top: Table) -> tuple[Criterion, ...]:
     tables = top.tables("criterion")
     if not tables and "criterion" not in top.values:
         hint = 'write at least one: [[criterion]], id = "log", check = "log", points = 2'
-        top.faults.add(G727, (), "there is not one criterion", hint)
+        top.faults.add(RUBRIC_PARTS_CONTRADICT, (), "there is not one criterion", hint)
     criteria: list[Criterion] = []
     for table in tables:
         criterion = _criterion(table)
@@ -208,7 +210,7 @@ def _criteria(top: Table) -> tuple[Criterion, ...]:
 def _criterion(table: Table) -> Criterion | None:
     check = table.text("check", " or ".join(f'"{kind}"' for kind in get_args(Check)), required=True)
     if check is not None and check not in get_args(Check):
-        table.wrong("check", f'there is no check "{check}"', nearest(check, get_args(Check)), G725)
+        table.wrong("check", f'there is no check "{check}"', nearest(check, get_args(Check)), CRITERION_KIND_UNKNOWN)
         return None
     name = table.text("id", f'"{check or "log"}"', required=True)
     points = table.number("points", "2", required=True)
@@ -238,7 +240,12 @@ def _curve(table: Table, check: str) -> tuple[Curve | None, str]:
     given = [key for key in ("full", "zero") if key in table.values]
     if len(given) == 1:
         other = {"full": "zero", "zero": "full"}[given[0]]
-        table.wrong(given[0], f'"{given[0]}" is given, and "{other}" is not', f'write {other} = "…" too', G726)
+        table.wrong(
+            given[0],
+            f'"{given[0]}" is given, and "{other}" is not',
+            f'write {other} = "…" too',
+            CONDITION_CANNOT_BE_USED,
+        )
         return None, ""
     full, zero = (text or default[i] for i, text in enumerate(texts))
     conditions = []
@@ -246,12 +253,12 @@ def _curve(table: Table, check: str) -> tuple[Curve | None, str]:
         try:
             condition = parse_condition(text)
         except ConditionError as error:
-            table.wrong(key, str(error), error.hint, G726)
+            table.wrong(key, str(error), error.hint, CONDITION_CANNOT_BE_USED)
             continue
         if condition.variable not in VARIABLES[check]:
             known = " or ".join(VARIABLES[check])
             message = f'"{condition.variable}" means nothing in a criterion with check = "{check}"'
-            table.wrong(key, message, f"write a condition on {known}", G726)
+            table.wrong(key, message, f"write a condition on {known}", CONDITION_CANNOT_BE_USED)
             continue
         conditions.append(condition)
     if len(conditions) < 2:
@@ -260,7 +267,7 @@ def _curve(table: Table, check: str) -> tuple[Curve | None, str]:
         told = f"all points for {full}, none for {zero}; {conditions[0].variable}: {MEANINGS[conditions[0].variable]}"
         return make_curve(*conditions), told.replace("<=", "≤").replace(">=", "≥").replace("..", " to ")
     except ConditionError as error:
-        table.wrong("zero" if "zero" in table.values else "full", str(error), error.hint, G726)
+        table.wrong("zero" if "zero" in table.values else "full", str(error), error.hint, CONDITION_CANNOT_BE_USED)
         return None, ""
 
 

@@ -13,26 +13,13 @@ import tomllib
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from gyrodata.errors import CODES, Diagnostic, InputError, register
+from gyrodata.diagnostics import CODES, RUBRIC_KEY_UNKNOWN, RUBRIC_NO_TOML, RUBRIC_VALUE_CANNOT_BE_USED
+from gyrodata.errors import Diagnostic, InputError
 from gyrodata.quantities import parse_uncertainty
 from gyrodata.units import UnitError
 
 _RUBRIC = "schema = 1\npoints = 2\n[[criterion]]\nid = 'log'\ncheck = 'log'\npoints = 2\n"
-G721 = register("G721", "error", "a rubric is no TOML file", "schema = 1\npoints = \n")
-G722 = register("G722", "error", "a rubric has a key that is not known", _RUBRIC + "ponits = 3\n")
-G723 = register(
-    "G723",
-    "error",
-    "a value of a rubric is missing or cannot be used",
-    _RUBRIC.replace("check = 'log'\npoints = 2", "check = 'log'\npoints = 'two'"),
-)
 
-G727 = register(
-    "G727",
-    "error",
-    "two parts of a rubric do not go together",
-    _RUBRIC + "[reference]\nfrom = 'class'\n[reference.3]\ninertia = '4e-3 kg m^2'\nu = '1 %'\n",
-)
 
 LARGEST = 1_000_000
 """Bytes of a rubric that are read."""
@@ -78,7 +65,7 @@ class Table:
         self.faults = faults
         self.asked: list[str] = []
 
-    def wrong(self, key: str, message: str, hint: str, code: str = G723) -> None:
+    def wrong(self, key: str, message: str, hint: str, code: str = RUBRIC_VALUE_CANNOT_BE_USED) -> None:
         """Note a fault of one key."""
         self.faults.add(code, (*self.path, key), message, hint)
 
@@ -87,7 +74,9 @@ class Table:
         self.asked.append(key)
         if key not in self.values:
             if required:
-                self.faults.add(G723, self.path, f'"{key}" is missing', f"write {key} = {sample}")
+                self.faults.add(
+                    RUBRIC_VALUE_CANNOT_BE_USED, self.path, f'"{key}" is missing', f"write {key} = {sample}"
+                )
             return None
         value = self.values[key]
         if not isinstance(value, kinds) or (isinstance(value, bool) and bool not in kinds):
@@ -175,28 +164,32 @@ class Table:
         for key in self.values:
             if key not in self.asked:
                 where = f" in [{'.'.join(str(p) for p in self.path if isinstance(p, str))}]" if self.path else ""
-                self.wrong(key, f'"{key[:60]}" is not known{where}', nearest(key, self.asked), G722)
+                self.wrong(key, f'"{key[:60]}" is not known{where}', nearest(key, self.asked), RUBRIC_KEY_UNKNOWN)
 
 
 def read_toml(data: bytes, name: str) -> Table:
     """Read a TOML file."""
     if len(data) > LARGEST:
         faults = Faults(name, "")
-        faults.add_at(G721, None, f"a rubric of {len(data)} bytes; at most {LARGEST} are read", "is it the right file?")
+        faults.add_at(
+            RUBRIC_NO_TOML, None, f"a rubric of {len(data)} bytes; at most {LARGEST} are read", "is it the right file?"
+        )
         faults.stop_if_any()
     try:
         text = data.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError as error:
         faults = Faults(name, "")
         line = data.count(b"\n", 0, error.start) + 1
-        faults.add_at(G721, Spot(line, 1, 1), "is not UTF-8", "save it as UTF-8 in your editor")
+        faults.add_at(RUBRIC_NO_TOML, Spot(line, 1, 1), "is not UTF-8", "save it as UTF-8 in your editor")
         faults.stop_if_any()
         raise
     faults = Faults(name, text)
     try:
         values = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as error:
-        faults.add_at(G721, _spot_of(str(error), faults.lines), _without_place(str(error)), _syntax_hint(str(error)))
+        faults.add_at(
+            RUBRIC_NO_TOML, _spot_of(str(error), faults.lines), _without_place(str(error)), _syntax_hint(str(error))
+        )
         faults.stop_if_any()
         raise
     faults.places = find_places(text)

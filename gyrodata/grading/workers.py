@@ -21,7 +21,8 @@ from itertools import islice
 from multiprocessing.connection import Connection, wait
 from typing import Any, Generic, TypeVar
 
-from gyrodata.errors import Diagnostic, InputError, register
+from gyrodata.diagnostics import NO_PROCESS_CAN_BE_STARTED
+from gyrodata.errors import Diagnostic, InputError
 from gyrodata.grading.submissions import size_text
 
 Task = TypeVar("Task")
@@ -35,8 +36,6 @@ START = 60.0
 
 TRIES = 2
 """How often work is begun whose worker dies; a time limit is not waited for twice."""
-
-G761 = register("G761", "error", "no process can be started to grade in", "grade class, with no process left")
 
 
 @dataclass(frozen=True, slots=True)
@@ -265,4 +264,6 @@ def _uninterrupted() -> Iterator[None]:
 
 def _no_process(why: str) -> InputError:
     message = f"no process can be started to grade in: {why}"
-    return InputError([Diagnostic(G761, "error", message, "close other programs, or give --workers 1")])
+    return InputError(
+        [Diagnostic(NO_PROCESS_CAN_BE_STARTED, "error", message, "close other programs, or give --workers 1")]
+    )

@@ -11,7 +11,14 @@ from typing import Any, cast
 import numpy as np
 
 from gyrodata import physics
-from gyrodata.errors import Diagnostic, register
+from gyrodata.diagnostics import (
+    DERIVED_COLUMN_DISAGREES,
+    GRAVITY_NOT_GIVEN,
+    PRECESSION_FASTER_THAN_SPIN,
+    SENSES_CONTRADICT_TORQUE,
+    SPIN_RISES,
+)
+from gyrodata.errors import Diagnostic
 from gyrodata.measurements.sources import (
     DEFAULT_TRANSVERSE_RATIO,
     Source,
@@ -25,42 +32,6 @@ from gyrodata.measurements.sources import (
 )
 from gyrodata.physics import Floats
 from gyrodata.readings import Column, Readings
-
-G401 = register(
-    "G401",
-    "warning",
-    "a derived column disagrees with the readings",
-    "mass [g],position [cm],spin [rpm],time [s],turns,precession period [s]\n20.00,15.0,400,39.7,1,13.2\n",
-)
-
-G402 = register(
-    "G402",
-    "warning",
-    "the senses written contradict the sign of the torque",
-    "mass [g],position [cm],spin [rpm],time [s],turns,spin_sense,precession_sense\n20.00,15.0,400,39.7,1,ccw,cw\n",
-)
-
-G403 = register(
-    "G403",
-    "warning",
-    "the spin rises during the interval",
-    "mass [g],position [cm],spin_start [rpm],spin_end [rpm],time [s],turns\n20.00,15.0,400,450,39.7,1\n",
-)
-
-G404 = register(
-    "G404",
-    "note",
-    "no acceleration of free fall is given",
-    "mass [g],position [cm],spin [rpm],time [s],turns\n20.00,15.0,400,39.7,1\n",
-)
-
-
-G405 = register(
-    "G405",
-    "warning",
-    "the precession is faster than the spin",
-    "mass [g],position [cm],spin [rpm],time [s],turns\n20.00,15.0,4,0.397,1\n",
-)
 
 
 @dataclass(frozen=True)
@@ -162,7 +133,7 @@ def measure(readings: Readings) -> Measurements:
     if uses_weight and "g" not in readings.constants:
         diagnostics.append(
             readings.diagnose(
-                G404,
+                GRAVITY_NOT_GIVEN,
                 f"g is not given: {physics.STANDARD_GRAVITY} m/s^2 is used",
                 "write the local value above the header: # g: 9.803 m/s^2",
             )
@@ -266,7 +237,7 @@ def _mean_spins(readings: Readings, diagnostics: list[Diagnostic]) -> tuple[Floa
     start, end = spins[0], spins[-1]
     diagnostics.extend(
         readings.diagnose(
-            G403,
+            SPIN_RISES,
             f"run {readings.runs[i]}: the spin rises by {100 * (end[i] / start[i] - 1):.0f} % while it is timed",
             "are start and end swapped?",
             used[-1].places[i],
@@ -300,7 +271,7 @@ def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) ->
         written = -written
         diagnostics.append(
             readings.diagnose(
-                G402,
+                SENSES_CONTRADICT_TORQUE,
                 "most senses written are opposite to what the torque makes them: one of the two is taken as "
                 "counted the other way round",
                 "+1 (ccw) is right-handed about the rod, seen from its tip, and about the vertical, seen from above",
@@ -369,7 +340,7 @@ def _find_too_fast(readings: Readings, measured: Measurements) -> list[Diagnosti
     first = int(fast[0])
     return [
         readings.diagnose(
-            G405,
+            PRECESSION_FASTER_THAN_SPIN,
             f'the precession is faster than the spin ("{column.header}") in {len(fast)} of {len(measured.runs)} runs',
             "are spin and precession exchanged, or is a unit not the one written?",
             column.places[first],
@@ -395,7 +366,7 @@ def _compare(readings: Readings, column: Column, expected: Floats) -> Diagnostic
     ratio = abs(column.values[first] or math.nan) / abs(expected[first])
     runs = ", ".join(readings.runs[i] for i in off[:6]) + (", …" if len(off) > 6 else "")
     return readings.diagnose(
-        G401,
+        DERIVED_COLUMN_DISAGREES,
         f'"{column.header}" is {ratio:.3g} times what the readings give in run{"s" if len(off) > 1 else ""} {runs}; '
         "the readings are used",
         "check turns, units and this column's arithmetic",

@@ -42,7 +42,7 @@ def _draw_period(ax: Axes, scene: Scene) -> None:
     """Period against spin, with the fitted law of each torque."""
     working = np.array([abs(group.summary.torque + scene.imbalance) for group in scene.groups])
     with np.errstate(divide="ignore"):
-        slopes = 2 * math.pi * scene.inertia * RPM / working
+        slopes = 2 * math.pi * scene.inertia / (1 / RPM) / working
     # A run without a weight may take an hour for a turn: it has no say in the limits.
     period, hollow = scene.period[scene.loaded], scene.hollow[scene.loaded]
     kept = period[~hollow] if not hollow.all() else period

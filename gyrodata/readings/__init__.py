@@ -11,12 +11,13 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
+from gyrodata.diagnostics import HEADER_WITHOUT_RUNS, QUANTITY_MISSING
 from gyrodata.readings.cells import check_value, read_cell
 from gyrodata.readings.columns import choose, note_unplaced
 from gyrodata.readings.grid import has_decimal_commas, make_grid
 from gyrodata.readings.lablog import MOST_OF_ONE_CODE, Column, Faults, Place, Readings, listing, split_lines
-from gyrodata.readings.layout import G202, Layout, find_layout
-from gyrodata.readings.meaning import G301, check_meaning
+from gyrodata.readings.layout import Layout, find_layout
+from gyrodata.readings.meaning import check_meaning
 from gyrodata.readings.reported import KINDS, Reported, canonical_key, read_reported
 from gyrodata.readings.roles import kind_of_role, to_display
 from gyrodata.readings.settings import Settings, read_options, read_settings, warn_of_lost_keys
@@ -109,11 +110,11 @@ def _read_table(layout: Layout, mapping: Mapping[str, str], given: Settings, fau
     table = build(layout, choice, given, faults)
     if not table.runs and not faults.has_error():
         hint = "a row without a time is no run: fill the times in"
-        faults.add(G202, "there is not one run with a time in this log", hint)
+        faults.add(HEADER_WITHOUT_RUNS, "there is not one run with a time in this log", hint)
         return table
     unread = {role for role in choice.used if role not in table.columns} if faults.has_error() else set()
     check_meaning(table, choice, unread | given.unread, faults)
-    if not any(diagnostic.code == G301 for diagnostic in faults.found):
+    if not any(diagnostic.code == QUANTITY_MISSING for diagnostic in faults.found):
         note_unplaced(choice, faults)
     return table
 

@@ -7,7 +7,13 @@ import re
 from functools import lru_cache
 from typing import NamedTuple
 
-from gyrodata.errors import register
+from gyrodata.diagnostics import (
+    CELL_BECAME_A_DATE,
+    CELL_IS_NO_NUMBER,
+    PER_SECOND_IS_AMBIGUOUS,
+    UNIT_MISSING,
+    UNIT_UNKNOWN,
+)
 from gyrodata.quantities import (
     PLAIN,
     Written,
@@ -22,16 +28,6 @@ from gyrodata.readings.roles import BY_NAME, kind_of_role
 from gyrodata.units import LIMITS, SI, Uncertainty, UnitError, examples, kind_in_words, kinds_of, parse_unit
 
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
-G203 = register("G203", "error", "a cell is not a number", _LOG + "20,15.0,56O,13.06,1/3\n")
-G204 = register("G204", "error", "a spreadsheet made a date of a cell", _LOG + "20,15.0,560,13.06,03.Jan\n")
-G205 = register(
-    "G205", "error", "a unit that is unknown, or of another kind", _LOG.replace("rpm", "furlong") + "20,15,4,7.06,1\n"
-)
-G206 = register("G206", "error", "a unit is missing", _LOG.replace(" [rpm]", "") + "20,15.0,560,13.06,1/3\n")
-G208 = register(
-    "G208", "error", "1/s can mean revolutions or radians", _LOG.replace("rpm", "1/s") + "20,15.0,9,13.06,1/3\n"
-)
-G215 = register("G215", "error", "a number that cannot be", _LOG + "20,15.0,406,0,1/3\n")
 BLANKS = frozenset({"", "-", "–", "—", "−", "--", "~", "‐", "‑"})
 """What stands where nothing was measured."""
 
@@ -158,7 +154,7 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Cell
         raise _not_a_number(text, written)
     _check_size(written)
     if ask and (ways := doubtful_comma(written, kind, unit)):
-        raise CellError(G203, f"can mean {ways}", "write it without marks between the thousands")
+        raise CellError(CELL_IS_NO_NUMBER, f"can mean {ways}", "write it without marks between the thousands")
     return _convert(written, kind, unit, text)
 
 
@@ -169,7 +165,7 @@ def _is_unit(text: str) -> bool:
 def _check_size(written: Written) -> None:
     """Refuse what divides by zero, or what a number of sixteen digits cannot hold."""
     if math.isinf(written.value) and "/" in written.number:
-        raise CellError(G203, "divides by zero")
+        raise CellError(CELL_IS_NO_NUMBER, "divides by zero")
     if written.spread is None and written.value and math.isfinite(written.value):
         return
     for number in (written.number, written.spread):
@@ -177,37 +173,39 @@ def _check_size(written: Written) -> None:
             continue
         value = to_float(number)
         if math.isinf(value):
-            raise CellError(G203, "is too large for a number", "write the value as it was read")
+            raise CellError(CELL_IS_NO_NUMBER, "is too large for a number", "write the value as it was read")
         if value == 0 and any(c in "123456789" for c in re.split("[eE]", number)[0]):
-            raise CellError(G203, "is too small for a number", "write the value as it was read")
+            raise CellError(CELL_IS_NO_NUMBER, "is too small for a number", "write the value as it was read")
 
 
 def _convert(written: Written, kind: str, unit: str | None, text: str) -> Cell:
     """Bring a number into SI with its last digit and its ±."""
     own = written.unit or unit
     if own is None and kind != "number":
-        raise CellError(G206, "has no unit", f"write one behind it: {examples(kind)}")
+        raise CellError(UNIT_MISSING, "has no unit", f"write one behind it: {examples(kind)}")
     try:
         value, step, uncertainty, known = in_si(written, kind, unit)
     except UnitError as error:
-        raise CellError(G208 if error.reason == "ambiguous" else G205, f": {error}", error.hint) from None
+        raise CellError(
+            PER_SECOND_IS_AMBIGUOUS if error.reason == "ambiguous" else UNIT_UNKNOWN, f": {error}", error.hint
+        ) from None
     if math.isinf(value) and written.value == 0:
-        raise CellError(G205, f': "{own}" is a time, not a rotation rate', "no turn takes no time")
+        raise CellError(UNIT_UNKNOWN, f': "{own}" is a time, not a rotation rate', "no turn takes no time")
     if uncertainty is not None and uncertainty.absolute > LIMITS.get(kind, (0.0, math.inf))[1]:
-        raise CellError(G203, "has an uncertainty that is far too large")
+        raise CellError(CELL_IS_NO_NUMBER, "has an uncertainty that is far too large")
     exact = value == 0 and set(text) <= set("+-−0")
     return Cell(value, None if exact else step, uncertainty, known)
 
 
 def _read_clock(match: re.Match[str], text: str, kind: str, unit: str | None) -> Cell:
     if kind != "time":
-        raise CellError(G203, "is a clock time, not a number")
+        raise CellError(CELL_IS_NO_NUMBER, "is a clock time, not a number")
     if unit not in (None, "s", "min"):
-        raise CellError(G205, f': a clock time under the unit "{unit}"', "write the column's unit as s")
+        raise CellError(UNIT_UNKNOWN, f': a clock time under the unit "{unit}"', "write the column's unit as s")
     hours, minutes, seconds = match.groups()
     late = to_float(seconds)
     if late >= 60 or (hours and int(minutes) >= 60):
-        raise CellError(G203, "is no clock time: 60 and more belong to the place before", "write mm:ss.cc")
+        raise CellError(CELL_IS_NO_NUMBER, "is no clock time: 60 and more belong to the place before", "write mm:ss.cc")
     step = float(f"1e{last_place(seconds)}")
     return Cell(int(hours or 0) * 3600 + int(minutes) * 60 + late, step, None, "s")
 
@@ -215,7 +213,7 @@ def _read_clock(match: re.Match[str], text: str, kind: str, unit: str | None) ->
 def _read_sense(text: str) -> Cell:
     key = fold_number(text).lower().replace(" ", "").replace("-c", "c")
     if key not in _SENSES:
-        raise CellError(G203, "is no sense of rotation", "write ccw (or +1) or cw (or -1)")
+        raise CellError(CELL_IS_NO_NUMBER, "is no sense of rotation", "write ccw (or +1) or cw (or -1)")
     return Cell(_SENSES[key], None, None, "")
 
 
@@ -224,27 +222,27 @@ def _not_a_number(text: str, written: Written | None) -> CellError:
     plain = fold_number(text)
     lower = plain.lower()
     if lower in ("nan", "na", "n/a", "#n/a", "none", "null", "inf", "-inf", "infinity", "#div/0!", "#value!"):
-        return CellError(G203, "is not a number", "leave the cell blank where nothing was measured")
+        return CellError(CELL_IS_NO_NUMBER, "is not a number", "leave the cell blank where nothing was measured")
     date = _read_as_date(text)
     if date is not None:
         return date
     mended = plain.translate(_MISTYPED)
     for candidate in (mended, mended.rstrip(".,;"), re.sub(r"([.,])[.,]+", r"\1", mended)):
         if candidate != plain and _is_bare(candidate):
-            return CellError(G203, "is not a number", f"did you mean {candidate}?")
+            return CellError(CELL_IS_NO_NUMBER, "is not a number", f"did you mean {candidate}?")
     if re.fullmatch(r"[-+]?[0-9]{1,3}(?:[ .,'][0-9]{3})+(?:[.,][0-9]*)?", plain):
-        return CellError(G203, "is not a number", "write it without marks between the thousands")
+        return CellError(CELL_IS_NO_NUMBER, "is not a number", "write it without marks between the thousands")
     if re.fullmatch(r"[0-9]+\s*(?:a|o|st|nd|rd|th|er|e|ème|ой|ый|я)\.?", lower) or "ª" in text or "º" in text:
-        return CellError(G203, "is an ordinal, not a number", "write how many, as 1, 2.5 or 1/3")
+        return CellError(CELL_IS_NO_NUMBER, "is an ordinal, not a number", "write how many, as 1, 2.5 or 1/3")
     clock = _SPOKEN_CLOCK.fullmatch(lower)
     if clock:
-        return CellError(G203, "is not a number", f"write it as {int(clock[1]):02d}:{clock[2].zfill(2)}")
+        return CellError(CELL_IS_NO_NUMBER, "is not a number", f"write it as {int(clock[1]):02d}:{clock[2].zfill(2)}")
     if (closer := take_apart(plain.replace(" (", "("))) and closer.spread and " (" in plain:
         hint = f"write {plain.replace(' (', '(')} if the bracket is its uncertainty"
-        return CellError(G203, "is not a number", hint)
+        return CellError(CELL_IS_NO_NUMBER, "is not a number", hint)
     if written is not None and written.unit and not written.named:
-        return CellError(G203, f'is not a number with a unit: "{written.unit}" is no unit known here')
-    return CellError(G203, "is not a number")
+        return CellError(CELL_IS_NO_NUMBER, f'is not a number with a unit: "{written.unit}" is no unit known here')
+    return CellError(CELL_IS_NO_NUMBER, "is not a number")
 
 
 def _is_bare(text: str) -> bool:
@@ -267,7 +265,9 @@ def _read_as_date(text: str) -> CellError | None:
         return None
     meant = f"did you mean {min(pair)}/{max(pair)}? " if pair else ""
     return CellError(
-        G204, "is a date, not a number", meant + "A spreadsheet does that to fractions: make the cells text first"
+        CELL_BECAME_A_DATE,
+        "is a date, not a number",
+        meant + "A spreadsheet does that to fractions: make the cells text first",
     )
 
 

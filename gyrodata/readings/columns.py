@@ -5,22 +5,23 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from gyrodata.errors import register
+from gyrodata.diagnostics import (
+    COLUMN_NOT_USED,
+    HEADER_FITS_TWO_ROLES,
+    HEADER_UNKNOWN,
+    MAPPED_HEADER_UNKNOWN,
+    MAPPED_ROLE_UNKNOWN,
+)
 from gyrodata.readings.grid import Text
 from gyrodata.readings.headers import Header, unit_for
 from gyrodata.readings.lablog import Faults, listing
 from gyrodata.readings.layout import Layout
 from gyrodata.readings.roles import derived_roles, kind_of_role, squeeze
-from gyrodata.readings.settings import G502, G503, Settings
+from gyrodata.readings.settings import Settings
 from gyrodata.units import UnitError, parse_unit
 
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns"
 _ROW = "20,15.0,406,13.06,1/3"
-G207 = register(
-    "G207", "error", "a header fits two roles", "mass [g],position [cm],spin [rpm],T [s]\n20,15.0,406,39.2\n"
-)
-G220 = register("G220", "note", "a column is not used", _LOG + ",T [s],Ω [1/s]\n" + _ROW + ",39.18,0.16\n")
-G221 = register("G221", "note", "headers that name nothing known", _LOG + ",moon\n" + _ROW + ",full\n")
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,11 +104,11 @@ def _mapped(layout: Layout, mapping: Mapping[str, str], faults: Faults) -> dict[
         places = exact or loose
         if not places:
             hint = f"the headers are: {listing([t for t in texts if t], 40)}"
-            raise faults.refuse(G502, f"--map {key}={wanted!r}: there is no such header", hint)
+            raise faults.refuse(MAPPED_HEADER_UNKNOWN, f"--map {key}={wanted!r}: there is no such header", hint)
         at = places[0]
         if at in found:
             message = f"--map gives the header {wanted!r} two roles, {found[at].role} and {key}"
-            raise faults.refuse(G503, message, "one column can serve one role")
+            raise faults.refuse(MAPPED_ROLE_UNKNOWN, message, "one column can serve one role")
         role, _, number = key.partition("_") if key.startswith("time_") else (key, "", "")
         header = layout.headers[at]
         if header.unit is None:
@@ -137,7 +138,9 @@ def _eliminate(
         ):
             choice.serve(Chosen(at, layout.cells[at], layout.headers[at], role))
         shown = listing([layout.cells[at].text for at in numbered])
-        faults.add(G220, f"{shown}: taken as the spin at the start and at the end", "if not, name them with --map")
+        faults.add(
+            COLUMN_NOT_USED, f"{shown}: taken as the spin at the start and at the end", "if not, name them with --map"
+        )
         open_columns = [(at, roles) for at, roles in open_columns if at not in numbered]
     progress = True
     while progress and open_columns:
@@ -160,10 +163,10 @@ def _eliminate(
             )
             message = f'the header "{cell.text}" fits {" and ".join(left)}'
             choice.asked.update(left)
-            faults.add(G207, message, f"say which: {ways}", cell.place, len(cell.text))
+            faults.add(HEADER_FITS_TWO_ROLES, message, f"say which: {ways}", cell.place, len(cell.text))
         else:
             message = f'the column "{cell.text}" is not used: it fits {" and ".join(roles)}'
-            faults.add(G220, message, "", cell.place, len(cell.text))
+            faults.add(COLUMN_NOT_USED, message, "", cell.place, len(cell.text))
 
 
 def _counts_turns(header: Header) -> bool:
@@ -221,4 +224,6 @@ def note_unplaced(choice: Choice, faults: Faults) -> None:
     if choice.unplaced:
         texts = [cell.text or f"(column {cell.column}, no header)" for cell in choice.unplaced]
         word = "column is" if len(texts) == 1 else "columns are"
-        faults.add(G221, f"the {word} not used: {listing(texts)}", "if one is needed, name it with --map role=HEADER")
+        faults.add(
+            HEADER_UNKNOWN, f"the {word} not used: {listing(texts)}", "if one is needed, name it with --map role=HEADER"
+        )

@@ -6,19 +6,19 @@ import re
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from gyrodata.errors import register
+from gyrodata.diagnostics import (
+    CELL_TOO_LONG,
+    NO_DELIMITER,
+    QUOTE_NEVER_CLOSED,
+    ROW_TAKEN_OUT,
+    TOO_MANY_COLUMNS,
+    TOO_MANY_ROWS,
+)
 from gyrodata.readings.lablog import Faults, Place, span
 from gyrodata.readings.source import MAX_COLUMNS, MAX_ROWS, Document
 
 MAX_CELL = 10_000
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
-G209 = register("G209", "error", "a row has more cells than the header", _LOG + "20,15,0,560,13,06,1/3\n")
-G222 = register("G222", "error", "no delimiter between the columns", "mass position spin time\n20 15.0 560 13.06\n")
-G223 = register("G223", "error", "more than 100 000 rows", "analyze hundred-thousand-rows.csv")
-G224 = register("G224", "error", "more than 200 columns", "a,b," * 120 + "c\n1,2\n")
-G225 = register("G225", "error", "a cell of more than 10 000 characters", _LOG + "x" * 10_001 + ",1,1,1,1\n")
-G228 = register("G228", "note", "a row that a # takes out", _LOG + "20,15,406,13.06,1/3\n#20,15,598,19.2,1/3\n")
-G226 = register("G226", "error", "a quoted cell is never closed", _LOG + '20,"15.0,560,13.06,1/3\n')
 
 
 class Text(NamedTuple):
@@ -81,12 +81,16 @@ def make_grid(document: Document) -> Grid:
         else:
             body.append(index)
     if len(body) - 1 > MAX_ROWS:  # without the header
-        raise faults.refuse(G223, f"{len(body) - 1} rows; at most 100 000 are read", "a lab log has some dozens")
+        raise faults.refuse(
+            TOO_MANY_ROWS, f"{len(body) - 1} rows; at most 100 000 are read", "a lab log has some dozens"
+        )
     delimiter = forced or find_delimiter([lines[i] for i in body[:30]])
     if delimiter is None and body:
         line = lines[body[0]]
         hint = "put a comma, a semicolon or a tab between the columns"
-        raise faults.refuse(G222, "no delimiter between the columns was found", hint, Place(body[0] + 1, 1), len(line))
+        raise faults.refuse(
+            NO_DELIMITER, "no delimiter between the columns was found", hint, Place(body[0] + 1, 1), len(line)
+        )
     rows = _split_rows(lines, body, delimiter or ",", faults)
     width = len(rows[0]) if rows else 0
     hidden = [
@@ -95,7 +99,7 @@ def make_grid(document: Document) -> Grid:
         if delimiter and width > 2 and c.text.count(delimiter) == width - 1 and c.text[:1].isdigit()
     ]
     if hidden:
-        faults.add(G228, f"{span(hidden)}: begins with # and is left out", "", Place(hidden[0], 1))
+        faults.add(ROW_TAKEN_OUT, f"{span(hidden)}: begins with # and is left out", "", Place(hidden[0], 1))
     return Grid(delimiter or ",", rows, metadata, comments)
 
 
@@ -166,7 +170,7 @@ def _split_rows(lines: list[str], body: list[int], delimiter: str, faults: Fault
 
 def _too_many_columns(count: int, line: int, faults: Faults) -> Exception:
     hint = "a lab log has about ten; is this another table?"
-    return faults.refuse(G224, f"{count} columns; at most {MAX_COLUMNS} are read", hint, Place(line, 1))
+    return faults.refuse(TOO_MANY_COLUMNS, f"{count} columns; at most {MAX_COLUMNS} are read", hint, Place(line, 1))
 
 
 def _split_plain(line: str, number: int, delimiter: str, faults: Faults) -> list[Text]:
@@ -186,7 +190,7 @@ def _split_plain(line: str, number: int, delimiter: str, faults: Faults) -> list
 
 
 def _long_cell(length: int, cell: Text, faults: Faults) -> Exception:
-    return faults.refuse(G225, f"a cell of {length} characters; at most 10 000 are read", "", cell.place)
+    return faults.refuse(CELL_TOO_LONG, f"a cell of {length} characters; at most 10 000 are read", "", cell.place)
 
 
 def _split_quoted(lines: list[str], index: int, delimiter: str, faults: Faults) -> tuple[list[Text], int]:
@@ -238,4 +242,4 @@ def _read_quoted(lines: list[str], index: int, position: int, opened: Place, fau
             return "".join(parts), index, end + 1
         if index >= len(lines) or length > MAX_CELL:
             message = "a quoted cell begins here and is never closed"
-            raise faults.refuse(G226, message, 'close it with ", or take the quote away', opened)
+            raise faults.refuse(QUOTE_NEVER_CLOSED, message, 'close it with ", or take the quote away', opened)

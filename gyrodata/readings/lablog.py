@@ -8,7 +8,8 @@ from functools import cached_property
 from types import MappingProxyType
 from typing import NamedTuple
 
-from gyrodata.errors import CODES, Diagnostic, InputError
+from gyrodata.diagnostics import CODES
+from gyrodata.errors import Diagnostic, InputError
 from gyrodata.readings.reported import Reported
 from gyrodata.units import Uncertainty
 
@@ -137,7 +138,7 @@ class Readings:
         Parameters
         ----------
         code : str
-            A registered code; it brings the severity.
+            One of `gyrodata.diagnostics`; it brings the severity.
         message, hint : str
             What is wrong, and what to type.
         place : Place or None

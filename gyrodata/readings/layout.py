@@ -5,7 +5,16 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from gyrodata.errors import register
+from gyrodata.diagnostics import (
+    BLOCKS_SIDE_BY_SIDE,
+    BLOCKS_STACKED,
+    HEADER_PARTED_BY_COMMA,
+    HEADER_STANDS_TWICE,
+    HEADER_WITHOUT_RUNS,
+    NO_HEADER_ROW,
+    ROW_IS_ONLY_A_TITLE,
+    TABLE_TRANSPOSED,
+)
 from gyrodata.readings.cells import is_blank
 from gyrodata.readings.grid import Grid, Text
 from gyrodata.readings.headers import Header, parse_header, with_unit
@@ -16,16 +25,6 @@ from gyrodata.units import kinds_of
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
 _ROW = "20,15.0,406,13.06,1/3\n"
 _HINT = "the first row names the columns, such as: mass [g], position [cm], spin [rpm], time [s], turns"
-G201 = register("G201", "error", "no header row", _ROW)
-G202 = register("G202", "error", "a header without runs", _LOG)
-G210 = register("G210", "error", "two columns with the same header", "time [s],time [s]\n1,2\n")
-G211 = register("G211", "error", "blocks stand side by side", 'N,"t, s",N,"t, s"\n1,7.3,1,8.2\n')
-G212 = register("G212", "error", "blocks are stacked", _LOG + _ROW + _LOG + _ROW)
-G213 = register("G213", "error", "the table is transposed", "mass [g],20,40\ntime [s],7.06,6.90\n")
-G214 = register("G214", "error", "a row that is only a title", "Task III\n" + _LOG + _ROW)
-
-
-G232 = register("G232", "error", "a header that its own comma parts", "m, g,x [cm],spin [rpm],time [s],turns\n" + _ROW)
 
 
 @dataclass(frozen=True)
@@ -43,7 +42,7 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
     """Find the header and the rows; None, with diagnostics, where there is no such table."""
     rows = grid.rows
     if not rows:
-        faults.add(G201, "there is no table in this log", _HINT)
+        faults.add(NO_HEADER_ROW, "there is no table in this log", _HINT)
         return None
     for check in (_is_transposed, _stands_side_by_side, _starts_with_title):
         if check(rows, faults):
@@ -54,7 +53,9 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
         hint = _HINT
         if any(comment.text.count(grid.delimiter) == len(head) - 1 for comment in grid.comments):
             hint = "take the # away from the line with the names of the columns"
-        faults.add(G201, "there is no header row: the first row holds numbers", hint, head[0].place, len(head[0].text))
+        faults.add(
+            NO_HEADER_ROW, "there is no header row: the first row holds numbers", hint, head[0].place, len(head[0].text)
+        )
         return None
     body = rows[1:]
     if body and _is_unit_row(body[0]):
@@ -67,7 +68,9 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
     ):
         return None
     if not body:
-        faults.add(G202, "there is a header, but not one run below it", "write one row for each timed run")
+        faults.add(
+            HEADER_WITHOUT_RUNS, "there is a header, but not one run below it", "write one row for each timed run"
+        )
         return None
     return Layout(head, headers, body)
 
@@ -95,7 +98,11 @@ def _is_transposed(rows: list[list[Text]], faults: Faults) -> bool:
     names = listing([row[0].text for row in named])
     hint = "turn it: one column for each quantity, one row for each run (in a spreadsheet: Paste special, Transpose)"
     faults.add(
-        G213, f"the names stand at the side ({names}): the table is transposed", hint, cell.place, len(cell.text)
+        TABLE_TRANSPOSED,
+        f"the names stand at the side ({names}): the table is transposed",
+        hint,
+        cell.place,
+        len(cell.text),
     )
     return True
 
@@ -113,7 +120,9 @@ def _stands_side_by_side(rows: list[list[Text]], faults: Faults) -> bool:
         if sum(bool(_ASSIGNMENT.fullmatch(c.text)) for c in row) > 1 or _cycle([n for n in names if n]):
             shown = listing([c.text for c in row if c.text])
             hint = "put the blocks below each other, with a column for what differs (such as mass [g])"
-            faults.add(G211, f"blocks stand side by side: {shown}", hint, cell.place, max(1, len(cell.text)))
+            faults.add(
+                BLOCKS_SIDE_BY_SIDE, f"blocks stand side by side: {shown}", hint, cell.place, max(1, len(cell.text))
+            )
             return True
     return False
 
@@ -141,7 +150,7 @@ def _starts_with_title(rows: list[list[Text]], faults: Faults) -> bool:
 
 def _add_title(cell: Text, faults: Faults) -> None:
     hint = "put a # before the line, or take it out; what it says of the runs goes into a column"
-    faults.add(G214, f'line {cell.line} holds only "{cell.text[:60]}"', hint, cell.place, len(cell.text))
+    faults.add(ROW_IS_ONLY_A_TITLE, f'line {cell.line} holds only "{cell.text[:60]}"', hint, cell.place, len(cell.text))
 
 
 def _bare(text: str) -> str:
@@ -177,7 +186,7 @@ def _is_parted(head: list[Text], headers: list[Header], faults: Faults) -> bool:
         if alone and header.roles and header.unit is None:
             message = f'"{unit.text}" stands alone in its cell: is it the unit of "{cell.text}"?'
             hint = f'write "{cell.text} [{unit.text}]", or put the header in quotes'
-            faults.add(G232, message, hint, unit.place, len(unit.text))
+            faults.add(HEADER_PARTED_BY_COMMA, message, hint, unit.place, len(unit.text))
             return True
     return False
 
@@ -190,7 +199,7 @@ def _repeats_a_header(head: list[Text], faults: Faults) -> bool:
         if key and key in seen:
             hint = "name repeats of one time time_1, time_2, …; rename or remove the other columns"
             message = f'two columns are called "{cell.text[:60]}"'
-            faults.add(G210, message, hint, cell.place, len(cell.text))
+            faults.add(HEADER_STANDS_TWICE, message, hint, cell.place, len(cell.text))
             found = True
         seen.setdefault(key, cell)
     return found
@@ -205,7 +214,9 @@ def _is_stacked(body: list[list[Text]], width: int, headers: list[Header], fault
         named = [cell for cell in filled if parse_header(cell.text).roles]
         if len(named) > 1:
             hint = "keep one header row; what differs between the blocks goes into a column"
-            faults.add(G212, f"a second header row in line {row[0].line}: blocks are stacked", hint, named[0].place)
+            faults.add(
+                BLOCKS_STACKED, f"a second header row in line {row[0].line}: blocks are stacked", hint, named[0].place
+            )
             return True
         at = row.index(filled[0])
         text_column = at < width and set(headers[at].roles) & {"run", "note"}

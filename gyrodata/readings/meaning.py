@@ -5,42 +5,20 @@ from __future__ import annotations
 import math
 import re
 
-from gyrodata.errors import register
+from gyrodata.diagnostics import (
+    QUANTITY_MISSING,
+    RUN_LACKS_QUANTITY,
+    TIME_AND_PERIOD_EXCHANGED,
+    TURNS_CONTRADICT_ANGLE,
+    TURNS_FOR_ONE_PERIOD,
+    VALUE_BELOW_ITS_FIRST_ROW,
+)
 from gyrodata.readings.columns import Choice
 from gyrodata.readings.headers import MAX_HEADER, parse_header, suggest_role
 from gyrodata.readings.lablog import Column, Faults, Place, listing, span
 from gyrodata.readings.roles import BY_NAME, kind_of_role
 from gyrodata.readings.table import Table
 from gyrodata.units import DISPLAY, kinds_of
-
-G301 = register(
-    "G301", "error", "a quantity is missing", "mass [g],position [cm],spin [rpm],time [s]\n20,15.0,406,13.06\n"
-)
-G302 = register(
-    "G302",
-    "error",
-    "a run lacks a quantity",
-    "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n20,15.0,598,19.2,\n",
-)
-G303 = register(
-    "G303",
-    "error",
-    "turns and angle contradict each other",
-    "mass [g],position [cm],spin [rpm],time [s],turns,angle [deg]\n20,15.0,406,13.06,1/3,90\n",
-)
-
-G230 = register(
-    "G230",
-    "error",
-    "turns are given for the time of one turn",
-    "mass [g],position [cm],spin [rpm],precession period [s],turns\n20,15.0,406,39.2,3\n",
-)
-G231 = register(
-    "G231",
-    "error",
-    "the time and the period are exchanged",
-    "mass [g],position [cm],spin [rpm],t [s],T [s],turns\n20,15.0,406,39.2,117.6,3\n",
-)
 
 
 def check_meaning(table: Table, choice: Choice, unread: set[str], faults: Faults) -> None:
@@ -55,7 +33,7 @@ def check_meaning(table: Table, choice: Choice, unread: set[str], faults: Faults
     unread : set of str
         Roles whose column is there but could not be read, which has been said already.
     """
-    said = any(diagnostic.code == "G219" for diagnostic in faults.found)
+    said = any(diagnostic.code == VALUE_BELOW_ITS_FIRST_ROW for diagnostic in faults.found)
     missing = [role for role in _missing_roles(table.columns, unread) if role not in choice.asked]
     if "precession_period" in choice.asked and "turns" in missing:
         missing.remove("turns")  # needed or not, by what is answered
@@ -109,7 +87,7 @@ def _add_missing(role: str, choice: Choice, faults: Faults, missing: list[str]) 
         message += f"; headers that could not be placed: {listing(texts)}"
     hint = "; ".join(ways) + BY_NAME[role].instead
     said = role == "turns" and "time" in missing
-    faults.add(G301, message, hint if said else advise(role, texts) + hint)
+    faults.add(QUANTITY_MISSING, message, hint if said else advise(role, texts) + hint)
 
 
 def _check_runs(table: Table, faults: Faults) -> None:
@@ -147,7 +125,7 @@ def _check_runs(table: Table, faults: Faults) -> None:
         hint = f"write it there; a blank cell takes the {role} above only within one block of filled rows"
         if role in ("turns", "angle"):
             hint = f'write it there, or for all blank cells a line "# {role}: …"'
-        faults.add(G302, f"{span(lines)}: no {role}", hint, Place(lines[0], 1))
+        faults.add(RUN_LACKS_QUANTITY, f"{span(lines)}: no {role}", hint, Place(lines[0], 1))
 
 
 def _spin_lacking(columns: dict[str, Column], run: int) -> str:
@@ -170,7 +148,9 @@ def _check_turns(table: Table, faults: Faults) -> None:
             message = (
                 f"run {table.runs[run]}: {turns.texts[run]} turns are {360 * count:.4g} degrees, not {angle.texts[run]}"
             )
-            faults.add(G303, message, "correct one of the two, or take one column out", angle.places[run])
+            faults.add(
+                TURNS_CONTRADICT_ANGLE, message, "correct one of the two, or take one column out", angle.places[run]
+            )
 
 
 def _check_period(table: Table, faults: Faults) -> None:
@@ -188,7 +168,7 @@ def _check_period(table: Table, faults: Faults) -> None:
         message = f'"{period.header}" is the time of one whole turn, and yet {given} given'
         hint = f'if it is the time of {those}: --map time="{period.header}"; if not, take {counted.role} out'
         place = next((place for place in counted.places if place is not None), period.places[0])
-        faults.add(G230, message, hint, place)
+        faults.add(TURNS_FOR_ONE_PERIOD, message, hint, place)
         return
     time = columns["time"]
     if period is None or period.header == time.header:
@@ -201,7 +181,7 @@ def _check_period(table: Table, faults: Faults) -> None:
     if telling and exchanged * 2 > telling:
         message = f'"{period.header}" is the turns times "{time.header}": the first is the time, the second the period'
         hint = f'--map time="{period.header}" --map precession_period="{time.header}"'
-        faults.add(G231, message, hint, period.places[0], len(period.texts[0]))
+        faults.add(TIME_AND_PERIOD_EXCHANGED, message, hint, period.places[0], len(period.texts[0]))
 
 
 _DEGREES = re.compile(r"([0-9]+(?:[.,][0-9]+)?)\s*(?:°|º|˚|deg)")

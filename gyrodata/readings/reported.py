@@ -12,17 +12,9 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Literal
 
-from gyrodata.errors import register
 from gyrodata.quantities import Written, doubtful_comma, fold_number, in_si, last_place, take_apart, to_float
 from gyrodata.readings.headers import name_roles
 from gyrodata.units import SI, UnitError, examples, kinds_of, parse_unit
-
-G308 = register(
-    "G308",
-    "note",
-    "a reported value that cannot be read as it stands",
-    "# reported_inertia: 4.4e-3\nmass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n",
-)
 
 PREFIX = "reported_"
 KINDS: Mapping[str, str] = MappingProxyType(

@@ -10,26 +10,27 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 
-from gyrodata.errors import InputError, register
+from gyrodata.diagnostics import (
+    CONFIG_CANNOT_BE_READ,
+    KEY_GIVEN_TWICE,
+    KEY_NEARLY_KNOWN,
+    KEY_VALUE_CANNOT_BE_READ,
+    MAPPED_ROLE_UNKNOWN,
+    OPTION_KEY_UNKNOWN,
+    OPTION_VALUE_CANNOT_BE_READ,
+    REPORTED_VALUE_CANNOT_BE_READ,
+)
+from gyrodata.errors import InputError
 from gyrodata.quantities import parse_quantity, parse_uncertainty
 from gyrodata.readings.cells import Cell, CellError, check_value, is_blank, read_cell
 from gyrodata.readings.grid import Text
 from gyrodata.readings.headers import name_roles
 from gyrodata.readings.lablog import Faults, Place, listing
-from gyrodata.readings.reported import G308, KINDS, PREFIX, Reported, canonical_key, read_reported
+from gyrodata.readings.reported import KINDS, PREFIX, Reported, canonical_key, read_reported
 from gyrodata.readings.roles import BALANCE, CONSTANTS, KEYS, MOTION, MOTIONS, ROLES, UNCERTAINTIES, kind_of_role
 from gyrodata.units import Uncertainty, UnitError
 
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n"
-G304 = register("G304", "note", "an option takes the place of a column", 'analyze log.csv --set spin="400 rpm"')
-G305 = register("G305", "warning", "a # key that is nearly one this tool knows", "# u_tme: 0.2 s\n" + _LOG)
-G306 = register("G306", "error", "the value of a # line cannot be read", "# g: fast\n" + _LOG)
-G307 = register("G307", "error", "a # key is given twice, with two values", "# g: 9.8 m/s^2\n# g: 9.9 m/s^2\n" + _LOG)
-G501 = register("G501", "error", "--set or --config: there is no such key", "analyze log.csv --set trns=1")
-G502 = register("G502", "error", "--map: there is no such header", 'analyze log.csv --map time="Zeitpunkt"')
-G503 = register("G503", "error", "--map: there is no such role", 'analyze log.csv --map tme="time [s]"')
-G504 = register("G504", "error", "--set or --config: the value cannot be read", "analyze log.csv --set g=fast")
-G505 = register("G505", "error", "--config: the file cannot be read", "analyze log.csv --config no-such-file.toml")
 
 
 _REMARKS_LOOKED_AT = 200
@@ -90,12 +91,12 @@ def read_options(
     for item in given:
         if item.key not in known:
             hint = _close(item.key, known) or f"keys are: {listing(known, 60)}"
-            faults.add(G501, f"{item.label}: there is no such key", hint)
+            faults.add(OPTION_KEY_UNKNOWN, f"{item.label}: there is no such key", hint)
     roles = (*ROLES, *UNCERTAINTIES)
     for role in mapping:
         if role not in roles and not re.fullmatch(r"time_[1-9][0-9]?", role):
             hint = _close(role, roles) or f"roles are: {listing(list(ROLES), 60)}"
-            faults.add(G503, f"--map {role}=…: there is no such role", hint)
+            faults.add(MAPPED_ROLE_UNKNOWN, f"--map {role}=…: there is no such role", hint)
     if faults.has_error():
         raise InputError(faults.found)
     return given, dict(mapping)
@@ -117,14 +118,18 @@ def _read_config(path: Path, faults: Faults) -> dict[str, str]:
     except (OSError, ValueError, RecursionError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
         hint = 'it holds lines such as: g = "9.803 m/s^2"'
-        raise faults.refuse(G505, f"--config {str(path)!r} cannot be read: {reason}", hint) from None
+        raise faults.refuse(CONFIG_CANNOT_BE_READ, f"--config {str(path)!r} cannot be read: {reason}", hint) from None
     values: dict[str, str] = {}
     for key, value in table.items():
         if isinstance(value, dict | list):
             hint = 'write its keys at the top, such as g = "9.803 m/s^2"; columns are named with --map role=HEADER'
-            raise faults.refuse(G504, f"--config {key}: a table or a list, not a number or a text", hint)
+            raise faults.refuse(
+                OPTION_VALUE_CANNOT_BE_READ, f"--config {key}: a table or a list, not a number or a text", hint
+            )
         if isinstance(value, bool) or not isinstance(value, str | int | float):
-            raise faults.refuse(G504, f"--config {key}: not a number or a text", f'write {key} = "…"')
+            raise faults.refuse(
+                OPTION_VALUE_CANNOT_BE_READ, f"--config {key}: not a number or a text", f'write {key} = "…"'
+            )
         values[key] = str(value)
     return values
 
@@ -155,7 +160,7 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
             continue
         if known in seen and seen[known].text != text.text:
             message = f"{known} is given twice, in lines {seen[known].line} and {text.line}"
-            faults.add(G307, message, "keep one, or write it as a column", text.place, len(text.text))
+            faults.add(KEY_GIVEN_TWICE, message, "keep one, or write it as a column", text.place, len(text.text))
             continue
         seen[known] = text
         item = Given(known, text.text, f"# {known}", text.place)
@@ -165,13 +170,13 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
             if known in ROLES:
                 settings.unread.add(known)
             message = f'{known} "{text.text[:60]}"{error.joint}{error}'
-            faults.add(G306, message, error.hint, text.place, len(text.text))
+            faults.add(KEY_VALUE_CANNOT_BE_READ, message, error.hint, text.place, len(text.text))
     for item in options:
         try:
             _enter(settings, item, True)
         except CellError as error:
-            faults.add(G504, f'{item.label}: "{item.text[:60]}"{error.joint}{error}', error.hint)
-            raise InputError([d for d in faults.found if d.code == G504]) from None
+            faults.add(OPTION_VALUE_CANNOT_BE_READ, f'{item.label}: "{item.text[:60]}"{error.joint}{error}', error.hint)
+            raise InputError([d for d in faults.found if d.code == OPTION_VALUE_CANNOT_BE_READ]) from None
     return settings
 
 
@@ -184,7 +189,7 @@ def _enter_reported(settings: Settings, key: str, text: Text, faults: Faults, as
     close = [] if name in KINDS else difflib.get_close_matches(name, KINDS, n=1, cutoff=0.75)
     if close:
         message, hint = f'"# {key}" is no value that is asked for', f'did you mean "# {PREFIX}{close[0]}: {text.text}"?'
-        faults.add(G305, message, hint, text.place, len(text.text))
+        faults.add(KEY_NEARLY_KNOWN, message, hint, text.place, len(text.text))
     reported = read_reported(key, text.text, text.line, ask)
     if before is not None:
         problem = f"{name} is reported twice, in lines {before.line} and {text.line}, with two values"
@@ -192,7 +197,9 @@ def _enter_reported(settings: Settings, key: str, text: Text, faults: Faults, as
     settings.reported[name] = reported
     if reported.problem:
         hint = _SAMPLE if name == "inertia" else ""
-        faults.add(G308, f"{PREFIX}{name}: {reported.problem}", hint, text.place, len(text.text))
+        faults.add(
+            REPORTED_VALUE_CANNOT_BE_READ, f"{PREFIX}{name}: {reported.problem}", hint, text.place, len(text.text)
+        )
 
 
 def warn_of_lost_keys(comments: list[Text], faults: Faults) -> None:
@@ -202,7 +209,7 @@ def warn_of_lost_keys(comments: list[Text], faults: Faults) -> None:
         if match and (match[1].lower() in KEYS or match[1].lower().startswith(PREFIX)):
             message = f'"# {comment.text[:60]}" is kept as a remark; nothing is read from it'
             hint = f'did you mean "# {match[1].lower()}: {match[2][:60]}"?'
-            faults.add(G305, message, hint, Place(comment.line, comment.column), len(comment.text))
+            faults.add(KEY_NEARLY_KNOWN, message, hint, Place(comment.line, comment.column), len(comment.text))
 
 
 def _warn_if_misspelt(settings: Settings, key: str, text: Text, faults: Faults) -> None:
@@ -217,7 +224,7 @@ def _warn_if_misspelt(settings: Settings, key: str, text: Text, faults: Faults) 
         close = roles[:1] if text.text[:1].isdigit() else []
     if close:
         message = f'"# {key}" is kept as a remark; nothing is read from it'
-        faults.add(G305, message, f'did you mean "# {close[0]}: {text.text}"?', text.place, len(text.text))
+        faults.add(KEY_NEARLY_KNOWN, message, f'did you mean "# {close[0]}: {text.text}"?', text.place, len(text.text))
 
 
 @lru_cache(maxsize=1024)
@@ -235,23 +242,29 @@ def _enter(settings: Settings, item: Given, ask: bool) -> None:
     if key == MOTION:
         settings.motion = item.text.strip().lower()
         if settings.motion not in MOTIONS:
-            raise CellError(G306, "is no way to start the rod", 'write "released" (let go from rest) or "steady"')
+            raise CellError(
+                KEY_VALUE_CANNOT_BE_READ,
+                "is no way to start the rod",
+                'write "released" (let go from rest) or "steady"',
+            )
         return
     kind = kind_of_role(key)
     if key in UNCERTAINTIES:
         try:
             uncertainty = parse_uncertainty(item.text, kind, ask=ask)
         except UnitError as error:
-            raise CellError(G306, f"is no uncertainty: {error}", error.hint) from None
+            raise CellError(KEY_VALUE_CANNOT_BE_READ, f"is no uncertainty: {error}", error.hint) from None
         if key.endswith("_scale") and uncertainty.absolute:
-            raise CellError(G306, "is not a share", 'the error of a whole scale is in %, such as "0.1 %"')
+            raise CellError(
+                KEY_VALUE_CANNOT_BE_READ, "is not a share", 'the error of a whole scale is in %, such as "0.1 %"'
+            )
         settings.uncertainties[key] = uncertainty
         settings.given_uncertainties[key] = item
         return
     cell = read_cell(item.text, kind, None, ask)
     if key in CONSTANTS:
         if not cell.value > 0:
-            raise CellError(G306, "is not above zero")
+            raise CellError(KEY_VALUE_CANNOT_BE_READ, "is not above zero")
         _refuse_beyond(key, cell.value)
         settings.constants[key] = cell.value
         if cell.uncertainty is not None:
@@ -264,7 +277,7 @@ def _enter(settings: Settings, item: Given, ask: bool) -> None:
 def _refuse_beyond(key: str, value: float) -> None:
     fault, hint = check_value(key, value)
     if fault:
-        raise CellError(G306, fault, hint)
+        raise CellError(KEY_VALUE_CANNOT_BE_READ, fault, hint)
 
 
 def _enter_balance(settings: Settings, item: Given) -> None:
@@ -273,15 +286,17 @@ def _enter_balance(settings: Settings, item: Given) -> None:
     sample = '"5 deg in 60 s at 400 rpm"' if drift else '"3 deg in 10 s"'
     match = re.fullmatch(pattern, item.text.strip())
     if match is None:
-        raise CellError(G306, "is not understood", f"write it like {sample}")
+        raise CellError(KEY_VALUE_CANNOT_BE_READ, "is not understood", f"write it like {sample}")
     try:
         numbers = [
             parse_quantity(text, kind) for text, kind in zip(match.groups(), ("angle", "time", "rate"), strict=False)
         ]
     except UnitError as error:
-        raise CellError(G306, f"is not understood: {error}", error.hint or f"write it like {sample}") from None
+        raise CellError(
+            KEY_VALUE_CANNOT_BE_READ, f"is not understood: {error}", error.hint or f"write it like {sample}"
+        ) from None
     if numbers[1] <= 0 or (drift and numbers[2] == 0):
-        raise CellError(G306, "needs a time and a spin above zero", f"write it like {sample}")
+        raise CellError(KEY_VALUE_CANNOT_BE_READ, "needs a time and a spin above zero", f"write it like {sample}")
     for role, number in zip(("angle", "time", "spin"), numbers, strict=False):
         if number:
             _refuse_beyond(role, abs(number))

@@ -14,7 +14,18 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple, TextIO
 
-from gyrodata.errors import printable, register
+from gyrodata.diagnostics import (
+    CODE_PAGE_GUESSED,
+    COMPRESSED_FILE_DAMAGED,
+    FILE_CANNOT_BE_OPENED,
+    FILE_NOT_FOUND,
+    FILE_TOO_LARGE,
+    LOG_IS_EMPTY,
+    NOT_TEXT,
+    OTHER_KIND_OF_FILE,
+    WORKBOOK_CANNOT_BE_READ,
+)
+from gyrodata.errors import printable
 from gyrodata.readings.lablog import Faults, listing
 
 if TYPE_CHECKING:
@@ -26,20 +37,6 @@ MAX_BYTES = 10 * 1000 * 1000
 MAX_ROWS = 100_000
 MAX_COLUMNS = 200
 
-G101 = register("G101", "error", "there is no such file", "analyze no-such-file.csv")
-G102 = register("G102", "error", "the file cannot be opened", "analyze .")
-G103 = register("G103", "error", "the log is empty", "")
-G104 = register("G104", "error", "another kind of file", "%PDF-1.7 a report, not a log")
-G105 = register("G105", "error", "not text", "mass [g]\x00position")
-G106 = register("G106", "error", "the file is too large", "analyze eleven-megabytes.csv")
-G107 = register("G107", "error", "a compressed file that is damaged", "\x1f\x8b\x08 and no more")
-G108 = register("G108", "error", "a workbook that cannot be read", "analyze log.xlsx")
-G109 = register(
-    "G109",
-    "note",
-    "the file is not UTF-8; a code page was guessed",
-    "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,206,7.06,1/3 \xb1\n",
-)
 
 _SIGNATURES: tuple[tuple[bytes, str], ...] = (
     (b"\x89PNG", "a PNG picture"),
@@ -97,7 +94,9 @@ def load(source: Source, name: str | None) -> Document:
     faults = Faults(shown)
     digest = _digest(data)
     if len(data) > MAX_BYTES:
-        raise faults.refuse(G106, "the file is larger than 10 MB", "a lab log has a few kilobytes; is this the one?")
+        raise faults.refuse(
+            FILE_TOO_LARGE, "the file is larger than 10 MB", "a lab log has a few kilobytes; is this the one?"
+        )
     if data.startswith(b"\x1f\x8b"):
         data = _decompress(data, faults)
     if data.startswith(b"PK\x03\x04"):
@@ -106,10 +105,12 @@ def load(source: Source, name: str | None) -> Document:
     _refuse_other_files(data, faults)
     text, encoding = decode(data, faults)
     if not text.strip():
-        raise faults.refuse(G103, "the log is empty", "write a blank log to fill in with: gyro template")
+        raise faults.refuse(LOG_IS_EMPTY, "the log is empty", "write a blank log to fill in with: gyro template")
     faults = _with_text(faults, text)
     if encoding:
-        faults.add(G109, f"the file is not UTF-8; it was read as {encoding}", "save it as UTF-8 to be sure")
+        faults.add(
+            CODE_PAGE_GUESSED, f"the file is not UTF-8; it was read as {encoding}", "save it as UTF-8 to be sure"
+        )
     return Document(shown, digest, text, faults)
 
 
@@ -147,12 +148,14 @@ def _read_path(source: str | os.PathLike[str], name: str | None) -> tuple[str, b
         with path.open("rb") as file:
             return shown, file.read(MAX_BYTES + 1)
     except FileNotFoundError:
-        raise faults.refuse(G101, f"there is no file {str(path)!r}", _neighbours(path)) from None
+        raise faults.refuse(FILE_NOT_FOUND, f"there is no file {str(path)!r}", _neighbours(path)) from None
     except IsADirectoryError:
-        raise faults.refuse(G102, f"{str(path)!r} is a folder, not a log", "give the file in it") from None
+        raise faults.refuse(
+            FILE_CANNOT_BE_OPENED, f"{str(path)!r} is a folder, not a log", "give the file in it"
+        ) from None
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        raise faults.refuse(G102, f"{str(path)!r} cannot be opened: {reason}") from None
+        raise faults.refuse(FILE_CANNOT_BE_OPENED, f"{str(path)!r} cannot be opened: {reason}") from None
 
 
 def _neighbours(path: Path) -> str:
@@ -173,11 +176,15 @@ def _decompress(data: bytes, faults: Faults) -> bytes:
         try:
             text += unpacker.decompress(data, MAX_BYTES + 1 - len(text))
         except zlib.error:
-            raise faults.refuse(G107, "the .gz file is damaged", "make it again, or give the CSV itself") from None
+            raise faults.refuse(
+                COMPRESSED_FILE_DAMAGED, "the .gz file is damaged", "make it again, or give the CSV itself"
+            ) from None
         if len(text) > MAX_BYTES:
-            raise faults.refuse(G106, "the file unpacks to more than 10 MB", "a lab log has a few kilobytes")
+            raise faults.refuse(FILE_TOO_LARGE, "the file unpacks to more than 10 MB", "a lab log has a few kilobytes")
         if not unpacker.eof:
-            raise faults.refuse(G107, "the .gz file ends too early", "make it again, or give the CSV itself")
+            raise faults.refuse(
+                COMPRESSED_FILE_DAMAGED, "the .gz file ends too early", "make it again, or give the CSV itself"
+            )
         data = unpacker.unused_data.lstrip(b"\x00")
         if not data:
             break
@@ -188,9 +195,9 @@ def _refuse_other_files(data: bytes, faults: Faults) -> None:
     for signature, kind in _SIGNATURES:
         # "BM" and "RIFF" may also begin a word of a text.
         if data.startswith(signature) and (signature not in (b"BM", b"RIFF") or b"\x00" in data[:64]):
-            raise faults.refuse(G104, f"this is {kind}, not a table", _SAVE_AS)
+            raise faults.refuse(OTHER_KIND_OF_FILE, f"this is {kind}, not a table", _SAVE_AS)
     if _MARKUP.match(data):
-        raise faults.refuse(G104, "this is a web page, not a table", _SAVE_AS)
+        raise faults.refuse(OTHER_KIND_OF_FILE, "this is a web page, not a table", _SAVE_AS)
 
 
 def decode(data: bytes, faults: Faults) -> tuple[str, str]:
@@ -215,7 +222,7 @@ def decode(data: bytes, faults: Faults) -> tuple[str, str]:
         at = data.index(b"\x00")
         looks_wide = data[1:40:2].count(0) > 8 or data[0:40:2].count(0) > 8
         hint = "it looks like UTF-16 without its mark; " + _SAVE_AS if looks_wide else _SAVE_AS
-        raise faults.refuse(G105, f"this is not text: byte {at + 1} is a NUL", hint)
+        raise faults.refuse(NOT_TEXT, f"this is not text: byte {at + 1} is a NUL", hint)
     try:
         return data.decode("utf-8"), ""
     except UnicodeDecodeError:
@@ -225,7 +232,7 @@ def decode(data: bytes, faults: Faults) -> tuple[str, str]:
 
 def _without_nul(text: str, faults: Faults) -> str:
     if "\x00" in text:
-        raise faults.refuse(G105, "this is not text: it holds NUL characters", _SAVE_AS)
+        raise faults.refuse(NOT_TEXT, "this is not text: it holds NUL characters", _SAVE_AS)
     return text
 
 
@@ -313,26 +320,32 @@ def _workbook_text(data: bytes, faults: Faults) -> str:
             names = archive.namelist()
             unpacked = sum(info.file_size for info in archive.infolist())
     except (zipfile.BadZipFile, OSError, ValueError):
-        raise faults.refuse(G104, "this is a damaged zip archive, not a table", "give the CSV itself") from None
+        raise faults.refuse(
+            OTHER_KIND_OF_FILE, "this is a damaged zip archive, not a table", "give the CSV itself"
+        ) from None
     if "xl/workbook.xml" not in names:
         kind = "an OpenDocument file" if "content.xml" in names else "a zip archive"
         hint = "save the table as CSV and give that file; gyro grade reads a zip of a whole class"
-        raise faults.refuse(G104, f"this is {kind}, not a table", hint)
+        raise faults.refuse(OTHER_KIND_OF_FILE, f"this is {kind}, not a table", hint)
     if unpacked > _MAX_UNPACKED:
-        raise faults.refuse(G106, "the workbook unpacks to more than 100 MB", "a lab log has a few kilobytes")
+        raise faults.refuse(FILE_TOO_LARGE, "the workbook unpacks to more than 100 MB", "a lab log has a few kilobytes")
     try:
         openpyxl = import_module("openpyxl")
     except ImportError:
         hint = 'pip install "gyrodata[xlsx]" reads it; or save the table as CSV'
-        raise faults.refuse(G108, "this is an Excel workbook", hint) from None
+        raise faults.refuse(WORKBOOK_CANNOT_BE_READ, "this is an Excel workbook", hint) from None
     try:
         sheets = _sheets(openpyxl, data)
     except Exception as error:  # a damaged workbook can fail in any way inside the library
         reason = f"{type(error).__name__}: {error}"[:80]
-        raise faults.refuse(G108, f"the workbook cannot be read ({reason})", "save the table as CSV") from None
+        raise faults.refuse(
+            WORKBOOK_CANNOT_BE_READ, f"the workbook cannot be read ({reason})", "save the table as CSV"
+        ) from None
     if len(sheets) != 1:
         found = listing([name for name, _ in sheets]) or "none"
-        raise faults.refuse(G108, f"one filled sheet is needed; found: {found}", "save the log's sheet as CSV")
+        raise faults.refuse(
+            WORKBOOK_CANNOT_BE_READ, f"one filled sheet is needed; found: {found}", "save the log's sheet as CSV"
+        )
     return "\n".join(table_text(sheets[0][1])) + "\n"
 
 

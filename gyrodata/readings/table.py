@@ -5,24 +5,24 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from gyrodata.errors import register
-from gyrodata.readings.cells import (
-    G205,
-    G206,
-    G208,
-    G215,
-    Cell,
-    CellError,
-    check_value,
-    is_blank,
-    read_cell,
+from gyrodata.diagnostics import (
+    COLUMN_NOT_USED,
+    NOTE_IS_ONLY_A_NUMBER,
+    NUMBER_IMPOSSIBLE,
+    OPTION_REPLACES_COLUMN,
+    PER_SECOND_IS_AMBIGUOUS,
+    ROW_TOO_LONG,
+    ROW_WITHOUT_TIME,
+    UNIT_MISSING,
+    UNIT_UNKNOWN,
 )
-from gyrodata.readings.columns import G220, Choice, Chosen
-from gyrodata.readings.grid import G209, Text
+from gyrodata.readings.cells import Cell, CellError, check_value, is_blank, read_cell
+from gyrodata.readings.columns import Choice, Chosen
+from gyrodata.readings.grid import Text
 from gyrodata.readings.lablog import Column, Faults, Place, span
 from gyrodata.readings.layout import Layout, is_number
 from gyrodata.readings.roles import FILLED_DOWN, derived_roles, kind_of_role
-from gyrodata.readings.settings import G304, Given, Settings
+from gyrodata.readings.settings import Given, Settings
 from gyrodata.readings.tracks import Track, common_spread, fill_down, read_spreads
 from gyrodata.units import (
     DISPLAY,
@@ -34,13 +34,6 @@ from gyrodata.units import (
 
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
 _ROW = "20,15.0,406,13.06,1/3\n"
-G229 = register(
-    "G229",
-    "warning",
-    "a note that is only a number",
-    _LOG.replace("\n", ",note\n") + "20,15,5,206,7,1\n",
-)
-G216 = register("G216", "warning", "a row without a time is no run", _LOG + _ROW + "20,15.0,406,-,1/3\n")
 
 
 @dataclass(frozen=True)
@@ -79,7 +72,7 @@ class _Builder:
 
     def _note_replaced(self, given: Given) -> None:
         header = self.choice.used[given.key][0].header.text
-        self.faults.add(G304, f'{given.label} takes the place of the column "{header}"')
+        self.faults.add(OPTION_REPLACES_COLUMN, f'{given.label} takes the place of the column "{header}"')
 
     def build(self) -> Table:
         self._check_widths()
@@ -132,12 +125,12 @@ class _Builder:
                 cell = row[self.width]
                 message = f"this row has {len(row)} cells, the header {self.width}"
                 hint = 'put numbers with a decimal comma in quotes ("13,06"), or part the columns with ;'
-                self.faults.add(G209, message, hint, cell.place, len(cell.text))
+                self.faults.add(ROW_TOO_LONG, message, hint, cell.place, len(cell.text))
             elif notes and notes[0].at == self.width - 1 == len(row) - 1 and is_number(row[-1].text):
                 # A decimal comma that parts a number shifts all that follows to the right.
                 message = f'the note "{row[-1].text}" is a number: is there a decimal comma in this row?'
                 hint = 'put such numbers in quotes ("13,06"); words after the number make it a note'
-                self.faults.add(G229, message, hint, row[-1].place, len(row[-1].text))
+                self.faults.add(NOTE_IS_ONLY_A_NUMBER, message, hint, row[-1].place, len(row[-1].text))
 
     def _run_rows(self, times: list[Track]) -> list[bool]:
         """Tell which rows are timed runs, and name the others."""
@@ -151,7 +144,7 @@ class _Builder:
             lines = [self.rows[i][0].line for i in left_out]
             cell = next((c for c in self.rows[left_out[0]] if c.text), self.rows[left_out[0]][0])
             what = "has no time and is no run" if len(lines) == 1 else "have no time and are no runs"
-            self.faults.add(G216, f"{span(lines)} {what}: left out", "", cell.place, len(cell.text))
+            self.faults.add(ROW_WITHOUT_TIME, f"{span(lines)} {what}: left out", "", cell.place, len(cell.text))
         return is_run
 
     def _time_tracks(self) -> list[Track]:
@@ -163,7 +156,7 @@ class _Builder:
             # A time whose turns nobody tells says nothing; its repeats would count one period several times.
             cell = self.choice.used["time"][0].cell
             message = f'the column "{cell.text}" is not used: its turns are not given; {min(periods)} is read instead'
-            self.faults.add(G220, message, "", cell.place, len(cell.text))
+            self.faults.add(COLUMN_NOT_USED, message, "", cell.place, len(cell.text))
             return []
         tracks = [self._track("time", chosen, True) for chosen in self.choice.used.get("time", [])]
         return [track for track in tracks if track is not None]
@@ -191,7 +184,7 @@ class _Builder:
                 try:
                     cell = read_cell(text.text, kind, unit)
                 except CellError as error:
-                    if error.code == G206:
+                    if error.code == UNIT_MISSING:
                         bare = bare or text
                     else:
                         message = f'{role} "{text.text[:60]}"{error.joint}{error}'
@@ -199,7 +192,7 @@ class _Builder:
                 else:
                     fault, hint = check_value(role, cell.value)
                     if fault:
-                        faults.add(G215, f'{role} "{text.text}" {fault}', hint, text.place, len(text.text))
+                        faults.add(NUMBER_IMPOSSIBLE, f'{role} "{text.text}" {fault}', hint, text.place, len(text.text))
             cells.append(cell)
             texts.append(text)
         if bare is not None:
@@ -216,7 +209,7 @@ class _Builder:
         if not strict:
             self._note_unused(role, chosen, str(error))
             return
-        code = G208 if error.reason == "ambiguous" else G205
+        code = PER_SECOND_IS_AMBIGUOUS if error.reason == "ambiguous" else UNIT_UNKNOWN
         cell = chosen.cell
         self.faults.add(code, f'{role}, column "{cell.text}": {error}', error.hint, cell.place, len(cell.text))
 
@@ -224,12 +217,12 @@ class _Builder:
         kind = kind_of_role(role)
         name = chosen.header.text[:60]
         hint = f'write the header as "{name} [{DISPLAY[kind]}]" (or {examples(kind)})'
-        faults.add(G206, f'the column "{name}" ({role}) has no unit', hint, chosen.cell.place, len(name))
+        faults.add(UNIT_MISSING, f'the column "{name}" ({role}) has no unit', hint, chosen.cell.place, len(name))
 
     def _note_unused(self, role: str, chosen: Chosen, why: str) -> None:
         cell = chosen.cell
         message = f'the column "{cell.text}" ({role}) is not compared: {why}'
-        self.faults.add(G220, message, "", cell.place, len(cell.text))
+        self.faults.add(COLUMN_NOT_USED, message, "", cell.place, len(cell.text))
 
     def _spreads(self, role: str, chosen: Chosen, unit: str | None, strict: bool) -> list[Uncertainty | None]:
         """Collect what the header and the ``u_…`` column say of each reading; of a derived one without a word."""
@@ -318,7 +311,7 @@ class _Builder:
         if kind_of_role(chosen.role) == "text" or chosen.role[:2] == "u_":
             used = self.choice.used[chosen.role][0].header.text
             message = f'the column "{chosen.cell.text}" is not used: {chosen.role} is read from "{used}"'
-            self.faults.add(G220, message, "", chosen.cell.place, len(chosen.cell.text))
+            self.faults.add(COLUMN_NOT_USED, message, "", chosen.cell.place, len(chosen.cell.text))
             return None
         track = self._track(chosen.role, chosen, False)
         if track is None:
@@ -326,7 +319,7 @@ class _Builder:
         if chosen.role != "inertia":
             used = self.choice.used[chosen.role][0].header.text
             message = f'the column "{chosen.cell.text}" is only compared: {chosen.role} is read from "{used}"'
-            self.faults.add(G220, message, "", chosen.cell.place, len(chosen.cell.text))
+            self.faults.add(COLUMN_NOT_USED, message, "", chosen.cell.place, len(chosen.cell.text))
         return self._column(chosen.role, track, rows)
 
     def _labels(self, plan: list[tuple[int, int]]) -> tuple[str, ...]:

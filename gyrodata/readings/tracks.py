@@ -4,9 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gyrodata.errors import register
+from gyrodata.diagnostics import (
+    BLANK_SPIN,
+    BLANK_TAKES_VALUE_ABOVE,
+    UNCERTAINTY_CANNOT_BE_READ,
+    UNIT_UNKNOWN,
+    VALUE_BELOW_ITS_FIRST_ROW,
+)
 from gyrodata.quantities import parse_uncertainty
-from gyrodata.readings.cells import G205, Cell, is_blank
+from gyrodata.readings.cells import Cell, is_blank
 from gyrodata.readings.columns import Chosen
 from gyrodata.readings.grid import Text
 from gyrodata.readings.lablog import Faults, Place, span
@@ -16,9 +22,6 @@ from gyrodata.units import Uncertainty, UnitError
 
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
 _ROW = "20,15.0,406,13.06,1/3\n"
-G217 = register("G217", "note", "blank cells take the value above", _LOG + _ROW + ",,598,19.2,1/3\n")
-G218 = register("G218", "warning", "a blank spin that may be forgotten", _LOG + _ROW * 2 + "20,15.0,,13.1,1/3\n")
-G219 = register("G219", "error", "a value below the first row it belongs to", _LOG + "," + _ROW[3:] + _ROW)
 
 
 @dataclass
@@ -76,7 +79,7 @@ def fill_down(
         assert text is not None
         message = f"{role} is blank in {span([rows[i][0].line for i in early])}, above its first value"
         hint = "write each value in the first row that it belongs to"
-        faults.add(G219, message, hint, text.place, len(text.text))
+        faults.add(VALUE_BELOW_ITS_FIRST_ROW, message, hint, text.place, len(text.text))
     if filled:
         _say_filled(role, track, filled, rows, sum(is_run), faults)
 
@@ -87,13 +90,12 @@ def _say_filled(role: str, track: Track, filled: list[int], rows: list[list[Text
     place = row[at].place if at < len(row) else Place(lines[0], 1)
     if role.startswith("spin") and 2 * len(filled) < runs:
         message = f"{role} is blank in {span(lines)}, where nearly every run has its own"
-        faults.add(G218, message, "the value above was taken; write it there if it was forgotten", place)
+        faults.add(BLANK_SPIN, message, "the value above was taken; write it there if it was forgotten", place)
     else:
-        faults.add(G217, f"{role} is blank in {span(lines)}: the value above was taken", "", place)
+        faults.add(BLANK_TAKES_VALUE_ABOVE, f"{role} is blank in {span(lines)}: the value above was taken", "", place)
 
 
 _WITH_U = "mass [g],position [cm],spin [rpm],time [s],turns,u_time [s]\n"
-G227 = register("G227", "error", "an uncertainty that cannot be read", _WITH_U + "20,15.0,560,13.06,1/3,little\n")
 
 
 def common_spread(
@@ -127,7 +129,13 @@ def common_spread(
             return parse_uncertainty(chosen.header.spread, kind_of_role(role), unit or "")
         except UnitError as error:
             cell = chosen.cell
-            faults.add(G227, f'{role}, column "{cell.text}": {error}', error.hint, cell.place, len(cell.text))
+            faults.add(
+                UNCERTAINTY_CANNOT_BE_READ,
+                f'{role}, column "{cell.text}": {error}',
+                error.hint,
+                cell.place,
+                len(cell.text),
+            )
     return common
 
 
@@ -162,7 +170,7 @@ def read_spreads(
         parse_uncertainty("0 %" if own == "%" else "0", kind, own)
     except UnitError as error:
         cell = column.cell
-        faults.add(G205, f'u_{role}, column "{cell.text}": {error}', error.hint, cell.place, len(cell.text))
+        faults.add(UNIT_UNKNOWN, f'u_{role}, column "{cell.text}": {error}', error.hint, cell.place, len(cell.text))
         return
     for i, row in enumerate(rows):
         text = row[column.at] if column.at < len(row) else None
@@ -174,4 +182,10 @@ def read_spreads(
             else:
                 spreads[i] = parse_uncertainty(text.text, kind, own, ask=False)
         except UnitError as error:
-            faults.add(G227, f'u_{role} "{text.text[:60]}": {error}', error.hint, text.place, len(text.text))
+            faults.add(
+                UNCERTAINTY_CANNOT_BE_READ,
+                f'u_{role} "{text.text[:60]}": {error}',
+                error.hint,
+                text.place,
+                len(text.text),
+            )

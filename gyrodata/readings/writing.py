@@ -6,7 +6,8 @@ import math
 import re
 from collections.abc import Sequence
 
-from gyrodata.errors import Diagnostic, InputError, register
+from gyrodata.diagnostics import TEMPLATE_VALUE_CANNOT_BE_READ
+from gyrodata.errors import Diagnostic, InputError
 from gyrodata.quantities import parse_quantity
 from gyrodata.readings.cells import CellError, read_cell
 from gyrodata.readings.lablog import Column, Readings
@@ -182,9 +183,6 @@ def _quoted(text: str) -> str:
     return text
 
 
-G506 = register("G506", "error", "template: a value cannot be read", "template --weights 20 --spins fast")
-
-
 def blank_log(weights: Sequence[str], position: str, spins: Sequence[str]) -> str:
     """Write a log to fill in: each weight with each spin, and a run without a weight.
 
@@ -227,7 +225,9 @@ def _shown(text: str, kind: str, unit: str, option: str) -> str:
     try:
         value = from_si(parse_quantity(text, kind), unit, kind)
     except UnitError as error:
-        raise InputError([Diagnostic(G506, "error", f"{option}: {error}", error.hint)]) from None
+        raise InputError(
+            [Diagnostic(TEMPLATE_VALUE_CANNOT_BE_READ, "error", f"{option}: {error}", error.hint)]
+        ) from None
     if kind != "length" and value <= 0:
-        raise InputError([Diagnostic(G506, "error", f'{option}: "{text}" is not above zero')])
+        raise InputError([Diagnostic(TEMPLATE_VALUE_CANNOT_BE_READ, "error", f'{option}: "{text}" is not above zero')])
     return f"{value:.10g}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from gyrodata.comparisons import Run
+from gyrodata.diagnostics import OUTLIER, OUTLIER_BEFORE_LEAVING, SINGLE_TORQUE, SPINS_TOO_CLOSE, TOO_FEW_RUNS
 from gyrodata.errors import Diagnostic
 from gyrodata.measurements import torque_groups
 from gyrodata.reporting.content import (
@@ -26,10 +27,10 @@ from gyrodata.results import Analysis
 FAR = 2.0
 """From how many standard uncertainties on a run is worth repeating that does not yet look odd."""
 
-_OF_ONE_LOAD = {"G452", "G453"}
+_OF_ONE_LOAD = {TOO_FEW_RUNS, SPINS_TOO_CLOSE}
 """Codes of what a single weight lacks."""
 
-_TOLD_OTHERWISE = {"G410", "G414", "G457"}
+_TOLD_OTHERWISE = {OUTLIER, SINGLE_TORQUE, OUTLIER_BEFORE_LEAVING}
 """Odd runs are told with the weight they belong to, and one torque is too few by another code."""
 
 

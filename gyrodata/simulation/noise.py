@@ -13,14 +13,13 @@ from typing import Literal
 
 import numpy as np
 
-from gyrodata.errors import Diagnostic, InputError, register
+from gyrodata.diagnostics import NOISE_CANNOT_BE_READ
+from gyrodata.errors import Diagnostic, InputError
 from gyrodata.measurements import SOURCES
 from gyrodata.physics import Floats
 from gyrodata.quantities import parse_uncertainty
 from gyrodata.readings import kind_of_role
 from gyrodata.units import Uncertainty, UnitError
-
-G636 = register("G636", "error", "simulate: the noise cannot be read", "simulate --noise no-such-file.toml")
 
 # A ruler with millimetres is read to 1 mm/√12 = 0.3 mm; the positions of a log have what they are rounded by.
 TYPICAL: Mapping[str, Uncertainty] = {
@@ -96,16 +95,24 @@ def read_noise(path: str | os.PathLike[str]) -> dict[str, Uncertainty]:
         if key not in KEYS:
             close = difflib.get_close_matches(key, KEYS, n=2)
             hint = f"did you mean {' or '.join(close)}?" if close else f"keys are: {', '.join(KEYS)}"
-            faults.append(Diagnostic(G636, "error", f"--noise {key}: a simulated log has no such uncertainty", hint))
+            faults.append(
+                Diagnostic(
+                    NOISE_CANNOT_BE_READ, "error", f"--noise {key}: a simulated log has no such uncertainty", hint
+                )
+            )
             continue
         try:
             noise[key] = parse_uncertainty(text, kind_of_role(key))
         except UnitError as error:
-            faults.append(Diagnostic(G636, "error", f"--noise {key}: {error}", error.hint))
+            faults.append(Diagnostic(NOISE_CANNOT_BE_READ, "error", f"--noise {key}: {error}", error.hint))
             continue
         if key.endswith("_scale") and noise[key].absolute:
             message = f'--noise {key}: "{text}" is not a share'
-            faults.append(Diagnostic(G636, "error", message, 'the error of a whole scale is in %, such as "0.1 %"'))
+            faults.append(
+                Diagnostic(
+                    NOISE_CANNOT_BE_READ, "error", message, 'the error of a whole scale is in %, such as "0.1 %"'
+                )
+            )
     if faults:
         raise InputError(faults)
     return noise
@@ -120,7 +127,7 @@ def _texts(path: Path) -> dict[str, str]:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else "it is not UTF-8 text"
         message = f"--noise {str(path)!r} cannot be read: {reason}"
         hint = 'write "none", "typical" or the name of a file'
-        raise InputError([Diagnostic(G636, "error", message, hint)]) from None
+        raise InputError([Diagnostic(NOISE_CANNOT_BE_READ, "error", message, hint)]) from None
     lines = re.findall(r"^#\s*(u_\w+)\s*:\s*(.*?)\s*$", content, re.MULTILINE)
     try:
         table = tomllib.loads(content)
@@ -128,9 +135,11 @@ def _texts(path: Path) -> dict[str, str]:
         if lines:
             return dict(lines)
         message = f"--noise {str(path)!r} is no TOML and has no lines such as # u_time: 0.1 s ({error})"
-        raise InputError([Diagnostic(G636, "error", message, 'in TOML, write: u_time = "0.1 s"')]) from None
+        raise InputError(
+            [Diagnostic(NOISE_CANNOT_BE_READ, "error", message, 'in TOML, write: u_time = "0.1 s"')]
+        ) from None
     texts = {key: str(value) for key, value in table.items()} or dict(lines)
     if not texts:
         message = f"--noise {str(path)!r} states no uncertainty"
-        raise InputError([Diagnostic(G636, "error", message, 'write: u_time = "0.1 s"')])
+        raise InputError([Diagnostic(NOISE_CANNOT_BE_READ, "error", message, 'write: u_time = "0.1 s"')])
     return texts

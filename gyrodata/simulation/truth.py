@@ -20,26 +20,20 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gyrodata import motion, physics
-from gyrodata.errors import Diagnostic, InputError, register
+from gyrodata.diagnostics import (
+    SIMULATED_NO_STEADY_PRECESSION,
+    SIMULATED_OPTIONS_CONTRADICT,
+    SIMULATED_VALUE_IMPOSSIBLE,
+    SIMULATED_WITHOUT_TORQUE,
+    TURNS_NEVER_COMPLETED,
+)
+from gyrodata.errors import Diagnostic, InputError
 from gyrodata.fitting import DEFAULT_TRANSVERSE_RATIO
 from gyrodata.physics import Floats
 from gyrodata.readings import MAX_ROWS, check_value, to_display
 from gyrodata.units import LIMITS, SI
 
 Motion = Literal["horizontal", "steady", "released"]
-
-G631 = register("G631", "error", "simulate: a value that cannot be", "simulate --pitch 90deg")
-G632 = register("G632", "error", "simulate: a run without a torque", "simulate --weights 0g")
-G633 = register(
-    "G633",
-    "error",
-    "simulate: no steady precession at this tilt and spin",
-    'simulate --pitch 60deg --spins 50rpm --transverse "0.02 kg m^2"',
-)
-G634 = register("G634", "error", "simulate: the turns are never completed", 'simulate --spin-decay "1 s"')
-G635 = register(
-    "G635", "error", "simulate: two options contradict each other", "simulate --motion horizontal --pitch 10deg"
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,7 +130,7 @@ def happen(truth: Truth, design: Design) -> Runs:
     torque = physics.torque(mass, position, truth.g) + (truth.imbalance or 0.0)
     for i in np.flatnonzero(torque == 0)[:1]:
         _refuse(
-            G632,
+            SIMULATED_WITHOUT_TORQUE,
             f"{_words(mass[i], position[i])}: there is no torque, so this rod never precesses",
             "weight and imbalance cancel: change one of them"
             if mass[i] and position[i]
@@ -170,32 +164,45 @@ def _check_values(truth: Truth, design: Design) -> None:
             fault = "is not above zero"
         if fault:
             shown, unit = to_display(value, role)
-            _refuse(G631, f"{name} {shown:.6g} {unit}".rstrip() + f" {fault}", hint)
+            _refuse(SIMULATED_VALUE_IMPOSSIBLE, f"{name} {shown:.6g} {unit}".rstrip() + f" {fault}", hint)
     unknowns = (("torque", "imbalance", truth.imbalance), ("time", "timing bias", truth.timing_bias))
     for kind, name, size in unknowns:
         # They may be as small as they like.
         if size is not None and not abs(size) <= LIMITS[kind][1]:
-            _refuse(G631, f"{name} {size:g} {SI[kind]} is too large")
+            _refuse(SIMULATED_VALUE_IMPOSSIBLE, f"{name} {size:g} {SI[kind]} is too large")
     if decay is not None and decay.lost is not None and not 0 < decay.lost < 1:
-        _refuse(G631, f"a run cannot lose {100 * decay.lost:g} % of its spin", "write it like 10 %")
+        _refuse(
+            SIMULATED_VALUE_IMPOSSIBLE, f"a run cannot lose {100 * decay.lost:g} % of its spin", "write it like 10 %"
+        )
 
 
 def _check_together(truth: Truth, design: Design) -> None:
     """Refuse what does not go together."""
     decay = truth.decay
     if decay is not None and (decay.time_constant is None) == (decay.lost is None):
-        _refuse(G635, "a spin falls with a time constant, or by a part in each run: not with both or neither")
+        _refuse(
+            SIMULATED_OPTIONS_CONTRADICT,
+            "a spin falls with a time constant, or by a part in each run: not with both or neither",
+        )
     rows = design.repeats * math.prod(
         len(part) for part in (design.masses, design.positions, design.spins, design.turns, design.pitches)
     )
     if not 1 <= rows <= MAX_ROWS:
-        _refuse(G631, f"these are {rows} runs", f"a log has 1 to {MAX_ROWS}")
+        _refuse(SIMULATED_VALUE_IMPOSSIBLE, f"these are {rows} runs", f"a log has 1 to {MAX_ROWS}")
     if truth.motion not in get_args(Motion):
-        _refuse(G631, f"there is no motion {truth.motion!r}", f"write one of: {', '.join(get_args(Motion))}")
+        _refuse(
+            SIMULATED_VALUE_IMPOSSIBLE,
+            f"there is no motion {truth.motion!r}",
+            f"write one of: {', '.join(get_args(Motion))}",
+        )
     if truth.motion == "horizontal" and any(design.pitches):
-        _refuse(G635, "a rod with a pitch is not horizontal", "take --motion steady")
+        _refuse(SIMULATED_OPTIONS_CONTRADICT, "a rod with a pitch is not horizontal", "take --motion steady")
     if truth.motion == "released" and decay is not None:
-        _refuse(G635, "the exact motion of a released rod is one without drag", "take --motion steady")
+        _refuse(
+            SIMULATED_OPTIONS_CONTRADICT,
+            "the exact motion of a released rod is one without drag",
+            "take --motion steady",
+        )
 
 
 def _steady(truth: Truth, runs: Runs) -> Runs:
@@ -203,7 +210,13 @@ def _steady(truth: Truth, runs: Runs) -> Runs:
     at = course(runs.torque, runs.spin, truth.inertia, runs.across, runs.pitch)
     angle = 2 * np.pi * runs.turns
     for i in np.flatnonzero(~np.isfinite(at.rate))[:1]:
-        _refuse_slow(truth, runs, int(i), G633, f"{_rpm(runs.spin[i])} is too slow for steady precession")
+        _refuse_slow(
+            truth,
+            runs,
+            int(i),
+            SIMULATED_NO_STEADY_PRECESSION,
+            f"{_rpm(runs.spin[i])} is too slow for steady precession",
+        )
     end = None
     if truth.decay is None:
         time = angle / np.abs(at.rate)
@@ -216,10 +229,12 @@ def _steady(truth: Truth, runs: Runs) -> Runs:
     if end is not None:
         rate = physics.precession_rate(runs.torque, end, truth.inertia, runs.across, runs.pitch)
         for i in np.flatnonzero(~np.isfinite(time))[:1]:
-            _refuse_slow(truth, runs, int(i), G634, "the spin dies away before the turns are completed")
+            _refuse_slow(
+                truth, runs, int(i), TURNS_NEVER_COMPLETED, "the spin dies away before the turns are completed"
+            )
         for i in np.flatnonzero(~(np.abs(rate) < np.abs(end)))[:1]:
             _refuse(
-                G634,
+                TURNS_NEVER_COMPLETED,
                 f"{_words(runs.mass[i], runs.position[i])}, {_rpm(runs.spin[i])}: the spin has fallen to "
                 f"{_rpm(end[i])} before the turns are completed, slower than the precession",
                 "take fewer turns, or a slower decay",
@@ -234,7 +249,7 @@ def _released(truth: Truth, runs: Runs) -> Runs:
     time = motion.time_to_turn(top, start, runs.sense * 2 * np.pi * runs.turns)
     for i in np.flatnonzero(~np.isfinite(time))[:1]:
         _refuse(
-            G634,
+            TURNS_NEVER_COMPLETED,
             f"{_words(runs.mass[i], runs.position[i])}, {_rpm(runs.spin[i])}: the rod never gets round",
             "spin faster, or take --motion steady",
         )

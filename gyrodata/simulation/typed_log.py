@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 
 from gyrodata import __version__
+from gyrodata.diagnostics import SIMULATED_VALUE_IMPOSSIBLE
 from gyrodata.errors import Diagnostic, InputError
 from gyrodata.physics import Floats
 from gyrodata.readings import Column, Readings, check_value, kind_of_role, read_cell, write_log
 from gyrodata.simulation.noise import EXACT, TYPICAL, put_errors
-from gyrodata.simulation.truth import G631, Design, Runs, Truth, happen
+from gyrodata.simulation.truth import Design, Runs, Truth, happen
 from gyrodata.units import DISPLAY, Uncertainty, from_si
 
 SCHEMA = "gyro.truth/1"
@@ -197,7 +198,7 @@ def _column(role: str, texts: list[str], stated: Mapping[str, Uncertainty]) -> C
         if fault:
             message = f"run {i + 1}: {role} {texts[i]} {unit} {fault}"
             hint = "take less noise, a smaller timing bias, or more turns"
-            raise InputError([Diagnostic(G631, "error", message, hint)])
+            raise InputError([Diagnostic(SIMULATED_VALUE_IMPOSSIBLE, "error", message, hint)])
     finest = min((cell.step for cell in cells if cell and cell.step), default=None)
     u = stated.get("u_spin" if role in ("spin_start", "spin_end") else f"u_{role}")
     one_reading = role == "transverse_inertia" and len(set(texts)) == 1

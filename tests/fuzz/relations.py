@@ -13,7 +13,8 @@ import jsonschema
 
 import gyrodata
 from gyrodata import reporting, schema
-from gyrodata.errors import CODES, GyroError
+from gyrodata.diagnostics import CODES
+from gyrodata.errors import GyroError
 from gyrodata.procedure import check_procedure
 from gyrodata.readings import read_log
 from gyrodata.results import Analysis

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from gyrodata.errors import CODES, InputError
+from gyrodata.diagnostics import CODES
+from gyrodata.errors import InputError
 from gyrodata.grading.forensics import read_exemptions
 from gyrodata.grading.forensics.exemptions import LARGEST_FILE, LONGEST_LINE
 

@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gyrodata.errors import CODES, InputError
+from gyrodata.diagnostics import CODES
+from gyrodata.errors import InputError
 from gyrodata.grading.late import duration_text, judge_lateness, parse_duration
 from gyrodata.grading.reference import class_references
 from gyrodata.grading.rubric import (

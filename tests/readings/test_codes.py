@@ -5,8 +5,8 @@ import shlex
 
 import pytest
 
-import gyrodata.readings  # noqa: F401  (registers the codes)
-from gyrodata.errors import CODES, GyroError
+from gyrodata.diagnostics import CODES
+from gyrodata.errors import GyroError
 from gyrodata.readings import blank_log, read_log
 
 LOG = b"mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n"

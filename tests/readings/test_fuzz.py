@@ -7,7 +7,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from gyrodata.errors import CODES, InputError
+from gyrodata.diagnostics import CODES
+from gyrodata.errors import InputError
 from gyrodata.readings import read_log
 
 BOUNDED = settings(derandomize=True, deadline=None, max_examples=300, suppress_health_check=list(HealthCheck))

@@ -18,7 +18,13 @@ from operator import itemgetter
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
-from gyrodata.errors import register
+from gyrodata.diagnostics import (
+    GRADEBOOK_COLUMN_CANNOT_BE_FILLED,
+    GRADEBOOK_COLUMN_NOT_CLEAR,
+    NO_CANVAS_GRADEBOOK,
+    NO_MOODLE_WORKSHEET,
+    WORKSHEET_CANNOT_TAKE_POINTS,
+)
 from gyrodata.grading.exports.grades_csv import two_decimals
 from gyrodata.grading.exports.sheet import Filled, Sheet, read_sheet, refusal
 from gyrodata.readings import listing
@@ -29,12 +35,6 @@ if TYPE_CHECKING:
 
 # --- Canvas -------------------------------------------------------------------------------------------------
 
-
-G752 = register("G752", "error", "this is no Canvas gradebook", "grade class --gradebook grades.csv")
-G753 = register(
-    "G753", "error", "which column of the gradebook to fill is not clear", "grade class --gradebook two.csv"
-)
-G754 = register("G754", "error", "the column of the gradebook cannot be filled", "grade class --gradebook locked.csv")
 
 _STUDENT_COLUMNS = ("id", "sis user id", "sis login id", "integration id", "root account", "section")
 _NO_IDS: Mapping[str, Mapping[str, str]] = MappingProxyType({})
@@ -116,7 +116,9 @@ def _student_columns(sheet: Sheet) -> dict[str, int]:
     head = [cell.value.strip() for cell in sheet.rows[0].cells]
     if not re.match("Student|LastName", head[0]) or "ID" not in head[1:3]:
         hint = "in Canvas: Grades, Export, Export Entire Gradebook; give that file as it is"
-        raise refusal(G752, sheet.name, 'is no Canvas gradebook: it does not begin with "Student" and "ID"', hint)
+        raise refusal(
+            NO_CANVAS_GRADEBOOK, sheet.name, 'is no Canvas gradebook: it does not begin with "Student" and "ID"', hint
+        )
     return {title.lower(): at for at, title in enumerate(head) if title.lower() in _STUDENT_COLUMNS}
 
 
@@ -142,7 +144,7 @@ def _assignment_column(sheet: Sheet, columns: Mapping[str, int], assignment: str
     shown = listing([titles[at][0] for at in titles]) or "none with a number in brackets"
     asked = f'no one column "{assignment}"' if assignment is not None else "not one assignment"
     hint = "name it with its number, such as 123456; make the assignment in Canvas first and export again"
-    raise refusal(G753, sheet.name, f"has {asked}; its assignments are: {shown}", hint)
+    raise refusal(GRADEBOOK_COLUMN_NOT_CLEAR, sheet.name, f"has {asked}; its assignments are: {shown}", hint)
 
 
 def _check_points(sheet: Sheet, column: int, grades: Iterable[Grade]) -> str:
@@ -152,13 +154,21 @@ def _check_points(sheet: Sheet, column: int, grades: Iterable[Grade]) -> str:
     title = sheet.value(0, column)
     if re.search(r"read.only", possible, re.IGNORECASE):
         raise refusal(
-            G754, sheet.name, f'locks the column "{title}" (read only)', "unlock it in Canvas and export again"
+            GRADEBOOK_COLUMN_CANNOT_BE_FILLED,
+            sheet.name,
+            f'locks the column "{title}" (read only)',
+            "unlock it in Canvas and export again",
         )
     points = _canvas_number(possible)
     out_of = next((grade.out_of for grade in grades), None)
     if points is not None and out_of is not None and round(points, 2) != round(out_of, 2):
         hint = "make the points of the rubric and of the assignment in Canvas the same"
-        raise refusal(G754, sheet.name, f'has {possible} points for "{title}", the rubric {out_of:g}', hint)
+        raise refusal(
+            GRADEBOOK_COLUMN_CANNOT_BE_FILLED,
+            sheet.name,
+            f'has {possible} points for "{title}", the rubric {out_of:g}',
+            hint,
+        )
     return "," if re.search(r",\d+$", possible) else "."
 
 
@@ -173,9 +183,6 @@ def _canvas_number(text: str) -> float | None:
 
 # --- Moodle -------------------------------------------------------------------------------------------------
 
-
-G755 = register("G755", "error", "this is no Moodle grading worksheet", "grade class --worksheet grades.csv")
-G756 = register("G756", "error", "the worksheet cannot take these points", "grade class --worksheet ten-points.csv")
 
 _NO_COMMENTS: Mapping[str, str] = MappingProxyType({})
 _NO = frozenset(
@@ -249,7 +256,7 @@ class _Columns:
         if not self.rows or top is None or top < 2:
             hint = "in the assignment: View all submissions, Download grading worksheet; give that file as it is"
             message = f"is no Moodle grading worksheet; its columns are: {listing(self.head)}"
-            raise refusal(G755, sheet.name, message, hint)
+            raise refusal(NO_MOODLE_WORKSHEET, sheet.name, message, hint)
         self.top = top
         self.grade = top - 1
         self.can_change = top + 1
@@ -291,7 +298,12 @@ class _Columns:
         if most is None or out_of is None or round(most, 2) == round(out_of, 2):
             return
         hint = "make the points of the rubric and the maximum grade of the assignment in Moodle the same"
-        raise refusal(G756, self.sheet.name, f"has a maximum grade of {most:g}, the rubric {out_of:g} points", hint)
+        raise refusal(
+            WORKSHEET_CANNOT_TAKE_POINTS,
+            self.sheet.name,
+            f"has a maximum grade of {most:g}, the rubric {out_of:g} points",
+            hint,
+        )
 
     def find(self, grades: Sequence[_Person], ids: Mapping[str, Mapping[str, str]]) -> dict[int, _Person]:
         """Give each row its grade; a group's goes to all of its rows."""

@@ -11,9 +11,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from gyrodata.errors import Diagnostic, InputError, register
-
-G751 = register("G751", "error", "a gradebook cannot be read", "grade class --gradebook picture.png")
+from gyrodata.diagnostics import GRADEBOOK_CANNOT_BE_READ
+from gyrodata.errors import Diagnostic, InputError
 
 LARGEST = 50_000_000
 """Bytes of a gradebook that are read."""
@@ -111,15 +110,15 @@ def read_sheet(data: bytes, name: str) -> Sheet:
     hint = "give the CSV file that the gradebook exports, not a workbook"
     mark, encoding = next((pair for pair in _MARKS if data.startswith(pair[0])), (b"", "utf-8"))
     if len(data) > LARGEST:
-        raise refusal(G751, name, "is larger than 50 MB", hint)
+        raise refusal(GRADEBOOK_CANNOT_BE_READ, name, "is larger than 50 MB", hint)
     try:
         text = data[len(mark) :].decode(encoding, "surrogateescape" if encoding == "utf-8" else "strict")
     except UnicodeDecodeError:
-        raise refusal(G751, name, "is no text", hint) from None
+        raise refusal(GRADEBOOK_CANNOT_BE_READ, name, "is no text", hint) from None
     if "\x00" in text:
-        raise refusal(G751, name, "is no text", hint)
+        raise refusal(GRADEBOOK_CANNOT_BE_READ, name, "is no text", hint)
     if not text.strip():
-        raise refusal(G751, name, "is empty", "export the gradebook again")
+        raise refusal(GRADEBOOK_CANNOT_BE_READ, name, "is empty", "export the gradebook again")
     head = re.sub(r'"[^"]*"', "", "\n".join(text[:100_000].splitlines()[:3]))
     delimiter = max(",;\t", key=head.count)
     return Sheet(name, list(_rows(text, delimiter)), delimiter, mark, encoding)

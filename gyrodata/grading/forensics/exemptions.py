@@ -10,11 +10,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from gyrodata.errors import Diagnostic, InputError, register
-
-G741 = register("G741", "error", "the file of partners cannot be read", "grade class --partners no-such-file.csv")
-G742 = register("G742", "warning", "a name in the file of partners is nobody in this class", "alice, bbo\n")
-G743 = register("G743", "warning", "a line of the file of partners names one student only", "alice\n")
+from gyrodata.diagnostics import PARTNER_ALONE, PARTNER_UNKNOWN, PARTNERS_CANNOT_BE_READ
+from gyrodata.errors import Diagnostic, InputError
 
 LARGEST_FILE = 1_000_000
 """Bytes of a file of partners that are read at most."""
@@ -77,7 +74,9 @@ def read_exemptions(source: str | os.PathLike[str] | bytes, students: Mapping[st
         elif len(cells) < 2:
             message = f'"{line[:60]}" names one student only'
             found.append(
-                Diagnostic(G743, "warning", message, "write the partners in one line: alice, bob", name, number)
+                Diagnostic(
+                    PARTNER_ALONE, "warning", message, "write the partners in one line: alice, bob", name, number
+                )
             )
     return Exemptions(tuple(groups), frozenset(staff), tuple(found))
 
@@ -104,7 +103,7 @@ def _read(source: str | os.PathLike[str] | bytes) -> tuple[str, str]:
         if isinstance(error, OSError) and error.strerror:
             reason = error.strerror
         message = f"the file of partners cannot be read: {reason}"
-        raise InputError([Diagnostic(G741, "error", message, hint, name)]) from None
+        raise InputError([Diagnostic(PARTNERS_CANNOT_BE_READ, "error", message, hint, name)]) from None
     return name, text
 
 
@@ -124,4 +123,4 @@ def _nobody(name: str, number: int, line: str, cell: str, students: Mapping[str,
     hint = f"did you mean {close[0]}?" if close else "write the key of a student as the grades have it"
     message = f'"{cell[:60]}" is nobody in this class'
     column = max(line.find(cell), 0) + 1
-    return Diagnostic(G742, "warning", message, hint, name, number, column, line, len(cell))
+    return Diagnostic(PARTNER_UNKNOWN, "warning", message, hint, name, number, column, line, len(cell))

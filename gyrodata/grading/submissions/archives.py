@@ -20,20 +20,22 @@ from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
-from gyrodata.errors import CODES, Diagnostic, InputError, register
+from gyrodata.diagnostics import (
+    CLASS_IS_NO_FOLDER_OR_ZIP,
+    CODES,
+    FILE_LEFT_OUT,
+    SUBMITTED_FILE_CANNOT_BE_READ,
+    TOO_MANY_FILES,
+    ZIP_DAMAGED,
+    ZIP_NOT_SAFE,
+)
+from gyrodata.errors import Diagnostic, InputError
 from gyrodata.readings import MAX_BYTES
 
 MOST_FILES = 100_000
 """Files in one class: a thousand students with a hundred files each."""
 MOST_DIRECTORY_BYTES = 32_000_000
 """Table of contents of a zip; its entries have some hundred bytes each."""
-
-G701 = register("G701", "error", "the class is neither a folder nor a zip", "grade no-such-class")
-G702 = register("G702", "error", "a zip that is damaged", "grade damaged.zip")
-G703 = register("G703", "error", "a zip that is not safe to read", "grade evil.zip")
-G704 = register("G704", "error", "too many files for a class", "grade million-files.zip")
-G713 = register("G713", "error", "a submitted file cannot be read", "grade class, with a file that is cut off")
-G714 = register("G714", "warning", "a file or folder of the class is left out", "grade class, with a link")
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,15 +66,15 @@ def list_files(root: Path) -> Listing:
         if root.is_dir():
             return _list_folder(root)
         if not root.exists():
-            raise _refusal(G701, root, f'there is no folder or zip "{root}"')
+            raise _refusal(CLASS_IS_NO_FOLDER_OR_ZIP, root, f'there is no folder or zip "{root}"')
         if not root.is_file() or not zipfile.is_zipfile(root):
             if root.is_file() and _begins_as_zip(root):
-                raise _refusal(G702, root, f'"{root.name}" is damaged: its end is missing', "download it again")
+                raise _refusal(ZIP_DAMAGED, root, f'"{root.name}" is damaged: its end is missing', "download it again")
             hint = "give the folder of the class or the zip as it was downloaded; unpack a .rar, .7z or .tar.gz first"
-            raise _refusal(G701, root, f'"{root.name}" is neither a folder nor a zip', hint)
+            raise _refusal(CLASS_IS_NO_FOLDER_OR_ZIP, root, f'"{root.name}" is neither a folder nor a zip', hint)
         return _list_zip(root)
     except OSError as error:
-        raise _refusal(G701, root, f'"{root}" cannot be read: {error.strerror or error}') from None
+        raise _refusal(CLASS_IS_NO_FOLDER_OR_ZIP, root, f'"{root}" cannot be read: {error.strerror or error}') from None
 
 
 def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
@@ -112,11 +114,13 @@ def _refusal(code: str, root: Path, message: str, hint: str = "") -> InputError:
 
 def _unreadable(name: str, why: str) -> InputError:
     shown = name.rpartition("/")[2]
-    return InputError([Diagnostic(G713, "error", f'"{shown}" cannot be read: {why}', file=shown)])
+    return InputError(
+        [Diagnostic(SUBMITTED_FILE_CANNOT_BE_READ, "error", f'"{shown}" cannot be read: {why}', file=shown)]
+    )
 
 
 def _left_out(root: Path, message: str) -> Diagnostic:
-    return Diagnostic(G714, CODES[G714].severity, message, file=root.name)
+    return Diagnostic(FILE_LEFT_OUT, CODES[FILE_LEFT_OUT].severity, message, file=root.name)
 
 
 # --- folders ------------------------------------------------------------------------------------------------
@@ -169,7 +173,9 @@ def _read_plain(path: Path, most: int) -> bytes:
 
 def _too_many(root: Path) -> InputError:
     hint = "give the folder or zip of one assignment"
-    return _refusal(G704, root, f'"{root.name}" holds more than {MOST_FILES} files: no class has so many', hint)
+    return _refusal(
+        TOO_MANY_FILES, root, f'"{root.name}" holds more than {MOST_FILES} files: no class has so many', hint
+    )
 
 
 # --- zips ---------------------------------------------------------------------------------------------------
@@ -221,7 +227,7 @@ def _opened(root: Path, changed: int, size: int, process: int) -> _Archive:
     try:
         archive = zipfile.ZipFile(root)
     except (zipfile.BadZipFile, NotImplementedError, ValueError, struct.error) as error:
-        raise _refusal(G702, root, f'"{root.name}" is damaged: {error}', "download it again") from None
+        raise _refusal(ZIP_DAMAGED, root, f'"{root.name}" is damaged: {error}', "download it again") from None
     files: dict[str, zipfile.ZipInfo] = {}
     folders: set[str] = set()
     twice: set[str] = set()
@@ -264,7 +270,7 @@ def _refuse_unsafe(root: Path, info: zipfile.ZipInfo) -> None:
     if why:
         shown = "".join(c if c.isprintable() else "\ufffd" for c in name)[:100]
         hint = "no platform writes such a zip; ask who made it, and take that file out"
-        raise _refusal(G703, root, f'"{root.name}" is not read: "{shown}" {why}', hint)
+        raise _refusal(ZIP_NOT_SAFE, root, f'"{root.name}" is not read: "{shown}" {why}', hint)
 
 
 def _count_entries(root: Path) -> int:
@@ -278,7 +284,9 @@ def _count_entries(root: Path) -> int:
         tail = file.read()
         at = tail.rfind(b"PK\x05\x06")
         if at < 0 or at + 22 > len(tail):
-            raise _refusal(G702, root, f'"{root.name}" is damaged: it has no table of contents', "download it again")
+            raise _refusal(
+                ZIP_DAMAGED, root, f'"{root.name}" is damaged: it has no table of contents', "download it again"
+            )
         entries, size = struct.unpack_from("<HL", tail, at + 10)
         if at >= 76 and tail.startswith(b"PK\x06\x07", at - 20):
             at -= 76

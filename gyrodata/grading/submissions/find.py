@@ -11,7 +11,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from gyrodata.errors import CODES, Diagnostic, GyroError, InputError, register
+from gyrodata.diagnostics import (
+    CODES,
+    FILES_OF_NO_STUDENT,
+    GRADESCOPE_METADATA_CANNOT_BE_READ,
+    NO_SUBMISSION,
+    ONE_OF_SEVERAL_GRADED,
+)
+from gyrodata.errors import Diagnostic, GyroError, InputError
 from gyrodata.grading.submissions import metadata as gradescope
 from gyrodata.grading.submissions.archives import Listing, list_files, read_file
 from gyrodata.grading.submissions.platforms import (
@@ -30,10 +37,6 @@ from gyrodata.readings import listing
 
 Attempts = Literal["newest", "oldest"]
 
-G705 = register("G705", "error", "no submission is found", "grade class --lms canvas")
-G707 = register("G707", "warning", "files of no student", "grade class, with a file of another kind of name")
-G708 = register("G708", "note", "one of several files or attempts is graded", "grade class, with two attempts")
-G709 = register("G709", "warning", "Gradescope's metadata cannot be read", "grade class, with a broken metadata file")
 
 _MOST_RECEIPT = 200_000
 
@@ -96,7 +99,7 @@ class Submission:
     def log(self) -> bytes:
         """Read the log."""
         if self.log_name is None:
-            raise InputError([Diagnostic(G705, "error", f"{self.name}: {self.problem}")])
+            raise InputError([Diagnostic(NO_SUBMISSION, "error", f"{self.name}: {self.problem}")])
         return read_file(self.source, self.log_name)
 
     def answers(self) -> bytes | None:
@@ -161,7 +164,7 @@ def find_submissions(
     own = None if pattern is None else read_pattern(pattern)
     if lms not in ("auto", "folder", *PLATFORMS):
         hint = f"write one of: auto, folder, {', '.join(PLATFORMS)}"
-        raise InputError([Diagnostic(G705, "error", f'there is no --lms "{lms}"', hint)])
+        raise InputError([Diagnostic(NO_SUBMISSION, "error", f'there is no --lms "{lms}"', hint)])
     root = Path(path)
     live = (root / gradescope.LIVE).is_file() or lms == "gradescope"
     if own is None and lms in ("auto", "gradescope") and live and (root / "submission").is_dir():
@@ -203,13 +206,17 @@ def _empty_handed(files: Listing, below: str) -> tuple[str, ...]:
 def _nothing_found(files: Listing, lms: str, pattern: str | None) -> Diagnostic:
     root = files.root.name
     if not files.sizes:
-        return Diagnostic(G705, "error", f'"{root}" holds no files', "give the folder or zip of the class", root)
+        return Diagnostic(
+            NO_SUBMISSION, "error", f'"{root}" holds no files', "give the folder or zip of the class", root
+        )
     one = shown(min(files.sizes))
     if pattern is not None:
-        return Diagnostic(G705, "error", f'--pattern "{pattern}" fits no file of "{root}"', f"one is: {one}", root)
+        return Diagnostic(
+            NO_SUBMISSION, "error", f'--pattern "{pattern}" fits no file of "{root}"', f"one is: {one}", root
+        )
     message = f'"{root}" holds no submission as {"a platform" if lms == "auto" else lms} names them; one file is: {one}'
     sample = SAMPLES.get(lms, SAMPLES["folder"])
-    return Diagnostic(G705, "error", message, f"looked for names such as {sample}; or give a --pattern", root)
+    return Diagnostic(NO_SUBMISSION, "error", message, f"looked for names such as {sample}; or give a --pattern", root)
 
 
 # --- from files to submissions ------------------------------------------------------------------------------
@@ -261,7 +268,7 @@ class _Finder:
             count = "1 file is" if len(names) == 1 else f"{len(names)} files are"
             message = f"{count} of no student and left aside: {listing(names, 5)}"
             sample = SAMPLES.get(self.lms)
-            self._tell(G707, message, f"{self.lms} names files such as {sample}" if sample else "")
+            self._tell(FILES_OF_NO_STUDENT, message, f"{self.lms} names files such as {sample}" if sample else "")
 
     def _submission(self, student: str, named: Mapping[str, ParsedName]) -> Submission:
         """Make the submission of one student, of the attempt that counts."""
@@ -271,7 +278,7 @@ class _Finder:
         first = next(iter(files.values()))
         if len(stamps) > 1:
             which = "oldest" if self.oldest else "newest"
-            self._tell(G708, f"{first.name} has {len(stamps)} attempts; the {which} is graded")
+            self._tell(ONE_OF_SEVERAL_GRADED, f"{first.name} has {len(stamps)} attempts; the {which} is graded")
         own = {name: what.file for name, what in files.items() if what.file}
         choice = self._choose(own, first)
         graded = files[choice.log] if choice.log else first
@@ -299,7 +306,7 @@ class _Finder:
     def _choose(self, own: Mapping[str, str], first: ParsedName) -> Choice:
         choice = choose_files(own, self.files.sizes, lambda name: read_file(self.files.root, name), self.oldest)
         if choice.note:
-            self._tell(G708, f"{first.name}: {choice.note}")
+            self._tell(ONE_OF_SEVERAL_GRADED, f"{first.name}: {choice.note}")
         return choice
 
     def read_metadata(self, root: Path, name: str) -> dict[str, gradescope.Metadata]:
@@ -312,7 +319,7 @@ class _Finder:
             return gradescope.read_export(data)
         except (GyroError, gradescope.MetadataError) as error:
             hint = "names and times are not known; students are named by their submission's number"
-            self._tell(G709, f"{file} cannot be read: {error}", hint)
+            self._tell(GRADESCOPE_METADATA_CANNOT_BE_READ, f"{file} cannot be read: {error}", hint)
             return {}
 
 

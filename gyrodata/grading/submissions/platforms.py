@@ -14,11 +14,10 @@ from dataclasses import dataclass
 from datetime import datetime
 from os.path import commonprefix
 
-from gyrodata.errors import Diagnostic, GyroError, InputError, printable, register
+from gyrodata.diagnostics import PATTERN_CANNOT_BE_USED
+from gyrodata.errors import Diagnostic, GyroError, InputError, printable
 from gyrodata.grading.submissions.metadata import EXPORT
 from gyrodata.grading.submissions.student_files import ending, is_answers, is_log
-
-G706 = register("G706", "error", "--pattern cannot be used", "grade class --pattern '(\\w+)_lab.csv'")
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,10 +128,12 @@ def read_pattern(text: str) -> re.Pattern[str]:
         pattern = re.compile(text)
     except re.error as error:
         place = f" at character {error.pos + 1}" if error.pos is not None else ""
-        raise InputError([Diagnostic(G706, "error", f'--pattern "{text}": {error.msg}{place}', hint)]) from None
+        raise InputError(
+            [Diagnostic(PATTERN_CANNOT_BE_USED, "error", f'--pattern "{text}": {error.msg}{place}', hint)]
+        ) from None
     if "student" not in pattern.groupindex:
         message = f'--pattern "{text}" does not say which part is the student'
-        raise InputError([Diagnostic(G706, "error", message, hint)])
+        raise InputError([Diagnostic(PATTERN_CANNOT_BE_USED, "error", message, hint)])
     return pattern
 
 

@@ -9,7 +9,7 @@ import re
 from typing import Any
 
 from gyrodata.comparisons import Run
-from gyrodata.reporting.values import RPM
+from gyrodata.physics import RPM
 from gyrodata.results import Analysis
 
 RUN_UNITS = {
@@ -58,7 +58,7 @@ def runs_rows(analysis: Analysis) -> str:
     for run, note in zip(analysis.run_table, analysis.readings.notes, strict=True):
         cells = [getattr(run, name) for name in Run.__slots__]
         # As many digits as survive the way to rad/s and back.
-        rpm = float(f"{run.spin / RPM.size:.14g}")
+        rpm = float(f"{run.spin / RPM:.14g}")
         row = [analysis.name, *cells[:_AFTER_SPIN], rpm, *cells[_AFTER_SPIN:], note]
         writer.writerow([csv_cell(cell) for cell in row])
     return out.getvalue()

@@ -167,7 +167,10 @@ class Analysis:
 # --- the JSON ------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
+# A part of a document becomes a dict and nothing else; each method that a dataclass makes costs start-up time.
+
+
+@dataclass(eq=False, repr=False)
 class Tool:
     """What wrote this."""
 
@@ -175,7 +178,7 @@ class Tool:
     version: str = __version__
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(eq=False, repr=False)
 class Input:
     """The log."""
 
@@ -187,7 +190,7 @@ class Input:
     """Number of runs read."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(eq=False, repr=False)
 class Amount:
     """A value with its standard uncertainty and its unit."""
 
@@ -196,7 +199,7 @@ class Amount:
     unit: str
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(eq=False, repr=False)
 class Goodness:
     """How well the runs go together."""
 
@@ -212,7 +215,7 @@ class Goodness:
     """Why p is null."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(eq=False, repr=False)
 class ComparedFit:
     """One way to fit the log."""
 
@@ -228,7 +231,7 @@ class ComparedFit:
     """The same in standard uncertainties of the recommended fit."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(eq=False, repr=False)
 class MeanProduct:
     """Weighted mean of φ̇ψ̇ of one torque [rad²/s²]."""
 
@@ -240,7 +243,7 @@ class MeanProduct:
     """Chance of a scatter at least as large if φ̇ψ̇ is constant; null for one run."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(eq=False, repr=False)
 class TorqueGroup:
     """The runs of one torque."""
 
@@ -258,7 +261,7 @@ class TorqueGroup:
     """Slope of the period against the spin [s²/rad]."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(eq=False, repr=False)
 class StatedUncertainty:
     """One uncertainty of the readings."""
 
@@ -271,7 +274,7 @@ class StatedUncertainty:
     """What it is, in words: "0.2 %"."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(eq=False, repr=False)
 class AnalysisResult:
     """All quantities are SI."""
 
@@ -303,7 +306,7 @@ class AnalysisResult:
     """Which convention each number follows, by its key."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(eq=False, repr=False)
 class AnalysisDocument:
     """What ``gyro analyze --format json`` says of one log."""
 
@@ -316,7 +319,7 @@ class AnalysisDocument:
     diagnostics: tuple[Diagnostic, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(eq=False, repr=False)
 class CheckDocument:
     """What ``gyro check --format json`` says of one log."""
 

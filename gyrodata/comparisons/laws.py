@@ -53,9 +53,9 @@ class Constancy:
 def power_laws(measured: Measurements, kept: list[int]) -> tuple[PowerLaw, ...]:
     """Exponent of the period against the spin for each torque: a weighted line through the logarithms."""
     laws = []
-    points = _points(measured)
+    points, inside = _points(measured), set(kept)
     for group in torque_groups(measured):
-        members = _with_a_say(group, kept)
+        members = [i for i in group if i in inside]
         torque = float(measured.torque[group[0]])
         if not _spins_differ(points, members):
             laws.append(PowerLaw(torque, None, None, "needs two runs with different spins"))
@@ -67,18 +67,13 @@ def power_laws(measured: Measurements, kept: list[int]) -> tuple[PowerLaw, ...]:
 
 def overall_exponent(measured: Measurements, kept: list[int]) -> Exponent | None:
     """Exponent of the period against the spin, the same for all torques; None where no torque tells it."""
-    groups = [_with_a_say(group, kept) for group in torque_groups(measured)]
-    points = _points(measured)
+    points, inside = _points(measured), set(kept)
+    groups = [[i for i in group if i in inside] for group in torque_groups(measured)]
     groups = [members for members in groups if _spins_differ(points, members)]
     if not groups:
         return None
     value, u = _slope(points, groups, measured.timing_bias_u)
     return Exponent(value, u, (value - 1) / u, len(groups))
-
-
-def _with_a_say(group: Sequence[int], kept: list[int]) -> list[int]:
-    inside = set(kept)
-    return [i for i in group if i in inside]
 
 
 class _Point(NamedTuple):
@@ -129,8 +124,9 @@ def constancy(measured: Measurements, kept: list[int]) -> Constancy | None:
         return None
     runs = list(zip(np.abs(measured.product).tolist(), own.tolist(), strict=True))
     chi2, squares, expected, dof, count = 0.0, 0.0, 0.0, 0, 0
+    inside = set(kept)
     for group in torque_groups(measured):
-        members = _with_a_say(group, kept)
+        members = [i for i in group if i in inside]
         if len(members) < 2:
             continue
         weights = [1 / (runs[i][0] * runs[i][1]) ** 2 for i in members]

@@ -50,40 +50,35 @@ def run_table(
     out = set(left_out)
     reasons = {outlier.index: outlier_reason(measured, outlier) for outlier in outliers}
     product = fit.sense * np.abs(measured.product)
-    numbers = {
-        "mass": measured.mass,
-        "position": measured.position,
-        "torque": measured.torque,
-        "spin": measured.spin,
-        "time": measured.time,
-        "turns": measured.turns,
-        "precession_rate": fit.sense * (2 * np.pi * measured.turns / measured.time),
-        "period": measured.time / measured.turns,
-        "product": product,
-        "inertia": measured.torque / product,
-        "residual": measured.time - fit.fitted_time,
-        "residual_u": fit.time_u,
-        "studentized_residual": fit.deviations,
-        "influence": fit.influence,
-    }
-    rows = zip(*(values.tolist() for values in numbers.values()), strict=True)
-    table = []
-    for i, values in enumerate(rows):
-        run = dict(zip(numbers, values, strict=True))
-        for name in ("mass", "position", "studentized_residual"):
-            run[name] = or_none(run[name])
-        run["inertia"] = run["inertia"] if run["torque"] else None
-        table.append(
-            Run(
-                run=measured.runs[i],
-                line=measured.lines[i],
-                flagged=i in reasons,
-                left_out=i in out,
-                reason=reasons.get(i, ""),
-                **run,
-            )
-        )
-    return tuple(table)
+    everyone = range(len(measured.runs))
+
+    def known(values: physics.Floats) -> list[float | None]:
+        """Plain numbers, and None for what was not read."""
+        return [None if value != value else value for value in values.tolist()]
+
+    # In the order of the fields: names for each of very many runs would take as long as the fit.
+    columns = (
+        measured.runs,
+        measured.lines,
+        known(measured.mass),
+        known(measured.position),
+        measured.torque.tolist(),
+        measured.spin.tolist(),
+        measured.time.tolist(),
+        measured.turns.tolist(),
+        (fit.sense * (2 * np.pi * measured.turns / measured.time)).tolist(),
+        (measured.time / measured.turns).tolist(),
+        product.tolist(),
+        known(np.where(measured.torque == 0, np.nan, measured.torque / product)),
+        (measured.time - fit.fitted_time).tolist(),
+        fit.time_u.tolist(),
+        known(fit.deviations),
+        fit.influence.tolist(),
+        [i in reasons for i in everyone],
+        [i in out for i in everyone],
+        [reasons.get(i, "") for i in everyone],
+    )
+    return tuple(map(Run, *columns))
 
 
 def or_none(value: float) -> float | None:

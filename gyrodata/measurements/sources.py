@@ -244,7 +244,9 @@ def _by_value(key: str, column: Column, values: Floats, loaded: Floats) -> Sourc
     group: it is one reading and has one error.
     """
     absolute, relative, default = _reading_errors(column, values, SOURCES[key].default)
-    groups = _numbered([f"{value:.9g}" for value in values], loaded)
+    plain = values.tolist()
+    text = {value: f"{value:.9g}" for value in set(plain)}
+    groups = _numbered([text[value] for value in plain], loaded)
     group = np.array(groups, dtype=int)
     touched = group >= 0
 

@@ -155,8 +155,9 @@ def autograde(
     """Grade the one submission that a running autograder of Gradescope has; called by its run_autograder."""
     from gyrodata.grading.exports.gradescope import grade_autograder
     from gyrodata.grading.journal import write_whole
+    from gyrodata.grading.platforms import AUTOGRADER
 
-    write_whole(root / "results" / "results.json", [grade_autograder(root).encode()])
+    write_whole(root / AUTOGRADER.results, [grade_autograder(root).encode()])
 
 
 # --- the story ----------------------------------------------------------------------------------------------
@@ -252,13 +253,9 @@ def _folder(path: Path, request: _Request) -> Path | None:
 def _gradebooks(request: _Request) -> Gradebooks:
     from gyrodata.grading.desk import Gradebooks
 
-    canvas, moodle = request.gradebook, request.worksheet
+    given = {"canvas": request.gradebook, "moodle": request.worksheet}
     return Gradebooks(
-        canvas=None if canvas is None else _read(canvas),
-        canvas_name="" if canvas is None else canvas.name,
-        assignment=request.assignment,
-        moodle=None if moodle is None else _read(moodle),
-        moodle_name="" if moodle is None else moodle.name,
+        {lms: (_read(path), path.name) for lms, path in given.items() if path is not None}, request.assignment
     )
 
 

@@ -11,44 +11,35 @@ from typing import Any
 
 from gyrodata.grading.classroom import ClassGrades
 from gyrodata.grading.exports.class_page import class_page
-from gyrodata.grading.exports.gradebooks import fill_gradebook, fill_worksheet
+from gyrodata.grading.exports.gradebooks import fill_book
 from gyrodata.grading.exports.grades_csv import POINTS_ROW, flags_csv
 from gyrodata.grading.exports.grades_json import grades_document
 from gyrodata.grading.exports.sheet import Filled
 from gyrodata.grading.feedback import FOLDER, feedback_comment, feedback_names
 from gyrodata.grading.grade import Grade, not_graded
 from gyrodata.grading.journal import cannot_write, write_whole
+from gyrodata.grading.platforms import book_of
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submissions
 
 JOURNAL, FIGURES = "journal.ndjson", "figures"
 TABLE, BEFORE = "grades.csv", "grades-before.csv"
-CANVAS, MOODLE = "canvas.csv", "moodle.csv"
 
 
 @dataclass(frozen=True, slots=True)
 class Gradebooks:
-    """What platforms handed out to be filled; None for what is not asked for."""
+    """What platforms handed out to be filled."""
 
-    canvas: bytes | None = None
-    canvas_name: str = ""
-    assignment: str | None = None
-    moodle: bytes | None = None
-    moodle_name: str = ""
+    given: Mapping[str, tuple[bytes, str]]  # by platform: the sheet, and its name
+    assignment: str | None = None  # column, where a sheet has several
 
     def fill(self, grades: Collection[Grade], ids: Mapping[str, Mapping[str, str]]) -> dict[str, Filled]:
-        """Fill them.
-
-        Gives: By the name of the file to be written.
-        """
+        """Fill them; by the name of the file to be written."""
+        comments = {grade.student: feedback_comment(grade) for grade in grades} if self.given else {}
         filled = {}
-        if self.canvas is not None:
-            filled[CANVAS] = fill_gradebook(
-                self.canvas, grades, name=self.canvas_name, assignment=self.assignment, ids=ids
-            )
-        if self.moodle is not None:
-            comments = {grade.student: feedback_comment(grade) for grade in grades}
-            filled[MOODLE] = fill_worksheet(self.moodle, grades, name=self.moodle_name, comments=comments, ids=ids)
+        for lms, (data, name) in self.given.items():
+            sheet = fill_book(lms, data, name, grades, assignment=self.assignment, comments=comments, ids=ids)
+            filled[book_of(lms).file] = sheet
         return filled
 
     def try_out(self, submissions: Submissions, rubric: Rubric) -> None:

@@ -2,7 +2,7 @@
 
 from gyrodata.grading.submissions.archives import list_files, read_file, size_text
 from gyrodata.grading.submissions.find import Attempts, Submission, Submissions, find_submissions
-from gyrodata.grading.submissions.platforms import shown
+from gyrodata.grading.submissions.names import shown
 
 __all__ = [
     "Attempts",

@@ -6,7 +6,7 @@ Only names and metadata are read here; a log is read when it is graded, one at a
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
@@ -19,15 +19,14 @@ from gyrodata.diagnostics import (
     ONE_OF_SEVERAL_GRADED,
 )
 from gyrodata.errors import Diagnostic, GyroError, InputError
-from gyrodata.grading.submissions import metadata as gradescope
+from gyrodata.grading.platforms import NAMED, PLATFORMS, Autograder
 from gyrodata.grading.submissions.archives import Listing, list_files, read_file
-from gyrodata.grading.submissions.platforms import (
-    PLATFORMS,
-    SAMPLES,
+from gyrodata.grading.submissions.metadata import LARGEST, Metadata, MetadataError, read_export, read_live
+from gyrodata.grading.submissions.names import (
     ParsedName,
-    blackboard_people,
-    fit_own,
     name_all,
+    people_by_receipts,
+    read_own_name,
     read_pattern,
     shown,
     whose_names,
@@ -162,18 +161,20 @@ def find_submissions(
     expression of one's own instead; see `read_pattern`.
     """
     own = None if pattern is None else read_pattern(pattern)
-    if lms not in ("auto", "folder", *PLATFORMS):
-        hint = f"write one of: auto, folder, {', '.join(PLATFORMS)}"
+    if lms != "auto" and lms not in PLATFORMS:
+        hint = f"write one of: auto, folder, {', '.join(NAMED)}"
         raise InputError([Diagnostic(NO_SUBMISSION, "error", f'there is no --lms "{lms}"', hint)])
     root = Path(path)
-    live = (root / gradescope.LIVE).is_file() or lms == "gradescope"
-    if own is None and lms in ("auto", "gradescope") and live and (root / "submission").is_dir():
-        return _running_autograder(root, attempts)
+    for name, platform in PLATFORMS.items():
+        if own is None and platform.autograder is not None and lms in ("auto", name):
+            live = lms == name or (root / platform.autograder.metadata).is_file()
+            if live and (root / platform.autograder.submission).is_dir():
+                return _running_autograder(root, name, platform.autograder, attempts)
     files = list_files(root)
     below = ""
     if own is not None:
         seen = "pattern"
-        named = {name: fit_own(name, own) for name in files.sizes}
+        named = {name: read_own_name(name, own) for name in files.sizes}
     else:
         seen, below = whose_names(list(files.sizes), files.folders, lms, root.is_file())
         named = name_all(list(files.sizes), seen, below)
@@ -184,17 +185,18 @@ def find_submissions(
     return Submissions(seen, items, tuple(finder.told))
 
 
-def _running_autograder(root: Path, attempts: Attempts) -> Submissions:
+def _running_autograder(root: Path, lms: str, layout: Autograder, attempts: Attempts) -> Submissions:
     """Find the one submission that a running autograder has beside its metadata."""
-    files = list_files(root / "submission")
-    finder = _Finder(files, "gradescope", attempts)
-    one = ParsedName("submission", "submission", {}, "", "submission")
-    finder.metadata = finder.read_metadata(root, gradescope.LIVE)
+    stem = layout.submission
+    files = list_files(root / stem)
+    finder = _Finder(files, lms, attempts)
+    one = ParsedName(stem, stem, {}, "", stem)
+    finder.read_metadata(root, layout.metadata, lambda data: {stem: read_live(data)})
     items = finder.find({name: replace(one, file=name) for name in files.sizes}, ())
     if not items:
         who = _person(one, finder.metadata.get(one.stem))
         items = (Submission(who.student, who.name, who.ids, files.root, problem="no files", feedback_stem=one.stem),)
-    return Submissions("gradescope", items, tuple(finder.told))
+    return Submissions(lms, items, tuple(finder.told))
 
 
 def _empty_handed(files: Listing, below: str) -> tuple[str, ...]:
@@ -215,7 +217,7 @@ def _nothing_found(files: Listing, lms: str, pattern: str | None) -> Diagnostic:
             NO_SUBMISSION, "error", f'--pattern "{pattern}" fits no file of "{root}"', f"one is: {one}", root
         )
     message = f'"{root}" holds no submission as {"a platform" if lms == "auto" else lms} names them; one file is: {one}'
-    sample = SAMPLES.get(lms, SAMPLES["folder"])
+    sample = PLATFORMS["folder" if lms == "auto" else lms].sample
     return Diagnostic(NO_SUBMISSION, "error", message, f"looked for names such as {sample}; or give a --pattern", root)
 
 
@@ -228,24 +230,25 @@ class _Finder:
     def __init__(self, files: Listing, lms: str, attempts: Attempts) -> None:
         self.files = files
         self.lms = lms
+        self.platform = PLATFORMS.get(lms)
         self.oldest = attempts == "oldest"
         self.told = list(files.diagnostics)
-        self.metadata: dict[str, gradescope.Metadata] = {}
+        self.metadata: Mapping[str, Metadata] = {}
 
     def find(self, named: Mapping[str, ParsedName | None], empty_handed: tuple[str, ...]) -> tuple[Submission, ...]:
         """Make the submissions of those who handed in files, and of those whose folder is empty."""
         fitting = {name: what for name, what in named.items() if what is not None}
         self._tell_left_out([name for name, what in named.items() if what is None])
-        if self.lms == "blackboard":
-            who = blackboard_people(fitting, lambda name: read_file(self.files.root, name, _MOST_RECEIPT))
+        if self.platform is not None and self.platform.receipts:
+            who = people_by_receipts(self.lms, fitting, lambda name: read_file(self.files.root, name, _MOST_RECEIPT))
             fitting = {
                 name: replace(what, student=who[name][0], name=who[name][1], ids={"username": who[name][0]})
                 for name, what in fitting.items()
             }
-        if self.lms == "gradescope":
-            export = [name for name in named.keys() - fitting.keys() if name.rpartition("/")[2] == gradescope.EXPORT]
+        if self.platform is not None and self.platform.metadata:
+            export = [n for n in named.keys() - fitting.keys() if n.rpartition("/")[2] == self.platform.metadata]
             if export:
-                self.metadata = self.read_metadata(self.files.root, min(export))
+                self.read_metadata(self.files.root, min(export), read_export)
             fitting = {name: _person(what, self.metadata.get(what.stem)) for name, what in fitting.items()}
         people: dict[str, dict[str, ParsedName]] = {}
         for name, what in fitting.items():
@@ -262,13 +265,14 @@ class _Finder:
         self.told.append(Diagnostic(code, CODES[code].severity, message, hint, self.files.root.name))
 
     def _tell_left_out(self, names: list[str]) -> None:
-        known = (gradescope.EXPORT, gradescope.LIVE)
+        known = {one.metadata for one in PLATFORMS.values()}
+        known |= {one.autograder.metadata for one in PLATFORMS.values() if one.autograder is not None}
         names = sorted(shown(name) for name in names if name.rpartition("/")[2] not in known)
         if names:
             count = "1 file is" if len(names) == 1 else f"{len(names)} files are"
             message = f"{count} of no student and left aside: {listing(names, 5)}"
-            sample = SAMPLES.get(self.lms)
-            self._tell(FILES_OF_NO_STUDENT, message, f"{self.lms} names files such as {sample}" if sample else "")
+            hint = f"{self.lms} names files such as {self.platform.sample}" if self.platform is not None else ""
+            self._tell(FILES_OF_NO_STUDENT, message, hint)
 
     def _submission(self, student: str, named: Mapping[str, ParsedName]) -> Submission:
         """Make the submission of one student, of the attempt that counts."""
@@ -282,7 +286,7 @@ class _Finder:
         own = {name: what.file for name, what in files.items() if what.file}
         choice = self._choose(own, first)
         graded = files[choice.log] if choice.log else first
-        told = self.metadata.get(first.stem, gradescope.Metadata(()))
+        told = self.metadata.get(first.stem, Metadata(()))
         late = told.late_seconds
         return Submission(
             student,
@@ -309,21 +313,17 @@ class _Finder:
             self._tell(ONE_OF_SEVERAL_GRADED, f"{first.name}: {choice.note}")
         return choice
 
-    def read_metadata(self, root: Path, name: str) -> dict[str, gradescope.Metadata]:
-        """Read a metadata file; by the folder of each submission."""
-        file = name.rpartition("/")[2]
+    def read_metadata(self, root: Path, name: str, read: Callable[[bytes], Mapping[str, Metadata]]) -> None:
+        """Read a metadata file, by the folder of each submission."""
         try:
-            data = read_file(root, name, gradescope.LARGEST)
-            if file == gradescope.LIVE:
-                return {"submission": gradescope.read_live(data)}
-            return gradescope.read_export(data)
-        except (GyroError, gradescope.MetadataError) as error:
+            self.metadata = read(read_file(root, name, LARGEST))
+        except (GyroError, MetadataError) as error:
             hint = "names and times are not known; students are named by their submission's number"
+            file = name.rpartition("/")[2]
             self._tell(GRADESCOPE_METADATA_CANNOT_BE_READ, f"{file} cannot be read: {error}", hint)
-            return {}
 
 
-def _person(what: ParsedName, about: gradescope.Metadata | None) -> ParsedName:
+def _person(what: ParsedName, about: Metadata | None) -> ParsedName:
     """Name a submission by those who handed it in; in a group, by all of them."""
     if about is None or not about.submitters:
         return what

@@ -87,7 +87,7 @@ class OwnRuns:
                 if name == "with_constant" and not fitting.torques_differ(self.torque[used]):
                     continue
                 with np.errstate(all="ignore"):
-                    value, u = _FITS[name](x, y)
+                    value, u = fitting.TEXTBOOK[name](x, y)
                 found.append((f"{name}:{suffix}" if suffix else name, value, u))
         return found
 
@@ -151,40 +151,3 @@ def distance(reported: float, own: float, step: float, yardstick: float) -> floa
     # A value rounded to nothing is no value.
     rounding = step / 2 * (1 + 1e-9) if reported else 0.0
     return max(0.0, abs(reported - own) - rounding) / (yardstick * abs(own))
-
-
-# --- the textbook fits, many tables at once ----------------------------------------------------------------
-
-
-def _through_origin(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Least squares of y = slope·x for tables of shape (c, m); u from the scatter."""
-    return _slope(x, y, 1)
-
-
-def _with_constant(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Least squares of y = slope·x + constant for tables of shape (c, m); u from the scatter."""
-    return _slope(x - x.mean(axis=1, keepdims=True), y - y.mean(axis=1, keepdims=True), 2)
-
-
-def _slope(x: Floats, y: Floats, unknowns: int) -> tuple[Floats, Floats]:
-    across = np.sum(x * x, axis=1)
-    slope = np.sum(x * y, axis=1) / across
-    freedom = x.shape[1] - unknowns
-    if freedom <= 0:
-        return slope, np.full(len(slope), np.nan)
-    left = y - slope[:, None] * x
-    return slope, np.sqrt(np.sum(left * left, axis=1) / freedom / across)
-
-
-def _mean_of_ratios(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Mean of y/x over the runs with a weight, u = standard deviation/√m, for tables of shape (c, m)."""
-    loaded = y[0] != 0
-    ratio = y[:, loaded] / x[:, loaded]
-    count = ratio.shape[1]
-    mean = ratio.mean(axis=1)
-    if count < 2:
-        return mean, np.full(len(mean), np.nan)
-    return mean, ratio.std(axis=1, ddof=1) / np.sqrt(count)
-
-
-_FITS = {"through_origin": _through_origin, "with_constant": _with_constant, "mean_of_ratios": _mean_of_ratios}

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from gyrodata.diagnostics import RUBRIC_PARTS_CONTRADICT
+from gyrodata.fitting import MAD_TO_SD
 from gyrodata.grading.toml_table import Table
 from gyrodata.quantities import parse_quantity, parse_uncertainty
 from gyrodata.units import UnitError
@@ -87,9 +88,6 @@ def _reference(table: Table, station: str) -> Reference | None:
 
 FEW = 5
 """With fewer logs of a station than this, its median is that of the whole class."""
-
-MAD_TO_SD = 1.4826
-"""Standard deviation of normal values over their median absolute deviation."""
 
 MEDIAN_TO_MEAN = 1.2533
 """Standard uncertainty of a median over that of a mean, √(π/2), for normal values."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from gyrodata.grading.accepted_fits import OwnRuns, OwnValue, distance
 from gyrodata.measurements import Measurements
-from gyrodata.physics import Floats
+from gyrodata.physics import RPM, Floats
 from gyrodata.readings import Readings
 from gyrodata.units import parse_unit
 
@@ -35,8 +35,6 @@ SAME = 1e-3
 
 MOST = 3
 """Slips that explain one report equally well and are told."""
-
-RPM = 60 / (2 * math.pi)
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,13 +187,13 @@ def _of_rates(readings: Readings) -> Iterator[_Kind]:
         "rpm_as_rad_s",
         "the spin in rpm was used as if it were in rad/s",
         "ψ̇ [rad/s] = 2π/60 × rpm: 400 rpm are 41.9 rad/s",
-        RPM, 1.0, "spin", 0 if in_rpm else 1,
+        1 / RPM, 1.0, "spin", 0 if in_rpm else 1,
     )  # fmt: skip
     yield _Kind(
         "rad_s_as_rpm",
         "the spin was turned from rpm into rad/s twice",
         "multiply rpm by 2π/60 once: 400 rpm are 41.9 rad/s",
-        1 / RPM, 1.0, "", 0 if unit in ("rpm", "rad/s") else 1,
+        RPM, 1.0, "", 0 if unit in ("rpm", "rad/s") else 1,
     )  # fmt: skip
     yield _Kind(
         "minutes_as_seconds",
@@ -225,7 +223,7 @@ def _of_rates(readings: Readings) -> Iterator[_Kind]:
         "both_in_rpm",
         "both rates are in rpm, not in rad/s",
         "φ̇ and ψ̇ are needed in rad/s: 1 rpm is 2π/60 rad/s",
-        RPM**2, 1.0, "", 0 if in_rpm else 1,
+        RPM**-2, 1.0, "", 0 if in_rpm else 1,
     )  # fmt: skip
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from gyrodata import __version__
+from gyrodata.fitting import MAD_TO_SD
 from gyrodata.grading.feedback import environment, points_text
 from gyrodata.grading.reference import Reference
 from gyrodata.reporting import count_text, inertia_text, number_text, power_of_ten
@@ -178,7 +179,7 @@ def _groups(grades: Sequence[Grade], references: Mapping[str, Reference]) -> dic
 def _range(own: Sequence[float], reported: Sequence[float], references: Mapping[str, Reference]) -> tuple[float, float]:
     """Find an axis on which the bulk is seen, whatever slips do to a few."""
     middle = statistics.median(own)
-    spread = 1.4826 * statistics.median(abs(value - middle) for value in own)
+    spread = MAD_TO_SD * statistics.median(abs(value - middle) for value in own)
     reach = max(REACH * spread, NARROWEST * abs(middle))
     kept = [value for value in (*own, *reported) if abs(value - middle) <= reach]
     for reference in references.values():

@@ -20,10 +20,7 @@ from gyrodata.diagnostics import (
 )
 
 if TYPE_CHECKING:
-    from gyrodata.grading.classroom import ClassGrades
-    from gyrodata.grading.desk import Change, Gradebooks
-    from gyrodata.grading.exports.sheet import Filled
-    from gyrodata.grading.run import GradingOptions
+    from gyrodata.grading import Change, ClassGrades, Filled, Gradebooks, GradingOptions
 
 
 SHOWN = 20
@@ -153,9 +150,7 @@ def autograde(
     root: Annotated[Path, typer.Argument(metavar="ROOT", help="What Gradescope lays down.")] = Path("/autograder"),
 ) -> None:
     """Grade the one submission that a running autograder of Gradescope has; called by its run_autograder."""
-    from gyrodata.grading.exports.gradescope import grade_autograder
-    from gyrodata.grading.journal import write_whole
-    from gyrodata.grading.platforms import AUTOGRADER
+    from gyrodata.grading import AUTOGRADER, grade_autograder, write_whole
 
     write_whole(root / AUTOGRADER.results, [grade_autograder(root).encode()])
 
@@ -165,11 +160,7 @@ def autograde(
 
 def _grade_class(path: Path, request: _Request) -> ClassGrades:
     """Grade, say what changes, write what was asked for, and print."""
-    from gyrodata.grading.desk import changes_in
-    from gyrodata.grading.forensics import read_exemptions
-    from gyrodata.grading.rubric import read_rubric
-    from gyrodata.grading.run import grade_class
-    from gyrodata.grading.submissions import find_submissions
+    from gyrodata.grading import changes_in, find_submissions, grade_class, read_exemptions, read_rubric
 
     name = "built-in rubric" if request.rubric is None else request.rubric.name
     rubric = read_rubric(_rubric_text(request.rubric).encode("utf-8", "surrogateescape"), name)
@@ -202,7 +193,7 @@ def _grade_class(path: Path, request: _Request) -> ClassGrades:
 
 def _rubric_text(path: Path | None) -> str:
     """Give the rubric as it was written; bytes that are no text are for the reader to refuse."""
-    from gyrodata.grading.rubric import default_rubric_text
+    from gyrodata.grading import default_rubric_text
 
     return default_rubric_text() if path is None else _read(path).decode("utf-8", "surrogateescape")
 
@@ -216,9 +207,7 @@ def _read(path: Path) -> bytes:
 
 def _write_autograder(folder: Path, rubric: Path | None) -> None:
     """Write what is to be zipped for Gradescope, the scripts executable, once the rubric is known to be good."""
-    from gyrodata.grading.exports.gradescope import autograder_files
-    from gyrodata.grading.journal import write_whole
-    from gyrodata.grading.rubric import read_rubric
+    from gyrodata.grading import autograder_files, read_rubric, write_whole
 
     data = _rubric_text(rubric).encode("utf-8", "surrogateescape")
     read_rubric(data, "rubric.toml" if rubric is None else rubric.name)
@@ -251,7 +240,7 @@ def _folder(path: Path, request: _Request) -> Path | None:
 
 
 def _gradebooks(request: _Request) -> Gradebooks:
-    from gyrodata.grading.desk import Gradebooks
+    from gyrodata.grading import Gradebooks
 
     given = {"canvas": request.gradebook, "moodle": request.worksheet}
     return Gradebooks(
@@ -263,10 +252,7 @@ def _options(folder: Path | None, count: int, request: _Request) -> GradingOptio
     """Say how the class is graded."""
     import time
 
-    from gyrodata.grading.desk import FIGURES, JOURNAL
-    from gyrodata.grading.journal import Journal
-    from gyrodata.grading.run import GradingOptions
-    from gyrodata.grading.workers import count_workers
+    from gyrodata.grading import FIGURES, JOURNAL, GradingOptions, Journal, count_workers
 
     return GradingOptions(
         workers=request.workers or count_workers(),
@@ -284,8 +270,7 @@ def _write(
     """Write the folder of the grades."""
     import time
 
-    from gyrodata.grading.desk import write_results
-    from gyrodata.grading.feedback import write_feedback
+    from gyrodata.grading import write_feedback, write_results
 
     write_results(found, folder, filled)
     bar = None if quiet else progress_bar(len(found.grades), time.monotonic, "feedback ")
@@ -296,8 +281,7 @@ def _write(
 
 
 def _print(found: ClassGrades, changes: Sequence[Change] | None, form: GradeFormat) -> None:
-    from gyrodata.grading.exports.grades_json import grade_lines, grades_document
-    from gyrodata.grading.exports.summary import class_summary
+    from gyrodata.grading import class_summary, grade_lines, grades_document
 
     if form is GradeFormat.text:
         parts = class_summary(found)
@@ -335,7 +319,7 @@ def _told(found: ClassGrades, options: GradingOptions) -> Iterator[str]:
 
 def _told_changes(changes: Sequence[Change] | None, dry_run: bool) -> Iterator[str]:
     """Say what changes in the table of grades that is there."""
-    from gyrodata.grading.desk import BEFORE, TABLE
+    from gyrodata.grading import BEFORE, TABLE
 
     kept = "" if dry_run else f"; what it was is kept as {BEFORE}"
     if changes is None:

@@ -16,10 +16,9 @@ from gyrodata.diagnostics import (
     TOO_FEW_WEIGHTS,
 )
 from gyrodata.errors import Diagnostic
-from gyrodata.grading.accepted_fits import OwnValue
-from gyrodata.grading.reference import Reference
 from gyrodata.grading.rubric import Criterion
 from gyrodata.grading.slips import Slip
+from gyrodata.grading.yardsticks import OwnValue, Reference
 from gyrodata.readings import Reported
 from gyrodata.reporting import count_text, inertia_text, p_text, power_of_ten
 from gyrodata.results import Analysis

@@ -16,14 +16,13 @@ from typing import TYPE_CHECKING, Any, Literal
 from gyrodata.analysis import analyze_readings
 from gyrodata.diagnostics import OUTLIER_BEFORE_LEAVING
 from gyrodata.errors import Diagnostic, GyroError, LogError
-from gyrodata.grading.accepted_fits import distance, nearest, own_runs
-from gyrodata.grading.answers_file import Answers, read_answers
 from gyrodata.grading.criteria import ASKED_CODES, Evidence, Mark, judge, judge_reference, mark
 from gyrodata.grading.forensics import Fingerprint, fingerprint
 from gyrodata.grading.late import Lateness, judge_lateness
-from gyrodata.grading.reference import Reference, class_references, station_key
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.slips import Slip, find_slips
+from gyrodata.grading.submissions import Answers, read_answers
+from gyrodata.grading.yardsticks import Reference, class_references, distance, nearest, own_runs, station_key
 from gyrodata.procedure import check_procedure
 from gyrodata.readings import Readings, Reported, read_log, read_reported
 from gyrodata.results import Analysis
@@ -229,6 +228,16 @@ def _added_up(grade: Grade) -> Grade:
         return replace(grade, status="not graded", why="; ".join(reasons), points=None)
     total = sum(one.points or 0.0 for one in grade.marks) - grade.late_deduction
     return replace(grade, status="graded", why=None, points=round(max(0.0, total), 2))
+
+
+def points_text(points: float | None) -> str:
+    """Write points: "6", "4.35", or "–" where there are none yet."""
+    return "–" if points is None else f"{points:.2f}".rstrip("0").rstrip(".")
+
+
+def two_decimals(points: float | None) -> str:
+    """Write points with two decimals, as gradebooks compare them, and never with a mark between thousands."""
+    return "" if points is None else f"{points:.2f}"
 
 
 # --- what there is to judge ---------------------------------------------------------------------------------

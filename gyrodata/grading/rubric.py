@@ -23,8 +23,8 @@ from gyrodata.diagnostics import (
     RUBRIC_POINTS_DO_NOT_ADD_UP,
 )
 from gyrodata.grading.late import LateRule, read_late
-from gyrodata.grading.reference import Reference, read_references
 from gyrodata.grading.toml_table import Table, nearest, read_toml
+from gyrodata.grading.yardsticks import Reference, read_references
 from gyrodata.quantities import parse_quantity
 from gyrodata.units import UnitError
 

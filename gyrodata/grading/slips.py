@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gyrodata.grading.accepted_fits import OwnRuns, OwnValue, distance
+from gyrodata.grading.yardsticks import OwnRuns, OwnValue, distance
 from gyrodata.measurements import Measurements
 from gyrodata.physics import RPM, Floats
 from gyrodata.readings import Readings

@@ -18,14 +18,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gyrodata.errors import InputError
-from gyrodata.grading.criteria import Mark
-from gyrodata.grading.exports.gradebooks import fill_book
-from gyrodata.grading.exports.grades_csv import grades_csv
-from gyrodata.grading.exports.gradescope import autograder_files, grade_autograder, results_json
-from gyrodata.grading.exports.sheet import read_sheet
-from gyrodata.grading.forensics import Flag
-from gyrodata.grading.grade import Grade
-from gyrodata.grading.rubric import default_rubric_text
+from gyrodata.grading import (
+    Flag,
+    Grade,
+    Mark,
+    autograder_files,
+    default_rubric_text,
+    fill_book,
+    grade_autograder,
+    grades_csv,
+    read_sheet,
+    results_json,
+)
 
 fill_gradebook = functools.partial(fill_book, "canvas", name="gradebook.csv")
 fill_worksheet = functools.partial(fill_book, "moodle", name="worksheet.csv")

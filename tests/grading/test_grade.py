@@ -14,9 +14,16 @@ from grading.reports import RIGHT, SLIPS, Formula, Sheet, reported_line, sheet
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from gyrodata.grading.grade import Grade, grade_submission, settle
-from gyrodata.grading.rubric import Rubric, default_rubric, default_rubric_text, read_rubric
-from gyrodata.grading.submissions import Submission
+from gyrodata.grading import (
+    Grade,
+    Rubric,
+    Submission,
+    default_rubric,
+    default_rubric_text,
+    grade_submission,
+    read_rubric,
+    settle,
+)
 
 Grader = Callable[..., Grade]
 

@@ -12,7 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gyrodata.errors import InputError
-from gyrodata.grading.submissions import Submission, Submissions, find_submissions, metadata, names
+from gyrodata.grading import Submission, Submissions, find_submissions
+from gyrodata.grading.submissions import metadata, names
 
 BOTH = pytest.mark.parametrize("make", [make_folder, make_zip])
 

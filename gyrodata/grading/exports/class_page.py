@@ -11,13 +11,13 @@ from urllib.parse import quote
 
 from gyrodata import __version__
 from gyrodata.fitting import MAD_TO_SD
-from gyrodata.grading.feedback import environment, points_text
-from gyrodata.grading.reference import Reference
+from gyrodata.grading.feedback import environment
+from gyrodata.grading.grade import Grade, points_text
+from gyrodata.grading.yardsticks import Reference
 from gyrodata.reporting import count_text, inertia_text, number_text, power_of_ten
 
 if TYPE_CHECKING:
     from gyrodata.grading.classroom import ClassGrades
-    from gyrodata.grading.grade import Grade
 
 
 def class_page(found: ClassGrades, feedback: Callable[[str], str]) -> Iterator[str]:

@@ -15,16 +15,12 @@ import re
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterator, Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
 from gyrodata.diagnostics import GRADEBOOK_COLUMN_CANNOT_BE_FILLED, GRADEBOOK_COLUMN_NOT_CLEAR
-from gyrodata.grading.exports.grades_csv import two_decimals
 from gyrodata.grading.exports.sheet import Filled, Sheet, read_sheet, refusal
+from gyrodata.grading.grade import Grade, two_decimals
 from gyrodata.grading.platforms import Book, book_of
 from gyrodata.readings import listing
-
-if TYPE_CHECKING:
-    from gyrodata.grading.grade import Grade
 
 Ids = Mapping[str, Mapping[str, str]]
 _NO_COMMENTS: Mapping[str, str] = MappingProxyType({})

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrodata.grading.forensics.exemptions import Exemptions
 from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
 from gyrodata.readings import Column, Readings
@@ -246,12 +245,12 @@ class Logs:
 
 
 def lay_out(
-    students: Sequence[str], prints: Mapping[str, Fingerprint], exempt: Exemptions, previous: Mapping[str, Fingerprint]
+    students: Sequence[str],
+    prints: Mapping[str, Fingerprint],
+    partners: Mapping[int, frozenset[int]],
+    previous: Mapping[str, Fingerprint],
 ) -> Logs:
-    """Put the logs side by side.
-
-    `prints`: The class, by student.
-    """
+    """Put the logs of the class, by student, side by side."""
     keys = (*students, *sorted(previous))
 
     def print_of(log: int) -> Fingerprint:
@@ -291,7 +290,7 @@ def lay_out(
         noise=_noise(np.array(own), freedom >= TRUSTED_DOF, stopwatch),
         starts=np.concatenate([[0], np.cumsum(counts)]).astype(int),
         log=np.repeat(np.arange(len(keys)), counts),
-        partners=exempt.partners({key: i for i, key in enumerate(students)}),
+        partners=partners,
         **{name: np.array(values, dtype=float) for name, values in rows.items()},
     )
 

@@ -25,8 +25,7 @@ from gyrodata.grading.submissions import Submission, Submissions
 from gyrodata.grading.workers import Failed, in_workers
 from gyrodata.grading.yardsticks import Reference
 
-LIMIT = 30.0
-"""Time for one submission [s] unless another is given; an ordinary one takes a hundredth."""
+LIMIT = 30.0  # time for one submission [s] unless another is given; an ordinary one takes a hundredth
 
 Grader = Callable[[Submission, Rubric], Grade]
 
@@ -35,20 +34,13 @@ Grader = Callable[[Submission, Rubric], Grade]
 class GradingOptions:
     """How a class is graded: processes, time, files; none of it changes a grade."""
 
-    workers: int = 1
-    """Processes."""
-    limit: float = LIMIT
-    """Time for one submission [s]."""
-    journal: Journal | None = None
-    """Where grades are kept, and known ones found; None: nowhere."""
-    keep: bool = True
-    """False where nothing is written, the journal neither."""
-    figures: Path | None = None
-    """Folder for each student's figures; None: none are drawn."""
-    progress: Callable[[int], None] | None = None
-    """Told how many are done."""
-    grader: Grader = grade_submission
-    """What makes a grade."""
+    workers: int = 1  # processes
+    limit: float = LIMIT  # time for one submission [s]
+    journal: Journal | None = None  # where grades are kept, and known ones found; None: nowhere
+    keep: bool = True  # False where nothing is written, the journal neither
+    figures: Path | None = None  # folder for each student's figures; None: none are drawn
+    progress: Callable[[int], None] | None = None  # told how many are done
+    grader: Grader = grade_submission  # what makes a grade
 
 
 @dataclass(frozen=True)
@@ -186,31 +178,23 @@ class CriterionFigures:
     id: str
     title: str
     out_of: float
-    judged: int
-    """Students for whom it could be judged."""
-    full: int
-    """Students with all of its points."""
-    none: int
-    """Students with none."""
-    mean: float | None
-    """Mean points of those judged; None for nobody."""
+    judged: int  # students for whom it could be judged
+    full: int  # students with all of its points
+    none: int  # students with none
+    mean: float | None  # mean points of those judged; None for nobody
 
 
 @dataclass(frozen=True)
 class ClassGrades:
     """All that a run found out."""
 
-    source: str
-    """Name of the folder or zip, without where it is."""
+    source: str  # name of the folder or zip, without where it is
     submissions: Submissions
     rubric: Rubric
-    grades: Sequence[Grade]
-    """In the order of `submissions`, settled."""
-    references: Mapping[str, Reference]
-    """What I_zz was held against, by station; "all" for every other."""
+    grades: Sequence[Grade]  # in the order of `submissions`, settled
+    references: Mapping[str, Reference]  # what I_zz was held against, by station; "all" for every other
     flags: tuple[Flag, ...]
-    again: Mapping[str, str]
-    """Why each student was graded in this run, by key; the others' grades were known."""
+    again: Mapping[str, str]  # why each student was graded in this run, by key; the others' grades were known
     figures: Mapping[str, Mapping[str, str]]
     """What each drawn figure shows, in words, by student and name of the figure."""
 

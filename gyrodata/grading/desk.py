@@ -105,8 +105,7 @@ class _Task:
 
     grade: Grade
     submission: Submission
-    figures: Mapping[str, str]
-    """What each figure shows, by name; empty where the feedback has none."""
+    figures: Mapping[str, str]  # what each figure shows, by name; empty where the feedback has none
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING, Any, Literal
 from gyrodata.analysis import analyze_readings
 from gyrodata.diagnostics import OUTLIER_BEFORE_LEAVING
 from gyrodata.errors import Diagnostic, GyroError, LogError
-from gyrodata.grading.criteria import ASKED_CODES, Evidence, Mark, judge, judge_reference, mark
+from gyrodata.grading.criteria import Evidence, Mark, judge, judge_reference, mark
 from gyrodata.grading.forensics import Fingerprint, fingerprint
 from gyrodata.grading.late import Lateness, judge_lateness
-from gyrodata.grading.rubric import Rubric
+from gyrodata.grading.rubric import ASKS, Rubric
 from gyrodata.grading.slips import Slip, find_slips
 from gyrodata.grading.submissions import Answers, read_answers
 from gyrodata.grading.yardsticks import Reference, class_references, distance, nearest, own_runs, station_key
@@ -30,11 +30,9 @@ from gyrodata.results import Analysis
 if TYPE_CHECKING:
     from gyrodata.grading.submissions import Submission
 
-FAR = 3.0
-"""A report farther than this from every accepted fit [u], and explained by no known slip, is worth a look."""
+FAR = 3.0  # a report farther than this from every accepted fit [u], and explained by no known slip, is worth a look
 
-HUGE = 1e30
-"""A number above this, or below one over it, is no report [kg*m^2]."""
+HUGE = 1e30  # a number above this, or below one over it, is no report [kg*m^2]
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,45 +42,29 @@ class Grade:
     student: str
     name: str
     status: Literal["graded", "not graded"]
-    why: str | None
-    """Why it is not graded; None if it is."""
-    points: float | None
-    """What counts, lateness taken off, two decimals; None where it is not graded."""
+    why: str | None  # why it is not graded; None if it is
+    points: float | None  # what counts, lateness taken off, two decimals; None where it is not graded
     out_of: float
-    marks: tuple[Mark, ...]
-    """One for each criterion, in the rubric's order."""
-    slips: tuple[Slip, ...]
-    """Known slips that explain the report, the likeliest first."""
-    look: tuple[str, ...]
-    """What a person should look at though it is graded."""
+    marks: tuple[Mark, ...]  # one for each criterion, in the rubric's order
+    slips: tuple[Slip, ...]  # known slips that explain the report, the likeliest first
+    look: tuple[str, ...]  # what a person should look at though it is graded
     station: str | None
     reported: Mapping[str, float | str | None]
     """"text", "value" and "u" [kg*m^2], "line"; empty where nothing is reported."""
     own: Mapping[str, Mapping[str, float | None]]
     """"value" and "u" [kg*m^2] of each accepted fit of the student's own runs."""
-    inertia: float | None
-    """I_zz that the student's own runs give by the recommended fit, accepted or not [kg*m^2]."""
-    inertia_u: float | None
-    """Its standard uncertainty [kg*m^2]."""
-    matched: str | None
-    """The accepted fit that the report comes nearest to, a slip undone."""
-    d: float | None
-    """Distance of the report from it, as reported [u]."""
-    zeta: float | None
-    """Zeta score of ISO 13528: distance from the reference over the u of both, a slip undone."""
-    late_seconds: float | None
-    """Late by this [s]; None where nothing tells."""
-    late_deduction: float
-    """[points]"""
+    inertia: float | None  # I_zz that the student's own runs give by the recommended fit, accepted or not [kg*m^2]
+    inertia_u: float | None  # its standard uncertainty [kg*m^2]
+    matched: str | None  # the accepted fit that the report comes nearest to, a slip undone
+    d: float | None  # distance of the report from it, as reported [u]
+    zeta: float | None  # zeta score of ISO 13528: distance from the reference over the u of both, a slip undone
+    late_seconds: float | None  # late by this [s]; None where nothing tells
+    late_deduction: float  # [points]
     late_reason: str
-    diagnostics: tuple[Mapping[str, Any], ...]
-    """What was found in the log, as `Diagnostic.to_dict` has it."""
-    title: str
-    """Of the rubric."""
-    rubric: str
-    """Digest of the rubric."""
-    digest: str
-    """Of the submission."""
+    diagnostics: tuple[Mapping[str, Any], ...]  # what was found in the log, as `Diagnostic.to_dict` has it
+    title: str  # of the rubric
+    rubric: str  # digest of the rubric
+    digest: str  # of the submission
     fingerprint: Fingerprint | None
     """What is kept of the log to compare it with others; None where it cannot be analysed."""
 
@@ -322,7 +304,7 @@ def _reported_dict(reported: Reported | None) -> dict[str, float | str | None]:
 
 def _asked_for(lacks: tuple[Diagnostic, ...], rubric: Rubric) -> list[Diagnostic]:
     """What the log lacks of what the rubric asks for; the runs that look odd are in the analysis already."""
-    codes = {ASKED_CODES[ask] for criterion in rubric.criteria for ask in criterion.asks}
+    codes = {ASKS[ask] for criterion in rubric.criteria for ask in criterion.asks}
     return [one for one in lacks if one.code in codes and one.code != OUTLIER_BEFORE_LEAVING]
 
 

@@ -28,21 +28,17 @@ _SECONDS = {
 class Tier:
     """Up to this late, this is taken off."""
 
-    until: float
-    """[s]"""
-    deduct: float
-    """[points]"""
+    until: float  # [s]
+    deduct: float  # [points]
 
 
 @dataclass(frozen=True, slots=True)
 class LateException:
     """What holds for one student instead: exactly one of `due`, `extra` and `waive`."""
 
-    student: str
-    """Key, any id, or name."""
+    student: str  # key, any id, or name
     due: dt.datetime | None
-    extra: float | None
-    """Time more [s]."""
+    extra: float | None  # time more [s]
     waive: bool
 
 
@@ -50,14 +46,10 @@ class LateException:
 class LateRule:
     """How lateness becomes points."""
 
-    due: dt.datetime | None
-    """None: what the learning platform says counts."""
-    grace: float
-    """[s]"""
-    tiers: tuple[Tier, ...]
-    """In rising order of `until`."""
-    beyond: float
-    """Taken off after the last tier [points]."""
+    due: dt.datetime | None  # None: what the learning platform says counts
+    grace: float  # [s]
+    tiers: tuple[Tier, ...]  # in rising order of `until`
+    beyond: float  # taken off after the last tier [points]
     marked: float | None
     """Taken off where a submission is only marked late, without by how much [points]; None: a person must look."""
     exceptions: tuple[LateException, ...]
@@ -67,14 +59,10 @@ class LateRule:
 class Lateness:
     """What the rule makes of one submission."""
 
-    seconds: float | None
-    """Late by this, 0 for in time; None where nothing tells."""
-    deduct: float
-    """[points]"""
-    reason: str
-    """In words; "" for in time."""
-    look: bool
-    """True where a person must decide."""
+    seconds: float | None  # late by this, 0 for in time; None where nothing tells
+    deduct: float  # [points]
+    reason: str  # in words; "" for in time
+    look: bool  # True where a person must decide
 
 
 def parse_duration(text: str) -> float | None:

@@ -163,8 +163,7 @@ PLATFORMS: Mapping[str, Platform] = {
 }
 """All of them; the last has no names of its own."""
 
-NAMED = tuple(name for name, platform in PLATFORMS.items() if platform.shapes)
-"""Those that are known by their names."""
+NAMED = tuple(name for name, platform in PLATFORMS.items() if platform.shapes)  # those that are known by their names
 
 
 def book_of(lms: str) -> Book:

@@ -20,42 +20,33 @@ from gyrodata.physics import RPM, Floats
 from gyrodata.readings import Readings
 from gyrodata.units import parse_unit
 
-FROM = 3.0
-"""A report nearer than this to an accepted fit [u] is arithmetic as it should be: no slip is looked for."""
+FROM = 3.0  # a report nearer than this to an accepted fit [u] is arithmetic as it should be: no slip is looked for
 
 WITHIN, BOTH_WITHIN = 2.0, 1.0
 """A slip explains a report if what it makes of the runs is nearer than this [u]: one slip, two slips together.
 There are many pairs, so that one of them comes near by chance more easily."""
 
-AS_GOOD = 0.5
-"""A slip that is farther by less than this [u] than the best explains the report as well."""
+AS_GOOD = 0.5  # a slip that is farther by less than this [u] than the best explains the report as well
 
 SAME = 1e-3
 """Slips whose factors differ by less than this share leave the same factor: only the log's units tell them apart."""
 
-MOST = 3
-"""Slips that explain one report equally well and are told."""
+MOST = 3  # slips that explain one report equally well and are told
 
 
 @dataclass(frozen=True, slots=True)
 class Slip:
     """A known mistake that explains a reported value."""
 
-    kind: str
-    """Stable name: "rpm_as_rad_s", or two of them with " + " between."""
-    words: str
-    """What happened, in words."""
-    check: str
-    """How to check it, in words."""
-    factor: float
-    """Reported value over what the same fit gives without the slip [1]."""
-    fit: str
-    """Which accepted fit of the runs with the slip it agrees with, a name as in `OwnValue`."""
+    kind: str  # stable name: "rpm_as_rad_s", or two of them with " + " between
+    words: str  # what happened, in words
+    check: str  # how to check it, in words
+    factor: float  # reported value over what the same fit gives without the slip [1]
+    fit: str  # which accepted fit of the runs with the slip it agrees with, a name as in `OwnValue`
     u: float | None
     """Standard uncertainty that this fit has with the slip [kg*m^2]; a slip that is not the same in every run scatters
     the points."""
-    distance: float
-    """How far from that fit the report is [u]."""
+    distance: float  # how far from that fit the report is [u]
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,14 +56,10 @@ class _Kind:
     kind: str
     words: str
     check: str
-    product: float | Floats
-    """What it multiplies φ̇ψ̇ of each run by, a number or shape (n,)."""
-    torque: float
-    """What it multiplies M by."""
-    forgets: str
-    """Of what the conversion or step was forgotten, so that two such make a likely pair; "" for the others."""
-    rank: int
-    """0 for a common one that the log's own units allow, 1 for a rarer one, 2 for a plain power of ten."""
+    product: float | Floats  # what it multiplies φ̇ψ̇ of each run by, a number or shape (n,)
+    torque: float  # what it multiplies M by
+    forgets: str  # of what the conversion or step was forgotten, so that two such make a likely pair; "" for the others
+    rank: int  # 0 for a common one that the log's own units allow, 1 for a rarer one, 2 for a plain power of ten
 
 
 def find_slips(

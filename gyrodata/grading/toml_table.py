@@ -18,11 +18,7 @@ from gyrodata.errors import Diagnostic, InputError
 from gyrodata.quantities import parse_uncertainty
 from gyrodata.units import UnitError
 
-_RUBRIC = "schema = 1\npoints = 2\n[[criterion]]\nid = 'log'\ncheck = 'log'\npoints = 2\n"
-
-
-LARGEST = 1_000_000
-"""Bytes of a rubric that are read."""
+LARGEST = 1_000_000  # bytes of a rubric that are read
 
 
 class Faults:

@@ -43,12 +43,9 @@ them is still arithmetic."""
 class OwnValue:
     """I_zz by one fit of the student's own runs."""
 
-    name: str
-    """Of `FIT_WORDS`, with ":all" or ":loaded" behind it where it is of other runs than the analysis keeps."""
-    value: float
-    """[kg*m^2]"""
-    u: float | None
-    """As this fit itself gives it [kg*m^2]; None where it has none."""
+    name: str  # of `FIT_WORDS`, with ":all" or ":loaded" behind it where it is of other runs than the analysis keeps
+    value: float  # [kg*m^2]
+    u: float | None  # as this fit itself gives it [kg*m^2]; None where it has none
 
     @property
     def words(self) -> str:
@@ -66,17 +63,13 @@ def fit_words(name: str) -> str:
 class OwnRuns:
     """The runs of one log as the textbook fits need them, n runs."""
 
-    product: Floats
-    """φ̇ψ̇ with the torque's sign [rad²/s²], shape (n,)."""
-    torque: Floats
-    """[N*m], shape (n,)."""
+    product: Floats  # φ̇ψ̇ with the torque's sign [rad²/s²], shape (n,)
+    torque: Floats  # [N*m], shape (n,)
     sets: tuple[tuple[str, NDArray[np.bool_]], ...]
     """Which runs are used, each shape (n,): those that the analysis keeps (""), all, those with a weight."""
-    accept: tuple[str, ...]
-    """Fits that the course accepts."""
+    accept: tuple[str, ...]  # fits that the course accepts
     recommended: OwnValue
-    yardstick: float
-    """One unit of d, as a share of I_zz [1]."""
+    yardstick: float  # one unit of d, as a share of I_zz [1]
 
     def fits(self, product: Floats, torque: Floats) -> list[tuple[str, Floats, Floats]]:
         """Work out the accepted textbook fits for c changed tables at once.
@@ -166,12 +159,9 @@ def distance(reported: float, own: float, step: float, yardstick: float) -> floa
 class Reference:
     """The value that a station's gyroscope should give."""
 
-    inertia: float
-    """[kg*m^2]"""
-    u: float
-    """Standard uncertainty [kg*m^2]."""
-    source: str
-    """Where it comes from, in words."""
+    inertia: float  # [kg*m^2]
+    u: float  # standard uncertainty [kg*m^2]
+    source: str  # where it comes from, in words
 
 
 def station_key(text: str) -> str:
@@ -234,11 +224,9 @@ def _reference(table: Table, station: str) -> Reference | None:
 
 # --- the class as its own reference -------------------------------------------------------------------------
 
-FEW = 5
-"""With fewer logs of a station than this, its median is that of the whole class."""
+FEW = 5  # with fewer logs of a station than this, its median is that of the whole class
 
-MEDIAN_TO_MEAN = 1.2533
-"""Standard uncertainty of a median over that of a mean, √(π/2), for normal values."""
+MEDIAN_TO_MEAN = 1.2533  # standard uncertainty of a median over that of a mean, √(π/2), for normal values
 
 
 def class_references(values: Iterable[tuple[str | None, float, float]]) -> dict[str, Reference]:

@@ -26,8 +26,7 @@ if TYPE_CHECKING:
 # --- CSV: ``grades.csv``, a row for each student below one of what can be had, and ``flags.csv`` -----------------
 
 
-POINTS_ROW = "points possible"
-"""What stands for a student in the first row."""
+POINTS_ROW = "points possible"  # what stands for a student in the first row
 
 _BEFORE = ("student", "name", "status", "total")
 _AFTER = (
@@ -125,12 +124,9 @@ class Change:
 
     student: str
     name: str
-    before: str | None
-    """Points, "not graded", or None for one who was not in the table."""
-    after: str | None
-    """The same now; None for one who no longer is."""
-    parts: tuple[tuple[str, str, str], ...]
-    """Other cells that change: column, before, after."""
+    before: str | None  # points, "not graded", or None for one who was not in the table
+    after: str | None  # the same now; None for one who no longer is
+    parts: tuple[tuple[str, str, str], ...]  # other cells that change: column, before, after
 
     def to_dict(self) -> dict[str, Any]:
         """Give it as JSON can hold it."""
@@ -267,8 +263,7 @@ def _student(found: ClassGrades, grade: Grade) -> dict[str, Any]:
 # --- a table for a terminal --------------------------------------------------------------------------------
 
 
-WIDEST = 28
-"""Characters of a name that are shown."""
+WIDEST = 28  # characters of a name that are shown
 
 
 def class_summary(found: ClassGrades) -> Iterator[str]:

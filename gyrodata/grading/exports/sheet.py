@@ -14,16 +14,14 @@ from typing import NamedTuple
 from gyrodata.diagnostics import GRADEBOOK_CANNOT_BE_READ
 from gyrodata.errors import Diagnostic, InputError
 
-LARGEST = 50_000_000
-"""Bytes of a gradebook that are read."""
+LARGEST = 50_000_000  # bytes of a gradebook that are read
 
 
 class Cell(NamedTuple):
     """One cell."""
 
     value: str
-    written: str
-    """As it stands in the file, quotes included."""
+    written: str  # as it stands in the file, quotes included
 
 
 @dataclass
@@ -31,33 +29,18 @@ class Row:
     """One row."""
 
     cells: list[Cell]
-    end: str
-    """Line end as it stands in the file; "" at the end of it."""
+    end: str  # line end as it stands in the file; "" at the end of it
 
 
 @dataclass
 class Sheet:
-    """A table whose bytes are known.
+    """A table whose bytes are known."""
 
-    Attributes
-    ----------
-    name : str
-        Shown name of the file.
-    rows : list of Row
-        All rows, blank ones too.
-    delimiter : str
-        Between cells.
-    mark : bytes
-        Byte-order mark.
-    encoding : str
-        Of the bytes behind it.
-    """
-
-    name: str
-    rows: list[Row]
-    delimiter: str
-    mark: bytes
-    encoding: str
+    name: str  # shown name of the file
+    rows: list[Row]  # all rows, blank ones too
+    delimiter: str  # between cells
+    mark: bytes  # byte-order mark
+    encoding: str  # of the bytes behind it
 
     def value(self, row: int, column: int | None) -> str:
         """Give a cell without blanks around it; "" where the row has no such column."""
@@ -82,24 +65,13 @@ class Sheet:
 
 @dataclass(frozen=True, slots=True)
 class Filled:
-    """A gradebook with grades in it.
+    """A gradebook with grades in it."""
 
-    Attributes
-    ----------
-    data : bytes
-        The file to upload.
-    filled : tuple of str
-        Students whose grade stands in it now.
-    changed : tuple of tuple of str
-        Student, what stood there, and what stands there now, where the two differ and there was something.
-    skipped : tuple of tuple of str
-        Student or row, and why nothing was written for it.
-    """
-
-    data: bytes
-    filled: tuple[str, ...]
+    data: bytes  # the file to upload
+    filled: tuple[str, ...]  # students whose grade stands in it now
+    # student, what stood there, and what stands there now, where the two differ and there was something
     changed: tuple[tuple[str, str, str], ...]
-    skipped: tuple[tuple[str, str], ...]
+    skipped: tuple[tuple[str, str], ...]  # student or row, and why nothing was written for it
 
 
 _MARKS = ((b"\xef\xbb\xbf", "utf-8"), (b"\xff\xfe", "utf-16-le"), (b"\xfe\xff", "utf-16-be"))

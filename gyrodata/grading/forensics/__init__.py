@@ -73,24 +73,19 @@ def flag_class(
 # --- whose logs may be alike: partners who hand in the same data, and staff ------------------------------
 
 
-LARGEST_FILE = 1_000_000
-"""Bytes of a file of partners that are read at most."""
+LARGEST_FILE = 1_000_000  # bytes of a file of partners that are read at most
 
-LONGEST_LINE = 100_000
-"""Characters in one of its lines at most."""
+LONGEST_LINE = 100_000  # characters in one of its lines at most
 
-STAFF = "staff:"
-"""Begins a line of people whose logs are compared with nobody's."""
+STAFF = "staff:"  # begins a line of people whose logs are compared with nobody's
 
 
 @dataclass(frozen=True, slots=True)
 class Exemptions:
     """Who is not to be flagged."""
 
-    groups: tuple[frozenset[str], ...] = ()
-    """Students who hand in the same data, by key; one may be in several groups."""
-    staff: frozenset[str] = frozenset()
-    """Keys of those who are left out of all comparisons."""
+    groups: tuple[frozenset[str], ...] = ()  # students who hand in the same data, by key; one may be in several groups
+    staff: frozenset[str] = frozenset()  # keys of those who are left out of all comparisons
     diagnostics: tuple[Diagnostic, ...] = ()
 
     def partners(self, number: Mapping[str, int]) -> dict[int, frozenset[int]]:

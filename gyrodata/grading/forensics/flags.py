@@ -21,8 +21,7 @@ KINDS: tuple[Kind, ...] = ("shared rows", "shifted or scaled", "residuals", "sca
 ALLOWED = 0.05
 """Flags of one kind that a class of honest students gets by chance, at most; the thresholds follow from it."""
 
-LEAST = 1e-300
-"""Where products of small chances end; none is nought."""
+LEAST = 1e-300  # where products of small chances end; none is nought
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,16 +29,12 @@ class Flag:
     """What was found, and how often honest students would show it."""
 
     kind: Kind
-    students: tuple[str, ...]
-    """Their keys, sorted."""
-    evidence: str
-    """In words, with the numbers."""
+    students: tuple[str, ...]  # their keys, sorted
+    evidence: str  # in words, with the numbers
     p: float
     """Chance of it, or of more, in one honest log or between two; of the strongest pair where there are several."""
-    expected: float
-    """How many such flags, as strong as this or stronger, chance makes in an honest class of this size."""
-    previous: tuple[str, ...] = ()
-    """Keys of earlier logs that it is about, sorted."""
+    expected: float  # how many such flags, as strong as this or stronger, chance makes in an honest class of this size
+    previous: tuple[str, ...] = ()  # keys of earlier logs that it is about, sorted
 
 
 def chi2_lower_tail(chi2: float, dof: float) -> float:
@@ -63,8 +58,7 @@ def chi2_lower_tail(chi2: float, dof: float) -> float:
 # --- pairs of logs that are too much alike ------------------------------------------------------------------
 
 
-PAIRS_TOLD = 3
-"""Pairs of a group whose evidence is told."""
+PAIRS_TOLD = 3  # pairs of a group whose evidence is told
 
 
 class Pair(NamedTuple):
@@ -180,8 +174,7 @@ def _repeats(one: Fingerprint) -> tuple[int, float]:
 # --- last digits: a stopwatch leaves them to chance, a head does not ----------------------------------------
 
 
-FEWEST_DIGITS = 30
-"""Times that a log must have before its last digits are looked at."""
+FEWEST_DIGITS = 30  # times that a log must have before its last digits are looked at
 
 HEAVIER = 4.0
 """How much more often than the chi-square distribution says 30 digits give a chi-square as rare as 1 in 100 000:

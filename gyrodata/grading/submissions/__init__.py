@@ -55,57 +55,29 @@ _MOST_RECEIPT = 200_000
 
 @dataclass(frozen=True, slots=True)
 class Submission:
-    """What one student, or one group, handed in.
+    """What one student, or one group, handed in."""
 
-    Attributes
-    ----------
-    student : str
-        Key, unique in the class and the same from one download to the next: the platform's number, else the name of
-        the folder or file.
-    name : str
-        As to be shown.
-    ids : mapping of str to str
-        What platforms know the student by: ``canvas``, ``moodle``, ``username``, ``sid``, ``email``, ``gradescope``
-        (the number of the submission), ``folder``.
-    source : Path
-        Folder or zip of the class.
-    members : tuple of str
-        All files, as names below `source`.
-    log_name, answers_name : str or None
-        The two that are graded, as names below `source`.
-    log_file, answers_file : str or None
-        The same as the student named them.
-    late : bool
-        Marked late by the platform, or handed in after the due date that it tells.
-    late_seconds : float or None
-        Time after the due date [s], 0 before it; None where the platform tells no due date.
-    submitted : str or None
-        When, ISO 8601; from marks and metadata, never from the clock.
-    attempt : int
-        1 for the first.
-    members_of_group : tuple of str
-        Keys of all in the group, where the platform tells them.
-    problem : str or None
-        Why there is nothing to grade; None where there is a log.
-    feedback_stem : str
-        Name of a file (without its ending) or folder under which the platform takes feedback back.
-    """
-
+    # key, unique in the class and the same from one download to the next: the platform's number, else the name
+    # of the folder or file
     student: str
-    name: str
+    name: str  # as to be shown
+    # what platforms know the student by: ``canvas``, ``moodle``, ``username``, ``sid``, ``email``,
+    # ``gradescope`` (the number of the submission), ``folder``
     ids: Mapping[str, str]
-    source: Path
-    members: tuple[str, ...] = ()
-    log_name: str | None = None
+    source: Path  # folder or zip of the class
+    members: tuple[str, ...] = ()  # all files, as names below `source`
+    log_name: str | None = None  # the two that are graded, as names below `source`
     answers_name: str | None = None
-    log_file: str | None = None
+    log_file: str | None = None  # the same as the student named them
     answers_file: str | None = None
-    late: bool = False
+    late: bool = False  # marked late by the platform, or handed in after the due date that it tells
+    # time after the due date [s], 0 before it; None where the platform tells no due date
     late_seconds: float | None = None
-    submitted: str | None = None
-    attempt: int = 1
-    members_of_group: tuple[str, ...] = ()
-    problem: str | None = None
+    submitted: str | None = None  # when, ISO 8601; from marks and metadata, never from the clock
+    attempt: int = 1  # 1 for the first
+    members_of_group: tuple[str, ...] = ()  # keys of all in the group, where the platform tells them
+    problem: str | None = None  # why there is nothing to grade; None where there is a log
+    # name of a file (without its ending) or folder under which the platform takes feedback back
     feedback_stem: str = ""
 
     def log(self) -> bytes:
@@ -142,21 +114,11 @@ class Submission:
 
 @dataclass(frozen=True, slots=True)
 class Submissions:
-    """A class.
+    """A class."""
 
-    Attributes
-    ----------
-    lms : str
-        Whose names they are: ``canvas``, ``moodle``, ``blackboard``, ``gradescope``, ``folder`` or ``pattern``.
-    items : tuple of Submission
-        Sorted by `Submission.student`.
-    diagnostics : tuple of Diagnostic
-        What was left aside, and what could not be read.
-    """
-
-    lms: str
-    items: tuple[Submission, ...]
-    diagnostics: tuple[Diagnostic, ...] = ()
+    lms: str  # whose names they are: ``canvas``, ``moodle``, ``blackboard``, ``gradescope``, ``folder`` or ``pattern``
+    items: tuple[Submission, ...]  # sorted by `Submission.student`
+    diagnostics: tuple[Diagnostic, ...] = ()  # what was left aside, and what could not be read
 
     @property
     def aliases(self) -> dict[str, str]:

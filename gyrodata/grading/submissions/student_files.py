@@ -33,10 +33,8 @@ from gyrodata.readings import (
     split_lines,
 )
 
-TABLES = (".csv", ".tsv")
-"""Endings that say table."""
-PERHAPS_TABLES = (".txt", ".dat", ".xlsx", ".log")
-"""Endings of logs that are looked at where there is no table."""
+TABLES = (".csv", ".tsv")  # endings that say table
+PERHAPS_TABLES = (".txt", ".dat", ".xlsx", ".log")  # endings of logs that are looked at where there is no table
 ARCHIVES = (".zip", ".rar", ".7z", ".tar", ".tgz")
 
 _ANSWERS = re.compile(r"(?:.*[-_. ])?answers(?:[-_ ]?\(?\d+\)?)?(?:\.toml|\.txt|\.toml\.txt)", re.IGNORECASE)
@@ -45,22 +43,12 @@ _COPY = re.compile(r"(?P<base>.+?)(?:-(?P<again>\d{1,2})| ?\((?P<copy>\d{1,2})\)
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """What was chosen of a student's files.
+    """What was chosen of a student's files."""
 
-    Attributes
-    ----------
-    log, answers : str or None
-        Names, as they were given.
-    problem : str or None
-        Why there is no log to grade.
-    note : str or None
-        What whoever grades may want to know of the choice.
-    """
-
-    log: str | None
+    log: str | None  # names, as they were given
     answers: str | None
-    problem: str | None = None
-    note: str | None = None
+    problem: str | None = None  # why there is no log to grade
+    note: str | None = None  # what whoever grades may want to know of the choice
 
 
 def ending(name: str) -> str:
@@ -188,21 +176,13 @@ _MOST_LINES = 1000
 
 @dataclass(frozen=True, slots=True)
 class Answers:
-    """What a student reports, from wherever it stands.
+    """What a student reports, from wherever it stands."""
 
-    Attributes
-    ----------
-    inertia : Reported or None
-        I_zz [kg*m^2]; None where nothing is reported.
-    others : mapping of str to Reported
-        All else by its key: ``imbalance`` [N*m], ``timing_bias`` [s], ``exponent`` [1], and what the student added.
-    diagnostics : tuple of Diagnostic
-        What whoever grades should know of how it was read.
-    """
-
-    inertia: Reported | None = None
+    inertia: Reported | None = None  # I_zz [kg*m^2]; None where nothing is reported
+    # all else by its key: ``imbalance`` [N*m], ``timing_bias`` [s], ``exponent`` [1], and what the student
+    # added
     others: Mapping[str, Reported] = field(default_factory=dict)
-    diagnostics: tuple[Diagnostic, ...] = ()
+    diagnostics: tuple[Diagnostic, ...] = ()  # what whoever grades should know of how it was read
 
 
 def read_answers(readings: Readings | None, toml: bytes | None) -> Answers:

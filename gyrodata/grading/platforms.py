@@ -25,7 +25,6 @@ class Book:
     """The sheet of grades that a platform exports, to be filled and given back."""
 
     noun: str  # what the platform calls it
-    option: str  # of ``gyro grade``, with which it is given
     file: str  # the filled one, in the folder of the grades
     code: str  # diagnostic of a sheet that is none, and how that is told
     none: str
@@ -92,7 +91,6 @@ PLATFORMS: Mapping[str, Platform] = {
             blind="Participant",
             book=Book(
                 noun="worksheet",
-                option="--worksheet",
                 file="moodle.csv",
                 code=NO_MOODLE_WORKSHEET,
                 none="is no Moodle grading worksheet",
@@ -138,7 +136,6 @@ PLATFORMS: Mapping[str, Platform] = {
             ),
             book=Book(
                 noun="gradebook",
-                option="--gradebook",
                 file="canvas.csv",
                 code=NO_CANVAS_GRADEBOOK,
                 none='is no Canvas gradebook: it does not begin with "Student" and "ID"',

@@ -11,13 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrodata.measurements import Measurements
+from gyrodata.measurements import Measurements, spin_columns
 from gyrodata.physics import Floats
 from gyrodata.readings import Column, Readings
 
 MOST_ROWS = 200  # rows that are kept of a log; of a longer one, those with the shortest times
 
-_SPIN = (("spin",), ("spin_start", "spin_end"), ("spin_period",), ("spin_period_start", "spin_period_end"))
 _TIMING = ("time", "precession_period", "precession_rate")
 
 _FINEST, _COARSEST = 0.0009, 0.011
@@ -65,13 +64,12 @@ def fingerprint(readings: Readings, measured: Measurements) -> Fingerprint:
     """
     columns = readings.columns
     timing = next(columns[role] for role in _TIMING if role in columns)
-    spins = next(roles for roles in _SPIN if all(role in columns for role in roles))
     torque = np.array([float(f"{value:.9g}") for value in measured.torque])
     # The order of the file stays where torque and spin are equal: sorted times would look alike by themselves.
     order = np.lexsort((measured.spin, torque))
     if len(order) > MOST_ROWS:
         order = order[np.isin(order, np.argsort(measured.time, kind="stable")[:MOST_ROWS])]
-    spin_step = measured.spin * np.max([_relative_step(columns[role]) for role in spins], axis=0)
+    spin_step = measured.spin * np.max([_relative_step(column) for column in spin_columns(readings)], axis=0)
     time_step = measured.time * _relative_step(timing)
     return Fingerprint(
         sha256=readings.sha256,

@@ -31,7 +31,7 @@ class Mark:
     rule: str  # what earns all points and what none; "" where that was not what decided
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Evidence:
     """Everything that the criteria look at."""
 
@@ -41,10 +41,10 @@ class Evidence:
     reported: Reported | None  # I_zz as reported, its value in SI; None where there is none
     absent: str  # why there is no reported I_zz; "" where there is one
     absent_is_zero: bool  # True where that costs the points; else a person must look
-    matched: OwnValue | None  # the accepted fit that the report comes nearest to, a slip undone
-    d: float | None  # how far from it, as reported [u]
-    d_carried: float | None  # the same with the slip undone [u]
-    slips: tuple[Slip, ...]
+    matched: OwnValue | None = None  # the accepted fit that the report comes nearest to, a slip undone
+    d: float | None = None  # how far from it, as reported [u]
+    d_carried: float | None = None  # the same with the slip undone [u]
+    slips: tuple[Slip, ...] = ()
     yardstick: float  # u of the report's comparison as a share of I_zz [1]
 
     @property
@@ -54,10 +54,7 @@ class Evidence:
 
 
 def judge(criterion: Criterion, evidence: Evidence) -> Mark:
-    """Judge one criterion.
-
-    Gives: A "reference" mark has no points yet: see `judge_reference`.
-    """
+    """Judge one criterion; a "reference" mark has no points yet: see `judge_reference`."""
     if KINDS[criterion.check].of_report:
         if evidence.reported is None or evidence.reported.value is None:
             return mark(criterion, 0.0 if evidence.absent_is_zero else None, evidence.absent, {})
@@ -72,10 +69,7 @@ def judge(criterion: Criterion, evidence: Evidence) -> Mark:
 
 
 def mark(criterion: Criterion, share: float | None, reason: str, detail: Detail) -> Mark:
-    """Make a mark from a share of the points.
-
-    `share`: From 0 to 1; None where it could not be judged.
-    """
+    """Make a mark from a share of the points, from 0 to 1; None where it could not be judged."""
     points = None if share is None else round(share * criterion.points, 2)
     applied = criterion.curve.variable in detail and "slip_cost" not in detail
     rule = criterion.told if applied else ""
@@ -161,10 +155,7 @@ def _reference(criterion: Criterion, evidence: Evidence) -> Mark:
 
 
 def judge_reference(criterion: Criterion, pending: Mark, reference: Reference | None) -> Mark:
-    """Give the points of a "reference" criterion once the reference is known.
-
-    `pending`: What `judge` gave; returned as it is where it has no value to compare.
-    """
+    """Give the points of a "reference" criterion once the reference is known, if there is a value to compare."""
     value, u = pending.detail.get("value"), pending.detail.get("u")
     if not isinstance(value, float) or not isinstance(u, float):
         return pending

@@ -47,10 +47,7 @@ class Gradebooks:
 
 
 def changes_in(folder: Path, found: ClassGrades) -> tuple[Change, ...] | None:
-    """Say what the table of grades in a folder would become.
-
-    Gives: Empty where nothing changes or nothing is there; None where what is there is no table of grades.
-    """
+    """Say what changes in the table of grades of a folder; None where what is there is no such table."""
     path = folder / TABLE
     try:
         before = path.read_bytes().decode("utf-8-sig", "replace")
@@ -62,11 +59,7 @@ def changes_in(folder: Path, found: ClassGrades) -> tuple[Change, ...] | None:
 
 
 def write_results(found: ClassGrades, folder: Path, filled: Mapping[str, Filled]) -> None:
-    """Write everything but the feedback.
-
-    `folder`: Made where there is none. A table of grades that was there, and is another, stays as
-    ``grades-before.csv``.
-    """
+    """Write everything but the feedback; another table of grades that was there is kept."""
     names = feedback_names(found)
     _keep_before(folder, found.table.encode("utf-8", "replace"))
     texts: dict[str, Iterable[str]] = {
@@ -123,11 +116,7 @@ class _Work:
 
 
 def feedback_names(found: ClassGrades) -> dict[str, str]:
-    """Name each student's feedback below `FOLDER`, without its ending, as the platform names it.
-
-    Gives: By student. Two that would be called the same, which only a pattern of one's own can bring about, get
-    numbers.
-    """
+    """Name each student's feedback below `FOLDER` as the platform does, without its ending; numbers part equal ones."""
     names: dict[str, str] = {}
     taken: set[str] = set()
     for item in found.submissions.items:
@@ -144,11 +133,7 @@ def feedback_names(found: ClassGrades) -> dict[str, str]:
 def write_feedback(
     found: ClassGrades, folder: Path, options: GradingOptions, progress: Callable[[int], None] | None = None
 ) -> tuple[str, ...]:
-    """Write the feedback of a class into a folder and a zip.
-
-    `folder`: Of the grades; the files go below ``feedback/`` in it. Gives: Why the feedback of some could not be
-    written.
-    """
+    """Write the feedback of a class into a folder and a zip; say whose could not be written, and why."""
     names = feedback_names(found)
     figures = found.figures if options.figures is not None else {}
     tasks = (

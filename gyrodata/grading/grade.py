@@ -35,37 +35,39 @@ FAR = 3.0  # a report farther than this from every accepted fit [u], and explain
 HUGE = 1e30  # a number above this, or below one over it, is no report [kg*m^2]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Grade:
     """One student's grade, small enough to keep for a whole class; JSON and back gives the same again."""
 
     student: str
     name: str
-    status: Literal["graded", "not graded"]
-    why: str | None  # why it is not graded; None if it is
-    points: float | None  # what counts, lateness taken off, two decimals; None where it is not graded
+    status: Literal["graded", "not graded"] = "not graded"
+    why: str | None = None  # why it is not graded; None if it is
+    points: float | None = None  # what counts, lateness taken off, two decimals; None where it is not graded
     out_of: float
-    marks: tuple[Mark, ...]  # one for each criterion, in the rubric's order
-    slips: tuple[Slip, ...]  # known slips that explain the report, the likeliest first
-    look: tuple[str, ...]  # what a person should look at though it is graded
-    station: str | None
+    marks: tuple[Mark, ...] = ()  # one for each criterion, in the rubric's order
+    slips: tuple[Slip, ...] = ()  # known slips that explain the report, the likeliest first
+    look: tuple[str, ...] = ()  # what a person should look at though it is graded
+    station: str | None = None
     reported: Mapping[str, float | str | None]
     """"text", "value" and "u" [kg*m^2], "line"; empty where nothing is reported."""
     own: Mapping[str, Mapping[str, float | None]]
     """"value" and "u" [kg*m^2] of each accepted fit of the student's own runs."""
-    inertia: float | None  # I_zz that the student's own runs give by the recommended fit, accepted or not [kg*m^2]
-    inertia_u: float | None  # its standard uncertainty [kg*m^2]
-    matched: str | None  # the accepted fit that the report comes nearest to, a slip undone
-    d: float | None  # distance of the report from it, as reported [u]
-    zeta: float | None  # zeta score of ISO 13528: distance from the reference over the u of both, a slip undone
+    inertia: float | None = (
+        None  # I_zz that the student's own runs give by the recommended fit, accepted or not [kg*m^2]
+    )
+    inertia_u: float | None = None  # its standard uncertainty [kg*m^2]
+    matched: str | None = None  # the accepted fit that the report comes nearest to, a slip undone
+    d: float | None = None  # distance of the report from it, as reported [u]
+    zeta: float | None = None  # zeta score of ISO 13528: distance from the reference over the u of both, a slip undone
     late_seconds: float | None  # late by this [s]; None where nothing tells
     late_deduction: float  # [points]
     late_reason: str
-    diagnostics: tuple[Mapping[str, Any], ...]  # what was found in the log, as `Diagnostic.to_dict` has it
+    diagnostics: tuple[Mapping[str, Any], ...] = ()  # what was found in the log, as `Diagnostic.to_dict` has it
     title: str  # of the rubric
     rubric: str  # digest of the rubric
     digest: str  # of the submission
-    fingerprint: Fingerprint | None
+    fingerprint: Fingerprint | None = None
     """What is kept of the log to compare it with others; None where it cannot be analysed."""
 
     @property
@@ -175,10 +177,7 @@ def settle_one(grade: Grade, rubric: Rubric, references: Mapping[str, Reference]
 
 
 def references_of(grades: Iterable[Grade], rubric: Rubric) -> Mapping[str, Reference]:
-    """Give what a class is held against.
-
-    Gives: By station, "all" for every other; from the rubric, or from the class itself.
-    """
+    """Give what a class is held against, by station ("all" for every other): by the rubric, or the class itself."""
     if not rubric.class_reference:
         return rubric.references
     return class_references(
@@ -237,10 +236,6 @@ def _gather(analysis: Analysis, lacks: tuple[Diagnostic, ...], answers: Answers,
         reported=reported,
         absent=_absent_words(reported),
         absent_is_zero=answers.inertia is None and rubric.no_report == "zero",
-        matched=None,
-        d=None,
-        d_carried=None,
-        slips=(),
         yardstick=own.yardstick,
     )
     if reported is None or reported.value is None:
@@ -318,29 +313,16 @@ def _blank(submission: Submission, rubric: Rubric) -> Grade:
     return Grade(
         student=submission.student,
         name=submission.name,
-        status="not graded",
-        why=None,
-        points=None,
         out_of=rubric.points,
-        marks=(),
-        slips=(),
         look=(late.reason,) if late.look else (),
-        station=None,
         reported={},
         own={},
-        inertia=None,
-        inertia_u=None,
-        matched=None,
-        d=None,
-        zeta=None,
         late_seconds=late.seconds,
         late_deduction=late.deduct,
         late_reason=late.reason,
-        diagnostics=(),
         title=rubric.title,
         rubric=rubric.digest,
         digest=submission.digest,
-        fingerprint=None,
     )
 
 

@@ -68,10 +68,7 @@ def bases_of(items: Iterable[Submission], rubric: Rubric) -> dict[str, Basis]:
 
 
 def why_again(before: Entry | None, basis: Basis) -> str:
-    """Say why a submission is graded (again).
-
-    Gives: "" where the grade of the journal holds.
-    """
+    """Say why a submission is graded (again); "" where the grade of the journal holds."""
     if before is None:
         return "new"
     if before.basis.submission != basis.submission:

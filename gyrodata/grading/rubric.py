@@ -322,10 +322,7 @@ class Curve:
     zero: tuple[float, float]  # no points up to the first and from the second on; ±inf where there is no end
 
     def share(self, value: float) -> float:
-        """Give the share of the points.
-
-        Gives: From 0 to 1; 0 for a value that is not a number.
-        """
+        """Give the share of the points, from 0 to 1; 0 for a value that is not a number."""
         if self.full[0] <= value <= self.full[1]:
             return 1.0
         near, far = (self.full[0], self.zero[0]) if value < self.full[0] else (self.full[1], self.zero[1])
@@ -335,10 +332,7 @@ class Curve:
 
 
 def parse_condition(text: str) -> Condition:
-    """Read one condition.
-
-    `text`: ``NAME <= NUMBER``, ``NAME >= NUMBER``, ``NAME in LOW..HIGH`` or ``NAME outside LOW..HIGH``.
-    """
+    """Read ``NAME <= NUMBER``, ``NAME >= NUMBER``, ``NAME in LOW..HIGH`` or ``NAME outside LOW..HIGH``."""
     match = _CONDITION.fullmatch(text)
     if match is None:
         hint = 'write it like "d <= 0.3", "z >= 5", "ratio in 0.5..2" or "ratio outside 0.2..5"'
@@ -357,10 +351,7 @@ def parse_condition(text: str) -> Condition:
 
 
 def make_curve(full: Condition, zero: Condition) -> Curve:
-    """Join the condition for all points and the one for none.
-
-    `full`, `zero`: Of one variable, and the zero one farther out than the full one.
-    """
+    """Join the condition for all points and the one for none, of one variable and farther out."""
     if full.variable != zero.variable:
         raise ConditionError(
             f'full speaks of "{full.variable}" and zero of "{zero.variable}"', "write both with the same name"

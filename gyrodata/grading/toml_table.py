@@ -254,10 +254,7 @@ class Spot(NamedTuple):
 
 
 def find_places(text: str) -> dict[Path, Spot]:
-    """Find every table and key of a TOML file.
-
-    Gives: From path to place. Keys of inline tables are not in it; their table is.
-    """
+    """Find every table and key of a TOML file; of an inline table the table, not its keys."""
     places: dict[Path, Spot] = {}
     count: dict[Path, int] = {}
     table: Path = ()

@@ -134,10 +134,7 @@ def own_runs(analysis: Analysis, accept: Sequence[str]) -> OwnRuns:
 
 
 def nearest(values: Sequence[OwnValue], reported: float) -> OwnValue:
-    """Find the fit that a reported value comes nearest to, the earlier of two equally near.
-
-    `reported` [kg*m^2].
-    """
+    """Find the fit that a reported value [kg*m^2] comes nearest to, the earlier of two equally near."""
     return min(values, key=lambda own: abs(own.value - reported))
 
 
@@ -170,10 +167,7 @@ def station_key(text: str) -> str:
 
 
 def read_references(top: Table) -> tuple[dict[str, Reference], bool]:
-    """Read the table ``[reference]`` of a rubric.
-
-    Gives: References by station ("all" for every other), and whether the class itself is the reference.
-    """
+    """Read ``[reference]`` of a rubric: by station ("all" for every other), and whether it is the class itself."""
     table = top.table("reference")
     if table is None:
         return {}, False

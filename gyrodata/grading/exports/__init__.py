@@ -97,10 +97,7 @@ def _row(grade: Grade, criteria: Sequence[str], flags: Sequence[str]) -> list[st
 
 
 def flags_csv(flags: Iterable[Flag]) -> str:
-    """Write the flags of a class.
-
-    Gives: CSV; a text that a spreadsheet would run as a formula has a ' in front.
-    """
+    """Write the flags of a class as CSV; a text that a spreadsheet would run as a formula has a ' in front."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(["kind", "students", "earlier logs", "expected by chance in this class", "p", "evidence"])

@@ -129,10 +129,7 @@ class Drawing:
 
 
 def draw_distribution(grades: Sequence[Grade], references: Mapping[str, Reference]) -> Drawing | None:
-    """Lay out the distribution of I_zz in a class.
-
-    Gives: None where not one log gives an I_zz.
-    """
+    """Lay out the distribution of I_zz in a class; None where not one log gives an I_zz."""
     own = [grade.inertia for grade in grades if grade.inertia is not None]
     reported = [grade.reported_inertia for grade in grades if grade.reported_inertia is not None]
     if not own:

@@ -45,10 +45,7 @@ exec timeout 300 /autograder/gyro/bin/gyro autograde /autograder
 
 
 def autograder_files(rubric: str) -> dict[str, str]:
-    """Give the files of an autograder, to be zipped without a folder around them and uploaded.
-
-    Gives: ``setup.sh``, ``run_autograder`` (both executable) and ``rubric.toml``.
-    """
+    """Give the files of an autograder by name, to be zipped without a folder around them and uploaded."""
     return {"setup.sh": _SETUP.format(version=__version__), "run_autograder": _RUN, "rubric.toml": rubric}
 
 
@@ -66,11 +63,7 @@ def grade_autograder(root: Path) -> str:
 
 
 def results_json(grade: Grade) -> str:
-    """Write the results of one submission.
-
-    `grade`: Criteria that could not be judged are tests without points, not tests failed. Gives: JSON; finite numbers
-    only.
-    """
+    """Write the results of one submission; what could not be judged is a test without points, not one failed."""
     judged = sum(mark.points for mark in grade.marks if mark.points is not None)
     results: dict[str, Any] = {
         "score": round(max(0.0, judged - grade.late_deduction), 2) if judged else 0.0,

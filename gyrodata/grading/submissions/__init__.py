@@ -130,10 +130,23 @@ class Submissions:
 def find_submissions(
     path: str | Path, lms: str = "auto", pattern: str | None = None, attempts: Attempts = "newest"
 ) -> Submissions:
-    """Find the submissions of a class.
+    r"""Find the submissions of a class.
 
-    `path`: A folder with a folder or file for each student, what a platform hands out, or its zip. `pattern`: A regular
-    expression of one's own instead; see `read_pattern`.
+    Parameters
+    ----------
+    path : str or Path
+        A folder with a folder or file for each student, what a platform hands out, or its zip.
+    lms : str
+        Whose names the files have, of `PLATFORMS`; "auto" finds out.
+    pattern : str, optional
+        A regular expression of one's own instead, such as ``(?P<student>\w+)_lab\.csv``.
+    attempts : {"newest", "oldest"}
+        Which of several attempts is graded.
+
+    Returns
+    -------
+    Submissions
+        One for each student or group.
     """
     own = None if pattern is None else read_pattern(pattern)
     if lms != "auto" and lms not in PLATFORMS:

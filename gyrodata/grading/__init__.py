@@ -23,9 +23,8 @@ if TYPE_CHECKING:
     )
     from gyrodata.grading.exports import Change, class_summary, grade_lines, grades_csv, grades_document
     from gyrodata.grading.exports.class_page import class_page
-    from gyrodata.grading.exports.gradebooks import fill_book
+    from gyrodata.grading.exports.gradebooks import Filled, fill_book, read_sheet
     from gyrodata.grading.exports.gradescope import autograder_files, grade_autograder, results_json
-    from gyrodata.grading.exports.sheet import Filled, read_sheet
     from gyrodata.grading.feedback import feedback_html, feedback_markdown
     from gyrodata.grading.forensics import Exemptions, Fingerprint, Flag, fingerprint, flag_class, read_exemptions
     from gyrodata.grading.grade import Grade, grade_submission, points_text, settle
@@ -58,9 +57,8 @@ _HOMES = {
         "desk": "BEFORE FIGURES JOURNAL TABLE Gradebooks changes_in write_feedback write_results",
         "exports": "Change class_summary grade_lines grades_csv grades_document",
         "exports.class_page": "class_page",
-        "exports.gradebooks": "fill_book",
+        "exports.gradebooks": "Filled fill_book read_sheet",
         "exports.gradescope": "autograder_files grade_autograder results_json",
-        "exports.sheet": "Filled read_sheet",
         "feedback": "feedback_html feedback_markdown",
         "forensics": "Exemptions Fingerprint Flag fingerprint flag_class read_exemptions",
         "grade": "Grade grade_submission points_text settle",

@@ -10,8 +10,7 @@ from pathlib import Path
 from gyrodata.grading.classroom import ClassGrades, GradingOptions, figure_path
 from gyrodata.grading.exports import Change, compare_tables, flags_csv, grades_document
 from gyrodata.grading.exports.class_page import class_page
-from gyrodata.grading.exports.gradebooks import fill_book
-from gyrodata.grading.exports.sheet import Filled
+from gyrodata.grading.exports.gradebooks import Filled, fill_book
 from gyrodata.grading.feedback import feedback_comment, feedback_html, feedback_markdown
 from gyrodata.grading.grade import Grade, not_graded
 from gyrodata.grading.journal import cannot_write, write_changed, write_whole

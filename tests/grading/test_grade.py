@@ -14,6 +14,7 @@ from grading.reports import RIGHT, SLIPS, Formula, Sheet, reported_line, sheet
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
+from gyrodata import grading
 from gyrodata.grading import (
     Grade,
     Rubric,
@@ -428,3 +429,8 @@ def test_nothing_in_a_log_stops_it(grade: Grader, rows: Sheet, at: int, length: 
     found = grade(whole[:at] + text + whole[at + length :])
     json.dumps(found.to_dict(), allow_nan=False)
     assert (found.points is None) == (found.status == "not graded") == (found.why is not None)
+
+
+def test_the_front_gives_every_name_that_it_lists() -> None:
+    assert [name for name in grading.__all__ if not hasattr(grading, name)] == []
+    assert dir(grading) == sorted(set(grading.__all__))

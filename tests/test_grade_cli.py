@@ -26,8 +26,7 @@ from typer.testing import CliRunner, Result
 from gyrodata import schema
 from gyrodata.cli import app
 from gyrodata.diagnostics import CODES
-from gyrodata.grading.forensics import read_exemptions
-from gyrodata.grading.submissions import find_submissions
+from gyrodata.grading import find_submissions, read_exemptions
 
 ROOT = Path(__file__).parent.parent
 CLASS = ROOT / "sample_data" / "class"

@@ -1,1 +1,87 @@
-"""A class: submissions in; grades, feedback and flags out."""
+"""A class: submissions in; grades, feedback and flags out.
+
+Read `grade` for one student and `classroom` for a class. The names below are the room's front; each is loaded when it
+is first used, for the command line asks for few of them at a time.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from gyrodata.grading.classroom import LIMIT, ClassGrades, GradingOptions, grade_class
+    from gyrodata.grading.criteria import Mark
+    from gyrodata.grading.desk import (
+        BEFORE,
+        FIGURES,
+        JOURNAL,
+        TABLE,
+        Gradebooks,
+        changes_in,
+        write_feedback,
+        write_results,
+    )
+    from gyrodata.grading.exports import Change, class_summary, grade_lines, grades_csv, grades_document
+    from gyrodata.grading.exports.class_page import class_page
+    from gyrodata.grading.exports.gradebooks import Filled, fill_book, read_sheet
+    from gyrodata.grading.exports.gradescope import autograder_files, grade_autograder, results_json
+    from gyrodata.grading.feedback import feedback_html, feedback_markdown
+    from gyrodata.grading.forensics import Exemptions, Fingerprint, Flag, fingerprint, flag_class, read_exemptions
+    from gyrodata.grading.grade import Grade, grade_submission, points_text, settle
+    from gyrodata.grading.journal import Basis, Entry, Journal, why_again, write_changed, write_whole
+    from gyrodata.grading.late import duration_text, judge_lateness, parse_duration
+    from gyrodata.grading.platforms import AUTOGRADER, PLATFORMS
+    from gyrodata.grading.rubric import ACCEPTED, Rubric, default_rubric, default_rubric_text, read_rubric
+    from gyrodata.grading.slips import Slip, find_slips
+    from gyrodata.grading.submissions import Answers, Submission, Submissions, find_submissions, read_answers
+    from gyrodata.grading.workers import Failed, count_workers, in_workers
+    from gyrodata.grading.yardsticks import Reference, class_references, distance, own_runs
+
+__all__ = [
+    "ACCEPTED", "AUTOGRADER", "BEFORE", "FIGURES", "JOURNAL", "LIMIT", "PLATFORMS", "TABLE", "Answers", "Basis",
+    "Change", "ClassGrades", "Entry", "Exemptions", "Failed", "Filled", "Fingerprint", "Flag", "Grade",
+    "Gradebooks", "GradingOptions", "Journal", "Mark", "Reference", "Rubric", "Slip", "Submission", "Submissions",
+    "autograder_files", "changes_in", "class_page", "class_references", "class_summary", "count_workers",
+    "default_rubric", "default_rubric_text", "distance", "duration_text", "feedback_html", "feedback_markdown",
+    "fill_book", "find_slips", "find_submissions", "fingerprint", "flag_class", "grade_autograder", "grade_class",
+    "grade_lines", "grade_submission", "grades_csv", "grades_document", "in_workers", "judge_lateness", "own_runs",
+    "parse_duration", "points_text", "read_answers", "read_exemptions", "read_rubric", "read_sheet", "results_json",
+    "settle", "why_again", "write_changed", "write_feedback", "write_results", "write_whole",
+]  # fmt: skip
+
+_HOMES = {
+    name: module
+    for module, names in {
+        "classroom": "LIMIT ClassGrades GradingOptions grade_class",
+        "criteria": "Mark",
+        "desk": "BEFORE FIGURES JOURNAL TABLE Gradebooks changes_in write_feedback write_results",
+        "exports": "Change class_summary grade_lines grades_csv grades_document",
+        "exports.class_page": "class_page",
+        "exports.gradebooks": "Filled fill_book read_sheet",
+        "exports.gradescope": "autograder_files grade_autograder results_json",
+        "feedback": "feedback_html feedback_markdown",
+        "forensics": "Exemptions Fingerprint Flag fingerprint flag_class read_exemptions",
+        "grade": "Grade grade_submission points_text settle",
+        "journal": "Basis Entry Journal why_again write_changed write_whole",
+        "late": "duration_text judge_lateness parse_duration",
+        "platforms": "AUTOGRADER PLATFORMS",
+        "rubric": "ACCEPTED Rubric default_rubric default_rubric_text read_rubric",
+        "slips": "Slip find_slips",
+        "submissions": "Answers Submission Submissions find_submissions read_answers",
+        "workers": "Failed count_workers in_workers",
+        "yardsticks": "Reference class_references distance own_runs",
+    }.items()
+    for name in names.split()
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'gyrodata.grading' has no attribute {name!r}")
+    from importlib import import_module
+
+    return getattr(import_module(f"gyrodata.grading.{_HOMES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

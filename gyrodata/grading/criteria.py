@@ -6,34 +6,13 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from gyrodata.diagnostics import (
-    NO_UNLOADED_RUN,
-    OUTLIER_BEFORE_LEAVING,
-    SPIN_FALLS_TOO_MUCH,
-    SPINS_TOO_CLOSE,
-    TIMES_TOO_SHORT,
-    TOO_FEW_RUNS,
-    TOO_FEW_WEIGHTS,
-)
 from gyrodata.errors import Diagnostic
-from gyrodata.grading.accepted_fits import OwnValue
-from gyrodata.grading.reference import Reference
-from gyrodata.grading.rubric import Criterion
+from gyrodata.grading.rubric import ASKS, KINDS, Criterion
 from gyrodata.grading.slips import Slip
+from gyrodata.grading.yardsticks import OwnValue, Reference
 from gyrodata.readings import Reported
 from gyrodata.reporting import count_text, inertia_text, p_text, power_of_ten
 from gyrodata.results import Analysis
-
-ASKED_CODES = {
-    "weights": TOO_FEW_WEIGHTS,
-    "runs": TOO_FEW_RUNS,
-    "spins": SPINS_TOO_CLOSE,
-    "unloaded": NO_UNLOADED_RUN,
-    "times": TIMES_TOO_SHORT,
-    "falling_spin": SPIN_FALLS_TOO_MUCH,
-    "odd_runs": OUTLIER_BEFORE_LEAVING,
-}
-"""Diagnostic of each thing that a procedure criterion may ask for."""
 
 Detail = Mapping[str, float | str | None]
 
@@ -42,46 +21,31 @@ Detail = Mapping[str, float | str | None]
 class Mark:
     """What one criterion gave."""
 
-    criterion: str
-    """Its id."""
+    criterion: str  # its id
     title: str
-    check: str
-    """Kind of criterion."""
-    points: float | None
-    """Two decimals; None where it could not be judged."""
+    check: str  # kind of criterion
+    points: float | None  # two decimals; None where it could not be judged
     out_of: float
-    reason: str
-    """What was found, to the student."""
-    detail: Detail
-    """The numbers behind it."""
-    rule: str
-    """What earns all points and what none; "" where that was not what decided."""
+    reason: str  # what was found, to the student
+    detail: Detail  # the numbers behind it
+    rule: str  # what earns all points and what none; "" where that was not what decided
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Evidence:
     """Everything that the criteria look at."""
 
     analysis: Analysis
-    lacks: tuple[Diagnostic, ...]
-    """What `check_procedure` found."""
-    values: tuple[OwnValue, ...]
-    """The accepted fits of the student's own runs."""
-    reported: Reported | None
-    """I_zz as reported, its value in SI; None where there is none."""
-    absent: str
-    """Why there is no reported I_zz; "" where there is one."""
-    absent_is_zero: bool
-    """True where that costs the points; else a person must look."""
-    matched: OwnValue | None
-    """The accepted fit that the report comes nearest to, a slip undone."""
-    d: float | None
-    """How far from it, as reported [u]."""
-    d_carried: float | None
-    """The same with the slip undone [u]."""
-    slips: tuple[Slip, ...]
-    yardstick: float
-    """u of the report's comparison as a share of I_zz [1]."""
+    lacks: tuple[Diagnostic, ...]  # what `check_procedure` found
+    values: tuple[OwnValue, ...]  # the accepted fits of the student's own runs
+    reported: Reported | None  # I_zz as reported, its value in SI; None where there is none
+    absent: str  # why there is no reported I_zz; "" where there is one
+    absent_is_zero: bool  # True where that costs the points; else a person must look
+    matched: OwnValue | None = None  # the accepted fit that the report comes nearest to, a slip undone
+    d: float | None = None  # how far from it, as reported [u]
+    d_carried: float | None = None  # the same with the slip undone [u]
+    slips: tuple[Slip, ...] = ()
+    yardstick: float  # u of the report's comparison as a share of I_zz [1]
 
     @property
     def factor(self) -> float:
@@ -90,11 +54,8 @@ class Evidence:
 
 
 def judge(criterion: Criterion, evidence: Evidence) -> Mark:
-    """Judge one criterion.
-
-    Gives: A "reference" mark has no points yet: see `judge_reference`.
-    """
-    if criterion.check in _NEEDS_REPORT:
+    """Judge one criterion; a "reference" mark has no points yet: see `judge_reference`."""
+    if KINDS[criterion.check].of_report:
         if evidence.reported is None or evidence.reported.value is None:
             return mark(criterion, 0.0 if evidence.absent_is_zero else None, evidence.absent, {})
         if criterion.gate is not None and not criterion.gate[0] <= abs(evidence.reported.value) <= criterion.gate[1]:
@@ -108,10 +69,7 @@ def judge(criterion: Criterion, evidence: Evidence) -> Mark:
 
 
 def mark(criterion: Criterion, share: float | None, reason: str, detail: Detail) -> Mark:
-    """Make a mark from a share of the points.
-
-    `share`: From 0 to 1; None where it could not be judged.
-    """
+    """Make a mark from a share of the points, from 0 to 1; None where it could not be judged."""
     points = None if share is None else round(share * criterion.points, 2)
     applied = criterion.curve.variable in detail and "slip_cost" not in detail
     rule = criterion.told if applied else ""
@@ -133,7 +91,7 @@ def _log(criterion: Criterion, evidence: Evidence) -> Mark:
 
 
 def _procedure(criterion: Criterion, evidence: Evidence) -> Mark:
-    codes = {ASKED_CODES[ask] for ask in criterion.asks}
+    codes = {ASKS[ask] for ask in criterion.asks}
     missing = [diagnostic for diagnostic in evidence.lacks if diagnostic.code in codes]
     reason = _listed(missing) if missing else "nothing that the lab asks for is missing"
     return mark(criterion, criterion.curve.share(len(missing)), reason, {"missing": float(len(missing))})
@@ -197,10 +155,7 @@ def _reference(criterion: Criterion, evidence: Evidence) -> Mark:
 
 
 def judge_reference(criterion: Criterion, pending: Mark, reference: Reference | None) -> Mark:
-    """Give the points of a "reference" criterion once the reference is known.
-
-    `pending`: What `judge` gave; returned as it is where it has no value to compare.
-    """
+    """Give the points of a "reference" criterion once the reference is known, if there is a value to compare."""
     value, u = pending.detail.get("value"), pending.detail.get("u")
     if not isinstance(value, float) or not isinstance(u, float):
         return pending
@@ -299,7 +254,6 @@ def _digits(number: float) -> str:
     return f"{number:.3g}" if number < 1000 else f"{number:.0f}" if number < 1e6 else f"{number:.2g}"
 
 
-_NEEDS_REPORT = ("own_data", "reference", "uncertainty", "units")
 _JUDGES: dict[str, Callable[[Criterion, Evidence], Mark]] = {
     "log": _log,
     "procedure": _procedure,

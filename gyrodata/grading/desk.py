@@ -2,53 +2,41 @@
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Collection, Iterable, Mapping
+import zipfile
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from gyrodata.grading.classroom import ClassGrades
+from gyrodata.grading.classroom import ClassGrades, GradingOptions, figure_path
+from gyrodata.grading.exports import Change, compare_tables, flags_csv, grades_document
 from gyrodata.grading.exports.class_page import class_page
-from gyrodata.grading.exports.gradebooks import fill_gradebook, fill_worksheet
-from gyrodata.grading.exports.grades_csv import POINTS_ROW, flags_csv
-from gyrodata.grading.exports.grades_json import grades_document
-from gyrodata.grading.exports.sheet import Filled
-from gyrodata.grading.feedback import FOLDER, feedback_comment, feedback_names
+from gyrodata.grading.exports.gradebooks import Filled, fill_book
+from gyrodata.grading.feedback import feedback_comment, feedback_html, feedback_markdown
 from gyrodata.grading.grade import Grade, not_graded
-from gyrodata.grading.journal import cannot_write, write_whole
+from gyrodata.grading.journal import cannot_write, write_changed, write_whole
+from gyrodata.grading.platforms import book_of
 from gyrodata.grading.rubric import Rubric
-from gyrodata.grading.submissions import Submissions
+from gyrodata.grading.submissions import Submission, Submissions
+from gyrodata.grading.workers import Failed, in_workers
 
 JOURNAL, FIGURES = "journal.ndjson", "figures"
 TABLE, BEFORE = "grades.csv", "grades-before.csv"
-CANVAS, MOODLE = "canvas.csv", "moodle.csv"
 
 
 @dataclass(frozen=True, slots=True)
 class Gradebooks:
-    """What platforms handed out to be filled; None for what is not asked for."""
+    """What platforms handed out to be filled."""
 
-    canvas: bytes | None = None
-    canvas_name: str = ""
-    assignment: str | None = None
-    moodle: bytes | None = None
-    moodle_name: str = ""
+    given: Mapping[str, tuple[bytes, str]]  # by platform: the sheet, and its name
+    assignment: str | None = None  # column, where a sheet has several
 
     def fill(self, grades: Collection[Grade], ids: Mapping[str, Mapping[str, str]]) -> dict[str, Filled]:
-        """Fill them.
-
-        Gives: By the name of the file to be written.
-        """
+        """Fill them; by the name of the file to be written."""
+        comments = {grade.student: feedback_comment(grade) for grade in grades} if self.given else {}
         filled = {}
-        if self.canvas is not None:
-            filled[CANVAS] = fill_gradebook(
-                self.canvas, grades, name=self.canvas_name, assignment=self.assignment, ids=ids
-            )
-        if self.moodle is not None:
-            comments = {grade.student: feedback_comment(grade) for grade in grades}
-            filled[MOODLE] = fill_worksheet(self.moodle, grades, name=self.moodle_name, comments=comments, ids=ids)
+        for lms, (data, name) in self.given.items():
+            sheet = fill_book(lms, data, name, grades, assignment=self.assignment, comments=comments, ids=ids)
+            filled[book_of(lms).file] = sheet
         return filled
 
     def try_out(self, submissions: Submissions, rubric: Rubric) -> None:
@@ -58,10 +46,7 @@ class Gradebooks:
 
 
 def changes_in(folder: Path, found: ClassGrades) -> tuple[Change, ...] | None:
-    """Say what the table of grades in a folder would become.
-
-    Gives: Empty where nothing changes or nothing is there; None where what is there is no table of grades.
-    """
+    """Say what changes in the table of grades of a folder; None where what is there is no such table."""
     path = folder / TABLE
     try:
         before = path.read_bytes().decode("utf-8-sig", "replace")
@@ -73,11 +58,7 @@ def changes_in(folder: Path, found: ClassGrades) -> tuple[Change, ...] | None:
 
 
 def write_results(found: ClassGrades, folder: Path, filled: Mapping[str, Filled]) -> None:
-    """Write everything but the feedback.
-
-    `folder`: Made where there is none. A table of grades that was there, and is another, stays as
-    ``grades-before.csv``.
-    """
+    """Write everything but the feedback; another table of grades that was there is kept."""
     names = feedback_names(found)
     _keep_before(folder, found.table.encode("utf-8", "replace"))
     texts: dict[str, Iterable[str]] = {
@@ -102,77 +83,89 @@ def _keep_before(folder: Path, table: bytes) -> None:
         raise cannot_write(folder, error) from None
 
 
-# --- changes in the table of grades: who, from what, to what ------------------------------------------------
+# --- the feedback of a class, in files named so that the platform takes them, and a zip of all --------------
 
 
-TOTAL, STATUS = "total", "status"
-NOT_GRADED = "not graded"
+FOLDER = "feedback"
+ARCHIVE = "feedback.zip"
+ENDINGS = (".html", ".md")
 
 
 @dataclass(frozen=True, slots=True)
-class Change:
-    """One student whose row is not what it was."""
+class _Task:
+    """One student's feedback to be written."""
 
-    student: str
-    name: str
-    before: str | None
-    """Points, "not graded", or None for one who was not in the table."""
-    after: str | None
-    """The same now; None for one who no longer is."""
-    parts: tuple[tuple[str, str, str], ...]
-    """Other cells that change: column, before, after."""
-
-    def to_dict(self) -> dict[str, Any]:
-        """Give it as JSON can hold it."""
-        parts = [{"column": column, "from": before, "to": after} for column, before, after in self.parts]
-        return {"student": self.student, "name": self.name, "from": self.before, "to": self.after, "parts": parts}
-
-    def __str__(self) -> str:
-        who = self.name if self.student in self.name else f"{self.name} ({self.student})"
-        told = f"{who}: {self.before or 'not in it'} → {self.after or 'no longer in it'}"
-        if self.before == self.after:
-            told = f"{who}: {self.after}"
-        parts = ", ".join(f"{column} {before or '–'} → {after or '–'}" for column, before, after in self.parts)
-        return f"{told} ({parts})" if parts else told
+    grade: Grade
+    submission: Submission
+    figures: Mapping[str, str]  # what each figure shows, by name; empty where the feedback has none
 
 
-def compare_tables(before: str, after: str) -> tuple[Change, ...] | None:
-    """Compare two tables of grades.
+@dataclass(frozen=True)
+class _Work:
+    """How it is written, in a worker."""
 
-    `before`, `after`: ``grades.csv`` as it is, and as it would be. Gives: Sorted by student; empty where every cell is
-    the same; None where the old one is no table of grades.
-    """
-    old, new = _read_table(before), _read_table(after)
-    if old is None or new is None:
-        return None
-    changes = []
-    for student in sorted(old.keys() | new.keys()):
-        was, now = old.get(student), new.get(student)
-        if was == now:
-            continue
-        parts: list[tuple[str, str, str]] = []
-        if was is not None and now is not None:
-            columns = [column for column in {**was, **now} if column not in ("name", TOTAL, STATUS)]
-            pairs = ((column, was.get(column, ""), now.get(column, "")) for column in columns)
-            parts = [pair for pair in pairs if pair[1] != pair[2]]
-        name = (now or was or {}).get("name") or student
-        changes.append(Change(student, name, _points_text(was), _points_text(now), tuple(parts)))
-    return tuple(changes)
+    figures: Path | None
+
+    def __call__(self, task: _Task) -> tuple[str, str]:
+        """Give the page and the Markdown."""
+        drawn = {}
+        if self.figures is not None:
+            drawn = {name: figure_path(self.figures, task.submission, name).read_bytes() for name in task.figures}
+        return feedback_html(task.grade, drawn, task.figures), feedback_markdown(task.grade)
 
 
-def _read_table(table: str) -> dict[str, dict[str, str]] | None:
-    """Read a table of grades, each student's cells by column; None where there are no such columns."""
+def feedback_names(found: ClassGrades) -> dict[str, str]:
+    """Name each student's feedback below `FOLDER` as the platform does, without its ending; numbers part equal ones."""
+    names: dict[str, str] = {}
+    taken: set[str] = set()
+    for item in found.submissions.items:
+        plain = item.feedback_name("")
+        name, number = plain, 1
+        while name.casefold() in taken:
+            number += 1
+            name = f"{plain}-{number}"
+        taken.add(name.casefold())
+        names[item.student] = name
+    return names
+
+
+def write_feedback(
+    found: ClassGrades, folder: Path, options: GradingOptions, progress: Callable[[int], None] | None = None
+) -> tuple[str, ...]:
+    """Write the feedback of a class into a folder and a zip; say whose could not be written, and why."""
+    names = feedback_names(found)
+    figures = found.figures if options.figures is not None else {}
+    tasks = (
+        _Task(grade, item, figures.get(grade.student, {}))
+        for grade, item in zip(found.grades, found.submissions.items, strict=True)
+    )
+    lost: list[str] = []
+    written: list[str] = []
+    for task, answer in in_workers(_Work(options.figures), tasks, options.workers, options.limit):
+        if isinstance(answer, Failed):
+            lost.append(f"no feedback for {task.grade.name}: {answer.why}")
+        else:
+            name = names[task.grade.student]
+            for ending, text in zip(ENDINGS, answer, strict=True):
+                write_changed(folder / FOLDER / f"{name}{ending}", text.encode("utf-8", "replace"))
+            written.append(name)
+        if progress is not None:
+            progress(len(written) + len(lost))
+    _write_archive(folder, sorted(written))
+    return tuple(sorted(lost))
+
+
+def _write_archive(folder: Path, names: list[str]) -> None:
+    """Zip the feedback of this class, and of nobody else; the same files give the same bytes."""
+    target = folder / ARCHIVE
+    unfinished = target.with_name(f".{ARCHIVE}.part")
     try:
-        reader = csv.DictReader(io.StringIO(table, newline=""))
-        columns = [column for column in dict.fromkeys(reader.fieldnames or ()) if column]
-        if not {"student", STATUS, TOTAL} <= set(columns):
-            return None
-        rows = {row["student"] or "": {column: row[column] or "" for column in columns} for row in reader}
-    except csv.Error:
-        return None
-    rows.pop(POINTS_ROW, None)
-    return rows
-
-
-def _points_text(row: Mapping[str, str] | None) -> str | None:
-    return None if row is None else row[TOTAL] or NOT_GRADED
+        with zipfile.ZipFile(unfinished, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive:
+            for name in (f"{name}{ending}" for name in names for ending in ENDINGS):
+                entry = zipfile.ZipInfo(name)  # of 1980: a zip's bytes should not tell the time
+                entry.compress_type = zipfile.ZIP_DEFLATED
+                entry.external_attr = 0o644 << 16
+                archive.writestr(entry, (folder / FOLDER / name).read_bytes())
+        unfinished.replace(target)
+    except OSError as error:
+        raise cannot_write(folder, error) from None

@@ -16,14 +16,13 @@ from typing import TYPE_CHECKING, Any, Literal
 from gyrodata.analysis import analyze_readings
 from gyrodata.diagnostics import OUTLIER_BEFORE_LEAVING
 from gyrodata.errors import Diagnostic, GyroError, LogError
-from gyrodata.grading.accepted_fits import distance, nearest, own_runs
-from gyrodata.grading.answers_file import Answers, read_answers
-from gyrodata.grading.criteria import ASKED_CODES, Evidence, Mark, judge, judge_reference, mark
+from gyrodata.grading.criteria import Evidence, Mark, judge, judge_reference, mark
 from gyrodata.grading.forensics import Fingerprint, fingerprint
 from gyrodata.grading.late import Lateness, judge_lateness
-from gyrodata.grading.reference import Reference, class_references, station_key
-from gyrodata.grading.rubric import Rubric
+from gyrodata.grading.rubric import ASKS, Rubric
 from gyrodata.grading.slips import Slip, find_slips
+from gyrodata.grading.submissions import Answers, read_answers
+from gyrodata.grading.yardsticks import Reference, class_references, distance, nearest, own_runs, station_key
 from gyrodata.procedure import check_procedure
 from gyrodata.readings import Readings, Reported, read_log, read_reported
 from gyrodata.results import Analysis
@@ -31,60 +30,44 @@ from gyrodata.results import Analysis
 if TYPE_CHECKING:
     from gyrodata.grading.submissions import Submission
 
-FAR = 3.0
-"""A report farther than this from every accepted fit [u], and explained by no known slip, is worth a look."""
+FAR = 3.0  # a report farther than this from every accepted fit [u], and explained by no known slip, is worth a look
 
-HUGE = 1e30
-"""A number above this, or below one over it, is no report [kg*m^2]."""
+HUGE = 1e30  # a number above this, or below one over it, is no report [kg*m^2]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Grade:
     """One student's grade, small enough to keep for a whole class; JSON and back gives the same again."""
 
     student: str
     name: str
-    status: Literal["graded", "not graded"]
-    why: str | None
-    """Why it is not graded; None if it is."""
-    points: float | None
-    """What counts, lateness taken off, two decimals; None where it is not graded."""
+    status: Literal["graded", "not graded"] = "not graded"
+    why: str | None = None  # why it is not graded; None if it is
+    points: float | None = None  # what counts, lateness taken off, two decimals; None where it is not graded
     out_of: float
-    marks: tuple[Mark, ...]
-    """One for each criterion, in the rubric's order."""
-    slips: tuple[Slip, ...]
-    """Known slips that explain the report, the likeliest first."""
-    look: tuple[str, ...]
-    """What a person should look at though it is graded."""
-    station: str | None
+    marks: tuple[Mark, ...] = ()  # one for each criterion, in the rubric's order
+    slips: tuple[Slip, ...] = ()  # known slips that explain the report, the likeliest first
+    look: tuple[str, ...] = ()  # what a person should look at though it is graded
+    station: str | None = None
     reported: Mapping[str, float | str | None]
     """"text", "value" and "u" [kg*m^2], "line"; empty where nothing is reported."""
     own: Mapping[str, Mapping[str, float | None]]
     """"value" and "u" [kg*m^2] of each accepted fit of the student's own runs."""
-    inertia: float | None
-    """I_zz that the student's own runs give by the recommended fit, accepted or not [kg*m^2]."""
-    inertia_u: float | None
-    """Its standard uncertainty [kg*m^2]."""
-    matched: str | None
-    """The accepted fit that the report comes nearest to, a slip undone."""
-    d: float | None
-    """Distance of the report from it, as reported [u]."""
-    zeta: float | None
-    """Zeta score of ISO 13528: distance from the reference over the u of both, a slip undone."""
-    late_seconds: float | None
-    """Late by this [s]; None where nothing tells."""
-    late_deduction: float
-    """[points]"""
+    inertia: float | None = (
+        None  # I_zz that the student's own runs give by the recommended fit, accepted or not [kg*m^2]
+    )
+    inertia_u: float | None = None  # its standard uncertainty [kg*m^2]
+    matched: str | None = None  # the accepted fit that the report comes nearest to, a slip undone
+    d: float | None = None  # distance of the report from it, as reported [u]
+    zeta: float | None = None  # zeta score of ISO 13528: distance from the reference over the u of both, a slip undone
+    late_seconds: float | None  # late by this [s]; None where nothing tells
+    late_deduction: float  # [points]
     late_reason: str
-    diagnostics: tuple[Mapping[str, Any], ...]
-    """What was found in the log, as `Diagnostic.to_dict` has it."""
-    title: str
-    """Of the rubric."""
-    rubric: str
-    """Digest of the rubric."""
-    digest: str
-    """Of the submission."""
-    fingerprint: Fingerprint | None
+    diagnostics: tuple[Mapping[str, Any], ...] = ()  # what was found in the log, as `Diagnostic.to_dict` has it
+    title: str  # of the rubric
+    rubric: str  # digest of the rubric
+    digest: str  # of the submission
+    fingerprint: Fingerprint | None = None
     """What is kept of the log to compare it with others; None where it cannot be analysed."""
 
     @property
@@ -194,10 +177,7 @@ def settle_one(grade: Grade, rubric: Rubric, references: Mapping[str, Reference]
 
 
 def references_of(grades: Iterable[Grade], rubric: Rubric) -> Mapping[str, Reference]:
-    """Give what a class is held against.
-
-    Gives: By station, "all" for every other; from the rubric, or from the class itself.
-    """
+    """Give what a class is held against, by station ("all" for every other): by the rubric, or the class itself."""
     if not rubric.class_reference:
         return rubric.references
     return class_references(
@@ -231,6 +211,16 @@ def _added_up(grade: Grade) -> Grade:
     return replace(grade, status="graded", why=None, points=round(max(0.0, total), 2))
 
 
+def points_text(points: float | None) -> str:
+    """Write points: "6", "4.35", or "–" where there are none yet."""
+    return "–" if points is None else f"{points:.2f}".rstrip("0").rstrip(".")
+
+
+def two_decimals(points: float | None) -> str:
+    """Write points with two decimals, as gradebooks compare them, and never with a mark between thousands."""
+    return "" if points is None else f"{points:.2f}"
+
+
 # --- what there is to judge ---------------------------------------------------------------------------------
 
 
@@ -246,10 +236,6 @@ def _gather(analysis: Analysis, lacks: tuple[Diagnostic, ...], answers: Answers,
         reported=reported,
         absent=_absent_words(reported),
         absent_is_zero=answers.inertia is None and rubric.no_report == "zero",
-        matched=None,
-        d=None,
-        d_carried=None,
-        slips=(),
         yardstick=own.yardstick,
     )
     if reported is None or reported.value is None:
@@ -313,7 +299,7 @@ def _reported_dict(reported: Reported | None) -> dict[str, float | str | None]:
 
 def _asked_for(lacks: tuple[Diagnostic, ...], rubric: Rubric) -> list[Diagnostic]:
     """What the log lacks of what the rubric asks for; the runs that look odd are in the analysis already."""
-    codes = {ASKED_CODES[ask] for criterion in rubric.criteria for ask in criterion.asks}
+    codes = {ASKS[ask] for criterion in rubric.criteria for ask in criterion.asks}
     return [one for one in lacks if one.code in codes and one.code != OUTLIER_BEFORE_LEAVING]
 
 
@@ -327,29 +313,16 @@ def _blank(submission: Submission, rubric: Rubric) -> Grade:
     return Grade(
         student=submission.student,
         name=submission.name,
-        status="not graded",
-        why=None,
-        points=None,
         out_of=rubric.points,
-        marks=(),
-        slips=(),
         look=(late.reason,) if late.look else (),
-        station=None,
         reported={},
         own={},
-        inertia=None,
-        inertia_u=None,
-        matched=None,
-        d=None,
-        zeta=None,
         late_seconds=late.seconds,
         late_deduction=late.deduct,
         late_reason=late.reason,
-        diagnostics=(),
         title=rubric.title,
         rubric=rubric.digest,
         digest=submission.digest,
-        fingerprint=None,
     )
 
 

@@ -26,14 +26,10 @@ SCHEMA = "gyro.journal/1"
 class Basis(NamedTuple):
     """What a grade rests on; where all of it is the same, so is the grade."""
 
-    submission: str
-    """Digest of what was handed in, by whom, and when."""
-    rubric: str
-    """Digest of all in the rubric but its references."""
-    reference: str
-    """Digest of all in it."""
-    tool: str
-    """Version of gyrodata."""
+    submission: str  # digest of what was handed in, by whom, and when
+    rubric: str  # digest of all in the rubric but its references
+    reference: str  # digest of all in it
+    tool: str  # version of gyrodata
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,8 +41,7 @@ class Entry:
     lost: str
     """Why the run itself lost it (a time limit, a process that died), so that it is tried again; "" for a grade that
     holds."""
-    figures: Mapping[str, str]
-    """What each figure that was drawn shows, in words, by its name."""
+    figures: Mapping[str, str]  # what each figure that was drawn shows, in words, by its name
 
     def to_line(self) -> str:
         """Write it as one line of JSON."""
@@ -73,10 +68,7 @@ def bases_of(items: Iterable[Submission], rubric: Rubric) -> dict[str, Basis]:
 
 
 def why_again(before: Entry | None, basis: Basis) -> str:
-    """Say why a submission is graded (again).
-
-    Gives: "" where the grade of the journal holds.
-    """
+    """Say why a submission is graded (again); "" where the grade of the journal holds."""
     if before is None:
         return "new"
     if before.basis.submission != basis.submission:

@@ -28,21 +28,17 @@ _SECONDS = {
 class Tier:
     """Up to this late, this is taken off."""
 
-    until: float
-    """[s]"""
-    deduct: float
-    """[points]"""
+    until: float  # [s]
+    deduct: float  # [points]
 
 
 @dataclass(frozen=True, slots=True)
 class LateException:
     """What holds for one student instead: exactly one of `due`, `extra` and `waive`."""
 
-    student: str
-    """Key, any id, or name."""
+    student: str  # key, any id, or name
     due: dt.datetime | None
-    extra: float | None
-    """Time more [s]."""
+    extra: float | None  # time more [s]
     waive: bool
 
 
@@ -50,14 +46,10 @@ class LateException:
 class LateRule:
     """How lateness becomes points."""
 
-    due: dt.datetime | None
-    """None: what the learning platform says counts."""
-    grace: float
-    """[s]"""
-    tiers: tuple[Tier, ...]
-    """In rising order of `until`."""
-    beyond: float
-    """Taken off after the last tier [points]."""
+    due: dt.datetime | None  # None: what the learning platform says counts
+    grace: float  # [s]
+    tiers: tuple[Tier, ...]  # in rising order of `until`
+    beyond: float  # taken off after the last tier [points]
     marked: float | None
     """Taken off where a submission is only marked late, without by how much [points]; None: a person must look."""
     exceptions: tuple[LateException, ...]
@@ -67,21 +59,14 @@ class LateRule:
 class Lateness:
     """What the rule makes of one submission."""
 
-    seconds: float | None
-    """Late by this, 0 for in time; None where nothing tells."""
-    deduct: float
-    """[points]"""
-    reason: str
-    """In words; "" for in time."""
-    look: bool
-    """True where a person must decide."""
+    seconds: float | None  # late by this, 0 for in time; None where nothing tells
+    deduct: float  # [points]
+    reason: str  # in words; "" for in time
+    look: bool  # True where a person must decide
 
 
 def parse_duration(text: str) -> float | None:
-    """Read a duration: "15 min", "1 day", "36 h".
-
-    Gives: [s], or None where it is no duration.
-    """
+    """Read a duration, "15 min", "1 day" or "36 h" [s]; None where it is none."""
     match = _DURATION.fullmatch(text)
     if match is None:
         return None
@@ -91,10 +76,7 @@ def parse_duration(text: str) -> float | None:
 
 
 def duration_text(seconds: float) -> str:
-    """Write a duration: "3 h 20 min", "2 days 4 h".
-
-    `seconds` [s]. Gives: Two units at most, cut off, not rounded.
-    """
+    """Write a duration [s]: "3 h 20 min", "2 days 4 h"; two units at most, cut off, not rounded."""
     if seconds < 60:
         return f"{seconds:.0f} s"
     days, rest = divmod(int(seconds), 86400)
@@ -107,10 +89,7 @@ def duration_text(seconds: float) -> str:
 
 
 def read_late(top: Table, points: float) -> LateRule | None:
-    """Read the table ``[late]`` of a rubric.
-
-    Gives: None where there is no such table.
-    """
+    """Read the table ``[late]`` of a rubric; None where there is none."""
     table = top.table("late")
     if table is None:
         return None
@@ -159,12 +138,7 @@ def _duration(table: Table, key: str, required: bool = False) -> float | None:
 def judge_lateness(
     rule: LateRule | None, keys: Mapping[str, str], late: bool, late_seconds: float | None, submitted: str | None
 ) -> Lateness:
-    """Say what a submission's lateness costs.
-
-    `rule`: None: lateness is told and costs nothing. `keys`: What the student may be called in an exception: key, ids,
-    name. `late_seconds`: By how much, if the platform says so [s]. Gives: From the submission's own marks and stamps,
-    never from the clock, so that a second run says the same.
-    """
+    """Say what lateness costs by the submission's own marks and stamps, never the clock; nothing without a rule."""
     if rule is None:
         after = f"{duration_text(late_seconds)} late" if late_seconds else "marked late" if late else ""
         return Lateness(late_seconds, 0.0, after, False)

@@ -14,41 +14,48 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from importlib.resources import files
-from typing import Literal, get_args
+from typing import Literal, NamedTuple
 
 from gyrodata.diagnostics import (
     CONDITION_CANNOT_BE_USED,
     CRITERION_KIND_UNKNOWN,
+    NO_UNLOADED_RUN,
+    OUTLIER_BEFORE_LEAVING,
     RUBRIC_PARTS_CONTRADICT,
     RUBRIC_POINTS_DO_NOT_ADD_UP,
+    SPIN_FALLS_TOO_MUCH,
+    SPINS_TOO_CLOSE,
+    TIMES_TOO_SHORT,
+    TOO_FEW_RUNS,
+    TOO_FEW_WEIGHTS,
 )
 from gyrodata.grading.late import LateRule, read_late
-from gyrodata.grading.reference import Reference, read_references
 from gyrodata.grading.toml_table import Table, nearest, read_toml
+from gyrodata.grading.yardsticks import FIT_WORDS, Reference, read_references
 from gyrodata.quantities import parse_quantity
 from gyrodata.units import UnitError
 
 Check = Literal["log", "procedure", "own_data", "reference", "uncertainty", "units", "constancy"]
 
-VARIABLES: dict[str, tuple[str, ...]] = {
-    "log": ("warnings",),
-    "procedure": ("missing",),
-    "own_data": ("d",),
-    "reference": ("z",),
-    "uncertainty": ("ratio",),
-    "units": ("faults",),
-    "constancy": ("p", "spread"),
-}
-"""What the conditions of each kind of criterion may speak of."""
 
-TITLES: dict[str, str] = {
-    "log": "The log can be read",
-    "procedure": "The procedure is complete",
-    "own_data": "I_zz follows from your own runs",
-    "reference": "I_zz agrees with the reference",
-    "uncertainty": "The uncertainty is realistic",
-    "units": "Unit and digits",
-    "constancy": "φ̇ψ̇ is constant for each torque",
+class Kind(NamedTuple):
+    """One kind of criterion."""
+
+    title: str
+    variables: tuple[str, ...]  # what its conditions may speak of, of `MEANINGS`
+    full: str  # by default, the condition for all points
+    zero: str  # the one for none
+    of_report: bool = False  # True where nothing can be judged without a reported I_zz
+
+
+KINDS: dict[str, Kind] = {
+    "log": Kind("The log can be read", ("warnings",), "warnings <= 0", "warnings >= 4"),
+    "procedure": Kind("The procedure is complete", ("missing",), "missing <= 0", "missing >= 3"),
+    "own_data": Kind("I_zz follows from your own runs", ("d",), "d <= 0.3", "d >= 3", True),
+    "reference": Kind("I_zz agrees with the reference", ("z",), "z <= 2", "z >= 5", True),
+    "uncertainty": Kind("The uncertainty is realistic", ("ratio",), "ratio in 0.5..2", "ratio outside 0.2..5", True),
+    "units": Kind("Unit and digits", ("faults",), "faults <= 0", "faults >= 2", True),
+    "constancy": Kind("φ̇ψ̇ is constant for each torque", ("p", "spread"), "p >= 0.001", "p <= 0.000001"),
 }
 
 MEANINGS = {
@@ -63,42 +70,34 @@ MEANINGS = {
 }
 """Each variable in words, to a student."""
 
-ASKS = ("weights", "runs", "spins", "unloaded", "times", "falling_spin", "odd_runs")
-"""What a procedure criterion may ask for."""
-
-ACCEPTED = ("through_origin", "with_constant", "mean_of_ratios", "recommended")
-"""Fits of a student's own runs that a rubric may accept."""
-
-_HEAD = "schema = 1\npoints = 2\n[[criterion]]\nid = 'log'\npoints = 2\n"
-_DEFAULT_CURVES = {
-    "log": ("warnings <= 0", "warnings >= 4"),
-    "procedure": ("missing <= 0", "missing >= 3"),
-    "own_data": ("d <= 0.3", "d >= 3"),
-    "reference": ("z <= 2", "z >= 5"),
-    "uncertainty": ("ratio in 0.5..2", "ratio outside 0.2..5"),
-    "units": ("faults <= 0", "faults >= 2"),
-    "constancy": ("p >= 0.001", "p <= 0.000001"),
+ASKS = {
+    "weights": TOO_FEW_WEIGHTS,
+    "runs": TOO_FEW_RUNS,
+    "spins": SPINS_TOO_CLOSE,
+    "unloaded": NO_UNLOADED_RUN,
+    "times": TIMES_TOO_SHORT,
+    "falling_spin": SPIN_FALLS_TOO_MUCH,
+    "odd_runs": OUTLIER_BEFORE_LEAVING,
 }
+"""What a procedure criterion may ask for, and the diagnostic of a log that lacks it."""
+
+ACCEPTED = tuple(FIT_WORDS)
+"""Fits of a student's own runs that a rubric may accept."""
 
 
 @dataclass(frozen=True, slots=True)
 class Criterion:
     """One thing that is judged."""
 
-    id: str
-    """Unique; the column of the grades."""
+    id: str  # unique; the column of the grades
     title: str
     check: Check
     points: float
     curve: Curve
-    told: str
-    """The two conditions in words."""
-    slip: float
-    """Points that a known slip costs, once; only of own_data."""
-    gate: tuple[float, float] | None
-    """A reported I_zz outside earns nothing here [kg*m^2]."""
-    asks: tuple[str, ...]
-    """Of `ASKS`; only of procedure."""
+    told: str  # the two conditions in words
+    slip: float  # points that a known slip costs, once; only of own_data
+    gate: tuple[float, float] | None  # a reported I_zz outside earns nothing here [kg*m^2]
+    asks: tuple[str, ...]  # of `ASKS`; only of procedure
 
 
 @dataclass(frozen=True)
@@ -108,16 +107,12 @@ class Rubric:
     name: str
     title: str
     points: float
-    accept: tuple[str, ...]
-    """Fits of the student's own runs that are right answers, of `ACCEPTED`."""
-    no_report: Literal["look", "zero"]
-    """What no reported I_zz at all means."""
+    accept: tuple[str, ...]  # fits of the student's own runs that are right answers, of `ACCEPTED`
+    no_report: Literal["look", "zero"]  # what no reported I_zz at all means
     criteria: tuple[Criterion, ...]
     late: LateRule | None
-    references: Mapping[str, Reference]
-    """By station; "all" holds for every other."""
-    class_reference: bool
-    """True where the class itself gives the reference."""
+    references: Mapping[str, Reference]  # by station; "all" holds for every other
+    class_reference: bool  # True where the class itself gives the reference
 
     @cached_property
     def digest(self) -> str:
@@ -208,9 +203,9 @@ def _criteria(top: Table) -> tuple[Criterion, ...]:
 
 
 def _criterion(table: Table) -> Criterion | None:
-    check = table.text("check", " or ".join(f'"{kind}"' for kind in get_args(Check)), required=True)
-    if check is not None and check not in get_args(Check):
-        table.wrong("check", f'there is no check "{check}"', nearest(check, get_args(Check)), CRITERION_KIND_UNKNOWN)
+    check = table.text("check", " or ".join(f'"{kind}"' for kind in KINDS), required=True)
+    if check is not None and check not in KINDS:
+        table.wrong("check", f'there is no check "{check}"', nearest(check, tuple(KINDS)), CRITERION_KIND_UNKNOWN)
         return None
     name = table.text("id", f'"{check or "log"}"', required=True)
     points = table.number("points", "2", required=True)
@@ -218,7 +213,7 @@ def _criterion(table: Table) -> Criterion | None:
         table.asked += ["title", "full", "zero", "slip", "gate", "asks"]
         table.done()
         return None
-    title = table.text("title", f'"{TITLES[check]}"') or TITLES[check]
+    title = table.text("title", f'"{KINDS[check].title}"') or KINDS[check].title
     curve, told = _curve(table, check)
     slip = 0.0
     gate = None
@@ -226,7 +221,7 @@ def _criterion(table: Table) -> Criterion | None:
         slip = table.deduction("slip", points or 0.0, (points or 0.0) / 2)
     if check in ("own_data", "reference", "uncertainty"):
         gate = _gate(table)
-    asks = table.choices("asks", ASKS, ASKS[:3]) if check == "procedure" else ()
+    asks = table.choices("asks", tuple(ASKS), tuple(ASKS)[:3]) if check == "procedure" else ()
     table.done()
     if name is None or points is None or curve is None:
         return None
@@ -235,7 +230,7 @@ def _criterion(table: Table) -> Criterion | None:
 
 def _curve(table: Table, check: str) -> tuple[Curve | None, str]:
     """The conditions for all points and for none, both by default or both written."""
-    default = _DEFAULT_CURVES[check]
+    default = KINDS[check].full, KINDS[check].zero
     texts = [table.text(key, f'"{default[i]}"') for i, key in enumerate(("full", "zero"))]
     given = [key for key in ("full", "zero") if key in table.values]
     if len(given) == 1:
@@ -255,8 +250,8 @@ def _curve(table: Table, check: str) -> tuple[Curve | None, str]:
         except ConditionError as error:
             table.wrong(key, str(error), error.hint, CONDITION_CANNOT_BE_USED)
             continue
-        if condition.variable not in VARIABLES[check]:
-            known = " or ".join(VARIABLES[check])
+        if condition.variable not in KINDS[check].variables:
+            known = " or ".join(KINDS[check].variables)
             message = f'"{condition.variable}" means nothing in a criterion with check = "{check}"'
             table.wrong(key, message, f"write a condition on {known}", CONDITION_CANNOT_BE_USED)
             continue
@@ -313,12 +308,9 @@ class Condition:
     """One comparison of a variable with numbers."""
 
     variable: str
-    relation: str
-    """"<=", ">=", "in" or "outside"."""
-    low: float
-    """Lower end; -inf for "<="."""
-    high: float
-    """Upper end; inf for ">="."""
+    relation: str  # "<=", ">=", "in" or "outside"
+    low: float  # lower end; -inf for "<="
+    high: float  # upper end; inf for ">="
 
 
 @dataclass(frozen=True, slots=True)
@@ -326,16 +318,11 @@ class Curve:
     """Share of the points against a variable: 1 where `full` holds, 0 where `zero` does, linear in between."""
 
     variable: str
-    full: tuple[float, float]
-    """All points from the first to the second; ±inf where there is no end."""
-    zero: tuple[float, float]
-    """No points up to the first and from the second on; ±inf where there is no end."""
+    full: tuple[float, float]  # all points from the first to the second; ±inf where there is no end
+    zero: tuple[float, float]  # no points up to the first and from the second on; ±inf where there is no end
 
     def share(self, value: float) -> float:
-        """Give the share of the points.
-
-        Gives: From 0 to 1; 0 for a value that is not a number.
-        """
+        """Give the share of the points, from 0 to 1; 0 for a value that is not a number."""
         if self.full[0] <= value <= self.full[1]:
             return 1.0
         near, far = (self.full[0], self.zero[0]) if value < self.full[0] else (self.full[1], self.zero[1])
@@ -345,10 +332,7 @@ class Curve:
 
 
 def parse_condition(text: str) -> Condition:
-    """Read one condition.
-
-    `text`: ``NAME <= NUMBER``, ``NAME >= NUMBER``, ``NAME in LOW..HIGH`` or ``NAME outside LOW..HIGH``.
-    """
+    """Read ``NAME <= NUMBER``, ``NAME >= NUMBER``, ``NAME in LOW..HIGH`` or ``NAME outside LOW..HIGH``."""
     match = _CONDITION.fullmatch(text)
     if match is None:
         hint = 'write it like "d <= 0.3", "z >= 5", "ratio in 0.5..2" or "ratio outside 0.2..5"'
@@ -367,10 +351,7 @@ def parse_condition(text: str) -> Condition:
 
 
 def make_curve(full: Condition, zero: Condition) -> Curve:
-    """Join the condition for all points and the one for none.
-
-    `full`, `zero`: Of one variable, and the zero one farther out than the full one.
-    """
+    """Join the condition for all points and the one for none, of one variable and farther out."""
     if full.variable != zero.variable:
         raise ConditionError(
             f'full speaks of "{full.variable}" and zero of "{zero.variable}"', "write both with the same name"

@@ -18,11 +18,7 @@ from gyrodata.errors import Diagnostic, InputError
 from gyrodata.quantities import parse_uncertainty
 from gyrodata.units import UnitError
 
-_RUBRIC = "schema = 1\npoints = 2\n[[criterion]]\nid = 'log'\ncheck = 'log'\npoints = 2\n"
-
-
-LARGEST = 1_000_000
-"""Bytes of a rubric that are read."""
+LARGEST = 1_000_000  # bytes of a rubric that are read
 
 
 class Faults:
@@ -258,10 +254,7 @@ class Spot(NamedTuple):
 
 
 def find_places(text: str) -> dict[Path, Spot]:
-    """Find every table and key of a TOML file.
-
-    Gives: From path to place. Keys of inline tables are not in it; their table is.
-    """
+    """Find every table and key of a TOML file; of an inline table the table, not its keys."""
     places: dict[Path, Spot] = {}
     count: dict[Path, int] = {}
     table: Path = ()

@@ -28,22 +28,18 @@ from gyrodata.grading.submissions import size_text
 Task = TypeVar("Task")
 Answer = TypeVar("Answer")
 
-MEMORY = 2_000_000_000
-"""Address space of a worker [byte], where the system keeps to it; grading one log takes a tenth."""
+MEMORY = 2_000_000_000  # address space of a worker [byte], where the system keeps to it; grading one log takes a tenth
 
-START = 60.0
-"""A worker that has not started after this [s] never will."""
+START = 60.0  # a worker that has not started after this [s] never will
 
-TRIES = 2
-"""How often work is begun whose worker dies; a time limit is not waited for twice."""
+TRIES = 2  # how often work is begun whose worker dies; a time limit is not waited for twice
 
 
 @dataclass(frozen=True, slots=True)
 class Failed:
     """Work that was not finished."""
 
-    why: str
-    """In words."""
+    why: str  # in words
 
 
 def count_workers() -> int:

@@ -8,7 +8,7 @@ error, equal positions share theirs, a spin read once for the whole log is read 
 """
 
 from gyrodata.measurements.measured import Measurements, measure, select, torque_groups
-from gyrodata.measurements.sources import DEFAULT_TRANSVERSE_RATIO, SOURCES, TRANSVERSE_U, Source
+from gyrodata.measurements.sources import DEFAULT_TRANSVERSE_RATIO, SOURCES, TRANSVERSE_U, Source, spin_columns
 
 __all__ = [
     "DEFAULT_TRANSVERSE_RATIO",
@@ -18,5 +18,6 @@ __all__ = [
     "Source",
     "measure",
     "select",
+    "spin_columns",
     "torque_groups",
 ]

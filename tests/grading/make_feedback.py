@@ -5,8 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from gyrodata.grading.feedback import feedback_html, feedback_markdown
-from gyrodata.grading.grade import Grade
+from gyrodata.grading import Grade, feedback_html, feedback_markdown
 
 EXPECTED = Path(__file__).parent / "expected"
 

@@ -12,9 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gyrodata.grading.grade import Grade, grade_submission
-from gyrodata.grading.rubric import Rubric
-from gyrodata.grading.submissions import Submission
+from gyrodata.grading import Grade, Rubric, Submission, grade_submission
 
 
 def work(task: str) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gyrodata.grading.forensics import Fingerprint, fingerprint
+from gyrodata.grading import Fingerprint, fingerprint
 from gyrodata.measurements import measure
 from gyrodata.readings import read_log
 

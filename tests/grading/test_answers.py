@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gyrodata.grading.answers_file import Answers, read_answers
+from gyrodata.grading import Answers, read_answers
 from gyrodata.readings import read_log
 
 LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n"

@@ -17,13 +17,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gyrodata.grading.classroom import ClassGrades
-from gyrodata.grading.exports.class_page import LEFT, RIGHT, WIDTH, Drawing, class_page, draw_distribution
-from gyrodata.grading.forensics import Flag
-from gyrodata.grading.grade import Grade
-from gyrodata.grading.reference import Reference
-from gyrodata.grading.rubric import default_rubric
-from gyrodata.grading.submissions import Submission, Submissions
+from gyrodata.grading import ClassGrades, Flag, Grade, Reference, Submission, Submissions, class_page, default_rubric
+from gyrodata.grading.exports.class_page import LEFT, RIGHT, WIDTH, Drawing, draw_distribution
 
 EXPECTED = Path(__file__).parent / "expected"
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")

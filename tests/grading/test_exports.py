@@ -2,6 +2,7 @@
 
 import csv
 import dataclasses
+import functools
 import io
 import json
 import stat
@@ -17,15 +18,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gyrodata.errors import InputError
-from gyrodata.grading.criteria import Mark
-from gyrodata.grading.exports.gradebooks import fill_gradebook, fill_worksheet
-from gyrodata.grading.exports.grades_csv import grades_csv
-from gyrodata.grading.exports.gradescope import autograder_files, grade_autograder, results_json
-from gyrodata.grading.exports.sheet import read_sheet
-from gyrodata.grading.forensics import Flag
-from gyrodata.grading.grade import Grade
-from gyrodata.grading.rubric import default_rubric_text
+from gyrodata.grading import (
+    Flag,
+    Grade,
+    Mark,
+    autograder_files,
+    default_rubric_text,
+    fill_book,
+    grade_autograder,
+    grades_csv,
+    read_sheet,
+    results_json,
+)
 
+fill_gradebook = functools.partial(fill_book, "canvas", name="gradebook.csv")
+fill_worksheet = functools.partial(fill_book, "moodle", name="worksheet.csv")
 OUT_OF = (2.0, 6.0, 12.0)
 
 
@@ -180,7 +187,7 @@ def test_canvas_fills_one_column_and_leaves_every_other_byte() -> None:
         a_grade("5555"),
     ]
     data = ("\ufeff" + GRADEBOOK).encode()
-    filled = fill_gradebook(data, grades, assignment="123456")
+    filled = fill_gradebook(data, grades=grades, assignment="123456")
     expected = ("\ufeff" + GRADEBOOK).replace('"1,5",,3,17.5', '"1,5",17.50,3,17.5').encode()
     assert filled.data == expected
     assert filled.filled == ("9876", "9877")
@@ -194,7 +201,7 @@ def test_canvas_fills_one_column_and_leaves_every_other_byte() -> None:
 
 
 def test_canvas_says_what_it_overwrites_and_keeps_quotes() -> None:
-    filled = fill_gradebook(GRADEBOOK.encode(), [a_grade("9879")], assignment="gyroscope lab")
+    filled = fill_gradebook(GRADEBOOK.encode(), grades=[a_grade("9879")], assignment="gyroscope lab")
     assert '"17.50",,\r\n' in filled.data.decode()
     assert filled.changed == (("9879", "3.00", "17.50"),)
 
@@ -211,27 +218,27 @@ def test_canvas_says_what_it_overwrites_and_keeps_quotes() -> None:
     ],
 )
 def test_canvas_knows_a_student_by_any_of_three_numbers(student: str, ids: dict[str, str]) -> None:
-    filled = fill_gradebook(GRADEBOOK.encode(), [a_grade(student)], assignment="123456", ids={student: ids})
+    filled = fill_gradebook(GRADEBOOK.encode(), grades=[a_grade(student)], assignment="123456", ids={student: ids})
     assert rows_of(filled.data)[2][6] == "17.50"
 
 
 def test_canvas_does_not_take_moodles_number_for_its_own() -> None:
     filled = fill_gradebook(
-        GRADEBOOK.encode(), [a_grade("9876")], assignment="123456", ids={"9876": {"moodle": "9876"}}
+        GRADEBOOK.encode(), grades=[a_grade("9876")], assignment="123456", ids={"9876": {"moodle": "9876"}}
     )
     assert filled.data == GRADEBOOK.encode()
 
 
 def test_canvas_with_semicolons_and_decimal_commas() -> None:
     book = "Student;ID;Section;Gyro (7)\n    Points Possible;;;20,00\nDoe;1;a;\nRoe;2;a;17,50\n"
-    filled = fill_gradebook(book.encode(), [a_grade("1"), a_grade("2")])
+    filled = fill_gradebook(book.encode(), grades=[a_grade("1"), a_grade("2")])
     assert filled.data.decode() == book.replace("Doe;1;a;", "Doe;1;a;17,50")
     assert filled.changed == ()
 
 
 def test_canvas_with_last_and_first_names_and_a_student_in_two_rows() -> None:
     book = "LastName,FirstName,ID,SIS User ID,Section,Gyro (7)\nDoe,Jane,1,,a,\nDoe,Jane,1,,b,\n"
-    filled = fill_gradebook(book.encode(), [a_grade("1")])
+    filled = fill_gradebook(book.encode(), grades=[a_grade("1")])
     assert filled.data.decode().count("17.50") == 2
     assert filled.filled == ("1",)
 
@@ -250,7 +257,7 @@ def test_canvas_with_last_and_first_names_and_a_student_in_two_rows() -> None:
 )
 def test_a_gradebook_that_cannot_be_filled_is_refused(book: str, assignment: str | None, code: str, words: str) -> None:
     with pytest.raises(InputError) as caught:
-        fill_gradebook(book.encode(), [a_grade("9876")], assignment=assignment)
+        fill_gradebook(book.encode(), grades=[a_grade("9876")], assignment=assignment)
     assert caught.value.diagnostics[0].code == code
     assert words in str(caught.value)
 
@@ -258,7 +265,7 @@ def test_a_gradebook_that_cannot_be_filled_is_refused(book: str, assignment: str
 def test_canvas_points_have_two_decimals_and_no_thousands() -> None:
     book = "Student,ID,Section,Gyro (7)\n    Points Possible,,,20000\nDoe,1,a,\n"
     grade = dataclasses.replace(a_grade("1"), out_of=20000.0, points=1234.5)
-    assert fill_gradebook(book.encode(), [grade]).data.decode().endswith("Doe,1,a,1234.50\n")
+    assert fill_gradebook(book.encode(), grades=[grade]).data.decode().endswith("Doe,1,a,1234.50\n")
 
 
 # --- Moodle -------------------------------------------------------------------------------------------------
@@ -282,7 +289,7 @@ def test_moodle_fills_two_columns_and_leaves_every_other_byte(mark: str, end: st
     sheet = (mark + WORKSHEET).replace("\n", end)
     grades = [a_grade("101"), a_grade("102"), a_grade("104"), a_grade("105"), a_grade("106", (None,) * 3), a_grade("9")]
     comments = dict.fromkeys(["101", "102", "104", "105", "106"], "Well <done>,\nJane")
-    filled = fill_worksheet(sheet.encode(), grades, comments=comments)
+    filled = fill_worksheet(sheet.encode(), grades=grades, comments=comments)
     comment = '"<p>Well &lt;done&gt;,<br>Jane</p>"'
     lines = sheet.split(end)
     expected = [
@@ -314,7 +321,7 @@ GERMAN = (
 
 
 def test_moodle_in_another_language() -> None:
-    filled = fill_worksheet(GERMAN.encode(), [a_grade("11"), a_grade("12")], comments={"11": "Gut"})
+    filled = fill_worksheet(GERMAN.encode(), grades=[a_grade("11"), a_grade("12")], comments={"11": "Gut"})
     assert rows_of(filled.data)[1][4] == "17,50"
     assert rows_of(filled.data)[1][9] == "<p>Gut</p>"
     assert dict(filled.skipped) == {"12": "is locked in Moodle: the grade cannot be changed"}
@@ -325,14 +332,14 @@ def test_moodle_without_a_column_of_comments() -> None:
         "Identifikation;Nom complet;Statut;Note;Note maximale;La note peut être modifiée;Modif. (tr.);Modif. (n.)\n"
         "Participant 1;Zoé;Remis;;20,00;Oui;-;-\n"
     )
-    filled = fill_worksheet(sheet.encode(), [a_grade("1")], comments={"1": "x"})
+    filled = fill_worksheet(sheet.encode(), grades=[a_grade("1")], comments={"1": "x"})
     assert filled.data.decode() == sheet.replace("Remis;;", "Remis;17,50;")
 
 
 def test_moodle_gives_a_groups_grade_to_all_of_it_and_to_nobody_else() -> None:
     sheet = WORKSHEET.replace("Submitted,,", 'Submitted,"Group A",')
     group = a_grade("102", name="Group A")  # the group's number is that of another participant
-    filled = fill_worksheet(sheet.encode(), [group], ids={"102": {"moodle": "102"}})
+    filled = fill_worksheet(sheet.encode(), grades=[group], ids={"102": {"moodle": "102"}})
     graded = [row[0] for row in rows_of(filled.data) if row[6] == "17.50"]
     assert graded == ["Participant 101", "Participant 102", "Participant 105", "Participant 106"]
     assert rows_of(filled.data)[2] == rows_of(WORKSHEET)[2], "102 had those points before and is not touched"
@@ -350,13 +357,13 @@ def test_moodle_gives_a_groups_grade_to_all_of_it_and_to_nobody_else() -> None:
 )
 def test_a_worksheet_that_cannot_be_filled_is_refused(sheet: str, code: str) -> None:
     with pytest.raises(InputError) as caught:
-        fill_worksheet(sheet.encode(), [a_grade("101")])
+        fill_worksheet(sheet.encode(), grades=[a_grade("101")])
     assert caught.value.diagnostics[0].code == code
 
 
 def test_points_above_the_maximum_are_told() -> None:
     grade = dataclasses.replace(a_grade("101"), points=21.0)
-    filled = fill_worksheet(WORKSHEET.encode(), [grade])
+    filled = fill_worksheet(WORKSHEET.encode(), grades=[grade])
     assert filled.data == WORKSHEET.encode()
     assert "more than the maximum grade 20" in dict(filled.skipped)["101"]
 

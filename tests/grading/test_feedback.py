@@ -12,8 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gyrodata.grading.feedback import feedback_html, feedback_markdown, points_text
-from gyrodata.grading.grade import Grade
+from gyrodata.grading import Grade, feedback_html, feedback_markdown, points_text
 
 EXPECTED = Path(__file__).parent / "expected"
 NAMES = sorted(path.stem for path in EXPECTED.glob("*.json"))

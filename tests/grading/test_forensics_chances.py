@@ -13,9 +13,8 @@ from scipy import stats
 
 from gyrodata.fitting import chi2_tail
 from gyrodata.grading.forensics.copies import Chances, binomial_tails
-from gyrodata.grading.forensics.flags import ALLOWED, chi2_lower_tail
+from gyrodata.grading.forensics.flags import ALLOWED, HEAVIER, chi2_lower_tail
 from gyrodata.grading.forensics.logs import measure_scatter
-from gyrodata.grading.forensics.single import HEAVIER
 
 
 @pytest.mark.parametrize("dof", [1, 2, 5, 9, 24, 190])

@@ -8,8 +8,8 @@ import pytest
 
 from gyrodata.diagnostics import CODES
 from gyrodata.errors import InputError
-from gyrodata.grading.forensics import read_exemptions
-from gyrodata.grading.forensics.exemptions import LARGEST_FILE, LONGEST_LINE
+from gyrodata.grading import read_exemptions
+from gyrodata.grading.forensics import LARGEST_FILE, LONGEST_LINE
 
 CLASS = {"alice": "alice", "bob": "bob", "Ωmega": "c3", "Doe, Jane": "jdoe", "jdoe": "jdoe", "ta1": "ta1"}
 

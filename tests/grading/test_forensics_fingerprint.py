@@ -12,7 +12,7 @@ from grading.students import RPM, Course, Row, honest_log, print_of, text
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gyrodata.grading.forensics import Fingerprint, fingerprint, flag_class
+from gyrodata.grading import Fingerprint, fingerprint, flag_class
 from gyrodata.grading.forensics.logs import MOST_ROWS
 from gyrodata.measurements import measure
 from gyrodata.readings import read_log

@@ -14,9 +14,17 @@ from grading.reports import RIGHT, SLIPS, Formula, Sheet, reported_line, sheet
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from gyrodata.grading.grade import Grade, grade_submission, settle
-from gyrodata.grading.rubric import Rubric, default_rubric, default_rubric_text, read_rubric
-from gyrodata.grading.submissions import Submission
+from gyrodata import grading
+from gyrodata.grading import (
+    Grade,
+    Rubric,
+    Submission,
+    default_rubric,
+    default_rubric_text,
+    grade_submission,
+    read_rubric,
+    settle,
+)
 
 Grader = Callable[..., Grade]
 
@@ -421,3 +429,8 @@ def test_nothing_in_a_log_stops_it(grade: Grader, rows: Sheet, at: int, length: 
     found = grade(whole[:at] + text + whole[at + length :])
     json.dumps(found.to_dict(), allow_nan=False)
     assert (found.points is None) == (found.status == "not graded") == (found.why is not None)
+
+
+def test_the_front_gives_every_name_that_it_lists() -> None:
+    assert [name for name in grading.__all__ if not hasattr(grading, name)] == []
+    assert dir(grading) == sorted(set(grading.__all__))

@@ -9,8 +9,7 @@ from pathlib import Path
 import pytest
 
 from gyrodata.errors import InputError
-from gyrodata.grading.grade import Grade
-from gyrodata.grading.journal import Basis, Entry, Journal, why_again, write_changed, write_whole
+from gyrodata.grading import Basis, Entry, Grade, Journal, why_again, write_changed, write_whole
 
 EXPECTED = Path(__file__).parent / "expected"
 BASIS = Basis("submission", "rubric", "reference", "1.0")

@@ -12,17 +12,17 @@ from hypothesis import strategies as st
 
 from gyrodata.diagnostics import CODES
 from gyrodata.errors import InputError
-from gyrodata.grading.late import duration_text, judge_lateness, parse_duration
-from gyrodata.grading.reference import class_references
-from gyrodata.grading.rubric import (
-    ConditionError,
+from gyrodata.grading import (
     Rubric,
+    class_references,
     default_rubric,
     default_rubric_text,
-    make_curve,
-    parse_condition,
+    duration_text,
+    judge_lateness,
+    parse_duration,
     read_rubric,
 )
+from gyrodata.grading.rubric import ConditionError, make_curve, parse_condition
 from gyrodata.grading.toml_table import find_places
 
 HEAD = 'schema = 1\npoints = 4\n[[criterion]]\nid = "izz"\ncheck = "own_data"\npoints = 4\n'

@@ -23,16 +23,24 @@ from typer.testing import CliRunner
 
 from gyrodata.cli import app
 from gyrodata.errors import InputError
+from gyrodata.grading import (
+    LIMIT,
+    ClassGrades,
+    Failed,
+    GradingOptions,
+    Journal,
+    changes_in,
+    class_summary,
+    default_rubric,
+    default_rubric_text,
+    find_submissions,
+    grade_class,
+    in_workers,
+    read_rubric,
+    write_feedback,
+    write_results,
+)
 from gyrodata.grading import journal as journal_module
-from gyrodata.grading.classroom import ClassGrades
-from gyrodata.grading.desk import changes_in, write_results
-from gyrodata.grading.exports.summary import class_summary
-from gyrodata.grading.feedback import write_feedback
-from gyrodata.grading.journal import Journal
-from gyrodata.grading.rubric import default_rubric, default_rubric_text, read_rubric
-from gyrodata.grading.run import LIMIT, GradingOptions, grade_class
-from gyrodata.grading.submissions import find_submissions
-from gyrodata.grading.workers import Failed, in_workers
 
 ROOT = Path(__file__).parent.parent.parent
 RUBRIC = default_rubric()

@@ -9,9 +9,7 @@ import pytest
 from grading.reports import RIGHT, SLIPS, Formula, Sheet, reported_line, sheet
 
 from gyrodata.analysis import analyze_readings
-from gyrodata.grading.accepted_fits import distance, own_runs
-from gyrodata.grading.rubric import ACCEPTED
-from gyrodata.grading.slips import Slip, find_slips
+from gyrodata.grading import ACCEPTED, Slip, distance, find_slips, own_runs
 from gyrodata.readings import Reported, read_log
 from gyrodata.results import Analysis
 

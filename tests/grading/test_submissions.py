@@ -12,7 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gyrodata.errors import InputError
-from gyrodata.grading.submissions import Submission, Submissions, find_submissions, metadata, platforms
+from gyrodata.grading import Submission, Submissions, find_submissions
+from gyrodata.grading.submissions import metadata, names
 
 BOTH = pytest.mark.parametrize("make", [make_folder, make_zip])
 
@@ -537,10 +538,10 @@ def test_a_submission_goes_to_another_process_by_its_names_alone(tmp_path: Path)
 
 
 def test_names_are_shown_without_marks_that_turn_or_break_the_line() -> None:
-    assert platforms.shown("evil\u202etxt.\nname\x00") == "evil txt. name"
-    assert platforms.shown("Zoe\u0308") == "Zoë"
-    assert platforms.shown("می\u200cخواهم") == "می\u200cخواهم", "a joiner that Persian needs"
-    assert platforms.shown("\udcff") == "?"
+    assert names.shown("evil\u202etxt.\nname\x00") == "evil txt. name"
+    assert names.shown("Zoe\u0308") == "Zoë"
+    assert names.shown("می\u200cخواهم") == "می\u200cخواهم", "a joiner that Persian needs"
+    assert names.shown("\udcff") == "?"
 
 
 PARTS = st.text(st.characters(blacklist_characters="/\x00", blacklist_categories=["Cs"]), min_size=1, max_size=12)
@@ -551,11 +552,11 @@ PARTS = st.text(st.characters(blacklist_characters="/\x00", blacklist_categories
 def test_what_a_platform_writes_is_taken_apart_again(person: str, number: int, late: bool, file: str) -> None:
     canvas = "".join(c for c in person.lower() if c.isalnum()) or "x"
     mark = "_LATE" if late else ""
-    read = platforms.fit(f"{canvas}{mark}_{number}_77_{file}", "canvas")
+    read = names.read_name(f"{canvas}{mark}_{number}_77_{file}", "canvas")
     assert read is not None
     assert (read.student, read.late, read.file) == (str(number), late, file)
     moodle = person.replace("_", " ")
     for name in (f"{moodle}_{number}_assignsubmission_file/{file}", f"{moodle}_{number}_assignsubmission_file_{file}"):
-        read = platforms.fit(name, "moodle")
+        read = names.read_name(name, "moodle")
         assert read is not None
         assert (read.student, read.file) == (str(number), file)

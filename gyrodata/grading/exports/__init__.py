@@ -1,1 +1,331 @@
-"""Grades in the forms that gradebooks take: a plain CSV, Canvas, Moodle, Gradescope."""
+"""The grades of a class as CSV, as JSON and as a table for a terminal, and what changes in them.
+
+Beside it: sheets of platforms (`gradebooks`), Gradescope's autograder (`gradescope`), the page of the class
+(`class_page`).
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import unicodedata
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from gyrodata import __version__
+from gyrodata.grading.grade import Grade, points_text, two_decimals
+from gyrodata.grading.submissions import shown
+from gyrodata.reporting import count_text, csv_cell
+
+if TYPE_CHECKING:
+    from gyrodata.grading.classroom import ClassGrades
+    from gyrodata.grading.forensics import Flag
+
+# --- CSV: ``grades.csv``, a row for each student below one of what can be had, and ``flags.csv`` -----------------
+
+
+POINTS_ROW = "points possible"  # what stands for a student in the first row
+
+_BEFORE = ("student", "name", "status", "total")
+_AFTER = (
+    "late_deduction",
+    "late [s]",
+    "late",
+    "reported [kg*m^2]",
+    "u_reported [kg*m^2]",
+    "matched",
+    "d",
+    "z",
+    "slips",
+    "flags",
+    "look",
+    "why_not_graded",
+)
+
+
+def grades_csv(grades: Collection[Grade], flags: Sequence[Flag] = ()) -> str:
+    """Write the grades of a class.
+
+    Gives: CSV (RFC 4180 with plain line feeds). Points have two decimals; a cell is blank where nothing was judged. A
+    text that a spreadsheet would run as a formula has a ' in front.
+    """
+    first = next(iter(grades), None)
+    criteria = {} if first is None else {mark.criterion: mark.out_of for mark in first.marks}
+    flagged: dict[str, list[str]] = {}
+    for flag in flags:
+        for student in flag.students:
+            others = [other for other in (*flag.students, *flag.previous) if other != student]
+            flagged.setdefault(student, []).append(f"{flag.kind} with {', '.join(others)}" if others else flag.kind)
+    lines = [_line([csv_cell(header) for header in (*_BEFORE, *criteria, *_AFTER)])]
+    if first is not None:
+        possible = [two_decimals(points) for points in criteria.values()]
+        blank = [""] * len(_AFTER)
+        lines.append(_line([POINTS_ROW, "", "--", two_decimals(first.out_of), *possible, *blank]))
+    columns = list(criteria)
+    rows = ((grade.student, _line(_row(grade, columns, flagged.get(grade.student, [])))) for grade in grades)
+    lines += [line for _, line in sorted(rows)]
+    return "".join(lines)
+
+
+def _line(cells: Sequence[str]) -> str:
+    out = io.StringIO()
+    csv.writer(out, lineterminator="\n").writerow(cells)
+    return out.getvalue()
+
+
+def _row(grade: Grade, criteria: Sequence[str], flags: Sequence[str]) -> list[str]:
+    marks = {mark.criterion: mark.points for mark in grade.marks}
+    cells: list[object] = [grade.student, grade.name, grade.status]
+    after: list[object] = [
+        grade.late_seconds,
+        grade.late_reason,
+        grade.reported.get("value"),
+        grade.reported.get("u"),
+        grade.matched,
+        None if grade.d is None else float(f"{grade.d:.4g}"),
+        None if grade.zeta is None else float(f"{grade.zeta:.4g}"),
+        "; ".join(slip.kind for slip in grade.slips),
+        "; ".join(flags),
+        "; ".join(grade.look),
+        grade.why,
+    ]
+    points = [grade.points, *(marks.get(criterion) for criterion in criteria)]
+    deducted = two_decimals(grade.late_deduction if grade.status == "graded" else None)
+    return [*map(csv_cell, cells), *map(two_decimals, points), deducted, *map(csv_cell, after)]
+
+
+def flags_csv(flags: Iterable[Flag]) -> str:
+    """Write the flags of a class as CSV; a text that a spreadsheet would run as a formula has a ' in front."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(["kind", "students", "earlier logs", "expected by chance in this class", "p", "evidence"])
+    for flag in flags:
+        numbers = (float(f"{flag.expected:.3g}"), float(f"{flag.p:.3g}"))
+        cells = (flag.kind, ", ".join(flag.students), ", ".join(flag.previous), *numbers, flag.evidence)
+        writer.writerow([csv_cell(cell) for cell in cells])
+    return out.getvalue()
+
+
+# --- changes in ``grades.csv``: who, from what, to what --------------------------------------------------
+
+
+TOTAL, STATUS = "total", "status"
+NOT_GRADED = "not graded"
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """One student whose row is not what it was."""
+
+    student: str
+    name: str
+    before: str | None  # points, "not graded", or None for one who was not in the table
+    after: str | None  # the same now; None for one who no longer is
+    parts: tuple[tuple[str, str, str], ...]  # other cells that change: column, before, after
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give it as JSON can hold it."""
+        parts = [{"column": column, "from": before, "to": after} for column, before, after in self.parts]
+        return {"student": self.student, "name": self.name, "from": self.before, "to": self.after, "parts": parts}
+
+    def __str__(self) -> str:
+        who = self.name if self.student in self.name else f"{self.name} ({self.student})"
+        told = f"{who}: {self.before or 'not in it'} → {self.after or 'no longer in it'}"
+        if self.before == self.after:
+            told = f"{who}: {self.after}"
+        parts = ", ".join(f"{column} {before or '–'} → {after or '–'}" for column, before, after in self.parts)
+        return f"{told} ({parts})" if parts else told
+
+
+def compare_tables(before: str, after: str) -> tuple[Change, ...] | None:
+    """Compare two tables of grades.
+
+    `before`, `after`: ``grades.csv`` as it is, and as it would be. Gives: Sorted by student; empty where every cell is
+    the same; None where the old one is no table of grades.
+    """
+    old, new = _read_table(before), _read_table(after)
+    if old is None or new is None:
+        return None
+    changes = []
+    for student in sorted(old.keys() | new.keys()):
+        was, now = old.get(student), new.get(student)
+        if was == now:
+            continue
+        parts: list[tuple[str, str, str]] = []
+        if was is not None and now is not None:
+            columns = [column for column in {**was, **now} if column not in ("name", TOTAL, STATUS)]
+            pairs = ((column, was.get(column, ""), now.get(column, "")) for column in columns)
+            parts = [pair for pair in pairs if pair[1] != pair[2]]
+        name = (now or was or {}).get("name") or student
+        changes.append(Change(student, name, _points_text(was), _points_text(now), tuple(parts)))
+    return tuple(changes)
+
+
+def _read_table(table: str) -> dict[str, dict[str, str]] | None:
+    """Read a table of grades, each student's cells by column; None where there are no such columns."""
+    try:
+        reader = csv.DictReader(io.StringIO(table, newline=""))
+        columns = [column for column in dict.fromkeys(reader.fieldnames or ()) if column]
+        if not {"student", STATUS, TOTAL} <= set(columns):
+            return None
+        rows = {row["student"] or "": {column: row[column] or "" for column in columns} for row in reader}
+    except csv.Error:
+        return None
+    rows.pop(POINTS_ROW, None)
+    return rows
+
+
+def _points_text(row: Mapping[str, str] | None) -> str | None:
+    return None if row is None else row[TOTAL] or NOT_GRADED
+
+
+# --- JSON: "gyro.grades/1", one object for the class, and "gyro.grade/1", one a student --------------------
+
+
+SCHEMA = "gyro.grades/1"
+STUDENT_SCHEMA = "gyro.grade/1"
+
+_TOOL = {"name": "gyrodata", "version": __version__}
+
+
+def grades_document(found: ClassGrades, changes: Sequence[Change] | None = None) -> Iterator[str]:
+    """Write the grades of a class as one JSON object, piece by piece, for a class may be large.
+
+    `changes`: Against the table of an earlier run, where that was asked for. Gives: Text; each student stands on a
+    line.
+    """
+    head = {
+        "schema": SCHEMA,
+        "tool": _TOOL,
+        "input": {
+            "name": found.source,
+            "lms": found.submissions.lms,
+            "submissions": len(found.grades),
+            "rubric": found.rubric.name,
+            "rubric_sha256": found.rubric.digest,
+        },
+        "title": found.rubric.title,
+        "out_of": found.rubric.points,
+        "summary": {
+            "graded": len(found.totals),
+            "not_graded": len(found.grades) - len(found.totals),
+            "mean": found.mean,
+            "median": found.median,
+        },
+        "criteria": [{name: getattr(one, name) for name in one.__slots__} for one in found.criteria()],
+        "references": {
+            station: {"inertia": one.inertia, "u": one.u, "source": one.source}
+            for station, one in sorted(found.references.items())
+        },
+        "slips": found.slips,
+        "flags": [flag_dict(flag) for flag in found.flags],
+        "changes": None if changes is None else [change.to_dict() for change in changes],
+        "diagnostics": [diagnostic.to_dict() for diagnostic in found.submissions.diagnostics],
+    }
+    yield json.dumps(head, indent=2, allow_nan=False).removesuffix("\n}") + ',\n  "students": ['
+    for number, grade in enumerate(found.grades):
+        yield ("," if number else "") + "\n    " + json.dumps(_student(found, grade), allow_nan=False)
+    yield "\n  ]\n}\n"
+
+
+def grade_lines(found: ClassGrades) -> Iterator[str]:
+    """Write one JSON object for each student, one a line."""
+    for grade in found.grades:
+        head = {"schema": STUDENT_SCHEMA, "tool": _TOOL}
+        yield json.dumps(head | _student(found, grade), allow_nan=False) + "\n"
+
+
+def flag_dict(flag: Flag) -> dict[str, Any]:
+    """Give a flag as JSON can hold it."""
+    return {
+        "kind": flag.kind,
+        "students": list(flag.students),
+        "previous": list(flag.previous),
+        "evidence": flag.evidence,
+        "p": flag.p,
+        "expected": flag.expected,
+    }
+
+
+def _student(found: ClassGrades, grade: Grade) -> dict[str, Any]:
+    """One student, with what the platform calls them, and without the fingerprint, which is for the journal."""
+    content = grade.to_dict()
+    del content["fingerprint"], content["title"]
+    flags = [flag.kind for flag in found.flags_of.get(grade.student, ())]
+    return content | {"flags": flags, "ids": dict(found.ids[grade.student])}
+
+
+# --- a table for a terminal --------------------------------------------------------------------------------
+
+
+WIDEST = 28  # characters of a name that are shown
+
+
+def class_summary(found: ClassGrades) -> Iterator[str]:
+    """Write a class for people: a line on the whole, a row for each student, then the flags."""
+    graded, out_of = len(found.totals), points_text(found.rubric.points)
+    count = count_text(len(found.grades), "submission")
+    first = f"{found.source}: {count}, {graded} graded, {len(found.grades) - graded} not"
+    if found.mean is not None and found.median is not None:
+        first += f"; mean {found.mean:.2f} and median {found.median:.2f} of {out_of} points"
+    yield f"{first}\n\n"
+    yield from _table_rows(found)
+    if found.flags:
+        yield "\nflags, which are no verdicts:\n"
+    for flag in found.flags:
+        who = ", ".join(found.label(student) for student in (*flag.students, *flag.previous))
+        told = shown(f"{flag.kind}: {who}: {flag.evidence}; chance makes {flag.expected:.2g} in such a class")
+        yield f"  {told}\n"
+
+
+def _table_rows(found: ClassGrades) -> Iterator[str]:
+    """Put the students under each other, numbers to the right."""
+    head = ("student", "points", "I_zz / own", "what to know")
+    widths = (
+        _widest(head[0], map(_cut, found.names.values())),
+        _widest(head[1], (points_text(grade.points) for grade in found.grades)),
+        _widest(head[2], map(_ratio_text, found.grades)),
+    )
+    yield _padded(head, widths)
+    for grade in found.grades:
+        yield _padded((_cut(grade.name), points_text(grade.points), _ratio_text(grade), _remark(found, grade)), widths)
+
+
+def _widest(head: str, texts: Iterable[str]) -> int:
+    return max(_width(head), max(map(_width, texts), default=0))
+
+
+def _padded(cells: tuple[str, str, str, str], widths: tuple[int, int, int]) -> str:
+    name, points, ratio, remark = cells
+    blanks = " " * (widths[0] - _width(name))
+    return f"  {name}{blanks}  {points:>{widths[1]}}  {ratio:>{widths[2]}}  {remark}".rstrip() + "\n"
+
+
+def _ratio_text(grade: Grade) -> str:
+    """The reported I_zz over that of the student's own runs."""
+    return "–" if grade.ratio is None else f"{grade.ratio:.4g}"
+
+
+def _remark(found: ClassGrades, grade: Grade) -> str:
+    """What whoever grades wants to know, in one line."""
+    parts = [] if grade.why is None else [f"not graded: {grade.why}"]
+    if grade.slips:
+        parts.append(" or ".join(slip.words for slip in grade.slips))
+    parts += grade.look
+    if grade.late_reason and grade.late_reason not in grade.look:
+        taken = f" (−{points_text(grade.late_deduction)})" if grade.late_deduction else ""
+        parts.append(f"{grade.late_reason}{taken}")
+    parts += [f"flag: {flag.kind}" for flag in found.flags_of.get(grade.student, ())]
+    return shown("; ".join(parts))
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= WIDEST else text[: WIDEST - 1] + "…"
+
+
+def _width(text: str) -> int:
+    """Columns of a terminal: two for a wide character, none for a mark that stands on another."""
+    wide = sum(unicodedata.east_asian_width(character) in "WF" for character in text)
+    return len(text) + wide - sum(unicodedata.combining(character) > 0 for character in text)

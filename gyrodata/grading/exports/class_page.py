@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from gyrodata import __version__
-from gyrodata.grading.feedback import environment, points_text
-from gyrodata.grading.reference import Reference
+from gyrodata.fitting import MAD_TO_SD
+from gyrodata.grading.feedback import environment
+from gyrodata.grading.grade import Grade, points_text
+from gyrodata.grading.yardsticks import Reference
 from gyrodata.reporting import count_text, inertia_text, number_text, power_of_ten
 
 if TYPE_CHECKING:
     from gyrodata.grading.classroom import ClassGrades
-    from gyrodata.grading.grade import Grade
 
 
 def class_page(found: ClassGrades, feedback: Callable[[str], str]) -> Iterator[str]:
@@ -71,20 +72,15 @@ def _distance(value: float | None) -> str:
 # --- how I_zz is distributed in the class: what is drawn, as places and words -------------------------------
 
 
-WIDTH, LEFT, RIGHT = 640, 128, 28
-"""Of the drawing, and of its margins [px]."""
+WIDTH, LEFT, RIGHT = 640, 128, 28  # of the drawing, and of its margins [px]
 
-HALF, BETWEEN = 44, 26
-"""Height of the bars on one side of a strip, and what is left between two strips [px]."""
+HALF, BETWEEN = 44, 26  # height of the bars on one side of a strip, and what is left between two strips [px]
 
-MOST_STRIPS = 12
-"""With more stations than this all are drawn in one strip."""
+MOST_STRIPS = 12  # with more stations than this all are drawn in one strip
 
-REACH = 8.0
-"""Values farther than this from the middle, in robust standard deviations, are counted at the edge."""
+REACH = 8.0  # values farther than this from the middle, in robust standard deviations, are counted at the edge
 
-NARROWEST = 0.004
-"""Least half-width of the axis, as a share of I_zz."""
+NARROWEST = 0.004  # least half-width of the axis, as a share of I_zz
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,10 +101,8 @@ class Side:
     words: str
     count: int
     bars: tuple[Bar, ...]
-    below: tuple[str, ...]
-    """Keys of those left of the axis."""
-    above: tuple[str, ...]
-    """Keys of those right of it."""
+    below: tuple[str, ...]  # keys of those left of the axis
+    above: tuple[str, ...]  # keys of those right of it
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,14 +110,11 @@ class Strip:
     """One station, or everybody."""
 
     label: str
-    middle: float
-    """Height of its line [px]."""
+    middle: float  # height of its line [px]
     own: Side
     reported: Side
-    band: tuple[float, float, float] | None
-    """Left end, value and right end of the reference ± u [px]."""
-    reference: str
-    """The same in words; "" where there is none."""
+    band: tuple[float, float, float] | None  # left end, value and right end of the reference ± u [px]
+    reference: str  # the same in words; "" where there is none
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,19 +122,14 @@ class Drawing:
     """All strips on one axis."""
 
     strips: tuple[Strip, ...]
-    ticks: tuple[tuple[float, str], ...]
-    """Place [px] and text of each."""
+    ticks: tuple[tuple[float, str], ...]  # place [px] and text of each
     unit: str
     height: float
-    words: str
-    """What it shows, for those who cannot see it."""
+    words: str  # what it shows, for those who cannot see it
 
 
 def draw_distribution(grades: Sequence[Grade], references: Mapping[str, Reference]) -> Drawing | None:
-    """Lay out the distribution of I_zz in a class.
-
-    Gives: None where not one log gives an I_zz.
-    """
+    """Lay out the distribution of I_zz in a class; None where not one log gives an I_zz."""
     own = [grade.inertia for grade in grades if grade.inertia is not None]
     reported = [grade.reported_inertia for grade in grades if grade.reported_inertia is not None]
     if not own:
@@ -178,7 +164,7 @@ def _groups(grades: Sequence[Grade], references: Mapping[str, Reference]) -> dic
 def _range(own: Sequence[float], reported: Sequence[float], references: Mapping[str, Reference]) -> tuple[float, float]:
     """Find an axis on which the bulk is seen, whatever slips do to a few."""
     middle = statistics.median(own)
-    spread = 1.4826 * statistics.median(abs(value - middle) for value in own)
+    spread = MAD_TO_SD * statistics.median(abs(value - middle) for value in own)
     reach = max(REACH * spread, NARROWEST * abs(middle))
     kept = [value for value in (*own, *reported) if abs(value - middle) <= reach]
     for reference in references.values():

@@ -1,266 +1,211 @@
-"""Gradebooks of Canvas and Moodle, downloaded, filled and given back: single cells change, all else stays as it was.
+"""Sheets of grades that platforms export, filled and given back: single cells change, all else stays as it was.
 
-Canvas (`lib/gradebook_importer.rb` and `lib/gradebook_exporter.rb` of instructure/canvas-lms): a column keeps its
-``(id)``, for without it Canvas makes a new assignment; scores are compared at two decimals; the last ``.`` or ``,``
-of a number is its decimal mark, so that ``1,234`` would be 1.234.
+Canvas: a column keeps its ``(id)``, for without it Canvas makes a new assignment; scores are compared at two decimals;
+the last ``.`` or ``,`` of a number is its decimal mark, so that ``1,234`` would be 1.234.
 
-Moodle (`mod/assign/feedback/offline/importgradeslib.php` and `locallib.php` of moodle/moodle): the importer passes over
-a row without a word where the grade is unchanged, above the maximum or locked; those rows are told here instead.
-Headers are in the site's language, so that columns are known by what stands in them where they are not English.
+Moodle: the importer passes over a row without a word where the grade is unchanged, above the maximum or locked; those
+rows are told here instead. Headers are in the site's language, so that columns are known by what stands in them where
+they are not English.
 """
 
 from __future__ import annotations
 
 import html
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from operator import itemgetter
+from abc import ABC, abstractmethod
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from gyrodata.diagnostics import (
+    GRADEBOOK_CANNOT_BE_READ,
     GRADEBOOK_COLUMN_CANNOT_BE_FILLED,
     GRADEBOOK_COLUMN_NOT_CLEAR,
-    NO_CANVAS_GRADEBOOK,
-    NO_MOODLE_WORKSHEET,
-    WORKSHEET_CANNOT_TAKE_POINTS,
 )
-from gyrodata.grading.exports.grades_csv import two_decimals
-from gyrodata.grading.exports.sheet import Filled, Sheet, read_sheet, refusal
+from gyrodata.errors import Diagnostic, InputError
+from gyrodata.grading.grade import Grade, two_decimals
+from gyrodata.grading.platforms import Book, book_of
 from gyrodata.readings import listing
 
-if TYPE_CHECKING:
-    from gyrodata.grading.grade import Grade
+Ids = Mapping[str, Mapping[str, str]]
+_NO_COMMENTS: Mapping[str, str] = MappingProxyType({})
+_NO_IDS: Ids = MappingProxyType({})
 
 
-# --- Canvas -------------------------------------------------------------------------------------------------
-
-
-_STUDENT_COLUMNS = ("id", "sis user id", "sis login id", "integration id", "root account", "section")
-_NO_IDS: Mapping[str, Mapping[str, str]] = MappingProxyType({})
-
-
-def fill_gradebook(
+def fill_book(
+    lms: str,
     data: bytes,
+    name: str,
     grades: Collection[Grade],
     *,
-    name: str = "gradebook.csv",
     assignment: str | None = None,
-    ids: Mapping[str, Mapping[str, str]] = _NO_IDS,
+    comments: Mapping[str, str] = _NO_COMMENTS,
+    ids: Ids = _NO_IDS,
 ) -> Filled:
-    """Write grades into a downloaded Canvas gradebook.
+    """Write grades into the sheet that a platform exported: match, refuse, fill, tell.
 
-    `assignment`: Title or number of the assignment; it may be left away where the gradebook has only one. `ids`:
-    `Submission.ids` of each student. A student is looked for by Canvas's number, then the SIS user id, then the login;
-    never by name.
+    `assignment`: Title or number of the column, where there are several. `comments`: Plain text for each student.
+    `ids`: `Submission.ids` of each. Gives: `skipped` names the rows that the platform would pass over without a word,
+    and those with no grade; rows that were graded in Moodle after the export are not known here.
     """
+    book = book_of(lms)
     sheet = read_sheet(data, name)
-    columns = _student_columns(sheet)
-    special = _points_row(sheet)
-    rows = [row for row in range(1, len(sheet.rows)) if row != special and sheet.value(row, columns["id"])]
-    column = _assignment_column(sheet, columns, assignment)
-    mark = _check_points(sheet, column, grades)
-    places = _Places(sheet, columns, rows)
+    layout: _Layout = _Canvas(sheet, book, assignment) if lms == "canvas" else _Moodle(sheet, book)
+    layout.check_points(grades)
     filled: list[str] = []
     changed: list[tuple[str, str, str]] = []
     skipped: list[tuple[str, str]] = []
-    told = ((grade.student, grade.points, grade.why) for grade in grades)
-    for student, points, why in sorted(told, key=itemgetter(0)):
-        found = places.of(student, ids.get(student, {}))
-        if not found:
-            skipped.append((student, "is in no row of the gradebook"))
-        elif points is None:
-            skipped.append((student, f"is not graded: {why}"))
-        for row in found if points is not None else ():
-            before, written = sheet.value(row, column), two_decimals(points).replace(".", mark)
-            if before.upper() in ("EX", "N/A"):
-                skipped.append((student, f'has "{before}" in the gradebook: excused or not assigned'))
+    asked: set[int] = set()
+    for grade, rows in layout.match(grades, ids):
+        asked |= set(rows)
+        if not rows:
+            skipped.append((grade.student, f"is in no row of the {book.noun}"))
+            continue
+        if grade.points is None:
+            skipped.append((grade.student, f"is not graded: {grade.why}"))
+            continue
+        written = two_decimals(grade.points).replace(".", layout.mark)
+        for row in rows:
+            before = sheet.value(row, layout.grade)
+            if why := layout.why_refused(row, grade.points):
+                skipped.append((grade.student, why))
                 continue
-            if before not in ("", "-") and _canvas_number(before) != points:
-                changed.append((student, before, written))
-            sheet.put(row, column, written)
-            filled.append(student)
-    skipped += [(sheet.value(row, 0), "has no submission") for row in rows if row not in places.asked]
+            same = layout.number(before) == grade.points
+            if same and book.unchanged:
+                skipped.append((grade.student, book.unchanged.format(before=before)))
+            else:
+                if before not in book.empty and not same:
+                    changed.append((grade.student, before, written))
+                sheet.put(row, layout.grade, written)
+            if layout.comment is not None and grade.student in comments:
+                before, text = sheet.value(row, layout.comment), _as_html(comments[grade.student])
+                if before not in ("", text):
+                    changed.append((grade.student, before, text))
+                sheet.put(row, layout.comment, text)
+            filled.append(grade.student)
+    skipped += [(layout.label(row), "has no submission") for row in layout.rows if row not in asked]
+    if book.by_row:
+        skipped.sort()
     return Filled(sheet.to_bytes(), tuple(dict.fromkeys(filled)), tuple(changed), tuple(skipped))
 
 
-class _Places:
-    """Where each student stands."""
+class _Layout(ABC):
+    """Where things stand in a sheet."""
 
-    _KINDS = (("id", ("canvas",)), ("sis user id", ("sid",)), ("sis login id", ("username", "email")))
+    rows: list[int]  # of students
+    grade: int  # columns
+    comment: int | None = None
+    most: str = ""  # points possible, as written
+    mark: str  # decimal mark
 
-    def __init__(self, sheet: Sheet, columns: Mapping[str, int], rows: list[int]) -> None:
-        self.asked: set[int] = set()
-        self._rows: dict[tuple[str, str], list[int]] = {}
-        for kind, _ in self._KINDS:
-            for row in rows:
-                value = sheet.value(row, columns.get(kind))
-                if value:
-                    self._rows.setdefault((kind, value.casefold()), []).append(row)
-
-    def of(self, student: str, ids: Mapping[str, str]) -> list[int]:
-        """Give the rows of a student, several where one stands in several sections."""
-        for kind, names in self._KINDS:
-            # Moodle's number of a student might be Canvas's of another.
-            key = () if "moodle" in ids else (student,)
-            for value in (*(ids[name] for name in names if name in ids), *key):
-                found = self._rows.get((kind, value.casefold()))
-                if found:
-                    self.asked |= set(found)
-                    return found
-        return []
-
-
-def _student_columns(sheet: Sheet) -> dict[str, int]:
-    """Find the columns that say who a student is: "Student, ID, …" or "LastName, FirstName, ID, …"."""
-    head = [cell.value.strip() for cell in sheet.rows[0].cells]
-    if not re.match("Student|LastName", head[0]) or "ID" not in head[1:3]:
-        hint = "in Canvas: Grades, Export, Export Entire Gradebook; give that file as it is"
-        raise refusal(
-            NO_CANVAS_GRADEBOOK, sheet.name, 'is no Canvas gradebook: it does not begin with "Student" and "ID"', hint
-        )
-    return {title.lower(): at for at, title in enumerate(head) if title.lower() in _STUDENT_COLUMNS}
-
-
-def _points_row(sheet: Sheet) -> int | None:
-    rows = range(1, len(sheet.rows))
-    return next((row for row in rows if "Points Possible" in sheet.value(row, 0)), None)
-
-
-def _assignment_column(sheet: Sheet, columns: Mapping[str, int], assignment: str | None) -> int:
-    head = [cell.value.strip() for cell in sheet.rows[0].cells]
-    titles = {
-        at: match for at, title in enumerate(head) if (match := re.fullmatch(r"(.*) \((\d+)\)", title, re.DOTALL))
-    }
-    if assignment is None:
-        found = [at for at in titles if at > max(columns.values(), default=0)]
-    else:
-        wanted = assignment.strip().casefold()
-        found = [
-            at for at, match in titles.items() if wanted in (part.casefold() for part in (match[0], *match.groups()))
-        ]
-    if len(found) == 1:
-        return found[0]
-    shown = listing([titles[at][0] for at in titles]) or "none with a number in brackets"
-    asked = f'no one column "{assignment}"' if assignment is not None else "not one assignment"
-    hint = "name it with its number, such as 123456; make the assignment in Canvas first and export again"
-    raise refusal(GRADEBOOK_COLUMN_NOT_CLEAR, sheet.name, f"has {asked}; its assignments are: {shown}", hint)
-
-
-def _check_points(sheet: Sheet, column: int, grades: Iterable[Grade]) -> str:
-    """See that the column takes these points, and give its decimal mark."""
-    special = _points_row(sheet)
-    possible = "" if special is None else sheet.value(special, column)
-    title = sheet.value(0, column)
-    if re.search(r"read.only", possible, re.IGNORECASE):
-        raise refusal(
-            GRADEBOOK_COLUMN_CANNOT_BE_FILLED,
-            sheet.name,
-            f'locks the column "{title}" (read only)',
-            "unlock it in Canvas and export again",
-        )
-    points = _canvas_number(possible)
-    out_of = next((grade.out_of for grade in grades), None)
-    if points is not None and out_of is not None and round(points, 2) != round(out_of, 2):
-        hint = "make the points of the rubric and of the assignment in Canvas the same"
-        raise refusal(
-            GRADEBOOK_COLUMN_CANNOT_BE_FILLED,
-            sheet.name,
-            f'has {possible} points for "{title}", the rubric {out_of:g}',
-            hint,
-        )
-    return "," if re.search(r",\d+$", possible) else "."
-
-
-def _canvas_number(text: str) -> float | None:
-    """Read a number as Canvas does: the last mark in it is the decimal one."""
-    *whole, last = re.split("[.,]", text.strip())
-    try:
-        return float(f"{''.join(whole)}.{last}" if whole else last)
-    except ValueError:
-        return None
-
-
-# --- Moodle -------------------------------------------------------------------------------------------------
-
-
-_NO_COMMENTS: Mapping[str, str] = MappingProxyType({})
-_NO = frozenset(
-    {"no", "nein", "non", "não", "nie", "нет", "ні", "ne", "nee", "nej", "nei", "hayır", "όχι", "いいえ", "否"}
-)
-"""What stands under "Grade can be changed" where it cannot."""
-
-
-def fill_worksheet(
-    data: bytes,
-    grades: Collection[Grade],
-    *,
-    name: str = "worksheet.csv",
-    comments: Mapping[str, str] = _NO_COMMENTS,
-    ids: Mapping[str, Mapping[str, str]] = _NO_IDS,
-) -> Filled:
-    """Write grades and comments into a downloaded Moodle worksheet.
-
-    `comments`: Plain text for each student, for the column of feedback comments; it is escaped for the HTML that Moodle
-    shows. Where the worksheet has no such column it is left away. `ids`: `Submission.ids` of each student; the row is
-    that of "Participant N" with Moodle's number N, else that of the group with the submission's name. Gives: `skipped`
-    names the rows that Moodle would pass over without a word, and those with no grade. What cannot be known from the
-    worksheet: rows graded in Moodle after it was downloaded are passed over too.
-    """
-    sheet = read_sheet(data, name)
-    columns = _Columns(sheet)
-    columns.check_points(grades)
-    people = [_Person(grade.student, grade.name, grade.points, grade.why) for grade in grades]
-    by_row = columns.find(people, ids)
-    filled: list[str] = []
-    changed: list[tuple[str, str, str]] = []
-    placed = {grade.student for grade in by_row.values()}
-    skipped = [(one.student, "is in no row of the worksheet") for one in people if one.student not in placed]
-    for row in columns.rows:
-        grade = by_row.get(row)
-        if grade is None:
-            skipped.append((columns.label(row), "has no submission"))
-        elif grade.points is None:
-            skipped.append((grade.student, f"is not graded: {grade.why}"))
-        elif why := columns.why_refused(row, grade.points):
-            skipped.append((grade.student, why))
-        else:
-            before = sheet.value(row, columns.grade)
-            if before and _moodle_number(before) == grade.points:
-                skipped.append((grade.student, f"has {before} in Moodle already: Moodle passes over the grade"))
-            else:
-                changed += columns.put(row, columns.grade, grade.student, columns.written(grade.points))
-            if columns.comment is not None and grade.student in comments:
-                changed += columns.put(row, columns.comment, grade.student, _as_html(comments[grade.student]))
-            filled.append(grade.student)
-    return Filled(sheet.to_bytes(), tuple(dict.fromkeys(filled)), tuple(changed), tuple(sorted(skipped)))
-
-
-class _Person(NamedTuple):
-    """What of a grade stands in the worksheet."""
-
-    student: str
-    name: str
-    points: float | None
-    why: str | None
-
-
-class _Columns:
-    """The columns that matter of a worksheet in any language."""
-
-    def __init__(self, sheet: Sheet) -> None:
-        self.sheet = sheet
+    def __init__(self, sheet: Sheet, book: Book) -> None:
+        self.sheet, self.book = sheet, book
         self.head = [cell.value.strip() for cell in sheet.rows[0].cells]
+
+    @abstractmethod
+    def match(self, grades: Collection[Grade], ids: Ids) -> Iterator[tuple[Grade, list[int]]]:
+        """Give each grade with its rows, none where the student stands in none."""
+
+    @abstractmethod
+    def why_refused(self, row: int, points: float) -> str:
+        """Say why no grade can be written in this row; "" if it can."""
+
+    def label(self, row: int) -> str:
+        """Name a row to a person."""
+        return self.sheet.value(row, 0)
+
+    def number(self, text: str) -> float | None:
+        """Read a number as the platform does."""
+        *whole, last = re.split("[.,]", text)
+        try:
+            return float(f"{('' if self.book.last_mark else '.').join(whole)}.{last}" if whole else last)
+        except ValueError:
+            return None
+
+    def check_points(self, grades: Collection[Grade]) -> None:
+        """See that the sheet has the points of the rubric."""
+        most = self.number(self.most)
+        out_of = next((grade.out_of for grade in grades), None)
+        if most is not None and out_of is not None and round(most, 2) != round(out_of, 2):
+            words = self.book.points.format(
+                sheet=most, written=self.most, title=self.sheet.value(0, self.grade), rubric=out_of
+            )
+            raise refusal(self.book.points_code, self.sheet.name, words, self.book.points_hint)
+
+
+class _Canvas(_Layout):
+    """Columns that say who a student is, then one for each assignment; a row of points possible."""
+
+    def __init__(self, sheet: Sheet, book: Book, assignment: str | None) -> None:
+        super().__init__(sheet, book)
+        if not re.match("Student|LastName", self.head[0]) or "ID" not in self.head[1:3]:
+            raise refusal(book.code, sheet.name, book.none, book.export)
+        known = {title.casefold() for title, _ in book.known_by}
+        self.columns = {title.casefold(): at for at, title in enumerate(self.head) if title.casefold() in known}
+        every = range(1, len(sheet.rows))
+        special = next((row for row in every if book.maximum in sheet.value(row, 0)), None)
+        self.rows = [row for row in every if row != special and sheet.value(row, self.columns["id"])]
+        self.grade = self._assignment_column(assignment)
+        self.most = "" if special is None else sheet.value(special, self.grade)
+        self.mark = "," if re.search(r",\d+$", self.most) else "."
+        if re.search(r"read.only", self.most, re.IGNORECASE):
+            message = f'locks the column "{sheet.value(0, self.grade)}" (read only)'
+            hint = "unlock it in Canvas and export again"
+            raise refusal(GRADEBOOK_COLUMN_CANNOT_BE_FILLED, sheet.name, message, hint)
+
+    def _assignment_column(self, assignment: str | None) -> int:
+        matches = {at: re.fullmatch(r"(?s)(.*) \((\d+)\)", title) for at, title in enumerate(self.head)}
+        titles = {at: match for at, match in matches.items() if match}
+        if assignment is None:
+            found = [at for at in titles if at > max(self.columns.values())]
+        else:
+            wanted = assignment.strip().casefold()
+            found = [at for at, match in titles.items() if wanted in (match[i].casefold() for i in range(3))]
+        if len(found) == 1:
+            return found[0]
+        shown = listing([titles[at][0] for at in titles]) or "none with a number in brackets"
+        asked = f'no one column "{assignment}"' if assignment is not None else "not one assignment"
+        hint = "name it with its number, such as 123456; make the assignment in Canvas first and export again"
+        message = f"has {asked}; its assignments are: {shown}"
+        raise refusal(GRADEBOOK_COLUMN_NOT_CLEAR, self.sheet.name, message, hint)
+
+    def match(self, grades: Collection[Grade], ids: Ids) -> Iterator[tuple[Grade, list[int]]]:
+        """Look for Canvas's number, then the SIS user id, then the login; several rows for one in several sections."""
+        places: dict[tuple[str, str], list[int]] = {}
+        for title, _ in self.book.known_by:
+            for row in self.rows:
+                if value := self.sheet.value(row, self.columns.get(title.casefold())):
+                    places.setdefault((title, value.casefold()), []).append(row)
+        for grade in sorted(grades, key=lambda grade: grade.student):
+            own = ids.get(grade.student, {})
+            # Moodle's number of a student might be Canvas's of another.
+            key = () if "moodle" in own else (grade.student,)
+            names = [
+                (title, value.casefold())
+                for title, kinds in self.book.known_by
+                for value in ((*(own[kind] for kind in kinds if kind in own), *key) if kinds else ())
+            ]
+            yield grade, next((places[name] for name in names if name in places), [])
+
+    def why_refused(self, row: int, points: float) -> str:
+        """Say that a student is excused."""
+        before = self.sheet.value(row, self.grade)
+        return self.book.excused.format(before=before) if before.upper() in ("EX", "N/A") else ""
+
+
+class _Moodle(_Layout):
+    """A row for each participant, with the maximum grade, whether the grade can be changed, and comments."""
+
+    def __init__(self, sheet: Sheet, book: Book) -> None:
+        super().__init__(sheet, book)
         self.rows = [row for row in range(1, len(sheet.rows)) if self._number_of(row) is not None]
         top = self._top_column()
         if not self.rows or top is None or top < 2:
-            hint = "in the assignment: View all submissions, Download grading worksheet; give that file as it is"
-            message = f"is no Moodle grading worksheet; its columns are: {listing(self.head)}"
-            raise refusal(NO_MOODLE_WORKSHEET, sheet.name, message, hint)
-        self.top = top
-        self.grade = top - 1
-        self.can_change = top + 1
+            raise refusal(book.code, sheet.name, f"{book.none}; its columns are: {listing(self.head)}", book.export)
+        self.top, self.grade = top, top - 1
         self.comment = self._comment_column()
+        self.most = sheet.value(self.rows[0], top)
         self.mark = "," if any("," in sheet.value(row, top) for row in self.rows) else "."
 
     def _number_of(self, row: int) -> str | None:
@@ -273,41 +218,27 @@ class _Columns:
         return f"{self.sheet.value(row, 0)} ({self.sheet.value(row, 1)})"
 
     def _top_column(self) -> int | None:
-        """Find the maximum grade: by its English name, else the one column with one number in every row."""
-        if "Maximum Grade" in self.head:
-            return self.head.index("Maximum Grade")
+        """Find the maximum grade: by its English name, else the last column with one number in every row."""
+        if self.book.maximum in self.head:
+            return self.head.index(self.book.maximum)
         found = []
         for column in range(2, len(self.head)):
             values = {self.sheet.value(row, column) for row in self.rows}
-            if len(values) == 1 and (_moodle_number(values.pop()) or 0) > 0:
+            if len(values) == 1 and (self.number(values.pop()) or 0) > 0:
                 found.append(column)
         return found[-1] if found else None
 
     def _comment_column(self) -> int | None:
-        """Find the comments: the last column, where its cells are no dates."""
-        if "Feedback comments" in self.head:
-            return self.head.index("Feedback comments")
+        """Find the comments: by their English name, else the last column, where its cells are no dates."""
+        if self.book.comments in self.head:
+            return self.head.index(self.book.comments)
         last = len(self.head) - 1
         texts = [self.sheet.value(row, last) for row in self.rows]
         return last if last > self.top + 2 and any(not text or text.startswith("<") for text in texts) else None
 
-    def check_points(self, grades: Collection[Grade]) -> None:
-        """See that the worksheet has the points of the rubric."""
-        most = _moodle_number(self.sheet.value(self.rows[0], self.top))
-        out_of = next((grade.out_of for grade in grades), None)
-        if most is None or out_of is None or round(most, 2) == round(out_of, 2):
-            return
-        hint = "make the points of the rubric and the maximum grade of the assignment in Moodle the same"
-        raise refusal(
-            WORKSHEET_CANNOT_TAKE_POINTS,
-            self.sheet.name,
-            f"has a maximum grade of {most:g}, the rubric {out_of:g} points",
-            hint,
-        )
-
-    def find(self, grades: Sequence[_Person], ids: Mapping[str, Mapping[str, str]]) -> dict[int, _Person]:
-        """Give each row its grade; a group's goes to all of its rows."""
-        found: dict[int, _Person] = {}
+    def match(self, grades: Collection[Grade], ids: Ids) -> Iterator[tuple[Grade, list[int]]]:
+        """Give each row its grade: that of the group with the submission's name, else that of "Participant N"."""
+        found: dict[int, Grade] = {}
         by_group = {grade.name.casefold(): grade for grade in grades}
         for row in self.rows:
             groups = (self.sheet.value(row, column).casefold() for column in range(2, self.grade))
@@ -325,36 +256,129 @@ class _Columns:
             number = self._number_of(row)
             if row not in found and number in by_number:
                 found[row] = by_number[number]
-        return found
-
-    def written(self, points: float) -> str:
-        """Write points with the site's decimal mark."""
-        return two_decimals(points).replace(".", self.mark)
-
-    def put(self, row: int, column: int, student: str, text: str) -> list[tuple[str, str, str]]:
-        """Write a cell; give what stood there where something else did."""
-        before = self.sheet.value(row, column)
-        self.sheet.put(row, column, text)
-        return [(student, before, text)] if before not in ("", text) else []
+        placed = {grade.student for grade in found.values()}
+        yield from ((grade, []) for grade in grades if grade.student not in placed)
+        yield from ((found[row], [row]) for row in self.rows if row in found)
 
     def why_refused(self, row: int, points: float) -> str:
-        """Say why Moodle's importer would not take a grade in this row; "" if it would."""
-        most = _moodle_number(self.sheet.value(row, self.top))
-        if self.sheet.value(row, self.can_change).casefold() in _NO:
+        """Say why Moodle's importer would pass over the row."""
+        most = self.number(self.sheet.value(row, self.top))
+        if self.sheet.value(row, self.top + 1).casefold() in self.book.locked:
             return "is locked in Moodle: the grade cannot be changed"
         if most is not None and points > most:
             return f"has {points:g} points, more than the maximum grade {most:g}: Moodle passes over it"
         return ""
 
 
-def _moodle_number(text: str) -> float | None:
-    try:
-        return float(text.replace(",", "."))
-    except ValueError:
-        return None
-
-
 def _as_html(text: str) -> str:
     """Write a plain text as paragraphs; one that begins with a tag is no formula to a spreadsheet either."""
     paragraphs = re.split(r"\n\s*\n", text.strip())
     return "".join(f"<p>{html.escape(one.strip()).replace(chr(10), '<br>')}</p>" for one in paragraphs)
+
+
+# --- a CSV sheet of somebody else's, in which single cells change and every other byte stays ----------------
+
+
+LARGEST = 50_000_000  # bytes of a gradebook that are read
+
+
+class Cell(NamedTuple):
+    """One cell."""
+
+    value: str
+    written: str  # as it stands in the file, quotes included
+
+
+@dataclass
+class Row:
+    """One row."""
+
+    cells: list[Cell]
+    end: str  # line end as it stands in the file; "" at the end of it
+
+
+@dataclass
+class Sheet:
+    """A table whose bytes are known; the csv module gives values, not how they were written."""
+
+    name: str  # shown name of the file
+    rows: list[Row]  # all rows, blank ones too
+    delimiter: str  # between cells
+    mark: bytes  # byte-order mark
+    encoding: str  # of the bytes behind it
+
+    def value(self, row: int, column: int | None) -> str:
+        """Give a cell without blanks around it; "" where the row has no such column."""
+        cells = self.rows[row].cells
+        return "" if column is None or column >= len(cells) else cells[column].value.strip()
+
+    def put(self, row: int, column: int, value: str) -> None:
+        """Write a cell, in quotes where it was in quotes or has to be; a row that is too short grows."""
+        cells = self.rows[row].cells
+        cells += [Cell("", "")] * (column + 1 - len(cells))
+        quoted = cells[column].written.startswith('"')
+        if quoted or re.search(rf'["\r\n{re.escape(self.delimiter)}]|^\s|\s$', value):
+            cells[column] = Cell(value, '"' + value.replace('"', '""') + '"')
+        else:
+            cells[column] = Cell(value, value)
+
+    def to_bytes(self) -> bytes:
+        """Give the whole sheet."""
+        text = "".join(self.delimiter.join(cell.written for cell in row.cells) + row.end for row in self.rows)
+        return self.mark + text.encode(self.encoding, "surrogateescape")
+
+
+@dataclass(frozen=True, slots=True)
+class Filled:
+    """A gradebook with grades in it."""
+
+    data: bytes  # the file to upload
+    filled: tuple[str, ...]  # students whose grade stands in it now
+    # student, what stood there, and what stands there now, where the two differ and there was something
+    changed: tuple[tuple[str, str, str], ...]
+    skipped: tuple[tuple[str, str], ...]  # student or row, and why nothing was written for it
+
+
+_MARKS = ((b"\xef\xbb\xbf", "utf-8"), (b"\xff\xfe", "utf-16-le"), (b"\xfe\xff", "utf-16-be"))
+
+
+def read_sheet(data: bytes, name: str) -> Sheet:
+    """Read a sheet with commas, semicolons or tabs, whichever its first lines have most of."""
+    hint = "give the CSV file that the gradebook exports, not a workbook"
+    mark, encoding = next((pair for pair in _MARKS if data.startswith(pair[0])), (b"", "utf-8"))
+    if len(data) > LARGEST:
+        raise refusal(GRADEBOOK_CANNOT_BE_READ, name, "is larger than 50 MB", hint)
+    try:
+        text = data[len(mark) :].decode(encoding, "surrogateescape" if encoding == "utf-8" else "strict")
+    except UnicodeDecodeError:
+        raise refusal(GRADEBOOK_CANNOT_BE_READ, name, "is no text", hint) from None
+    if "\x00" in text:
+        raise refusal(GRADEBOOK_CANNOT_BE_READ, name, "is no text", hint)
+    if not text.strip():
+        raise refusal(GRADEBOOK_CANNOT_BE_READ, name, "is empty", "export the gradebook again")
+    head = re.sub(r'"[^"]*"', "", "\n".join(text[:100_000].splitlines()[:3]))
+    delimiter = max(",;\t", key=head.count)
+    return Sheet(name, list(_rows(text, delimiter)), delimiter, mark, encoding)
+
+
+def refusal(code: str, name: str, message: str, hint: str) -> InputError:
+    """Make the error for a gradebook that cannot be used."""
+    return InputError([Diagnostic(code, "error", f'"{name}" {message}', hint, name)])
+
+
+def _rows(text: str, delimiter: str) -> Iterator[Row]:
+    """Split by RFC 4180; a quote that is never closed, or does not begin its cell, is a plain character."""
+    plain = rf"[^{re.escape(delimiter)}\r\n]*+"
+    cell = re.compile(rf'(?:"((?:[^"]|"")*+)"({plain})|({plain}))({re.escape(delimiter)}|\r\n|\n|\r|\Z)')
+    cells: list[Cell] = []
+    at = 0
+    while at < len(text) or cells:
+        match = cell.match(text, at)
+        assert match is not None
+        inside, behind, whole, end = match.groups()
+        value = whole if inside is None else inside.replace('""', '"') + behind
+        cells.append(Cell(value, text[at : match.start(4)]))
+        at = match.end()
+        if end != delimiter:
+            yield Row(cells, end)
+            cells = []

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gyrodata import __version__
+from gyrodata.grading.platforms import AUTOGRADER
 
 if TYPE_CHECKING:
     from gyrodata.grading.criteria import Mark
@@ -44,36 +45,25 @@ exec timeout 300 /autograder/gyro/bin/gyro autograde /autograder
 
 
 def autograder_files(rubric: str) -> dict[str, str]:
-    """Give the files of an autograder, to be zipped without a folder around them and uploaded.
-
-    Gives: ``setup.sh``, ``run_autograder`` (both executable) and ``rubric.toml``.
-    """
+    """Give the files of an autograder by name, to be zipped without a folder around them and uploaded."""
     return {"setup.sh": _SETUP.format(version=__version__), "run_autograder": _RUN, "rubric.toml": rubric}
 
 
 def grade_autograder(root: Path) -> str:
-    """Grade the submission that a running autograder has.
-
-    `root`: With ``submission/``, ``submission_metadata.json``, and the rubric in ``source/rubric.toml`` (the built-in
-    one where there is none). Gives: What belongs into ``results/results.json``.
-    """
+    """Grade the submission that a running autograder has below `root`, and give what belongs into its results."""
     from gyrodata.grading.grade import grade_submission, settle
     from gyrodata.grading.rubric import default_rubric_text, read_rubric
     from gyrodata.grading.submissions import find_submissions
 
-    own = root / "source" / "rubric.toml"
-    rubric = read_rubric(own.read_bytes() if own.exists() else default_rubric_text().encode(), "rubric.toml")
+    own = root / AUTOGRADER.rubric
+    rubric = read_rubric(own.read_bytes() if own.exists() else default_rubric_text().encode(), own.name)
     grade = grade_submission(find_submissions(root, "gradescope").items[0], rubric)
     # What is held against the median of a class waits for the class.
     return results_json(grade if rubric.class_reference else settle((grade,), rubric)[0])
 
 
 def results_json(grade: Grade) -> str:
-    """Write the results of one submission.
-
-    `grade`: Criteria that could not be judged are tests without points, not tests failed. Gives: JSON; finite numbers
-    only.
-    """
+    """Write the results of one submission; what could not be judged is a test without points, not one failed."""
     judged = sum(mark.points for mark in grade.marks if mark.points is not None)
     results: dict[str, Any] = {
         "score": round(max(0.0, judged - grade.late_deduction), 2) if judged else 0.0,

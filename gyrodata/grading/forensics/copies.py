@@ -25,23 +25,18 @@ from gyrodata.physics import Floats
 SAME_TORQUE = 0.1
 """Relative difference of two torques up to which rows are compared: stations have weights of their own."""
 
-TELLING = 0.5
-"""A row that would agree by chance more often than this tells nothing and is not counted."""
+TELLING = 0.5  # a row that would agree by chance more often than this tells nothing and is not counted
 
-FEWEST = 3
-"""Rows in common from which a pair is flagged, however rare."""
+FEWEST = 3  # rows in common from which a pair is flagged, however rare
 
-SPINS_TELL = 0.001
-"""Share of pairs below which more spins in common tell no more: a class may have reasons for them."""
+SPINS_TELL = 0.001  # share of pairs below which more spins in common tell no more: a class may have reasons for them
 
-WORK = 5_000_000
-"""Comparisons of rows that the base rate may cost; in a larger class, some logs stand for the others."""
+WORK = 5_000_000  # comparisons of rows that the base rate may cost; in a larger class, some logs stand for the others
 
 GOLDEN = 0.6180339887498949
 
 _EXACT = 1e-9
-_BINS = 20
-"""Per decade, in which the chances of pairs are counted."""
+_BINS = 20  # per decade, in which the chances of pairs are counted
 
 
 def flag_shared_rows(logs: Logs, groups: Groups) -> list[Flag]:
@@ -63,14 +58,10 @@ def flag_shared_rows(logs: Logs, groups: Groups) -> list[Flag]:
 class Alike(NamedTuple):
     """What two logs have in common."""
 
-    rows: list[tuple[int, int]]
-    """Rows that agree, one of each log; numbers of `Logs`."""
-    compared: int
-    """Rows that could agree."""
-    chance: float
-    """Mean chance that one of them does."""
-    p: float
-    """Chance that as many agree, or more."""
+    rows: list[tuple[int, int]]  # rows that agree, one of each log; numbers of `Logs`
+    compared: int  # rows that could agree
+    chance: float  # mean chance that one of them does
+    p: float  # chance that as many agree, or more
 
 
 class Chances:
@@ -155,14 +146,10 @@ class _Near:
 class _Weighed(NamedTuple):
     """What a log could have in common with each of the N logs of a class of R rows."""
 
-    compared: Integers
-    """Rows that could agree, on the side that has fewer, shape (N,)."""
-    chance: Floats
-    """Mean chance that one of them does, on the side where it is larger, shape (N,)."""
-    told_here: NDArray[np.bool_]
-    """Which of the log's rows count for each log, shape (n, N)."""
-    told_there: NDArray[np.bool_]
-    """Which rows count on the other side, shape (R,)."""
+    compared: Integers  # rows that could agree, on the side that has fewer, shape (N,)
+    chance: Floats  # mean chance that one of them does, on the side where it is larger, shape (N,)
+    told_here: NDArray[np.bool_]  # which of the log's rows count for each log, shape (n, N)
+    told_there: NDArray[np.bool_]  # which rows count on the other side, shape (R,)
 
 
 class _Rows:

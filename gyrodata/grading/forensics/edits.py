@@ -17,29 +17,23 @@ from gyrodata.grading.forensics.flags import ALLOWED, Flag, Groups, Kind, Pair, 
 from gyrodata.grading.forensics.logs import TRUSTED_DOF, Integers, Logs
 from gyrodata.physics import Floats
 
-BLOCK = 100
-"""Logs that are compared with all others at a time, at most."""
+BLOCK = 100  # logs that are compared with all others at a time, at most
 
-CELLS = 40_000
-"""Pairs that are compared at a time: what they take in memory does not grow with the class."""
+CELLS = 40_000  # pairs that are compared at a time: what they take in memory does not grow with the class
 
 SPREAD = 20.0
 """The times of a log must differ by this many times the scatter of a hand for their scale to have a meaning."""
 
-HALVINGS = 200
-"""Of the interval in which a limit lies; enough for every digit of a small one."""
+HALVINGS = 200  # of the interval in which a limit lies; enough for every digit of a small one
 
 
 @dataclass(frozen=True)
 class _Tables:
     """G logs with equally many rows, as n numbers each."""
 
-    members: Integers
-    """Numbers of the logs, rising, shape (G,)."""
-    vectors: Floats
-    """[s], shape (G, n)."""
-    dof: Integers
-    """What the scatter of each has, shape (G,)."""
+    members: Integers  # numbers of the logs, rising, shape (G,)
+    vectors: Floats  # [s], shape (G, n)
+    dof: Integers  # what the scatter of each has, shape (G,)
 
 
 def flag_shifted_or_scaled(logs: Logs, groups: Groups) -> list[Flag]:

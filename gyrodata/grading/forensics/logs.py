@@ -11,15 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrodata.grading.forensics.exemptions import Exemptions
-from gyrodata.measurements import Measurements
+from gyrodata.measurements import Measurements, spin_columns
 from gyrodata.physics import Floats
 from gyrodata.readings import Column, Readings
 
-MOST_ROWS = 200
-"""Rows that are kept of a log; of a longer one, those with the shortest times."""
+MOST_ROWS = 200  # rows that are kept of a log; of a longer one, those with the shortest times
 
-_SPIN = (("spin",), ("spin_start", "spin_end"), ("spin_period",), ("spin_period_start", "spin_period_end"))
 _TIMING = ("time", "precession_period", "precession_rate")
 
 _FINEST, _COARSEST = 0.0009, 0.011
@@ -34,24 +31,15 @@ class Fingerprint:
     far a copy may differ from its original by rounding alone.
     """
 
-    sha256: str
-    """Of the file."""
-    by_hand: bool
-    """True where intervals were timed with a stopwatch; False where a period or a rate is all there is."""
-    lines: tuple[int, ...]
-    """Line of each row in the file."""
-    torque: tuple[float, ...]
-    """Applied torque [N*m], signed."""
-    spin: tuple[float, ...]
-    """Mean spin [rad/s], a magnitude."""
-    time: tuple[float, ...]
-    """Timed interval [s]."""
-    turns: tuple[float, ...]
-    """Revolutions of precession in that time [1]."""
-    spin_step: tuple[float, ...]
-    """One step of the last digit typed of the spin [rad/s]; 0 where it is exact."""
-    time_step: tuple[float, ...]
-    """One step of the last digit typed of the time [s]; 0 where it is exact."""
+    sha256: str  # of the file
+    by_hand: bool  # True where intervals were timed with a stopwatch; False where a period or a rate is all there is
+    lines: tuple[int, ...]  # line of each row in the file
+    torque: tuple[float, ...]  # applied torque [N*m], signed
+    spin: tuple[float, ...]  # mean spin [rad/s], a magnitude
+    time: tuple[float, ...]  # timed interval [s]
+    turns: tuple[float, ...]  # revolutions of precession in that time [1]
+    spin_step: tuple[float, ...]  # one step of the last digit typed of the spin [rad/s]; 0 where it is exact
+    time_step: tuple[float, ...]  # one step of the last digit typed of the time [s]; 0 where it is exact
     digits: tuple[int, ...]
     """How often each last digit 0 … 9 stands in the times as typed, whole log; empty where that tells nothing."""
 
@@ -76,13 +64,12 @@ def fingerprint(readings: Readings, measured: Measurements) -> Fingerprint:
     """
     columns = readings.columns
     timing = next(columns[role] for role in _TIMING if role in columns)
-    spins = next(roles for roles in _SPIN if all(role in columns for role in roles))
     torque = np.array([float(f"{value:.9g}") for value in measured.torque])
     # The order of the file stays where torque and spin are equal: sorted times would look alike by themselves.
     order = np.lexsort((measured.spin, torque))
     if len(order) > MOST_ROWS:
         order = order[np.isin(order, np.argsort(measured.time, kind="stable")[:MOST_ROWS])]
-    spin_step = measured.spin * np.max([_relative_step(columns[role]) for role in spins], axis=0)
+    spin_step = measured.spin * np.max([_relative_step(column) for column in spin_columns(readings)], axis=0)
     time_step = measured.time * _relative_step(timing)
     return Fingerprint(
         sha256=readings.sha256,
@@ -134,12 +121,9 @@ What a log states as its `u_time` plays no part: with one that is stated too lar
 class Scatter:
     """What the spin leaves unexplained in one log's times."""
 
-    residuals: Floats
-    """Time minus the straight line in the spin of its torque [s], shape (n,)."""
-    dof: int
-    """n minus one slope for each torque minus the shared timing bias."""
-    squares: float
-    """Sum of the residuals' squares, with what rounding may have hidden [s²]."""
+    residuals: Floats  # time minus the straight line in the spin of its torque [s], shape (n,)
+    dof: int  # n minus one slope for each torque minus the shared timing bias
+    squares: float  # sum of the residuals' squares, with what rounding may have hidden [s²]
 
     @property
     def size(self) -> float:
@@ -172,11 +156,9 @@ def measure_scatter(one: Fingerprint) -> Scatter | None:
 
 Integers = NDArray[np.int_]
 
-TACHOMETER = 0.002
-"""Relative scatter of a reading of the spin."""
+TACHOMETER = 0.002  # relative scatter of a reading of the spin
 
-TRUSTED_DOF = 3
-"""Degrees of freedom from which a log's own scatter is believed."""
+TRUSTED_DOF = 3  # degrees of freedom from which a log's own scatter is believed
 
 
 @dataclass(frozen=True)
@@ -187,38 +169,22 @@ class Logs:
     """
 
     keys: tuple[str, ...]
-    prints: Callable[[int], Fingerprint]
-    """Looks up one of the logs."""
-    current: int
-    """How many are of this class."""
-    by_hand: NDArray[np.bool_]
-    """Which were timed with a stopwatch, shape (N,)."""
-    dof: Integers
-    """Degrees of freedom of each log's scatter, shape (N,); 0 where it has none."""
-    squares: Floats
-    """Sum of squares of each log's scatter [s²], shape (N,)."""
-    time_step: Floats
-    """Largest step of a time of each log [s], shape (N,)."""
-    noise: Floats
-    """Standard deviation that a time of each log has at least [s], shape (N,); 0 where nothing tells."""
-    starts: Integers
-    """Where each log's rows begin, shape (N + 1,)."""
-    log: Integers
-    """Log of each row, shape (R,)."""
-    torque: Floats
-    """[N*m], shape (R,)."""
-    spin: Floats
-    """[rad/s], shape (R,)."""
-    period: Floats
-    """Time of one revolution of precession [s], shape (R,)."""
-    spin_step: Floats
-    """[rad/s], shape (R,)."""
-    period_step: Floats
-    """[s], shape (R,)."""
-    turns: Floats
-    """Shape (R,)."""
-    partners: Mapping[int, frozenset[int]]
-    """Logs that may be like each log."""
+    prints: Callable[[int], Fingerprint]  # looks up one of the logs
+    current: int  # how many are of this class
+    by_hand: NDArray[np.bool_]  # which were timed with a stopwatch, shape (N,)
+    dof: Integers  # degrees of freedom of each log's scatter, shape (N,); 0 where it has none
+    squares: Floats  # sum of squares of each log's scatter [s²], shape (N,)
+    time_step: Floats  # largest step of a time of each log [s], shape (N,)
+    noise: Floats  # standard deviation that a time of each log has at least [s], shape (N,); 0 where nothing tells
+    starts: Integers  # where each log's rows begin, shape (N + 1,)
+    log: Integers  # log of each row, shape (R,)
+    torque: Floats  # [N*m], shape (R,)
+    spin: Floats  # [rad/s], shape (R,)
+    period: Floats  # time of one revolution of precession [s], shape (R,)
+    spin_step: Floats  # [rad/s], shape (R,)
+    period_step: Floats  # [s], shape (R,)
+    turns: Floats  # shape (R,)
+    partners: Mapping[int, frozenset[int]]  # logs that may be like each log
 
     def rows(self, log: int) -> slice:
         """Give where a log's rows are."""
@@ -246,12 +212,12 @@ class Logs:
 
 
 def lay_out(
-    students: Sequence[str], prints: Mapping[str, Fingerprint], exempt: Exemptions, previous: Mapping[str, Fingerprint]
+    students: Sequence[str],
+    prints: Mapping[str, Fingerprint],
+    partners: Mapping[int, frozenset[int]],
+    previous: Mapping[str, Fingerprint],
 ) -> Logs:
-    """Put the logs side by side.
-
-    `prints`: The class, by student.
-    """
+    """Put the logs of the class, by student, side by side."""
     keys = (*students, *sorted(previous))
 
     def print_of(log: int) -> Fingerprint:
@@ -291,7 +257,7 @@ def lay_out(
         noise=_noise(np.array(own), freedom >= TRUSTED_DOF, stopwatch),
         starts=np.concatenate([[0], np.cumsum(counts)]).astype(int),
         log=np.repeat(np.arange(len(keys)), counts),
-        partners=exempt.partners({key: i for i, key in enumerate(students)}),
+        partners=partners,
         **{name: np.array(values, dtype=float) for name, values in rows.items()},
     )
 

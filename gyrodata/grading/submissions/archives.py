@@ -32,32 +32,18 @@ from gyrodata.diagnostics import (
 from gyrodata.errors import Diagnostic, InputError
 from gyrodata.readings import MAX_BYTES
 
-MOST_FILES = 100_000
-"""Files in one class: a thousand students with a hundred files each."""
-MOST_DIRECTORY_BYTES = 32_000_000
-"""Table of contents of a zip; its entries have some hundred bytes each."""
+MOST_FILES = 100_000  # files in one class: a thousand students with a hundred files each
+MOST_DIRECTORY_BYTES = 32_000_000  # table of contents of a zip; its entries have some hundred bytes each
 
 
 @dataclass(frozen=True, slots=True)
 class Listing:
-    """The files of a class.
+    """The files of a class."""
 
-    Attributes
-    ----------
-    root : Path
-        The folder or zip.
-    sizes : mapping of str to int
-        Name below `root`, parts joined by ``/``, to size [byte] as stated; sorted by name.
-    folders : tuple of str
-        Names below `root`, each with a ``/`` at its end; sorted.
-    diagnostics : tuple of Diagnostic
-        What was left out.
-    """
-
-    root: Path
-    sizes: Mapping[str, int]
-    folders: tuple[str, ...] = ()
-    diagnostics: tuple[Diagnostic, ...] = ()
+    root: Path  # the folder or zip
+    sizes: Mapping[str, int]  # name below `root`, parts joined by ``/``, to size [byte] as stated; sorted by name
+    folders: tuple[str, ...] = ()  # names below `root`, each with a ``/`` at its end; sorted
+    diagnostics: tuple[Diagnostic, ...] = ()  # what was left out
 
 
 def list_files(root: Path) -> Listing:

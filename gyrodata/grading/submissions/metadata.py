@@ -1,8 +1,7 @@
 """What Gradescope tells beside the files: who submitted and when.
 
-An export holds ``submission_metadata.yml``, written by Ruby with symbols for keys; a running autograder finds
-``submission_metadata.json``. The first can have many megabytes of results and histories that nobody asks for here,
-so that it is gone through line by line for its four keys; a general YAML parser would build all of it.
+An export holds YAML written by Ruby, with symbols for keys, and can have many megabytes of results and histories that
+nobody asks for here: it is gone through event by event. A running autograder finds JSON.
 
 Formats: gradescope-autograders.readthedocs.io, and exports as public tools read them (``[':submitters'][0][':sid']``).
 """
@@ -17,10 +16,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
 
-EXPORT = "submission_metadata.yml"
-LIVE = "submission_metadata.json"
-LARGEST = 100_000_000
-"""Bytes of a metadata file that are read."""
+LARGEST = 100_000_000  # bytes of a metadata file that are read
 
 
 class MetadataError(ValueError):
@@ -43,27 +39,13 @@ class Submitter:
 
 @dataclass(frozen=True, slots=True)
 class Metadata:
-    """What is told of one submission.
+    """What is told of one submission."""
 
-    Attributes
-    ----------
-    submitters : tuple of Submitter
-        Several for a group.
-    submitted : str or None
-        Time of submission, ISO 8601 with its offset.
-    late_seconds : float or None
-        Time since the due date [s], negative before it; None where no due date is told.
-    attempt : int
-        1 for the first.
-    number : str
-        Gradescope's number of the submission.
-    """
-
-    submitters: tuple[Submitter, ...]
-    submitted: str | None = None
-    late_seconds: float | None = None
+    submitters: tuple[Submitter, ...]  # several for a group
+    submitted: str | None = None  # ISO 8601 with its offset
+    late_seconds: float | None = None  # since the due date [s], negative before it; None where none is told
     attempt: int = 1
-    number: str = ""
+    number: str = ""  # Gradescope's, of the submission
 
 
 _ENTRY = re.compile(r"submission_([0-9A-Za-z]+)")

@@ -1,9 +1,4 @@
-"""Platforms and their names: what each writes, whose names a class has, and a pattern of one's own.
-
-Canvas: `lib/content_zipper.rb` of instructure/canvas-lms. Moodle: `mod/assign/classes/downloader.php` and
-`feedback/file/importziplib.php` of moodle/moodle; names are parsed from the number, for a name may hold anything
-but an underscore. Blackboard and Gradescope: as their downloads are, neither publishes its source.
-"""
+"""Names of files: what each says, whose names a class has, and a pattern of one's own."""
 
 from __future__ import annotations
 
@@ -16,113 +11,49 @@ from os.path import commonprefix
 
 from gyrodata.diagnostics import PATTERN_CANNOT_BE_USED
 from gyrodata.errors import Diagnostic, GyroError, InputError, printable
-from gyrodata.grading.submissions.metadata import EXPORT
+from gyrodata.grading.platforms import NAMED, PLATFORMS
 from gyrodata.grading.submissions.student_files import ending, is_answers, is_log
 
 
 @dataclass(frozen=True, slots=True)
 class ParsedName:
-    """What the name of one file says.
+    """What the name of one file says."""
 
-    Attributes
-    ----------
-    student : str
-        Key of the student or group.
-    name : str
-        As to be shown.
-    ids : mapping of str to str
-        The platform's own: ``canvas``, ``moodle``, ``username``, …
-    file : str
-        As the student named it, folders in the submission included; "" for a receipt of the platform.
-    stem : str
-        Name under which the platform takes a feedback file back.
-    late : bool
-        Marked late by the platform.
-    submitted : str or None
-        Time stamp, ISO 8601 where it is a date.
-    attempt : int or None
-        Number, where the name holds one.
-    """
-
-    student: str
-    name: str
-    ids: Mapping[str, str]
-    file: str
-    stem: str
-    late: bool = False
-    submitted: str | None = None
-    attempt: int | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Pattern:
-    """One shape of name, with the groups ``name``, ``late``, ``stamp``, ``file`` and the platform's ids."""
-
-    lms: str
-    shape: re.Pattern[str]
+    student: str  # key of the student or group
+    name: str  # as to be shown
+    ids: Mapping[str, str]  # the platform's own: "canvas", "moodle", "username", …
+    file: str  # as the student named it, folders in the submission included; "" for a receipt of the platform
+    stem: str  # name under which the platform takes a feedback file back
+    late: bool = False  # marked late by the platform
+    submitted: str | None = None  # time stamp, ISO 8601 where it is a date
+    attempt: int | None = None  # number, where the name holds one
 
 
 _IDS = ("moodle", "canvas", "anonymous", "username", "gradescope")
 
-# A name that fits several is taken for the first.
-PATTERNS: tuple[Pattern, ...] = tuple(
-    Pattern(lms, re.compile(shape, re.DOTALL))
-    for lms, shape in (
-        ("moodle", r"(?P<stem>(?P<name>[^/]*?)_(?P<moodle>\d+)_assignsubmission_[a-z]+_?)/(?P<file>.+)"),
-        ("moodle", r"(?P<name>[^/]*?)_(?P<moodle>\d+)_assignsubmission_[a-z]+_(?P<file>[^/]+)"),
-        ("blackboard", r"[^/]*_(?P<username>[^_/]+)_attempt_(?P<stamp>\d{4}(?:-\d\d){5})(?:_(?P<file>[^/]+)|\.txt)"),
-        ("gradescope", r"(?P<stem>submission_(?P<gradescope>\d+))/(?P<file>.+)"),
-        ("canvas", r"(?P<late>LATE_)?anon_(?P<anonymous>[0-9A-Za-z]+)_(?P<attachment>\d+)_(?P<file>[^/]+)"),
-        ("canvas", r"(?P<late>LATE_)?anon_(?P<anonymous>[0-9A-Za-z]+)_(?P<file>(?:text|link)\.html)"),
-        ("canvas", r"(?P<name>[^/]*?)(?P<late>_LATE|_late)?_(?P<canvas>\d+)_(?P<attachment>\d+)_(?P<file>[^/]+)"),
-        ("canvas", r"(?P<name>[^/]*?)(?P<late>_LATE|_late)?_(?P<canvas>\d+)_(?P<file>(?:text|link)\.html)"),
-    )
-)
-"""All shapes of all platforms; matched against the whole name of a file below the class."""
 
-PLATFORMS: tuple[str, ...] = tuple(dict.fromkeys(pattern.lms for pattern in PATTERNS))
-
-SAMPLES: Mapping[str, str] = {
-    "moodle": "Jane Doe_1234567_assignsubmission_file/lab.csv",
-    "blackboard": "Gyroscope lab_jdoe_attempt_2026-03-09-14-05-59_lab.csv",
-    "gradescope": "submission_123456789/lab.csv beside submission_metadata.yml",
-    "canvas": "doejane_9876_5432_lab.csv",
-    "folder": "jdoe/lab.csv or jdoe.csv",
-}
-"""One name of each, for messages."""
-
-
-def fit(name: str, lms: str) -> ParsedName | None:
-    """Read a name as one platform writes it; None if it does not.
-
-    `name`: Of a file, below the class, parts joined by ``/``.
-    """
-    for pattern in PATTERNS:
-        match = pattern.shape.fullmatch(name) if pattern.lms == lms else None
-        if match:
-            return _named(name, match)
-    return None
+def read_name(name: str, lms: str) -> ParsedName | None:
+    """Read a name below the class as one platform writes it; None if it does not."""
+    found = (shape.fullmatch(name) for shape in PLATFORMS[lms].shapes)
+    match = next((one for one in found if one), None)
+    return None if match is None else _named(name, match, PLATFORMS[lms].blind)
 
 
 def recognise(names: Iterable[str]) -> str | None:
     """Tell which platform wrote most of the names, at least half of them; None if none did."""
-    counts = dict.fromkeys(PLATFORMS, 0)
+    counts = dict.fromkeys(NAMED, 0)
     total = 0
     for name in names:
         total += 1
-        lms = next((pattern.lms for pattern in PATTERNS if pattern.shape.fullmatch(name)), None)
+        lms = next((lms for lms in NAMED if any(shape.fullmatch(name) for shape in PLATFORMS[lms].shapes)), None)
         if lms is not None:
             counts[lms] += 1
-    best = max(PLATFORMS, key=lambda lms: counts[lms])
+    best = max(NAMED, key=lambda lms: counts[lms])
     return best if counts[best] and counts[best] * 2 >= total else None
 
 
 def read_pattern(text: str) -> re.Pattern[str]:
-    """Check a pattern of the user's own.
-
-    `text`: A regular expression that finds ``(?P<student>…)`` in the name of each file below the class, and if it can
-    ``name``, ``file``, ``late``, ``submitted``, ``attempt``, ``username``, ``email``.
-    """
+    """Check a pattern of the user's own: a group ``student``, and any of the others that `read_own_name` looks at."""
     hint = r"write it like --pattern '(?P<student>\w+)_lab\.csv'"
     try:
         pattern = re.compile(text)
@@ -137,7 +68,7 @@ def read_pattern(text: str) -> re.Pattern[str]:
     return pattern
 
 
-def fit_own(name: str, pattern: re.Pattern[str]) -> ParsedName | None:
+def read_own_name(name: str, pattern: re.Pattern[str]) -> ParsedName | None:
     """Read a name by a pattern of the user's own, which may fit anywhere in it; None if it does not."""
     match = pattern.search(name)
     if match is None or not match["student"]:
@@ -167,15 +98,15 @@ def shown(text: str) -> str:
 _TURNING = "\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069"
 
 
-def _named(name: str, match: re.Match[str]) -> ParsedName:
+def _named(name: str, match: re.Match[str], blind: str) -> ParsedName:
     groups = match.groupdict()
     kind = next(key for key in _IDS if groups.get(key))
     number = shown(groups[kind])
     person = shown(groups.get("name") or "")
     if kind == "anonymous":
         person = number = f"anon_{number}"
-    elif kind == "moodle" and person == "Participant":
-        person = f"Participant {number}"
+    elif blind and person == blind:
+        person = f"{blind} {number}"
     ids = {"canvas_anonymous" if kind == "anonymous" else kind: groups[kind]}
     if "stem" in groups:
         ids["folder"] = shown(groups["stem"])
@@ -211,22 +142,20 @@ _NO_SUBMISSION = (".md", ".json", ".ndjson", ".html", ".py", ".yml", ".yaml", ".
 
 
 def whose_names(names: list[str], folders: tuple[str, ...], lms: str, packed: bool) -> tuple[str, str]:
-    """Tell whose names they are and below which folder they stand.
+    """Tell whose names they are and below which folder, with a ``/`` at its end, they stand.
 
-    `names`: All files of the class, parts joined by ``/``. `folders`: All its folders, each with a ``/`` at its end.
-    `lms`: ``auto``, ``folder`` or one of `PLATFORMS`. `packed`: Whether it is a zip, which as a rule holds the folder
-    that was packed. Gives: ``folder`` or one of `PLATFORMS`; and the folder around all files, with a ``/`` at its end,
-    or "".
+    A zip (`packed`) as a rule holds the folder that was packed.
     """
     outer = _outer_folder([*names, *folders])
     for below in ("", outer) if outer else ("",):
         inner = [name.removeprefix(below) for name in names]
-        seen = "gradescope" if EXPORT in inner else recognise(inner)
+        told = next((lms for lms, one in PLATFORMS.items() if one.metadata and one.metadata in inner), None)
+        seen = told or recognise(inner)
         if lms == "auto" and seen:
             return seen, below
-        if lms in PLATFORMS and any(fit(name, lms) for name in inner):
+        if lms in NAMED and any(read_name(name, lms) for name in inner):
             return lms, below
-    if lms in PLATFORMS:
+    if lms in NAMED:
         return lms, ""
     return "folder", _class_folder(names, outer, packed)
 
@@ -253,7 +182,7 @@ def name_all(names: list[str], lms: str, below: str) -> dict[str, ParsedName | N
         nested = {"/" in own for own in inner.values() if is_log(own)} or {"/" in own for own in inner.values()}
         in_folders = True in nested
         return {name: _fit_folder(own, in_folders) for name, own in inner.items()}
-    return {name: fit(own, lms) for name, own in inner.items()}
+    return {name: read_name(own, lms) for name, own in inner.items()}
 
 
 def _fit_folder(name: str, in_folders: bool) -> ParsedName | None:
@@ -276,44 +205,33 @@ def _flat_key(name: str) -> str:
     return shown(re.sub(r" ?\([0-9]{1,2}\)$", "", stem)) or "_"
 
 
-# --- Blackboard: a file's own name cannot tell where a user name with a _ begins ----------------------------
+# --- whose a file is where its own name cannot tell: Blackboard's, with a _ in a user name -------------------
 
 
-_ATTEMPT = re.compile(r"(?P<who>[^/]*)_attempt_\d{4}(?:-\d\d){5}")
 _FIRST_LINE = re.compile(r"[^:\n]{1,40}:\s*([^\n]*\S)\s*\(([^()\s]+)\)\s*(?:\n|$)")
 
 
-def is_receipt(name: str) -> bool:
-    """Tell Blackboard's own note on an attempt, which is no student's file."""
-    file = name.rpartition("/")[2]
-    match = _ATTEMPT.match(file)
-    return match is not None and file[match.end() :] == ".txt"
-
-
-def blackboard_people(names: Iterable[str], read: Callable[[str], bytes]) -> dict[str, tuple[str, str]]:
-    """Tell who handed in each file.
+def people_by_receipts(lms: str, names: Iterable[str], read: Callable[[str], bytes]) -> dict[str, tuple[str, str]]:
+    """Tell who handed in each file: user name and full name.
 
     A receipt begins with "Name: Jane Doe (jdoe)", in the language of the site. Where there is none, the user name is
     what follows the assignment's name, which all files share.
-
-    Gives: From file to user name and full name.
     """
-    owners = {name: match["who"] for name in names if (match := _ATTEMPT.match(name.rpartition("/")[2]))}
+    (shape,) = PLATFORMS[lms].shapes
+    matches = {name: match for name in names if (match := shape.fullmatch(name.rpartition("/")[2]))}
+    owners = {name: match["owner"] for name, match in matches.items()}
     told: dict[str, tuple[str, str]] = {}
     for name, owner in owners.items():
-        if is_receipt(name):
-            person = _read_receipt(owner, name, read)
-            if person:
-                told[owner] = person
+        person = None if matches[name]["file"] else _read_receipt(owner, name, read)
+        if person:
+            told[owner] = person
     distinct = set(owners.values())
     prefix = commonprefix(sorted(distinct)) if len(distinct) > 1 else ""  # noqa: RUF071 (these are no paths)
     shared = prefix.rpartition("_")[0]
-    return {name: told.get(owner) or _guessed(owner, shared) for name, owner in owners.items()}
-
-
-def _guessed(owner: str, shared: str) -> tuple[str, str]:
-    user = owner.removeprefix(f"{shared}_") if shared else owner.rpartition("_")[2]
-    return shown(user), shown(user)
+    for owner in distinct - told.keys():
+        user = shown(owner.removeprefix(f"{shared}_") if shared else owner.rpartition("_")[2])
+        told[owner] = user, user
+    return {name: told[owner] for name, owner in owners.items()}
 
 
 def _read_receipt(owner: str, name: str, read: Callable[[str], bytes]) -> tuple[str, str] | None:

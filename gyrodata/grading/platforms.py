@@ -1,0 +1,170 @@
+"""The platforms of a class, one record each: how the names of its files come in, and how grades go back.
+
+Canvas: `lib/content_zipper.rb`, `lib/gradebook_importer.rb` and `lib/gradebook_exporter.rb` of instructure/canvas-lms.
+Moodle: `mod/assign/classes/downloader.php`, `feedback/file/importziplib.php`, `feedback/offline/importgradeslib.php`
+and `locallib.php` of moodle/moodle. Gradescope: gradescope-autograders.readthedocs.io. Blackboard and Gradescope do not
+publish their source: their names are those of downloads.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from gyrodata.diagnostics import (
+    GRADEBOOK_COLUMN_CANNOT_BE_FILLED,
+    NO_CANVAS_GRADEBOOK,
+    NO_MOODLE_WORKSHEET,
+    WORKSHEET_CANNOT_TAKE_POINTS,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Book:
+    """The sheet of grades that a platform exports, to be filled and given back."""
+
+    noun: str  # what the platform calls it
+    file: str  # the filled one, in the folder of the grades
+    code: str  # diagnostic of a sheet that is none, and how that is told
+    none: str
+    export: str  # how to get one, a hint
+    points_code: str  # diagnostic of a sheet with other points than the rubric, and how that is told
+    points: str
+    points_hint: str
+    maximum: str  # title of the points possible, a column or a row
+    empty: tuple[str, ...]  # what stands in a cell without a grade
+    known_by: tuple[tuple[str, tuple[str, ...]], ...] = ()  # titles of the columns of students, and the ids in each
+    comments: str = ""  # title of the column of comments
+    locked: tuple[str, ...] = ()  # what stands under "Grade can be changed" where it cannot
+    excused: str = ""  # how a row that takes no grade is told
+    unchanged: str = ""  # how a grade that is there already is told, and not written again; "": it is written
+    last_mark: bool = False  # True: the last "." or "," of a number is its decimal mark; False: there is one only
+    by_row: bool = False  # True: what is skipped is told in the order of the rows' names
+
+
+@dataclass(frozen=True, slots=True)
+class Autograder:
+    """What a platform that grades at once lays down for a grader, and what it takes back."""
+
+    submission: str  # folder of the one submission
+    metadata: str
+    rubric: str
+    results: str
+
+
+@dataclass(frozen=True, slots=True)
+class Platform:
+    """How one platform names the files of a class, and takes grades back."""
+
+    name: str
+    sample: str  # name of one file, for messages
+    shapes: tuple[re.Pattern[str], ...] = ()  # of a whole name below the class; groups as in `ParsedName`, and its ids
+    blind: str = ""  # who hands in where nobody is named
+    receipts: bool = False  # True: a name cannot tell where a user name with a _ begins, notes beside the files do
+    metadata: str = ""  # file beside the submissions that tells who handed in, and when
+    book: Book | None = None  # None: grades go back by hand, from ``grades.csv``
+    autograder: Autograder | None = None
+
+
+def _shapes(*texts: str) -> tuple[re.Pattern[str], ...]:
+    return tuple(re.compile(text, re.DOTALL) for text in texts)
+
+
+AUTOGRADER = Autograder("submission", "submission_metadata.json", "source/rubric.toml", "results/results.json")
+"""What Gradescope's has."""
+
+_LATE = r"(?P<late>_LATE|_late)?"
+
+# Names are parsed from the number, for a name may hold anything but an underscore. A name that fits several platforms
+# is taken for the first.
+PLATFORMS: Mapping[str, Platform] = {
+    platform.name: platform
+    for platform in (
+        Platform(
+            "moodle",
+            "Jane Doe_1234567_assignsubmission_file/lab.csv",
+            _shapes(
+                r"(?P<stem>(?P<name>[^/]*?)_(?P<moodle>\d+)_assignsubmission_[a-z]+_?)/(?P<file>.+)",
+                r"(?P<name>[^/]*?)_(?P<moodle>\d+)_assignsubmission_[a-z]+_(?P<file>[^/]+)",
+            ),
+            blind="Participant",
+            book=Book(
+                noun="worksheet",
+                file="moodle.csv",
+                code=NO_MOODLE_WORKSHEET,
+                none="is no Moodle grading worksheet",
+                export="in the assignment: View all submissions, Download grading worksheet; give that file as it is",
+                points_code=WORKSHEET_CANNOT_TAKE_POINTS,
+                points="has a maximum grade of {sheet:g}, the rubric {rubric:g} points",
+                points_hint="make the points of the rubric and the maximum grade of the assignment in Moodle the same",
+                maximum="Maximum Grade",
+                empty=("",),
+                comments="Feedback comments",
+                locked=(
+                    *("no", "nein", "non", "não", "nie", "нет", "ні", "ne", "nee", "nej", "nei", "hayır", "όχι"),
+                    *("いいえ", "否"),
+                ),
+                unchanged="has {before} in Moodle already: Moodle passes over the grade",
+                by_row=True,
+            ),
+        ),
+        Platform(
+            "blackboard",
+            "Gyroscope lab_jdoe_attempt_2026-03-09-14-05-59_lab.csv",
+            _shapes(
+                r"(?P<owner>[^/]*_(?P<username>[^_/]+))_attempt_(?P<stamp>\d{4}(?:-\d\d){5})"
+                r"(?:_(?P<file>[^/]+)|\.txt)"
+            ),
+            receipts=True,
+        ),
+        Platform(
+            "gradescope",
+            "submission_123456789/lab.csv beside submission_metadata.yml",
+            _shapes(r"(?P<stem>submission_(?P<gradescope>\d+))/(?P<file>.+)"),
+            metadata="submission_metadata.yml",
+            autograder=AUTOGRADER,
+        ),
+        Platform(
+            "canvas",
+            "doejane_9876_5432_lab.csv",
+            _shapes(
+                r"(?P<late>LATE_)?anon_(?P<anonymous>[0-9A-Za-z]+)_(?P<attachment>\d+)_(?P<file>[^/]+)",
+                r"(?P<late>LATE_)?anon_(?P<anonymous>[0-9A-Za-z]+)_(?P<file>(?:text|link)\.html)",
+                rf"(?P<name>[^/]*?){_LATE}_(?P<canvas>\d+)_(?P<attachment>\d+)_(?P<file>[^/]+)",
+                rf"(?P<name>[^/]*?){_LATE}_(?P<canvas>\d+)_(?P<file>(?:text|link)\.html)",
+            ),
+            book=Book(
+                noun="gradebook",
+                file="canvas.csv",
+                code=NO_CANVAS_GRADEBOOK,
+                none='is no Canvas gradebook: it does not begin with "Student" and "ID"',
+                export="in Canvas: Grades, Export, Export Entire Gradebook; give that file as it is",
+                points_code=GRADEBOOK_COLUMN_CANNOT_BE_FILLED,
+                points='has {written} points for "{title}", the rubric {rubric:g}',
+                points_hint="make the points of the rubric and of the assignment in Canvas the same",
+                maximum="Points Possible",
+                empty=("", "-"),
+                known_by=(
+                    ("ID", ("canvas",)),
+                    ("SIS User ID", ("sid",)),
+                    ("SIS Login ID", ("username", "email")),
+                    *((title, ()) for title in ("Integration ID", "Root Account", "Section")),
+                ),
+                excused='has "{before}" in the gradebook: excused or not assigned',
+                last_mark=True,
+            ),
+        ),
+        Platform("folder", "jdoe/lab.csv or jdoe.csv"),
+    )
+}
+"""All of them; the last has no names of its own."""
+
+NAMED = tuple(name for name, platform in PLATFORMS.items() if platform.shapes)  # those that are known by their names
+
+
+def book_of(lms: str) -> Book:
+    """Give the sheet of grades of a platform that has one."""
+    book = PLATFORMS[lms].book
+    assert book is not None
+    return book

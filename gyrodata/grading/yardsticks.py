@@ -1,0 +1,258 @@
+"""What a reported I_zz is held against: the fits of the student's own runs, and the reference of a station.
+
+There is more than one right way to work out a student's own runs: a line through the origin, a line with a constant,
+the mean of M/(φ̇ψ̇), or this tool's fit; with every run, or without those that were miscounted; with or without the
+run that has no weight. Each is worked out here, for many slips in one go, from the readings with the slip applied to
+them. The reference is stated for each station, or taken from the class itself.
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyrodata import fitting
+from gyrodata.diagnostics import RUBRIC_PARTS_CONTRADICT
+from gyrodata.grading.toml_table import Table
+from gyrodata.physics import Floats
+from gyrodata.quantities import parse_quantity, parse_uncertainty
+from gyrodata.results import Analysis
+from gyrodata.units import UnitError
+
+FIT_WORDS = {
+    "through_origin": "a line through the origin",
+    "with_constant": "a line with a constant",
+    "mean_of_ratios": "the mean of M/(φ̇ψ̇)",
+    "recommended": "the recommended fit",
+}
+
+SET_WORDS = {"all": ", every run in it", "loaded": ", runs with a weight only"}
+
+FINEST, COARSEST = 0.005, 0.05
+"""Least and largest u, as a share of I_zz, that a report is measured with. Two careful people who round their
+intermediate results to three digits differ by up to 0.5 %; and where the runs leave I_zz wide open, arithmetic on
+them is still arithmetic."""
+
+
+@dataclass(frozen=True, slots=True)
+class OwnValue:
+    """I_zz by one fit of the student's own runs."""
+
+    name: str  # of `FIT_WORDS`, with ":all" or ":loaded" behind it where it is of other runs than the analysis keeps
+    value: float  # [kg*m^2]
+    u: float | None  # as this fit itself gives it [kg*m^2]; None where it has none
+
+    @property
+    def words(self) -> str:
+        """Which fit it is, in words."""
+        return fit_words(self.name)
+
+
+def fit_words(name: str) -> str:
+    """Say which fit of which runs it is: "a line with a constant, every run in it"."""
+    fit, _, runs = name.partition(":")
+    return FIT_WORDS[fit] + SET_WORDS.get(runs, "")
+
+
+@dataclass(frozen=True)
+class OwnRuns:
+    """The runs of one log as the textbook fits need them, n runs."""
+
+    product: Floats  # φ̇ψ̇ with the torque's sign [rad²/s²], shape (n,)
+    torque: Floats  # [N*m], shape (n,)
+    sets: tuple[tuple[str, NDArray[np.bool_]], ...]
+    """Which runs are used, each shape (n,): those that the analysis keeps (""), all, those with a weight."""
+    accept: tuple[str, ...]  # fits that the course accepts
+    recommended: OwnValue
+    yardstick: float  # one unit of d, as a share of I_zz [1]
+
+    def fits(self, product: Floats, torque: Floats) -> list[tuple[str, Floats, Floats]]:
+        """Work out the accepted textbook fits for c changed tables at once.
+
+        `product`, `torque`: shape (c, n): φ̇ψ̇ [rad²/s²] and M [N*m] of each table. Gives: Name, values and
+        uncertainties [kg*m^2], shape (c,); NaN where a fit has none.
+        """
+        found = []
+        for suffix, used in self.sets:
+            x, y = product[:, used], torque[:, used]
+            for name in self.accept:
+                if name == "recommended" or (name == "mean_of_ratios" and suffix == "loaded"):
+                    continue
+                if name == "with_constant" and not fitting.torques_differ(self.torque[used]):
+                    continue
+                with np.errstate(all="ignore"):
+                    value, u = fitting.TEXTBOOK[name](x, y)
+                found.append((f"{name}:{suffix}" if suffix else name, value, u))
+        return found
+
+    def values(self) -> tuple[OwnValue, ...]:
+        """Give every accepted fit of the runs as they are, the rubric's order kept and equal ones once.
+
+        Where none of them is possible (a constant, and one torque only), it is the recommended fit.
+        """
+        found = [
+            OwnValue(name, float(value[0]), float(u[0]) if np.isfinite(u[0]) else None)
+            for name, value, u in self.fits(self.product[None, :], self.torque[None, :])
+            if np.isfinite(value[0])
+        ]
+        if "recommended" in self.accept:
+            found.append(self.recommended)
+        found.sort(key=lambda own: (":" in own.name, self.accept.index(own.name.partition(":")[0])))
+        kept: list[OwnValue] = []
+        for own in found:
+            if not any(abs(own.value - other.value) <= 1e-9 * abs(own.value) for other in kept):
+                kept.append(own)
+        return tuple(kept) or (self.recommended,)
+
+
+def own_runs(analysis: Analysis, accept: Sequence[str]) -> OwnRuns:
+    """Take from an analysis what a report is compared with."""
+    measured = analysis.measurements
+    every = np.ones(len(measured.runs), dtype=bool)
+    kept = np.array([not run.left_out for run in analysis.run_table])
+    sets = [("", kept)]
+    if not kept.all():
+        sets.append(("all", every))
+    loaded = kept & (measured.torque != 0)
+    if not np.array_equal(loaded, kept):
+        sets.append(("loaded", loaded))
+    inertia = analysis.inertia
+    share = (inertia.u or 0.0) / abs(inertia.value)
+    return OwnRuns(
+        product=analysis.fit.sense * np.abs(measured.product),
+        torque=measured.torque,
+        sets=tuple(sets),
+        accept=tuple(accept),
+        recommended=OwnValue("recommended", inertia.value, inertia.u or None),
+        yardstick=min(max(share, FINEST), COARSEST),
+    )
+
+
+def nearest(values: Sequence[OwnValue], reported: float) -> OwnValue:
+    """Find the fit that a reported value [kg*m^2] comes nearest to, the earlier of two equally near."""
+    return min(values, key=lambda own: abs(own.value - reported))
+
+
+def distance(reported: float, own: float, step: float, yardstick: float) -> float:
+    """Tell how far a reported value lies from one of the student's own runs, in units of u.
+
+    `reported`, `own` [kg*m^2]. `step`: One step of the last digit reported [kg*m^2]: half of it is rounding, and costs
+    nothing. `yardstick`: u as a share of the value [1].
+    """
+    # A value rounded to nothing is no value.
+    rounding = step / 2 * (1 + 1e-9) if reported else 0.0
+    return max(0.0, abs(reported - own) - rounding) / (yardstick * abs(own))
+
+
+# --- references of stations --------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """The value that a station's gyroscope should give."""
+
+    inertia: float  # [kg*m^2]
+    u: float  # standard uncertainty [kg*m^2]
+    source: str  # where it comes from, in words
+
+
+def station_key(text: str) -> str:
+    """Write the name of a station in one way, so that "Bench A" of a log is "bench a" of a rubric."""
+    return " ".join(text.split()).casefold()
+
+
+def read_references(top: Table) -> tuple[dict[str, Reference], bool]:
+    """Read ``[reference]`` of a rubric: by station ("all" for every other), and whether it is the class itself."""
+    table = top.table("reference")
+    if table is None:
+        return {}, False
+    from_class = table.choice("from", ("class", "rubric"), "rubric") == "class"
+    references: dict[str, Reference] = {}
+    for station, value in table.values.items():
+        if station == "from":
+            continue
+        if not isinstance(value, dict):
+            hint = "head the values of station 3 with [reference.3], those of all stations with [reference.all]"
+            table.wrong(station, f'"{station}" stands outside of a station', hint)
+            table.asked.append(station)
+            continue
+        one = table.table(station)
+        reference = _reference(one, station) if one else None
+        if reference is not None:
+            references[station_key(station)] = reference
+    table.done()
+    if from_class and references:
+        hint = 'remove from = "class", or remove the stations'
+        table.wrong(
+            "from", "the reference comes from the class, and stations are given too", hint, RUBRIC_PARTS_CONTRADICT
+        )
+    if not from_class and not references and len(table.values) == 0:
+        top.wrong("reference", "[reference] is empty", 'write from = "class", or [reference.3] with inertia and u')
+    return references, from_class
+
+
+def _reference(table: Table, station: str) -> Reference | None:
+    inertia = table.text("inertia", '"4.44e-3 kg m^2"', required=True)
+    u = table.text("u", '"0.03e-3 kg m^2" or "1 %"', required=True)
+    table.done()
+    if inertia is None or u is None:
+        return None
+    key = "inertia"
+    try:
+        value = parse_quantity(inertia, "inertia")
+        key = "u"
+        width = parse_uncertainty(u, "inertia").at(value)
+    except UnitError as error:
+        table.wrong(key, f"{key}: {error}", error.hint or f'write {key} = "0.03e-3 kg m^2"')
+        return None
+    if value <= 0:
+        table.wrong("inertia", "inertia is not above zero", 'write inertia = "4.44e-3 kg m^2"')
+        return None
+    return Reference(value, width, "the rubric" if station == "all" else f"the rubric, station {station}")
+
+
+# --- the class as its own reference -------------------------------------------------------------------------
+
+FEW = 5  # with fewer logs of a station than this, its median is that of the whole class
+
+MEDIAN_TO_MEAN = 1.2533  # standard uncertainty of a median over that of a mean, √(π/2), for normal values
+
+
+def class_references(values: Iterable[tuple[str | None, float, float]]) -> dict[str, Reference]:
+    """Take the reference of each station from the logs of a class.
+
+    `values`: For each log its station (None where it says none), I_zz and its u [kg*m^2], in any order. Gives: A
+    station with at least `FEW` logs has its own; "all" is for every other. u is that of a median, from the median
+    absolute deviation, for a station; for "all" it is the scatter itself, for the gyroscopes may differ. Neither is
+    smaller than what the logs' own u allow. Empty for no logs.
+    """
+    stations: dict[str, list[tuple[float, float]]] = {}
+    everyone: list[tuple[float, float]] = []
+    for station, value, u in values:
+        everyone.append((value, u))
+        if station is not None:
+            stations.setdefault(station, []).append((value, u))
+    if not everyone:
+        return {}
+    references = {}
+    for station, logs in sorted(stations.items()):
+        if len(logs) >= FEW:
+            median, scatter, least = _robust(logs)
+            u = max(MEDIAN_TO_MEAN * scatter / math.sqrt(len(logs)), least)
+            references[station] = Reference(median, u, f"the median of the {len(logs)} logs of station {station}")
+    median, scatter, least = _robust(everyone)
+    words = "this log alone" if len(everyone) == 1 else f"the median of all {len(everyone)} logs"
+    references["all"] = Reference(median, max(scatter, least), words)
+    return references
+
+
+def _robust(logs: list[tuple[float, float]]) -> tuple[float, float, float]:
+    """Median, scatter about it, and the u that the median has from the logs' own."""
+    median = statistics.median(value for value, _ in logs)
+    scatter = fitting.MAD_TO_SD * statistics.median(abs(value - median) for value, _ in logs)
+    return median, scatter, statistics.median(u for _, u in logs) / math.sqrt(len(logs))

@@ -43,7 +43,7 @@ OWNERS = {
     "pint": {"units"},
     "matplotlib": {"plotting"},
     "typer": {"cli"},
-    "jinja2": {"reporting", "grading"},
+    "jinja2": {"grading"},
     "yaml": {"grading"},
 }
 

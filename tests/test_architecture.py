@@ -14,6 +14,7 @@ SHELVES = {
     "errors": 0,
     "unit_grammar": -1,
     "units": 0,
+    "workers": 1,
     "quantities": 1,
     "physics": 1,
     "motion": 2,

@@ -269,7 +269,7 @@ def _options(folder: Path | None, count: int, request: _Request) -> GradingOptio
     from gyrodata.grading.desk import FIGURES, JOURNAL
     from gyrodata.grading.journal import Journal
     from gyrodata.grading.run import GradingOptions
-    from gyrodata.grading.workers import count_workers
+    from gyrodata.workers import count_workers
 
     return GradingOptions(
         workers=request.workers or count_workers(),

@@ -19,8 +19,8 @@ from gyrodata.grading.grade import Grade
 from gyrodata.grading.journal import cannot_write, write_changed
 from gyrodata.grading.run import GradingOptions, figure_path
 from gyrodata.grading.submissions import Submission
-from gyrodata.grading.workers import Failed, in_workers
 from gyrodata.reporting import inertia_text
+from gyrodata.workers import Failed, in_workers
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -254,7 +254,8 @@ def write_feedback(
     )
     lost: list[str] = []
     written: list[str] = []
-    for task, answer in in_workers(_Work(options.figures), tasks, options.workers, options.limit):
+    work, preload = _Work(options.figures), ["gyrodata.grading.grade"]
+    for task, answer in in_workers(work, tasks, options.workers, options.limit, preload):
         if isinstance(answer, Failed):
             lost.append(f"no feedback for {task.grade.name}: {answer.why}")
         else:

@@ -532,8 +532,8 @@ def _constant(analysis: Analysis, scale: Scale, torque: Scale) -> tuple[Block, .
 def _meaning(analysis: Analysis, scale: Scale) -> Iterator[Block]:
     words = (
         "The constant is the moment of inertia of all that spins, ball, rod and weight, about the rod: as a mass "
-        "resists a change of its speed, I_zz resists a change of the spin, and the larger it is, the slower the same torque "
-        "turns the axis."
+        "resists a change of its speed, I_zz resists a change of the spin, and the larger it is, the slower the same "
+        "torque turns the axis."
     )
     yield Text(((words,),), full=True)
     ball, inertia = analysis.ball, analysis.inertia

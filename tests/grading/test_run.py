@@ -32,7 +32,7 @@ from gyrodata.grading.journal import Journal
 from gyrodata.grading.rubric import default_rubric, default_rubric_text, read_rubric
 from gyrodata.grading.run import LIMIT, GradingOptions, grade_class
 from gyrodata.grading.submissions import find_submissions
-from gyrodata.grading.workers import Failed, in_workers
+from gyrodata.workers import Failed, in_workers
 
 ROOT = Path(__file__).parent.parent.parent
 RUBRIC = default_rubric()
@@ -123,7 +123,7 @@ def test_leaving_early_leaves_nobody_behind() -> None:
 
 
 def test_where_no_process_can_be_started_it_says_so() -> None:
-    with pytest.raises(InputError, match=r"G761.*no process can be started to grade in: its process ended"):
+    with pytest.raises(InputError, match=r"G761.*no process can be started to work in: its process ended"):
         list(in_workers(_Unreadable(), ["fine"], workers=1, limit=1.0))
 
 

@@ -58,7 +58,7 @@ def analyze(
         Model, typer.Option("--model", help="horizontal: eq. (9); steady: eq. (8); released: let go from rest; "
                      "auto: what the log needs.")
     ] = "auto",
-    keep_flagged: Annotated[bool, typer.Option("--keep-flagged", help="Keep runs that look odd in the fit.")] = False,
+    keep_flagged: Annotated[bool, typer.Option("--keep-flagged", help="Keep flagged runs in the fit.")] = False,
     scale_by_birge: Annotated[
         bool, typer.Option("--scale-by-birge", help="Multiply u by the Birge ratio where that is above 1.")
     ] = False,

@@ -355,7 +355,7 @@ def _summary(analysis: Analysis, scale: Scale, torque: Scale) -> Iterator[Block]
     # The summary names them where it lists them.
     odd = [Number(run.run, f"runs.{i}.run") for i, run in enumerate(analysis.run_table) if run.flagged]
     names = tuple(part for name in odd[:6] for part in (", ", name))[1:] + ((" and more",) if len(odd) > 6 else ())
-    yield Facts((*facts, Fact("runs that look odd", names or ("none",), full=True)))
+    yield Facts((*facts, Fact("flagged runs", names or ("none",), full=True)))
     yield Text(
         (("Every value stands with one standard uncertainty u, from the stated uncertainties.",),), "small", full=True
     )
@@ -453,7 +453,7 @@ def _exponents(analysis: Analysis, torque: Scale) -> tuple[Block, ...]:
         f" u from it): the period is proportional to the spin, {law}.",
     )
     if not _agrees(whole.deviation):
-        advice = "look at the torques one by one, and at the runs that look odd"
+        advice = "look at the torques one by one, and at the flagged runs"
         agree = ("The exponent does not agree with 1 (", away, f" u from it), where eq. (9) has {law}: {advice}.")
     everything = Value(whole.value, whole.u, NUMBER, "exponent.value")
     rows: list[tuple[Cell, ...]] = [
@@ -634,11 +634,7 @@ def _runs(analysis: Analysis, torque: Scale) -> tuple[Block, ...]:
         Head("remark", wrap=0.2),
     )  # fmt: skip
     caption = "The residual is the time minus what the other runs predict, in standard uncertainties"
-    looks = (
-        Text((("These runs do not go with the others:",),))
-        if odd
-        else Text((("No run looks odd; none is left out.",),))
-    )
+    looks = Text((("These runs are flagged:",),)) if odd else Text((("No run is flagged or left out.",),))
     return (
         looks,
         *([Text(items, "list")] if odd else []),

@@ -19,12 +19,12 @@ MODEL_NAMES = {
 }
 
 SOURCE_NAMES = {
-    "time": "stopwatch",
-    "time_bias": "hand's bias",
+    "time": "stopwatch readings",
+    "time_bias": "timing bias",
     "spin": "tachometer readings",
     "spin_scale": "tachometer scale",
     "mass": "each weight's mass",
-    "mass_scale": "scale",
+    "mass_scale": "scale for the masses",
     "position": "position readings",
     "position_zero": "ruler's zero",
     "force": "force",
@@ -43,7 +43,7 @@ SOURCE_NAMES = {
 
 EFFECT_NAMES = {
     "residual_torque": "imperfect balance",
-    "timing_bias": "late or early hand",
+    "timing_bias": "timing bias of the hand",
     "spin_decay": "falling spin, plain mean of start and end",
     "decay_law": "law by which the spin falls",
     "tilt": "tilted rod, eq. (9) for eq. (8)",

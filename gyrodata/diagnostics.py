@@ -972,7 +972,7 @@ WORKSHEET_CANNOT_TAKE_POINTS = _code(
 NO_PROCESS_CAN_BE_STARTED = _code(
     "G761",
     "error",
-    "no process can be started to grade in",
+    "no process can be started to work in",
     "grade class, with no process left",
 )
 

@@ -14,6 +14,7 @@ SHELVES = {
     "errors": 0,
     "unit_grammar": -1,
     "units": 0,
+    "workers": 1,
     "quantities": 1,
     "physics": 1,
     "motion": 2,
@@ -43,7 +44,7 @@ OWNERS = {
     "pint": {"units"},
     "matplotlib": {"plotting"},
     "typer": {"cli"},
-    "jinja2": {"reporting", "grading"},
+    "jinja2": {"grading"},
     "yaml": {"grading"},
 }
 

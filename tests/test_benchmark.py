@@ -44,7 +44,7 @@ from gyrodata.cli import app
 from gyrodata.measurements import measure
 from gyrodata.physics import RPM
 from gyrodata.plotting import draw_chart
-from gyrodata.plotting.labels import name_crowd
+from gyrodata.plotting.labels import name_dots
 from gyrodata.plotting.style import STYLE, save
 from gyrodata.simulation import TYPICAL, simulate
 
@@ -311,7 +311,7 @@ class TestFigures:
         ax = figure.add_axes((0.1, 0.1, 0.8, 0.8))
         ax.set_xlim(0, 10)
         ax.set_ylim(0, 10)
-        name_crowd(ax, 5 + 0.1 * np.arange(6), np.full(6, 5.0), {i: f"point {i}" for i in range(6)})
+        name_dots(ax, 5 + 0.1 * np.arange(6), np.full(6, 5.0), {i: f"point {i}" for i in range(6)})
         FigureCanvasAgg(figure).draw()  # type: ignore[no-untyped-call]
         # Without the lines to their points.
         boxes = [Text.get_window_extent(text) for text in ax.texts]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,11 +19,13 @@ if TYPE_CHECKING:
     from gyrodata.results import Analysis, Options
 
 
+_PRELOAD = ("gyrodata.analysis", "gyrodata.reporting.text", "uncertainties")
+
 WORTHWHILE = 50
 """So many logs take longer than it does to start the workers."""
 
-_BATCH = 8
-"""Items that a worker takes at a time."""
+LIMIT = 600.0
+"""Time for one log [s]; an ordinary one takes a thousandth."""
 
 Format = Literal["text", "json", "ndjson", "csv", "markdown", "latex"]
 Model = Literal["auto", "horizontal", "steady", "released"]
@@ -58,7 +58,7 @@ def analyze(
         Model, typer.Option("--model", help="horizontal: eq. (9); steady: eq. (8); released: let go from rest; "
                      "auto: what the log needs.")
     ] = "auto",
-    keep_flagged: Annotated[bool, typer.Option("--keep-flagged", help="Keep runs that look odd in the fit.")] = False,
+    keep_flagged: Annotated[bool, typer.Option("--keep-flagged", help="Keep flagged runs in the fit.")] = False,
     scale_by_birge: Annotated[
         bool, typer.Option("--scale-by-birge", help="Multiply u by the Birge ratio where that is above 1.")
     ] = False,
@@ -77,6 +77,12 @@ def analyze(
     """
     given = {"set": pairs(settings, "--set"), "map": pairs(mapping, "--map")}
     _refuse_what_does_not_go_together(logs, form, values, out, watched)
+    # Standard input can be read in this process only.
+    many = len(logs) >= WORTHWHILE and "-" not in logs
+    if many:
+        from gyrodata.workers import start_context
+
+        start_context(_PRELOAD)
     from gyrodata.results import Options
 
     options = Options(
@@ -92,10 +98,10 @@ def analyze(
         _watch(Path(logs[0]), request)
         return
     folders = [None] * len(logs) if no_report else _folders(logs, form, out)
-    jobs = [_Job(log, folder, request, len(logs)) for log, folder in zip(logs, folders, strict=True)]
+    pairs_of = enumerate(zip(logs, folders, strict=True))
+    jobs = [_Job(i, log, folder, request, len(logs)) for i, (log, folder) in pairs_of]
     worst, header = 0, _header(form)
-    # Standard input can be read in this process only.
-    for told in map(_analyze_one, jobs) if "-" in logs else _in_order(jobs):
+    for told in _in_order(jobs) if many else map(_analyze_one, jobs):
         complain(told.diagnostics, quiet)
         if told.text:
             write_out(header + told.text)
@@ -193,6 +199,8 @@ def _folders(logs: Sequence[str], form: Format, out: Path | None) -> list[Path |
 class _Job:
     """One log to analyse."""
 
+    index: int
+    """In the order of the logs."""
     log: str
     folder: Path | None
     """Where its report goes; None: nowhere."""
@@ -240,43 +248,20 @@ def _analyze_one(job: _Job) -> _Told:
     return _Told(0, text, analysis.diagnostics, report=str(folder / "report.html"))
 
 
-def _in_order(items: Sequence[_Job]) -> Iterator[_Told]:
-    """Give what is told of each log in the order of the logs, worked out by as many processes as there are processors.
+def _in_order(jobs: Sequence[_Job]) -> Iterator[_Told]:
+    """Give what is told of each log in the order of the logs, worked out in as many processes as processors."""
+    from gyrodata.workers import Failed, count_workers, in_workers
 
-    A few logs are done here, in this process. No more than a few answers wait for their turn, so that the memory
-    does not grow with their number.
-    """
-    workers = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    if workers < 2 or len(items) < WORTHWHILE:
-        yield from map(_analyze_one, items)
-        return
-    from concurrent.futures import Future, ProcessPoolExecutor
-
-    # What the first one loads, the workers then have.
-    yield _analyze_one(items[0])
-    batches = [items[i : i + _BATCH] for i in range(1, len(items), _BATCH)]
-    with ProcessPoolExecutor(workers, initializer=_leave_interrupts_to_the_parent) as pool:
-        waiting: deque[Future[list[_Told]]] = deque()
-        try:
-            for batch in batches:
-                waiting.append(pool.submit(_batch, batch))
-                if len(waiting) > 4 * workers:
-                    yield from waiting.popleft().result()
-            while waiting:
-                yield from waiting.popleft().result()
-        finally:
-            # A reader that has gone away, or Ctrl-C: what has not begun never does.
-            pool.shutdown(cancel_futures=True)
-
-
-def _batch(items: Sequence[_Job]) -> list[_Told]:
-    return [_analyze_one(item) for item in items]
-
-
-def _leave_interrupts_to_the_parent() -> None:
-    import signal
-
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    early: dict[int, _Told] = {}
+    due = 0
+    for job, told in in_workers(_analyze_one, jobs, count_workers(), LIMIT, _PRELOAD):
+        if isinstance(told, Failed):
+            found = fault(RuntimeError(told.why), name_of(job.log))
+            told = _without_answer(job.log, None, job.request, FAULT, (found,))
+        early[job.index] = told
+        while due in early:
+            yield early.pop(due)
+            due += 1
 
 
 def _without_answer(

@@ -15,7 +15,7 @@ def benchmark(
         Path, typer.Option("--out", "-o", help="Folder for the charts; made if it is not there.")
     ] = Path("gyro-benchmark"),
     quick: Annotated[bool, typer.Option("--quick", help="Fewer labs and points: less than a minute.")] = False,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Of the random numbers.")] = 1,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the random numbers.")] = 1,
 ) -> None:  # fmt: skip
     """Chart speed against accuracy on this machine, and map where methods break.
 

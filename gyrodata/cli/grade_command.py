@@ -97,12 +97,12 @@ def grade(
         GradingOptions,
         Journal,
         changes_in,
-        count_workers,
         find_submissions,
         grade_class,
         read_exemptions,
         read_rubric,
     )
+    from gyrodata.workers import count_workers
 
     judged = read_rubric(_rubric_bytes(rubric), "built-in rubric" if rubric is None else rubric.name)
     submissions = find_submissions(path, lms, pattern, attempts)

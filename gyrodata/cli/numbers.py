@@ -7,29 +7,7 @@ from gyrodata.diagnostics import OPTION_IS_NO_QUANTITY, OPTION_NUMBER_IMPOSSIBLE
 
 
 def quantity(option: str, text: str, kind: str, *, positive: bool = False, nonzero: bool = False) -> float:
-    """Read an option's number with its unit, and see that it can be.
-
-    Parameters
-    ----------
-    option : str
-        Its name, as typed: ``--spin``.
-    text : str
-        As typed.
-    kind : str
-        Kind of quantity, a key of `gyrodata.units.SI`.
-    positive, nonzero : bool
-        Refuse what is not above zero, or zero.
-
-    Returns
-    -------
-    float
-        [SI unit of `kind`]
-
-    Raises
-    ------
-    InputError
-        It cannot be read, has no unit or one that does not fit, or is a size that no lab has.
-    """
+    """Read an option's number with its unit, in the SI unit of its kind, and refuse what no lab has."""
     from gyrodata.quantities import parse_quantity
     from gyrodata.units import DISPLAY, LIMITS, SI, UnitError, kind_in_words
 

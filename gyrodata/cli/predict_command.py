@@ -28,9 +28,11 @@ def _option(name: str, text: str) -> Any:
     return typer.Option(name, metavar="QUANTITY", help=text)
 
 
-FormatOption = Annotated[PlainFormat, typer.Option("--format", "-f", help="What to write.")]
+FormatOption = Annotated[PlainFormat, typer.Option("--format", "-f", help="Form of the output.")]
 InertiaOption = Annotated[str, _option("--inertia", 'I_zz about the rod, such as "4.44e-3 kg m^2".')]
-SpinOption = Annotated[str, _option("--spin", 'Such as "400 rpm"; counterclockwise seen from the tip is positive.')]
+SpinOption = Annotated[
+    str, _option("--spin", 'Spin, such as "400 rpm"; counterclockwise seen from the tip is positive.')
+]
 
 
 @predict.command(
@@ -49,10 +51,10 @@ def precession(
                 "Default: 1.3 I_zz, plus m x^2 of --mass at --position."),
     ] = None,
     torque: Annotated[str | None, _option("--torque", 'Torque with the rod level, such as "0.0588 N*m".')] = None,
-    mass: Annotated[str | None, _option("--mass", 'Of the weight, such as "60 g".')] = None,
-    position: Annotated[str | None, _option("--position", 'Of the weight on the rod, such as "15 cm".')] = None,
+    mass: Annotated[str | None, _option("--mass", 'Mass of the weight, such as "60 g".')] = None,
+    position: Annotated[str | None, _option("--position", 'Position on the rod, such as "15 cm".')] = None,
     pitch: Annotated[str, _option("--pitch", 'Angle of the rod above the horizontal, such as "10 deg".')] = "0 deg",
-    g: Annotated[str | None, _option("--g", 'Free fall, such as "9.803 m/s^2". Default: 9.80665 m/s^2.')] = None,
+    g: Annotated[str | None, _option("--g", 'Gravity, such as "9.803 m/s^2". Default: 9.80665 m/s^2.')] = None,
     form: FormatOption = "text",
 ) -> None:  # fmt: skip
     """Steady precession, its least spin, and what a rod does that is let go or upright.
@@ -135,7 +137,7 @@ def _take_defaults(options: dict[str, Any], transverse: str | None) -> list[str]
     epilog=example_of("gyro predict earth --latitude 42.5deg --hours 24 --step 3"),
 )
 def earth(
-    latitude: Annotated[str, _option("--latitude", 'Such as "42.5 deg"; negative in the south.')],
+    latitude: Annotated[str, _option("--latitude", 'Latitude, such as "42.5 deg"; negative in the south.')],
     hours: Annotated[
         str, typer.Option("--hours", metavar="HOURS", help="How long: hours of the clock (solar), not sidereal ones.")
     ] = "24",
@@ -211,7 +213,7 @@ def _times(hours: float, step: float, sidereal: bool) -> list[float]:
 )
 def platform(
     wheel_inertia: Annotated[str, _option("--wheel-inertia", 'Of the wheel about its axle, such as "0.1 kg m^2".')],
-    wheel_spin: Annotated[str, _option("--wheel-spin", 'Such as "200 rpm".')],
+    wheel_spin: Annotated[str, _option("--wheel-spin", 'Spin of the wheel, such as "200 rpm".')],
     platform_inertia: Annotated[
         str, _option("--platform-inertia", "Of platform, person and wheel about the vertical.")
     ],

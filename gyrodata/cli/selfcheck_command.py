@@ -13,8 +13,8 @@ from gyrodata.cli.terminal import progress_bar, source_of, write_out
 def selfcheck(
     log: Annotated[str, typer.Argument(metavar="LOG", help="CSV log; - is standard input.")],
     labs: Annotated[int, typer.Option("--labs", min=1, max=1_000_000, help="How many labs to simulate.")] = 4000,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Of the random numbers.")] = 1,
-    form: Annotated[PlainFormat, typer.Option("--format", "-f", help="What to write.")] = "text",
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the random numbers.")] = 1,
+    form: Annotated[PlainFormat, typer.Option("--format", "-f", help="Form of the output.")] = "text",
     settings: SettingsOption = None,
     mapping: MappingOption = None,
     config: ConfigOption = None,

@@ -30,20 +30,20 @@ def simulate(
                      "Default: 1.3 I_zz, and m x^2 of the weight."),
     ] = None,
     weights: Annotated[
-        str, typer.Option("--weights", metavar="QUANTITIES", help="Masses; 0g is a run without a weight.")
+        str, typer.Option("--weights", metavar="QUANTITIES", help="Masses of the weights; 0g: no weight.")
     ] = "20g,40g,60g",
     position: Annotated[
-        str, typer.Option("--position", metavar="QUANTITIES", help="Of the weight; negative: the other side.")
+        str, typer.Option("--position", metavar="QUANTITIES", help="Positions of the weight; negative: the other side.")
     ] = "15cm",
     spins: Annotated[
         str,
-        typer.Option("--spins", metavar="QUANTITIES", help="At the start of each run; negative: the other way round."),
+        typer.Option("--spins", metavar="QUANTITIES", help="Spins at the start of each run; negative: reversed."),
     ] = "200,400,600rpm",
     turns: Annotated[
-        str, typer.Option("--turns", metavar="NUMBERS", help="Of precession that are timed, such as 1/3 or 1/3,1.")
+        str, typer.Option("--turns", metavar="NUMBERS", help="Turns that are timed, such as 1/3 or 1/3,1.")
     ] = "1",
     pitch: Annotated[
-        str, typer.Option("--pitch", metavar="QUANTITIES", help="Of the rod above the horizontal.")
+        str, typer.Option("--pitch", metavar="QUANTITIES", help="Angles of the rod above the horizontal.")
     ] = "0deg",
     motion: Annotated[
         Literal["horizontal", "steady", "released"],
@@ -65,15 +65,15 @@ def simulate(
         typer.Option("--spin-decay", metavar="QUANTITY", help='Time constant of a viscous fall of the spin, "600 s", '
                      'or the part lost in each run, "10 %"; the log then has the spin at start and end.'),
     ] = None,
-    g: Annotated[str, typer.Option("--g", metavar="QUANTITY", help="Free fall.")] = "9.80665 m/s^2",
+    g: Annotated[str, typer.Option("--g", metavar="QUANTITY", help="Free-fall acceleration.")] = "9.80665 m/s^2",
     noise: Annotated[
         str,
-        typer.Option("--noise", metavar="none|typical|FILE", help="typical: what a log is taken to mean that states "
+        typer.Option("--noise", metavar="none|typical|FILE", help="typical: the defaults for a log that states "
                      'nothing; FILE: TOML with u_time = "0.1 s" and the like, or lines such as # u_time: 0.1 s.'),
     ] = "typical",
     repeats: Annotated[int, typer.Option("--repeats", min=1, help="How often each run is done.")] = 1,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Of the random numbers.")] = 1,
-    truth: Annotated[Path | None, typer.Option("--truth", metavar="FILE", help="For the truth, as JSON.")] = None,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the random numbers.")] = 1,
+    truth: Annotated[Path | None, typer.Option("--truth", metavar="FILE", help="Write the truth as JSON.")] = None,
 ) -> None:  # fmt: skip
     """Print a log from a known truth, for gyro analyze and for trying out any other fit.
 

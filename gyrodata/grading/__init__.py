@@ -34,17 +34,16 @@ if TYPE_CHECKING:
     from gyrodata.grading.rubric import ACCEPTED, Rubric, default_rubric, default_rubric_text, read_rubric
     from gyrodata.grading.slips import Slip, find_slips
     from gyrodata.grading.submissions import Answers, Submission, Submissions, find_submissions, read_answers
-    from gyrodata.grading.workers import Failed, count_workers, in_workers
     from gyrodata.grading.yardsticks import Reference, class_references, distance, own_runs
 
 __all__ = [
     "ACCEPTED", "AUTOGRADER", "BEFORE", "FIGURES", "JOURNAL", "LIMIT", "PLATFORMS", "TABLE", "Answers", "Basis",
-    "Change", "ClassGrades", "Entry", "Exemptions", "Failed", "Filled", "Fingerprint", "Flag", "Grade",
+    "Change", "ClassGrades", "Entry", "Exemptions", "Filled", "Fingerprint", "Flag", "Grade",
     "Gradebooks", "GradingOptions", "Journal", "Mark", "Reference", "Rubric", "Slip", "Submission", "Submissions",
-    "autograder_files", "changes_in", "class_page", "class_references", "class_summary", "count_workers",
+    "autograder_files", "changes_in", "class_page", "class_references", "class_summary",
     "default_rubric", "default_rubric_text", "distance", "duration_text", "feedback_html", "feedback_markdown",
     "fill_book", "find_slips", "find_submissions", "fingerprint", "flag_class", "grade_autograder", "grade_class",
-    "grade_lines", "grade_submission", "grades_csv", "grades_document", "in_workers", "judge_lateness", "own_runs",
+    "grade_lines", "grade_submission", "grades_csv", "grades_document", "judge_lateness", "own_runs",
     "parse_duration", "points_text", "read_answers", "read_exemptions", "read_rubric", "read_sheet", "results_json",
     "settle", "why_again", "write_changed", "write_feedback", "write_results", "write_whole",
 ]  # fmt: skip
@@ -68,7 +67,6 @@ _HOMES = {
         "rubric": "ACCEPTED Rubric default_rubric default_rubric_text read_rubric",
         "slips": "Slip find_slips",
         "submissions": "Answers Submission Submissions find_submissions read_answers",
-        "workers": "Failed count_workers in_workers",
         "yardsticks": "Reference class_references distance own_runs",
     }.items()
     for name in names.split()

@@ -22,7 +22,7 @@ from gyrodata.grading.grade import Grade, grade_submission, not_graded, one_copy
 from gyrodata.grading.journal import Basis, Entry, Journal, bases_of, why_again, write_whole
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission, Submissions
-from gyrodata.grading.workers import Failed, in_workers
+from gyrodata.workers import Failed, in_workers
 from gyrodata.grading.yardsticks import Reference
 
 LIMIT = 30.0  # time for one submission [s] unless another is given; an ordinary one takes a hundredth
@@ -105,7 +105,7 @@ def _entries(
     done = len(items) - len(again)
     work = _Work(rubric, options.grader, options.figures is not None)
     waiting = (handed_in[student] for student in again)
-    for item, answer in in_workers(work, waiting, options.workers, options.limit):
+    for item, answer in in_workers(work, waiting, options.workers, options.limit, ["gyrodata.grading.grade"]):
         entry = _entry(item, bases[item.student], answer, rubric, options)
         entries[item.student] = entry
         if options.journal is not None and options.keep:

@@ -17,7 +17,7 @@ from gyrodata.grading.journal import cannot_write, write_changed, write_whole
 from gyrodata.grading.platforms import book_of
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission, Submissions
-from gyrodata.grading.workers import Failed, in_workers
+from gyrodata.workers import Failed, in_workers
 
 JOURNAL, FIGURES = "journal.ndjson", "figures"
 TABLE, BEFORE = "grades.csv", "grades-before.csv"
@@ -141,7 +141,8 @@ def write_feedback(
     )
     lost: list[str] = []
     written: list[str] = []
-    for task, answer in in_workers(_Work(options.figures), tasks, options.workers, options.limit):
+    work, preload = _Work(options.figures), ["gyrodata.grading.grade"]
+    for task, answer in in_workers(work, tasks, options.workers, options.limit, preload):
         if isinstance(answer, Failed):
             lost.append(f"no feedback for {task.grade.name}: {answer.why}")
         else:

@@ -25,7 +25,7 @@ from gyrodata.benchmark import (
     percent_text,
     time_text,
 )
-from gyrodata.plotting.labels import name_crowd, spread
+from gyrodata.plotting.labels import name_dots, spread
 from gyrodata.plotting.marks import INK, SOFT, draw_key, head, log_ticks
 from gyrodata.plotting.style import STYLE, Form, save
 
@@ -163,7 +163,7 @@ def _draw_motion_panel(ax: Axes, panel: MotionPanel, limits: tuple[float, float]
             markeredgewidth=1.2, zorder=7)  # fmt: skip
     named = {i: p.method for i, p in enumerate(panel.points) if p.family in ("closed form", "exact")}
     times, errors = (np.array(values) for values in zip(*((p.seconds, _error(p)) for p in panel.points), strict=True))
-    name_crowd(ax, times, errors, named)
+    name_dots(ax, times, errors, named)
     also = "the ladder takes it too" if winner.method == panel.ladder else f"the ladder takes {panel.ladder}"
     head(ax, panel.title, f"wins: {winner.method}; {also}")
 
@@ -235,7 +235,7 @@ def _draw_trial_panel(ax: Axes, panel: TrialPanel, times: tuple[float, float], f
         )  # fmt: skip
     names = {i: trial.estimator for i, trial in enumerate(panel.trials)}
     seconds = np.array([trial.seconds for trial in panel.trials])
-    name_crowd(ax, seconds, errors, names, bold=[panel.trials.index(panel.recommended)])
+    name_dots(ax, seconds, errors, names, bold=[panel.trials.index(panel.recommended)])
     head(ax, panel.scene.title, panel.scene.words)
 
 

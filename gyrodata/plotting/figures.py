@@ -12,7 +12,7 @@ import numpy as np
 from gyrodata.fitting import K_95
 from gyrodata.physics import RPM
 from gyrodata.plotting.figure_data import Scene, gather, mean_text, torque_unit, with_u
-from gyrodata.plotting.labels import label_margin, name_runs, odd_names
+from gyrodata.plotting.labels import label_margin, name_dots, odd_names
 from gyrodata.plotting.marks import (
     INK,
     SOFT,
@@ -74,7 +74,7 @@ def _draw_period(ax: Axes, scene: Scene) -> None:
     bars = np.where(shown == scene.period, np.minimum(scene.period_u, shown - bottom), 0.0)
     marks = Marks(scene.spin, shown, scene.spin_u, bars)
     draw_runs(ax, scene, marks)
-    name_runs(ax, marks, odd_names(scene, scene.period, shown, " s", "↓↑"))
+    name_dots(ax, marks.x, marks.y, odd_names(scene, scene.period, shown, " s", "↓↑"))
     label_margin(ax, scene, [float(min(end, top)) for end in ends])
     law = f"lines: τ = 2π I_zz ψ̇ / |M + M0|; {bars_note(ax, marks)}"
     write_title(ax, "Precession period against spin", with_hollow(scene, law))
@@ -120,7 +120,7 @@ def _draw_product(ax: Axes, scene: Scene) -> None:
     product = np.clip(scene.product, bottom, top)
     marks = Marks(scene.spin, product, scene.spin_u, scene.product_u)
     draw_runs(ax, scene, marks)
-    name_runs(ax, marks, odd_names(scene, scene.product, product, "", "↓↑"))
+    name_dots(ax, marks.x, marks.y, odd_names(scene, scene.product, product, "", "↓↑"))
     label_margin(ax, scene, means, [mean_text(group) for group in scene.groups])
     bands = f"bands: weighted mean ± 2u; {bars_note(ax, marks)}"
     write_title(ax, "Precession rate × spin for each torque", with_hollow(scene, bands))
@@ -155,7 +155,7 @@ def _draw_torque(ax: Axes, scene: Scene) -> None:
     product = np.clip(scene.product, left, right)
     marks = Marks(product, torque, scene.product_u, torque_u)
     draw_runs(ax, scene, marks)
-    name_runs(ax, marks, odd_names(scene, scene.product, product, "", "←→"))
+    name_dots(ax, marks.x, marks.y, odd_names(scene, scene.product, product, "", "←→"))
     label_margin(ax, scene, [factor * group.summary.torque for group in scene.groups])
     _key(ax, rows)
     write_title(ax, f"I_zz = {scene.inertia_text}", with_hollow(scene, f"torque against φ̇ψ̇; {bars_note(ax, marks)}"))
@@ -189,7 +189,7 @@ def _draw_residuals(ax: Axes, scene: Scene) -> None:
     marks = Marks(place, height, nothing, nothing)
     draw_runs(ax, scene, marks, bars=False)
     told = np.where(height == deviations, deviations, np.round(deviations))
-    name_runs(ax, marks, odd_names(scene, told, height, " u", "↓↑"))
+    name_dots(ax, marks.x, marks.y, odd_names(scene, told, height, " u", "↓↑"))
     label_margin(ax, scene, None)
     kept = np.abs(deviations[~scene.left_out])
     inside = int(np.sum(kept <= 2))

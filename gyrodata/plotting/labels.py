@@ -11,28 +11,13 @@ from numpy.typing import NDArray
 
 from gyrodata.physics import Floats
 from gyrodata.plotting.figure_data import Group, Scene, as_number, run_name
-from gyrodata.plotting.marks import INK, MARK, SOFT, Marks, draw_key, measure_axes
+from gyrodata.plotting.marks import INK, MARK, SOFT, draw_key, measure_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_LETTER = 4.7
-"""Mean width of a letter of 8 points [point]."""
-_LINE = 10.0
-"""Height of a line of such letters [point]."""
-
 _MANY = 10
 """More torques than this get one compact list of labels."""
-
-_SHARE = {"left": 0.0, "center": 0.5, "right": 1.0}
-"""How much of a name lies left of the point that it is set by."""
-
-# Where a name may stand: its side of the dot, and how far across and up from it [point]; the nearest first.
-_PLACES = [("left", 7.0, 0.0), ("right", -7.0, 0.0), ("center", 0.0, 10.0), ("center", 0.0, -10.0)] + [
-    (side, across, up)
-    for up in (11.0, -11.0, 21.0, -21.0, 31.0, -31.0, 42.0, -42.0)
-    for side, across in (("left", 6.0), ("right", -6.0))
-]
 
 _ANGLES = (0, 180, 90, 270, 35, 145, 325, 215, 60, 120, 240, 300)
 """Where a name in a crowd may stand, seen from its dot [degrees]; the first are preferred."""
@@ -51,46 +36,10 @@ def odd_names(scene: Scene, values: Floats, drawn: Floats, unit: str, arrows: st
     return names
 
 
-def name_runs(ax: Axes, marks: Marks, names: Mapping[int, str]) -> None:
-    """Write names beside a few of many dots, each at the nearest place where it covers no other name and no dot."""
-    # Figures are laid out at their own dots to the inch, whatever they are saved at.
-    to_points = 72 / ax.figure.dpi
-    dots = ax.transData.transform(np.column_stack([marks.x, marks.y])) * to_points
-    frame = np.array(ax.bbox.extents) * to_points
-    taken: list[Floats] = []
-    for i in sorted(names, key=lambda i: (-dots[i, 1], dots[i, 0])):
-        boxes = np.array([_box(names[i], side, *(dots[i] + (across, up))) for side, across, up in _PLACES])
-        # What is drawn at the very edge counts as inside, whatever the rounding.
-        cost = _overlaps(boxes, dots, taken) + 100 * _outside(boxes, frame, _LINE / 2 + 1e-6)
-        best = int(cost.argmin())
-        side, across, up = _PLACES[best]
-        taken.append(boxes[best])
-        ax.annotate(
-            names[i],
-            (marks.x[i], marks.y[i]),
-            (across, up),
-            textcoords="offset points",
-            ha=side,
-            va="center",
-            fontsize=8,
-            color=INK,
-            annotation_clip=False,
-            bbox={"facecolor": "white", "alpha": 0.75, "linewidth": 0, "pad": 0.6},
-            # What stands apart from its dot is tied to it.
-            arrowprops={"arrowstyle": "-", "color": SOFT, "linewidth": 0.6, "relpos": (_SHARE[side], 0.5)}
-            if abs(up) > 15
-            else None,
-            zorder=2.9,
-        )
-
-
-def name_crowd(
+def name_dots(
     ax: Axes, x: Floats, y: Floats, names: Mapping[int, str], size: float = 7.5, bold: Collection[int] = ()
 ) -> None:
-    """Write names beside most dots of a crowd, each where it covers least of other names and dots; bold ones first.
-
-    Nearly every dot has a name here and few places are free, so that areas are weighed, and lines to the dots too.
-    """
+    """Write names beside dots, each where it covers least of other names and dots, near its own; bold ones first."""
     to_points = 72 / ax.figure.dpi
     frame = np.array(ax.bbox.extents) * to_points
     dots = ax.transData.transform(np.column_stack([x, y])) * to_points
@@ -140,38 +89,6 @@ def _areas(boxes: Floats, others: Floats) -> NDArray[np.float64]:
     high = np.minimum(boxes[:, None, 2:], others[:, 2:])
     low = np.maximum(boxes[:, None, :2], others[:, :2])
     return np.asarray(np.prod(np.maximum(high - low, 0.0), axis=2))
-
-
-def _box(text: str, side: str, x: float, y: float) -> tuple[float, float, float, float]:
-    """Left, bottom, right and top of a name [point]."""
-    width = _LETTER * len(text)
-    left = x - _SHARE[side] * width
-    return left, y - _LINE / 2, left + width, y + _LINE / 2
-
-
-def _overlaps(boxes: Floats, dots: Floats, taken: Sequence[Floats]) -> NDArray[np.float64]:
-    """How many dots each box covers; another name counts as ten."""
-    half = MARK / 2 + 1
-    covered = (
-        (dots[:, 0] > boxes[:, None, 0] - half)
-        & (dots[:, 0] < boxes[:, None, 2] + half)
-        & (dots[:, 1] > boxes[:, None, 1] - half)
-        & (dots[:, 1] < boxes[:, None, 3] + half)
-    ).sum(axis=1)
-    names = np.zeros(len(boxes))
-    for other in taken:
-        names += ((boxes[:, :2] < other[2:]) & (boxes[:, 2:] > other[:2])).all(axis=1)
-    return np.asarray(covered + 10 * names, dtype=float)
-
-
-def _outside(boxes: Floats, frame: Floats, slack: float) -> NDArray[np.bool_]:
-    """Which boxes leave the axes, but for a little above and on the right."""
-    return np.asarray(
-        (boxes[:, 0] < frame[0])
-        | (boxes[:, 2] > frame[2] + slack)
-        | (boxes[:, 1] < frame[1])
-        | (boxes[:, 3] > frame[3] + slack)
-    )
 
 
 def spread(targets: Sequence[float], gap: float) -> list[float]:

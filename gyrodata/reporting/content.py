@@ -1,33 +1,19 @@
-"""What a written report holds, before it is Markdown or LaTeX: sections of sentences, tables and lists.
+"""What is said of one analysis, whatever its form: a title, the answer, and sections of text, facts, tables, figures.
 
-Text is plain here, whatever it holds: each form escapes it in its own way. Values keep their unit, so that each
-form can write them in its own way too.
+Text is plain here, whatever it holds: each form escapes it, and writes values and their units, in its own way. Each
+number names its place in results.json, which the page shows with it. What is `full` is left out of the short summary.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
 
 from gyrodata import __version__
 from gyrodata.comparisons import Run, turn_words
 from gyrodata.errors import Diagnostic
-from gyrodata.reporting.phrases import (
-    EFFECT_NAMES,
-    FIT_NAMES,
-    MODEL_NAMES,
-    SOURCE_NAMES,
-    common_torque_scale,
-    defaults_used,
-    difference_text,
-    effect_verdict,
-    goodness_text,
-    interval_kind,
-    option_text,
-    shared_text,
-    size_of_log,
-    size_text,
-)
+from gyrodata.measurements import torque_groups
+from gyrodata.reporting.phrases import EFFECT_NAMES, FIT_NAMES, MODEL_NAMES, SOURCE_NAMES, defaults_used, effect_verdict
 from gyrodata.reporting.values import (
     CENTIMETRE,
     NUMBER,
@@ -43,10 +29,17 @@ from gyrodata.reporting.values import (
     p_text,
     percent_text,
     reading_text,
+    torque_scale,
     uncertainty_text,
     value_text,
 )
 from gyrodata.results import CONVENTIONS, Analysis
+
+AGREES = 2.0
+"""Two numbers agree that lie no further apart than this many standard uncertainties of their difference."""
+
+UNLIKELY = 0.05
+"""A scatter with a smaller chance than this is more than the stated uncertainties explain."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +51,8 @@ class Value:
     u: float | None
     """Standard uncertainty [SI unit]; None for a reading."""
     scale: Scale
+    place: str
+    """In results.json, below "result"."""
     is_u: bool = False
     """True if the value is an uncertainty or a scatter itself: two digits are enough."""
 
@@ -71,10 +66,41 @@ class Interval:
     high: float
     """[SI unit]"""
     scale: Scale
+    place: str
 
 
-Sentence = tuple[str | Value | Interval, ...]
-Cell = str | Value | None
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A number or a name of the log, written alike in every form."""
+
+    text: str
+    place: str
+    """In results.json, below "result"; from the top with a leading "/"."""
+    size: float = 1.0
+    """What a shown 1 is worth in the unit of results.json."""
+
+
+@dataclass(frozen=True, slots=True)
+class Styled:
+    """Text that a form with styles sets apart: "strong", "warn" (strong, and in another colour), "quote", "code"."""
+
+    text: str
+    style: str
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """The mark of a torque in the figures; nothing in a form without colours."""
+
+    group: int
+    """Index of the torque."""
+    torque: float
+    """By which a table is sorted [N*m]."""
+
+
+Part = str | Value | Interval | Number | Styled | Mark
+Sentence = tuple[Part, ...]
+Cell = Value | Sentence | None
 """None where there is nothing to say."""
 
 
@@ -87,6 +113,21 @@ class Head:
     """Unit of the column's values."""
     wrap: float = 0.0
     """Part of the line that a column of long text may take; 0 for a column as wide as its cells."""
+    full: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """How a form with pictures draws one column beside its numbers: dots on an axis, or bars from 0 to 1."""
+
+    column: str
+    """Words of its head."""
+    values: tuple[tuple[float, float] | None, ...]
+    """Value and standard uncertainty of each row."""
+    band: tuple[float, float] | None
+    """Drawn behind all dots, as a line where both are equal; None for bars."""
+    caption: str = ""
+    """What is added to the table's caption."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +136,67 @@ class Table:
 
     heads: tuple[Head, ...]
     rows: tuple[tuple[Cell, ...], ...]
+    caption: str
+    picture: Picture | None = None
+    main: int | None = None
+    """The row that counts most."""
+    odd: tuple[int, ...] = ()
+    """Rows that do not go with the others."""
+    sortable: bool = False
+    short: tuple[int, ...] | None = None
+    """Rows of the summary; None for all."""
+    full: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Text:
+    """Paragraphs, or the items of a list."""
+
+    sentences: tuple[Sentence, ...]
+    kind: str = ""
+    """"list", "numbered", or of paragraphs: "result", "small"."""
+    full: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Fact:
+    """A line of what is known: "timing bias b = 0.006 ± 0.047 s", "tool: gyrodata"."""
+
+    words: str
+    says: Sentence
+    symbol: str = ""
+    remark: Sentence = ()
+    full: bool = False
+
+    @property
+    def lead(self) -> str:
+        """What stands before it, in a line of text."""
+        return f"{self.words} {self.symbol} = " if self.symbol else f"{self.words}: "
+
+    @property
+    def sentence(self) -> Sentence:
+        """Write it as a line of text."""
+        return (self.lead, *self.says, *((" (", *self.remark, ")") if self.remark else ()))
+
+
+@dataclass(frozen=True, slots=True)
+class Facts:
+    """A list of facts."""
+
+    facts: tuple[Fact, ...]
+    full: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """Where a form with figures shows one of them."""
+
+    name: str
+    caption: str
+    full: bool = True
+
+
+Block = Text | Facts | Table | Figure
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,19 +204,61 @@ class Section:
     """A heading with what stands below it, in this order."""
 
     title: str
-    sentences: tuple[Sentence, ...] = ()
-    table: Table | None = None
-    items: tuple[Sentence, ...] = ()
+    blocks: tuple[Block, ...]
+    anchor: str = ""
+    """Where links lead."""
+    link: str = ""
+    """Words of the link in a table of contents."""
+    level: int = 2
 
 
-def part_text(part: str | Value | Interval, writing: Writing) -> str:
+@dataclass(frozen=True, slots=True)
+class Report:
+    """All that is said of one analysis."""
+
+    name: str
+    size: Sentence
+    """Of the log: "10 runs, 4 torques"."""
+    answer: Sentence
+    sections: tuple[Section, ...]
+    """The first, below the answer, has no title."""
+
+    @property
+    def title(self) -> Sentence:
+        """Name the report."""
+        return (f"Gyroscope lab report: {self.name}, ", *self.size)
+
+
+def lines(block: Block, short: bool = False) -> tuple[Sentence, ...]:
+    """Give the lines of text of a block, or those of the summary; a table and a figure have none."""
+    if isinstance(block, Facts):
+        return tuple(fact.sentence for fact in block.facts if not (short and fact.full))
+    return block.sentences if isinstance(block, Text) else ()
+
+
+def is_list(block: Block) -> bool:
+    """Tell whether its lines are the items of a list."""
+    return isinstance(block, Facts) or (isinstance(block, Text) and block.kind in ("list", "numbered"))
+
+
+# --- parts as text -----------------------------------------------------------------------------------------------
+
+
+def sentence_text(sentence: Sentence, writing: Writing) -> str:
+    """Write a sentence as text."""
+    return "".join(part_text(part, writing) for part in sentence)
+
+
+def part_text(part: Part, writing: Writing) -> str:
     """Write a part of a sentence as text."""
     if isinstance(part, Value):
         return value_text(part.value, part.u, part.scale, writing)
     if isinstance(part, Interval):
         times = " × " if part.scale.exponent else " "
         return f"{interval_text(part.low, part.high, part.scale.size)}{times}{part.scale}"
-    return part
+    if isinstance(part, Mark):
+        return ""
+    return part if isinstance(part, str) else part.text
 
 
 def head_text(head: Head) -> str:
@@ -123,292 +267,519 @@ def head_text(head: Head) -> str:
     return f"{head.words} [{unit}]" if unit else head.words
 
 
-def cell_text(cell: str | Value, writing: Writing) -> str:
+def cell_text(cell: Value | Sentence, writing: Writing) -> str:
     """Write a cell of a table as text: its unit stands in the column's head."""
-    if isinstance(cell, str):
-        return cell
+    if isinstance(cell, tuple):
+        return sentence_text(cell, writing)
     if cell.u:
         return number_text(cell.value, cell.u, cell.scale.size, writing)
     return (uncertainty_text if cell.is_u else reading_text)(cell.value, cell.scale.size)
 
 
-def title(analysis: Analysis) -> str:
-    """Name the report."""
-    return f"Gyroscope lab: {analysis.name}, {size_of_log(analysis)}"
+# --- the tree ----------------------------------------------------------------------------------------------------
 
 
-def answer(analysis: Analysis) -> Sentence:
-    """Give the answer in one line."""
+def report(analysis: Analysis) -> Report:
+    """Put an analysis into sections, in the order in which they are read."""
     inertia = analysis.inertia
-    return ("I_zz = ", Value(inertia.value, inertia.u, inertia_scale(inertia.value, inertia.u)))
-
-
-def sections(analysis: Analysis) -> tuple[Section, ...]:
-    """Put an analysis into sections, in the order in which they are read; the first, below the answer, has no title."""
-    scale = inertia_scale(analysis.inertia.value, analysis.inertia.u)
+    scale = inertia_scale(inertia.value, inertia.u)
     torque = common_torque_scale(analysis)
     found = (
-        _summary(analysis, scale, torque),
-        _fits(analysis, scale, torque),
-        _exponents(analysis, torque),
-        _torques(analysis, scale, torque),
-        _meaning(analysis),
-        _runs(analysis, torque),
-        _effects(analysis),
-        _budget(analysis, scale),
-        Section("Next time", items=tuple((advice,) for advice in analysis.advice)),
-        Section("Remarks on the log", items=tuple((_remark(found),) for found in analysis.diagnostics)),
-        Section("Conventions", items=tuple((f"{key.replace('_', ' ')}: {says}",) for key, says in CONVENTIONS.items())),
-        _provenance(analysis),
+        Section("", tuple(_summary(analysis, scale, torque))),
+        Section("Three fits side by side", tuple(_fits(analysis, scale, torque)), "fits", "Fits"),
+        Section("Question 3: what the data show", (), "q3"),
+        Section("(a) Precession period against spin", _period(analysis, torque), "q3a", "3 (a)", 3),
+        Section("(b) How the period depends on the spin", _exponents(analysis, torque), "q3b", "(b)", 3),
+        Section("(c) The product φ̇ψ̇ at one torque", _product(analysis, scale, torque), "q3c", "(c)", 3),
+        Section(
+            "(d) Torque against φ̇ψ̇: the constant of proportionality",
+            _constant(analysis, scale, torque),
+            "q3d",
+            "(d)",
+            3,
+        ),
+        Section("(e) What the constant means", tuple(_meaning(analysis, scale)), "q3e", "(e)", 3),
+        Section("Runs", _runs(analysis, torque), "runs", "Runs"),
+        Section("Effects considered", _effects(analysis), "effects", "Effects"),
+        Section("Where the uncertainty comes from", tuple(_budget(analysis, scale)), "uncertainty", "Uncertainty"),
+        Section("What to do better next time", _advice(analysis), "advice", "Next time"),
+        Section("Diagnostics", _diagnostics(analysis), "diagnostics", "Diagnostics"),
+        Section("Provenance", (_provenance(analysis),), "provenance", "Provenance"),
+        Section("Conventions", (_conventions(),), "conventions", "", 3),
     )
-    return tuple(section for section in found if section.sentences or section.table or section.items)
+    answer: Sentence = ("I_zz = ", Value(inertia.value, inertia.u, scale, "inertia.value"))
+    return Report(analysis.name, _size(analysis), answer, found)
 
 
-def brief(analysis: Analysis) -> tuple[Section, ...]:
-    """Put what a person reads first into sections: the answer, and the tables in fewer words."""
-    scale = inertia_scale(analysis.inertia.value, analysis.inertia.u)
-    torque = common_torque_scale(analysis)
-    inertia, residual, bias = analysis.inertia, analysis.residual_torque, analysis.timing_bias
-    sentences = [answer(analysis)]
+def common_torque_scale(analysis: Analysis) -> Scale:
+    """Choose one unit for every torque of a log, so that they can be compared at a glance."""
+    return torque_scale(max(abs(run.torque) for run in analysis.run_table))
+
+
+def residual_torque(analysis: Analysis, scale: Scale) -> Fact:
+    """Give the residual torque."""
+    found = analysis.residual_torque
+    value = Value(found.value, found.u, scale, "residual_torque.value")
+    return Fact("residual torque", (value,), "M0", ("torque at work = applied + M0",))
+
+
+def load(analysis: Analysis, group: int, torque: Scale) -> Sentence:
+    """Name what is on the rod as the log does: "20 g at 15 cm"; where it does not say, the torque."""
+    found, place = analysis.torques[group], f"torques.{group}"
+    mark = Mark(group, found.torque)
+    if found.torque == 0:
+        return (mark, "no weight")
+    if found.mass is None or found.position is None:
+        return (mark, "a torque of ", Value(found.torque, None, torque, f"{place}.torque"))
+    mass = Value(found.mass, None, mass_scale(found.mass), f"{place}.mass")
+    return (mark, mass, " at ", Value(found.position, None, CENTIMETRE, f"{place}.position"))
+
+
+def _size(analysis: Analysis) -> Sentence:
+    runs, torques = len(analysis.run_table), len(analysis.torques)
+    return (*_count(runs, "run", "/input.rows"), ", ", *_count(torques, "torque", "torques.length"))
+
+
+def _summary(analysis: Analysis, scale: Scale, torque: Scale) -> Iterator[Block]:
+    inertia, bias = analysis.inertia, analysis.timing_bias
     if inertia.interval_95 is not None:
-        interval = Interval(*inertia.interval_95, scale)
-        sentences.append(("       95 % interval ", interval, f" ({interval_kind(inertia)})"))
-    m0 = Value(residual.value, residual.u, torque)
-    sentences.append(("residual torque M0 = ", m0, " (torque at work = applied + M0)"))
+        interval = Interval(*inertia.interval_95, scale, "inertia.interval_95")
+        found: Sentence = ("by the profile of chi-square",)
+        if inertia.interval_by == "linear":
+            found = ("u × k, k = ", Number(f"{inertia.k:.2f}", "inertia.k"))
+        yield Text((("95 % interval ", interval, " (", *found, ")"),))
+    facts = [residual_torque(analysis, torque)]
     if bias.u:
-        sentences.append(("timing bias b = ", Value(bias.value, bias.u, SECOND)))
-    sentences.append((goodness_text(analysis),))
-    fits = tuple(row for row in _fit_rows(analysis, scale, torque) if row[1] is not None)
-    heads = (Head("fit"), Head("I_zz", scale), Head("M0", torque), Head("from recommended"))
-    impossible = tuple((f"{FIT_NAMES[fit.name]}: {fit.note}",) for fit in analysis.fits if fit.inertia is None)
-    shares: tuple[tuple[Cell, ...], ...] = tuple(
-        (SOURCE_NAMES.get(share.source, share.source), f"{100 * share.share:.0f} %", shared_text(share))
-        for share in analysis.budget
-        if share.share >= 0.01
-    )
-    odd = tuple(
-        (f"run {run.run} (line {run.line}): {run.reason}{'; left out' if run.left_out else '; kept'}",)
-        for run in analysis.run_table
-        if run.flagged
-    )
-    effects = tuple(row[:4] for row in _effect_rows(analysis) if row[1] is not None)
-    model = f"what leaving it out does to I_zz (model: {MODEL_NAMES[analysis.model.name]}):"
-    defaults = tuple((item,) for item in defaults_used(analysis))
-    return (
-        Section("", tuple(sentences)),
-        Section("", table=Table(heads, fits), items=impossible),
-        *([Section("where u² of I_zz comes from:", table=Table((Head(""),) * 3, shares))] if shares else []),
-        Section("looks odd:", odd) if odd else Section("no run looks odd; none is left out"),
-        Section(model, table=Table((Head(""), Head(""), Head("", NUMBER), Head("")), effects)),
-        *([Section("uncertainties not in the log, taken by default:", defaults)] if defaults else []),
+        facts.append(Fact("timing bias", (Value(bias.value, bias.u, SECOND, "timing_bias.value"),), "b"))
+    facts.append(_goodness(analysis))
+    # The summary names them where it lists them.
+    odd = [Number(run.run, f"runs.{i}.run") for i, run in enumerate(analysis.run_table) if run.flagged]
+    names = tuple(part for name in odd[:6] for part in (", ", name))[1:] + ((" and more",) if len(odd) > 6 else ())
+    yield Facts((*facts, Fact("flagged runs", names or ("none",), full=True)))
+    yield Text(
+        (("Every value stands with one standard uncertainty u, from the stated uncertainties.",),), "small", full=True
     )
 
 
-def _summary(analysis: Analysis, scale: Scale, torque: Scale) -> Section:
-    inertia, residual, bias = analysis.inertia, analysis.residual_torque, analysis.timing_bias
-    sentences: list[Sentence] = []
-    if inertia.interval_95 is not None:
-        meaning = "every value stands with one standard uncertainty u, from the stated uncertainties."
-        interval = Interval(*inertia.interval_95, scale)
-        sentences.append(("The 95 % interval is ", interval, f" ({interval_kind(inertia)}); {meaning}"))
-    meaning = "; the torque at work is the applied torque plus M0."
-    sentences.append(("Residual torque M0 = ", Value(residual.value, residual.u, torque), meaning))
-    if bias.u:
-        sentences.append(("Timing bias b = ", Value(bias.value, bias.u, SECOND), "."))
-    goodness = goodness_text(analysis)
-    sentences.append((f"{goodness[0].upper()}{goodness[1:]}.",))
-    return Section("", tuple(sentences))
+def _goodness(analysis: Analysis) -> Fact:
+    fit = analysis.fit
+    if analysis.p is None or analysis.birge is None:
+        return Fact("goodness", ("not available: no degrees of freedom left",))
+    chi2, birge = Number(f"{fit.chi2:.3g}", "goodness.chi2"), Number(f"{analysis.birge:.2f}", "goodness.birge")
+    dof = _count(fit.dof, "degree", "goodness.dof")
+    applied = ", u multiplied by it, as asked" if analysis.birge_applied else ", not applied"
+    return Fact(
+        "goodness",
+        _chance(analysis.p, "goodness.p"),
+        remark=("chi-square ", chi2, " for ", *dof, " of freedom; Birge ratio ", birge, applied),
+    )
 
 
-def _fits(analysis: Analysis, scale: Scale, torque: Scale) -> Section:
-    heads = (Head("fit"), Head("I_zz", scale), Head("M0", torque), Head("from recommended", NUMBER))
-    notes = tuple((f"{FIT_NAMES[fit.name]}: {fit.note}",) for fit in analysis.fits)
-    return Section("Three fits side by side", table=_filled(heads, _fit_rows(analysis, scale, torque)), items=notes)
-
-
-def _fit_rows(analysis: Analysis, scale: Scale, torque: Scale) -> tuple[tuple[Cell, ...], ...]:
-    return tuple(
-        (
-            FIT_NAMES[fit.name],
-            Value(fit.inertia.value, fit.inertia.u, scale) if fit.inertia else None,
-            Value(-fit.constant.value, fit.constant.u, torque) if fit.constant else None,
-            difference_text(analysis, fit) or None,
+def _fits(analysis: Analysis, scale: Scale, torque: Scale) -> Iterator[Block]:
+    rows: list[tuple[Cell, ...]] = []
+    for i, fit in enumerate(analysis.fits):
+        at, value, m0 = f"fits.{i}", fit.inertia, fit.constant
+        away: Cell = None
+        if fit.deviation is not None and fit.difference is not None:
+            relative = _percent(fit.difference, f"{at}.difference")
+            away = (Number(_signed(fit.deviation), f"{at}.deviation"), " u (", *relative, ")")
+        rows.append(
+            (
+                (FIT_NAMES[fit.name],),
+                Value(value.value, value.u, scale, f"{at}.inertia.value") if value else ("not possible",),
+                Value(-m0.value, m0.u, torque, f"{at}.constant.value") if m0 else ("taken as 0",) if value else None,
+                away,
+            )
         )
-        for fit in analysis.fits
+    best, u = analysis.inertia.value, analysis.inertia.u or 0.0
+    dots = tuple(None if fit.inertia is None else (fit.inertia.value, fit.inertia.u or 0.0) for fit in analysis.fits)
+    words = "the bars are ± u, the band is that of the recommended fit"
+    yield Table(
+        (Head("fit"), Head("I_zz", scale), Head("M0", torque), Head("from recommended", NUMBER)),
+        tuple(rows),
+        "The recommended fit and the two of the textbook",
+        Picture("I_zz", dots, (best - u, best + u), words),
+        main=0,
     )
+    impossible = {fit.name for fit in analysis.fits if fit.inertia is None}
+    for short in (False, True):
+        notes = [fit for fit in analysis.fits if (fit.name in impossible) == short]
+        items = tuple((Styled(FIT_NAMES[fit.name], "strong"), f": {fit.note}") for fit in notes)
+        if items:
+            yield Text(items, "list", full=not short)
 
 
-def _exponents(analysis: Analysis, torque: Scale) -> Section:
-    rows = tuple(
-        (
-            Value(law.torque, None, torque),
-            None if law.exponent is None else Value(law.exponent, law.u, NUMBER),
-            law.reason,
-        )
-        for law in analysis.power_law
-    )
-    sentences: list[Sentence] = [("A power law τ ∝ ψ̇ⁿ through the runs of one torque; eq. (9) says n = 1.",)]
-    if (whole := analysis.exponent) is not None:
-        away = f", {abs(whole.deviation):.1f} u from 1."
-        sentences.append(("With one exponent for all torques n = ", Value(whole.value, whole.u, NUMBER), away))
-    return Section(
-        "Period against spin",
-        tuple(sentences),
-        Table((Head("torque M", torque), Head("exponent n", NUMBER), Head("remark", wrap=0.55)), rows),
-    )
-
-
-def _torques(analysis: Analysis, scale: Scale, torque: Scale) -> Section:
-    mass = mass_scale(max((group.mass or 0.0 for group in analysis.torques), default=0.0))
-    rows = tuple(
-        (
-            _reading(group.mass, mass),
-            _reading(group.position if group.torque else None, CENTIMETRE),
-            Value(group.torque, None, torque),
-            str(group.runs),
-            Value(group.product, group.product_u, PRODUCT),
-            _reading(group.product_spread, PRODUCT, is_u=True),
-            None if group.without is None else Value(group.without.value, group.without.u, scale),
-        )
-        for group in analysis.torques
-    )
-    heads = (
-        Head("mass", mass),
-        Head("position", CENTIMETRE),
-        Head("torque M", torque),
-        Head("runs", NUMBER),
-        Head("mean φ̇ψ̇", PRODUCT),
-        Head("scatter", PRODUCT),
-        Head("I_zz without", scale),
-    )
+def _period(analysis: Analysis, torque: Scale) -> tuple[Block, ...]:
     words = (
-        "For each torque: the weighted mean of precession rate times spin, the standard deviation of the single runs, "
-        "and what I_zz would be without these runs."
+        "At no torque are there two different spins, so the runs alone do not show how the period grows with the spin."
     )
-    sentences: list[Sentence] = [(words,)]
-    if (constancy := analysis.constancy) is not None:
-        scatter, expected = f"{100 * constancy.scatter:.2g} %", f"{100 * constancy.expected:.2g} %"
-        chance = f"{p_text(constancy.p)} if the product is constant"
-        sentences.append(
-            (f"About these means the runs scatter by {scatter}; timing and spin make {expected} likely ({chance}).",)
+    if analysis.exponent:
+        words = (
+            "At each torque the period grows in proportion to the spin: the runs lie on a straight line through zero, "
+            "the steeper the smaller the torque."
+            if _agrees(analysis.exponent.deviation)
+            else "At each torque the period grows with the spin, though not in proportion within the uncertainties, "
+            "as (b) shows."
         )
-    return Section("Precession rate times spin", tuple(sentences), _filled(heads, rows))
+    # τ/ψ̇ in seconds for each 100 rpm.
+    steepness = Scale("s per 100 rpm", r"s/(100\,rpm)", 1 / (100 * RPM.size))
+    rows = tuple(
+        (
+            load(analysis, i, torque),
+            Value(group.torque, None, torque, f"torques.{i}.torque"),
+            (Number(str(group.runs), f"torques.{i}.runs"),),
+            Value(group.period_per_spin, group.period_per_spin_u, steepness, f"torques.{i}.period_per_spin.value"),
+        )
+        for i, group in enumerate(analysis.torques)
+    )
+    heads = (Head("on the rod"), Head("torque M", torque), Head("runs", NUMBER), Head("τ/ψ̇", steepness))
+    return (
+        Text(((words,),), full=True),
+        Figure("period", "Period τ against spin ψ̇, with the fitted law of each torque."),
+        Table(heads, rows, "The period for each 100 rpm of spin", full=True),
+    )
 
 
-def _meaning(analysis: Analysis) -> Section:
-    """Compare with the solid ball where the log gives it."""
-    ball = analysis.ball
+def _exponents(analysis: Analysis, torque: Scale) -> tuple[Block, ...]:
+    whole = analysis.exponent
+    if whole is None:
+        words = "No torque has runs at two different spins, so the log does not tell the exponent n of τ ∝ ψ̇ⁿ."
+        return (Text(((words,),), full=True),)
+    law = "τ = 2π I_zz ψ̇ / |M + M0|"
+    away = Number(_signed(whole.deviation), "exponent.deviation")
+    agree: Sentence = (
+        "The exponent agrees with 1 (",
+        away,
+        f" u from it): the period is proportional to the spin, {law}.",
+    )
+    if not _agrees(whole.deviation):
+        advice = "look at the torques one by one, and at the flagged runs"
+        agree = ("The exponent does not agree with 1 (", away, f" u from it), where eq. (9) has {law}: {advice}.")
+    everything = Value(whole.value, whole.u, NUMBER, "exponent.value")
+    rows: list[tuple[Cell, ...]] = [
+        (
+            load(analysis, i, torque),
+            None if law.exponent is None else Value(law.exponent, law.u, NUMBER, f"power_law.{i}.exponent"),
+            None if law.exponent is not None else (law.reason,),
+        )
+        for i, law in enumerate(analysis.power_law)
+    ]
+    rows.append((("all together",), everything, None))
+    laws = [None if law.exponent is None else (law.exponent, law.u or 0.0) for law in analysis.power_law]
+    dots = (*laws, (whole.value, whole.u))
+    heads = (Head("on the rod"), Head("exponent n", NUMBER), Head("remark", wrap=0.45))
+    picture = Picture("exponent n", dots, (1.0, 1.0), "the bars are ± u, the line is n = 1")
+    table = _filled(heads, rows, "Exponent of each torque, and one for all", picture, main=len(rows) - 1)
+    return (Text((("τ ∝ ψ̇ⁿ with n = ", everything),), "result", True), Text((agree,), full=True), table)
+
+
+def _product(analysis: Analysis, scale: Scale, torque: Scale) -> tuple[Block, ...]:
+    found = analysis.constancy
+    sentence: Sentence = ("No torque has two runs, so the log does not tell whether φ̇ψ̇ is constant at one torque.",)
+    if found is not None:
+        constant, where = (
+            ("constant within the uncertainties", ", and ")
+            if found.p >= UNLIKELY
+            else ("not constant within the stated uncertainties", ", where ")
+        )
+        sentence = (
+            f"At one torque φ̇ψ̇ is {constant}: the runs scatter about the mean of their torque by ",
+            *_percent(found.scatter, "constancy.scatter", signed=False), where,
+            *_percent(found.expected, "constancy.expected", signed=False), " is expected from timing and spin (",
+            *_chance(found.p, "constancy.p"), ").",
+        )  # fmt: skip
+    rows: list[tuple[Cell, ...]] = []
+    for i, group in enumerate(analysis.torques):
+        at, spread, without = f"torques.{i}.product", group.product_spread, group.without
+        rows.append(
+            (
+                load(analysis, i, torque),
+                Value(group.product, group.product_u, PRODUCT, f"{at}.value"),
+                None if spread is None else Value(spread, None, PRODUCT, f"{at}.spread", is_u=True),
+                None if group.product_p is None else _chance(group.product_p, f"{at}.p"),
+                None if without is None else Value(without.value, without.u, scale, f"torques.{i}.without.value"),
+            )
+        )
+    heads = (Head("on the rod"), Head("mean φ̇ψ̇", PRODUCT), Head("scatter", PRODUCT), Head("chance of it", NUMBER),
+             Head("I_zz without", scale))  # fmt: skip
+    caption = (
+        "The weighted mean at each torque, the standard deviation of the single runs and the chance of one as large, "
+        "and what I_zz would be without these runs"
+    )
+    figure = Figure("product", "φ̇ψ̇ against spin, with the mean of each torque and its band, ± 2 u.")
+    return (Text((sentence,), full=True), figure, _filled(heads, rows, caption))
+
+
+def _constant(analysis: Analysis, scale: Scale, torque: Scale) -> tuple[Block, ...]:
+    inertia, m0, origin = analysis.inertia, analysis.residual_torque, analysis.fits[1]
+    law: Sentence = ("M + M0 = I_zz φ̇ψ̇ with I_zz = ", Value(inertia.value, inertia.u, scale, "inertia.value"))
+    balance = ""
+    if m0.u:
+        balance = ": no sign of an imperfect balance" if _agrees(m0.value / m0.u) else ": the balance was not perfect"
+    words: Sentence = (
+        "The torque grows in proportion to φ̇ψ̇, but for a residual torque of ",
+        Value(m0.value, m0.u, torque, "residual_torque.value"),
+        f", which shifts the line and leaves its slope alone{balance}.",
+    )
+    if origin.inertia is not None and origin.deviation is not None:
+        slope = Value(origin.inertia.value, origin.inertia.u, scale, "fits.1.inertia.value")
+        away = Number(_signed(origin.deviation), "fits.1.deviation")
+        words = (*words, " A line forced through the origin has the slope ", slope, ", ", away, " u from it.")
+    caption = "Torque M against φ̇ψ̇ with the recommended line and its 95 % band; dashed, the line through the origin."
+    return (Text((law,), "result", True), Text((words,), full=True), Figure("torque", caption))
+
+
+def _meaning(analysis: Analysis, scale: Scale) -> Iterator[Block]:
+    words = (
+        "The constant is the moment of inertia of all that spins, ball, rod and weight, about the rod: as a mass "
+        "resists a change of its speed, I_zz resists a change of the spin, and the larger it is, the slower the same "
+        "torque turns the axis."
+    )
+    yield Text(((words,),), full=True)
+    ball, inertia = analysis.ball, analysis.inertia
     if ball is None:
-        return Section("What the constant means")
-    away = "" if ball.deviation is None else f", {abs(ball.deviation):.1f} standard uncertainties of the difference"
-    sentence: Sentence = (
-        "A solid ball of ",
-        Value(ball.mass, ball.mass_u, mass_scale(ball.mass)),
-        " and ",
-        Value(ball.diameter, ball.diameter_u, CENTIMETRE),
-        " has 2/5 m r² = ",
-        Value(ball.inertia, ball.inertia_u, inertia_scale(ball.inertia, ball.inertia_u)),
-        f". The measured I_zz is {percent_text(ball.relative)} from it{away}.",
+        lines = Styled("# ball_mass: 4.10 ± 0.01 kg", "code"), Styled("# ball_diameter: 10.16 ± 0.01 cm", "code")
+        ask: Sentence = (
+            "With the ball's mass and diameter in the log (",
+            lines[0],
+            ", ",
+            lines[1],
+            ") it is compared with 2/5 m r² here.",
+        )
+        yield Text((ask,), "small", full=True)
+        return
+    exact = " (taken as exact: the log gives no uncertainty). " if ball.inertia_u is None else ". "
+    solid = Value(ball.inertia, ball.inertia_u, inertia_scale(ball.inertia, ball.inertia_u), "ball.inertia")
+    yield Text(
+        (
+            (
+                "A solid ball of ", Value(ball.mass, ball.mass_u, mass_scale(ball.mass), "ball.mass"), " and ",
+                Value(ball.diameter, ball.diameter_u, CENTIMETRE, "ball.diameter"),
+                " has 2/5 m r² = ", solid, exact, *_beside(analysis),
+            ),
+        ),
+        full=True,
+    )  # fmt: skip
+    rows: tuple[tuple[Cell, ...], ...] = (
+        (("measured, I_zz",), Value(inertia.value, inertia.u, scale, "inertia.value")),
+        (("solid ball, 2/5 m r²",), replace(solid, scale=scale)),
+        (("difference",), Value(ball.difference, ball.difference_u, scale, "ball.difference")),
     )
-    return Section("What the constant means", (sentence,))
+    dots = ((inertia.value, inertia.u or 0.0), (ball.inertia, ball.inertia_u or 0.0), None)
+    band = (inertia.value - dots[0][1], inertia.value + dots[0][1])
+    picture = Picture("value", dots, band, "the bars are ± u, the band is that of the measured value")
+    heads = (Head("moment of inertia"), Head("value", scale))
+    yield Table(heads, rows, "Measured, and of a solid ball", picture, main=0, full=True)
 
 
-def _runs(analysis: Analysis, torque: Scale) -> Section:
+def _beside(analysis: Analysis) -> Sentence:
+    """Say whether the measured value agrees with that of the ball."""
+    ball = analysis.ball
+    assert ball is not None
+    relative = _percent(ball.relative, "ball.relative")
+    if ball.deviation is None:
+        return (
+            "The measured value differs from it by ",
+            *relative,
+            "; without an uncertainty nothing says whether that is much.",
+        )
+    away = Number(_signed(ball.deviation), "ball.deviation")
+    agrees = _agrees(ball.deviation)
+    bore = " The bore takes from the ball's share; the rod and the weights on it add theirs."
+    return (
+        f"The measured value {'agrees' if agrees else 'does not agree'} with it: the difference is ", *relative,
+        ", or ", away, f" u of the difference.{'' if agrees else bore}",
+    )  # fmt: skip
+
+
+def _runs(analysis: Analysis, torque: Scale) -> tuple[Block, ...]:
+    table = analysis.run_table
+    odd = tuple(i for i, run in enumerate(table) if run.flagged)
+    kept = "kept, as asked" if analysis.options.keep_flagged else "kept"
+    group_of = {i: g for g, group in enumerate(torque_groups(analysis.measurements)) for i in group}
+
+    def fate(run: Run) -> str:
+        return "left out" if run.left_out else kept
+
+    items = tuple(
+        (
+            Styled("run ", "warn"), Number(table[i].run, f"runs.{i}.run"), " (line ",
+            Number(str(table[i].line), f"runs.{i}.line"), f"), {fate(table[i])}: {table[i].reason}",
+        )
+        for i in odd
+    )  # fmt: skip
+    rows = []
+    for i, (run, note) in enumerate(zip(table, analysis.readings.notes, strict=True)):
+        at, off = f"runs.{i}", run.studentized_residual
+        remark: Sentence = (Styled(fate(run), "strong"), f": {run.reason}") if run.flagged else ()
+        if note:
+            remark += ("; note: " if remark else "", Styled(note, "quote"))
+        rows.append(
+            (
+                (Number(run.run, f"{at}.run"),),
+                (Number(str(run.line), f"{at}.line"),),
+                load(analysis, group_of[i], torque),
+                Value(run.spin, None, RPM, f"{at}.spin"),
+                Value(run.time, None, SECOND, f"{at}.time"),
+                (Number(turn_words(run.turns).split(" ")[0], f"{at}.turns"),),
+                Value(run.period, None, SECOND, f"{at}.period"),
+                Value(run.product, None, PRODUCT, f"{at}.product"),
+                None if off is None else (Number(_signed(off), f"{at}.studentized_residual"),),
+                remark or None,
+            )
+        )
     heads = (
-        Head("run"),
-        Head("line", NUMBER),
-        Head("torque M", torque),
-        Head("spin", RPM),
-        Head("time", SECOND),
-        Head("turns", NUMBER),
-        Head("period τ", SECOND),
-        Head("φ̇ψ̇", PRODUCT),
-        Head("residual", SECOND),
+        Head("run"), Head("line", NUMBER), Head("on the rod"), Head("spin", RPM), Head("time", SECOND),
+        Head("turns", NUMBER), Head("period τ", SECOND), Head("φ̇ψ̇", PRODUCT), Head("residual", Scale("u", "")),
         Head("remark", wrap=0.2),
+    )  # fmt: skip
+    caption = "The residual is the time minus what the other runs predict, in standard uncertainties"
+    looks = Text((("These runs are flagged:",),)) if odd else Text((("No run is flagged or left out.",),))
+    return (
+        looks,
+        *([Text(items, "list")] if odd else []),
+        Figure("residuals", "Each run's time against what the other runs predict, in standard uncertainties."),
+        Table(heads, tuple(rows), caption, odd=odd, sortable=True, full=True),
     )
+
+
+def _effects(analysis: Analysis) -> tuple[Block, ...]:
+    choice = ", as asked" if analysis.model.asked else ", the simplest that is good enough here"
+    rows: list[tuple[Cell, ...]] = []
+    for i, effect in enumerate(analysis.effects):
+        size = "" if effect.size is None else f"{effect.size:.2f}" if effect.size < 10 else f"{effect.size:.0f}"
+        size = "< 0.01" if effect.size and size == "0.00" else size
+        rows.append(
+            (
+                (EFFECT_NAMES.get(effect.effect, effect.effect),),
+                None if effect.bias is None else _percent(effect.bias, f"effects.{i}.bias"),
+                (Number(size, f"effects.{i}.size"), " u") if size else None,
+                (effect_verdict(effect),),
+                (effect.reason,),
+            )
+        )
+    heads = (Head("effect", wrap=0.2), Head("change of I_zz", NUMBER), Head("size", NUMBER), Head("verdict", wrap=0.12),
+             Head("why", wrap=0.3, full=True))  # fmt: skip
+    caption = "What I_zz would change by if the effect were left out of the model, in per cent and in its u"
+    short = tuple(i for i, row in enumerate(rows) if row[1] is not None)
+    model = Text(((f"Model: {MODEL_NAMES[analysis.model.name]}{choice}.",),))
+    return (model, Table(heads, tuple(rows), caption, short=short))
+
+
+def _budget(analysis: Analysis, scale: Scale) -> Iterator[Block]:
     rows = tuple(
         (
-            run.run,
-            str(run.line),
-            Value(run.torque, None, torque),
-            Value(run.spin, None, RPM),
-            Value(run.time, None, SECOND),
-            turn_words(run.turns).split(" ")[0],
-            Value(run.period, None, SECOND),
-            Value(run.product, None, PRODUCT),
-            Value(run.residual, run.residual_u, SECOND),
-            _run_remark(run, note) or None,
+            (SOURCE_NAMES.get(share.source, share.source),),
+            (Number(f"{100 * share.share:.1f}" if share.share >= 5e-4 else "< 0.1", f"budget.{i}.share", 0.01), " %"),
+            Value(share.u_inertia, None, scale, f"budget.{i}.u_inertia", is_u=True),
+            (share.shared_by,) if share.shared else ("each run its own",),
         )
-        for run, note in zip(analysis.run_table, analysis.readings.notes, strict=True)
+        for i, share in enumerate(analysis.budget)
     )
-    words = "The residual is the time minus the fitted time, with the spread expected of it."
-    return Section("Runs", ((words,),), _filled(heads, rows))
-
-
-def _run_remark(run: Run, note: str) -> str:
-    flag = f"{'left out' if run.left_out else 'kept'}: {run.reason}" if run.flagged else ""
-    return "; ".join(part for part in (flag, note) if part)
-
-
-def _effects(analysis: Analysis) -> Section:
-    heads = (Head("effect", wrap=0.2), Head("I_zz", NUMBER), Head("size", NUMBER), Head("model", wrap=0.12),
-             Head("why", wrap=0.35))  # fmt: skip
-    words = f"What leaving each one out would do to I_zz. The model is {MODEL_NAMES[analysis.model.name]}."
-    return Section("Effects considered", ((words,),), _filled(heads, _effect_rows(analysis)))
-
-
-def _effect_rows(analysis: Analysis) -> tuple[tuple[Cell, ...], ...]:
-    return tuple(
-        (
-            EFFECT_NAMES.get(effect.effect, effect.effect),
-            None if effect.bias is None else percent_text(effect.bias),
-            None if effect.size is None else size_text(effect.size),
-            effect_verdict(effect),
-            effect.reason,
-        )
-        for effect in analysis.effects
+    heads = (
+        Head("source"),
+        Head("share of u²", NUMBER),
+        Head("u of I_zz", scale, full=True),
+        Head("shared by", wrap=0.35),
     )
+    bars = Picture("share of u²", tuple((share.share, 0.0) for share in analysis.budget), None)
+    short = tuple(i for i, share in enumerate(analysis.budget) if share.share >= 0.01)
+    caption = "Shares of the variance u² of I_zz, the largest first"
+    yield Table(heads, rows, caption, bars, short=short) if rows else Text((("No source of uncertainty was stated.",),))
+    if defaults := defaults_used(analysis):
+        yield Text((("Not stated in the log, and taken by default:",),))
+        yield Text(tuple((Styled(line, "code"),) for line in defaults), "list")
 
 
-def _budget(analysis: Analysis, scale: Scale) -> Section:
-    rows = tuple(
-        (
-            SOURCE_NAMES.get(share.source, share.source),
-            f"{100 * share.share:.1f} %" if share.share >= 0.0005 else "< 0.1 %",
-            Value(share.u_inertia, None, scale, is_u=True),
-            shared_text(share),
-        )
-        for share in analysis.budget
-    )
-    heads = (Head("source"), Head("share of u²", NUMBER), Head("u of I_zz", scale), Head("shared by", wrap=0.35))
-    defaults = defaults_used(analysis)
-    assumed = (("Not stated in the log and taken by default: " + "; ".join(defaults) + ".",),)
-    table = Table(heads, rows) if rows else None
-    return Section("Where the uncertainty comes from", assumed if defaults else (), table)
+def _advice(analysis: Analysis) -> tuple[Block, ...]:
+    if not analysis.advice:
+        return (Text((("No single change stands out.",),), full=True),)
+    words = Text((("Each computed for this log, the largest gain first.",),), full=True)
+    return (words, Text(tuple((advice,) for advice in analysis.advice), "numbered"))
 
 
-def _remark(found: Diagnostic) -> str:
-    place = f" (line {found.line})" if found.line else ""
-    return f"{found.severity} {found.code}{place}: {found.message}" + (f"; {found.hint}" if found.hint else "")
+def _diagnostics(analysis: Analysis) -> tuple[Block, ...]:
+    if not analysis.diagnostics:
+        return (Text((("None: the log was read without a remark.",),), full=True),)
+    return (Text(tuple(_diagnostic(i, found) for i, found in enumerate(analysis.diagnostics)), "list", full=True),)
 
 
-def _provenance(analysis: Analysis) -> Section:
-    told = {
-        "tool": f"gyrodata {__version__}",
-        "log": analysis.name,
-        "its SHA-256": analysis.sha256,
-        **{f"option {key.replace('_', ' ')}": option_text(value) for key, value in vars(analysis.options).items()},
-        **{f"# {key}": value for key, value in analysis.readings.metadata.items()},
-    }
-    return Section("Provenance", items=tuple((f"{key}: {value}",) for key, value in told.items()))
+def _diagnostic(index: int, found: Diagnostic) -> Sentence:
+    place: Sentence = ()
+    if found.line:
+        place = (" (line ", Number(str(found.line), f"/diagnostics.{index}.line"))
+        if found.column:
+            place += (", column ", Number(str(found.column), f"/diagnostics.{index}.column"))
+        place += (")",)
+    code = Styled(f"{found.severity} {found.code}", "strong" if found.severity == "note" else "warn")
+    return (code, *place, f": {found.message}", f"; {found.hint}" if found.hint else "")
 
 
-def _reading(value: float | None, scale: Scale, is_u: bool = False) -> Value | None:
-    return None if value is None else Value(value, None, scale, is_u)
+def _provenance(analysis: Analysis) -> Block:
+    units = {"g": "m/s²", "ball_mass": "kg", "ball_diameter": "m"}
+    constants = {"g": analysis.measurements.g, **analysis.readings.constants}
+    facts = [
+        Fact("tool", (f"gyrodata {__version__}",)),
+        Fact("log", (analysis.name,)),
+        Fact("its SHA-256", (Styled(analysis.sha256, "code"),)),
+        *(Fact(f"option {key.replace('_', ' ')}", (_option(value),)) for key, value in vars(analysis.options).items()),
+        *(
+            Fact(f"constant {key}", (Number(f"{value:.6g}", f"constants.{key}"), f" {units[key]}"))
+            for key, value in constants.items()
+        ),
+        *(Fact(f"# {key}", (Styled(value, "quote"),)) for key, value in analysis.readings.metadata.items()),
+    ]
+    return Facts(tuple(facts), full=True)
 
 
-def _filled(heads: tuple[Head, ...], rows: Iterable[tuple[Cell, ...]]) -> Table:
+def _conventions() -> Block:
+    return Facts(tuple(Fact(key.replace("_", " "), (says,)) for key, says in CONVENTIONS.items()), full=True)
+
+
+# --- numbers -----------------------------------------------------------------------------------------------------
+
+
+def _agrees(deviation: float | None) -> bool:
+    return deviation is not None and abs(deviation) <= AGREES
+
+
+def _count(number: int, noun: str, place: str) -> Sentence:
+    return (Number(str(number), place), f" {noun}{'' if number == 1 else 's'}")
+
+
+def _percent(value: float, place: str, signed: bool = True) -> Sentence:
+    text = percent_text(value).removesuffix(" %")
+    return (Number(text if signed else text.removeprefix("+"), place, 0.01), " %")
+
+
+def _chance(p: float, place: str) -> Sentence:
+    text = p_text(p).removeprefix("p ").removeprefix("= ")
+    return ("p " if text[0] in "<>" else "p = ", Number(text, place))
+
+
+def _signed(size: float) -> str:
+    """Write a size in standard uncertainties: "-2.5"."""
+    text = f"{size:+.1f}" if abs(size) < 10 else f"{size:+.0f}"
+    return text[1:] if float(text) == 0 else text
+
+
+def _option(value: object) -> str:
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key} = {item}" for key, item in value.items()) or "none"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return "none" if value is None else str(value)
+
+
+def _filled(
+    heads: tuple[Head, ...],
+    rows: Iterable[tuple[Cell, ...]],
+    caption: str,
+    picture: Picture | None = None,
+    main: int | None = None,
+) -> Table:
     """Leave out the columns in which no row has anything."""
     rows = tuple(rows)
     told = [i for i in range(len(heads)) if any(row[i] is not None for row in rows)]
-    return Table(tuple(heads[i] for i in told), tuple(tuple(row[i] for i in told) for row in rows))
+    kept = tuple(tuple(row[i] for i in told) for row in rows)
+    return Table(tuple(heads[i] for i in told), kept, caption, picture, main, full=True)

@@ -5,7 +5,20 @@ from __future__ import annotations
 import re
 import unicodedata
 
-from gyrodata.reporting.content import Cell, Head, Interval, Section, Sentence, Table, Value, answer, sections, title
+from gyrodata.reporting.content import (
+    Block,
+    Cell,
+    Head,
+    Interval,
+    Section,
+    Sentence,
+    Table,
+    Value,
+    is_list,
+    lines,
+    part_text,
+    report,
+)
 from gyrodata.reporting.values import Scale, Writing, interval_ends, reading_text, rounded, uncertainty_text
 from gyrodata.results import Analysis
 
@@ -69,8 +82,9 @@ def latex_report(analysis: Analysis, writing: Writing = "plain") -> str:
     Whatever comes from the log is escaped: no ``\input`` in a note is obeyed. One line of the preamble says how
     siunitx sets values with their uncertainties.
     """
-    blocks = [rf"\section*{{{escape(title(analysis))}}}", rf"{{\Large\bfseries {_sentence(answer(analysis))}\par}}"]
-    for section in sections(analysis):
+    whole = report(analysis)
+    blocks = [rf"\section*{{{_sentence(whole.title)}}}", rf"{{\Large\bfseries {_sentence(whole.answer)}\par}}"]
+    for section in whole.sections:
         blocks += _section(section)
     body = "\n\n".join(blocks)
     encoding = CYRILLIC_SETUP if r"\cyrillictext{" in body else r"\usepackage[T1]{fontenc}"
@@ -79,29 +93,40 @@ def latex_report(analysis: Analysis, writing: Writing = "plain") -> str:
 
 
 def _section(section: Section) -> list[str]:
-    blocks = [rf"\subsection*{{{escape(section.title)}}}"] if section.title else []
-    blocks += [_sentence(sentence) for sentence in section.sentences]
-    if section.table:
-        blocks.append(_table(section.table))
-    if section.items:
-        items = "\n".join(rf"\item {_sentence(item)}" for item in section.items)
-        blocks.append(f"\\begin{{itemize}}\\setlength{{\\itemsep}}{{0pt}}\n{items}\n\\end{{itemize}}")
-    return blocks
+    command = "sub" * (section.level - 1) + "section*"
+    blocks = [rf"\{command}{{{escape(section.title)}}}"] if section.title else []
+    return blocks + [text for block in section.blocks for text in _block(block)]
+
+
+def _block(block: Block) -> list[str]:
+    if isinstance(block, Table):
+        return [f"{escape(block.caption)}:", _table(block)]
+    found = [_sentence(line) for line in lines(block)]
+    if not is_list(block):
+        return found
+    items = "\n".join(rf"\item {line}" for line in found)
+    return [f"\\begin{{itemize}}\\setlength{{\\itemsep}}{{0pt}}\n{items}\n\\end{{itemize}}"]
 
 
 def _sentence(sentence: Sentence) -> str:
-    return "".join(_part(part) for part in sentence)
+    """Write a sentence; the text between two values is escaped as a whole."""
+    done, text = [], ""
+    for part in (*sentence, None):
+        if part is None or isinstance(part, Value | Interval):
+            done += [escape(text), "" if part is None else _quantity(part)]
+            text = ""
+        else:
+            text += part_text(part, "plain")
+    return "".join(done)
 
 
-def _part(part: str | Value | Interval) -> str:
+def _quantity(part: Value | Interval) -> str:
     if isinstance(part, Value):
         number = _number(part, part.scale.exponent)
         return rf"\qty{{{number}}}{{{part.scale.siunitx}}}" if part.scale.unit else rf"\num{{{number}}}"
-    if isinstance(part, Interval):
-        power = f"e{part.scale.exponent}" if part.scale.exponent else ""
-        low, high = (f"{end}{power}" for end in interval_ends(part.low, part.high, part.scale.size))
-        return rf"\qtyrange{{{low}}}{{{high}}}{{{part.scale.siunitx}}}"
-    return escape(part)
+    power = f"e{part.scale.exponent}" if part.scale.exponent else ""
+    low, high = (f"{end}{power}" for end in interval_ends(part.low, part.high, part.scale.size))
+    return rf"\qtyrange{{{low}}}{{{high}}}{{{part.scale.siunitx}}}"
 
 
 def _number(value: Value, exponent: int) -> str:
@@ -149,8 +174,9 @@ def _cell(cell: Cell, head: Head) -> str:
         return r"\textendash{}" if head.scale else ""
     if isinstance(cell, Value):
         return rf"\num{{{_number(cell, 0)}}}"
+    text = _sentence(cell)
     # A minus before a number is not a hyphen.
-    return re.sub(r"(?<!\w)-\{\}(?=\d)", r"\\ensuremath{-}", escape(cell)) if head.scale else escape(cell)
+    return re.sub(r"(?<!\w)-\{\}(?=\d)", r"\\ensuremath{-}", text) if head.scale else text
 
 
 # --- any text as LaTeX: plain ASCII, so that every engine reads it, and nothing left that TeX obeys ------------------

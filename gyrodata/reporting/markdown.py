@@ -6,19 +6,18 @@ import re
 import unicodedata
 
 from gyrodata.reporting.content import (
+    Block,
     Cell,
     Head,
-    Interval,
     Section,
     Sentence,
     Table,
-    Value,
-    answer,
     cell_text,
     head_text,
+    is_list,
+    lines,
     part_text,
-    sections,
-    title,
+    report,
 )
 from gyrodata.reporting.values import Writing
 from gyrodata.results import Analysis
@@ -32,8 +31,9 @@ _BLOCK_START = re.compile(r"^(?:([-+=])(?=[-+=\s]|$)|(\d{1,9})([.)])(?=\s|$))")
 
 def markdown_report(analysis: Analysis, writing: Writing = "plain") -> str:
     """Write the report as Markdown; whatever comes from the log is escaped."""
-    blocks = [f"# {escape(title(analysis))}", f"**{_sentence(answer(analysis), writing)}**"]
-    for section in sections(analysis):
+    whole = report(analysis)
+    blocks = [f"# {_sentence(whole.title, writing)}", f"**{_sentence(whole.answer, writing)}**"]
+    for section in whole.sections:
         blocks += _section(section, writing)
     return "\n\n".join(blocks) + "\n"
 
@@ -46,26 +46,19 @@ def escape(text: str) -> str:
 
 
 def _section(section: Section, writing: Writing) -> list[str]:
-    blocks = [f"## {escape(section.title)}"] if section.title else []
-    blocks += [_sentence(sentence, writing) for sentence in section.sentences]
-    if section.table:
-        blocks.append(_table(section.table, writing))
-    if section.items:
-        blocks.append("\n".join(f"- {_sentence(item, writing)}" for item in section.items))
-    return blocks
+    blocks = [f"{'#' * section.level} {escape(section.title)}"] if section.title else []
+    return blocks + [line for block in section.blocks for line in _block(block, writing)]
+
+
+def _block(block: Block, writing: Writing) -> list[str]:
+    if isinstance(block, Table):
+        return [f"{escape(block.caption)}:", _table(block, writing)]
+    found = [_sentence(line, writing) for line in lines(block)]
+    return ["\n".join(f"- {line}" for line in found)] if is_list(block) else found
 
 
 def _sentence(sentence: Sentence, writing: Writing) -> str:
-    return "".join(_part(part, writing) for part in sentence)
-
-
-def _part(part: str | Value | Interval, writing: Writing) -> str:
-    text = part_text(part, writing)
-    if not isinstance(part, str):
-        return escape(text)
-    # A sentence's parts touch: blanks at their ends are part of it.
-    before, after = (" " if text[:1] == " " else ""), (" " if text[-1:] == " " else "")
-    return f"{before}{escape(text)}{after}"
+    return escape("".join(part_text(part, writing) for part in sentence))
 
 
 def _table(table: Table, writing: Writing) -> str:
@@ -80,4 +73,4 @@ def _table(table: Table, writing: Writing) -> str:
 def _cell(cell: Cell, head: Head, writing: Writing) -> str:
     if cell is None:
         return "–" if head.scale else ""
-    return escape(cell_text(cell, writing)) if isinstance(cell, str) else cell_text(cell, writing)
+    return escape(cell_text(cell, writing))

@@ -1,48 +1,53 @@
-"""The report as one HTML page that needs nothing else."""
+"""The report as one HTML page that needs nothing else.
+
+A number becomes ``<data value="0.00444" data-from="inertia.value" data-size="0.001">4.44</data>``: the value as
+results.json has it, where it stands there, and what one unit of the shown text is worth. Nothing is computed.
+"""
 
 from __future__ import annotations
 
 import base64
+import re
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, NamedTuple
+from importlib.resources import files
+from itertools import pairwise
+from typing import Any, Literal
 
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
-from gyrodata.measurements import torque_groups
-from gyrodata.reporting.cited import Cited, typeset
-from gyrodata.reporting.phrases import (
-    EFFECT_NAMES,
-    FIT_NAMES,
-    MODEL_NAMES,
-    SOURCE_NAMES,
-    common_torque_scale,
-    defaults_used,
-    effect_verdict,
-    option_text,
+from gyrodata.reporting.content import (
+    Block,
+    Cell,
+    Facts,
+    Figure,
+    Head,
+    Interval,
+    Mark,
+    Number,
+    Part,
+    Picture,
+    Section,
+    Sentence,
+    Styled,
+    Table,
+    Value,
+    is_list,
+    lines,
+    report,
+    sentence_text,
 )
-from gyrodata.reporting.values import (
-    CENTIMETRE,
-    NUMBER,
-    PRODUCT,
-    RPM,
-    SECOND,
-    Scale,
-    inertia_scale,
-    inertia_text,
-    mass_scale,
-)
+from gyrodata.reporting.values import interval_ends, power_of_ten, reading_text, rounded, uncertainty_text
 from gyrodata.results import Analysis
-
-AGREES = 2.0
-"""Two numbers agree that lie no further apart than this many standard uncertainties of their difference."""
-
-UNLIKELY = 0.05
-"""A scatter with a smaller chance than this is more than the stated uncertainties explain."""
 
 LONG = 25
 """A table with more rows than this may go over the edge of a printed page."""
 
-_CONSTANT_UNITS = {"g": "m/s²", "ball_mass": "kg", "ball_diameter": "m"}
+_STYLES = {
+    "strong": "<strong>{}</strong>",
+    "warn": '<strong class="warn">{}</strong>',
+    "quote": "<q>{}</q>",
+    "code": "<code>{}</code>",
+}
 
 # The figures' markers in a square of 12 by 12.
 _SHAPES = {
@@ -55,6 +60,9 @@ _SHAPES = {
     "P": "M4.2 1h3.6v3.2H11v3.6H7.8V11H4.2V7.8H1V4.2h3.2z",
     "X": "M3.5 1 6 3.5 8.5 1 11 3.5 8.5 6 11 8.5 8.5 11 6 8.5 3.5 11 1 8.5 3.5 6 1 3.5z",
 }
+
+
+_KEPT_TOGETHER = Markup('<span class="q">{}</span>')
 
 
 def report_page(
@@ -70,157 +78,234 @@ def report_page(
     label, colour and marker of each torque in them. The page has no clock time and no folder's name; whatever comes
     from the log is escaped, and every number says where in results.json it stands.
     """
-    from jinja2 import Environment, StrictUndefined
-
-    # The template is used once: making it faster takes longer than using it.
-    environment = Environment(
-        autoescape=True, undefined=StrictUndefined, lstrip_blocks=True, trim_blocks=True, optimized=False
-    )
-    environment.filters["typeset"] = typeset
-    template = environment.from_string(_read("report.html.jinja"))
-    return template.render(
-        _page_content(analysis, looks),
-        images=_data_uris(figures, form),
-        alt=alt,
+    write = _Page(analysis.to_dict(), figures, form, alt, looks)
+    whole = report(analysis)
+    first, *sections = whole.sections
+    links = [Markup('<a href="#{}">{}</a>').format(s.anchor, s.link) for s in sections if s.link]
+    header = [
+        Markup("<h1>{}</h1>").format(write.sentence(whole.title)),
+        Markup('<p class="answer">{}</p>').format(write.sentence(whole.answer)),
+        *write.blocks(first),
+        Markup('<nav aria-label="Contents">{}</nav>').format(Markup(" ").join(links)),
+    ]
+    page = Markup(_read("report.html")).format(
+        title=f"{sentence_text(whole.answer, 'plain')} – {analysis.name}",
         style=Markup(_read("report.css")),
+        header=Markup("\n").join(header),
+        main=Markup("\n\n").join(write.section(section) for section in sections),
         script=Markup(_read("report.js")),
     )
+    return str(page)
 
 
 def _read(name: str) -> str:
-    from importlib.resources import files
-
     return files("gyrodata.reporting").joinpath(name).read_text("utf-8")
 
 
-def _data_uris(figures: Mapping[str, bytes], form: Literal["png", "svg"]) -> dict[str, str]:
-    kind = {"png": "image/png", "svg": "image/svg+xml"}[form]
-    return {name: f"data:{kind};base64,{base64.b64encode(data).decode()}" for name, data in figures.items()}
+class _Page:
+    """What makes HTML of the parts of a report."""
+
+    def __init__(
+        self,
+        document: Mapping[str, Any],
+        figures: Mapping[str, bytes],
+        form: Literal["png", "svg"],
+        alt: Mapping[str, str],
+        looks: Sequence[tuple[str, str, str]],
+    ) -> None:
+        kind = {"png": "image/png", "svg": "image/svg+xml"}[form]
+        self.document, self.alt, self.looks = document, alt, looks
+        self.images = {name: f"data:{kind};base64,{base64.b64encode(data).decode()}" for name, data in figures.items()}
+
+    # --- numbers
+
+    def at(self, place: str) -> Any:
+        """What stands at a place below "result", or below the top with a leading "/"; "length" counts a list."""
+        found: Any = self.document if place.startswith("/") else self.document["result"]
+        for key in place.removeprefix("/").split("."):
+            if key == "length":
+                return len(found)
+            found = found[int(key) if isinstance(found, list) else key]
+        return found
+
+    def mark(self, text: str, place: str, size: float = 1.0) -> Markup:
+        """Mark a text as the number, or the name, at a place."""
+        found = self.at(place)
+        if isinstance(found, str):
+            return Markup('<data value="{}" data-from="{}">{}</data>').format(found, place, text)
+        form = Markup('<data value="{}" data-from="{}" data-size="{}">{}</data>')
+        return form.format(repr(found), place, repr(size), text.replace("-", "−"))
+
+    def number(self, value: Value) -> Markup:
+        """Write a value rounded to its uncertainty, without unit: "4.441 ± 0.023"."""
+        size = value.scale.size
+        # M0 is minus the constant of a line, which is what results.json has.
+        signed = size if self.at(value.place) == value.value else -size
+        if not value.u:
+            text = (uncertainty_text if value.is_u else reading_text)(value.value, size)
+            return self.mark(text, value.place, signed)
+        nominal, spread, exponent = rounded(value.value, value.u, size)
+        factor = 10.0**exponent
+        above, _, last = value.place.rpartition(".")
+        beside = self.at(above) if above else self.at("inertia")
+        key = f"{last}_u" if f"{last}_u" in beside else "u"
+        number = self.mark(nominal, value.place, signed * factor)
+        shown = Markup("{} ± {}").format(number, self.mark(spread, f"{above}.{key}", size * factor))
+        return Markup("({}) × {}").format(shown, power_of_ten(factor)[1]) if exponent else shown
+
+    # --- sentences
+
+    def sentence(self, sentence: Sentence) -> Markup:
+        """Write a sentence."""
+        done = Markup()
+        for before, part in pairwise(("", *sentence)):
+            # A number stays on the line of its unit.
+            if isinstance(before, Number) and isinstance(part, str) and part.startswith(" "):
+                part = f"\N{NO-BREAK SPACE}{part[1:]}"
+            done += self.part(part)
+        return done
+
+    def part(self, part: Part) -> Markup:
+        """Write a part of a sentence."""
+        if isinstance(part, Number):
+            return self.mark(part.text, part.place, part.size)
+        if isinstance(part, Value):
+            number, unit = self.number(part), str(part.scale)
+            if part.scale.exponent:
+                form = "({}) × {}" if part.u else "{} × {}"
+                return _KEPT_TOGETHER.format(Markup(form).format(number, unit))
+            return _KEPT_TOGETHER.format(Markup("{} {}").format(number, unit) if unit else number)
+        if isinstance(part, Interval):
+            size, times = part.scale.size, " × " if part.scale.exponent else " "
+            low, high = interval_ends(part.low, part.high, size)
+            ends = self.mark(low, f"{part.place}.0", size), self.mark(high, f"{part.place}.1", size)
+            return _KEPT_TOGETHER.format(Markup("{} to {}{}{}").format(*ends, times, part.scale))
+        if isinstance(part, Styled):
+            return Markup(_STYLES[part.style]).format(part.text)
+        if isinstance(part, Mark):
+            _, colour, marker = self.looks[part.group]
+            shape = '<svg class="mark" viewBox="0 0 12 12" aria-hidden="true"><path fill="{}" d="{}"/></svg>'
+            return Markup(shape).format(colour, _SHAPES[marker])
+        return _typeset(part)
+
+    # --- blocks
+
+    def section(self, section: Section) -> Markup:
+        """Write a section with its heading."""
+        heading = Markup('<h{0} id="{1}">{2}</h{0}>').format(section.level, section.anchor, _typeset(section.title))
+        if not section.blocks:
+            return heading
+        inside = Markup("\n").join([heading, *self.blocks(section)])
+        return Markup('<section aria-labelledby="{}">\n{}\n</section>').format(section.anchor, inside)
+
+    def blocks(self, section: Section) -> list[Markup]:
+        """Write what stands below a heading."""
+        return [self.block(block, section.anchor) for block in section.blocks]
+
+    def block(self, block: Block, anchor: str) -> Markup:
+        """Write a block; a table has the section's anchor as its class."""
+        if isinstance(block, Table):
+            return self.table(block, anchor)
+        if isinstance(block, Facts):
+            return self.facts(block, anchor)
+        if isinstance(block, Figure):
+            form = Markup('<figure><img src="{}" alt="{}"><figcaption>{}</figcaption></figure>')
+            return form.format(self.images[block.name], self.alt[block.name], _typeset(block.caption))
+        kind = {"result": ' class="result"', "small": ' class="soft small"'}.get(block.kind, "")
+        tag = "li" if is_list(block) else "p"
+        found = Markup("\n").join(
+            Markup("<{0}{1}>{2}</{0}>").format(tag, Markup(kind), self.sentence(line)) for line in lines(block)
+        )
+        outer = {"list": "ul", "numbered": "ol"}.get(block.kind)
+        return Markup("<{0}>\n{1}\n</{0}>").format(outer, found) if outer else found
+
+    def facts(self, block: Facts, anchor: str) -> Markup:
+        """Write facts: as cards below the answer, else as a list of terms."""
+        form = Markup("<dt>{}</dt><dd>{}</dd>") if anchor else Markup("<div><dt>{}</dt><dd>{}</dd></div>")
+        rows = []
+        for fact in block.facts:
+            words = fact.words if anchor else f"{fact.words[0].upper()}{fact.words[1:]}"
+            symbol = Markup(" <i>{}</i>").format(_typeset(fact.symbol)) if fact.symbol else ""
+            remark = Markup(" <small>{}</small>").format(self.sentence(fact.remark)) if fact.remark else ""
+            rows.append(form.format(escape(words) + symbol, self.sentence(fact.says) + remark))
+        return Markup("<dl{}>\n{}\n</dl>").format(Markup("" if anchor else ' class="facts"'), Markup("\n").join(rows))
+
+    def table(self, table: Table, anchor: str) -> Markup:
+        """Write a table that scrolls sideways in a box of its own."""
+        picture = table.picture
+        drawn = [] if picture is None else _draw(picture)
+        caption = table.caption + (f"; {picture.caption}" if picture and picture.caption else "")
+        caption += "; a click on a head sorts by that column" if table.sortable else ""
+        shown = None if picture is None else [head.words for head in table.heads].index(picture.column)
+        heads = [self.head(head) for head in table.heads]
+        rows = []
+        for i, row in enumerate(table.rows):
+            kind = ' class="main"' if i == table.main else ' class="flagged"' if i in table.odd else ""
+            cells = [self.cell(cell, head, j == 0) for j, (cell, head) in enumerate(zip(row, table.heads, strict=True))]
+            if shown is not None:
+                cells.insert(shown + 1, Markup('<td class="picture" aria-hidden="true">{}</td>').format(drawn[i]))
+            rows.append(Markup("<tr{}>{}</tr>").format(Markup(kind), Markup().join(cells)))
+        if shown is not None:
+            heads.insert(shown + 1, Markup('<td class="picture" aria-hidden="true"></td>'))
+        kind = " ".join([anchor, *(["sortable"] if table.sortable else []), *(["long"] if len(rows) > LONG else [])])
+        return Markup(
+            '<div class="box" role="region" aria-label="{}" tabindex="0"><table class="{}">\n'
+            "<caption><span>{}</span></caption>\n<thead><tr>{}</tr></thead>\n<tbody>\n{}\n</tbody>\n</table></div>"
+        ).format(caption, kind, _typeset(caption), Markup().join(heads), Markup("\n").join(rows))
+
+    def head(self, head: Head) -> Markup:
+        """Write the head of a column."""
+        words = _typeset(f"{head.words} [{head.scale}]" if head.scale and str(head.scale) else head.words)
+        return Markup('<th scope="col"{}>{}</th>').format(Markup(' class="n"' if head.scale else ""), words)
+
+    def cell(self, cell: Cell, head: Head, first: bool) -> Markup:
+        """Write a cell: a number to the right, long text in several lines."""
+        if cell is None:
+            shown = Markup("–" if head.scale else "")
+        else:
+            shown = self.number(cell) if isinstance(cell, Value) else self.sentence(cell)
+        kind = "n" if head.scale else "q" if head.wrap < 0.15 else "w" if cell and not first else ""
+        sort_by = [part.torque for part in cell if isinstance(part, Mark)] if isinstance(cell, tuple) else []
+        attributes = Markup(' class="{}"').format(kind) if kind else Markup()
+        if sort_by and not first:
+            attributes += Markup(' data-value="{}"').format(repr(sort_by[0]))
+        if first:
+            return Markup('<th scope="row"{}>{}</th>').format(attributes, shown)
+        return Markup("<td{}>{}</td>").format(attributes, shown)
 
 
-def _page_content(analysis: Analysis, looks: Sequence[tuple[str, str, str]]) -> dict[str, Any]:
-    """What the template needs besides figures: the analysis, and what writes its numbers."""
-    cited = Cited(analysis.to_dict())
-    torque = common_torque_scale(analysis)
-    labels = [_label(cited, i, torque) for i in range(len(looks))]
-    names = [_swatch(colour, marker) + label for (_, colour, marker), label in zip(looks, labels, strict=True)]
-    flagged = [i for i, run in enumerate(analysis.run_table) if run.flagged]
-    kept = analysis.options.keep_flagged
-    return {
-        "title": f"I_zz = {inertia_text(analysis.inertia.value, analysis.inertia.u)} – {analysis.name}",
-        "a": analysis,
-        "c": cited,
-        "r": cited.document["result"],
-        "document": cited.document,
-        "names": names,
-        "group_of": {i: g for g, group in enumerate(torque_groups(analysis.measurements)) for i in group},
-        "flagged": flagged,
-        "fate": lambda run: "left out" if run.left_out else "kept, as asked" if kept else "kept",
-        "notes": analysis.readings.notes,
-        "inertia": inertia_scale(analysis.inertia.value, analysis.inertia.u),
-        "torque": torque,
-        "product": PRODUCT,
-        "second": SECOND,
-        "plain": NUMBER,
-        "rpm": RPM.size,
-        # τ/ψ̇ in seconds for each 100 rpm.
-        "per_100_rpm": 1 / (100 * RPM.size),
-        "kilogram": Scale("kg", ""),
-        "centimetre": CENTIMETRE,
-        "agrees": lambda deviation: deviation is not None and abs(deviation) <= AGREES,
-        "unlikely": UNLIKELY,
-        "long": len(analysis.run_table) > LONG,
-        "fit_strips": _fit_strips(analysis),
-        "exponent_strips": _exponent_strips(analysis),
-        "ball_strips": _ball_strips(analysis),
-        "defaults": defaults_used(analysis),
-        "options": [(key, option_text(value)) for key, value in vars(analysis.options).items()],
-        "constants": [(key, _CONSTANT_UNITS[key]) for key in cited.at("constants")],
-        "remarks": analysis.readings.metadata,
-        "effect_verdict": effect_verdict,
-        "fit_names": FIT_NAMES,
-        "model_names": MODEL_NAMES,
-        "effect_names": EFFECT_NAMES,
-        "source_names": SOURCE_NAMES,
-    }
-
-
-def _label(cited: Cited, index: int, torque: Scale) -> Markup:
-    """What stood on the rod, as in the figures: "20 g at 15 cm"; where that is not told, the torque."""
-    place = f"torques.{index}"
-    mass = cited.at(f"{place}.mass")
-    if not cited.at(f"{place}.torque"):
-        return Markup("no weight")
-    if mass is None:
-        return Markup('<span class="q">{} {}</span>').format(cited.reading(f"{place}.torque", torque.size), torque)
-    scale = mass_scale(mass)
-    at = cited.reading(f"{place}.position", CENTIMETRE.size)
-    return Markup('<span class="q">{} {} at {} cm</span>').format(cited.reading(f"{place}.mass", scale.size), scale, at)
-
-
-def _swatch(colour: str, marker: str) -> Markup:
-    """Mark of a torque as the figures draw it."""
-    return Markup('<svg class="mark" viewBox="0 0 12 12" aria-hidden="true"><path fill="{}" d="{}"/></svg>').format(
-        colour, _SHAPES[marker]
+def _typeset(text: str) -> Markup:
+    """Escape a text, set its symbols and keep numbers with their units."""
+    plain = re.sub(
+        r"(?<=\d) (?=[^\W\d]|%|°)|(?<=\b[ukpn]) (?==)|(?<=\b[ukpn] =) ", "\N{NO-BREAK SPACE}", str(escape(text))
     )
+    plain = re.sub(r"(?<![\w&#])([ukpnM])(?![\w;'])", r"<i>\1</i>", plain.replace("I_zz", "<i>I</i><sub>zz</sub>"))
+    return Markup(plain.replace("M0", "<i>M</i><sub>0</sub>"))
 
 
-def _fit_strips(analysis: Analysis) -> list[Markup]:
-    points = [None if fit.inertia is None else _Point(fit.inertia.value, fit.inertia.u) for fit in analysis.fits]
-    value, u = analysis.inertia.value, analysis.inertia.u or 0.0
-    return _draw_strips(points, (value - u, value + u))
+def _draw(picture: Picture) -> list[Markup]:
+    """Draw a picture for each row: a bar, or a dot with its uncertainty on one axis for all rows.
 
-
-def _exponent_strips(analysis: Analysis) -> list[Markup]:
-    overall = analysis.exponent
-    points = [None if law.exponent is None else _Point(law.exponent, law.u) for law in analysis.power_law]
-    return _draw_strips([*points, _Point(overall.value, overall.u) if overall else None], (1.0, 1.0))
-
-
-def _ball_strips(analysis: Analysis) -> list[Markup]:
-    if analysis.ball is None:
-        return []
-    value, u = analysis.inertia.value, analysis.inertia.u
-    solid = _Point(analysis.ball.inertia, analysis.ball.inertia_u)
-    return _draw_strips([_Point(value, u), solid], (value - (u or 0.0), value + (u or 0.0)))
-
-
-class _Point(NamedTuple):
-    """One row's value."""
-
-    value: float
-    u: float | None
-    """Standard uncertainty, same unit."""
-
-
-def _draw_strips(points: Sequence[_Point | None], reference: tuple[float, float]) -> list[Markup]:
-    """Draw small pictures for the cells of a table, a dot with its uncertainty on one axis for all rows.
-
-    The ends of `reference` are a band behind all rows, or a line where they are equal. Screen readers do not see
-    them: the table's cells say the same in numbers.
+    Screen readers do not see them: the table's cells say the same in numbers.
     """
-    drawn = [point for point in points if point is not None]
-    low = min([reference[0], *(point.value - (point.u or 0.0) for point in drawn)])
-    high = max([reference[1], *(point.value + (point.u or 0.0) for point in drawn)])
+    if picture.band is None:
+        bar = Markup('<span class="bar" style="width: {:.1f}%"></span>')
+        return [bar.format(100 * value[0]) if value else Markup() for value in picture.values]
+    reference = picture.band
+    drawn = [value for value in picture.values if value is not None]
+    low = min([reference[0], *(value - u for value, u in drawn)])
+    high = max([reference[1], *(value + u for value, u in drawn)])
     space = 0.05 * (high - low) or 1.0
     low, high = low - space, high + space
 
-    def along(value: float) -> str:
-        return f"{100 * (value - low) / (high - low):.1f}%"
+    def mark(kind: str, start: float, end: float | None = None) -> Markup:
+        width = "" if end is None else f";width:{100 * (end - start) / (high - low):.1f}%"
+        return Markup('<i class="{}" style="left:{:.1f}%{}"></i>').format(
+            kind, 100 * (start - low) / (high - low), width
+        )
 
-    def span(kind: str, start: float, end: float) -> Markup:
-        width = f"{100 * (end - start) / (high - low):.1f}%"
-        return Markup('<i class="{}" style="left:{};width:{}"></i>').format(kind, along(start), width)
-
-    def mark(kind: str, value: float) -> Markup:
-        return Markup('<i class="{}" style="left:{}"></i>').format(kind, along(value))
-
-    strips = []
-    for point in points:
-        parts = [span("ref", *reference) if reference[1] > reference[0] else mark("line", reference[0])]
-        if point is not None:
-            u = point.u or 0.0
-            parts.append(span("bar", point.value - u, point.value + u))
-            parts.append(mark("dot", point.value))
-        strips.append(Markup('<span aria-hidden="true">{}</span>').format(Markup("").join(parts)))
-    return strips
+    behind = mark("ref", *reference) if reference[1] > reference[0] else mark("line", reference[0])
+    return [
+        behind + (mark("bar", value[0] - value[1], value[0] + value[1]) + mark("dot", value[0]) if value else "")
+        for value in picture.values
+    ]

@@ -9,19 +9,21 @@ from gyrodata.diagnostics import OUTLIER, OUTLIER_BEFORE_LEAVING, SINGLE_TORQUE,
 from gyrodata.errors import Diagnostic
 from gyrodata.measurements import torque_groups
 from gyrodata.reporting.content import (
+    Block,
     Cell,
     Head,
-    Section,
-    Sentence,
     Table,
-    answer,
-    brief,
     cell_text,
+    common_torque_scale,
     head_text,
-    part_text,
+    lines,
+    load,
+    report,
+    residual_torque,
+    sentence_text,
 )
-from gyrodata.reporting.phrases import common_torque_scale, size_of_log, visible
-from gyrodata.reporting.values import Writing, count_text, reading_text, torque_scale, value_text
+from gyrodata.reporting.phrases import visible
+from gyrodata.reporting.values import Writing, count_text
 from gyrodata.results import Analysis
 
 FAR = 2.0
@@ -36,34 +38,30 @@ _TOLD_OTHERWISE = {OUTLIER, SINGLE_TORQUE, OUTLIER_BEFORE_LEAVING}
 
 def summary(analysis: Analysis, writing: Writing = "plain") -> str:
     """Write what a person reads first."""
-    blocks = [
-        [f"{analysis.name}: {size_of_log(analysis)}"],
-        *(_section(section, writing) for section in brief(analysis)),
-        [f"next time: {advice}" for advice in analysis.advice],
-    ]
-    return visible("\n\n".join("\n".join(lines) for lines in blocks if lines)) + "\n"
+    whole = report(analysis)
+    blocks = [[f"{whole.name}: {sentence_text(whole.size, writing)}"]]
+    for section in whole.sections:
+        told = [line for block in section.blocks if not block.full for line in _block(block, writing)]
+        if told:
+            head = section.title or f"  {sentence_text(whole.answer, writing)}"
+            blocks.append([head, *_indented(told)])
+    return visible("\n\n".join("\n".join(block) for block in blocks)) + "\n"
 
 
-def _section(section: Section, writing: Writing) -> list[str]:
-    lines = [section.title] if section.title else []
-    lines += [f"  {_sentence(sentence, writing)}" for sentence in section.sentences]
-    if section.table:
-        lines += _table(section.table, writing)
-    return lines + [f"  {_sentence(item, writing)}" for item in section.items]
-
-
-def _sentence(sentence: Sentence, writing: Writing) -> str:
-    return "".join(part_text(part, writing) for part in sentence)
+def _block(block: Block, writing: Writing) -> list[str]:
+    if isinstance(block, Table):
+        return _table(block, writing)
+    return [sentence_text(line, writing) for line in lines(block, short=True)]
 
 
 def _table(table: Table, writing: Writing) -> list[str]:
-    """Set cells in columns, two blanks in front and between."""
-    rows = [[head_text(head) for head in table.heads]] if table.heads[0].words else []
-    rows += [[_cell(cell, head, writing) for cell, head in zip(row, table.heads, strict=True)] for row in table.rows]
+    """Set cells in columns, two blanks between."""
+    told = [(i, head) for i, head in enumerate(table.heads) if not head.full]
+    short = range(len(table.rows)) if table.short is None else table.short
+    rows = [[head_text(head) for _, head in told]]
+    rows += [[_cell(table.rows[i][j], head, writing) for j, head in told] for i in short]
     widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
-    return [
-        ("  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))).rstrip() for row in rows
-    ]
+    return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
 
 
 def _cell(cell: Cell, head: Head, writing: Writing) -> str:
@@ -82,18 +80,34 @@ def watch_text(analysis: Analysis, lacking: Iterable[Diagnostic], writing: Writi
     """
     found = list(dict.fromkeys(d for d in (*analysis.diagnostics, *lacking) if d.severity != "note"))
     found = [d for d in found if d.code not in _TOLD_OTHERWISE]
-    members = next(g for g in torque_groups(analysis.measurements) if len(analysis.run_table) - 1 in g)
+    groups = list(torque_groups(analysis.measurements))
+    group_of = {i: k for k, members in enumerate(groups) for i in members}
+    members = groups[group_of[len(analysis.run_table) - 1]]
+    whole, torque = report(analysis), common_torque_scale(analysis)
+
+    def on_the_rod(index: int) -> str:
+        return sentence_text(load(analysis, group_of[index], torque), writing)
+
     loaded = [analysis.run_table[i] for i in members]
     here = [d for d in found if d.code in _OF_ONE_LOAD and d.line in {run.line for run in loaded}]
     elsewhere = [
-        f"repeat {_place(run)}, with {load_text(run)}: {run.reason}"
-        for run in analysis.run_table
-        if run.flagged and run not in loaded
+        f"repeat {_place(run)}, with {on_the_rod(i)}: {run.reason}"
+        for i, run in enumerate(analysis.run_table)
+        if run.flagged and i not in members
     ]
     still_open = [*elsewhere, *(_advice(d) for d in found if d not in here)]
+    inertia = analysis.inertia
+    relative = f", u = {100 * inertia.u / abs(inertia.value):.2g} %" if inertia.u else ""
     blocks = [
-        _answer(analysis, writing),
-        [f"with {load_text(loaded[-1])} on the rod:", *_indented(_with_this_load(analysis, loaded, here))],
+        [
+            f"{whole.name}: {sentence_text(whole.size, writing)}",
+            f"  {sentence_text(whole.answer, writing)}{relative}",
+            f"  {sentence_text(residual_torque(analysis, torque).sentence, writing)}",
+        ],
+        [
+            f"with {on_the_rod(len(analysis.run_table) - 1)} on the rod:",
+            *_indented(_with_this_load(analysis, loaded, here)),
+        ],
         ["still open:", *_indented(still_open)] if still_open else ["nothing else is open"],
     ]
     if not still_open and analysis.advice:
@@ -105,25 +119,6 @@ def unfinished_text(name: str, errors: Sequence[Diagnostic]) -> str:
     """Say why a log cannot be analysed as it stands."""
     told = "".join(f"{diagnostic}\n" for diagnostic in errors if diagnostic.severity == "error")
     return visible(f"{name}: no answer yet\n\n{told}")
-
-
-def load_text(run: Run) -> str:
-    """Name what is on the rod as the log does: "40 g at 15 cm"."""
-    if run.torque == 0:
-        return "no weight"
-    if run.mass is not None and run.position is not None:
-        return f"{reading_text(run.mass, 1e-3)} g at {reading_text(run.position, 1e-2)} cm"
-    return f"a torque of {value_text(run.torque, None, torque_scale(abs(run.torque)))}"
-
-
-def _answer(analysis: Analysis, writing: Writing) -> list[str]:
-    inertia, residual = analysis.inertia, analysis.residual_torque
-    relative = f", u = {100 * inertia.u / abs(inertia.value):.2g} %" if inertia.u else ""
-    return [
-        f"{analysis.name}: {size_of_log(analysis)}",
-        f"  {_sentence(answer(analysis), writing)}{relative}",
-        f"  M0 = {value_text(residual.value, residual.u, common_torque_scale(analysis), writing)}",
-    ]
 
 
 def _with_this_load(analysis: Analysis, loaded: Sequence[Run], here: Sequence[Diagnostic]) -> list[str]:

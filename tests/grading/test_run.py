@@ -26,7 +26,6 @@ from gyrodata.errors import InputError
 from gyrodata.grading import (
     LIMIT,
     ClassGrades,
-    Failed,
     GradingOptions,
     Journal,
     changes_in,
@@ -35,12 +34,12 @@ from gyrodata.grading import (
     default_rubric_text,
     find_submissions,
     grade_class,
-    in_workers,
     read_rubric,
     write_feedback,
     write_results,
 )
 from gyrodata.grading import journal as journal_module
+from gyrodata.workers import Failed, in_workers
 
 ROOT = Path(__file__).parent.parent.parent
 RUBRIC = default_rubric()
@@ -131,7 +130,7 @@ def test_leaving_early_leaves_nobody_behind() -> None:
 
 
 def test_where_no_process_can_be_started_it_says_so() -> None:
-    with pytest.raises(InputError, match=r"G761.*no process can be started to grade in: its process ended"):
+    with pytest.raises(InputError, match=r"G761.*no process can be started to work in: its process ended"):
         list(in_workers(_Unreadable(), ["fine"], workers=1, limit=1.0))
 
 

@@ -14,7 +14,7 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from itertools import islice
@@ -23,7 +23,6 @@ from typing import Any, Generic, TypeVar
 
 from gyrodata.diagnostics import NO_PROCESS_CAN_BE_STARTED
 from gyrodata.errors import Diagnostic, InputError
-from gyrodata.grading.submissions import size_text
 
 Task = TypeVar("Task")
 Answer = TypeVar("Answer")
@@ -50,15 +49,14 @@ def count_workers() -> int:
 
 
 def in_workers(
-    work: Callable[[Task], Answer], tasks: Iterable[Task], workers: int, limit: float
+    work: Callable[[Task], Answer], tasks: Iterable[Task], workers: int, limit: float, preload: Sequence[str] = ()
 ) -> Iterator[tuple[Task, Answer | Failed]]:
-    """Do work in processes.
+    """Give each task with its answer, or `Failed`, in the order in which they are done.
 
-    `work`: Does one task. It is sent to each worker once, so that it must be picklable, as tasks and answers must be.
-    `limit`: Time for one task [s]. Gives: Each task with its answer, in the order in which they are done; `Failed`
-    where the work raised, took too long, or its process died.
+    `work` is sent to each worker once, so that it must be picklable, as tasks and answers must be. `limit` is the time
+    for one task [s]. `preload` names modules that are loaded once for all workers, where the system can.
     """
-    pool = _Pool(work, tasks, workers, limit)
+    pool = _Pool(work, tasks, workers, limit, preload)
     try:
         yield from pool.run()
     finally:
@@ -81,9 +79,9 @@ def _serve(connection: Connection, work: Callable[[Any], Any], limit: float) -> 
             try:
                 answer = True, work(task)
             except MemoryError:
-                answer = False, f"it needs more memory than {size_text(MEMORY)}"
+                answer = False, f"it needs more memory than {MEMORY / 1e9:g} GB"
             except Exception as error:
-                # Whatever breaks on one submission is told there, and the others go on.
+                # Whatever breaks on one task is told there, and the others go on.
                 answer = False, f"the tool broke on it ({type(error).__name__}: {str(error)[:200]})"
             _alarm(0.0)
             connection.send(answer)
@@ -107,10 +105,7 @@ def _alarm(seconds: float) -> None:
 
 
 class _Worker(Generic[Task]):
-    """One process, and the task that it has.
-
-    `limit`: Time for one task [s].
-    """
+    """One process, and the task that it has."""
 
     def __init__(self, context: Any, work: Callable[[Task], Any], limit: float) -> None:
         self.connection, theirs = context.Pipe()
@@ -144,18 +139,17 @@ class _Worker(Generic[Task]):
 
 
 class _Pool(Generic[Task, Answer]):
-    """All workers, and the tasks that wait: no more of them than workers, for a class may be large.
+    """All workers, and the tasks that wait: no more of them than workers, for there may be many."""
 
-    `limit`: Time for one task [s].
-    """
-
-    def __init__(self, work: Callable[[Task], Answer], tasks: Iterable[Task], workers: int, limit: float) -> None:
+    def __init__(
+        self, work: Callable[[Task], Answer], tasks: Iterable[Task], workers: int, limit: float, preload: Sequence[str]
+    ) -> None:
         self.work, self.most, self.limit = work, workers, limit
         self.tasks = iter(tasks)
         self.waiting: deque[tuple[Task, int]] = deque()
         self.workers: list[_Worker[Task]] = []
         self.failed_starts = 0
-        self.context = _context()
+        self.context = start_context(preload)
 
     def run(self) -> Iterator[tuple[Task, Answer | Failed]]:
         """Give out tasks and take answers until there are none left."""
@@ -230,8 +224,11 @@ class _Pool(Generic[Task, Answer]):
         return worker.task[0], Failed(f"it took over {self.limit:g} s")
 
 
-def _context() -> Any:
-    """How processes are started: by fork from a lean server that has loaded the code, where there is one."""
+def start_context(preload: Sequence[str]) -> Any:
+    """Give how processes are started: by fork from a lean server that has loaded the code, where there is one.
+
+    The server loads the code while its caller goes on.
+    """
     for library in ("OPENBLAS", "OMP", "MKL"):
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")  # the workers are the threads
     if "forkserver" not in multiprocessing.get_all_start_methods():
@@ -239,7 +236,7 @@ def _context() -> Any:
     from multiprocessing import forkserver
 
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["gyrodata.grading.grade"])
+    context.set_forkserver_preload(list(preload))
     with _uninterrupted():
         forkserver.ensure_running()
     return context
@@ -259,7 +256,7 @@ def _uninterrupted() -> Iterator[None]:
 
 
 def _no_process(why: str) -> InputError:
-    message = f"no process can be started to grade in: {why}"
+    message = f"no process can be started to work in: {why}"
     return InputError(
-        [Diagnostic(NO_PROCESS_CAN_BE_STARTED, "error", message, "close other programs, or give --workers 1")]
+        [Diagnostic(NO_PROCESS_CAN_BE_STARTED, "error", message, "close other programs, or grade with --workers 1")]
     )

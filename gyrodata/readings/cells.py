@@ -1,11 +1,19 @@
-"""One cell: from what was typed to an SI value, its last digit, and what it says of its own uncertainty."""
+"""One value: from what was typed to SI, its last digit, and what it says of its own uncertainty.
+
+A reading stands in a cell or a ``# key: value`` line, and what cannot be read is refused. A value that a student
+reports, ``# reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2``, is an answer, not a reading: a malformed one is no fault of the
+log, and what is wrong with it is kept beside what can still be read of it, for whoever grades it.
+"""
 
 from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import NamedTuple
+from types import MappingProxyType
+from typing import Literal
 
 from gyrodata.diagnostics import (
     CELL_BECAME_A_DATE,
@@ -16,6 +24,7 @@ from gyrodata.diagnostics import (
 )
 from gyrodata.quantities import (
     PLAIN,
+    Quantity,
     Written,
     doubtful_comma,
     fold_number,
@@ -24,10 +33,10 @@ from gyrodata.quantities import (
     take_apart,
     to_float,
 )
+from gyrodata.readings.headers import name_roles
 from gyrodata.readings.roles import BY_NAME, kind_of_role
-from gyrodata.units import LIMITS, SI, Uncertainty, UnitError, examples, kind_in_words, kinds_of, parse_unit
+from gyrodata.units import LIMITS, SI, UnitError, examples, kind_in_words, kinds_of, parse_unit
 
-_LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
 BLANKS = frozenset({"", "-", "–", "—", "−", "--", "~", "‐", "‑"})
 """What stands where nothing was measured."""
 
@@ -54,19 +63,6 @@ class CellError(ValueError):
     def joint(self) -> str:
         """What parts the cell from the message: nothing before a colon."""
         return "" if str(self).startswith(":") else " "
-
-
-class Cell(NamedTuple):
-    """A number as it was typed."""
-
-    value: float
-    """[SI unit of the role]"""
-    step: float | None
-    """One step of the last digit typed [SI unit of the role]; None for a fraction or a plain 0."""
-    uncertainty: Uncertainty | None
-    """From a ± or a bracket in the cell itself."""
-    unit: str
-    """Unit that was used, the cell's own or the column's."""
 
 
 _CLOCK = re.compile(r"(?:([0-9]{1,2}):)?([0-9]{1,3}):([0-9]{2}(?:[.,][0-9]+)?)")
@@ -112,13 +108,8 @@ _SENSES = {
 }
 
 
-def is_blank(text: str) -> bool:
-    """Tell whether a cell says that nothing was measured."""
-    return text in BLANKS
-
-
 @lru_cache(maxsize=16384)
-def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Cell:
+def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quantity:
     """Understand one cell that is not blank.
 
     Parameters
@@ -143,7 +134,7 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Cell
         # Nearly every cell; what follows reads it as well, in twice the time.
         try:
             known = parse_unit(unit, kind)
-            return Cell(value * known.factor, float(f"1e{last_place(text)}") * known.factor, None, known.text)
+            return Quantity(value * known.factor, float(f"1e{last_place(text)}") * known.factor, None, known.text)
         except UnitError:
             pass  # said below, in the words for a cell
     if (":" in text or not text.isascii()) and (clock := _CLOCK.fullmatch(fold_number(text))):
@@ -178,26 +169,27 @@ def _check_size(written: Written) -> None:
             raise CellError(CELL_IS_NO_NUMBER, "is too small for a number", "write the value as it was read")
 
 
-def _convert(written: Written, kind: str, unit: str | None, text: str) -> Cell:
+def _convert(written: Written, kind: str, unit: str | None, text: str) -> Quantity:
     """Bring a number into SI with its last digit and its ±."""
     own = written.unit or unit
     if own is None and kind != "number":
         raise CellError(UNIT_MISSING, "has no unit", f"write one behind it: {examples(kind)}")
     try:
-        value, step, uncertainty, known = in_si(written, kind, unit)
+        quantity = in_si(written, kind, unit)
     except UnitError as error:
         raise CellError(
             PER_SECOND_IS_AMBIGUOUS if error.reason == "ambiguous" else UNIT_UNKNOWN, f": {error}", error.hint
         ) from None
-    if math.isinf(value) and written.value == 0:
+    if math.isinf(quantity.value) and written.value == 0:
         raise CellError(UNIT_UNKNOWN, f': "{own}" is a time, not a rotation rate', "no turn takes no time")
+    uncertainty = quantity.uncertainty
     if uncertainty is not None and uncertainty.absolute > LIMITS.get(kind, (0.0, math.inf))[1]:
         raise CellError(CELL_IS_NO_NUMBER, "has an uncertainty that is far too large")
-    exact = value == 0 and set(text) <= set("+-−0")
-    return Cell(value, None if exact else step, uncertainty, known)
+    exact = quantity.value == 0 and set(text) <= set("+-−0")
+    return quantity._replace(step=None) if exact else quantity
 
 
-def _read_clock(match: re.Match[str], text: str, kind: str, unit: str | None) -> Cell:
+def _read_clock(match: re.Match[str], text: str, kind: str, unit: str | None) -> Quantity:
     if kind != "time":
         raise CellError(CELL_IS_NO_NUMBER, "is a clock time, not a number")
     if unit not in (None, "s", "min"):
@@ -207,14 +199,14 @@ def _read_clock(match: re.Match[str], text: str, kind: str, unit: str | None) ->
     if late >= 60 or (hours and int(minutes) >= 60):
         raise CellError(CELL_IS_NO_NUMBER, "is no clock time: 60 and more belong to the place before", "write mm:ss.cc")
     step = float(f"1e{last_place(seconds)}")
-    return Cell(int(hours or 0) * 3600 + int(minutes) * 60 + late, step, None, "s")
+    return Quantity(int(hours or 0) * 3600 + int(minutes) * 60 + late, step, None, "s")
 
 
-def _read_sense(text: str) -> Cell:
+def _read_sense(text: str) -> Quantity:
     key = fold_number(text).lower().replace(" ", "").replace("-c", "c")
     if key not in _SENSES:
         raise CellError(CELL_IS_NO_NUMBER, "is no sense of rotation", "write ccw (or +1) or cw (or -1)")
-    return Cell(_SENSES[key], None, None, "")
+    return Quantity(_SENSES[key], None, None, "")
 
 
 def _not_a_number(text: str, written: Written | None) -> CellError:
@@ -309,3 +301,154 @@ def check_value(role: str, value: float) -> tuple[str, str]:
             fault = f"is too {'large' if abs(value) > high else 'small'} for {kind_in_words(kind)} in a lab"
             hint = f"is its unit the one written? Read are {low:g} to {high:g} {SI[kind]}".rstrip()
     return fault, hint
+
+
+PREFIX = "reported_"
+KINDS: Mapping[str, str] = MappingProxyType(
+    {"inertia": "inertia", "imbalance": "torque", "timing_bias": "time", "exponent": "number"}
+)
+"""Kind of quantity of what a lab's report usually states; of anything else, the unit written tells it."""
+
+Fault = Literal["unreadable", "no unit", "wrong unit", "given twice"]
+
+
+@dataclass(frozen=True, slots=True)
+class Reported:
+    """One value that a student reports, as far as it can be read.
+
+    Attributes
+    ----------
+    key : str
+        What it is: ``inertia``, ``imbalance``, …
+    text : str
+        As written.
+    value : float or None
+        [SI unit of its kind]; where no unit is written, the number taken as SI. None where the number or its unit
+        cannot be read.
+    u : float or None
+        Its standard uncertainty [SI unit of its kind], that is what is stated divided by a k written behind it; None
+        where none is stated.
+    number : float or None
+        The number as written, before any unit.
+    unit : str or None
+        As written; None where there is none.
+    digits : int or None
+        Significant digits of the value, zeros at its end included.
+    u_digits : int or None
+        Those of the uncertainty.
+    step : float or None
+        One step of the value's last digit [SI unit of its kind].
+    u_step : float or None
+        One step of the uncertainty's last digit [SI unit of its kind]; None where it is stated in %.
+    fault : {"unreadable", "no unit", "wrong unit", "given twice"} or None
+        What is wrong, in a word.
+    problem : str or None
+        What is wrong, in a sentence; None exactly where `fault` is.
+    line : int or None
+        Where it stands in its file, 1-based.
+    """
+
+    key: str
+    text: str
+    value: float | None = None
+    u: float | None = None
+    number: float | None = None
+    unit: str | None = None
+    digits: int | None = None
+    u_digits: int | None = None
+    step: float | None = None
+    u_step: float | None = None
+    fault: Fault | None = None
+    problem: str | None = None
+    line: int | None = None
+
+
+_LARGEST = 1e100
+
+
+def canonical_key(key: str) -> str:
+    """Name what is reported: ``reported_I_zz`` and ``reported_moment_of_inertia`` are ``inertia``.
+
+    Parameters
+    ----------
+    key : str
+        As written, with ``reported_`` in front or without.
+    """
+    bare = key[len(PREFIX) :] if key.lower().startswith(PREFIX) else key
+    if name_roles(bare)[0] == ("inertia",) or name_roles(bare.replace("_", " "))[0] == ("inertia",):
+        return "inertia"
+    return bare.lower()
+
+
+def read_reported(key: str, text: str, line: int | None = None, ask: bool = True) -> Reported:
+    """Read one reported value: ``4.4e-3 ± 0.1e-3 kg m^2``, ``(4.4 ± 0.1) × 10⁻³ kg m²`` or ``4.4(1) g m^2``.
+
+    Parameters
+    ----------
+    key : str
+        What is reported, with ``reported_`` in front or without.
+    text : str
+        As written.
+    line : int, optional
+        Where it stands, 1-based.
+    ask : bool
+        Refuse a comma that may part thousands; if not, it is a decimal comma.
+
+    Returns
+    -------
+    Reported
+        Never raises: what is wrong is in `fault` and `problem`.
+    """
+    read = Reported(canonical_key(key), text.strip(), line=line)
+    written = take_apart(read.text)
+    if written is None:
+        return replace(read, fault="unreadable", problem=f'"{read.text[:60]}" is not a number with its unit')
+    spread = None if written.spread is None else to_float(written.spread)
+    if not max(abs(written.value), abs(spread or 0.0)) <= _LARGEST:
+        return replace(read, fault="unreadable", problem=f'"{read.text[:60]}" is too large for a number')
+    read = replace(
+        read,
+        number=written.value,
+        unit=written.unit and _as_written(written.unit, read.text),
+        digits=None if written.step is None else _digits(written.number),
+        u_digits=_digits(written.spread) if written.spread else None,
+    )
+    if spread is not None and spread < 0:
+        return replace(read, fault="unreadable", problem="the uncertainty is negative")
+    return _with_units(read, written, ask)
+
+
+def _with_units(read: Reported, written: Written, ask: bool) -> Reported:
+    """Bring the number and its uncertainty into SI."""
+    kind = KINDS.get(read.key) or next((kind for kind in SI if kind in kinds_of(written.unit or "")), None)
+    if kind is None and written.unit is not None:
+        return read  # nothing that this tool knows; the text says it all
+    kind = kind or "number"
+    if ask and (ways := doubtful_comma(written, kind, SI[kind])):
+        return replace(read, fault="unreadable", problem=f'"{read.text[:60]}" can mean {ways}')
+    try:
+        quantity = in_si(written, kind, SI[kind])
+        factor = parse_unit(written.spread_unit or written.unit or SI[kind], kind).factor
+    except UnitError as error:
+        return replace(read, fault="wrong unit", problem=str(error))
+    u_step = None
+    if written.spread is not None and not written.percent:
+        u_step = 10.0 ** last_place(written.spread) * factor
+    u = None if quantity.uncertainty is None else quantity.uncertainty.at(quantity.value)
+    read = replace(read, value=quantity.value, u=u, step=quantity.step, u_step=u_step)
+    if written.unit is None and SI[kind]:
+        problem = f'"{read.text[:60]}" has no unit: write one behind it, such as {examples(kind)}'
+        return replace(read, fault="no unit", problem=problem)
+    return read
+
+
+def _as_written(unit: str, text: str) -> str:
+    """Find how the student spelled a unit that was read in folded letters."""
+    ends = [text, *re.split(r"±|\+\s?/\s?-|\+-", text)]
+    return next((end[i:].strip() for end in ends for i in range(len(end)) if fold_number(end[i:]) == unit), unit)
+
+
+def _digits(number: str) -> int:
+    """Count significant digits, those of ``0.0044`` as of ``4.4e-3``."""
+    mantissa = re.split("[eE]", number)[0]
+    return len(re.sub("[^0-9]", "", mantissa).lstrip("0")) or 1

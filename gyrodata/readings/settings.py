@@ -21,17 +21,22 @@ from gyrodata.diagnostics import (
     REPORTED_VALUE_CANNOT_BE_READ,
 )
 from gyrodata.errors import InputError
-from gyrodata.quantities import parse_quantity, parse_uncertainty
-from gyrodata.readings.cells import Cell, CellError, check_value, is_blank, read_cell
-from gyrodata.readings.grid import Text
+from gyrodata.quantities import Quantity, parse_quantity, parse_uncertainty
+from gyrodata.readings.cells import (
+    BLANKS,
+    KINDS,
+    PREFIX,
+    CellError,
+    Reported,
+    canonical_key,
+    check_value,
+    read_cell,
+    read_reported,
+)
 from gyrodata.readings.headers import name_roles
-from gyrodata.readings.lablog import Faults, Place, listing
-from gyrodata.readings.reported import KINDS, PREFIX, Reported, canonical_key, read_reported
-from gyrodata.readings.roles import BALANCE, CONSTANTS, KEYS, MOTION, MOTIONS, ROLES, UNCERTAINTIES, kind_of_role
+from gyrodata.readings.lablog import Faults, Place, Reading, Text, listing
+from gyrodata.readings.roles import BALANCE, CONSTANTS, KEYS, MOTION, MOTIONS, ROLES, TEXTS, UNCERTAINTIES, kind_of_role
 from gyrodata.units import Uncertainty, UnitError
-
-_LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n"
-
 
 _REMARKS_LOOKED_AT = 200
 _SAMPLE = "write it like 4.40e-3 ± 0.05e-3 kg m^2"
@@ -47,8 +52,13 @@ class Given:
     """How it was given: ``# spin``, ``--set spin``, ``--config spin``."""
     place: Place | None
     """None for an option."""
-    cell: Cell | None = None
+    cell: Quantity | None = None
     """The value of a role or constant."""
+
+    def reading(self, u: Uncertainty | None) -> Reading:
+        """Give it as the reading of a run; `u` holds where it does not say its own."""
+        assert self.cell is not None
+        return Reading(self.cell.value, self.cell.step, self.cell.uncertainty or u, self.text)
 
 
 @dataclass
@@ -87,7 +97,7 @@ def read_options(
     given = [Given(key.strip(), str(text).strip(), f"--set {key.strip()}", None) for key, text in settings.items()]
     if config is not None:
         given += [Given(key, text, f"--config {key}", None) for key, text in _read_config(Path(config), faults).items()]
-    known = [key for key in KEYS if key not in ("run", "note")]
+    known = [key for key in KEYS if key not in TEXTS]
     for item in given:
         if item.key not in known:
             hint = _close(item.key, known) or f"keys are: {listing(known, 60)}"
@@ -151,7 +161,7 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
         if known.startswith(PREFIX):
             _enter_reported(settings, key, text, faults, ask)
             continue
-        if known not in KEYS or known in ("run", "note"):
+        if known not in KEYS or known in TEXTS:
             settings.metadata[key] = text.text
             _warn_if_misspelt(settings, key, text, faults)
             continue
@@ -160,7 +170,7 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
             continue
         if known in seen and seen[known].text != text.text:
             message = f"{known} is given twice, in lines {seen[known].line} and {text.line}"
-            faults.add(KEY_GIVEN_TWICE, message, "keep one, or write it as a column", text.place, len(text.text))
+            faults.add(KEY_GIVEN_TWICE, message, "keep one, or write it as a column", text)
             continue
         seen[known] = text
         item = Given(known, text.text, f"# {known}", text.place)
@@ -170,7 +180,7 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
             if known in ROLES:
                 settings.unread.add(known)
             message = f'{known} "{text.text[:60]}"{error.joint}{error}'
-            faults.add(KEY_VALUE_CANNOT_BE_READ, message, error.hint, text.place, len(text.text))
+            faults.add(KEY_VALUE_CANNOT_BE_READ, message, error.hint, text)
     for item in options:
         try:
             _enter(settings, item, True)
@@ -184,12 +194,12 @@ def _enter_reported(settings: Settings, key: str, text: Text, faults: Faults, as
     """Keep a reported value; what is wrong with it is for whoever grades it, and only a note to its writer."""
     name = canonical_key(key)
     before = settings.reported.get(name)
-    if is_blank(text.text) or (before is not None and before.text == text.text):
+    if text.text in BLANKS or (before is not None and before.text == text.text):
         return
     close = [] if name in KINDS else difflib.get_close_matches(name, KINDS, n=1, cutoff=0.75)
     if close:
         message, hint = f'"# {key}" is no value that is asked for', f'did you mean "# {PREFIX}{close[0]}: {text.text}"?'
-        faults.add(KEY_NEARLY_KNOWN, message, hint, text.place, len(text.text))
+        faults.add(KEY_NEARLY_KNOWN, message, hint, text)
     reported = read_reported(key, text.text, text.line, ask)
     if before is not None:
         problem = f"{name} is reported twice, in lines {before.line} and {text.line}, with two values"
@@ -197,9 +207,7 @@ def _enter_reported(settings: Settings, key: str, text: Text, faults: Faults, as
     settings.reported[name] = reported
     if reported.problem:
         hint = _SAMPLE if name == "inertia" else ""
-        faults.add(
-            REPORTED_VALUE_CANNOT_BE_READ, f"{PREFIX}{name}: {reported.problem}", hint, text.place, len(text.text)
-        )
+        faults.add(REPORTED_VALUE_CANNOT_BE_READ, f"{PREFIX}{name}: {reported.problem}", hint, text)
 
 
 def warn_of_lost_keys(comments: list[Text], faults: Faults) -> None:
@@ -213,7 +221,7 @@ def warn_of_lost_keys(comments: list[Text], faults: Faults) -> None:
 
 
 def _warn_if_misspelt(settings: Settings, key: str, text: Text, faults: Faults) -> None:
-    if key.lower() in ("run", "note") or len(key) > 30 or len(settings.metadata) > _REMARKS_LOOKED_AT:
+    if key.lower() in TEXTS or len(key) > 30 or len(settings.metadata) > _REMARKS_LOOKED_AT:
         return
     close = _nearest(key.lower())
     if not close:
@@ -224,7 +232,7 @@ def _warn_if_misspelt(settings: Settings, key: str, text: Text, faults: Faults) 
         close = roles[:1] if text.text[:1].isdigit() else []
     if close:
         message = f'"# {key}" is kept as a remark; nothing is read from it'
-        faults.add(KEY_NEARLY_KNOWN, message, f'did you mean "# {close[0]}: {text.text}"?', text.place, len(text.text))
+        faults.add(KEY_NEARLY_KNOWN, message, f'did you mean "# {close[0]}: {text.text}"?', text)
 
 
 @lru_cache(maxsize=1024)

@@ -34,7 +34,7 @@ TYPICAL: Mapping[str, Uncertainty] = {
 EXACT: Mapping[str, Uncertainty] = dict.fromkeys(TYPICAL, Uncertainty()) | {"u_spin": Uncertainty(0.0, 1e-12)}
 """No errors but those of sixteen digits: with none at all, a run without a torque would weigh infinitely much."""
 
-KEYS = (*TYPICAL, "u_g", "u_imbalance")
+NOISE_KEYS = (*TYPICAL, "u_g", "u_imbalance")
 """All that a simulated log can err in."""
 
 
@@ -92,9 +92,9 @@ def read_noise(path: str | os.PathLike[str]) -> dict[str, Uncertainty]:
     faults = []
     noise = dict(TYPICAL)
     for key, text in _texts(Path(path)).items():
-        if key not in KEYS:
-            close = difflib.get_close_matches(key, KEYS, n=2)
-            hint = f"did you mean {' or '.join(close)}?" if close else f"keys are: {', '.join(KEYS)}"
+        if key not in NOISE_KEYS:
+            close = difflib.get_close_matches(key, NOISE_KEYS, n=2)
+            hint = f"did you mean {' or '.join(close)}?" if close else f"keys are: {', '.join(NOISE_KEYS)}"
             faults.append(
                 Diagnostic(
                     NOISE_CANNOT_BE_READ, "error", f"--noise {key}: a simulated log has no such uncertainty", hint

@@ -18,7 +18,16 @@ from gyrodata.diagnostics import (
 )
 from gyrodata.errors import Diagnostic, GyroError
 from gyrodata.grading.toml_table import find_places
-from gyrodata.readings import KINDS, Faults, Readings, Reported, canonical_key, decode, read_reported, split_lines
+from gyrodata.readings import (
+    REPORTED_KINDS,
+    Faults,
+    Readings,
+    Reported,
+    canonical_key,
+    decode,
+    read_reported,
+    split_lines,
+)
 
 __all__ = ["Answers", "Reported", "read_answers"]
 
@@ -125,7 +134,11 @@ def _read_lines(text: str) -> list[tuple[str, str, int | None]]:
 
 
 def _tell_misspelt(key: str, reported: Reported, told: list[Diagnostic]) -> None:
-    close = [] if reported.key in KINDS else difflib.get_close_matches(canonical_key(key), KINDS, n=1, cutoff=0.75)
+    close = (
+        []
+        if reported.key in REPORTED_KINDS
+        else difflib.get_close_matches(canonical_key(key), REPORTED_KINDS, n=1, cutoff=0.75)
+    )
     if close:
         told.append(
             _diagnostic(ANSWER_NOT_ASKED_FOR, f'"{key}" is not asked for: was {close[0]} meant?', line=reported.line)

@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from gyrodata.diagnostics import HEADER_WITHOUT_RUNS, QUANTITY_MISSING
-from gyrodata.readings.cells import KINDS, Reported, canonical_key, check_value, read_cell, read_reported
+from gyrodata.readings.cells import REPORTED_KINDS, Reported, canonical_key, check_value, read_cell, read_reported
 from gyrodata.readings.columns import choose, note_unplaced
 from gyrodata.readings.grid import Layout, find_layout, has_decimal_commas, make_grid
 from gyrodata.readings.headers import parse_header
@@ -29,10 +29,10 @@ if TYPE_CHECKING:
     from gyrodata.readings.source import Source
 
 __all__ = [
-    "KINDS",
     "MAX_BYTES",
     "MAX_ROWS",
     "MOST_OF_ONE_CODE",
+    "REPORTED_KINDS",
     "TIMINGS",
     "Column",
     "Faults",

@@ -35,24 +35,14 @@ from gyrodata.quantities import (
 )
 from gyrodata.readings.headers import name_roles
 from gyrodata.readings.roles import BY_NAME, kind_of_role
-from gyrodata.units import LIMITS, SI, UnitError, examples, kind_in_words, kinds_of, parse_unit
+from gyrodata.units import KINDS, LIMITS, SI, UnitError, kinds_of, parse_unit
 
 BLANKS = frozenset({"", "-", "–", "—", "−", "--", "~", "‐", "‑"})
 """What stands where nothing was measured."""
 
 
 class CellError(ValueError):
-    """A cell that cannot be read.
-
-    Parameters
-    ----------
-    code : str
-        Diagnostic code.
-    message : str
-        What is wrong, to stand after the role and the cell.
-    hint : str
-        What to type.
-    """
+    """A cell that cannot be read."""
 
     def __init__(self, code: str, message: str, hint: str = "") -> None:
         super().__init__(message)
@@ -110,24 +100,7 @@ _SENSES = {
 
 @lru_cache(maxsize=16384)
 def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quantity:
-    """Understand one cell that is not blank.
-
-    Parameters
-    ----------
-    text : str
-        As typed, without blanks around it.
-    kind : str
-        Kind of quantity of its column.
-    unit : str or None
-        Unit of its column, already known to be of that kind; None if the column has none.
-    ask : bool
-        Refuse a comma that may part thousands; in a column, it is a decimal comma.
-
-    Raises
-    ------
-    CellError
-        It is no number, or its unit does not fit or is missing.
-    """
+    """Understand one cell that is not blank; with `ask`, refuse a comma that may part thousands."""
     if kind == "sign":
         return _read_sense(text)
     if unit is not None and not ask and PLAIN.fullmatch(text) and 0 < abs(value := to_float(text)) < math.inf:
@@ -173,7 +146,7 @@ def _convert(written: Written, kind: str, unit: str | None, text: str) -> Quanti
     """Bring a number into SI with its last digit and its ±."""
     own = written.unit or unit
     if own is None and kind != "number":
-        raise CellError(UNIT_MISSING, "has no unit", f"write one behind it: {examples(kind)}")
+        raise CellError(UNIT_MISSING, "has no unit", f"write one behind it: {KINDS[kind].examples}")
     try:
         quantity = in_si(written, kind, unit)
     except UnitError as error:
@@ -271,15 +244,7 @@ def _date_numbers(day: str, month: str) -> tuple[int, int] | None:
 
 @lru_cache(maxsize=16384)
 def check_value(role: str, value: float) -> tuple[str, str]:
-    """Say what is wrong with a number that cannot be, and what to type; two empty texts if nothing is.
-
-    Parameters
-    ----------
-    role : str
-        What it measures.
-    value : float
-        [SI unit of the role]
-    """
+    """Say what is wrong with a number that cannot be, and what to type; two empty texts if nothing is."""
     fault = hint = ""
     bound = BY_NAME[role].bound if role in BY_NAME else ""
     if not math.isfinite(value):
@@ -298,13 +263,13 @@ def check_value(role: str, value: float) -> tuple[str, str]:
     if not fault and value and kind in LIMITS:
         low, high = LIMITS[kind]
         if not low <= abs(value) <= high:
-            fault = f"is too {'large' if abs(value) > high else 'small'} for {kind_in_words(kind)} in a lab"
+            fault = f"is too {'large' if abs(value) > high else 'small'} for {KINDS[kind].words} in a lab"
             hint = f"is its unit the one written? Read are {low:g} to {high:g} {SI[kind]}".rstrip()
     return fault, hint
 
 
 PREFIX = "reported_"
-KINDS: Mapping[str, str] = MappingProxyType(
+REPORTED_KINDS: Mapping[str, str] = MappingProxyType(
     {"inertia": "inertia", "imbalance": "torque", "timing_bias": "time", "exponent": "number"}
 )
 """Kind of quantity of what a lab's report usually states; of anything else, the unit written tells it."""
@@ -367,13 +332,7 @@ _LARGEST = 1e100
 
 
 def canonical_key(key: str) -> str:
-    """Name what is reported: ``reported_I_zz`` and ``reported_moment_of_inertia`` are ``inertia``.
-
-    Parameters
-    ----------
-    key : str
-        As written, with ``reported_`` in front or without.
-    """
+    """Name what is reported: ``reported_I_zz`` and ``reported_moment_of_inertia`` are ``inertia``."""
     bare = key[len(PREFIX) :] if key.lower().startswith(PREFIX) else key
     if name_roles(bare)[0] == ("inertia",) or name_roles(bare.replace("_", " "))[0] == ("inertia",):
         return "inertia"
@@ -381,24 +340,7 @@ def canonical_key(key: str) -> str:
 
 
 def read_reported(key: str, text: str, line: int | None = None, ask: bool = True) -> Reported:
-    """Read one reported value: ``4.4e-3 ± 0.1e-3 kg m^2``, ``(4.4 ± 0.1) × 10⁻³ kg m²`` or ``4.4(1) g m^2``.
-
-    Parameters
-    ----------
-    key : str
-        What is reported, with ``reported_`` in front or without.
-    text : str
-        As written.
-    line : int, optional
-        Where it stands, 1-based.
-    ask : bool
-        Refuse a comma that may part thousands; if not, it is a decimal comma.
-
-    Returns
-    -------
-    Reported
-        Never raises: what is wrong is in `fault` and `problem`.
-    """
+    """Read one reported value: ``4.4e-3 ± 0.1e-3 kg m^2``, ``(4.4 ± 0.1) × 10⁻³ kg m²`` or ``4.4(1) g m^2``."""
     read = Reported(canonical_key(key), text.strip(), line=line)
     written = take_apart(read.text)
     if written is None:
@@ -420,7 +362,7 @@ def read_reported(key: str, text: str, line: int | None = None, ask: bool = True
 
 def _with_units(read: Reported, written: Written, ask: bool) -> Reported:
     """Bring the number and its uncertainty into SI."""
-    kind = KINDS.get(read.key) or next((kind for kind in SI if kind in kinds_of(written.unit or "")), None)
+    kind = REPORTED_KINDS.get(read.key) or next((kind for kind in SI if kind in kinds_of(written.unit or "")), None)
     if kind is None and written.unit is not None:
         return read  # nothing that this tool knows; the text says it all
     kind = kind or "number"
@@ -437,7 +379,7 @@ def _with_units(read: Reported, written: Written, ask: bool) -> Reported:
     u = None if quantity.uncertainty is None else quantity.uncertainty.at(quantity.value)
     read = replace(read, value=quantity.value, u=u, step=quantity.step, u_step=u_step)
     if written.unit is None and SI[kind]:
-        problem = f'"{read.text[:60]}" has no unit: write one behind it, such as {examples(kind)}'
+        problem = f'"{read.text[:60]}" has no unit: write one behind it, such as {KINDS[kind].examples}'
         return replace(read, fault="no unit", problem=problem)
     return read
 

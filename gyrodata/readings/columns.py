@@ -62,13 +62,7 @@ class Choice:
 
 
 def choose(layout: Layout, mapping: Mapping[str, str], settings: Settings, faults: Faults) -> Choice:
-    """Give each column its role.
-
-    Raises
-    ------
-    InputError
-        ``--map`` names a header that is not there.
-    """
+    """Give each column its role."""
     choice = Choice()
     mapped = _mapped(layout, mapping, faults)
     for chosen in mapped.values():

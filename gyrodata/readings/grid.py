@@ -72,13 +72,7 @@ _KEY = re.compile(r"\s*([^\W\d][\w .()/\-]{0,39}?)\s*[:=]\s*(.*)", re.DOTALL)
 
 
 def make_grid(document: Document) -> Grid:
-    """Split a log into cells.
-
-    Raises
-    ------
-    InputError
-        A limit is exceeded, a quote is never closed, or there is no delimiter.
-    """
+    """Split a log into cells."""
     faults = document.faults
     lines = faults.lines
     body: list[int] = []  # indices of the table's lines

@@ -154,19 +154,7 @@ class Readings:
     def diagnose(
         self, code: str, message: str, hint: str = "", place: Place | None = None, width: int = 1
     ) -> Diagnostic:
-        """Make a diagnostic of a place of this log, with the excerpt of its line.
-
-        Parameters
-        ----------
-        code : str
-            One of `gyrodata.diagnostics`; it brings the severity.
-        message, hint : str
-            What is wrong, and what to type.
-        place : Place or None
-            Where; None where the fault has no single place.
-        width : int
-            Number of characters at fault.
-        """
+        """Make a diagnostic of a place of this log, with the excerpt of its line."""
         return make_diagnostic(self.name, self._lines, code, message, hint, place, width)
 
     @cached_property

@@ -22,17 +22,7 @@ from gyrodata.units import DISPLAY, kinds_of
 
 
 def check_meaning(table: Table, choice: Choice, unread: set[str], faults: Faults) -> None:
-    """Add a fault for everything that is missing or contradicts itself.
-
-    Parameters
-    ----------
-    table : Table
-        The runs as read.
-    choice : Choice
-        For the headers that could not be placed.
-    unread : set of str
-        Roles whose column is there but could not be read, which has been said already.
-    """
+    """Add a fault for everything that is missing or contradicts itself."""
     said = any(diagnostic.code == VALUE_BELOW_ITS_FIRST_ROW for diagnostic in faults.found)
     missing = [role for role in _missing_roles(table.columns, unread) if role not in choice.asked]
     if "precession_period" in choice.asked and "turns" in missing:
@@ -180,18 +170,7 @@ _REPEAT = re.compile(r"(?<![0-9])([1-9])(?:ª|º|\.|st|nd|rd|th)?(?![0-9])")
 
 
 def stated_turns(header: str) -> str:
-    """Find the turns or the angle that a header says its time covers.
-
-    Parameters
-    ----------
-    header : str
-        As written: ``T/2 (s)``, ``T Ω(180°) (s)``, ``time for 10 revolutions``.
-
-    Returns
-    -------
-    str
-        ``turns=1/2``, ``angle="180 deg"``, ``turns=10``; "" if it says nothing of the kind.
-    """
+    """Find the turns or the angle that a header says its time covers."""
     match = _DEGREES.search(header)
     if match:
         return f'angle="{match[1].replace(",", ".")} deg"'
@@ -202,20 +181,7 @@ def stated_turns(header: str) -> str:
 
 
 def advise(role: str, headers: list[str]) -> str:
-    """Propose what to type for a missing role, from the headers that could not be placed.
-
-    Parameters
-    ----------
-    role : str
-        What is missing.
-    headers : list of str
-        As written.
-
-    Returns
-    -------
-    str
-        To stand in front of the general hint; "" where no header looks like it.
-    """
+    """Propose what to type for a missing role, from the headers that could not be placed."""
     headers = [header for header in headers if len(header) <= MAX_HEADER]
     if role in ("time", "turns"):
         timed = [header for header in headers if _is_time(header)]

@@ -122,15 +122,7 @@ TABLE: tuple[Role, ...] = (
         derived_from=(("spin_start", "spin_end"),),
         part="spin",
     ),
-    Role(
-        "spin_start",
-        "rate",
-        bound="not zero",
-        fills_down=True,
-        sample="410 rpm",
-        part="spin",
-        u_of="spin",
-    ),
+    Role("spin_start", "rate", bound="not zero", fills_down=True, sample="410 rpm", part="spin", u_of="spin"),
     Role(
         "spin_end",
         "rate",
@@ -276,12 +268,7 @@ TABLE: tuple[Role, ...] = (
             "Präzessionsrichtung, sens de précession, направление прецессии"
         ),
     ),
-    Role(
-        "transverse_inertia",
-        "inertia",
-        words="transverse inertia, transverse moment of inertia",
-        bound="above zero",
-    ),
+    Role("transverse_inertia", "inertia", words="transverse inertia, transverse moment of inertia", bound="above zero"),
     Role(
         "inertia",
         "inertia",

@@ -24,8 +24,8 @@ from gyrodata.errors import InputError
 from gyrodata.quantities import Quantity, parse_quantity, parse_uncertainty
 from gyrodata.readings.cells import (
     BLANKS,
-    KINDS,
     PREFIX,
+    REPORTED_KINDS,
     CellError,
     Reported,
     canonical_key,
@@ -81,18 +81,7 @@ class Settings:
 def read_options(
     settings: Mapping[str, str], mapping: Mapping[str, str], config: str | os.PathLike[str] | None
 ) -> tuple[list[Given], dict[str, str]]:
-    """Check the options before the log is read.
-
-    Returns
-    -------
-    tuple
-        What ``--set`` and ``--config`` give, later ones last, and ``--map`` by role.
-
-    Raises
-    ------
-    InputError
-        A key or role that does not exist, or a configuration file that cannot be read.
-    """
+    """Check the options before the log is read."""
     faults = Faults("")
     given = [Given(key.strip(), str(text).strip(), f"--set {key.strip()}", None) for key, text in settings.items()]
     if config is not None:
@@ -148,11 +137,6 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
     """Understand all ``# key: value`` lines and options, the later ones over the earlier.
 
     With `ask`, a comma that may part thousands is refused; without, the table tells that it is a decimal comma.
-
-    Raises
-    ------
-    InputError
-        The value of an option cannot be read. (That of a ``#`` line becomes a diagnostic.)
     """
     settings = Settings()
     seen: dict[str, Text] = {}
@@ -196,7 +180,7 @@ def _enter_reported(settings: Settings, key: str, text: Text, faults: Faults, as
     before = settings.reported.get(name)
     if text.text in BLANKS or (before is not None and before.text == text.text):
         return
-    close = [] if name in KINDS else difflib.get_close_matches(name, KINDS, n=1, cutoff=0.75)
+    close = [] if name in REPORTED_KINDS else difflib.get_close_matches(name, REPORTED_KINDS, n=1, cutoff=0.75)
     if close:
         message, hint = f'"# {key}" is no value that is asked for', f'did you mean "# {PREFIX}{close[0]}: {text.text}"?'
         faults.add(KEY_NEARLY_KNOWN, message, hint, text)

@@ -30,7 +30,7 @@ from gyrodata.readings.grid import Layout, find_place, is_number, spot
 from gyrodata.readings.lablog import Column, Faults, Place, Reading, span
 from gyrodata.readings.roles import BY_NAME, COUNTS, FILLED_DOWN, LOADS, TEXTS, derived_roles, kind_of_role, u_keys
 from gyrodata.readings.settings import Given, Settings
-from gyrodata.units import DISPLAY, Uncertainty, UnitError, examples, parse_unit
+from gyrodata.units import DISPLAY, KINDS, Uncertainty, UnitError, parse_unit
 
 _BLANK = Reading()
 _CONSTANT = -1
@@ -228,7 +228,7 @@ class _Builder:
     def _ask_for_unit(self, role: str, chosen: Chosen, faults: Faults) -> None:
         kind = kind_of_role(role)
         name = chosen.header.text[:60]
-        hint = f'write the header as "{name} [{DISPLAY[kind]}]" (or {examples(kind)})'
+        hint = f'write the header as "{name} [{DISPLAY[kind]}]" (or {KINDS[kind].examples})'
         faults.add(UNIT_MISSING, f'the column "{name}" ({role}) has no unit', hint, chosen.cell.place, len(name))
 
     def _note_unused(self, role: str, chosen: Chosen, why: str) -> None:

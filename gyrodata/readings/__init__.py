@@ -18,7 +18,7 @@ from gyrodata.readings.grid import Layout, find_layout, has_decimal_commas, make
 from gyrodata.readings.headers import parse_header
 from gyrodata.readings.lablog import MOST_OF_ONE_CODE, Column, Faults, Place, Reading, Readings, listing, split_lines
 from gyrodata.readings.meaning import check_meaning, stated_turns
-from gyrodata.readings.roles import TIMINGS, kind_of_role, to_display, u_keys
+from gyrodata.readings.roles import SPIN_SETS, TIMINGS, kind_of_role, to_display, u_keys
 from gyrodata.readings.settings import Settings, read_options, read_settings, warn_of_lost_keys
 from gyrodata.readings.source import MAX_BYTES, MAX_ROWS, Document, decode, load
 from gyrodata.readings.table import Table, build
@@ -33,6 +33,7 @@ __all__ = [
     "MAX_ROWS",
     "MOST_OF_ONE_CODE",
     "REPORTED_KINDS",
+    "SPIN_SETS",
     "TIMINGS",
     "Column",
     "Faults",

@@ -44,7 +44,7 @@ BLANKS = frozenset({"", "-", "–", "—", "−", "--", "~", "‐", "‑"})
 class CellError(ValueError):
     """A cell that cannot be read."""
 
-    def __init__(self, code: str, message: str, hint: str = "") -> None:
+    def __init__(self, message: str, hint: str = "", code: str = CELL_IS_NO_NUMBER) -> None:
         super().__init__(message)
         self.code = code
         self.hint = hint
@@ -118,7 +118,7 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
         raise _not_a_number(text, written)
     _check_size(written)
     if ask and (ways := doubtful_comma(written, kind, unit)):
-        raise CellError(CELL_IS_NO_NUMBER, f"can mean {ways}", "write it without marks between the thousands")
+        raise CellError(f"can mean {ways}", "write it without marks between the thousands")
     return _convert(written, kind, unit, text)
 
 
@@ -129,7 +129,7 @@ def _is_unit(text: str) -> bool:
 def _check_size(written: Written) -> None:
     """Refuse what divides by zero, or what a number of sixteen digits cannot hold."""
     if math.isinf(written.value) and "/" in written.number:
-        raise CellError(CELL_IS_NO_NUMBER, "divides by zero")
+        raise CellError("divides by zero")
     if written.spread is None and written.value and math.isfinite(written.value):
         return
     for number in (written.number, written.spread):
@@ -137,40 +137,39 @@ def _check_size(written: Written) -> None:
             continue
         value = to_float(number)
         if math.isinf(value):
-            raise CellError(CELL_IS_NO_NUMBER, "is too large for a number", "write the value as it was read")
+            raise CellError("is too large for a number", "write the value as it was read")
         if value == 0 and any(c in "123456789" for c in re.split("[eE]", number)[0]):
-            raise CellError(CELL_IS_NO_NUMBER, "is too small for a number", "write the value as it was read")
+            raise CellError("is too small for a number", "write the value as it was read")
 
 
 def _convert(written: Written, kind: str, unit: str | None, text: str) -> Quantity:
     """Bring a number into SI with its last digit and its ±."""
     own = written.unit or unit
     if own is None and kind != "number":
-        raise CellError(UNIT_MISSING, "has no unit", f"write one behind it: {KINDS[kind].examples}")
+        raise CellError("has no unit", f"write one behind it: {KINDS[kind].examples}", UNIT_MISSING)
     try:
         quantity = in_si(written, kind, unit)
     except UnitError as error:
-        raise CellError(
-            PER_SECOND_IS_AMBIGUOUS if error.reason == "ambiguous" else UNIT_UNKNOWN, f": {error}", error.hint
-        ) from None
+        code = PER_SECOND_IS_AMBIGUOUS if error.reason == "ambiguous" else UNIT_UNKNOWN
+        raise CellError(f": {error}", error.hint, code) from None
     if math.isinf(quantity.value) and written.value == 0:
-        raise CellError(UNIT_UNKNOWN, f': "{own}" is a time, not a rotation rate', "no turn takes no time")
+        raise CellError(f': "{own}" is a time, not a rotation rate', "no turn takes no time", UNIT_UNKNOWN)
     uncertainty = quantity.uncertainty
     if uncertainty is not None and uncertainty.absolute > LIMITS.get(kind, (0.0, math.inf))[1]:
-        raise CellError(CELL_IS_NO_NUMBER, "has an uncertainty that is far too large")
+        raise CellError("has an uncertainty that is far too large")
     exact = quantity.value == 0 and set(text) <= set("+-−0")
     return quantity._replace(step=None) if exact else quantity
 
 
 def _read_clock(match: re.Match[str], text: str, kind: str, unit: str | None) -> Quantity:
     if kind != "time":
-        raise CellError(CELL_IS_NO_NUMBER, "is a clock time, not a number")
+        raise CellError("is a clock time, not a number")
     if unit not in (None, "s", "min"):
-        raise CellError(UNIT_UNKNOWN, f': a clock time under the unit "{unit}"', "write the column's unit as s")
+        raise CellError(f': a clock time under the unit "{unit}"', "write the column's unit as s", UNIT_UNKNOWN)
     hours, minutes, seconds = match.groups()
     late = to_float(seconds)
     if late >= 60 or (hours and int(minutes) >= 60):
-        raise CellError(CELL_IS_NO_NUMBER, "is no clock time: 60 and more belong to the place before", "write mm:ss.cc")
+        raise CellError("is no clock time: 60 and more belong to the place before", "write mm:ss.cc")
     step = float(f"1e{last_place(seconds)}")
     return Quantity(int(hours or 0) * 3600 + int(minutes) * 60 + late, step, None, "s")
 
@@ -178,7 +177,7 @@ def _read_clock(match: re.Match[str], text: str, kind: str, unit: str | None) ->
 def _read_sense(text: str) -> Quantity:
     key = fold_number(text).lower().replace(" ", "").replace("-c", "c")
     if key not in _SENSES:
-        raise CellError(CELL_IS_NO_NUMBER, "is no sense of rotation", "write ccw (or +1) or cw (or -1)")
+        raise CellError("is no sense of rotation", "write ccw (or +1) or cw (or -1)")
     return Quantity(_SENSES[key], None, None, "")
 
 
@@ -187,27 +186,27 @@ def _not_a_number(text: str, written: Written | None) -> CellError:
     plain = fold_number(text)
     lower = plain.lower()
     if lower in ("nan", "na", "n/a", "#n/a", "none", "null", "inf", "-inf", "infinity", "#div/0!", "#value!"):
-        return CellError(CELL_IS_NO_NUMBER, "is not a number", "leave the cell blank where nothing was measured")
+        return CellError("is not a number", "leave the cell blank where nothing was measured")
     date = _read_as_date(text)
     if date is not None:
         return date
     mended = plain.translate(_MISTYPED)
     for candidate in (mended, mended.rstrip(".,;"), re.sub(r"([.,])[.,]+", r"\1", mended)):
         if candidate != plain and _is_bare(candidate):
-            return CellError(CELL_IS_NO_NUMBER, "is not a number", f"did you mean {candidate}?")
+            return CellError("is not a number", f"did you mean {candidate}?")
     if re.fullmatch(r"[-+]?[0-9]{1,3}(?:[ .,'][0-9]{3})+(?:[.,][0-9]*)?", plain):
-        return CellError(CELL_IS_NO_NUMBER, "is not a number", "write it without marks between the thousands")
+        return CellError("is not a number", "write it without marks between the thousands")
     if re.fullmatch(r"[0-9]+\s*(?:a|o|st|nd|rd|th|er|e|ème|ой|ый|я)\.?", lower) or "ª" in text or "º" in text:
-        return CellError(CELL_IS_NO_NUMBER, "is an ordinal, not a number", "write how many, as 1, 2.5 or 1/3")
+        return CellError("is an ordinal, not a number", "write how many, as 1, 2.5 or 1/3")
     clock = _SPOKEN_CLOCK.fullmatch(lower)
     if clock:
-        return CellError(CELL_IS_NO_NUMBER, "is not a number", f"write it as {int(clock[1]):02d}:{clock[2].zfill(2)}")
+        return CellError("is not a number", f"write it as {int(clock[1]):02d}:{clock[2].zfill(2)}")
     if (closer := take_apart(plain.replace(" (", "("))) and closer.spread and " (" in plain:
         hint = f"write {plain.replace(' (', '(')} if the bracket is its uncertainty"
-        return CellError(CELL_IS_NO_NUMBER, "is not a number", hint)
+        return CellError("is not a number", hint)
     if written is not None and written.unit and not written.named:
-        return CellError(CELL_IS_NO_NUMBER, f'is not a number with a unit: "{written.unit}" is no unit known here')
-    return CellError(CELL_IS_NO_NUMBER, "is not a number")
+        return CellError(f'is not a number with a unit: "{written.unit}" is no unit known here')
+    return CellError("is not a number")
 
 
 def _is_bare(text: str) -> bool:
@@ -229,11 +228,8 @@ def _read_as_date(text: str) -> CellError | None:
     if pair is None and not _DATE_DIGITS.fullmatch(text):
         return None
     meant = f"did you mean {min(pair)}/{max(pair)}? " if pair else ""
-    return CellError(
-        CELL_BECAME_A_DATE,
-        "is a date, not a number",
-        meant + "A spreadsheet does that to fractions: make the cells text first",
-    )
+    hint = meant + "A spreadsheet does that to fractions: make the cells text first"
+    return CellError("is a date, not a number", hint, CELL_BECAME_A_DATE)
 
 
 def _date_numbers(day: str, month: str) -> tuple[int, int] | None:

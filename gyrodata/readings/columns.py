@@ -15,7 +15,7 @@ from gyrodata.diagnostics import (
 from gyrodata.readings.grid import Layout
 from gyrodata.readings.headers import Header, unit_for
 from gyrodata.readings.lablog import Faults, Text, listing
-from gyrodata.readings.roles import BY_NAME, COUNTS, derived_roles, kind_of_role, squeeze
+from gyrodata.readings.roles import BY_NAME, COUNTS, ONE_TURN, derived_roles, kind_of_role, squeeze
 from gyrodata.readings.settings import Settings
 from gyrodata.units import UnitError, parse_unit
 
@@ -192,7 +192,7 @@ def _is_served(role: str, choice: Choice, settings: Settings) -> bool:
 
 def _may_be_needed(left: list[str], there: set[str]) -> bool:
     timed = "time" in there and not there.isdisjoint(COUNTS)
-    timing = timed or not there.isdisjoint({"precession_period", "precession_rate"})
+    timing = timed or not there.isdisjoint(ONE_TURN)
     served = {
         "spin": "spin" in there or {"spin_start", "spin_end"} <= there or "spin_period" in there,
         "timing": timing,

@@ -16,7 +16,7 @@ from gyrodata.diagnostics import (
 from gyrodata.readings.columns import Choice
 from gyrodata.readings.headers import MAX_HEADER, parse_header, suggest_role
 from gyrodata.readings.lablog import Column, Faults, Place, listing, span
-from gyrodata.readings.roles import BY_NAME, COUNTS, SPIN_SETS, kind_of_role
+from gyrodata.readings.roles import BY_NAME, COUNTS, ONE_TURN, SPIN_SETS, kind_of_role
 from gyrodata.readings.table import Table
 from gyrodata.units import DISPLAY, kinds_of
 
@@ -55,7 +55,7 @@ def _missing_roles(columns: dict[str, Column], unread: set[str]) -> list[str]:
             missing.append("spin_period_end" if half_period == ["spin_period_start"] else "spin_period_start")
         else:
             missing.append("spin")
-    if not there & {"precession_period", "precession_rate"}:
+    if there.isdisjoint(ONE_TURN):
         missing += ["time"] if "time" not in there else []
         missing += ["turns"] if there.isdisjoint(COUNTS) else []
     return missing
@@ -97,8 +97,8 @@ def _check_runs(table: Table, faults: Faults) -> None:
             asked_for = (role for role in _SPINS_ASKED_FOR if role in columns and role not in there)
             lacking.setdefault(next(asked_for, "spin"), []).append(run)
         timed = "time" in there and not there.isdisjoint(COUNTS)
-        if not timed and there.isdisjoint(("precession_period", "precession_rate")):
-            asked = COUNTS if "time" in columns else ("precession_period", "precession_rate")
+        if not timed and there.isdisjoint(ONE_TURN):
+            asked = COUNTS if "time" in columns else ONE_TURN
             role = next((role for role in asked if role in columns), asked[0])
             lacking.setdefault(role, []).append(run)
     for role, runs in lacking.items():

@@ -338,12 +338,14 @@ BY_NAME: dict[str, Role] = {role.name: role for role in TABLE}
 ROLES = tuple(BY_NAME)
 FILLED_DOWN = frozenset(role.name for role in TABLE if role.fills_down)
 TEXTS = frozenset(role.name for role in TABLE if role.kind == "text")
-LOADS, SPINS, COUNTS, TIMINGS = (
-    tuple(role.name for role in TABLE if role.part == part) for part in ("load", "spin", "count", "timing")
+LOADS, COUNTS, TIMINGS = (
+    tuple(role.name for role in TABLE if role.part == part) for part in ("load", "count", "timing")
 )
 """Roles by the part of a run that they give; of several timings that are there, the first is used."""
-SPIN_SETS = (("spin",), ("spin_period",), ("spin_start", "spin_end"), ("spin_period_start", "spin_period_end"))
-"""Each of these tells a run's spin."""
+ONE_TURN = TIMINGS[1:]
+"""Timings of one whole turn, which need no count."""
+SPIN_SETS = (("spin",), ("spin_start", "spin_end"), ("spin_period",), ("spin_period_start", "spin_period_end"))
+"""Each of these tells a run's spin; of several that are there, the first is used."""
 
 CONSTANTS = {"g": "acceleration", "ball_diameter": "length", "ball_mass": "mass"}
 """Kinds of the constants of a log that are no role."""

@@ -234,29 +234,23 @@ def _enter(settings: Settings, item: Given, ask: bool) -> None:
     if key == MOTION:
         settings.motion = item.text.strip().lower()
         if settings.motion not in MOTIONS:
-            raise CellError(
-                KEY_VALUE_CANNOT_BE_READ,
-                "is no way to start the rod",
-                'write "released" (let go from rest) or "steady"',
-            )
+            raise CellError("is no way to start the rod", 'write "released" (let go from rest) or "steady"')
         return
     kind = kind_of_role(key)
     if key in UNCERTAINTIES:
         try:
             uncertainty = parse_uncertainty(item.text, kind, ask=ask)
         except UnitError as error:
-            raise CellError(KEY_VALUE_CANNOT_BE_READ, f"is no uncertainty: {error}", error.hint) from None
+            raise CellError(f"is no uncertainty: {error}", error.hint) from None
         if key.endswith("_scale") and uncertainty.absolute:
-            raise CellError(
-                KEY_VALUE_CANNOT_BE_READ, "is not a share", 'the error of a whole scale is in %, such as "0.1 %"'
-            )
+            raise CellError("is not a share", 'the error of a whole scale is in %, such as "0.1 %"')
         settings.uncertainties[key] = uncertainty
         settings.given_uncertainties[key] = item
         return
     cell = read_cell(item.text, kind, None, ask)
     if key in CONSTANTS:
         if not cell.value > 0:
-            raise CellError(KEY_VALUE_CANNOT_BE_READ, "is not above zero")
+            raise CellError("is not above zero")
         _refuse_beyond(key, cell.value)
         settings.constants[key] = cell.value
         if cell.uncertainty is not None:
@@ -269,7 +263,7 @@ def _enter(settings: Settings, item: Given, ask: bool) -> None:
 def _refuse_beyond(key: str, value: float) -> None:
     fault, hint = check_value(key, value)
     if fault:
-        raise CellError(KEY_VALUE_CANNOT_BE_READ, fault, hint)
+        raise CellError(fault, hint)
 
 
 def _enter_balance(settings: Settings, item: Given) -> None:
@@ -278,17 +272,15 @@ def _enter_balance(settings: Settings, item: Given) -> None:
     sample = '"5 deg in 60 s at 400 rpm"' if drift else '"3 deg in 10 s"'
     match = re.fullmatch(pattern, item.text.strip())
     if match is None:
-        raise CellError(KEY_VALUE_CANNOT_BE_READ, "is not understood", f"write it like {sample}")
+        raise CellError("is not understood", f"write it like {sample}")
     try:
         numbers = [
             parse_quantity(text, kind) for text, kind in zip(match.groups(), ("angle", "time", "rate"), strict=False)
         ]
     except UnitError as error:
-        raise CellError(
-            KEY_VALUE_CANNOT_BE_READ, f"is not understood: {error}", error.hint or f"write it like {sample}"
-        ) from None
+        raise CellError(f"is not understood: {error}", error.hint or f"write it like {sample}") from None
     if numbers[1] <= 0 or (drift and numbers[2] == 0):
-        raise CellError(KEY_VALUE_CANNOT_BE_READ, "needs a time and a spin above zero", f"write it like {sample}")
+        raise CellError("needs a time and a spin above zero", f"write it like {sample}")
     for role, number in zip(("angle", "time", "spin"), numbers, strict=False):
         if number:
             _refuse_beyond(role, abs(number))

@@ -28,7 +28,17 @@ from gyrodata.readings.cells import BLANKS, CellError, check_value, read_cell
 from gyrodata.readings.columns import Choice, Chosen
 from gyrodata.readings.grid import Layout, find_place, is_number, spot
 from gyrodata.readings.lablog import Column, Faults, Place, Reading, span
-from gyrodata.readings.roles import BY_NAME, COUNTS, FILLED_DOWN, LOADS, TEXTS, derived_roles, kind_of_role, u_keys
+from gyrodata.readings.roles import (
+    BY_NAME,
+    COUNTS,
+    FILLED_DOWN,
+    LOADS,
+    ONE_TURN,
+    TEXTS,
+    derived_roles,
+    kind_of_role,
+    u_keys,
+)
 from gyrodata.readings.settings import Given, Settings
 from gyrodata.units import DISPLAY, KINDS, Uncertainty, UnitError, parse_unit
 
@@ -153,7 +163,7 @@ class _Builder:
         if times:
             is_run = [any(track.readings[i].text for track in times) for i in every]
         else:
-            keys = [c[0].at for r in ("precession_period", "precession_rate") if (c := self.choice.used.get(r))]
+            keys = [c[0].at for r in ONE_TURN if (c := self.choice.used.get(r))]
             is_run = [not keys or any(self._text(i, at) not in BLANKS for at in keys) for i in every]
         left_out = [row for row, run in zip(self.rows, is_run, strict=True) if not run]
         if left_out and any(is_run):
@@ -167,7 +177,7 @@ class _Builder:
     def _time_tracks(self) -> list[_Track]:
         if "time" in self.replaced:
             return []
-        periods = self.there & {"precession_period", "precession_rate"}
+        periods = self.there.intersection(ONE_TURN)
         if periods and "time" in self.choice.used and self.there.isdisjoint(COUNTS):
             # A time whose turns nobody tells says nothing; its repeats would count one period several times.
             cell = self.choice.used["time"][0].cell

@@ -18,7 +18,7 @@ from gyrodata.errors import Diagnostic, InputError
 from gyrodata.measurements import SOURCES
 from gyrodata.physics import Floats
 from gyrodata.quantities import parse_uncertainty
-from gyrodata.readings import kind_of_role
+from gyrodata.readings import SPIN_SETS, kind_of_role, u_keys
 from gyrodata.units import Uncertainty, UnitError
 
 # A ruler with millimetres is read to 1 mm/√12 = 0.3 mm; the positions of a log have what they are rounded by.
@@ -48,7 +48,7 @@ class _Error:
     """"run": none; "value": equal true values, as of one weight used in three runs; "log": all."""
 
 
-_SPINS = ("spin", "spin_start", "spin_end")
+_SPINS = tuple(role for roles in SPIN_SETS for role in roles if "u_spin" in u_keys(role))
 _ERRORS = (
     _Error("u_time", ("time",), "run"),
     _Error("u_spin", _SPINS, "run"),

@@ -143,7 +143,7 @@ def _readings(
     count = len(runs.time)
     texts = {}
     for role, values in read.items():
-        key = "u_spin" if role.startswith("spin") else f"u_{role}"
+        key = u_keys(role)[-1]
         exact = seed is None or key not in stated
         texts[role] = _typed(values, Uncertainty() if exact else stated[key], role)
     g = read_cell(texts.pop("g")[0], "acceleration", DISPLAY["acceleration"]).value

@@ -14,12 +14,11 @@ from numpy.typing import NDArray
 from gyrodata.grading.forensics.exemptions import Exemptions
 from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
-from gyrodata.readings import TIMINGS, Column, Readings
+from gyrodata.readings import SPIN_SETS, TIMINGS, Column, Readings
 
 MOST_ROWS = 200
 """Rows that are kept of a log; of a longer one, those with the shortest times."""
 
-_SPIN = (("spin",), ("spin_start", "spin_end"), ("spin_period",), ("spin_period_start", "spin_period_end"))
 
 _FINEST, _COARSEST = 0.0009, 0.011
 """Steps of a stopwatch [s] whose last digit a hand leaves to chance: with a scatter of 0.05 s, hundredths and below."""
@@ -75,7 +74,7 @@ def fingerprint(readings: Readings, measured: Measurements) -> Fingerprint:
     """
     columns = readings.columns
     timing = next(columns[role] for role in TIMINGS if role in columns)
-    spins = next(roles for roles in _SPIN if all(role in columns for role in roles))
+    spins = next(roles for roles in SPIN_SETS if all(role in columns for role in roles))
     torque = np.array([float(f"{value:.9g}") for value in measured.torque])
     # The order of the file stays where torque and spin are equal: sorted times would look alike by themselves.
     order = np.lexsort((measured.spin, torque))

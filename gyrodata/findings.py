@@ -23,7 +23,7 @@ from gyrodata.effects import DROP_ONE, Effect
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Design, Estimate, FitResult, Outlier
 from gyrodata.measurements import SOURCES, Measurements, torque_groups
-from gyrodata.readings import MOST_OF_ONE_CODE, Readings
+from gyrodata.readings import MOST_OF_ONE_CODE, TIMINGS, Readings
 
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
 
@@ -44,7 +44,7 @@ def count_findings(readings: Readings, measured: Measurements) -> list[Diagnosti
 
     first = groups[min(answers[0], key=lambda k: groups[k][0])][0]
     column = readings.columns.get("turns") or readings.columns.get("angle")
-    place = column.places[first] if column else None
+    place = column.place(first) if column else None
     return [
         readings.diagnose(
             TURNS_OF_WEIGHTS_WRONG,
@@ -52,7 +52,7 @@ def count_findings(readings: Readings, measured: Measurements) -> list[Diagnosti
             + "; or else those of ".join(words(counts) for counts in answers),
             "write in each row the turns that were timed: I_zz depends on which of them are right",
             place,
-            len(column.texts[first]) if column and place else 1,
+            len(column.readings[first].text) if column and place else 1,
         )
     ]
 
@@ -94,8 +94,7 @@ def outlier_findings(
     without: Estimate | None,
 ) -> list[Diagnostic]:
     """Name each run that looks odd, what was done with it, and what it does to the answer."""
-    roles = ("time", "precession_period", "precession_rate")
-    timing = next(readings.columns[role] for role in roles if role in readings.columns)
+    timing = next(readings.columns[role] for role in TIMINGS if role in readings.columns)
     found = []
     out = set(left_out)
     for outlier in outliers[:MOST_OF_ONE_CODE]:
@@ -110,8 +109,8 @@ def outlier_findings(
                 OUTLIER,
                 f"run {measured.runs[outlier.index]}: {outlier_reason(measured, outlier)}; {done}",
                 hint,
-                timing.places[outlier.index],
-                len(timing.texts[outlier.index]),
+                timing.place(outlier.index),
+                len(timing.readings[outlier.index].text),
             )
         )
     if len(outliers) > MOST_OF_ONE_CODE:

@@ -24,7 +24,7 @@ from gyrodata.errors import Diagnostic, LogError
 from gyrodata.fitting import FitResult, Outlier
 from gyrodata.measurements import Measurements, measure, torque_groups
 from gyrodata.physics import Floats
-from gyrodata.readings import Place, Readings
+from gyrodata.readings import TIMINGS, Place, Readings
 from gyrodata.results import Analysis
 
 SHORT = 6.0
@@ -187,8 +187,7 @@ def _odd_runs(readings: Readings, measured: Measurements, outliers: tuple[Outlie
 
 
 def _place(readings: Readings, index: int) -> Place | None:
-    roles = ("time", "precession_period", "precession_rate")
-    return next(readings.columns[role].places[index] for role in roles if role in readings.columns)
+    return next(readings.columns[role].place(index) for role in TIMINGS if role in readings.columns)
 
 
 def _counted(count: int, noun: str) -> str:

@@ -13,6 +13,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from gyrodata.units import (
+    KINDS,
     LIMITS,
     Uncertainty,
     UnitError,
@@ -236,13 +237,7 @@ def doubtful_comma(written: Written, kind: str, unit: str | None = None) -> str:
 
 
 def in_si(written: Written, kind: str, unit: str | None = None) -> Quantity:
-    """Bring a quantity taken apart into SI; `unit` holds where none is written.
-
-    Raises
-    ------
-    UnitError
-        A unit is unknown, ambiguous or of another kind.
-    """
+    """Bring a quantity taken apart into SI; `unit` holds where none is written."""
     own = written.unit or unit or ""
     u = written.u
     if kind == "rate" and own and kinds_of(own) == {"time"}:
@@ -278,28 +273,15 @@ def _rate_of_period(written: Written, unit: str) -> Quantity:
 def read_quantity(text: str, kind: str, unit: str | None = None, ask: bool = True) -> Quantity:
     """Understand a quantity with its unit and its ±: an option, or a value in a file of settings.
 
-    Parameters
-    ----------
-    text : str
-        As written; a decimal comma is as good as a point, unless it may part thousands.
-    kind : str
-        Kind of quantity, a key of `gyrodata.units.SI`.
-    unit : str, optional
-        Unit that holds where none is written.
-    ask : bool
-        Refuse a comma that may part thousands; if not, it is a decimal comma.
-
-    Raises
-    ------
-    UnitError
-        No number, no unit where one is needed, a unit that does not fit, or a comma that can mean two things.
+    `unit` holds where none is written. With `ask`, a comma that may part thousands is refused; without, it is a
+    decimal comma.
     """
     shown = text.strip()[:40]
     written = take_apart(text)
     if written is None or written.named:
         raise _unreadable(text, kind)
     if not written.unit and not unit and kind not in ("number", "sign"):
-        raise UnitError(f'"{text.strip()}" has no unit', f"write it like {_sample(kind)}")
+        raise UnitError(f'"{text.strip()}" has no unit', f"write it like {KINDS[kind].sample}")
     if ask and (ways := doubtful_comma(written, kind, unit)):
         raise UnitError(f'"{shown}" can mean {ways}', "write it without marks between the thousands", "ambiguous")
     quantity = in_si(written, kind, unit)
@@ -315,29 +297,11 @@ def _unreadable(text: str, kind: str) -> UnitError:
             parse_unit(match[2], kind)
         except UnitError as error:
             return error
-    return UnitError(f'"{text.strip()[:40]}" is not a number with a unit', f"write it like {_sample(kind)}")
+    return UnitError(f'"{text.strip()[:40]}" is not a number with a unit', f"write it like {KINDS[kind].sample}")
 
 
 def parse_quantity(text: str, kind: str) -> float:
-    """Understand one number with its unit: ``60 g``, ``200 rpm``, ``(4.44 ± 0.06) × 10⁻³ kg·m²``, ``1/3``.
-
-    Parameters
-    ----------
-    text : str
-        As written, with or without its uncertainty.
-    kind : str
-        Kind of quantity, a key of `gyrodata.units.SI`.
-
-    Returns
-    -------
-    float
-        [SI unit of `kind`]
-
-    Raises
-    ------
-    UnitError
-        As `read_quantity` does.
-    """
+    """Understand one number with its unit: ``60 g``, ``200 rpm``, ``(4.44 ± 0.06) × 10⁻³ kg·m²``, ``1/3``."""
     return read_quantity(text, kind).value
 
 
@@ -345,21 +309,7 @@ def parse_quantity(text: str, kind: str) -> float:
 def parse_uncertainty(text: str, kind: str, unit: str = "", ask: bool = True) -> Uncertainty:
     """Understand a standard uncertainty: ``0.5 mm``, ``0.2 %``, or a sum of both, ``0.2 % + 0.5 rpm``.
 
-    Parameters
-    ----------
-    text : str
-        As written; what has a coverage factor behind it, ``1 mm (k = 2)``, is divided by it.
-    kind : str
-        Kind of quantity, a key of `gyrodata.units.SI`.
-    unit : str
-        Unit of a term that has none of its own.
-    ask : bool
-        As for `read_quantity`.
-
-    Raises
-    ------
-    UnitError
-        Not such a sum, a negative term, or a unit that does not fit.
+    A coverage factor behind it, ``1 mm (k = 2)``, is divided out; `unit` is that of a term that has none of its own.
     """
     absolute = relative = 0.0
     whole, coverage = _without_coverage(f"± {text.strip().lstrip('±+ ')}")
@@ -378,17 +328,3 @@ def parse_uncertainty(text: str, kind: str, unit: str = "", ask: bool = True) ->
     if relative > 10 or absolute > LIMITS[kind][1]:
         raise UnitError(f'"{text.strip()[:40]}" is far too large for an uncertainty', "is its unit the one written?")
     return Uncertainty(absolute, relative)
-
-
-def _sample(kind: str) -> str:
-    return {
-        "mass": '"20 g"',
-        "length": '"15 cm"',
-        "torque": '"0.03 N*m"',
-        "force": '"0.2 N"',
-        "rate": '"400 rpm"',
-        "time": '"7.06 s"',
-        "angle": '"120 deg"',
-        "inertia": '"0.004 kg*m^2"',
-        "acceleration": '"9.803 m/s^2"',
-    }.get(kind, '"1/3"')

@@ -17,17 +17,7 @@ MAX_UNIT_LENGTH = 64
 
 
 class UnitError(ValueError):
-    """A unit that cannot be used: unknown, of another kind, or ambiguous.
-
-    Parameters
-    ----------
-    message : str
-        What is wrong.
-    hint : str
-        What to type instead.
-    reason : {"unknown", "kind", "ambiguous"}
-        Which of the three.
-    """
+    """A unit that cannot be used: unknown, of another kind, or ambiguous."""
 
     def __init__(self, message: str, hint: str = "", reason: str = "unknown") -> None:
         super().__init__(message)
@@ -223,18 +213,7 @@ def _prepare(text: str) -> str:
 
 @lru_cache(maxsize=1024)
 def parse(text: str) -> Parsed:
-    """Take a unit text apart.
-
-    Parameters
-    ----------
-    text : str
-        As written, at most `MAX_UNIT_LENGTH` characters.
-
-    Raises
-    ------
-    UnitError
-        A symbol that is not in the table, a power out of reason, or too long a text.
-    """
+    """Take a unit text apart."""
     if len(text) > MAX_UNIT_LENGTH:
         raise UnitError(f"a unit of {len(text)} characters; at most {MAX_UNIT_LENGTH} are read")
     rest = _prepare(text)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 from gyrodata.unit_grammar import (
     MAX_UNIT_LENGTH,
@@ -25,85 +25,75 @@ from gyrodata.unit_grammar import (
 
 __all__ = [
     "DISPLAY",
+    "KINDS",
     "LIMITS",
     "MAX_UNIT_LENGTH",
     "SI",
+    "Kind",
     "Uncertainty",
     "Unit",
     "UnitError",
-    "examples",
     "fold_letters",
     "from_si",
-    "kind_in_words",
     "kinds_of",
     "parse_unit",
 ]
 
 
-SI: dict[str, str] = {
-    "mass": "kg",
-    "length": "m",
-    "torque": "N*m",
-    "force": "N",
-    "rate": "rad/s",
-    "time": "s",
-    "number": "",
-    "angle": "rad",
-    "inertia": "kg*m^2",
-    "acceleration": "m/s^2",
-    "sign": "",
-    "text": "",
+class Kind(NamedTuple):
+    """A kind of quantity."""
+
+    si: str
+    """Unit in which it is kept inside."""
+    shown: str
+    """Unit in which it is shown, and which a message proposes."""
+    words: str
+    """With its article."""
+    dimensions: tuple[Dimensions, ...]
+    """What its units may have."""
+    limits: tuple[float, float] | None = None
+    """Smallest and largest size [SI unit] of what stands on a lab bench, zero apart: far from all ever read."""
+    examples: str = "the number alone"
+    """Units to propose."""
+    sample: str = '"1/3"'
+    """How it is written."""
+
+
+_MASS, _LENGTH, _TIME = Dimensions(mass=1), Dimensions(length=1), Dimensions(time=1)
+_ANGLE, _TURN, _FORCE = Dimensions(angle=1), Dimensions(turn=1), Dimensions(1, 1, -2)
+_RATES = (Dimensions(time=-1, angle=1), Dimensions(time=-1, turn=1), Dimensions(time=-1))
+# "g*cm" means the weight of that mass at that arm.
+_TORQUES = (Dimensions(1, 2, -2), Dimensions(1, 1, 0))
+_INERTIA, _ACCELERATION = Dimensions(1, 2, 0), Dimensions(0, 1, -2)
+_PER_TURN = Dimensions(time=1, turn=-1)
+_RATE_UNITS = "rpm, Hz, rev/s, rad/s, deg/s"
+_INERTIA_UNITS = "kg*m^2, g*m^2, g*cm^2"
+
+KINDS: dict[str, Kind] = {
+    "mass": Kind("kg", "g", "a mass", (_MASS,), (1e-9, 1e4), "g, kg", '"20 g"'),
+    "length": Kind("m", "cm", "a length", (_LENGTH,), (1e-9, 1e3), "mm, cm, m", '"15 cm"'),
+    "torque": Kind("N*m", "N*m", "a torque", _TORQUES, (1e-12, 1e6), "N*m, mN*m, gf*cm", '"0.03 N*m"'),
+    "force": Kind("N", "N", "a force", (_FORCE,), (1e-9, 1e6), "N, mN, gf", '"0.2 N"'),
+    "rate": Kind("rad/s", "rpm", "a rotation rate", _RATES, (1e-6, 1e6), _RATE_UNITS, '"400 rpm"'),
+    "time": Kind("s", "s", "a time", (_TIME, _PER_TURN), (1e-6, 1e7), "s, ms, min", '"7.06 s"'),
+    "number": Kind("", "", "a number of turns", (Dimensions(), _TURN), (1e-6, 1e6)),
+    "angle": Kind("rad", "deg", "an angle", (_ANGLE, _TURN), (1e-6, 1e7), "deg, rad, rev", '"120 deg"'),
+    "inertia": Kind(
+        "kg*m^2", "kg*m^2", "a moment of inertia", (_INERTIA,), (1e-12, 1e6), _INERTIA_UNITS, '"0.004 kg*m^2"'
+    ),
+    "acceleration": Kind(
+        "m/s^2", "m/s^2", "an acceleration", (_ACCELERATION,), (1e-3, 1e3), "m/s^2, cm/s^2", '"9.803 m/s^2"'
+    ),
+    "sign": Kind("", "", "a sense of rotation", ()),
+    "text": Kind("", "", "a text", ()),
 }
+
+SI = {name: kind.si for name, kind in KINDS.items()}
 """Unit in which each kind of quantity is kept inside."""
-
-DISPLAY: dict[str, str] = SI | {"mass": "g", "length": "cm", "rate": "rpm", "angle": "deg"}
+DISPLAY = {name: kind.shown for name, kind in KINDS.items()}
 """Unit in which each kind of quantity is shown, and which a message proposes."""
-
-LIMITS: dict[str, tuple[float, float]] = {
-    "mass": (1e-9, 1e4),
-    "length": (1e-9, 1e3),
-    "torque": (1e-12, 1e6),
-    "force": (1e-9, 1e6),
-    "rate": (1e-6, 1e6),
-    "time": (1e-6, 1e7),
-    "number": (1e-6, 1e6),
-    "angle": (1e-6, 1e7),
-    "inertia": (1e-12, 1e6),
-    "acceleration": (1e-3, 1e3),
-}
-"""Smallest and largest size [SI unit] of what stands on a lab bench, zero apart: far from all that was ever read."""
-
-
-def examples(kind: str) -> str:
-    """List units to propose for a kind of quantity, in words."""
-    return {
-        "mass": "g, kg",
-        "length": "mm, cm, m",
-        "torque": "N*m, mN*m, gf*cm",
-        "force": "N, mN, gf",
-        "rate": "rpm, Hz, rev/s, rad/s, deg/s",
-        "time": "s, ms, min",
-        "angle": "deg, rad, rev",
-        "inertia": "kg*m^2, g*m^2, g*cm^2",
-        "acceleration": "m/s^2, cm/s^2",
-    }.get(kind, "the number alone")
-
-
-def kind_in_words(kind: str) -> str:
-    """Say a kind of quantity in words, with its article."""
-    return {
-        "mass": "a mass",
-        "length": "a length",
-        "torque": "a torque",
-        "force": "a force",
-        "rate": "a rotation rate",
-        "time": "a time",
-        "number": "a number of turns",
-        "angle": "an angle",
-        "inertia": "a moment of inertia",
-        "acceleration": "an acceleration",
-        "sign": "a sense of rotation",
-    }.get(kind, "a text")
+LIMITS = {name: kind.limits for name, kind in KINDS.items() if kind.limits}
+"""Smallest and largest size of each kind [SI unit]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,39 +131,10 @@ class Uncertainty:
     relative: float = 0.0
 
     def at(self, value: float) -> float:
-        """Give the standard uncertainty of one reading.
-
-        Parameters
-        ----------
-        value : float
-            The reading [SI unit of the role].
-
-        Returns
-        -------
-        float
-            Its standard uncertainty [SI unit of the role].
-        """
+        """Give the standard uncertainty of one reading."""
         return self.absolute + self.relative * abs(value)
 
 
-_MASS, _LENGTH, _TIME = Dimensions(mass=1), Dimensions(length=1), Dimensions(time=1)
-_ANGLE, _TURN, _FORCE = Dimensions(angle=1), Dimensions(turn=1), Dimensions(1, 1, -2)
-
-_DIMENSIONS: dict[str, tuple[Dimensions, ...]] = {
-    "mass": (_MASS,),
-    "length": (_LENGTH,),
-    # "g*cm" means the weight of that mass at that arm.
-    "torque": (Dimensions(1, 2, -2), Dimensions(1, 1, 0)),
-    "force": (_FORCE,),
-    "rate": (Dimensions(time=-1, angle=1), Dimensions(time=-1, turn=1), Dimensions(time=-1)),
-    "time": (_TIME, Dimensions(time=1, turn=-1)),
-    "number": (Dimensions(), _TURN),
-    "angle": (_ANGLE, _TURN),
-    "inertia": (Dimensions(1, 2, 0),),
-    "acceleration": (Dimensions(0, 1, -2),),
-    "sign": (),
-    "text": (),
-}
 _STANDARD_GRAVITY = 9.80665
 
 _EVERYDAY: dict[tuple[str, str], float] = {
@@ -210,38 +171,20 @@ _EVERYDAY: dict[tuple[str, str], float] = {
 
 @lru_cache(maxsize=1024)
 def parse_unit(text: str, kind: str) -> Unit:
-    """Understand a unit as a unit of one kind of quantity.
-
-    Parameters
-    ----------
-    text : str
-        As written: ``rpm``, ``об/мин``, ``N·m``, ``rad·s⁻¹``, …
-    kind : str
-        Kind of quantity, a key of `SI`; it decides what hertz and ``g*cm`` mean.
-
-    Returns
-    -------
-    Unit
-        With a spelling that this function reads back, and the SI factor.
-
-    Raises
-    ------
-    UnitError
-        The unit is unknown, belongs to another kind of quantity, or can be meant in two ways.
-    """
+    """Understand a unit as a unit of one kind of quantity."""
     try:
         parsed = parse(text)
     except UnitError as fault:
         raise UnitError(
-            str(fault), f"for {kind_in_words(kind)}, write one of: {examples(kind)}", fault.reason
+            str(fault), f"for {KINDS[kind].words}, write one of: {KINDS[kind].examples}", fault.reason
         ) from None
     dimensions = parsed.dimensions
     if kind == "rate" and dimensions == _TIME:
         hint = "a time per revolution goes into a column spin_period [s], or is written in s/rev"
         raise UnitError(f'"{text.strip()}" is a time, not a rotation rate', hint, "kind")
-    if dimensions not in _DIMENSIONS[kind]:
+    if dimensions not in KINDS[kind].dimensions:
         raise UnitError(
-            f'"{text.strip()}" is no unit of {kind_in_words(kind)}', f"write one of: {examples(kind)}", "kind"
+            f'"{text.strip()}" is no unit of {KINDS[kind].words}', f"write one of: {KINDS[kind].examples}", "kind"
         )
     spelling = _spell(parsed, kind)
     if kind == "rate" and not dimensions.angle and not dimensions.turn and spelling != "rpm":
@@ -278,18 +221,8 @@ def _registry() -> Any:
 
 def _pint_factor(parsed: Parsed, kind: str, spelling: str) -> float:
     registry = _registry()
-    target = {
-        "rate": "radian/second",
-        "angle": "radian",
-        "time": "second",
-        "number": "turn" if parsed.dimensions.turn else "radian",
-        "mass": "kilogram",
-        "length": "meter",
-        "torque": "newton*meter",
-        "force": "newton",
-        "inertia": "kilogram*meter**2",
-        "acceleration": "meter/second**2",
-    }[kind]
+    # A turn has 2π radians, and yet counts as one.
+    target = parse(("rev" if parsed.dimensions.turn else "rad") if kind == "number" else SI[kind]).expression
     quantity = registry.Quantity(1.0, parsed.expression)
     if kind == "torque" and parsed.dimensions == (1, 1, 0, 0, 0):
         quantity = quantity * registry.Quantity(_STANDARD_GRAVITY, "newton/kilogram")
@@ -309,24 +242,9 @@ def kinds_of(text: str) -> frozenset[str]:
         dimensions = parse(text).dimensions
     except UnitError:
         return frozenset()
-    return frozenset(kind for kind, known in _DIMENSIONS.items() if dimensions in known)
+    return frozenset(name for name, kind in KINDS.items() if dimensions in kind.dimensions)
 
 
 def from_si(value: float, unit: str, kind: str) -> float:
-    """Express an SI value in another unit.
-
-    Parameters
-    ----------
-    value : float
-        [SI unit of `kind`]
-    unit : str
-        Any spelling that `parse_unit` knows.
-    kind : str
-        Kind of quantity, a key of `SI`.
-
-    Raises
-    ------
-    UnitError
-        The unit does not fit.
-    """
+    """Express an SI value in another unit."""
     return value / parse_unit(unit, kind).factor

@@ -9,7 +9,7 @@ from gyrodata.diagnostics import OPTION_IS_NO_QUANTITY, OPTION_NUMBER_IMPOSSIBLE
 def quantity(option: str, text: str, kind: str, *, positive: bool = False, nonzero: bool = False) -> float:
     """Read an option's number with its unit, in the SI unit of its kind, and refuse what no lab has."""
     from gyrodata.quantities import parse_quantity
-    from gyrodata.units import DISPLAY, LIMITS, SI, UnitError, kind_in_words
+    from gyrodata.units import DISPLAY, KINDS, LIMITS, SI, UnitError
 
     try:
         value = parse_quantity(text, kind)
@@ -25,11 +25,11 @@ def quantity(option: str, text: str, kind: str, *, positive: bool = False, nonze
         refuse(
             OPTION_NUMBER_IMPOSSIBLE,
             f'{option} "{text.strip()[:40]}" is {_fault(value)}',
-            f"{kind_in_words(kind)} {_need(positive)}",
+            f"{KINDS[kind].words} {_need(positive)}",
         )
     if value and not low <= abs(value) <= high:
         size = "large" if abs(value) > high else "small"
-        message = f'{option} "{text.strip()[:40]}" is too {size} for {kind_in_words(kind)} in a lab'
+        message = f'{option} "{text.strip()[:40]}" is too {size} for {KINDS[kind].words} in a lab'
         refuse(
             OPTION_NUMBER_IMPOSSIBLE, message, f"is its unit the one written? Read are {low:g} to {high:g} {SI[kind]}"
         )

@@ -240,10 +240,10 @@ def _mean_spins(readings: Readings, diagnostics: list[Diagnostic]) -> tuple[Floa
             SPIN_RISES,
             f"run {readings.runs[i]}: the spin rises by {100 * (end[i] / start[i] - 1):.0f} % while it is timed",
             "are start and end swapped?",
-            used[-1].places[i],
-            len(used[-1].texts[i]),
+            used[-1].place(i),
+            len(used[-1].readings[i].text),
         )
-        for i in np.flatnonzero(end > start * 1.02)
+        for i in np.flatnonzero(end > start * 1.02).tolist()
     )
     return mean_spin(spins), start, end
 
@@ -343,8 +343,8 @@ def _find_too_fast(readings: Readings, measured: Measurements) -> list[Diagnosti
             PRECESSION_FASTER_THAN_SPIN,
             f'the precession is faster than the spin ("{column.header}") in {len(fast)} of {len(measured.runs)} runs',
             "are spin and precession exchanged, or is a unit not the one written?",
-            column.places[first],
-            len(column.texts[first]),
+            column.place(first),
+            len(column.readings[first].text),
         )
     ]
 
@@ -358,23 +358,23 @@ def _compare(readings: Readings, column: Column, expected: Floats) -> Diagnostic
         return None
     off: list[int] = []
     seen: set[int] = set()  # a reading that serves several runs is compared once
-    for i, value in enumerate(column.values):
-        if value is None or not math.isfinite(expected[i]) or column.readings[i] in seen:
+    for i, reading in enumerate(column.readings):
+        if reading.value is None or not math.isfinite(expected[i]) or column.spots[i] in seen:
             continue
-        seen.add(column.readings[i])
-        allowed = max(0.05 * abs(expected[i]), 2 * (column.resolutions[i] or 0.0))
-        if abs(abs(value) - abs(expected[i])) > allowed:
+        seen.add(column.spots[i])
+        allowed = max(0.05 * abs(expected[i]), 2 * (reading.step or 0.0))
+        if abs(abs(reading.value) - abs(expected[i])) > allowed:
             off.append(i)
     if not off:
         return None
     first = off[0]
-    ratio = abs(column.values[first] or math.nan) / abs(expected[first])
+    ratio = abs(column.readings[first].value or math.nan) / abs(expected[first])
     runs = ", ".join(readings.runs[i] for i in off[:6]) + (", …" if len(off) > 6 else "")
     return readings.diagnose(
         DERIVED_COLUMN_DISAGREES,
         f'"{column.header}" is {ratio:.3g} times what the readings give in run{"s" if len(off) > 1 else ""} {runs}; '
         "the readings are used",
         "check turns, units and this column's arithmetic",
-        column.places[first],
-        len(column.texts[first]),
+        column.place(first),
+        len(column.readings[first].text),
     )

@@ -152,7 +152,7 @@ def list_sources(
     columns = readings.columns
     relative_spin, default = _spin_errors(readings)
     used = spin_columns(readings)
-    groups = _numbered([tuple(column.readings[i] for column in used) for i in range(len(spin))])
+    groups = _numbered([tuple(column.spots[i] for column in used) for i in range(len(spin))])
     sources = [
         *_timing_sources(columns, timing, time, turns),
         _source("spin", groups, np.zeros(len(spin)), relative_spin, default),
@@ -186,7 +186,7 @@ def _timing_sources(columns: Mapping[str, Column], timing: Column, time: Floats,
     sources = [_source("time", every, absolute, relative, default)]
     if "angle" in columns and "turns" not in columns:
         angles = columns["angle"]
-        given = [u.at(v or 0.0) if u else 0.0 for u, v in zip(angles.uncertainties, angles.values, strict=True)]
+        given = [read.u.at(read.value or 0.0) if read.u else 0.0 for read in angles.readings]
         if any(given):
             sources.append(_source("angle", every, np.array(given) / (2 * np.pi), np.zeros(len(time)), False))
     return sources
@@ -204,7 +204,7 @@ def tilt_sources(readings: Readings, pitch: Floats, transverse: Floats | None) -
     size, default, usual = TRANSVERSE_U, True, f"{100 * TRANSVERSE_U:g} %"
     if transverse is not None:
         column = readings.columns["transverse_inertia"]
-        stated = [u.at(value) / value for u, value in zip(column.uncertainties, transverse, strict=True) if u]
+        stated = [read.u.at(value) / value for read, value in zip(column.readings, transverse, strict=True) if read.u]
         default, usual = not stated, SOURCES["transverse_inertia"].usual
         size = max(stated) if stated else SOURCES["transverse_inertia"].default.relative
     doubt = np.zeros(count), np.full(count, size)
@@ -273,15 +273,13 @@ def _reading_errors(column: Column, values: Floats, default: Uncertainty) -> tup
     Gives the absolute [SI] and the relative [1] part, shape (n,), and whether any default was used.
     """
     # A number rounded to steps of s is uniform within ±s/2: s/√12 (GUM F.2.2.1).
-    rounding = np.array([step or 0.0 for step in column.resolutions]) / math.sqrt(12)
+    rounding = np.array([reading.step or 0.0 for reading in column.readings]) / math.sqrt(12)
     size = np.where(np.isfinite(values), np.abs(values), 0.0)
     whole = np.sqrt(default.absolute**2 + (default.relative * size) ** 2 + rounding**2)
     in_proportion = (size > 0) & (default.relative > 0)
     a, r = np.where(in_proportion, 0.0, whole), np.divide(whole, size, out=np.zeros_like(size), where=in_proportion)
-    given = [i for i, stated in enumerate(column.uncertainties) if stated is not None]
-    for i in given:
-        stated = column.uncertainties[i]
-        assert stated is not None
+    given = [(i, reading.u) for i, reading in enumerate(column.readings) if reading.u is not None]
+    for i, stated in given:
         a[i], r[i] = stated.absolute, stated.relative
     return a, r, len(given) < len(values)
 
@@ -293,16 +291,17 @@ def _stated_for_period(
 
     A log with columns ``t``, ``N``, ``T = t/N`` and ``σ_T`` says how well the times are known, in another place.
     """
-    if timing.role != "time" or any(stated is not None for stated in timing.uncertainties):
+    if timing.role != "time" or any(reading.u is not None for reading in timing.readings):
         return None
     for role in ("precession_period", "precession_rate"):
         column = columns.get(role)
-        if column is None or any(stated is None for stated in column.uncertainties):
+        stated = [reading.u for reading in column.readings if reading.u is not None] if column else []
+        if column is None or len(stated) < len(column.readings):
             continue
         # A rate is off by the same share as its period.
         size = time / turns if role == "precession_period" else 2 * np.pi * turns / time
-        absolute = np.array([0.0 if stated is None else stated.absolute for stated in column.uncertainties])
-        relative = np.array([0.0 if stated is None else stated.relative for stated in column.uncertainties])
+        absolute = np.array([u.absolute for u in stated])
+        relative = np.array([u.relative for u in stated])
         if np.all((absolute + relative * size > 0) & np.isfinite(size)):
             return absolute / size * time, relative, False
     return None

@@ -12,14 +12,13 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from gyrodata.diagnostics import HEADER_WITHOUT_RUNS, QUANTITY_MISSING
-from gyrodata.readings.cells import check_value, read_cell
+from gyrodata.readings.cells import REPORTED_KINDS, Reported, canonical_key, check_value, read_cell, read_reported
 from gyrodata.readings.columns import choose, note_unplaced
-from gyrodata.readings.grid import has_decimal_commas, make_grid
-from gyrodata.readings.lablog import MOST_OF_ONE_CODE, Column, Faults, Place, Readings, listing, split_lines
-from gyrodata.readings.layout import Layout, find_layout
-from gyrodata.readings.meaning import check_meaning
-from gyrodata.readings.reported import KINDS, Reported, canonical_key, read_reported
-from gyrodata.readings.roles import kind_of_role, to_display
+from gyrodata.readings.grid import Layout, find_layout, has_decimal_commas, make_grid
+from gyrodata.readings.headers import parse_header
+from gyrodata.readings.lablog import MOST_OF_ONE_CODE, Column, Faults, Place, Reading, Readings, listing, split_lines
+from gyrodata.readings.meaning import check_meaning, stated_turns
+from gyrodata.readings.roles import SPIN_SETS, TIMINGS, kind_of_role, to_display, u_keys
 from gyrodata.readings.settings import Settings, read_options, read_settings, warn_of_lost_keys
 from gyrodata.readings.source import MAX_BYTES, MAX_ROWS, Document, decode, load
 from gyrodata.readings.table import Table, build
@@ -30,13 +29,16 @@ if TYPE_CHECKING:
     from gyrodata.readings.source import Source
 
 __all__ = [
-    "KINDS",
     "MAX_BYTES",
     "MAX_ROWS",
     "MOST_OF_ONE_CODE",
+    "REPORTED_KINDS",
+    "SPIN_SETS",
+    "TIMINGS",
     "Column",
     "Faults",
     "Place",
+    "Reading",
     "Readings",
     "Reported",
     "Uncertainty",
@@ -46,11 +48,14 @@ __all__ = [
     "decode",
     "kind_of_role",
     "listing",
+    "parse_header",
     "read_cell",
     "read_log",
     "read_reported",
     "split_lines",
+    "stated_turns",
     "to_display",
+    "u_keys",
     "write_log",
 ]
 

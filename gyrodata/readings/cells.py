@@ -1,11 +1,19 @@
-"""One cell: from what was typed to an SI value, its last digit, and what it says of its own uncertainty."""
+"""One value: from what was typed to SI, its last digit, and what it says of its own uncertainty.
+
+A reading stands in a cell or a ``# key: value`` line, and what cannot be read is refused. A value that a student
+reports, ``# reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2``, is an answer, not a reading: a malformed one is no fault of the
+log, and what is wrong with it is kept beside what can still be read of it, for whoever grades it.
+"""
 
 from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import NamedTuple
+from types import MappingProxyType
+from typing import Literal
 
 from gyrodata.diagnostics import (
     CELL_BECAME_A_DATE,
@@ -16,6 +24,7 @@ from gyrodata.diagnostics import (
 )
 from gyrodata.quantities import (
     PLAIN,
+    Quantity,
     Written,
     doubtful_comma,
     fold_number,
@@ -24,28 +33,18 @@ from gyrodata.quantities import (
     take_apart,
     to_float,
 )
+from gyrodata.readings.headers import name_roles
 from gyrodata.readings.roles import BY_NAME, kind_of_role
-from gyrodata.units import LIMITS, SI, Uncertainty, UnitError, examples, kind_in_words, kinds_of, parse_unit
+from gyrodata.units import KINDS, LIMITS, SI, UnitError, kinds_of, parse_unit
 
-_LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
 BLANKS = frozenset({"", "-", "–", "—", "−", "--", "~", "‐", "‑"})
 """What stands where nothing was measured."""
 
 
 class CellError(ValueError):
-    """A cell that cannot be read.
+    """A cell that cannot be read."""
 
-    Parameters
-    ----------
-    code : str
-        Diagnostic code.
-    message : str
-        What is wrong, to stand after the role and the cell.
-    hint : str
-        What to type.
-    """
-
-    def __init__(self, code: str, message: str, hint: str = "") -> None:
+    def __init__(self, message: str, hint: str = "", code: str = CELL_IS_NO_NUMBER) -> None:
         super().__init__(message)
         self.code = code
         self.hint = hint
@@ -54,19 +53,6 @@ class CellError(ValueError):
     def joint(self) -> str:
         """What parts the cell from the message: nothing before a colon."""
         return "" if str(self).startswith(":") else " "
-
-
-class Cell(NamedTuple):
-    """A number as it was typed."""
-
-    value: float
-    """[SI unit of the role]"""
-    step: float | None
-    """One step of the last digit typed [SI unit of the role]; None for a fraction or a plain 0."""
-    uncertainty: Uncertainty | None
-    """From a ± or a bracket in the cell itself."""
-    unit: str
-    """Unit that was used, the cell's own or the column's."""
 
 
 _CLOCK = re.compile(r"(?:([0-9]{1,2}):)?([0-9]{1,3}):([0-9]{2}(?:[.,][0-9]+)?)")
@@ -112,38 +98,16 @@ _SENSES = {
 }
 
 
-def is_blank(text: str) -> bool:
-    """Tell whether a cell says that nothing was measured."""
-    return text in BLANKS
-
-
 @lru_cache(maxsize=16384)
-def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Cell:
-    """Understand one cell that is not blank.
-
-    Parameters
-    ----------
-    text : str
-        As typed, without blanks around it.
-    kind : str
-        Kind of quantity of its column.
-    unit : str or None
-        Unit of its column, already known to be of that kind; None if the column has none.
-    ask : bool
-        Refuse a comma that may part thousands; in a column, it is a decimal comma.
-
-    Raises
-    ------
-    CellError
-        It is no number, or its unit does not fit or is missing.
-    """
+def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quantity:
+    """Understand one cell that is not blank; with `ask`, refuse a comma that may part thousands."""
     if kind == "sign":
         return _read_sense(text)
     if unit is not None and not ask and PLAIN.fullmatch(text) and 0 < abs(value := to_float(text)) < math.inf:
         # Nearly every cell; what follows reads it as well, in twice the time.
         try:
             known = parse_unit(unit, kind)
-            return Cell(value * known.factor, float(f"1e{last_place(text)}") * known.factor, None, known.text)
+            return Quantity(value * known.factor, float(f"1e{last_place(text)}") * known.factor, None, known.text)
         except UnitError:
             pass  # said below, in the words for a cell
     if (":" in text or not text.isascii()) and (clock := _CLOCK.fullmatch(fold_number(text))):
@@ -154,7 +118,7 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Cell
         raise _not_a_number(text, written)
     _check_size(written)
     if ask and (ways := doubtful_comma(written, kind, unit)):
-        raise CellError(CELL_IS_NO_NUMBER, f"can mean {ways}", "write it without marks between the thousands")
+        raise CellError(f"can mean {ways}", "write it without marks between the thousands")
     return _convert(written, kind, unit, text)
 
 
@@ -165,7 +129,7 @@ def _is_unit(text: str) -> bool:
 def _check_size(written: Written) -> None:
     """Refuse what divides by zero, or what a number of sixteen digits cannot hold."""
     if math.isinf(written.value) and "/" in written.number:
-        raise CellError(CELL_IS_NO_NUMBER, "divides by zero")
+        raise CellError("divides by zero")
     if written.spread is None and written.value and math.isfinite(written.value):
         return
     for number in (written.number, written.spread):
@@ -173,48 +137,48 @@ def _check_size(written: Written) -> None:
             continue
         value = to_float(number)
         if math.isinf(value):
-            raise CellError(CELL_IS_NO_NUMBER, "is too large for a number", "write the value as it was read")
+            raise CellError("is too large for a number", "write the value as it was read")
         if value == 0 and any(c in "123456789" for c in re.split("[eE]", number)[0]):
-            raise CellError(CELL_IS_NO_NUMBER, "is too small for a number", "write the value as it was read")
+            raise CellError("is too small for a number", "write the value as it was read")
 
 
-def _convert(written: Written, kind: str, unit: str | None, text: str) -> Cell:
+def _convert(written: Written, kind: str, unit: str | None, text: str) -> Quantity:
     """Bring a number into SI with its last digit and its ±."""
     own = written.unit or unit
     if own is None and kind != "number":
-        raise CellError(UNIT_MISSING, "has no unit", f"write one behind it: {examples(kind)}")
+        raise CellError("has no unit", f"write one behind it: {KINDS[kind].examples}", UNIT_MISSING)
     try:
-        value, step, uncertainty, known = in_si(written, kind, unit)
+        quantity = in_si(written, kind, unit)
     except UnitError as error:
-        raise CellError(
-            PER_SECOND_IS_AMBIGUOUS if error.reason == "ambiguous" else UNIT_UNKNOWN, f": {error}", error.hint
-        ) from None
-    if math.isinf(value) and written.value == 0:
-        raise CellError(UNIT_UNKNOWN, f': "{own}" is a time, not a rotation rate', "no turn takes no time")
+        code = PER_SECOND_IS_AMBIGUOUS if error.reason == "ambiguous" else UNIT_UNKNOWN
+        raise CellError(f": {error}", error.hint, code) from None
+    if math.isinf(quantity.value) and written.value == 0:
+        raise CellError(f': "{own}" is a time, not a rotation rate', "no turn takes no time", UNIT_UNKNOWN)
+    uncertainty = quantity.uncertainty
     if uncertainty is not None and uncertainty.absolute > LIMITS.get(kind, (0.0, math.inf))[1]:
-        raise CellError(CELL_IS_NO_NUMBER, "has an uncertainty that is far too large")
-    exact = value == 0 and set(text) <= set("+-−0")
-    return Cell(value, None if exact else step, uncertainty, known)
+        raise CellError("has an uncertainty that is far too large")
+    exact = quantity.value == 0 and set(text) <= set("+-−0")
+    return quantity._replace(step=None) if exact else quantity
 
 
-def _read_clock(match: re.Match[str], text: str, kind: str, unit: str | None) -> Cell:
+def _read_clock(match: re.Match[str], text: str, kind: str, unit: str | None) -> Quantity:
     if kind != "time":
-        raise CellError(CELL_IS_NO_NUMBER, "is a clock time, not a number")
+        raise CellError("is a clock time, not a number")
     if unit not in (None, "s", "min"):
-        raise CellError(UNIT_UNKNOWN, f': a clock time under the unit "{unit}"', "write the column's unit as s")
+        raise CellError(f': a clock time under the unit "{unit}"', "write the column's unit as s", UNIT_UNKNOWN)
     hours, minutes, seconds = match.groups()
     late = to_float(seconds)
     if late >= 60 or (hours and int(minutes) >= 60):
-        raise CellError(CELL_IS_NO_NUMBER, "is no clock time: 60 and more belong to the place before", "write mm:ss.cc")
+        raise CellError("is no clock time: 60 and more belong to the place before", "write mm:ss.cc")
     step = float(f"1e{last_place(seconds)}")
-    return Cell(int(hours or 0) * 3600 + int(minutes) * 60 + late, step, None, "s")
+    return Quantity(int(hours or 0) * 3600 + int(minutes) * 60 + late, step, None, "s")
 
 
-def _read_sense(text: str) -> Cell:
+def _read_sense(text: str) -> Quantity:
     key = fold_number(text).lower().replace(" ", "").replace("-c", "c")
     if key not in _SENSES:
-        raise CellError(CELL_IS_NO_NUMBER, "is no sense of rotation", "write ccw (or +1) or cw (or -1)")
-    return Cell(_SENSES[key], None, None, "")
+        raise CellError("is no sense of rotation", "write ccw (or +1) or cw (or -1)")
+    return Quantity(_SENSES[key], None, None, "")
 
 
 def _not_a_number(text: str, written: Written | None) -> CellError:
@@ -222,27 +186,27 @@ def _not_a_number(text: str, written: Written | None) -> CellError:
     plain = fold_number(text)
     lower = plain.lower()
     if lower in ("nan", "na", "n/a", "#n/a", "none", "null", "inf", "-inf", "infinity", "#div/0!", "#value!"):
-        return CellError(CELL_IS_NO_NUMBER, "is not a number", "leave the cell blank where nothing was measured")
+        return CellError("is not a number", "leave the cell blank where nothing was measured")
     date = _read_as_date(text)
     if date is not None:
         return date
     mended = plain.translate(_MISTYPED)
     for candidate in (mended, mended.rstrip(".,;"), re.sub(r"([.,])[.,]+", r"\1", mended)):
         if candidate != plain and _is_bare(candidate):
-            return CellError(CELL_IS_NO_NUMBER, "is not a number", f"did you mean {candidate}?")
+            return CellError("is not a number", f"did you mean {candidate}?")
     if re.fullmatch(r"[-+]?[0-9]{1,3}(?:[ .,'][0-9]{3})+(?:[.,][0-9]*)?", plain):
-        return CellError(CELL_IS_NO_NUMBER, "is not a number", "write it without marks between the thousands")
+        return CellError("is not a number", "write it without marks between the thousands")
     if re.fullmatch(r"[0-9]+\s*(?:a|o|st|nd|rd|th|er|e|ème|ой|ый|я)\.?", lower) or "ª" in text or "º" in text:
-        return CellError(CELL_IS_NO_NUMBER, "is an ordinal, not a number", "write how many, as 1, 2.5 or 1/3")
+        return CellError("is an ordinal, not a number", "write how many, as 1, 2.5 or 1/3")
     clock = _SPOKEN_CLOCK.fullmatch(lower)
     if clock:
-        return CellError(CELL_IS_NO_NUMBER, "is not a number", f"write it as {int(clock[1]):02d}:{clock[2].zfill(2)}")
+        return CellError("is not a number", f"write it as {int(clock[1]):02d}:{clock[2].zfill(2)}")
     if (closer := take_apart(plain.replace(" (", "("))) and closer.spread and " (" in plain:
         hint = f"write {plain.replace(' (', '(')} if the bracket is its uncertainty"
-        return CellError(CELL_IS_NO_NUMBER, "is not a number", hint)
+        return CellError("is not a number", hint)
     if written is not None and written.unit and not written.named:
-        return CellError(CELL_IS_NO_NUMBER, f'is not a number with a unit: "{written.unit}" is no unit known here')
-    return CellError(CELL_IS_NO_NUMBER, "is not a number")
+        return CellError(f'is not a number with a unit: "{written.unit}" is no unit known here')
+    return CellError("is not a number")
 
 
 def _is_bare(text: str) -> bool:
@@ -264,11 +228,8 @@ def _read_as_date(text: str) -> CellError | None:
     if pair is None and not _DATE_DIGITS.fullmatch(text):
         return None
     meant = f"did you mean {min(pair)}/{max(pair)}? " if pair else ""
-    return CellError(
-        CELL_BECAME_A_DATE,
-        "is a date, not a number",
-        meant + "A spreadsheet does that to fractions: make the cells text first",
-    )
+    hint = meant + "A spreadsheet does that to fractions: make the cells text first"
+    return CellError("is a date, not a number", hint, CELL_BECAME_A_DATE)
 
 
 def _date_numbers(day: str, month: str) -> tuple[int, int] | None:
@@ -279,15 +240,7 @@ def _date_numbers(day: str, month: str) -> tuple[int, int] | None:
 
 @lru_cache(maxsize=16384)
 def check_value(role: str, value: float) -> tuple[str, str]:
-    """Say what is wrong with a number that cannot be, and what to type; two empty texts if nothing is.
-
-    Parameters
-    ----------
-    role : str
-        What it measures.
-    value : float
-        [SI unit of the role]
-    """
+    """Say what is wrong with a number that cannot be, and what to type; two empty texts if nothing is."""
     fault = hint = ""
     bound = BY_NAME[role].bound if role in BY_NAME else ""
     if not math.isfinite(value):
@@ -306,6 +259,134 @@ def check_value(role: str, value: float) -> tuple[str, str]:
     if not fault and value and kind in LIMITS:
         low, high = LIMITS[kind]
         if not low <= abs(value) <= high:
-            fault = f"is too {'large' if abs(value) > high else 'small'} for {kind_in_words(kind)} in a lab"
+            fault = f"is too {'large' if abs(value) > high else 'small'} for {KINDS[kind].words} in a lab"
             hint = f"is its unit the one written? Read are {low:g} to {high:g} {SI[kind]}".rstrip()
     return fault, hint
+
+
+PREFIX = "reported_"
+REPORTED_KINDS: Mapping[str, str] = MappingProxyType(
+    {"inertia": "inertia", "imbalance": "torque", "timing_bias": "time", "exponent": "number"}
+)
+"""Kind of quantity of what a lab's report usually states; of anything else, the unit written tells it."""
+
+Fault = Literal["unreadable", "no unit", "wrong unit", "given twice"]
+
+
+@dataclass(frozen=True, slots=True)
+class Reported:
+    """One value that a student reports, as far as it can be read.
+
+    Attributes
+    ----------
+    key : str
+        What it is: ``inertia``, ``imbalance``, …
+    text : str
+        As written.
+    value : float or None
+        [SI unit of its kind]; where no unit is written, the number taken as SI. None where the number or its unit
+        cannot be read.
+    u : float or None
+        Its standard uncertainty [SI unit of its kind], that is what is stated divided by a k written behind it; None
+        where none is stated.
+    number : float or None
+        The number as written, before any unit.
+    unit : str or None
+        As written; None where there is none.
+    digits : int or None
+        Significant digits of the value, zeros at its end included.
+    u_digits : int or None
+        Those of the uncertainty.
+    step : float or None
+        One step of the value's last digit [SI unit of its kind].
+    u_step : float or None
+        One step of the uncertainty's last digit [SI unit of its kind]; None where it is stated in %.
+    fault : {"unreadable", "no unit", "wrong unit", "given twice"} or None
+        What is wrong, in a word.
+    problem : str or None
+        What is wrong, in a sentence; None exactly where `fault` is.
+    line : int or None
+        Where it stands in its file, 1-based.
+    """
+
+    key: str
+    text: str
+    value: float | None = None
+    u: float | None = None
+    number: float | None = None
+    unit: str | None = None
+    digits: int | None = None
+    u_digits: int | None = None
+    step: float | None = None
+    u_step: float | None = None
+    fault: Fault | None = None
+    problem: str | None = None
+    line: int | None = None
+
+
+_LARGEST = 1e100
+
+
+def canonical_key(key: str) -> str:
+    """Name what is reported: ``reported_I_zz`` and ``reported_moment_of_inertia`` are ``inertia``."""
+    bare = key[len(PREFIX) :] if key.lower().startswith(PREFIX) else key
+    if name_roles(bare)[0] == ("inertia",) or name_roles(bare.replace("_", " "))[0] == ("inertia",):
+        return "inertia"
+    return bare.lower()
+
+
+def read_reported(key: str, text: str, line: int | None = None, ask: bool = True) -> Reported:
+    """Read one reported value: ``4.4e-3 ± 0.1e-3 kg m^2``, ``(4.4 ± 0.1) × 10⁻³ kg m²`` or ``4.4(1) g m^2``."""
+    read = Reported(canonical_key(key), text.strip(), line=line)
+    written = take_apart(read.text)
+    if written is None:
+        return replace(read, fault="unreadable", problem=f'"{read.text[:60]}" is not a number with its unit')
+    spread = None if written.spread is None else to_float(written.spread)
+    if not max(abs(written.value), abs(spread or 0.0)) <= _LARGEST:
+        return replace(read, fault="unreadable", problem=f'"{read.text[:60]}" is too large for a number')
+    read = replace(
+        read,
+        number=written.value,
+        unit=written.unit and _as_written(written.unit, read.text),
+        digits=None if written.step is None else _digits(written.number),
+        u_digits=_digits(written.spread) if written.spread else None,
+    )
+    if spread is not None and spread < 0:
+        return replace(read, fault="unreadable", problem="the uncertainty is negative")
+    return _with_units(read, written, ask)
+
+
+def _with_units(read: Reported, written: Written, ask: bool) -> Reported:
+    """Bring the number and its uncertainty into SI."""
+    kind = REPORTED_KINDS.get(read.key) or next((kind for kind in SI if kind in kinds_of(written.unit or "")), None)
+    if kind is None and written.unit is not None:
+        return read  # nothing that this tool knows; the text says it all
+    kind = kind or "number"
+    if ask and (ways := doubtful_comma(written, kind, SI[kind])):
+        return replace(read, fault="unreadable", problem=f'"{read.text[:60]}" can mean {ways}')
+    try:
+        quantity = in_si(written, kind, SI[kind])
+        factor = parse_unit(written.spread_unit or written.unit or SI[kind], kind).factor
+    except UnitError as error:
+        return replace(read, fault="wrong unit", problem=str(error))
+    u_step = None
+    if written.spread is not None and not written.percent:
+        u_step = 10.0 ** last_place(written.spread) * factor
+    u = None if quantity.uncertainty is None else quantity.uncertainty.at(quantity.value)
+    read = replace(read, value=quantity.value, u=u, step=quantity.step, u_step=u_step)
+    if written.unit is None and SI[kind]:
+        problem = f'"{read.text[:60]}" has no unit: write one behind it, such as {KINDS[kind].examples}'
+        return replace(read, fault="no unit", problem=problem)
+    return read
+
+
+def _as_written(unit: str, text: str) -> str:
+    """Find how the student spelled a unit that was read in folded letters."""
+    ends = [text, *re.split(r"±|\+\s?/\s?-|\+-", text)]
+    return next((end[i:].strip() for end in ends for i in range(len(end)) if fold_number(end[i:]) == unit), unit)
+
+
+def _digits(number: str) -> int:
+    """Count significant digits, those of ``0.0044`` as of ``4.4e-3``."""
+    mantissa = re.split("[eE]", number)[0]
+    return len(re.sub("[^0-9]", "", mantissa).lstrip("0")) or 1

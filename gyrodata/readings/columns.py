@@ -12,16 +12,12 @@ from gyrodata.diagnostics import (
     MAPPED_HEADER_UNKNOWN,
     MAPPED_ROLE_UNKNOWN,
 )
-from gyrodata.readings.grid import Text
+from gyrodata.readings.grid import Layout
 from gyrodata.readings.headers import Header, unit_for
-from gyrodata.readings.lablog import Faults, listing
-from gyrodata.readings.layout import Layout
-from gyrodata.readings.roles import derived_roles, kind_of_role, squeeze
+from gyrodata.readings.lablog import Faults, Text, listing
+from gyrodata.readings.roles import BY_NAME, COUNTS, ONE_TURN, derived_roles, kind_of_role, squeeze
 from gyrodata.readings.settings import Settings
 from gyrodata.units import UnitError, parse_unit
-
-_LOG = "mass [g],position [cm],spin [rpm],time [s],turns"
-_ROW = "20,15.0,406,13.06,1/3"
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,13 +62,7 @@ class Choice:
 
 
 def choose(layout: Layout, mapping: Mapping[str, str], settings: Settings, faults: Faults) -> Choice:
-    """Give each column its role.
-
-    Raises
-    ------
-    InputError
-        ``--map`` names a header that is not there.
-    """
+    """Give each column its role."""
     choice = Choice()
     mapped = _mapped(layout, mapping, faults)
     for chosen in mapped.values():
@@ -82,7 +72,7 @@ def choose(layout: Layout, mapping: Mapping[str, str], settings: Settings, fault
         if at in mapped:
             continue
         if not header.roles:
-            if layout.cells[at].text or any(len(row) > at and row[at].text for row in layout.rows):
+            if layout.cells[at].text or any(len(row.texts) > at and row.texts[at] for row in layout.rows):
                 choice.unplaced.append(layout.cells[at])
         elif len(header.roles) == 1:
             choice.serve(Chosen(at, layout.cells[at], header, header.roles[0], header.number))
@@ -156,17 +146,17 @@ def _eliminate(
         left = _left(roles, choice, settings)
         cell = layout.cells[at]
         if left and not set(left) <= derived_roles(roles_there) and _may_be_needed(left, roles_there):
-            untold = not roles_there & {"turns", "angle"} and "precession_period" in left
+            untold = roles_there.isdisjoint(COUNTS) and "precession_period" in left
             ways = " or ".join(
                 f'--map {role}="{cell.text}"' + (" (with --set turns=…)" if untold and role == "time" else "")
                 for role in left
             )
             message = f'the header "{cell.text}" fits {" and ".join(left)}'
             choice.asked.update(left)
-            faults.add(HEADER_FITS_TWO_ROLES, message, f"say which: {ways}", cell.place, len(cell.text))
+            faults.add(HEADER_FITS_TWO_ROLES, message, f"say which: {ways}", cell)
         else:
             message = f'the column "{cell.text}" is not used: it fits {" and ".join(roles)}'
-            faults.add(COLUMN_NOT_USED, message, "", cell.place, len(cell.text))
+            faults.add(COLUMN_NOT_USED, message, "", cell)
 
 
 def _counts_turns(header: Header) -> bool:
@@ -180,7 +170,7 @@ def _counts_turns(header: Header) -> bool:
 
 def _left(roles: tuple[str, ...], choice: Choice, settings: Settings) -> list[str]:
     """Give the roles that a header may still serve."""
-    counted = {"turns", "angle"} & (set(choice.used) | set(settings.roles))
+    counted = (set(choice.used) | set(settings.roles)).intersection(COUNTS)
     if roles == ("time", "precession_period") and "time" in choice.used and not counted:
         return []  # beside a time whose turns are not told, "T" may be the mean of such times as well
     bases = tuple(role.removeprefix("u_") for role in roles)
@@ -201,22 +191,15 @@ def _is_served(role: str, choice: Choice, settings: Settings) -> bool:
 
 
 def _may_be_needed(left: list[str], there: set[str]) -> bool:
-    spin = "spin" in there or {"spin_start", "spin_end"} <= there or "spin_period" in there
-    timing = bool(there & {"precession_period", "precession_rate"}) or (
-        "time" in there and bool(there & {"turns", "angle"})
-    )
-    load = "torque" in there or ("position" in there and bool(there & {"mass", "force"}))
-    for role in left:
-        if role.startswith("u_"):
-            return True
-        if role.startswith("spin") and spin:
-            continue
-        if role in ("time", "turns", "angle", "precession_period", "precession_rate") and timing:
-            continue
-        if role in ("mass", "force", "position", "torque") and load:
-            continue
-        return True
-    return False
+    timed = "time" in there and not there.isdisjoint(COUNTS)
+    timing = timed or not there.isdisjoint(ONE_TURN)
+    served = {
+        "spin": "spin" in there or {"spin_start", "spin_end"} <= there or "spin_period" in there,
+        "timing": timing,
+        "count": timing,
+        "load": "torque" in there or ("position" in there and bool(there & {"mass", "force"})),
+    }
+    return any(role.startswith("u_") or not served.get(BY_NAME[role].part, False) for role in left)
 
 
 def note_unplaced(choice: Choice, faults: Faults) -> None:

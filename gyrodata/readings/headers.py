@@ -49,13 +49,7 @@ _IN_UNIT = re.compile(r"(.+?)\s+(?:in|en|em|w|в)\s+(\S.*)")
 
 @lru_cache(maxsize=4096)
 def parse_header(text: str) -> Header:
-    """Understand one header as far as it goes by itself.
-
-    Parameters
-    ----------
-    text : str
-        As written, without blanks around it.
-    """
+    """Understand one header as far as it goes by itself."""
     if len(text) > MAX_HEADER:
         return Header(text, (), None, "")
     spread, rest = "", text

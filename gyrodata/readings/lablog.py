@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from gyrodata.diagnostics import CODES
 from gyrodata.errors import Diagnostic, InputError
-from gyrodata.readings.reported import Reported
+from gyrodata.readings.cells import Reported
 from gyrodata.units import Uncertainty
 
 MOST_OF_ONE_CODE = 100
@@ -26,43 +26,64 @@ class Place(NamedTuple):
     """1-based, in characters."""
 
 
+class Text(NamedTuple):
+    """One cell as it stands in the file."""
+
+    text: str
+    """Without quotes and without blanks around it."""
+    line: int
+    column: int
+    """Of its first character, 1-based."""
+
+    @property
+    def place(self) -> Place:
+        """Line and column."""
+        return Place(self.line, self.column)
+
+
+class Reading(NamedTuple):
+    """One number as it was read; cells of a column that say the same may be one object."""
+
+    value: float | None = None
+    """[SI unit of the role]; None where nothing was measured."""
+    step: float | None = None
+    """One step of the last digit typed anywhere in the column [SI unit of the role]; None where the number is exact
+    (a fraction, a plain 0) or its digits are unknown."""
+    u: Uncertainty | None = None
+    """What the log says of it: its own ±, else its ``u_…`` column, else the header's ±, else the ``u_…`` constant."""
+    text: str = ""
+    """As typed."""
+
+
 @dataclass(frozen=True, slots=True)
 class Column:
-    """One role's readings in SI, one for each of the n runs.
-
-    Attributes
-    ----------
-    role : str
-        Canonical name: ``mass``, ``spin``, ``time``, … (repeats ``time_1``, ``time_2`` have become runs).
-    header : str
-        As written, or ``# spin`` or ``--set spin`` where one value holds for the whole log.
-    unit : str
-        Unit as understood, in a spelling that this tool reads back; "" for numbers.
-    values : tuple of float or None
-        [SI unit of the role]; None where nothing was measured.
-    resolutions : tuple of float or None
-        One step of the last digit typed anywhere in the column [SI unit of the role]; None where the number is
-        exact (a fraction, a plain 0) or its digits are unknown.
-    uncertainties : tuple of Uncertainty or None
-        What the log says of this reading: its own ±, else its ``u_…`` column, else the header's ±, else the
-        ``u_…`` constant.
-    readings : tuple of int
-        Identity: runs with equal numbers share one reading (filled down, constant, or repeats of one setting).
-    places : tuple of Place or None
-        Where it stands; None for what an option gave.
-    texts : tuple of str
-        As typed.
-    """
+    """One role's readings in SI, one for each of the n runs."""
 
     role: str
+    """Canonical name: ``mass``, ``spin``, ``time``, … (repeats ``time_1``, ``time_2`` have become runs)."""
     header: str
+    """As written, or ``# spin`` or ``--set spin`` where one value holds for the whole log."""
     unit: str
-    values: tuple[float | None, ...]
-    resolutions: tuple[float | None, ...]
-    uncertainties: tuple[Uncertainty | None, ...]
-    readings: tuple[int, ...]
-    places: tuple[Place | None, ...]
-    texts: tuple[str, ...]
+    """Unit as understood, in a spelling that this tool reads back; "" for numbers."""
+    readings: tuple[Reading, ...]
+    spots: tuple[int, ...]
+    """Identity: runs with equal numbers share one reading (filled down, constant, or repeats of one setting). It is
+    that of its cell in the file, −1 for the value that holds for the whole log."""
+    given: Place | None = None
+    """Where that value stands; None for what an option gave."""
+    find: Callable[[int], Place] | None = field(default=None, repr=False, compare=False)
+    """Where the cell of an identity stands: hardly any is ever asked for."""
+
+    @property
+    def values(self) -> tuple[float | None, ...]:
+        """Values alone [SI unit of the role]."""
+        return tuple(reading.value for reading in self.readings)
+
+    def place(self, run: int) -> Place | None:
+        """Where a reading stands; None for what an option gave, or a simulation."""
+        if self.spots[run] < 0:
+            return self.given
+        return self.find(self.spots[run]) if self.find is not None and self.readings[run].text else None
 
 
 _NOTHING: Mapping[str, str] = MappingProxyType({})
@@ -133,19 +154,7 @@ class Readings:
     def diagnose(
         self, code: str, message: str, hint: str = "", place: Place | None = None, width: int = 1
     ) -> Diagnostic:
-        """Make a diagnostic of a place of this log, with the excerpt of its line.
-
-        Parameters
-        ----------
-        code : str
-            One of `gyrodata.diagnostics`; it brings the severity.
-        message, hint : str
-            What is wrong, and what to type.
-        place : Place or None
-            Where; None where the fault has no single place.
-        width : int
-            Number of characters at fault.
-        """
+        """Make a diagnostic of a place of this log, with the excerpt of its line."""
         return make_diagnostic(self.name, self._lines, code, message, hint, place, width)
 
     @cached_property
@@ -178,15 +187,7 @@ def make_diagnostic(
 
 
 class Faults:
-    """The faults found so far in one log, in the order in which they were found.
-
-    Parameters
-    ----------
-    name : str
-        Shown name of the log.
-    text : str
-        The decoded text, for excerpts.
-    """
+    """The faults found so far in one log, in the order in which they were found."""
 
     def __init__(self, name: str, text: str = "") -> None:
         self.name = name
@@ -194,14 +195,21 @@ class Faults:
         self.found: list[Diagnostic] = []
         self._count: dict[str, int] = {}
 
-    def add(self, code: str, message: str, hint: str = "", place: Place | None = None, width: int = 1) -> None:
-        """Note one fault down; arguments as in `Readings.diagnose`. Of one code, the first `MOST_OF_ONE_CODE` only."""
+    def add(
+        self, code: str, message: str, hint: str = "", place: Text | Place | None = None, width: int | None = None
+    ) -> None:
+        """Note one fault down, all of a cell or at a place; of one code, the first `MOST_OF_ONE_CODE` only."""
         self._count[code] = self._count.get(code, 0) + 1
         if self._count[code] > MOST_OF_ONE_CODE:
             return
-        self.found.append(make_diagnostic(self.name, self.lines, code, message, hint, place, max(1, width)))
+        if isinstance(place, Text):
+            width = len(place.text) if width is None else width
+            place = place.place
+        self.found.append(make_diagnostic(self.name, self.lines, code, message, hint, place, max(1, width or 1)))
 
-    def refuse(self, code: str, message: str, hint: str = "", place: Place | None = None, width: int = 1) -> InputError:
+    def refuse(
+        self, code: str, message: str, hint: str = "", place: Text | Place | None = None, width: int | None = None
+    ) -> InputError:
         """Give the error to raise for an input that is no log at all, with what was found before it."""
         self.add(code, message, hint, place, width)
         return InputError(self.found)

@@ -16,23 +16,13 @@ from gyrodata.diagnostics import (
 from gyrodata.readings.columns import Choice
 from gyrodata.readings.headers import MAX_HEADER, parse_header, suggest_role
 from gyrodata.readings.lablog import Column, Faults, Place, listing, span
-from gyrodata.readings.roles import BY_NAME, kind_of_role
+from gyrodata.readings.roles import BY_NAME, COUNTS, ONE_TURN, SPIN_SETS, kind_of_role
 from gyrodata.readings.table import Table
 from gyrodata.units import DISPLAY, kinds_of
 
 
 def check_meaning(table: Table, choice: Choice, unread: set[str], faults: Faults) -> None:
-    """Add a fault for everything that is missing or contradicts itself.
-
-    Parameters
-    ----------
-    table : Table
-        The runs as read.
-    choice : Choice
-        For the headers that could not be placed.
-    unread : set of str
-        Roles whose column is there but could not be read, which has been said already.
-    """
+    """Add a fault for everything that is missing or contradicts itself."""
     said = any(diagnostic.code == VALUE_BELOW_ITS_FIRST_ROW for diagnostic in faults.found)
     missing = [role for role in _missing_roles(table.columns, unread) if role not in choice.asked]
     if "precession_period" in choice.asked and "turns" in missing:
@@ -56,7 +46,7 @@ def _missing_roles(columns: dict[str, Column], unread: set[str]) -> list[str]:
         if "position" not in there and any(value != 0 for value in masses):
             missing.append("position")
     periods = {"spin_period_start", "spin_period_end"}
-    if not ("spin" in there or "spin_period" in there or {"spin_start", "spin_end"} <= there or periods <= there):
+    if not any(there.issuperset(roles) for roles in SPIN_SETS):
         half = [role for role in ("spin_start", "spin_end") if role in there]
         half_period = [role for role in sorted(periods) if role in there]
         if half:
@@ -65,9 +55,9 @@ def _missing_roles(columns: dict[str, Column], unread: set[str]) -> list[str]:
             missing.append("spin_period_end" if half_period == ["spin_period_start"] else "spin_period_start")
         else:
             missing.append("spin")
-    if not there & {"precession_period", "precession_rate"}:
+    if there.isdisjoint(ONE_TURN):
         missing += ["time"] if "time" not in there else []
-        missing += ["turns"] if not there & {"turns", "angle"} else []
+        missing += ["turns"] if there.isdisjoint(COUNTS) else []
     return missing
 
 
@@ -94,45 +84,32 @@ def _check_runs(table: Table, faults: Faults) -> None:
     """Find the runs that lack what the others have."""
     columns = table.columns
     lacking: dict[str, list[int]] = {}
-
-    def has(role: str, run: int) -> bool:
-        # A cell that could not be read has been told of; its text is there.
-        return role in columns and (columns[role].values[run] is not None or columns[role].texts[run] != "")
-
-    for run in range(len(table.runs)):
-        weight = columns["mass"].values[run] if "mass" in columns else None
-        if not (has("torque", run) or weight == 0):
-            if not (has("mass", run) or has("force", run)):
+    # A run with every cell filled lacks nothing. A cell that could not be read has been told of; its text is there.
+    blanks = (run for column in columns.values() for run, cell in enumerate(column.readings) if not cell.text)
+    for run in sorted(set(blanks)):
+        there = {role for role, column in columns.items() if column.readings[run].text}
+        if "torque" not in there and not ("mass" in columns and columns["mass"].readings[run].value == 0):
+            if there.isdisjoint(("mass", "force")):
                 lacking.setdefault("mass" if "mass" in columns else "torque", []).append(run)
-            if not has("position", run) and (has("mass", run) or has("force", run)):
+            elif "position" not in there:
                 lacking.setdefault("position", []).append(run)
-        pair = has("spin_start", run) and has("spin_end", run)
-        periods = has("spin_period_start", run) and has("spin_period_end", run)
-        if not (has("spin", run) or has("spin_period", run) or pair or periods):
-            lacking.setdefault(_spin_lacking(columns, run), []).append(run)
-        timed = has("time", run) and (has("turns", run) or has("angle", run))
-        if not (timed or has("precession_period", run) or has("precession_rate", run)):
-            if "time" in columns:
-                lacking.setdefault("angle" if "turns" not in columns and "angle" in columns else "turns", []).append(
-                    run
-                )
-            else:
-                lacking.setdefault(
-                    "precession_period" if "precession_period" in columns else "precession_rate", []
-                ).append(run)
+        if not any(there.issuperset(roles) for roles in SPIN_SETS):
+            asked_for = (role for role in _SPINS_ASKED_FOR if role in columns and role not in there)
+            lacking.setdefault(next(asked_for, "spin"), []).append(run)
+        timed = "time" in there and not there.isdisjoint(COUNTS)
+        if not timed and there.isdisjoint(ONE_TURN):
+            asked = COUNTS if "time" in columns else ONE_TURN
+            role = next((role for role in asked if role in columns), asked[0])
+            lacking.setdefault(role, []).append(run)
     for role, runs in lacking.items():
         lines = list(dict.fromkeys(table.lines[run] for run in runs))
         hint = f"write it there; a blank cell takes the {role} above only within one block of filled rows"
-        if role in ("turns", "angle"):
+        if role in COUNTS:
             hint = f'write it there, or for all blank cells a line "# {role}: …"'
         faults.add(RUN_LACKS_QUANTITY, f"{span(lines)}: no {role}", hint, Place(lines[0], 1))
 
 
-def _spin_lacking(columns: dict[str, Column], run: int) -> str:
-    for start in ("spin_start", "spin_end", "spin", "spin_period", "spin_period_start", "spin_period_end"):
-        if start in columns and not columns[start].texts[run]:
-            return start
-    return "spin"
+_SPINS_ASKED_FOR = ("spin_start", "spin_end", "spin", "spin_period", "spin_period_start", "spin_period_end")
 
 
 def _check_turns(table: Table, faults: Faults) -> None:
@@ -140,17 +117,14 @@ def _check_turns(table: Table, faults: Faults) -> None:
     turns, angle = table.columns.get("turns"), table.columns.get("angle")
     if turns is None or angle is None:
         return
-    for run, (count, swept) in enumerate(zip(turns.values, angle.values, strict=True)):
-        if count is None or swept is None:
+    for run, (count, swept) in enumerate(zip(turns.readings, angle.readings, strict=True)):
+        if count.value is None or swept.value is None:
             continue
-        step = angle.resolutions[run] or 0.0
-        if abs(swept - 2 * math.pi * count) > max(step, 0.01 * abs(swept)):
-            message = (
-                f"run {table.runs[run]}: {turns.texts[run]} turns are {360 * count:.4g} degrees, not {angle.texts[run]}"
-            )
-            faults.add(
-                TURNS_CONTRADICT_ANGLE, message, "correct one of the two, or take one column out", angle.places[run]
-            )
+        if abs(swept.value - 2 * math.pi * count.value) > max(swept.step or 0.0, 0.01 * abs(swept.value)):
+            degrees = f"{360 * count.value:.4g} degrees"
+            message = f"run {table.runs[run]}: {count.text} turns are {degrees}, not {swept.text}"
+            hint = "correct one of the two, or take one column out"
+            faults.add(TURNS_CONTRADICT_ANGLE, message, hint, angle.place(run))
 
 
 def _check_period(table: Table, faults: Faults) -> None:
@@ -167,7 +141,8 @@ def _check_period(table: Table, faults: Faults) -> None:
         given, those = ("turns are", "those turns") if counted.role == "turns" else ("an angle is", "that angle")
         message = f'"{period.header}" is the time of one whole turn, and yet {given} given'
         hint = f'if it is the time of {those}: --map time="{period.header}"; if not, take {counted.role} out'
-        place = next((place for place in counted.places if place is not None), period.places[0])
+        places = (counted.place(run) for run in range(len(counted.readings)))
+        place = next((place for place in places if place is not None), period.place(0))
         faults.add(TURNS_FOR_ONE_PERIOD, message, hint, place)
         return
     time = columns["time"]
@@ -181,7 +156,7 @@ def _check_period(table: Table, faults: Faults) -> None:
     if telling and exchanged * 2 > telling:
         message = f'"{period.header}" is the turns times "{time.header}": the first is the time, the second the period'
         hint = f'--map time="{period.header}" --map precession_period="{time.header}"'
-        faults.add(TIME_AND_PERIOD_EXCHANGED, message, hint, period.places[0], len(period.texts[0]))
+        faults.add(TIME_AND_PERIOD_EXCHANGED, message, hint, period.place(0), len(period.readings[0].text))
 
 
 _DEGREES = re.compile(r"([0-9]+(?:[.,][0-9]+)?)\s*(?:°|º|˚|deg)")
@@ -195,18 +170,7 @@ _REPEAT = re.compile(r"(?<![0-9])([1-9])(?:ª|º|\.|st|nd|rd|th)?(?![0-9])")
 
 
 def stated_turns(header: str) -> str:
-    """Find the turns or the angle that a header says its time covers.
-
-    Parameters
-    ----------
-    header : str
-        As written: ``T/2 (s)``, ``T Ω(180°) (s)``, ``time for 10 revolutions``.
-
-    Returns
-    -------
-    str
-        ``turns=1/2``, ``angle="180 deg"``, ``turns=10``; "" if it says nothing of the kind.
-    """
+    """Find the turns or the angle that a header says its time covers."""
     match = _DEGREES.search(header)
     if match:
         return f'angle="{match[1].replace(",", ".")} deg"'
@@ -217,20 +181,7 @@ def stated_turns(header: str) -> str:
 
 
 def advise(role: str, headers: list[str]) -> str:
-    """Propose what to type for a missing role, from the headers that could not be placed.
-
-    Parameters
-    ----------
-    role : str
-        What is missing.
-    headers : list of str
-        As written.
-
-    Returns
-    -------
-    str
-        To stand in front of the general hint; "" where no header looks like it.
-    """
+    """Propose what to type for a missing role, from the headers that could not be placed."""
     headers = [header for header in headers if len(header) <= MAX_HEADER]
     if role in ("time", "turns"):
         timed = [header for header in headers if _is_time(header)]

@@ -38,6 +38,10 @@ class Role(NamedTuple):
     """What serves instead, for hints."""
     derived_from: tuple[tuple[str, ...], ...] = ()
     """Sets of roles; where all of one set are there, this role is only compared."""
+    part: Literal["", "load", "spin", "count", "timing"] = ""
+    """Which part of a run it gives: what turns the rod, how fast the ball spins, how far and how long it went."""
+    u_of: str = ""
+    """Role whose ``u_…`` holds for it as well, where it has none of its own."""
 
 
 TABLE: tuple[Role, ...] = (
@@ -57,6 +61,7 @@ TABLE: tuple[Role, ...] = (
         sample="20 g",
         meaning="the added weight",
         instead=" (a torque [N*m] column, or force [N], serves instead)",
+        part="load",
     ),
     Role(
         "position",
@@ -72,6 +77,7 @@ TABLE: tuple[Role, ...] = (
         fills_down=True,
         sample="15 cm",
         meaning="where on the rod the weight sits",
+        part="load",
     ),
     Role(
         "torque",
@@ -84,6 +90,7 @@ TABLE: tuple[Role, ...] = (
         ),
         fills_down=True,
         derived_from=(("position", "mass"), ("position", "force")),
+        part="load",
     ),
     Role(
         "force",
@@ -91,6 +98,7 @@ TABLE: tuple[Role, ...] = (
         symbols="F",
         words="force, applied force, Kraft, сила, fuerza, siła, força, 힘",
         fills_down=True,
+        part="load",
     ),
     Role(
         "spin",
@@ -112,14 +120,9 @@ TABLE: tuple[Role, ...] = (
         meaning="how fast the ball spins",
         instead=" (spin_start and spin_end, or spin_period [s], serve instead)",
         derived_from=(("spin_start", "spin_end"),),
+        part="spin",
     ),
-    Role(
-        "spin_start",
-        "rate",
-        bound="not zero",
-        fills_down=True,
-        sample="410 rpm",
-    ),
+    Role("spin_start", "rate", bound="not zero", fills_down=True, sample="410 rpm", part="spin", u_of="spin"),
     Role(
         "spin_end",
         "rate",
@@ -127,6 +130,8 @@ TABLE: tuple[Role, ...] = (
         bound="not zero",
         fills_down=True,
         sample="390 rpm",
+        part="spin",
+        u_of="spin",
     ),
     Role(
         "spin_period",
@@ -141,6 +146,7 @@ TABLE: tuple[Role, ...] = (
         bound="above zero",
         fills_down=True,
         derived_from=(("spin",), ("spin_start", "spin_end")),
+        part="spin",
     ),
     Role(
         "spin_period_start",
@@ -150,6 +156,7 @@ TABLE: tuple[Role, ...] = (
         fills_down=True,
         sample="0.14 s",
         derived_from=(("spin",), ("spin_start", "spin_end")),
+        part="spin",
     ),
     Role(
         "spin_period_end",
@@ -159,6 +166,7 @@ TABLE: tuple[Role, ...] = (
         fills_down=True,
         sample="0.16 s",
         derived_from=(("spin",), ("spin_start", "spin_end")),
+        part="spin",
     ),
     Role(
         "time",
@@ -175,6 +183,7 @@ TABLE: tuple[Role, ...] = (
         bound_hint="a run that was not timed is left blank",
         meaning="the stopwatch time of each run",
         instead=" (precession_period [s] or precession_rate [rad/s] serves instead)",
+        part="timing",
     ),
     Role(
         "turns",
@@ -191,6 +200,7 @@ TABLE: tuple[Role, ...] = (
         sample="1",
         meaning="how many turns each time covers",
         instead=' (or the swept angle: a column angle [deg], "# angle: 120 deg", --set angle="120 deg")',
+        part="count",
     ),
     Role(
         "angle",
@@ -202,6 +212,7 @@ TABLE: tuple[Role, ...] = (
             "ángulo barrido, kąt, kąt obrotu, kąt precesji, ângulo, 각도"
         ),
         bound="above zero",
+        part="count",
     ),
     Role(
         "precession_period",
@@ -214,6 +225,7 @@ TABLE: tuple[Role, ...] = (
         ),
         bound="above zero",
         derived_from=(("time", "turns"), ("time", "angle")),
+        part="timing",
     ),
     Role(
         "precession_rate",
@@ -229,6 +241,7 @@ TABLE: tuple[Role, ...] = (
         ),
         bound="not zero",
         derived_from=(("time", "turns"), ("time", "angle")),
+        part="timing",
     ),
     Role(
         "pitch",
@@ -255,12 +268,7 @@ TABLE: tuple[Role, ...] = (
             "Präzessionsrichtung, sens de précession, направление прецессии"
         ),
     ),
-    Role(
-        "transverse_inertia",
-        "inertia",
-        words="transverse inertia, transverse moment of inertia",
-        bound="above zero",
-    ),
+    Role("transverse_inertia", "inertia", words="transverse inertia, transverse moment of inertia", bound="above zero"),
     Role(
         "inertia",
         "inertia",
@@ -329,6 +337,15 @@ SHARED_WORDS = {
 BY_NAME: dict[str, Role] = {role.name: role for role in TABLE}
 ROLES = tuple(BY_NAME)
 FILLED_DOWN = frozenset(role.name for role in TABLE if role.fills_down)
+TEXTS = frozenset(role.name for role in TABLE if role.kind == "text")
+LOADS, COUNTS, TIMINGS = (
+    tuple(role.name for role in TABLE if role.part == part) for part in ("load", "count", "timing")
+)
+"""Roles by the part of a run that they give; of several timings that are there, the first is used."""
+ONE_TURN = TIMINGS[1:]
+"""Timings of one whole turn, which need no count."""
+SPIN_SETS = (("spin",), ("spin_start", "spin_end"), ("spin_period",), ("spin_period_start", "spin_period_end"))
+"""Each of these tells a run's spin; of several that are there, the first is used."""
 
 CONSTANTS = {"g": "acceleration", "ball_diameter": "length", "ball_mass": "mass"}
 """Kinds of the constants of a log that are no role."""
@@ -363,6 +380,12 @@ def kind_of_role(role: str) -> str:
         return SHARED_UNCERTAINTIES[role]
     base = role.removeprefix("u_")
     return CONSTANTS[base] if base in CONSTANTS else BY_NAME[base].kind
+
+
+def u_keys(role: str) -> tuple[str, ...]:
+    """Give the ``u_…`` that hold for a role, its own first."""
+    shared = BY_NAME[role].u_of if role in BY_NAME else ""
+    return (f"u_{role}", f"u_{shared}") if shared else (f"u_{role}",)
 
 
 def to_display(value: float, role: str) -> tuple[float, str]:

@@ -21,17 +21,22 @@ from gyrodata.diagnostics import (
     REPORTED_VALUE_CANNOT_BE_READ,
 )
 from gyrodata.errors import InputError
-from gyrodata.quantities import parse_quantity, parse_uncertainty
-from gyrodata.readings.cells import Cell, CellError, check_value, is_blank, read_cell
-from gyrodata.readings.grid import Text
+from gyrodata.quantities import Quantity, parse_quantity, parse_uncertainty
+from gyrodata.readings.cells import (
+    BLANKS,
+    PREFIX,
+    REPORTED_KINDS,
+    CellError,
+    Reported,
+    canonical_key,
+    check_value,
+    read_cell,
+    read_reported,
+)
 from gyrodata.readings.headers import name_roles
-from gyrodata.readings.lablog import Faults, Place, listing
-from gyrodata.readings.reported import KINDS, PREFIX, Reported, canonical_key, read_reported
-from gyrodata.readings.roles import BALANCE, CONSTANTS, KEYS, MOTION, MOTIONS, ROLES, UNCERTAINTIES, kind_of_role
+from gyrodata.readings.lablog import Faults, Place, Reading, Text, listing
+from gyrodata.readings.roles import BALANCE, CONSTANTS, KEYS, MOTION, MOTIONS, ROLES, TEXTS, UNCERTAINTIES, kind_of_role
 from gyrodata.units import Uncertainty, UnitError
-
-_LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n"
-
 
 _REMARKS_LOOKED_AT = 200
 _SAMPLE = "write it like 4.40e-3 ± 0.05e-3 kg m^2"
@@ -47,8 +52,13 @@ class Given:
     """How it was given: ``# spin``, ``--set spin``, ``--config spin``."""
     place: Place | None
     """None for an option."""
-    cell: Cell | None = None
+    cell: Quantity | None = None
     """The value of a role or constant."""
+
+    def reading(self, u: Uncertainty | None) -> Reading:
+        """Give it as the reading of a run; `u` holds where it does not say its own."""
+        assert self.cell is not None
+        return Reading(self.cell.value, self.cell.step, self.cell.uncertainty or u, self.text)
 
 
 @dataclass
@@ -71,23 +81,12 @@ class Settings:
 def read_options(
     settings: Mapping[str, str], mapping: Mapping[str, str], config: str | os.PathLike[str] | None
 ) -> tuple[list[Given], dict[str, str]]:
-    """Check the options before the log is read.
-
-    Returns
-    -------
-    tuple
-        What ``--set`` and ``--config`` give, later ones last, and ``--map`` by role.
-
-    Raises
-    ------
-    InputError
-        A key or role that does not exist, or a configuration file that cannot be read.
-    """
+    """Check the options before the log is read."""
     faults = Faults("")
     given = [Given(key.strip(), str(text).strip(), f"--set {key.strip()}", None) for key, text in settings.items()]
     if config is not None:
         given += [Given(key, text, f"--config {key}", None) for key, text in _read_config(Path(config), faults).items()]
-    known = [key for key in KEYS if key not in ("run", "note")]
+    known = [key for key in KEYS if key not in TEXTS]
     for item in given:
         if item.key not in known:
             hint = _close(item.key, known) or f"keys are: {listing(known, 60)}"
@@ -138,11 +137,6 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
     """Understand all ``# key: value`` lines and options, the later ones over the earlier.
 
     With `ask`, a comma that may part thousands is refused; without, the table tells that it is a decimal comma.
-
-    Raises
-    ------
-    InputError
-        The value of an option cannot be read. (That of a ``#`` line becomes a diagnostic.)
     """
     settings = Settings()
     seen: dict[str, Text] = {}
@@ -151,7 +145,7 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
         if known.startswith(PREFIX):
             _enter_reported(settings, key, text, faults, ask)
             continue
-        if known not in KEYS or known in ("run", "note"):
+        if known not in KEYS or known in TEXTS:
             settings.metadata[key] = text.text
             _warn_if_misspelt(settings, key, text, faults)
             continue
@@ -160,7 +154,7 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
             continue
         if known in seen and seen[known].text != text.text:
             message = f"{known} is given twice, in lines {seen[known].line} and {text.line}"
-            faults.add(KEY_GIVEN_TWICE, message, "keep one, or write it as a column", text.place, len(text.text))
+            faults.add(KEY_GIVEN_TWICE, message, "keep one, or write it as a column", text)
             continue
         seen[known] = text
         item = Given(known, text.text, f"# {known}", text.place)
@@ -170,7 +164,7 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
             if known in ROLES:
                 settings.unread.add(known)
             message = f'{known} "{text.text[:60]}"{error.joint}{error}'
-            faults.add(KEY_VALUE_CANNOT_BE_READ, message, error.hint, text.place, len(text.text))
+            faults.add(KEY_VALUE_CANNOT_BE_READ, message, error.hint, text)
     for item in options:
         try:
             _enter(settings, item, True)
@@ -184,12 +178,12 @@ def _enter_reported(settings: Settings, key: str, text: Text, faults: Faults, as
     """Keep a reported value; what is wrong with it is for whoever grades it, and only a note to its writer."""
     name = canonical_key(key)
     before = settings.reported.get(name)
-    if is_blank(text.text) or (before is not None and before.text == text.text):
+    if text.text in BLANKS or (before is not None and before.text == text.text):
         return
-    close = [] if name in KINDS else difflib.get_close_matches(name, KINDS, n=1, cutoff=0.75)
+    close = [] if name in REPORTED_KINDS else difflib.get_close_matches(name, REPORTED_KINDS, n=1, cutoff=0.75)
     if close:
         message, hint = f'"# {key}" is no value that is asked for', f'did you mean "# {PREFIX}{close[0]}: {text.text}"?'
-        faults.add(KEY_NEARLY_KNOWN, message, hint, text.place, len(text.text))
+        faults.add(KEY_NEARLY_KNOWN, message, hint, text)
     reported = read_reported(key, text.text, text.line, ask)
     if before is not None:
         problem = f"{name} is reported twice, in lines {before.line} and {text.line}, with two values"
@@ -197,9 +191,7 @@ def _enter_reported(settings: Settings, key: str, text: Text, faults: Faults, as
     settings.reported[name] = reported
     if reported.problem:
         hint = _SAMPLE if name == "inertia" else ""
-        faults.add(
-            REPORTED_VALUE_CANNOT_BE_READ, f"{PREFIX}{name}: {reported.problem}", hint, text.place, len(text.text)
-        )
+        faults.add(REPORTED_VALUE_CANNOT_BE_READ, f"{PREFIX}{name}: {reported.problem}", hint, text)
 
 
 def warn_of_lost_keys(comments: list[Text], faults: Faults) -> None:
@@ -213,7 +205,7 @@ def warn_of_lost_keys(comments: list[Text], faults: Faults) -> None:
 
 
 def _warn_if_misspelt(settings: Settings, key: str, text: Text, faults: Faults) -> None:
-    if key.lower() in ("run", "note") or len(key) > 30 or len(settings.metadata) > _REMARKS_LOOKED_AT:
+    if key.lower() in TEXTS or len(key) > 30 or len(settings.metadata) > _REMARKS_LOOKED_AT:
         return
     close = _nearest(key.lower())
     if not close:
@@ -224,7 +216,7 @@ def _warn_if_misspelt(settings: Settings, key: str, text: Text, faults: Faults) 
         close = roles[:1] if text.text[:1].isdigit() else []
     if close:
         message = f'"# {key}" is kept as a remark; nothing is read from it'
-        faults.add(KEY_NEARLY_KNOWN, message, f'did you mean "# {close[0]}: {text.text}"?', text.place, len(text.text))
+        faults.add(KEY_NEARLY_KNOWN, message, f'did you mean "# {close[0]}: {text.text}"?', text)
 
 
 @lru_cache(maxsize=1024)
@@ -242,29 +234,23 @@ def _enter(settings: Settings, item: Given, ask: bool) -> None:
     if key == MOTION:
         settings.motion = item.text.strip().lower()
         if settings.motion not in MOTIONS:
-            raise CellError(
-                KEY_VALUE_CANNOT_BE_READ,
-                "is no way to start the rod",
-                'write "released" (let go from rest) or "steady"',
-            )
+            raise CellError("is no way to start the rod", 'write "released" (let go from rest) or "steady"')
         return
     kind = kind_of_role(key)
     if key in UNCERTAINTIES:
         try:
             uncertainty = parse_uncertainty(item.text, kind, ask=ask)
         except UnitError as error:
-            raise CellError(KEY_VALUE_CANNOT_BE_READ, f"is no uncertainty: {error}", error.hint) from None
+            raise CellError(f"is no uncertainty: {error}", error.hint) from None
         if key.endswith("_scale") and uncertainty.absolute:
-            raise CellError(
-                KEY_VALUE_CANNOT_BE_READ, "is not a share", 'the error of a whole scale is in %, such as "0.1 %"'
-            )
+            raise CellError("is not a share", 'the error of a whole scale is in %, such as "0.1 %"')
         settings.uncertainties[key] = uncertainty
         settings.given_uncertainties[key] = item
         return
     cell = read_cell(item.text, kind, None, ask)
     if key in CONSTANTS:
         if not cell.value > 0:
-            raise CellError(KEY_VALUE_CANNOT_BE_READ, "is not above zero")
+            raise CellError("is not above zero")
         _refuse_beyond(key, cell.value)
         settings.constants[key] = cell.value
         if cell.uncertainty is not None:
@@ -277,7 +263,7 @@ def _enter(settings: Settings, item: Given, ask: bool) -> None:
 def _refuse_beyond(key: str, value: float) -> None:
     fault, hint = check_value(key, value)
     if fault:
-        raise CellError(KEY_VALUE_CANNOT_BE_READ, fault, hint)
+        raise CellError(fault, hint)
 
 
 def _enter_balance(settings: Settings, item: Given) -> None:
@@ -286,17 +272,15 @@ def _enter_balance(settings: Settings, item: Given) -> None:
     sample = '"5 deg in 60 s at 400 rpm"' if drift else '"3 deg in 10 s"'
     match = re.fullmatch(pattern, item.text.strip())
     if match is None:
-        raise CellError(KEY_VALUE_CANNOT_BE_READ, "is not understood", f"write it like {sample}")
+        raise CellError("is not understood", f"write it like {sample}")
     try:
         numbers = [
             parse_quantity(text, kind) for text, kind in zip(match.groups(), ("angle", "time", "rate"), strict=False)
         ]
     except UnitError as error:
-        raise CellError(
-            KEY_VALUE_CANNOT_BE_READ, f"is not understood: {error}", error.hint or f"write it like {sample}"
-        ) from None
+        raise CellError(f"is not understood: {error}", error.hint or f"write it like {sample}") from None
     if numbers[1] <= 0 or (drift and numbers[2] == 0):
-        raise CellError(KEY_VALUE_CANNOT_BE_READ, "needs a time and a spin above zero", f"write it like {sample}")
+        raise CellError("needs a time and a spin above zero", f"write it like {sample}")
     for role, number in zip(("angle", "time", "spin"), numbers, strict=False):
         if number:
             _refuse_beyond(role, abs(number))

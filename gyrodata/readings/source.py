@@ -72,20 +72,7 @@ class Document(NamedTuple):
 
 
 def load(source: Source, name: str | None) -> Document:
-    """Read and decode a log.
-
-    Parameters
-    ----------
-    source : path, "-", log text (a str of several lines), bytes, open file, or DataFrame
-        Where the log is.
-    name : str or None
-        Name to show instead of the source's own.
-
-    Raises
-    ------
-    InputError
-        There is no such file, or what it holds is no text.
-    """
+    """Read and decode a log."""
     if _is_frame(source):
         shown = name or "<table>"
         text = _frame_text(source)
@@ -201,13 +188,7 @@ def _refuse_other_files(data: bytes, faults: Faults) -> None:
 
 
 def decode(data: bytes, faults: Faults) -> tuple[str, str]:
-    """Decode by byte-order mark, as UTF-8, or in the one-byte code page that fits best.
-
-    Returns
-    -------
-    tuple of str
-        The text, and the code page if one had to be guessed (else "").
-    """
+    """Decode by byte-order mark, as UTF-8, or in the one-byte code page that fits best."""
     for mark, encoding in (
         (b"\xef\xbb\xbf", "utf-8"),
         (b"\xff\xfe\x00\x00", "utf-32"),
@@ -299,20 +280,7 @@ _MAX_UNPACKED = 100 * 1000 * 1000
 
 
 def _workbook_text(data: bytes, faults: Faults) -> str:
-    """Write the only filled sheet of a workbook as tab-separated text.
-
-    Parameters
-    ----------
-    data : bytes
-        A zip archive, which a workbook is.
-    faults : Faults
-        To refuse with.
-
-    Raises
-    ------
-    InputError
-        It is another zip, it is damaged, it has several filled sheets, or openpyxl is not installed.
-    """
+    """Write the only filled sheet of a workbook as tab-separated text."""
     import zipfile
 
     try:

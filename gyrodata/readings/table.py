@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections import Counter
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import NamedTuple
 
 from gyrodata.diagnostics import (
+    BLANK_SPIN,
+    BLANK_TAKES_VALUE_ABOVE,
     COLUMN_NOT_USED,
     NOTE_IS_ONLY_A_NUMBER,
     NUMBER_IMPOSSIBLE,
@@ -13,27 +18,33 @@ from gyrodata.diagnostics import (
     PER_SECOND_IS_AMBIGUOUS,
     ROW_TOO_LONG,
     ROW_WITHOUT_TIME,
+    UNCERTAINTY_CANNOT_BE_READ,
     UNIT_MISSING,
     UNIT_UNKNOWN,
+    VALUE_BELOW_ITS_FIRST_ROW,
 )
-from gyrodata.readings.cells import Cell, CellError, check_value, is_blank, read_cell
+from gyrodata.quantities import Quantity, parse_uncertainty
+from gyrodata.readings.cells import BLANKS, CellError, check_value, read_cell
 from gyrodata.readings.columns import Choice, Chosen
-from gyrodata.readings.grid import Text
-from gyrodata.readings.lablog import Column, Faults, Place, span
-from gyrodata.readings.layout import Layout, is_number
-from gyrodata.readings.roles import FILLED_DOWN, derived_roles, kind_of_role
-from gyrodata.readings.settings import Given, Settings
-from gyrodata.readings.tracks import Track, common_spread, fill_down, read_spreads
-from gyrodata.units import (
-    DISPLAY,
-    Uncertainty,
-    UnitError,
-    examples,
-    parse_unit,
+from gyrodata.readings.grid import Layout, find_place, is_number, spot
+from gyrodata.readings.lablog import Column, Faults, Place, Reading, span
+from gyrodata.readings.roles import (
+    BY_NAME,
+    COUNTS,
+    FILLED_DOWN,
+    LOADS,
+    ONE_TURN,
+    TEXTS,
+    derived_roles,
+    kind_of_role,
+    u_keys,
 )
+from gyrodata.readings.settings import Given, Settings
+from gyrodata.units import DISPLAY, KINDS, Uncertainty, UnitError, parse_unit
 
-_LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
-_ROW = "20,15.0,406,13.06,1/3\n"
+_BLANK = Reading()
+_CONSTANT = -1
+"""Spot of the value that holds for the whole log."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +58,18 @@ class Table:
     others: tuple[Column, ...]
 
 
+class _Track(NamedTuple):
+    """One role's readings by row of the file, before rows become runs."""
+
+    chosen: Chosen
+    unit: str
+    readings: list[Reading]
+    """Without a text where the cell is blank."""
+    spots: list[int]
+    spreads: list[Uncertainty | None]
+    """What holds for a value of the whole log that stands in a blank cell."""
+
+
 def build(layout: Layout, choice: Choice, settings: Settings, faults: Faults) -> Table:
     """Read every cell of the columns chosen."""
     return _Builder(layout, choice, settings, faults).build()
@@ -55,8 +78,8 @@ def build(layout: Layout, choice: Choice, settings: Settings, faults: Faults) ->
 class _Builder:
     def __init__(self, layout: Layout, choice: Choice, settings: Settings, faults: Faults) -> None:
         self.choice, self.settings, self.faults = choice, settings, faults
-        self.width = len(layout.cells)
-        self.rows = layout.rows
+        self.grid, self.rows, self.width = layout.grid, layout.rows, len(layout.cells)
+        self.find = partial(find_place, self.grid.lines, self.grid.delimiter)
         self.replaced: set[str] = set()
         for role, given in settings.roles.items():
             if given.place is None and role in choice.used:
@@ -66,8 +89,8 @@ class _Builder:
             if given.place is None and key in choice.used:
                 self._note_replaced(given)
                 del choice.used[key]
-        there = (set(choice.used) | set(settings.roles)) - {"run", "note"}
-        self.derived = derived_roles(there)
+        self.there = (set(choice.used) | set(settings.roles)) - TEXTS
+        self.derived = derived_roles(self.there)
         self.derived |= {f"u_{role}" for role in self.derived}
 
     def _note_replaced(self, given: Given) -> None:
@@ -78,281 +101,305 @@ class _Builder:
         self._check_widths()
         times = self._time_tracks()
         is_run = self._run_rows(times)
-        rows = [i for i, run in enumerate(is_run) if run]
-        tracks: dict[str, Track] = {}
+        tracks: dict[str, _Track] = {}
         for role in sorted(self.choice.used, key=lambda r: r != "mass"):  # what it weighs says where to fill
-            if role in ("time", "run", "note") or role[:2] == "u_":
-                continue
-            if role in self.replaced:
+            if role == "time" or role in TEXTS or role[:2] == "u_" or role in self.replaced:
                 continue
             strict = role not in self.derived
-            faults = self.faults if strict else Faults(self.faults.name)
             track = self._track(role, self.choice.used[role][0], strict)
             if track is not None:
                 # A constant of the log would stand in the blank cells.
                 if role in FILLED_DOWN and role not in self.settings.roles:
-                    fill_down(role, track, tracks.get("mass"), self.rows, is_run, faults)
+                    faults = self.faults if strict else Faults(self.faults.name)
+                    self._fill_down(role, track, tracks.get("mass"), is_run, faults)
                 tracks[role] = track
-        plan = [(i, k) for i in rows for k, time in enumerate(times or [None]) if time is None or time.cells[i]]
+        rows = [i for i, run in enumerate(is_run) if run]
+        plan = [(i, k) for k, time in enumerate(times) for i in rows if time.readings[i].value is not None]
+        plan = sorted(plan) if times else [(i, 0) for i in rows]
+        rows = [i for i, _ in plan]
         columns: dict[str, Column] = {}
         if times:
             columns["time"] = self._time_column(times, plan)
         for role, track in tracks.items():
-            column = self._column(role, track, [i for i, _ in plan])
-            if any(value is not None for value in column.values):
+            column = self._column(role, track, rows)
+            if any(reading.value is not None for reading in column.readings):
                 columns[role] = column
         for role, given in self.settings.roles.items():
             if role not in columns and plan:
                 columns[role] = _constant_column(role, given, len(plan), self.settings.uncertainties.get(f"u_{role}"))
-        others = [self._other(chosen, [i for i, _ in plan]) for chosen in self.choice.others]
-        labels = self._labels(plan)
+        others = [self._other(chosen, rows) for chosen in self.choice.others]
+        labels = self._labels(rows)
         notes = self.choice.used.get("note")
         return Table(
             labels,
-            tuple(self.rows[i][0].line for i, _ in plan),
-            tuple(self._text(i, notes[0].at) if notes else "" for i, _ in plan),
+            tuple(self.rows[i].line for i in rows),
+            tuple(self._text(i, notes[0].at) if notes else "" for i in rows),
             columns,
             tuple(other for other in others if other is not None),
         )
 
     def _text(self, row: int, at: int) -> str:
-        return self.rows[row][at].text if at < len(self.rows[row]) else ""
+        texts = self.rows[row].texts
+        return texts[at] if at < len(texts) else ""
 
     def _check_widths(self) -> None:
         notes = self.choice.used.get("note")
+        noted = notes is not None and notes[0].at == self.width - 1
         for row in self.rows:
-            if len(row) > self.width:
-                cell = row[self.width]
-                message = f"this row has {len(row)} cells, the header {self.width}"
+            cells = len(row.texts)
+            if cells > self.width:
+                message = f"this row has {cells} cells, the header {self.width}"
                 hint = 'put numbers with a decimal comma in quotes ("13,06"), or part the columns with ;'
-                self.faults.add(ROW_TOO_LONG, message, hint, cell.place, len(cell.text))
-            elif notes and notes[0].at == self.width - 1 == len(row) - 1 and is_number(row[-1].text):
+                self.faults.add(ROW_TOO_LONG, message, hint, self.grid.cell(row, self.width))
+            elif noted and cells == self.width and is_number(row.texts[-1]):
                 # A decimal comma that parts a number shifts all that follows to the right.
-                message = f'the note "{row[-1].text}" is a number: is there a decimal comma in this row?'
+                message = f'the note "{row.texts[-1]}" is a number: is there a decimal comma in this row?'
                 hint = 'put such numbers in quotes ("13,06"); words after the number make it a note'
-                self.faults.add(NOTE_IS_ONLY_A_NUMBER, message, hint, row[-1].place, len(row[-1].text))
+                self.faults.add(NOTE_IS_ONLY_A_NUMBER, message, hint, self.grid.cell(row, cells - 1))
 
-    def _run_rows(self, times: list[Track]) -> list[bool]:
+    def _run_rows(self, times: list[_Track]) -> list[bool]:
         """Tell which rows are timed runs, and name the others."""
+        every = range(len(self.rows))
         if times:
-            is_run = [any(track.texts[i] is not None for track in times) for i in range(len(self.rows))]
+            is_run = [any(track.readings[i].text for track in times) for i in every]
         else:
-            keys = [c[0].at for r in ("precession_period", "precession_rate") if (c := self.choice.used.get(r))]
-            is_run = [not keys or any(not is_blank(self._text(i, at)) for at in keys) for i in range(len(self.rows))]
-        left_out = [i for i, run in enumerate(is_run) if not run]
+            keys = [c[0].at for r in ONE_TURN if (c := self.choice.used.get(r))]
+            is_run = [not keys or any(self._text(i, at) not in BLANKS for at in keys) for i in every]
+        left_out = [row for row, run in zip(self.rows, is_run, strict=True) if not run]
         if left_out and any(is_run):
-            lines = [self.rows[i][0].line for i in left_out]
-            cell = next((c for c in self.rows[left_out[0]] if c.text), self.rows[left_out[0]][0])
-            what = "has no time and is no run" if len(lines) == 1 else "have no time and are no runs"
-            self.faults.add(ROW_WITHOUT_TIME, f"{span(lines)} {what}: left out", "", cell.place, len(cell.text))
+            first = left_out[0]
+            cell = self.grid.cell(first, next(at for at, text in enumerate(first.texts) if text))
+            what = "has no time and is no run" if len(left_out) == 1 else "have no time and are no runs"
+            message = f"{span([row.line for row in left_out])} {what}: left out"
+            self.faults.add(ROW_WITHOUT_TIME, message, "", cell)
         return is_run
 
-    def _time_tracks(self) -> list[Track]:
+    def _time_tracks(self) -> list[_Track]:
         if "time" in self.replaced:
             return []
-        there = set(self.choice.used) | set(self.settings.roles)
-        periods = there & {"precession_period", "precession_rate"}
-        if periods and "time" in self.choice.used and not there & {"turns", "angle"}:
+        periods = self.there.intersection(ONE_TURN)
+        if periods and "time" in self.choice.used and self.there.isdisjoint(COUNTS):
             # A time whose turns nobody tells says nothing; its repeats would count one period several times.
             cell = self.choice.used["time"][0].cell
             message = f'the column "{cell.text}" is not used: its turns are not given; {min(periods)} is read instead'
-            self.faults.add(COLUMN_NOT_USED, message, "", cell.place, len(cell.text))
+            self.faults.add(COLUMN_NOT_USED, message, "", cell)
             return []
         tracks = [self._track("time", chosen, True) for chosen in self.choice.used.get("time", [])]
         return [track for track in tracks if track is not None]
 
-    def _track(self, role: str, chosen: Chosen, strict: bool) -> Track | None:
+    def _track(self, role: str, chosen: Chosen, strict: bool) -> _Track | None:
         """Read one column; None if it is only compared and cannot be read."""
         kind = kind_of_role(role)
         faults = self.faults if strict else Faults(self.faults.name)
         try:
             unit = parse_unit(chosen.header.unit, kind).text if chosen.header.unit else None
         except UnitError as error:
-            self._refuse_unit(role, chosen, error, strict)
+            if strict:
+                code = PER_SECOND_IS_AMBIGUOUS if error.reason == "ambiguous" else UNIT_UNKNOWN
+                faults.add(code, f'{role}, column "{chosen.cell.text}": {error}', error.hint, chosen.cell)
+            else:
+                self._note_unused(role, chosen, str(error))
             return None
         if unit is None and kind in ("number", "sign"):
             unit = ""
-        cells: list[Cell | None] = []
-        texts: list[Text | None] = []
-        bare: Text | None = None
-        for row in self.rows:
-            text = row[chosen.at] if chosen.at < len(row) else None
-            cell = None
-            if text is None or is_blank(text.text):
-                text = None
-            else:
-                try:
-                    cell = read_cell(text.text, kind, unit)
-                except CellError as error:
-                    if error.code == UNIT_MISSING:
-                        bare = bare or text
-                    else:
-                        message = f'{role} "{text.text[:60]}"{error.joint}{error}'
-                        faults.add(error.code, message, error.hint, text.place, len(text.text))
+        at = chosen.at
+        texts = [row.texts[at] if at < len(row.texts) else "" for row in self.rows]
+        # Most texts of a long log stand in several rows; each is read once.
+        cells: dict[str, Quantity] = {}
+        faulty: dict[str, tuple[str, str, str]] = {}
+        bare = False
+        for text in dict.fromkeys(texts):
+            if text in BLANKS:
+                continue
+            try:
+                cells[text] = cell = read_cell(text, kind, unit)
+            except CellError as error:
+                if error.code == UNIT_MISSING:
+                    bare = True
                 else:
-                    fault, hint = check_value(role, cell.value)
-                    if fault:
-                        faults.add(NUMBER_IMPOSSIBLE, f'{role} "{text.text}" {fault}', hint, text.place, len(text.text))
-            cells.append(cell)
-            texts.append(text)
-        if bare is not None:
+                    faulty[text] = error.code, f'{role} "{text[:60]}"{error.joint}{error}', error.hint
+                continue
+            fault, hint = check_value(role, cell.value)
+            if fault:
+                faulty[text] = NUMBER_IMPOSSIBLE, f'{role} "{text}" {fault}', hint
+        for row, text in zip(self.rows, texts, strict=True) if faulty else ():
+            if text in faulty:
+                faults.add(*faulty[text], self.grid.cell(row, at))
+        if bare:
             self._ask_for_unit(role, chosen, faults)
         if not strict and faults.found:
             self._note_unused(role, chosen, faults.found[0].message)
             return None
-        used = next((cell.unit for cell in cells if cell is not None), unit or "")
-        return Track(
-            chosen, unit or used, cells, texts, list(range(len(cells))), self._spreads(role, chosen, unit, strict)
-        )
-
-    def _refuse_unit(self, role: str, chosen: Chosen, error: UnitError, strict: bool) -> None:
-        if not strict:
-            self._note_unused(role, chosen, str(error))
-            return
-        code = PER_SECOND_IS_AMBIGUOUS if error.reason == "ambiguous" else UNIT_UNKNOWN
-        cell = chosen.cell
-        self.faults.add(code, f'{role}, column "{cell.text}": {error}', error.hint, cell.place, len(cell.text))
+        spreads = self._spreads(role, chosen, unit, faults if strict else Faults(faults.name))
+        used = next((cell.unit for cell in cells.values()), "")
+        spots = [spot(row, at) for row in self.rows]
+        return _Track(chosen, unit or used, _make_readings(texts, cells, spreads), spots, spreads)
 
     def _ask_for_unit(self, role: str, chosen: Chosen, faults: Faults) -> None:
         kind = kind_of_role(role)
         name = chosen.header.text[:60]
-        hint = f'write the header as "{name} [{DISPLAY[kind]}]" (or {examples(kind)})'
+        hint = f'write the header as "{name} [{DISPLAY[kind]}]" (or {KINDS[kind].examples})'
         faults.add(UNIT_MISSING, f'the column "{name}" ({role}) has no unit', hint, chosen.cell.place, len(name))
 
     def _note_unused(self, role: str, chosen: Chosen, why: str) -> None:
-        cell = chosen.cell
-        message = f'the column "{cell.text}" ({role}) is not compared: {why}'
-        self.faults.add(COLUMN_NOT_USED, message, "", cell.place, len(cell.text))
+        message = f'the column "{chosen.cell.text}" ({role}) is not compared: {why}'
+        self.faults.add(COLUMN_NOT_USED, message, "", chosen.cell)
 
-    def _spreads(self, role: str, chosen: Chosen, unit: str | None, strict: bool) -> list[Uncertainty | None]:
-        """Collect what the header and the ``u_…`` column say of each reading; of a derived one without a word."""
-        faults = self.faults if strict else Faults(self.faults.name)
-        common = common_spread(role, chosen, unit, self.settings, faults)
+    def _spreads(self, role: str, chosen: Chosen, unit: str | None, faults: Faults) -> list[Uncertainty | None]:
+        """Collect what the ``u_…`` column says of each reading, else the ± of the header, else the log's ``u_…``."""
+        stated, keys = self.settings.uncertainties, u_keys(role)
+        common = next((stated[key] for key in keys if key in stated), None)
+        if chosen.header.spread:
+            try:
+                common = parse_uncertainty(chosen.header.spread, kind_of_role(role), unit or "")
+            except UnitError as error:
+                message = f'{role}, column "{chosen.cell.text}": {error}'
+                faults.add(UNCERTAINTY_CANNOT_BE_READ, message, error.hint, chosen.cell)
         spreads: list[Uncertainty | None] = [common] * len(self.rows)
-        column = self.choice.used.get(f"u_{role}")
-        if column is None and role in ("spin_start", "spin_end"):
-            column = self.choice.used.get("u_spin")
+        column = next((self.choice.used[key][0] for key in keys if key in self.choice.used), None)
         if column is None:
             return spreads
-        if column[0].header.unit is None and unit is None and kind_of_role(role) != "number":
-            self._ask_for_unit(f"u_{role}", column[0], faults)
-            return spreads
-        read_spreads(role, column[0], spreads, unit, self.rows, faults)
+        if column.header.unit is None and unit is None and kind_of_role(role) != "number":
+            self._ask_for_unit(f"u_{role}", column, faults)
+        else:
+            self._read_spreads(role, column, spreads, column.header.unit or unit or "", faults)
         return spreads
 
-    def _column(self, role: str, track: Track, rows: list[int]) -> Column:
-        """Put a track's rows in the order of the runs, with the constant of the log in blank cells."""
-        # A spreadsheet drops zeros at the end: the finest digit anywhere tells how all were read.
-        finest: dict[str, float] = {}
-        for cell in track.cells:
-            if cell is not None and cell.step is not None:
-                finest[cell.unit] = min(cell.step, finest.get(cell.unit, math.inf))
-        given = self.settings.roles.get(role)
-        values: list[float | None] = []
-        resolutions: list[float | None] = []
-        spreads: list[Uncertainty | None] = []
-        ids: list[int] = []
-        places: list[Place | None] = []
-        texts: list[str] = []
-        for i in rows:
-            cell, text = track.cells[i], track.texts[i]
-            if cell is not None and text is not None:
-                values.append(cell.value)
-                resolutions.append(None if cell.step is None else finest[cell.unit])
-                spreads.append(cell.uncertainty or track.spreads[i])
-                ids.append(track.ids[i])
-                places.append(text.place)
-                texts.append(text.text)
+    def _read_spreads(
+        self, role: str, column: Chosen, spreads: list[Uncertainty | None], unit: str, faults: Faults
+    ) -> None:
+        """Read a ``u_…`` column; its blank cells keep what holds for the whole column of readings."""
+        kind = kind_of_role(role)
+        try:
+            parse_uncertainty("0 %" if unit == "%" else "0", kind, unit)
+        except UnitError as error:
+            faults.add(UNIT_UNKNOWN, f'u_{role}, column "{column.cell.text}": {error}', error.hint, column.cell)
+            return
+        for i, row in enumerate(self.rows):
+            text = self._text(i, column.at)
+            if text in BLANKS:
                 continue
-            if cell is None and text is None and given is not None and given.cell is not None:
-                values.append(given.cell.value)
-                resolutions.append(given.cell.step)
-                spreads.append(given.cell.uncertainty or track.spreads[i])
-                ids.append(len(self.rows))
-                places.append(given.place)
-                texts.append(given.text)
-                continue
-            values.append(None)
-            resolutions.append(None)
-            spreads.append(None)
-            ids.append(track.ids[i])
-            places.append(text.place if text else None)
-            texts.append(text.text if text else "")
-        order = {old: new for new, old in enumerate(dict.fromkeys(ids))}
-        return Column(
-            role,
-            track.chosen.header.text,
-            track.unit,
-            tuple(values),
-            tuple(resolutions),
-            tuple(spreads),
-            tuple(order[i] for i in ids),
-            tuple(places),
-            tuple(texts),
-        )
+            try:
+                if unit == "%" and "%" not in text:
+                    spreads[i] = parse_uncertainty(text + " %", kind, ask=False)
+                else:
+                    spreads[i] = parse_uncertainty(text, kind, unit, ask=False)
+            except UnitError as error:
+                message = f'u_{role} "{text[:60]}": {error}'
+                faults.add(UNCERTAINTY_CANNOT_BE_READ, message, error.hint, self.grid.cell(row, column.at))
 
-    def _time_column(self, times: list[Track], plan: list[tuple[int, int]]) -> Column:
+    def _fill_down(self, role: str, track: _Track, mass: _Track | None, is_run: list[bool], faults: Faults) -> None:
+        """Give blank cells the value above; never across a run without a weight, never upwards."""
+        if all(reading.text for reading in track.readings):
+            return
+        last: int | None = None
+        filled: list[int] = []
+        early: list[int] = []
+        weights = mass.readings if role in LOADS and role != "mass" and mass is not None else None
+        for i, reading in enumerate(track.readings):
+            if reading.text:
+                last = i
+            elif weights is not None and weights[i].value == 0:
+                last = None
+            elif last is None:
+                early += [i] if is_run[i] else []
+            else:
+                # A value above that could not be read has been told of once: the blank cells below it lack nothing.
+                track.readings[i], track.spots[i] = track.readings[last], track.spots[last]
+                filled += [i] if is_run[i] and track.readings[last].value is not None else []
+        first = next((i for i, reading in enumerate(track.readings) if reading.text), -1)
+        early = [i for i in early if i < first]
+        if early:
+            message = f"{role} is blank in {span([self.rows[i].line for i in early])}, above its first value"
+            hint = "write each value in the first row that it belongs to"
+            cell = self.grid.cell(self.rows[first], track.chosen.at)
+            faults.add(VALUE_BELOW_ITS_FIRST_ROW, message, hint, cell)
+        if filled:
+            self._tell_filled(role, track.chosen.at, filled, sum(is_run), faults)
+
+    def _tell_filled(self, role: str, at: int, filled: list[int], runs: int, faults: Faults) -> None:
+        lines = [self.rows[i].line for i in filled]
+        row = self.rows[filled[0]]
+        place = self.grid.cell(row, at).place if at < len(row.texts) else Place(row.line, 1)
+        blank = f"{role} is blank in {span(lines)}"
+        if BY_NAME[role].part == "spin" and 2 * len(filled) < runs:
+            hint = "the value above was taken; write it there if it was forgotten"
+            faults.add(BLANK_SPIN, f"{blank}, where nearly every run has its own", hint, place)
+        else:
+            faults.add(BLANK_TAKES_VALUE_ABOVE, f"{blank}: the value above was taken", "", place)
+
+    def _column(self, role: str, track: _Track, rows: list[int]) -> Column:
+        """Put a track's rows in the order of the runs, with the value of the whole log in blank cells."""
+        readings = [track.readings[i] for i in rows]
+        spots = [track.spots[i] for i in rows]
+        given = self.settings.roles.get(role)
+        if given is not None:
+            for k, reading in enumerate(readings):
+                if not reading.text:
+                    readings[k], spots[k] = given.reading(track.spreads[rows[k]]), _CONSTANT
+        place = None if given is None else given.place
+        header = track.chosen.header.text
+        return Column(role, header, track.unit, tuple(readings), tuple(spots), place, self.find)
+
+    def _time_column(self, times: list[_Track], plan: list[tuple[int, int]]) -> Column:
         """Make one column of all stopwatch readings; each is a reading of its own."""
         parts = [self._column("time", track, list(range(len(self.rows)))) for track in times]
-        finest = min((r for part in parts for r in part.resolutions if r), default=None)
-        return Column(
-            "time",
-            parts[0].header,
-            parts[0].unit,
-            tuple(parts[k].values[i] for i, k in plan),
-            tuple(None if parts[k].resolutions[i] is None else finest for i, k in plan),
-            tuple(parts[k].uncertainties[i] for i, k in plan),
-            tuple(range(len(plan))),
-            tuple(parts[k].places[i] for i, k in plan),
-            tuple(parts[k].texts[i] for i, k in plan),
-        )
+        steps = {reading.step for part in parts for reading in part.readings if reading.step}
+        finest = min(steps, default=None)
+        readings = [parts[k].readings[i] for i, k in plan]
+        if len(steps) > 1:
+            readings = [reading._replace(step=finest) if reading.step else reading for reading in readings]
+        return replace(parts[0], readings=tuple(readings), spots=tuple(parts[k].spots[i] for i, k in plan))
 
     def _other(self, chosen: Chosen, rows: list[int]) -> Column | None:
-        if kind_of_role(chosen.role) == "text" or chosen.role[:2] == "u_":
-            used = self.choice.used[chosen.role][0].header.text
-            message = f'the column "{chosen.cell.text}" is not used: {chosen.role} is read from "{used}"'
-            self.faults.add(COLUMN_NOT_USED, message, "", chosen.cell.place, len(chosen.cell.text))
+        cell, role = chosen.cell, chosen.role
+        if role in TEXTS or role[:2] == "u_":
+            used = self.choice.used[role][0].header.text
+            message = f'the column "{cell.text}" is not used: {role} is read from "{used}"'
+            self.faults.add(COLUMN_NOT_USED, message, "", cell)
             return None
-        track = self._track(chosen.role, chosen, False)
+        track = self._track(role, chosen, False)
         if track is None:
             return None
-        if chosen.role != "inertia":
-            used = self.choice.used[chosen.role][0].header.text
-            message = f'the column "{chosen.cell.text}" is only compared: {chosen.role} is read from "{used}"'
-            self.faults.add(COLUMN_NOT_USED, message, "", chosen.cell.place, len(chosen.cell.text))
-        return self._column(chosen.role, track, rows)
+        if role != "inertia":
+            used = self.choice.used[role][0].header.text
+            message = f'the column "{cell.text}" is only compared: {role} is read from "{used}"'
+            self.faults.add(COLUMN_NOT_USED, message, "", cell)
+        return self._column(role, track, rows)
 
-    def _labels(self, plan: list[tuple[int, int]]) -> tuple[str, ...]:
+    def _labels(self, rows: list[int]) -> tuple[str, ...]:
         """Label the runs: the log's own labels or their order, with .1, .2 for repeats of one row."""
-        repeats: dict[int, int] = {}
-        for i, _ in plan:
-            repeats[i] = repeats.get(i, 0) + 1
+        repeats = Counter(rows)
         column = self.choice.used.get("run")
-        names = {i: (self._text(i, column[0].at) if column else "") or str(n) for n, i in enumerate(repeats, 1)}
-        labels: list[str] = []
-        seen: set[str] = set()
-        count: dict[int, int] = {}
-        for i, _ in plan:
-            count[i] = count.get(i, 0) + 1
-            label = names[i] if repeats[i] == 1 else f"{names[i]}.{count[i]}"
-            while label in seen:
-                label += f" (line {self.rows[i][0].line})"
-            seen.add(label)
-            labels.append(label)
+        labels: dict[str, None] = {}
+        for number, (i, times) in enumerate(repeats.items(), 1):
+            name = (self._text(i, column[0].at) if column else "") or str(number)
+            for label in [name] if times == 1 else [f"{name}.{k}" for k in range(1, times + 1)]:
+                while label in labels:
+                    label += f" (line {self.rows[i].line})"
+                labels[label] = None
         return tuple(labels)
 
 
+def _make_readings(texts: list[str], cells: dict[str, Quantity], spreads: list[Uncertainty | None]) -> list[Reading]:
+    """Make one reading for each row; equal ones are one object."""
+    # A spreadsheet drops zeros at the end: the finest digit anywhere tells how all were read.
+    finest: dict[str, float] = {}
+    for cell in cells.values():
+        if cell.step is not None:
+            finest[cell.unit] = min(cell.step, finest.get(cell.unit, math.inf))
+    pairs = list(zip(texts, spreads, strict=True))
+    made: dict[tuple[str, Uncertainty | None], Reading] = {}
+    for text, spread in set(pairs):
+        read = cells.get(text)
+        if read is None:
+            made[text, spread] = _BLANK if text in BLANKS else Reading(text=text)
+        else:
+            step = None if read.step is None else finest[read.unit]
+            made[text, spread] = Reading(read.value, step, read.uncertainty or spread, text)
+    return [made[pair] for pair in pairs]
+
+
 def _constant_column(role: str, given: Given, runs: int, common: Uncertainty | None) -> Column:
-    assert given.cell is not None
-    cell = given.cell
-    return Column(
-        role,
-        given.label,
-        cell.unit,
-        (cell.value,) * runs,
-        (cell.step,) * runs,
-        (cell.uncertainty or common,) * runs,
-        (0,) * runs,
-        (given.place,) * runs,
-        (given.text,) * runs,
-    )
+    unit = given.cell.unit if given.cell else ""
+    return Column(role, given.label, unit, (given.reading(common),) * runs, (_CONSTANT,) * runs, given.place)

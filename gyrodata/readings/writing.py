@@ -9,10 +9,9 @@ from collections.abc import Sequence
 from gyrodata.diagnostics import TEMPLATE_VALUE_CANNOT_BE_READ
 from gyrodata.errors import Diagnostic, InputError
 from gyrodata.quantities import parse_quantity
-from gyrodata.readings.cells import CellError, read_cell
+from gyrodata.readings.cells import PREFIX, CellError, read_cell
 from gyrodata.readings.lablog import Column, Readings
-from gyrodata.readings.reported import PREFIX
-from gyrodata.readings.roles import FILLED_DOWN, ROLES, kind_of_role
+from gyrodata.readings.roles import FILLED_DOWN, ROLES, kind_of_role, u_keys
 from gyrodata.units import SI, Uncertainty, UnitError, from_si
 
 
@@ -85,13 +84,10 @@ def _header(role: str, unit: str) -> str:
 
 def _cell_text(column: Column, run: int) -> str:
     """Give what was typed; a number without a text (from a simulation) is written in full."""
-    value = column.values[run]
-    if value is None:
-        return ""
-    if column.texts[run]:
-        return column.texts[run]
-    kind = kind_of_role(column.role)
-    return repr(from_si(value, column.unit, kind) if column.unit else value)
+    value, text = column.readings[run].value, column.readings[run].text
+    if value is None or text:
+        return text if value is not None else ""
+    return repr(from_si(value, column.unit, kind_of_role(column.role)) if column.unit else value)
 
 
 def _add_times(column: Column, rows: list[list[int]], headers: list[str], cells: list[list[str]]) -> None:
@@ -103,10 +99,10 @@ def _add_times(column: Column, rows: list[list[int]], headers: list[str], cells:
 
 def _add_column(column: Column, rows: list[list[int]], headers: list[str], cells: list[list[str]]) -> str:
     """Add one column; give the text of the reading that all blank cells share, if there is one."""
-    ids = [column.readings[row[0]] for row in rows]
+    ids = [column.spots[row[0]] for row in rows]
     # What was merged is merged again; what one line gave for the whole log becomes one line again.
     fills = column.role in FILLED_DOWN and not column.header.startswith(("#", "--"))
-    shared = _shared(ids, fills, [column.values[row[0]] is not None for row in rows])
+    shared = _shared(ids, fills, [column.readings[row[0]].value is not None for row in rows])
     texts: list[str] = []
     for i, row in enumerate(rows):
         repeated = i > 0 and fills and shared is None and ids[i] == ids[i - 1]
@@ -146,12 +142,10 @@ def _add_uncertainties(
 ) -> None:
     """Add a ``u_…`` column where a reading's uncertainty is neither in its cell nor the log's."""
     role, kind = column.role, kind_of_role(column.role)
-    common = readings.uncertainties.get(f"u_{role}")
-    if common is None and role in ("spin_start", "spin_end"):
-        common = readings.uncertainties.get("u_spin")
+    common = next((readings.uncertainties[key] for key in u_keys(role) if key in readings.uncertainties), None)
     texts: list[str] = []
     for row in rows:
-        spread, text = column.uncertainties[row[0]], column.texts[row[0]]
+        spread, text = column.readings[row[0]].u, column.readings[row[0]].text
         own = read_cell(text, kind, column.unit or None).uncertainty if text and spread is not None else None
         texts.append("" if spread is None or spread in (own, common) else _uncertainty_text(spread, kind))
     if any(texts):

@@ -8,8 +8,24 @@ that it is simulated.
 
 from __future__ import annotations
 
-from gyrodata.simulation.noise import EXACT, TYPICAL, read_noise
-from gyrodata.simulation.truth import Decay, Design, Runs, Truth, happen
+from gyrodata.simulation.noise import EXACT, NOISE_KEYS, TYPICAL, put_errors, read_noise
+from gyrodata.simulation.truth import Decay, Design, Runs, Truth, course, happen, time_by_constant, time_by_share
 from gyrodata.simulation.typed_log import Simulation, simulate
 
-__all__ = ["EXACT", "TYPICAL", "Decay", "Design", "Runs", "Simulation", "Truth", "happen", "read_noise", "simulate"]
+__all__ = [
+    "EXACT",
+    "NOISE_KEYS",
+    "TYPICAL",
+    "Decay",
+    "Design",
+    "Runs",
+    "Simulation",
+    "Truth",
+    "course",
+    "happen",
+    "put_errors",
+    "read_noise",
+    "simulate",
+    "time_by_constant",
+    "time_by_share",
+]

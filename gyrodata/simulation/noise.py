@@ -18,7 +18,7 @@ from gyrodata.errors import Diagnostic, InputError
 from gyrodata.measurements import SOURCES
 from gyrodata.physics import Floats
 from gyrodata.quantities import parse_uncertainty
-from gyrodata.readings import kind_of_role
+from gyrodata.readings import SPIN_SETS, kind_of_role, u_keys
 from gyrodata.units import Uncertainty, UnitError
 
 # A ruler with millimetres is read to 1 mm/√12 = 0.3 mm; the positions of a log have what they are rounded by.
@@ -34,7 +34,7 @@ TYPICAL: Mapping[str, Uncertainty] = {
 EXACT: Mapping[str, Uncertainty] = dict.fromkeys(TYPICAL, Uncertainty()) | {"u_spin": Uncertainty(0.0, 1e-12)}
 """No errors but those of sixteen digits: with none at all, a run without a torque would weigh infinitely much."""
 
-KEYS = (*TYPICAL, "u_g", "u_imbalance")
+NOISE_KEYS = (*TYPICAL, "u_g", "u_imbalance")
 """All that a simulated log can err in."""
 
 
@@ -48,7 +48,7 @@ class _Error:
     """"run": none; "value": equal true values, as of one weight used in three runs; "log": all."""
 
 
-_SPINS = ("spin", "spin_start", "spin_end")
+_SPINS = tuple(role for roles in SPIN_SETS for role in roles if "u_spin" in u_keys(role))
 _ERRORS = (
     _Error("u_time", ("time",), "run"),
     _Error("u_spin", _SPINS, "run"),
@@ -92,9 +92,9 @@ def read_noise(path: str | os.PathLike[str]) -> dict[str, Uncertainty]:
     faults = []
     noise = dict(TYPICAL)
     for key, text in _texts(Path(path)).items():
-        if key not in KEYS:
-            close = difflib.get_close_matches(key, KEYS, n=2)
-            hint = f"did you mean {' or '.join(close)}?" if close else f"keys are: {', '.join(KEYS)}"
+        if key not in NOISE_KEYS:
+            close = difflib.get_close_matches(key, NOISE_KEYS, n=2)
+            hint = f"did you mean {' or '.join(close)}?" if close else f"keys are: {', '.join(NOISE_KEYS)}"
             faults.append(
                 Diagnostic(
                     NOISE_CANNOT_BE_READ, "error", f"--noise {key}: a simulated log has no such uncertainty", hint

@@ -14,7 +14,7 @@ from gyrodata import __version__
 from gyrodata.diagnostics import SIMULATED_VALUE_IMPOSSIBLE
 from gyrodata.errors import Diagnostic, InputError
 from gyrodata.physics import Floats
-from gyrodata.readings import Column, Readings, check_value, kind_of_role, read_cell, write_log
+from gyrodata.readings import Column, Reading, Readings, check_value, kind_of_role, read_cell, u_keys, write_log
 from gyrodata.simulation.noise import EXACT, TYPICAL, put_errors
 from gyrodata.simulation.truth import Design, Runs, Truth, happen
 from gyrodata.units import DISPLAY, Uncertainty, from_si
@@ -143,7 +143,7 @@ def _readings(
     count = len(runs.time)
     texts = {}
     for role, values in read.items():
-        key = "u_spin" if role.startswith("spin") else f"u_{role}"
+        key = u_keys(role)[-1]
         exact = seed is None or key not in stated
         texts[role] = _typed(values, Uncertainty() if exact else stated[key], role)
     g = read_cell(texts.pop("g")[0], "acceleration", DISPLAY["acceleration"]).value
@@ -200,18 +200,17 @@ def _column(role: str, texts: list[str], stated: Mapping[str, Uncertainty]) -> C
             hint = "take less noise, a smaller timing bias, or more turns"
             raise InputError([Diagnostic(SIMULATED_VALUE_IMPOSSIBLE, "error", message, hint)])
     finest = min((cell.step for cell in cells if cell and cell.step), default=None)
-    u = stated.get("u_spin" if role in ("spin_start", "spin_end") else f"u_{role}")
+    u = next((stated[key] for key in u_keys(role) if key in stated), None)
     one_reading = role == "transverse_inertia" and len(set(texts)) == 1
     return Column(
         role=role,
         header=f"# {role}" if one_reading else f"{role} [{unit}]" if unit else role,
         unit=unit,
-        values=tuple(cell.value if cell else None for cell in cells),
-        resolutions=tuple(finest if cell and cell.step else None for cell in cells),
-        uncertainties=tuple(u if cell else None for cell in cells),
-        readings=(0,) * len(texts) if one_reading else tuple(range(len(texts))),
-        places=(None,) * len(texts),
-        texts=tuple(texts),
+        readings=tuple(
+            Reading(cell.value, finest if cell.step else None, u, text) if cell else Reading()
+            for cell, text in zip(cells, texts, strict=True)
+        ),
+        spots=(0,) * len(texts) if one_reading else tuple(range(len(texts))),
     )
 
 

@@ -106,8 +106,8 @@ def check(readings):
     n = len(readings.runs)
     assert len(set(readings.runs)) == n
     for column in (*readings.columns.values(), *readings.others):
-        for field in ("values", "resolutions", "uncertainties", "readings", "places", "texts"):
-            assert len(getattr(column, field)) == n, (column.role, field)
+        assert len(column.readings) == len(column.spots) == n, column.role
+        assert all((column.place(i) is None) <= (column.spots[i] < 0 or not column.readings[i].text) for i in range(n))
         assert all(value is None or math.isfinite(value) for value in column.values)
     if not readings.ok:
         return

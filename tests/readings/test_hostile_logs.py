@@ -107,7 +107,7 @@ def test_marks_that_no_editor_shows():
     text = HEAD.replace(",", ",\u200b") + ROW.replace("406", "\u202e406\u202c")
     readings = read_log(("\ufeff\ufeff" + text).encode())
     assert readings.ok
-    assert readings.columns["spin"].texts == ("406",)
+    assert [reading.text for reading in readings.columns["spin"].readings] == ["406"]
 
 
 def test_tables_in_a_configuration(tmp_path):

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from columns import of, shared
 
 from gyrodata.readings import Uncertainty, read_log
 
@@ -21,9 +22,9 @@ def test_stacked_timings_with_merged_cells():
     )
     assert readings.ok
     assert readings.columns["position"].values == (0.12, 0.12, 0.12, 0.15)
-    assert readings.columns["position"].readings == (0, 0, 0, 1)
+    assert shared(readings.columns["position"]) == (0, 0, 0, 1)
     assert readings.columns["torque"].values == (0.1766, 0.1766, 0.1766, 0.2207)
-    assert readings.columns["spin"].readings == (0, 0, 0, 0)
+    assert shared(readings.columns["spin"]) == (0, 0, 0, 0)
     assert readings.columns["precession_period"].values == (8.21, None, None, 6.38)
     assert [other.header for other in readings.others] == ["Spin speed,ω (rad/s)"]
 
@@ -36,8 +37,8 @@ def test_one_torque_with_an_uncertainty_in_each_row():
     )
     assert readings.ok
     spin = readings.columns["spin"]
-    assert [u.absolute for u in spin.uncertainties] == pytest.approx([30.5 * math.pi / 30, 4 * math.pi / 30])
-    assert spin.resolutions[1] == pytest.approx(0.1 * math.pi / 30)
+    assert [u.absolute for u in of(spin, "u")] == pytest.approx([30.5 * math.pi / 30, 4 * math.pi / 30])
+    assert spin.readings[1].step == pytest.approx(0.1 * math.pi / 30)
 
 
 def test_values_with_their_errors_in_the_cells():
@@ -48,7 +49,7 @@ def test_values_with_their_errors_in_the_cells():
         settings={"spin": "382.79 Hz"},
     )
     assert readings.ok
-    assert readings.columns["mass"].uncertainties == (Uncertainty(0.3 * 1e-3),)
+    assert of(readings.columns["mass"], "u") == (Uncertainty(0.3 * 1e-3),)
     assert readings.columns["time"].values == (86.2,)
     assert readings.columns["turns"].values == (3.0,)
     assert readings.columns["spin"].values == (382.79 * 2 * math.pi,)
@@ -66,9 +67,9 @@ def test_decimal_commas_and_sigma_columns():
     assert codes(readings) == {"G220"}
     assert readings.columns["mass"].values == (0.074,)
     assert readings.columns["time"].values == (139.48,)
-    assert readings.columns["time"].uncertainties == (None,)
-    assert readings.columns["precession_period"].uncertainties == (Uncertainty(0.5),)
-    assert readings.columns["torque"].uncertainties == (Uncertainty(0.001),)
+    assert of(readings.columns["time"], "u") == (None,)
+    assert of(readings.columns["precession_period"], "u") == (Uncertainty(0.5),)
+    assert of(readings.columns["torque"], "u") == (Uncertainty(0.001),)
 
 
 def test_minutes_and_seconds():
@@ -77,7 +78,7 @@ def test_minutes_and_seconds():
     )
     assert readings.ok
     assert readings.columns["time"].values == pytest.approx((216.26, 74.8))
-    assert readings.columns["time"].resolutions == (0.01, 0.01)
+    assert of(readings.columns["time"], "step") == (0.01, 0.01)
 
 
 def test_blocks_side_by_side():

@@ -7,6 +7,7 @@ import subprocess
 import sys
 
 import pytest
+from columns import of, shared
 
 from gyrodata.errors import InputError
 from gyrodata.readings import Place, Uncertainty, blank_log, read_log
@@ -35,12 +36,12 @@ def test_a_plain_log():
     assert readings.uncertainties == {"u_position": Uncertainty(0.0005)}
     mass, position, turns = (readings.columns[role] for role in ("mass", "position", "turns"))
     assert mass.values == (0.02, 0.0)
-    assert mass.resolutions == (0.001, None)
+    assert of(mass, "step") == (0.001, None)
     assert position.values == (0.15, None)
-    assert position.uncertainties == (Uncertainty(0.0005), None)
-    assert position.places[0] == Place(5, 4)
+    assert of(position, "u") == (Uncertainty(0.0005), None)
+    assert position.place(0) == Place(5, 4)
     assert turns.values == (1 / 3, 1 / 3)
-    assert turns.resolutions == (None, None)
+    assert of(turns, "step") == (None, None)
     assert readings.columns["spin"].values[0] == pytest.approx(206 * RPM)
     assert readings.runs == ("1", "2")
     assert readings.lines == (5, 6)
@@ -122,16 +123,16 @@ def test_repeats_become_runs_that_share_their_setting():
         "run,mass [g],position [cm],spin [rpm],time_1 [s],time_2 [s],turns\na,20,15,400,7,7.1,1\nb,20,15,400,7,,1\n"
     )
     assert readings.runs == ("a.1", "a.2", "b")
-    assert readings.columns["mass"].readings == (0, 0, 1)
-    assert readings.columns["time"].readings == (0, 1, 2)
+    assert shared(readings.columns["mass"]) == (0, 0, 1)
+    assert shared(readings.columns["time"]) == (0, 1, 2)
     assert readings.lines == (2, 2, 3)
 
 
 def test_filling_down():
     readings = read_log(HEAD + ROW + ",,,7.2,1/3\n,,,7.3,1/3\n40,,500,7.3,1/3\n,,,7.3,1/3\n")
     assert readings.ok
-    assert readings.columns["mass"].readings == (0, 0, 0, 1, 1)
-    assert readings.columns["position"].readings == (0,) * 5
+    assert shared(readings.columns["mass"]) == (0, 0, 0, 1, 1)
+    assert shared(readings.columns["position"]) == (0,) * 5
     assert codes(readings) == ["G217"] * 3
     assert "lines 3-4, 6" in readings.diagnostics[0].message
 
@@ -158,10 +159,10 @@ def test_constants_of_the_log():
     readings = read_log("# turns: 2/3\n# spin: 400 rpm\n" + body, settings={"spin": "10 Hz", "position": "5 cm"})
     assert readings.ok
     assert readings.columns["turns"].values == (1 / 3, 2 / 3)
-    assert readings.columns["turns"].places[1] == Place(1, 10)
+    assert readings.columns["turns"].place(1) == Place(1, 10)
     assert readings.columns["spin"].values[0] == pytest.approx(20 * math.pi)
     assert readings.columns["spin"].header == "--set spin"
-    assert readings.columns["spin"].places == (None, None)
+    assert [readings.columns["spin"].place(run) for run in (0, 1)] == [None, None]
     replaced = read_log(HEAD + ROW, settings={"spin": "400 rpm"})
     assert codes(replaced) == ["G304"]
     assert replaced.columns["spin"].values[0] == pytest.approx(400 * RPM)
@@ -184,9 +185,9 @@ def test_uncertainties_the_most_specific_wins():
     head = "# u_time: 0.2 s\nmass [g],position [cm],spin [rpm],time (±0.3 s),turns,u_mass [%]\n"
     text = head + "20,15,400±5,7(1),1,1\n20,15,400,7,1,\n"
     columns = read_log(text).columns
-    assert columns["time"].uncertainties == (Uncertainty(1.0), Uncertainty(0.3))
-    assert columns["spin"].uncertainties == (Uncertainty(5 * RPM), None)
-    assert columns["mass"].uncertainties == (Uncertainty(0.0, 0.01), None)
+    assert of(columns["time"], "u") == (Uncertainty(1.0), Uncertainty(0.3))
+    assert of(columns["spin"], "u") == (Uncertainty(5 * RPM), None)
+    assert of(columns["mass"], "u") == (Uncertainty(0.0, 0.01), None)
 
 
 def test_balance():
@@ -362,8 +363,8 @@ def test_a_dataframe():
     assert readings.name == "<table>"
     assert readings.constants == {"g": 9.8}
     assert readings.columns["mass"].values == (0.02, 0.04)  # noqa: PD011 (a Column, not a frame)
-    assert readings.columns["position"].resolutions == (0.001, 0.001)
-    assert readings.columns["spin"].readings == (0, 0)
+    assert of(readings.columns["position"], "step") == (0.001, 0.001)
+    assert shared(readings.columns["spin"]) == (0, 0)
 
 
 def test_workbooks():
@@ -436,7 +437,7 @@ def test_a_blank_log_to_fill_in():
     readings = read_log("\n".join([*lines[: start + 1], *filled]))
     assert readings.diagnostics == ()
     assert len(readings.runs) == 10
-    assert readings.columns["mass"].texts[-1] == "0"
+    assert readings.columns["mass"].readings[-1].text == "0"
     assert readings.columns["position"].values[-1] is None  # noqa: PD011 (a Column, not a frame)
     with pytest.raises(InputError):
         blank_log(("20",), "15 cm", ("200 rpm",))
@@ -460,7 +461,7 @@ def test_one_wrong_cell_is_one_message_also_where_it_would_be_filled_down():
 
 def test_the_unit_of_an_uncertainty():
     columns = read_log(HEAD.strip() + ",u_time\n20,15,400,7,1,0.2\n").columns
-    assert columns["time"].uncertainties == (Uncertainty(0.2),)
+    assert of(columns["time"], "u") == (Uncertainty(0.2),)
     wrong = read_log(HEAD.strip() + ",u_time [furlong]\n20,15,400,7,1,0.2\n20,15,400,7,1,0.2\n")
     assert codes(wrong) == ["G205"]
 
@@ -469,5 +470,5 @@ def test_the_uncertainty_of_a_derived_column_is_kept_and_never_stops_a_log():
     head = HEAD.strip() + ",T [s],σ_T [s],Ω [rad/s],σ_Ω [furlong]\n"
     readings = read_log(head + "20,15,400,7,1/3,21,0.5,0.3,?\n20,15,400,7,1/3,21,much,0.3,0.01\n")
     assert readings.ok
-    assert readings.columns["precession_period"].uncertainties == (Uncertainty(0.5), None)
-    assert readings.columns["precession_rate"].uncertainties == (None, None)
+    assert of(readings.columns["precession_period"], "u") == (Uncertainty(0.5), None)
+    assert of(readings.columns["precession_rate"], "u") == (None, None)

@@ -6,8 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gyrodata.readings import read_log, write_log
-from gyrodata.readings.reported import canonical_key, read_reported
+from gyrodata.readings import canonical_key, read_log, read_reported, write_log
 
 LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n"
 

@@ -3,9 +3,7 @@
 import pytest
 
 from gyrodata.measurements import measure
-from gyrodata.readings import read_log
-from gyrodata.readings.headers import parse_header
-from gyrodata.readings.meaning import stated_turns
+from gyrodata.readings import parse_header, read_log, stated_turns
 
 HEAD = "mass [g],position [cm],spin [rpm],"
 

@@ -13,11 +13,9 @@ from numpy.typing import NDArray
 
 from gyrodata.measurements import Measurements, spin_columns
 from gyrodata.physics import Floats
-from gyrodata.readings import Column, Readings
+from gyrodata.readings import TIMINGS, Column, Readings
 
 MOST_ROWS = 200  # rows that are kept of a log; of a longer one, those with the shortest times
-
-_TIMING = ("time", "precession_period", "precession_rate")
 
 _FINEST, _COARSEST = 0.0009, 0.011
 """Steps of a stopwatch [s] whose last digit a hand leaves to chance: with a scatter of 0.05 s, hundredths and below."""
@@ -63,7 +61,7 @@ def fingerprint(readings: Readings, measured: Measurements) -> Fingerprint:
     `measured`: What `gyrodata.measurements.measure` makes of them, n runs; no fit is needed.
     """
     columns = readings.columns
-    timing = next(columns[role] for role in _TIMING if role in columns)
+    timing = next(columns[role] for role in TIMINGS if role in columns)
     torque = np.array([float(f"{value:.9g}") for value in measured.torque])
     # The order of the file stays where torque and spin are equal: sorted times would look alike by themselves.
     order = np.lexsort((measured.spin, torque))
@@ -92,8 +90,7 @@ def _kept(values: Floats) -> tuple[float, ...]:
 
 def _relative_step(column: Column) -> Floats:
     """One step of the last digit over the value, the same for a period and for its rate, shape (n,)."""
-    pairs = zip(column.resolutions, column.values, strict=True)
-    return np.array([step / abs(value) if step and value else 0.0 for step, value in pairs])
+    return np.array([read.step / abs(read.value) if read.step and read.value else 0.0 for read in column.readings])
 
 
 def _last_digits(timing: Column) -> tuple[int, ...]:
@@ -101,7 +98,7 @@ def _last_digits(timing: Column) -> tuple[int, ...]:
     if timing.role != "time" or timing.unit != "s":
         return ()
     counts = [0] * 10
-    for value, step in zip(timing.values, timing.resolutions, strict=True):
+    for value, step, _, _ in timing.readings:
         if value is None or step is None or not _FINEST < step < _COARSEST:
             return ()
         counts[round(value / step) % 10] += 1

@@ -20,7 +20,7 @@ from gyrodata.errors import Diagnostic, GyroError
 from gyrodata.grading.submissions.archives import size_text
 from gyrodata.grading.toml_table import find_places
 from gyrodata.readings import (
-    KINDS,
+    REPORTED_KINDS,
     MAX_BYTES,
     Faults,
     Readings,
@@ -262,7 +262,9 @@ def _read_lines(text: str) -> list[tuple[str, str, int | None]]:
 
 
 def _tell_misspelt(key: str, reported: Reported, told: list[Diagnostic]) -> None:
-    close = [] if reported.key in KINDS else difflib.get_close_matches(canonical_key(key), KINDS, n=1, cutoff=0.75)
+    if reported.key in REPORTED_KINDS:
+        return
+    close = difflib.get_close_matches(canonical_key(key), REPORTED_KINDS, n=1, cutoff=0.75)
     if close:
         told.append(
             _diagnostic(ANSWER_NOT_ASKED_FOR, f'"{key}" is not asked for: was {close[0]} meant?', line=reported.line)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from gyrodata.comparisons import NamedFit
-from gyrodata.effects import DROP_ONE, Effect
+from gyrodata.effects import DROP_ONE, EFFECTS, Effect
 from gyrodata.errors import PICTURES
 from gyrodata.fitting import Share
 from gyrodata.reporting.values import Scale, count_text, p_text, percent_text, torque_scale
@@ -49,15 +49,7 @@ SOURCE_NAMES = {
 }
 
 
-EFFECT_NAMES = {
-    "residual_torque": "imperfect balance",
-    "timing_bias": "late or early hand",
-    "spin_decay": "falling spin, plain mean of start and end",
-    "decay_law": "law by which the spin falls",
-    "tilt": "tilted rod, eq. (9) for eq. (8)",
-    "release": "nutation after letting go",
-    "earth": "the Earth's rotation",
-}
+EFFECT_NAMES = {kind.name: kind.words for kind in EFFECTS}
 
 
 def visible(text: str) -> str:

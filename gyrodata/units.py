@@ -15,6 +15,7 @@ from typing import Any
 
 from gyrodata.unit_grammar import (
     MAX_UNIT_LENGTH,
+    STANDARD_GRAVITY,
     TABLE,
     Dimensions,
     Parsed,
@@ -27,7 +28,9 @@ __all__ = [
     "DISPLAY",
     "LIMITS",
     "MAX_UNIT_LENGTH",
+    "RPM",
     "SI",
+    "STANDARD_GRAVITY",
     "Uncertainty",
     "Unit",
     "UnitError",
@@ -39,6 +42,8 @@ __all__ = [
     "parse_unit",
 ]
 
+RPM = math.pi / 30
+"""One revolution per minute [rad/s]."""
 
 SI: dict[str, str] = {
     "mass": "kg",
@@ -174,8 +179,6 @@ _DIMENSIONS: dict[str, tuple[Dimensions, ...]] = {
     "sign": (),
     "text": (),
 }
-_STANDARD_GRAVITY = 9.80665
-
 _EVERYDAY: dict[tuple[str, str], float] = {
     ("mass", "g"): 1e-3,
     ("mass", "kg"): 1.0,
@@ -185,7 +188,7 @@ _EVERYDAY: dict[tuple[str, str], float] = {
     ("time", "s"): 1.0,
     ("time", "s/rev"): 1.0,
     ("time", "min"): 60.0,
-    ("rate", "rpm"): 2 * math.pi / 60,
+    ("rate", "rpm"): RPM,
     ("rate", "Hz"): 2 * math.pi,
     ("rate", "rps"): 2 * math.pi,
     ("rate", "rad/s"): 1.0,
@@ -292,7 +295,7 @@ def _pint_factor(parsed: Parsed, kind: str, spelling: str) -> float:
     }[kind]
     quantity = registry.Quantity(1.0, parsed.expression)
     if kind == "torque" and parsed.dimensions == (1, 1, 0, 0, 0):
-        quantity = quantity * registry.Quantity(_STANDARD_GRAVITY, "newton/kilogram")
+        quantity = quantity * registry.Quantity(STANDARD_GRAVITY, "newton/kilogram")
     if parsed.dimensions == (0, 0, 1, 0, -1):
         quantity = quantity * registry.Quantity(1.0, "turn")
     factor = float(quantity.to(target).magnitude)

@@ -39,7 +39,7 @@ RECIPES = {
 """,
     "A diagnostic": """
 @ diagnostics.py
-+TURNS_TOO_MANY = _code("G299", "warning", "more than 50 turns", LOG + "20,15.0,406,2356,60\\n")
++TURNS_TOO_MANY = _warning("G299", "more than 50 turns", LOG + "20,15.0,406,2356,60\\n")
 @ readings/meaning.py
  from gyrodata.diagnostics import (
 +    TURNS_TOO_MANY,

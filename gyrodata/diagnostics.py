@@ -5,6 +5,8 @@ A number is printed and looked up; the name is what the code says. One record a 
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Literal, NamedTuple
 
 Severity = Literal["error", "warning", "note"]
@@ -15,1012 +17,438 @@ class Code(NamedTuple):
 
     severity: Severity
     title: str
-    example: str
-    """A short log (or command-line options, after ``gyro``) that raises it."""
+    text: str | Callable[[], str]
+    """The example; a long one is written when it is asked for."""
+
+    @property
+    def example(self) -> str:
+        """A short log (or command-line options, after ``gyro``) that raises it."""
+        return self.text if isinstance(self.text, str) else self.text()
 
 
 CODES: dict[str, Code] = {}
 """Every code that the tool can raise."""
 
-LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
-G = "# g: 9.803 m/s^2\n"
 
-
-def _code(number: str, severity: Severity, title: str, example: str) -> str:
+def _code(severity: Severity, number: str, title: str, text: str | Callable[[], str]) -> str:
     """Enter a diagnostic into `CODES`, and give its number for a name."""
-    CODES[number] = Code(severity, title, example)
+    CODES[number] = Code(severity, title, text)
     return number
 
 
-FILE_NOT_FOUND = _code(
-    "G101",
-    "error",
-    "there is no such file",
-    "analyze no-such-file.csv",
-)
+_error, _warning, _note = (partial(_code, severity) for severity in ("error", "warning", "note"))
 
-FILE_CANNOT_BE_OPENED = _code(
-    "G102",
-    "error",
-    "the file cannot be opened",
-    "analyze .",
-)
+G = "# g: 9.803 m/s^2\n"
+HEAD = "mass [g],position [cm],spin [rpm],time [s],turns"
+LOG = HEAD + "\n"
+FALLING = "mass [g],position [cm],spin_start [rpm],spin_end [rpm],time [s],turns\n"
+RUBRIC = "schema = 1\npoints = 2\n[[criterion]]\nid = 'log'\n"
 
-LOG_IS_EMPTY = _code(
-    "G103",
-    "error",
-    "the log is empty",
-    "",
-)
 
-OTHER_KIND_OF_FILE = _code(
-    "G104",
-    "error",
-    "another kind of file",
-    "%PDF-1.7 a report, not a log",
-)
+def _many_readings() -> str:
+    return G + LOG + "".join(f"{20 + k // 2 / 100:.2f},15.0,400,{40 + k / 1000:.3f},1\n" for k in range(2600))
 
-NOT_TEXT = _code(
-    "G105",
-    "error",
-    "not text",
-    "mass [g]\x00position",
-)
 
-FILE_TOO_LARGE = _code(
-    "G106",
-    "error",
-    "the file is too large",
-    "analyze eleven-megabytes.csv",
-)
+# the file
+FILE_NOT_FOUND = _error("G101", "there is no such file", "analyze no-such-file.csv")
+FILE_CANNOT_BE_OPENED = _error("G102", "the file cannot be opened", "analyze .")
+LOG_IS_EMPTY = _error("G103", "the log is empty", "")
+OTHER_KIND_OF_FILE = _error("G104", "another kind of file", "%PDF-1.7 a report, not a log")
+NOT_TEXT = _error("G105", "not text", "mass [g]\x00position")
+FILE_TOO_LARGE = _error("G106", "the file is too large", "analyze eleven-megabytes.csv")
+COMPRESSED_FILE_DAMAGED = _error("G107", "a compressed file that is damaged", "\x1f\x8b\x08 and no more")
+WORKBOOK_CANNOT_BE_READ = _error("G108", "a workbook that cannot be read", "analyze log.xlsx")
+CODE_PAGE_GUESSED = _note("G109", "the file is not UTF-8; a code page was guessed", LOG + "20,15.0,206,7.06,1/3 ±\n")
 
-COMPRESSED_FILE_DAMAGED = _code(
-    "G107",
-    "error",
-    "a compressed file that is damaged",
-    "\x1f\x8b\x08 and no more",
-)
-
-WORKBOOK_CANNOT_BE_READ = _code(
-    "G108",
-    "error",
-    "a workbook that cannot be read",
-    "analyze log.xlsx",
-)
-
-CODE_PAGE_GUESSED = _code(
-    "G109",
-    "note",
-    "the file is not UTF-8; a code page was guessed",
-    "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,206,7.06,1/3 ±\n",
-)
-
-NO_HEADER_ROW = _code(
-    "G201",
-    "error",
-    "no header row",
-    "20,15.0,406,13.06,1/3\n",
-)
-
-HEADER_WITHOUT_RUNS = _code(
-    "G202",
-    "error",
-    "a header without runs",
-    "mass [g],position [cm],spin [rpm],time [s],turns\n",
-)
-
-CELL_IS_NO_NUMBER = _code(
-    "G203",
-    "error",
-    "a cell is not a number",
-    "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,56O,13.06,1/3\n",
-)
-
-CELL_BECAME_A_DATE = _code(
-    "G204",
-    "error",
-    "a spreadsheet made a date of a cell",
-    "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,560,13.06,03.Jan\n",
-)
-
-UNIT_UNKNOWN = _code(
+# the table
+NO_HEADER_ROW = _error("G201", "no header row", "20,15.0,406,13.06,1/3\n")
+HEADER_WITHOUT_RUNS = _error("G202", "a header without runs", LOG)
+CELL_IS_NO_NUMBER = _error("G203", "a cell is not a number", LOG + "20,15.0,56O,13.06,1/3\n")
+CELL_BECAME_A_DATE = _error("G204", "a spreadsheet made a date of a cell", LOG + "20,15.0,560,13.06,03.Jan\n")
+UNIT_UNKNOWN = _error(
     "G205",
-    "error",
     "a unit that is unknown, or of another kind",
     "mass [g],position [cm],spin [furlong],time [s],turns\n20,15,4,7.06,1\n",
 )
-
-UNIT_MISSING = _code(
-    "G206",
-    "error",
-    "a unit is missing",
-    "mass [g],position [cm],spin,time [s],turns\n20,15.0,560,13.06,1/3\n",
+UNIT_MISSING = _error(
+    "G206", "a unit is missing", "mass [g],position [cm],spin,time [s],turns\n20,15.0,560,13.06,1/3\n"
 )
-
-HEADER_FITS_TWO_ROLES = _code(
-    "G207",
-    "error",
-    "a header fits two roles",
-    "mass [g],position [cm],spin [rpm],T [s]\n20,15.0,406,39.2\n",
+HEADER_FITS_TWO_ROLES = _error(
+    "G207", "a header fits two roles", "mass [g],position [cm],spin [rpm],T [s]\n20,15.0,406,39.2\n"
 )
-
-PER_SECOND_IS_AMBIGUOUS = _code(
+PER_SECOND_IS_AMBIGUOUS = _error(
     "G208",
-    "error",
     "1/s can mean revolutions or radians",
     "mass [g],position [cm],spin [1/s],time [s],turns\n20,15.0,9,13.06,1/3\n",
 )
-
-ROW_TOO_LONG = _code(
-    "G209",
-    "error",
-    "a row has more cells than the header",
-    "mass [g],position [cm],spin [rpm],time [s],turns\n20,15,0,560,13,06,1/3\n",
-)
-
-HEADER_STANDS_TWICE = _code(
-    "G210",
-    "error",
-    "two columns with the same header",
-    "time [s],time [s]\n1,2\n",
-)
-
-BLOCKS_SIDE_BY_SIDE = _code(
-    "G211",
-    "error",
-    "blocks stand side by side",
-    'N,"t, s",N,"t, s"\n1,7.3,1,8.2\n',
-)
-
-BLOCKS_STACKED = _code(
-    "G212",
-    "error",
-    "blocks are stacked",
-    LOG + "20,15.0,406,13.06,1/3\n" + LOG + "20,15.0,406,13.06,1/3\n",
-)
-
-TABLE_TRANSPOSED = _code(
-    "G213",
-    "error",
-    "the table is transposed",
-    "mass [g],20,40\ntime [s],7.06,6.90\n",
-)
-
-ROW_IS_ONLY_A_TITLE = _code(
+ROW_TOO_LONG = _error("G209", "a row has more cells than the header", LOG + "20,15,0,560,13,06,1/3\n")
+HEADER_STANDS_TWICE = _error("G210", "two columns with the same header", "time [s],time [s]\n1,2\n")
+BLOCKS_SIDE_BY_SIDE = _error("G211", "blocks stand side by side", 'N,"t, s",N,"t, s"\n1,7.3,1,8.2\n')
+BLOCKS_STACKED = _error("G212", "blocks are stacked", 2 * (LOG + "20,15.0,406,13.06,1/3\n"))
+TABLE_TRANSPOSED = _error("G213", "the table is transposed", "mass [g],20,40\ntime [s],7.06,6.90\n")
+ROW_IS_ONLY_A_TITLE = _error(
     "G214",
-    "error",
     "a row that is only a title",
     "Task III\nmass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n",
 )
-
-NUMBER_IMPOSSIBLE = _code(
-    "G215",
-    "error",
-    "a number that cannot be",
-    "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,0,1/3\n",
+NUMBER_IMPOSSIBLE = _error("G215", "a number that cannot be", LOG + "20,15.0,406,0,1/3\n")
+ROW_WITHOUT_TIME = _warning(
+    "G216", "a row without a time is no run", LOG + "20,15.0,406,13.06,1/3\n20,15.0,406,-,1/3\n"
 )
-
-ROW_WITHOUT_TIME = _code(
-    "G216",
-    "warning",
-    "a row without a time is no run",
-    "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n20,15.0,406,-,1/3\n",
+BLANK_TAKES_VALUE_ABOVE = _note(
+    "G217", "blank cells take the value above", LOG + "20,15.0,406,13.06,1/3\n,,598,19.2,1/3\n"
 )
-
-BLANK_TAKES_VALUE_ABOVE = _code(
-    "G217",
-    "note",
-    "blank cells take the value above",
-    "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n,,598,19.2,1/3\n",
-)
-
-BLANK_SPIN = _code(
+BLANK_SPIN = _warning(
     "G218",
-    "warning",
     "a blank spin that may be forgotten",
     LOG + "20,15.0,406,13.06,1/3\n20,15.0,406,13.06,1/3\n20,15.0,,13.1,1/3\n",
 )
-
-VALUE_BELOW_ITS_FIRST_ROW = _code(
-    "G219",
-    "error",
-    "a value below the first row it belongs to",
-    "mass [g],position [cm],spin [rpm],time [s],turns\n,15.0,406,13.06,1/3\n20,15.0,406,13.06,1/3\n",
+VALUE_BELOW_ITS_FIRST_ROW = _error(
+    "G219", "a value below the first row it belongs to", LOG + ",15.0,406,13.06,1/3\n20,15.0,406,13.06,1/3\n"
 )
-
-COLUMN_NOT_USED = _code(
-    "G220",
-    "note",
-    "a column is not used",
-    "mass [g],position [cm],spin [rpm],time [s],turns,T [s],Ω [1/s]\n20,15.0,406,13.06,1/3,39.18,0.16\n",
+COLUMN_NOT_USED = _note("G220", "a column is not used", HEAD + ",T [s],Ω [1/s]\n20,15.0,406,13.06,1/3,39.18,0.16\n")
+HEADER_UNKNOWN = _note("G221", "headers that name nothing known", HEAD + ",moon\n20,15.0,406,13.06,1/3,full\n")
+NO_DELIMITER = _error("G222", "no delimiter between the columns", "mass position spin time\n20 15.0 560 13.06\n")
+TOO_MANY_ROWS = _error("G223", "more than 100 000 rows", "analyze hundred-thousand-rows.csv")
+TOO_MANY_COLUMNS = _error("G224", "more than 200 columns", "a,b," * 120 + "c\n1,2\n")
+CELL_TOO_LONG = _error("G225", "a cell of more than 10 000 characters", LOG + "x" * 10_001 + ",1,1,1,1\n")
+QUOTE_NEVER_CLOSED = _error("G226", "a quoted cell is never closed", LOG + '20,"15.0,560,13.06,1/3\n')
+UNCERTAINTY_CANNOT_BE_READ = _error(
+    "G227", "an uncertainty that cannot be read", HEAD + ",u_time [s]\n20,15.0,560,13.06,1/3,little\n"
 )
-
-HEADER_UNKNOWN = _code(
-    "G221",
-    "note",
-    "headers that name nothing known",
-    "mass [g],position [cm],spin [rpm],time [s],turns,moon\n20,15.0,406,13.06,1/3,full\n",
-)
-
-NO_DELIMITER = _code(
-    "G222",
-    "error",
-    "no delimiter between the columns",
-    "mass position spin time\n20 15.0 560 13.06\n",
-)
-
-TOO_MANY_ROWS = _code(
-    "G223",
-    "error",
-    "more than 100 000 rows",
-    "analyze hundred-thousand-rows.csv",
-)
-
-TOO_MANY_COLUMNS = _code(
-    "G224",
-    "error",
-    "more than 200 columns",
-    "a,b," * 120 + "c\n1,2\n",
-)
-
-CELL_TOO_LONG = _code(
-    "G225",
-    "error",
-    "a cell of more than 10 000 characters",
-    LOG + "x" * 10_001 + ",1,1,1,1\n",
-)
-
-QUOTE_NEVER_CLOSED = _code(
-    "G226",
-    "error",
-    "a quoted cell is never closed",
-    'mass [g],position [cm],spin [rpm],time [s],turns\n20,"15.0,560,13.06,1/3\n',
-)
-
-UNCERTAINTY_CANNOT_BE_READ = _code(
-    "G227",
-    "error",
-    "an uncertainty that cannot be read",
-    "mass [g],position [cm],spin [rpm],time [s],turns,u_time [s]\n20,15.0,560,13.06,1/3,little\n",
-)
-
-ROW_TAKEN_OUT = _code(
-    "G228",
-    "note",
-    "a row that a # takes out",
-    "mass [g],position [cm],spin [rpm],time [s],turns\n20,15,406,13.06,1/3\n#20,15,598,19.2,1/3\n",
-)
-
-NOTE_IS_ONLY_A_NUMBER = _code(
-    "G229",
-    "warning",
-    "a note that is only a number",
-    "mass [g],position [cm],spin [rpm],time [s],turns,note\n20,15,5,206,7,1\n",
-)
-
-TURNS_FOR_ONE_PERIOD = _code(
+ROW_TAKEN_OUT = _note("G228", "a row that a # takes out", LOG + "20,15,406,13.06,1/3\n#20,15,598,19.2,1/3\n")
+NOTE_IS_ONLY_A_NUMBER = _warning("G229", "a note that is only a number", HEAD + ",note\n20,15,5,206,7,1\n")
+TURNS_FOR_ONE_PERIOD = _error(
     "G230",
-    "error",
     "turns are given for the time of one turn",
     "mass [g],position [cm],spin [rpm],precession period [s],turns\n20,15.0,406,39.2,3\n",
 )
-
-TIME_AND_PERIOD_EXCHANGED = _code(
+TIME_AND_PERIOD_EXCHANGED = _error(
     "G231",
-    "error",
     "the time and the period are exchanged",
     "mass [g],position [cm],spin [rpm],t [s],T [s],turns\n20,15.0,406,39.2,117.6,3\n",
 )
-
-HEADER_PARTED_BY_COMMA = _code(
-    "G232",
-    "error",
-    "a header that its own comma parts",
-    "m, g,x [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n",
+HEADER_PARTED_BY_COMMA = _error(
+    "G232", "a header that its own comma parts", "m, g,x [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n"
 )
 
-QUANTITY_MISSING = _code(
-    "G301",
-    "error",
-    "a quantity is missing",
-    "mass [g],position [cm],spin [rpm],time [s]\n20,15.0,406,13.06\n",
+# what the log says
+QUANTITY_MISSING = _error(
+    "G301", "a quantity is missing", "mass [g],position [cm],spin [rpm],time [s]\n20,15.0,406,13.06\n"
 )
-
-RUN_LACKS_QUANTITY = _code(
-    "G302",
-    "error",
-    "a run lacks a quantity",
-    "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n20,15.0,598,19.2,\n",
+RUN_LACKS_QUANTITY = _error("G302", "a run lacks a quantity", LOG + "20,15.0,406,13.06,1/3\n20,15.0,598,19.2,\n")
+TURNS_CONTRADICT_ANGLE = _error(
+    "G303", "turns and angle contradict each other", HEAD + ",angle [deg]\n20,15.0,406,13.06,1/3,90\n"
 )
-
-TURNS_CONTRADICT_ANGLE = _code(
-    "G303",
-    "error",
-    "turns and angle contradict each other",
-    "mass [g],position [cm],spin [rpm],time [s],turns,angle [deg]\n20,15.0,406,13.06,1/3,90\n",
+OPTION_REPLACES_COLUMN = _note("G304", "an option takes the place of a column", 'analyze log.csv --set spin="400 rpm"')
+KEY_NEARLY_KNOWN = _warning(
+    "G305", "a # key that is nearly one this tool knows", "# u_tme: 0.2 s\n" + LOG + "20,15.0,406,13.06,1/3\n"
 )
-
-OPTION_REPLACES_COLUMN = _code(
-    "G304",
-    "note",
-    "an option takes the place of a column",
-    'analyze log.csv --set spin="400 rpm"',
+KEY_VALUE_CANNOT_BE_READ = _error(
+    "G306", "the value of a # line cannot be read", "# g: fast\n" + LOG + "20,15.0,406,13.06,1/3\n"
 )
-
-KEY_NEARLY_KNOWN = _code(
-    "G305",
-    "warning",
-    "a # key that is nearly one this tool knows",
-    "# u_tme: 0.2 s\nmass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n",
-)
-
-KEY_VALUE_CANNOT_BE_READ = _code(
-    "G306",
-    "error",
-    "the value of a # line cannot be read",
-    "# g: fast\nmass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n",
-)
-
-KEY_GIVEN_TWICE = _code(
+KEY_GIVEN_TWICE = _error(
     "G307",
-    "error",
     "a # key is given twice, with two values",
-    "# g: 9.8 m/s^2\n# g: 9.9 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n",
+    "# g: 9.8 m/s^2\n# g: 9.9 m/s^2\n" + LOG + "20,15.0,406,13.06,1/3\n",
 )
-
-REPORTED_VALUE_CANNOT_BE_READ = _code(
+REPORTED_VALUE_CANNOT_BE_READ = _note(
     "G308",
-    "note",
     "a reported value that cannot be read as it stands",
-    "# reported_inertia: 4.4e-3\nmass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n",
+    "# reported_inertia: 4.4e-3\n" + LOG + "20,15.0,406,13.06,1/3\n",
 )
 
-DERIVED_COLUMN_DISAGREES = _code(
+# what the readings say
+DERIVED_COLUMN_DISAGREES = _warning(
     "G401",
-    "warning",
     "a derived column disagrees with the readings",
-    "mass [g],position [cm],spin [rpm],time [s],turns,precession period [s]\n20.00,15.0,400,39.7,1,13.2\n",
+    HEAD + ",precession period [s]\n20.00,15.0,400,39.7,1,13.2\n",
 )
-
-SENSES_CONTRADICT_TORQUE = _code(
+SENSES_CONTRADICT_TORQUE = _warning(
     "G402",
-    "warning",
     "the senses written contradict the sign of the torque",
-    "mass [g],position [cm],spin [rpm],time [s],turns,spin_sense,precession_sense\n20.00,15.0,400,39.7,1,ccw,cw\n",
+    HEAD + ",spin_sense,precession_sense\n20.00,15.0,400,39.7,1,ccw,cw\n",
 )
+SPIN_RISES = _warning("G403", "the spin rises during the interval", FALLING + "20.00,15.0,400,450,39.7,1\n")
+GRAVITY_NOT_GIVEN = _note("G404", "no acceleration of free fall is given", LOG + "20.00,15.0,400,39.7,1\n")
+PRECESSION_FASTER_THAN_SPIN = _warning("G405", "the precession is faster than the spin", LOG + "20.00,15.0,4,0.397,1\n")
 
-SPIN_RISES = _code(
-    "G403",
-    "warning",
-    "the spin rises during the interval",
-    "mass [g],position [cm],spin_start [rpm],spin_end [rpm],time [s],turns\n20.00,15.0,400,450,39.7,1\n",
+# what the fit says
+_ODD_RUN = f"""{G}{LOG}\
+20.00,15.0,206,20.4,1
+20.00,15.0,407,40.4,1
+40.00,15.0,405,20.1,1
+40.00,15.0,607,30.1,2
+60.00,15.0,404,13.4,1
+60.00,15.0,603,20.0,1
+"""
+OUTLIER = _warning("G410", "a run does not go with the others", _ODD_RUN)
+_SCATTER_TOO_LARGE_LOG = f"""{G}\
+# u_time: 0.01 s
+{LOG}\
+20.00,15.0,206,20.9,1
+20.00,15.0,407,40.1,1
+40.00,15.0,405,20.5,1
+40.00,15.0,607,29.8,1
+60.00,15.0,404,13.7,1
+60.00,15.0,603,19.8,1
+"""
+SCATTER_TOO_LARGE = _warning(
+    "G411", "the scatter is larger than the stated uncertainties allow", _SCATTER_TOO_LARGE_LOG
 )
-
-GRAVITY_NOT_GIVEN = _code(
-    "G404",
-    "note",
-    "no acceleration of free fall is given",
-    "mass [g],position [cm],spin [rpm],time [s],turns\n20.00,15.0,400,39.7,1\n",
+_BALANCE_TEST_CONTRADICTED_LOG = f"""{G}\
+# u_imbalance: 0.00001 N*m
+{LOG}\
+20.00,15.0,206,16.0,1
+20.00,15.0,407,31.6,1
+40.00,15.0,405,18.0,1
+40.00,15.0,607,27.0,1
+60.00,15.0,404,12.5,1
+60.00,15.0,603,18.6,1
+"""
+BALANCE_TEST_CONTRADICTED = _warning(
+    "G412", "the data contradict the balance test in the log", _BALANCE_TEST_CONTRADICTED_LOG
 )
-
-PRECESSION_FASTER_THAN_SPIN = _code(
-    "G405",
-    "warning",
-    "the precession is faster than the spin",
-    "mass [g],position [cm],spin [rpm],time [s],turns\n20.00,15.0,4,0.397,1\n",
+NO_TORQUE = _error("G413", "no run has a torque", G + LOG + "0,,400,160.2,1/3\n0,,600,240.3,1/3\n")
+SINGLE_TORQUE = _warning(
+    "G414", "I_zz rests on a single torque", G + LOG + "20.00,15.0,206,20.4,1\n20.00,15.0,407,40.4,1\n"
 )
-
-OUTLIER = _code(
-    "G410",
-    "warning",
-    "a run does not go with the others",
-    G + LOG + "20.00,15.0,206,20.4,1\n"
-    "20.00,15.0,407,40.4,1\n"
-    "40.00,15.0,405,20.1,1\n"
-    "40.00,15.0,607,30.1,2\n"
-    "60.00,15.0,404,13.4,1\n"
-    "60.00,15.0,603,20.0,1\n",
+_NO_STEADY_PRECESSION_LOG = f"""{G}\
+# transverse_inertia: 0.02 kg*m^2
+{HEAD},pitch [deg]
+60.00,15.0,400,13.3,1,0
+60.00,15.0,600,19.9,1,0
+60.00,15.0,300,10.0,1,0
+60.00,15.0,20,2.5,1,60
+"""
+NO_STEADY_PRECESSION = _error(
+    "G415", "no steady precession is possible at this tilt and spin", _NO_STEADY_PRECESSION_LOG
 )
-
-SCATTER_TOO_LARGE = _code(
-    "G411",
-    "warning",
-    "the scatter is larger than the stated uncertainties allow",
-    G + "# u_time: 0.01 s\n" + LOG + "20.00,15.0,206,20.9,1\n"
-    "20.00,15.0,407,40.1,1\n"
-    "40.00,15.0,405,20.5,1\n"
-    "40.00,15.0,607,29.8,1\n"
-    "60.00,15.0,404,13.7,1\n"
-    "60.00,15.0,603,19.8,1\n",
+TOO_MANY_SHARED_READINGS = _error("G416", "too many shared readings for one fit", _many_readings)
+_TRANSVERSE_INERTIA_LOG = f"""{G}\
+{HEAD},pitch [deg]
+60.00,15.0,150,4.71,1,60
+60.00,15.0,300,9.74,1,60
+40.00,15.0,150,7.23,1,60
+40.00,15.0,300,14.69,1,60
+"""
+TRANSVERSE_INERTIA_NOT_GIVEN = _warning(
+    "G417", "the tilt matters, and the transverse moment of inertia is not given", _TRANSVERSE_INERTIA_LOG
 )
-
-BALANCE_TEST_CONTRADICTED = _code(
-    "G412",
-    "warning",
-    "the data contradict the balance test in the log",
-    G + "# u_imbalance: 0.00001 N*m\n" + LOG + "20.00,15.0,206,16.0,1\n"
-    "20.00,15.0,407,31.6,1\n"
-    "40.00,15.0,405,18.0,1\n"
-    "40.00,15.0,607,27.0,1\n"
-    "60.00,15.0,404,12.5,1\n"
-    "60.00,15.0,603,18.6,1\n",
+_RELEASE_NOT_TOLD_LOG = f"""{G}\
+# u_time: 0.02 s
+# u_position_zero: 0.1 mm
+{LOG}\
+60.00,15.0,200.0,6.62,1
+60.00,15.0,400.0,13.24,1
+120.0,15.0,200.0,3.31,1
+120.0,15.0,400.0,6.62,1
+"""
+RELEASE_NOT_TOLD = _note(
+    "G418", "the log does not say whether the rod was let go from rest, and that matters", _RELEASE_NOT_TOLD_LOG
 )
-
-NO_TORQUE = _code(
-    "G413",
-    "error",
-    "no run has a torque",
-    "# g: 9.803 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns\n0,,400,160.2,1/3\n0,,600,240.3,1/3\n",
+_RUNS_CONTRADICT_EACH_OTHER_LOG = f"""{G}{LOG}\
+20.00,15.0,206,20.4,1
+20.00,15.0,407,80,1
+40.00,15.0,405,60,1
+"""
+RUNS_CONTRADICT_EACH_OTHER = _warning(
+    "G419", "the runs contradict each other beyond all measure", _RUNS_CONTRADICT_EACH_OTHER_LOG
 )
+_TURNS_OF_WEIGHTS_WRONG_LOG = f"""{G}{LOG}\
+20.00,15.0,206,6.76,1/3
+20.00,15.0,407,13.4,1/3
+40.00,15.0,405,13.3,1/3
+40.00,15.0,607,19.9,1/3
+60.00,15.0,404,13.2,1/3
+60.00,15.0,603,19.8,1/3
+"""
+TURNS_OF_WEIGHTS_WRONG = _error("G420", "the turns of whole weights are wrong", _TURNS_OF_WEIGHTS_WRONG_LOG)
+_NO_INERTIA_FITS_LOG = f"""{G}{LOG}\
+20.00,15.0,206,20.4,1
+20.00,15.0,407,0.0404,1
+40.00,15.0,405,2010,1
+"""
+NO_INERTIA_FITS = _error("G421", "no moment of inertia goes with the runs", _NO_INERTIA_FITS_LOG)
 
-SINGLE_TORQUE = _code(
-    "G414",
-    "warning",
-    "I_zz rests on a single torque",
-    G + LOG + "20.00,15.0,206,20.4,1\n20.00,15.0,407,40.4,1\n",
+# the procedure
+_TOO_FEW_WEIGHTS_LOG = f"""{G}{LOG}\
+20.00,15.0,206,20.4,1
+20.00,15.0,407,40.4,1
+20.00,15.0,605,60.1,1
+"""
+TOO_FEW_WEIGHTS = _warning("G451", "fewer than three weights", _TOO_FEW_WEIGHTS_LOG)
+TOO_FEW_RUNS = _warning("G452", "fewer than three runs with a weight", G + LOG + "20.00,15.0,206,20.4,1\n")
+_SPINS_TOO_CLOSE_LOG = f"""{G}{LOG}\
+20.00,15.0,400,39.7,1
+20.00,15.0,410,40.7,1
+20.00,15.0,420,41.7,1
+"""
+SPINS_TOO_CLOSE = _warning("G453", "the spins of a weight are close together", _SPINS_TOO_CLOSE_LOG)
+_NO_UNLOADED_RUN_LOG = f"""{G}{LOG}\
+20.00,15.0,206,20.4,1
+20.00,15.0,407,40.4,1
+20.00,15.0,605,60.1,1
+40.00,15.0,405,20.1,1
+"""
+NO_UNLOADED_RUN = _warning("G454", "no run without a weight", _NO_UNLOADED_RUN_LOG)
+TIMES_TOO_SHORT = _warning("G455", "times under 6 s", G + LOG + "60.00,15.0,206,2.26,1/3\n")
+SPIN_FALLS_TOO_MUCH = _warning(
+    "G456", "the spin falls by more than 10 % in a run", G + FALLING + "20.00,15.0,400,330,36.0,1\n"
 )
+OUTLIER_BEFORE_LEAVING = _warning("G457", "a run does not go with the others", _ODD_RUN)
 
-NO_STEADY_PRECESSION = _code(
-    "G415",
-    "error",
-    "no steady precession is possible at this tilt and spin",
-    G + "# transverse_inertia: 0.02 kg*m^2\n"
-    "mass [g],position [cm],spin [rpm],time [s],turns,pitch [deg]\n"
-    "60.00,15.0,400,13.3,1,0\n"
-    "60.00,15.0,600,19.9,1,0\n"
-    "60.00,15.0,300,10.0,1,0\n"
-    "60.00,15.0,20,2.5,1,60\n",
+# options that go with a log
+OPTION_KEY_UNKNOWN = _error("G501", "--set or --config: there is no such key", "analyze log.csv --set trns=1")
+MAPPED_HEADER_UNKNOWN = _error("G502", "--map: there is no such header", 'analyze log.csv --map time="Zeitpunkt"')
+MAPPED_ROLE_UNKNOWN = _error("G503", "--map: there is no such role", 'analyze log.csv --map tme="time [s]"')
+OPTION_VALUE_CANNOT_BE_READ = _error(
+    "G504", "--set or --config: the value cannot be read", "analyze log.csv --set g=fast"
 )
-
-TOO_MANY_SHARED_READINGS = _code(
-    "G416",
-    "error",
-    "too many shared readings for one fit",
-    G + LOG + "".join(f"{20 + k // 2 / 100:.2f},15.0,400,{40 + k / 1000:.3f},1\n" for k in range(2600)),
+CONFIG_CANNOT_BE_READ = _error(
+    "G505", "--config: the file cannot be read", "analyze log.csv --config no-such-file.toml"
 )
+TEMPLATE_VALUE_CANNOT_BE_READ = _error("G506", "template: a value cannot be read", "template --weights 20 --spins fast")
 
-TRANSVERSE_INERTIA_NOT_GIVEN = _code(
-    "G417",
-    "warning",
-    "the tilt matters, and the transverse moment of inertia is not given",
-    G + "mass [g],position [cm],spin [rpm],time [s],turns,pitch [deg]\n"
-    "60.00,15.0,150,4.71,1,60\n"
-    "60.00,15.0,300,9.74,1,60\n"
-    "40.00,15.0,150,7.23,1,60\n"
-    "40.00,15.0,300,14.69,1,60\n",
+# options of a command
+OPTION_IS_NO_PAIR = _error("G601", "an option is not of the form KEY=VALUE", "analyze log.csv --set turns")
+FORMAT_FOR_ONE_LOG = _error("G602", "a form that is for one log", "analyze a.csv b.csv --format json")
+REPORT_CANNOT_BE_WRITTEN = _error("G603", "the report cannot be written", "analyze log.csv --out /dev/null")
+VALUES_NOT_FOR_FORMAT = _error(
+    "G604", "values are not words in this form", "analyze log.csv --format csv --values short"
 )
+CANNOT_BE_WATCHED = _error("G605", "what cannot be watched", "analyze a.csv b.csv --watch")
+STREAM_CANNOT_BE_USED = _error("G606", "standard output or input cannot be used", "analyze log.csv > /dev/full")
 
-RELEASE_NOT_TOLD = _code(
-    "G418",
-    "note",
-    "the log does not say whether the rod was let go from rest, and that matters",
-    G + "# u_time: 0.02 s\n"
-    "# u_position_zero: 0.1 mm\n" + LOG + "60.00,15.0,200.0,6.62,1\n"
-    "60.00,15.0,400.0,13.24,1\n"
-    "120.0,15.0,200.0,3.31,1\n"
-    "120.0,15.0,400.0,6.62,1\n",
-)
-
-RUNS_CONTRADICT_EACH_OTHER = _code(
-    "G419",
-    "warning",
-    "the runs contradict each other beyond all measure",
-    G + LOG + "20.00,15.0,206,20.4,1\n20.00,15.0,407,80,1\n40.00,15.0,405,60,1\n",
-)
-
-TURNS_OF_WEIGHTS_WRONG = _code(
-    "G420",
-    "error",
-    "the turns of whole weights are wrong",
-    G + LOG + "20.00,15.0,206,6.76,1/3\n"
-    "20.00,15.0,407,13.4,1/3\n"
-    "40.00,15.0,405,13.3,1/3\n"
-    "40.00,15.0,607,19.9,1/3\n"
-    "60.00,15.0,404,13.2,1/3\n"
-    "60.00,15.0,603,19.8,1/3\n",
-)
-
-NO_INERTIA_FITS = _code(
-    "G421",
-    "error",
-    "no moment of inertia goes with the runs",
-    G + LOG + "20.00,15.0,206,20.4,1\n20.00,15.0,407,0.0404,1\n40.00,15.0,405,2010,1\n",
-)
-
-TOO_FEW_WEIGHTS = _code(
-    "G451",
-    "warning",
-    "fewer than three weights",
-    G + LOG + "20.00,15.0,206,20.4,1\n20.00,15.0,407,40.4,1\n20.00,15.0,605,60.1,1\n",
-)
-
-TOO_FEW_RUNS = _code(
-    "G452",
-    "warning",
-    "fewer than three runs with a weight",
-    "# g: 9.803 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns\n20.00,15.0,206,20.4,1\n",
-)
-
-SPINS_TOO_CLOSE = _code(
-    "G453",
-    "warning",
-    "the spins of a weight are close together",
-    G + LOG + "20.00,15.0,400,39.7,1\n20.00,15.0,410,40.7,1\n20.00,15.0,420,41.7,1\n",
-)
-
-NO_UNLOADED_RUN = _code(
-    "G454",
-    "warning",
-    "no run without a weight",
-    G + LOG + "20.00,15.0,206,20.4,1\n20.00,15.0,407,40.4,1\n20.00,15.0,605,60.1,1\n40.00,15.0,405,20.1,1\n",
-)
-
-TIMES_TOO_SHORT = _code(
-    "G455",
-    "warning",
-    "times under 6 s",
-    "# g: 9.803 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns\n60.00,15.0,206,2.26,1/3\n",
-)
-
-SPIN_FALLS_TOO_MUCH = _code(
-    "G456",
-    "warning",
-    "the spin falls by more than 10 % in a run",
-    G + "mass [g],position [cm],spin_start [rpm],spin_end [rpm],time [s],turns\n20.00,15.0,400,330,36.0,1\n",
-)
-
-OUTLIER_BEFORE_LEAVING = _code(
-    "G457",
-    "warning",
-    "a run does not go with the others",
-    G + LOG + "20.00,15.0,206,20.4,1\n"
-    "20.00,15.0,407,40.4,1\n"
-    "40.00,15.0,405,20.1,1\n"
-    "40.00,15.0,607,30.1,2\n"
-    "60.00,15.0,404,13.4,1\n"
-    "60.00,15.0,603,20.0,1\n",
-)
-
-OPTION_KEY_UNKNOWN = _code(
-    "G501",
-    "error",
-    "--set or --config: there is no such key",
-    "analyze log.csv --set trns=1",
-)
-
-MAPPED_HEADER_UNKNOWN = _code(
-    "G502",
-    "error",
-    "--map: there is no such header",
-    'analyze log.csv --map time="Zeitpunkt"',
-)
-
-MAPPED_ROLE_UNKNOWN = _code(
-    "G503",
-    "error",
-    "--map: there is no such role",
-    'analyze log.csv --map tme="time [s]"',
-)
-
-OPTION_VALUE_CANNOT_BE_READ = _code(
-    "G504",
-    "error",
-    "--set or --config: the value cannot be read",
-    "analyze log.csv --set g=fast",
-)
-
-CONFIG_CANNOT_BE_READ = _code(
-    "G505",
-    "error",
-    "--config: the file cannot be read",
-    "analyze log.csv --config no-such-file.toml",
-)
-
-TEMPLATE_VALUE_CANNOT_BE_READ = _code(
-    "G506",
-    "error",
-    "template: a value cannot be read",
-    "template --weights 20 --spins fast",
-)
-
-OPTION_IS_NO_PAIR = _code(
-    "G601",
-    "error",
-    "an option is not of the form KEY=VALUE",
-    "analyze log.csv --set turns",
-)
-
-FORMAT_FOR_ONE_LOG = _code(
-    "G602",
-    "error",
-    "a form that is for one log",
-    "analyze a.csv b.csv --format json",
-)
-
-REPORT_CANNOT_BE_WRITTEN = _code(
-    "G603",
-    "error",
-    "the report cannot be written",
-    "analyze log.csv --out /dev/null",
-)
-
-VALUES_NOT_FOR_FORMAT = _code(
-    "G604",
-    "error",
-    "values are not words in this form",
-    "analyze log.csv --format csv --values short",
-)
-
-CANNOT_BE_WATCHED = _code(
-    "G605",
-    "error",
-    "what cannot be watched",
-    "analyze a.csv b.csv --watch",
-)
-
-STREAM_CANNOT_BE_USED = _code(
-    "G606",
-    "error",
-    "standard output or input cannot be used",
-    "analyze log.csv > /dev/full",
-)
-
-OPTION_IS_NO_QUANTITY = _code(
+# gyro predict
+OPTION_IS_NO_QUANTITY = _error(
     "G621",
-    "error",
     "an option is not a number with a unit that fits",
     'predict tip --force 0.5N --length 20cm --inertia "4.44e-3 kg m^2" --spin 400',
 )
-
-OPTION_NUMBER_IMPOSSIBLE = _code(
+OPTION_NUMBER_IMPOSSIBLE = _error(
     "G622",
-    "error",
     "an option's number cannot be",
     'predict tip --force 0.5N --length 20cm --inertia "-4.44e-3 kg m^2" --spin 400rpm',
 )
-
-TORQUE_MISSING_OR_TWICE = _code(
-    "G623",
-    "error",
-    "the torque is not given, or twice",
-    'predict precession --inertia "4.44e-3 kg m^2" --spin 400rpm',
+TORQUE_MISSING_OR_TWICE = _error(
+    "G623", "the torque is not given, or twice", 'predict precession --inertia "4.44e-3 kg m^2" --spin 400rpm'
 )
 
-SIMULATED_VALUE_IMPOSSIBLE = _code(
-    "G631",
-    "error",
-    "simulate: a value that cannot be",
-    "simulate --pitch 90deg",
-)
-
-SIMULATED_WITHOUT_TORQUE = _code(
-    "G632",
-    "error",
-    "simulate: a run without a torque",
-    "simulate --weights 0g",
-)
-
-SIMULATED_NO_STEADY_PRECESSION = _code(
+# gyro simulate
+SIMULATED_VALUE_IMPOSSIBLE = _error("G631", "simulate: a value that cannot be", "simulate --pitch 90deg")
+SIMULATED_WITHOUT_TORQUE = _error("G632", "simulate: a run without a torque", "simulate --weights 0g")
+SIMULATED_NO_STEADY_PRECESSION = _error(
     "G633",
-    "error",
     "simulate: no steady precession at this tilt and spin",
     'simulate --pitch 60deg --spins 50rpm --transverse "0.02 kg m^2"',
 )
-
-TURNS_NEVER_COMPLETED = _code(
-    "G634",
-    "error",
-    "simulate: the turns are never completed",
-    'simulate --spin-decay "1 s"',
+TURNS_NEVER_COMPLETED = _error("G634", "simulate: the turns are never completed", 'simulate --spin-decay "1 s"')
+SIMULATED_OPTIONS_CONTRADICT = _error(
+    "G635", "simulate: two options contradict each other", "simulate --motion horizontal --pitch 10deg"
+)
+NOISE_CANNOT_BE_READ = _error("G636", "simulate: the noise cannot be read", "simulate --noise no-such-file.toml")
+TRUTH_CANNOT_BE_WRITTEN = _error(
+    "G637", "simulate: the truth cannot be written", "simulate --truth no-such-folder/truth.json"
 )
 
-SIMULATED_OPTIONS_CONTRADICT = _code(
-    "G635",
-    "error",
-    "simulate: two options contradict each other",
-    "simulate --motion horizontal --pitch 10deg",
+# a class
+CLASS_IS_NO_FOLDER_OR_ZIP = _error("G701", "the class is neither a folder nor a zip", "grade no-such-class")
+ZIP_DAMAGED = _error("G702", "a zip that is damaged", "grade damaged.zip")
+ZIP_NOT_SAFE = _error("G703", "a zip that is not safe to read", "grade evil.zip")
+TOO_MANY_FILES = _error("G704", "too many files for a class", "grade million-files.zip")
+NO_SUBMISSION = _error("G705", "no submission is found", "grade class --lms canvas")
+PATTERN_CANNOT_BE_USED = _error("G706", "--pattern cannot be used", "grade class --pattern '(\\w+)_lab.csv'")
+FILES_OF_NO_STUDENT = _warning("G707", "files of no student", "grade class, with a file of another kind of name")
+ONE_OF_SEVERAL_GRADED = _note("G708", "one of several files or attempts is graded", "grade class, with two attempts")
+GRADESCOPE_METADATA_CANNOT_BE_READ = _warning(
+    "G709", "Gradescope's metadata cannot be read", "grade class, with a broken metadata file"
+)
+ANSWERS_NO_TOML = _warning("G711", "an answers file that is no TOML", "answers.toml: inertia = 4.4e-3 ± 0.1e-3 kg m^2")
+ANSWERS_CONTRADICT_LOG = _warning(
+    "G712", "log and answers file report two values", "answers.toml: inertia = '4.4 g m^2'"
+)
+SUBMITTED_FILE_CANNOT_BE_READ = _error(
+    "G713", "a submitted file cannot be read", "grade class, with a file that is cut off"
+)
+FILE_LEFT_OUT = _warning("G714", "a file or folder of the class is left out", "grade class, with a link")
+ANSWER_NOT_ASKED_FOR = _warning(
+    "G715", "an answer under a name that is not asked for", "answers.toml: inertai = '4.4 g m^2'"
+)
+ANSWERS_CANNOT_BE_READ = _warning("G716", "an answers file that cannot be read", "answers.toml: a picture")
+
+# a rubric
+RUBRIC_NO_TOML = _error("G721", "a rubric is no TOML file", "schema = 1\npoints = \n")
+RUBRIC_KEY_UNKNOWN = _error(
+    "G722", "a rubric has a key that is not known", RUBRIC + "check = 'log'\npoints = 2\nponits = 3\n"
+)
+RUBRIC_VALUE_CANNOT_BE_USED = _error(
+    "G723", "a value of a rubric is missing or cannot be used", RUBRIC + "check = 'log'\npoints = 'two'\n"
+)
+_POINTS_DO_NOT_ADD_UP_RUBRIC = """schema = 1
+points = 3
+[[criterion]]
+id = 'log'
+points = 2
+check = 'log'
+"""
+RUBRIC_POINTS_DO_NOT_ADD_UP = _error("G724", "the points of a rubric do not add up", _POINTS_DO_NOT_ADD_UP_RUBRIC)
+CRITERION_KIND_UNKNOWN = _error(
+    "G725", "a criterion is of a kind that is not known", RUBRIC + "points = 2\ncheck = 'lgo'\n"
+)
+_CONDITION_RUBRIC = f"""{RUBRIC}\
+points = 2
+check = 'log'
+full = 'warnings < 1'
+zero = 'warnings >= 4'
+"""
+CONDITION_CANNOT_BE_USED = _error("G726", "a condition cannot be used", _CONDITION_RUBRIC)
+_PARTS_CONTRADICT_RUBRIC = f"""{RUBRIC}\
+check = 'log'
+points = 2
+[reference]
+from = 'class'
+[reference.3]
+inertia = '4e-3 kg m^2'
+u = '1 %'
+"""
+RUBRIC_PARTS_CONTRADICT = _error("G727", "two parts of a rubric do not go together", _PARTS_CONTRADICT_RUBRIC)
+
+# partners
+PARTNERS_CANNOT_BE_READ = _error(
+    "G741", "the file of partners cannot be read", "grade class --partners no-such-file.csv"
+)
+PARTNER_UNKNOWN = _warning("G742", "a name in the file of partners is nobody in this class", "alice, bbo\n")
+PARTNER_ALONE = _warning("G743", "a line of the file of partners names one student only", "alice\n")
+
+# gradebooks
+GRADEBOOK_CANNOT_BE_READ = _error("G751", "a gradebook cannot be read", "grade class --gradebook picture.png")
+NO_CANVAS_GRADEBOOK = _error("G752", "this is no Canvas gradebook", "grade class --gradebook grades.csv")
+GRADEBOOK_COLUMN_NOT_CLEAR = _error(
+    "G753", "which column of the gradebook to fill is not clear", "grade class --gradebook two.csv"
+)
+GRADEBOOK_COLUMN_CANNOT_BE_FILLED = _error(
+    "G754", "the column of the gradebook cannot be filled", "grade class --gradebook locked.csv"
+)
+NO_MOODLE_WORKSHEET = _error("G755", "this is no Moodle grading worksheet", "grade class --worksheet grades.csv")
+WORKSHEET_CANNOT_TAKE_POINTS = _error(
+    "G756", "the worksheet cannot take these points", "grade class --worksheet ten-points.csv"
 )
 
-NOISE_CANNOT_BE_READ = _code(
-    "G636",
-    "error",
-    "simulate: the noise cannot be read",
-    "simulate --noise no-such-file.toml",
+# the run of a class
+NO_PROCESS_CAN_BE_STARTED = _error("G761", "no process can be started to work in", "grade class, with no process left")
+JOURNAL_LINES_LOST = _note("G762", "lines of the journal cannot be read", "grade class, after a power cut")
+GRADES_FOLDER_CANNOT_BE_WRITTEN = _error(
+    "G763", "the folder of the grades cannot be written", "grade class --out /dev/null"
 )
+NOTHING_TO_GRADE = _error("G764", "there is nothing to grade", "grade")
+OPTION_FILE_CANNOT_BE_READ = _error(
+    "G765", "a file given with an option cannot be read", "grade class --rubric no-such-file.toml"
+)
+GRADES_WITHIN_CLASS = _error(
+    "G766", "the grades would be written into the class itself", "grade class --out class/grades"
+)
+OPTION_NEEDS_A_FOLDER = _error("G767", "an option needs a folder to write to", "grade class --format json --figures")
 
-TRUTH_CANNOT_BE_WRITTEN = _code(
-    "G637",
-    "error",
-    "simulate: the truth cannot be written",
-    "simulate --truth no-such-folder/truth.json",
-)
-
-CLASS_IS_NO_FOLDER_OR_ZIP = _code(
-    "G701",
-    "error",
-    "the class is neither a folder nor a zip",
-    "grade no-such-class",
-)
-
-ZIP_DAMAGED = _code(
-    "G702",
-    "error",
-    "a zip that is damaged",
-    "grade damaged.zip",
-)
-
-ZIP_NOT_SAFE = _code(
-    "G703",
-    "error",
-    "a zip that is not safe to read",
-    "grade evil.zip",
-)
-
-TOO_MANY_FILES = _code(
-    "G704",
-    "error",
-    "too many files for a class",
-    "grade million-files.zip",
-)
-
-NO_SUBMISSION = _code(
-    "G705",
-    "error",
-    "no submission is found",
-    "grade class --lms canvas",
-)
-
-PATTERN_CANNOT_BE_USED = _code(
-    "G706",
-    "error",
-    "--pattern cannot be used",
-    "grade class --pattern '(\\w+)_lab.csv'",
-)
-
-FILES_OF_NO_STUDENT = _code(
-    "G707",
-    "warning",
-    "files of no student",
-    "grade class, with a file of another kind of name",
-)
-
-ONE_OF_SEVERAL_GRADED = _code(
-    "G708",
-    "note",
-    "one of several files or attempts is graded",
-    "grade class, with two attempts",
-)
-
-GRADESCOPE_METADATA_CANNOT_BE_READ = _code(
-    "G709",
-    "warning",
-    "Gradescope's metadata cannot be read",
-    "grade class, with a broken metadata file",
-)
-
-ANSWERS_NO_TOML = _code(
-    "G711",
-    "warning",
-    "an answers file that is no TOML",
-    "answers.toml: inertia = 4.4e-3 ± 0.1e-3 kg m^2",
-)
-
-ANSWERS_CONTRADICT_LOG = _code(
-    "G712",
-    "warning",
-    "log and answers file report two values",
-    "answers.toml: inertia = '4.4 g m^2'",
-)
-
-SUBMITTED_FILE_CANNOT_BE_READ = _code(
-    "G713",
-    "error",
-    "a submitted file cannot be read",
-    "grade class, with a file that is cut off",
-)
-
-FILE_LEFT_OUT = _code(
-    "G714",
-    "warning",
-    "a file or folder of the class is left out",
-    "grade class, with a link",
-)
-
-ANSWER_NOT_ASKED_FOR = _code(
-    "G715",
-    "warning",
-    "an answer under a name that is not asked for",
-    "answers.toml: inertai = '4.4 g m^2'",
-)
-
-ANSWERS_CANNOT_BE_READ = _code(
-    "G716",
-    "warning",
-    "an answers file that cannot be read",
-    "answers.toml: a picture",
-)
-
-RUBRIC_NO_TOML = _code(
-    "G721",
-    "error",
-    "a rubric is no TOML file",
-    "schema = 1\npoints = \n",
-)
-
-RUBRIC_KEY_UNKNOWN = _code(
-    "G722",
-    "error",
-    "a rubric has a key that is not known",
-    "schema = 1\npoints = 2\n[[criterion]]\nid = 'log'\ncheck = 'log'\npoints = 2\nponits = 3\n",
-)
-
-RUBRIC_VALUE_CANNOT_BE_USED = _code(
-    "G723",
-    "error",
-    "a value of a rubric is missing or cannot be used",
-    "schema = 1\npoints = 2\n[[criterion]]\nid = 'log'\ncheck = 'log'\npoints = 'two'\n",
-)
-
-RUBRIC_POINTS_DO_NOT_ADD_UP = _code(
-    "G724",
-    "error",
-    "the points of a rubric do not add up",
-    "schema = 1\npoints = 3\n[[criterion]]\nid = 'log'\npoints = 2\ncheck = 'log'\n",
-)
-
-CRITERION_KIND_UNKNOWN = _code(
-    "G725",
-    "error",
-    "a criterion is of a kind that is not known",
-    "schema = 1\npoints = 2\n[[criterion]]\nid = 'log'\npoints = 2\ncheck = 'lgo'\n",
-)
-
-CONDITION_CANNOT_BE_USED = _code(
-    "G726",
-    "error",
-    "a condition cannot be used",
-    "schema = 1\n"
-    "points = 2\n"
-    "[[criterion]]\n"
-    "id = 'log'\n"
-    "points = 2\n"
-    "check = 'log'\n"
-    "full = 'warnings < 1'\n"
-    "zero = 'warnings >= 4'\n",
-)
-
-RUBRIC_PARTS_CONTRADICT = _code(
-    "G727",
-    "error",
-    "two parts of a rubric do not go together",
-    "schema = 1\n"
-    "points = 2\n"
-    "[[criterion]]\n"
-    "id = 'log'\n"
-    "check = 'log'\n"
-    "points = 2\n"
-    "[reference]\n"
-    "from = 'class'\n"
-    "[reference.3]\n"
-    "inertia = '4e-3 kg m^2'\n"
-    "u = '1 %'\n",
-)
-
-PARTNERS_CANNOT_BE_READ = _code(
-    "G741",
-    "error",
-    "the file of partners cannot be read",
-    "grade class --partners no-such-file.csv",
-)
-
-PARTNER_UNKNOWN = _code(
-    "G742",
-    "warning",
-    "a name in the file of partners is nobody in this class",
-    "alice, bbo\n",
-)
-
-PARTNER_ALONE = _code(
-    "G743",
-    "warning",
-    "a line of the file of partners names one student only",
-    "alice\n",
-)
-
-GRADEBOOK_CANNOT_BE_READ = _code(
-    "G751",
-    "error",
-    "a gradebook cannot be read",
-    "grade class --gradebook picture.png",
-)
-
-NO_CANVAS_GRADEBOOK = _code(
-    "G752",
-    "error",
-    "this is no Canvas gradebook",
-    "grade class --gradebook grades.csv",
-)
-
-GRADEBOOK_COLUMN_NOT_CLEAR = _code(
-    "G753",
-    "error",
-    "which column of the gradebook to fill is not clear",
-    "grade class --gradebook two.csv",
-)
-
-GRADEBOOK_COLUMN_CANNOT_BE_FILLED = _code(
-    "G754",
-    "error",
-    "the column of the gradebook cannot be filled",
-    "grade class --gradebook locked.csv",
-)
-
-NO_MOODLE_WORKSHEET = _code(
-    "G755",
-    "error",
-    "this is no Moodle grading worksheet",
-    "grade class --worksheet grades.csv",
-)
-
-WORKSHEET_CANNOT_TAKE_POINTS = _code(
-    "G756",
-    "error",
-    "the worksheet cannot take these points",
-    "grade class --worksheet ten-points.csv",
-)
-
-NO_PROCESS_CAN_BE_STARTED = _code(
-    "G761",
-    "error",
-    "no process can be started to work in",
-    "grade class, with no process left",
-)
-
-JOURNAL_LINES_LOST = _code(
-    "G762",
-    "note",
-    "lines of the journal cannot be read",
-    "grade class, after a power cut",
-)
-
-GRADES_FOLDER_CANNOT_BE_WRITTEN = _code(
-    "G763",
-    "error",
-    "the folder of the grades cannot be written",
-    "grade class --out /dev/null",
-)
-
-NOTHING_TO_GRADE = _code(
-    "G764",
-    "error",
-    "there is nothing to grade",
-    "grade",
-)
-
-OPTION_FILE_CANNOT_BE_READ = _code(
-    "G765",
-    "error",
-    "a file given with an option cannot be read",
-    "grade class --rubric no-such-file.toml",
-)
-
-GRADES_WITHIN_CLASS = _code(
-    "G766",
-    "error",
-    "the grades would be written into the class itself",
-    "grade class --out class/grades",
-)
-
-OPTION_NEEDS_A_FOLDER = _code(
-    "G767",
-    "error",
-    "an option needs a folder to write to",
-    "grade class --format json --figures",
-)
-
-FAULT_OF_GYRO = _code(
-    "G901",
-    "error",
-    "a fault of gyro itself",
-    "no log should ever raise it",
-)
+# gyro itself
+FAULT_OF_GYRO = _error("G901", "a fault of gyro itself", "no log should ever raise it")

@@ -1,14 +1,17 @@
 """How large each simplification is in a log: the bias of I_zz, in its own standard uncertainties.
 
-Each has a bias in closed form; the log's own numbers go into it, weighted as the fit weights its runs. What is below
-0.2 of the standard uncertainty is dropped, smallest first, while all that is dropped stays below 0.3 and the single
-runs do not scatter by it; the rest is kept (`model`). Effects of unknown size (M0, b) are parameters of every model.
+One record of `EFFECTS` each. Each has a bias in closed form; the log's own numbers go into it, weighted as the fit
+weights its runs. What is below 0.2 of the standard uncertainty is dropped, smallest first, while all that is dropped
+stays below 0.3 and the single runs do not scatter by it; the rest is kept (`model`). Effects of unknown size (M0, b)
+are parameters of every model.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -81,37 +84,91 @@ def never_corrected(measured: Measurements, fit: FitResult) -> dict[str, float]:
     return biases
 
 
-def list_effects(
-    measured: Measurements, fit: FitResult, tilted: bool, released: bool, asked: bool
-) -> tuple[Effect, ...]:
-    """List every simplification with its size in this log, and what became of it."""
-    u = relative_u(fit)
-    never = never_corrected(measured, fit)
-    effects = [*_unknown_sizes(measured, fit, u), *_decay(measured, fit, never.get("decay_law"), u)]
-    words = ", as asked" if asked else ""
-    if np.any(measured.pitch):
-        tilt = whole(fit, tilt_by_run(measured, fit, measured.pitch))
-        reason = _why(tilt, u, f"eq. (8) is used{words}" if tilted else f"eq. (9) is used{words}", tilted)
-    else:
-        tilt = whole(fit, tilt_by_run(measured, fit, LEVEL_TO))
-        reason = _why(tilt, u, "no pitch in the log; this is for 2° off level", False)
-    effects.append(_sized("tilt", tilt, u, tilted and bool(np.any(measured.pitch)), reason))
-    release = whole(fit, release_by_run(measured, fit))
-    premise = {
-        True: f"the mean rate of a rod let go from rest is used{words}",
-        False: f"taken for steady precession{words}",
-    }[released]
-    if not released and measured.motion is None:
-        premise = 'assumed steady; this is for a rod let go from rest ("# motion: released" in the log)'
-    elif measured.motion == "steady":
+class Case(NamedTuple):
+    """A log that the sizes are worked out for, and the model that it is fitted with."""
+
+    measured: Measurements
+    fit: FitResult
+    tilted: bool
+    """Eq. (8) with each run's pitch, not eq. (9)."""
+    released: bool
+    """The mean rate of a rod let go from rest, not that of steady precession."""
+    asked: str
+    """", as asked" where the caller chose the model, else ""."""
+
+
+Found = tuple[float | None, bool, str]
+"""Bias of I_zz, None where the log does not tell; whether the model takes the effect into account; and why."""
+
+
+_UNKNOWN = "its size is unknown beforehand, so {} is a parameter with {}"
+
+
+def _residual_torque(case: Case) -> Found:
+    fit, torque = case.fit, case.measured.torque
+    weights = (case.measured.time / fit.time_u) ** 2 * (fit.response != 0)
+    loaded = torque != 0
+    per_run = np.zeros(len(weights))
+    per_run[loaded] = physics.imbalance_bias(torque[loaded], fit.imbalance.value)
+    prior = "practically no prior" if fit.imbalance_free else f"prior width {fit.imbalance_prior:.2g} N*m"
+    return float(np.sum(weights / weights.sum() * per_run)), True, _UNKNOWN.format("M0", prior)
+
+
+def _timing_bias(case: Case) -> Found:
+    measured, fit = case.measured, case.fit
+    weights = (measured.time / fit.time_u) ** 2 * (fit.response != 0)
+    late = physics.timing_bias(measured.time - fit.timing_bias.value, fit.timing_bias.value)
+    known = measured.timing_bias_u == 0
+    prior = f"prior width {measured.timing_bias_u:g} s"
+    reason = "not a stopwatch's time, or u_time_bias is 0" if known else _UNKNOWN.format("b", prior)
+    return float(np.sum(weights / weights.sum() * late)), not known, reason
+
+
+def _spin_decay(case: Case) -> Found:
+    start, end = case.measured.spin_start, case.measured.spin_end
+    if start is None or end is None:
+        why = "one reading of the spin in each run; taken at half time it is good to 0.05 % for a fall of 10 %"
+        return None, False, why
+    readings = "start and end" if case.measured.spin_readings == 2 else "start, half time and end"
+    why = f"the harmonic mean in time of {readings} costs nothing, so it is used"
+    return whole(case.fit, case.measured.spin / ((start + end) / 2) - 1), True, why
+
+
+def _decay_law(case: Case) -> Found | None:
+    bias = never_corrected(case.measured, case.fit).get("decay_law")
+    if bias is None:
+        return None
+    u = relative_u(case.fit)
+    more = "; read the spin at half time as well" if abs(bias) >= DROP_ONE * u else ""
+    return bias, False, _why(bias, u, "a viscous decay is assumed, as of an air film", False) + more
+
+
+def _tilt(case: Case) -> Found:
+    measured, u = case.measured, relative_u(case.fit)
+    if not np.any(measured.pitch):
+        bias = whole(case.fit, tilt_by_run(measured, case.fit, LEVEL_TO))
+        return bias, False, _why(bias, u, "no pitch in the log; this is for 2° off level", False)
+    bias = whole(case.fit, tilt_by_run(measured, case.fit, measured.pitch))
+    equation = "eq. (8)" if case.tilted else "eq. (9)"
+    return bias, case.tilted, _why(bias, u, f"{equation} is used{case.asked}", case.tilted)
+
+
+def _release(case: Case) -> Found:
+    if case.measured.motion == "steady":
         premise = "steady, as the log says; this is for a rod let go from rest"
-    effects.append(_sized("release", release, u, released, _why(release, u, premise, released)))
-    effects.append(_sized("earth", never["earth"], u, False, _why(never["earth"], u, "at most, at a pole", False)))
-    return tuple(effects)
+    elif case.released:
+        premise = f"the mean rate of a rod let go from rest is used{case.asked}"
+    elif case.measured.motion is None:
+        premise = 'assumed steady; this is for a rod let go from rest ("# motion: released" in the log)'
+    else:
+        premise = f"taken for steady precession{case.asked}"
+    bias = whole(case.fit, release_by_run(case.measured, case.fit))
+    return bias, case.released, _why(bias, relative_u(case.fit), premise, case.released)
 
 
-def _sized(effect: str, bias: float, u: float, kept: bool, reason: str) -> Effect:
-    return Effect(effect, bias, abs(bias) / u if u else None, kept, reason)
+def _earth(case: Case) -> Found:
+    bias = never_corrected(case.measured, case.fit)["earth"]
+    return bias, False, _why(bias, relative_u(case.fit), "at most, at a pole", False)
 
 
 def _why(bias: float, u: float, premise: str, kept: bool) -> str:
@@ -125,38 +182,39 @@ def _why(bias: float, u: float, premise: str, kept: bool) -> str:
     return f"{premise}: {size:.2g} u, {verdict}"
 
 
-def _unknown_sizes(measured: Measurements, fit: FitResult, u: float) -> list[Effect]:
-    """Give the two effects whose size nobody knows beforehand: parameters in every model."""
-    weights = (measured.time / fit.time_u) ** 2 * (fit.response != 0)
-    weights = weights / weights.sum()
-    loaded = measured.torque != 0
-    per_run = np.zeros(len(weights))
-    per_run[loaded] = physics.imbalance_bias(measured.torque[loaded], fit.imbalance.value)
-    prior = "practically no prior" if fit.imbalance_free else f"prior width {fit.imbalance_prior:.2g} N*m"
-    unknown = "its size is unknown beforehand, so {} is a parameter with {}"
-    timing = float(np.sum(weights * physics.timing_bias(measured.time - fit.timing_bias.value, fit.timing_bias.value)))
-    if measured.timing_bias_u > 0:
-        reason = unknown.format("b", f"prior width {measured.timing_bias_u:g} s")
-    else:
-        reason = "not a stopwatch's time, or u_time_bias is 0"
-    return [
-        _sized("residual_torque", float(np.sum(weights * per_run)), u, True, unknown.format("M0", prior)),
-        _sized("timing_bias", timing, u, measured.timing_bias_u > 0, reason),
-    ]
+class EffectKind(NamedTuple):
+    """What is known of an effect before a log is read."""
+
+    name: str
+    """Its name in the JSON."""
+    words: str
+    """What it is called; after a comma, what stands in its place where the model leaves it out."""
+    find: Callable[[Case], Found | None]
+    """Its size in a log, and what became of it; None where the log has no such effect."""
 
 
-def _decay(measured: Measurements, fit: FitResult, law: float | None, u: float) -> list[Effect]:
-    """Give the fall of the spin while it is timed, and the doubt about its law."""
-    if measured.spin_start is None or measured.spin_end is None:
-        why = "one reading of the spin in each run; taken at half time it is good to 0.05 % for a fall of 10 %"
-        return [Effect("spin_decay", None, None, False, why)]
-    plain = whole(fit, measured.spin / ((measured.spin_start + measured.spin_end) / 2) - 1)
-    readings = "start, half time and end" if law is None else "start and end"
-    why = f"the harmonic mean in time of {readings} costs nothing, so it is used"
-    effects = [_sized("spin_decay", plain, u, True, why)]
-    if law is not None:
-        why = _why(law, u, "a viscous decay is assumed, as of an air film", False)
-        if abs(law) >= DROP_ONE * u:
-            why += "; read the spin at half time as well"
-        effects.append(_sized("decay_law", law, u, False, why))
-    return effects
+EFFECTS = (
+    EffectKind("residual_torque", "imperfect balance", _residual_torque),
+    EffectKind("timing_bias", "timing bias of the hand", _timing_bias),
+    EffectKind("spin_decay", "falling spin, plain mean of start and end", _spin_decay),
+    EffectKind("decay_law", "law by which the spin falls", _decay_law),
+    EffectKind("tilt", "tilted rod, eq. (9) for eq. (8)", _tilt),
+    EffectKind("release", "nutation after letting go", _release),
+    EffectKind("earth", "the Earth's rotation", _earth),
+)
+"""Every effect, in the order of the tables."""
+
+
+def list_effects(
+    measured: Measurements, fit: FitResult, tilted: bool, released: bool, asked: bool
+) -> tuple[Effect, ...]:
+    """List every simplification with its size in this log, and what became of it."""
+    case = Case(measured, fit, tilted, released, ", as asked" if asked else "")
+    u = relative_u(fit)
+    effects = []
+    for kind in EFFECTS:
+        found = kind.find(case)
+        if found is not None:
+            bias, kept, reason = found
+            effects.append(Effect(kind.name, bias, None if bias is None or not u else abs(bias) / u, kept, reason))
+    return tuple(effects)

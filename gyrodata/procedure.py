@@ -23,7 +23,7 @@ from gyrodata.diagnostics import (
 from gyrodata.errors import Diagnostic, LogError
 from gyrodata.fitting import FitResult, Outlier
 from gyrodata.measurements import Measurements, measure, torque_groups
-from gyrodata.physics import Floats
+from gyrodata.physics import RPM, Floats
 from gyrodata.readings import TIMINGS, Place, Readings
 from gyrodata.results import Analysis
 
@@ -96,7 +96,7 @@ def _spins(readings: Readings, measured: Measurements, groups: list[list[int]]) 
                 )
             )
         elif spins[-1] < SPREAD * spins[0]:
-            low, high = spins[0] * 30 / np.pi, spins[-1] * 30 / np.pi
+            low, high = spins[0] / RPM, spins[-1] / RPM
             found.append(
                 readings.diagnose(
                     SPINS_TOO_CLOSE,
@@ -111,7 +111,7 @@ def _spins(readings: Readings, measured: Measurements, groups: list[list[int]]) 
 
 def _missing_spins(spins: Floats) -> str:
     """Which of 200, 400 and 600 rpm is farthest from all spins so far."""
-    have = spins * 30 / np.pi
+    have = spins / RPM
     wanted = sorted((200.0, 400.0, 600.0), key=lambda rpm: -np.min(np.abs(np.log(rpm / have))))
     return " and ".join(f"{rpm:.0f}" for rpm in sorted(wanted[: 3 - len(have)]))
 

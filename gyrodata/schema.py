@@ -210,13 +210,7 @@ _CHANGE = _object(
 
 
 def grades_schema() -> dict[str, Any]:
-    """Give the JSON Schema (2020-12) of "gyro.grades/1".
-
-    Returns
-    -------
-    dict
-        All quantities are SI, times seconds.
-    """
+    """Give the JSON Schema (2020-12) of "gyro.grades/1": all quantities are SI, times seconds."""
     whole = _object(
         {
             "schema": {"const": "gyro.grades/1"},
@@ -278,12 +272,9 @@ _PREDICTIONS: dict[str, dict[str, Any]] = {
 
 
 def predictions_schema() -> dict[str, Any]:
-    """Give the JSON Schema (2020-12) of "gyro.prediction/1".
+    """Give the JSON Schema (2020-12) of "gyro.prediction/1": a shape for each subcommand of ``gyro predict``.
 
-    Returns
-    -------
-    dict
-        One shape for each subcommand of ``gyro predict``; SI but for keys that end in a unit.
+    SI but for keys that end in a unit.
     """
     shapes = [
         _object(
@@ -302,13 +293,7 @@ def predictions_schema() -> dict[str, Any]:
 
 
 def diagnostics_table() -> list[dict[str, str]]:
-    """List every diagnostic code with its severity, title and an example that raises it.
-
-    Returns
-    -------
-    list of dict
-        Keys "code", "severity", "title", "example", in the order of the codes.
-    """
+    """List every diagnostic in the order of the codes: "code", "severity", "title", "example"."""
     return [
         {"code": code, "severity": entry.severity, "title": entry.title, "example": entry.example}
         for code, entry in sorted(CODES.items())

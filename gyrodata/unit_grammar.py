@@ -62,6 +62,9 @@ _A, _R = Dimensions(angle=1), Dimensions(turn=1)
 _PER_TURN_TIME = Dimensions(time=-1, turn=1)
 
 # spelling given back, name and definition for pint, dimensions, what students write
+STANDARD_GRAVITY = 9.80665
+"""Standard acceleration of free fall [m/s^2] (CGPM 1901): of the kilogram-force, and where a log gives none."""
+
 TABLE: tuple[tuple[str, str, str, Dimensions, str], ...] = (
     (
         "kg",
@@ -102,8 +105,8 @@ TABLE: tuple[tuple[str, str, str, Dimensions, str], ...] = (
     ("uN", "micronewton", "1e-6 newton", _F, "uN μN мкН"),
     ("cN", "centinewton", "1e-2 newton", _F, "cN"),
     ("kN", "kilonewton", "1e3 newton", _F, "kN кН"),
-    ("kgf", "kilogram_force", "9.80665 newton", _F, "kgf kp кгс"),
-    ("gf", "gram_force", "9.80665e-3 newton", _F, "gf pond гс"),
+    ("kgf", "kilogram_force", f"{STANDARD_GRAVITY} newton", _F, "kgf kp кгс"),
+    ("gf", "gram_force", "1e-3 kilogram_force", _F, "gf pond гс"),
     ("lbf", "pound_force", "4.4482216152605 newton", _F, "lbf"),
     ("rad", "radian", "[]", _A, "rad rads radian radians radiant рад"),
     ("mrad", "milliradian", "1e-3 radian", _A, "mrad мрад"),

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 from gyrodata.unit_grammar import (
     MAX_UNIT_LENGTH,
+    STANDARD_GRAVITY,
     TABLE,
     Dimensions,
     Parsed,
@@ -28,8 +29,10 @@ __all__ = [
     "KINDS",
     "LIMITS",
     "MAX_UNIT_LENGTH",
+    "RPM",
     "SI",
     "Kind",
+    "STANDARD_GRAVITY",
     "Uncertainty",
     "Unit",
     "UnitError",
@@ -39,6 +42,8 @@ __all__ = [
     "parse_unit",
 ]
 
+RPM = math.pi / 30
+"""One revolution per minute [rad/s]."""
 
 class Kind(NamedTuple):
     """A kind of quantity."""
@@ -135,8 +140,6 @@ class Uncertainty:
         return self.absolute + self.relative * abs(value)
 
 
-_STANDARD_GRAVITY = 9.80665
-
 _EVERYDAY: dict[tuple[str, str], float] = {
     ("mass", "g"): 1e-3,
     ("mass", "kg"): 1.0,
@@ -146,7 +149,7 @@ _EVERYDAY: dict[tuple[str, str], float] = {
     ("time", "s"): 1.0,
     ("time", "s/rev"): 1.0,
     ("time", "min"): 60.0,
-    ("rate", "rpm"): 2 * math.pi / 60,
+    ("rate", "rpm"): RPM,
     ("rate", "Hz"): 2 * math.pi,
     ("rate", "rps"): 2 * math.pi,
     ("rate", "rad/s"): 1.0,
@@ -225,7 +228,7 @@ def _pint_factor(parsed: Parsed, kind: str, spelling: str) -> float:
     target = parse(("rev" if parsed.dimensions.turn else "rad") if kind == "number" else SI[kind]).expression
     quantity = registry.Quantity(1.0, parsed.expression)
     if kind == "torque" and parsed.dimensions == (1, 1, 0, 0, 0):
-        quantity = quantity * registry.Quantity(_STANDARD_GRAVITY, "newton/kilogram")
+        quantity = quantity * registry.Quantity(STANDARD_GRAVITY, "newton/kilogram")
     if parsed.dimensions == (0, 0, 1, 0, -1):
         quantity = quantity * registry.Quantity(1.0, "turn")
     factor = float(quantity.to(target).magnitude)

@@ -10,6 +10,7 @@ import pytest
 import typer
 
 from gyrodata.cli import app
+from gyrodata.units import STANDARD_GRAVITY
 
 
 def commands(command: Any, name: str = "gyro") -> Iterator[tuple[str, Any]]:
@@ -41,3 +42,9 @@ def test_help_is_whole_on_80_columns(name: str, monkeypatch: pytest.MonkeyPatch)
 
 def test_there_are_all_of_them() -> None:
     assert {"gyro analyze", "gyro check", "gyro predict tip", "gyro schema"} <= set(COMMANDS)
+
+
+@pytest.mark.parametrize("name", ["gyro simulate", "gyro predict precession"])
+def test_help_states_the_gravity_that_is_used(name: str) -> None:
+    (option,) = (param for param in COMMANDS[name].params if param.name == "g")
+    assert f"{STANDARD_GRAVITY} m/s^2" in f"{option.default} {option.help}"

@@ -14,11 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from gyrodata import fitting
+from gyrodata.fitting import K_95
 from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
-
-K_95 = 1.96
-"""Coverage factor of a 95 % interval where the uncertainties were stated."""
 
 _KEEP = 1.345
 """Huber's constant: residuals beyond this many standard uncertainties count less [1]."""
@@ -54,12 +52,8 @@ def _from_scatter(value: float, u: float | None, freedom: int) -> Answer:
 
 def mean_of_ratios(measured: Measurements) -> Answer:
     """Mean of M/P over the loaded runs, with the standard error of a mean."""
-    loaded = measured.torque != 0
-    ratios = measured.torque[loaded] / measured.product[loaded]
-    count = len(ratios)
-    return _from_scatter(
-        float(ratios.mean()), float(ratios.std(ddof=1)) / math.sqrt(count) if count > 1 else None, count - 1
-    )
+    value, u = fitting.mean_of_ratios(measured.product, measured.torque)
+    return _from_scatter(float(value), float(u), int(np.sum(measured.torque != 0)) - 1)
 
 
 def torque_on_product(measured: Measurements, intercept: bool) -> Answer:

@@ -90,11 +90,15 @@ class _Plane:
     """Slow rate of eq. (8) [rad/s]; NaN where there is none."""
     shape: tuple[int, int]
 
-    def digits(self, rate: Floats) -> Floats:
-        """Correct digits of a rate; NaN where there is no true one."""
-        right = digits(rate / self.true - 1)
-        right[np.isnan(self.true)] = np.nan
-        return right.reshape(self.shape)
+    def map(self, method: str, rate: Floats) -> DigitMap:
+        """Correct digits of a rate by a method; NaN where there is no true one."""
+        right = np.where(np.isnan(self.true), np.nan, digits(rate / self.true - 1))
+        return DigitMap(method, right.reshape(self.shape))
+
+    def eight(self) -> Floats:
+        """Slow rate of eq. (8) by the tool [rad/s]."""
+        rate: Floats = physics.precession_rate(TORQUE, self.spin, INERTIA, ACROSS, self.pitch)
+        return rate
 
 
 def map_roots(effort: Effort) -> list[MapPair]:
@@ -103,44 +107,33 @@ def map_roots(effort: Effort) -> list[MapPair]:
     tilts = np.linspace(-80, 80, effort.fine_grid)
     powers = np.linspace(-0.1, -17, effort.fine_grid)
     tilted, level = _plane(np.radians(tilts), rpm * RPM), _plane(np.arcsin(10**powers), rpm * RPM)
-    nine = physics.horizontal_precession_rate(TORQUE, tilted.spin, INERTIA)
     return [
         MapPair(
             "tilt", "rod tilted", "spin [rpm]", rpm, "rod above the horizontal [°]", tilts,
-            DigitMap("eq. (9)", tilted.digits(nine)),
-            DigitMap("eq. (8)", tilted.digits(_eight(tilted))),
+            tilted.map("eq. (9)", physics.horizontal_precession_rate(TORQUE, tilted.spin, INERTIA)),
+            tilted.map("eq. (8)", tilted.eight()),
             "no steady precession",
         ),
         MapPair(
             "level", "rod nearly level, cosθ → 0", "spin [rpm]", rpm, "log10 cosθ", powers,
-            DigitMap("eq. (8), textbook root (−b + √D)/2a", level.digits(_textbook(level))),
-            DigitMap("eq. (8), root 2c/(b + √D)", level.digits(_eight(level))),
+            level.map("eq. (8), textbook root (−b + √D)/2a", textbook_root(level.spin, level.pitch)),
+            level.map("eq. (8), root 2c/(b + √D)", level.eight()),
             "no steady precession",
         ),
     ]  # fmt: skip
 
 
-def textbook_root(torque: Floats, spin: Floats, inertia: Floats, across: Floats, pitch: Floats) -> Floats:
+def textbook_root(spin: Floats, pitch: Floats) -> Floats:
     """Slow root of eq. (8) by the formula of school [rad/s], (−b + √D)/2a, which loses digits as cosθ → 0."""
-    a, b = np.subtract(inertia, across) * np.sin(pitch), np.multiply(inertia, spin)
+    a, b = (INERTIA - ACROSS) * np.sin(pitch), INERTIA * spin
     with np.errstate(divide="ignore", invalid="ignore"):
-        root: Floats = (-b + np.sqrt(b * b + 4 * a * torque)) / (2 * a)
+        root: Floats = (-b + np.sqrt(b * b + 4 * a * TORQUE)) / (2 * a)
     return root
 
 
 def _plane(pitches: Floats, spins: Floats) -> _Plane:
     pitch, spin = (part.ravel() for part in np.meshgrid(pitches, spins, indexing="ij"))
     return _Plane(pitch, spin, _true_rates(np.sin(pitch), spin), (len(pitches), len(spins)))
-
-
-def _eight(plane: _Plane) -> Floats:
-    rate: Floats = physics.precession_rate(TORQUE, plane.spin, INERTIA, ACROSS, plane.pitch)
-    return rate
-
-
-def _textbook(plane: _Plane) -> Floats:
-    load, inertia, across = (np.full(len(plane.spin), value) for value in (TORQUE, INERTIA, ACROSS))
-    return textbook_root(load, plane.spin, inertia, across, plane.pitch)
 
 
 def _true_rates(heights: Sequence[float] | Floats, spins: Sequence[float] | Floats) -> Floats:
@@ -193,14 +186,19 @@ def map_integrators(effort: Effort, progress: Progress | None = None) -> list[Ma
     ]
 
 
+def one_top(top: motion.Top, state: motion.State, i: int) -> tuple[motion.Top, motion.State]:
+    """Take one of several tops, with its state."""
+    one = motion.Top(float(top.inertia[i]), float(top.transverse_inertia[i]), float(top.torque[i]))
+    return one, motion.State(state.axis[i], state.momentum[i])
+
+
 def _integrated(
     top: motion.Top, start: motion.State, method: str, tolerance: float, tell: Callable[[float], None]
 ) -> Floats:
     ends = np.empty_like(start.axis)
     for i in range(len(ends)):
-        one = motion.Top(float(top.inertia[i]), float(top.transverse_inertia[i]), float(top.torque[i]))
-        state = motion.State(start.axis[i], start.momentum[i])
-        ends[i] = motion.integrate(one, state, TIME, method=method, rtol=tolerance, atol=1e-3 * tolerance).axis
+        one = one_top(top, start, i)
+        ends[i] = motion.integrate(*one, TIME, method=method, rtol=tolerance, atol=1e-3 * tolerance).axis
         tell((i + 1) / len(ends))
     return ends
 

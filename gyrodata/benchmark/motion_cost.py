@@ -17,6 +17,7 @@ import numpy as np
 
 from gyrodata import effects, fitting, motion, physics
 from gyrodata.benchmark.effort import Clock, Effort, Progress
+from gyrodata.benchmark.maps import one_top
 from gyrodata.measurements import Measurements, measure
 from gyrodata.model import ChosenModel, choose_model, is_unsteady, iterate_mean_rate
 from gyrodata.physics import RPM, Floats
@@ -196,17 +197,8 @@ def _many(lab: _Lab) -> _Lab:
 
     top = motion.Top(more(lab.top.inertia), more(lab.top.transverse_inertia), more(lab.top.torque))
     state = motion.State(more(lab.state.axis), more(lab.state.momentum))
-    return replace(
-        lab,
-        top=top,
-        state=state,
-        pitch=more(lab.pitch),
-        spin=more(lab.spin),
-        start=more(lab.start),
-        plain=more(lab.plain),
-        time=more(lab.time),
-        drag=more(lab.drag),
-    )
+    pitch, spin, start, plain, time, drag = map(more, (lab.pitch, lab.spin, lab.start, lab.plain, lab.time, lab.drag))
+    return _Lab(top, state, pitch, spin, start, plain, time, drag, lab.released)
 
 
 # --- methods ------------------------------------------------------------------------------------------------
@@ -259,13 +251,15 @@ def _stepped(lab: _Lab, true: Floats, effort: Effort, clock: Clock) -> Iterator[
         for method in ("strang", "aba84"):
             for per in effort.steps_per_nutation:
                 steps = np.ceil(per * lab.time / period).astype(int)
-                angles = _split(lab, steps, method, true)
+                ends = [
+                    motion.split(*one_top(top, lab.state, i), lab.time[i], int(steps[i]), method).axis
+                    for i in range(len(steps))
+                ]
                 middle = int(np.median(steps))
-
                 evaluate = partial(motion.split, many.top, many.state, many.time, middle, method)
                 seconds = _shortest(clock, 1, 1, evaluate) / BATCH
                 setting = f"{per:g} steps a nutation"
-                yield MotionPoint(f"splitting {method}", setting, "splitting", seconds, 0.0), angles
+                yield MotionPoint(f"splitting {method}", setting, "splitting", seconds, 0.0), _nearest(ends, true)
     for method, tolerances in effort.tolerances.items():
         for tolerance in tolerances:
             begun = clock()
@@ -274,36 +268,21 @@ def _stepped(lab: _Lab, true: Floats, effort: Effort, clock: Clock) -> Iterator[
             yield MotionPoint(method, f"rtol {tolerance:.0e}", "integrator", seconds, 0.0), angles
 
 
-def _split(lab: _Lab, steps: Floats, method: str, true: Floats) -> Floats:
-    ends = [
-        motion.split(_one(lab.top, i), _state(lab.state, i), lab.time[i], int(steps[i]), method).axis
-        for i in range(len(steps))
-    ]
-    return _nearest(np.array(ends), true)
-
-
 def _integrated(lab: _Lab, method: str, tolerance: float) -> Floats:
     """Azimuths by an integrator of `scipy`, drag included [rad]."""
     ends = [
         motion.integrate(
-            _one(lab.top, i), _state(lab.state, i), lab.time[i],
+            *one_top(lab.top, lab.state, i), lab.time[i],
             drag=float(lab.drag[i]), method=method, rtol=tolerance, atol=1e-3 * tolerance,
         ).axis
         for i in range(len(lab.time))
     ]  # fmt: skip
-    return _nearest(np.array(ends), np.full(len(ends), 2 * np.pi))
+    return _nearest(ends, np.full(len(ends), 2 * np.pi))
 
 
-def _one(top: motion.Top, i: int) -> motion.Top:
-    return motion.Top(float(top.inertia[i]), float(top.transverse_inertia[i]), float(top.torque[i]))
-
-
-def _state(state: motion.State, i: int) -> motion.State:
-    return motion.State(state.axis[i], state.momentum[i])
-
-
-def _nearest(axis: Floats, expected: Floats) -> Floats:
+def _nearest(ends: list[Floats], expected: Floats) -> Floats:
     """Azimuth of rods [rad], of all that differ by whole turns the one nearest to what is expected."""
+    axis = np.array(ends)
     azimuth = np.arctan2(axis[:, 1], axis[:, 0])
     return expected + np.remainder(azimuth - expected + np.pi, 2 * np.pi) - np.pi
 

@@ -54,79 +54,61 @@ def run_benchmark(effort: Effort, clock: Clock, seed: int = 1, progress: Progres
 
 def csv_tables(benchmark: Benchmark) -> dict[str, str]:
     """Write each chart's numbers as CSV, by the chart's name; a cell is empty where there is no number."""
-    return {
-        "motion": _motion(benchmark.motion),
-        "estimators": _trials(benchmark.trials),
-        "stability_steady": _maps(benchmark.roots),
-        "stability_integrators": _maps(benchmark.integrators),
-        "stability_upright": _passages(benchmark.passages),
-        "stability_estimators": _breakdowns(benchmark.breakdowns),
-    }
-
-
-def _motion(panels: Iterable[MotionPanel]) -> str:
-    header = (
-        "scene", "method", "setting", "time per top [s]", "relative error of I_zz", "relative u of I_zz",
-        "relative error that does no harm", "cheapest that does no harm", "taken by the ladder",
-    )  # fmt: skip
-    rows = [
+    points = [
         (
             panel.scene, point.method, point.setting, point.seconds, point.error, panel.u, panel.bound,
             point == panel.winner, point.method == panel.ladder,
         )
-        for panel in panels
+        for panel in benchmark.motion
         for point in panel.points
     ]  # fmt: skip
-    return _csv(header, rows)
-
-
-def _trials(panels: Iterable[TrialPanel]) -> str:
-    header = (
-        "scene", "labs", "estimator", "time per fit [s]", "relative RMSE of I_zz", "relative bias of I_zz",
-        "coverage of the 95 % interval", "mean half of the interval over I_zz", "truly better than recommended",
-        "labs without an answer",
-    )  # fmt: skip
-    rows = [
+    trials = [
         (
             panel.scene.name, panel.labs, trial.estimator, trial.seconds, trial.rmse, trial.bias, trial.coverage,
             trial.half, trial.better, trial.failed,
         )
-        for panel in panels
+        for panel in benchmark.trials
         for trial in panel.trials
     ]  # fmt: skip
-    return _csv(header, rows)
+    passages = [(one.method, one.closest, one.error, one.evaluations) for one in benchmark.passages]
+    logs = [(b.case, b.estimator, b.verdict, b.error, b.coverage, b.told) for b in benchmark.breakdowns]
+    maps = "map,method,spin [rpm],y is,y,correct digits"
+    return {
+        "motion": _csv(
+            "scene,method,setting,time per top [s],relative error of I_zz,relative u of I_zz,relative error that does "
+            "no harm,cheapest that does no harm,taken by the ladder",
+            points,
+        ),
+        "estimators": _csv(
+            "scene,labs,estimator,time per fit [s],relative RMSE of I_zz,relative bias of I_zz,coverage of the 95 % "
+            "interval,mean half of the interval over I_zz,truly better than recommended,labs without an answer",
+            trials,
+        ),
+        "stability_steady": _csv(maps, _map_cells(benchmark.roots)),
+        "stability_integrators": _csv(maps, _map_cells(benchmark.integrators)),
+        "stability_upright": _csv("method,smallest angle from the vertical [rad],error of e3,evaluations", passages),
+        "stability_estimators": _csv(
+            "case,estimator,verdict,median relative error of I_zz,coverage of the 95 % interval,draws in which it said "
+            "so",
+            logs,
+        ),
+    }
 
 
-def _maps(pairs: Iterable[MapPair]) -> str:
-    rows: list[Sequence[Cell]] = [
+def _map_cells(pairs: Iterable[MapPair]) -> list[Sequence[Cell]]:
+    return [
         (pair.name, one.method, float(x), pair.y_label, float(y), float(one.digits[i, j]))
         for pair in pairs
         for one in (pair.fails, pair.holds)
         for i, y in enumerate(pair.y)
         for j, x in enumerate(pair.x)
     ]
-    return _csv(("map", "method", "spin [rpm]", "y is", "y", "correct digits"), rows)
 
 
-def _passages(passages: Iterable[Passage]) -> str:
-    rows = [(one.method, one.closest, one.error, one.evaluations) for one in passages]
-    return _csv(("method", "smallest angle from the vertical [rad]", "error of e3", "evaluations"), rows)
-
-
-def _breakdowns(breakdowns: Iterable[Breakdown]) -> str:
-    header = (
-        "case", "estimator", "verdict", "median relative error of I_zz", "coverage of the 95 % interval",
-        "draws in which it said so",
-    )  # fmt: skip
-    rows = [(one.case, one.estimator, one.verdict, one.error, one.coverage, one.told) for one in breakdowns]
-    return _csv(header, rows)
-
-
-def _csv(header: Sequence[str], rows: Iterable[Sequence[Cell]]) -> str:
+def _csv(header: str, rows: Iterable[Sequence[Cell]]) -> str:
     out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows([_cell(value) for value in row] for row in rows)
+    out.write(header + "\n")
+    csv.writer(out, lineterminator="\n").writerows([_cell(value) for value in row] for row in rows)
     return out.getvalue()
 
 
@@ -141,39 +123,95 @@ def _cell(value: Cell) -> str:
 # --- to be read -----------------------------------------------------------------------------------------------
 
 
+READING = """\
+# What to use when
+
+Read from `gyro benchmark`, seed {seed}, {labs} labs a scene. Times are of this machine: take ratios.
+
+## Motion: `motion.png`
+
+u is the standard uncertainty of I_zz in a lab of nine runs. A method whose error is below {harmless:g} u does no \
+harm; use the cheapest of these. The ladder of models is what `gyro analyze` chooses.
+
+| scene | u of I_zz | cheapest that does no harm | the ladder takes | its error | eq. (9) |
+| --- | --- | --- | --- | --- | --- |
+{models}
+
+Cost of the exact motion for one top, in arrays of {batch}, and how many times as much the cheapest of the other \
+families costs that does no harm. The integrators of scipy follow one top at a time. Only they know of drag.
+
+| scene | exact motion | splitting | integrator |
+| --- | --- | --- | --- |
+{costs}
+
+## Estimators: `estimators.png`
+
+RMSE of I_zz, and how often the 95 % interval holds the truth. An interval is honest if it holds the truth in \
+{honest:g} % of the labs or more, as far as so many labs tell. Best is the honest estimator with the smallest RMSE; \
+the recommended fit, if none is truly smaller.
+
+| scene | labs | best | recommended | best other that is honest | M on P, origin | York, origin |
+| --- | --- | --- | --- | --- | --- | --- |
+{scores}
+
+With weights on one side only, the runs hardly tell the residual torque. Who takes for granted that there is none is \
+then better off, if there is none. With weights on both sides the difference is gone. One recommended fit takes {cost}.
+
+## Where methods break
+
+Correct digits, median and worst (`stability_steady.png`, `stability_integrators.png`). With the rod up and the spin \
+too low there is no steady precession; the map is empty there.
+
+| map | fails | digits | holds | digits | empty |
+| --- | --- | --- | --- | --- | --- |
+{digits}
+
+Orbits that pass near the vertical (`stability_upright.png`): Euler angles divide by sinθ there; the vectors e3 and H \
+divide by nothing.
+
+| motion by | largest error | most evaluations over fewest | started at the vertical |
+| --- | --- | --- | --- |
+{passages}
+
+Logs that break fits (`stability_estimators.png`). Nonsense without a word: far from the truth, with an interval that \
+misses it, and no warning.
+
+| case | nonsense without a word from | recommended |
+| --- | --- | --- |
+{broken}
+"""
+
+
 def reading(benchmark: Benchmark, effort: Effort, seed: int) -> str:
     """Say in Markdown what to use when: how to read each chart, and its main numbers as a table."""
-    read = (
-        f"Read from `gyro benchmark`, seed {seed}, {effort.labs} labs a scene. Times are of this machine: take ratios."
+    maps = (*benchmark.roots, *benchmark.integrators)
+    return READING.format(
+        seed=seed,
+        labs=effort.labs,
+        harmless=DROP_ALL,
+        models=_rows(map(_models, benchmark.motion)),
+        batch=BATCH,
+        costs=_rows(_exact_ratios(benchmark.motion)),
+        honest=100 * HONEST,
+        scores=_rows(map(_scores, benchmark.trials)),
+        cost=time_text(benchmark.trials[0].recommended.seconds),
+        digits=_rows(
+            (pair.title, pair.fails.method, _digits(pair.fails), pair.holds.method, _digits(pair.holds), _empty(pair))
+            for pair in maps
+        ),
+        passages=_rows(_near_vertical(benchmark.passages, method) for method in METHODS),
+        broken=_rows(_broken_logs(benchmark.breakdowns)),
     )
-    parts = [
-        "# What to use when",
-        read,
-        *_read_motion(benchmark.motion),
-        *_read_trials(benchmark.trials),
-        *_read_breaks(benchmark),
-    ]
-    return "\n\n".join(parts) + "\n"
 
 
-def _read_motion(panels: Sequence[MotionPanel]) -> list[str]:
-    bound = (
-        f"u is the standard uncertainty of I_zz in a lab of nine runs. A method whose error is below {DROP_ALL:g} u "
-        "does no harm; use the cheapest of these. The ladder of models is what `gyro analyze` chooses."
-    )
-    rows = []
-    for panel in panels:
-        level = next(point for point in panel.points if point.method == "eq. (9)")
-        errors = [f"{point.error / panel.u:.2g} u" for point in (panel.ladder_point, level)]
-        rows.append((panel.title, percent_text(panel.u), panel.winner.method, panel.ladder, *errors))
-    steps = (
-        f"Cost of the exact motion for one top, in arrays of {BATCH}, and how many times as much the cheapest of the "
-        "other families costs that does no harm. The integrators of scipy follow one top at a time. Only they know of "
-        "drag."
-    )
-    header = ("scene", "u of I_zz", "cheapest that does no harm", "the ladder takes", "its error", "eq. (9)")
-    costs = _markdown(("scene", "exact motion", "splitting", "integrator"), _exact_ratios(panels))
-    return ["## Motion: `motion.png`", bound, _markdown(header, rows), steps, costs]
+def _rows(rows: Iterable[Sequence[str]]) -> str:
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+
+def _models(panel: MotionPanel) -> Sequence[str]:
+    level = next(point for point in panel.points if point.method == "eq. (9)")
+    errors = (f"{point.error / panel.u:.2g} u" for point in (panel.ladder_point, level))
+    return (panel.title, percent_text(panel.u), panel.winner.method, panel.ladder, *errors)
 
 
 def _exact_ratios(panels: Iterable[MotionPanel]) -> list[Sequence[str]]:
@@ -191,21 +229,6 @@ def _exact_ratios(panels: Iterable[MotionPanel]) -> list[Sequence[str]]:
     return rows
 
 
-def _read_trials(panels: Sequence[TrialPanel]) -> list[str]:
-    told = (
-        "RMSE of I_zz, and how often the 95 % interval holds the truth. An interval is honest if it holds the truth in "
-        f"{100 * HONEST:g} % of the labs or more, as far as so many labs tell. Best is the honest estimator with the "
-        "smallest RMSE; the recommended fit, if none is truly smaller."
-    )
-    one_side = (
-        "With weights on one side only, the runs hardly tell the residual torque. Who takes for granted that there is "
-        "none is then better off, if there is none. With weights on both sides the difference is gone. One recommended "
-        f"fit takes {time_text(panels[0].recommended.seconds)}."
-    )
-    header = ("scene", "labs", "best", "recommended", "best other that is honest", "M on P, origin", "York, origin")
-    return ["## Estimators: `estimators.png`", told, _markdown(header, map(_scores, panels)), one_side]
-
-
 def _scores(panel: TrialPanel) -> Sequence[str]:
     def score(trial: Trial) -> str:
         return f"{percent_text(trial.rmse)}, {100 * trial.coverage:.1f} %"
@@ -217,35 +240,6 @@ def _scores(panel: TrialPanel) -> Sequence[str]:
         f"{other.estimator}: {score(other)}" if other else "none",
         *(score(panel.of(name)) for name in ("M on P, origin", "York, origin")),
     )  # fmt: skip
-
-
-def _read_breaks(benchmark: Benchmark) -> list[str]:
-    maps = (
-        "Correct digits, median and worst (`stability_steady.png`, `stability_integrators.png`). With the rod up and "
-        "the spin too low there is no steady precession; the map is empty there."
-    )
-    digits = [
-        (pair.title, pair.fails.method, _digits(pair.fails), pair.holds.method, _digits(pair.holds), _empty(pair))
-        for pair in (*benchmark.roots, *benchmark.integrators)
-    ]
-    upright = (
-        "Orbits that pass near the vertical (`stability_upright.png`): Euler angles divide by sinθ there; the vectors "
-        "e3 and H divide by nothing."
-    )
-    passages = [_near_vertical(benchmark.passages, method) for method in METHODS]
-    broken = (
-        "Logs that break fits (`stability_estimators.png`). Nonsense without a word: far from the truth, with an "
-        "interval that misses it, and no warning."
-    )
-    return [
-        "## Where methods break",
-        maps,
-        _markdown(("map", "fails", "digits", "holds", "digits", "empty"), digits),
-        upright,
-        _markdown(("motion by", "largest error", "most evaluations over fewest", "started at the vertical"), passages),
-        broken,
-        _markdown(("case", "nonsense without a word from", "recommended"), _broken_logs(benchmark.breakdowns)),
-    ]
 
 
 def _digits(one: DigitMap) -> str:
@@ -276,10 +270,6 @@ def _broken_logs(breakdowns: Sequence[Breakdown]) -> list[Sequence[str]]:
         silent = [estimator for estimator, verdict in verdicts.items() if verdict == "nonsense"]
         rows.append((case, "; ".join(silent) or "–", verdicts["recommended"]))
     return rows
-
-
-def _markdown(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    return "\n".join(f"| {' | '.join(row)} |" for row in (header, ["---"] * len(header), *rows))
 
 
 def time_text(seconds: float) -> str:

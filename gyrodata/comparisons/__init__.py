@@ -2,9 +2,27 @@
 
 from __future__ import annotations
 
-from gyrodata.comparisons.fits import NamedFit, Torque, named_fits, torque_table
-from gyrodata.comparisons.laws import Constancy, Exponent, PowerLaw, constancy, overall_exponent, power_laws
-from gyrodata.comparisons.runs import Ball, Run, compare_with_ball, load_words, outlier_reason, run_table, turn_words
+from gyrodata.comparisons.runs import (
+    Ball,
+    NamedFit,
+    Run,
+    compare_with_ball,
+    load_words,
+    named_fits,
+    outlier_reason,
+    run_table,
+    turn_words,
+)
+from gyrodata.comparisons.torques import (
+    Constancy,
+    Exponent,
+    PowerLaw,
+    Torque,
+    constancy,
+    overall_exponent,
+    power_laws,
+    torque_table,
+)
 
 __all__ = [
     "Ball",

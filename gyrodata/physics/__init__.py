@@ -14,13 +14,12 @@ All arguments are arrays or numbers that broadcast; what does not exist is NaN. 
 ω3 = ψ̇ + φ̇ cosθ, as a tachometer that stands still reads it.
 
 `precession` has eqs. (8) and (9), a rod let go from rest, stability, and what each simplification does to I_zz; `spin`
-the means of a falling spin, `kinematics` eqs. (1) to (5).
+the means of a falling spin, `kinematics` eqs. (1) to (5), `demonstrations` what else the lab shows.
 """
 
 from __future__ import annotations
 
-from gyrodata.physics.demonstrations import platform_rate, solid_ball_inertia, tip_velocity
-from gyrodata.physics.earth import EARTH_ROTATION, SIDEREAL_DAY, balanced_direction, earth_bias
+from gyrodata.physics.demonstrations import SIDEREAL_DAY, balanced_direction, platform_rate, tip_velocity
 from gyrodata.physics.kinematics import (
     Floats,
     angular_momentum,
@@ -30,8 +29,9 @@ from gyrodata.physics.kinematics import (
     momentum_change,
 )
 from gyrodata.physics.precession import (
-    STANDARD_GRAVITY,
+    EARTH_ROTATION,
     click_error,
+    earth_bias,
     fast_precession_rate,
     greatest_sag,
     horizontal_precession_rate,
@@ -43,12 +43,12 @@ from gyrodata.physics.precession import (
     release_bias,
     sleeping_growth,
     sleeping_spin,
+    solid_ball_inertia,
     tilt_bias,
     timing_bias,
     torque,
 )
 from gyrodata.physics.spin import (
-    RPM,
     VISCOUS,
     SpinRule,
     decay_law_doubt,
@@ -57,6 +57,7 @@ from gyrodata.physics.spin import (
     mean_spin_bias,
     simpson_mean_spin,
 )
+from gyrodata.units import RPM, STANDARD_GRAVITY
 
 __all__ = [
     "EARTH_ROTATION",

@@ -14,8 +14,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-STANDARD_GRAVITY = 9.80665
-"""Standard acceleration of free fall [m/s^2] (CGPM 1901), used where a log gives none."""
+EARTH_ROTATION = 7.292115e-5
+"""The Earth's rate of rotation against the stars [rad/s] (WGS 84)."""
+
+
+def solid_ball_inertia(mass: float, diameter: float) -> float:
+    """Moment of inertia of a homogeneous ball about any axis through its centre, 2/5 m r² [kg*m^2]."""
+    return 0.4 * mass * (diameter / 2) ** 2
 
 
 def torque(mass: ArrayLike, position: ArrayLike, g: float) -> Any:
@@ -244,3 +249,12 @@ def imbalance_bias(torque: ArrayLike, imbalance: ArrayLike) -> Any:
 def timing_bias(time: ArrayLike, bias: ArrayLike) -> Any:
     """Relative bias of I_zz when every time is too long by `bias`: bias/time, exact."""
     return np.divide(bias, time)
+
+
+def earth_bias(precession_rate: ArrayLike, latitude: ArrayLike) -> Any:
+    """Relative bias of I_zz when the lab is taken to stand still: Ω sin(latitude)/φ̇.
+
+    I_zz estimated over true, minus 1, by the vertical part of the Earth's rotation; the horizontal part averages out
+    over a turn.
+    """
+    return EARTH_ROTATION * np.sin(latitude) / np.asarray(precession_rate, dtype=float)

@@ -7,14 +7,10 @@ d = ln(a/b), the geometric mean G = √(ab) and sinhc(x) = sinh(x)/x it is G sin
 
 from __future__ import annotations
 
-import math
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
-
-RPM = math.pi / 30
-"""One revolution per minute [rad/s]."""
 
 VISCOUS = 1.0
 """Exponent of the drag of an air film."""

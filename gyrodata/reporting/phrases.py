@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gyrodata.effects import DROP_ONE, Effect
+from gyrodata.effects import DROP_ONE, EFFECTS, Effect
 from gyrodata.errors import PICTURES
 from gyrodata.results import Analysis
 
@@ -41,15 +41,8 @@ SOURCE_NAMES = {
     "release": "transverse inertia, in the nutation",
 }
 
-EFFECT_NAMES = {
-    "residual_torque": "imperfect balance",
-    "timing_bias": "timing bias of the hand",
-    "spin_decay": "falling spin, plain mean of start and end",
-    "decay_law": "law by which the spin falls",
-    "tilt": "tilted rod, eq. (9) for eq. (8)",
-    "release": "nutation after letting go",
-    "earth": "the Earth's rotation",
-}
+
+EFFECT_NAMES = {kind.name: kind.words for kind in EFFECTS}
 
 
 def visible(text: str) -> str:

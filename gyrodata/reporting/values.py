@@ -7,6 +7,8 @@ import re
 from dataclasses import dataclass
 from typing import Literal
 
+from gyrodata import units
+
 Writing = Literal["plain", "short"]
 """How a value stands with its uncertainty: "(4.441 ± 0.023) × 10⁻³ kg·m²", or "4.441(23)e-3 kg·m²"."""
 
@@ -35,7 +37,7 @@ class Scale:
 
 NUMBER = Scale("", "")
 SECOND = Scale("s", r"\second")
-RPM = Scale("rpm", r"\rpm", math.pi / 30)
+RPM = Scale("rpm", r"\rpm", units.RPM)
 CENTIMETRE = Scale("cm", r"\centi\metre", 1e-2)
 PRODUCT = Scale("rad²/s²", r"\radian\squared\per\second\squared")
 

@@ -29,7 +29,7 @@ from gyrodata.diagnostics import (
 )
 from gyrodata.errors import Diagnostic, InputError
 from gyrodata.fitting import DEFAULT_TRANSVERSE_RATIO
-from gyrodata.physics import Floats
+from gyrodata.physics import RPM, Floats
 from gyrodata.readings import MAX_ROWS, check_value, to_display
 from gyrodata.units import LIMITS, SI
 
@@ -76,7 +76,7 @@ class Design:
     """[kg]; 0 is the rod without a weight, which has no position."""
     positions: tuple[float, ...] = (0.15,)
     """Signed distance from the centre [m]."""
-    spins: tuple[float, ...] = (200 * math.pi / 30, 400 * math.pi / 30, 600 * math.pi / 30)
+    spins: tuple[float, ...] = (200 * RPM, 400 * RPM, 600 * RPM)
     """At the start of each run [rad/s]; negative: the other way round."""
     turns: tuple[float, ...] = (1.0,)
     """Revolutions of precession that are timed [1]."""

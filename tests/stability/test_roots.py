@@ -20,7 +20,7 @@ LEVEL = physics.horizontal_precession_rate(TORQUE, SPIN, INERTIA)
 def test_the_textbook_root_vanishes_as_cos_theta_does() -> None:
     # 6e-17 is what the cosine of π/2 is to a computer.
     pitch = np.array([6e-17, 1e-12, 1e-8, 1e-4])
-    rate = textbook_root(np.full(4, TORQUE), np.full(4, SPIN), np.full(4, INERTIA), np.full(4, ACROSS), pitch)
+    rate = textbook_root(np.full(4, SPIN), pitch)
     off = np.abs(rate / physics.precession_rate(TORQUE, SPIN, INERTIA, ACROSS, pitch) - 1)
     assert off[0] == 1, "the root is 0"
     assert off[1] > 1e-4
@@ -30,8 +30,7 @@ def test_the_textbook_root_vanishes_as_cos_theta_does() -> None:
 
 
 def test_the_textbook_root_is_0_by_0_for_a_level_rod() -> None:
-    torque, spin, inertia, across = (np.full(1, value) for value in (TORQUE, SPIN, INERTIA, ACROSS))
-    assert np.isnan(textbook_root(torque, spin, inertia, across, np.zeros(1))).all()
+    assert np.isnan(textbook_root(np.full(1, SPIN), np.zeros(1))).all()
     assert physics.precession_rate(TORQUE, SPIN, INERTIA, ACROSS, 0.0) == LEVEL
     assert physics.fast_precession_rate(TORQUE, SPIN, INERTIA, ACROSS, 0.0) == math.inf
 

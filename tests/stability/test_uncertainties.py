@@ -12,7 +12,6 @@ from labs import INERTIA, lab
 
 from gyrodata import fitting
 from gyrodata.benchmark.estimators import (
-    K_95,
     Answer,
     free_constant,
     log_fit,
@@ -21,6 +20,7 @@ from gyrodata.benchmark.estimators import (
     weighted,
     york,
 )
+from gyrodata.fitting import K_95
 from gyrodata.measurements import Measurements
 
 

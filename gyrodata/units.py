@@ -31,8 +31,8 @@ __all__ = [
     "MAX_UNIT_LENGTH",
     "RPM",
     "SI",
-    "Kind",
     "STANDARD_GRAVITY",
+    "Kind",
     "Uncertainty",
     "Unit",
     "UnitError",
@@ -44,6 +44,7 @@ __all__ = [
 
 RPM = math.pi / 30
 """One revolution per minute [rad/s]."""
+
 
 class Kind(NamedTuple):
     """A kind of quantity."""

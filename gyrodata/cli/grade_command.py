@@ -35,7 +35,7 @@ def grade(
         Path | None, typer.Option("--rubric", metavar="FILE", help="TOML file; begin with --print-rubric.")
     ] = None,
     print_rubric: Annotated[bool, typer.Option("--print-rubric", help="Print the rubric, to be changed.")] = False,
-    lms: Annotated[Platform, typer.Option("--lms", help="Whose names the files have.")] = "auto",
+    lms: Annotated[Platform, typer.Option("--lms", help="Platform the download comes from.")] = "auto",
     pattern: Annotated[
         str | None,
         typer.Option("--pattern", metavar="REGEX", help=r"Names of one's own, such as '(?P<student>\w+)_lab\.csv'."),

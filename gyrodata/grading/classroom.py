@@ -22,8 +22,8 @@ from gyrodata.grading.grade import Grade, grade_submission, not_graded, one_copy
 from gyrodata.grading.journal import Basis, Entry, Journal, bases_of, why_again, write_whole
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission, Submissions
-from gyrodata.workers import Failed, in_workers
 from gyrodata.grading.yardsticks import Reference
+from gyrodata.workers import Failed, in_workers
 
 LIMIT = 30.0  # time for one submission [s] unless another is given; an ordinary one takes a hundredth
 

@@ -13,7 +13,6 @@ from gyrodata.grading.criteria import factor_text
 from gyrodata.grading.grade import Grade, points_text
 from gyrodata.grading.yardsticks import fit_words
 from gyrodata.reporting import inertia_text
-from gyrodata.workers import Failed, in_workers
 
 if TYPE_CHECKING:
     from jinja2 import Environment

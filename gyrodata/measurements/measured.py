@@ -351,7 +351,7 @@ def _find_too_fast(readings: Readings, measured: Measurements) -> list[Diagnosti
 
 def _compare(readings: Readings, column: Column, expected: Floats) -> Diagnostic | None:
     """One finding for a column, placed at its first row that is off by more than 5 % and two last digits."""
-    steps = np.array([step or 0.0 for step in column.resolutions])
+    steps = np.array([read.step or 0.0 for read in column.readings])
     with np.errstate(invalid="ignore"):
         gap = np.abs(np.abs(values_of(column)) - np.abs(expected))
     if not (gap > np.maximum(0.05 * np.abs(expected), 2 * steps)).any():

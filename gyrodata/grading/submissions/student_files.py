@@ -20,8 +20,8 @@ from gyrodata.errors import Diagnostic, GyroError
 from gyrodata.grading.submissions.archives import size_text
 from gyrodata.grading.toml_table import find_places
 from gyrodata.readings import (
-    REPORTED_KINDS,
     MAX_BYTES,
+    REPORTED_KINDS,
     Faults,
     Readings,
     Reported,

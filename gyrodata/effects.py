@@ -132,7 +132,7 @@ def _unknown_sizes(measured: Measurements, fit: FitResult, u: float) -> list[Eff
     loaded = measured.torque != 0
     per_run = np.zeros(len(weights))
     per_run[loaded] = physics.imbalance_bias(measured.torque[loaded], fit.imbalance.value)
-    prior = "practically no prior" if fit.imbalance_free else f"prior width {fit.imbalance_prior:.2g} N*m"
+    prior = f"prior width {fitting.balance_scale(measured, fit.inertia.value):.2g} N*m, with wide tails"
     unknown = "its size is unknown beforehand, so {} is a parameter with {}"
     timing = float(np.sum(weights * physics.timing_bias(measured.time - fit.timing_bias.value, fit.timing_bias.value)))
     if measured.timing_bias_u > 0:

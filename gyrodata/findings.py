@@ -120,17 +120,29 @@ def outlier_findings(
     return found
 
 
+CONTRADICTING = 10.0
+"""Runs that scatter so many times as much as stated contradict each other."""
+
+
+def _stated_time(measured: Measurements) -> str:
+    """What the log says of its times: "0.14 s", or in words."""
+    time = next((source for source in measured.sources if source.quantity == "time"), None)
+    if time is None or time.relative.any() or np.ptp(time.absolute):
+        return "stated"
+    return f"{float(time.absolute[0]):.2g} s"
+
+
 def whole_findings(
     readings: Readings, measured: Measurements, fit: FitResult, p: float | None, effects: tuple[Effect, ...]
 ) -> list[Diagnostic]:
     """Turn what looks odd in the whole log into diagnostics."""
     found = []
-    if fit.time_u_factor > 1:
+    if fit.scatter > CONTRADICTING:
         found.append(
             readings.diagnose(
                 RUNS_CONTRADICT_EACH_OTHER,
                 "the runs contradict each other: they fit together only if every time is "
-                f"{fit.time_u_factor:.3g} times as uncertain as stated, and so it was taken",
+                f"{fit.scatter:.3g} times as uncertain as stated, and so it was taken",
                 "look for a slip in the runs that look odd: a digit too many, another unit, another count of turns",
             )
         )
@@ -138,8 +150,7 @@ def whole_findings(
         found.append(
             readings.diagnose(
                 SCATTER_TOO_LARGE,
-                f"the runs scatter {math.sqrt(fit.chi2 / fit.dof):.1f} times as much as the stated uncertainties allow "
-                f"({'p < 1e-6' if p < 1e-6 else f'p = {p:.1g}'}): u of I_zz may be too small",
+                f"the runs scatter {fit.scatter:.1f} times as much as {_stated_time(measured)}: u of I_zz holds that",
                 "state what your hand can do, for example # u_time: 0.3 s, or look for a run that is wrong",
             )
         )
@@ -153,13 +164,15 @@ def whole_findings(
             )
         )
     if not fitting.torques_differ(measured.torque):
+        balanced = fitting.if_balanced(measured, fit)
         found.append(
             readings.diagnose(
                 SINGLE_TORQUE,
-                "all torques are equal, so the runs cannot tell the residual torque M0 from I_zz: "
-                f"M0 is taken as 0 ± {1e3 * fit.imbalance_prior:.2g} mN*m"
-                + (f" (from {measured.imbalance_from})" if measured.imbalance_from else " (default)"),
-                "add runs with another weight, or state the balance: # balance_drift: 5 deg in 60 s at 400 rpm",
+                "all torques are equal, so the runs cannot tell the residual torque M0 from I_zz: if the ball is "
+                f"balanced as in step 2, I_zz = {balanced.value:.4g} ± {balanced.u or 0.0:.1g} kg*m^2; the usual "
+                f"imbalance, 5 % of the torque, moves it by 5 %",
+                'add runs with another weight, or write "# balanced: yes" or '
+                '"# balance_drift: 5 deg in 60 s at 400 rpm"',
             )
         )
     return found + _model_findings(readings, measured, fit, effects)
@@ -183,7 +196,12 @@ def _model_findings(
             )
         )
     release = next(effect for effect in effects if effect.effect == "release")
-    if measured.motion is None and not release.kept and (release.size or 0.0) > DROP_ONE and fit.time_u_factor == 1:
+    if (
+        measured.motion is None
+        and not release.kept
+        and (release.size or 0.0) > DROP_ONE
+        and fit.scatter < CONTRADICTING
+    ):
         found.append(
             readings.diagnose(
                 RELEASE_NOT_TOLD,

@@ -80,16 +80,15 @@ def goodness_text(analysis: Analysis) -> str:
     fit = analysis.fit
     if analysis.p is None or analysis.birge is None:
         return "goodness: as many unknowns as runs, so nothing tells how well they fit"
-    applied = "u multiplied by it, as asked" if analysis.birge_applied else "not applied"
     return (
         f"goodness: chi-square {fit.chi2:.3g} for {count_text(fit.dof, 'degree')} of freedom, {p_text(analysis.p)} "
-        f"(Birge ratio {analysis.birge:.2f}, {applied})"
+        f"(Birge ratio {analysis.birge:.2f})"
     )
 
 
 def interval_kind(result: Result) -> str:
     """Say how an interval was found: "u × k, k = 1.96"."""
-    return f"u × k, k = {result.k:.2f}" if result.interval_by == "linear" else "by the profile of chi-square"
+    return f"u × k, k = {result.k:.2f}"
 
 
 def difference_text(analysis: Analysis, fit: NamedFit) -> str:

@@ -108,8 +108,8 @@ def expected_u(designs: Sequence[Design]) -> list[float]:
         first.stated,
         tested if any(design.tested is not None for design in designs) else None,
     )
-    ends = posterior.quantiles(0)
-    return [float(u) for u in unit[:, 0] * (ends[:, 3] - ends[:, 1]) / 2]
+    ends = posterior.quantiles(0, slice(1, 4, 2))
+    return [float(u) for u in unit[:, 0] * (ends[:, 1] - ends[:, 0]) / 2]
 
 
 def _stacked(problems: Sequence[Problem]) -> Problem:

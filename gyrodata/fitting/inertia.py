@@ -131,7 +131,7 @@ def _integrated(measured: Measurements, tilted: bool, stated: FitResult) -> tupl
     """Integrate over the widths, adjust at those found, and integrate there."""
     posterior = integrate_at(measured, stated)
     scatter, width = _typical(posterior)
-    start = Start(*(float(posterior.quantiles(of)[2]) for of in (0, 1)))
+    start = Start(*posterior.middle()[:2].tolist())
     problem = Problem(measured, tilted).with_scatter(scatter)
     try:
         adjusted = _solve(problem, stated.sense, start, width, stated.adjusted.kept, FACTOR)
@@ -192,10 +192,10 @@ def _typical(posterior: Posterior) -> tuple[float, float]:
     nearest = posterior.factor == steps[np.argmin(np.abs(np.log(steps / factor)))]
     weight = posterior.weight[nearest] / posterior.weight[nearest].sum()
     part = Posterior(weight, posterior.mean[:, nearest], posterior.u[:, nearest], *(posterior.factor,) * 2, weight)
-    ends = part.quantiles(0)
+    ends = part.quantiles(0, slice(1, 4, 2))
     order = np.argsort(part.u[0])
     widths = np.log(posterior.width[nearest][order])
-    return factor, float(np.exp(np.interp((ends[3] - ends[1]) / 2, part.u[0][order], widths)))
+    return factor, float(np.exp(np.interp((ends[1] - ends[0]) / 2, part.u[0][order], widths)))
 
 
 def _with_posterior(measured: Measurements, result: FitResult, posterior: Posterior) -> FitResult:

@@ -18,20 +18,20 @@ from gyrodata.physics import Floats
 STEPS = 8
 """Most Gauss–Newton steps; three are enough for labs that go with their stated uncertainties."""
 
-_CHUNK = 128
+_CHUNK = 32
 """Labs at a time: as many as stay in a processor's cache."""
 
 
 @dataclass(frozen=True)
 class ManyFits:
-    """The unknowns of L labs: quantiles at 2.5, 15.87, 50, 84.13 and 97.5 %, each array of shape (L, 5)."""
+    """The unknowns of L labs."""
 
     inertia: Floats
-    """I_zz [kg*m^2]."""
+    """Quantiles of I_zz at 2.5, 15.87, 50, 84.13 and 97.5 % [kg*m^2], shape (L, 5)."""
     imbalance: Floats
-    """M0 [N*m]."""
+    """Mean of M0 [N*m], shape (L,)."""
     timing_bias: Floats
-    """b [s]."""
+    """Mean of b [s], shape (L,)."""
 
 
 def fit_many(measured: Measurements, readings: Mapping[str, Floats], tilted: bool = False) -> ManyFits:
@@ -51,12 +51,12 @@ def fit_many(measured: Measurements, readings: Mapping[str, Floats], tilted: boo
     for name, values in readings.items():
         observed[:, QUANTITIES.index(name)] = values
     parts = [_fit_stack(problem, observed[i : i + _CHUNK]) for i in range(0, shape[0], _CHUNK)]
-    inertia, imbalance, bias = np.concatenate(parts, axis=1)
-    return ManyFits(inertia, imbalance, bias)
+    found = np.concatenate(parts)
+    return ManyFits(found[:, :5], found[:, 5], found[:, 6])
 
 
 def _fit_stack(problem: Problem, observed: Floats) -> Floats:
-    """Adjust one stack of labs: quantiles of I_zz, M0 and b, shape (3, L, 5)."""
+    """Adjust one stack of labs: five quantiles of I_zz, the means of M0 and b, shape (L, 7)."""
     problem, measured = problem.reread(observed), problem.measured
     torque, _ = problem.torque(observed)
     labs = len(observed)
@@ -97,4 +97,4 @@ def _fit_stack(problem: Problem, observed: Floats) -> Floats:
         tested = np.array([measured.imbalance_u(float(one)) for one in inertia]) / lightest
     balance = np.array([balance_scale(measured, float(one)) for one in inertia]) / lightest
     posterior = integrate(conditions, balance, times_stated(measured), tested)
-    return np.array([posterior.quantiles(of) * scale[:, of, None] for of in range(3)])
+    return np.concatenate([posterior.quantiles(0) * scale[:, :1], posterior.middle()[:, 1:] * scale[:, 1:]], axis=1)

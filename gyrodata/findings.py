@@ -242,8 +242,10 @@ def list_advice(measured: Measurements, fit: FitResult, tilted: bool) -> tuple[s
         forecasts.append(("three times the turns in every run", forecast.with_longer_times(design, 3.0)))
     if not forecasts:
         return ()
-    expected = fitting.expected_u([changed for _, changed in forecasts])
+    before, *after = fitting.expected_u([design, *(changed for _, changed in forecasts)])
     now = fit.inertia.u or 0.0
+    # What a change gains in readings that scatter as expected it gains in these.
+    expected = [now * u / before for u in after]
     per_cent = 100 / abs(fit.inertia.value)
     return tuple(
         f"{words}: u of I_zz from {now * per_cent:.2g} % to {then * per_cent:.2g} %"

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO, TextIO
 
@@ -26,7 +26,7 @@ from gyrodata.comparisons import (
 from gyrodata.diagnostics import NO_STEADY_PRECESSION, NO_TORQUE, TOO_MANY_SHARED_READINGS
 from gyrodata.errors import LogError
 from gyrodata.findings import count_findings, list_advice, outlier_findings, refusal, whole_findings
-from gyrodata.fitting import K_95, Estimate, FitResult, NoFit, Outlier, profile_interval
+from gyrodata.fitting import Estimate, FitResult, NoFit, Outlier
 from gyrodata.measurements import Measurements, measure, select
 from gyrodata.model import ChosenModel, Model, choose_model, is_unsteady, iterate_mean_rate
 from gyrodata.readings import Readings, read_log
@@ -50,7 +50,6 @@ def analyze(
     config: str | os.PathLike[str] | None = None,
     model: Model = "auto",
     keep_flagged: bool = False,
-    scale_by_birge: bool = False,
 ) -> Analysis:
     """Turn a log into I_zz with its uncertainty, and everything that goes with it.
 
@@ -70,8 +69,6 @@ def analyze(
         Eq. (9), eq. (8), the mean rate of a rod let go from rest, or the simplest of them that the log allows.
     keep_flagged : bool
         Keep runs in the fit that do not go with the others.
-    scale_by_birge : bool
-        Multiply the recommended fit's uncertainties by the Birge ratio where that is above 1.
 
     Returns
     -------
@@ -91,7 +88,6 @@ def analyze(
         config=None if config is None else Path(config).name,
         model=model,
         keep_flagged=keep_flagged,
-        scale_by_birge=scale_by_birge,
     )
     return analyze_readings(readings, options)
 
@@ -132,13 +128,8 @@ def analyze_readings(readings: Readings, options: Options | None = None) -> Anal
     birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else None
     listed = effects.list_effects(measured, fit, chosen.tilted, chosen.released, chosen.asked)
     advice = list_advice(select(measured, kept) if left_out else measured, fit, chosen.tilted)
-    profile = profile_interval(fit, K_95)
     found += outlier_findings(readings, measured, fitted.outliers, left_out, fitted.without)
     found += whole_findings(readings, measured, fit, p, listed)
-    scaled = options.scale_by_birge and birge is not None and birge > 1
-    if scaled and birge is not None:
-        # A profile is of chi-square as it is.
-        fit, profile = _scaled(fit, birge), None
     return Analysis(
         name=readings.name,
         sha256=readings.sha256,
@@ -148,13 +139,12 @@ def analyze_readings(readings: Readings, options: Options | None = None) -> Anal
         fit=fit,
         model=chosen,
         outliers=fitted.outliers,
-        inertia=_with_interval(fit.inertia, "kg*m^2", profile),
-        residual_torque=_with_interval(fit.imbalance, "N*m"),
-        timing_bias=_with_interval(fit.timing_bias, "s"),
+        inertia=_result(fit.inertia, "kg*m^2"),
+        residual_torque=_result(fit.imbalance, "N*m"),
+        timing_bias=_result(fit.timing_bias, "s"),
         p=p,
         birge=birge,
-        birge_applied=scaled,
-        fits=named_fits(measured, fit, kept, scaled),
+        fits=named_fits(measured, fit, kept),
         budget=fit.budget,
         effects=listed,
         power_law=power_laws(measured, kept),
@@ -233,47 +223,33 @@ def fit_runs(readings: Readings, measured: Measurements, model: Model = "auto", 
 
 def _fit_runs(measured: Measurements, model: Model, keep_flagged: bool) -> Fitted:
     chosen = choose_model(measured, model)
-    outliers, clean = fitting.screen(measured, chosen.tilted)
+    outliers, _ = fitting.screen(measured, chosen.tilted)
     if is_unsteady(measured, chosen):
         measured = iterate_mean_rate(measured, chosen, tuple(outlier.index for outlier in outliers))
-        outliers, clean = fitting.screen(measured, chosen.tilted)
+        outliers, _ = fitting.screen(measured, chosen.tilted)
     # A run that is merely odd is still a measurement, and stays.
     left_out = () if keep_flagged else tuple(outlier.index for outlier in outliers if outlier.slip)
     odd = tuple(outlier.index for outlier in outliers)
-    fit = clean if clean is not None and odd == left_out else fitting.fit(measured, chosen.tilted, left_out)
+    fit = fitting.fit(measured, chosen.tilted, left_out)
     without = fitting.fit(measured, chosen.tilted, odd).inertia if odd != left_out else None
     return Fitted(measured, chosen, tuple(outliers), left_out, fit, without)
 
 
-def _with_interval(estimate: Estimate, unit: str, profile: tuple[float, float] | None = None) -> Result:
-    value, u = estimate.value, estimate.u
-    interval = None if u is None else profile or (value - K_95 * u, value + K_95 * u)
+def _result(estimate: Estimate, unit: str) -> Result:
+    """Put a value with its interval into words that GUM has."""
+    value, u, interval = estimate.value, estimate.u, estimate.interval_95
+    assert u is not None
+    assert interval is not None
+    expanded = (interval[1] - interval[0]) / 2
     return Result(
         value=value,
         u=u,
         unit=unit,
         interval_95=interval,
-        k=None if u is None else K_95,
+        k=expanded / u if u else None,
         dof=None,
-        interval_by="profile" if u is not None and profile else "linear",
-        expanded_u=None if u is None else K_95 * u,
-        relative_u=abs(u / value) if u is not None and value else None,
+        expanded_u=expanded,
+        relative_u=abs(u / value) if value else None,
         level=0.95,
         dof_reason=DOF_REASON,
-    )
-
-
-def _scaled(fit: FitResult, ratio: float) -> FitResult:
-    """Multiply every uncertainty of a fit: what is asked for where the stated ones are not believed."""
-
-    def larger(estimate: Estimate) -> Estimate:
-        return Estimate(estimate.value, None if estimate.u is None else ratio * estimate.u)
-
-    return replace(
-        fit,
-        inertia=larger(fit.inertia),
-        imbalance=larger(fit.imbalance),
-        timing_bias=larger(fit.timing_bias),
-        covariance=ratio**2 * fit.covariance,
-        budget=tuple(replace(share, u_inertia=ratio * share.u_inertia) for share in fit.budget),
     )

@@ -110,7 +110,7 @@ def _residual_torque(case: Case) -> Found:
     loaded = torque != 0
     per_run = np.zeros(len(weights))
     per_run[loaded] = physics.imbalance_bias(torque[loaded], fit.imbalance.value)
-    prior = "practically no prior" if fit.imbalance_free else f"prior width {fit.imbalance_prior:.2g} N*m"
+    prior = f"prior width {fitting.balance_scale(case.measured, fit.inertia.value):.2g} N*m, with wide tails"
     return float(np.sum(weights / weights.sum() * per_run)), True, _UNKNOWN.format("M0", prior)
 
 

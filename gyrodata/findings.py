@@ -119,17 +119,29 @@ def outlier_findings(
     return found
 
 
+CONTRADICTING = 10.0
+"""Runs that scatter so many times as much as stated contradict each other."""
+
+
+def _stated_time(measured: Measurements) -> str:
+    """What the log says of its times: "0.14 s", or in words."""
+    time = next((source for source in measured.sources if source.quantity == "time"), None)
+    if time is None or time.relative.any() or np.ptp(time.absolute):
+        return "stated"
+    return f"{float(time.absolute[0]):.2g} s"
+
+
 def whole_findings(
     readings: Readings, measured: Measurements, fit: FitResult, p: float | None, effects: tuple[Effect, ...]
 ) -> list[Diagnostic]:
     """Turn what looks odd in the whole log into diagnostics."""
     found = []
-    if fit.time_u_factor > 1:
+    if fit.scatter > CONTRADICTING:
         found.append(
             readings.diagnose(
                 RUNS_CONTRADICT_EACH_OTHER,
                 "the runs contradict each other: they fit together only if every time is "
-                f"{fit.time_u_factor:.3g} times as uncertain as stated, and so it was taken",
+                f"{fit.scatter:.3g} times as uncertain as stated, and so it was taken",
                 "look for a slip in the runs that look odd: a digit too many, another unit, another count of turns",
             )
         )
@@ -137,8 +149,7 @@ def whole_findings(
         found.append(
             readings.diagnose(
                 SCATTER_TOO_LARGE,
-                f"the runs scatter {math.sqrt(fit.chi2 / fit.dof):.1f} times as much as the stated uncertainties allow "
-                f"({'p < 1e-6' if p < 1e-6 else f'p = {p:.1g}'}): u of I_zz may be too small",
+                f"the runs scatter {fit.scatter:.1f} times as much as {_stated_time(measured)}: u of I_zz holds that",
                 "state what your hand can do, for example # u_time: 0.3 s, or look for a run that is wrong",
             )
         )
@@ -152,13 +163,15 @@ def whole_findings(
             )
         )
     if not fitting.torques_differ(measured.torque):
+        balanced = fitting.if_balanced(measured, fit)
         found.append(
             readings.diagnose(
                 SINGLE_TORQUE,
-                "all torques are equal, so the runs cannot tell the residual torque M0 from I_zz: "
-                f"M0 is taken as 0 ± {1e3 * fit.imbalance_prior:.2g} mN*m"
-                + (f" (from {measured.imbalance_from})" if measured.imbalance_from else " (default)"),
-                "add runs with another weight, or state the balance: # balance_drift: 5 deg in 60 s at 400 rpm",
+                "all torques are equal, so the runs cannot tell the residual torque M0 from I_zz: if the ball is "
+                f"balanced as in step 2, I_zz = {balanced.value:.4g} ± {balanced.u or 0.0:.1g} kg*m^2; the usual "
+                f"imbalance, 5 % of the torque, moves it by 5 %",
+                'add runs with another weight, or write "# balanced: yes" or '
+                '"# balance_drift: 5 deg in 60 s at 400 rpm"',
             )
         )
     return found + _model_findings(readings, measured, fit, effects)
@@ -182,7 +195,12 @@ def _model_findings(
             )
         )
     release = next(effect for effect in effects if effect.effect == "release")
-    if measured.motion is None and not release.kept and (release.size or 0.0) > DROP_ONE and fit.time_u_factor == 1:
+    if (
+        measured.motion is None
+        and not release.kept
+        and (release.size or 0.0) > DROP_ONE
+        and fit.scatter < CONTRADICTING
+    ):
         found.append(
             readings.diagnose(
                 RELEASE_NOT_TOLD,
@@ -223,8 +241,10 @@ def list_advice(measured: Measurements, fit: FitResult, tilted: bool) -> tuple[s
         forecasts.append(("three times the turns in every run", forecast.with_longer_times(design, 3.0)))
     if not forecasts:
         return ()
-    expected = fitting.expected_u([changed for _, changed in forecasts])
+    before, *after = fitting.expected_u([design, *(changed for _, changed in forecasts)])
     now = fit.inertia.u or 0.0
+    # What a change gains in readings that scatter as expected it gains in these.
+    expected = [now * u / before for u in after]
     per_cent = 100 / abs(fit.inertia.value)
     return tuple(
         f"{words}: u of I_zz from {now * per_cent:.2g} % to {then * per_cent:.2g} %"

@@ -47,7 +47,7 @@ def with_unloaded_run(design: Design) -> Design:
         _one_more(problem.groups, group),
     )
     sense = _one_more(design.sense, np.sign(imbalance))
-    return replace(design, problem=longer, sense=sense, imbalance_u=float(np.abs(torque).max()))
+    return replace(design, problem=longer, sense=sense)
 
 
 def _one_more(values: Any, last: Any) -> Any:
@@ -79,7 +79,7 @@ def with_both_signs(design: Design) -> Design:
     apart = split[:, None] & (problem.groups >= 0)
     groups = np.where(apart, 2 * problem.groups + turned, problem.groups)
     moved = problem.reread(observed, groups=groups)
-    return replace(design, problem=moved, sense=np.sign(torque), imbalance_u=float(np.abs(torque).max()))
+    return replace(design, problem=moved, sense=np.sign(torque))
 
 
 def _by_torque(torque: Floats) -> list[list[int]]:
@@ -108,7 +108,7 @@ def with_better(design: Design, source: str) -> Design:
 
 def with_balance_test(design: Design) -> Design:
     """Add a balance test in which the ball drifts no more than `DRIFT`."""
-    return design.with_balance_test(balance_test(float(design.unknowns[0])))
+    return replace(design, tested=balance_test(float(design.unknowns[0])))
 
 
 def balance_test(inertia: float) -> float:

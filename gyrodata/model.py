@@ -63,7 +63,7 @@ def choose_model(measured: Measurements, model: Model) -> ChosenModel:
     if not tilts and measured.motion != "released":
         return ChosenModel(tilted=False, released=False, asked=False)
     try:
-        fit = fitting.fit(measured)
+        fit = fitting.fit_as_stated(measured)
     except fitting.NoFit:
         # Nothing tells what could be left out.
         return ChosenModel(tilts, measured.motion == "released", asked=False)
@@ -105,11 +105,11 @@ def iterate_mean_rate(measured: Measurements, chosen: ChosenModel, left_out: Col
     Gives the runs with `slowing`, and for a rod let go from rest with two more sources of error: the phase of the
     nutation at the last click, and I.
     """
-    result = fitting.fit(measured, chosen.tilted, left_out)
+    result = fitting.fit_as_stated(measured, chosen.tilted, left_out)
     runs = measured
     for _turn in range(20):
         before, runs = runs.slowing, _slowed(measured, result, chosen, result.inertia.value, followed=False)
-        result = fitting.fit(runs, chosen.tilted, left_out)
+        result = fitting.fit_as_stated(runs, chosen.tilted, left_out)
         if before is not None and runs.slowing is not None and np.allclose(before, runs.slowing, rtol=1e-10, atol=0):
             break
     # Without a run to spare every value that goes with itself fits as well, and runs that contradict each other tell
@@ -117,7 +117,7 @@ def iterate_mean_rate(measured: Measurements, chosen: ChosenModel, left_out: Col
     if (
         not chosen.released
         or result.dof < 1
-        or result.time_u_factor > 1
+        or result.scatter > 1
         or _phase_known(measured, result.inertia.value).max() < 0.1
     ):
         return runs
@@ -143,10 +143,6 @@ def _followed(measured: Measurements, mean: FitResult, chosen: ChosenModel, left
     if not mean.two_signs:
         # Which way runs without a weight turn is known by now.
         measured = replace(measured, sense=mean.sense)
-    tested = measured.imbalance_u
-    if mean.contradicted_balance is not None:
-        # Nor need every trial find out anew that the balance test is false.
-        measured = replace(measured, imbalance_u=None)
     click = physics.click_error(measured.spin, centre, fitting.transverse_inertia(measured))
     # A fit may end near any I_zz above 0; no trial is made at 0 or below.
     radian = min(centre / float((measured.time / click).max()), 0.5 * centre)
@@ -155,7 +151,7 @@ def _followed(measured: Measurements, mean: FitResult, chosen: ChosenModel, left
 
         def at(inertia: float, fit: FitResult = result) -> Trial:
             runs = _slowed(measured, fit, chosen, inertia, followed=True)
-            return Trial(inertia, fitting.fit(runs, chosen.tilted, left_out), runs)
+            return Trial(inertia, fitting.fit_as_stated(runs, chosen.tilted, left_out), runs)
 
         trials = [at(float(t)) for t in centre + np.arange(-reach, 1.01 * reach, 0.3 * radian)]
         # Only where it may beat the best so far.
@@ -167,7 +163,7 @@ def _followed(measured: Measurements, mean: FitResult, chosen: ChosenModel, left
         ]
         best = min(trials, key=lambda trial: trial.result.chi2)
         centre, result = best.result.inertia.value, best.result
-    return replace(best.runs, imbalance_u=tested)
+    return best.runs
 
 
 @dataclass(frozen=True)

@@ -121,7 +121,9 @@ def _unloaded(readings: Readings, measured: Measurements, fit: FitResult) -> lis
     if 0.0 in signs or len(signs) > 1:
         return []
     now = (fit.inertia.u or 0.0) / fit.inertia.value
-    then = fitting.expected_u([forecast.with_unloaded_run(fitting.design_of(measured, fit))])[0] / fit.inertia.value
+    design = fitting.design_of(measured, fit)
+    before, after = fitting.expected_u([design, forecast.with_unloaded_run(design)])
+    then = now * after / before
     if now - then < 0.05 * now:
         return []
     return [

@@ -24,18 +24,21 @@ if TYPE_CHECKING:
 
 SCHEMA: Literal["gyro.analysis/2"] = "gyro.analysis/2"
 
-DOF_REASON = "the stated uncertainties are taken as known, so the degrees of freedom are infinite"
+DOF_REASON = (
+    "u and the interval are quantiles of the posterior distribution, which holds the doubt about the widths too"
+)
 
 
 CONVENTIONS = {
-    "inertia": "least squares in the raw readings (Gauss-Helmert); derivatives and proportional uncertainties at the "
-    "adjusted values; u is one standard uncertainty (k = 1) from the stated ones, never scaled by chi-square unless "
-    "asked; interval_95 is value ± expanded_u = k u, or the profile of chi-square where that differs by over 5 %",
-    "residual_torque": "the torque at work is the applied torque plus M0; M = I_zz φ̇ψ̇ − M0; a balance test may be "
-    "false: the answer leans on it, and u holds that doubt",
+    "inertia": "least squares in the raw readings (Gauss-Helmert), integrated over what the log does not know of its "
+    "own widths: a factor on the errors that each run has alone, and the width of M0; value: the median of that "
+    "posterior distribution; u: half of its 68.3 % interval; interval_95: from its 2.5 % to its 97.5 % quantile; "
+    "expanded_u: half of that; k = expanded_u/u",
+    "residual_torque": "the torque at work is the applied torque plus M0; M = I_zz φ̇ψ̇ − M0; before the runs are "
+    "looked at M0 is a Cauchy of 5 % of the lightest torque about 0; a balance test is evidence that may be false",
     "timing_bias": "a stopwatch's reading is the true time plus b",
-    "goodness": "chi-square of all readings and priors at the fit; p is the chance of one at least as large; Birge "
-    "ratio = sqrt(chi2/dof)",
+    "goodness": "chi-square of all readings at their stated widths; p is the chance of one at least as large; Birge "
+    "ratio = sqrt(chi2/dof); scatter: the factor on the errors that each run has alone, as the runs have it",
     "through_origin, with_constant": "ordinary least squares of M on φ̇ψ̇, runs taken as independent; u from the "
     "scatter with n - 1 and n - 2 degrees of freedom",
     "effects": "bias = I_zz without the effect over I_zz with it, minus 1",
@@ -60,12 +63,11 @@ class Options:
     """Name of the TOML file with the same, without its folder."""
     model: Model = "auto"
     keep_flagged: bool = False
-    scale_by_birge: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """A value with its standard uncertainty u (k = 1) and its 95 % interval, value ± k·u."""
+    """A value with its standard uncertainty u (k = 1) and its 95 % interval; see `CONVENTIONS`."""
 
     value: float
     u: float | None
@@ -73,11 +75,9 @@ class Result:
     interval_95: tuple[float, float] | None
     k: float | None
     dof: float | None
-    """Degrees of freedom; null: infinite, see dof_reason."""
-    interval_by: Literal["linear", "profile"]
-    """"linear": value ± k·u; "profile": where chi-square has risen by k², used where the two differ by over 5 %."""
+    """Degrees of freedom; null, see dof_reason."""
     expanded_u: float | None
-    """k·u."""
+    """k·u, half the 95 % interval."""
     relative_u: float | None
     """u over the value [1]."""
     level: float
@@ -108,9 +108,7 @@ class Analysis:
     p: float | None
     """Probability of a chi-square at least as large; None without degrees of freedom."""
     birge: float | None
-    """√(chi-square/dof): shown, not applied unless asked."""
-    birge_applied: bool
-    """True if u of the recommended fit was multiplied by it, as asked."""
+    """√(chi-square/dof)."""
     fits: tuple[NamedFit, ...]
     budget: tuple[Share, ...]
     effects: tuple[Effect, ...]
@@ -141,7 +139,7 @@ class Analysis:
             residual_torque=self.residual_torque,
             timing_bias=self.timing_bias,
             goodness=Goodness(
-                self.fit.chi2, self.fit.dof, self.p, self.birge, self.birge_applied, no_p if self.p is None else None
+                self.fit.chi2, self.fit.dof, self.p, self.birge, self.fit.scatter, no_p if self.p is None else None
             ),
             fits=tuple(_compared(fit) for fit in self.fits),
             budget=self.budget,
@@ -209,8 +207,8 @@ class Goodness:
     """Probability of a chi-square at least as large."""
     birge: float | None
     """√(chi2/dof)."""
-    birge_applied: bool
-    """True if u was multiplied by it, as asked."""
+    scatter: float
+    """Factor on the errors that each run has alone, as the runs have it; u holds it."""
     reason: str | None
     """Why p is null."""
 

@@ -89,8 +89,8 @@ def selfcheck(
     """Simulate a lab many times and see what its fits are worth.
 
     `measured` has only the runs that have a say; `clock` gives seconds, as `time.perf_counter`; `progress` is told how
-    many labs are done. True readings are those of the log, true I_zz and M0 the fitted ones; the timing bias, and M0
-    where a prior and not the data holds it, are drawn from their priors, every error from its source.
+    many labs are done. True readings are those of the log, true I_zz and M0 the fitted ones; the timing bias is
+    drawn from its prior, every error from its source.
     """
     if labs < 1:
         raise ValueError(f"{labs} labs say nothing; pass 1 or more")
@@ -105,8 +105,7 @@ def selfcheck(
     answers: dict[str, list[Answer]] = {name: [] for name in fits}
     seconds = dict.fromkeys(fits, 0.0)
     done = 0
-    imbalance = None if not found.imbalance_free else found.imbalance.value
-    for readings in _simulate(design, truth, imbalance, found.imbalance_prior, tilted, labs, seed):
+    for readings in _simulate(design, truth, found.imbalance.value, tilted, labs, seed):
         for name, apply in fits.items():
             begun = clock()
             answers[name].append(apply(readings))
@@ -135,13 +134,13 @@ def _judge(name: str, values: Floats, u: Floats, truth: float, time_us: float) -
 
 
 def _simulate(
-    design: Measurements, inertia: float, imbalance: float | None, width: float, tilted: bool, labs: int, seed: int
+    design: Measurements, inertia: float, imbalance: float, tilted: bool, labs: int, seed: int
 ) -> Iterator[dict[str, Floats]]:
     """Draw labs in portions: readings by quantity, shape (labs, n), with "torque" that follows from them."""
     random = np.random.default_rng(seed)
     for begin in range(0, labs, _CHUNK):
         size = min(_CHUNK, labs - begin)
-        residual = np.full(size, imbalance) if imbalance is not None else width * random.standard_normal(size)
+        residual = np.full(size, imbalance)
         bias = design.timing_bias_u * random.standard_normal(size)
         yield _draw(design, inertia, residual[:, None], bias[:, None], tilted, random)
 
@@ -192,9 +191,9 @@ def _applied(readings: dict[str, Floats]) -> Floats:
 
 def _recommended(measured: Measurements, readings: dict[str, Floats], tilted: bool) -> Answer:
     """All labs at once where the design allows it, else one by one."""
-    if measured.sense.all() and measured.imbalance_u is None:
-        many = fit_many(measured, readings, tilted)
-        return many.inertia, many.inertia_u
+    if measured.sense.all():
+        ends = fit_many(measured, readings, tilted).inertia
+        return ends[:, 2], (ends[:, 3] - ends[:, 1]) / 2
     torque = _applied(readings)
     results = []
     for i in range(len(torque)):

@@ -196,13 +196,10 @@ def pretested(measured: Measurements) -> Answer:
 
 def recommended(measured: Measurements) -> Answer:
     """The tool's own: screened for wrong counts, then fitted in the raw readings with shared errors as shared."""
-    outliers, clean = fitting.screen(measured)
-    odd = tuple(outlier.index for outlier in outliers)
-    left_out = tuple(outlier.index for outlier in outliers if outlier.slip)
-    fit = clean if clean is not None and odd == left_out else fitting.fit(measured, False, left_out)
-    if fit.inertia.u is None:
-        return Answer(fit.inertia.value, None)
-    return Answer(fit.inertia.value, K_95 * fit.inertia.u)
+    outliers, _ = fitting.screen(measured)
+    fit = fitting.fit(measured, False, tuple(outlier.index for outlier in outliers if outlier.slip))
+    low, high = fit.inertia.interval_95 or (math.nan, math.nan)
+    return Answer(fit.inertia.value, (high - low) / 2)
 
 
 ESTIMATORS: Mapping[str, Estimator] = {

@@ -60,7 +60,7 @@ def analyze(
     ] = "auto",
     keep_flagged: Annotated[bool, typer.Option("--keep-flagged", help="Keep flagged runs in the fit.")] = False,
     scale_by_birge: Annotated[
-        bool, typer.Option("--scale-by-birge", help="Multiply u by the Birge ratio where that is above 1.")
+        bool, typer.Option("--scale-by-birge", hidden=True)
     ] = False,
     watched: Annotated[
         bool,
@@ -77,6 +77,11 @@ def analyze(
     """
     given = {"set": pairs(settings, "--set"), "map": pairs(mapping, "--map")}
     _refuse_what_does_not_go_together(logs, form, values, out, watched)
+    if scale_by_birge:
+        raise typer.BadParameter(
+            "u holds the scatter of the runs already, wherever it is larger than stated; leave this option away",
+            param_hint="--scale-by-birge",
+        )
     # Standard input can be read in this process only.
     many = len(logs) >= WORTHWHILE and "-" not in logs
     if many:
@@ -91,7 +96,6 @@ def analyze(
         config=config.name if config else None,
         model=model,
         keep_flagged=keep_flagged,
-        scale_by_birge=scale_by_birge,
     )
     request = _Request(options, config, form, values, figures, style)
     if watched:

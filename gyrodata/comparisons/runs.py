@@ -129,7 +129,7 @@ class NamedFit:
     """The same in standard uncertainties of the recommended fit."""
 
 
-def named_fits(measured: Measurements, fit: FitResult, kept: list[int], scaled: bool) -> tuple[NamedFit, ...]:
+def named_fits(measured: Measurements, fit: FitResult, kept: list[int]) -> tuple[NamedFit, ...]:
     """The two straight lines of the textbook beside the recommended fit."""
     index = np.array(kept)
     product = fit.sense[index] * np.abs(measured.product[index])
@@ -156,8 +156,7 @@ def named_fits(measured: Measurements, fit: FitResult, kept: list[int], scaled: 
             fit.inertia,
             Estimate(-fit.imbalance.value, fit.imbalance.u),
             "all raw readings together; shared errors carried as shared; M0 and timing bias as unknowns; u from the "
-            "stated uncertainties, "
-            + ("multiplied by the Birge ratio, as asked" if scaled else "not scaled by chi-square"),
+            "stated uncertainties and from how the runs scatter",
         ),
         _beside(NamedFit("through_origin", origin.slope if origin else None, None, note), fit.inertia),
         _beside(constant, fit.inertia),

@@ -59,8 +59,7 @@ def _without(measured: Measurements, fit: FitResult, kept: list[int], tilted: bo
         rest = [i for i in kept if i not in members]
         if not measured.torque[rest].any():
             found.append(None)
-        # Where one torque is left, another prior of M0 comes with it.
-        elif shift is None or (fit.imbalance_free and not fitting.torques_differ(measured.torque[rest])):
+        elif shift is None:
             found.append(_fit_of(measured, tilted, rest))
         else:
             found.append(Estimate(fit.inertia.value + shift[0], math.sqrt(fit.inertia.u**2 + shift[1])))

@@ -6,10 +6,12 @@ has the fits of the textbook, to compare with, and `fit_line` one for points wit
 """
 
 from gyrodata.fitting.conditions import MAD_TO_SD, torques_differ, transverse_inertia
+from gyrodata.fitting.design import Design, design_of, expected_u
 from gyrodata.fitting.estimates import Estimate, FitResult, NoFit, Outlier, Share, insist_on_solution
-from gyrodata.fitting.inertia import DEFAULT_IMBALANCE_U, fit
+from gyrodata.fitting.inertia import balance_scale, fit, fit_as_stated, if_balanced
 from gyrodata.fitting.lines import LineFit, chi2_tail, fit_line
 from gyrodata.fitting.many import ManyFits, fit_many
+from gyrodata.fitting.posterior import K_95
 from gyrodata.fitting.screening import OUTLIER, TURN_COUNTS, explaining_counts, screen
 from gyrodata.fitting.textbook import (
     TEXTBOOK,
@@ -20,11 +22,9 @@ from gyrodata.fitting.textbook import (
     through_origin,
     with_constant,
 )
-from gyrodata.fitting.uncertainty import K_95, Design, design_of, expected_u, profile_interval
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO
 
 __all__ = [
-    "DEFAULT_IMBALANCE_U",
     "DEFAULT_TRANSVERSE_RATIO",
     "K_95",
     "MAD_TO_SD",
@@ -40,18 +40,20 @@ __all__ = [
     "NoFit",
     "Outlier",
     "Share",
+    "balance_scale",
     "chi2_tail",
     "design_of",
     "expected_u",
     "explaining_counts",
     "fit",
+    "fit_as_stated",
     "fit_line",
     "fit_many",
+    "if_balanced",
     "insist_on_lines",
     "insist_on_solution",
     "mean_of_ratios",
     "ordinary_line",
-    "profile_interval",
     "screen",
     "through_origin",
     "torques_differ",

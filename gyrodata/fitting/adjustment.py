@@ -55,6 +55,8 @@ class Adjusted:
     """What the unknowns I_zz, M0 and b are counted in: a start, and the widths of the priors, shape (3,)."""
     directions: Floats
     """Covariance of all unknowns with I_zz over its variance, as the steps count them, shape (3 + K,)."""
+    rows: Floats
+    """Derivatives of the runs' conditions to all unknowns, over their standard uncertainties, shape (n, 3 + K)."""
     orthogonal: Floats
     """Weighted derivatives of the runs' conditions on an orthonormal basis, shape (n, 3 + K)."""
     kept: Floats
@@ -169,6 +171,7 @@ def _conclude(
         slopes=at.slopes,
         scale=scale,
         directions=directions / directions[0],
+        rows=rows[:count, :-1],
         orthogonal=q[:count],
         kept=kept,
         weighted=weighted,

@@ -95,6 +95,11 @@ class Problem:
             new._share(groups)
         return new
 
+    def with_scatter(self, factor: float) -> Problem:
+        """Give the same with the errors that a run has alone so many times as wide."""
+        sizes = np.where(self.alone > 0, factor, 1.0)
+        return self.reread(self.observed, (sizes * self.absolute, sizes * self.relative))
+
     def _share(self, groups: Integers) -> None:
         """Number the errors that several runs share, in the order of sources and groups."""
         self.groups = groups

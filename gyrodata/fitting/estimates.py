@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gyrodata.fitting.adjustment import Adjusted
+from gyrodata.fitting.posterior import Posterior
 from gyrodata.physics import Floats
 
 
@@ -26,6 +27,8 @@ class Estimate:
     value: float
     u: float | None
     """None where nothing tells it; the reason is in the note of its fit."""
+    interval_95: tuple[float, float] | None = None
+    """Where it is not value ± 1.96 u."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,10 +86,10 @@ class FitResult:
     response: Floats
     """Relative change of I_zz for a relative change of each run's own M/(φ̇ψ̇) [1], shape (n,)."""
     budget: tuple[Share, ...]
-    imbalance_prior: float
-    """Prior width of M0 that was used [N*m]."""
-    imbalance_free: bool
-    """True if the data alone tell M0."""
+    balance_u: float
+    """Width of M0 with which the runs were adjusted [N*m]."""
+    scatter: float
+    """Factor on the errors that a run has alone with which they were [1]."""
     contradicted_balance: float | None
     """Width [N*m] that a balance test allowed M0 where the data contradict it, and so were left alone; or None."""
     two_signs: bool
@@ -95,8 +98,8 @@ class FitResult:
     """Sign of φ̇ψ̇ used for each run, shape (n,)."""
     adjusted: Adjusted
     """Where the adjustment ended; of two possible answers the likelier."""
-    time_u_factor: float
-    """Factor on the uncertainties of the times [1]: 1 but where the runs contradict each other beyond all measure."""
+    posterior: Posterior | None
+    """The answer as a mixture; None of a fit at one width."""
 
 
 FACTOR = 3.0

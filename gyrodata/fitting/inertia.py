@@ -1,17 +1,14 @@
 """The recommended fit: I_zz from raw readings, with errors carried by what they are shared by.
 
-A balance test in a log may be false, and nobody knows how often. Before the runs are looked at it is true with some
-chance, or M0 is some ten, thirty or more times larger than it says. Each of these is weighed by how well it goes with
-what the runs alone say of M0 (Bayes). The answer leans on the test more than its uncertainty does, which has to hold
-where the test is false: an interval that every true test makes much shorter does not cover where the runs cannot tell a
-false one from a true one.
+First the runs are adjusted as stated (`adjust_as_stated`); then what the log does not know of its own widths is
+integrated over (`posterior`), and the runs are adjusted once more at the widths that were found.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Collection
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import cast
 
 import numpy as np
@@ -20,121 +17,90 @@ from gyrodata import physics
 from gyrodata.fitting.adjustment import Adjusted, Start, adjust
 from gyrodata.fitting.conditions import NEGLIGIBLE, Problem, torques_differ
 from gyrodata.fitting.estimates import ASTRAY, FACTOR, Estimate, FitResult, NoFit, Share, insist_on_solution
+from gyrodata.fitting.posterior import (
+    BALANCE,
+    BALANCED,
+    UNBALANCED,
+    Conditions,
+    Posterior,
+    integrate,
+    mixed,
+)
 from gyrodata.fitting.start import assume_sense, first_guess, misfit, robust_start
 from gyrodata.measurements import SOURCES, Measurements
 from gyrodata.physics import Floats
 
-DEFAULT_IMBALANCE_U = 3e-4
-"""Prior width of M0 [N*m] where one torque only is there and no balance test: what a balance that drifts
-5 degrees in a minute at 400 rpm leaves in a 4-inch steel ball."""
+ONE_SIGN = 1e-4
+"""A sign of M0 that is less likely than this is not looked into."""
 
 
 def fit(measured: Measurements, tilted: bool = False, left_out: Collection[int] = ()) -> FitResult:
     """Find I_zz, M0 and b of one log, with their uncertainties.
 
-    M0 has practically no prior (the width is the largest torque) wherever the torques differ, and `DEFAULT_IMBALANCE_U`
-    where they are all the same. A balance test in the log gives it a width; the answer is then weighed between the
-    test's being true and false (`weigh`), so that the runs win where they contradict it. b has the prior of
-    `u_time_bias`. Neither unknown is ever switched off by the data. Runs left out have no say, but what the others
-    predict for them is worked out. Raises `NoFit` where there is no solution, or none that can be believed.
+    One prior for all designs: M0 is a Cauchy of a twentieth of the lightest torque, a balance test in the log is
+    evidence about it that may be false, b has the width of ``u_time_bias``, and the errors that each run has alone are
+    a common factor wider or narrower than stated (`posterior`). Runs left out have no say, but what the others predict
+    for them is worked out. Raises `NoFit` where there is no solution, or none that can be believed.
     """
+    results = [_integrated(measured, tilted, stated) for stated in _by_sign(measured, tilted, left_out)]
+    results.sort(key=lambda pair: -float(pair[1].evidence))
+    first, posterior = results[0]
+    several = [other for _, other in results if other.evidence > posterior.evidence + math.log(ONE_SIGN)]
+    if len(several) > 1:
+        first, posterior = replace(first, two_signs=True), mixed(several)
+    return _with_posterior(measured, first, posterior)
+
+
+def fit_as_stated(measured: Measurements, tilted: bool = False, left_out: Collection[int] = ()) -> FitResult:
+    """Fit with every width as it was stated, and an M0 that may be as large as the lightest torque: for screening."""
+    return min(_by_sign(measured, tilted, left_out), key=lambda result: result.chi2)
+
+
+def _by_sign(measured: Measurements, tilted: bool, left_out: Collection[int]) -> list[FitResult]:
+    """Fit as stated once, or for both signs of M0 where only unloaded runs without a sense would tell them apart."""
     kept = np.ones(len(measured.runs))
     kept[list(left_out)] = 0.0
-    differ = torques_differ(measured.torque[kept > 0])
-    largest = float(np.abs(measured.torque[kept > 0]).max())
-    alone = _fit_signs(measured, tilted, largest if differ else DEFAULT_IMBALANCE_U, differ, kept)
-    if measured.imbalance_u is None:
-        return alone
-    tested = max(measured.imbalance_u(alone.inertia.value), NEGLIGIBLE * largest)
-    try:
-        tight = _fit_signs(measured, tilted, tested, False, kept)
-    except NoFit:
-        if not differ:
-            raise
-        return replace(alone, contradicted_balance=tested)
-    if not differ:
-        return tight
-    return _with_balance(alone, tight, tested)
-
-
-def _with_balance(alone: FitResult, tight: FitResult, tested: float) -> FitResult:
-    """Put together a fit of the runs alone and one that believes the balance test."""
-    mean = np.array([alone.inertia.value, alone.imbalance.value, alone.timing_bias.value])
-    weighed = weigh(mean, alone.covariance, tested)
-    if weighed.sure:
-        return tight
-    first = alone if weighed.contradicted else tight
-    result = _with_unknowns(first, weighed.mean, weighed.covariance, "balance_doubt")
-    return replace(result, contradicted_balance=tested if weighed.contradicted else None)
-
-
-def _fit_signs(measured: Measurements, tilted: bool, width: float, free: bool, kept: Floats) -> FitResult:
-    """Fit once, or for both signs of M0 where only unloaded runs without a sense would tell them apart.
-
-    Where both signs remain possible the answer is the mixture of the two, weighted by their likelihoods: its
-    mean and its whole spread, not the better half.
-    """
     if np.all(measured.sense[kept > 0] != 0):
-        return _fit_once(measured, assume_sense(measured, 1.0), tilted, width, free, kept)
+        return [_as_stated(measured, assume_sense(measured, 1.0), tilted, kept)]
     signed: list[tuple[float, FitResult]] = []
     for sign in (1.0, -1.0):
         try:
-            signed.append((sign, _fit_once(measured, assume_sense(measured, sign), tilted, width, free, kept)))
+            signed.append((sign, _as_stated(measured, assume_sense(measured, sign), tilted, kept)))
         except NoFit:
             # This may be the sign that M0 cannot have.
             if sign < 0 and not signed:
                 raise
-    both = [result for sign, result in signed if result.imbalance.value * sign > 0] or [result for _, result in signed]
-    both.sort(key=lambda result: result.chi2)
-    if len(both) == 1:
-        return both[0]
-    odds = math.exp(-0.5 * min(both[1].chi2 - both[0].chi2, 1400.0))
-    if odds < 1e-4:
-        return both[0]
-    return replace(_mixture(both[0], both[1], 1 / (1 + odds), "residual_torque_sign"), two_signs=True)
+    return [result for sign, result in signed if result.imbalance.value * sign > 0] or [result for _, result in signed]
 
 
-def _mixture(first: FitResult, second: FitResult, weight: float, doubt: str) -> FitResult:
-    """Put two possible answers into one; all but the unknowns is told of the likelier, `first`."""
-    pair = ((weight, first), (1 - weight, second))
-    means = [np.array([r.inertia.value, r.imbalance.value, r.timing_bias.value]) for _, r in pair]
-    mean = pair[0][0] * means[0] + pair[1][0] * means[1]
-    covariance = np.zeros((3, 3))
-    for (share, result), value in zip(pair, means, strict=True):
-        covariance += share * (result.covariance + np.outer(value - mean, value - mean))
-    return _with_unknowns(first, mean, covariance, doubt)
+def lightest_torque(measured: Measurements, kept: Floats) -> float:
+    """Smallest torque of the runs that have a say, but for those without any [N*m]."""
+    sizes = np.abs(measured.torque[(kept > 0) & (measured.torque != 0)])
+    return float(sizes.min()) if len(sizes) else float(np.abs(measured.torque).max())
 
 
-def _with_unknowns(first: FitResult, mean: Floats, covariance: Floats, doubt: str) -> FitResult:
-    """Give a fit other unknowns; what the doubt about it adds to u is a source of its own in the budget."""
-    grown = covariance[0, 0] - first.covariance[0, 0]
-    budget = list(first.budget)
-    if grown > 0:
-        budget.append(Share(doubt, True, "all runs", math.sqrt(grown), 0.0))
-    inertia, imbalance, bias = (Estimate(float(mean[j]), math.sqrt(covariance[j, j])) for j in range(3))
-    return replace(
-        first,
-        inertia=inertia,
-        imbalance=imbalance,
-        timing_bias=bias,
-        covariance=covariance,
-        budget=_normalised(budget),
-    )
-
-
-def _fit_once(measured: Measurements, sense: Floats, tilted: bool, width: float, free: bool, kept: Floats) -> FitResult:
-    time_u_factor = 1.0
+def _as_stated(measured: Measurements, sense: Floats, tilted: bool, kept: Floats) -> FitResult:
+    free, width = torques_differ(measured.torque[kept > 0]), lightest_torque(measured, kept)
+    problem, factor = Problem(measured, tilted), 1.0
     try:
-        adjusted = _solve(measured, tilted, sense, first_guess(measured, sense, free, kept), width, kept, FACTOR)
+        adjusted = _solve(problem, sense, first_guess(measured, sense, free, kept), width, kept, FACTOR)
     except NoFit:
         # A slip of hundreds of standard uncertainties is best explained by all spins being infinite, for their
         # errors are proportional, or by an M0 that takes all torque away. Larger errors of the single runs and a
         # modest M0 keep the answer where the runs are.
         start = robust_start(measured, sense, free, kept)
-        time_u_factor = max(1.0, misfit(measured, start, kept))
-        if time_u_factor > 1:
-            width = min(width, 0.1 * float(np.abs(measured.torque[measured.torque != 0]).min()))
-        adjusted = _solve(_with_wider_times(measured, time_u_factor), tilted, sense, start, width, kept, ASTRAY)
+        factor = max(1.0, misfit(measured, start, kept))
+        if factor > 1:
+            width = 0.1 * width
+        adjusted = _solve(problem.with_scatter(factor), sense, start, width, kept, ASTRAY)
+    prior = (float(adjusted.unknowns[1]) / width) ** 2 if free else 0.0
+    # A prior that says nothing is not a datum: neither its pull nor its degree of freedom counts.
+    return _result(measured, adjusted, sense, width, factor, factor**2 * (adjusted.chi2 - prior), free)
+
+
+def _result(
+    measured: Measurements, adjusted: Adjusted, sense: Floats, width: float, scatter: float, chi2: float, free: bool
+) -> FitResult:
     inertia, imbalance, bias = (float(value) for value in adjusted.unknowns)
     u = np.sqrt(np.diag(adjusted.covariance)[:3])
     fitted, own = _predict(adjusted, sense)
@@ -143,48 +109,135 @@ def _fit_once(measured: Measurements, sense: Floats, tilted: bool, width: float,
         imbalance=Estimate(imbalance, float(u[1])),
         timing_bias=Estimate(bias, float(u[2]) if measured.timing_bias_u > 0 else 0.0),
         covariance=adjusted.covariance[:3, :3],
-        # A prior that says nothing is not a datum: neither its pull nor its degree of freedom counts.
-        chi2=time_u_factor**2 * (adjusted.chi2 - ((imbalance / width) ** 2 if free else 0.0)),
-        dof=int(kept.sum()) - 1 - int(free),
+        chi2=chi2,
+        dof=int(adjusted.kept.sum()) - 1 - int(free),
         fitted_time=fitted,
         time_u=own,
         deviations=adjusted.deviations,
         influence=adjusted.influence,
         response=_response(adjusted),
-        budget=_budget(adjusted),
-        imbalance_prior=width,
-        imbalance_free=free,
+        budget=(),
+        balance_u=width,
+        scatter=scatter,
         contradicted_balance=None,
         two_signs=False,
         sense=sense,
         adjusted=adjusted,
-        time_u_factor=time_u_factor,
+        posterior=None,
     )
 
 
-def _solve(
-    measured: Measurements, tilted: bool, sense: Floats, start: Start, width: float, kept: Floats, factor: float
-) -> Adjusted:
+def _integrated(measured: Measurements, tilted: bool, stated: FitResult) -> tuple[FitResult, Posterior]:
+    """Integrate over the widths, adjust at those found, and integrate there."""
+    posterior = integrate_at(measured, stated)
+    scatter, width = _typical(posterior)
+    start = Start(*posterior.middle()[:2].tolist())
+    problem = Problem(measured, tilted).with_scatter(scatter)
+    try:
+        adjusted = _solve(problem, stated.sense, start, width, stated.adjusted.kept, FACTOR)
+    except NoFit:
+        return stated, posterior
+    free = torques_differ(measured.torque[stated.adjusted.kept > 0])
+    result = _result(measured, adjusted, stated.sense, width, scatter, stated.chi2, free)
+    return result, integrate_at(measured, result)
+
+
+def integrate_at(measured: Measurements, result: FitResult) -> Posterior:
+    """Integrate over the widths of a log, linear where a fit of it ended; I_zz in kg*m^2, M0 in N*m, b in s."""
+    adjusted, inertia = result.adjusted, result.inertia.value
+    lightest = lightest_torque(measured, adjusted.kept)
+    unit = np.array([abs(inertia), lightest, measured.timing_bias_u])
+    rows = result.scatter * adjusted.rows
+    # A fit counts M0 in the width that it had there.
+    rows[:, 1] *= lightest / adjusted.scale[1]
+    rows[:, 0] *= unit[0] / adjusted.scale[0]
+    conditions = Conditions(
+        unknowns=rows[:, :3],
+        shared=rows[:, 3:],
+        left=result.scatter * adjusted.weighted - rows[:, 3:] @ adjusted.shared,
+        ended=adjusted.unknowns / np.where(unit > 0, unit, 1.0),
+        runs=np.asarray(adjusted.kept.sum()),
+    )
+    tested = None
+    if measured.imbalance_u is not None:
+        tested = max(measured.imbalance_u(inertia) / lightest, NEGLIGIBLE)
+    return integrate(conditions, balance_scale(measured, inertia) / lightest, times_stated(measured), tested).times(
+        unit
+    )
+
+
+def if_balanced(measured: Measurements, result: FitResult) -> Estimate:
+    """I_zz of a fit if the ball is balanced: M0 nothing but what "balanced: yes" leaves."""
+    ends = integrate_at(replace(measured, balanced=True, imbalance_u=None), result).quantiles(0)
+    return Estimate(float(ends[2]), float(ends[3] - ends[1]) / 2, (float(ends[0]), float(ends[4])))
+
+
+def balance_scale(measured: Measurements, inertia: float) -> float:
+    """Scale of M0's Cauchy before the runs are looked at [N*m]."""
+    usual = BALANCE * lightest_torque(measured, np.ones(len(measured.runs)))
+    if measured.balanced is None:
+        return usual
+    return min(usual, BALANCED * abs(inertia)) if measured.balanced else UNBALANCED * usual
+
+
+def times_stated(measured: Measurements) -> bool:
+    """Whether the log states how wide the errors of its times are."""
+    return not any(source.default for source in measured.sources if source.quantity == "time")
+
+
+def _typical(posterior: Posterior) -> tuple[float, float]:
+    """Factor s, and the width of M0 with which alone I_zz is known as well as with all of them [N*m]."""
+    factor = float(posterior.typical(posterior.factor))
+    steps = np.unique(posterior.factor)
+    nearest = posterior.factor == steps[np.argmin(np.abs(np.log(steps / factor)))]
+    weight = posterior.weight[nearest] / posterior.weight[nearest].sum()
+    part = Posterior(weight, posterior.mean[:, nearest], posterior.u[:, nearest], *(posterior.factor,) * 2, weight)
+    ends = part.quantiles(0, slice(1, 4, 2))
+    order = np.argsort(part.u[0])
+    widths = np.log(posterior.width[nearest][order])
+    return factor, float(np.exp(np.interp((ends[1] - ends[0]) / 2, part.u[0][order], widths)))
+
+
+def _with_posterior(measured: Measurements, result: FitResult, posterior: Posterior) -> FitResult:
+    """Give a fit the answer of the posterior, and the budget of that."""
+    estimates = []
+    for of in range(3):
+        ends = posterior.quantiles(of)
+        estimates.append(Estimate(float(ends[2]), float(ends[3] - ends[1]) / 2, (float(ends[0]), float(ends[4]))))
+    contradicted = None
+    if measured.imbalance_u is not None:
+        allowed, alone = (
+            measured.imbalance_u(result.inertia.value),
+            integrate_at(replace(measured, imbalance_u=None), result),
+        )
+        ends = alone.quantiles(1)
+        if abs(ends[2]) > CONTRADICTED * math.hypot(allowed, (ends[3] - ends[1]) / 2):
+            contradicted = allowed
+    return replace(
+        result,
+        inertia=estimates[0],
+        imbalance=estimates[1],
+        timing_bias=estimates[2] if measured.timing_bias_u > 0 else Estimate(0.0, 0.0, (0.0, 0.0)),
+        budget=_budget(result, estimates[0]),
+        contradicted_balance=contradicted,
+        posterior=posterior,
+    )
+
+
+CONTRADICTED = 3.0
+"""So many standard uncertainties from 0 the runs see an M0 that a balance test denies."""
+
+
+def _solve(problem: Problem, sense: Floats, start: Start, width: float, kept: Floats, factor: float) -> Adjusted:
     """Adjust from a start, and insist on a solution that can be believed."""
     try:
         # What is not finite does not pass.
         with np.errstate(all="ignore"):
-            adjusted = adjust(Problem(measured, tilted), sense, start, width, measured.timing_bias_u, kept)
+            adjusted = adjust(problem, sense, start, width, problem.measured.timing_bias_u, kept)
     except np.linalg.LinAlgError:
         raise NoFit("the runs do not tell the unknowns apart") from None
     insist_on_solution(adjusted, start.inertia, factor)
     return adjusted
-
-
-def _with_wider_times(measured: Measurements, factor: float) -> Measurements:
-    """Multiply the uncertainty that each run's time has alone."""
-    sources = tuple(
-        replace(source, absolute=factor * source.absolute, relative=factor * source.relative)
-        if source.quantity == "time"
-        else source
-        for source in measured.sources
-    )
-    return replace(measured, sources=sources)
 
 
 def _predict(adjusted: Adjusted, sense: Floats) -> tuple[Floats, Floats]:
@@ -202,10 +255,16 @@ def _predict(adjusted: Adjusted, sense: Floats) -> tuple[Floats, Floats]:
         return 2 * np.pi * values[2] / rate + bias, np.sqrt(adjusted.own) / np.abs(torque)
 
 
-def _budget(adjusted: Adjusted) -> tuple[Share, ...]:
-    """Split u²(I_zz) by source: the answer is linear in every standardised error, so the squares add up."""
+def _budget(result: FitResult, inertia: Estimate) -> tuple[Share, ...]:
+    """Split u²(I_zz) by source: the answer is linear in every standardised error, so the squares add up.
+
+    What the runs scatter more than stated, and what is left to say of u, is a row of its own.
+    """
+    adjusted = result.adjusted
     problem, gain, count = adjusted.problem, adjusted.gain, adjusted.problem.count
     variances = (adjusted.slopes * problem.alone) ** 2 @ (gain[:count] ** 2 / adjusted.own)
+    excess = float(variances.sum()) * (1 - 1 / max(result.scatter, 1.0) ** 2)
+    variances /= max(result.scatter, 1.0) ** 2
     owners = np.zeros(problem.shared_count, dtype=int)
     owners[problem.to_column] = problem.from_source
     np.add.at(variances, owners, gain[count + 2 :] ** 2)
@@ -221,7 +280,13 @@ def _budget(adjusted: Adjusted) -> tuple[Share, ...]:
     ):
         if gain[row]:
             shares.append(Share(name, True, words, abs(float(gain[row])), 0.0))
-    return _normalised(shares)
+    told = excess + math.fsum(share.u_inertia**2 for share in shares)
+    if result.scatter > 1:
+        # The doubt about the scatter widens the tails too.
+        excess += max(0.0, (inertia.u or 0.0) ** 2 - told)
+    if excess > 0:
+        shares.append(Share("unexplained_scatter", False, "", math.sqrt(excess), 0.0))
+    return _normalised(shares, inertia.u or 0.0)
 
 
 def _response(adjusted: Adjusted) -> Floats:
@@ -231,78 +296,13 @@ def _response(adjusted: Adjusted) -> Floats:
     return cast(Floats, -adjusted.gain[: problem.count] * lever / np.sqrt(adjusted.own))
 
 
-def _normalised(shares: list[Share]) -> tuple[Share, ...]:
+def _normalised(shares: list[Share], u: float) -> tuple[Share, ...]:
+    """Largest first; they add up to u² [kg²*m⁴]."""
     total = math.fsum(share.u_inertia**2 for share in shares)
-    filled = [
-        Share(share.source, share.shared, share.shared_by, share.u_inertia, share.u_inertia**2 / total)
-        for share in sorted(shares, key=lambda share: -share.u_inertia)
-        if total
-    ]
-    return tuple(filled)
-
-
-TRUSTED, DOUBTED = 0.8, 0.2
-"""How likely a test is true before the runs are looked at [1]: for the answer, and for its uncertainty."""
-
-FALSE = ((10.0, 3.0, 0.2), (-10.0, 3.0, 0.2), (30.0, 10.0, 0.2), (-30.0, 10.0, 0.2), (0.0, 60.0, 0.2))
-"""Where M0 is if it is not: about so many widths of the test [1], give or take so many [1], with this chance [1]."""
-
-FARTHEST = max(width for _, width, _ in FALSE)
-"""Twice so many widths of the test away [1] it is nowhere among these."""
-
-CONTRADICTED = 1 / 3
-"""Where true is this many times as likely as false, or less, the runs contradict the test."""
-
-
-@dataclass(frozen=True, slots=True)
-class Weighed:
-    """An answer with a balance test that may be false."""
-
-    mean: Floats
-    """I_zz [kg*m^2], M0 [N*m], …, shape (k,)."""
-    covariance: Floats
-    """Of these, shape (k, k)."""
-    odds: float
-    """How many times likelier what the runs say is if the test is true [1]."""
-
-    @property
-    def contradicted(self) -> bool:
-        """Whether the runs contradict the test."""
-        return self.odds < CONTRADICTED
-
-    @property
-    def sure(self) -> bool:
-        """Whether the runs leave no doubt that the test is true."""
-        return DOUBTED * self.odds > 999 * (1 - DOUBTED)
-
-
-def weigh(mean: Floats, covariance: Floats, tested: float) -> Weighed:
-    """Put together the unknowns I_zz, M0, … by the runs alone and a balance test that tells M0 to `tested` [N*m]."""
-    if abs(mean[1]) > 2 * math.hypot(math.sqrt(covariance[1, 1]), FARTHEST * tested):
-        return Weighed(mean, covariance, 0.0)
-    centres = tested * np.array([0.0, *(centre for centre, _, _ in FALSE)])
-    widths = tested * np.array([1.0, *(width for _, width, _ in FALSE)])
-    chances = np.array([chance for _, _, chance in FALSE])
-    # M0 is normal about each centre; all else follows it as its covariance says.
-    variances = covariance[1, 1] + widths**2
-    gain = covariance[:, 1] / variances[:, None]
-    means = mean + gain * (centres - mean[1])[:, None]
-    likelihood = np.exp(-0.5 * (mean[1] - centres) ** 2 / variances) / np.sqrt(variances)
-    false = likelihood[1:] * chances
-    odds = float(likelihood[0] / max(false.sum(), 1e-300 * likelihood[0]))
-
-    def shares(trust: float) -> Floats:
-        share = np.concatenate([[trust * likelihood[0]], (1 - trust) * false])
-        share /= share.sum()
-        return share
-
-    answer = shares(TRUSTED) @ means
-    share, off = shares(DOUBTED), means - answer
-    spread = covariance - np.einsum("i,i,ij,ik->jk", share, variances, gain, gain)
-    spread += np.einsum("i,ij,ik->jk", share, off, off)
-    if odds < 1:
-        # A test that the runs speak against makes nothing surer.
-        alone, now = np.diag(covariance), np.diag(spread)
-        widen = np.sqrt(np.divide(alone, now, out=np.ones_like(now), where=now < alone))
-        spread *= widen[:, None] * widen
-    return Weighed(answer, spread, odds)
+    if not total:
+        return ()
+    size = u / math.sqrt(total)
+    ordered = sorted(shares, key=lambda share: -share.u_inertia)
+    return tuple(
+        replace(share, u_inertia=size * share.u_inertia, share=share.u_inertia**2 / total) for share in ordered
+    )

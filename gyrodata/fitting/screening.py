@@ -10,7 +10,7 @@ import numpy as np
 
 from gyrodata.fitting.conditions import MAD_TO_SD, median, torques_differ
 from gyrodata.fitting.estimates import FitResult, NoFit, Outlier
-from gyrodata.fitting.inertia import fit
+from gyrodata.fitting.inertia import fit_as_stated
 from gyrodata.fitting.lines import chi2_tail
 from gyrodata.fitting.start import assume_sense, first_guess, rough_misfit
 from gyrodata.measurements import Measurements, torque_groups
@@ -64,7 +64,7 @@ def _settle(measured: Measurements, tilted: bool, out: set[int]) -> tuple[list[O
         if len(out) > count / 3 or kept.sum() < 3 or not np.abs(measured.torque[kept]).any():
             return [], None
         try:
-            result = fit(measured, tilted, out)
+            result = fit_as_stated(measured, tilted, out)
         except NoFit:
             return [], None
         typical = max(1.0, MAD_TO_SD * median(np.abs(result.deviations[kept])))

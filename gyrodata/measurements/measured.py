@@ -86,6 +86,8 @@ class Measurements:
     """How many readings of the spin each run's mean is taken from."""
     slowing: Floats | None = None
     """Steady precession rate over the mean rate of a rod let go from rest [1]; None where the rate is steady."""
+    balanced: bool | None = None
+    """Whether the log says that the ball is balanced; None where it does not say."""
     motion: str | None = None
     """"released" from rest, or "steady"; None where the log does not say."""
 

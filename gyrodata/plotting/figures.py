@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gyrodata.fitting import K_95
 from gyrodata.physics import RPM
 from gyrodata.plotting.figure_data import Scene, gather, mean_text, torque_unit, with_u
 from gyrodata.plotting.labels import label_margin, name_dots, odd_names
@@ -134,7 +133,7 @@ def _draw_torque(ax: Axes, scene: Scene) -> None:
     x = np.linspace(left, right, 41)
     line = x * scene.inertia - scene.imbalance
     (v_inertia, cov), (_, v_imbalance) = scene.covariance
-    half = K_95 * np.sqrt(np.maximum(x**2 * v_inertia - 2 * x * cov + v_imbalance, 0.0))
+    half = 1.96 * np.sqrt(np.maximum(x**2 * v_inertia - 2 * x * cov + v_imbalance, 0.0))
     low, high = zero_range(torque, torque_u, scene.hollow)
     ends = factor * line[[0, -1]]
     low, high = min(low, float(ends.min()) - 0.02 * (high - low)), max(high, float(ends.max()))

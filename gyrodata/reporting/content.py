@@ -344,9 +344,7 @@ def _summary(analysis: Analysis, scale: Scale, torque: Scale) -> Iterator[Block]
     inertia, bias = analysis.inertia, analysis.timing_bias
     if inertia.interval_95 is not None:
         interval = Interval(*inertia.interval_95, scale, "inertia.interval_95")
-        found: Sentence = ("by the profile of chi-square",)
-        if inertia.interval_by == "linear":
-            found = ("u × k, k = ", Number(f"{inertia.k:.2f}", "inertia.k"))
+        found: Sentence = ("k = ", Number(f"{inertia.k or 0.0:.2f}", "inertia.k"))
         yield Text((("95 % interval ", interval, " (", *found, ")"),))
     facts = [residual_torque(analysis, torque)]
     if bias.u:
@@ -357,7 +355,9 @@ def _summary(analysis: Analysis, scale: Scale, torque: Scale) -> Iterator[Block]
     names = tuple(part for name in odd[:6] for part in (", ", name))[1:] + ((" and more",) if len(odd) > 6 else ())
     yield Facts((*facts, Fact("flagged runs", names or ("none",), full=True)))
     yield Text(
-        (("Every value stands with one standard uncertainty u, from the stated uncertainties.",),), "small", full=True
+        (("Every value stands with one standard uncertainty u, which holds how the runs scatter too.",),),
+        "small",
+        full=True,
     )
 
 
@@ -367,11 +367,10 @@ def _goodness(analysis: Analysis) -> Fact:
         return Fact("goodness", ("not available: no degrees of freedom left",))
     chi2, birge = Number(f"{fit.chi2:.3g}", "goodness.chi2"), Number(f"{analysis.birge:.2f}", "goodness.birge")
     dof = _count(fit.dof, "degree", "goodness.dof")
-    applied = ", u multiplied by it, as asked" if analysis.birge_applied else ", not applied"
     return Fact(
         "goodness",
         _chance(analysis.p, "goodness.p"),
-        remark=("chi-square ", chi2, " for ", *dof, " of freedom; Birge ratio ", birge, applied),
+        remark=("chi-square ", chi2, " for ", *dof, " of freedom; Birge ratio ", birge),
     )
 
 

@@ -1,0 +1,368 @@
+"""The answer with all that is uncertain about its own widths: one posterior from one prior, for every design.
+
+How wide the errors of the single runs are (the hand), and how well the ball is balanced, a log knows only roughly. Two
+numbers stand for that, and both are integrated over:
+
+* s, the factor on the errors that each run has alone: near 1, with tails, the more so where the log states no
+  ``u_time``;
+* w, the width of M0 before the runs have their say: distributed so that M0 is a Cauchy of `BALANCE` times the lightest
+  torque. A balance test, if there is one, is evidence about M0 that may be false (`TOO_BOLD`).
+
+Given s and w the adjusted conditions are linear and normal, and the shared errors and b go out by a rotation that is
+the same for all s: n runs become a handful of numbers, and each s and w costs a few operations. The weights are the
+marginal likelihoods with both determinants (that of the readings' covariance, and that of the unknowns', as in REML),
+times the priors. Known as an integrated nested Laplace approximation: Rue, Martino & Chopin, J. R. Stat. Soc. B 71,
+319 (2009); the factor s is the "dark uncertainty" of interlaboratory comparisons: Koepke et al., Metrologia 54, S34
+(2017).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import cast
+
+import numpy as np
+
+from gyrodata.physics import Floats
+
+BALANCE = 0.05
+"""Scale of M0's Cauchy prior over the lightest torque [1]: published balances have a median of 0.025, tails to 0.7."""
+
+BALANCED = 0.0675
+"""The same scale [rad²/s²] times I_zz where the log says that the ball is balanced: 0.3 mN*m for a 4-inch ball."""
+
+TOO_BOLD = np.array([[1.0, 3.0, 10.0, 30.0, 100.0], [0.1, 0.15, 0.2, 0.25, 0.3]])
+"""A balance test may be so many times too bold, with this chance."""
+
+UNBALANCED = 6.0
+"""So many times the usual scale where the log says that it is not."""
+
+SPREAD_DEFAULT, TAIL_DEFAULT = math.log(3.5), 0.05
+"""Standard deviation of ln s, and the share of its wide tail, where the width of the times is a default …"""
+
+SPREAD_STATED, TAIL_STATED = math.log(1.15), 0.15
+"""… and where the log states it."""
+
+TAIL = math.log(5.0)
+"""Scale of the wide tail of ln s, a Cauchy."""
+
+LOW, HIGH, STEPS = 0.25, 20.0, 20
+"""Factors s that are looked at first, and how many."""
+
+TURNS = 10
+"""So often at most the factors are spread anew."""
+
+WIDTHS = np.exp(np.linspace(math.log(0.03), math.log(100.0), 18))
+"""Widths of M0 over the scale of its prior."""
+
+LEVELS = np.array([0.025, 0.158655253931457, 0.5, 0.841344746068543, 0.975])
+"""The quantiles that are told: of the 95 % interval, of that of one standard uncertainty, and the median."""
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """The conditions of n runs, linear where a fit ended, each over the width that its run has alone; labs stacked.
+
+    Unknowns and errors are counted from where the fit ended: I_zz, M0 and b in some unit, the errors that runs share in
+    their standard uncertainties.
+    """
+
+    unknowns: Floats
+    """Derivatives to I_zz, M0 and b, shape (…, n, 3)."""
+    shared: Floats
+    """Derivatives to the K shared errors, shape (…, n, K)."""
+    left: Floats
+    """Misclosure where all shared errors are none, shape (…, n)."""
+    ended: Floats
+    """I_zz, M0 and b where the fit ended, in their units, shape (…, 3)."""
+    runs: Floats
+    """How many runs have a say, shape (…)."""
+    scatter: Floats | float = 0.0
+    """Sum of squares to add to the misclosures', for a design without readings, shape (…)."""
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """A mixture of normal distributions of I_zz, M0 and b, for labs of shape (…)."""
+
+    weight: Floats
+    """Of each part, shape (…, N); they add up to 1."""
+    mean: Floats
+    """Shape (…, 3, N)."""
+    u: Floats
+    """Standard deviation of each part, shape (…, 3, N)."""
+    factor: Floats
+    """s of each part [1], shape (…, N)."""
+    width: Floats
+    """Width of M0 in each part, in its unit, shape (…, N)."""
+    evidence: Floats
+    """Logarithm of the likelihood of the whole model, up to what its labs have in common, shape (…)."""
+
+    def quantiles(self, of: int, which: slice = slice(None)) -> Floats:
+        """Quantiles at `LEVELS`, or at some of them, of I_zz (0), M0 (1) or b (2), shape (…, 5)."""
+        return _quantiles(self.weight, self.mean[..., of, :], self.u[..., of, :], which)
+
+    def middle(self) -> Floats:
+        """Mean of I_zz, M0 and b, shape (…, 3)."""
+        return cast(Floats, np.add.reduce(self.weight[..., None, :] * self.mean, axis=-1))
+
+    def times(self, unit: Floats) -> Posterior:
+        """Give the same with I_zz, M0 and b counted in other units, shape (…, 3)."""
+        each = unit[..., None]
+        return replace(self, mean=self.mean * each, u=self.u * each, width=self.width * unit[..., 1:2])
+
+    def typical(self, values: Floats) -> Floats:
+        """Geometric mean of s or of the width of M0, shape (…)."""
+        return cast(Floats, np.exp(np.add.reduce(self.weight * np.log(values), axis=-1)))
+
+
+def integrate(
+    conditions: Conditions, scale: Floats | float, stated: bool, tested: Floats | float | None = None
+) -> Posterior:
+    """Weigh every s and w by how well the runs go with them.
+
+    `scale` is that of M0's Cauchy, `tested` the width that a balance test allows M0, both in the unit of M0, shape (…);
+    `stated` says whether the log states how wide the times are.
+    """
+    widths, prior = balance_prior(np.asarray(scale, dtype=float), tested)
+    reduced = _reduce(conditions)
+    labs = conditions.left.shape[:-1]
+    low, high = np.full(labs, math.log(LOW)), np.full(labs, math.log(HIGH))
+    for turn in range(TURNS):
+        factor = low[..., None] + (high - low)[..., None] * np.linspace(0.0, 1.0, STEPS)
+        parts = _parts(reduced, np.exp(factor), widths)
+        spacing = (high - low) / (STEPS - 1)
+        whole = parts.log_likelihood + prior[..., None, :] + (_log_prior(factor, stated))[..., None]
+        whole = whole + np.log(spacing)[..., None, None]
+        top = whole.max(axis=(-1, -2), keepdims=True)
+        weight = np.exp(whole - top)
+        total = weight.sum(axis=(-1, -2), keepdims=True)
+        weight /= total
+        of_factor = weight.sum(axis=-1)
+        centre = (of_factor * factor).sum(axis=-1)
+        sd = np.sqrt((of_factor * (factor - centre[..., None]) ** 2).sum(axis=-1))
+        # Runs enough tell s so well that the steps are too wide; a log that is far off has it beyond the last.
+        narrow = sd < 1.2 * spacing
+        beyond = of_factor[..., -1] > 1e-3
+        if turn == TURNS - 1 or not (narrow | beyond).any():
+            break
+        half = np.maximum(sd, 0.5 * spacing)
+        low = np.where(narrow, centre - 6 * half, low)
+        high = np.where(narrow, centre + 6 * half, np.where(beyond, high + 4.0, high))
+    flat = (*labs, -1)
+    shape = weight.shape
+
+    def spread(values: Floats) -> Floats:
+        return np.broadcast_to(values, shape).reshape(flat)
+
+    return Posterior(
+        weight.reshape(flat),
+        np.stack([spread(m) for m in parts.mean], axis=-2),
+        np.sqrt(np.stack([spread(v) for v in parts.variance], axis=-2)),
+        spread(np.exp(factor)[..., None]),
+        spread(widths[..., None, :]),
+        (top + np.log(total))[..., 0, 0],
+    )
+
+
+def mixed(posteriors: Sequence[Posterior]) -> Posterior:
+    """Put posteriors of several models of one log together, each with the weight of its evidence."""
+    evidence = np.array([float(one.evidence) for one in posteriors])
+    chance = np.exp(evidence - evidence.max())
+    chance /= chance.sum()
+
+    def joined(name: str) -> Floats:
+        return np.concatenate([getattr(one, name) for one in posteriors], axis=-1)
+
+    weight = np.concatenate([share * one.weight for share, one in zip(chance, posteriors, strict=True)])
+    return Posterior(weight, joined("mean"), joined("u"), joined("factor"), joined("width"), evidence.max())
+
+
+def balance_prior(scale: Floats, tested: Floats | float | None) -> tuple[Floats, Floats]:
+    """Widths of M0, shape (…, W), and the logarithm of the chance of each."""
+    steps = np.log(WIDTHS)
+    # In ln w; M0 of width w, mixed so, is a Cauchy.
+    chance = -steps - 0.5 / WIDTHS**2
+    chance -= math.log(np.exp(chance).sum())
+    widths = scale[..., None] * WIDTHS
+    if tested is None:
+        return widths, np.broadcast_to(chance, widths.shape)
+    # A Cauchy too, of the test's own width: the same mixture of normals, times what each says of the other.
+    bold = np.log(WIDTHS[:, None] / TOO_BOLD[0])
+    doubt = np.log(np.exp(-bold - 0.5 * np.exp(-2 * bold)) @ TOO_BOLD[1])
+    doubt -= math.log(np.exp(doubt).sum())
+    test = np.asarray(tested, dtype=float)[..., None] * WIDTHS
+    squares = widths[..., :, None] ** 2, test[..., None, :] ** 2
+    both = squares[0] * squares[1] / (squares[0] + squares[1])
+    weight = chance[:, None] + doubt - 0.5 * np.log(squares[0] + squares[1])
+    # The product of two normals is one: all of them, told by as many widths as there were.
+    flat = (*both.shape[:-2], -1)
+    both, weight = 0.5 * np.log(both.reshape(flat)), weight.reshape(flat)
+    low, high = both.min(axis=-1, keepdims=True), both.max(axis=-1, keepdims=True)
+    place = (both - low) / (high - low) * (len(WIDTHS) - 1)
+    lower = np.minimum(place.astype(int), len(WIDTHS) - 2)
+    mass = np.exp(weight - weight.max(axis=-1, keepdims=True))
+    onto = np.zeros((*both.shape[:-1], len(WIDTHS)))
+    rows = np.arange(onto.size // len(WIDTHS)).reshape(onto.shape[:-1])[..., None] * len(WIDTHS)
+    np.add.at(onto.reshape(-1), rows + lower, mass * (lower + 1 - place))
+    np.add.at(onto.reshape(-1), rows + lower + 1, mass * (place - lower))
+    grid = low + (high - low) * np.linspace(0.0, 1.0, len(WIDTHS))
+    with np.errstate(divide="ignore"):
+        return np.exp(grid), np.log(onto)
+
+
+def _log_prior(factor: Floats, stated: bool) -> Floats:
+    """Logarithm of the density of ln s."""
+    spread, tail = (SPREAD_STATED, TAIL_STATED) if stated else (SPREAD_DEFAULT, TAIL_DEFAULT)
+    near = (1 - tail) * np.exp(-0.5 * (factor / spread) ** 2) / (spread * math.sqrt(2 * math.pi))
+    far = tail / (math.pi * TAIL * (1 + (factor / TAIL) ** 2))
+    if stated:
+        # Who states a width may be too bold, hardly too modest.
+        far = np.where(factor > 0, 2 * far, 0.0)
+    return cast(Floats, np.log(near + far))
+
+
+@dataclass(frozen=True)
+class _Reduced:
+    """What n runs say, rotated so that every row has its own variance s² + `shared`²."""
+
+    shared: Floats
+    """Shape (…, m)."""
+    rows: Floats
+    """Derivatives to I_zz, M0, b, and the misclosure, shape (…, m, 4)."""
+    rest: Floats
+    """Rows that say nothing, shape (…)."""
+    ended: Floats
+    scatter: Floats | float
+
+
+def _reduce(conditions: Conditions) -> _Reduced:
+    """Rotate the conditions so that the shared errors make no two rows go together."""
+    count = conditions.shared.shape[-1]
+    rows: Floats = np.concatenate([conditions.shared, conditions.unknowns, -conditions.left[..., None]], axis=-1)
+    if rows.shape[-2] > rows.shape[-1]:
+        rows = np.asarray(np.linalg.qr(rows, mode="r"))
+    size = np.zeros(rows.shape[:-1])
+    rotated = rows[..., count:]
+    if count:
+        turn, values, _ = np.linalg.svd(rows[..., :count])
+        size[..., : values.shape[-1]] = values
+        rotated = np.swapaxes(turn, -1, -2) @ rotated
+    rest = conditions.runs - rows.shape[-2]
+    return _Reduced(size, rotated, np.asarray(rest), conditions.ended, conditions.scatter)
+
+
+@dataclass(frozen=True)
+class _Parts:
+    """The normal distribution for each s and w, shapes (…, S, W)."""
+
+    log_likelihood: Floats
+    mean: tuple[Floats, Floats, Floats]
+    variance: tuple[Floats, Floats, Floats]
+
+
+def _parts(reduced: _Reduced, factor: Floats, widths: Floats) -> _Parts:
+    """Solve for I_zz, M0 and b for each s, shape (…, S), and w, shape (…, W)."""
+    variance = factor[..., None] ** 2 + reduced.shared[..., None, :] ** 2
+    weighted = reduced.rows[..., None, :, :] / variance[..., None]
+    # Sums of products of the columns I, M0, b, misclosure, for each s.
+    sums = np.swapaxes(weighted, -1, -2) @ reduced.rows[..., None, :, :]
+    ended = reduced.ended[..., None, :]
+    log_likelihood = (
+        -0.5 * np.add.reduce(np.log(variance), axis=-1)
+        - reduced.rest[..., None] * np.log(factor)
+        - 0.5 * np.asarray(reduced.scatter)[..., None] / factor**2
+    )
+    # b has a standard normal prior in its unit.
+    bb, b_left = sums[..., 2, 2] + 1, sums[..., 2, 3] - ended[..., 2]
+    ib, mb = sums[..., 0, 2], sums[..., 1, 2]
+    ii, im, mm = sums[..., 0, 0] - ib * ib / bb, sums[..., 0, 1] - ib * mb / bb, sums[..., 1, 1] - mb * mb / bb
+    i_left, m_left = sums[..., 0, 3] - ib * b_left / bb, sums[..., 1, 3] - mb * b_left / bb
+    squares = sums[..., 3, 3] + ended[..., 2] ** 2 - b_left**2 / bb
+    log_likelihood = log_likelihood - 0.5 * np.log(bb)
+
+    def each(values: Floats) -> Floats:
+        return values[..., None]
+
+    narrow = 1 / widths[..., None, :] ** 2
+    at = each(ended[..., 1])
+    mm_w, m_w = each(mm) + narrow, each(m_left) - at * narrow
+    determinant = each(ii) * mm_w - each(im) ** 2
+    inertia = (mm_w * each(i_left) - each(im) * m_w) / determinant
+    imbalance = (each(ii) * m_w - each(im) * each(i_left)) / determinant
+    chi2 = each(squares) + at * at * narrow - inertia * each(i_left) - imbalance * m_w
+    i_var, m_var, cov = mm_w / determinant, each(ii) / determinant, -each(im) / determinant
+    bias = each(b_left / bb) - each(ib / bb) * inertia - each(mb / bb) * imbalance
+    b_var = each(1 / bb) + (each(ib**2) * i_var + 2 * each(ib * mb) * cov + each(mb**2) * m_var) / each(bb**2)
+    log_likelihood = each(log_likelihood) - 0.5 * (np.log(determinant) + chi2) + 0.5 * np.log(narrow)
+    mean = (each(ended[..., 0]) + inertia, at + imbalance, each(ended[..., 2]) + bias)
+    return _Parts(log_likelihood, mean, (i_var, m_var, b_var))
+
+
+def _quantiles(weight: Floats, mean: Floats, u: Floats, which: slice) -> Floats:
+    """Quantiles at `LEVELS` of a mixture of normal distributions, shapes (…, N), by Newton's steps kept in brackets."""
+    levels, normal = LEVELS[which], NORMAL[which]
+    if weight.shape[-1] > HEAVIEST:
+        # What weighs next to nothing need not be looked at.
+        heavy = np.argpartition(weight, -HEAVIEST, axis=-1)[..., -HEAVIEST:]
+        weight, mean, u = (np.take_along_axis(values, heavy, axis=-1) for values in (weight, mean, u))
+        weight = weight / np.add.reduce(weight, axis=-1, keepdims=True)
+    centre = np.add.reduce(weight * mean, axis=-1)[..., None]
+    sd = np.sqrt(np.add.reduce(weight * (u**2 + (mean - centre) ** 2), axis=-1))[..., None]
+    # A quantile lies within so many standard deviations of the mean, whatever the distribution (Cantelli).
+    reach = sd * np.sqrt(1 / np.minimum(levels, 1 - levels))
+    low, high, point = centre - reach, centre + reach, centre + sd * normal
+    size = np.maximum(u, 1e-300)[..., None, :]
+    steep = weight[..., None, :] / (size * math.sqrt(2 * math.pi))
+    for _turn in range(40):
+        away = (point[..., None] - mean[..., None, :]) / size
+        square = np.exp(-0.5 * away * away)
+        below = _dot(weight[..., None, :], normal_below(away, square))
+        off = below - levels
+        np.copyto(low, point, where=off < 0)
+        np.copyto(high, point, where=off > 0)
+        step = point - off / np.maximum(_dot(steep, square), 1e-300)
+        following = np.where((step >= low) & (step <= high), step, 0.5 * (low + high))
+        moved, point = np.abs(following - point), following
+        if np.all(moved <= 1e-6 * sd):
+            break
+    return cast(Floats, point)
+
+
+def _dot(a: Floats, b: Floats) -> Floats:
+    """Sum of products along the last axis."""
+    return cast(Floats, np.einsum("...i,...i->...", a, b))
+
+
+HEAVIEST = 160
+"""So many parts of a mixture are enough for its quantiles."""
+
+K_95 = 1.959963984540054
+"""Coverage factor of the 95 % interval of a normal distribution: its 97.5 % point."""
+
+NORMAL = np.array([-K_95, -1.0, 0.0, 1.0, K_95])
+"""The same quantiles of a standard normal number."""
+
+
+def normal_below(x: Floats, square: Floats) -> Floats:
+    """Chance that a standard normal number is below x, to 1.2e-7 of the tail; `square` is exp(−x²/2).
+
+    Rational approximation of erfc by Chebyshev's polynomials (W. H. Press et al., Numerical Recipes, section 6.2);
+    `scipy.special` would cost as much as the whole analysis.
+    """
+    t = 1 / (1 + math.sqrt(0.125) * np.abs(x))
+    series = np.full_like(t, ERFC[0])
+    for coefficient in ERFC[1:]:
+        series *= t
+        series += coefficient
+    tail = 0.5 * t * square * np.exp(series)
+    return cast(Floats, np.where(x > 0, 1 - tail, tail))
+
+
+ERFC = (
+    0.17087277, -0.82215223, 1.48851587, -1.13520398, 0.27886807, -0.18628806, 0.09678418, 0.37409196, 1.00002368,
+    -1.26551223,
+)  # fmt: skip
+"""Coefficients, that of the highest power first."""

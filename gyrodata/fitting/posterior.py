@@ -89,8 +89,8 @@ class Conditions:
     """I_zz, M0 and b where the fit ended, in their units, shape (…, 3)."""
     runs: Floats
     """How many runs have a say, shape (…)."""
-    scatter: Floats | float = 0.0
-    """Sum of squares to add to the misclosures', for a design without readings, shape (…)."""
+    scatter: Floats | None = None
+    """Factor on the errors that each run has alone to be expected in a design without readings, shape (…)."""
 
 
 @dataclass(frozen=True)
@@ -138,6 +138,8 @@ def integrate(
     """
     widths, prior = balance_prior(np.asarray(scale, dtype=float), tested)
     reduced = _reduce(conditions)
+    if conditions.scatter is not None:
+        reduced = replace(reduced, squares=_expect(reduced, conditions.scatter, np.asarray(scale, dtype=float)))
     labs = conditions.left.shape[:-1]
     low, high = np.full(labs, math.log(LOW)), np.full(labs, math.log(HIGH))
     for turn in range(TURNS):
@@ -246,7 +248,8 @@ class _Reduced:
     rest: Floats
     """Rows that say nothing, shape (…)."""
     ended: Floats
-    scatter: Floats | float
+    squares: Floats | None = None
+    """Squares of the misclosures to be expected of a design without readings, that of the `rest` last, (…, m + 1)."""
 
 
 def _reduce(conditions: Conditions) -> _Reduced:
@@ -266,7 +269,17 @@ def _reduce(conditions: Conditions) -> _Reduced:
     slope = _dot(weighted, rotated[..., 1]) / _dot(weighted, rotated[..., 0])
     rotated[..., 1] -= slope[..., None] * rotated[..., 0]
     rest = conditions.runs - rows.shape[-2]
-    return _Reduced(size, rotated, slope, np.asarray(rest), conditions.ended, conditions.scatter)
+    return _Reduced(size, rotated, slope, np.asarray(rest), conditions.ended)
+
+
+def _expect(reduced: _Reduced, scatter: Floats, scale: Floats) -> Floats:
+    """Expect squares of misclosures as large as their variances, but for what I_zz and M0 take up."""
+    variance = scatter[..., None] ** 2 + reduced.shared**2
+    inertia, imbalance = (reduced.rows[..., k] / np.sqrt(variance) for k in (0, 1))
+    ii, im, mm = _dot(inertia, inertia), _dot(inertia, imbalance), _dot(imbalance, imbalance) + 1 / scale**2
+    taken = (mm[..., None] * inertia - 2 * im[..., None] * imbalance) * inertia + ii[..., None] * imbalance**2
+    taken = taken / (ii * mm - im**2)[..., None]
+    return np.concatenate([(1 - taken) * variance, (reduced.rest * scatter**2)[..., None]], axis=-1)
 
 
 @dataclass(frozen=True)
@@ -285,11 +298,10 @@ def _parts(reduced: _Reduced, factor: Floats, widths: Floats) -> _Parts:
     # Sums of products of the columns I, M0, b, misclosure, for each s.
     sums = np.swapaxes(weighted, -1, -2) @ reduced.rows[..., None, :, :]
     ended = reduced.ended[..., None, :]
-    log_likelihood = (
-        -0.5 * np.add.reduce(np.log(variance), axis=-1)
-        - reduced.rest[..., None] * np.log(factor)
-        - 0.5 * np.asarray(reduced.scatter)[..., None] / factor**2
-    )
+    log_likelihood = -0.5 * np.add.reduce(np.log(variance), axis=-1) - reduced.rest[..., None] * np.log(factor)
+    if reduced.squares is not None:
+        squares = reduced.squares[..., None, :]
+        log_likelihood -= 0.5 * (_dot(squares[..., :-1], 1 / variance) + squares[..., -1] / factor**2)
 
     def each(values: Floats) -> Floats:
         return values[..., None]

@@ -174,6 +174,9 @@ class Fitted:
 ABSURD = 1000.0
 """A Birge ratio above this is no scatter: the uncertainties stated were not meant."""
 
+EXACT = 1e-6
+"""No lab knows I_zz better than by this share of it."""
+
 HOPELESS = 1e-6
 """Where chi-square is less likely than this, counts that explain all torques are no accident."""
 
@@ -208,6 +211,11 @@ def fit_runs(readings: Readings, measured: Measurements, model: Model = "auto", 
         odd = {outlier.index for outlier in fitted.outliers}
         says = np.array([i not in odd for i in range(len(measured.runs))])
         fitting.insist_on_lines(fitted.measured, fit, fitted.chosen.tilted, says)
+        if fit.dof <= 0 and (fit.inertia.u or 0.0) < EXACT * fit.inertia.value:
+            # Without a run to spare nothing could refute it.
+            raise NoFit(
+                "all uncertainties are stated as zero, and no run is left over to tell how well the others agree"
+            )
         birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else 0.0
         if birge > ABSURD:
             raise NoFit(f"they scatter {birge:.2g} times as much as the stated uncertainties allow")

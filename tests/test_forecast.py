@@ -10,8 +10,8 @@ import pytest
 from labs import INERTIA, lab
 
 from gyrodata import forecast
-from gyrodata.fitting import Design, design_of, expected_u, fit
-from gyrodata.measurements import Measurements, Source
+from gyrodata.fitting import Design, design_of, expected_u, fit, fit_many
+from gyrodata.measurements import Measurements, Source, select
 
 IMBALANCE = 4e-4
 
@@ -29,14 +29,17 @@ def exact(**design: Any) -> Measurements:
     return lab(np.random.default_rng(0), noise=0.0, imbalance=IMBALANCE, **design)
 
 
+def designed(measured: Measurements) -> Design:
+    """Take a lab for a design, its scatter as stated: that of exact readings is nothing to go by."""
+    return replace(design_of(measured, fit(measured)), scatter=1.0)
+
+
 def u_of(measured: Measurements) -> float:
-    u = fit(measured).inertia.u
-    assert u is not None
-    return u
+    return expected_u([designed(measured)])[0]
 
 
-ROUGH = 0.07
-"""A forecast takes a scatter like the log's, where these labs have none, so the two agree in ratios, and so well."""
+ROUGH = 0.01
+"""A change and a lab that has it agree so well: they are linear at slightly different answers."""
 
 
 def gain(changed: Design, measured: Measurements) -> float:
@@ -45,16 +48,28 @@ def gain(changed: Design, measured: Measurements) -> float:
     return after / before
 
 
-def designed(measured: Measurements) -> Design:
-    return design_of(measured, fit(measured))
+def usual_u(width: float | None = None, imbalance: float = IMBALANCE, **design: Any) -> float:
+    """Median u of many labs of a design, with a balance test or without one."""
+    random = np.random.default_rng(3)
+    labs = [lab(random, imbalance=imbalance, bias=0.05 * random.standard_normal(), **design) for _ in range(300)]
+    read = {name: np.array([getattr(one, name) for one in labs]) for name in ("time", "spin", "mass", "position")}
+    like = replace(labs[0], imbalance_u=None if width is None else lambda inertia: width)
+    inertia = fit_many(like, read).inertia
+    return float(np.median(inertia[:, 3] - inertia[:, 1]) / 2)
 
 
-@pytest.mark.parametrize("name", DESIGNS)
-def test_nothing_changed_is_the_fit_itself(name: str) -> None:
-    measured = exact(**DESIGNS[name])
-    # What has no scatter tells that it has none, as far as so many runs can.
-    (u,) = expected_u([designed(measured)])
-    assert u_of(measured) * 0.97 < u < 1.25 * u_of(measured)
+OTHERS: dict[str, dict[str, Any]] = {
+    "an unloaded run": {"unloaded": True},
+    "both sides": {"positions": (0.15, -0.15)},
+    "three turns": {"turns": 3.0},
+}
+
+
+@pytest.mark.parametrize("name", [*DESIGNS, *OTHERS])
+def test_it_is_the_u_of_labs_of_this_design(name: str) -> None:
+    options = {**DESIGNS, **OTHERS}[name]
+    # Few runs tell their own scatter badly, so that u comes out larger in one lab and smaller in another.
+    assert u_of(exact(**options)) == pytest.approx(usual_u(**options), rel=0.04)
 
 
 @pytest.mark.parametrize("name", DESIGNS)
@@ -62,7 +77,7 @@ def test_a_run_without_a_weight(name: str) -> None:
     measured = exact(**DESIGNS[name])
     told = gain(forecast.with_unloaded_run(designed(measured)), measured)
     # The lab's own run without a weight is timed for a twelfth of a turn, the forecast's for three minutes.
-    assert told == pytest.approx(u_of(exact(unloaded=True, **DESIGNS[name])) / u_of(measured), rel=ROUGH)
+    assert told == pytest.approx(u_of(exact(unloaded=True, **DESIGNS[name])) / u_of(measured), rel=0.07)
     assert told < 1
 
 
@@ -124,15 +139,16 @@ def test_a_source_half_as_large(source: str, half: dict[str, float]) -> None:
 @pytest.mark.parametrize("name", DESIGNS)
 @pytest.mark.parametrize("width", [1e-5, 1e-4, 1e-3])
 def test_a_balance_test(name: str, width: float) -> None:
-    measured = exact(**DESIGNS[name])
-    tested = replace(measured, imbalance_u=lambda inertia: width)
-    told = gain(replace(designed(measured), tested=width), measured)
-    assert told == pytest.approx(u_of(tested) / u_of(measured), rel=ROUGH)
+    # As large as a test leaves it.
+    measured = lab(np.random.default_rng(0), noise=0.0, imbalance=width, **DESIGNS[name])
+    (told,) = expected_u([replace(designed(measured), tested=width)])
+    # It takes runs and test to agree; in some labs they seem not to, and u holds the doubt.
+    assert told == pytest.approx(usual_u(width, width, **DESIGNS[name]), rel=0.13)
 
 
 def test_the_balance_test_of_the_advice_is_one_that_the_ball_might_pass() -> None:
     design = forecast.with_balance_test(designed(exact()))
-    assert design.tested == pytest.approx(INERTIA * 400 * np.pi / 30 * np.radians(5) / 60)
+    assert design.tested == pytest.approx(INERTIA * 400 * np.pi / 30 * np.radians(5) / 60, rel=1e-3)
 
 
 def test_a_balance_test_stays_when_runs_are_added() -> None:
@@ -153,5 +169,29 @@ def test_all_changes_in_one_stack_are_each_by_itself(name: str) -> None:
         forecast.with_balance_test(design),
         forecast.with_longer_times(design, 3.0),
     ]
-    assert expected_u(designs) == pytest.approx([expected_u([one])[0] for one in designs], rel=1e-12)
+    assert expected_u(designs) == pytest.approx([expected_u([one])[0] for one in designs], rel=1e-9)
     assert expected_u(designs[::-1]) == pytest.approx(expected_u(designs)[::-1], rel=1e-12)
+
+
+def test_a_run_more_never_raises_the_u_to_be_expected() -> None:
+    random = np.random.default_rng(0)
+    for _ in range(60):
+        measured = lab(
+            random,
+            noise=0.0,
+            weights=tuple(random.choice((0.01, 0.02, 0.06, 0.1, 0.14, 0.2), random.integers(1, 5), replace=False)),
+            rpm=tuple(random.choice((150.0, 200.0, 300.0, 400.0, 600.0), random.integers(2, 4), replace=False)),
+            positions=((0.15,), (0.15, -0.15), (0.1, 0.15))[random.integers(3)],
+            turns=float(random.choice((1 / 3, 1 / 2, 1.0, 2.0))),
+            imbalance=float(random.choice((1e-4, 5e-4, -5e-4, 2e-3))),
+            unloaded=bool(random.random() < 0.2),
+            u_time=float(random.choice((0.05, 0.14, 0.3))),
+        )
+        loaded = np.flatnonzero(measured.torque)
+        out = int(random.choice(loaded))
+        fewer = [i for i in range(len(measured.runs)) if i != out]
+        whole = fit(measured)
+        (before,), (after,) = (
+            expected_u([replace(design_of(runs, whole), scatter=1.0)]) for runs in (select(measured, fewer), measured)
+        )
+        assert after < 1.02 * before

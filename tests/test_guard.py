@@ -134,6 +134,25 @@ class TestRunaway:
         assert abs(found.value - INERTIA) < 5 * found.u
 
 
+KEYS = {
+    **{f"u_{key}": "0 s" for key in ("time", "time_bias")},
+    **{f"u_{key}": "0 %" for key in ("spin", "spin_scale", "mass", "mass_scale", "g", "turns")},
+    **{f"u_{key}": "0 mm" for key in ("position", "position_zero")},
+}
+"""Every uncertainty as none."""
+
+
+def nine_runs(stated: dict[str, str], noise: float, runs: tuple[tuple[float, float], ...] = ()) -> str:
+    """Write runs of a level rod, with errors of spin and time or without."""
+    random = np.random.default_rng(1)
+    text = "".join(f"# {key}: {value}\n" for key, value in stated.items()) + HEAD
+    for m, s in runs or product((20.0, 40.0, 60.0), (200.0, 400.0, 600.0)):
+        time = 2 * np.pi * INERTIA * s * np.pi / 30 / (m * 1e-3 * 9.803 * 0.15)
+        spin, time = s * (1 + 0.002 * noise * random.standard_normal()), time + 0.14 * noise * random.standard_normal()
+        text += f"{m:.2f},15.0,{spin:.13g},{time:.13g},1\n"
+    return text
+
+
 class TestZeroUncertainties:
     @pytest.mark.parametrize("name", ["all-uncertainties-zero", "all-uncertainties-zero-both-sides"])
     def test_runs_that_scatter_are_refused(self, name: str) -> None:
@@ -159,6 +178,46 @@ class TestZeroUncertainties:
         )
         found = gyrodata.analyze(f"{zero}# u_position_zero: 0 mm\n{HEAD}{rows}".encode()).inertia
         assert found.value == pytest.approx(INERTIA, rel=1e-8)
+
+    @pytest.mark.parametrize("kept", KEYS)
+    @pytest.mark.parametrize("others", [False, True], ids=["one zero", "all others zero"])
+    def test_any_of_them_zero_is_an_answer_or_words(self, kept: str, others: bool) -> None:
+        zero = {key: text for key, text in KEYS.items() if (key != kept) == others}
+        for noise in (0.0, 1.0):
+            try:
+                found = gyrodata.analyze(nine_runs(zero, noise).encode()).inertia
+            except LogError:
+                assert others
+                continue
+            assert found.u is not None
+            assert abs(found.value - INERTIA) < 3 * found.u + 1e-8 * INERTIA
+            assert found.u > (0.002 if noise else 1e-10) * INERTIA
+
+    def test_two_runs_without_any_uncertainty_tell_none(self) -> None:
+        error = refusal(nine_runs(KEYS, 1.0, ((20.0, 400.0), (60.0, 400.0))))
+        assert "no run is left over to tell how well the others agree" in error.message
+
+
+class TestScales:
+    @pytest.mark.parametrize("percent", [10, 20, 30, 50])
+    @pytest.mark.parametrize("key", ["u_spin_scale", "u_mass_scale", "u_position_zero", "u_mass", "u_g", "u_spin"])
+    @pytest.mark.parametrize("others", [False, True], ids=["others usual", "others zero"])
+    def test_a_scale_that_is_hardly_known(self, key: str, percent: int, others: bool) -> None:
+        stated = {**(KEYS if others else {}), key: f"{1.5 * percent} mm" if "zero" in key else f"{percent} %"}
+        exact = gyrodata.analyze(nine_runs(stated, 0.0).encode()).inertia
+        assert exact.u is not None
+        assert exact.value == pytest.approx(INERTIA, rel=1e-3)
+        # The errors of three weights average out in part, those of nine spins more.
+        share = {"u_mass": 0.5, "u_spin": 0.05}.get(key, 0.97)
+        assert share * percent / 100 < exact.u / INERTIA < 1.05 * percent / 100
+        try:
+            found = gyrodata.analyze(nine_runs(stated, 1.0).encode()).inertia
+        except LogError:
+            assert others
+            return
+        assert found.u is not None
+        assert abs(found.value - INERTIA) < 1.5 * found.u
+        assert 0.8 * exact.u < found.u < 1.3 * exact.u
 
 
 class TestReleased:

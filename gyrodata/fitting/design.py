@@ -89,15 +89,13 @@ def expected_u(designs: Sequence[Design]) -> list[float]:
     torque = np.abs(stack.torque(stack.observed)[0])
     lightest = np.where(said & (torque > 0), torque, np.inf).min(axis=1)
     unit = np.stack([unknowns[:, 0], lightest, np.array([design.timing_bias_u for design in designs])], axis=-1)
-    runs, factor = said.sum(axis=1), np.array([design.scatter for design in designs])
     conditions = Conditions(
         unknowns=weight * at.to_unknowns * unit[:, None, :],
         shared=weight * shared,
         left=np.zeros(said.shape),
         ended=np.divide(unknowns, unit, out=np.zeros_like(unknowns), where=unit > 0),
-        runs=runs,
-        # Readings that scatter as those of the log did: as many squares as there are runs to spare.
-        scatter=factor**2 * np.maximum(runs - 2, 0),
+        runs=said.sum(axis=1),
+        scatter=np.array([design.scatter for design in designs]),
     )
     first = designs[0]
     # A test that says nothing, where there is none.

@@ -160,7 +160,7 @@ def integrate_at(measured: Measurements, result: FitResult) -> Posterior:
     )
     tested = None
     if measured.imbalance_u is not None:
-        tested = max(measured.imbalance_u(inertia) / lightest, NEGLIGIBLE)
+        tested = measured.imbalance_u(inertia) / lightest
     return integrate(conditions, balance_scale(measured, inertia) / lightest, times_stated(measured), tested).times(
         unit
     )
@@ -188,7 +188,7 @@ def times_stated(measured: Measurements) -> bool:
 def _typical(posterior: Posterior) -> tuple[float, float]:
     """Factor s, and the width of M0 with which alone I_zz is known as well as with all of them [N*m]."""
     factor = float(posterior.typical(posterior.factor))
-    steps = np.unique(posterior.factor)
+    steps = np.unique(posterior.factor[posterior.weight > 1e-6 * posterior.weight.max()])
     nearest = posterior.factor == steps[np.argmin(np.abs(np.log(steps / factor)))]
     weight = posterior.weight[nearest] / posterior.weight[nearest].sum()
     part = Posterior(weight, posterior.mean[:, nearest], posterior.u[:, nearest], *(posterior.factor,) * 2, weight)
@@ -281,7 +281,7 @@ def _budget(result: FitResult, inertia: Estimate) -> tuple[Share, ...]:
         if gain[row]:
             shares.append(Share(name, True, words, abs(float(gain[row])), 0.0))
     told = excess + math.fsum(share.u_inertia**2 for share in shares)
-    if result.scatter > 1:
+    if excess > NEGLIGIBLE * told:
         # The doubt about the scatter widens the tails too.
         excess += max(0.0, (inertia.u or 0.0) ** 2 - told)
     if excess > 0:

@@ -18,6 +18,12 @@ from gyrodata.physics import Floats
 STEPS = 8
 """Most Gauss–Newton steps; three are enough for labs that go with their stated uncertainties."""
 
+WIDE = 3.0
+"""Width of M0, over the scale of its prior, with which labs are adjusted."""
+
+FACTORS = 0.5, 20.0
+"""Bounds of the factor on the errors that each run has alone with which they are."""
+
 _CHUNK = 32
 """Labs at a time: as many as stay in a processor's cache."""
 
@@ -59,42 +65,49 @@ def _fit_stack(problem: Problem, observed: Floats) -> Floats:
     """Adjust one stack of labs: five quantiles of I_zz, the means of M0 and b, shape (L, 7)."""
     problem, measured = problem.reread(observed), problem.measured
     torque, _ = problem.torque(observed)
-    labs = len(observed)
+    labs, count = len(observed), problem.count
     lightest = np.abs(np.where(measured.torque == 0, np.inf, torque)).min(axis=1)
     lever, swing = 2 * np.pi * observed[:, 2] * observed[:, 1], measured.sense * observed[:, 0]
     if torques_differ(measured.torque):
         inertia, imbalance = straight_line(lever, swing, torque)
     else:
         inertia, imbalance = np.median(swing * torque / lever, axis=1), np.zeros(labs)
+    balance = np.array([balance_scale(measured, float(one)) for one in inertia]) / lightest
     scale = np.stack([inertia, lightest, np.full(labs, measured.timing_bias_u)], axis=-1)
     unknowns = np.zeros((labs, 3 + problem.shared_count))
     unknowns[:, 0] = 1.0
     unknowns[:, 1] = imbalance / lightest
-    rows = np.broadcast_to(prior := prior_rows(problem.count, 3 + problem.shared_count), (labs, *prior.shape)).copy()
+    rows = np.broadcast_to(prior := prior_rows(count, 3 + problem.shared_count), (labs, *prior.shape)).copy()
+    rows[:, count, 1] = 1 / (WIDE * balance)
     single = np.zeros((labs, *problem.absolute.shape))
-    moved = 1.0
-    for _turn in range(STEPS):
+    factor, moved = np.ones((labs, 1)), 1.0
+    for turn in range(STEPS):
         at = problem.linearise(single, unknowns[:, 3:], measured.sense, unknowns[:, :3] * scale)
-        plain = fill_rows(rows, problem, at, 1.0, scale[:, None, :], unknowns)
+        plain = fill_rows(rows, problem, at, 1 / factor, scale[:, None, :], unknowns)
+        rows[:, count, -1] *= rows[:, count, 1]
         step, _ = solve_rows(rows)
         unknowns = unknowns + step
         closed = at.misclosure + (plain @ step[..., None])[..., 0]
         single = -at.alone * (closed / at.own)[:, None, :]
+        if turn == 0:
+            # Where the runs scatter more than stated, what they share moves less.
+            squares = np.add.reduce(closed**2 / at.own, axis=1, keepdims=True) / max(count - 2, 1)
+            factor = np.clip(np.sqrt(squares), *FACTORS)
         # Steps shrink ever faster: the next is smaller than this one times this one over the last.
         last, moved = moved, float(np.abs(step).max())
-        if moved**2 < 1e-5 * last:
+        if turn and moved**2 < 1e-5 * last:
             break
-    weighted = rows[:, : problem.count, :-1]
+    rows[:, :count] *= factor[..., None]
+    weighted = rows[:, :count, :-1]
     conditions = Conditions(
         unknowns=weighted[..., :3],
         shared=weighted[..., 3:],
         left=closed / np.sqrt(at.own) - (weighted[..., 3:] @ unknowns[:, 3:, None])[..., 0],
         ended=unknowns[:, :3],
-        runs=np.full(labs, problem.count),
+        runs=np.full(labs, count),
     )
     tested = None
     if measured.imbalance_u is not None:
         tested = np.array([measured.imbalance_u(float(one)) for one in inertia]) / lightest
-    balance = np.array([balance_scale(measured, float(one)) for one in inertia]) / lightest
     posterior = integrate(conditions, balance, times_stated(measured), tested)
     return np.concatenate([posterior.quantiles(0) * scale[:, :1], posterior.middle()[:, 1:] * scale[:, 1:]], axis=1)

@@ -25,6 +25,7 @@ from typing import cast
 
 import numpy as np
 
+from gyrodata.fitting.conditions import NEGLIGIBLE
 from gyrodata.physics import Floats
 
 BALANCE = 0.05
@@ -57,6 +58,15 @@ TURNS = 10
 WIDTHS = np.exp(np.linspace(math.log(0.03), math.log(100.0), 18))
 """Widths of M0 over the scale of its prior."""
 
+STEP = math.log(100.0 / 0.03) / 17
+"""Between the logarithms of two widths."""
+
+FALSE_WIDTHS = 0.03 * np.exp(STEP * np.arange(50))
+"""Widths of M0 over what a balance test allows: a false one must leave M0 as free as no test does."""
+
+TESTED_WIDTHS = np.exp(STEP * np.arange(-40, 1))
+"""Widths of M0 where there is a test, over the largest without one."""
+
 LEVELS = np.array([0.025, 0.158655253931457, 0.5, 0.841344746068543, 0.975])
 """The quantiles that are told: of the 95 % interval, of that of one standard uncertainty, and the median."""
 
@@ -79,8 +89,8 @@ class Conditions:
     """I_zz, M0 and b where the fit ended, in their units, shape (…, 3)."""
     runs: Floats
     """How many runs have a say, shape (…)."""
-    scatter: Floats | float = 0.0
-    """Sum of squares to add to the misclosures', for a design without readings, shape (…)."""
+    scatter: Floats | None = None
+    """Factor on the errors that each run has alone to be expected in a design without readings, shape (…)."""
 
 
 @dataclass(frozen=True)
@@ -128,6 +138,8 @@ def integrate(
     """
     widths, prior = balance_prior(np.asarray(scale, dtype=float), tested)
     reduced = _reduce(conditions)
+    if conditions.scatter is not None:
+        reduced = replace(reduced, squares=_expect(reduced, conditions.scatter, np.asarray(scale, dtype=float)))
     labs = conditions.left.shape[:-1]
     low, high = np.full(labs, math.log(LOW)), np.full(labs, math.log(HIGH))
     for turn in range(TURNS):
@@ -190,27 +202,26 @@ def balance_prior(scale: Floats, tested: Floats | float | None) -> tuple[Floats,
     if tested is None:
         return widths, np.broadcast_to(chance, widths.shape)
     # A Cauchy too, of the test's own width: the same mixture of normals, times what each says of the other.
-    bold = np.log(WIDTHS[:, None] / TOO_BOLD[0])
+    bold = np.log(FALSE_WIDTHS[:, None] / TOO_BOLD[0])
     doubt = np.log(np.exp(-bold - 0.5 * np.exp(-2 * bold)) @ TOO_BOLD[1])
     doubt -= math.log(np.exp(doubt).sum())
-    test = np.asarray(tested, dtype=float)[..., None] * WIDTHS
+    test = np.maximum(tested, NEGLIGIBLE)[..., None] * FALSE_WIDTHS
     squares = widths[..., :, None] ** 2, test[..., None, :] ** 2
     both = squares[0] * squares[1] / (squares[0] + squares[1])
     weight = chance[:, None] + doubt - 0.5 * np.log(squares[0] + squares[1])
-    # The product of two normals is one: all of them, told by as many widths as there were.
-    flat = (*both.shape[:-2], -1)
-    both, weight = 0.5 * np.log(both.reshape(flat)), weight.reshape(flat)
-    low, high = both.min(axis=-1, keepdims=True), both.max(axis=-1, keepdims=True)
-    place = (both - low) / (high - low) * (len(WIDTHS) - 1)
-    lower = np.minimum(place.astype(int), len(WIDTHS) - 2)
+    # The product of two normals is one: all of them, told by fewer widths.
+    count = len(TESTED_WIDTHS)
+    both, weight = (values.reshape(*both.shape[:-2], -1) for values in (both, weight))
+    grid = widths[..., -1:] * TESTED_WIDTHS
+    place = np.maximum(np.log(np.sqrt(both) / grid[..., :1]) / STEP, 0.0)
+    lower = np.minimum(place.astype(int), count - 2)
     mass = np.exp(weight - weight.max(axis=-1, keepdims=True))
-    onto = np.zeros((*both.shape[:-1], len(WIDTHS)))
-    rows = np.arange(onto.size // len(WIDTHS)).reshape(onto.shape[:-1])[..., None] * len(WIDTHS)
+    onto = np.zeros(grid.shape)
+    rows = np.arange(onto.size // count).reshape(onto.shape[:-1])[..., None] * count
     np.add.at(onto.reshape(-1), rows + lower, mass * (lower + 1 - place))
     np.add.at(onto.reshape(-1), rows + lower + 1, mass * (place - lower))
-    grid = low + (high - low) * np.linspace(0.0, 1.0, len(WIDTHS))
     with np.errstate(divide="ignore"):
-        return np.exp(grid), np.log(onto)
+        return grid, np.log(onto)
 
 
 def _log_prior(factor: Floats, stated: bool) -> Floats:
@@ -231,27 +242,44 @@ class _Reduced:
     shared: Floats
     """Shape (…, m)."""
     rows: Floats
-    """Derivatives to I_zz, M0, b, and the misclosure, shape (…, m, 4)."""
+    """Derivatives to I_zz + `slope` M0, M0 and b, and the misclosure, shape (…, m, 4)."""
+    slope: Floats
+    """With it the first two are told nearly by themselves, also where only their sum is told well; shape (…)."""
     rest: Floats
     """Rows that say nothing, shape (…)."""
     ended: Floats
-    scatter: Floats | float
+    squares: Floats | None = None
+    """Squares of the misclosures to be expected of a design without readings, that of the `rest` last, (…, m + 1)."""
 
 
 def _reduce(conditions: Conditions) -> _Reduced:
-    """Rotate the conditions so that the shared errors make no two rows go together."""
-    count = conditions.shared.shape[-1]
-    rows: Floats = np.concatenate([conditions.shared, conditions.unknowns, -conditions.left[..., None]], axis=-1)
+    """Rotate the conditions so that the shared errors, b among them, make no two rows go together."""
+    count = conditions.shared.shape[-1] + 1
+    bias = conditions.unknowns[..., 2:]
+    # Counted from b = 0, where its prior is centred.
+    target = bias * conditions.ended[..., None, 2:] - conditions.left[..., None]
+    rows: Floats = np.concatenate([conditions.shared, bias, conditions.unknowns, target], axis=-1)
     if rows.shape[-2] > rows.shape[-1]:
         rows = np.asarray(np.linalg.qr(rows, mode="r"))
+    turn, values, _ = np.linalg.svd(rows[..., :count])
     size = np.zeros(rows.shape[:-1])
-    rotated = rows[..., count:]
-    if count:
-        turn, values, _ = np.linalg.svd(rows[..., :count])
-        size[..., : values.shape[-1]] = values
-        rotated = np.swapaxes(turn, -1, -2) @ rotated
+    size[..., : values.shape[-1]] = values
+    rotated = np.swapaxes(turn, -1, -2) @ rows[..., count:]
+    weighted = rotated[..., 0] / (1 + size**2)
+    slope = _dot(weighted, rotated[..., 1]) / _dot(weighted, rotated[..., 0])
+    rotated[..., 1] -= slope[..., None] * rotated[..., 0]
     rest = conditions.runs - rows.shape[-2]
-    return _Reduced(size, rotated, np.asarray(rest), conditions.ended, conditions.scatter)
+    return _Reduced(size, rotated, slope, np.asarray(rest), conditions.ended)
+
+
+def _expect(reduced: _Reduced, scatter: Floats, scale: Floats) -> Floats:
+    """Expect squares of misclosures as large as their variances, but for what I_zz and M0 take up."""
+    variance = scatter[..., None] ** 2 + reduced.shared**2
+    inertia, imbalance = (reduced.rows[..., k] / np.sqrt(variance) for k in (0, 1))
+    ii, im, mm = _dot(inertia, inertia), _dot(inertia, imbalance), _dot(imbalance, imbalance) + 1 / scale**2
+    taken = (mm[..., None] * inertia - 2 * im[..., None] * imbalance) * inertia + ii[..., None] * imbalance**2
+    taken = taken / (ii * mm - im**2)[..., None]
+    return np.concatenate([(1 - taken) * variance, (reduced.rest * scatter**2)[..., None]], axis=-1)
 
 
 @dataclass(frozen=True)
@@ -270,35 +298,32 @@ def _parts(reduced: _Reduced, factor: Floats, widths: Floats) -> _Parts:
     # Sums of products of the columns I, M0, b, misclosure, for each s.
     sums = np.swapaxes(weighted, -1, -2) @ reduced.rows[..., None, :, :]
     ended = reduced.ended[..., None, :]
-    log_likelihood = (
-        -0.5 * np.add.reduce(np.log(variance), axis=-1)
-        - reduced.rest[..., None] * np.log(factor)
-        - 0.5 * np.asarray(reduced.scatter)[..., None] / factor**2
-    )
-    # b has a standard normal prior in its unit.
-    bb, b_left = sums[..., 2, 2] + 1, sums[..., 2, 3] - ended[..., 2]
-    ib, mb = sums[..., 0, 2], sums[..., 1, 2]
-    ii, im, mm = sums[..., 0, 0] - ib * ib / bb, sums[..., 0, 1] - ib * mb / bb, sums[..., 1, 1] - mb * mb / bb
-    i_left, m_left = sums[..., 0, 3] - ib * b_left / bb, sums[..., 1, 3] - mb * b_left / bb
-    squares = sums[..., 3, 3] + ended[..., 2] ** 2 - b_left**2 / bb
-    log_likelihood = log_likelihood - 0.5 * np.log(bb)
+    log_likelihood = -0.5 * np.add.reduce(np.log(variance), axis=-1) - reduced.rest[..., None] * np.log(factor)
+    if reduced.squares is not None:
+        squares = reduced.squares[..., None, :]
+        log_likelihood -= 0.5 * (_dot(squares[..., :-1], 1 / variance) + squares[..., -1] / factor**2)
 
     def each(values: Floats) -> Floats:
         return values[..., None]
 
+    ii, im, mm = each(sums[..., 0, 0]), each(sums[..., 0, 1]), each(sums[..., 1, 1])
+    i_left, m_left = each(sums[..., 0, 3]), each(sums[..., 1, 3])
+    ib, mb = each(sums[..., 0, 2]), each(sums[..., 1, 2])
     narrow = 1 / widths[..., None, :] ** 2
-    at = each(ended[..., 1])
-    mm_w, m_w = each(mm) + narrow, each(m_left) - at * narrow
-    determinant = each(ii) * mm_w - each(im) ** 2
-    inertia = (mm_w * each(i_left) - each(im) * m_w) / determinant
-    imbalance = (each(ii) * m_w - each(im) * each(i_left)) / determinant
-    chi2 = each(squares) + at * at * narrow - inertia * each(i_left) - imbalance * m_w
-    i_var, m_var, cov = mm_w / determinant, each(ii) / determinant, -each(im) / determinant
-    bias = each(b_left / bb) - each(ib / bb) * inertia - each(mb / bb) * imbalance
-    b_var = each(1 / bb) + (each(ib**2) * i_var + 2 * each(ib * mb) * cov + each(mb**2) * m_var) / each(bb**2)
+    at, slope = each(ended[..., 1]), each(each(reduced.slope))
+    mm_w, m_w = mm + narrow, m_left - at * narrow
+    determinant = ii * mm_w - im**2
+    both = (mm_w * i_left - im * m_w) / determinant
+    imbalance = (ii * m_w - im * i_left) / determinant
+    chi2 = each(sums[..., 3, 3]) + at * at * narrow - both * i_left - imbalance * m_w
+    both_var, m_var, cov = mm_w / determinant, ii / determinant, -im / determinant
+    # The others know b as well as its prior and what is left of the rows tell.
+    bias = each(sums[..., 2, 3]) - ib * both - mb * imbalance
+    b_var = 1 - each(sums[..., 2, 2]) + ib**2 * both_var + 2 * ib * mb * cov + mb**2 * m_var
+    i_var = both_var - 2 * slope * cov + slope**2 * m_var
     log_likelihood = each(log_likelihood) - 0.5 * (np.log(determinant) + chi2) + 0.5 * np.log(narrow)
-    mean = (each(ended[..., 0]) + inertia, at + imbalance, each(ended[..., 2]) + bias)
-    return _Parts(log_likelihood, mean, (i_var, m_var, b_var))
+    mean = (each(ended[..., 0]) + both - slope * imbalance, at + imbalance, bias)
+    return _Parts(log_likelihood, mean, (i_var, m_var, np.maximum(b_var, 0.0)))
 
 
 def _quantiles(weight: Floats, mean: Floats, u: Floats, which: slice) -> Floats:
@@ -314,7 +339,8 @@ def _quantiles(weight: Floats, mean: Floats, u: Floats, which: slice) -> Floats:
     # A quantile lies within so many standard deviations of the mean, whatever the distribution (Cantelli).
     reach = sd * np.sqrt(1 / np.minimum(levels, 1 - levels))
     low, high, point = centre - reach, centre + reach, centre + sd * normal
-    size = np.maximum(u, 1e-300)[..., None, :]
+    # What is exact is nearly so.
+    size = np.maximum(np.maximum(u, 1e-6 * sd), 1e-300)[..., None, :]
     steep = weight[..., None, :] / (size * math.sqrt(2 * math.pi))
     for _turn in range(40):
         away = (point[..., None] - mean[..., None, :]) / size

@@ -28,7 +28,7 @@ from gyrodata.errors import LogError
 from gyrodata.findings import count_findings, list_advice, outlier_findings, refusal, whole_findings
 from gyrodata.fitting import Estimate, FitResult, NoFit, Outlier
 from gyrodata.measurements import Measurements, measure, select
-from gyrodata.model import ChosenModel, Model, choose_model, is_unsteady, iterate_mean_rate
+from gyrodata.model import Model, choose_model, iterate_mean_rate
 from gyrodata.readings import Readings, read_log
 from gyrodata.results import DOF_REASON, Analysis, Options, Result
 
@@ -126,7 +126,7 @@ def analyze_readings(readings: Readings, options: Options | None = None) -> Anal
     kept = [i for i in range(len(measured.runs)) if i not in out]
     p = fitting.chi2_tail(fit.chi2, fit.dof) if fit.dof > 0 else None
     birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else None
-    listed = effects.list_effects(measured, fit, chosen.tilted, chosen.released, chosen.asked)
+    listed = effects.list_effects(measured, fit, chosen)
     advice = list_advice(select(measured, kept) if left_out else measured, fit, chosen.tilted)
     found += outlier_findings(readings, measured, fitted.outliers, left_out, fitted.without)
     found += whole_findings(readings, measured, fit, p, listed)
@@ -163,7 +163,7 @@ class Fitted:
     """A log's recommended fit, and what was decided for it."""
 
     measured: Measurements
-    chosen: ChosenModel
+    chosen: effects.ChosenModel
     outliers: tuple[Outlier, ...]
     left_out: tuple[int, ...]
     fit: FitResult
@@ -224,7 +224,7 @@ def fit_runs(readings: Readings, measured: Measurements, model: Model = "auto", 
 def _fit_runs(measured: Measurements, model: Model, keep_flagged: bool) -> Fitted:
     chosen = choose_model(measured, model)
     outliers, _ = fitting.screen(measured, chosen.tilted)
-    if is_unsteady(measured, chosen):
+    if effects.needs_correction(measured, chosen):
         measured = iterate_mean_rate(measured, chosen, tuple(outlier.index for outlier in outliers))
         outliers, _ = fitting.screen(measured, chosen.tilted)
     # A run that is merely odd is still a measurement, and stays.

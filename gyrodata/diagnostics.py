@@ -226,23 +226,22 @@ NO_STEADY_PRECESSION = _error(
 )
 TOO_MANY_SHARED_READINGS = _error("G416", "too many shared readings for one fit", _many_readings)
 _TRANSVERSE_INERTIA_LOG = f"""{G}\
+# u_time: 0.02 s
+# u_time_bias: 0.01 s
+# balanced: yes
 {HEAD},pitch [deg]
-60.00,15.0,150,4.71,1,60
-60.00,15.0,300,9.74,1,60
-40.00,15.0,150,7.23,1,60
-40.00,15.0,300,14.69,1,60
+120.00,15.0,150.0,2.11,1,60
+120.00,15.0,160.0,2.31,1,60
+120.00,15.0,300.0,4.80,1,60
 """
 TRANSVERSE_INERTIA_NOT_GIVEN = _warning(
     "G417", "the tilt matters, and the transverse moment of inertia is not given", _TRANSVERSE_INERTIA_LOG
 )
-_RELEASE_NOT_TOLD_LOG = f"""{G}\
-# u_time: 0.02 s
-# u_position_zero: 0.1 mm
-{LOG}\
-60.00,15.0,200.0,6.62,1
-60.00,15.0,400.0,13.24,1
-120.0,15.0,200.0,3.31,1
-120.0,15.0,400.0,6.62,1
+_RELEASE_NOT_TOLD_LOG = f"""{G}{LOG}\
+60.00,15.0,100.0,3.69,1
+60.00,15.0,200.0,6.77,1
+120.00,15.0,100.0,2.43,1
+120.00,15.0,200.0,3.47,1
 """
 RELEASE_NOT_TOLD = _note(
     "G418", "the log does not say whether the rod was let go from rest, and that matters", _RELEASE_NOT_TOLD_LOG

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from gyrodata import __version__
 from gyrodata.comparisons import Ball, Constancy, Exponent, NamedFit, PowerLaw, Run, Torque
-from gyrodata.effects import Effect
+from gyrodata.effects import ChosenModel, Effect
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate, FitResult, Outlier, Share
 from gyrodata.measurements import Measurements
-from gyrodata.model import ChosenModel, Model
+from gyrodata.model import Model
 from gyrodata.readings import Readings
 
 if TYPE_CHECKING:

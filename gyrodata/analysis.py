@@ -17,6 +17,7 @@ from gyrodata import effects, fitting
 from gyrodata.comparisons import (
     compare_with_ball,
     constancy,
+    look_for_patterns,
     named_fits,
     overall_exponent,
     power_laws,
@@ -25,10 +26,10 @@ from gyrodata.comparisons import (
 )
 from gyrodata.diagnostics import NO_STEADY_PRECESSION, NO_TORQUE, TOO_MANY_SHARED_READINGS
 from gyrodata.errors import LogError
-from gyrodata.findings import count_findings, list_advice, outlier_findings, refusal, whole_findings
+from gyrodata.findings import count_findings, list_advice, not_measured, outlier_findings, refusal, whole_findings
 from gyrodata.fitting import Estimate, FitResult, NoFit, Outlier
 from gyrodata.measurements import Measurements, measure, select
-from gyrodata.model import ChosenModel, Model, choose_model, is_unsteady, iterate_mean_rate
+from gyrodata.model import Model, choose_model, iterate_mean_rate
 from gyrodata.readings import Readings, read_log
 from gyrodata.results import DOF_REASON, Analysis, Options, Result
 
@@ -126,10 +127,11 @@ def analyze_readings(readings: Readings, options: Options | None = None) -> Anal
     kept = [i for i in range(len(measured.runs)) if i not in out]
     p = fitting.chi2_tail(fit.chi2, fit.dof) if fit.dof > 0 else None
     birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else None
-    listed = effects.list_effects(measured, fit, chosen.tilted, chosen.released, chosen.asked)
+    listed = effects.list_effects(measured, fit, chosen)
     advice = list_advice(select(measured, kept) if left_out else measured, fit, chosen.tilted)
     found += outlier_findings(readings, measured, fitted.outliers, left_out, fitted.without)
-    found += whole_findings(readings, measured, fit, p, listed)
+    patterns = look_for_patterns(measured, fit)
+    found += whole_findings(readings, measured, fit, p, listed, patterns)
     return Analysis(
         name=readings.name,
         sha256=readings.sha256,
@@ -153,6 +155,7 @@ def analyze_readings(readings: Readings, options: Options | None = None) -> Anal
         ball=compare_with_ball(fit.inertia, readings.constants, readings.uncertainties),
         torques=torque_table(measured, fit, kept, chosen.tilted),
         run_table=run_table(measured, fit, fitted.outliers, left_out),
+        patterns=patterns,
         advice=advice,
         diagnostics=tuple(found),
     )
@@ -163,7 +166,7 @@ class Fitted:
     """A log's recommended fit, and what was decided for it."""
 
     measured: Measurements
-    chosen: ChosenModel
+    chosen: effects.ChosenModel
     outliers: tuple[Outlier, ...]
     left_out: tuple[int, ...]
     fit: FitResult
@@ -219,6 +222,8 @@ def fit_runs(readings: Readings, measured: Measurements, model: Model = "auto", 
         birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else 0.0
         if birge > ABSURD:
             raise NoFit(f"they scatter {birge:.2g} times as much as the stated uncertainties allow")
+        if fit.inertia.interval_95 is not None and fit.inertia.interval_95[0] <= 0:
+            raise LogError([not_measured(readings, fit)])
     except NoFit as reason:
         miscounted = count_findings(readings, measured)
         raise LogError(miscounted or [refusal(readings, measured, str(reason), keep_flagged)]) from None
@@ -232,7 +237,7 @@ def fit_runs(readings: Readings, measured: Measurements, model: Model = "auto", 
 def _fit_runs(measured: Measurements, model: Model, keep_flagged: bool) -> Fitted:
     chosen = choose_model(measured, model)
     outliers, _ = fitting.screen(measured, chosen.tilted)
-    if is_unsteady(measured, chosen):
+    if effects.needs_correction(measured, chosen):
         measured = iterate_mean_rate(measured, chosen, tuple(outlier.index for outlier in outliers))
         outliers, _ = fitting.screen(measured, chosen.tilted)
     # A run that is merely odd is still a measurement, and stays.

@@ -226,23 +226,22 @@ NO_STEADY_PRECESSION = _error(
 )
 TOO_MANY_SHARED_READINGS = _error("G416", "too many shared readings for one fit", _many_readings)
 _TRANSVERSE_INERTIA_LOG = f"""{G}\
+# u_time: 0.02 s
+# u_time_bias: 0.01 s
+# balanced: yes
 {HEAD},pitch [deg]
-60.00,15.0,150,4.71,1,60
-60.00,15.0,300,9.74,1,60
-40.00,15.0,150,7.23,1,60
-40.00,15.0,300,14.69,1,60
+120.00,15.0,150.0,2.11,1,60
+120.00,15.0,160.0,2.31,1,60
+120.00,15.0,300.0,4.80,1,60
 """
 TRANSVERSE_INERTIA_NOT_GIVEN = _warning(
     "G417", "the tilt matters, and the transverse moment of inertia is not given", _TRANSVERSE_INERTIA_LOG
 )
-_RELEASE_NOT_TOLD_LOG = f"""{G}\
-# u_time: 0.02 s
-# u_position_zero: 0.1 mm
-{LOG}\
-60.00,15.0,200.0,6.62,1
-60.00,15.0,400.0,13.24,1
-120.0,15.0,200.0,3.31,1
-120.0,15.0,400.0,6.62,1
+_RELEASE_NOT_TOLD_LOG = f"""{G}{LOG}\
+60.00,15.0,100.0,3.69,1
+60.00,15.0,200.0,6.77,1
+120.00,15.0,100.0,2.43,1
+120.00,15.0,200.0,3.47,1
 """
 RELEASE_NOT_TOLD = _note(
     "G418", "the log does not say whether the rod was let go from rest, and that matters", _RELEASE_NOT_TOLD_LOG
@@ -270,6 +269,59 @@ _NO_INERTIA_FITS_LOG = f"""{G}{LOG}\
 40.00,15.0,405,2010,1
 """
 NO_INERTIA_FITS = _error("G421", "no moment of inertia goes with the runs", _NO_INERTIA_FITS_LOG)
+
+_PATTERN_LOG = f"""{G}\
+# u_time: 0.14 s
+{LOG}\
+20.00,15.0,400,41.49,1
+60.00,15.0,400,13.36,1
+40.00,15.0,600,30.25,1
+20.00,15.0,600,60.24,1
+60.00,15.0,200,6.63,1
+40.00,15.0,400,19.80,1
+20.00,15.0,200,19.42,1
+60.00,15.0,600,19.63,1
+40.00,15.0,200,9.68,1
+20.00,15.0,400,37.80,1
+"""
+PATTERN_IN_RESIDUALS = _warning("G431", "what the fit leaves over is no accident", _PATTERN_LOG)
+_AGREES_TOO_WELL_LOG = f"""{G}\
+# u_time: 0.5 s
+{LOG}\
+20.00,15.0,206,20.33,1
+20.00,15.0,407,40.17,1
+20.00,15.0,605,59.72,1
+40.00,15.0,206,10.17,1
+40.00,15.0,407,20.09,1
+40.00,15.0,605,29.86,1
+60.00,15.0,206,6.78,1
+60.00,15.0,407,13.39,1
+60.00,15.0,605,19.91,1
+"""
+AGREES_TOO_WELL = _note("G432", "the runs agree better than the stated uncertainties", _AGREES_TOO_WELL_LOG)
+_BALANCE_POOR_LOG = f"""{G}{LOG}\
+20.00,15.0,206,15.64,1
+20.00,15.0,407,30.90,1
+40.00,15.0,405,17.57,1
+40.00,15.0,607,26.34,1
+60.00,15.0,404,12.27,1
+60.00,15.0,603,18.32,1
+"""
+BALANCE_POOR = _warning("G433", "the residual torque is over a fifth of the lightest torque", _BALANCE_POOR_LOG)
+_SPIN_FELL_ALONE_LOG = f"""{G}{FALLING}\
+20.00,15.0,410,402,40.0,1
+40.00,15.0,410,406,20.1,1
+60.00,15.0,410,360,12.7,1
+20.00,15.0,610,598,59.6,1
+40.00,15.0,610,604,29.9,1
+60.00,15.0,610,606,20.0,1
+"""
+SPIN_FELL_ALONE = _warning("G434", "the spin of one run falls faster than that of the others", _SPIN_FELL_ALONE_LOG)
+NOT_MEASURED = _error(
+    "G435",
+    "the interval of I_zz holds zero or less",
+    G + "# u_time: 100 s\n" + LOG + "20.00,15.0,206,20.4,1\n40.00,15.0,407,20.2,1\n60.00,15.0,407,13.4,1\n",
+)
 
 # the procedure
 _TOO_FEW_WEIGHTS_LOG = f"""{G}{LOG}\

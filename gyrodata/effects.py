@@ -1,24 +1,23 @@
-"""How large each simplification is in a log: the bias of I_zz, in its own standard uncertainties.
+"""How large each simplification is in a log: what it does to I_zz, in its own standard uncertainties.
 
-One record of `EFFECTS` each. Each has a bias in closed form; the log's own numbers go into it, weighted as the fit
-weights its runs. What is below 0.2 of the standard uncertainty is dropped, smallest first, while all that is dropped
-stays below 0.3 and the single runs do not scatter by it; the rest is kept (`model`). Effects of unknown size (M0, b)
-are parameters of every model.
+One record of `EFFECTS` each. Its size is found by fitting again: with the effect and without it, at the widths of the
+log's fit, with I_zz, M0 and b free in both. What is below 0.2 of the standard uncertainty is dropped, smallest first,
+while all that is dropped stays below 0.3 and the single runs do not scatter by it; the rest is kept (`model`). Effects
+of unknown size (M0, b) are parameters of every model.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import NamedTuple
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, replace
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from gyrodata import fitting, physics
-from gyrodata.fitting import FitResult
+from gyrodata.fitting import FitResult, NoFit
 from gyrodata.measurements import Measurements
-from gyrodata.physics import Floats
 
 DROP_ONE = 0.2
 """An effect below this many standard uncertainties of I_zz may be left out …"""
@@ -28,6 +27,34 @@ DROP_ALL = 0.3
 
 LEVEL_TO = math.radians(2.0)
 """How far from level [rad] a rod may be that nobody measured: the default standard uncertainty of a pitch."""
+
+
+SMALL_SAG = 0.05
+"""Below this mean sag [rad] the closed form of a rod let go from rest is right to 2 % of itself."""
+
+TURNS = 12
+"""So often at most I_zz goes into its own correction."""
+
+
+@dataclass(frozen=True)
+class ChosenModel:
+    """The model that a log is fitted with."""
+
+    tilted: bool
+    """Eq. (8) with each run's pitch, not eq. (9)."""
+    released: bool
+    """The mean rate of a rod let go from rest, not that of steady precession."""
+    asked: bool
+    """True if the caller chose it."""
+    earth: bool = False
+    """The precession against the stars, not against the turning floor."""
+
+    @property
+    def name(self) -> Literal["horizontal", "steady", "released"]:
+        """Name of the model, as ``--model`` takes it."""
+        if self.released:
+            return "released"
+        return "steady" if self.tilted else "horizontal"
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +68,8 @@ class Effect:
     """The same without its sign, in standard uncertainties of I_zz."""
     kept: bool
     """True if the model takes it into account."""
+    in_u: bool
+    """True if u of I_zz holds the doubt about it."""
     reason: str
 
 
@@ -49,39 +78,49 @@ def relative_u(fit: FitResult) -> float:
     return (fit.inertia.u or 0.0) / abs(fit.inertia.value)
 
 
-def _rate(measured: Measurements, fit: FitResult) -> Floats:
-    return fit.sense * 2 * np.pi * measured.turns / measured.time
+def needs_correction(measured: Measurements, chosen: ChosenModel) -> bool:
+    """Say whether eqs. (8) and (9), for steady precession at one spin on a floor at rest, need `corrected`."""
+    return chosen.released or chosen.earth or (chosen.tilted and measured.spin_start is not None)
 
 
-def whole(fit: FitResult, biases: Floats) -> float:
-    """Bias of I_zz from the biases of the runs."""
-    return float(np.sum(fit.response * biases))
+def corrected(
+    measured: Measurements, fit: FitResult, inertia: float, chosen: ChosenModel, followed: bool = False
+) -> Measurements:
+    """Give the runs with what a model corrects them by, for an I_zz [kg*m^2] and the M0 and b of a fit."""
+    runs = measured
+    if chosen.released or (chosen.tilted and measured.spin_start is not None):
+        runs = fitting.slowed(measured, fit, inertia, chosen.tilted, chosen.released, followed)
+    return _on_turning_floor(runs, fit) if chosen.earth else runs
 
 
-def tilt_by_run(measured: Measurements, fit: FitResult, pitch: Floats | float) -> Floats:
-    """Bias of each run, shape (n,), if its tilt were left out."""
-    across = fitting.transverse_inertia(measured)
-    bias: Floats = physics.tilt_bias(_rate(measured, fit), measured.spin, pitch, fit.inertia.value, across)
-    return bias
+def at_mean_rate(
+    measured: Measurements, chosen: ChosenModel, left_out: Collection[int] = ()
+) -> tuple[Measurements, FitResult]:
+    """Correct runs by what the fit of them gives, until both go together; give that fit as well."""
+    result = fitting.fit_as_stated(measured, chosen.tilted, left_out)
+    runs = measured
+    for _turn in range(20):
+        before, runs = runs.slowing, corrected(measured, result, result.inertia.value, chosen)
+        result = fitting.fit_as_stated(runs, chosen.tilted, left_out)
+        if before is not None and runs.slowing is not None and np.allclose(before, runs.slowing, rtol=1e-10, atol=0):
+            break
+    return runs, result
 
 
-def release_by_run(measured: Measurements, fit: FitResult) -> Floats:
-    """Bias of each run, shape (n,), if it was let go from rest and taken for steady."""
-    total = measured.torque + fit.imbalance.value
-    across = fitting.transverse_inertia(measured)
-    bias: Floats = physics.release_bias(total, measured.spin, fit.inertia.value, across)
-    return bias
+def _on_turning_floor(measured: Measurements, fit: FitResult) -> Measurements:
+    """Count the angles against the stars, at a pole where the log gives no latitude."""
+    vertical = physics.EARTH_ROTATION * math.sin(math.pi / 2 if measured.latitude is None else measured.latitude)
+    sense = fit.sense if measured.precession_sense is None else measured.precession_sense
+    return fitting.against_stars(measured, np.where(sense == 0, fit.sense, sense), vertical)
 
 
-def never_corrected(measured: Measurements, fit: FitResult) -> dict[str, float]:
-    """Biases of what no model takes into account, because the log cannot tell its sign or its law."""
-    at_most = np.abs(physics.earth_bias(_rate(measured, fit), np.pi / 2))
-    biases = {"earth": float(np.sum(np.abs(fit.response) * at_most))}
-    if measured.spin_readings == 2:
-        assert measured.spin_start is not None
-        assert measured.spin_end is not None
-        biases["decay_law"] = whole(fit, physics.decay_law_doubt(measured.spin_start, measured.spin_end))
-    return biases
+def earth_is_told(measured: Measurements) -> bool:
+    """Say whether the log gives the latitude, and which way each run went: then the Earth can be corrected for."""
+    return (
+        measured.latitude is not None
+        and measured.precession_sense is not None
+        and bool(measured.precession_sense.all())
+    )
 
 
 class Case(NamedTuple):
@@ -89,39 +128,100 @@ class Case(NamedTuple):
 
     measured: Measurements
     fit: FitResult
-    tilted: bool
-    """Eq. (8) with each run's pitch, not eq. (9)."""
-    released: bool
-    """The mean rate of a rod let go from rest, not that of steady precession."""
-    asked: str
-    """", as asked" where the caller chose the model, else ""."""
+    chosen: ChosenModel
+
+    @property
+    def asked(self) -> str:
+        """Words where the caller chose the model, else none."""
+        return ", as asked" if self.chosen.asked else ""
+
+    def change(self, without: ChosenModel, within: ChosenModel) -> float | None:
+        """I_zz by one model over I_zz by another, minus 1; None where one of them has no fit."""
+        found = _over(self._at_its_widths(without), self._at_its_widths(within))
+        if self.fit.posterior is None or (found is not None and abs(found) < 0.5 * DROP_ONE * relative_u(self.fit)):
+            return found
+        # A large effect changes how the runs scatter, and so the widths.
+        return _over(self._anew(without), self._anew(within))
+
+    def _at_its_widths(self, model: ChosenModel) -> float | None:
+        """I_zz by a model, at the widths of the log's fit: it goes into its own correction [kg*m^2]."""
+        bare = fitting.unslowed(self.measured)
+        fit, inertia = self.fit, float(self.fit.adjusted.unknowns[0])
+        if model == self.chosen and self.measured.slowing is None:
+            return inertia
+        closed = model.released and _hardly_sags(bare, fit)
+        for _turn in range(TURNS):
+            runs = _closed_release(bare, fit) if closed else corrected(bare, fit, inertia, model)
+            if runs.slowing is not None and not np.isfinite(runs.slowing).all():
+                return None
+            try:
+                fit = fitting.refit(self.fit, runs, model.tilted)
+            except NoFit:
+                return None
+            before, inertia = inertia, fit.inertia.value
+            # A correction goes with the fourth power of I_zz at most.
+            if runs.slowing is None or 4 * (inertia - before) ** 2 < 1e-3 * (self.fit.inertia.u or 0.0) * inertia:
+                break
+        return inertia
+
+    def _anew(self, model: ChosenModel) -> float | None:
+        """I_zz by a model, fitted as if it were the log's [kg*m^2]."""
+        if model == self.chosen:
+            return self.fit.inertia.value
+        left_out = np.flatnonzero(self.fit.adjusted.kept == 0).tolist()
+        try:
+            runs = fitting.unslowed(self.measured)
+            if needs_correction(runs, model):
+                runs, _ = at_mean_rate(runs, model, left_out)
+            return fitting.fit(runs, model.tilted, left_out).inertia.value
+        except NoFit:
+            return None
+
+    def of(self, measured: Measurements, balanced: bool = False) -> float | None:
+        """I_zz of other runs over that of the log's fit, minus 1; None where there is no fit."""
+        try:
+            other = fitting.refit(self.fit, measured, self.chosen.tilted, balanced).inertia.value
+        except NoFit:
+            return None
+        return other / float(self.fit.adjusted.unknowns[0]) - 1
+
+
+def _over(without: float | None, within: float | None) -> float | None:
+    return None if without is None or within is None else without / within - 1
+
+
+def _hardly_sags(measured: Measurements, fit: FitResult) -> bool:
+    """Say whether a rod let go from rest would sag so little that its closed form does."""
+    total = measured.torque + fit.imbalance.value
+    sag = physics.mean_sag(total, measured.spin, fit.inertia.value, fitting.transverse_inertia(measured))
+    return not measured.pitch.any() and bool(np.abs(sag).max() < SMALL_SAG)
+
+
+def _closed_release(measured: Measurements, fit: FitResult) -> Measurements:
+    """Slow runs by the closed form of a level rod let go from rest: as `fitting.slowed`, for a few microseconds."""
+    total = measured.torque + fit.imbalance.value
+    bias = physics.release_bias(total, measured.spin, fit.inertia.value, fitting.transverse_inertia(measured))
+    return replace(measured, slowing=1 + bias)
 
 
 Found = tuple[float | None, bool, str]
-"""Bias of I_zz, None where the log does not tell; whether the model takes the effect into account; and why."""
+"""Change of I_zz, None where the log does not tell; whether the model takes the effect into account; and why."""
 
 
 _UNKNOWN = "its size is unknown beforehand, so {} is a parameter with {}"
 
 
 def _residual_torque(case: Case) -> Found:
-    fit, torque = case.fit, case.measured.torque
-    weights = (case.measured.time / fit.time_u) ** 2 * (fit.response != 0)
-    loaded = torque != 0
-    per_run = np.zeros(len(weights))
-    per_run[loaded] = physics.imbalance_bias(torque[loaded], fit.imbalance.value)
-    prior = f"prior width {fitting.balance_scale(case.measured, fit.inertia.value):.2g} N*m, with wide tails"
-    return float(np.sum(weights / weights.sum() * per_run)), True, _UNKNOWN.format("M0", prior)
+    prior = f"prior width {fitting.balance_scale(case.measured, case.fit.inertia.value):.2g} N*m, with wide tails"
+    return case.of(case.measured, balanced=True), True, _UNKNOWN.format("M0", prior)
 
 
 def _timing_bias(case: Case) -> Found:
-    measured, fit = case.measured, case.fit
-    weights = (measured.time / fit.time_u) ** 2 * (fit.response != 0)
-    late = physics.timing_bias(measured.time - fit.timing_bias.value, fit.timing_bias.value)
-    known = measured.timing_bias_u == 0
+    measured = case.measured
+    if measured.timing_bias_u == 0:
+        return 0.0, False, "not a stopwatch's time, or u_time_bias is 0"
     prior = f"prior width {measured.timing_bias_u:g} s"
-    reason = "not a stopwatch's time, or u_time_bias is 0" if known else _UNKNOWN.format("b", prior)
-    return float(np.sum(weights / weights.sum() * late)), not known, reason
+    return case.of(replace(measured, timing_bias_u=0.0)), True, _UNKNOWN.format("b", prior)
 
 
 def _spin_decay(case: Case) -> Found:
@@ -131,48 +231,62 @@ def _spin_decay(case: Case) -> Found:
         return None, False, why
     readings = "start and end" if case.measured.spin_readings == 2 else "start, half time and end"
     why = f"the harmonic mean in time of {readings} costs nothing, so it is used"
-    return whole(case.fit, case.measured.spin / ((start + end) / 2) - 1), True, why
+    return case.of(replace(case.measured, spin=(start + end) / 2)), True, why
 
 
 def _decay_law(case: Case) -> Found | None:
-    bias = never_corrected(case.measured, case.fit).get("decay_law")
-    if bias is None:
+    measured = case.measured
+    start, end = measured.spin_start, measured.spin_end
+    if measured.spin_readings != 2 or start is None or end is None:
         return None
+    bias = case.of(replace(measured, spin=measured.spin / (1 + physics.decay_law_doubt(start, end))))
+    premise = "a viscous decay is assumed, as of an air film; this is for dry friction"
+    if held_in_u(measured, "decay_exponent"):
+        return bias, False, f"{premise}; u holds the doubt about the law"
     u = relative_u(case.fit)
-    more = "; read the spin at half time as well" if abs(bias) >= DROP_ONE * u else ""
-    return bias, False, _why(bias, u, "a viscous decay is assumed, as of an air film", False) + more
+    more = "; read the spin at half time as well" if abs(bias or 0.0) >= DROP_ONE * u else ""
+    return bias, False, _why(bias, u, premise, False) + more
 
 
 def _tilt(case: Case) -> Found:
-    measured, u = case.measured, relative_u(case.fit)
-    if not np.any(measured.pitch):
-        bias = whole(case.fit, tilt_by_run(measured, case.fit, LEVEL_TO))
+    u, chosen = relative_u(case.fit), case.chosen
+    if not np.any(case.measured.pitch):
+        leaning = case._replace(measured=replace(case.measured, pitch=np.full(len(case.measured.runs), LEVEL_TO)))
+        bias = leaning.change(replace(chosen, tilted=False), replace(chosen, tilted=True))
         return bias, False, _why(bias, u, "no pitch in the log; this is for 2° off level", False)
-    bias = whole(case.fit, tilt_by_run(measured, case.fit, measured.pitch))
-    equation = "eq. (8)" if case.tilted else "eq. (9)"
-    return bias, case.tilted, _why(bias, u, f"{equation} is used{case.asked}", case.tilted)
+    bias = case.change(replace(chosen, tilted=False), replace(chosen, tilted=True))
+    equation = "eq. (8)" if chosen.tilted else "eq. (9)"
+    return bias, chosen.tilted, _why(bias, u, f"{equation} is used{case.asked}", chosen.tilted)
 
 
 def _release(case: Case) -> Found:
+    chosen = case.chosen
     if case.measured.motion == "steady":
         premise = "steady, as the log says; this is for a rod let go from rest"
-    elif case.released:
+    elif chosen.released:
         premise = f"the mean rate of a rod let go from rest is used{case.asked}"
     elif case.measured.motion is None:
         premise = 'assumed steady; this is for a rod let go from rest ("# motion: released" in the log)'
     else:
         premise = f"taken for steady precession{case.asked}"
-    bias = whole(case.fit, release_by_run(case.measured, case.fit))
-    return bias, case.released, _why(bias, relative_u(case.fit), premise, case.released)
+    bias = case.change(replace(chosen, released=False), replace(chosen, released=True))
+    return bias, chosen.released, _why(bias, relative_u(case.fit), premise, chosen.released)
 
 
 def _earth(case: Case) -> Found:
-    bias = never_corrected(case.measured, case.fit)["earth"]
-    return bias, False, _why(bias, relative_u(case.fit), "at most, at a pole", False)
+    u, chosen = relative_u(case.fit), case.chosen
+    bias = case.change(replace(chosen, earth=False), replace(chosen, earth=True))
+    if earth_is_told(case.measured):
+        premise = "the angles are counted against the stars" if chosen.earth else "at the log's latitude"
+        return bias, chosen.earth, _why(bias, u, premise, chosen.earth)
+    premise = "at most, at a pole" if case.measured.latitude is None else "at the log's latitude, its sign not told"
+    return None if bias is None else abs(bias), False, _why(bias, u, premise, False)
 
 
-def _why(bias: float, u: float, premise: str, kept: bool) -> str:
+def _why(bias: float | None, u: float, premise: str, kept: bool) -> str:
     """Say why an effect was left out or kept, with its size in standard uncertainties."""
+    if bias is None:
+        return f"{premise}: without a fit that could be compared"
     if u == 0:
         return premise
     size = abs(bias) / u
@@ -180,6 +294,11 @@ def _why(bias: float, u: float, premise: str, kept: bool) -> str:
         return f"{premise}: {size:.2g} u"
     verdict = "small enough" if size < DROP_ONE else "NOT small, and the log does not say enough to correct for it"
     return f"{premise}: {size:.2g} u, {verdict}"
+
+
+def held_in_u(measured: Measurements, source: str) -> bool:
+    """Say whether a source of error of that name touches the log."""
+    return any(one.name == source and (one.absolute.any() or one.relative.any()) for one in measured.sources)
 
 
 class EffectKind(NamedTuple):
@@ -191,13 +310,15 @@ class EffectKind(NamedTuple):
     """What it is called; after a comma, what stands in its place where the model leaves it out."""
     find: Callable[[Case], Found | None]
     """Its size in a log, and what became of it; None where the log has no such effect."""
+    source: str = ""
+    """The source of error with which u of I_zz holds it, if there is one."""
 
 
 EFFECTS = (
     EffectKind("residual_torque", "imperfect balance", _residual_torque),
     EffectKind("timing_bias", "timing bias of the hand", _timing_bias),
     EffectKind("spin_decay", "falling spin, plain mean of start and end", _spin_decay),
-    EffectKind("decay_law", "law by which the spin falls", _decay_law),
+    EffectKind("decay_law", "law by which the spin falls", _decay_law, "decay_exponent"),
     EffectKind("tilt", "tilted rod, eq. (9) for eq. (8)", _tilt),
     EffectKind("release", "nutation after letting go", _release),
     EffectKind("earth", "the Earth's rotation", _earth),
@@ -206,15 +327,15 @@ EFFECTS = (
 
 
 def list_effects(
-    measured: Measurements, fit: FitResult, tilted: bool, released: bool, asked: bool
+    measured: Measurements, fit: FitResult, chosen: ChosenModel, names: Collection[str] = ()
 ) -> tuple[Effect, ...]:
-    """List every simplification with its size in this log, and what became of it."""
-    case = Case(measured, fit, tilted, released, ", as asked" if asked else "")
-    u = relative_u(fit)
+    """List every simplification, or those of some names, with its size in this log, and what became of it."""
+    case, u = Case(measured, fit, chosen), relative_u(fit)
     effects = []
     for kind in EFFECTS:
-        found = kind.find(case)
+        found = kind.find(case) if not names or kind.name in names else None
         if found is not None:
             bias, kept, reason = found
-            effects.append(Effect(kind.name, bias, None if bias is None or not u else abs(bias) / u, kept, reason))
+            size = None if bias is None or not u else abs(bias) / u
+            effects.append(Effect(kind.name, bias, size, kept, held_in_u(measured, kind.source), reason))
     return tuple(effects)

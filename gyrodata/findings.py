@@ -7,22 +7,27 @@ import math
 import numpy as np
 
 from gyrodata import fitting, forecast
-from gyrodata.comparisons import load_words, outlier_reason, turn_words
+from gyrodata.comparisons import CHANCE, Pattern, load_words, outlier_reason, pattern_words, turn_words
 from gyrodata.diagnostics import (
+    AGREES_TOO_WELL,
+    BALANCE_POOR,
     BALANCE_TEST_CONTRADICTED,
     NO_INERTIA_FITS,
+    NOT_MEASURED,
     OUTLIER,
+    PATTERN_IN_RESIDUALS,
     RELEASE_NOT_TOLD,
     RUNS_CONTRADICT_EACH_OTHER,
     SCATTER_TOO_LARGE,
     SINGLE_TORQUE,
+    SPIN_FELL_ALONE,
     TRANSVERSE_INERTIA_NOT_GIVEN,
     TURNS_OF_WEIGHTS_WRONG,
 )
 from gyrodata.effects import DROP_ONE, Effect
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Design, Estimate, FitResult, Outlier
-from gyrodata.measurements import SOURCES, Measurements, torque_groups
+from gyrodata.measurements import SOURCES, Measurements, spin_columns, torque_groups
 from gyrodata.readings import MOST_OF_ONE_CODE, TIMINGS, Readings
 
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
@@ -86,6 +91,24 @@ def refusal(readings: Readings, measured: Measurements, why: str, keep_flagged: 
     return readings.diagnose(NO_INERTIA_FITS, f"no moment of inertia goes with these runs: {why}", hint)
 
 
+def not_measured(readings: Readings, fit: FitResult) -> Diagnostic:
+    """Say that the interval of I_zz holds zero, and what makes it so wide."""
+    assert fit.inertia.interval_95 is not None
+    low, high = fit.inertia.interval_95
+    widest = fit.budget[0].source if fit.budget else "time"
+    if widest == "residual_torque":
+        hint = "the runs do not tell M0 from I_zz: add runs with another weight, and a balance test"
+    elif widest == "unexplained_scatter":
+        hint = "the runs contradict each other: look for a wrong unit, a wrong count of turns, or a slip"
+    else:
+        hint = f"most of it comes from u_{widest}: is it right as the log states it?"
+    return readings.diagnose(
+        NOT_MEASURED,
+        f"I_zz is not measured: its 95 % interval, {low:.2g} to {high:.2g} kg*m^2, holds zero or less",
+        hint,
+    )
+
+
 def outlier_findings(
     readings: Readings,
     measured: Measurements,
@@ -132,7 +155,12 @@ def _stated_time(measured: Measurements) -> str:
 
 
 def whole_findings(
-    readings: Readings, measured: Measurements, fit: FitResult, p: float | None, effects: tuple[Effect, ...]
+    readings: Readings,
+    measured: Measurements,
+    fit: FitResult,
+    p: float | None,
+    effects: tuple[Effect, ...],
+    patterns: tuple[Pattern, ...],
 ) -> list[Diagnostic]:
     """Turn what looks odd in the whole log into diagnostics."""
     found = []
@@ -174,7 +202,70 @@ def whole_findings(
                 '"# balance_drift: 5 deg in 60 s at 400 rpm"',
             )
         )
+    found += _pattern_findings(readings, measured, fit, patterns)
     return found + _model_findings(readings, measured, fit, effects)
+
+
+POOR_BALANCE = 0.2
+"""An M0 over this share of the lightest torque is no rest of a balanced ball."""
+
+FELL_MORE = 4.0
+"""A spin that falls so many times as fast as in the middle run …"""
+
+FELL_BY = 0.03
+"""… and by so much more than its share [1] had something rub against it, or was read wrongly."""
+
+
+def _pattern_findings(
+    readings: Readings, measured: Measurements, fit: FitResult, patterns: tuple[Pattern, ...]
+) -> list[Diagnostic]:
+    """Name the likeliest cause of what the runs do not leave to chance."""
+    found = []
+    if patterns and patterns[0].p_corrected < CHANCE and fit.scatter < CONTRADICTING:
+        words, hint = pattern_words(patterns[0])
+        code = AGREES_TOO_WELL if patterns[0].name == "agreement" else PATTERN_IN_RESIDUALS
+        chance = f"{patterns[0].p_corrected:.1g}" if patterns[0].p_corrected > 1e-6 else "below 1e-6"
+        found.append(readings.diagnose(code, f"{words} (chance, for all {len(patterns)} looked for: {chance})", hint))
+    lightest = fitting.lightest_torque(measured, fit.adjusted.kept)
+    imbalance = abs(fit.imbalance.value)
+    if (
+        imbalance > max(POOR_BALANCE * lightest, 2 * (fit.imbalance.u or 0.0))
+        and measured.balanced is not False
+        and fit.scatter < CONTRADICTING
+    ):
+        found.append(
+            readings.diagnose(
+                BALANCE_POOR,
+                f"M0 = {1e3 * fit.imbalance.value:.2g} mN*m is {100 * imbalance / lightest:.0f} % of the lightest "
+                "torque, more than a balanced ball has, as where the arm was measured from another point than the "
+                "centre of the ball",
+                'check where the arm is measured from, and g; write "# balanced: no" if the ball was not balanced',
+            )
+        )
+    for i in _fell_alone(measured):
+        assert measured.spin_start is not None
+        assert measured.spin_end is not None
+        fall = 100 * (1 - measured.spin_end[i] / measured.spin_start[i])
+        found.append(
+            readings.diagnose(
+                SPIN_FELL_ALONE,
+                f"run {measured.runs[i]}: the spin falls by {fall:.0f} %, over {FELL_MORE:g} times as fast as in the "
+                "others, as where something rubs, or a reading is wrong",
+                "look at both readings of the spin, or time the run again",
+                spin_columns(readings)[-1].place(i),
+            )
+        )
+    return found
+
+
+def _fell_alone(measured: Measurements) -> list[int]:
+    """Find the runs, at most a quarter of them, whose spin falls several times as fast as in the middle run."""
+    if measured.spin_start is None or measured.spin_end is None or len(measured.runs) < 4:
+        return []
+    fall = np.log(measured.spin_start / measured.spin_end)
+    share = max(float(np.sort(fall / measured.time)[len(fall) // 2]), 0.0) * measured.time
+    far = np.flatnonzero((fall > FELL_MORE * share) & (fall - share > FELL_BY)).tolist()
+    return far if len(far) <= len(fall) / 4 else []
 
 
 def _model_findings(

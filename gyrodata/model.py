@@ -8,6 +8,7 @@ little, so that fit and correction are iterated together.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -19,63 +20,52 @@ from gyrodata import fitting, physics
 from gyrodata.effects import (
     DROP_ALL,
     DROP_ONE,
-    never_corrected,
+    ChosenModel,
+    at_mean_rate,
+    corrected,
+    earth_is_told,
+    list_effects,
     relative_u,
-    release_by_run,
-    tilt_by_run,
-    whole,
 )
 from gyrodata.fitting import FitResult
-from gyrodata.measurements import TRANSVERSE_U, Measurements, Source
+from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
 
 Model = Literal["auto", "horizontal", "steady", "released"]
+
+ALWAYS_OUT = ("decay_law", "earth")
+"""Effects that are left out where the log does not tell enough, and count towards all that is."""
 
 LIKELY = 10.0
 """A phase of the nutation whose chi-square is larger than the best one's by more than this is not looked into."""
 
 
-@dataclass(frozen=True)
-class ChosenModel:
-    """The model that a log is fitted with."""
-
-    tilted: bool
-    """Eq. (8) with each run's pitch, not eq. (9)."""
-    released: bool
-    """The mean rate of a rod let go from rest, not that of steady precession."""
-    asked: bool
-    """True if the caller chose it."""
-
-    @property
-    def name(self) -> Literal["horizontal", "steady", "released"]:
-        """Name of the model, as ``--model`` takes it."""
-        if self.released:
-            return "released"
-        return "steady" if self.tilted else "horizontal"
-
-
 def choose_model(measured: Measurements, model: Model) -> ChosenModel:
     """Take the simplest model that is good enough for a log, by the sizes of the effects, or the one asked for."""
-    tilts = bool(np.any(measured.pitch))
+    tilts, told = bool(np.any(measured.pitch)), earth_is_told(measured)
+    released = measured.motion == "released"
     if model != "auto":
         tilted = model == "steady" or (model == "released" and tilts)
         return ChosenModel(tilted, released=model == "released", asked=True)
-    if not tilts and measured.motion != "released":
-        return ChosenModel(tilted=False, released=False, asked=False)
+    named = {"tilt": tilts, "release": released, "earth": told}
+    simplest = ChosenModel(tilted=False, released=False, asked=False)
+    fullest = ChosenModel(tilts, released, asked=False, earth=told)
+    if simplest == fullest:
+        return simplest
     try:
         fit = fitting.fit_as_stated(measured)
     except fitting.NoFit:
         # Nothing tells what could be left out.
-        return ChosenModel(tilts, measured.motion == "released", asked=False)
-    by_run = {}
-    if tilts:
-        by_run["tilt"] = tilt_by_run(measured, fit, measured.pitch)
-    if measured.motion == "released":
-        by_run["release"] = release_by_run(measured, fit)
-    dropped = sum(abs(bias) for bias in never_corrected(measured, fit).values())
-    kept = _kept({name: whole(fit, biases) for name, biases in by_run.items()}, dropped, relative_u(fit))
-    kept |= {name for name, biases in by_run.items() if _seen_in_scatter(measured, fit, biases)}
-    return ChosenModel(tilted="tilt" in kept, released="release" in kept, asked=False)
+        return fullest
+    sizes = {effect.effect: effect for effect in list_effects(measured, fit, simplest, (*named, *ALWAYS_OUT))}
+    may = {name: sizes[name].bias for name, has in named.items() if has}
+    # What has no fit without it cannot be left out.
+    known = {name: bias for name, bias in may.items() if bias is not None}
+    rest = (sizes[name] for name in ALWAYS_OUT if name in sizes and name not in may)
+    dropped = math.fsum(abs(effect.bias or 0.0) for effect in rest if not effect.in_u)
+    kept = _kept(known, dropped, relative_u(fit)) | (set(may) - set(known))
+    kept |= {name for name in may if name in named and _seen_in_scatter(measured, fit, name)}
+    return ChosenModel("tilt" in kept, "release" in kept, asked=False, earth="earth" in kept)
 
 
 def _kept(biases: Mapping[str, float], dropped: float, u: float) -> set[str]:
@@ -89,14 +79,17 @@ def _kept(biases: Mapping[str, float], dropped: float, u: float) -> set[str]:
     return kept
 
 
-def _seen_in_scatter(measured: Measurements, fit: FitResult, biases: Floats) -> bool:
+def _seen_in_scatter(measured: Measurements, fit: FitResult, name: str) -> bool:
     """Say whether an effect that cancels in I_zz, as of a rod tilted up and down, still spoils the single runs."""
+    across = fitting.transverse_inertia(measured)
+    if name == "tilt":
+        rate = fit.sense * 2 * np.pi * measured.turns / measured.time
+        biases = physics.tilt_bias(rate, measured.spin, measured.pitch, fit.inertia.value, across)
+    elif name == "release":
+        biases = physics.release_bias(measured.torque + fit.imbalance.value, measured.spin, fit.inertia.value, across)
+    else:
+        return False
     return float(np.sqrt(np.mean((biases * measured.time / fit.time_u) ** 2))) > DROP_ALL
-
-
-def is_unsteady(measured: Measurements, chosen: ChosenModel) -> bool:
-    """Say whether eqs. (8) and (9), for steady precession at one spin, need `iterate_mean_rate`."""
-    return chosen.released or (chosen.tilted and measured.spin_start is not None)
 
 
 def iterate_mean_rate(measured: Measurements, chosen: ChosenModel, left_out: Collection[int] = ()) -> Measurements:
@@ -105,20 +98,14 @@ def iterate_mean_rate(measured: Measurements, chosen: ChosenModel, left_out: Col
     Gives the runs with `slowing`, and for a rod let go from rest with two more sources of error: the phase of the
     nutation at the last click, and I.
     """
-    result = fitting.fit_as_stated(measured, chosen.tilted, left_out)
-    runs = measured
-    for _turn in range(20):
-        before, runs = runs.slowing, _slowed(measured, result, chosen, result.inertia.value, followed=False)
-        result = fitting.fit_as_stated(runs, chosen.tilted, left_out)
-        if before is not None and runs.slowing is not None and np.allclose(before, runs.slowing, rtol=1e-10, atol=0):
-            break
+    runs, result = at_mean_rate(measured, chosen, left_out)
     # Without a run to spare every value that goes with itself fits as well, and runs that contradict each other tell
     # no phase.
     if (
         not chosen.released
         or result.dof < 1
         or result.scatter > 1
-        or _phase_known(measured, result.inertia.value).max() < 0.1
+        or fitting.phase_known(measured, result.inertia.value).max() < 0.1
     ):
         return runs
     # Following takes hundreds of fits: not of what is no answer anyway.
@@ -150,7 +137,7 @@ def _followed(measured: Measurements, mean: FitResult, chosen: ChosenModel, left
     for reach in (min(4 * (mean.inertia.u or 0.0), 30 * radian, 0.5 * centre), radian, radian):
 
         def at(inertia: float, fit: FitResult = result) -> Trial:
-            runs = _slowed(measured, fit, chosen, inertia, followed=True)
+            runs = corrected(measured, fit, inertia, chosen, followed=True)
             return Trial(inertia, fitting.fit_as_stated(runs, chosen.tilted, left_out), runs)
 
         trials = [at(float(t)) for t in centre + np.arange(-reach, 1.01 * reach, 0.3 * radian)]
@@ -195,74 +182,3 @@ def _crossing(at: Callable[[float], Trial], low: Trial, high: Trial) -> Trial:
             f_a /= 2
         b, f_b = found.inertia, found.misfit
     return found
-
-
-def _phase_known(measured: Measurements, inertia: float) -> Floats:
-    """How well the phase of the nutation at the last click is known, 0 to 1: e^(−σ²/2) of its uncertainty σ [rad]."""
-    click = physics.click_error(measured.spin, inertia, fitting.transverse_inertia(measured))
-    own = sum((s.relative**2 for s in measured.sources if s.quantity == "spin"), start=np.zeros(len(measured.runs)))
-    known: Floats = np.exp(-0.5 * (measured.time / click) ** 2 * (_transverse_u(measured) ** 2 + own))
-    return known
-
-
-def _slowed(
-    measured: Measurements, fit: FitResult, chosen: ChosenModel, inertia: float, followed: bool
-) -> Measurements:
-    """Work out how much slower each run is than steady precession at its mean spin, for an I_zz [kg*m^2].
-
-    Without `followed` a rod let go from rest has its mean rate. With it, it is followed exactly from the start of
-    the clock to the last click. Where the phase has a standard uncertainty σ, the most likely delay is e^(−σ²/2) of
-    the computed one, and what is left of it is spread as (1 − e^(−σ²))/(2 ω_n²).
-    """
-    across = fitting.transverse_inertia(measured)
-    total = measured.torque + fit.imbalance.value
-    lean = (across, measured.pitch) if chosen.tilted else (0.0, 0.0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        steady = physics.precession_rate(total, measured.spin, inertia, *lean)
-        if not chosen.released:
-            return replace(measured, slowing=steady / _mean_rate_of_decay(measured, total, inertia, across))
-    from gyrodata import motion
-
-    top = motion.Top(inertia, across, total)
-    state = motion.released(top, measured.spin, measured.pitch)
-    mean = motion.mean_precession_rate(top, state)
-    ratio = steady / mean
-    known = np.zeros(len(total))
-    if followed:
-        known = _phase_known(measured, inertia)
-        angle = np.sign(mean) * 2 * np.pi * measured.turns
-        # What the rod has swept by the time that was read, not the time that the count would take: the phase is
-        # then free of the torque.
-        time = measured.time - fit.timing_bias.value
-        ahead = motion.precession_angle(top, state, time) - mean * time
-        ratio = ratio - known * ahead * steady / (mean * angle)
-    click = physics.click_error(measured.spin, inertia, across)
-    own, every = tuple(range(len(total))), (0,) * len(total)
-    nothing = np.zeros(len(total))
-    spread = click * np.sqrt((1 - known**2) / 2)
-    # The delay of the mean goes with the square of I.
-    doubt = 2 * _transverse_u(measured) * np.abs(steady / mean - 1)
-    more = (
-        Source("nutation", "time", own, spread, nothing, "", True, "its phase at the last click"),
-        Source("release", "turns", every, nothing, doubt, "all runs", True, "the doubt about I in the mean rate"),
-    )
-    return replace(measured, slowing=ratio, sources=(*measured.sources, *more))
-
-
-def _transverse_u(measured: Measurements) -> float:
-    """Relative standard uncertainty of I [1]."""
-    stated = (float(source.relative.max()) for source in measured.sources if source.quantity == "transverse")
-    return next(stated, TRANSVERSE_U)
-
-
-def _mean_rate_of_decay(measured: Measurements, total: Floats, inertia: float, across: Floats) -> Floats:
-    """Mean of eq. (8)'s rate over a viscous fall of the spin [rad/s], by Gauss-Legendre in time."""
-    assert measured.spin_start is not None
-    assert measured.spin_end is not None
-    points, weights = np.polynomial.legendre.leggauss(8)
-    decay = np.log(measured.spin_end / measured.spin_start)
-    spins = measured.spin_start * np.exp(0.5 * (points[:, None] + 1) * decay)
-    # What is read at half time too has another harmonic mean than a viscous fall.
-    spins *= measured.spin / physics.harmonic_mean_spin(measured.spin_start, measured.spin_end)
-    rates = physics.precession_rate(total, spins, inertia, across, measured.pitch)
-    return np.asarray(0.5 * weights @ rates)

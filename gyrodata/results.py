@@ -11,12 +11,12 @@ from dataclasses import dataclass, field, is_dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from gyrodata import __version__
-from gyrodata.comparisons import Ball, Constancy, Exponent, NamedFit, PowerLaw, Run, Torque
-from gyrodata.effects import Effect
+from gyrodata.comparisons import Ball, Constancy, Exponent, NamedFit, Pattern, PowerLaw, Run, Torque
+from gyrodata.effects import ChosenModel, Effect
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate, FitResult, Outlier, Share
 from gyrodata.measurements import Measurements
-from gyrodata.model import ChosenModel, Model
+from gyrodata.model import Model
 from gyrodata.readings import Readings
 
 if TYPE_CHECKING:
@@ -46,6 +46,8 @@ CONVENTIONS = {
     "all torques; u from each run's own timing and spin, and the hand's bias",
     "product": "weighted mean; u includes what these runs share; p from the scatter about the mean against each run's "
     "own timing and spin; constancy: the same for all torques together",
+    "patterns": "each tests for one more unknown; statistic: standard normal where it is not there; p: two-sided, "
+    "averaged over what the runs may scatter; p_corrected: by Holm for all that were looked for",
     "ball": "I_zz beside 2/5 m r² of a solid ball; what has no u in the log is taken as exact",
 }
 """Which convention each number follows."""
@@ -121,6 +123,8 @@ class Analysis:
     """None where the log does not give the ball's mass and diameter."""
     torques: tuple[Torque, ...]
     run_table: tuple[Run, ...]
+    patterns: tuple[Pattern, ...]
+    """What was looked for in the residuals, the least likely first."""
     advice: tuple[str, ...]
     diagnostics: tuple[Diagnostic, ...] = field(default=())
 
@@ -152,6 +156,7 @@ class Analysis:
             ball=self.ball,
             torques=tuple(_torque_group(group) for group in self.torques),
             runs=self.run_table,
+            patterns=self.patterns,
             uncertainties=tuple(
                 StatedUncertainty(source.name, source.shared_by, source.default, source.described)
                 for source in self.measurements.sources
@@ -297,6 +302,8 @@ class AnalysisResult:
     ball: Ball | None
     torques: tuple[TorqueGroup, ...]
     runs: tuple[Run, ...]
+    patterns: tuple[Pattern, ...]
+    """What was looked for in the residuals, the least likely first; empty for fewer than two degrees of freedom."""
     uncertainties: tuple[StatedUncertainty, ...]
     advice: tuple[str, ...]
     """What would make the next lab better."""

@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from labs import lab as draw
 from scipy import stats
 
 import gyrodata
+from gyrodata import fitting
+from gyrodata.comparisons import CHANCE, Pattern, look_for_patterns, pattern_words
+from gyrodata.diagnostics import CODES
+from gyrodata.measurements import Measurements, select
 
 HEAD = "# g: 9.803 m/s^2\n# u_time: 0.1 s\n# u_spin: 0.2 %\n# u_time_bias: 0.05 s\n"
 ROWS = """mass [g],position [cm],spin [rpm],time [s],turns
@@ -113,3 +120,97 @@ def test_other_fits_say_how_far_they_lie() -> None:
     assert lab.inertia.u is not None
     assert origin.difference == pytest.approx(origin.inertia.value / lab.inertia.value - 1)
     assert origin.deviation == pytest.approx((origin.inertia.value - lab.inertia.value) / lab.inertia.u)
+
+
+def patterns(measured: Measurements) -> tuple[Pattern, ...]:
+    return look_for_patterns(measured, fitting.fit(measured))
+
+
+def told(measured: Measurements) -> str:
+    """Name of the pattern that a diagnostic would tell, or none."""
+    found = patterns(measured)
+    return found[0].name if found and found[0].p_corrected < CHANCE else ""
+
+
+def drifting(random: np.random.Generator) -> Measurements:
+    """M0 goes from -5 % to +5 % of the lightest torque, the runs in mixed order."""
+    measured = draw(random)
+    measured = select(measured, np.random.default_rng(5).permutation(len(measured.runs)).tolist())
+    drift = 0.05 * measured.torque.min() * np.linspace(-1, 1, len(measured.runs))
+    return replace(measured, time=measured.time * measured.torque / (measured.torque + drift))
+
+
+def mislabelled(random: np.random.Generator) -> Measurements:
+    """The second of four weights is 10 % heavier than its label says."""
+    measured = draw(random, weights=(0.02, 0.04, 0.06, 0.08))
+    light = np.where(np.arange(12) // 3 == 1, 1 / 1.1, 1.0)
+    return replace(measured, mass=measured.mass * light, torque=measured.torque * light)
+
+
+def late(random: np.random.Generator) -> Measurements:
+    return draw(random, repeats=3, bias=0.5)
+
+
+class TestPatterns:
+    @pytest.mark.parametrize("runs", [{}, {"repeats": 3}, {"unloaded": True, "imbalance": 1e-3}], ids=str)
+    def test_labs_without_one_are_left_in_peace(self, runs: dict[str, float]) -> None:
+        labs = [draw(np.random.default_rng((3, seed)), **runs) for seed in range(60)]  # type: ignore[arg-type]
+        assert sum(told(lab) != "" for lab in labs) <= 3
+
+    def test_each_chance_by_itself_is_uniform(self) -> None:
+        chances: dict[str, list[float]] = {}
+        for seed in range(150):
+            for pattern in patterns(draw(np.random.default_rng((4, seed)), repeats=2)):
+                chances.setdefault(pattern.name, []).append(pattern.p)
+        assert {"spin", "time_bias", "mass", "agreement"} <= set(chances)
+        for name, found in chances.items():
+            assert stats.kstest(found, "uniform").pvalue > 1e-3, name
+
+    @pytest.mark.parametrize(("name", "slip"), [("order", drifting), ("mass", mislabelled), ("time_bias", late)])
+    def test_the_cause_is_named(self, name: str, slip: Callable[[np.random.Generator], Measurements]) -> None:
+        labs = [slip(np.random.default_rng((5, seed))) for seed in range(25)]
+        assert sum(told(lab) == name for lab in labs) >= 20
+
+    def test_sizes_are_those_of_the_slips(self) -> None:
+        random = np.random.default_rng(6)
+        label = next(one for one in patterns(mislabelled(random)) if one.of.startswith(("36", "37")))
+        assert label.size == pytest.approx(-0.1, abs=0.04)
+        assert "% more" in pattern_words(label)[0]
+        hand = next(one for one in patterns(late(random)) if one.name == "time_bias")
+        assert hand.size == pytest.approx(0.5, abs=0.25)
+        assert "the hand is later than stated" in pattern_words(hand)[0]
+        drift = next(one for one in patterns(drifting(random)) if one.name == "order")
+        assert drift.size == pytest.approx(0.1 * 0.02 * 9.803 * 0.15, rel=0.4)
+
+    def test_a_pull_is_the_adjusted_value_over_what_is_known_now_and_was_not_before(self) -> None:
+        measured = draw(np.random.default_rng(7), repeats=3, bias=0.3)
+        fit = fitting.fit(measured)
+        pull = next(one.statistic for one in patterns(measured) if one.name == "time_bias")
+        value, posterior = fit.adjusted.unknowns[2], fit.adjusted.covariance[2, 2]
+        assert abs(pull) == pytest.approx(abs(value) / math.sqrt(0.05**2 - posterior), rel=0.2)
+
+    def test_runs_that_agree_too_well_are_told(self) -> None:
+        measured = draw(np.random.default_rng(8), repeats=3, noise=0.1)
+        assert told(measured) == "agreement"
+        (agreement,) = [one for one in patterns(measured) if one.name == "agreement"]
+        assert agreement.size is None
+        assert agreement.statistic < 0.1
+
+    def test_the_json_has_them_all_with_holm_s_correction(self) -> None:
+        result = gyrodata.analyze((HEAD + ROWS).encode()).to_dict()["result"]
+        chances = [one["p"] for one in result["patterns"]]
+        assert chances == sorted(chances)
+        assert result["patterns"][0]["p_corrected"] == pytest.approx(min(1, chances[0] * len(chances)))
+        assert two_runs()["patterns"] == []
+
+
+def two_runs() -> dict[str, object]:
+    return gyrodata.analyze((HEAD + "\n".join(ROWS.splitlines()[:3])).encode()).to_dict()["result"]  # type: ignore[no-any-return]
+
+
+def test_one_run_whose_spin_falls_alone_is_named() -> None:
+    header, *rows = CODES["G434"].example.splitlines()[1:]
+    log = "\n".join([header, *rows])
+    assert [d.message[:5] for d in gyrodata.analyze(log.encode()).diagnostics if d.code == "G434"] == ["run 3"]
+    calm = log.replace("410,360", "410,405")
+    assert "G434" not in {d.code for d in gyrodata.analyze(calm.encode()).diagnostics}

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import gyrodata
-from gyrodata import effects, fitting
+from gyrodata import effects, fitting, physics
 from gyrodata.diagnostics import CODES
 from gyrodata.fitting import Estimate
-from gyrodata.measurements import Measurements, measure
-from gyrodata.model import ChosenModel, _kept, choose_model, is_unsteady, iterate_mean_rate
+from gyrodata.measurements import Measurements, Source, measure
+from gyrodata.model import _kept, choose_model, iterate_mean_rate
 from gyrodata.simulation import EXACT, TYPICAL, Decay, Design, Truth, simulate
 from gyrodata.units import Uncertainty
 
@@ -50,13 +50,15 @@ def simplest(measured: Measurements) -> Estimate:
 
 
 def fullest(measured: Measurements) -> Estimate:
-    chosen = ChosenModel(tilted=True, released=False, asked=True)
-    return fitting.fit(iterate_mean_rate(measured, chosen) if is_unsteady(measured, chosen) else measured, True).inertia
+    chosen = effects.ChosenModel(tilted=True, released=False, asked=True)
+    return fitting.fit(
+        iterate_mean_rate(measured, chosen) if effects.needs_correction(measured, chosen) else measured, True
+    ).inertia
 
 
 def chosen(measured: Measurements) -> Estimate:
     chosen = choose_model(measured, "auto")
-    runs = iterate_mean_rate(measured, chosen) if is_unsteady(measured, chosen) else measured
+    runs = iterate_mean_rate(measured, chosen) if effects.needs_correction(measured, chosen) else measured
     return fitting.fit(runs, chosen.tilted).inertia
 
 
@@ -85,6 +87,27 @@ def test_the_choice_costs_nothing(scene: str) -> None:
     assert scores["chosen"].coverage > 85
     if "falling" in scene or "together" in scene:
         assert scores["simplest"].coverage < 20
+
+
+LEVEL = effects.ChosenModel(tilted=False, released=False, asked=False)
+
+
+def typical(measured: Measurements) -> tuple[Source, ...]:
+    """The sources of a log that states nothing."""
+    names = {source.name: source for source in measured.sources}
+    count = len(measured.runs)
+    sizes = {"time": (0.14, 0.0), "spin": (0.0, 0.002), "mass": (0.0, 0.002)}
+    return tuple(
+        replace(names[name], absolute=np.full(count, absolute), relative=np.full(count, relative))
+        for name, (absolute, relative) in sizes.items()
+    )
+
+
+def simulated(**truth: object) -> bytes:
+    """A log without errors that states no uncertainty, so that the usual ones are taken."""
+    design = {name: truth.pop(name) for name in ("masses", "spins", "pitches", "turns") if name in truth}
+    log = simulate(Truth(**truth), Design(**design), EXACT).log  # type: ignore[arg-type]
+    return "".join(line for line in log.splitlines(True) if not line.startswith("# u_")).encode()
 
 
 def analysed(*, noise: dict[str, Uncertainty] = EXACT, model: str = "auto", **truth: object) -> gyrodata.Analysis:
@@ -159,6 +182,77 @@ class TestExactLogs:
         analysis = analysed(motion="released", spins=(400 * RPM,), masses=(0.02, 0.06))
         assert abs(analysis.inertia.value - 4.44e-3) < 3 * analysis.inertia.u  # type: ignore[operator]
         assert analysis.inertia.u > 1e-3 * 4.44e-3  # type: ignore[operator]
+
+
+RELEASED_SLOWLY = {"motion": "released", "imbalance": 2e-4, "spins": (60 * RPM, 100 * RPM, 200 * RPM)}
+
+
+class TestSizes:
+    """What is listed, against I_zz with the effect and without it by two analyses."""
+
+    @pytest.mark.parametrize(
+        ("name", "truth", "simpler"),
+        [
+            ("release", RELEASED_SLOWLY | {"turns": (1 / 3,)}, "horizontal"),
+            ("release", RELEASED_SLOWLY | {"turns": (2.0,)}, "horizontal"),
+            ("release", RELEASED_SLOWLY | {"turns": (1 / 3,), "masses": (0.0, 0.02, 0.04, 0.06)}, "horizontal"),
+            ("tilt", {"spins": (20 * RPM, 60 * RPM, 200 * RPM), "pitches": (math.radians(-85),)}, "horizontal"),
+            ("tilt", {"pitches": (math.radians(30),)}, "horizontal"),
+        ],
+        ids=str,
+    )
+    def test_are_those_of_two_analyses(self, name: str, truth: dict[str, object], simpler: str) -> None:
+        made = simulated(**truth)
+        within, without = (gyrodata.analyze(made, model=model) for model in ("auto", simpler))  # type: ignore[arg-type]
+        found = effect(within, name)
+        assert found.kept
+        brute = without.inertia.value / within.inertia.value - 1
+        assert found.bias == pytest.approx(brute, rel=0.1, abs=0.05 * within.inertia.u / within.inertia.value)  # type: ignore[operator]
+        assert abs(brute) > 0.2 * within.inertia.u / within.inertia.value  # type: ignore[operator]
+
+    @pytest.mark.parametrize("turns", [1 / 3, 2.0])
+    def test_of_a_release_are_told_before_it_is_known(self, turns: float) -> None:
+        made = simulated(**RELEASED_SLOWLY, turns=(turns,))
+        silent = gyrodata.analyze(made.replace(b"# motion: released\n", b""))
+        brute = silent.inertia.value / gyrodata.analyze(made).inertia.value - 1
+        found, u = effect(silent, "release"), silent.inertia.u / silent.inertia.value  # type: ignore[operator]
+        assert found.bias == pytest.approx(brute, rel=0.1, abs=0.05 * u)
+        note = next(d for d in silent.diagnostics if d.code == "G418")
+        assert f"{100 * found.bias:.2g} % too high" in note.message  # type: ignore[operator]
+
+    def test_of_the_earth_leave_m0_what_it_takes_up(self) -> None:
+        measured = measure(simulate(Truth(imbalance=2e-4), Design(masses=(0.0, 0.02, 0.04, 0.06)), EXACT, 0).readings)
+        measured = replace(measured, sources=typical(measured), timing_bias_u=0.05)
+        fit = fitting.fit(measured)
+        listed = {found.effect: found for found in effects.list_effects(measured, fit, LEVEL)}["earth"]
+        share = physics.EARTH_ROTATION * fit.sense * measured.time / (2 * np.pi * measured.turns)
+        turned = fitting.fit(replace(measured, turns=measured.turns * (1 + share))).inertia.value
+        assert listed.bias == pytest.approx(
+            abs(fit.inertia.value / turned - 1), rel=0.1, abs=0.05 * effects.relative_u(fit)
+        )
+        assert listed.size < 0.1  # type: ignore[operator]
+
+    def test_with_the_latitude_the_earth_is_corrected_for(self) -> None:
+        exact = measure(simulate(Truth(), Design(), EXACT, 0).readings)
+        sense = np.ones(len(exact.runs))
+        # The floor turns by 42.5° north while the rod turns against the stars.
+        vertical = physics.EARTH_ROTATION * math.sin(math.radians(42.5))
+        seen = exact.turns - vertical * exact.time / (2 * np.pi)
+        measured = replace(exact, turns=seen, precession_sense=sense, latitude=math.radians(42.5))
+        chosen = choose_model(measured, "auto")
+        assert chosen.earth
+        corrected = iterate_mean_rate(measured, chosen)
+        assert fitting.fit(corrected).inertia.value == pytest.approx(4.44e-3, rel=1e-6)
+        kept = next(e for e in effects.list_effects(corrected, fitting.fit(corrected), chosen) if e.effect == "earth")
+        without = fitting.fit(measured).inertia.value / 4.44e-3 - 1
+        assert kept.kept
+        assert kept.bias == pytest.approx(without, rel=0.1)
+
+    def test_of_a_ball_that_is_not_balanced_are_those_of_a_line_through_the_origin(self) -> None:
+        analysis = analysed(imbalance=1e-3, noise=TYPICAL)
+        found = effect(analysis, "residual_torque")
+        assert found.bias == pytest.approx(-0.03, abs=0.015)
+        assert found.kept
 
 
 def test_what_i_across_the_rod_matters_is_told() -> None:

@@ -18,8 +18,9 @@ import numpy as np
 from gyrodata import effects, fitting, motion, physics
 from gyrodata.benchmark.effort import Clock, Effort, Progress
 from gyrodata.benchmark.maps import one_top
+from gyrodata.effects import ChosenModel, needs_correction
 from gyrodata.measurements import Measurements, measure
-from gyrodata.model import ChosenModel, choose_model, is_unsteady, iterate_mean_rate
+from gyrodata.model import choose_model, iterate_mean_rate
 from gyrodata.physics import RPM, Floats
 from gyrodata.simulation import TYPICAL, Decay, Design, Runs, Truth, simulate
 
@@ -165,7 +166,7 @@ def _run_scene(scene: MotionScene, effort: Effort, clock: Clock, random: np.rand
 
 def _weigh(measured: Measurements, chosen: ChosenModel) -> tuple[Floats, float]:
     """Weight of each run in I_zz, and the relative u of I_zz, as the tool fits such a lab."""
-    runs = iterate_mean_rate(measured, chosen) if is_unsteady(measured, chosen) else measured
+    runs = iterate_mean_rate(measured, chosen) if needs_correction(measured, chosen) else measured
     fit = fitting.fit(runs, chosen.tilted)
     return fit.response, fitting.expected_u([fitting.design_of(runs, fit, chosen.tilted)])[0] / fit.inertia.value
 

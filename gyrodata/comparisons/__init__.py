@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from gyrodata.comparisons.patterns import CHANCE, Pattern, look_for_patterns, pattern_words
 from gyrodata.comparisons.runs import (
     Ball,
     NamedFit,
@@ -25,19 +26,23 @@ from gyrodata.comparisons.torques import (
 )
 
 __all__ = [
+    "CHANCE",
     "Ball",
     "Constancy",
     "Exponent",
     "NamedFit",
+    "Pattern",
     "PowerLaw",
     "Run",
     "Torque",
     "compare_with_ball",
     "constancy",
     "load_words",
+    "look_for_patterns",
     "named_fits",
     "outlier_reason",
     "overall_exponent",
+    "pattern_words",
     "power_laws",
     "run_table",
     "torque_table",

@@ -8,11 +8,20 @@ has the fits of the textbook, to compare with, and `fit_line` one for points wit
 from gyrodata.fitting.conditions import MAD_TO_SD, torques_differ, transverse_inertia
 from gyrodata.fitting.design import Design, design_of, expected_u
 from gyrodata.fitting.estimates import Estimate, FitResult, NoFit, Outlier, Share, insist_on_solution
-from gyrodata.fitting.inertia import balance_scale, fit, fit_as_stated, if_balanced
+from gyrodata.fitting.inertia import (
+    balance_scale,
+    fit,
+    fit_as_stated,
+    if_balanced,
+    lightest_torque,
+    refit,
+    times_stated,
+)
 from gyrodata.fitting.lines import LineFit, chi2_tail, fit_line
 from gyrodata.fitting.many import ManyFits, fit_many
-from gyrodata.fitting.posterior import K_95
+from gyrodata.fitting.posterior import K_95, scatter_prior
 from gyrodata.fitting.screening import OUTLIER, TURN_COUNTS, explaining_counts, screen
+from gyrodata.fitting.slowing import against_stars, phase_known, slowed, unslowed
 from gyrodata.fitting.textbook import (
     TEXTBOOK,
     Line,
@@ -40,6 +49,7 @@ __all__ = [
     "NoFit",
     "Outlier",
     "Share",
+    "against_stars",
     "balance_scale",
     "chi2_tail",
     "design_of",
@@ -52,11 +62,18 @@ __all__ = [
     "if_balanced",
     "insist_on_lines",
     "insist_on_solution",
+    "lightest_torque",
     "mean_of_ratios",
     "ordinary_line",
+    "phase_known",
+    "refit",
+    "scatter_prior",
     "screen",
+    "slowed",
     "through_origin",
+    "times_stated",
     "torques_differ",
     "transverse_inertia",
+    "unslowed",
     "with_constant",
 ]

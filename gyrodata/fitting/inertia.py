@@ -56,6 +56,20 @@ def fit_as_stated(measured: Measurements, tilted: bool = False, left_out: Collec
     return min(_by_sign(measured, tilted, left_out), key=lambda result: result.chi2)
 
 
+def refit(result: FitResult, measured: Measurements, tilted: bool, balanced: bool = False) -> FitResult:
+    """Fit runs again at the widths of another fit of them, after something in the runs or in the model has changed.
+
+    Of a ball that is `balanced` M0 is 0, and runs without a weight, which then stand still, have no say.
+    """
+    inertia, imbalance = result.adjusted.unknowns[:2].tolist()
+    width, kept = result.balance_u, result.adjusted.kept
+    if balanced:
+        width, imbalance, kept = NEGLIGIBLE * width, 0.0, kept * (measured.torque != 0)
+    problem = Problem(measured, tilted).with_scatter(result.scatter)
+    adjusted = _solve(problem, result.sense, Start(inertia, imbalance), width, kept, ASTRAY)
+    return _result(measured, adjusted, result.sense, width, result.scatter, adjusted.chi2, True)
+
+
 def _by_sign(measured: Measurements, tilted: bool, left_out: Collection[int]) -> list[FitResult]:
     """Fit as stated once, or for both signs of M0 where only unloaded runs without a sense would tell them apart."""
     kept = np.ones(len(measured.runs))

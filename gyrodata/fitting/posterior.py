@@ -146,7 +146,7 @@ def integrate(
         factor = low[..., None] + (high - low)[..., None] * np.linspace(0.0, 1.0, STEPS)
         parts = _parts(reduced, np.exp(factor), widths)
         spacing = (high - low) / (STEPS - 1)
-        whole = parts.log_likelihood + prior[..., None, :] + (_log_prior(factor, stated))[..., None]
+        whole = parts.log_likelihood + prior[..., None, :] + (scatter_prior(factor, stated))[..., None]
         whole = whole + np.log(spacing)[..., None, None]
         top = whole.max(axis=(-1, -2), keepdims=True)
         weight = np.exp(whole - top)
@@ -224,7 +224,7 @@ def balance_prior(scale: Floats, tested: Floats | float | None) -> tuple[Floats,
         return grid, np.log(onto)
 
 
-def _log_prior(factor: Floats, stated: bool) -> Floats:
+def scatter_prior(factor: Floats, stated: bool) -> Floats:
     """Logarithm of the density of ln s."""
     spread, tail = (SPREAD_STATED, TAIL_STATED) if stated else (SPREAD_DEFAULT, TAIL_DEFAULT)
     near = (1 - tail) * np.exp(-0.5 * (factor / spread) ** 2) / (spread * math.sqrt(2 * math.pi))

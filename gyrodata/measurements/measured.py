@@ -88,6 +88,10 @@ class Measurements:
     """Steady precession rate over the mean rate of a rod let go from rest [1]; None where the rate is steady."""
     balanced: bool | None = None
     """Whether the log says that the ball is balanced; None where it does not say."""
+    latitude: float | None = None
+    """[rad]; None where the log does not say."""
+    precession_sense: Floats | None = None
+    """+1 counter-clockwise, −1 clockwise seen from above, 0 where it is not written; None if nowhere."""
     motion: str | None = None
     """"released" from rest, or "steady"; None where the log does not say."""
 
@@ -186,6 +190,9 @@ def measure(readings: Readings) -> Measurements:
         diagnostics=(),
         spin_readings=len(spin_columns(readings)),
         motion=readings.motion,
+        precession_sense=np.nan_to_num(values_of(columns["precession_sense"]))
+        if "precession_sense" in columns
+        else None,
     )
     diagnostics.extend(_find_contradictions(readings, measurements))
     diagnostics.extend(_find_too_fast(readings, measurements))

@@ -50,9 +50,9 @@ def visible(text: str) -> str:
 
 
 def effect_verdict(effect: Effect) -> str:
-    """Say whether an effect is in the model: "in the model", "left out", or "left out, and not small"."""
-    if effect.kept:
-        return "in the model"
+    """Say what became of an effect: "in the model", "in u", "left out", or "left out, and not small"."""
+    if effect.kept or effect.in_u:
+        return "in the model" if effect.kept else "in u"
     return "left out, and not small" if (effect.size or 0.0) > DROP_ONE else "left out"
 
 

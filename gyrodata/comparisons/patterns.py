@@ -1,0 +1,260 @@
+"""Patterns in what is left over: errors that a lab does not make by chance, each with its likely cause.
+
+Each test asks whether the runs want one more unknown: a balance that drifts, a shared error that is free of its prior.
+With c the change of the runs' conditions by that unknown, r their residuals and H the fit's hat matrix,
+z = cᵀr/√(cᵀ(1 − H)c) is standard normal where nothing is wrong, for any design; of a shared error it is its *pull*,
+the adjusted value over √(prior² − posterior²). How much the runs scatter is known only roughly: the chance is averaged
+over the factors s on their own errors that what is left without the pattern allows.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from gyrodata import fitting
+from gyrodata.comparisons.runs import load_words
+from gyrodata.fitting import FitResult
+from gyrodata.measurements import Measurements, Source
+from gyrodata.physics import Floats
+
+CHANCE = 0.015
+"""A pattern is told where its chance, corrected for how many were looked for, is below this."""
+
+TOLD_APART = 0.02
+"""An unknown is looked for where so large a part of what it does, squared, can be done by no other."""
+
+MOST_RUNS, MOST_SHARED = 1000, 60
+"""Larger logs are not searched."""
+
+FACTORS = np.exp(np.linspace(math.log(0.2), math.log(20.0), 24))
+"""Factors s on the errors that each run has alone."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pattern:
+    """One pattern that was looked for among the residuals."""
+
+    name: str
+    """"order", "spin" or "torque" that the residuals go with, or a shared error: "time_bias", "position_zero", "mass",
+    "position", "force", "applied_torque"; or "agreement", the lower tail of chi-square."""
+    of: str
+    """Which weight or position, in words; "" where there is one only."""
+    statistic: float
+    """Standard normal where there is no such pattern; of the agreement chi-square over its degrees of freedom."""
+    size: float | None
+    """What the pattern would be: a torque from the first run to the last [N*m], an exponent [1], an error [s or m] or a
+    share of the weight or position [1]; null of the agreement."""
+    p: float
+    """Chance of one at least as large, by itself."""
+    p_corrected: float
+    """The same among all that were looked for, by Holm's rule."""
+
+
+class PatternKind(NamedTuple):
+    """What is said of a pattern."""
+
+    words: str
+    hint: str
+
+
+KINDS = {
+    "order": PatternKind(
+        "time minus fit goes with the order of the runs, as where the balance drifts, here by {milli:.2g} mN*m from "
+        "the first run to the last",
+        "fix the balance weight, check step 2 again, and repeat the first run at the end",
+    ),
+    "spin": PatternKind(
+        "time minus fit goes with the spin, as where the spin is read late, or a drag or a nutation goes with it",
+        "read the spin at half time of each run, and write how the rod was started: # motion: steady",
+    ),
+    "torque": PatternKind(
+        "time minus fit goes with the torque, and not along a line, as where the rod sinks or the turns of a weight "
+        "are wrong",
+        "write the pitch of each run, and count the turns of each weight again",
+    ),
+    "time_bias": PatternKind(
+        "short times are off more than long ones, as where the hand is {late} than stated, here by about {size:.2g} s",
+        "state what your hand can do, for example # u_time_bias: {twice:.1g} s, or time more turns",
+    ),
+    "position_zero": PatternKind(
+        "the runs go together only if every position is {off:.2g} mm {more}, as where the arm was measured from "
+        "another point than the centre of the ball",
+        "measure the arm from the centre of the ball, or state # u_position_zero: {off:.1g} mm",
+    ),
+    "mass": PatternKind(
+        "the runs of {of} go together with the others only if its mass is {percent:.2g} % {more}, as where a label is "
+        "wrong",
+        "weigh it",
+    ),
+    "position": PatternKind(
+        "the runs at {of} go together with the others only if the position is {percent:.2g} % {more}, as where it was "
+        "read wrongly",
+        "measure it again",
+    ),
+    "force": PatternKind(
+        "the runs of {of} go together with the others only if its force is {percent:.2g} % {more}",
+        "measure it again",
+    ),
+    "applied_torque": PatternKind(
+        "the runs of {of} go together with the others only if the torque is {percent:.2g} % {more}",
+        "measure it again",
+    ),
+    "agreement": PatternKind(
+        "the runs agree better than the stated uncertainties: chi-square is {statistic:.2g} of what it should be",
+        "state what your hand can do, for example # u_time: 0.05 s; and write the times as they were read",
+    ),
+}
+"""What is said of each pattern, by its name."""
+
+SHARED = {"mass": "mass", "position": "position", "force": "force", "torque": "applied_torque",
+          "position_zero": "position_zero"}  # fmt: skip
+"""Sources of error whose pulls are looked at, and the patterns that they are told as."""
+
+
+def pattern_words(pattern: Pattern) -> tuple[str, str]:
+    """Say what a pattern is and what to do about it."""
+    size = pattern.size or 0.0
+    values = {
+        "of": pattern.of,
+        "statistic": pattern.statistic,
+        "size": abs(size),
+        "twice": 2 * abs(size),
+        "late": "later" if size > 0 else "earlier",
+        "milli": 1e3 * abs(size),
+        "off": 1e3 * abs(size),
+        "percent": 100 * abs(size),
+        # An error that the reading has too much is one that the truth has less.
+        "more": "less" if size > 0 else "more",
+    }
+    kind = KINDS[pattern.name]
+    return kind.words.format(**values), kind.hint.format(**values)
+
+
+def look_for_patterns(measured: Measurements, fit: FitResult) -> tuple[Pattern, ...]:
+    """Look for patterns in the residuals of a log, the least likely one first; none in a log too large or too small."""
+    problem = fit.adjusted.problem
+    if fit.dof < 2 or len(measured.runs) > MOST_RUNS or problem.shared_count > MOST_SHARED:
+        return ()
+    unknowns = _extra_unknowns(measured, fit)
+    found = _tested(measured, fit, unknowns) if unknowns else []
+    if measured.own_relative.all():
+        low = max(1 - fitting.chi2_tail(fit.chi2, fit.dof), 0.0)
+        found.append(Pattern("agreement", "", fit.chi2 / fit.dof, None, low, low))
+    found.sort(key=lambda pattern: pattern.p)
+    corrected, least = [], 0.0
+    for at, pattern in enumerate(found):
+        least = max(least, min(1.0, (len(found) - at) * pattern.p))
+        corrected.append(replace(pattern, p_corrected=least))
+    return tuple(corrected)
+
+
+class _Extra(NamedTuple):
+    """An unknown that the runs may want."""
+
+    name: str
+    of: str
+    column: Floats
+    """What one unit of it changes the weighted conditions by, shape (n,)."""
+    unit: float
+    """Size of that unit."""
+    prior: float | None
+    """Its adjusted value, in those units; None where the fit has no such unknown."""
+
+
+def _extra_unknowns(measured: Measurements, fit: FitResult) -> list[_Extra]:
+    adjusted = fit.adjusted
+    rows, problem = adjusted.rows, adjusted.problem
+    count = len(measured.runs)
+    order = np.linspace(-0.5, 0.5, count)
+    spin = np.log(measured.spin / np.exp(np.log(measured.spin).mean()))
+    loads = np.abs(measured.torque)
+    load = np.log(np.where(loads > 0, loads, 1.0) / loads.max()) * (loads > 0)
+    extra = [
+        _Extra("order", "", rows[:, 1] * order, float(adjusted.scale[1]), None),
+        _Extra("spin", "", rows[:, 0] * spin, 1.0, None),
+        _Extra("torque", "", rows[:, 0] * load, 1.0, None),
+    ]
+    if measured.timing_bias_u > 0:
+        extra.append(
+            _Extra("time_bias", "", rows[:, 2], measured.timing_bias_u, float(adjusted.unknowns[2] / adjusted.scale[2]))
+        )
+    owner = {
+        column: (s, run)
+        for s, run, column in zip(problem.from_source, problem.from_run, problem.to_column, strict=True)
+    }
+    for column, (s, run) in owner.items():
+        source = problem.sources[s]
+        if source.name in SHARED:
+            of = "" if source.name == "position_zero" else load_words(measured, int(run))
+            extra.append(
+                _Extra(
+                    SHARED[source.name],
+                    of,
+                    rows[:, 3 + column],
+                    _unit(measured, source, int(run)),
+                    float(adjusted.shared[column]),
+                )
+            )
+    return [one for one in extra if one.column.any()]
+
+
+def _unit(measured: Measurements, source: Source, run: int) -> float:
+    """Standard uncertainty of a shared error: absolute of the ruler's zero [m], else relative [1]."""
+    if source.name == "position_zero":
+        return float(source.absolute[run])
+    value = {"mass": measured.mass, "position": measured.position, "force": measured.force}.get(
+        source.name, measured.given_torque
+    )
+    return float(source.relative[run] + source.absolute[run] / abs(value[run]))
+
+
+def _tested(measured: Measurements, fit: FitResult, extra: list[_Extra]) -> list[Pattern]:
+    """Test each unknown by itself, for every factor on the errors that each run has alone."""
+    adjusted = fit.adjusted
+    count, width = adjusted.rows.shape
+    wider = (fit.scatter / FACTORS)[:, None, None]
+    rows = np.zeros((len(FACTORS), count + width - 1, width))
+    rows[:, :count] = wider * adjusted.rows
+    rows[:, count:, 1:] = np.eye(width - 1)
+    target = np.empty(rows.shape[:2])
+    target[:, :count] = -wider[..., 0] * adjusted.weighted
+    target[:, count] = -adjusted.unknowns[1] / adjusted.scale[1]
+    target[:, count + 1] = -adjusted.unknowns[2] / (adjusted.scale[2] or 1.0)
+    target[:, count + 2 :] = -adjusted.shared
+    basis, factor = np.linalg.qr(rows)
+    left = target - np.einsum("spk,sk->sp", basis, np.einsum("spk,sp->sk", basis, target))
+    columns = np.stack([one.column for one in extra], axis=1) * wider
+    onto = np.swapaxes(basis[:, :count], 1, 2) @ columns
+    whole = np.add.reduce(columns**2, axis=1)
+    apart = np.maximum(whole - np.add.reduce(onto**2, axis=1), 1e-12 * whole)
+    along = np.einsum("spk,sp->sk", columns, left[:, :count])
+    z = along / np.sqrt(apart)
+    # How likely each factor is once the pattern is taken out: as in the posterior, with both determinants.
+    rest = np.add.reduce(left**2, axis=1)[:, None] - z**2
+    says = float(adjusted.kept.sum())
+    likely = (
+        fitting.scatter_prior(np.log(FACTORS), fitting.times_stated(measured))[:, None]
+        - says * np.log(FACTORS)[:, None]
+        - np.add.reduce(np.log(np.abs(np.diagonal(factor, axis1=1, axis2=2))), axis=1)[:, None]
+        - 0.5 * np.log(apart)
+        - 0.5 * rest
+    )
+    weight = np.exp(likely - likely.max(axis=0))
+    weight /= weight.sum(axis=0)
+    typical = np.argmax(weight, axis=0)
+    found = []
+    for k, one in enumerate(extra):
+        at = typical[k]
+        if apart[at, k] < TOLD_APART * whole[at, k]:
+            continue
+        chances = np.array([math.erfc(abs(value) / math.sqrt(2)) for value in z[:, k]])
+        p = float(weight[:, k] @ chances)
+        free = float(along[at, k] / apart[at, k])
+        # A prior pulled the error back: what it would be without.
+        size = one.unit * (free + (one.prior or 0.0))
+        found.append(Pattern(one.name, one.of, float(z[at, k]), size, p, p))
+    return found

@@ -12,6 +12,7 @@ from gyrodata.diagnostics import (
     AGREES_TOO_WELL,
     BALANCE_POOR,
     BALANCE_TEST_CONTRADICTED,
+    DIGITS_TOO_FEW,
     NO_INERTIA_FITS,
     NOT_MEASURED,
     OUTLIER,
@@ -23,12 +24,13 @@ from gyrodata.diagnostics import (
     SPIN_FELL_ALONE,
     TRANSVERSE_INERTIA_NOT_GIVEN,
     TURNS_OF_WEIGHTS_WRONG,
+    UNCERTAINTY_NOT_USED,
 )
 from gyrodata.effects import DROP_ONE, Effect
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Design, Estimate, FitResult, Outlier
 from gyrodata.measurements import SOURCES, Measurements, spin_columns, torque_groups
-from gyrodata.readings import MOST_OF_ONE_CODE, TIMINGS, Readings
+from gyrodata.readings import MOST_OF_ONE_CODE, TIMINGS, Readings, to_display
 
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
 
@@ -186,7 +188,9 @@ def whole_findings(
             readings.diagnose(
                 BALANCE_TEST_CONTRADICTED,
                 f"the runs say M0 = {1e3 * fit.imbalance.value:.2g} mN*m, far from the "
-                f"{1e3 * fit.contradicted_balance:.2g} mN*m that {measured.imbalance_from} allows; the runs win",
+                f"{1e3 * fit.contradicted_balance:.2g} mN*m that {measured.imbalance_from} allows; the runs win"
+                if fit.contradicted_balance
+                else f"the runs contradict the M0 of 0 that {measured.imbalance_from} states, and which is obeyed",
                 f"check {measured.imbalance_from}",
             )
         )
@@ -203,6 +207,7 @@ def whole_findings(
             )
         )
     found += _pattern_findings(readings, measured, fit, patterns)
+    found += digit_findings(readings, measured, fit)
     return found + _model_findings(readings, measured, fit, effects)
 
 
@@ -268,6 +273,42 @@ def _fell_alone(measured: Measurements) -> list[int]:
     return far if len(far) <= len(fall) / 4 else []
 
 
+def digit_findings(readings: Readings, measured: Measurements, fit: FitResult) -> list[Diagnostic]:
+    """Say where the last digit written of a weight or a position makes most of u(I_zz), and what to write."""
+    found = []
+    for role, sample in (("mass", "0.2 %"), ("position", "0.5 mm")):
+        share = next((share for share in fit.budget if share.source == role), None)
+        source = next((source for source in measured.sources if source.name == role), None)
+        if share is None or source is None or not source.default:
+            continue
+        column, touched = readings.columns[role], np.array(source.groups) >= 0
+        size = np.where(touched, source.absolute + source.relative * np.abs(getattr(measured, role)), 1.0)
+        rounding = np.array([0.0 if read.u else (read.step or 0.0) / math.sqrt(12) for read in column.readings])
+        part = float(np.sqrt(np.mean((rounding / size)[touched] ** 2)))
+        if part * share.u_inertia < MOST * (fit.inertia.u or 0.0):
+            continue
+        first = int(np.argmax(touched * rounding / size))
+        reading = column.readings[first]
+        (shown, unit), step = to_display(reading.value or 0.0, role), to_display(reading.step or 0.0, role)[0]
+        # One digit more, and as many as make a step of 1 %.
+        digits = max(0, 1 - math.floor(math.log10(step)), math.ceil(2 - math.log10(abs(shown))))
+        found.append(
+            readings.diagnose(
+                DIGITS_TOO_FEW,
+                f'{role} "{reading.text}" is written to {step:.2g} {unit}: that rounding alone is '
+                f"{100 * part * share.u_inertia / abs(fit.inertia.value):.2g} % of I_zz, most of its uncertainty",
+                f"write every digit that was read, such as {shown:.{digits}f} {unit}, or # u_{role}: {sample}",
+                column.place(first),
+                len(reading.text),
+            )
+        )
+    return found
+
+
+MOST = 0.5
+"""So much of u(I_zz) from the rounding of what is written is worth a word."""
+
+
 def _model_findings(
     readings: Readings, measured: Measurements, fit: FitResult, effects: tuple[Effect, ...]
 ) -> list[Diagnostic]:
@@ -283,6 +324,15 @@ def _model_findings(
                 f"{across.min():.2g} to {across.max():.2g} kg*m^2 ± 20 % is assumed (a ball with a light rod, the "
                 f"weight on it), and that doubt is {100 * guessed.u_inertia / abs(fit.inertia.value):.2g} % of I_zz",
                 "add a column transverse_inertia [kg*m^2], or one line: # transverse_inertia: 5.8e-3 kg*m^2",
+            )
+        )
+    if "u_pitch" in readings.stated_at and np.any(measured.pitch) and not fit.adjusted.problem.tilted:
+        found.append(
+            readings.diagnose(
+                UNCERTAINTY_NOT_USED,
+                "u_pitch changes nothing here: the rod is so nearly level that eq. (9) is good enough",
+                "--model steady takes the pitch into account",
+                readings.stated_at["u_pitch"],
             )
         )
     release = next(effect for effect in effects if effect.effect == "release")

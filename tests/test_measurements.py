@@ -123,7 +123,7 @@ def test_force_and_torque_instead_of_a_mass() -> None:
     assert by_force.torque[0] == pytest.approx(0.03)
     given = measured("torque [mN*m],spin [rpm],time [s],turns\n30,400,39,1\n")
     assert given.torque[0] == pytest.approx(0.03)
-    assert {s.name for s in given.sources} == {"time", "spin", "spin_scale", "torque"}
+    assert {s.name for s in given.sources} == {"time", "spin", "spin_scale", "spin_delay", "torque"}
 
 
 def test_a_period_or_a_rate_instead_of_time_and_turns() -> None:

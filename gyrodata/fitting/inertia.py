@@ -15,7 +15,7 @@ import numpy as np
 
 from gyrodata import physics
 from gyrodata.fitting.adjustment import Adjusted, Start, adjust
-from gyrodata.fitting.conditions import NEGLIGIBLE, Problem, torques_differ
+from gyrodata.fitting.conditions import Problem, torques_differ
 from gyrodata.fitting.estimates import ASTRAY, FACTOR, Estimate, FitResult, NoFit, Share, insist_on_solution
 from gyrodata.fitting.posterior import (
     BALANCE,
@@ -259,11 +259,11 @@ def _predict(adjusted: Adjusted, sense: Floats) -> tuple[Floats, Floats]:
     problem = adjusted.problem
     values, _ = problem.truth(np.zeros_like(adjusted.slopes), adjusted.shared)
     inertia, imbalance, bias = (float(value) for value in adjusted.unknowns)
-    torque = problem.torque(values)[0] + imbalance
+    torque, whole = problem.torque(values)[0] + imbalance, inertia + values[10]
     if problem.tilted:
-        rate = np.abs(physics.precession_rate(torque, sense * values[1], inertia, values[9], values[8]))
+        rate = np.abs(physics.precession_rate(torque, sense * values[1], whole, values[9], values[8]))
     else:
-        rate = np.abs(physics.horizontal_precession_rate(torque, values[1], inertia))
+        rate = np.abs(physics.horizontal_precession_rate(torque, values[1], whole))
     with np.errstate(divide="ignore"):
         # The condition is the time multiplied by the torque at work, and so is its spread.
         return 2 * np.pi * values[2] / rate + bias, np.sqrt(adjusted.own) / np.abs(torque)

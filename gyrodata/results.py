@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, is_dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from gyrodata import __version__
-from gyrodata.comparisons import Ball, Constancy, Exponent, NamedFit, PowerLaw, Run, Torque
+from gyrodata.comparisons import Ball, Constancy, Exponent, NamedFit, PowerLaw, Run, Sensitivity, Torque
 from gyrodata.effects import Effect
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate, FitResult, Outlier, Share
@@ -105,12 +105,15 @@ class Analysis:
     """M0 [N*m]: the torque is m g x + M0."""
     timing_bias: Result
     """b [s]"""
+    if_balanced: Estimate | None
+    """I_zz of a log with one torque, if the ball is balanced [kg*m^2]; None where torques differ."""
     p: float | None
     """Probability of a chi-square at least as large; None without degrees of freedom."""
     birge: float | None
     """√(chi-square/dof)."""
     fits: tuple[NamedFit, ...]
     budget: tuple[Share, ...]
+    sensitivity: tuple[Sensitivity, ...]
     effects: tuple[Effect, ...]
     power_law: tuple[PowerLaw, ...]
     exponent: Exponent | None
@@ -138,11 +141,19 @@ class Analysis:
             inertia=self.inertia,
             residual_torque=self.residual_torque,
             timing_bias=self.timing_bias,
+            if_balanced=self.if_balanced,
             goodness=Goodness(
-                self.fit.chi2, self.fit.dof, self.p, self.birge, self.fit.scatter, no_p if self.p is None else None
+                self.fit.chi2,
+                self.fit.dof,
+                self.p,
+                self.birge,
+                self.fit.scatter,
+                self.measurements.time_u,
+                no_p if self.p is None else None,
             ),
             fits=tuple(_compared(fit) for fit in self.fits),
             budget=self.budget,
+            sensitivity=self.sensitivity,
             constants={"g": self.measurements.g, **self.readings.constants},
             model=self.model.name,
             effects=self.effects,
@@ -209,6 +220,8 @@ class Goodness:
     """√(chi2/dof)."""
     scatter: float
     """Factor on the errors that each run has alone, as the runs have it; u holds it."""
+    time_u: float | None
+    """Standard uncertainty of every time [s], before that factor; null where it is not the same for all runs."""
     reason: str | None
     """Why p is null."""
 
@@ -282,10 +295,14 @@ class AnalysisResult:
     """M0: the torque at work is the applied torque plus M0."""
     timing_bias: Result
     """b: a stopwatch's reading is the true time plus b."""
+    if_balanced: Estimate | None
+    """I_zz of a log with one torque, if the ball is balanced [kg*m^2]; null where torques differ."""
     goodness: Goodness
     fits: tuple[ComparedFit, ...]
     budget: tuple[Share, ...]
     """What each source of uncertainty contributes to u of I_zz."""
+    sensitivity: tuple[Sensitivity, ...]
+    """What I_zz would be if one thing were otherwise."""
     constants: Mapping[str, float]
     """By name: g, and the ball's mass and diameter where the log gives them."""
     model: Literal["horizontal", "steady", "released"]

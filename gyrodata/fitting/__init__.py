@@ -8,7 +8,7 @@ has the fits of the textbook, to compare with, and `fit_line` one for points wit
 from gyrodata.fitting.conditions import MAD_TO_SD, torques_differ, transverse_inertia
 from gyrodata.fitting.design import Design, design_of, expected_u
 from gyrodata.fitting.estimates import Estimate, FitResult, NoFit, Outlier, Share, insist_on_solution
-from gyrodata.fitting.inertia import balance_scale, fit, fit_as_stated, if_balanced
+from gyrodata.fitting.inertia import Otherwise, balance_scale, fit, fit_as_stated, fit_otherwise, if_balanced
 from gyrodata.fitting.lines import LineFit, chi2_tail, fit_line
 from gyrodata.fitting.many import ManyFits, fit_many
 from gyrodata.fitting.posterior import K_95
@@ -38,6 +38,7 @@ __all__ = [
     "LineFit",
     "ManyFits",
     "NoFit",
+    "Otherwise",
     "Outlier",
     "Share",
     "balance_scale",
@@ -49,6 +50,7 @@ __all__ = [
     "fit_as_stated",
     "fit_line",
     "fit_many",
+    "fit_otherwise",
     "if_balanced",
     "insist_on_lines",
     "insist_on_solution",

@@ -15,12 +15,12 @@ LATE = 0.1
 """So late or early the hand is taken to be [s]."""
 
 CASES = (
-    ("u_time_twice", "the times twice as uncertain", Otherwise(times=2.0)),
-    ("hand_late", f"every time {LATE:g} s too long", Otherwise(bias=LATE)),
-    ("hand_early", f"every time {LATE:g} s too short", Otherwise(bias=-LATE)),
+    ("u_time_twice", "times twice as uncertain", Otherwise(times=2.0)),
+    ("hand_late", f"times {LATE:g} s too long", Otherwise(bias=LATE)),
+    ("hand_early", f"times {LATE:g} s too short", Otherwise(bias=-LATE)),
     # A Cauchy so narrow is none, and one as wide as the torque leaves M0 to the runs.
-    ("balanced", "M0 = 0, a perfect balance", Otherwise(balance=1e-6)),
-    ("balance_free", "M0 left to the runs alone", Otherwise(balance=1.0)),
+    ("balanced", "M0 = 0, balanced", Otherwise(balance=1e-6)),
+    ("balance_free", "M0 from the runs alone", Otherwise(balance=1.0)),
 )
 """Name, words and what is otherwise."""
 
@@ -65,7 +65,7 @@ def list_sensitivity(
 
 
 def _load(measured: Measurements, group: Sequence[int]) -> str:
-    return load_words(measured, group[0]) if measured.torque[group[0]] else "the runs with no weight"
+    return load_words(measured, group[0]) if measured.torque[group[0]] else "the unloaded runs"
 
 
 def _row(name: str, words: str, fit: FitResult, inertia: Estimate | None) -> Sensitivity:

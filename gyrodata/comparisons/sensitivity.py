@@ -43,9 +43,6 @@ def list_sensitivity(
     measured: Measurements, fit: FitResult, torques: Sequence[Torque], kept: Sequence[int]
 ) -> tuple[Sensitivity, ...]:
     """Work out what the answer hangs on: the hand, the balance, and each weight."""
-    if fit.two_signs:
-        # Two answers in one, and the adjustment ended at one of them.
-        return ()
     asked = {
         "hand_late": bool(fit.timing_bias.u),
         "hand_early": bool(fit.timing_bias.u),

@@ -184,6 +184,8 @@ class Otherwise:
 
 def fit_otherwise(measured: Measurements, result: FitResult, cases: Sequence[Otherwise]) -> list[Estimate]:
     """I_zz as it would be if something were otherwise, all cases at once, linear where a fit ended."""
+    # The first is as the fit did it: what is less known than there, the sign of M0, is added to all.
+    cases = [Otherwise(), *cases]
     (linear, unit), adjusted = _linear(measured, result), result.adjusted
     problem, inertia = adjusted.problem, result.inertia.value
     timed = [at for at, source in enumerate(problem.sources) if source.quantity == "time"]
@@ -206,7 +208,8 @@ def fit_otherwise(measured: Measurements, result: FitResult, cases: Sequence[Oth
         tested = np.array([allowed if case.balance is None else UNTESTED for case in cases])
     scale = np.array([usual if case.balance is None else case.balance for case in cases])
     ends = unit[0] * integrate(conditions, scale, times_stated(measured), tested).quantiles(0)
-    return [_estimate(each) for each in ends]
+    assert result.posterior is not None
+    return [_estimate(each) for each in ends[1:] + (result.posterior.quantiles(0) - ends[0])]
 
 
 UNTESTED = 1e6

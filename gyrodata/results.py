@@ -35,7 +35,11 @@ CONVENTIONS = {
     "posterior distribution; u: half of its 68.3 % interval; interval_95: from its 2.5 % to its 97.5 % quantile; "
     "expanded_u: half of that; k = expanded_u/u",
     "residual_torque": "the torque at work is the applied torque plus M0; M = I_zz φ̇ψ̇ − M0; before the runs are "
-    "looked at M0 is a Cauchy of 5 % of the lightest torque about 0; a balance test is evidence that may be false",
+    "looked at M0 is a Cauchy of 5 % of the lightest torque about 0, narrower where the log says that the ball is "
+    "balanced, wider where it says that it is not; a balance test is evidence that may be false",
+    "if_balanced": "I_zz of a log with one torque as it would be with the line balanced: yes",
+    "sensitivity": "I_zz with one thing taken otherwise and all else as in the fit: the times twice as uncertain; the "
+    "hand 0.1 s late or early; M0 nothing, or a Cauchy as wide as the lightest torque; the runs of one torque left out",
     "timing_bias": "a stopwatch's reading is the true time plus b",
     "goodness": "chi-square of all readings at their stated widths; p is the chance of one at least as large; Birge "
     "ratio = sqrt(chi2/dof); scatter: the factor on the errors that each run has alone, as the runs have it",

@@ -252,6 +252,40 @@ class TestWords:
         assert len(rows) == sum(run.flagged for run in analysis.run_table) == 1
         assert "left out: fits 1 turn, not 2" in words(rows[0])
 
+    @pytest.mark.parametrize(
+        ("kind", "told"),
+        [
+            ("other side, heavy", ["The runs agree with each other", "The largest part of u comes from the "]),
+            ("far too much scatter", ["times as much as 0.01 s: u holds that (p"]),
+            ("one run", ["There are as many unknowns as runs, so nothing tells whether the runs agree."]),
+            (
+                "one torque",
+                [
+                    "These runs do not tell how well the ball is balanced, and that is the largest part of u, ",
+                    "If the ball is balanced as in step 2, Izz = (",
+                    "All torques are equal: to settle it, write # balanced: yes, add a balance test, or time a run",
+                ],
+            ),
+        ],
+    )
+    def test_below_the_answer_stands_whether_the_runs_agree_and_what_u_is_made_of(
+        self, kind: str, told: list[str]
+    ) -> None:
+        analysis = analyze(KINDS[kind].encode(), name="log.csv")
+        page, summary = words(make_page(analysis)), reporting.summary(analysis)
+        for one in told:
+            assert one in page.partition("What it hangs on")[0]
+            assert one.replace("Izz", "I_zz") in summary.partition("What the answer hangs on")[0]
+        markdown = reporting.markdown_report(analysis).replace("\\", "")
+        assert told[0] in markdown.partition("## What the answer hangs on")[0]
+
+    def test_one_torque_has_the_value_of_a_balanced_ball_in_the_result_too(self) -> None:
+        analysis = analyze(KINDS["one torque"].encode())
+        assert analysis.if_balanced is not None
+        balanced = reporting.inertia_text(analysis.if_balanced.value, analysis.if_balanced.u)
+        assert f"step 2, {said('I_zz')} = {said(balanced)}" in words(make_page(analysis))
+        assert analysis.to_dict()["result"]["if_balanced"]["value"] == analysis.if_balanced.value
+
     def test_question_3_is_answered_from_the_data(self, page: str) -> None:
         text = words(page)
         assert "grows in proportion to the spin" in text

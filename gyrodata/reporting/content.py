@@ -392,7 +392,7 @@ def _agreement(analysis: Analysis) -> Sentence:
         return (f"The runs agree with each other{better}", *chance)
     if scatter < NOTICEABLE:
         return ("The runs agree badly with each other", *chance)
-    stated: Part = "stated" if time_u is None else Value(time_u, None, SECOND, "goodness.time_u", is_u=True)
+    stated: Part = "stated" if time_u is None else Value(time_u, None, SECOND, "goodness.time_u")
     times = Number(uncertainty_text(scatter), "goodness.scatter")
     return ("The runs scatter ", times, " times as much as ", stated, ": u holds that", *chance)
 
@@ -458,14 +458,15 @@ def _hangs_on(analysis: Analysis, scale: Scale) -> tuple[Block, ...]:
 
 def _goodness(analysis: Analysis) -> Fact:
     fit = analysis.fit
-    if analysis.p is None or analysis.birge is None:
+    if analysis.p is None:
         return Fact("goodness", ("not available: no degrees of freedom left",))
-    chi2, birge = Number(f"{fit.chi2:.3g}", "goodness.chi2"), Number(f"{analysis.birge:.2f}", "goodness.birge")
+    chi2 = Number(f"{fit.chi2:.3g}", "goodness.chi2")
+    scatter = Number(uncertainty_text(fit.scatter), "goodness.scatter")
     dof = _count(fit.dof, "degree", "goodness.dof")
     return Fact(
         "goodness",
         _chance(analysis.p, "goodness.p"),
-        remark=("chi-square ", chi2, " for ", *dof, " of freedom; Birge ratio ", birge),
+        remark=("chi-square ", chi2, " for ", *dof, " of freedom; scatter ", scatter, " times as stated"),
     )
 
 

@@ -17,6 +17,7 @@ from gyrodata import effects, fitting
 from gyrodata.comparisons import (
     compare_with_ball,
     constancy,
+    list_sensitivity,
     look_for_patterns,
     named_fits,
     overall_exponent,
@@ -132,6 +133,8 @@ def analyze_readings(readings: Readings, options: Options | None = None) -> Anal
     found += outlier_findings(readings, measured, fitted.outliers, left_out, fitted.without)
     patterns = look_for_patterns(measured, fit)
     found += whole_findings(readings, measured, fit, p, listed, patterns)
+    torques = torque_table(measured, fit, kept, chosen.tilted)
+    one_torque = not fitting.torques_differ(measured.torque[kept])
     return Analysis(
         name=readings.name,
         sha256=readings.sha256,
@@ -144,16 +147,18 @@ def analyze_readings(readings: Readings, options: Options | None = None) -> Anal
         inertia=_result(fit.inertia, "kg*m^2"),
         residual_torque=_result(fit.imbalance, "N*m"),
         timing_bias=_result(fit.timing_bias, "s"),
+        if_balanced=fitting.if_balanced(measured, fit) if one_torque else None,
         p=p,
         birge=birge,
         fits=named_fits(measured, fit, kept),
         budget=fit.budget,
+        sensitivity=list_sensitivity(measured, fit, torques, kept),
         effects=listed,
         power_law=power_laws(measured, kept),
         exponent=overall_exponent(measured, kept),
         constancy=constancy(measured, kept),
         ball=compare_with_ball(fit.inertia, readings.constants, readings.uncertainties),
-        torques=torque_table(measured, fit, kept, chosen.tilted),
+        torques=torques,
         run_table=run_table(measured, fit, fitted.outliers, left_out),
         patterns=patterns,
         advice=advice,

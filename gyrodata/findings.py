@@ -195,13 +195,10 @@ def whole_findings(
             )
         )
     if not fitting.torques_differ(measured.torque):
-        balanced = fitting.if_balanced(measured, fit)
         found.append(
             readings.diagnose(
                 SINGLE_TORQUE,
-                "all torques are equal, so the runs cannot tell the residual torque M0 from I_zz: if the ball is "
-                f"balanced as in step 2, I_zz = {balanced.value:.4g} ± {balanced.u or 0.0:.1g} kg*m^2; the usual "
-                f"imbalance, 5 % of the torque, moves it by 5 %",
+                "all torques are equal, so the runs cannot tell the residual torque M0 from I_zz",
                 'add runs with another weight, or write "# balanced: yes" or '
                 '"# balance_drift: 5 deg in 60 s at 400 rpm"',
             )

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, is_dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from gyrodata import __version__
-from gyrodata.comparisons import Ball, Constancy, Exponent, NamedFit, Pattern, PowerLaw, Run, Torque
+from gyrodata.comparisons import Ball, Constancy, Exponent, NamedFit, Pattern, PowerLaw, Run, Sensitivity, Torque
 from gyrodata.effects import ChosenModel, Effect
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate, FitResult, Outlier, Share
@@ -35,7 +35,11 @@ CONVENTIONS = {
     "posterior distribution; u: half of its 68.3 % interval; interval_95: from its 2.5 % to its 97.5 % quantile; "
     "expanded_u: half of that; k = expanded_u/u",
     "residual_torque": "the torque at work is the applied torque plus M0; M = I_zz φ̇ψ̇ − M0; before the runs are "
-    "looked at M0 is a Cauchy of 5 % of the lightest torque about 0; a balance test is evidence that may be false",
+    "looked at M0 is a Cauchy of 5 % of the lightest torque about 0, narrower where the log says that the ball is "
+    "balanced, wider where it says that it is not; a balance test is evidence that may be false",
+    "if_balanced": "I_zz of a log with one torque as it would be with the line balanced: yes",
+    "sensitivity": "I_zz with one thing taken otherwise and all else as in the fit: the times twice as uncertain; the "
+    "hand 0.1 s late or early; M0 nothing, or a Cauchy as wide as the lightest torque; the runs of one torque left out",
     "timing_bias": "a stopwatch's reading is the true time plus b",
     "goodness": "chi-square of all readings at their stated widths; p is the chance of one at least as large; Birge "
     "ratio = sqrt(chi2/dof); scatter: the factor on the errors that each run has alone, as the runs have it",
@@ -107,12 +111,15 @@ class Analysis:
     """M0 [N*m]: the torque is m g x + M0."""
     timing_bias: Result
     """b [s]"""
+    if_balanced: Estimate | None
+    """I_zz of a log with one torque, if the ball is balanced [kg*m^2]; None where torques differ."""
     p: float | None
     """Probability of a chi-square at least as large; None without degrees of freedom."""
     birge: float | None
     """√(chi-square/dof)."""
     fits: tuple[NamedFit, ...]
     budget: tuple[Share, ...]
+    sensitivity: tuple[Sensitivity, ...]
     effects: tuple[Effect, ...]
     power_law: tuple[PowerLaw, ...]
     exponent: Exponent | None
@@ -142,11 +149,19 @@ class Analysis:
             inertia=self.inertia,
             residual_torque=self.residual_torque,
             timing_bias=self.timing_bias,
+            if_balanced=self.if_balanced,
             goodness=Goodness(
-                self.fit.chi2, self.fit.dof, self.p, self.birge, self.fit.scatter, no_p if self.p is None else None
+                self.fit.chi2,
+                self.fit.dof,
+                self.p,
+                self.birge,
+                self.fit.scatter,
+                self.measurements.time_u,
+                no_p if self.p is None else None,
             ),
             fits=tuple(_compared(fit) for fit in self.fits),
             budget=self.budget,
+            sensitivity=self.sensitivity,
             constants={"g": self.measurements.g, **self.readings.constants},
             model=self.model.name,
             effects=self.effects,
@@ -214,6 +229,8 @@ class Goodness:
     """√(chi2/dof)."""
     scatter: float
     """Factor on the errors that each run has alone, as the runs have it; u holds it."""
+    time_u: float | None
+    """Standard uncertainty of every time [s], before that factor; null where it is not the same for all runs."""
     reason: str | None
     """Why p is null."""
 
@@ -287,10 +304,14 @@ class AnalysisResult:
     """M0: the torque at work is the applied torque plus M0."""
     timing_bias: Result
     """b: a stopwatch's reading is the true time plus b."""
+    if_balanced: Estimate | None
+    """I_zz of a log with one torque, if the ball is balanced [kg*m^2]; null where torques differ."""
     goodness: Goodness
     fits: tuple[ComparedFit, ...]
     budget: tuple[Share, ...]
     """What each source of uncertainty contributes to u of I_zz."""
+    sensitivity: tuple[Sensitivity, ...]
+    """What I_zz would be if one thing were otherwise."""
     constants: Mapping[str, float]
     """By name: g, and the ball's mass and diameter where the log gives them."""
     model: Literal["horizontal", "steady", "released"]

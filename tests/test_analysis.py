@@ -190,10 +190,10 @@ class TestContract:
         result = document["result"]
         assert set(result) >= {
             "inertia", "residual_torque", "timing_bias", "goodness", "fits", "budget", "effects", "power_law",
-            "torques", "runs", "advice",
+            "torques", "runs", "advice", "if_balanced", "sensitivity",
         }  # fmt: skip
         assert set(result["inertia"]) >= {"value", "u", "unit", "interval_95", "k", "dof"}
-        assert set(result["goodness"]) == {"chi2", "dof", "p", "birge", "birge_applied", "reason"}
+        assert set(result["goodness"]) == {"chi2", "dof", "p", "birge", "scatter", "time_u", "reason"}
         assert {fit["name"] for fit in result["fits"]} == {"through_origin", "with_constant", "recommended"}
         assert set(result["budget"][0]) >= {"source", "shared", "u_inertia", "share"}
         assert set(result["effects"][0]) >= {"effect", "bias", "kept", "reason"}
@@ -219,16 +219,6 @@ class TestContract:
 def test_golden_summary(path: Path) -> None:
     golden = EXPECTED / f"{path.stem}.txt"
     assert reporting.summary(gyrodata.analyze(path)) == golden.read_text(encoding="utf-8")
-
-
-def test_birge_is_applied_only_when_asked_and_never_below_one() -> None:
-    log = (SAMPLES / "salort_one_torque.csv").read_bytes()
-    plain, scaled = gyrodata.analyze(log), gyrodata.analyze(log, scale_by_birge=True)
-    assert not plain.birge_applied
-    assert scaled.inertia.u == pytest.approx(plain.birge * plain.inertia.u)
-    assert "Birge" in fit_named(scaled, "recommended").note
-    good = SAMPLES / "heidelberg_ball.csv"
-    assert gyrodata.analyze(good, scale_by_birge=True).inertia.u == gyrodata.analyze(good).inertia.u
 
 
 def test_advice_is_computed_and_in_order_of_gain() -> None:

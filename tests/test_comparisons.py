@@ -13,8 +13,9 @@ from scipy import stats
 
 import gyrodata
 from gyrodata import fitting
-from gyrodata.comparisons import CHANCE, Pattern, look_for_patterns, pattern_words
+from gyrodata.comparisons import CHANCE, Pattern, list_sensitivity, look_for_patterns, pattern_words, torque_table
 from gyrodata.diagnostics import CODES
+from gyrodata.fitting import Estimate, fit
 from gyrodata.measurements import Measurements, select
 
 HEAD = "# g: 9.803 m/s^2\n# u_time: 0.1 s\n# u_spin: 0.2 %\n# u_time_bias: 0.05 s\n"
@@ -214,3 +215,66 @@ def test_one_run_whose_spin_falls_alone_is_named() -> None:
     assert [d.message[:5] for d in gyrodata.analyze(log.encode()).diagnostics if d.code == "G434"] == ["run 3"]
     calm = log.replace("410,360", "410,405")
     assert "G434" not in {d.code for d in gyrodata.analyze(calm.encode()).diagnostics}
+def refits(measured: Measurements, monkeypatch: pytest.MonkeyPatch) -> dict[str, Estimate]:
+    """What `list_sensitivity` says, each by a fit of its own to a log in which that is so."""
+    twice = tuple(
+        replace(one, absolute=2 * one.absolute, relative=2 * one.relative) if one.quantity == "time" else one
+        for one in measured.sources
+    )
+    found = {"u_time_twice": fit(replace(measured, sources=twice)).inertia}
+    for name, late in (("hand_late", 0.1), ("hand_early", -0.1)):
+        found[name] = fit(replace(measured, time=measured.time - late, timing_bias_u=0.0)).inertia
+    for name, scale in (("balanced", 1e-6), ("balance_free", 1.0)):
+        with monkeypatch.context() as patch:
+            patch.setattr("gyrodata.fitting.inertia.BALANCE", scale)
+            found[name] = fit(measured).inertia
+    return found
+
+
+@pytest.mark.parametrize("tested", [None, 1e-4])
+def test_what_the_answer_hangs_on_is_what_a_fit_of_its_own_finds(
+    tested: float | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn = draw(np.random.default_rng(2), imbalance=2e-3 if tested is None else 1e-4)
+    measured = drawn if tested is None else replace(drawn, imbalance_u=lambda inertia: tested)
+    result, kept = fit(measured), list(range(9))
+    torques = torque_table(measured, result, kept, False)
+    rows = {row.words: row for row in list_sensitivity(measured, result, torques, kept)}
+    named = {row.name: row.inertia for row in rows.values()}
+    for name, expected in refits(replace(measured, imbalance_u=None), monkeypatch).items():
+        if tested is not None and not name.startswith("balance"):
+            continue
+        inertia = named[name]
+        assert inertia is not None
+        assert inertia.value == pytest.approx(expected.value, abs=0.1 * expected.u), name
+        assert inertia.u == pytest.approx(expected.u, rel=0.05), name
+    for row in rows.values():
+        assert row.inertia is not None
+        assert row.deviation == pytest.approx((row.inertia.value - result.inertia.value) / result.inertia.u)
+    assert [row.inertia for row in rows.values() if row.name == "without"] == [torque.without for torque in torques]
+
+
+def test_what_the_runs_deny_has_no_answer() -> None:
+    # With no weight on the rod it precesses, which a perfect balance denies, however far off the other runs are.
+    denied = gyrodata.analyze("sample_data/air_gyroscope.csv")
+    rows = {row.name: row for row in denied.sensitivity}
+    assert rows["balanced"].inertia is None
+    assert rows["balanced"].deviation is None
+    assert rows["balance_free"].inertia is not None
+
+
+def test_one_torque_hangs_on_the_balance_and_on_no_weight() -> None:
+    one = gyrodata.analyze((HEAD + "\n".join(ROWS.splitlines()[:4])).encode())
+    rows = {row.name: row for row in one.sensitivity}
+    assert rows["balance_free"].inertia is None
+    assert rows["balanced"].inertia is not None
+    assert one.if_balanced is not None
+    assert rows["balanced"].inertia.u < one.if_balanced.u < one.inertia.u
+    assert "without" not in rows
+    assert gyrodata.analyze((HEAD + ROWS).encode()).if_balanced is None
+
+
+def test_a_log_of_rates_has_no_hand() -> None:
+    rates = "mass [g],position [cm],spin [rpm],precession_rate [deg/s]\n20,15,206,17.7\n40,15,405,17.9\n"
+    names = {row.name for row in gyrodata.analyze(rates.encode()).sensitivity}
+    assert names == {"balanced", "balance_free", "without"}

@@ -91,13 +91,13 @@ def test_the_command_writes_what_the_functions_write() -> None:
 
 def test_short_values_in_text_markdown_and_latex() -> None:
     path, short = SAMPLES / "air_gyroscope.csv", ("--values", "short", "--no-report")
-    assert "I_zz = 4.441(23)e-3 kg·m²" in gyro("analyze", path, *short).stdout
+    assert "I_zz = 4.441(22)e-3 kg·m²" in gyro("analyze", path, *short).stdout
     marked = gyro("analyze", path, "-f", "markdown", *short).stdout
-    assert r"**I\_zz = 4.441(23)e-3 kg·m²**" in marked
+    assert r"**I\_zz = 4.441(22)e-3 kg·m²**" in marked
     assert "±" not in marked.partition("## Conventions")[0]
     tex = gyro("analyze", path, "-f", "latex", *short).stdout
     assert "uncertainty-mode = compact-marker" in tex
-    assert r"\qty{4.441 +- 0.023 e-3}{\kilogram\metre\squared}" in tex
+    assert r"\qty{4.441 +- 0.022 e-3}{\kilogram\metre\squared}" in tex
 
 
 @pytest.mark.parametrize("form", ["markdown", "latex"])
@@ -105,8 +105,9 @@ def test_every_section_is_there(form: str) -> None:
     text = {"markdown": reporting.markdown_report, "latex": reporting.latex_report}[form](evil())
     titles = re.findall(r"^## (.*)$|\\subsection\*\{([^}]*)\}", text, re.M)
     assert [one or other for one, other in titles] == [
-        "Three fits side by side", "Question 3: what the data show", "Runs", "Effects considered",
-        "Where the uncertainty comes from", "What to do better next time", "Diagnostics", "Provenance",
+        "What the answer hangs on", "Three fits side by side", "Question 3: what the data show", "Runs",
+        "Effects considered", "Where the uncertainty comes from", "What to do better next time", "Diagnostics",
+        "Provenance",
     ]  # fmt: skip
 
 
@@ -169,7 +170,7 @@ def test_long_tables_break_between_pages_and_short_ones_do_not() -> None:
     )
     text = reporting.latex_report(analyze(("mass [g],position [cm],spin [rpm],time [s],turns\n" + rows).encode()))
     assert text.count(r"\begin{longtable}") == 1
-    assert text.count(r"\begin{tabular}") == 6
+    assert text.count(r"\begin{tabular}") == 7
 
 
 @pytest.mark.parametrize("engine", ["pdflatex", "lualatex"])

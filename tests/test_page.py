@@ -97,11 +97,14 @@ class TestStructure:
         boxes = [attrs for _, attrs in tags if attrs.get("class") == "box"]
         assert all(box["role"] == "region" and box["aria-label"] and box["tabindex"] == "0" for box in boxes)
 
-    def test_pictures_beside_numbers_are_hidden_from_screen_readers(self, page: str) -> None:
+    def test_pictures_beside_numbers_are_hidden_from_screen_readers(self, analysis: Analysis, page: str) -> None:
         for tag, attrs in Structure(page).tags:
             if tag == "svg" or attrs.get("class") == "picture":
                 assert attrs["aria-hidden"] == "true"
-        assert page.count('class="dot"') == 3 + 4 + 2  # fits, exponents, measured and solid ball
+        hangs = sum(case.inertia is not None for case in analysis.sensitivity)
+        dots = page.count('class="dot"') + page.count('class="off')
+        assert hangs > 6
+        assert dots == 1 + hangs + 3 + 4 + 2  # the answer, what it hangs on; fits, exponents, measured and solid ball
 
     def test_nothing_from_outside(self, page: str) -> None:
         for tag, attrs in Structure(page).tags:
@@ -119,7 +122,8 @@ class TestStructure:
 
     def test_order_of_the_page(self, page: str) -> None:
         headings = [words(heading) for heading in re.findall(r"<h[123][^>]*>(.*?)</h[123]>", page)]
-        starts = ["Gyroscope lab report", "Three fits", "Question 3", "(a)", "(b)", "(c)", "(d)", "(e)", "Runs",
+        starts = ["Gyroscope lab report", "What the answer hangs on", "Three fits", "Question 3", "(a)", "(b)", "(c)",
+                  "(d)", "(e)", "Runs",
                   "Effects", "Where the uncertainty", "What to do better", "Diagnostics", "Provenance",
                   "Conventions"]  # fmt: skip
         assert len(headings) == len(starts)
@@ -164,7 +168,7 @@ def shows(text: str, shown: float) -> bool:
 # What the page says of itself and of the laws, whatever the log.
 FIXED = [
     "Question 3", "3 (a)", "95 %", "2/5", "± 2 u", "± 2u", "eq. (9)", "eq. (8)", "100 rpm", "SHA-256", "n = 1",
-    "with 1", "2π", "taken as 0", "u_time_bias 0.05 s", "ball_mass: 4.10 ± 0.01 kg",
+    "with 1", "2π", "taken as 0", "as in step 2", "5 % of the torque, moves it by 5 %", "ball_mass: 4.10 ± 0.01 kg",
     "ball_diameter: 10.16 ± 0.01 cm",
 ]  # fmt: skip
 
@@ -198,7 +202,7 @@ def test_every_number_of_the_page_is_in_results_json_and_equal(kind: str) -> Non
         assert value == expected, place
         assert shows(text, value / float(str(attributes["data-size"]))), (place, text, value)
     # And what is left holds no other number.
-    left = re.sub(r"\s+", " ", page.text.replace("\xa0", " "))
+    left = re.sub(r"\s+", " ", page.text.replace("\xa0", " ").replace("−", "-"))
     left = re.sub(r"10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|M0", "", left)
     quoted = [said(text).replace("M0", "") for text in strings(document) if len(text) > 3]
     known = sorted({*quoted, *FIXED}, key=len, reverse=True)
@@ -247,6 +251,40 @@ class TestWords:
         rows = re.findall(r'<tr class="flagged">(.*?)</tr>', page, re.S)
         assert len(rows) == sum(run.flagged for run in analysis.run_table) == 1
         assert "left out: fits 1 turn, not 2" in words(rows[0])
+
+    @pytest.mark.parametrize(
+        ("kind", "told"),
+        [
+            ("other side, heavy", ["The runs agree with each other", "The largest part of u comes from the "]),
+            ("far too much scatter", ["times as much as 0.01 s: u holds that (p"]),
+            ("one run", ["There are as many unknowns as runs, so nothing tells whether the runs agree."]),
+            (
+                "one torque",
+                [
+                    "These runs do not tell how well the ball is balanced, and that is the largest part of u, ",
+                    "If the ball is balanced as in step 2, Izz = (",
+                    "All torques are equal: to settle it, write # balanced: yes, add a balance test, or time a run",
+                ],
+            ),
+        ],
+    )
+    def test_below_the_answer_stands_whether_the_runs_agree_and_what_u_is_made_of(
+        self, kind: str, told: list[str]
+    ) -> None:
+        analysis = analyze(KINDS[kind].encode(), name="log.csv")
+        page, summary = words(make_page(analysis)), reporting.summary(analysis)
+        for one in told:
+            assert one in page.partition("What it hangs on")[0]
+            assert one.replace("Izz", "I_zz") in summary.partition("What the answer hangs on")[0]
+        markdown = reporting.markdown_report(analysis).replace("\\", "")
+        assert told[0] in markdown.partition("## What the answer hangs on")[0]
+
+    def test_one_torque_has_the_value_of_a_balanced_ball_in_the_result_too(self) -> None:
+        analysis = analyze(KINDS["one torque"].encode())
+        assert analysis.if_balanced is not None
+        balanced = reporting.inertia_text(analysis.if_balanced.value, analysis.if_balanced.u)
+        assert f"step 2, {said('I_zz')} = {said(balanced)}" in words(make_page(analysis))
+        assert analysis.to_dict()["result"]["if_balanced"]["value"] == analysis.if_balanced.value
 
     def test_question_3_is_answered_from_the_data(self, page: str) -> None:
         text = words(page)

@@ -75,7 +75,7 @@ def test_analysis_and_check_of_the_samples(log: Path) -> None:
 
 
 @pytest.mark.parametrize("log", EDGES)
-@pytest.mark.parametrize("options", [[], ["--scale-by-birge", "--keep-flagged"]])
+@pytest.mark.parametrize("options", [[], ["--keep-flagged"]])
 def test_analysis_and_check_of_edge_logs(log: str, options: list[str]) -> None:
     document = json.loads(gyro("analyze", "-", "--format", "json", *options, stdin=EDGES[log]))
     assert (document["result"] is None) == (log == "refused")

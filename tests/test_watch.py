@@ -234,7 +234,8 @@ def test_what_the_weight_on_the_rod_lacks_stands_with_it() -> None:
 
 
 def test_a_run_that_is_far_off_is_worth_repeating() -> None:
-    scattered = HEAD + LIGHT + MIDDLE + "40.00,15.0,607,30.8,1\n"
+    heavy = "60.00,15.0,201,6.8,1\n60.00,15.0,404,13.4,1\n60.00,15.0,603,20.0,1\n"
+    scattered = HEAD + LIGHT + heavy + MIDDLE + "40.00,15.0,607,30.8,1\n"
     assert any("u from what the other runs say" in line for line in part(said(scattered), "with 40 g at 15 cm"))
 
 

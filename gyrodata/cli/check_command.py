@@ -24,7 +24,7 @@ def template(
     position: Annotated[str, typer.Option("--position", help="Where the weights sit on the rod.")] = "15cm",
     spins: Annotated[str, typer.Option("--spins", help="Spins to aim at.")] = "200,400,600rpm",
 ) -> None:
-    """Print a blank log to fill in: every weight with every spin, and one run without a weight."""
+    """Print a blank log to fill in: the weights in turn, each with every spin, and a run without a weight."""
     from gyrodata.readings import blank_log
 
     write_out(blank_log(with_units(weights), position, with_units(spins)))

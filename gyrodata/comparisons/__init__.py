@@ -1,4 +1,4 @@
-"""The tables beside the answer: other fits, the laws of the report, each torque, each run, the solid ball."""
+"""The tables beside the answer: other fits, what it hangs on, the report's laws, each torque, each run, the ball."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from gyrodata.comparisons.runs import (
     run_table,
     turn_words,
 )
+from gyrodata.comparisons.sensitivity import Sensitivity, list_sensitivity
 from gyrodata.comparisons.torques import (
     Constancy,
     Exponent,
@@ -34,9 +35,11 @@ __all__ = [
     "Pattern",
     "PowerLaw",
     "Run",
+    "Sensitivity",
     "Torque",
     "compare_with_ball",
     "constancy",
+    "list_sensitivity",
     "load_words",
     "look_for_patterns",
     "named_fits",

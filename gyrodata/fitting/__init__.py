@@ -9,9 +9,11 @@ from gyrodata.fitting.conditions import MAD_TO_SD, torques_differ, transverse_in
 from gyrodata.fitting.design import Design, design_of, expected_u
 from gyrodata.fitting.estimates import Estimate, FitResult, NoFit, Outlier, Share, insist_on_solution
 from gyrodata.fitting.inertia import (
+    Otherwise,
     balance_scale,
     fit,
     fit_as_stated,
+    fit_otherwise,
     if_balanced,
     lightest_torque,
     refit,
@@ -47,6 +49,7 @@ __all__ = [
     "LineFit",
     "ManyFits",
     "NoFit",
+    "Otherwise",
     "Outlier",
     "Share",
     "against_stars",
@@ -59,6 +62,7 @@ __all__ = [
     "fit_as_stated",
     "fit_line",
     "fit_many",
+    "fit_otherwise",
     "if_balanced",
     "insist_on_lines",
     "insist_on_solution",

@@ -7,15 +7,15 @@ integrated over (`posterior`), and the runs are adjusted once more at the widths
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
-from dataclasses import replace
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 from typing import cast
 
 import numpy as np
 
 from gyrodata import physics
 from gyrodata.fitting.adjustment import Adjusted, Start, adjust
-from gyrodata.fitting.conditions import Problem, torques_differ
+from gyrodata.fitting.conditions import NEGLIGIBLE, Problem, torques_differ
 from gyrodata.fitting.estimates import ASTRAY, FACTOR, Estimate, FitResult, NoFit, Share, insist_on_solution
 from gyrodata.fitting.posterior import (
     BALANCE,
@@ -158,9 +158,18 @@ def _integrated(measured: Measurements, tilted: bool, stated: FitResult) -> tupl
 
 def integrate_at(measured: Measurements, result: FitResult) -> Posterior:
     """Integrate over the widths of a log, linear where a fit of it ended; I_zz in kg*m^2, M0 in N*m, b in s."""
-    adjusted, inertia = result.adjusted, result.inertia.value
+    inertia, (conditions, unit) = result.inertia.value, _linear(measured, result)
+    tested = None
+    if measured.imbalance_u is not None:
+        tested = measured.imbalance_u(inertia) / unit[1]
+    return integrate(conditions, balance_scale(measured, inertia) / unit[1], times_stated(measured), tested).times(unit)
+
+
+def _linear(measured: Measurements, result: FitResult) -> tuple[Conditions, Floats]:
+    """Conditions of a log, linear where a fit of it ended, and the units of I_zz, M0 and b in them, shape (3,)."""
+    adjusted = result.adjusted
     lightest = lightest_torque(measured, adjusted.kept)
-    unit = np.array([abs(inertia), lightest, measured.timing_bias_u])
+    unit = np.array([abs(result.inertia.value), lightest, measured.timing_bias_u])
     rows = result.scatter * adjusted.rows
     # A fit counts M0 in the width that it had there.
     rows[:, 1] *= lightest / adjusted.scale[1]
@@ -172,18 +181,64 @@ def integrate_at(measured: Measurements, result: FitResult) -> Posterior:
         ended=adjusted.unknowns / np.where(unit > 0, unit, 1.0),
         runs=np.asarray(adjusted.kept.sum()),
     )
-    tested = None
+    return conditions, unit
+
+
+@dataclass(frozen=True, slots=True)
+class Otherwise:
+    """What is taken otherwise than a fit did."""
+
+    times: float = 1.0
+    """The times are so many times as uncertain."""
+    bias: float | None = None
+    """b is exactly this [s]; only where a fit left it open."""
+    balance: float | None = None
+    """Scale of M0's Cauchy over the lightest torque; a balance test then says nothing."""
+
+
+def fit_otherwise(measured: Measurements, result: FitResult, cases: Sequence[Otherwise]) -> list[Estimate]:
+    """I_zz as it would be if something were otherwise, all cases at once, linear where a fit ended."""
+    # The first is as the fit did it: what is less known than there, the sign of M0, is added to all.
+    cases = [Otherwise(), *cases]
+    (linear, unit), adjusted = _linear(measured, result), result.adjusted
+    problem, inertia = adjusted.problem, result.inertia.value
+    timed = [at for at, source in enumerate(problem.sources) if source.quantity == "time"]
+    of_times = np.add.reduce((adjusted.slopes * problem.alone)[timed] ** 2, axis=0) / adjusted.own
+    times = np.array([case.times for case in cases])[:, None]
+    weight = 1 / np.sqrt(1 + (times**2 - 1) * of_times)
+    fixed = np.array([case.bias is not None for case in cases])
+    # What b is in place of what the fit found, in its unit.
+    moved = [0.0 if case.bias is None else case.bias / unit[2] - linear.ended[2] for case in cases]
+    unknowns = weight[..., None] * linear.unknowns
+    left = weight * (linear.left + np.array(moved)[:, None] * linear.unknowns[:, 2])
+    unknowns[fixed, :, 2] = 0.0
+    conditions = Conditions(
+        unknowns, weight[..., None] * linear.shared, left, np.tile(linear.ended, (len(cases), 1)),
+        np.full(len(cases), linear.runs),
+    )  # fmt: skip
+    usual, tested = balance_scale(measured, inertia) / unit[1], None
     if measured.imbalance_u is not None:
-        tested = measured.imbalance_u(inertia) / lightest
-    return integrate(conditions, balance_scale(measured, inertia) / lightest, times_stated(measured), tested).times(
-        unit
-    )
+        allowed = measured.imbalance_u(inertia) / unit[1]
+        tested = np.array([allowed if case.balance is None else UNTESTED for case in cases])
+    scale = np.array([usual if case.balance is None else case.balance for case in cases])
+    ends = unit[0] * integrate(conditions, scale, times_stated(measured), tested).quantiles(0)
+    assert result.posterior is not None
+    return [_estimate(each) for each in ends[1:] + (result.posterior.quantiles(0) - ends[0])]
+
+
+UNTESTED = 1e6
+"""Width of a balance test that says nothing, over the lightest torque [1]."""
+
+
+def _estimate(ends: Floats) -> Estimate:
+    """Make a value of the quantiles at `LEVELS`: the median, half the 68.3 % interval and the 95 % interval."""
+    low, below, middle, above, high = ends.tolist()
+    return Estimate(middle, (above - below) / 2, (low, high))
 
 
 def if_balanced(measured: Measurements, result: FitResult) -> Estimate:
     """I_zz of a fit if the ball is balanced: M0 nothing but what "balanced: yes" leaves."""
-    ends = integrate_at(replace(measured, balanced=True, imbalance_u=None), result).quantiles(0)
-    return Estimate(float(ends[2]), float(ends[3] - ends[1]) / 2, (float(ends[0]), float(ends[4])))
+    return _estimate(integrate_at(replace(measured, balanced=True, imbalance_u=None), result).quantiles(0))
 
 
 def balance_scale(measured: Measurements, inertia: float) -> float:
@@ -214,10 +269,7 @@ def _typical(posterior: Posterior) -> tuple[float, float]:
 
 def _with_posterior(measured: Measurements, result: FitResult, posterior: Posterior) -> FitResult:
     """Give a fit the answer of the posterior, and the budget of that."""
-    estimates = []
-    for of in range(3):
-        ends = posterior.quantiles(of)
-        estimates.append(Estimate(float(ends[2]), float(ends[3] - ends[1]) / 2, (float(ends[0]), float(ends[4]))))
+    estimates = [_estimate(posterior.quantiles(of)) for of in range(3)]
     contradicted = None
     if measured.imbalance_u is not None:
         allowed, alone = (

@@ -129,6 +129,14 @@ class Measurements:
                 variance += (source.absolute / size + source.relative) ** 2
         return np.sqrt(variance)
 
+    @property
+    def time_u(self) -> float | None:
+        """Standard uncertainty of every time [s]; None where it is not the same for all runs."""
+        own = [source for source in self.sources if source.quantity == "time" and self.timed]
+        if len(own) != 1 or own[0].relative.any() or np.ptp(own[0].absolute):
+            return None
+        return float(own[0].absolute[0])
+
 
 def measure(readings: Readings) -> Measurements:
     """Work out what a log's readings mean, and what each of their errors is shared by."""

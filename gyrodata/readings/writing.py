@@ -180,7 +180,9 @@ def _quoted(text: str) -> str:
 
 
 def blank_log(weights: Sequence[str], position: str, spins: Sequence[str]) -> str:
-    """Write a log to fill in: each weight with each spin, and a run without a weight.
+    """Write a log to fill in: each weight with each spin, a run without a weight, and the first run once more.
+
+    The weights take turns, so that a balance that drifts during the session is no slope in the torque.
 
     Parameters
     ----------
@@ -204,17 +206,54 @@ def blank_log(weights: Sequence[str], position: str, spins: Sequence[str]) -> st
     masses = [_shown(text, "mass", "g", "--weights") for text in dict.fromkeys(weights)]
     arm = _shown(position, "length", "cm", "--position")
     aims = [_shown(text, "rate", "rpm", "--spins") for text in dict.fromkeys(spins)]
+    for option, values, example in (("--weights", masses, "20g,40g,60g"), ("--spins", aims, "200,400,600rpm")):
+        if not values:
+            hint = f"for example {option} {example}"
+            raise InputError([Diagnostic(TEMPLATE_VALUE_CANNOT_BE_READ, "error", f"{option}: nothing is given", hint)])
     lines = [
         "# station: ",
+        "# balanced: ",
+        "# Write balanced yes if the ball, without weight or spin, stays where it is put (step 2); else no.",
         "# Fill in spin, time and turns of each run: the spin as read at half time, the turns as 1/3, 2/3 or 1.",
+        "# Keep this order: the weights take turns, so that a balance that drifts meets all of them alike.",
         "# Write masses and positions anew, with every digit that the scale and the ruler show.",
         "# More runs: more rows. A run that was not timed: leave its time blank.",
         "mass [g],position [cm],spin [rpm],time [s],turns,note",
     ]
-    lines += [f"{mass},{arm},,,,aim at {aim} rpm" for mass in masses for aim in aims]
-    middle = aims[len(aims) // 2] if aims else ""
-    lines.append(f"0,,,,,no weight on the rod; aim at {middle} rpm" if middle else "0,,,,,no weight on the rod")
+    taken = [0] * len(masses)
+    order = _in_turn(len(masses), len(aims))
+    for place, weight in enumerate(order, 1):
+        if weight is None:
+            lines.append(f"0,,,,,no weight on the rod; aim at {aims[len(aims) // 2]} rpm")
+            continue
+        # Each weight begins with another spin, so that the spins take turns too.
+        aim = aims[(weight + taken[weight]) % len(aims)]
+        taken[weight] += 1
+        again = "the first run once more; " if place == len(order) else ""
+        lines.append(f"{masses[weight]},{arm},,,,{again}aim at {aim} rpm")
     return "\n".join(lines) + "\n"
+
+
+def _in_turn(weights: int, times: int) -> list[int | None]:
+    """Order the runs: each weight so many times, none (None) in the middle, the first once more at the end.
+
+    No weight comes twice in a row, and the mean place of each is the middle, as nearly as that can be.
+    """
+    count = weights * times + 2
+    middle = count // 2
+    order: list[int | None] = [0] * count
+    order[middle] = None
+    late = [0.0] * weights
+    todo = set(range(1, weights))
+    for place in (place for place in range(1, count - 1) if place != middle):
+        todo = todo or set(range(weights))
+        # The last place is taken.
+        beside = {order[place - 1], *(order[place + 1 :] if place == count - 2 else [])}
+        weight = max(todo - beside or todo, key=lambda one: (late[one], -one))
+        order[place] = weight
+        late[weight] += place - (count - 1) / 2
+        todo.discard(weight)
+    return order
 
 
 def _shown(text: str, kind: str, unit: str, option: str) -> str:

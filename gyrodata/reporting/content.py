@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from gyrodata import __version__
 from gyrodata.comparisons import Run, turn_words
 from gyrodata.errors import Diagnostic
+from gyrodata.fitting import Estimate
 from gyrodata.measurements import torque_groups
 from gyrodata.reporting.phrases import EFFECT_NAMES, FIT_NAMES, MODEL_NAMES, SOURCE_NAMES, defaults_used, effect_verdict
 from gyrodata.reporting.values import (
@@ -40,6 +41,15 @@ AGREES = 2.0
 
 UNLIKELY = 0.05
 """A scatter with a smaller chance than this is more than the stated uncertainties explain."""
+
+NOTICEABLE = 1.15
+"""A factor on the errors of the runs that is worth a word [1]."""
+
+WEIGHTS = 5
+"""Of so many weights, those that move the answer most, the summary tells what it would be without them."""
+
+UNTOLD = 0.3
+"""A balance with a larger share of u² than this is not told by the design [1]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,6 +138,8 @@ class Picture:
     """Drawn behind all dots, as a line where both are equal; None for bars."""
     caption: str = ""
     """What is added to the table's caption."""
+    reach: float | None = None
+    """What lies further from the band than so many times its width is cut off; None: nothing is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -286,6 +298,7 @@ def report(analysis: Analysis) -> Report:
     torque = common_torque_scale(analysis)
     found = (
         Section("", tuple(_summary(analysis, scale, torque))),
+        Section("What the answer hangs on", _hangs_on(analysis, scale), "hangs", "What it hangs on"),
         Section("Three fits side by side", tuple(_fits(analysis, scale, torque)), "fits", "Fits"),
         Section("Question 3: what the data show", (), "q3"),
         Section("(a) Precession period against spin", _period(analysis, torque), "q3a", "3 (a)", 3),
@@ -342,6 +355,9 @@ def _size(analysis: Analysis) -> Sentence:
 
 def _summary(analysis: Analysis, scale: Scale, torque: Scale) -> Iterator[Block]:
     inertia, bias = analysis.inertia, analysis.timing_bias
+    if analysis.if_balanced is not None:
+        yield Text(_on_balance(analysis, analysis.if_balanced, scale))
+    yield Text((_verdict(analysis),))
     if inertia.interval_95 is not None:
         interval = Interval(*inertia.interval_95, scale, "inertia.interval_95")
         found: Sentence = ("k = ", Number(f"{inertia.k or 0.0:.2f}", "inertia.k"))
@@ -361,16 +377,96 @@ def _summary(analysis: Analysis, scale: Scale, torque: Scale) -> Iterator[Block]
     )
 
 
+def _verdict(analysis: Analysis) -> Sentence:
+    """Say whether the runs agree, and what the largest part of u is."""
+    return (*_agreement(analysis), *_largest_part(analysis))
+
+
+def _agreement(analysis: Analysis) -> Sentence:
+    scatter, time_u = analysis.fit.scatter, analysis.measurements.time_u
+    if analysis.p is None:
+        return ("There are as many unknowns as runs, so nothing tells whether the runs agree.",)
+    chance: Sentence = (" (", *_chance(analysis.p, "goodness.p"), ").")
+    if analysis.p >= UNLIKELY:
+        better = ", better than stated" if analysis.p > 1 - UNLIKELY / 2 else ""
+        return (f"The runs agree with each other{better}", *chance)
+    if scatter < NOTICEABLE:
+        return ("The runs agree badly with each other", *chance)
+    stated: Part = "stated" if time_u is None else Value(time_u, None, SECOND, "goodness.time_u")
+    times = Number(uncertainty_text(scatter), "goodness.scatter")
+    return ("The runs scatter ", times, " times as much as ", stated, ": u holds that", *chance)
+
+
+def _largest_part(analysis: Analysis) -> Iterator[Part]:
+    """Name the largest part of u, and a balance that the design does not tell."""
+    if not analysis.budget:
+        return
+    largest = analysis.budget[0]
+    if largest.source != "residual_torque":
+        name = SOURCE_NAMES.get(largest.source, largest.source)
+        name = name if name == "g" or name.startswith("each") else f"the {name}"
+        yield from (f" The largest part of u comes from {name}, ", *_share(largest.share, 0), ".")
+    for at, share in enumerate(analysis.budget):
+        if share.source == "residual_torque" and (at == 0 or share.share > UNTOLD):
+            words = " These runs do not tell how well the ball is balanced, and that is "
+            yield from (words, "the largest part of u, " * (at == 0), *_share(share.share, at), ".")
+
+
+def _share(share: float, at: int) -> Sentence:
+    return (Number(f"{100 * share:.0f}", f"budget.{at}.share", 0.01), " %")
+
+
+def _on_balance(analysis: Analysis, balanced: Estimate, scale: Scale) -> tuple[Sentence, ...]:
+    """Say what I_zz from one torque rests on."""
+    measured = analysis.measurements
+    if measured.balanced or measured.imbalance_u is not None:
+        by = "the balance test" if measured.imbalance_u is not None else "the ball being balanced"
+        return ((f"All torques are equal, so the answer rests on {by}.",),)
+    value, line = Value(balanced.value, balanced.u, scale, "if_balanced.value"), Styled("# balanced: yes", "code")
+    usual = "; the usual imbalance, 5 % of the torque, moves it by 5 %."
+    return (
+        ("If the ball is balanced as in step 2, I_zz = ", value, usual),
+        (
+            "All torques are equal: to settle it, write ",
+            line,
+            ", add a balance test, or time a run without a weight.",
+        ),
+    )
+
+
+def _hangs_on(analysis: Analysis, scale: Scale) -> tuple[Block, ...]:
+    """Show I_zz as it is, and as it would be if one thing were otherwise."""
+    if not analysis.sensitivity:
+        return ()
+    answer, u = analysis.inertia, analysis.inertia.u or 0.0
+    rows: list[tuple[Cell, ...]] = [(("as it is",), Value(answer.value, answer.u, scale, "inertia.value"), None)]
+    dots: list[tuple[float, float] | None] = [(answer.value, u)]
+    for i, case in enumerate(analysis.sensitivity):
+        at, found = f"sensitivity.{i}", case.inertia
+        away = None if case.deviation is None else (Number(_signed(case.deviation), f"{at}.deviation"), " u")
+        value = ("no answer",) if found is None else Value(found.value, found.u, scale, f"{at}.inertia.value")
+        rows.append(((case.words,), value, away))
+        dots.append(None if found is None else (found.value, found.u or 0.0))
+    heads = (Head("if"), Head("I_zz", scale), Head("moved by", NUMBER))
+    band = (answer.value - u, answer.value + u)
+    picture = Picture("I_zz", tuple(dots), band, "the bars are ± u, the band is that of the answer", reach=5.0)
+    weights = [i for i, case in enumerate(analysis.sensitivity, 1) if case.name == "without"]
+    weights.sort(key=lambda i: -abs(analysis.sensitivity[i - 1].deviation or 0.0))
+    short = tuple(i for i in range(len(rows)) if i not in weights[WEIGHTS:])
+    return (Table(heads, tuple(rows), "I_zz if one thing is otherwise", picture, main=0, short=short),)
+
+
 def _goodness(analysis: Analysis) -> Fact:
     fit = analysis.fit
-    if analysis.p is None or analysis.birge is None:
+    if analysis.p is None:
         return Fact("goodness", ("not available: no degrees of freedom left",))
-    chi2, birge = Number(f"{fit.chi2:.3g}", "goodness.chi2"), Number(f"{analysis.birge:.2f}", "goodness.birge")
+    chi2 = Number(f"{fit.chi2:.3g}", "goodness.chi2")
+    scatter = Number(uncertainty_text(fit.scatter), "goodness.scatter")
     dof = _count(fit.dof, "degree", "goodness.dof")
     return Fact(
         "goodness",
         _chance(analysis.p, "goodness.p"),
-        remark=("chi-square ", chi2, " for ", *dof, " of freedom; Birge ratio ", birge),
+        remark=("chi-square ", chi2, " for ", *dof, " of freedom; scatter ", scatter, " times as stated"),
     )
 
 

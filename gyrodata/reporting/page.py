@@ -295,17 +295,22 @@ def _draw(picture: Picture) -> list[Markup]:
     drawn = [value for value in picture.values if value is not None]
     low = min([reference[0], *(value - u for value, u in drawn)])
     high = max([reference[1], *(value + u for value, u in drawn)])
+    if picture.reach is not None:
+        farthest = picture.reach * (reference[1] - reference[0])
+        low, high = max(low, reference[0] - farthest), min(high, reference[1] + farthest)
     space = 0.05 * (high - low) or 1.0
     low, high = low - space, high + space
 
     def mark(kind: str, start: float, end: float | None = None) -> Markup:
-        width = "" if end is None else f";width:{100 * (end - start) / (high - low):.1f}%"
+        start = min(max(start, low), high)
+        width = "" if end is None else f";width:{100 * (min(max(end, low), high) - start) / (high - low):.1f}%"
         return Markup('<i class="{}" style="left:{:.1f}%{}"></i>').format(
             kind, 100 * (start - low) / (high - low), width
         )
 
+    def shown(value: float, u: float) -> Markup:
+        kind = "off left" if value < low else "off right" if value > high else "dot"
+        return mark("bar", value - u, value + u) + mark(kind, value)
+
     behind = mark("ref", *reference) if reference[1] > reference[0] else mark("line", reference[0])
-    return [
-        behind + (mark("bar", value[0] - value[1], value[0] + value[1]) + mark("dot", value[0]) if value else "")
-        for value in picture.values
-    ]
+    return [behind + (shown(*value) if value else "") for value in picture.values]

@@ -436,9 +436,9 @@ def test_a_blank_log_to_fill_in():
         filled.append(",".join(cells))
     readings = read_log("\n".join([*lines[: start + 1], *filled]))
     assert readings.diagnostics == ()
-    assert len(readings.runs) == 10
-    assert readings.columns["mass"].readings[-1].text == "0"
-    assert readings.columns["position"].values[-1] is None  # noqa: PD011 (a Column, not a frame)
+    assert len(readings.runs) == 11
+    assert readings.columns["mass"].readings[5].text == "0"
+    assert readings.columns["position"].values[5] is None  # noqa: PD011 (a Column, not a frame)
     with pytest.raises(InputError):
         blank_log(("20",), "15 cm", ("200 rpm",))
 

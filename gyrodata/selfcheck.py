@@ -2,7 +2,8 @@
 
 The lab's own design, its fitted values as the truth and its own stated uncertainties make new readings; the
 recommended fit and those of the textbook are applied to each. How often the true I_zz lies in the interval
-they quote is what their uncertainty is worth.
+they quote is what their uncertainty is worth. Labs with the stated uncertainties cannot show what becomes of the
+intervals where those are wrong: where the log's own runs scatter otherwise, labs that scatter so are simulated too.
 """
 
 from __future__ import annotations
@@ -15,15 +16,15 @@ from typing import Any, Literal
 import numpy as np
 
 from gyrodata import physics
-from gyrodata.fitting import TEXTBOOK, fit, fit_many, torques_differ, transverse_inertia
+from gyrodata.fitting import TEXTBOOK, FitResult, fit, fit_many, torques_differ, transverse_inertia
 from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
 
 _CHUNK = 500
 """Labs simulated at a time."""
 
-Answer = tuple[Floats, Floats]
-"""I_zz and its quoted standard uncertainty of each lab [kg*m^2], shape (labs,) each."""
+DOUBTED = 0.025
+"""The log's scatter is not what is stated where the chance that it is no larger, or no smaller, is below this."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,9 +38,11 @@ class Performance:
     rmse: float | None
     """Root mean square of the same [1]."""
     coverage_68: float | None
-    """Part of the labs whose value ± u holds the true I_zz; 0.683 if u is honest."""
+    """Part of the labs whose 68.3 % interval holds the true I_zz: between the quantiles for the recommended fit, value
+    ± u for the others; 0.683 if it is honest."""
     coverage_95: float | None
-    """The same for value ± 2u; 0.954 if u is honest."""
+    """The same for the 95 % interval of the recommended fit, 0.950 if it is honest, and for value ± 2u of the others,
+    0.954."""
     mean_u: float | None
     """Mean quoted standard uncertainty over the true I_zz [1]."""
     time_us: float
@@ -53,29 +56,53 @@ class SelfCheck:
     labs: int
     """How many were simulated."""
     estimators: tuple[Performance, ...]
+    """In labs with the uncertainties as stated, or as assumed where the log states none."""
+    scatter: float
+    """Factor on the errors that each run has alone, as the log's own runs show it [1]."""
+    estimators_with_scatter: tuple[Performance, ...] | None
+    """In labs whose runs scatter as this log's do; null where that is as stated."""
     schema: Literal["gyro.selfcheck/1"] = "gyro.selfcheck/1"
 
     def to_dict(self) -> dict[str, Any]:
         """Give it as the JSON contract has it."""
-        estimators = [asdict(estimator) for estimator in self.estimators]
-        return {"schema": self.schema, "labs": self.labs, "estimators": estimators}
+        return {"schema": self.schema} | {name: value for name, value in asdict(self).items() if name != "schema"}
 
     def to_text(self) -> str:
-        """Give it as a table."""
-        lines = [
-            f"{self.labs} simulated labs like this one; all in % of the true I_zz",
-            "",
-            f"{'fit':<16}{'bias':>9}{'rmse':>9}{'quoted u':>10}{'± u holds':>11}{'± 2u holds':>12}{'µs a lab':>10}",
-        ]
-        for one in self.estimators:
-            cells = (
-                (one.bias, "+.3f", 9), (one.rmse, ".3f", 9), (one.mean_u, ".3f", 10),
-                (one.coverage_68, ".1f", 11), (one.coverage_95, ".1f", 12),
-            )  # fmt: skip
-            told = "".join(f"{'-' if v is None else format(100 * v, how):>{wide}}" for v, how, wide in cells)
-            lines.append(f"{one.name.replace('_', ' '):<16}{told}{one.time_us:>10.1f}")
-        lines.append(f"{'an honest u':<16}{'':>28}{68.3:>11}{95.4:>12}")
-        return "\n".join(lines)
+        """Give it as a table, or as two where the log does not scatter as stated."""
+        labs = f"{self.labs} simulated labs like this one"
+        if self.estimators_with_scatter is None:
+            first = "this log's scatter agrees with what is stated"
+            return "\n".join([first, "", *_table(f"{labs}, as stated", self.estimators), "", _LEGEND])
+        return "\n".join(
+            [
+                f"this log's scatter is {self.scatter:.2g} times what is stated: trust the first table",
+                "",
+                *_table(f"{labs}, with the scatter of this log", self.estimators_with_scatter),
+                "",
+                *_table(f"{labs}, if the scatter were as stated", self.estimators),
+                "",
+                _LEGEND,
+            ]
+        )
+
+
+_LEGEND = "68 % and 95 %: the recommended fit's own intervals; of the others ± u and ± 2u (honest: 95.4)"
+
+
+def _table(title: str, estimators: tuple[Performance, ...]) -> list[str]:
+    lines = [
+        f"{title}; all in % of the true I_zz",
+        f"{'fit':<16}{'bias':>9}{'rmse':>9}{'quoted u':>10}{'68 % holds':>12}{'95 % holds':>12}{'µs a lab':>10}",
+    ]
+    for one in estimators:
+        cells = (
+            (one.bias, "+.3f", 9), (one.rmse, ".3f", 9), (one.mean_u, ".3f", 10),
+            (one.coverage_68, ".1f", 12), (one.coverage_95, ".1f", 12),
+        )  # fmt: skip
+        told = "".join(f"{'-' if v is None else format(100 * v, how):>{wide}}" for v, how, wide in cells)
+        lines.append(f"{one.name.replace('_', ' '):<16}{told}{one.time_us:>10.1f}")
+    lines.append(f"{'honest':<16}{'':>28}{68.3:>12}{'95.0':>12}")
+    return lines
 
 
 def selfcheck(
@@ -89,52 +116,79 @@ def selfcheck(
     """Simulate a lab many times and see what its fits are worth.
 
     `measured` has only the runs that have a say; `clock` gives seconds, as `time.perf_counter`; `progress` is told how
-    many labs are done. True readings are those of the log, true I_zz and M0 the fitted ones; the timing bias is
-    drawn from its prior, every error from its source.
+    many labs of a table are done. True readings are those of the log, true I_zz and M0 the fitted ones; the timing
+    bias is drawn from its prior, every error from its source. A lab with a time below zero is none, and is left out.
     """
     if labs < 1:
         raise ValueError(f"{labs} labs say nothing; pass 1 or more")
     found = fit(measured, tilted)
+
+    def tried(scatter: float) -> tuple[Performance, ...]:
+        return _tried(measured, found, scatter, tilted, labs, seed, clock, progress)
+
+    return SelfCheck(labs, tried(1.0), found.scatter, tried(found.scatter) if _doubted(found) else None)
+
+
+def _doubted(found: FitResult) -> bool:
+    """Whether the runs deny that their scatter is as stated."""
+    assert found.posterior is not None
+    larger = float(found.posterior.weight[found.posterior.factor > 1].sum())
+    return min(larger, 1 - larger) < DOUBTED
+
+
+def _tried(
+    measured: Measurements,
+    found: FitResult,
+    scatter: float,
+    tilted: bool,
+    labs: int,
+    seed: int,
+    clock: Callable[[], float],
+    progress: Callable[[int], None] | None,
+) -> tuple[Performance, ...]:
+    """Apply every fit to labs whose runs scatter so many times as stated."""
     truth = found.inertia.value
     design = replace(measured, sense=found.sense)
 
-    def recommended(readings: dict[str, Floats]) -> Answer:
+    def recommended(readings: dict[str, Floats]) -> Floats:
         return _recommended(measured, readings, tilted)
 
     fits = {"recommended": recommended, **{name: _textbook(name) for name in TEXTBOOK}}
-    answers: dict[str, list[Answer]] = {name: [] for name in fits}
+    answers: dict[str, list[Floats]] = {name: [np.empty((0, 5))] for name in fits}
     seconds = dict.fromkeys(fits, 0.0)
     done = 0
-    for readings in _simulate(design, truth, found.imbalance.value, tilted, labs, seed):
-        for name, apply in fits.items():
+    for readings in _simulate(design, truth, found.imbalance.value, scatter, tilted, labs, seed):
+        done += len(readings["time"])
+        possible = (readings["time"] > 0).all(axis=1)
+        readings = {name: values[possible] for name, values in readings.items()}
+        for name, apply in fits.items() if possible.any() else ():
             begun = clock()
             answers[name].append(apply(readings))
             seconds[name] += clock() - begun
-        done += len(readings["time"])
         if progress is not None:
             progress(done)
-    whole = {name: np.concatenate(parts, axis=1) for name, parts in answers.items()}
-    judged = (_judge(name, both[0], both[1], truth, 1e6 * seconds[name] / labs) for name, both in whole.items())
-    return SelfCheck(labs, tuple(judged))
+    return tuple(
+        _judge(name, np.concatenate(parts), truth, 1e6 * seconds[name] / labs) for name, parts in answers.items()
+    )
 
 
-def _judge(name: str, values: Floats, u: Floats, truth: float, time_us: float) -> Performance:
-    """Compare the answers of one way to fit with the truth."""
-    off = values / truth - 1
-    if not np.isfinite(off).all():
+def _judge(name: str, ends: Floats, truth: float, time_us: float) -> Performance:
+    """Compare the answers of one way to fit, five ends of intervals a lab, with the truth."""
+    off = ends[:, 2] / truth - 1
+    if not (len(off) and np.isfinite(off).all()):
         return Performance(name, None, None, None, None, None, time_us)
     bias, rmse = float(off.mean()), math.sqrt(float(np.mean(off**2)))
-    if not np.isfinite(u).all():
+    if not np.isfinite(ends).all():
         return Performance(name, bias, rmse, None, None, None, time_us)
-    one, two = (float(np.mean(np.abs(off) * truth <= k * u)) for k in (1, 2))
-    return Performance(name, bias, rmse, one, two, float(u.mean() / truth), time_us)
+    one, two = (float(np.mean((ends[:, i] <= truth) & (truth <= ends[:, -1 - i]))) for i in (1, 0))
+    return Performance(name, bias, rmse, one, two, float((ends[:, 3] - ends[:, 1]).mean() / 2 / truth), time_us)
 
 
 # --- the simulated labs -------------------------------------------------------------------------------------
 
 
 def _simulate(
-    design: Measurements, inertia: float, imbalance: float, tilted: bool, labs: int, seed: int
+    design: Measurements, inertia: float, imbalance: float, scatter: float, tilted: bool, labs: int, seed: int
 ) -> Iterator[dict[str, Floats]]:
     """Draw labs in portions: readings by quantity, shape (labs, n), with "torque" that follows from them."""
     random = np.random.default_rng(seed)
@@ -142,11 +196,17 @@ def _simulate(
         size = min(_CHUNK, labs - begin)
         residual = np.full(size, imbalance)
         bias = design.timing_bias_u * random.standard_normal(size)
-        yield _draw(design, inertia, residual[:, None], bias[:, None], tilted, random)
+        yield _draw(design, inertia, residual[:, None], bias[:, None], scatter, tilted, random)
 
 
 def _draw(
-    design: Measurements, inertia: float, imbalance: Floats, bias: Floats, tilted: bool, random: np.random.Generator
+    design: Measurements,
+    inertia: float,
+    imbalance: Floats,
+    bias: Floats,
+    scatter: float,
+    tilted: bool,
+    random: np.random.Generator,
 ) -> dict[str, Floats]:
     """Draw true times and put each source's errors on the readings; a group draws once."""
     across = transverse_inertia(design) if tilted else 0.0
@@ -172,6 +232,9 @@ def _draw(
             continue
         groups = np.array(source.groups)
         drawn = random.standard_normal((size, groups.max(initial=0) + 1))[:, groups] * (groups >= 0)
+        # As in the fit, what a run shares with no other is its own.
+        runs = np.bincount(groups[groups >= 0], minlength=groups.max(initial=0) + 1)[groups]
+        drawn *= np.where(runs == 1, scatter, 1.0)
         # Errors are in proportion to the true value, and several add up.
         readings[source.quantity] += (source.absolute + source.relative * truth[source.quantity]) * drawn
     readings["time"] += bias
@@ -189,19 +252,20 @@ def _applied(readings: dict[str, Floats]) -> Floats:
 # --- the fits -----------------------------------------------------------------------------------------------
 
 
-def _recommended(measured: Measurements, readings: dict[str, Floats], tilted: bool) -> Answer:
-    """All labs at once where the design allows it, else one by one."""
+def _recommended(measured: Measurements, readings: dict[str, Floats], tilted: bool) -> Floats:
+    """Quantiles of the recommended fit, all labs at once where the design allows it, else one by one."""
     if measured.sense.all():
-        ends = fit_many(measured, readings, tilted).inertia
-        return ends[:, 2], (ends[:, 3] - ends[:, 1]) / 2
+        return fit_many(measured, readings, tilted).inertia
     torque = _applied(readings)
-    results = []
+    ends = []
     for i in range(len(torque)):
         names = ("time", "spin", "turns", "mass", "position", "force", "pitch")
         one = {name: readings[name][i] for name in names}
         lab = replace(measured, **one, given_torque=readings["torque"][i], torque=torque[i], g=readings["g"][i, 0])
-        results.append(fit(lab, tilted).inertia)
-    return np.array([r.value for r in results]), np.array([math.nan if r.u is None else r.u for r in results])
+        posterior = fit(lab, tilted).posterior
+        assert posterior is not None
+        ends.append(posterior.quantiles(0))
+    return np.array(ends)
 
 
 def _product_and_torque(readings: dict[str, Floats]) -> tuple[Floats, Floats]:
@@ -211,13 +275,19 @@ def _product_and_torque(readings: dict[str, Floats]) -> tuple[Floats, Floats]:
     return np.where(torque < 0, -product, product), torque
 
 
-def _textbook(name: str) -> Callable[[dict[str, Floats]], Answer]:
-    """Give a fit of the textbook as a function of the readings; one with a constant needs torques that differ."""
+def _textbook(name: str) -> Callable[[dict[str, Floats]], Floats]:
+    """Give a fit of the textbook as a function of the readings: value −2u, −u, 0, +u and +2u, shape (labs, 5).
 
-    def apply(readings: dict[str, Floats]) -> Answer:
+    One with a constant needs torques that differ.
+    """
+
+    def apply(readings: dict[str, Floats]) -> Floats:
         product, torque = _product_and_torque(readings)
         if name == "with_constant" and not torques_differ(torque[0]):
-            return np.full(len(torque), math.nan), np.full(len(torque), math.nan)
-        return TEXTBOOK[name](product, torque)
+            return np.full((len(torque), 5), math.nan)
+        value, u = TEXTBOOK[name](product, torque)
+        steps = np.arange(-2, 3)
+        # What has no u has a value.
+        return value[:, None] + np.where(steps == 0, 0.0, steps * u[:, None])
 
     return apply

@@ -33,6 +33,36 @@ def test_the_recommended_fit_is_honest_and_the_textbook_is_not(repeats: int, imb
         assert by_name[name].coverage_95 < 0.9
 
 
+def test_a_log_that_scatters_more_than_stated_says_so_and_is_tried_with_its_own_scatter() -> None:
+    measured = lab(np.random.default_rng(3), repeats=3, u_time=0.5)
+    boasting = replace(
+        measured,
+        sources=(replace(measured.sources[0], absolute=np.full(27, 0.14), default=False), *measured.sources[1:]),
+    )
+    done, stated = check(boasting, 600, seed=2)
+    assert done.scatter == pytest.approx(0.5 / 0.14, rel=0.4)
+    assert done.estimators_with_scatter is not None
+    seen = {one.name: one for one in done.estimators_with_scatter}
+    assert seen["recommended"].coverage_95 == pytest.approx(0.95, abs=0.03)
+    assert seen["recommended"].rmse > 1.5 * stated["recommended"].rmse
+    assert f"this log's scatter is {done.scatter:.2g} times what is stated" in done.to_text().splitlines()[0]
+    assert done.to_text().count("\nrecommended ") == 2
+    agreeing, _ = check(replace(measured, sources=(replace(boasting.sources[0], absolute=np.full(27, 0.5)),
+                                                   *measured.sources[1:])), 10)  # fmt: skip
+    assert agreeing.estimators_with_scatter is None
+    assert "agrees" in agreeing.to_text().splitlines()[0]
+    assert agreeing.to_text().count("\nrecommended ") == 1
+
+
+def test_no_lab_that_can_be_is_no_answer() -> None:
+    measured = lab(np.random.default_rng(3), noise=0.0)
+    time = replace(measured.sources[0], absolute=np.full(9, 1e4), default=False)
+    wild = replace(measured, sources=(time, *measured.sources[1:]))
+    done, by_name = check(wild, 5)
+    assert by_name["recommended"].coverage_95 is None
+    json.dumps(done.to_dict(), allow_nan=False)
+
+
 def test_same_seed_same_labs_and_the_contract() -> None:
     measured = lab(np.random.default_rng(2))
     told: list[int] = []

@@ -1,0 +1,297 @@
+"""The table: what each cell asks of the 95 % interval, and what it is."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+from drawn_labs import INERTIA, Floats, G, Scene, drift_width
+from typer.testing import CliRunner
+
+from gyrodata.cli import app
+from gyrodata.fitting import fit_as_stated, fit_many
+from gyrodata.measurements import SOURCES
+
+STATED = "# u_time: 0.14 s\n"
+OLD = "# u_time_bias: 0.05 s\n" + "".join(
+    f"# u_{key}: {none}\n" for key, none in (("spin_delay", "0 s"), ("turns", "0")) if key in SOURCES
+)
+"""A log that states what was once the default: a hand that is 0.05 s late, no sighting, no late reading of the spin."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What many labs of a scene gave."""
+
+    ends: Floats
+    """Quantiles of I_zz at 2.5, 15.87, 50, 84.13 and 97.5 % over the true one, shape (labs, 5)."""
+
+    @property
+    def covers(self) -> float:
+        """Part of the labs whose 95 % interval holds the truth."""
+        return float(np.mean((self.ends[:, 0] <= 1) & (self.ends[:, 4] >= 1)))
+
+    @property
+    def covers_68(self) -> float:
+        return float(np.mean((self.ends[:, 1] <= 1) & (self.ends[:, 3] >= 1)))
+
+    @property
+    def length(self) -> float:
+        """Mean half-length of the 95 % interval over the true I_zz."""
+        return float(np.mean(self.ends[:, 4] - self.ends[:, 0]) / 2)
+
+    @property
+    def u(self) -> float:
+        """Mean of half the 68.3 % interval."""
+        return float(np.mean(self.ends[:, 3] - self.ends[:, 1]) / 2)
+
+    @property
+    def bias(self) -> float:
+        """Mean of I_zz over the true one, minus 1."""
+        return float(np.mean(self.ends[:, 2])) - 1
+
+
+@cache
+def fitted(scene: Scene, labs: int, lines: str | None = None) -> Outcome:
+    """Fit labs of a scene as the analyst does whose log has these lines, or the scene's."""
+    return Outcome(fit_many(scene.design(lines), scene.draw(labs)).inertia / INERTIA)
+
+
+@cache
+def plain(scene: Scene, labs: int, lines: str) -> Outcome:
+    """The same by plain least squares at the stated widths, with an M0 that may be as large as it likes."""
+    design, readings = scene.design(lines), scene.draw(labs)
+    ends = []
+    for i in range(len(readings["time"])):
+        one = {name: values[i] for name, values in readings.items()}
+        torque = one["mass"] * one["position"] * G
+        inertia = fit_as_stated(replace(design, **one, torque=torque)).inertia
+        ends.append(inertia.value + np.array([-1.96, -1, 0, 1, 1.96]) * (inertia.u or 0.0))
+    return Outcome(np.array(ends) / INERTIA)
+
+
+@dataclass(frozen=True)
+class Number:
+    """One number of the table, and what it is asked to be."""
+
+    value: float
+    low: float = -math.inf
+    high: float = math.inf
+    error: float = 0.0
+    """Its standard error by chance."""
+    digits: str = ".2f"
+
+    @property
+    def asked(self) -> str:
+        """What is asked, in words."""
+        low, high = (format(end, self.digits.replace("+", "")) for end in (self.low, self.high))
+        if math.isinf(self.low) and math.isinf(self.high):
+            return "-"
+        if math.isinf(self.low):
+            return f"<= {high}"
+        return f">= {low}" if math.isinf(self.high) else f"{low} - {high}"
+
+    @property
+    def short(self) -> float:
+        """By how many standard errors it is not as asked; 0 if it is."""
+        off = max(self.low - self.value, self.value - self.high, 0.0)
+        return off / self.error if self.error else math.inf if off else 0.0
+
+
+Judge = Callable[[int], Number]
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One line of the table."""
+
+    name: str
+    judge: Judge
+    told: Callable[[int], str] = lambda labs: ""
+    """What else there is to tell."""
+
+
+CHANCE = 2.0
+"""A number that is short by fewer standard errors than this may be so by chance."""
+
+
+def covering(name: str, scene: Scene, low: float, high: float = math.inf, lines: str | None = None) -> Cell:
+    """Make a cell of how often the 95 % interval holds the truth [%]."""
+
+    def judge(labs: int) -> Number:
+        covers = fitted(scene, labs, lines).covers
+        # At 100 % the standard error would be none.
+        part = min(max(covers, 0.5 / labs), 1 - 0.5 / labs)
+        return Number(100 * covers, low, high, 100 * math.sqrt(part * (1 - part) / labs), ".1f")
+
+    def told(labs: int) -> str:
+        out = fitted(scene, labs, lines)
+        return (
+            f"bias {100 * out.bias:+.2f} %, u {100 * out.u:.2f} %, length {100 * out.length:.2f} %, "
+            f"68 %: {100 * out.covers_68:.1f}"
+        )
+
+    return Cell(name, judge, told)
+
+
+def ratio(name: str, over: Callable[[int], tuple[Floats, Floats]], high: float) -> Cell:
+    """Make a cell of one mean length over another, of the same labs."""
+
+    def judge(labs: int) -> Number:
+        one, other = (np.asarray(lengths) for lengths in over(labs))
+        value = float(one.mean() / other.mean())
+        scatter = math.hypot(*(float(part.std() / part.mean()) / math.sqrt(len(part)) for part in (one, other)))
+        return Number(value, high=high, error=value * scatter, digits=".3f")
+
+    return Cell(name, judge)
+
+
+def lengths(outcome: Outcome) -> Floats:
+    """Length of each lab's 95 % interval."""
+    return outcome.ends[:, 4] - outcome.ends[:, 0]
+
+
+def cells() -> Iterator[Cell]:
+    """All cells, in the order in which they are told."""
+    yield from _hands()
+    yield from _lengths()
+    yield from _balances()
+    yield from _balance_tests()
+    yield from _other_errors()
+    yield from _drifts()
+
+
+NINE, TWENTY_SEVEN, THREE = Scene(), Scene(repeats=3), Scene(spins=(400,))
+FOUR = Scene(masses=(20, 40, 60, 80), spins=(400,))
+HEAVY = Scene(masses=(100, 120, 140))
+
+
+def _hands() -> Iterator[Cell]:
+    hands = {f"hand {hand} s": {"hand": hand} for hand in (0.05, 0.14, 0.3, 0.5, 1.0)}
+    hands |= {
+        # The mean time of these designs is 24 s.
+        "hand 1 s x T/mean": {"hand": 0.0, "in_proportion": 1 / 24},
+        "hand t3 x 0.3 s": {"hand": 0.3, "tails": 3},
+    }
+    for runs, scene in (("9 runs", NINE), ("27 runs", TWENTY_SEVEN)):
+        for log, lines in (("silent", ""), ("stated", STATED)):
+            for hand, error in hands.items():
+                high = 98.5 if hand == "hand 0.14 s" else math.inf
+                yield covering(f"{runs}, {hand}, {log}", replace(scene, lines=lines, **error), 92, high)
+    for runs, scene in (("3 runs", THREE), ("4 runs", FOUR)):
+        for hand, error in hands.items():
+            if "T" not in hand:
+                yield covering(f"{runs}, {hand}, silent", replace(scene, **error), 90)
+
+
+def _lengths() -> Iterator[Cell]:
+    for runs, scene, most in (("9 runs", NINE, 1.3), ("27 runs", TWENTY_SEVEN, 1.15)):
+        far, near = replace(scene, hand=0.5), replace(scene, hand=0.05)
+
+        def old(labs: int, scene: Scene = scene) -> tuple[Floats, Floats]:
+            return lengths(fitted(scene, labs, OLD)), lengths(plain(scene, labs, OLD))
+
+        def stated(labs: int, scene: Scene = scene) -> tuple[Floats, Floats]:
+            return lengths(fitted(scene, labs, STATED + OLD)), lengths(plain(scene, labs, STATED + OLD))
+
+        def new(labs: int, scene: Scene = scene) -> tuple[Floats, Floats]:
+            return lengths(fitted(scene, labs, "")), lengths(plain(scene, labs, OLD))
+
+        def wide(labs: int, scene: Scene = far) -> tuple[Floats, Floats]:
+            return lengths(fitted(scene, labs, "")), lengths(fitted(scene, labs, "# u_time: 0.5 s\n"))
+
+        def wide_stated(labs: int, scene: Scene = far) -> tuple[Floats, Floats]:
+            return lengths(fitted(scene, labs, STATED)), lengths(fitted(scene, labs, "# u_time: 0.5 s\n"))
+
+        def narrow(labs: int, scene: Scene = near) -> tuple[Floats, Floats]:
+            return lengths(fitted(scene, labs, "")), lengths(plain(scene, labs, OLD))
+
+        yield ratio(f"{runs}, length as stated, old widths, silent / plain", old, 1.08)
+        yield ratio(f"{runs}, length as stated, old widths, u_time stated / plain", stated, 1.08)
+        yield ratio(f"{runs}, length as stated, new defaults / plain, old widths", new, 1.25)
+        yield ratio(f"{runs}, length, hand 0.5 s, silent / who states 0.5 s", wide, most)
+        yield ratio(f"{runs}, length, hand 0.5 s, 0.14 s stated / who states 0.5 s", wide_stated, most)
+        yield ratio(f"{runs}, length, hand 0.05 s, silent / plain", narrow, 0.85)
+
+
+def _balances() -> Iterator[Cell]:
+    scenes = (("9 runs", NINE, 93), ("27 runs", TWENTY_SEVEN, 93), ("3 runs", THREE, 91), ("100/120/140 g", HEAVY, 86))
+    for runs, scene, least in scenes:
+        for share in (0.0, 0.01, 0.03, 0.05, 0.1, 0.2):
+            yield covering(f"{runs}, M0 {100 * share:g} %", replace(scene, imbalance=share), least)
+    for runs, scene, _ in scenes:
+        yield covering(f"{runs}, M0 Cauchy 2.5 %", replace(scene, imbalance_cauchy=0.025), 94, 98)
+    drawn = replace(HEAVY, imbalance_cauchy=0.025)
+    yield ratio(
+        "100/120/140 g, length, M0 Cauchy 2.5 % / plain",
+        lambda labs: (lengths(fitted(drawn, labs, OLD)), lengths(plain(drawn, labs, OLD))),
+        0.85,
+    )
+
+
+def _balance_tests() -> Iterator[Cell]:
+    tests = {"5 deg": drift_width(5, 60, 400), "0.2 deg": drift_width(0.2, 60, 400)}
+    for runs, scene in (("9 runs", NINE), ("27 runs", TWENTY_SEVEN)):
+        for test, width in tests.items():
+            told = replace(scene, lines=f"# balance_drift: {test} in 60 s at 400 rpm\n")
+            yield covering(f"{runs}, balance test {test}, true", replace(told, imbalance_u=width), 93)
+            for times in (3, 10, 30):
+                false = replace(told, imbalance=times * width / told.lightest)
+                yield covering(f"{runs}, balance test {test}, false x {times}", false, 93)
+        claims = ["", *(f"# balance_drift: {claim} deg in 60 s at 400 rpm\n" for claim in (20, 5, 1, 0.2, 0.05))]
+
+        def tighter(labs: int, scene: Scene = scene, claims: list[str] = claims) -> Number:
+            us = [fitted(replace(scene, imbalance_u=0.0), labs, lines).u for lines in claims]
+            return Number(max(after / before for before, after in itertools.pairwise(us)), high=1.0, digits=".3f")
+
+        yield Cell(f"{runs}, u with a tighter true test / with the one before", tighter)
+
+
+def _other_errors() -> Iterator[Cell]:
+    for runs, scene in (("9 runs", NINE), ("27 runs", TWENTY_SEVEN)):
+        yield covering(f"{runs}, hand late by 0.11 +- 0.04 s", replace(scene, late=0.11, late_u=0.04), 94)
+        yield covering(f"{runs}, hand late by 0 +- 0.15 s", replace(scene, late_u=0.15), 92)
+    for degrees, least in ((1, 94), (2, 92), (3, 90)):
+        yield covering(f"9 runs, thirds, sighting {degrees} deg", Scene(thirds=True, sighting=degrees), least)
+    for fall in (0.2, 0.3):
+        for runs, scene in (("9 runs", NINE), ("9 runs, thirds", replace(NINE, thirds=True))):
+            yield covering(f"{runs}, dry friction, fall {100 * fall:g} %", replace(scene, fall=fall), 94)
+    slow = replace(NINE, time_constant=300.0)
+    yield covering("9 runs, tau 300 s, spin read at half time", slow, 92)
+    yield covering("9 runs, tau 300 s, spin read 2 s late", replace(slow, delay=2.0), 94)
+    yield covering("9 runs, tau 300 s, spin read 0 +- 2 s late", replace(slow, delay_u=2.0), 94)
+    yield covering("9 runs, thirds, tau 300 s, 2 s late", replace(slow, delay=2.0, thirds=True), 94)
+
+
+@cache
+def template_order() -> tuple[tuple[int, int], ...]:
+    """Weight and spin of the loaded runs in the order in which `gyro template` lists them."""
+    rows = CliRunner().invoke(app, ["template"]).stdout.splitlines()
+    found = (re.match(r"([\d.]+),.*?(\d+) rpm", row) for row in rows)
+    runs = ((round(float(row[1])), int(row[2])) for row in found if row)
+    return tuple(run for run in runs if run[0])
+
+
+def _drifts() -> Iterator[Cell]:
+    for sign in (1, -1):
+        for name, scene, asked in (
+            ("the template's order", replace(NINE, order=template_order(), drift=0.02 * sign), True),
+            ("rising order", replace(NINE, drift=0.02 * sign), False),
+        ):
+            what = f"9 runs, balance drifting by {2 * sign:+d} %, {name}"
+            yield covering(what, scene, 92 if asked else -math.inf)
+
+            def pull(labs: int, scene: Scene = scene, asked: bool = asked) -> Number:
+                out = fitted(scene, labs)
+                return Number(
+                    abs(out.bias) / out.u,
+                    high=0.3 if asked else math.inf,
+                    error=float(out.ends[:, 2].std() / out.u) / math.sqrt(labs),
+                )
+
+            yield Cell(f"{what}: bias in u", pull)

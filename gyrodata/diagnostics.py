@@ -234,6 +234,7 @@ NO_STEADY_PRECESSION = _error(
 )
 TOO_MANY_SHARED_READINGS = _error("G416", "too many shared readings for one fit", _many_readings)
 _TRANSVERSE_INERTIA_LOG = f"""{G}\
+# u_time_bias: 0.05 s
 {HEAD},pitch [deg]
 60.00,15.0,150,4.71,1,60
 60.00,15.0,300,9.74,1,60

@@ -25,6 +25,7 @@ from typing import cast
 
 import numpy as np
 
+from gyrodata.fitting.conditions import NEGLIGIBLE
 from gyrodata.physics import Floats
 
 BALANCE = 0.05
@@ -35,9 +36,6 @@ BALANCED = 0.0675
 
 TOO_BOLD = np.array([[1.0, 3.0, 10.0, 30.0, 100.0], [0.1, 0.15, 0.2, 0.25, 0.3]])
 """A balance test may be so many times too bold, with this chance."""
-
-EXACT = 1e-9
-"""Width of M0 over the lightest torque that stands for none, where a log states so."""
 
 UNBALANCED = 6.0
 """So many times the usual scale where the log says that it is not."""
@@ -196,7 +194,7 @@ def balance_prior(scale: Floats, tested: Floats | float | None) -> tuple[Floats,
     bold = np.log(WIDTHS[:, None] / TOO_BOLD[0])
     doubt = np.log(np.exp(-bold - 0.5 * np.exp(-2 * bold)) @ TOO_BOLD[1])
     doubt -= math.log(np.exp(doubt).sum())
-    test = np.maximum(np.asarray(tested, dtype=float), EXACT)[..., None] * WIDTHS
+    test = np.maximum(tested, NEGLIGIBLE)[..., None] * WIDTHS
     squares = widths[..., :, None] ** 2, test[..., None, :] ** 2
     both = squares[0] * squares[1] / (squares[0] + squares[1])
     weight = chance[:, None] + doubt - 0.5 * np.log(squares[0] + squares[1])

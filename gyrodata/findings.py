@@ -188,9 +188,7 @@ def whole_findings(
             readings.diagnose(
                 BALANCE_TEST_CONTRADICTED,
                 f"the runs say M0 = {1e3 * fit.imbalance.value:.2g} mN*m, far from the "
-                f"{1e3 * fit.contradicted_balance:.2g} mN*m that {measured.imbalance_from} allows; the runs win"
-                if fit.contradicted_balance
-                else f"the runs contradict the M0 of 0 that {measured.imbalance_from} states, and which is obeyed",
+                f"{1e3 * fit.contradicted_balance:.2g} mN*m that {measured.imbalance_from} allows; the runs win",
                 f"check {measured.imbalance_from}",
             )
         )
@@ -323,15 +321,22 @@ def _model_findings(
                 "add a column transverse_inertia [kg*m^2], or one line: # transverse_inertia: 5.8e-3 kg*m^2",
             )
         )
-    if "u_pitch" in readings.stated_at and np.any(measured.pitch) and not fit.adjusted.problem.tilted:
-        found.append(
+    left_out = (
+        {"u_pitch"}
+        if any(source.name == "release" for source in measured.sources)
+        else {"u_pitch", "u_transverse_inertia"}
+    )
+    if "pitch" in readings.columns and not fit.adjusted.problem.tilted:
+        found += [
             readings.diagnose(
                 UNCERTAINTY_NOT_USED,
-                "u_pitch changes nothing here: the rod is so nearly level that eq. (9) is good enough",
-                "--model steady takes the pitch into account",
-                readings.stated_at["u_pitch"],
+                f"{key} changes nothing here: the tilt matters so little that eq. (9), for a level rod, is used",
+                "--model steady takes the tilt into account",
+                place,
             )
-        )
+            for key, place in readings.stated_at.items()
+            if key in left_out
+        ]
     release = next(effect for effect in effects if effect.effect == "release")
     if (
         measured.motion is None

@@ -18,7 +18,16 @@ from gyrodata.readings.grid import Layout, find_layout, has_decimal_commas, make
 from gyrodata.readings.headers import parse_header
 from gyrodata.readings.lablog import MOST_OF_ONE_CODE, Column, Faults, Place, Reading, Readings, listing, split_lines
 from gyrodata.readings.meaning import check_meaning, stated_turns
-from gyrodata.readings.roles import SHARED_UNCERTAINTIES, SPIN_SETS, TIMINGS, as_u_of, kind_of_role, to_display, u_keys
+from gyrodata.readings.roles import (
+    SHARED_UNCERTAINTIES,
+    SPIN_SETS,
+    TIMINGS,
+    UNCERTAINTIES,
+    as_u_of,
+    kind_of_role,
+    to_display,
+    u_keys,
+)
 from gyrodata.readings.settings import Settings, read_options, read_settings, warn_of_lost_keys
 from gyrodata.readings.source import MAX_BYTES, MAX_ROWS, Document, decode, load
 from gyrodata.readings.table import Table, build
@@ -36,6 +45,7 @@ __all__ = [
     "SHARED_UNCERTAINTIES",
     "SPIN_SETS",
     "TIMINGS",
+    "UNCERTAINTIES",
     "Column",
     "Faults",
     "Place",

@@ -252,7 +252,8 @@ def _enter(settings: Settings, item: Given, ask: bool) -> None:
         return
     if key == BALANCED:
         settings.balanced = YES_OR_NO.get(item.text.strip().lower())
-        if settings.balanced is None:
+        # Left blank in a log to fill in, it says nothing.
+        if settings.balanced is None and item.text.strip():
             raise CellError("is neither yes nor no", 'write "yes" (balanced as in step 2) or "no"')
         return
     kind = kind_of_role(key)

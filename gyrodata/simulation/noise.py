@@ -34,6 +34,9 @@ TYPICAL: Mapping[str, Uncertainty] = {
 EXACT: Mapping[str, Uncertainty] = dict.fromkeys(TYPICAL, Uncertainty()) | {"u_spin": Uncertainty(0.0, 1e-12)}
 """No errors but those of sixteen digits: with none at all, a run without a torque would weigh infinitely much."""
 
+FAULTLESS = ("u_turns", "u_spin_delay", "u_decay_exponent")
+"""What no simulated log errs in: it states none of it."""
+
 NOISE_KEYS = (*TYPICAL, "u_g", "u_imbalance")
 """All that a simulated log can err in."""
 
@@ -92,6 +95,8 @@ def read_noise(path: str | os.PathLike[str]) -> dict[str, Uncertainty]:
     faults = []
     noise = dict(TYPICAL)
     for key, text in _texts(Path(path)).items():
+        if key in FAULTLESS and re.fullmatch(r"[0.]+\s*\D*", text):
+            continue
         if key not in NOISE_KEYS:
             close = difflib.get_close_matches(key, NOISE_KEYS, n=2)
             hint = f"did you mean {' or '.join(close)}?" if close else f"keys are: {', '.join(NOISE_KEYS)}"

@@ -15,7 +15,7 @@ from gyrodata.diagnostics import SIMULATED_VALUE_IMPOSSIBLE
 from gyrodata.errors import Diagnostic, InputError
 from gyrodata.physics import Floats
 from gyrodata.readings import Column, Reading, Readings, check_value, kind_of_role, read_cell, u_keys, write_log
-from gyrodata.simulation.noise import EXACT, TYPICAL, put_errors
+from gyrodata.simulation.noise import EXACT, FAULTLESS, TYPICAL, put_errors
 from gyrodata.simulation.truth import Design, Runs, Truth, happen
 from gyrodata.units import DISPLAY, Uncertainty, from_si
 
@@ -130,7 +130,10 @@ def _columns(truth: Truth, runs: Runs) -> dict[str, Floats]:
 def _stated(truth: Truth, noise: Mapping[str, Uncertainty], roles: set[str]) -> dict[str, Uncertainty]:
     """Uncertainties that the log states: all that its readings have, zeros included."""
     absent = {f"u_{role}" for role in ("pitch", "transverse_inertia") if role not in roles}
-    stated = {**EXACT, **noise}
+    # The spin is read late, or its decay taken for another, according to how often it is read.
+    other = "u_spin_delay" if "spin_start" in roles else "u_decay_exponent"
+    stated = {**EXACT, **dict.fromkeys(FAULTLESS, Uncertainty()), **noise}
+    absent.add(other)
     if truth.timing_bias and not stated["u_time_bias"].absolute:
         stated["u_time_bias"] = Uncertainty(UNKNOWN_BIAS_U)
     return {key: u for key, u in stated.items() if key not in absent}

@@ -80,7 +80,12 @@ def relative_u(fit: FitResult) -> float:
 
 def needs_correction(measured: Measurements, chosen: ChosenModel) -> bool:
     """Say whether eqs. (8) and (9), for steady precession at one spin on a floor at rest, need `corrected`."""
-    return chosen.released or chosen.earth or (chosen.tilted and measured.spin_start is not None)
+    return chosen.earth or _is_unsteady(measured, chosen)
+
+
+def _is_unsteady(measured: Measurements, chosen: ChosenModel) -> bool:
+    """Say whether a model's rate is not that of steady precession at one spin."""
+    return chosen.released or (chosen.tilted and measured.spin_start is not None)
 
 
 def corrected(
@@ -88,7 +93,7 @@ def corrected(
 ) -> Measurements:
     """Give the runs with what a model corrects them by, for an I_zz [kg*m^2] and the M0 and b of a fit."""
     runs = measured
-    if chosen.released or (chosen.tilted and measured.spin_start is not None):
+    if _is_unsteady(measured, chosen):
         runs = fitting.slowed(measured, fit, inertia, chosen.tilted, chosen.released, followed)
     return _on_turning_floor(runs, fit) if chosen.earth else runs
 
@@ -171,8 +176,10 @@ class Case(NamedTuple):
         left_out = np.flatnonzero(self.fit.adjusted.kept == 0).tolist()
         try:
             runs = fitting.unslowed(self.measured)
-            if needs_correction(runs, model):
+            if _is_unsteady(runs, model):
                 runs, _ = at_mean_rate(runs, model, left_out)
+            elif model.earth:
+                runs = _on_turning_floor(runs, self.fit)
             return fitting.fit(runs, model.tilted, left_out).inertia.value
         except NoFit:
             return None

@@ -248,6 +248,23 @@ class TestSizes:
         assert kept.kept
         assert kept.bias == pytest.approx(without, rel=0.1)
 
+    def test_of_the_law_of_the_decay_is_that_of_the_other_law(self) -> None:
+        measured = measure(simulate(Truth(decay=Decay(lost=0.3)), Design(), TYPICAL, 1).readings)
+        fit = fitting.fit(measured)
+        found = {one.effect: one for one in effects.list_effects(measured, fit, LEVEL)}["decay_law"]
+        assert measured.spin_start is not None
+        assert measured.spin_end is not None
+        dry = (measured.spin_start - measured.spin_end) / np.log(measured.spin_start / measured.spin_end)
+        brute = fitting.fit(replace(measured, spin=dry)).inertia.value / fit.inertia.value - 1
+        assert found.bias == pytest.approx(brute, rel=0.1)
+        assert "NOT small" in found.reason
+        count = len(measured.runs)
+        doubt = Source("decay_exponent", "spin", (0,) * count, np.zeros(count), np.full(count, 0.005), "", True, "0.5")
+        holding = replace(measured, sources=(*measured.sources, doubt))
+        found = {one.effect: one for one in effects.list_effects(holding, fit, LEVEL)}["decay_law"]
+        assert found.in_u
+        assert "u holds" in found.reason
+
     def test_of_a_ball_that_is_not_balanced_are_those_of_a_line_through_the_origin(self) -> None:
         analysis = analysed(imbalance=1e-3, noise=TYPICAL)
         found = effect(analysis, "residual_torque")

@@ -215,19 +215,24 @@ def _unit(measured: Measurements, source: Source, run: int) -> float:
 def _tested(measured: Measurements, fit: FitResult, extra: list[_Extra]) -> list[Pattern]:
     """Test each unknown by itself, for every factor on the errors that each run has alone."""
     adjusted = fit.adjusted
-    count, width = adjusted.rows.shape
+    width = adjusted.rows.shape[1]
+    told = np.column_stack([adjusted.rows, *(one.column for one in extra), adjusted.weighted])
+    if len(told) > told.shape[1]:
+        # Many runs say no more than the triangle of their products.
+        told = np.asarray(np.linalg.qr(told, mode="r"))
+    count, of_runs = len(told), np.split(told, [width, told.shape[1] - 1], axis=1)
     wider = (fit.scatter / FACTORS)[:, None, None]
     rows = np.zeros((len(FACTORS), count + width - 1, width))
-    rows[:, :count] = wider * adjusted.rows
+    rows[:, :count] = wider * of_runs[0]
     rows[:, count:, 1:] = np.eye(width - 1)
     target = np.empty(rows.shape[:2])
-    target[:, :count] = -wider[..., 0] * adjusted.weighted
+    target[:, :count] = -wider[..., 0] * of_runs[2][:, 0]
     target[:, count] = -adjusted.unknowns[1] / adjusted.scale[1]
     target[:, count + 1] = -adjusted.unknowns[2] / (adjusted.scale[2] or 1.0)
     target[:, count + 2 :] = -adjusted.shared
     basis, factor = np.linalg.qr(rows)
     left = target - np.einsum("spk,sk->sp", basis, np.einsum("spk,sp->sk", basis, target))
-    columns = np.stack([one.column for one in extra], axis=1) * wider
+    columns = wider * of_runs[1]
     onto = np.swapaxes(basis[:, :count], 1, 2) @ columns
     whole = np.add.reduce(columns**2, axis=1)
     apart = np.maximum(whole - np.add.reduce(onto**2, axis=1), 1e-12 * whole)

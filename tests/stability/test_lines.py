@@ -30,10 +30,10 @@ def random(seed: int = 1) -> np.random.Generator:
 
 
 def holds(measured: Measurements) -> bool:
-    """Whether the recommended fit has the truth within three of its standard uncertainties, and says something."""
+    """Whether the recommended fit has the truth within three of its standard uncertainties, its interval no zero."""
     answer = recommended(measured)
     assert answer.half is not None
-    assert answer.half < 0.5 * INERTIA
+    assert answer.half < answer.value
     return bool(abs(answer.value - INERTIA) < 1.6 * answer.half)
 
 

@@ -286,6 +286,15 @@ class TestWords:
         assert f"step 2, {said('I_zz')} = {said(balanced)}" in words(make_page(analysis))
         assert analysis.to_dict()["result"]["if_balanced"]["value"] == analysis.if_balanced.value
 
+    @pytest.mark.parametrize(
+        ("kind", "row"),
+        [("far too much scatter", "unexplained scatter"), ("one torque", "balance not told by this design")],
+    )
+    def test_what_the_log_leaves_open_is_a_row_of_the_budget(self, kind: str, row: str) -> None:
+        analysis = analyze(KINDS[kind].encode())
+        assert row in words(make_page(analysis)).partition("Where the uncertainty comes from")[2]
+        assert row in reporting.summary(analysis).partition("Where the uncertainty comes from")[2]
+
     def test_question_3_is_answered_from_the_data(self, page: str) -> None:
         text = words(page)
         assert "grows in proportion to the spin" in text

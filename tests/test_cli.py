@@ -53,6 +53,12 @@ def test_figures_in_other_forms(form: str, tmp_path: Path) -> None:
     assert {p.name for p in (tmp_path / "r").iterdir()} == {name.replace("png", form) for name in FILES}
 
 
+def test_an_option_that_u_has_made_needless_is_refused_with_the_reason(tmp_path: Path) -> None:
+    done = gyro("analyze", SAMPLE, "--scale-by-birge", folder=tmp_path)
+    assert done.returncode == 2
+    assert b"u holds the scatter of the runs already" in done.stderr
+
+
 def test_standard_input_writes_no_file(tmp_path: Path) -> None:
     done = gyro("analyze", "-", "--format", "json", folder=tmp_path, stdin=SAMPLE.read_bytes())
     assert done.returncode == 0

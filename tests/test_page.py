@@ -279,12 +279,37 @@ class TestWords:
         markdown = reporting.markdown_report(analysis).replace("\\", "")
         assert told[0] in markdown.partition("## What the answer hangs on")[0]
 
+    def test_what_not_even_u_can_save_is_said_before_the_answer(self) -> None:
+        wrong = KINDS["far too much scatter"].replace("20,15,407,40.1,1", "20,15,407,60.1,1")
+        law = "".join(
+            f"{20 * k},15,{s},{0.0993 / k * s * (s / 400) ** 0.1:.2f},1\n" for k in (1, 2, 3) for s in (206, 407, 605)
+        )
+        start = "mass [g],position [cm],spin [rpm],time [s],turns\n"
+        for log, why in ((wrong, "contradict each other"), (start + law, "as the spin to the power 1.1")):
+            analysis = analyze(log.encode(), name="log.csv", keep_flagged=True)
+            for text in (words(make_page(analysis)).partition("Gyroscope lab report")[2], reporting.summary(analysis)):
+                before = re.split("I_?zz = ", text)[0]
+                assert "Do not rely on this answer: " in before
+                assert why in before
+            for form in (reporting.markdown_report, reporting.latex_report):
+                assert "Do not rely on this answer" in form(analysis).partition("95")[0]
+        assert "Do not rely" not in reporting.summary(analyze(LOG.encode()))
+
     def test_one_torque_has_the_value_of_a_balanced_ball_in_the_result_too(self) -> None:
         analysis = analyze(KINDS["one torque"].encode())
         assert analysis.if_balanced is not None
         balanced = reporting.inertia_text(analysis.if_balanced.value, analysis.if_balanced.u)
         assert f"step 2, {said('I_zz')} = {said(balanced)}" in words(make_page(analysis))
         assert analysis.to_dict()["result"]["if_balanced"]["value"] == analysis.if_balanced.value
+
+    @pytest.mark.parametrize(
+        ("kind", "row"),
+        [("far too much scatter", "unexplained scatter"), ("one torque", "balance not told by this design")],
+    )
+    def test_what_the_log_leaves_open_is_a_row_of_the_budget(self, kind: str, row: str) -> None:
+        analysis = analyze(KINDS[kind].encode())
+        assert row in words(make_page(analysis)).partition("Where the uncertainty comes from")[2]
+        assert row in reporting.summary(analysis).partition("Where the uncertainty comes from")[2]
 
     def test_question_3_is_answered_from_the_data(self, page: str) -> None:
         text = words(page)

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 from gyrodata import __version__
 from gyrodata.comparisons import Run, turn_words
+from gyrodata.diagnostics import RUNS_CONTRADICT_EACH_OTHER
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate
 from gyrodata.measurements import torque_groups
@@ -47,6 +48,12 @@ NOTICEABLE = 1.15
 
 WEIGHTS = 5
 """Of so many weights, those that move the answer most, the summary tells what it would be without them."""
+
+DOUBTFUL = {RUNS_CONTRADICT_EACH_OTHER}
+"""Diagnostics that stand before the answer."""
+
+FAR = 5.0
+"""An exponent further from 1 than so many of its u is another law, if that is most of what the runs disagree by."""
 
 UNTOLD = 0.3
 """A balance with a larger share of u² than this is not told by the design [1]."""
@@ -231,6 +238,8 @@ class Report:
     name: str
     size: Sentence
     """Of the log: "10 runs, 4 torques"."""
+    doubt: Sentence
+    """What stands before an answer that not even its u can save; nothing where all is well."""
     answer: Sentence
     sections: tuple[Section, ...]
     """The first, below the answer, has no title."""
@@ -321,7 +330,7 @@ def report(analysis: Analysis) -> Report:
         Section("Conventions", (_conventions(),), "conventions", "", 3),
     )
     answer: Sentence = ("I_zz = ", Value(inertia.value, inertia.u, scale, "inertia.value"))
-    return Report(analysis.name, _size(analysis), answer, found)
+    return Report(analysis.name, _size(analysis), _doubt(analysis), answer, found)
 
 
 def common_torque_scale(analysis: Analysis) -> Scale:
@@ -375,6 +384,19 @@ def _summary(analysis: Analysis, scale: Scale, torque: Scale) -> Iterator[Block]
         "small",
         full=True,
     )
+
+
+def _doubt(analysis: Analysis) -> Sentence:
+    """Say why the answer is not to be relied on, where not even u holds what is wrong."""
+    warning = Styled("Do not rely on this answer: ", "warn")
+    for found in analysis.diagnostics:
+        if found.code in DOUBTFUL:
+            return (warning, f"{found.message}.")
+    law = analysis.exponent
+    if law is None or law.deviation**2 < max(FAR**2, analysis.fit.chi2 / 2):
+        return ()
+    power = Value(law.value, law.u, NUMBER, "exponent.value")
+    return (warning, "the period grows as the spin to the power ", power, ", where steady precession has 1.")
 
 
 def _verdict(analysis: Analysis) -> Sentence:

@@ -83,7 +83,8 @@ def latex_report(analysis: Analysis, writing: Writing = "plain") -> str:
     siunitx sets values with their uncertainties.
     """
     whole = report(analysis)
-    blocks = [rf"\section*{{{_sentence(whole.title)}}}", rf"{{\Large\bfseries {_sentence(whole.answer)}\par}}"]
+    blocks = [rf"\section*{{{_sentence(whole.title)}}}", *([_sentence(whole.doubt)] if whole.doubt else [])]
+    blocks.append(rf"{{\Large\bfseries {_sentence(whole.answer)}\par}}")
     for section in whole.sections:
         blocks += _section(section)
     body = "\n\n".join(blocks)

@@ -32,7 +32,8 @@ _BLOCK_START = re.compile(r"^(?:([-+=])(?=[-+=\s]|$)|(\d{1,9})([.)])(?=\s|$))")
 def markdown_report(analysis: Analysis, writing: Writing = "plain") -> str:
     """Write the report as Markdown; whatever comes from the log is escaped."""
     whole = report(analysis)
-    blocks = [f"# {_sentence(whole.title, writing)}", f"**{_sentence(whole.answer, writing)}**"]
+    blocks = [f"# {_sentence(whole.title, writing)}", *([_sentence(whole.doubt, writing)] if whole.doubt else [])]
+    blocks.append(f"**{_sentence(whole.answer, writing)}**")
     for section in whole.sections:
         blocks += _section(section, writing)
     return "\n\n".join(blocks) + "\n"

@@ -43,8 +43,8 @@ def summary(analysis: Analysis, writing: Writing = "plain") -> str:
     for section in whole.sections:
         told = [line for block in section.blocks if not block.full for line in _block(block, writing)]
         if told:
-            head = section.title or f"  {sentence_text(whole.answer, writing)}"
-            blocks.append([head, *_indented(told)])
+            answer = _indented(sentence_text(line, writing) for line in (whole.doubt, whole.answer) if line)
+            blocks.append([*([section.title] if section.title else answer), *_indented(told)])
     return visible("\n\n".join("\n".join(block) for block in blocks)) + "\n"
 
 

@@ -173,6 +173,14 @@ SPIN_RISES = _warning("G403", "the spin rises during the interval", FALLING + "2
 GRAVITY_NOT_GIVEN = _note("G404", "no acceleration of free fall is given", LOG + "20.00,15.0,400,39.7,1\n")
 PRECESSION_FASTER_THAN_SPIN = _warning("G405", "the precession is faster than the spin", LOG + "20.00,15.0,4,0.397,1\n")
 
+_UNCERTAINTY_NOT_USED_LOG = f"{G}# u_pitch: 1 deg\n{LOG}20.00,15.0,206,20.4,1\n"
+UNCERTAINTY_NOT_USED = _warning("G406", "an uncertainty that changes nothing in this log", _UNCERTAINTY_NOT_USED_LOG)
+DIGITS_TOO_FEW = _note(
+    "G407",
+    "the digits written are most of the uncertainty",
+    G + LOG.replace("[g]", "[kg]") + "0.02,15.0,206,20.4,1\n0.04,15.0,407,20.1,1\n0.06,15.0,404,13.4,1\n",
+)
+
 # what the fit says
 _ODD_RUN = f"""{G}{LOG}\
 20.00,15.0,206,20.4,1
@@ -226,6 +234,7 @@ NO_STEADY_PRECESSION = _error(
 )
 TOO_MANY_SHARED_READINGS = _error("G416", "too many shared readings for one fit", _many_readings)
 _TRANSVERSE_INERTIA_LOG = f"""{G}\
+# u_time_bias: 0.05 s
 {HEAD},pitch [deg]
 60.00,15.0,150,4.71,1,60
 60.00,15.0,300,9.74,1,60
@@ -343,7 +352,9 @@ SIMULATED_NO_STEADY_PRECESSION = _error(
     "simulate: no steady precession at this tilt and spin",
     'simulate --pitch 60deg --spins 50rpm --transverse "0.02 kg m^2"',
 )
-TURNS_NEVER_COMPLETED = _error("G634", "simulate: the turns are never completed", 'simulate --spin-decay "1 s"')
+TURNS_NEVER_COMPLETED = _error(
+    "G634", "simulate: the turns are never completed", 'simulate --spin-decay "1 s" --decay-law dry'
+)
 SIMULATED_OPTIONS_CONTRADICT = _error(
     "G635", "simulate: two options contradict each other", "simulate --motion horizontal --pitch 10deg"
 )

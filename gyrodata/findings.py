@@ -10,6 +10,7 @@ from gyrodata import fitting, forecast
 from gyrodata.comparisons import load_words, outlier_reason, turn_words
 from gyrodata.diagnostics import (
     BALANCE_TEST_CONTRADICTED,
+    DIGITS_TOO_FEW,
     NO_INERTIA_FITS,
     OUTLIER,
     RELEASE_NOT_TOLD,
@@ -18,12 +19,13 @@ from gyrodata.diagnostics import (
     SINGLE_TORQUE,
     TRANSVERSE_INERTIA_NOT_GIVEN,
     TURNS_OF_WEIGHTS_WRONG,
+    UNCERTAINTY_NOT_USED,
 )
 from gyrodata.effects import DROP_ONE, Effect
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Design, Estimate, FitResult, Outlier
 from gyrodata.measurements import SOURCES, Measurements, torque_groups
-from gyrodata.readings import MOST_OF_ONE_CODE, TIMINGS, Readings
+from gyrodata.readings import MOST_OF_ONE_CODE, TIMINGS, Readings, to_display
 
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
 
@@ -174,7 +176,44 @@ def whole_findings(
                 '"# balance_drift: 5 deg in 60 s at 400 rpm"',
             )
         )
+    found += digit_findings(readings, measured, fit)
     return found + _model_findings(readings, measured, fit, effects)
+
+
+def digit_findings(readings: Readings, measured: Measurements, fit: FitResult) -> list[Diagnostic]:
+    """Say where the last digit written of a weight or a position makes most of u(I_zz), and what to write."""
+    found = []
+    for role, sample in (("mass", "0.2 %"), ("position", "0.5 mm")):
+        share = next((share for share in fit.budget if share.source == role), None)
+        source = next((source for source in measured.sources if source.name == role), None)
+        if share is None or source is None or not source.default:
+            continue
+        column, touched = readings.columns[role], np.array(source.groups) >= 0
+        size = np.where(touched, source.absolute + source.relative * np.abs(getattr(measured, role)), 1.0)
+        rounding = np.array([0.0 if read.u else (read.step or 0.0) / math.sqrt(12) for read in column.readings])
+        part = float(np.sqrt(np.mean((rounding / size)[touched] ** 2)))
+        if part * share.u_inertia < MOST * (fit.inertia.u or 0.0):
+            continue
+        first = int(np.argmax(touched * rounding / size))
+        reading = column.readings[first]
+        (shown, unit), step = to_display(reading.value or 0.0, role), to_display(reading.step or 0.0, role)[0]
+        # One digit more, and as many as make a step of 1 %.
+        digits = max(0, 1 - math.floor(math.log10(step)), math.ceil(2 - math.log10(abs(shown))))
+        found.append(
+            readings.diagnose(
+                DIGITS_TOO_FEW,
+                f'{role} "{reading.text}" is written to {step:.2g} {unit}: that rounding alone is '
+                f"{100 * part * share.u_inertia / abs(fit.inertia.value):.2g} % of I_zz, most of its uncertainty",
+                f"write every digit that was read, such as {shown:.{digits}f} {unit}, or # u_{role}: {sample}",
+                column.place(first),
+                len(reading.text),
+            )
+        )
+    return found
+
+
+MOST = 0.5
+"""So much of u(I_zz) from the rounding of what is written is worth a word."""
 
 
 def _model_findings(
@@ -194,6 +233,22 @@ def _model_findings(
                 "add a column transverse_inertia [kg*m^2], or one line: # transverse_inertia: 5.8e-3 kg*m^2",
             )
         )
+    left_out = (
+        {"u_pitch"}
+        if any(source.name == "release" for source in measured.sources)
+        else {"u_pitch", "u_transverse_inertia"}
+    )
+    if "pitch" in readings.columns and not fit.adjusted.problem.tilted:
+        found += [
+            readings.diagnose(
+                UNCERTAINTY_NOT_USED,
+                f"{key} changes nothing here: the tilt matters so little that eq. (9), for a level rod, is used",
+                "--model steady takes the tilt into account",
+                place,
+            )
+            for key, place in readings.stated_at.items()
+            if key in left_out
+        ]
     release = next(effect for effect in effects if effect.effect == "release")
     if (
         measured.motion is None

@@ -197,7 +197,7 @@ def _crossing(at: Callable[[float], Trial], low: Trial, high: Trial) -> Trial:
     return found
 
 
-def _phase_known(measured: Measurements, inertia: float) -> Floats:
+def _phase_known(measured: Measurements, inertia: Floats | float) -> Floats:
     """How well the phase of the nutation at the last click is known, 0 to 1: e^(−σ²/2) of its uncertainty σ [rad]."""
     click = physics.click_error(measured.spin, inertia, fitting.transverse_inertia(measured))
     own = sum((s.relative**2 for s in measured.sources if s.quantity == "spin"), start=np.zeros(len(measured.runs)))
@@ -217,26 +217,28 @@ def _slowed(
     across = fitting.transverse_inertia(measured)
     total = measured.torque + fit.imbalance.value
     lean = (across, measured.pitch) if chosen.tilted else (0.0, 0.0)
+    # The weight spins along.
+    whole = inertia + measured.added
     with np.errstate(divide="ignore", invalid="ignore"):
-        steady = physics.precession_rate(total, measured.spin, inertia, *lean)
+        steady = physics.precession_rate(total, measured.spin, whole, *lean)
         if not chosen.released:
-            return replace(measured, slowing=steady / _mean_rate_of_decay(measured, total, inertia, across))
+            return replace(measured, slowing=steady / _mean_rate_of_decay(measured, total, whole, across))
     from gyrodata import motion
 
-    top = motion.Top(inertia, across, total)
+    top = motion.Top(whole, across, total)
     state = motion.released(top, measured.spin, measured.pitch)
     mean = motion.mean_precession_rate(top, state)
     ratio = steady / mean
     known = np.zeros(len(total))
     if followed:
-        known = _phase_known(measured, inertia)
+        known = _phase_known(measured, whole)
         angle = np.sign(mean) * 2 * np.pi * measured.turns
         # What the rod has swept by the time that was read, not the time that the count would take: the phase is
         # then free of the torque.
         time = measured.time - fit.timing_bias.value
         ahead = motion.precession_angle(top, state, time) - mean * time
         ratio = ratio - known * ahead * steady / (mean * angle)
-    click = physics.click_error(measured.spin, inertia, across)
+    click = physics.click_error(measured.spin, whole, across)
     own, every = tuple(range(len(total))), (0,) * len(total)
     nothing = np.zeros(len(total))
     spread = click * np.sqrt((1 - known**2) / 2)
@@ -255,7 +257,7 @@ def _transverse_u(measured: Measurements) -> float:
     return next(stated, TRANSVERSE_U)
 
 
-def _mean_rate_of_decay(measured: Measurements, total: Floats, inertia: float, across: Floats) -> Floats:
+def _mean_rate_of_decay(measured: Measurements, total: Floats, inertia: Floats | float, across: Floats) -> Floats:
     """Mean of eq. (8)'s rate over a viscous fall of the spin [rad/s], by Gauss-Legendre in time."""
     assert measured.spin_start is not None
     assert measured.spin_end is not None

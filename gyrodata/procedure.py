@@ -21,6 +21,7 @@ from gyrodata.diagnostics import (
     TOO_FEW_WEIGHTS,
 )
 from gyrodata.errors import Diagnostic, LogError
+from gyrodata.findings import digit_findings
 from gyrodata.fitting import FitResult, Outlier
 from gyrodata.measurements import Measurements, measure, torque_groups
 from gyrodata.physics import RPM, Floats
@@ -64,6 +65,7 @@ def check_procedure(readings: Readings, analysis: Analysis | None = None) -> tup
         *_short_times(readings, measured),
         *_falling_spin(readings, measured),
         *(_odd_runs(readings, measured, fitted.outliers) if fitted else ()),
+        *(digit_findings(readings, measured, fitted.fit) if fitted else ()),
     )
 
 

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+import gyrodata
+from gyrodata.fitting import fit, fit_many
 from gyrodata.measurements import SOURCES, Measurements, Source, measure, select, torque_groups
-from gyrodata.readings import read_log
+from gyrodata.model import Model
+from gyrodata.readings import UNCERTAINTIES, kind_of_role, read_log
 from gyrodata.simulation import TYPICAL
 
 HEAD = "mass [g],position [cm],spin [rpm],time [s],turns\n"
@@ -123,7 +128,7 @@ def test_force_and_torque_instead_of_a_mass() -> None:
     assert by_force.torque[0] == pytest.approx(0.03)
     given = measured("torque [mN*m],spin [rpm],time [s],turns\n30,400,39,1\n")
     assert given.torque[0] == pytest.approx(0.03)
-    assert {s.name for s in given.sources} == {"time", "spin", "spin_scale", "torque"}
+    assert {s.name for s in given.sources} == {"time", "spin", "spin_scale", "spin_delay", "torque"}
 
 
 def test_a_period_or_a_rate_instead_of_time_and_turns() -> None:
@@ -184,3 +189,211 @@ def test_the_uncertainty_of_a_period_is_that_of_its_time():
     assert time_error("# u_time: 0.2 s\n" + head + rows) == (False, (0.2, 0.2))
     # One value only, perhaps that of a mean: it is not what each time has.
     assert time_error(head.replace("Ω", "x") + rows.replace("0.5,", ",").replace(",3\n", ",\n"))[0]
+
+
+class TestSighting:
+    def test_only_a_part_of_a_turn_is_sighted(self) -> None:
+        m = measured(HEAD + "20.0,15.0,206,7.06,1/3\n20.0,15.0,407,40.1,1\n")
+        assert source(m, "angle").absolute == pytest.approx([2**0.5 / 360, 0.0])
+        assert (source(m, "angle").groups, source(m, "angle").default) == ((0, 1), True)
+        whole = measured(HEAD + "20.0,15.0,206,20.4,1\n20.0,15.0,407,81.0,2.00\n")
+        assert "angle" not in {s.name for s in whole.sources}
+        period = measured("mass [g],position [cm],spin [rpm],precession_period [s]\n20,15,400,39\n")
+        assert "angle" not in {s.name for s in period.sources}
+
+    @pytest.mark.parametrize(
+        ("line", "header", "cell"),
+        [
+            ("# u_angle: 3 deg", "turns", "1/3"),
+            ("# u_turns: 0.00833333333", "turns", "1/3"),
+            ("# u_turns: 0.00833333333", "angle [deg]", "120"),
+            ("", "turns,u_angle [deg]", "1/3,3"),
+            ("", "angle [deg],u_turns", "120,0.00833333333"),
+            ("# turns: 1/3", "u_angle [deg]", "3"),
+            ("", "angle [deg]", "120 ± 3"),
+        ],
+    )
+    def test_it_may_be_stated_for_turns_and_angle_alike(self, line: str, header: str, cell: str) -> None:
+        m = measured(f"{line}\nmass [g],position [cm],spin [rpm],time [s],{header}\n20.0,15.0,206,7.06,{cell}\n")
+        assert source(m, "angle").absolute == pytest.approx([3 / 360])
+        assert not source(m, "angle").default
+        assert m.diagnostics[1:] == ()
+
+
+class TestFallingSpin:
+    FALLING = "mass [g],position [cm],spin_start [rpm],spin_end [rpm],time [s],turns\n20,15,440,400,39,1\n"
+
+    def test_a_spin_read_once_is_read_late(self) -> None:
+        m = measured("# u_spin_delay: 3 s\n" + HEAD + ROWS)
+        assert source(m, "spin_delay").relative == pytest.approx([0.01] * 4)
+        assert source(m, "spin_delay").groups == (0,) * 4
+
+    def test_one_spin_for_the_whole_log_was_not_read_at_half_time(self) -> None:
+        m = measured("mass [g],position [cm],time [s],turns\n20,15,7,1\n40,15,4,1\n", spin="400 rpm")
+        assert "spin_delay" not in {s.name for s in m.sources}
+
+    def test_the_law_is_in_doubt_where_start_and_end_are_read(self) -> None:
+        m = measured("# u_decay_exponent: 1\n" + self.FALLING)
+        assert source(m, "decay_exponent").relative == pytest.approx([np.log(1.1) ** 2 / 12], rel=1e-3)
+        assert "spin_delay" not in {s.name for s in m.sources}
+        thrice = self.FALLING.replace("spin_end", "spin [rpm],spin_end").replace("400,39", "419,400,39")
+        assert "decay_exponent" not in {s.name for s in measured(thrice).sources}
+
+
+class TestGravity:
+    def test_what_is_known_of_it_goes_into_u(self) -> None:
+        def doubt(line: str) -> tuple[float, float]:
+            m = measured(line + HEAD + ROWS)
+            return m.g, source(m, "g").relative[0]
+
+        assert doubt("") == (9.80665, 0.001)
+        assert doubt("# latitude: 45 deg\n") == (pytest.approx(9.8061978), 0.0001)
+        assert doubt("# latitude: 90\n# g: 9.803 m/s^2\n") == (9.803, 0.0)
+        assert doubt("# u_g: 1 %\n# latitude: 33.9 S\n")[1] == 0.01
+
+    def test_the_latitude_is_kept(self) -> None:
+        south = measured("# latitude: 33.9° S\n" + HEAD + ROWS)
+        assert south.latitude == pytest.approx(-np.radians(33.9))
+        assert [d.code for d in south.diagnostics] == []
+        assert measured(HEAD + ROWS).latitude is None
+
+    @pytest.mark.parametrize("text", ["91 deg", "-33 S", "north", "3 m"])
+    def test_what_is_no_latitude_is_refused(self, text: str) -> None:
+        found = read_log(f"# latitude: {text}\n{HEAD}{ROWS}".encode()).diagnostics
+        assert [(d.code, d.line) for d in found] == [("G306", 1)]
+
+
+class TestWeightSpinsAlong:
+    LOG = "# g: 9.803 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns,weight_diameter [cm]\n"
+    SHAPE = LOG + "".join(
+        f"{m},{x},{s},9.0,1,{d}\n" for m, x, d in ((200, 15, 6), (400, 15, 8), (300, -15, 6)) for s in (200, 400, 600)
+    )
+
+    def exact(self, inertia: float) -> Measurements:
+        m = measured(self.SHAPE)
+        whole = inertia + 0.5 * m.mass * np.repeat([0.03, 0.04, 0.03], 3) ** 2
+        return replace(m, time=2 * np.pi * whole * m.spin / np.abs(m.torque))
+
+    def test_i_zz_is_that_of_ball_and_rod(self) -> None:
+        m = self.exact(4.44e-3)
+        found = fit(m)
+        assert found.inertia.value == pytest.approx(4.44e-3, rel=1e-6)
+        assert found.fitted_time == pytest.approx(m.time, rel=1e-6)
+        # What is left out makes it wrong by 2 %.
+        assert fit(replace(m, added=0.0)).inertia.value > 4.52e-3
+
+    def test_many_labs_at_once(self) -> None:
+        labs = [self.exact(4.44e-3), self.exact(5e-3)]
+        found = fit_many(labs[0], {"time": np.array([lab.time for lab in labs])})
+        assert found.inertia[:, 2] == pytest.approx([4.44e-3, 5e-3], rel=1e-6)
+
+    def test_a_run_without_a_weight_has_nothing_added(self) -> None:
+        m = measured(self.SHAPE + "0,,400,160,1/12,\n")
+        assert m.added[-1] == 0  # type: ignore[index]
+
+    def test_its_doubt_is_that_of_one_weight(self) -> None:
+        m = measured("# u_weight_diameter: 10 %\n" + self.SHAPE)
+        assert source(m, "weight_diameter").relative == pytest.approx([0.2] * 9)
+        assert source(m, "weight_diameter").groups == (0,) * 3 + (1,) * 3 + (0,) * 3
+
+
+class TestBalance:
+    @pytest.mark.parametrize(("text", "meant"), [("yes", True), ("Ja", True), ("no", False), ("нет", False)])
+    def test_the_log_may_say_that_the_ball_is_balanced(self, text: str, meant: bool) -> None:
+        assert measured(f"# balanced: {text}\n{HEAD}{ROWS}").balanced is meant
+
+    def test_what_is_neither_yes_nor_no_is_refused(self) -> None:
+        (found,) = read_log(f"# balanced: roughly\n{HEAD}{ROWS}".encode()).diagnostics
+        assert (found.code, found.line) == ("G306", 1)
+        assert '"yes"' in found.hint
+
+    def test_no_imbalance_at_all_is_obeyed(self) -> None:
+        rows = "20.00,15.0,206,20.5,1\n20.00,15.0,407,40.5,1\n40.00,15.0,405,20.1,1\n60.00,15.0,404,13.4,1\n"
+        free = gyrodata.analyze((HEAD + rows).encode())
+        obeyed = gyrodata.analyze(f"# u_imbalance: 0 N*m\n{HEAD}{rows}".encode())
+        assert (free.residual_torque.u or 0.0) > 1e-4
+        assert (obeyed.residual_torque.u or 0.0) < 1e-7
+        assert abs(obeyed.residual_torque.value) < 1e-7
+        assert (obeyed.inertia.u or 0.0) < (free.inertia.u or 0.0)
+
+    def test_a_line_left_blank_says_nothing(self) -> None:
+        readings = read_log(f"# balanced:\n{HEAD}{ROWS}".encode())
+        assert readings.diagnostics == ()
+        assert readings.balanced is None
+
+    @pytest.mark.parametrize("key", ["u_imbalance", "u_time_bias", "u_spin_delay"])
+    def test_a_share_of_nothing_is_refused(self, key: str) -> None:
+        (found,) = read_log(f"# {key}: 5 %\n{HEAD}{ROWS}".encode()).diagnostics
+        assert (found.code, found.line) == ("G306", 1)
+
+
+BALL = "# ball_mass: 4.1 kg\n# ball_diameter: 10.16 cm\n"
+SHAPES = {
+    "level": BALL + "# weight_diameter: 4 cm\n" + HEAD,
+    "falling": "mass [g],position [cm],spin_start [rpm],spin_end [rpm],time [s],turns\n",
+    "spin periods": "force [N],position [cm],spin_period_start [s],spin_period_end [s],time [s],angle [deg]\n",
+    "spin period": "torque [mN*m],spin_period [s],precession_period [s]\n",
+    "rates": "torque [mN*m],spin [rpm],precession_rate [rad/s]\n",
+    "tilted": "# transverse_inertia: 0.006 kg*m^2\n" + HEAD.strip() + ",pitch [deg]\n",
+}
+CELLS = {
+    "mass": (40, 80, 60), "position": (15.0,) * 3, "torque": (58.8, 117.6, 88.2), "force": (0.392, 0.784, 0.588),
+    "spin": (200, 400, 600), "spin_start": (230, 460, 690), "spin_end": (170, 340, 510),
+    "spin_period": (0.3, 0.15, 0.1), "spin_period_start": (0.27, 0.135, 0.09), "spin_period_end": (0.33, 0.165, 0.11),
+    "time": (3.31, 3.31, 6.62), "turns": ("1/3",) * 3, "angle": (120,) * 3, "precession_period": (9.94, 9.94, 19.87),
+    "precession_rate": (0.632, 0.632, 0.316), "pitch": (40.0,) * 3,
+}  # fmt: skip
+STATED = {"number": "0.3", "angle": "4 deg", "time": "0.7 s", "length": "2 mm", "torque": "3 mN*m"}
+
+
+def test_every_uncertainty_changes_the_budget_or_is_refused() -> None:
+    heard = set()
+    for name, shape in SHAPES.items():
+        roles = [header.split(" ")[0] for header in shape.splitlines()[-1].split(",")]
+        rows = "".join(",".join(str(CELLS[role][i]) for role in roles) + "\n" for i in range(3))
+
+        def told(
+            line: str, rest: str = shape + rows, model: Model = "steady" if name == "tilted" else "auto"
+        ) -> tuple[object, list[tuple[str, int | None]]]:
+            a = gyrodata.analyze((line + rest).encode(), model=model)
+            budget = {share.source: round(share.u_inertia / a.inertia.value, 6) for share in a.budget}
+            return (budget, a.ball), [(d.code, d.line) for d in a.diagnostics if d.code == "G406"]
+
+        silent, none = told("")
+        assert none == []
+        for key in UNCERTAINTIES:
+            u = "3 %" if key.endswith("_scale") else STATED.get(kind_of_role(key), "4 %")
+            changed, refused = told(f"# {key}: {u}\n")
+            assert (changed == silent) == bool(refused), f"{key} in the log {name}"
+            assert refused in ([], [("G406", 1)])
+            heard |= set() if refused else {key}
+    assert set(UNCERTAINTIES) - heard == {"u_inertia"}, "I_zz is what is to be found"
+
+
+def test_an_uncertainty_that_nothing_has_is_refused_where_it_stands() -> None:
+    column = HEAD.strip() + ",u_pitch [deg]\n" + ROWS.replace("1/3\n", "1/3,2\n")
+    (found,) = [d for d in read_log(column.encode()).diagnostics if d.code == "G220"]
+    assert "there is no pitch" in found.message
+    given = measured(HEAD + ROWS, u_pitch="1 deg")
+    (refused,) = [d for d in given.diagnostics if d.code == "G406"]
+    assert refused.line is None
+    assert not any(d.code == "G406" for d in measured(HEAD + ROWS, u_pitch="0 deg").diagnostics), "so much is true"
+
+
+@pytest.mark.parametrize("pitch", ["0", "0.1"])
+@pytest.mark.parametrize("line", ["# u_pitch: 0.1 deg", "# u_transverse_inertia: 5 %"])
+def test_an_uncertainty_of_a_tilt_that_is_left_out_is_refused(pitch: str, line: str) -> None:
+    log = HEAD.strip() + ",pitch [deg]\n" + ROWS.replace("1/3\n", f"1/3,{pitch}\n")
+    found = gyrodata.analyze(f"{line}\n# transverse_inertia: 0.006 kg*m^2\n{log}".encode()).diagnostics
+    assert ("G406", 1) in {(d.code, d.line) for d in found}
+
+
+def test_digits_that_make_most_of_u_are_named() -> None:
+    rows = "0.02,15.0,206,20.4,1\n0.04,15.0,405,20.1,1\n0.06,15.0,404,13.4,1\n"
+    short = HEAD.replace("[g]", "[kg]") + rows
+    (found,) = [d for d in gyrodata.analyze(short.encode()).diagnostics if d.code == "G407"]
+    assert (found.line, found.column, found.severity) == (2, 1, "note")
+    assert "such as 20.0 g, or # u_mass: 0.2 %" in found.hint
+    for told in ("# u_mass: 0.2 %\n" + short, short.replace("0.02,", "20.0 g,").replace(",0.04", "40.0 g")):
+        mended = told if told[0] == "#" else told.replace("0.04,15", "40.0 g,15").replace("0.06,15", "60.0 g,15")
+        assert [d.code for d in gyrodata.analyze(mended.encode()).diagnostics if d.code == "G407"] == []

@@ -303,7 +303,7 @@ class TestNoise:
         noise = {**TYPICAL, "u_imbalance": Uncertainty(3e-4)}
         drawn = [simulated(noise=noise, seed=seed).truth for seed in range(300)]
         assert np.std([truth.imbalance for truth in drawn]) == pytest.approx(3e-4, rel=0.15)
-        assert np.std([truth.timing_bias for truth in drawn]) == pytest.approx(0.05, rel=0.15)
+        assert np.std([truth.timing_bias for truth in drawn]) == pytest.approx(0.12, rel=0.15)
         given = simulated(Truth(imbalance=1e-4, timing_bias=0.0), noise=noise).truth
         assert (given.imbalance, given.timing_bias) == (1e-4, 0.0)
 
@@ -341,7 +341,9 @@ class TestNoiseFile:
     def test_a_simulated_log_is_a_noise_file_too(self, tmp_path: Path) -> None:
         (tmp_path / "log.csv").write_text(simulated(noise=EXACT).log, encoding="utf-8")
         noise = read_noise(tmp_path / "log.csv")
-        assert noise == {**EXACT, **{key: TYPICAL[key] for key in ("u_pitch", "u_transverse_inertia")}}
+        # What it has no readings for it does not state.
+        absent = ("u_pitch", "u_transverse_inertia", "u_turns", "u_decay_exponent")
+        assert noise == {**EXACT, **{key: TYPICAL[key] for key in absent}}
 
     @pytest.mark.parametrize(
         ("content", "said"),
@@ -448,6 +450,12 @@ class TestWhatARealLabHas:
         assert turning.time == pytest.approx(2 * np.pi / np.abs(seen), rel=1e-12)
         assert turning.time / still.time - 1 == pytest.approx(physics.earth_bias(rate, latitude), rel=0.05)
 
+    def test_a_log_tells_the_latitude_and_the_earth_is_in_it(self) -> None:
+        truth = Truth(imbalance=3e-4, timing_bias=0.0, latitude=0.74)
+        done = simulated(truth, Design(masses=(0.0, 0.02, 0.04)), seed=None)
+        assert read_log(done.log).constants["latitude"] == 0.74
+        assert "latitude 0.74 rad" in done.log.splitlines()[0]
+
     def test_normal_gravity_goes_with_the_latitude(self) -> None:
         log = gyro("simulate", "--latitude", "45deg", "--noise", "none").stdout
         assert read_log(log).constants["g"] == pytest.approx(9.80620, abs=1e-5)
@@ -505,10 +513,10 @@ class TestWhatARealLabHas:
 
 GOLDEN = """\
 # Simulated, not measured: I_zz = 0.00444 kg*m^2, I = 0.006 kg*m^2, residual torque 0.0003 N*m, timing bias \
-0.04108090717505792 s, steady, seed 1
+0.098594177220139 s, steady, seed 1
 # g: 9.80665 m/s^2
 # u_time: 0.14 s
-# u_time_bias: 0.05 s
+# u_time_bias: 0.12 s
 # u_spin: 0.2 %
 # u_spin_scale: 0.1 %
 # u_mass: 0.2 %
@@ -517,16 +525,17 @@ GOLDEN = """\
 # u_position_zero: 0.0005 m
 # u_pitch: 0.03490658503988659 rad
 # u_transverse_inertia: 2.0 %
-# u_turns: 0.0 %
+# u_spin_delay: 0.0 %
+# u_turns: 0.003928371006591931
 # motion: steady
 # transverse_inertia: 0.00585 kg*m^2
 mass [g],position [cm],spin [rpm],time [s],turns,pitch [deg],spin_sense,precession_sense,run
-0,,400.0,1298.26,1/3,11.3,ccw,ccw,1
-0,,400.5,1298.57,1/3,11.3,cw,cw,2
-19.94,14.97,399.4,13.21,1/3,9.0,ccw,ccw,3
-19.94,14.97,399.9,13.07,1/3,6.7,cw,cw,4
-19.94,-15.02,399.6,13.50,1/3,10.3,ccw,cw,5
-19.94,-15.02,400.5,13.47,1/3,10.2,cw,ccw,6
+0,,400.0,1283.86,1/3,11.3,ccw,ccw,1
+0,,400.5,1297.12,1/3,11.3,cw,cw,2
+19.94,14.97,399.4,13.28,1/3,9.0,ccw,ccw,3
+19.94,14.97,399.9,13.13,1/3,6.7,cw,cw,4
+19.94,-15.02,399.6,13.48,1/3,10.3,ccw,cw,5
+19.94,-15.02,400.5,13.62,1/3,10.2,cw,ccw,6
 """
 
 
@@ -591,7 +600,7 @@ class TestTruthFile:
         file = tmp_path / "truth.json"
         done = gyro(
             "simulate", "--weights", "0g,20g", "--imbalance", "0.3 mN m", "--spin-decay", "10 %", "--spins=-400rpm",
-            "--truth", str(file), "--seed", "5",
+            "--decay-law", "viscous", "--truth", str(file), "--seed", "5",
         )  # fmt: skip
         told = json.loads(file.read_text(encoding="utf-8"))
         assert told["schema"] == "gyro.truth/1"
@@ -645,7 +654,7 @@ MESSAGES: dict[str, tuple[str, str]] = {
         "--pitch 60deg --spins 200rpm --weights 60g --transverse 0.02kg*m^2 --spin-decay 3s",
         "it takes more than 148.4 rpm",
     ),
-    "spin gone": ("--spin-decay 1s", "fallen to"),
+    "spin gone": ("--spin-decay 1s --decay-law viscous", "fallen to"),
     "all lost": ("--spin-decay 100%", "cannot lose"),
     "level and tilted": ("--motion horizontal --pitch 10deg", "--motion steady"),
     "released, and a part lost": ("--motion released --spin-decay 10%", "with one time constant"),

@@ -61,7 +61,7 @@ def simulate(
     ] = None,
     spin_decay: Annotated[
         str | None,
-        typer.Option("--spin-decay", metavar="QUANTITY", help='Time constant of a viscous fall of the spin, "600 s", '
+        typer.Option("--spin-decay", metavar="QUANTITY", help='Time constant of the fall of the spin, "600 s", '
                      'or the part lost in each run, "10 %"; the log then has the spin at start and end.'),
     ] = None,
     decay_law: Annotated[

@@ -5,6 +5,8 @@ between the readings and the unknowns I_zz, M0 (residual torque of an imperfect 
 
     s (M + M0)(T − b) = 2π f I_zz ψ̇ + s (I_zz − I) cosθ (2π f)²/(T − b),      s = sign of φ̇ψ̇
 
+with what the weight adds to I_zz in each run, where the log says how wide it is: it spins along.
+
 Every reading is its truth plus its errors, each error a standard normal number times its uncertainty at the
 *true* value.
 """
@@ -22,7 +24,7 @@ from gyrodata.physics import Floats
 
 Integers = NDArray[np.int_]
 
-QUANTITIES = ("time", "spin", "turns", "mass", "position", "force", "torque", "g", "pitch", "transverse")
+QUANTITIES = ("time", "spin", "turns", "mass", "position", "force", "torque", "g", "pitch", "transverse", "added")
 
 MAD_TO_SD = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation [1]."""
@@ -54,7 +56,7 @@ class Problem:
     """One log's readings and errors as arrays: S sources, n runs, K errors that are shared.
 
     A source's error that one run has alone is eliminated row by row; one that several runs share is an
-    unknown, a column of its own. `observed` may be a stack of labs of one design, shape (…, 10, n).
+    unknown, a column of its own. `observed` may be a stack of labs of one design, shape (…, 11, n).
     """
 
     def __init__(self, measured: Measurements, tilted: bool) -> None:
@@ -71,7 +73,8 @@ class Problem:
             # The angle that steady precession would have swept in the same time.
             self.observed[2] *= measured.slowing
         self.observed[7] = measured.g
-        self.observed[8:] = (measured.pitch, transverse_inertia(measured)) if tilted else 0.0
+        self.observed[8:10] = (measured.pitch, transverse_inertia(measured)) if tilted else 0.0
+        self.observed[10] = measured.added
         sources = [source for source in measured.sources if tilted or source.quantity not in ("pitch", "transverse")]
         sizes = np.array([(source.absolute, source.relative) for source in sources]).reshape(-1, 2, count)
         stated = np.flatnonzero(sizes.any(axis=(1, 2)))
@@ -128,7 +131,7 @@ class Problem:
         return Linear(value - np.add.reduce(alone * single, axis=-2), to_unknowns, slopes, alone, own)
 
     def truth(self, single: Floats, shared: Floats) -> tuple[Floats, Floats]:
-        """Adjusted value of each quantity, shape (10, n), and its derivative to each source's error, (S, n)."""
+        """Adjusted value of each quantity, shape (11, n), and its derivative to each source's error, (S, n)."""
         # An error that a run has alone is in `single`, one that it shares in `shared`, never in both.
         errors = single
         if self.shared_count:
@@ -155,26 +158,28 @@ class Problem:
         return values[..., 6, :], {6: np.ones(self.count)}
 
     def conditions(self, values: Floats, sense: Floats, unknowns: Floats) -> tuple[Floats, Floats, Floats]:
-        """Value of each run's condition, and its derivatives to I_zz, M0 and b, (n, 3), each quantity, (10, n)."""
+        """Value of each run's condition, and its derivatives to I_zz, M0 and b, (n, 3), each quantity, (11, n)."""
         inertia, imbalance, bias = unknowns[..., :1], unknowns[..., 1:2], unknowns[..., 2:]
         torque, chain = self.torque(values)
         time, spin = values[..., 0, :] - bias, values[..., 1, :]
         angle = 2 * np.pi * values[..., 2, :]
         push = sense * (torque + imbalance)
         to_torque = sense * time
-        moment = inertia * spin
+        whole = inertia + values[..., 10, :]
+        moment = whole * spin
         value = push * time - angle * moment
         to_unknowns = np.empty((*value.shape, 3))
         to = np.zeros((*value.shape[:-1], *values.shape[-2:]))
         to_unknowns[..., 0] = -angle * spin
         to_unknowns[..., 1] = to_torque
         to[..., 0, :] = push
-        to[..., 1, :] = -angle * inertia
+        to[..., 1, :] = -angle * whole
         to[..., 2, :] = -2 * np.pi * moment
+        to[..., 10, :] = -angle * spin
         for quantity, slope in chain.items():
             to[..., quantity, :] = to_torque * slope
         if self.tilted:
-            pitch, difference = values[..., 8, :], inertia - values[..., 9, :]
+            pitch, difference = values[..., 8, :], whole - values[..., 9, :]
             square = sense * angle**2 / time
             tilt = square * np.sin(pitch)
             value -= difference * tilt
@@ -183,6 +188,7 @@ class Problem:
             to[..., 2, :] -= 4 * np.pi * difference * tilt / angle
             to[..., 8, :] = -difference * square * np.cos(pitch)
             to[..., 9, :] = tilt
+            to[..., 10, :] -= tilt
         to_unknowns[..., 2] = -to[..., 0, :]
         return value, to_unknowns, to
 

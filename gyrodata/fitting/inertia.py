@@ -15,7 +15,7 @@ import numpy as np
 
 from gyrodata import physics
 from gyrodata.fitting.adjustment import Adjusted, Start, adjust
-from gyrodata.fitting.conditions import NEGLIGIBLE, Problem, torques_differ
+from gyrodata.fitting.conditions import Problem, torques_differ
 from gyrodata.fitting.estimates import ASTRAY, FACTOR, Estimate, FitResult, NoFit, Share, insist_on_solution
 from gyrodata.fitting.posterior import (
     BALANCE,
@@ -160,7 +160,7 @@ def integrate_at(measured: Measurements, result: FitResult) -> Posterior:
     )
     tested = None
     if measured.imbalance_u is not None:
-        tested = max(measured.imbalance_u(inertia) / lightest, NEGLIGIBLE)
+        tested = measured.imbalance_u(inertia) / lightest
     return integrate(conditions, balance_scale(measured, inertia) / lightest, times_stated(measured), tested).times(
         unit
     )
@@ -188,7 +188,7 @@ def times_stated(measured: Measurements) -> bool:
 def _typical(posterior: Posterior) -> tuple[float, float]:
     """Factor s, and the width of M0 with which alone I_zz is known as well as with all of them [N*m]."""
     factor = float(posterior.typical(posterior.factor))
-    steps = np.unique(posterior.factor)
+    steps = np.unique(posterior.factor[posterior.weight > 1e-6 * posterior.weight.max()])
     nearest = posterior.factor == steps[np.argmin(np.abs(np.log(steps / factor)))]
     weight = posterior.weight[nearest] / posterior.weight[nearest].sum()
     part = Posterior(weight, posterior.mean[:, nearest], posterior.u[:, nearest], *(posterior.factor,) * 2, weight)
@@ -245,11 +245,11 @@ def _predict(adjusted: Adjusted, sense: Floats) -> tuple[Floats, Floats]:
     problem = adjusted.problem
     values, _ = problem.truth(np.zeros_like(adjusted.slopes), adjusted.shared)
     inertia, imbalance, bias = (float(value) for value in adjusted.unknowns)
-    torque = problem.torque(values)[0] + imbalance
+    torque, whole = problem.torque(values)[0] + imbalance, inertia + values[10]
     if problem.tilted:
-        rate = np.abs(physics.precession_rate(torque, sense * values[1], inertia, values[9], values[8]))
+        rate = np.abs(physics.precession_rate(torque, sense * values[1], whole, values[9], values[8]))
     else:
-        rate = np.abs(physics.horizontal_precession_rate(torque, values[1], inertia))
+        rate = np.abs(physics.horizontal_precession_rate(torque, values[1], whole))
     with np.errstate(divide="ignore"):
         # The condition is the time multiplied by the torque at work, and so is its spread.
         return 2 * np.pi * values[2] / rate + bias, np.sqrt(adjusted.own) / np.abs(torque)

@@ -25,6 +25,7 @@ from typing import cast
 
 import numpy as np
 
+from gyrodata.fitting.conditions import NEGLIGIBLE
 from gyrodata.physics import Floats
 
 BALANCE = 0.05
@@ -193,7 +194,7 @@ def balance_prior(scale: Floats, tested: Floats | float | None) -> tuple[Floats,
     bold = np.log(WIDTHS[:, None] / TOO_BOLD[0])
     doubt = np.log(np.exp(-bold - 0.5 * np.exp(-2 * bold)) @ TOO_BOLD[1])
     doubt -= math.log(np.exp(doubt).sum())
-    test = np.asarray(tested, dtype=float)[..., None] * WIDTHS
+    test = np.maximum(tested, NEGLIGIBLE)[..., None] * WIDTHS
     squares = widths[..., :, None] ** 2, test[..., None, :] ** 2
     both = squares[0] * squares[1] / (squares[0] + squares[1])
     weight = chance[:, None] + doubt - 0.5 * np.log(squares[0] + squares[1])

@@ -17,6 +17,7 @@ from gyrodata.diagnostics import (
     PRECESSION_FASTER_THAN_SPIN,
     SENSES_CONTRADICT_TORQUE,
     SPIN_RISES,
+    UNCERTAINTY_NOT_USED,
 )
 from gyrodata.errors import Diagnostic
 from gyrodata.measurements.sources import (
@@ -28,10 +29,12 @@ from gyrodata.measurements.sources import (
     spin_columns,
     stated_or_default,
     tilt_sources,
+    told_by_period,
     values_of,
 )
 from gyrodata.physics import Floats
-from gyrodata.readings import Column, Readings
+from gyrodata.readings import SHARED_UNCERTAINTIES, Column, Readings, as_u_of, u_keys
+from gyrodata.units import Uncertainty
 
 
 @dataclass(frozen=True)
@@ -90,6 +93,10 @@ class Measurements:
     """Whether the log says that the ball is balanced; None where it does not say."""
     motion: str | None = None
     """"released" from rest, or "steady"; None where the log does not say."""
+    added: Floats | float = 0.0
+    """What the weight, which spins along, adds to I_zz of each run [kg*m^2], shape (n,); 0 where it is not known."""
+    latitude: float | None = None
+    """[rad]; None where the log does not say."""
 
     @cached_property
     def by_torque(self) -> list[list[int]]:
@@ -116,7 +123,7 @@ class Measurements:
         variance = np.zeros(len(self.runs))
         for source in self.sources:
             size = {"time": self.time, "spin": self.spin, "turns": self.turns}.get(source.quantity)
-            if size is not None and source.name != "spin_scale":
+            if size is not None and not source.shared_by.startswith("all runs"):
                 variance += (source.absolute / size + source.relative) ** 2
         return np.sqrt(variance)
 
@@ -128,16 +135,18 @@ def measure(readings: Readings) -> Measurements:
     nothing = np.full(count, np.nan)
     columns = readings.columns
 
-    g = readings.constants.get("g", physics.STANDARD_GRAVITY)
+    latitude = readings.constants.get("latitude")
+    usual_g = physics.STANDARD_GRAVITY if latitude is None else float(physics.normal_gravity(latitude))
+    g = readings.constants.get("g", usual_g)
     uses_weight = "mass" in columns
     uses_force = not uses_weight and "force" in columns
     uses_torque = not uses_weight and not uses_force
-    if uses_weight and "g" not in readings.constants:
+    if uses_weight and latitude is None and "g" not in readings.constants:
         diagnostics.append(
             readings.diagnose(
                 GRAVITY_NOT_GIVEN,
                 f"g is not given: {physics.STANDARD_GRAVITY} m/s^2 is used",
-                "write the local value above the header: # g: 9.803 m/s^2",
+                "write the local value above the header: # g: 9.803 m/s^2, or # latitude: 52.5 deg",
             )
         )
     mass = values_of(columns["mass"]) if uses_weight else nothing
@@ -186,9 +195,13 @@ def measure(readings: Readings) -> Measurements:
         diagnostics=(),
         spin_readings=len(spin_columns(readings)),
         motion=readings.motion,
+        balanced=readings.balanced,
+        added=_added(columns, mass) if uses_weight else 0.0,
+        latitude=latitude,
     )
     diagnostics.extend(_find_contradictions(readings, measurements))
     diagnostics.extend(_find_too_fast(readings, measurements))
+    diagnostics.extend(_find_unheard(readings, timing))
     return replace(measurements, diagnostics=tuple(diagnostics))
 
 
@@ -228,6 +241,13 @@ def _timing(table: Mapping[str, Column], count: int) -> tuple[Floats, Floats, Co
         return values_of(table["precession_period"]), np.ones(count), table["precession_period"]
     rate = table["precession_rate"]
     return 2 * np.pi / np.abs(values_of(rate)), np.ones(count), rate
+
+
+def _added(table: Mapping[str, Column], mass: Floats) -> Floats | float:
+    """Moment of inertia of each run's weight about the rod [kg*m^2], that of a disk: half of m r²."""
+    if "weight_diameter" not in table:
+        return 0.0
+    return np.nan_to_num(0.5 * mass * (values_of(table["weight_diameter"]) / 2) ** 2)
 
 
 def _mean_spins(readings: Readings, diagnostics: list[Diagnostic]) -> tuple[Floats, Floats | None, Floats | None]:
@@ -285,7 +305,7 @@ def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) ->
 def _balance(readings: Readings) -> tuple[Callable[[float], float] | None, str]:
     """Prior width of M0 from what the log says of the balance; the most direct statement first."""
     stated = readings.uncertainties.get("u_imbalance")
-    if stated is not None and stated.absolute > 0:
+    if stated is not None:
         width = stated.absolute
         return (lambda inertia: width), "u_imbalance"
     if readings.balance_tilt is not None:
@@ -330,6 +350,80 @@ def _find_contradictions(readings: Readings, measured: Measurements) -> list[Dia
         if finding is not None:
             found.append(finding)
     return found
+
+
+def _find_unheard(readings: Readings, timing: Column) -> list[Diagnostic]:
+    """Name every ``u_…`` that the log states and that changes nothing, with the reason; but none that is zero."""
+    columns = readings.columns
+    load = next(role for role in ("mass", "force", "torque") if role in columns)
+    weighed, spins, ball = load == "mass", spin_columns(readings), {"ball_mass", "ball_diameter"}
+    placed = load != "torque" and "position" in columns
+    silent: dict[str, str | None] = {
+        "u_time_bias": "rates are given, not times of a stopwatch" if timing.role == "precession_rate" else None,
+        "u_mass_scale": None if weighed else f"the {load} is given, and no mass",
+        "u_g": None if weighed else f"the {load} is given, and no mass",
+        "u_position_zero": None if placed else "no position is read",
+        "u_spin_delay": _not_at_half_time(spins),
+        "u_decay_exponent": None if len(spins) == 2 else "the spin is not read at start and end alone",
+        **dict.fromkeys(
+            ("u_ball_mass", "u_ball_diameter"),
+            None if ball <= set(readings.constants) else "ball_mass and ball_diameter are not both given",
+        ),
+    }
+    read = {load, timing.role, *(column.role for column in (*spins, *told_by_period(columns, timing)))}
+    read |= {"position"} if load != "torque" else set()
+    read |= {"turns" if "turns" in columns else "angle"} if timing.role == "time" else set()
+    read |= {"weight_diameter"} if weighed else set()
+    read |= {"pitch"}
+    read |= {"transverse_inertia"} if "pitch" in columns or readings.motion == "released" else set()
+    found = []
+    for key, place in readings.stated_at.items():
+        u = readings.uncertainties[key]
+        base = key.removeprefix("u_")
+        if key in SHARED_UNCERTAINTIES:
+            why = silent.get(key)
+        elif any(
+            as_u_of(role, key, u) in (reading.u for reading in columns[role].readings)
+            for role in read & set(columns)
+            if key in u_keys(role)
+        ):
+            why = None
+        elif base in read & set(columns):
+            why = f"every {base} has an uncertainty of its own"
+        else:
+            why = _why_not_read(base, columns, timing)
+        if why is not None and u != Uncertainty():
+            found.append(
+                readings.diagnose(
+                    UNCERTAINTY_NOT_USED,
+                    f"{key} changes nothing here: {why}",
+                    f'take "{key}" out, or give what it belongs to',
+                    place,
+                )
+            )
+    return found
+
+
+def _not_at_half_time(spins: tuple[Column, ...]) -> str | None:
+    """Why a late reading of the spin at half time is no source of error in a log; None if it is."""
+    if len(spins) > 1:
+        return "the spin is read more than once in each run"
+    return None if any(spot >= 0 for spot in spins[0].spots) else "one spin is given for the whole log"
+
+
+def _why_not_read(role: str, columns: Mapping[str, Column], timing: Column) -> str:
+    """Why nothing is taken from a role's readings, or from their uncertainties."""
+    if role == "inertia":
+        return "I_zz is what is to be found, and its uncertainty too"
+    if role in ("turns", "angle"):
+        if timing.role != "time":
+            return f"the {timing.role.replace('_', ' ')} is given, and no angle is sighted"
+        return "the other one of u_turns and u_angle is given as well"
+    if role == "transverse_inertia" and role in columns:
+        return "the rod is level and goes steadily, so that I across it has no part"
+    if role in columns:
+        return f"{role} is only compared with what was read"
+    return f"there is no {role} in this log"
 
 
 def _find_too_fast(readings: Readings, measured: Measurements) -> list[Diagnostic]:

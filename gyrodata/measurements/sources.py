@@ -18,7 +18,7 @@ from gyrodata.physics import Floats
 from gyrodata.readings import Column, Readings
 from gyrodata.units import Uncertainty
 
-Quantity = Literal["time", "spin", "mass", "position", "force", "torque", "g", "turns", "pitch", "transverse"]
+Quantity = Literal["time", "spin", "mass", "position", "force", "torque", "g", "turns", "pitch", "transverse", "added"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,11 +37,30 @@ class SourceKind:
     """What would make it half as large next time, in words; "" where nobody can."""
 
 
+DECAY_TIME = 300.0
+"""Time constant [s] of the spin's decay that a late reading is taken with: that of a fair air bearing. One reading in
+each run does not tell it."""
+
+NORMAL_GRAVITY_U = Uncertainty(0.0, 0.0001)
+"""Of g where the latitude is given: 300 m of height, or what is underground."""
+
+WHOLE = 0.005
+"""A number of turns [1] this close to a whole one is meant as such: start and end are sighted alike."""
+
 SOURCES: Mapping[str, SourceKind] = {
     "precession_rate": SourceKind("time", Uncertainty(0.0, 0.01), "1 % and rounding"),
     "time": SourceKind("time", Uncertainty(0.14), "0.14 s (0.1 s a click) and rounding"),
-    "time_bias": SourceKind("time", Uncertainty(0.05), "0.05 s", "all runs (the same hand)"),
-    "angle": SourceKind("turns", Uncertainty(), "as given"),
+    # A click is 0.11 s late, with a standard deviation of 0.07 s: "Manual timing in physics experiments: error and
+    # uncertainty", Am. J. Phys. 87, 110 (2019). Who lets go and starts with one hand is late once, at the end.
+    "time_bias": SourceKind("time", Uncertainty(0.12), "0.12 s", "all runs (the same hand)"),
+    # √2 degrees in turns: one at the start, one at the end.
+    "angle": SourceKind(
+        "turns",
+        Uncertainty(math.sqrt(2) / 360),
+        "1° at each end of a part of a turn",
+        "",
+        "the rod sighted to half a degree (or whole turns timed, which end where they began)",
+    ),
     "spin": SourceKind(
         "spin",
         Uncertainty(0.0, 0.002),
@@ -55,6 +74,20 @@ SOURCES: Mapping[str, SourceKind] = {
         "0.1 %",
         "all runs (one tachometer)",
         "a tachometer checked to half its error",
+    ),
+    "spin_delay": SourceKind(
+        "spin",
+        Uncertainty(1.0),
+        f"1 s late, in a spin that falls by 1/e in {DECAY_TIME:g} s",
+        "all runs (the same habit)",
+        "the spin read at the start and at the end",
+    ),
+    "decay_exponent": SourceKind(
+        "spin",
+        Uncertainty(0.8),
+        "an exponent of 1 ± 0.8, an air film's, between dry friction's and turbulence's",
+        "all runs (the same drag)",
+        "the spin read at half time as well",
     ),
     "mass": SourceKind(
         "mass",
@@ -90,7 +123,8 @@ SOURCES: Mapping[str, SourceKind] = {
         "all runs (one ruler, one zero)",
         "the ruler's zero twice as well known (measure the arm from both ends)",
     ),
-    "g": SourceKind("g", Uncertainty(0.0, 0.0002), "0.02 %", "all runs"),
+    "g": SourceKind("g", Uncertainty(0.0, 0.001), "0.1 %", "all runs"),
+    "weight_diameter": SourceKind("added", Uncertainty(), "0", "runs with the same weight"),
     "pitch": SourceKind("pitch", Uncertainty(math.radians(2)), "2° and rounding"),
     "transverse_inertia": SourceKind("transverse", Uncertainty(0.0, 0.02), "2 %", "all runs"),
 }
@@ -157,6 +191,7 @@ def list_sources(
         *_timing_sources(columns, timing, time, turns),
         _source("spin", groups, np.zeros(len(spin)), relative_spin, default),
         _of_whole_log(readings, "spin_scale"),
+        *_decay_sources(readings, used),
     ]
     load = next(role for role in ("mass", "force", "torque") if role in columns)
     values = mass if load == "mass" else values_of(columns[load])
@@ -169,8 +204,47 @@ def list_sources(
     sources.append(_by_value("position", columns["position"], position, values != 0))
     sources.append(_of_whole_log(readings, "position_zero"))
     if load == "mass":
-        sources.append(_of_whole_log(readings, "g", exact="g" in readings.constants))
+        sources.append(_gravity_source(readings))
+        sources += _diameter_sources(columns, mass)
     return sources
+
+
+def _gravity_source(readings: Readings) -> Source:
+    """Doubt about g: none where it is given, little where the latitude is."""
+    if "g" in readings.constants:
+        return _of_whole_log(readings, "g", Uncertainty(), "0")
+    if "latitude" in readings.constants:
+        return _of_whole_log(readings, "g", NORMAL_GRAVITY_U, "0.01 %, from the latitude")
+    return _of_whole_log(readings, "g")
+
+
+def _diameter_sources(columns: Mapping[str, Column], mass: Floats) -> list[Source]:
+    """Doubt about what each weight adds to I_zz, where the log states how well its diameter is known."""
+    column = columns.get("weight_diameter")
+    if column is None or all(reading.u is None for reading in column.readings):
+        return []
+    across = values_of(column)
+    pairs = zip(column.readings, across.tolist(), strict=True)
+    given = [read.u.at(value) / value if read.u else 0.0 for read, value in pairs]
+    # Half of m r²: an error of the diameter counts twice.
+    doubt = np.where((mass > 0) & np.isfinite(across), 2 * np.array(given), 0.0)
+    groups = _numbered([f"{value:.9g}" for value in across.tolist()], doubt)
+    return [_source("weight_diameter", groups, np.zeros(len(mass)), doubt, False)]
+
+
+def _decay_sources(readings: Readings, used: tuple[Column, ...]) -> list[Source]:
+    """Doubt about the spin of a run, which falls: when it was read, or how it fell between two readings.
+
+    What is the same spin for the whole log was never read at half time.
+    """
+    if len(used) == 1 and any(spot >= 0 for spot in used[0].spots):
+        key, change = "spin_delay", np.full(len(used[0].readings), 1 / DECAY_TIME)
+    elif len(used) == 2:
+        key, change = "decay_exponent", np.abs(physics.decay_law_doubt(*map(as_spin, used)))
+    else:
+        return []
+    u, default = stated_or_default(readings, key)
+    return [_source(key, (0,) * len(change), np.zeros(len(change)), u.at(1.0) * change, default)]
 
 
 def _timing_sources(columns: Mapping[str, Column], timing: Column, time: Floats, turns: Floats) -> list[Source]:
@@ -184,12 +258,24 @@ def _timing_sources(columns: Mapping[str, Column], timing: Column, time: Floats,
         timing, time, SOURCES["time"].default
     )
     sources = [_source("time", every, absolute, relative, default)]
-    if "angle" in columns and "turns" not in columns:
-        angles = columns["angle"]
-        given = [read.u.at(read.value or 0.0) if read.u else 0.0 for read in angles.readings]
-        if any(given):
-            sources.append(_source("angle", every, np.array(given) / (2 * np.pi), np.zeros(len(time)), False))
+    if timing.role == "time":
+        sources += _sighting_sources(columns, turns)
     return sources
+
+
+def _sighting_sources(columns: Mapping[str, Column], turns: Floats) -> list[Source]:
+    """Error of the angle that a time covers: the rod is sighted against a mark at its start and at its end."""
+    column = columns["turns"] if "turns" in columns else columns["angle"]
+    per_turn = 1.0 if column.role == "turns" else 2 * np.pi
+    part = np.abs(turns - np.round(turns)) > WHOLE
+    absolute = np.where(part, SOURCES["angle"].default.absolute, 0.0)
+    relative, default = np.zeros(len(turns)), part.copy()
+    for i, reading in enumerate(column.readings):
+        if reading.u is not None:
+            absolute[i], relative[i], default[i] = reading.u.absolute / per_turn, reading.u.relative, False
+    if not (absolute.any() or relative.any()):
+        return []
+    return [_source("angle", tuple(range(len(turns))), absolute, relative, bool(default.any()))]
 
 
 def tilt_sources(readings: Readings, pitch: Floats, transverse: Floats | None) -> list[Source]:
@@ -227,14 +313,14 @@ def _source(
     return Source(key, kind.quantity, groups, absolute, relative, kind.shared_by, default, words)
 
 
-def _of_whole_log(readings: Readings, key: str, exact: bool = False) -> Source:
-    """A source that all runs share; of one that is exact the default is none."""
+def _of_whole_log(readings: Readings, key: str, usual: Uncertainty | None = None, words: str | None = None) -> Source:
+    """A source that all runs share; `usual` stands for its default where another one holds in this log."""
     count = len(readings.runs)
     used, default = stated_or_default(readings, key)
-    if default and exact:
-        used = Uncertainty()
+    if default and usual is not None:
+        used = usual
     sizes = np.full(count, used.absolute), np.full(count, used.relative)
-    return _source(key, (0,) * count, *sizes, default, "0" if exact else None)
+    return _source(key, (0,) * count, *sizes, default, words)
 
 
 def _by_value(key: str, column: Column, values: Floats, loaded: Floats) -> Source:
@@ -291,20 +377,23 @@ def _stated_for_period(
 
     A log with columns ``t``, ``N``, ``T = t/N`` and ``σ_T`` says how well the times are known, in another place.
     """
-    if timing.role != "time" or any(reading.u is not None for reading in timing.readings):
-        return None
-    for role in ("precession_period", "precession_rate"):
-        column = columns.get(role)
-        stated = [reading.u for reading in column.readings if reading.u is not None] if column else []
-        if column is None or len(stated) < len(column.readings):
-            continue
+    for column in told_by_period(columns, timing):
+        stated = [reading.u for reading in column.readings if reading.u is not None]
         # A rate is off by the same share as its period.
-        size = time / turns if role == "precession_period" else 2 * np.pi * turns / time
+        size = time / turns if column.role == "precession_period" else 2 * np.pi * turns / time
         absolute = np.array([u.absolute for u in stated])
         relative = np.array([u.relative for u in stated])
         if np.all((absolute + relative * size > 0) & np.isfinite(size)):
             return absolute / size * time, relative, False
     return None
+
+
+def told_by_period(columns: Mapping[str, Column], timing: Column) -> list[Column]:
+    """Columns of periods or rates that state an uncertainty for every run, where those of the times are not stated."""
+    if timing.role != "time" or any(reading.u is not None for reading in timing.readings):
+        return []
+    beside = (columns[role] for role in ("precession_period", "precession_rate") if role in columns)
+    return [column for column in beside if all(reading.u is not None for reading in column.readings)]
 
 
 def _spin_errors(readings: Readings) -> tuple[Floats, bool]:

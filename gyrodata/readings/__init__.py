@@ -18,7 +18,16 @@ from gyrodata.readings.grid import Layout, find_layout, has_decimal_commas, make
 from gyrodata.readings.headers import parse_header
 from gyrodata.readings.lablog import MOST_OF_ONE_CODE, Column, Faults, Place, Reading, Readings, listing, split_lines
 from gyrodata.readings.meaning import check_meaning, stated_turns
-from gyrodata.readings.roles import SPIN_SETS, TIMINGS, kind_of_role, to_display, u_keys
+from gyrodata.readings.roles import (
+    SHARED_UNCERTAINTIES,
+    SPIN_SETS,
+    TIMINGS,
+    UNCERTAINTIES,
+    as_u_of,
+    kind_of_role,
+    to_display,
+    u_keys,
+)
 from gyrodata.readings.settings import Settings, read_options, read_settings, warn_of_lost_keys
 from gyrodata.readings.source import MAX_BYTES, MAX_ROWS, Document, decode, load
 from gyrodata.readings.table import Table, build
@@ -33,8 +42,10 @@ __all__ = [
     "MAX_ROWS",
     "MOST_OF_ONE_CODE",
     "REPORTED_KINDS",
+    "SHARED_UNCERTAINTIES",
     "SPIN_SETS",
     "TIMINGS",
+    "UNCERTAINTIES",
     "Column",
     "Faults",
     "Place",
@@ -42,6 +53,7 @@ __all__ = [
     "Readings",
     "Reported",
     "Uncertainty",
+    "as_u_of",
     "blank_log",
     "canonical_key",
     "check_value",
@@ -135,9 +147,11 @@ def _readings(document: Document, given: Settings, table: Table) -> Readings:
         others=table.others,
         constants=given.constants,
         uncertainties=given.uncertainties,
+        stated_at={key: item.place for key, item in given.given_uncertainties.items()},
         balance_tilt=given.balance_tilt,
         balance_drift=given.balance_drift,
         motion=given.motion,
+        balanced=given.balanced,
         metadata=given.metadata,
         reported=given.reported,
         diagnostics=document.faults.all_told(),

@@ -110,15 +110,19 @@ class Readings:
     others : tuple of Column
         Further columns of a role that is filled already, and derived ones (``inertia``); for comparison only.
     constants : mapping of str to float
-        ``g``, ``ball_diameter``, ``ball_mass`` [SI]; only those given.
+        ``g``, ``latitude``, ``ball_diameter``, ``ball_mass`` [SI]; only those given.
     uncertainties : mapping of str to Uncertainty
         Every ``u_…`` given for the whole log.
+    stated_at : mapping of str to Place or None
+        Where each ``u_…`` line stands; None for an option.
     balance_tilt : tuple of float or None
         Rod released unspun: angle [rad], time [s].
     balance_drift : tuple of float or None
         Rod released spun, without a weight: angle [rad], time [s], spin [rad/s].
     motion : str or None
         "released" from rest, or "steady"; None where the log does not say.
+    balanced : bool or None
+        Whether the ball is balanced; None where the log does not say.
     metadata : mapping of str to str
         All other ``# key: value`` lines, as written.
     reported : mapping of str to Reported
@@ -138,9 +142,11 @@ class Readings:
     others: tuple[Column, ...] = ()
     constants: Mapping[str, float] = field(default_factory=dict)
     uncertainties: Mapping[str, Uncertainty] = field(default_factory=dict)
+    stated_at: Mapping[str, Place | None] = field(default_factory=dict, compare=False)
     balance_tilt: tuple[float, float] | None = None
     balance_drift: tuple[float, float, float] | None = None
     motion: str | None = None
+    balanced: bool | None = None
     metadata: Mapping[str, str] = field(default_factory=dict)
     reported: Mapping[str, Reported] = field(default_factory=dict)
     diagnostics: tuple[Diagnostic, ...] = ()

@@ -5,12 +5,14 @@ A new role is one record of `TABLE` here; readers, hints, fill-down and the blan
 
 from __future__ import annotations
 
+import math
 import re
 import unicodedata
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import Literal, NamedTuple
 
-from gyrodata.units import DISPLAY, fold_letters, from_si, kinds_of
+from gyrodata.units import DISPLAY, Uncertainty, fold_letters, from_si, kinds_of
 
 
 class Role(NamedTuple):
@@ -201,6 +203,7 @@ TABLE: tuple[Role, ...] = (
         meaning="how many turns each time covers",
         instead=' (or the swept angle: a column angle [deg], "# angle: 120 deg", --set angle="120 deg")',
         part="count",
+        u_of="angle",
     ),
     Role(
         "angle",
@@ -213,6 +216,7 @@ TABLE: tuple[Role, ...] = (
         ),
         bound="above zero",
         part="count",
+        u_of="turns",
     ),
     Role(
         "precession_period",
@@ -267,6 +271,14 @@ TABLE: tuple[Role, ...] = (
             "precession sense, precession direction, sense of precession, direction of precession, "
             "Präzessionsrichtung, sens de précession, направление прецессии"
         ),
+    ),
+    Role(
+        "weight_diameter",
+        "length",
+        words="weight diameter, diameter of weight, Durchmesser Gewicht, diamètre masse, диаметр груза",
+        bound="above zero",
+        fills_down=True,
+        meaning="how wide the added weight is, across the rod",
     ),
     Role("transverse_inertia", "inertia", words="transverse inertia, transverse moment of inertia", bound="above zero"),
     Role(
@@ -347,11 +359,13 @@ ONE_TURN = TIMINGS[1:]
 SPIN_SETS = (("spin",), ("spin_start", "spin_end"), ("spin_period",), ("spin_period_start", "spin_period_end"))
 """Each of these tells a run's spin; of several that are there, the first is used."""
 
-CONSTANTS = {"g": "acceleration", "ball_diameter": "length", "ball_mass": "mass"}
+CONSTANTS = {"g": "acceleration", "latitude": "angle", "ball_diameter": "length", "ball_mass": "mass"}
 """Kinds of the constants of a log that are no role."""
 
 SHARED_UNCERTAINTIES = {
     "u_time_bias": "time",
+    "u_spin_delay": "time",
+    "u_decay_exponent": "number",
     "u_spin_scale": "rate",
     "u_mass_scale": "mass",
     "u_position_zero": "length",
@@ -370,7 +384,12 @@ BALANCE = ("balance_tilt", "balance_drift")
 MOTION = "motion"
 MOTIONS = ("steady", "released")
 """How the rod was started: led along until it precesses steadily, or let go from rest."""
-KEYS = (*ROLES, *CONSTANTS, *UNCERTAINTIES, *BALANCE, MOTION)
+BALANCED = "balanced"
+YES_OR_NO = dict.fromkeys(["yes", "true", "ja", "oui", "да", "sí", "si", "tak", "sim", "예"], True) | dict.fromkeys(
+    ["no", "false", "nein", "non", "нет", "nie", "não", "아니요"], False
+)
+"""Whether the ball is balanced, in the languages of the headers."""
+KEYS = (*ROLES, *CONSTANTS, *UNCERTAINTIES, *BALANCE, MOTION, BALANCED)
 """Everything that ``# key: value``, ``--set`` and ``--config`` can give."""
 
 
@@ -386,6 +405,20 @@ def u_keys(role: str) -> tuple[str, ...]:
     """Give the ``u_…`` that hold for a role, its own first."""
     shared = BY_NAME[role].u_of if role in BY_NAME else ""
     return (f"u_{role}", f"u_{shared}") if shared else (f"u_{role}",)
+
+
+def as_u_of(role: str, key: str, u: Uncertainty) -> Uncertainty:
+    """Give what a ``u_…`` key says in the unit of a role that it holds for: an angle is a share of a turn."""
+    kinds = kind_of_role(role), kind_of_role(key)
+    if kinds[0] == kinds[1]:
+        return u
+    per_turn = 1 / (2 * math.pi) if kinds[0] == "number" else 2 * math.pi
+    return Uncertainty(u.absolute * per_turn, u.relative)
+
+
+def stated_u(role: str, stated: Mapping[str, Uncertainty]) -> Uncertainty | None:
+    """Give what a log states for every reading of a role; None if it does not."""
+    return next((as_u_of(role, key, stated[key]) for key in u_keys(role) if key in stated), None)
 
 
 def to_display(value: float, role: str) -> tuple[float, str]:

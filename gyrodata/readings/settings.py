@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import math
 import os
 import re
 from collections.abc import Mapping
@@ -35,7 +36,19 @@ from gyrodata.readings.cells import (
 )
 from gyrodata.readings.headers import name_roles
 from gyrodata.readings.lablog import Faults, Place, Reading, Text, listing
-from gyrodata.readings.roles import BALANCE, CONSTANTS, KEYS, MOTION, MOTIONS, ROLES, TEXTS, UNCERTAINTIES, kind_of_role
+from gyrodata.readings.roles import (
+    BALANCE,
+    BALANCED,
+    CONSTANTS,
+    KEYS,
+    MOTION,
+    MOTIONS,
+    ROLES,
+    TEXTS,
+    UNCERTAINTIES,
+    YES_OR_NO,
+    kind_of_role,
+)
 from gyrodata.units import Uncertainty, UnitError
 
 _REMARKS_LOOKED_AT = 200
@@ -72,6 +85,7 @@ class Settings:
     balance_tilt: tuple[float, float] | None = None
     balance_drift: tuple[float, float, float] | None = None
     motion: str | None = None
+    balanced: bool | None = None
     metadata: dict[str, str] = field(default_factory=dict)
     reported: dict[str, Reported] = field(default_factory=dict)
     unread: set[str] = field(default_factory=set)
@@ -236,6 +250,12 @@ def _enter(settings: Settings, item: Given, ask: bool) -> None:
         if settings.motion not in MOTIONS:
             raise CellError("is no way to start the rod", 'write "released" (let go from rest) or "steady"')
         return
+    if key == BALANCED:
+        settings.balanced = YES_OR_NO.get(item.text.strip().lower())
+        # Left blank in a log to fill in, it says nothing.
+        if settings.balanced is None and item.text.strip():
+            raise CellError("is neither yes nor no", 'write "yes" (balanced as in step 2) or "no"')
+        return
     kind = kind_of_role(key)
     if key in UNCERTAINTIES:
         try:
@@ -244,8 +264,13 @@ def _enter(settings: Settings, item: Given, ask: bool) -> None:
             raise CellError(f"is no uncertainty: {error}", error.hint) from None
         if key.endswith("_scale") and uncertainty.absolute:
             raise CellError("is not a share", 'the error of a whole scale is in %, such as "0.1 %"')
+        if key in OF_NOTHING and uncertainty.relative:
+            raise CellError("is a share of what is not read", f'write it with its unit, such as "{OF_NOTHING[key]}"')
         settings.uncertainties[key] = uncertainty
         settings.given_uncertainties[key] = item
+        return
+    if key == "latitude":
+        _enter_latitude(settings, item, ask)
         return
     cell = read_cell(item.text, kind, None, ask)
     if key in CONSTANTS:
@@ -258,6 +283,20 @@ def _enter(settings: Settings, item: Given, ask: bool) -> None:
         return
     _refuse_beyond(key, cell.value)
     settings.roles[key] = Given(key, item.text, item.label, item.place, cell)
+
+
+OF_NOTHING = {"u_time_bias": "0.12 s", "u_spin_delay": "1 s", "u_imbalance": "0.3 mN*m"}
+"""Uncertainties of what is 0 for all that is known, with a sample; a share of that says nothing."""
+
+
+def _enter_latitude(settings: Settings, item: Given, ask: bool) -> None:
+    """Read degrees, negative or with an S behind them in the south."""
+    match = re.fullmatch(r"(.*[^\s])\s*([NSns])", item.text.strip())
+    text, south = (match[1], match[2] in "Ss") if match else (item.text, False)
+    value = read_cell(text, "angle", "deg", ask).value
+    if abs(value) > math.pi / 2 or (match and value < 0):
+        raise CellError("is no latitude", 'write it like "52.5 deg", from -90 at the south pole to 90 deg')
+    settings.constants["latitude"] = -value if south else value
 
 
 def _refuse_beyond(key: str, value: float) -> None:

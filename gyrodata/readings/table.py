@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple
@@ -35,8 +36,10 @@ from gyrodata.readings.roles import (
     LOADS,
     ONE_TURN,
     TEXTS,
+    as_u_of,
     derived_roles,
     kind_of_role,
+    stated_u,
     u_keys,
 )
 from gyrodata.readings.settings import Given, Settings
@@ -126,7 +129,8 @@ class _Builder:
                 columns[role] = column
         for role, given in self.settings.roles.items():
             if role not in columns and plan:
-                columns[role] = _constant_column(role, given, len(plan), self.settings.uncertainties.get(f"u_{role}"))
+                columns[role] = self._constant_column(role, given, rows)
+        self._note_unheard(columns)
         others = [self._other(chosen, rows) for chosen in self.choice.others]
         labels = self._labels(rows)
         notes = self.choice.used.get("note")
@@ -137,6 +141,21 @@ class _Builder:
             columns,
             tuple(other for other in others if other is not None),
         )
+
+    def _constant_column(self, role: str, given: Given, rows: list[int]) -> Column:
+        unit = given.cell.unit if given.cell else ""
+        spreads = self._spreads(role, None, unit or None, self.faults)
+        readings = tuple(given.reading(spreads[i]) for i in rows)
+        return Column(role, given.label, unit, readings, (_CONSTANT,) * len(rows), given.place)
+
+    def _note_unheard(self, columns: Mapping[str, Column]) -> None:
+        """Name every ``u_…`` column that no readings take their uncertainty from."""
+        told = {key for role in columns for key in u_keys(role)}
+        for key, chosen in self.choice.used.items():
+            if key[:2] == "u_" and key not in told and not self.faults.has_error():
+                cell, base = chosen[0].cell, key.removeprefix("u_")
+                message = f'the column "{cell.text}" ({key}) is not used: there is no {base} that it could belong to'
+                self.faults.add(COLUMN_NOT_USED, message, "", cell)
 
     def _text(self, row: int, at: int) -> str:
         texts = self.rows[row].texts
@@ -245,35 +264,34 @@ class _Builder:
         message = f'the column "{chosen.cell.text}" ({role}) is not compared: {why}'
         self.faults.add(COLUMN_NOT_USED, message, "", chosen.cell)
 
-    def _spreads(self, role: str, chosen: Chosen, unit: str | None, faults: Faults) -> list[Uncertainty | None]:
+    def _spreads(self, role: str, chosen: Chosen | None, unit: str | None, faults: Faults) -> list[Uncertainty | None]:
         """Collect what the ``u_…`` column says of each reading, else the ± of the header, else the log's ``u_…``."""
-        stated, keys = self.settings.uncertainties, u_keys(role)
-        common = next((stated[key] for key in keys if key in stated), None)
-        if chosen.header.spread:
+        common = stated_u(role, self.settings.uncertainties)
+        if chosen is not None and chosen.header.spread:
             try:
                 common = parse_uncertainty(chosen.header.spread, kind_of_role(role), unit or "")
             except UnitError as error:
                 message = f'{role}, column "{chosen.cell.text}": {error}'
                 faults.add(UNCERTAINTY_CANNOT_BE_READ, message, error.hint, chosen.cell)
         spreads: list[Uncertainty | None] = [common] * len(self.rows)
-        column = next((self.choice.used[key][0] for key in keys if key in self.choice.used), None)
-        if column is None:
+        key = next((key for key in u_keys(role) if key in self.choice.used), None)
+        if key is None:
             return spreads
-        if column.header.unit is None and unit is None and kind_of_role(role) != "number":
-            self._ask_for_unit(f"u_{role}", column, faults)
+        column = self.choice.used[key][0]
+        fitting = unit if kind_of_role(key) == kind_of_role(role) else None
+        if column.header.unit is None and fitting is None and kind_of_role(key) != "number":
+            self._ask_for_unit(key, column, faults)
         else:
-            self._read_spreads(role, column, spreads, column.header.unit or unit or "", faults)
+            self._read_spreads(role, key, spreads, column.header.unit or fitting or "", faults)
         return spreads
 
-    def _read_spreads(
-        self, role: str, column: Chosen, spreads: list[Uncertainty | None], unit: str, faults: Faults
-    ) -> None:
+    def _read_spreads(self, role: str, key: str, spreads: list[Uncertainty | None], unit: str, faults: Faults) -> None:
         """Read a ``u_…`` column; its blank cells keep what holds for the whole column of readings."""
-        kind = kind_of_role(role)
+        kind, column = kind_of_role(key), self.choice.used[key][0]
         try:
             parse_uncertainty("0 %" if unit == "%" else "0", kind, unit)
         except UnitError as error:
-            faults.add(UNIT_UNKNOWN, f'u_{role}, column "{column.cell.text}": {error}', error.hint, column.cell)
+            faults.add(UNIT_UNKNOWN, f'{key}, column "{column.cell.text}": {error}', error.hint, column.cell)
             return
         for i, row in enumerate(self.rows):
             text = self._text(i, column.at)
@@ -281,11 +299,12 @@ class _Builder:
                 continue
             try:
                 if unit == "%" and "%" not in text:
-                    spreads[i] = parse_uncertainty(text + " %", kind, ask=False)
+                    spread = parse_uncertainty(text + " %", kind, ask=False)
                 else:
-                    spreads[i] = parse_uncertainty(text, kind, unit, ask=False)
+                    spread = parse_uncertainty(text, kind, unit, ask=False)
+                spreads[i] = as_u_of(role, key, spread)
             except UnitError as error:
-                message = f'u_{role} "{text[:60]}": {error}'
+                message = f'{key} "{text[:60]}": {error}'
                 faults.add(UNCERTAINTY_CANNOT_BE_READ, message, error.hint, self.grid.cell(row, column.at))
 
     def _fill_down(self, role: str, track: _Track, mass: _Track | None, is_run: list[bool], faults: Faults) -> None:
@@ -398,8 +417,3 @@ def _make_readings(texts: list[str], cells: dict[str, Quantity], spreads: list[U
             step = None if read.step is None else finest[read.unit]
             made[text, spread] = Reading(read.value, step, read.uncertainty or spread, text)
     return [made[pair] for pair in pairs]
-
-
-def _constant_column(role: str, given: Given, runs: int, common: Uncertainty | None) -> Column:
-    unit = given.cell.unit if given.cell else ""
-    return Column(role, given.label, unit, (given.reading(common),) * runs, (_CONSTANT,) * runs, given.place)

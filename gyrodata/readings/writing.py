@@ -11,7 +11,7 @@ from gyrodata.errors import Diagnostic, InputError
 from gyrodata.quantities import parse_quantity
 from gyrodata.readings.cells import PREFIX, CellError, read_cell
 from gyrodata.readings.lablog import Column, Readings
-from gyrodata.readings.roles import FILLED_DOWN, ROLES, kind_of_role, u_keys
+from gyrodata.readings.roles import FILLED_DOWN, ROLES, kind_of_role, stated_u
 from gyrodata.units import SI, Uncertainty, UnitError, from_si
 
 
@@ -40,6 +40,8 @@ def write_log(readings: Readings) -> str:
         head.append("# balance_drift: {!r} rad in {!r} s at {!r} rad/s".format(*readings.balance_drift))
     if readings.motion is not None:
         head.append(f"# motion: {readings.motion}")
+    if readings.balanced is not None:
+        head.append(f"# balanced: {'yes' if readings.balanced else 'no'}")
     headers: list[str] = []
     cells: list[list[str]] = []
     for role in sorted(readings.columns, key=ROLES.index):
@@ -142,7 +144,7 @@ def _add_uncertainties(
 ) -> None:
     """Add a ``u_…`` column where a reading's uncertainty is neither in its cell nor the log's."""
     role, kind = column.role, kind_of_role(column.role)
-    common = next((readings.uncertainties[key] for key in u_keys(role) if key in readings.uncertainties), None)
+    common = stated_u(role, readings.uncertainties)
     texts: list[str] = []
     for row in rows:
         spread, text = column.readings[row[0]].u, column.readings[row[0]].text

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from gyrodata.effects import DROP_ONE, EFFECTS, Effect
 from gyrodata.errors import PICTURES
+from gyrodata.measurements import SOURCES
 from gyrodata.results import Analysis
 
 FIT_NAMES = {
@@ -33,7 +34,10 @@ SOURCE_NAMES = {
     "residual_torque": "balance not told by this design",
     "unexplained_scatter": "unexplained scatter",
     "precession_rate": "precession rate",
-    "angle": "swept angle",
+    "angle": "sighting of the rod",
+    "spin_delay": "half time read late",
+    "decay_exponent": "law by which the spin falls",
+    "weight_diameter": "diameter of the weight",
     "pitch": "pitch",
     "transverse_inertia": "transverse inertia",
     "nutation": "nutation at the last click",
@@ -60,5 +64,5 @@ def defaults_used(analysis: Analysis) -> list[str]:
     """List the uncertainties that the log does not state: "u_spin_scale 0.1 %"."""
     used = [f"u_{s.name} {s.usual}" for s in analysis.measurements.sources if s.default and s.usual != "0"]
     if analysis.measurements.timed and "u_time_bias" not in analysis.readings.uncertainties:
-        used.append("u_time_bias 0.05 s")
+        used.append(f"u_time_bias {SOURCES['time_bias'].usual}")
     return used

@@ -211,7 +211,7 @@ def _readings(
         lines=tuple(range(1, count + 1)),
         notes=("",) * count,
         columns=columns,
-        constants={"g": g},
+        constants={"g": g} | ({} if truth.latitude is None else {"latitude": truth.latitude}),
         uncertainties=stated,
         motion="released" if truth.motion == "released" else "steady",
         metadata={"Simulated, not measured": _told(truth, seed)},

@@ -78,6 +78,14 @@ def test_the_earths_bias_from_a_turning_lab(rate: float) -> None:
     assert physics.earth_bias(seen, ITHACA) == pytest.approx(rate / seen - 1, rel=2e-3)
 
 
+def test_normal_gravity_is_the_published_one() -> None:
+    # WGS 84 (NIMA TR8350.2): equator and pole. GRS 80 (Moritz, J. Geod. 74, 128, 2000) has 9.806199203 at 45 degrees,
+    # and is above it by 1.4e-6 at the equator and at the pole.
+    assert physics.normal_gravity(0.0) == pytest.approx(9.7803253359, rel=1e-12)
+    assert physics.normal_gravity(np.radians([-90.0, 90.0])) == pytest.approx([9.8321849378] * 2, rel=1e-10)
+    assert physics.normal_gravity(np.radians(45.0)) == pytest.approx(9.806199203 - 1.4e-6, abs=1e-7)
+
+
 def test_the_earths_bias_in_digits() -> None:
     assert 100 * physics.earth_bias(0.3, ITHACA) == pytest.approx(0.016, abs=5e-4)
     assert 100 * physics.earth_bias(0.05, ITHACA) == pytest.approx(0.10, abs=5e-3)

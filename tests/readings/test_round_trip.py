@@ -113,6 +113,10 @@ RICH = """# station: 3
 # u_mass_scale: 0.07 %
 # balance_tilt: 3 deg in 10 s
 # balance_drift: 5 deg in 60 s at 400 rpm
+# balanced: nein
+# latitude: 33.9 S
+# weight_diameter: 3.0 ± 0.1 cm
+# u_angle: 2 deg
 # pitch: 2 deg
 run;mass [g];position [cm];spin_start [rpm];spin_end [rpm];time_1 [s];time_2 [s];turns;u_time [s];spin_sense;note
 a;20;15,0±0,1;410;400;7,06;7,10;1/3;0,2;ccw;first, with a comma
@@ -126,6 +130,8 @@ def test_a_rich_log():
     readings = read_log(RICH)
     assert readings.ok
     assert readings.runs == ("a.1", "a.2", "b", "c", "d.1", "d.2")
+    assert readings.balanced is False
+    assert math.isclose(readings.constants["latitude"], math.radians(-33.9))
     same(readings, read_log(write_log(readings)))
 
 

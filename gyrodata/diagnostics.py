@@ -403,7 +403,9 @@ SIMULATED_NO_STEADY_PRECESSION = _error(
     "simulate: no steady precession at this tilt and spin",
     'simulate --pitch 60deg --spins 50rpm --transverse "0.02 kg m^2"',
 )
-TURNS_NEVER_COMPLETED = _error("G634", "simulate: the turns are never completed", 'simulate --spin-decay "1 s"')
+TURNS_NEVER_COMPLETED = _error(
+    "G634", "simulate: the turns are never completed", 'simulate --spin-decay "1 s" --decay-law dry'
+)
 SIMULATED_OPTIONS_CONTRADICT = _error(
     "G635", "simulate: two options contradict each other", "simulate --motion horizontal --pitch 10deg"
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -10,12 +11,10 @@ import typer
 from gyrodata.cli.numbers import quantity
 from gyrodata.cli.options import with_units
 from gyrodata.cli.terminal import refuse, write_out
-from gyrodata.diagnostics import TRUTH_CANNOT_BE_WRITTEN
+from gyrodata.diagnostics import SIMULATED_OPTIONS_CONTRADICT, TRUTH_CANNOT_BE_WRITTEN
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from gyrodata.simulation import Decay
+    from gyrodata.simulation import Decay, DecayLaw, Design
     from gyrodata.units import Uncertainty
 
 
@@ -62,10 +61,48 @@ def simulate(
     ] = None,
     spin_decay: Annotated[
         str | None,
-        typer.Option("--spin-decay", metavar="QUANTITY", help='Time constant of a viscous fall of the spin, "600 s", '
+        typer.Option("--spin-decay", metavar="QUANTITY", help='Time constant of the fall of the spin, "600 s", '
                      'or the part lost in each run, "10 %"; the log then has the spin at start and end.'),
     ] = None,
-    g: Annotated[str, typer.Option("--g", metavar="QUANTITY", help="Free-fall acceleration.")] = "9.80665 m/s^2",
+    decay_law: Annotated[
+        Literal["viscous", "dry", "turbulent"] | None,
+        typer.Option("--decay-law", help="How the spin falls: as in an air film, evenly, or by turbulent drag. "
+                     "Default: viscous, or drawn from u_decay_exponent of the noise."),
+    ] = None,
+    spin_reading: Annotated[
+        Literal["half", "both", "three"] | None,
+        typer.Option("--spin-reading", help="When a falling spin is read: at half time, at start and end, or at all "
+                     "three. Default: both."),
+    ] = None,
+    delay: Annotated[
+        str | None,
+        typer.Option("--delay", metavar="QUANTITY", help='How late half time is read, such as "2 s". Default: drawn '
+                     "from u_spin_delay of the noise. The hand's own lateness is --timing-bias."),
+    ] = None,
+    sighting: Annotated[
+        str | None,
+        typer.Option("--sighting", metavar="QUANTITY", help='Error of the angle at each click where a part of a turn '
+                     'is timed, such as "1deg". Default: u_turns of the noise.'),
+    ] = None,
+    tails: Annotated[
+        int | None,
+        typer.Option("--tails", min=1, help="Heavy tails of the stopwatch: degrees of freedom of a Student's t."),
+    ] = None,
+    balance_drift: Annotated[
+        str | None,
+        typer.Option("--balance-drift", metavar="QUANTITY", help='By how much M0 rises from the first run to the '
+                     'last, such as "0.6 mN*m".'),
+    ] = None,
+    latitude: Annotated[
+        str | None,
+        typer.Option("--latitude", metavar="QUANTITY", help='Where the Earth turns below the rod, such as "42.5deg"; '
+                     "it stands still without."),
+    ] = None,
+    g: Annotated[
+        str | None,
+        typer.Option("--g", metavar="QUANTITY", help="Free-fall acceleration. Default: normal gravity at the latitude, "
+                     "or 9.80665 m/s^2."),
+    ] = None,
     noise: Annotated[
         str,
         typer.Option("--noise", metavar="none|typical|FILE", help="typical: the defaults for a log that states "
@@ -81,16 +118,22 @@ def simulate(
     are shared in a lab: one ruler, one scale, one tachometer, one hand. The log states its uncertainties, and in
     its first line the truth. The same options give the same log.
     """
-    from gyrodata import reporting, simulation
+    from gyrodata import physics, reporting, simulation
 
+    at = _optional("--latitude", latitude, "angle")
+    usual_g = physics.STANDARD_GRAVITY if at is None else float(physics.normal_gravity(at))
     scene = simulation.Truth(
         inertia=quantity("--inertia", inertia, "inertia", positive=True),
         transverse_inertia=_optional("--transverse", transverse, "inertia", positive=True),
         imbalance=_optional("--imbalance", imbalance, "torque"),
         timing_bias=_optional("--timing-bias", timing_bias, "time"),
-        g=quantity("--g", g, "acceleration", positive=True),
+        g=usual_g if g is None else quantity("--g", g, "acceleration", positive=True),
         motion=motion,
-        decay=_decay(spin_decay),
+        decay=_decay(spin_decay, decay_law),
+        spin_delay=_optional("--delay", delay, "time"),
+        balance_drift=_optional("--balance-drift", balance_drift, "torque") or 0.0,
+        tails=tails,
+        latitude=at,
     )
     design = simulation.Design(
         masses=_list("--weights", weights, "mass"),
@@ -99,8 +142,9 @@ def simulate(
         turns=_list("--turns", turns, "number", positive=True),
         pitches=_list("--pitch", pitch, "angle"),
         repeats=repeats,
+        spin_reading=spin_reading,
     )
-    done = simulation.simulate(scene, design, _noise(noise), seed)
+    done = simulation.simulate(scene, design, _noise(noise) | _sighted(sighting, design), seed)
     log = done.log
     if truth is not None:
         options = {name: value for name, value in context.params.items() if name != "truth"}
@@ -116,22 +160,45 @@ def _optional(option: str, text: str | None, kind: str, **needs: bool) -> float 
     return None if text is None else quantity(option, text, kind, **needs)
 
 
-def _decay(text: str | None) -> Decay | None:
+def _decay(text: str | None, law: DecayLaw | None) -> Decay | None:
     """Understand "600 s", a time constant, or "10 %", the part lost in each run."""
-    from gyrodata.simulation import Decay
+    from gyrodata.simulation import EXPONENTS, Decay
 
     if text is None:
+        if law is not None:
+            refuse(
+                SIMULATED_OPTIONS_CONTRADICT,
+                "--decay-law says how a spin falls, and this one stays",
+                'let it fall: --spin-decay "600 s", or "10 %"',
+            )
         return None
+    exponent = None if law is None else EXPONENTS[law]
     if text.rstrip().endswith("%"):
-        return Decay(lost=quantity("--spin-decay", text.rstrip()[:-1], "number", positive=True) / 100)
-    return Decay(time_constant=quantity("--spin-decay", text, "time", positive=True))
+        lost = quantity("--spin-decay", text.rstrip()[:-1], "number", positive=True) / 100
+        return Decay(lost=lost, exponent=exponent)
+    return Decay(time_constant=quantity("--spin-decay", text, "time", positive=True), exponent=exponent)
 
 
-def _noise(text: str) -> Mapping[str, Uncertainty]:
+def _noise(text: str) -> dict[str, Uncertainty]:
     from gyrodata import simulation
 
     known = {"none": simulation.EXACT, "typical": simulation.TYPICAL}
-    return known[text] if text in known else simulation.read_noise(text)
+    return dict(known[text]) if text in known else simulation.read_noise(text)
+
+
+def _sighted(text: str | None, design: Design) -> dict[str, Uncertainty]:
+    """Turn the error at each click, at the start and at the end, into one of the angle between."""
+    from gyrodata.units import Uncertainty
+
+    if text is None:
+        return {}
+    if all(turns % 1 == 0 for turns in design.turns):
+        refuse(
+            SIMULATED_OPTIONS_CONTRADICT,
+            "--sighting is the error of a part of a turn, and whole turns end at the mark where they began",
+            "take parts of a turn as well, such as --turns 1/3",
+        )
+    return {"u_turns": Uncertainty(math.sqrt(2) * quantity("--sighting", text, "angle", positive=True) / (2 * math.pi))}
 
 
 def _write(path: Path, text: str) -> None:

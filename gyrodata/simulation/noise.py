@@ -26,16 +26,14 @@ TYPICAL: Mapping[str, Uncertainty] = {
     f"u_{key}": Uncertainty(0.0003) if key == "position" else SOURCES[key].default
     for key in (
         "time", "time_bias", "spin", "spin_scale", "mass", "mass_scale", "position", "position_zero", "pitch",
-        "transverse_inertia",
+        "transverse_inertia", "spin_delay", "decay_exponent",
     )
-}  # fmt: skip
+    if key in SOURCES
+} | {"u_turns": SOURCES["angle"].default}  # fmt: skip
 """What a log is taken to mean where it says nothing."""
 
 EXACT: Mapping[str, Uncertainty] = dict.fromkeys(TYPICAL, Uncertainty()) | {"u_spin": Uncertainty(0.0, 1e-12)}
 """No errors but those of sixteen digits: with none at all, a run without a torque would weigh infinitely much."""
-
-FAULTLESS = ("u_turns", "u_spin_delay", "u_decay_exponent")
-"""What no simulated log errs in: it states none of it."""
 
 NOISE_KEYS = (*TYPICAL, "u_g", "u_imbalance")
 """All that a simulated log can err in."""
@@ -63,15 +61,20 @@ _ERRORS = (
     _Error("u_pitch", ("pitch",), "run"),
     _Error("u_transverse_inertia", ("transverse_inertia",), "log"),
     _Error("u_g", ("g",), "log"),
+    _Error("u_turns", ("turns",), "run"),
 )
 
 
 def put_errors(
-    true: Mapping[str, Floats], noise: Mapping[str, Uncertainty], random: np.random.Generator
+    true: Mapping[str, Floats],
+    noise: Mapping[str, Uncertainty],
+    random: np.random.Generator,
+    tails: int | None = None,
 ) -> dict[str, Floats]:
     """Read n runs once: the truth plus (absolute + relative × truth) × a standard normal number for each error.
 
-    The same numbers are drawn whatever the noise, so that another noise gives the same errors, scaled.
+    The same numbers are drawn whatever the noise, so that another noise gives the same errors, scaled. With `tails` the
+    stopwatch's are of a Student's t with so many degrees of freedom.
     """
     read = {role: values.copy() for role, values in true.items()}
     for error in _ERRORS:
@@ -85,7 +88,10 @@ def put_errors(
                 read[role] += (u.absolute + u.relative * values) * of_log
                 continue
             _, groups = np.unique(values, return_inverse=True)
-            drawn = random.standard_normal(len(values))
+            if tails is not None and error.key == "u_time":
+                drawn = random.standard_t(tails, len(values))
+            else:
+                drawn = random.standard_normal(len(values))
             read[role] += (u.absolute + u.relative * values) * (drawn if error.common == "run" else drawn[groups])
     return read
 
@@ -95,8 +101,6 @@ def read_noise(path: str | os.PathLike[str]) -> dict[str, Uncertainty]:
     faults = []
     noise = dict(TYPICAL)
     for key, text in _texts(Path(path)).items():
-        if key in FAULTLESS and re.fullmatch(r"[0.]+\s*\D*", text):
-            continue
         if key not in NOISE_KEYS:
             close = difflib.get_close_matches(key, NOISE_KEYS, n=2)
             hint = f"did you mean {' or '.join(close)}?" if close else f"keys are: {', '.join(NOISE_KEYS)}"

@@ -7,13 +7,17 @@ variable, φ = ∫ φ̇ dt = −τ ∫ φ̇ dψ̇/ψ̇ becomes
     φ = τ ∫ (M + a φ̇²)/(M − a φ̇²) dφ̇,
 
 an inverse hyperbolic tangent for a M > 0, an arc tangent for a M < 0, and for a level rod, a = 0, just τ (φ̇₁ − φ̇₀).
+By another law of decay, ψ̈ ∝ −ψ̇^p, the same integral over the time is taken by quadrature. A rod that is let go and
+dragged has its whole motion integrated. On the turning Earth the rod has to come round to a mark that moves with it.
 """
 
 from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Literal, NoReturn, cast, get_args
 
 import numpy as np
@@ -35,15 +39,48 @@ from gyrodata.units import LIMITS, SI
 
 Motion = Literal["horizontal", "steady", "released"]
 
+SpinReading = Literal["half", "both", "three"]
+"""When a spin that falls is read: at half time, at start and end, or at all three."""
+
+DecayLaw = Literal["viscous", "dry", "turbulent"]
+
+EXPONENTS: Mapping[DecayLaw, float] = {"viscous": physics.VISCOUS, "dry": 0.0, "turbulent": 2.0}
+"""p of the law ψ̈ ∝ −ψ̇^p."""
+
 
 @dataclass(frozen=True, slots=True)
 class Decay:
-    """How the spin falls, ψ̇ ∝ e^(−t/τ) as in an air film; one of the two is given."""
+    """How the spin falls, ψ̇ ∝ e^(−t/τ) as in an air film; one of the first two is given."""
 
     time_constant: float | None = None
-    """τ [s], the same in every run."""
+    """τ [s], the same in every run: spin over loss of spin in a second, at the start."""
     lost: float | None = None
     """Part of the spin that each run loses, 1 − end/start [1]; τ then differs from run to run."""
+    exponent: float | None = None
+    """p of ψ̈ ∝ −ψ̇^p; None: drawn from ``u_decay_exponent`` about 1, that of an air film."""
+
+    @property
+    def viscous(self) -> bool:
+        """Whether it is the law of an air film."""
+        return self.exponent in (None, physics.VISCOUS)
+
+    def left(self, time: Floats, time_constant: Floats | float) -> Floats:
+        """Part of the spin that is left after a time, for a time constant at the start; NaN where it has stopped."""
+        gone = np.divide(time, time_constant)
+        if self.viscous:
+            return cast(Floats, np.exp(-gone))
+        assert self.exponent is not None
+        rest = 1 - self.exponent
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return cast(Floats, np.exp(np.log1p(-rest * gone) / rest))
+
+    def constant(self, time: Floats, lost: float) -> Floats | float:
+        """Time constant at the start with which a part of the spin is lost in a time."""
+        if self.viscous:
+            return cast(Floats, -time / np.log1p(-lost))
+        assert self.exponent is not None
+        rest = 1 - self.exponent
+        return cast(Floats, -rest * time / np.expm1(rest * np.log1p(-lost)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,12 +97,21 @@ class Truth:
     from ``u_imbalance`` where the noise has it, else 0."""
     timing_bias: float | None = None
     """b, by which the stopwatch reads too much [s]; None: drawn from ``u_time_bias``."""
+    spin_delay: float | None = None
+    """By how much later than at half time a spin is read that is to be read then [s]; None: drawn from
+    ``u_spin_delay``."""
+    tails: int | None = None
+    """Degrees of freedom of the Student's t that the stopwatch errs by, in ``u_time``; None: normal errors."""
     g: float = physics.STANDARD_GRAVITY
     """Acceleration of free fall [m/s^2]."""
     motion: Motion = "steady"
     """"horizontal": eq. (9); "steady": eq. (8); "released": the exact motion of a rod let go from rest."""
     decay: Decay | None = None
     """None: the spin stays."""
+    balance_drift: float = 0.0
+    """By how much M0 rises from the first run to the last, about its mean [N*m]."""
+    latitude: float | None = None
+    """[rad]: the Earth turns below the rod; None: it stands still."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +130,8 @@ class Design:
     """Rod above the horizontal [rad]; where it is let go from for a released one."""
     repeats: int = 1
     """How often each of these is done."""
+    spin_reading: SpinReading | None = None
+    """None: at start and end if the spin falls, else once."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,6 +150,8 @@ class Runs:
     """At the start, signed [rad/s]."""
     spin_end: Floats | None
     """At the end [rad/s]; None where the spin stays."""
+    spin_half: Floats | None
+    """When it is to be read at half time, with the hand's delay [rad/s]; None where the spin stays."""
     across: Floats
     """I across the rod [kg*m^2]."""
     torque: Floats
@@ -113,6 +163,10 @@ class Runs:
     def sense(self) -> Floats:
         """Sense of the precession about the vertical: +1 is counterclockwise seen from above."""
         return np.sign(self.torque * self.spin)
+
+
+_EARTH_TURNS = 30
+"""So often at most a run is timed to where the Earth has turned its mark."""
 
 
 def happen(truth: Truth, design: Design) -> Runs:
@@ -127,7 +181,9 @@ def happen(truth: Truth, design: Design) -> Runs:
         for _ in range(design.repeats)
     ]
     mass, position, pitch, spin, turns = (np.array(column) for column in zip(*settings, strict=True))
-    torque = physics.torque(mass, position, truth.g) + (truth.imbalance or 0.0)
+    session = np.linspace(-0.5, 0.5, len(mass)) if len(mass) > 1 else np.zeros(1)
+    residual = (truth.imbalance or 0.0) + truth.balance_drift * session
+    torque = physics.torque(mass, position, truth.g) + residual
     for i in np.flatnonzero(torque == 0)[:1]:
         _refuse(
             SIMULATED_WITHOUT_TORQUE,
@@ -139,10 +195,25 @@ def happen(truth: Truth, design: Design) -> Runs:
     across = np.full(len(mass), truth.transverse_inertia)
     if truth.transverse_inertia is None:
         across = DEFAULT_TRANSVERSE_RATIO * truth.inertia + mass * position**2
-    untimed = Runs(mass, position, pitch, turns, spin, None, across, torque, np.full(len(mass), math.inf))
-    if truth.motion == "released":
-        return _released(truth, untimed)
-    return _steady(truth, untimed)
+    untimed = Runs(mass, position, pitch, turns, spin, None, None, across, torque, np.full(len(mass), math.inf))
+    timed = _released if truth.motion == "released" else _steady
+    if truth.latitude is None:
+        return timed(truth, untimed, 2 * np.pi * turns)
+    # The mark goes on with the Earth while the rod comes round; it is slow, and each turn is nearer by its share.
+    turning = untimed.sense * physics.EARTH_ROTATION * math.sin(truth.latitude)
+    angle = 2 * np.pi * turns
+    for _again in range(_EARTH_TURNS):
+        runs = timed(truth, untimed, angle)
+        last, angle = angle, 2 * np.pi * turns + turning * runs.time
+        for i in np.flatnonzero(~(angle > 0))[:1]:
+            _refuse(
+                TURNS_NEVER_COMPLETED,
+                f"{_words(mass[i], position[i])}, {_rpm(spin[i])}: the Earth turns faster than the rod",
+                "take a larger torque, or no --latitude",
+            )
+        if np.all(np.abs(angle - last) < 1e-13 * angle):
+            break
+    return runs
 
 
 def _check_values(truth: Truth, design: Design) -> None:
@@ -165,11 +236,23 @@ def _check_values(truth: Truth, design: Design) -> None:
         if fault:
             shown, unit = to_display(value, role)
             _refuse(SIMULATED_VALUE_IMPOSSIBLE, f"{name} {shown:.6g} {unit}".rstrip() + f" {fault}", hint)
-    unknowns = (("torque", "imbalance", truth.imbalance), ("time", "timing bias", truth.timing_bias))
+    unknowns = (
+        ("torque", "imbalance", truth.imbalance),
+        ("torque", "balance drift", truth.balance_drift),
+        ("time", "timing bias", truth.timing_bias),
+        ("time", "delay", truth.spin_delay),
+    )
     for kind, name, size in unknowns:
         # They may be as small as they like.
         if size is not None and not abs(size) <= LIMITS[kind][1]:
             _refuse(SIMULATED_VALUE_IMPOSSIBLE, f"{name} {size:g} {SI[kind]} is too large")
+    if truth.latitude is not None and not abs(truth.latitude) <= math.pi / 2:
+        _refuse(
+            SIMULATED_VALUE_IMPOSSIBLE,
+            f"latitude {math.degrees(truth.latitude):.6g} deg is not between -90 and 90 deg",
+        )
+    if truth.tails is not None and truth.tails < 1:
+        _refuse(SIMULATED_VALUE_IMPOSSIBLE, f"a Student's t has 1 degree of freedom or more, not {truth.tails}")
     if decay is not None and decay.lost is not None and not 0 < decay.lost < 1:
         _refuse(
             SIMULATED_VALUE_IMPOSSIBLE, f"a run cannot lose {100 * decay.lost:g} % of its spin", "write it like 10 %"
@@ -197,18 +280,36 @@ def _check_together(truth: Truth, design: Design) -> None:
         )
     if truth.motion == "horizontal" and any(design.pitches):
         _refuse(SIMULATED_OPTIONS_CONTRADICT, "a rod with a pitch is not horizontal", "take --motion steady")
-    if truth.motion == "released" and decay is not None:
+    reading = design.spin_reading
+    if reading is not None and reading not in get_args(SpinReading):
+        _refuse(
+            SIMULATED_VALUE_IMPOSSIBLE,
+            f"there is no spin reading {reading!r}",
+            f"write one of: {', '.join(get_args(SpinReading))}",
+        )
+    if decay is None and reading in ("both", "three"):
         _refuse(
             SIMULATED_OPTIONS_CONTRADICT,
-            "the exact motion of a released rod is one without drag",
-            "take --motion steady",
+            "a spin that stays is read once",
+            'let it fall: --spin-decay "600 s", or "10 %"',
+        )
+    if truth.spin_delay and (decay is None or reading in (None, "both")):
+        _refuse(
+            SIMULATED_OPTIONS_CONTRADICT,
+            "a delay matters only where a falling spin is read at half time",
+            'take --spin-decay "600 s" --spin-reading half as well',
+        )
+    if truth.motion == "released" and decay is not None and (decay.time_constant is None or not decay.viscous):
+        _refuse(
+            SIMULATED_OPTIONS_CONTRADICT,
+            "a released rod is dragged as in an air film, with one time constant",
+            'write --spin-decay "600 s" and no other law, or take --motion steady',
         )
 
 
-def _steady(truth: Truth, runs: Runs) -> Runs:
+def _steady(truth: Truth, runs: Runs, angle: Floats) -> Runs:
     """Runs in steady precession, eq. (8), which is eq. (9) for a level rod; the spin may fall."""
     at = course(runs.torque, runs.spin, truth.inertia, runs.across, runs.pitch)
-    angle = 2 * np.pi * runs.turns
     for i in np.flatnonzero(~np.isfinite(at.rate))[:1]:
         _refuse_slow(
             truth,
@@ -217,43 +318,102 @@ def _steady(truth: Truth, runs: Runs) -> Runs:
             SIMULATED_NO_STEADY_PRECESSION,
             f"{_rpm(runs.spin[i])} is too slow for steady precession",
         )
-    end = None
-    if truth.decay is None:
-        time = angle / np.abs(at.rate)
-    elif truth.decay.lost is not None:
-        time, end = time_by_share(at, angle, truth.decay.lost), runs.spin * (1 - truth.decay.lost)
+    decay = truth.decay
+    if decay is None:
+        return replace(runs, time=angle / np.abs(at.rate))
+    if decay.lost is not None:
+        time = time_by_share(at, angle, decay.lost) if decay.viscous else _time_by_law(at, angle, decay)
     else:
-        assert truth.decay.time_constant is not None
-        time = time_by_constant(at, angle, truth.decay.time_constant)
-        end = runs.spin * np.exp(-time / truth.decay.time_constant)
-    if end is not None:
-        rate = physics.precession_rate(runs.torque, end, truth.inertia, runs.across, runs.pitch)
-        for i in np.flatnonzero(~np.isfinite(time))[:1]:
-            _refuse_slow(
-                truth, runs, int(i), TURNS_NEVER_COMPLETED, "the spin dies away before the turns are completed"
-            )
-        for i in np.flatnonzero(~(np.abs(rate) < np.abs(end)))[:1]:
-            _refuse(
-                TURNS_NEVER_COMPLETED,
-                f"{_words(runs.mass[i], runs.position[i])}, {_rpm(runs.spin[i])}: the spin has fallen to "
-                f"{_rpm(end[i])} before the turns are completed, slower than the precession",
-                "take fewer turns, or a slower decay",
-            )
-    return replace(runs, time=time, spin_end=end)
+        assert decay.time_constant is not None
+        viscous = decay.viscous
+        time = time_by_constant(at, angle, decay.time_constant) if viscous else _time_by_law(at, angle, decay)
+    runs = _read_spins(truth, replace(runs, time=time))
+    assert runs.spin_end is not None
+    rate = physics.precession_rate(runs.torque, runs.spin_end, truth.inertia, runs.across, runs.pitch)
+    for i in np.flatnonzero(~np.isfinite(time))[:1]:
+        _refuse_slow(truth, runs, int(i), TURNS_NEVER_COMPLETED, "the spin dies away before the turns are completed")
+    for i in np.flatnonzero(~(np.abs(rate) < np.abs(runs.spin_end)))[:1]:
+        _refuse(
+            TURNS_NEVER_COMPLETED,
+            f"{_words(runs.mass[i], runs.position[i])}, {_rpm(runs.spin[i])}: the spin has fallen to "
+            f"{_rpm(runs.spin_end[i])} before the turns are completed, slower than the precession",
+            "take fewer turns, or a slower decay",
+        )
+    return runs
 
 
-def _released(truth: Truth, runs: Runs) -> Runs:
+def _read_spins(truth: Truth, runs: Runs) -> Runs:
+    """Fill in the spins at the end of each run, and when it is to be read at half time."""
+    decay = truth.decay
+    assert decay is not None
+    constant = decay.time_constant or decay.constant(runs.time, decay.lost or 0.0)
+    half = runs.spin * decay.left(np.maximum(runs.time / 2 + (truth.spin_delay or 0.0), 0.0), constant)
+    end = runs.spin * (1 - decay.lost) if decay.lost is not None else runs.spin * decay.left(runs.time, constant)
+    return replace(runs, spin_end=end, spin_half=half)
+
+
+def _released(truth: Truth, runs: Runs, angle: Floats) -> Runs:
     """Runs of a rod that is let go from rest: it nods, and the stopwatch stops where it first comes round."""
     top = motion.Top(truth.inertia, runs.across, runs.torque)
-    start = motion.released(top, runs.spin, runs.pitch)
-    time = motion.time_to_turn(top, start, runs.sense * 2 * np.pi * runs.turns)
+    if truth.decay is None:
+        start = motion.released(top, runs.spin, runs.pitch)
+        time = motion.time_to_turn(top, start, runs.sense * angle)
+    else:
+        time = np.array([_dragged_time(truth, runs, angle, i) for i in range(len(angle))])
     for i in np.flatnonzero(~np.isfinite(time))[:1]:
         _refuse(
             TURNS_NEVER_COMPLETED,
             f"{_words(runs.mass[i], runs.position[i])}, {_rpm(runs.spin[i])}: the rod never gets round",
             "spin faster, or take --motion steady",
         )
-    return replace(runs, time=time)
+    runs = replace(runs, time=time)
+    # The drag about the rod slows the spin as if the rod did not move.
+    return runs if truth.decay is None else _read_spins(truth, runs)
+
+
+_SAMPLES = 64
+"""States in a turn: so few that the azimuth is followed, and the nutation need not be."""
+
+
+@lru_cache(maxsize=1000)
+def _dragged(
+    inertia: float, across: float, torque: float, spin: float, pitch: float, drag: float, turns: float
+) -> tuple[Floats, motion.Path]:
+    """Times and states of a rod that is let go under drag, for somewhat longer than the turns take."""
+    top = motion.Top(inertia, across, torque)
+    # The spin only falls, so that a rod in steady precession would be there long before; one that nods, a nod later.
+    rate = abs(float(physics.horizontal_precession_rate(torque, spin, inertia)))
+    longest = 1.3 * 2 * math.pi * turns / rate + 2 * math.pi * across / (inertia * abs(spin))
+    times = np.linspace(0.0, longest, 2 * math.ceil(_SAMPLES * turns) + 1)
+    return times, motion.integrate(top, motion.released(top, spin, pitch), times, drag=drag)
+
+
+def _dragged_time(truth: Truth, runs: Runs, angle: Floats, i: int) -> float:
+    """Time until a rod let go under drag comes round by an angle; NaN if it does not."""
+    from scipy.optimize import brentq
+
+    assert truth.decay is not None
+    assert truth.decay.time_constant is not None
+    drag, sense = truth.inertia / truth.decay.time_constant, float(runs.sense[i])
+    across, torque, spin, pitch, turns = (
+        float(values[i]) for values in (runs.across, runs.torque, runs.spin, runs.pitch, runs.turns)
+    )
+    top = motion.Top(truth.inertia, across, torque)
+    times, path = _dragged(truth.inertia, across, torque, spin, pitch, drag, turns)
+    azimuth = np.unwrap(np.arctan2(sense * path.axis[:, 1], path.axis[:, 0]))
+    beyond = np.flatnonzero(azimuth >= angle[i])
+    if not len(beyond):
+        return math.nan
+    before = int(beyond[0]) - 1
+    near = motion.State(path.axis[before], path.momentum[before])
+    first = math.atan2(sense * near.axis[1], near.axis[0])
+
+    def missing(later: float) -> float:
+        axis = motion.integrate(top, near, later, drag=drag).axis
+        turned = math.remainder(math.atan2(sense * axis[1], axis[0]) - first, 2 * math.pi)
+        return float(azimuth[before]) + turned - float(angle[i])
+
+    return float(times[before]) + float(brentq(missing, 0.0, times[1], xtol=1e-10))
 
 
 def _refuse_slow(truth: Truth, runs: Runs, i: int, code: str, what: str) -> NoReturn:
@@ -328,6 +488,37 @@ def course(torque: ArrayLike, spin: ArrayLike, inertia: float, across: ArrayLike
 def time_by_share(at: Course, angle: Floats, lost: float) -> Floats:
     """Time to sweep an angle in which a given part of the spin is lost."""
     return cast(Floats, -np.log1p(-lost) * angle / (np.abs(at.rate) * at.swept(lost)))
+
+
+_PLACES, _SHARES = np.polynomial.legendre.leggauss(64)
+
+
+def _time_by_law(at: Course, angle: Floats, decay: Decay) -> Floats:
+    """Time to sweep an angle while the spin falls by another law than an air film's, by quadrature."""
+    places, shares = (_PLACES + 1) / 2, _SHARES / 2
+
+    def rate(left: Floats) -> Floats:
+        momentum = at.momentum[:, None] * left
+        with np.errstate(invalid="ignore"):
+            root = np.sqrt(momentum**2 + at.tilt[:, None])
+        return (np.abs(at.rate) * (at.momentum + at.root(at.momentum)))[:, None] / (momentum + root)
+
+    if decay.lost is not None:
+        # In parts of the run's own time the spin falls alike, whatever the time.
+        left = decay.left(places, decay.constant(np.ones(1), decay.lost))
+        return angle / (rate(np.broadcast_to(left, (len(angle), len(left)))) @ shares)
+    assert decay.time_constant is not None
+    # From a time that is too long Newton's steps go down to the answer: the precession only becomes faster.
+    time = angle / np.abs(at.rate)
+    if decay.exponent is not None and decay.exponent < 1:
+        time = np.minimum(time, 0.9999 * decay.time_constant / (1 - decay.exponent))
+    for _step in range(100):
+        beyond = time * (rate(decay.left(time[:, None] * places, decay.time_constant)) @ shares) - angle
+        step = beyond / rate(decay.left(time[:, None], decay.time_constant))[:, 0]
+        time = time - step
+        if np.all(np.abs(step) < 1e-12 * time):
+            break
+    return np.where(np.abs(beyond) < 1e-9 * angle, time, np.nan)
 
 
 def time_by_constant(at: Course, angle: Floats, time_constant: float) -> Floats:

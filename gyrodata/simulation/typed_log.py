@@ -6,17 +6,18 @@ import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from fractions import Fraction
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gyrodata import __version__
 from gyrodata.diagnostics import SIMULATED_VALUE_IMPOSSIBLE
 from gyrodata.errors import Diagnostic, InputError
-from gyrodata.physics import Floats
+from gyrodata.physics import VISCOUS, Floats
 from gyrodata.readings import Column, Reading, Readings, check_value, kind_of_role, read_cell, u_keys, write_log
-from gyrodata.simulation.noise import EXACT, FAULTLESS, TYPICAL, put_errors
-from gyrodata.simulation.truth import Design, Runs, Truth, happen
+from gyrodata.simulation.noise import EXACT, TYPICAL, put_errors
+from gyrodata.simulation.truth import EXPONENTS, Design, Runs, Truth, happen
 from gyrodata.units import DISPLAY, Uncertainty, from_si
 
 SCHEMA = "gyro.truth/1"
@@ -54,6 +55,7 @@ class Simulation:
             "transverse_inertia": runs.across,
             "pitch": runs.pitch,
             "spin": runs.spin,
+            "spin_half": runs.spin_half,
             "spin_end": runs.spin_end,
             "turns": runs.turns,
             "time": runs.time,
@@ -93,21 +95,48 @@ def simulate(
     """
     truth, design = truth or Truth(), design or Design()
     random = np.random.default_rng(seed)
-    drawn = random.standard_normal(2) if seed is not None else np.zeros(2)
-    widths = (noise.get(key, Uncertainty()).absolute for key in ("u_imbalance", "u_time_bias"))
-    imbalance, bias = (float(width * number) for width, number in zip(widths, drawn, strict=True))
-    imbalance = imbalance if truth.imbalance is None else truth.imbalance
-    bias = bias if truth.timing_bias is None else truth.timing_bias
-    truth = replace(truth, imbalance=imbalance, timing_bias=bias)
+    truth = _drawn(truth, design, noise, random, seed)
     runs = happen(truth, design)
-    true = _columns(truth, runs)
-    read = put_errors(true, noise, random) if seed is not None else dict(true)
-    read["time"] = read["time"] + bias
-    stated = _stated(truth, noise, set(true))
+    true = _columns(truth, design, runs)
+    read = put_errors(true, noise, random, truth.tails) if seed is not None else dict(true)
+    # Who stops at a mark that is sighted too far along stops late, by the rate at which the rod goes.
+    sighted = np.where(_parts_of_turns(runs), read.pop("turns") / runs.turns, 1.0)
+    read["time"] = read["time"] + runs.time * (sighted - 1) + truth.timing_bias
+    stated = _stated(truth, noise, runs, set(read))
     return Simulation(_readings(truth, runs, read, stated, seed), truth, runs, stated, seed)
 
 
-def _columns(truth: Truth, runs: Runs) -> dict[str, Floats]:
+def _drawn(
+    truth: Truth, design: Design, noise: Mapping[str, Uncertainty], random: np.random.Generator, seed: int | None
+) -> Truth:
+    """Fill in what the whole log has in common and the truth leaves open."""
+    keys = ("u_imbalance", "u_time_bias", "u_spin_delay", "u_decay_exponent")
+    drawn = np.zeros(len(keys))
+    if seed is not None:
+        # What came later has a stream of its own, so that a seed keeps its log.
+        drawn = np.concatenate([random.standard_normal(2), np.random.default_rng([seed, 1]).standard_normal(2)])
+    widths = [noise.get(key, Uncertainty()).absolute for key in keys]
+    imbalance, bias, delay, bent = (float(width * number) for width, number in zip(widths, drawn, strict=True))
+    decay = truth.decay
+    if decay is not None and decay.exponent is None:
+        decay = replace(decay, exponent=VISCOUS + bent)
+    if decay is None or design.spin_reading in (None, "both"):
+        delay = 0.0
+    return replace(
+        truth,
+        imbalance=imbalance if truth.imbalance is None else truth.imbalance,
+        timing_bias=bias if truth.timing_bias is None else truth.timing_bias,
+        spin_delay=delay if truth.spin_delay is None else truth.spin_delay,
+        decay=decay,
+    )
+
+
+def _parts_of_turns(runs: Runs) -> NDArray[np.bool_]:
+    """Which runs end at another mark than they began."""
+    return cast("NDArray[np.bool_]", runs.turns % 1 != 0)
+
+
+def _columns(truth: Truth, design: Design, runs: Runs) -> dict[str, Floats]:
     """True value of everything that is read, by role."""
     count = len(runs.time)
     columns = {
@@ -115,11 +144,16 @@ def _columns(truth: Truth, runs: Runs) -> dict[str, Floats]:
         "mass": np.where(runs.mass == 0, np.nan, runs.mass),
         "position": np.where(runs.mass == 0, np.nan, runs.position),
         "time": runs.time,
+        "turns": runs.turns,
     }
-    if runs.spin_end is None:
+    if runs.spin_end is None or runs.spin_half is None:
         columns["spin"] = np.abs(runs.spin)
     else:
-        columns |= {"spin_start": np.abs(runs.spin), "spin_end": np.abs(runs.spin_end)}
+        start, half, end = (np.abs(spin) for spin in (runs.spin, runs.spin_half, runs.spin_end))
+        if design.spin_reading != "half":
+            columns |= {"spin_start": start, "spin_end": end}
+        if design.spin_reading in ("half", "three"):
+            columns["spin"] = half
     if runs.pitch.any():
         columns["pitch"] = runs.pitch
     if runs.pitch.any() or truth.motion == "released":
@@ -127,15 +161,21 @@ def _columns(truth: Truth, runs: Runs) -> dict[str, Floats]:
     return columns
 
 
-def _stated(truth: Truth, noise: Mapping[str, Uncertainty], roles: set[str]) -> dict[str, Uncertainty]:
+def _stated(truth: Truth, noise: Mapping[str, Uncertainty], runs: Runs, roles: set[str]) -> dict[str, Uncertainty]:
     """Uncertainties that the log states: all that its readings have, zeros included."""
     absent = {f"u_{role}" for role in ("pitch", "transverse_inertia") if role not in roles}
-    # The spin is read late, or its decay taken for another, according to how often it is read.
-    other = "u_spin_delay" if "spin_start" in roles else "u_decay_exponent"
-    stated = {**EXACT, **dict.fromkeys(FAULTLESS, Uncertainty()), **noise}
-    absent.add(other)
+    if not _parts_of_turns(runs).any():
+        absent.add("u_turns")
+    if "spin_start" not in roles or "spin" in roles:
+        absent.add("u_decay_exponent")
+    if "spin_start" in roles:
+        absent.add("u_spin_delay")
+    stated = {**EXACT, **noise}
     if truth.timing_bias and not stated["u_time_bias"].absolute:
         stated["u_time_bias"] = Uncertainty(UNKNOWN_BIAS_U)
+    if truth.decay is None and "u_spin_delay" in stated:
+        # A spin that stays is as good a moment later.
+        stated["u_spin_delay"] = Uncertainty()
     return {key: u for key, u in stated.items() if key not in absent}
 
 
@@ -144,7 +184,7 @@ def _readings(
 ) -> Readings:
     """Write the readings as a student types them, and take them as they stand there."""
     count = len(runs.time)
-    texts = {}
+    texts: dict[str, list[str]] = {}
     for role, values in read.items():
         key = u_keys(role)[-1]
         exact = seed is None or key not in stated
@@ -156,14 +196,22 @@ def _readings(
         texts["spin_sense"] = _senses(runs.spin)
     if runs.sense.min() < 0 or not runs.mass.all():
         texts["precession_sense"] = _senses(runs.sense)
+    columns = {role: _column(role, column, stated) for role, column in texts.items() if any(column)}
+    parts = _parts_of_turns(runs)
+    if not parts.all():
+        # Whole turns end at the mark where they began: what is stated holds for the others.
+        turns = columns["turns"]
+        readings = (one if part else one._replace(u=None) for one, part in zip(turns.readings, parts, strict=True))
+        columns["turns"] = replace(turns, readings=tuple(readings))
+        stated = {key: u for key, u in stated.items() if key != "u_turns"}
     return Readings(
         name="<simulated>",
         sha256="",
         runs=tuple(str(i + 1) for i in range(count)),
         lines=tuple(range(1, count + 1)),
         notes=("",) * count,
-        columns={role: _column(role, column, stated) for role, column in texts.items() if any(column)},
-        constants={"g": g},
+        columns=columns,
+        constants={"g": g} | ({} if truth.latitude is None else {"latitude": truth.latitude}),
         uncertainties=stated,
         motion="released" if truth.motion == "released" else "steady",
         metadata={"Simulated, not measured": _told(truth, seed)},
@@ -219,13 +267,25 @@ def _column(role: str, texts: list[str], stated: Mapping[str, Uncertainty]) -> C
 
 def _told(truth: Truth, seed: int | None) -> str:
     """Say the truth in the log's first line."""
-    decay = truth.decay
     parts = [f"I_zz = {truth.inertia!r} kg*m^2"]
     if truth.transverse_inertia is not None:
         parts.append(f"I = {truth.transverse_inertia!r} kg*m^2")
     parts += [f"residual torque {truth.imbalance!r} N*m", f"timing bias {truth.timing_bias!r} s", truth.motion]
-    if decay is not None and decay.time_constant is not None:
-        parts.append(f"spin decays with time constant {decay.time_constant!r} s")
-    elif decay is not None:
-        parts.append(f"{100 * (decay.lost or 0.0):g} % of the spin lost in each run")
+    if truth.balance_drift:
+        parts.append(f"residual torque rising by {truth.balance_drift!r} N*m from first run to last")
+    decay = truth.decay
+    if decay is not None:
+        if decay.time_constant is not None:
+            parts.append(f"spin decays with time constant {decay.time_constant!r} s")
+        else:
+            parts.append(f"{100 * (decay.lost or 0.0):g} % of the spin lost in each run")
+        if not decay.viscous:
+            law = next((law for law, exponent in EXPONENTS.items() if exponent == decay.exponent), "drag")
+            parts.append(f"{law} law of exponent {decay.exponent!r}")
+    if truth.spin_delay:
+        parts.append(f"half time read {truth.spin_delay!r} s late")
+    if truth.tails is not None:
+        parts.append(f"clicks of a Student's t with {truth.tails} degrees of freedom")
+    if truth.latitude is not None:
+        parts.append(f"latitude {truth.latitude!r} rad")
     return ", ".join([*parts, "no errors" if seed is None else f"seed {seed}"])

@@ -241,14 +241,14 @@ def fit_runs(readings: Readings, measured: Measurements, model: Model = "auto", 
 
 def _fit_runs(measured: Measurements, model: Model, keep_flagged: bool) -> Fitted:
     chosen = choose_model(measured, model)
-    outliers, _ = fitting.screen(measured, chosen.tilted)
+    outliers, screened = fitting.screen(measured, chosen.tilted)
     if effects.needs_correction(measured, chosen):
         measured = iterate_mean_rate(measured, chosen, tuple(outlier.index for outlier in outliers))
-        outliers, _ = fitting.screen(measured, chosen.tilted)
+        outliers, screened = fitting.screen(measured, chosen.tilted)
     # A run that is merely odd is still a measurement, and stays.
     left_out = () if keep_flagged else tuple(outlier.index for outlier in outliers if outlier.slip)
     odd = tuple(outlier.index for outlier in outliers)
-    fit = fitting.fit(measured, chosen.tilted, left_out)
+    fit = fitting.fit(measured, chosen.tilted, left_out, screened if odd == left_out else None)
     without = fitting.fit(measured, chosen.tilted, odd).inertia if odd != left_out else None
     return Fitted(measured, chosen, tuple(outliers), left_out, fit, without)
 

@@ -34,15 +34,20 @@ ONE_SIGN = 1e-4
 """A sign of M0 that is less likely than this is not looked into."""
 
 
-def fit(measured: Measurements, tilted: bool = False, left_out: Collection[int] = ()) -> FitResult:
+def fit(
+    measured: Measurements, tilted: bool = False, left_out: Collection[int] = (), stated: FitResult | None = None
+) -> FitResult:
     """Find I_zz, M0 and b of one log, with their uncertainties.
 
     One prior for all designs: M0 is a Cauchy of a twentieth of the lightest torque, a balance test in the log is
     evidence about it that may be false, b has the width of ``u_time_bias``, and the errors that each run has alone are
     a common factor wider or narrower than stated (`posterior`). Runs left out have no say, but what the others predict
-    for them is worked out. Raises `NoFit` where there is no solution, or none that can be believed.
+    for them is worked out. Raises `NoFit` where there is no solution, or none that can be believed. `stated` is what
+    `fit_as_stated` gives of the same runs, where that is at hand.
     """
-    results = [_integrated(measured, tilted, stated) for stated in _by_sign(measured, tilted, left_out)]
+    one_sign = bool(measured.sense.all())
+    begun = [stated] if stated is not None and one_sign else _by_sign(measured, tilted, left_out)
+    results = [_integrated(measured, tilted, one) for one in begun]
     results.sort(key=lambda pair: -float(pair[1].evidence))
     first, posterior = results[0]
     several = [other for _, other in results if other.evidence > posterior.evidence + math.log(ONE_SIGN)]

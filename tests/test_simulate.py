@@ -313,7 +313,8 @@ class TestNoise:
         measured = measure(done.readings)
         np.testing.assert_allclose(measured.time, done.runs.time, rtol=1e-12)
         assert {source.name: source.default for source in measured.sources}["time"] is False
-        assert fitting.fit(measured).inertia.value == pytest.approx(INERTIA, rel=1e-4)
+        # What is taken for the hand and the balance pulls by a part of u.
+        assert fitting.fit(measured).inertia.value == pytest.approx(INERTIA, rel=5e-4)
         assert "no errors" in done.log.splitlines()[0]
 
 

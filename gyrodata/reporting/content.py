@@ -6,6 +6,7 @@ number names its place in results.json, which the page shows with it. What is `f
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
@@ -53,7 +54,7 @@ DOUBTFUL = {RUNS_CONTRADICT_EACH_OTHER}
 """Diagnostics that stand before the answer."""
 
 FAR = 5.0
-"""An exponent further from 1 than so many of its u is another law, if that is most of what the runs disagree by."""
+"""An exponent further from 1 than so many of its u, at the scatter that the runs have beside that, is another law."""
 
 UNTOLD = 0.3
 """A balance with a larger share of u² than this is not told by the design [1]."""
@@ -393,10 +394,13 @@ def _doubt(analysis: Analysis) -> Sentence:
         if found.code in DOUBTFUL:
             return (warning, f"{found.message}.")
     law = analysis.exponent
-    if law is None or law.deviation**2 < max(FAR**2, analysis.fit.chi2 / 2):
+    if law is None or analysis.fit.dof < 2:
+        return ()
+    beside = (analysis.fit.chi2 - law.deviation**2) / (analysis.fit.dof - 1)
+    if abs(law.deviation) < FAR * math.sqrt(max(beside, 1.0)):
         return ()
     power = Value(law.value, law.u, NUMBER, "exponent.value")
-    return (warning, "the period grows as the spin to the power ", power, ", where steady precession has 1.")
+    return (warning, "the period grows as the spin to the power ", power, ", not in proportion to it.")
 
 
 def _verdict(analysis: Analysis) -> Sentence:

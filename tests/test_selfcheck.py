@@ -91,8 +91,10 @@ def test_what_cannot_be_fitted_is_none() -> None:
 
 def test_one_torque_a_balance_test_and_an_unknown_sense() -> None:
     random = np.random.default_rng(2)
+    # With one torque the fitted M0 is none, and the interval allows for one: it nearly always holds such labs.
     _, alone = check(lab(random, weights=(0.04,)), 1000)
-    assert alone["recommended"].coverage_95 == pytest.approx(0.954, abs=0.02)
+    assert alone["recommended"].coverage_95 > 0.94
+    assert alone["recommended"].mean_u > 2 * alone["recommended"].rmse
     tested = replace(lab(random, noise=0.0), imbalance_u=lambda inertia: 2e-4, imbalance_from="u_imbalance")
     _, balanced = check(tested, 100)
     assert balanced["recommended"].coverage_95 > 0.88

@@ -77,7 +77,7 @@ def simulate(
     delay: Annotated[
         str | None,
         typer.Option("--delay", metavar="QUANTITY", help='How late half time is read, such as "2 s". Default: drawn '
-                     "from u_spin_delay of the noise. The hand's own lateness is --timing-bias."),
+                     "from u_spin_delay of the noise."),
     ] = None,
     sighting: Annotated[
         str | None,

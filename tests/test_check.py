@@ -51,9 +51,11 @@ class TestCheck:
         without, whole = "".join(lines[:-1]), "".join(lines)
         measured = measure(read_log(without.encode()))
         fit = gyrodata.analyze(without.encode()).fit
-        (u,) = fitting.expected_u([forecast.with_unloaded_run(fitting.design_of(measured, fit))])
-        assert u == pytest.approx(gyrodata.analyze(whole.encode()).inertia.u, rel=0.1)
-        assert u < 0.75 * gyrodata.analyze(without.encode()).inertia.u
+        design = fitting.design_of(measured, fit)
+        before, after = fitting.expected_u([design, forecast.with_unloaded_run(design)])
+        gained = gyrodata.analyze(whole.encode()).inertia.u / gyrodata.analyze(without.encode()).inertia.u
+        assert after / before == pytest.approx(gained, rel=0.1)
+        assert after < 0.85 * before
 
     def test_errors_and_findings_in_one_pass(self) -> None:
         done = gyro("check", "-", stdin=HEAD + "20,15.0,56O,13.06,1/3\nx,15.0,206,0,1/3\n")

@@ -234,16 +234,16 @@ NO_STEADY_PRECESSION = _error(
 )
 TOO_MANY_SHARED_READINGS = _error("G416", "too many shared readings for one fit", _many_readings)
 _TRANSVERSE_INERTIA_LOG = f"""{G}\
-# u_time: 0.02 s
-# u_time_bias: 0.01 s
-# u_spin: 0.05 %
+# u_time: 0.01 s
+# u_time_bias: 0 s
 # u_spin_delay: 0 s
-# u_mass: 0.02 %
+# u_imbalance: 0 N*m
+# u_position_zero: 0.1 mm
+# u_mass: 0.05 %
+# u_pitch: 0.5 deg
 {HEAD},pitch [deg]
-60.00,15.00,150,4.71,1,60
-60.00,15.00,300,9.74,1,60
-40.00,15.00,150,7.23,1,60
-40.00,15.00,300,14.69,1,60
+120.00,15.00,150,2.11,1,60
+120.00,15.00,160,2.31,1,60
 """
 TRANSVERSE_INERTIA_NOT_GIVEN = _warning(
     "G417", "the tilt matters, and the transverse moment of inertia is not given", _TRANSVERSE_INERTIA_LOG

@@ -24,6 +24,7 @@ from gyrodata.fitting.many import ManyFits, fit_many
 from gyrodata.fitting.posterior import K_95, scatter_prior
 from gyrodata.fitting.screening import OUTLIER, TURN_COUNTS, explaining_counts, screen
 from gyrodata.fitting.slowing import against_stars, phase_known, slowed, unslowed
+from gyrodata.fitting.start import sample
 from gyrodata.fitting.textbook import (
     TEXTBOOK,
     Line,
@@ -71,6 +72,7 @@ __all__ = [
     "ordinary_line",
     "phase_known",
     "refit",
+    "sample",
     "scatter_prior",
     "screen",
     "slowed",

@@ -91,13 +91,26 @@ def test_the_command_writes_what_the_functions_write() -> None:
 
 def test_short_values_in_text_markdown_and_latex() -> None:
     path, short = SAMPLES / "air_gyroscope.csv", ("--values", "short", "--no-report")
-    assert "I_zz = 4.441(22)e-3 kg·m²" in gyro("analyze", path, *short).stdout
+    assert "I_zz = 4.426(36)e-3 kg·m²" in gyro("analyze", path, *short).stdout
     marked = gyro("analyze", path, "-f", "markdown", *short).stdout
-    assert r"**I\_zz = 4.441(22)e-3 kg·m²**" in marked
+    assert r"**I\_zz = 4.426(36)e-3 kg·m²**" in marked
     assert "±" not in marked.partition("## Conventions")[0]
     tex = gyro("analyze", path, "-f", "latex", *short).stdout
     assert "uncertainty-mode = compact-marker" in tex
-    assert r"\qty{4.441 +- 0.022 e-3}{\kilogram\metre\squared}" in tex
+    assert r"\qty{4.426 +- 0.036 e-3}{\kilogram\metre\squared}" in tex
+
+
+def test_every_constant_of_a_log_is_told_with_its_unit() -> None:
+    lines = "# g: 9.803 m/s^2\n# latitude: 42.5 deg\n# ball_mass: 4.10 kg\n# ball_diameter: 10.16 cm\n"
+    runs = "".join(f"{20 * k},15,{rpm},{0.0993 * rpm / k:.2f},1\n" for k in (1, 2, 3) for rpm in (206, 407))
+    told = analyze((lines + "mass [g],position [cm],spin [rpm],time [s],turns\n" + runs).encode())
+    assert set(told.readings.constants) == {"g", "latitude", "ball_mass", "ball_diameter"}
+    text = reporting.markdown_report(told).replace("\\", "")
+    assert "constant g: 9.803 m/s²" in text
+    assert "constant latitude: 42.5 deg" in text
+    assert "constant ball_mass: 4.1 kg" in text
+    assert "constant ball_diameter: 0.1016 m" in text
+    assert "constant latitude: 42.5 deg" in reporting.latex_report(told)
 
 
 @pytest.mark.parametrize("form", ["markdown", "latex"])

@@ -177,6 +177,8 @@ KINDS = {
     "no ball": HEAD + LOG.partition(HEAD)[2],
     "one torque": "# g: 9.81 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns\n"
     "165,7.3,308,6.8,1\n165,7.3,500,11,1\n",
+    "latitude": "# latitude: 42.5 deg\nmass [g],position [cm],spin [rpm],time [s],turns\n20,15,406,40.1,1\n"
+    "40,15,405,20.5,1\n60,15,404,13.7,1\n",
     "one run": "mass [g],position [cm],spin [rpm],time [s],turns\n50,15,400,16.0,1\n",
     "torques, tilted": "torque [N*m],spin [rpm],time [s],turns,pitch [deg]\n0.05,400,24.0,1,10\n0.1,400,12.0,1,20\n"
     "0.1,600,17.6,1,-15\n",

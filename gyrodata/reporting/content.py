@@ -837,7 +837,12 @@ def _diagnostic(index: int, found: Diagnostic) -> Sentence:
 
 
 def _provenance(analysis: Analysis) -> Block:
-    units = {"g": "m/s²", "ball_mass": "kg", "ball_diameter": "m"}
+    units = {
+        "g": ("m/s²", 1.0),
+        "latitude": ("deg", math.radians(1)),
+        "ball_mass": ("kg", 1.0),
+        "ball_diameter": ("m", 1.0),
+    }
     constants = {"g": analysis.measurements.g, **analysis.readings.constants}
     facts = [
         Fact("tool", (f"gyrodata {__version__}",)),
@@ -845,8 +850,9 @@ def _provenance(analysis: Analysis) -> Block:
         Fact("its SHA-256", (Styled(analysis.sha256, "code"),)),
         *(Fact(f"option {key.replace('_', ' ')}", (_option(value),)) for key, value in vars(analysis.options).items()),
         *(
-            Fact(f"constant {key}", (Number(f"{value:.6g}", f"constants.{key}"), f" {units[key]}"))
+            Fact(f"constant {key}", (Number(f"{value / size:.6g}", f"constants.{key}", size), f" {unit}"))
             for key, value in constants.items()
+            for unit, size in (units[key],)
         ),
         *(Fact(f"# {key}", (Styled(value, "quote"),)) for key, value in analysis.readings.metadata.items()),
     ]

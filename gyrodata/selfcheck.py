@@ -211,9 +211,9 @@ def _draw(
     """Draw true times and put each source's errors on the readings; a group draws once."""
     across = transverse_inertia(design) if tilted else 0.0
     pitch = design.pitch if tilted else 0.0
-    rate = np.abs(
-        physics.precession_rate(design.torque + imbalance, design.sense * design.spin, inertia, across, pitch)
-    )
+    # The weight spins along.
+    whole = inertia + design.added
+    rate = np.abs(physics.precession_rate(design.torque + imbalance, design.sense * design.spin, whole, across, pitch))
     size = len(imbalance)
     truth = {
         "time": 2 * np.pi * design.turns / rate,

@@ -225,6 +225,7 @@ def _draw(
         "torque": design.given_torque,
         "g": np.full(len(design.runs), design.g),
         "pitch": design.pitch,
+        "added": np.broadcast_to(design.added, len(design.runs)),
     }
     readings = {name: np.broadcast_to(value, (size, len(design.runs))).copy() for name, value in truth.items()}
     for source in design.sources:
@@ -259,7 +260,7 @@ def _recommended(measured: Measurements, readings: dict[str, Floats], tilted: bo
     torque = _applied(readings)
     ends = []
     for i in range(len(torque)):
-        names = ("time", "spin", "turns", "mass", "position", "force", "pitch")
+        names = ("time", "spin", "turns", "mass", "position", "force", "pitch", "added")
         one = {name: readings[name][i] for name in names}
         lab = replace(measured, **one, given_torque=readings["torque"][i], torque=torque[i], g=readings["g"][i, 0])
         posterior = fit(lab, tilted).posterior

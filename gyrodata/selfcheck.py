@@ -211,9 +211,9 @@ def _draw(
     """Draw true times and put each source's errors on the readings; a group draws once."""
     across = transverse_inertia(design) if tilted else 0.0
     pitch = design.pitch if tilted else 0.0
-    rate = np.abs(
-        physics.precession_rate(design.torque + imbalance, design.sense * design.spin, inertia, across, pitch)
-    )
+    # The weight spins along.
+    whole = inertia + design.added
+    rate = np.abs(physics.precession_rate(design.torque + imbalance, design.sense * design.spin, whole, across, pitch))
     size = len(imbalance)
     truth = {
         "time": 2 * np.pi * design.turns / rate,
@@ -225,6 +225,7 @@ def _draw(
         "torque": design.given_torque,
         "g": np.full(len(design.runs), design.g),
         "pitch": design.pitch,
+        "added": np.broadcast_to(design.added, len(design.runs)),
     }
     readings = {name: np.broadcast_to(value, (size, len(design.runs))).copy() for name, value in truth.items()}
     for source in design.sources:
@@ -259,7 +260,7 @@ def _recommended(measured: Measurements, readings: dict[str, Floats], tilted: bo
     torque = _applied(readings)
     ends = []
     for i in range(len(torque)):
-        names = ("time", "spin", "turns", "mass", "position", "force", "pitch")
+        names = ("time", "spin", "turns", "mass", "position", "force", "pitch", "added")
         one = {name: readings[name][i] for name in names}
         lab = replace(measured, **one, given_torque=readings["torque"][i], torque=torque[i], g=readings["g"][i, 0])
         posterior = fit(lab, tilted).posterior

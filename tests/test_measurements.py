@@ -30,8 +30,9 @@ def source(measurements: Measurements, name: str) -> Source:
 
 def test_simulated_readings_err_as_readings_are_taken_to_err() -> None:
     for key, u in TYPICAL.items():
-        # A position is read to its rounding, of which a simulated one has a millimetre's.
-        assert key == "u_position" or u == SOURCES[key.removeprefix("u_")].default
+        # A position is read to its rounding, of which a simulated one has a millimetre's; turns are an angle.
+        name = {"u_turns": "angle"}.get(key, key.removeprefix("u_"))
+        assert key == "u_position" or u == SOURCES[name].default
 
 
 def test_values_in_si() -> None:
@@ -343,7 +344,7 @@ CELLS = {
     "time": (3.31, 3.31, 6.62), "turns": ("1/3",) * 3, "angle": (120,) * 3, "precession_period": (9.94, 9.94, 19.87),
     "precession_rate": (0.632, 0.632, 0.316), "pitch": (40.0,) * 3,
 }  # fmt: skip
-STATED = {"number": "0.3", "angle": "4 deg", "time": "0.7 s", "length": "2 mm", "torque": "3 mN*m"}
+STATED = {"number": "0.3", "angle": "4 deg", "time": "0.01 s", "length": "2 mm", "torque": "3 mN*m"}
 
 
 def test_every_uncertainty_changes_the_budget_or_is_refused() -> None:

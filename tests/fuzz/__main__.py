@@ -60,8 +60,12 @@ def main() -> None:
     seeds = range(options.seed, options.seed + options.count)
     ends: collections.Counter[str] = collections.Counter()
     with ProcessPoolExecutor(os.cpu_count()) as pool:
-        for seed, end, fault in pool.map(one, seeds, [options.clean] * len(seeds), chunksize=50):
+        tried = pool.map(one, seeds, [options.clean] * len(seeds), chunksize=50)
+        for done, (seed, end, fault) in enumerate(tried, 1):
             ends[end] += 1
+            if done % 1000 == 0:
+                # A run that is stopped has said how far it came.
+                print(f"{done} tried", flush=True)
             if fault:
                 print(f"{end} seed {seed}: {fault}", flush=True)
     print(", ".join(f"{count} {end}" for end, count in sorted(ends.items())))

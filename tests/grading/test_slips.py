@@ -160,7 +160,10 @@ class TestOwnRuns:
         u = analysis.inertia.u
         assert u is not None
         assert own_runs(analysis, ACCEPTED).yardstick == pytest.approx(u / analysis.inertia.value)
-        sharp, _ = read(rows, "# u_time: 0.001 s", "# u_time_bias: 0 s", "# u_position_zero: 0 mm", "# u_mass: 0 %")
+        exact = "u_time_bias: 0 s", "u_spin_delay: 0 s", "u_turns: 0 %", "u_position_zero: 0 mm", "u_mass: 0 %"
+        fine = sheet(np.random.default_rng(3), noise=0.0)
+        sharp, _ = read(fine, "# u_time: 0.01 s", *(f"# {line}" for line in exact), "# balanced: yes")
+        assert (sharp.inertia.u or 0.0) < 0.005 * sharp.inertia.value
         assert own_runs(sharp, ACCEPTED).yardstick == 0.005
         blunt, _ = read(rows, "# u_time: 9 s")
         assert own_runs(blunt, ACCEPTED).yardstick == 0.05

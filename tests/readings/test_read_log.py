@@ -426,6 +426,8 @@ def test_a_note_that_is_only_a_number_may_be_a_shifted_row():
 
 def test_a_blank_log_to_fill_in():
     blank = blank_log(("20 g", "40 g", "60 g"), "15 cm", ("200 rpm", "400 rpm", "600 rpm"))
+    # The line about the balance may stay blank: then it says nothing.
+    assert "# balanced: " in blank.splitlines()
     assert codes(read_log(blank)) == ["G202"]
     lines = blank.splitlines()
     start = next(i for i, line in enumerate(lines) if line.startswith("mass"))
@@ -436,6 +438,7 @@ def test_a_blank_log_to_fill_in():
         filled.append(",".join(cells))
     readings = read_log("\n".join([*lines[: start + 1], *filled]))
     assert readings.diagnostics == ()
+    assert readings.balanced is None
     assert len(readings.runs) == 11
     assert readings.columns["mass"].readings[5].text == "0"
     assert readings.columns["position"].values[5] is None  # noqa: PD011 (a Column, not a frame)

@@ -29,8 +29,8 @@ LEVEL_TO = math.radians(2.0)
 """How far from level [rad] a rod may be that nobody measured: the default standard uncertainty of a pitch."""
 
 
-SMALL_SAG = 0.05
-"""Below this mean sag [rad] the closed form of a rod let go from rest is right to 2 % of itself."""
+SMALL_SAG = 0.12
+"""Below this mean sag [rad] the closed form of a rod let go from rest is right to a tenth of itself."""
 
 TURNS = 12
 """So often at most I_zz goes into its own correction."""

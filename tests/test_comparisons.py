@@ -215,6 +215,8 @@ def test_one_run_whose_spin_falls_alone_is_named() -> None:
     assert [d.message[:5] for d in gyrodata.analyze(log.encode()).diagnostics if d.code == "G434"] == ["run 3"]
     calm = log.replace("410,360", "410,405")
     assert "G434" not in {d.code for d in gyrodata.analyze(calm.encode()).diagnostics}
+
+
 def refits(measured: Measurements, monkeypatch: pytest.MonkeyPatch) -> dict[str, Estimate]:
     """What `list_sensitivity` says, each by a fit of its own to a log in which that is so."""
     twice = tuple(

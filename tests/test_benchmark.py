@@ -6,6 +6,7 @@ import csv
 import io
 import itertools
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -58,8 +59,9 @@ TINY = Effort(
     grid=2,
     fine_grid=12,
     swings=1,
-    draws=4,
+    draws=8,
 )
+EQUAL_TORQUES = {"one torque", "identical runs", "one run"}
 CHARTS = (
     "motion", "estimators", "stability_steady", "stability_integrators", "stability_upright", "stability_estimators",
 )  # fmt: skip
@@ -178,8 +180,12 @@ class TestTrials:
         torque = np.cov(np.array([measured.torque for measured in drawn]).T)
         product = np.cov(np.array([measured.product for measured in drawn]).T)
         assert np.allclose(torque, of_torque, atol=0.25 * of_torque.max())
-        # The clock's bias is in all products too, and in no covariance that a student would write down.
-        assert np.allclose(np.sqrt(np.diag(product)[2::3]), np.sqrt(np.diag(of_product)[2::3]), rtol=0.25)
+        assert np.allclose(np.sqrt(np.diag(product)), np.sqrt(np.diag(of_product)), rtol=0.15)
+        # The hand is late in all runs: two runs of one weight that take the least time have it in common.
+        assert product[6, 7] == pytest.approx(of_product[6, 7], rel=0.25)
+        alone, _ = covariances(drawn[0], shared=False)
+        assert np.allclose(np.diag(alone), np.diag(of_product))
+        assert not (alone - np.diag(np.diag(alone))).any()
 
 
 class TestStability:
@@ -210,9 +216,15 @@ class TestStability:
     def test_the_tool_is_never_silently_wrong(self, done: Benchmark) -> None:
         assert len(done.breakdowns) == len(CASES) * (len(STUDENTS) + 1)
         mine = [one for one in done.breakdowns if one.estimator == "recommended"]
-        assert {one.verdict for one in mine} <= {"holds", "says so"}
+        assert {one.verdict for one in mine} == {"holds", "wide"}
+        # Equal torques do not tell the balance, and the logs do not state it.
+        assert {one.case for one in mine if one.verdict == "wide"} == EQUAL_TORQUES
         silent = {one.case for one in done.breakdowns if one.verdict == "nonsense"}
-        assert {"one torque", "run without torque", "sign lost", "wrong count"} <= silent
+        assert {"one torque", "sign lost", "wrong count"} <= silent
+        # A run without a torque that ends at a mark sighted to a degree does not pull far, but every one pulls.
+        pulled = {one.estimator: one for one in done.breakdowns if one.case == "run without torque"}
+        for name in ("weighted, origin", "York, origin"):
+            assert (pulled[name].verdict, pulled[name].coverage) == ("too sure", 0.0), name
 
     def test_same_seed_same_verdicts(self) -> None:
         few = replace(TINY, draws=1)
@@ -244,8 +256,8 @@ class TestWords:
         text = reading(done, TINY, 1)
         for line in (
             "seed 1, 20 labs a scene",
-            "| level and steady, 400 rpm | 0.93 % | eq. (9) | eq. (9) |",
-            "| tilted 45°, 100 rpm | 2.5 % | eq. (8) | eq. (8) |",
+            "| level and steady, 400 rpm | 0.92 % | eq. (9) | eq. (9) |",
+            "| tilted 45°, 100 rpm | 2.2 % | eq. (8) | eq. (8) |",
             "error is below 0.3 u does no harm",
             "| one torque | numpy.polyfit; M on P, constant; York, constant",
         ):
@@ -253,7 +265,9 @@ class TestWords:
         assert [line.split(" | ")[0] for line in text.splitlines() if line.endswith("| no answer |")] == [
             "| eqs. (7), Euler angles", "| reduced to θ"
         ]  # fmt: skip
-        assert text.count("| holds |\n") == len(CASES), "the recommended fit holds in all such cases"
+        rows = dict.fromkeys(CASES, "holds") | dict.fromkeys(EQUAL_TORQUES, "wide")
+        for case, verdict in rows.items():
+            assert re.search(rf"^\| {case} \| .* \| {verdict} \|$", text, re.M), case
         assert "nan" not in text.replace("nonsense", "")
 
     def test_the_reading_tells_of_exceptions(self, done: Benchmark) -> None:
@@ -265,7 +279,7 @@ class TestWords:
         panel = replace(done.trials[1], trials=(rival, *done.trials[1].trials[1:]))
         trials = [done.trials[0], panel, *done.trials[2:]]
         text = reading(replace(done, motion=[worse, *done.motion[1:]], trials=trials), TINY, 1)
-        assert "| level and steady, 400 rpm | 0.93 % | eq. (8) | eq. (9) | 0.32 u | 0.32 u |" in text
+        assert "| level and steady, 400 rpm | 0.92 % | eq. (8) | eq. (9) | 0.33 u | 0.33 u |" in text
         assert "| imbalance and timing bias | 20 | mean of ratios | " in text
         assert "| shared errors | 20 | recommended | " in text
 

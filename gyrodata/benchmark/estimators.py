@@ -124,6 +124,9 @@ def covariances(measured: Measurements, shared: bool) -> tuple[Floats, Floats]:
         groups = np.array(source.groups)
         same = np.equal.outer(groups, groups) if shared else np.eye(count, dtype=bool)
         covariance += np.where(same & (groups >= 0), np.outer(spread, spread), 0.0)
+    # The hand that is late is late in all runs: an unknown of the fit, and to a covariance one more shared error.
+    late = measured.product / measured.time * measured.timing_bias_u
+    of_product += np.outer(late, late) if shared else np.diag(late**2)
     return of_product, of_torque
 
 

@@ -174,7 +174,8 @@ divide by nothing.
 {passages}
 
 Logs that break fits (`stability_estimators.png`). Nonsense without a word: far from the truth, with an interval that \
-misses it, and no warning.
+misses it, and no warning. Wide: the interval holds the truth and tells next to nothing, as it must where all torques \
+are equal and the log does not say how well the ball is balanced.
 
 | case | nonsense without a word from | recommended |
 | --- | --- | --- |

@@ -22,7 +22,7 @@ from gyrodata.units import DISPLAY, Uncertainty, from_si
 
 SCHEMA = "gyro.truth/1"
 
-UNKNOWN_BIAS_U = 10.0
+UNKNOWN_BIAS_U = 30.0
 """What a log says of the timing bias [s] where the noise has none and the truth has one: that nobody knows it,
 but that it is no hour: b is told to the last digits only in a unit of its own size."""
 

@@ -33,7 +33,7 @@ class Torque:
     product_spread: float | None
     """Standard deviation of the single values; None for one run [rad²/s²]."""
     without: Estimate | None
-    """I_zz from the runs of the other torques [kg*m^2]; None where they cannot tell it, or with over 12 torques."""
+    """I_zz from the runs of the other torques [kg*m^2]; None where they cannot tell it, or of very many."""
     product_p: float | None
     """Chance of a scatter at least as large if φ̇ψ̇ is constant; None for one run."""
     period_per_spin: float
@@ -44,6 +44,9 @@ class Torque:
 
 MOST_TORQUES = 12
 """What each torque does to the answer is told of so many, no more."""
+
+MOST_RUNS = 5000
+"""Nor is so large a log fitted again for it."""
 
 
 def _without(measured: Measurements, fit: FitResult, kept: list[int], tilted: bool) -> list[Estimate | None]:
@@ -57,7 +60,7 @@ def _without(measured: Measurements, fit: FitResult, kept: list[int], tilted: bo
     for group, shift in zip(told, fit.adjusted.without(told), strict=True):
         members = set(group)
         rest = [i for i in kept if i not in members]
-        if not measured.torque[rest].any():
+        if not measured.torque[rest].any() or (shift is None and len(rest) > MOST_RUNS):
             found.append(None)
         elif shift is None:
             found.append(_fit_of(measured, tilted, rest))

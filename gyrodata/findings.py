@@ -279,10 +279,12 @@ def digit_findings(readings: Readings, measured: Measurements, fit: FitResult) -
         column, touched = readings.columns[role], np.array(source.groups) >= 0
         size = np.where(touched, source.absolute + source.relative * np.abs(getattr(measured, role)), 1.0)
         rounding = np.array([0.0 if read.u else (read.step or 0.0) / math.sqrt(12) for read in column.readings])
-        part = float(np.sqrt(np.mean((rounding / size)[touched] ** 2)))
+        # A reading may be stated as exact.
+        ratio = np.divide(rounding, size, out=np.zeros_like(size), where=touched & (size > 0))
+        part = float(np.sqrt(np.mean(ratio[touched] ** 2)))
         if part * share.u_inertia < MOST * (fit.inertia.u or 0.0):
             continue
-        first = int(np.argmax(touched * rounding / size))
+        first = int(np.argmax(ratio))
         reading = column.readings[first]
         (shown, unit), step = to_display(reading.value or 0.0, role), to_display(reading.step or 0.0, role)[0]
         # One digit more, and as many as make a step of 1 %.

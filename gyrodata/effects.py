@@ -347,7 +347,8 @@ def _of_some(case: Case) -> Case:
     except NoFit:
         return case
     u = relative_u(case.fit) * abs(fit.inertia.value)
-    return Case(some, replace(fit, inertia=replace(fit.inertia, u=u)), case.chosen)
+    # Without a posterior the sizes are told at the widths of this fit, however large they are.
+    return Case(some, replace(fit, inertia=replace(fit.inertia, u=u), posterior=None), case.chosen)
 
 
 def list_effects(

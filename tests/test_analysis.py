@@ -249,6 +249,15 @@ class TestWhatIsSaidHolds:
         mended = gyrodata.analyze(bold.replace("0.5 s", "0.1 s").encode())
         assert "G432" not in {d.code for d in mended.diagnostics}
 
+    def test_a_ball_that_is_said_not_to_be_balanced_is_not_warned_of(self) -> None:
+        silent = gyrodata.analyze(SAMPLES / "heidelberg_ball.csv")
+        assert "# balanced: no" in next(d.hint for d in silent.diagnostics if d.code == "G433")
+        told = gyrodata.analyze(SAMPLES / "heidelberg_ball.csv", settings={"balanced": "no"})
+        assert "G433" not in {d.code for d in told.diagnostics}
+        # What the line with a constant gives, which knows nothing of the balance.
+        line = next(fit.inertia for fit in told.fits if fit.name == "with_constant")
+        assert abs(told.inertia.value - line.value) < abs(silent.inertia.value - line.value)
+
     def test_an_interval_that_holds_zero_is_no_measurement(self) -> None:
         log = CODES["G435"].example
         with pytest.raises(

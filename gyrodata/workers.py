@@ -180,7 +180,7 @@ class _Pool(Generic[Task, Answer]):
             try:
                 self.workers.append(_Worker(self.context, self.work, self.limit))
             except OSError as error:
-                raise _no_process(error.strerror or str(error)) from None
+                self._make_do(error.strerror or str(error))
         for worker in self.workers:
             if self.waiting and worker.started and worker.task is None:
                 worker.give(self.waiting.popleft())
@@ -194,8 +194,9 @@ class _Pool(Generic[Task, Answer]):
             fine, answer = worker.connection.recv()
         except (EOFError, OSError):
             return self._reap(worker)
+        self.failed_starts = 0  # a process works here, so that others can be started
         if worker.task is None:
-            worker.started, self.failed_starts = True, 0
+            worker.started = True
             return None
         (task, _), worker.task = worker.task, None
         return task, answer if fine else Failed(answer)
@@ -207,13 +208,19 @@ class _Pool(Generic[Task, Answer]):
         if worker.task is None:
             self.failed_starts += 1
             if self.failed_starts > self.most + TRIES:
-                raise _no_process(how)
+                self._make_do(how)
             return None
         task, tries = worker.task
         if tries < TRIES:
             self.waiting.appendleft((task, tries + 1))
             return None
         return task, Failed(how)
+
+    def _make_do(self, why: str) -> None:
+        """Go on with the workers that have started, where no more can be; a machine short of memory grades slowly."""
+        self.failed_starts, self.most = 0, sum(worker.started for worker in self.workers)
+        if not self.most:
+            raise _no_process(why)
 
     def _give_up(self, worker: _Worker[Task]) -> tuple[Task, Answer | Failed] | None:
         """Stop a worker that takes too long."""

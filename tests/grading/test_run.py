@@ -134,6 +134,25 @@ def test_where_no_process_can_be_started_it_says_so() -> None:
         list(in_workers(_Unreadable(), ["fine"], workers=1, limit=1.0))
 
 
+def test_where_only_one_process_can_be_started_it_does_all_the_work(tmp_path: Path) -> None:
+    tasks = [f"sleep 0.{number + 1:02}" for number in range(20)]
+    done = dict(in_workers(_ForOne(tmp_path / "mark"), tasks, workers=3, limit=20.0))
+    assert done == {task: f"{task} done" for task in tasks}
+
+
+class _ForOne:
+    """Work that one worker takes in, and no other."""
+
+    def __init__(self, mark: Path) -> None:
+        self.mark = mark
+
+    def __reduce__(self) -> tuple[Callable[[Path], object], tuple[Path]]:
+        return mishaps.first_alone, (self.mark,)
+
+    def __call__(self, task: str) -> str:
+        raise AssertionError(task)
+
+
 class _Unreadable:
     """Work that no worker can take in."""
 

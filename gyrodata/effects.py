@@ -333,13 +333,9 @@ EFFECTS = (
 """Every effect, in the order of the tables."""
 
 
-MANY = 500
-"""Of so many runs a sample tells the sizes as well, for a hundredth of the time."""
-
-
 def _of_some(case: Case) -> Case:
     """Take a sample of the runs where there are very many, with the u of I_zz that all of them have."""
-    if len(case.measured.runs) <= MANY:
+    if len(case.measured.runs) <= fitting.MANY:
         return case
     some = select(case.measured, fitting.sample(case.measured, case.fit.adjusted.kept))
     try:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import cast
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from gyrodata import fitting
 from gyrodata.comparisons.runs import or_none
 from gyrodata.fitting import Estimate, FitResult
 from gyrodata.measurements import Measurements, torque_groups
+from gyrodata.physics import Floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,49 +79,41 @@ def _fit_of(measured: Measurements, tilted: bool, rest: list[int]) -> Estimate |
 
 def torque_table(measured: Measurements, fit: FitResult, kept: list[int], tilted: bool) -> tuple[Torque, ...]:
     """Constancy of φ̇ψ̇ for each torque, and what each does to the answer."""
-    groups = []
+    groups = torque_groups(measured)
     inside = set(kept)
-    # Plain numbers: a torque has a handful of runs, for which arrays take longer.
-    own = measured.own_relative.tolist()
-    product = (fit.sense * np.abs(measured.product)).tolist()
+    told = _Groups([[i for i in group if i in inside] or group for group in groups])
+    product = fit.sense * np.abs(measured.product)
+    size = measured.own_relative * np.abs(product)
+    weight = 1 / np.maximum(size, 1e-12) ** 2
+    mean = told.mean(product, weight)
+    alone = np.sqrt(told.sum((weight * size) ** 2)) / told.sum(weight)
+    # A late or early hand moves all of them the same way, each by b/T.
+    hand = measured.timing_bias_u * told.mean(product / measured.time, weight)
     scale = next((float(s.relative[0]) for s in measured.sources if s.name == "spin_scale"), 0.0)
-    without = _without(measured, fit, kept, tilted)
-    for group, others in zip(torque_groups(measured), without, strict=True):
-        members = [i for i in group if i in inside] or group
-        values = [product[i] for i in members]
-        sizes = [own[i] * abs(product[i]) for i in members]
-        weights = [1 / max(size, 1e-12) ** 2 for size in sizes]
-        whole = math.fsum(weights)
-        mean = math.fsum(w * value for w, value in zip(weights, values, strict=True)) / whole
-        alone = math.sqrt(math.fsum((w * size) ** 2 for w, size in zip(weights, sizes, strict=True))) / whole
-        # A late or early hand moves all of them the same way, each by b/T.
-        late = math.fsum(w * product[i] / measured.time[i] for w, i in zip(weights, members, strict=True)) / whole
-        hand = measured.timing_bias_u * late
-        several = len(members) > 1
-        chi2 = spread = None
-        if several:
-            middle = math.fsum(values) / len(values)
-            spread = math.sqrt(math.fsum((value - middle) ** 2 for value in values) / (len(values) - 1))
-        if several and all(sizes):
-            chi2 = math.fsum(((value - mean) / size) ** 2 for value, size in zip(values, sizes, strict=True))
-        mean_u = math.hypot(alone, hand, scale * mean)
-        slope = 2 * math.pi / abs(mean)
-        groups.append(
-            Torque(
-                mass=or_none(measured.mass[group[0]]),
-                position=or_none(measured.position[group[0]]),
-                torque=float(measured.torque[group[0]]),
-                runs=len(members),
-                without=others,
-                product=mean,
-                product_u=mean_u,
-                product_spread=spread,
-                product_p=None if chi2 is None else fitting.chi2_tail(chi2, len(members) - 1),
-                period_per_spin=slope,
-                period_per_spin_u=slope * mean_u / abs(mean),
-            )
+    mean_u = np.sqrt(alone**2 + hand**2 + (scale * mean) ** 2)
+    slope = 2 * np.pi / np.abs(mean)
+    with np.errstate(all="ignore"):
+        # One run has no spread, and an exact one no chi-square.
+        spread = np.sqrt(told.sum(told.from_mean(product, np.ones_like(product)) ** 2) / (told.runs - 1))
+        chi2 = told.sum((told.from_mean(product, weight) / size) ** 2)
+    return tuple(
+        Torque(
+            mass=or_none(measured.mass[group[0]]),
+            position=or_none(measured.position[group[0]]),
+            torque=float(measured.torque[group[0]]),
+            runs=runs,
+            product=float(mean[k]),
+            product_u=float(mean_u[k]),
+            product_spread=or_none(spread[k]),
+            without=without,
+            product_p=fitting.chi2_tail(float(chi2[k]), runs - 1) if runs > 1 and np.isfinite(chi2[k]) else None,
+            period_per_spin=float(slope[k]),
+            period_per_spin_u=float(slope[k] * mean_u[k] / abs(mean[k])),
         )
-    return tuple(groups)
+        for k, (group, runs, without) in enumerate(
+            zip(groups, told.runs.tolist(), _without(measured, fit, kept, tilted), strict=True)
+        )
+    )
 
 
 # --- the laws ---------------------------------------------------------------------------------------------------
@@ -165,66 +158,52 @@ class Constancy:
 
 def power_laws(measured: Measurements, kept: list[int]) -> tuple[PowerLaw, ...]:
     """Exponent of the period against the spin for each torque: a weighted line through the logarithms."""
+    groups = _kept_groups(measured, kept)
+    differ = _spins_differ(measured, groups)
+    slopes = iter(_slopes(measured, [group for group, told in zip(groups, differ, strict=True) if told]).T)
     laws = []
-    points, inside = _points(measured), set(kept)
-    for group in torque_groups(measured):
-        members = [i for i in group if i in inside]
+    for group, told in zip(torque_groups(measured), differ, strict=True):
         torque = float(measured.torque[group[0]])
-        if not _spins_differ(points, members):
+        if told:
+            exponent, u = _slope(measured, next(slopes)[:, None])
+            laws.append(PowerLaw(torque, exponent, u, "u from timing and spin of each run, and the hand's bias"))
+        else:
             laws.append(PowerLaw(torque, None, None, "needs two runs with different spins"))
-            continue
-        exponent, u = _slope(points, [members], measured.timing_bias_u)
-        laws.append(PowerLaw(torque, exponent, u, "u from timing and spin of each run, and the hand's bias"))
     return tuple(laws)
 
 
 def overall_exponent(measured: Measurements, kept: list[int]) -> Exponent | None:
     """Exponent of the period against the spin, the same for all torques; None where no torque tells it."""
-    points, inside = _points(measured), set(kept)
-    groups = [[i for i in group if i in inside] for group in torque_groups(measured)]
-    groups = [members for members in groups if _spins_differ(points, members)]
+    groups = _kept_groups(measured, kept)
+    groups = [group for group, differ in zip(groups, _spins_differ(measured, groups), strict=True) if differ]
     if not groups:
         return None
-    value, u = _slope(points, groups, measured.timing_bias_u)
+    value, u = _slope(measured, _slopes(measured, groups))
     return Exponent(value, u, (value - 1) / u, len(groups))
 
 
-class _Point(NamedTuple):
-    """One run in logarithms. Plain numbers: a torque has a handful of runs, for which arrays take longer."""
-
-    spin: float
-    period: float
-    weight: float
-    """1 over the square of the relative uncertainty that the run has alone."""
-    time: float
+def _spins_differ(measured: Measurements, groups: Sequence[Sequence[int]]) -> list[bool]:
+    spins = np.log(measured.spin)
+    return [len(group) > 1 and float(np.ptp(spins[group])) >= 0.02 for group in groups]
 
 
-def _points(measured: Measurements) -> list[_Point]:
-    weights = 1 / np.maximum(measured.own_relative, 1e-12) ** 2
-    columns = (np.log(measured.spin), np.log(measured.time / measured.turns), weights, measured.time)
-    return [_Point(*values) for values in zip(*(column.tolist() for column in columns), strict=True)]
+def _slopes(measured: Measurements, groups: Sequence[Sequence[int]]) -> Floats:
+    """Sums over each torque's runs from which `_slope` has the slope of ln τ on ln ψ̇, shape (3, groups).
 
-
-def _spins_differ(points: Sequence[_Point], members: Sequence[int]) -> bool:
-    spins = [points[i].spin for i in members]
-    return len(spins) > 1 and max(spins) - min(spins) >= 0.02
-
-
-def _slope(points: Sequence[_Point], groups: Sequence[Sequence[int]], timing_bias_u: float) -> tuple[float, float]:
-    """Common slope of ln τ on ln ψ̇ of groups that have each a constant of their own, and its uncertainty.
-
-    The slope is Σ c ln τ with the weights c below; a late or early hand changes every ln τ by b/T.
+    The slope is Σ c ln τ / Σ c ln ψ̇ with c the weighted distance from the torque's own mean; a late or early hand
+    changes every ln τ by b/T.
     """
-    across, slope, bias = 0.0, 0.0, 0.0
-    for group in groups:
-        total = math.fsum(points[i].weight for i in group)
-        centre = math.fsum(points[i].weight * points[i].spin for i in group) / total
-        for point in (points[i] for i in group):
-            away = point.weight * (point.spin - centre)
-            across += away * (point.spin - centre)
-            slope += away * point.period
-            bias += away / point.time
-    return slope / across, math.hypot(1 / math.sqrt(across), timing_bias_u * bias / across)
+    told = _Groups(groups)
+    weight = 1 / np.maximum(measured.own_relative, 1e-12) ** 2
+    away = told.from_mean(np.log(measured.spin), weight)
+    period = np.log(measured.time / measured.turns)
+    return np.array([told.sum(weight * away * each) for each in (away, period, 1 / measured.time)])
+
+
+def _slope(measured: Measurements, sums: Floats) -> tuple[float, float]:
+    """Common slope of some torques that have each a constant of their own, and its standard uncertainty."""
+    across, along, late = np.add.reduce(sums, axis=1).tolist()
+    return along / across, math.hypot(1 / math.sqrt(across), measured.timing_bias_u * late / across)
 
 
 def constancy(measured: Measurements, kept: list[int]) -> Constancy | None:
@@ -232,23 +211,43 @@ def constancy(measured: Measurements, kept: list[int]) -> Constancy | None:
 
     None where no torque has two runs, or where timing and spin are exact.
     """
-    own = measured.own_relative
-    if not own.all():
+    groups = [group for group in _kept_groups(measured, kept) if len(group) > 1]
+    own, product = measured.own_relative, np.abs(measured.product)
+    if not own.all() or not groups:
         return None
-    runs = list(zip(np.abs(measured.product).tolist(), own.tolist(), strict=True))
-    chi2, squares, expected, dof, count = 0.0, 0.0, 0.0, 0, 0
+    told = _Groups(groups)
+    weight = 1 / (product * own) ** 2
+    away = told.from_mean(product, weight)
+    count, dof = len(told.index), len(told.index) - len(groups)
+    chi2 = float(np.add.reduce(told.sum(weight * away**2)))
+    scatter = float(np.add.reduce(told.sum(away**2) / told.mean(product, weight) ** 2)) / dof
+    expected = float(np.add.reduce(told.sum(own**2))) / count
+    return Constancy(math.sqrt(scatter), math.sqrt(expected), chi2, dof, fitting.chi2_tail(chi2, dof))
+
+
+def _kept_groups(measured: Measurements, kept: list[int]) -> list[list[int]]:
     inside = set(kept)
-    for group in torque_groups(measured):
-        members = [i for i in group if i in inside]
-        if len(members) < 2:
-            continue
-        weights = [1 / (runs[i][0] * runs[i][1]) ** 2 for i in members]
-        mean = math.fsum(w * runs[i][0] for w, i in zip(weights, members, strict=True)) / math.fsum(weights)
-        chi2 += math.fsum(w * (runs[i][0] - mean) ** 2 for w, i in zip(weights, members, strict=True))
-        squares += math.fsum((runs[i][0] / mean - 1) ** 2 for i in members)
-        expected += math.fsum(runs[i][1] ** 2 for i in members)
-        dof += len(members) - 1
-        count += len(members)
-    if not dof:
-        return None
-    return Constancy(math.sqrt(squares / dof), math.sqrt(expected / count), chi2, dof, fitting.chi2_tail(chi2, dof))
+    return [[i for i in group if i in inside] for group in torque_groups(measured)]
+
+
+class _Groups:
+    """Sums over the runs of each torque, all torques at once."""
+
+    def __init__(self, members: Sequence[Sequence[int]]) -> None:
+        self.runs = np.array([len(group) for group in members], dtype=int)
+        self.index = np.array([i for group in members for i in group], dtype=int)
+        self.of = np.repeat(np.arange(len(members)), self.runs)
+
+    def sum(self, values: Floats) -> Floats:
+        """Sum of the values of n runs over those of each torque, shape (torques,)."""
+        return cast(Floats, np.bincount(self.of, values[self.index], len(self.runs)))
+
+    def mean(self, values: Floats, weight: Floats) -> Floats:
+        """Weighted mean of each torque, shape (torques,)."""
+        return self.sum(weight * values) / self.sum(weight)
+
+    def from_mean(self, values: Floats, weight: Floats) -> Floats:
+        """Distance of each run from its torque's weighted mean, shape (n,); 0 for runs of none."""
+        away = np.zeros_like(values)
+        away[self.index] = values[self.index] - self.mean(values, weight)[self.of]
+        return away

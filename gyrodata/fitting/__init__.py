@@ -24,7 +24,7 @@ from gyrodata.fitting.many import ManyFits, fit_many
 from gyrodata.fitting.posterior import K_95, scatter_prior
 from gyrodata.fitting.screening import OUTLIER, TURN_COUNTS, explaining_counts, screen
 from gyrodata.fitting.slowing import against_stars, phase_known, slowed, unslowed
-from gyrodata.fitting.start import sample
+from gyrodata.fitting.start import MANY, sample
 from gyrodata.fitting.textbook import (
     TEXTBOOK,
     Line,
@@ -40,6 +40,7 @@ __all__ = [
     "DEFAULT_TRANSVERSE_RATIO",
     "K_95",
     "MAD_TO_SD",
+    "MANY",
     "OUTLIER",
     "TEXTBOOK",
     "TURN_COUNTS",

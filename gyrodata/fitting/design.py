@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -11,8 +12,8 @@ from gyrodata.fitting.conditions import Problem
 from gyrodata.fitting.estimates import FitResult
 from gyrodata.fitting.inertia import balance_scale, times_stated
 from gyrodata.fitting.posterior import Conditions, integrate
-from gyrodata.fitting.start import assume_sense
-from gyrodata.measurements import Measurements
+from gyrodata.fitting.start import MANY, assume_sense, sample
+from gyrodata.measurements import Measurements, select
 from gyrodata.physics import Floats
 
 _MANY = 1000
@@ -51,8 +52,16 @@ class Design:
 
 
 def design_of(measured: Measurements, result: FitResult, tilted: bool = False) -> Design:
-    """Take a lab for a design, and the unknowns of a fit of it, or of one like it, for true."""
-    problem = Problem(measured, tilted)
+    """Take a lab for a design, and the unknowns of a fit of it, or of one like it, for true.
+
+    Of very many runs a sample stands for all, each for several, where it has all weights and positions that they share.
+    """
+    count = len(measured.runs)
+    if count > MANY:
+        some = select(measured, sample(measured, np.ones(count)))
+        if all(one.shared_count == all_.shared_count for one, all_ in zip(some.sources, measured.sources, strict=True)):
+            measured = some
+    problem = Problem(measured, tilted).with_scatter(math.sqrt(len(measured.runs) / count))
     inertia, imbalance = result.inertia.value, result.imbalance.value
     tested = None if measured.imbalance_u is None else measured.imbalance_u(inertia)
     return Design(

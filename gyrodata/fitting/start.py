@@ -31,6 +31,10 @@ def first_guess(measured: Measurements, sense: Floats, free: bool, kept: Floats)
     return robust_start(measured, sense, free, kept)
 
 
+MANY = 500
+"""Of more runs than so many a sample tells sizes and designs as well, for a hundredth of the time."""
+
+
 def sample(measured: Measurements, kept: Floats) -> Any:
     """Indices of the runs kept, of very many 150: every torque in its share, and at random among its runs.
 

@@ -6,7 +6,6 @@ What is known of each before a log is read stands in one table, `SOURCES`.
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, cast
@@ -176,7 +175,8 @@ class Source:
     @property
     def shared_count(self) -> int:
         """Number of errors that several runs have in common."""
-        return sum(runs > 1 for group, runs in Counter(self.groups).items() if group >= 0)
+        # Those that it does not touch are counted first.
+        return int((np.bincount(np.array(self.groups) + 1)[1:] > 1).sum())
 
 
 def list_sources(
@@ -186,7 +186,7 @@ def list_sources(
     columns = readings.columns
     relative_spin, default = _spin_errors(readings)
     used = spin_columns(readings)
-    groups = _numbered([tuple(column.spots[i] for column in used) for i in range(len(spin))])
+    groups = _numbered(list(zip(*(column.spots for column in used), strict=True)))
     sources = [
         *_timing_sources(columns, timing, time, turns),
         _source("spin", groups, np.zeros(len(spin)), relative_spin, default),
@@ -228,7 +228,7 @@ def _diameter_sources(columns: Mapping[str, Column], mass: Floats) -> list[Sourc
     given = [read.u.at(value) / value if read.u else 0.0 for read, value in pairs]
     # Half of m r²: an error of the diameter counts twice.
     doubt = np.where((mass > 0) & np.isfinite(across), 2 * np.array(given), 0.0)
-    groups = _numbered([f"{value:.9g}" for value in across.tolist()], doubt)
+    groups = _numbered([f"{value:.9g}" if size else None for value, size in zip(across.tolist(), doubt, strict=True)])
     return [_source("weight_diameter", groups, np.zeros(len(mass)), doubt, False)]
 
 
@@ -330,9 +330,9 @@ def _by_value(key: str, column: Column, values: Floats, loaded: Floats) -> Sourc
     group: it is one reading and has one error.
     """
     absolute, relative, default = _reading_errors(column, values, SOURCES[key].default)
-    plain = values.tolist()
-    text = {value: f"{value:.9g}" for value in set(plain)}
-    groups = _numbered([text[value] for value in plain], loaded)
+    plain = np.where(loaded, values, math.nan).tolist()
+    text = {value: f"{value:.9g}" for value in set(plain) if value == value}
+    groups = _numbered([text.get(value) for value in plain])
     group = np.array(groups, dtype=int)
     touched = group >= 0
 
@@ -344,13 +344,11 @@ def _by_value(key: str, column: Column, values: Floats, loaded: Floats) -> Sourc
     return _source(key, groups, largest(absolute), largest(relative), default)
 
 
-def _numbered(keys: Sequence[object], touched: Sequence[bool] | Floats | None = None) -> tuple[int, ...]:
-    """Number equal keys alike, from 0 in order of appearance; −1 where not touched."""
-    numbers: dict[object, int] = {}
-    return tuple(
-        -1 if touched is not None and not touched[i] else numbers.setdefault(key, len(numbers))
-        for i, key in enumerate(keys)
-    )
+def _numbered(keys: Sequence[object]) -> tuple[int, ...]:
+    """Number equal keys alike, from 0 in order of appearance; −1 for None, which a source does not touch."""
+    distinct = [key for key in dict.fromkeys(keys) if key is not None]
+    numbers: dict[object, int] = {None: -1, **{key: number for number, key in enumerate(distinct)}}
+    return tuple([numbers[key] for key in keys])
 
 
 def _reading_errors(column: Column, values: Floats, default: Uncertainty) -> tuple[Floats, Floats, bool]:
@@ -414,7 +412,7 @@ def _spin_errors(readings: Readings) -> tuple[Floats, bool]:
 
 def values_of(column: Column) -> Floats:
     """Values of a column [SI], shape (n,); NaN where nothing was read."""
-    return np.array([math.nan if value is None else value for value in column.values], dtype=float)
+    return np.array(column.values, dtype=float)
 
 
 def spin_columns(readings: Readings) -> tuple[Column, ...]:

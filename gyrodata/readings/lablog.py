@@ -77,7 +77,7 @@ class Column:
     @property
     def values(self) -> tuple[float | None, ...]:
         """Values alone [SI unit of the role]."""
-        return tuple(reading.value for reading in self.readings)
+        return tuple([reading.value for reading in self.readings])
 
     def place(self, run: int) -> Place | None:
         """Where a reading stands; None for what an option gave, or a simulation."""

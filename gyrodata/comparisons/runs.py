@@ -14,7 +14,7 @@ from gyrodata.measurements import Measurements
 from gyrodata.units import Uncertainty
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, unsafe_hash=True)  # frozen ones take five times as long to make, and there may be very many
 class Run:
     """One timed run."""
 

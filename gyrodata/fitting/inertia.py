@@ -262,7 +262,8 @@ def times_stated(measured: Measurements) -> bool:
 def _typical(posterior: Posterior) -> tuple[float, float]:
     """Factor s, and the width of M0 with which alone I_zz is known as well as with all of them [N*m]."""
     factor = float(posterior.typical(posterior.factor))
-    steps = np.unique(posterior.factor[posterior.weight > 1e-6 * posterior.weight.max()])
+    # Not np.unique, which would load numpy.ma.
+    steps = np.array(sorted(set(posterior.factor[posterior.weight > 1e-6 * posterior.weight.max()].tolist())))
     nearest = posterior.factor == steps[np.argmin(np.abs(np.log(steps / factor)))]
     weight = posterior.weight[nearest] / posterior.weight[nearest].sum()
     part = Posterior(weight, posterior.mean[:, nearest], posterior.u[:, nearest], *(posterior.factor,) * 2, weight)

@@ -211,14 +211,23 @@ def fit_runs(readings: Readings, measured: Measurements, model: Model = "auto", 
         If there is no answer, or none that can be believed; it says what to look at.
     """
     try:
-        fitted = _fit_runs(measured, model, keep_flagged)
-        fit = fitted.fit
+        chosen = choose_model(measured, model)
+        runs = measured
+        outliers, screened = fitting.screen(runs, chosen.tilted)
+        odd = tuple(outlier.index for outlier in outliers)
+        if effects.needs_correction(measured, chosen):
+            runs = iterate_mean_rate(measured, chosen, odd)
+            outliers, screened = fitting.screen(runs, chosen.tilted)
+            odd = tuple(outlier.index for outlier in outliers)
+        # A run that is merely odd is still a measurement, and stays.
+        left_out = () if keep_flagged else tuple(outlier.index for outlier in outliers if outlier.slip)
+        fit = fitting.fit(runs, chosen.tilted, left_out, screened if odd == left_out else None)
+        without = fitting.fit(runs, chosen.tilted, odd).inertia if odd != left_out else None
         if not np.isfinite(fit.fitted_time).all():
             why = "eq. (8) has no real solution for a run: the rod is up and the spin too low to precess steadily"
             raise LogError([readings.diagnose(NO_STEADY_PRECESSION, why, "check pitch, spin and transverse_inertia")])
-        odd = {outlier.index for outlier in fitted.outliers}
         says = np.array([i not in odd for i in range(len(measured.runs))])
-        fitting.insist_on_lines(fitted.measured, fit, fitted.chosen.tilted, says)
+        fitting.insist_on_lines(runs, fit, chosen.tilted, says)
         if fit.dof <= 0 and (fit.inertia.u or 0.0) < EXACT * fit.inertia.value:
             # Without a run to spare nothing could refute it.
             raise NoFit(
@@ -236,21 +245,7 @@ def fit_runs(readings: Readings, measured: Measurements, model: Model = "auto", 
         miscounted = count_findings(readings, measured)
         if miscounted:
             raise LogError(miscounted)
-    return fitted
-
-
-def _fit_runs(measured: Measurements, model: Model, keep_flagged: bool) -> Fitted:
-    chosen = choose_model(measured, model)
-    outliers, screened = fitting.screen(measured, chosen.tilted)
-    if effects.needs_correction(measured, chosen):
-        measured = iterate_mean_rate(measured, chosen, tuple(outlier.index for outlier in outliers))
-        outliers, screened = fitting.screen(measured, chosen.tilted)
-    # A run that is merely odd is still a measurement, and stays.
-    left_out = () if keep_flagged else tuple(outlier.index for outlier in outliers if outlier.slip)
-    odd = tuple(outlier.index for outlier in outliers)
-    fit = fitting.fit(measured, chosen.tilted, left_out, screened if odd == left_out else None)
-    without = fitting.fit(measured, chosen.tilted, odd).inertia if odd != left_out else None
-    return Fitted(measured, chosen, tuple(outliers), left_out, fit, without)
+    return Fitted(runs, chosen, tuple(outliers), left_out, fit, without)
 
 
 def _result(estimate: Estimate, unit: str) -> Result:

@@ -119,17 +119,6 @@ class Problem:
         self.from_source, self.from_run = np.nonzero(size > 1)
         self.to_column = self.member[self.from_source, self.from_run]
 
-    def linearise(self, single: Floats, shared: Floats, sense: Floats, unknowns: Floats) -> Linear:
-        """Linearise the conditions at adjusted readings; extrapolate the errors of one run back to none."""
-        values, slopes = self.truth(single, shared)
-        value, to_unknowns, to_quantities = self.conditions(values, sense, unknowns)
-        slopes = slopes * to_quantities.take(self.quantity, axis=-2)
-        alone = slopes * self.alone
-        # Of the spin's term, which does not vanish with the torque.
-        floor = NEGLIGIBLE * to_quantities[..., 1, :] * values[..., 1, :]
-        own = np.add.reduce(alone * alone, axis=-2) + floor * floor
-        return Linear(value - np.add.reduce(alone * single, axis=-2), to_unknowns, slopes, alone, own)
-
     def truth(self, single: Floats, shared: Floats) -> tuple[Floats, Floats]:
         """Adjusted value of each quantity, shape (11, n), and its derivative to each source's error, (S, n)."""
         # An error that a run has alone is in `single`, one that it shares in `shared`, never in both.
@@ -157,8 +146,9 @@ class Problem:
             return force * position, {5: position, 4: force}
         return values[..., 6, :], {6: np.ones(self.count)}
 
-    def conditions(self, values: Floats, sense: Floats, unknowns: Floats) -> tuple[Floats, Floats, Floats]:
-        """Value of each run's condition, and its derivatives to I_zz, M0 and b, (n, 3), each quantity, (11, n)."""
+    def linearise(self, single: Floats, shared: Floats, sense: Floats, unknowns: Floats) -> Linear:
+        """Linearise each run's condition at adjusted readings; extrapolate the errors of one run back to none."""
+        values, slopes = self.truth(single, shared)
         inertia, imbalance, bias = unknowns[..., :1], unknowns[..., 1:2], unknowns[..., 2:]
         torque, chain = self.torque(values)
         time, spin = values[..., 0, :] - bias, values[..., 1, :]
@@ -168,6 +158,7 @@ class Problem:
         whole = inertia + values[..., 10, :]
         moment = whole * spin
         value = push * time - angle * moment
+        # Derivatives to I_zz, M0 and b, (n, 3), and to each quantity, (11, n).
         to_unknowns = np.empty((*value.shape, 3))
         to = np.zeros((*value.shape[:-1], *values.shape[-2:]))
         to_unknowns[..., 0] = -angle * spin
@@ -190,7 +181,12 @@ class Problem:
             to[..., 9, :] = tilt
             to[..., 10, :] -= tilt
         to_unknowns[..., 2] = -to[..., 0, :]
-        return value, to_unknowns, to
+        slopes = slopes * to.take(self.quantity, axis=-2)
+        alone = slopes * self.alone
+        # Of the spin's term, which does not vanish with the torque.
+        floor = NEGLIGIBLE * to[..., 1, :] * values[..., 1, :]
+        own = np.add.reduce(alone * alone, axis=-2) + floor * floor
+        return Linear(value - np.add.reduce(alone * single, axis=-2), to_unknowns, slopes, alone, own)
 
 
 def torques_differ(torque: Floats) -> bool:

@@ -5,9 +5,10 @@ has the fits of the textbook, to compare with, and `fit_line` one for points wit
 `conditions` for what is fitted and `adjustment` for how.
 """
 
+from gyrodata.fitting.adjustment import NoFit, insist_on_solution
 from gyrodata.fitting.conditions import MAD_TO_SD, torques_differ, transverse_inertia
 from gyrodata.fitting.design import Design, design_of, expected_u
-from gyrodata.fitting.estimates import Estimate, FitResult, NoFit, Outlier, Share, insist_on_solution
+from gyrodata.fitting.estimates import Estimate, FitResult, Outlier, Share
 from gyrodata.fitting.inertia import (
     Otherwise,
     balance_scale,

@@ -15,7 +15,7 @@ from typing import cast
 
 import numpy as np
 
-from gyrodata.fitting.conditions import NEGLIGIBLE, Linear, Problem
+from gyrodata.fitting.conditions import NEGLIGIBLE, QUANTITIES, Linear, Problem
 from gyrodata.physics import Floats
 
 TURNS = 100
@@ -26,6 +26,10 @@ LOST = 1e-3
 
 WHOLE = 20
 """So many steps are whole ones; hardly any log needs half as many."""
+
+
+class NoFit(Exception):  # noqa: N818 - like StopIteration, what came of it and not a fault
+    """The runs have no answer that can be believed; its text says why, for a student."""
 
 
 @dataclass(frozen=True)
@@ -100,14 +104,16 @@ class Adjusted:
         return changes
 
 
-def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, bias_u: float, kept: Floats) -> Adjusted:
-    """Iterate the Gauss–Helmert adjustment to convergence, or say that it did not converge.
+# What is not finite does not pass.
+@np.errstate(all="ignore")
+def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, kept: Floats, factor: float) -> Adjusted:
+    """Iterate the Gauss–Helmert adjustment to a solution that can be believed, near its start by a factor.
 
     The unknowns are scaled to order one: I_zz by its start, M0 by its prior width, b by its own. Runs where
-    `kept` is 0 have no weight, but what the others say of them is worked out.
+    `kept` is 0 have no weight, but what the others say of them is worked out. Raises `NoFit`.
     """
     count, shared_count = problem.count, problem.shared_count
-    scale = np.array([start.inertia, prior_width, bias_u])
+    scale = np.array([start.inertia, prior_width, problem.measured.timing_bias_u])
     unknowns = np.zeros(3 + shared_count)
     unknowns[:2] = 1.0, start.imbalance / prior_width
     single = np.zeros_like(problem.absolute)
@@ -115,35 +121,40 @@ def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, bi
     chi2 = moved = math.inf
     jumped = 0.0
     converged = False
-    for turn in range(TURNS):
-        at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
-        if jumped > 0.03 or turn >= WHOLE:
-            single = onto_conditions(at, unknowns[:1] * scale[0])
+    try:
+        for turn in range(TURNS):
             at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
-        plain = fill_rows(rows, problem, at, kept, scale, unknowns)
-        solution, factor = solve_rows(rows)
-        step = _damped(solution, unknowns)
-        if turn >= WHOLE:
-            # Whole steps go round in a circle where errors are as large as what is read: go ever less far.
-            step = step * 0.5 ** (turn // WHOLE)
-        unknowns = unknowns + step
-        closed = at.misclosure + plain @ step
-        # A run that is left out has no weight, but its prediction too is linear only on its condition.
-        single = -at.alone * (closed / at.own)
-        if not LOST < unknowns[0] < 1 / LOST:
-            break
-        sizes = np.abs(step).tolist()
-        last, moved, jumped = moved, max(sizes), max(sizes[:2])
-        # Steps shrink by a constant factor: the next would be this one times this one over the last.
-        if moved**2 < 1e-9 * min(last, 1.0 if turn else 0.0) or moved < 1e-11:
-            converged = True
-            break
-        if turn > 2:
-            before, chi2 = chi2, _chi2(closed, at.own, kept, unknowns)
-            if abs(before - chi2) <= 1e-13 * chi2:
+            if jumped > 0.03 or turn >= WHOLE:
+                single = onto_conditions(at, unknowns[:1] * scale[0])
+                at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
+            plain = fill_rows(rows, problem, at, kept, scale, unknowns)
+            solution, triangle = solve_rows(rows)
+            step = _damped(solution, unknowns)
+            if turn >= WHOLE:
+                # Whole steps go round in a circle where errors are as large as what is read: go ever less far.
+                step = step * 0.5 ** (turn // WHOLE)
+            unknowns = unknowns + step
+            closed = at.misclosure + plain @ step
+            # A run that is left out has no weight, but its prediction too is linear only on its condition.
+            single = -at.alone * (closed / at.own)
+            if not LOST < unknowns[0] < 1 / LOST:
+                break
+            sizes = np.abs(step).tolist()
+            last, moved, jumped = moved, max(sizes), max(sizes[:2])
+            # Steps shrink by a constant factor: the next would be this one times this one over the last.
+            if moved**2 < 1e-9 * min(last, 1.0 if turn else 0.0) or moved < 1e-11:
                 converged = True
                 break
-    return _conclude(problem, at, rows, factor, plain, closed, sense, kept, unknowns, scale, converged)
+            if turn > 2:
+                before, chi2 = chi2, _chi2(closed, at.own, kept, unknowns)
+                if abs(before - chi2) <= 1e-13 * chi2:
+                    converged = True
+                    break
+        adjusted = _conclude(problem, at, rows, triangle, plain, closed, sense, kept, unknowns, scale, converged)
+    except np.linalg.LinAlgError:
+        raise NoFit("the runs do not tell the unknowns apart") from None
+    insist_on_solution(adjusted, start.inertia, factor)
+    return adjusted
 
 
 def _conclude(
@@ -244,3 +255,48 @@ def _damped(step: Floats, unknowns: Floats) -> Floats:
     """Shorten a step that would more than halve or double the inertia."""
     limit = 0.5 * abs(unknowns[0])
     return cast(Floats, step * (limit / abs(step[0]))) if abs(step[0]) > limit else step
+
+
+FACTOR = 3.0
+"""No answer is further than this from both lines of the textbook."""
+
+ASTRAY = 30.0
+"""No fit ends further than this from where a robust start has put it."""
+
+MOVED = 0.2
+"""A shared reading that had to be moved by more than this share of itself …"""
+
+MOVED_U = 3.0
+"""… and by more than so many of its standard uncertainties was not what was read."""
+
+MEASURED = np.array([quantity not in ("pitch", "transverse", "turns") for quantity in QUANTITIES])
+"""Of each quantity: a pitch of 0 may well be off by more than itself, and I and what it does are guesses."""
+
+
+def insist_on_solution(adjusted: Adjusted, start: float, factor: float) -> None:
+    """Accept where an adjustment ended, near its start [kg*m^2] by a factor, or raise `NoFit`.
+
+    Errors in proportion to what is read let I_zz, all torques and M0 shrink together at little cost, where nothing else
+    holds their common scale. So a solution has to come to rest, to be positive, and to stay where the readings are; and
+    the lines of the textbook, which know nothing of all this, have to lie within a factor of 3 (`insist_on_lines`).
+    """
+    inertia = float(adjusted.unknowns[0])
+    if not (np.isfinite(adjusted.unknowns).all() and np.isfinite(adjusted.covariance).all()):
+        raise NoFit("the fit ends in numbers that are not finite")
+    if not adjusted.converged:
+        raise NoFit("the fit does not come to rest")
+    if not inertia > 0:
+        raise NoFit("the fit gives a moment of inertia that is not positive")
+    if not 1 / factor < inertia / start < factor:
+        raise NoFit(f"the fit ends at {inertia:.2g} kg*m^2, where the runs by themselves are near {start:.2g}")
+    problem = adjusted.problem
+    error = np.abs(adjusted.shared[problem.to_column])
+    source, run = problem.from_source, problem.from_run
+    read = np.abs(problem.observed[problem.quantity[source], run])
+    size = problem.absolute[source, run] + problem.relative[source, run] * read
+    far = MEASURED[problem.quantity[source]] & (adjusted.kept[run] > 0)
+    far &= (error > MOVED_U) & (error * size > MOVED * read)
+    if far.any():
+        worst = int(np.argmax(far * error * size / np.maximum(read, 1e-300)))
+        moved = problem.sources[source[worst]].name.replace("_", " ")
+        raise NoFit(f"the fit holds only if what was read as {moved} is off by more than {100 * MOVED:.0f} %")

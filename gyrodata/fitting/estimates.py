@@ -1,23 +1,12 @@
-"""What the fits give back, and when a fit is no answer, however small the uncertainty that it gives.
-
-Errors in proportion to what is read let I_zz, all torques and M0 shrink together at little cost, where nothing else
-holds their common scale. So a solution has to come to rest, to be positive, and to stay where the readings are; and
-the lines of the textbook, which know nothing of all this, have to lie within a factor of 3 (`textbook`).
-"""
+"""What the fits give back."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from gyrodata.fitting.adjustment import Adjusted
 from gyrodata.fitting.posterior import Posterior
 from gyrodata.physics import Floats
-
-
-class NoFit(Exception):  # noqa: N818 - like StopIteration, what came of it and not a fault
-    """The runs have no answer that can be believed; its text says why, for a student."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,51 +89,3 @@ class FitResult:
     """Where the adjustment ended; of two possible answers the likelier."""
     posterior: Posterior | None
     """The answer as a mixture; None of a fit at one width."""
-
-
-FACTOR = 3.0
-"""No answer is further than this from both lines of the textbook."""
-
-ASTRAY = 30.0
-"""No fit ends further than this from where a robust start has put it."""
-
-MOVED = 0.2
-"""A shared reading that had to be moved by more than this share of itself …"""
-
-MOVED_U = 3.0
-"""… and by more than so many of its standard uncertainties was not what was read."""
-
-
-def insist_on_solution(adjusted: Adjusted, start: float, factor: float) -> None:
-    """Accept where an adjustment ended, near its start [kg*m^2] by a factor, or raise `NoFit`."""
-    inertia = float(adjusted.unknowns[0])
-    if not (np.isfinite(adjusted.unknowns).all() and np.isfinite(adjusted.covariance).all()):
-        raise NoFit("the fit ends in numbers that are not finite")
-    if not adjusted.converged:
-        raise NoFit("the fit does not come to rest")
-    if not inertia > 0:
-        raise NoFit("the fit gives a moment of inertia that is not positive")
-    if not 1 / factor < inertia / start < factor:
-        raise NoFit(f"the fit ends at {inertia:.2g} kg*m^2, where the runs by themselves are near {start:.2g}")
-    moved = _moved_most(adjusted)
-    if moved is not None:
-        raise NoFit(f"the fit holds only if what was read as {moved} is off by more than {100 * MOVED:.0f} %")
-
-
-def _moved_most(adjusted: Adjusted) -> str | None:
-    """Quantity of the shared reading that the fit had to move too far; None if there is none."""
-    problem = adjusted.problem
-    if not problem.shared_count:
-        return None
-    error = np.abs(adjusted.shared[problem.to_column])
-    source, run = problem.from_source, problem.from_run
-    read = np.abs(problem.observed[problem.quantity[source], run])
-    size = problem.absolute[source, run] + problem.relative[source, run] * read
-    # A pitch of 0 may well be off by more than itself, and I and what it does are guesses.
-    measured = np.array([one.quantity not in ("pitch", "transverse", "turns") for one in problem.sources])[source]
-    far = measured & (adjusted.kept[run] > 0) & (error > MOVED_U) & (error * size > MOVED * read)
-    if not far.any():
-        return None
-    worst = int(np.argmax(far * error * size / np.maximum(read, 1e-300)))
-    name: str = problem.sources[source[worst]].name
-    return name.replace("_", " ")

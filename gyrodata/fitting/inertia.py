@@ -14,9 +14,9 @@ from typing import cast
 import numpy as np
 
 from gyrodata import physics
-from gyrodata.fitting.adjustment import Adjusted, Start, adjust
+from gyrodata.fitting.adjustment import ASTRAY, FACTOR, Adjusted, NoFit, Start, adjust
 from gyrodata.fitting.conditions import NEGLIGIBLE, Problem, torques_differ
-from gyrodata.fitting.estimates import ASTRAY, FACTOR, Estimate, FitResult, NoFit, Share, insist_on_solution
+from gyrodata.fitting.estimates import Estimate, FitResult, Share
 from gyrodata.fitting.posterior import (
     BALANCE,
     BALANCED,
@@ -71,7 +71,7 @@ def refit(result: FitResult, measured: Measurements, tilted: bool, balanced: boo
     if balanced:
         width, imbalance, kept = NEGLIGIBLE * width, 0.0, kept * (measured.torque != 0)
     problem = Problem(measured, tilted).with_scatter(result.scatter)
-    adjusted = _solve(problem, result.sense, Start(inertia, imbalance), width, kept, ASTRAY)
+    adjusted = adjust(problem, result.sense, Start(inertia, imbalance), width, kept, ASTRAY)
     return _result(measured, adjusted, result.sense, width, result.scatter, adjusted.chi2, True)
 
 
@@ -102,7 +102,7 @@ def _as_stated(measured: Measurements, sense: Floats, tilted: bool, kept: Floats
     free, width = torques_differ(measured.torque[kept > 0]), lightest_torque(measured, kept)
     problem, factor = Problem(measured, tilted), 1.0
     try:
-        adjusted = _solve(problem, sense, first_guess(measured, sense, free, kept), width, kept, FACTOR)
+        adjusted = adjust(problem, sense, first_guess(measured, sense, free, kept), width, kept, FACTOR)
     except NoFit:
         # A slip of hundreds of standard uncertainties is best explained by all spins being infinite, for their
         # errors are proportional, or by an M0 that takes all torque away. Larger errors of the single runs and a
@@ -111,7 +111,7 @@ def _as_stated(measured: Measurements, sense: Floats, tilted: bool, kept: Floats
         factor = max(1.0, misfit(measured, start, kept))
         if factor > 1:
             width = 0.1 * width
-        adjusted = _solve(problem.with_scatter(factor), sense, start, width, kept, ASTRAY)
+        adjusted = adjust(problem.with_scatter(factor), sense, start, width, kept, ASTRAY)
     prior = (float(adjusted.unknowns[1]) / width) ** 2 if free else 0.0
     # A prior that says nothing is not a datum: neither its pull nor its degree of freedom counts.
     return _result(measured, adjusted, sense, width, factor, factor**2 * (adjusted.chi2 - prior), free)
@@ -153,7 +153,7 @@ def _integrated(measured: Measurements, tilted: bool, stated: FitResult) -> tupl
     start = Start(*posterior.middle()[:2].tolist())
     problem = Problem(measured, tilted).with_scatter(scatter)
     try:
-        adjusted = _solve(problem, stated.sense, start, width, stated.adjusted.kept, FACTOR)
+        adjusted = adjust(problem, stated.sense, start, width, stated.adjusted.kept, FACTOR)
     except NoFit:
         return stated, posterior
     free = torques_differ(measured.torque[stated.adjusted.kept > 0])
@@ -298,18 +298,6 @@ def _with_posterior(measured: Measurements, result: FitResult, posterior: Poster
 
 CONTRADICTED = 3.0
 """So many standard uncertainties from 0 the runs see an M0 that a balance test denies."""
-
-
-def _solve(problem: Problem, sense: Floats, start: Start, width: float, kept: Floats, factor: float) -> Adjusted:
-    """Adjust from a start, and insist on a solution that can be believed."""
-    try:
-        # What is not finite does not pass.
-        with np.errstate(all="ignore"):
-            adjusted = adjust(problem, sense, start, width, problem.measured.timing_bias_u, kept)
-    except np.linalg.LinAlgError:
-        raise NoFit("the runs do not tell the unknowns apart") from None
-    insist_on_solution(adjusted, start.inertia, factor)
-    return adjusted
 
 
 def _predict(adjusted: Adjusted, sense: Floats) -> tuple[Floats, Floats]:

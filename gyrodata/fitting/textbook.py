@@ -13,8 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gyrodata.fitting.adjustment import FACTOR, NoFit
 from gyrodata.fitting.conditions import torques_differ, transverse_inertia
-from gyrodata.fitting.estimates import FACTOR, Estimate, FitResult, NoFit
+from gyrodata.fitting.estimates import Estimate, FitResult
 from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
 

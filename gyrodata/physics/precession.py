@@ -63,7 +63,8 @@ def precession_rate(
     it. Where D nearly vanishes the rate itself is ill-conditioned: a relative error ε of D/b² moves it by √ε.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
-        _, load, doubled = _quadratic(torque, spin, inertia, transverse_inertia, pitch, total_spin)
+        load = np.asarray(torque, dtype=float)
+        doubled = _doubled(load, spin, inertia, _curvature(inertia, transverse_inertia, pitch, total_spin))
         rate = 2 * load / doubled
     idle = doubled == 0
     if idle.any():
@@ -87,23 +88,18 @@ def fast_precession_rate(
     level rod or I = I_zz. Without a torque, the free precession of a spinning body.
     """
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        curvature, _, doubled = _quadratic(torque, spin, inertia, transverse_inertia, pitch, total_spin)
-        return -doubled / (2 * curvature)
+        curvature = _curvature(inertia, transverse_inertia, pitch, total_spin)
+        return -_doubled(np.asarray(torque, dtype=float), spin, inertia, curvature) / (2 * curvature)
 
 
-def _quadratic(
-    torque: ArrayLike, spin: ArrayLike, inertia: ArrayLike, across: ArrayLike, pitch: ArrayLike, total_spin: bool
-) -> tuple[Any, Any, Any]:
-    """Give a, h m g and b + sgn(b)√D of eq. (8); sgn(0) is the sign of that zero."""
-    load = np.asarray(torque, dtype=float)
-    curvature = _curvature(inertia, across, pitch, total_spin)
+def _doubled(load: Any, spin: ArrayLike, inertia: ArrayLike, curvature: Any) -> Any:
+    """Give b + sgn(b)√D of eq. (8); sgn(0) is the sign of that zero."""
     momentum = np.multiply(inertia, spin)
-    root = np.sqrt(momentum * momentum + 4 * curvature * load)
-    return curvature, load, momentum + np.copysign(root, momentum)
+    return momentum + np.copysign(np.sqrt(momentum * momentum + 4 * curvature * load), momentum)
 
 
 def _curvature(inertia: ArrayLike, across: ArrayLike, pitch: ArrayLike, total_spin: bool) -> Any:
-    """Coefficient of φ̇² in eq. (8)."""
+    """Coefficient a of φ̇² in eq. (8)."""
     difference = np.negative(across) if total_spin else np.subtract(inertia, across)
     return difference * np.sin(pitch)
 

@@ -12,7 +12,6 @@ PACKAGE = Path(__file__).parent.parent / "gyrodata"
 SHELVES = {
     "diagnostics": -1,
     "errors": 0,
-    "unit_grammar": -1,
     "units": 0,
     "workers": 1,
     "quantities": 1,

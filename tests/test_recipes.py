@@ -24,7 +24,7 @@ WRITTEN = dict(re.findall(r"^\* \*\*(.*?)\*\*(.*?)(?=^\* |^## )", TEXT, re.MULTI
 
 RECIPES = {
     "A unit": """
-@ unit_grammar.py
+@ units.py
      ("mg", "milligram", "1e-6 kilogram", _M, "mg мг"),
 +    ("slug", "slug", "14.593902937206364 kilogram", _M, "slug slugs"),
 """,

@@ -11,15 +11,7 @@ from hypothesis import strategies as st
 from gyrodata import units
 from gyrodata.quantities import parse_quantity, parse_uncertainty
 from gyrodata.readings import kind_of_role, to_display
-from gyrodata.unit_grammar import TABLE, parse
-from gyrodata.units import (
-    SI,
-    Uncertainty,
-    UnitError,
-    from_si,
-    kinds_of,
-    parse_unit,
-)
+from gyrodata.units import SI, TABLE, Uncertainty, UnitError, from_si, kinds_of, parse, parse_unit
 
 RPM = 2 * math.pi / 60
 

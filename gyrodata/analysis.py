@@ -28,9 +28,8 @@ from gyrodata.comparisons import (
 from gyrodata.diagnostics import NO_STEADY_PRECESSION, NO_TORQUE, TOO_MANY_SHARED_READINGS
 from gyrodata.errors import LogError
 from gyrodata.findings import count_findings, list_advice, not_measured, outlier_findings, refusal, whole_findings
-from gyrodata.fitting import Estimate, FitResult, NoFit, Outlier
+from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, NoFit, Outlier
 from gyrodata.measurements import Measurements, measure, select
-from gyrodata.model import Model, choose_model, iterate_mean_rate
 from gyrodata.readings import Readings, read_log
 from gyrodata.results import DOF_REASON, Analysis, Options, Result
 
@@ -171,7 +170,7 @@ class Fitted:
     """A log's recommended fit, and what was decided for it."""
 
     measured: Measurements
-    chosen: effects.ChosenModel
+    chosen: ChosenModel
     outliers: tuple[Outlier, ...]
     left_out: tuple[int, ...]
     fit: FitResult
@@ -211,12 +210,11 @@ def fit_runs(readings: Readings, measured: Measurements, model: Model = "auto", 
         If there is no answer, or none that can be believed; it says what to look at.
     """
     try:
-        chosen = choose_model(measured, model)
-        runs = measured
-        outliers, screened = fitting.screen(runs, chosen.tilted)
+        chosen = effects.choose_model(measured, model)
+        outliers, screened = fitting.screen(measured, chosen.tilted)
         odd = tuple(outlier.index for outlier in outliers)
-        if effects.needs_correction(measured, chosen):
-            runs = iterate_mean_rate(measured, chosen, odd)
+        runs = fitting.iterate_mean_rate(measured, chosen, odd)
+        if runs is not measured:
             outliers, screened = fitting.screen(runs, chosen.tilted)
             odd = tuple(outlier.index for outlier in outliers)
         # A run that is merely odd is still a measurement, and stays.

@@ -2,21 +2,32 @@
 
 One record of `EFFECTS` each. Its size is found by fitting again: with the effect and without it, at the widths of the
 log's fit, with I_zz, M0 and b free in both. What is below 0.2 of the standard uncertainty is dropped, smallest first,
-while all that is dropped stays below 0.3 and the single runs do not scatter by it; the rest is kept (`model`). Effects
-of unknown size (M0, b) are parameters of every model.
+while all that is dropped stays below 0.3 and the single runs do not scatter by it; the rest is kept, in the model that
+`choose_model` takes. Effects of unknown size (M0, b) are parameters of every model.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from gyrodata import fitting, physics
-from gyrodata.fitting import FitResult, NoFit
+from gyrodata.fitting import (
+    ChosenModel,
+    FitResult,
+    Model,
+    NoFit,
+    at_mean_rate,
+    corrected,
+    earth_is_told,
+    is_unsteady,
+    on_turning_floor,
+    unslowed,
+)
 from gyrodata.measurements import Measurements, select
 
 DROP_ONE = 0.2
@@ -34,27 +45,6 @@ SMALL_SAG = 0.12
 
 TURNS = 12
 """So often at most I_zz goes into its own correction."""
-
-
-@dataclass(frozen=True)
-class ChosenModel:
-    """The model that a log is fitted with."""
-
-    tilted: bool
-    """Eq. (8) with each run's pitch, not eq. (9)."""
-    released: bool
-    """The mean rate of a rod let go from rest, not that of steady precession."""
-    asked: bool
-    """True if the caller chose it."""
-    earth: bool = False
-    """The precession against the stars, not against the turning floor."""
-
-    @property
-    def name(self) -> Literal["horizontal", "steady", "released"]:
-        """Name of the model, as ``--model`` takes it."""
-        if self.released:
-            return "released"
-        return "steady" if self.tilted else "horizontal"
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,56 +66,6 @@ class Effect:
 def relative_u(fit: FitResult) -> float:
     """Standard uncertainty of I_zz over I_zz [1]."""
     return (fit.inertia.u or 0.0) / abs(fit.inertia.value)
-
-
-def needs_correction(measured: Measurements, chosen: ChosenModel) -> bool:
-    """Say whether eqs. (8) and (9), for steady precession at one spin on a floor at rest, need `corrected`."""
-    return chosen.earth or _is_unsteady(measured, chosen)
-
-
-def _is_unsteady(measured: Measurements, chosen: ChosenModel) -> bool:
-    """Say whether a model's rate is not that of steady precession at one spin."""
-    return chosen.released or (chosen.tilted and measured.spin_start is not None)
-
-
-def corrected(
-    measured: Measurements, fit: FitResult, inertia: float, chosen: ChosenModel, followed: bool = False
-) -> Measurements:
-    """Give the runs with what a model corrects them by, for an I_zz [kg*m^2] and the M0 and b of a fit."""
-    runs = measured
-    if _is_unsteady(measured, chosen):
-        runs = fitting.slowed(measured, fit, inertia, chosen.tilted, chosen.released, followed)
-    return _on_turning_floor(runs, fit) if chosen.earth else runs
-
-
-def at_mean_rate(
-    measured: Measurements, chosen: ChosenModel, left_out: Collection[int] = ()
-) -> tuple[Measurements, FitResult]:
-    """Correct runs by what the fit of them gives, until both go together; give that fit as well."""
-    result = fitting.fit_as_stated(measured, chosen.tilted, left_out)
-    runs = measured
-    for _turn in range(20):
-        before, runs = runs.slowing, corrected(measured, result, result.inertia.value, chosen)
-        result = fitting.fit_as_stated(runs, chosen.tilted, left_out)
-        if before is not None and runs.slowing is not None and np.allclose(before, runs.slowing, rtol=1e-10, atol=0):
-            break
-    return runs, result
-
-
-def _on_turning_floor(measured: Measurements, fit: FitResult) -> Measurements:
-    """Count the angles against the stars, at a pole where the log gives no latitude."""
-    vertical = physics.EARTH_ROTATION * math.sin(math.pi / 2 if measured.latitude is None else measured.latitude)
-    sense = fit.sense if measured.precession_sense is None else measured.precession_sense
-    return fitting.against_stars(measured, np.where(sense == 0, fit.sense, sense), vertical)
-
-
-def earth_is_told(measured: Measurements) -> bool:
-    """Say whether the log gives the latitude, and which way each run went: then the Earth can be corrected for."""
-    return (
-        measured.latitude is not None
-        and measured.precession_sense is not None
-        and bool(measured.precession_sense.all())
-    )
 
 
 class Case(NamedTuple):
@@ -150,7 +90,7 @@ class Case(NamedTuple):
 
     def _at_its_widths(self, model: ChosenModel) -> float | None:
         """I_zz by a model, at the widths of the log's fit: it goes into its own correction [kg*m^2]."""
-        bare = fitting.unslowed(self.measured)
+        bare = unslowed(self.measured)
         fit, inertia = self.fit, float(self.fit.adjusted.unknowns[0])
         if model == self.chosen and self.measured.slowing is None:
             return inertia
@@ -175,11 +115,11 @@ class Case(NamedTuple):
             return self.fit.inertia.value
         left_out = np.flatnonzero(self.fit.adjusted.kept == 0).tolist()
         try:
-            runs = fitting.unslowed(self.measured)
-            if _is_unsteady(runs, model):
+            runs = unslowed(self.measured)
+            if is_unsteady(runs, model):
                 runs, _ = at_mean_rate(runs, model, left_out)
             elif model.earth:
-                runs = _on_turning_floor(runs, self.fit)
+                runs = on_turning_floor(runs, self.fit)
             return fitting.fit(runs, model.tilted, left_out).inertia.value
         except NoFit:
             return None
@@ -205,7 +145,7 @@ def _hardly_sags(measured: Measurements, fit: FitResult) -> bool:
 
 
 def _closed_release(measured: Measurements, fit: FitResult) -> Measurements:
-    """Slow runs by the closed form of a level rod let go from rest: as `fitting.slowed`, for a few microseconds."""
+    """Slow runs by the closed form of a level rod let go from rest: as `corrected`, for a few microseconds."""
     total = measured.torque + fit.imbalance.value
     bias = physics.release_bias(total, measured.spin, fit.inertia.value, fitting.transverse_inertia(measured))
     return replace(measured, slowing=1 + bias)
@@ -360,3 +300,59 @@ def list_effects(
             size = None if bias is None or not u else abs(bias) / u
             effects.append(Effect(kind.name, bias, size, kept, held_in_u(measured, kind.source), reason))
     return tuple(effects)
+
+
+ALWAYS_OUT = ("decay_law", "earth")
+"""Effects that are left out where the log does not tell enough, and count towards all that is."""
+
+
+def choose_model(measured: Measurements, model: Model) -> ChosenModel:
+    """Take the simplest model that is good enough for a log, by the sizes of the effects, or the one asked for."""
+    tilts, told = bool(np.any(measured.pitch)), earth_is_told(measured)
+    released = measured.motion == "released"
+    if model != "auto":
+        tilted = model == "steady" or (model == "released" and tilts)
+        return ChosenModel(tilted, released=model == "released", asked=True)
+    named = {"tilt": tilts, "release": released, "earth": told}
+    simplest = ChosenModel(tilted=False, released=False, asked=False)
+    fullest = ChosenModel(tilts, released, asked=False, earth=told)
+    if simplest == fullest:
+        return simplest
+    try:
+        fit = fitting.fit_as_stated(measured)
+    except fitting.NoFit:
+        # Nothing tells what could be left out.
+        return fullest
+    sizes = {effect.effect: effect for effect in list_effects(measured, fit, simplest, (*named, *ALWAYS_OUT))}
+    may = {name: sizes[name].bias for name, has in named.items() if has}
+    # What has no fit without it cannot be left out.
+    known = {name: bias for name, bias in may.items() if bias is not None}
+    rest = (sizes[name] for name in ALWAYS_OUT if name in sizes and name not in may)
+    dropped = math.fsum(abs(effect.bias or 0.0) for effect in rest if not effect.in_u)
+    kept = _kept(known, dropped, relative_u(fit)) | (set(may) - set(known))
+    kept |= {name for name in may if name in named and _seen_in_scatter(measured, fit, name)}
+    return ChosenModel("tilt" in kept, "release" in kept, asked=False, earth="earth" in kept)
+
+
+def _kept(biases: Mapping[str, float], dropped: float, u: float) -> set[str]:
+    """Which effects are too large to leave out, where `dropped` is out already."""
+    kept = set(biases)
+    for name in sorted(biases, key=lambda name: abs(biases[name])):
+        dropped += abs(biases[name])
+        if abs(biases[name]) > DROP_ONE * u or dropped > DROP_ALL * u:
+            break
+        kept.discard(name)
+    return kept
+
+
+def _seen_in_scatter(measured: Measurements, fit: FitResult, name: str) -> bool:
+    """Say whether an effect that cancels in I_zz, as of a rod tilted up and down, still spoils the single runs."""
+    across = fitting.transverse_inertia(measured)
+    if name == "tilt":
+        rate = fit.sense * 2 * np.pi * measured.turns / measured.time
+        biases = physics.tilt_bias(rate, measured.spin, measured.pitch, fit.inertia.value, across)
+    elif name == "release":
+        biases = physics.release_bias(measured.torque + fit.imbalance.value, measured.spin, fit.inertia.value, across)
+    else:
+        return False
+    return float(np.sqrt(np.mean((biases * measured.time / fit.time_u) ** 2))) > DROP_ALL

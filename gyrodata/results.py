@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from gyrodata import __version__
 from gyrodata.comparisons import Ball, Constancy, Exponent, NamedFit, Pattern, PowerLaw, Run, Sensitivity, Torque
-from gyrodata.effects import ChosenModel, Effect
+from gyrodata.effects import Effect
 from gyrodata.errors import Diagnostic
-from gyrodata.fitting import Estimate, FitResult, Outlier, Share
+from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, Outlier, Share
 from gyrodata.measurements import Measurements
-from gyrodata.model import Model
 from gyrodata.readings import Readings
 
 if TYPE_CHECKING:

@@ -22,7 +22,6 @@ SHELVES = {
     "fitting": 4,
     "forecast": 5,
     "effects": 5,
-    "model": 6,
     "comparisons": 5,
     "simulation": 5,
     "findings": 6,

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 import gyrodata
-from gyrodata.fitting import fit, fit_many
+from gyrodata.fitting import Model, fit, fit_many
 from gyrodata.measurements import SOURCES, Measurements, Source, measure, select, torque_groups
-from gyrodata.model import Model
 from gyrodata.readings import UNCERTAINTIES, kind_of_role, read_log
 from gyrodata.simulation import TYPICAL
 

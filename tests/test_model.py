@@ -11,9 +11,9 @@ import pytest
 import gyrodata
 from gyrodata import effects, fitting, physics
 from gyrodata.diagnostics import CODES
-from gyrodata.fitting import Estimate
+from gyrodata.effects import _kept, choose_model
+from gyrodata.fitting import ChosenModel, Estimate, iterate_mean_rate
 from gyrodata.measurements import Measurements, Source, measure
-from gyrodata.model import _kept, choose_model, iterate_mean_rate
 from gyrodata.simulation import EXACT, TYPICAL, Decay, Design, Truth, simulate
 from gyrodata.units import Uncertainty
 
@@ -50,15 +50,13 @@ def simplest(measured: Measurements) -> Estimate:
 
 
 def fullest(measured: Measurements) -> Estimate:
-    chosen = effects.ChosenModel(tilted=True, released=False, asked=True)
-    return fitting.fit(
-        iterate_mean_rate(measured, chosen) if effects.needs_correction(measured, chosen) else measured, True
-    ).inertia
+    chosen = ChosenModel(tilted=True, released=False, asked=True)
+    return fitting.fit(iterate_mean_rate(measured, chosen), True).inertia
 
 
 def chosen(measured: Measurements) -> Estimate:
     chosen = choose_model(measured, "auto")
-    runs = iterate_mean_rate(measured, chosen) if effects.needs_correction(measured, chosen) else measured
+    runs = iterate_mean_rate(measured, chosen)
     return fitting.fit(runs, chosen.tilted).inertia
 
 
@@ -89,7 +87,7 @@ def test_the_choice_costs_nothing(scene: str) -> None:
         assert scores["simplest"].coverage < 45
 
 
-LEVEL = effects.ChosenModel(tilted=False, released=False, asked=False)
+LEVEL = ChosenModel(tilted=False, released=False, asked=False)
 
 
 def typical(measured: Measurements) -> tuple[Source, ...]:

@@ -18,9 +18,9 @@ import numpy as np
 from gyrodata import effects, fitting, motion, physics
 from gyrodata.benchmark.effort import Clock, Effort, Progress
 from gyrodata.benchmark.maps import one_top
-from gyrodata.effects import ChosenModel, needs_correction
+from gyrodata.effects import choose_model
+from gyrodata.fitting import ChosenModel
 from gyrodata.measurements import Measurements, measure
-from gyrodata.model import choose_model, iterate_mean_rate
 from gyrodata.physics import RPM, Floats
 from gyrodata.simulation import TYPICAL, Decay, Design, Runs, Truth, simulate
 from gyrodata.units import Uncertainty
@@ -170,7 +170,7 @@ def _run_scene(scene: MotionScene, effort: Effort, clock: Clock, random: np.rand
 
 def _weigh(measured: Measurements, chosen: ChosenModel) -> tuple[Floats, float]:
     """Weight of each run in I_zz, and the relative u of I_zz, as the tool fits such a lab."""
-    runs = iterate_mean_rate(measured, chosen) if needs_correction(measured, chosen) else measured
+    runs = fitting.iterate_mean_rate(measured, chosen)
     # A log without errors scatters less than any lab's: what it says of the scatter is no part of a typical lab.
     fit = fitting.fit_as_stated(runs, chosen.tilted)
     return fit.response, fitting.expected_u([fitting.design_of(runs, fit, chosen.tilted)])[0] / fit.inertia.value

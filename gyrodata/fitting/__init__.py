@@ -7,6 +7,17 @@ has the fits of the textbook, to compare with, and `fit_line` one for points wit
 
 from gyrodata.fitting.adjustment import NoFit, insist_on_solution
 from gyrodata.fitting.conditions import MAD_TO_SD, torques_differ, transverse_inertia
+from gyrodata.fitting.corrections import (
+    ChosenModel,
+    Model,
+    at_mean_rate,
+    corrected,
+    earth_is_told,
+    is_unsteady,
+    iterate_mean_rate,
+    on_turning_floor,
+    unslowed,
+)
 from gyrodata.fitting.design import Design, design_of, expected_u
 from gyrodata.fitting.estimates import Estimate, FitResult, Outlier, Share
 from gyrodata.fitting.inertia import (
@@ -24,7 +35,6 @@ from gyrodata.fitting.lines import LineFit, chi2_tail, fit_line
 from gyrodata.fitting.many import ManyFits, fit_many
 from gyrodata.fitting.posterior import K_95, scatter_prior
 from gyrodata.fitting.screening import OUTLIER, TURN_COUNTS, explaining_counts, screen
-from gyrodata.fitting.slowing import against_stars, phase_known, slowed, unslowed
 from gyrodata.fitting.start import MANY, sample
 from gyrodata.fitting.textbook import (
     TEXTBOOK,
@@ -45,20 +55,24 @@ __all__ = [
     "OUTLIER",
     "TEXTBOOK",
     "TURN_COUNTS",
+    "ChosenModel",
     "Design",
     "Estimate",
     "FitResult",
     "Line",
     "LineFit",
     "ManyFits",
+    "Model",
     "NoFit",
     "Otherwise",
     "Outlier",
     "Share",
-    "against_stars",
+    "at_mean_rate",
     "balance_scale",
     "chi2_tail",
+    "corrected",
     "design_of",
+    "earth_is_told",
     "expected_u",
     "explaining_counts",
     "fit",
@@ -69,15 +83,16 @@ __all__ = [
     "if_balanced",
     "insist_on_lines",
     "insist_on_solution",
+    "is_unsteady",
+    "iterate_mean_rate",
     "lightest_torque",
     "mean_of_ratios",
+    "on_turning_floor",
     "ordinary_line",
-    "phase_known",
     "refit",
     "sample",
     "scatter_prior",
     "screen",
-    "slowed",
     "through_origin",
     "times_stated",
     "torques_differ",

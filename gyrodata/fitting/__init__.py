@@ -31,20 +31,22 @@ from gyrodata.fitting.inertia import (
     refit,
     times_stated,
 )
-from gyrodata.fitting.lines import LineFit, chi2_tail, fit_line
-from gyrodata.fitting.many import ManyFits, fit_many
-from gyrodata.fitting.posterior import K_95, scatter_prior
-from gyrodata.fitting.screening import OUTLIER, TURN_COUNTS, explaining_counts, screen
-from gyrodata.fitting.start import MANY, sample
-from gyrodata.fitting.textbook import (
+from gyrodata.fitting.lines import (
     TEXTBOOK,
     Line,
+    LineFit,
+    chi2_tail,
+    fit_line,
     insist_on_lines,
     mean_of_ratios,
     ordinary_line,
     through_origin,
     with_constant,
 )
+from gyrodata.fitting.many import ManyFits, fit_many
+from gyrodata.fitting.posterior import K_95, scatter_prior
+from gyrodata.fitting.screening import OUTLIER, TURN_COUNTS, explaining_counts, screen
+from gyrodata.fitting.start import MANY, sample
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO
 
 __all__ = [

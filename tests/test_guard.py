@@ -63,7 +63,7 @@ class TestLargeLogs:
 
     def test_the_sample_to_start_from_has_every_torque(self) -> None:
         measured = measure(read_log(cycled(3000, 5).encode()))
-        index = fitting.start.sample(measured, np.ones(3000))
+        index = fitting.sample(measured, np.ones(3000))
         assert len(index) == len(set(index.tolist())) == 150
         assert np.bincount(index % 5).min() >= 29
 

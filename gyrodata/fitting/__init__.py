@@ -5,7 +5,7 @@ has the fits of the textbook, to compare with, and `fit_line` one for points wit
 `conditions` for what is fitted and `adjustment` for how.
 """
 
-from gyrodata.fitting.adjustment import NoFit, insist_on_solution
+from gyrodata.fitting.adjustment import MANY, NoFit, insist_on_solution, sample
 from gyrodata.fitting.conditions import MAD_TO_SD, torques_differ, transverse_inertia
 from gyrodata.fitting.corrections import (
     ChosenModel,
@@ -46,7 +46,6 @@ from gyrodata.fitting.lines import (
 from gyrodata.fitting.many import ManyFits, fit_many
 from gyrodata.fitting.posterior import K_95, scatter_prior
 from gyrodata.fitting.screening import OUTLIER, TURN_COUNTS, explaining_counts, screen
-from gyrodata.fitting.start import MANY, sample
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO
 
 __all__ = [

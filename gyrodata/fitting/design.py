@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gyrodata.fitting.adjustment import MANY, assume_sense, sample
 from gyrodata.fitting.conditions import Problem
 from gyrodata.fitting.estimates import FitResult
 from gyrodata.fitting.inertia import balance_scale, times_stated
 from gyrodata.fitting.posterior import Conditions, integrate
-from gyrodata.fitting.start import MANY, assume_sense, sample
 from gyrodata.measurements import Measurements, select
 from gyrodata.physics import Floats
 

@@ -14,7 +14,18 @@ from typing import cast
 import numpy as np
 
 from gyrodata import physics
-from gyrodata.fitting.adjustment import ASTRAY, FACTOR, Adjusted, NoFit, Start, adjust
+from gyrodata.fitting.adjustment import (
+    ASTRAY,
+    FACTOR,
+    Adjusted,
+    NoFit,
+    Start,
+    adjust,
+    assume_sense,
+    first_guess,
+    misfit,
+    robust_start,
+)
 from gyrodata.fitting.conditions import NEGLIGIBLE, Problem, torques_differ
 from gyrodata.fitting.estimates import Estimate, FitResult, Share
 from gyrodata.fitting.posterior import (
@@ -26,7 +37,6 @@ from gyrodata.fitting.posterior import (
     integrate,
     mixed,
 )
-from gyrodata.fitting.start import assume_sense, first_guess, misfit, robust_start
 from gyrodata.measurements import SOURCES, Measurements
 from gyrodata.physics import Floats
 

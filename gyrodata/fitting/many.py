@@ -7,11 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gyrodata.fitting.adjustment import fill_rows, prior_rows, solve_rows
+from gyrodata.fitting.adjustment import fill_rows, prior_rows, solve_rows, straight_line
 from gyrodata.fitting.conditions import QUANTITIES, Problem, torques_differ
 from gyrodata.fitting.inertia import balance_scale, times_stated
 from gyrodata.fitting.posterior import Conditions, integrate
-from gyrodata.fitting.start import straight_line
 from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
 

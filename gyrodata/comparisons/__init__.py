@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gyrodata.comparisons.patterns import CHANCE, Pattern, look_for_patterns, pattern_words
+from gyrodata.comparisons.doubts import CHANCE, Pattern, Sensitivity, list_sensitivity, look_for_patterns, pattern_words
 from gyrodata.comparisons.runs import (
     Ball,
     NamedFit,
@@ -14,7 +14,6 @@ from gyrodata.comparisons.runs import (
     run_table,
     turn_words,
 )
-from gyrodata.comparisons.sensitivity import Sensitivity, list_sensitivity
 from gyrodata.comparisons.torques import (
     Constancy,
     Exponent,

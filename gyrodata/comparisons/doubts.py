@@ -1,15 +1,19 @@
-"""Patterns in what is left over: errors that a lab does not make by chance, each with its likely cause.
+"""Two doubts about an answer: what the runs that it leaves over look like, and what it hangs on.
 
-Each test asks whether the runs want one more unknown: a balance that drifts, a shared error that is free of its prior.
-With c the change of the runs' conditions by that unknown, r their residuals and H the fit's hat matrix,
-z = cᵀr/√(cᵀ(1 − H)c) is standard normal where nothing is wrong, for any design; of a shared error it is its *pull*,
-the adjusted value over √(prior² − posterior²). How much the runs scatter is known only roughly: the chance is averaged
-over the factors s on their own errors that what is left without the pattern allows.
+Patterns in what is left over are errors that a lab does not make by chance, each with its likely cause. Each test asks
+whether the runs want one more unknown: a balance that drifts, a shared error that is free of its prior. With c the
+change of the runs' conditions by that unknown, r their residuals and H the fit's hat matrix, z = cᵀr/√(cᵀ(1 − H)c) is
+standard normal where nothing is wrong, for any design; of a shared error it is its *pull*, the adjusted value over
+√(prior² − posterior²). How much the runs scatter is known only roughly: the chance is averaged over the factors s on
+their own errors that what is left without the pattern allows.
+
+The other doubt: I_zz as it would be if one thing were otherwise, and all else as in the fit.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -17,8 +21,9 @@ import numpy as np
 
 from gyrodata import fitting
 from gyrodata.comparisons.runs import load_words
-from gyrodata.fitting import FitResult
-from gyrodata.measurements import Measurements, Source
+from gyrodata.comparisons.torques import Torque
+from gyrodata.fitting import Estimate, FitResult, Otherwise
+from gyrodata.measurements import Measurements, Source, torque_groups
 from gyrodata.physics import Floats
 
 CHANCE = 0.015
@@ -263,3 +268,64 @@ def _tested(measured: Measurements, fit: FitResult, extra: list[_Extra]) -> list
         size = one.unit * (free + (one.prior or 0.0))
         found.append(Pattern(one.name, one.of, float(z[at, k]), size, p, p))
     return found
+
+
+LATE = 0.1
+"""So late or early the hand is taken to be [s]."""
+
+CASES = (
+    ("u_time_twice", "times twice as uncertain", Otherwise(times=2.0)),
+    ("hand_late", f"times {LATE:g} s too long", Otherwise(bias=LATE)),
+    ("hand_early", f"times {LATE:g} s too short", Otherwise(bias=-LATE)),
+    # A Cauchy so narrow is none, and one as wide as the torque leaves M0 to the runs.
+    ("balanced", "M0 = 0, balanced", Otherwise(balance=1e-6)),
+    ("balance_free", "M0 from the runs alone", Otherwise(balance=1.0)),
+)
+"""Name, words and what is otherwise."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sensitivity:
+    """I_zz if one thing were otherwise."""
+
+    name: str
+    """"u_time_twice", "hand_late", "hand_early", "balanced", "balance_free" or "without"."""
+    words: str
+    """What is otherwise: "without 20 g at 15 cm"."""
+    inertia: Estimate | None
+    """[kg*m^2]; None where the runs then have no answer: an interval that would hold zero."""
+    deviation: float | None
+    """Its distance from I_zz in standard uncertainties of that."""
+
+
+def list_sensitivity(
+    measured: Measurements, fit: FitResult, torques: Sequence[Torque], kept: Sequence[int]
+) -> tuple[Sensitivity, ...]:
+    """Work out what the answer hangs on: the hand, the balance, and each weight."""
+    asked = {
+        "hand_late": bool(fit.timing_bias.u),
+        "hand_early": bool(fit.timing_bias.u),
+        "u_time_twice": measured.timed,
+    }
+    cases = [one for one in CASES if asked.get(one[0], True)]
+    told = fitting.fit_otherwise(measured, fit, [case for _, _, case in cases])
+    rows = [_row(name, words, fit, inertia) for (name, words, _), inertia in zip(cases, told, strict=True)]
+    if len(torques) > 1:
+        groups = torque_groups(measured)
+        rows += [
+            _row("without", f"without {_load(measured, group)}", fit, torque.without)
+            for group, torque in zip(groups, torques, strict=True)
+            if torque.without is not None and set(group) & set(kept)
+        ]
+    return tuple(rows)
+
+
+def _load(measured: Measurements, group: Sequence[int]) -> str:
+    return load_words(measured, group[0]) if measured.torque[group[0]] else "the unloaded runs"
+
+
+def _row(name: str, words: str, fit: FitResult, inertia: Estimate | None) -> Sensitivity:
+    if inertia is None or not (inertia.interval_95 or (inertia.value - 2 * (inertia.u or 0.0), 0.0))[0] > 0:
+        return Sensitivity(name, words, None, None)
+    answer = fit.inertia
+    return Sensitivity(name, words, inertia, (inertia.value - answer.value) / answer.u if answer.u else None)

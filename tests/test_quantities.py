@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gyrodata.cli.numbers import quantity
+from gyrodata.cli.options import quantity
 from gyrodata.errors import InputError
 from gyrodata.quantities import parse_quantity, parse_uncertainty, read_quantity, take_apart
 from gyrodata.readings import Uncertainty, read_cell, read_log, read_reported, write_log

@@ -1,4 +1,4 @@
-"""Options that several commands share."""
+"""Options that several commands share, and those that are quantities: a number with its unit."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import typer
 
 from gyrodata.cli.terminal import refuse
-from gyrodata.diagnostics import OPTION_IS_NO_PAIR
+from gyrodata.diagnostics import OPTION_IS_NO_PAIR, OPTION_IS_NO_QUANTITY, OPTION_NUMBER_IMPOSSIBLE
 
 PlainFormat = Literal["text", "json"]
 """Text for people or JSON for programs."""
@@ -49,3 +49,41 @@ def with_units(items: str) -> list[str]:
         unit = item[len(number) :].strip() or unit
         complete.append(f"{number} {unit}".strip())
     return complete[::-1]
+
+
+def quantity(option: str, text: str, kind: str, *, positive: bool = False, nonzero: bool = False) -> float:
+    """Read an option's number with its unit, in the SI unit of its kind, and refuse what no lab has."""
+    from gyrodata.quantities import parse_quantity
+    from gyrodata.units import DISPLAY, KINDS, LIMITS, SI, UnitError
+
+    try:
+        value = parse_quantity(text, kind)
+    except UnitError as error:
+        message = f'{option} "{text.strip()[:40]}" has no unit' if _bare(text) else f"{option}: {error}"
+        refuse(
+            OPTION_IS_NO_QUANTITY,
+            message,
+            f'write {option} "{text.strip()} {DISPLAY[kind]}"' if _bare(text) else error.hint,
+        )
+    low, high = LIMITS[kind]
+    if (positive and value <= 0) or (nonzero and value == 0):
+        refuse(
+            OPTION_NUMBER_IMPOSSIBLE,
+            f'{option} "{text.strip()[:40]}" is {"below zero" if value < 0 else "zero"}',
+            f"{KINDS[kind].words} {'above' if positive else 'other than'} zero is needed",
+        )
+    if value and not low <= abs(value) <= high:
+        size = "large" if abs(value) > high else "small"
+        message = f'{option} "{text.strip()[:40]}" is too {size} for {KINDS[kind].words} in a lab'
+        refuse(
+            OPTION_NUMBER_IMPOSSIBLE, message, f"is its unit the one written? Read are {low:g} to {high:g} {SI[kind]}"
+        )
+    return value
+
+
+def _bare(text: str) -> bool:
+    """Tell whether it is a finite number and nothing else."""
+    try:
+        return abs(float(text)) < float("inf")
+    except ValueError:
+        return False

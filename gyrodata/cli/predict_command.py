@@ -9,8 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from gyrodata.cli.numbers import quantity
-from gyrodata.cli.options import PlainFormat, example_of
+from gyrodata.cli.options import PlainFormat, example_of, quantity
 from gyrodata.cli.terminal import refuse, write_folder, write_out
 from gyrodata.diagnostics import OPTION_IS_NO_QUANTITY, OPTION_NUMBER_IMPOSSIBLE, TORQUE_MISSING_OR_TWICE
 

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from gyrodata.cli.numbers import quantity
-from gyrodata.cli.options import with_units
+from gyrodata.cli.options import quantity, with_units
 from gyrodata.cli.terminal import refuse, write_out
 from gyrodata.diagnostics import SIMULATED_OPTIONS_CONTRADICT, TRUTH_CANNOT_BE_WRITTEN
 

@@ -9,15 +9,13 @@ import typer
 
 from gyrodata import __version__
 from gyrodata.cli.analyze_command import analyze
-from gyrodata.cli.benchmark_command import benchmark
 from gyrodata.cli.check_command import check, template
 from gyrodata.cli.grade_command import autograde, grade
 from gyrodata.cli.options import example_of
 from gyrodata.cli.predict_command import predict
-from gyrodata.cli.schema_command import schema
-from gyrodata.cli.selfcheck_command import selfcheck
 from gyrodata.cli.simulate_command import simulate
 from gyrodata.cli.terminal import Door, write_out
+from gyrodata.cli.tool_commands import benchmark, schema, selfcheck
 
 app = typer.Typer(
     name="gyro",

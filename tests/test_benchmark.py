@@ -38,8 +38,8 @@ from gyrodata.benchmark import (
     run_benchmark,
 )
 from gyrodata.benchmark.estimators import ESTIMATORS, STUDENTS, covariances
-from gyrodata.benchmark.maps import ACROSS, INERTIA, TORQUE, digits, map_integrators
 from gyrodata.benchmark.motion_cost import BATCH, LADDER, SCENES
+from gyrodata.benchmark.stability import ACROSS, INERTIA, TORQUE, digits, map_integrators
 from gyrodata.benchmark.trials import CASES, run_trials, try_breakdowns
 from gyrodata.cli import app
 from gyrodata.measurements import measure

@@ -1,7 +1,7 @@
 """Speed against accuracy, and where methods break: measured on the machine at hand.
 
 `motion_cost` tries the motion models and integrators, `trials` the `estimators` on simulated labs with a known truth
-and on logs that break them; `maps` and `upright` show where methods lose digits or die, each beside one that holds.
+and on logs that break them; `stability` shows where methods lose digits or die, each beside one that holds.
 `report` runs all of it and writes it down; the charts are in `gyrodata.plotting`.
 The clock is passed in: all but the times is the same on every run.
 """
@@ -9,11 +9,10 @@ The clock is passed in: all but the times is the same on every run.
 from __future__ import annotations
 
 from gyrodata.benchmark.effort import FULL, QUICK, Effort
-from gyrodata.benchmark.maps import MOST_DIGITS, DigitMap, MapPair
 from gyrodata.benchmark.motion_cost import MotionPanel, MotionPoint
 from gyrodata.benchmark.report import Benchmark, csv_tables, percent_text, reading, run_benchmark, time_text
+from gyrodata.benchmark.stability import METHODS, MOST_DIGITS, DigitMap, MapPair, Passage
 from gyrodata.benchmark.trials import HONEST, Breakdown, Trial, TrialPanel, Verdict
-from gyrodata.benchmark.upright import METHODS, Passage
 
 __all__ = [
     "FULL",

@@ -17,7 +17,7 @@ import numpy as np
 
 from gyrodata import effects, fitting, motion, physics
 from gyrodata.benchmark.effort import Clock, Effort, Progress
-from gyrodata.benchmark.maps import one_top
+from gyrodata.benchmark.stability import one_top
 from gyrodata.effects import choose_model
 from gyrodata.fitting import ChosenModel
 from gyrodata.measurements import Measurements, measure

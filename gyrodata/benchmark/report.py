@@ -11,10 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from gyrodata.benchmark.effort import Clock, Effort, Progress
-from gyrodata.benchmark.maps import DigitMap, MapPair, map_integrators, map_roots
 from gyrodata.benchmark.motion_cost import BATCH, MotionPanel, run_motion
+from gyrodata.benchmark.stability import METHODS, DigitMap, MapPair, Passage, map_integrators, map_roots, pass_upright
 from gyrodata.benchmark.trials import HONEST, Breakdown, Trial, TrialPanel, run_trials, try_breakdowns
-from gyrodata.benchmark.upright import METHODS, Passage, pass_upright
 from gyrodata.effects import DROP_ALL
 
 Cell = str | float | int | bool | None

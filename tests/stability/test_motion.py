@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from gyrodata import motion, physics
-from gyrodata.benchmark.maps import ACROSS, INERTIA, TORQUE, euler_motion
-from gyrodata.benchmark.upright import follow_euler, follow_reduced, nodding
+from gyrodata.benchmark.stability import ACROSS, INERTIA, TORQUE, euler_motion, follow_euler, follow_reduced, nodding
 from gyrodata.physics import RPM
 
 TOP = motion.Top(INERTIA, ACROSS, TORQUE)

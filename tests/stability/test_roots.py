@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gyrodata import physics
-from gyrodata.benchmark.maps import ACROSS, INERTIA, TORQUE, textbook_root
+from gyrodata.benchmark.stability import ACROSS, INERTIA, TORQUE, textbook_root
 from gyrodata.physics import RPM
 
 SPIN = 400 * RPM

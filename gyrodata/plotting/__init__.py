@@ -1,7 +1,7 @@
 """The four figures of a log, the charts of the benchmark and of the Earth's rotation: the only matplotlib.
 
 `figure_data` takes from an `Analysis` the plain arrays that are drawn, and says in words what they show; `figures`
-draws them with `marks` and `labels`. A torque keeps its colour and marker through all figures. Axes stand at fixed
+draws them with `marks`. A torque keeps its colour and marker through all figures. Axes stand at fixed
 places and nothing is laid out by trial, which makes the figures quick and their bytes the same on every run.
 """
 

@@ -25,8 +25,7 @@ from gyrodata.benchmark import (
     percent_text,
     time_text,
 )
-from gyrodata.plotting.labels import name_dots, spread
-from gyrodata.plotting.marks import INK, SOFT, draw_key, head, log_ticks
+from gyrodata.plotting.marks import INK, SOFT, draw_key, head, log_ticks, name_dots, spread
 from gyrodata.plotting.style import STYLE, Form, save
 
 if TYPE_CHECKING:

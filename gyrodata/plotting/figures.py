@@ -11,7 +11,6 @@ import numpy as np
 
 from gyrodata.physics import RPM
 from gyrodata.plotting.figure_data import Scene, gather, mean_text, torque_unit, with_u
-from gyrodata.plotting.labels import label_margin, name_dots, odd_names
 from gyrodata.plotting.marks import (
     INK,
     SOFT,
@@ -19,9 +18,12 @@ from gyrodata.plotting.marks import (
     bars_note,
     draw_key,
     draw_runs,
+    label_margin,
     log_ticks,
     measure_axes,
     name_axes,
+    name_dots,
+    odd_names,
     with_hollow,
     write_title,
     zero_range,

@@ -1,16 +1,16 @@
-"""Parts of a figure: dots, bars, titles, keys, ticks and limits, from plain arrays and axes."""
+"""Parts of a figure: dots, bars, titles, keys, ticks, limits, and names beside dots and lines, from arrays and axes."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyrodata.physics import Floats
-from gyrodata.plotting.figure_data import Scene
+from gyrodata.plotting.figure_data import Group, Scene, as_number, run_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,6 +19,12 @@ INK, SOFT, FAINT = "#222222", "#666666", "#dddddd"
 
 MARK = 5.5
 """Diameter of a dot [point]."""
+
+_MANY = 10
+"""More torques than this get one compact list of labels."""
+
+_ANGLES = (0, 180, 90, 270, 35, 145, 325, 215, 60, 120, 240, 300)
+"""Where a name in a crowd may stand, seen from its dot [degrees]; the first are preferred."""
 
 
 class Marks(NamedTuple):
@@ -172,3 +178,137 @@ def zero_range(values: Floats, u: Floats, hollow: NDArray[np.bool_]) -> tuple[fl
     high = min(max(high, float(values.max())), high + span / 2)
     space = 0.06 * (high - low or 1.0)
     return (low - space if low < 0 else 0.0), (high + space if high > 0 else 0.0)
+
+
+def odd_names(scene: Scene, values: Floats, drawn: Floats, unit: str, arrows: str) -> dict[int, str]:
+    """What to write beside which runs: the names of flagged ones, and the value of what is drawn at the edge."""
+    names = {}
+    for i in range(len(scene.names)):
+        # A run without a weight is known by its grey mark, and needs no name.
+        told = [run_name(scene.names[i])] if scene.hollow[i] else []
+        if values[i] != drawn[i]:
+            told.append(f"{arrows[int(values[i] > drawn[i])]} {as_number(values[i])}{unit}")
+        if told:
+            names[i] = " ".join(told)
+    return names
+
+
+def name_dots(
+    ax: Axes, x: Floats, y: Floats, names: Mapping[int, str], size: float = 7.5, bold: Collection[int] = ()
+) -> None:
+    """Write names beside dots, each where it covers least of other names and dots, near its own; bold ones first."""
+    to_points = 72 / ax.figure.dpi
+    frame = np.array(ax.bbox.extents) * to_points
+    dots = ax.transData.transform(np.column_stack([x, y])) * to_points
+    radii = np.array([8.0 if i in bold else 5.0 for i in range(len(dots))])[:, None]
+    taken = np.concatenate([dots - radii, dots + radii], axis=1)
+    for i in sorted(names, key=lambda i: i not in bold):
+        distance, angle = (
+            part.ravel()
+            for part in np.meshgrid(
+                (9.0 if i in bold else 6.5, 14.0, 22.0, 32.0, 44.0), np.radians(_ANGLES), indexing="ij"
+            )
+        )
+        half = np.array([0.66 if i in bold else 0.56, 0]) * size * len(names[i]) / 2 + np.array([0, 0.55 * size])
+        aim = np.column_stack([np.cos(angle), np.sin(angle)])
+        middles = dots[i] + (distance[:, None] + half) * aim
+        boxes = np.concatenate([middles - half, middles + half], axis=1)
+        others = np.delete(taken, i, axis=0)
+        inside = _areas(boxes, frame[None])[:, 0] / (4 * half.prod())
+        lines = dots[i] + np.linspace(0, 1, 17)[:, None, None] * (middles - dots[i])
+        hit = ((lines[:, :, None] > others[:, :2]) & (lines[:, :, None] < others[:, 2:])).all(axis=3).any(axis=0)
+        crossed = np.where(distance > 10, hit.sum(axis=1), 0)
+        cost = 3 * _areas(boxes, others).sum(axis=1) + 20 * crossed + 1500 * (1 - inside) + 1.2 * distance
+        best = int(cost.argmin())
+        taken = np.concatenate([taken, boxes[best : best + 1]])
+        offset = middles[best] - dots[i]
+        apart = float(np.hypot(*np.maximum(np.abs(offset) - (half[0], size / 2), 0.0))) > 10
+        line = {"arrowstyle": "-", "color": SOFT, "linewidth": 0.5, "shrinkA": 1, "shrinkB": 3}
+        ax.annotate(
+            names[i],
+            (x[i], y[i]),
+            tuple(offset),
+            textcoords="offset points",
+            ha="center",
+            va="center",
+            fontsize=size,
+            color=INK,
+            weight="bold" if i in bold else "normal",
+            annotation_clip=False,
+            bbox={"facecolor": "white", "alpha": 0.75, "linewidth": 0, "pad": 0.2},
+            arrowprops=line if apart else None,
+            zorder=6,
+        )
+
+
+def _areas(boxes: Floats, others: Floats) -> NDArray[np.float64]:
+    """Area that each of m boxes has in common with each of n others, shape (m, n) [point²]."""
+    high = np.minimum(boxes[:, None, 2:], others[:, 2:])
+    low = np.maximum(boxes[:, None, :2], others[:, :2])
+    return np.asarray(np.prod(np.maximum(high - low, 0.0), axis=2))
+
+
+def spread(targets: Sequence[float], gap: float) -> list[float]:
+    """Move heights apart until neighbours are `gap` from one another, as near to their targets as the frame lets."""
+    order = sorted(range(len(targets)), key=lambda i: targets[i])
+    heights = [min(max(targets[i], 0.0), 1.0) for i in order]
+    for _ in range(60):
+        moved = False
+        for low in range(len(heights) - 1):
+            lack = gap - (heights[low + 1] - heights[low])
+            if lack > 1e-6:
+                heights[low] -= lack / 2
+                heights[low + 1] += lack / 2
+                moved = True
+        heights = [min(max(height, 0.0), 1.0) for height in heights]
+        if not moved:
+            break
+    else:
+        # Too tight to settle: evenly, in order.
+        heights = [0.5 + gap * (rank - (len(heights) - 1) / 2) for rank in range(len(heights))]
+    placed = [0.0] * len(targets)
+    for rank, i in enumerate(order):
+        placed[i] = heights[rank]
+    return placed
+
+
+def label_margin(ax: Axes, scene: Scene, heights: Sequence[float] | None, extra: Sequence[str] = ()) -> None:
+    """Name each torque right of the axes, beside where its line ends; without heights, from the top down."""
+    groups = scene.groups
+    if len(groups) > _MANY:
+        _list_margin(ax, scene)
+        return
+    tall = measure_axes(ax)[1]
+    if len(groups) * 23.5 > tall + 12:
+        extra = ()
+    gap = (23.5 if extra else 13) / tall
+    if heights is None:
+        placed = [0.97 - gap * rank for rank in range(len(groups))]
+    else:
+        at = ax.transAxes.inverted().transform(ax.transData.transform([(1.0, height) for height in heights]))
+        placed = spread([float(y) if math.isfinite(y) else 1.0 for y in at[:, 1]], gap)
+    for i, group in enumerate(groups):
+        _label(ax, placed[i], group, group.label + (f"\n{extra[i]}" if extra else ""), 8.5)
+
+
+def _label(ax: Axes, height: float, group: Group, text: str, size: float) -> None:
+    wide = measure_axes(ax)[0]
+    draw_key(
+        ax, [1 + 10.5 / wide], [height], text, 7.5 / wide, size, 1.15, marker=group.marker, markersize=MARK,
+        color=group.colour, markeredgecolor="white", markeredgewidth=0.5, clip_on=False,
+    )  # fmt: skip
+
+
+def _list_margin(ax: Axes, scene: Scene) -> None:
+    """Many torques: one compact list by torque, the largest on top, thinned out where it would not fit."""
+    wide, tall = measure_axes(ax)
+    ranked = sorted(scene.groups, key=lambda group: -group.summary.torque)
+    step = math.ceil(len(ranked) / int(tall / 9.4))
+    shown = ranked[::step]
+    for rank, group in enumerate(shown):
+        _label(ax, 0.98 - rank * min(10.1 / tall, 1 / len(shown)), group, group.label, 7.0)
+    if step > 1:
+        ax.text(
+            1 + 6 / wide, 1 + 6.7 / tall, f"1 in {step} of {len(ranked)} torques", transform=ax.transAxes, fontsize=7,
+            color=SOFT,
+        )  # fmt: skip

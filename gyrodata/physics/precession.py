@@ -247,22 +247,3 @@ def tilt_bias(
     own = 0.0 if total_spin else 1.0
     ratio = np.divide(transverse_inertia, inertia)
     return (own - ratio) * np.divide(precession_rate, spin) * np.sin(pitch)
-
-
-def imbalance_bias(torque: ArrayLike, imbalance: ArrayLike) -> Any:
-    """Relative bias of I_zz when a residual torque M0 is taken for none: −M0/(M + M0), exact."""
-    return -np.divide(imbalance, np.add(torque, imbalance))
-
-
-def timing_bias(time: ArrayLike, bias: ArrayLike) -> Any:
-    """Relative bias of I_zz when every time is too long by `bias`: bias/time, exact."""
-    return np.divide(bias, time)
-
-
-def earth_bias(precession_rate: ArrayLike, latitude: ArrayLike) -> Any:
-    """Relative bias of I_zz when the lab is taken to stand still: Ω sin(latitude)/φ̇.
-
-    I_zz estimated over true, minus 1, by the vertical part of the Earth's rotation; the horizontal part averages out
-    over a turn.
-    """
-    return EARTH_ROTATION * np.sin(latitude) / np.asarray(precession_rate, dtype=float)

@@ -1,4 +1,4 @@
-"""A spin that falls while it is timed: the mean that eq. (9) needs, and what another mean does to I_zz.
+"""A spin that falls while it is timed: the mean that eq. (9) needs.
 
 Drag is ψ̈ = −c ψ̇^p: p = 0 dry friction, p = 1 viscous (an air film), p = 2 turbulent. The angle precessed is
 ∫ M/(I_zz ψ̇) dt, so the mean that belongs in eq. (9) is the harmonic one in time. With start a, end b,
@@ -7,16 +7,13 @@ d = ln(a/b), the geometric mean G = √(ab) and sinhc(x) = sinh(x)/x it is G sin
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 VISCOUS = 1.0
 """Exponent of the drag of an air film."""
-
-SpinRule = Literal["start", "half_time", "arithmetic", "geometric", "logarithmic", "viscous"]
-"""A spin that may be put into eq. (9); "viscous" is the harmonic mean in time for p = 1."""
 
 
 def _sinhc(x: Any) -> Any:
@@ -70,52 +67,10 @@ def simpson_mean_spin(start: ArrayLike, half: ArrayLike, end: ArrayLike) -> Any:
     return 6 / (np.divide(1, start) + np.divide(4, half) + np.divide(1, end))
 
 
-def _log_cosh(y: Any) -> Any:
-    """ln(cosh y), accurate for small and finite for large y >= 0."""
-    small = np.minimum(y, 1.0)
-    return np.where(y < 1, np.log1p(2 * np.sinh(small / 2) ** 2), y + np.log1p(np.exp(-2 * y)) - np.log(2))
-
-
-def mean_spin_bias(start: ArrayLike, end: ArrayLike, rule: SpinRule, exponent: ArrayLike = VISCOUS) -> Any:
-    """Relative bias of I_zz when a spin by `rule` stands in the place of the harmonic mean in time.
-
-    Exact. To lowest order, in units of d²/24: half time p − 2, arithmetic −2 − 2p,
-    geometric 1 − 2p, logarithmic −2p, viscous 2 − 2p. The start alone: −d/2.
-    """
-    return harmonic_mean_spin(start, end, exponent) / _spin_by(rule, start, end, exponent) - 1
-
-
-def _spin_by(rule: SpinRule, start: ArrayLike, end: ArrayLike, exponent: ArrayLike) -> Any:
-    decay = np.log(np.divide(start, end))
-    middle = np.multiply(start, np.exp(-decay / 2))
-    match rule:
-        case "start":
-            return np.asarray(start, dtype=float)
-        case "half_time":
-            return _half_time_spin(middle, decay, exponent)
-        case "arithmetic":
-            return np.add(start, end) / 2
-        case "geometric":
-            return middle
-        case "logarithmic":
-            return middle * _sinhc(decay / 2)
-        case "viscous":
-            return middle / _sinhc(decay / 2)
-
-
-def _half_time_spin(middle: Any, decay: Any, exponent: ArrayLike) -> Any:
-    """Spin at half time: ψ̇^(1−p) falls steadily, so it is the power mean of start and end to 1 − p."""
-    y = np.abs(np.subtract(1.0, exponent) * decay / 2)
-    safe = np.where(y == 0, 1.0, y)
-    level = np.where(y == 0, 0.0, _log_cosh(safe) / safe)
-    sign = np.copysign(1.0, np.subtract(1.0, exponent))
-    return middle * np.exp(sign * np.abs(decay) / 2 * level)
-
-
 def decay_law_doubt(start: ArrayLike, end: ArrayLike) -> Any:
     """Relative change of I_zz if the spin fell by dry friction instead of viscously: −d²/12.
 
     Logarithmic mean (dry friction) in the place of `harmonic_mean_spin`, as a ratio minus 1, taken as the change of
     I_zz that goes with it (the inertia goes as 1/spin).
     """
-    return mean_spin_bias(start, end, "logarithmic")
+    return harmonic_mean_spin(start, end) / harmonic_mean_spin(start, end, 0.0) - 1

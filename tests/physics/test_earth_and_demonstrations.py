@@ -75,7 +75,8 @@ def test_the_earths_bias_from_a_turning_lab(rate: float) -> None:
     period = 2 * math.pi / float(np.linalg.norm(rotation))
     np.testing.assert_allclose(turned(np.array([1.0, 0, 0]), rotation, period), [1, 0, 0], atol=1e-12)
     seen = math.copysign(2 * math.pi / period, rate)
-    assert physics.earth_bias(seen, ITHACA) == pytest.approx(rate / seen - 1, rel=2e-3)
+    vertical = physics.EARTH_ROTATION * math.sin(ITHACA)
+    assert rate - seen == pytest.approx(vertical, rel=2e-3)
 
 
 def test_normal_gravity_is_the_published_one() -> None:
@@ -86,10 +87,8 @@ def test_normal_gravity_is_the_published_one() -> None:
     assert physics.normal_gravity(np.radians(45.0)) == pytest.approx(9.806199203 - 1.4e-6, abs=1e-7)
 
 
-def test_the_earths_bias_in_digits() -> None:
-    assert 100 * physics.earth_bias(0.3, ITHACA) == pytest.approx(0.016, abs=5e-4)
-    assert 100 * physics.earth_bias(0.05, ITHACA) == pytest.approx(0.10, abs=5e-3)
-    assert physics.earth_bias(-0.3, ITHACA) == -physics.earth_bias(0.3, ITHACA)
+def test_a_four_inch_steel_ball() -> None:
+    assert physics.solid_ball_inertia(4.30, 0.1016) == pytest.approx(4.44e-3, rel=2e-3)
 
 
 class TestTip:

@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 
 import mpmath
-import numpy as np
 import pytest
 
 from gyrodata import physics
-from gyrodata.physics import SpinRule
 
 ENDS = [(70.0, 63.0), (70.0, 35.0), (40.0, 40.0), (40.0, 39.9999), (30.0, 31.0), (-70.0, -50.0)]
 EXPONENTS = [-1.0, 0.0, 0.5, 1.0, 1.5, 2.0]
@@ -68,59 +66,10 @@ def mean_factor(start: float, end: float) -> mpmath.mpf:
     return mpmath.mpf(1) if decay == 0 else decay / mpmath.expm1(decay)
 
 
-# Bias of I_zz in % for drops of 10, 30 and 50 %.
-TABLE: dict[tuple[SpinRule, float], tuple[float, float, float]] = {
-    ("half_time", 0): (-0.09, -1.05, -3.8),
-    ("half_time", 1): (-0.05, -0.53, -2.0),
-    ("arithmetic", 0): (-0.09, -1.05, -3.8),
-    ("arithmetic", 1): (-0.18, -2.1, -7.6),
-    ("geometric", 0): (0.05, 0.53, 2.0),
-    ("geometric", 1): (-0.05, -0.53, -2.0),
-    ("logarithmic", 0): (0, 0, 0),
-    ("logarithmic", 1): (-0.09, -1.05, -3.9),
-    ("viscous", 0): (0.09, 1.06, 4.1),
-    ("viscous", 1): (0, 0, 0),
-    ("start", 0): (-5, -16, -28),
-    ("start", 1): (-5, -17, -31),
-}
-
-
-@pytest.mark.parametrize(("rule", "exponent"), TABLE)
-def test_bias_of_each_rule_in_digits(rule: SpinRule, exponent: float) -> None:
-    found = 100 * physics.mean_spin_bias(100.0, np.array([90.0, 70.0, 50.0]), rule, exponent)
-    for value, digits in zip(found, TABLE[rule, exponent], strict=True):
-        shown = f"{abs(digits):g}".partition(".")[2]
-        assert abs(value - digits) <= 0.56 * 10.0 ** -len(shown) if digits else abs(value) < 1e-13
-
-
-@pytest.mark.parametrize("exponent", EXPONENTS)
-@pytest.mark.parametrize(("start", "end"), ENDS)
-def test_bias_of_each_rule_against_the_integral(start: float, end: float, exponent: float) -> None:
-    decay = math.log(start / end)
-    mean = math.copysign(math.sqrt(start * end), start)
-    used = {
-        "start": start,
-        "half_time": math.copysign(float(spin_at(mpmath.mpf(0.5), start, end, exponent)), start),
-        "arithmetic": (start + end) / 2,
-        "geometric": mean,
-        "logarithmic": (start - end) / decay if decay else start,
-        "viscous": mean**2 * decay / (start - end) if decay else start,
-    }
-    for rule, spin in used.items():
-        expected = integral(start, end, exponent) / spin - 1
-        assert physics.mean_spin_bias(start, end, rule, exponent) == pytest.approx(expected, abs=3e-10)  # type: ignore[arg-type]
-
-
-def test_the_arithmetic_mean_is_high_by_the_known_amount() -> None:
-    # A drop of 30 %: −2.1 % in I_zz.
-    assert physics.mean_spin_bias(100.0, 70.0, "arithmetic") == pytest.approx(-0.021, abs=2e-4)
-    assert physics.decay_law_doubt(100.0, 70.0) == pytest.approx(-(np.log(0.7) ** 2) / 12, rel=0.01)
-
-
-def test_the_geometric_mean_is_half_way_between_dry_and_viscous() -> None:
-    dry, viscous = (physics.mean_spin_bias(100.0, 90.0, "geometric", p) for p in (0, 1))
-    assert dry == pytest.approx(-viscous, rel=1e-3)
-    assert dry == pytest.approx(math.log(100 / 90) ** 2 / 24, rel=1e-3)
+def test_dry_friction_for_a_viscous_fall() -> None:
+    dry, viscous = integral(100.0, 70.0, 0.0), integral(100.0, 70.0, 1.0)
+    assert physics.decay_law_doubt(100.0, 70.0) == pytest.approx(viscous / dry - 1, rel=1e-10)
+    assert physics.decay_law_doubt(100.0, 70.0) == pytest.approx(-(math.log(0.7) ** 2) / 12, rel=0.01)
 
 
 @pytest.mark.parametrize("fall", [1e-9, 0.1, 0.5])

@@ -13,8 +13,8 @@ through the fixed point [kg*m^2]; masses are in kg, lengths in m, times in s, ra
 All arguments are arrays or numbers that broadcast; what does not exist is NaN. ``total_spin`` says that a spin is
 ω3 = ψ̇ + φ̇ cosθ, as a tachometer that stands still reads it.
 
-`precession` has eqs. (8) and (9), a rod let go from rest, stability, and what each simplification does to I_zz; `spin`
-the means of a falling spin, `kinematics` eqs. (1) to (5), `demonstrations` what else the lab shows.
+`precession` has eqs. (8) and (9), the means of a falling spin, a rod let go from rest, stability, and what
+simplifications do to I_zz; `kinematics` eqs. (1) to (5), `demonstrations` what else the lab shows.
 """
 
 from __future__ import annotations
@@ -30,9 +30,13 @@ from gyrodata.physics.kinematics import (
 )
 from gyrodata.physics.precession import (
     EARTH_ROTATION,
+    VISCOUS,
     click_error,
+    decay_law_doubt,
     fast_precession_rate,
     greatest_sag,
+    harmonic_mean_spin,
+    harmonic_mean_spin_slopes,
     horizontal_precession_rate,
     least_spin,
     mean_sag,
@@ -40,18 +44,12 @@ from gyrodata.physics.precession import (
     nutation_rate,
     precession_rate,
     release_bias,
+    simpson_mean_spin,
     sleeping_growth,
     sleeping_spin,
     solid_ball_inertia,
     tilt_bias,
     torque,
-)
-from gyrodata.physics.spin import (
-    VISCOUS,
-    decay_law_doubt,
-    harmonic_mean_spin,
-    harmonic_mean_spin_slopes,
-    simpson_mean_spin,
 )
 from gyrodata.units import RPM, STANDARD_GRAVITY
 

@@ -12,7 +12,7 @@ import textwrap
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from itertools import pairwise
-from types import NoneType, UnionType
+from types import MappingProxyType, NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from gyrodata.diagnostics import CODES
@@ -78,6 +78,13 @@ def _record(record: Any) -> dict[str, Any]:
     return _object(properties, description=(record.__doc__ or "").split("\n\n", maxsplit=1)[0])
 
 
+def _properties(record: Any, by_hand: Mapping[str, Any] = MappingProxyType({})) -> dict[str, Any]:
+    """Give the schema of each field of a dataclass, without a description; None by hand leaves a field out."""
+    hints, names = get_type_hints(record), [one.name for one in fields(record)]
+    found = {name: by_hand[name] if name in by_hand else _type(hints[name]) for name in names}
+    return {name: schema for name, schema in found.items() if schema is not None}
+
+
 def _descriptions(record: type) -> dict[str, str]:
     """Give the text that stands below each attribute."""
     (body,) = ast.parse(textwrap.dedent(inspect.getsource(record))).body
@@ -115,78 +122,6 @@ _MAYBE_TEXT = _type(str | None)
 _FLAG = _type(bool)
 _TOOL = _type(Tool)
 _DIAGNOSTIC = _type(Diagnostic)
-_DETAIL = _type(Mapping[str, float | str | None])
-_MARK = _object(
-    {
-        "criterion": _TEXT,
-        "title": _TEXT,
-        "check": _TEXT,
-        "points": _MAYBE,
-        "out_of": _NUMBER,
-        "reason": _TEXT,
-        "detail": _DETAIL,
-        "rule": _TEXT,
-    },
-    description="points null: it could not be judged, which is no zero",
-)
-_SLIP = _object(
-    {
-        "kind": _TEXT,
-        "words": _TEXT,
-        "check": _TEXT,
-        "factor": _NUMBER,
-        "fit": _TEXT,
-        "u": _MAYBE,
-        "distance": _NUMBER,
-    }
-)
-_OWN = {"type": "object", "additionalProperties": _object({"value": _NUMBER, "u": _MAYBE})}
-_STUDENT = _object(
-    {
-        "student": _TEXT,
-        "name": _TEXT,
-        "status": {"enum": ["graded", "not graded"]},
-        "why": _MAYBE_TEXT,
-        "points": _MAYBE,
-        "out_of": _NUMBER,
-        "marks": _list(_MARK),
-        "slips": _list(_SLIP),
-        "look": _list(_TEXT),
-        "station": _MAYBE_TEXT,
-        "reported": {
-            "anyOf": [
-                _object({"text": _TEXT, "value": _MAYBE, "u": _MAYBE, "line": _type(int | None)}),
-                {"type": "object", "maxProperties": 0, "description": "nothing is reported"},
-            ]
-        },
-        "own": _OWN,
-        "inertia": _MAYBE,
-        "inertia_u": _MAYBE,
-        "matched": _MAYBE_TEXT,
-        "d": _MAYBE,
-        "z": _MAYBE,
-        "late_seconds": _MAYBE,
-        "late_deduction": _NUMBER,
-        "late_reason": _TEXT,
-        "diagnostics": _list(_DIAGNOSTIC),
-        "rubric": _TEXT,
-        "digest": _TEXT,
-        "flags": _list(_TEXT),
-        "ids": _type(Mapping[str, str]),
-    },
-    description='a line of --format ndjson is such an object, with "schema": "gyro.grade/1" and "tool"',
-)
-_CRITERION = _object(
-    {
-        "id": _TEXT,
-        "title": _TEXT,
-        "out_of": _NUMBER,
-        "judged": _COUNT,
-        "full": _COUNT,
-        "none": _COUNT,
-        "mean": _MAYBE,
-    }
-)
 _FLAGGED = _object(
     {
         "kind": _TEXT,
@@ -211,6 +146,23 @@ _CHANGE = _object(
 
 def grades_schema() -> dict[str, Any]:
     """Give the JSON Schema (2020-12) of "gyro.grades/1": all quantities are SI, times seconds."""
+    from gyrodata.grading import CriterionFigures, Grade, Mark, Slip
+
+    not_told = {"type": "object", "maxProperties": 0, "description": "nothing is reported"}
+    by_hand = {
+        "marks": _list(_object(_properties(Mark), description="points null: it could not be judged, which is no zero")),
+        "slips": _list(_object(_properties(Slip))),
+        "reported": {
+            "anyOf": [_object({"text": _TEXT, "value": _MAYBE, "u": _MAYBE, "line": _type(int | None)}), not_told]
+        },
+        "own": {"type": "object", "additionalProperties": _object({"value": _NUMBER, "u": _MAYBE})},
+        "diagnostics": _list(_DIAGNOSTIC),
+        # These two are told once for the class, and kept in the journal.
+        "title": None,
+        "fingerprint": None,
+    }
+    student = {"z" if name == "zeta" else name: value for name, value in _properties(Grade, by_hand).items()}
+    student |= {"flags": _list(_TEXT), "ids": _type(Mapping[str, str])}
     whole = _object(
         {
             "schema": {"const": "gyro.grades/1"},
@@ -221,7 +173,7 @@ def grades_schema() -> dict[str, Any]:
             "title": _TEXT,
             "out_of": _NUMBER,
             "summary": _object({"graded": _COUNT, "not_graded": _COUNT, "mean": _MAYBE, "median": _MAYBE}),
-            "criteria": _list(_CRITERION),
+            "criteria": _list(_object(_properties(CriterionFigures))),
             "references": {
                 "type": "object",
                 "additionalProperties": _object({"inertia": _NUMBER, "u": _NUMBER, "source": _TEXT}),
@@ -230,7 +182,12 @@ def grades_schema() -> dict[str, Any]:
             "flags": _list(_FLAGGED),
             "changes": _or_null(_list(_CHANGE)),
             "diagnostics": _list(_DIAGNOSTIC),
-            "students": _list(_STUDENT),
+            "students": _list(
+                _object(
+                    student,
+                    description='a line of --format ndjson is such an object, with "schema": "gyro.grade/1" and "tool"',
+                )
+            ),
         }
     )
     return _document("gyro.grades/1", whole)

@@ -33,10 +33,10 @@ SHELVES = {
     "selfcheck": 8,
     "plotting": 9,
     "procedure": 9,
-    "schema": 9,
     "grading": 10,
-    "cli": 11,
-    "__main__": 12,
+    "schema": 11,
+    "cli": 12,
+    "__main__": 13,
 }
 OWNERS = {
     "pint": {"units"},

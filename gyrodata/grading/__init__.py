@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from gyrodata.grading.classroom import LIMIT, ClassGrades, GradingOptions, grade_class
+    from gyrodata.grading.classroom import LIMIT, ClassGrades, CriterionFigures, GradingOptions, grade_class
     from gyrodata.grading.criteria import Mark
     from gyrodata.grading.desk import (
         BEFORE,
@@ -37,21 +37,22 @@ if TYPE_CHECKING:
     from gyrodata.grading.yardsticks import Reference, class_references, distance, own_runs
 
 __all__ = [
-    "ACCEPTED", "AUTOGRADER", "BEFORE", "FIGURES", "JOURNAL", "LIMIT", "PLATFORMS", "TABLE", "Answers", "Basis",
-    "Change", "ClassGrades", "Entry", "Exemptions", "Filled", "Fingerprint", "Flag", "Grade",
-    "Gradebooks", "GradingOptions", "Journal", "Mark", "Reference", "Rubric", "Slip", "Submission", "Submissions",
-    "autograder_files", "changes_in", "class_page", "class_references", "class_summary",
-    "default_rubric", "default_rubric_text", "distance", "duration_text", "feedback_html", "feedback_markdown",
-    "fill_book", "find_slips", "find_submissions", "fingerprint", "flag_class", "grade_autograder", "grade_class",
-    "grade_lines", "grade_submission", "grades_csv", "grades_document", "judge_lateness", "own_runs",
-    "parse_duration", "points_text", "read_answers", "read_exemptions", "read_rubric", "read_sheet", "results_json",
-    "settle", "why_again", "write_changed", "write_feedback", "write_results", "write_whole",
+    "ACCEPTED", "AUTOGRADER", "BEFORE", "FIGURES", "JOURNAL", "LIMIT", "PLATFORMS", "TABLE", "Answers",
+    "Basis", "Change", "ClassGrades", "CriterionFigures", "Entry", "Exemptions", "Filled", "Fingerprint",
+    "Flag", "Grade", "Gradebooks", "GradingOptions", "Journal", "Mark", "Reference", "Rubric", "Slip",
+    "Submission", "Submissions", "autograder_files", "changes_in", "class_page", "class_references",
+    "class_summary", "default_rubric", "default_rubric_text", "distance", "duration_text", "feedback_html",
+    "feedback_markdown", "fill_book", "find_slips", "find_submissions", "fingerprint", "flag_class",
+    "grade_autograder", "grade_class", "grade_lines", "grade_submission", "grades_csv", "grades_document",
+    "judge_lateness", "own_runs", "parse_duration", "points_text", "read_answers", "read_exemptions",
+    "read_rubric", "read_sheet", "results_json", "settle", "why_again", "write_changed", "write_feedback",
+    "write_results", "write_whole",
 ]  # fmt: skip
 
 _HOMES = {
     name: module
     for module, names in {
-        "classroom": "LIMIT ClassGrades GradingOptions grade_class",
+        "classroom": "LIMIT ClassGrades CriterionFigures GradingOptions grade_class",
         "criteria": "Mark",
         "desk": "BEFORE FIGURES JOURNAL TABLE Gradebooks changes_in write_feedback write_results",
         "exports": "Change class_summary grade_lines grades_csv grades_document",

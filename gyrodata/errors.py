@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from gyrodata.diagnostics import Severity
+from gyrodata.diagnostics import CODES, Severity
 
 PICTURES = {code: 0x2400 + code for code in range(32) if code != ord("\n")} | dict.fromkeys(range(0x7F, 0xA0), 0xFFFD)
 """Control characters as pictures of themselves, for `str.translate`: a log's text must not move a terminal's cursor."""
@@ -116,6 +116,11 @@ class GyroError(Exception):
 
 class InputError(GyroError):
     """The input is not a log that can be read at all, or an option makes no sense (exit code 2)."""
+
+    @classmethod
+    def of(cls, code: str, message: str, hint: str = "", file: str = "") -> InputError:
+        """Make the error of one fault."""
+        return cls([Diagnostic(code, CODES[code].severity, message, hint, file)])
 
 
 class LogError(GyroError):

@@ -22,7 +22,7 @@ from multiprocessing.connection import Connection, wait
 from typing import Any, Generic, TypeVar
 
 from gyrodata.diagnostics import NO_PROCESS_CAN_BE_STARTED
-from gyrodata.errors import Diagnostic, InputError
+from gyrodata.errors import InputError
 
 Task = TypeVar("Task")
 Answer = TypeVar("Answer")
@@ -264,6 +264,4 @@ def _uninterrupted() -> Iterator[None]:
 
 def _no_process(why: str) -> InputError:
     message = f"no process can be started to work in: {why}"
-    return InputError(
-        [Diagnostic(NO_PROCESS_CAN_BE_STARTED, "error", message, "close other programs, or grade with --workers 1")]
-    )
+    return InputError.of(NO_PROCESS_CAN_BE_STARTED, message, "close other programs, or grade with --workers 1")

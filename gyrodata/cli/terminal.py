@@ -107,7 +107,7 @@ def complain(diagnostics: Iterable[Diagnostic], quiet: bool = False) -> None:
 
 def refuse(code: str, message: str, hint: str) -> NoReturn:
     """Stop with one error: what is wrong, and what to type."""
-    raise InputError([Diagnostic(code, "error", message, hint)])
+    raise InputError.of(code, message, hint)
 
 
 def progress_bar(whole: int, clock: Callable[[], float] | None = None, what: str = "") -> Callable[[int], None] | None:

@@ -136,7 +136,7 @@ def _texts(path: Path) -> dict[str, str]:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else "it is not UTF-8 text"
         message = f"--noise {str(path)!r} cannot be read: {reason}"
         hint = 'write "none", "typical" or the name of a file'
-        raise InputError([Diagnostic(NOISE_CANNOT_BE_READ, "error", message, hint)]) from None
+        raise InputError.of(NOISE_CANNOT_BE_READ, message, hint) from None
     lines = re.findall(r"^#\s*(u_\w+)\s*:\s*(.*?)\s*$", content, re.MULTILINE)
     try:
         table = tomllib.loads(content)
@@ -144,11 +144,9 @@ def _texts(path: Path) -> dict[str, str]:
         if lines:
             return dict(lines)
         message = f"--noise {str(path)!r} is no TOML and has no lines such as # u_time: 0.1 s ({error})"
-        raise InputError(
-            [Diagnostic(NOISE_CANNOT_BE_READ, "error", message, 'in TOML, write: u_time = "0.1 s"')]
-        ) from None
+        raise InputError.of(NOISE_CANNOT_BE_READ, message, 'in TOML, write: u_time = "0.1 s"') from None
     texts = {key: str(value) for key, value in table.items()} or dict(lines)
     if not texts:
         message = f"--noise {str(path)!r} states no uncertainty"
-        raise InputError([Diagnostic(NOISE_CANNOT_BE_READ, "error", message, 'write: u_time = "0.1 s"')])
+        raise InputError.of(NOISE_CANNOT_BE_READ, message, 'write: u_time = "0.1 s"')
     return texts

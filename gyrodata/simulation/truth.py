@@ -31,7 +31,7 @@ from gyrodata.diagnostics import (
     SIMULATED_WITHOUT_TORQUE,
     TURNS_NEVER_COMPLETED,
 )
-from gyrodata.errors import Diagnostic, InputError
+from gyrodata.errors import InputError
 from gyrodata.fitting import DEFAULT_TRANSVERSE_RATIO
 from gyrodata.physics import RPM, Floats
 from gyrodata.readings import MAX_ROWS, check_value, to_display
@@ -435,7 +435,7 @@ def _rpm(spin: float) -> str:
 
 
 def _refuse(code: str, message: str, hint: str = "") -> NoReturn:
-    raise InputError([Diagnostic(code, "error", message, hint)])
+    raise InputError.of(code, message, hint)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from gyrodata import __version__
 from gyrodata.diagnostics import SIMULATED_VALUE_IMPOSSIBLE
-from gyrodata.errors import Diagnostic, InputError
+from gyrodata.errors import InputError
 from gyrodata.physics import VISCOUS, Floats
 from gyrodata.readings import Column, Reading, Readings, check_value, kind_of_role, read_cell, u_keys, write_log
 from gyrodata.simulation.noise import EXACT, TYPICAL, put_errors
@@ -250,7 +250,7 @@ def _column(role: str, texts: list[str], stated: Mapping[str, Uncertainty]) -> C
         if fault:
             message = f"run {i + 1}: {role} {texts[i]} {unit} {fault}"
             hint = "take less noise, a smaller timing bias, or more turns"
-            raise InputError([Diagnostic(SIMULATED_VALUE_IMPOSSIBLE, "error", message, hint)])
+            raise InputError.of(SIMULATED_VALUE_IMPOSSIBLE, message, hint)
     finest = min((cell.step for cell in cells if cell and cell.step), default=None)
     u = next((stated[key] for key in u_keys(role) if key in stated), None)
     one_reading = role == "transverse_inertia" and len(set(texts)) == 1

@@ -23,7 +23,7 @@ from gyrodata.diagnostics import (
     GRADEBOOK_COLUMN_CANNOT_BE_FILLED,
     GRADEBOOK_COLUMN_NOT_CLEAR,
 )
-from gyrodata.errors import Diagnostic, InputError
+from gyrodata.errors import InputError
 from gyrodata.grading.grade import Grade, two_decimals
 from gyrodata.grading.platforms import Book, book_of
 from gyrodata.readings import listing
@@ -363,7 +363,7 @@ def read_sheet(data: bytes, name: str) -> Sheet:
 
 def refusal(code: str, name: str, message: str, hint: str) -> InputError:
     """Make the error for a gradebook that cannot be used."""
-    return InputError([Diagnostic(code, "error", f'"{name}" {message}', hint, name)])
+    return InputError.of(code, f'"{name}" {message}', hint, name)
 
 
 def _rows(text: str, delimiter: str) -> Iterator[Row]:

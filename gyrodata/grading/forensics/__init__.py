@@ -158,7 +158,7 @@ def _read(source: str | os.PathLike[str] | bytes) -> tuple[str, str]:
         if isinstance(error, OSError) and error.strerror:
             reason = error.strerror
         message = f"the file of partners cannot be read: {reason}"
-        raise InputError([Diagnostic(PARTNERS_CANNOT_BE_READ, "error", message, hint, name)]) from None
+        raise InputError.of(PARTNERS_CANNOT_BE_READ, message, hint, name) from None
     return name, text
 
 

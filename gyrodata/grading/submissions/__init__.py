@@ -83,7 +83,7 @@ class Submission:
     def log(self) -> bytes:
         """Read the log."""
         if self.log_name is None:
-            raise InputError([Diagnostic(NO_SUBMISSION, "error", f"{self.name}: {self.problem}")])
+            raise InputError.of(NO_SUBMISSION, f"{self.name}: {self.problem}")
         return read_file(self.source, self.log_name)
 
     def answers(self) -> bytes | None:
@@ -151,7 +151,7 @@ def find_submissions(
     own = None if pattern is None else read_pattern(pattern)
     if lms != "auto" and lms not in PLATFORMS:
         hint = f"write one of: auto, folder, {', '.join(NAMED)}"
-        raise InputError([Diagnostic(NO_SUBMISSION, "error", f'there is no --lms "{lms}"', hint)])
+        raise InputError.of(NO_SUBMISSION, f'there is no --lms "{lms}"', hint)
     root = Path(path)
     for name, platform in PLATFORMS.items():
         if own is None and platform.autograder is not None and lms in ("auto", name):

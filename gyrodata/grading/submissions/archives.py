@@ -95,14 +95,12 @@ def is_strewn(name: str) -> bool:
 
 
 def _refusal(code: str, root: Path, message: str, hint: str = "") -> InputError:
-    return InputError([Diagnostic(code, CODES[code].severity, message, hint, root.name)])
+    return InputError.of(code, message, hint, root.name)
 
 
 def _unreadable(name: str, why: str) -> InputError:
     shown = name.rpartition("/")[2]
-    return InputError(
-        [Diagnostic(SUBMITTED_FILE_CANNOT_BE_READ, "error", f'"{shown}" cannot be read: {why}', file=shown)]
-    )
+    return InputError.of(SUBMITTED_FILE_CANNOT_BE_READ, f'"{shown}" cannot be read: {why}', file=shown)
 
 
 def _left_out(root: Path, message: str) -> Diagnostic:

@@ -10,7 +10,7 @@ from datetime import datetime
 from os.path import commonprefix
 
 from gyrodata.diagnostics import PATTERN_CANNOT_BE_USED
-from gyrodata.errors import Diagnostic, GyroError, InputError, printable
+from gyrodata.errors import GyroError, InputError, printable
 from gyrodata.grading.platforms import NAMED, PLATFORMS
 from gyrodata.grading.submissions.student_files import ending, is_answers, is_log
 
@@ -59,12 +59,10 @@ def read_pattern(text: str) -> re.Pattern[str]:
         pattern = re.compile(text)
     except re.error as error:
         place = f" at character {error.pos + 1}" if error.pos is not None else ""
-        raise InputError(
-            [Diagnostic(PATTERN_CANNOT_BE_USED, "error", f'--pattern "{text}": {error.msg}{place}', hint)]
-        ) from None
+        raise InputError.of(PATTERN_CANNOT_BE_USED, f'--pattern "{text}": {error.msg}{place}', hint) from None
     if "student" not in pattern.groupindex:
         message = f'--pattern "{text}" does not say which part is the student'
-        raise InputError([Diagnostic(PATTERN_CANNOT_BE_USED, "error", message, hint)])
+        raise InputError.of(PATTERN_CANNOT_BE_USED, message, hint)
     return pattern
 
 

@@ -19,13 +19,15 @@ from classes.cells import cells
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--cell", default="", help="part of the names of the cells")
+    parser.add_argument("--cell", action="append", metavar="NAME", help="part of the names of the cells; several times")
     parser.add_argument("--students", type=int, default=200, help="in a class")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
-    chosen = [cell for cell in cells() if options.cell in cell.name]
+    chosen = [cell for cell in cells() if any(name in cell.name for name in options.cell or [""])]
     if options.students < 20 or not chosen:
-        parser.error(f"no cell has {options.cell!r} in its name" if not chosen else "take 20 students at least")
+        parser.error(
+            f"no cell has {' or '.join(options.cell)} in its name" if not chosen else "take 20 students at least"
+        )
     width = max(len(cell.name) for cell in chosen)
     print(f"{'cell':<{width}}  {'measured':>12}  {'must hold':<9}  {'holds':<5}", flush=True)
     failed = 0

@@ -28,7 +28,8 @@ from gyrodata.diagnostics import (
 )
 from gyrodata.effects import DROP_ONE, Effect
 from gyrodata.errors import Diagnostic
-from gyrodata.fitting import Design, Estimate, FitResult, Outlier
+from gyrodata.fitting import Estimate, FitResult, Outlier
+from gyrodata.forecast import Design
 from gyrodata.measurements import SOURCES, Measurements, spin_columns, torque_groups
 from gyrodata.readings import MOST_OF_ONE_CODE, TIMINGS, Readings, to_display
 
@@ -363,7 +364,7 @@ BETTER = {key: kind.better for key, kind in SOURCES.items() if kind.better}
 
 def list_advice(measured: Measurements, fit: FitResult, tilted: bool) -> tuple[str, ...]:
     """What would make the next lab better, in order of gain, each computed for this log."""
-    design = fitting.design_of(measured, fit, tilted)
+    design = forecast.design_of(measured, fit, tilted)
     forecasts: list[tuple[str, Design]] = []
     sides = {math.copysign(1, torque) if torque else 0 for torque in measured.torque.tolist()}
     if 0 not in sides:
@@ -386,7 +387,7 @@ def list_advice(measured: Measurements, fit: FitResult, tilted: bool) -> tuple[s
         forecasts.append(("three times the turns in every run", forecast.with_longer_times(design, 3.0)))
     if not forecasts:
         return ()
-    before, *after = fitting.expected_u([design, *(changed for _, changed in forecasts)])
+    before, *after = forecast.expected_u([design, *(changed for _, changed in forecasts)])
     now = fit.inertia.u or 0.0
     # What a change gains in readings that scatter as expected it gains in these.
     expected = [now * u / before for u in after]

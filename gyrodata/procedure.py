@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gyrodata import fitting, forecast, physics
+from gyrodata import forecast, physics
 from gyrodata.analysis import Fitted, fit_runs
 from gyrodata.comparisons import load_words, outlier_reason
 from gyrodata.diagnostics import (
@@ -123,8 +123,8 @@ def _unloaded(readings: Readings, measured: Measurements, fit: FitResult) -> lis
     if 0.0 in signs or len(signs) > 1:
         return []
     now = (fit.inertia.u or 0.0) / fit.inertia.value
-    design = fitting.design_of(measured, fit)
-    before, after = fitting.expected_u([design, forecast.with_unloaded_run(design)])
+    design = forecast.design_of(measured, fit)
+    before, after = forecast.expected_u([design, forecast.with_unloaded_run(design)])
     then = now * after / before
     if now - then < 0.05 * now:
         return []

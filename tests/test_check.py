@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 import gyrodata
-from gyrodata import diagnostics, fitting, forecast, procedure, schema
+from gyrodata import diagnostics, forecast, procedure, schema
 from gyrodata.cli import app
 from gyrodata.diagnostics import CODES
 from gyrodata.measurements import measure
@@ -51,8 +51,8 @@ class TestCheck:
         without, whole = "".join(lines[:-1]), "".join(lines)
         measured = measure(read_log(without.encode()))
         fit = gyrodata.analyze(without.encode()).fit
-        design = fitting.design_of(measured, fit)
-        before, after = fitting.expected_u([design, forecast.with_unloaded_run(design)])
+        design = forecast.design_of(measured, fit)
+        before, after = forecast.expected_u([design, forecast.with_unloaded_run(design)])
         gained = gyrodata.analyze(whole.encode()).inertia.u / gyrodata.analyze(without.encode()).inertia.u
         assert after / before == pytest.approx(gained, rel=0.1)
         assert after < 0.85 * before

@@ -10,7 +10,8 @@ import pytest
 from labs import INERTIA, lab
 
 from gyrodata import forecast
-from gyrodata.fitting import Design, design_of, expected_u, fit, fit_many
+from gyrodata.fitting import fit, fit_many
+from gyrodata.forecast import Design, design_of, expected_u
 from gyrodata.measurements import Measurements, Source, select
 
 IMBALANCE = 4e-4

@@ -20,6 +20,7 @@ from gyrodata.benchmark.effort import Clock, Effort, Progress
 from gyrodata.benchmark.stability import one_top
 from gyrodata.effects import choose_model
 from gyrodata.fitting import ChosenModel
+from gyrodata.forecast import design_of, expected_u
 from gyrodata.measurements import Measurements, measure
 from gyrodata.physics import RPM, Floats
 from gyrodata.simulation import TYPICAL, Decay, Design, Runs, Truth, simulate
@@ -173,7 +174,7 @@ def _weigh(measured: Measurements, chosen: ChosenModel) -> tuple[Floats, float]:
     runs = fitting.iterate_mean_rate(measured, chosen)
     # A log without errors scatters less than any lab's: what it says of the scatter is no part of a typical lab.
     fit = fitting.fit_as_stated(runs, chosen.tilted)
-    return fit.response, fitting.expected_u([fitting.design_of(runs, fit, chosen.tilted)])[0] / fit.inertia.value
+    return fit.response, expected_u([design_of(runs, fit, chosen.tilted)])[0] / fit.inertia.value
 
 
 def _lab(scene: MotionScene, runs: Runs, measured: Measurements) -> _Lab:

@@ -5,8 +5,8 @@ has the fits of the textbook, to compare with, and `fit_line` one for points wit
 `conditions` for what is fitted and `adjustment` for how.
 """
 
-from gyrodata.fitting.adjustment import MANY, NoFit, insist_on_solution, sample
-from gyrodata.fitting.conditions import MAD_TO_SD, torques_differ, transverse_inertia
+from gyrodata.fitting.adjustment import MANY, NoFit, assume_sense, insist_on_solution, sample
+from gyrodata.fitting.conditions import MAD_TO_SD, Problem, torques_differ, transverse_inertia
 from gyrodata.fitting.corrections import (
     ChosenModel,
     Model,
@@ -18,7 +18,6 @@ from gyrodata.fitting.corrections import (
     on_turning_floor,
     unslowed,
 )
-from gyrodata.fitting.design import Design, design_of, expected_u
 from gyrodata.fitting.estimates import Estimate, FitResult, Outlier, Share
 from gyrodata.fitting.inertia import (
     Otherwise,
@@ -44,7 +43,7 @@ from gyrodata.fitting.lines import (
     with_constant,
 )
 from gyrodata.fitting.many import ManyFits, fit_many
-from gyrodata.fitting.posterior import K_95, scatter_prior
+from gyrodata.fitting.posterior import K_95, Conditions, integrate, scatter_prior
 from gyrodata.fitting.screening import OUTLIER, TURN_COUNTS, explaining_counts, screen
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO
 
@@ -57,7 +56,7 @@ __all__ = [
     "TEXTBOOK",
     "TURN_COUNTS",
     "ChosenModel",
-    "Design",
+    "Conditions",
     "Estimate",
     "FitResult",
     "Line",
@@ -67,14 +66,14 @@ __all__ = [
     "NoFit",
     "Otherwise",
     "Outlier",
+    "Problem",
     "Share",
+    "assume_sense",
     "at_mean_rate",
     "balance_scale",
     "chi2_tail",
     "corrected",
-    "design_of",
     "earth_is_told",
-    "expected_u",
     "explaining_counts",
     "fit",
     "fit_as_stated",
@@ -84,6 +83,7 @@ __all__ = [
     "if_balanced",
     "insist_on_lines",
     "insist_on_solution",
+    "integrate",
     "is_unsteady",
     "iterate_mean_rate",
     "lightest_torque",

@@ -60,11 +60,36 @@ COMPRESSED_FILE_DAMAGED = _error("G107", "a compressed file that is damaged", "\
 WORKBOOK_CANNOT_BE_READ = _error("G108", "a workbook that cannot be read", "analyze log.xlsx")
 CODE_PAGE_GUESSED = _note("G109", "the file is not UTF-8; a code page was guessed", LOG + "20,15.0,206,7.06,1/3 ±\n")
 
+# the sheet
+SUMMARY_LEFT_OUT = _note("G140", "a row of means or sums is no run", LOG + "20,15,406,13.06,1/3\nMean,15,406,13.06,\n")
+CAPTION_READ = _note(
+    "G141",
+    "a caption says what holds for the runs below it",
+    "Weight: 20 g at 15.0 cm\nspin [rpm],time [s],turns\n406,13.06,1/3\n",
+)
+TABLES_JOINED = _note("G142", "several tables are read as one", LOG + f"20,15,406,13.06,1/3\n{LOG}40,15,406,6.6,1/3\n")
+TABLE_LEFT_OUT = _note(
+    "G143",
+    "a table that holds no runs, or the same once more",
+    LOG + "20,15,406,13.06,1/3\nmass [g],I_zz [kg m^2]\n20,0.0044\n",
+)
+TIME_SERIES = _error(
+    "G144",
+    "a time series of a sensor, not runs",
+    lambda: "t [s],x [rad/s]\n" + "".join(f"0.{k:02d},1\n" for k in range(99)),
+)
+TURNS_IN_HEADER = _note(
+    "G145",
+    "a header states the turns of its times",
+    "mass [g],position [cm],spin [rpm],Time for 1/3 rev (s)\n20,15.0,406,13.06\n",
+)
+DATE_IS_A_FRACTION = _note("G146", "a date in a column of turns is a fraction", LOG + "20,15.0,406,13.06,3-Jan\n")
+
 # the table
 NO_HEADER_ROW = _error("G201", "no header row", "20,15.0,406,13.06,1/3\n")
 HEADER_WITHOUT_RUNS = _error("G202", "a header without runs", LOG)
 CELL_IS_NO_NUMBER = _error("G203", "a cell is not a number", LOG + "20,15.0,56O,13.06,1/3\n")
-CELL_BECAME_A_DATE = _error("G204", "a spreadsheet made a date of a cell", LOG + "20,15.0,560,13.06,03.Jan\n")
+CELL_BECAME_A_DATE = _error("G204", "a spreadsheet made a date of a cell", LOG + "20,15.0,03.Jan,13.06,1\n")
 UNIT_UNKNOWN = _error(
     "G205",
     "a unit that is unknown, or of another kind",
@@ -84,9 +109,13 @@ PER_SECOND_IS_AMBIGUOUS = _error(
 ROW_TOO_LONG = _error("G209", "a row has more cells than the header", LOG + "20,15,0,560,13,06,1/3\n")
 HEADER_STANDS_TWICE = _error("G210", "two columns with the same header", "time [s],time [s]\n1,2\n")
 BLOCKS_SIDE_BY_SIDE = _error("G211", "blocks stand side by side", 'N,"t, s",N,"t, s"\n1,7.3,1,8.2\n')
-BLOCKS_STACKED = _error("G212", "blocks are stacked", 2 * (LOG + "20,15.0,406,13.06,1/3\n"))
+BLOCKS_STACKED = _error(
+    "G212",
+    "blocks are stacked that do not go together",
+    LOG + "20,15.0,406,13.06,1/3\nposition [cm],spin [rpm],time [s],turns\n15.0,406,6.61,1/3\n",
+)
 TABLE_TRANSPOSED = _error("G213", "the table is transposed", "mass [g],20,40\ntime [s],7.06,6.90\n")
-ROW_IS_ONLY_A_TITLE = _error(
+ROW_IS_ONLY_A_TITLE = _note(
     "G214",
     "a row that is only a title",
     "Task III\nmass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n",
@@ -98,9 +127,9 @@ ROW_WITHOUT_TIME = _warning(
 BLANK_TAKES_VALUE_ABOVE = _note(
     "G217", "blank cells take the value above", LOG + "20,15.0,406,13.06,1/3\n,,598,19.2,1/3\n"
 )
-BLANK_SPIN = _warning(
+BLANK_SPIN = _error(
     "G218",
-    "a blank spin that may be forgotten",
+    "a blank spin where nearly every run has its own",
     LOG + "20,15.0,406,13.06,1/3\n20,15.0,406,13.06,1/3\n20,15.0,,13.1,1/3\n",
 )
 VALUE_BELOW_ITS_FIRST_ROW = _error(
@@ -157,6 +186,17 @@ REPORTED_VALUE_CANNOT_BE_READ = _note(
     "a reported value that cannot be read as it stands",
     "# reported_inertia: 4.4e-3\n" + LOG + "20,15.0,406,13.06,1/3\n",
 )
+POSITION_ORIGIN_UNKNOWN = _error(
+    "G340",
+    "positions do not count from the centre of the ball, and how far off it is not given",
+    "mass [g],distance from ball surface [cm],spin [rpm],time [s],turns\n20,9.9,406,13.06,1/3\n",
+)
+POSITION_MOVED = _note(
+    "G341",
+    "positions that count from elsewhere are made to count from the centre of the ball",
+    "# position_from: surface\n# ball_diameter: 10.16 cm\n" + LOG + "20,9.9,406,13.06,1/3\n",
+)
+TURNS_ROUNDED = _warning("G342", "turns that may be a rounded third", LOG + "20,15.0,406,13.06,0.33\n")
 
 # what the readings say
 DERIVED_COLUMN_DISAGREES = _warning(

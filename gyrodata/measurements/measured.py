@@ -382,7 +382,10 @@ def _find_unheard(readings: Readings, timing: Column) -> list[Diagnostic]:
             ("u_ball_mass", "u_ball_diameter"),
             None if ball <= set(readings.constants) else "ball_mass and ball_diameter are not both given",
         ),
+        "u_rod_length": None if readings.position_from == "tip" else "no position counts from the tip of the rod",
     }
+    if readings.position_from == "surface":
+        silent["u_ball_diameter"] = None
     read = {load, timing.role, *(column.role for column in (*spins, *told_by_period(columns, timing)))}
     read |= {"position"} if load != "torque" else set()
     read |= {"turns" if "turns" in columns else "angle"} if timing.role == "time" else set()

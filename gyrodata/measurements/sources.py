@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, cast
 
 import numpy as np
 
 from gyrodata import physics
 from gyrodata.physics import Floats
-from gyrodata.readings import Column, Readings
+from gyrodata.readings import Column, Reading, Readings, rounded_turns
 from gyrodata.units import Uncertainty
 
 Quantity = Literal["time", "spin", "mass", "position", "force", "torque", "g", "turns", "pitch", "transverse", "added"]
@@ -189,7 +189,14 @@ def list_sources(
     groups = _numbered(list(zip(*(column.spots for column in used), strict=True)))
     sources = [
         *_timing_sources(columns, timing, time, turns),
-        _source("spin", groups, np.zeros(len(spin)), relative_spin, default),
+        _source(
+            "spin",
+            groups,
+            np.zeros(len(spin)),
+            relative_spin,
+            default,
+            SOURCES["time"].usual if used[0].role == "spin_time" else None,
+        ),
         _of_whole_log(readings, "spin_scale"),
         *_decay_sources(readings, used),
     ]
@@ -202,7 +209,9 @@ def list_sources(
     if load == "torque" or "position" not in columns:
         return sources
     sources.append(_by_value("position", columns["position"], position, values != 0))
-    sources.append(_of_whole_log(readings, "position_zero"))
+    zero = _of_whole_log(readings, "position_zero")
+    # What was added to every position is known no better than the ball's diameter, or the rod's length.
+    sources.append(replace(zero, absolute=np.hypot(zero.absolute, readings.origin_u)))
     if load == "mass":
         sources.append(_gravity_source(readings))
         sources += _diameter_sources(columns, mass)
@@ -273,9 +282,18 @@ def _sighting_sources(columns: Mapping[str, Column], turns: Floats) -> list[Sour
     for i, reading in enumerate(column.readings):
         if reading.u is not None:
             absolute[i], relative[i], default[i] = reading.u.absolute / per_turn, reading.u.relative, False
+    rounded = [rounded_turns(read.text)[1] if read.u is None and per_turn == 1 else 0.0 for read in column.readings]
+    absolute = np.hypot(absolute, rounded)
     if not (absolute.any() or relative.any()):
         return []
-    return [_source("angle", tuple(range(len(turns))), absolute, relative, bool(default.any()))]
+    # Runs with the same rounded turns are off by the same.
+    groups = _numbered(
+        [read.text if doubt else i for i, (read, doubt) in enumerate(zip(column.readings, rounded, strict=True))]
+    )
+    source = _source("angle", groups, absolute, relative, bool(default.any()))
+    if any(rounded):
+        source = replace(source, shared_by="runs with the same rounded turns", usual=f"{source.usual}, and rounding")
+    return [source]
 
 
 def tilt_sources(readings: Readings, pitch: Floats, transverse: Floats | None) -> list[Source]:
@@ -401,13 +419,21 @@ def _spin_errors(readings: Readings) -> tuple[Floats, bool]:
     any_default = False
     for column in used:
         values = np.abs(values_of(column))
-        absolute, relative, default = _reading_errors(column, values, SOURCES["spin"].default)
+        absolute, relative, default = _reading_errors(column, values, _default_of_spin(readings, column))
         # The same relative uncertainty for a period and for its reciprocal.
         parts.append(relative + absolute / values)
         any_default |= default
     weights = spin_weights([as_spin(column) for column in used])
     squares = sum((weight * part) ** 2 for weight, part in zip(weights, parts, strict=True))
     return np.sqrt(squares), any_default
+
+
+def _default_of_spin(readings: Readings, column: Column) -> Uncertainty:
+    """A spin is read off, or its turns are timed with the stopwatch."""
+    if column.role != "spin_time":
+        return SOURCES["spin"].default
+    fewest = min(value for value in readings.columns["spin_turns"].values if value)
+    return Uncertainty(SOURCES["time"].default.absolute / fewest)
 
 
 def values_of(column: Column) -> Floats:
@@ -422,13 +448,28 @@ def spin_columns(readings: Readings) -> tuple[Column, ...]:
         for names in ((f"{unit}_start", unit, f"{unit}_end"), (unit,), (f"{unit}_start", f"{unit}_end")):
             if all(name in columns and None not in columns[name].values for name in names):
                 return tuple(columns[name] for name in names)
+    if "spin_time" in columns and "spin_turns" in columns:
+        return (_time_of_one(columns["spin_time"], columns["spin_turns"]),)
     raise KeyError("spin")
+
+
+def _time_of_one(time: Column, turns: Column) -> Column:
+    """Make times per revolution of the times of several."""
+    readings = []
+    for one, count in zip(time.readings, turns.readings, strict=True):
+        if one.value is None or not count.value:
+            readings.append(Reading())
+            continue
+        u = None if one.u is None else Uncertainty(one.u.absolute / count.value, one.u.relative)
+        step = None if one.step is None else one.step / count.value
+        readings.append(Reading(one.value / count.value, step, u, one.text))
+    return replace(time, readings=tuple(readings))
 
 
 def as_spin(column: Column) -> Floats:
     """Spin [rad/s] of a column of spins, or of times per revolution, shape (n,)."""
     values = np.abs(values_of(column))
-    return cast(Floats, 2 * np.pi / values if "period" in column.role else values)
+    return cast(Floats, 2 * np.pi / values if column.role.startswith(("spin_period", "spin_time")) else values)
 
 
 def mean_spin(spins: list[Floats]) -> Floats:

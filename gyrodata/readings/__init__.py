@@ -12,10 +12,19 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from gyrodata.diagnostics import HEADER_WITHOUT_RUNS, QUANTITY_MISSING
-from gyrodata.readings.cells import REPORTED_KINDS, Reported, canonical_key, check_value, read_cell, read_reported
+from gyrodata.readings.cells import (
+    REPORTED_KINDS,
+    Reported,
+    canonical_key,
+    check_value,
+    read_cell,
+    read_reported,
+    rounded_turns,
+)
 from gyrodata.readings.columns import choose, note_unplaced
-from gyrodata.readings.grid import Layout, find_layout, has_decimal_commas, make_grid
+from gyrodata.readings.grid import decimal_signs, make_grid
 from gyrodata.readings.headers import parse_header
+from gyrodata.readings.layout import Layout, find_layout
 from gyrodata.readings.lablog import MOST_OF_ONE_CODE, Column, Faults, Place, Reading, Readings, listing, split_lines
 from gyrodata.readings.meaning import check_meaning, stated_turns
 from gyrodata.readings.roles import (
@@ -64,6 +73,7 @@ __all__ = [
     "read_cell",
     "read_log",
     "read_reported",
+    "rounded_turns",
     "split_lines",
     "stated_turns",
     "to_display",
@@ -113,7 +123,7 @@ def read_log(
     document = load(source, name)
     faults = document.faults
     grid = make_grid(document)
-    given = read_settings(grid.metadata, options, faults, ask=not has_decimal_commas(grid.rows))
+    given = read_settings(grid.metadata, options, faults, ask=decimal_signs(grid) != {","})
     warn_of_lost_keys(grid.comments, faults)
     layout = find_layout(grid, faults)
     if layout is None:
@@ -152,6 +162,8 @@ def _readings(document: Document, given: Settings, table: Table) -> Readings:
         balance_drift=given.balance_drift,
         motion=given.motion,
         balanced=given.balanced,
+        position_from=table.position_from,
+        origin_u=table.origin_u,
         metadata=given.metadata,
         reported=given.reported,
         diagnostics=document.faults.all_told(),

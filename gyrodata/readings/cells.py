@@ -11,6 +11,7 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import lru_cache
 from types import MappingProxyType
 from typing import Literal
@@ -33,9 +34,9 @@ from gyrodata.quantities import (
     take_apart,
     to_float,
 )
-from gyrodata.readings.headers import name_roles
+from gyrodata.readings.headers import name_roles, turns_in, words_of_turns
 from gyrodata.readings.roles import BY_NAME, kind_of_role
-from gyrodata.units import KINDS, LIMITS, SI, UnitError, kinds_of, parse_unit
+from gyrodata.units import KINDS, LIMITS, SI, Uncertainty, UnitError, kinds_of, parse_unit
 
 BLANKS = frozenset({"", "-", "–", "—", "−", "--", "~", "‐", "‑"})
 """What stands where nothing was measured."""
@@ -86,6 +87,17 @@ _MONTH_DAY = re.compile(r"([^\W\d_]{3,9})\.?[\s-]*([0-9]{1,4})")
 _SPOKEN_CLOCK = re.compile(
     r"([0-9]{1,3})\s*(?:'|m|min|мин)\.?\s*([0-9]{1,2}(?:[.,][0-9]+)?)\s*(?:\"|''|s|sec|c|сек)?\.?"
 )
+_NO_WEIGHT = frozenset(
+    "none no noweight nomass noload nothing empty unloaded without ohne keins kein keine leer sans aucun aucune vide "
+    "нет без безгруза ничего sin sinpeso sinmasa ninguno ninguna nada brak bezciężarka sem semmassa nenhum nenhuma 无 空 "
+    "没有 없음".split()
+)
+_TURN_BEHIND = re.compile(
+    r"(.*?)\s*(?:of\s+)?(?:an?\s+)?(?:turn|rev|revolution|rotation|lap|round|circle|cycle|Umdrehung|Umlauf|tour|оборот|"
+    r"об|vuelta|volta|obrót|obrot|圈|转)\w*\.?",
+    re.IGNORECASE,
+)
+_SEVERAL = re.compile(rf"([1-9][0-9]?)\s*[x×*·]\s*(.+)")
 _SENSES = {
     "ccw": 1.0,
     "counterclockwise": 1.0,
@@ -111,6 +123,15 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
             return Quantity(value * known.factor, float(f"1e{last_place(text)}") * known.factor, None, known.text)
         except UnitError:
             pass  # said below, in the words for a cell
+    if (
+        kind in ("mass", "force")
+        and (several := _SEVERAL.fullmatch(text))
+        and not re.match(r"10\s*[\^*⁻⁰-⁹-]", several[2])
+    ):
+        one = read_cell(several[2], kind, unit, ask)
+        count = int(several[1])
+        u = None if one.uncertainty is None else Uncertainty(count * one.uncertainty.absolute, one.uncertainty.relative)
+        return Quantity(count * one.value, None if one.step is None else count * one.step, u, one.unit)
     if (":" in text or not text.isascii()) and (clock := _CLOCK.fullmatch(fold_number(text))):
         return _read_clock(clock, text, kind, unit)
     written = take_apart(text)
@@ -119,8 +140,67 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
         raise _not_a_number(text, written)
     _check_size(written)
     if ask and (ways := doubtful_comma(written, kind, unit)):
-        raise CellError(f"can mean {ways}", "write it without marks between the thousands")
+        raise CellError(f"can mean {ways}", f"write {ways}, without marks between the thousands")
     return _convert(written, kind, unit, text)
+
+
+@lru_cache(maxsize=4096)
+def said_otherwise(text: str, role: str) -> str:
+    """Give the number that a cell says in another way: "none" of a mass, "one third" or "120°" of turns."""
+    if text[:1].isdigit() and PLAIN.fullmatch(text):
+        return ""
+    if role == "mass":
+        return "0 g" if re.sub(r"[\s.\-]+", "", text).lower() in _NO_WEIGHT else ""
+    if role not in ("turns", "spin_turns"):
+        return ""
+    if fraction := fraction_of_date(text):
+        return fraction
+    match = _TURN_BEHIND.fullmatch(text)
+    bare = match[1] if match else text
+    if bare != text and (bare == "" or take_apart(bare) is not None):
+        return bare or "1"
+    if words := words_of_turns(bare):
+        return words
+    written = take_apart(text)
+    if written is not None and written.unit and kinds_of(written.unit) == {"angle"} and written.spread is None:
+        return turns_in(text)
+    return ""
+
+
+def fraction_of_date(text: str) -> str:
+    """Undo what a spreadsheet makes of 1/3 and 2/3: "3-Jan", "01. Mrz", "2026-01-03 00:00:00"; "" if it is none."""
+    pair = _date_pair(text)
+    if pair is None or not (min(pair) == 1 or sorted(pair) == [2, 3]) or max(pair) > 12:
+        return ""
+    return f"{min(pair)}/{max(pair)}"
+
+
+def rounded_turns(text: str) -> tuple[str, float]:
+    """Find the part of a turn that 0.33 or 0.7 was rounded from, and half of what the rounding leaves open; "", 0 else.
+
+    The screws of the ball stand a third of a turn apart; a twelfth is what a run without a weight takes.
+    """
+    if not PLAIN.fullmatch(text) or last_place(text) >= 0:
+        return "", 0.0
+    value, step = to_float(text), float(f"1e{last_place(text)}")
+    twelfths = round(value * 12)
+    # Quarters have few digits: they are meant as written. Who cuts 2/3 off at 0.66 is off by nearly a whole step.
+    if twelfths % 3 == 0 or abs(value - twelfths / 12) >= step:
+        return "", 0.0
+    return str(Fraction(twelfths, 12)), step / math.sqrt(3)
+
+
+def _date_pair(text: str) -> tuple[int, int] | None:
+    """Give day and month of a date, in either order."""
+    if day_month := _DAY_MONTH.fullmatch(text):
+        return _date_numbers(day_month[1], day_month[2])
+    if month_day := _MONTH_DAY.fullmatch(text):
+        return _date_numbers(month_day[2], month_day[1])
+    if year := re.fullmatch(r"[0-9]{4}[./-]([0-9]{1,2})[./-]([0-9]{1,2})(?:[ T]00:00:00)?", text):
+        return int(year[1]), int(year[2])
+    if year := re.fullmatch(r"([0-9]{1,2})([./-])([0-9]{1,2})\2(?:19|20)[0-9]{2}", text):
+        return int(year[1]), int(year[3])
+    return None
 
 
 def _is_unit(text: str) -> bool:
@@ -187,12 +267,20 @@ def _not_a_number(text: str, written: Written | None) -> CellError:
     plain = fold_number(text)
     lower = plain.lower()
     if lower in ("nan", "na", "n/a", "#n/a", "none", "null", "inf", "-inf", "infinity", "#div/0!", "#value!"):
-        return CellError("is not a number", "write the number, 0 for no weight; or put # before the line of a run that was not measured")
+        return CellError(
+            "is not a number",
+            "write the number, 0 for no weight; or put # before the line of a run that was not measured",
+        )
     date = _read_as_date(text)
     if date is not None:
         return date
     mended = plain.translate(_MISTYPED)
-    for candidate in (mended, mended.rstrip(".,;"), re.sub(r"([.,])[.,]+", r"\1", mended)):
+    for candidate in (
+        re.sub(r"^(?:~|≈|ca\.?|about|approx\.?)\s*", "", plain),
+        mended,
+        mended.rstrip(".,;"),
+        re.sub(r"([.,])[.,]+", r"\1", mended),
+    ):
         if candidate != plain and _is_bare(candidate):
             return CellError("is not a number", f"did you mean {candidate}?")
     if re.fullmatch(r"[-+]?[0-9]{1,3}(?:[ .,'][0-9]{3})+(?:[.,][0-9]*)?", plain):
@@ -217,15 +305,7 @@ def _is_bare(text: str) -> bool:
 
 
 def _read_as_date(text: str) -> CellError | None:
-    day_month = _DAY_MONTH.fullmatch(text)
-    month_day = _MONTH_DAY.fullmatch(text)
-    pair: tuple[int, int] | None = None
-    if day_month:
-        pair = _date_numbers(day_month[1], day_month[2])
-    elif month_day:
-        pair = _date_numbers(month_day[2], month_day[1])
-    elif not _DATE_DIGITS.fullmatch(text):
-        return None
+    pair = _date_pair(text)
     if pair is None and not _DATE_DIGITS.fullmatch(text):
         return None
     if clock := _DOTTED_CLOCK.fullmatch(text):

@@ -12,12 +12,22 @@ from gyrodata.diagnostics import (
     MAPPED_HEADER_UNKNOWN,
     MAPPED_ROLE_UNKNOWN,
 )
-from gyrodata.readings.grid import Layout
-from gyrodata.readings.headers import Header, unit_for
+from gyrodata.readings.layout import Layout, is_of_means
+from gyrodata.readings.headers import Header, is_of_the_spin, turns_in, unit_for
 from gyrodata.readings.lablog import Faults, Text, listing
-from gyrodata.readings.roles import BY_NAME, COUNTS, ONE_TURN, derived_roles, kind_of_role, squeeze
+from gyrodata.readings.roles import (
+    BY_NAME,
+    COUNTS,
+    END_WORDS,
+    ONE_TURN,
+    SPIN_SETS,
+    START_WORDS,
+    derived_roles,
+    kind_of_role,
+    squeeze,
+)
 from gyrodata.readings.settings import Settings
-from gyrodata.units import UnitError, parse_unit
+from gyrodata.units import UnitError, kinds_of, parse_unit
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +41,8 @@ class Chosen:
     role: str
     number: int | None = None
     """Number of a repeat (``time_2``: 2)."""
+    turns: str = ""
+    """Turns that the header states its times to cover: "1/3"."""
 
 
 @dataclass
@@ -68,20 +80,55 @@ def choose(layout: Layout, mapping: Mapping[str, str], settings: Settings, fault
     for chosen in mapped.values():
         choice.serve(chosen)
     open_columns: list[tuple[int, tuple[str, ...]]] = []
-    for at, header in enumerate(layout.headers):
+    stating: list[int] = []
+    # A mean stands back behind the readings that it is made of.
+    for at, header in sorted(enumerate(layout.headers), key=lambda item: is_of_means(item[1].text)):
         if at in mapped:
             continue
-        if not header.roles:
+        if _states_turns(header):
+            stating.append(at)
+        elif not header.roles:
             if layout.cells[at].text or any(len(row.texts) > at and row.texts[at] for row in layout.rows):
                 choice.unplaced.append(layout.cells[at])
         elif len(header.roles) == 1:
             choice.serve(Chosen(at, layout.cells[at], header, header.roles[0], header.number))
         else:
             open_columns.append((at, header.roles))
+    _serve_stated(layout, stating, choice, settings)
     _eliminate(layout, open_columns, choice, settings, faults)
+    choice.unplaced.sort(key=lambda cell: cell.column)
     for repeats in choice.used.values():
         repeats.sort(key=lambda chosen: chosen.number or 0)
     return choice
+
+
+def _states_turns(header: Header) -> bool:
+    """Know "Time for 1/3 rev (s)": a time whose turns stand in its header."""
+    timed = header.unit is not None and "time" in kinds_of(header.unit)
+    return timed and header.roles in ((), ("time",)) and bool(turns_in(header.text))
+
+
+def _serve_stated(layout: Layout, stating: list[int], choice: Choice, settings: Settings) -> None:
+    """Take the times whose headers state their turns: of the precession, or of the ball's spin."""
+    there = set(choice.used) | set(settings.roles)
+    spins = any(there.issuperset(roles) for roles in SPIN_SETS)
+    for at in stating:
+        header, cell = layout.headers[at], layout.cells[at]
+        turns = turns_in(header.text)
+        if is_of_the_spin(header.text):
+            words = {squeeze(word).lower() for word in header.text.split()}
+            if words & (START_WORDS | END_WORDS) or "spin_time" in choice.used:
+                choice.unplaced.append(cell)
+            else:
+                choice.serve(Chosen(at, cell, header, "spin_time", turns=turns))
+        elif not spins and turns.isdigit() and int(turns) >= 5:
+            choice.unplaced.append(cell)  # ten turns may be the ball's
+        else:
+            number = len(choice.used.get("time", [])) + 1
+            if all(chosen.number is not None for chosen in choice.used.get("time", [])):
+                choice.serve(Chosen(at, cell, header, "time", number, turns))
+            else:
+                choice.others.append(Chosen(at, cell, header, "time", number, turns))
 
 
 def _mapped(layout: Layout, mapping: Mapping[str, str], faults: Faults) -> dict[int, Chosen]:

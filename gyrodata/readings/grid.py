@@ -1,33 +1,22 @@
-"""From text to a table: delimiter, quotes, ``#`` lines and limits; then where header, units and runs stand."""
+"""From text to rows of cells: delimiter, quotes, ``#`` lines and limits."""
 
 from __future__ import annotations
 
 import re
+from collections import Counter
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from gyrodata.diagnostics import (
-    BLOCKS_SIDE_BY_SIDE,
-    BLOCKS_STACKED,
     CELL_TOO_LONG,
-    HEADER_PARTED_BY_COMMA,
-    HEADER_STANDS_TWICE,
-    HEADER_WITHOUT_RUNS,
     NO_DELIMITER,
-    NO_HEADER_ROW,
     QUOTE_NEVER_CLOSED,
-    ROW_IS_ONLY_A_TITLE,
     ROW_TAKEN_OUT,
-    TABLE_TRANSPOSED,
     TOO_MANY_COLUMNS,
     TOO_MANY_ROWS,
 )
-from gyrodata.readings.cells import BLANKS
-from gyrodata.readings.headers import Header, parse_header, with_unit
-from gyrodata.readings.lablog import Faults, Place, Text, listing, span
-from gyrodata.readings.roles import TEXTS, kind_of_role, squeeze
+from gyrodata.readings.lablog import Faults, Place, Text, span
 from gyrodata.readings.source import MAX_COLUMNS, MAX_ROWS, Document
-from gyrodata.units import kinds_of
 
 MAX_CELL = 10_000
 
@@ -39,6 +28,13 @@ class Row(NamedTuple):
     """Where it begins."""
     texts: list[str]
     """Its cells, without quotes and without blanks around them; blank ones at the end are cut off."""
+    origin: tuple[tuple[int, int], ...] | None = None
+    """Line and number of each cell in the file, where they are not those of this row."""
+
+    def spot(self, at: int) -> int:
+        """Number a cell of the file."""
+        line, column = self.origin[at] if self.origin is not None and at < len(self.origin) else (self.line, at)
+        return line * MAX_COLUMNS + column
 
 
 @dataclass(frozen=True)
@@ -57,7 +53,7 @@ class Grid:
 
     def cell(self, row: Row, at: int) -> Text:
         """Give one cell with its place, which only a fault asks for."""
-        return find_cell(self.lines, self.delimiter, row.line, at)
+        return Text(row.texts[at], *find_place(self.lines, self.delimiter, row.spot(at)))
 
     def cells(self, row: Row) -> list[Text]:
         """Give the cells of one row with their places."""
@@ -111,15 +107,16 @@ def make_grid(document: Document) -> Grid:
     return Grid(lines, delimiter or ",", rows, metadata, comments)
 
 
-def has_decimal_commas(rows: list[Row]) -> bool:
-    """Tell whether the first numbers of a table are written with a decimal comma, and none with a point."""
+def decimal_signs(grid: Grid) -> set[str]:
+    """Give the decimal signs of a table's first numbers, as far as no mark between thousands looks like them."""
     signs = {
         match[1]
-        for row in rows[:50]
+        for row in grid.rows[:50]
         for text in row.texts
         if (match := _DECIMAL.fullmatch(text)) and (len(match[2]) != 3 or text[0] == "0")
     }
-    return signs == {","}
+    # Where a spreadsheet parts the cells with semicolons, the comma is the decimal sign.
+    return signs or ({","} if grid.delimiter == ";" else set())
 
 
 def _read_comment(line: str, number: int, metadata: list[tuple[str, Text]], comments: list[Text]) -> None:
@@ -137,14 +134,15 @@ def _read_comment(line: str, number: int, metadata: list[tuple[str, Text]], comm
 
 
 def find_delimiter(lines: list[str]) -> str | None:
-    """Take the delimiter that cuts the header and most rows into equally many cells."""
+    """Take the delimiter that cuts most rows into equally many cells."""
     best, best_share = None, 0.0
     for delimiter in _DELIMITERS:
         counts = [_count(line[: 4 * MAX_CELL], delimiter) for line in lines]
-        if not counts or not any(counts[:2]):
+        often = Counter(count for count in counts if count)
+        if not often:
             continue
-        usual = max(counts[:2])
-        share = sum(count == usual for count in counts) / len(counts)
+        # Titles may stand above the header, and a row may lack the delimiters of its blank cells.
+        share = max(often[max(counts[:2])] if any(counts[:2]) else 0, often.most_common(1)[0][1]) / len(counts)
         if best is None or share > best_share + 0.3:
             best, best_share = delimiter, share
     return best
@@ -210,11 +208,6 @@ def find_cell(lines: list[str], delimiter: str, line: int, at: int) -> Text:
     return Text(text, line, 1 + before + (parts[at].index(text) if text else 0))
 
 
-def spot(row: Row, at: int) -> int:
-    """Number a cell of the file."""
-    return row.line * MAX_COLUMNS + at
-
-
 def find_place(lines: list[str], delimiter: str, spot: int) -> Place:
     """Find where a cell stands by its number."""
     line, at = divmod(spot, MAX_COLUMNS)
@@ -271,207 +264,3 @@ def _read_quoted(lines: list[str], index: int, position: int, opened: Place, fau
         if index >= len(lines) or length > MAX_CELL:
             message = "a quoted cell begins here and is never closed"
             raise faults.refuse(QUOTE_NEVER_CLOSED, message, 'close it with ", or take the quote away', opened)
-
-
-_HINT = "the first row names the columns, such as: mass [g], position [cm], spin [rpm], time [s], turns"
-
-
-@dataclass(frozen=True)
-class Layout:
-    """A table of runs: its headers, and the rows below them."""
-
-    grid: Grid
-    """For the places of cells."""
-    cells: list[Text]
-    """The header row."""
-    headers: list[Header]
-    """What each of them says, with the unit of a second header row."""
-    rows: list[Row]
-
-
-def find_layout(grid: Grid, faults: Faults) -> Layout | None:
-    """Find the header and the rows; None, with diagnostics, where there is no such table."""
-    rows = grid.rows
-    if not rows:
-        faults.add(NO_HEADER_ROW, "there is no table in this log", _HINT)
-        return None
-    for check in (_is_transposed, _stands_side_by_side, _starts_with_title):
-        if check(grid, faults):
-            return None
-    head = grid.cells(rows[0])
-    headers = [parse_header(cell.text) for cell in head]
-    numbers = _numbers(rows[0])
-    if numbers and numbers * 2 >= sum(1 for cell in head if cell.text):
-        hint = _HINT
-        if any(comment.text.count(grid.delimiter) == len(head) - 1 for comment in grid.comments):
-            hint = "take the # away from the line with the names of the columns"
-        faults.add(NO_HEADER_ROW, "there is no header row: the first row holds numbers", hint, head[0])
-        return None
-    body = rows[1:]
-    if body and _is_unit_row(body[0]):
-        headers = _with_units(headers, body[0])
-        body = body[1:]
-    if (
-        _is_parted(head, headers, faults)
-        or _repeats_a_header(head, faults)
-        or _is_stacked(grid, body, len(head), headers, faults)
-    ):
-        return None
-    if not body:
-        faults.add(
-            HEADER_WITHOUT_RUNS, "there is a header, but not one run below it", "write one row for each timed run"
-        )
-        return None
-    return Layout(grid, head, headers, body)
-
-
-def is_number(text: str) -> bool:
-    """Tell whether a cell begins like a number."""
-    return text[:1].isdigit() or (text[:1] in "+-−.,(" and text[1:2].isdigit())
-
-
-def _numbers(row: Row) -> int:
-    count = 0
-    for text in row.texts:
-        if is_number(text) and not parse_header(text).roles:
-            count += 1
-    return count
-
-
-def _is_transposed(grid: Grid, faults: Faults) -> bool:
-    rows = grid.rows[:20]
-    named = [
-        row
-        for row in rows
-        if len(row.texts) > 1
-        and parse_header(row.texts[0]).roles
-        and all(is_number(text) or text in BLANKS for text in row.texts[1:])
-    ]
-    if not named or named[0] is not rows[0] or _numbers(rows[0]) == 0 or len(named) * 2 < len(rows):
-        return False
-    names = listing([row.texts[0] for row in named])
-    hint = "turn it: one column for each quantity, one row for each run (in a spreadsheet: Paste special, Transpose)"
-    message = f"the names stand at the side ({names}): the table is transposed"
-    faults.add(TABLE_TRANSPOSED, message, hint, grid.cell(rows[0], 0))
-    return True
-
-
-_ASSIGNMENT = re.compile(r".{0,30}=\s*[-+]?[0-9].*")
-_COPY = re.compile(r"\.[0-9]{1,2}$")
-
-
-def _stands_side_by_side(grid: Grid, faults: Faults) -> bool:
-    for row in grid.rows[:3]:
-        if _numbers(row):
-            break
-        names = [squeeze(_COPY.sub("", text)) for text in row.texts]
-        if sum(bool(_ASSIGNMENT.fullmatch(t)) for t in row.texts) > 1 or _cycle([n for n in names if n]):
-            shown = listing([text for text in row.texts if text])
-            hint = "put the blocks below each other, with a column for what differs (such as mass [g])"
-            faults.add(BLOCKS_SIDE_BY_SIDE, f"blocks stand side by side: {shown}", hint, grid.cell(row, 0))
-            return True
-    return False
-
-
-def _cycle(names: list[str]) -> int:
-    """Give the length of the block of two or more names that repeats, or 0."""
-    for period in range(2, len(names) // 2 + 1):
-        if len(set(names[:period])) == period and all(
-            name == names[i % period] for i, name in enumerate(names[: len(names) // period * period])
-        ):
-            return period
-    return 0
-
-
-def _starts_with_title(grid: Grid, faults: Faults) -> bool:
-    rows = grid.rows
-    filled = [at for at, text in enumerate(rows[0].texts) if text]
-    if len(filled) != 1 or len(rows) < 2 or sum(1 for text in rows[1].texts if text) < 2:
-        return False
-    cell = grid.cell(rows[0], filled[0])
-    if parse_header(cell.text).roles and not parse_header(rows[1].texts[0]).roles:
-        return False
-    _add_title(cell, faults)
-    return True
-
-
-def _add_title(cell: Text, faults: Faults) -> None:
-    ways = "take the line out" if cell.text.startswith("#") else "put a # before the line, or take it out"
-    hint = f"{ways}; what it says of the runs goes into a column"
-    faults.add(ROW_IS_ONLY_A_TITLE, f'line {cell.line} holds only "{cell.text[:60]}"', hint, cell)
-
-
-def _bare(text: str) -> str:
-    return text[1:-1].strip() if text[:1] + text[-1:] in ("[]", "()") else text
-
-
-def _is_unit_row(row: Row) -> bool:
-    units = 0
-    for text in row.texts:
-        bare = _bare(text)
-        if is_number(text) and not (kinds_of(bare) and any(letter.isalpha() for letter in bare)):
-            return False
-        if kinds_of(bare) or bare == "%":
-            units += 1
-        elif text and bare not in BLANKS and bare == text:
-            return False
-    return units > 0
-
-
-def _with_units(headers: list[Header], row: Row) -> list[Header]:
-    out = list(headers)
-    for index, text in enumerate(row.texts[: len(headers)]):
-        bare = _bare(text)
-        if bare not in BLANKS and headers[index].unit is None:
-            out[index] = with_unit(headers[index], bare)
-    return out
-
-
-def _is_parted(head: list[Text], headers: list[Header], faults: Faults) -> bool:
-    """Find ``m, g`` that became two cells, which shifts every column behind it."""
-    for cell, unit, header in zip(head, head[1:], headers, strict=False):
-        alone = bool(kinds_of(unit.text)) and not parse_header(unit.text).roles
-        if alone and header.roles and header.unit is None:
-            message = f'"{unit.text}" stands alone in its cell: is it the unit of "{cell.text}"?'
-            faults.add(
-                HEADER_PARTED_BY_COMMA, message, f'write "{cell.text} [{unit.text}]", or put the header in quotes', unit
-            )
-            return True
-    return False
-
-
-def _repeats_a_header(head: list[Text], faults: Faults) -> bool:
-    seen: set[str] = set()
-    found = False
-    for cell in head:
-        key = " ".join(cell.text.split())
-        if key and key in seen:
-            hint = "name repeats of one time time_1, time_2, …; rename or remove the other columns"
-            faults.add(HEADER_STANDS_TWICE, f'two columns are called "{cell.text[:60]}"', hint, cell)
-            found = True
-        seen.add(key)
-    return found
-
-
-def _is_stacked(grid: Grid, body: list[Row], width: int, headers: list[Header], faults: Faults) -> bool:
-    """Find a second header, or a title, among the runs."""
-    for row in body:
-        if is_number(row.texts[0]):
-            continue
-        filled = [at for at, text in enumerate(row.texts) if text]
-        if any(is_number(row.texts[at]) or row.texts[at] in BLANKS for at in filled):
-            continue
-        named = [at for at in filled if parse_header(row.texts[at]).roles]
-        if len(named) > 1:
-            hint = "keep one header row; what differs between the blocks goes into a column"
-            message = f"a second header row in line {row.line}: blocks are stacked"
-            faults.add(BLOCKS_STACKED, message, hint, grid.cell(row, named[0]).place)
-            return True
-        at = filled[0]
-        text_column = at < width and TEXTS.intersection(headers[at].roles)
-        if len(filled) == 1 and width > 1 and len(row.texts[at]) > 1 and (at == 0 or not text_column):
-            if at < width and headers[at].roles and kind_of_role(headers[at].roles[0]) == "sign":
-                continue
-            _add_title(grid.cell(row, at), faults)
-            return True
-    return False

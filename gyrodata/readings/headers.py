@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import difflib
 import re
+import unicodedata
+from fractions import Fraction
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -15,6 +17,7 @@ from gyrodata.readings.roles import (
     START_WORDS,
     SYMBOLS,
     THEORY_WORDS,
+    TRIAL_WORDS,
     UNCERTAINTIES,
     UNSURE_WORDS,
     kind_of_role,
@@ -47,6 +50,121 @@ _TOKENS = re.compile(r"[\s_,;()\[\]\-]+")
 _IN_UNIT = re.compile(r"(.+?)\s+(?:in|en|em|w|в)\s+(\S.*)")
 
 
+_PARTS = {
+    "half": "1/2",
+    "halbe": "1/2",
+    "halben": "1/2",
+    "demi": "1/2",
+    "demitour": "1/2",
+    "media": "1/2",
+    "medio": "1/2",
+    "meia": "1/2",
+    "pół": "1/2",
+    "пол": "1/2",
+    "половина": "1/2",
+    "third": "1/3",
+    "thirds": "/3",
+    "drittel": "/3",
+    "tiers": "/3",
+    "треть": "1/3",
+    "quarter": "1/4",
+    "quarters": "/4",
+    "one": "1",
+    "full": "1",
+    "whole": "1",
+    "single": "1",
+    "complete": "1",
+    "eine": "1",
+    "einer": "1",
+    "ganze": "1",
+    "volle": "1",
+    "un": "1",
+    "entier": "1",
+    "один": "1",
+    "полный": "1",
+    "una": "1",
+    "completa": "1",
+    "uma": "1",
+    "jeden": "1",
+    "pełny": "1",
+    "two": "2",
+    "zwei": "2",
+    "deux": "2",
+    "три": "3",
+    "three": "3",
+    "ein": "1",
+    "zwei": "2",
+}
+"""Words of a count of turns."""
+_TURN = (
+    r"(?:turn|rev|rotation|revolution|cycle|circle|lap|rounds?\b|Umdreh|Umlauf|Umläuf|Drehung|Runde|tour|оборот|об\b|"
+    r"vuelta|volta|giro\b|obrót|obrot|okrąż|圈|转)"
+)
+_COUNTED = re.compile(
+    rf"(?<![0-9.,/])([0-9]{{1,2}}(?:[.,][0-9])?|[0-9]{{1,2}}\s*[/⁄]\s*[0-9]{{1,2}})\s*(?:(?:of|de|d'|precession|full|complete|a|an|one|the|einer|eine)\s+){{0,3}}{_TURN}",
+    re.IGNORECASE,
+)
+_ALONE = re.compile(r"(?:t|T|time|Zeit|temps|tiempo|tempo|czas|время)[\s_(]*([1-9]\s*/\s*[2-9])\)?", re.IGNORECASE)
+_ANGLE = re.compile(r"(?<![0-9.,])([1-9][0-9]{1,3})\s*(?:°|º|˚|deg\b|degrees)")
+_OF_THE_SPIN = re.compile(r"spin|wheel|dis[ck]|rotor|ball|Kugel|Eigen|rotation propre|ротор|собств|шара", re.IGNORECASE)
+
+
+@lru_cache(maxsize=4096)
+def turns_in(header: str) -> str:
+    """Find the turns that a header or a caption states in so many words: "1/3", "1", "2.5"; "" if it states none."""
+    if len(header) > MAX_HEADER:
+        return ""
+    plain = "".join(f" {unicodedata.normalize('NFKC', c)}" if unicodedata.category(c) == "No" else c for c in header)
+    if (match := _COUNTED.search(plain)) or (match := _ALONE.match(plain)):
+        return match[1].replace(" ", "").replace(",", ".").replace("⁄", "/")
+    match = _ANGLE.search(plain)
+    if match and (part := Fraction(int(match[1]), 360)).denominator in (1, 2, 3, 4, 6, 12):
+        return str(part)
+    if not re.search(_TURN, plain, re.IGNORECASE):
+        return ""
+    return words_of_turns(re.split(_TURN, plain, maxsplit=1, flags=re.IGNORECASE)[0])
+
+
+def words_of_turns(text: str) -> str:
+    """Read the last words before "turn": "one third of a" is 1/3, "zwei" is 2; "" if they say no number."""
+    tokens = [token.lower() for token in _TOKENS.split(text) if token]
+    while tokens and tokens[-1] in ("of", "a", "an", "the", "de", "einer", "one", "precession") and len(tokens) > 1:
+        if tokens[-1] == "one" and tokens[-2] not in ("of", "third", "thirds"):
+            break
+        tokens.pop()
+    if not tokens:
+        return ""
+    last = _PARTS.get(tokens[-1], "")
+    if last.startswith("/"):
+        over = _PARTS.get(tokens[-2], "") if len(tokens) > 1 else ""
+        return over + last if over.isdigit() else ""
+    return last
+
+
+_ORIGIN = (
+    (
+        "surface",
+        r"surface|ball'?s? edge|edge of (?:the )?ball|Oberfläche|Kugelrand|поверхност|superfic|powierzchni|表面",
+    ),
+    (
+        "tip",
+        r"\btip\b|end of (?:the )?rod|rod end|free end|Spitze|Stabende|extrémité|bout\b|конца|extremo|punta|końca|ponta|末端",
+    ),
+)
+
+
+def origin_in(header: str) -> str:
+    """Find that a position counts from the surface of the ball or from the tip of the rod; "" if it does not say so."""
+    if len(header) > MAX_HEADER or re.search(r"cent(?:re|er)|mittel|Mitte|центр|środk", header, re.IGNORECASE):
+        return ""
+    return next((origin for origin, words in _ORIGIN if re.search(words, header, re.IGNORECASE)), "")
+
+
+def is_of_the_spin(header: str) -> bool:
+    """Tell whether a header says that what is timed are turns of the ball."""
+    return bool(_OF_THE_SPIN.search(header)) and not re.search(r"pr[äeéê][cz][eé]?[sc]|прецес", header.lower())
+
+
 @lru_cache(maxsize=4096)
 def parse_header(text: str) -> Header:
     """Understand one header as far as it goes by itself."""
@@ -58,10 +176,14 @@ def parse_header(text: str) -> Header:
         if match:
             spread = f"{match[1]} {match[2].strip()}".strip()
             rest = f"{text[: match.start()].strip()} {text[match.end() :].strip()}".strip(" ,;")
-    name, unit = _split_unit(rest)
+    name, unit = split_unit(rest)
     if unit is None and spread and kinds_of(spread.partition(" ")[2]):
         unit = spread.partition(" ")[2]
     roles, index = name_roles(name)
+    if not roles and unit is not None and "time" in kinds_of(unit) and (repeat := _repeat(name)):
+        roles, index = ("time",), repeat
+    if not roles and unit is not None and "length" in kinds_of(unit) and origin_in(name):
+        roles = ("position",)
     if any(squeeze(token).lower() in THEORY_WORDS for token in _TOKENS.split(text)):
         roles, index = (), None  # worked out, not measured
     if unit and ":" in unit and re.fullmatch(r"[a-zA-Z:.]+", unit):
@@ -73,6 +195,18 @@ def parse_header(text: str) -> Header:
         bare = tuple(role for role in roles if kind_of_role(role) in ("number", "text", "sign"))
         roles = bare or roles
     return Header(text, roles, unit, spread, index)
+
+
+_ORDINAL = re.compile(r"(?:#|№|n[or]?[°º.]?)?([1-9][0-9]?)(?:st|nd|rd|th|er|re|ème|e|ª|º|[.)])?")
+
+
+def _repeat(name: str) -> int | None:
+    """Read "Trial 2" and "2nd measurement" above times: the number of a repeat; None if it is none."""
+    tokens = [token for token in _TOKENS.split(re.sub(r"(?<=[^\W\d])(?=[0-9])", " ", name)) if token]
+    numbers = [match for token in tokens if (match := _ORDINAL.fullmatch(token.lower()))]
+    words = [token for token in tokens if not _ORDINAL.fullmatch(token.lower())]
+    known = all(squeeze(word).lower() in TRIAL_WORDS or "time" in name_roles(word)[0] for word in words)
+    return int(numbers[0][1]) if len(numbers) == 1 and known else None
 
 
 def with_unit(header: Header, unit: str) -> Header:
@@ -91,7 +225,7 @@ def _fitting(roles: tuple[str, ...], unit: str) -> tuple[str, ...]:
     return kept or roles
 
 
-def _split_unit(text: str) -> tuple[str, str | None]:
+def split_unit(text: str) -> tuple[str, str | None]:
     """Part a header into its name and its unit."""
     match = _BRACKET.fullmatch(text)
     if match:
@@ -125,6 +259,10 @@ def _split_loose(text: str) -> tuple[str, str | None]:
             return left, right
     if kinds_of(text) == {"rate"}:
         return "spin", text
+    small = [token for token in text.split() if squeeze(token).lower() in START_WORDS | END_WORDS | NOISE_WORDS]
+    rest = " ".join(token for token in text.split() if token not in small)
+    if small and kinds_of(rest) == {"rate"}:
+        return f"spin {' '.join(small)}", rest  # "RPM before"
     left, found, right = text.rpartition(",")
     if found and name_roles(left.strip())[0] and right.strip():
         return left.strip(), right.strip()  # an unknown unit, to be told so
@@ -256,7 +394,7 @@ def suggest_role(header: str) -> str:
     """Propose the role whose name a header nearly is; "" if it is near to none."""
     if len(header) > MAX_HEADER:
         return ""
-    name, _ = _split_unit(header)
+    name, _ = split_unit(header)
     loose = re.sub(r"[\[(].*", "", name).strip()
     for key in (squeeze(loose).lower(), squeeze(re.split(r"[\s_]", loose or " ")[0]).lower()):
         close = difflib.get_close_matches(key, NAMES, n=1, cutoff=0.75) if len(key) > 2 else []

@@ -110,7 +110,7 @@ class Readings:
     others : tuple of Column
         Further columns of a role that is filled already, and derived ones (``inertia``); for comparison only.
     constants : mapping of str to float
-        ``g``, ``latitude``, ``ball_diameter``, ``ball_mass`` [SI]; only those given.
+        ``g``, ``latitude``, ``ball_diameter``, ``ball_mass``, ``rod_length`` [SI]; only those given.
     uncertainties : mapping of str to Uncertainty
         Every ``u_…`` given for the whole log.
     stated_at : mapping of str to Place or None
@@ -123,6 +123,11 @@ class Readings:
         "released" from rest, or "steady"; None where the log does not say.
     balanced : bool or None
         Whether the ball is balanced; None where the log does not say.
+    position_from : str or None
+        "surface" of the ball or "tip" of the rod, where the positions as typed count from there; None or "centre"
+        where they count from the centre of the ball. Those in `columns` always count from the centre.
+    origin_u : float
+        Standard uncertainty of the distance between that place and the centre [m].
     metadata : mapping of str to str
         All other ``# key: value`` lines, as written.
     reported : mapping of str to Reported
@@ -147,6 +152,8 @@ class Readings:
     balance_drift: tuple[float, float, float] | None = None
     motion: str | None = None
     balanced: bool | None = None
+    position_from: str | None = None
+    origin_u: float = 0.0
     metadata: Mapping[str, str] = field(default_factory=dict)
     reported: Mapping[str, Reported] = field(default_factory=dict)
     diagnostics: tuple[Diagnostic, ...] = ()

@@ -14,7 +14,7 @@ from gyrodata.diagnostics import (
     VALUE_BELOW_ITS_FIRST_ROW,
 )
 from gyrodata.readings.columns import Choice
-from gyrodata.readings.headers import MAX_HEADER, parse_header, suggest_role
+from gyrodata.readings.headers import MAX_HEADER, parse_header, suggest_role, turns_in
 from gyrodata.readings.lablog import Column, Faults, Place, listing, span
 from gyrodata.readings.roles import BY_NAME, COUNTS, ONE_TURN, SPIN_SETS, kind_of_role
 from gyrodata.readings.table import Table
@@ -174,21 +174,13 @@ _COUNT = re.compile(
 _REPEAT = re.compile(r"(?<![0-9])([1-9])(?:ª|º|\.|st|nd|rd|th)?(?![0-9])")
 
 
-_PART = re.compile(r"(?<![0-9./])([1-9])\s*[/⁄]\s*([2-9])(?![0-9])")
-_WRITTEN_PARTS = {"⅓": "1/3", "⅔": "2/3", "¼": "1/4", "¾": "3/4"}
-_WHOLE = re.compile(r"\b(?:one|full|whole|a|ganze|entier)\s+(?:turn|rev|cycle|rotation|tour|Umdreh|Umlauf)", re.IGNORECASE)
-
-
 def stated_turns(header: str) -> str:
     """Find the turns or the angle that a header says its time covers."""
-    part = _PART.search(header) or _PART.search("".join(_WRITTEN_PARTS.get(letter, letter) for letter in header))
-    if part:
-        return f"turns={part[1]}/{part[2]}"
-    if _WHOLE.search(header):
-        return "turns=1"
     match = _DEGREES.search(header)
     if match:
         return f'angle="{match[1].replace(",", ".")} deg"'
+    if turns := turns_in(header):
+        return f"turns={turns}"
     match = _COUNT.search(header)
     if match:
         return f"turns={match[1].replace(',', '.')}"

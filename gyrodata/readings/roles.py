@@ -55,7 +55,9 @@ TABLE: tuple[Role, ...] = (
             "mass, weight, load, added mass, added weight, add-on mass, additional mass, hanging mass, masses, mass "
             "added, Masse, Zusatzmasse, Gewicht, Zusatzgewicht, Auflagemasse, masse ajoutée, masse additionnelle, "
             "surcharge, масса, масса груза, груз, масса грузика, m груза, masa, masa añadida, peso, masa ciężarka, "
-            "obciążenie, ciężarek, masa obciążnika, massa, massa adicionada, 질량, 추의 질량"
+            "obciążenie, ciężarek, masa obciążnika, massa, massa adicionada, 질량, 추의 질량, mass used, weight used, mass "
+            "of weight, mass of the weight, mass on rod, extra mass, test mass, applied mass, weight mass, Masse des "
+            "Gewichts, Gewichtsstück, Massestück, добавочная масса, 质量, 砝码, 砝码质量, 附加质量, 重物质量"
         ),
         bound="not below zero",
         bound_hint="a weight on the counterweight side has a negative position",
@@ -71,14 +73,23 @@ TABLE: tuple[Role, ...] = (
         symbols="x X r R l L d",
         words=(
             "position, arm, lever arm, lever, radius, distance, moment arm, arm length, location, offset, distance "
-            "from centre, distance from center, distance from pivot, Position, Abstand, Hebelarm, Hebel, Arm, Radius, "
-            "Hebelarmlänge, Entfernung, bras, bras de levier, rayon, plече, плечо, расстояние, длина плеча, радиус, "
-            "положение, brazo, brazo de palanca, distancia, radio, posición, ramię, ramię siły, odległość, położenie, "
-            "posição, distância, raio, braço, braço de alavanca, 반경, 반지름, 거리, 팔 길이"
+            "from centre, distance from center, distance from pivot, Position, Abstand, Hebelarm, Hebel, Arm, "
+            "Radius, Hebelarmlänge, Entfernung, bras, bras de levier, rayon, plече, плечо, расстояние, длина плеча, "
+            "радиус, положение, brazo, brazo de palanca, distancia, radio, posición, ramię, ramię siły, odległość, "
+            "położenie, posição, distância, raio, braço, braço de alavanca, 반경, 반지름, 거리, 팔 길이, position on rod, "
+            "position of weight, weight position, position of mass, mass position, distance from ball centre, "
+            "distance from ball center, distance from centre of ball, distance from center of ball, distance from "
+            "the centre of the ball, distance from the center of the ball, distance to centre, distance to center, "
+            "distance from middle, distance along rod, center distance, centre distance, rod position, h, Abstand "
+            "vom Mittelpunkt, Abstand vom Zentrum, Abstand zur Mitte, Abstand von der Kugelmitte, Abstand vom "
+            "Kugelmittelpunkt, distance au centre, distance au centre de la boule, distance du centre, расстояние от "
+            "центра, расстояние до центра, distancia al centro, distancia desde el centro, distancia del centro, "
+            "odległość od środka, odległość od środka kuli, distância ao centro, distância do centro, 位置, 距离, 力臂, "
+            "到球心的距离, 距球心距离, 臂长, 半径"
         ),
         fills_down=True,
         sample="15 cm",
-        meaning="where on the rod the weight sits",
+        meaning="from the centre of the ball to the middle of the weight",
         part="load",
     ),
     Role(
@@ -86,9 +97,9 @@ TABLE: tuple[Role, ...] = (
         "torque",
         symbols="D Γ",
         words=(
-            "torque, moment, moment of force, applied torque, couple, moment du couple, Drehmoment, Moment, moment de "
-            "force, момент, момент силы, момент сил, вращающий момент, par, momento, momento de fuerza, torca, moment "
-            "siły, torque aplicado, 토크, 돌림힘"
+            "torque, moment, moment of force, applied torque, couple, moment du couple, Drehmoment, Moment, moment "
+            "de force, момент, момент силы, момент сил, вращающий момент, par, momento, momento de fuerza, torca, "
+            "moment siły, torque aplicado, 토크, 돌림힘, 力矩, 扭矩"
         ),
         fills_down=True,
         derived_from=(("position", "mass"), ("position", "force")),
@@ -114,7 +125,10 @@ TABLE: tuple[Role, ...] = (
             "vitesse de rotation propre, rotation propre, fréquence de rotation, régime, обороты ротора, частота "
             "вращения, скорость вращения, частота ротора, частота вращения ротора, velocidad de giro, velocidad de "
             "rotación, frecuencia de giro, prędkość obrotowa, obroty, częstotliwość obrotów, velocidade de rotação, "
-            "frequência de rotação, 자전 각속도, 회전 속도, 회전수"
+            "frequência de rotação, 자전 각속도, 회전 속도, 회전수, tach, tach reading, tachometer speed, ball rpm, ball spin, "
+            "rotations per minute, revolutions per minute, rotor rpm, ball rotation, ball rotation speed, spinning "
+            "speed, Kugeldrehzahl, Drehgeschwindigkeit, Rotationsgeschwindigkeit, скорость шара, частота шара, 转速, "
+            "自转, 自转角速度, 自转转速, 自转速度, 旋转速度"
         ),
         bound="not zero",
         fills_down=True,
@@ -171,6 +185,28 @@ TABLE: tuple[Role, ...] = (
         part="spin",
     ),
     Role(
+        "spin_time",
+        "time",
+        words="spin time, time of spin turns, time for spin turns",
+        bound="above zero",
+        fills_down=True,
+        sample="1.5 s",
+        meaning="the time of several turns of the ball",
+        derived_from=(("spin",), ("spin_start", "spin_end"), ("spin_period",)),
+        part="spin",
+    ),
+    Role(
+        "spin_turns",
+        "number",
+        words="spin turns, number of spin turns, ball turns, rotations of the ball, turns of the ball",
+        bound="above zero",
+        fills_down=True,
+        sample="10",
+        meaning="how many turns of the ball spin_time covers",
+        derived_from=(("spin",), ("spin_start", "spin_end"), ("spin_period",)),
+        part="spin",
+    ),
+    Role(
         "time",
         "time",
         symbols="t NT nT",
@@ -179,7 +215,9 @@ TABLE: tuple[Role, ...] = (
             "duration, elapsed time, total time, Zeit, Stoppuhr, Messzeit, gemessene Zeit, Dauer, Präzessionszeit, "
             "temps, durée, chrono, chronomètre, temps de précession, temps mesuré, время, секундомер, время "
             "прецессии, полное время, общее время, tiempo, cronómetro, tiempo medido, tiempo de precesión, czas, "
-            "stoper, czas precesji, zmierzony czas, tempo, tempo de precessão, 시간, 측정 시간"
+            "stoper, czas precesji, zmierzony czas, tempo, tempo de precessão, 시간, 측정 시간, time taken, time measured, "
+            "measured duration, stopwatch t, timer, lap time, clock, Stoppzeit, gestoppte Zeit, temps chronométré, "
+            "засечённое время, 时间, 测量时间, 秒表, 进动时间, 用时"
         ),
         bound="above zero",
         bound_hint="a run that was not timed is left blank",
@@ -193,12 +231,20 @@ TABLE: tuple[Role, ...] = (
         symbols="Noб Np NP",
         words=(
             "turns, revs, revolutions, number of turns, number of revolutions, precession turns, precession "
-            "revolutions, count, laps, rounds, cycles, no of turns, no of revolutions, fraction of turn, Umdrehungen, "
-            "Umläufe, Anzahl Umläufe, Anzahl Umdrehungen, Anzahl der Umdrehungen, tours, nombre de tours, обороты, "
-            "число оборотов, количество оборотов, оборотов, N оборотов, vueltas, número de vueltas, revoluciones, "
-            "liczba obrotów, liczba okrążeń, okrążenia, voltas, número de voltas, 횟수, 회전 횟수, 바퀴 수"
+            "revolutions, count, laps, rounds, cycles, no of turns, no of revolutions, fraction of turn, "
+            "Umdrehungen, Umläufe, Anzahl Umläufe, Anzahl Umdrehungen, Anzahl der Umdrehungen, tours, nombre de "
+            "tours, обороты, число оборотов, количество оборотов, оборотов, N оборотов, vueltas, número de vueltas, "
+            "revoluciones, liczba obrotów, liczba okrążeń, okrążenia, voltas, número de voltas, 횟수, 회전 횟수, 바퀴 수, "
+            "turn, rev, revolution, rotations, rotation count, number of rotations, # of turns, # turns, # of revs, "
+            "# revs, # of revolutions, # of rotations, number of revs, no of turns timed, turns timed, turns "
+            "counted, revs counted, fraction, fraction of revolution, fraction of a revolution, fraction of "
+            "rotation, fraction of a turn, fraction of rev, fraction of a rev, part of turn, number of precessions, "
+            "precessions, number of precession turns, Anteil der Umdrehung, Umdrehung, Umlauf, Bruchteil, tour, "
+            "fraction de tour, оборот, доля оборота, vuelta, fracción de vuelta, obrót, część obrotu, volta, fração "
+            "de volta, 圈数, 转数, 圈, 进动圈数"
         ),
         bound="above zero",
+        fills_down=True,
         sample="1",
         meaning="how many turns each time covers",
         instead=' (or the swept angle: a column angle [deg], "# angle: 120 deg", --set angle="120 deg")',
@@ -212,9 +258,10 @@ TABLE: tuple[Role, ...] = (
         words=(
             "angle, swept angle, precession angle, angle swept, angle of precession, Winkel, überstrichener Winkel, "
             "Präzessionswinkel, angle parcouru, angle de précession, угол, угол поворота, угол прецессии, ángulo, "
-            "ángulo barrido, kąt, kąt obrotu, kąt precesji, ângulo, 각도"
+            "ángulo barrido, kąt, kąt obrotu, kąt precesji, ângulo, 각도, angle turned, precessed angle, 角度, 进动角, 进动角度"
         ),
         bound="above zero",
+        fills_down=True,
         part="count",
         u_of="turns",
     ),
@@ -224,8 +271,8 @@ TABLE: tuple[Role, ...] = (
         symbols="Tp TP TΩ",
         words=(
             "period, precession period, period of precession, tau, Periode, Periodendauer, Präzessionsperiode, "
-            "Präzessionsdauer, période, période de précession, период, период прецессии, periodo, período, periodo de "
-            "precesión, okres, okres precesji, período de precessão, 주기, 세차 주기"
+            "Präzessionsdauer, période, période de précession, период, период прецессии, periodo, período, periodo "
+            "de precesión, okres, okres precesji, período de precessão, 주기, 세차 주기, time for one precession, 周期, 进动周期"
         ),
         bound="above zero",
         derived_from=(("time", "turns"), ("time", "angle")),
@@ -239,9 +286,9 @@ TABLE: tuple[Role, ...] = (
             "precession rate, precession speed, precession frequency, rate of precession, precession, phidot, phi "
             "dot, precession angular velocity, angular velocity of precession, Präzessionsfrequenz, "
             "Präzessionsgeschwindigkeit, Präzessionsrate, Präzessionswinkelgeschwindigkeit, vitesse de précession, "
-            "fréquence de précession, скорость прецессии, угловая скорость прецессии, частота прецессии, velocidad de "
-            "precesión, frecuencia de precesión, prędkość precesji, prędkość kątowa precesji, częstość precesji, "
-            "velocidade de precessão, frequência de precessão, 세차 각속도, 세차 속도"
+            "fréquence de précession, скорость прецессии, угловая скорость прецессии, частота прецессии, velocidad "
+            "de precesión, frecuencia de precesión, prędkość precesji, prędkość kątowa precesji, częstość precesji, "
+            "velocidade de precessão, frequência de precessão, 세차 각속도, 세차 속도, 进动角速度, 进动速度"
         ),
         bound="not zero",
         derived_from=(("time", "turns"), ("time", "angle")),
@@ -296,10 +343,10 @@ TABLE: tuple[Role, ...] = (
         "text",
         symbols="№ # No Nr nr",
         words=(
-            "run, run number, run no, run id, trial, measurement, no, nr, number, id, index, row, label, point, test, "
-            "attempt, Messung, Messung Nr, Versuch, Lauf, mesure, essai, numéro, опыт, номер, номер опыта, № опыта, № "
-            "п/п, измерение, medida, medición, ensayo, número, pomiar, nr pomiaru, nr pom, lp, medição, medida nº, "
-            "번호, 실험, 회차"
+            "run, run number, run no, run id, trial, measurement, no, nr, number, id, index, row, label, point, "
+            "test, attempt, Messung, Messung Nr, Versuch, Lauf, mesure, essai, numéro, опыт, номер, номер опыта, № "
+            "опыта, № п/п, измерение, medida, medición, ensayo, número, pomiar, nr pomiaru, nr pom, lp, medição, "
+            "medida nº, 번호, 실험, 회차, 组, 序号, 编号, 次数, run #, trial #, trial number, 实验"
         ),
     ),
     Role(
@@ -308,7 +355,7 @@ TABLE: tuple[Role, ...] = (
         words=(
             "note, notes, comment, comments, remark, remarks, Bemerkung, Bemerkungen, Kommentar, Notiz, remarque, "
             "commentaire, примечание, примечания, комментарий, nota, notas, observaciones, comentario, uwagi, uwaga, "
-            "observações, 비고"
+            "observações, 비고, 备注, observations, remarks / notes"
         ),
     ),
 )
@@ -356,10 +403,22 @@ LOADS, COUNTS, TIMINGS = (
 """Roles by the part of a run that they give; of several timings that are there, the first is used."""
 ONE_TURN = TIMINGS[1:]
 """Timings of one whole turn, which need no count."""
-SPIN_SETS = (("spin",), ("spin_start", "spin_end"), ("spin_period",), ("spin_period_start", "spin_period_end"))
+SPIN_SETS = (
+    ("spin",),
+    ("spin_start", "spin_end"),
+    ("spin_period",),
+    ("spin_period_start", "spin_period_end"),
+    ("spin_time", "spin_turns"),
+)
 """Each of these tells a run's spin; of several that are there, the first is used."""
 
-CONSTANTS = {"g": "acceleration", "latitude": "angle", "ball_diameter": "length", "ball_mass": "mass"}
+CONSTANTS = {
+    "g": "acceleration",
+    "latitude": "angle",
+    "ball_diameter": "length",
+    "ball_mass": "mass",
+    "rod_length": "length",
+}
 """Kinds of the constants of a log that are no role."""
 
 SHARED_UNCERTAINTIES = {
@@ -373,6 +432,7 @@ SHARED_UNCERTAINTIES = {
     "u_g": "acceleration",
     "u_ball_mass": "mass",
     "u_ball_diameter": "length",
+    "u_rod_length": "length",
 }
 """Kinds of the uncertainties that belong to no role of their own name."""
 
@@ -389,7 +449,10 @@ YES_OR_NO = dict.fromkeys(["yes", "true", "ja", "oui", "да", "sí", "si", "tak
     ["no", "false", "nein", "non", "нет", "nie", "não", "아니요"], False
 )
 """Whether the ball is balanced, in the languages of the headers."""
-KEYS = (*ROLES, *CONSTANTS, *UNCERTAINTIES, *BALANCE, MOTION, BALANCED)
+POSITION_FROM = "position_from"
+ORIGINS = {"centre": "centre", "center": "centre", "surface": "surface", "tip": "tip"}
+"""Where positions count from."""
+KEYS = (*ROLES, *CONSTANTS, *UNCERTAINTIES, *BALANCE, MOTION, BALANCED, POSITION_FROM)
 """Everything that ``# key: value``, ``--set`` and ``--config`` can give."""
 
 
@@ -469,9 +532,38 @@ def _words(text: str) -> set[str]:
     return {squeeze(word).lower() for word in text.split()}
 
 
+_TRIALS = (
+    "trial try attempt measurement run test reading rep repeat repetition take timing # no nr Messung Versuch Durchgang "
+    "Durchlauf Wiederholung essai mesure опыт измерение попытка замер medida medición ensayo intento prueba pomiar "
+    "próba powtórzenie medição ensaio tentativa 第 次 试验 测量 측정 시도"
+)
+_MEANS = (
+    "mean average avg ave mittel mittelwert mittlere mittlerer durchschnitt moyenne moyen moy среднее средний средняя "
+    "сред ср promedio prom media medio średnia średni śr média médio 平均 平均值 평균 "
+)
+_SUMMARIES = (
+    _MEANS + "σ s sd std stdev st stddev standard stdabw standardabweichung streuung écart écarttype отклонение ско "
+    "desviación desv desvest odchylenie desvio 标准差 标准偏差 표준편차 total sum summe somme итого сумма всего suma soma 合计 "
+    "median variance error uncertainty"
+)
+_NOT_THE_WEIGHT = (
+    "ball sphere globe rod stick shaft diameter dia radius disc disk wheel rotor counterweight length height width "
+    "thickness about approx approximately aim aiming target nominal ca circa around roughly up to max min kugel stab "
+    "stange durchmesser scheibe länge höhe etwa ungefähr boule sphère tige diamètre disque longueur environ шар шара "
+    "стержень стержня диаметр диск длина около bola esfera varilla diámetro longitud aproximadamente kula kuli pręt "
+    "średnica długość około haste diâmetro comprimento cerca 球 杆 直径 长度 ± +/-"
+)
+
+
 START_WORDS, END_WORDS, NOISE_WORDS, UNSURE_WORDS = _words(_START), _words(_END), _words(_NOISE), _words(_UNSURE)
 THEORY_WORDS = _words(_THEORY)
 """Words for what was worked out and not measured."""
+TRIAL_WORDS = _words(_TRIALS)
+"""Words that number the repeats of one setting."""
+MEAN_WORDS, SUMMARY_WORDS = _words(_MEANS), _words(_SUMMARIES)
+"""Words for a mean, and for all that stands below a table and is no run."""
+NOT_THE_WEIGHT = _words(_NOT_THE_WEIGHT)
+"""Words beside a quantity in a title that is no added weight, no place of it, and no spin that was read."""
 
 NAMES: dict[str, tuple[str, ...]] = {}
 """Roles by squeezed lower-case name."""

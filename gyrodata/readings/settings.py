@@ -43,6 +43,8 @@ from gyrodata.readings.roles import (
     KEYS,
     MOTION,
     MOTIONS,
+    ORIGINS,
+    POSITION_FROM,
     ROLES,
     TEXTS,
     UNCERTAINTIES,
@@ -86,6 +88,9 @@ class Settings:
     balance_drift: tuple[float, float, float] | None = None
     motion: str | None = None
     balanced: bool | None = None
+    position_from: str | None = None
+    steps: dict[str, float] = field(default_factory=dict)
+    """One step of the last digit of each constant [SI unit]."""
     metadata: dict[str, str] = field(default_factory=dict)
     reported: dict[str, Reported] = field(default_factory=dict)
     unread: set[str] = field(default_factory=set)
@@ -256,6 +261,11 @@ def _enter(settings: Settings, item: Given, ask: bool) -> None:
         if settings.balanced is None and item.text.strip():
             raise CellError("is neither yes nor no", 'write "yes" (balanced as in step 2) or "no"')
         return
+    if key == POSITION_FROM:
+        settings.position_from = ORIGINS.get(item.text.strip().lower())
+        if settings.position_from is None:
+            raise CellError("is no place that positions count from", 'write "centre" (of the ball), "surface" or "tip"')
+        return
     kind = kind_of_role(key)
     if key in UNCERTAINTIES:
         try:
@@ -278,6 +288,7 @@ def _enter(settings: Settings, item: Given, ask: bool) -> None:
             raise CellError("is not above zero")
         _refuse_beyond(key, cell.value)
         settings.constants[key] = cell.value
+        settings.steps[key] = cell.step or 0.0
         if cell.uncertainty is not None:
             settings.uncertainties.setdefault(f"u_{key}", cell.uncertainty)
         return

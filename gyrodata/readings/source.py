@@ -280,7 +280,7 @@ _MAX_UNPACKED = 100 * 1000 * 1000
 
 
 def _workbook_text(data: bytes, faults: Faults) -> str:
-    """Write the only filled sheet of a workbook as tab-separated text."""
+    """Write the filled sheets of a workbook below each other as tab-separated text."""
     import zipfile
 
     try:
@@ -298,26 +298,24 @@ def _workbook_text(data: bytes, faults: Faults) -> str:
     if unpacked > _MAX_UNPACKED:
         raise faults.refuse(FILE_TOO_LARGE, "the workbook unpacks to more than 100 MB", "a lab log has a few kilobytes")
     try:
-        openpyxl = import_module("openpyxl")
-    except ImportError:
-        hint = "pip install openpyxl, and it is read; or save the table as CSV"
-        raise faults.refuse(WORKBOOK_CANNOT_BE_READ, "this is an Excel workbook", hint) from None
-    try:
-        sheets = _sheets(openpyxl, data)
+        sheets = _sheets(data)
     except Exception as error:  # a damaged workbook can fail in any way inside the library
         reason = f"{type(error).__name__}: {error}"[:80]
         raise faults.refuse(
             WORKBOOK_CANNOT_BE_READ, f"the workbook cannot be read ({reason})", "save the table as CSV"
         ) from None
-    if len(sheets) != 1:
-        found = listing([name for name, _ in sheets]) or "none"
-        raise faults.refuse(
-            WORKBOOK_CANNOT_BE_READ, f"one filled sheet is needed; found: {found}", "save the log's sheet as CSV"
-        )
-    return "\n".join(table_text(sheets[0][1])) + "\n"
+    if not sheets:
+        raise faults.refuse(WORKBOOK_CANNOT_BE_READ, "the workbook is empty", "save the log's sheet as CSV")
+    if len(sheets) == 1:
+        return "\n".join(table_text(sheets[0][1])) + "\n"
+    # The name of a sheet is a title of what stands on it.
+    rows = [row for name, cells in sheets for row in ((f"sheet {name}",), *cells)]
+    return "\n".join(table_text(rows)) + "\n"
 
 
-def _sheets(openpyxl: Any, data: bytes) -> list[tuple[str, list[tuple[Any, ...]]]]:
+def _sheets(data: bytes) -> list[tuple[str, list[tuple[Any, ...]]]]:
+    """Give the name and the rows of each filled sheet."""
+    openpyxl = import_module("openpyxl")  # not at the start-up of every command
     book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
     filled = []
     for sheet in book.worksheets:

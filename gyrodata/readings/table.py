@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -13,21 +14,37 @@ from gyrodata.diagnostics import (
     BLANK_SPIN,
     BLANK_TAKES_VALUE_ABOVE,
     COLUMN_NOT_USED,
+    DATE_IS_A_FRACTION,
     NOTE_IS_ONLY_A_NUMBER,
     NUMBER_IMPOSSIBLE,
     OPTION_REPLACES_COLUMN,
     PER_SECOND_IS_AMBIGUOUS,
+    POSITION_MOVED,
+    POSITION_ORIGIN_UNKNOWN,
     ROW_TOO_LONG,
     ROW_WITHOUT_TIME,
+    TURNS_CONTRADICT_ANGLE,
+    TURNS_IN_HEADER,
+    TURNS_ROUNDED,
     UNCERTAINTY_CANNOT_BE_READ,
     UNIT_MISSING,
     UNIT_UNKNOWN,
     VALUE_BELOW_ITS_FIRST_ROW,
 )
-from gyrodata.quantities import Quantity, parse_uncertainty
-from gyrodata.readings.cells import BLANKS, CellError, check_value, read_cell
+from gyrodata.quantities import Quantity, parse_uncertainty, to_float
+from gyrodata.readings.cells import (
+    BLANKS,
+    CellError,
+    check_value,
+    fraction_of_date,
+    read_cell,
+    rounded_turns,
+    said_otherwise,
+)
 from gyrodata.readings.columns import Choice, Chosen
-from gyrodata.readings.grid import Layout, find_place, is_number, spot
+from gyrodata.readings.grid import Row, decimal_signs, find_place
+from gyrodata.readings.headers import origin_in
+from gyrodata.readings.layout import Layout, is_number
 from gyrodata.readings.lablog import Column, Faults, Place, Reading, span
 from gyrodata.readings.roles import (
     BY_NAME,
@@ -46,6 +63,15 @@ from gyrodata.readings.settings import Given, Settings
 from gyrodata.units import DISPLAY, KINDS, Uncertainty, UnitError, kinds_of, parse_unit
 
 _BLANK = Reading()
+_THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}[.,][0-9]{3}")
+_SMALL_DOUBT = 0.002
+"""Doubt about rounded turns, as a share of them, that no run notices."""
+_ORIGINS = {
+    "surface": ("ball_diameter", 0.5, "10.16 cm", "the diameter of your ball"),
+    "tip": ("rod_length", 1.0, "25.0 cm", "the length from the centre of the ball to the tip of the rod"),
+}
+"""What tells how far from the centre of the ball positions begin: key, share of it, sample, words."""
+_ONE = ("1", "1/2", "1/3", "1/4", "2/3", "3/4")
 _CONSTANT = -1
 """Spot of the value that holds for the whole log."""
 
@@ -59,6 +85,9 @@ class Table:
     notes: tuple[str, ...]
     columns: dict[str, Column]
     others: tuple[Column, ...]
+    position_from: str | None = None
+    origin_u: float = 0.0
+    """Standard uncertainty of the distance from there to the centre of the ball [m]."""
 
 
 class _Track(NamedTuple):
@@ -82,6 +111,8 @@ class _Builder:
     def __init__(self, layout: Layout, choice: Choice, settings: Settings, faults: Faults) -> None:
         self.choice, self.settings, self.faults = choice, settings, faults
         self.grid, self.rows, self.width = layout.grid, layout.rows, len(layout.cells)
+        self.head = Row(layout.cells[0].line, [])
+        self.signs = decimal_signs(self.grid)
         self.find = partial(find_place, self.grid.lines, self.grid.delimiter)
         self.replaced: set[str] = set()
         for role, given in settings.roles.items():
@@ -93,6 +124,10 @@ class _Builder:
                 self._note_replaced(given)
                 del choice.used[key]
         self.there = (set(choice.used) | set(settings.roles)) - TEXTS
+        if any(chosen.turns for chosen in choice.used.get("time", [])):
+            self.there.add("turns")
+        if any(chosen.turns for chosen in choice.used.get("spin_time", [])):
+            self.there.add("spin_turns")
         self.derived = derived_roles(self.there)
         self.derived |= {f"u_{role}" for role in self.derived}
 
@@ -130,6 +165,9 @@ class _Builder:
         for role, given in self.settings.roles.items():
             if role not in columns and plan:
                 columns[role] = self._constant_column(role, given, rows)
+        self._add_stated_turns(columns, times, plan)
+        self._warn_of_rounded_turns(columns.get("turns"))
+        position_from, origin_u = self._count_from_centre(columns)
         self._note_unheard(columns)
         others = [self._other(chosen, rows) for chosen in self.choice.others]
         labels = self._labels(rows)
@@ -140,6 +178,8 @@ class _Builder:
             tuple(self._text(i, notes[0].at) if notes else "" for i in rows),
             columns,
             tuple(other for other in others if other is not None),
+            position_from,
+            origin_u,
         )
 
     def _constant_column(self, role: str, given: Given, rows: list[int]) -> Column:
@@ -147,6 +187,96 @@ class _Builder:
         spreads = self._spreads(role, None, unit or None, self.faults)
         readings = tuple(given.reading(spreads[i]) for i in rows)
         return Column(role, given.label, unit, readings, (_CONSTANT,) * len(rows), given.place)
+
+    def _add_stated_turns(self, columns: dict[str, Column], times: list[_Track], plan: list[tuple[int, int]]) -> None:
+        """Give each time the turns that its header states, where no column and no option gives them."""
+        stating = [(role, chosen) for role in ("time", "spin_time") for chosen in self.choice.used.get(role, [])]
+        stating = [(role, chosen) for role, chosen in stating if chosen.turns]
+        told = []
+        for role, chosen in stating:
+            counts = "turns" if role == "time" else "spin_turns"
+            given = columns.get(counts) or columns.get("angle") if role == "time" else columns.get(counts)
+            if given is None or given.header == chosen.cell.text:
+                told.append(f'"{chosen.cell.text}" covers {chosen.turns} turn{"s" * (chosen.turns not in _ONE)}')
+        if "turns" in columns or "angle" in columns:
+            self._compare_stated(columns, times, plan)
+        elif any(role == "time" for role, _ in stating):
+            columns["turns"] = self._stated_column("turns", [times[k].chosen for _, k in plan])
+        spun = next((chosen for role, chosen in stating if role == "spin_time"), None)
+        if spun is not None and "spin_turns" not in columns:
+            columns["spin_turns"] = self._stated_column("spin_turns", [spun] * len(plan))
+        if told:
+            self.faults.add(TURNS_IN_HEADER, "; ".join(told), "", stating[0][1].cell)
+
+    def _warn_of_rounded_turns(self, turns: Column | None) -> None:
+        """Warn of 0.33, which is no third."""
+        for run, text in enumerate(dict.fromkeys(r.text for r in turns.readings if r.u is None) if turns else ()):
+            meant, doubt = rounded_turns(text)
+            if turns is not None and meant and doubt > _SMALL_DOUBT * to_float(text):
+                run = [reading.text for reading in turns.readings].index(text)
+                message = f'turns "{text}" is taken as {text} ± {doubt:.1g}: is it {meant}, rounded?'
+                self.faults.add(
+                    TURNS_ROUNDED, message, f"write {meant} where {meant} is meant", turns.place(run), len(text)
+                )
+
+    def _count_from_centre(self, columns: dict[str, Column]) -> tuple[str | None, float]:
+        """Make positions count from the centre of the ball, where the log says that they count from elsewhere."""
+        position, stated = columns.get("position"), self.settings.position_from
+        if position is None:
+            return stated, 0.0
+        in_header = "" if position.header.startswith(("#", "--")) else origin_in(position.header)
+        origin = stated or in_header
+        if origin in ("", "centre"):
+            return stated, 0.0
+        key, share, sample, what = _ORIGINS[origin]
+        length = self.settings.constants.get(key)
+        if length is None:
+            who = f'"{position.header}" counts' if in_header else "the positions count"
+            message = f"{who} from the {origin}, and the torque needs the distance from the centre of the ball"
+            hint = f'write "# {key}: {sample}" above the header, or --set {key}="{sample}", with {what}'
+            if not stated:
+                hint += '; if it counts from the centre: "# position_from: centre"'
+            self.faults.add(POSITION_ORIGIN_UNKNOWN, message, hint, position.place(0))
+            return origin, 0.0
+        shift = share * length
+        u = self.settings.uncertainties.get(f"u_{key}")
+        readings = tuple(
+            reading if reading.value is None else reading._replace(value=_from_centre(reading.value, origin, shift))
+            for reading in position.readings
+        )
+        columns["position"] = replace(position, readings=readings)
+        done = f"{100 * shift:.4g} cm is added to" if origin == "surface" else f"{100 * shift:.4g} cm less"
+        message = f"positions count from the {origin}: {done} each, so that all count from the centre of the ball"
+        self.faults.add(POSITION_MOVED, message, "", position.place(0))
+        rounding = self.settings.steps.get(key, 0.0) / math.sqrt(12)
+        return origin, share * (rounding if u is None else u.at(length))
+
+    def _stated_column(self, role: str, chosen: list[Chosen]) -> Column:
+        spread = stated_u(role, self.settings.uncertainties)
+        readings, spots = [], []
+        for one in chosen:
+            read = read_cell(one.turns, "number", "") if one.turns else None
+            readings.append(_BLANK if read is None else Reading(read.value, None, spread, one.turns))
+            spots.append(self.head.spot(one.at))
+        header = next(one.cell.text for one in chosen if one.turns)
+        return Column(role, header, "", tuple(readings), tuple(spots), None, self.find)
+
+    def _compare_stated(self, columns: dict[str, Column], times: list[_Track], plan: list[tuple[int, int]]) -> None:
+        """Ask, where a header states other turns than stand in their column."""
+        counts = columns.get("turns") or columns["angle"]
+        full = 1.0 if counts.role == "turns" else 2 * math.pi
+        for run, (_, k) in enumerate(plan):
+            turns, value = times[k].chosen.turns, counts.readings[run].value
+            if turns and value is not None and not counts.header.startswith("--"):
+                stated = read_cell(turns, "number", "").value
+                if abs(value / full - stated) > 0.02 * stated:
+                    cell = times[k].chosen.cell
+                    message = (
+                        f'"{cell.text}" covers {turns} turns, and "{counts.header}" says {counts.readings[run].text}'
+                    )
+                    hint = f"correct one of the two, or say which holds with --set turns={turns}"
+                    self.faults.add(TURNS_CONTRADICT_ANGLE, message, hint, counts.place(run))
+                    return
 
     def _note_unheard(self, columns: Mapping[str, Column]) -> None:
         """Name every ``u_…`` column that no readings take their uncertainty from."""
@@ -234,7 +364,8 @@ class _Builder:
             if text in BLANKS:
                 continue
             try:
-                cells[text] = cell = read_cell(text, kind, unit)
+                meant = said_otherwise(text, role)
+                cells[text] = cell = read_cell(meant or text, kind, unit, self._is_doubtful(text))
             except CellError as error:
                 if error.code == UNIT_MISSING:
                     bare = True
@@ -247,6 +378,12 @@ class _Builder:
         for row, text in zip(self.rows, texts, strict=True) if faulty else ():
             if text in faulty:
                 faults.add(*faulty[text], self.grid.cell(row, at))
+        if dates := [text for text in cells if kind == "number" and fraction_of_date(text)]:
+            row = next(row for row, text in zip(self.rows, texts, strict=True) if text == dates[0])
+            message = "; ".join(f'{role} "{text}" is {fraction_of_date(text)}' for text in dates[:4])
+            self.faults.add(
+                DATE_IS_A_FRACTION, f"{message}: a spreadsheet made a date of it", "", self.grid.cell(row, at)
+            )
         if bare:
             self._ask_for_unit(role, chosen, faults)
         if not strict and faults.found:
@@ -254,8 +391,14 @@ class _Builder:
             return None
         spreads = self._spreads(role, chosen, unit, faults if strict else Faults(faults.name))
         used = next((cell.unit for cell in cells.values()), "")
-        spots = [spot(row, at) for row in self.rows]
+        spots = [row.spot(at) for row in self.rows]
         return _Track(chosen, unit or used, _make_readings(texts, cells, spreads), spots, spreads)
+
+    def _is_doubtful(self, text: str) -> bool:
+        """Tell whether a comma or a point may part thousands: the table's other numbers have the other sign."""
+        if not _THOUSANDS.fullmatch(text):
+            return False
+        return self.signs != {","} if "," in text else self.signs == {","}
 
     def _ask_for_unit(self, role: str, chosen: Chosen, faults: Faults) -> None:
         kind = kind_of_role(role)
@@ -331,24 +474,34 @@ class _Builder:
                 filled += [i] if is_run[i] and track.readings[last].value is not None else []
         first = next((i for i, reading in enumerate(track.readings) if reading.text), -1)
         early = [i for i in early if i < first]
+        if filled and (BY_NAME[role].part in ("spin", "count")) and 2 * len(filled) < sum(is_run):
+            # Where nearly every run has its own, a blank cell was forgotten.
+            for i in filled:
+                track.readings[i] = _BLANK
+            if BY_NAME[role].part == "spin":
+                self._tell_forgotten(role, track, filled, faults)
+            filled = []
         if early:
             message = f"{role} is blank in {span([self.rows[i].line for i in early])}, above its first value"
             hint = "write each value in the first row that it belongs to"
             cell = self.grid.cell(self.rows[first], track.chosen.at)
             faults.add(VALUE_BELOW_ITS_FIRST_ROW, message, hint, cell)
         if filled:
-            self._tell_filled(role, track.chosen.at, filled, sum(is_run), faults)
+            self._tell_filled(role, track.chosen.at, filled, faults)
 
-    def _tell_filled(self, role: str, at: int, filled: list[int], runs: int, faults: Faults) -> None:
+    def _tell_forgotten(self, role: str, track: _Track, blank: list[int], faults: Faults) -> None:
+        row = self.rows[blank[0]]
+        message = f"{role} is blank in {span([self.rows[i].line for i in blank])}, where nearly every run has its own"
+        hint = "write what was read there, once more if it is the one above; or put # before the line of the run"
+        faults.add(BLANK_SPIN, message, hint, Place(row.line, 1))
+        for i in blank:
+            track.readings[i] = Reading(text="(blank)")  # what has been told of lacks nothing
+
+    def _tell_filled(self, role: str, at: int, filled: list[int], faults: Faults) -> None:
         lines = [self.rows[i].line for i in filled]
         row = self.rows[filled[0]]
         place = self.grid.cell(row, at).place if at < len(row.texts) else Place(row.line, 1)
-        blank = f"{role} is blank in {span(lines)}"
-        if BY_NAME[role].part == "spin" and 2 * len(filled) < runs:
-            hint = "the value above was taken; write it there if it was forgotten"
-            faults.add(BLANK_SPIN, f"{blank}, where nearly every run has its own", hint, place)
-        else:
-            faults.add(BLANK_TAKES_VALUE_ABOVE, f"{blank}: the value above was taken", "", place)
+        faults.add(BLANK_TAKES_VALUE_ABOVE, f"{role} is blank in {span(lines)}: the value above was taken", "", place)
 
     def _column(self, role: str, track: _Track, rows: list[int]) -> Column:
         """Put a track's rows in the order of the runs, with the value of the whole log in blank cells."""
@@ -401,6 +554,13 @@ class _Builder:
                     label += f" (line {self.rows[i].line})"
                 labels[label] = None
         return tuple(labels)
+
+
+def _from_centre(position: float, origin: str, shift: float) -> float:
+    """Give the distance from the centre of the ball [m]; a negative one is on the counterweight's side."""
+    if origin == "tip":
+        return shift - position
+    return position + math.copysign(shift, position)
 
 
 def _make_readings(texts: list[str], cells: dict[str, Quantity], spreads: list[Uncertainty | None]) -> list[Reading]:

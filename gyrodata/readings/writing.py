@@ -11,7 +11,7 @@ from gyrodata.errors import Diagnostic, InputError
 from gyrodata.quantities import parse_quantity
 from gyrodata.readings.cells import PREFIX, CellError, read_cell
 from gyrodata.readings.lablog import Column, Readings
-from gyrodata.readings.roles import FILLED_DOWN, ROLES, kind_of_role, stated_u
+from gyrodata.readings.roles import COUNTS, FILLED_DOWN, ROLES, kind_of_role, stated_u
 from gyrodata.units import SI, Uncertainty, UnitError, from_si
 
 
@@ -42,6 +42,8 @@ def write_log(readings: Readings) -> str:
         head.append(f"# motion: {readings.motion}")
     if readings.balanced is not None:
         head.append(f"# balanced: {'yes' if readings.balanced else 'no'}")
+    if readings.position_from is not None:
+        head.append(f"# position_from: {readings.position_from}")
     headers: list[str] = []
     cells: list[list[str]] = []
     for role in sorted(readings.columns, key=ROLES.index):
@@ -68,6 +70,10 @@ def _rows(readings: Readings) -> list[list[int]]:
         base, _, number = label.rpartition(".")
         if rows and number.isdigit() and int(number) == len(rows[-1]) + 1 and int(number) > 1:
             first = rows[-1][0]
+            # Times of other turns are no repeats of one setting.
+            if "turns" in readings.columns and len({readings.columns["turns"].values[i] for i in (first, run)}) > 1:
+                rows.append([run])
+                continue
             if readings.runs[first] == f"{base}.1" and readings.lines[first] == readings.lines[run]:
                 rows[-1].append(run)
                 continue
@@ -103,7 +109,7 @@ def _add_column(column: Column, rows: list[list[int]], headers: list[str], cells
     """Add one column; give the text of the reading that all blank cells share, if there is one."""
     ids = [column.spots[row[0]] for row in rows]
     # What was merged is merged again; what one line gave for the whole log becomes one line again.
-    fills = column.role in FILLED_DOWN and not column.header.startswith(("#", "--"))
+    fills = column.role in FILLED_DOWN and column.role not in COUNTS and not column.header.startswith(("#", "--"))
     shared = _shared(ids, fills, [column.readings[row[0]].value is not None for row in rows])
     texts: list[str] = []
     for i, row in enumerate(rows):

@@ -91,7 +91,8 @@ def test_compressed_parts_one_behind_the_other():
 
 
 def test_a_stray_cell_in_the_far_corner_of_a_workbook():
-    openpyxl = pytest.importorskip("openpyxl")
+    import openpyxl
+
     book = openpyxl.Workbook()
     book.active.append(["mass [g]", "position [cm]", "spin [rpm]", "time [s]", "turns"])
     book.active.append([20, 15.5, 206, 7.06, "1/3"])

@@ -368,8 +368,9 @@ def test_a_dataframe():
 
 
 def test_workbooks():
-    openpyxl = pytest.importorskip("openpyxl")
     import datetime
+
+    import openpyxl
 
     book = openpyxl.Workbook()
     book.active.append(["mass [g]", "position [cm]", "spin [rpm]", "time [s]", "turns"])
@@ -380,18 +381,6 @@ def test_workbooks():
     readings = read_log(stream.getvalue())
     assert readings.ok
     assert readings.columns["time"].values == (7.06, 216.26)  # noqa: PD011 (a Column, not a frame)
-
-
-def test_a_workbook_without_its_extra(monkeypatch):
-    import zipfile
-
-    stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w") as archive:
-        archive.writestr("xl/workbook.xml", "<workbook/>")
-    monkeypatch.setitem(sys.modules, "openpyxl", None)
-    diagnostic = refused(stream.getvalue())
-    assert diagnostic.code == "G108"
-    assert "pip install" in diagnostic.hint
 
 
 def test_options_that_make_no_sense():

@@ -165,7 +165,9 @@ HEADER_PARTED_BY_COMMA = _error(
 QUANTITY_MISSING = _error(
     "G301", "a quantity is missing", "mass [g],position [cm],spin [rpm],time [s]\n20,15.0,406,13.06\n"
 )
-RUN_LACKS_QUANTITY = _error("G302", "a run lacks a quantity", LOG + "20,15.0,406,13.06,1/3\n20,15.0,598,19.2,\n")
+RUN_LACKS_QUANTITY = _error(
+    "G302", "a run lacks a quantity", LOG + "20,15,406,13.1,1/3\n20,15,407,13.1,1/3\n20,15,598,19.2,\n"
+)
 TURNS_CONTRADICT_ANGLE = _error(
     "G303", "turns and angle contradict each other", HEAD + ",angle [deg]\n20,15.0,406,13.06,1/3,90\n"
 )

@@ -333,6 +333,8 @@ SHAPES = {
     "falling": "mass [g],position [cm],spin_start [rpm],spin_end [rpm],time [s],turns\n",
     "spin periods": "force [N],position [cm],spin_period_start [s],spin_period_end [s],time [s],angle [deg]\n",
     "spin period": "torque [mN*m],spin_period [s],precession_period [s]\n",
+    "timed spins": "# position_from: tip\n# rod_length: 40 cm\n"
+    "mass [g],position [cm],spin_time [s],spin_turns,time [s],turns\n",
     "rates": "torque [mN*m],spin [rpm],precession_rate [rad/s]\n",
     "tilted": "# transverse_inertia: 0.006 kg*m^2\n" + HEAD.strip() + ",pitch [deg]\n",
 }
@@ -340,6 +342,7 @@ CELLS = {
     "mass": (40, 80, 60), "position": (15.0,) * 3, "torque": (58.8, 117.6, 88.2), "force": (0.392, 0.784, 0.588),
     "spin": (200, 400, 600), "spin_start": (230, 460, 690), "spin_end": (170, 340, 510),
     "spin_period": (0.3, 0.15, 0.1), "spin_period_start": (0.27, 0.135, 0.09), "spin_period_end": (0.33, 0.165, 0.11),
+    "spin_time": (3.0, 1.5, 1.0), "spin_turns": (10,) * 3,
     "time": (3.31, 3.31, 6.62), "turns": ("1/3",) * 3, "angle": (120,) * 3, "precession_period": (9.94, 9.94, 19.87),
     "precession_rate": (0.632, 0.632, 0.316), "pitch": (40.0,) * 3,
 }  # fmt: skip

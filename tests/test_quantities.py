@@ -162,7 +162,9 @@ class TestACommaThatMayPartThousands:
         assert again.columns["transverse_inertia"].values == readings.columns["transverse_inertia"].values
 
     def test_is_written_as_a_point_where_a_line_stands_alone(self) -> None:
-        readings = read_log(f'{HEAD}\n46.25,15,406,13,1/3\n,15,598,19,1/3\n"46,300",15,406,13,1/3\n')
+        rows = "46,25;15;406;13;1/3\n;15;598;19;1/3\n46,300;15;406;13;1/3\n"
+        readings = read_log(f"{HEAD.replace(',', ';')}\n{rows}")
+        assert readings.ok
         assert read_log(write_log(readings)).columns["mass"].values == readings.columns["mass"].values
 
     @pytest.mark.parametrize("text", ["0,300 g m^2", "46,30 g m^2", "4,441e-3 kg m^2", "4,441×10⁻³ kg m²"])

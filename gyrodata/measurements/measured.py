@@ -390,6 +390,7 @@ def _find_unheard(readings: Readings, timing: Column) -> list[Diagnostic]:
     read |= {"position"} if load != "torque" else set()
     read |= {"turns" if "turns" in columns else "angle"} if timing.role == "time" else set()
     read |= {"weight_diameter"} if weighed else set()
+    read |= {"spin_turns"} if spins[0].role == "spin_time" else set()
     read |= {"pitch"}
     read |= {"transverse_inertia"} if "pitch" in columns or readings.motion == "released" else set()
     found = []

@@ -422,6 +422,9 @@ def _spin_errors(readings: Readings) -> tuple[Floats, bool]:
         absolute, relative, default = _reading_errors(column, values, _default_of_spin(readings, column))
         # The same relative uncertainty for a period and for its reciprocal.
         parts.append(relative + absolute / values)
+        if column.role == "spin_time":
+            counts = readings.columns["spin_turns"].readings
+            parts[-1] = np.hypot(parts[-1], [r.u.at(r.value) / r.value if r.u and r.value else 0.0 for r in counts])
         any_default |= default
     weights = spin_weights([as_spin(column) for column in used])
     squares = sum((weight * part) ** 2 for weight, part in zip(weights, parts, strict=True))

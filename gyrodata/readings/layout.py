@@ -131,6 +131,8 @@ def _is_head(row: Row) -> bool:
 def _find_tables(grid: Grid, faults: Faults) -> list[_Table] | None:
     """Part the rows into tables, each with its caption; leave titles, means and notes out."""
     rows = grid.rows
+    if _has_values_of_blocks(grid, faults):
+        return None
     first = next((at for at, row in enumerate(rows[:_TITLES_LOOKED_AT]) if _is_head(row)), None)
     if first is None:
         if _is_transposed(grid, faults):
@@ -147,13 +149,8 @@ def _find_tables(grid: Grid, faults: Faults) -> list[_Table] | None:
         faults.add(NO_HEADER_ROW, "there is no header row: the first row holds numbers", hint, grid.cell(head, 0))
         return None
     reader = _SheetReader(grid)
-    above: list[Row] = []
-    for row in rows[:first]:
-        if sum(bool(_ASSIGNMENT.fullmatch(text)) for text in row.texts) > 1 and _cycle(_names(head)):
-            above = [row]  # values of blocks that stand side by side
-        else:
-            reader.captions.append(row)
-    side_by_side = _part_columns(grid, above, rows[first:], faults)
+    reader.captions = rows[:first]
+    side_by_side = _part_columns(grid, rows[first:], faults)
     if side_by_side is None:
         return None
     for part in side_by_side:
@@ -411,15 +408,11 @@ def _names_below(table: _Table, row: Row) -> list[str]:
     # A header merged over the last columns leaves its row shorter than the runs.
     if any(at >= width + 8 for at in _filled(row)) or len(_filled(row)) < 2:
         return []
-    missing = len(row.texts) - width
-    if missing > 0:
-        last = table.cells[-1]
-        table.cells += [last._replace(text="") for _ in range(missing)]
-        table.headers += [parse_header("") for _ in range(missing)]
-    names = [""] * len(table.cells)
+    cells = table.cells + [table.cells[-1]._replace(text="")] * max(len(row.texts) - width, 0)
+    names = [""] * len(cells)
     parent = -1
     groups: dict[int, list[int]] = {}
-    for at, cell in enumerate(table.cells):
+    for at, cell in enumerate(cells):
         parent = at if cell.text else parent
         if at < len(row.texts) and row.texts[at]:
             groups.setdefault(parent, []).append(at)
@@ -449,7 +442,22 @@ def _names(row: Row) -> list[str]:
     return [name for text in row.texts if (name := squeeze(_COPY.sub("", text)))]
 
 
-def _part_columns(grid: Grid, above: list[Row], rows: list[Row], faults: Faults) -> list[list[Row]] | None:
+def _has_values_of_blocks(grid: Grid, faults: Faults) -> bool:
+    """Find "m=335 g" and "m=273 g" in one row, above names that repeat."""
+    for row, below in zip(grid.rows[:_TITLES_LOOKED_AT], grid.rows[1:], strict=False):
+        if sum(bool(_ASSIGNMENT.fullmatch(text)) for text in row.texts) > 1 and _cycle(_names(below)):
+            _refuse_side_by_side(grid, row, faults)
+            return True
+    return False
+
+
+def _refuse_side_by_side(grid: Grid, row: Row, faults: Faults) -> None:
+    shown = listing([text for text in row.texts if text])
+    hint = "put the blocks below each other, with a column for what differs (such as mass [g])"
+    faults.add(BLOCKS_SIDE_BY_SIDE, f"blocks stand side by side: {shown}", hint, grid.cell(row, 0))
+
+
+def _part_columns(grid: Grid, rows: list[Row], faults: Faults) -> list[list[Row]] | None:
     """Put whole tables that stand side by side below each other; None, with a diagnostic, if they lack something."""
     head = rows[0]
     period = _cycle(_names(head))
@@ -457,11 +465,8 @@ def _part_columns(grid: Grid, above: list[Row], rows: list[Row], faults: Faults)
         return [rows]
     starts = [*_filled(head)[::period], len(head.texts)]
     roles = {role for text in head.texts[: starts[1]] for role in parse_header(text).roles}
-    if above or not (roles & {"mass", "torque", "force"} and roles.intersection(TIMINGS)):
-        shown = listing([text for text in (above or [head])[0].texts if text])
-        hint = "put the blocks below each other, with a column for what differs (such as mass [g])"
-        cell = grid.cell((above or [head])[0], 0)
-        faults.add(BLOCKS_SIDE_BY_SIDE, f"blocks stand side by side: {shown}", hint, cell)
+    if not (roles & {"mass", "torque", "force"} and roles.intersection(TIMINGS)):
+        _refuse_side_by_side(grid, head, faults)
         return None
     parts = []
     for start, end in zip(starts, starts[1:], strict=False):

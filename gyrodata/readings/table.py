@@ -198,6 +198,8 @@ class _Builder:
             given = columns.get(counts) or columns.get("angle") if role == "time" else columns.get(counts)
             if given is None or given.header == chosen.cell.text:
                 told.append(f'"{chosen.cell.text}" covers {chosen.turns} turn{"s" * (chosen.turns not in _ONE)}')
+        if not stating:
+            return
         if "turns" in columns or "angle" in columns:
             self._compare_stated(columns, times, plan)
         elif any(role == "time" for role, _ in stating):
@@ -265,7 +267,7 @@ class _Builder:
         """Ask, where a header states other turns than stand in their column."""
         counts = columns.get("turns") or columns["angle"]
         full = 1.0 if counts.role == "turns" else 2 * math.pi
-        for run, (_, k) in enumerate(plan):
+        for run, (_, k) in enumerate(plan if times else []):
             turns, value = times[k].chosen.turns, counts.readings[run].value
             if turns and value is not None and not counts.header.startswith("--"):
                 stated = read_cell(turns, "number", "").value

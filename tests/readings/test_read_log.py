@@ -137,10 +137,10 @@ def test_filling_down():
     assert "lines 3-4, 6" in readings.diagnostics[0].message
 
 
-def test_a_single_blank_spin_looks_forgotten():
+def test_a_single_blank_spin_was_forgotten():
     readings = read_log(HEAD + ROW + "20,15,400,13,1/3\n20,15,,19,1/3\n")
     assert codes(readings) == ["G218"]
-    assert readings.ok
+    assert not readings.ok
 
 
 def test_never_filled_across_a_run_without_a_weight():
@@ -214,10 +214,8 @@ def test_a_second_column_of_a_role_is_only_compared():
 @pytest.mark.parametrize(
     ("cell", "code", "hint"),
     [
-        ("03.Jan", "G204", "1/3"),
-        ("3-Jan", "G204", "1/3"),
-        ("01. Mrz", "G204", "1/3"),
-        ("2026-01-03", "G204", ""),
+        ("5-Apr", "G204", "4/5"),  # or 5/4
+        ("2026-03-25", "G204", ""),
         ("l/3", "G203", ""),
         ("1/0", "G203", ""),
         ("NaN", "G203", "blank"),
@@ -249,7 +247,7 @@ def test_cells_that_are_no_numbers(cell, code, hint):
         ("7.06±0.3", 7.06),
         ("(7.06 +/- 0.3) s", 7.06),
         ("1.234", 1.234),
-        ('"1,234"', 1.234),
+        ('"0,234"', 0.234),
         (".5", 0.5),
         ("1.2e-1", 0.12),
         ("½", 0.5),
@@ -275,9 +273,7 @@ def test_rows_that_are_no_runs():
     ("text", "code"),
     [
         ("mass [g],20,40\nposition [cm],15,15\ntime [s],7,8\n", "G213"),
-        (HEAD + ROW + HEAD + ROW, "G212"),
-        (HEAD + ROW + "Task III\n" + ROW, "G214"),
-        ("Task I,,,,\n" + HEAD + ROW, "G214"),
+        (HEAD + ROW + HEAD.replace("[g]", "[kg]") + ROW, "G212"),
         ("m=335 g,,m=273 g,\nN,t,N,t\n1,2,3,4\n", "G211"),
         ("N,t [s],N.1,t [s].1\n1,2,3,4\n", "G211"),
         (ROW * 3, "G201"),

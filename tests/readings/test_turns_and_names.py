@@ -3,7 +3,7 @@
 import pytest
 
 from gyrodata.measurements import measure
-from gyrodata.readings import parse_header, read_log, stated_turns
+from gyrodata.readings import parse_header, read_log, stated_turns, write_log
 
 HEAD = "mass [g],position [cm],spin [rpm],"
 
@@ -63,23 +63,36 @@ def test_turns_that_a_header_tells_of(header, says):
     assert stated_turns(header) == says
 
 
-def test_turns_that_a_header_tells_of_are_proposed_and_not_taken():
-    readings = read_log(HEAD + "T Ω(180°) (s)\n20,15,400,19.6\n")
-    assert errors(readings) == ["G301", "G301"]
-    assert '--map time="T Ω(180°) (s)" --set angle="180 deg"' in hints(readings)[0]
-    answered = read_log(
-        HEAD + "T Ω(180°) (s)\n20,15,400,19.6\n", mapping={"time": "T Ω(180°) (s)"}, settings={"angle": "180 deg"}
-    )
-    assert answered.ok
+def test_turns_that_a_header_states_are_read_and_those_of_a_symbol_proposed():
+    stated = read_log(HEAD + "T Ω(180°) (s)\n20,15,400,19.6\n")
+    assert [d.code for d in stated.diagnostics] == ["G145"]
+    assert stated.columns["turns"].values == (0.5,)
+    short = read_log(HEAD + "T/2 (s)\n20,15,400,19.6\n")
+    assert '--map time="T/2 (s)" --set turns=1/2' in hints(short)[0]
+    assert read_log(HEAD + "T/2 (s)\n20,15,400,19.6\n", mapping={"time": "T/2 (s)"}, settings={"turns": "1/2"}).ok
+    two = read_log(HEAD + "t(1/3 rev) [s],t(2/3 rev) [s]\n20,15,400,6.6,13.1\n40,15,400,,6.6\n")
+    assert two.columns["turns"].values == (1 / 3, 2 / 3, 2 / 3)
+    assert read_log(write_log(two)).columns["turns"].values == (1 / 3, 2 / 3, 2 / 3)
     wheel = (
         "mass [g],position [cm],time for 10 revolutions (initial) (s),Time for 2 precession turns (s)\n20,15,1.5,22\n"
     )
-    spin, time, _ = hints(read_log(wheel))
+    (spin,) = hints(read_log(wheel))
     assert "spin_period" in spin
     assert "divide" in spin
-    assert '--map time="Time for 2 precession turns (s)" --set turns=2' in time
-    assert '--map time_2="Trial 2 (s)"' in hints(read_log(HEAD + "Trial 1 (s),Trial 2 (s),N\n20,15,400,7,7.1,1\n"))[0]
+    ball = read_log("mass [g],position [cm],time of 10 turns of the ball (s),time [s],turns\n20,15,1.5,22,1\n")
+    assert (ball.columns["spin_time"].values, ball.columns["spin_turns"].values) == ((1.5,), (10.0,))
+    # Ten turns may be those of the ball, where no spin is told.
+    assert errors(read_log("mass [g],position [cm],time of 10 turns (s),time [s],turns\n20,15,1.5,22,1\n")) == ["G301"]
+    trials = read_log(HEAD + "Trial 1 (s),Trial 2 (s),N\n20,15,400,7,7.1,1\n")
+    assert trials.columns["time"].values == (7.0, 7.1)
     assert '--map precession_period="T_P_1 [s]"' in hints(read_log(HEAD + "T_P_1 [s]\n20,15,400,39\n"))[0]
+
+
+def test_a_header_and_a_column_that_contradict_each_other():
+    log = HEAD + "Time for 1/3 rev (s),turns\n20,15,400,6.6,1\n"
+    assert errors(read_log(log)) == ["G303"]
+    assert read_log(log, settings={"turns": "1/3"}).columns["turns"].values == (1 / 3,)
+    assert read_log(log.replace(",1\n", ",1/3\n")).ok
 
 
 def test_a_period_beside_turns_is_asked_about():

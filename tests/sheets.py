@@ -328,11 +328,15 @@ def _dated(written: dict[str, str]) -> Callable[[list[Run]], Made]:
     return _cells(lambda run: run._replace(turns=written.get(run.turns, run.turns)))
 
 
-def _side_by_side(runs: list[Run]) -> Made:
+def _cells_side_by_side(runs: list[Run]) -> Cells:
     groups = list(by_mass(runs).values())
     cells: Cells = [[*HEAD, "", *HEAD, "", *HEAD]]
-    cells += [[*a, "", *b, "", *c] for a, b, c in zip(*groups, strict=True)]
-    return text_of(cells)
+    return typed(cells + [[*a, "", *b, "", *c] for a, b, c in zip(*groups, strict=True)])
+
+
+def _mean_row(runs: list[Run]) -> Made:
+    mean = sum(float(run.time) for run in runs) / len(runs)
+    return text_of([*rows(runs), [], ["", "", "404.67", f"{mean:.3f}", ""]])
 
 
 def _series(runs: list[Run]) -> Made:
@@ -453,7 +457,7 @@ HABITS: list[Habit] = [
         "columns in another order in the second table",
         _csv_of(lambda runs: [*rows(runs[:6]), HEAD[::-1], *(list(run)[::-1] for run in runs[6:])]),
     ),
-    Habit("whole tables side by side", _side_by_side),
+    Habit("whole tables side by side", _csv_of(_cells_side_by_side)),
     Habit("xlsx, mass merged", _merged("A")),
     Habit("xlsx, mass, arm and turns merged", _merged("ABE")),
     Habit("xlsx with an empty first row and column", _sheet(lambda runs: [[], *([None, *r] for r in rows(runs))])),
@@ -509,6 +513,110 @@ HABITS: list[Habit] = [
     ),
     Habit("weights that are none", lambda runs: text_of(rows(runs)).replace("\n0,", "\nnone,"), unloaded=True),
     Habit("no weight in words", lambda runs: text_of(rows(runs)).replace("\n0,", "\nno weight,"), unloaded=True),
+    Habit("xlsx, numbers as text", lambda runs: workbook({"Sheet1": rows(runs)})),
+    Habit(
+        "xlsx, times as times of the day",
+        lambda runs: workbook(
+            {
+                "Sheet1": [
+                    HEAD,
+                    *(
+                        [*typed([list(r[:3])])[0], datetime.timedelta(seconds=float(r.time)), number(r.turns)]
+                        for r in runs
+                    ),
+                ]
+            }
+        ),
+    ),
+    Habit(
+        "xlsx, worked out beside",
+        _sheet(
+            lambda runs: [
+                [*HEAD, "Period (s)", "Torque (N m)"],
+                *(
+                    [*r, f"{float(r.time) / float(Fraction(r.turns)):.2f}", f"{float(r.mass) / 1000 * G * ARM:.4f}"]
+                    for r in runs
+                ),
+            ]
+        ),
+    ),
+    Habit(
+        "xlsx, means of each weight below it",
+        _sheet(_blocks(lambda i, m: [f"Weight {i}", f"{m} g"], after=lambda group: [["Mean", "", "9.99"], []])),
+    ),
+    Habit(
+        "xlsx, trials below each other, merged",
+        lambda runs: workbook(
+            {
+                "Sheet1": typed(
+                    [
+                        ["Mass (g)", "Position (cm)", "Spin (rpm)", "Trial", "Time (s)", "Turns"],
+                        *(
+                            [
+                                *(r[:3] if k == 0 else ("", "", "")),
+                                str(k + 1),
+                                f"{float(r.time) + 0.1 * k:.2f}",
+                                r.turns,
+                            ]
+                            for r in runs
+                            for k in range(2)
+                        ),
+                    ]
+                )
+            }
+        ),
+    ),
+    Habit("xlsx, tables side by side", lambda runs: workbook({"S": _cells_side_by_side(runs)})),
+    Habit(
+        "xlsx, means on a second sheet",
+        lambda runs: workbook(
+            {
+                "Data": typed(rows(runs)),
+                "Averages": typed(rows([Run(m, "14.8", "404", "9.99", g[0].turns) for m, g in by_mass(runs).items()])),
+            }
+        ),
+    ),
+    Habit(
+        "xlsx, values above the table",
+        _sheet(lambda runs: [["Position (cm)", "14.8"], [], [HEAD[0], *HEAD[2:]], *([r[0], *r[2:]] for r in runs)]),
+    ),
+    Habit("a dash for no weight", lambda runs: text_of(rows(runs)).replace("\n0,", "\n-,"), unloaded=True),
+    Habit("means without a name", _mean_row),
+    Habit(
+        "the arm changes on the way",
+        _csv_of(lambda runs: [[HEAD[0], *HEAD[2:]], ["x = 14.8 cm"], *([r[0], *r[2:]] for r in runs)]),
+    ),
+    # what looks like an answer and is none
+    Habit(
+        "a ball in the title",
+        lambda runs: text_of([["Ball: 4.3 kg, diameter 10.16 cm"], HEAD[1:], *(list(run[1:]) for run in runs[:3])]),
+        settings={"mass": "20.1 g"},
+        says="--set mass",
+    ),
+    Habit(
+        "a rod in the title",
+        lambda runs: text_of([["Rod length 30.0 cm"], [HEAD[0], *HEAD[2:]], *([r[0], *r[2:]] for r in runs)]),
+        settings={"position": "14.8 cm"},
+        says="--set position",
+    ),
+    Habit(
+        "two weights in one caption",
+        lambda runs: text_of([["Weights 20.1 g and 40.3 g"], HEAD[1:], *(list(run[1:]) for run in runs[:3])]),
+        settings={"mass": "20.1 g"},
+        says="--set mass",
+    ),
+    Habit(
+        "a caption that forgets its weight",
+        _csv_of(_blocks(lambda i, m: [f"Weight {i}: {m} g" if i != 2 else "Weight 2"])),
+        edit=("Weight 2", "Weight 2: 40.3 g"),
+        says="mass",
+    ),
+    Habit(
+        "means of times among the runs",
+        _csv_of(lambda runs: [*rows(runs[:3]), ["", "", "", "9.99"], *(list(r) for r in runs[3:])]),
+        edit=(",,,9.99", "#,,,9.99"),
+        says="spin is blank",
+    ),
     # words for cells and headers
     Habit("about 398", _cells(lambda run: run._replace(spin=f"~{run.spin}")), edit=("~", "")),
     Habit(
@@ -585,3 +693,36 @@ HABITS: list[Habit] = [
         edit=("20.1,14.8,,", "20.1,14.8,604,"),
     ),
 ]
+
+
+HEADERS = {
+    "mass": (
+        "Mass (g); m (g); Weight (g); Added mass [g]; Mass used (g); Load (g); m [g]; mass_g; Mass of weight (g); "
+        "Hanging mass (g); Weight mass (g); Total mass (g); Weight #1 (g); Masse / g; Zusatzmasse [g]; masse (g); "
+        "Масса, г; masa (g); 质量 (g); 砝码质量/g; Mass of added weight (g)"
+    ),
+    "position": (
+        "Position (cm); x (cm); Distance (cm); Position on rod (cm); Weight position (cm); Distance from ball "
+        "center (cm); Distance from centre (cm); h (cm); r (cm); Lever arm (cm); d (cm); Arm length (cm); "
+        "Distance to center of ball (cm); Distance au centre (cm); Abstand / cm; Abstand vom Mittelpunkt (cm); "
+        "плечо, см; 力臂 (cm); 距离/cm; Location of mass (cm); L (cm); Moment arm (cm); Radius (cm)"
+    ),
+    "spin": (
+        "Spin (rpm); RPM; Tach; Tach (rpm); Avg RPM; Ball speed (rpm); Spin speed (rpm); ω (rpm); Speed (rpm); "
+        "Rotation speed (rpm); Angular velocity (rpm); Frequency (rpm); Rev/min; Drehzahl (1/min); n (rpm); N "
+        "(rpm); Vitesse (tr/min); Обороты (об/мин); 转速 (rpm); ψ̇ (rpm); Tachometer (rpm); Mean spin (rpm); Spin "
+        "Rate (RPM); f (rpm); psi_dot (rpm); Ball RPM; RPM (measured)"
+    ),
+    "time": (
+        "Time (s); t (s); Stopwatch (s); Time taken (s); Measured time (s); Precession time (s); t_prec (s); "
+        "Timer (s); Elapsed (s); Zeit / s; Zeit in s; temps (s); Время, с; tiempo (s); 时间 (s); 时间/s; Time [sec]; "
+        "time(seconds); Time, s; t[s]; Duration (s)"
+    ),
+    "turns": (
+        "Turns; N; Rev; Revs; Turn; Revolution; Revolutions; Rotations; Fraction; # of turns; Fraction of "
+        "revolution; No. of revolutions; number of turns; # revs; Fraction of a turn; Cycles; turns counted; "
+        "Umdrehungen; Anzahl Umdrehungen; Nombre de tours; Число оборотов; vueltas; 圈数; n (turns); Precession "
+        "turns; n; Precession (rev); Rev. fraction; Part of rev; How many turns"
+    ),
+}
+"""Headers as students write them, by what they mean, parted by semicolons."""

@@ -218,6 +218,8 @@ def with_unit(header: Header, unit: str) -> Header:
 def _fitting(roles: tuple[str, ...], unit: str) -> tuple[str, ...]:
     """Keep the roles that the unit can measure; all of them if it fits none, so that the unit is at fault."""
     kinds = kinds_of(unit)
+    if kinds == {"rate"} and roles == ("turns",):
+        return ("spin",)  # "Rotations (rpm)"
     kept = tuple(role for role in roles if kind_of_role(role) in kinds or (unit == "%" and role[:2] == "u_"))
     if "time" in kinds and not kept and "/" in unit and any(role.startswith("spin") for role in roles):
         # "spin [s/rev]" is a period under another name.
@@ -231,6 +233,8 @@ def split_unit(text: str) -> tuple[str, str | None]:
     if match:
         name, square, round_ = match.groups()
         inside = (square if square is not None else round_).strip()
+        if inside and all(squeeze(word).lower() in NOISE_WORDS for word in inside.split()):
+            return split_unit(name)  # "RPM (measured)"
         if square is not None or _is_unit_of(name, inside) or (kinds_of(inside) and not name_roles(name)[0]):
             return name.rstrip(" /,;"), inside or None
         if name_roles(text)[0] or not name_roles(name)[0]:
@@ -243,6 +247,8 @@ def split_unit(text: str) -> tuple[str, str | None]:
 
 def _split_loose(text: str) -> tuple[str, str | None]:
     """Part ``m, кг``, ``t / s``, ``Zeit in s``, ``mass_g``, ``time s``; a rate unit alone is the spin's."""
+    if kinds_of(text) == {"rate"} and name_roles(text.partition("/")[0].strip())[0] == ("turns",):
+        return "spin", text  # "Rev/min"
     match = _IN_UNIT.fullmatch(text)
     if match and _is_unit_of(match[1], match[2]):
         return match[1], match[2]

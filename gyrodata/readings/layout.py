@@ -20,6 +20,7 @@ from gyrodata.diagnostics import (
     HEADER_WITHOUT_RUNS,
     NO_HEADER_ROW,
     ROW_IS_ONLY_A_TITLE,
+    ROW_TAKEN_OUT,
     SUMMARY_LEFT_OUT,
     TABLE_LEFT_OUT,
     TABLE_TRANSPOSED,
@@ -73,6 +74,8 @@ class _Table:
     rows: list[Row] = field(default_factory=list)
     given: dict[str, tuple[str, tuple[int, int]]] = field(default_factory=dict)
     """What its caption says of its runs: text and origin by role."""
+    title: str = ""
+    """All words that stand above it."""
 
     @property
     def roles(self) -> set[str]:
@@ -172,6 +175,7 @@ class _SheetReader:
         self.words: list[tuple[Row, int]] = []
         """Rows that only say something, and where in them it stands."""
         self.summaries: list[Row] = []
+        self.taken_out: list[int] = []
         self.said: dict[int, str] = {}
         """What was taken from a caption, by its line."""
         self.fresh = True
@@ -199,6 +203,8 @@ class _SheetReader:
                 parse_header(name) if name else header for name, header in zip(names, table.headers, strict=True)
             ]
             table.cells = [cell._replace(text=name or cell.text) for name, cell in zip(names, table.cells, strict=True)]
+        elif row.texts[0] == "#":
+            self.taken_out.append(row.line)  # a # that a spreadsheet put into a cell of its own
         elif _is_summary(row, table):
             self.summaries.append(row)
         elif _is_words(row, table) or _is_caption(row, table):
@@ -208,11 +214,13 @@ class _SheetReader:
 
     def _take_run(self, row: Row) -> None:
         table = self.tables[-1]
+        title = " ".join(text for row in self.captions for text in row.texts)
         given = self._read_captions(table)
         if given and table.rows:
             table = _Table(table.head, table.cells, table.headers)
             self.tables.append(table)
         table.given |= given
+        table.title = f"{table.title} {title}"
         self.fresh = False
         width = len(table.cells)
         remarks = [at for at in range(width, len(row.texts)) if row.texts[at]]
@@ -248,6 +256,9 @@ class _SheetReader:
             lines = span(sorted({row.line for row, _ in words}))
             cell = self.grid.cell(*words[0])
             faults.add(ROW_IS_ONLY_A_TITLE, f"{lines}: only words ({texts}), left out", "", cell)
+        if self.taken_out:
+            cell = self.grid.cell(Row(self.taken_out[0], ["#"]), 0)
+            faults.add(ROW_TAKEN_OUT, f"{span(self.taken_out)}: begins with # and is left out", "", cell)
         if self.summaries:
             texts = listing([f'"{next(filter(None, row.texts))}"' for row in self.summaries], 4)
             lines = span([row.line for row in self.summaries])
@@ -357,11 +368,15 @@ def _is_words(row: Row, table: _Table) -> bool:
 
 
 def _is_caption(row: Row, table: _Table) -> bool:
-    """Find "Mass (g)", "20.1", or "20.1 g" alone in a row, of what the table has no column for."""
+    """Find "Mass (g)", "20.1", or "20.1 g" in a row that says nothing but what the table has no column for."""
     if len(_filled(row)) >= len(table.cells):
         return False
-    found = _pairs(row) or (_said(row) if len(_filled(row)) == 1 else [])
-    return bool(found) and (bool(_pairs(row)) or all(role in _lacking(table) for role, _, _ in found))
+    if _pairs(row):
+        return True
+    found = _said(row)
+    numbers = [at for at in _filled(row) if is_number(row.texts[at])]
+    lacking = _lacking(table)
+    return bool(found) and {at for *_, at in found} >= set(numbers) and all(role in lacking for role, *_ in found)
 
 
 def _is_summary(row: Row, table: _Table) -> bool:
@@ -530,7 +545,7 @@ def _is_timed(table: _Table) -> bool:
 
 def _is_of_means(table: _Table) -> bool:
     timings = [header for header in table.headers if set(header.roles).intersection(TIMINGS)]
-    return bool(timings) and all(is_of_means(header.text) for header in timings)
+    return is_of_means(table.title) or (bool(timings) and all(is_of_means(header.text) for header in timings))
 
 
 def is_of_means(header: str) -> bool:

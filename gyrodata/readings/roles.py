@@ -57,7 +57,8 @@ TABLE: tuple[Role, ...] = (
             "surcharge, масса, масса груза, груз, масса грузика, m груза, masa, masa añadida, peso, masa ciężarka, "
             "obciążenie, ciężarek, masa obciążnika, massa, massa adicionada, 질량, 추의 질량, mass used, weight used, mass "
             "of weight, mass of the weight, mass on rod, extra mass, test mass, applied mass, weight mass, Masse des "
-            "Gewichts, Gewichtsstück, Massestück, добавочная масса, 质量, 砝码, 砝码质量, 附加质量, 重物质量"
+            "Gewichts, Gewichtsstück, Massestück, добавочная масса, 质量, 砝码, 砝码质量, 附加质量, 重物质量, mass of added weight, "
+            "mass of the added weight"
         ),
         bound="not below zero",
         bound_hint="a weight on the counterweight side has a negative position",
@@ -85,7 +86,8 @@ TABLE: tuple[Role, ...] = (
             "Kugelmittelpunkt, distance au centre, distance au centre de la boule, distance du centre, расстояние от "
             "центра, расстояние до центра, distancia al centro, distancia desde el centro, distancia del centro, "
             "odległość od środka, odległość od środka kuli, distância ao centro, distância do centro, 位置, 距离, 力臂, "
-            "到球心的距离, 距球心距离, 臂长, 半径"
+            "到球心的距离, 距球心距离, 臂长, 半径, distance to center of ball, distance to centre of ball, distance to the centre "
+            "of the ball, location of mass, location of weight"
         ),
         fills_down=True,
         sample="15 cm",
@@ -217,7 +219,7 @@ TABLE: tuple[Role, ...] = (
             "прецессии, полное время, общее время, tiempo, cronómetro, tiempo medido, tiempo de precesión, czas, "
             "stoper, czas precesji, zmierzony czas, tempo, tempo de precessão, 시간, 측정 시간, time taken, time measured, "
             "measured duration, stopwatch t, timer, lap time, clock, Stoppzeit, gestoppte Zeit, temps chronométré, "
-            "засечённое время, 时间, 测量时间, 秒表, 进动时间, 用时"
+            "засечённое время, 时间, 测量时间, 秒表, 进动时间, 用时, t prec, t precession, elapsed"
         ),
         bound="above zero",
         bound_hint="a run that was not timed is left blank",
@@ -241,7 +243,8 @@ TABLE: tuple[Role, ...] = (
             "rotation, fraction of a turn, fraction of rev, fraction of a rev, part of turn, number of precessions, "
             "precessions, number of precession turns, Anteil der Umdrehung, Umdrehung, Umlauf, Bruchteil, tour, "
             "fraction de tour, оборот, доля оборота, vuelta, fracción de vuelta, obrót, część obrotu, volta, fração "
-            "de volta, 圈数, 转数, 圈, 进动圈数"
+            "de volta, 圈数, 转数, 圈, 进动圈数, how many turns, how many revolutions, part of rev, part of revolution, rev "
+            "fraction"
         ),
         bound="above zero",
         fills_down=True,
@@ -386,7 +389,7 @@ SHARED_WORDS = {
     "spin precession_rate": (
         "angular velocity, angular speed, angular frequency, frequency, Winkelgeschwindigkeit, Kreisfrequenz, "
         "Frequenz, vitesse angulaire, fréquence, угловая скорость, частота, velocidad angular, frecuencia, prędkość "
-        "kątowa, częstotliwość, rotation, frequência, velocidade angular, 각속도, 진동수"
+        "kątowa, częstotliwość, rotation, vitesse, frequência, velocidade angular, 각속도, 진동수"
     ),
     "turns precession_period": "периоды, periods",
     "precession_period spin_period": "Umlaufzeit, Umlaufdauer",

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import datetime
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -37,9 +38,9 @@ Made = str | bytes | dict[str, Cells]
 class Habit(NamedTuple):
     name: str
     make: Callable[[list[Run]], Made]
-    settings: dict[str, str] = {}
+    settings: Mapping[str, str] = MappingProxyType({})
     """The remedy: what the message says to give with --set."""
-    mapping: dict[str, str] = {}
+    mapping: Mapping[str, str] = MappingProxyType({})
     """The remedy: what the message says to give with --map."""
     edit: tuple[str, str] | None = None
     """The remedy: what the message says to change in the file."""
@@ -258,7 +259,7 @@ def _sheet(change: Callable[[list[Run]], Cells], *merges: str) -> Callable[[list
     return lambda runs: workbook({"Sheet1": typed(change(runs))}, merges)
 
 
-def _with(above: Cells = [], below: Cells = []) -> Callable[[list[Run]], Made]:
+def _with(above: Sequence[list[Any]] = (), below: Sequence[list[Any]] = ()) -> Callable[[list[Run]], Made]:
     return lambda runs: text_of([*above, *rows(runs), *below])
 
 

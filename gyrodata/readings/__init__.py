@@ -24,8 +24,8 @@ from gyrodata.readings.cells import (
 from gyrodata.readings.columns import choose, note_unplaced
 from gyrodata.readings.grid import decimal_signs, make_grid
 from gyrodata.readings.headers import parse_header
-from gyrodata.readings.layout import Layout, find_layout
 from gyrodata.readings.lablog import MOST_OF_ONE_CODE, Column, Faults, Place, Reading, Readings, listing, split_lines
+from gyrodata.readings.layout import Layout, find_layout
 from gyrodata.readings.meaning import check_meaning, stated_turns
 from gyrodata.readings.roles import (
     SHARED_UNCERTAINTIES,

@@ -87,17 +87,18 @@ _MONTH_DAY = re.compile(r"([^\W\d_]{3,9})\.?[\s-]*([0-9]{1,4})")
 _SPOKEN_CLOCK = re.compile(
     r"([0-9]{1,3})\s*(?:'|m|min|мин)\.?\s*([0-9]{1,2}(?:[.,][0-9]+)?)\s*(?:\"|''|s|sec|c|сек)?\.?"
 )
-_NO_WEIGHT = frozenset(
-    "none no noweight nomass noload nothing empty unloaded without ohne keins kein keine leer sans aucun aucune vide "
-    "нет без безгруза ничего sin sinpeso sinmasa ninguno ninguna nada brak bezciężarka sem semmassa nenhum nenhuma 无 空 "
-    "没有 없음".split()
-)
+_NO_WEIGHT_WORDS = """
+none no noweight nomass noload nothing empty unloaded without ohne keins kein keine leer sans aucun aucune vide
+нет без безгруза ничего sin sinpeso sinmasa ninguno ninguna nada brak bezciężarka sem semmassa nenhum nenhuma
+无 空 没有 없음
+"""
+_NO_WEIGHT = frozenset(_NO_WEIGHT_WORDS.split())
 _TURN_BEHIND = re.compile(
     r"(.*?)\s*(?:of\s+)?(?:an?\s+)?(?:turn|rev|revolution|rotation|lap|round|circle|cycle|Umdrehung|Umlauf|tour|оборот|"
     r"об|vuelta|volta|obrót|obrot|圈|转)\w*\.?",
     re.IGNORECASE,
 )
-_SEVERAL = re.compile(rf"([1-9][0-9]?)\s*[x×*·]\s*(.+)")
+_SEVERAL = re.compile(r"([1-9][0-9]?)\s*[x×*·]\s*(.+)")
 _SENSES = {
     "ccw": 1.0,
     "counterclockwise": 1.0,

@@ -12,9 +12,9 @@ from gyrodata.diagnostics import (
     MAPPED_HEADER_UNKNOWN,
     MAPPED_ROLE_UNKNOWN,
 )
-from gyrodata.readings.layout import Layout, is_of_means
 from gyrodata.readings.headers import Header, is_of_the_spin, turns_in, unit_for
 from gyrodata.readings.lablog import Faults, Text, listing
+from gyrodata.readings.layout import Layout, is_of_means
 from gyrodata.readings.roles import (
     BY_NAME,
     COUNTS,

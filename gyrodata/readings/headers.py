@@ -93,7 +93,6 @@ _PARTS = {
     "три": "3",
     "three": "3",
     "ein": "1",
-    "zwei": "2",
 }
 """Words of a count of turns."""
 _TURN = (
@@ -148,7 +147,7 @@ _ORIGIN = (
     ),
     (
         "tip",
-        r"\btip\b|end of (?:the )?rod|rod end|free end|Spitze|Stabende|extrémité|bout\b|конца|extremo|punta|końca|ponta|末端",
+        r"\btip\b|end of (?:the )?rod|rod end|free end|Spitze|Stabende|extrémité|bout\b|конца|extremo|punta|końca|末端",
     ),
 )
 

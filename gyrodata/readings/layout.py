@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from itertools import pairwise
 
 from gyrodata.diagnostics import (
     BLOCKS_SIDE_BY_SIDE,
@@ -37,7 +37,6 @@ from gyrodata.readings.roles import (
     FILLED_DOWN,
     MEAN_WORDS,
     NOT_THE_WEIGHT,
-    SPIN_SETS,
     SUMMARY_WORDS,
     TEXTS,
     TIMINGS,
@@ -484,7 +483,7 @@ def _part_columns(grid: Grid, rows: list[Row], faults: Faults) -> list[list[Row]
         _refuse_side_by_side(grid, head, faults)
         return None
     parts = []
-    for start, end in zip(starts, starts[1:], strict=False):
+    for start, end in pairwise(starts):
         part = []
         for row in rows:
             texts = row.texts[start:end]
@@ -703,7 +702,7 @@ def _is_time_series(layout: Layout, faults: Faults) -> bool:
             times = [to_float(fold_number(row.texts[at])) for row in layout.rows[:2000]]
         except (ValueError, IndexError):
             continue
-        steps = [later - earlier for earlier, later in zip(times, times[1:], strict=False)]
+        steps = [later - earlier for earlier, later in pairwise(times)]
         usual = sorted(steps)[len(steps) // 2]
         if usual > 0 and sum(0.5 * usual <= step <= 1.5 * usual for step in steps) >= 0.9 * len(steps):
             message = f"the {len(layout.rows)} times go up evenly: this is a time series, and one row a run is read"

@@ -55,10 +55,10 @@ TABLE: tuple[Role, ...] = (
             "mass, weight, load, added mass, added weight, add-on mass, additional mass, hanging mass, masses, mass "
             "added, Masse, Zusatzmasse, Gewicht, Zusatzgewicht, Auflagemasse, masse ajoutée, masse additionnelle, "
             "surcharge, масса, масса груза, груз, масса грузика, m груза, masa, masa añadida, peso, masa ciężarka, "
-            "obciążenie, ciężarek, masa obciążnika, massa, massa adicionada, 질량, 추의 질량, mass used, weight used, mass "
-            "of weight, mass of the weight, mass on rod, extra mass, test mass, applied mass, weight mass, Masse des "
-            "Gewichts, Gewichtsstück, Massestück, добавочная масса, 质量, 砝码, 砝码质量, 附加质量, 重物质量, mass of added weight, "
-            "mass of the added weight"
+            "obciążenie, ciężarek, masa obciążnika, massa, massa adicionada, 질량, 추의 질량, mass used, weight "
+            "used, mass of weight, mass of the weight, mass on rod, extra mass, test mass, applied mass, weight "
+            "mass, Masse des Gewichts, Gewichtsstück, Massestück, добавочная масса, 质量, 砝码, 砝码质量, 附加质量, "
+            "重物质量, mass of added weight, mass of the added weight"
         ),
         bound="not below zero",
         bound_hint="a weight on the counterweight side has a negative position",
@@ -77,17 +77,17 @@ TABLE: tuple[Role, ...] = (
             "from centre, distance from center, distance from pivot, Position, Abstand, Hebelarm, Hebel, Arm, "
             "Radius, Hebelarmlänge, Entfernung, bras, bras de levier, rayon, plече, плечо, расстояние, длина плеча, "
             "радиус, положение, brazo, brazo de palanca, distancia, radio, posición, ramię, ramię siły, odległość, "
-            "położenie, posição, distância, raio, braço, braço de alavanca, 반경, 반지름, 거리, 팔 길이, position on rod, "
-            "position of weight, weight position, position of mass, mass position, distance from ball centre, "
+            "położenie, posição, distância, raio, braço, braço de alavanca, 반경, 반지름, 거리, 팔 길이, position on "
+            "rod, position of weight, weight position, position of mass, mass position, distance from ball centre, "
             "distance from ball center, distance from centre of ball, distance from center of ball, distance from "
             "the centre of the ball, distance from the center of the ball, distance to centre, distance to center, "
             "distance from middle, distance along rod, center distance, centre distance, rod position, h, Abstand "
             "vom Mittelpunkt, Abstand vom Zentrum, Abstand zur Mitte, Abstand von der Kugelmitte, Abstand vom "
             "Kugelmittelpunkt, distance au centre, distance au centre de la boule, distance du centre, расстояние от "
             "центра, расстояние до центра, distancia al centro, distancia desde el centro, distancia del centro, "
-            "odległość od środka, odległość od środka kuli, distância ao centro, distância do centro, 位置, 距离, 力臂, "
-            "到球心的距离, 距球心距离, 臂长, 半径, distance to center of ball, distance to centre of ball, distance to the centre "
-            "of the ball, location of mass, location of weight"
+            "odległość od środka, odległość od środka kuli, distância ao centro, distância do centro, 位置, 距离, "
+            "力臂, 到球心的距离, 距球心距离, 臂长, 半径, distance to center of ball, distance to centre of ball, "
+            "distance to the centre of the ball, location of mass, location of weight"
         ),
         fills_down=True,
         sample="15 cm",
@@ -127,10 +127,10 @@ TABLE: tuple[Role, ...] = (
             "vitesse de rotation propre, rotation propre, fréquence de rotation, régime, обороты ротора, частота "
             "вращения, скорость вращения, частота ротора, частота вращения ротора, velocidad de giro, velocidad de "
             "rotación, frecuencia de giro, prędkość obrotowa, obroty, częstotliwość obrotów, velocidade de rotação, "
-            "frequência de rotação, 자전 각속도, 회전 속도, 회전수, tach, tach reading, tachometer speed, ball rpm, ball spin, "
-            "rotations per minute, revolutions per minute, rotor rpm, ball rotation, ball rotation speed, spinning "
-            "speed, Kugeldrehzahl, Drehgeschwindigkeit, Rotationsgeschwindigkeit, скорость шара, частота шара, 转速, "
-            "自转, 自转角速度, 自转转速, 自转速度, 旋转速度"
+            "frequência de rotação, 자전 각속도, 회전 속도, 회전수, tach, tach reading, tachometer speed, ball rpm, "
+            "ball spin, rotations per minute, revolutions per minute, rotor rpm, ball rotation, ball rotation speed, "
+            "spinning speed, Kugeldrehzahl, Drehgeschwindigkeit, Rotationsgeschwindigkeit, скорость шара, частота "
+            "шара, 转速, 自转, 自转角速度, 自转转速, 自转速度, 旋转速度"
         ),
         bound="not zero",
         fills_down=True,
@@ -217,9 +217,9 @@ TABLE: tuple[Role, ...] = (
             "duration, elapsed time, total time, Zeit, Stoppuhr, Messzeit, gemessene Zeit, Dauer, Präzessionszeit, "
             "temps, durée, chrono, chronomètre, temps de précession, temps mesuré, время, секундомер, время "
             "прецессии, полное время, общее время, tiempo, cronómetro, tiempo medido, tiempo de precesión, czas, "
-            "stoper, czas precesji, zmierzony czas, tempo, tempo de precessão, 시간, 측정 시간, time taken, time measured, "
-            "measured duration, stopwatch t, timer, lap time, clock, Stoppzeit, gestoppte Zeit, temps chronométré, "
-            "засечённое время, 时间, 测量时间, 秒表, 进动时间, 用时, t prec, t precession, elapsed"
+            "stoper, czas precesji, zmierzony czas, tempo, tempo de precessão, 시간, 측정 시간, time taken, time "
+            "measured, measured duration, stopwatch t, timer, lap time, clock, Stoppzeit, gestoppte Zeit, temps "
+            "chronométré, засечённое время, 时间, 测量时间, 秒表, 进动时间, 用时, t prec, t precession, elapsed"
         ),
         bound="above zero",
         bound_hint="a run that was not timed is left blank",
@@ -236,15 +236,15 @@ TABLE: tuple[Role, ...] = (
             "revolutions, count, laps, rounds, cycles, no of turns, no of revolutions, fraction of turn, "
             "Umdrehungen, Umläufe, Anzahl Umläufe, Anzahl Umdrehungen, Anzahl der Umdrehungen, tours, nombre de "
             "tours, обороты, число оборотов, количество оборотов, оборотов, N оборотов, vueltas, número de vueltas, "
-            "revoluciones, liczba obrotów, liczba okrążeń, okrążenia, voltas, número de voltas, 횟수, 회전 횟수, 바퀴 수, "
-            "turn, rev, revolution, rotations, rotation count, number of rotations, # of turns, # turns, # of revs, "
-            "# revs, # of revolutions, # of rotations, number of revs, no of turns timed, turns timed, turns "
-            "counted, revs counted, fraction, fraction of revolution, fraction of a revolution, fraction of "
+            "revoluciones, liczba obrotów, liczba okrążeń, okrążenia, voltas, número de voltas, 횟수, 회전 횟수, "
+            "바퀴 수, turn, rev, revolution, rotations, rotation count, number of rotations, # of turns, # turns, # "
+            "of revs, # revs, # of revolutions, # of rotations, number of revs, no of turns timed, turns timed, "
+            "turns counted, revs counted, fraction, fraction of revolution, fraction of a revolution, fraction of "
             "rotation, fraction of a turn, fraction of rev, fraction of a rev, part of turn, number of precessions, "
             "precessions, number of precession turns, Anteil der Umdrehung, Umdrehung, Umlauf, Bruchteil, tour, "
             "fraction de tour, оборот, доля оборота, vuelta, fracción de vuelta, obrót, część obrotu, volta, fração "
-            "de volta, 圈数, 转数, 圈, 进动圈数, how many turns, how many revolutions, part of rev, part of revolution, rev "
-            "fraction"
+            "de volta, 圈数, 转数, 圈, 进动圈数, how many turns, how many revolutions, part of rev, part of "
+            "revolution, rev fraction"
         ),
         bound="above zero",
         fills_down=True,
@@ -261,7 +261,8 @@ TABLE: tuple[Role, ...] = (
         words=(
             "angle, swept angle, precession angle, angle swept, angle of precession, Winkel, überstrichener Winkel, "
             "Präzessionswinkel, angle parcouru, angle de précession, угол, угол поворота, угол прецессии, ángulo, "
-            "ángulo barrido, kąt, kąt obrotu, kąt precesji, ângulo, 각도, angle turned, precessed angle, 角度, 进动角, 进动角度"
+            "ángulo barrido, kąt, kąt obrotu, kąt precesji, ângulo, 각도, angle turned, precessed angle, 角度, "
+            "进动角, 进动角度"
         ),
         bound="above zero",
         fills_down=True,
@@ -275,7 +276,8 @@ TABLE: tuple[Role, ...] = (
         words=(
             "period, precession period, period of precession, tau, Periode, Periodendauer, Präzessionsperiode, "
             "Präzessionsdauer, période, période de précession, период, период прецессии, periodo, período, periodo "
-            "de precesión, okres, okres precesji, período de precessão, 주기, 세차 주기, time for one precession, 周期, 进动周期"
+            "de precesión, okres, okres precesji, período de precessão, 주기, 세차 주기, time for one precession, "
+            "周期, 进动周期"
         ),
         bound="above zero",
         derived_from=(("time", "turns"), ("time", "angle")),
@@ -536,9 +538,9 @@ def _words(text: str) -> set[str]:
 
 
 _TRIALS = (
-    "trial try attempt measurement run test reading rep repeat repetition take timing # no nr Messung Versuch Durchgang "
-    "Durchlauf Wiederholung essai mesure опыт измерение попытка замер medida medición ensayo intento prueba pomiar "
-    "próba powtórzenie medição ensaio tentativa 第 次 试验 测量 측정 시도"
+    "trial try attempt measurement run test reading rep repeat repetition take timing # no nr Messung Versuch "
+    "Durchgang Durchlauf Wiederholung essai mesure опыт измерение попытка замер medida medición ensayo intento "
+    "prueba pomiar próba powtórzenie medição ensaio tentativa 第 次 试验 测量 측정 시도"
 )
 _MEANS = (
     "mean average avg ave mittel mittelwert mittlere mittlerer durchschnitt moyenne moyen moy среднее средний средняя "
@@ -546,8 +548,8 @@ _MEANS = (
 )
 _SUMMARIES = (
     _MEANS + "σ s sd std stdev st stddev standard stdabw standardabweichung streuung écart écarttype отклонение ско "
-    "desviación desv desvest odchylenie desvio 标准差 标准偏差 표준편차 total sum summe somme итого сумма всего suma soma 合计 "
-    "median variance error uncertainty"
+    "desviación desv desvest odchylenie desvio 标准差 标准偏差 표준편차 total sum summe somme итого сумма всего "
+    "suma soma 合计 median variance error uncertainty"
 )
 _NOT_THE_WEIGHT = (
     "ball sphere globe rod stick shaft diameter dia radius disc disk wheel rotor counterweight length height width "

@@ -44,8 +44,8 @@ from gyrodata.readings.cells import (
 from gyrodata.readings.columns import Choice, Chosen
 from gyrodata.readings.grid import Row, decimal_signs, find_place
 from gyrodata.readings.headers import origin_in
-from gyrodata.readings.layout import Layout, is_number
 from gyrodata.readings.lablog import Column, Faults, Place, Reading, span
+from gyrodata.readings.layout import Layout, is_number
 from gyrodata.readings.roles import (
     BY_NAME,
     COUNTS,

@@ -209,9 +209,10 @@ def list_sources(
     if load == "torque" or "position" not in columns:
         return sources
     sources.append(_by_value("position", columns["position"], position, values != 0))
-    zero = _of_whole_log(readings, "position_zero")
-    # What was added to every position is known no better than the ball's diameter, or the rod's length.
-    sources.append(replace(zero, absolute=np.hypot(zero.absolute, readings.origin_u)))
+    sources.append(_of_whole_log(readings, "position_zero"))
+    if readings.origin_u:
+        # What was added to every position is known no better than the ball's diameter, or the rod's length.
+        sources[-1] = replace(sources[-1], absolute=np.hypot(sources[-1].absolute, readings.origin_u))
     if load == "mass":
         sources.append(_gravity_source(readings))
         sources += _diameter_sources(columns, mass)

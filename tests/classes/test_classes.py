@@ -21,9 +21,9 @@ CELLS = {cell.name: cell for cell in cells()}
 SEED = 1
 
 HOLDS = [
-    (40, ["A careful: unjust loss", "A careful: loss for the bench's scatter", "A careful: slips or flags"]),
-    (42, ["B any right route: loss for the bench's scatter", "B any right route: slips or flags"]),
-    (36, ["G other benches: unjust loss", "G other benches: slips or flags"]),
+    (30, ["A careful: unjust loss", "A careful: loss for the bench's scatter", "A careful: slips or flags"]),
+    (35, ["B any right route: loss for the bench's scatter", "B any right route: slips or flags"]),
+    (30, ["G other benches: unjust loss", "G other benches: slips or flags"]),
     (25, ["D other copies: found", "D beside copies: false flags"]),
     (20, ["D honest, nominal spins too: false flags"]),
 ]
@@ -38,7 +38,7 @@ def test_what_must_hold_of_a_class(size: int, names: list[str]) -> None:
 
 
 def test_known_slips_are_named() -> None:
-    found = [(kind, student) for kind, student in slipped(40, SEED) if kind in OLD]
+    found = [(kind, student) for kind, student in slipped(20, SEED) if kind in OLD]
     assert {kind for kind, _ in found} == set(OLD)
     assert [kind for kind, student in found if not named(kind, student)] == []
 
@@ -57,7 +57,7 @@ def test_the_same_seed_gives_the_same_class() -> None:
 
 
 def test_a_class_that_is_wronged_is_seen() -> None:
-    made = careful(40, SEED)
+    made = careful(30, SEED)
     made = replace(made, document=_spoilt(made.document))
     assert made.unjust() == {"units": 1, "not graded": 1}
     assert made.accused() == 1

@@ -112,7 +112,11 @@ def is_number(text: str) -> bool:
 
 
 def _numbers(row: Row) -> int:
-    return sum(is_number(text) and not parse_header(text).roles for text in row.texts)
+    count = 0
+    for text in row.texts:
+        if is_number(text) and not parse_header(text).roles:
+            count += 1
+    return count
 
 
 def _filled(row: Row) -> list[int]:

@@ -80,6 +80,7 @@ _MONTHS = {
     for abbreviation in names.split()
 }
 _DATE_DIGITS = re.compile(r"[0-9]{1,4}[./-][0-9]{1,2}[./-][0-9]{1,4}(?:[ T].*)?")
+_DOTTED_CLOCK = re.compile(r"([0-9]{1,2})\.([0-5][0-9])\.([0-9]{2})")
 _DAY_MONTH = re.compile(r"([0-9]{1,4})[.\s-]*([^\W\d_]{3,9})\.?(?:[\s-]*[0-9]{2,4})?")
 _MONTH_DAY = re.compile(r"([^\W\d_]{3,9})\.?[\s-]*([0-9]{1,4})")
 _SPOKEN_CLOCK = re.compile(
@@ -186,7 +187,7 @@ def _not_a_number(text: str, written: Written | None) -> CellError:
     plain = fold_number(text)
     lower = plain.lower()
     if lower in ("nan", "na", "n/a", "#n/a", "none", "null", "inf", "-inf", "infinity", "#div/0!", "#value!"):
-        return CellError("is not a number", "leave the cell blank where nothing was measured")
+        return CellError("is not a number", "write the number, 0 for no weight; or put # before the line of a run that was not measured")
     date = _read_as_date(text)
     if date is not None:
         return date
@@ -227,6 +228,8 @@ def _read_as_date(text: str) -> CellError | None:
         return None
     if pair is None and not _DATE_DIGITS.fullmatch(text):
         return None
+    if clock := _DOTTED_CLOCK.fullmatch(text):
+        return CellError("is not a number", f"write it as {clock[1]}:{clock[2]}.{clock[3]}: minutes:seconds.hundredths")
     meant = f"did you mean {min(pair)}/{max(pair)}? " if pair else ""
     hint = meant + "A spreadsheet does that to fractions: make the cells text first"
     return CellError("is a date, not a number", hint, CELL_BECAME_A_DATE)

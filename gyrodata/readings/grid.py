@@ -392,7 +392,8 @@ def _starts_with_title(grid: Grid, faults: Faults) -> bool:
 
 
 def _add_title(cell: Text, faults: Faults) -> None:
-    hint = "put a # before the line, or take it out; what it says of the runs goes into a column"
+    ways = "take the line out" if cell.text.startswith("#") else "put a # before the line, or take it out"
+    hint = f"{ways}; what it says of the runs goes into a column"
     faults.add(ROW_IS_ONLY_A_TITLE, f'line {cell.line} holds only "{cell.text[:60]}"', hint, cell)
 
 

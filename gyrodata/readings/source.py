@@ -300,7 +300,7 @@ def _workbook_text(data: bytes, faults: Faults) -> str:
     try:
         openpyxl = import_module("openpyxl")
     except ImportError:
-        hint = 'pip install "gyrodata[xlsx]" reads it; or save the table as CSV'
+        hint = "pip install openpyxl, and it is read; or save the table as CSV"
         raise faults.refuse(WORKBOOK_CANNOT_BE_READ, "this is an Excel workbook", hint) from None
     try:
         sheets = _sheets(openpyxl, data)

@@ -43,7 +43,7 @@ from gyrodata.readings.roles import (
     u_keys,
 )
 from gyrodata.readings.settings import Given, Settings
-from gyrodata.units import DISPLAY, KINDS, Uncertainty, UnitError, parse_unit
+from gyrodata.units import DISPLAY, KINDS, Uncertainty, UnitError, kinds_of, parse_unit
 
 _BLANK = Reading()
 _CONSTANT = -1
@@ -215,7 +215,10 @@ class _Builder:
         except UnitError as error:
             if strict:
                 code = PER_SECOND_IS_AMBIGUOUS if error.reason == "ambiguous" else UNIT_UNKNOWN
-                faults.add(code, f'{role}, column "{chosen.cell.text}": {error}', error.hint, chosen.cell)
+                hint = error.hint
+                if role == "mass" and "force" in kinds_of(chosen.header.unit or ""):
+                    hint = f'a weight in newtons is a force: write the header as "force [{chosen.header.unit}]"'
+                faults.add(code, f'{role}, column "{chosen.cell.text}": {error}', hint, chosen.cell)
             else:
                 self._note_unused(role, chosen, str(error))
             return None

@@ -27,7 +27,15 @@ from gyrodata.comparisons import (
 )
 from gyrodata.diagnostics import NO_STEADY_PRECESSION, NO_TORQUE, TOO_MANY_SHARED_READINGS
 from gyrodata.errors import LogError
-from gyrodata.findings import count_findings, list_advice, not_measured, outlier_findings, refusal, whole_findings
+from gyrodata.findings import (
+    count_findings,
+    find_doubts,
+    list_advice,
+    not_measured,
+    outlier_findings,
+    refusal,
+    whole_findings,
+)
 from gyrodata.fitting import Estimate, FitResult, NoFit, Outlier
 from gyrodata.measurements import Measurements, measure, select
 from gyrodata.model import Model, choose_model, iterate_mean_rate
@@ -129,10 +137,15 @@ def analyze_readings(readings: Readings, options: Options | None = None) -> Anal
     p = fitting.chi2_tail(fit.chi2, fit.dof) if fit.dof > 0 else None
     birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else None
     listed = effects.list_effects(measured, fit, chosen)
-    advice = list_advice(select(measured, kept) if left_out else measured, fit, chosen.tilted)
     found += outlier_findings(readings, measured, fitted.outliers, left_out, fitted.without)
     patterns = look_for_patterns(measured, fit)
     found += whole_findings(readings, measured, fit, p, listed, patterns)
+    exponent = overall_exponent(measured, kept)
+    doubts = find_doubts(measured, fit, exponent, patterns)
+    # What another hour would gain is worked out for runs that follow the law.
+    advice = tuple(f"find the cause first: {doubt.remedy}" for doubt in doubts) or list_advice(
+        select(measured, kept) if left_out else measured, fit, chosen.tilted
+    )
     torques = torque_table(measured, fit, kept, chosen.tilted)
     one_torque = not fitting.torques_differ(measured.torque[kept])
     return Analysis(
@@ -148,6 +161,7 @@ def analyze_readings(readings: Readings, options: Options | None = None) -> Anal
         residual_torque=_result(fit.imbalance, "N*m"),
         timing_bias=_result(fit.timing_bias, "s"),
         if_balanced=fitting.if_balanced(measured, fit) if one_torque else None,
+        doubts=doubts,
         p=p,
         birge=birge,
         fits=named_fits(measured, fit, kept),
@@ -155,7 +169,7 @@ def analyze_readings(readings: Readings, options: Options | None = None) -> Anal
         sensitivity=list_sensitivity(measured, fit, torques, kept),
         effects=listed,
         power_law=power_laws(measured, kept),
-        exponent=overall_exponent(measured, kept),
+        exponent=exponent,
         constancy=constancy(measured, kept),
         ball=compare_with_ball(fit.inertia, readings.constants, readings.uncertainties),
         torques=torques,

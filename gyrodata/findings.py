@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from gyrodata import fitting, forecast
-from gyrodata.comparisons import CHANCE, Pattern, load_words, outlier_reason, pattern_words, turn_words
+from gyrodata.comparisons import CHANCE, Exponent, Pattern, load_words, outlier_reason, pattern_words, turn_words
 from gyrodata.diagnostics import (
     AGREES_TOO_WELL,
     BALANCE_POOR,
@@ -124,7 +126,8 @@ def outlier_findings(
     out = set(left_out)
     for outlier in outliers[:MOST_OF_ONE_CODE]:
         if outlier.index in out:
-            what = "correct the turns in the log" if outlier.turns is not None else "correct the slip, or time it again"
+            miscounted = "if you counted wrongly, correct the turns; if not, look at its spin and time; "
+            what = f"{miscounted * (outlier.turns is not None)}correct what you know to be wrong, or time it again"
             done, hint = "left out of the fits", f"{what}; --keep-flagged keeps the run"
         else:
             done = f"kept; without every run that looks odd I_zz = {without.value:.4g} kg*m^2" if without else "kept"
@@ -147,6 +150,52 @@ def outlier_findings(
 CONTRADICTING = 10.0
 """Runs that scatter so many times as much as stated contradict each other."""
 
+OTHER_LAW = 4.0
+"""An exponent further from 1 than so many of its u, at the scatter that the runs have beside that, is another law."""
+
+NO_ACCIDENT = 0.001
+"""Runs whose scatter is less likely than this do not follow the law within their uncertainties."""
+
+
+@dataclass(frozen=True, slots=True)
+class Doubt:
+    """A reason not to quote the answer, which not even its u holds."""
+
+    kind: Literal["contradiction", "exponent", "scatter", "pattern"]
+    words: str
+    """What is wrong."""
+    remedy: str
+    """Where to look for the cause."""
+
+
+def find_doubts(
+    measured: Measurements, fit: FitResult, exponent: Exponent | None, patterns: tuple[Pattern, ...]
+) -> tuple[Doubt, ...]:
+    """Say why the answer is not to be quoted as it stands, the weightiest reason first."""
+    if fit.scatter > CONTRADICTING:
+        words = f"the runs contradict each other: they scatter {fit.scatter:.3g} times as much as stated"
+        return (Doubt("contradiction", words, "look for a wrong digit, unit or count of turns in the runs"),)
+    found = []
+    if exponent is not None and fit.dof >= 2:
+        beside = (fit.chi2 - exponent.deviation**2) / (fit.dof - 1)
+        far = exponent.deviation / math.sqrt(max(beside, 1.0))
+        if abs(far) > OTHER_LAW:
+            words = (
+                f"the period grows as the spin to the power {exponent.value:.2f}, {abs(far):.0f} u from 1, "
+                "not in proportion to it"
+            )
+            late = "a hand that is late in every run, or turns that are wrong in the short runs"
+            drag = "a spin read at another moment than half time, or turns that are wrong in the long runs"
+            found.append(Doubt("exponent", words, f"look for {late if far < 0 else drag}"))
+    widest = fitting.doubt_of_widths(fitting.times_stated(measured))
+    if fit.dof > 0 and fitting.chi2_tail(fit.chi2 / widest**2, fit.dof) < NO_ACCIDENT:
+        words = f"the runs do not follow one line: they scatter {fit.scatter:.1f} times as much as stated"
+        remedy = "look for a run with a wrong count of turns, a wrong weight or a misread time, or state u_time as it is"
+        found.append(Doubt("scatter", words, remedy))
+    if patterns and patterns[0].p_corrected < CHANCE and patterns[0].name != "agreement":
+        found.append(Doubt("pattern", *pattern_words(patterns[0])))
+    return tuple(found)
+
 
 def _stated_time(measured: Measurements) -> str:
     """What the log says of its times: "0.14 s", or in words."""
@@ -154,6 +203,11 @@ def _stated_time(measured: Measurements) -> str:
     if time is None or time.relative.any() or np.ptp(time.absolute):
         return "stated"
     return f"{float(time.absolute[0]):.2g} s"
+
+
+def _wider_time(measured: Measurements, scatter: float) -> str:
+    """What the runs would need as their times' uncertainty: "0.3 s"."""
+    return f"{scatter * (measured.time_u or 0.14):.1g} s"
 
 
 def whole_findings(
@@ -180,7 +234,8 @@ def whole_findings(
             readings.diagnose(
                 SCATTER_TOO_LARGE,
                 f"the runs scatter {fit.scatter:.1f} times as much as {_stated_time(measured)}: u of I_zz holds that",
-                "state what your hand can do, for example # u_time: 0.3 s, or look for a run that is wrong",
+                "look for a run that is wrong, or a hand that is late; if times are really so uncertain, state it: "
+                f"# u_time: {_wider_time(measured, fit.scatter)}",
             )
         )
     if fit.contradicted_balance is not None:

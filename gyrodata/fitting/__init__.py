@@ -21,7 +21,7 @@ from gyrodata.fitting.inertia import (
 )
 from gyrodata.fitting.lines import LineFit, chi2_tail, fit_line
 from gyrodata.fitting.many import ManyFits, fit_many
-from gyrodata.fitting.posterior import K_95, scatter_prior
+from gyrodata.fitting.posterior import K_95, doubt_of_widths, scatter_prior
 from gyrodata.fitting.screening import OUTLIER, TURN_COUNTS, explaining_counts, screen
 from gyrodata.fitting.slowing import against_stars, phase_known, slowed, unslowed
 from gyrodata.fitting.start import sample
@@ -57,6 +57,7 @@ __all__ = [
     "balance_scale",
     "chi2_tail",
     "design_of",
+    "doubt_of_widths",
     "expected_u",
     "explaining_counts",
     "fit",

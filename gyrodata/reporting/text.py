@@ -9,6 +9,7 @@ from gyrodata.diagnostics import OUTLIER, OUTLIER_BEFORE_LEAVING, SINGLE_TORQUE,
 from gyrodata.errors import Diagnostic
 from gyrodata.measurements import torque_groups
 from gyrodata.reporting.content import (
+    FAR,
     Block,
     Cell,
     Head,
@@ -26,8 +27,7 @@ from gyrodata.reporting.phrases import visible
 from gyrodata.reporting.values import Writing, count_text
 from gyrodata.results import Analysis
 
-FAR = 2.0
-"""From how many standard uncertainties on a run is worth repeating that does not yet look odd."""
+MORE = "all the rest: gyro analyze -v, or the report's page"
 
 _OF_ONE_LOAD = {TOO_FEW_RUNS, SPINS_TOO_CLOSE}
 """Codes of what a single weight lacks."""
@@ -36,15 +36,17 @@ _TOLD_OTHERWISE = {OUTLIER, SINGLE_TORQUE, OUTLIER_BEFORE_LEAVING}
 """Odd runs are told with the weight they belong to, and one torque is too few by another code."""
 
 
-def summary(analysis: Analysis, writing: Writing = "plain") -> str:
-    """Write what a person reads first."""
+def summary(analysis: Analysis, writing: Writing = "plain", verbose: bool = True) -> str:
+    """Write what a person reads first: a screen, or all that needs no picture."""
     whole = report(analysis)
-    blocks = [[f"{whole.name}: {sentence_text(whole.size, writing)}"]]
-    for section in whole.sections:
+    top = _indented(sentence_text(line, writing) for line in (*whole.doubts, whole.answer))
+    blocks = [[f"{whole.name}: {sentence_text(whole.size, writing)}", f"  {sentence_text(whole.read_as, writing)}"]]
+    if not verbose:
+        blocks.append([*top, *_indented(sentence_text(line, writing) for line in whole.brief), f"  {MORE}"])
+    for section in whole.sections if verbose else ():
         told = [line for block in section.blocks if not block.full for line in _block(block, writing)]
         if told:
-            answer = _indented(sentence_text(line, writing) for line in (whole.doubt, whole.answer) if line)
-            blocks.append([*([section.title] if section.title else answer), *_indented(told)])
+            blocks.append([*([section.title] if section.title else top), *_indented(told)])
     return visible("\n\n".join("\n".join(block) for block in blocks)) + "\n"
 
 
@@ -101,6 +103,8 @@ def watch_text(analysis: Analysis, lacking: Iterable[Diagnostic], writing: Writi
     blocks = [
         [
             f"{whole.name}: {sentence_text(whole.size, writing)}",
+            f"  {sentence_text(whole.read_as, writing)}",
+            *_indented(sentence_text(doubt, writing) for doubt in whole.doubts),
             f"  {sentence_text(whole.answer, writing)}{relative}",
             f"  {sentence_text(residual_torque(analysis, torque).sentence, writing)}",
         ],

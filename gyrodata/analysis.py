@@ -113,18 +113,6 @@ def analyze_readings(readings: Readings, options: Options | None = None) -> Anal
         found.append(readings.diagnose(NO_TORQUE, "no run has a torque, so nothing ties the precession to I_zz",
                                        "add runs with a weight: mass and position"))  # fmt: skip
         raise LogError(found)
-
-    shared = sum(source.shared_count for source in measured.sources)
-    if shared * len(measured.runs) > LARGEST:
-        found.append(
-            readings.diagnose(
-                TOO_MANY_SHARED_READINGS,
-                f"{len(measured.runs)} runs with {shared} weights, positions and spins that stand in several of them "
-                "are too much for one fit",
-                "split the log, and give each part on its own",
-            )
-        )
-        raise LogError(found)
     try:
         fitted = fit_runs(readings, measured, options.model, options.keep_flagged)
     except LogError as error:
@@ -224,6 +212,14 @@ def fit_runs(readings: Readings, measured: Measurements, model: Model = "auto", 
     LogError
         If there is no answer, or none that can be believed; it says what to look at.
     """
+    shared = sum(source.shared_count for source in measured.sources)
+    if shared * len(measured.runs) > LARGEST:
+        message = (
+            f"{len(measured.runs)} runs with {shared} weights, positions and spins that stand in several of them "
+            "are too much for one fit"
+        )
+        hint = "split the log, and give each part on its own"
+        raise LogError([readings.diagnose(TOO_MANY_SHARED_READINGS, message, hint)])
     try:
         fitted = _fit_runs(measured, model, keep_flagged)
         fit = fitted.fit

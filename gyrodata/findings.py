@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -32,7 +32,8 @@ from gyrodata.effects import DROP_ONE, Effect
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Design, Estimate, FitResult, Outlier
 from gyrodata.measurements import SOURCES, Measurements, spin_columns, torque_groups
-from gyrodata.readings import MOST_OF_ONE_CODE, TIMINGS, Readings, to_display
+from gyrodata.readings import MOST_OF_ONE_CODE, TIMINGS, Readings, kind_of_role, to_display
+from gyrodata.units import from_si, parse_unit
 
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
 
@@ -190,7 +191,9 @@ def find_doubts(
     widest = fitting.doubt_of_widths(fitting.times_stated(measured))
     if fit.dof > 0 and fitting.chi2_tail(fit.chi2 / widest**2, fit.dof) < NO_ACCIDENT:
         words = f"the runs do not follow one line: they scatter {fit.scatter:.1f} times as much as stated"
-        remedy = "look for a run with a wrong count of turns, a wrong weight or a misread time, or state u_time as it is"
+        remedy = (
+            "look for a run with a wrong count of turns, a wrong weight or a misread time, or state u_time as it is"
+        )
         found.append(Doubt("scatter", words, remedy))
     if patterns and patterns[0].p_corrected < CHANCE and patterns[0].name != "agreement":
         found.append(Doubt("pattern", *pattern_words(patterns[0])))
@@ -324,12 +327,12 @@ def _fell_alone(measured: Measurements) -> list[int]:
 
 
 def digit_findings(readings: Readings, measured: Measurements, fit: FitResult) -> list[Diagnostic]:
-    """Say where the last digit written of a weight or a position makes most of u(I_zz), and what to write."""
+    """Say where the last digit written decides much of u(I_zz), with both answers, and what to write."""
     found = []
-    for role, sample in (("mass", "0.2 %"), ("position", "0.5 mm")):
+    for role in ("mass", "position", "time", "spin"):
         share = next((share for share in fit.budget if share.source == role), None)
         source = next((source for source in measured.sources if source.name == role), None)
-        if share is None or source is None or not source.default:
+        if share is None or source is None or not source.default or role not in readings.columns:
             continue
         column, touched = readings.columns[role], np.array(source.groups) >= 0
         size = np.where(touched, source.absolute + source.relative * np.abs(getattr(measured, role)), 1.0)
@@ -340,16 +343,29 @@ def digit_findings(readings: Readings, measured: Measurements, fit: FitResult) -
         if part * share.u_inertia < MOST * (fit.inertia.u or 0.0):
             continue
         first = int(np.argmax(ratio))
-        reading = column.readings[first]
-        (shown, unit), step = to_display(reading.value or 0.0, role), to_display(reading.step or 0.0, role)[0]
+        reading, less = column.readings[first], np.sqrt(1 - 0.99 * np.minimum(ratio, 1.0) ** 2)
+        finer = replace(source, absolute=source.absolute * less, relative=source.relative * less)
+        sources = tuple(finer if one is source else one for one in measured.sources)
+        left_out = tuple(np.flatnonzero(fit.adjusted.kept == 0).tolist())
+        better = fitting.fit(replace(measured, sources=sources), fit.adjusted.problem.tilted, left_out).inertia
+        kind = kind_of_role(role)
+        value, step = (from_si(number or 0.0, column.unit, kind) for number in (reading.value, reading.step))
         # One digit more, and as many as make a step of 1 %.
-        digits = max(0, 1 - math.floor(math.log10(step)), math.ceil(2 - math.log10(abs(shown))))
+        digits = max(0, 1 - round(math.log10(step)), math.ceil(2 - math.log10(abs(value))))
+        power = math.floor(math.log10(abs(fit.inertia.value)))
+        shown, then = (
+            f"{one.value / 10.0**power:.2f} ± {(one.u or 0.0) / 10.0**power:.2f}" for one in (fit.inertia, better)
+        )
+        unit = f" {column.unit}" if column.unit else ""
+        half, in_unit = to_display(0.5 * 10.0**-digits * parse_unit(column.unit, kind).factor, role)
         found.append(
             readings.diagnose(
                 DIGITS_TOO_FEW,
-                f'{role} "{reading.text}" is written to {step:.2g} {unit}: that rounding alone is '
-                f"{100 * part * share.u_inertia / abs(fit.inertia.value):.2g} % of I_zz, most of its uncertainty",
-                f"write every digit that was read, such as {shown:.{digits}f} {unit}, or # u_{role}: {sample}",
+                f'{role} "{reading.text}" is taken as anything from {value - step / 2:.4g} to {value + step / 2:.4g}'
+                f"{unit}: such rounding makes {100 * (part * share.u_inertia / (fit.inertia.u or 1.0)) ** 2:.0f} % of "
+                f"u². As written I_zz = ({shown})e{power} kg*m^2; as {value:.{digits}f} it would be {then}",
+                f"write every digit that was read, such as {value:.{digits}f}, or state what is known of it: "
+                f"# u_{role}: {half:.1g} {in_unit}",
                 column.place(first),
                 len(reading.text),
             )
@@ -358,7 +374,7 @@ def digit_findings(readings: Readings, measured: Measurements, fit: FitResult) -
 
 
 MOST = 0.5
-"""So much of u(I_zz) from the rounding of what is written is worth a word."""
+"""So much of u(I_zz), a quarter of u², from the rounding of what is written is worth a word."""
 
 
 def _model_findings(

@@ -183,7 +183,8 @@ def _odd_runs(readings: Readings, measured: Measurements, outliers: tuple[Outlie
         readings.diagnose(
             OUTLIER_BEFORE_LEAVING,
             f"run {measured.runs[outlier.index]}: {outlier_reason(measured, outlier)}",
-            "time it again before the weight comes off; correct its turns, spin or time only if you know what went wrong",
+            "time it again before the weight comes off; correct its turns, spin or time only if you know that they are "
+            "wrong",
             _place(readings, outlier.index),
         )
         for outlier in outliers

@@ -78,7 +78,8 @@ def fault(error: Exception, name: str = "") -> Diagnostic:
 
 
 _COLOURED = re.compile(
-    r"(?m)^(?P<place>(?:\S.*?: )?)(?P<told>(?P<severity>error|warning|note) G\d{3}:)|(?P<doubt>Do not rely on this answer:)"
+    r"(?m)^(?P<place>(?:\S.*?: )?)(?P<told>(?P<severity>error|warning|note) G\d{3}:)"
+    r"|(?P<doubt>Do not rely on this answer:)"
 )
 _COLOURS = {"error": "1;31", "warning": "1;33", "note": "36"}
 

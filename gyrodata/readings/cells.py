@@ -187,7 +187,10 @@ def _not_a_number(text: str, written: Written | None) -> CellError:
     plain = fold_number(text)
     lower = plain.lower()
     if lower in ("nan", "na", "n/a", "#n/a", "none", "null", "inf", "-inf", "infinity", "#div/0!", "#value!"):
-        return CellError("is not a number", "write the number, 0 for no weight; or put # before the line of a run that was not measured")
+        return CellError(
+            "is not a number",
+            "write the number, 0 for no weight; or put # before the line of a run that was not measured",
+        )
     date = _read_as_date(text)
     if date is not None:
         return date

@@ -218,7 +218,9 @@ _REPEAT = re.compile(r"(?<![0-9])([1-9])(?:ª|º|\.|st|nd|rd|th)?(?![0-9])")
 
 _PART = re.compile(r"(?<![0-9./])([1-9])\s*[/⁄]\s*([2-9])(?![0-9])")
 _WRITTEN_PARTS = {"⅓": "1/3", "⅔": "2/3", "¼": "1/4", "¾": "3/4"}
-_WHOLE = re.compile(r"\b(?:one|full|whole|a|ganze|entier)\s+(?:turn|rev|cycle|rotation|tour|Umdreh|Umlauf)", re.IGNORECASE)
+_WHOLE = re.compile(
+    r"\b(?:one|full|whole|a|ganze|entier)\s+(?:turn|rev|cycle|rotation|tour|Umdreh|Umlauf)", re.IGNORECASE
+)
 
 
 def stated_turns(header: str) -> str:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 from gyrodata import __version__
 from gyrodata.comparisons import Run, turn_words
+from gyrodata.diagnostics import DIGITS_TOO_FEW
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate
 from gyrodata.measurements import torque_groups
@@ -51,6 +52,9 @@ WEIGHTS = 5
 
 FAR = 2.0
 """From how many standard uncertainties on a run is worth repeating that does not yet look odd."""
+
+FIRST = {DIGITS_TOO_FEW}
+"""Diagnostics that the page tells on its first screen."""
 
 FEW = 3
 """Of runs or of advice, so many are told on the first screen."""
@@ -369,6 +373,9 @@ def _size(analysis: Analysis) -> Sentence:
 
 def _summary(analysis: Analysis, scale: Scale, torque: Scale) -> Iterator[Block]:
     inertia, bias = analysis.inertia, analysis.timing_bias
+    first = [_diagnostic(i, found) for i, found in enumerate(analysis.diagnostics) if found.code in FIRST]
+    if first:
+        yield Text(tuple(first), full=True)
     yield Text((_verdict(analysis),))
     if analysis.if_balanced is not None:
         yield Text(_on_balance(analysis, analysis.if_balanced, scale))
@@ -710,9 +717,9 @@ def _constant(analysis: Analysis, scale: Scale, torque: Scale) -> tuple[Block, .
         f", which shifts the line and leaves its slope alone{balance}.",
     )
     if analysis.doubts:
+        unsaid = "Whether the torque grows in proportion to φ̇ψ̇ these runs do not show: they do not follow one line."
         words = (
-            "Whether the torque grows in proportion to φ̇ψ̇ these runs do not show: they do not follow one line. If "
-            "they did, the residual torque would be ",
+            f"{unsaid} If they did, the residual torque would be ",
             value,
             ", and the slope I_zz as above.",
         )

@@ -28,12 +28,14 @@ from gyrodata.comparisons import (
 from gyrodata.diagnostics import NO_STEADY_PRECESSION, NO_TORQUE, TOO_MANY_SHARED_READINGS
 from gyrodata.errors import LogError
 from gyrodata.findings import (
+    body_findings,
     count_findings,
     find_doubts,
     list_advice,
     not_measured,
     outlier_findings,
     refusal,
+    size_findings,
     whole_findings,
 )
 from gyrodata.fitting import Estimate, FitResult, NoFit, Outlier
@@ -108,7 +110,8 @@ def analyze_readings(readings: Readings, options: Options | None = None) -> Anal
     if any(diagnostic.severity == "error" for diagnostic in readings.diagnostics):
         raise LogError(readings.diagnostics)
     measured = measure(readings)
-    found = [*readings.diagnostics, *measured.diagnostics]
+    sizes = size_findings(readings, measured)
+    found = [*readings.diagnostics, *measured.diagnostics, *sizes]
     if not np.any(measured.torque):
         found.append(readings.diagnose(NO_TORQUE, "no run has a torque, so nothing ties the precession to I_zz",
                                        "add runs with a weight: mass and position"))  # fmt: skip
@@ -134,6 +137,7 @@ def analyze_readings(readings: Readings, options: Options | None = None) -> Anal
     advice = tuple(f"find the cause first: {doubt.remedy}" for doubt in doubts) or list_advice(
         select(measured, kept) if left_out else measured, fit, chosen.tilted
     )
+    found += body_findings(readings, measured, fit, bool(sizes))
     torques = torque_table(measured, fit, kept, chosen.tilted)
     one_torque = not fitting.torques_differ(measured.torque[kept])
     return Analysis(

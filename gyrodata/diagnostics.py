@@ -387,6 +387,38 @@ NOT_MEASURED = _error(
     G + "# u_time: 100 s\n" + LOG + "20.00,15.0,206,20.4,1\n40.00,15.0,407,20.2,1\n60.00,15.0,407,13.4,1\n",
 )
 
+# what is not of this lab
+_KILOGRAMS_LOG = _ODD_RUN.replace("[g]", "[kg]")
+SIZE_UNUSUAL = _warning("G440", "a reading that is not of this lab: is this the unit?", _KILOGRAMS_LOG)
+_EXCHANGED_LOG = f"""{G}\
+mass [g],position [cm],time [s],spin [rpm],turns
+20.1,14.8,212,7.02,1/3
+20.1,14.8,398,12.96,1/3
+40.3,14.8,398,6.51,1/3
+40.3,14.8,604,9.94,1/3
+60.2,14.8,398,13.26,1
+60.2,14.8,604,19.97,1
+"""
+COLUMNS_EXCHANGED = _warning("G441", "the columns of spin and time are exchanged", _EXCHANGED_LOG)
+_HUGE_LOG = f"""{G}\
+torque [N*m],spin [rpm],time [s],turns
+10,200,12.3,1/100
+20,400,12.1,1/100
+30,600,12.2,1/100
+"""
+INERTIA_UNUSUAL = _warning("G442", "a moment of inertia that is not of this lab", _HUGE_LOG)
+_SURFACE_LOG = f"""{G}\
+# ball_mass: 4.3 kg
+# ball_diameter: 10.16 cm
+{LOG}\
+20.00,9.92,206,20.4,1
+20.00,9.92,407,40.4,1
+40.00,9.92,405,20.1,1
+60.00,9.92,404,13.4,1
+60.00,9.92,603,20.0,1
+"""
+BALL_DISAGREES = _warning("G443", "I_zz is not that of the ball or disk in the log", _SURFACE_LOG)
+
 # the procedure
 _TOO_FEW_WEIGHTS_LOG = f"""{G}{LOG}\
 20.00,15.0,206,20.4,1

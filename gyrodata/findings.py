@@ -9,12 +9,24 @@ from typing import Literal
 import numpy as np
 
 from gyrodata import fitting, forecast
-from gyrodata.comparisons import CHANCE, Exponent, Pattern, load_words, outlier_reason, pattern_words, turn_words
+from gyrodata.comparisons import (
+    CHANCE,
+    Exponent,
+    Pattern,
+    compare_with_ball,
+    load_words,
+    outlier_reason,
+    pattern_words,
+    turn_words,
+)
 from gyrodata.diagnostics import (
     AGREES_TOO_WELL,
     BALANCE_POOR,
     BALANCE_TEST_CONTRADICTED,
+    BALL_DISAGREES,
+    COLUMNS_EXCHANGED,
     DIGITS_TOO_FEW,
+    INERTIA_UNUSUAL,
     NO_INERTIA_FITS,
     NOT_MEASURED,
     OUTLIER,
@@ -23,6 +35,7 @@ from gyrodata.diagnostics import (
     RUNS_CONTRADICT_EACH_OTHER,
     SCATTER_TOO_LARGE,
     SINGLE_TORQUE,
+    SIZE_UNUSUAL,
     SPIN_FELL_ALONE,
     TRANSVERSE_INERTIA_NOT_GIVEN,
     TURNS_OF_WEIGHTS_WRONG,
@@ -33,6 +46,7 @@ from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Design, Estimate, FitResult, Outlier
 from gyrodata.measurements import SOURCES, Measurements, spin_columns, torque_groups
 from gyrodata.readings import MOST_OF_ONE_CODE, TIMINGS, Readings, kind_of_role, to_display
+from gyrodata.slips import INERTIA_RANGE, SIZES, exchanged, explaining_slips, far_off
 from gyrodata.units import from_si, parse_unit
 
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
@@ -426,6 +440,66 @@ def _model_findings(
             )
         )
     return found
+
+
+def size_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:
+    """Ask about readings that are not of this lab, and about columns that make sense only the other way round."""
+    if exchanged(readings, measured):
+        spin, time = readings.columns["spin"], readings.columns["time"]
+        words = f'the columns "{spin.header}" and "{time.header}" make sense only the other way round'
+        hint = 'exchange the two headers: write "time [s]" over the first and "spin [rpm]" over the second'
+        return [readings.diagnose(COLUMNS_EXCHANGED, words, hint, spin.place(0))]
+    found = []
+    for size in SIZES:
+        far = far_off(readings, size)
+        if far is None:
+            continue
+        run, unit = far
+        column = readings.columns[size.role]
+        own = column.unit or to_display(1.0, size.role)[1]
+        value, low, high = (
+            f"{from_si(si, own, kind_of_role(size.role)):.4g} {own}"
+            for si in (abs(column.values[run] or 0.0), *size.possible)
+        )
+        hint = f'is it the unit? If {unit} is meant, write the header as "{size.role} [{unit}]"'
+        found.append(
+            readings.diagnose(
+                SIZE_UNUSUAL,
+                f"{size.role} {value} is not of this lab, where it is from {low} to {high}",
+                hint if unit else "is it the unit, the column, or a slip of the pen?",
+                column.place(run),
+                len(column.readings[run].text),
+            )
+        )
+    return found
+
+
+FAR_FROM_BALL, FAR_IN_U = 0.1, 5.0
+"""From so large a share, and so many u, on the difference from the ball needs a cause."""
+
+
+def body_findings(readings: Readings, measured: Measurements, fit: FitResult, asked: bool) -> list[Diagnostic]:
+    """Say where I_zz is not that of the ball or disk in the log, or of no lab; `asked`: a reading is asked about."""
+    low, high = INERTIA_RANGE
+    value = abs(fit.inertia.value)
+    ball = compare_with_ball(fit.inertia, readings.constants, readings.uncertainties)
+    if ball is not None and abs(ball.relative) > FAR_FROM_BALL and abs(ball.deviation or math.inf) > FAR_IN_U:
+        body = "the ball" if ball.mass is not None else "the disk"
+        words = (
+            f"I_zz = {value:.4g} kg*m^2 is {value / ball.inertia:.3g} times that of {body} in the log, "
+            f"{ball.inertia:.4g} kg*m^2"
+        )
+        slips = explaining_slips(readings, measured, value, ball.inertia)
+        if slips:
+            words += "; it would be " + "; or ".join(f"{after:.4g} if {kind.log}" for kind, after in slips)
+            return [readings.diagnose(BALL_DISAGREES, words, "; or else: ".join(kind.remedy for kind, _ in slips))]
+        hint = f"check the mass and the diameter of {body} in the log, and the units and origins of all columns"
+        return [readings.diagnose(BALL_DISAGREES, f"{words}; no known slip explains that", hint)]
+    if not asked and not low <= value <= high:
+        words = f"I_zz = {value:.3g} kg*m^2 is not of this lab, where it is from {low:g} to {high:g} kg*m^2"
+        hint = "look at the unit of each column, and at the first line of the report: is that what was done?"
+        return [readings.diagnose(INERTIA_UNUSUAL, words, hint)]
+    return []
 
 
 BETTER = {key: kind.better for key, kind in SOURCES.items() if kind.better}

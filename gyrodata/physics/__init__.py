@@ -30,7 +30,9 @@ from gyrodata.physics.kinematics import (
 )
 from gyrodata.physics.precession import (
     EARTH_ROTATION,
+    bored_ball_inertia,
     click_error,
+    cylinder_inertia,
     earth_bias,
     fast_precession_rate,
     greatest_sag,
@@ -71,7 +73,9 @@ __all__ = [
     "angular_momentum",
     "balanced_direction",
     "body_rotation",
+    "bored_ball_inertia",
     "click_error",
+    "cylinder_inertia",
     "decay_law_doubt",
     "earth_bias",
     "fast_precession_rate",

@@ -359,7 +359,14 @@ ONE_TURN = TIMINGS[1:]
 SPIN_SETS = (("spin",), ("spin_start", "spin_end"), ("spin_period",), ("spin_period_start", "spin_period_end"))
 """Each of these tells a run's spin; of several that are there, the first is used."""
 
-CONSTANTS = {"g": "acceleration", "latitude": "angle", "ball_diameter": "length", "ball_mass": "mass"}
+CONSTANTS = {"g": "acceleration", "latitude": "angle", "ball_diameter": "length", "ball_mass": "mass"} | {
+    "bore_diameter": "length",
+    "bore_depth": "length",
+    "rod_mass": "mass",
+    "rod_diameter": "length",
+    "disk_mass": "mass",
+    "disk_diameter": "length",
+}
 """Kinds of the constants of a log that are no role."""
 
 SHARED_UNCERTAINTIES = {

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 from gyrodata import __version__
 from gyrodata.comparisons import Run, turn_words
-from gyrodata.diagnostics import DIGITS_TOO_FEW
+from gyrodata.diagnostics import BALL_DISAGREES, COLUMNS_EXCHANGED, DIGITS_TOO_FEW, INERTIA_UNUSUAL, SIZE_UNUSUAL
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate
 from gyrodata.measurements import torque_groups
@@ -53,7 +53,7 @@ WEIGHTS = 5
 FAR = 2.0
 """From how many standard uncertainties on a run is worth repeating that does not yet look odd."""
 
-FIRST = {DIGITS_TOO_FEW}
+FIRST = {BALL_DISAGREES, COLUMNS_EXCHANGED, DIGITS_TOO_FEW, INERTIA_UNUSUAL, SIZE_UNUSUAL}
 """Diagnostics that the page tells on its first screen."""
 
 FEW = 3
@@ -751,49 +751,62 @@ def _meaning(analysis: Analysis, scale: Scale) -> Iterator[Block]:
         yield Text((ask,), "small", full=True)
         return
     exact = " (taken as exact: the log gives no uncertainty). " if ball.inertia_u is None else ". "
-    solid = Value(ball.inertia, ball.inertia_u, inertia_scale(ball.inertia, ball.inertia_u), "ball.inertia")
-    yield Text(
-        (
-            (
-                "A solid ball of ", Value(ball.mass, ball.mass_u, mass_scale(ball.mass), "ball.mass"), " and ",
-                Value(ball.diameter, ball.diameter_u, CENTIMETRE, "ball.diameter"),
-                " has 2/5 m r² = ", solid, exact, *_beside(analysis),
-            ),
-        ),
-        full=True,
-    )  # fmt: skip
-    rows: tuple[tuple[Cell, ...], ...] = (
-        (("measured, I_zz",), Value(inertia.value, inertia.u, scale, "inertia.value")),
-        (("solid ball, 2/5 m r²",), replace(solid, scale=scale)),
-        (("difference",), Value(ball.difference, ball.difference_u, scale, "ball.difference")),
-    )
-    dots = ((inertia.value, inertia.u or 0.0), (ball.inertia, ball.inertia_u or 0.0), None)
-    band = (inertia.value - dots[0][1], inertia.value + dots[0][1])
+    whole = Value(ball.inertia, ball.inertia_u, inertia_scale(ball.inertia, ball.inertia_u), "ball.inertia")
+    described: Sentence = ("The disk that the log describes has ½ m r² = ", whole, exact)
+    if ball.mass is not None and ball.diameter is not None:
+        parts = (("its bore", ball.bore), ("its rod", ball.rod), ("the disk", ball.disk))
+        added = " and ".join(words for words, part in parts if part)
+        described = (
+            "A ball of ", Value(ball.mass, ball.mass_u, mass_scale(ball.mass), "ball.mass"), " and ",
+            Value(ball.diameter, ball.diameter_u, CENTIMETRE, "ball.diameter"),
+            f" has 2/5 m r²{' with ' if added else ''}{added} = ", whole, exact,
+        )  # fmt: skip
+    yield Text(((*described, *_beside(analysis)),), full=True)
+    rows: list[tuple[Cell, ...]] = [(("measured, I_zz",), Value(inertia.value, inertia.u, scale, "inertia.value"))]
+    for words, part, key in (
+        ("solid ball, 2/5 m r²", ball.solid, "solid"),
+        ("its bore, for the same mass", ball.bore, "bore"),
+        ("rod, ½ m r²", ball.rod, "rod"),
+        ("disk, ½ m r²", ball.disk, "disk"),
+    ):
+        # One part is all of it, and has its u there.
+        if part and part != ball.inertia:
+            rows.append(((words,), Value(part, None, scale, f"ball.{key}")))
+    between = len(rows) - 1
+    all_of_it = "solid ball, 2/5 m r²" if ball.solid == ball.inertia else "all of it as the log describes it"
+    rows.append(((all_of_it,), replace(whole, scale=scale)))
+    rows.append((("difference",), Value(ball.difference, ball.difference_u, scale, "ball.difference")))
+    own = (inertia.value, inertia.u or 0.0)
+    dots = (own, *(None for _ in range(between)), (ball.inertia, ball.inertia_u or 0.0), None)
+    band = (own[0] - own[1], own[0] + own[1])
     picture = Picture("value", dots, band, "the bars are ± u, the band is that of the measured value")
     heads = (Head("moment of inertia"), Head("value", scale))
-    yield Table(heads, rows, "Measured, and of a solid ball", picture, main=0, full=True)
+    yield Table(heads, tuple(rows), "Measured, and as the log describes what spins", picture, main=0, full=True)
 
 
 def _beside(analysis: Analysis) -> Sentence:
-    """Say whether the measured value agrees with that of the ball."""
+    """Say whether the measured value agrees with that of the ball or disk."""
     ball = analysis.ball
     assert ball is not None
+    body = "ball" if ball.mass is not None else "disk"
     relative = _percent(ball.relative, "ball.relative")
     if ball.deviation is None:
         return (
-            "The measured value differs from it by ",
+            f"The measured value differs from that of the {body} by ",
             *relative,
             "; without an uncertainty nothing says whether that is much.",
         )
     away = Number(_signed(ball.deviation), "ball.deviation")
     agrees = _agrees(ball.deviation)
-    bore = (
-        " A bore along the rod takes mass from near the axis, so that a ball of the same mass has a little more than "
-        "2/5 m r², and the rod and the weights on it add theirs."
-    )
+    bore = ""
+    if not agrees and ball.mass is not None and not ball.bore:
+        bore = (
+            " A bore along the rod takes mass from near the axis, so that a ball of the same mass has a little more "
+            "than 2/5 m r², and the rod and the weights on it add theirs."
+        )
     return (
-        f"The measured value {'agrees' if agrees else 'does not agree'} with it: the difference is ", *relative,
-        ", or ", away, f" u of the difference.{'' if agrees else bore}",
+        f"The measured value {'agrees' if agrees else 'does not agree'} with that of the {body}: the difference is ",
+        *relative, ", or ", away, f" u of the difference.{bore}",
     )  # fmt: skip
 
 
@@ -925,7 +938,8 @@ def _provenance(analysis: Analysis) -> Block:
         "g": ("m/s²", 1.0),
         "latitude": ("deg", math.radians(1)),
         "ball_mass": ("kg", 1.0),
-        "ball_diameter": ("m", 1.0),
+        **dict.fromkeys(("ball_diameter", "bore_diameter", "bore_depth", "rod_diameter", "disk_diameter"), ("m", 1.0)),
+        **dict.fromkeys(("rod_mass", "disk_mass"), ("kg", 1.0)),
     }
     constants = {"g": analysis.measurements.g, **analysis.readings.constants}
     facts = [

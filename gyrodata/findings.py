@@ -44,9 +44,9 @@ from gyrodata.diagnostics import (
 from gyrodata.effects import DROP_ONE, Effect
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Design, Estimate, FitResult, Outlier
+from gyrodata.known_slips import INERTIA_RANGE, SIZES, exchanged, explaining_slips, far_off
 from gyrodata.measurements import SOURCES, Measurements, spin_columns, torque_groups
 from gyrodata.readings import MOST_OF_ONE_CODE, TIMINGS, Readings, kind_of_role, to_display
-from gyrodata.slips import INERTIA_RANGE, SIZES, exchanged, explaining_slips, far_off
 from gyrodata.units import from_si, parse_unit
 
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
@@ -405,7 +405,8 @@ def _model_findings(
                 "eq. (8) needs the moment of inertia across the rod, which is not given: "
                 f"{across.min():.2g} to {across.max():.2g} kg*m^2 ± 20 % is assumed (a ball with a light rod, the "
                 f"weight on it), and that doubt is {100 * guessed.u_inertia / abs(fit.inertia.value):.2g} % of I_zz",
-                "add a column transverse_inertia [kg*m^2], or one line: # transverse_inertia: 5.8e-3 kg*m^2",
+                "add a column transverse_inertia [kg*m^2], or one line with what was measured, such as "
+                f"# transverse_inertia: {np.median(across):.2g} kg*m^2",
             )
         )
     left_out = (

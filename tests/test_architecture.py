@@ -26,7 +26,7 @@ SHELVES = {
     "model": 6,
     "comparisons": 5,
     "simulation": 5,
-    "slips": 5,
+    "known_slips": 5,
     "findings": 6,
     "results": 7,
     "benchmark": 8,

@@ -336,8 +336,14 @@ class TestWords:
     @pytest.mark.parametrize(
         ("lines", "expected"),
         [
-            ("# ball_mass: 4.10 ± 0.01 kg\n# ball_diameter: 10.16 ± 0.005 cm\n", "does not agree with it: the diff"),
-            ("# ball_mass: 4.10 ± 0.30 kg\n# ball_diameter: 10.16 cm\n", "agrees with it: the difference is +"),
+            (
+                "# ball_mass: 4.10 ± 0.01 kg\n# ball_diameter: 10.16 ± 0.005 cm\n",
+                "does not agree with that of the ball: ",
+            ),
+            (
+                "# ball_mass: 4.10 ± 0.30 kg\n# ball_diameter: 10.16 cm\n",
+                "agrees with that of the ball: the diff",
+            ),
             ("# ball_mass: 4.10 kg\n# ball_diameter: 10.16 cm\n", "(taken as exact: the log gives no uncertainty)"),
             ("", "it is compared with 2/5 m r² here"),
         ],

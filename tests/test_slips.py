@@ -35,7 +35,9 @@ class Lab:
     def text(self) -> str:
         rows = zip(self.mass, self.position, self.spin, self.time, self.turns, strict=True)
         # As many digits as were read, whatever the unit.
-        lines = "".join(",".join(f"{x:.6g}" for x in row) + "\n" for row in rows)
+        lines = "".join(
+            f"{','.join(f'{x:.6g}' for x in row[:-1])},{Fraction(row[-1]).limit_denominator(12)}\n" for row in rows
+        )
         return f"# g: {G} m/s^2\n{self.top}{','.join(self.heads)}\n{lines}"
 
 

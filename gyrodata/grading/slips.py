@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from gyrodata.grading.yardsticks import OwnRuns, OwnValue, distance
+from gyrodata.known_slips import Kind, list_kinds
 from gyrodata.measurements import Measurements
 from gyrodata.readings import Readings
-from gyrodata.slips import Kind, list_kinds
 
 FROM = 3.0  # a report nearer than this to an accepted fit [u] is arithmetic as it should be: no slip is looked for
 

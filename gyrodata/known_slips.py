@@ -395,7 +395,7 @@ def far_off(readings: Readings, size: Size) -> tuple[int, str] | None:
 
 def exchanged(readings: Readings, measured: Measurements) -> bool:
     """Tell whether the numbers of spin and time make sense only the other way round."""
-    if _unit(readings, "spin") != "rpm" or _unit(readings, "time") != "s":
+    if _unit(readings, "spin") != "rpm" or _unit(readings, "time") != "s" or not measured.torque.any():
         return False
     spins, times = (readings.columns[role] for role in ("spin", "time"))
     if min(spins.spots) < 0 or min(times.spots) < 0:

@@ -27,7 +27,17 @@ from gyrodata.comparisons import (
 )
 from gyrodata.diagnostics import NO_STEADY_PRECESSION, NO_TORQUE, TOO_MANY_SHARED_READINGS
 from gyrodata.errors import LogError
-from gyrodata.findings import count_findings, list_advice, not_measured, outlier_findings, refusal, whole_findings
+from gyrodata.findings import (
+    body_findings,
+    count_findings,
+    find_doubts,
+    list_advice,
+    not_measured,
+    outlier_findings,
+    refusal,
+    size_findings,
+    whole_findings,
+)
 from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, NoFit, Outlier
 from gyrodata.measurements import Measurements, measure, select
 from gyrodata.readings import Readings, read_log
@@ -99,22 +109,11 @@ def analyze_readings(readings: Readings, options: Options | None = None) -> Anal
     if any(diagnostic.severity == "error" for diagnostic in readings.diagnostics):
         raise LogError(readings.diagnostics)
     measured = measure(readings)
-    found = [*readings.diagnostics, *measured.diagnostics]
+    sizes = size_findings(readings, measured)
+    found = [*readings.diagnostics, *measured.diagnostics, *sizes]
     if not np.any(measured.torque):
         found.append(readings.diagnose(NO_TORQUE, "no run has a torque, so nothing ties the precession to I_zz",
                                        "add runs with a weight: mass and position"))  # fmt: skip
-        raise LogError(found)
-
-    shared = sum(source.shared_count for source in measured.sources)
-    if shared * len(measured.runs) > LARGEST:
-        found.append(
-            readings.diagnose(
-                TOO_MANY_SHARED_READINGS,
-                f"{len(measured.runs)} runs with {shared} weights, positions and spins that stand in several of them "
-                "are too much for one fit",
-                "split the log, and give each part on its own",
-            )
-        )
         raise LogError(found)
     try:
         fitted = fit_runs(readings, measured, options.model, options.keep_flagged)
@@ -128,10 +127,16 @@ def analyze_readings(readings: Readings, options: Options | None = None) -> Anal
     p = fitting.chi2_tail(fit.chi2, fit.dof) if fit.dof > 0 else None
     birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else None
     listed = effects.list_effects(measured, fit, chosen)
-    advice = list_advice(select(measured, kept) if left_out else measured, fit, chosen.tilted)
     found += outlier_findings(readings, measured, fitted.outliers, left_out, fitted.without)
     patterns = look_for_patterns(measured, fit)
     found += whole_findings(readings, measured, fit, p, listed, patterns)
+    exponent = overall_exponent(measured, kept)
+    doubts = find_doubts(measured, fit, exponent, patterns)
+    # What another hour would gain is worked out for runs that follow the law.
+    advice = tuple(f"find the cause first: {doubt.remedy}" for doubt in doubts) or list_advice(
+        select(measured, kept) if left_out else measured, fit, chosen.tilted
+    )
+    found += body_findings(readings, measured, fit, bool(sizes))
     torques = torque_table(measured, fit, kept, chosen.tilted)
     one_torque = not fitting.torques_differ(measured.torque[kept])
     return Analysis(
@@ -147,6 +152,7 @@ def analyze_readings(readings: Readings, options: Options | None = None) -> Anal
         residual_torque=_result(fit.imbalance, "N*m"),
         timing_bias=_result(fit.timing_bias, "s"),
         if_balanced=fitting.if_balanced(measured, fit) if one_torque else None,
+        doubts=doubts,
         p=p,
         birge=birge,
         fits=named_fits(measured, fit, kept),
@@ -154,7 +160,7 @@ def analyze_readings(readings: Readings, options: Options | None = None) -> Anal
         sensitivity=list_sensitivity(measured, fit, torques, kept),
         effects=listed,
         power_law=power_laws(measured, kept),
-        exponent=overall_exponent(measured, kept),
+        exponent=exponent,
         constancy=constancy(measured, kept),
         ball=compare_with_ball(fit.inertia, readings.constants, readings.uncertainties),
         torques=torques,
@@ -209,6 +215,14 @@ def fit_runs(readings: Readings, measured: Measurements, model: Model = "auto", 
     LogError
         If there is no answer, or none that can be believed; it says what to look at.
     """
+    shared = sum(source.shared_count for source in measured.sources)
+    if shared * len(measured.runs) > LARGEST:
+        message = (
+            f"{len(measured.runs)} runs with {shared} weights, positions and spins that stand in several of them "
+            "are too much for one fit"
+        )
+        hint = "split the log, and give each part on its own"
+        raise LogError([readings.diagnose(TOO_MANY_SHARED_READINGS, message, hint)])
     try:
         chosen = effects.choose_model(measured, model)
         outliers, screened = fitting.screen(measured, chosen.tilted)

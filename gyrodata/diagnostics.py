@@ -19,6 +19,8 @@ class Code(NamedTuple):
     title: str
     text: str | Callable[[], str]
     """The example; a long one is written when it is asked for."""
+    remedy: str = ""
+    """What to do; "" where the message that the example raises says it."""
 
     @property
     def example(self) -> str:
@@ -30,9 +32,9 @@ CODES: dict[str, Code] = {}
 """Every code that the tool can raise."""
 
 
-def _code(severity: Severity, number: str, title: str, text: str | Callable[[], str]) -> str:
+def _code(severity: Severity, number: str, title: str, text: str | Callable[[], str], remedy: str = "") -> str:
     """Enter a diagnostic into `CODES`, and give its number for a name."""
-    CODES[number] = Code(severity, title, text)
+    CODES[number] = Code(severity, title, text, remedy)
     return number
 
 
@@ -50,14 +52,31 @@ def _many_readings() -> str:
 
 
 # the file
-FILE_NOT_FOUND = _error("G101", "there is no such file", "analyze no-such-file.csv")
-FILE_CANNOT_BE_OPENED = _error("G102", "the file cannot be opened", "analyze .")
+FILE_NOT_FOUND = _error(
+    "G101", "there is no such file", "analyze no-such-file.csv", "check the name and the folder: ls shows what is there"
+)
+FILE_CANNOT_BE_OPENED = _error(
+    "G102",
+    "the file cannot be opened",
+    "analyze .",
+    "give a file that is a log, not a folder, and one that you may read",
+)
 LOG_IS_EMPTY = _error("G103", "the log is empty", "")
 OTHER_KIND_OF_FILE = _error("G104", "another kind of file", "%PDF-1.7 a report, not a log")
 NOT_TEXT = _error("G105", "not text", "mass [g]\x00position")
-FILE_TOO_LARGE = _error("G106", "the file is too large", "analyze eleven-megabytes.csv")
+FILE_TOO_LARGE = _error(
+    "G106",
+    "the file is too large",
+    "analyze eleven-megabytes.csv",
+    "give the table alone: a lab's log has a few kilobytes",
+)
 COMPRESSED_FILE_DAMAGED = _error("G107", "a compressed file that is damaged", "\x1f\x8b\x08 and no more")
-WORKBOOK_CANNOT_BE_READ = _error("G108", "a workbook that cannot be read", "analyze log.xlsx")
+WORKBOOK_CANNOT_BE_READ = _error(
+    "G108",
+    "a workbook that cannot be read",
+    "analyze log.xlsx",
+    "save the sheet as CSV in the spreadsheet program, and give that file",
+)
 CODE_PAGE_GUESSED = _note("G109", "the file is not UTF-8; a code page was guessed", LOG + "20,15.0,206,7.06,1/3 ±\n")
 
 # the sheet
@@ -122,10 +141,16 @@ ROW_IS_ONLY_A_TITLE = _note(
 )
 NUMBER_IMPOSSIBLE = _error("G215", "a number that cannot be", LOG + "20,15.0,406,0,1/3\n")
 ROW_WITHOUT_TIME = _warning(
-    "G216", "a row without a time is no run", LOG + "20,15.0,406,13.06,1/3\n20,15.0,406,-,1/3\n"
+    "G216",
+    "a row without a time is no run",
+    LOG + "20,15.0,406,13.06,1/3\n20,15.0,406,-,1/3\n",
+    "write the time there, if the run was timed",
 )
 BLANK_TAKES_VALUE_ABOVE = _note(
-    "G217", "blank cells take the value above", LOG + "20,15.0,406,13.06,1/3\n,,598,19.2,1/3\n"
+    "G217",
+    "blank cells take the value above",
+    LOG + "20,15.0,406,13.06,1/3\n,,598,19.2,1/3\n",
+    "write another value there if the one above is not meant",
 )
 BLANK_SPIN = _error(
     "G218",
@@ -135,17 +160,37 @@ BLANK_SPIN = _error(
 VALUE_BELOW_ITS_FIRST_ROW = _error(
     "G219", "a value below the first row it belongs to", LOG + ",15.0,406,13.06,1/3\n20,15.0,406,13.06,1/3\n"
 )
-COLUMN_NOT_USED = _note("G220", "a column is not used", HEAD + ",T [s],Ω [1/s]\n20,15.0,406,13.06,1/3,39.18,0.16\n")
+COLUMN_NOT_USED = _note(
+    "G220",
+    "a column is not used",
+    HEAD + ",T [s],Ω [1/s]\n20,15.0,406,13.06,1/3,39.18,0.16\n",
+    "nothing, if the column is not needed; else name it with --map",
+)
 HEADER_UNKNOWN = _note("G221", "headers that name nothing known", HEAD + ",moon\n20,15.0,406,13.06,1/3,full\n")
 NO_DELIMITER = _error("G222", "no delimiter between the columns", "mass position spin time\n20 15.0 560 13.06\n")
-TOO_MANY_ROWS = _error("G223", "more than 100 000 rows", "analyze hundred-thousand-rows.csv")
+TOO_MANY_ROWS = _error(
+    "G223",
+    "more than 100 000 rows",
+    "analyze hundred-thousand-rows.csv",
+    "give one lab's log; a sensor's time series is no log of runs",
+)
 TOO_MANY_COLUMNS = _error("G224", "more than 200 columns", "a,b," * 120 + "c\n1,2\n")
-CELL_TOO_LONG = _error("G225", "a cell of more than 10 000 characters", LOG + "x" * 10_001 + ",1,1,1,1\n")
+CELL_TOO_LONG = _error(
+    "G225",
+    "a cell of more than 10 000 characters",
+    LOG + "x" * 10_001 + ",1,1,1,1\n",
+    "take the long text out of the table",
+)
 QUOTE_NEVER_CLOSED = _error("G226", "a quoted cell is never closed", LOG + '20,"15.0,560,13.06,1/3\n')
 UNCERTAINTY_CANNOT_BE_READ = _error(
     "G227", "an uncertainty that cannot be read", HEAD + ",u_time [s]\n20,15.0,560,13.06,1/3,little\n"
 )
-ROW_TAKEN_OUT = _note("G228", "a row that a # takes out", LOG + "20,15,406,13.06,1/3\n#20,15,598,19.2,1/3\n")
+ROW_TAKEN_OUT = _note(
+    "G228",
+    "a row that a # takes out",
+    LOG + "20,15,406,13.06,1/3\n#20,15,598,19.2,1/3\n",
+    "take the # away if the run counts",
+)
 NOTE_IS_ONLY_A_NUMBER = _warning("G229", "a note that is only a number", HEAD + ",note\n20,15,5,206,7,1\n")
 TURNS_FOR_ONE_PERIOD = _error(
     "G230",
@@ -171,12 +216,20 @@ RUN_LACKS_QUANTITY = _error(
 TURNS_CONTRADICT_ANGLE = _error(
     "G303", "turns and angle contradict each other", HEAD + ",angle [deg]\n20,15.0,406,13.06,1/3,90\n"
 )
-OPTION_REPLACES_COLUMN = _note("G304", "an option takes the place of a column", 'analyze log.csv --set spin="400 rpm"')
+OPTION_REPLACES_COLUMN = _note(
+    "G304",
+    "an option takes the place of a column",
+    'analyze log.csv --set spin="400 rpm"',
+    "leave the option or the column away if that is not meant",
+)
 KEY_NEARLY_KNOWN = _warning(
     "G305", "a # key that is nearly one this tool knows", "# u_tme: 0.2 s\n" + LOG + "20,15.0,406,13.06,1/3\n"
 )
 KEY_VALUE_CANNOT_BE_READ = _error(
-    "G306", "the value of a # line cannot be read", "# g: fast\n" + LOG + "20,15.0,406,13.06,1/3\n"
+    "G306",
+    "the value of a # line cannot be read",
+    "# g: fast\n" + LOG + "20,15.0,406,13.06,1/3\n",
+    'write a number with its unit, such as "# g: 9.803 m/s^2"',
 )
 KEY_GIVEN_TWICE = _error(
     "G307",
@@ -217,9 +270,9 @@ PRECESSION_FASTER_THAN_SPIN = _warning("G405", "the precession is faster than th
 
 _UNCERTAINTY_NOT_USED_LOG = f"{G}# u_pitch: 1 deg\n{LOG}20.00,15.0,206,20.4,1\n"
 UNCERTAINTY_NOT_USED = _warning("G406", "an uncertainty that changes nothing in this log", _UNCERTAINTY_NOT_USED_LOG)
-DIGITS_TOO_FEW = _note(
+DIGITS_TOO_FEW = _warning(
     "G407",
-    "the digits written are most of the uncertainty",
+    "the digits written decide much of the uncertainty",
     G + LOG.replace("[g]", "[kg]") + "0.02,15.0,206,20.4,1\n0.04,15.0,407,20.1,1\n0.06,15.0,404,13.4,1\n",
 )
 
@@ -376,6 +429,38 @@ NOT_MEASURED = _error(
     G + "# u_time: 100 s\n" + LOG + "20.00,15.0,206,20.4,1\n40.00,15.0,407,20.2,1\n60.00,15.0,407,13.4,1\n",
 )
 
+# what is not of this lab
+_KILOGRAMS_LOG = _ODD_RUN.replace("[g]", "[kg]")
+SIZE_UNUSUAL = _warning("G440", "a reading that is not of this lab: is this the unit?", _KILOGRAMS_LOG)
+_EXCHANGED_LOG = f"""{G}\
+mass [g],position [cm],time [s],spin [rpm],turns
+20.1,14.8,212,7.02,1/3
+20.1,14.8,398,12.96,1/3
+40.3,14.8,398,6.51,1/3
+40.3,14.8,604,9.94,1/3
+60.2,14.8,398,13.26,1
+60.2,14.8,604,19.97,1
+"""
+COLUMNS_EXCHANGED = _warning("G441", "the columns of spin and time are exchanged", _EXCHANGED_LOG)
+_HUGE_LOG = f"""{G}\
+torque [N*m],spin [rpm],time [s],turns
+10,200,12.3,1/100
+20,400,12.1,1/100
+30,600,12.2,1/100
+"""
+INERTIA_UNUSUAL = _warning("G442", "a moment of inertia that is not of this lab", _HUGE_LOG)
+_SURFACE_LOG = f"""{G}\
+# ball_mass: 4.3 kg
+# ball_diameter: 10.16 cm
+{LOG}\
+20.00,9.92,206,20.4,1
+20.00,9.92,407,40.4,1
+40.00,9.92,405,20.1,1
+60.00,9.92,404,13.4,1
+60.00,9.92,603,20.0,1
+"""
+BALL_DISAGREES = _warning("G443", "I_zz is not that of the ball or disk in the log", _SURFACE_LOG)
+
 # the procedure
 _TOO_FEW_WEIGHTS_LOG = f"""{G}{LOG}\
 20.00,15.0,206,20.4,1
@@ -404,93 +489,244 @@ SPIN_FALLS_TOO_MUCH = _warning(
 OUTLIER_BEFORE_LEAVING = _warning("G457", "a run does not go with the others", _ODD_RUN)
 
 # options that go with a log
-OPTION_KEY_UNKNOWN = _error("G501", "--set or --config: there is no such key", "analyze log.csv --set trns=1")
-MAPPED_HEADER_UNKNOWN = _error("G502", "--map: there is no such header", 'analyze log.csv --map time="Zeitpunkt"')
-MAPPED_ROLE_UNKNOWN = _error("G503", "--map: there is no such role", 'analyze log.csv --map tme="time [s]"')
+OPTION_KEY_UNKNOWN = _error(
+    "G501",
+    "--set or --config: there is no such key",
+    "analyze log.csv --set trns=1",
+    "look the key up in gyro analyze --help, or take the one that the message proposes",
+)
+MAPPED_HEADER_UNKNOWN = _error(
+    "G502",
+    "--map: there is no such header",
+    'analyze log.csv --map time="Zeitpunkt"',
+    "copy the header from the file, in quotes",
+)
+MAPPED_ROLE_UNKNOWN = _error(
+    "G503",
+    "--map: there is no such role",
+    'analyze log.csv --map tme="time [s]"',
+    "take one of the roles that the message lists, such as time",
+)
 OPTION_VALUE_CANNOT_BE_READ = _error(
-    "G504", "--set or --config: the value cannot be read", "analyze log.csv --set g=fast"
+    "G504",
+    "--set or --config: the value cannot be read",
+    "analyze log.csv --set g=fast",
+    'write a number with its unit, such as --set g="9.803 m/s^2"',
 )
 CONFIG_CANNOT_BE_READ = _error(
-    "G505", "--config: the file cannot be read", "analyze log.csv --config no-such-file.toml"
+    "G505",
+    "--config: the file cannot be read",
+    "analyze log.csv --config no-such-file.toml",
+    'give a TOML file with lines such as g = "9.803 m/s^2"',
 )
-TEMPLATE_VALUE_CANNOT_BE_READ = _error("G506", "template: a value cannot be read", "template --weights 20 --spins fast")
+TEMPLATE_VALUE_CANNOT_BE_READ = _error(
+    "G506",
+    "template: a value cannot be read",
+    "template --weights 20 --spins fast",
+    "write numbers with units, such as --spins 200,400,600rpm",
+)
 
 # options of a command
-OPTION_IS_NO_PAIR = _error("G601", "an option is not of the form KEY=VALUE", "analyze log.csv --set turns")
-FORMAT_FOR_ONE_LOG = _error("G602", "a form that is for one log", "analyze a.csv b.csv --format json")
-REPORT_CANNOT_BE_WRITTEN = _error("G603", "the report cannot be written", "analyze log.csv --out /dev/null")
-VALUES_NOT_FOR_FORMAT = _error(
-    "G604", "values are not words in this form", "analyze log.csv --format csv --values short"
+OPTION_IS_NO_PAIR = _error(
+    "G601",
+    "an option is not of the form KEY=VALUE",
+    "analyze log.csv --set turns",
+    "write the option as KEY=VALUE, such as --set turns=1/3",
 )
-CANNOT_BE_WATCHED = _error("G605", "what cannot be watched", "analyze a.csv b.csv --watch")
-STREAM_CANNOT_BE_USED = _error("G606", "standard output or input cannot be used", "analyze log.csv > /dev/full")
+FORMAT_FOR_ONE_LOG = _error(
+    "G602",
+    "a form that is for one log",
+    "analyze a.csv b.csv --format json",
+    "give one log, or --format ndjson for several",
+)
+REPORT_CANNOT_BE_WRITTEN = _error(
+    "G603",
+    "the report cannot be written",
+    "analyze log.csv --out /dev/null",
+    "choose a folder that can be written to with --out",
+)
+VALUES_NOT_FOR_FORMAT = _error(
+    "G604",
+    "values are not words in this form",
+    "analyze log.csv --format csv --values short",
+    "leave --values out, or take --format text, markdown or latex",
+)
+CANNOT_BE_WATCHED = _error(
+    "G605",
+    "what cannot be watched",
+    "analyze a.csv b.csv --watch",
+    "watch one file in the terminal: gyro analyze log.csv --watch",
+)
+STREAM_CANNOT_BE_USED = _error(
+    "G606",
+    "standard output or input cannot be used",
+    "analyze log.csv > /dev/full",
+    "make room on the disk, or write to another file",
+)
+EXPLAINED_CODE_UNKNOWN = _error(
+    "G607",
+    "explain: there is no such code",
+    "explain G999",
+    "take a code as a message shows it, such as G454; gyro schema --diagnostics lists all",
+)
 
 # gyro predict
 OPTION_IS_NO_QUANTITY = _error(
     "G621",
     "an option is not a number with a unit that fits",
     'predict tip --force 0.5N --length 20cm --inertia "4.44e-3 kg m^2" --spin 400',
+    "write a number with its unit in quotes, such as --spin 400rpm",
 )
 OPTION_NUMBER_IMPOSSIBLE = _error(
     "G622",
     "an option's number cannot be",
     'predict tip --force 0.5N --length 20cm --inertia "-4.44e-3 kg m^2" --spin 400rpm',
+    "correct the number's sign or size",
 )
 TORQUE_MISSING_OR_TWICE = _error(
-    "G623", "the torque is not given, or twice", 'predict precession --inertia "4.44e-3 kg m^2" --spin 400rpm'
+    "G623",
+    "the torque is not given, or twice",
+    'predict precession --inertia "4.44e-3 kg m^2" --spin 400rpm',
+    "give either --torque, or --mass with --position",
 )
 
 # gyro simulate
-SIMULATED_VALUE_IMPOSSIBLE = _error("G631", "simulate: a value that cannot be", "simulate --pitch 90deg")
-SIMULATED_WITHOUT_TORQUE = _error("G632", "simulate: a run without a torque", "simulate --weights 0g")
+SIMULATED_VALUE_IMPOSSIBLE = _error(
+    "G631", "simulate: a value that cannot be", "simulate --pitch 90deg", "correct the value that the message names"
+)
+SIMULATED_WITHOUT_TORQUE = _error(
+    "G632",
+    "simulate: a run without a torque",
+    "simulate --weights 0g",
+    "give a weight above zero, such as --weights 20g,40g",
+)
 SIMULATED_NO_STEADY_PRECESSION = _error(
     "G633",
     "simulate: no steady precession at this tilt and spin",
     'simulate --pitch 60deg --spins 50rpm --transverse "0.02 kg m^2"',
+    "take a faster spin, a smaller pitch or a smaller transverse inertia",
 )
 TURNS_NEVER_COMPLETED = _error(
-    "G634", "simulate: the turns are never completed", 'simulate --spin-decay "1 s" --decay-law dry'
+    "G634",
+    "simulate: the turns are never completed",
+    'simulate --spin-decay "1 s" --decay-law dry',
+    "take a slower decay, or fewer turns",
 )
 SIMULATED_OPTIONS_CONTRADICT = _error(
-    "G635", "simulate: two options contradict each other", "simulate --motion horizontal --pitch 10deg"
+    "G635",
+    "simulate: two options contradict each other",
+    "simulate --motion horizontal --pitch 10deg",
+    "leave one of the two options away",
 )
-NOISE_CANNOT_BE_READ = _error("G636", "simulate: the noise cannot be read", "simulate --noise no-such-file.toml")
+NOISE_CANNOT_BE_READ = _error(
+    "G636",
+    "simulate: the noise cannot be read",
+    "simulate --noise no-such-file.toml",
+    "give a TOML file with sizes of noise, as gyro simulate --help says",
+)
 TRUTH_CANNOT_BE_WRITTEN = _error(
-    "G637", "simulate: the truth cannot be written", "simulate --truth no-such-folder/truth.json"
+    "G637",
+    "simulate: the truth cannot be written",
+    "simulate --truth no-such-folder/truth.json",
+    "give a file in a folder that is there",
 )
 
 # a class
-CLASS_IS_NO_FOLDER_OR_ZIP = _error("G701", "the class is neither a folder nor a zip", "grade no-such-class")
-ZIP_DAMAGED = _error("G702", "a zip that is damaged", "grade damaged.zip")
-ZIP_NOT_SAFE = _error("G703", "a zip that is not safe to read", "grade evil.zip")
-TOO_MANY_FILES = _error("G704", "too many files for a class", "grade million-files.zip")
-NO_SUBMISSION = _error("G705", "no submission is found", "grade class --lms canvas")
-PATTERN_CANNOT_BE_USED = _error("G706", "--pattern cannot be used", "grade class --pattern '(\\w+)_lab.csv'")
-FILES_OF_NO_STUDENT = _warning("G707", "files of no student", "grade class, with a file of another kind of name")
-ONE_OF_SEVERAL_GRADED = _note("G708", "one of several files or attempts is graded", "grade class, with two attempts")
-GRADESCOPE_METADATA_CANNOT_BE_READ = _warning(
-    "G709", "Gradescope's metadata cannot be read", "grade class, with a broken metadata file"
+CLASS_IS_NO_FOLDER_OR_ZIP = _error(
+    "G701", "the class is neither a folder nor a zip", "grade no-such-class", "give the folder of the class, or its zip"
 )
-ANSWERS_NO_TOML = _warning("G711", "an answers file that is no TOML", "answers.toml: inertia = 4.4e-3 ± 0.1e-3 kg m^2")
+ZIP_DAMAGED = _error("G702", "a zip that is damaged", "grade damaged.zip", "download the zip again")
+ZIP_NOT_SAFE = _error(
+    "G703",
+    "a zip that is not safe to read",
+    "grade evil.zip",
+    "unpack it by hand where it can do no harm, look at it, and give the folder",
+)
+TOO_MANY_FILES = _error(
+    "G704", "too many files for a class", "grade million-files.zip", "give the submissions of one class only"
+)
+NO_SUBMISSION = _error(
+    "G705",
+    "no submission is found",
+    "grade class --lms canvas",
+    "look whether --lms or --pattern fits the names of the files",
+)
+PATTERN_CANNOT_BE_USED = _error(
+    "G706",
+    "--pattern cannot be used",
+    "grade class --pattern '(\\w+)_lab.csv'",
+    "write a pattern with one named group for the student, (?P<student>...)",
+)
+FILES_OF_NO_STUDENT = _warning(
+    "G707",
+    "files of no student",
+    "grade class, with a file of another kind of name",
+    "rename the files, or give --pattern",
+)
+ONE_OF_SEVERAL_GRADED = _note(
+    "G708",
+    "one of several files or attempts is graded",
+    "grade class, with two attempts",
+    "nothing, unless another one should count: then take the others out",
+)
+GRADESCOPE_METADATA_CANNOT_BE_READ = _warning(
+    "G709",
+    "Gradescope's metadata cannot be read",
+    "grade class, with a broken metadata file",
+    "download the export again; the files are graded without it",
+)
+ANSWERS_NO_TOML = _warning(
+    "G711",
+    "an answers file that is no TOML",
+    "answers.toml: inertia = 4.4e-3 ± 0.1e-3 kg m^2",
+    "write TOML: a text in quotes, such as inertia = '4.4e-3 ± 0.1e-3 kg m^2'",
+)
 ANSWERS_CONTRADICT_LOG = _warning(
-    "G712", "log and answers file report two values", "answers.toml: inertia = '4.4 g m^2'"
+    "G712",
+    "log and answers file report two values",
+    "answers.toml: inertia = '4.4 g m^2'",
+    "ask the student which of the two values counts",
 )
 SUBMITTED_FILE_CANNOT_BE_READ = _error(
-    "G713", "a submitted file cannot be read", "grade class, with a file that is cut off"
+    "G713",
+    "a submitted file cannot be read",
+    "grade class, with a file that is cut off",
+    "ask the student for the file again",
 )
-FILE_LEFT_OUT = _warning("G714", "a file or folder of the class is left out", "grade class, with a link")
+FILE_LEFT_OUT = _warning(
+    "G714",
+    "a file or folder of the class is left out",
+    "grade class, with a link",
+    "put a copy of the file itself into the folder, if it belongs there",
+)
 ANSWER_NOT_ASKED_FOR = _warning(
-    "G715", "an answer under a name that is not asked for", "answers.toml: inertai = '4.4 g m^2'"
+    "G715",
+    "an answer under a name that is not asked for",
+    "answers.toml: inertai = '4.4 g m^2'",
+    "correct the name in the answers file, or add it to the rubric",
 )
-ANSWERS_CANNOT_BE_READ = _warning("G716", "an answers file that cannot be read", "answers.toml: a picture")
+ANSWERS_CANNOT_BE_READ = _warning(
+    "G716", "an answers file that cannot be read", "answers.toml: a picture", "ask the student for a text file"
+)
 
 # a rubric
-RUBRIC_NO_TOML = _error("G721", "a rubric is no TOML file", "schema = 1\npoints = \n")
+RUBRIC_NO_TOML = _error(
+    "G721",
+    "a rubric is no TOML file",
+    "schema = 1\npoints = \n",
+    "correct the line that the message names; a value stands right of the =",
+)
 RUBRIC_KEY_UNKNOWN = _error(
-    "G722", "a rubric has a key that is not known", RUBRIC + "check = 'log'\npoints = 2\nponits = 3\n"
+    "G722",
+    "a rubric has a key that is not known",
+    RUBRIC + "check = 'log'\npoints = 2\nponits = 3\n",
+    "correct the key, as the message proposes, or take it out",
 )
 RUBRIC_VALUE_CANNOT_BE_USED = _error(
-    "G723", "a value of a rubric is missing or cannot be used", RUBRIC + "check = 'log'\npoints = 'two'\n"
+    "G723",
+    "a value of a rubric is missing or cannot be used",
+    RUBRIC + "check = 'log'\npoints = 'two'\n",
+    "write the value in the form that the message shows",
 )
 _POINTS_DO_NOT_ADD_UP_RUBRIC = """schema = 1
 points = 3
@@ -499,9 +735,17 @@ id = 'log'
 points = 2
 check = 'log'
 """
-RUBRIC_POINTS_DO_NOT_ADD_UP = _error("G724", "the points of a rubric do not add up", _POINTS_DO_NOT_ADD_UP_RUBRIC)
+RUBRIC_POINTS_DO_NOT_ADD_UP = _error(
+    "G724",
+    "the points of a rubric do not add up",
+    _POINTS_DO_NOT_ADD_UP_RUBRIC,
+    "make the points of the criteria add up to the points at the top",
+)
 CRITERION_KIND_UNKNOWN = _error(
-    "G725", "a criterion is of a kind that is not known", RUBRIC + "points = 2\ncheck = 'lgo'\n"
+    "G725",
+    "a criterion is of a kind that is not known",
+    RUBRIC + "points = 2\ncheck = 'lgo'\n",
+    "take one of the kinds that the message lists",
 )
 _CONDITION_RUBRIC = f"""{RUBRIC}\
 points = 2
@@ -509,7 +753,12 @@ check = 'log'
 full = 'warnings < 1'
 zero = 'warnings >= 4'
 """
-CONDITION_CANNOT_BE_USED = _error("G726", "a condition cannot be used", _CONDITION_RUBRIC)
+CONDITION_CANNOT_BE_USED = _error(
+    "G726",
+    "a condition cannot be used",
+    _CONDITION_RUBRIC,
+    "write a comparison of the variables that the message lists, such as warnings < 1",
+)
 _PARTS_CONTRADICT_RUBRIC = f"""{RUBRIC}\
 check = 'log'
 points = 2
@@ -519,43 +768,113 @@ from = 'class'
 inertia = '4e-3 kg m^2'
 u = '1 %'
 """
-RUBRIC_PARTS_CONTRADICT = _error("G727", "two parts of a rubric do not go together", _PARTS_CONTRADICT_RUBRIC)
+RUBRIC_PARTS_CONTRADICT = _error(
+    "G727", "two parts of a rubric do not go together", _PARTS_CONTRADICT_RUBRIC, "leave one of the two parts out"
+)
 
 # partners
 PARTNERS_CANNOT_BE_READ = _error(
-    "G741", "the file of partners cannot be read", "grade class --partners no-such-file.csv"
+    "G741",
+    "the file of partners cannot be read",
+    "grade class --partners no-such-file.csv",
+    "give a CSV with the names of the partners of one group in each line",
 )
-PARTNER_UNKNOWN = _warning("G742", "a name in the file of partners is nobody in this class", "alice, bbo\n")
-PARTNER_ALONE = _warning("G743", "a line of the file of partners names one student only", "alice\n")
+PARTNER_UNKNOWN = _warning(
+    "G742",
+    "a name in the file of partners is nobody in this class",
+    "alice, bbo\n",
+    "write the name as the class has it",
+)
+PARTNER_ALONE = _warning(
+    "G743",
+    "a line of the file of partners names one student only",
+    "alice\n",
+    "write both partners into the line, with a comma between",
+)
 
 # gradebooks
-GRADEBOOK_CANNOT_BE_READ = _error("G751", "a gradebook cannot be read", "grade class --gradebook picture.png")
-NO_CANVAS_GRADEBOOK = _error("G752", "this is no Canvas gradebook", "grade class --gradebook grades.csv")
+GRADEBOOK_CANNOT_BE_READ = _error(
+    "G751",
+    "a gradebook cannot be read",
+    "grade class --gradebook picture.png",
+    "export the gradebook as CSV from the platform, and give that file",
+)
+NO_CANVAS_GRADEBOOK = _error(
+    "G752",
+    "this is no Canvas gradebook",
+    "grade class --gradebook grades.csv",
+    "export the gradebook from Canvas anew, with its own header rows",
+)
 GRADEBOOK_COLUMN_NOT_CLEAR = _error(
-    "G753", "which column of the gradebook to fill is not clear", "grade class --gradebook two.csv"
+    "G753",
+    "which column of the gradebook to fill is not clear",
+    "grade class --gradebook two.csv",
+    "name the column with --assignment",
 )
 GRADEBOOK_COLUMN_CANNOT_BE_FILLED = _error(
-    "G754", "the column of the gradebook cannot be filled", "grade class --gradebook locked.csv"
+    "G754",
+    "the column of the gradebook cannot be filled",
+    "grade class --gradebook locked.csv",
+    "unlock the column in Canvas, or choose another",
 )
-NO_MOODLE_WORKSHEET = _error("G755", "this is no Moodle grading worksheet", "grade class --worksheet grades.csv")
+NO_MOODLE_WORKSHEET = _error(
+    "G755",
+    "this is no Moodle grading worksheet",
+    "grade class --worksheet grades.csv",
+    "download the worksheet from the assignment in Moodle, and give that file",
+)
 WORKSHEET_CANNOT_TAKE_POINTS = _error(
-    "G756", "the worksheet cannot take these points", "grade class --worksheet ten-points.csv"
+    "G756",
+    "the worksheet cannot take these points",
+    "grade class --worksheet ten-points.csv",
+    "give the rubric as many points as the worksheet takes",
 )
 
 # the run of a class
-NO_PROCESS_CAN_BE_STARTED = _error("G761", "no process can be started to work in", "grade class, with no process left")
-JOURNAL_LINES_LOST = _note("G762", "lines of the journal cannot be read", "grade class, after a power cut")
-GRADES_FOLDER_CANNOT_BE_WRITTEN = _error(
-    "G763", "the folder of the grades cannot be written", "grade class --out /dev/null"
+NO_PROCESS_CAN_BE_STARTED = _error(
+    "G761",
+    "no process can be started to work in",
+    "grade class, with no process left",
+    "run it again with fewer programs open, or with --workers 1",
 )
-NOTHING_TO_GRADE = _error("G764", "there is nothing to grade", "grade")
+JOURNAL_LINES_LOST = _note(
+    "G762",
+    "lines of the journal cannot be read",
+    "grade class, after a power cut",
+    "nothing: what is lost is graded anew",
+)
+GRADES_FOLDER_CANNOT_BE_WRITTEN = _error(
+    "G763",
+    "the folder of the grades cannot be written",
+    "grade class --out /dev/null",
+    "choose a folder that can be written to with --out",
+)
+NOTHING_TO_GRADE = _error(
+    "G764", "there is nothing to grade", "grade", "give the folder or the zip of a class: gyro grade class"
+)
 OPTION_FILE_CANNOT_BE_READ = _error(
-    "G765", "a file given with an option cannot be read", "grade class --rubric no-such-file.toml"
+    "G765",
+    "a file given with an option cannot be read",
+    "grade class --rubric no-such-file.toml",
+    "check the name of the file",
 )
 GRADES_WITHIN_CLASS = _error(
-    "G766", "the grades would be written into the class itself", "grade class --out class/grades"
+    "G766",
+    "the grades would be written into the class itself",
+    "grade class --out class/grades",
+    "write the grades elsewhere, with --out",
 )
-OPTION_NEEDS_A_FOLDER = _error("G767", "an option needs a folder to write to", "grade class --format json --figures")
+OPTION_NEEDS_A_FOLDER = _error(
+    "G767",
+    "an option needs a folder to write to",
+    "grade class --format json --figures",
+    "give --out FOLDER as well, or leave the option away",
+)
 
 # gyro itself
-FAULT_OF_GYRO = _error("G901", "a fault of gyro itself", "no log should ever raise it")
+FAULT_OF_GYRO = _error(
+    "G901",
+    "a fault of gyro itself",
+    "no log should ever raise it",
+    "report it, with the log and the line that names the place",
+)

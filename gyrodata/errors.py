@@ -78,7 +78,7 @@ class Diagnostic:
             lines.append(f"   {shown}")
             lines.append(f"   {mark}  {self.hint}".rstrip())
         elif self.hint:
-            lines.append(f"   {self.hint}")
+            lines += [f"   {line}" for line in self.hint.splitlines()]
         return "\n".join(lines).translate(PICTURES)
 
 

@@ -3,16 +3,30 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
 from gyrodata import fitting, forecast
-from gyrodata.comparisons import CHANCE, Pattern, load_words, outlier_reason, pattern_words, turn_words
+from gyrodata.comparisons import (
+    CHANCE,
+    Exponent,
+    Pattern,
+    compare_with_ball,
+    load_words,
+    outlier_reason,
+    pattern_words,
+    turn_words,
+)
 from gyrodata.diagnostics import (
     AGREES_TOO_WELL,
     BALANCE_POOR,
     BALANCE_TEST_CONTRADICTED,
+    BALL_DISAGREES,
+    COLUMNS_EXCHANGED,
     DIGITS_TOO_FEW,
+    INERTIA_UNUSUAL,
     NO_INERTIA_FITS,
     NOT_MEASURED,
     OUTLIER,
@@ -21,6 +35,7 @@ from gyrodata.diagnostics import (
     RUNS_CONTRADICT_EACH_OTHER,
     SCATTER_TOO_LARGE,
     SINGLE_TORQUE,
+    SIZE_UNUSUAL,
     SPIN_FELL_ALONE,
     TRANSVERSE_INERTIA_NOT_GIVEN,
     TURNS_OF_WEIGHTS_WRONG,
@@ -30,8 +45,10 @@ from gyrodata.effects import DROP_ONE, Effect
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate, FitResult, Outlier
 from gyrodata.forecast import Design
+from gyrodata.known_slips import INERTIA_RANGE, SIZES, exchanged, explaining_slips, far_off
 from gyrodata.measurements import SOURCES, Measurements, spin_columns, torque_groups
-from gyrodata.readings import MOST_OF_ONE_CODE, TIMINGS, Readings, to_display
+from gyrodata.readings import MOST_OF_ONE_CODE, TIMINGS, Readings, kind_of_role, to_display
+from gyrodata.units import from_si, parse_unit
 
 _LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
 
@@ -125,7 +142,8 @@ def outlier_findings(
     out = set(left_out)
     for outlier in outliers[:MOST_OF_ONE_CODE]:
         if outlier.index in out:
-            what = "correct the turns in the log" if outlier.turns is not None else "correct the slip, or time it again"
+            miscounted = "if you counted wrongly, correct the turns; if not, look at its spin and time; "
+            what = f"{miscounted * (outlier.turns is not None)}correct what you know to be wrong, or time it again"
             done, hint = "left out of the fits", f"{what}; --keep-flagged keeps the run"
         else:
             done = f"kept; without every run that looks odd I_zz = {without.value:.4g} kg*m^2" if without else "kept"
@@ -148,6 +166,54 @@ def outlier_findings(
 CONTRADICTING = 10.0
 """Runs that scatter so many times as much as stated contradict each other."""
 
+OTHER_LAW = 4.0
+"""An exponent further from 1 than so many of its u, at the scatter that the runs have beside that, is another law."""
+
+NO_ACCIDENT = 0.001
+"""Runs whose scatter is less likely than this do not follow the law within their uncertainties."""
+
+
+@dataclass(frozen=True, slots=True)
+class Doubt:
+    """A reason not to quote the answer, which not even its u holds."""
+
+    kind: Literal["contradiction", "exponent", "scatter", "pattern"]
+    words: str
+    """What is wrong."""
+    remedy: str
+    """Where to look for the cause."""
+
+
+def find_doubts(
+    measured: Measurements, fit: FitResult, exponent: Exponent | None, patterns: tuple[Pattern, ...]
+) -> tuple[Doubt, ...]:
+    """Say why the answer is not to be quoted as it stands, the weightiest reason first."""
+    if fit.scatter > CONTRADICTING:
+        words = f"the runs contradict each other: they scatter {fit.scatter:.3g} times as much as stated"
+        return (Doubt("contradiction", words, "look for a wrong digit, unit or count of turns in the runs"),)
+    found = []
+    if exponent is not None and fit.dof >= 2:
+        beside = (fit.chi2 - exponent.deviation**2) / (fit.dof - 1)
+        far = exponent.deviation / math.sqrt(max(beside, 1.0))
+        if abs(far) > OTHER_LAW:
+            words = (
+                f"the period grows as the spin to the power {exponent.value:.2f}, {abs(far):.0f} u from 1, "
+                "not in proportion to it"
+            )
+            late = "a hand that is late in every run, or turns that are wrong in the short runs"
+            drag = "a spin read at another moment than half time, or turns that are wrong in the long runs"
+            found.append(Doubt("exponent", words, f"look for {late if far < 0 else drag}"))
+    widest = fitting.doubt_of_widths(fitting.times_stated(measured))
+    if fit.dof > 0 and fitting.chi2_tail(fit.chi2 / widest**2, fit.dof) < NO_ACCIDENT:
+        words = f"the runs do not follow one line: they scatter {fit.scatter:.1f} times as much as stated"
+        remedy = (
+            "look for a run with a wrong count of turns, a wrong weight or a misread time, or state u_time as it is"
+        )
+        found.append(Doubt("scatter", words, remedy))
+    if patterns and patterns[0].p_corrected < CHANCE and patterns[0].name != "agreement":
+        found.append(Doubt("pattern", *pattern_words(patterns[0])))
+    return tuple(found)
+
 
 def _stated_time(measured: Measurements) -> str:
     """What the log says of its times: "0.14 s", or in words."""
@@ -155,6 +221,11 @@ def _stated_time(measured: Measurements) -> str:
     if time is None or time.relative.any() or np.ptp(time.absolute):
         return "stated"
     return f"{float(time.absolute[0]):.2g} s"
+
+
+def _wider_time(measured: Measurements, scatter: float) -> str:
+    """What the runs would need as their times' uncertainty: "0.3 s"."""
+    return f"{scatter * (measured.time_u or 0.14):.1g} s"
 
 
 def whole_findings(
@@ -181,7 +252,8 @@ def whole_findings(
             readings.diagnose(
                 SCATTER_TOO_LARGE,
                 f"the runs scatter {fit.scatter:.1f} times as much as {_stated_time(measured)}: u of I_zz holds that",
-                "state what your hand can do, for example # u_time: 0.3 s, or look for a run that is wrong",
+                "look for a run that is wrong, or a hand that is late; if times are really so uncertain, state it: "
+                f"# u_time: {_wider_time(measured, fit.scatter)}",
             )
         )
     if fit.contradicted_balance is not None:
@@ -270,12 +342,12 @@ def _fell_alone(measured: Measurements) -> list[int]:
 
 
 def digit_findings(readings: Readings, measured: Measurements, fit: FitResult) -> list[Diagnostic]:
-    """Say where the last digit written of a weight or a position makes most of u(I_zz), and what to write."""
+    """Say where the last digit written decides much of u(I_zz), with both answers, and what to write."""
     found = []
-    for role, sample in (("mass", "0.2 %"), ("position", "0.5 mm")):
+    for role in ("mass", "position", "time", "spin"):
         share = next((share for share in fit.budget if share.source == role), None)
         source = next((source for source in measured.sources if source.name == role), None)
-        if share is None or source is None or not source.default:
+        if share is None or source is None or not source.default or role not in readings.columns:
             continue
         column, touched = readings.columns[role], np.array(source.groups) >= 0
         size = np.where(touched, source.absolute + source.relative * np.abs(getattr(measured, role)), 1.0)
@@ -286,16 +358,29 @@ def digit_findings(readings: Readings, measured: Measurements, fit: FitResult) -
         if part * share.u_inertia < MOST * (fit.inertia.u or 0.0):
             continue
         first = int(np.argmax(ratio))
-        reading = column.readings[first]
-        (shown, unit), step = to_display(reading.value or 0.0, role), to_display(reading.step or 0.0, role)[0]
+        reading, less = column.readings[first], np.sqrt(1 - 0.99 * np.minimum(ratio, 1.0) ** 2)
+        finer = replace(source, absolute=source.absolute * less, relative=source.relative * less)
+        sources = tuple(finer if one is source else one for one in measured.sources)
+        left_out = tuple(np.flatnonzero(fit.adjusted.kept == 0).tolist())
+        better = fitting.fit(replace(measured, sources=sources), fit.adjusted.problem.tilted, left_out).inertia
+        kind = kind_of_role(role)
+        value, step = (from_si(number or 0.0, column.unit, kind) for number in (reading.value, reading.step))
         # One digit more, and as many as make a step of 1 %.
-        digits = max(0, 1 - math.floor(math.log10(step)), math.ceil(2 - math.log10(abs(shown))))
+        digits = max(0, 1 - round(math.log10(step)), math.ceil(2 - math.log10(abs(value))))
+        power = math.floor(math.log10(abs(fit.inertia.value)))
+        shown, then = (
+            f"{one.value / 10.0**power:.2f} ± {(one.u or 0.0) / 10.0**power:.2f}" for one in (fit.inertia, better)
+        )
+        unit = f" {column.unit}" if column.unit else ""
+        half, in_unit = to_display(0.5 * 10.0**-digits * parse_unit(column.unit, kind).factor, role)
         found.append(
             readings.diagnose(
                 DIGITS_TOO_FEW,
-                f'{role} "{reading.text}" is written to {step:.2g} {unit}: that rounding alone is '
-                f"{100 * part * share.u_inertia / abs(fit.inertia.value):.2g} % of I_zz, most of its uncertainty",
-                f"write every digit that was read, such as {shown:.{digits}f} {unit}, or # u_{role}: {sample}",
+                f'{role} "{reading.text}" is taken as anything from {value - step / 2:.4g} to {value + step / 2:.4g}'
+                f"{unit}: such rounding makes {100 * (part * share.u_inertia / (fit.inertia.u or 1.0)) ** 2:.0f} % of "
+                f"u². As written I_zz = ({shown})e{power} kg*m^2; as {value:.{digits}f} it would be {then}",
+                f"write every digit that was read, such as {value:.{digits}f}, or state what is known of it: "
+                f"# u_{role}: {half:.1g} {in_unit}",
                 column.place(first),
                 len(reading.text),
             )
@@ -304,7 +389,7 @@ def digit_findings(readings: Readings, measured: Measurements, fit: FitResult) -
 
 
 MOST = 0.5
-"""So much of u(I_zz) from the rounding of what is written is worth a word."""
+"""So much of u(I_zz), a quarter of u², from the rounding of what is written is worth a word."""
 
 
 def _model_findings(
@@ -321,7 +406,8 @@ def _model_findings(
                 "eq. (8) needs the moment of inertia across the rod, which is not given: "
                 f"{across.min():.2g} to {across.max():.2g} kg*m^2 ± 20 % is assumed (a ball with a light rod, the "
                 f"weight on it), and that doubt is {100 * guessed.u_inertia / abs(fit.inertia.value):.2g} % of I_zz",
-                "add a column transverse_inertia [kg*m^2], or one line: # transverse_inertia: 5.8e-3 kg*m^2",
+                "add a column transverse_inertia [kg*m^2], or one line with what was measured, such as "
+                f"# transverse_inertia: {np.median(across):.2g} kg*m^2",
             )
         )
     left_out = (
@@ -356,6 +442,66 @@ def _model_findings(
             )
         )
     return found
+
+
+def size_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:
+    """Ask about readings that are not of this lab, and about columns that make sense only the other way round."""
+    if exchanged(readings, measured):
+        spin, time = readings.columns["spin"], readings.columns["time"]
+        words = f'the columns "{spin.header}" and "{time.header}" make sense only the other way round'
+        hint = 'exchange the two headers: write "time [s]" over the first and "spin [rpm]" over the second'
+        return [readings.diagnose(COLUMNS_EXCHANGED, words, hint, spin.place(0))]
+    found = []
+    for size in SIZES:
+        far = far_off(readings, size)
+        if far is None:
+            continue
+        run, unit = far
+        column = readings.columns[size.role]
+        own = column.unit or to_display(1.0, size.role)[1]
+        value, low, high = (
+            f"{from_si(si, own, kind_of_role(size.role)):.4g} {own}"
+            for si in (abs(column.values[run] or 0.0), *size.possible)
+        )
+        hint = f'is it the unit? If {unit} is meant, write the header as "{size.role} [{unit}]"'
+        found.append(
+            readings.diagnose(
+                SIZE_UNUSUAL,
+                f"{size.role} {value} is not of this lab, where it is from {low} to {high}",
+                hint if unit else "is it the unit, the column, or a slip of the pen?",
+                column.place(run),
+                len(column.readings[run].text),
+            )
+        )
+    return found
+
+
+FAR_FROM_BALL, FAR_IN_U = 0.1, 5.0
+"""From so large a share, and so many u, on the difference from the ball needs a cause."""
+
+
+def body_findings(readings: Readings, measured: Measurements, fit: FitResult, asked: bool) -> list[Diagnostic]:
+    """Say where I_zz is not that of the ball or disk in the log, or of no lab; `asked`: a reading is asked about."""
+    low, high = INERTIA_RANGE
+    value = abs(fit.inertia.value)
+    ball = compare_with_ball(fit.inertia, readings.constants, readings.uncertainties)
+    if ball is not None and abs(ball.relative) > FAR_FROM_BALL and abs(ball.deviation or math.inf) > FAR_IN_U:
+        body = "the ball" if ball.mass is not None else "the disk"
+        words = (
+            f"I_zz = {value:.4g} kg*m^2 is {value / ball.inertia:.3g} times that of {body} in the log, "
+            f"{ball.inertia:.4g} kg*m^2"
+        )
+        slips = explaining_slips(readings, measured, value, ball.inertia)
+        if slips:
+            words += "; it would be " + "; or ".join(f"{after:.4g} if {kind.log}" for kind, after in slips)
+            return [readings.diagnose(BALL_DISAGREES, words, "; or else: ".join(kind.remedy for kind, _ in slips))]
+        hint = f"check the mass and the diameter of {body} in the log, and the units and origins of all columns"
+        return [readings.diagnose(BALL_DISAGREES, f"{words}; no known slip explains that", hint)]
+    if not asked and not low <= value <= high:
+        words = f"I_zz = {value:.3g} kg*m^2 is not of this lab, where it is from {low:g} to {high:g} kg*m^2"
+        hint = "look at the unit of each column, and at the first line of the report: is that what was done?"
+        return [readings.diagnose(INERTIA_UNUSUAL, words, hint)]
+    return []
 
 
 BETTER = {key: kind.better for key, kind in SOURCES.items() if kind.better}

@@ -21,7 +21,7 @@ from gyrodata.diagnostics import (
     TOO_FEW_WEIGHTS,
 )
 from gyrodata.errors import Diagnostic, LogError
-from gyrodata.findings import digit_findings
+from gyrodata.findings import body_findings, digit_findings, size_findings
 from gyrodata.fitting import FitResult, Outlier
 from gyrodata.measurements import Measurements, measure, torque_groups
 from gyrodata.physics import RPM, Floats
@@ -56,8 +56,10 @@ def check_procedure(readings: Readings, analysis: Analysis | None = None) -> tup
         fitted = analysis or fit_runs(readings, measured)
     except LogError as error:
         fitted, wrong = None, error.diagnostics
+    sizes = size_findings(readings, measured)
     return (
         *measured.diagnostics,
+        *sizes,
         *wrong,
         *_weights(readings, measured, groups),
         *_spins(readings, measured, groups),
@@ -66,6 +68,7 @@ def check_procedure(readings: Readings, analysis: Analysis | None = None) -> tup
         *_falling_spin(readings, measured),
         *(_odd_runs(readings, measured, fitted.outliers) if fitted else ()),
         *(digit_findings(readings, measured, fitted.fit) if fitted else ()),
+        *(body_findings(readings, measured, fitted.fit, bool(sizes)) if fitted else ()),
     )
 
 
@@ -183,7 +186,8 @@ def _odd_runs(readings: Readings, measured: Measurements, outliers: tuple[Outlie
         readings.diagnose(
             OUTLIER_BEFORE_LEAVING,
             f"run {measured.runs[outlier.index]}: {outlier_reason(measured, outlier)}",
-            "time it again before the weight comes off; if the count was wrong, correct it",
+            "time it again before the weight comes off; correct its turns, spin or time only if you know that they are "
+            "wrong",
             _place(readings, outlier.index),
         )
         for outlier in outliers

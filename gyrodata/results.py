@@ -14,6 +14,7 @@ from gyrodata import __version__
 from gyrodata.comparisons import Ball, Constancy, Exponent, NamedFit, Pattern, PowerLaw, Run, Sensitivity, Torque
 from gyrodata.effects import Effect
 from gyrodata.errors import Diagnostic
+from gyrodata.findings import Doubt
 from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, Outlier, Share
 from gyrodata.measurements import Measurements
 from gyrodata.readings import Readings
@@ -113,6 +114,8 @@ class Analysis:
     """b [s]"""
     if_balanced: Estimate | None
     """I_zz of a log with one torque, if the ball is balanced [kg*m^2]; None where torques differ."""
+    doubts: tuple[Doubt, ...]
+    """Why the answer is not to be quoted as it stands."""
     p: float | None
     """Probability of a chi-square at least as large; None without degrees of freedom."""
     birge: float | None
@@ -150,6 +153,7 @@ class Analysis:
             residual_torque=self.residual_torque,
             timing_bias=self.timing_bias,
             if_balanced=self.if_balanced,
+            doubts=self.doubts,
             goodness=Goodness(
                 self.fit.chi2,
                 self.fit.dof,
@@ -306,6 +310,8 @@ class AnalysisResult:
     """b: a stopwatch's reading is the true time plus b."""
     if_balanced: Estimate | None
     """I_zz of a log with one torque, if the ball is balanced [kg*m^2]; null where torques differ."""
+    doubts: tuple[Doubt, ...]
+    """Why the answer is not to be quoted as it stands, the weightiest reason first; empty where nothing is wrong."""
     goodness: Goodness
     fits: tuple[ComparedFit, ...]
     budget: tuple[Share, ...]

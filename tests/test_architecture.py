@@ -24,6 +24,7 @@ SHELVES = {
     "effects": 5,
     "comparisons": 5,
     "simulation": 5,
+    "known_slips": 5,
     "findings": 6,
     "results": 7,
     "benchmark": 8,

@@ -105,7 +105,7 @@ class TestTemplate:
         rows = [line.split(",") for line in blank_log(listed[0], "15 cm", listed[1]).splitlines() if line[0].isdigit()]
         masses, aims = [row[0] for row in rows], [row[-1].rpartition("aim at ")[2] for row in rows]
         assert sorted(set(zip(masses, aims, strict=True)) - {("0", aims[masses.index("0")])}) == sorted(
-            (f"{20 * (i + 1)}", f"{200 * (j + 1)} rpm") for i in range(weights) for j in range(spins)
+            (f"{20 * (i + 1)}.00", f"{200 * (j + 1)} rpm") for i in range(weights) for j in range(spins)
         )
         assert len(rows) == weights * spins + 2
         assert (masses[0], aims[0]) == (masses[-1], aims[-1])

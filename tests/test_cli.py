@@ -9,6 +9,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
+
+from gyrodata.cli import app
 
 ROOT = Path(__file__).parent.parent
 SAMPLE = ROOT / "sample_data" / "air_gyroscope.csv"
@@ -175,3 +178,55 @@ def test_version_and_help(tmp_path: Path) -> None:
     assert gyro("--version", folder=tmp_path).stdout.decode() == f"gyro {__version__}\n"
     shown = gyro("analyze", "--help", folder=tmp_path).stdout.decode()
     assert "Example:  gyro analyze sample_data/" in shown
+
+
+runner = CliRunner()
+HEADER = "mass [g],position [cm],spin [rpm],time [s],turns\n"
+GOOD_ROWS = """\
+20.1,14.8,212,7.02,1/3
+20.1,14.8,398,12.96,1/3
+20.1,14.8,604,19.79,1/3
+40.3,14.8,212,3.37,1/3
+40.3,14.8,398,6.51,1/3
+40.3,14.8,604,9.94,1/3
+60.2,14.8,212,7.03,1
+60.2,14.8,398,13.26,1
+60.2,14.8,604,19.97,1
+"""
+
+
+def late(by: float) -> str:
+    """The same lab, each whole turn read so many seconds late [s]."""
+    rows = [row.split(",") for row in GOOD_ROWS.splitlines()]
+    return HEADER + "".join(
+        f"{m},{x},{s},{float(t) + by * (1 if n == '1' else 1 / 3):.2f},{n}\n" for m, x, s, t, n in rows
+    )
+
+
+class TestTheFirstScreen:
+    def test_is_a_dozen_lines_and_begins_with_a_run_in_words(self) -> None:
+        done = runner.invoke(app, ["analyze", "-", "--no-report", "-q"], input=HEADER + GOOD_ROWS)
+        lines = done.stdout.splitlines()
+        assert len(lines) <= 12
+        run = "run 1: 20.1 g at 14.8 cm from the centre, 212 rpm, 1/3 turn in 7.02 s: 29.17 mN·m, one turn in 21.06 s."
+        assert lines[1] == f"  Read as: {run}"
+        assert lines[3].startswith("  I_zz = ")
+        assert lines[4].startswith("  The 9 runs agree with one line")
+        assert "the largest uncertainty is the stopwatch readings" in lines[4]
+        whole = runner.invoke(app, ["analyze", "-", "--no-report", "-q", "-v"], input=HEADER + GOOD_ROWS).stdout
+        assert "What the answer hangs on" in whole
+        assert "What the answer hangs on" not in done.stdout
+
+    def test_warns_before_an_answer_that_is_false(self) -> None:
+        done = runner.invoke(app, ["analyze", "-", "--no-report", "-q"], input=late(4.0))
+        before, _, after = done.stdout.partition("  I_zz = ")
+        assert "Do not rely on this answer: the period grows as the spin to the power 0.79" in before
+        assert "Find the cause: look for a hand that is late" in before
+        assert "do not agree with one line" in after
+        assert "next time" not in after
+        document = json.loads(runner.invoke(app, ["analyze", "-", "--format", "json"], input=late(4.0)).stdout)
+        assert document["result"]["doubts"][0]["kind"] == "exponent"
+        assert all(advice.startswith("find the cause first: ") for advice in document["result"]["advice"])
+        words = runner.invoke(app, ["analyze", "-", "--format", "markdown"], input=late(4.0)).stdout
+        assert "The torque grows in proportion" not in words
+        assert "these runs do not show" in words

@@ -281,3 +281,27 @@ def test_a_log_of_rates_has_no_hand() -> None:
     rates = "mass [g],position [cm],spin [rpm],precession_rate [deg/s]\n20,15,206,17.7\n40,15,405,17.9\n"
     names = {row.name for row in gyrodata.analyze(rates.encode()).sensitivity}
     assert names == {"balanced", "balance_free", "without"}
+
+
+@pytest.mark.parametrize("given", ["bore", "rod", "disk", "bore, rod", "disk alone"])
+def test_what_spins_may_have_a_bore_a_rod_and_a_disk(given: str) -> None:
+    lines = {
+        "ball": "# ball_mass: 4.3 kg\n# ball_diameter: 10.16 cm\n",
+        "bore": "# bore_diameter: 2 cm\n# bore_depth: 4 cm\n",
+        "rod": "# rod_mass: 0.2 kg\n# rod_diameter: 2 cm\n",
+        "disk": "# disk_mass: 0.5 kg\n# disk_diameter: 8 cm\n",
+    }
+    alone = given == "disk alone"
+    parts = ["disk"] if alone else ["ball", *given.split(", ")]
+    found = gyrodata.analyze("".join([*(lines[part] for part in parts), HEAD, ROWS]).encode()).ball
+    assert found is not None
+    solid, radius = 0.4 * 4.3 * 0.0508**2, 0.0508
+    # The bored ball's mass is what was weighed: its steel is denser than that of a whole ball of this mass.
+    bore = np.pi * 0.01**2 * 0.04
+    density = 4.3 / (4 / 3 * np.pi * radius**3 - bore)
+    bored = density * (8 / 15 * np.pi * radius**5 - 0.5 * bore * 0.01**2) - solid
+    expected = {"ball": solid, "bore": bored, "rod": 0.5 * 0.2 * 0.01**2, "disk": 0.5 * 0.5 * 0.04**2}
+    assert found.inertia == pytest.approx(sum(expected[part] for part in parts), rel=1e-9)
+    assert found.bore == (pytest.approx(expected["bore"]) if "bore" in parts else 0.0)
+    assert expected["bore"] > 0
+    assert (found.mass is None) == (found.solid is None) == alone

@@ -58,7 +58,7 @@ class TestOneBrokenLog:
         assert done.exit_code == 3
         assert "broken.csv: error G901: this is a fault of gyro" in done.output
         assert "Traceback" not in done.output
-        assert done.stdout.count("10 runs") == 2
+        assert done.stdout.count(".csv: 10 runs") == 2
 
     def test_on_request_with_the_way_there(self, command: str, logs: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setenv("GYRO_DEBUG", "1")

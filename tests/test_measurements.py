@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 import gyrodata
 from gyrodata.fitting import Model, fit, fit_many
 from gyrodata.measurements import SOURCES, Measurements, Source, measure, select, torque_groups
+from gyrodata.procedure import check_procedure
 from gyrodata.readings import UNCERTAINTIES, kind_of_role, read_log
 from gyrodata.simulation import TYPICAL
 
@@ -391,12 +393,30 @@ def test_an_uncertainty_of_a_tilt_that_is_left_out_is_refused(pitch: str, line: 
     assert ("G406", 1) in {(d.code, d.line) for d in found}
 
 
-def test_digits_that_make_most_of_u_are_named() -> None:
-    rows = "0.02,15.0,206,20.4,1\n0.04,15.0,405,20.1,1\n0.06,15.0,404,13.4,1\n"
-    short = HEAD.replace("[g]", "[kg]") + rows
-    (found,) = [d for d in gyrodata.analyze(short.encode()).diagnostics if d.code == "G407"]
-    assert (found.line, found.column, found.severity) == (2, 1, "note")
-    assert "such as 20.0 g, or # u_mass: 0.2 %" in found.hint
-    for told in ("# u_mass: 0.2 %\n" + short, short.replace("0.02,", "20.0 g,").replace(",0.04", "40.0 g")):
-        mended = told if told[0] == "#" else told.replace("0.04,15", "40.0 g,15").replace("0.06,15", "60.0 g,15")
-        assert [d.code for d in gyrodata.analyze(mended.encode()).diagnostics if d.code == "G407"] == []
+ROUNDED = {"mass": ("0.02", "0.0200"), "position": ("15", "15.0")}
+
+
+@pytest.mark.parametrize("role", ROUNDED)
+def test_digits_that_decide_much_of_u_are_named_with_both_answers(role: str) -> None:
+    short = "mass [kg],position [cm],spin [rpm],time [s],turns\n"
+    for mass, spin, time in (("0.02", 206, 20.4), ("0.04", 405, 20.1), ("0.06", 404, 13.4)):
+        short += f"{mass},15.0,{spin},{time},1\n"
+    if role == "position":
+        short = re.sub(r"(0\.0\d),15\.0", r"\g<1>00,15", short)
+    before = gyrodata.analyze(short.encode())
+    (found,) = [d for d in before.diagnostics if d.code == "G407"]
+    text, longer = ROUNDED[role]
+    assert (found.line, found.severity) == (2, "warning")
+    assert found.message.startswith(f'{role} "{text}" is taken as anything from ')
+    told = re.findall(r"\d\.\d\d ± \d\.\d\d", found.message)
+    assert f"such as {longer}, or state" in found.hint
+    stated = found.hint.partition("# ")[2]
+    written = re.sub(r"(0\.0\d),", r"\g<1>00,", short) if role == "mass" else short.replace(",15,", ",15.0,")
+    assert told[0] == f"{1e3 * before.inertia.value:.2f} ± {1e3 * (before.inertia.u or 0):.2f}"
+    for log in (f"# {stated}\n{short}", written):
+        after = gyrodata.analyze(log.encode())
+        assert [d.code for d in after.diagnostics if d.code == "G407"] == []
+        value, u = map(float, told[1].split(" ± "))
+        assert 1e3 * after.inertia.value == pytest.approx(value, abs=0.5 * u)
+        assert 1e3 * (after.inertia.u or 0) == pytest.approx(u, rel=0.25)
+    assert [d.code for d in check_procedure(read_log(short.encode())) if d.code == "G407"] == ["G407"]

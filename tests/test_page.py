@@ -257,13 +257,13 @@ class TestWords:
     @pytest.mark.parametrize(
         ("kind", "told"),
         [
-            ("other side, heavy", ["The runs agree with each other", "The largest part of u comes from the "]),
-            ("far too much scatter", ["times as much as 0.01 s: u holds that (p"]),
-            ("one run", ["There are as many unknowns as runs, so nothing tells whether the runs agree."]),
+            ("other side, heavy", ["The 3 runs agree with one line", "; the largest uncertainty is the "]),
+            ("far too much scatter", ["The 6 runs do not agree with one line within what the log states"]),
+            ("one run", ["There are as many unknowns as runs, so nothing tells whether they agree"]),
             (
                 "one torque",
                 [
-                    "These runs do not tell how well the ball is balanced, and that is the largest part of u, ",
+                    "These runs do not tell how well the ball is balanced, and that is the largest part of u², ",
                     "If the ball is balanced as in step 2, Izz = (",
                     "All torques are equal: to settle it, write # balanced: yes, add a balance test, or time a run",
                 ],
@@ -336,8 +336,14 @@ class TestWords:
     @pytest.mark.parametrize(
         ("lines", "expected"),
         [
-            ("# ball_mass: 4.10 ± 0.01 kg\n# ball_diameter: 10.16 ± 0.005 cm\n", "does not agree with it: the diff"),
-            ("# ball_mass: 4.10 ± 0.30 kg\n# ball_diameter: 10.16 cm\n", "agrees with it: the difference is +"),
+            (
+                "# ball_mass: 4.10 ± 0.01 kg\n# ball_diameter: 10.16 ± 0.005 cm\n",
+                "does not agree with that of the ball: ",
+            ),
+            (
+                "# ball_mass: 4.10 ± 0.30 kg\n# ball_diameter: 10.16 cm\n",
+                "agrees with that of the ball: the diff",
+            ),
             ("# ball_mass: 4.10 kg\n# ball_diameter: 10.16 cm\n", "(taken as exact: the log gives no uncertainty)"),
             ("", "it is compared with 2/5 m r² here"),
         ],

@@ -10,12 +10,14 @@ import typer
 from gyrodata import __version__
 from gyrodata.cli.analyze_command import analyze
 from gyrodata.cli.check_command import check, template
+from gyrodata.cli.explain_command import explain
 from gyrodata.cli.grade_command import autograde, grade
 from gyrodata.cli.options import example_of
 from gyrodata.cli.predict_command import predict
 from gyrodata.cli.simulate_command import simulate
 from gyrodata.cli.terminal import Door, write_out
 from gyrodata.cli.tool_commands import benchmark, schema, selfcheck
+from gyrodata.diagnostics import NO_UNLOADED_RUN
 
 app = typer.Typer(
     name="gyro",
@@ -49,6 +51,7 @@ _add(analyze, "Fit I_zz to a log, and write figures and a report.",
 _add(check, "Say what is wrong with a log, and what it still lacks.", "gyro check sample_data/air_gyroscope.csv")
 _add(template, "Print a blank log to fill in.",
      "gyro template --weights 20g,40g,60g --position 15cm", "--spins 200,400,600rpm > log.csv")  # fmt: skip
+_add(explain, "Say what a diagnostic means, and what to do.", f"gyro explain {NO_UNLOADED_RUN}")
 _add(grade, "Grade a class, with feedback for everybody.", "gyro grade sample_data/class")
 app.command(hidden=True)(autograde)
 app.add_typer(predict, name="predict", short_help="Say what theory predicts for given numbers.")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from gyrodata.cli.options import ConfigOption, MappingOption, SettingsOption, pairs
-from gyrodata.cli.terminal import FAULT, complain, fault, name_of, refuse, source_of, write_folder, write_out
+from gyrodata.cli.terminal import FAULT, coloured, complain, fault, name_of, refuse, source_of, write_folder, write_out
 from gyrodata.diagnostics import CANNOT_BE_WATCHED, FORMAT_FOR_ONE_LOG, VALUES_NOT_FOR_FORMAT
 from gyrodata.errors import Diagnostic, GyroError
 
@@ -67,6 +68,9 @@ def analyze(
         typer.Option("--watch", help="During the lab: say what is missing and which run to repeat, whenever the file "
                      "is saved, until Ctrl-C. Writes no report."),
     ] = False,
+    verbose: Annotated[
+        bool, typer.Option("--verbose", "-v", help="Tell all in the terminal that the page tells.")
+    ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Only errors on standard error.")] = False,
     exit_zero: Annotated[bool, typer.Option("--exit-zero", help="Exit with 0 even when a log has errors.")] = False,
 ) -> None:  # fmt: skip
@@ -97,7 +101,7 @@ def analyze(
         model=model,
         keep_flagged=keep_flagged,
     )
-    request = _Request(options, config, form, values, figures, style)
+    request = _Request(options, config, form, values, figures, style, verbose)
     if watched:
         _watch(Path(logs[0]), request)
         return
@@ -108,7 +112,7 @@ def analyze(
     for told in _in_order(jobs) if many else map(_analyze_one, jobs):
         complain(told.diagnostics, quiet)
         if told.text:
-            write_out(header + told.text)
+            write_out(header + (coloured(told.text, sys.stdout) if form == "text" else told.text))
             header = ""
         complain(told.not_written)
         if told.report and not quiet:
@@ -150,6 +154,7 @@ class _Request:
     values: Writing
     figures: Figures
     style: Style
+    verbose: bool
 
     def read(self, **source: Any) -> Readings:
         """Read a log, with the constants and headers given beside it."""
@@ -288,7 +293,7 @@ def _formatted(analysis: Analysis, request: _Request, count: int) -> str:
     form = request.form
     after = "\n" if count > 1 else ""
     if form == "text":
-        return reporting.summary(analysis, request.values) + after
+        return reporting.summary(analysis, request.values, request.verbose) + after
     if form == "markdown":
         return reporting.markdown_report(analysis, request.values) + after
     if form == "latex":

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from gyrodata.cli.options import ConfigOption, MappingOption, SettingsOption, pairs, with_units
-from gyrodata.cli.terminal import FAULT, fault, name_of, refuse, source_of, write_out
+from gyrodata.cli.terminal import FAULT, coloured, fault, name_of, refuse, source_of, write_out
 from gyrodata.diagnostics import FORMAT_FOR_ONE_LOG
 from gyrodata.errors import GyroError
 
@@ -74,7 +75,7 @@ def _check_one(
     found = tuple(sorted(found, key=lambda diagnostic: (diagnostic.line or 0, diagnostic.column or 0)))
     name = name_of(log)
     if form == "text":
-        write_out(reporting.check_text(name, len(readings.runs) if readings else None, found))
+        write_out(coloured(reporting.check_text(name, len(readings.runs) if readings else None, found), sys.stdout))
     elif form == "github":
         write_out(reporting.github_annotations(name if log == "-" else log, found))
     else:

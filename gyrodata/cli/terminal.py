@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
@@ -76,6 +77,25 @@ def fault(error: Exception, name: str = "") -> Diagnostic:
     )
 
 
+_COLOURED = re.compile(
+    r"(?m)^(?P<place>(?:\S.*?: )?)(?P<told>(?P<severity>error|warning|note) G\d{3}:)"
+    r"|(?P<doubt>Do not rely on this answer:)"
+)
+_COLOURS = {"error": "1;31", "warning": "1;33", "note": "36"}
+
+
+def coloured(text: str, stream: Any) -> str:
+    """Set severities apart on a terminal, unless NO_COLOR is set; nowhere else."""
+    if os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb" or stream is None or not stream.isatty():
+        return text
+
+    def paint(found: re.Match[str]) -> str:
+        colour = _COLOURS[found["severity"] or "error"]
+        return f"{found['place'] or ''}\033[{colour}m{found['told'] or found['doubt']}\033[0m"
+
+    return _COLOURED.sub(paint, text)
+
+
 def write_out(text: str) -> None:
     """Write data to standard output; a reader that has gone away (``| head``) is no fault."""
     if sys.stdout is None:
@@ -102,7 +122,7 @@ def complain(diagnostics: Iterable[Diagnostic], quiet: bool = False) -> None:
         key=lambda d: (order[d.severity], d.line or 0, d.column or 0),
     )
     for diagnostic in shown:
-        typer.echo(str(diagnostic), err=True)
+        typer.echo(coloured(str(diagnostic), sys.stderr), err=True, color=True)
 
 
 def refuse(code: str, message: str, hint: str) -> NoReturn:

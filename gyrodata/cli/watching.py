@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gyrodata.cli.terminal import fault, write_out
+from gyrodata.cli.terminal import coloured, fault, write_out
 from gyrodata.errors import GyroError
 
 if TYPE_CHECKING:
@@ -43,6 +43,7 @@ def watch(
     for data in contents(path, sleep):
         text = f"{path.name}: cannot be read now\n" if data is None else state(path.name, data, read, analyse, writing)
         if on_terminal:
+            text = coloured(text, sys.stdout)
             write_out(f"{_CLEAR}{text}\nwatching {path.name}; Ctrl-C ends it\n")
         else:
             write_out(before + text)

@@ -74,7 +74,8 @@ KINDS = {
     ),
     "spin": PatternKind(
         "time minus fit goes with the spin, as where the spin is read late, or a drag or a nutation goes with it",
-        "read the spin at half time of each run, and write how the rod was started: # motion: steady",
+        "read the spin at half time of each run, and write how the rod was started: # motion: steady, or # motion: "
+        "released",
     ),
     "torque": PatternKind(
         "time minus fit goes with the torque, and not along a line, as where the rod sinks or the turns of a weight "

@@ -174,26 +174,34 @@ def _beside(other: NamedFit, recommended: Estimate) -> NamedFit:
 
 @dataclass(frozen=True, slots=True)
 class Ball:
-    """The solid ball that the log describes, and how the measured I_zz compares with it."""
+    """What spins, as the log describes it, and how the measured I_zz compares with it."""
 
-    mass: float
-    """[kg]"""
+    mass: float | None
+    """[kg]; None where the log describes a disk only."""
     mass_u: float | None
     """Standard uncertainty [kg]; None where the log does not state it: taken as exact."""
-    diameter: float
-    """[m]"""
+    diameter: float | None
+    """[m]; None where the log describes a disk only."""
     diameter_u: float | None
     """Standard uncertainty [m]; None where the log does not state it: taken as exact."""
+    solid: float | None
+    """2/5 m r² of the ball without a bore [kg*m^2]; None where the log describes a disk only."""
+    bore: float
+    """What the bore adds to it for the same mass [kg*m^2]."""
+    rod: float
+    """½ m r² of the rod [kg*m^2]."""
+    disk: float
+    """½ m r² of the disk [kg*m^2]."""
     inertia: float
-    """2/5 m r² [kg*m^2]."""
+    """All of these together [kg*m^2]."""
     inertia_u: float | None
-    """Its standard uncertainty [kg*m^2]; None where neither mass nor diameter has one."""
+    """Its standard uncertainty [kg*m^2]; None where neither the ball's mass nor its diameter has one."""
     difference: float
-    """I_zz minus 2/5 m r² [kg*m^2]."""
+    """I_zz minus that [kg*m^2]."""
     difference_u: float | None
     """Standard uncertainty of the difference [kg*m^2]."""
     relative: float
-    """I_zz over 2/5 m r², minus 1."""
+    """I_zz over it, minus 1."""
     deviation: float | None
     """The difference in its standard uncertainties."""
 
@@ -201,30 +209,46 @@ class Ball:
 def compare_with_ball(
     inertia: Estimate, constants: Mapping[str, float], uncertainties: Mapping[str, Uncertainty]
 ) -> Ball | None:
-    """Compare I_zz with 2/5 m r² of a ball; None where the log does not give its mass or its diameter."""
-    if "ball_mass" not in constants or "ball_diameter" not in constants:
+    """Compare I_zz with that of the ball, its bore, rod and disk; None where the log gives neither ball nor disk."""
+    has_ball = "ball_mass" in constants and "ball_diameter" in constants
+    rod, disk = (
+        physics.cylinder_inertia(constants[f"{part}_mass"], constants[f"{part}_diameter"])
+        if f"{part}_mass" in constants and f"{part}_diameter" in constants
+        else 0.0
+        for part in ("rod", "disk")
+    )
+    if not has_ball and not disk:
         return None
-    mass, diameter = constants["ball_mass"], constants["ball_diameter"]
+    mass, diameter = (constants["ball_mass"], constants["ball_diameter"]) if has_ball else (0.0, 0.0)
     stated = [uncertainties.get("u_ball_mass"), uncertainties.get("u_ball_diameter")]
     mass_u, diameter_u = (
-        given.at(value) if given else None for given, value in zip(stated, (mass, diameter), strict=True)
+        given.at(value) if given and has_ball else None for given, value in zip(stated, (mass, diameter), strict=True)
     )
-    solid = physics.solid_ball_inertia(mass, diameter)
-    solid_u = None
+    solid, bore = physics.solid_ball_inertia(mass, diameter), 0.0
+    if has_ball and constants.get("bore_diameter", diameter) < diameter:
+        # Without its depth a bore ends at the centre.
+        depth = min(constants.get("bore_depth", diameter / 2), diameter)
+        bore = physics.bored_ball_inertia(mass, diameter, constants["bore_diameter"], depth) - solid
+    expected = solid + bore + rod + disk
+    expected_u = None
     if mass_u is not None or diameter_u is not None:
         # 2/5 m (d/2)² grows as m and as d².
-        solid_u = solid * math.hypot((mass_u or 0.0) / mass, 2 * (diameter_u or 0.0) / diameter)
-    difference = inertia.value - solid
-    difference_u = None if inertia.u is None else math.hypot(inertia.u, solid_u or 0.0)
+        expected_u = solid * math.hypot((mass_u or 0.0) / mass, 2 * (diameter_u or 0.0) / diameter)
+    difference = inertia.value - expected
+    difference_u = None if inertia.u is None else math.hypot(inertia.u, expected_u or 0.0)
     return Ball(
-        mass=mass,
+        mass=mass if has_ball else None,
         mass_u=mass_u,
-        diameter=diameter,
+        diameter=diameter if has_ball else None,
         diameter_u=diameter_u,
-        inertia=solid,
-        inertia_u=solid_u,
+        solid=solid if has_ball else None,
+        bore=bore,
+        rod=rod,
+        disk=disk,
+        inertia=expected,
+        inertia_u=expected_u,
         difference=difference,
         difference_u=difference_u,
-        relative=inertia.value / solid - 1,
+        relative=inertia.value / expected - 1,
         deviation=difference / difference_u if difference_u else None,
     )

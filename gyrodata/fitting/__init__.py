@@ -43,7 +43,7 @@ from gyrodata.fitting.lines import (
     with_constant,
 )
 from gyrodata.fitting.many import ManyFits, fit_many
-from gyrodata.fitting.posterior import K_95, Conditions, integrate, scatter_prior
+from gyrodata.fitting.posterior import K_95, Conditions, doubt_of_widths, integrate, scatter_prior
 from gyrodata.fitting.screening import OUTLIER, TURN_COUNTS, explaining_counts, screen
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO
 
@@ -73,6 +73,7 @@ __all__ = [
     "balance_scale",
     "chi2_tail",
     "corrected",
+    "doubt_of_widths",
     "earth_is_told",
     "explaining_counts",
     "fit",

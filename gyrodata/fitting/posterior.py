@@ -224,6 +224,11 @@ def balance_prior(scale: Floats, tested: Floats | float | None) -> tuple[Floats,
         return grid, np.log(onto)
 
 
+def doubt_of_widths(stated: bool) -> float:
+    """Give the factor by which the errors that each run has alone may well be wider than the log says."""
+    return math.exp(SPREAD_STATED if stated else SPREAD_DEFAULT)
+
+
 def scatter_prior(factor: Floats, stated: bool) -> Floats:
     """Logarithm of the density of ln s."""
     spread, tail = (SPREAD_STATED, TAIL_STATED) if stated else (SPREAD_DEFAULT, TAIL_DEFAULT)

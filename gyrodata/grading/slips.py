@@ -15,10 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from gyrodata.grading.yardsticks import OwnRuns, OwnValue, distance
+from gyrodata.known_slips import Kind, list_kinds
 from gyrodata.measurements import Measurements
-from gyrodata.physics import RPM, Floats
 from gyrodata.readings import Readings
-from gyrodata.units import parse_unit
 
 FROM = 3.0  # a report nearer than this to an accepted fit [u] is arithmetic as it should be: no slip is looked for
 
@@ -49,19 +48,6 @@ class Slip:
     distance: float  # how far from that fit the report is [u]
 
 
-@dataclass(frozen=True, slots=True)
-class _Kind:
-    """One slip, applied to a log of n runs."""
-
-    kind: str
-    words: str
-    check: str
-    product: float | Floats = 1.0  # what it multiplies φ̇ψ̇ of each run by, a number or shape (n,)
-    torque: float = 1.0  # what it multiplies M by
-    forgets: str = ""  # the quantity whose conversion was forgotten: two such make a likely pair; "" for the others
-    rank: int = 0  # 0 for a common one that the log's own units allow, 1 for a rarer one, 2 for a plain power of ten
-
-
 def find_slips(
     reported: float, step: float, own: OwnRuns, readings: Readings, measured: Measurements
 ) -> tuple[Slip, ...]:
@@ -75,7 +61,7 @@ def find_slips(
         return ()
     if reported < 0 and min(distance(-reported, value.value, step, own.yardstick) for value in honest) <= FROM:
         return (_sign(reported, step, own, honest),)
-    singles = list(_kinds(readings, measured))
+    singles = [kind for kind in list_kinds(readings, measured) if kind.words]
     found = _matching(reported, step, own, honest, singles, WITHIN)
     if not any(slip.distance <= BOTH_WITHIN for _, slip in found):
         found += _matching(reported, step, own, honest, list(_pairs(singles)), BOTH_WITHIN)
@@ -109,7 +95,7 @@ def _sign(reported: float, step: float, own: OwnRuns, honest: tuple[OwnValue, ..
 
 
 def _matching(
-    reported: float, step: float, own: OwnRuns, honest: tuple[OwnValue, ...], kinds: list[_Kind], within: float
+    reported: float, step: float, own: OwnRuns, honest: tuple[OwnValue, ...], kinds: list[Kind], within: float
 ) -> list[tuple[int, Slip]]:
     """Slips of a list that explain the report, each by the fit that does it best, with their rank."""
     product = np.array([kind.product * own.product for kind in kinds])
@@ -143,119 +129,14 @@ def _matching(
     return found
 
 
-# --- the slips ----------------------------------------------------------------------------------------------
-
-
-def _kinds(readings: Readings, measured: Measurements) -> Iterator[_Kind]:
-    """All single slips that this log allows."""
-    yield from _of_rates(readings)
-    if "mass" in readings.columns:
-        yield from _of_loads(readings, measured.g)
-    yield from _of_turns(measured)
-    yield _Kind(
-        "answer_in_g_cm2", "the answer is in g·cm², written as kg·m²",
-        "1 g·cm² is 10⁻⁷ kg·m²", torque=1e7, rank=1,
-    )  # fmt: skip
-    for power in (-3, -2, -1, 1, 2, 3):
-        yield _Kind(
-            f"power_of_ten_{power}", f"the decimal point is off by {abs(power)} place{'s' if abs(power) > 1 else ''}",
-            "look at each power of ten on the way to the answer, and at the answer's own exponent",
-            torque=10.0**power, rank=2,
-        )  # fmt: skip
-
-
-def _of_rates(readings: Readings) -> Iterator[_Kind]:
-    unit = next((c.unit for role, c in readings.columns.items() if role.startswith("spin") and c.unit), "rpm")
-    in_rpm, in_turns = unit == "rpm", unit in ("Hz", "rps")
-    yield _Kind(
-        "rpm_as_rad_s", "the spin in rpm was used as if it were in rad/s",
-        "ψ̇ [rad/s] = 2π/60 × rpm: 400 rpm are 41.9 rad/s", product=1 / RPM, forgets="spin", rank=0 if in_rpm else 1,
-    )  # fmt: skip
-    yield _Kind(
-        "rad_s_as_rpm", "the spin was turned from rpm into rad/s twice",
-        "multiply rpm by 2π/60 once: 400 rpm are 41.9 rad/s", product=RPM, rank=0 if unit in ("rpm", "rad/s") else 1,
-    )  # fmt: skip
-    yield _Kind(
-        "minutes_as_seconds", "the spin was not divided by the 60 seconds of a minute",
-        "ψ̇ [rad/s] = 2π/60 × rpm: 400 rpm are 41.9 rad/s", product=60.0, rank=0 if in_rpm else 1,
-    )  # fmt: skip
-    yield _Kind(
-        "two_pi_missing", "2π is missing: one of the two rates is in turns per second, not in rad/s",
-        "φ̇ = 2π × turns/time, and ψ̇ [rad/s] = 2π × turns per second",
-        product=1 / (2 * math.pi), forgets="" if in_turns else "precession",
-    )  # fmt: skip
-    yield _Kind(
-        "two_pi_twice", "there is one 2π too many: a rate was multiplied by it twice",
-        "φ̇ = 2π × turns/time, and ψ̇ [rad/s] = 2π/60 × rpm; each 2π once", product=2 * math.pi,
-    )  # fmt: skip
-    yield _Kind(
-        "two_pi_missing_in_both", "both rates are in turns per second, not in rad/s",
-        "φ̇ = 2π × turns/time, and ψ̇ [rad/s] = 2π × turns per second", product=(2 * math.pi) ** -2,
-    )  # fmt: skip
-    yield _Kind(
-        "both_in_rpm", "both rates are in rpm, not in rad/s",
-        "φ̇ and ψ̇ are needed in rad/s: 1 rpm is 2π/60 rad/s", product=RPM**-2, rank=0 if in_rpm else 1,
-    )  # fmt: skip
-
-
-def _of_loads(readings: Readings, g: float) -> Iterator[_Kind]:
-    mass_unit = readings.columns["mass"].unit
-    yield _Kind(
-        "g_as_kg", "the masses in grams were used as kilograms",
-        "a weight of 20 g is 0.020 kg", torque=1000.0, forgets="mass", rank=0 if mass_unit == "g" else 1,
-    )  # fmt: skip
-    yield _Kind(
-        "kg_as_g", "the masses were divided by 1000 once too often",
-        "a weight of 20 g is 0.020 kg", torque=1e-3, rank=0 if mass_unit == "kg" else 1,
-    )  # fmt: skip
-    length_unit = readings.columns["position"].unit if "position" in readings.columns else "cm"
-    for unit, name in (("cm", "centimetres"), ("mm", "millimetres")):
-        factor = 1 / parse_unit(unit, "length").factor
-        yield _Kind(
-            f"{unit}_as_m", f"the positions in {name} were used as metres",
-            f"15 {unit} are {15 / factor:g} m",
-            torque=factor, forgets="position" if length_unit == unit else "", rank=0 if length_unit == unit else 1,
-        )  # fmt: skip
-    for kind, words, factor, rank in (
-        ("mm_as_cm", "the positions in millimetres were used as centimetres", 10.0, 0 if length_unit == "mm" else 1),
-        ("cm_as_mm", "the positions in centimetres were used as millimetres", 0.1, 1),
-    ):
-        yield _Kind(kind, words, "15 cm are 150 mm are 0.15 m", torque=factor, rank=rank)
-    yield _Kind(
-        "missing_g", f"g is missing: m·x was used as the torque, without {g:.4g} m/s²",
-        "M = m g x, in N·m", torque=1 / g, forgets="g",
-    )  # fmt: skip
-    yield _Kind(
-        "diameter_for_radius", "the arm is twice as long as it is: a whole length taken for half of it",
-        "x goes from the centre of the ball to the weight", torque=2.0,
-    )  # fmt: skip
-    yield _Kind(
-        "radius_halved", "the arm is half as long as it is",
-        "x goes from the centre of the ball to the weight, and is not halved", torque=0.5,
-    )  # fmt: skip
-
-
-def _of_turns(measured: Measurements) -> Iterator[_Kind]:
-    if np.all(measured.turns == 1):
-        return
-    yield _Kind(
-        "turns_forgotten", "the time was taken for a whole turn, whatever part of a turn was timed",
-        "φ̇ = 2π × turns/time: 1/3 of a turn in 7 s is a period of 21 s", product=1 / measured.turns, forgets="turns",
-    )  # fmt: skip
-    yield _Kind(
-        "turns_upside_down", "the time was multiplied by the turns instead of divided by them",
-        "the period is time/turns: 1/3 of a turn in 7 s is a period of 21 s", product=measured.turns**-2,
-    )  # fmt: skip
-
-
-def _pairs(singles: list[_Kind]) -> Iterator[_Kind]:
+def _pairs(singles: list[Kind]) -> Iterator[Kind]:
     """Two steps forgotten by one student: raw numbers put into the formula."""
     forgotten = [kind for kind in singles if kind.forgets]
     for i, first in enumerate(forgotten):
         for second in forgotten[i + 1 :]:
             if first.forgets == second.forgets:
                 continue
-            yield _Kind(
+            yield Kind(
                 f"{first.kind} + {second.kind}",
                 f"{first.words}, and {second.words}",
                 f"{first.check}; {second.check}",

@@ -14,6 +14,7 @@ G sinhc((1 − p)d/2)/sinhc(p d/2).
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -41,6 +42,23 @@ def normal_gravity(latitude: ArrayLike) -> Any:
 def solid_ball_inertia(mass: float, diameter: float) -> float:
     """Moment of inertia of a homogeneous ball about any axis through its centre, 2/5 m r² [kg*m^2]."""
     return 0.4 * mass * (diameter / 2) ** 2
+
+
+def bored_ball_inertia(mass: float, diameter: float, bore_diameter: float = 0.0, bore_depth: float = 0.0) -> float:
+    """Moment of inertia [kg*m^2] about the bore of a ball with a cylindrical bore along a radius.
+
+    The mass is that of the bored ball. What the bore takes lies near the axis: of two balls of the same mass the
+    bored one has the larger moment of inertia. The bore's round end at the ball's surface is taken as flat.
+    """
+    radius, bore = diameter / 2, bore_diameter / 2
+    taken = math.pi * bore**2 * bore_depth
+    density = mass / (4 / 3 * math.pi * radius**3 - taken)
+    return density * (8 / 15 * math.pi * radius**5 - taken * bore**2 / 2)
+
+
+def cylinder_inertia(mass: float, diameter: float) -> float:
+    """Moment of inertia of a rod or a disk about its own axis, ½ m r² [kg*m^2]."""
+    return 0.5 * mass * (diameter / 2) ** 2
 
 
 def torque(mass: ArrayLike, position: ArrayLike, g: float) -> Any:

@@ -28,8 +28,11 @@ def check_meaning(table: Table, choice: Choice, unread: set[str], faults: Faults
     if "precession_period" in choice.asked and "turns" in missing:
         missing.remove("turns")  # needed or not, by what is answered
     unread = unread | choice.asked
-    for role in missing:
-        _add_missing(role, choice, faults, missing)
+    if len(missing) >= SEVERAL:
+        _add_missing_together(missing, choice, faults)
+    else:
+        for role in missing:
+            _add_missing(role, choice, faults, missing)
     if not missing and not any(kind_of_role(role) != "text" and role[:2] != "u_" for role in unread) and not said:
         _check_runs(table, faults)
     _check_turns(table, faults)
@@ -61,10 +64,49 @@ def _missing_roles(columns: dict[str, Column], unread: set[str]) -> list[str]:
     return missing
 
 
+SEVERAL = 4
+"""So many quantities that are missing are told of in one table."""
+
+
+def _add_missing_together(missing: list[str], choice: Choice, faults: Faults) -> None:
+    """Say in one table what a log lacks, with the header to copy where the units tell which column is which."""
+    columns = {role: _column_header(role, DISPLAY[kind_of_role(role)]) for role in missing}
+    width = max(map(len, columns.values()))
+    hint = [f"{columns[role].ljust(width)}  {BY_NAME[role].meaning}".rstrip() for role in missing]
+    texts = [cell.text for cell in choice.unplaced if cell.text]
+    message = f"{', '.join(missing[:-1])} and {missing[-1]} are missing"
+    message += f"; headers that could not be placed: {listing(texts)}" if texts else ""
+    hint += [advice.strip(" ;") for role in missing if (advice := advise(role, texts))]
+    told = _told_by_units(missing, texts)
+    if len(told) == len(missing):
+        line = faults.lines[choice.unplaced[0].line - 1].strip()
+        for text, header in told.items():
+            line = line.replace(text, header, 1)
+        hint += ["if the columns are these, as their units say, the header line to copy:", line]
+    hint.append('such columns are to be added, or named with --map, for example --map mass="Load (g)"')
+    faults.add(QUANTITY_MISSING, message, "\n".join(hint))
+
+
+def _column_header(role: str, unit: str) -> str:
+    return f"{role} [{unit}]" if unit else role
+
+
+def _told_by_units(missing: list[str], texts: list[str]) -> dict[str, str]:
+    """Give headers their roles where the kind of the unit belongs to one header and one role only."""
+    units = {text: parse_header(text).unit or "" for text in texts}
+    kinds = {text: kinds_of(unit) if unit else {"number"} for text, unit in units.items()}
+    told = {}
+    for role in missing:
+        fit = [text for text in texts if kind_of_role(role) in kinds[text]]
+        rivals = [other for other in missing if kind_of_role(other) == kind_of_role(role)]
+        if len(fit) == 1 and len(rivals) == 1 and fit[0] not in told:
+            told[fit[0]] = _column_header(role, units[fit[0]])
+    return told
+
+
 def _add_missing(role: str, choice: Choice, faults: Faults, missing: list[str]) -> None:
     unit = DISPLAY[kind_of_role(role)]
-    header = f"{role} [{unit}]" if unit else role
-    ways = [f"add a column {header}"]
+    ways = [f"add a column {_column_header(role, unit)}"]
     if role != "time":
         sample = BY_NAME[role].sample or f"1 {unit}"
         quoted = f'"{sample}"' if " " in sample else sample
@@ -174,8 +216,20 @@ _COUNT = re.compile(
 _REPEAT = re.compile(r"(?<![0-9])([1-9])(?:ª|º|\.|st|nd|rd|th)?(?![0-9])")
 
 
+_PART = re.compile(r"(?<![0-9./])([1-9])\s*[/⁄]\s*([2-9])(?![0-9])")
+_WRITTEN_PARTS = {"⅓": "1/3", "⅔": "2/3", "¼": "1/4", "¾": "3/4"}
+_WHOLE = re.compile(
+    r"\b(?:one|full|whole|a|ganze|entier)\s+(?:turn|rev|cycle|rotation|tour|Umdreh|Umlauf)", re.IGNORECASE
+)
+
+
 def stated_turns(header: str) -> str:
     """Find the turns or the angle that a header says its time covers."""
+    part = _PART.search(header) or _PART.search("".join(_WRITTEN_PARTS.get(letter, letter) for letter in header))
+    if part:
+        return f"turns={part[1]}/{part[2]}"
+    if _WHOLE.search(header):
+        return "turns=1"
     match = _DEGREES.search(header)
     if match:
         return f'angle="{match[1].replace(",", ".")} deg"'

@@ -423,6 +423,12 @@ CONSTANTS = {
     "ball_diameter": "length",
     "ball_mass": "mass",
     "rod_length": "length",
+    "bore_diameter": "length",
+    "bore_depth": "length",
+    "rod_mass": "mass",
+    "rod_diameter": "length",
+    "disk_mass": "mass",
+    "disk_diameter": "length",
 }
 """Kinds of the constants of a log that are no role."""
 

@@ -209,8 +209,9 @@ def blank_log(weights: Sequence[str], position: str, spins: Sequence[str]) -> st
     InputError
         A value cannot be read.
     """
-    masses = [_shown(text, "mass", "g", "--weights") for text in dict.fromkeys(weights)]
-    arm = _shown(position, "length", "cm", "--position")
+    # With the digits that a scale and a ruler show: what is left to be written is seen to be.
+    masses = [_shown(text, "mass", "g", "--weights", 2) for text in dict.fromkeys(weights)]
+    arm = _shown(position, "length", "cm", "--position", 1)
     aims = [_shown(text, "rate", "rpm", "--spins") for text in dict.fromkeys(spins)]
     for option, values, example in (("--weights", masses, "20g,40g,60g"), ("--spins", aims, "200,400,600rpm")):
         if not values:
@@ -262,7 +263,7 @@ def _in_turn(weights: int, times: int) -> list[int | None]:
     return order
 
 
-def _shown(text: str, kind: str, unit: str, option: str) -> str:
+def _shown(text: str, kind: str, unit: str, option: str, digits: int = 0) -> str:
     try:
         value = from_si(parse_quantity(text, kind), unit, kind)
     except UnitError as error:
@@ -271,4 +272,5 @@ def _shown(text: str, kind: str, unit: str, option: str) -> str:
         ) from None
     if kind != "length" and value <= 0:
         raise InputError([Diagnostic(TEMPLATE_VALUE_CANNOT_BE_READ, "error", f'{option}: "{text}" is not above zero')])
-    return f"{value:.10g}"
+    short = f"{value:.10g}"
+    return short if len(short.partition(".")[2]) >= digits else f"{value:.{digits}f}"

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from gyrodata.reporting.text import (
         check_text,
         diagnostics_text,
+        explanation,
         github_annotations,
         summary,
         unfinished_text,
@@ -28,6 +29,7 @@ __all__ = [
     "count_text",
     "csv_cell",
     "diagnostics_text",
+    "explanation",
     "github_annotations",
     "inertia_text",
     "json_text",
@@ -51,7 +53,16 @@ _HOMES = {
     "report_page": "page",
     **dict.fromkeys(("csv_cell", "json_text", "runs_csv", "runs_header", "runs_rows"), "data"),
     **dict.fromkeys(
-        ("check_text", "diagnostics_text", "github_annotations", "summary", "unfinished_text", "watch_text"), "text"
+        (
+            "check_text",
+            "diagnostics_text",
+            "explanation",
+            "github_annotations",
+            "summary",
+            "unfinished_text",
+            "watch_text",
+        ),
+        "text",
     ),
     **dict.fromkeys(("count_text", "inertia_text", "number_text", "p_text", "power_of_ten"), "values"),
 }

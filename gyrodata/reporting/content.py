@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 from gyrodata import __version__
 from gyrodata.comparisons import Run, turn_words
-from gyrodata.diagnostics import RUNS_CONTRADICT_EACH_OTHER
+from gyrodata.diagnostics import BALL_DISAGREES, COLUMNS_EXCHANGED, DIGITS_TOO_FEW, INERTIA_UNUSUAL, SIZE_UNUSUAL
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate
 from gyrodata.measurements import torque_groups
@@ -50,11 +50,14 @@ NOTICEABLE = 1.15
 WEIGHTS = 5
 """Of so many weights, those that move the answer most, the summary tells what it would be without them."""
 
-DOUBTFUL = {RUNS_CONTRADICT_EACH_OTHER}
-"""Diagnostics that stand before the answer."""
+FAR = 2.0
+"""From how many standard uncertainties on a run is worth repeating that does not yet look odd."""
 
-FAR = 5.0
-"""An exponent further from 1 than so many of its u, at the scatter that the runs have beside that, is another law."""
+FIRST = {BALL_DISAGREES, COLUMNS_EXCHANGED, DIGITS_TOO_FEW, INERTIA_UNUSUAL, SIZE_UNUSUAL}
+"""Diagnostics that the page tells on its first screen."""
+
+FEW = 3
+"""Of runs or of advice, so many are told on the first screen."""
 
 UNTOLD = 0.3
 """A balance with a larger share of u² than this is not told by the design [1]."""
@@ -239,9 +242,13 @@ class Report:
     name: str
     size: Sentence
     """Of the log: "10 runs, 4 torques"."""
-    doubt: Sentence
+    read_as: Sentence
+    """One run in words, so that a wrong unit or origin is seen."""
+    doubts: tuple[Sentence, ...]
     """What stands before an answer that not even its u can save; nothing where all is well."""
     answer: Sentence
+    brief: tuple[Sentence, ...]
+    """What a screen has room for below the answer: whether the runs agree, odd runs, what to repeat, what to do."""
     sections: tuple[Section, ...]
     """The first, below the answer, has no title."""
 
@@ -331,7 +338,8 @@ def report(analysis: Analysis) -> Report:
         Section("Conventions", (_conventions(),), "conventions", "", 3),
     )
     answer: Sentence = ("I_zz = ", Value(inertia.value, inertia.u, scale, "inertia.value"))
-    return Report(analysis.name, _size(analysis), _doubt(analysis), answer, found)
+    brief = tuple(_brief(analysis, scale, torque))
+    return Report(analysis.name, _size(analysis), _read_as(analysis, torque), _doubts(analysis), answer, brief, found)
 
 
 def common_torque_scale(analysis: Analysis) -> Scale:
@@ -365,9 +373,12 @@ def _size(analysis: Analysis) -> Sentence:
 
 def _summary(analysis: Analysis, scale: Scale, torque: Scale) -> Iterator[Block]:
     inertia, bias = analysis.inertia, analysis.timing_bias
+    first = [_diagnostic(i, found) for i, found in enumerate(analysis.diagnostics) if found.code in FIRST]
+    if first:
+        yield Text(tuple(first), full=True)
+    yield Text((_verdict(analysis),))
     if analysis.if_balanced is not None:
         yield Text(_on_balance(analysis, analysis.if_balanced, scale))
-    yield Text((_verdict(analysis),))
     if inertia.interval_95 is not None:
         interval = Interval(*inertia.interval_95, scale, "inertia.interval_95")
         found: Sentence = ("k = ", Number(f"{inertia.k or 0.0:.2f}", "inertia.k"))
@@ -387,55 +398,117 @@ def _summary(analysis: Analysis, scale: Scale, torque: Scale) -> Iterator[Block]
     )
 
 
-def _doubt(analysis: Analysis) -> Sentence:
+def _read_as(analysis: Analysis, torque: Scale) -> Sentence:
+    """Say one run in words, the first with a load: what was read, and what was made of it."""
+    i, run = next((i, run) for i, run in enumerate(analysis.run_table) if run.torque)
+    at, measured = f"runs.{i}", analysis.measurements
+    if run.mass is None or run.position is None:
+        on_the_rod: Sentence = ("a torque of ", Value(run.torque, None, torque, f"{at}.torque"))
+    else:
+        mass = Value(run.mass, None, mass_scale(run.mass), f"{at}.mass")
+        on_the_rod = (mass, " at ", Value(run.position, None, CENTIMETRE, f"{at}.position"), " from the centre")
+    spin = Value(run.spin, None, RPM, f"{at}.spin")
+    count, turns = turn_words(run.turns).split(" ")
+    time = Value(run.time, None, SECOND, f"{at}.time")
+    timed: Sentence = (", ", Number(count, f"{at}.turns"), f" {turns} in ", time) if measured.timed else ()
+    made: Sentence = (": ", Value(run.torque, None, torque, f"{at}.torque")) if run.mass is not None else ()
+    period = Value(run.period, None, SECOND, f"{at}.period")
+    return ("Read as: run ", Number(run.run, f"{at}.run"), ": ", *on_the_rod, ", ", spin, *timed, *made,
+            ", one turn in ", period, ".")  # fmt: skip
+
+
+def _doubts(analysis: Analysis) -> tuple[Sentence, ...]:
     """Say why the answer is not to be relied on, where not even u holds what is wrong."""
-    warning = Styled("Do not rely on this answer: ", "warn")
-    for found in analysis.diagnostics:
-        if found.code in DOUBTFUL:
-            return (warning, f"{found.message}.")
-    law = analysis.exponent
-    if law is None or analysis.fit.dof < 2:
+    if not analysis.doubts:
         return ()
-    beside = (analysis.fit.chi2 - law.deviation**2) / (analysis.fit.dof - 1)
-    if abs(law.deviation) < FAR * math.sqrt(max(beside, 1.0)):
-        return ()
-    power = Value(law.value, law.u, NUMBER, "exponent.value")
-    return (warning, "the period grows as the spin to the power ", power, ", not in proportion to it.")
+    first, *others = analysis.doubts
+    more = tuple((Styled("Besides: ", "warn"), f"{other.words}.") for other in others)
+    return ((Styled("Do not rely on this answer: ", "warn"), f"{first.words}. Find the cause: {first.remedy}."), *more)
+
+
+def _brief(analysis: Analysis, scale: Scale, torque: Scale) -> Iterator[Sentence]:
+    """Say what fits on a screen."""
+    yield _verdict(analysis)
+    if analysis.if_balanced is not None:
+        yield from _on_balance(analysis, analysis.if_balanced, scale)
+    inertia, m0 = analysis.inertia, analysis.residual_torque
+    if inertia.interval_95 is not None:
+        yield (
+            "95 % interval ", Interval(*inertia.interval_95, scale, "inertia.interval_95"),
+            "; residual torque M0 = ", Value(m0.value, m0.u, torque, "residual_torque.value"),
+        )  # fmt: skip
+    if analysis.ball is not None:
+        yield _beside(analysis)
+    yield from _to_repeat(analysis)
+    for advice in analysis.advice[:1] if not analysis.doubts else ():
+        yield (f"next time: {advice}",)
+
+
+def _to_repeat(analysis: Analysis) -> Iterator[Sentence]:
+    """Name the odd runs, and those that are worth another look."""
+    table = analysis.run_table
+    odd = [i for i, run in enumerate(table) if run.flagged]
+    far = [
+        i
+        for i, run in enumerate(table)
+        if i not in odd and run.studentized_residual is not None and abs(run.studentized_residual) > FAR
+    ]
+    for i in odd[:FEW]:
+        fate = "left out" if table[i].left_out else "kept"
+        yield ("odd: ", *_run_place(analysis, i), f", {fate}: {table[i].reason}; look at it, or time it again")
+    if len(odd) > FEW:
+        yield (f"odd: {len(odd) - FEW} more, marked in the table of runs",)
+    if far:
+        named = [part for i in far[:FEW] for part in (", ", *_run_place(analysis, i))][1:]
+        yield ("to repeat if there is time: ", *named, f", over {FAR:g} u from what the others say")
+    if not odd and not far:
+        yield ("odd runs: none; nothing has to be repeated",)
+
+
+def _run_place(analysis: Analysis, i: int) -> Sentence:
+    run = analysis.run_table[i]
+    return ("run ", Number(run.run, f"runs.{i}.run"), " (line ", Number(str(run.line), f"runs.{i}.line"), ")")
 
 
 def _verdict(analysis: Analysis) -> Sentence:
-    """Say whether the runs agree, and what the largest part of u is."""
+    """Say in one sentence whether the runs agree, and what the largest part of u is."""
     return (*_agreement(analysis), *_largest_part(analysis))
 
 
 def _agreement(analysis: Analysis) -> Sentence:
     scatter, time_u = analysis.fit.scatter, analysis.measurements.time_u
+    the_runs: Sentence = ("The ", *_count(len(analysis.run_table), "run", "/input.rows"))
+    if any(run.left_out for run in analysis.run_table):
+        the_runs = ("Of the ", *the_runs[1:], " those that are kept")
     if analysis.p is None:
-        return ("There are as many unknowns as runs, so nothing tells whether the runs agree.",)
-    chance: Sentence = (" (", *_chance(analysis.p, "goodness.p"), ").")
+        return ("There are as many unknowns as runs, so nothing tells whether they agree",)
+    if analysis.doubts:
+        return (*the_runs, " do not agree with one line within what the log states")
     if analysis.p >= UNLIKELY:
         better = ", better than stated" if analysis.p > 1 - UNLIKELY / 2 else ""
-        return (f"The runs agree with each other{better}", *chance)
+        return (*the_runs, f" agree with one line{better}")
     if scatter < NOTICEABLE:
-        return ("The runs agree badly with each other", *chance)
+        return (*the_runs, " agree badly with one line")
     stated: Part = "stated" if time_u is None else Value(time_u, None, SECOND, "goodness.time_u")
     times = Number(uncertainty_text(scatter), "goodness.scatter")
-    return ("The runs scatter ", times, " times as much as ", stated, ": u holds that", *chance)
+    return (*the_runs, " scatter about one line ", times, " times as much as ", stated, ", which u holds")
 
 
 def _largest_part(analysis: Analysis) -> Iterator[Part]:
     """Name the largest part of u, and a balance that the design does not tell."""
     if not analysis.budget:
+        yield "."
         return
     largest = analysis.budget[0]
     if largest.source != "residual_torque":
         name = SOURCE_NAMES.get(largest.source, largest.source)
         name = name if name == "g" or name.startswith("each") else f"the {name}"
-        yield from (f" The largest part of u comes from {name}, ", *_share(largest.share, 0), ".")
+        yield from (f"; the largest uncertainty is {name}, ", *_share(largest.share, 0), " of u².")
     for at, share in enumerate(analysis.budget):
         if share.source == "residual_torque" and (at == 0 or share.share > UNTOLD):
+            yield "." * (at == 0)
             words = " These runs do not tell how well the ball is balanced, and that is "
-            yield from (words, "the largest part of u, " * (at == 0), *_share(share.share, at), ".")
+            yield from (words, "the largest part of u², " * (at == 0), *_share(share.share, at), ".")
 
 
 def _share(share: float, at: int) -> Sentence:
@@ -637,11 +710,19 @@ def _constant(analysis: Analysis, scale: Scale, torque: Scale) -> tuple[Block, .
     balance = ""
     if m0.u:
         balance = ": no sign of an imperfect balance" if _agrees(m0.value / m0.u) else ": the balance was not perfect"
+    value = Value(m0.value, m0.u, torque, "residual_torque.value")
     words: Sentence = (
         "The torque grows in proportion to φ̇ψ̇, but for a residual torque of ",
-        Value(m0.value, m0.u, torque, "residual_torque.value"),
+        value,
         f", which shifts the line and leaves its slope alone{balance}.",
     )
+    if analysis.doubts:
+        unsaid = "Whether the torque grows in proportion to φ̇ψ̇ these runs do not show: they do not follow one line."
+        words = (
+            f"{unsaid} If they did, the residual torque would be ",
+            value,
+            ", and the slope I_zz as above.",
+        )
     if origin.inertia is not None and origin.deviation is not None:
         slope = Value(origin.inertia.value, origin.inertia.u, scale, "fits.1.inertia.value")
         away = Number(_signed(origin.deviation), "fits.1.deviation")
@@ -670,46 +751,62 @@ def _meaning(analysis: Analysis, scale: Scale) -> Iterator[Block]:
         yield Text((ask,), "small", full=True)
         return
     exact = " (taken as exact: the log gives no uncertainty). " if ball.inertia_u is None else ". "
-    solid = Value(ball.inertia, ball.inertia_u, inertia_scale(ball.inertia, ball.inertia_u), "ball.inertia")
-    yield Text(
-        (
-            (
-                "A solid ball of ", Value(ball.mass, ball.mass_u, mass_scale(ball.mass), "ball.mass"), " and ",
-                Value(ball.diameter, ball.diameter_u, CENTIMETRE, "ball.diameter"),
-                " has 2/5 m r² = ", solid, exact, *_beside(analysis),
-            ),
-        ),
-        full=True,
-    )  # fmt: skip
-    rows: tuple[tuple[Cell, ...], ...] = (
-        (("measured, I_zz",), Value(inertia.value, inertia.u, scale, "inertia.value")),
-        (("solid ball, 2/5 m r²",), replace(solid, scale=scale)),
-        (("difference",), Value(ball.difference, ball.difference_u, scale, "ball.difference")),
-    )
-    dots = ((inertia.value, inertia.u or 0.0), (ball.inertia, ball.inertia_u or 0.0), None)
-    band = (inertia.value - dots[0][1], inertia.value + dots[0][1])
+    whole = Value(ball.inertia, ball.inertia_u, inertia_scale(ball.inertia, ball.inertia_u), "ball.inertia")
+    described: Sentence = ("The disk that the log describes has ½ m r² = ", whole, exact)
+    if ball.mass is not None and ball.diameter is not None:
+        parts = (("its bore", ball.bore), ("its rod", ball.rod), ("the disk", ball.disk))
+        added = " and ".join(words for words, part in parts if part)
+        described = (
+            "A ball of ", Value(ball.mass, ball.mass_u, mass_scale(ball.mass), "ball.mass"), " and ",
+            Value(ball.diameter, ball.diameter_u, CENTIMETRE, "ball.diameter"),
+            f" has 2/5 m r²{' with ' if added else ''}{added} = ", whole, exact,
+        )  # fmt: skip
+    yield Text(((*described, *_beside(analysis)),), full=True)
+    rows: list[tuple[Cell, ...]] = [(("measured, I_zz",), Value(inertia.value, inertia.u, scale, "inertia.value"))]
+    for words, part, key in (
+        ("solid ball, 2/5 m r²", ball.solid, "solid"),
+        ("its bore, for the same mass", ball.bore, "bore"),
+        ("rod, ½ m r²", ball.rod, "rod"),
+        ("disk, ½ m r²", ball.disk, "disk"),
+    ):
+        # One part is all of it, and has its u there.
+        if part and part != ball.inertia:
+            rows.append(((words,), Value(part, None, scale, f"ball.{key}")))
+    between = len(rows) - 1
+    all_of_it = "solid ball, 2/5 m r²" if ball.solid == ball.inertia else "all of it as the log describes it"
+    rows.append(((all_of_it,), replace(whole, scale=scale)))
+    rows.append((("difference",), Value(ball.difference, ball.difference_u, scale, "ball.difference")))
+    own = (inertia.value, inertia.u or 0.0)
+    dots = (own, *(None for _ in range(between)), (ball.inertia, ball.inertia_u or 0.0), None)
+    band = (own[0] - own[1], own[0] + own[1])
     picture = Picture("value", dots, band, "the bars are ± u, the band is that of the measured value")
     heads = (Head("moment of inertia"), Head("value", scale))
-    yield Table(heads, rows, "Measured, and of a solid ball", picture, main=0, full=True)
+    yield Table(heads, tuple(rows), "Measured, and as the log describes what spins", picture, main=0, full=True)
 
 
 def _beside(analysis: Analysis) -> Sentence:
-    """Say whether the measured value agrees with that of the ball."""
+    """Say whether the measured value agrees with that of the ball or disk."""
     ball = analysis.ball
     assert ball is not None
+    body = "ball" if ball.mass is not None else "disk"
     relative = _percent(ball.relative, "ball.relative")
     if ball.deviation is None:
         return (
-            "The measured value differs from it by ",
+            f"The measured value differs from that of the {body} by ",
             *relative,
             "; without an uncertainty nothing says whether that is much.",
         )
     away = Number(_signed(ball.deviation), "ball.deviation")
     agrees = _agrees(ball.deviation)
-    bore = " The bore takes from the ball's share; the rod and the weights on it add theirs."
+    bore = ""
+    if not agrees and ball.mass is not None and not ball.bore:
+        bore = (
+            " A bore along the rod takes mass from near the axis, so that a ball of the same mass has a little more "
+            "than 2/5 m r², and the rod and the weights on it add theirs."
+        )
     return (
-        f"The measured value {'agrees' if agrees else 'does not agree'} with it: the difference is ", *relative,
-        ", or ", away, f" u of the difference.{'' if agrees else bore}",
+        f"The measured value {'agrees' if agrees else 'does not agree'} with that of the {body}: the difference is ",
+        *relative, ", or ", away, f" u of the difference.{bore}",
     )  # fmt: skip
 
 
@@ -841,7 +938,8 @@ def _provenance(analysis: Analysis) -> Block:
         "g": ("m/s²", 1.0),
         "latitude": ("deg", math.radians(1)),
         "ball_mass": ("kg", 1.0),
-        "ball_diameter": ("m", 1.0),
+        **dict.fromkeys(("ball_diameter", "bore_diameter", "bore_depth", "rod_diameter", "disk_diameter"), ("m", 1.0)),
+        **dict.fromkeys(("rod_mass", "disk_mass"), ("kg", 1.0)),
     }
     constants = {"g": analysis.measurements.g, **analysis.readings.constants}
     facts = [

@@ -83,8 +83,10 @@ def latex_report(analysis: Analysis, writing: Writing = "plain") -> str:
     siunitx sets values with their uncertainties.
     """
     whole = report(analysis)
-    blocks = [rf"\section*{{{_sentence(whole.title)}}}", *([_sentence(whole.doubt)] if whole.doubt else [])]
-    blocks.append(rf"{{\Large\bfseries {_sentence(whole.answer)}\par}}")
+    blocks = [rf"\section*{{{_sentence(whole.title)}}}", _sentence(whole.read_as)]
+    blocks += [rf"\textbf{{{_sentence(doubt)}}}" for doubt in whole.doubts]
+    # What is not to be relied on is not set in bold.
+    blocks.append(rf"{{\Large{'' if whole.doubts else chr(92) + 'bfseries'} {_sentence(whole.answer)}\par}}")
     for section in whole.sections:
         blocks += _section(section)
     body = "\n\n".join(blocks)

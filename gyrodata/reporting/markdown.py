@@ -32,8 +32,11 @@ _BLOCK_START = re.compile(r"^(?:([-+=])(?=[-+=\s]|$)|(\d{1,9})([.)])(?=\s|$))")
 def markdown_report(analysis: Analysis, writing: Writing = "plain") -> str:
     """Write the report as Markdown; whatever comes from the log is escaped."""
     whole = report(analysis)
-    blocks = [f"# {_sentence(whole.title, writing)}", *([_sentence(whole.doubt, writing)] if whole.doubt else [])]
-    blocks.append(f"**{_sentence(whole.answer, writing)}**")
+    blocks = [f"# {_sentence(whole.title, writing)}", _sentence(whole.read_as, writing)]
+    blocks += [f"**{_sentence(doubt, writing)}**" for doubt in whole.doubts]
+    answer = _sentence(whole.answer, writing)
+    # What is not to be relied on is not set in bold.
+    blocks.append(answer if whole.doubts else f"**{answer}**")
     for section in whole.sections:
         blocks += _section(section, writing)
     return "\n\n".join(blocks) + "\n"

@@ -84,8 +84,9 @@ def report_page(
     links = [Markup('<a href="#{}">{}</a>').format(s.anchor, s.link) for s in sections if s.link]
     header = [
         Markup("<h1>{}</h1>").format(write.sentence(whole.title)),
-        *([Markup("<p>{}</p>").format(write.sentence(whole.doubt))] if whole.doubt else []),
-        Markup('<p class="answer">{}</p>').format(write.sentence(whole.answer)),
+        Markup('<p class="small">{}</p>').format(write.sentence(whole.read_as)),
+        *(Markup('<p class="banner">{}</p>').format(write.sentence(doubt)) for doubt in whole.doubts),
+        Markup('<p class="answer{}">{}</p>').format(" doubted" * bool(whole.doubts), write.sentence(whole.answer)),
         *write.blocks(first),
         Markup('<nav aria-label="Contents">{}</nav>').format(Markup(" ").join(links)),
     ]

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from gyrodata.comparisons import Run
-from gyrodata.diagnostics import OUTLIER, OUTLIER_BEFORE_LEAVING, SINGLE_TORQUE, SPINS_TOO_CLOSE, TOO_FEW_RUNS
+from gyrodata.diagnostics import CODES, OUTLIER, OUTLIER_BEFORE_LEAVING, SINGLE_TORQUE, SPINS_TOO_CLOSE, TOO_FEW_RUNS
 from gyrodata.errors import Diagnostic
 from gyrodata.measurements import torque_groups
 from gyrodata.reporting.content import (
+    FAR,
     Block,
     Cell,
     Head,
@@ -26,8 +27,7 @@ from gyrodata.reporting.phrases import visible
 from gyrodata.reporting.values import Writing, count_text
 from gyrodata.results import Analysis
 
-FAR = 2.0
-"""From how many standard uncertainties on a run is worth repeating that does not yet look odd."""
+MORE = "all the rest: gyro analyze -v, or the report's page"
 
 _OF_ONE_LOAD = {TOO_FEW_RUNS, SPINS_TOO_CLOSE}
 """Codes of what a single weight lacks."""
@@ -36,15 +36,17 @@ _TOLD_OTHERWISE = {OUTLIER, SINGLE_TORQUE, OUTLIER_BEFORE_LEAVING}
 """Odd runs are told with the weight they belong to, and one torque is too few by another code."""
 
 
-def summary(analysis: Analysis, writing: Writing = "plain") -> str:
-    """Write what a person reads first."""
+def summary(analysis: Analysis, writing: Writing = "plain", verbose: bool = True) -> str:
+    """Write what a person reads first: a screen, or all that needs no picture."""
     whole = report(analysis)
-    blocks = [[f"{whole.name}: {sentence_text(whole.size, writing)}"]]
-    for section in whole.sections:
+    top = _indented(sentence_text(line, writing) for line in (*whole.doubts, whole.answer))
+    blocks = [[f"{whole.name}: {sentence_text(whole.size, writing)}", f"  {sentence_text(whole.read_as, writing)}"]]
+    if not verbose:
+        blocks.append([*top, *_indented(sentence_text(line, writing) for line in whole.brief), f"  {MORE}"])
+    for section in whole.sections if verbose else ():
         told = [line for block in section.blocks if not block.full for line in _block(block, writing)]
         if told:
-            answer = _indented(sentence_text(line, writing) for line in (whole.doubt, whole.answer) if line)
-            blocks.append([*([section.title] if section.title else answer), *_indented(told)])
+            blocks.append([*([section.title] if section.title else top), *_indented(told)])
     return visible("\n\n".join("\n".join(block) for block in blocks)) + "\n"
 
 
@@ -101,6 +103,8 @@ def watch_text(analysis: Analysis, lacking: Iterable[Diagnostic], writing: Writi
     blocks = [
         [
             f"{whole.name}: {sentence_text(whole.size, writing)}",
+            f"  {sentence_text(whole.read_as, writing)}",
+            *_indented(sentence_text(doubt, writing) for doubt in whole.doubts),
             f"  {sentence_text(whole.answer, writing)}{relative}",
             f"  {sentence_text(residual_torque(analysis, torque).sentence, writing)}",
         ],
@@ -189,3 +193,30 @@ def diagnostics_text(table: Sequence[Mapping[str, str]]) -> str:
         example = "\n".join(f"      {line}" for line in row["example"].rstrip("\n").splitlines())
         blocks.append(f"{row['code']}  {row['severity']:7}  {row['title']}\n{example}\n")
     return "\n".join(blocks)
+
+
+LONGEST, WIDEST = 14, 100
+"""Lines and characters of an example that are shown."""
+
+
+def explanation(code: str, raised: Diagnostic | None) -> str:
+    """Say what a code means, with its example, and what to do about it: in words, or as the example's own message."""
+    entry = CODES[code]
+    lines = entry.example.rstrip("\n").splitlines() or ["(an empty file)"]
+    shown = [line if len(line) <= WIDEST else f"{line[:WIDEST]}…" for line in lines[:LONGEST]]
+    shown += [f"… and {len(lines) - LONGEST} lines more"] if len(lines) > LONGEST else []
+    if raised is None:
+        command = entry.example.split(" ")[0] in (
+            "analyze",
+            "check",
+            "grade",
+            "predict",
+            "simulate",
+            "template",
+            "explain",
+        )
+        shown = [f"gyro {shown[0]}"] if command else shown
+    blocks = [[f"{code}, {entry.severity}: {entry.title}"], ["For example:", *_indented(shown)]]
+    blocks += [["Of this log gyro says:", *_indented(str(raised).splitlines())]] if raised is not None else []
+    blocks += [["What to do:", f"  {entry.remedy}"]] if entry.remedy else []
+    return visible("\n\n".join("\n".join(block) for block in blocks)) + "\n"

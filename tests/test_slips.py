@@ -1,0 +1,192 @@
+"""Slips of unit, origin, count or column planted in good logs: each is named, and nearly always as it was made."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+import gyrodata
+from gyrodata import physics
+from gyrodata.procedure import check_procedure
+from gyrodata.readings import read_log
+
+MASS, DIAMETER, G = 4.3, 10.16, 9.803
+TRUTH = physics.solid_ball_inertia(MASS, DIAMETER / 100)
+RPM = physics.RPM
+
+
+@dataclass(frozen=True)
+class Lab:
+    """A log as columns of numbers, each under its header."""
+
+    mass: np.ndarray
+    position: np.ndarray
+    spin: np.ndarray
+    time: np.ndarray
+    turns: np.ndarray
+    heads: tuple[str, ...] = ("mass [g]", "position [cm]", "spin [rpm]", "time [s]", "turns")
+    top: str = f"# ball_mass: {MASS} kg\n# ball_diameter: {DIAMETER} cm\n"
+
+    def text(self) -> str:
+        rows = zip(self.mass, self.position, self.spin, self.time, self.turns, strict=True)
+        # As many digits as were read, whatever the unit.
+        lines = "".join(
+            f"{','.join(f'{x:.6g}' for x in row[:-1])},{Fraction(row[-1]).limit_denominator(12)}\n" for row in rows
+        )
+        return f"# g: {G} m/s^2\n{self.top}{','.join(self.heads)}\n{lines}"
+
+
+def lab(turns: float = 1 / 3, seed: int = 4) -> Lab:
+    random = np.random.default_rng(seed)
+    mass, spin = np.repeat([20.1, 40.3, 60.2], 3), np.tile([212.0, 398.0, 604.0], 3)
+    position, part = np.full(9, 14.8), np.full(9, turns)
+    time = 2 * np.pi * part * TRUTH * spin * RPM / (mass * 1e-3 * G * position * 1e-2 + 0.4e-3)
+    return Lab(mass, position, spin, np.round(time + 0.1 * random.standard_normal(9), 2), part)
+
+
+def renamed(**heads: str) -> Callable[[Lab], Lab]:
+    """Write other units over the columns."""
+    roles = ("mass", "position", "spin", "time", "turns")
+    return lambda one: replace(one, heads=tuple(heads.get(role, one.heads[roles.index(role)]) for role in roles))
+
+
+def scaled(role: str, factor: float, head: str | None = None) -> Callable[[Lab], Lab]:
+    """Write numbers in another unit under the old header, or under a new one."""
+
+    def slip(one: Lab) -> Lab:
+        changed = replace(one, **{role: getattr(one, role) * factor})
+        return changed if head is None else renamed(**{role: head})(changed)
+
+    return slip
+
+
+def shifted(by: float) -> Callable[[Lab], Lab]:
+    def slip(one: Lab) -> Lab:
+        # Arms that differ, as an origin changes each of them by another share.
+        return replace(one, position=one.position + by)
+
+    return slip
+
+
+SURFACE = "the arm is measured from the ball's surface"
+TWICE = "every turn of the ball is counted twice"
+SLIPS: dict[str, tuple[Callable[[Lab], Lab], str]] = {
+    "grams under kg": (renamed(mass="mass [kg]"), 'write the header as "mass [g]"'),
+    "milligrams under g": (scaled("mass", 1e3), 'write the header as "mass [mg]"'),
+    "kilograms under g": (scaled("mass", 1e-3), 'write the header as "mass [kg]"'),
+    "newtons under kg": (scaled("mass", 9.803e-3, "mass [kg]"), "the weights are in newtons"),
+    "ounces under g": (scaled("mass", 1 / 28.3495), "the masses are in oz"),
+    "centimetres under m": (renamed(position="position [m]"), 'write the header as "position [cm]"'),
+    "centimetres under mm": (renamed(position="position [mm]"), "the positions are in cm"),
+    "millimetres under cm": (scaled("position", 10.0), 'write the header as "position [mm]"'),
+    "millimetres under m": (scaled("position", 10.0, "position [m]"), 'write the header as "position [mm]"'),
+    "metres under cm": (scaled("position", 0.01), 'write the header as "position [m]"'),
+    "inches under cm": (scaled("position", 1 / 2.54), "the positions are in inch"),
+    "rpm under Hz": (renamed(spin="spin [Hz]"), "the spins are in rpm"),
+    "rpm under rad/s": (renamed(spin="spin [rad/s]"), "the spins are in rpm"),
+    "rpm under deg/s": (renamed(spin="spin [deg/s]"), "the spins are in rpm"),
+    "rad/s under rpm": (scaled("spin", RPM), "the spins are in rad/s"),
+    "rad/s under Hz": (scaled("spin", RPM, "spin [Hz]"), "the spins are in rad/s"),
+    "Hz under rpm": (scaled("spin", 1 / 60), 'write the header as "spin [Hz]"'),
+    "Hz under rad/s": (scaled("spin", 1 / 60, "spin [rad/s]"), "the spins are in revolutions a second"),
+    "degrees a second under rpm": (scaled("spin", 6.0), "the spins are in deg/s"),
+    "minutes under s": (scaled("time", 1 / 60), 'write the header as "time [min]"'),
+    "milliseconds under s": (scaled("time", 1e3), 'write the header as "time [ms]"'),
+    "two strips of tape": (scaled("spin", 2.0), TWICE),
+    "half turns as whole ones": (scaled("turns", 2.0), TWICE),
+    "a third as a whole turn": (scaled("turns", 3.0), "1/3 of a turn is timed, and the log says a whole one"),
+    "a third as 3": (scaled("turns", 9.0), "the turns are upside down"),
+    "degrees as turns": (scaled("turns", 360.0), "the turns are degrees"),
+    "from the surface": (shifted(-DIAMETER / 2), SURFACE),
+    "the radius added twice": (shifted(DIAMETER / 2), "the ball's radius is added to an arm"),
+    "a whole length for half": (scaled("position", 2.0), "the arm is written twice as long"),
+    "spin and time exchanged": (
+        renamed(spin="time [s]", time="spin [rpm]"),
+        "exchange the two headers",
+    ),
+    "the ball's radius as its diameter": (
+        lambda one: replace(one, top=f"# ball_mass: {MASS} kg\n# ball_diameter: {DIAMETER / 2} cm\n"),
+        "what is written as the ball's diameter is its radius",
+    ),
+    "an arm from the centre to the far side, halved": (scaled("position", 0.5), "the arm is written half as long"),
+}
+
+
+def told(log: str) -> list[str]:
+    """What is said of magnitudes, by the analysis or, where there is no answer, beside the error; the first first."""
+    try:
+        found = gyrodata.analyze(log.encode()).diagnostics
+    except gyrodata.LogError as error:
+        found = error.diagnostics
+    checked = check_procedure(read_log(log.encode()))
+    mine = [d for d in found if d.code in ("G440", "G441", "G442", "G443")]
+    assert set(mine) <= set(checked), "gyro check says the same before anybody leaves the lab"
+    return [f"{d.message} | {d.hint}" for d in mine]
+
+
+def is_first(words: list[str], cause: str) -> bool:
+    """Whether the cause is what the first message names, and first in it."""
+    if not words:
+        return False
+    message, _, hint = words[0].partition(" | ")
+    first = message.partition("; or ")[0] + " | " + hint.partition("; or else")[0]
+    return cause in first
+
+
+def test_a_good_log_is_not_asked() -> None:
+    for turns in (1 / 3, 2 / 3, 1.0):
+        for seed in range(5):
+            assert told(lab(turns, seed).text()) == []
+
+
+def test_nearly_every_slip_is_named_first_as_it_was_made() -> None:
+    silent, other = [], []
+    for name, (slip, cause) in SLIPS.items():
+        words = told(slip(lab()).text())
+        silent += [name] * (not words)
+        other += [f"{name}: {words}"] * (not is_first(words, cause))
+    assert len(SLIPS) >= 30
+    assert silent == []
+    assert len(other) <= len(SLIPS) - 30 + 5, "\n".join(other)
+
+
+def obeyed(one: Lab, hint: str) -> Lab:
+    """Carry out the first thing that a hint says to type."""
+    header = re.search(r'write the header as "((\w+) \[[^"]+\])"', hint)
+    if header:
+        role = {"force": "mass", "angle": "turns"}.get(header[2], header[2])
+        return renamed(**{role: header[1]})(one)
+    if "exchange the two headers" in hint:
+        return renamed(spin="spin [rpm]", time="time [s]")(one)
+    by = re.search(r"(add|take) the ball's radius, ([\d.]+) cm", hint)
+    if by:
+        return shifted(float(by[2]) * (1 if by[1] == "add" else -1))(one)
+    written = re.search(r"write the turns as ([\d/]+)", hint)
+    if written:
+        return replace(one, turns=np.full(9, float(Fraction(written[1]))))
+    ball = re.search(r"# ball_diameter: ([\d.]+) cm", hint)
+    if ball:
+        return replace(one, top=f"# ball_mass: {MASS} kg\n# ball_diameter: {ball[1]} cm\n")
+    if "write the part of a turn" in hint:
+        return replace(one, turns=1 / one.turns)
+    if "halve the spins or the turns" in hint:
+        return scaled("spin", 0.5)(one)
+    assert "measure from the centre of the ball" in hint
+    return replace(one, position=np.full(9, 14.8))
+
+
+@pytest.mark.parametrize("name", SLIPS)
+def test_what_the_first_hint_says_gives_the_truth(name: str) -> None:
+    slip, cause = SLIPS[name]
+    wrong = slip(lab())
+    words = told(wrong.text())
+    mended = obeyed(wrong, words[0].partition(" | ")[2].partition("; or else")[0]).text()
+    # A slip that leaves the same factor gives the same answer.
+    close = 0.03 if is_first(words, cause) else 0.06
+    assert gyrodata.analyze(mended.encode()).inertia.value == pytest.approx(TRUTH, rel=close)
+    assert told(mended) == []

@@ -145,6 +145,10 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
     return _convert(written, kind, unit, text)
 
 
+SPOKEN = ("mass", "turns", "spin_turns")
+"""Roles whose numbers are also said in words."""
+
+
 @lru_cache(maxsize=4096)
 def said_otherwise(text: str, role: str) -> str:
     """Give the number that a cell says in another way: "none" of a mass, "one third" or "120°" of turns."""
@@ -152,8 +156,6 @@ def said_otherwise(text: str, role: str) -> str:
         return ""
     if role == "mass":
         return "0 g" if re.sub(r"[\s.\-]+", "", text).lower() in _NO_WEIGHT else ""
-    if role not in ("turns", "spin_turns"):
-        return ""
     if fraction := fraction_of_date(text):
         return fraction
     match = _TURN_BEHIND.fullmatch(text)

@@ -154,6 +154,11 @@ def _find_tables(grid: Grid, faults: Faults) -> list[_Table] | None:
             hint = "take the # away from the line with the names of the columns"
         faults.add(NO_HEADER_ROW, "there is no header row: the first row holds numbers", hint, grid.cell(head, 0))
         return None
+    if early := next((row for row in rows[:first] if _numbers(row) > 2 and not _pairs(row)), None):
+        hint = "put the header above all runs, or # before the line if it is no run"
+        message = f"line {early.line} holds numbers, and stands above the header in line {head.line}"
+        faults.add(NO_HEADER_ROW, message, hint, grid.cell(early, 0))
+        return None
     reader = _SheetReader(grid)
     reader.captions = rows[:first]
     side_by_side = _part_columns(grid, rows[first:], faults)
@@ -193,6 +198,11 @@ class _SheetReader:
     def take(self, row: Row) -> None:
         """Take the next row for what it is."""
         table = self.tables[-1]
+        texts = row.texts
+        plain = not self.fresh and not self.captions and 3 <= len(texts) <= len(table.cells) and is_number(texts[0])
+        if plain and 2 * sum(map(is_number, texts)) > len(texts):
+            table.rows.append(row)  # nearly every row; what follows finds the same
+            return
         if _is_head(row):
             if self.fresh and not table.rows and not self.captions:
                 self.tables.pop()  # a row of names above the header
@@ -258,7 +268,7 @@ class _SheetReader:
             texts = listing([f'"{row.texts[at]}"' for row, at in words], 4)
             lines = span(sorted({row.line for row, _ in words}))
             cell = self.grid.cell(*words[0])
-            faults.add(ROW_IS_ONLY_A_TITLE, f"{lines}: only words ({texts}), left out", "", cell)
+            faults.add(ROW_IS_ONLY_A_TITLE, f"{lines}: {texts} says nothing of runs, and is left out", "", cell)
         if self.taken_out:
             cell = self.grid.cell(Row(self.taken_out[0], ["#"]), 0)
             faults.add(ROW_TAKEN_OUT, f"{span(self.taken_out)}: begins with # and is left out", "", cell)
@@ -463,7 +473,8 @@ def _names(row: Row) -> list[str]:
 def _has_values_of_blocks(grid: Grid, faults: Faults) -> bool:
     """Find "m=335 g" and "m=273 g" in one row, above names that repeat."""
     for row, below in zip(grid.rows[:_TITLES_LOOKED_AT], grid.rows[1:], strict=False):
-        if sum(bool(_ASSIGNMENT.fullmatch(text)) for text in row.texts) > 1 and _cycle(_names(below)):
+        assigned = sum("=" in text and bool(_ASSIGNMENT.fullmatch(text)) for text in row.texts)
+        if assigned > 1 and _cycle(_names(below)):
             _refuse_side_by_side(grid, row, faults)
             return True
     return False
@@ -708,7 +719,8 @@ def _is_time_series(layout: Layout, faults: Faults) -> bool:
             continue
         steps = [later - earlier for earlier, later in pairwise(times)]
         usual = sorted(steps)[len(steps) // 2]
-        if usual > 0 and sum(0.5 * usual <= step <= 1.5 * usual for step in steps) >= 0.9 * len(steps):
+        even = sum(0.5 * usual <= step <= 1.5 * usual for step in steps) >= 0.9 * len(steps)
+        if min(steps) >= 0 and usual > 0 and even:
             message = f"the {len(layout.rows)} times go up evenly: this is a time series, and one row a run is read"
             hint = (
                 "work out the spin and the time of some turns of each run from it, and write one row for each run: "

@@ -34,6 +34,7 @@ from gyrodata.diagnostics import (
 from gyrodata.quantities import Quantity, parse_uncertainty, to_float
 from gyrodata.readings.cells import (
     BLANKS,
+    SPOKEN,
     CellError,
     check_value,
     fraction_of_date,
@@ -60,6 +61,7 @@ from gyrodata.readings.roles import (
     u_keys,
 )
 from gyrodata.readings.settings import Given, Settings
+from gyrodata.readings.source import MAX_COLUMNS
 from gyrodata.units import DISPLAY, KINDS, Uncertainty, UnitError, kinds_of, parse_unit
 
 _BLANK = Reading()
@@ -112,7 +114,6 @@ class _Builder:
         self.choice, self.settings, self.faults = choice, settings, faults
         self.grid, self.rows, self.width = layout.grid, layout.rows, len(layout.cells)
         self.head = Row(layout.cells[0].line, [])
-        self.signs = decimal_signs(self.grid)
         self.find = partial(find_place, self.grid.lines, self.grid.delimiter)
         self.replaced: set[str] = set()
         for role, given in settings.roles.items():
@@ -366,7 +367,7 @@ class _Builder:
             if text in BLANKS:
                 continue
             try:
-                meant = said_otherwise(text, role)
+                meant = said_otherwise(text, role) if role in SPOKEN else ""
                 cells[text] = cell = read_cell(meant or text, kind, unit, self._is_doubtful(text))
             except CellError as error:
                 if error.code == UNIT_MISSING:
@@ -393,14 +394,15 @@ class _Builder:
             return None
         spreads = self._spreads(role, chosen, unit, faults if strict else Faults(faults.name))
         used = next((cell.unit for cell in cells.values()), "")
-        spots = [row.spot(at) for row in self.rows]
+        spots = [row.spot(at) if row.origin else row.line * MAX_COLUMNS + at for row in self.rows]
         return _Track(chosen, unit or used, _make_readings(texts, cells, spreads), spots, spreads)
 
     def _is_doubtful(self, text: str) -> bool:
         """Tell whether a comma or a point may part thousands: the table's other numbers have the other sign."""
         if not _THOUSANDS.fullmatch(text):
             return False
-        return self.signs != {","} if "," in text else self.signs == {","}
+        signs = decimal_signs(self.grid)
+        return signs != {","} if "," in text else signs == {","}
 
     def _ask_for_unit(self, role: str, chosen: Chosen, faults: Faults) -> None:
         kind = kind_of_role(role)

@@ -224,6 +224,7 @@ def blank_log(weights: Sequence[str], position: str, spins: Sequence[str]) -> st
         "# Fill in spin, time and turns of each run: the spin as read at half time, the turns as 1/3, 2/3 or 1.",
         "# Keep this order: the weights take turns, so that a balance that drifts meets all of them alike.",
         "# Write masses and positions anew, with every digit that the scale and the ruler show.",
+        "# Positions count from the centre of the ball to the middle of the weight.",
         "# More runs: more rows. A run that was not timed: leave its time blank.",
         "mass [g],position [cm],spin [rpm],time [s],turns,note",
     ]

@@ -107,7 +107,7 @@ def make_grid(document: Document) -> Grid:
     return Grid(lines, delimiter or ",", rows, metadata, comments)
 
 
-def decimal_signs(grid: Grid) -> set[str]:
+def decimal_signs(grid: Grid, by_delimiter: bool = True) -> set[str]:
     """Give the decimal signs of a table's first numbers, as far as no mark between thousands looks like them."""
     signs = {
         match[1]
@@ -116,7 +116,7 @@ def decimal_signs(grid: Grid) -> set[str]:
         if (match := _DECIMAL.fullmatch(text)) and (len(match[2]) != 3 or text[0] == "0")
     }
     # Where a spreadsheet parts the cells with semicolons, the comma is the decimal sign.
-    return signs or ({","} if grid.delimiter == ";" else set())
+    return signs or ({","} if by_delimiter and grid.delimiter == ";" else set())
 
 
 def _read_comment(line: str, number: int, metadata: list[tuple[str, Text]], comments: list[Text]) -> None:

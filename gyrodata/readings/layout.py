@@ -30,7 +30,7 @@ from gyrodata.diagnostics import (
 from gyrodata.quantities import NUMBER, fold_number, to_float
 from gyrodata.readings.cells import BLANKS
 from gyrodata.readings.grid import Grid, Row
-from gyrodata.readings.headers import Header, parse_header, split_unit, turns_in, with_unit
+from gyrodata.readings.headers import Header, origin_in, parse_header, split_unit, turns_in, with_unit
 from gyrodata.readings.lablog import Faults, Text, listing, span
 from gyrodata.readings.roles import (
     BY_NAME,
@@ -337,6 +337,8 @@ def _said(row: Row) -> list[tuple[str, str, int]]:
             end = match.end()
             kinds = kinds_of(match[2])
             role = next((_SAID_KINDS[kind] for kind in _SAID_KINDS if kind in kinds), "")
+            if role == "position" and origin_in(text):
+                continue  # it does not count from the centre of the ball: a column can say so
             if role and not (before | after) & NOT_THE_WEIGHT:
                 found.setdefault(role, []).append((role, f"{match[1]} {match[2]}", at))
         if turns := turns_in(text):
@@ -568,14 +570,13 @@ def is_of_means(header: str) -> bool:
 
 
 def _fingerprint(table: _Table, row: Row) -> tuple[str, ...]:
-    """Give the spin and the time of a run as typed, which no two runs have in common."""
-    found = []
+    """Give what was typed of a run, which no two runs have in common."""
+    parts = {role: text for role, (text, _) in table.given.items()}
     for at, header in enumerate(table.headers):
-        if at < len(row.texts) and any(
-            role in TIMINGS or BY_NAME[role].part == "spin" for role in header.roles if role in BY_NAME
-        ):
-            found.append(f"{header.roles[0]} {row.texts[at]}")
-    return tuple(sorted(found))
+        role = header.roles[0] if header.roles else ""
+        if at < len(row.texts) and role in BY_NAME and BY_NAME[role].part:
+            parts[f"{role} {header.number or ''}"] = row.texts[at]
+    return tuple(sorted(f"{role.strip()} {text}" for role, text in parts.items()))
 
 
 def _join(tables: list[_Table], grid: Grid, faults: Faults) -> Layout | None:

@@ -553,7 +553,8 @@ _MEANS = (
     "сред ср promedio prom media medio średnia średni śr média médio 平均 平均值 평균 "
 )
 _SUMMARIES = (
-    _MEANS + "σ s sd std stdev st stddev standard stdabw standardabweichung streuung écart écarttype отклонение ско "
+    _MEANS
+    + "σ sd std stdev stddev standarddeviation stdabw standardabweichung streuung écart écarttype отклонение ско "
     "desviación desv desvest odchylenie desvio 标准差 标准偏差 표준편차 total sum summe somme итого сумма всего "
     "suma soma 合计 median variance error uncertainty"
 )

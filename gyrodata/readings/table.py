@@ -368,7 +368,9 @@ class _Builder:
                 continue
             try:
                 meant = said_otherwise(text, role) if role in SPOKEN else ""
-                cells[text] = cell = read_cell(meant or text, kind, unit, self._is_doubtful(text))
+                if doubtful := self._is_doubtful(text):
+                    read_cell(text.replace(".", ","), kind, unit, ask=True)
+                cells[text] = cell = read_cell(meant or text, kind, unit, doubtful)
             except CellError as error:
                 if error.code == UNIT_MISSING:
                     bare = True
@@ -401,8 +403,9 @@ class _Builder:
         """Tell whether a comma or a point may part thousands: the table's other numbers have the other sign."""
         if not _THOUSANDS.fullmatch(text):
             return False
-        signs = decimal_signs(self.grid)
-        return signs != {","} if "," in text else signs == {","}
+        if "," in text:
+            return decimal_signs(self.grid) != {","}
+        return decimal_signs(self.grid, by_delimiter=False) == {","}
 
     def _ask_for_unit(self, role: str, chosen: Chosen, faults: Faults) -> None:
         kind = kind_of_role(role)

@@ -192,7 +192,9 @@ def find_doubts(
         words = f"the runs contradict each other: they scatter {fit.scatter:.3g} times as much as stated"
         return (Doubt("contradiction", words, "look for a wrong digit, unit or count of turns in the runs"),)
     found = []
-    if exponent is not None and fit.dof >= 2:
+    # Of a tilted rod, or one that nods, the period is no power of the spin; the fit's own chi-square tells of those.
+    follows = fit.adjusted.problem.tilted or measured.slowing is not None
+    if exponent is not None and fit.dof >= 2 and not (follows and fitting.chi2_tail(fit.chi2, fit.dof) > NO_ACCIDENT):
         beside = (fit.chi2 - exponent.deviation**2) / (fit.dof - 1)
         far = exponent.deviation / math.sqrt(max(beside, 1.0))
         if abs(far) > OTHER_LAW:

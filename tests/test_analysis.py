@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import gyrodata
-from gyrodata import reporting
+from gyrodata import physics, reporting
 from gyrodata.comparisons import NamedFit
 from gyrodata.diagnostics import CODES
 from gyrodata.errors import LogError
@@ -341,3 +341,19 @@ class TestSlips:
             return
         assert math.isfinite(analysis.inertia.value)
         assert analysis.inertia.u is not None
+
+
+def test_a_tilted_rod_that_the_fit_describes_is_no_reason_to_doubt() -> None:
+    """Of eq. (8) the period is no power of the spin, and the answer is exact all the same."""
+    pitch = math.radians(30)
+    rows = ""
+    for mass in (20.0, 40.0, 60.0):
+        for rpm in (200.0, 400.0, 600.0):
+            load = mass * 1e-3 * 9.803 * 0.15
+            rate = physics.precession_rate(load, rpm * physics.RPM, 4.44e-3, 5.8e-3, pitch)
+            rows += f"{mass},15.00,{rpm},{2 * math.pi / float(rate):.6f},1,30\n"
+    head = "# g: 9.803 m/s^2\n# transverse_inertia: 5.8e-3 kg*m^2\n# u_time: 0.01 s\n# u_time_bias: 0 s\n"
+    found = gyrodata.analyze(f"{head}mass [g],position [cm],spin [rpm],time [s],turns,pitch [deg]\n{rows}".encode())
+    assert found.exponent is not None
+    assert found.doubts == ()
+    assert found.inertia.value == pytest.approx(4.44e-3, rel=1e-3)

@@ -128,7 +128,7 @@ def test_the_solid_ball_is_told_where_the_log_gives_it() -> None:
     log = (SAMPLES / "air_gyroscope.csv").read_bytes().replace(b"4.31 \xc2\xb1 0.01 kg", b"4.10 kg")
     log = log.replace(b"101.60 \xc2\xb1 0.05 mm", b"10.16 cm")
     text = reporting.markdown_report(analyze(log))
-    assert "A solid ball of 4.1 kg and 10.16 cm has 2/5 m r² = 4.232 × 10⁻³ kg·m² (taken as exact" in text
+    assert "A ball of 4.1 kg and 10.16 cm has 2/5 m r² = 4.232 × 10⁻³ kg·m² (taken as exact" in text
     assert r"\qty{10.16}{\centi\metre} has 2/5 m" in reporting.latex_report(analyze(log))
 
 

@@ -296,7 +296,7 @@ def _enter(settings: Settings, item: Given, ask: bool) -> None:
     settings.roles[key] = Given(key, item.text, item.label, item.place, cell)
 
 
-OF_NOTHING = {"u_time_bias": "0.12 s", "u_spin_delay": "1 s", "u_imbalance": "0.3 mN*m"}
+OF_NOTHING = {"u_time_bias": "0.1 s", "u_spin_delay": "1 s", "u_imbalance": "0.3 mN*m"}
 """Uncertainties of what is 0 for all that is known, with a sample; a share of that says nothing."""
 
 

@@ -264,14 +264,15 @@ def _other_errors() -> Iterator[Cell]:
         yield covering(f"{runs}, hand late by 0 +- 0.15 s", replace(scene, late_u=0.15), 92)
     for degrees, least in ((1, 94), (2, 92), (3, 90)):
         yield covering(f"9 runs, thirds, sighting {degrees} deg", Scene(thirds=True, sighting=degrees), least)
-    for fall in (0.2, 0.3):
-        for runs, scene in (("9 runs", NINE), ("9 runs, thirds", replace(NINE, thirds=True))):
+    several = {"9 runs": NINE, "27 runs": TWENTY_SEVEN}
+    several |= {f"{runs}, thirds": replace(scene, thirds=True) for runs, scene in several.items()}
+    for runs, scene in several.items():
+        for fall in (0.2, 0.3):
             yield covering(f"{runs}, dry friction, fall {100 * fall:g} %", replace(scene, fall=fall), 94)
-    slow = replace(NINE, time_constant=300.0)
-    yield covering("9 runs, tau 300 s, spin read at half time", slow, 92)
-    yield covering("9 runs, tau 300 s, spin read 2 s late", replace(slow, delay=2.0), 94)
-    yield covering("9 runs, tau 300 s, spin read 0 +- 2 s late", replace(slow, delay_u=2.0), 94)
-    yield covering("9 runs, thirds, tau 300 s, 2 s late", replace(slow, delay=2.0, thirds=True), 94)
+        slow = replace(scene, time_constant=300.0)
+        yield covering(f"{runs}, tau 300 s, spin read at half time", slow, 92)
+        yield covering(f"{runs}, tau 300 s, spin read 2 s late", replace(slow, delay=2.0), 94)
+    yield covering("9 runs, tau 300 s, spin read 0 +- 2 s late", replace(NINE, time_constant=300.0, delay_u=2.0), 94)
 
 
 @cache

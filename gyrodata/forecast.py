@@ -123,6 +123,7 @@ def expected_u(designs: Sequence[Design]) -> list[float]:
         ended=np.divide(unknowns, unit, out=np.zeros_like(unknowns), where=unit > 0),
         runs=said.sum(axis=1),
         scatter=np.array([design.scatter for design in designs]),
+        without_readings=True,
     )
     first = designs[0]
     # A test that says nothing, where there is none.

@@ -75,14 +75,11 @@ def test_agrees_with_least_squares_in_all_true_readings(seed: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("repeats", "weights", "curved"),
-    # Where M0 is hardly told, and u is 5 % of I_zz, the curve moves an end by 0.4 u.
-    [(2, (0.02, 0.04, 0.06), 0.05), (1, (0.02, 0.04, 0.06), 0.05), (3, (0.1, 0.12), 0.5)],
+    ("repeats", "weights", "close"),
+    # Where M0 is hardly told, u is 5 % of I_zz, and nothing is linear.
+    [(2, (0.02, 0.04, 0.06), 0.05), (1, (0.02, 0.04, 0.06), 0.05), (3, (0.1, 0.12), 0.35)],
 )
-@pytest.mark.parametrize("linear", [True, False])
-def test_agrees_with_the_posterior_by_plain_integration(
-    repeats: int, weights: tuple[float, ...], curved: float, linear: bool
-) -> None:
+def test_agrees_with_the_posterior_by_plain_integration(repeats: int, weights: tuple[float, ...], close: float) -> None:
     # Times are normal about the model with a covariance that is written down whole; I_zz, M0 and s on a dense grid.
     measured = lab(np.random.default_rng(4), repeats=repeats, weights=weights, imbalance=5e-4, bias=0.04)
     result = fit(measured)
@@ -97,12 +94,7 @@ def test_agrees_with_the_posterior_by_plain_integration(
     shared = measured.timing_bias_u**2 + spin_scale.relative[0] ** 2 * np.outer(at, at)
     shared = shared + np.outer(by_torque, by_torque) * (mass.relative[0] ** 2 * same + (zero.absolute[0] / 0.15) ** 2)
     total = np.zeros(len(inertias))
-    inertia, imbalance, _ = result.adjusted.unknowns
     predicted = lever * inertias[:, None, None] / (measured.torque + imbalances[:, None])
-    if linear:
-        there = measured.torque + imbalance
-        moved = inertias[:, None, None] - inertia * (imbalances[:, None] - imbalance) / there
-        predicted = lever * moved / there
     residual = measured.time - predicted
     for factor in np.exp(np.linspace(math.log(0.15), math.log(12), 80)):
         covariance = shared + factor**2 * np.diag(time.absolute**2 + (spin.relative * at) ** 2)
@@ -115,8 +107,8 @@ def test_agrees_with_the_posterior_by_plain_integration(
         total += prior * (np.exp(-0.5 * (chi2 + size) + 200) * cauchy).sum(axis=1)
     below = (np.cumsum(total) - total / 2) / total.sum()
     told = (result.inertia.interval_95[0], result.inertia.value, result.inertia.interval_95[1])
-    close = (0.03 if linear else curved) * result.inertia.u
-    assert told == pytest.approx(np.interp((0.025, 0.5, 0.975), below, inertias), abs=close)
+    off = (np.array(told) - np.interp((0.025, 0.5, 0.975), below, inertias)) / result.inertia.u
+    assert off == pytest.approx(np.zeros(3), abs=close)
 
 
 @pytest.mark.parametrize(("imbalance", "repeats"), [(0.0, 1), (1.5e-3, 1), (0.0, 3)])
@@ -218,7 +210,7 @@ class TestFewRuns:
 
     def test_two_runs_of_two_torques(self) -> None:
         result = fit(exact(weights=(0.02, 0.06), rpm=(400.0,)))
-        assert result.inertia.value == pytest.approx(INERTIA, rel=1e-4)
+        assert result.inertia.value == pytest.approx(INERTIA, rel=2e-4)
         assert result.dof == 0
 
     def test_identical_runs(self) -> None:

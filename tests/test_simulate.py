@@ -303,7 +303,9 @@ class TestNoise:
         noise = {**TYPICAL, "u_imbalance": Uncertainty(3e-4)}
         drawn = [simulated(noise=noise, seed=seed).truth for seed in range(300)]
         assert np.std([truth.imbalance for truth in drawn]) == pytest.approx(3e-4, rel=0.15)
-        assert np.std([truth.timing_bias for truth in drawn]) == pytest.approx(TYPICAL["u_time_bias"].absolute, rel=0.15)
+        assert np.std([truth.timing_bias for truth in drawn]) == pytest.approx(
+            TYPICAL["u_time_bias"].absolute, rel=0.15
+        )
         given = simulated(Truth(imbalance=1e-4, timing_bias=0.0), noise=noise).truth
         assert (given.imbalance, given.timing_bias) == (1e-4, 0.0)
 

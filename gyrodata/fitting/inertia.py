@@ -195,6 +195,7 @@ def _linear(measured: Measurements, result: FitResult) -> tuple[Conditions, Floa
         left=result.scatter * adjusted.weighted - rows[:, 3:] @ adjusted.shared,
         ended=adjusted.unknowns / np.where(unit > 0, unit, 1.0),
         runs=np.asarray(adjusted.kept.sum()),
+        scatter=np.asarray(result.scatter),
     )
     return conditions, unit
 
@@ -229,7 +230,7 @@ def fit_otherwise(measured: Measurements, result: FitResult, cases: Sequence[Oth
     unknowns[fixed, :, 2] = 0.0
     conditions = Conditions(
         unknowns, weight[..., None] * linear.shared, left, np.tile(linear.ended, (len(cases), 1)),
-        np.full(len(cases), linear.runs),
+        np.full(len(cases), linear.runs), np.full(len(cases), linear.scatter),
     )  # fmt: skip
     usual, tested = balance_scale(measured, inertia) / unit[1], None
     if measured.imbalance_u is not None:

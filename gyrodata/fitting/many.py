@@ -104,6 +104,7 @@ def _fit_stack(problem: Problem, observed: Floats) -> Floats:
         left=closed / np.sqrt(at.own) - (weighted[..., 3:] @ unknowns[:, 3:, None])[..., 0],
         ended=unknowns[:, :3],
         runs=np.full(labs, count),
+        scatter=factor[:, 0],
     )
     tested = None
     if measured.imbalance_u is not None:

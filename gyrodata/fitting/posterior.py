@@ -55,6 +55,12 @@ LOW, HIGH, STEPS = 0.25, 20.0, 20
 TURNS = 10
 """So often at most the factors are spread anew."""
 
+FARTHEST = 2.0
+"""Beyond this what is bent goes on straight."""
+
+SMALL, LARGE = 0.04, 0.14
+"""Below and above this u/I_zz is small and large."""
+
 WIDTHS = np.exp(np.linspace(math.log(0.03), math.log(100.0), 18))
 """Widths of M0 over the scale of its prior."""
 
@@ -89,8 +95,10 @@ class Conditions:
     """I_zz, M0 and b where the fit ended, in their units, shape (…, 3)."""
     runs: Floats
     """How many runs have a say, shape (…)."""
-    scatter: Floats | None = None
-    """Factor on the errors that each run has alone to be expected in a design without readings, shape (…)."""
+    scatter: Floats
+    """Factor on the errors that each run has alone, as the fit had it, shape (…)."""
+    without_readings: bool = False
+    """Whether this is a design, in which errors of that size are to be expected."""
 
 
 @dataclass(frozen=True)
@@ -109,10 +117,16 @@ class Posterior:
     """Width of M0 in each part, in its unit, shape (…, N)."""
     evidence: Floats
     """Logarithm of the likelihood of the whole model, up to what its labs have in common, shape (…)."""
+    ended: Floats | float = 1.0
+    """I_zz where the fit ended, shape (…)."""
+    bend: Floats | float = 0.0
+    """I_zz over that is 1 + t + `bend` t², to second order in what is normal, 1 + t; shape (…)."""
 
     def quantiles(self, of: int, which: slice = slice(None)) -> Floats:
         """Quantiles at `LEVELS`, or at some of them, of I_zz (0), M0 (1) or b (2), shape (…, 5)."""
-        return _quantiles(self.weight, self.mean[..., of, :], self.u[..., of, :], which)
+        ends = _quantiles(self.weight, self.mean[..., of, :], self.u[..., of, :], which)
+        # What reaches to zero is no measurement, bent or not.
+        return ends if of else np.where(ends > 0, _bent(ends, self.ended, self.bend), ends)
 
     def middle(self) -> Floats:
         """Mean of I_zz, M0 and b, shape (…, 3)."""
@@ -121,7 +135,17 @@ class Posterior:
     def times(self, unit: Floats) -> Posterior:
         """Give the same with I_zz, M0 and b counted in other units, shape (…, 3)."""
         each = unit[..., None]
-        return replace(self, mean=self.mean * each, u=self.u * each, width=self.width * unit[..., 1:2])
+        return replace(
+            self, mean=self.mean * each, u=self.u * each, width=self.width * unit[..., 1:2],
+            ended=self.ended * unit[..., 0],
+        )  # fmt: skip
+
+    def straight(self) -> Posterior:
+        """Give the same with parts that are normal in I_zz itself."""
+        mean, u = self.mean.copy(), self.u.copy()
+        mean[..., 0, :] = _bent(self.mean[..., 0, :], self.ended, self.bend)
+        u[..., 0, :] *= _bent_slope(self.mean[..., 0, :], self.ended, self.bend)
+        return replace(self, mean=mean, u=u, ended=1.0, bend=0.0)
 
     def typical(self, values: Floats) -> Floats:
         """Geometric mean of s or of the width of M0, shape (…)."""
@@ -137,16 +161,20 @@ def integrate(
     `stated` says whether the log states how wide the times are.
     """
     widths, prior = balance_prior(np.asarray(scale, dtype=float), tested)
-    reduced = _reduce(conditions)
-    if conditions.scatter is not None:
+    reduced = _reduce(conditions, np.asarray(scale, dtype=float), tested)
+    if conditions.without_readings:
         reduced = replace(reduced, squares=_expect(reduced, conditions.scatter, np.asarray(scale, dtype=float)))
     labs = conditions.left.shape[:-1]
     low, high = np.full(labs, math.log(LOW)), np.full(labs, math.log(HIGH))
+    at = conditions.ended[..., 0, None, None]
+    # As likely before the runs are looked at: every I_zz^(1 − bend), and M0 over I_zz^bend with its width in M0.
+    lean = 2 * reduced.bend[..., None, None] / at
     for turn in range(TURNS):
         factor = low[..., None] + (high - low)[..., None] * np.linspace(0.0, 1.0, STEPS)
         parts = _parts(reduced, np.exp(factor), widths)
         spacing = (high - low) / (STEPS - 1)
         whole = parts.log_likelihood + prior[..., None, :] + (scatter_prior(factor, stated))[..., None]
+        whole = whole + lean * np.clip(parts.mean[0] - at, -0.3 * at, 0.3 * at)
         whole = whole + np.log(spacing)[..., None, None]
         top = whole.max(axis=(-1, -2), keepdims=True)
         weight = np.exp(whole - top)
@@ -165,22 +193,54 @@ def integrate(
         high = np.where(narrow, centre + 6 * half, np.where(beyond, high + 4.0, high))
     flat = (*labs, -1)
     shape = weight.shape
+    ended, bend = conditions.ended[..., 0], reduced.bend
 
     def spread(values: Floats) -> Floats:
         return np.broadcast_to(values, shape).reshape(flat)
 
+    mean = np.stack([spread(m) for m in parts.mean], axis=-2)
+    variance = np.stack([spread(v) for v in parts.variance], axis=-2)
+    # Within a part the same; but where u is small exact readings give the exact answer, and where it is large none.
+    relative = parts.variance[0] / at**2
+    within = lean * relative**2 / (relative**2 + SMALL**4) / (1 + relative**2 / LARGE**4)
+    mean[..., 0, :] += spread(within * parts.variance[0])
+    mean[..., 1, :] += spread(within * parts.covariance)
+    # From M0 over I_zz^bend to M0.
+    inertia = np.maximum(_bent(mean[..., 0, :], ended, bend), 1e-3 * ended[..., None])
+    grown = (inertia / ended[..., None]) ** bend[..., None]
+    pull = bend[..., None] * mean[..., 1, :] * _bent_slope(mean[..., 0, :], ended, bend) / inertia
+    variance[..., 1, :] += pull * (2 * spread(parts.covariance) + pull * variance[..., 0, :])
+    mean[..., 1, :] *= grown
+    variance[..., 1, :] *= grown**2
     return Posterior(
         weight.reshape(flat),
-        np.stack([spread(m) for m in parts.mean], axis=-2),
-        np.sqrt(np.stack([spread(v) for v in parts.variance], axis=-2)),
+        mean,
+        np.sqrt(variance),
         spread(np.exp(factor)[..., None]),
         spread(widths[..., None, :]),
         (top + np.log(total))[..., 0, 0],
+        ended,
+        bend,
     )
+
+
+def _bent(values: Floats, ended: Floats | float, bend: Floats | float) -> Floats:
+    """I_zz from what is normal in its place; the two go together where the fit ended."""
+    twice = 2 * np.maximum(bend, 1e-9)[..., None]
+    away = twice * (values / np.asarray(ended)[..., None] - 1)
+    near = np.minimum(away, FARTHEST)
+    return cast(Floats, np.asarray(ended)[..., None] * (1 + (np.expm1(near) + np.exp(near) * (away - near)) / twice))
+
+
+def _bent_slope(values: Floats, ended: Floats | float, bend: Floats | float) -> Floats:
+    """Derivative of `_bent`."""
+    away = 2 * np.asarray(bend)[..., None] * (values / np.asarray(ended)[..., None] - 1)
+    return cast(Floats, np.exp(np.minimum(away, FARTHEST)))
 
 
 def mixed(posteriors: Sequence[Posterior]) -> Posterior:
     """Put posteriors of several models of one log together, each with the weight of its evidence."""
+    posteriors = [one.straight() for one in posteriors]
     evidence = np.array([float(one.evidence) for one in posteriors])
     chance = np.exp(evidence - evidence.max())
     chance /= chance.sum()
@@ -253,12 +313,18 @@ class _Reduced:
     rest: Floats
     """Rows that say nothing, shape (…)."""
     ended: Floats
+    bend: Floats
+    """Share of the runs in what is known of M0, shape (…)."""
     squares: Floats | None = None
     """Squares of the misclosures to be expected of a design without readings, that of the `rest` last, (…, m + 1)."""
 
 
-def _reduce(conditions: Conditions) -> _Reduced:
-    """Rotate the conditions so that the shared errors, b among them, make no two rows go together."""
+def _reduce(conditions: Conditions, scale: Floats, tested: Floats | float | None) -> _Reduced:
+    """Rotate the conditions so that the shared errors, b among them, make no two rows go together.
+
+    A run's time tells (M + M0)/I_zz, whose error is the same whatever M0 is: as far as the runs tell M0, 1/I_zz and
+    M0/I_zz are normal, and as far as its prior does, I_zz and M0. Between them lie I_zz^(1 − 2a) and M0/I_zz^a.
+    """
     count = conditions.shared.shape[-1] + 1
     bias = conditions.unknowns[..., 2:]
     # Counted from b = 0, where its prior is centred.
@@ -270,11 +336,20 @@ def _reduce(conditions: Conditions) -> _Reduced:
     size = np.zeros(rows.shape[:-1])
     size[..., : values.shape[-1]] = values
     rotated = np.swapaxes(turn, -1, -2) @ rows[..., count:]
-    weighted = rotated[..., 0] / (1 + size**2)
-    slope = _dot(weighted, rotated[..., 1]) / _dot(weighted, rotated[..., 0])
+    weighted = rotated[..., :2] / (conditions.scatter[..., None] ** 2 + size**2)[..., None]
+    sums = np.swapaxes(weighted, -1, -2) @ rotated[..., :2]
+    ii, im, mm = sums[..., 0, 0], sums[..., 0, 1], sums[..., 1, 1]
+    # What a Cauchy distribution tells where the fit ended.
+    at = conditions.ended[..., 1]
+    told = sum(2 / (np.square(width) + at**2 + 1e-300) for width in (scale, tested) if width is not None)
+    by_runs = np.maximum(mm - im**2 / ii, 0.0)
+    bend = np.where(conditions.ended[..., 0] > 0, by_runs / (by_runs + told), 0.0)
+    turned = bend * at / conditions.ended[..., 0]
+    slope = (im + turned * mm) / (ii + 2 * turned * im + turned**2 * mm)
+    rotated[..., 0] += turned[..., None] * rotated[..., 1]
     rotated[..., 1] -= slope[..., None] * rotated[..., 0]
     rest = conditions.runs - rows.shape[-2]
-    return _Reduced(size, rotated, slope, np.asarray(rest), conditions.ended)
+    return _Reduced(size, rotated, slope, np.asarray(rest), conditions.ended, bend)
 
 
 def _expect(reduced: _Reduced, scatter: Floats, scale: Floats) -> Floats:
@@ -294,6 +369,8 @@ class _Parts:
     log_likelihood: Floats
     mean: tuple[Floats, Floats, Floats]
     variance: tuple[Floats, Floats, Floats]
+    covariance: Floats
+    """Of I_zz and M0."""
 
 
 def _parts(reduced: _Reduced, factor: Floats, widths: Floats) -> _Parts:
@@ -328,7 +405,7 @@ def _parts(reduced: _Reduced, factor: Floats, widths: Floats) -> _Parts:
     i_var = both_var - 2 * slope * cov + slope**2 * m_var
     log_likelihood = each(log_likelihood) - 0.5 * (np.log(determinant) + chi2) + 0.5 * np.log(narrow)
     mean = (each(ended[..., 0]) + both - slope * imbalance, at + imbalance, bias)
-    return _Parts(log_likelihood, mean, (i_var, m_var, np.maximum(b_var, 0.0)))
+    return _Parts(log_likelihood, mean, (i_var, m_var, np.maximum(b_var, 0.0)), cov - slope * m_var)
 
 
 def _quantiles(weight: Floats, mean: Floats, u: Floats, which: slice) -> Floats:

@@ -3,26 +3,24 @@
 from __future__ import annotations
 
 from gyrodata.comparisons.doubts import CHANCE, Pattern, Sensitivity, list_sensitivity, look_for_patterns, pattern_words
-from gyrodata.comparisons.runs import (
+from gyrodata.comparisons.tables import (
     Ball,
+    Constancy,
+    Exponent,
     NamedFit,
+    PowerLaw,
     Run,
+    Torque,
     compare_with_ball,
+    constancy,
     load_words,
     named_fits,
     outlier_reason,
-    run_table,
-    turn_words,
-)
-from gyrodata.comparisons.torques import (
-    Constancy,
-    Exponent,
-    PowerLaw,
-    Torque,
-    constancy,
     overall_exponent,
     power_laws,
+    run_table,
     torque_table,
+    turn_words,
 )
 
 __all__ = [

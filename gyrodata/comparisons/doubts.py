@@ -20,8 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gyrodata import fitting
-from gyrodata.comparisons.runs import load_words
-from gyrodata.comparisons.torques import Torque
+from gyrodata.comparisons.tables import Torque, load_words
 from gyrodata.fitting import Estimate, FitResult, Otherwise
 from gyrodata.measurements import Measurements, Source, torque_groups
 from gyrodata.physics import Floats

@@ -268,7 +268,8 @@ class _SheetReader:
             texts = listing([f'"{row.texts[at]}"' for row, at in words], 4)
             lines = span(sorted({row.line for row, _ in words}))
             cell = self.grid.cell(*words[0])
-            faults.add(ROW_IS_ONLY_A_TITLE, f"{lines}: {texts} says nothing of runs, and is left out", "", cell)
+            hint = "put # before the line to keep it as a remark; what it says of the runs goes into a column"
+            faults.add(ROW_IS_ONLY_A_TITLE, f"{lines}: {texts} says nothing of runs, and is left out", hint, cell)
         if self.taken_out:
             cell = self.grid.cell(Row(self.taken_out[0], ["#"]), 0)
             faults.add(ROW_TAKEN_OUT, f"{span(self.taken_out)}: begins with # and is left out", "", cell)
@@ -710,7 +711,10 @@ _LEAST_OF_A_SERIES = 30
 
 
 def _is_time_series(layout: Layout, faults: Faults) -> bool:
-    """Find a sensor's record: many times that go up evenly."""
+    """Find a sensor's record: many times that go up evenly, and no weights and turns beside them."""
+    roles = {role for header in layout.headers for role in header.roles}
+    if roles & {"mass", "force", "torque"} and roles & {"turns", "angle"}:
+        return False
     for at, header in enumerate(layout.headers):
         if "time" not in header.roles or len(layout.rows) < _LEAST_OF_A_SERIES:
             continue

@@ -359,6 +359,8 @@ class _Builder:
             unit = ""
         at = chosen.at
         texts = [row.texts[at] if at < len(row.texts) else "" for row in self.rows]
+        if role == "mass":
+            texts = self._with_no_weight(texts)
         # Most texts of a long log stand in several rows; each is read once.
         cells: dict[str, Quantity] = {}
         faulty: dict[str, tuple[str, str, str]] = {}
@@ -398,6 +400,17 @@ class _Builder:
         used = next((cell.unit for cell in cells.values()), "")
         spots = [row.spot(at) if row.origin else row.line * MAX_COLUMNS + at for row in self.rows]
         return _Track(chosen, unit or used, _make_readings(texts, cells, spreads), spots, spreads)
+
+    def _with_no_weight(self, texts: list[str]) -> list[str]:
+        """Read a dash without a position as no weight; in many rows it says "as above"."""
+        places = self.choice.used.get("position")
+        dashes = [
+            i
+            for i, text in enumerate(texts)
+            if text and text in BLANKS and (places is None or self._text(i, places[0].at) in BLANKS)
+        ]
+        few = 4 * len(dashes) <= len(texts)
+        return ["0" if few and i in dashes else text for i, text in enumerate(texts)] if dashes else texts
 
     def _is_doubtful(self, text: str) -> bool:
         """Tell whether a comma or a point may part thousands: the table's other numbers have the other sign."""

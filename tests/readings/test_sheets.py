@@ -8,7 +8,8 @@ from sheets import HABITS, HEADERS, INERTIA, lab, source
 
 from gyrodata.analysis import analyze_readings
 from gyrodata.errors import GyroError
-from gyrodata.readings import read_log
+from gyrodata.measurements import measure
+from gyrodata.readings import read_log, write_log
 
 
 def answer(data, **given):
@@ -82,3 +83,58 @@ def test_headers_that_students_write_are_understood_or_asked_about_by_name():
     assert outcomes.total() >= 120
     assert outcomes["understood"] >= 110
     assert outcomes["not placed"] <= 2
+
+
+@pytest.mark.parametrize("word", ["none", "no weight", "-", "ohne", "нет"])
+def test_no_weight_in_words(word):
+    rows = "".join(f"20.1,14.8,{spin},13.2,1/3\n" for spin in (300, 400, 500))
+    readings = read_log(";".join(USUAL) + "\n" + rows.replace(",", ";") + f"{word};;400;160;1/12\n")
+    assert readings.columns["mass"].values[-1] == 0
+    assert readings.columns["position"].values[-1] is None
+
+
+def test_dashes_in_many_rows_say_as_above():
+    rows = "20.1;14.8;300;13.2;1/3\n-;-;400;17.6;1/3\n40.3;14.8;300;6.6;1/3\n-;-;400;8.8;1/3\n"
+    readings = read_log(";".join(USUAL) + "\n" + rows)
+    assert readings.columns["mass"].values == pytest.approx((0.0201, 0.0201, 0.0403, 0.0403))
+    assert "G217" in [d.code for d in readings.diagnostics]
+
+
+def test_a_record_of_a_sensor_is_told_from_runs():
+    cells = "".join(f"{k * 0.01:.2f};0.01;22.2\n" for k in range(200))
+    readings = read_log("Time (s);Gyroscope x (rad/s);Gyroscope y (rad/s)\n" + cells)
+    assert [d.code for d in readings.diagnostics] == ["G144"]
+    assert "one row a run is read" in readings.diagnostics[0].message
+
+
+def test_turns_that_are_rounded_widen_the_answer_of_all_their_runs():
+    def width(turns):
+        rows = "".join(f"{m};14.8;{s};{t};{turns}\n" for m, s, t in (("20.1", 300, "9.9"), ("40.3", 600, "9.9")))
+        return analyze_readings(read_log("# u_imbalance: 0 N*m\n" + ";".join(USUAL) + "\n" + rows)).inertia
+
+    exact, rounded = width("1/3"), width("0.33")
+    assert rounded.u / rounded.value > math.hypot(exact.u / exact.value, 0.015)
+    assert width("0.3").u > 3 * rounded.u
+
+
+def test_what_a_position_counts_from_is_a_source_of_error():
+    def source(line, arm):
+        rows = "".join(f"{m};{arm};{s};9.9;1/3\n" for m, s in (("20.1", 300), ("40.3", 600)))
+        measured = measure(read_log(line + ";".join(USUAL) + "\n" + rows))
+        assert measured.position == pytest.approx([0.148, 0.148])
+        return next(s.absolute[0] for s in measured.sources if s.name == "position_zero")
+
+    plain = source("", "14.8")
+    surface = "# position_from: surface\n# ball_diameter: 10 cm\n"
+    assert source(surface, "9.8") == pytest.approx(math.hypot(plain, 0.01 / math.sqrt(12) / 2))
+    assert source(surface + "# u_ball_diameter: 2 mm\n", "9.8") == pytest.approx(math.hypot(plain, 0.001))
+    tip = "# position_from: tip\n# rod_length: 30 cm\n# u_rod_length: 1 mm\n"
+    assert source(tip, "15.2") == pytest.approx(math.hypot(plain, 0.001))
+
+
+def test_positions_of_another_origin_survive_being_written():
+    log = "# position_from: surface\n# ball_diameter: 10.16 cm\n" + ";".join(USUAL) + "\n20.1;-9.72;300;9.9;1/3\n"
+    readings = read_log(log)
+    assert readings.columns["position"].values == pytest.approx((-0.148,))
+    assert read_log(write_log(readings)).columns["position"].values == pytest.approx((-0.148,))
+    assert read_log(log.replace("surface", "wall")).diagnostics[0].code == "G306"

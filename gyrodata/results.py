@@ -53,7 +53,8 @@ CONVENTIONS = {
     "own timing and spin; constancy: the same for all torques together",
     "patterns": "each tests for one more unknown; statistic: standard normal where it is not there; p: two-sided, "
     "averaged over what the runs may scatter; p_corrected: by Holm for all that were looked for",
-    "ball": "I_zz beside 2/5 m r² of a solid ball; what has no u in the log is taken as exact",
+    "ball": "I_zz beside 2/5 m r² of the ball, with its bore for the same mass and ½ m r² of rod and disk where "
+    "the log gives them; what has no u in the log is taken as exact",
 }
 """Which convention each number follows."""
 

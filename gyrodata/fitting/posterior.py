@@ -414,8 +414,11 @@ def _quantiles(weight: Floats, mean: Floats, u: Floats, which: slice) -> Floats:
     if weight.shape[-1] > HEAVIEST:
         # What weighs next to nothing need not be looked at.
         heavy = np.argpartition(weight, -HEAVIEST, axis=-1)[..., -HEAVIEST:]
-        weight, mean, u = (np.take_along_axis(values, heavy, axis=-1) for values in (weight, mean, u))
-        weight = weight / np.add.reduce(weight, axis=-1, keepdims=True)
+        kept = np.take_along_axis(weight, heavy, axis=-1)
+        whole = np.add.reduce(kept, axis=-1, keepdims=True)
+        if np.all(whole > 1 - LIGHT):
+            weight = kept / whole
+            mean, u = (np.take_along_axis(values, heavy, axis=-1) for values in (mean, u))
     centre = np.add.reduce(weight * mean, axis=-1)[..., None]
     sd = np.sqrt(np.add.reduce(weight * (u**2 + (mean - centre) ** 2), axis=-1))[..., None]
     # A quantile lies within so many standard deviations of the mean, whatever the distribution (Cantelli).
@@ -444,8 +447,9 @@ def _dot(a: Floats, b: Floats) -> Floats:
     return cast(Floats, np.einsum("...i,...i->...", a, b))
 
 
-HEAVIEST = 160
-"""So many parts of a mixture are enough for its quantiles."""
+HEAVIEST, LIGHT = 160, 1e-3
+"""So many parts of a mixture are enough for its quantiles where the others weigh less than this together: few runs
+leave many wide parts that weigh little each."""
 
 K_95 = 1.959963984540054
 """Coverage factor of the 95 % interval of a normal distribution: its 97.5 % point."""

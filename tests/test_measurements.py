@@ -287,7 +287,7 @@ class TestWeightSpinsAlong:
     def test_many_labs_at_once(self) -> None:
         labs = [self.exact(4.44e-3), self.exact(5e-3)]
         found = fit_many(labs[0], {"time": np.array([lab.time for lab in labs])})
-        assert found.inertia[:, 2] == pytest.approx([4.44e-3, 5e-3], rel=1e-6)
+        assert found.inertia[:, 2] == pytest.approx([4.44e-3, 5e-3], rel=2e-6)
 
     def test_a_run_without_a_weight_has_nothing_added(self) -> None:
         m = measured(self.SHAPE + "0,,400,160,1/12,\n")

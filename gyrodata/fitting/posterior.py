@@ -314,7 +314,7 @@ class _Reduced:
     """Rows that say nothing, shape (…)."""
     ended: Floats
     bend: Floats
-    """Share of the runs in what is known of M0, shape (…)."""
+    """Share of the runs in what is known of M0, times that of M0 in the doubt about I_zz, shape (…)."""
     squares: Floats | None = None
     """Squares of the misclosures to be expected of a design without readings, that of the `rest` last, (…, m + 1)."""
 
@@ -343,7 +343,9 @@ def _reduce(conditions: Conditions, scale: Floats, tested: Floats | float | None
     at = conditions.ended[..., 1]
     told = sum(2 / (np.square(width) + at**2 + 1e-300) for width in (scale, tested) if width is not None)
     by_runs = np.maximum(mm - im**2 / ii, 0.0)
-    bend = np.where(conditions.ended[..., 0] > 0, by_runs / (by_runs + told), 0.0)
+    # An error that all torques or spins share leaves I_zz as normal as it is.
+    by_m0 = im**2 / (ii * mm)
+    bend = np.where(conditions.ended[..., 0] > 0, by_m0 * by_runs / (by_runs + told), 0.0)
     turned = bend * at / conditions.ended[..., 0]
     slope = (im + turned * mm) / (ii + 2 * turned * im + turned**2 * mm)
     rotated[..., 0] += turned[..., None] * rotated[..., 1]
@@ -447,7 +449,7 @@ def _dot(a: Floats, b: Floats) -> Floats:
     return cast(Floats, np.einsum("...i,...i->...", a, b))
 
 
-HEAVIEST, LIGHT = 160, 1e-3
+HEAVIEST, LIGHT = 160, 1e-4
 """So many parts of a mixture are enough for its quantiles where the others weigh less than this together: few runs
 leave many wide parts that weigh little each."""
 

@@ -216,20 +216,8 @@ _COUNT = re.compile(
 _REPEAT = re.compile(r"(?<![0-9])([1-9])(?:ª|º|\.|st|nd|rd|th)?(?![0-9])")
 
 
-_PART = re.compile(r"(?<![0-9./])([1-9])\s*[/⁄]\s*([2-9])(?![0-9])")
-_WRITTEN_PARTS = {"⅓": "1/3", "⅔": "2/3", "¼": "1/4", "¾": "3/4"}
-_WHOLE = re.compile(
-    r"\b(?:one|full|whole|a|ganze|entier)\s+(?:turn|rev|cycle|rotation|tour|Umdreh|Umlauf)", re.IGNORECASE
-)
-
-
 def stated_turns(header: str) -> str:
     """Find the turns or the angle that a header says its time covers."""
-    part = _PART.search(header) or _PART.search("".join(_WRITTEN_PARTS.get(letter, letter) for letter in header))
-    if part:
-        return f"turns={part[1]}/{part[2]}"
-    if _WHOLE.search(header):
-        return "turns=1"
     match = _DEGREES.search(header)
     if match:
         return f'angle="{match[1].replace(",", ".")} deg"'

@@ -40,7 +40,7 @@ TOO_BOLD = np.array([[1.0, 3.0, 10.0, 30.0, 100.0], [0.1, 0.15, 0.2, 0.25, 0.3]]
 UNBALANCED = 6.0
 """So many times the usual scale where the log says that it is not."""
 
-SPREAD_DEFAULT, TAIL_DEFAULT = math.log(3.9), 0.05
+SPREAD_DEFAULT, TAIL_DEFAULT = math.log(3.75), 0.05
 """Standard deviation of ln s, and the share of its wide tail, where the width of the times is a default …"""
 
 SPREAD_STATED, TAIL_STATED = math.log(1.15), 0.15

@@ -22,7 +22,6 @@ from gyrodata.readings.cells import (
     rounded_turns,
 )
 from gyrodata.readings.columns import choose, note_unplaced
-from gyrodata.readings.grid import decimal_signs, make_grid
 from gyrodata.readings.headers import parse_header
 from gyrodata.readings.lablog import MOST_OF_ONE_CODE, Column, Faults, Place, Reading, Readings, listing, split_lines
 from gyrodata.readings.layout import Layout, find_layout
@@ -38,7 +37,7 @@ from gyrodata.readings.roles import (
     u_keys,
 )
 from gyrodata.readings.settings import Settings, read_options, read_settings, warn_of_lost_keys
-from gyrodata.readings.source import MAX_BYTES, MAX_ROWS, Document, decode, load
+from gyrodata.readings.source import MAX_BYTES, MAX_ROWS, Document, decimal_signs, decode, load, make_grid
 from gyrodata.readings.table import Table, build
 from gyrodata.readings.writing import blank_log, write_log
 from gyrodata.units import Uncertainty

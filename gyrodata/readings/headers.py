@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import re
 import unicodedata
+from collections.abc import Collection
 from fractions import Fraction
 from functools import lru_cache
 from typing import NamedTuple
@@ -234,7 +235,11 @@ def split_unit(text: str) -> tuple[str, str | None]:
         inside = (square if square is not None else round_).strip()
         if inside and all(squeeze(word).lower() in NOISE_WORDS for word in inside.split()):
             return split_unit(name)  # "RPM (measured)"
-        if square is not None or _is_unit_of(name, inside) or (kinds_of(inside) and not name_roles(name)[0]):
+        if (
+            square is not None
+            or _is_unit_of(name, inside, kinds_of(inside))
+            or (kinds_of(inside) and not name_roles(name)[0])
+        ):
             return name.rstrip(" /,;"), inside or None
         if name_roles(text)[0] or not name_roles(name)[0]:
             return text, None  # "czas (t)": a symbol, not a unit
@@ -249,7 +254,7 @@ def _split_loose(text: str) -> tuple[str, str | None]:
     if kinds_of(text) == {"rate"} and name_roles(text.partition("/")[0].strip())[0] == ("turns",):
         return "spin", text  # "Rev/min"
     match = _IN_UNIT.fullmatch(text)
-    if match and _is_unit_of(match[1], match[2]):
+    if match and _is_unit_of(match[1], match[2], kinds_of(match[2])):
         return match[1], match[2]
     left, found, right = text.rpartition(" / ")
     if found and not name_roles(left)[0] and kinds_of(right) and not kinds_of(text):
@@ -257,10 +262,10 @@ def _split_loose(text: str) -> tuple[str, str | None]:
     for separator, last in ((",", True), (";", True), ("/", False)):
         left, found, right = text.rpartition(separator) if last else text.partition(separator)
         left, right = left.strip(), right.strip()
-        if found and left and right and _is_unit_of(left, right):
+        if found and left and right and _is_unit_of(left, right, kinds_of(right)):
             return left, right
     for left, right in _cuts(text):
-        if _is_unit_of(left, right) and right not in ("h", "t", "r", "U", "об"):
+        if _is_unit_of(left, right, kinds_of(right)) and right not in ("h", "t", "r", "U", "об"):
             return left, right
     if kinds_of(text) == {"rate"}:
         return "spin", text
@@ -280,10 +285,8 @@ def _cuts(text: str) -> list[tuple[str, str]]:
     return [(text[:i].strip(" _"), text[i:].strip(" _")) for i in places if text[:i].strip(" _")]
 
 
-def _is_unit_of(name: str, unit: str) -> bool:
-    roles, _ = name_roles(name)
-    kinds = kinds_of(unit)
-    roles = roles or name_roles(name.rstrip(" /,;"))[0]
+def _is_unit_of(name: str, unit: str, kinds: Collection[str]) -> bool:
+    roles = name_roles(name)[0] or name_roles(name.rstrip(" /,;"))[0]
     if not roles or not (kinds or unit == "%"):
         return False
     return any(kind_of_role(role) in kinds or (unit == "%" and role[:2] == "u_") for role in roles) or bool(

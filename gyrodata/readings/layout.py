@@ -29,7 +29,6 @@ from gyrodata.diagnostics import (
 )
 from gyrodata.quantities import NUMBER, fold_number, to_float
 from gyrodata.readings.cells import BLANKS
-from gyrodata.readings.grid import Grid, Row
 from gyrodata.readings.headers import Header, origin_in, parse_header, split_unit, turns_in, with_unit
 from gyrodata.readings.lablog import Faults, Text, listing, span
 from gyrodata.readings.roles import (
@@ -43,6 +42,7 @@ from gyrodata.readings.roles import (
     kind_of_role,
     squeeze,
 )
+from gyrodata.readings.source import Grid, Row
 from gyrodata.units import kinds_of
 
 _HINT = "the first row names the columns, such as: mass [g], position [cm], spin [rpm], time [s], turns"
@@ -87,10 +87,18 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
     if not grid.rows:
         faults.add(NO_HEADER_ROW, "there is no table in this log", _HINT)
         return None
-    tables = _find_tables(grid, faults)
-    if tables is None:
+    first = _find_head(grid, faults)
+    parts = None if first is None else _part_columns(grid, grid.rows[first:], faults)
+    if parts is None:
         return None
-    tables = [table for table in tables if table.rows] or tables[:1]
+    reader = _SheetReader(grid)
+    reader.captions = grid.rows[:first]
+    for part in parts:
+        reader.begin(part[0])
+        for row in part[1:]:
+            reader.take(row)
+    reader.tell(faults)
+    tables = [table for table in reader.tables if table.rows] or reader.tables[:1]
     for table in tables:
         if _is_parted(table.cells, table.headers, faults) or _repeats_a_header(table.cells, faults):
             return None
@@ -125,17 +133,17 @@ def _filled(row: Row) -> list[int]:
 
 def _is_head(row: Row) -> bool:
     """Tell a header by two names, one of them that of a quantity."""
-    roles = [parse_header(text).roles for text in row.texts if text]
-    named = [found for found in roles if found]
+    headers = list(map(parse_header, filter(None, row.texts)))
+    named = [header.roles for header in headers if header.roles]
     physical = any(not TEXTS.intersection(found) for found in named)
-    return len(named) > 1 and physical and _numbers(row) * 2 < len(roles) and not _is_unit_row(row)
+    return len(named) > 1 and physical and _numbers(row) * 2 < len(headers) and not _is_unit_row(row)
 
 
 # One sheet after the other -----------------------------------------------------------------------------------------
 
 
-def _find_tables(grid: Grid, faults: Faults) -> list[_Table] | None:
-    """Part the rows into tables, each with its caption; leave titles, means and notes out."""
+def _find_head(grid: Grid, faults: Faults) -> int | None:
+    """Find the row of the first header; None, with diagnostics, where there is none."""
     rows = grid.rows
     if _has_values_of_blocks(grid, faults):
         return None
@@ -159,21 +167,11 @@ def _find_tables(grid: Grid, faults: Faults) -> list[_Table] | None:
         message = f"line {early.line} holds numbers, and stands above the header in line {head.line}"
         faults.add(NO_HEADER_ROW, message, hint, grid.cell(early, 0))
         return None
-    reader = _SheetReader(grid)
-    reader.captions = rows[:first]
-    side_by_side = _part_columns(grid, rows[first:], faults)
-    if side_by_side is None:
-        return None
-    for part in side_by_side:
-        reader.begin(part[0])
-        for row in part[1:]:
-            reader.take(row)
-    reader.tell(faults)
-    return reader.tables
+    return first
 
 
 class _SheetReader:
-    """Goes down the rows of a sheet, and knows what each of them is."""
+    """Goes down the rows of a sheet, and knows what each of them is: parts them into tables, each with its caption."""
 
     def __init__(self, grid: Grid) -> None:
         self.grid = grid

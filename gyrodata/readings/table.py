@@ -43,7 +43,6 @@ from gyrodata.readings.cells import (
     said_otherwise,
 )
 from gyrodata.readings.columns import Choice, Chosen
-from gyrodata.readings.grid import Row, decimal_signs, find_place
 from gyrodata.readings.headers import origin_in
 from gyrodata.readings.lablog import Column, Faults, Place, Reading, span
 from gyrodata.readings.layout import Layout, is_number
@@ -61,7 +60,7 @@ from gyrodata.readings.roles import (
     u_keys,
 )
 from gyrodata.readings.settings import Given, Settings
-from gyrodata.readings.source import MAX_COLUMNS
+from gyrodata.readings.source import MAX_COLUMNS, Row, decimal_signs, find_place
 from gyrodata.units import DISPLAY, KINDS, Uncertainty, UnitError, kinds_of, parse_unit
 
 _BLANK = Reading()

@@ -440,6 +440,9 @@ FILE_LEFT_OUT = _warning("G714", "a file or folder of the class is left out", "g
 ANSWER_NOT_ASKED_FOR = _warning(
     "G715", "an answer under a name that is not asked for", "answers.toml: inertai = '4.4 g m^2'"
 )
+ANSWER_ELSEWHERE = _note(
+    "G717", "the answer stands in a text beside the log", "grade class, with report.txt: I_zz = 4.4e-3 kg m^2"
+)
 ANSWERS_CANNOT_BE_READ = _warning("G716", "an answers file that cannot be read", "answers.toml: a picture")
 
 # a rubric

@@ -125,7 +125,7 @@ def grade_submission(submission: Submission, rubric: Rubric) -> Grade:
         readings = read_log(
             submission.log(), name=PurePosixPath(submission.log_file or submission.log_name or "log").name
         )
-        answers = read_answers(readings, submission.answers())
+        answers = read_answers(readings, submission.answers(), submission.reports())
         analysis = analyze_readings(readings)
         lacks = check_procedure(readings, analysis) if any(criterion.asks for criterion in rubric.criteria) else ()
     except GyroError as error:

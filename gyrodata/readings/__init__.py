@@ -12,7 +12,16 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from gyrodata.diagnostics import HEADER_WITHOUT_RUNS, QUANTITY_MISSING
-from gyrodata.readings.cells import REPORTED_KINDS, Reported, canonical_key, check_value, read_cell, read_reported
+from gyrodata.readings.cells import (
+    REPORTED_KINDS,
+    Reported,
+    canonical_key,
+    check_value,
+    find_inertia,
+    one_inertia,
+    read_cell,
+    read_reported,
+)
 from gyrodata.readings.columns import choose, note_unplaced
 from gyrodata.readings.grid import Layout, find_layout, has_decimal_commas, make_grid
 from gyrodata.readings.headers import parse_header
@@ -58,8 +67,10 @@ __all__ = [
     "canonical_key",
     "check_value",
     "decode",
+    "find_inertia",
     "kind_of_role",
     "listing",
+    "one_inertia",
     "parse_header",
     "read_cell",
     "read_log",

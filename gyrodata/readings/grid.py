@@ -22,7 +22,7 @@ from gyrodata.diagnostics import (
     TOO_MANY_COLUMNS,
     TOO_MANY_ROWS,
 )
-from gyrodata.readings.cells import BLANKS
+from gyrodata.readings.cells import BLANKS, find_in_row
 from gyrodata.readings.headers import Header, parse_header, with_unit
 from gyrodata.readings.lablog import Faults, Place, Text, listing, span
 from gyrodata.readings.roles import TEXTS, kind_of_role, squeeze
@@ -100,6 +100,7 @@ def make_grid(document: Document) -> Grid:
             NO_DELIMITER, "no delimiter between the columns was found", hint, Place(body[0] + 1, 1), len(line)
         )
     rows = _split_rows(lines, body, delimiter or ",", faults)
+    rows = _without_answers(rows, lines, delimiter or ",", metadata)
     width = len(rows[0].texts) if rows else 0
     hidden = [
         c.line
@@ -109,6 +110,24 @@ def make_grid(document: Document) -> Grid:
     if hidden:
         faults.add(ROW_TAKEN_OUT, f"{span(hidden)}: begins with # and is left out", "", Place(hidden[0], 1))
     return Grid(lines, delimiter or ",", rows, metadata, comments)
+
+
+def _without_answers(
+    rows: list[Row], lines: list[str], delimiter: str, metadata: list[tuple[str, Text]]
+) -> list[Row]:
+    """Take I_zz out of a table below or beside which it is written, as if it stood in a ``#`` line."""
+    kept: list[Row] = []
+    for row in rows:
+        at, answer = find_in_row(row.texts)
+        if answer:
+            metadata.append(("I_zz", find_cell(lines, delimiter, row.line, at)._replace(text=answer)))
+            left = row.texts[:at]
+            while left and not left[-1]:
+                left.pop()
+            row = Row(row.line, left)  # noqa: PLW2901 (what is left of it)
+        if row.texts:
+            kept.append(row)
+    return kept
 
 
 def has_decimal_commas(rows: list[Row]) -> bool:

@@ -280,7 +280,7 @@ _MAX_UNPACKED = 100 * 1000 * 1000
 
 
 def _workbook_text(data: bytes, faults: Faults) -> str:
-    """Write the only filled sheet of a workbook as tab-separated text."""
+    """Write the only table of a workbook as tab-separated text, and what another sheet says of I_zz behind it."""
     import zipfile
 
     try:
@@ -309,12 +309,25 @@ def _workbook_text(data: bytes, faults: Faults) -> str:
         raise faults.refuse(
             WORKBOOK_CANNOT_BE_READ, f"the workbook cannot be read ({reason})", "save the table as CSV"
         ) from None
-    if len(sheets) != 1:
+    tables = [rows for _, rows in sheets if len(sheets) == 1 or sum(map(_is_run, rows)) > 1]
+    if len(tables) != 1:
         found = listing([name for name, _ in sheets]) or "none"
         raise faults.refuse(
             WORKBOOK_CANNOT_BE_READ, f"one filled sheet is needed; found: {found}", "save the log's sheet as CSV"
         )
-    return "\n".join(table_text(sheets[0][1])) + "\n"
+    lines = list(table_text(tables[0]))
+    if len(sheets) > 1:
+        from gyrodata.readings.cells import find_in_row
+
+        others = [row for _, rows in sheets if rows is not tables[0] for row in rows]
+        answers = [find_in_row([value_text(value).strip() for value in row])[1] for row in others]
+        lines += [f"# I_zz: {answer}" for answer in answers if answer]
+    return "\n".join(lines) + "\n"
+
+
+def _is_run(row: tuple[Any, ...]) -> bool:
+    """Tell a run from a row of results, by its three numbers."""
+    return sum(isinstance(value, int | float) for value in row) > 2
 
 
 def _sheets(openpyxl: Any, data: bytes) -> list[tuple[str, list[tuple[Any, ...]]]]:

@@ -219,8 +219,12 @@ def _units(criterion: Criterion, evidence: Evidence) -> Mark:
     reported = evidence.reported
     assert reported is not None
     faults = [reported.problem] if reported.problem else []
-    if reported.u_digits is not None and reported.u_digits > 2:
-        faults.append(f"the uncertainty has {reported.u_digits} digits: one or two say all that is known")
+    u_digits = reported.u_digits or 0
+    if reported.u and reported.u_step:
+        # ± 0.102 with k = 2 is u = 0.051.
+        u_digits = min(u_digits, math.floor(math.log10(reported.u / reported.u_step) + 1e-9) + 1)
+    if u_digits > 2:
+        faults.append(f"the uncertainty has {u_digits} digits: one or two say all that is known")
     low, high = _last_place(reported.step, reported.value, reported.digits)
     if reported.step and reported.u_step and reported.u:
         # A ± that was divided by its k has as many digits as it had, and its place is where u has its first at least.

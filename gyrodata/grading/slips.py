@@ -26,10 +26,14 @@ WITHIN, BOTH_WITHIN = 2.0, 1.0
 """A slip explains a report if what it makes of the runs is nearer than this [u]: one slip, two slips together.
 There are many pairs, so that one of them comes near by chance more easily."""
 
+NEAREST = 0.015  # and nearer than this share, however wide u: 60 for 57.3 are two slips, not one
+
 AS_GOOD = 0.5  # a slip that is farther by less than this [u] than the best explains the report as well
 
 SAME = 1e-3
 """Slips whose factors differ by less than this share leave the same factor: only the log's units tell them apart."""
+
+SLOWEST = 30.0  # no rod is spun more slowly [rpm]
 
 MOST = 3  # slips that explain one report equally well and are told
 
@@ -75,7 +79,10 @@ def find_slips(
         return ()
     if reported < 0 and min(distance(-reported, value.value, step, own.yardstick) for value in honest) <= FROM:
         return (_sign(reported, step, own, honest),)
-    singles = list(_kinds(readings, measured))
+    upside_down = _upside_down(reported, step, own, honest)
+    if upside_down is not None:
+        return (upside_down,)
+    singles = [*_kinds(readings, measured), *_of_answers(own.recommended.value), *_of_columns(readings, measured)]
     found = _matching(reported, step, own, honest, singles, WITHIN)
     if not any(slip.distance <= BOTH_WITHIN for _, slip in found):
         found += _matching(reported, step, own, honest, list(_pairs(singles)), BOTH_WITHIN)
@@ -108,6 +115,26 @@ def _sign(reported: float, step: float, own: OwnRuns, honest: tuple[OwnValue, ..
     )
 
 
+def _upside_down(reported: float, step: float, own: OwnRuns, honest: tuple[OwnValue, ...]) -> Slip | None:
+    """Find the slope of a plot with its axes the other way round."""
+    if reported == 0:
+        return None
+    inverse = 1 / reported
+    best = min(honest, key=lambda value: abs(value.value - inverse))
+    away = distance(inverse, best.value, step * inverse**2, own.yardstick)
+    if away > min(WITHIN, NEAREST / own.yardstick):
+        return None
+    return Slip(
+        "inverse_slope",
+        "it is the inverse, 1/I_zz: the slope of φ̇ψ̇ over M",
+        "plot M over φ̇ψ̇, or take one over the slope; its unit tells: 1/(kg·m²) is no moment of inertia",
+        reported**2,
+        best.name,
+        None if best.u is None else best.u * reported**2,
+        away,
+    )
+
+
 def _matching(
     reported: float, step: float, own: OwnRuns, honest: tuple[OwnValue, ...], kinds: list[_Kind], within: float
 ) -> list[tuple[int, Slip]]:
@@ -122,6 +149,7 @@ def _matching(
         u = math.nan if own.recommended.u is None else own.recommended.u
         fits.append(("recommended", own.recommended.value * same, u * same))
     low, high = min(plain.values()), max(plain.values())
+    within = min(within, NEAREST / own.yardstick)
     found = []
     for i, kind in enumerate(kinds):
         best: Slip | None = None
@@ -246,6 +274,46 @@ def _of_turns(measured: Measurements) -> Iterator[_Kind]:
         "turns_upside_down", "the time was multiplied by the turns instead of divided by them",
         "the period is time/turns: 1/3 of a turn in 7 s is a period of 21 s", product=measured.turns**-2,
     )  # fmt: skip
+
+
+def _of_answers(inertia: float) -> Iterator[_Kind]:
+    """What becomes of an answer, or of a constant, after all conversions."""
+    yield _Kind(
+        "degrees_per_second", "a rate is in degrees a second, not in rad/s",
+        "a turn is 2π rad: φ̇ = 2π × turns/time", product=180 / math.pi,
+    )  # fmt: skip
+    yield _Kind(
+        "g_in_cm_s2", "g was taken in cm/s², 981, and all else in SI",
+        "g is 9.81 m/s²", torque=100.0,
+    )  # fmt: skip
+    yield _Kind(
+        "cm2_as_m2", "the answer is in g·cm² (cgs), written as g·m², or in kg·cm², written as kg·m²",
+        "1 cm² is 10⁻⁴ m²", torque=1e4, rank=1,
+    )  # fmt: skip
+    exponent = -math.floor(math.log10(abs(inertia)))
+    if exponent:
+        yield _Kind(
+            "exponent_lost", f"the exponent of the answer is lost: {abs(inertia):.1e} without its power of ten",
+            "write the power of ten behind the number, and the unit behind that", torque=10.0**exponent,
+        )  # fmt: skip
+        yield _Kind(
+            "exponent_sign_lost", "the sign of the exponent of the answer is lost",
+            f"{abs(inertia):.1e} is a small number: its exponent is {-exponent}", torque=100.0**exponent,
+        )  # fmt: skip
+
+
+def _of_columns(readings: Readings, measured: Measurements) -> Iterator[_Kind]:
+    """Time and spin under each other's header."""
+    columns = readings.columns
+    if "time" not in columns or "spin" not in columns or columns["spin"].unit != "rpm" or columns["time"].unit != "s":
+        return
+    spin, time = measured.spin / RPM, measured.time
+    if np.all((spin < time) & (time > SLOWEST)):
+        yield _Kind(
+            "columns_exchanged", "the columns of time and spin are exchanged: each stands under the other's header",
+            "a spin of some hundred rpm, a time of some seconds: put the two headers right",
+            product=(time / spin) ** 2,
+        )  # fmt: skip
 
 
 def _pairs(singles: list[_Kind]) -> Iterator[_Kind]:

@@ -386,8 +386,9 @@ def find_inertia(line: str) -> str:
         if unit and kinds_of(unit[1]) and (plain := take_apart(whole)) and not plain.unit:
             whole = f"{whole} {unit[1]}"
         for cut in reversed(list(_CUTS.finditer(whole))):
-            if read_reported("inertia", whole[: cut.start()]).fault is None:
-                return whole[: cut.start()]
+            answer = whole[: cut.start()].rstrip(" *`$_")
+            if read_reported("inertia", answer).fault is None:
+                return answer
         if len(name) > 1 and read_reported("inertia", whole).fault == "no unit":
             return whole
     return ""

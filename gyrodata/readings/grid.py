@@ -112,9 +112,7 @@ def make_grid(document: Document) -> Grid:
     return Grid(lines, delimiter or ",", rows, metadata, comments)
 
 
-def _without_answers(
-    rows: list[Row], lines: list[str], delimiter: str, metadata: list[tuple[str, Text]]
-) -> list[Row]:
+def _without_answers(rows: list[Row], lines: list[str], delimiter: str, metadata: list[tuple[str, Text]]) -> list[Row]:
     """Take I_zz out of a table below or beside which it is written, as if it stood in a ``#`` line."""
     kept: list[Row] = []
     for row in rows:

@@ -22,8 +22,11 @@ SEED = 1
 
 HOLDS = [
     (40, ["A careful: unjust loss", "A careful: loss for the bench's scatter", "A careful: slips or flags"]),
-    (42, ["B any right route: loss for the bench's scatter", "B any right route: slips or flags"]),
+    (42, [f"B any right route: {what}" for what in ("unjust loss", "loss for the bench's scatter", "slips or flags")]),
     (36, ["G other benches: unjust loss", "G other benches: slips or flags"]),
+    (24, ["F typed in 12 ways: not graded or losing"]),
+    (20, ["C told no format: not graded"]),
+    (20, ["slips: kinds named right", "slips: logs named wrongly"]),
     (25, ["D other copies: found", "D beside copies: false flags"]),
     (20, ["D honest, nominal spins too: false flags"]),
 ]

@@ -194,9 +194,7 @@ class Answers:
     diagnostics: tuple[Diagnostic, ...] = ()  # what whoever grades should know of how it was read
 
 
-def read_answers(
-    readings: Readings | None, toml: bytes | None, reports: Iterable[tuple[str, bytes]] = ()
-) -> Answers:
+def read_answers(readings: Readings | None, toml: bytes | None, reports: Iterable[tuple[str, bytes]] = ()) -> Answers:
     """Bring together what the log and the answers file report; the file wins, and a difference is told.
 
     `toml`: The answers file: ``inertia = "4.4e-3 ± 0.1e-3 kg m^2"`` for each value, or a table with ``value``, ``u``
@@ -214,11 +212,15 @@ def read_answers(
                 told.append(_diagnostic(ANSWERS_CONTRADICT_LOG, message, "", reported.line))
             found[key] = reported
     inertia = found.pop("inertia", None)
-    elsewhere = one_inertia([one for name, data in reports for one in _in_text(name, data)]) if inertia is None else None
+    elsewhere = (
+        one_inertia([one for name, data in reports for one in _in_text(name, data)]) if inertia is None else None
+    )
     if elsewhere:
         place, inertia = elsewhere
         told.append(
-            Diagnostic(ANSWER_ELSEWHERE, CODES[ANSWER_ELSEWHERE].severity, f'I_zz is read from {place}: "{inertia.text}"')
+            Diagnostic(
+                ANSWER_ELSEWHERE, CODES[ANSWER_ELSEWHERE].severity, f'I_zz is read from {place}: "{inertia.text}"'
+            )
         )
     return Answers(inertia, found, tuple(told))
 

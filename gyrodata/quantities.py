@@ -234,8 +234,8 @@ def _written(
 ) -> Written:
     if spread and not percent and _THOUSANDS.fullmatch(number) and "," not in spread:
         # "46,300 ± 600": nobody writes 46.300 ± 600; and with a point in "± 0.5" the comma is none.
-        if "." in spread or (spread_unit in (None, unit) and to_float(spread) > abs(to_float(number))):
-            number = number.replace(",", "")
+        thousands = spread_unit in (None, unit) and to_float(spread) > abs(to_float(number))
+        number = number.replace(",", "") if thousands or "." in spread else number
     return Written(
         number, to_float(number), float(f"1e{last_place(number)}"), unit, spread, percent, spread_unit or None
     )

@@ -122,7 +122,7 @@ def _without_answers(rows: list[Row], lines: list[str], delimiter: str, metadata
             left = row.texts[:at]
             while left and not left[-1]:
                 left.pop()
-            row = Row(row.line, left)  # noqa: PLW2901 (what is left of it)
+            row = Row(row.line, left)
         if row.texts:
             kept.append(row)
     return kept

@@ -27,7 +27,7 @@ HOLDS = [
     (24, ["F typed in 12 ways: not graded or losing"]),
     (20, ["C told no format: not graded"]),
     (20, ["slips: kinds named right", "slips: logs named wrongly"]),
-    (25, ["D other copies: found", "D beside copies: false flags"]),
+    (25, ["D every time changed: found", "D other copies: found", "D beside copies: false flags"]),
     (20, ["D honest, nominal spins too: false flags"]),
 ]
 """Cells of one class each, and its size; a cell that comes to hold is one more name here."""

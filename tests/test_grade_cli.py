@@ -185,6 +185,18 @@ def test_partners_are_not_flagged(grades: Path, tmp_path: Path) -> None:
     assert (grades / "flags.csv").read_text().count("\n") == 1
 
 
+def test_a_log_of_an_earlier_year_is_found(grades: Path, tmp_path: Path) -> None:
+    log = (CLASS / "bakertom_102_9002_gyroscope.csv").read_bytes()
+    root = make_folder(tmp_path / "class", {"ann/lab.csv": log})
+    done = gyro("grade", root, "--out", tmp_path / "new", "--previous", grades, "--format", "json", "--exit-zero")
+    (flag,) = json.loads(done.stdout)["flags"]
+    assert (flag["kind"], flag["students"], flag["previous"]) == ("shared rows", ["ann"], ["grades/102"])
+    refused = gyro("grade", root, "--out", tmp_path / "other", "--previous", CLASS / "README.txt")
+    assert refused.exit_code == 2
+    assert "holds no log that could be compared" in refused.stderr
+    assert not (tmp_path / "other").exists()
+
+
 def test_a_name_that_is_anothers_key_is_that_key(tmp_path: Path) -> None:
     root = make_folder(tmp_path / "class", {"ann_7_1_lab.csv": "x", "bob_8_2_lab.csv": "x"})
     aliases = find_submissions(root).aliases

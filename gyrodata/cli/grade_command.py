@@ -19,7 +19,7 @@ from gyrodata.diagnostics import (
 )
 
 if TYPE_CHECKING:
-    from gyrodata.grading import Change, ClassGrades, Filled, GradingOptions
+    from gyrodata.grading import Change, ClassGrades, Filled, Fingerprint, GradingOptions
 
 
 SHOWN = 20
@@ -70,6 +70,10 @@ def grade(
     partners: Annotated[
         Path | None,
         typer.Option("--partners", metavar="FILE", help="Who hands in the same data: 'alice, bob' in a line."),
+    ] = None,
+    previous: Annotated[
+        list[Path] | None,
+        typer.Option("--previous", metavar="DIR", help="Grades of an earlier year, to find copies of its logs."),
     ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Write nothing, and say what would change.")] = False,
     form: Annotated[Form, typer.Option("--format", "-f", help="What to write to standard output.")] = "text",
@@ -125,7 +129,7 @@ def grade(
         progress=None if quiet else progress_bar(len(submissions.items), time.monotonic, "graded "),
     )
     try:
-        found = grade_class(submissions, judged, options, exempt)
+        found = grade_class(submissions, judged, options, exempt, _earlier(previous or []))
         changes = changes_in(folder, found) if folder is not None else ()
         filled = gradebooks.fill(found.grades, found.ids)
         if not quiet:
@@ -164,6 +168,24 @@ def _read(path: Path) -> bytes:
         return path.read_bytes()
     except OSError as error:
         refuse(OPTION_FILE_CANNOT_BE_READ, f'"{path}" cannot be read: {error.strerror or error}', "check its name")
+
+
+def _earlier(years: Sequence[Path]) -> dict[str, Fingerprint]:
+    """Take the logs of earlier years from the journals beside their grades."""
+    from gyrodata.grading import JOURNAL, Journal
+
+    found: dict[str, Fingerprint] = {}
+    for year in years:
+        path = year / JOURNAL if year.is_dir() else year
+        _read(path)
+        name = path.resolve().parent.name if path.name == JOURNAL else path.stem
+        entries = {entry.grade.student: entry.grade.fingerprint for entry in Journal(path).read()}
+        kept = {f"{name}/{student}": one for student, one in entries.items() if one is not None}
+        if not kept:
+            hint = f"give the folder that an earlier run wrote, with its {JOURNAL}"
+            refuse(OPTION_FILE_CANNOT_BE_READ, f'--previous "{year}" holds no log that could be compared', hint)
+        found |= kept
+    return found
 
 
 def _write_autograder(folder: Path, rubric: Path | None) -> None:

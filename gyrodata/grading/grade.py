@@ -20,7 +20,7 @@ from gyrodata.grading.criteria import Evidence, Mark, judge, judge_reference, ma
 from gyrodata.grading.forensics import Fingerprint, fingerprint
 from gyrodata.grading.late import Lateness, judge_lateness
 from gyrodata.grading.rubric import ASKS, Rubric
-from gyrodata.grading.slips import Slip, find_slips
+from gyrodata.grading.slips import SAME, Slip, find_slips
 from gyrodata.grading.submissions import Answers, read_answers
 from gyrodata.grading.yardsticks import Reference, class_references, distance, nearest, own_runs, station_key
 from gyrodata.procedure import check_procedure
@@ -276,7 +276,8 @@ def _absent_words(reported: Reported | None) -> str:
 def _looks(evidence: Evidence) -> list[str]:
     """What a person should look at."""
     found = []
-    if len(evidence.slips) > 1:
+    # Two that leave the same factor cost the same: nothing is to be decided.
+    if any(abs(slip.factor / evidence.factor - 1) > SAME for slip in evidence.slips):
         kinds = ", ".join(slip.kind for slip in evidence.slips)
         found.append(f"several known slips explain the reported I_zz equally well: {kinds}")
     if evidence.d is not None and evidence.d > FAR and not evidence.slips:

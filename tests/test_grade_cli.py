@@ -118,6 +118,27 @@ def test_a_second_run_grades_nobody_and_changes_no_byte(grades: Path) -> None:
     assert {path: path.read_bytes() for path in grades.rglob("*") if path.is_file()} == before
 
 
+@pytest.mark.parametrize("change", ["a log", "a page", "a file beside the grades", "an option", "nothing"])
+def test_a_run_is_a_whole_one_as_soon_as_anything_changed(change: str, tmp_path: Path) -> None:
+    logs = {f"{name}.csv": (CLASS / "bakertom_102_9002_gyroscope.csv").read_bytes() for name in ("ann", "bob")}
+    root, grades = make_folder(tmp_path / "class", logs), tmp_path / "grades"
+    run = ("grade", root, "--out", grades, "--workers", "1")
+    first = gyro(*run)
+    page = min((grades / "feedback").rglob("*.html"))
+    times = {path: path.stat().st_mtime_ns for path in grades.iterdir()}
+    if change == "a log":
+        (root / "ann.csv").write_bytes(logs["ann.csv"] + b"# a remark\n")
+    elif change == "a page":
+        page.write_text("mine")
+    elif change == "a file beside the grades":
+        (grades / "mine.csv").write_text("")
+    done = gyro(*run, "--attempts", "oldest") if change == "an option" else gyro(*run)
+    assert done.stdout == first.stdout
+    whole = {path: path.stat().st_mtime_ns for path in times} != times
+    assert whole == (change != "nothing")
+    assert page.read_text(encoding="utf-8") != "mine"
+
+
 def test_json_ndjson_and_csv(graded: tuple[Result, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     document = json.loads(gyro("grade", CLASS, "--format", "json").stdout)

@@ -91,6 +91,7 @@ def grade_class(
         flags=flag_class(prints, exempt, previous),
         again=again,
         figures={student: one.figures for student, one in made.items() if one.figures},
+        lost=any(one.lost for one in made.values()),
     )
 
 
@@ -204,6 +205,7 @@ class ClassGrades:
     again: Mapping[str, str]  # why each student was graded in this run, by key; the others' grades were known
     figures: Mapping[str, Mapping[str, str]]
     """What each drawn figure shows, in words, by student and name of the figure."""
+    lost: bool = False  # True: the run itself lost some (a time limit, a process that died), who are tried again
 
     @cached_property
     def totals(self) -> list[float]:

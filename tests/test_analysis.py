@@ -11,9 +11,11 @@ import pytest
 
 import gyrodata
 from gyrodata import reporting
+from gyrodata.analysis import analyze_readings
 from gyrodata.comparisons import NamedFit
 from gyrodata.diagnostics import CODES
 from gyrodata.errors import LogError
+from gyrodata.readings import read_log
 
 ROOT = Path(__file__).parent.parent
 SAMPLES = ROOT / "sample_data"
@@ -341,3 +343,13 @@ class TestSlips:
             return
         assert math.isfinite(analysis.inertia.value)
         assert analysis.inertia.u is not None
+
+
+@pytest.mark.parametrize("name", ["air_gyroscope.csv", "heidelberg_ball.csv"])
+def test_what_a_grade_leaves_out_changes_nothing_else(name: str) -> None:
+    readings = read_log(SAMPLES / name)
+    whole, part = analyze_readings(readings), analyze_readings(readings, whole=False)
+    assert (part.diagnostics, part.run_table, part.torques) == (whole.diagnostics, whole.run_table, whole.torques)
+    assert part.inertia == whole.inertia
+    assert (part.advice, part.sensitivity) == ((), ())
+    assert whole.advice

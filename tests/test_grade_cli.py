@@ -118,9 +118,12 @@ def test_a_second_run_grades_nobody_and_changes_no_byte(grades: Path) -> None:
     assert {path: path.read_bytes() for path in grades.rglob("*") if path.is_file()} == before
 
 
+LOGS = {"ann": "bakertom_102_9002_gyroscope.csv", "bob": "itoken_109_9009_lab.csv"}
+
+
 @pytest.mark.parametrize("change", ["a log", "a page", "a file beside the grades", "an option", "nothing"])
 def test_a_run_is_a_whole_one_as_soon_as_anything_changed(change: str, tmp_path: Path) -> None:
-    logs = {f"{name}.csv": (CLASS / "bakertom_102_9002_gyroscope.csv").read_bytes() for name in ("ann", "bob")}
+    logs = {f"{name}.csv": (CLASS / file).read_bytes() for name, file in LOGS.items()}
     root, grades = make_folder(tmp_path / "class", logs), tmp_path / "grades"
     run = ("grade", root, "--out", grades, "--workers", "1")
     first = gyro(*run)

@@ -126,7 +126,7 @@ def grade_submission(submission: Submission, rubric: Rubric) -> Grade:
             submission.log(), name=PurePosixPath(submission.log_file or submission.log_name or "log").name
         )
         answers = read_answers(readings, submission.answers(), submission.reports())
-        analysis = analyze_readings(readings)
+        analysis = analyze_readings(readings, whole=False)
         lacks = check_procedure(readings, analysis) if any(criterion.asks for criterion in rubric.criteria) else ()
     except GyroError as error:
         blank = replace(blank, diagnostics=_as_dicts(error.diagnostics))

@@ -103,8 +103,11 @@ def analyze(
     return analyze_readings(readings, options)
 
 
-def analyze_readings(readings: Readings, options: Options | None = None) -> Analysis:
-    """Analyse a log that has been read; see `analyze`."""
+def analyze_readings(readings: Readings, options: Options | None = None, *, whole: bool = True) -> Analysis:
+    """Analyse a log that has been read; see `analyze`.
+
+    `whole`: False leaves out what a report tells and a grade does not: advice, sensitivity, and most effects.
+    """
     options = options or Options()
     if any(diagnostic.severity == "error" for diagnostic in readings.diagnostics):
         raise LogError(readings.diagnostics)
@@ -126,16 +129,18 @@ def analyze_readings(readings: Readings, options: Options | None = None) -> Anal
     kept = [i for i in range(len(measured.runs)) if i not in out]
     p = fitting.chi2_tail(fit.chi2, fit.dof) if fit.dof > 0 else None
     birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else None
-    listed = effects.list_effects(measured, fit, chosen)
+    listed = effects.list_effects(measured, fit, chosen, () if whole else ("release",))
     found += outlier_findings(readings, measured, fitted.outliers, left_out, fitted.without)
     patterns = look_for_patterns(measured, fit)
     found += whole_findings(readings, measured, fit, p, listed, patterns)
     exponent = overall_exponent(measured, kept)
     doubts = find_doubts(measured, fit, exponent, patterns)
     # What another hour would gain is worked out for runs that follow the law.
-    advice = tuple(f"find the cause first: {doubt.remedy}" for doubt in doubts) or list_advice(
-        select(measured, kept) if left_out else measured, fit, chosen.tilted
-    )
+    advice: tuple[str, ...] = ()
+    if whole:
+        advice = tuple(f"find the cause first: {doubt.remedy}" for doubt in doubts) or list_advice(
+            select(measured, kept) if left_out else measured, fit, chosen.tilted
+        )
     found += body_findings(readings, measured, fit, bool(sizes))
     torques = torque_table(measured, fit, kept, chosen.tilted)
     one_torque = not fitting.torques_differ(measured.torque[kept])
@@ -157,7 +162,7 @@ def analyze_readings(readings: Readings, options: Options | None = None) -> Anal
         birge=birge,
         fits=named_fits(measured, fit, kept),
         budget=fit.budget,
-        sensitivity=list_sensitivity(measured, fit, torques, kept),
+        sensitivity=list_sensitivity(measured, fit, torques, kept) if whole else (),
         effects=listed,
         power_law=power_laws(measured, kept),
         exponent=exponent,

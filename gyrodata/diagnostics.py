@@ -708,6 +708,12 @@ ANSWER_NOT_ASKED_FOR = _warning(
 ANSWERS_CANNOT_BE_READ = _warning(
     "G716", "an answers file that cannot be read", "answers.toml: a picture", "ask the student for a text file"
 )
+ANSWER_ELSEWHERE = _note(
+    "G717",
+    "the answer stands in a text beside the log",
+    "grade class, with report.txt: I_zz = 4.4e-3 kg m^2",
+    "nothing, if that is the answer; write it into the log, # I_zz = 4.4e-3 kg m^2, to have it read there",
+)
 
 # a rubric
 RUBRIC_NO_TOML = _error(

@@ -44,9 +44,16 @@ _POWER_OF_TEN = (
     rf"\s*(?:{_TIMES_TEN}\s*(?:(?:\^|\*\*)\s*|(?=[-+]))|(?<=[\s)])10\s*(?:\^|\*\*)\s*)"
     r"(?:[({]\s*([-+]?[0-9]{1,3})\s*[)}]|([-+]?[0-9]{1,3}))(?![0-9.,])"
 )
-_SHARED_POWER = rf"({NUMBER}\s*±\s*{NUMBER})(?=\s*{_TIMES_TEN})"
+_SHARED_POWER = rf"({NUMBER}\s*±\s*{NUMBER})(?=\s*{_TIMES_TEN}|\s+10\s*(?:\^|\*\*))"
 _COVERAGE = r"\s*[(,;]?\s*k\s*=\s*([1-9](?:[.,][0-9]+)?)\s*\)?$"
 _COVERAGE_INSIDE = r"\(\s*k\s*=\s*([1-9](?:[.,][0-9]+)?)\s*\)"
+_SIGMAS = r"\s*[(\[,;]?\s*([1-3])\s?-?(?:σ|sigma|s\.?d\.?)\s*[)\]]?$"
+_ABOUT = r"(?:about|approximately|approx\.?|circa|ca\.?|roughly|[~≈≃])\s*(?=[-+(\d.,])"
+_SAID = (
+    r"\s*(?:[,;(]|\bwith\b)\s*(?:(?:with|an?|and|the|its|standard)\s+)*"
+    r"(?:u(?:\s*\([^()]*\)|_?[^\W\d]{0,4})|σ|sigma|uncertainty|error|±)"
+    rf"\s*(?:=|:|of\b|is\b|±)?\s*(?={NUMBER})"
+)
 _LEVEL = r"[(\[]\s*([0-9]{2}(?:[.,][0-9]+)?)\s*%\s*(?:C\.?[IL]\.?|confidence|confidence level|coverage)?\s*[)\]]"
 _UNIT_IN_BRACKETS = r"(?<=[\d\s)%])[\[(]\s*((?:1/)?[^\W\d][^()\[\]±]*?|°[^()\[\]±]*?)\s*[\])]$"
 _THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2},[0-9]{3}")
@@ -152,8 +159,17 @@ def _take_apart_long(plain: str) -> Written | None:
     """Take apart what has a ±, a bracket, a power of ten, a name or a coverage factor."""
     # What a text has no sign of is not looked for, so that its pattern need not be compiled.
     bare = re.sub(rf"^{_NAME}", "", plain, count=1) if "=" in plain else plain
+    if bare[:1].isalpha() or bare[:1] in "~≈≃":
+        bare = re.sub(rf"^{_ABOUT}", "", bare, count=1, flags=re.IGNORECASE)
+    if bare.endswith("."):  # the end of a sentence
+        bare = re.sub(r"(?<=[^\W\d])\.$|(?<=\^\d)\.$", "", bare)
     named = bare != plain
     bare, coverage = _without_coverage(bare)
+    said = re.search(_SAID, bare, re.IGNORECASE) if "±" not in bare or "(" in bare else None
+    if said and said.start():
+        # "4.4e-3 kg m^2, u = 1e-4" and "4.4e-3 kg m^2 (± 1e-4)"
+        end = bare[said.end() :]
+        bare = f"{bare[: said.start()]} ± {end[:-1] if '(' in said[0] and end.endswith(')') else end}"
     if bare.endswith((")", "]")):
         bare = re.sub(_UNIT_IN_BRACKETS, r" \1", bare)
     if "10" in bare:
@@ -174,6 +190,9 @@ def _without_coverage(text: str) -> tuple[str, float]:
         match = re.search(pattern, text)
         if match:
             return f"{text[: match.start()]} {text[match.end() :]}".strip(), to_float(match[1])
+    match = re.search(_SIGMAS, text, re.IGNORECASE) if "±" in text and text[-1] in ")]aAσdD." else None
+    if match:
+        return text[: match.start()].strip(), to_float(match[1])
     match = re.search(_LEVEL, text) if "±" in text and "%" in text else None
     if match and to_float(match[1]) in _LEVELS:
         return f"{text[: match.start()]} {text[match.end() :]}".strip(), _LEVELS[to_float(match[1])]
@@ -213,6 +232,10 @@ def _written(
     percent: bool = False,
     spread_unit: str | None = None,
 ) -> Written:
+    if spread and not percent and _THOUSANDS.fullmatch(number) and "," not in spread:
+        # "46,300 ± 600": nobody writes 46.300 ± 600; and with a point in "± 0.5" the comma is none.
+        thousands = spread_unit in (None, unit) and to_float(spread) > abs(to_float(number))
+        number = number.replace(",", "") if thousands or "." in spread else number
     return Written(
         number, to_float(number), float(f"1e{last_place(number)}"), unit, spread, percent, spread_unit or None
     )

@@ -11,9 +11,11 @@ import pytest
 
 import gyrodata
 from gyrodata import physics, reporting
+from gyrodata.analysis import analyze_readings
 from gyrodata.comparisons import NamedFit
 from gyrodata.diagnostics import CODES
 from gyrodata.errors import LogError
+from gyrodata.readings import read_log
 
 ROOT = Path(__file__).parent.parent
 SAMPLES = ROOT / "sample_data"
@@ -357,3 +359,13 @@ def test_a_tilted_rod_that_the_fit_describes_is_no_reason_to_doubt() -> None:
     assert found.exponent is not None
     assert found.doubts == ()
     assert found.inertia.value == pytest.approx(4.44e-3, rel=1e-3)
+
+
+@pytest.mark.parametrize("name", ["air_gyroscope.csv", "heidelberg_ball.csv"])
+def test_what_a_grade_leaves_out_changes_nothing_else(name: str) -> None:
+    readings = read_log(SAMPLES / name)
+    whole, part = analyze_readings(readings), analyze_readings(readings, whole=False)
+    assert (part.diagnostics, part.run_table, part.torques) == (whole.diagnostics, whole.run_table, whole.torques)
+    assert part.inertia == whole.inertia
+    assert (part.advice, part.sensitivity) == ((), ())
+    assert whole.advice

@@ -118,6 +118,30 @@ def test_a_second_run_grades_nobody_and_changes_no_byte(grades: Path) -> None:
     assert {path: path.read_bytes() for path in grades.rglob("*") if path.is_file()} == before
 
 
+LOGS = {"ann": "bakertom_102_9002_gyroscope.csv", "bob": "itoken_109_9009_lab.csv"}
+
+
+@pytest.mark.parametrize("change", ["a log", "a page", "a file beside the grades", "an option", "nothing"])
+def test_a_run_is_a_whole_one_as_soon_as_anything_changed(change: str, tmp_path: Path) -> None:
+    logs = {f"{name}.csv": (CLASS / file).read_bytes() for name, file in LOGS.items()}
+    root, grades = make_folder(tmp_path / "class", logs), tmp_path / "grades"
+    run = ("grade", root, "--out", grades, "--workers", "1")
+    first = gyro(*run)
+    page = min((grades / "feedback").rglob("*.html"))
+    times = {path: path.stat().st_mtime_ns for path in grades.iterdir()}
+    if change == "a log":
+        (root / "ann.csv").write_bytes(logs["ann.csv"] + b"# a remark\n")
+    elif change == "a page":
+        page.write_text("mine")
+    elif change == "a file beside the grades":
+        (grades / "mine.csv").write_text("")
+    done = gyro(*run, "--attempts", "oldest") if change == "an option" else gyro(*run)
+    assert done.stdout == first.stdout
+    whole = {path: path.stat().st_mtime_ns for path in times} != times
+    assert whole == (change != "nothing")
+    assert page.read_text(encoding="utf-8") != "mine"
+
+
 def test_json_ndjson_and_csv(graded: tuple[Result, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     document = json.loads(gyro("grade", CLASS, "--format", "json").stdout)
@@ -183,6 +207,18 @@ def test_partners_are_not_flagged(grades: Path, tmp_path: Path) -> None:
     assert "shared rows" not in done.stdout
     assert '"nobody" is nobody in this class' in done.stderr
     assert (grades / "flags.csv").read_text().count("\n") == 1
+
+
+def test_a_log_of_an_earlier_year_is_found(grades: Path, tmp_path: Path) -> None:
+    log = (CLASS / "bakertom_102_9002_gyroscope.csv").read_bytes()
+    root = make_folder(tmp_path / "class", {"ann/lab.csv": log})
+    done = gyro("grade", root, "--out", tmp_path / "new", "--previous", grades, "--format", "json", "--exit-zero")
+    (flag,) = json.loads(done.stdout)["flags"]
+    assert (flag["kind"], flag["students"], flag["previous"]) == ("shared rows", ["ann"], ["grades/102"])
+    refused = gyro("grade", root, "--out", tmp_path / "other", "--previous", CLASS / "README.txt")
+    assert refused.exit_code == 2
+    assert "holds no log that could be compared" in refused.stderr
+    assert not (tmp_path / "other").exists()
 
 
 def test_a_name_that_is_anothers_key_is_that_key(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -19,7 +19,8 @@ from gyrodata.diagnostics import (
 )
 
 if TYPE_CHECKING:
-    from gyrodata.grading import Change, ClassGrades, Filled, GradingOptions
+    from gyrodata.errors import Diagnostic
+    from gyrodata.grading import Change, ClassGrades, Filled, Fingerprint, GradingOptions
 
 
 SHOWN = 20
@@ -71,6 +72,10 @@ def grade(
         Path | None,
         typer.Option("--partners", metavar="FILE", help="Who hands in the same data: 'alice, bob' in a line."),
     ] = None,
+    previous: Annotated[
+        list[Path] | None,
+        typer.Option("--previous", metavar="DIR", help="Grades of an earlier year, to find copies of its logs."),
+    ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Write nothing, and say what would change.")] = False,
     form: Annotated[Form, typer.Option("--format", "-f", help="What to write to standard output.")] = "text",
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Only errors on standard error.")] = False,
@@ -81,6 +86,7 @@ def grade(
     A second run grades only what has changed, and says why. Exit codes: 0 done; 1 done, with submissions that could
     not be graded; 2 usage, a rubric with a mistake, or a class that cannot be read; 130 stopped by Ctrl-C.
     """
+    asked = dict(locals())
     if print_rubric:
         write_out(_rubric_bytes(rubric).decode("utf-8", "surrogateescape"))
         return
@@ -90,6 +96,16 @@ def grade(
         return
     if path is None:
         refuse(NOTHING_TO_GRADE, "there is nothing to grade: no PATH is given", "give the class, a folder or a zip")
+    to_folder = {"--figures": figures, "--gradebook": gradebook is not None, "--worksheet": worksheet is not None}
+    folder = _folder(path, out, form, dry_run, [option for option, given in to_folder.items() if given])
+    whole = folder is not None and form == "text" and not dry_run and gradebook is None and worksheet is None
+    run = _Run(folder, asked) if folder is not None and whole else None
+    if run is not None and (said := run.said()) is not None:
+        _tell(said["noted"] if not quiet else said["faults"])
+        if not quiet:
+            _tell([f"kept {said['count']} as graded before"], _told_where(run.folder))
+        write_out(said["text"])
+        raise typer.Exit(1 if said["waiting"] and not exit_zero else 0)
     from gyrodata.grading import (
         FIGURES,
         JOURNAL,
@@ -106,8 +122,6 @@ def grade(
 
     judged = read_rubric(_rubric_bytes(rubric), "built-in rubric" if rubric is None else rubric.name)
     submissions = find_submissions(path, lms, pattern, attempts)
-    to_folder = {"--figures": figures, "--gradebook": gradebook is not None, "--worksheet": worksheet is not None}
-    folder = _folder(path, out, form, dry_run, [option for option, given in to_folder.items() if given])
     sheets = {lms: (_read(sheet), sheet.name) for lms, sheet in (("canvas", gradebook), ("moodle", worksheet)) if sheet}
     gradebooks = Gradebooks(sheets, assignment)
     gradebooks.try_out(submissions, judged)
@@ -125,13 +139,15 @@ def grade(
         progress=None if quiet else progress_bar(len(submissions.items), time.monotonic, "graded "),
     )
     try:
-        found = grade_class(submissions, judged, options, exempt)
+        found = grade_class(submissions, judged, options, exempt, _earlier(previous or []))
         changes = changes_in(folder, found) if folder is not None else ()
         filled = gradebooks.fill(found.grades, found.ids)
         if not quiet:
             _tell(_told(found, options), _told_changes(changes, dry_run), _told_filled(filled))
         if folder is not None and not dry_run:
-            _write(found, folder, filled, options, quiet)
+            lost = _write(found, folder, filled, options, quiet)
+            if run is not None and not found.lost and not lost:
+                run.keep(found, [*submissions.diagnostics, *(exempt.diagnostics if exempt else ())])
     except KeyboardInterrupt:
         told = "what was done is kept, and the same command goes on from there"
         kept = options.journal is not None and options.keep
@@ -166,6 +182,24 @@ def _read(path: Path) -> bytes:
         refuse(OPTION_FILE_CANNOT_BE_READ, f'"{path}" cannot be read: {error.strerror or error}', "check its name")
 
 
+def _earlier(years: Sequence[Path]) -> dict[str, Fingerprint]:
+    """Take the logs of earlier years from the journals beside their grades."""
+    from gyrodata.grading import JOURNAL, Journal
+
+    found: dict[str, Fingerprint] = {}
+    for year in years:
+        path = year / JOURNAL if year.is_dir() else year
+        _read(path)
+        name = path.resolve().parent.name if path.name == JOURNAL else path.stem
+        entries = {entry.grade.student: entry.grade.fingerprint for entry in Journal(path).read()}
+        kept = {f"{name}/{student}": one for student, one in entries.items() if one is not None}
+        if not kept:
+            hint = f"give the folder that an earlier run wrote, with its {JOURNAL}"
+            refuse(OPTION_FILE_CANNOT_BE_READ, f'--previous "{year}" holds no log that could be compared', hint)
+        found |= kept
+    return found
+
+
 def _write_autograder(folder: Path, rubric: Path | None) -> None:
     """Write what is to be zipped for Gradescope, the scripts executable, once the rubric is known to be good."""
     from gyrodata.grading import autograder_files, read_rubric, write_whole
@@ -195,13 +229,47 @@ def _folder(path: Path, out: Path | None, form: Form, dry_run: bool, need_one: S
     return None
 
 
+class _Run:
+    """What is asked for, held against the last run into a folder."""
+
+    def __init__(self, folder: Path, asked: Mapping[str, object]) -> None:
+        self.folder = folder
+        without = ("out", "workers", "timeout", "quiet", "exit_zero", "form")
+        self.asked = {name: value for name, value in asked.items() if name not in without}
+        self.digest = ""
+
+    def said(self) -> dict[str, Any] | None:
+        """What the last run said, where nothing has changed since; None where all is to be done."""
+        from gyrodata.grading import JOURNAL, digest_of, find_unchanged
+
+        try:
+            self.digest = digest_of(self.asked)
+        except OSError:
+            return None  # told where it is read
+        return find_unchanged(self.folder / JOURNAL, self.digest)
+
+    def keep(self, found: ClassGrades, noted: Sequence[Diagnostic]) -> None:
+        """Keep what this run says, unless something changed while it ran."""
+        from gyrodata.grading import JOURNAL, class_summary, digest_of, keep_run
+
+        if self.digest and self.digest == digest_of(self.asked):
+            said = {
+                "noted": [str(one) for one in noted],
+                "faults": [str(one) for one in noted if one.severity == "error"],
+                "count": len(found.grades),
+                "waiting": len(found.grades) - len(found.totals),
+                "text": "".join(class_summary(found)),
+            }
+            keep_run(self.folder / JOURNAL, self.digest, said)
+
+
 # --- what comes out -----------------------------------------------------------------------------------------
 
 
 def _write(
     found: ClassGrades, folder: Path, filled: Mapping[str, Filled], options: GradingOptions, quiet: bool
-) -> None:
-    """Write the folder of the grades."""
+) -> tuple[str, ...]:
+    """Write the folder of the grades; say what could not be written."""
     from gyrodata.grading import write_feedback, write_results
 
     write_results(found, folder, filled)
@@ -209,7 +277,8 @@ def _write(
     lost = write_feedback(found, folder, options, bar)
     _tell(lost)
     if not quiet:
-        _tell([f"grades: {folder / 'grades.csv'}", f"class: {folder / 'class.html'}"])
+        _tell(_told_where(folder))
+    return lost
 
 
 def _print(found: ClassGrades, changes: Sequence[Change] | None, form: Form) -> None:
@@ -231,6 +300,10 @@ def _print(found: ClassGrades, changes: Sequence[Change] | None, form: Form) -> 
 def _tell(*groups: Iterable[str]) -> None:
     for line in chain.from_iterable(groups):
         typer.echo(line, err=True)
+
+
+def _told_where(folder: Path) -> list[str]:
+    return [f"grades: {folder / 'grades.csv'}", f"class: {folder / 'class.html'}"]
 
 
 def _told(found: ClassGrades, options: GradingOptions) -> Iterator[str]:

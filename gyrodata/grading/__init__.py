@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from gyrodata.grading.desk import (
         BEFORE,
         FIGURES,
-        JOURNAL,
         TABLE,
         Gradebooks,
         changes_in,
@@ -29,6 +28,7 @@ if TYPE_CHECKING:
     from gyrodata.grading.forensics import Exemptions, Fingerprint, Flag, fingerprint, flag_class, read_exemptions
     from gyrodata.grading.grade import Grade, grade_submission, points_text, settle
     from gyrodata.grading.journal import Basis, Entry, Journal, why_again, write_changed, write_whole
+    from gyrodata.grading.lastrun import JOURNAL, digest_of, find_unchanged, keep_run
     from gyrodata.grading.late import duration_text, judge_lateness, parse_duration
     from gyrodata.grading.platforms import AUTOGRADER, PLATFORMS
     from gyrodata.grading.rubric import ACCEPTED, Rubric, default_rubric, default_rubric_text, read_rubric
@@ -41,10 +41,10 @@ __all__ = [
     "Basis", "Change", "ClassGrades", "CriterionFigures", "Entry", "Exemptions", "Filled", "Fingerprint",
     "Flag", "Grade", "Gradebooks", "GradingOptions", "Journal", "Mark", "Reference", "Rubric", "Slip",
     "Submission", "Submissions", "autograder_files", "changes_in", "class_page", "class_references",
-    "class_summary", "default_rubric", "default_rubric_text", "distance", "duration_text", "feedback_html",
-    "feedback_markdown", "fill_book", "find_slips", "find_submissions", "fingerprint", "flag_class",
+    "class_summary", "default_rubric", "default_rubric_text", "digest_of", "distance", "duration_text", "feedback_html",
+    "feedback_markdown", "fill_book", "find_slips", "find_submissions", "find_unchanged", "fingerprint", "flag_class",
     "grade_autograder", "grade_class", "grade_lines", "grade_submission", "grades_csv", "grades_document",
-    "judge_lateness", "own_runs", "parse_duration", "points_text", "read_answers", "read_exemptions",
+    "judge_lateness", "keep_run", "own_runs", "parse_duration", "points_text", "read_answers", "read_exemptions",
     "read_rubric", "read_sheet", "results_json", "settle", "why_again", "write_changed", "write_feedback",
     "write_results", "write_whole",
 ]  # fmt: skip
@@ -54,7 +54,7 @@ _HOMES = {
     for module, names in {
         "classroom": "LIMIT ClassGrades CriterionFigures GradingOptions grade_class",
         "criteria": "Mark",
-        "desk": "BEFORE FIGURES JOURNAL TABLE Gradebooks changes_in write_feedback write_results",
+        "desk": "BEFORE FIGURES TABLE Gradebooks changes_in write_feedback write_results",
         "exports": "Change class_summary grade_lines grades_csv grades_document",
         "exports.class_page": "class_page",
         "exports.gradebooks": "Filled fill_book read_sheet",
@@ -63,6 +63,7 @@ _HOMES = {
         "forensics": "Exemptions Fingerprint Flag fingerprint flag_class read_exemptions",
         "grade": "Grade grade_submission points_text settle",
         "journal": "Basis Entry Journal why_again write_changed write_whole",
+        "lastrun": "JOURNAL digest_of find_unchanged keep_run",
         "late": "duration_text judge_lateness parse_duration",
         "platforms": "AUTOGRADER PLATFORMS",
         "rubric": "ACCEPTED Rubric default_rubric default_rubric_text read_rubric",

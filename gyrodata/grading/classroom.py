@@ -14,10 +14,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from types import MappingProxyType
 
 from gyrodata.errors import GyroError
 from gyrodata.grading.exports import grades_csv
-from gyrodata.grading.forensics import Exemptions, Flag, flag_class
+from gyrodata.grading.forensics import Exemptions, Fingerprint, Flag, flag_class
 from gyrodata.grading.grade import Grade, grade_submission, not_graded, one_copy, references_of, settle_one
 from gyrodata.grading.journal import Basis, Entry, Journal, bases_of, why_again, write_whole
 from gyrodata.grading.rubric import Rubric
@@ -26,6 +27,8 @@ from gyrodata.grading.yardsticks import Reference
 from gyrodata.workers import Failed, in_workers
 
 LIMIT = 30.0  # time for one submission [s] unless another is given; an ordinary one takes a hundredth
+
+_NOTHING: Mapping[str, Fingerprint] = MappingProxyType({})
 
 Grader = Callable[[Submission, Rubric], Grade]
 
@@ -60,12 +63,16 @@ class _Work:
 
 
 def grade_class(
-    submissions: Submissions, rubric: Rubric, options: GradingOptions | None = None, exempt: Exemptions | None = None
+    submissions: Submissions,
+    rubric: Rubric,
+    options: GradingOptions | None = None,
+    exempt: Exemptions | None = None,
+    previous: Mapping[str, Fingerprint] = _NOTHING,
 ) -> ClassGrades:
     """Grade a class.
 
-    Gives: A submission that hangs, dies or breaks the tool is "not graded", with the reason, and is tried again in the
-    next run.
+    `previous`: Logs of earlier years, by what they are called, with which those of the class are compared. Gives: A
+    submission that hangs, dies or breaks the tool is "not graded", with the reason, and is tried again in the next run.
     """
     options = options or GradingOptions()
     items = tuple(sorted(submissions.items, key=lambda item: item.student))
@@ -81,9 +88,10 @@ def grade_class(
         rubric=rubric,
         grades=tuple(settle_one(replace(one.grade, fingerprint=None), rubric, references) for one in made.values()),
         references=references,
-        flags=flag_class(prints, exempt),
+        flags=flag_class(prints, exempt, previous),
         again=again,
         figures={student: one.figures for student, one in made.items() if one.figures},
+        lost=any(one.lost for one in made.values()),
     )
 
 
@@ -197,6 +205,7 @@ class ClassGrades:
     again: Mapping[str, str]  # why each student was graded in this run, by key; the others' grades were known
     figures: Mapping[str, Mapping[str, str]]
     """What each drawn figure shows, in words, by student and name of the figure."""
+    lost: bool = False  # True: the run itself lost some (a time limit, a process that died), who are tried again
 
     @cached_property
     def totals(self) -> list[float]:

@@ -219,17 +219,36 @@ def _units(criterion: Criterion, evidence: Evidence) -> Mark:
     reported = evidence.reported
     assert reported is not None
     faults = [reported.problem] if reported.problem else []
-    if reported.u_digits is not None and reported.u_digits > 2:
-        faults.append(f"the uncertainty has {reported.u_digits} digits: one or two say all that is known")
-    if reported.step and reported.u_step and abs(math.log10(reported.step / reported.u_step)) > 0.1:
-        which = "finer" if reported.step < reported.u_step else "coarser"
-        faults.append(f"the value's last digit is {which} than that of its uncertainty: round both to the same place")
+    u_digits = reported.u_digits or 0
+    if reported.u and reported.u_step:
+        # ± 0.102 with k = 2 is u = 0.051.
+        u_digits = min(u_digits, math.floor(math.log10(reported.u / reported.u_step) + 1e-9) + 1)
+    if u_digits > 2:
+        faults.append(f"the uncertainty has {u_digits} digits: one or two say all that is known")
+    low, high = _last_place(reported.step, reported.value, reported.digits)
+    if reported.step and reported.u_step and reported.u:
+        # A ± that was divided by its k has as many digits as it had, and its place is where u has its first at least.
+        u_low, u_high = _last_place(reported.u_step, reported.u, reported.u_digits)
+        u_low = min(u_low, 10.0 ** math.floor(math.log10(reported.u)))
+        if max(low, u_low) > 1.26 * min(high, u_high):
+            which = "finer" if high < u_low else "coarser"
+            faults.append(
+                f"the value's last digit is {which} than that of its uncertainty: round both to the same place"
+            )
     elif reported.step and not reported.u_step:
         u = reported.u or evidence.yardstick * abs(reported.value or 0.0)
-        if reported.step < u / 150:
+        if high < u / 150:
             faults.append("the value has more digits than its uncertainty lets it have")
     reason = "; ".join(faults) if faults else f'"{reported.text}" has its unit, and as many digits as it should'
     return mark(criterion, criterion.curve.share(len(faults)), reason, {"faults": float(len(faults))})
+
+
+def _last_place(step: float | None, value: float | None, digits: int | None) -> tuple[float, float]:
+    """Give the finest and the coarsest that a last digit can stand for: zeros before the point may only fill up."""
+    if not step or not value or not digits:
+        return step or 0.0, step or 0.0
+    steps = math.floor(math.log10(abs(value) / step) + 1e-9)
+    return step, step * 10.0 ** max(0, steps + 1 - digits)
 
 
 def _given(evidence: Evidence) -> tuple[float, OwnValue, float]:

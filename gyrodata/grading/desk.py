@@ -19,7 +19,7 @@ from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission, Submissions
 from gyrodata.workers import Failed, in_workers
 
-JOURNAL, FIGURES = "journal.ndjson", "figures"
+FIGURES = "figures"
 TABLE, BEFORE = "grades.csv", "grades-before.csv"
 
 

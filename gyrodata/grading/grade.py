@@ -20,7 +20,7 @@ from gyrodata.grading.criteria import Evidence, Mark, judge, judge_reference, ma
 from gyrodata.grading.forensics import Fingerprint, fingerprint
 from gyrodata.grading.late import Lateness, judge_lateness
 from gyrodata.grading.rubric import ASKS, Rubric
-from gyrodata.grading.slips import Slip, find_slips
+from gyrodata.grading.slips import SAME, Slip, find_slips
 from gyrodata.grading.submissions import Answers, read_answers
 from gyrodata.grading.yardsticks import Reference, class_references, distance, nearest, own_runs, station_key
 from gyrodata.procedure import check_procedure
@@ -125,8 +125,8 @@ def grade_submission(submission: Submission, rubric: Rubric) -> Grade:
         readings = read_log(
             submission.log(), name=PurePosixPath(submission.log_file or submission.log_name or "log").name
         )
-        answers = read_answers(readings, submission.answers())
-        analysis = analyze_readings(readings)
+        answers = read_answers(readings, submission.answers(), submission.reports())
+        analysis = analyze_readings(readings, whole=False)
         lacks = check_procedure(readings, analysis) if any(criterion.asks for criterion in rubric.criteria) else ()
     except GyroError as error:
         blank = replace(blank, diagnostics=_as_dicts(error.diagnostics))
@@ -276,7 +276,8 @@ def _absent_words(reported: Reported | None) -> str:
 def _looks(evidence: Evidence) -> list[str]:
     """What a person should look at."""
     found = []
-    if len(evidence.slips) > 1:
+    # Two that leave the same factor cost the same: nothing is to be decided.
+    if any(abs(slip.factor / evidence.factor - 1) > SAME for slip in evidence.slips):
         kinds = ", ".join(slip.kind for slip in evidence.slips)
         found.append(f"several known slips explain the reported I_zz equally well: {kinds}")
     if evidence.d is not None and evidence.d > FAR and not evidence.slips:

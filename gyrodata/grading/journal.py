@@ -17,6 +17,7 @@ from gyrodata import __version__
 from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN, JOURNAL_LINES_LOST
 from gyrodata.errors import Diagnostic, InputError
 from gyrodata.grading.grade import Grade, one_copy
+from gyrodata.grading.lastrun import is_run
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission
 
@@ -98,6 +99,8 @@ class Journal:
         try:
             with self.path.open("rb") as file:
                 for line in file:
+                    if is_run(line):
+                        continue
                     entry = _parse(line)
                     if entry is None:
                         self.damaged += 1

@@ -17,6 +17,7 @@ import numpy as np
 from gyrodata.grading.yardsticks import OwnRuns, OwnValue, distance
 from gyrodata.known_slips import Kind, list_kinds
 from gyrodata.measurements import Measurements
+from gyrodata.physics import RPM
 from gyrodata.readings import Readings
 
 FROM = 3.0  # a report nearer than this to an accepted fit [u] is arithmetic as it should be: no slip is looked for
@@ -25,10 +26,14 @@ WITHIN, BOTH_WITHIN = 2.0, 1.0
 """A slip explains a report if what it makes of the runs is nearer than this [u]: one slip, two slips together.
 There are many pairs, so that one of them comes near by chance more easily."""
 
+NEAREST = 0.015  # and nearer than this share, however wide u: 60 for 57.3 are two slips, not one
+
 AS_GOOD = 0.5  # a slip that is farther by less than this [u] than the best explains the report as well
 
 SAME = 1e-3
 """Slips whose factors differ by less than this share leave the same factor: only the log's units tell them apart."""
+
+SLOWEST = 30.0  # no rod is spun more slowly [rpm]
 
 MOST = 3  # slips that explain one report equally well and are told
 
@@ -61,7 +66,11 @@ def find_slips(
         return ()
     if reported < 0 and min(distance(-reported, value.value, step, own.yardstick) for value in honest) <= FROM:
         return (_sign(reported, step, own, honest),)
+    upside_down = _upside_down(reported, step, own, honest)
+    if upside_down is not None:
+        return (upside_down,)
     singles = [kind for kind in list_kinds(readings, measured) if kind.words]
+    singles += [*_of_answers(own.recommended.value), *_of_columns(readings, measured)]
     found = _matching(reported, step, own, honest, singles, WITHIN)
     if not any(slip.distance <= BOTH_WITHIN for _, slip in found):
         found += _matching(reported, step, own, honest, list(_pairs(singles)), BOTH_WITHIN)
@@ -94,6 +103,26 @@ def _sign(reported: float, step: float, own: OwnRuns, honest: tuple[OwnValue, ..
     )
 
 
+def _upside_down(reported: float, step: float, own: OwnRuns, honest: tuple[OwnValue, ...]) -> Slip | None:
+    """Find the slope of a plot with its axes the other way round."""
+    if reported == 0:
+        return None
+    inverse = 1 / reported
+    best = min(honest, key=lambda value: abs(value.value - inverse))
+    away = distance(inverse, best.value, step * inverse**2, own.yardstick)
+    if away > min(WITHIN, NEAREST / own.yardstick):
+        return None
+    return Slip(
+        "inverse_slope",
+        "it is the inverse, 1/I_zz: the slope of φ̇ψ̇ over M",
+        "plot M over φ̇ψ̇, or take one over the slope; its unit tells: 1/(kg·m²) is no moment of inertia",
+        reported**2,
+        best.name,
+        None if best.u is None else best.u * reported**2,
+        away,
+    )
+
+
 def _matching(
     reported: float, step: float, own: OwnRuns, honest: tuple[OwnValue, ...], kinds: list[Kind], within: float
 ) -> list[tuple[int, Slip]]:
@@ -108,6 +137,7 @@ def _matching(
         u = math.nan if own.recommended.u is None else own.recommended.u
         fits.append(("recommended", own.recommended.value * same, u * same))
     low, high = min(plain.values()), max(plain.values())
+    within = min(within, NEAREST / own.yardstick)
     found = []
     for i, kind in enumerate(kinds):
         best: Slip | None = None
@@ -127,6 +157,46 @@ def _matching(
         if best is not None:
             found.append((kind.rank, best))
     return found
+
+
+def _of_answers(inertia: float) -> Iterator[Kind]:
+    """What becomes of an answer, or of a constant, after all conversions."""
+    yield Kind(
+        "degrees_per_second", "a rate is in degrees a second, not in rad/s",
+        "a turn is 2π rad: φ̇ = 2π × turns/time", product=180 / math.pi,
+    )  # fmt: skip
+    yield Kind(
+        "g_in_cm_s2", "g was taken in cm/s², 981, and all else in SI",
+        "g is 9.81 m/s²", torque=100.0,
+    )  # fmt: skip
+    yield Kind(
+        "cm2_as_m2", "the answer is in g·cm² (cgs), written as g·m², or in kg·cm², written as kg·m²",
+        "1 cm² is 10⁻⁴ m²", torque=1e4, rank=1,
+    )  # fmt: skip
+    exponent = -math.floor(math.log10(abs(inertia)))
+    if exponent:
+        yield Kind(
+            "exponent_lost", f"the exponent of the answer is lost: {abs(inertia):.1e} without its power of ten",
+            "write the power of ten behind the number, and the unit behind that", torque=10.0**exponent,
+        )  # fmt: skip
+        yield Kind(
+            "exponent_sign_lost", "the sign of the exponent of the answer is lost",
+            f"{abs(inertia):.1e} is a small number: its exponent is {-exponent}", torque=100.0**exponent,
+        )  # fmt: skip
+
+
+def _of_columns(readings: Readings, measured: Measurements) -> Iterator[Kind]:
+    """Time and spin under each other's header."""
+    columns = readings.columns
+    if "time" not in columns or "spin" not in columns or columns["spin"].unit != "rpm" or columns["time"].unit != "s":
+        return
+    spin, time = measured.spin / RPM, measured.time
+    if np.all((spin < time) & (time > SLOWEST)):
+        yield Kind(
+            "columns_exchanged", "the columns of time and spin are exchanged: each stands under the other's header",
+            "a spin of some hundred rpm, a time of some seconds: put the two headers right",
+            product=(time / spin) ** 2,
+        )  # fmt: skip
 
 
 def _pairs(singles: list[Kind]) -> Iterator[Kind]:

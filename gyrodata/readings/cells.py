@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
@@ -380,7 +380,7 @@ class Reported:
     unit : str or None
         As written; None where there is none.
     digits : int or None
-        Significant digits of the value, zeros at its end included.
+        Significant digits of the value; zeros at its end count behind the point, where they say something.
     u_digits : int or None
         Those of the uncertainty.
     step : float or None
@@ -442,6 +442,69 @@ def read_reported(key: str, text: str, line: int | None = None, ask: bool = True
     return _with_units(read, written, ask)
 
 
+_ANSWER_FOLLOWS = re.compile(r"(?:[=:≈|\t]|\bis\b)\s*(?=[-+(~≈\s]*[.\d]|(?:about|ca\.?|approx\S*)\s)", re.IGNORECASE)
+_OF_OTHERS = re.compile(r"theor|liter|manual|expect|nominal|refer|textbook|accept|true|given|simulat", re.IGNORECASE)
+_CUTS = re.compile(r"[,;.)|]?\s+|[.,;|]*$")
+_LONGEST_ANSWER = 300
+_PLAIN_WORDS = str.maketrans("_", " ", "{}*$`")
+
+
+def find_inertia(line: str) -> str:
+    """Find I_zz in a line of a report, ``Our result: I_zz = 4.4e-3 ± 0.1e-3 kg m^2``; "" where there is none.
+
+    Its name must stand before it, and its unit behind it; "I_zz" and "moment of inertia" alone do without.
+    """
+    if len(line) > _LONGEST_ANSWER or not any(c.isdigit() for c in line):
+        return ""
+    for mark in _ANSWER_FOLLOWS.finditer(line):
+        before, rest = line[: mark.start()], line[mark.end() :]
+        if _OF_OTHERS.search(before):
+            return ""
+        unit = re.search(r"[\[(]([^\])]*)[\])][\s*_`$]*$", before)
+        if unit:
+            before = before[: unit.start()]
+        words = re.findall(r"[^\W\d][\w'’]*", before.translate(_PLAIN_WORDS))
+        names = (" ".join(words[-count:]) for count in (3, 2, 1) if len(words) >= count)
+        name, roles = next(((name, roles) for name in names if (roles := name_roles(name)[0])), ("", ()))
+        if roles != ("inertia",):
+            continue
+        whole = rest.strip(" \t*_`$|")
+        if unit and kinds_of(unit[1]) and (plain := take_apart(whole)) and not plain.unit:
+            whole = f"{whole} {unit[1]}"
+        for cut in reversed(list(_CUTS.finditer(whole))):
+            answer = whole[: cut.start()].rstrip(" *`$_")
+            if read_reported("inertia", answer).fault is None:
+                return answer
+        if len(name) > 1 and read_reported("inertia", whole).fault == "no unit":
+            return whole
+    return ""
+
+
+def find_in_row(cells: Sequence[str]) -> tuple[int, str]:
+    """Find I_zz in a row of a table, "I_zz", "4.4e-3 ± 0.1e-3 kg m^2" or both in one cell: where, and the value."""
+    for at, cell in enumerate(cells):
+        if cell[:1].isalpha():
+            alone = "=" in cell or ":" in cell
+            answer = find_inertia(cell if alone else f"{cell}: {' '.join(filter(None, cells[at + 1 :]))}")
+            if answer:
+                return at, answer
+    return 0, ""
+
+
+def one_inertia(found: list[tuple[str, Reported]]) -> tuple[str, Reported] | None:
+    """Take what all places of a report, each named, give for I_zz; two that differ are no answer."""
+    # The one that says most of it, where several give one value.
+    places = sorted(found, key=lambda one: (one[1].u is None, one[1].fault is not None))
+    if not places:
+        return None
+    place, first = places[0]
+    for other, reported in places[1:]:
+        if (reported.value, reported.u or first.u) != (first.value, first.u):
+            problem = f'two values are found: "{first.text}" in {place} and "{reported.text}" in {other}'
+            return place, Reported("inertia", first.text, fault="given twice", problem=problem, line=first.line)
+    return place, first
+
+
 def _with_units(read: Reported, written: Written, ask: bool) -> Reported:
     """Bring the number and its uncertainty into SI."""
     kind = REPORTED_KINDS.get(read.key) or next((kind for kind in SI if kind in kinds_of(written.unit or "")), None)
@@ -473,6 +536,7 @@ def _as_written(unit: str, text: str) -> str:
 
 
 def _digits(number: str) -> int:
-    """Count significant digits, those of ``0.0044`` as of ``4.4e-3``."""
+    """Count significant digits, those of ``0.0044`` as of ``4.4e-3``; zeros before the point may only fill up."""
     mantissa = re.split("[eE]", number)[0]
-    return len(re.sub("[^0-9]", "", mantissa).lstrip("0")) or 1
+    digits = re.sub("[^0-9]", "", mantissa).lstrip("0")
+    return len(digits if re.search("[.,]", mantissa) else digits.rstrip("0")) or 1

@@ -22,7 +22,7 @@ from gyrodata.diagnostics import (
     REPORTED_VALUE_CANNOT_BE_READ,
 )
 from gyrodata.errors import InputError
-from gyrodata.quantities import Quantity, parse_quantity, parse_uncertainty
+from gyrodata.quantities import PLAIN, Quantity, parse_quantity, parse_uncertainty, to_float
 from gyrodata.readings.cells import (
     BLANKS,
     PREFIX,
@@ -31,6 +31,8 @@ from gyrodata.readings.cells import (
     Reported,
     canonical_key,
     check_value,
+    find_inertia,
+    one_inertia,
     read_cell,
     read_reported,
 )
@@ -159,10 +161,15 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
     """
     settings = Settings()
     seen: dict[str, Text] = {}
+    remarked: list[tuple[str, Reported]] = []
     for key, text in metadata:
         known = key.lower()
         if known.startswith(PREFIX):
             _enter_reported(settings, key, text, faults, ask)
+            continue
+        if (known not in KEYS or known == "inertia") and (answer := find_inertia(f"{key}: {text.text}")):
+            remarked.append((f"line {text.line}", read_reported("inertia", answer, text.line, ask)))
+            settings.metadata[key] = text.text
             continue
         if known not in KEYS or known in TEXTS:
             settings.metadata[key] = text.text
@@ -184,6 +191,9 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
                 settings.unread.add(known)
             message = f'{known} "{text.text[:60]}"{error.joint}{error}'
             faults.add(KEY_VALUE_CANNOT_BE_READ, message, error.hint, text)
+    # "# I_zz = …" is an answer too, where no "# reported_inertia: …" is.
+    if "inertia" not in settings.reported and (one := one_inertia(remarked)):
+        settings.reported["inertia"] = one[1]
     for item in options:
         try:
             _enter(settings, item, True)
@@ -282,7 +292,9 @@ def _enter(settings: Settings, item: Given, ask: bool) -> None:
     if key == "latitude":
         _enter_latitude(settings, item, ask)
         return
-    cell = read_cell(item.text, kind, None, ask)
+    # 9.81 can be nothing but m/s².
+    bare = key == "g" and PLAIN.fullmatch(item.text) and 9 < to_float(item.text) < 11
+    cell = read_cell(item.text, kind, "m/s^2" if bare else None, ask)
     if key in CONSTANTS:
         if not cell.value > 0:
             raise CellError("is not above zero")

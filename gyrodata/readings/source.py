@@ -34,6 +34,7 @@ from gyrodata.diagnostics import (
     WORKBOOK_CANNOT_BE_READ,
 )
 from gyrodata.errors import printable
+from gyrodata.readings.cells import find_in_row
 from gyrodata.readings.lablog import Faults, Place, Text, listing, span
 
 if TYPE_CHECKING:
@@ -439,6 +440,7 @@ def make_grid(document: Document) -> Grid:
             NO_DELIMITER, "no delimiter between the columns was found", hint, Place(body[0] + 1, 1), len(line)
         )
     rows = _split_rows(lines, body, delimiter or ",", faults)
+    rows = _without_answers(rows, lines, delimiter or ",", metadata)
     width = len(rows[0].texts) if rows else 0
     hidden = [
         c.line
@@ -448,6 +450,22 @@ def make_grid(document: Document) -> Grid:
     if hidden:
         faults.add(ROW_TAKEN_OUT, f"{span(hidden)}: begins with # and is left out", "", Place(hidden[0], 1))
     return Grid(lines, delimiter or ",", rows, metadata, comments)
+
+
+def _without_answers(rows: list[Row], lines: list[str], delimiter: str, metadata: list[tuple[str, Text]]) -> list[Row]:
+    """Take I_zz out of a table below or beside which it is written, as if it stood in a ``#`` line."""
+    kept: list[Row] = []
+    for row in rows:
+        at, answer = find_in_row(row.texts)
+        if answer:
+            metadata.append(("I_zz", Text(answer, *find_place(lines, delimiter, row.spot(at)))))
+            left = row.texts[:at]
+            while left and not left[-1]:
+                left.pop()
+            row = row._replace(texts=left)
+        if row.texts:
+            kept.append(row)
+    return kept
 
 
 def decimal_signs(grid: Grid, by_delimiter: bool = True) -> set[str]:

@@ -22,9 +22,12 @@ SEED = 1
 
 HOLDS = [
     (30, ["A careful: unjust loss", "A careful: loss for the bench's scatter", "A careful: slips or flags"]),
-    (35, ["B any right route: loss for the bench's scatter", "B any right route: slips or flags"]),
+    (35, [f"B any right route: {what}" for what in ("unjust loss", "loss for the bench's scatter", "slips or flags")]),
     (30, ["G other benches: unjust loss", "G other benches: slips or flags"]),
-    (25, ["D other copies: found", "D beside copies: false flags"]),
+    (24, ["F typed in 12 ways: not graded or losing"]),
+    (20, ["C told no format: not graded"]),
+    (18, ["slips: kinds named right", "slips: logs named wrongly"]),
+    (25, ["D every time changed: found", "D other copies: found", "D beside copies: false flags"]),
     (20, ["D honest, nominal spins too: false flags"]),
 ]
 """Cells of one class each, and its size; a cell that comes to hold is one more name here."""

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from grading.students import HEADER, RPM, Course, Row, honest_class, honest_log, print_of, prints_of, text, with_times
+from grading.students import RPM, Course, Row, honest_class, print_of, prints_of, text, with_times
 
 from gyrodata.grading import Exemptions, Fingerprint, Flag, flag_class
 from gyrodata.grading.forensics import ALLOWED, KINDS
@@ -99,14 +99,31 @@ def test_a_table_shifted_or_scaled_is_found(
     assert [(flag.kind, flag.students) for flag in flags] == [("shifted or scaled", ("s00002", "zz"))]
 
 
-def test_residuals_that_come_back_under_other_weights_are_found() -> None:
-    course = replace(COURSE, repeats=2)
-    logs = honest_class(np.random.default_rng(5), course, 60)
-    factor = {"20": 1.02, "40": 0.985, "60": 1.01}
-    edited = [(m, x, spin, f"{factor[m] * float(time):.2f}", turns) for m, x, spin, time, turns in logs["s00007"]]
-    flags = flags_with(prints_of(logs), text(edited))
-    assert [(flag.kind, flag.students) for flag in flags] == [("residuals", ("s00007", "zz"))]
-    assert "correlation 0.99" in flags[0].evidence
+def jittered(rows: list[Row], width: float) -> list[Row]:
+    random = np.random.default_rng(7)
+    return with_times(rows, lambda time: time + random.uniform(-width, width))
+
+
+@pytest.mark.parametrize("width", [0.05, 0.3])
+def test_a_copy_with_every_time_changed_has_the_same_spins(
+    width: float, logs: dict[str, list[Row]], prints: dict[str, Fingerprint]
+) -> None:
+    (flag,) = flags_with(prints, converted(shuffled(jittered(logs["s00002"], width))))
+    assert (flag.kind, flag.students) == ("same spins", ("s00002", "zz"))
+    assert flag.p * 101 * 100 / 2 == pytest.approx(flag.expected)
+    assert flag.evidence.startswith("9 of 9 spins of s00002 (lines 3, 4, 5, 6, 7, 8, 9, 10, 11) are those of zz at")
+
+
+def test_spins_that_are_round_or_a_habit_tell_nothing(logs: dict[str, list[Row]]) -> None:
+    aimed = [str(rpm) for rpm in (200, 400, 600)] * 3
+    round_ones = {
+        name: [(m, x, aimed[i], t, f) for i, (m, x, _, t, f) in enumerate(rows)] for name, rows in logs.items()
+    }
+    few = dict(list(round_ones.items())[:4])
+    assert flag_class(prints_of({**logs, **few})) == ()
+    same = [rpm for _, _, rpm, _, _ in logs["s00001"]]
+    habit = {name: [(m, x, same[i], t, f) for i, (m, x, _, t, f) in enumerate(rows)] for name, rows in logs.items()}
+    assert flag_class(prints_of({**logs, **dict(list(habit.items())[:9])})) == ()
 
 
 def test_times_worked_out_from_the_formula_scatter_too_little(prints: dict[str, Fingerprint]) -> None:
@@ -123,44 +140,6 @@ def test_times_worked_out_from_the_formula_scatter_too_little(prints: dict[str, 
     ]
     flags = flags_with(prints, text(rows))
     assert [(flag.kind, flag.students) for flag in flags] == [("scatter", ("zz",))]
-
-
-def test_repeats_made_from_one_reading_are_too_equal(prints: dict[str, Fingerprint]) -> None:
-    random = np.random.default_rng(6)
-    lines = [
-        ",".join([m, x, spin, *(f"{float(time) + random.integers(-1, 2) / 100:.2f}" for _ in range(3)), turns])
-        for m, x, spin, time, turns in honest_log(random, COURSE, 1)
-    ]
-    header = HEADER.replace("time [s]", "time_1 [s],time_2 [s],time_3 [s]")
-    flags = flags_with(prints, "# g: 9.803 m/s^2\n" + "\n".join([header, *lines]) + "\n")
-    assert "repeats" in {flag.kind for flag in flags if flag.students == ("zz",)}
-
-
-def test_last_digits_that_are_mostly_0_and_5_are_flagged(prints: dict[str, Fingerprint]) -> None:
-    course = replace(COURSE, repeats=5)
-    rows = with_times(honest_log(np.random.default_rng(8), course, 2), lambda time: round(20 * time) / 20)
-    flags = flags_with(prints, text(rows))
-    assert [(flag.kind, flag.students) for flag in flags] == [("digits", ("zz",))]
-    assert "0 and 5 are 100 %" in flags[0].evidence
-
-
-def test_zeros_that_a_spreadsheet_drops_are_digits_too() -> None:
-    rows = honest_log(np.random.default_rng(8), replace(COURSE, repeats=5), 2)
-    dropped = [(m, x, s, t.rstrip("0").rstrip("."), f) for m, x, s, t, f in rows]
-    assert print_of(text(dropped)).digits == print_of(text(rows)).digits
-    assert sum(print_of(text(rows)).digits) == 45
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        lambda log: log.replace("time [s]", "time [min]"),
-        lambda log: log.replace("time [s]", "precession period [s]").replace(",turns", ",note"),
-    ],
-)
-def test_digits_of_converted_or_derived_times_do_not_count(change: Callable[[str], str]) -> None:
-    log = text(with_times(honest_log(np.random.default_rng(8), COURSE, 2), lambda time: time / 60, 4))
-    assert print_of(change(log)).digits == ()
 
 
 def test_five_copies_of_one_log_are_one_flag(logs: dict[str, list[Row]], prints: dict[str, Fingerprint]) -> None:

@@ -37,7 +37,6 @@ def test_of_a_huge_log_it_keeps_some_rows() -> None:
     rows = honest_log(np.random.default_rng(1), Course(repeats=100), 0)
     one = print_of(text(rows))
     assert len(one.time) == len(one.lines) == len(one.spin_step) == MOST_ROWS
-    assert sum(one.digits) == 900
     assert one.torque == tuple(sorted(one.torque))
 
 
@@ -64,7 +63,6 @@ def values(one: Fingerprint) -> np.ndarray:
 def test_order_and_units_are_gone(how: str) -> None:
     one, other = print_of(text(ROWS)), print_of(REWRITTEN[how](ROWS))
     np.testing.assert_allclose(values(other), values(one), rtol=1e-8)
-    assert other.digits == one.digits
 
 
 def test_the_last_digit_typed_is_kept_in_si() -> None:

@@ -3,9 +3,9 @@
 A fingerprint of each log is kept (`logs`), and all are compared at once (`flag_class`):
 
 * rows in common, in any order, unit and rounding (`copies`);
-* times shifted or scaled as a whole, and residuals that come back (`edits`);
-* scatter and repeats below what a hand can do (`flags`);
-* last digits that are not left to chance (`flags`).
+* times shifted or scaled as a whole (`edits`);
+* the same spins at the same weights, whatever became of the times (`copies`);
+* scatter below what a hand can do (`flags`).
 
 Every threshold follows from one number, `ALLOWED`: the flags of one kind that a class of honest students gets by
 chance. Every flag says how many as strong as itself chance makes.
@@ -24,9 +24,9 @@ from types import MappingProxyType
 
 from gyrodata.diagnostics import PARTNER_ALONE, PARTNER_UNKNOWN, PARTNERS_CANNOT_BE_READ
 from gyrodata.errors import Diagnostic, InputError
-from gyrodata.grading.forensics.copies import flag_shared_rows
-from gyrodata.grading.forensics.edits import flag_residuals, flag_shifted_or_scaled
-from gyrodata.grading.forensics.flags import ALLOWED, KINDS, Flag, Groups, flag_digits, flag_repeats, flag_scatter
+from gyrodata.grading.forensics.copies import Rows, flag_same_spins, flag_shared_rows
+from gyrodata.grading.forensics.edits import flag_shifted_or_scaled
+from gyrodata.grading.forensics.flags import ALLOWED, KINDS, Flag, Groups, flag_scatter
 from gyrodata.grading.forensics.logs import Fingerprint, fingerprint, lay_out
 
 __all__ = [
@@ -62,11 +62,10 @@ def flag_class(
     judged = [student for student in sorted(prints) if student not in exempt.staff]
     partners = exempt.partners({student: i for i, student in enumerate(judged)})
     logs = lay_out(judged, prints, partners, previous)
-    groups = Groups()
-    flags = flag_shared_rows(logs, groups) + flag_shifted_or_scaled(logs, groups) + flag_residuals(logs, groups)
-    flags += flag_scatter(logs)
-    flags += flag_repeats((student, prints[student]) for student in judged)
-    flags += flag_digits((student, prints[student]) for student in judged)
+    groups, flags = Groups(), flag_scatter(logs)
+    if len(logs.log) and logs.pairs > 0:
+        rows = Rows(logs)
+        flags += flag_shared_rows(rows, groups) + flag_shifted_or_scaled(logs, groups) + flag_same_spins(rows, groups)
     return tuple(sorted(flags, key=lambda flag: (KINDS.index(flag.kind), flag.students, flag.previous)))
 
 

@@ -1,10 +1,13 @@
-"""Rows that two logs have in common: same spin, same period, whatever the order, the unit and the rounding.
+"""What two logs have in common: rows of the same spin and period, whatever the order, unit and rounding; or spins.
 
 That two rows have the same spin is no sign: a class aims at the same spins, and a station may always give the
 same ones. But two hands that time the same spin seldom stop at the same hundredth of a second. So spins (and
 torques) only tell which rows *could* agree; how many of those do agree in the period is the evidence, and has a
 chance that follows from the scatter of a hand and from the last digit. The chances of all pairs of the class
 together then say how many flags honest work makes.
+
+Spins alone are a sign only where they are rarer than a class explains: hit by chance, read to the last digit, at the
+same weights, and more than half of all. Whoever changes every time a little seldom thinks of them.
 """
 
 from __future__ import annotations
@@ -12,7 +15,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +23,7 @@ from numpy.typing import NDArray
 
 from gyrodata.grading.forensics.flags import ALLOWED, LEAST, Flag, Groups, Pair, flag_pairs
 from gyrodata.grading.forensics.logs import Integers, Logs
-from gyrodata.physics import Floats
+from gyrodata.physics import RPM, Floats
 
 SAME_TORQUE = 0.1
 """Relative difference of two torques up to which rows are compared: stations have weights of their own."""
@@ -35,15 +38,25 @@ WORK = 5_000_000  # comparisons of rows that the base rate may cost; in a larger
 
 GOLDEN = 0.6180339887498949
 
+ROUND = 50 * RPM
+"""Spins that are a multiple of this are aimed at, or written as if they had been met; they never count [rad/s]."""
+
+GRIDS = tuple(rpm * RPM for rpm in (100, 50, 25, 20, 10, 5, 2))
+"""What a tachometer may be read to [rad/s]."""
+
+AROUND = 0.02  # relative distance up to which spins tell how common one between them is
+
+MOST_SPINS = 0.5  # share of the spins of the shorter log that must be in common
+
+HABIT, HABIT_SHARE = 5, 0.02
+"""More logs than this, and than this share of the class, that have a set of spins make it a habit of the course."""
+
 _EXACT = 1e-9
 _BINS = 20  # per decade, in which the chances of pairs are counted
 
 
-def flag_shared_rows(logs: Logs, groups: Groups) -> list[Flag]:
+def flag_shared_rows(rows: Rows, groups: Groups) -> list[Flag]:
     """Find logs that have more rows in common than chance gives."""
-    if len(logs.log) == 0 or logs.pairs < 1:
-        return []
-    rows = _Rows(logs)
     chances = rows.chances()
     pairs = []
     for first, second in rows.candidates(chances, groups):
@@ -52,7 +65,23 @@ def flag_shared_rows(logs: Logs, groups: Groups) -> list[Flag]:
         if len(alike.rows) >= FEWEST and expected <= ALLOWED:
             pairs.append(Pair(alike.p, expected, first, second))
             groups.join(first, second)
-    return flag_pairs("shared rows", pairs, logs, lambda _, pair: rows.tell(pair.first, pair.second))
+    return flag_pairs("shared rows", pairs, rows.logs, lambda _, pair: rows.tell(pair.first, pair.second))
+
+
+def flag_same_spins(rows: Rows, groups: Groups) -> list[Flag]:
+    """Find logs that have more spins in common, weight by weight, than chance gives, whatever became of the times."""
+    logs = rows.logs
+    pairs = []
+    for first in range(logs.current):
+        for second in rows.with_same_spins(first):
+            if groups.joined(first, second):
+                continue
+            p = max(rows.chance_of_spins(first, second), rows.chance_of_spins(second, first), LEAST)
+            if p * logs.pairs <= ALLOWED and not rows.is_habit(first, second):
+                pairs.append(Pair(p, p * logs.pairs, first, second))
+    for pair in pairs:
+        groups.join(pair.first, pair.second)
+    return flag_pairs("same spins", pairs, logs, lambda _, pair: rows.tell_spins(pair.first, pair.second))
 
 
 class Alike(NamedTuple):
@@ -152,12 +181,13 @@ class _Weighed(NamedTuple):
     told_there: NDArray[np.bool_]  # which rows count on the other side, shape (R,)
 
 
-class _Rows:
+class Rows:
     """The rows of a class, with the chance that any two agree."""
 
     def __init__(self, logs: Logs) -> None:
         self.logs = logs
         self.by_period = _Near(logs.period, logs.period_step)
+        self.by_spin = _Near(logs.spin, logs.spin_step)
         self.common = self._common()
 
     def _compared(self, mine: Integers, other: Integers) -> tuple[Integers, Floats]:
@@ -214,13 +244,12 @@ class _Rows:
     def chances(self) -> Chances:
         """Count how many rows of every pair could agree, and how probably; a sample stands for a large class."""
         logs = self.logs
-        by_spin = _Near(logs.spin, logs.spin_step)
         counted: Counter[tuple[int, int]] = Counter()
         seen = work = 0
         # Multiples of the golden ratio: wherever the work ends, the logs done are spread over the whole class.
         for log in np.argsort(np.arange(len(logs.keys)) * GOLDEN % 1, kind="stable").tolist():
             rows = logs.rows(log)
-            mine, other = by_spin.find(logs.spin[rows], logs.spin_step[rows])
+            mine, other = self.by_spin.find(logs.spin[rows], logs.spin_step[rows])
             work += len(logs.log) + len(mine)
             kept, chance = self._compared(mine + rows.start, other)
             both = self._weigh(log, mine[kept], other[kept], chance)
@@ -327,3 +356,114 @@ class _Rows:
     def _lines(self, log: int, rows: Integers) -> list[int]:
         lines, start = self.logs.prints(log).lines, int(self.logs.starts[log])
         return [lines[row - start] for row in rows.tolist()]
+
+    # --- spins alone ---
+
+    @cached_property
+    def counting(self) -> NDArray[np.bool_]:
+        """Rows whose spin tells something, shape (R,): not a round one, and each spin at a weight once."""
+        logs = self.logs
+        off = np.abs(logs.spin - ROUND * np.round(logs.spin / ROUND))
+        counting: NDArray[np.bool_] = off > 0.5 * logs.spin_step + _EXACT * logs.spin
+        # Rows are in the order of torque and spin.
+        again = (np.diff(logs.log) == 0) & (np.diff(logs.torque) == 0) & (np.diff(logs.spin) == 0)
+        counting[1:] &= ~again
+        return counting
+
+    @cached_property
+    def grids(self) -> Floats:
+        """What the spins of each log are read to [rad/s], shape (N,)."""
+        logs = self.logs
+        grids = np.maximum.reduceat(logs.spin_step, logs.starts[:-1])
+        for grid in GRIDS:
+            off = np.abs(logs.spin - grid * np.round(logs.spin / grid)) > 1e-6 * logs.spin
+            whole = ~np.logical_or.reduceat(off, logs.starts[:-1])
+            grids = np.where(whole, np.maximum(grids, grid), grids)
+        return grids
+
+    def _near_spins(self, rows: Integers, reach: Floats) -> tuple[Integers, Integers]:
+        """Positions among rows, and rows of other logs at the same weight, whose spins are nearer than a reach."""
+        logs = self.logs
+        at, other = self.by_spin.find(logs.spin[rows], 2 * reach)
+        mine = rows[at]
+        torque = np.abs(logs.torque[mine]), np.abs(logs.torque[other])
+        same = (logs.log[mine] != logs.log[other]) & (np.abs(logs.spin[mine] - logs.spin[other]) <= reach[at])
+        same &= np.abs(torque[0] - torque[1]) <= SAME_TORQUE * np.maximum(*torque)
+        return at[same], other[same]
+
+    def _spins_of(self, log: int) -> Integers:
+        start, stop = self.logs.starts[log : log + 2]
+        rows: Integers = np.arange(start, stop)[self.counting[start:stop]]
+        return rows
+
+    def _same(self, rows: Integers) -> tuple[Integers, Integers]:
+        """Positions among rows, and logs that have their spins at their weights, each once."""
+        logs = self.logs
+        at, other = self._near_spins(rows, 0.5 * logs.spin_step[rows] + _EXACT * logs.spin[rows])
+        found = np.unique(at * len(logs.keys) + logs.log[other])
+        return np.divmod(found, len(logs.keys))
+
+    def with_same_spins(self, log: int) -> list[int]:
+        """Give the later logs that share most of one's spins."""
+        logs = self.logs
+        rows = self._spins_of(log)
+        if len(rows) <= FEWEST:
+            return []
+        shared = np.bincount(self._same(rows)[1], minlength=len(logs.keys))
+        sizes = np.add.reduceat(self.counting, logs.starts[:-1])
+        wanted = np.maximum(MOST_SPINS * np.minimum(sizes, len(rows)), FEWEST)
+        found = logs.compared_with(log) & (shared > wanted)
+        found[:log] = False
+        return np.flatnonzero(found).tolist()
+
+    def chance_of_spins(self, log: int, other: int) -> float:
+        """Work out the chance that another log has as many of one's spins, by how common each is in the class."""
+        logs = self.logs
+        rows, count = self._spins_of(log), len(logs.keys)
+        at, having = self._same(rows)
+        common = np.bincount(at, minlength=len(rows)) / (count - 1)
+        reach = AROUND * logs.spin[rows]
+        around = np.bincount(self._near_spins(rows, reach)[0], minlength=len(rows))
+        step = min(self.grids[log], self.grids[other])
+        dense = (around + 1) / count * np.minimum(1.0, step / (2 * reach))
+        chances = np.minimum(1.0, np.maximum(common, dense))
+        # How many of unlike chances come true (Poisson's binomial), one after the other.
+        numbers = np.zeros(len(rows) + 1)
+        numbers[0] = 1.0
+        for chance in chances.tolist():
+            numbers[1:] = numbers[1:] * (1 - chance) + numbers[:-1] * chance
+            numbers[0] *= 1 - chance
+        return float(numbers[int(np.sum(having == other)) :].sum())
+
+    def is_habit(self, first: int, second: int) -> bool:
+        """Tell whether more logs have the spins that two share than copy from each other."""
+        at, having = self._same(self._spins_of(first))
+        shared = at[having == second]
+        others = np.bincount(having[np.isin(at, shared)], minlength=len(self.logs.keys))
+        habit = 1 + int(np.sum(others > MOST_SPINS * len(shared)))
+        return habit > max(HABIT, HABIT_SHARE * len(self.logs.keys))
+
+    def tell_spins(self, first: int, second: int) -> str:
+        """Put into words which spins two logs share, and how their times differ."""
+        logs = self.logs
+        at, having = self._same(self._spins_of(first))
+        mine = self._spins_of(first)[at[having == second]]
+        of = min(int(self.counting[logs.rows(log)].sum()) for log in (first, second))
+        alike = [float(np.min(np.abs(self._times(second, row) - self._time(row)), initial=math.inf)) for row in mine]
+        lines = ", ".join(str(line) for line in sorted(self._lines(first, mine)))
+        return (
+            f"{len(mine)} of {of} spins of {logs.keys[first]} (lines {lines}) are those of {logs.keys[second]} at the "
+            f"same weights, round ones not counted; the times beside them differ by {max(alike):.2g} s at most"
+        )
+
+    def _time(self, row: int) -> float:
+        return float(self.logs.period[row] * self.logs.turns[row])
+
+    def _times(self, log: int, row: int) -> Floats:
+        """Times of a log at one row's spin."""
+        logs = self.logs
+        rows = logs.rows(log)
+        same = np.abs(logs.spin[rows] - logs.spin[row]) <= 0.5 * np.maximum(logs.spin_step[rows], logs.spin_step[row])
+        same &= np.abs(logs.torque[rows] - logs.torque[row]) <= SAME_TORQUE * np.abs(logs.torque[row])
+        times: Floats = (logs.period[rows] * logs.turns[rows])[same]
+        return times

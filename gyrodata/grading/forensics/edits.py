@@ -1,4 +1,4 @@
-"""Tables that are one table edited: all times shifted or scaled, or residuals that come back in another log.
+"""Tables that are one table edited: all times shifted or scaled.
 
 Whatever two students share (station, weights, ruler, spins aimed at, a habit) makes their tables alike, but the
 scatter of two hands stays between them: the squares of what is left add up to a chi-square at least, however much
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gyrodata.grading.forensics.flags import ALLOWED, Flag, Groups, Kind, Pair, chi2_lower_tail, flag_pairs
+from gyrodata.grading.forensics.flags import ALLOWED, Flag, Groups, Pair, chi2_lower_tail, flag_pairs
 from gyrodata.grading.forensics.logs import TRUSTED_DOF, Integers, Logs
 from gyrodata.physics import Floats
 
@@ -51,25 +51,7 @@ def flag_shifted_or_scaled(logs: Logs, groups: Groups) -> list[Flag]:
         times -= times.mean(axis=1, keepdims=True)
         spread = times.std(axis=1) > SPREAD * logs.noise[members]
         tables.append(_Tables(members[spread], times[spread], np.full(int(spread.sum()), times.shape[1] - 2)))
-    return _flag(logs, "shifted or scaled", tables, _from_a_line, 1.0, groups, _tell_line)
-
-
-def flag_residuals(logs: Logs, groups: Groups) -> list[Flag]:
-    """Find logs whose residuals about the lines in the spin are those of another log.
-
-    `logs`: The class; rows are compared in the order of torque and spin.
-
-    Half the sum of squared differences, over the variance of one time, is a chi-square with as many degrees of freedom
-    as the residuals have, and larger where the two have bends of their own. A correlation coefficient would need the
-    two to have no bend in common.
-    """
-    tables = []
-    for members in _by_length(logs):
-        free = members[logs.dof[members] > 0]
-        if len(free):
-            residuals = _table(logs, free, lambda i: logs.scatter(i).residuals)
-            tables.append(_Tables(free, residuals, logs.dof[free]))
-    return _flag(logs, "residuals", tables, _from_each_other, 2.0, groups, _tell_residuals)
+    return _flag(logs, tables, groups)
 
 
 def _table(logs: Logs, members: Integers, row: Callable[[int], Iterable[float]]) -> Floats:
@@ -96,35 +78,20 @@ def _from_a_line(vectors: Floats, block: slice) -> Floats:
     return np.where(both > 0, np.maximum(least, 0.0), np.inf)
 
 
-def _from_each_other(vectors: Floats, block: slice) -> Floats:
-    """Sum of squared differences, shape (b, G)."""
-    own = np.sum(vectors**2, axis=1)
-    squares: Floats = own[block, None] + own - 2 * vectors[block] @ vectors.T
-    return np.maximum(squares, 0.0)
-
-
-def _flag(
-    logs: Logs,
-    kind: Kind,
-    tables: list[_Tables],
-    distance: Callable[[Floats, slice], Floats],
-    hands: float,
-    groups: Groups,
-    tell: Callable[[Logs, Pair], str],
-) -> list[Flag]:
-    """Flag the pairs whose distance, over `hands` times the variance of a time, is too small a chi-square."""
+def _flag(logs: Logs, tables: list[_Tables], groups: Groups) -> list[Flag]:
+    """Flag the pairs whose distance, over the variance of a time, is too small a chi-square."""
     enough = [_enough(table, logs) for table in tables]
     tests = sum(_tests(logs, table.members) for table in enough)
     pairs = []
     for table in enough:
-        for chi2, dof, first, second in _nearest(logs, table, distance, hands, tests):
+        for chi2, dof, first, second in _nearest(logs, table, tests):
             if groups.joined(first, second) or not logs.compared_with(first)[second]:
                 continue
             p = chi2_lower_tail(chi2, dof)
             if p * tests <= ALLOWED:
                 pairs.append(Pair(p, p * tests, first, second))
                 groups.join(first, second)
-    return flag_pairs(kind, pairs, logs, tell)
+    return flag_pairs("shifted or scaled", pairs, logs, _tell_line)
 
 
 def _enough(table: _Tables, logs: Logs) -> _Tables:
@@ -138,9 +105,7 @@ def _tests(logs: Logs, members: Integers) -> int:
     return current * (current - 1) // 2 + current * (len(members) - current)
 
 
-def _nearest(
-    logs: Logs, table: _Tables, distance: Callable[[Floats, slice], Floats], hands: float, tests: int
-) -> Iterator[tuple[float, int, int, int]]:
+def _nearest(logs: Logs, table: _Tables, tests: int) -> Iterator[tuple[float, int, int, int]]:
     """Chi-square, degrees of freedom and numbers of the pairs that are near enough to be told."""
     noise = logs.noise[table.members]
     limits = np.zeros(int(table.dof.max(initial=0)) + 1)
@@ -157,7 +122,7 @@ def _nearest(
         least = np.minimum(noise[block, None], noise)
         # What a last digit hides: step²/12 for each square.
         hidden = np.maximum(step[block, None], step) ** 2 * dof / 12
-        chi2 = (distance(table.vectors, block) / hands + hidden) / least**2
+        chi2 = (_from_a_line(table.vectors, block) + hidden) / least**2
         for i, j in np.argwhere(chi2 <= limits[dof]):
             first, second = int(table.members[begin + i]), int(table.members[j])
             if first < second:
@@ -185,16 +150,4 @@ def _tell_line(logs: Logs, pair: Pair) -> str:
     return (
         f"the {len(x)} times of {other} are {factor:.4g} times those of {one} {'-' if shift < 0 else '+'} "
         f"{abs(shift):.2f} s, to {size:.2g} s (rms); two hands on a stopwatch would leave {hands:.2g} s or more"
-    )
-
-
-def _tell_residuals(logs: Logs, pair: Pair) -> str:
-    scatters = [logs.scatter(i) for i in (pair.first, pair.second)]
-    one, other = (scatter.residuals for scatter in scatters)
-    size = float(np.sqrt(np.mean((other - one) ** 2)))
-    correlation = float(one @ other / math.sqrt((one @ one) * (other @ other)))
-    return (
-        f"the residuals of the {len(one)} times of {logs.keys[pair.second]} about lines in the spin are those of "
-        f"{logs.keys[pair.first]} to {size:.2g} s (rms; correlation {correlation:.4f}), though these scatter by "
-        f"{scatters[0].size:.2g} s"
     )

@@ -17,9 +17,6 @@ from gyrodata.readings import TIMINGS, Column, Readings
 
 MOST_ROWS = 200  # rows that are kept of a log; of a longer one, those with the shortest times
 
-_FINEST, _COARSEST = 0.0009, 0.011
-"""Steps of a stopwatch [s] whose last digit a hand leaves to chance: with a scatter of 0.05 s, hundredths and below."""
-
 
 @dataclass(frozen=True, slots=True)
 class Fingerprint:
@@ -38,8 +35,6 @@ class Fingerprint:
     turns: tuple[float, ...]  # revolutions of precession in that time [1]
     spin_step: tuple[float, ...]  # one step of the last digit typed of the spin [rad/s]; 0 where it is exact
     time_step: tuple[float, ...]  # one step of the last digit typed of the time [s]; 0 where it is exact
-    digits: tuple[int, ...]
-    """How often each last digit 0 … 9 stands in the times as typed, whole log; empty where that tells nothing."""
 
     def to_dict(self) -> dict[str, Any]:
         """Give it as JSON can hold it; `from_dict` takes it back exactly."""
@@ -48,9 +43,10 @@ class Fingerprint:
 
     @classmethod
     def from_dict(cls, stored: dict[str, Any]) -> Fingerprint:
-        """Take back what `to_dict` gave."""
+        """Take back what `to_dict` gave, of another year's journal too, which may hold more."""
+        names = {field.name for field in fields(cls)}
         values: dict[str, Any] = {
-            name: tuple(value) if isinstance(value, list) else value for name, value in stored.items()
+            name: tuple(value) if isinstance(value, list) else value for name, value in stored.items() if name in names
         }
         return cls(**values)
 
@@ -79,7 +75,6 @@ def fingerprint(readings: Readings, measured: Measurements) -> Fingerprint:
         turns=_kept(measured.turns[order]),
         spin_step=_kept(spin_step[order]),
         time_step=_kept(time_step[order]),
-        digits=_last_digits(timing),
     )
 
 
@@ -91,18 +86,6 @@ def _kept(values: Floats) -> tuple[float, ...]:
 def _relative_step(column: Column) -> Floats:
     """One step of the last digit over the value, the same for a period and for its rate, shape (n,)."""
     return np.array([read.step / abs(read.value) if read.step and read.value else 0.0 for read in column.readings])
-
-
-def _last_digits(timing: Column) -> tuple[int, ...]:
-    """Count the last digits as a stopwatch shows them; a spreadsheet's lost zeros are put back."""
-    if timing.role != "time" or timing.unit != "s":
-        return ()
-    counts = [0] * 10
-    for value, step, _, _ in timing.readings:
-        if value is None or step is None or not _FINEST < step < _COARSEST:
-            return ()
-        counts[round(value / step) % 10] += 1
-    return tuple(counts)
 
 
 # --- what the spin leaves unexplained -----------------------------------------------------------------------

@@ -6,7 +6,7 @@ Only names and metadata are read here; a log is read when it is graded, one at a
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
@@ -31,7 +31,7 @@ from gyrodata.grading.submissions.names import (
     shown,
     whose_names,
 )
-from gyrodata.grading.submissions.student_files import Answers, Choice, choose_files, read_answers
+from gyrodata.grading.submissions.student_files import Answers, Choice, choose_files, is_report, read_answers
 from gyrodata.readings import listing
 
 __all__ = [
@@ -51,6 +51,7 @@ Attempts = Literal["newest", "oldest"]
 
 
 _MOST_RECEIPT = 200_000
+_MOST_REPORT = 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +71,7 @@ class Submission:
     answers_name: str | None = None
     log_file: str | None = None  # the same as the student named them
     answers_file: str | None = None
+    report_names: tuple[str, ...] = ()  # other texts in which an answer may stand, as names below `source`
     late: bool = False  # marked late by the platform, or handed in after the due date that it tells
     # time after the due date [s], 0 before it; None where the platform tells no due date
     late_seconds: float | None = None
@@ -90,6 +92,14 @@ class Submission:
         """Read the answers file; None if there is none."""
         return None if self.answers_name is None else read_file(self.source, self.answers_name)
 
+    def reports(self) -> Iterator[tuple[str, bytes]]:
+        """Read the other texts in which an answer may stand, with names to show; one that cannot be read is empty."""
+        for name in self.report_names:
+            try:
+                yield shown(name.rpartition("/")[2]), read_file(self.source, name, _MOST_REPORT)
+            except GyroError:
+                continue
+
     def feedback_name(self, ending: str) -> str:
         """Name a feedback file, below the zip that is handed back, so that the platform gives it to this student.
 
@@ -100,7 +110,7 @@ class Submission:
 
     @property
     def digest(self) -> str:
-        """SHA-256 of all that a grade depends on: names and bytes of log and answers, lateness, and the problem."""
+        """SHA-256 of all that a grade depends on: names and bytes of log, answers and texts, lateness, the problem."""
         told = [self.log_file, self.answers_file, self.late, self.late_seconds, self.submitted, self.problem]
         digest = hashlib.sha256(repr(told).encode("utf-8", "replace"))
         for read in (self.log, self.answers):
@@ -109,6 +119,8 @@ class Submission:
             except GyroError as error:
                 data = str(error).encode("utf-8", "replace")
             digest.update(hashlib.sha256(data).digest())
+        for name, data in self.reports():
+            digest.update(name.encode("utf-8", "replace") + hashlib.sha256(data).digest())
         return digest.hexdigest()
 
 
@@ -274,6 +286,7 @@ class _Finder:
         own = {name: what.file for name, what in files.items() if what.file}
         choice = self._choose(own, first)
         graded = files[choice.log] if choice.log else first
+        chosen = (choice.log, choice.answers)
         told = self.metadata.get(first.stem, Metadata(()))
         late = told.late_seconds
         return Submission(
@@ -286,6 +299,7 @@ class _Finder:
             choice.answers,
             own[choice.log] if choice.log else None,
             own[choice.answers] if choice.answers else None,
+            tuple(sorted(n for n, one in files.items() if n not in chosen and (not one.file or is_report(one.file)))),
             any(what.late for what in files.values()) or (late is not None and late > 0),
             None if late is None else max(0.0, late),
             told.submitted or first.submitted,

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import difflib
+import html
 import re
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from gyrodata.diagnostics import (
+    ANSWER_ELSEWHERE,
     ANSWER_NOT_ASKED_FOR,
     ANSWERS_CANNOT_BE_READ,
     ANSWERS_CONTRADICT_LOG,
@@ -27,7 +29,9 @@ from gyrodata.readings import (
     Reported,
     canonical_key,
     decode,
+    find_inertia,
     listing,
+    one_inertia,
     read_log,
     read_reported,
     split_lines,
@@ -66,6 +70,11 @@ def is_answers(name: str) -> bool:
 def is_log(name: str) -> bool:
     """Tell whether a file may be a log, by its ending."""
     return ending(name) in (*TABLES, *PERHAPS_TABLES) and not is_answers(name)
+
+
+def is_report(name: str) -> bool:
+    """Tell whether a file is text in which an answer may stand, by its ending."""
+    return ending(name) in (".txt", ".md", ".html", ".htm", ".text") and not is_answers(name)
 
 
 def choose_files(
@@ -185,12 +194,13 @@ class Answers:
     diagnostics: tuple[Diagnostic, ...] = ()  # what whoever grades should know of how it was read
 
 
-def read_answers(readings: Readings | None, toml: bytes | None) -> Answers:
+def read_answers(readings: Readings | None, toml: bytes | None, reports: Iterable[tuple[str, bytes]] = ()) -> Answers:
     """Bring together what the log and the answers file report; the file wins, and a difference is told.
 
     `toml`: The answers file: ``inertia = "4.4e-3 ± 0.1e-3 kg m^2"`` for each value, or a table with ``value``, ``u``
-    and ``unit``; at the top or in ``[reported]``. One that is no TOML is read line by line. It never raises: a
-    value that cannot be read says so itself.
+    and ``unit``; at the top or in ``[reported]``. One that is no TOML is read line by line. `reports`: Names and bytes
+    of other texts, in which I_zz is looked for where neither of the two has it. It never raises: a value that cannot be
+    read says so itself.
     """
     found: dict[str, Reported] = dict(readings.reported) if readings is not None else {}
     told: list[Diagnostic] = []
@@ -202,7 +212,31 @@ def read_answers(readings: Readings | None, toml: bytes | None) -> Answers:
                 told.append(_diagnostic(ANSWERS_CONTRADICT_LOG, message, "", reported.line))
             found[key] = reported
     inertia = found.pop("inertia", None)
+    elsewhere = (
+        one_inertia([one for name, data in reports for one in _in_text(name, data)]) if inertia is None else None
+    )
+    if elsewhere:
+        place, inertia = elsewhere
+        told.append(
+            Diagnostic(
+                ANSWER_ELSEWHERE, CODES[ANSWER_ELSEWHERE].severity, f'I_zz is read from {place}: "{inertia.text}"'
+            )
+        )
     return Answers(inertia, found, tuple(told))
+
+
+def _in_text(name: str, data: bytes) -> list[tuple[str, Reported]]:
+    """Find I_zz in a report, each with its place in words; tags of a page are left out."""
+    try:
+        text = decode(data, Faults(name))[0]
+    except GyroError:
+        return []
+    if ending(name) in (".html", ".htm"):
+        parted = re.sub(r"(?i)<(?:br|/?(?:p|div|li|tr|h\d|table|ul|ol))\b[^<>]*>", "\n", text)
+        text = html.unescape(re.sub(r"<[^<>]*>", "", parted)).replace("\u00a0", " ")
+    lines = list(enumerate(split_lines(text)[:_MOST_LINES], 1))
+    found = [(number, answer) for number, line in lines if (answer := find_inertia(line))]
+    return [(f"{name}, line {number}", read_reported("inertia", answer, number)) for number, answer in found]
 
 
 def _read_file(data: bytes, told: list[Diagnostic]) -> dict[str, Reported]:

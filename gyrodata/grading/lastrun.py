@@ -1,0 +1,88 @@
+"""The last run over a class: where nothing has changed since, nothing is read, judged, rendered or written again.
+
+Its record is the last line of the journal: a digest of all that went in, one of all that came out, and what was said.
+Whatever is edited, added or taken away, in the class or beside the grades, makes the run a whole one.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from gyrodata import __version__
+
+JOURNAL = "journal.ndjson"  # beside the grades
+
+SCHEMA = "gyro.run/1"
+
+
+def digest_of(asked: Mapping[str, object]) -> str:
+    """Digest of what a run is asked for: its options by name, and every byte of the files and folders among them."""
+    digest = hashlib.sha256(__version__.encode())
+    for name, value in sorted(asked.items()):
+        digest.update(f"\0{name}\0{value!r}".encode("utf-8", "surrogatepass"))
+        for path in value if isinstance(value, list) else (value,):
+            if isinstance(path, Path):
+                _add(digest, path.resolve())
+    return digest.hexdigest()
+
+
+def find_unchanged(journal: Path, asked: str) -> dict[str, Any] | None:
+    """Give what the last run said, if it was asked the same and all it wrote is as it was; else None."""
+    try:
+        told: dict[str, Any] = json.loads(_split(journal.read_bytes())[1])
+        same = told["schema"] == SCHEMA and told["asked"] == asked and told["files"] == _state(journal)
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    return told["said"] if same else None
+
+
+def keep_run(journal: Path, asked: str, said: Mapping[str, Any]) -> None:
+    """Keep what a run said, behind all grades; the record of the one before goes."""
+    line = json.dumps({"schema": SCHEMA, "asked": asked, "files": _state(journal), "said": said})
+    data, last = _split(journal.read_bytes())
+    with journal.open("rb+") as file:
+        file.truncate(file.seek(len(data) if last.startswith(_HEAD) else len(data) + len(last)))
+        file.write(f"{line}\n".encode())
+
+
+_HEAD = f'{{"schema": "{SCHEMA}"'.encode()
+
+
+def is_run(line: bytes) -> bool:
+    """Tell whether a line of a journal is the record of a run, not a grade."""
+    return line.startswith(_HEAD)
+
+
+def _split(data: bytes) -> tuple[bytes, bytes]:
+    """Part the last line from those before it."""
+    begin = data.rfind(b"\n", 0, max(len(data) - 1, 0)) + 1
+    return data[:begin], data[begin:]
+
+
+def _state(journal: Path) -> str:
+    """Digest of all files beside a journal."""
+    digest = hashlib.sha256()
+    _add(digest, journal.parent, journal)
+    return digest.hexdigest()
+
+
+def _add(digest: hashlib._Hash, path: Path, without: Path | None = None) -> None:
+    """Add the names and the bytes of a file, or of a folder with all that is in it."""
+    for file in _files(path):
+        digest.update(f"\0{file.relative_to(path)}\0".encode("utf-8", "surrogatepass"))
+        if file.is_file() and file != without:
+            with file.open("rb") as content:
+                digest.update(hashlib.file_digest(content, "sha256").digest())
+
+
+def _files(path: Path) -> Iterator[Path]:
+    """Go through a file, or a folder with all that is in it, in one order."""
+    yield path
+    for folder, folders, names in os.walk(path):
+        folders.sort()
+        yield from (Path(folder, name) for name in sorted([*folders, *names]))

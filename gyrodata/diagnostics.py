@@ -515,5 +515,13 @@ GRADES_WITHIN_CLASS = _error(
 )
 OPTION_NEEDS_A_FOLDER = _error("G767", "an option needs a folder to write to", "grade class --format json --figures")
 
+# the desk
+DESK_CANNOT_BE_READ = _error("G771", "desk.csv is no table with its columns", "desk.csv: doejane,total,12")
+DESK_STUDENT_UNKNOWN = _error("G772", "a line of desk.csv is about nobody in this class", "desk.csv: dojane,total,12")
+DESK_LINE_CANNOT_BE_USED = _error("G773", "a line of desk.csv cannot be used", "desk.csv: doejane,totl,12")
+DESK_LINES_CONTRADICT = _error(
+    "G774", "two lines of desk.csv contradict each other", "desk.csv: doejane,total,12 and doejane,total,13"
+)
+
 # gyro itself
 FAULT_OF_GYRO = _error("G901", "a fault of gyro itself", "no log should ever raise it")

@@ -34,7 +34,10 @@ def grade(
     rubric: Annotated[
         Path | None, typer.Option("--rubric", metavar="FILE", help="TOML file; begin with --print-rubric.")
     ] = None,
-    print_rubric: Annotated[bool, typer.Option("--print-rubric", help="Print the rubric, to be changed.")] = False,
+    print_rubric: Annotated[
+        Literal["simple", "full", "manual"] | None,
+        typer.Option("--print-rubric", help="Print a rubric to begin with; without one, full holds."),
+    ] = None,
     lms: Annotated[Platform, typer.Option("--lms", help="Platform the download comes from.")] = "auto",
     pattern: Annotated[
         str | None,
@@ -78,11 +81,16 @@ def grade(
 ) -> None:  # fmt: skip
     """Grade a class: each student against their own data, with feedback for everybody and a page of the class.
 
-    A second run grades only what has changed, and says why. Exit codes: 0 done; 1 done, with submissions that could
-    not be graded; 2 usage, a rubric with a mistake, or a class that cannot be read; 130 stopped by Ctrl-C.
+    A second run grades only what has changed, and says why. What you decide by hand is kept in desk.csv in the folder
+    of the grades, with the columns student,what,value,by,why; lines to copy are in desk-todo.csv there.
+
+    Exit codes: 0 done; 1 done, with submissions that could not be graded; 2 usage, a rubric or desk.csv with a
+    mistake, or a class that cannot be read; 130 stopped by Ctrl-C.
     """
     if print_rubric:
-        write_out(_rubric_bytes(rubric).decode("utf-8", "surrogateescape"))
+        from gyrodata.grading import default_rubric_text
+
+        write_out(default_rubric_text(print_rubric))
         return
     if gradescope is not None:
         _write_autograder(gradescope, rubric)
@@ -96,7 +104,9 @@ def grade(
         Gradebooks,
         GradingOptions,
         Journal,
+        Published,
         changes_in,
+        find_desk,
         find_submissions,
         grade_class,
         read_exemptions,
@@ -111,6 +121,7 @@ def grade(
     sheets = {lms: (_read(sheet), sheet.name) for lms, sheet in (("canvas", gradebook), ("moodle", worksheet)) if sheet}
     gradebooks = Gradebooks(sheets, assignment)
     gradebooks.try_out(submissions, judged)
+    desk = find_desk(folder, submissions, judged)
     complain(submissions.diagnostics, quiet)
     exempt = None
     if partners is not None:
@@ -125,9 +136,10 @@ def grade(
         progress=None if quiet else progress_bar(len(submissions.items), time.monotonic, "graded "),
     )
     try:
-        found = grade_class(submissions, judged, options, exempt)
+        found = grade_class(submissions, judged, options, exempt, desk)
         changes = changes_in(folder, found) if folder is not None else ()
-        filled = gradebooks.fill(found.grades, found.ids)
+        ours = Published(folder).ours(desk, found.names) if folder is not None and sheets else None
+        filled = gradebooks.fill(found.grades, found.ids, ours)
         if not quiet:
             _tell(_told(found, options), _told_changes(changes, dry_run), _told_filled(filled))
         if folder is not None and not dry_run:
@@ -138,7 +150,7 @@ def grade(
         _tell([f"{chr(10) if options.progress else ''}stopped; {told if kept else 'nothing is kept'}"])
         raise typer.Exit(130) from None
     _print(found, changes if dry_run else None, form)
-    raise typer.Exit(1 if len(found.totals) < len(found.grades) and not exit_zero else 0)
+    raise typer.Exit(1 if found.count("not graded") and not exit_zero else 0)
 
 
 def autograde(
@@ -202,14 +214,16 @@ def _write(
     found: ClassGrades, folder: Path, filled: Mapping[str, Filled], options: GradingOptions, quiet: bool
 ) -> None:
     """Write the folder of the grades."""
-    from gyrodata.grading import write_feedback, write_results
+    from gyrodata.grading import TODO, write_feedback, write_results
+    from gyrodata.reporting import count_text
 
-    write_results(found, folder, filled)
+    waiting = write_results(found, folder, filled)
     bar = None if quiet else progress_bar(len(found.grades), time.monotonic, "feedback ")
     lost = write_feedback(found, folder, options, bar)
     _tell(lost)
     if not quiet:
-        _tell([f"grades: {folder / 'grades.csv'}", f"class: {folder / 'class.html'}"])
+        waits = f"; {count_text(waiting, 'line')} for you in {folder / TODO}" if waiting else ""
+        _tell([f"grades: {folder / 'grades.csv'}{waits}", f"class: {folder / 'class.html'}"])
 
 
 def _print(found: ClassGrades, changes: Sequence[Change] | None, form: Form) -> None:
@@ -251,9 +265,9 @@ def _told(found: ClassGrades, options: GradingOptions) -> Iterator[str]:
 
 def _told_changes(changes: Sequence[Change] | None, dry_run: bool) -> Iterator[str]:
     """Say what changes in the table of grades that is there."""
-    from gyrodata.grading import BEFORE, TABLE
+    from gyrodata.grading import PUBLISHED, TABLE
 
-    kept = "" if dry_run else f"; what it was is kept as {BEFORE}"
+    kept = "" if dry_run else f"; what it was is kept in {PUBLISHED}"
     if changes is None:
         yield f"{TABLE} is there and is no table of grades as gyro writes it{kept}"
     elif changes:

@@ -53,9 +53,9 @@ def feedback_html(
 
 def feedback_comment(grade: Grade) -> str:
     """Write the feedback for one student in a few lines of plain text, for the comment field of a gradebook."""
-    if grade.status != "graded":
-        return f"Not graded yet; nothing is lost, and somebody will look at it. {_sentence(grade.why)}"
-    lines = [f"{points_text(grade.points)} of {points_text(grade.out_of)} points."]
+    if grade.points is None:
+        return "\n".join([f"{_verdict(grade)} {_sentence(grade.why or '')}".strip(), *_hands(grade)])
+    lines = [_verdict(grade), *_hands(grade)]
     lines += [f"A slip to look for: {_sentence(slip.words)} To check: {_sentence(slip.check)}" for slip in grade.slips]
     lines += [
         f"{_plain(one.title)}: {points_text(one.points)} of {points_text(one.out_of)}. {_sentence(one.reason)}"
@@ -66,6 +66,37 @@ def feedback_comment(grade: Grade) -> str:
         taken = f" {points_text(grade.late_deduction)} points were taken off for it." if grade.late_deduction else ""
         lines.append(f"{_sentence(grade.late_reason)}{taken}")
     return "\n".join(lines)
+
+
+def _verdict(grade: Grade) -> str:
+    """Say in one line what a grade came to."""
+    got = f"{points_text(grade.points)} of {points_text(grade.out_of)} points"
+    if grade.status == "so far":
+        waits = ", ".join(f"{_plain(one.title)} ({points_text(one.out_of)})" for one in grade.marks if one.waits)
+        return f"{got} so far; to come: {waits}."
+    if grade.status == "not graded":
+        return "Not graded yet; nothing is lost, and somebody will look at it."
+    return {"graded": f"{got}.", "on hold": "Your grade is on hold.", "excused": "You are excused."}[grade.status]
+
+
+def _hands(grade: Grade) -> list[str]:
+    """Say what a person decided, but for the criteria, whose rows say it, and what is between other people."""
+    told = []
+    for one in grade.by_hand:
+        if one.what == "comment":
+            told.append(f"{_sentence(one.value)} {f'({_plain(one.by)})' if one.by else ''}".strip())
+        elif one.what in ("total", "reported", "station", "excuse"):
+            head = " ".join(
+                filter(
+                    None,
+                    (
+                        one.what.replace("reported", "I_zz"),
+                        "given by hand",
+                    ),
+                )
+            )
+            told.append(_sentence(f"{head}: {one.value} – {one.told}" if one.value else f"{head}: {one.told}"))
+    return told
 
 
 @lru_cache(maxsize=1)
@@ -108,6 +139,9 @@ def _content(grade: Grade) -> dict[str, Any]:
         "ratio": "" if grade.ratio is None else factor_text(grade.ratio),
         "slip_cost": _slip_cost(grade),
         "lead": _lead(grade),
+        "verdict": _verdict(grade),
+        "hands": _hands(grade),
+        "judged": grade.status not in ("on hold", "excused") and any(one.points is not None for one in grade.marks),
     }
 
 
@@ -133,6 +167,8 @@ def _slip_cost(grade: Grade) -> float | None:
 def _lead(grade: Grade) -> str:
     """One warm line that is true of these marks."""
     short = [one for one in grade.marks if one.points is not None and one.points < one.out_of]
+    if any(one.what == "total" for one in grade.by_hand):
+        return "A person has set the total, whatever the points below add up to."
     if not short:
         return "All of it holds: your log, your value and its uncertainty. Well done."
     if grade.slips:

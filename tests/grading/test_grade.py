@@ -322,9 +322,12 @@ class TestNotGraded:
     def test_a_station_without_a_reference_waits(self, grade: Grader, rows: Sheet) -> None:
         elsewhere = replace(STATED, references={"7": STATED.references["all"]})
         text = report(rows)
-        assert grade("# station: 8\n" + text, elsewhere).why == (
-            "the rubric gives no reference for this station: a person must look"
-        )
+        for station in ("# station: 8\n", ""):
+            waiting = grade(station + text, elsewhere)
+            assert (waiting.status, waiting.points, waiting.why) == ("so far", 17, None)
+            (mark,) = (mark for mark in waiting.marks if mark.waits)
+            assert (mark.check, mark.points) == ("reference", None)
+            assert "no reference for this station" in mark.reason
         assert grade("# station: 7\n" + text, elsewhere).points == 20
 
     def test_stations_are_the_same_however_they_are_written(self, grade: Grader, rows: Sheet) -> None:
@@ -338,7 +341,7 @@ class TestNotGraded:
 class TestTheClassAsReference:
     def test_points_wait_for_the_class(self, grade: Grader, rows: Sheet) -> None:
         waiting = grade(report(rows), RUBRIC)
-        assert (waiting.status, waiting.points) == ("not graded", None)
+        assert (waiting.status, waiting.points) == ("so far", 17)
         (settled,) = settle([waiting], RUBRIC)
         assert (settled.status, settled.why, settled.points) == ("graded", None, 20)
         assert settle([settled], RUBRIC) == (settled,)

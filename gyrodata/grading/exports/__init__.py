@@ -41,6 +41,7 @@ _AFTER = (
     "slips",
     "flags",
     "look",
+    "by_hand",
     "why_not_graded",
 )
 
@@ -89,10 +90,11 @@ def _row(grade: Grade, criteria: Sequence[str], flags: Sequence[str]) -> list[st
         "; ".join(slip.kind for slip in grade.slips),
         "; ".join(flags),
         "; ".join(grade.look),
+        "; ".join(map(str, grade.by_hand)),
         grade.why,
     ]
     points = [grade.points, *(marks.get(criterion) for criterion in criteria)]
-    deducted = two_decimals(grade.late_deduction if grade.status == "graded" else None)
+    deducted = two_decimals(None if grade.points is None else grade.late_deduction)
     return [*map(csv_cell, cells), *map(two_decimals, points), deducted, *map(csv_cell, after)]
 
 
@@ -145,7 +147,7 @@ def compare_tables(before: str, after: str) -> tuple[Change, ...] | None:
     `before`, `after`: ``grades.csv`` as it is, and as it would be. Gives: Sorted by student; empty where every cell is
     the same; None where the old one is no table of grades.
     """
-    old, new = _read_table(before), _read_table(after)
+    old, new = read_table(before), read_table(after)
     if old is None or new is None:
         return None
     changes = []
@@ -163,10 +165,12 @@ def compare_tables(before: str, after: str) -> tuple[Change, ...] | None:
     return tuple(changes)
 
 
-def _read_table(table: str) -> dict[str, dict[str, str]] | None:
+def read_table(table: str) -> dict[str, dict[str, str]] | None:
     """Read a table of grades, each student's cells by column; None where there are no such columns."""
+    head = table.partition("\n")[0]
     try:
-        reader = csv.DictReader(io.StringIO(table, newline=""))
+        # A spreadsheet may have put other delimiters.
+        reader = csv.DictReader(io.StringIO(table, newline=""), delimiter=max(",;\t", key=head.count))
         columns = [column for column in dict.fromkeys(reader.fieldnames or ()) if column]
         if not {"student", STATUS, TOTAL} <= set(columns):
             return None
@@ -178,7 +182,7 @@ def _read_table(table: str) -> dict[str, dict[str, str]] | None:
 
 
 def _points_text(row: Mapping[str, str] | None) -> str | None:
-    return None if row is None else row[TOTAL] or NOT_GRADED
+    return None if row is None else row[TOTAL] or row[STATUS] or NOT_GRADED
 
 
 # --- JSON: "gyro.grades/1", one object for the class, and "gyro.grade/1", one a student --------------------
@@ -265,9 +269,8 @@ WIDEST = 28  # characters of a name that are shown
 
 def class_summary(found: ClassGrades) -> Iterator[str]:
     """Write a class for people: a line on the whole, a row for each student, then the flags."""
-    graded, out_of = len(found.totals), points_text(found.rubric.points)
-    count = count_text(len(found.grades), "submission")
-    first = f"{found.source}: {count}, {graded} graded, {len(found.grades) - graded} not"
+    out_of = points_text(found.rubric.points)
+    first = f"{found.source}: {count_text(len(found.grades), 'submission')}, {found.tally}"
     if found.mean is not None and found.median is not None:
         first += f"; mean {found.mean:.2f} and median {found.median:.2f} of {out_of} points"
     yield f"{first}\n\n"
@@ -311,9 +314,12 @@ def _ratio_text(grade: Grade) -> str:
 def _remark(found: ClassGrades, grade: Grade) -> str:
     """What whoever grades wants to know, in one line."""
     parts = [] if grade.why is None else [f"not graded: {grade.why}"]
+    if grade.why is None and grade.status != "graded":
+        parts.append(grade.status)
     if grade.slips:
         parts.append(" or ".join(slip.words for slip in grade.slips))
     parts += grade.look
+    parts += [f"by hand: {one}" for one in grade.by_hand]
     if grade.late_reason and grade.late_reason not in grade.look:
         taken = f" (−{points_text(grade.late_deduction)})" if grade.late_deduction else ""
         parts.append(f"{grade.late_reason}{taken}")

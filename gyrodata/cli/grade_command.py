@@ -121,7 +121,8 @@ def grade(
     sheets = {lms: (_read(sheet), sheet.name) for lms, sheet in (("canvas", gradebook), ("moodle", worksheet)) if sheet}
     gradebooks = Gradebooks(sheets, assignment)
     gradebooks.try_out(submissions, judged)
-    desk = find_desk(folder, submissions, judged)
+    # What was decided holds too where the grades are printed only.
+    desk = find_desk(folder or _usual_folder(path.resolve()), submissions, judged)
     complain(submissions.diagnostics, quiet)
     exempt = None
     if partners is not None:
@@ -199,12 +200,16 @@ def _folder(path: Path, out: Path | None, form: Form, dry_run: bool, need_one: S
             refuse(GRADES_WITHIN_CLASS, f'"{out}" is in the class, and would be graded with it', hint)
         return out
     if form == "text" or dry_run:
-        folder = Path(f"{home.stem if home.suffix.lower() == '.zip' else home.name}-grades")
-        return home.parent / folder if Path.cwd().is_relative_to(home) else folder
+        return _usual_folder(home)
     for option in need_one:
         message = f"{option} needs a folder to write to, and --format {form} has none"
         refuse(OPTION_NEEDS_A_FOLDER, message, "add --out DIR")
     return None
+
+
+def _usual_folder(home: Path) -> Path:
+    folder = Path(f"{home.stem if home.suffix.lower() == '.zip' else home.name}-grades")
+    return home.parent / folder if Path.cwd().is_relative_to(home) else folder
 
 
 # --- what comes out -----------------------------------------------------------------------------------------

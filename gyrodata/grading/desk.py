@@ -68,10 +68,8 @@ def changes_in(folder: Path, found: ClassGrades) -> tuple[Change, ...] | None:
     return () if before == found.table else compare_tables(before, found.table)
 
 
-def find_desk(folder: Path | None, submissions: Submissions, rubric: Rubric) -> Desk:
+def find_desk(folder: Path, submissions: Submissions, rubric: Rubric) -> Desk:
     """Read the desk of a folder; raise with all its faults."""
-    if folder is None:
-        return NO_DESK
     try:
         return read_desk((folder / DESK).read_bytes(), submissions.aliases, rubric)
     except (FileNotFoundError, NotADirectoryError):

@@ -6,6 +6,7 @@ import base64
 import re
 import unicodedata
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -86,16 +87,8 @@ def _hands(grade: Grade) -> list[str]:
         if one.what == "comment":
             told.append(f"{_sentence(one.value)} {f'({_plain(one.by)})' if one.by else ''}".strip())
         elif one.what in ("total", "reported", "station", "excuse"):
-            head = " ".join(
-                filter(
-                    None,
-                    (
-                        one.what.replace("reported", "I_zz"),
-                        "given by hand",
-                    ),
-                )
-            )
-            told.append(_sentence(f"{head}: {one.value} – {one.told}" if one.value else f"{head}: {one.told}"))
+            head = f"{one.what.replace('reported', 'I_zz')} given by hand: {one.value}"
+            told.append(_sentence(f"{head} – {one.told}" if one.value and one.told else f"{head}{one.told}"))
     return told
 
 
@@ -120,6 +113,9 @@ def environment() -> Environment:
 
 def _content(grade: Grade) -> dict[str, Any]:
     """What the templates need besides the grade: the functions that write its numbers."""
+    if grade.status in ("on hold", "excused"):
+        # No points are given, and none are shown.
+        grade = replace(grade, marks=(), slips=(), own={}, diagnostics=(), late_reason="")
     own = [
         {
             "words": fit_words(name),
@@ -141,7 +137,7 @@ def _content(grade: Grade) -> dict[str, Any]:
         "lead": _lead(grade),
         "verdict": _verdict(grade),
         "hands": _hands(grade),
-        "judged": grade.status not in ("on hold", "excused") and any(one.points is not None for one in grade.marks),
+        "judged": any(one.points is not None for one in grade.marks),
     }
 
 
@@ -168,7 +164,7 @@ def _lead(grade: Grade) -> str:
     """One warm line that is true of these marks."""
     short = [one for one in grade.marks if one.points is not None and one.points < one.out_of]
     if any(one.what == "total" for one in grade.by_hand):
-        return "A person has set the total, whatever the points below add up to."
+        return "A person has set the total."
     if not short:
         return "All of it holds: your log, your value and its uncertainty. Well done."
     if grade.slips:

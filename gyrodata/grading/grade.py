@@ -55,7 +55,7 @@ class Decision(NamedTuple):
 
     def __str__(self) -> str:
         head = f"{self.what} {self.value}".rstrip()
-        return f"{head}: {self.told}" if self.told else head
+        return f"{head}{':' if self.why else ''} {self.told}".rstrip()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -76,7 +76,7 @@ class Desk:
             return grade
         given = {one.what: one for one in lines}
         stale = [
-            f"resubmitted since {one.what} {one.value} was set by hand; to confirm it, change its line in {DESK}"
+            f"resubmitted since {one.what} {one.value} was set by hand: change its line in {DESK} to confirm it"
             for one in lines
             if one.what not in (*SEVERAL, *BARE) and seen.get(repr(one), grade.digest) != grade.digest
         ]

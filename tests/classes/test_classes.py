@@ -26,6 +26,8 @@ HOLDS = [
     (36, ["G other benches: unjust loss", "G other benches: slips or flags"]),
     (25, ["D other copies: found", "D beside copies: false flags"]),
     (20, ["D honest, nominal spins too: false flags"]),
+    (20, [name for name in CELLS if name.startswith("desk: ")]),
+    (20, ["rubric in ten lines: points right"]),
 ]
 """Cells of one class each, and its size; a cell that comes to hold is one more name here."""
 

@@ -486,6 +486,8 @@ PARTNERS_CANNOT_BE_READ = _error(
 PARTNER_UNKNOWN = _warning("G742", "a name in the file of partners is nobody in this class", "alice, bbo\n")
 PARTNER_ALONE = _warning("G743", "a line of the file of partners names one student only", "alice\n")
 
+ROSTER_CANNOT_BE_READ = _error("G744", "a roster has no column that says who is who", "grade class --roster log.csv")
+
 # gradebooks
 GRADEBOOK_CANNOT_BE_READ = _error("G751", "a gradebook cannot be read", "grade class --gradebook picture.png")
 NO_CANVAS_GRADEBOOK = _error("G752", "this is no Canvas gradebook", "grade class --gradebook grades.csv")

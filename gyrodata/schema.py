@@ -179,6 +179,7 @@ def grades_schema() -> dict[str, Any]:
                 "type": "object",
                 "additionalProperties": _object({"inertia": _NUMBER, "u": _NUMBER, "source": _TEXT}),
             },
+            "absent": _list(_object(dict.fromkeys(("student", "name", "section"), _TEXT))),
             "slips": {"type": "object", "additionalProperties": _list(_TEXT)},
             "flags": _list(_FLAGGED),
             "changes": _or_null(_list(_CHANGE)),

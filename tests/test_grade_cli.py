@@ -203,7 +203,9 @@ def test_a_name_that_is_anothers_key_is_that_key(tmp_path: Path) -> None:
 def test_gradebooks_come_back_filled(grades: Path, tmp_path: Path) -> None:
     book = tmp_path / "book.csv"
     book.write_text(GRADEBOOK)
-    options = ("--out", grades, "--gradebook", book, "--assignment", "123456")
+    options = ("--out", grades, "--gradebook", book, "--assignment", "123456", "--roster", CLASS / "README.txt")
+    assert "G744" in gyro("grade", CLASS, *options).stderr
+    options = options[:-2]
     done = gyro("grade", CLASS, *options)
     only_empty = GRADEBOOK.replace("102,,,A,", "102,,,A,20.00")
     assert (grades / "canvas.csv").read_text() == only_empty, "12 was set by somebody else"

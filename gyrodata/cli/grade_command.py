@@ -70,6 +70,11 @@ def grade(
         Path | None, typer.Option("--gradescope", metavar="DIR", help="Write an autograder for Gradescope, and stop.")
     ] = None,
     figures: Annotated[bool, typer.Option("--figures", help="Figures in the feedback.")] = False,
+    roster: Annotated[
+        Path | None,
+        typer.Option("--roster", metavar="FILE", help="CSV: student, name, section, station, partner. "
+                     "Default: the gradebook."),
+    ] = None,
     partners: Annotated[
         Path | None,
         typer.Option("--partners", metavar="FILE", help="Who hands in the same data: 'alice, bob' in a line."),
@@ -105,11 +110,13 @@ def grade(
         GradingOptions,
         Journal,
         Published,
+        Roster,
         changes_in,
         find_desk,
         find_submissions,
         grade_class,
         read_exemptions,
+        read_roster,
         read_rubric,
     )
     from gyrodata.workers import count_workers
@@ -122,7 +129,10 @@ def grade(
     gradebooks = Gradebooks(sheets, assignment)
     gradebooks.try_out(submissions, judged)
     # What was decided holds too where the grades are printed only.
-    desk = find_desk(folder or _usual_folder(path.resolve()), submissions, judged)
+    listed = roster or gradebook or worksheet
+    people = Roster() if listed is None else read_roster(_read(listed), listed.name, submissions)
+    names = {person.name: student for student, person in people.people.items()} | submissions.aliases
+    desk = find_desk(folder or _usual_folder(path.resolve()), names, judged)
     complain(submissions.diagnostics, quiet)
     exempt = None
     if partners is not None:
@@ -137,7 +147,7 @@ def grade(
         progress=None if quiet else progress_bar(len(submissions.items), time.monotonic, "graded "),
     )
     try:
-        found = grade_class(submissions, judged, options, exempt, desk)
+        found = grade_class(submissions, judged, options, exempt, desk, people)
         changes = changes_in(folder, found) if folder is not None else ()
         ours = Published(folder).ours(desk, found.names) if folder is not None and sheets else None
         filled = gradebooks.fill(found.grades, found.ids, ours)

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from gyrodata.grading.late import duration_text, judge_lateness, parse_duration
     from gyrodata.grading.ledger import DESK, TODO, Desk, read_desk
     from gyrodata.grading.platforms import AUTOGRADER, PLATFORMS
+    from gyrodata.grading.roster import Roster, read_roster
     from gyrodata.grading.rubric import ACCEPTED, Rubric, default_rubric, default_rubric_text, read_rubric
     from gyrodata.grading.slips import Slip, find_slips
     from gyrodata.grading.submissions import Answers, Submission, Submissions, find_submissions, read_answers
@@ -43,13 +44,13 @@ __all__ = [
     "ACCEPTED", "AUTOGRADER", "DESK", "FIGURES", "JOURNAL", "LIMIT", "PLATFORMS", "PUBLISHED", "TABLE", "TODO",
     "Answers", "Basis", "Change", "ClassGrades", "CriterionFigures", "Decision", "Desk", "Entry", "Exemptions",
     "Filled", "Fingerprint", "Flag", "Grade", "Gradebooks", "GradingOptions", "Journal", "Mark", "Published",
-    "Reference", "Rubric", "Slip", "Submission", "Submissions", "autograder_files", "changes_in", "class_page",
-    "class_references", "class_summary", "default_rubric", "default_rubric_text", "distance", "duration_text",
-    "feedback_html", "feedback_markdown", "fill_book", "find_desk", "find_slips", "find_submissions",
-    "fingerprint", "flag_class", "grade_autograder", "grade_class", "grade_lines", "grade_submission",
-    "grades_csv", "grades_document", "judge_lateness", "own_runs", "parse_duration", "points_text",
-    "read_answers", "read_desk", "read_exemptions", "read_rubric", "read_sheet", "results_json", "settle",
-    "why_again", "write_changed", "write_feedback", "write_results", "write_whole",
+    "Reference", "Roster", "Rubric", "Slip", "Submission", "Submissions", "autograder_files", "changes_in",
+    "class_page", "class_references", "class_summary", "default_rubric", "default_rubric_text", "distance",
+    "duration_text", "feedback_html", "feedback_markdown", "fill_book", "find_desk", "find_slips", "find_submissions",
+    "fingerprint", "flag_class", "grade_autograder", "grade_class", "grade_lines", "grade_submission", "grades_csv",
+    "grades_document", "judge_lateness", "own_runs", "parse_duration", "points_text", "read_answers", "read_desk",
+    "read_exemptions", "read_roster", "read_rubric", "read_sheet", "results_json", "settle", "why_again",
+    "write_changed", "write_feedback", "write_results", "write_whole",
 ]  # fmt: skip
 
 _HOMES = {
@@ -70,6 +71,7 @@ _HOMES = {
         "late": "duration_text judge_lateness parse_duration",
         "ledger": "DESK TODO Desk read_desk",
         "platforms": "AUTOGRADER PLATFORMS",
+        "roster": "Roster read_roster",
         "rubric": "ACCEPTED Rubric default_rubric default_rubric_text read_rubric",
         "slips": "Slip find_slips",
         "submissions": "Answers Submission Submissions find_submissions read_answers",

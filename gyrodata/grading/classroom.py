@@ -21,12 +21,15 @@ from gyrodata.grading.forensics import Exemptions, Flag, flag_class
 from gyrodata.grading.grade import Grade, grade_submission, not_graded, one_copy, references_of, settle_one
 from gyrodata.grading.journal import Basis, Entry, Journal, bases_of, why_again, write_whole
 from gyrodata.grading.ledger import NO_DESK, Desk
+from gyrodata.grading.roster import Roster
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission, Submissions
 from gyrodata.grading.yardsticks import Reference
 from gyrodata.workers import Failed, in_workers
 
 LIMIT = 30.0  # time for one submission [s] unless another is given; an ordinary one takes a hundredth
+
+NOBODY = Roster()
 
 Grader = Callable[[Submission, Rubric, str | None], Grade]
 
@@ -67,10 +70,11 @@ def grade_class(
     options: GradingOptions | None = None,
     exempt: Exemptions | None = None,
     desk: Desk = NO_DESK,
+    roster: Roster = NOBODY,
 ) -> ClassGrades:
     """Grade a class.
 
-    `desk`: What a person decided; it goes before what is found here.
+    `desk`: What a person decided; it goes before what is found here. `roster`: Who is in it.
 
     Gives: A submission that hangs, dies or breaks the tool is "not graded", with the reason, and is tried again in the
     next run.
@@ -79,7 +83,7 @@ def grade_class(
     items = tuple(sorted(submissions.items, key=lambda item: item.student))
     entries, again, unseen = _entries(items, rubric, options, desk)
     made = {item.student: entries[item.student] for item in items}
-    placed = [desk.with_station(replace(one.grade, fingerprint=None)) for one in made.values()]
+    placed = [desk.with_station(roster.named(replace(one.grade, fingerprint=None))) for one in made.values()]
     references = references_of(placed, rubric)
     prints = {student: one.grade.fingerprint for student, one in made.items() if one.grade.fingerprint is not None}
     if options.journal is not None and options.keep and (again or unseen or options.journal.damaged):
@@ -90,9 +94,10 @@ def grade_class(
         rubric=rubric,
         grades=tuple(desk.applied(settle_one(grade, rubric, references), made[grade.student].seen) for grade in placed),
         references=references,
-        flags=flag_class(prints, desk.exemptions(exempt)),
+        flags=flag_class(prints, desk.exemptions(roster.exemptions(exempt))),
         again=again,
         desk=desk,
+        roster=roster,
         figures={student: one.figures for student, one in made.items() if one.figures},
     )
 
@@ -214,6 +219,7 @@ class ClassGrades:
     figures: Mapping[str, Mapping[str, str]]
     """What each drawn figure shows, in words, by student and name of the figure."""
     desk: Desk = NO_DESK  # what a person decided
+    roster: Roster = NOBODY
 
     @cached_property
     def totals(self) -> list[float]:
@@ -228,7 +234,8 @@ class ClassGrades:
     def tally(self) -> str:
         """How many are graded, and how many not, in words."""
         told = [f"{self.count(one)} {one}" for one in ("so far", "on hold", "excused") if self.count(one)]
-        return ", ".join([f"{len(self.totals)} graded", *told, f"{self.count('not graded')} not"])
+        absent = [f"{len(self.roster.absent)} handed in nothing"] if self.roster.absent else []
+        return ", ".join([f"{len(self.totals)} graded", *told, f"{self.count('not graded')} not", *absent])
 
     @cached_property
     def slips(self) -> Mapping[str, list[str]]:
@@ -254,7 +261,7 @@ class ClassGrades:
     @cached_property
     def table(self) -> str:
         """``grades.csv``."""
-        return grades_csv(self.grades, self.flags)
+        return grades_csv(self.grades, self.flags, self.roster.absent)
 
     @property
     def mean(self) -> float | None:
@@ -274,7 +281,7 @@ class ClassGrades:
     @cached_property
     def names(self) -> Mapping[str, str]:
         """How each student is shown."""
-        return {item.student: item.name for item in self.submissions.items}
+        return {grade.student: grade.name for grade in self.grades}
 
     def label(self, student: str) -> str:
         """Call a student by name, with the key where that is another."""

@@ -68,10 +68,10 @@ def changes_in(folder: Path, found: ClassGrades) -> tuple[Change, ...] | None:
     return () if before == found.table else compare_tables(before, found.table)
 
 
-def find_desk(folder: Path, submissions: Submissions, rubric: Rubric) -> Desk:
-    """Read the desk of a folder; raise with all its faults."""
+def find_desk(folder: Path, students: Mapping[str, str], rubric: Rubric) -> Desk:
+    """Read the desk of a folder; raise with all its faults. `students`: As `read_desk` has it."""
     try:
-        return read_desk((folder / DESK).read_bytes(), submissions.aliases, rubric)
+        return read_desk((folder / DESK).read_bytes(), students, rubric)
     except (FileNotFoundError, NotADirectoryError):
         return NO_DESK
     except OSError as error:
@@ -133,7 +133,7 @@ class Published:
                     before = (old or {}).get(student, {})
                     what = column if column in points else "comment" if column not in before else None
                     told = (before.get(column, ""), now.get(student, {}).get(column, ""))
-                    if what and value and student in now and not any(same_value(value, one) for one in told):
+                    if what and value and student in found.names and not any(same_value(value, one) for one in told):
                         yield Offer(student, what, value, f"{column} was set by hand in {TABLE}")
 
     def keep(self, table: bytes) -> None:

@@ -72,6 +72,7 @@ class Grade:
     slips: tuple[Slip, ...] = ()  # known slips that explain the report, the likeliest first
     look: tuple[str, ...] = ()  # what a person should look at though it is graded
     station: str | None = None
+    section: str = ""  # of the roster
     reported: Mapping[str, float | str | None]
     """"text", "value" and "u" [kg*m^2], "line"; empty where nothing is reported."""
     own: Mapping[str, Mapping[str, float | None]]

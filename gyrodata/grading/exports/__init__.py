@@ -22,6 +22,7 @@ from gyrodata.reporting import count_text, csv_cell
 if TYPE_CHECKING:
     from gyrodata.grading.classroom import ClassGrades
     from gyrodata.grading.forensics import Flag
+    from gyrodata.grading.roster import Person
 
 # --- CSV: ``grades.csv``, a row for each student below one of what can be had, and ``flags.csv`` -----------------
 
@@ -43,11 +44,12 @@ _AFTER = (
     "look",
     "by_hand",
     "why_not_graded",
+    "section",
 )
 
 
-def grades_csv(grades: Collection[Grade], flags: Sequence[Flag] = ()) -> str:
-    """Write the grades of a class.
+def grades_csv(grades: Collection[Grade], flags: Sequence[Flag] = (), absent: Sequence[Person] = ()) -> str:
+    """Write the grades of a class; `absent`: Those who handed in nothing.
 
     Gives: CSV (RFC 4180 with plain line feeds). Points have two decimals; a cell is blank where nothing was judged. A
     text that a spreadsheet would run as a formula has a ' in front.
@@ -66,7 +68,9 @@ def grades_csv(grades: Collection[Grade], flags: Sequence[Flag] = ()) -> str:
         lines.append(_line([POINTS_ROW, "", "--", two_decimals(first.out_of), *possible, *blank]))
     columns = list(criteria)
     rows = ((grade.student, _line(_row(grade, columns, flagged.get(grade.student, [])))) for grade in grades)
-    lines += [line for _, line in sorted(rows)]
+    empty = [NOTHING, *[""] * (len(criteria) + len(_AFTER))]
+    missing = ((one.student, _line([*map(csv_cell, one[:2]), *empty, csv_cell(one.section)])) for one in absent)
+    lines += [line for _, line in sorted([*rows, *missing])]
     return "".join(lines)
 
 
@@ -92,6 +96,7 @@ def _row(grade: Grade, criteria: Sequence[str], flags: Sequence[str]) -> list[st
         "; ".join(grade.look),
         "; ".join(map(str, grade.by_hand)),
         grade.why,
+        grade.section,
     ]
     points = [grade.points, *(marks.get(criterion) for criterion in criteria)]
     deducted = two_decimals(None if grade.points is None else grade.late_deduction)
@@ -114,7 +119,7 @@ def flags_csv(flags: Iterable[Flag]) -> str:
 
 
 TOTAL, STATUS = "total", "status"
-NOT_GRADED = "not graded"
+NOT_GRADED, NOTHING = "not graded", "nothing handed in"
 
 
 @dataclass(frozen=True, slots=True)
@@ -223,6 +228,7 @@ def grades_document(found: ClassGrades, changes: Sequence[Change] | None = None)
             station: {"inertia": one.inertia, "u": one.u, "source": one.source}
             for station, one in sorted(found.references.items())
         },
+        "absent": [dict(zip(("student", "name", "section"), one, strict=False)) for one in found.roster.absent],
         "slips": found.slips,
         "flags": [flag_dict(flag) for flag in found.flags],
         "changes": None if changes is None else [change.to_dict() for change in changes],

@@ -264,7 +264,9 @@ def _tell(*groups: Iterable[str]) -> None:
 
 def _told(found: ClassGrades, options: GradingOptions) -> Iterator[str]:
     """Say who was graded in this run, and why."""
+    from gyrodata.grading import DESK
     from gyrodata.readings import listing
+    from gyrodata.reporting import count_text
 
     reasons: dict[str, list[str]] = {}
     for student, why in found.again.items():
@@ -274,6 +276,8 @@ def _told(found: ClassGrades, options: GradingOptions) -> Iterator[str]:
     known = len(found.grades) - len(found.again)
     if known:
         yield f"kept {known} as graded before"
+    if found.desk.left:
+        yield f"{DESK}: {count_text(len(found.desk.left), 'line')} without a value, left as gyro has it"
     if options.journal is not None and options.journal.damaged:
         yield str(options.journal.torn())
 

@@ -20,7 +20,7 @@ from gyrodata.grading.exports.gradebooks import Filled, Ours, fill_book
 from gyrodata.grading.feedback import feedback_comment, feedback_html, feedback_markdown
 from gyrodata.grading.grade import Grade, not_graded
 from gyrodata.grading.journal import cannot_write, write_changed, write_whole
-from gyrodata.grading.ledger import DESK, NO_DESK, TODO, Desk, Offer, read_desk, same_value, todo_csv
+from gyrodata.grading.ledger import DESK, NO_DESK, STALE, TODO, Desk, Offer, read_desk, same_value, todo_csv
 from gyrodata.grading.platforms import book_of
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission, Submissions
@@ -172,8 +172,7 @@ def _offers(found: ClassGrades, published: Published, filled: Mapping[str, Fille
             told = f"flag: {flag.kind}: {flag.evidence}"
             offers += [Offer(grade.student, "partner", other, told) for other in others]
             offers += [] if others else [Offer(grade.student, "hold", "", told)]
-    stale = {grade.student for grade in found.grades if grade.by_hand and grade.look}
-    waiting = (one for one in offers if one.student in stale or not found.desk.decides(one.student, one.what))
+    waiting = (one for one in offers if one.why.startswith(STALE) or not found.desk.decides(one.student, one.what))
     return sorted(dict.fromkeys(waiting), key=lambda one: (one.student, one.what, one.value, one.why))
 
 

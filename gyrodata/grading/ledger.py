@@ -31,6 +31,7 @@ WORDS = ("total", "reported", "station", "partner", "comment", "hold", "excuse")
 
 SEVERAL = ("partner", "comment")  # a student may have several lines of these
 BARE = ("hold", "excuse")  # these need no value
+STALE = "resubmitted since"  # begins what is told where a line was written for another submission
 SETTLING = ("total", "hold", "excuse")  # nobody need look at what gyro doubted where one of these is given
 
 
@@ -76,7 +77,7 @@ class Desk:
             return grade
         given = {one.what: one for one in lines}
         stale = [
-            f"resubmitted since {one.what} {one.value} was set by hand: change its line in {DESK} to confirm it"
+            f"{STALE} {one.what} {one.value} was set by hand: change its line in {DESK} to confirm it"
             for one in lines
             if one.what not in (*SEVERAL, *BARE) and seen.get(repr(one), grade.digest) != grade.digest
         ]

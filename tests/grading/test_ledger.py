@@ -6,12 +6,14 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 
+import jsonschema
 import numpy as np
 import pytest
 from grading.classes import make_folder
 from grading.reports import RIGHT, reported_line, sheet
 from typer.testing import CliRunner, Result
 
+from gyrodata import schema
 from gyrodata.cli import app
 from gyrodata.diagnostics import CODES
 from gyrodata.errors import InputError
@@ -47,6 +49,7 @@ class Lab:
     @property
     def students(self) -> Mapping[str, Mapping[str, object]]:
         document = json.loads((self.out / "grades.json").read_text(encoding="utf-8"))
+        jsonschema.validate(document, schema.grades_schema())
         return {one["student"]: one for one in document["students"]}
 
     def feedback(self, student: str) -> str:
@@ -87,6 +90,17 @@ def test_a_decision_that_is_taken_back_leaves_nothing(lab: Lab) -> None:
     lab.grade()
     del first[lab.out / "journal.ndjson"]
     assert {path: path.read_bytes() for path in first} == first
+
+
+def test_the_desk_holds_where_grades_are_only_printed(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
+    lab.out = lab.root.parent / "class-grades"
+    lab.grade()
+    lab.desk("s0,total,16,Ann,agreed", "s1,total,,,")
+    monkeypatch.chdir(lab.root.parent)
+    done = CliRunner().invoke(app, ["grade", "class", "--format", "csv"])
+    assert "s0,s0,graded,16.00," in done.stdout
+    assert "total 16: agreed (Ann)" in done.stdout
+    assert "desk.csv: 1 line without a value, left as gyro has it" in done.stderr
 
 
 def test_what_is_on_hold_shows_no_points(lab: Lab) -> None:

@@ -798,6 +798,8 @@ PARTNER_ALONE = _warning(
     "write both partners into the line, with a comma between",
 )
 
+ROSTER_CANNOT_BE_READ = _error("G744", "a roster has no column that says who is who", "grade class --roster log.csv")
+
 # gradebooks
 GRADEBOOK_CANNOT_BE_READ = _error(
     "G751",
@@ -875,6 +877,14 @@ OPTION_NEEDS_A_FOLDER = _error(
     "an option needs a folder to write to",
     "grade class --format json --figures",
     "give --out FOLDER as well, or leave the option away",
+)
+
+# the desk
+DESK_CANNOT_BE_READ = _error("G771", "desk.csv is no table with its columns", "desk.csv: doejane,total,12")
+DESK_STUDENT_UNKNOWN = _error("G772", "a line of desk.csv is about nobody in this class", "desk.csv: dojane,total,12")
+DESK_LINE_CANNOT_BE_USED = _error("G773", "a line of desk.csv cannot be used", "desk.csv: doejane,totl,12")
+DESK_LINES_CONTRADICT = _error(
+    "G774", "two lines of desk.csv contradict each other", "desk.csv: doejane,total,12 and doejane,total,13"
 )
 
 # gyro itself

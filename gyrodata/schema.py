@@ -146,12 +146,13 @@ _CHANGE = _object(
 
 def grades_schema() -> dict[str, Any]:
     """Give the JSON Schema (2020-12) of "gyro.grades/1": all quantities are SI, times seconds."""
-    from gyrodata.grading import CriterionFigures, Grade, Mark, Slip
+    from gyrodata.grading import CriterionFigures, Decision, Grade, Mark, Slip
 
     not_told = {"type": "object", "maxProperties": 0, "description": "nothing is reported"}
     by_hand = {
         "marks": _list(_object(_properties(Mark), description="points null: it could not be judged, which is no zero")),
         "slips": _list(_object(_properties(Slip))),
+        "by_hand": _list(_object(dict.fromkeys(Decision._fields, _TEXT))),
         "reported": {
             "anyOf": [_object({"text": _TEXT, "value": _MAYBE, "u": _MAYBE, "line": _type(int | None)}), not_told]
         },
@@ -178,6 +179,7 @@ def grades_schema() -> dict[str, Any]:
                 "type": "object",
                 "additionalProperties": _object({"inertia": _NUMBER, "u": _NUMBER, "source": _TEXT}),
             },
+            "absent": _list(_object(dict.fromkeys(("student", "name", "section"), _TEXT))),
             "slips": {"type": "object", "additionalProperties": _list(_TEXT)},
             "flags": _list(_FLAGGED),
             "changes": _or_null(_list(_CHANGE)),

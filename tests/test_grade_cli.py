@@ -95,7 +95,8 @@ def test_what_is_printed(graded: tuple[Result, Path]) -> None:
 def test_what_is_written(graded: tuple[Result, Path]) -> None:
     _, folder = graded
     assert {path.name for path in folder.iterdir()} == {
-        "class.html", "feedback", "feedback.zip", "flags.csv", "grades.csv", "grades.json", "journal.ndjson",
+        "class.html", "desk-todo.csv", "feedback", "feedback.zip", "flags.csv", "grades.csv", "grades.json",
+        "journal.ndjson", "published",
     }  # fmt: skip
     stems = {Path(name).stem for name in make_sample_class.make() if name != "README.txt"}
     written = {path.name: path.read_bytes() for path in (folder / "feedback").iterdir()}
@@ -161,7 +162,7 @@ def test_json_ndjson_and_csv(graded: tuple[Result, Path], tmp_path: Path, monkey
 
 def test_a_dry_run_tells_what_would_change_and_writes_nothing(grades: Path, tmp_path: Path) -> None:
     rubric = tmp_path / "rubric.toml"
-    rubric.write_text(gyro("grade", "--print-rubric").stdout.replace('slip = "50 %"', 'slip = "25 %"'))
+    rubric.write_text(gyro("grade", "--print-rubric", "full").stdout.replace('slip = "50 %"', 'slip = "25 %"'))
     before = {path: path.read_bytes() for path in grades.rglob("*") if path.is_file()}
     done = gyro("grade", CLASS, "--out", grades, "--rubric", rubric, "--dry-run", "--format", "json")
     assert {path: path.read_bytes() for path in grades.rglob("*") if path.is_file()} == before
@@ -175,17 +176,24 @@ def test_a_dry_run_tells_what_would_change_and_writes_nothing(grades: Path, tmp_
     }  # fmt: skip
 
 
-def test_a_table_that_somebody_worked_in_is_kept(grades: Path) -> None:
-    table = grades / "grades.csv"
+def test_a_table_that_somebody_worked_in_is_kept_and_offered_for_the_desk(grades: Path) -> None:
+    table, kept = grades / "grades.csv", grades / "published"
     edited = table.read_text(encoding="utf-8").replace("113,moreaulea,not graded,,", "113,moreaulea,graded,15.00,")
     table.write_text(edited, encoding="utf-8")
     done = gyro("grade", CLASS, "--out", grades)
     assert "moreaulea (113): 15.00 → not graded" in done.stderr
-    assert "kept as grades-before.csv" in done.stderr
-    assert (grades / "grades-before.csv").read_text(encoding="utf-8") == edited
+    assert "kept in published" in done.stderr
+    assert [path.read_text(encoding="utf-8") for path in kept.glob("*-by-hand-*")] == [edited]
     (grades / "grades.csv").write_bytes(b"\xff\x00 what is this")
     done = gyro("grade", CLASS, "--out", grades)
-    assert "no table of grades as gyro writes it; what it was is kept as grades-before.csv" in done.stderr
+    assert "no table of grades as gyro writes it; what it was is kept in published" in done.stderr
+    assert b"\xff\x00 what is this" in [path.read_bytes() for path in kept.iterdir()]
+    offered = [line for line in (grades / "desk-todo.csv").read_text().splitlines() if line.startswith("113,total")]
+    assert offered == ["113,total,15.00,,total was set by hand in grades.csv,moreaulea,moreaulea_113_9013_lab.csv"]
+    (grades / "desk.csv").write_text("student,what,value\n113,total,15.00\n")
+    gyro("grade", CLASS, "--out", grades)
+    assert "113,total" not in (grades / "desk-todo.csv").read_text()
+    assert rows_of(table.read_text(encoding="utf-8"))["113"]["total"] == "15.00"
 
 
 def test_students_that_come_and_go_are_told(grades: Path, tmp_path: Path) -> None:
@@ -231,11 +239,20 @@ def test_a_name_that_is_anothers_key_is_that_key(tmp_path: Path) -> None:
 def test_gradebooks_come_back_filled(grades: Path, tmp_path: Path) -> None:
     book = tmp_path / "book.csv"
     book.write_text(GRADEBOOK)
-    done = gyro("grade", CLASS, "--out", grades, "--gradebook", book, "--assignment", "123456")
-    filled = (grades / "canvas.csv").read_text()
-    assert filled == GRADEBOOK.replace("A,12", "A,20.00").replace("102,,,A,", "102,,,A,20.00")
-    assert "canvas.csv: 2 filled, 1 of them changed, 13 not\n  101: 12 → 20.00\n" in done.stderr
+    options = ("--out", grades, "--gradebook", book, "--assignment", "123456", "--roster", CLASS / "README.txt")
+    assert "G744" in gyro("grade", CLASS, *options).stderr
+    options = options[:-2]
+    done = gyro("grade", CLASS, *options)
+    only_empty = GRADEBOOK.replace("102,,,A,", "102,,,A,20.00")
+    assert (grades / "canvas.csv").read_text() == only_empty, "12 was set by somebody else"
+    assert "canvas.csv: 1 filled, 0 of them changed, 14 not\n" in done.stderr
+    assert "has 12, set by hand, which stays: see desk-todo.csv: 101" in done.stderr
     assert "has no submission: Nobody, Else" in done.stderr
+    assert "\n101,total,12.00,,stands in the gradebook" in (grades / "desk-todo.csv").read_text()
+    (grades / "desk.csv").write_text("student,what,value,by,why\nadlernina,total,,,as gyro has it\n")
+    done = gyro("grade", CLASS, *options)
+    assert (grades / "canvas.csv").read_text() == only_empty.replace("A,12", "A,20.00")
+    assert "canvas.csv: 2 filled, 1 of them changed, 13 not\n  101: 12 → 20.00\n" in done.stderr
 
 
 def test_a_worksheet_comes_back_filled(tmp_path: Path) -> None:

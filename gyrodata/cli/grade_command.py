@@ -35,7 +35,10 @@ def grade(
     rubric: Annotated[
         Path | None, typer.Option("--rubric", metavar="FILE", help="TOML file; begin with --print-rubric.")
     ] = None,
-    print_rubric: Annotated[bool, typer.Option("--print-rubric", help="Print the rubric, to be changed.")] = False,
+    print_rubric: Annotated[
+        Literal["simple", "full", "manual"] | None,
+        typer.Option("--print-rubric", help="Print a rubric to begin with; without one, full holds."),
+    ] = None,
     lms: Annotated[Platform, typer.Option("--lms", help="Platform the download comes from.")] = "auto",
     pattern: Annotated[
         str | None,
@@ -68,6 +71,11 @@ def grade(
         Path | None, typer.Option("--gradescope", metavar="DIR", help="Write an autograder for Gradescope, and stop.")
     ] = None,
     figures: Annotated[bool, typer.Option("--figures", help="Figures in the feedback.")] = False,
+    roster: Annotated[
+        Path | None,
+        typer.Option("--roster", metavar="FILE", help="CSV: student, name, section, station, partner. "
+                     "Default: the gradebook."),
+    ] = None,
     partners: Annotated[
         Path | None,
         typer.Option("--partners", metavar="FILE", help="Who hands in the same data: 'alice, bob' in a line."),
@@ -83,12 +91,17 @@ def grade(
 ) -> None:  # fmt: skip
     """Grade a class: each student against their own data, with feedback for everybody and a page of the class.
 
-    A second run grades only what has changed, and says why. Exit codes: 0 done; 1 done, with submissions that could
-    not be graded; 2 usage, a rubric with a mistake, or a class that cannot be read; 130 stopped by Ctrl-C.
+    A second run grades only what has changed, and says why. What you decide by hand is kept in desk.csv in the folder
+    of the grades, with the columns student,what,value,by,why; lines to copy are in desk-todo.csv there.
+
+    Exit codes: 0 done; 1 done, with submissions that could not be graded; 2 usage, a rubric or desk.csv with a
+    mistake, or a class that cannot be read; 130 stopped by Ctrl-C.
     """
     asked = dict(locals())
     if print_rubric:
-        write_out(_rubric_bytes(rubric).decode("utf-8", "surrogateescape"))
+        from gyrodata.grading import default_rubric_text
+
+        write_out(default_rubric_text(print_rubric))
         return
     if gradescope is not None:
         _write_autograder(gradescope, rubric)
@@ -103,19 +116,23 @@ def grade(
     if run is not None and (said := run.said()) is not None:
         _tell(said["noted"] if not quiet else said["faults"])
         if not quiet:
-            _tell([f"kept {said['count']} as graded before"], _told_where(run.folder))
+            _tell([f"kept {said['count']} as graded before"], _told_where(run.folder, said["lines"]))
         write_out(said["text"])
-        raise typer.Exit(1 if said["waiting"] and not exit_zero else 0)
+        raise typer.Exit(1 if said["not graded"] and not exit_zero else 0)
     from gyrodata.grading import (
         FIGURES,
         JOURNAL,
         Gradebooks,
         GradingOptions,
         Journal,
+        Published,
+        Roster,
         changes_in,
+        find_desk,
         find_submissions,
         grade_class,
         read_exemptions,
+        read_roster,
         read_rubric,
     )
     from gyrodata.workers import count_workers
@@ -125,6 +142,11 @@ def grade(
     sheets = {lms: (_read(sheet), sheet.name) for lms, sheet in (("canvas", gradebook), ("moodle", worksheet)) if sheet}
     gradebooks = Gradebooks(sheets, assignment)
     gradebooks.try_out(submissions, judged)
+    # What was decided holds too where the grades are printed only.
+    listed = roster or gradebook or worksheet
+    people = Roster() if listed is None else read_roster(_read(listed), listed.name, submissions)
+    names = {person.name: student for student, person in people.people.items()} | submissions.aliases
+    desk = find_desk(folder or _usual_folder(path.resolve()), names, judged)
     complain(submissions.diagnostics, quiet)
     exempt = None
     if partners is not None:
@@ -139,22 +161,23 @@ def grade(
         progress=None if quiet else progress_bar(len(submissions.items), time.monotonic, "graded "),
     )
     try:
-        found = grade_class(submissions, judged, options, exempt, _earlier(previous or []))
+        found = grade_class(submissions, judged, options, exempt, _earlier(previous or []), desk, people)
         changes = changes_in(folder, found) if folder is not None else ()
-        filled = gradebooks.fill(found.grades, found.ids)
+        ours = Published(folder).ours(desk, found.names) if folder is not None and sheets else None
+        filled = gradebooks.fill(found.grades, found.ids, ours)
         if not quiet:
             _tell(_told(found, options), _told_changes(changes, dry_run), _told_filled(filled))
         if folder is not None and not dry_run:
-            lost = _write(found, folder, filled, options, quiet)
+            waiting, lost = _write(found, folder, filled, options, quiet)
             if run is not None and not found.lost and not lost:
-                run.keep(found, [*submissions.diagnostics, *(exempt.diagnostics if exempt else ())])
+                run.keep(found, waiting, [*submissions.diagnostics, *(exempt.diagnostics if exempt else ())])
     except KeyboardInterrupt:
         told = "what was done is kept, and the same command goes on from there"
         kept = options.journal is not None and options.keep
         _tell([f"{chr(10) if options.progress else ''}stopped; {told if kept else 'nothing is kept'}"])
         raise typer.Exit(130) from None
     _print(found, changes if dry_run else None, form)
-    raise typer.Exit(1 if len(found.totals) < len(found.grades) and not exit_zero else 0)
+    raise typer.Exit(1 if found.count("not graded") and not exit_zero else 0)
 
 
 def autograde(
@@ -221,8 +244,7 @@ def _folder(path: Path, out: Path | None, form: Form, dry_run: bool, need_one: S
             refuse(GRADES_WITHIN_CLASS, f'"{out}" is in the class, and would be graded with it', hint)
         return out
     if form == "text" or dry_run:
-        folder = Path(f"{home.stem if home.suffix.lower() == '.zip' else home.name}-grades")
-        return home.parent / folder if Path.cwd().is_relative_to(home) else folder
+        return _usual_folder(home)
     for option in need_one:
         message = f"{option} needs a folder to write to, and --format {form} has none"
         refuse(OPTION_NEEDS_A_FOLDER, message, "add --out DIR")
@@ -248,7 +270,7 @@ class _Run:
             return None  # told where it is read
         return find_unchanged(self.folder / JOURNAL, self.digest)
 
-    def keep(self, found: ClassGrades, noted: Sequence[Diagnostic]) -> None:
+    def keep(self, found: ClassGrades, waiting: int, noted: Sequence[Diagnostic]) -> None:
         """Keep what this run says, unless something changed while it ran."""
         from gyrodata.grading import JOURNAL, class_summary, digest_of, keep_run
 
@@ -257,10 +279,16 @@ class _Run:
                 "noted": [str(one) for one in noted],
                 "faults": [str(one) for one in noted if one.severity == "error"],
                 "count": len(found.grades),
-                "waiting": len(found.grades) - len(found.totals),
+                "lines": waiting,
+                "not graded": found.count("not graded"),
                 "text": "".join(class_summary(found)),
             }
             keep_run(self.folder / JOURNAL, self.digest, said)
+
+
+def _usual_folder(home: Path) -> Path:
+    folder = Path(f"{home.stem if home.suffix.lower() == '.zip' else home.name}-grades")
+    return home.parent / folder if Path.cwd().is_relative_to(home) else folder
 
 
 # --- what comes out -----------------------------------------------------------------------------------------
@@ -268,17 +296,17 @@ class _Run:
 
 def _write(
     found: ClassGrades, folder: Path, filled: Mapping[str, Filled], options: GradingOptions, quiet: bool
-) -> tuple[str, ...]:
-    """Write the folder of the grades; say what could not be written."""
+) -> tuple[int, tuple[str, ...]]:
+    """Write the folder of the grades; count the lines that wait for a person, and say what could not be written."""
     from gyrodata.grading import write_feedback, write_results
 
-    write_results(found, folder, filled)
+    waiting = write_results(found, folder, filled)
     bar = None if quiet else progress_bar(len(found.grades), time.monotonic, "feedback ")
     lost = write_feedback(found, folder, options, bar)
     _tell(lost)
     if not quiet:
-        _tell(_told_where(folder))
-    return lost
+        _tell(_told_where(folder, waiting))
+    return waiting, lost
 
 
 def _print(found: ClassGrades, changes: Sequence[Change] | None, form: Form) -> None:
@@ -302,13 +330,19 @@ def _tell(*groups: Iterable[str]) -> None:
         typer.echo(line, err=True)
 
 
-def _told_where(folder: Path) -> list[str]:
-    return [f"grades: {folder / 'grades.csv'}", f"class: {folder / 'class.html'}"]
+def _told_where(folder: Path, waiting: int) -> list[str]:
+    from gyrodata.grading import TODO
+    from gyrodata.reporting import count_text
+
+    waits = f"; {count_text(waiting, 'line')} for you in {folder / TODO}" if waiting else ""
+    return [f"grades: {folder / 'grades.csv'}{waits}", f"class: {folder / 'class.html'}"]
 
 
 def _told(found: ClassGrades, options: GradingOptions) -> Iterator[str]:
     """Say who was graded in this run, and why."""
+    from gyrodata.grading import DESK
     from gyrodata.readings import listing
+    from gyrodata.reporting import count_text
 
     reasons: dict[str, list[str]] = {}
     for student, why in found.again.items():
@@ -318,15 +352,17 @@ def _told(found: ClassGrades, options: GradingOptions) -> Iterator[str]:
     known = len(found.grades) - len(found.again)
     if known:
         yield f"kept {known} as graded before"
+    if found.desk.left:
+        yield f"{DESK}: {count_text(len(found.desk.left), 'line')} without a value, left as gyro has it"
     if options.journal is not None and options.journal.damaged:
         yield str(options.journal.torn())
 
 
 def _told_changes(changes: Sequence[Change] | None, dry_run: bool) -> Iterator[str]:
     """Say what changes in the table of grades that is there."""
-    from gyrodata.grading import BEFORE, TABLE
+    from gyrodata.grading import PUBLISHED, TABLE
 
-    kept = "" if dry_run else f"; what it was is kept as {BEFORE}"
+    kept = "" if dry_run else f"; what it was is kept in {PUBLISHED}"
     if changes is None:
         yield f"{TABLE} is there and is no table of grades as gyro writes it{kept}"
     elif changes:

@@ -12,11 +12,13 @@ if TYPE_CHECKING:
     from gyrodata.grading.classroom import LIMIT, ClassGrades, CriterionFigures, GradingOptions, grade_class
     from gyrodata.grading.criteria import Mark
     from gyrodata.grading.desk import (
-        BEFORE,
         FIGURES,
+        PUBLISHED,
         TABLE,
         Gradebooks,
+        Published,
         changes_in,
+        find_desk,
         write_feedback,
         write_results,
     )
@@ -26,27 +28,29 @@ if TYPE_CHECKING:
     from gyrodata.grading.exports.gradescope import autograder_files, grade_autograder, results_json
     from gyrodata.grading.feedback import feedback_html, feedback_markdown
     from gyrodata.grading.forensics import Exemptions, Fingerprint, Flag, fingerprint, flag_class, read_exemptions
-    from gyrodata.grading.grade import Grade, grade_submission, points_text, settle
+    from gyrodata.grading.grade import Decision, Grade, grade_submission, points_text, settle
     from gyrodata.grading.journal import Basis, Entry, Journal, why_again, write_changed, write_whole
     from gyrodata.grading.lastrun import JOURNAL, digest_of, find_unchanged, keep_run
     from gyrodata.grading.late import duration_text, judge_lateness, parse_duration
+    from gyrodata.grading.ledger import DESK, TODO, Desk, read_desk
     from gyrodata.grading.platforms import AUTOGRADER, PLATFORMS
+    from gyrodata.grading.roster import Roster, read_roster
     from gyrodata.grading.rubric import ACCEPTED, Rubric, default_rubric, default_rubric_text, read_rubric
     from gyrodata.grading.slips import Slip, find_slips
     from gyrodata.grading.submissions import Answers, Submission, Submissions, find_submissions, read_answers
     from gyrodata.grading.yardsticks import Reference, class_references, distance, own_runs
 
 __all__ = [
-    "ACCEPTED", "AUTOGRADER", "BEFORE", "FIGURES", "JOURNAL", "LIMIT", "PLATFORMS", "TABLE", "Answers",
-    "Basis", "Change", "ClassGrades", "CriterionFigures", "Entry", "Exemptions", "Filled", "Fingerprint",
-    "Flag", "Grade", "Gradebooks", "GradingOptions", "Journal", "Mark", "Reference", "Rubric", "Slip",
-    "Submission", "Submissions", "autograder_files", "changes_in", "class_page", "class_references",
-    "class_summary", "default_rubric", "default_rubric_text", "digest_of", "distance", "duration_text", "feedback_html",
-    "feedback_markdown", "fill_book", "find_slips", "find_submissions", "find_unchanged", "fingerprint", "flag_class",
-    "grade_autograder", "grade_class", "grade_lines", "grade_submission", "grades_csv", "grades_document",
-    "judge_lateness", "keep_run", "own_runs", "parse_duration", "points_text", "read_answers", "read_exemptions",
-    "read_rubric", "read_sheet", "results_json", "settle", "why_again", "write_changed", "write_feedback",
-    "write_results", "write_whole",
+    "ACCEPTED", "AUTOGRADER", "DESK", "FIGURES", "JOURNAL", "LIMIT", "PLATFORMS", "PUBLISHED", "TABLE", "TODO",
+    "Answers", "Basis", "Change", "ClassGrades", "CriterionFigures", "Decision", "Desk", "Entry", "Exemptions",
+    "Filled", "Fingerprint", "Flag", "Grade", "Gradebooks", "GradingOptions", "Journal", "Mark", "Published",
+    "Reference", "Roster", "Rubric", "Slip", "Submission", "Submissions", "autograder_files", "changes_in",
+    "class_page", "class_references", "class_summary", "default_rubric", "default_rubric_text", "digest_of", "distance",
+    "duration_text", "feedback_html", "feedback_markdown", "fill_book", "find_desk", "find_slips", "find_submissions",
+    "find_unchanged", "fingerprint", "flag_class", "grade_autograder", "grade_class", "grade_lines", "grade_submission",
+    "grades_csv", "grades_document", "judge_lateness", "keep_run", "own_runs", "parse_duration", "points_text",
+    "read_answers", "read_desk", "read_exemptions", "read_roster", "read_rubric", "read_sheet", "results_json",
+    "settle", "why_again", "write_changed", "write_feedback", "write_results", "write_whole",
 ]  # fmt: skip
 
 _HOMES = {
@@ -54,18 +58,20 @@ _HOMES = {
     for module, names in {
         "classroom": "LIMIT ClassGrades CriterionFigures GradingOptions grade_class",
         "criteria": "Mark",
-        "desk": "BEFORE FIGURES TABLE Gradebooks changes_in write_feedback write_results",
+        "desk": "FIGURES PUBLISHED TABLE Gradebooks Published changes_in find_desk write_feedback write_results",
         "exports": "Change class_summary grade_lines grades_csv grades_document",
         "exports.class_page": "class_page",
         "exports.gradebooks": "Filled fill_book read_sheet",
         "exports.gradescope": "autograder_files grade_autograder results_json",
         "feedback": "feedback_html feedback_markdown",
         "forensics": "Exemptions Fingerprint Flag fingerprint flag_class read_exemptions",
-        "grade": "Grade grade_submission points_text settle",
+        "grade": "Decision Grade grade_submission points_text settle",
         "journal": "Basis Entry Journal why_again write_changed write_whole",
         "lastrun": "JOURNAL digest_of find_unchanged keep_run",
         "late": "duration_text judge_lateness parse_duration",
+        "ledger": "DESK TODO Desk read_desk",
         "platforms": "AUTOGRADER PLATFORMS",
+        "roster": "Roster read_roster",
         "rubric": "ACCEPTED Rubric default_rubric default_rubric_text read_rubric",
         "slips": "Slip find_slips",
         "submissions": "Answers Submission Submissions find_submissions read_answers",

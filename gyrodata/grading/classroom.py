@@ -21,6 +21,8 @@ from gyrodata.grading.exports import grades_csv
 from gyrodata.grading.forensics import Exemptions, Fingerprint, Flag, flag_class
 from gyrodata.grading.grade import Grade, grade_submission, not_graded, one_copy, references_of, settle_one
 from gyrodata.grading.journal import Basis, Entry, Journal, bases_of, why_again, write_whole
+from gyrodata.grading.ledger import NO_DESK, Desk
+from gyrodata.grading.roster import Roster
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission, Submissions
 from gyrodata.grading.yardsticks import Reference
@@ -30,7 +32,9 @@ LIMIT = 30.0  # time for one submission [s] unless another is given; an ordinary
 
 _NOTHING: Mapping[str, Fingerprint] = MappingProxyType({})
 
-Grader = Callable[[Submission, Rubric], Grade]
+NOBODY = Roster()
+
+Grader = Callable[[Submission, Rubric, str | None], Grade]
 
 
 @dataclass(frozen=True)
@@ -53,10 +57,11 @@ class _Work:
     rubric: Rubric
     grader: Grader
     figures: bool
+    reported: Mapping[str, str]  # values that a person typed in, by student
 
     def __call__(self, submission: Submission) -> tuple[str, dict[str, tuple[bytes, str]]]:
         """Grade it; give the grade as JSON, and each figure's file and words by its name."""
-        grade = self.grader(submission, self.rubric)
+        grade = self.grader(submission, self.rubric, self.reported.get(submission.student))
         # Taken through JSON at once, so that a grade from the journal is the same to the last digit.
         content = json.dumps(grade.to_dict(), allow_nan=False)
         return content, _draw(submission) if self.figures and grade.own else {}
@@ -68,60 +73,74 @@ def grade_class(
     options: GradingOptions | None = None,
     exempt: Exemptions | None = None,
     previous: Mapping[str, Fingerprint] = _NOTHING,
+    desk: Desk = NO_DESK,
+    roster: Roster = NOBODY,
 ) -> ClassGrades:
     """Grade a class.
 
-    `previous`: Logs of earlier years, by what they are called, with which those of the class are compared. Gives: A
-    submission that hangs, dies or breaks the tool is "not graded", with the reason, and is tried again in the next run.
+    `previous`: Logs of earlier years, by what they are called, with which those of the class are compared. `desk`: What
+    a person decided; it goes before what is found here. `roster`: Who is in it.
+
+    Gives: A submission that hangs, dies or breaks the tool is "not graded", with the reason, and is tried again in the
+    next run.
     """
     options = options or GradingOptions()
     items = tuple(sorted(submissions.items, key=lambda item: item.student))
-    entries, again = _entries(items, rubric, options)
-    references = references_of((entry.grade for entry in entries.values()), rubric)
+    entries, again, unseen = _entries(items, rubric, options, desk)
     made = {item.student: entries[item.student] for item in items}
+    placed = [desk.with_station(roster.named(replace(one.grade, fingerprint=None))) for one in made.values()]
+    references = references_of(placed, rubric)
     prints = {student: one.grade.fingerprint for student, one in made.items() if one.grade.fingerprint is not None}
-    if options.journal is not None and options.keep and (again or options.journal.damaged):
+    if options.journal is not None and options.keep and (again or unseen or options.journal.damaged):
         options.journal.replace(made.values())
     return ClassGrades(
         source=items[0].source.resolve().name,
         submissions=replace(submissions, items=items),
         rubric=rubric,
-        grades=tuple(settle_one(replace(one.grade, fingerprint=None), rubric, references) for one in made.values()),
+        grades=tuple(desk.applied(settle_one(grade, rubric, references), made[grade.student].seen) for grade in placed),
         references=references,
-        flags=flag_class(prints, exempt, previous),
+        flags=flag_class(prints, desk.exemptions(roster.exemptions(exempt)), previous),
         again=again,
+        desk=desk,
+        roster=roster,
         figures={student: one.figures for student, one in made.items() if one.figures},
         lost=any(one.lost for one in made.values()),
     )
 
 
 def _entries(
-    items: Sequence[Submission], rubric: Rubric, options: GradingOptions
-) -> tuple[dict[str, Entry], dict[str, str]]:
-    """Take each student's entry from the journal or make it; and say of those that are made why."""
+    items: Sequence[Submission], rubric: Rubric, options: GradingOptions, desk: Desk
+) -> tuple[dict[str, Entry], dict[str, str], bool]:
+    """Take each student's entry from the journal or make it; say why those are made, and whether the desk has grown."""
     entries: dict[str, Entry] = {}
-    bases = bases_of(items, rubric)
+    seen: dict[str, Mapping[str, str]] = {}
+    typed = ((item.student, desk.value(item.student, "reported")) for item in items)
+    reported = {student: value for student, value in typed if value is not None}
+    bases = bases_of(items, rubric, reported)
     handed_in = {item.student: item for item in items}
     reasons = {student: why_again(None, basis) for student, basis in bases.items()}
     for entry in options.journal.read() if options.journal is not None else ():
         student = entry.grade.student
         if student in bases:
+            seen[student] = entry.seen
             reasons[student] = why_again(entry, bases[student]) or _why_figures(entry, handed_in[student], options)
             if not reasons[student]:
-                entries[student] = entry
+                entries[student] = replace(entry, seen=desk.first_seen(entry.grade, entry.seen))
     again = {student: why for student, why in reasons.items() if why}
     done = len(items) - len(again)
-    work = _Work(rubric, options.grader, options.figures is not None)
+    unseen = any(entry.seen != seen[student] for student, entry in entries.items())
+    work = _Work(rubric, options.grader, options.figures is not None, reported)
     waiting = (handed_in[student] for student in again)
     for item, answer in in_workers(work, waiting, options.workers, options.limit, ["gyrodata.grading.grade"]):
         entry = _entry(item, bases[item.student], answer, rubric, options)
+        entry = replace(entry, seen=desk.first_seen(entry.grade, seen.get(item.student, {})))
         entries[item.student] = entry
         if options.journal is not None and options.keep:
             options.journal.add(entry)
         done += 1
         if options.progress is not None:
             options.progress(done)
-    return entries, again
+    return entries, again, unseen
 
 
 def _entry(
@@ -206,11 +225,24 @@ class ClassGrades:
     figures: Mapping[str, Mapping[str, str]]
     """What each drawn figure shows, in words, by student and name of the figure."""
     lost: bool = False  # True: the run itself lost some (a time limit, a process that died), who are tried again
+    desk: Desk = NO_DESK  # what a person decided
+    roster: Roster = NOBODY
 
     @cached_property
     def totals(self) -> list[float]:
         """Points of those who are graded, in the order of the grades."""
-        return [grade.points for grade in self.grades if grade.points is not None]
+        return [grade.points for grade in self.grades if grade.status == "graded" and grade.points is not None]
+
+    def count(self, status: str) -> int:
+        """Count the grades of one status."""
+        return sum(grade.status == status for grade in self.grades)
+
+    @cached_property
+    def tally(self) -> str:
+        """How many are graded, and how many not, in words."""
+        told = [f"{self.count(one)} {one}" for one in ("so far", "on hold", "excused") if self.count(one)]
+        absent = [f"{len(self.roster.absent)} handed in nothing"] if self.roster.absent else []
+        return ", ".join([f"{len(self.totals)} graded", *told, f"{self.count('not graded')} not", *absent])
 
     @cached_property
     def slips(self) -> Mapping[str, list[str]]:
@@ -227,6 +259,8 @@ class ClassGrades:
         found = {}
         for grade in self.grades:
             told = (*(() if grade.why is None else (f"could not be graded: {grade.why}",)), *grade.look)
+            if grade.status == "so far":
+                told += tuple(mark.reason for mark in grade.marks if mark.waits and mark.check != "manual")
             if told:
                 found[grade.student] = told
         return found
@@ -234,7 +268,7 @@ class ClassGrades:
     @cached_property
     def table(self) -> str:
         """``grades.csv``."""
-        return grades_csv(self.grades, self.flags)
+        return grades_csv(self.grades, self.flags, self.roster.absent)
 
     @property
     def mean(self) -> float | None:
@@ -254,7 +288,7 @@ class ClassGrades:
     @cached_property
     def names(self) -> Mapping[str, str]:
         """How each student is shown."""
-        return {item.student: item.name for item in self.submissions.items}
+        return {grade.student: grade.name for grade in self.grades}
 
     def label(self, student: str) -> str:
         """Call a student by name, with the key where that is another."""

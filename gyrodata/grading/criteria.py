@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from gyrodata.errors import Diagnostic
 from gyrodata.grading.rubric import ASKS, KINDS, Criterion
 from gyrodata.grading.slips import Slip
-from gyrodata.grading.yardsticks import OwnValue, Reference
+from gyrodata.grading.yardsticks import COARSEST, OwnValue, Reference
 from gyrodata.readings import Reported
 from gyrodata.reporting import count_text, inertia_text, p_text, power_of_ten
 from gyrodata.results import Analysis
@@ -30,6 +30,11 @@ class Mark:
     detail: Detail  # the numbers behind it
     rule: str  # what earns all points and what none; "" where that was not what decided
 
+    @property
+    def waits(self) -> bool:
+        """True where only a person, or a reference, is missing: the other points stand."""
+        return self.points is None and (self.check == "manual" or "value" in self.detail)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Evidence:
@@ -46,6 +51,8 @@ class Evidence:
     d_carried: float | None = None  # the same with the slip undone [u]
     slips: tuple[Slip, ...] = ()
     yardstick: float  # u of the report's comparison as a share of I_zz [1]
+    carries: bool = True  # True where own_data charges for a known slip, so that the reference is held to what is left
+    pictures: int = 0  # files that may hold a plot
 
     @property
     def factor(self) -> float:
@@ -120,6 +127,16 @@ def _listed(diagnostics: list[Diagnostic], most: int = 3) -> str:
     return "; ".join(told) + (f"; and {len(diagnostics) - most} more" if len(diagnostics) > most else "")
 
 
+def _files(criterion: Criterion, evidence: Evidence) -> Mark:
+    found = count_text(evidence.pictures, "file")
+    reason = f"{found} with room for a plot" if evidence.pictures else "no picture and no PDF that could show a plot"
+    return mark(criterion, criterion.curve.share(evidence.pictures), reason, {"files": float(evidence.pictures)})
+
+
+def _manual(criterion: Criterion, evidence: Evidence) -> Mark:
+    return mark(criterion, None, "a person gives these points", {})
+
+
 # --- the report ---------------------------------------------------------------------------------------------
 
 
@@ -127,12 +144,17 @@ def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
     reported, matched, d = _given(evidence)
     said = f"you report {inertia_text(reported, evidence.reported.u if evidence.reported else None)}"
     own = f"{inertia_text(matched.value, matched.u)} ({matched.words})"
+    percent, carried_percent = (100 * abs(one / matched.value - 1) for one in (reported, reported / evidence.factor))
+    in_percent = criterion.curve.variable == "percent"
     detail: Detail = {"d": evidence.d, "d_carried": evidence.d_carried, "own": matched.value, "matched": matched.name}
-    plain = criterion.curve.share(evidence.d or 0.0)
+    if in_percent:
+        detail = {**detail, "percent": percent}
+    plain = criterion.curve.share(percent if in_percent else evidence.d or 0.0)
     if evidence.slips:
         slip = evidence.slips[0]
         detail = {**detail, "slip": slip.kind}
-        carried = criterion.curve.share(d) - (criterion.slip / criterion.points if criterion.points else 0.0)
+        cost = criterion.slip / criterion.points if criterion.points else 0.0
+        carried = criterion.curve.share(carried_percent if in_percent else d) - cost
         reason = f"{said}, {factor_text(reported / matched.value)} what your runs give, {own}: a known slip, see above"
         if carried > plain:
             return mark(criterion, carried, reason, {**detail, "slip_cost": criterion.slip})
@@ -148,10 +170,13 @@ def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
 
 def _reference(criterion: Criterion, evidence: Evidence) -> Mark:
     reported, matched, _ = _given(evidence)
-    value = reported / evidence.factor
+    factor = evidence.factor if evidence.carries else 1.0
+    value = reported / factor
     # Not the reported u: a ± as wide as one likes would agree with everything.
     u = max(evidence.analysis.inertia.u or 0.0, matched.u or 0.0)
-    return mark(criterion, None, "the reference is not known yet", {"value": value, "u": u, "slip": evidence.factor})
+    # Nor a u without end: runs that say nothing of I_zz would go with any value.
+    u = min(u, COARSEST * abs(value))
+    return mark(criterion, None, "the reference is not known yet", {"value": value, "u": u, "slip": factor})
 
 
 def judge_reference(criterion: Criterion, pending: Mark, reference: Reference | None) -> Mark:
@@ -160,21 +185,28 @@ def judge_reference(criterion: Criterion, pending: Mark, reference: Reference | 
     if not isinstance(value, float) or not isinstance(u, float):
         return pending
     if reference is None:
-        reason = "the rubric gives no reference for this station: a person must look"
+        reason = "the rubric has no reference for this station; the station, or these points, can be given by hand"
         return mark(criterion, None, reason, pending.detail)
     width = math.hypot(u, reference.u) or abs(reference.inertia) * 1e-9
     zeta = abs(value - reference.inertia) / width
     undone = ", the slip undone," if pending.detail.get("slip") != 1.0 else ""
-    reason = (
-        f"{inertia_text(value, u)}{undone} is {zeta:.2g} standard uncertainties from "
-        f"{inertia_text(reference.inertia, reference.u or None)} ({reference.source})"
-    )
     detail = {**pending.detail, "reference": reference.inertia, "u_reference": reference.u, "z": zeta}
-    return mark(criterion, criterion.curve.share(zeta), reason, detail)
+    size, far = zeta, f"{zeta:.2g} standard uncertainties"
+    in_percent = criterion.curve.variable == "percent"
+    if in_percent:
+        size = 100 * abs(value / reference.inertia - 1)
+        far, detail = f"{size:.2g} %", {**detail, "percent": size}
+    held = f"{inertia_text(reference.inertia, reference.u or None)} ({reference.source})"
+    reason = f"{inertia_text(value, None if in_percent else u)}{undone} is {far} from {held}"
+    return mark(criterion, criterion.curve.share(size), reason, detail)
 
 
 def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
     assert evidence.reported is not None
+    if criterion.curve.variable == "stated":
+        stated = float(evidence.reported.u is not None)
+        reason = f'"{evidence.reported.text}" {"states" if stated else "does not state"} an uncertainty'
+        return mark(criterion, criterion.curve.share(stated), reason, {"stated": stated})
     if evidence.reported.u is None:
         return mark(criterion, 0.0, "no uncertainty is reported; write it behind the value: 4.4e-3 ± 0.1e-3 kg m^2", {})
     u = evidence.reported.u / abs(evidence.factor)
@@ -281,4 +313,6 @@ _JUDGES: dict[str, Callable[[Criterion, Evidence], Mark]] = {
     "uncertainty": _uncertainty,
     "units": _units,
     "constancy": _constancy,
+    "files": _files,
+    "manual": _manual,
 }

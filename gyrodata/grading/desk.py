@@ -2,25 +2,32 @@
 
 from __future__ import annotations
 
+import hashlib
+import re
 import zipfile
-from collections.abc import Callable, Collection, Iterable, Mapping
+import zlib
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
+from functools import cached_property
+from pathlib import Path, PurePosixPath
 
+from gyrodata.diagnostics import DESK_CANNOT_BE_READ
+from gyrodata.errors import InputError
 from gyrodata.grading.classroom import ClassGrades, GradingOptions, figure_path
-from gyrodata.grading.exports import Change, compare_tables, flags_csv, grades_document
+from gyrodata.grading.exports import TOTAL, Change, compare_tables, flags_csv, grades_document, read_table
 from gyrodata.grading.exports.class_page import class_page
-from gyrodata.grading.exports.gradebooks import Filled, fill_book
+from gyrodata.grading.exports.gradebooks import Filled, Ours, fill_book
 from gyrodata.grading.feedback import feedback_comment, feedback_html, feedback_markdown
 from gyrodata.grading.grade import Grade, not_graded
 from gyrodata.grading.journal import cannot_write, write_changed, write_whole
+from gyrodata.grading.ledger import DESK, NO_DESK, STALE, TODO, Desk, Offer, read_desk, same_value, todo_csv
 from gyrodata.grading.platforms import book_of
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission, Submissions
 from gyrodata.workers import Failed, in_workers
 
 FIGURES = "figures"
-TABLE, BEFORE = "grades.csv", "grades-before.csv"
+TABLE, PUBLISHED = "grades.csv", "published"
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,12 +37,16 @@ class Gradebooks:
     given: Mapping[str, tuple[bytes, str]]  # by platform: the sheet, and its name
     assignment: str | None = None  # column, where a sheet has several
 
-    def fill(self, grades: Collection[Grade], ids: Mapping[str, Mapping[str, str]]) -> dict[str, Filled]:
-        """Fill them; by the name of the file to be written."""
+    def fill(
+        self, grades: Collection[Grade], ids: Mapping[str, Mapping[str, str]], ours: Ours | None = None
+    ) -> dict[str, Filled]:
+        """Fill them; by the name of the file to be written. `ours`: As `fill_book` has it."""
         comments = {grade.student: feedback_comment(grade) for grade in grades} if self.given else {}
         filled = {}
         for lms, (data, name) in self.given.items():
-            sheet = fill_book(lms, data, name, grades, assignment=self.assignment, comments=comments, ids=ids)
+            sheet = fill_book(
+                lms, data, name, grades, assignment=self.assignment, comments=comments, ids=ids, ours=ours
+            )
             filled[book_of(lms).file] = sheet
         return filled
 
@@ -57,11 +68,134 @@ def changes_in(folder: Path, found: ClassGrades) -> tuple[Change, ...] | None:
     return () if before == found.table else compare_tables(before, found.table)
 
 
-def write_results(found: ClassGrades, folder: Path, filled: Mapping[str, Filled]) -> None:
-    """Write everything but the feedback; another table of grades that was there is kept."""
+def find_desk(folder: Path, students: Mapping[str, str], rubric: Rubric) -> Desk:
+    """Read the desk of a folder; raise with all its faults. `students`: As `read_desk` has it."""
+    try:
+        return read_desk((folder / DESK).read_bytes(), students, rubric)
+    except (FileNotFoundError, NotADirectoryError):
+        return NO_DESK
+    except OSError as error:
+        message = f'"{folder / DESK}" cannot be read: {error.strerror or error}'
+        raise InputError.of(DESK_CANNOT_BE_READ, message, "", DESK) from None
+
+
+class Published:
+    """The tables of grades that stood in a folder: each that was written here, and each that somebody changed.
+
+    They are kept by content: ``grades-DIGEST.csv``, and ``grades-DIGEST-by-hand-DIGEST.csv`` for one that was changed.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        try:
+            self.there = (folder / TABLE).read_bytes() if (folder / TABLE).is_file() else None
+            newest = folder / PUBLISHED / "newest.txt"
+            self.newest = newest.read_text("ascii", "replace").strip() if newest.is_file() else ""
+        except OSError as error:
+            raise cannot_write(folder, error) from None
+
+    def _path(self, *digests: str) -> Path:
+        return self.folder / PUBLISHED / f"grades-{'-by-hand-'.join(digests)}.csv"
+
+    @cached_property
+    def edited(self) -> bool:
+        """True where somebody changed the table that is there."""
+        return self.there is not None and not self._path(_digest(self.there)).is_file()
+
+    def ours(self, desk: Desk, students: Iterable[str]) -> Ours:
+        """Give the totals that each student ever had from here; None for one whose total the desk speaks of."""
+        tables = [read_table(_text(path.read_bytes())) or {} for path in self._paths(r"grades-\w+\.csv")]
+        return {
+            student: None
+            if desk.decides(student, TOTAL)
+            else {number for table in tables if (number := table.get(student, {}).get(TOTAL))}
+            for student in students
+        }
+
+    def _paths(self, pattern: str) -> list[Path]:
+        folder = self.folder / PUBLISHED
+        return sorted(path for path in folder.glob("grades-*.csv") if re.fullmatch(pattern, path.name))
+
+    def offers(self, found: ClassGrades) -> Iterator[Offer]:
+        """Give what somebody changed in a table, and neither the desk nor the new table has."""
+        now = read_table(found.table) or {}
+        points = {TOTAL, *(criterion.id for criterion in found.rubric.criteria)}
+        changed = [
+            (self._path(path.name.split("-")[1]), path.read_bytes())
+            for path in self._paths(r"grades-\w+-by-hand-\w+\.csv")
+        ]
+        if self.edited and self.there is not None and self.newest:
+            changed.append((self._path(self.newest), self.there))
+        for base, data in changed:
+            old = read_table(_text(base.read_bytes())) if base.is_file() else None
+            for student, row in (read_table(_text(data)) or {}).items() if old is not None else ():
+                for column, value in row.items():
+                    before = (old or {}).get(student, {})
+                    what = column if column in points else "comment" if column not in before else None
+                    told = (before.get(column, ""), now.get(student, {}).get(column, ""))
+                    if what and value and student in found.names and not any(same_value(value, one) for one in told):
+                        yield Offer(student, what, value, f"{column} was set by hand in {TABLE}")
+
+    def keep(self, table: bytes) -> None:
+        """Keep the table that is there, where somebody changed it, and the one that is to be written."""
+        if self.edited and self.there is not None:
+            write_changed(self._path(*filter(None, (self.newest or "0", _digest(self.there)))), self.there)
+        write_changed(self._path(_digest(table)), table)
+        write_changed(self.folder / PUBLISHED / "newest.txt", f"{_digest(table)}\n".encode())
+
+
+def _digest(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()[:12]
+
+
+def _text(data: bytes) -> str:
+    return data.decode("utf-8-sig", "replace")
+
+
+def _offers(found: ClassGrades, published: Published, filled: Mapping[str, Filled]) -> list[Offer]:
+    """List what waits for a person, without what the desk speaks of."""
+    offers = list(published.offers(found))
+    for sheet in filled.values():
+        offers += [Offer(student, TOTAL, value, "stands in the gradebook") for student, value in sheet.by_hand]
+    for grade in found.grades:
+        offers += [
+            Offer(grade.student, mark.criterion, "", mark.reason)
+            for mark in grade.marks
+            if mark.waits and grade.status in ("so far", "not graded")
+        ]
+        if grade.why is not None:
+            missing = grade.own and grade.reported_inertia is None
+            offers.append(Offer(grade.student, "reported" if missing else TOTAL, "", grade.why))
+        offers += [Offer(grade.student, TOTAL, "", look) for look in grade.look]
+        for flag in found.flags_of.get(grade.student, ()):
+            others = [other for other in flag.students if other != grade.student]
+            told = f"flag: {flag.kind}: {flag.evidence}"
+            offers += [Offer(grade.student, "partner", other, told) for other in others]
+            offers += [] if others else [Offer(grade.student, "hold", "", told)]
+    waiting = (one for one in offers if one.why.startswith(STALE) or not found.desk.decides(one.student, one.what))
+    return sorted(dict.fromkeys(waiting), key=lambda one: (one.student, one.what, one.value, one.why))
+
+
+def _files_of(found: ClassGrades) -> Callable[[str], str]:
+    """Name the files of a student beside the log, or the log where there is no other."""
+    items = {item.student: item for item in found.submissions.items}
+
+    def files(student: str) -> str:
+        item = items[student]
+        others = [name for name in item.members if name != item.log_name] or item.members
+        return ", ".join(PurePosixPath(name).name for name in others)
+
+    return files
+
+
+def write_results(found: ClassGrades, folder: Path, filled: Mapping[str, Filled]) -> int:
+    """Write everything but the feedback, a table that somebody changed kept; count the lines that wait for a person."""
     names = feedback_names(found)
-    _keep_before(folder, found.table.encode("utf-8", "replace"))
+    published = Published(folder)
+    offers = _offers(found, published, filled)
+    published.keep(found.table.encode("utf-8", "replace"))
     texts: dict[str, Iterable[str]] = {
+        TODO: [todo_csv(offers, found.names, _files_of(found))],
         TABLE: [found.table],
         "flags.csv": [flags_csv(found.flags)],
         "class.html": class_page(found, lambda student: f"{FOLDER}/{names[student]}.html"),
@@ -71,16 +205,7 @@ def write_results(found: ClassGrades, folder: Path, filled: Mapping[str, Filled]
         write_whole(folder / name, (part.encode("utf-8", "replace") for part in parts))
     for name, sheet in filled.items():
         write_whole(folder / name, [sheet.data])
-
-
-def _keep_before(folder: Path, table: bytes) -> None:
-    """Keep a table that somebody may have worked in."""
-    path = folder / TABLE
-    try:
-        if path.is_file() and path.read_bytes() != table:
-            path.replace(folder / BEFORE)
-    except OSError as error:
-        raise cannot_write(folder, error) from None
+    return len(offers)
 
 
 # --- the feedback of a class, in files named so that the platform takes them, and a zip of all --------------
@@ -132,7 +257,7 @@ def feedback_names(found: ClassGrades) -> dict[str, str]:
 def write_feedback(
     found: ClassGrades, folder: Path, options: GradingOptions, progress: Callable[[int], None] | None = None
 ) -> tuple[str, ...]:
-    """Write the feedback of a class into a folder and a zip; say whose could not be written, and why."""
+    """Write the feedback of a class into a folder and a zip; say what could not be written, and what was changed."""
     names = feedback_names(found)
     figures = found.figures if options.figures is not None else {}
     tasks = (
@@ -141,19 +266,34 @@ def write_feedback(
     )
     lost: list[str] = []
     written: list[str] = []
+    before = _written_before(folder / ARCHIVE)
     work, preload = _Work(options.figures), ["gyrodata.grading.grade"]
-    for task, answer in in_workers(work, tasks, options.workers, options.limit, preload):
+    for done, (task, answer) in enumerate(in_workers(work, tasks, options.workers, options.limit, preload), 1):
         if isinstance(answer, Failed):
             lost.append(f"no feedback for {task.grade.name}: {answer.why}")
         else:
             name = names[task.grade.student]
             for ending, text in zip(ENDINGS, answer, strict=True):
-                write_changed(folder / FOLDER / f"{name}{ending}", text.encode("utf-8", "replace"))
+                page = f"{name}{ending}"
+                old = write_changed(folder / FOLDER / page, text.encode("utf-8", "replace"))
+                if old is not None and before and zlib.crc32(old) != before.get(page):
+                    kept = f"{PUBLISHED}/{FOLDER}/{name}-{_digest(old)}{ending}"
+                    write_whole(folder / kept, [old])
+                    lost.append(f"{FOLDER}/{page} was changed by hand; what it was is kept as {kept}")
             written.append(name)
         if progress is not None:
-            progress(len(written) + len(lost))
+            progress(done)
     _write_archive(folder, sorted(written))
     return tuple(sorted(lost))
+
+
+def _written_before(archive: Path) -> dict[str, int]:
+    """Give the checksum of each page as it was written last, by name; empty where nothing tells."""
+    try:
+        with zipfile.ZipFile(archive) as pages:
+            return {page.filename: page.CRC for page in pages.infolist()}
+    except (OSError, zipfile.BadZipFile):
+        return {}
 
 
 def _write_archive(folder: Path, names: list[str]) -> None:

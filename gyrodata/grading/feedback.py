@@ -6,6 +6,7 @@ import base64
 import re
 import unicodedata
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -53,9 +54,9 @@ def feedback_html(
 
 def feedback_comment(grade: Grade) -> str:
     """Write the feedback for one student in a few lines of plain text, for the comment field of a gradebook."""
-    if grade.status != "graded":
-        return f"Not graded yet; nothing is lost, and somebody will look at it. {_sentence(grade.why)}"
-    lines = [f"{points_text(grade.points)} of {points_text(grade.out_of)} points."]
+    if grade.points is None:
+        return "\n".join([f"{_verdict(grade)} {_sentence(grade.why or '')}".strip(), *_hands(grade)])
+    lines = [_verdict(grade), *_hands(grade)]
     lines += [f"A slip to look for: {_sentence(slip.words)} To check: {_sentence(slip.check)}" for slip in grade.slips]
     lines += [
         f"{_plain(one.title)}: {points_text(one.points)} of {points_text(one.out_of)}. {_sentence(one.reason)}"
@@ -66,6 +67,29 @@ def feedback_comment(grade: Grade) -> str:
         taken = f" {points_text(grade.late_deduction)} points were taken off for it." if grade.late_deduction else ""
         lines.append(f"{_sentence(grade.late_reason)}{taken}")
     return "\n".join(lines)
+
+
+def _verdict(grade: Grade) -> str:
+    """Say in one line what a grade came to."""
+    got = f"{points_text(grade.points)} of {points_text(grade.out_of)} points"
+    if grade.status == "so far":
+        waits = ", ".join(f"{_plain(one.title)} ({points_text(one.out_of)})" for one in grade.marks if one.waits)
+        return f"{got} so far; to come: {waits}."
+    if grade.status == "not graded":
+        return "Not graded yet; nothing is lost, and somebody will look at it."
+    return {"graded": f"{got}.", "on hold": "Your grade is on hold.", "excused": "You are excused."}[grade.status]
+
+
+def _hands(grade: Grade) -> list[str]:
+    """Say what a person decided, but for the criteria, whose rows say it, and what is between other people."""
+    told = []
+    for one in grade.by_hand:
+        if one.what == "comment":
+            told.append(f"{_sentence(one.value)} {f'({_plain(one.by)})' if one.by else ''}".strip())
+        elif one.what in ("total", "reported", "station", "excuse"):
+            head = f"{one.what.replace('reported', 'I_zz')} given by hand: {one.value}"
+            told.append(_sentence(f"{head} – {one.told}" if one.value and one.told else f"{head}{one.told}"))
+    return told
 
 
 @lru_cache(maxsize=1)
@@ -89,6 +113,9 @@ def environment() -> Environment:
 
 def _content(grade: Grade) -> dict[str, Any]:
     """What the templates need besides the grade: the functions that write its numbers."""
+    if grade.status in ("on hold", "excused"):
+        # No points are given, and none are shown.
+        grade = replace(grade, marks=(), slips=(), own={}, diagnostics=(), late_reason="")
     own = [
         {
             "words": fit_words(name),
@@ -108,6 +135,9 @@ def _content(grade: Grade) -> dict[str, Any]:
         "ratio": "" if grade.ratio is None else factor_text(grade.ratio),
         "slip_cost": _slip_cost(grade),
         "lead": _lead(grade),
+        "verdict": _verdict(grade),
+        "hands": _hands(grade),
+        "judged": any(one.points is not None for one in grade.marks),
     }
 
 
@@ -133,6 +163,8 @@ def _slip_cost(grade: Grade) -> float | None:
 def _lead(grade: Grade) -> str:
     """One warm line that is true of these marks."""
     short = [one for one in grade.marks if one.points is not None and one.points < one.out_of]
+    if any(one.what == "total" for one in grade.by_hand):
+        return "A person has set the total."
     if not short:
         return "All of it holds: your log, your value and its uncertainty. Well done."
     if grade.slips:

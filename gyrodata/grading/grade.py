@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import PurePosixPath
 from sys import intern
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from gyrodata.analysis import analyze_readings
 from gyrodata.diagnostics import OUTLIER_BEFORE_LEAVING
@@ -32,7 +32,30 @@ if TYPE_CHECKING:
 
 FAR = 3.0  # a report farther than this from every accepted fit [u], and explained by no known slip, is worth a look
 
+PICTURES = (".png", ".jpg", ".jpeg", ".gif", ".svg", ".webp", ".heic", ".tif", ".tiff", ".pdf")  # may hold a plot
+
 HUGE = 1e30  # a number above this, or below one over it, is no report [kg*m^2]
+
+
+Status = Literal["graded", "so far", "on hold", "excused", "not graded"]
+
+
+class Decision(NamedTuple):
+    """What a person decided about one student by hand."""
+
+    what: str  # id of a criterion, or one of `ledger.WORDS`
+    value: str  # as written
+    by: str
+    why: str
+
+    @property
+    def told(self) -> str:
+        """Why, and who says so."""
+        return f"{self.why} ({self.by})".lstrip() if self.by else self.why
+
+    def __str__(self) -> str:
+        head = f"{self.what} {self.value}".rstrip()
+        return f"{head}{':' if self.why else ''} {self.told}".rstrip()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,14 +64,15 @@ class Grade:
 
     student: str
     name: str
-    status: Literal["graded", "not graded"] = "not graded"
+    status: Status = "not graded"  # "so far": some marks wait for a person
     why: str | None = None  # why it is not graded; None if it is
-    points: float | None = None  # what counts, lateness taken off, two decimals; None where it is not graded
+    points: float | None = None  # what counts, lateness taken off, two decimals; None where nothing counts yet
     out_of: float
     marks: tuple[Mark, ...] = ()  # one for each criterion, in the rubric's order
     slips: tuple[Slip, ...] = ()  # known slips that explain the report, the likeliest first
     look: tuple[str, ...] = ()  # what a person should look at though it is graded
     station: str | None = None
+    section: str = ""  # of the roster
     reported: Mapping[str, float | str | None]
     """"text", "value" and "u" [kg*m^2], "line"; empty where nothing is reported."""
     own: Mapping[str, Mapping[str, float | None]]
@@ -64,9 +88,10 @@ class Grade:
     late_deduction: float  # [points]
     late_reason: str
     diagnostics: tuple[Mapping[str, Any], ...] = ()  # what was found in the log, as `Diagnostic.to_dict` has it
+    by_hand: tuple[Decision, ...] = ()  # what a person decided, in the order of the desk
     title: str  # of the rubric
     rubric: str  # digest of the rubric
-    digest: str  # of the submission
+    digest: str  # of the submission, and of what was decided by hand
     fingerprint: Fingerprint | None = None
     """What is kept of the log to compare it with others; None where it cannot be analysed."""
 
@@ -89,6 +114,7 @@ class Grade:
         out["marks"] = [{name: getattr(one, name) for name in Mark.__slots__} for one in self.marks]
         out["slips"] = [{name: getattr(one, name) for name in Slip.__slots__} for one in self.slips]
         out["look"] = list(self.look)
+        out["by_hand"] = [one._asdict() for one in self.by_hand]
         out["diagnostics"] = [dict(one) for one in self.diagnostics]
         out["fingerprint"] = None if self.fingerprint is None else self.fingerprint.to_dict()
         return out
@@ -101,6 +127,7 @@ class Grade:
         fields["marks"] = tuple(Mark(**one) for one in fields["marks"])
         fields["slips"] = tuple(Slip(**one) for one in fields["slips"])
         fields["look"] = tuple(fields["look"])
+        fields["by_hand"] = tuple(Decision(**one) for one in fields.get("by_hand", ()))
         fields["diagnostics"] = tuple(fields["diagnostics"])
         fields["fingerprint"] = None if fields["fingerprint"] is None else Fingerprint.from_dict(fields["fingerprint"])
         return cls(**fields)
@@ -111,12 +138,12 @@ def one_copy(table: dict[str, Any]) -> dict[str, Any]:
     return {intern(key): intern(value) if type(value) is str else value for key, value in table.items()}
 
 
-def grade_submission(submission: Submission, rubric: Rubric) -> Grade:
+def grade_submission(submission: Submission, rubric: Rubric, reported: str | None = None) -> Grade:
     """Grade one student.
 
-    `rubric`: What is judged. Where the class is the reference, a "reference" mark has no points until `settle`. Gives:
-    Status "not graded", and no points, where the log cannot be read or analysed, or a criterion cannot be judged. Bad
-    data never raise.
+    `rubric`: What is judged. Where the class is the reference, a "reference" mark has no points until `settle`.
+    `reported`: I_zz typed in by a person, instead of what was handed in. Gives: Status "not graded", and no points,
+    where the log cannot be read or analysed, or a criterion cannot be judged. Bad data never raise.
     """
     blank = _blank(submission, rubric)
     if submission.problem is not None:
@@ -126,6 +153,8 @@ def grade_submission(submission: Submission, rubric: Rubric) -> Grade:
             submission.log(), name=PurePosixPath(submission.log_file or submission.log_name or "log").name
         )
         answers = read_answers(readings, submission.answers(), submission.reports())
+        if reported is not None:
+            answers = replace(answers, inertia=read_reported("inertia", reported))
         analysis = analyze_readings(readings, whole=False)
         lacks = check_procedure(readings, analysis) if any(criterion.asks for criterion in rubric.criteria) else ()
     except GyroError as error:
@@ -136,7 +165,7 @@ def grade_submission(submission: Submission, rubric: Rubric) -> Grade:
     except (ArithmeticError, ValueError) as error:
         # Numbers on which the analysis itself breaks are no reason to lose the class, nor to give this one a zero.
         return _without_marks(blank, rubric, f"the analysis broke on these numbers ({type(error).__name__}: {error})")
-    evidence = _gather(analysis, lacks, answers, rubric)
+    evidence = _gather(analysis, lacks, answers, rubric, submission.members)
     marks = tuple(judge(criterion, evidence) for criterion in rubric.criteria)
     grade = replace(
         blank,
@@ -153,9 +182,7 @@ def grade_submission(submission: Submission, rubric: Rubric) -> Grade:
         diagnostics=_as_dicts((*analysis.diagnostics, *_asked_for(lacks, rubric), *answers.diagnostics)),
         fingerprint=fingerprint(readings, analysis.measurements),
     )
-    if rubric.class_reference:
-        return _added_up(grade)
-    return _with_reference(grade, rubric, rubric.reference_for(grade.station))
+    return added_up(grade) if rubric.class_reference else settle_one(grade, rubric, rubric.references)
 
 
 def settle(grades: Iterable[Grade], rubric: Rubric) -> tuple[Grade, ...]:
@@ -170,10 +197,16 @@ def settle(grades: Iterable[Grade], rubric: Rubric) -> tuple[Grade, ...]:
 
 
 def settle_one(grade: Grade, rubric: Rubric, references: Mapping[str, Reference]) -> Grade:
-    """Give one student the points that wait for the whole class."""
-    if not rubric.class_reference:
+    """Judge what waits for a reference, and add up anew."""
+    if not grade.own:
         return grade
-    return _with_reference(grade, rubric, references.get(grade.station or "all") or references.get("all"))
+    reference = references.get(grade.station or "all") or references.get("all")
+    marks = tuple(
+        judge_reference(criterion, one, reference) if criterion.check == "reference" else one
+        for criterion, one in zip(rubric.criteria, grade.marks, strict=True)
+    )
+    zeta = next((one.detail["z"] for one in marks if "z" in one.detail), None)
+    return added_up(replace(grade, marks=marks, zeta=zeta if isinstance(zeta, float) else None))
 
 
 def references_of(grades: Iterable[Grade], rubric: Rubric) -> Mapping[str, Reference]:
@@ -190,25 +223,15 @@ def not_graded(submission: Submission, rubric: Rubric, why: str) -> Grade:
     return _without_marks(_blank(submission, rubric), rubric, why)
 
 
-def _with_reference(grade: Grade, rubric: Rubric, reference: Reference | None) -> Grade:
-    """Judge what waits for a reference, and add up anew."""
-    if not grade.own:
-        return grade
-    marks = tuple(
-        judge_reference(criterion, one, reference) if criterion.check == "reference" else one
-        for criterion, one in zip(rubric.criteria, grade.marks, strict=True)
-    )
-    zeta = next((one.detail["z"] for one in marks if "z" in one.detail), None)
-    return _added_up(replace(grade, marks=marks, zeta=zeta if isinstance(zeta, float) else None))
-
-
-def _added_up(grade: Grade) -> Grade:
-    """Sum the points, or say why there is no sum."""
-    reasons = dict.fromkeys(one.reason for one in grade.marks if one.points is None)
+def added_up(grade: Grade) -> Grade:
+    """Sum the points, or say why there is no sum; marks that wait for a person leave a sum so far."""
+    open_marks = [one for one in grade.marks if one.points is None]
+    reasons = dict.fromkeys(one.reason for one in open_marks if not one.waits)
     if reasons:
-        return replace(grade, status="not graded", why="; ".join(reasons), points=None)
+        return replace(grade, status="not graded", why="; ".join(reasons) if grade.own else grade.why, points=None)
     total = sum(one.points or 0.0 for one in grade.marks) - grade.late_deduction
-    return replace(grade, status="graded", why=None, points=round(max(0.0, total), 2))
+    status: Status = "so far" if open_marks else "graded"
+    return replace(grade, status=status, why=None, points=round(max(0.0, total), 2))
 
 
 def points_text(points: float | None) -> str:
@@ -224,7 +247,9 @@ def two_decimals(points: float | None) -> str:
 # --- what there is to judge ---------------------------------------------------------------------------------
 
 
-def _gather(analysis: Analysis, lacks: tuple[Diagnostic, ...], answers: Answers, rubric: Rubric) -> Evidence:
+def _gather(
+    analysis: Analysis, lacks: tuple[Diagnostic, ...], answers: Answers, rubric: Rubric, files: tuple[str, ...]
+) -> Evidence:
     """Hold the report against the student's own runs."""
     own = own_runs(analysis, rubric.accept)
     values = own.values()
@@ -237,6 +262,8 @@ def _gather(analysis: Analysis, lacks: tuple[Diagnostic, ...], answers: Answers,
         absent=_absent_words(reported),
         absent_is_zero=answers.inertia is None and rubric.no_report == "zero",
         yardstick=own.yardstick,
+        carries=any(criterion.check == "own_data" for criterion in rubric.criteria),
+        pictures=sum(name.lower().endswith(PICTURES) for name in files),
     )
     if reported is None or reported.value is None:
         return evidence

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -31,6 +31,7 @@ class Basis(NamedTuple):
     rubric: str  # digest of all in the rubric but its references
     reference: str  # digest of all in it
     tool: str  # version of gyrodata
+    desk: str = ""  # what a person typed in for what was handed in
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +44,8 @@ class Entry:
     """Why the run itself lost it (a time limit, a process that died), so that it is tried again; "" for a grade that
     holds."""
     figures: Mapping[str, str]  # what each figure that was drawn shows, in words, by its name
+    seen: Mapping[str, str] = field(default_factory=dict)
+    """Digest of the submission that each line of the desk was written for."""
 
     def to_line(self) -> str:
         """Write it as one line of JSON."""
@@ -52,19 +55,21 @@ class Entry:
             **self.basis._asdict(),
             "lost": self.lost,
             "figures": dict(self.figures),
+            "seen": dict(self.seen),
             "grade": self.grade.to_dict(),
         }
         return json.dumps(content, allow_nan=False, separators=(",", ":")) + "\n"
 
 
-def bases_of(items: Iterable[Submission], rubric: Rubric) -> dict[str, Basis]:
-    """Say what each grade of a class rests on."""
+def bases_of(items: Iterable[Submission], rubric: Rubric, reported: Mapping[str, str]) -> dict[str, Basis]:
+    """Say what each grade of a class rests on; `reported`: values that a person typed in, by student."""
     judged = replace(rubric, references={}, class_reference=False).digest
+    counts_files = any(criterion.check == "files" for criterion in rubric.criteria)
     bases = {}
     for item in items:
-        told = repr((item.digest, item.name, sorted(item.ids.items())))
+        told = repr((item.digest, item.name, sorted(item.ids.items()), *(item.members if counts_files else ())))
         handed_in = hashlib.sha256(told.encode("utf-8", "replace")).hexdigest()
-        bases[item.student] = Basis(handed_in, judged, rubric.digest, __version__)
+        bases[item.student] = Basis(handed_in, judged, rubric.digest, __version__, reported.get(item.student, ""))
     return bases
 
 
@@ -78,6 +83,8 @@ def why_again(before: Entry | None, basis: Basis) -> str:
         return "the rubric changed"
     if before.basis.reference != basis.reference:
         return "the reference changed"
+    if before.basis.desk != basis.desk:
+        return "the desk changed"
     if before.basis.tool != basis.tool:
         return f"gyrodata changed from {before.basis.tool} to {basis.tool}"
     return f"lost last time: {before.lost}" if before.lost else ""
@@ -142,20 +149,26 @@ def _parse(line: bytes) -> Entry | None:
         content: dict[str, Any] = json.loads(line, object_hook=one_copy)
         if content["schema"] != SCHEMA:
             return None
-        basis = Basis(*(content[field] for field in Basis._fields))
-        return Entry(basis, Grade.from_dict(content["grade"]), content["lost"], content["figures"])
+        basis = Basis(**{name: content[name] for name in Basis._fields[:-1]}, desk=content.get("desk", ""))
+        grade = Grade.from_dict(content["grade"])
+        return Entry(basis, grade, content["lost"], content["figures"], content.get("seen", {}))
     except (ValueError, KeyError, TypeError, AttributeError):
         return None
 
 
-def write_changed(path: Path, data: bytes) -> None:
-    """Write a file, whole or not at all, unless it is so already: to look costs a tenth of writing over a file."""
+def write_changed(path: Path, data: bytes) -> bytes | None:
+    """Write a file, whole or not at all, unless it is so already: to look costs a tenth of writing over a file.
+
+    Gives: What stood there instead; None for nothing, or the same.
+    """
     try:
-        if path.read_bytes() == data:
-            return
+        before = path.read_bytes()
     except OSError:
-        pass  # not there, or worse: writing tells
+        before = None  # not there, or worse: writing tells
+    if before == data:
+        return None
     write_whole(path, [data])
+    return before
 
 
 def write_whole(path: Path, parts: Iterable[bytes]) -> None:

@@ -35,7 +35,7 @@ from gyrodata.grading.yardsticks import FIT_WORDS, Reference, read_references
 from gyrodata.quantities import parse_quantity
 from gyrodata.units import UnitError
 
-Check = Literal["log", "procedure", "own_data", "reference", "uncertainty", "units", "constancy"]
+Check = Literal["log", "procedure", "own_data", "reference", "uncertainty", "units", "constancy", "files", "manual"]
 
 
 class Kind(NamedTuple):
@@ -51,11 +51,15 @@ class Kind(NamedTuple):
 KINDS: dict[str, Kind] = {
     "log": Kind("The log can be read", ("warnings",), "warnings <= 0", "warnings >= 4"),
     "procedure": Kind("The procedure is complete", ("missing",), "missing <= 0", "missing >= 3"),
-    "own_data": Kind("I_zz follows from your own runs", ("d",), "d <= 0.3", "d >= 3", True),
-    "reference": Kind("I_zz agrees with the reference", ("z",), "z <= 2", "z >= 5", True),
-    "uncertainty": Kind("The uncertainty is realistic", ("ratio",), "ratio in 0.5..2", "ratio outside 0.2..5", True),
+    "own_data": Kind("I_zz follows from your own runs", ("d", "percent"), "d <= 0.3", "d >= 3", True),
+    "reference": Kind("I_zz agrees with the reference", ("z", "percent"), "z <= 2", "z >= 5", True),
+    "uncertainty": Kind(
+        "The uncertainty is realistic", ("ratio", "stated"), "ratio in 0.5..2", "ratio outside 0.2..5", True
+    ),
     "units": Kind("Unit and digits", ("faults",), "faults <= 0", "faults >= 2", True),
     "constancy": Kind("φ̇ψ̇ is constant for each torque", ("p", "spread"), "p >= 0.001", "p <= 0.000001"),
+    "files": Kind("A plot is handed in", ("files",), "files >= 1", "files <= 0"),
+    "manual": Kind("Judged by a person", (), "", ""),
 }
 
 MEANINGS = {
@@ -63,6 +67,9 @@ MEANINGS = {
     "missing": "the number of things that are missing",
     "d": "the distance from the nearest fit of your own runs, in units of its u",
     "z": "the distance from the reference, in standard uncertainties",
+    "percent": "the distance in percent",
+    "stated": "1 if an uncertainty is stated, else 0",
+    "files": "the number of pictures and PDFs beside the log",
     "ratio": "your u over that of your fits",
     "faults": "the number of faults",
     "p": "the chance of such a scatter",
@@ -120,18 +127,15 @@ class Rubric:
         content = {key: value for key, value in asdict(self).items() if key != "name"}
         return hashlib.sha256(json.dumps(content, sort_keys=True, default=_as_text).encode()).hexdigest()
 
-    def reference_for(self, station: str | None) -> Reference | None:
-        """Give the reference that the rubric states for a station, None where it has none."""
-        return self.references.get(station or "all") or self.references.get("all")
-
 
 def _as_text(value: object) -> str:
     return value.isoformat() if isinstance(value, dt.datetime) else str(value)
 
 
-def default_rubric_text() -> str:
-    """Give the built-in rubric as its author wrote it, with remarks."""
-    return files("gyrodata.grading").joinpath("rubric.toml").read_text("utf-8")
+def default_rubric_text(kind: Literal["simple", "full", "manual"] = "full") -> str:
+    """Give a rubric to begin with as its author wrote it, with remarks; "full" is the built-in one."""
+    name = "rubric.toml" if kind == "full" else f"rubric-{kind}.toml"
+    return files("gyrodata.grading").joinpath(name).read_text("utf-8")
 
 
 def default_rubric() -> Rubric:
@@ -146,13 +150,16 @@ def read_rubric(data: bytes, name: str = "rubric.toml") -> Rubric:
     if schema not in (None, 1.0):
         top.wrong("schema", f"schema {schema:g} is not known to this version", "write schema = 1")
     title = top.text("title", '"Gyroscope lab"') or "Gyroscope lab"
-    points = top.number("points", "20", required=True) or 0.0
+    points = top.number("points", "20", required=True)
     accept = top.choices("accept", ACCEPTED, ACCEPTED)
     no_report = top.choice("no_report", ("look", "zero"), "look")
     criteria = _criteria(top)
-    total = math.fsum(criterion.points for criterion in criteria)
-    if criteria and abs(total - points) > 1e-9 and "points" in top.values:
-        parts = " + ".join(f"{criterion.points:g}" for criterion in criteria)
+    # A criterion that has another fault counts, and nothing is said of a sum that cannot be made.
+    stated = [table.values.get("points") for table in top.tables("criterion")]
+    each = [float(one) for one in stated if isinstance(one, int | float) and not isinstance(one, bool)]
+    total = math.fsum(each)
+    if each and len(each) == len(stated) and points is not None and abs(total - points) > 1e-9:
+        parts = " + ".join(f"{one:g}" for one in each)
         hint = f"write points = {total:g}, or change the points of a criterion"
         top.wrong(
             "points",
@@ -160,7 +167,7 @@ def read_rubric(data: bytes, name: str = "rubric.toml") -> Rubric:
             hint,
             RUBRIC_POINTS_DO_NOT_ADD_UP,
         )
-    late = read_late(top, points)
+    late = read_late(top, points or 0.0)
     references, from_class = read_references(top)
     asked = next((c for c in criteria if c.check == "reference"), None)
     if asked and not references and not from_class and "reference" not in top.values:
@@ -173,7 +180,7 @@ def read_rubric(data: bytes, name: str = "rubric.toml") -> Rubric:
     return Rubric(
         name=name,
         title=title,
-        points=points,
+        points=points or 0.0,
         accept=accept,
         no_report="zero" if no_report == "zero" else "look",
         criteria=criteria,
@@ -206,7 +213,7 @@ def _criterion(table: Table) -> Criterion | None:
     check = table.text("check", " or ".join(f'"{kind}"' for kind in KINDS), required=True)
     if check is not None and check not in KINDS:
         table.wrong("check", f'there is no check "{check}"', nearest(check, tuple(KINDS)), CRITERION_KIND_UNKNOWN)
-        return None
+        check = None
     name = table.text("id", f'"{check or "log"}"', required=True)
     points = table.number("points", "2", required=True)
     if check is None:
@@ -214,7 +221,7 @@ def _criterion(table: Table) -> Criterion | None:
         table.done()
         return None
     title = table.text("title", f'"{KINDS[check].title}"') or KINDS[check].title
-    curve, told = _curve(table, check)
+    curve, told = _curve(table, check) if KINDS[check].variables else (Curve("", (0.0, 0.0), (0.0, 0.0)), "")
     slip = 0.0
     gate = None
     if check == "own_data":

@@ -254,12 +254,13 @@ class Spot(NamedTuple):
 
 
 def find_places(text: str) -> dict[Path, Spot]:
-    """Find every table and key of a TOML file; of an inline table the table, not its keys."""
+    """Find every table and key of a TOML file; of an inline table the table, not its keys, but in a list of them."""
     places: dict[Path, Spot] = {}
     count: dict[Path, int] = {}
     table: Path = ()
     closing, depth = "", 0
-    for number, line in enumerate(text.split("\n"), 1):
+    lines = text.split("\n")
+    for number, line in enumerate(lines, 1):
         if closing or depth:
             closing, depth = _inside(line, closing, depth)
             continue
@@ -276,7 +277,29 @@ def find_places(text: str) -> dict[Path, Spot]:
             for length in range(1, len(parts) + 1):
                 places.setdefault((*table, *parts[:length]), spot)
             closing, depth = _inside(line[key.end() :], closing, depth)
+            if line[key.end() :].lstrip().startswith("["):
+                _find_elements((*table, *parts), lines, number, key.end(), places)
     return places
+
+
+_ELEMENT = re.compile(r"\"(?:\\.|[^\"\\])*\"|'[^']*'|#.*|[\[\]{}]|([\w-]+)\s*=")
+
+
+def _find_elements(path: Path, lines: list[str], number: int, start: int, places: dict[Path, Spot]) -> None:
+    """Find the tables of a list, and their keys, from a place in a line on."""
+    depth, index = 0, -1
+    for at, line in enumerate(lines[number - 1 :], number):
+        for token in _ELEMENT.finditer(line, start):
+            spot = Spot(at, token.start() + 1, len(token[1] or token[0]))
+            depth += (token[0] in "[{") - (token[0] in "]}")
+            if token[0] == "{" and depth == 2:
+                index += 1
+                places[*path, index] = spot
+            elif token[1] and depth == 2 and index >= 0:
+                places[*path, index, token[1]] = spot
+            elif depth == 0:
+                return
+        start = 0
 
 
 def _split(dotted: str) -> Path:

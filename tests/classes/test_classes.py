@@ -29,6 +29,8 @@ HOLDS = [
     (18, ["slips: kinds named right", "slips: logs named wrongly"]),
     (25, ["D every time changed: found", "D other copies: found", "D beside copies: false flags"]),
     (20, ["D honest, nominal spins too: false flags"]),
+    (20, [name for name in CELLS if name.startswith("desk: ")]),
+    (20, ["rubric in ten lines: points right"]),
 ]
 """Cells of one class each, and its size; a cell that comes to hold is one more name here."""
 

@@ -51,7 +51,7 @@ def first_alone(mark: Path) -> Callable[[str], str]:
     return work
 
 
-def grade(submission: Submission, rubric: Rubric) -> Grade:
+def grade(submission: Submission, rubric: Rubric, reported: str | None = None) -> Grade:
     """Grade as always, but for students whose key says what goes wrong."""
     what = submission.student.rstrip("0123456789")
     if what in ("hang", "exit", "kill", "memory", "raise"):
@@ -61,7 +61,7 @@ def grade(submission: Submission, rubric: Rubric) -> Grade:
     return grade_submission(submission, rubric)
 
 
-def quick(submission: Submission, rubric: Rubric) -> Grade:
+def quick(submission: Submission, rubric: Rubric, reported: str | None = None) -> Grade:
     """Grade in no time: what another student got, with times that are nobody else's."""
     grade = _another()
     assert grade.fingerprint is not None
@@ -77,6 +77,6 @@ def _another() -> Grade:
     return Grade.from_dict(json.loads(text))
 
 
-def fail(submission: Submission, rubric: Rubric) -> Grade:
+def fail(submission: Submission, rubric: Rubric, reported: str | None = None) -> Grade:
     """Never called where every grade is known."""
     raise AssertionError(submission.student)

@@ -52,8 +52,8 @@ def a_grade(student: str, points: Sequence[float | None] = (2.0, 4.5, 11.0), **f
     values: dict[str, object] = {
         "student": student, "name": student.title(), "status": "graded" if graded else "not graded", "points": total,
         "out_of": 20.0, "why": None if graded else "the log cannot be read", "marks": marks, "slips": (), "look": (),
-        "reported": {}, "own": {}, "late_deduction": 0.0, "late_reason": "", "diagnostics": (), "title": "Lab",
-        "rubric": "r", "digest": "d",
+        "reported": {}, "own": {}, "late_deduction": 0.0, "late_reason": "", "diagnostics": (), "by_hand": (),
+        "title": "Lab", "rubric": "r", "digest": "d",
     }  # fmt: skip
     return made(Grade, **(values | fields))
 

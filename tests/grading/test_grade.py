@@ -105,6 +105,48 @@ class TestAGoodReport:
         assert grade(rows.log(reported_line(1e7 * value, 1e7 * u, unit=" g cm^2"))).points == 20
 
 
+PLAIN = """schema = 1
+points = 10
+criterion = [
+  { id = "own", check = "own_data", points = 4, full = "percent <= 2", zero = "percent >= 6" },
+  { id = "reference", check = "reference", points = 3, full = "percent <= 5", zero = "percent >= 15" },
+  { id = "u", check = "uncertainty", points = 2, full = "stated >= 1", zero = "stated <= 0" },
+  { id = "plot", check = "files", points = 1 },
+]
+[reference.all]
+inertia = "4.44e-3 kg m^2"
+u = "1 %"
+"""
+
+
+class TestAPlainRubric:
+    def test_percent_stated_and_files_are_counted(self, grade: Grader, rows: Sheet) -> None:
+        rubric = read_rubric(PLAIN.encode())
+        value, u = RIGHT.inertia(rows, "through_origin")
+        assert points(grade(report(rows), rubric, members=("lab.csv", "Plot.PNG"))) == {
+            "own": 4, "reference": 3, "u": 2, "plot": 1,
+        }  # fmt: skip
+        found = grade(rows.log(f"# reported_inertia: {1.1 * 4.44e-3:.6e} kg m^2"), rubric, members=("lab.csv",))
+        assert points(found) == {"own": 0, "reference": 1.5, "u": 0, "plot": 0}
+        assert "10 % from" in next(mark.reason for mark in found.marks if mark.criterion == "reference")
+        beside = grade(rows.log(reported_line(1.04 * value, u)), replace(rubric, accept=("through_origin",)))
+        assert points(beside)["own"] == pytest.approx(2, abs=0.1)
+
+    def test_a_slip_is_undone_for_the_reference_only_where_it_is_charged_for(self, grade: Grader, rows: Sheet) -> None:
+        slipped = report(rows, SLIPS["rpm_as_rad_s"])
+        rubric = read_rubric(PLAIN.encode())
+        assert points(grade(slipped, rubric)) == {"own": 2, "reference": 3, "u": 2, "plot": 0}
+        without = replace(rubric, criteria=rubric.criteria[1:])
+        assert points(grade(slipped, without)) == {"reference": 0, "u": 2, "plot": 0}
+
+    def test_runs_that_say_nothing_agree_with_nothing(self, grade: Grader, rows: Sheet) -> None:
+        wild = replace(rows, time=rows.time * np.random.default_rng(1).uniform(0.55, 1.6, len(rows.time)))
+        found = grade(wild.log("# reported_inertia: 6.2e-3 ± 0.1e-3 kg m^2"))
+        (mark,) = (mark for mark in found.marks if mark.criterion == "reference")
+        assert mark.detail["u"] == pytest.approx(0.05 * 6.2e-3)
+        assert mark.points == 0
+
+
 class TestPoints:
     def test_fall_with_the_distance_and_stay_within_the_rubric(self, grade: Grader, rows: Sheet) -> None:
         value, u = RIGHT.inertia(rows, "through_origin")
@@ -325,9 +367,12 @@ class TestNotGraded:
     def test_a_station_without_a_reference_waits(self, grade: Grader, rows: Sheet) -> None:
         elsewhere = replace(STATED, references={"7": STATED.references["all"]})
         text = report(rows)
-        assert grade("# station: 8\n" + text, elsewhere).why == (
-            "the rubric gives no reference for this station: a person must look"
-        )
+        for station in ("# station: 8\n", ""):
+            waiting = grade(station + text, elsewhere)
+            assert (waiting.status, waiting.points, waiting.why) == ("so far", 17, None)
+            (mark,) = (mark for mark in waiting.marks if mark.waits)
+            assert (mark.check, mark.points) == ("reference", None)
+            assert "no reference for this station" in mark.reason
         assert grade("# station: 7\n" + text, elsewhere).points == 20
 
     def test_stations_are_the_same_however_they_are_written(self, grade: Grader, rows: Sheet) -> None:
@@ -341,7 +386,7 @@ class TestNotGraded:
 class TestTheClassAsReference:
     def test_points_wait_for_the_class(self, grade: Grader, rows: Sheet) -> None:
         waiting = grade(report(rows), RUBRIC)
-        assert (waiting.status, waiting.points) == ("not graded", None)
+        assert (waiting.status, waiting.points) == ("so far", 17)
         (settled,) = settle([waiting], RUBRIC)
         assert (settled.status, settled.why, settled.points) == ("graded", None, 20)
         assert settle([settled], RUBRIC) == (settled,)

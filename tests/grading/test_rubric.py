@@ -121,14 +121,14 @@ class TestFaults:
             'mine.toml:7:1: error G726: "d < 0.3" is no condition\n   full = "d < 0.3"\n   ^^^^  write "d <= 0.3"\n'
             'mine.toml:8:1: error G726: "z" means nothing in a criterion with check = "own_data"\n'
             '   zero = "z >= 3"\n'
-            "   ^^^^  write a condition on d\n"
+            "   ^^^^  write a condition on d or percent\n"
             'mine.toml:9:1: error G723: gate: "kg" is no unit of a moment of inertia\n'
             '   gate = ["1 kg", "2 kg"]\n'
             '   ^^^^  write gate = ["1e-6 kg m^2", "100 kg m^2"]\n'
             'mine.toml:10:1: error G723: "check" is missing\n'
             "   [[criterion]]\n"
             '   ^^^^^^^^^^^^^  write check = "log" or "procedure" or "own_data" or "reference" or "uncertainty" or '
-            '"units" or "constancy"\n'
+            '"units" or "constancy" or "files" or "manual"\n'
             'mine.toml:12:1: error G722: "chek" is not known in [criterion]\n'
             '   chek = "log"\n'
             "   ^^^^  did you mean check?\n"

@@ -22,6 +22,7 @@ from gyrodata.reporting import count_text, csv_cell
 if TYPE_CHECKING:
     from gyrodata.grading.classroom import ClassGrades
     from gyrodata.grading.forensics import Flag
+    from gyrodata.grading.roster import Person
 
 # --- CSV: ``grades.csv``, a row for each student below one of what can be had, and ``flags.csv`` -----------------
 
@@ -41,12 +42,14 @@ _AFTER = (
     "slips",
     "flags",
     "look",
+    "by_hand",
     "why_not_graded",
+    "section",
 )
 
 
-def grades_csv(grades: Collection[Grade], flags: Sequence[Flag] = ()) -> str:
-    """Write the grades of a class.
+def grades_csv(grades: Collection[Grade], flags: Sequence[Flag] = (), absent: Sequence[Person] = ()) -> str:
+    """Write the grades of a class; `absent`: Those who handed in nothing.
 
     Gives: CSV (RFC 4180 with plain line feeds). Points have two decimals; a cell is blank where nothing was judged. A
     text that a spreadsheet would run as a formula has a ' in front.
@@ -65,7 +68,9 @@ def grades_csv(grades: Collection[Grade], flags: Sequence[Flag] = ()) -> str:
         lines.append(_line([POINTS_ROW, "", "--", two_decimals(first.out_of), *possible, *blank]))
     columns = list(criteria)
     rows = ((grade.student, _line(_row(grade, columns, flagged.get(grade.student, [])))) for grade in grades)
-    lines += [line for _, line in sorted(rows)]
+    empty = [NOTHING, *[""] * (len(criteria) + len(_AFTER))]
+    missing = ((one.student, _line([*map(csv_cell, one[:2]), *empty, csv_cell(one.section)])) for one in absent)
+    lines += [line for _, line in sorted([*rows, *missing])]
     return "".join(lines)
 
 
@@ -89,10 +94,12 @@ def _row(grade: Grade, criteria: Sequence[str], flags: Sequence[str]) -> list[st
         "; ".join(slip.kind for slip in grade.slips),
         "; ".join(flags),
         "; ".join(grade.look),
+        "; ".join(map(str, grade.by_hand)),
         grade.why,
+        grade.section,
     ]
     points = [grade.points, *(marks.get(criterion) for criterion in criteria)]
-    deducted = two_decimals(grade.late_deduction if grade.status == "graded" else None)
+    deducted = two_decimals(None if grade.points is None else grade.late_deduction)
     return [*map(csv_cell, cells), *map(two_decimals, points), deducted, *map(csv_cell, after)]
 
 
@@ -112,7 +119,7 @@ def flags_csv(flags: Iterable[Flag]) -> str:
 
 
 TOTAL, STATUS = "total", "status"
-NOT_GRADED = "not graded"
+NOT_GRADED, NOTHING = "not graded", "nothing handed in"
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,7 +152,7 @@ def compare_tables(before: str, after: str) -> tuple[Change, ...] | None:
     `before`, `after`: ``grades.csv`` as it is, and as it would be. Gives: Sorted by student; empty where every cell is
     the same; None where the old one is no table of grades.
     """
-    old, new = _read_table(before), _read_table(after)
+    old, new = read_table(before), read_table(after)
     if old is None or new is None:
         return None
     changes = []
@@ -163,10 +170,12 @@ def compare_tables(before: str, after: str) -> tuple[Change, ...] | None:
     return tuple(changes)
 
 
-def _read_table(table: str) -> dict[str, dict[str, str]] | None:
+def read_table(table: str) -> dict[str, dict[str, str]] | None:
     """Read a table of grades, each student's cells by column; None where there are no such columns."""
+    head = table.partition("\n")[0]
     try:
-        reader = csv.DictReader(io.StringIO(table, newline=""))
+        # A spreadsheet may have put other delimiters.
+        reader = csv.DictReader(io.StringIO(table, newline=""), delimiter=max(",;\t", key=head.count))
         columns = [column for column in dict.fromkeys(reader.fieldnames or ()) if column]
         if not {"student", STATUS, TOTAL} <= set(columns):
             return None
@@ -178,7 +187,7 @@ def _read_table(table: str) -> dict[str, dict[str, str]] | None:
 
 
 def _points_text(row: Mapping[str, str] | None) -> str | None:
-    return None if row is None else row[TOTAL] or NOT_GRADED
+    return None if row is None else row[TOTAL] or row[STATUS] or NOT_GRADED
 
 
 # --- JSON: "gyro.grades/1", one object for the class, and "gyro.grade/1", one a student --------------------
@@ -219,6 +228,7 @@ def grades_document(found: ClassGrades, changes: Sequence[Change] | None = None)
             station: {"inertia": one.inertia, "u": one.u, "source": one.source}
             for station, one in sorted(found.references.items())
         },
+        "absent": [dict(zip(("student", "name", "section"), one, strict=False)) for one in found.roster.absent],
         "slips": found.slips,
         "flags": [flag_dict(flag) for flag in found.flags],
         "changes": None if changes is None else [change.to_dict() for change in changes],
@@ -265,9 +275,8 @@ WIDEST = 28  # characters of a name that are shown
 
 def class_summary(found: ClassGrades) -> Iterator[str]:
     """Write a class for people: a line on the whole, a row for each student, then the flags."""
-    graded, out_of = len(found.totals), points_text(found.rubric.points)
-    count = count_text(len(found.grades), "submission")
-    first = f"{found.source}: {count}, {graded} graded, {len(found.grades) - graded} not"
+    out_of = points_text(found.rubric.points)
+    first = f"{found.source}: {count_text(len(found.grades), 'submission')}, {found.tally}"
     if found.mean is not None and found.median is not None:
         first += f"; mean {found.mean:.2f} and median {found.median:.2f} of {out_of} points"
     yield f"{first}\n\n"
@@ -311,9 +320,12 @@ def _ratio_text(grade: Grade) -> str:
 def _remark(found: ClassGrades, grade: Grade) -> str:
     """What whoever grades wants to know, in one line."""
     parts = [] if grade.why is None else [f"not graded: {grade.why}"]
+    if grade.why is None and grade.status != "graded":
+        parts.append(grade.status)
     if grade.slips:
         parts.append(" or ".join(slip.words for slip in grade.slips))
     parts += grade.look
+    parts += [f"by hand: {one}" for one in grade.by_hand]
     if grade.late_reason and grade.late_reason not in grade.look:
         taken = f" (−{points_text(grade.late_deduction)})" if grade.late_deduction else ""
         parts.append(f"{grade.late_reason}{taken}")

@@ -25,10 +25,13 @@ from gyrodata.diagnostics import (
 )
 from gyrodata.errors import InputError
 from gyrodata.grading.grade import Grade, two_decimals
+from gyrodata.grading.ledger import TODO
 from gyrodata.grading.platforms import Book, book_of
 from gyrodata.readings import listing
 
 Ids = Mapping[str, Mapping[str, str]]
+Ours = Mapping[str, Collection[str] | None]
+"""Totals that each student ever had from here, as written; None for one whose total may be written over."""
 _NO_COMMENTS: Mapping[str, str] = MappingProxyType({})
 _NO_IDS: Ids = MappingProxyType({})
 
@@ -42,11 +45,14 @@ def fill_book(
     assignment: str | None = None,
     comments: Mapping[str, str] = _NO_COMMENTS,
     ids: Ids = _NO_IDS,
+    ours: Ours | None = None,
 ) -> Filled:
     """Write grades into the sheet that a platform exported: match, refuse, fill, tell.
 
     `assignment`: Title or number of the column, where there are several. `comments`: Plain text for each student.
-    `ids`: `Submission.ids` of each. Gives: `skipped` names the rows that the platform would pass over without a word,
+    `ids`: `Submission.ids` of each. `ours`: Other totals stay, for somebody set them by hand; None: none stays.
+
+    Gives: `skipped` names the rows that the platform would pass over without a word,
     and those with no grade; rows that were graded in Moodle after the export are not known here.
     """
     book = book_of(lms)
@@ -56,22 +62,31 @@ def fill_book(
     filled: list[str] = []
     changed: list[tuple[str, str, str]] = []
     skipped: list[tuple[str, str]] = []
+    by_hand: list[tuple[str, str]] = []
     asked: set[int] = set()
     for grade, rows in layout.match(grades, ids):
         asked |= set(rows)
         if not rows:
             skipped.append((grade.student, f"is in no row of the {book.noun}"))
             continue
-        if grade.points is None:
-            skipped.append((grade.student, f"is not graded: {grade.why}"))
-            continue
+        known = None if ours is None else ours.get(grade.student, ())
+        graded = grade.status == "graded"
+        if not graded:
+            skipped.append((grade.student, f"is {grade.status}: {grade.why}" if grade.why else f"is {grade.status}"))
         written = two_decimals(grade.points).replace(".", layout.mark)
         for row in rows:
             before = sheet.value(row, layout.grade)
+            stands = layout.number(before)
+            same = graded and stands == grade.points
+            if not same and stands is not None and known is not None and two_decimals(stands) not in known:
+                skipped.append((grade.student, f"has {before}, set by hand, which stays: see {TODO}"))
+                by_hand.append((grade.student, two_decimals(stands)))
+                continue
+            if grade.points is None or not graded:
+                continue
             if why := layout.why_refused(row, grade.points):
                 skipped.append((grade.student, why))
                 continue
-            same = layout.number(before) == grade.points
             if same and book.unchanged:
                 skipped.append((grade.student, book.unchanged.format(before=before)))
             else:
@@ -87,7 +102,7 @@ def fill_book(
     skipped += [(layout.label(row), "has no submission") for row in layout.rows if row not in asked]
     if book.by_row:
         skipped.sort()
-    return Filled(sheet.to_bytes(), tuple(dict.fromkeys(filled)), tuple(changed), tuple(skipped))
+    return Filled(sheet.to_bytes(), tuple(dict.fromkeys(filled)), tuple(changed), tuple(skipped), tuple(by_hand))
 
 
 class _Layout(ABC):
@@ -337,6 +352,7 @@ class Filled:
     # student, what stood there, and what stands there now, where the two differ and there was something
     changed: tuple[tuple[str, str, str], ...]
     skipped: tuple[tuple[str, str], ...]  # student or row, and why nothing was written for it
+    by_hand: tuple[tuple[str, str], ...]  # student and total that somebody else set
 
 
 _MARKS = ((b"\xef\xbb\xbf", "utf-8"), (b"\xff\xfe", "utf-16-le"), (b"\xfe\xff", "utf-16-be"))

@@ -96,7 +96,7 @@ def _output(grade: Grade, judged: float) -> str:
     """Say to the student what the numbers mean."""
     waiting = sum(mark.out_of for mark in grade.marks if mark.points is None)
     lines = []
-    if grade.points is not None:
+    if grade.status == "graded":
         lines.append(f"{grade.points:g} of {grade.out_of:g} points.")
     elif judged:
         lines.append(f"{judged:g} of {grade.out_of - waiting:g} points so far; {waiting:g} are judged later.")

@@ -1,0 +1,268 @@
+"""``desk.csv``: what a person decides, read and never written; all of it holds or, with a fault in it, nothing."""
+
+from __future__ import annotations
+
+import csv
+import difflib
+import hashlib
+import io
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+
+from gyrodata.diagnostics import (
+    CODES,
+    DESK_CANNOT_BE_READ,
+    DESK_LINE_CANNOT_BE_USED,
+    DESK_LINES_CONTRADICT,
+    DESK_STUDENT_UNKNOWN,
+)
+from gyrodata.errors import Diagnostic, InputError
+from gyrodata.grading.criteria import Mark
+from gyrodata.grading.forensics import Exemptions
+from gyrodata.grading.grade import Decision, Grade, added_up, two_decimals
+from gyrodata.grading.rubric import Rubric
+from gyrodata.grading.yardsticks import station_key
+from gyrodata.readings import read_reported
+
+DESK, TODO = "desk.csv", "desk-todo.csv"
+COLUMNS = ("student", *Decision._fields)
+WORDS = ("total", "reported", "station", "partner", "comment", "hold", "excuse")
+"""What may be decided besides the points of a criterion."""
+
+SEVERAL = ("partner", "comment")  # a student may have several lines of these
+BARE = ("hold", "excuse")  # these need no value
+STALE = "resubmitted since"  # begins what is told where a line was written for another submission
+SETTLING = ("total", "hold", "excuse")  # nobody need look at what gyro doubted where one of these is given
+
+
+@dataclass(frozen=True, slots=True)
+class Desk:
+    """What was decided in a class."""
+
+    lines: Mapping[str, tuple[Decision, ...]]  # by student, in the order of the file
+    left: frozenset[tuple[str, str]] = frozenset()  # student and what of the lines without a value: left as gyro has it
+
+    def value(self, student: str, what: str) -> str | None:
+        """Give what was decided of one thing; None for nothing."""
+        return next((one.value for one in self.lines.get(student, ()) if one.what == what), None)
+
+    def decides(self, student: str, what: str) -> bool:
+        """Tell whether a line speaks of one thing."""
+        return (student, what) in self.left or any(one.what == what for one in self.lines.get(student, ()))
+
+    def exemptions(self, others: Exemptions | None) -> Exemptions:
+        """Join its partners to those of a file."""
+        others = others or Exemptions()
+        pairs = (
+            frozenset((student, one.value))
+            for student, lines in self.lines.items()
+            for one in lines
+            if one.what == "partner"
+        )
+        return replace(others, groups=(*others.groups, *pairs))
+
+    def first_seen(self, grade: Grade, before: Mapping[str, str]) -> dict[str, str]:
+        """Say of each line which submission it was written for, by the line: the one of the first run that saw it."""
+        return {key: before.get(key, grade.digest) for key in map(repr, self.lines.get(grade.student, ()))}
+
+    def with_station(self, grade: Grade) -> Grade:
+        """Put a grade where the desk says that the student was."""
+        station = self.value(grade.student, "station")
+        return grade if station is None else replace(grade, station=station_key(station))
+
+    def applied(self, grade: Grade, seen: Mapping[str, str]) -> Grade:
+        """Give a settled grade what was decided; `seen` as `first_seen` has it."""
+        lines = self.lines.get(grade.student, ())
+        if not lines:
+            return grade
+        given = {one.what: one for one in lines}
+        stale = [
+            f"{STALE} {one.what} {one.value} was set by hand: change its line in {DESK} to confirm it"
+            for one in lines
+            if one.what not in (*SEVERAL, *BARE) and seen.get(repr(one), grade.digest) != grade.digest
+        ]
+        marks = tuple(_given(mark, given[mark.criterion]) if mark.criterion in given else mark for mark in grade.marks)
+        if marks != grade.marks:
+            grade = added_up(replace(grade, marks=marks))
+        if total := given.get("total"):
+            points = round(_number(total.value) or 0.0, 2)
+            grade = replace(grade, status="graded", why=None, points=points, late_deduction=0.0)
+        if "hold" in given:
+            grade = replace(grade, status="on hold", why=None, points=None)
+        if "excuse" in given:
+            grade = replace(grade, status="excused", why=None, points=None)
+        looks = () if any(what in given for what in SETTLING) else grade.look
+        digest = hashlib.sha256(f"{grade.digest}{lines!r}".encode("utf-8", "replace")).hexdigest()
+        return replace(grade, by_hand=lines, look=(*looks, *stale), digest=digest)
+
+
+NO_DESK = Desk({})
+
+
+def _given(mark: Mark, decision: Decision) -> Mark:
+    """Make a mark of points given by hand."""
+    reason = f"given by hand: {decision.told}" if decision.told else "given by hand"
+    return replace(mark, points=round(_number(decision.value) or 0.0, 2), reason=reason, detail={}, rule="")
+
+
+def read_desk(data: bytes, students: Mapping[str, str], rubric: Rubric) -> Desk:
+    """Read the file; raise with all of its faults.
+
+    `students`: Every name by which a student may be called there, with the student's key.
+    """
+    reader = _Reader({name.casefold(): key for name, key in students.items()}, rubric)
+    reader.read(data)
+    if reader.faults:
+        raise InputError(reader.faults)
+    return Desk({student: tuple(lines.values()) for student, lines in reader.lines.items()}, frozenset(reader.left))
+
+
+class _Reader:
+    """Reads the lines, and gathers what is wrong with them."""
+
+    def __init__(self, students: Mapping[str, str], rubric: Rubric) -> None:
+        self.students = students
+        self.rubric = rubric
+        self.points = {one.id: one.points for one in rubric.criteria} | {"total": rubric.points}
+        self.faults: list[Diagnostic] = []
+        self.lines: dict[str, dict[tuple[str, str], Decision]] = {}
+        self.left: set[tuple[str, str]] = set()
+        self.first: dict[tuple[str, str], int] = {}  # line of the first that decides a thing
+
+    def read(self, data: bytes) -> None:
+        for number, row in self._rows(data):
+            student = self._student(row["student"], number)
+            what = self._what(row["what"], number)
+            if student is None or what is None:
+                continue
+            if not row["value"] and what not in BARE:
+                self.left.add((student, what))
+                continue
+            value = self._value(what, row["value"], number)
+            if value is None:
+                continue
+            decision = Decision(what, value, row["by"], row["why"])
+            mine = self.lines.setdefault(student, {})
+            before = mine.get((what, value if what in SEVERAL else ""))
+            if before is not None and before.value != value:
+                at = self.first[student, what]
+                message = f'{what} of "{row["student"]}" is {value} here and {before.value} in line {at}'
+                self._fault(DESK_LINES_CONTRADICT, number, message, "keep the line that holds, and remove the other")
+                continue
+            self.first.setdefault((student, what), number)
+            mine[what, value if what in SEVERAL else ""] = decision
+
+    def _fault(self, code: str, number: int, message: str, hint: str) -> None:
+        self.faults.append(Diagnostic(code, CODES[code].severity, message, hint, DESK, number))
+
+    def _rows(self, data: bytes) -> Iterator[tuple[int, dict[str, str]]]:
+        """Give each line with its number, by column."""
+        head = f"the first line is {','.join(COLUMNS)}"
+        try:
+            text = data.decode("utf-8-sig")
+            if "\0" in text:
+                raise ValueError
+        except ValueError:
+            line = data.count(b"\n", 0, 1 + max(data.find(b"\0"), 0)) + 1
+            self._fault(DESK_CANNOT_BE_READ, line, "is no text in UTF-8", 'save it as "CSV UTF-8"')
+            return
+        top = text.partition("\n")[0]
+        reader = csv.reader(io.StringIO(text, newline=""), delimiter=max(",;\t", key=top.count), skipinitialspace=True)
+        columns: list[str] | None = None
+        number = 1
+        try:
+            for cells in reader:
+                row = [cell.strip() for cell in cells]
+                if columns is None:
+                    columns = [cell.casefold() for cell in row]
+                    lacks = [f'"{column}"' for column in COLUMNS[:3] if column not in columns]
+                    if lacks:
+                        self._fault(DESK_CANNOT_BE_READ, number, f"there is no column {' and '.join(lacks)}", head)
+                        return
+                elif any(row):
+                    found = dict(zip(columns, row, strict=False))
+                    yield number, {column: found.get(column, "").removeprefix("'") for column in COLUMNS}
+                number = reader.line_num + 1
+        except csv.Error as error:
+            self._fault(DESK_CANNOT_BE_READ, number, f"is no table: {error}", head)
+
+    def _student(self, name: str, number: int) -> str | None:
+        key = self.students.get(name.casefold())
+        if key is None:
+            close = difflib.get_close_matches(name, set(self.students.values()) | set(self.students), n=1)
+            hint = f"did you mean {close[0]}?" if close else "write what grades.csv has under student"
+            self._fault(DESK_STUDENT_UNKNOWN, number, f'"{name[:60]}" is nobody in this class', hint)
+        return key
+
+    def _what(self, word: str, number: int) -> str | None:
+        if word in self.points:
+            return word
+        if word.casefold() in WORDS:
+            return word.casefold()
+        known = (*self.points, *WORDS[1:])
+        close = difflib.get_close_matches(word, known, n=1)
+        hint = f"did you mean {close[0]}?" if close else f"write one of: {', '.join(known)}"
+        message = f'"{word[:60]}" is no criterion of the rubric, and nothing else that can be decided'
+        self._fault(DESK_LINE_CANNOT_BE_USED, number, message, hint)
+        return None
+
+    def _value(self, what: str, value: str, number: int) -> str | None:
+        """Give a value as it is kept; None, and a fault, for one that cannot be used."""
+        message = hint = ""
+        if what in self.points:
+            points, most = _number(value), self.points[what]
+            if points is None or not 0 <= points <= most:
+                message = f'{what} = "{value[:60]}" is no number of points from 0 to {most:g}'
+                hint = f"write a number, such as {most / 2:g}"
+        elif what == "reported":
+            reported = read_reported("inertia", value)
+            if reported.value is None:
+                message = f'reported = "{value[:60]}" cannot be read: {reported.problem or "it is no number"}'
+                hint = "write value, uncertainty and unit: 4.4e-3 ± 0.1e-3 kg m^2"
+        elif what == "partner":
+            return self._student(value, number)
+        elif what in BARE:
+            return ""
+        if not message:
+            return value
+        self._fault(DESK_LINE_CANNOT_BE_USED, number, message, hint)
+        return None
+
+
+def _number(text: str) -> float | None:
+    try:
+        return float(text.replace(",", "."))
+    except ValueError:
+        return None
+
+
+# --- what waits for a person: ``desk-todo.csv`` -------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Offer:
+    """A line for the desk, ready to be copied."""
+
+    student: str
+    what: str
+    value: str  # "": to be filled in
+    why: str
+
+
+def todo_csv(offers: list[Offer], names: Mapping[str, str], files: Callable[[str], str]) -> str:
+    """Write the lines, with the name of each student and the files to look into behind them."""
+    from gyrodata.reporting import csv_cell
+
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow([*COLUMNS, "name", "look into"])
+    for one in offers:
+        cells = (one.student, one.what, one.value, "", one.why, names.get(one.student, ""), files(one.student))
+        writer.writerow([csv_cell(cell) for cell in cells])
+    return out.getvalue()
+
+
+def same_value(one: str, other: str) -> bool:
+    """Tell whether two cells say the same, as numbers where they are: a spreadsheet writes 20.00 as 20."""
+    numbers = _number(one), _number(other)
+    return one.strip() == other.strip() if None in numbers else two_decimals(numbers[0]) == two_decimals(numbers[1])

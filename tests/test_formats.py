@@ -91,13 +91,13 @@ def test_the_command_writes_what_the_functions_write() -> None:
 
 def test_short_values_in_text_markdown_and_latex() -> None:
     path, short = SAMPLES / "air_gyroscope.csv", ("--values", "short", "--no-report")
-    assert "I_zz = 4.426(36)e-3 kg·m²" in gyro("analyze", path, *short).stdout
+    assert "I_zz = 4.429(34)e-3 kg·m²" in gyro("analyze", path, *short).stdout
     marked = gyro("analyze", path, "-f", "markdown", *short).stdout
-    assert r"**I\_zz = 4.426(36)e-3 kg·m²**" in marked
+    assert r"**I\_zz = 4.429(34)e-3 kg·m²**" in marked
     assert "±" not in marked.partition("## Conventions")[0]
     tex = gyro("analyze", path, "-f", "latex", *short).stdout
     assert "uncertainty-mode = compact-marker" in tex
-    assert r"\qty{4.426 +- 0.036 e-3}{\kilogram\metre\squared}" in tex
+    assert r"\qty{4.429 +- 0.034 e-3}{\kilogram\metre\squared}" in tex
 
 
 def test_every_constant_of_a_log_is_told_with_its_unit() -> None:

@@ -798,7 +798,12 @@ PARTNER_ALONE = _warning(
     "write both partners into the line, with a comma between",
 )
 
-ROSTER_CANNOT_BE_READ = _error("G744", "a roster has no column that says who is who", "grade class --roster log.csv")
+ROSTER_CANNOT_BE_READ = _error(
+    "G744",
+    "a roster has no column that says who is who",
+    "grade class --roster log.csv",
+    "give the platform's gradebook, or a CSV with a column student",
+)
 
 # gradebooks
 GRADEBOOK_CANNOT_BE_READ = _error(
@@ -880,11 +885,29 @@ OPTION_NEEDS_A_FOLDER = _error(
 )
 
 # the desk
-DESK_CANNOT_BE_READ = _error("G771", "desk.csv is no table with its columns", "desk.csv: doejane,total,12")
-DESK_STUDENT_UNKNOWN = _error("G772", "a line of desk.csv is about nobody in this class", "desk.csv: dojane,total,12")
-DESK_LINE_CANNOT_BE_USED = _error("G773", "a line of desk.csv cannot be used", "desk.csv: doejane,totl,12")
+DESK_CANNOT_BE_READ = _error(
+    "G771",
+    "desk.csv is no table with its columns",
+    "desk.csv: doejane,total,12",
+    "begin it with the line student,what,value,by,why",
+)
+DESK_STUDENT_UNKNOWN = _error(
+    "G772",
+    "a line of desk.csv is about nobody in this class",
+    "desk.csv: dojane,total,12",
+    "write the student as grades.csv does, or take the line out",
+)
+DESK_LINE_CANNOT_BE_USED = _error(
+    "G773",
+    "a line of desk.csv cannot be used",
+    "desk.csv: doejane,totl,12",
+    "correct the name or the value, as the message says",
+)
 DESK_LINES_CONTRADICT = _error(
-    "G774", "two lines of desk.csv contradict each other", "desk.csv: doejane,total,12 and doejane,total,13"
+    "G774",
+    "two lines of desk.csv contradict each other",
+    "desk.csv: doejane,total,12 and doejane,total,13",
+    "keep the one that is meant, and take the other out",
 )
 
 # gyro itself

@@ -222,13 +222,14 @@ def _followed(measured: Measurements, mean: FitResult, chosen: ChosenModel, left
     # A fit may end near any I_zz above 0; no trial is made at 0 or below.
     radian = min(centre / float((measured.time / click).max()), 0.5 * centre)
     result = mean
-    for reach in (min(4 * (mean.inertia.u or 0.0), 30 * radian, 0.5 * centre), radian, radian):
+    for reach in (min(4 * (mean.inertia.u or 0.0), 30 * radian), radian, radian):
 
         def at(inertia: float, fit: FitResult = result) -> Trial:
             runs = corrected(measured, fit, inertia, chosen, followed=True)
             return Trial(inertia, fit_as_stated(runs, chosen.tilted, left_out), runs)
 
-        trials = [at(float(t)) for t in centre + np.arange(-reach, 1.01 * reach, 0.3 * radian)]
+        near = min(reach, 0.5 * centre)
+        trials = [at(float(t)) for t in centre + np.arange(-near, 1.01 * near, 0.3 * radian)]
         # Only where it may beat the best so far.
         likely = min(trial.result.chi2 for trial in trials) + LIKELY
         trials += [

@@ -351,9 +351,10 @@ def digit_findings(readings: Readings, measured: Measurements, fit: FitResult) -
         source = next((source for source in measured.sources if source.name == role), None)
         if share is None or source is None or not source.default or role not in readings.columns:
             continue
-        column, touched = readings.columns[role], np.array(source.groups) >= 0
+        column, touched = readings.columns[role], source.groups >= 0
         size = np.where(touched, source.absolute + source.relative * np.abs(getattr(measured, role)), 1.0)
-        rounding = np.array([0.0 if read.u else (read.step or 0.0) / math.sqrt(12) for read in column.readings])
+        rounding = np.array(column.steps) / math.sqrt(12)
+        rounding[[i for i, _ in column.stated]] = 0.0
         # A reading may be stated as exact.
         ratio = np.divide(rounding, size, out=np.zeros_like(size), where=touched & (size > 0))
         part = float(np.sqrt(np.mean(ratio[touched] ** 2)))

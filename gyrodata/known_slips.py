@@ -381,14 +381,16 @@ def far_off(readings: Readings, size: Size) -> tuple[int, str] | None:
     column = readings.columns.get(size.role)
     if column is None:
         return None
-    values = [(i, abs(value)) for i, value in enumerate(column.values) if value]
-    far = [i for i, value in values if not size.possible[0] <= value <= size.possible[1]]
+    sizes = np.abs(np.array(column.values, dtype=float))
+    sizes = np.where(sizes > 0, sizes, np.nan)
+    far = np.flatnonzero((sizes < size.possible[0]) | (sizes > size.possible[1])).tolist()
     if not far:
         return None
+    least, most = float(np.nanmin(sizes)), float(np.nanmax(sizes))
     kind, own = kind_of_role(size.role), column.unit
     for unit in size.units:
         factor = parse_unit(unit, kind).factor / (parse_unit(own, kind).factor if own else 1.0)
-        if unit != own and all(size.usual[0] <= factor * value <= size.usual[1] for _, value in values):
+        if unit != own and size.usual[0] <= factor * least and factor * most <= size.usual[1]:
             return far[0], unit
     return far[0], ""
 

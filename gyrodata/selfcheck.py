@@ -231,7 +231,7 @@ def _draw(
     for source in design.sources:
         if source.quantity not in readings:
             continue
-        groups = np.array(source.groups)
+        groups = source.groups
         drawn = random.standard_normal((size, groups.max(initial=0) + 1))[:, groups] * (groups >= 0)
         # As in the fit, what a run shares with no other is its own.
         runs = np.bincount(groups[groups >= 0], minlength=groups.max(initial=0) + 1)[groups]

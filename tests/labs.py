@@ -50,8 +50,8 @@ def lab(
         weighed[mass == weight] = weight * (1 + u_mass * normal())
     measured_position = np.where(mass == 0, 0.0, position + u_zero * normal())
     torque = weighed * measured_position * G
-    groups = tuple(int(g) if m else -1 for g, m in zip(np.unique(mass, return_inverse=True)[1], mass, strict=True))
-    own, every = tuple(range(count)), (0,) * count
+    groups = np.where(mass != 0, np.unique(mass, return_inverse=True)[1], -1)
+    own, every = np.arange(count), np.zeros(count, dtype=int)
     ones, zeros, nothing = np.ones(count), np.zeros(count), np.full(count, np.nan)
     return Measurements(
         runs=tuple(str(i + 1) for i in range(count)),

@@ -141,7 +141,7 @@ def test_rows_as_independent_would_understate_u() -> None:
     alone = replace(
         measured,
         sources=tuple(
-            replace(source, groups=tuple(range(len(measured.runs)))) if source.name != "spin_scale" else source
+            replace(source, groups=np.arange(len(measured.runs))) if source.name != "spin_scale" else source
             for source in measured.sources
         ),
     )
@@ -357,8 +357,8 @@ def test_chi_square_tail(chi2: float, dof: int) -> None:
 
 def test_a_source_knows_if_it_is_shared() -> None:
     zeros = np.zeros(3)
-    assert Source("mass", "mass", (0, 0, 1), zeros, zeros, "", True, "").shared
-    assert not Source("mass", "mass", (0, -1, -1), zeros, zeros, "", True, "").shared
+    assert Source("mass", "mass", np.array([0, 0, 1]), zeros, zeros, "", True, "").shared
+    assert not Source("mass", "mass", np.array([0, -1, -1]), zeros, zeros, "", True, "").shared
 
 
 def test_response_adds_up_where_the_balance_is_known() -> None:

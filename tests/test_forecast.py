@@ -101,7 +101,7 @@ def test_a_position_on_the_other_side_is_another_reading() -> None:
 
     def with_positions(measured: Measurements, groups: np.ndarray) -> Measurements:
         read = Source(
-            "position", "position", tuple(groups.tolist()), np.full(count, 1e-3), np.zeros(count), "", True, ""
+            "position", "position", groups, np.full(count, 1e-3), np.zeros(count), "", True, ""
         )
         return replace(measured, sources=(*measured.sources, read))
 

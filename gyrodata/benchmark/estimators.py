@@ -121,7 +121,7 @@ def covariances(measured: Measurements, shared: bool) -> tuple[Floats, Floats]:
         covariance, whole, part = onto[source.quantity]
         slope = np.divide(whole, part, out=np.zeros(count), where=part != 0)
         spread = slope * (source.absolute + source.relative * part)
-        groups = np.array(source.groups)
+        groups = source.groups
         same = np.equal.outer(groups, groups) if shared else np.eye(count, dtype=bool)
         covariance += np.where(same & (groups >= 0), np.outer(spread, spread), 0.0)
     # The hand that is late is late in all runs: an unknown of the fit, and to a covariance one more shared error.

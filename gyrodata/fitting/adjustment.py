@@ -43,6 +43,8 @@ class Start:
     """[N*m]"""
 
 
+_GOLDEN = (math.sqrt(5) - 1) / 2
+
 _SAMPLE = 150
 """So many runs are enough to start from."""
 
@@ -66,14 +68,15 @@ def first_guess(measured: Measurements, sense: Floats, free: bool, kept: Floats)
 
 
 def sample(measured: Measurements, kept: Floats) -> Any:
-    """Indices of the runs kept, of very many 150: every torque in its share, and at random among its runs.
+    """Indices of the runs kept, of very many 150: every torque in its share, and mixed among its runs.
 
-    An even stride through the log would meet one torque only where the weights come round with the same period.
+    An even stride through the log would meet one torque only where the weights come round with the same period. The
+    multiples of the golden ratio have no period, and lie evenly in every part of it.
     """
     index = np.flatnonzero(kept > 0)
     if len(index) <= _SAMPLE:
         return index
-    mixed = np.random.default_rng(0).permutation(index)
+    mixed = index[np.argsort(np.arange(len(index)) * _GOLDEN % 1.0)]
     by_torque = mixed[np.argsort(measured.torque[mixed], kind="stable")]
     return np.sort(by_torque[np.linspace(0, len(index) - 1, _SAMPLE).round().astype(int)])
 

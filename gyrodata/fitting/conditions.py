@@ -17,12 +17,9 @@ import copy
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO, Measurements
-from gyrodata.physics import Floats
-
-Integers = NDArray[np.int_]
+from gyrodata.physics import Floats, Integers
 
 QUANTITIES = ("time", "spin", "turns", "mass", "position", "force", "torque", "g", "pitch", "transverse", "added")
 

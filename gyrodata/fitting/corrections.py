@@ -97,7 +97,7 @@ def slowed(
         ahead = motion.precession_angle(top, state, time) - mean * time
         ratio = ratio - known * ahead * steady / (mean * angle)
     click = physics.click_error(measured.spin, whole, across)
-    own, every = tuple(range(len(total))), (0,) * len(total)
+    own, every = np.arange(len(total)), np.zeros(len(total), dtype=int)
     nothing = np.zeros(len(total))
     spread = click * np.sqrt((1 - known**2) / 2)
     # The delay of the mean goes with the square of I.

@@ -231,7 +231,7 @@ def select(measurements: Measurements, kept: Sequence[int]) -> Measurements:
     fields["sources"] = tuple(
         replace(
             source,
-            groups=tuple(source.groups[i] for i in index),
+            groups=source.groups[index],
             absolute=source.absolute[index],
             relative=source.relative[index],
         )

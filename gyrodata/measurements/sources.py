@@ -13,7 +13,7 @@ from typing import Literal, cast
 import numpy as np
 
 from gyrodata import physics
-from gyrodata.physics import Floats
+from gyrodata.physics import Floats, Integers
 from gyrodata.readings import Column, Reading, Readings, rounded_turns
 from gyrodata.units import Uncertainty
 
@@ -150,7 +150,7 @@ class Source:
     """Key of the log without its ``u_``: "position_zero"."""
     quantity: Quantity
     """What it is an error of."""
-    groups: tuple[int, ...]
+    groups: Integers
     """Group of each run, shape (n,), counted from 0; −1 for a run that it does not touch."""
     absolute: Floats
     """Shape (n,), standard uncertainty [SI unit of the quantity]."""
@@ -177,7 +177,7 @@ class Source:
     def shared_count(self) -> int:
         """Number of errors that several runs have in common."""
         # Those that it does not touch are counted first.
-        return int((np.bincount(np.array(self.groups) + 1)[1:] > 1).sum())
+        return int((np.bincount(self.groups + 1)[1:] > 1).sum())
 
 
 def list_sources(
@@ -255,12 +255,12 @@ def _decay_sources(readings: Readings, used: tuple[Column, ...]) -> list[Source]
     else:
         return []
     u, default = stated_or_default(readings, key)
-    return [_source(key, (0,) * len(change), np.zeros(len(change)), u.at(1.0) * change, default)]
+    return [_source(key, np.zeros(len(change), dtype=int), np.zeros(len(change)), u.at(1.0) * change, default)]
 
 
 def _timing_sources(columns: Mapping[str, Column], timing: Column, time: Floats, turns: Floats) -> list[Source]:
     """Errors of the times, or of the rates given instead, and of the angles timed."""
-    every = tuple(range(len(time)))
+    every = np.arange(len(time))
     if timing.role == "precession_rate":
         rate = np.abs(values_of(timing))
         absolute, relative, default = _reading_errors(timing, rate, SOURCES["precession_rate"].default)
@@ -281,19 +281,21 @@ def _sighting_sources(columns: Mapping[str, Column], turns: Floats) -> list[Sour
     part = np.abs(turns - np.round(turns)) > WHOLE
     absolute = np.where(part, SOURCES["angle"].default.absolute, 0.0)
     relative, default = np.zeros(len(turns)), part.copy()
-    for i, reading in enumerate(column.readings):
-        if reading.u is not None:
-            absolute[i], relative[i], default[i] = reading.u.absolute / per_turn, reading.u.relative, False
-    rounded = [rounded_turns(read.text)[1] if read.u is None and per_turn == 1 else 0.0 for read in column.readings]
-    absolute = np.hypot(absolute, rounded)
+    for i, u in column.stated:
+        absolute[i], relative[i], default[i] = u.absolute / per_turn, u.relative, False
+    doubt = {text: rounded_turns(text)[1] for text in {read.text for read in column.readings}} if per_turn == 1 else {}
+    rounded = {
+        i: doubt[read.text] for i, read in enumerate(column.readings) if read.u is None and doubt.get(read.text)
+    }
+    absolute[list(rounded)] = np.hypot(absolute[list(rounded)], list(rounded.values()))
     if not (absolute.any() or relative.any()):
         return []
-    # Runs with the same rounded turns are off by the same.
-    groups = _numbered(
-        [read.text if doubt else i for i, (read, doubt) in enumerate(zip(column.readings, rounded, strict=True))]
-    )
-    source = _source("angle", groups, absolute, relative, bool(default.any()))
-    if any(rounded):
+    groups: list[object] = list(range(len(turns)))
+    for i in rounded:
+        # Runs with the same rounded turns are off by the same.
+        groups[i] = column.readings[i].text
+    source = _source("angle", _numbered(groups), absolute, relative, bool(default.any()))
+    if rounded:
         source = replace(source, shared_by="runs with the same rounded turns", usual=f"{source.usual}, and rounding")
     return [source]
 
@@ -304,7 +306,7 @@ def tilt_sources(readings: Readings, pitch: Floats, transverse: Floats | None) -
     sources = []
     if "pitch" in readings.columns:
         errors = _reading_errors(readings.columns["pitch"], pitch, SOURCES["pitch"].default)
-        sources.append(_source("pitch", tuple(range(count)), *errors))
+        sources.append(_source("pitch", np.arange(count), *errors))
     elif readings.motion != "released":
         return []
     size, default, usual = TRANSVERSE_U, True, f"{100 * TRANSVERSE_U:g} %"
@@ -314,7 +316,7 @@ def tilt_sources(readings: Readings, pitch: Floats, transverse: Floats | None) -
         default, usual = not stated, SOURCES["transverse_inertia"].usual
         size = max(stated) if stated else SOURCES["transverse_inertia"].default.relative
     doubt = np.zeros(count), np.full(count, size)
-    sources.append(_source("transverse_inertia", (0,) * count, *doubt, default, usual))
+    sources.append(_source("transverse_inertia", np.zeros(count, dtype=int), *doubt, default, usual))
     return sources
 
 
@@ -325,7 +327,7 @@ def stated_or_default(readings: Readings, key: str) -> tuple[Uncertainty, bool]:
 
 
 def _source(
-    key: str, groups: tuple[int, ...], absolute: Floats, relative: Floats, default: bool, usual: str | None = None
+    key: str, groups: Integers, absolute: Floats, relative: Floats, default: bool, usual: str | None = None
 ) -> Source:
     """One source of the table, as it is in a log."""
     kind = SOURCES[key]
@@ -340,7 +342,7 @@ def _of_whole_log(readings: Readings, key: str, usual: Uncertainty | None = None
     if default and usual is not None:
         used = usual
     sizes = np.full(count, used.absolute), np.full(count, used.relative)
-    return _source(key, (0,) * count, *sizes, default, words)
+    return _source(key, np.zeros(count, dtype=int), *sizes, default, words)
 
 
 def _by_value(key: str, column: Column, values: Floats, loaded: Floats) -> Source:
@@ -350,25 +352,25 @@ def _by_value(key: str, column: Column, values: Floats, loaded: Floats) -> Sourc
     group: it is one reading and has one error.
     """
     absolute, relative, default = _reading_errors(column, values, SOURCES[key].default)
-    plain = np.where(loaded, values, math.nan).tolist()
-    text = {value: f"{value:.9g}" for value in set(plain) if value == value}
-    groups = _numbered([text.get(value) for value in plain])
-    group = np.array(groups, dtype=int)
-    touched = group >= 0
+    touched = loaded & np.isfinite(values)
+    distinct, which = np.unique(values[touched], return_inverse=True)
+    text = [f"{value:.9g}" for value in distinct.tolist()]
+    group = np.full(len(values), -1)
+    group[touched] = _numbered([text[at] for at in which.tolist()])
 
     def largest(sizes: Floats) -> Floats:
         most = np.zeros(int(group.max(initial=-1)) + 1)
         np.maximum.at(most, group[touched], sizes[touched])
         return np.where(touched, most[group] if len(most) else 0.0, sizes)
 
-    return _source(key, groups, largest(absolute), largest(relative), default)
+    return _source(key, group, largest(absolute), largest(relative), default)
 
 
-def _numbered(keys: Sequence[object]) -> tuple[int, ...]:
+def _numbered(keys: Sequence[object]) -> Integers:
     """Number equal keys alike, from 0 in order of appearance; −1 for None, which a source does not touch."""
     distinct = [key for key in dict.fromkeys(keys) if key is not None]
     numbers: dict[object, int] = {None: -1, **{key: number for number, key in enumerate(distinct)}}
-    return tuple([numbers[key] for key in keys])
+    return np.array([numbers[key] for key in keys], dtype=int)
 
 
 def _reading_errors(column: Column, values: Floats, default: Uncertainty) -> tuple[Floats, Floats, bool]:
@@ -377,15 +379,14 @@ def _reading_errors(column: Column, values: Floats, default: Uncertainty) -> tup
     Gives the absolute [SI] and the relative [1] part, shape (n,), and whether any default was used.
     """
     # A number rounded to steps of s is uniform within ±s/2: s/√12 (GUM F.2.2.1).
-    rounding = np.array([reading.step or 0.0 for reading in column.readings]) / math.sqrt(12)
+    rounding = np.array(column.steps) / math.sqrt(12)
     size = np.where(np.isfinite(values), np.abs(values), 0.0)
     whole = np.sqrt(default.absolute**2 + (default.relative * size) ** 2 + rounding**2)
     in_proportion = (size > 0) & (default.relative > 0)
     a, r = np.where(in_proportion, 0.0, whole), np.divide(whole, size, out=np.zeros_like(size), where=in_proportion)
-    given = [(i, reading.u) for i, reading in enumerate(column.readings) if reading.u is not None]
-    for i, stated in given:
+    for i, stated in column.stated:
         a[i], r[i] = stated.absolute, stated.relative
-    return a, r, len(given) < len(values)
+    return a, r, len(column.stated) < len(values)
 
 
 def _stated_for_period(

@@ -46,12 +46,46 @@ def precession_angle(top: Top, state: State, time: ArrayLike) -> Any:
 
 
 def mean_precession_rate(top: Top, state: State) -> Any:
-    """Secular rate of precession: what the rod sweeps in a nutation over its period, from complete integrals [rad/s].
+    """Secular rate of precession: what the rod sweeps in a nutation over its period [rad/s].
 
-    With the same meaning at the vertical as in `precession_angle`.
+    With the same meaning at the vertical as in `precession_angle`. From sums where the orbit keeps away from the
+    vertical, as one that is let go from rest does, else from complete integrals.
     """
-    course = _Course(orbit(top, state))
-    return course.orbit.start.flip * course.mean_rate
+    path = orbit(top, state)
+    rate = _summed_rate(path)
+    return path.start.flip * (_Course(path).mean_rate if rate is None else rate)
+
+
+_POINTS = 120
+"""So many points at most stand for half a nutation; more would cost as much as the complete integrals."""
+
+_UPRIGHT_ENOUGH = 1e-3
+"""Closer to a pole than this, in 1 − |cosθ|, l − a u loses digits."""
+
+
+def _summed_rate(path: Orbit) -> Any:
+    """Secular φ̇ by the midpoint rule [rad/s]; None where that would need too many points.
+
+    With u = u1 + (u2 − u1) sin²(ψ/2) the time goes as ∫ dψ/√(1 − m sin²(ψ/2)), and all is periodic and smooth in ψ: N
+    points have an error of e^(−2 N arcosh x), with x the distance of the nearest of −1, 1 and u3 from the middle in
+    half widths (Trefethen & Weideman, SIAM Review 56, 385, 2014).
+    """
+    width, nearest = np.asarray(path.high - path.low), np.minimum(path.upper_near, path.lower_near)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        beyond = np.minimum(nearest / width, path.complement / path.parameter)
+    # Around a rod that precesses steadily nothing is near.
+    slowest = np.min(np.arccosh(1 + 2 * beyond[width > 0]), initial=40.0)
+    if not (slowest * _POINTS > 20 and np.min(nearest) > _UPRIGHT_ENOUGH):
+        return None
+    count = 1 + int(20 / slowest)
+    share = np.sin(np.pi * (np.arange(count) + 0.5) / (2 * count)) ** 2
+    start = path.start
+    fields = (start.turning, start.about_rod, path.low, width, path.upper_near, path.lower_near, path.parameter)
+    turning, spin, low, whole, upper, lower, parameter = (np.asarray(values)[..., None] for values in fields)
+    passing = 1 / np.sqrt(1 - parameter * share)
+    up = whole * share
+    rates = (turning - spin * (low + up)) / ((upper + whole - up) * (lower + up))
+    return np.add.reduce(passing * rates, axis=-1) / np.add.reduce(passing, axis=-1)
 
 
 def time_to_turn(top: Top, state: State, angle: ArrayLike) -> Any:

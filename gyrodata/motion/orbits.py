@@ -15,6 +15,7 @@ positive terms however close to the pole the orbit comes (RJ: Carlson, Numerical
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -147,8 +148,10 @@ class Orbit:
     """m [1]"""
     complement: Any
     """1 − m [1], with its own digits."""
-    ladder: Ladder
-    """The elliptic functions for m."""
+    @cached_property
+    def ladder(self) -> Ladder:
+        """The elliptic functions for m."""
+        return ladder(self.parameter, self.complement)
 
     @property
     def drift(self) -> Any:
@@ -285,7 +288,6 @@ def _completed(start: Start, far: Any, low: Any, high: Any) -> Orbit:
         pace=np.sqrt(pace4) / 2,
         parameter=parameter,
         complement=complement,
-        ladder=ladder(parameter, complement),
     )
 
 

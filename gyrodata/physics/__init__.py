@@ -22,6 +22,7 @@ from __future__ import annotations
 from gyrodata.physics.demonstrations import SIDEREAL_DAY, balanced_direction, platform_rate, tip_velocity
 from gyrodata.physics.kinematics import (
     Floats,
+    Integers,
     angular_momentum,
     body_rotation,
     frame_axes,
@@ -62,6 +63,7 @@ __all__ = [
     "STANDARD_GRAVITY",
     "VISCOUS",
     "Floats",
+    "Integers",
     "angular_momentum",
     "balanced_direction",
     "body_rotation",

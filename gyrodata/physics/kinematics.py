@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int_]
 
 
 def frame_axes(azimuth: ArrayLike, theta: ArrayLike) -> Floats:

@@ -127,7 +127,7 @@ def _relative(measured: Measurements, quantity: str, values: Floats) -> Floats:
     size = np.where(values == 0, np.inf, np.abs(values))
     for source in measured.sources:
         if source.quantity == quantity:
-            touched = np.asarray(source.groups) >= 0
+            touched = source.groups >= 0
             variance += np.where(touched, source.absolute / size + source.relative, 0.0) ** 2
     return np.sqrt(variance)
 

@@ -55,7 +55,7 @@ class Reading(NamedTuple):
     """As typed."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Column:
     """One role's readings in SI, one for each of the n runs."""
 
@@ -74,10 +74,20 @@ class Column:
     find: Callable[[int], Place] | None = field(default=None, repr=False, compare=False)
     """Where the cell of an identity stands: hardly any is ever asked for."""
 
-    @property
+    @cached_property
     def values(self) -> tuple[float | None, ...]:
         """Values alone [SI unit of the role]."""
         return tuple([reading.value for reading in self.readings])
+
+    @cached_property
+    def steps(self) -> tuple[float, ...]:
+        """Steps of the last digits [SI unit of the role]; 0 where a number is exact or its digits are unknown."""
+        return tuple([reading.step or 0.0 for reading in self.readings])
+
+    @cached_property
+    def stated(self) -> tuple[tuple[int, Uncertainty], ...]:
+        """Run and uncertainty of each reading of which the log says one."""
+        return tuple([(i, reading.u) for i, reading in enumerate(self.readings) if reading.u is not None])
 
     def place(self, run: int) -> Place | None:
         """Where a reading stands; None for what an option gave, or a simulation."""

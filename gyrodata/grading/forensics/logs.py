@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyrodata.measurements import Measurements, spin_columns
-from gyrodata.physics import Floats
+from gyrodata.physics import Floats, Integers
 from gyrodata.readings import TIMINGS, Column, Readings
 
 MOST_ROWS = 200  # rows that are kept of a log; of a longer one, those with the shortest times
@@ -134,7 +134,7 @@ def measure_scatter(one: Fingerprint) -> Scatter | None:
 # --- all logs as arrays -------------------------------------------------------------------------------------
 
 
-Integers = NDArray[np.int_]
+
 
 TACHOMETER = 0.002  # relative scatter of a reading of the spin
 

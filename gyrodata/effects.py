@@ -40,9 +40,6 @@ LEVEL_TO = math.radians(2.0)
 """How far from level [rad] a rod may be that nobody measured: the default standard uncertainty of a pitch."""
 
 
-SMALL_SAG = 0.12
-"""Below this mean sag [rad] the closed form of a rod let go from rest is right to a tenth of itself."""
-
 TURNS = 12
 """So often at most I_zz goes into its own correction."""
 
@@ -94,9 +91,8 @@ class Case(NamedTuple):
         fit, inertia = self.fit, float(self.fit.adjusted.unknowns[0])
         if model == self.chosen and self.measured.slowing is None:
             return inertia
-        closed = model.released and _hardly_sags(bare, fit)
         for _turn in range(TURNS):
-            runs = _closed_release(bare, fit) if closed else corrected(bare, fit, inertia, model)
+            runs = corrected(bare, fit, inertia, model)
             if runs.slowing is not None and not np.isfinite(runs.slowing).all():
                 return None
             try:
@@ -135,20 +131,6 @@ class Case(NamedTuple):
 
 def _over(without: float | None, within: float | None) -> float | None:
     return None if without is None or within is None else without / within - 1
-
-
-def _hardly_sags(measured: Measurements, fit: FitResult) -> bool:
-    """Say whether a rod let go from rest would sag so little that its closed form does."""
-    total = measured.torque + fit.imbalance.value
-    sag = physics.mean_sag(total, measured.spin, fit.inertia.value, fitting.transverse_inertia(measured))
-    return not measured.pitch.any() and bool(np.abs(sag).max() < SMALL_SAG)
-
-
-def _closed_release(measured: Measurements, fit: FitResult) -> Measurements:
-    """Slow runs by the closed form of a level rod let go from rest: as `corrected`, for a few microseconds."""
-    total = measured.torque + fit.imbalance.value
-    bias = physics.release_bias(total, measured.spin, fit.inertia.value, fitting.transverse_inertia(measured))
-    return replace(measured, slowing=1 + bias)
 
 
 Found = tuple[float | None, bool, str]

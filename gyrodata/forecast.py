@@ -134,7 +134,7 @@ def expected_u(designs: Sequence[Design]) -> list[float]:
         first.stated,
         tested if any(design.tested is not None for design in designs) else None,
     )
-    ends = posterior.quantiles(0, slice(1, 4, 2))
+    ends = posterior.quantiles(1, slice(1, 4, 2))[..., 0, :]
     return [float(u) for u in unit[:, 0] * (ends[:, 1] - ends[:, 0]) / 2]
 
 

@@ -265,7 +265,7 @@ def _recommended(measured: Measurements, readings: dict[str, Floats], tilted: bo
         lab = replace(measured, **one, given_torque=readings["torque"][i], torque=torque[i], g=readings["g"][i, 0])
         posterior = fit(lab, tilted).posterior
         assert posterior is not None
-        ends.append(posterior.quantiles(0))
+        ends.append(posterior.quantiles()[..., 0, :])
     return np.array(ends)
 
 

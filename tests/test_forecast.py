@@ -100,9 +100,7 @@ def test_a_position_on_the_other_side_is_another_reading() -> None:
     count = len(measured.runs)
 
     def with_positions(measured: Measurements, groups: np.ndarray) -> Measurements:
-        read = Source(
-            "position", "position", groups, np.full(count, 1e-3), np.zeros(count), "", True, ""
-        )
+        read = Source("position", "position", groups, np.full(count, 1e-3), np.zeros(count), "", True, "")
         return replace(measured, sources=(*measured.sources, read))
 
     changed = forecast.with_both_signs(designed(with_positions(measured, np.zeros(count, dtype=int))))

@@ -261,7 +261,16 @@ class TestSizes:
         assert found.bias == pytest.approx(brute, rel=0.1)
         assert "NOT small" in found.reason
         count = len(measured.runs)
-        doubt = Source("decay_exponent", "spin", np.zeros(count, dtype=int), np.zeros(count), np.full(count, 0.005), "", True, "0.5")
+        doubt = Source(
+            "decay_exponent",
+            "spin",
+            np.zeros(count, dtype=int),
+            np.zeros(count),
+            np.full(count, 0.005),
+            "",
+            True,
+            "0.5",
+        )
         holding = replace(measured, sources=(*measured.sources, doubt))
         found = {one.effect: one for one in effects.list_effects(holding, fit, LEVEL)}["decay_law"]
         assert found.in_u

@@ -57,7 +57,9 @@ def test_a_log_that_scatters_more_than_stated_says_so_and_is_tried_with_its_own_
 def test_the_weight_spins_along_in_simulated_labs_too() -> None:
     plain = lab(np.random.default_rng(0), noise=0.0)
     added = np.repeat((1e-4, 2e-4, 4e-4), 3)
-    doubt = Source("weight_diameter", "added", np.zeros(9, dtype=int), np.zeros(9), np.full(9, 0.02), "all runs", False, "")
+    doubt = Source(
+        "weight_diameter", "added", np.zeros(9, dtype=int), np.zeros(9), np.full(9, 0.02), "all runs", False, ""
+    )
     wide = replace(plain, time=plain.time * (1 + added / INERTIA), added=added, sources=(*plain.sources, doubt))
     _, by_name = check(wide, 500, seed=2)
     # Left out of the true times, it would be off by some percent.

@@ -242,17 +242,29 @@ class Adjusted:
 
 # What is not finite does not pass.
 @np.errstate(all="ignore")
-def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, kept: Floats, factor: float) -> Adjusted:
+def adjust(
+    problem: Problem,
+    sense: Floats,
+    start: Start,
+    prior_width: float,
+    kept: Floats,
+    factor: float,
+    near: Adjusted | None = None,
+) -> Adjusted:
     """Iterate the Gauss–Helmert adjustment to a solution that can be believed, near its start by a factor.
 
     The unknowns are scaled to order one: I_zz by its start, M0 by its prior width, b by its own. Runs where
-    `kept` is 0 have no weight, but what the others say of them is worked out. Raises `NoFit`.
+    `kept` is 0 have no weight, but what the others say of them is worked out. Raises `NoFit`. `near` is where a fit of
+    nearly the same ended: the errors begin there.
     """
     count, shared_count = problem.count, problem.shared_count
     scale = np.array([start.inertia, prior_width, problem.measured.timing_bias_u])
     unknowns = np.zeros(3 + shared_count)
     unknowns[:2] = 1.0, start.imbalance / prior_width
     single = np.zeros_like(problem.absolute)
+    if near is not None and np.array_equal(near.problem.groups, problem.groups):
+        unknowns[2:] = near.unknowns[2] / scale[2] if scale[2] else 0.0, *near.shared
+        single = -near.slopes * problem.alone * near.weighted / np.sqrt(near.own)
     rows = prior_rows(count, 3 + shared_count)
     chi2 = moved = math.inf
     jumped = 0.0
@@ -278,7 +290,7 @@ def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, ke
             sizes = np.abs(step).tolist()
             last, moved, jumped = moved, max(sizes), max(sizes[:2])
             # Steps shrink by a constant factor: the next would be this one times this one over the last.
-            if moved**2 < 1e-9 * min(last, 1.0 if turn else 0.0) or moved < 1e-11:
+            if moved**2 < 1e-8 * min(last, 1.0 if turn else 0.0) or moved < 1e-11:
                 converged = True
                 break
             if turn > 2:
@@ -304,8 +316,9 @@ def _conclude(
     # Deleted residuals: for a run in the fit the leverage takes it out again, for one outside the
     # uncertainty of the prediction is added.
     rest = np.maximum(1 - np.add.reduce(q[:count] ** 2, axis=1), NEGLIGIBLE)
-    inside = at.own * rest
-    outside = at.own + np.add.reduce((plain @ inverse) ** 2, axis=1)
+    variance = at.own * rest
+    if not kept.all():
+        variance = np.where(kept > 0, variance, at.own + np.add.reduce((plain @ inverse) ** 2, axis=1))
     gain = (inverse[0] @ q.T) * scale[0]
     directions = inverse @ inverse[0]
     weighted = kept * closed / np.sqrt(at.own)
@@ -324,7 +337,7 @@ def _conclude(
         weighted=weighted,
         own=at.own,
         influence=gain[:count] * weighted / rest,
-        deviations=sense * closed / np.sqrt(np.where(kept > 0, inside, outside)),
+        deviations=sense * closed / np.sqrt(variance),
         chi2=_chi2(closed, at.own, kept, unknowns),
         converged=converged,
     )
@@ -426,6 +439,8 @@ def insist_on_solution(adjusted: Adjusted, start: float, factor: float) -> None:
     if not 1 / factor < inertia / start < factor:
         raise NoFit(f"the fit ends at {inertia:.2g} kg*m^2, where the runs by themselves are near {start:.2g}")
     problem = adjusted.problem
+    if not (np.abs(adjusted.shared) > MOVED_U).any():
+        return
     error = np.abs(adjusted.shared[problem.to_column])
     source, run = problem.from_source, problem.from_run
     read = np.abs(problem.observed[problem.quantity[source], run])

@@ -14,7 +14,7 @@ Every reading is its truth plus its errors, each error a standard normal number 
 from __future__ import annotations
 
 import copy
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -30,8 +30,7 @@ NEGLIGIBLE = 1e-9
 """No reading is exact beyond this relative size; keeps a row whose stated errors are all zero finite."""
 
 
-@dataclass(frozen=True)
-class Linear:
+class Linear(NamedTuple):
     """The conditions of n runs, linear in the unknowns and in the errors of S sources.
 
     Labs of one design may be stacked: every array may have axes before those given.
@@ -124,11 +123,11 @@ class Problem:
             padded = np.zeros((*shared.shape[:-1], self.shared_count + 1))
             padded[..., :-1] = shared
             errors = single + padded.take(self.member, axis=-1)
-        if not errors.any():
-            return self.observed, -(self.absolute + self.relative * self.observed.take(self.quantity, axis=-2))
-        scale = 1 + self.onto @ (self.relative * errors)
+        scale = self.onto @ (self.relative * errors)
+        scale += 1
         values = (self.observed - self.onto @ (self.absolute * errors)) / scale
-        slopes = self.absolute + self.relative * values.take(self.quantity, axis=-2)
+        slopes = self.relative * values.take(self.quantity, axis=-2)
+        slopes += self.absolute
         slopes /= -scale.take(self.quantity, axis=-2)
         return values, slopes
 

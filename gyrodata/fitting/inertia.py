@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -57,7 +57,7 @@ def fit(
     """
     one_sign = bool(measured.sense.all())
     begun = [stated] if stated is not None and one_sign else _by_sign(measured, tilted, left_out)
-    results = [_integrated(measured, tilted, one) for one in begun]
+    results = [_integrated(measured, one) for one in begun]
     results.sort(key=lambda pair: -float(pair[1].evidence))
     first, posterior = results[0]
     several = [other for _, other in results if other.evidence > posterior.evidence + math.log(ONE_SIGN)]
@@ -81,7 +81,7 @@ def refit(result: FitResult, measured: Measurements, tilted: bool, balanced: boo
     if balanced:
         width, imbalance, kept = NEGLIGIBLE * width, 0.0, kept * (measured.torque != 0)
     problem = Problem(measured, tilted).with_scatter(result.scatter)
-    adjusted = adjust(problem, result.sense, Start(inertia, imbalance), width, kept, ASTRAY)
+    adjusted = adjust(problem, result.sense, Start(inertia, imbalance), width, kept, ASTRAY, result.adjusted)
     return _result(measured, adjusted, result.sense, width, result.scatter, adjusted.chi2, True)
 
 
@@ -156,28 +156,29 @@ def _result(
     )
 
 
-def _integrated(measured: Measurements, tilted: bool, stated: FitResult) -> tuple[FitResult, Posterior]:
+def _integrated(measured: Measurements, stated: FitResult) -> tuple[FitResult, Posterior]:
     """Integrate over the widths, adjust at those found, and integrate there."""
     posterior = integrate_at(measured, stated)
     scatter, width = _typical(posterior)
     start = Start(*posterior.middle()[:2].tolist())
-    problem = Problem(measured, tilted).with_scatter(scatter)
+    problem = stated.adjusted.problem.with_scatter(scatter / stated.scatter)
     try:
-        adjusted = adjust(problem, stated.sense, start, width, stated.adjusted.kept, FACTOR)
+        adjusted = adjust(problem, stated.sense, start, width, stated.adjusted.kept, FACTOR, stated.adjusted)
     except NoFit:
         return stated, posterior
     free = torques_differ(measured.torque[stated.adjusted.kept > 0])
     result = _result(measured, adjusted, stated.sense, width, scatter, stated.chi2, free)
-    return result, integrate_at(measured, result)
+    return result, integrate_at(measured, result, posterior)
 
 
-def integrate_at(measured: Measurements, result: FitResult) -> Posterior:
+def integrate_at(measured: Measurements, result: FitResult, near: Posterior | None = None) -> Posterior:
     """Integrate over the widths of a log, linear where a fit of it ended; I_zz in kg*m^2, M0 in N*m, b in s."""
     inertia, (conditions, unit) = result.inertia.value, _linear(measured, result)
     tested = None
     if measured.imbalance_u is not None:
         tested = measured.imbalance_u(inertia) / unit[1]
-    return integrate(conditions, balance_scale(measured, inertia) / unit[1], times_stated(measured), tested).times(unit)
+    scale = balance_scale(measured, inertia) / unit[1]
+    return integrate(conditions, scale, times_stated(measured), tested, near).times(unit)
 
 
 def _linear(measured: Measurements, result: FitResult) -> tuple[Conditions, Floats]:
@@ -237,9 +238,9 @@ def fit_otherwise(measured: Measurements, result: FitResult, cases: Sequence[Oth
         allowed = measured.imbalance_u(inertia) / unit[1]
         tested = np.array([allowed if case.balance is None else UNTESTED for case in cases])
     scale = np.array([usual if case.balance is None else case.balance for case in cases])
-    ends = unit[0] * integrate(conditions, scale, times_stated(measured), tested).quantiles(0)
+    ends = unit[0] * integrate(conditions, scale, times_stated(measured), tested).quantiles()[:, 0]
     assert result.posterior is not None
-    return [_estimate(each) for each in ends[1:] + (result.posterior.quantiles(0) - ends[0])]
+    return [_estimate(each) for each in ends[1:] + (result.posterior.quantiles()[0] - ends[0])]
 
 
 UNTESTED = 1e6
@@ -254,15 +255,15 @@ def _estimate(ends: Floats) -> Estimate:
 
 def if_balanced(measured: Measurements, result: FitResult) -> Estimate:
     """I_zz of a fit if the ball is balanced: M0 nothing but what "balanced: yes" leaves."""
-    return _estimate(integrate_at(replace(measured, balanced=True, imbalance_u=None), result).quantiles(0))
+    return _estimate(integrate_at(replace(measured, balanced=True, imbalance_u=None), result).quantiles()[0])
 
 
-def balance_scale(measured: Measurements, inertia: float) -> float:
-    """Scale of M0's Cauchy before the runs are looked at [N*m]."""
+def balance_scale(measured: Measurements, inertia: Floats | float) -> Any:
+    """Scale of M0's Cauchy before the runs are looked at [N*m], for an I_zz or many [kg*m^2]."""
     usual = BALANCE * lightest_torque(measured, np.ones(len(measured.runs)))
     if measured.balanced is None:
         return usual
-    return min(usual, BALANCED * abs(inertia)) if measured.balanced else UNBALANCED * usual
+    return np.minimum(usual, BALANCED * np.abs(inertia)) if measured.balanced else UNBALANCED * usual
 
 
 def times_stated(measured: Measurements) -> bool:
@@ -273,12 +274,12 @@ def times_stated(measured: Measurements) -> bool:
 def _typical(posterior: Posterior) -> tuple[float, float]:
     """Factor s, and the width of M0 with which alone I_zz is known as well as with all of them [N*m]."""
     factor = float(posterior.typical(posterior.factor))
-    # Not np.unique, which would load numpy.ma.
-    steps = np.array(sorted(set(posterior.factor[posterior.weight > 1e-6 * posterior.weight.max()].tolist())))
-    nearest = posterior.factor == steps[np.argmin(np.abs(np.log(steps / factor)))]
+    away = np.abs(np.log(posterior.factor / factor))
+    likely = posterior.weight > 1e-6 * posterior.weight.max()
+    nearest = posterior.factor == posterior.factor[np.argmin(np.where(likely, away, np.inf))]
     weight = posterior.weight[nearest] / posterior.weight[nearest].sum()
     part = Posterior(weight, posterior.mean[:, nearest], posterior.u[:, nearest], *(posterior.factor,) * 2, weight)
-    ends = part.quantiles(0, slice(1, 4, 2))
+    ends = part.quantiles(1, slice(1, 4, 2))[0]
     order = np.argsort(part.u[0])
     widths = np.log(posterior.width[nearest][order])
     return factor, float(np.exp(np.interp((ends[1] - ends[0]) / 2, part.u[0][order], widths)))
@@ -286,14 +287,14 @@ def _typical(posterior: Posterior) -> tuple[float, float]:
 
 def _with_posterior(measured: Measurements, result: FitResult, posterior: Posterior) -> FitResult:
     """Give a fit the answer of the posterior, and the budget of that."""
-    estimates = [_estimate(posterior.quantiles(of)) for of in range(3)]
+    estimates = [_estimate(ends) for ends in posterior.quantiles(3)]
     contradicted = None
     if measured.imbalance_u is not None:
         allowed, alone = (
             measured.imbalance_u(result.inertia.value),
             integrate_at(replace(measured, imbalance_u=None), result),
         )
-        ends = alone.quantiles(1)
+        ends = alone.quantiles(2)[1]
         if abs(ends[2]) > CONTRADICTED * math.hypot(allowed, (ends[3] - ends[1]) / 2):
             contradicted = allowed
     return replace(

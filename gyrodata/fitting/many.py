@@ -23,7 +23,7 @@ WIDE = 3.0
 FACTORS = 0.5, 20.0
 """Bounds of the factor on the errors that each run has alone with which they are."""
 
-_CHUNK = 32
+_CHUNK = 16
 """Labs at a time: as many as stay in a processor's cache."""
 
 
@@ -71,7 +71,7 @@ def _fit_stack(problem: Problem, observed: Floats) -> Floats:
         inertia, imbalance = straight_line(lever, swing, torque)
     else:
         inertia, imbalance = np.median(swing * torque / lever, axis=1), np.zeros(labs)
-    balance = np.array([balance_scale(measured, float(one)) for one in inertia]) / lightest
+    balance = balance_scale(measured, inertia) / lightest
     scale = np.stack([inertia, lightest, np.full(labs, measured.timing_bias_u)], axis=-1)
     unknowns = np.zeros((labs, 3 + problem.shared_count))
     unknowns[:, 0] = 1.0
@@ -110,4 +110,6 @@ def _fit_stack(problem: Problem, observed: Floats) -> Floats:
     if measured.imbalance_u is not None:
         tested = np.array([measured.imbalance_u(float(one)) for one in inertia]) / lightest
     posterior = integrate(conditions, balance, times_stated(measured), tested)
-    return np.concatenate([posterior.quantiles(0) * scale[:, :1], posterior.middle()[:, 1:] * scale[:, 1:]], axis=1)
+    return np.concatenate(
+        [posterior.quantiles()[:, 0] * scale[:, :1], posterior.middle()[:, 1:] * scale[:, 1:]], axis=1
+    )

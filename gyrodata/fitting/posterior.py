@@ -34,7 +34,7 @@ BALANCE = 0.05
 BALANCED = 0.0675
 """The same scale [rad²/s²] times I_zz where the log says that the ball is balanced: 0.3 mN*m for a 4-inch ball."""
 
-TOO_BOLD = np.array([[1.0, 3.0, 10.0, 30.0, 100.0], [0.1, 0.15, 0.2, 0.25, 0.3]])
+TOO_BOLD = np.array([[1.0, 3.0, 10.0, 30.0, 100.0], [0.03, 0.06, 0.1, 0.26, 0.55]])
 """A balance test may be so many times too bold, with this chance."""
 
 UNBALANCED = 6.0
@@ -52,6 +52,8 @@ TAIL = math.log(5.0)
 LOW, HIGH, STEPS = 0.25, 20.0, 20
 """Factors s that are looked at first, and how many."""
 
+EVENLY = np.linspace(0.0, 1.0, STEPS)
+
 TURNS = 10
 """So often at most the factors are spread anew."""
 
@@ -63,6 +65,10 @@ SMALL, LARGE = 0.04, 0.14
 
 WIDTHS = np.exp(np.linspace(math.log(0.03), math.log(100.0), 18))
 """Widths of M0 over the scale of its prior."""
+
+CHANCES = -np.log(WIDTHS) - 0.5 / WIDTHS**2
+"""Logarithm of the chance of each, up to a constant: M0 of width w, mixed so, is a Cauchy."""
+CHANCES -= math.log(np.exp(CHANCES).sum())
 
 STEP = math.log(100.0 / 0.03) / 17
 """Between the logarithms of two widths."""
@@ -122,11 +128,13 @@ class Posterior:
     bend: Floats | float = 0.0
     """I_zz over that is 1 + t + `bend` t², to second order in what is normal, 1 + t; shape (…)."""
 
-    def quantiles(self, of: int, which: slice = slice(None)) -> Floats:
-        """Quantiles at `LEVELS`, or at some of them, of I_zz (0), M0 (1) or b (2), shape (…, 5)."""
-        ends = _quantiles(self.weight, self.mean[..., of, :], self.u[..., of, :], which)
+    def quantiles(self, unknowns: int = 1, which: slice = slice(None)) -> Floats:
+        """Quantiles at `LEVELS`, or at some of them, of I_zz, or of it, M0 and b; shape (…, unknowns, 5)."""
+        ends = _quantiles(self.weight, self.mean[..., :unknowns, :], self.u[..., :unknowns, :], which)
+        straight = ends[..., 0, :]
         # What reaches to zero is no measurement, bent or not.
-        return ends if of else np.where(ends > 0, _bent(ends, self.ended, self.bend), ends)
+        ends[..., 0, :] = np.where(straight > 0, _bent(straight, self.ended, self.bend)[0], straight)
+        return ends
 
     def middle(self) -> Floats:
         """Mean of I_zz, M0 and b, shape (…, 3)."""
@@ -143,8 +151,8 @@ class Posterior:
     def straight(self) -> Posterior:
         """Give the same with parts that are normal in I_zz itself."""
         mean, u = self.mean.copy(), self.u.copy()
-        mean[..., 0, :] = _bent(self.mean[..., 0, :], self.ended, self.bend)
-        u[..., 0, :] *= _bent_slope(self.mean[..., 0, :], self.ended, self.bend)
+        mean[..., 0, :], slope = _bent(self.mean[..., 0, :], self.ended, self.bend)
+        u[..., 0, :] *= slope
         return replace(self, mean=mean, u=u, ended=1.0, bend=0.0)
 
     def typical(self, values: Floats) -> Floats:
@@ -153,36 +161,43 @@ class Posterior:
 
 
 def integrate(
-    conditions: Conditions, scale: Floats | float, stated: bool, tested: Floats | float | None = None
+    conditions: Conditions,
+    scale: Floats | float,
+    stated: bool,
+    tested: Floats | float | None = None,
+    near: Posterior | None = None,
 ) -> Posterior:
     """Weigh every s and w by how well the runs go with them.
 
     `scale` is that of M0's Cauchy, `tested` the width that a balance test allows M0, both in the unit of M0, shape (…);
-    `stated` says whether the log states how wide the times are.
+    `stated` says whether the log states how wide the times are. `near` is what is known already of nearly the same.
     """
-    widths, prior = balance_prior(np.asarray(scale, dtype=float), tested)
-    reduced = _reduce(conditions, np.asarray(scale, dtype=float), tested)
+    scale = np.asarray(scale, dtype=float)
+    widths, prior = balance_prior(scale, tested)
+    reduced = _reduce(conditions, scale, tested)
     if conditions.without_readings:
-        reduced = replace(reduced, squares=_expect(reduced, conditions.scatter, np.asarray(scale, dtype=float)))
-    labs = conditions.left.shape[:-1]
+        reduced = replace(reduced, squares=_expect(reduced, conditions.scatter, scale))
+    labs, ended, bend = conditions.left.shape[:-1], conditions.ended[..., 0], reduced.bend
     low, high = np.full(labs, math.log(LOW)), np.full(labs, math.log(HIGH))
-    at = conditions.ended[..., 0, None, None]
+    if near is not None:
+        low, high = np.log(near.factor.min(axis=-1)), np.log(near.factor.max(axis=-1))
+    at = ended[..., None, None]
     # As likely before the runs are looked at: every I_zz^(1 − bend), and M0 over I_zz^bend with its width in M0.
-    lean = 2 * reduced.bend[..., None, None] / at
+    lean = 2 * bend[..., None, None] / at
     for turn in range(TURNS):
-        factor = low[..., None] + (high - low)[..., None] * np.linspace(0.0, 1.0, STEPS)
-        parts = _parts(reduced, np.exp(factor), widths)
+        factor = low[..., None] + (high - low)[..., None] * EVENLY
+        parts = _Parts(reduced, np.exp(factor), widths)
         spacing = (high - low) / (STEPS - 1)
-        whole = parts.log_likelihood + prior[..., None, :] + (scatter_prior(factor, stated))[..., None]
-        whole = whole + lean * np.clip(parts.mean[0] - at, -0.3 * at, 0.3 * at)
-        whole = whole + np.log(spacing)[..., None, None]
+        of_factor = scatter_prior(factor, stated) + np.log(spacing)[..., None]
+        whole = parts.log_likelihood + prior[..., None, :] + of_factor[..., None]
+        whole += lean * np.minimum(np.maximum(parts.inertia - at, -0.3 * at), 0.3 * at)
         top = whole.max(axis=(-1, -2), keepdims=True)
         weight = np.exp(whole - top)
         total = weight.sum(axis=(-1, -2), keepdims=True)
         weight /= total
         of_factor = weight.sum(axis=-1)
-        centre = (of_factor * factor).sum(axis=-1)
-        sd = np.sqrt((of_factor * (factor - centre[..., None]) ** 2).sum(axis=-1))
+        centre = _dot(of_factor, factor)
+        sd = np.sqrt(_dot(of_factor, (factor - centre[..., None]) ** 2))
         # Runs enough tell s so well that the steps are too wide; a log that is far off has it beyond the last.
         narrow = sd < 1.2 * spacing
         beyond = of_factor[..., -1] > 1e-3
@@ -192,50 +207,41 @@ def integrate(
         low = np.where(narrow, centre - 6 * half, low)
         high = np.where(narrow, centre + 6 * half, np.where(beyond, high + 4.0, high))
     flat = (*labs, -1)
-    shape = weight.shape
-    ended, bend = conditions.ended[..., 0], reduced.bend
-
-    def spread(values: Floats) -> Floats:
-        return np.broadcast_to(values, shape).reshape(flat)
-
-    mean = np.stack([spread(m) for m in parts.mean], axis=-2)
-    variance = np.stack([spread(v) for v in parts.variance], axis=-2)
+    mean, variance, covariance = parts.moments()
+    mean, variance, covariance = mean.reshape(*labs, 3, -1), variance.reshape(*labs, 3, -1), covariance.reshape(flat)
     # Within a part the same; but where u is small exact readings give the exact answer, and where it is large none.
-    relative = parts.variance[0] / at**2
-    within = lean * relative**2 / (relative**2 + SMALL**4) / (1 + relative**2 / LARGE**4)
-    mean[..., 0, :] += spread(within * parts.variance[0])
-    mean[..., 1, :] += spread(within * parts.covariance)
+    relative = variance[..., 0, :] / ended[..., None] ** 2
+    within = lean[..., 0] * relative**2 / (relative**2 + SMALL**4) / (1 + relative**2 / LARGE**4)
+    mean[..., 0, :] += within * variance[..., 0, :]
+    mean[..., 1, :] += within * covariance
     # From M0 over I_zz^bend to M0.
-    inertia = np.maximum(_bent(mean[..., 0, :], ended, bend), 1e-3 * ended[..., None])
+    value, slope = _bent(mean[..., 0, :], ended, bend)
+    inertia = np.maximum(value, 1e-3 * ended[..., None])
     grown = (inertia / ended[..., None]) ** bend[..., None]
-    pull = bend[..., None] * mean[..., 1, :] * _bent_slope(mean[..., 0, :], ended, bend) / inertia
-    variance[..., 1, :] += pull * (2 * spread(parts.covariance) + pull * variance[..., 0, :])
+    pull = bend[..., None] * mean[..., 1, :] * slope / inertia
+    variance[..., 1, :] += pull * (2 * covariance + pull * variance[..., 0, :])
     mean[..., 1, :] *= grown
     variance[..., 1, :] *= grown**2
+    each = np.ones(weight.shape)
     return Posterior(
         weight.reshape(flat),
         mean,
         np.sqrt(variance),
-        spread(np.exp(factor)[..., None]),
-        spread(widths[..., None, :]),
+        (np.exp(factor)[..., None] * each).reshape(flat),
+        (widths[..., None, :] * each).reshape(flat),
         (top + np.log(total))[..., 0, 0],
         ended,
         bend,
     )
 
 
-def _bent(values: Floats, ended: Floats | float, bend: Floats | float) -> Floats:
-    """I_zz from what is normal in its place; the two go together where the fit ended."""
-    twice = 2 * np.maximum(bend, 1e-9)[..., None]
-    away = twice * (values / np.asarray(ended)[..., None] - 1)
+def _bent(values: Floats, ended: Floats | float, bend: Floats | float) -> tuple[Floats, Floats]:
+    """I_zz from what is normal in its place, and its derivative; the two go together where the fit ended."""
+    unit, twice = np.asarray(ended)[..., None], 2 * np.maximum(bend, 1e-9)[..., None]
+    away = twice * (values / unit - 1)
     near = np.minimum(away, FARTHEST)
-    return cast(Floats, np.asarray(ended)[..., None] * (1 + (np.expm1(near) + np.exp(near) * (away - near)) / twice))
-
-
-def _bent_slope(values: Floats, ended: Floats | float, bend: Floats | float) -> Floats:
-    """Derivative of `_bent`."""
-    away = 2 * np.asarray(bend)[..., None] * (values / np.asarray(ended)[..., None] - 1)
-    return cast(Floats, np.exp(np.minimum(away, FARTHEST)))
+    slope = np.exp(near)
+    return unit * (1 + (np.expm1(near) + slope * (away - near)) / twice), slope
 
 
 def mixed(posteriors: Sequence[Posterior]) -> Posterior:
@@ -254,13 +260,9 @@ def mixed(posteriors: Sequence[Posterior]) -> Posterior:
 
 def balance_prior(scale: Floats, tested: Floats | float | None) -> tuple[Floats, Floats]:
     """Widths of M0, shape (…, W), and the logarithm of the chance of each."""
-    steps = np.log(WIDTHS)
-    # In ln w; M0 of width w, mixed so, is a Cauchy.
-    chance = -steps - 0.5 / WIDTHS**2
-    chance -= math.log(np.exp(chance).sum())
     widths = scale[..., None] * WIDTHS
     if tested is None:
-        return widths, np.broadcast_to(chance, widths.shape)
+        return widths, CHANCES
     # A Cauchy too, of the test's own width: the same mixture of normals, times what each says of the other.
     bold = np.log(FALSE_WIDTHS[:, None] / TOO_BOLD[0])
     doubt = np.log(np.exp(-bold - 0.5 * np.exp(-2 * bold)) @ TOO_BOLD[1])
@@ -268,7 +270,7 @@ def balance_prior(scale: Floats, tested: Floats | float | None) -> tuple[Floats,
     test = np.maximum(tested, NEGLIGIBLE)[..., None] * FALSE_WIDTHS
     squares = widths[..., :, None] ** 2, test[..., None, :] ** 2
     both = squares[0] * squares[1] / (squares[0] + squares[1])
-    weight = chance[:, None] + doubt - 0.5 * np.log(squares[0] + squares[1])
+    weight = CHANCES[:, None] + doubt - 0.5 * np.log(squares[0] + squares[1])
     # The product of two normals is one: all of them, told by fewer widths.
     count = len(TESTED_WIDTHS)
     both, weight = (values.reshape(*both.shape[:-2], -1) for values in (both, weight))
@@ -364,55 +366,55 @@ def _expect(reduced: _Reduced, scatter: Floats, scale: Floats) -> Floats:
     return np.concatenate([(1 - taken) * variance, (reduced.rest * scatter**2)[..., None]], axis=-1)
 
 
-@dataclass(frozen=True)
 class _Parts:
-    """The normal distribution for each s and w, shapes (…, S, W)."""
+    """The normal distribution for each s, shape (…, S), and w, shape (…, W); of shape (…, S, W) or (…, S, 1)."""
 
-    log_likelihood: Floats
-    mean: tuple[Floats, Floats, Floats]
-    variance: tuple[Floats, Floats, Floats]
-    covariance: Floats
-    """Of I_zz and M0."""
+    def __init__(self, reduced: _Reduced, factor: Floats, widths: Floats) -> None:
+        """Solve for I_zz and M0, and say how likely the runs are."""
+        variance = factor[..., None] ** 2 + reduced.shared[..., None, :] ** 2
+        # Sums of products of the columns I, M0, b, misclosure, for each s.
+        rows = reduced.rows
+        products = (rows[..., :, None] * rows[..., None, :]).reshape(*rows.shape[:-1], 16)
+        sums = (1 / variance) @ products
+        log_likelihood = -0.5 * np.add.reduce(np.log(variance), axis=-1) - reduced.rest[..., None] * np.log(factor)
+        if reduced.squares is not None:
+            squares = reduced.squares[..., None, :]
+            log_likelihood -= 0.5 * (_dot(squares[..., :-1], 1 / variance) + squares[..., -1] / factor**2)
+        self.sums = np.swapaxes(sums, -1, -2)[..., None]
+        ii, im, _, i_left, _, mm, _, m_left, *_, chi2 = self._columns()
+        narrow = 1 / widths[..., None, :] ** 2
+        self.at, self.slope = reduced.ended[..., 1, None, None], reduced.slope[..., None, None]
+        self.mm, m_w = mm + narrow, m_left - self.at * narrow
+        self.determinant = ii * self.mm - im**2
+        self.both = (self.mm * i_left - im * m_w) / self.determinant
+        self.imbalance = (ii * m_w - im * i_left) / self.determinant
+        misfit = chi2 + self.at * self.at * narrow - self.both * i_left - self.imbalance * m_w
+        self.log_likelihood = log_likelihood[..., None] - 0.5 * (np.log(self.determinant / narrow) + misfit)
+        self.inertia = reduced.ended[..., 0, None, None] + self.both - self.slope * self.imbalance
 
+    def _columns(self) -> list[Floats]:
+        return [self.sums[..., k, :, :] for k in range(16)]
 
-def _parts(reduced: _Reduced, factor: Floats, widths: Floats) -> _Parts:
-    """Solve for I_zz, M0 and b for each s, shape (…, S), and w, shape (…, W)."""
-    variance = factor[..., None] ** 2 + reduced.shared[..., None, :] ** 2
-    weighted = reduced.rows[..., None, :, :] / variance[..., None]
-    # Sums of products of the columns I, M0, b, misclosure, for each s.
-    sums = np.swapaxes(weighted, -1, -2) @ reduced.rows[..., None, :, :]
-    ended = reduced.ended[..., None, :]
-    log_likelihood = -0.5 * np.add.reduce(np.log(variance), axis=-1) - reduced.rest[..., None] * np.log(factor)
-    if reduced.squares is not None:
-        squares = reduced.squares[..., None, :]
-        log_likelihood -= 0.5 * (_dot(squares[..., :-1], 1 / variance) + squares[..., -1] / factor**2)
-
-    def each(values: Floats) -> Floats:
-        return values[..., None]
-
-    ii, im, mm = each(sums[..., 0, 0]), each(sums[..., 0, 1]), each(sums[..., 1, 1])
-    i_left, m_left = each(sums[..., 0, 3]), each(sums[..., 1, 3])
-    ib, mb = each(sums[..., 0, 2]), each(sums[..., 1, 2])
-    narrow = 1 / widths[..., None, :] ** 2
-    at, slope = each(ended[..., 1]), each(each(reduced.slope))
-    mm_w, m_w = mm + narrow, m_left - at * narrow
-    determinant = ii * mm_w - im**2
-    both = (mm_w * i_left - im * m_w) / determinant
-    imbalance = (ii * m_w - im * i_left) / determinant
-    chi2 = each(sums[..., 3, 3]) + at * at * narrow - both * i_left - imbalance * m_w
-    both_var, m_var, cov = mm_w / determinant, ii / determinant, -im / determinant
-    # The others know b as well as its prior and what is left of the rows tell.
-    bias = each(sums[..., 2, 3]) - ib * both - mb * imbalance
-    b_var = 1 - each(sums[..., 2, 2]) + ib**2 * both_var + 2 * ib * mb * cov + mb**2 * m_var
-    i_var = both_var - 2 * slope * cov + slope**2 * m_var
-    log_likelihood = each(log_likelihood) - 0.5 * (np.log(determinant) + chi2) + 0.5 * np.log(narrow)
-    mean = (each(ended[..., 0]) + both - slope * imbalance, at + imbalance, bias)
-    return _Parts(log_likelihood, mean, (i_var, m_var, np.maximum(b_var, 0.0)), cov - slope * m_var)
+    def moments(self) -> tuple[Floats, Floats, Floats]:
+        """Means and variances of I_zz, M0 and b, shape (…, 3, S, W), and the covariance of I_zz and M0, (…, S, W)."""
+        ii, im, ib, _, _, _, mb, _, _, _, bb, b_left, *_ = self._columns()
+        slope = self.slope
+        both_var, m_var, cov = self.mm / self.determinant, ii / self.determinant, -im / self.determinant
+        # The others know b as well as its prior and what is left of the rows tell.
+        bias = b_left - ib * self.both - mb * self.imbalance
+        b_var = 1 - bb + ib**2 * both_var + 2 * ib * mb * cov + mb**2 * m_var
+        i_var = both_var - 2 * slope * cov + slope**2 * m_var
+        means = np.stack([self.inertia, self.at + self.imbalance, bias], axis=-3)
+        return means, np.stack([i_var, m_var, np.maximum(b_var, 0.0)], axis=-3), cov - slope * m_var
 
 
 def _quantiles(weight: Floats, mean: Floats, u: Floats, which: slice) -> Floats:
-    """Quantiles at `LEVELS` of a mixture of normal distributions, shapes (…, N), by Newton's steps kept in brackets."""
+    """Quantiles at `LEVELS` of mixtures of normal distributions, shapes (…, N) and (…, K, N): (…, K, 5).
+
+    By Newton's steps, kept in brackets.
+    """
     levels, normal = LEVELS[which], NORMAL[which]
+    weight = weight[..., None, :]
     if weight.shape[-1] > HEAVIEST:
         # What weighs next to nothing need not be looked at.
         heavy = np.argpartition(weight, -HEAVIEST, axis=-1)[..., -HEAVIEST:]
@@ -439,7 +441,8 @@ def _quantiles(weight: Floats, mean: Floats, u: Floats, which: slice) -> Floats:
         step = point - off / np.maximum(_dot(steep, square), 1e-300)
         following = np.where((step >= low) & (step <= high), step, 0.5 * (low + high))
         moved, point = np.abs(following - point), following
-        if np.all(moved <= 1e-6 * sd):
+        # The next step is about as large as the square of this one.
+        if np.all(moved <= 3e-4 * sd):
             break
     return cast(Floats, point)
 

@@ -284,9 +284,7 @@ def _sighting_sources(columns: Mapping[str, Column], turns: Floats) -> list[Sour
     for i, u in column.stated:
         absolute[i], relative[i], default[i] = u.absolute / per_turn, u.relative, False
     doubt = {text: rounded_turns(text)[1] for text in {read.text for read in column.readings}} if per_turn == 1 else {}
-    rounded = {
-        i: doubt[read.text] for i, read in enumerate(column.readings) if read.u is None and doubt.get(read.text)
-    }
+    rounded = {i: doubt[read.text] for i, read in enumerate(column.readings) if read.u is None and doubt.get(read.text)}
     absolute[list(rounded)] = np.hypot(absolute[list(rounded)], list(rounded.values()))
     if not (absolute.any() or relative.any()):
         return []

@@ -148,6 +148,7 @@ class Orbit:
     """m [1]"""
     complement: Any
     """1 − m [1], with its own digits."""
+
     @cached_property
     def ladder(self) -> Ladder:
         """The elliptic functions for m."""

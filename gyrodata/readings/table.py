@@ -7,7 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import NamedTuple
 
 from gyrodata.diagnostics import (
@@ -415,9 +415,13 @@ class _Builder:
         """Tell whether a comma or a point may part thousands: the table's other numbers have the other sign."""
         if not _THOUSANDS.fullmatch(text):
             return False
-        if "," in text:
-            return decimal_signs(self.grid) != {","}
-        return decimal_signs(self.grid, by_delimiter=False) == {","}
+        seen, expected = self._decimal_signs
+        return expected != {","} if "," in text else seen == {","}
+
+    @cached_property
+    def _decimal_signs(self) -> tuple[set[str], set[str]]:
+        """The table's decimal signs as its numbers have them, and as its delimiter lets one expect them."""
+        return decimal_signs(self.grid, by_delimiter=False), decimal_signs(self.grid)
 
     def _ask_for_unit(self, role: str, chosen: Chosen, faults: Faults) -> None:
         kind = kind_of_role(role)

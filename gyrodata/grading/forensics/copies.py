@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyrodata.grading.forensics.flags import ALLOWED, LEAST, Flag, Groups, Pair, flag_pairs
-from gyrodata.grading.forensics.logs import Integers, Logs
-from gyrodata.physics import RPM, Floats
+from gyrodata.grading.forensics.logs import Logs
+from gyrodata.physics import RPM, Floats, Integers
 
 SAME_TORQUE = 0.1
 """Relative difference of two torques up to which rows are compared: stations have weights of their own."""

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gyrodata.grading.forensics.flags import ALLOWED, Flag, Groups, Pair, chi2_lower_tail, flag_pairs
-from gyrodata.grading.forensics.logs import TRUSTED_DOF, Integers, Logs
-from gyrodata.physics import Floats
+from gyrodata.grading.forensics.logs import TRUSTED_DOF, Logs
+from gyrodata.physics import Floats, Integers
 
 BLOCK = 100  # logs that are compared with all others at a time, at most
 

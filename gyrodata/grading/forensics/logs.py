@@ -134,8 +134,6 @@ def measure_scatter(one: Fingerprint) -> Scatter | None:
 # --- all logs as arrays -------------------------------------------------------------------------------------
 
 
-
-
 TACHOMETER = 0.002  # relative scatter of a reading of the spin
 
 TRUSTED_DOF = 3  # degrees of freedom from which a log's own scatter is believed

@@ -21,11 +21,8 @@ from gyrodata.fitting import (
     FitResult,
     Model,
     NoFit,
-    at_mean_rate,
     corrected,
     earth_is_told,
-    is_unsteady,
-    on_turning_floor,
     unslowed,
 )
 from gyrodata.measurements import Measurements, select
@@ -111,11 +108,7 @@ class Case(NamedTuple):
             return self.fit.inertia.value
         left_out = np.flatnonzero(self.fit.adjusted.kept == 0).tolist()
         try:
-            runs = unslowed(self.measured)
-            if is_unsteady(runs, model):
-                runs, _ = at_mean_rate(runs, model, left_out)
-            elif model.earth:
-                runs = on_turning_floor(runs, self.fit)
+            runs = fitting.iterate_mean_rate(unslowed(self.measured), model, left_out)
             return fitting.fit(runs, model.tilted, left_out).inertia.value
         except NoFit:
             return None

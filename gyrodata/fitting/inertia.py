@@ -240,7 +240,8 @@ def fit_otherwise(measured: Measurements, result: FitResult, cases: Sequence[Oth
     scale = np.array([usual if case.balance is None else case.balance for case in cases])
     ends = unit[0] * integrate(conditions, scale, times_stated(measured), tested).quantiles()[:, 0]
     assert result.posterior is not None
-    return [_estimate(each) for each in ends[1:] + (result.posterior.quantiles()[0] - ends[0])]
+    # What is added may put quantiles in another order, where a log is nonsense.
+    return [_estimate(each) for each in np.sort(ends[1:] + (result.posterior.quantiles()[0] - ends[0]))]
 
 
 UNTESTED = 1e6

@@ -430,6 +430,7 @@ def _quantiles(weight: Floats, mean: Floats, u: Floats, which: slice) -> Floats:
     low, high, point = centre - reach, centre + reach, centre + sd * normal
     # What is exact is nearly so.
     size = np.maximum(np.maximum(u, 1e-6 * sd), 1e-300)[..., None, :]
+    close = 1e-3 * np.minimum(levels, 1 - levels)
     steep = weight[..., None, :] / (size * math.sqrt(2 * math.pi))
     for _turn in range(40):
         away = (point[..., None] - mean[..., None, :]) / size
@@ -439,10 +440,10 @@ def _quantiles(weight: Floats, mean: Floats, u: Floats, which: slice) -> Floats:
         np.copyto(low, point, where=off < 0)
         np.copyto(high, point, where=off > 0)
         step = point - off / np.maximum(_dot(steep, square), 1e-300)
-        following = np.where((step >= low) & (step <= high), step, 0.5 * (low + high))
-        moved, point = np.abs(following - point), following
-        # The next step is about as large as the square of this one.
-        if np.all(moved <= 3e-4 * sd):
+        inside = (step >= low) & (step <= high)
+        point = np.where(inside, step, 0.5 * (low + high))
+        # What is left after such a step is about as large as its square.
+        if np.all(inside & (np.abs(off) <= close)):
             break
     return cast(Floats, point)
 

@@ -76,7 +76,7 @@ def put_errors(
     The same numbers are drawn whatever the noise, so that another noise gives the same errors, scaled. With `tails` the
     stopwatch's are of a Student's t with so many degrees of freedom.
     """
-    read = {role: values.copy() for role, values in true.items()}
+    read = {role: np.array(values, dtype=float) for role, values in true.items()}
     for error in _ERRORS:
         u = noise.get(error.key, Uncertainty())
         of_log = float(random.standard_normal())

@@ -341,7 +341,13 @@ def parse_uncertainty(text: str, kind: str, unit: str = "", ask: bool = True) ->
             part = parse_quantity(term.rstrip()[:-1], "number") / 100 / coverage
             relative += part
         else:
-            quantity = read_quantity(term, kind, unit or None, ask)
+            try:
+                quantity = read_quantity(term, kind, unit or None, ask)
+            except UnitError as error:
+                if not error.hint.startswith("write it like"):
+                    raise
+                # The sample of its kind is as large as a value: it would drown the log.
+                raise UnitError(str(error), 'write it with its unit, or as a share of the value: "1 %"') from None
             if quantity.uncertainty is not None:
                 raise UnitError(f'"{text.strip()[:40]}" is no uncertainty, but a value with one')
             part = quantity.value / coverage

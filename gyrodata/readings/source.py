@@ -157,7 +157,7 @@ def _read_path(source: str | os.PathLike[str], name: str | None) -> tuple[str, b
 def _neighbours(path: Path) -> str:
     """Propose files of the same folder with a similar name."""
     try:
-        names = sorted(entry.name for entry in path.parent.iterdir() if entry.name != path.name)
+        names = sorted(entry.name for entry in path.parent.iterdir() if entry.is_file())
     except (OSError, ValueError):
         return f"there is no folder {str(path.parent)!r} either"
     close = difflib.get_close_matches(path.name, names[:2000], n=3, cutoff=0.6)

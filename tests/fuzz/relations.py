@@ -11,13 +11,13 @@ from typing import Any
 
 import jsonschema
 
-import gyrodata
 from gyrodata import reporting, schema
+from gyrodata.analysis import analyze_readings
 from gyrodata.diagnostics import CODES
 from gyrodata.errors import GyroError
 from gyrodata.procedure import check_procedure
 from gyrodata.readings import read_log
-from gyrodata.results import Analysis
+from gyrodata.results import Analysis, Options
 
 FACTOR = 3.0
 """No answer is further than this from both lines of the textbook, unless the log holds what explains it."""
@@ -38,7 +38,7 @@ def try_log(data: bytes, model: str = "auto", thorough: bool = True) -> Analysis
     model : str
         As for `gyrodata.analyze`.
     thorough : bool
-        Whether the slower forms and the schema are tried too.
+        Whether `check`, the slower forms and the schema are tried too.
 
     Returns
     -------
@@ -59,12 +59,12 @@ def try_log(data: bytes, model: str = "auto", thorough: bool = True) -> Analysis
         except GyroError as error:
             _in_words(error)
             return None
-        if readings.ok:
+        if readings.ok and thorough:
             for found in check_procedure(readings):
                 assert found.message
                 str(found)
         try:
-            analysis = gyrodata.analyze(data, model=model)  # type: ignore[arg-type]
+            analysis = analyze_readings(readings, Options(model=model))
         except GyroError as error:
             _in_words(error)
             return None

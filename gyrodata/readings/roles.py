@@ -6,10 +6,9 @@ A new role is one record of `TABLE` here; readers, hints, fill-down and the blan
 from __future__ import annotations
 
 import math
-import re
 import unicodedata
 from collections.abc import Mapping
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Literal, NamedTuple
 
 from gyrodata.units import DISPLAY, Uncertainty, fold_letters, from_si, kinds_of
@@ -530,17 +529,33 @@ _UNSURE = (
 @lru_cache(maxsize=8192)
 def squeeze(text: str) -> str:
     """Keep the letters of a name: look-alikes folded, accents, blanks, ``_``, ``-`` and dots gone; case stays."""
+    return _bare(_without_accents(text))
+
+
+def _without_accents(text: str) -> str:
     folded = fold_letters(text)
-    if not folded.isascii():
-        # A dot above means a rate ("φ̇"); other accents come and go with the keyboard.
-        decomposed = unicodedata.normalize("NFD", folded).replace("\u0307", "dot")
-        folded = "".join(c for c in decomposed if unicodedata.category(c) != "Mn").replace("ł", "l").replace("ϕ", "φ")
-        folded = folded.replace("ı", "i").replace("ß", "ss")
-    return re.sub(r"[\s_\-.:'’<>|^]+", "", folded)
+    if folded.isascii():
+        return folded
+    # A dot above means a rate ("φ̇"); other accents come and go with the keyboard.
+    decomposed = unicodedata.normalize("NFD", folded).replace("\u0307", "dot")
+    folded = "".join([c for c in decomposed if unicodedata.category(c) != "Mn"]).replace("ł", "l").replace("ϕ", "φ")
+    return folded.replace("ı", "i").replace("ß", "ss")
+
+
+_MARKS = dict.fromkeys(map(ord, "_-.:'’<>|^"))
+
+
+def _bare(folded: str) -> str:
+    return "".join(folded.translate(_MARKS).split())
+
+
+def _squeezed(text: str, delimiter: str | None = None) -> list[str]:
+    """Squeeze many names at once, in lower case: this is done at every start."""
+    return [_bare(name).lower() for name in _without_accents(text).split(delimiter)]
 
 
 def _words(text: str) -> set[str]:
-    return {squeeze(word).lower() for word in text.split()}
+    return set(_squeezed(text))
 
 
 _TRIALS = (
@@ -580,8 +595,8 @@ NOT_THE_WEIGHT = _words(_NOT_THE_WEIGHT)
 NAMES: dict[str, tuple[str, ...]] = {}
 """Roles by squeezed lower-case name."""
 for _roles, _text in (*((role.name, role.words) for role in TABLE), *SHARED_WORDS.items()):
-    for _name in _text.split(",") if _text else ():
-        NAMES.setdefault(squeeze(_name).lower(), tuple(_roles.split()))
+    for _name in _squeezed(_text, ",") if _text else ():
+        NAMES.setdefault(_name, tuple(_roles.split()))
 for _role in ROLES:
     NAMES[squeeze(_role).lower()] = (_role,)
 
@@ -590,13 +605,14 @@ SYMBOLS: dict[str, tuple[str, ...]] = {
 } | {squeeze(symbol): tuple(roles.split()) for symbol, roles in SHARED_SYMBOLS.items()}
 """Roles by squeezed symbol; case matters."""
 
-_ALL_WORDS = frozenset(
-    squeeze(word).lower()
-    for text in (*(role.words for role in TABLE if role.words), *SHARED_WORDS.values())
-    for word in re.split(r"[\s,]+", text)
-) | frozenset(START_WORDS | END_WORDS | NOISE_WORDS | UNSURE_WORDS)
+
+@cache
+def _all_words() -> frozenset[str]:
+    """Every word that stands in headers."""
+    names = " ".join([*(role.words for role in TABLE), *SHARED_WORDS.values()])
+    return frozenset(START_WORDS | END_WORDS | NOISE_WORDS | UNSURE_WORDS | _words(names.replace(",", " ")))
 
 
 def is_word(text: str) -> bool:
     """Tell whether a word is one that stands in headers, or a unit."""
-    return squeeze(text).lower() in _ALL_WORDS or bool(kinds_of(text))
+    return squeeze(text).lower() in _all_words() or bool(kinds_of(text))

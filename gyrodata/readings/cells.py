@@ -445,6 +445,7 @@ def read_reported(key: str, text: str, line: int | None = None, ask: bool = True
 _ANSWER_FOLLOWS = re.compile(r"(?:[=:≈|\t]|\bis\b)\s*(?=[-+(~≈\s]*[.\d]|(?:about|ca\.?|approx\S*)\s)", re.IGNORECASE)
 _OF_OTHERS = re.compile(r"theor|liter|manual|expect|nominal|refer|textbook|accept|true|given|simulat", re.IGNORECASE)
 _CUTS = re.compile(r"[,;.)|]?\s+|[.,;|]*$")
+_DIGIT = re.compile(r"\d")
 _LONGEST_ANSWER = 300
 _PLAIN_WORDS = str.maketrans("_", " ", "{}*$`")
 
@@ -454,7 +455,7 @@ def find_inertia(line: str) -> str:
 
     Its name must stand before it, and its unit behind it; "I_zz" and "moment of inertia" alone do without.
     """
-    if len(line) > _LONGEST_ANSWER or not any(c.isdigit() for c in line):
+    if len(line) > _LONGEST_ANSWER or not _DIGIT.search(line):
         return ""
     for mark in _ANSWER_FOLLOWS.finditer(line):
         before, rest = line[: mark.start()], line[mark.end() :]

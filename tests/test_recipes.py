@@ -69,15 +69,12 @@ RECIPES = {
 +    _Error("u_ruler_scale", ("position",), "log"),
 """,
     "An effect": """
-@ physics/precession.py
+@ physics.py
 +
 +
 +def buoyancy_bias(density: ArrayLike) -> Any:
 +    \"\"\"Relative bias of I_zz when the air's lift on weights of a density [kg/m^3] is left out.\"\"\"
 +    return np.divide(1.2, density)
-@ physics/__init__.py
- from gyrodata.physics.precession import (
-+    buoyancy_bias,
 @ effects.py
  EFFECTS = (
 +    EffectKind("buoyancy", "lift of the air", lambda case: (physics.buoyancy_bias(7800), False, "steel")),

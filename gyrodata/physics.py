@@ -1,4 +1,17 @@
-"""Precession of the top: steady, with a falling spin, tilted, let go from rest; and whether it is stable.
+"""The gyroscope's closed forms, in SI floats and arrays: no units, no data, no fit.
+
+The equations are numbered as in the lab sheet. θ is the angle from the vertical to the rod, ``pitch`` =
+90° − θ the rod's angle above the horizontal, so cosθ = sin(pitch). The *spin* ψ̇ is counted relative to the
+frame that follows the rod, the *precession rate* φ̇ about the vertical.
+
+(6)  torque = h m g sinθ
+(8)  φ̇ sinθ [I_zz (φ̇ cosθ + ψ̇) − I φ̇ cosθ] = torque
+(9)  θ = 90°: I_zz φ̇ ψ̇ = h m g
+
+Everywhere `torque` is h m g, that of the level rod [N*m], `inertia` I_zz and `transverse_inertia` I across the rod
+through the fixed point [kg*m^2]; masses are in kg, lengths in m, times in s, rates and spins in rad/s, angles in rad.
+All arguments are arrays or numbers that broadcast; what does not exist is NaN. ``total_spin`` says that a spin is
+ω3 = ψ̇ + φ̇ cosθ, as a tachometer that stands still reads it.
 
 The *biases* say what a simplification does to I_zz: I_zz estimated over true, minus 1, of one run. A fit's bias is
 their mean with the fit's weights: equal for a mean of ratios, (φ̇ψ̇)² for M against φ̇ψ̇, (2πfψ̇/M)²/u_T² for the time.
@@ -18,16 +31,28 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
+
+from gyrodata.units import RPM as RPM
+from gyrodata.units import STANDARD_GRAVITY as STANDARD_GRAVITY
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int_]
 
 EARTH_ROTATION = 7.292115e-5
 """The Earth's rate of rotation against the stars [rad/s] (WGS 84)."""
+
+SIDEREAL_DAY = 2 * math.pi / EARTH_ROTATION
+"""Time of one turn of the Earth against the stars [s]; 3 min 56 s less than 24 hours."""
 
 EQUATOR_GRAVITY, GRAVITY_RISE, ECCENTRICITY_SQUARED = 9.7803253359, 0.00193185265241, 0.00669437999013
 """Normal gravity at the equator [m/s^2], and how it grows and flattens towards a pole [1] (WGS 84, NIMA TR8350.2)."""
 
 VISCOUS = 1.0
 """Exponent of the drag of an air film."""
+
+
+# --- g, bodies and torque ------------------------------------------------------------------------------------
 
 
 def normal_gravity(latitude: ArrayLike) -> Any:
@@ -67,6 +92,9 @@ def torque(mass: ArrayLike, position: ArrayLike, g: float) -> Any:
     Its sinθ, eq. (6), stands on both sides of eq. (8) and cancels.
     """
     return np.multiply(mass, position) * g
+
+
+# --- steady precession, eqs. (8) and (9) ---------------------------------------------------------------------
 
 
 def precession_rate(
@@ -136,6 +164,27 @@ def horizontal_precession_rate(torque: ArrayLike, spin: ArrayLike, inertia: Arra
     return np.divide(torque, np.where(momentum == 0, np.nan, momentum))
 
 
+def tilt_bias(
+    precession_rate: ArrayLike,
+    spin: ArrayLike,
+    pitch: ArrayLike,
+    inertia: ArrayLike,
+    transverse_inertia: ArrayLike,
+    *,
+    total_spin: bool = False,
+) -> Any:
+    """Relative bias of I_zz when eq. (9) is used for a tilted rod: (1 − I/I_zz)(φ̇/ψ̇) sin(pitch).
+
+    Exact for steady precession; −(I/I_zz)(φ̇/ω3) sin(pitch) where the spin is the total one.
+    """
+    own = 0.0 if total_spin else 1.0
+    ratio = np.divide(transverse_inertia, inertia)
+    return (own - ratio) * np.divide(precession_rate, spin) * np.sin(pitch)
+
+
+# --- a spin that falls while it is timed ----------------------------------------------------------------------
+
+
 def _sinhc(x: Any) -> Any:
     """sinh(x)/x; its series where that is 0/0."""
     near = np.abs(x) < 1e-4
@@ -196,6 +245,9 @@ def decay_law_doubt(start: ArrayLike, end: ArrayLike) -> Any:
     return harmonic_mean_spin(start, end) / harmonic_mean_spin(start, end, 0.0) - 1
 
 
+# --- stability and nutation ----------------------------------------------------------------------------------
+
+
 def least_spin(
     torque: ArrayLike,
     inertia: ArrayLike,
@@ -211,6 +263,47 @@ def least_spin(
     """
     curvature = _curvature(inertia, transverse_inertia, pitch, total_spin)
     return 2 * np.sqrt(np.maximum(-curvature * np.asarray(torque), 0.0)) / inertia
+
+
+def sleeping_spin(torque: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike) -> Any:
+    """Total spin above which an upright rod stays upright ("sleeps"): 2√(I h m g)/I_zz [rad/s].
+
+    From the motion linearised about the vertical; 0 where any spin will do. The torque is the one that the rod has when
+    horizontal; negative for a rod that hangs straight down (or a weight below the centre), which is stable at any spin.
+    """
+    return 2 * np.sqrt(np.maximum(np.multiply(transverse_inertia, torque), 0.0)) / inertia
+
+
+def sleeping_growth(torque: ArrayLike, total_spin: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike) -> Any:
+    """Rate at which a small tilt of an upright rod grows: √(h m g/I − (I_zz ω3/2I)²).
+
+    Rate [1/s]: the tilt grows e-fold in its inverse; 0 where the rod sleeps. For small tilts.
+    """
+    half = np.multiply(inertia, total_spin) / np.multiply(2.0, transverse_inertia)
+    return np.sqrt(np.maximum(np.divide(torque, transverse_inertia) - half * half, 0.0))
+
+
+def nutation_rate(
+    total_spin: ArrayLike,
+    inertia: ArrayLike,
+    transverse_inertia: ArrayLike,
+    precession_rate: ArrayLike = 0.0,
+    pitch: ArrayLike = 0.0,
+) -> Any:
+    """Rate of a small nutation about steady precession: √((I_zz ω3/I − 2 φ̇ cosθ)² + (φ̇ sinθ)²).
+
+    Rate [rad/s], not negative. Without precession I_zz |ω3|/I, which is exact for a nutation of any size where no
+    torque acts.
+
+    The second derivative of the effective potential of θ at the steady state of eq. (8), over I; h m g is taken out of
+    it by eq. (8) itself.
+    """
+    free = np.multiply(inertia, total_spin) / transverse_inertia
+    rate = np.asarray(precession_rate, dtype=float)
+    return np.hypot(free - 2 * rate * np.sin(pitch), rate * np.cos(pitch))
+
+
+# --- a rod let go from rest -----------------------------------------------------------------------------------
 
 
 def mean_sag(
@@ -279,57 +372,119 @@ def click_error(spin: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLi
     return np.divide(transverse_inertia, np.abs(np.multiply(inertia, spin)))
 
 
-def sleeping_spin(torque: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike) -> Any:
-    """Total spin above which an upright rod stays upright ("sleeps"): 2√(I h m g)/I_zz [rad/s].
+# --- rotation and angular momentum, eqs. (1) to (5), as components along e1, e2, e3 -------------------------
+# e3 points along the rod, e1 is horizontal, e2 = e3 × e1; the last axis of every vector holds its three components.
 
-    From the motion linearised about the vertical; 0 where any spin will do. The torque is the one that the rod has when
-    horizontal; negative for a rod that hangs straight down (or a weight below the centre), which is stable at any spin.
+
+def frame_axes(azimuth: ArrayLike, theta: ArrayLike) -> Floats:
+    """Give e1, e2 and e3 in the fixed frame X, Y, Z, one axis a row.
+
+    The azimuth counts counterclockwise from X seen from above; e1 = Z × e3/sinθ, so that a growing θ is a positive
+    turn about e1.
     """
-    return 2 * np.sqrt(np.maximum(np.multiply(transverse_inertia, torque), 0.0)) / inertia
+    phi, tilt = np.broadcast_arrays(azimuth, theta)
+    along = np.stack([np.sin(tilt) * np.cos(phi), np.sin(tilt) * np.sin(phi), np.cos(tilt)], axis=-1)
+    level = np.stack([-np.sin(phi), np.cos(phi), np.zeros(np.shape(phi))], axis=-1)
+    return np.stack([level, np.cross(along, level), along], axis=-2)
 
 
-def sleeping_growth(torque: ArrayLike, total_spin: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike) -> Any:
-    """Rate at which a small tilt of an upright rod grows: √(h m g/I − (I_zz ω3/2I)²).
-
-    Rate [1/s]: the tilt grows e-fold in its inverse; 0 where the rod sleeps. For small tilts.
-    """
-    half = np.multiply(inertia, total_spin) / np.multiply(2.0, transverse_inertia)
-    return np.sqrt(np.maximum(np.divide(torque, transverse_inertia) - half * half, 0.0))
+def frame_rotation(theta_rate: ArrayLike, precession_rate: ArrayLike, theta: ArrayLike) -> Floats:
+    """Rotation of the frame that follows the rod, eq. (1): Ω = θ̇ e1 + φ̇ sinθ e2 + φ̇ cosθ e3."""
+    across, along = np.multiply(precession_rate, np.sin(theta)), np.multiply(precession_rate, np.cos(theta))
+    return _stack(theta_rate, across, along)
 
 
-def nutation_rate(
-    total_spin: ArrayLike,
+def body_rotation(theta_rate: ArrayLike, precession_rate: ArrayLike, spin: ArrayLike, theta: ArrayLike) -> Floats:
+    """Rotation of the body, eq. (2): ω = Ω + ψ̇ e3; its last component is the total spin ω3."""
+    return frame_rotation(theta_rate, precession_rate, theta) + _stack(0.0, 0.0, spin)
+
+
+def angular_momentum(rotation: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike) -> Floats:
+    """Angular momentum about the fixed point, eq. (3): H = I ω1 e1 + I ω2 e2 + I_zz ω3 e3."""
+    return np.asarray(rotation, dtype=float) * _stack(transverse_inertia, transverse_inertia, inertia)
+
+
+def momentum_change(
+    rotation: ArrayLike,
+    rotation_change: ArrayLike,
+    frame: ArrayLike,
     inertia: ArrayLike,
     transverse_inertia: ArrayLike,
-    precession_rate: ArrayLike = 0.0,
-    pitch: ArrayLike = 0.0,
-) -> Any:
-    """Rate of a small nutation about steady precession: √((I_zz ω3/I − 2 φ̇ cosθ)² + (φ̇ sinθ)²).
+) -> Floats:
+    """Rate of change of the angular momentum, eqs. (4) and (5): I ω̇1 e1 + I ω̇2 e2 + I_zz ω̇3 e3 + Ω × H.
 
-    Rate [rad/s], not negative. Without precession I_zz |ω3|/I, which is exact for a nutation of any size where no
-    torque acts.
-
-    The second derivative of the effective potential of θ at the steady state of eq. (8), over I; h m g is taken out of
-    it by eq. (8) itself.
+    `frame` is Ω. Equal to the torque, h m g sinθ e1 of eq. (6), which is eq. (7).
     """
-    free = np.multiply(inertia, total_spin) / transverse_inertia
-    rate = np.asarray(precession_rate, dtype=float)
-    return np.hypot(free - 2 * rate * np.sin(pitch), rate * np.cos(pitch))
+    momentum = angular_momentum(rotation, inertia, transverse_inertia)
+    own = angular_momentum(rotation_change, inertia, transverse_inertia)
+    return own + np.cross(np.asarray(frame, dtype=float), momentum)
 
 
-def tilt_bias(
-    precession_rate: ArrayLike,
-    spin: ArrayLike,
-    pitch: ArrayLike,
-    inertia: ArrayLike,
-    transverse_inertia: ArrayLike,
-    *,
-    total_spin: bool = False,
-) -> Any:
-    """Relative bias of I_zz when eq. (9) is used for a tilted rod: (1 − I/I_zz)(φ̇/ψ̇) sin(pitch).
+def _stack(first: Any, second: Any, third: Any) -> Floats:
+    return np.stack(np.broadcast_arrays(first, second, third), axis=-1).astype(float)
 
-    Exact for steady precession; −(I/I_zz)(φ̇/ω3) sin(pitch) where the spin is the total one.
+
+# --- demonstrations: a force on the tip, a bicycle wheel on a turntable, the Earth that turns below ---------
+
+
+def tip_velocity(force: ArrayLike, direction: ArrayLike, length: ArrayLike, inertia: ArrayLike, spin: ArrayLike) -> Any:
+    """Velocity of the rod's tip under a steady force on it: along the torque, F L²/(I_zz ω) [m/s].
+
+    Vectors have shape (..., 3); `direction` is the unit vector e3 from the centre of the ball to the tip, the spin is
+    the total one, counterclockwise for who looks from the tip towards the ball. The tip goes at right angles to the rod
+    and to the force: the change of the angular momentum I_zz ω e3 is the torque L e3 × F. For a fast spin, I × turning
+    rate small against I_zz ω, and averaged over the nutation; the part of the force along the rod does nothing.
     """
-    own = 0.0 if total_spin else 1.0
-    ratio = np.divide(transverse_inertia, inertia)
-    return (own - ratio) * np.divide(precession_rate, spin) * np.sin(pitch)
+    factor = np.square(length) / np.multiply(inertia, spin)
+    torque_direction = np.cross(np.asarray(direction, dtype=float), np.asarray(force, dtype=float))
+    return np.asarray(factor)[..., None] * torque_direction
+
+
+def platform_rate(
+    wheel_inertia: ArrayLike, wheel_spin: ArrayLike, platform_inertia: ArrayLike, start: ArrayLike, end: ArrayLike
+) -> Any:
+    """Rate of a turntable, at rest at first, after a spinning wheel held on it was tipped.
+
+    `platform_inertia` is that of turntable, person and wheel about the vertical, but for the wheel's own spin; `start`
+    and `end` are angles of the axle above the horizontal. The rate is positive in the sense of a wheel that spins with
+    its axle upright. The angular momentum about the vertical is conserved: I_p Ω = I_w ω (sin(start) − sin(end)).
+    """
+    change = 2 * np.cos(np.add(start, end) / 2) * np.sin(np.subtract(start, end) / 2)
+    return np.multiply(wheel_inertia, wheel_spin) * change / platform_inertia
+
+
+def balanced_direction(
+    azimuth: ArrayLike, altitude: ArrayLike, latitude: ArrayLike, time: ArrayLike
+) -> tuple[Any, Any]:
+    """Where a balanced spinning gyroscope points after a time: at the same star.
+
+    Azimuth in [0, 2π) and altitude [rad]; the azimuth is NaN where the rod points straight up or down, within 1e-12
+    rad.
+
+    Against the ground the sky turns about the Earth's axis, which points north at the altitude of the latitude, from
+    east to west: a turn of the direction by −Ω t about that axis (Rodrigues' formula).
+    """
+    rod = _vector(azimuth, altitude)
+    axis = _vector(0.0, latitude)
+    turned = -EARTH_ROTATION * np.asarray(time, dtype=float)
+    along = sum(a * r for a, r in zip(axis, rod, strict=True))
+    across = (
+        axis[1] * rod[2] - axis[2] * rod[1],
+        axis[2] * rod[0] - axis[0] * rod[2],
+        axis[0] * rod[1] - axis[1] * rod[0],
+    )
+    share = 2 * np.sin(turned / 2) ** 2
+    east, north, up = (
+        r * np.cos(turned) + c * np.sin(turned) + a * along * share for r, c, a in zip(rod, across, axis, strict=True)
+    )
+    level = np.hypot(east, north)
+    bearing = np.arctan2(east, north)
+    bearing = np.where(bearing < 0, bearing + 2 * np.pi, bearing)
+    bearing = np.where(bearing >= 2 * np.pi, 0.0, bearing)
+    return np.where(level > 1e-12, bearing, np.nan)[()], np.arctan2(up, level)
+
+
+def _vector(azimuth: ArrayLike, altitude: ArrayLike) -> tuple[Any, Any, Any]:
+    """East, north and up parts of a direction."""
+    level = np.cos(altitude)
+    return level * np.sin(azimuth), level * np.cos(azimuth), np.sin(altitude)

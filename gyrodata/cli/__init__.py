@@ -10,13 +10,12 @@ import typer
 from gyrodata import __version__
 from gyrodata.cli.analyze_command import analyze
 from gyrodata.cli.check_command import check, template
-from gyrodata.cli.explain_command import explain
 from gyrodata.cli.grade_command import autograde, grade
 from gyrodata.cli.options import example_of
 from gyrodata.cli.predict_command import predict
 from gyrodata.cli.simulate_command import simulate
 from gyrodata.cli.terminal import Door, write_out
-from gyrodata.cli.tool_commands import benchmark, schema, selfcheck
+from gyrodata.cli.tool_commands import benchmark, explain, schema, selfcheck
 from gyrodata.diagnostics import NO_UNLOADED_RUN
 
 app = typer.Typer(

@@ -18,9 +18,12 @@ from gyrodata.fitting.corrections import (
     on_turning_floor,
     unslowed,
 )
-from gyrodata.fitting.estimates import Estimate, FitResult, Outlier, Share
 from gyrodata.fitting.inertia import (
+    Estimate,
+    FitResult,
     Otherwise,
+    Outlier,
+    Share,
     balance_scale,
     fit,
     fit_as_stated,

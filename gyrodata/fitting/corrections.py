@@ -19,8 +19,7 @@ import numpy as np
 
 from gyrodata import physics
 from gyrodata.fitting.conditions import transverse_inertia
-from gyrodata.fitting.estimates import FitResult
-from gyrodata.fitting.inertia import fit_as_stated
+from gyrodata.fitting.inertia import FitResult, fit_as_stated
 from gyrodata.fitting.lines import insist_on_lines
 from gyrodata.measurements import TRANSVERSE_U, Measurements, Source
 from gyrodata.physics import Floats

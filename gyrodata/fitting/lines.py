@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from gyrodata.fitting.adjustment import FACTOR, NoFit
 from gyrodata.fitting.conditions import torques_differ, transverse_inertia
-from gyrodata.fitting.estimates import Estimate, FitResult
+from gyrodata.fitting.inertia import Estimate, FitResult
 from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
 

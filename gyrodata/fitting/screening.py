@@ -10,8 +10,7 @@ import numpy as np
 
 from gyrodata.fitting.adjustment import NoFit, assume_sense, first_guess, rough_misfit
 from gyrodata.fitting.conditions import MAD_TO_SD, median, torques_differ
-from gyrodata.fitting.estimates import FitResult, Outlier
-from gyrodata.fitting.inertia import fit_as_stated
+from gyrodata.fitting.inertia import FitResult, Outlier, fit_as_stated
 from gyrodata.fitting.lines import chi2_tail
 from gyrodata.measurements import Measurements, torque_groups
 from gyrodata.physics import Floats

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gyrodata.motion.orbits import UPRIGHT, Orbit, orbit
-from gyrodata.motion.states import State, Top
+from gyrodata.motion.orbits import UPRIGHT, Orbit, State, Top, orbit
 
 _LONGEST = 1e12
 """Nutations [1] after which an angle not yet swept never is: what is left of a mean rate of 0 is rounding."""

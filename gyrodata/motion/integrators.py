@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gyrodata.motion.states import State, Top
+from gyrodata.motion.orbits import State, Top
 from gyrodata.physics import Floats
 
 _ROOT30 = math.sqrt(30)

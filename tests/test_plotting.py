@@ -23,7 +23,7 @@ from PIL import Image
 
 from gyrodata import analyze, plotting
 from gyrodata.plotting import choose_looks
-from gyrodata.plotting.style import save
+from gyrodata.plotting.marks import save
 from gyrodata.results import Analysis
 
 HEADER = "run,mass [g],position [cm],spin [rpm],time [s],turns"

@@ -10,13 +10,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from gyrodata.plotting.figure_data import Look, alt_text, choose_looks, list_looks
-from gyrodata.plotting.figures import FIGURES, draw, render
-from gyrodata.plotting.marks import INK, SOFT
-from gyrodata.plotting.style import MEDIA, Form
+from gyrodata.plotting.figures import FIGURES, draw, draw_earth, render, render_earth
+from gyrodata.plotting.marks import INK, MEDIA, SOFT, Form
 
 if TYPE_CHECKING:
     from gyrodata.plotting.charts import draw_chart, render_benchmark
-    from gyrodata.plotting.earth_chart import draw_earth, render_earth
 
 __all__ = [
     "FIGURES",
@@ -43,8 +41,4 @@ def __getattr__(name: str) -> Any:
         from gyrodata.plotting import charts
 
         return getattr(charts, name)
-    if name in ("draw_earth", "render_earth"):
-        from gyrodata.plotting import earth_chart
-
-        return getattr(earth_chart, name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

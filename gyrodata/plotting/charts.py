@@ -25,8 +25,7 @@ from gyrodata.benchmark import (
     percent_text,
     time_text,
 )
-from gyrodata.plotting.marks import INK, SOFT, draw_key, head, log_ticks, name_dots, spread
-from gyrodata.plotting.style import STYLE, Form, save
+from gyrodata.plotting.marks import INK, SOFT, STYLE, Form, draw_key, head, log_ticks, name_dots, save, spread
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -47,8 +46,8 @@ def render_benchmark(benchmark: Benchmark, forms: Sequence[Form] = ("png", "svg"
 
     files: dict[str, bytes] = {}
     with rc_context(STYLE):
-        for name, drawer in _DRAWERS.items():
-            figure = drawer(benchmark)
+        for name in _DRAWERS:
+            figure = draw_chart(benchmark, name)
             files |= {f"{name}.{form}": save(figure, form) for form in forms}
     return files
 

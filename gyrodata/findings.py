@@ -50,8 +50,6 @@ from gyrodata.measurements import SOURCES, Measurements, spin_columns, torque_gr
 from gyrodata.readings import MOST_OF_ONE_CODE, TIMINGS, Readings, kind_of_role, to_display
 from gyrodata.units import from_si, parse_unit
 
-_LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n"
-
 
 def count_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:
     """Name the turns of whole torques that must be wrong, where other counts make all torques agree."""

@@ -173,7 +173,7 @@ def tilt_bias(
     *,
     total_spin: bool = False,
 ) -> Any:
-    """Relative bias of I_zz when eq. (9) is used for a tilted rod: (1 − I/I_zz)(φ̇/ψ̇) sin(pitch).
+    """Relative bias of I_zz [1] when eq. (9) is used for a tilted rod: (1 − I/I_zz)(φ̇/ψ̇) sin(pitch).
 
     Exact for steady precession; −(I/I_zz)(φ̇/ω3) sin(pitch) where the spin is the total one.
     """
@@ -206,7 +206,7 @@ def harmonic_mean_spin(start: ArrayLike, end: ArrayLike, exponent: ArrayLike = V
 
 
 def harmonic_mean_spin_slopes(start: ArrayLike, end: ArrayLike) -> tuple[Any, Any]:
-    """Derivatives of `harmonic_mean_spin`, for viscous drag, with respect to the start and the end.
+    """Derivatives of `harmonic_mean_spin` [1], for viscous drag, with respect to the start and the end.
 
     Both are 1/2 where the spin does not change. They satisfy start·s₁ + end·s₂ = mean, because the mean
     scales with the readings.
@@ -226,7 +226,7 @@ def harmonic_mean_spin_slopes(start: ArrayLike, end: ArrayLike) -> tuple[Any, An
 
 
 def simpson_mean_spin(start: ArrayLike, half: ArrayLike, end: ArrayLike) -> Any:
-    """Harmonic mean in time of a spin read at the start, at half time and at the end, by Simpson's rule for 1/ψ̇.
+    """Harmonic mean in time [rad/s] of a spin read at start, half time and end, by Simpson's rule for 1/ψ̇.
 
     Smooth in the readings, so that their noise does no harm where the spin hardly falls.
 
@@ -237,7 +237,7 @@ def simpson_mean_spin(start: ArrayLike, half: ArrayLike, end: ArrayLike) -> Any:
 
 
 def decay_law_doubt(start: ArrayLike, end: ArrayLike) -> Any:
-    """Relative change of I_zz if the spin fell by dry friction instead of viscously: −d²/12.
+    """Relative change of I_zz [1] if the spin fell by dry friction instead of viscously: −d²/12.
 
     Logarithmic mean (dry friction) in the place of `harmonic_mean_spin`, as a ratio minus 1, taken as the change of
     I_zz that goes with it (the inertia goes as 1/spin).
@@ -355,7 +355,7 @@ def greatest_sag(
 
 
 def release_bias(torque: ArrayLike, spin: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike) -> Any:
-    """Relative bias of I_zz when a rod is let go from rest and taken for steady: 2δ².
+    """Relative bias of I_zz [1] when a rod is let go from rest and taken for steady: 2δ².
 
     Lowest order, for a level rod; too high by 3 % of itself at δ = 0.07, by 15 % at 0.17.
     """
@@ -389,18 +389,18 @@ def frame_axes(azimuth: ArrayLike, theta: ArrayLike) -> Floats:
 
 
 def frame_rotation(theta_rate: ArrayLike, precession_rate: ArrayLike, theta: ArrayLike) -> Floats:
-    """Rotation of the frame that follows the rod, eq. (1): Ω = θ̇ e1 + φ̇ sinθ e2 + φ̇ cosθ e3."""
+    """Rotation of the frame that follows the rod, eq. (1): Ω = θ̇ e1 + φ̇ sinθ e2 + φ̇ cosθ e3 [rad/s]."""
     across, along = np.multiply(precession_rate, np.sin(theta)), np.multiply(precession_rate, np.cos(theta))
     return _stack(theta_rate, across, along)
 
 
 def body_rotation(theta_rate: ArrayLike, precession_rate: ArrayLike, spin: ArrayLike, theta: ArrayLike) -> Floats:
-    """Rotation of the body, eq. (2): ω = Ω + ψ̇ e3; its last component is the total spin ω3."""
+    """Rotation of the body, eq. (2): ω = Ω + ψ̇ e3 [rad/s]; its last component is the total spin ω3."""
     return frame_rotation(theta_rate, precession_rate, theta) + _stack(0.0, 0.0, spin)
 
 
 def angular_momentum(rotation: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike) -> Floats:
-    """Angular momentum about the fixed point, eq. (3): H = I ω1 e1 + I ω2 e2 + I_zz ω3 e3."""
+    """Angular momentum about the fixed point, eq. (3): H = I ω1 e1 + I ω2 e2 + I_zz ω3 e3 [kg*m^2/s]."""
     return np.asarray(rotation, dtype=float) * _stack(transverse_inertia, transverse_inertia, inertia)
 
 
@@ -411,9 +411,10 @@ def momentum_change(
     inertia: ArrayLike,
     transverse_inertia: ArrayLike,
 ) -> Floats:
-    """Rate of change of the angular momentum, eqs. (4) and (5): I ω̇1 e1 + I ω̇2 e2 + I_zz ω̇3 e3 + Ω × H.
+    """Rate of change of the angular momentum, eqs. (4) and (5): I ω̇1 e1 + I ω̇2 e2 + I_zz ω̇3 e3 + Ω × H [N*m].
 
-    `frame` is Ω. Equal to the torque, h m g sinθ e1 of eq. (6), which is eq. (7).
+    `rotation_change` is ω̇ in the frame that follows the rod [rad/s^2], `frame` is Ω.
+    Equal to the torque, h m g sinθ e1 of eq. (6), which is eq. (7).
     """
     momentum = angular_momentum(rotation, inertia, transverse_inertia)
     own = angular_momentum(rotation_change, inertia, transverse_inertia)
@@ -443,7 +444,7 @@ def tip_velocity(force: ArrayLike, direction: ArrayLike, length: ArrayLike, iner
 def platform_rate(
     wheel_inertia: ArrayLike, wheel_spin: ArrayLike, platform_inertia: ArrayLike, start: ArrayLike, end: ArrayLike
 ) -> Any:
-    """Rate of a turntable, at rest at first, after a spinning wheel held on it was tipped.
+    """Rate of a turntable [rad/s], at rest at first, after a spinning wheel held on it was tipped.
 
     `platform_inertia` is that of turntable, person and wheel about the vertical, but for the wheel's own spin; `start`
     and `end` are angles of the axle above the horizontal. The rate is positive in the sense of a wheel that spins with

@@ -311,8 +311,8 @@ def _verdict(estimator: str, case: str, answers: list[Answer | None]) -> Breakdo
 # --- the cases ----------------------------------------------------------------------------------------------
 
 
-def _simulated(seed: int, truth: Truth | None = None, design: Design | None = None, **noise: Uncertainty) -> _Log:
-    made = simulate(truth or Truth(imbalance=0.0), design or Design(), {**TYPICAL, **noise}, seed)
+def _simulated(seed: int, design: Design, **noise: Uncertainty) -> _Log:
+    made = simulate(Truth(imbalance=0.0), design, {**TYPICAL, **noise}, seed)
     return _Log(made.log.encode(), measure(made.readings))
 
 

@@ -10,12 +10,9 @@ from gyrodata.fitting.conditions import MAD_TO_SD, Problem, torques_differ, tran
 from gyrodata.fitting.corrections import (
     ChosenModel,
     Model,
-    at_mean_rate,
     corrected,
     earth_is_told,
-    is_unsteady,
     iterate_mean_rate,
-    on_turning_floor,
     unslowed,
 )
 from gyrodata.fitting.inertia import (
@@ -45,9 +42,9 @@ from gyrodata.fitting.lines import (
     through_origin,
     with_constant,
 )
-from gyrodata.fitting.many import ManyFits, fit_many
+from gyrodata.fitting.many import fit_many
 from gyrodata.fitting.posterior import K_95, Conditions, doubt_of_widths, integrate, scatter_prior
-from gyrodata.fitting.screening import OUTLIER, TURN_COUNTS, explaining_counts, screen
+from gyrodata.fitting.screening import OUTLIER, explaining_counts, screen
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO
 
 __all__ = [
@@ -57,14 +54,12 @@ __all__ = [
     "MANY",
     "OUTLIER",
     "TEXTBOOK",
-    "TURN_COUNTS",
     "ChosenModel",
     "Conditions",
     "Estimate",
     "FitResult",
     "Line",
     "LineFit",
-    "ManyFits",
     "Model",
     "NoFit",
     "Otherwise",
@@ -72,7 +67,6 @@ __all__ = [
     "Problem",
     "Share",
     "assume_sense",
-    "at_mean_rate",
     "balance_scale",
     "chi2_tail",
     "corrected",
@@ -88,11 +82,9 @@ __all__ = [
     "insist_on_lines",
     "insist_on_solution",
     "integrate",
-    "is_unsteady",
     "iterate_mean_rate",
     "lightest_torque",
     "mean_of_ratios",
-    "on_turning_floor",
     "ordinary_line",
     "refit",
     "sample",

@@ -315,10 +315,10 @@ def _dress_earth(upper: Axes, lower: Axes, hours: float) -> None:
                  color=_EARTH_COLOURS[name], linewidth=2, clip_on=False)  # fmt: skip
 
 
-def render_earth(latitude: float, times: Sequence[float], form: Form = "png") -> bytes:
-    """Draw the figure as a file."""
+def render_earth(latitude: float, times: Sequence[float]) -> bytes:
+    """Draw the figure as a PNG."""
     from matplotlib import rc_context
 
     figure = draw_earth(latitude, times)
     with rc_context(RULED):
-        return save(figure, form)
+        return save(figure, "png")

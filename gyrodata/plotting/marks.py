@@ -123,6 +123,9 @@ def save(figure: Figure, form: Form) -> bytes:
 MARK = 5.5
 """Diameter of a dot [point]."""
 
+_NAME_SIZE = 7.5
+"""Of letters beside dots [point]."""
+
 _MANY = 10
 """More torques than this get one compact list of labels."""
 
@@ -296,9 +299,7 @@ def odd_names(scene: Scene, values: Floats, drawn: Floats, unit: str, arrows: st
     return names
 
 
-def name_dots(
-    ax: Axes, x: Floats, y: Floats, names: Mapping[int, str], size: float = 7.5, bold: Collection[int] = ()
-) -> None:
+def name_dots(ax: Axes, x: Floats, y: Floats, names: Mapping[int, str], bold: Collection[int] = ()) -> None:
     """Write names beside dots, each where it covers least of other names and dots, near its own; bold ones first."""
     to_points = 72 / ax.figure.dpi
     frame = np.array(ax.bbox.extents) * to_points
@@ -312,7 +313,8 @@ def name_dots(
                 (9.0 if i in bold else 6.5, 14.0, 22.0, 32.0, 44.0), np.radians(_ANGLES), indexing="ij"
             )
         )
-        half = np.array([0.66 if i in bold else 0.56, 0]) * size * len(names[i]) / 2 + np.array([0, 0.55 * size])
+        width = 0.66 if i in bold else 0.56
+        half = np.array([width, 0]) * _NAME_SIZE * len(names[i]) / 2 + np.array([0, 0.55 * _NAME_SIZE])
         aim = np.column_stack([np.cos(angle), np.sin(angle)])
         middles = dots[i] + (distance[:, None] + half) * aim
         boxes = np.concatenate([middles - half, middles + half], axis=1)
@@ -325,7 +327,7 @@ def name_dots(
         best = int(cost.argmin())
         taken = np.concatenate([taken, boxes[best : best + 1]])
         offset = middles[best] - dots[i]
-        apart = float(np.hypot(*np.maximum(np.abs(offset) - (half[0], size / 2), 0.0))) > 10
+        apart = float(np.hypot(*np.maximum(np.abs(offset) - (half[0], _NAME_SIZE / 2), 0.0))) > 10
         line = {"arrowstyle": "-", "color": SOFT, "linewidth": 0.5, "shrinkA": 1, "shrinkB": 3}
         ax.annotate(
             names[i],
@@ -334,7 +336,7 @@ def name_dots(
             textcoords="offset points",
             ha="center",
             va="center",
-            fontsize=size,
+            fontsize=_NAME_SIZE,
             color=INK,
             weight="bold" if i in bold else "normal",
             annotation_clip=False,

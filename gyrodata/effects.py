@@ -33,6 +33,9 @@ DROP_ONE = 0.2
 DROP_ALL = 0.3
 """… as long as all that are left out stay below this many together."""
 
+CLEARLY_SMALL = 0.05
+"""A size below this many standard uncertainties need not be known any better."""
+
 LEVEL_TO = math.radians(2.0)
 """How far from level [rad] a rod may be that nobody measured: the default standard uncertainty of a pitch."""
 
@@ -191,8 +194,21 @@ def _release(case: Case) -> Found:
         premise = 'assumed steady; this is for a rod let go from rest ("# motion: released" in the log)'
     else:
         premise = f"taken for steady precession{case.asked}"
-    bias = case.change(replace(chosen, released=False), replace(chosen, released=True))
-    return bias, chosen.released, _why(bias, relative_u(case.fit), premise, chosen.released)
+    u, bias = relative_u(case.fit), None if chosen.released else _small_release(case)
+    if bias is None or abs(bias) > CLEARLY_SMALL * u:
+        bias = case.change(replace(chosen, released=False), replace(chosen, released=True))
+    return bias, chosen.released, _why(bias, u, premise, chosen.released)
+
+
+def _small_release(case: Case) -> float | None:
+    """Size the release of a level rod by its closed form: near enough where it is small, and without `motion`."""
+    measured, fit = case.measured, case.fit
+    if measured.pitch.any() or case.chosen.earth:
+        return None
+    total = measured.torque + fit.imbalance.value
+    slower = physics.release_bias(total, measured.spin, fit.inertia.value, fitting.transverse_inertia(measured))
+    within = case.of(replace(measured, slowing=1 + slower)) if np.isfinite(slower).all() else None
+    return None if within is None else 1 / (1 + within) - 1
 
 
 def _earth(case: Case) -> Found:

@@ -529,13 +529,11 @@ _UNSURE = (
 @lru_cache(maxsize=8192)
 def squeeze(text: str) -> str:
     """Keep the letters of a name: look-alikes folded, accents, blanks, ``_``, ``-`` and dots gone; case stays."""
-    return _bare(_without_accents(text))
-
-
-def _without_accents(text: str) -> str:
     folded = fold_letters(text)
-    if folded.isascii():
-        return folded
+    return _bare(folded if folded.isascii() else _without_accents(folded))
+
+
+def _without_accents(folded: str) -> str:
     # A dot above means a rate ("φ̇"); other accents come and go with the keyboard.
     decomposed = unicodedata.normalize("NFD", folded).replace("\u0307", "dot")
     folded = "".join([c for c in decomposed if unicodedata.category(c) != "Mn"]).replace("ł", "l").replace("ϕ", "φ")
@@ -551,7 +549,7 @@ def _bare(folded: str) -> str:
 
 def _squeezed(text: str, delimiter: str | None = None) -> list[str]:
     """Squeeze many names at once, in lower case: this is done at every start."""
-    return [_bare(name).lower() for name in _without_accents(text).split(delimiter)]
+    return [_bare(name).lower() for name in _without_accents(fold_letters(text)).split(delimiter)]
 
 
 def _words(text: str) -> set[str]:

@@ -493,7 +493,7 @@ OPTION_KEY_UNKNOWN = _error(
     "G501",
     "--set or --config: there is no such key",
     "analyze log.csv --set trns=1",
-    "look the key up in gyro analyze --help, or take the one that the message proposes",
+    "take the key that the message proposes, or one that it lists, such as turns",
 )
 MAPPED_HEADER_UNKNOWN = _error(
     "G502",
@@ -505,19 +505,19 @@ MAPPED_ROLE_UNKNOWN = _error(
     "G503",
     "--map: there is no such role",
     'analyze log.csv --map tme="time [s]"',
-    "take one of the roles that the message lists, such as time",
+    "take the role that the message proposes, or one that it lists, such as time",
 )
 OPTION_VALUE_CANNOT_BE_READ = _error(
     "G504",
     "--set or --config: the value cannot be read",
     "analyze log.csv --set g=fast",
-    'write a number with its unit, such as --set g="9.803 m/s^2"',
+    'write it as the message says; a number has its unit, such as --set g="9.803 m/s^2"',
 )
 CONFIG_CANNOT_BE_READ = _error(
     "G505",
     "--config: the file cannot be read",
     "analyze log.csv --config no-such-file.toml",
-    'give a TOML file with lines such as g = "9.803 m/s^2"',
+    'check its name, and give a TOML file with lines such as g = "9.803 m/s^2"',
 )
 TEMPLATE_VALUE_CANNOT_BE_READ = _error(
     "G506",
@@ -537,7 +537,7 @@ FORMAT_FOR_ONE_LOG = _error(
     "G602",
     "a form that is for one log",
     "analyze a.csv b.csv --format json",
-    "give one log, or --format ndjson for several",
+    "give one log; or for several --format ndjson in the place of json, markdown in that of latex",
 )
 REPORT_CANNOT_BE_WRITTEN = _error(
     "G603",
@@ -616,7 +616,7 @@ SIMULATED_OPTIONS_CONTRADICT = _error(
     "G635",
     "simulate: two options contradict each other",
     "simulate --motion horizontal --pitch 10deg",
-    "leave one of the two options away",
+    "do what the message says, or leave one of the two options out",
 )
 NOISE_CANNOT_BE_READ = _error(
     "G636",
@@ -649,7 +649,7 @@ NO_SUBMISSION = _error(
     "G705",
     "no submission is found",
     "grade class --lms canvas",
-    "look whether --lms or --pattern fits the names of the files",
+    "leave --lms out, or give a --pattern that fits the names of the files",
 )
 PATTERN_CANNOT_BE_USED = _error(
     "G706",
@@ -661,7 +661,7 @@ FILES_OF_NO_STUDENT = _warning(
     "G707",
     "files of no student",
     "grade class, with a file of another kind of name",
-    "rename the files, or give --pattern",
+    "rename them as the message says, or give a --pattern that fits them",
 )
 ONE_OF_SEVERAL_GRADED = _note(
     "G708",
@@ -697,13 +697,13 @@ FILE_LEFT_OUT = _warning(
     "G714",
     "a file or folder of the class is left out",
     "grade class, with a link",
-    "put a copy of the file itself into the folder, if it belongs there",
+    "put a copy of the file itself in its place, if it belongs there; or do what the message says",
 )
 ANSWER_NOT_ASKED_FOR = _warning(
     "G715",
     "an answer under a name that is not asked for",
     "answers.toml: inertai = '4.4 g m^2'",
-    "correct the name in the answers file, or add it to the rubric",
+    "correct the name in the answers file",
 )
 ANSWERS_CANNOT_BE_READ = _warning(
     "G716", "an answers file that cannot be read", "answers.toml: a picture", "ask the student for a text file"
@@ -726,7 +726,7 @@ RUBRIC_KEY_UNKNOWN = _error(
     "G722",
     "a rubric has a key that is not known",
     RUBRIC + "check = 'log'\npoints = 2\nponits = 3\n",
-    "correct the key, as the message proposes, or take it out",
+    "write the key that the message proposes, or take it out",
 )
 RUBRIC_VALUE_CANNOT_BE_USED = _error(
     "G723",
@@ -763,7 +763,7 @@ CONDITION_CANNOT_BE_USED = _error(
     "G726",
     "a condition cannot be used",
     _CONDITION_RUBRIC,
-    "write a comparison of the variables that the message lists, such as warnings < 1",
+    "write a condition as the message says, such as warnings <= 0",
 )
 _PARTS_CONTRADICT_RUBRIC = f"""{RUBRIC}\
 check = 'log'
@@ -775,7 +775,10 @@ inertia = '4e-3 kg m^2'
 u = '1 %'
 """
 RUBRIC_PARTS_CONTRADICT = _error(
-    "G727", "two parts of a rubric do not go together", _PARTS_CONTRADICT_RUBRIC, "leave one of the two parts out"
+    "G727",
+    "two parts of a rubric do not go together",
+    _PARTS_CONTRADICT_RUBRIC,
+    "leave one of the two parts out, or write the one that is missing, as the message says",
 )
 
 # partners
@@ -783,7 +786,7 @@ PARTNERS_CANNOT_BE_READ = _error(
     "G741",
     "the file of partners cannot be read",
     "grade class --partners no-such-file.csv",
-    "give a CSV with the names of the partners of one group in each line",
+    "check its name, and give a text file with the names of the partners of one group in each line",
 )
 PARTNER_UNKNOWN = _warning(
     "G742",
@@ -822,13 +825,13 @@ GRADEBOOK_COLUMN_NOT_CLEAR = _error(
     "G753",
     "which column of the gradebook to fill is not clear",
     "grade class --gradebook two.csv",
-    "name the column with --assignment",
+    "name the column with --assignment and the number behind its title",
 )
 GRADEBOOK_COLUMN_CANNOT_BE_FILLED = _error(
     "G754",
     "the column of the gradebook cannot be filled",
     "grade class --gradebook locked.csv",
-    "unlock the column in Canvas, or choose another",
+    "do what the message says: unlock it, make the points the same, or name another with --assignment",
 )
 NO_MOODLE_WORKSHEET = _error(
     "G755",
@@ -840,7 +843,7 @@ WORKSHEET_CANNOT_TAKE_POINTS = _error(
     "G756",
     "the worksheet cannot take these points",
     "grade class --worksheet ten-points.csv",
-    "give the rubric as many points as the worksheet takes",
+    "give the rubric as many points as the worksheet takes, or change the maximum grade in Moodle",
 )
 
 # the run of a class
@@ -848,7 +851,7 @@ NO_PROCESS_CAN_BE_STARTED = _error(
     "G761",
     "no process can be started to work in",
     "grade class, with no process left",
-    "run it again with fewer programs open, or with --workers 1",
+    "run it again with fewer programs open",
 )
 JOURNAL_LINES_LOST = _note(
     "G762",
@@ -869,7 +872,7 @@ OPTION_FILE_CANNOT_BE_READ = _error(
     "G765",
     "a file given with an option cannot be read",
     "grade class --rubric no-such-file.toml",
-    "check the name of the file",
+    "check the name of the file, or for --previous that of the folder of the grades",
 )
 GRADES_WITHIN_CLASS = _error(
     "G766",

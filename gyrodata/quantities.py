@@ -304,7 +304,7 @@ def read_quantity(text: str, kind: str, unit: str | None = None, ask: bool = Tru
     if written is None or written.named:
         raise _unreadable(text, kind)
     if not written.unit and not unit and kind not in ("number", "sign"):
-        raise UnitError(f'"{text.strip()}" has no unit', f"write it like {KINDS[kind].sample}")
+        raise UnitError(f'"{text.strip()}" has no unit', f"write one behind it: {KINDS[kind].examples}")
     if ask and (ways := doubtful_comma(written, kind, unit)):
         raise UnitError(f'"{shown}" can mean {ways}', "write it without marks between the thousands", "ambiguous")
     quantity = in_si(written, kind, unit)
@@ -321,6 +321,12 @@ def _unreadable(text: str, kind: str) -> UnitError:
         except UnitError as error:
             return error
     return UnitError(f'"{text.strip()[:40]}" is not a number with a unit', f"write it like {KINDS[kind].sample}")
+
+
+def how_to_write(kind: str) -> str:
+    """Say how a number of some kind is written, without a number that could be taken over as it stands."""
+    of = KINDS[kind]
+    return f"write a number with its unit: {of.examples}" if of.si else of.proposal
 
 
 def parse_quantity(text: str, kind: str) -> float:
@@ -344,10 +350,10 @@ def parse_uncertainty(text: str, kind: str, unit: str = "", ask: bool = True) ->
             try:
                 quantity = read_quantity(term, kind, unit or None, ask)
             except UnitError as error:
-                if not error.hint.startswith("write it like"):
-                    raise
                 # The sample of its kind is as large as a value: it would drown the log.
-                raise UnitError(str(error), 'write it with its unit, or as a share of the value: "1 %"') from None
+                share = f'{how_to_write(kind)}, or a share of the value: "1 %"'
+                hint = error.hint.replace(f"write it like {KINDS[kind].sample}", share)
+                raise UnitError(str(error), hint, error.reason) from None
             if quantity.uncertainty is not None:
                 raise UnitError(f'"{text.strip()[:40]}" is no uncertainty, but a value with one')
             part = quantity.value / coverage

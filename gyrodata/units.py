@@ -285,6 +285,11 @@ class Kind(NamedTuple):
     sample: str = '"1/3"'
     """How it is written."""
 
+    @property
+    def proposal(self) -> str:
+        """What to write, without a number that could be taken over as it stands."""
+        return f"write one of: {self.examples}" if self.si else "write the number alone"
+
 
 _RATES = (Dimensions(time=-1, angle=1), Dimensions(time=-1, turn=1), Dimensions(time=-1))
 # "g*cm" means the weight of that mass at that arm.
@@ -402,17 +407,13 @@ def parse_unit(text: str, kind: str) -> Unit:
     try:
         parsed = parse(text)
     except UnitError as fault:
-        raise UnitError(
-            str(fault), f"for {KINDS[kind].words}, write one of: {KINDS[kind].examples}", fault.reason
-        ) from None
+        raise UnitError(str(fault), f"for {KINDS[kind].words}, {KINDS[kind].proposal}", fault.reason) from None
     dimensions = parsed.dimensions
     if kind == "rate" and dimensions == _T:
         hint = "a time per revolution goes into a column spin_period [s], or is written in s/rev"
         raise UnitError(f'"{text.strip()}" is a time, not a rotation rate', hint, "kind")
     if dimensions not in KINDS[kind].dimensions:
-        raise UnitError(
-            f'"{text.strip()}" is no unit of {KINDS[kind].words}', f"write one of: {KINDS[kind].examples}", "kind"
-        )
+        raise UnitError(f'"{text.strip()}" is no unit of {KINDS[kind].words}', KINDS[kind].proposal, "kind")
     spelling = _spell(parsed, kind)
     if kind == "rate" and not dimensions.angle and not dimensions.turn and spelling != "rpm":
         raise UnitError(

@@ -264,4 +264,4 @@ def _uninterrupted() -> Iterator[None]:
 
 def _no_process(why: str) -> InputError:
     message = f"no process can be started to work in: {why}"
-    return InputError.of(NO_PROCESS_CAN_BE_STARTED, message, "close other programs, or grade with --workers 1")
+    return InputError.of(NO_PROCESS_CAN_BE_STARTED, message, "close other programs, then run it again")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import shlex
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain
@@ -240,7 +242,8 @@ def _folder(path: Path, out: Path | None, form: Form, dry_run: bool, need_one: S
     home = path.resolve()
     if out is not None:
         if out.resolve().is_relative_to(home):
-            hint = f"write beside it: --out {home.name}-grades"
+            beside = os.path.relpath(home.parent / _usual_folder(home).name)
+            hint = f"write beside it: --out {shlex.quote(beside)}"
             refuse(GRADES_WITHIN_CLASS, f'"{out}" is in the class, and would be graded with it', hint)
         return out
     if form == "text" or dry_run:

@@ -33,10 +33,9 @@ def pairs(given: list[str] | None, option: str) -> dict[str, str]:
     for item in given or []:
         key, equals, value = item.partition("=")
         if not equals or not key.strip() or not value.strip():
-            example = "turns=1/3" if option == "--set" else 'time="T (s)"'
-            refuse(
-                OPTION_IS_NO_PAIR, f"{option} {item!r} is not of the form KEY=VALUE", f"for example {option} {example}"
-            )
+            example, form = ("turns=1/3", "KEY=VALUE") if option == "--set" else ('time="T (s)"', "ROLE=HEADER")
+            hint = f"write both, with = between them: {option} {example}"
+            refuse(OPTION_IS_NO_PAIR, f"{option} {item!r} is not of the form {form}", hint)
         pairs[key.strip()] = value.strip()
     return pairs
 

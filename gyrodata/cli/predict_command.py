@@ -71,7 +71,7 @@ def precession(
         refuse(
             OPTION_NUMBER_IMPOSSIBLE,
             f'--pitch "{pitch}" is not between -90 and 90 degrees',
-            "an upright rod is in every answer, as the last part",
+            "take a smaller --pitch; what an upright rod does is the last part of every answer",
         )
     notes = _take_defaults(options, transverse)
     from gyrodata.prediction import predict_precession
@@ -126,7 +126,7 @@ def _take_defaults(options: dict[str, Any], transverse: str | None) -> list[str]
             refuse(
                 OPTION_NUMBER_IMPOSSIBLE,
                 f'--transverse "{transverse}" is below I_zz/2, which no body has',
-                "I is that across the rod",
+                "I is about an axis across the rod, and at least I_zz/2; or leave --transverse out",
             )
     return notes
 
@@ -157,7 +157,9 @@ def earth(
     at = quantity("--latitude", latitude, "angle")
     if abs(at) > math.pi / 2:
         refuse(
-            OPTION_NUMBER_IMPOSSIBLE, f'--latitude "{latitude}" is not between -90 and 90 degrees', "south is negative"
+            OPTION_NUMBER_IMPOSSIBLE,
+            f'--latitude "{latitude}" is not between -90 and 90 degrees',
+            "write 0 to 90 deg, in the south with a minus sign",
         )
     times = _times(_hours("--hours", hours), _hours("--step", step), sidereal)
     from gyrodata.prediction import predict_earth
@@ -181,7 +183,7 @@ def _hours(option: str, text: str) -> float:
         refuse(
             OPTION_NUMBER_IMPOSSIBLE,
             f'{option} "{text[:40]}" is not a number of hours above zero and up to a million',
-            "",
+            f"write it like {option} 24",
         )
     return value
 

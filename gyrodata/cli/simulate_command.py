@@ -173,7 +173,7 @@ def _decay(text: str | None, law: DecayLaw | None) -> Decay | None:
         return None
     exponent = None if law is None else EXPONENTS[law]
     if text.rstrip().endswith("%"):
-        lost = quantity("--spin-decay", text.rstrip()[:-1], "number", positive=True) / 100
+        lost = quantity("--spin-decay", text.rstrip()[:-1], "number") / 100
         return Decay(lost=lost, exponent=exponent)
     return Decay(time_constant=quantity("--spin-decay", text, "time", positive=True), exponent=exponent)
 

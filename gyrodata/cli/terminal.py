@@ -99,7 +99,7 @@ def coloured(text: str, stream: Any) -> str:
 def write_out(text: str) -> None:
     """Write data to standard output; a reader that has gone away (``| head``) is no fault."""
     if sys.stdout is None:
-        refuse(STREAM_CANNOT_BE_USED, "standard output is closed", "leave >&- away, or write to a file")
+        refuse(STREAM_CANNOT_BE_USED, "standard output is closed", "leave >&- out, or write to a file: > FILE")
     # A test's or a notebook's stand-in has no encoding to fail on.
     with suppress(AttributeError):
         sys.stdout.reconfigure(errors="replace")  # type: ignore[union-attr]
@@ -111,7 +111,11 @@ def write_out(text: str) -> None:
         raise typer.Exit(0) from None
     except OSError as error:
         _throw_away(sys.stdout)
-        refuse(STREAM_CANNOT_BE_USED, f"standard output cannot be written: {error.strerror}", "is the disk full?")
+        refuse(
+            STREAM_CANNOT_BE_USED,
+            f"standard output cannot be written: {error.strerror}",
+            "make room on the disk, or write to another file",
+        )
 
 
 def complain(diagnostics: Iterable[Diagnostic], quiet: bool = False) -> None:
@@ -163,7 +167,7 @@ def source_of(log: str) -> dict[str, Any]:
     if log != "-":
         return {"source": log}
     if sys.stdin is None:
-        refuse(STREAM_CANNOT_BE_USED, "standard input is closed", "give the log's name, or gyro analyze - < log.csv")
+        refuse(STREAM_CANNOT_BE_USED, "standard input is closed", "give the log's name instead of -, or - < log.csv")
     return {"source": sys.stdin.buffer, "name": "<stdin>"}
 
 

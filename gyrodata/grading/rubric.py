@@ -77,6 +77,9 @@ MEANINGS = {
 }
 """Each variable in words, to a student."""
 
+COUNTED = ("warnings", "missing", "stated", "files", "faults")
+"""Variables that are whole numbers."""
+
 ASKS = {
     "weights": TOO_FEW_WEIGHTS,
     "runs": TOO_FEW_RUNS,
@@ -242,12 +245,8 @@ def _curve(table: Table, check: str) -> tuple[Curve | None, str]:
     given = [key for key in ("full", "zero") if key in table.values]
     if len(given) == 1:
         other = {"full": "zero", "zero": "full"}[given[0]]
-        table.wrong(
-            given[0],
-            f'"{given[0]}" is given, and "{other}" is not',
-            f'write {other} = "…" too',
-            CONDITION_CANNOT_BE_USED,
-        )
+        hint = f'write {other} too, or leave both out: then full = "{default[0]}" and zero = "{default[1]}" hold'
+        table.wrong(given[0], f'"{given[0]}" is given, and "{other}" is not', hint, CONDITION_CANNOT_BE_USED)
         return None, ""
     full, zero = (text or default[i] for i, text in enumerate(texts))
     conditions = []
@@ -344,7 +343,11 @@ def parse_condition(text: str) -> Condition:
     if match is None:
         hint = 'write it like "d <= 0.3", "z >= 5", "ratio in 0.5..2" or "ratio outside 0.2..5"'
         if strict := _STRICT.fullmatch(text):
-            hint = f'write "{strict[1]} {strict[2]}= {strict[3]}"'
+            name, sign, limit = strict[1], strict[2], float(strict[3])
+            if name in COUNTED:
+                # Below 1 warning is none, and none is what "<= 0" says.
+                limit = math.ceil(limit) - 1 if sign == "<" else math.floor(limit) + 1
+            hint = f'write "{name} {sign}= {limit:g}"'
         raise ConditionError(f'"{text[:60]}" is no condition', hint)
     name, sign, bound, word, first, last = match.groups()
     if word:
@@ -361,17 +364,22 @@ def make_curve(full: Condition, zero: Condition) -> Curve:
     """Join the condition for all points and the one for none, of one variable and farther out."""
     if full.variable != zero.variable:
         raise ConditionError(
-            f'full speaks of "{full.variable}" and zero of "{zero.variable}"', "write both with the same name"
+            f'full speaks of "{full.variable}" and zero of "{zero.variable}"',
+            f"write zero on {full.variable} as well, or full on {zero.variable}",
         )
     name = full.variable
     opposite = {"<=": ">=", ">=": "<=", "in": "outside"}
     if full.relation not in opposite:
-        raise ConditionError('full is "… outside …"', f'write full = "{name} in LOW..HIGH"')
+        raise ConditionError('full is "… outside …"', f'that is for zero: write full = "{name} in LOW..HIGH"')
     if zero.relation != opposite[full.relation]:
-        sample = "LOW..HIGH" if full.relation == "in" else "NUMBER"
+        sample, where = {
+            "<=": ("NUMBER", f"NUMBER above {full.high:g}"),
+            ">=": ("NUMBER", f"NUMBER below {full.low:g}"),
+            "in": ("LOW..HIGH", f"LOW below {full.low:g} and HIGH above {full.high:g}"),
+        }[full.relation]
         raise ConditionError(
             f'full with "{full.relation}" does not go with zero with "{zero.relation}"',
-            f'write zero = "{name} {opposite[full.relation]} {sample}"',
+            f'write zero = "{name} {opposite[full.relation]} {sample}" with {where}',
         )
     if full.relation == "<=":
         ends = (-math.inf, zero.low)

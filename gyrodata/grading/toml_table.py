@@ -160,7 +160,11 @@ class Table:
         for key in self.values:
             if key not in self.asked:
                 where = f" in [{'.'.join(str(p) for p in self.path if isinstance(p, str))}]" if self.path else ""
-                self.wrong(key, f'"{key[:60]}" is not known{where}', nearest(key, self.asked), RUBRIC_KEY_UNKNOWN)
+                # A key that is there already is no proposal: it would then stand twice.
+                free = [one for one in self.asked if one not in self.values]
+                close = difflib.get_close_matches(key.lower(), free, n=1, cutoff=0.6)
+                hint = f"did you mean {close[0]}?" if close else f"take it out; known here: {', '.join(self.asked)}"
+                self.wrong(key, f'"{key[:60]}" is not known{where}', hint, RUBRIC_KEY_UNKNOWN)
 
 
 def read_toml(data: bytes, name: str) -> Table:
@@ -168,7 +172,10 @@ def read_toml(data: bytes, name: str) -> Table:
     if len(data) > LARGEST:
         faults = Faults(name, "")
         faults.add_at(
-            RUBRIC_NO_TOML, None, f"a rubric of {len(data)} bytes; at most {LARGEST} are read", "is it the right file?"
+            RUBRIC_NO_TOML,
+            None,
+            f"a rubric of {len(data)} bytes; at most {LARGEST} are read",
+            "give the file of the rubric",
         )
         faults.stop_if_any()
     try:

@@ -140,12 +140,12 @@ def _mapped(layout: Layout, mapping: Mapping[str, str], faults: Faults) -> dict[
         loose = [at for at, text in enumerate(texts) if text and squeeze(text) == squeeze(wanted)]
         places = exact or loose
         if not places:
-            hint = f"the headers are: {listing([t for t in texts if t], 40)}"
+            hint = f"""the headers are: {listing([f'"{t}"' for t in texts if t], 40)}"""
             raise faults.refuse(MAPPED_HEADER_UNKNOWN, f"--map {key}={wanted!r}: there is no such header", hint)
         at = places[0]
         if at in found:
             message = f"--map gives the header {wanted!r} two roles, {found[at].role} and {key}"
-            raise faults.refuse(MAPPED_ROLE_UNKNOWN, message, "one column can serve one role")
+            raise faults.refuse(MAPPED_ROLE_UNKNOWN, message, f"leave --map {key}=… out, or give it another header")
         role, _, number = key.partition("_") if key.startswith("time_") else (key, "", "")
         header = layout.headers[at]
         if header.unit is None:

@@ -22,7 +22,7 @@ from gyrodata.diagnostics import (
     REPORTED_VALUE_CANNOT_BE_READ,
 )
 from gyrodata.errors import InputError
-from gyrodata.quantities import PLAIN, Quantity, parse_quantity, parse_uncertainty, to_float
+from gyrodata.quantities import PLAIN, Quantity, how_to_write, parse_quantity, parse_uncertainty, to_float
 from gyrodata.readings.cells import (
     BLANKS,
     PREFIX,
@@ -110,7 +110,7 @@ def read_options(
     known = [key for key in KEYS if key not in TEXTS]
     for item in given:
         if item.key not in known:
-            hint = _close(item.key, known) or f"keys are: {listing(known, 60)}"
+            hint = _close(item.key, known) or f"keys are: {', '.join(known)}"
             faults.add(OPTION_KEY_UNKNOWN, f"{item.label}: there is no such key", hint)
     roles = (*ROLES, *UNCERTAINTIES)
     for role in mapping:
@@ -137,18 +137,23 @@ def _read_config(path: Path, faults: Faults) -> dict[str, str]:
             table = tomllib.loads(file.read(1_000_000).decode("utf-8-sig"))
     except (OSError, ValueError, RecursionError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        hint = 'it holds lines such as: g = "9.803 m/s^2"'
+        missing = isinstance(error, FileNotFoundError | NotADirectoryError)
+        hint = "check its name" if missing else 'give a text file with lines such as g = "9.803 m/s^2"'
         raise faults.refuse(CONFIG_CANNOT_BE_READ, f"--config {str(path)!r} cannot be read: {reason}", hint) from None
     values: dict[str, str] = {}
     for key, value in table.items():
         if isinstance(value, dict | list):
-            hint = 'write its keys at the top, such as g = "9.803 m/s^2"; columns are named with --map role=HEADER'
+            of_table = "write its keys at the top, without a [head]; columns are named with --map role=HEADER"
+            one = value[0] if isinstance(value, list) and value else "…"
+            hint = of_table if isinstance(value, dict) else f'write one value: {key} = "{one}"'
             raise faults.refuse(
                 OPTION_VALUE_CANNOT_BE_READ, f"--config {key}: a table or a list, not a number or a text", hint
             )
         if isinstance(value, bool) or not isinstance(value, str | int | float):
             raise faults.refuse(
-                OPTION_VALUE_CANNOT_BE_READ, f"--config {key}: not a number or a text", f'write {key} = "…"'
+                OPTION_VALUE_CANNOT_BE_READ,
+                f"--config {key}: not a number or a text",
+                f'write {key} = "{str(value).lower()}"',
             )
         values[key] = str(value)
     return values
@@ -198,7 +203,10 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
         try:
             _enter(settings, item, True)
         except CellError as error:
-            faults.add(OPTION_VALUE_CANNOT_BE_READ, f'{item.label}: "{item.text[:60]}"{error.joint}{error}', error.hint)
+            hint = error.hint
+            if not hint and str(error).startswith("is not a number"):
+                hint = how_to_write(kind_of_role(item.key))
+            faults.add(OPTION_VALUE_CANNOT_BE_READ, f'{item.label}: "{item.text[:60]}"{error.joint}{error}', hint)
             raise InputError([d for d in faults.found if d.code == OPTION_VALUE_CANNOT_BE_READ]) from None
     return settings
 

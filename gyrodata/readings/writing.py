@@ -268,10 +268,13 @@ def _shown(text: str, kind: str, unit: str, option: str, digits: int = 0) -> str
     try:
         value = from_si(parse_quantity(text, kind), unit, kind)
     except UnitError as error:
+        several = "" if kind == "length" else "; part several with commas"
         raise InputError(
-            [Diagnostic(TEMPLATE_VALUE_CANNOT_BE_READ, "error", f"{option}: {error}", error.hint)]
+            [Diagnostic(TEMPLATE_VALUE_CANNOT_BE_READ, "error", f"{option}: {error}", f"{error.hint}{several}")]
         ) from None
     if kind != "length" and value <= 0:
-        raise InputError([Diagnostic(TEMPLATE_VALUE_CANNOT_BE_READ, "error", f'{option}: "{text}" is not above zero')])
+        hint = "the run without a weight is in every log" if kind == "mass" else "write it without its sign"
+        message = f'{option}: "{text}" is not above zero'
+        raise InputError([Diagnostic(TEMPLATE_VALUE_CANNOT_BE_READ, "error", message, hint)])
     short = f"{value:.10g}"
     return short if len(short.partition(".")[2]) >= digits else f"{value:.{digits}f}"

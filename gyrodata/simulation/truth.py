@@ -310,13 +310,14 @@ def _check_together(truth: Truth, design: Design) -> None:
 def _steady(truth: Truth, runs: Runs, angle: Floats) -> Runs:
     """Runs in steady precession, eq. (8), which is eq. (9) for a level rod; the spin may fall."""
     at = course(runs.torque, runs.spin, truth.inertia, runs.across, runs.pitch)
-    for i in np.flatnonzero(~np.isfinite(at.rate))[:1]:
-        _refuse_slow(
-            truth,
-            runs,
-            int(i),
+    slow = np.flatnonzero(~np.isfinite(at.rate))
+    if len(slow):
+        # Of all that are too slow the one that needs most: a faster spin then serves every run.
+        i = slow[np.argmax(_least_rpm(truth, runs)[slow])]
+        _refuse(
             SIMULATED_NO_STEADY_PRECESSION,
-            f"{_rpm(runs.spin[i])} is too slow for steady precession",
+            f"{_run_words(runs, i)}: {_rpm(runs.spin[i])} is too slow for steady precession",
+            f"at this pitch and torque it takes more than {_least_rpm(truth, runs)[i]:g} rpm",
         )
     decay = truth.decay
     if decay is None:
@@ -331,7 +332,11 @@ def _steady(truth: Truth, runs: Runs, angle: Floats) -> Runs:
     assert runs.spin_end is not None
     rate = physics.precession_rate(runs.torque, runs.spin_end, truth.inertia, runs.across, runs.pitch)
     for i in np.flatnonzero(~np.isfinite(time))[:1]:
-        _refuse_slow(truth, runs, int(i), TURNS_NEVER_COMPLETED, "the spin dies away before the turns are completed")
+        what = "the spin dies away before the turns are completed"
+        hint = "take fewer turns, or a slower decay"
+        if least := _least_rpm(truth, runs)[i]:
+            hint += f"; at this pitch and torque it takes more than {least:g} rpm to the end"
+        _refuse(TURNS_NEVER_COMPLETED, f"{_run_words(runs, i)}: {what}", hint)
     for i in np.flatnonzero(~(np.abs(rate) < np.abs(runs.spin_end)))[:1]:
         _refuse(
             TURNS_NEVER_COMPLETED,
@@ -416,14 +421,14 @@ def _dragged_time(truth: Truth, runs: Runs, angle: Floats, i: int) -> float:
     return float(times[before]) + float(brentq(missing, 0.0, times[1], xtol=1e-10))
 
 
-def _refuse_slow(truth: Truth, runs: Runs, i: int, code: str, what: str) -> NoReturn:
-    least = physics.least_spin(runs.torque[i], truth.inertia, runs.across[i], runs.pitch[i])
-    pitch = math.degrees(runs.pitch[i])
-    _refuse(
-        code,
-        f"{_words(runs.mass[i], runs.position[i])}, pitch {pitch:.4g} deg: {what}",
-        f"at this pitch and torque it takes more than {math.ceil(10 * to_display(least, 'spin')[0]) / 10:g} rpm",
-    )
+def _least_rpm(truth: Truth, runs: Runs) -> Floats:
+    """Spins that steady precession needs at least, a little rounded up [rpm]."""
+    least = physics.least_spin(runs.torque, truth.inertia, runs.across, runs.pitch)
+    return np.array([math.ceil(10 * to_display(one, "spin")[0]) / 10 for one in least])
+
+
+def _run_words(runs: Runs, i: int) -> str:
+    return f"{_words(runs.mass[i], runs.position[i])}, pitch {math.degrees(runs.pitch[i]):.4g} deg"
 
 
 def _words(mass: float, position: float) -> str:

@@ -248,8 +248,10 @@ def _column(role: str, texts: list[str], stated: Mapping[str, Uncertainty]) -> C
     for i, cell in enumerate(cells):
         fault, _ = check_value(role, cell.value) if cell else ("", "")
         if fault:
-            message = f"run {i + 1}: {role} {texts[i]} {unit} {fault}"
-            hint = "take less noise, a smaller timing bias, or more turns"
+            message = f"run {i + 1}: {role} {float(texts[i]):.6g} {unit} {fault}"
+            hint = "take less noise, a timing bias nearer to 0 s, or more turns"
+            if "too large" in fault:
+                hint = "take fewer turns, a larger torque, or a timing bias nearer to 0 s"
             raise InputError.of(SIMULATED_VALUE_IMPOSSIBLE, message, hint)
     finest = min((cell.step for cell in cells if cell and cell.step), default=None)
     u = next((stated[key] for key in u_keys(role) if key in stated), None)

@@ -166,7 +166,7 @@ class _Canvas(_Layout):
         self.mark = "," if re.search(r",\d+$", self.most) else "."
         if re.search(r"read.only", self.most, re.IGNORECASE):
             message = f'locks the column "{sheet.value(0, self.grade)}" (read only)'
-            hint = "unlock it in Canvas and export again"
+            hint = "unlock it in Canvas and export again, or name another with --assignment"
             raise refusal(GRADEBOOK_COLUMN_CANNOT_BE_FILLED, sheet.name, message, hint)
 
     def _assignment_column(self, assignment: str | None) -> int:
@@ -181,7 +181,9 @@ class _Canvas(_Layout):
             return found[0]
         shown = listing([titles[at][0] for at in titles]) or "none with a number in brackets"
         asked = f'no one column "{assignment}"' if assignment is not None else "not one assignment"
-        hint = "name it with its number, such as 123456; make the assignment in Canvas first and export again"
+        hint = "make the assignment in Canvas first, and export again"
+        if titles:
+            hint = f"give the number behind its title with --assignment; or {hint}"
         message = f"has {asked}; its assignments are: {shown}"
         raise refusal(GRADEBOOK_COLUMN_NOT_CLEAR, self.sheet.name, message, hint)
 

@@ -138,7 +138,7 @@ def read_exemptions(source: str | os.PathLike[str] | bytes, students: Mapping[st
 def _read(source: str | os.PathLike[str] | bytes) -> tuple[str, str]:
     """Name and text of the file."""
     name = "partners" if isinstance(source, bytes) else Path(source).name
-    hint = "one group of partners a line: alice, bob"
+    hint = "give a text file with one group of partners a line: alice, bob"
     try:
         if isinstance(source, bytes):
             data = source
@@ -156,6 +156,8 @@ def _read(source: str | os.PathLike[str] | bytes) -> tuple[str, str]:
         reason = "it is no text in UTF-8" if isinstance(error, UnicodeDecodeError) else str(error)
         if isinstance(error, OSError) and error.strerror:
             reason = error.strerror
+        if isinstance(error, FileNotFoundError | NotADirectoryError):
+            hint = "check its name"
         message = f"the file of partners cannot be read: {reason}"
         raise InputError.of(PARTNERS_CANNOT_BE_READ, message, hint, name) from None
     return name, text

@@ -214,11 +214,17 @@ def _nothing_found(files: Listing, lms: str, pattern: str | None) -> Diagnostic:
     one = shown(min(files.sizes))
     if pattern is not None:
         return Diagnostic(
-            NO_SUBMISSION, "error", f'--pattern "{pattern}" fits no file of "{root}"', f"one is: {one}", root
+            NO_SUBMISSION,
+            "error",
+            f'--pattern "{pattern}" fits no file of "{root}"',
+            f"make it fit such a name: {one}",
+            root,
         )
     message = f'"{root}" holds no submission as {"a platform" if lms == "auto" else lms} names them; one file is: {one}'
     sample = PLATFORMS["folder" if lms == "auto" else lms].sample
-    return Diagnostic(NO_SUBMISSION, "error", message, f"looked for names such as {sample}; or give a --pattern", root)
+    without = "" if lms == "auto" else f"leave --lms {lms} out, or "
+    hint = f"{without}name them such as {sample}, or give a --pattern"
+    return Diagnostic(NO_SUBMISSION, "error", message, hint, root)
 
 
 # --- from files to submissions ------------------------------------------------------------------------------
@@ -271,7 +277,9 @@ class _Finder:
         if names:
             count = "1 file is" if len(names) == 1 else f"{len(names)} files are"
             message = f"{count} of no student and left aside: {listing(names, 5)}"
-            hint = f"{self.lms} names files such as {self.platform.sample}" if self.platform is not None else ""
+            hint = "change --pattern so that it fits these as well, or rename them"
+            if self.platform is not None:
+                hint = f"rename them, if they count: {self.lms} names files such as {self.platform.sample}"
             self._tell(FILES_OF_NO_STUDENT, message, hint)
 
     def _submission(self, student: str, named: Mapping[str, ParsedName]) -> Submission:

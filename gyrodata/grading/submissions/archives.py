@@ -52,7 +52,7 @@ def list_files(root: Path) -> Listing:
         if root.is_dir():
             return _list_folder(root)
         if not root.exists():
-            raise _refusal(CLASS_IS_NO_FOLDER_OR_ZIP, root, f'there is no folder or zip "{root}"')
+            raise _refusal(CLASS_IS_NO_FOLDER_OR_ZIP, root, f'there is no folder or zip "{root}"', "check its name")
         if not root.is_file() or not zipfile.is_zipfile(root):
             if root.is_file() and _begins_as_zip(root):
                 raise _refusal(ZIP_DAMAGED, root, f'"{root.name}" is damaged: its end is missing', "download it again")
@@ -103,8 +103,8 @@ def _unreadable(name: str, why: str) -> InputError:
     return InputError.of(SUBMITTED_FILE_CANNOT_BE_READ, f'"{shown}" cannot be read: {why}', file=shown)
 
 
-def _left_out(root: Path, message: str) -> Diagnostic:
-    return Diagnostic(FILE_LEFT_OUT, CODES[FILE_LEFT_OUT].severity, message, file=root.name)
+def _left_out(root: Path, message: str, hint: str) -> Diagnostic:
+    return Diagnostic(FILE_LEFT_OUT, CODES[FILE_LEFT_OUT].severity, message, hint, root.name)
 
 
 # --- folders ------------------------------------------------------------------------------------------------
@@ -112,7 +112,7 @@ def _left_out(root: Path, message: str) -> Diagnostic:
 
 def _list_folder(root: Path) -> Listing:
     sizes: dict[str, int] = {}
-    left_out: list[str] = []
+    left_out: list[tuple[str, str]] = []
     waiting = [""]
     folders: list[str] = []
     seen = 0
@@ -128,23 +128,25 @@ def _list_folder(root: Path) -> Listing:
                 continue
             if entry.is_symlink():
                 # It may lead to the files of another student, or of the grader.
-                left_out.append(f'"{name}" is a link and is left out')
+                hint = "put a copy of what it leads to in its place, if it belongs there"
+                left_out.append((f'"{name}" is a link and is left out', hint))
             elif entry.is_dir(follow_symlinks=False):
                 waiting.append(f"{name}/")
             elif entry.is_file(follow_symlinks=False):
                 sizes[name] = entry.stat(follow_symlinks=False).st_size
-    told = tuple(_left_out(root, text) for text in sorted(left_out))
+    told = tuple(_left_out(root, *words) for words in sorted(left_out))
     return Listing(root, dict(sorted(sizes.items())), tuple(sorted(folders)[1:]), told)
 
 
-def _entries(root: Path, below: str, left_out: list[str]) -> list[os.DirEntry[str]]:
+def _entries(root: Path, below: str, left_out: list[tuple[str, str]]) -> list[os.DirEntry[str]]:
     try:
         with os.scandir(root / below) as entries:
             return list(islice(entries, MOST_FILES + 1))
     except OSError as error:
         if not below:
             raise
-        left_out.append(f'"{below}" cannot be opened and is left out: {error.strerror}')
+        words = f'"{below}" cannot be opened and is left out: {error.strerror}'
+        left_out.append((words, "give yourself the right to read it, such as with chmod -R u+rX"))
         return []
 
 
@@ -225,7 +227,10 @@ def _opened(root: Path, changed: int, size: int, process: int) -> _Archive:
         elif name:
             twice |= {name} & files.keys()
             files[name] = info
-    told = [_left_out(root, f'the zip holds "{name}" twice; the later one is read') for name in sorted(twice)]
+    told = [
+        _left_out(root, f'the zip holds "{name}" twice; the later one is read', "take one of the two out of the zip")
+        for name in sorted(twice)
+    ]
     return _Archive(archive, files, tuple(sorted(folders)), tuple(told))
 
 

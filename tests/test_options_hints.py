@@ -1,0 +1,242 @@
+"""What the options --set, --map, --config and those of the template are refused for, mended as the hint says.
+
+Each hint is carried out to the letter on a log of a known truth, which must come out.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from test_slips import TRUTH, lab
+from typer.testing import CliRunner
+
+import gyrodata
+from gyrodata.cli import app
+from gyrodata.diagnostics import CODES
+from gyrodata.errors import Diagnostic, GyroError
+from gyrodata.readings import read_log
+
+G, HEAD = "# g: 9.803 m/s^2\n", "mass [g],position [cm],spin [rpm],time [s],turns\n"
+ROWS = [line.split(",") for line in lab().text().splitlines()[-9:]]
+
+
+def log(head: str = HEAD, cells: str = "01234", top: str = G, rows: list[list[str]] = ROWS) -> str:
+    """Write the runs with some of their columns."""
+    return top + head + "".join(",".join(row[int(at)] for at in cells) + "\n" for row in rows)
+
+
+LOG, WITHOUT_G = log(), log(top="")
+WITHOUT_TURNS = log("mass [g],position [cm],spin [rpm],time [s]\n", "0123")
+ONE_SPIN = log("mass [g],position [cm],time [s],turns\n", "0134", rows=[row for row in ROWS if row[2] == "398"])
+ONE_PLACE = log("mass [g],spin [rpm],time [s],turns\n", "0234")
+CLOCK = log(HEAD.replace("time [s]", "clock [s]"))
+CLOCK_WITH_COMMA = log(HEAD.replace("time [s]", '"clock, s"'))
+
+CARRIED_OUT = {"G501", "G502", "G503", "G504", "G505", "G506"}
+
+
+def refused(source: str, code: str, **options: Any) -> Diagnostic:
+    with pytest.raises(GyroError) as caught:
+        read_log(source.encode(), **options)
+    return next(one for one in caught.value.diagnostics if one.code == code)
+
+
+def assert_right(source: str, **options: Any) -> None:
+    """Hold the answer against the truth; a refusal raises."""
+    found = gyrodata.analyze(source.encode(), **options).inertia
+    assert abs(found.value - TRUTH) < 4 * (found.u or 0.0)
+    assert (found.u or 0.0) < 0.05 * TRUTH
+
+
+def typed_as(hint: str, text: str, meant: str = "") -> str:
+    """Type a value as the hint says; `meant` is the number where the text has none."""
+    if copied := re.search(r'(?:like|such as|write) "([^"]+)"', hint):
+        return copied[1]
+    if whole := re.match(r"write ([\d.]+) or ", hint):
+        return re.sub(r"^[\d.,]+", whole[1], text)
+    number, _, rest = (text if re.match(r"[\d.]", text) else meant).partition(" ")
+    if hint == "write the number alone":
+        return number
+    unit = re.search(r"(?:one behind it|its unit|write one of): ([^,]+)", hint) or re.match(r"write (\S+) ", hint)
+    assert unit, hint
+    return f"{number} {unit[1]} {rest if ' ' in rest else ''}".strip()
+
+
+@pytest.mark.parametrize(
+    ("source", "settings", "mended"),
+    [
+        (WITHOUT_TURNS, {"trns": "1/3"}, "turns"),
+        (WITHOUT_G, {"gg": "9.803 m/s^2"}, "g"),
+        (ONE_SPIN, {"SPIN": "398 rpm"}, "spin"),
+    ],
+)
+def test_the_key_that_is_proposed(source: str, settings: dict[str, str], mended: str) -> None:
+    (value,) = settings.values()
+    meant = re.match(r"did you mean (\w+)", refused(source, "G501", settings=settings).hint)
+    assert meant
+    assert meant[1] == mended
+    assert_right(source, settings={mended: value})
+
+
+def test_every_key_that_is_listed_is_one() -> None:
+    listed = refused(WITHOUT_TURNS, "G501", settings={"xyz": "1/3"}).hint.removeprefix("keys are: ").split(", ")
+    assert {"turns", "g", "balanced", "motion", "position_from", "u_time"} <= set(listed)
+    for key in listed:
+        told = []
+        try:
+            read_log(LOG.encode(), settings={key: "?"})
+        except GyroError as error:
+            told = [one.code for one in error.diagnostics]
+        assert "G501" not in told
+    assert_right(WITHOUT_TURNS, settings={next(key for key in listed if key == "turns"): "1/3"})
+
+
+@pytest.mark.parametrize("source", [CLOCK, CLOCK_WITH_COMMA])
+def test_a_header_is_copied_from_the_list(source: str) -> None:
+    listed = re.findall('"([^"]+)"', refused(source, "G502", mapping={"time": "Zeitpunkt"}).hint)
+    assert len(listed) == 5
+    assert_right(source, mapping={"time": next(one for one in listed if one.startswith("clock"))})
+
+
+@pytest.mark.parametrize("role", ["tme", "Time", "zz"])
+def test_the_role_that_is_proposed_or_listed(role: str) -> None:
+    hint = refused(CLOCK, "G503", mapping={role: "clock [s]"}).hint
+    meant = re.match(r"did you mean (\w+)", hint)
+    listed = hint.removeprefix("roles are: ").split(", ")
+    assert_right(CLOCK, mapping={meant[1] if meant else next(one for one in listed if one == "time"): "clock [s]"})
+
+
+def test_a_header_serves_one_role() -> None:
+    mapping = {"time": "clock [s]", "spin": "clock [s]"}
+    out = re.match(r"leave --map (\w+)=… out", refused(CLOCK, "G503", mapping=mapping).hint)
+    assert out
+    del mapping[out[1]]
+    assert_right(CLOCK, mapping=mapping)
+
+
+VALUES = [
+    (WITHOUT_G, "g", "fast", "9.803", "9.803 m/s^2"),
+    (WITHOUT_G, "latitude", "north", "45.5", "45.5 deg"),
+    (WITHOUT_G, "latitude", "95 deg", "", "52.5 deg"),
+    (WITHOUT_TURNS, "turns", "third", "1/3", "1/3"),
+    (ONE_SPIN, "spin", "398", "", "398 rpm"),
+    (ONE_SPIN, "spin", "6.63 1/s", "", "6.63 rev/s"),
+    (ONE_SPIN, "spin", "398 furlong", "", "398 rpm"),
+    (ONE_PLACE, "position", "14.8", "", "14.8 mm"),
+    (LOG, "u_time", "0.1", "", "0.1 s"),
+    (LOG, "u_time", "little", "0.1", "0.1 s"),
+    (LOG, "u_spin", "2", "", "2 rpm"),
+    (LOG, "u_turns", "1 deg", "", "1"),
+    (LOG, "u_mass_scale", "1 g", "", "0.1 %"),
+    (LOG, "u_time_bias", "1 %", "", "0.1 s"),
+    (LOG, "balance_tilt", "3", "", "3 deg in 10 s"),
+    (LOG, "balance_tilt", "3 in 10 s", "", "3 deg in 10 s"),
+    (LOG, "balance_drift", "3 deg in 10 s", "", "5 deg in 60 s at 400 rpm"),
+    (LOG, "motion", "free", "", "released"),
+    (LOG, "balanced", "maybe", "", "yes"),
+    (LOG, "position_from", "left", "", "centre"),
+    (LOG, "rod_mass", "1,300 g", "", "1300 g"),
+]
+"""Log, key, value, the number meant where the value has none, and what the hint makes of it."""
+
+
+@pytest.mark.parametrize(("source", "key", "text", "meant", "mended"), VALUES, ids=[f"{v[1]}={v[2]}" for v in VALUES])
+def test_a_value_is_typed_as_the_hint_says(source: str, key: str, text: str, meant: str, mended: str) -> None:
+    hint = refused(source, "G504", settings={key: text}).hint
+    assert typed_as(hint, text, meant) == mended
+    if key == "position":
+        # Which of the units is left to whoever held the ruler.
+        assert " cm," in hint
+        mended = "14.8 cm"
+    if key in ("u_turns", "balance_tilt", "balance_drift", "motion"):
+        assert read_log(LOG.encode(), settings={key: mended}).ok
+    else:
+        assert_right(source, settings={key: mended})
+
+
+CONFIGS = [
+    ("G504", "[log]\ng = '9.803 m/s^2'\n", lambda _, text: text.replace("[log]\n", "")),
+    ("G504", "g = ['9.803 m/s^2']\n", lambda hint, _: hint.partition(": ")[2]),
+    ("G504", "balanced = true\ng = '9.803 m/s^2'\n", lambda hint, text: text.replace("balanced = true", hint[6:])),
+    ("G504", "g = 'fast'\n", lambda hint, _: f'g = "{typed_as(hint, "fast", "9.803")}"'),
+    ("G505", "g = 9.803 m/s^2\n", lambda hint, _: hint.partition("such as ")[2]),
+    ("G505", "g: 9.803 m/s^2\n", lambda hint, _: hint.partition("such as ")[2]),
+    ("G501", "gg = '9.803 m/s^2'\n", lambda hint, text: text.replace("gg", hint.split()[3].strip("?"))),
+]
+
+
+@pytest.mark.parametrize(("code", "text", "mend"), CONFIGS, ids=[text.split("\n")[0] for _, text, _ in CONFIGS])
+def test_a_file_of_constants_is_mended(code: str, text: str, mend: Any, tmp_path: Path) -> None:
+    path = tmp_path / "station.toml"
+    path.write_text(text)
+    path.write_text(mend(refused(WITHOUT_G, code, config=path).hint, text))
+    assert read_log(WITHOUT_G.encode(), config=path).constants["g"] == 9.803
+    assert_right(WITHOUT_G, config=path)
+
+
+def test_a_file_of_constants_that_is_not_there(tmp_path: Path) -> None:
+    (tmp_path / "station.toml").write_text("g = '9.803 m/s^2'\n")
+    assert refused(WITHOUT_G, "G505", config=tmp_path / "sttaion.toml").hint == "check its name"
+    assert_right(WITHOUT_G, config=tmp_path / "station.toml")
+
+
+@pytest.mark.parametrize(
+    ("options", "mended"),
+    [
+        ("--spins fast", '--spins "400 rpm"'),
+        ("--spins 200", "--spins 200rpm"),
+        ("--spins=-200rpm", "--spins 200rpm"),
+        ('--spins ""', "--spins 200,400,600rpm"),
+        ("--weights 20", "--weights 20g"),
+        ('--weights "20g;40g"', "--weights 20g,40g"),
+        ('--weights ""', "--weights 20g,40g,60g"),
+        ("--weights 0g,20g", "--weights 20g"),
+        ("--position 15", "--position 15mm"),
+        ('--position "15 s"', "--position 15mm"),
+    ],
+)
+def test_the_template_is_printed_then(options: str, mended: str) -> None:
+    done = CliRunner().invoke(app, f"template {options}")
+    assert (done.exit_code, done.stdout) == (2, "")
+    hint = done.stderr.splitlines()[1].strip()
+    option, text = re.split("[ =]", options, maxsplit=1)
+    if example := re.match(r"for example (.*)", hint):
+        typed = example[1]
+    elif hint.startswith("write it without its sign"):
+        typed = f"{option} {text.replace('-', '')}"
+    elif hint == "the run without a weight is in every log":
+        typed = f"{option} {text.removeprefix('0g,')}"
+    elif ";" in text:
+        assert hint.endswith("part several with commas")
+        typed = f"{option} {text.strip(chr(34)).replace(';', ',')}"
+    elif sample := re.match(r'write it like ("[^"]+")', hint):
+        typed = f"{option} {sample[1]}"
+    else:
+        unit = re.search(r": (\w+)", hint)
+        assert unit, hint
+        typed = f"{option} {text.strip(chr(34)).split()[0]}{unit[1]}"
+    assert typed == mended
+    blank = CliRunner().invoke(app, f"template {typed}")
+    assert blank.exit_code == 0
+    asked = {one.strip('"grpmc ') for one in mended.partition(" ")[2].replace(",", " ").split()} - {"rpm", ""}
+    assert all(re.search(rf"(?m)\b{one}(\.0+)?\b|aim at {one} rpm|1\.5", blank.stdout) for one in asked)
+
+
+def test_what_is_explained_is_right_too(tmp_path: Path) -> None:
+    typed = re.search('--set g="([^"]+)"', CODES["G504"].remedy)
+    line = re.search("such as (g = .*)", CODES["G505"].remedy)
+    spins = re.search("such as (--spins .*)", CODES["G506"].remedy)
+    assert typed
+    assert line
+    assert spins
+    assert_right(WITHOUT_G, settings={"g": typed[1]})
+    (tmp_path / "station.toml").write_text(line[1])
+    assert_right(WITHOUT_G, config=tmp_path / "station.toml")
+    assert CliRunner().invoke(app, f"template {spins[1]}").exit_code == 0
+    for code, word, option in (("G501", "turns", "settings"), ("G503", "time", "mapping")):
+        assert CODES[code].remedy.endswith(f"such as {word}")
+        source, value = (WITHOUT_TURNS, "1/3") if option == "settings" else (CLOCK, "clock [s]")
+        assert_right(source, **{option: {word: value}})

@@ -71,7 +71,7 @@ def precession(
         refuse(
             OPTION_NUMBER_IMPOSSIBLE,
             f'--pitch "{pitch}" is not between -90 and 90 degrees',
-            "take a smaller --pitch; what an upright rod does is the last part of every answer",
+            "take a smaller --pitch; what an upright rod does is in every answer",
         )
     notes = _take_defaults(options, transverse)
     from gyrodata.prediction import predict_precession

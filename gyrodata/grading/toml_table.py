@@ -232,10 +232,10 @@ def _without_place(message: str) -> str:
 
 
 def _syntax_hint(message: str) -> str:
-    if "value" in message.lower():
-        return 'a text stands in quotation marks, a number does not: id = "log", points = 2'
     if "overwrite" in message.lower() or "twice" in message.lower():
         return "the same key stands twice: keep one, or head each criterion with [[criterion]]"
+    if "Invalid value" in message or "Unterminated string" in message:
+        return 'a text stands in quotation marks, a number does not: id = "log", points = 2'
     return "a line is KEY = VALUE, a table's head is [NAME] or [[criterion]], a remark begins with #"
 
 

@@ -303,7 +303,7 @@ def _check_together(truth: Truth, design: Design) -> None:
         _refuse(
             SIMULATED_OPTIONS_CONTRADICT,
             "a released rod is dragged as in an air film, with one time constant",
-            'write --spin-decay "600 s" and no other law, or take --motion steady',
+            'take --spin-decay "600 s" --decay-law viscous, or --motion steady',
         )
 
 

@@ -1,0 +1,870 @@
+"""Hints of the commands and of a class are promises: each is carried out as it is written, and what comes out is right.
+
+A class of three is graded; ann and bob made no mistake, and cat misspelt a key of her log.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import itertools
+import json
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tarfile
+import zipfile
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from grading.classes import make_folder
+from grading.reports import RIGHT, reported_line, sheet
+from test_options_hints import CARRIED_OUT as OF_A_LOG
+from test_options_hints import LOG, ROWS, TRUTH, WITHOUT_TURNS, log
+from typer.testing import CliRunner, Result
+
+import gyrodata
+from gyrodata.cli import app
+from gyrodata.diagnostics import CODES
+from gyrodata.errors import InputError
+from gyrodata.grading import Submission, find_submissions, read_answers, read_rubric
+from gyrodata.readings import read_log
+
+Test = Callable[..., None]
+CARRIED_OUT: set[str] = set()
+"""Filled by the tests themselves."""
+
+ONLY_A_PERSON = {"G712"}
+"""Which of two values a student means is known to the student alone."""
+
+
+def carries_out(*codes: str) -> Callable[[Test], Test]:
+    CARRIED_OUT.update(codes)
+    return lambda test: test
+
+
+def gyro(*words: str | Path) -> Result:
+    return CliRunner().invoke(app, [str(word) for word in words], prog_name="gyro")
+
+
+def hint_of(done: Result, code: str) -> str:
+    """Give what stands below the first message of a code."""
+    lines = done.stderr.splitlines()
+    at = next(i for i, line in enumerate(lines) if re.search(rf"\b{CODES[code].severity} {code}: ", line))
+    return "\n".join(line.strip() for line in itertools.takewhile(lambda one: one.startswith("   "), lines[at + 1 :]))
+
+
+def found(pattern: str, text: str) -> str:
+    match = re.search(pattern, text)
+    assert match, (pattern, text)
+    return match[1] if match.re.groups else match[0]
+
+
+# --- options of a command ------------------------------------------------------------------------------------
+
+
+def put(words: list[str], option: str, value: str) -> list[str]:
+    """Give an option a value, in the place of the one that it has."""
+    words = list(words)
+    for at, word in enumerate(words):
+        if word == option:
+            return [*words[: at + 1], value, *words[at + 2 :]]
+        if word.startswith(f"{option}="):
+            return [*words[:at], option, value, *words[at + 1 :]]
+    return [*words, option, value]
+
+
+def without(words: list[str], option: str) -> list[str]:
+    at = words.index(option)
+    return words[:at] + words[at + 2 :]
+
+
+def obeyed(words: list[str], done: Result, code: str) -> list[str]:
+    """Type the command as the hint says, the first of several ways."""
+    hint, option = hint_of(done, code), re.search(r"--[a-z-]+", done.stderr)
+    named = option[0] if option else ""
+    if out := re.search(r"leave (--[a-z-]+) out", hint):
+        return without(words, out[1])
+    if like := re.search(r'write it like "([^"]+)"', hint):
+        return put(words, named, like[1])
+    if unit := re.search(r"write (?:one of: )?([\w/]+)(?:,| \(or)", hint):
+        number = re.match(r"[\d.]+", words[words.index(named) + 1])
+        assert number
+        return put(words, named, f"{number[0]} {unit[1]}")
+    if "without marks between the thousands" in hint:
+        return put(words, named, words[words.index(named) + 1].replace(",", ""))
+    if more := re.search(r"more than ([\d.]+) rpm", hint):
+        return put(words, "--spins", f"{float(more[1]) + 0.1:.1f} rpm")
+    for option_named, quoted, bare in re.findall(r'(--[a-z-]+) (?:"([^"]+)"|([\w/]+))', hint.partition(", or")[0]):
+        words = put(words, option_named, quoted or bare)
+    return words
+
+
+P = "predict precession --inertia '4.44e-3 kg m^2' --torque '0.05 N*m'"
+W = "predict precession --inertia '4.44e-3 kg m^2' --spin '400 rpm'"
+E = "predict earth --latitude '42.5 deg'"
+STEEP = "simulate --pitch 60deg --transverse '0.02 kg m^2'"
+OBEYED = [
+    ("G621", f"{P} --spin 400", f"{P} --spin '400 rpm'"),
+    ("G621", f"{P} --spin 400kg", f"{P} --spin '400 rpm'"),
+    ("G621", f"{P} --spin '40 1/s'", f"{P} --spin '40 rev/s'"),
+    ("G621", f"{P} --spin nan", f"{P} --spin '400 rpm'"),
+    ("G621", f"{P} --spin 1,400rpm", f"{P} --spin 1400rpm"),
+    ("G621", f"{E} --hours soon", f"{E} --hours 24"),
+    ("G622", f"{E} --hours -3", f"{E} --hours 24"),
+    ("G622", f"{P} --spin 400rpm --transverse '1e-3 kg m^2'", f"{P} --spin 400rpm"),
+    ("G632", "simulate --weights 0g", "simulate --weights 0g --imbalance '0.3 mN m'"),
+    ("G633", f"{STEEP} --spins 50rpm", f"{STEEP} --spins '148.5 rpm'"),
+    ("G635", "simulate --motion horizontal --pitch 10deg", "simulate --motion steady --pitch 10deg"),
+    ("G635", "simulate --decay-law dry", "simulate --decay-law dry --spin-decay '600 s'"),
+    ("G635", "simulate --spin-reading both", "simulate --spin-reading both --spin-decay '600 s'"),
+    ("G635", "simulate --delay 2s", "simulate --delay 2s --spin-decay '600 s' --spin-reading half"),
+    (
+        "G635",
+        "simulate --weights 60g --spins 400rpm --motion released --spin-decay '9 %' --decay-law dry",
+        "simulate --weights 60g --spins 400rpm --motion released --spin-decay '600 s' --decay-law viscous",
+    ),
+    ("G635", "simulate --sighting 1deg", "simulate --sighting 1deg --turns 1/3"),
+]
+"""Code, what was typed, and what the hint makes of it."""
+
+IN_WORDS = [
+    ("G622", f"{P} --spin 400rpm --pitch 90deg", "take a smaller --pitch", f"{P} --spin 400rpm --pitch 89deg"),
+    ("G622", f"{W} --mass=-60g --position 15cm", "a negative --position", f"{W} --mass 60g --position=-15cm"),
+    ("G622", "predict earth --latitude=-91deg", "in the south with a minus", "predict earth --latitude=-42.5deg"),
+    ("G622", f"{E} --hours 1e6 --step 1e-6", "give a longer --step", f"{E} --hours 1e6 --step 1e4"),
+    ("G622", "simulate --turns 0", "above zero is needed", "simulate --turns 1"),
+    ("G622", "simulate --spins 0rpm,400rpm", "other than zero is needed", "simulate --spins 200rpm,400rpm"),
+    ("G623", f"{W}", "give --torque, or", f"{W} --torque '0.05 N*m'"),
+    ("G623", f"{W} --mass 60g", "--mass and --position", f"{W} --mass 60g --position 15cm"),
+    ("G623", f"{W} --mass 60g --torque '0.05 N*m'", "not both", f"{W} --torque '0.05 N*m'"),
+    ("G631", "simulate --pitch 90deg", "", "simulate --pitch 10deg"),
+    ("G631", "simulate --weights=-20g,40g", "negative position", "simulate --weights 20g,40g --position=-15cm"),
+    ("G631", "simulate --timing-bias=-20s", "a timing bias nearer to 0 s", "simulate --timing-bias=-0.2s"),
+    ("G631", "simulate --timing-bias=-3s --turns 1/3", "more turns", "simulate --timing-bias=-3s --turns 3"),
+    ("G631", "simulate --repeats 1000000", "a log has 1 to 100000", "simulate --repeats 2"),
+    ("G631", "simulate --spin-decay '0 %'", "write it like 10 %", "simulate --spin-decay '10 %'"),
+    ("G632", "simulate --weights 0g", "", f"simulate {found('--weights .*', CODES['G632'].remedy)}"),
+    ("G633", f"{STEEP} --spins 50rpm", "", "simulate --pitch 1deg --transverse '0.02 kg m^2' --spins 150rpm"),
+    ("G633", f"{STEEP} --spins 50rpm", "", "simulate --pitch 60deg --transverse '6e-3 kg m^2' --spins 150rpm"),
+    ("G634", "simulate --noise none --spin-decay 1s --decay-law dry", "fewer turns",
+     "simulate --noise none --spin-decay 1s --decay-law dry --turns 1/100"),
+    ("G634", "simulate --spin-decay 1s --decay-law dry", "a slower decay",
+     "simulate --spin-decay 600s --decay-law dry"),
+    ("G634", "simulate --spin-decay 1s --decay-law viscous", "a slower decay", "simulate --spin-decay 600s"),
+    ("G637", "simulate --truth no-such-folder/t.json", "choose another file with --truth", "simulate --truth t.json"),
+]  # fmt: skip
+"""Code, what was typed, what the hint says of it in words, and what a person makes of that."""
+
+
+def assert_fine(words: list[str]) -> None:
+    """See that a command is done, and that a simulated log gives its own truth, where it has weights and times."""
+    done = gyro(*words)
+    assert (done.exit_code, done.stderr) == (0, "")
+    if words[0] == "simulate" and not {"0g", "1/100"} & set(words):
+        inertia = gyrodata.analyze(done.stdout.encode()).inertia
+        assert abs(inertia.value - 4.44e-3) < 4 * (inertia.u or 0.0)
+
+
+@carries_out(*(case[0] for case in (*OBEYED, *IN_WORDS)))
+@pytest.mark.parametrize(("code", "typed", "mended"), OBEYED, ids=[typed for _, typed, _ in OBEYED])
+def test_a_command_typed_as_the_hint_says(code: str, typed: str, mended: str) -> None:
+    words = shlex.split(typed)
+    done = gyro(*words)
+    assert done.exit_code == 2
+    assert obeyed(words, done, code) == shlex.split(mended)
+    assert_fine(shlex.split(mended))
+
+
+@pytest.mark.parametrize(("code", "typed", "says", "mended"), IN_WORDS, ids=[f"{t}: {s}" for _, t, s, _ in IN_WORDS])
+def test_a_command_mended_by_a_person(
+    code: str, typed: str, says: str, mended: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = gyro(*shlex.split(typed))
+    assert done.exit_code == 2
+    assert says in hint_of(done, code)
+    assert_fine(shlex.split(mended))
+
+
+def test_what_an_upright_rod_does_is_in_every_answer() -> None:
+    assert "\nrod upright, " in gyro(*shlex.split(f"{P} --spin 400rpm --pitch 10deg")).stdout
+
+
+NOISE = [
+    ('u_tme = "0.1 s"', lambda hint, text: text.replace("u_tme", found(r"did you mean (\w+)", hint))),
+    ('g = "0.1 %"', lambda hint, _: f'{found("(u_time),", hint)} = "0.1 s"'),
+    ("u_time = 0.1", lambda hint, _: f'u_time = "0.1 {found("behind it: (.)", hint)}"'),
+    ('u_time = "little"', lambda hint, _: f'u_time = "0.1 {found("its unit: (.)", hint)}"'),
+    ('u_time = "0.1 furlong"', lambda hint, _: f'u_time = "0.1 {found("one of: (.)", hint)}"'),
+    ('u_spin_scale = "1 rpm"', lambda hint, _: f"u_time = '0.1 s'\nu_spin_scale = {found('such as (.*)', hint)}"),
+    ("nothing", lambda hint, _: found("write: (.*)", hint)),
+    ("# a remark", lambda hint, _: found("write: (.*)", hint)),
+]  # fmt: skip
+
+
+@carries_out("G636")
+@pytest.mark.parametrize(("text", "mend"), NOISE, ids=[text for text, _ in NOISE])
+def test_a_file_of_noise(text: str, mend: Any, tmp_path: Path) -> None:
+    path = tmp_path / "noise.toml"
+    path.write_text(text)
+    path.write_text(mend(hint_of(gyro("simulate", "--noise", path), "G636"), text))
+    assert "# u_time: 0.1 s\n" in gyro("simulate", "--noise", path).stdout
+    assert_fine(["simulate", "--noise", str(path)])
+
+
+def test_a_noise_that_is_no_file() -> None:
+    hint = hint_of(gyro("simulate", "--noise", "tpyical"), "G636")
+    for word in re.findall('"([a-z]+)"', hint):
+        assert_fine(["simulate", "--noise", word])
+
+
+@pytest.fixture
+def lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with logs of a known truth."""
+    monkeypatch.chdir(tmp_path)
+    of_t = log("mass [g],position [cm],spin [rpm],T (s),turns\n", rows=ROWS)
+    make_folder(tmp_path, {"log.csv": LOG, "again.csv": LOG, "short.csv": WITHOUT_TURNS, "t.csv": of_t})
+    return tmp_path
+
+
+def assert_truth(*documents: str) -> None:
+    for text in documents:
+        inertia = json.loads(text)["result"]["inertia"]
+        assert abs(inertia["value"] - TRUTH) < 4 * inertia["u"]
+
+
+@carries_out("G601", "G602", "G604")
+@pytest.mark.parametrize(
+    ("code", "typed", "kept", "more"),
+    [
+        ("G601", "short.csv -f json --set turns", 3, "--set .*"),
+        ("G601", "t.csv -f json --map time", 3, "--map .*"),
+        ("G602", "log.csv again.csv --format json", 2, "--format ndjson"),
+        ("G602", "log.csv again.csv --format latex", 2, "--format markdown"),
+        ("G604", "log.csv --format json --values short", 3, ""),
+        ("G604", "log.csv --no-report --values short --format csv", 4, "--format text"),
+    ],
+)
+def test_what_goes_together(code: str, typed: str, kept: int, more: str, lab: Path) -> None:
+    words = typed.split()
+    refused = gyro("analyze", *words)
+    assert (refused.exit_code, refused.stdout) == (2, "")
+    words = [*words[:kept], *shlex.split(found(more, hint_of(refused, code)))]
+    done = gyro("analyze", *words)
+    assert done.exit_code == 0, done.stderr
+    if "ndjson" in words:
+        assert_truth(*done.stdout.splitlines())
+    elif "json" in words:
+        assert_truth(done.stdout)
+    else:
+        assert len(re.findall("# Gyroscope lab report: |I_zz = ", done.stdout)) >= (2 if "again.csv" in words else 1)
+
+
+@carries_out("G603", "G605", "G606", "G607")
+def test_where_it_is_written_watched_and_explained(lab: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    refused = gyro(*shlex.split(E), "--out", lab / "log.csv")
+    assert "with --out" in hint_of(refused, "G603")
+    assert gyro(*shlex.split(E), "--out", lab / "new").exit_code == 0
+    assert (lab / "new" / "earth.png").stat().st_size > 1000
+    monkeypatch.setattr("gyrodata.cli.watching.contents", lambda path, _: iter([path.read_bytes()]))
+    hint = hint_of(gyro("analyze", "log.csv", "--watch", "--format", "json"), "G605")
+    assert "I_zz" in gyro(*shlex.split(found("gyro (analyze .* --watch)", hint))).stdout
+    hint = hint_of(gyro("explain", "G999"), "G607")
+    assert gyro("explain", found(r"such as (G\d+)", hint)).stdout.startswith("G454, warning: ")
+    assert "G454" in gyro(*found("gyro (.*) lists", hint).split()).stdout
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device here")
+def test_streams(lab: Path) -> None:
+    def shell(line: str) -> subprocess.CompletedProcess[str]:
+        line = f'gyro() {{ "{sys.executable}" -m gyrodata "$@"; }}\n{line}'
+        return subprocess.run(["bash", "-c", line], cwd=lab, capture_output=True, text=True, check=False)
+
+    assert "write to another file" in shell("gyro analyze log.csv -f json > /dev/full").stderr
+    assert shell("gyro analyze log.csv -f json > out.json").returncode == 0
+    assert_truth((lab / "out.json").read_text(encoding="utf-8"))
+    typed = found("(- < log.csv)", shell("gyro analyze - -f json <&-").stderr)
+    assert_truth(shell(f"gyro analyze -f json {typed}").stdout)
+
+
+# --- a class ---------------------------------------------------------------------------------------------------
+
+
+def a_log(seed: int, *head: str) -> str:
+    rows = sheet(np.random.default_rng(seed), "mixed")
+    return rows.log(*head, reported_line(*RIGHT.inertia(rows, "with_constant")))
+
+
+PEOPLE = {"ann": a_log(1), "bob": a_log(5), "cat": a_log(3, "# u_tme: 0.2 s")}
+TOTALS = {"ann": "20.00", "bob": "20.00", "cat": "19.50"}
+"""A misspelt key costs cat half a point."""
+
+
+KNOWN: dict[str, Any] = {}
+
+
+def at_once(work: Any, tasks: Iterable[Any], *_: object) -> Iterator[tuple[Any, Any]]:
+    """Do the work here, the same work once; processes of its own have their tests elsewhere."""
+    for task in tasks:
+        if isinstance(task, Submission):
+            key = repr((replace(task, source=Path()), task.digest, work.rubric.digest, work.reported, work.figures))
+            answer = KNOWN[key] if key in KNOWN else KNOWN.setdefault(key, work(task))
+        else:
+            answer = work(task)
+        yield task, answer
+
+
+@pytest.fixture(autouse=True)
+def _no_processes(monkeypatch: pytest.MonkeyPatch) -> None:
+    for module in ("classroom", "desk"):
+        monkeypatch.setattr(f"gyrodata.grading.{module}.in_workers", at_once)
+
+
+class Room:
+    """A class, and the folder of its grades."""
+
+    def __init__(self, home: Path) -> None:
+        self.home, self.root, self.out = home, home / "class", home / "grades"
+
+    def grade(self, *words: str | Path, root: str | Path = "class") -> Result:
+        return gyro("grade", root, "-o", "grades", *words)
+
+    @property
+    def rows(self) -> dict[str, dict[str, str]]:
+        with (self.out / "grades.csv").open(encoding="utf-8", newline="") as file:
+            return {row["student"]: row for row in csv.DictReader(file) if row["student"] != "points possible"}
+
+    def graded(self, *words: str | Path, root: str | Path = "class", totals: dict[str, str] = TOTALS) -> Result:
+        """Grade, and see that all have what is right."""
+        done = self.grade(*words, root=root)
+        assert done.exit_code == 0, done.stderr
+        assert {student: row["total"] for student, row in self.rows.items()} == totals
+        return done
+
+    def refused(self, code: str, *words: str | Path, root: str | Path = "class") -> str:
+        """See that nothing is graded, and give the hint."""
+        done = self.grade(*words, root=root)
+        assert done.exit_code == 2
+        return hint_of(done, code)
+
+
+@pytest.fixture(scope="module")
+def first(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The class, graded once."""
+    home = tmp_path_factory.mktemp("first")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(home)
+        for module in ("classroom", "desk"):
+            patch.setattr(f"gyrodata.grading.{module}.in_workers", at_once)
+        make_folder(home / "class", {f"{name}/lab.csv": text for name, text in PEOPLE.items()})
+        Room(home).graded()
+    return home
+
+
+@pytest.fixture
+def room(first: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Room:
+    home = Path(shutil.copytree(first, tmp_path / "home"))
+    monkeypatch.chdir(home)
+    return Room(home)
+
+
+def packed(room: Room, name: str = "class.zip") -> Path:
+    with zipfile.ZipFile(room.home / name, "w") as archive:
+        for student, text in PEOPLE.items():
+            archive.writestr(f"{student}/lab.csv", text)
+    return room.home / name
+
+
+@carries_out("G701", "G702", "G703", "G704")
+def test_a_class_that_can_be_read(room: Room, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert room.refused("G701", root="clas") == "check its name"
+    with tarfile.open("class.tar.gz", "w:gz") as archive:
+        archive.add("class")
+    assert "unpack a .rar, .7z or .tar.gz first" in room.refused("G701", root="class.tar.gz")
+    with tarfile.open("class.tar.gz") as archive:
+        archive.extractall("unpacked", filter="data")
+    room.graded(root="unpacked/class")
+    path = packed(room)
+    whole = path.read_bytes()
+    for cut in (whole[:-10], whole[:40]):
+        path.write_bytes(cut)
+        assert room.refused("G702", root=path) == "download it again"
+    path.write_bytes(whole)
+    room.graded(root=path)
+    with zipfile.ZipFile(path, "a") as archive:
+        archive.writestr("../evil.csv", "x")
+    assert "take that file out" in room.refused("G703", root=path)
+    packed(room)
+    room.graded(root=path)
+    with zipfile.ZipFile(path) as archive:
+        archive.extractall("by-hand")
+    room.graded(root="by-hand")
+    monkeypatch.setattr("gyrodata.grading.submissions.archives.MOST_FILES", 10)
+    make_folder(room.home / "all", {f"week{n}/{s}/lab.csv": text for n in range(4) for s, text in PEOPLE.items()})
+    assert "of one assignment" in room.refused("G704", root="all")
+    room.graded(root="all/week2")
+
+
+@carries_out("G705", "G706", "G707")
+def test_names_of_files(room: Room) -> None:
+    hint = room.refused("G705", "--lms", "canvas")
+    assert hint.startswith("leave --lms canvas out, or name them such as ")
+    room.graded()
+    name, number, _, rest = found(r"such as (\w+\.csv)", hint).split("_", 3)
+    canvas = {f"{student}_{i}_7_{rest}": text for i, (student, text) in enumerate(PEOPLE.items(), int(number))}
+    assert name.isalpha()
+    make_folder(room.home / "named", canvas)
+    totals = dict(zip(("9876", "9877", "9878"), TOTALS.values(), strict=True))
+    room.graded("--lms", "canvas", root="named", totals=totals)
+    make_folder(room.home / "flat", {f"{student}_lab.csv": text for student, text in PEOPLE.items()})
+    hint = room.refused("G706", "--pattern", r"(\w+)_lab\.csv", root="flat")
+    typed = shlex.split(found("(--pattern .*)", hint))
+    room.graded(*typed, root="flat")
+    room.graded(*shlex.split("--pattern '(?P<student>[a-z]+)_lab'"), root="flat")
+    one = found("such a name: (.*)", room.refused("G705", "--pattern", "(?P<student>q)", root="flat"))
+    room.graded("--pattern", one.replace("ann", r"(?P<student>\w+)"), root="flat")
+    (room.home / "flat" / "bob_lab.csv").rename("flat/bob-lab.csv")
+    done = room.grade(*typed, root="flat")
+    assert set(room.rows) == {"ann", "cat"}
+    hint = hint_of(done, "G707")
+    assert "change --pattern so that it fits these as well, or rename them" in hint
+    both = room.graded("--pattern", r"(?P<student>\w+)[-_]lab\.csv", root="flat")
+    (room.home / "flat" / "bob-lab.csv").rename("flat/bob_lab.csv")
+    assert "G707" not in both.stderr + room.graded(*typed, root="flat").stderr
+    (room.home / "named" / "bob.csv").write_text(PEOPLE["bob"])
+    sample = found("names files such as (.*)", hint_of(room.grade(root="named"), "G707"))
+    (room.home / "named" / "bob.csv").rename(f"named/{sample.replace('9876', '9999')}")
+    assert "G707" not in room.graded(root="named", totals=totals | {"9999": "20.00"}).stderr
+    for lms in found("one of: (.*)", InputErrorOf(lambda: find_submissions(room.root, "sakai")).hint).split(", "):
+        assert lms in ("auto", "folder") or InputErrorOf(lambda lms=lms: find_submissions(room.root, lms)).hint
+
+
+class InputErrorOf:
+    """The hint of what something raises."""
+
+    def __init__(self, work: Callable[[], object]) -> None:
+        with pytest.raises(InputError) as caught:
+            work()
+        self.hint = caught.value.diagnostics[0].hint
+
+
+METADATA = "submission_1:\n  :submitters:\n  - :name: Ann Lee\n    :sid: ann\n    :email: a@uni.example\n"
+
+
+@carries_out("G708", "G709", "G713", "G714")
+def test_files_of_a_student(room: Room) -> None:
+    again = {"ann/lab-1.csv": PEOPLE["cat"]}
+    make_folder(room.root, again)
+    done = room.graded(totals=TOTALS | {"ann": "19.50"})
+    assert "note G708" in done.stderr
+    assert CODES["G708"].remedy.endswith("then take the others out")
+    (room.root / "ann" / "lab-1.csv").unlink()
+    assert "G708" not in room.graded().stderr
+    make_folder(room.home / "scope", {"submission_metadata.yml": "<html>", "submission_1/lab.csv": PEOPLE["ann"]})
+    done = room.graded(root="scope", totals={"1": "20.00"})
+    assert "students are named by their submission's number" in hint_of(done, "G709")
+    (room.home / "scope" / "submission_metadata.yml").write_text(METADATA)
+    assert "G709" not in room.graded(root="scope", totals={"ann": "20.00"}).stderr
+    # A link, and what it leads to.
+    (room.root / "ann" / "lab.csv").rename("lab.csv")
+    (room.root / "ann" / "lab.csv").symlink_to(room.home / "lab.csv")
+    assert "put a copy of what it leads to in its place" in hint_of(room.grade(), "G714")
+    assert room.rows["ann"]["total"] == ""
+    (room.root / "ann" / "lab.csv").unlink()
+    shutil.copy("lab.csv", "class/ann/lab.csv")
+    assert "G714" not in room.graded().stderr
+    path = packed(room)
+    with zipfile.ZipFile(path, "a") as archive:
+        archive.writestr("ann/./lab.csv", PEOPLE["ann"])
+    assert "take one of the two out" in hint_of(room.graded(root=path), "G714")
+    assert "G714" not in room.graded(root=packed(room)).stderr
+    # A file that is damaged in the zip, and the one that the student hands in again.
+    data = bytearray(path.read_bytes())
+    at = data.index(PEOPLE["bob"].encode())
+    data[at + 300] ^= 1
+    path.write_bytes(data)
+    done = room.grade(root=path)
+    assert done.exit_code == 1
+    assert "damaged in the zip" in room.rows["bob"]["why_not_graded"]
+    room.graded(root=packed(room))
+
+
+@carries_out("G711", "G715", "G716", "G717")
+def test_answers(room: Room) -> None:
+    def codes(answers: Any) -> list[str]:
+        return [one.code for one in answers.diagnostics]
+
+    plain = "inertia = 4.40e-3 ± 0.05e-3 kg m^2"
+    told = read_answers(None, plain.encode())
+    assert codes(told) == ["G711"]
+    assert "put each value in quotes: inertia = " in told.diagnostics[0].hint
+    quoted = plain.replace("= ", '= "') + '"'
+    right = read_answers(None, quoted.encode())
+    assert codes(right) == []
+    for text in (told.diagnostics[0].hint.partition(": ")[2], found("such as (.*)", CODES["G711"].remedy)):
+        assert codes(read_answers(None, text.encode())) == []
+    told = read_answers(None, quoted.replace("inertia", "inertai").encode())
+    meant = found(r"was (\w+) meant", told.diagnostics[0].message)
+    assert (codes(told), codes(read_answers(None, quoted.replace("inertia", meant).encode()))) == (["G715"], [])
+    assert codes(read_answers(None, b"\x00\x01 picture")) == ["G716"]
+    note = found("it into the log, (# [^,]+),", CODES["G717"].remedy)
+    told = read_answers(None, None, [("report.txt", note[2:].encode())])
+    assert codes(told) == ["G717"]
+    written = read_answers(read_log(f"{note}\n{LOG}".encode()), None)
+    for answers in (told, written, right):
+        assert answers.inertia is not None
+        assert answers.inertia.value == 4.4e-3
+    assert codes(written) == []
+
+
+# --- a rubric --------------------------------------------------------------------------------------------------
+
+
+RUBRIC = """schema = 1
+points = 10
+[[criterion]]
+id = "log"
+check = "log"
+points = 4
+full = "warnings <= 0"
+zero = "warnings >= 4"
+[[criterion]]
+id = "inertia"
+check = "own_data"
+points = 6
+full = "d <= 0.3"
+zero = "d >= 3"
+"""
+SECOND = '[[criterion]]\nid = "inertia"'
+REFERENCE = '[[criterion]]\nid = "reference"\ncheck = "reference"\npoints = 3\n'
+LATE = '[late]\ngrace = "15 min"\n'
+
+
+def test_the_points_of_the_rubric_that_all_of_them_come_to(room: Room) -> None:
+    Path("rubric.toml").write_text(RUBRIC)
+    room.graded("--rubric", "rubric.toml", totals={"ann": "10.00", "bob": "10.00", "cat": "9.00"})
+
+
+def typed_in(text: str, hint: str, line: int, message: str) -> str:
+    """Write into the rubric what the hint says."""
+    lines = text.splitlines()
+    wrong = re.search(r'"([^"]+)"', message)
+    if meant := re.search(r"did you mean (\w+)\?", hint):
+        assert wrong
+        lines[line - 1] = lines[line - 1].replace(wrong[1], meant[1])
+    elif pair := re.search(r"write (?:at most )?(?P<key>\w+) = (?P<value>\"[^\"]*\"|\[[^]]*\]|[^\s,]+)", hint):
+        mended = f"{pair['key']} = {pair['value']}"
+        if "is missing" in message:
+            lines.insert(line, mended)
+        else:
+            at = line - 1 if lines[line - 1].startswith(pair["key"]) else next(
+                i for i, one in enumerate(lines) if i > line - 1 and one.startswith(pair["key"]))  # fmt: skip
+            lines[at] = mended
+    elif condition := re.search(r'write ("[^"]+")', hint):
+        lines[line - 1] = re.sub('"[^"]*"', condition[1], lines[line - 1])
+    else:
+        raise AssertionError(hint)
+    return "\n".join(lines) + "\n"
+
+
+RUBRICS = [
+    ("G722", RUBRIC.replace("points = 4", "ponits = 4"), RUBRIC),
+    ("G722", RUBRIC.replace('full = "w', 'fulll = "w'), RUBRIC),
+    ("G723", RUBRIC.replace("schema = 1", "schema = 2"), RUBRIC),
+    ("G723", RUBRIC.replace("schema = 1", "schema = '1'"), RUBRIC),
+    ("G723", RUBRIC.replace("schema = 1\n", "schema = 1\nno_report = 'loook'\n"), RUBRIC),
+    ("G723", RUBRIC + "slip = '150 %'\n", RUBRIC + "slip = '100 %'\n"),
+    ("G723", RUBRIC + "slip = 'half'\n", RUBRIC + "slip = '10 %'\n"),
+    ("G723", RUBRIC + "gate = ['1 kg', '2 kg']\n", RUBRIC + "gate = ['1e-6 kg m^2', '100 kg m^2']\n"),
+    ("G723", RUBRIC + "gate = ['1 kg m^2']\n", RUBRIC + "gate = ['1e-6 kg m^2', '100 kg m^2']\n"),
+    ("G723", RUBRIC + LATE.replace("15 min", "15"), RUBRIC + LATE),
+    ("G723", RUBRIC + LATE + "due = 'soon'\n", RUBRIC + LATE + "due = 2026-03-09T23:59:00+01:00\n"),
+    ("G723", RUBRIC.replace('check = "log"\n', ""), RUBRIC),
+    ("G724", RUBRIC.replace("points = 10", "points = 12"), RUBRIC),
+    ("G725", RUBRIC.replace('check = "log"', 'check = "lgo"'), RUBRIC),
+    ("G726", RUBRIC.replace("warnings <= 0", "warnings < 1"), RUBRIC),
+    ("G726", RUBRIC.replace("warnings >= 4", "warnings > 3"), RUBRIC),
+    ("G726", RUBRIC.replace("d <= 0.3", "d < 0.3"), RUBRIC),
+]
+"""Code, a rubric with a fault, and what it is when the hint is typed in."""
+
+IN_WORDS_TOO = [
+    ("G721", RUBRIC.replace('id = "log"', "id = log"), "a text stands in quotation marks", RUBRIC),
+    ("G721", RUBRIC.replace(SECOND, SECOND.partition("\n")[2]), "head each criterion with [[criterion]]", RUBRIC),
+    ("G721", RUBRIC.replace("points = 4", "points 4"), "a line is KEY = VALUE", RUBRIC),
+    ("G721", RUBRIC.replace("[[criterion]]", "[[criterion]", 1), "[[criterion]]", RUBRIC),
+    ("G722", RUBRIC + "ponits = 3\n", "take it out", RUBRIC),
+    ("G722", RUBRIC + "remark = 'x'\n", "take it out", RUBRIC),
+    ("G723", RUBRIC + "[reference]\n", 'write from = "class"', RUBRIC + "[reference]\nfrom = 'class'\n"),
+    ("G723", RUBRIC + "[reference]\ninertia = '4.4 g m^2'\n", "[reference.all]",
+     RUBRIC + "[reference.all]\ninertia = '4.4 g m^2'\nu = '1 %'\n"),
+    ("G723", RUBRIC + "[reference.3]\ninertia = '4.4'\nu = '1 %'\n", "write one behind it: kg*m^2, g*m^2",
+     RUBRIC + "[reference.3]\ninertia = '4.4 g*m^2'\nu = '1 %'\n"),
+    ("G723", RUBRIC + "[[late.exception]]\nstudent = 's1'\n", 'extra = "2 days"',
+     RUBRIC + "[[late.exception]]\nstudent = 's1'\nextra = '2 days'\n"),
+    ("G723", RUBRIC.replace('id = "inertia"', 'id = "log"'), "give each its own id", RUBRIC),
+    ("G724", RUBRIC.replace("points = 10", "points = 12"), "or change the points of a criterion",
+     RUBRIC.replace("points = 10", "points = 12").replace("points = 6", "points = 8")),
+    ("G726", RUBRIC.replace('zero = "d >= 3"\n', ""), 'then full = "d <= 0.3" and zero = "d >= 3" hold',
+     RUBRIC.replace('full = "d <= 0.3"\nzero = "d >= 3"\n', "")),
+    ("G726", RUBRIC.replace('zero = "d >= 3"', 'zero = "d <= 1"'), 'write zero = "d >= NUMBER" with NUMBER above 0.3',
+     RUBRIC),
+    ("G726", RUBRIC.replace('zero = "d >= 3"', 'zero = "d >= 0.1"'), "farther out than the limit of full", RUBRIC),
+    ("G726", RUBRIC.replace('zero = "d >= 3"', 'zero = "percent >= 3"'), "write zero on d as well", RUBRIC),
+    ("G726", RUBRIC.replace('"d <= 0.3"', '"z <= 0.3"'), "write a condition on d or percent", RUBRIC),
+    ("G726", RUBRIC.replace('"d <= 0.3"', '"at once"'), 'write it like "d <= 0.3"', RUBRIC),
+    ("G726", RUBRIC.replace('"d <= 0.3"', '"d outside 0.3..3"'), 'write full = "d in LOW..HIGH"',
+     RUBRIC.replace('"d <= 0.3"', '"d in 0..0.3"').replace('"d >= 3"', '"d outside -3..3"')),
+    ("G727", "schema = 1\npoints = 2\n", 'write at least one: [[criterion]], id = "log", check = "log", points = 2',
+     'schema = 1\npoints = 2\n[[criterion]]\nid = "log"\ncheck = "log"\npoints = 2\n'),
+    ("G727", RUBRIC.replace("= 10", "= 13") + REFERENCE, '[reference] with from = "class"',
+     RUBRIC.replace("= 10", "= 13") + REFERENCE + '[reference]\nfrom = "class"\n'),
+    ("G727", RUBRIC.replace("= 10", "= 13") + REFERENCE,
+     '[reference.3] with inertia = "4.44e-3 kg m^2" and u = "1 %"',
+     RUBRIC.replace("= 10", "= 13") + REFERENCE + '[reference.3]\ninertia = "4.44e-3 kg m^2"\nu = "1 %"\n'),
+    ("G727", CODES["G727"].example.replace("points = 2\n[[", "points = 2\n[["), 'remove from = "class"',
+     CODES["G727"].example.replace("from = 'class'\n", "")),
+]  # fmt: skip
+"""Code, a rubric with a fault, words of the hint, and what a person makes of them."""
+
+
+def faults_of(text: str) -> list[Any]:
+    try:
+        read_rubric(text.encode())
+    except InputError as error:
+        return list(error.diagnostics)
+    return []
+
+
+@carries_out(*(case[0] for case in (*RUBRICS, *IN_WORDS_TOO)))
+@pytest.mark.parametrize(("code", "broken", "right"), RUBRICS)
+def test_a_rubric_with_the_hint_typed_in(code: str, broken: str, right: str) -> None:
+    (told,) = [one for one in faults_of(broken) if one.code == code]
+    mended = typed_in(broken, told.hint, told.line or 0, told.message)
+    # Rubrics of one digest give the same grades.
+    assert read_rubric(mended.encode()).digest == read_rubric(right.encode()).digest
+
+
+@pytest.mark.parametrize(("code", "broken", "says", "right"), IN_WORDS_TOO)
+def test_a_rubric_mended_by_a_person(code: str, broken: str, says: str, right: str) -> None:
+    (told,) = [one for one in faults_of(broken) if one.code == code][:1]
+    assert says in told.hint
+    assert faults_of(right) == []
+
+
+def test_the_condition_that_is_explained_can_be_used() -> None:
+    sample = found("such as (.*)", CODES["G726"].remedy)
+    assert faults_of(RUBRIC.replace("warnings <= 0", sample)) == []
+
+
+# --- who is who ------------------------------------------------------------------------------------------------
+
+
+@carries_out("G741", "G742", "G743", "G744")
+def test_partners_and_a_roster(room: Room) -> None:
+    (room.root / "bob" / "lab.csv").write_text(PEOPLE["ann"])
+    room.graded()
+    assert room.rows["bob"]["flags"] == "shared rows with ann"
+    partners = room.home / "partners.csv"
+    assert room.refused("G741", "--partners", partners) == "check its name"
+    partners.write_bytes(b"PK\0\0")
+    assert "one group of partners a line: alice, bob" in room.refused("G741", "--partners", partners)
+    partners.write_text("ann, bbo\n")
+    hint = hint_of(room.graded("--partners", partners), "G742")
+    partners.write_text(f"ann, {found('did you mean (.*)[?]', hint)}\n")
+    assert "warning" not in room.graded("--partners", partners).stderr.replace("warning G305", "")
+    assert room.rows["bob"]["flags"] == ""
+    partners.write_text("ann\nbob\n")
+    assert hint_of(room.graded("--partners", partners), "G743") == "write the partners in one line: alice, bob"
+    partners.write_text("ann, bob\n")
+    assert "G743" not in room.graded("--partners", partners).stderr
+    assert room.rows["bob"]["flags"] == ""
+    roster = room.home / "roster.csv"
+    roster.write_text("mass [g],time [s]\n20,7\n")
+    head = found("first line is (.*)", room.refused("G744", "--roster", roster))
+    roster.write_text(f"{head}\nann,Ann Lee,Mon,3,bob\nbob,Bob Roe,Tue,4,\ndan,Dan Fox,Tue,4,\n")
+    room.graded("--roster", roster, totals=TOTALS | {"dan": ""})
+    assert (room.rows["ann"]["name"], room.rows["bob"]["section"], room.rows["bob"]["flags"]) == ("Ann Lee", "Tue", "")
+
+
+BOOK = """Student,ID,SIS User ID,SIS Login ID,Section,Homework (111),Gyroscope lab (222)
+    Points Possible,,,,,10.00,20.00
+"Lee, Ann",1,,ann,A,,
+"Roe, Bob",2,,bob,A,,
+"Poe, Cat",3,,cat,A,,
+"""
+SHEET = """Identifier,Full name,Status,Grade,Maximum Grade,Grade can be changed,Last modified (grade),Feedback comments
+Participant 1,Ann,x,,20.00,Yes,-,
+Participant 2,Bob,x,,20.00,Yes,-,
+Participant 3,Cat,x,,20.00,Yes,-,
+"""
+
+
+@carries_out("G751", "G752", "G753", "G754")
+def test_a_gradebook(room: Room) -> None:
+    book = room.home / "book.csv"
+    lab_column = ("--gradebook", book, "--assignment", "222")
+
+    def filled(*words: str | Path) -> None:
+        room.graded(*words)
+        rows = list(csv.reader(io.StringIO((room.out / "canvas.csv").read_text(encoding="utf-8"))))
+        assert [row[6] for row in rows[2:]] == list(TOTALS.values())
+
+    book.write_bytes(b"PK\x03\x04\0\0")
+    assert "the CSV file that the gradebook exports" in room.refused("G751", *lab_column)
+    book.write_text("")
+    assert room.refused("G751", *lab_column) == "export the gradebook again"
+    book.write_text("a,b\n1,2\n")
+    assert "Export Entire Gradebook; give that file as it is" in room.refused("G752", *lab_column)
+    book.write_text(BOOK)
+    filled(*lab_column)
+    for asked in ((), ("--assignment", "lab")):
+        done = room.grade("--gradebook", book, *asked)
+        assert hint_of(done, "G753").startswith("give the number behind its title with --assignment")
+        filled("--gradebook", book, "--assignment", found(r"Gyroscope lab \((\d+)\)", done.stderr))
+    book.write_text(BOOK.replace(" (111)", "").replace(" (222)", ""))
+    assert room.refused("G753", "--gradebook", book) == "make the assignment in Canvas first, and export again"
+    book.write_text(BOOK.replace("20.00", "(read only)"))
+    assert "unlock it in Canvas and export again, or name another" in room.refused("G754", *lab_column)
+    book.write_text(BOOK.replace("20.00", "10.00"))
+    assert "make the points of the rubric and of the assignment" in room.refused("G754", *lab_column)
+    Path("rubric.toml").write_text(RUBRIC)
+    tens = {"ann": "10.00", "bob": "10.00", "cat": "9.00"}
+    room.graded(*lab_column, "--rubric", "rubric.toml", totals=tens)
+    assert "cat,A,,9.00\n" in (room.out / "canvas.csv").read_text(encoding="utf-8")
+
+
+@carries_out("G755", "G756")
+def test_a_worksheet(room: Room) -> None:
+    sheet, room.out = room.home / "sheet.csv", room.home / "moodle"
+    make_folder(
+        room.home / "moodle-class",
+        {f"{name}_{i}_assignsubmission_file/lab.csv": text for i, (name, text) in enumerate(PEOPLE.items(), 1)},
+    )
+    words = ("--worksheet", sheet, "-o", room.out)
+    sheet.write_text("a,b,c\n1,2,3\n")
+    assert "Download grading worksheet; give that file as it is" in room.refused("G755", *words, root="moodle-class")
+    sheet.write_text(SHEET)
+    totals = dict(zip("123", TOTALS.values(), strict=True))
+    room.graded(*words, root="moodle-class", totals=totals)
+    rows = list(csv.reader(io.StringIO((room.out / "moodle.csv").read_text(encoding="utf-8"))))
+    assert [row[3] for row in rows[1:]] == list(TOTALS.values())
+    sheet.write_text(SHEET.replace("20.00", "10.00"))
+    assert "make the points of the rubric and the maximum grade" in room.refused("G756", *words, root="moodle-class")
+    Path("rubric.toml").write_text(RUBRIC)
+    room.graded(
+        *words, "--rubric", "rubric.toml", root="moodle-class", totals={"1": "10.00", "2": "10.00", "3": "9.00"}
+    )
+    assert "Participant 3,Cat,x,9.00,10.00" in (room.out / "moodle.csv").read_text(encoding="utf-8")
+
+
+# --- the run of a class ---------------------------------------------------------------------------------------
+
+
+@carries_out("G761", "G762")
+def test_a_run_that_is_done_again(room: Room, monkeypatch: pytest.MonkeyPatch) -> None:
+    from gyrodata.workers import in_workers
+
+    def no_process(*_: object) -> None:
+        raise BlockingIOError(11, "Resource temporarily unavailable")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("gyrodata.grading.classroom.in_workers", in_workers)
+        patch.setattr("gyrodata.workers._Worker", no_process)
+        shutil.rmtree(room.out)
+        assert room.refused("G761", "--workers", "1") == "close other programs, then run it again"
+    room.graded()
+    journal = room.out / "journal.ndjson"
+    journal.write_bytes(journal.read_bytes()[:-500])
+    (room.root / "ann" / "new.txt").write_text("x")
+    assert "note G762" in room.graded().stderr
+    assert CODES["G762"].remedy == "nothing: what is lost is graded anew"
+    assert "G762" not in room.graded().stderr
+
+
+@carries_out("G763", "G764", "G765", "G766", "G767")
+def test_what_is_asked_for(room: Room) -> None:
+    Path("file").write_text("")
+    assert room.refused("G763", "-o", "file") == "choose another folder with --out"
+    room.graded("-o", "grades")
+    assert hint_of(gyro("grade"), "G764") == "give the class, a folder or a zip"
+    Path("rubric.toml").write_text(RUBRIC)
+    assert room.refused("G765", "--rubric", "rubirc.toml") == "check its name"
+    room.graded("--rubric", "rubric.toml", totals={"ann": "10.00", "bob": "10.00", "cat": "9.00"})
+    hint = room.refused("G765", "--previous", room.root / "ann" / "lab.csv")
+    assert (room.out / found("with its (.*)", hint)).is_file()
+    shutil.copytree(room.out, "last-year")
+    room.graded("--previous", "last-year")
+    assert all(row["flags"] for row in room.rows.values())
+    hint = hint_of(gyro("grade", "class", "--format", "json", "--figures"), "G767")
+    assert hint.startswith("add --out ")
+    done = gyro("grade", "class", "--format", "json", "--gradebook", "book.csv", "--out", "new")
+    assert "G767" not in done.stderr
+    (room.home / "book.csv").write_text(BOOK)
+    done = gyro("grade", "class", "-f", "json", "--gradebook", "book.csv", "--assignment", "222", "--out", "new")
+    assert [one["points"] for one in json.loads(done.stdout)["students"]] == [20, 20, 19.5]
+
+
+@pytest.mark.parametrize("where", ["", "class", "class/ann"])
+def test_the_grades_beside_the_class(where: str, room: Room, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(room.home / where)
+    root = os.path.relpath(room.root)
+    typed = shlex.split(found("(--out .*)", hint_of(gyro("grade", root, "--out", f"{root}/grades"), "G766")))
+    room.out = room.home / "class-grades"
+    room.graded(*typed, root=root)
+
+
+@carries_out("G771", "G772", "G773", "G774")
+@pytest.mark.parametrize(
+    ("code", "lines", "mended", "total"),
+    [
+        ("G771", "bob,total,12\n", lambda hint, text: f"{found('first line is (.*)', hint)}\n{text}", "12.00"),
+        ("G772", "student,what,value\nbbo,total,12\n",
+         lambda hint, text: text.replace("bbo", found("did you mean (.*)[?]", hint)), "12.00"),
+        ("G772", "student,what,value\nRoe,total,12\n",
+         lambda hint, text: text.replace("Roe", "bob") if "grades.csv has under student" in hint else "", "12.00"),
+        ("G773", "student,what,value\nbob,totl,12\n",
+         lambda hint, text: text.replace("totl", found("did you mean (.*)[?]", hint)), "12.00"),
+        ("G773", "student,what,value\nbob,xyz,12\n",
+         lambda hint, text: text.replace("xyz", found("one of: .*(total),", hint)), "12.00"),
+        ("G773", "student,what,value\nbob,total,60\n",
+         lambda hint, text: text.replace("60", found("such as (.*)", hint)), "10.00"),
+        ("G773", "student,what,value\nbob,reported,lots\n",
+         lambda hint, text: text.replace("lots", found("unit: (.*)", hint)), None),
+        ("G774", "student,what,value\nbob,total,12\nbob,total,13\n",
+         lambda hint, text: text.replace("bob,total,13\n", "") if "remove the other" in hint else "", "12.00"),
+    ],
+)  # fmt: skip
+def test_the_desk(code: str, lines: str, mended: Any, total: str | None, room: Room) -> None:
+    desk = room.out / "desk.csv"
+    desk.write_text(lines)
+    desk.write_text(mended(room.refused(code), lines), encoding="utf-8")
+    room.grade()
+    if total is not None:
+        assert {student: row["total"] for student, row in room.rows.items()} == TOTALS | {"bob": total}
+    else:
+        assert room.rows["bob"]["reported [kg*m^2]"] == "0.0044"
+
+
+def test_the_desk_in_another_encoding(room: Room) -> None:
+    desk = room.out / "desk.csv"
+    desk.write_bytes("student,what,value,why\nbob,total,12,für Fleiß\n".encode("cp1252"))
+    assert 'save it as "CSV UTF-8"' in room.refused("G771")
+    desk.write_bytes(desk.read_bytes().decode("cp1252").encode("utf-8-sig"))
+    room.graded(totals=TOTALS | {"bob": "12.00"})
+
+
+def test_every_hint_is_carried_out_or_asks_for_a_person() -> None:
+    carried = OF_A_LOG | CARRIED_OUT
+    assert not carried & ONLY_A_PERSON
+    assert carried | ONLY_A_PERSON == {code for code in CODES if code[1] in "567"}
+    # None of them is without advice.
+    assert all(CODES[code].remedy for code in carried | ONLY_A_PERSON)

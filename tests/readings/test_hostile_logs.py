@@ -113,11 +113,16 @@ def test_marks_that_no_editor_shows():
 
 def test_tables_in_a_configuration(tmp_path):
     path = tmp_path / "c.toml"
-    for text in ('[map]\ntime = "time [s]"', "g = [1]", "g = {a = 1}", "a.b.c = 1"):
+    for text, told in (
+        ('[map]\ntime = "time [s]"', "--map"),
+        ("g = [1]", 'write one value: g = "1"'),
+        ("g = {a = 1}", "--map"),
+        ("a.b.c = 1", "--map"),
+    ):
         path.write_text(text)
         with pytest.raises(InputError) as caught:
             read_log(HEAD + ROW, config=path)
-        assert "--map" in caught.value.diagnostics[0].hint
+        assert told in caught.value.diagnostics[0].hint
 
 
 def test_a_second_weight_that_disagrees_is_told():

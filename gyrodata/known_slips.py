@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,8 +18,7 @@ from gyrodata.readings import Readings, kind_of_role
 from gyrodata.units import parse_unit
 
 
-@dataclass(frozen=True, slots=True)
-class Kind:
+class Kind(NamedTuple):
     """One slip, applied to a log of n runs: what it makes of φ̇ψ̇ and M."""
 
     kind: str
@@ -356,8 +355,7 @@ INERTIA_RANGE = (1e-6, 1.0)
 """I_zz of what is spun on a table [kg*m^2]."""
 
 
-@dataclass(frozen=True, slots=True)
-class Size:
+class Size(NamedTuple):
     """How large a reading of this lab is [SI unit]."""
 
     role: str

@@ -174,8 +174,7 @@ _TOKEN = re.compile(r"\s*(?:([*/])|(\^?\s*[-+]?\d{1,3})|([^\W\d_]+\.?(?:[^\W\d_]
 _PRODUCT_SIGNS = str.maketrans("·⋅∙×•−–‐‑÷∕", "*****----//")
 
 
-@dataclass(frozen=True, slots=True)
-class Parsed:
+class Parsed(NamedTuple):
     """A unit text taken apart: known symbols with their powers, in order."""
 
     factors: tuple[tuple[Atom, int], ...]
@@ -330,8 +329,7 @@ LIMITS = {name: kind.limits for name, kind in KINDS.items() if kind.limits}
 """Smallest and largest size of each kind [SI unit]."""
 
 
-@dataclass(frozen=True, slots=True)
-class Unit:
+class Unit(NamedTuple):
     """A unit that this tool understood.
 
     Attributes

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import typer
 
@@ -144,8 +144,7 @@ def _refuse_what_does_not_go_together(
         )
 
 
-@dataclass(frozen=True)
-class _Request:
+class _Request(NamedTuple):
     """What one call of ``gyro analyze`` asks for."""
 
     options: Options
@@ -218,8 +217,7 @@ class _Job:
     """How many logs there are."""
 
 
-@dataclass(frozen=True)
-class _Told:
+class _Told(NamedTuple):
     """What is said of one log."""
 
     code: int

@@ -12,7 +12,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -33,8 +33,7 @@ class NoFit(Exception):  # noqa: N818 - like StopIteration, what came of it and 
     """The runs have no answer that can be believed; its text says why, for a student."""
 
 
-@dataclass(frozen=True)
-class Start:
+class Start(NamedTuple):
     """Rough values of the unknowns."""
 
     inertia: float

@@ -13,7 +13,7 @@ import math
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -241,8 +241,7 @@ def _followed(measured: Measurements, mean: FitResult, chosen: ChosenModel, left
     return best.runs
 
 
-@dataclass(frozen=True)
-class Trial:
+class Trial(NamedTuple):
     """The fit of runs that were followed with some I_zz."""
 
     inertia: float

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -282,8 +282,7 @@ def _linear(measured: Measurements, result: FitResult) -> tuple[Conditions, Floa
     return conditions, unit
 
 
-@dataclass(frozen=True, slots=True)
-class Otherwise:
+class Otherwise(NamedTuple):
     """What is taken otherwise than a fit did."""
 
     times: float = 1.0

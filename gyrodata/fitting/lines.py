@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -79,8 +80,7 @@ TEXTBOOK: Mapping[str, Callable[[Floats, Floats], tuple[Floats, Floats]]] = {
 """The fits of the textbook by name."""
 
 
-@dataclass(frozen=True, slots=True)
-class Line:
+class Line(NamedTuple):
     """Ordinary least squares of y on x, uncertainties from the scatter."""
 
     slope: Estimate
@@ -166,8 +166,7 @@ class LineFit:
     """What was minimised and where the uncertainties come from, in words."""
 
 
-@dataclass(frozen=True)
-class _Step:
+class _Step(NamedTuple):
     """A linear least-squares problem solved."""
 
     change: Floats
@@ -339,8 +338,7 @@ def _solve(design: Floats, pull: Floats, distance: Floats) -> _Step:
 _EPS = float(np.finfo(float).eps)
 
 
-@dataclass(frozen=True, slots=True)
-class Factors:
+class Factors(NamedTuple):
     """Errors of n points as factors times independent standard normal numbers z.
 
     Where the rows are independent each has its own two numbers: factors of shape (n, 2), z of shape (n, 2).

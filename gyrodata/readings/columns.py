@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from gyrodata.diagnostics import (
     COLUMN_NOT_USED,
@@ -30,8 +31,7 @@ from gyrodata.readings.settings import Settings
 from gyrodata.units import UnitError, kinds_of, parse_unit
 
 
-@dataclass(frozen=True, slots=True)
-class Chosen:
+class Chosen(NamedTuple):
     """A column with the role it serves."""
 
     at: int

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
+from typing import NamedTuple
 
 from gyrodata.diagnostics import (
     CONFIG_CANNOT_BE_READ,
@@ -59,8 +60,7 @@ _REMARKS_LOOKED_AT = 200
 _SAMPLE = "write it like 4.40e-3 ± 0.05e-3 kg m^2"
 
 
-@dataclass(frozen=True, slots=True)
-class Given:
+class Given(NamedTuple):
     """One value that holds for the whole log."""
 
     key: str

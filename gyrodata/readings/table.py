@@ -6,7 +6,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property, partial
 from typing import NamedTuple
 
@@ -77,8 +77,7 @@ _CONSTANT = -1
 """Spot of the value that holds for the whole log."""
 
 
-@dataclass(frozen=True)
-class Table:
+class Table(NamedTuple):
     """The runs of a log."""
 
     runs: tuple[str, ...]

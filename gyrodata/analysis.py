@@ -105,7 +105,8 @@ def analyze(
 def analyze_readings(readings: Readings, options: Options | None = None, *, whole: bool = True) -> Analysis:
     """Analyse a log that has been read; see `analyze`.
 
-    `whole`: False leaves out what a report tells and a grade does not: advice, sensitivity, and most effects.
+    `whole`: False leaves out what a report tells and a grade does not: advice, doubts, sensitivity, the tables of fits
+    and laws, what each torque does to the answer, and most effects.
     """
     options = options or Options()
     if any(diagnostic.severity == "error" for diagnostic in readings.diagnostics):
@@ -132,8 +133,8 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     found += outlier_findings(readings, measured, fitted.outliers, left_out, fitted.without)
     patterns = look_for_patterns(measured, fit)
     found += whole_findings(readings, measured, fit, p, listed, patterns)
-    exponent = overall_exponent(measured, kept)
-    doubts = find_doubts(measured, fit, exponent, patterns)
+    exponent = overall_exponent(measured, kept) if whole else None
+    doubts = find_doubts(measured, fit, exponent, patterns) if whole else ()
     # What another hour would gain is worked out for runs that follow the law.
     advice: tuple[str, ...] = ()
     if whole:
@@ -141,7 +142,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
             select(measured, kept) if left_out else measured, fit, chosen.tilted
         )
     found += body_findings(readings, measured, fit, bool(sizes))
-    torques = torque_table(measured, fit, kept, chosen.tilted)
+    torques = torque_table(measured, fit, kept, chosen.tilted, whole)
     one_torque = not fitting.torques_differ(measured.torque[kept])
     return Analysis(
         name=readings.name,
@@ -155,18 +156,18 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
         inertia=_result(fit.inertia, "kg*m^2"),
         residual_torque=_result(fit.imbalance, "N*m"),
         timing_bias=_result(fit.timing_bias, "s"),
-        if_balanced=fitting.if_balanced(measured, fit) if one_torque else None,
+        if_balanced=fitting.if_balanced(measured, fit) if one_torque and whole else None,
         doubts=doubts,
         p=p,
         birge=birge,
-        fits=named_fits(measured, fit, kept),
+        fits=named_fits(measured, fit, kept) if whole else (),
         budget=fit.budget,
         sensitivity=list_sensitivity(measured, fit, torques, kept) if whole else (),
         effects=listed,
-        power_law=power_laws(measured, kept),
+        power_law=power_laws(measured, kept) if whole else (),
         exponent=exponent,
-        constancy=constancy(measured, kept),
-        ball=compare_with_ball(fit.inertia, readings.constants, readings.uncertainties),
+        constancy=constancy(measured, kept) if whole else None,
+        ball=compare_with_ball(fit.inertia, readings.constants, readings.uncertainties) if whole else None,
         torques=torques,
         run_table=run_table(measured, fit, fitted.outliers, left_out),
         patterns=patterns,

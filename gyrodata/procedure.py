@@ -6,6 +6,8 @@ over 6 s; the spin at start and end where it falls much. Meant to be asked befor
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 
 from gyrodata import forecast, physics
@@ -41,35 +43,55 @@ _HEAD = "# g: 9.803 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns\n"
 _ONE = "20.00,15.0,206,20.4,1\n20.00,15.0,407,40.4,1\n20.00,15.0,605,60.1,1\n"
 
 
-def check_procedure(readings: Readings, analysis: Analysis | None = None) -> tuple[Diagnostic, ...]:
+def check_procedure(readings: Readings) -> tuple[Diagnostic, ...]:
     """Find what a log lacks, and the runs in it that look odd."""
-    measured = analysis.measurements if analysis else measure(readings)
-    groups = [group for group in torque_groups(measured) if measured.torque[group[0]] != 0]
-    if not groups:
+    measured = measure(readings)
+    if not np.any(measured.torque):
         return (
             *measured.diagnostics,
             readings.diagnose(TOO_FEW_RUNS, "not one run has a weight", "time runs with a weight"),
         )
-    fitted: Analysis | Fitted | None
+    fitted: Fitted | None = None
     wrong: tuple[Diagnostic, ...] = ()
     try:
-        fitted = analysis or fit_runs(readings, measured)
+        fitted = fit_runs(readings, measured)
     except LogError as error:
-        fitted, wrong = None, error.diagnostics
+        wrong = error.diagnostics
     sizes = size_findings(readings, measured)
     return (
         *measured.diagnostics,
         *sizes,
         *wrong,
-        *_weights(readings, measured, groups),
-        *_spins(readings, measured, groups),
-        *(_unloaded(readings, measured, fitted.fit) if fitted else ()),
-        *_short_times(readings, measured),
-        *_falling_spin(readings, measured),
-        *(_odd_runs(readings, measured, fitted.outliers) if fitted else ()),
+        *what_lacks(readings, measured, fitted),
         *(digit_findings(readings, measured, fitted.fit) if fitted else ()),
         *(body_findings(readings, measured, fitted.fit, bool(sizes)) if fitted else ()),
     )
+
+
+PROCEDURE = (
+    TOO_FEW_WEIGHTS,
+    TOO_FEW_RUNS,
+    SPINS_TOO_CLOSE,
+    NO_UNLOADED_RUN,
+    TIMES_TOO_SHORT,
+    SPIN_FALLS_TOO_MUCH,
+    OUTLIER_BEFORE_LEAVING,
+)
+"""What the procedure asks for, by the diagnostic of a log that lacks it."""
+
+
+def what_lacks(
+    readings: Readings, measured: Measurements, fitted: Analysis | Fitted | None, asked: Collection[str] = PROCEDURE
+) -> list[Diagnostic]:
+    """Find what a log lacks of what is asked for, of `PROCEDURE`; without a fit, what needs none."""
+    groups = [group for group in torque_groups(measured) if measured.torque[group[0]] != 0]
+    found = [*_weights(readings, measured, groups), *_spins(readings, measured, groups)]
+    if fitted and NO_UNLOADED_RUN in asked:
+        found += _unloaded(readings, measured, fitted.fit)
+    found += [*_short_times(readings, measured), *_falling_spin(readings, measured)]
+    if fitted:
+        found += _odd_runs(readings, measured, fitted.outliers)
+    return [one for one in found if one.code in asked]
 
 
 def _weights(readings: Readings, measured: Measurements, groups: list[list[int]]) -> list[Diagnostic]:

@@ -176,8 +176,10 @@ def _fit_of(measured: Measurements, tilted: bool, rest: list[int]) -> Estimate |
         return None
 
 
-def torque_table(measured: Measurements, fit: FitResult, kept: list[int], tilted: bool) -> tuple[Torque, ...]:
-    """Constancy of φ̇ψ̇ for each torque, and what each does to the answer."""
+def torque_table(
+    measured: Measurements, fit: FitResult, kept: list[int], tilted: bool, whole: bool = True
+) -> tuple[Torque, ...]:
+    """Constancy of φ̇ψ̇ for each torque, and what each does to the answer where the `whole` is asked for."""
     groups = torque_groups(measured)
     inside = set(kept)
     told = _Groups([[i for i in group if i in inside] or group for group in groups])
@@ -195,6 +197,7 @@ def torque_table(measured: Measurements, fit: FitResult, kept: list[int], tilted
         # One run has no spread, and an exact one no chi-square.
         spread = np.sqrt(told.sum(told.from_mean(product, np.ones_like(product)) ** 2) / (told.runs - 1))
         chi2 = told.sum((told.from_mean(product, weight) / size) ** 2)
+    others = _without(measured, fit, kept, tilted) if whole else [None] * len(groups)
     return tuple(
         Torque(
             mass=or_none(measured.mass[group[0]]),
@@ -209,9 +212,7 @@ def torque_table(measured: Measurements, fit: FitResult, kept: list[int], tilted
             period_per_spin=float(slope[k]),
             period_per_spin_u=float(slope[k] * mean_u[k] / abs(mean[k])),
         )
-        for k, (group, runs, without) in enumerate(
-            zip(groups, told.runs.tolist(), _without(measured, fit, kept, tilted), strict=True)
-        )
+        for k, (group, runs, without) in enumerate(zip(groups, told.runs.tolist(), others, strict=True))
     )
 
 

@@ -41,7 +41,7 @@ class Evidence:
     """Everything that the criteria look at."""
 
     analysis: Analysis
-    lacks: tuple[Diagnostic, ...]  # what `check_procedure` found
+    lacks: list[Diagnostic]  # what the procedure asks for, and the log has not
     values: tuple[OwnValue, ...]  # the accepted fits of the student's own runs
     reported: Reported | None  # I_zz as reported, its value in SI; None where there is none
     absent: str  # why there is no reported I_zz; "" where there is one

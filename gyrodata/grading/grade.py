@@ -23,7 +23,7 @@ from gyrodata.grading.rubric import ASKS, Rubric
 from gyrodata.grading.slips import SAME, Slip, find_slips
 from gyrodata.grading.submissions import Answers, read_answers
 from gyrodata.grading.yardsticks import Reference, class_references, distance, nearest, own_runs, station_key
-from gyrodata.procedure import check_procedure
+from gyrodata.procedure import what_lacks
 from gyrodata.readings import Readings, Reported, read_log, read_reported
 from gyrodata.results import Analysis
 
@@ -156,7 +156,8 @@ def grade_submission(submission: Submission, rubric: Rubric, reported: str | Non
         if reported is not None:
             answers = replace(answers, inertia=read_reported("inertia", reported))
         analysis = analyze_readings(readings, whole=False)
-        lacks = check_procedure(readings, analysis) if any(criterion.asks for criterion in rubric.criteria) else ()
+        asked = {ASKS[ask] for criterion in rubric.criteria for ask in criterion.asks}
+        lacks = what_lacks(readings, analysis.measurements, analysis, asked) if asked else []
     except GyroError as error:
         blank = replace(blank, diagnostics=_as_dicts(error.diagnostics))
         return _without_marks(blank, rubric, _first_words(error))
@@ -167,6 +168,8 @@ def grade_submission(submission: Submission, rubric: Rubric, reported: str | Non
         return _without_marks(blank, rubric, f"the analysis broke on these numbers ({type(error).__name__}: {error})")
     evidence = _gather(analysis, lacks, answers, rubric, submission.members)
     marks = tuple(judge(criterion, evidence) for criterion in rubric.criteria)
+    # The runs that look odd are in the analysis already.
+    untold = [one for one in lacks if one.code != OUTLIER_BEFORE_LEAVING]
     grade = replace(
         blank,
         marks=marks,
@@ -179,7 +182,7 @@ def grade_submission(submission: Submission, rubric: Rubric, reported: str | Non
         inertia_u=analysis.inertia.u,
         matched=evidence.matched.name if evidence.matched else None,
         d=evidence.d,
-        diagnostics=_as_dicts((*analysis.diagnostics, *_asked_for(lacks, rubric), *answers.diagnostics)),
+        diagnostics=_as_dicts((*analysis.diagnostics, *untold, *answers.diagnostics)),
         fingerprint=fingerprint(readings, analysis.measurements),
     )
     return added_up(grade) if rubric.class_reference else settle_one(grade, rubric, rubric.references)
@@ -248,7 +251,7 @@ def two_decimals(points: float | None) -> str:
 
 
 def _gather(
-    analysis: Analysis, lacks: tuple[Diagnostic, ...], answers: Answers, rubric: Rubric, files: tuple[str, ...]
+    analysis: Analysis, lacks: list[Diagnostic], answers: Answers, rubric: Rubric, files: tuple[str, ...]
 ) -> Evidence:
     """Hold the report against the student's own runs."""
     own = own_runs(analysis, rubric.accept)
@@ -323,12 +326,6 @@ def _reported_dict(reported: Reported | None) -> dict[str, float | str | None]:
     if reported is None:
         return {}
     return {"text": reported.text, "value": reported.value, "u": reported.u, "line": reported.line}
-
-
-def _asked_for(lacks: tuple[Diagnostic, ...], rubric: Rubric) -> list[Diagnostic]:
-    """What the log lacks of what the rubric asks for; the runs that look odd are in the analysis already."""
-    codes = {ASKS[ask] for criterion in rubric.criteria for ask in criterion.asks}
-    return [one for one in lacks if one.code in codes and one.code != OUTLIER_BEFORE_LEAVING]
 
 
 # --- not graded ---------------------------------------------------------------------------------------------

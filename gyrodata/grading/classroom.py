@@ -12,7 +12,7 @@ import json
 import statistics
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from types import MappingProxyType
 
@@ -29,6 +29,8 @@ from gyrodata.grading.yardsticks import Reference
 from gyrodata.workers import Failed, in_workers
 
 LIMIT = 30.0  # time for one submission [s] unless another is given; an ordinary one takes a hundredth
+
+PRELOAD = ("gyrodata.grading.grade", "gyrodata.grading.feedback")  # what is loaded once for all processes
 
 _NOTHING: Mapping[str, Fingerprint] = MappingProxyType({})
 
@@ -48,23 +50,6 @@ class GradingOptions:
     figures: Path | None = None  # folder for each student's figures; None: none are drawn
     progress: Callable[[int], None] | None = None  # told how many are done
     grader: Grader = grade_submission  # what makes a grade
-
-
-@dataclass(frozen=True)
-class _Work:
-    """What is done with one submission, in a worker."""
-
-    rubric: Rubric
-    grader: Grader
-    figures: bool
-    reported: Mapping[str, str]  # values that a person typed in, by student
-
-    def __call__(self, submission: Submission) -> tuple[str, dict[str, tuple[bytes, str]]]:
-        """Grade it; give the grade as JSON, and each figure's file and words by its name."""
-        grade = self.grader(submission, self.rubric, self.reported.get(submission.student))
-        # Taken through JSON at once, so that a grade from the journal is the same to the last digit.
-        content = json.dumps(grade.to_dict(), allow_nan=False)
-        return content, _draw(submission) if self.figures and grade.own else {}
 
 
 def grade_class(
@@ -92,14 +77,14 @@ def grade_class(
     references = references_of(placed, rubric)
     prints = {student: one.grade.fingerprint for student, one in made.items() if one.grade.fingerprint is not None}
     if options.journal is not None and options.keep and (again or unseen or options.journal.damaged):
-        options.journal.replace(made.values())
+        options.journal.replace(made.values(), unseen)
     return ClassGrades(
         source=items[0].source.resolve().name,
         submissions=replace(submissions, items=items),
         rubric=rubric,
         grades=tuple(desk.applied(settle_one(grade, rubric, references), made[grade.student].seen) for grade in placed),
         references=references,
-        flags=flag_class(prints, desk.exemptions(roster.exemptions(exempt)), previous),
+        flags=flag_class(prints, (exempt or Exemptions()).joined([*roster.partners, *desk.partners]), previous),
         again=again,
         desk=desk,
         roster=roster,
@@ -110,8 +95,8 @@ def grade_class(
 
 def _entries(
     items: Sequence[Submission], rubric: Rubric, options: GradingOptions, desk: Desk
-) -> tuple[dict[str, Entry], dict[str, str], bool]:
-    """Take each student's entry from the journal or make it; say why those are made, and whether the desk has grown."""
+) -> tuple[dict[str, Entry], dict[str, str], set[str]]:
+    """Take each student's entry from the journal or make it; say why, and for whom the desk has grown."""
     entries: dict[str, Entry] = {}
     seen: dict[str, Mapping[str, str]] = {}
     typed = ((item.student, desk.value(item.student, "reported")) for item in items)
@@ -128,19 +113,29 @@ def _entries(
                 entries[student] = replace(entry, seen=desk.first_seen(entry.grade, entry.seen))
     again = {student: why for student, why in reasons.items() if why}
     done = len(items) - len(again)
-    unseen = any(entry.seen != seen[student] for student, entry in entries.items())
-    work = _Work(rubric, options.grader, options.figures is not None, reported)
+    unseen = {student for student, entry in entries.items() if entry.seen != seen[student]}
+    # What tells the progress stays here.
+    work = partial(_grade_one, rubric, replace(options, journal=None, progress=None), reported)
     waiting = (handed_in[student] for student in again)
-    for item, answer in in_workers(work, waiting, options.workers, options.limit, ["gyrodata.grading.grade"]):
+    for item, answer in in_workers(work, waiting, options.workers, options.limit, PRELOAD):
         entry = _entry(item, bases[item.student], answer, rubric, options)
         entry = replace(entry, seen=desk.first_seen(entry.grade, seen.get(item.student, {})))
         entries[item.student] = entry
         if options.journal is not None and options.keep:
-            options.journal.add(entry)
+            options.journal.add(entry, "" if isinstance(answer, Failed) else answer[0])
         done += 1
         if options.progress is not None:
             options.progress(done)
     return entries, again, unseen
+
+
+def _grade_one(
+    rubric: Rubric, options: GradingOptions, reported: Mapping[str, str], submission: Submission
+) -> tuple[str, dict[str, tuple[bytes, str]]]:
+    """Grade one submission, in a worker; give the grade as JSON, and each figure's file and words by its name."""
+    grade = options.grader(submission, rubric, reported.get(submission.student))
+    # Taken through JSON at once, so that a grade from the journal is the same to the last digit.
+    return grade.to_json(), _draw(submission) if options.figures is not None and grade.own else {}
 
 
 def _entry(

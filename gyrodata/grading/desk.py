@@ -8,16 +8,15 @@ import zipfile
 import zlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path, PurePosixPath
 
 from gyrodata.diagnostics import DESK_CANNOT_BE_READ
 from gyrodata.errors import InputError
-from gyrodata.grading.classroom import ClassGrades, GradingOptions, figure_path
+from gyrodata.grading.classroom import PRELOAD, ClassGrades, GradingOptions, figure_path
 from gyrodata.grading.exports import TOTAL, Change, compare_tables, flags_csv, grades_document, read_table
 from gyrodata.grading.exports.class_page import class_page
 from gyrodata.grading.exports.gradebooks import Filled, Ours, fill_book
-from gyrodata.grading.feedback import feedback_comment, feedback_html, feedback_markdown
 from gyrodata.grading.grade import Grade, not_graded
 from gyrodata.grading.journal import cannot_write, write_changed, write_whole
 from gyrodata.grading.ledger import DESK, NO_DESK, STALE, TODO, Desk, Offer, read_desk, same_value, todo_csv
@@ -41,7 +40,11 @@ class Gradebooks:
         self, grades: Collection[Grade], ids: Mapping[str, Mapping[str, str]], ours: Ours | None = None
     ) -> dict[str, Filled]:
         """Fill them; by the name of the file to be written. `ours`: As `fill_book` has it."""
-        comments = {grade.student: feedback_comment(grade) for grade in grades} if self.given else {}
+        if not self.given:
+            return {}
+        from gyrodata.grading.feedback import feedback_comment
+
+        comments = {grade.student: feedback_comment(grade) for grade in grades}
         filled = {}
         for lms, (data, name) in self.given.items():
             sheet = fill_book(
@@ -225,18 +228,14 @@ class _Task:
     figures: Mapping[str, str]  # what each figure shows, by name; empty where the feedback has none
 
 
-@dataclass(frozen=True)
-class _Work:
-    """How it is written, in a worker."""
+def _render(figures: Path | None, task: _Task) -> tuple[str, str]:
+    """Give the page and the Markdown of one student, in a worker."""
+    from gyrodata.grading.feedback import feedback_html, feedback_markdown
 
-    figures: Path | None
-
-    def __call__(self, task: _Task) -> tuple[str, str]:
-        """Give the page and the Markdown."""
-        drawn = {}
-        if self.figures is not None:
-            drawn = {name: figure_path(self.figures, task.submission, name).read_bytes() for name in task.figures}
-        return feedback_html(task.grade, drawn, task.figures), feedback_markdown(task.grade)
+    drawn = {}
+    if figures is not None:
+        drawn = {name: figure_path(figures, task.submission, name).read_bytes() for name in task.figures}
+    return feedback_html(task.grade, drawn, task.figures), feedback_markdown(task.grade)
 
 
 def feedback_names(found: ClassGrades) -> dict[str, str]:
@@ -267,8 +266,8 @@ def write_feedback(
     lost: list[str] = []
     written: list[str] = []
     before = _written_before(folder / ARCHIVE)
-    work, preload = _Work(options.figures), ["gyrodata.grading.grade"]
-    for done, (task, answer) in enumerate(in_workers(work, tasks, options.workers, options.limit, preload), 1):
+    crew = in_workers(partial(_render, options.figures), tasks, options.workers, options.limit, PRELOAD)
+    for done, (task, answer) in enumerate(crew, 1):
         if isinstance(answer, Failed):
             lost.append(f"no feedback for {task.grade.name}: {answer.why}")
         else:

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import base64
 import re
-import unicodedata
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from gyrodata.grading.criteria import factor_text
 from gyrodata.grading.grade import Grade, points_text
+from gyrodata.grading.templates import environment, plain, sentence
 from gyrodata.grading.yardsticks import fit_words
 from gyrodata.reporting import inertia_text
 
-if TYPE_CHECKING:
-    from jinja2 import Environment
-
+# Read once, in the process from which the crew of a class is forked.
+_PAGE, _TEXT = (environment().get_template(f"feedback.{kind}.jinja") for kind in ("html", "md"))
 
 CAPTIONS = {
     "period": "Precession period against spin, with the law that your runs give",
@@ -33,7 +31,7 @@ def feedback_markdown(grade: Grade) -> str:
 
     Gives: Every name, note and number from outside is escaped; no clock time.
     """
-    text = environment().get_template("feedback.md.jinja").render(_content(grade))
+    text = _TEXT.render(_content(grade))
     return re.sub(r"\n{3,}", "\n\n", text).strip() + "\n"
 
 
@@ -49,23 +47,23 @@ def feedback_html(
         {"uri": _data_uri(data), "alt": (alt or {}).get(name, ""), "caption": CAPTIONS.get(name, name)}
         for name, data in (figures or {}).items()
     ]
-    return environment().get_template("feedback.html.jinja").render(_content(grade), images=images)
+    return _PAGE.render(_content(grade), images=images)
 
 
 def feedback_comment(grade: Grade) -> str:
     """Write the feedback for one student in a few lines of plain text, for the comment field of a gradebook."""
     if grade.points is None:
-        return "\n".join([f"{_verdict(grade)} {_sentence(grade.why or '')}".strip(), *_hands(grade)])
+        return "\n".join([f"{_verdict(grade)} {sentence(grade.why or '')}".strip(), *_hands(grade)])
     lines = [_verdict(grade), *_hands(grade)]
-    lines += [f"A slip to look for: {_sentence(slip.words)} To check: {_sentence(slip.check)}" for slip in grade.slips]
+    lines += [f"A slip to look for: {sentence(slip.words)} To check: {sentence(slip.check)}" for slip in grade.slips]
     lines += [
-        f"{_plain(one.title)}: {points_text(one.points)} of {points_text(one.out_of)}. {_sentence(one.reason)}"
+        f"{plain(one.title)}: {points_text(one.points)} of {points_text(one.out_of)}. {sentence(one.reason)}"
         for one in grade.marks
         if one.points is not None and one.points < one.out_of
     ]
     if grade.late_reason:
         taken = f" {points_text(grade.late_deduction)} points were taken off for it." if grade.late_deduction else ""
-        lines.append(f"{_sentence(grade.late_reason)}{taken}")
+        lines.append(f"{sentence(grade.late_reason)}{taken}")
     return "\n".join(lines)
 
 
@@ -73,7 +71,7 @@ def _verdict(grade: Grade) -> str:
     """Say in one line what a grade came to."""
     got = f"{points_text(grade.points)} of {points_text(grade.out_of)} points"
     if grade.status == "so far":
-        waits = ", ".join(f"{_plain(one.title)} ({points_text(one.out_of)})" for one in grade.marks if one.waits)
+        waits = ", ".join(f"{plain(one.title)} ({points_text(one.out_of)})" for one in grade.marks if one.waits)
         return f"{got} so far; to come: {waits}."
     if grade.status == "not graded":
         return "Not graded yet; nothing is lost, and somebody will look at it."
@@ -85,30 +83,11 @@ def _hands(grade: Grade) -> list[str]:
     told = []
     for one in grade.by_hand:
         if one.what == "comment":
-            told.append(f"{_sentence(one.value)} {f'({_plain(one.by)})' if one.by else ''}".strip())
+            told.append(f"{sentence(one.value)} {f'({plain(one.by)})' if one.by else ''}".strip())
         elif one.what in ("total", "reported", "station", "excuse"):
             head = f"{one.what.replace('reported', 'I_zz')} given by hand: {one.value}"
-            told.append(_sentence(f"{head} – {one.told}" if one.value and one.told else f"{head}{one.told}"))
+            told.append(sentence(f"{head} – {one.told}" if one.value and one.told else f"{head}{one.told}"))
     return told
-
-
-@lru_cache(maxsize=1)
-def environment() -> Environment:
-    """Give what reads the room's templates: HTML escaped, one-line filters for texts from outside."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    room = Environment(
-        loader=PackageLoader("gyrodata.grading", "."),
-        autoescape=lambda name: name is not None and name.endswith(".html.jinja"),
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    room.filters["md"] = _markdown_safe
-    room.filters["plain"] = _plain
-    room.filters["sentence"] = _sentence
-    room.filters["fit_words"] = fit_words
-    return room
 
 
 def _content(grade: Grade) -> dict[str, Any]:
@@ -177,30 +156,3 @@ def _lead(grade: Grade) -> str:
 def _data_uri(data: bytes) -> str:
     kind = "image/png" if data.startswith(b"\x89PNG") else "image/svg+xml"
     return f"data:{kind};base64,{base64.b64encode(data).decode()}"
-
-
-# Letters may need a joiner; nothing needs an override of the direction or a bell.
-_KEPT_FORMATS = "\u200c\u200d"
-_MARKDOWN_SIGNS = re.compile(r"([\\`*_\[\]|~$])")
-
-
-def _plain(text: object) -> str:
-    """One line without control characters."""
-    line = " ".join(str(text).split())
-    if line.isascii() and line.isprintable():
-        return line
-    return "".join(c for c in line if c in _KEPT_FORMATS or not unicodedata.category(c).startswith("C"))
-
-
-def _sentence(text: object) -> str:
-    """One line with a capital and a full stop."""
-    line = _plain(text).rstrip(".")
-    # "g is missing" and "φ̇ψ̇ scatters" begin with a symbol.
-    first = line[:1].upper() if re.match("[a-z]{2}", line) else line[:1]
-    return f"{first}{line[1:]}{'' if line.endswith(('?', '!')) else '.'}" if line else ""
-
-
-def _markdown_safe(text: object) -> str:
-    """One line that Markdown takes literally."""
-    line = _MARKDOWN_SIGNS.sub(r"\\\1", _plain(text))
-    return line.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;").replace("://", ":\\//")

@@ -7,6 +7,7 @@ and makes the whole grade "not graded", with the reason, so that a person looks 
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import PurePosixPath
@@ -118,6 +119,10 @@ class Grade:
         out["diagnostics"] = [dict(one) for one in self.diagnostics]
         out["fingerprint"] = None if self.fingerprint is None else self.fingerprint.to_dict()
         return out
+
+    def to_json(self) -> str:
+        """Write it as the journal has it."""
+        return json.dumps(self.to_dict(), allow_nan=False, separators=(",", ":"))
 
     @classmethod
     def from_dict(cls, content: Mapping[str, Any]) -> Grade:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -47,8 +47,8 @@ class Entry:
     seen: Mapping[str, str] = field(default_factory=dict)
     """Digest of the submission that each line of the desk was written for."""
 
-    def to_line(self) -> str:
-        """Write it as one line of JSON."""
+    def to_line(self, grade: str = "") -> str:
+        """Write it as one line of JSON; `grade`: The grade as `Grade.to_json` has it, where that is at hand."""
         content = {
             "schema": SCHEMA,
             "student": self.grade.student,
@@ -56,9 +56,9 @@ class Entry:
             "lost": self.lost,
             "figures": dict(self.figures),
             "seen": dict(self.seen),
-            "grade": self.grade.to_dict(),
         }
-        return json.dumps(content, allow_nan=False, separators=(",", ":")) + "\n"
+        head = json.dumps(content, allow_nan=False, separators=(",", ":"))
+        return f'{head[:-1]},"grade":{grade or self.grade.to_json()}}}\n'
 
 
 def bases_of(items: Iterable[Submission], rubric: Rubric, reported: Mapping[str, str]) -> dict[str, Basis]:
@@ -96,22 +96,25 @@ class Journal:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.damaged = 0
+        self.places: dict[str, tuple[int, int]] = {}  # where the line of each student begins, and its length [byte]
 
     def read(self) -> Iterator[Entry]:
         """Go through it line by line; a line that was torn by a power cut is left out.
 
         Gives: The last one of a student holds.
         """
-        self.damaged = 0
+        self.damaged, self.places, at = 0, {}, 0
         try:
             with self.path.open("rb") as file:
                 for line in file:
+                    at += len(line)
                     if is_run(line):
                         continue
                     entry = _parse(line)
                     if entry is None:
                         self.damaged += 1
                     else:
+                        self.places[entry.grade.student] = at - len(line), len(line)
                         yield entry
         except FileNotFoundError:
             pass
@@ -124,8 +127,8 @@ class Journal:
         message = f"{count} of the journal cannot be read; what stood there was graded again"
         return Diagnostic(JOURNAL_LINES_LOST, "note", message, file=self.path.name)
 
-    def add(self, entry: Entry) -> None:
-        """Write a line at the end, whole, at once."""
+    def add(self, entry: Entry, grade: str = "") -> None:
+        """Write a line at the end, whole, at once; `grade` as `Entry.to_line` has it."""
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             with self.path.open("ab+", buffering=0) as file:
@@ -134,13 +137,29 @@ class Journal:
                     file.seek(end - 1)
                     if file.read(1) != b"\n":
                         file.write(b"\n")  # what was torn stays alone on its line
-                file.write(entry.to_line().encode())
+                line = entry.to_line(grade).encode()
+                self.places[entry.grade.student] = file.tell(), len(line)
+                file.write(line)
         except OSError as error:
             raise cannot_write(self.path.parent, error) from None
 
-    def replace(self, entries: Iterable[Entry]) -> None:
-        """Write it anew, a line for each entry; the old one stays until the new one is whole."""
-        write_whole(self.path, (entry.to_line().encode() for entry in entries))
+    def replace(self, entries: Iterable[Entry], changed: Collection[str] = ()) -> None:
+        """Write it anew, a line for each entry, the old one where the student is not among the changed.
+
+        The old file stays until the new one is whole.
+        """
+        write_whole(self.path, self._lines(entries, changed))
+
+    def _lines(self, entries: Iterable[Entry], changed: Collection[str]) -> Iterator[bytes]:
+        with self.path.open("rb") as file:
+            for entry in entries:
+                student = entry.grade.student
+                if student in changed or student not in self.places:
+                    yield entry.to_line().encode()
+                else:
+                    at, length = self.places[student]
+                    file.seek(at)
+                    yield file.read(length).rstrip(b"\n") + b"\n"
 
 
 def _parse(line: bytes) -> Entry | None:

@@ -18,7 +18,6 @@ from gyrodata.diagnostics import (
 )
 from gyrodata.errors import Diagnostic, InputError
 from gyrodata.grading.criteria import Mark
-from gyrodata.grading.forensics import Exemptions
 from gyrodata.grading.grade import Decision, Grade, added_up, two_decimals
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.yardsticks import station_key
@@ -50,16 +49,11 @@ class Desk:
         """Tell whether a line speaks of one thing."""
         return (student, what) in self.left or any(one.what == what for one in self.lines.get(student, ()))
 
-    def exemptions(self, others: Exemptions | None) -> Exemptions:
-        """Join its partners to those of a file."""
-        others = others or Exemptions()
-        pairs = (
-            frozenset((student, one.value))
-            for student, lines in self.lines.items()
-            for one in lines
-            if one.what == "partner"
-        )
-        return replace(others, groups=(*others.groups, *pairs))
+    @property
+    def partners(self) -> list[frozenset[str]]:
+        """Those who hand in the same data."""
+        found = ((student, one) for student, lines in self.lines.items() for one in lines if one.what == "partner")
+        return [frozenset((student, one.value)) for student, one in found]
 
     def first_seen(self, grade: Grade, before: Mapping[str, str]) -> dict[str, str]:
         """Say of each line which submission it was written for, by the line: the one of the first run that saw it."""

@@ -10,7 +10,6 @@ from typing import NamedTuple
 from gyrodata.diagnostics import ROSTER_CANNOT_BE_READ
 from gyrodata.errors import InputError
 from gyrodata.grading.exports.gradebooks import read_sheet
-from gyrodata.grading.forensics import Exemptions
 from gyrodata.grading.grade import Grade
 from gyrodata.grading.submissions import Submissions
 from gyrodata.grading.yardsticks import station_key
@@ -44,11 +43,10 @@ class Roster:
         station = grade.station or station_key(person.station) or None
         return replace(grade, name=person.name or grade.name, section=person.section, station=station)
 
-    def exemptions(self, others: Exemptions | None) -> Exemptions:
-        """Join its partners to others."""
-        others = others or Exemptions()
-        groups = (frozenset((key, *person.partners)) for key, person in self.people.items() if person.partners)
-        return replace(others, groups=(*others.groups, *groups))
+    @property
+    def partners(self) -> list[frozenset[str]]:
+        """Those who hand in the same data."""
+        return [frozenset((key, *person.partners)) for key, person in self.people.items() if person.partners]
 
 
 def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:

@@ -10,6 +10,7 @@ import difflib
 import math
 import re
 import tomllib
+from bisect import bisect_right
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -246,10 +247,12 @@ Path = tuple[str | int, ...]
 """Keys from the top; an array of tables has the number of the table, from 0, after its name."""
 
 _PART = r"(?:\"[^\"\n]*\"|'[^'\n]*'|[\w-]+)"
-_DOTTED = rf"{_PART}(?:\s*\.\s*{_PART})*"
-_HEADER = re.compile(rf"(\s*)(\[\[?)\s*({_DOTTED})\s*\]{{1,2}}")
-_KEY = re.compile(rf"(\s*)({_DOTTED})\s*=")
-_TOKEN = re.compile(r"\"\"\"|'''|\"(?:\\.|[^\"\\])*\"|'[^']*'|#.*|[\[\]{}]")
+_DOTTED = rf"{_PART}(?:[ \t]*\.[ \t]*{_PART})*"
+_LINE = re.compile(rf"[ \t]*(?:(\[\[?)[ \t]*({_DOTTED})[ \t]*\]{{1,2}}|({_DOTTED})[ \t]*=)?")
+_LIST = re.compile(r"[ \t]*\[")
+_TOKEN = re.compile(
+    r"\"{3}.*?\"{3,5}|'{3}.*?'{3,5}|\"(?:\\.|[^\"\\\n])*\"|'[^'\n]*'|#[^\n]*|[\[\]{}\n]|([\w-]+)[ \t]*=", re.DOTALL
+)
 
 
 class Spot(NamedTuple):
@@ -264,49 +267,43 @@ def find_places(text: str) -> dict[Path, Spot]:
     """Find every table and key of a TOML file; of an inline table the table, not its keys, but in a list of them."""
     places: dict[Path, Spot] = {}
     count: dict[Path, int] = {}
+    begins = [0, *(match.end() for match in re.finditer("\n", text))]
+
+    def spot(start: int, end: int) -> Spot:
+        line = bisect_right(begins, start)
+        return Spot(line, start - begins[line - 1] + 1, end - start)
+
     table: Path = ()
-    closing, depth = "", 0
-    lines = text.split("\n")
-    for number, line in enumerate(lines, 1):
-        if closing or depth:
-            closing, depth = _inside(line, closing, depth)
-            continue
-        if header := _HEADER.match(line):
-            table = _resolve(_split(header[3]), count)
-            if header[2] == "[[":
+    at = 0
+    while at < len(text):
+        match = _LINE.match(text, at)
+        assert match is not None
+        at = match.end()
+        if match[1]:
+            table = _resolve(_split(match[2]), count)
+            if match[1] == "[[":
                 count[table] = count.get(table, -1) + 1
                 table = (*table, count[table])
-            places[table] = Spot(number, len(header[1]) + 1, len(header[0]) - len(header[1]))
-            continue
-        if key := _KEY.match(line):
-            spot = Spot(number, len(key[1]) + 1, len(key[2]))
-            parts = _split(key[2])
-            for length in range(1, len(parts) + 1):
-                places.setdefault((*table, *parts[:length]), spot)
-            closing, depth = _inside(line[key.end() :], closing, depth)
-            if line[key.end() :].lstrip().startswith("["):
-                _find_elements((*table, *parts), lines, number, key.end(), places)
-    return places
-
-
-_ELEMENT = re.compile(r"\"(?:\\.|[^\"\\])*\"|'[^']*'|#.*|[\[\]{}]|([\w-]+)\s*=")
-
-
-def _find_elements(path: Path, lines: list[str], number: int, start: int, places: dict[Path, Spot]) -> None:
-    """Find the tables of a list, and their keys, from a place in a line on."""
-    depth, index = 0, -1
-    for at, line in enumerate(lines[number - 1 :], number):
-        for token in _ELEMENT.finditer(line, start):
-            spot = Spot(at, token.start() + 1, len(token[1] or token[0]))
+            places[table] = spot(match.start(1), at)
+        parts = _split(match[3] or "")
+        for length in range(1, len(parts) + 1):
+            places.setdefault((*table, *parts[:length]), spot(*match.span(3)))
+        # To the end of the line, or of a value that goes on over lines.
+        in_list = parts and _LIST.match(text, at)
+        depth, index = 0, -1
+        for token in _TOKEN.finditer(text, at):
+            at = token.end()
             depth += (token[0] in "[{") - (token[0] in "]}")
-            if token[0] == "{" and depth == 2:
+            if token[0] == "\n" and depth <= 0:
+                break
+            if in_list and depth == 2 and token[0] == "{":
                 index += 1
-                places[*path, index] = spot
-            elif token[1] and depth == 2 and index >= 0:
-                places[*path, index, token[1]] = spot
-            elif depth == 0:
-                return
-        start = 0
+                places[*table, *parts, index] = spot(*token.span())
+            elif in_list and depth == 2 and token[1] and index >= 0:
+                places[*table, *parts, index, token[1]] = spot(*token.span(1))
+        else:
+            break
+    return places
 
 
 def _split(dotted: str) -> Path:
@@ -321,24 +318,3 @@ def _resolve(path: Path, count: dict[Path, int]) -> Path:
         if resolved in count:
             resolved = (*resolved, count[resolved])
     return (*resolved, path[-1])
-
-
-def _inside(line: str, closing: str, depth: int) -> tuple[str, int]:
-    """Follow a value that goes on over lines: the quotes that end it, or the number of open brackets."""
-    position = 0
-    while True:
-        if closing:
-            end = line.find(closing, position)
-            if end < 0:
-                return closing, depth
-            position, closing = end + 3, ""
-        token = _TOKEN.search(line, position)
-        if token is None:
-            return "", max(depth, 0)
-        position = token.end()
-        if token[0] in ('"""', "'''"):
-            closing = token[0]
-        elif token[0] in "[{":
-            depth += 1
-        elif token[0] in "]}":
-            depth -= 1

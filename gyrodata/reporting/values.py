@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal
 
 from gyrodata import units
@@ -92,6 +93,7 @@ def rounded(value: float, u: float, factor: float = 1.0) -> tuple[str, str, int]
     return nominal, spread, int(exponent or 0)
 
 
+@lru_cache(maxsize=1024)
 def _formatted(value: float, u: float, form: str) -> str:
     from uncertainties import ufloat
 

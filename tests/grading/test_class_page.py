@@ -168,7 +168,7 @@ def test_everybody_is_in_a_bar_or_counted_beside(pairs: list[tuple[float, float 
     for strip in drawing.strips:
         for side, count in ((strip.own, len(pairs)), (strip.reported, sum(told is not None for _, told in pairs))):
             inside = sum(int(bar.words.split(" ")[0]) for bar in side.bars)
-            assert inside + len(side.below) + len(side.above) == side.count == count
+            assert inside + len(side.below) + len(side.above) == side.number == count
             for bar in side.bars:
                 assert LEFT <= bar.x <= bar.x + bar.width <= WIDTH - RIGHT + 0.2
                 assert 0 <= bar.y <= bar.y + bar.height <= drawing.height

@@ -29,24 +29,6 @@ if TYPE_CHECKING:
 
 POINTS_ROW = "points possible"  # what stands for a student in the first row
 
-_BEFORE = ("student", "name", "status", "total")
-_AFTER = (
-    "late_deduction",
-    "late [s]",
-    "late",
-    "reported [kg*m^2]",
-    "u_reported [kg*m^2]",
-    "matched",
-    "d",
-    "z",
-    "slips",
-    "flags",
-    "look",
-    "by_hand",
-    "why_not_graded",
-    "section",
-)
-
 
 def grades_csv(grades: Collection[Grade], flags: Sequence[Flag] = (), absent: Sequence[Person] = ()) -> str:
     """Write the grades of a class; `absent`: Those who handed in nothing.
@@ -54,53 +36,53 @@ def grades_csv(grades: Collection[Grade], flags: Sequence[Flag] = (), absent: Se
     Gives: CSV (RFC 4180 with plain line feeds). Points have two decimals; a cell is blank where nothing was judged. A
     text that a spreadsheet would run as a formula has a ' in front.
     """
-    first = next(iter(grades), None)
-    criteria = {} if first is None else {mark.criterion: mark.out_of for mark in first.marks}
     flagged: dict[str, list[str]] = {}
     for flag in flags:
         for student in flag.students:
             others = [other for other in (*flag.students, *flag.previous) if other != student]
             flagged.setdefault(student, []).append(f"{flag.kind} with {', '.join(others)}" if others else flag.kind)
-    lines = [_line([csv_cell(header) for header in (*_BEFORE, *criteria, *_AFTER)])]
-    if first is not None:
-        possible = [two_decimals(points) for points in criteria.values()]
-        blank = [""] * len(_AFTER)
-        lines.append(_line([POINTS_ROW, "", "--", two_decimals(first.out_of), *possible, *blank]))
-    columns = list(criteria)
-    rows = ((grade.student, _line(_row(grade, columns, flagged.get(grade.student, [])))) for grade in grades)
-    empty = [NOTHING, *[""] * (len(criteria) + len(_AFTER))]
-    missing = ((one.student, _line([*map(csv_cell, one[:2]), *empty, csv_cell(one.section)])) for one in absent)
-    lines += [line for _, line in sorted([*rows, *missing])]
-    return "".join(lines)
-
-
-def _line(cells: Sequence[str]) -> str:
+    rows = {grade.student: _row(grade, flagged.get(grade.student, [])) for grade in grades}
+    columns = [column for column, _ in next(iter(rows.values()), [("student", "")])]
+    found = {student: [cell for _, cell in row] for student, row in rows.items()}
+    for one in absent:
+        told = {"student": one.student, "name": one.name, "status": NOTHING, "section": one.section}
+        found[one.student] = [csv_cell(told.get(column)) for column in columns]
+    lines = [[csv_cell(column) for column in columns]]
+    for grade in list(grades)[:1]:
+        possible = {"student": POINTS_ROW, "status": "--", TOTAL: two_decimals(grade.out_of)}
+        possible |= {mark.criterion: two_decimals(mark.out_of) for mark in grade.marks}
+        lines.append([possible.get(column, "") for column in columns])
     out = io.StringIO()
-    csv.writer(out, lineterminator="\n").writerow(cells)
+    csv.writer(out, lineterminator="\n").writerows([*lines, *(found[student] for student in sorted(found))])
     return out.getvalue()
 
 
-def _row(grade: Grade, criteria: Sequence[str], flags: Sequence[str]) -> list[str]:
-    marks = {mark.criterion: mark.points for mark in grade.marks}
-    cells: list[object] = [grade.student, grade.name, grade.status]
-    after: list[object] = [
-        grade.late_seconds,
-        grade.late_reason,
-        grade.reported.get("value"),
-        grade.reported.get("u"),
-        grade.matched,
-        None if grade.d is None else float(f"{grade.d:.4g}"),
-        None if grade.zeta is None else float(f"{grade.zeta:.4g}"),
-        "; ".join(slip.kind for slip in grade.slips),
-        "; ".join(flags),
-        "; ".join(grade.look),
-        "; ".join(map(str, grade.by_hand)),
-        grade.why,
-        grade.section,
+def _row(grade: Grade, flags: Sequence[str]) -> list[tuple[str, str]]:
+    """Give each column and cell of one student."""
+    texts: list[tuple[str, object]] = [
+        ("late [s]", grade.late_seconds),
+        ("late", grade.late_reason),
+        ("reported [kg*m^2]", grade.reported.get("value")),
+        ("u_reported [kg*m^2]", grade.reported.get("u")),
+        ("matched", grade.matched),
+        ("d", None if grade.d is None else float(f"{grade.d:.4g}")),
+        ("z", None if grade.zeta is None else float(f"{grade.zeta:.4g}")),
+        ("slips", "; ".join(slip.kind for slip in grade.slips)),
+        ("flags", "; ".join(flags)),
+        ("look", "; ".join(grade.look)),
+        ("by_hand", "; ".join(map(str, grade.by_hand))),
+        ("why_not_graded", grade.why),
+        ("section", grade.section),
     ]
-    points = [grade.points, *(marks.get(criterion) for criterion in criteria)]
-    deducted = two_decimals(None if grade.points is None else grade.late_deduction)
-    return [*map(csv_cell, cells), *map(two_decimals, points), deducted, *map(csv_cell, after)]
+    return [
+        ("student", csv_cell(grade.student)),
+        ("name", csv_cell(grade.name)),
+        ("status", grade.status),
+        (TOTAL, two_decimals(grade.points)),
+        *((mark.criterion, two_decimals(mark.points)) for mark in grade.marks),
+        ("late_deduction", two_decimals(None if grade.points is None else grade.late_deduction)),
+        *((column, csv_cell(text)) for column, text in texts),
+    ]
 
 
 def flags_csv(flags: Iterable[Flag]) -> str:

@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 from urllib.parse import quote
+
+import numpy as np
 
 from gyrodata import __version__
 from gyrodata.fitting import MAD_TO_SD
-from gyrodata.grading.feedback import environment
 from gyrodata.grading.grade import Grade, points_text
+from gyrodata.grading.templates import environment
 from gyrodata.grading.yardsticks import Reference
+from gyrodata.physics import Floats, Integers
 from gyrodata.reporting import count_text, inertia_text, number_text, power_of_ten
 
 if TYPE_CHECKING:
@@ -83,8 +85,7 @@ REACH = 8.0  # values farther than this from the middle, in robust standard devi
 NARROWEST = 0.004  # least half-width of the axis, as a share of I_zz
 
 
-@dataclass(frozen=True, slots=True)
-class Bar:
+class Bar(NamedTuple):
     """One bar: where it is [px], and what it says."""
 
     x: float
@@ -94,19 +95,17 @@ class Bar:
     words: str
 
 
-@dataclass(frozen=True, slots=True)
-class Side:
+class Side(NamedTuple):
     """One side of a strip: above what the runs give, below what was reported."""
 
     words: str
-    count: int
+    number: int  # of values
     bars: tuple[Bar, ...]
     below: tuple[str, ...]  # keys of those left of the axis
     above: tuple[str, ...]  # keys of those right of it
 
 
-@dataclass(frozen=True, slots=True)
-class Strip:
+class Strip(NamedTuple):
     """One station, or everybody."""
 
     label: str
@@ -117,8 +116,7 @@ class Strip:
     reference: str  # the same in words; "" where there is none
 
 
-@dataclass(frozen=True, slots=True)
-class Drawing:
+class Drawing(NamedTuple):
     """All strips on one axis."""
 
     strips: tuple[Strip, ...]
@@ -134,9 +132,9 @@ def draw_distribution(grades: Sequence[Grade], references: Mapping[str, Referenc
     reported = [grade.reported_inertia for grade in grades if grade.reported_inertia is not None]
     if not own:
         return None
-    low, high = _range(own, reported, references)
     groups = _groups(grades, references)
-    scale = _Scale(low, high, max(12, min(48, 2 * math.isqrt(len(own)) + 8)))
+    bins = max(12, min(48, 2 * math.isqrt(len(own)) + 8))
+    scale = _Scale(np.linspace(*_range(own, reported, references), bins + 1))
     strips = []
     for number, (station, members) in enumerate(groups.items()):
         middle = 16 + HALF + number * (2 * HALF + BETWEEN)
@@ -175,25 +173,19 @@ def _range(own: Sequence[float], reported: Sequence[float], references: Mapping[
     return low - pad, high + pad
 
 
-@dataclass(frozen=True, slots=True)
-class _Scale:
+class _Scale(NamedTuple):
     """From I_zz to a place in the drawing."""
 
-    low: float
-    high: float
-    bins: int
+    edges: Floats  # of the bars [kg*m^2]
 
     def x(self, value: float) -> float:
-        return round(LEFT + (value - self.low) / (self.high - self.low) * (WIDTH - LEFT - RIGHT), 1)
-
-    def bin(self, value: float) -> int | None:
-        """Number of the bar that a value belongs to; None off the axis."""
-        at = math.floor((value - self.low) / (self.high - self.low) * self.bins)
-        return at if 0 <= at < self.bins else None
+        low, high = float(self.edges[0]), float(self.edges[-1])
+        return round(LEFT + (value - low) / (high - low) * (WIDTH - LEFT - RIGHT), 1)
 
     def ticks(self, factor: float) -> Iterable[tuple[float, str]]:
         """Three to seven round numbers."""
-        width = (self.high - self.low) / factor
+        low, high = float(self.edges[0]) / factor, float(self.edges[-1]) / factor
+        width = high - low
         step = next(
             size * 10.0**power
             for power in range(math.floor(math.log10(width)) - 1, math.floor(math.log10(width)) + 2)
@@ -201,16 +193,15 @@ class _Scale:
             if width / (size * 10.0**power) <= 6
         )
         places = max(0, -math.floor(math.log10(step) + 1e-9))
-        first = math.ceil(self.low / factor / step)
-        last = math.floor(self.high / factor / step)
-        return [(self.x(number * step * factor), f"{number * step:.{places}f}") for number in range(first, last + 1)]
+        numbers = range(math.ceil(low / step), math.floor(high / step) + 1)
+        return [(self.x(number * step * factor), f"{number * step:.{places}f}") for number in numbers]
 
 
 def _strip(station: str, members: Sequence[Grade], reference: Reference | None, scale: _Scale, middle: float) -> Strip:
-    own = [(grade.student, grade.inertia) for grade in members if grade.inertia is not None]
-    reported = [(grade.student, grade.reported_inertia) for grade in members if grade.reported_inertia is not None]
-    counts = (_counts([value for _, value in values], scale) for values in (own, reported))
-    tallest = max((count for one in counts for count in one.values()), default=1)
+    own = {grade.student: grade.inertia for grade in members if grade.inertia is not None}
+    reported = {grade.student: value for grade in members if (value := grade.reported_inertia) is not None}
+    counts = [np.histogram(list(values.values()), scale.edges)[0] for values in (own, reported)]
+    tall = HALF / max(1, *map(max, counts))
     band = None
     if reference is not None:
         ends = (reference.inertia - reference.u, reference.inertia, reference.inertia + reference.u)
@@ -219,45 +210,31 @@ def _strip(station: str, members: Sequence[Grade], reference: Reference | None, 
     return Strip(
         "all" if station == "all" else f"station {station}",
         middle,
-        _side("from their runs", own, scale, tallest, middle, -1),
-        _side("as reported", reported, scale, tallest, middle, +1),
+        _side("from their runs", own, _bars(counts[0], tall, middle - 1, True, scale), scale),
+        _side("as reported", reported, _bars(counts[1], tall, middle + 1, False, scale), scale),
         band,
         "" if reference is None else f"{inertia_text(reference.inertia, reference.u or None)} ({reference.source})",
     )
 
 
-def _counts(values: Iterable[float], scale: _Scale) -> dict[int, int]:
-    counts: dict[int, int] = {}
-    for value in values:
-        at = scale.bin(value)
-        if at is not None:
-            counts[at] = counts.get(at, 0) + 1
-    return dict(sorted(counts.items()))
-
-
-def _side(
-    words: str, values: Sequence[tuple[str, float]], scale: _Scale, tallest: int, middle: float, down: int
-) -> Side:
+def _bars(counts: Integers, tall: float, base: float, up: bool, scale: _Scale) -> Iterator[Bar]:
     """Lay out the bars of one side, up or down from the line."""
-    width = (WIDTH - LEFT - RIGHT) / scale.bins
-    bars = []
-    for at, count in _counts([value for _, value in values], scale).items():
-        height = HALF * count / tallest
-        ends = [scale.low + (scale.high - scale.low) * (at + i) / scale.bins for i in (0, 1)]
-        y = middle + 1 if down > 0 else middle - 1 - height
-        said = f"{count_text(count, 'student')}: {ends[0]:.4g} to {ends[1]:.4g} kg·m²"
-        bars.append(Bar(round(LEFT + at * width + 0.5, 1), round(y, 1), round(width - 1, 1), round(height, 1), said))
-    return Side(
-        words,
-        len(values),
-        tuple(bars),
-        tuple(student for student, value in values if value < scale.low),
-        tuple(student for student, value in values if value >= scale.high),
-    )
+    width = (WIDTH - LEFT - RIGHT) / len(counts)
+    for at in np.flatnonzero(counts).tolist():
+        count, height = int(counts[at]), tall * float(counts[at])
+        said = f"{count_text(count, 'student')}: {scale.edges[at]:.4g} to {scale.edges[at + 1]:.4g} kg·m²"
+        y = base - height if up else base
+        yield Bar(round(LEFT + at * width + 0.5, 1), round(y, 1), round(width - 1, 1), round(height, 1), said)
+
+
+def _side(words: str, values: Mapping[str, float], bars: Iterable[Bar], scale: _Scale) -> Side:
+    below = tuple(student for student, value in values.items() if value < scale.edges[0])
+    above = tuple(student for student, value in values.items() if value > scale.edges[-1])
+    return Side(words, len(values), tuple(bars), below, above)
 
 
 def _strip_words(strip: Strip) -> str:
-    parts = [f"{strip.own.count} from their runs", f"{strip.reported.count} as reported"]
+    parts = [f"{strip.own.number} from their runs", f"{strip.reported.number} as reported"]
     off = len(strip.reported.below) + len(strip.reported.above)
     if off:
         parts.append(f"{off} of those reported off the axis")

@@ -17,8 +17,8 @@ import csv
 import difflib
 import os
 import unicodedata
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 
@@ -86,6 +86,10 @@ class Exemptions:
     groups: tuple[frozenset[str], ...] = ()  # students who hand in the same data, by key; one may be in several groups
     staff: frozenset[str] = frozenset()  # keys of those who are left out of all comparisons
     diagnostics: tuple[Diagnostic, ...] = ()
+
+    def joined(self, groups: Iterable[frozenset[str]]) -> Exemptions:
+        """Give the same with more students who hand in the same data."""
+        return replace(self, groups=(*self.groups, *groups))
 
     def partners(self, number: Mapping[str, int]) -> dict[int, frozenset[int]]:
         """Give the logs that may be like each log, as numbers."""

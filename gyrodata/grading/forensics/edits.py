@@ -8,8 +8,7 @@ else is shared. A sum far below that says that the scatter itself was taken over
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -27,15 +26,6 @@ SPREAD = 20.0
 HALVINGS = 200  # of the interval in which a limit lies; enough for every digit of a small one
 
 
-@dataclass(frozen=True)
-class _Tables:
-    """G logs with equally many rows, as n numbers each."""
-
-    members: Integers  # numbers of the logs, rising, shape (G,)
-    vectors: Floats  # [s], shape (G, n)
-    dof: Integers  # what the scatter of each has, shape (G,)
-
-
 def flag_shifted_or_scaled(logs: Logs, groups: Groups) -> list[Flag]:
     """Find logs whose times are those of another log, times a factor, plus a shift.
 
@@ -45,46 +35,13 @@ def flag_shifted_or_scaled(logs: Logs, groups: Groups) -> list[Flag]:
     freedom where two tables agree but for a factor, a shift and the scatter of both hands, and larger where they do
     not.
     """
-    tables = []
-    for members in _by_length(logs):
-        times = _table(logs, members, lambda i: logs.prints(i).time)
-        times -= times.mean(axis=1, keepdims=True)
-        spread = times.std(axis=1) > SPREAD * logs.noise[members]
-        tables.append(_Tables(members[spread], times[spread], np.full(int(spread.sum()), times.shape[1] - 2)))
-    return _flag(logs, tables, groups)
-
-
-def _table(logs: Logs, members: Integers, row: Callable[[int], Iterable[float]]) -> Floats:
-    """Put a number of each row of G logs with equally many, n, under each other, shape (G, n)."""
-    first = logs.rows(int(members[0]))
-    table = np.empty((len(members), first.stop - first.start))
-    for at, log in enumerate(members.tolist()):
-        table[at] = row(log)
-    return table
-
-
-def _by_length(logs: Logs) -> list[Integers]:
-    """Logs with equally many rows, at least two of them."""
-    sizes = np.diff(logs.starts)
-    groups = (np.flatnonzero(sizes == size) for size in np.unique(sizes))
-    return [members for members in groups if len(members) > 1]
-
-
-def _from_a_line(vectors: Floats, block: slice) -> Floats:
-    """Least sum of squared distances of the points (x, y) from a rising line through their centre, shape (b, G)."""
-    own = np.sum(vectors**2, axis=1)
-    both = vectors[block] @ vectors.T
-    least = 0.5 * (own[block, None] + own - np.hypot(own[block, None] - own, 2 * both))
-    return np.where(both > 0, np.maximum(least, 0.0), np.inf)
-
-
-def _flag(logs: Logs, tables: list[_Tables], groups: Groups) -> list[Flag]:
-    """Flag the pairs whose distance, over the variance of a time, is too small a chi-square."""
-    enough = [_enough(table, logs) for table in tables]
-    tests = sum(_tests(logs, table.members) for table in enough)
+    sizes = np.unique(np.diff(logs.starts)).tolist()
+    tables = [_times_of(logs, size) for size in sizes if size - 2 >= TRUSTED_DOF]
+    tests = sum(_tests(logs, members) for members, _ in tables)
     pairs = []
-    for table in enough:
-        for chi2, dof, first, second in _nearest(logs, table, tests):
+    for members, times in tables:
+        dof = times.shape[1] - 2
+        for chi2, first, second in _nearest(logs, members, times, _limit(dof, ALLOWED / max(tests, 1))):
             if groups.joined(first, second) or not logs.compared_with(first)[second]:
                 continue
             p = chi2_lower_tail(chi2, dof)
@@ -94,9 +51,13 @@ def _flag(logs: Logs, tables: list[_Tables], groups: Groups) -> list[Flag]:
     return flag_pairs("shifted or scaled", pairs, logs, _tell_line)
 
 
-def _enough(table: _Tables, logs: Logs) -> _Tables:
-    kept = (table.dof >= TRUSTED_DOF) & (logs.noise[table.members] > 0)
-    return _Tables(table.members[kept], table.vectors[kept], table.dof[kept])
+def _times_of(logs: Logs, size: int) -> tuple[Integers, Floats]:
+    """Logs with n rows whose times have a scale, shape (G,), and those times about their mean [s], shape (G, n)."""
+    members = np.flatnonzero((np.diff(logs.starts) == size) & (logs.noise > 0))
+    times = np.array([logs.prints(log).time for log in members.tolist()]).reshape(len(members), size)
+    times -= times.mean(axis=1, keepdims=True)
+    spread = times.std(axis=1) > SPREAD * logs.noise[members]
+    return members[spread], times[spread]
 
 
 def _tests(logs: Logs, members: Integers) -> int:
@@ -105,28 +66,30 @@ def _tests(logs: Logs, members: Integers) -> int:
     return current * (current - 1) // 2 + current * (len(members) - current)
 
 
-def _nearest(logs: Logs, table: _Tables, tests: int) -> Iterator[tuple[float, int, int, int]]:
-    """Chi-square, degrees of freedom and numbers of the pairs that are near enough to be told."""
-    noise = logs.noise[table.members]
-    limits = np.zeros(int(table.dof.max(initial=0)) + 1)
-    for dof in np.unique(table.dof):
-        limits[dof] = _limit(int(dof), ALLOWED / max(tests, 1))
-    if not len(noise):
+def _nearest(logs: Logs, members: Integers, times: Floats, limit: float) -> Iterator[tuple[float, int, int]]:
+    """Chi-square and numbers of the pairs that are near enough to be told."""
+    if not len(members):
         return
-    step = logs.time_step[table.members]
+    noise, step = logs.noise[members], logs.time_step[members]
     # Fours are what processors multiply at a time: sums then come out the same to the last bit, however many there are.
-    size = min(BLOCK, max(4, CELLS // len(noise) // 4 * 4))
-    for begin in range(0, int(np.sum(table.members < logs.current)), size):
+    size = min(BLOCK, max(4, CELLS // len(members) // 4 * 4))
+    for begin in range(0, int(np.sum(members < logs.current)), size):
         block = slice(begin, begin + size)
-        dof = np.minimum(table.dof[block, None], table.dof)
-        least = np.minimum(noise[block, None], noise)
         # What a last digit hides: step²/12 for each square.
-        hidden = np.maximum(step[block, None], step) ** 2 * dof / 12
-        chi2 = (_from_a_line(table.vectors, block) + hidden) / least**2
-        for i, j in np.argwhere(chi2 <= limits[dof]):
-            first, second = int(table.members[begin + i]), int(table.members[j])
+        hidden = np.maximum(step[block, None], step) ** 2 * (times.shape[1] - 2) / 12
+        chi2 = (_from_a_line(times, block) + hidden) / np.minimum(noise[block, None], noise) ** 2
+        for i, j in np.argwhere(chi2 <= limit):
+            first, second = int(members[begin + i]), int(members[j])
             if first < second:
-                yield float(chi2[i, j]), int(dof[i, j]), first, second
+                yield float(chi2[i, j]), first, second
+
+
+def _from_a_line(vectors: Floats, block: slice) -> Floats:
+    """Least sum of squared distances of the points (x, y) from a rising line through their centre, shape (b, G)."""
+    own = np.sum(vectors**2, axis=1)
+    both = vectors[block] @ vectors.T
+    least = 0.5 * (own[block, None] + own - np.hypot(own[block, None] - own, 2 * both))
+    return np.where(both > 0, np.maximum(least, 0.0), np.inf)
 
 
 def _limit(dof: int, p: float) -> float:

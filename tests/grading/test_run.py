@@ -284,7 +284,7 @@ def test_a_kill_loses_nothing(honest: Path, tmp_path: Path) -> None:
 
 # --- memory ---------------------------------------------------------------------------------------------------
 
-LEAST, MORE = 20, 100
+LEAST, MORE = 10, 50
 """Students of two classes."""
 
 MOST = 20_000

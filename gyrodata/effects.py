@@ -80,7 +80,7 @@ class Case(NamedTuple):
     def change(self, without: ChosenModel, within: ChosenModel) -> float | None:
         """I_zz by one model over I_zz by another, minus 1; None where one of them has no fit."""
         found = _over(self._at_its_widths(without), self._at_its_widths(within))
-        if self.fit.posterior is None or (found is not None and abs(found) < 0.5 * DROP_ONE * relative_u(self.fit)):
+        if self.fit.posterior is None or (found is not None and abs(found) < CLEARLY_SMALL * relative_u(self.fit)):
             return found
         # A large effect changes how the runs scatter, and so the widths.
         return _over(self._anew(without), self._anew(within))

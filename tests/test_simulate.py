@@ -715,3 +715,8 @@ class TestMessages:
         shown = " ".join(gyro("simulate", "--help").stdout.replace("\\\n", " ").split())
         example = shown.partition("Example: gyro ")[2].partition(" > ")[0]
         assert gyro(*shlex.split(example)).exit_code == 0
+
+
+def test_turns_of_a_design_may_be_whole_numbers() -> None:
+    whole, parts = (simulated(Truth(), Design(turns=(turns,)), TYPICAL, 1).readings for turns in (1, 1.0))
+    assert whole.columns["turns"].values == parts.columns["turns"].values

@@ -21,7 +21,7 @@ from gyrodata import physics
 from gyrodata.fitting.conditions import transverse_inertia
 from gyrodata.fitting.inertia import FitResult, fit_as_stated
 from gyrodata.fitting.lines import insist_on_lines
-from gyrodata.measurements import TRANSVERSE_U, Measurements, Source
+from gyrodata.measurements import SOURCES, TRANSVERSE_U, Measurements, Source
 from gyrodata.physics import Floats
 
 Model = Literal["auto", "horizontal", "steady", "released"]
@@ -119,7 +119,9 @@ def phase_known(measured: Measurements, inertia: Floats | float) -> Floats:
 def _transverse_u(measured: Measurements) -> float:
     """Relative standard uncertainty of I [1]."""
     stated = (float(source.relative.max()) for source in measured.sources if source.quantity == "transverse")
-    return next(stated, TRANSVERSE_U)
+    # A log that says neither pitch nor "released" has no such source, though it may give I.
+    given = measured.transverse_inertia is not None
+    return next(stated, SOURCES["transverse_inertia"].default.relative if given else TRANSVERSE_U)
 
 
 def _mean_rate_of_decay(measured: Measurements, total: Floats, inertia: Floats | float, across: Floats) -> Floats:

@@ -43,6 +43,7 @@ class Start(NamedTuple):
 
 
 _GOLDEN = (math.sqrt(5) - 1) / 2
+"""Golden ratio [1]: its multiples have no period."""
 
 _SAMPLE = 150
 """So many runs are enough to start from."""
@@ -69,8 +70,8 @@ def first_guess(measured: Measurements, sense: Floats, free: bool, kept: Floats)
 def sample(measured: Measurements, kept: Floats) -> Any:
     """Indices of the runs kept, of very many 150: every torque in its share, and mixed among its runs.
 
-    An even stride through the log would meet one torque only where the weights come round with the same period. The
-    multiples of the golden ratio have no period, and lie evenly in every part of it.
+    An even stride through the log would meet one torque only where the weights come round with the same period; the
+    multiples of the golden ratio lie evenly in every part of it.
     """
     index = np.flatnonzero(kept > 0)
     if len(index) <= _SAMPLE:

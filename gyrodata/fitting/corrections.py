@@ -19,7 +19,7 @@ import numpy as np
 
 from gyrodata import physics
 from gyrodata.fitting.conditions import transverse_inertia
-from gyrodata.fitting.inertia import FitResult, fit_as_stated
+from gyrodata.fitting.inertia import FitResult, fit_as_stated, refit
 from gyrodata.fitting.lines import insist_on_lines
 from gyrodata.measurements import SOURCES, TRANSVERSE_U, Measurements, Source
 from gyrodata.physics import Floats
@@ -216,9 +216,8 @@ def _followed(measured: Measurements, mean: FitResult, chosen: ChosenModel, left
     with the smallest chi-square is taken. Then the same nearby, with the M0 and b that go with it.
     """
     centre = mean.inertia.value
-    if not mean.two_signs:
-        # Which way runs without a weight turn is known by now.
-        measured = replace(measured, sense=mean.sense)
+    # Which way runs without a weight turn is known by now.
+    measured = replace(measured, sense=mean.sense)
     click = physics.click_error(measured.spin, centre, transverse_inertia(measured))
     # A fit may end near any I_zz above 0; no trial is made at 0 or below.
     radian = min(centre / float((measured.time / click).max()), 0.5 * centre)
@@ -227,7 +226,7 @@ def _followed(measured: Measurements, mean: FitResult, chosen: ChosenModel, left
 
         def at(inertia: float, fit: FitResult = result) -> Trial:
             runs = corrected(measured, fit, inertia, chosen, followed=True)
-            return Trial(inertia, fit_as_stated(runs, chosen.tilted, left_out), runs)
+            return Trial(inertia, refit(fit, runs, chosen.tilted), runs)
 
         near = min(reach, 0.5 * centre)
         trials = [at(float(t)) for t in centre + np.arange(-near, 1.01 * near, 0.3 * radian)]
@@ -263,7 +262,7 @@ def _crossing(at: Callable[[float], Trial], low: Trial, high: Trial) -> Trial:
     found = high
     for _turn in range(40):
         found = at((a * f_b - b * f_a) / (f_b - f_a))
-        if abs(found.misfit) < 1e-13 * abs(found.inertia):
+        if abs(found.misfit) < 1e-9 * (found.result.inertia.u or 0.0):
             break
         if found.misfit * f_b < 0:
             a, f_a = b, f_b

@@ -10,10 +10,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata import fitting, physics
 from gyrodata.fitting import (
@@ -44,8 +45,7 @@ TURNS = 12
 """So often at most I_zz goes into its own correction."""
 
 
-@dataclass(frozen=True, slots=True)
-class Effect:
+class Effect(Struct, frozen=True):
     """One simplification: how much it would move I_zz in this log, and whether it was allowed."""
 
     effect: str

@@ -7,8 +7,9 @@ One `Diagnostic` is one fault at one place; one family of errors carries them to
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Any
+
+from msgspec import Struct
 
 from gyrodata.diagnostics import CODES, Severity
 
@@ -21,8 +22,7 @@ def printable(name: str) -> str:
     return name.encode("utf-8", "replace").decode("utf-8")
 
 
-@dataclass(frozen=True, slots=True)
-class Diagnostic:
+class Diagnostic(Struct, frozen=True):
     """One fault, at one place, with what to do about it.
 
     Attributes

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata import fitting, forecast
 from gyrodata.comparisons import (
@@ -171,8 +172,7 @@ NO_ACCIDENT = 0.001
 """Runs whose scatter is less likely than this do not follow the law within their uncertainties."""
 
 
-@dataclass(frozen=True, slots=True)
-class Doubt:
+class Doubt(Struct, frozen=True):
     """A reason not to quote the answer, which not even its u holds."""
 
     kind: Literal["contradiction", "exponent", "scatter", "pattern"]

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata import physics
 from gyrodata.fitting import (
@@ -42,8 +43,7 @@ NOTHING = 1e6
 """Width of a balance test that says nothing [N*m]."""
 
 
-@dataclass(frozen=True)
-class Design:
+class Design(Struct, frozen=True):
     """What is read in the n runs of a lab, how well, and the answer that is taken for true."""
 
     problem: Problem

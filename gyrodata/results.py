@@ -7,8 +7,10 @@ here is emitted and declared.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, is_dataclass
 from typing import TYPE_CHECKING, Any, Literal
+
+from msgspec import Struct, field
+from msgspec.structs import asdict
 
 from gyrodata import __version__
 from gyrodata.comparisons import Ball, Constancy, Exponent, NamedFit, Pattern, PowerLaw, Run, Sensitivity, Torque
@@ -59,8 +61,7 @@ CONVENTIONS = {
 """Which convention each number follows."""
 
 
-@dataclass(frozen=True)
-class Options:
+class Options(Struct, frozen=True):
     """What was asked for."""
 
     set: Mapping[str, str] = field(default_factory=dict)
@@ -73,8 +74,7 @@ class Options:
     keep_flagged: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Result:
+class Result(Struct, frozen=True):
     """A value with its standard uncertainty u (k = 1) and its 95 % interval; see `CONVENTIONS`."""
 
     value: float
@@ -93,8 +93,7 @@ class Result:
     dof_reason: str | None
 
 
-@dataclass(frozen=True)
-class Analysis:
+class Analysis(Struct, frozen=True):
     """Everything that is said of one log; SI units."""
 
     name: str
@@ -144,7 +143,7 @@ class Analysis:
         """One row for each run, SI units, as a DataFrame."""
         import pandas as pd
 
-        return pd.DataFrame([{name: getattr(run, name) for name in Run.__slots__} for run in self.run_table])
+        return pd.DataFrame([asdict(run) for run in self.run_table])
 
     def to_dict(self) -> dict[str, Any]:
         """Give the analysis as the JSON contract has it (schema "gyro.analysis/2")."""
@@ -190,19 +189,14 @@ class Analysis:
 # --- the JSON ------------------------------------------------------------------------------------------------
 
 
-# A part of a document becomes a dict and nothing else; each method that a dataclass makes costs start-up time.
-
-
-@dataclass(eq=False, repr=False)
-class Tool:
+class Tool(Struct, eq=False):
     """What wrote this."""
 
     name: Literal["gyrodata"] = "gyrodata"
     version: str = __version__
 
 
-@dataclass(eq=False, repr=False)
-class Input:
+class Input(Struct, eq=False):
     """The log."""
 
     name: str
@@ -213,8 +207,7 @@ class Input:
     """Number of runs read."""
 
 
-@dataclass(eq=False, repr=False)
-class Amount:
+class Amount(Struct, eq=False):
     """A value with its standard uncertainty and its unit."""
 
     value: float
@@ -222,8 +215,7 @@ class Amount:
     unit: str
 
 
-@dataclass(eq=False, repr=False)
-class Goodness:
+class Goodness(Struct, eq=False):
     """How well the runs go together."""
 
     chi2: float
@@ -240,8 +232,7 @@ class Goodness:
     """Why p is null."""
 
 
-@dataclass(eq=False, repr=False)
-class ComparedFit:
+class ComparedFit(Struct, eq=False):
     """One way to fit the log."""
 
     name: str
@@ -256,8 +247,7 @@ class ComparedFit:
     """The same in standard uncertainties of the recommended fit."""
 
 
-@dataclass(eq=False, repr=False)
-class MeanProduct:
+class MeanProduct(Struct, eq=False):
     """Weighted mean of φ̇ψ̇ of one torque [rad²/s²]."""
 
     value: float
@@ -268,8 +258,7 @@ class MeanProduct:
     """Chance of a scatter at least as large if φ̇ψ̇ is constant; null for one run."""
 
 
-@dataclass(eq=False, repr=False)
-class TorqueGroup:
+class TorqueGroup(Struct, eq=False):
     """The runs of one torque."""
 
     mass: float | None
@@ -286,8 +275,7 @@ class TorqueGroup:
     """Slope of the period against the spin [s²/rad]."""
 
 
-@dataclass(eq=False, repr=False)
-class StatedUncertainty:
+class StatedUncertainty(Struct, eq=False):
     """One uncertainty of the readings."""
 
     source: str
@@ -299,8 +287,7 @@ class StatedUncertainty:
     """What it is, in words: "0.2 %"."""
 
 
-@dataclass(eq=False, repr=False)
-class AnalysisResult:
+class AnalysisResult(Struct, eq=False):
     """All quantities are SI."""
 
     inertia: Result
@@ -339,8 +326,7 @@ class AnalysisResult:
     """Which convention each number follows, by its key."""
 
 
-@dataclass(eq=False, repr=False)
-class AnalysisDocument:
+class AnalysisDocument(Struct, eq=False):
     """What ``gyro analyze --format json`` says of one log."""
 
     schema: Literal["gyro.analysis/2"]
@@ -352,8 +338,7 @@ class AnalysisDocument:
     diagnostics: tuple[Diagnostic, ...]
 
 
-@dataclass(eq=False, repr=False)
-class CheckDocument:
+class CheckDocument(Struct, eq=False):
     """What ``gyro check --format json`` says of one log."""
 
     schema: Literal["gyro.check/1"]
@@ -387,10 +372,9 @@ def plain(item: Any) -> Any:
     """Turn records, tuples and mappings into what JSON has."""
     if isinstance(item, Diagnostic):
         return item.to_dict()
-    if is_dataclass(item):
+    if isinstance(item, Struct):
         # A field that is a plain number or text, as most are, is not looked into.
-        values = ((name, getattr(item, name)) for name in item.__dataclass_fields__)
-        return {name: value if type(value) in _SCALARS else plain(value) for name, value in values}
+        return {name: value if type(value) in _SCALARS else plain(value) for name, value in asdict(item).items()}
     if isinstance(item, Mapping):
         return {key: plain(value) for key, value in item.items()}
     return [plain(one) for one in item] if isinstance(item, tuple) else item

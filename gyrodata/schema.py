@@ -10,10 +10,11 @@ import ast
 import inspect
 import textwrap
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
 from itertools import pairwise
 from types import MappingProxyType, NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from msgspec import Struct
 
 from gyrodata.diagnostics import CODES
 from gyrodata.errors import Diagnostic
@@ -51,7 +52,7 @@ def _type(hint: Any) -> dict[str, Any]:
     """Give the schema of an annotation."""
     if hint in _NAMES:
         return {"type": _NAMES[hint]}
-    if is_dataclass(hint):
+    if isinstance(hint, type) and issubclass(hint, Struct):
         return _record(hint)
     origin, args = get_origin(hint), get_args(hint)
     if origin is Literal:
@@ -70,17 +71,17 @@ def _type(hint: Any) -> dict[str, Any]:
 
 
 def _record(record: Any) -> dict[str, Any]:
-    """Give the schema of a dataclass."""
+    """Give the schema of a record."""
     hints, told = get_type_hints(record), _descriptions(record)
     # A diagnostic's excerpt is for people.
-    names = Diagnostic("", "note", "").to_dict() if record is Diagnostic else [one.name for one in fields(record)]
+    names = Diagnostic("", "note", "").to_dict() if record is Diagnostic else record.__struct_fields__
     properties = {name: _type(hints[name]) | ({"description": told[name]} if name in told else {}) for name in names}
     return _object(properties, description=(record.__doc__ or "").split("\n\n", maxsplit=1)[0])
 
 
 def _properties(record: Any, by_hand: Mapping[str, Any] = MappingProxyType({})) -> dict[str, Any]:
-    """Give the schema of each field of a dataclass, without a description; None by hand leaves a field out."""
-    hints, names = get_type_hints(record), [one.name for one in fields(record)]
+    """Give the schema of each field of a record, without a description; None by hand leaves a field out."""
+    hints, names = get_type_hints(record), record.__struct_fields__
     found = {name: by_hand[name] if name in by_hand else _type(hints[name]) for name in names}
     return {name: schema for name, schema in found.items() if schema is not None}
 

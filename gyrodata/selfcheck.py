@@ -10,10 +10,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
+from msgspec import Struct, to_builtins
+from msgspec.structs import replace
 
 from gyrodata import physics
 from gyrodata.fitting import TEXTBOOK, FitResult, fit, fit_many, torques_differ, transverse_inertia
@@ -27,8 +28,7 @@ DOUBTED = 0.025
 """The log's scatter is not what is stated where the chance that it is no larger, or no smaller, is below this."""
 
 
-@dataclass(frozen=True, slots=True)
-class Performance:
+class Performance(Struct, frozen=True):
     """What one way to fit makes of the simulated labs; None where it gives no answer or no uncertainty."""
 
     name: str
@@ -49,8 +49,7 @@ class Performance:
     """Time for one lab [µs]."""
 
 
-@dataclass(frozen=True)
-class SelfCheck:
+class SelfCheck(Struct, frozen=True):
     """A lab's fits, tried out on simulated labs like it."""
 
     labs: int
@@ -65,7 +64,7 @@ class SelfCheck:
 
     def to_dict(self) -> dict[str, Any]:
         """Give it as the JSON contract has it."""
-        return {"schema": self.schema} | {name: value for name, value in asdict(self).items() if name != "schema"}
+        return {"schema": self.schema, **to_builtins(self)}
 
     def to_text(self) -> str:
         """Give it as a table, or as two where the log does not scatter as stated."""

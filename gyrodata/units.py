@@ -13,9 +13,10 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
+
+from msgspec import Struct
 
 MAX_UNIT_LENGTH = 64
 """Characters in a unit text; longer ones are refused unread."""
@@ -347,8 +348,7 @@ class Unit(NamedTuple):
     factor: float
 
 
-@dataclass(frozen=True, slots=True)
-class Uncertainty:
+class Uncertainty(Struct, frozen=True):
     """Standard uncertainty of a reading, as data sheets mean it: a plain sum of a fixed part and a proportional one.
 
     Attributes

@@ -16,10 +16,11 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from itertools import islice
 from multiprocessing.connection import Connection, wait
 from typing import Any, Generic, TypeVar
+
+from msgspec import Struct
 
 from gyrodata.diagnostics import NO_PROCESS_CAN_BE_STARTED
 from gyrodata.errors import InputError
@@ -34,8 +35,7 @@ START = 60.0  # a worker that has not started after this [s] never will
 TRIES = 2  # how often work is begun whose worker dies; a time limit is not waited for twice
 
 
-@dataclass(frozen=True, slots=True)
-class Failed:
+class Failed(Struct, frozen=True):
     """Work that was not finished."""
 
     why: str  # in words

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import base64
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from grading.reports import RIGHT, SLIPS, Formula, Sheet, reported_line, sheet
 from labs import INERTIA
+from msgspec import Struct
 
 SEED = 14
 IMBALANCE = 2e-4  # [N*m]
@@ -21,8 +21,7 @@ PICTURE = base64.b64decode(
 """One pixel."""
 
 
-@dataclass(frozen=True)
-class Student:
+class Student(Struct, frozen=True):
     """One student of the class: what Canvas calls the file, and what is in it."""
 
     file: str

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from labs import INERTIA, G, lab
+from msgspec.structs import replace
 
 from gyrodata.fitting import fit, fit_many
 from gyrodata.fitting.posterior import BALANCE, TOO_BOLD, balance_prior

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from labs import lab as draw
+from msgspec.structs import replace
 from scipy import stats
 
 import gyrodata

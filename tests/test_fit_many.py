@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from labs import INERTIA, G, lab
+from msgspec.structs import replace
 
 from gyrodata.fitting import fit, fit_as_stated, fit_many
 

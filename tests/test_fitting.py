@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from contextlib import suppress
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -12,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from labs import INERTIA, G, lab
+from msgspec.structs import replace
 from scipy.optimize import least_squares
 from scipy.special import gammaincc
 

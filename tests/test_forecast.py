@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from labs import INERTIA, lab
+from msgspec.structs import replace
 
 from gyrodata import forecast
 from gyrodata.fitting import fit, fit_many

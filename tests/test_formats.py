@@ -12,13 +12,13 @@ import subprocess
 import sys
 import unicodedata
 from collections.abc import Callable
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec.structs import replace
 from tex import faults_of_document, faults_of_text, unescaped
 from typer.testing import CliRunner, Result
 

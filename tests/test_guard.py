@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from itertools import product
 from pathlib import Path
 
@@ -11,6 +10,7 @@ import numpy as np
 import pytest
 from fuzz.clean import draw_clean
 from labs import INERTIA, lab
+from msgspec.structs import replace
 
 import gyrodata
 from gyrodata import fitting

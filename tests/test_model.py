@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from msgspec import Struct
+from msgspec.structs import replace
 
 import gyrodata
 from gyrodata import effects, fitting, physics
@@ -33,8 +34,7 @@ SCENES = {
 }
 
 
-@dataclass(frozen=True)
-class Score:
+class Score(Struct, frozen=True):
     """How a model did over many labs, in per cent."""
 
     bias: float

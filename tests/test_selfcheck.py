@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import itertools
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from labs import INERTIA, lab
+from msgspec.structs import replace
 
 from gyrodata.measurements import Measurements, Source
 from gyrodata.selfcheck import Performance, SelfCheck, selfcheck

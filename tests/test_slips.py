@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
 import pytest
+from msgspec import Struct
+from msgspec.structs import replace
 
 import gyrodata
 from gyrodata import physics
@@ -20,8 +21,7 @@ TRUTH = physics.solid_ball_inertia(MASS, DIAMETER / 100)
 RPM = physics.RPM
 
 
-@dataclass(frozen=True)
-class Lab:
+class Lab(Struct, frozen=True):
     """A log as columns of numbers, each under its header."""
 
     mass: np.ndarray

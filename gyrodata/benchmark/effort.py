@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 Clock = Callable[[], float]
 """Time in seconds, as `time.perf_counter`."""
@@ -12,8 +13,7 @@ Progress = Callable[[float], None]
 """Told the part that is done, 0 to 1."""
 
 
-@dataclass(frozen=True, slots=True)
-class Effort:
+class Effort(Struct, frozen=True):
     """How many points a benchmark has, and how often each is tried."""
 
     tolerances: Mapping[str, tuple[float, ...]]

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from gyrodata import fitting
 from gyrodata.fitting import K_95
@@ -22,8 +22,7 @@ _KEEP = 1.345
 """Huber's constant: residuals beyond this many standard uncertainties count less [1]."""
 
 
-@dataclass(frozen=True, slots=True)
-class Answer:
+class Answer(Struct, frozen=True):
     """I_zz, as one estimator has it."""
 
     value: float

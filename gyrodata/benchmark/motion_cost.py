@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
 from functools import partial
 from typing import Literal
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata import effects, fitting, motion, physics
 from gyrodata.benchmark.effort import Clock, Effort, Progress
@@ -38,8 +39,7 @@ LADDER = {"horizontal": "eq. (9)", "steady": "eq. (8)", "released": "mean rate"}
 """The method that each model of an analysis is."""
 
 
-@dataclass(frozen=True, slots=True)
-class MotionScene:
+class MotionScene(Struct, frozen=True):
     """A lab whose motion is to be described."""
 
     name: str
@@ -63,8 +63,7 @@ SCENES = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class MotionPoint:
+class MotionPoint(Struct, frozen=True):
     """One method at one setting in one scene."""
 
     method: str
@@ -77,8 +76,7 @@ class MotionPoint:
     """Of I_zz, relative, without its sign [1]."""
 
 
-@dataclass(frozen=True, slots=True)
-class MotionPanel:
+class MotionPanel(Struct, frozen=True):
     """All methods in one scene."""
 
     scene: str
@@ -105,8 +103,7 @@ class MotionPanel:
         return next(point for point in self.points if point.method == self.ladder)
 
 
-@dataclass(frozen=True)
-class _Lab:
+class _Lab(Struct, frozen=True):
     """What happens in one lab of n runs, and what is read of the spin; arrays of shape (n,)."""
 
     top: motion.Top

@@ -6,9 +6,9 @@ import csv
 import io
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from gyrodata.benchmark.effort import Clock, Effort, Progress
 from gyrodata.benchmark.motion_cost import BATCH, MotionPanel, run_motion
@@ -19,8 +19,7 @@ from gyrodata.effects import DROP_ALL
 Cell = str | float | int | bool | None
 
 
-@dataclass(frozen=True)
-class Benchmark:
+class Benchmark(Struct, frozen=True):
     """What was measured."""
 
     motion: list[MotionPanel]

@@ -12,10 +12,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from decimal import Decimal, localcontext
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import ArrayLike
 
 from gyrodata import motion, physics
@@ -45,8 +45,7 @@ STEP = 0.002
 """Of the integrators with a fixed step [s]: what engines for robots and games take if nobody says otherwise."""
 
 
-@dataclass(frozen=True)
-class DigitMap:
+class DigitMap(Struct, frozen=True):
     """Correct digits of one method over a plane."""
 
     method: str
@@ -54,8 +53,7 @@ class DigitMap:
     """Shape (y, x), 0 to `MOST_DIGITS`; NaN where there is nothing to compute."""
 
 
-@dataclass(frozen=True)
-class MapPair:
+class MapPair(Struct, frozen=True):
     """A method that fails somewhere, and one that does not, over the same plane."""
 
     name: str
@@ -83,8 +81,7 @@ def digits(error: ArrayLike) -> Floats:
 # --- formulas for the rate of steady precession ----------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class _Plane:
+class _Plane(Struct, frozen=True):
     """Pairs of pitch and spin, flattened."""
 
     pitch: Floats
@@ -279,8 +276,7 @@ PASSING = 10.0
 _TOLERANCE = 1e-9
 
 
-@dataclass(frozen=True, slots=True)
-class Passage:
+class Passage(Struct, frozen=True):
     """One way of writing the motion, on an orbit that passes the vertical at one distance."""
 
     method: str

@@ -15,11 +15,12 @@ import math
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
 from functools import partial
 from typing import Literal
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata.benchmark.effort import Clock, Effort, Progress
 from gyrodata.benchmark.estimators import ESTIMATORS, STUDENTS, Answer, Estimator, recommended
@@ -37,8 +38,7 @@ _TEXTBOOK = {**EXACT, "u_time": Uncertainty(0.14), "u_spin": Uncertainty(0.0, 0.
 _BOTH_SIDES = Design(positions=(0.15, -0.15))
 
 
-@dataclass(frozen=True, slots=True)
-class LabScene:
+class LabScene(Struct, frozen=True):
     """A kind of lab."""
 
     name: str
@@ -71,8 +71,7 @@ ONE_SIDE = LabScene(
 """Where the runs hardly tell the residual torque, so that assuming that there is none pays, if there is none."""
 
 
-@dataclass(frozen=True, slots=True)
-class Trial:
+class Trial(Struct, frozen=True):
     """One estimator in one kind of lab."""
 
     estimator: str
@@ -98,8 +97,7 @@ class Trial:
         return self.coverage >= HONEST - math.sqrt(HONEST * (1 - HONEST) / self.labs)
 
 
-@dataclass(frozen=True, slots=True)
-class TrialPanel:
+class TrialPanel(Struct, frozen=True):
     """All estimators in one kind of lab."""
 
     scene: LabScene
@@ -227,8 +225,7 @@ _FAR = 0.05
 """An error beyond this part of I_zz [1], with an interval that misses the truth in most draws, is nonsense."""
 
 
-@dataclass(frozen=True, slots=True)
-class Breakdown:
+class Breakdown(Struct, frozen=True):
     """One estimator in one case."""
 
     estimator: str
@@ -242,8 +239,7 @@ class Breakdown:
     """Part of the draws in which it said that something is wrong, or gave no interval [1]."""
 
 
-@dataclass(frozen=True)
-class _Log:
+class _Log(Struct, frozen=True):
     """What a case makes of one draw."""
 
     text: bytes

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import typer
+from msgspec import Struct
 
 from gyrodata.cli.options import ConfigOption, MappingOption, SettingsOption, pairs
 from gyrodata.cli.terminal import FAULT, coloured, complain, fault, name_of, refuse, source_of, write_folder, write_out
@@ -203,8 +203,7 @@ def _folders(logs: Sequence[str], form: Format, out: Path | None) -> list[Path |
     return folders
 
 
-@dataclass(frozen=True)
-class _Job:
+class _Job(Struct, frozen=True):
     """One log to analyse."""
 
     index: int

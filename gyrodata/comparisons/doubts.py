@@ -14,10 +14,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata import fitting
 from gyrodata.comparisons.tables import Torque, load_words
@@ -38,8 +39,7 @@ FACTORS = np.exp(np.linspace(math.log(0.2), math.log(20.0), 24))
 """Factors s on the errors that each run has alone."""
 
 
-@dataclass(frozen=True, slots=True)
-class Pattern:
+class Pattern(Struct, frozen=True):
     """One pattern that was looked for among the residuals."""
 
     name: str
@@ -284,8 +284,7 @@ CASES = (
 """Name, words and what is otherwise."""
 
 
-@dataclass(frozen=True, slots=True)
-class Sensitivity:
+class Sensitivity(Struct, frozen=True):
     """I_zz if one thing were otherwise."""
 
     name: str

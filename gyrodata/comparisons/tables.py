@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from typing import cast
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata import fitting, physics
 from gyrodata.fitting import Estimate, FitResult, Outlier
@@ -18,8 +19,7 @@ from gyrodata.units import Uncertainty
 # --- each run ---------------------------------------------------------------------------------------------------
 
 
-@dataclass(slots=True, unsafe_hash=True)  # frozen ones take five times as long to make, and there may be very many
-class Run:
+class Run(Struct, frozen=True):
     """One timed run."""
 
     run: str
@@ -118,8 +118,7 @@ def turn_words(turns: float) -> str:
 # --- each torque ------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class Torque:
+class Torque(Struct, frozen=True):
     """The runs of one torque."""
 
     mass: float | None
@@ -219,8 +218,7 @@ def torque_table(
 # --- the laws ---------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class PowerLaw:
+class PowerLaw(Struct, frozen=True):
     """τ ∝ ψ̇^exponent among the runs of one torque; eq. (9) says 1."""
 
     torque: float
@@ -229,8 +227,7 @@ class PowerLaw:
     reason: str
 
 
-@dataclass(frozen=True, slots=True)
-class Exponent:
+class Exponent(Struct, frozen=True):
     """τ ∝ ψ̇^value with one exponent for all torques, each with a factor of its own."""
 
     value: float
@@ -242,8 +239,7 @@ class Exponent:
     """How many torques have runs at different spins."""
 
 
-@dataclass(frozen=True, slots=True)
-class Constancy:
+class Constancy(Struct, frozen=True):
     """How far the single φ̇ψ̇ lie from the mean of their torque, all torques together."""
 
     scatter: float
@@ -356,8 +352,7 @@ class _Groups:
 # --- beside the answer ------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class NamedFit:
+class NamedFit(Struct, frozen=True):
     """One way to fit the log, for comparison."""
 
     name: str
@@ -417,8 +412,7 @@ def _beside(other: NamedFit, recommended: Estimate) -> NamedFit:
     return replace(other, difference=difference / recommended.value, deviation=deviation)
 
 
-@dataclass(frozen=True, slots=True)
-class Ball:
+class Ball(Struct, frozen=True):
     """What spins, as the log describes it, and how the measured I_zz compares with it."""
 
     mass: float | None

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple, cast
 
 import numpy as np
+from msgspec import Struct
 
 from gyrodata.fitting.conditions import (
     MAD_TO_SD,
@@ -178,8 +178,7 @@ WHOLE = 20
 """So many steps are whole ones; hardly any log needs half as many."""
 
 
-@dataclass(frozen=True)
-class Adjusted:
+class Adjusted(Struct, frozen=True):
     """Where an adjustment ended, linearised there."""
 
     problem: Problem

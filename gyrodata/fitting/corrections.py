@@ -11,11 +11,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection
-from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Literal, NamedTuple
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata import physics
 from gyrodata.fitting.conditions import transverse_inertia
@@ -27,8 +28,7 @@ from gyrodata.physics import Floats
 Model = Literal["auto", "horizontal", "steady", "released"]
 
 
-@dataclass(frozen=True)
-class ChosenModel:
+class ChosenModel(Struct, frozen=True):
     """The model that a log is fitted with."""
 
     tilted: bool

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, cast
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata import physics
 from gyrodata.fitting.adjustment import (
@@ -43,8 +44,7 @@ ONE_SIGN = 1e-4
 """A sign of M0 that is less likely than this is not looked into."""
 
 
-@dataclass(frozen=True, slots=True)
-class Estimate:
+class Estimate(Struct, frozen=True):
     """A value with its standard uncertainty (k = 1)."""
 
     value: float
@@ -54,8 +54,7 @@ class Estimate:
     """Where it is not value ± 1.96 u."""
 
 
-@dataclass(frozen=True, slots=True)
-class Share:
+class Share(Struct, frozen=True):
     """What one source of uncertainty contributes to u(I_zz)."""
 
     source: str
@@ -67,8 +66,7 @@ class Share:
     """Of the variance [1]; the shares of a budget add up to 1."""
 
 
-@dataclass(frozen=True, slots=True)
-class Outlier:
+class Outlier(Struct, frozen=True):
     """A run that does not go with the others."""
 
     index: int
@@ -80,8 +78,7 @@ class Outlier:
     """True if it is no measurement of this motion: a count explains it, or it is off beyond all doubt."""
 
 
-@dataclass(frozen=True)
-class FitResult:
+class FitResult(Struct, frozen=True):
     """The adjusted unknowns of one log of n runs.
 
     Convention: Gauss–Helmert least squares in the raw readings; derivatives and proportional uncertainties at

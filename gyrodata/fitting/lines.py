@@ -16,10 +16,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
 
 from gyrodata.fitting.adjustment import FACTOR, NoFit
@@ -142,8 +142,7 @@ _OFF = 1e-9
 """Exact points are on a line if no further off than this part of the largest y."""
 
 
-@dataclass(frozen=True)
-class LineFit:
+class LineFit(Struct, frozen=True):
     """The straight line y = slope·x + intercept of n points."""
 
     slope: float

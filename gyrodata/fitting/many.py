@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from gyrodata.fitting.adjustment import fill_rows, prior_rows, solve_rows, straight_line
 from gyrodata.fitting.conditions import QUANTITIES, Problem, torques_differ
@@ -27,8 +27,7 @@ _CHUNK = 16
 """Labs at a time: as many as stay in a processor's cache."""
 
 
-@dataclass(frozen=True)
-class ManyFits:
+class ManyFits(Struct, frozen=True):
     """The unknowns of L labs."""
 
     inertia: Floats

@@ -20,10 +20,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import cast
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata.fitting.conditions import NEGLIGIBLE
 from gyrodata.physics import Floats
@@ -83,8 +84,7 @@ LEVELS = np.array([0.025, 0.158655253931457, 0.5, 0.841344746068543, 0.975])
 """The quantiles that are told: of the 95 % interval, of that of one standard uncertainty, and the median."""
 
 
-@dataclass(frozen=True)
-class Conditions:
+class Conditions(Struct, frozen=True):
     """The conditions of n runs, linear where a fit ended, each over the width that its run has alone; labs stacked.
 
     Unknowns and errors are counted from where the fit ended: I_zz, M0 and b in some unit, the errors that runs share in
@@ -107,8 +107,7 @@ class Conditions:
     """Whether this is a design, in which errors of that size are to be expected."""
 
 
-@dataclass(frozen=True)
-class Posterior:
+class Posterior(Struct, frozen=True):
     """A mixture of normal distributions of I_zz, M0 and b, for labs of shape (…)."""
 
     weight: Floats
@@ -302,8 +301,7 @@ def scatter_prior(factor: Floats, stated: bool) -> Floats:
     return cast(Floats, np.log(near + far))
 
 
-@dataclass(frozen=True)
-class _Reduced:
+class _Reduced(Struct, frozen=True):
     """What n runs say, rotated so that every row has its own variance s² + `shared`²."""
 
     shared: Floats

@@ -11,10 +11,12 @@ from __future__ import annotations
 import json
 import statistics
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
 from types import MappingProxyType
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata.errors import GyroError
 from gyrodata.grading.exports import grades_csv
@@ -39,8 +41,7 @@ NOBODY = Roster()
 Grader = Callable[[Submission, Rubric, str | None], Grade]
 
 
-@dataclass(frozen=True)
-class GradingOptions:
+class GradingOptions(Struct, frozen=True):
     """How a class is graded: processes, time, files; none of it changes a grade."""
 
     workers: int = 1  # processes
@@ -193,8 +194,7 @@ def _draw(submission: Submission) -> dict[str, tuple[bytes, str]]:
 # --- a class that has been graded --------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class CriterionFigures:
+class CriterionFigures(Struct, frozen=True):
     """How a class did in one criterion."""
 
     id: str
@@ -206,8 +206,7 @@ class CriterionFigures:
     mean: float | None  # mean points of those judged; None for nobody
 
 
-@dataclass(frozen=True)
-class ClassGrades:
+class ClassGrades(Struct, frozen=True, dict=True):
     """All that a run found out."""
 
     source: str  # name of the folder or zip, without where it is

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from gyrodata.errors import Diagnostic
 from gyrodata.grading.rubric import ASKS, KINDS, Criterion
@@ -17,8 +18,7 @@ from gyrodata.results import Analysis
 Detail = Mapping[str, float | str | None]
 
 
-@dataclass(frozen=True, slots=True)
-class Mark:
+class Mark(Struct, frozen=True):
     """What one criterion gave."""
 
     criterion: str  # its id
@@ -36,8 +36,7 @@ class Mark:
         return self.points is None and (self.check == "manual" or "value" in self.detail)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Evidence:
+class Evidence(Struct, frozen=True, kw_only=True):
     """Everything that the criteria look at."""
 
     analysis: Analysis

@@ -7,9 +7,10 @@ import re
 import zipfile
 import zlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path, PurePosixPath
+
+from msgspec import Struct
 
 from gyrodata.diagnostics import DESK_CANNOT_BE_READ
 from gyrodata.errors import InputError
@@ -29,8 +30,7 @@ FIGURES = "figures"
 TABLE, PUBLISHED = "grades.csv", "published"
 
 
-@dataclass(frozen=True, slots=True)
-class Gradebooks:
+class Gradebooks(Struct, frozen=True):
     """What platforms handed out to be filled."""
 
     given: Mapping[str, tuple[bytes, str]]  # by platform: the sheet, and its name
@@ -219,8 +219,7 @@ ARCHIVE = "feedback.zip"
 ENDINGS = (".html", ".md")
 
 
-@dataclass(frozen=True, slots=True)
-class _Task:
+class _Task(Struct, frozen=True):
     """One student's feedback to be written."""
 
     grade: Grade

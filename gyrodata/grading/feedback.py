@@ -5,8 +5,9 @@ from __future__ import annotations
 import base64
 import re
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
+
+from msgspec.structs import replace
 
 from gyrodata.grading.criteria import factor_text
 from gyrodata.grading.grade import Grade, points_text

@@ -9,10 +9,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
 from pathlib import PurePosixPath
 from sys import intern
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+from msgspec import Struct
+from msgspec.structs import asdict, replace
 
 from gyrodata.analysis import analyze_readings
 from gyrodata.diagnostics import OUTLIER_BEFORE_LEAVING
@@ -59,8 +61,7 @@ class Decision(NamedTuple):
         return f"{head}{':' if self.why else ''} {self.told}".rstrip()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Grade:
+class Grade(Struct, frozen=True, kw_only=True):
     """One student's grade, small enough to keep for a whole class; JSON and back gives the same again."""
 
     student: str
@@ -111,9 +112,9 @@ class Grade:
     def to_dict(self) -> dict[str, Any]:
         """Give the grade as JSON can hold it."""
         # JSON, tables and rubrics have called the zeta score "z" from the start.
-        out: dict[str, Any] = {"z" if name == "zeta" else name: getattr(self, name) for name in self.__slots__}
-        out["marks"] = [{name: getattr(one, name) for name in Mark.__slots__} for one in self.marks]
-        out["slips"] = [{name: getattr(one, name) for name in Slip.__slots__} for one in self.slips]
+        out: dict[str, Any] = {"z" if name == "zeta" else name: value for name, value in asdict(self).items()}
+        out["marks"] = [asdict(one) for one in self.marks]
+        out["slips"] = [asdict(one) for one in self.slips]
         out["look"] = list(self.look)
         out["by_hand"] = [one._asdict() for one in self.by_hand]
         out["diagnostics"] = [dict(one) for one in self.diagnostics]

@@ -9,9 +9,11 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from gyrodata import __version__
 from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN, JOURNAL_LINES_LOST
@@ -34,8 +36,7 @@ class Basis(NamedTuple):
     desk: str = ""  # what a person typed in for what was handed in
 
 
-@dataclass(frozen=True, slots=True)
-class Entry:
+class Entry(Struct, frozen=True):
     """One line: a grade before the class as a whole was looked at."""
 
     basis: Basis

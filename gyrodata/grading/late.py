@@ -5,7 +5,8 @@ from __future__ import annotations
 import datetime as dt
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from gyrodata.diagnostics import RUBRIC_VALUE_CANNOT_BE_USED
 from gyrodata.grading.toml_table import Table
@@ -24,16 +25,14 @@ _SECONDS = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Tier:
+class Tier(Struct, frozen=True):
     """Up to this late, this is taken off."""
 
     until: float  # [s]
     deduct: float  # [points]
 
 
-@dataclass(frozen=True, slots=True)
-class LateException:
+class LateException(Struct, frozen=True):
     """What holds for one student instead: exactly one of `due`, `extra` and `waive`."""
 
     student: str  # key, any id, or name
@@ -42,8 +41,7 @@ class LateException:
     waive: bool
 
 
-@dataclass(frozen=True, slots=True)
-class LateRule:
+class LateRule(Struct, frozen=True):
     """How lateness becomes points."""
 
     due: dt.datetime | None  # None: what the learning platform says counts
@@ -55,8 +53,7 @@ class LateRule:
     exceptions: tuple[LateException, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Lateness:
+class Lateness(Struct, frozen=True):
     """What the rule makes of one submission."""
 
     seconds: float | None  # late by this, 0 for in time; None where nothing tells

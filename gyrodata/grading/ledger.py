@@ -7,7 +7,9 @@ import difflib
 import hashlib
 import io
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata.diagnostics import (
     CODES,
@@ -34,8 +36,7 @@ STALE = "resubmitted since"  # begins what is told where a line was written for 
 SETTLING = ("total", "hold", "excuse")  # nobody need look at what gyro doubted where one of these is given
 
 
-@dataclass(frozen=True, slots=True)
-class Desk:
+class Desk(Struct, frozen=True):
     """What was decided in a class."""
 
     lines: Mapping[str, tuple[Decision, ...]]  # by student, in the order of the file
@@ -233,8 +234,7 @@ def _number(text: str) -> float | None:
 # --- what waits for a person: ``desk-todo.csv`` -------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class Offer:
+class Offer(Struct, frozen=True):
     """A line for the desk, ready to be copied."""
 
     student: str

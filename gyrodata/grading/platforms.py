@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from gyrodata.diagnostics import (
     GRADEBOOK_COLUMN_CANNOT_BE_FILLED,
@@ -20,8 +21,7 @@ from gyrodata.diagnostics import (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Book:
+class Book(Struct, frozen=True):
     """The sheet of grades that a platform exports, to be filled and given back."""
 
     noun: str  # what the platform calls it
@@ -43,8 +43,7 @@ class Book:
     by_row: bool = False  # True: what is skipped is told in the order of the rows' names
 
 
-@dataclass(frozen=True, slots=True)
-class Autograder:
+class Autograder(Struct, frozen=True):
     """What a platform that grades at once lays down for a grader, and what it takes back."""
 
     submission: str  # folder of the one submission
@@ -53,8 +52,7 @@ class Autograder:
     results: str
 
 
-@dataclass(frozen=True, slots=True)
-class Platform:
+class Platform(Struct, frozen=True):
     """How one platform names the files of a class, and takes grades back."""
 
     name: str

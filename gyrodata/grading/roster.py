@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
 from typing import NamedTuple
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from gyrodata.diagnostics import ROSTER_CANNOT_BE_READ
 from gyrodata.errors import InputError
@@ -28,8 +30,7 @@ class Person(NamedTuple):
     partners: tuple[str, ...]  # keys
 
 
-@dataclass(frozen=True, slots=True)
-class Roster:
+class Roster(Struct, frozen=True):
     """All rows."""
 
     people: Mapping[str, Person] = field(default_factory=dict)  # those who handed in, by key

@@ -11,10 +11,12 @@ import json
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
 from functools import cached_property
 from importlib.resources import files
 from typing import Literal, NamedTuple
+
+from msgspec import Struct
+from msgspec.structs import asdict
 
 from gyrodata.diagnostics import (
     CONDITION_CANNOT_BE_USED,
@@ -95,8 +97,7 @@ ACCEPTED = tuple(FIT_WORDS)
 """Fits of a student's own runs that a rubric may accept."""
 
 
-@dataclass(frozen=True, slots=True)
-class Criterion:
+class Criterion(Struct, frozen=True):
     """One thing that is judged."""
 
     id: str  # unique; the column of the grades
@@ -110,8 +111,7 @@ class Criterion:
     asks: tuple[str, ...]  # of `ASKS`; only of procedure
 
 
-@dataclass(frozen=True)
-class Rubric:
+class Rubric(Struct, frozen=True, dict=True):
     """Everything that decides about points."""
 
     name: str
@@ -128,10 +128,12 @@ class Rubric:
     def digest(self) -> str:
         """Hash of all that can change a grade: remarks and blanks of the file do not."""
         content = {key: value for key, value in asdict(self).items() if key != "name"}
-        return hashlib.sha256(json.dumps(content, sort_keys=True, default=_as_text).encode()).hexdigest()
+        return hashlib.sha256(json.dumps(content, sort_keys=True, default=_as_json).encode()).hexdigest()
 
 
-def _as_text(value: object) -> str:
+def _as_json(value: object) -> object:
+    if isinstance(value, Struct):
+        return asdict(value)
     return value.isoformat() if isinstance(value, dt.datetime) else str(value)
 
 
@@ -309,8 +311,7 @@ class ConditionError(ValueError):
         self.hint = hint
 
 
-@dataclass(frozen=True, slots=True)
-class Condition:
+class Condition(Struct, frozen=True):
     """One comparison of a variable with numbers."""
 
     variable: str
@@ -319,8 +320,7 @@ class Condition:
     high: float  # upper end; inf for ">="
 
 
-@dataclass(frozen=True, slots=True)
-class Curve:
+class Curve(Struct, frozen=True):
     """Share of the points against a variable: 1 where `full` holds, 0 where `zero` does, linear in between."""
 
     variable: str

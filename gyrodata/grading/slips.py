@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from gyrodata.grading.yardsticks import OwnRuns, OwnValue, distance
 from gyrodata.known_slips import Kind, list_kinds
@@ -38,8 +38,7 @@ SLOWEST = 30.0  # no rod is spun more slowly [rpm]
 MOST = 3  # slips that explain one report equally well and are told
 
 
-@dataclass(frozen=True, slots=True)
-class Slip:
+class Slip(Struct, frozen=True):
     """A known mistake that explains a reported value."""
 
     kind: str  # stable name: "rpm_as_rad_s", or two of them with " + " between

@@ -11,9 +11,9 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from gyrodata import fitting
@@ -39,8 +39,7 @@ intermediate results to three digits differ by up to 0.5 %; and where the runs l
 them is still arithmetic."""
 
 
-@dataclass(frozen=True, slots=True)
-class OwnValue:
+class OwnValue(Struct, frozen=True):
     """I_zz by one fit of the student's own runs."""
 
     name: str  # of `FIT_WORDS`, with ":all" or ":loaded" behind it where it is of other runs than the analysis keeps
@@ -59,8 +58,7 @@ def fit_words(name: str) -> str:
     return FIT_WORDS[fit] + SET_WORDS.get(runs, "")
 
 
-@dataclass(frozen=True)
-class OwnRuns:
+class OwnRuns(Struct, frozen=True):
     """The runs of one log as the textbook fits need them, n runs."""
 
     product: Floats  # φ̇ψ̇ with the torque's sign [rad²/s²], shape (n,)
@@ -152,8 +150,7 @@ def distance(reported: float, own: float, step: float, yardstick: float) -> floa
 # --- references of stations --------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class Reference:
+class Reference(Struct, frozen=True):
     """The value that a station's gyroscope should give."""
 
     inertia: float  # [kg*m^2]

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, cast
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata import physics
 from gyrodata.diagnostics import (
@@ -37,8 +38,7 @@ from gyrodata.readings import SHARED_UNCERTAINTIES, Column, Readings, as_u_of, u
 from gyrodata.units import Uncertainty
 
 
-@dataclass(frozen=True)
-class Measurements:
+class Measurements(Struct, frozen=True, dict=True):
     """One log in SI units, n runs.
 
     All arrays have shape (n,). Spins are magnitudes; `sense` is the sign of precession times spin, which is
@@ -223,7 +223,7 @@ def select(measurements: Measurements, kept: Sequence[int]) -> Measurements:
     index = np.asarray(kept, dtype=int)
     fields: dict[str, Any] = {
         name: value[index]
-        for name in measurements.__dataclass_fields__
+        for name in measurements.__struct_fields__
         if isinstance(value := getattr(measurements, name), np.ndarray)
     }
     fields["runs"] = tuple(measurements.runs[i] for i in index)

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple, cast
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata import physics
 from gyrodata.physics import Floats, Integers
@@ -136,8 +137,7 @@ TRANSVERSE_U = 0.2
 """… and its relative standard uncertainty then."""
 
 
-@dataclass(frozen=True, slots=True)
-class Source:
+class Source(Struct, frozen=True):
     """One kind of error, independent between groups of runs and equal within a group.
 
     The reading is the truth plus (`absolute` + `relative` × truth) × a standard normal number, one for each

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import ArrayLike
 
 from gyrodata.motion.orbits import UPRIGHT, Orbit, State, Top, orbit
@@ -104,8 +104,7 @@ def _vector(level: Any, height: Any, flip: Any) -> Any:
     return vector
 
 
-@dataclass(frozen=True, eq=False)
-class _Place:
+class _Place(Struct, frozen=True, eq=False):
     """A place on an orbit, by Jacobi's functions there."""
 
     sn: Any

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -98,8 +97,7 @@ Torque = Callable[[float, Floats, Floats], Sequence[float] | Floats]
 """A torque [N*m], shape (3,), from the time [s], e3 and H in the fixed frame."""
 
 
-@dataclass(frozen=True, eq=False)
-class Path(State):
+class Path(State, frozen=True, eq=False):
     """The state of one top at a number of times, axis and momentum of shape (n, 3), or (3,) for one time."""
 
     evaluations: int

@@ -15,11 +15,11 @@ positive terms however close to the pole the orbit comes (RJ: Carlson, Numerical
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import ArrayLike
 
 from gyrodata.physics import Floats, precession_rate
@@ -46,8 +46,7 @@ _NEGLIGIBLE = 1e-8
 """What follows a step this small is its square over 4: below the last digit."""
 
 
-@dataclass(frozen=True, eq=False)
-class Top:
+class Top(Struct, frozen=True, eq=False):
     """A symmetric body with one point fixed and a torque from gravity; arrays stand for many tops and broadcast."""
 
     inertia: Any
@@ -66,8 +65,7 @@ class Top:
                 raise ValueError(f"{name} must be above 0")
 
 
-@dataclass(frozen=True, eq=False)
-class State:
+class State(Struct, frozen=True, eq=False):
     """Where the rod points and the angular momentum: all that the torque acts on.
 
     The spin's angle is not in it, because nothing depends on it; nor are Euler angles, which fail at the vertical.
@@ -127,8 +125,7 @@ def _axis(pitch: ArrayLike, shape: tuple[int, ...]) -> Floats:
 # --- the constants of the motion ------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, eq=False)
-class Ladder:
+class Ladder(Struct, frozen=True, eq=False):
     """Jacobi's functions by the arithmetic-geometric mean: its steps that belong to a parameter m, or to an array.
 
     `scipy.special.ellipj` takes m alone. An orbit that almost comes to rest near the upright has 1 − m far below
@@ -168,8 +165,7 @@ def ladder(parameter: Any, complement: Any) -> Ladder:
     return Ladder(tuple(steps), arithmetic)
 
 
-@dataclass(frozen=True, eq=False)
-class Start:
+class Start(Struct, frozen=True, eq=False):
     """The state over I, in the frame where gravity pulls towards −Z; "upper" is where gravity's energy is high."""
 
     flip: Any
@@ -204,8 +200,7 @@ class Start:
     """l + a [rad/s], with its own digits; 0 for an orbit through the lower pole."""
 
 
-@dataclass(frozen=True, eq=False)
-class Orbit:
+class Orbit(Struct, frozen=True, eq=False, dict=True):
     """A motion's constants, of the shape of top and state broadcast."""
 
     start: Start

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from gyrodata.comparisons import Torque
@@ -33,8 +33,7 @@ class Look(NamedTuple):
     """As matplotlib writes it: "o"."""
 
 
-@dataclass(frozen=True)
-class Group:
+class Group(Struct, frozen=True):
     """The runs of one torque, and how they are drawn."""
 
     label: str
@@ -44,8 +43,7 @@ class Group:
     marker: str
 
 
-@dataclass(frozen=True)
-class Scene:
+class Scene(Struct, frozen=True):
     """Everything that the figures show of n runs; arrays of shape (n,), with standard uncertainties."""
 
     groups: tuple[Group, ...]

@@ -5,10 +5,10 @@ from __future__ import annotations
 import io
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from gyrodata.physics import Floats
@@ -26,8 +26,7 @@ SIZE = (6.6, 4.2)
 """Width and height [inch]."""
 
 
-@dataclass(frozen=True)
-class Medium:
+class Medium(Struct, frozen=True):
     """What a figure is made for. Fonts keep their points, so a smaller figure has larger letters when shown."""
 
     size: tuple[float, float]

@@ -10,11 +10,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
 from types import MappingProxyType
 from typing import Literal
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata.diagnostics import (
     CELL_BECAME_A_DATE,
@@ -359,8 +361,7 @@ REPORTED_KINDS: Mapping[str, str] = MappingProxyType(
 Fault = Literal["unreadable", "no unit", "wrong unit", "given twice"]
 
 
-@dataclass(frozen=True, slots=True)
-class Reported:
+class Reported(Struct, frozen=True):
     """One value that a student reports, as far as it can be read.
 
     Attributes

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import NamedTuple
+
+from msgspec import Struct, field
 
 from gyrodata.diagnostics import (
     COLUMN_NOT_USED,
@@ -45,8 +46,7 @@ class Chosen(NamedTuple):
     """Turns that the header states its times to cover: "1/3"."""
 
 
-@dataclass
-class Choice:
+class Choice(Struct):
     """Which column serves which role."""
 
     used: dict[str, list[Chosen]] = field(default_factory=dict)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
 from typing import NamedTuple
+
+from msgspec import Struct, field
 
 from gyrodata.diagnostics import CODES
 from gyrodata.errors import Diagnostic, InputError
@@ -55,8 +56,7 @@ class Reading(NamedTuple):
     """As typed."""
 
 
-@dataclass(frozen=True)
-class Column:
+class Column(Struct, frozen=True, dict=True):
     """One role's readings in SI, one for each of the n runs."""
 
     role: str
@@ -71,7 +71,7 @@ class Column:
     that of its cell in the file, −1 for the value that holds for the whole log."""
     given: Place | None = None
     """Where that value stands; None for what an option gave."""
-    find: Callable[[int], Place] | None = field(default=None, repr=False, compare=False)
+    find: Callable[[int], Place] | None = None
     """Where the cell of an identity stands: hardly any is ever asked for."""
 
     @cached_property
@@ -99,8 +99,7 @@ class Column:
 _NOTHING: Mapping[str, str] = MappingProxyType({})
 
 
-@dataclass(frozen=True)
-class Readings:
+class Readings(Struct, frozen=True, dict=True):
     """What a log says: one row for each timed run.
 
     Attributes
@@ -157,7 +156,7 @@ class Readings:
     others: tuple[Column, ...] = ()
     constants: Mapping[str, float] = field(default_factory=dict)
     uncertainties: Mapping[str, Uncertainty] = field(default_factory=dict)
-    stated_at: Mapping[str, Place | None] = field(default_factory=dict, compare=False)
+    stated_at: Mapping[str, Place | None] = field(default_factory=dict)
     balance_tilt: tuple[float, float] | None = None
     balance_drift: tuple[float, float, float] | None = None
     motion: str | None = None
@@ -167,7 +166,7 @@ class Readings:
     metadata: Mapping[str, str] = field(default_factory=dict)
     reported: Mapping[str, Reported] = field(default_factory=dict)
     diagnostics: tuple[Diagnostic, ...] = ()
-    source_text: str = field(default="", repr=False, compare=False)
+    source_text: str = ""
 
     @property
     def ok(self) -> bool:

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass, field
 from itertools import pairwise
+
+from msgspec import Struct, field
 
 from gyrodata.diagnostics import (
     BLOCKS_SIDE_BY_SIDE,
@@ -50,8 +51,7 @@ _TITLES_LOOKED_AT = 60
 """Rows in which the header is looked for."""
 
 
-@dataclass(frozen=True)
-class Layout:
+class Layout(Struct, frozen=True):
     """A table of runs: its headers, and the rows below them."""
 
     grid: Grid
@@ -63,8 +63,7 @@ class Layout:
     rows: list[Row]
 
 
-@dataclass
-class _Table:
+class _Table(Struct):
     """One of the tables of a sheet."""
 
     head: Row

@@ -7,10 +7,11 @@ import math
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
+
+from msgspec import Struct, field
 
 from gyrodata.diagnostics import (
     CONFIG_CANNOT_BE_READ,
@@ -78,8 +79,7 @@ class Given(NamedTuple):
         return Reading(self.cell.value, self.cell.step, self.cell.uncertainty or u, self.text)
 
 
-@dataclass
-class Settings:
+class Settings(Struct):
     """All that holds for the whole log."""
 
     roles: dict[str, Given] = field(default_factory=dict)

@@ -11,10 +11,11 @@ import sys
 import zlib
 from collections import Counter
 from collections.abc import Iterable
-from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple, TextIO
+
+from msgspec import Struct
 
 from gyrodata.diagnostics import (
     CELL_TOO_LONG,
@@ -381,8 +382,7 @@ class Row(NamedTuple):
         return line * MAX_COLUMNS + column
 
 
-@dataclass(frozen=True)
-class Grid:
+class Grid(Struct, frozen=True):
     """The rows of a table, and the ``# key: value`` lines around it."""
 
     lines: list[str]

@@ -6,9 +6,10 @@ import math
 import re
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import cached_property, partial
 from typing import NamedTuple
+
+from msgspec.structs import replace
 
 from gyrodata.diagnostics import (
     BLANK_SPIN,

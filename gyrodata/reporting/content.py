@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+
+from msgspec import Struct
+from msgspec.structs import asdict, replace
 
 from gyrodata import __version__
 from gyrodata.comparisons import Run, turn_words
@@ -63,8 +65,7 @@ UNTOLD = 0.3
 """A balance with a larger share of u² than this is not told by the design [1]."""
 
 
-@dataclass(frozen=True, slots=True)
-class Value:
+class Value(Struct, frozen=True):
     """A value to be written with its unit; in a table the column's head has the unit."""
 
     value: float
@@ -78,8 +79,7 @@ class Value:
     """True if the value is an uncertainty or a scatter itself: two digits are enough."""
 
 
-@dataclass(frozen=True, slots=True)
-class Interval:
+class Interval(Struct, frozen=True):
     """An interval to be written with its unit."""
 
     low: float
@@ -90,8 +90,7 @@ class Interval:
     place: str
 
 
-@dataclass(frozen=True, slots=True)
-class Number:
+class Number(Struct, frozen=True):
     """A number or a name of the log, written alike in every form."""
 
     text: str
@@ -101,16 +100,14 @@ class Number:
     """What a shown 1 is worth in the unit of results.json."""
 
 
-@dataclass(frozen=True, slots=True)
-class Styled:
+class Styled(Struct, frozen=True):
     """Text that a form with styles sets apart: "strong", "warn" (strong, and in another colour), "quote", "code"."""
 
     text: str
     style: str
 
 
-@dataclass(frozen=True, slots=True)
-class Mark:
+class Mark(Struct, frozen=True):
     """The mark of a torque in the figures; nothing in a form without colours."""
 
     group: int
@@ -125,8 +122,7 @@ Cell = Value | Sentence | None
 """None where there is nothing to say."""
 
 
-@dataclass(frozen=True, slots=True)
-class Head:
+class Head(Struct, frozen=True):
     """The head of a column."""
 
     words: str
@@ -137,8 +133,7 @@ class Head:
     full: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Picture:
+class Picture(Struct, frozen=True):
     """How a form with pictures draws one column beside its numbers: dots on an axis, or bars from 0 to 1."""
 
     column: str
@@ -153,8 +148,7 @@ class Picture:
     """What lies further from the band than so many times its width is cut off; None: nothing is."""
 
 
-@dataclass(frozen=True, slots=True)
-class Table:
+class Table(Struct, frozen=True):
     """A table with one row of heads."""
 
     heads: tuple[Head, ...]
@@ -171,8 +165,7 @@ class Table:
     full: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Text:
+class Text(Struct, frozen=True):
     """Paragraphs, or the items of a list."""
 
     sentences: tuple[Sentence, ...]
@@ -181,8 +174,7 @@ class Text:
     full: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Fact:
+class Fact(Struct, frozen=True):
     """A line of what is known: "timing bias b = 0.006 ± 0.047 s", "tool: gyrodata"."""
 
     words: str
@@ -202,16 +194,14 @@ class Fact:
         return (self.lead, *self.says, *((" (", *self.remark, ")") if self.remark else ()))
 
 
-@dataclass(frozen=True, slots=True)
-class Facts:
+class Facts(Struct, frozen=True):
     """A list of facts."""
 
     facts: tuple[Fact, ...]
     full: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Figure:
+class Figure(Struct, frozen=True):
     """Where a form with figures shows one of them."""
 
     name: str
@@ -222,8 +212,7 @@ class Figure:
 Block = Text | Facts | Table | Figure
 
 
-@dataclass(frozen=True, slots=True)
-class Section:
+class Section(Struct, frozen=True):
     """A heading with what stands below it, in this order."""
 
     title: str
@@ -235,8 +224,7 @@ class Section:
     level: int = 2
 
 
-@dataclass(frozen=True, slots=True)
-class Report:
+class Report(Struct, frozen=True):
     """All that is said of one analysis."""
 
     name: str
@@ -946,7 +934,10 @@ def _provenance(analysis: Analysis) -> Block:
         Fact("tool", (f"gyrodata {__version__}",)),
         Fact("log", (analysis.name,)),
         Fact("its SHA-256", (Styled(analysis.sha256, "code"),)),
-        *(Fact(f"option {key.replace('_', ' ')}", (_option(value),)) for key, value in vars(analysis.options).items()),
+        *(
+            Fact(f"option {key.replace('_', ' ')}", (_option(value),))
+            for key, value in asdict(analysis.options).items()
+        ),
         *(
             Fact(f"constant {key}", (Number(f"{value / size:.6g}", f"constants.{key}", size), f" {unit}"))
             for key, value in constants.items()

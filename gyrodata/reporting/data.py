@@ -8,6 +8,8 @@ import json
 import re
 from typing import Any
 
+from msgspec.structs import asdict
+
 from gyrodata.comparisons import Run
 from gyrodata.physics import RPM
 from gyrodata.results import Analysis
@@ -32,7 +34,7 @@ _FORMULA = re.compile(r"(^|[;\n\t])(?=[\s\"]*[=+\-@＝＋－＠])|^(?=[\t\n])")
 """Where a spreadsheet would find a formula: at a cell's start, or behind what parts cells in another country."""
 
 
-_AFTER_SPIN = Run.__slots__.index("spin") + 1
+_AFTER_SPIN = Run.__struct_fields__.index("spin") + 1
 
 
 def json_text(document: dict[str, Any], indent: int | None = 2) -> str:
@@ -47,7 +49,7 @@ def runs_csv(analysis: Analysis) -> str:
 
 def runs_header() -> str:
     """Write the header of `runs_csv`."""
-    heads = [f"{name} [{RUN_UNITS[name]}]" if name in RUN_UNITS else name for name in Run.__slots__]
+    heads = [f"{name} [{RUN_UNITS[name]}]" if name in RUN_UNITS else name for name in Run.__struct_fields__]
     return ",".join(["log", *heads[:_AFTER_SPIN], "spin [rpm]", *heads[_AFTER_SPIN:], "note"]) + "\n"
 
 
@@ -56,7 +58,7 @@ def runs_rows(analysis: Analysis) -> str:
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     for run, note in zip(analysis.run_table, analysis.readings.notes, strict=True):
-        cells = [getattr(run, name) for name in Run.__slots__]
+        cells = list(asdict(run).values())
         # As many digits as survive the way to rad/s and back.
         rpm = float(f"{run.spin / RPM:.14g}")
         row = [analysis.name, *cells[:_AFTER_SPIN], rpm, *cells[_AFTER_SPIN:], note]

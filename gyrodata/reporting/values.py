@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
+
+from msgspec import Struct
 
 from gyrodata import units
 
@@ -14,8 +15,7 @@ Writing = Literal["plain", "short"]
 """How a value stands with its uncertainty: "(4.441 ± 0.023) × 10⁻³ kg·m²", or "4.441(23)e-3 kg·m²"."""
 
 
-@dataclass(frozen=True, slots=True)
-class Scale:
+class Scale(Struct, frozen=True):
     """A unit that values are shown in, with the power of ten that is written before it."""
 
     unit: str

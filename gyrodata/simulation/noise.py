@@ -7,11 +7,11 @@ import os
 import re
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
+from msgspec import Struct
 
 from gyrodata.diagnostics import NOISE_CANNOT_BE_READ
 from gyrodata.errors import Diagnostic, InputError
@@ -39,8 +39,7 @@ NOISE_KEYS = (*TYPICAL, "u_g", "u_imbalance")
 """All that a simulated log can err in."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Error:
+class _Error(Struct, frozen=True):
     """One kind of error: which readings it is in, and which of them have it in common."""
 
     key: str

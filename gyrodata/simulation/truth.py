@@ -16,11 +16,12 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Literal, NoReturn, cast, get_args
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import ArrayLike
 
 from gyrodata import motion, physics
@@ -48,8 +49,7 @@ EXPONENTS: Mapping[DecayLaw, float] = {"viscous": physics.VISCOUS, "dry": 0.0, "
 """p of the law ψ̈ ∝ −ψ̇^p."""
 
 
-@dataclass(frozen=True, slots=True)
-class Decay:
+class Decay(Struct, frozen=True):
     """How the spin falls, ψ̇ ∝ e^(−t/τ) as in an air film; one of the first two is given."""
 
     time_constant: float | None = None
@@ -83,8 +83,7 @@ class Decay:
         return cast(Floats, -rest * time / np.expm1(rest * np.log1p(-lost)))
 
 
-@dataclass(frozen=True, slots=True)
-class Truth:
+class Truth(Struct, frozen=True):
     """The gyroscope as it is, and the hand that times it."""
 
     inertia: float = 4.44e-3
@@ -114,8 +113,7 @@ class Truth:
     """[rad]: the Earth turns below the rod; None: it stands still."""
 
 
-@dataclass(frozen=True, slots=True)
-class Design:
+class Design(Struct, frozen=True):
     """What is done: every weight at every position, with every pitch, spin and number of turns."""
 
     masses: tuple[float, ...] = (0.020, 0.040, 0.060)
@@ -134,8 +132,7 @@ class Design:
     """None: at start and end if the spin falls, else once."""
 
 
-@dataclass(frozen=True, slots=True)
-class Runs:
+class Runs(Struct, frozen=True):
     """What happened in n runs, without any error; all arrays have shape (n,)."""
 
     mass: Floats
@@ -443,8 +440,7 @@ def _refuse(code: str, message: str, hint: str = "") -> NoReturn:
     raise InputError.of(code, message, hint)
 
 
-@dataclass(frozen=True)
-class Course:
+class Course(Struct, frozen=True):
     """Precession of n runs from their start on, with the spin falling."""
 
     rate: Floats

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
 from fractions import Fraction
 from typing import Any, cast
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import asdict, replace
 from numpy.typing import NDArray
 
 from gyrodata import __version__
@@ -27,8 +28,7 @@ UNKNOWN_BIAS_U = 30.0
 but that it is no hour: b is told to the last digits only in a unit of its own size."""
 
 
-@dataclass(frozen=True)
-class Simulation:
+class Simulation(Struct, frozen=True):
     """A log, and the truth behind it."""
 
     readings: Readings

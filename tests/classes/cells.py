@@ -6,12 +6,13 @@ import itertools
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
 import numpy as np
 from grading.reports import reported_line
+from msgspec import Struct
+from msgspec.structs import replace
 
 from classes import cost, desk, rubrics, typed
 from classes.disguises import HARD, JITTERED, KNOWN, plant
@@ -24,8 +25,7 @@ OTHERWISE = 0.5
 """Points of the arithmetic (of 6) that steps of three digits, or a right fit that is none of the accepted, may cost."""
 
 
-@dataclass(frozen=True)
-class Cell:
+class Cell(Struct, frozen=True):
     """One line of the table."""
 
     name: str
@@ -45,8 +45,7 @@ def counted(counts: Counter[str]) -> str:
 # --- honest classes -----------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Class:
+class Class(Struct, frozen=True):
     """A class of right work, graded."""
 
     students: tuple[Student, ...]
@@ -211,8 +210,7 @@ def anywhere(size: int, seed: int) -> Number:
 # --- copies -------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Search:
+class Search(Struct, frozen=True):
     """What was found in a class of whom some copied."""
 
     pairs: Mapping[str, list[frozenset[str]]]

@@ -10,12 +10,12 @@ import csv
 import io
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from grading.reports import reported_line
+from msgspec import Struct
 
 from classes.cost import grade_killed
 from classes.drawn import Student, draw, with_rows
@@ -28,8 +28,7 @@ DESK, TODO, TABLE = "desk.csv", "desk-todo.csv", "grades.csv"
 BY = "Ann"
 
 
-@dataclass(frozen=True)
-class Edit:
+class Edit(Struct, frozen=True):
     """One line of the desk, and how its effect is seen in the row of the table and the student of the document."""
 
     who: int

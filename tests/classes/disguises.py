@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 from grading.reports import Sheet
+from msgspec.structs import replace
 
 from classes.drawn import STATIONS, Student, draw, with_rows
 

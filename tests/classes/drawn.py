@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 
 import numpy as np
 from grading.reports import RIGHT, Formula, Sheet
 from labs import INERTIA, RPM, G
+from msgspec import Struct
+from msgspec.structs import replace
 
 THIRDS = {20: 1 / 3, 40: 2 / 3, 60: 1.0}
 """Turns timed with each weight [g], which makes the times about equal."""
@@ -20,8 +21,7 @@ THIRDS = {20: 1 / 3, 40: 2 / 3, 60: 1.0}
 FRACTIONS = {1 / 3: "1/3", 2 / 3: "2/3", 1.0: "1"}
 
 
-@dataclass(frozen=True)
-class Bench:
+class Bench(Struct, frozen=True):
     """How a class works; standard deviations unless it says otherwise."""
 
     masses: tuple[int, ...] = (20, 40, 60)
@@ -52,8 +52,7 @@ USUAL = Bench()
 STATIONS = 10
 
 
-@dataclass(frozen=True, eq=False)
-class Student:
+class Student(Struct, frozen=True, eq=False):
     """One student's log."""
 
     number: int

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 
-@dataclass(frozen=True)
-class Number:
+class Number(Struct, frozen=True):
     """What was measured; None for what is not there to be measured."""
 
     value: float | None

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from grading.reports import RIGHT, SLIPS, Formula, reported_line
+from msgspec.structs import replace
 
 from classes.drawn import Student
 

@@ -6,11 +6,11 @@ import re
 import runpy
 import sys
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 from classes.cells import careful, cells, slipped
 from classes.disguises import DISGUISES, plant

@@ -6,11 +6,12 @@ import itertools
 import math
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
 from drawn_labs import INERTIA, Floats, G, Scene, drift_width
+from msgspec import Struct
+from msgspec.structs import replace
 from typer.testing import CliRunner
 
 from gyrodata.cli import app
@@ -22,8 +23,7 @@ OLD = "# u_time_bias: 0.05 s\n# u_spin_delay: 0 s\n"
 of the spin. A silent log allows for more."""
 
 
-@dataclass(frozen=True)
-class Outcome:
+class Outcome(Struct, frozen=True):
     """What many labs of a scene gave."""
 
     ends: Floats
@@ -73,8 +73,7 @@ def plain(scene: Scene, labs: int, lines: str) -> Outcome:
     return Outcome(np.array(ends) / INERTIA)
 
 
-@dataclass(frozen=True)
-class Number:
+class Number(Struct, frozen=True):
     """One number of the table, and what it is asked to be."""
 
     value: float
@@ -104,8 +103,7 @@ class Number:
 Judge = Callable[[int], Number]
 
 
-@dataclass(frozen=True)
-class Cell:
+class Cell(Struct, frozen=True):
     """One line of the table."""
 
     name: str

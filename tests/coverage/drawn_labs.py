@@ -7,9 +7,10 @@ worked out by its own few formulas, so that a mistake of the package cannot be i
 from __future__ import annotations
 
 import zlib
-from dataclasses import dataclass, replace
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata.measurements import Measurements, measure
 from gyrodata.readings import read_log
@@ -23,8 +24,7 @@ Run = tuple[int, int]
 """Weight [g] and spin aimed at [rpm]."""
 
 
-@dataclass(frozen=True)
-class Scene:
+class Scene(Struct, frozen=True):
     """What is done in a lab, what its log says, and what is true in it."""
 
     masses: tuple[int, ...] = (20, 40, 60)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 RPM = math.pi / 30
 INERTIA = (2e-5, 5e-4, 4.44e-3, 0.05, 2.0)
@@ -54,8 +55,7 @@ JUNK = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Lab:
+class Lab(Struct, frozen=True):
     """A table of what was read, SI, with its columns in the order in which they are written."""
 
     columns: dict[str, list[float]]

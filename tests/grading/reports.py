@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 
 import numpy as np
 from labs import RPM, lab
+from msgspec import Struct
+from msgspec.structs import replace
 
 G = 9.803
 
 
-@dataclass(frozen=True)
-class Sheet:
+class Sheet(Struct, frozen=True):
     """One student's rows as typed: g, cm, rpm, s, turns."""
 
     mass: np.ndarray
@@ -45,8 +45,7 @@ def sheet(random: np.random.Generator, turns: float | str = 1.0, **changes: obje
     return Sheet(nominal[0].round(2), nominal[1].round(2), (measured.spin / RPM).round(1), time.round(2), part)
 
 
-@dataclass(frozen=True)
-class Formula:
+class Formula(Struct, frozen=True):
     """What a student multiplies the typed numbers with, on the way to torque and rates."""
 
     mass: float = 1e-3

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from gyrodata.grading import Fingerprint, fingerprint
 from gyrodata.measurements import measure
@@ -20,8 +20,7 @@ Row = tuple[str, str, str, str, str]
 """Mass, position, spin, time, turns, as typed."""
 
 
-@dataclass(frozen=True)
-class Course:
+class Course(Struct, frozen=True):
     """How a class works."""
 
     stations: int = 8

@@ -9,13 +9,13 @@ import re
 import shutil
 import subprocess
 from collections.abc import Sequence
-from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from gyrodata.grading import ClassGrades, Flag, Grade, Reference, Submission, Submissions, class_page, default_rubric
 from gyrodata.grading.exports.class_page import LEFT, RIGHT, WIDTH, Drawing, draw_distribution

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from grading.students import RPM, Course, Row, honest_class, print_of, prints_of, text, with_times
+from msgspec.structs import replace
 
 from gyrodata.grading import Exemptions, Fingerprint, Flag, flag_class
 from gyrodata.grading.forensics import ALLOWED, KINDS

@@ -18,7 +18,6 @@ import sys
 import tarfile
 import zipfile
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +25,7 @@ import numpy as np
 import pytest
 from grading.classes import make_folder
 from grading.reports import RIGHT, reported_line, sheet
+from msgspec.structs import replace
 from test_options_hints import CARRIED_OUT as OF_A_LOG
 from test_options_hints import LOG, ROWS, TRUTH, WITHOUT_TURNS, log
 from typer.testing import CliRunner, Result

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from gyrodata.errors import InputError
 from gyrodata.grading import Basis, Entry, Grade, Journal, why_again, write_changed, write_whole

@@ -11,7 +11,6 @@ import time
 import tracemalloc
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +18,7 @@ import pytest
 from grading import mishaps
 from grading.classes import make_folder, make_zip
 from grading.reports import RIGHT, reported_line, sheet
+from msgspec.structs import replace
 from typer.testing import CliRunner
 
 from gyrodata.cli import app

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import mpmath
 import numpy as np
 import pytest
+from msgspec import Struct
 
 from gyrodata import physics
 
@@ -15,8 +15,7 @@ INERTIA = 4.44e-3
 RPM = math.pi / 30
 
 
-@dataclass(frozen=True)
-class Nutation:
+class Nutation(Struct, frozen=True):
     """From the start, cosθ = u0, to the lowest point u1 and back, by the conserved energy and momenta."""
 
     torque: float

@@ -11,8 +11,10 @@ import io
 import json
 import unicodedata
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct
+from msgspec.structs import asdict
 
 from gyrodata import __version__
 from gyrodata.grading.grade import Grade, points_text, two_decimals
@@ -104,8 +106,7 @@ TOTAL, STATUS = "total", "status"
 NOT_GRADED, NOTHING = "not graded", "nothing handed in"
 
 
-@dataclass(frozen=True, slots=True)
-class Change:
+class Change(Struct, frozen=True):
     """One student whose row is not what it was."""
 
     student: str
@@ -205,7 +206,7 @@ def grades_document(found: ClassGrades, changes: Sequence[Change] | None = None)
             "mean": found.mean,
             "median": found.median,
         },
-        "criteria": [{name: getattr(one, name) for name in one.__slots__} for one in found.criteria()],
+        "criteria": [asdict(one) for one in found.criteria()],
         "references": {
             station: {"inertia": one.inertia, "u": one.u, "source": one.source}
             for station, one in sorted(found.references.items())

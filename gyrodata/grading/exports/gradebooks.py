@@ -14,9 +14,10 @@ import html
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import NamedTuple
+
+from msgspec import Struct
 
 from gyrodata.diagnostics import (
     GRADEBOOK_CANNOT_BE_READ,
@@ -306,16 +307,14 @@ class Cell(NamedTuple):
     written: str  # as it stands in the file, quotes included
 
 
-@dataclass
-class Row:
+class Row(Struct):
     """One row."""
 
     cells: list[Cell]
     end: str  # line end as it stands in the file; "" at the end of it
 
 
-@dataclass
-class Sheet:
+class Sheet(Struct):
     """A table whose bytes are known; the csv module gives values, not how they were written."""
 
     name: str  # shown name of the file
@@ -345,8 +344,7 @@ class Sheet:
         return self.mark + text.encode(self.encoding, "surrogateescape")
 
 
-@dataclass(frozen=True, slots=True)
-class Filled:
+class Filled(Struct, frozen=True):
     """A gradebook with grades in it."""
 
     data: bytes  # the file to upload

@@ -18,9 +18,11 @@ import difflib
 import os
 import unicodedata
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata.diagnostics import PARTNER_ALONE, PARTNER_UNKNOWN, PARTNERS_CANNOT_BE_READ
 from gyrodata.errors import Diagnostic, InputError
@@ -79,8 +81,7 @@ LONGEST_LINE = 100_000  # characters in one of its lines at most
 STAFF = "staff:"  # begins a line of people whose logs are compared with nobody's
 
 
-@dataclass(frozen=True, slots=True)
-class Exemptions:
+class Exemptions(Struct, frozen=True):
     """Who is not to be flagged."""
 
     groups: tuple[frozenset[str], ...] = ()  # students who hand in the same data, by key; one may be in several groups

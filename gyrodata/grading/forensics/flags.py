@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from typing import Literal, NamedTuple
+
+from msgspec import Struct
 
 from gyrodata.grading.forensics.logs import HAND, Logs
 
@@ -23,8 +24,7 @@ ALLOWED = 0.05
 LEAST = 1e-300  # where products of small chances end; none is nought
 
 
-@dataclass(frozen=True, slots=True)
-class Flag:
+class Flag(Struct, frozen=True):
     """What was found, and how often honest students would show it."""
 
     kind: Kind

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
 from operator import truediv
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import asdict
 from numpy.typing import NDArray
 
 from gyrodata.measurements import Measurements, spin_columns
@@ -18,8 +19,7 @@ from gyrodata.readings import TIMINGS, Column, Readings
 MOST_ROWS = 200  # rows that are kept of a log; of a longer one, those with the shortest times
 
 
-@dataclass(frozen=True, slots=True)
-class Fingerprint:
+class Fingerprint(Struct, frozen=True):
     """One log's n rows, in the order of torque and then spin, however they were typed.
 
     Units, order, names of columns and the split into repeats are gone; the steps of the last digits tell how
@@ -38,15 +38,15 @@ class Fingerprint:
 
     def to_dict(self) -> dict[str, Any]:
         """Give it as JSON can hold it; `from_dict` takes it back exactly."""
-        values = ((field.name, getattr(self, field.name)) for field in fields(self))
-        return {name: list(value) if isinstance(value, tuple) else value for name, value in values}
+        return {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(self).items()}
 
     @classmethod
     def from_dict(cls, stored: dict[str, Any]) -> Fingerprint:
         """Take back what `to_dict` gave, of another year's journal too, which may hold more."""
-        names = {field.name for field in fields(cls)}
         values: dict[str, Any] = {
-            name: tuple(value) if isinstance(value, list) else value for name, value in stored.items() if name in names
+            name: tuple(value) if isinstance(value, list) else value
+            for name, value in stored.items()
+            if name in cls.__struct_fields__
         }
         return cls(**values)
 
@@ -97,8 +97,7 @@ HAND = 0.05
 What a log states as its `u_time` plays no part: with one that is stated too large, a small chi-square is no sign."""
 
 
-@dataclass(frozen=True, slots=True)
-class Scatter:
+class Scatter(Struct, frozen=True):
     """What the spin leaves unexplained in one log's times."""
 
     residuals: Floats  # time minus the straight line in the spin of its torque [s], shape (n,)
@@ -139,8 +138,7 @@ TACHOMETER = 0.002  # relative scatter of a reading of the spin
 TRUSTED_DOF = 3  # degrees of freedom from which a log's own scatter is believed
 
 
-@dataclass(frozen=True)
-class Logs:
+class Logs(Struct, frozen=True):
     """N logs with R rows in all: the class, by key, and then the earlier ones, by key.
 
     What pairs are found by is held here; what only tells of them is looked up.

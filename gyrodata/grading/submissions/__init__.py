@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata.diagnostics import (
     CODES,
@@ -54,8 +56,7 @@ _MOST_RECEIPT = 200_000
 _MOST_REPORT = 1_000_000
 
 
-@dataclass(frozen=True, slots=True)
-class Submission:
+class Submission(Struct, frozen=True):
     """What one student, or one group, handed in."""
 
     # key, unique in the class and the same from one download to the next: the platform's number, else the name
@@ -124,8 +125,7 @@ class Submission:
         return digest.hexdigest()
 
 
-@dataclass(frozen=True, slots=True)
-class Submissions:
+class Submissions(Struct, frozen=True):
     """A class."""
 
     lms: str  # whose names they are: ``canvas``, ``moodle``, ``blackboard``, ``gradescope``, ``folder`` or ``pattern``

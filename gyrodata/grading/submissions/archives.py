@@ -14,11 +14,12 @@ import struct
 import zipfile
 import zlib
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
+
+from msgspec import Struct
 
 from gyrodata.diagnostics import (
     CLASS_IS_NO_FOLDER_OR_ZIP,
@@ -36,8 +37,7 @@ MOST_FILES = 100_000  # files in one class: a thousand students with a hundred f
 MOST_DIRECTORY_BYTES = 32_000_000  # of the table of contents of a zip that are looked at; an entry has some hundred
 
 
-@dataclass(frozen=True, slots=True)
-class Listing:
+class Listing(Struct, frozen=True):
     """The files of a class."""
 
     root: Path  # the folder or zip

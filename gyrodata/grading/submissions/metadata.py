@@ -12,9 +12,10 @@ import base64
 import json
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
+
+from msgspec import Struct
 
 LARGEST = 100_000_000  # bytes of a metadata file that are read
 
@@ -23,8 +24,7 @@ class MetadataError(ValueError):
     """A metadata file that cannot be read; the message says what and where."""
 
 
-@dataclass(frozen=True, slots=True)
-class Submitter:
+class Submitter(Struct, frozen=True):
     """One of those who hand something in together."""
 
     name: str = ""
@@ -37,8 +37,7 @@ class Submitter:
         return self.sid or self.email or self.name
 
 
-@dataclass(frozen=True, slots=True)
-class Metadata:
+class Metadata(Struct, frozen=True):
     """What is told of one submission."""
 
     submitters: tuple[Submitter, ...]  # several for a group

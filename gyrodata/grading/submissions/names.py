@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from datetime import datetime
 from os.path import commonprefix
+
+from msgspec import Struct
 
 from gyrodata.diagnostics import PATTERN_CANNOT_BE_USED
 from gyrodata.errors import GyroError, InputError, printable
@@ -15,8 +16,7 @@ from gyrodata.grading.platforms import NAMED, PLATFORMS
 from gyrodata.grading.submissions.student_files import ending, is_answers, is_log
 
 
-@dataclass(frozen=True, slots=True)
-class ParsedName:
+class ParsedName(Struct, frozen=True):
     """What the name of one file says."""
 
     student: str  # key of the student or group

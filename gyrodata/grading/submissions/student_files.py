@@ -7,8 +7,9 @@ import html
 import re
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
+
+from msgspec import Struct, field
 
 from gyrodata.diagnostics import (
     ANSWER_ELSEWHERE,
@@ -45,8 +46,7 @@ _ANSWERS = re.compile(r"(?:.*[-_. ])?answers(?:[-_ ]?\(?\d+\)?)?(?:\.toml|\.txt|
 _COPY = re.compile(r"(?P<base>.+?)(?:-(?P<again>\d{1,2})| ?\((?P<copy>\d{1,2})\))(?P<ending>\.[^/]+)")
 
 
-@dataclass(frozen=True, slots=True)
-class Choice:
+class Choice(Struct, frozen=True):
     """What was chosen of a student's files."""
 
     log: str | None  # names, as they were given
@@ -183,8 +183,7 @@ _UNCERTAINTIES = ("u", "uncertainty", "error", "standard_uncertainty")
 _MOST_LINES = 1000
 
 
-@dataclass(frozen=True, slots=True)
-class Answers:
+class Answers(Struct, frozen=True):
     """What a student reports, from wherever it stands."""
 
     inertia: Reported | None = None  # I_zz [kg*m^2]; None where nothing is reported

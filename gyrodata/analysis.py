@@ -8,9 +8,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO, NamedTuple, TextIO
+from typing import TYPE_CHECKING, BinaryIO, TextIO
 
 import numpy as np
+from msgspec import Struct
 
 from gyrodata import effects, fitting
 from gyrodata.comparisons import (
@@ -176,7 +177,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     )
 
 
-class Fitted(NamedTuple):
+class Fitted(Struct, frozen=True):
     """A log's recommended fit, and what was decided for it."""
 
     measured: Measurements

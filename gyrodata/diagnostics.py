@@ -7,12 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import Literal, NamedTuple
+from typing import Literal
+
+from msgspec import Struct
 
 Severity = Literal["error", "warning", "note"]
 
 
-class Code(NamedTuple):
+class Code(Struct, frozen=True):
     """What a diagnostic code stands for."""
 
     severity: Severity

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Mapping
-from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -65,7 +64,7 @@ def relative_u(fit: FitResult) -> float:
     return (fit.inertia.u or 0.0) / abs(fit.inertia.value)
 
 
-class Case(NamedTuple):
+class Case(Struct, frozen=True):
     """A log that the sizes are worked out for, and the model that it is fitted with."""
 
     measured: Measurements
@@ -176,7 +175,7 @@ def _decay_law(case: Case) -> Found | None:
 def _tilt(case: Case) -> Found:
     u, chosen = relative_u(case.fit), case.chosen
     if not np.any(case.measured.pitch):
-        leaning = case._replace(measured=replace(case.measured, pitch=np.full(len(case.measured.runs), LEVEL_TO)))
+        leaning = replace(case, measured=replace(case.measured, pitch=np.full(len(case.measured.runs), LEVEL_TO)))
         bias = leaning.change(replace(chosen, tilted=False), replace(chosen, tilted=True))
         return bias, False, _why(bias, u, "no pitch in the log; this is for 2° off level", False)
     bias = case.change(replace(chosen, tilted=False), replace(chosen, tilted=True))
@@ -239,7 +238,7 @@ def held_in_u(measured: Measurements, source: str) -> bool:
     return any(one.name == source and (one.absolute.any() or one.relative.any()) for one in measured.sources)
 
 
-class EffectKind(NamedTuple):
+class EffectKind(Struct, frozen=True):
     """What is known of an effect before a log is read."""
 
     name: str

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import NamedTuple
 
 import numpy as np
+from msgspec import Struct
 
 from gyrodata.measurements import Measurements
 from gyrodata.physics import RPM, Floats
@@ -18,7 +18,7 @@ from gyrodata.readings import Readings, kind_of_role
 from gyrodata.units import parse_unit
 
 
-class Kind(NamedTuple):
+class Kind(Struct, frozen=True):
     """One slip, applied to a log of n runs: what it makes of φ̇ψ̇ and M."""
 
     kind: str
@@ -355,7 +355,7 @@ INERTIA_RANGE = (1e-6, 1.0)
 """I_zz of what is spun on a table [kg*m^2]."""
 
 
-class Size(NamedTuple):
+class Size(Struct, frozen=True):
     """How large a reading of this lab is [SI unit]."""
 
     role: str

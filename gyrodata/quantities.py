@@ -10,7 +10,9 @@ import math
 import re
 import unicodedata
 from functools import lru_cache
-from typing import NamedTuple
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata.units import (
     KINDS,
@@ -64,7 +66,7 @@ _LEVELS = {68.0: 1.0, 68.3: 1.0, 68.27: 1.0, 90.0: 1.645, 95.0: 1.96, 95.4: 2.0,
 _MINUS = str.maketrans({"−": "-", "–": "-", "‐": "-", "‑": "-"})
 
 
-class Written(NamedTuple):
+class Written(Struct, frozen=True):
     """A quantity taken apart, before its unit is understood."""
 
     number: str
@@ -94,7 +96,7 @@ class Written(NamedTuple):
         return to_float(self.spread) / self.coverage / (100 if self.percent else 1)
 
 
-class Quantity(NamedTuple):
+class Quantity(Struct, frozen=True):
     """A written quantity in SI."""
 
     value: float
@@ -181,7 +183,7 @@ def _take_apart_long(plain: str) -> Written | None:
     written = _match_long(bare)
     if written is None:
         return None
-    return written._replace(coverage=coverage, named=named)
+    return replace(written, coverage=coverage, named=named)
 
 
 def _without_coverage(text: str) -> tuple[str, float]:

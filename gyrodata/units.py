@@ -152,7 +152,7 @@ TABLE: tuple[tuple[str, str, str, Dimensions, str], ...] = (
 )
 
 
-class Atom(NamedTuple):
+class Atom(Struct, frozen=True):
     """One symbol: the spelling given back, the name that pint gets, and what it measures."""
 
     spelling: str
@@ -175,7 +175,7 @@ _TOKEN = re.compile(r"\s*(?:([*/])|(\^?\s*[-+]?\d{1,3})|([^\W\d_]+\.?(?:[^\W\d_]
 _PRODUCT_SIGNS = str.maketrans("·⋅∙×•−–‐‑÷∕", "*****----//")
 
 
-class Parsed(NamedTuple):
+class Parsed(Struct, frozen=True):
     """A unit text taken apart: known symbols with their powers, in order."""
 
     factors: tuple[tuple[Atom, int], ...]
@@ -267,7 +267,7 @@ def parse(text: str) -> Parsed:
     return Parsed(tuple(factors), dimensions)
 
 
-class Kind(NamedTuple):
+class Kind(Struct, frozen=True):
     """A kind of quantity."""
 
     si: str
@@ -330,7 +330,7 @@ LIMITS = {name: kind.limits for name, kind in KINDS.items() if kind.limits}
 """Smallest and largest size of each kind [SI unit]."""
 
 
-class Unit(NamedTuple):
+class Unit(Struct, frozen=True):
     """A unit that this tool understood.
 
     Attributes

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 from msgspec import Struct
@@ -144,7 +144,7 @@ def _refuse_what_does_not_go_together(
         )
 
 
-class _Request(NamedTuple):
+class _Request(Struct, frozen=True):
     """What one call of ``gyro analyze`` asks for."""
 
     options: Options
@@ -216,7 +216,7 @@ class _Job(Struct, frozen=True):
     """How many logs there are."""
 
 
-class _Told(NamedTuple):
+class _Told(Struct, frozen=True):
     """What is said of one log."""
 
     code: int

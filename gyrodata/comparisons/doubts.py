@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -58,7 +57,7 @@ class Pattern(Struct, frozen=True):
     """The same among all that were looked for, by Holm's rule."""
 
 
-class PatternKind(NamedTuple):
+class PatternKind(Struct, frozen=True):
     """What is said of a pattern."""
 
     words: str
@@ -157,7 +156,7 @@ def look_for_patterns(measured: Measurements, fit: FitResult) -> tuple[Pattern, 
     return tuple(corrected)
 
 
-class _Extra(NamedTuple):
+class _Extra(Struct, frozen=True):
     """An unknown that the runs may want."""
 
     name: str

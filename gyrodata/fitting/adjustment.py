@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
 import numpy as np
 from msgspec import Struct
@@ -33,7 +33,7 @@ class NoFit(Exception):  # noqa: N818 - like StopIteration, what came of it and 
     """The runs have no answer that can be believed; its text says why, for a student."""
 
 
-class Start(NamedTuple):
+class Start(Struct, frozen=True):
     """Rough values of the unknowns."""
 
     inertia: float

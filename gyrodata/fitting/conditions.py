@@ -14,9 +14,9 @@ Every reading is its truth plus its errors, each error a standard normal number 
 from __future__ import annotations
 
 import copy
-from typing import NamedTuple
 
 import numpy as np
+from msgspec import Struct
 
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO, Measurements
 from gyrodata.physics import Floats, Integers
@@ -30,7 +30,7 @@ NEGLIGIBLE = 1e-9
 """No reading is exact beyond this relative size; keeps a row whose stated errors are all zero finite."""
 
 
-class Linear(NamedTuple):
+class Linear(Struct, frozen=True):
     """The conditions of n runs, linear in the unknowns and in the errors of S sources.
 
     Labs of one design may be stacked: every array may have axes before those given.

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection
 from itertools import pairwise
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 from msgspec import Struct
@@ -242,7 +242,7 @@ def _followed(measured: Measurements, mean: FitResult, chosen: ChosenModel, left
     return best.runs
 
 
-class Trial(NamedTuple):
+class Trial(Struct, frozen=True):
     """The fit of runs that were followed with some I_zz."""
 
     inertia: float

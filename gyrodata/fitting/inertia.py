@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
 import numpy as np
 from msgspec import Struct
@@ -279,7 +279,7 @@ def _linear(measured: Measurements, result: FitResult) -> tuple[Conditions, Floa
     return conditions, unit
 
 
-class Otherwise(NamedTuple):
+class Otherwise(Struct, frozen=True):
     """What is taken otherwise than a fit did."""
 
     times: float = 1.0

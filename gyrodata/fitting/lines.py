@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -80,7 +79,7 @@ TEXTBOOK: Mapping[str, Callable[[Floats, Floats], tuple[Floats, Floats]]] = {
 """The fits of the textbook by name."""
 
 
-class Line(NamedTuple):
+class Line(Struct, frozen=True):
     """Ordinary least squares of y on x, uncertainties from the scatter."""
 
     slope: Estimate
@@ -165,7 +164,7 @@ class LineFit(Struct, frozen=True):
     """What was minimised and where the uncertainties come from, in words."""
 
 
-class _Step(NamedTuple):
+class _Step(Struct, frozen=True):
     """A linear least-squares problem solved."""
 
     change: Floats
@@ -337,7 +336,7 @@ def _solve(design: Floats, pull: Floats, distance: Floats) -> _Step:
 _EPS = float(np.finfo(float).eps)
 
 
-class Factors(NamedTuple):
+class Factors(Struct, frozen=True):
     """Errors of n points as factors times independent standard normal numbers z.
 
     Where the rows are independent each has its own two numbers: factors of shape (n, 2), z of shape (n, 2).

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Literal, NamedTuple, cast
+from typing import Literal, cast
 
 import numpy as np
 from msgspec import Struct
@@ -21,7 +21,7 @@ from gyrodata.units import Uncertainty
 Quantity = Literal["time", "spin", "mass", "position", "force", "torque", "g", "turns", "pitch", "transverse", "added"]
 
 
-class SourceKind(NamedTuple):
+class SourceKind(Struct, frozen=True):
     """What is known of a source of error before a log is read."""
 
     quantity: Quantity

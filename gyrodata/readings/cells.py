@@ -244,7 +244,7 @@ def _convert(written: Written, kind: str, unit: str | None, text: str) -> Quanti
     if uncertainty is not None and uncertainty.absolute > LIMITS.get(kind, (0.0, math.inf))[1]:
         raise CellError("has an uncertainty that is far too large")
     exact = quantity.value == 0 and set(text) <= set("+-−0")
-    return quantity._replace(step=None) if exact else quantity
+    return replace(quantity, step=None) if exact else quantity
 
 
 def _read_clock(match: re.Match[str], text: str, kind: str, unit: str | None) -> Quantity:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
 
 from msgspec import Struct, field
+from msgspec.structs import replace
 
 from gyrodata.diagnostics import (
     COLUMN_NOT_USED,
@@ -32,7 +32,7 @@ from gyrodata.readings.settings import Settings
 from gyrodata.units import UnitError, kinds_of, parse_unit
 
 
-class Chosen(NamedTuple):
+class Chosen(Struct, frozen=True):
     """A column with the role it serves."""
 
     at: int
@@ -149,11 +149,11 @@ def _mapped(layout: Layout, mapping: Mapping[str, str], faults: Faults) -> dict[
         role, _, number = key.partition("_") if key.startswith("time_") else (key, "", "")
         header = layout.headers[at]
         if header.unit is None:
-            header = header._replace(unit=unit_for(header.text, kind_of_role(role)))
+            header = replace(header, unit=unit_for(header.text, kind_of_role(role)))
         if header.unit is None and header.spread.partition(" ")[2]:
-            header = header._replace(unit=header.spread.partition(" ")[2])
+            header = replace(header, unit=header.spread.partition(" ")[2])
         if kind_of_role(role) == "text":
-            header = header._replace(unit=None)
+            header = replace(header, unit=None)
         index = int(number) if number else None
         found[at] = Chosen(at, layout.cells[at], header, role, index)
     return found

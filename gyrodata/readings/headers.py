@@ -8,7 +8,9 @@ import unicodedata
 from collections.abc import Collection
 from fractions import Fraction
 from functools import lru_cache
-from typing import NamedTuple
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata.readings.roles import (
     END_WORDS,
@@ -30,7 +32,7 @@ MAX_HEADER = 200
 """Characters in a header that are looked at: the work on a longer one grows with their cube, and it names nothing."""
 
 
-class Header(NamedTuple):
+class Header(Struct, frozen=True):
     """What a header says."""
 
     text: str
@@ -212,7 +214,7 @@ def _repeat(name: str) -> int | None:
 def with_unit(header: Header, unit: str) -> Header:
     """Give a header the unit of the row below it."""
     roles, index = name_roles(header.text)
-    return header._replace(roles=_fitting(roles, unit), unit=unit, number=index)
+    return replace(header, roles=_fitting(roles, unit), unit=unit, number=index)
 
 
 def _fitting(roles: tuple[str, ...], unit: str) -> tuple[str, ...]:

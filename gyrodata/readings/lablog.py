@@ -27,7 +27,7 @@ class Place(NamedTuple):
     """1-based, in characters."""
 
 
-class Text(NamedTuple):
+class Text(Struct, frozen=True):
     """One cell as it stands in the file."""
 
     text: str
@@ -42,7 +42,7 @@ class Text(NamedTuple):
         return Place(self.line, self.column)
 
 
-class Reading(NamedTuple):
+class Reading(Struct, frozen=True):
     """One number as it was read; cells of a column that say the same may be one object."""
 
     value: float | None = None

@@ -11,6 +11,7 @@ import re
 from itertools import pairwise
 
 from msgspec import Struct, field
+from msgspec.structs import replace
 
 from gyrodata.diagnostics import (
     BLOCKS_SIDE_BY_SIDE,
@@ -212,7 +213,7 @@ class _SheetReader:
             table.headers = [
                 parse_header(name) if name else header for name, header in zip(names, table.headers, strict=True)
             ]
-            table.cells = [cell._replace(text=name or cell.text) for name, cell in zip(names, table.cells, strict=True)]
+            table.cells = [replace(cell, text=name or cell.text) for name, cell in zip(names, table.cells, strict=True)]
         elif row.texts[0] == "#":
             self.taken_out.append(row.line)  # a # that a spreadsheet put into a cell of its own
         elif _is_summary(row, table):
@@ -436,7 +437,7 @@ def _names_below(table: _Table, row: Row) -> list[str]:
     # A header merged over the last columns leaves its row shorter than the runs.
     if any(at >= width + 8 for at in _filled(row)) or len(_filled(row)) < 2:
         return []
-    cells = table.cells + [table.cells[-1]._replace(text="")] * max(len(row.texts) - width, 0)
+    cells = table.cells + [replace(table.cells[-1], text="")] * max(len(row.texts) - width, 0)
     names = [""] * len(cells)
     parent = -1
     groups: dict[int, list[int]] = {}
@@ -604,7 +605,7 @@ def _join(tables: list[_Table], grid: Grid, faults: Faults) -> Layout | None:
             if not any(header.roles == (role,) for header in headers):
                 line, at = table.given[role][1]
                 place = grid.cell(Row(line, [""] * (at + 1)), at)
-                cells.append(place._replace(text=role))
+                cells.append(replace(place, text=role))
                 headers.append(Header(role, (role,), None, ""))
         given = {
             at: table.given[h.roles[0]]
@@ -651,7 +652,11 @@ def _place_columns(
             places.append(at)
             continue
         same = [k for k, other in enumerate(cells) if cell.text and squeeze(other.text) == squeeze(cell.text)]
-        same += [k for k, other in enumerate(headers) if len(header.roles) == 1 and other[1:] == header[1:]]
+        same += [
+            k
+            for k, other in enumerate(headers)
+            if len(header.roles) == 1 and replace(other, text=header.text) == header
+        ]
         same += [
             k
             for k, other in enumerate(headers)

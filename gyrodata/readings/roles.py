@@ -9,12 +9,14 @@ import math
 import unicodedata
 from collections.abc import Mapping
 from functools import cache, lru_cache
-from typing import Literal, NamedTuple
+from typing import Literal
+
+from msgspec import Struct
 
 from gyrodata.units import DISPLAY, Uncertainty, fold_letters, from_si, kinds_of
 
 
-class Role(NamedTuple):
+class Role(Struct, frozen=True):
     """What a column can measure."""
 
     name: str

@@ -9,7 +9,6 @@ import re
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import NamedTuple
 
 from msgspec import Struct, field
 
@@ -61,7 +60,7 @@ _REMARKS_LOOKED_AT = 200
 _SAMPLE = "write it like 4.40e-3 ± 0.05e-3 kg m^2"
 
 
-class Given(NamedTuple):
+class Given(Struct, frozen=True):
     """One value that holds for the whole log."""
 
     key: str

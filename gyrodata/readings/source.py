@@ -13,9 +13,10 @@ from collections import Counter
 from collections.abc import Iterable
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple, TextIO
+from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata.diagnostics import (
     CELL_TOO_LONG,
@@ -70,7 +71,7 @@ _MARKUP = re.compile(rb"\s*(?:<!doctype|<html|<\?xml|<svg)", re.IGNORECASE)
 _SAVE_AS = "save the table as CSV (in a spreadsheet: File, Save as, CSV UTF-8) and give that file"
 
 
-class Document(NamedTuple):
+class Document(Struct, frozen=True):
     """A log as text, before anything in it is understood."""
 
     name: str
@@ -366,7 +367,7 @@ def _plain(value: Any) -> Any:
 MAX_CELL = 10_000
 
 
-class Row(NamedTuple):
+class Row(Struct, frozen=True):
     """One row of a table."""
 
     line: int
@@ -462,7 +463,7 @@ def _without_answers(rows: list[Row], lines: list[str], delimiter: str, metadata
             left = row.texts[:at]
             while left and not left[-1]:
                 left.pop()
-            row = row._replace(texts=left)
+            row = replace(row, texts=left)
         if row.texts:
             kept.append(row)
     return kept

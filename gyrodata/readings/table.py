@@ -7,8 +7,8 @@ import re
 from collections import Counter
 from collections.abc import Mapping
 from functools import cached_property, partial
-from typing import NamedTuple
 
+from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.diagnostics import (
@@ -78,7 +78,7 @@ _CONSTANT = -1
 """Spot of the value that holds for the whole log."""
 
 
-class Table(NamedTuple):
+class Table(Struct, frozen=True):
     """The runs of a log."""
 
     runs: tuple[str, ...]
@@ -91,7 +91,7 @@ class Table(NamedTuple):
     """Standard uncertainty of the distance from there to the centre of the ball [m]."""
 
 
-class _Track(NamedTuple):
+class _Track(Struct, frozen=True):
     """One role's readings by row of the file, before rows become runs."""
 
     chosen: Chosen
@@ -243,7 +243,7 @@ class _Builder:
         shift = share * length
         u = self.settings.uncertainties.get(f"u_{key}")
         readings = tuple(
-            reading if reading.value is None else reading._replace(value=_from_centre(reading.value, origin, shift))
+            reading if reading.value is None else replace(reading, value=_from_centre(reading.value, origin, shift))
             for reading in position.readings
         )
         columns["position"] = replace(position, readings=readings)
@@ -546,7 +546,7 @@ class _Builder:
         finest = min(steps, default=None)
         readings = [parts[k].readings[i] for i, k in plan]
         if len(steps) > 1:
-            readings = [reading._replace(step=finest) if reading.step else reading for reading in readings]
+            readings = [replace(reading, step=finest) if reading.step else reading for reading in readings]
         return replace(parts[0], readings=tuple(readings), spots=tuple(parts[k].spots[i] for i, k in plan))
 
     def _other(self, chosen: Chosen, rows: list[int]) -> Column | None:

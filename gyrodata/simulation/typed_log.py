@@ -202,7 +202,7 @@ def _readings(
     if not parts.all():
         # Whole turns end at the mark where they began: what is stated holds for the others.
         turns = columns["turns"]
-        readings = (one if part else one._replace(u=None) for one, part in zip(turns.readings, parts, strict=True))
+        readings = (one if part else replace(one, u=None) for one, part in zip(turns.readings, parts, strict=True))
         columns["turns"] = replace(turns, readings=tuple(readings))
         stated = {key: u for key, u in stated.items() if key != "u_turns"}
     return Readings(

@@ -328,7 +328,7 @@ def test_every_way_in(tmp_path, monkeypatch):
         ways = [
             read_log(s) for s in (path, str(path), data, HEAD + ROW, io.BytesIO(data), text, gzip.compress(data), "-")
         ]
-    assert len({(way.columns["spin"], way.runs) for way in ways}) == 1
+    assert len({(way.columns["spin"].readings, way.runs) for way in ways}) == 1
     assert [way.name for way in ways] == [
         "log.csv",
         "log.csv",

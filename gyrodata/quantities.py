@@ -58,7 +58,7 @@ _SAID = (
 )
 _LEVEL = r"[(\[]\s*([0-9]{2}(?:[.,][0-9]+)?)\s*%\s*(?:C\.?[IL]\.?|confidence|confidence level|coverage)?\s*[)\]]"
 _UNIT_IN_BRACKETS = r"(?<=[\d\s)%])[\[(]\s*((?:1/)?[^\W\d][^()\[\]±]*?|°[^()\[\]±]*?)\s*[\])]$"
-_THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2},[0-9]{3}")
+_THOUSANDS = r"[-+]?[1-9][0-9]{0,2},[0-9]{3}"
 
 _LEVELS = {68.0: 1.0, 68.3: 1.0, 68.27: 1.0, 90.0: 1.645, 95.0: 1.96, 95.4: 2.0, 95.45: 2.0, 99.0: 2.576, 99.7: 3.0}
 """Coverage factors of the levels that are stated in %, for normal errors."""
@@ -234,7 +234,7 @@ def _written(
     percent: bool = False,
     spread_unit: str | None = None,
 ) -> Written:
-    if spread and not percent and _THOUSANDS.fullmatch(number) and "," not in spread:
+    if spread and not percent and re.fullmatch(_THOUSANDS, number) and "," not in spread:
         # "46,300 ± 600": nobody writes 46.300 ± 600; and with a point in "± 0.5" the comma is none.
         thousands = spread_unit in (None, unit) and to_float(spread) > abs(to_float(number))
         number = number.replace(",", "") if thousands or "." in spread else number
@@ -249,7 +249,7 @@ def doubtful_comma(written: Written, kind: str, unit: str | None = None) -> str:
     A power of ten, another number with a decimal comma, or a size that no lab has tells how it is meant.
     """
     number, spread = written.number, written.spread or ""
-    if not _THOUSANDS.fullmatch(number) or ("," in spread and not _THOUSANDS.fullmatch(spread)):
+    if not re.fullmatch(_THOUSANDS, number) or ("," in spread and not re.fullmatch(_THOUSANDS, spread)):
         return ""
     try:
         factor = parse_unit(written.unit or unit or "", kind).factor

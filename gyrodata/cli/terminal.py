@@ -77,7 +77,7 @@ def fault(error: Exception, name: str = "") -> Diagnostic:
     )
 
 
-_COLOURED = re.compile(
+_COLOURED = (
     r"(?m)^(?P<place>(?:\S.*?: )?)(?P<told>(?P<severity>error|warning|note) G\d{3}:)"
     r"|(?P<doubt>Do not rely on this answer:)"
 )
@@ -93,7 +93,7 @@ def coloured(text: str, stream: Any) -> str:
         colour = _COLOURS[found["severity"] or "error"]
         return f"{found['place'] or ''}\033[{colour}m{found['told'] or found['doubt']}\033[0m"
 
-    return _COLOURED.sub(paint, text)
+    return re.sub(_COLOURED, paint, text)
 
 
 def write_out(text: str) -> None:

@@ -58,7 +58,7 @@ class CellError(ValueError):
         return "" if str(self).startswith(":") else " "
 
 
-_CLOCK = re.compile(r"(?:([0-9]{1,2}):)?([0-9]{1,3}):([0-9]{2}(?:[.,][0-9]+)?)")
+_CLOCK = r"(?:([0-9]{1,2}):)?([0-9]{1,3}):([0-9]{2}(?:[.,][0-9]+)?)"
 
 _MISTYPED = str.maketrans({"O": "0", "o": "0", "l": "1", "I": "1", "|": "1", "S": "5"})
 _MONTHS = {
@@ -82,25 +82,22 @@ _MONTHS = {
     )
     for abbreviation in names.split()
 }
-_DATE_DIGITS = re.compile(r"[0-9]{1,4}[./-][0-9]{1,2}[./-][0-9]{1,4}(?:[ T].*)?")
-_DOTTED_CLOCK = re.compile(r"([0-9]{1,2})\.([0-5][0-9])\.([0-9]{2})")
-_DAY_MONTH = re.compile(r"([0-9]{1,4})[.\s-]*([^\W\d_]{3,9})\.?(?:[\s-]*[0-9]{2,4})?")
-_MONTH_DAY = re.compile(r"([^\W\d_]{3,9})\.?[\s-]*([0-9]{1,4})")
-_SPOKEN_CLOCK = re.compile(
-    r"([0-9]{1,3})\s*(?:'|m|min|мин)\.?\s*([0-9]{1,2}(?:[.,][0-9]+)?)\s*(?:\"|''|s|sec|c|сек)?\.?"
-)
+_DATE_DIGITS = r"[0-9]{1,4}[./-][0-9]{1,2}[./-][0-9]{1,4}(?:[ T].*)?"
+_DOTTED_CLOCK = r"([0-9]{1,2})\.([0-5][0-9])\.([0-9]{2})"
+_DAY_MONTH = r"([0-9]{1,4})[.\s-]*([^\W\d_]{3,9})\.?(?:[\s-]*[0-9]{2,4})?"
+_MONTH_DAY = r"([^\W\d_]{3,9})\.?[\s-]*([0-9]{1,4})"
+_SPOKEN_CLOCK = r"([0-9]{1,3})\s*(?:'|m|min|мин)\.?\s*([0-9]{1,2}(?:[.,][0-9]+)?)\s*(?:\"|''|s|sec|c|сек)?\.?"
 _NO_WEIGHT_WORDS = """
 none no noweight nomass noload nothing empty unloaded without ohne keins kein keine leer sans aucun aucune vide
 нет без безгруза ничего sin sinpeso sinmasa ninguno ninguna nada brak bezciężarka sem semmassa nenhum nenhuma
 无 空 没有 없음
 """
 _NO_WEIGHT = frozenset(_NO_WEIGHT_WORDS.split())
-_TURN_BEHIND = re.compile(
-    r"(.*?)\s*(?:of\s+)?(?:an?\s+)?(?:turn|rev|revolution|rotation|lap|round|circle|cycle|Umdrehung|Umlauf|tour|оборот|"
-    r"об|vuelta|volta|obrót|obrot|圈|转)\w*\.?",
-    re.IGNORECASE,
+_TURN_BEHIND = (
+    r"(?i)(.*?)\s*(?:of\s+)?(?:an?\s+)?(?:turn|rev|revolution|rotation|lap|round|circle|cycle|Umdrehung|Umlauf|tour|"
+    r"оборот|об|vuelta|volta|obrót|obrot|圈|转)\w*\.?"
 )
-_SEVERAL = re.compile(r"([1-9][0-9]?)\s*[x×*·]\s*(.+)")
+_SEVERAL = r"([1-9][0-9]?)\s*[x×*·]\s*(.+)"
 _SENSES = {
     "ccw": 1.0,
     "counterclockwise": 1.0,
@@ -128,14 +125,14 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
             pass  # said below, in the words for a cell
     if (
         kind in ("mass", "force")
-        and (several := _SEVERAL.fullmatch(text))
+        and (several := re.fullmatch(_SEVERAL, text))
         and not re.match(r"10\s*[\^*⁻⁰-⁹-]", several[2])
     ):
         one = read_cell(several[2], kind, unit, ask)
         count = int(several[1])
         u = None if one.uncertainty is None else Uncertainty(count * one.uncertainty.absolute, one.uncertainty.relative)
         return Quantity(count * one.value, None if one.step is None else count * one.step, u, one.unit)
-    if (":" in text or not text.isascii()) and (clock := _CLOCK.fullmatch(fold_number(text))):
+    if (":" in text or not text.isascii()) and (clock := re.fullmatch(_CLOCK, fold_number(text))):
         return _read_clock(clock, text, kind, unit)
     written = take_apart(text)
     plain = written is not None and written.spread is None and "/" not in written.number
@@ -160,7 +157,7 @@ def said_otherwise(text: str, role: str) -> str:
         return "0 g" if re.sub(r"[\s.\-]+", "", text).lower() in _NO_WEIGHT else ""
     if fraction := fraction_of_date(text):
         return fraction
-    match = _TURN_BEHIND.fullmatch(text)
+    match = re.fullmatch(_TURN_BEHIND, text)
     bare = match[1] if match else text
     if bare != text and (bare == "" or take_apart(bare) is not None):
         return bare or "1"
@@ -197,9 +194,9 @@ def rounded_turns(text: str) -> tuple[str, float]:
 
 def _date_pair(text: str) -> tuple[int, int] | None:
     """Give day and month of a date, in either order."""
-    if day_month := _DAY_MONTH.fullmatch(text):
+    if day_month := re.fullmatch(_DAY_MONTH, text):
         return _date_numbers(day_month[1], day_month[2])
-    if month_day := _MONTH_DAY.fullmatch(text):
+    if month_day := re.fullmatch(_MONTH_DAY, text):
         return _date_numbers(month_day[2], month_day[1])
     if year := re.fullmatch(r"[0-9]{4}[./-]([0-9]{1,2})[./-]([0-9]{1,2})(?:[ T]00:00:00)?", text):
         return int(year[1]), int(year[2])
@@ -292,7 +289,7 @@ def _not_a_number(text: str, written: Written | None) -> CellError:
         return CellError("is not a number", "write it without marks between the thousands")
     if re.fullmatch(r"[0-9]+\s*(?:a|o|st|nd|rd|th|er|e|ème|ой|ый|я)\.?", lower) or "ª" in text or "º" in text:
         return CellError("is an ordinal, not a number", "write how many, as 1, 2.5 or 1/3")
-    clock = _SPOKEN_CLOCK.fullmatch(lower)
+    clock = re.fullmatch(_SPOKEN_CLOCK, lower)
     if clock:
         return CellError("is not a number", f"write it as {int(clock[1]):02d}:{clock[2].zfill(2)}")
     if (closer := take_apart(plain.replace(" (", "("))) and closer.spread and " (" in plain:
@@ -311,9 +308,9 @@ def _is_bare(text: str) -> bool:
 
 def _read_as_date(text: str) -> CellError | None:
     pair = _date_pair(text)
-    if pair is None and not _DATE_DIGITS.fullmatch(text):
+    if pair is None and not re.fullmatch(_DATE_DIGITS, text):
         return None
-    if clock := _DOTTED_CLOCK.fullmatch(text):
+    if clock := re.fullmatch(_DOTTED_CLOCK, text):
         return CellError("is not a number", f"write it as {clock[1]}:{clock[2]}.{clock[3]}: minutes:seconds.hundredths")
     meant = f"did you mean {min(pair)}/{max(pair)}? " if pair else ""
     hint = meant + "A spreadsheet does that to fractions: make the cells text first"
@@ -443,9 +440,9 @@ def read_reported(key: str, text: str, line: int | None = None, ask: bool = True
     return _with_units(read, written, ask)
 
 
-_ANSWER_FOLLOWS = re.compile(r"(?:[=:≈|\t]|\bis\b)\s*(?=[-+(~≈\s]*[.\d]|(?:about|ca\.?|approx\S*)\s)", re.IGNORECASE)
-_OF_OTHERS = re.compile(r"theor|liter|manual|expect|nominal|refer|textbook|accept|true|given|simulat", re.IGNORECASE)
-_CUTS = re.compile(r"[,;.)|]?\s+|[.,;|]*$")
+_ANSWER_FOLLOWS = r"(?i)(?:[=:≈|\t]|\bis\b)\s*(?=[-+(~≈\s]*[.\d]|(?:about|ca\.?|approx\S*)\s)"
+_OF_OTHERS = r"(?i)theor|liter|manual|expect|nominal|refer|textbook|accept|true|given|simulat"
+_CUTS = r"[,;.)|]?\s+|[.,;|]*$"
 _DIGIT = re.compile(r"\d")
 _LONGEST_ANSWER = 300
 _PLAIN_WORDS = str.maketrans("_", " ", "{}*$`")
@@ -458,9 +455,9 @@ def find_inertia(line: str) -> str:
     """
     if len(line) > _LONGEST_ANSWER or not _DIGIT.search(line):
         return ""
-    for mark in _ANSWER_FOLLOWS.finditer(line):
+    for mark in re.finditer(_ANSWER_FOLLOWS, line):
         before, rest = line[: mark.start()], line[mark.end() :]
-        if _OF_OTHERS.search(before):
+        if re.search(_OF_OTHERS, before):
             return ""
         unit = re.search(r"[\[(]([^\])]*)[\])][\s*_`$]*$", before)
         if unit:
@@ -473,7 +470,7 @@ def find_inertia(line: str) -> str:
         whole = rest.strip(" \t*_`$|")
         if unit and kinds_of(unit[1]) and (plain := take_apart(whole)) and not plain.unit:
             whole = f"{whole} {unit[1]}"
-        for cut in reversed(list(_CUTS.finditer(whole))):
+        for cut in reversed(list(re.finditer(_CUTS, whole))):
             answer = whole[: cut.start()].rstrip(" *`$_")
             if read_reported("inertia", answer).fault is None:
                 return answer

@@ -46,7 +46,7 @@ class Header(Struct, frozen=True):
     """Number of a repeat: ``time_2`` is 2."""
 
 
-_SPREAD = re.compile(r"[\[(]?\s*(?:±|\+/-|\+-)\s*([0-9]+(?:[.,][0-9]+)?)\s*([^\])\[(,;]*)[\])]?")
+_SPREAD = r"[\[(]?\s*(?:±|\+/-|\+-)\s*([0-9]+(?:[.,][0-9]+)?)\s*([^\])\[(,;]*)[\])]?"
 _BRACKET = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*(?:\([^()]*\)[^()]*)?)\))\s*")
 _INDEX = re.compile(r"(.*?[^\W\d])[\s_\-.]*([1-9][0-9]?)")
 _TOKENS = re.compile(r"[\s_,;()\[\]\-]+")
@@ -102,13 +102,13 @@ _TURN = (
     r"(?:turn|rev|rotation|revolution|cycle|circle|lap|rounds?\b|Umdreh|Umlauf|Umläuf|Drehung|Runde|tour|оборот|об\b|"
     r"vuelta|volta|giro\b|obrót|obrot|okrąż|圈|转)"
 )
-_COUNTED = re.compile(
-    rf"(?<![0-9.,/])([0-9]{{1,2}}(?:[.,][0-9])?|[0-9]{{1,2}}\s*[/⁄]\s*[0-9]{{1,2}})\s*(?:(?:of|de|d'|precession|full|complete|a|an|one|the|einer|eine)\s+){{0,3}}{_TURN}",
-    re.IGNORECASE,
+_COUNTED = (
+    r"(?i)(?<![0-9.,/])([0-9]{1,2}(?:[.,][0-9])?|[0-9]{1,2}\s*[/⁄]\s*[0-9]{1,2})\s*"
+    r"(?:(?:of|de|d'|precession|full|complete|a|an|one|the|einer|eine)\s+){0,3}" + _TURN
 )
-_ALONE = re.compile(r"(?:t|T|time|Zeit|temps|tiempo|tempo|czas|время)[\s_(]*([1-9]\s*/\s*[2-9])\)?", re.IGNORECASE)
-_ANGLE = re.compile(r"(?<![0-9.,])([1-9][0-9]{1,3})\s*(?:°|º|˚|deg\b|degrees)")
-_OF_THE_SPIN = re.compile(r"spin|wheel|dis[ck]|rotor|ball|Kugel|Eigen|rotation propre|ротор|собств|шара", re.IGNORECASE)
+_ALONE = r"(?i)(?:t|T|time|Zeit|temps|tiempo|tempo|czas|время)[\s_(]*([1-9]\s*/\s*[2-9])\)?"
+_ANGLE = r"(?<![0-9.,])([1-9][0-9]{1,3})\s*(?:°|º|˚|deg\b|degrees)"
+_OF_THE_SPIN = r"(?i)spin|wheel|dis[ck]|rotor|ball|Kugel|Eigen|rotation propre|ротор|собств|шара"
 
 
 @lru_cache(maxsize=4096)
@@ -117,11 +117,12 @@ def turns_in(header: str) -> str:
     if len(header) > MAX_HEADER:
         return ""
     plain = "".join(f" {unicodedata.normalize('NFKC', c)}" if unicodedata.category(c) == "No" else c for c in header)
-    if (match := _COUNTED.search(plain)) or (match := _ALONE.match(plain)):
-        return match[1].replace(" ", "").replace(",", ".").replace("⁄", "/")
-    match = _ANGLE.search(plain)
-    if match and (part := Fraction(int(match[1]), 360)).denominator in (1, 2, 3, 4, 6, 12):
-        return str(part)
+    if re.search(r"[0-9]", plain):
+        if (match := re.search(_COUNTED, plain)) or (match := re.match(_ALONE, plain)):
+            return match[1].replace(" ", "").replace(",", ".").replace("⁄", "/")
+        match = re.search(_ANGLE, plain)
+        if match and (part := Fraction(int(match[1]), 360)).denominator in (1, 2, 3, 4, 6, 12):
+            return str(part)
     if not re.search(_TURN, plain, re.IGNORECASE):
         return ""
     return words_of_turns(re.split(_TURN, plain, maxsplit=1, flags=re.IGNORECASE)[0])
@@ -164,7 +165,7 @@ def origin_in(header: str) -> str:
 
 def is_of_the_spin(header: str) -> bool:
     """Tell whether a header says that what is timed are turns of the ball."""
-    return bool(_OF_THE_SPIN.search(header)) and not re.search(r"pr[äeéê][cz][eé]?[sc]|прецес", header.lower())
+    return bool(re.search(_OF_THE_SPIN, header)) and not re.search(r"pr[äeéê][cz][eé]?[sc]|прецес", header.lower())
 
 
 @lru_cache(maxsize=4096)
@@ -174,7 +175,7 @@ def parse_header(text: str) -> Header:
         return Header(text, (), None, "")
     spread, rest = "", text
     if "±" in text or "+/-" in text or "+-" in text:
-        match = _SPREAD.search(text)
+        match = re.search(_SPREAD, text)
         if match:
             spread = f"{match[1]} {match[2].strip()}".strip()
             rest = f"{text[: match.start()].strip()} {text[match.end() :].strip()}".strip(" ,;")
@@ -199,14 +200,14 @@ def parse_header(text: str) -> Header:
     return Header(text, roles, unit, spread, index)
 
 
-_ORDINAL = re.compile(r"(?:#|№|n[or]?[°º.]?)?([1-9][0-9]?)(?:st|nd|rd|th|er|re|ème|e|ª|º|[.)])?")
+_ORDINAL = r"(?:#|№|n[or]?[°º.]?)?([1-9][0-9]?)(?:st|nd|rd|th|er|re|ème|e|ª|º|[.)])?"
 
 
 def _repeat(name: str) -> int | None:
     """Read "Trial 2" and "2nd measurement" above times: the number of a repeat; None if it is none."""
     tokens = [token for token in _TOKENS.split(re.sub(r"(?<=[^\W\d])(?=[0-9])", " ", name)) if token]
-    numbers = [match for token in tokens if (match := _ORDINAL.fullmatch(token.lower()))]
-    words = [token for token in tokens if not _ORDINAL.fullmatch(token.lower())]
+    numbers = [match for token in tokens if (match := re.fullmatch(_ORDINAL, token.lower()))]
+    words = [token for token in tokens if not re.fullmatch(_ORDINAL, token.lower())]
     known = all(squeeze(word).lower() in TRIAL_WORDS or "time" in name_roles(word)[0] for word in words)
     return int(numbers[0][1]) if len(numbers) == 1 and known else None
 

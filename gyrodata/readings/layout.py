@@ -320,7 +320,7 @@ def _lacking(table: _Table) -> set[str]:
 _PER_LINE = Row(1, []).spot(0)
 _TIMES = r"(?:[0-9]{1,2}\s*[x×*·]\s*)?"
 _PLUS_MINUS = rf"(?:\s*(?:±|\+/-|\+-)\s*{NUMBER})?"
-_QUANTITY = re.compile(rf"(?<![\w.,])({_TIMES}{NUMBER}{_PLUS_MINUS})\s*([^\W\d_][\w/^*·]*)")
+_QUANTITY = rf"(?<![\w.,])({_TIMES}{NUMBER}{_PLUS_MINUS})\s*([^\W\d_][\w/^*·]*)"
 _SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin"}
 
 
@@ -330,7 +330,7 @@ def _said(row: Row) -> list[tuple[str, str, int]]:
     for at in _filled(row):
         text = row.texts[at]
         end = 0
-        for match in _QUANTITY.finditer(text):
+        for match in re.finditer(_QUANTITY, text):
             before = {squeeze(word).lower() for word in re.split(r"[\s,;:()=]+", text[end : match.start()])}
             after = {squeeze(word).lower() for word in text[match.end() :].split()[:1]}
             end = match.end()
@@ -463,7 +463,7 @@ def _names_below(table: _Table, row: Row) -> list[str]:
 
 # Blocks that stand side by side ------------------------------------------------------------------------------------
 
-_ASSIGNMENT = re.compile(r".{0,30}=\s*[-+]?[0-9].*")
+_ASSIGNMENT = r".{0,30}=\s*[-+]?[0-9].*"
 _COPY = re.compile(r"\.[0-9]{1,2}$")
 
 
@@ -474,7 +474,7 @@ def _names(row: Row) -> list[str]:
 def _has_values_of_blocks(grid: Grid, faults: Faults) -> bool:
     """Find "m=335 g" and "m=273 g" in one row, above names that repeat."""
     for row, below in zip(grid.rows[:_TITLES_LOOKED_AT], grid.rows[1:], strict=False):
-        assigned = sum("=" in text and bool(_ASSIGNMENT.fullmatch(text)) for text in row.texts)
+        assigned = sum("=" in text and bool(re.fullmatch(_ASSIGNMENT, text)) for text in row.texts)
         if assigned > 1 and _cycle(_names(below)):
             _refuse_side_by_side(grid, row, faults)
             return True

@@ -206,27 +206,26 @@ def _check_period(table: Table, faults: Faults) -> None:
         faults.add(TIME_AND_PERIOD_EXCHANGED, message, hint, period.place(0), len(period.readings[0].text))
 
 
-_DEGREES = re.compile(r"([0-9]+(?:[.,][0-9]+)?)\s*(?:°|º|˚|deg)")
-_HALF = re.compile(r"half|halb|demi|medi[oa]\b|meia|pół|полов|1/2|½|/\s*2(?![0-9])", re.IGNORECASE)
-_COUNT = re.compile(
-    r"(?<![0-9.,_])([0-9]{1,2}(?:[.,]5)?)\s*"
-    r"(?:T\b|(?:\w+\s)?(?:turn|rev|cycle|rotation|tour|Umdreh|Umläuf|об|vuelt|volta|obrot|periods?\b))",
-    re.IGNORECASE,
+_DEGREES = r"([0-9]+(?:[.,][0-9]+)?)\s*(?:°|º|˚|deg)"
+_HALF = r"(?i)half|halb|demi|medi[oa]\b|meia|pół|полов|1/2|½|/\s*2(?![0-9])"
+_COUNT = (
+    r"(?i)(?<![0-9.,_])([0-9]{1,2}(?:[.,]5)?)\s*"
+    r"(?:T\b|(?:\w+\s)?(?:turn|rev|cycle|rotation|tour|Umdreh|Umläuf|об|vuelt|volta|obrot|periods?\b))"
 )
-_REPEAT = re.compile(r"(?<![0-9])([1-9])(?:ª|º|\.|st|nd|rd|th)?(?![0-9])")
+_REPEAT = r"(?<![0-9])([1-9])(?:ª|º|\.|st|nd|rd|th)?(?![0-9])"
 
 
 def stated_turns(header: str) -> str:
     """Find the turns or the angle that a header says its time covers."""
-    match = _DEGREES.search(header)
+    match = re.search(_DEGREES, header)
     if match:
         return f'angle="{match[1].replace(",", ".")} deg"'
     if turns := turns_in(header):
         return f"turns={turns}"
-    match = _COUNT.search(header)
+    match = re.search(_COUNT, header)
     if match:
         return f"turns={match[1].replace(',', '.')}"
-    return "turns=1/2" if _HALF.search(header) else ""
+    return "turns=1/2" if re.search(_HALF, header) else ""
 
 
 def advise(role: str, headers: list[str]) -> str:
@@ -237,7 +236,7 @@ def advise(role: str, headers: list[str]) -> str:
         told = [header for header in timed if stated_turns(header) and not _is_of_spin(header, timed)]
         if len(told) == 1:
             return f'is it --map time="{told[0]}" --set {stated_turns(told[0])}? '
-        numbered = [header for header in timed if _REPEAT.search(header)]
+        numbered = [header for header in timed if re.search(_REPEAT, header)]
         if role == "time" and len(numbered) > 1:
             ways = " ".join(f'--map time_{i}="{header}"' for i, header in enumerate(numbered[:4], 1))
             return f"are they repeats? {ways}{' …' if len(numbered) > 4 else ''}; "

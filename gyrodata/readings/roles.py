@@ -538,7 +538,11 @@ def squeeze(text: str) -> str:
 def _without_accents(folded: str) -> str:
     # A dot above means a rate ("φ̇"); other accents come and go with the keyboard.
     decomposed = unicodedata.normalize("NFD", folded).replace("\u0307", "dot")
-    folded = "".join([c for c in decomposed if unicodedata.category(c) != "Mn"]).replace("ł", "l").replace("ϕ", "φ")
+    folded = (
+        "".join([c for c in decomposed if c < "\u0300" or unicodedata.category(c) != "Mn"])
+        .replace("ł", "l")
+        .replace("ϕ", "φ")
+    )
     return folded.replace("ı", "i").replace("ß", "ss")
 
 
@@ -551,7 +555,8 @@ def _bare(folded: str) -> str:
 
 def _squeezed(text: str, delimiter: str | None = None) -> list[str]:
     """Squeeze many names at once, in lower case: this is done at every start."""
-    return [_bare(name).lower() for name in _without_accents(fold_letters(text)).split(delimiter)]
+    names = _without_accents(fold_letters(text)).translate(_MARKS).lower().split(delimiter)
+    return names if delimiter is None else ["".join(name.split()) for name in names]
 
 
 def _words(text: str) -> set[str]:

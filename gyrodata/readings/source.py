@@ -229,7 +229,7 @@ def _without_nul(text: str, faults: Faults) -> str:
 
 
 _CODE_PAGES = ("cp1252", "cp1251", "cp1250", "koi8-r", "cp866", "cp1253")
-_WORD = re.compile(r"[^\W\d_]+")
+_WORD = r"[^\W\d_]+"
 
 
 def _guess_code_page(data: bytes) -> str:
@@ -241,7 +241,7 @@ def _guess_code_page(data: bytes) -> str:
     for encoding in _CODE_PAGES:
         text = sample.decode(encoding, "replace")
         score = -5.0 * text.count("\ufffd")
-        for word in sorted(set(_WORD.findall(text))):
+        for word in sorted(set(re.findall(_WORD, text))):
             if word.isascii():
                 continue
             score += len(word) * (3.0 if is_word(word) else 0.0)

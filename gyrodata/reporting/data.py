@@ -30,7 +30,7 @@ RUN_UNITS = {
 }
 
 
-_FORMULA = re.compile(r"(^|[;\n\t])(?=[\s\"]*[=+\-@＝＋－＠])|^(?=[\t\n])")
+_FORMULA = r"(^|[;\n\t])(?=[\s\"]*[=+\-@＝＋－＠])|^(?=[\t\n])"
 """Where a spreadsheet would find a formula: at a cell's start, or behind what parts cells in another country."""
 
 
@@ -78,4 +78,4 @@ def csv_cell(value: object) -> str:
     if isinstance(value, int | float):
         return repr(value)
     text = str(value).replace("\r", " ")  # which the csv module leaves unquoted, and readers take for a row's end
-    return _FORMULA.sub(lambda start: f"{start[1] or ''}'", text)
+    return re.sub(_FORMULA, lambda start: f"{start[1] or ''}'", text)

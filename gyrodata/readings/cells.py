@@ -194,6 +194,8 @@ def rounded_turns(text: str) -> tuple[str, float]:
 
 def _date_pair(text: str) -> tuple[int, int] | None:
     """Give day and month of a date, in either order."""
+    if len(text) < 8 and text.isascii() and not any(map(str.isalpha, text)):
+        return None
     if day_month := re.fullmatch(_DAY_MONTH, text):
         return _date_numbers(day_month[1], day_month[2])
     if month_day := re.fullmatch(_MONTH_DAY, text):
@@ -484,6 +486,8 @@ def find_in_row(cells: Sequence[str]) -> tuple[int, str]:
     for at, cell in enumerate(cells):
         if cell[:1].isalpha():
             alone = "=" in cell or ":" in cell
+            if not alone and at == len(cells) - 1:
+                break
             answer = find_inertia(cell if alone else f"{cell}: {' '.join(filter(None, cells[at + 1 :]))}")
             if answer:
                 return at, answer

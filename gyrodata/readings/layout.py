@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import re
+from functools import lru_cache
 from itertools import pairwise
 
 from msgspec import Struct, field
@@ -288,8 +289,8 @@ class _SheetReader:
             if len(table.rows) < 3 or not times:
                 continue
             *runs, last = table.rows
-            blank = len(_filled(last)) < min(len(_filled(row)) for row in runs)
-            if blank and all(_is_mean(runs, last, at) for at in times):
+            filled = [len(row.texts) - row.texts.count("") for row in table.rows]
+            if filled[-1] < min(filled[:-1]) and all(_is_mean(runs, last, at) for at in times):
                 self.summaries.append(table.rows.pop())
 
 
@@ -434,8 +435,9 @@ def _with_units(headers: list[Header], row: Row) -> list[Header]:
 def _names_below(table: _Table, row: Row) -> list[str]:
     """Read a second row of names below merged cells: "Time (s)" over 1, 2, 3; none if it is no such row."""
     width = len(table.cells)
+    filled = _filled(row)
     # A header merged over the last columns leaves its row shorter than the runs.
-    if any(at >= width + 8 for at in _filled(row)) or len(_filled(row)) < 2:
+    if len(filled) < 2 or filled[-1] >= width + 8:
         return []
     cells = table.cells + [replace(table.cells[-1], text="")] * max(len(row.texts) - width, 0)
     names = [""] * len(cells)
@@ -563,6 +565,7 @@ def _is_of_means(table: _Table) -> bool:
     return is_of_means(table.title) or (bool(timings) and all(is_of_means(header.text) for header in timings))
 
 
+@lru_cache(maxsize=4096)
 def is_of_means(header: str) -> bool:
     """Tell whether a column holds means, by its name."""
     return any(squeeze(word).lower() in MEAN_WORDS for word in re.split(r"[\s_,;()\[\]\-]+", header))

@@ -504,7 +504,7 @@ def to_display(value: float, role: str) -> tuple[float, str]:
 
 def derived_roles(roles: set[str]) -> set[str]:
     """Give the roles that are only compared, because the readings they derive from are there."""
-    return {role.name for role in TABLE if any(roles.issuperset(sources) for sources in role.derived_from)}
+    return {role.name for role in TABLE if role.derived_from and any(map(roles.issuperset, role.derived_from))}
 
 
 _START = (

@@ -413,7 +413,7 @@ class _Builder:
 
     def _is_doubtful(self, text: str) -> bool:
         """Tell whether a comma or a point may part thousands: the table's other numbers have the other sign."""
-        if not _THOUSANDS.fullmatch(text):
+        if text[-4:-3] not in (",", ".") or not _THOUSANDS.fullmatch(text):
             return False
         seen, expected = self._decimal_signs
         return expected != {","} if "," in text else seen == {","}
@@ -593,13 +593,17 @@ def _make_readings(texts: list[str], cells: dict[str, Quantity], spreads: list[U
     for cell in cells.values():
         if cell.step is not None:
             finest[cell.unit] = min(cell.step, finest.get(cell.unit, math.inf))
-    pairs = list(zip(texts, spreads, strict=True))
-    made: dict[tuple[str, Uncertainty | None], Reading] = {}
-    for text, spread in set(pairs):
-        read = cells.get(text)
-        if read is None:
-            made[text, spread] = _BLANK if text in BLANKS else Reading(text=text)
-        else:
-            step = None if read.step is None else finest[read.unit]
-            made[text, spread] = Reading(read.value, step, read.uncertainty or spread, text)
-    return [made[pair] for pair in pairs]
+    made: dict[tuple[str, int], Reading] = {}
+    readings = []
+    for text, spread in zip(texts, spreads, strict=True):
+        # Rows without a u of their own share one.
+        key = text, id(spread)
+        if key not in made:
+            read = cells.get(text)
+            if read is None:
+                made[key] = _BLANK if text in BLANKS else Reading(text=text)
+            else:
+                step = None if read.step is None else finest[read.unit]
+                made[key] = Reading(read.value, step, read.uncertainty or spread, text)
+        readings.append(made[key])
+    return readings

@@ -2,25 +2,121 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Annotated
+from collections.abc import Iterator, Mapping
+from functools import cache
+from importlib import import_module
+from typing import Annotated, Any
 
 import typer
+from msgspec import Struct
 
 from gyrodata import __version__
-from gyrodata.cli.analyze_command import analyze
-from gyrodata.cli.check_command import check, template
-from gyrodata.cli.grade_command import autograde, grade
 from gyrodata.cli.options import example_of
-from gyrodata.cli.predict_command import predict
-from gyrodata.cli.simulate_command import simulate
 from gyrodata.cli.terminal import Door, write_out
-from gyrodata.cli.tool_commands import benchmark, explain, schema, selfcheck
 from gyrodata.diagnostics import NO_UNLOADED_RUN
+
+
+class _Kind(Struct, frozen=True):
+    """A command before anything of it is loaded."""
+
+    module: str
+    short: str = ""
+    """Its line in ``gyro --help``; none if it is not for people."""
+    example: tuple[str, ...] = ()
+
+
+_COMMANDS = {
+    "analyze": _Kind(
+        "analyze_command",
+        "Fit I_zz to a log, and write figures and a report.",
+        ("gyro analyze sample_data/air_gyroscope.csv --no-report",),
+    ),
+    "check": _Kind(
+        "check_command",
+        "Say what is wrong with a log, and what it still lacks.",
+        ("gyro check sample_data/air_gyroscope.csv",),
+    ),
+    "template": _Kind(
+        "check_command",
+        "Print a blank log to fill in.",
+        ("gyro template --weights 20g,40g,60g --position 15cm", "--spins 200,400,600rpm > log.csv"),
+    ),
+    "explain": _Kind(
+        "tool_commands", "Say what a diagnostic means, and what to do.", (f"gyro explain {NO_UNLOADED_RUN}",)
+    ),
+    "grade": _Kind("grade_command", "Grade a class, with feedback for everybody.", ("gyro grade sample_data/class",)),
+    "autograde": _Kind("grade_command"),
+    "simulate": _Kind(
+        "simulate_command",
+        "Print a log from a known truth.",
+        (
+            'gyro simulate --inertia "4.44e-3 kg m^2" --weights 20g,40g,60g',
+            "--position 15cm --spins 200,400,600rpm --turns 1",
+            "--seed 1 > log.csv",
+        ),
+    ),
+    "selfcheck": _Kind(
+        "tool_commands",
+        "Simulate this very lab: do its intervals hold the truth?",
+        ("gyro selfcheck sample_data/air_gyroscope.csv --labs 1000",),
+    ),
+    "benchmark": _Kind(
+        "tool_commands",
+        "Chart speed against accuracy, and where methods break.",
+        ("gyro benchmark --quick --out charts",),
+    ),
+    "schema": _Kind(
+        "tool_commands",
+        "Print the JSON Schema of the outputs, or all diagnostics.",
+        ("gyro schema --diagnostics",),
+    ),
+    "predict": _Kind("predict_command", "Say what theory predicts for given numbers."),
+}
+
+
+@cache
+def _load(name: str) -> Any:
+    """Make a command of its function, or of its own commands."""
+    kind = _COMMANDS[name]
+    found = getattr(import_module(f"gyrodata.cli.{kind.module}"), name)
+    if not isinstance(found, typer.Typer):
+        alone = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+        epilog = example_of(*kind.example) if kind.example else None
+        alone.command(name, short_help=kind.short, epilog=epilog, hidden=not kind.short)(found)
+        found = alone
+    command = typer.main.get_command(found)
+    command.name, command.short_help = name, kind.short
+    return command
+
+
+class _OnDemand(Mapping[str, Any]):
+    """The commands by name, each loaded when it is asked for: a start pays for the one that it runs."""
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in _COMMANDS:
+            raise KeyError(name)
+        return _load(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(_COMMANDS)
+
+    def __len__(self) -> int:
+        return len(_COMMANDS)
+
+
+class _Gyro(Door):
+    def __init__(self, **attributes: Any) -> None:
+        super().__init__(**attributes | {"commands": _OnDemand()})
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """List the commands in ``gyro --help`` without loading them."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, kind.short) for name, kind in _COMMANDS.items() if kind.short])
+
 
 app = typer.Typer(
     name="gyro",
-    cls=Door,
+    cls=_Gyro,
     help="From a gyroscope lab's log to its moment of inertia, with an uncertainty that can be trusted.",
     no_args_is_help=True,
     add_completion=True,
@@ -38,26 +134,3 @@ def _gyro(
     if version:
         write_out(f"gyro {__version__}\n")
         raise typer.Exit
-
-
-def _add(command: Callable[..., None], short: str, *example: str) -> None:
-    """Add a command, with its line in ``gyro --help``."""
-    app.command(short_help=short, epilog=example_of(*example))(command)
-
-
-_add(analyze, "Fit I_zz to a log, and write figures and a report.",
-     "gyro analyze sample_data/air_gyroscope.csv --no-report")  # fmt: skip
-_add(check, "Say what is wrong with a log, and what it still lacks.", "gyro check sample_data/air_gyroscope.csv")
-_add(template, "Print a blank log to fill in.",
-     "gyro template --weights 20g,40g,60g --position 15cm", "--spins 200,400,600rpm > log.csv")  # fmt: skip
-_add(explain, "Say what a diagnostic means, and what to do.", f"gyro explain {NO_UNLOADED_RUN}")
-_add(grade, "Grade a class, with feedback for everybody.", "gyro grade sample_data/class")
-app.command(hidden=True)(autograde)
-app.add_typer(predict, name="predict", short_help="Say what theory predicts for given numbers.")
-_add(simulate, "Print a log from a known truth.",
-     'gyro simulate --inertia "4.44e-3 kg m^2" --weights 20g,40g,60g',
-     "--position 15cm --spins 200,400,600rpm --turns 1", "--seed 1 > log.csv")  # fmt: skip
-_add(selfcheck, "Simulate this very lab: do its intervals hold the truth?",
-     "gyro selfcheck sample_data/air_gyroscope.csv --labs 1000")  # fmt: skip
-_add(benchmark, "Chart speed against accuracy, and where methods break.", "gyro benchmark --quick --out charts")
-_add(schema, "Print the JSON Schema of the outputs, or all diagnostics.", "gyro schema --diagnostics")

@@ -16,6 +16,7 @@ from gyrodata.diagnostics import OPTION_IS_NO_QUANTITY, OPTION_NUMBER_IMPOSSIBLE
 predict = typer.Typer(
     help="Say what theory predicts: precession, the turning Earth, a tipped wheel, a force on the tip.",
     no_args_is_help=True,
+    add_completion=False,
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
 )

@@ -1,4 +1,4 @@
-"""The JSON Schema of the outputs, and the table of diagnostics, for programs and for people.
+"""The JSON Schema of the outputs and of a rubric, and the table of diagnostics, for programs and for people.
 
 What is emitted from records (`results`, `selfcheck`) is declared from the same records: their annotations give the
 types, and the text below an attribute its description.
@@ -194,6 +194,13 @@ def grades_schema() -> dict[str, Any]:
         }
     )
     return _document("gyro.grades/1", whole)
+
+
+def rubric_schema() -> dict[str, Any]:
+    """Give the JSON Schema (2020-12) of a rubric, "gyro.rubric/1", for editors of TOML."""
+    from gyrodata.grading import rubric_shape
+
+    return _document("gyro.rubric/1", rubric_shape())
 
 
 _DIRECTION = _object(

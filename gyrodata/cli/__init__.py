@@ -67,7 +67,7 @@ _COMMANDS = {
     ),
     "schema": _Kind(
         "tool_commands",
-        "Print the JSON Schema of the outputs, or all diagnostics.",
+        "Print JSON Schemas (outputs, a rubric), or all diagnostics.",
         ("gyro schema --diagnostics",),
     ),
     "predict": _Kind("predict_command", "Say what theory predicts for given numbers."),

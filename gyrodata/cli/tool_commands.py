@@ -96,9 +96,10 @@ def schema(
     selfchecks: Annotated[
         bool, typer.Option("--selfcheck", help="The schema of gyro selfcheck --format json.")
     ] = False,
+    rubric: Annotated[bool, typer.Option("--rubric", help="The schema of a rubric, for an editor of TOML.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="The table of diagnostics as JSON.")] = False,
 ) -> None:
-    """Print the JSON Schema of the outputs, or the table of diagnostics."""
+    """Print the JSON Schema of the outputs or of a rubric, or the table of diagnostics."""
     from gyrodata import reporting
     from gyrodata import schema as schemas
 
@@ -113,6 +114,7 @@ def schema(
             (grades, schemas.grades_schema),
             (predictions, schemas.predictions_schema),
             (selfchecks, schemas.selfcheck_schema),
+            (rubric, schemas.rubric_schema),
         ):
             wanted = other if asked else wanted
         write_out(reporting.json_text(wanted()))

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from gyrodata.grading.ledger import DESK, TODO, Desk, read_desk
     from gyrodata.grading.platforms import AUTOGRADER, PLATFORMS
     from gyrodata.grading.roster import Roster, read_roster
-    from gyrodata.grading.rubric import ACCEPTED, Rubric, default_rubric, default_rubric_text, read_rubric
+    from gyrodata.grading.rubric import ACCEPTED, Rubric, default_rubric, default_rubric_text, read_rubric, rubric_shape
     from gyrodata.grading.slips import Slip, find_slips
     from gyrodata.grading.submissions import Answers, Submission, Submissions, find_submissions, read_answers
     from gyrodata.grading.yardsticks import Reference, class_references, distance, own_runs
@@ -50,7 +50,7 @@ __all__ = [
     "find_unchanged", "fingerprint", "flag_class", "grade_autograder", "grade_class", "grade_lines", "grade_submission",
     "grades_csv", "grades_document", "judge_lateness", "keep_run", "own_runs", "parse_duration", "points_text",
     "read_answers", "read_desk", "read_exemptions", "read_roster", "read_rubric", "read_sheet", "results_json",
-    "settle", "why_again", "write_changed", "write_feedback", "write_results", "write_whole",
+    "rubric_shape", "settle", "why_again", "write_changed", "write_feedback", "write_results", "write_whole",
 ]  # fmt: skip
 
 _HOMES = {
@@ -72,7 +72,7 @@ _HOMES = {
         "ledger": "DESK TODO Desk read_desk",
         "platforms": "AUTOGRADER PLATFORMS",
         "roster": "Roster read_roster",
-        "rubric": "ACCEPTED Rubric default_rubric default_rubric_text read_rubric",
+        "rubric": "ACCEPTED Rubric default_rubric default_rubric_text read_rubric rubric_shape",
         "slips": "Slip find_slips",
         "submissions": "Answers Submission Submissions find_submissions read_answers",
         "yardsticks": "Reference class_references distance own_runs",

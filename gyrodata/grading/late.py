@@ -90,7 +90,7 @@ def read_late(top: Table, points: float) -> LateRule | None:
     table = top.table("late")
     if table is None:
         return None
-    due = table.take("due", (dt.datetime,), "2026-03-09T23:59:00+01:00")
+    due = table.time("due", "2026-03-09T23:59:00+01:00")
     grace = _duration(table, "grace") or 0.0
     tiers: list[Tier] = []
     for one in table.tables("tier"):
@@ -102,15 +102,15 @@ def read_late(top: Table, points: float) -> LateRule | None:
                 one.wrong("until", "is not later than the tier before it", "write the tiers in rising order")
             tiers.append(Tier(until, deduct))
     beyond = table.deduction("beyond", points, points)
-    marked = table.deduction("marked", points, 0.0) if "marked" in table.values else None
+    marked = table.deduction("marked", points, 0.0)
     exceptions = tuple(_exception(one) for one in table.tables("exception"))
     table.done()
-    return LateRule(due, grace, tuple(tiers), beyond, marked, exceptions)
+    return LateRule(due, grace, tuple(tiers), beyond, marked if "marked" in table.values else None, exceptions)
 
 
 def _exception(table: Table) -> LateException:
     student = table.text("student", '"s001234"', required=True) or ""
-    due = table.take("due", (dt.datetime,), "2026-03-16T23:59:00+01:00")
+    due = table.time("due", "2026-03-16T23:59:00+01:00")
     extra = _duration(table, "extra")
     waive = bool(table.take("waive", (bool,), "true"))
     table.done()

@@ -11,9 +11,10 @@ import json
 import math
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from functools import cached_property
 from importlib.resources import files
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from msgspec import Struct
 from msgspec.structs import asdict
@@ -31,8 +32,9 @@ from gyrodata.diagnostics import (
     TOO_FEW_RUNS,
     TOO_FEW_WEIGHTS,
 )
+from gyrodata.errors import InputError
 from gyrodata.grading.late import LateRule, read_late
-from gyrodata.grading.toml_table import Table, nearest, read_toml
+from gyrodata.grading.toml_table import Faults, Shape, Table, nearest, read_toml
 from gyrodata.grading.yardsticks import FIT_WORDS, Reference, read_references
 from gyrodata.quantities import parse_quantity
 from gyrodata.units import UnitError
@@ -150,17 +152,36 @@ def default_rubric() -> Rubric:
 
 def read_rubric(data: bytes, name: str = "rubric.toml") -> Rubric:
     """Read a rubric."""
-    top = read_toml(data, name)
+    return _rubric(read_toml(data, name), name)
+
+
+def rubric_shape() -> Shape:
+    """Give the JSON Schema of a rubric: what is asked for where one has every table and every kind of criterion."""
+    values: dict[str, Any] = {
+        "criterion": [{"check": kind} for kind in KINDS],
+        "late": {"tier": [{}], "exception": [{}]},
+        "reference": {"all": {}},
+    }
+    top = Table(values, (), Faults("", ""))
+    # It lacks every value that a rubric must have.
+    with suppress(InputError):
+        _rubric(top, "")
+    return top.shape
+
+
+def _rubric(top: Table, name: str) -> Rubric:
     schema = top.number("schema", "1", required=True)
+    top.asked["schema"]["const"] = 1
     if schema not in (None, 1.0):
         top.wrong("schema", f"schema {schema:g} is not known to this version", "write schema = 1")
     title = top.text("title", '"Gyroscope lab"') or "Gyroscope lab"
     points = top.number("points", "20", required=True)
     accept = top.choices("accept", ACCEPTED, ACCEPTED)
     no_report = top.choice("no_report", ("look", "zero"), "look")
-    criteria = _criteria(top)
+    tables = top.tables("criterion")
+    criteria = _criteria(top, tables)
     # A criterion that has another fault counts, and nothing is said of a sum that cannot be made.
-    stated = [table.values.get("points") for table in top.tables("criterion")]
+    stated = [table.values.get("points") for table in tables]
     each = [float(one) for one in stated if isinstance(one, int | float) and not isinstance(one, bool)]
     total = math.fsum(each)
     if each and len(each) == len(stated) and points is not None and abs(total - points) > 1e-9:
@@ -198,8 +219,7 @@ def read_rubric(data: bytes, name: str = "rubric.toml") -> Rubric:
 # --- criteria -----------------------------------------------------------------------------------------------
 
 
-def _criteria(top: Table) -> tuple[Criterion, ...]:
-    tables = top.tables("criterion")
+def _criteria(top: Table, tables: list[Table]) -> tuple[Criterion, ...]:
     if not tables and "criterion" not in top.values:
         hint = 'write at least one: [[criterion]], id = "log", check = "log", points = 2'
         top.faults.add(RUBRIC_PARTS_CONTRADICT, (), "there is not one criterion", hint)
@@ -222,9 +242,11 @@ def _criterion(table: Table) -> Criterion | None:
     name = table.text("id", f'"{check or "log"}"', required=True)
     points = table.number("points", "2", required=True)
     if check is None:
-        table.asked += ["title", "full", "zero", "slip", "gate", "asks"]
+        table.asked |= {key: {} for key in ("title", "full", "zero", "slip", "gate", "asks")}
         table.done()
         return None
+    table.asked["check"]["const"] = check
+    table.shape["title"] = KINDS[check].title
     title = table.text("title", f'"{KINDS[check].title}"') or KINDS[check].title
     curve, told = _curve(table, check) if KINDS[check].variables else (Curve("", (0.0, 0.0), (0.0, 0.0)), "")
     slip = 0.0
@@ -244,6 +266,11 @@ def _curve(table: Table, check: str) -> tuple[Curve | None, str]:
     """The conditions for all points and for none, both by default or both written."""
     default = KINDS[check].full, KINDS[check].zero
     texts = [table.text(key, f'"{default[i]}"') for i, key in enumerate(("full", "zero"))]
+    pattern = _CONDITION.pattern.replace(_NAME, f"({'|'.join(KINDS[check].variables)})")
+    meanings = "; ".join(f"{variable}: {MEANINGS[variable]}" for variable in KINDS[check].variables)
+    for key in ("full", "zero"):
+        table.asked[key] |= {"pattern": f"^{pattern}$", "description": f"{table.asked[key]['description']}; {meanings}"}
+    table.shape["dependentRequired"] = {"full": ["zero"], "zero": ["full"]}
     given = [key for key in ("full", "zero") if key in table.values]
     if len(given) == 1:
         other = {"full": "zero", "zero": "full"}[given[0]]
@@ -277,6 +304,7 @@ def _curve(table: Table, check: str) -> tuple[Curve | None, str]:
 def _gate(table: Table) -> tuple[float, float] | None:
     sample = '["1e-6 kg m^2", "100 kg m^2"]'
     value = table.take("gate", (list,), sample)
+    table.asked["gate"] |= {"items": {"type": "string"}, "minItems": 2, "maxItems": 2}
     if value is None:
         return None
     if len(value) != 2 or not all(isinstance(end, str) for end in value):
@@ -295,11 +323,12 @@ def _gate(table: Table) -> tuple[float, float] | None:
 # --- conditions, "d <= 0.3" or "ratio in 0.5..2", and the points between two of them ------------------------
 
 
+_NAME = r"([A-Za-z_]\w*)"
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _CONDITION = re.compile(
-    rf"\s*([A-Za-z_]\w*)\s*(?:(<=|>=|≤|≥)\s*({_NUMBER})|(in|outside)\s+({_NUMBER})\s*\.\.\s*({_NUMBER}))\s*"
+    rf"\s*{_NAME}\s*(?:(<=|>=|≤|≥)\s*({_NUMBER})|(in|outside)\s+({_NUMBER})\s*\.\.\s*({_NUMBER}))\s*"
 )
-_STRICT = re.compile(rf"\s*([A-Za-z_]\w*)\s*([<>])\s*({_NUMBER})\s*")
+_STRICT = re.compile(rf"\s*{_NAME}\s*([<>])\s*({_NUMBER})\s*")
 _SIGNS = {"≤": "<=", "≥": ">="}
 
 

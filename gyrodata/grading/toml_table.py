@@ -1,6 +1,7 @@
 """A TOML file read key by key: all faults at once, each with its line and what to write instead.
 
-Validators made from types (msgspec, pydantic) stop at the first fault or do not know its line.
+Validators made from types (msgspec, pydantic) stop at the first fault or do not know its line. What is asked for, and
+how, is the file's JSON Schema: each table notes it as it is read.
 """
 
 from __future__ import annotations
@@ -20,6 +21,19 @@ from gyrodata.quantities import parse_uncertainty
 from gyrodata.units import UnitError
 
 LARGEST = 1_000_000  # bytes of a rubric that are read
+
+Shape = dict[str, Any]
+"""JSON Schema of a value."""
+
+_TYPES = {
+    str: "string",
+    int: "number",
+    float: "number",
+    bool: "boolean",
+    list: "array",
+    dict: "object",
+    dt.datetime: "string",  # JSON has no times: editors of TOML take them for texts
+}
 
 
 class Faults:
@@ -60,7 +74,14 @@ class Table:
         self.values = values
         self.path = path
         self.faults = faults
-        self.asked: list[str] = []
+        self.asked: dict[str, Shape] = {}
+        self.shape: Shape = {
+            "type": "object",
+            "properties": self.asked,
+            "required": [],
+            "additionalProperties": False,
+        }
+        """JSON Schema of the table, whole once it is read."""
 
     def wrong(self, key: str, message: str, hint: str, code: str = RUBRIC_VALUE_CANNOT_BE_USED) -> None:
         """Note a fault of one key."""
@@ -68,7 +89,10 @@ class Table:
 
     def take(self, key: str, kinds: tuple[type, ...], sample: str, required: bool = False) -> Any:
         """Give the value of a key if it is of one of some types, else None and a fault."""
-        self.asked.append(key)
+        types = list(dict.fromkeys(_TYPES[kind] for kind in kinds))
+        self.asked[key] = {"type": types[0] if len(types) == 1 else types, "description": f"{key} = {sample}"}
+        if required:
+            self.shape["required"].append(key)
         if key not in self.values:
             if required:
                 self.faults.add(
@@ -84,14 +108,22 @@ class Table:
     def text(self, key: str, sample: str, required: bool = False) -> str | None:
         """Give a text that is not empty."""
         value: str | None = self.take(key, (str,), sample, required)
+        self.asked[key]["pattern"] = r"\S"
         if value is not None and not value.strip():
             self.wrong(key, f"{key} is empty", f"write {key} = {sample}")
             return None
         return value
 
+    def time(self, key: str, sample: str) -> dt.datetime | None:
+        """Give a time, with its zone or without."""
+        value: dt.datetime | None = self.take(key, (dt.datetime,), sample)
+        self.asked[key]["pattern"] = r"^\d{4}-\d\d-\d\d[Tt ]\d\d:\d\d"
+        return value
+
     def number(self, key: str, sample: str, required: bool = False) -> float | None:
         """Give a finite number, not below 0."""
         value = self.take(key, (int, float), sample, required)
+        self.asked[key] |= {"minimum": 0, "exclusiveMaximum": 1e9}
         if value is None:
             return None
         if not 0 <= value < 1e9:
@@ -103,6 +135,7 @@ class Table:
         """Give a list of words out of the known ones."""
         sample = "[" + ", ".join(f'"{word}"' for word in known) + "]"
         value = self.take(key, (list,), sample)
+        self.asked[key] |= {"items": {"enum": list(known)}, "minItems": 1}
         if value is None:
             return default
         for word in value:
@@ -115,6 +148,7 @@ class Table:
     def choice(self, key: str, known: Sequence[str], default: str) -> str:
         """Give one word out of the known ones."""
         value = self.text(key, " or ".join(f'"{word}"' for word in known))
+        self.asked[key]["enum"] = list(known)
         if value is None:
             return default
         if value not in known:
@@ -124,6 +158,7 @@ class Table:
     def deduction(self, key: str, whole: float, default: float, required: bool = False) -> float:
         """Give points: those of "10 %" of a whole, or a number of points."""
         value = self.take(key, (str, int, float), '"10 %" or a number of points', required)
+        self.asked[key] |= {"minimum": 0, "pattern": r"%\s*$"}
         if value is None:
             return default
         if isinstance(value, str):
@@ -143,7 +178,11 @@ class Table:
     def table(self, key: str) -> Table | None:
         """Give a table below this one."""
         value = self.take(key, (dict,), f"… as a table [{'.'.join(str(part) for part in (*self.path, key))}]")
-        return None if value is None else Table(value, (*self.path, key), self.faults)
+        if value is None:
+            return None
+        table = Table(value, (*self.path, key), self.faults)
+        self.asked[key] = table.shape
+        return table
 
     def tables(self, key: str) -> list[Table]:
         """Give an array of tables below this one."""
@@ -154,7 +193,10 @@ class Table:
         if not all(isinstance(item, dict) for item in value):
             self.wrong(key, f"{key} is no list of tables", f"write each as a table of its own, headed [[{name}]]")
             return []
-        return [Table(item, (*self.path, key, i), self.faults) for i, item in enumerate(value)]
+        tables = [Table(item, (*self.path, key, i), self.faults) for i, item in enumerate(value)]
+        shapes = [table.shape for table in tables]
+        self.asked[key]["items"] = {"oneOf": shapes} if len(shapes) > 1 else shapes[0] if shapes else {"type": "object"}
+        return tables
 
     def done(self) -> None:
         """Name the keys that nothing asked for."""

@@ -176,10 +176,13 @@ def read_references(top: Table) -> tuple[dict[str, Reference], bool]:
         if not isinstance(value, dict):
             hint = "head the values of station 3 with [reference.3], those of all stations with [reference.all]"
             table.wrong(station, f'"{station}" stands outside of a station', hint)
-            table.asked.append(station)
+            table.asked[station] = {}
             continue
         one = table.table(station)
-        reference = _reference(one, station) if one else None
+        if one is None:
+            continue
+        table.shape["additionalProperties"] = one.shape
+        reference = _reference(one, station)
         if reference is not None:
             references[station_key(station)] = reference
     table.done()

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import contextlib
 import datetime as dt
+import json
 import re
+import tomllib
+from typing import Literal
 
+import jsonschema
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from gyrodata import schema
 from gyrodata.diagnostics import CODES
 from gyrodata.errors import InputError
 from gyrodata.grading import (
@@ -199,6 +204,62 @@ class TestFaults:
         text = default_rubric_text().replace(line, line[:at] + more + line[at:], 1)
         with contextlib.suppress(InputError):
             read_rubric(text.encode("utf-8", "surrogatepass"))
+
+
+CHECKS = ("log", "procedure", "own_data", "reference", "uncertainty", "units", "constancy", "files", "manual")
+STATION = "[reference.3]\ninertia = '4e-3 kg m^2'\nu = '1 %'\n"
+
+
+def unfit(text: str) -> list[str]:
+    """What the schema has against a rubric; a time is a text, as editors of TOML take it."""
+    values = json.loads(json.dumps(tomllib.loads(text), default=str))
+    return [error.message for error in jsonschema.Draft202012Validator(schema.rubric_schema()).iter_errors(values)]
+
+
+class TestSchema:
+    @pytest.mark.parametrize("kind", ["simple", "full", "manual"])
+    def test_the_rubrics_to_begin_with_fit(self, kind: Literal["simple", "full", "manual"]) -> None:
+        assert unfit(default_rubric_text(kind)) == []
+
+    def test_every_part_and_every_kind_of_criterion_fits(self) -> None:
+        each = "".join(f'[[criterion]]\nid = "{check}"\ncheck = "{check}"\npoints = 1\n' for check in CHECKS)
+        late = LATE.replace("[late]", '[late]\nmarked = "10 %"')
+        text = f'schema = 1\npoints = {len(CHECKS)}\naccept = ["recommended"]\n{each}{STATION}{late}'
+        assert read_rubric(text.encode()).late
+        assert unfit(text) == []
+
+    @pytest.mark.parametrize(
+        "text",
+        [
+            # keys that are not known
+            "titel = 'x'\n" + HEAD, HEAD + "ponits = 4\n", HEAD + "asks = ['weights']\n", HEAD + "[lat]\n",
+            HEAD + "[late]\nduo = 1\n", HEAD + LATE + "more = 1\n", HEAD + STATION + "v = 1\n",
+            HEAD.replace("own_data", "manual") + "full = 'd <= 1'\nzero = 'd >= 2'\n",
+            # values of another type
+            HEAD.replace("points = 4", "points = '4'"), HEAD.replace("points = 4", "points = true"),
+            HEAD.replace("points = 4", "points = -4"), HEAD.replace('"izz"', "3"), "title = ''\n" + HEAD,
+            "accept = 'recommended'\n" + HEAD, "schema = 1\npoints = 4\ncriterion = 3\n",
+            "schema = 1\npoints = 4\ncriterion = [3]\n", "late = 3\n" + HEAD, HEAD + "slip = true\n",
+            HEAD + "slip = 'half'\n", HEAD + "gate = '1 kg m^2'\n", HEAD + "gate = ['1 kg m^2']\n",
+            HEAD + "gate = [1, 2]\n", HEAD + "[late]\ndue = '2026-03-09'\n", HEAD + "[late]\ngrace = 15\n",
+            HEAD + "[[late.exception]]\nstudent = 7\nwaive = true\n",
+            HEAD + "[[late.exception]]\nstudent = 's'\nwaive = 1\n", HEAD + "[reference]\n3 = '4e-3 kg m^2'\n",
+            HEAD + STATION.replace("'1 %'", "0.01"),
+            # words out of their list
+            HEAD.replace("own_data", "own-data"), "accept = ['orign']\n" + HEAD, "accept = []\n" + HEAD,
+            "no_report = 'maybe'\n" + HEAD, HEAD.replace("own_data", "procedure") + "asks = ['wieghts']\n",
+            HEAD + "[reference]\nfrom = 'clas'\n", HEAD.replace("schema = 1", "schema = 2"),
+            # conditions
+            HEAD + "full = 'd < 0.3'\nzero = 'd >= 3'\n", HEAD + "full = 'z <= 1'\nzero = 'z >= 3'\n",
+            HEAD + "full = 'd <= 0.3'\n",
+            # what is missing
+            HEAD.replace("schema = 1\n", ""), HEAD.replace('id = "izz"\n', ""), HEAD.replace("check", "# check"),
+            HEAD + "[[late.tier]]\nuntil = '1 day'\n", HEAD + STATION.replace("u = '1 %'\n", ""),
+        ],
+    )  # fmt: skip
+    def test_what_the_reader_refuses_for_its_shape_does_not_fit(self, text: str) -> None:
+        assert faults(text)
+        assert unfit(text)
 
 
 class TestPlaces:

@@ -888,6 +888,12 @@ OPTION_NEEDS_A_FOLDER = _error(
     "grade class --format json --figures",
     "give --out FOLDER as well, or leave the option away",
 )
+AUTOGRADER_CANNOT_BE_MADE = _error(
+    "G768",
+    "an autograder cannot be made",
+    "grade --gradescope autograder",
+    "give a rubric whose points need no other student's log, as the message says; and install gyro",
+)
 
 # the desk
 DESK_CANNOT_BE_READ = _error(

@@ -23,7 +23,7 @@ import pytest
 from grading.classes import make_folder, make_zip
 from typer.testing import CliRunner, Result
 
-from gyrodata import schema
+from gyrodata import __version__, schema
 from gyrodata.cli import app
 from gyrodata.diagnostics import CODES
 from gyrodata.grading import find_submissions, read_exemptions
@@ -287,11 +287,20 @@ def test_figures_stand_in_the_feedback(tmp_path: Path) -> None:
 
 
 def test_the_autograder_is_ready_to_be_zipped_and_grades(tmp_path: Path) -> None:
-    done = gyro("grade", "--gradescope", tmp_path / "source")
+    rubric = tmp_path / "mine.toml"
+    stated = '[reference.all]\ninertia = "4.44e-3 kg m^2"\nu = "1 %"'
+    text = gyro("grade", "--print-rubric", "manual").stdout.replace('[reference]\nfrom = "class"', stated)
+    rubric.write_text(text)
+    done = gyro("grade", "--gradescope", tmp_path / "source", "--rubric", rubric)
     assert done.exit_code == 0
+    assert done.stderr.splitlines()[1:] == [
+        "in Gradescope: 15 autograder points, and a due date, after which all feedback is shown",
+        'in Gradescope: 5 points for "The report is clear" are given by hand',
+    ]
     modes = {path.name: bool(path.stat().st_mode & stat.S_IXUSR) for path in (tmp_path / "source").iterdir()}
-    assert modes == {"setup.sh": True, "run_autograder": True, "rubric.toml": False}
-    assert "gyro autograde" in (tmp_path / "source" / "run_autograder").read_text()
+    wheel = f"gyrodata-{__version__}-py3-none-any.whl"
+    assert modes == {"setup.sh": True, "run_autograder": True, "rubric.toml": False, wheel: False}
+    assert (tmp_path / "source" / "rubric.toml").read_text() == text
     make_folder(tmp_path / "submission", {"lab.csv": (CLASS / "itoken_109_9009_lab.csv").read_bytes()})
     assert gyro("autograde", tmp_path).exit_code == 0
     results = json.loads((tmp_path / "results" / "results.json").read_text(encoding="utf-8"))
@@ -299,6 +308,8 @@ def test_the_autograder_is_ready_to_be_zipped_and_grades(tmp_path: Path) -> None
     assert "autograde" not in gyro("--help").stdout
     (tmp_path / "source" / "rubric.toml").write_text("schema = 2")
     assert gyro("autograde", tmp_path).exit_code == 2
+    (tmp_path / "source" / "rubric.toml").unlink()
+    assert 'rubric.toml" cannot be read' in gyro("autograde", tmp_path).stderr
 
 
 REFUSED = {
@@ -311,6 +322,7 @@ REFUSED = {
     "G706": (CLASS, "--pattern", "lab"),
     "G701": ("no-such-class",),
     "G721": (CLASS, "--rubric", CLASS / "README.txt"),
+    "G768": ("--gradescope", "autograder"),
     "G752": (CLASS, "--gradebook", CLASS / "README.txt", "--out", "g"),
     "G755": (CLASS, "--worksheet", CLASS / "README.txt", "--out", "g"),
 }

@@ -106,8 +106,7 @@ def grade(
         write_out(default_rubric_text(print_rubric))
         return
     if gradescope is not None:
-        _write_autograder(gradescope, rubric)
-        _tell([f"autograder: zip the files in {gradescope}, without a folder around them, and upload that"])
+        _tell(_write_autograder(gradescope, rubric))
         return
     if path is None:
         refuse(NOTHING_TO_GRADE, "there is nothing to grade: no PATH is given", "give the class, a folder or a zip")
@@ -186,9 +185,11 @@ def autograde(
     root: Annotated[Path, typer.Argument(metavar="ROOT", help="What Gradescope lays down.")] = Path("/autograder"),
 ) -> None:
     """Grade the one submission that a running autograder of Gradescope has; called by its run_autograder."""
-    from gyrodata.grading import AUTOGRADER, grade_autograder, write_whole
+    from gyrodata.grading import AUTOGRADER, grade_autograder, read_rubric, write_whole
 
-    write_whole(root / AUTOGRADER.results, [grade_autograder(root).encode()])
+    rubric = root / AUTOGRADER.rubric
+    graded = grade_autograder(root, read_rubric(_read(rubric), rubric.name))
+    write_whole(root / AUTOGRADER.results, [graded.encode()])
 
 
 # --- what goes in -------------------------------------------------------------------------------------------
@@ -225,16 +226,21 @@ def _earlier(years: Sequence[Path]) -> dict[str, Fingerprint]:
     return found
 
 
-def _write_autograder(folder: Path, rubric: Path | None) -> None:
-    """Write what is to be zipped for Gradescope, the scripts executable, once the rubric is known to be good."""
+def _write_autograder(folder: Path, rubric: Path | None) -> Iterator[str]:
+    """Write what is to be zipped for Gradescope, the scripts executable, and say what to do in Gradescope."""
     from gyrodata.grading import autograder_files, read_rubric, write_whole
 
     data = _rubric_bytes(rubric)
-    read_rubric(data, "rubric.toml" if rubric is None else rubric.name)
-    for name, text in autograder_files(data.decode()).items():
-        write_whole(folder / name, [text.encode()])
-        if not name.endswith(".toml"):
+    judged = read_rubric(data, "built-in rubric" if rubric is None else rubric.name)
+    for name, content in autograder_files(judged, data.decode("utf-8-sig")).items():
+        write_whole(folder / name, [content])
+        if content.startswith(b"#!"):
             (folder / name).chmod(0o755)
+    by_hand = [criterion for criterion in judged.criteria if criterion.check == "manual"]
+    points = judged.points - sum(criterion.points for criterion in by_hand)
+    yield f"autograder: zip the files in {folder}, without a folder around them, and upload that"
+    yield f"in Gradescope: {points:g} autograder points, and a due date, after which all feedback is shown"
+    yield from (f'in Gradescope: {one.points:g} points for "{one.title}" are given by hand' for one in by_hand)
 
 
 def _folder(path: Path, out: Path | None, form: Form, dry_run: bool, need_one: Sequence[str]) -> Path | None:

@@ -207,4 +207,4 @@ def write_whole(path: Path, parts: Iterable[bytes]) -> None:
 def cannot_write(folder: Path, error: OSError) -> InputError:
     """Make the error for a folder that cannot be written to."""
     message = f'"{folder}" cannot be written: {error.strerror or error}'
-    return InputError.of(GRADES_FOLDER_CANNOT_BE_WRITTEN, message, "choose another folder with --out")
+    return InputError.of(GRADES_FOLDER_CANNOT_BE_WRITTEN, message, "choose another folder")

@@ -175,12 +175,13 @@ def _of_answers(inertia: float) -> Iterator[Kind]:
     exponent = -math.floor(math.log10(abs(inertia)))
     if exponent:
         yield Kind(
-            "exponent_lost", f"the exponent of the answer is lost: {abs(inertia):.1e} without its power of ten",
+            "exponent_lost", "the exponent of the answer is lost: the number stands without its power of ten",
             "write the power of ten behind the number, and the unit behind that", torque=10.0**exponent,
         )  # fmt: skip
         yield Kind(
             "exponent_sign_lost", "the sign of the exponent of the answer is lost",
-            f"{abs(inertia):.1e} is a small number: its exponent is {-exponent}", torque=100.0**exponent,
+            f"I_zz in kg·m² is {'below' if exponent > 0 else 'above'} 1: its exponent is "
+            f"{'negative' if exponent > 0 else 'positive'}", torque=100.0**exponent,
         )  # fmt: skip
 
 

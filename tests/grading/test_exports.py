@@ -4,32 +4,43 @@ import csv
 import functools
 import io
 import json
-import stat
+import math
+import re
 import subprocess
 import sys
 from collections.abc import Sequence
+from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 from typing import Any
 
+import jsonschema
+import numpy as np
 import pytest
 from grading.classes import LOG, make_folder
+from grading.reports import RIGHT, SLIPS, Formula, reported_line, sheet
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
+from gyrodata.diagnostics import CODES
 from gyrodata.errors import InputError
 from gyrodata.grading import (
     Flag,
     Grade,
     Mark,
+    Rubric,
     autograder_files,
     default_rubric_text,
     fill_book,
+    find_submissions,
     grade_autograder,
+    grade_submission,
     grades_csv,
+    read_rubric,
     read_sheet,
     results_json,
 )
+from gyrodata.workers import Failed
 
 fill_gradebook = functools.partial(fill_book, "canvas", name="gradebook.csv")
 fill_worksheet = functools.partial(fill_book, "moodle", name="worksheet.csv")
@@ -44,7 +55,15 @@ def made(kind: type[Any], /, **fields: object) -> Any:
 def a_grade(student: str, points: Sequence[float | None] = (2.0, 4.5, 11.0), **fields: object) -> Grade:
     """Make a grade with three criteria; what a test does not speak of is empty."""
     marks = tuple(
-        made(Mark, criterion=f"c{number}", title=f"Criterion {number}", points=got, out_of=most, reason=f"r{number}")
+        made(
+            Mark,
+            criterion=f"c{number}",
+            title=f"Criterion {number}",
+            points=got,
+            out_of=most,
+            reason=f"r{number}",
+            detail={},
+        )
         for number, (got, most) in enumerate(zip(points, OUT_OF, strict=True))
     )
     graded = None not in points
@@ -370,69 +389,202 @@ def test_points_above_the_maximum_are_told() -> None:
 
 # --- Gradescope ---------------------------------------------------------------------------------------------
 
+RUBRIC = default_rubric_text().replace(
+    '[reference]\nfrom = "class"', '[reference.all]\ninertia = "4.44e-3 kg m^2"\nu = "0.02e-3 kg m^2"'
+)
+STATED = read_rubric(RUBRIC.encode())
+SHOWN = {"enum": ["hidden", "after_due_date", "after_published", "visible"]}
+WRITTEN = {"enum": ["text", "html", "simple_format", "md", "ansi"]}
+TEST = {
+    "score": {"type": "number"}, "max_score": {"type": "number"}, "status": {"enum": ["passed", "failed"]},
+    "name": {"type": "string"}, "name_format": WRITTEN, "number": {"type": "string"}, "output": {"type": "string"},
+    "output_format": WRITTEN, "tags": {"type": "array"}, "visibility": SHOWN, "extra_data": {"type": "object"},
+}  # fmt: skip
+RESULTS = {
+    "score": {"type": "number", "minimum": 0}, "execution_time": {"type": "number"}, "output": {"type": "string"},
+    "output_format": WRITTEN, "test_output_format": WRITTEN, "test_name_format": WRITTEN, "visibility": SHOWN,
+    "stdout_visibility": SHOWN, "extra_data": {"type": "object"}, "leaderboard": {"type": "array"},
+    "tests": {"type": "array", "items": {"type": "object", "properties": TEST, "additionalProperties": False}},
+}  # fmt: skip
+"""The keys of results as Gradescope publishes them."""
+
+
+def results_of(text: str, out_of: float = 20.0) -> dict[str, Any]:
+    """Read results, and hold them to what Gradescope takes and to what the assignment is worth."""
+    results: dict[str, Any] = json.loads(text, parse_constant=pytest.fail)
+    jsonschema.validate(results, {"properties": RESULTS, "additionalProperties": False, "required": ["score", "tests"]})
+    assert sum(test["max_score"] for test in results["tests"]) == out_of
+    assert all(0 <= test["score"] <= test["max_score"] for test in results["tests"])
+    return results
+
+
+def hidden(results: dict[str, Any]) -> list[dict[str, Any]]:
+    return [test for test in results["tests"] if test["visibility"] == "after_due_date"]
+
+
+def seen(results: dict[str, Any]) -> str:
+    """What a student can read while the assignment is open."""
+    open_ones = [test for test in results["tests"] if test not in hidden(results)]
+    return "\n".join([results["output"], *(f"{test['name']} {test['output']}" for test in open_ones)])
+
+
+def handed_in(root: Path, log: str | bytes, rubric: Rubric = STATED) -> tuple[Grade, dict[str, Any]]:
+    """Grade a log as the autograder has it."""
+    make_folder(root, {"submission/lab.csv": log})
+    grade = grade_submission(find_submissions(root, "gradescope").items[0], rubric)
+    return grade, results_of(results_json(grade), sum(one.points for one in rubric.criteria if one.check != "manual"))
+
 
 def test_results_of_a_graded_submission() -> None:
-    found = {"severity": "warning", "line": 3, "message": "odd", "hint": "look", "code": "G1"}
+    found = {"severity": "warning", "line": 3, "message": "odd", "hint": "look", "code": "G203"}
     grade = a_grade("x", late_deduction=2.0, points=(2.0, 4.5, 11.0), late_reason="late by 2 h", diagnostics=(found,))
-    grade = replace(grade, points=15.5)
-    results = json.loads(results_json(grade))
+    compared = replace(grade.marks[1], detail={"d": 1.0})
+    results = results_of(results_json(replace(grade, marks=(grade.marks[0], compared, grade.marks[2]), points=15.5)))
     assert results["score"] == 15.5
     assert [test["score"] for test in results["tests"]] == [2.0, 4.5, 11.0]
     assert [test["max_score"] for test in results["tests"]] == [2.0, 6.0, 12.0]
     assert [test["status"] for test in results["tests"]] == ["passed", "failed", "failed"]
+    assert [test["output"] for test in hidden(results)] == ["r1"]
     assert results["output"].split("\n") == [
-        "15.5 of 20 points.",
+        "13 of 14 points in what is shown now.",
+        "Criterion 1: met in part. The points are shown after the due date.",
         "late by 2 h. 2 points are taken off.",
         "warning: line 3: odd (look)",
     ]
-    assert results["output_format"] == "text"
-
-
-def test_what_waits_for_the_class_is_no_failed_test() -> None:
-    results = json.loads(results_json(a_grade("x", (2.0, 4.0, None))))
-    assert results["score"] == 6.0
-    assert (results["tests"][2]["max_score"], "status" in results["tests"][2]) == (0.0, False)
-    assert results["output"] == "6 of 8 points so far; 12 are judged later."
 
 
 def test_what_cannot_be_graded_says_so_and_fails_no_test() -> None:
-    results = json.loads(results_json(a_grade("x", (None, None, None))))
+    results = results_of(results_json(a_grade("x", (None, None, None))))
     assert results["output"].startswith("This could not be graded: the log cannot be read.\nThat is no zero")
     assert not any("status" in test for test in results["tests"])
     assert results["extra_data"]["status"] == "not graded"
 
 
-def test_the_files_of_the_autograder_are_scripts(tmp_path: Path) -> None:
-    files = autograder_files(default_rubric_text())
-    assert sorted(files) == ["rubric.toml", "run_autograder", "setup.sh"]
-    make_folder(tmp_path / "source", dict(files))
-    for script in ("setup.sh", "run_autograder"):
-        subprocess.run(["bash", "-n", tmp_path / "source" / script], check=True)
-    assert "{" not in files["setup.sh"].replace("${wheels[0]:-", "")
+def tells(text: str, value: float) -> bool:
+    """Whether a text holds a number, with whatever power of ten."""
+    digits = [float(one) for one in re.findall(r"\d+(?:\.\d+)?", text)]
+    found = [one / value for one in digits if one]
+    return any(abs(one / 10 ** round(math.log10(one)) - 1) < 0.02 for one in found)
+
+
+WRONG = {"nobody knows why": Formula(answer=1.3), "half": Formula(answer=0.5)}
+
+
+@pytest.mark.parametrize("kind", [*SLIPS, *WRONG])
+def test_a_wrong_value_does_not_get_the_right_one_back(kind: str, tmp_path: Path) -> None:
+    rows = sheet(np.random.default_rng(3), turns="mixed")
+    value, u = (SLIPS | WRONG)[kind].inertia(rows, "through_origin")
+    grade, results = handed_in(tmp_path, rows.log(reported_line(value, u)))
+    text = seen(results).replace(str(grade.reported["text"]), "")
+    text = re.sub(r"\S+ × \S+ kg·m² is not between", "yours is not between", text)
+    assert not tells(text, RIGHT.inertia(rows, "through_origin")[0]), text
+    # After the due date it is told.
+    assert any(tells(test["output"], RIGHT.inertia(rows, "through_origin")[0]) for test in hidden(results))
+    assert all(slip.words in text for slip in grade.slips)
+    assert "I_zz follows from your own runs: " in text
+
+
+def test_nor_does_a_wrong_uncertainty(tmp_path: Path) -> None:
+    rows = sheet(np.random.default_rng(3), turns="mixed")
+    value, u = RIGHT.inertia(rows, "through_origin")
+    _, results = handed_in(tmp_path, rows.log(reported_line(value, 20 * u)))
+    assert "The uncertainty is realistic: not met." in results["output"]
+    assert "that the fits of your runs give" in str(hidden(results))
+    assert "your runs give" not in seen(results)
+    _, results = handed_in(tmp_path, rows.log(reported_line(value, None)))
+    assert "no uncertainty is reported; write it behind the value" in seen(results)
+
+
+@pytest.mark.parametrize("code", ["G401", "G407", "G421", "G435", "G443"])
+def test_nor_is_it_told_what_the_log_gives(code: str, tmp_path: Path) -> None:
+    grade, results = handed_in(tmp_path, "# reported_inertia: 9e-3 kg m^2\n" + CODES[code].example)
+    (found,) = [one for one in grade.diagnostics if one["code"] == code]
+    where = f"line {found['line']}: " if found["line"] else ""
+    assert f"{found['severity']}: {where}{CODES[code].title}" in seen(results)
+    assert found["message"] not in seen(results)
+
+
+def test_points_that_a_person_gives_are_none_of_the_autograder(tmp_path: Path) -> None:
+    text = default_rubric_text("manual").replace("[reference]", "[reference.all]")
+    rubric = read_rubric(text.replace('from = "class"', 'inertia = "4.44e-3 kg m^2"\nu = "1 %"').encode())
+    rows = sheet(np.random.default_rng(3), turns="mixed")
+    grade, results = handed_in(tmp_path, rows.log(reported_line(*RIGHT.inertia(rows, "through_origin"))), rubric)
+    assert (grade.status, results["score"]) == ("so far", 15.0)
+    assert results["tests"][-1]["output"] == "Not judged (5 points): a person gives these points"
+    assert "5 points are judged later." in results["output"]
 
 
 METADATA = '{"id": 5, "created_at": "2026-03-09T14:00:00-08:00", "users": [{"name": "Jane", "email": "j@uni.example"}]}'
 
 
-def test_the_autograder_grades_what_gradescope_lays_down(tmp_path: Path) -> None:
-    log = "# reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2\n" + LOG
-    root = make_folder(tmp_path, {"submission_metadata.json": METADATA, "submission/lab.csv": log})
-    script = autograder_files("")["run_autograder"].replace(
-        "/autograder/gyro/bin/gyro", f"{sys.executable} -m gyrodata"
+@pytest.fixture(scope="module")
+def autograder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What Gradescope makes of the folder, its wheel installed beside the libraries that are here."""
+    root = tmp_path_factory.mktemp("autograder")
+    files = autograder_files(STATED, RUBRIC)
+    assert files == autograder_files(STATED, RUBRIC)
+    make_folder(root, {f"source/{name}": data for name, data in files.items()})
+    (wheel,) = (name for name in files if name.endswith(".whl"))
+    assert f"/autograder/source/{wheel}\n" in files["setup.sh"].decode()
+    library = root / "gyro" / "library"
+    pip = [sys.executable, "-m", "pip", "install", "-q", "--no-deps", "--no-index", "--no-compile"]
+    subprocess.run([*pip, "--target", library, root / "source" / wheel], check=True)
+    starter = f'#!/bin/sh\nPYTHONPATH="{library}" exec "{library}/bin/gyro" "$@"\n'
+    make_folder(root, {"run_autograder": files["run_autograder"], "gyro/bin/gyro": starter, "results/": ""})
+    for script in ("run_autograder", "gyro/bin/gyro"):
+        (root / script).chmod(0o755)
+    for script in ("setup.sh", "run_autograder"):
+        subprocess.run(["bash", "-n", root / "source" / script], check=True)
+    return root
+
+
+@pytest.mark.parametrize("good", [True, False])
+def test_the_autograder_grades_what_gradescope_lays_down(autograder: Path, good: bool) -> None:
+    rows = sheet(np.random.default_rng(3), turns="mixed")
+    log = rows.log(reported_line(*RIGHT.inertia(rows, "through_origin"))) if good else "PK\x03\x04\x00"
+    make_folder(autograder, {"submission_metadata.json": METADATA, "submission/lab.csv": log})
+    subprocess.run([autograder / "run_autograder"], check=True, cwd="/")
+    results = results_of((autograder / "results" / "results.json").read_text("utf-8"))
+    assert [path.name for path in (autograder / "results").iterdir()] == ["results.json"]
+    assert (results["score"], results["extra_data"]["status"]) == ((20.0, "graded") if good else (0.0, "not graded"))
+    assert ("This could not be graded: " in results["output"]) != good
+
+
+@pytest.mark.parametrize("content", ["", "no log at all", "\x00", None])
+def test_the_autograder_never_fails_for_what_is_submitted(
+    tmp_path: Path, content: str | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        "gyrodata.grading.classroom.in_workers", lambda work, tasks, *_: ((task, work(task)) for task in tasks)
     )
-    script = script.replace("autograde /autograder", f"autograde {root}")
-    runner = root / "run_autograder"
-    runner.write_text(script)
-    runner.chmod(runner.stat().st_mode | stat.S_IXUSR)
-    subprocess.run([runner], check=True)
-    results = json.loads((root / "results" / "results.json").read_text("utf-8"))
-    assert [path.name for path in (root / "results").iterdir()] == ["results.json"]
-    assert len(results["tests"]) > 3
-    assert 0 <= results["score"] <= 20
+    submitted = {"submission/": ""} if content is None else {"submission/lab.csv": content}
+    root = make_folder(tmp_path, {"submission_metadata.json": "broken", **submitted})
+    results = results_of(grade_autograder(root, STATED))
+    assert (results["score"], "could not be graded" in results["output"]) == (0.0, True)
 
 
-@pytest.mark.parametrize("content", ["", "no log at all", "\x00"])
-def test_the_autograder_never_fails_for_what_is_submitted(tmp_path: Path, content: str) -> None:
-    root = make_folder(tmp_path, {"submission_metadata.json": "broken", "submission/lab.csv": content})
-    results = json.loads(grade_autograder(root))
-    assert "could not be graded" in results["output"]
+def test_nor_where_there_is_too_much_or_it_takes_too_long(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        "gyrodata.grading.classroom.in_workers", lambda work, tasks, *_: ((task, Failed("too slow")) for task in tasks)
+    )
+    root = make_folder(tmp_path, {"submission/lab.csv": LOG, "submission/b.csv": LOG})
+    assert "could not be graded: too slow; a person must look" in results_of(grade_autograder(root, STATED))["output"]
+    monkeypatch.setattr("gyrodata.grading.submissions.archives.MOST_FILES", 1)
+    assert "holds more than 1 files" in results_of(grade_autograder(root, STATED))["output"]
+
+
+def test_what_no_autograder_can_give_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    for kind in ("simple", "full", "manual"):
+        text = default_rubric_text(kind)  # type: ignore[arg-type]
+        with pytest.raises(InputError, match=r"compares with the class.*nobody could earn its \d points"):
+            autograder_files(read_rubric(text.encode()), text)
+    without = 'schema = 1\npoints = 2\n[[criterion]]\nid = "log"\ncheck = "log"\npoints = 2\n'
+    text = without + '[reference]\nfrom = "class"\n'
+    assert "rubric.toml" in autograder_files(read_rubric(text.encode()), text)
+
+    def missing(name: str) -> None:
+        raise PackageNotFoundError(name)
+
+    monkeypatch.setattr("gyrodata.grading.exports.gradescope.distribution", missing)
+    with pytest.raises(InputError, match=r"G768.*is not installed"):
+        autograder_files(STATED, RUBRIC)

@@ -18,6 +18,7 @@ import sys
 import tarfile
 import zipfile
 from collections.abc import Callable, Iterable, Iterator
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -803,7 +804,7 @@ def test_a_run_that_is_done_again(room: Room, monkeypatch: pytest.MonkeyPatch) -
 def test_what_is_asked_for(room: Room) -> None:
     Path("file").write_text("")
     room.whole = True
-    assert room.refused("G763", "-o", "file") == "choose another folder with --out"
+    assert room.refused("G763", "-o", "file") == "choose another folder"
     room.graded("-o", "grades")
     room.whole = False
     assert hint_of(gyro("grade"), "G764") == "give the class, a folder or a zip"
@@ -822,6 +823,22 @@ def test_what_is_asked_for(room: Room) -> None:
     (room.home / "book.csv").write_text(BOOK)
     done = gyro("grade", "class", "-f", "json", "--gradebook", "book.csv", "--assignment", "222", "--out", "new")
     assert [one["points"] for one in json.loads(done.stdout)["students"]] == [20, 20, 19.5]
+
+
+@carries_out("G768")
+def test_an_autograder(room: Room, monkeypatch: pytest.MonkeyPatch) -> None:
+    rubric = room.home / "rubric.toml"
+    text = gyro("grade", "--print-rubric", "full").stdout
+    rubric.write_text(text)
+    words = ("grade", "--gradescope", "autograder", "--rubric", rubric)
+    lines = found(r': (\[reference.all\], .*"); or', hint_of(gyro(*words), "G768")).split(", ")
+    rubric.write_text(text.replace('[reference]\nfrom = "class"', "\n".join(lines)))
+    with monkeypatch.context() as patch:
+        # As from a folder of the sources alone.
+        patch.setattr("gyrodata.grading.exports.gradescope.distribution", lambda name: metadata.distribution("none"))
+        assert hint_of(gyro(*words), "G768").startswith("install it, python3 -m pip install . in its folder")
+    assert not Path("autograder").exists()
+    assert gyro(*words).exit_code == 0
 
 
 @pytest.mark.parametrize("where", ["", "class", "class/ann"])

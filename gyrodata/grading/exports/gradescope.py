@@ -3,17 +3,27 @@
 Formats: gradescope-autograders.readthedocs.io (specifications, submission metadata). Gradescope knows no "could not be
 graded": such a submission has no points in any test and says so, in words, where the student reads it. When the tool
 itself fails nothing is written, and Gradescope tells that the autograder failed, which is no zero.
+
+A student may submit as often as he likes. So nothing that is shown before the due date tells what I_zz should be, in
+words or by the size of the points: a mark that was held against the right value shows only whether it is met.
 """
 
 from __future__ import annotations
 
+import io
 import json
+import zipfile
+from base64 import urlsafe_b64encode
 from collections.abc import Mapping
+from hashlib import sha256
+from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gyrodata import __version__
-from gyrodata.grading.platforms import AUTOGRADER
+import gyrodata
+from gyrodata.diagnostics import AUTOGRADER_CANNOT_BE_MADE, CODES
+from gyrodata.errors import GyroError, InputError
+from gyrodata.grading.rubric import ASKS, Rubric
 
 if TYPE_CHECKING:
     from gyrodata.grading.criteria import Mark
@@ -22,52 +32,99 @@ if TYPE_CHECKING:
 _SETUP = """\
 #!/usr/bin/env bash
 # Makes the image once: gyrodata with a Python of its own, its byte code compiled, for each submission starts anew.
-# Put a wheel (gyrodata-*.whl) beside this file to install that one.
 set -euo pipefail
 apt-get update
 apt-get install -y --no-install-recommends ca-certificates python3-venv
 python3 -m venv /autograder/uv
 /autograder/uv/bin/pip install --quiet uv
 /autograder/uv/bin/uv venv --python ">=3.11" /autograder/gyro
-shopt -s nullglob
-wheels=(/autograder/source/gyrodata-*.whl)
-what="${{wheels[0]:-gyrodata=={version}}}"
-/autograder/uv/bin/uv pip install --python /autograder/gyro/bin/python --compile-bytecode "$what"
+/autograder/uv/bin/uv pip install --python /autograder/gyro/bin/python --compile-bytecode /autograder/source/{wheel}
 /autograder/gyro/bin/gyro --version
 """
 
 _RUN = """\
 #!/usr/bin/env bash
-# Grades /autograder/submission by the rubric beside this file, and writes results/results.json.
+# Grades submission by source/rubric.toml, and writes results/results.json.
 # After ten minutes Gradescope would give a zero; an autograder that is stopped before is told as one that failed.
-exec timeout 300 /autograder/gyro/bin/gyro autograde /autograder
+cd "$(dirname "$0")" && exec timeout 300 gyro/bin/gyro autograde .
 """
 
+_COMPARED = ("d", "z", "ratio")  # what the detail of a mark has that was held against the right value
 
-def autograder_files(rubric: str) -> dict[str, str]:
+
+# --- the autograder -----------------------------------------------------------------------------------------
+
+
+def autograder_files(rubric: Rubric, text: str) -> dict[str, bytes]:
     """Give the files of an autograder by name, to be zipped without a folder around them and uploaded."""
-    return {"setup.sh": _SETUP.format(version=__version__), "run_autograder": _RUN, "rubric.toml": rubric}
+    for criterion in rubric.criteria:
+        if criterion.check == "reference" and rubric.class_reference:
+            message = (
+                f'criterion "{criterion.id}" compares with the class, and an autograder sees one student: '
+                f"nobody could earn its {criterion.points:g} points"
+            )
+            hint = (
+                'write in the rubric, instead of [reference] and from = "class": [reference.all], '
+                'inertia = "4.44e-3 kg m^2", u = "1 %"; or take the criterion out'
+            )
+            raise InputError.of(AUTOGRADER_CANNOT_BE_MADE, message, hint, rubric.name)
+    name, wheel = _wheel()
+    setup = _SETUP.format(wheel=name)
+    return {"setup.sh": setup.encode(), "run_autograder": _RUN.encode(), "rubric.toml": text.encode(), name: wheel}
 
 
-def grade_autograder(root: Path) -> str:
+def _wheel() -> tuple[str, bytes]:
+    """Pack the package as it is here: pip builds from sources only, and with a builder that it has to download."""
+    version = gyrodata.__version__
+    try:
+        installed = distribution("gyrodata")
+    except PackageNotFoundError:
+        installed = None
+    if installed is None or installed.version != version:
+        message = f"gyro {version} runs from its folder and is not installed, so that it cannot be packed"
+        hint = "install it, python3 -m pip install . in its folder, and write the autograder with the installed gyro"
+        raise InputError.of(AUTOGRADER_CANNOT_BE_MADE, message, hint)
+    home, about = Path(gyrodata.__file__).parent, f"gyrodata-{version}.dist-info"
+    paths = [path for path in sorted(home.rglob("*")) if path.is_file() and "__pycache__" not in path.parts]
+    parts = {f"gyrodata/{path.relative_to(home).as_posix()}": path.read_bytes() for path in paths}
+    for name in ("METADATA", "WHEEL", "entry_points.txt"):
+        parts[f"{about}/{name}"] = (installed.read_text(name) or "").encode()
+    digests = {name: urlsafe_b64encode(sha256(data).digest()).decode().rstrip("=") for name, data in parts.items()}
+    lines = [f"{name},sha256={digest},{len(parts[name])}\n" for name, digest in digests.items()]
+    parts[f"{about}/RECORD"] = "".join([*lines, f"{about}/RECORD,,\n"]).encode()
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in parts.items():
+            entry = zipfile.ZipInfo(name)  # of 1980: the same package gives the same bytes
+            entry.external_attr = 0o644 << 16
+            archive.writestr(entry, data, zipfile.ZIP_DEFLATED)
+    return f"gyrodata-{version}-py3-none-any.whl", packed.getvalue()
+
+
+def grade_autograder(root: Path, rubric: Rubric) -> str:
     """Grade the submission that a running autograder has below `root`, and give what belongs into its results."""
-    from gyrodata.grading.grade import grade_submission, settle
-    from gyrodata.grading.rubric import default_rubric_text, read_rubric
-    from gyrodata.grading.submissions import find_submissions
+    from gyrodata.grading.classroom import grade_class
+    from gyrodata.grading.grade import not_graded
+    from gyrodata.grading.submissions import Submission, find_submissions
 
-    own = root / AUTOGRADER.rubric
-    rubric = read_rubric(own.read_bytes() if own.exists() else default_rubric_text().encode(), own.name)
-    grade = grade_submission(find_submissions(root, "gradescope").items[0], rubric)
-    # What is held against the median of a class waits for the class.
-    return results_json(grade if rubric.class_reference else settle((grade,), rubric)[0])
+    try:
+        submissions = find_submissions(root, "gradescope")
+    except GyroError as error:
+        why = error.diagnostics[0].message
+        return results_json(not_graded(Submission("submission", "submission", {}, root, problem=why), rubric, why))
+    # As a class of one: a log that hangs or breaks the tool is told as not graded.
+    return results_json(grade_class(submissions, rubric).grades[0])
+
+
+# --- its results --------------------------------------------------------------------------------------------
 
 
 def results_json(grade: Grade) -> str:
     """Write the results of one submission; what could not be judged is a test without points, not one failed."""
     judged = sum(mark.points for mark in grade.marks if mark.points is not None)
     results: dict[str, Any] = {
-        "score": round(max(0.0, judged - grade.late_deduction), 2) if judged else 0.0,
-        "output": _output(grade, judged),
+        "score": round(max(0.0, judged - grade.late_deduction), 2),
+        "output": _output(grade),
         "output_format": "text",
         "test_output_format": "text",
         "test_name_format": "text",
@@ -79,29 +136,36 @@ def results_json(grade: Grade) -> str:
 
 
 def _test(number: int, mark: Mark) -> dict[str, Any]:
-    if mark.points is None:
-        waits = f"Not judged yet ({mark.out_of:g} points): {mark.reason}"
-        return {"number": str(number), "name": mark.title, "score": 0.0, "max_score": 0.0, "output": waits}
-    return {
+    test: dict[str, Any] = {
         "number": str(number),
         "name": mark.title,
-        "score": mark.points,
-        "max_score": mark.out_of,
-        "status": "passed" if mark.points >= mark.out_of else "failed",
+        "score": mark.points or 0.0,
+        # What a person gives is given in Gradescope itself, beside the autograder's points.
+        "max_score": 0.0 if mark.check == "manual" else mark.out_of,
         "output": mark.reason,
+        "visibility": "after_due_date" if _compared(mark) else "visible",
     }
+    if mark.points is None:
+        return test | {"output": f"Not judged ({mark.out_of:g} points): {mark.reason}"}
+    if mark.check == "log" and mark.detail.get("warnings"):
+        test["output"] = f"Things to put right, told above: {mark.detail['warnings']:g}"
+    return test | {"status": "passed" if mark.points >= mark.out_of else "failed"}
 
 
-def _output(grade: Grade, judged: float) -> str:
-    """Say to the student what the numbers mean."""
-    waiting = sum(mark.out_of for mark in grade.marks if mark.points is None)
-    lines = []
-    if grade.status == "graded":
-        lines.append(f"{grade.points:g} of {grade.out_of:g} points.")
-    elif judged:
-        lines.append(f"{judged:g} of {grade.out_of - waiting:g} points so far; {waiting:g} are judged later.")
+def _compared(mark: Mark) -> bool:
+    """Whether a mark's reason and points tell what is right."""
+    return any(name in mark.detail for name in _COMPARED)
+
+
+def _output(grade: Grade) -> str:
+    """Say to the student what the numbers mean, and what to look for."""
+    judged = [mark for mark in grade.marks if mark.points is not None]
+    if judged:
+        lines = _points_lines(grade)
     else:
-        lines.append(f"This could not be graded: {grade.why}.")
+        # What stops the fit may say where it ended.
+        secret = any(_tells_inertia(one["code"]) for one in grade.diagnostics if one["severity"] == "error")
+        lines = [f"This could not be graded: {'the log cannot be analysed' if secret else grade.why}."]
         lines.append("That is no zero: mend it and submit again, or leave it, and somebody will look at it.")
     if grade.late_reason:
         taken = f" {grade.late_deduction:g} points are taken off." if grade.late_deduction else ""
@@ -111,7 +175,31 @@ def _output(grade: Grade, judged: float) -> str:
     return "\n".join(lines)
 
 
+def _points_lines(grade: Grade) -> list[str]:
+    """Tell the points that may be seen, and of the others whether they are met."""
+    judged = [mark for mark in grade.marks if mark.points is not None]
+    later = [mark for mark in judged if _compared(mark)]
+    shown = [mark for mark in judged if mark not in later]
+    points = round(sum(mark.points or 0.0 for mark in shown), 2)
+    lines = [f"{points:g} of {sum(mark.out_of for mark in shown):g} points in what is shown now."]
+    lines += [f"{mark.title}: {_met(mark)}. The points are shown after the due date." for mark in later]
+    waiting = sum(mark.out_of for mark in grade.marks if mark.waits)
+    if waiting:
+        lines.append(f"{waiting:g} points are judged later.")
+    return lines
+
+
+def _met(mark: Mark) -> str:
+    return "met" if (mark.points or 0.0) >= mark.out_of else "met in part" if mark.points else "not met"
+
+
 def _found(diagnostic: Mapping[str, Any]) -> str:
     where = f"line {diagnostic['line']}: " if diagnostic.get("line") else ""
     hint = f" ({diagnostic['hint']})" if diagnostic.get("hint") else ""
-    return f"{diagnostic['severity']}: {where}{diagnostic['message']}{hint}"
+    words = CODES[diagnostic["code"]].title if _tells_inertia(diagnostic["code"]) else f"{diagnostic['message']}{hint}"
+    return f"{diagnostic['severity']}: {where}{words}"
+
+
+def _tells_inertia(code: str) -> bool:
+    """Whether the message of a diagnostic may hold what the runs give, as what is said of readings and fit does."""
+    return code.startswith("G4") and code not in ASKS.values()

@@ -362,8 +362,7 @@ def digit_findings(readings: Readings, measured: Measurements, fit: FitResult) -
         reading, less = column.readings[first], np.sqrt(1 - 0.99 * np.minimum(ratio, 1.0) ** 2)
         finer = replace(source, absolute=source.absolute * less, relative=source.relative * less)
         sources = tuple(finer if one is source else one for one in measured.sources)
-        left_out = tuple(np.flatnonzero(fit.adjusted.kept == 0).tolist())
-        better = fitting.fit(replace(measured, sources=sources), fit.adjusted.problem.tilted, left_out).inertia
+        better = fitting.fit_nearly(fit, replace(measured, sources=sources))
         kind = kind_of_role(role)
         value, step = (from_si(number or 0.0, column.unit, kind) for number in (reading.value, reading.step))
         # One digit more, and as many as make a step of 1 %.

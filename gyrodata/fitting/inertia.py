@@ -163,6 +163,14 @@ def refit(result: FitResult, measured: Measurements, tilted: bool, balanced: boo
     return _result(measured, adjusted, result.sense, width, result.scatter, adjusted.chi2, True)
 
 
+def fit_nearly(result: FitResult, measured: Measurements) -> Estimate:
+    """I_zz of runs that are nearly those of a fit, at its widths: for half the cost of `fit` the same to 0.003 u."""
+    tilted = result.adjusted.problem.tilted
+    if result.two_signs:
+        return fit(measured, tilted, np.flatnonzero(result.adjusted.kept == 0).tolist()).inertia
+    return _estimate(integrate_at(measured, refit(result, measured, tilted)).quantiles()[0])
+
+
 def _by_sign(measured: Measurements, tilted: bool, left_out: Collection[int]) -> list[FitResult]:
     """Fit as stated once, or for both signs of M0 where only unloaded runs without a sense would tell them apart."""
     kept = np.ones(len(measured.runs))

@@ -107,7 +107,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     """Analyse a log that has been read; see `analyze`.
 
     `whole`: False leaves out what a report tells and a grade does not: advice, doubts, sensitivity, the tables of fits
-    and laws, what each torque does to the answer, and most effects.
+    and laws, what each torque does to the answer, and effects, but for a release that may matter and is not told.
     """
     options = options or Options()
     if any(diagnostic.severity == "error" for diagnostic in readings.diagnostics):
@@ -130,7 +130,8 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     kept = [i for i in range(len(measured.runs)) if i not in out]
     p = fitting.chi2_tail(fit.chi2, fit.dof) if fit.dof > 0 else None
     birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else None
-    listed = effects.list_effects(measured, fit, chosen, () if whole else ("release",))
+    needed = whole or (measured.motion is None and effects.release_may_matter(measured, fit, chosen))
+    listed = effects.list_effects(measured, fit, chosen, () if whole else ("release",)) if needed else ()
     found += outlier_findings(readings, measured, fitted.outliers, left_out, fitted.without)
     patterns = look_for_patterns(measured, fit)
     found += whole_findings(readings, measured, fit, p, listed, patterns)

@@ -199,6 +199,17 @@ def _release(case: Case) -> Found:
     return bias, chosen.released, _why(bias, u, premise, chosen.released)
 
 
+def release_may_matter(measured: Measurements, fit: FitResult, chosen: ChosenModel) -> bool:
+    """Say whether the release is worth its size: not so where it is small for certain, to first order."""
+    if measured.pitch.any() or chosen.earth or chosen.released:
+        return True
+    total = measured.torque + fit.imbalance.value
+    slower = physics.release_bias(total, measured.spin, fit.inertia.value, fitting.transverse_inertia(measured))
+    # Runs that scatter more than stated may do so for the release, which then widens u.
+    size = abs(float(fit.response @ slower)) * max(1.0, fit.scatter)
+    return not size < 0.5 * DROP_ONE * relative_u(fit)
+
+
 def _small_release(case: Case) -> float | None:
     """Size the release of a level rod by its closed form: near enough where it is small, and without `motion`."""
     measured, fit = case.measured, case.fit

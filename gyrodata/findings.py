@@ -426,9 +426,11 @@ def _model_findings(
             for key, place in readings.stated_at.items()
             if key in left_out
         ]
-    release = next(effect for effect in effects if effect.effect == "release")
+    # It is not in a list without what is small.
+    release = next((effect for effect in effects if effect.effect == "release"), None)
     if (
-        measured.motion is None
+        release is not None
+        and measured.motion is None
         and not release.kept
         and (release.size or 0.0) > DROP_ONE
         and fit.scatter < CONTRADICTING

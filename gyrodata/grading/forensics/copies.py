@@ -51,6 +51,8 @@ MOST_SPINS = 0.5  # share of the spins of the shorter log that must be in common
 HABIT, HABIT_SHARE = 5, 0.02
 """More logs than this, and than this share of the class, that have a set of spins make it a habit of the course."""
 
+BLOCK = 32  # logs that are looked up at a time
+
 _EXACT = 1e-9
 _BINS = 20  # per decade, in which the chances of pairs are counted
 
@@ -72,13 +74,12 @@ def flag_same_spins(rows: Rows, groups: Groups) -> list[Flag]:
     """Find logs that have more spins in common, weight by weight, than chance gives, whatever became of the times."""
     logs = rows.logs
     pairs = []
-    for first in range(logs.current):
-        for second in rows.with_same_spins(first):
-            if groups.joined(first, second):
-                continue
-            p = max(rows.chance_of_spins(first, second), rows.chance_of_spins(second, first), LEAST)
-            if p * logs.pairs <= ALLOWED and not rows.is_habit(first, second):
-                pairs.append(Pair(p, p * logs.pairs, first, second))
+    for first, second in rows.with_same_spins():
+        if groups.joined(first, second):
+            continue
+        p = max(rows.chance_of_spins(first, second), rows.chance_of_spins(second, first), LEAST)
+        if p * logs.pairs <= ALLOWED and not rows.is_habit(first, second):
+            pairs.append(Pair(p, p * logs.pairs, first, second))
     for pair in pairs:
         groups.join(pair.first, pair.second)
     return flag_pairs("same spins", pairs, logs, lambda _, pair: rows.tell_spins(pair.first, pair.second))
@@ -188,6 +189,7 @@ class Rows:
         self.logs = logs
         self.by_period = _Near(logs.period, logs.period_step)
         self.by_spin = _Near(logs.spin, logs.spin_step)
+        self.matches = list(self._matches())
         self.common = self._common()
 
     def _compared(self, mine: Integers, other: Integers) -> tuple[Integers, Floats]:
@@ -215,14 +217,21 @@ class Rows:
         )
         return agree
 
-    def _matches(self, log: int) -> tuple[Integers, Integers, Floats]:
-        """Rows of one log (counted from 0), the rows of others that agree with them, and the chances of that."""
-        rows = self.logs.rows(log)
-        mine, other = self.by_period.find(self.logs.period[rows], self.logs.period_step[rows])
-        mine_there = mine + rows.start
-        kept, chance = self._compared(mine_there, other)
-        agree = self._agree(mine_there[kept], other[kept])
-        return mine[kept][agree], other[kept][agree], chance[agree]
+    def _matches(self) -> Iterator[tuple[Integers, Integers, Floats]]:
+        """For each log its rows (counted from 0), the rows of others that agree with them, and the chances of that."""
+        logs = self.logs
+        for begin in range(0, len(logs.keys), BLOCK):
+            starts = logs.starts[begin : begin + BLOCK + 1]
+            block = slice(int(starts[0]), int(starts[-1]))
+            mine, other = self.by_period.find(logs.period[block], logs.period_step[block])
+            mine = mine + block.start
+            kept, chance = self._compared(mine, other)
+            agree = self._agree(mine[kept], other[kept])
+            mine, other, chance = mine[kept][agree], other[kept][agree], chance[agree]
+            order = np.argsort(logs.log[mine], kind="stable")
+            ends = np.searchsorted(mine[order], starts[1:-1])
+            for start, part in zip(starts[:-1], np.split(order, ends), strict=True):
+                yield mine[part] - start, other[part], chance[part]
 
     def _common(self) -> Floats:
         """Share of the logs that have a row without being otherwise alike: an example left in, a row for everybody."""
@@ -231,7 +240,7 @@ class Rows:
         for log in range(len(logs.keys)):
             rows = logs.rows(log)
             size = rows.stop - rows.start
-            mine, other, _ = self._matches(log)
+            mine, other, _ = self.matches[log]
             # One count for each log that agrees with a row, however many of its rows do.
             mine, theirs = np.divmod(np.unique(mine * len(logs.keys) + logs.log[other]), len(logs.keys))
             alike = np.bincount(theirs, minlength=len(logs.keys))
@@ -286,7 +295,7 @@ class Rows:
         for log in range(logs.current):
             valid = logs.compared_with(log)
             valid[:log] = False
-            mine, other, chance = self._matches(log)
+            mine, other, chance = self.matches[log]
             kept = valid[logs.log[other]]
             place, where = np.unique(mine[kept] * count + logs.log[other[kept]], return_inverse=True)
             single = np.bincount(where, chance[kept], minlength=len(place))
@@ -403,18 +412,22 @@ class Rows:
         found = np.unique(at * len(logs.keys) + logs.log[other])
         return np.divmod(found, len(logs.keys))
 
-    def with_same_spins(self, log: int) -> list[int]:
-        """Give the later logs that share most of one's spins."""
+    def with_same_spins(self) -> Iterator[tuple[int, int]]:
+        """Give the pairs that share most of their spins, the smaller number first."""
         logs = self.logs
-        rows = self._spins_of(log)
-        if len(rows) <= FEWEST:
-            return []
-        shared = np.bincount(self._same(rows)[1], minlength=len(logs.keys))
-        sizes = np.add.reduceat(self.counting, logs.starts[:-1])
-        wanted = np.maximum(MOST_SPINS * np.minimum(sizes, len(rows)), FEWEST)
-        found = logs.compared_with(log) & (shared > wanted)
-        found[:log] = False
-        return np.flatnonzero(found).tolist()
+        count, sizes = len(logs.keys), np.add.reduceat(self.counting, logs.starts[:-1])
+        for begin in range(0, logs.current, BLOCK):
+            block = slice(begin, min(begin + BLOCK, logs.current))
+            rows = np.arange(logs.starts[block.start], logs.starts[block.stop])
+            rows = rows[self.counting[rows]]
+            at, having = self._same(rows)
+            number = (logs.log[rows[at]] - begin) * count + having
+            shared = np.bincount(number, minlength=(block.stop - begin) * count).reshape(-1, count)
+            wanted = np.maximum(MOST_SPINS * np.minimum(sizes, sizes[block, None]), FEWEST)
+            for i, second in np.argwhere(shared > wanted).tolist():
+                first = begin + i
+                if first < second and logs.compared_with(first)[second]:
+                    yield first, second
 
     def chance_of_spins(self, log: int, other: int) -> float:
         """Work out the chance that another log has as many of one's spins, by how common each is in the class."""

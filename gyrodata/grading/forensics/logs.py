@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import statistics
 from collections.abc import Callable, Mapping, Sequence
 from operator import truediv
 from typing import Any
@@ -254,4 +255,4 @@ def _noise(own: Floats, trusted: NDArray[np.bool_], by_hand: NDArray[np.bool_]) 
 def _from_tachometer(one: Fingerprint) -> float:
     """Variance that the readings of the spin bring into the times [s²], in the middle of the log's rows."""
     time, spin, step = np.array(one.time), np.array(one.spin), np.array(one.spin_step)
-    return float(np.median(time**2 * (TACHOMETER**2 + (step / spin) ** 2 / 12)))
+    return statistics.median((time**2 * (TACHOMETER**2 + (step / spin) ** 2 / 12)).tolist())

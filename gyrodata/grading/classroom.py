@@ -8,7 +8,6 @@ class are held in memory: 16 kB a student.
 
 from __future__ import annotations
 
-import json
 import statistics
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property, partial
@@ -21,7 +20,7 @@ from msgspec.structs import replace
 from gyrodata.errors import GyroError
 from gyrodata.grading.exports import grades_csv
 from gyrodata.grading.forensics import Exemptions, Fingerprint, Flag, flag_class
-from gyrodata.grading.grade import Grade, grade_submission, not_graded, one_copy, references_of, settle_one
+from gyrodata.grading.grade import Grade, grade_submission, not_graded, read_json, references_of, settle_one
 from gyrodata.grading.journal import Basis, Entry, Journal, bases_of, why_again, write_whole
 from gyrodata.grading.ledger import NO_DESK, Desk
 from gyrodata.grading.roster import Roster
@@ -155,7 +154,7 @@ def _entry(
             write_whole(figure_path(options.figures, item, name), [data])
     return Entry(
         basis,
-        Grade.from_dict(json.loads(content, object_hook=one_copy)),
+        Grade.from_dict(read_json(content)),
         "",
         {name: words for name, (_, words) in figures.items()},
     )

@@ -13,6 +13,7 @@ from pathlib import PurePosixPath
 from sys import intern
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
+import msgspec
 from msgspec import Struct
 from msgspec.structs import asdict, replace
 
@@ -130,18 +131,27 @@ class Grade(Struct, frozen=True, kw_only=True):
         """Take a grade back from what `to_dict` gave."""
         fields = dict(content)
         fields["zeta"] = fields.pop("z")
-        fields["marks"] = tuple(Mark(**one) for one in fields["marks"])
+        fields["marks"] = tuple(Mark(**one_copy(one)) for one in fields["marks"])
         fields["slips"] = tuple(Slip(**one) for one in fields["slips"])
         fields["look"] = tuple(fields["look"])
         fields["by_hand"] = tuple(Decision(**one) for one in fields.get("by_hand", ()))
-        fields["diagnostics"] = tuple(fields["diagnostics"])
+        fields["diagnostics"] = tuple(one_copy(one) for one in fields["diagnostics"])
         fields["fingerprint"] = None if fields["fingerprint"] is None else Fingerprint.from_dict(fields["fingerprint"])
         return cls(**fields)
 
 
-def one_copy(table: dict[str, Any]) -> dict[str, Any]:
-    """Keep one copy of the words that all grades of a class share; an `object_hook` for `json.loads`."""
+def one_copy(table: Mapping[str, Any]) -> dict[str, Any]:
+    """Keep one copy of the words that all grades of a class share."""
     return {intern(key): intern(value) if type(value) is str else value for key, value in table.items()}
+
+
+def read_json(text: str | bytes) -> Any:
+    """Read what `Grade.to_json` wrote."""
+    try:
+        return msgspec.json.decode(text)
+    except msgspec.DecodeError:
+        # Half of a surrogate, as of a file's name in another coding, passes only here.
+        return json.loads(text)
 
 
 def grade_submission(submission: Submission, rubric: Rubric, reported: str | None = None) -> Grade:

@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from gyrodata import __version__
 from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN, JOURNAL_LINES_LOST
 from gyrodata.errors import Diagnostic, InputError
-from gyrodata.grading.grade import Grade, one_copy
+from gyrodata.grading.grade import Grade, read_json
 from gyrodata.grading.lastrun import is_run
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission
@@ -166,7 +166,7 @@ class Journal:
 def _parse(line: bytes) -> Entry | None:
     """Read a line; None where it is none."""
     try:
-        content: dict[str, Any] = json.loads(line, object_hook=one_copy)
+        content: dict[str, Any] = read_json(line)
         if content["schema"] != SCHEMA:
             return None
         basis = Basis(**{name: content[name] for name in Basis._fields[:-1]}, desk=content.get("desk", ""))

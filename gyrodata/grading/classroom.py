@@ -31,7 +31,8 @@ from gyrodata.workers import Failed, in_workers
 
 LIMIT = 30.0  # time for one submission [s] unless another is given; an ordinary one takes a hundredth
 
-PRELOAD = ("gyrodata.grading.grade", "gyrodata.grading.feedback")  # what is loaded once for all processes
+PRELOAD = ("gyrodata.grading.grade", "gyrodata.grading.feedback", "gyrodata.analysis", "gyrodata.procedure")
+"""What is loaded once for all processes."""
 
 _NOTHING: Mapping[str, Fingerprint] = MappingProxyType({})
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
@@ -13,7 +14,9 @@ from gyrodata.grading.slips import Slip
 from gyrodata.grading.yardsticks import COARSEST, OwnValue, Reference
 from gyrodata.readings import Reported
 from gyrodata.reporting import count_text, inertia_text, p_text, power_of_ten
-from gyrodata.results import Analysis
+
+if TYPE_CHECKING:
+    from gyrodata.results import Analysis
 
 Detail = Mapping[str, float | str | None]
 

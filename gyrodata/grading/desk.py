@@ -6,7 +6,7 @@ import hashlib
 import re
 import zipfile
 import zlib
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property, partial
 from pathlib import Path, PurePosixPath
 
@@ -23,7 +23,7 @@ from gyrodata.grading.journal import cannot_write, write_changed, write_whole
 from gyrodata.grading.ledger import DESK, NO_DESK, STALE, TODO, Desk, Offer, read_desk, same_value, todo_csv
 from gyrodata.grading.platforms import book_of
 from gyrodata.grading.rubric import Rubric
-from gyrodata.grading.submissions import Submission, Submissions
+from gyrodata.grading.submissions import Submissions
 from gyrodata.workers import Failed, in_workers
 
 FIGURES = "figures"
@@ -223,18 +223,34 @@ class _Task(Struct, frozen=True):
     """One student's feedback to be written."""
 
     grade: Grade
-    submission: Submission
-    figures: Mapping[str, str]  # what each figure shows, by name; empty where the feedback has none
+    page: str  # name of its files, without their endings
+    figures: Mapping[str, tuple[Path, str]]  # file of each figure, and what it shows, by name
+    before: Mapping[str, int]  # checksum of each of its files as it was written last, by ending; empty: nothing tells
 
 
-def _render(figures: Path | None, task: _Task) -> tuple[str, str]:
-    """Give the page and the Markdown of one student, in a worker."""
+MOST_TASKS = 8  # that a worker is given at once: to be asked costs as much as to render
+
+
+def _write_pages(folder: Path, tasks: Sequence[_Task]) -> tuple[list[str], InputError | None]:
+    """Write the pages and the Markdown of some students, in a worker: what was changed by hand, and what stops it."""
     from gyrodata.grading.feedback import feedback_html, feedback_markdown
 
-    drawn = {}
-    if figures is not None:
-        drawn = {name: figure_path(figures, task.submission, name).read_bytes() for name in task.figures}
-    return feedback_html(task.grade, drawn, task.figures), feedback_markdown(task.grade)
+    told: list[str] = []
+    try:
+        for task in tasks:
+            drawn = {name: path.read_bytes() for name, (path, _) in task.figures.items()}
+            words = {name: words for name, (_, words) in task.figures.items()}
+            texts = feedback_html(task.grade, drawn, words), feedback_markdown(task.grade)
+            for ending, text in zip(ENDINGS, texts, strict=True):
+                page = f"{task.page}{ending}"
+                old = write_changed(folder / FOLDER / page, text.encode("utf-8", "replace"))
+                if old is not None and task.before and zlib.crc32(old) != task.before.get(ending):
+                    kept = f"{PUBLISHED}/{FOLDER}/{task.page}-{_digest(old)}{ending}"
+                    write_whole(folder / kept, [old])
+                    told.append(f"{FOLDER}/{page} was changed by hand; what it was is kept as {kept}")
+    except InputError as error:
+        return told, error
+    return told, None
 
 
 def feedback_names(found: ClassGrades) -> dict[str, str]:
@@ -257,32 +273,52 @@ def write_feedback(
 ) -> tuple[str, ...]:
     """Write the feedback of a class into a folder and a zip; say what could not be written, and what was changed."""
     names = feedback_names(found)
-    figures = found.figures if options.figures is not None else {}
-    tasks = (
-        _Task(grade, item, figures.get(grade.student, {}))
-        for grade, item in zip(found.grades, found.submissions.items, strict=True)
-    )
+    before = _written_before(folder / ARCHIVE)
     lost: list[str] = []
     written: list[str] = []
-    before = _written_before(folder / ARCHIVE)
-    crew = in_workers(partial(_render, options.figures), tasks, options.workers, options.limit, PRELOAD)
-    for done, (task, answer) in enumerate(crew, 1):
+    done = 0
+    crew = in_workers(
+        partial(_write_pages, folder),
+        _tasks(found, names, before, options),
+        options.workers,
+        MOST_TASKS * options.limit,
+        PRELOAD,
+    )
+    for tasks, answer in crew:
         if isinstance(answer, Failed):
-            lost.append(f"no feedback for {task.grade.name}: {answer.why}")
+            lost += [f"no feedback for {task.grade.name}: {answer.why}" for task in tasks]
         else:
-            name = names[task.grade.student]
-            for ending, text in zip(ENDINGS, answer, strict=True):
-                page = f"{name}{ending}"
-                old = write_changed(folder / FOLDER / page, text.encode("utf-8", "replace"))
-                if old is not None and before and zlib.crc32(old) != before.get(page):
-                    kept = f"{PUBLISHED}/{FOLDER}/{name}-{_digest(old)}{ending}"
-                    write_whole(folder / kept, [old])
-                    lost.append(f"{FOLDER}/{page} was changed by hand; what it was is kept as {kept}")
-            written.append(name)
+            told, fault = answer
+            if fault is not None:
+                raise fault
+            lost += told
+            written += [task.page for task in tasks]
+        done += len(tasks)
         if progress is not None:
             progress(done)
     _write_archive(folder, sorted(written))
     return tuple(sorted(lost))
+
+
+def _tasks(
+    found: ClassGrades, names: Mapping[str, str], before: Mapping[str, int], options: GradingOptions
+) -> Iterator[list[_Task]]:
+    """Part the work among the crew: some students at once, so that every worker comes round several times."""
+    size = max(1, min(MOST_TASKS, len(found.grades) // (4 * options.workers)))
+    tasks: list[_Task] = []
+    for grade, item in zip(found.grades, found.submissions.items, strict=True):
+        page = names[grade.student]
+        figures = {}
+        if options.figures is not None:
+            told = found.figures.get(grade.student, {})
+            figures = {name: (figure_path(options.figures, item, name), words) for name, words in told.items()}
+        checksums = {ending: before.get(f"{page}{ending}", -1) for ending in ENDINGS} if before else {}
+        tasks.append(_Task(grade, page, figures, checksums))
+        if len(tasks) == size:
+            yield tasks
+            tasks = []
+    if tasks:
+        yield tasks
 
 
 def _written_before(archive: Path) -> dict[str, int]:

@@ -17,7 +17,6 @@ import msgspec
 from msgspec import Struct
 from msgspec.structs import asdict, replace
 
-from gyrodata.analysis import analyze_readings
 from gyrodata.diagnostics import OUTLIER_BEFORE_LEAVING
 from gyrodata.errors import Diagnostic, GyroError, LogError
 from gyrodata.grading.criteria import Evidence, Mark, judge, judge_reference, mark
@@ -27,12 +26,11 @@ from gyrodata.grading.rubric import ASKS, Rubric
 from gyrodata.grading.slips import SAME, Slip, find_slips
 from gyrodata.grading.submissions import Answers, read_answers
 from gyrodata.grading.yardsticks import Reference, class_references, distance, nearest, own_runs, station_key
-from gyrodata.procedure import what_lacks
 from gyrodata.readings import Readings, Reported, read_log, read_reported
-from gyrodata.results import Analysis
 
 if TYPE_CHECKING:
     from gyrodata.grading.submissions import Submission
+    from gyrodata.results import Analysis
 
 FAR = 3.0  # a report farther than this from every accepted fit [u], and explained by no known slip, is worth a look
 
@@ -161,6 +159,10 @@ def grade_submission(submission: Submission, rubric: Rubric, reported: str | Non
     `reported`: I_zz typed in by a person, instead of what was handed in. Gives: Status "not graded", and no points,
     where the log cannot be read or analysed, or a criterion cannot be judged. Bad data never raise.
     """
+    # Whoever only hands out the work does not need them.
+    from gyrodata.analysis import analyze_readings
+    from gyrodata.procedure import what_lacks
+
     blank = _blank(submission, rubric)
     if submission.problem is not None:
         return _without_marks(blank, rubric, submission.problem)

@@ -97,6 +97,7 @@ class Journal:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.damaged = 0
+        self.whole = False  # True once its last line is known to be whole
         self.places: dict[str, tuple[int, int]] = {}  # where the line of each student begins, and its length [byte]
 
     def read(self) -> Iterator[Entry]:
@@ -104,7 +105,7 @@ class Journal:
 
         Gives: The last one of a student holds.
         """
-        self.damaged, self.places, at = 0, {}, 0
+        self.damaged, self.whole, self.places, at = 0, False, {}, 0
         try:
             with self.path.open("rb") as file:
                 for line in file:
@@ -131,18 +132,25 @@ class Journal:
     def add(self, entry: Entry, grade: str = "") -> None:
         """Write a line at the end, whole, at once; `grade` as `Entry.to_line` has it."""
         try:
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            with self.path.open("ab+", buffering=0) as file:
-                end = file.seek(0, 2)
-                if end:
-                    file.seek(end - 1)
-                    if file.read(1) != b"\n":
-                        file.write(b"\n")  # what was torn stays alone on its line
+            if not self.whole:
+                self._begin()
+            with self.path.open("ab", buffering=0) as file:
                 line = entry.to_line(grade).encode()
                 self.places[entry.grade.student] = file.tell(), len(line)
                 file.write(line)
         except OSError as error:
             raise cannot_write(self.path.parent, error) from None
+
+    def _begin(self) -> None:
+        """See that there is a file, and that its last line is whole."""
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        with self.path.open("ab+", buffering=0) as file:
+            end = file.seek(0, 2)
+            if end:
+                file.seek(end - 1)
+                if file.read(1) != b"\n":
+                    file.write(b"\n")  # what was torn stays alone on its line
+        self.whole = True
 
     def replace(self, entries: Iterable[Entry], changed: Collection[str] = ()) -> None:
         """Write it anew, a line for each entry, the old one where the student is not among the changed.
@@ -195,10 +203,13 @@ def write_whole(path: Path, parts: Iterable[bytes]) -> None:
     """Write a file, whole or not at all."""
     unfinished = path.with_name(f".{path.name}.part")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with unfinished.open("wb") as file:
-            for part in parts:
-                file.write(part)
+        try:
+            file = unfinished.open("wb")
+        except FileNotFoundError:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            file = unfinished.open("wb")
+        with file:
+            file.writelines(parts)
         unfinished.replace(path)
     except OSError as error:
         raise cannot_write(path.parent, error) from None

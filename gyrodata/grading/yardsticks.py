@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec import Struct
@@ -21,8 +22,10 @@ from gyrodata.diagnostics import RUBRIC_PARTS_CONTRADICT
 from gyrodata.grading.toml_table import Table
 from gyrodata.physics import Floats
 from gyrodata.quantities import parse_quantity, parse_uncertainty
-from gyrodata.results import Analysis
 from gyrodata.units import UnitError
+
+if TYPE_CHECKING:
+    from gyrodata.results import Analysis
 
 FIT_WORDS = {
     "through_origin": "a line through the origin",

@@ -6,13 +6,15 @@ import csv
 import io
 import json
 import re
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import asdict
 
 from gyrodata.comparisons import Run
 from gyrodata.physics import RPM
-from gyrodata.results import Analysis
+
+if TYPE_CHECKING:
+    from gyrodata.results import Analysis
 
 RUN_UNITS = {
     "mass": "kg",

@@ -343,7 +343,7 @@ class TestNotGraded:
         def broken(*_: object, **__: object) -> None:
             raise np.linalg.LinAlgError("singular matrix")
 
-        monkeypatch.setattr("gyrodata.grading.grade.analyze_readings", broken)
+        monkeypatch.setattr("gyrodata.analysis.analyze_readings", broken)
         found = grade(report(rows))
         assert (found.status, found.why) == (
             "not graded",

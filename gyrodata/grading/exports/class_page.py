@@ -48,7 +48,9 @@ def class_page(found: ClassGrades, feedback: Callable[[str], str]) -> Iterator[s
         "unit": f"{power} kg·m²" if power else "kg·m²",
         "cells": lambda grade: _cells(grade, factor),
     }
-    yield from environment().get_template("class.html.jinja").generate(content)
+    page = environment().get_template("class.html.jinja").stream(content)
+    page.enable_buffering(1000)
+    yield from page
 
 
 def _cells(grade: Grade, factor: float) -> list[dict[str, Any]]:

@@ -369,5 +369,14 @@ def test_what_a_grade_leaves_out_changes_nothing_else(name: str) -> None:
     assert (part.diagnostics, part.run_table) == (whole.diagnostics, whole.run_table)
     assert part.torques == tuple(replace(one, without=None) for one in whole.torques)
     assert part.inertia == whole.inertia
+    assert part.effects == ()
     assert (part.advice, part.sensitivity, part.fits, part.power_law) == ((), (), (), ())
     assert whole.advice
+
+
+def test_a_grade_sizes_the_release_where_it_matters() -> None:
+    readings = read_log(CODES["G418"].example.encode())
+    whole, part = analyze_readings(readings), analyze_readings(readings, whole=False)
+    assert "G418" in [one.code for one in part.diagnostics]
+    assert part.diagnostics == whole.diagnostics
+    assert part.effects == tuple(one for one in whole.effects if one.effect == "release")

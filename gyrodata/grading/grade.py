@@ -273,7 +273,7 @@ def _gather(
 ) -> Evidence:
     """Hold the report against the student's own runs."""
     own = own_runs(analysis, rubric.accept)
-    values = own.values()
+    values = own.values
     reported = _usable(answers.inertia)
     evidence = Evidence(
         analysis=analysis,

@@ -60,7 +60,7 @@ def find_slips(
     `reported` [kg*m^2]. `step`: One step of its last digit [kg*m^2]. Gives: The likeliest first; several where they
     explain it equally well; empty where the runs explain the report or no known slip does.
     """
-    honest = own.values()
+    honest = own.values
     if min(distance(reported, value.value, step, own.yardstick) for value in honest) <= FROM:
         return ()
     if reported < 0 and min(distance(-reported, value.value, step, own.yardstick) for value in honest) <= FROM:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Iterable, Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -61,7 +62,7 @@ def fit_words(name: str) -> str:
     return FIT_WORDS[fit] + SET_WORDS.get(runs, "")
 
 
-class OwnRuns(Struct, frozen=True):
+class OwnRuns(Struct, frozen=True, dict=True):
     """The runs of one log as the textbook fits need them, n runs."""
 
     product: Floats  # φ̇ψ̇ with the torque's sign [rad²/s²], shape (n,)
@@ -91,8 +92,9 @@ class OwnRuns(Struct, frozen=True):
                 found.append((f"{name}:{suffix}" if suffix else name, value, u))
         return found
 
+    @cached_property
     def values(self) -> tuple[OwnValue, ...]:
-        """Give every accepted fit of the runs as they are, the rubric's order kept and equal ones once.
+        """Every accepted fit of the runs as they are, the rubric's order kept and equal ones once.
 
         Where none of them is possible (a constant, and one torque only), it is the recommended fit.
         """

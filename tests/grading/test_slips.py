@@ -82,7 +82,7 @@ class TestHonestReports:
 
     def test_match_the_fit_that_was_used_to_the_digits_reported(self, rows: Sheet) -> None:
         analysis, _ = read(rows)
-        own = {value.name: value for value in own_runs(analysis, ACCEPTED).values()}
+        own = {value.name: value for value in own_runs(analysis, ACCEPTED).values}
         for fit in TEXTBOOK:
             value, u = RIGHT.inertia(rows, fit)
             assert own[fit].value == pytest.approx(value, rel=1e-12)
@@ -174,13 +174,13 @@ class TestOwnRuns:
         turns[4] = 2
         wrong = Sheet(rows.mass, rows.position, rows.spin, rows.time, turns)
         analysis, _ = read(wrong)
-        values = {value.name: value.value for value in own_runs(analysis, ACCEPTED).values()}
+        values = {value.name: value.value for value in own_runs(analysis, ACCEPTED).values}
         assert {"through_origin", "through_origin:all", "mean_of_ratios:all"} <= set(values)
         assert values["mean_of_ratios:all"] == pytest.approx(RIGHT.inertia(wrong, "mean_of_ratios")[0])
-        assert "every run" in own_runs(analysis, ACCEPTED).values()[-1].words
+        assert "every run" in own_runs(analysis, ACCEPTED).values[-1].words
 
     def test_one_torque_leaves_no_line_with_a_constant(self) -> None:
         rows = sheet(np.random.default_rng(5), weights=(0.04,))
         analysis, _ = read(rows)
-        assert [value.name for value in own_runs(analysis, ("with_constant",)).values()] == ["recommended"]
-        assert "with_constant" not in [value.name for value in own_runs(analysis, ACCEPTED).values()]
+        assert [value.name for value in own_runs(analysis, ("with_constant",)).values] == ["recommended"]
+        assert "with_constant" not in [value.name for value in own_runs(analysis, ACCEPTED).values]

@@ -571,6 +571,12 @@ EXPLAINED_CODE_UNKNOWN = _error(
     "explain G999",
     "take a code as a message shows it, such as G454; gyro schema --diagnostics lists all",
 )
+HAND_IN_AS_IT_IS = _error(
+    "G608",
+    "--hand-in with an option that gyro grade does not know",
+    "check log.csv --hand-in --set turns=1",
+    "leave the option out, and write what it says into the log: # turns: 1",
+)
 
 # gyro predict
 OPTION_IS_NO_QUANTITY = _error(
@@ -715,6 +721,18 @@ ANSWER_ELSEWHERE = _note(
     "the answer stands in a text beside the log",
     "grade class, with report.txt: I_zz = 4.4e-3 kg m^2",
     "nothing, if that is the answer; write it into the log, # I_zz = 4.4e-3 kg m^2, to have it read there",
+)
+ANSWER_READ = _note(
+    "G718",
+    "what is read as the answer",
+    "check log.csv report.txt --hand-in, with report.txt: I_zz = 4.4e-3 ± 0.1e-3 kg m^2",
+    "nothing, if it is the answer that is meant",
+)
+ANSWER_MISSING = _warning(
+    "G719",
+    "there is no answer that can be read",
+    "check log.csv --hand-in, with no I_zz in it",
+    "write it above the table of the log, and nowhere else: # reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2",
 )
 
 # a rubric

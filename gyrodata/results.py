@@ -338,6 +338,23 @@ class AnalysisDocument(Struct, eq=False):
     diagnostics: tuple[Diagnostic, ...]
 
 
+class HandIn(Struct, eq=False):
+    """What ``gyro check --hand-in`` reads as a grader will."""
+
+    text: str | None
+    """I_zz as written; null where none is found."""
+    inertia: float | None
+    """[kg*m^2]; null where it cannot be read, or two differ."""
+    u: float | None
+    """Standard uncertainty [kg*m^2]; null where none is found."""
+    file: str | None
+    """Where it stands, …"""
+    line: int | None
+    """… and in which line."""
+    station: str | None
+    """The station that the log names."""
+
+
 class CheckDocument(Struct, eq=False):
     """What ``gyro check --format json`` says of one log."""
 
@@ -347,6 +364,8 @@ class CheckDocument(Struct, eq=False):
     clean: bool
     """True if nothing above a note was found."""
     diagnostics: tuple[Diagnostic, ...]
+    hand_in: HandIn | None
+    """null without --hand-in."""
 
 
 def document(
@@ -362,10 +381,15 @@ def document(
 
 
 def check_document(
-    name: str, sha256: str | None, rows: int | None, clean: bool, diagnostics: tuple[Diagnostic, ...]
+    name: str,
+    sha256: str | None,
+    rows: int | None,
+    clean: bool,
+    diagnostics: tuple[Diagnostic, ...],
+    hand_in: HandIn | None = None,
 ) -> dict[str, Any]:
     """Put what `gyro check` found into the object of the JSON contract."""
-    return plain(CheckDocument("gyro.check/1", Tool(), Input(name, sha256, rows), clean, diagnostics))  # type: ignore[no-any-return]
+    return plain(CheckDocument("gyro.check/1", Tool(), Input(name, sha256, rows), clean, diagnostics, hand_in))  # type: ignore[no-any-return]
 
 
 def plain(item: Any) -> Any:

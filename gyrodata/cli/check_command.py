@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -10,11 +12,13 @@ import typer
 
 from gyrodata.cli.options import ConfigOption, MappingOption, SettingsOption, pairs, with_units
 from gyrodata.cli.terminal import FAULT, coloured, fault, name_of, refuse, source_of, write_out
-from gyrodata.diagnostics import FORMAT_FOR_ONE_LOG
+from gyrodata.diagnostics import FORMAT_FOR_ONE_LOG, HAND_IN_AS_IT_IS
 from gyrodata.errors import GyroError
 
 if TYPE_CHECKING:
+    from gyrodata.errors import Diagnostic
     from gyrodata.readings import Readings
+    from gyrodata.results import HandIn
 
 
 CheckFormat = Literal["text", "json", "ndjson", "github"]
@@ -33,6 +37,11 @@ def template(
 
 def check(
     logs: Annotated[list[str], typer.Argument(metavar="LOG...", help="CSV logs; - is standard input.")],
+    hand_in: Annotated[
+        bool,
+        typer.Option("--hand-in", help="Say instead what gyro grade will read as the answer: of files that are handed "
+                     "in together, or of a folder or zip."),
+    ] = False,
     form: Annotated[
         CheckFormat, typer.Option("--format", "-f", help="github: annotations of a workflow run.")
     ] = "text",
@@ -40,30 +49,51 @@ def check(
     mapping: MappingOption = None,
     config: ConfigOption = None,
     exit_zero: Annotated[bool, typer.Option("--exit-zero", help="Exit with 0 even when something is found.")] = False,
-) -> None:
+) -> None:  # fmt: skip
     """Say what is wrong with a log, and what it still lacks, before the weight comes off.
 
-    Exit codes: 0 clean; 1 something was found; 2 usage, or a log that cannot be read; 3 a fault of gyro.
+    Exit codes: 0 clean; 1 something was found, or with --hand-in no answer, or two that differ; 2 usage, or a log that
+    cannot be read; 3 a fault of gyro.
     """
     given = pairs(settings, "--set"), pairs(mapping, "--map")
-    if form == "json" and len(logs) > 1:
+    if hand_in:
+        if settings or mapping or config or "-" in logs:
+            message = "--hand-in reads files as gyro grade does, which knows no --set, --map, --config and no -"
+            refuse(HAND_IN_AS_IT_IS, message, "leave these out, and write what they say into the log")
+        from gyrodata.grading import read_hand_in
+
+        files = [Path(log) for log in logs]
+        worst = _check_one(logs[0], lambda: read_hand_in(files), form, {path.name: str(path) for path in files})
+    elif form == "json" and len(logs) > 1:
         refuse(FORMAT_FOR_ONE_LOG, "--format json is for one log", "use --format ndjson for several: one object a line")
-    worst = max(_check_one(log, given[0], given[1], config, form) for log in logs)
+    else:
+        worst = max(_check_one(log, partial(_read, log, *given, config), form, {}) for log in logs)
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
 
 
-def _check_one(
-    log: str, settings: dict[str, str], mapping: dict[str, str], config: Path | None, form: CheckFormat
-) -> int:
-    """Check one log, print what was found, and give the exit code."""
-    from gyrodata import reporting
+Read = tuple["Readings", "HandIn | None", tuple["Diagnostic", ...]]
+"""A log, what a grader would read beside it, and what was found on the way."""
+
+
+def _read(log: str, settings: dict[str, str], mapping: dict[str, str], config: Path | None) -> Read:
+    """Read one log by itself."""
     from gyrodata.readings import read_log
 
+    return read_log(**source_of(log), settings=settings, mapping=mapping, config=config), None, ()
+
+
+def _check_one(log: str, read: Callable[[], Read], form: CheckFormat, paths: Mapping[str, str]) -> int:
+    """Check one log, print what was found, and give the exit code; `paths`: where each file by its name is."""
+    from gyrodata import reporting
+
     readings: Readings | None = None
+    hand_in: HandIn | None = None
+    told: tuple[Diagnostic, ...] = ()
     try:
-        readings = read_log(**source_of(log), settings=settings, mapping=mapping, config=config)
-        found = readings.diagnostics
-        if not any(diagnostic.severity == "error" for diagnostic in found):
+        readings, hand_in, told = read()
+        found = (*readings.diagnostics, *told)
+        # What the log lacks is told before it is handed in, when it can still be measured.
+        if readings.ok and hand_in is None:
             from gyrodata.procedure import check_procedure
 
             found = (*found, *check_procedure(readings))
@@ -72,16 +102,21 @@ def _check_one(
         found, code = error.diagnostics, error.exit_code
     except Exception as error:
         found, code = (fault(error, name_of(log)),), FAULT
-    found = tuple(sorted(found, key=lambda diagnostic: (diagnostic.line or 0, diagnostic.column or 0)))
-    name = name_of(log)
+    # What is said of the whole hand-in comes last.
+    found = tuple(sorted(found, key=lambda one: (one in told, one.line or 0, one.column or 0)))
+    name = readings.name if readings and hand_in else name_of(log)
     if form == "text":
-        write_out(coloured(reporting.check_text(name, len(readings.runs) if readings else None, found), sys.stdout))
+        well = "with an answer" if hand_in else "complete"
+        runs = len(readings.runs) if readings else None
+        write_out(coloured(reporting.check_text(name, runs, found, well), sys.stdout))
     elif form == "github":
-        write_out(reporting.github_annotations(name if log == "-" else log, found))
+        for one in found:
+            path = paths.get(one.file or name, one.file) if paths else name if log == "-" else log
+            write_out(reporting.github_annotations(path, [one]))
     else:
         digest, rows = (readings.sha256, len(readings.runs)) if readings else (None, None)
         from gyrodata.results import check_document
 
-        document = check_document(name, digest, rows, code == 0, found)
+        document = check_document(name, digest, rows, code == 0, found, hand_in)
         write_out(reporting.json_text(document, indent=2 if form == "json" else None))
     return code

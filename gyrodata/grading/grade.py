@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
-from pathlib import PurePosixPath
 from sys import intern
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -24,12 +23,11 @@ from gyrodata.grading.forensics import Fingerprint, fingerprint
 from gyrodata.grading.late import Lateness, judge_lateness
 from gyrodata.grading.rubric import ASKS, Rubric
 from gyrodata.grading.slips import SAME, Slip, find_slips
-from gyrodata.grading.submissions import Answers, read_answers
 from gyrodata.grading.yardsticks import Reference, class_references, distance, nearest, own_runs, station_key
-from gyrodata.readings import Readings, Reported, read_log, read_reported
+from gyrodata.readings import Readings, Reported, read_reported
 
 if TYPE_CHECKING:
-    from gyrodata.grading.submissions import Submission
+    from gyrodata.grading.submissions import Answers, Submission
     from gyrodata.results import Analysis
 
 FAR = 3.0  # a report farther than this from every accepted fit [u], and explained by no known slip, is worth a look
@@ -167,10 +165,7 @@ def grade_submission(submission: Submission, rubric: Rubric, reported: str | Non
     if submission.problem is not None:
         return _without_marks(blank, rubric, submission.problem)
     try:
-        readings = read_log(
-            submission.log(), name=PurePosixPath(submission.log_file or submission.log_name or "log").name
-        )
-        answers = read_answers(readings, submission.answers(), submission.reports())
+        readings, answers = submission.read()
         if reported is not None:
             answers = replace(answers, inertia=read_reported("inertia", reported))
         analysis = analyze_readings(readings, whole=False)
@@ -193,7 +188,7 @@ def grade_submission(submission: Submission, rubric: Rubric, reported: str | Non
         marks=marks,
         slips=evidence.slips,
         look=(*blank.look, *_looks(evidence)),
-        station=_station(readings),
+        station=station_of(readings),
         reported=_reported_dict(evidence.reported),
         own={own.name: {"value": own.value, "u": own.u} for own in evidence.values},
         inertia=analysis.inertia.value,
@@ -274,7 +269,7 @@ def _gather(
     """Hold the report against the student's own runs."""
     own = own_runs(analysis, rubric.accept)
     values = own.values
-    reported = _usable(answers.inertia)
+    reported = usable(answers.inertia)
     evidence = Evidence(
         analysis=analysis,
         lacks=lacks,
@@ -298,7 +293,7 @@ def _gather(
     return replace(evidence, matched=matched, d=d, d_carried=slips[0].distance if slips else d, slips=slips)
 
 
-def _usable(reported: Reported | None) -> Reported | None:
+def usable(reported: Reported | None) -> Reported | None:
     """Take the number of a report without a usable unit as kg·m²: the unit is judged once, by itself."""
     if reported is None:
         return None
@@ -335,7 +330,8 @@ def _looks(evidence: Evidence) -> list[str]:
     return found
 
 
-def _station(readings: Readings) -> str | None:
+def station_of(readings: Readings) -> str | None:
+    """Take the station that a log names, as a rubric names it."""
     text = next((value for key, value in readings.metadata.items() if key.strip().lower() == "station"), "")
     return station_key(text) or None
 

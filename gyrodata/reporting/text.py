@@ -159,13 +159,13 @@ def _indented(lines: Iterable[str]) -> list[str]:
 # --- what a check has found, and the table of codes ---------------------------------------------------------------
 
 
-def check_text(name: str, runs: int | None, diagnostics: Sequence[Diagnostic]) -> str:
-    """Write what `gyro check` found, and a last line that sums it up."""
+def check_text(name: str, runs: int | None, diagnostics: Sequence[Diagnostic], well: str = "complete") -> str:
+    """Write what `gyro check` found, and a last line that sums it up; `well`: What it is if nothing was found."""
     counts = {severity: sum(d.severity == severity for d in diagnostics) for severity in ("error", "warning", "note")}
     told = ", ".join(count_text(count, severity) for severity, count in counts.items() if count)
     read = "" if runs is None else f"{count_text(runs, 'run')}, "
     clean = not counts["error"] and not counts["warning"]
-    verdict = f"complete{f' ({told})' if told else ''}" if clean else told
+    verdict = f"{well}{f' ({told})' if told else ''}" if clean else told
     return visible("".join(f"{diagnostic}\n" for diagnostic in diagnostics) + f"{name}: {read}{verdict}\n")
 
 

@@ -242,6 +242,21 @@ def assert_truth(*documents: str) -> None:
         assert abs(inertia["value"] - TRUTH) < 4 * inertia["u"]
 
 
+@carries_out("G608", "G718", "G719")
+def test_a_hand_in_is_read_as_it_is(lab: Path) -> None:
+    """The other hints of G719 are in `test_hand_in`."""
+    (lab / "mine.csv").write_text(log(), encoding="utf-8")
+    refused = gyro("check", "mine.csv", "--hand-in", "--set", "g=9.8 m/s^2")
+    assert refused.exit_code == 2
+    assert "leave these out" in hint_of(refused, "G608")
+    asked = gyro("check", "mine.csv", "--hand-in")
+    assert asked.exit_code == 1
+    line = found(r"with your value: (# .+)", asked.stdout)
+    (lab / "mine.csv").write_text(f"# g: 9.8 m/s^2\n{line}\n{log(top='')}", encoding="utf-8")
+    done = gyro("check", "mine.csv", "--hand-in")
+    assert (done.exit_code, "G718" in done.stdout) == (0, True)
+
+
 @carries_out("G601", "G602", "G604")
 @pytest.mark.parametrize(
     ("code", "typed", "kept", "more"),

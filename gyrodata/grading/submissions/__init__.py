@@ -6,8 +6,8 @@ Only names and metadata are read here; a log is read when it is graded, one at a
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator, Mapping
-from pathlib import Path
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path, PurePosixPath
 from typing import Literal
 
 from msgspec import Struct
@@ -15,6 +15,7 @@ from msgspec.structs import replace
 
 from gyrodata.diagnostics import (
     CODES,
+    FILE_NOT_FOUND,
     FILES_OF_NO_STUDENT,
     GRADESCOPE_METADATA_CANNOT_BE_READ,
     NO_SUBMISSION,
@@ -33,8 +34,8 @@ from gyrodata.grading.submissions.names import (
     shown,
     whose_names,
 )
-from gyrodata.grading.submissions.student_files import Answers, Choice, choose_files, is_report, read_answers
-from gyrodata.readings import listing
+from gyrodata.grading.submissions.student_files import Answers, Choice, choose_files, read_answers
+from gyrodata.readings import Readings, listing, read_log
 
 __all__ = [
     "Answers",
@@ -47,6 +48,7 @@ __all__ = [
     "read_file",
     "shown",
     "size_text",
+    "submission_of",
 ]
 
 Attempts = Literal["newest", "oldest"]
@@ -100,6 +102,12 @@ class Submission(Struct, frozen=True):
                 yield shown(name.rpartition("/")[2]), read_file(self.source, name, _MOST_REPORT)
             except GyroError:
                 continue
+
+    def read(self) -> tuple[Readings, Answers]:
+        """Read the log, and what is reported: whatever grades, or tells what would be graded, reads them here."""
+        name = PurePosixPath(self.log_file or self.log_name or "log").name
+        readings = read_log(self.log(), name=name)
+        return readings, read_answers(readings, self.answers(), self.reports())
 
     def feedback_name(self, ending: str) -> str:
         """Name a feedback file, below the zip that is handed back, so that the platform gives it to this student.
@@ -183,6 +191,38 @@ def find_submissions(
     if not items:
         raise InputError([_nothing_found(files, lms, pattern)])
     return Submissions(seen, items, tuple(finder.told))
+
+
+def submission_of(paths: Sequence[Path]) -> tuple[Submission, tuple[Diagnostic, ...]]:
+    """Take files, or one folder or zip, as what one student hands in; say what is left aside."""
+    first = paths[0]
+    diagnostics: tuple[Diagnostic, ...] = ()
+    if any(path.is_dir() or path.suffix.lower() == ".zip" for path in paths):
+        if len(paths) > 1:
+            hint = "give the files that are handed in together, or the one folder or zip that they are in"
+            raise InputError.of(NO_SUBMISSION, f"{len(paths)} are given, and not all of them are files", hint)
+        files = list_files(first)
+        root, sizes, diagnostics = files.root, files.sizes, files.diagnostics
+        own = {name: shown(name) for name in sizes}
+    else:
+        root = Path.cwd()
+        for path in paths:
+            if not path.is_file():
+                raise InputError.of(FILE_NOT_FOUND, f"there is no file {str(path)!r}", "check its name and its folder")
+        # A name that is whole is found below any folder.
+        resolved = {str(path.resolve()): path for path in paths}
+        sizes = {name: path.stat().st_size for name, path in resolved.items()}
+        own = {name: shown(path.name) for name, path in resolved.items()}
+    choice = choose_files(own, sizes, lambda name: read_file(root, name))
+    if choice.note:
+        told = Diagnostic(ONE_OF_SEVERAL_GRADED, CODES[ONE_OF_SEVERAL_GRADED].severity, choice.note)
+        diagnostics = (*diagnostics, told)
+    made = Submission(
+        first.name, first.name, {}, root, tuple(sorted(own)), choice.log, choice.answers,
+        own[choice.log] if choice.log else None, own[choice.answers] if choice.answers else None,
+        tuple(sorted(choice.reports(own))), problem=choice.problem, feedback_stem=first.stem,
+    )  # fmt: skip
+    return made, diagnostics
 
 
 def _running_autograder(root: Path, lms: str, layout: Autograder, attempts: Attempts) -> Submissions:
@@ -294,7 +334,6 @@ class _Finder:
         own = {name: what.file for name, what in files.items() if what.file}
         choice = self._choose(own, first)
         graded = files[choice.log] if choice.log else first
-        chosen = (choice.log, choice.answers)
         told = self.metadata.get(first.stem, Metadata(()))
         late = told.late_seconds
         return Submission(
@@ -307,7 +346,7 @@ class _Finder:
             choice.answers,
             own[choice.log] if choice.log else None,
             own[choice.answers] if choice.answers else None,
-            tuple(sorted(n for n, one in files.items() if n not in chosen and (not one.file or is_report(one.file)))),
+            tuple(sorted([*choice.reports(own), *(name for name, what in files.items() if not what.file)])),
             any(what.late for what in files.values()) or (late is not None and late > 0),
             None if late is None else max(0.0, late),
             told.submitted or first.submitted,

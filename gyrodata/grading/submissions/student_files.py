@@ -54,6 +54,10 @@ class Choice(Struct, frozen=True):
     problem: str | None = None  # why there is no log to grade
     note: str | None = None  # what whoever grades may want to know of the choice
 
+    def reports(self, files: Mapping[str, str]) -> list[str]:
+        """Name the other texts in which an answer may stand."""
+        return [name for name, own in files.items() if name not in (self.log, self.answers) and is_report(own)]
+
 
 def ending(name: str) -> str:
     """Give the ending of a file in small letters, without a ``.gz`` behind it."""
@@ -191,6 +195,7 @@ class Answers(Struct, frozen=True):
     # added
     others: Mapping[str, Reported] = field(default_factory=dict)
     diagnostics: tuple[Diagnostic, ...] = ()  # what whoever grades should know of how it was read
+    file: str = ""  # name of the one in which I_zz stands
 
 
 def read_answers(readings: Readings | None, toml: bytes | None, reports: Iterable[tuple[str, bytes]] = ()) -> Answers:
@@ -203,6 +208,7 @@ def read_answers(readings: Readings | None, toml: bytes | None, reports: Iterabl
     """
     found: dict[str, Reported] = dict(readings.reported) if readings is not None else {}
     told: list[Diagnostic] = []
+    file = readings.name if readings is not None and "inertia" in found else ""
     if toml is not None:
         for key, reported in _read_file(toml, told).items():
             before = found.get(key)
@@ -210,18 +216,20 @@ def read_answers(readings: Readings | None, toml: bytes | None, reports: Iterabl
                 message = f'{key} is "{before.text}" in the log and "{reported.text}" in {_FILE}; the latter is graded'
                 told.append(_diagnostic(ANSWERS_CONTRADICT_LOG, message, "", reported.line))
             found[key] = reported
+            file = _FILE if key == "inertia" else file
     inertia = found.pop("inertia", None)
     elsewhere = (
         one_inertia([one for name, data in reports for one in _in_text(name, data)]) if inertia is None else None
     )
     if elsewhere:
         place, inertia = elsewhere
+        file = place.rpartition(", line ")[0]
         told.append(
             Diagnostic(
                 ANSWER_ELSEWHERE, CODES[ANSWER_ELSEWHERE].severity, f'I_zz is read from {place}: "{inertia.text}"'
             )
         )
-    return Answers(inertia, found, tuple(told))
+    return Answers(inertia, found, tuple(told), file)
 
 
 def _in_text(name: str, data: bytes) -> list[tuple[str, Reported]]:
@@ -233,6 +241,8 @@ def _in_text(name: str, data: bytes) -> list[tuple[str, Reported]]:
     if ending(name) in (".html", ".htm"):
         parted = re.sub(r"(?i)<(?:br|/?(?:p|div|li|tr|h\d|table|ul|ol))\b[^<>]*>", "\n", text)
         text = html.unescape(re.sub(r"<[^<>]*>", "", parted)).replace("\u00a0", " ")
+        # Lines are counted as they are shown.
+        text = re.sub(r"\s*\n\s*", "\n", text).strip()
     lines = list(enumerate(split_lines(text)[:_MOST_LINES], 1))
     found = [(number, answer) for number, line in lines if (answer := find_inertia(line))]
     return [(f"{name}, line {number}", read_reported("inertia", answer, number)) for number, answer in found]

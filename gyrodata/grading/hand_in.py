@@ -1,0 +1,71 @@
+"""What a grader will read of a hand-in, told to the student before it is handed in: ``gyro check --hand-in``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path, PurePosixPath
+
+from gyrodata.diagnostics import ANSWER_ELSEWHERE, ANSWER_MISSING, ANSWER_READ, CODES, NO_SUBMISSION
+from gyrodata.errors import Diagnostic, InputError
+from gyrodata.grading.grade import station_of, usable
+from gyrodata.grading.submissions import Answers, Submission, shown, submission_of
+from gyrodata.readings import Readings, listing
+from gyrodata.reporting import inertia_text
+from gyrodata.results import HandIn
+
+_SAMPLE = "4.4e-3 ± 0.1e-3 kg m^2"
+
+
+def read_hand_in(paths: Sequence[Path]) -> tuple[Readings, HandIn, tuple[Diagnostic, ...]]:
+    """Read a student's files, or folder or zip, as `grade_submission` does, and say what is taken for the answer."""
+    submission, told = submission_of(paths)
+    if submission.problem is not None:
+        hint = "a log is a CSV file or a workbook; gyro template prints one to fill in"
+        raise InputError.of(NO_SUBMISSION, submission.problem, hint, paths[0].name)
+    readings, answers = submission.read()
+    reported = usable(answers.inertia)
+    file = answers.file
+    if submission.answers_file and file not in ("", readings.name):
+        own = PurePosixPath(submission.answers_file).name
+        file = own if file == "answers.toml" else file
+    one = HandIn(
+        text=reported.text if reported else None,
+        inertia=reported.value if reported else None,
+        u=reported.u if reported else None,
+        file=file or None,
+        line=reported.line if reported else None,
+        station=station_of(readings),
+    )
+    # Where the answer stands is said once.
+    others = [found for found in answers.diagnostics if found.code != ANSWER_ELSEWHERE]
+    said = _missing(submission, answers, one) if one.inertia is None else _found(answers, one)
+    return readings, one, (*told, *others, said)
+
+
+def _found(answers: Answers, one: HandIn) -> Diagnostic:
+    place = f"{one.file}, line {one.line}" if one.line else f"{one.file}"
+    message = f"I_zz = {inertia_text(one.inertia or 0.0, one.u)}, read from {place}"
+    if one.u is None:
+        message += "; no uncertainty is found with it"
+    if answers.inertia is not None and answers.inertia.problem:
+        message += f"; {answers.inertia.problem}"
+    if one.station is not None:
+        message += f"; station: {one.station}"
+    return Diagnostic(ANSWER_READ, CODES[ANSWER_READ].severity, message, "", one.file or "", one.line)
+
+
+def _missing(submission: Submission, answers: Answers, one: HandIn) -> Diagnostic:
+    log = shown(PurePosixPath(submission.log_file or "").name)
+    hint = f"write one line above the table of {log}, with your value: # reported_inertia: {_SAMPLE}"
+    if answers.inertia is None:
+        read = [name for name in (submission.log_name, submission.answers_name, *submission.report_names) if name]
+        names = sorted(shown(PurePosixPath(name).name) for name in read)
+        unread = sorted(shown(PurePosixPath(name).name) for name in submission.members if name not in read)
+        message = f"no I_zz is found in {listing(names)}{f'; not read: {listing(unread)}' if unread else ''}"
+        return Diagnostic(ANSWER_MISSING, CODES[ANSWER_MISSING].severity, message, hint, log)
+    message = f"the answer cannot be read: {answers.inertia.problem}"
+    if one.file == log:
+        hint += ", and take its other lines with an I_zz out"
+    elif submission.answers_file and one.file == PurePosixPath(submission.answers_file).name:
+        hint = f'write in {one.file}, with your value: inertia = "{_SAMPLE}"'
+    return Diagnostic(ANSWER_MISSING, CODES[ANSWER_MISSING].severity, message, hint, one.file or log, one.line)

@@ -135,6 +135,8 @@ class Torque(Struct, frozen=True):
     """I_zz from the runs of the other torques [kg*m^2]; None where they cannot tell it, or of very many."""
     product_p: float | None
     """Chance of a scatter at least as large if φ̇ψ̇ is constant; None for one run."""
+    product_chi2: float | None
+    """χ² of that scatter by the uncertainties that each run has alone, of one degree of freedom less than runs."""
     period_per_spin: float
     """τ/ψ̇ = 2π/(φ̇ψ̇) from that mean, without its sign: slope of the period against the spin [s²/rad]."""
     period_per_spin_u: float
@@ -207,11 +209,13 @@ def torque_table(
             product_u=float(mean_u[k]),
             product_spread=or_none(spread[k]),
             without=without,
-            product_p=fitting.chi2_tail(float(chi2[k]), runs - 1) if runs > 1 and np.isfinite(chi2[k]) else None,
+            product_p=None if of_scatter is None else fitting.chi2_tail(of_scatter, runs - 1),
+            product_chi2=of_scatter,
             period_per_spin=float(slope[k]),
             period_per_spin_u=float(slope[k] * mean_u[k] / abs(mean[k])),
         )
         for k, (group, runs, without) in enumerate(zip(groups, told.runs.tolist(), others, strict=True))
+        for of_scatter in [float(chi2[k]) if runs > 1 and np.isfinite(chi2[k]) else None]
     )
 
 

@@ -39,20 +39,28 @@ if TYPE_CHECKING:
     from gyrodata.grading.rubric import ACCEPTED, Rubric, default_rubric, default_rubric_text, read_rubric, rubric_shape
     from gyrodata.grading.slips import Slip, find_slips
     from gyrodata.grading.submissions import Answers, Submission, Submissions, find_submissions, read_answers
-    from gyrodata.grading.yardsticks import Reference, class_references, distance, own_runs
+    from gyrodata.grading.yardsticks import (
+        Reference,
+        Scatter,
+        at_bench,
+        class_references,
+        class_scatter,
+        distance,
+        own_runs,
+    )
 
 __all__ = [
     "ACCEPTED", "AUTOGRADER", "DESK", "FIGURES", "JOURNAL", "LIMIT", "PLATFORMS", "PUBLISHED", "TABLE", "TODO",
     "Answers", "Basis", "Change", "ClassGrades", "CriterionFigures", "Decision", "Desk", "Entry", "Exemptions",
     "Filled", "Fingerprint", "Flag", "Grade", "Gradebooks", "GradingOptions", "Journal", "Mark", "Published",
-    "Reference", "Roster", "Rubric", "Slip", "Submission", "Submissions", "autograder_files", "changes_in",
-    "class_page", "class_references", "class_summary", "default_rubric", "default_rubric_text", "digest_of", "distance",
-    "duration_text", "feedback_html", "feedback_markdown", "fill_book", "find_desk", "find_slips", "find_submissions",
-    "find_unchanged", "fingerprint", "flag_class", "grade_autograder", "grade_class", "grade_lines", "grade_submission",
-    "grades_csv", "grades_document", "judge_lateness", "keep_run", "own_runs", "parse_duration", "points_text",
-    "read_answers", "read_desk", "read_exemptions", "read_hand_in", "read_roster", "read_rubric", "read_sheet",
-    "results_json", "rubric_shape", "settle", "why_again", "write_changed", "write_feedback", "write_results",
-    "write_whole",
+    "Reference", "Roster", "Rubric", "Scatter", "Slip", "Submission", "Submissions", "at_bench", "autograder_files",
+    "changes_in", "class_page", "class_references", "class_scatter", "class_summary", "default_rubric",
+    "default_rubric_text", "digest_of", "distance", "duration_text", "feedback_html", "feedback_markdown",
+    "fill_book", "find_desk", "find_slips", "find_submissions", "find_unchanged", "fingerprint", "flag_class",
+    "grade_autograder", "grade_class", "grade_lines", "grade_submission", "grades_csv", "grades_document",
+    "judge_lateness", "keep_run", "own_runs", "parse_duration", "points_text", "read_answers", "read_desk",
+    "read_exemptions", "read_hand_in", "read_roster", "read_rubric", "read_sheet", "results_json", "rubric_shape",
+    "settle", "why_again", "write_changed", "write_feedback", "write_results", "write_whole",
 ]  # fmt: skip
 
 _HOMES = {
@@ -78,7 +86,7 @@ _HOMES = {
         "rubric": "ACCEPTED Rubric default_rubric default_rubric_text read_rubric rubric_shape",
         "slips": "Slip find_slips",
         "submissions": "Answers Submission Submissions find_submissions read_answers",
-        "yardsticks": "Reference class_references distance own_runs",
+        "yardsticks": "Reference Scatter at_bench class_references class_scatter distance own_runs",
     }.items()
     for name in names.split()
 }

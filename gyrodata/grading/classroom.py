@@ -20,13 +20,21 @@ from msgspec.structs import replace
 from gyrodata.errors import GyroError
 from gyrodata.grading.exports import grades_csv
 from gyrodata.grading.forensics import Exemptions, Fingerprint, Flag, flag_class
-from gyrodata.grading.grade import Grade, grade_submission, not_graded, read_json, references_of, settle_one
+from gyrodata.grading.grade import (
+    Grade,
+    grade_submission,
+    not_graded,
+    read_json,
+    references_of,
+    scatters_of,
+    settle_one,
+)
 from gyrodata.grading.journal import Basis, Entry, Journal, bases_of, why_again, write_whole
 from gyrodata.grading.ledger import NO_DESK, Desk
 from gyrodata.grading.roster import Roster
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission, Submissions
-from gyrodata.grading.yardsticks import Reference
+from gyrodata.grading.yardsticks import Reference, Scatter, at_bench, scatter_words
 from gyrodata.workers import Failed, in_workers
 
 LIMIT = 30.0  # time for one submission [s] unless another is given; an ordinary one takes a hundredth
@@ -75,7 +83,7 @@ def grade_class(
     entries, again, unseen = _entries(items, rubric, options, desk)
     made = {item.student: entries[item.student] for item in items}
     placed = [desk.with_station(roster.named(replace(one.grade, fingerprint=None))) for one in made.values()]
-    references = references_of(placed, rubric)
+    references, scatters = references_of(placed, rubric), scatters_of(placed, rubric)
     prints = {student: one.grade.fingerprint for student, one in made.items() if one.grade.fingerprint is not None}
     if options.journal is not None and options.keep and (again or unseen or options.journal.damaged):
         options.journal.replace(made.values(), unseen)
@@ -83,8 +91,11 @@ def grade_class(
         source=items[0].source.resolve().name,
         submissions=replace(submissions, items=items),
         rubric=rubric,
-        grades=tuple(desk.applied(settle_one(grade, rubric, references), made[grade.student].seen) for grade in placed),
+        grades=tuple(
+            desk.applied(settle_one(grade, rubric, references, scatters), made[grade.student].seen) for grade in placed
+        ),
         references=references,
+        scatters=scatters,
         flags=flag_class(prints, (exempt or Exemptions()).joined([*roster.partners, *desk.partners]), previous),
         again=again,
         desk=desk,
@@ -136,7 +147,7 @@ def _grade_one(
     """Grade one submission, in a worker; give the grade as JSON, and each figure's file and words by its name."""
     grade = options.grader(submission, rubric, reported.get(submission.student))
     # Taken through JSON at once, so that a grade from the journal is the same to the last digit.
-    return grade.to_json(), _draw(submission) if options.figures is not None and grade.own else {}
+    return grade.to_json(), _draw(submission, rubric) if options.figures is not None and grade.own else {}
 
 
 def _entry(
@@ -177,14 +188,13 @@ def _why_figures(entry: Entry, item: Submission, options: GradingOptions) -> str
     return "" if there else "its figures are missing"
 
 
-def _draw(submission: Submission) -> dict[str, tuple[bytes, str]]:
+def _draw(submission: Submission, rubric: Rubric) -> dict[str, tuple[bytes, str]]:
     """Draw the figures of a log that was analysed: file and words by name."""
     from gyrodata import plotting
     from gyrodata.analysis import analyze_readings
-    from gyrodata.readings import read_log
 
     try:
-        analysis = analyze_readings(read_log(submission.log(), name=submission.log_file))
+        analysis = analyze_readings(at_bench(submission.read()[0], rubric.bench)[0])
     except GyroError:
         return {}  # it has changed since it was graded; the next run sees that
     figures = plotting.render(analysis, "png")
@@ -221,6 +231,7 @@ class ClassGrades(Struct, frozen=True, dict=True):
     lost: bool = False  # True: the run itself lost some (a time limit, a process that died), who are tried again
     desk: Desk = NO_DESK  # what a person decided
     roster: Roster = NOBODY
+    scatters: Mapping[str, Scatter] = {}  # how far the readings scatter, by station; none where that is not asked
 
     @cached_property
     def totals(self) -> list[float]:
@@ -263,6 +274,11 @@ class ClassGrades(Struct, frozen=True, dict=True):
     def table(self) -> str:
         """``grades.csv``."""
         return grades_csv(self.grades, self.flags, self.roster.absent)
+
+    @cached_property
+    def bench(self) -> str:
+        """What constancy is judged by, in words; "" where that is as usual."""
+        return scatter_words(self.scatters)
 
     @property
     def mean(self) -> float | None:

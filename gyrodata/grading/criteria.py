@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
 from gyrodata.errors import Diagnostic
+from gyrodata.fitting import chi2_tail, times_stated
 from gyrodata.grading.rubric import ASKS, KINDS, Criterion
 from gyrodata.grading.slips import Slip
-from gyrodata.grading.yardsticks import COARSEST, OwnValue, Reference
+from gyrodata.grading.yardsticks import COARSEST, OwnValue, Reference, Scatter
 from gyrodata.readings import Reported
 from gyrodata.reporting import count_text, inertia_text, p_text, power_of_ten
 
@@ -55,6 +56,7 @@ class Evidence(Struct, frozen=True, kw_only=True):
     yardstick: float  # u of the report's comparison as a share of I_zz [1]
     carries: bool = True  # True where own_data charges for a known slip, so that the reference is held to what is left
     pictures: int = 0  # files that may hold a plot
+    bench: tuple[str, ...] = ()  # uncertainties that the log has from the rubric, each in words
 
     @property
     def factor(self) -> float:
@@ -108,20 +110,48 @@ def _procedure(criterion: Criterion, evidence: Evidence) -> Mark:
 
 def _constancy(criterion: Criterion, evidence: Evidence) -> Mark:
     groups = [group for group in evidence.analysis.torques if group.torque and group.product_spread is not None]
-    chances = [group.product_p for group in groups if group.product_p is not None]
     if not groups:
         return mark(criterion, 0.0, "no torque has two runs, so nothing shows whether φ̇ψ̇ is constant", {})
     spread = max((group.product_spread or 0.0) / abs(group.product) for group in groups)
+    if any(one.startswith(_OF_SCATTER) for one in evidence.bench):
+        words = "the uncertainties that the rubric gives your bench"
+    else:
+        words = "the uncertainties that your log states" if times_stated(evidence.analysis.measurements) else USUAL
+    return _scatter_mark(criterion, spread, scatter_of(evidence.analysis), words)
+
+
+_OF_SCATTER = ("u_time ", "u_spin ", "u_turns ", "u_angle ", "u_precession")
+USUAL = "the usual uncertainties of such readings"
+
+
+def scatter_of(analysis: Analysis) -> tuple[tuple[float, int], ...]:
+    """Give χ² of φ̇ψ̇ within each torque, and its degrees of freedom."""
+    groups = [group for group in analysis.torques if group.torque and group.product_spread is not None]
+    return tuple((group.product_chi2, group.runs - 1) for group in groups if group.product_chi2 is not None)
+
+
+def _scatter_mark(
+    criterion: Criterion, spread: float, told: Sequence[tuple[float, int]], words: str, factor: float = 1.0
+) -> Mark:
+    """Judge the scatter of φ̇ψ̇ against uncertainties, in words, so many times as large as those of χ²."""
+    chances = [chi2_tail(chi2 / factor**2, dof) for chi2, dof in told]
     # The least of k chances, as the chance of one so small among k (Šidák).
     p = -math.expm1(len(chances) * math.log1p(-min(min(chances), 1 - 1e-15))) if chances else 1.0
-    value = p if criterion.curve.variable == "p" else spread
-    scatter = f"φ̇ψ̇ scatters by {100 * spread:.2g} % at most within a torque"
-    full = criterion.curve.share(value) == 1
-    verdict = "goes with" if full else "is more than"
-    reason = f"{scatter}, which {verdict} the uncertainties of your readings ({p_text(p)})"
-    if criterion.curve.variable == "spread":
-        reason = scatter
-    return mark(criterion, criterion.curve.share(value), reason, {"p": p, "spread": spread})
+    by_p = criterion.curve.variable == "p"
+    share = criterion.curve.share(p if by_p else spread)
+    reason = f"φ̇ψ̇ scatters by {100 * spread:.2g} % at most within a torque"
+    if by_p:
+        reason += f", which {'goes with' if share == 1 else 'is more than'} {words} ({p_text(p)})"
+    return mark(criterion, share, reason, {"p": p, "spread": spread, "factor": factor})
+
+
+def judge_scatter(criterion: Criterion, before: Mark, told: Sequence[tuple[float, int]], scatter: Scatter) -> Mark:
+    """Judge constancy by how far the class scatters, where a log states no uncertainties."""
+    spread = before.detail.get("spread")
+    if not told or not isinstance(spread, float):
+        return before
+    words = f"{USUAL}, {scatter.factor:.2g} times as large: {scatter.words}" if scatter.factor > 1 else USUAL
+    return _scatter_mark(criterion, spread, told, words, scatter.factor)
 
 
 def _listed(diagnostics: list[Diagnostic], most: int = 3) -> str:

@@ -18,12 +18,23 @@ from msgspec.structs import asdict, replace
 
 from gyrodata.diagnostics import OUTLIER_BEFORE_LEAVING
 from gyrodata.errors import Diagnostic, GyroError, LogError
-from gyrodata.grading.criteria import Evidence, Mark, judge, judge_reference, mark
+from gyrodata.fitting import times_stated
+from gyrodata.grading.criteria import Evidence, Mark, judge, judge_reference, judge_scatter, mark, scatter_of
 from gyrodata.grading.forensics import Fingerprint, fingerprint
 from gyrodata.grading.late import Lateness, judge_lateness
 from gyrodata.grading.rubric import ASKS, Rubric
 from gyrodata.grading.slips import SAME, Slip, find_slips
-from gyrodata.grading.yardsticks import Reference, class_references, distance, nearest, own_runs, station_key
+from gyrodata.grading.yardsticks import (
+    Reference,
+    Scatter,
+    at_bench,
+    class_references,
+    class_scatter,
+    distance,
+    nearest,
+    own_runs,
+    station_key,
+)
 from gyrodata.readings import Readings, Reported, read_reported
 
 if TYPE_CHECKING:
@@ -82,6 +93,9 @@ class Grade(Struct, frozen=True, kw_only=True):
     inertia_u: float | None = None  # its standard uncertainty [kg*m^2]
     matched: str | None = None  # the accepted fit that the report comes nearest to, a slip undone
     d: float | None = None  # distance of the report from it, as reported [u]
+    bench: tuple[str, ...] = ()  # uncertainties that the log does not state, and has from the rubric: "u_time 0.3 s"
+    scatters: tuple[tuple[float, int], ...] = ()
+    """χ² of φ̇ψ̇ within each torque and its degrees of freedom, by the usual uncertainties; none where others hold."""
     zeta: float | None = None  # zeta score of ISO 13528: distance from the reference over the u of both, a slip undone
     late_seconds: float | None  # late by this [s]; None where nothing tells
     late_deduction: float  # [points]
@@ -130,6 +144,8 @@ class Grade(Struct, frozen=True, kw_only=True):
         fields["marks"] = tuple(Mark(**one_copy(one)) for one in fields["marks"])
         fields["slips"] = tuple(Slip(**one) for one in fields["slips"])
         fields["look"] = tuple(fields["look"])
+        fields["bench"] = tuple(fields.get("bench", ()))
+        fields["scatters"] = tuple((chi2, dof) for chi2, dof in fields.get("scatters", ()))
         fields["by_hand"] = tuple(Decision(**one) for one in fields.get("by_hand", ()))
         fields["diagnostics"] = tuple(one_copy(one) for one in fields["diagnostics"])
         fields["fingerprint"] = None if fields["fingerprint"] is None else Fingerprint.from_dict(fields["fingerprint"])
@@ -166,6 +182,7 @@ def grade_submission(submission: Submission, rubric: Rubric, reported: str | Non
         return _without_marks(blank, rubric, submission.problem)
     try:
         readings, answers = submission.read()
+        readings, bench = at_bench(readings, rubric.bench)
         if reported is not None:
             answers = replace(answers, inertia=read_reported("inertia", reported))
         analysis = analyze_readings(readings, whole=False)
@@ -179,7 +196,7 @@ def grade_submission(submission: Submission, rubric: Rubric, reported: str | Non
     except (ArithmeticError, ValueError) as error:
         # Numbers on which the analysis itself breaks are no reason to lose the class, nor to give this one a zero.
         return _without_marks(blank, rubric, f"the analysis broke on these numbers ({type(error).__name__}: {error})")
-    evidence = _gather(analysis, lacks, answers, rubric, submission.members)
+    evidence = replace(_gather(analysis, lacks, answers, rubric, submission.members), bench=bench)
     marks = tuple(judge(criterion, evidence) for criterion in rubric.criteria)
     # The runs that look odd are in the analysis already.
     untold = [one for one in lacks if one.code != OUTLIER_BEFORE_LEAVING]
@@ -195,10 +212,12 @@ def grade_submission(submission: Submission, rubric: Rubric, reported: str | Non
         inertia_u=analysis.inertia.u,
         matched=evidence.matched.name if evidence.matched else None,
         d=evidence.d,
+        bench=bench,
+        scatters=() if times_stated(analysis.measurements) else scatter_of(analysis),
         diagnostics=_as_dicts((*analysis.diagnostics, *untold, *answers.diagnostics)),
         fingerprint=fingerprint(readings, analysis.measurements),
     )
-    return added_up(grade) if rubric.class_reference else settle_one(grade, rubric, rubric.references)
+    return added_up(grade) if rubric.class_reference else settle_one(grade, rubric, rubric.references, {})
 
 
 def settle(grades: Iterable[Grade], rubric: Rubric) -> tuple[Grade, ...]:
@@ -208,17 +227,25 @@ def settle(grades: Iterable[Grade], rubric: Rubric) -> tuple[Grade, ...]:
     grade depends on that order.
     """
     grades = tuple(grades)
-    references = references_of(grades, rubric)
-    return tuple(settle_one(grade, rubric, references) for grade in grades)
+    references, scatters = references_of(grades, rubric), scatters_of(grades, rubric)
+    return tuple(settle_one(grade, rubric, references, scatters) for grade in grades)
 
 
-def settle_one(grade: Grade, rubric: Rubric, references: Mapping[str, Reference]) -> Grade:
-    """Judge what waits for a reference, and add up anew."""
+def settle_one(
+    grade: Grade, rubric: Rubric, references: Mapping[str, Reference], scatters: Mapping[str, Scatter]
+) -> Grade:
+    """Judge what waits for a reference, or for how far the class scatters, and add up anew."""
     if not grade.own:
         return grade
-    reference = references.get(grade.station or "all") or references.get("all")
+    station = grade.station or "all"
+    reference = references.get(station) or references.get("all")
+    scatter = scatters.get(station) or scatters.get("all")
     marks = tuple(
-        judge_reference(criterion, one, reference) if criterion.check == "reference" else one
+        judge_reference(criterion, one, reference)
+        if criterion.check == "reference"
+        else judge_scatter(criterion, one, grade.scatters, scatter)
+        if criterion.check == "constancy" and scatter is not None
+        else one
         for criterion, one in zip(rubric.criteria, grade.marks, strict=True)
     )
     zeta = next((one.detail["z"] for one in marks if "z" in one.detail), None)
@@ -232,6 +259,12 @@ def references_of(grades: Iterable[Grade], rubric: Rubric) -> Mapping[str, Refer
     return class_references(
         (grade.station, grade.inertia, grade.inertia_u or 0.0) for grade in grades if grade.inertia is not None
     )
+
+
+def scatters_of(grades: Iterable[Grade], rubric: Rubric) -> Mapping[str, Scatter]:
+    """Give how far the readings of a class scatter, by station ("all" for every other); nothing where none asks."""
+    asked = rubric.class_scatter and any(criterion.check == "constancy" for criterion in rubric.criteria)
+    return class_scatter((grade.station, grade.scatters) for grade in grades) if asked else {}
 
 
 def not_graded(submission: Submission, rubric: Rubric, why: str) -> Grade:

@@ -35,7 +35,7 @@ from gyrodata.diagnostics import (
 from gyrodata.errors import InputError
 from gyrodata.grading.late import LateRule, read_late
 from gyrodata.grading.toml_table import Faults, Shape, Table, nearest, read_toml
-from gyrodata.grading.yardsticks import FIT_WORDS, Reference, read_references
+from gyrodata.grading.yardsticks import FIT_WORDS, Bench, Reference, read_bench, read_references
 from gyrodata.quantities import parse_quantity
 from gyrodata.units import UnitError
 
@@ -125,6 +125,8 @@ class Rubric(Struct, frozen=True, dict=True):
     late: LateRule | None
     references: Mapping[str, Reference]  # by station; "all" holds for every other
     class_reference: bool  # True where the class itself gives the reference
+    bench: Bench  # uncertainties of the readings for logs that state none
+    class_scatter: bool  # True where the class itself tells how far such readings scatter
 
     @cached_property
     def digest(self) -> str:
@@ -161,6 +163,7 @@ def rubric_shape() -> Shape:
         "criterion": [{"check": kind} for kind in KINDS],
         "late": {"tier": [{}], "exception": [{}]},
         "reference": {"all": {}},
+        "bench": {},
     }
     top = Table(values, (), Faults("", ""))
     # It lacks every value that a rubric must have.
@@ -195,6 +198,7 @@ def _rubric(top: Table, name: str) -> Rubric:
         )
     late = read_late(top, points or 0.0)
     references, from_class = read_references(top)
+    bench, from_scatter = read_bench(top)
     asked = next((c for c in criteria if c.check == "reference"), None)
     if asked and not references and not from_class and "reference" not in top.values:
         hint = '[reference.3] with inertia = "4.44e-3 kg m^2" and u = "1 %", or [reference] with from = "class"'
@@ -213,6 +217,8 @@ def _rubric(top: Table, name: str) -> Rubric:
         late=late,
         references=references,
         class_reference=from_class,
+        bench=bench,
+        class_scatter=from_scatter,
     )
 
 

@@ -1,29 +1,34 @@
-"""What a reported I_zz is held against: the fits of the student's own runs, and the reference of a station.
+"""What a reported I_zz is held against, the fits of the student's own runs and a reference; how well a bench measures.
 
 There is more than one right way to work out a student's own runs: a line through the origin, a line with a constant,
 the mean of M/(φ̇ψ̇), or this tool's fit; with every run, or without those that were miscounted; with or without the
 run that has no weight. Each is worked out here, for many slips in one go, from the readings with the slip applied to
-them. The reference is stated for each station, or taken from the class itself.
+them. The reference is stated for each station, or taken from the class itself; so are the uncertainties of the
+readings, where a log states none.
 """
 
 from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from gyrodata import fitting
 from gyrodata.diagnostics import RUBRIC_PARTS_CONTRADICT
 from gyrodata.grading.toml_table import Table
+from gyrodata.measurements import SOURCES
 from gyrodata.physics import Floats
 from gyrodata.quantities import parse_quantity, parse_uncertainty
-from gyrodata.units import UnitError
+from gyrodata.readings import SHARED_UNCERTAINTIES, CellError, Readings, read_uncertainty, stated_u, u_keys
+from gyrodata.reporting import count_text
+from gyrodata.units import Uncertainty, UnitError
 
 if TYPE_CHECKING:
     from gyrodata.results import Analysis
@@ -261,3 +266,113 @@ def _robust(logs: list[tuple[float, float]]) -> tuple[float, float, float]:
     median = statistics.median(value for value, _ in logs)
     scatter = fitting.MAD_TO_SD * statistics.median(abs(value - median) for value, _ in logs)
     return median, scatter, statistics.median(u for _, u in logs) / math.sqrt(len(logs))
+
+
+# --- the bench: how well is measured, where a log does not say ----------------------------------------------
+
+BENCH = (*(f"u_{name}" for name in SOURCES), "u_turns", "u_precession_period", "u_imbalance")
+"""Lines of a log that a rubric may give for those that have none."""
+
+Bench = Mapping[str, tuple[str, Uncertainty]]
+"""Uncertainties by the key of their line: as written, and as understood."""
+
+
+def read_bench(top: Table) -> tuple[Bench, bool]:
+    """Read ``[bench]`` of a rubric: uncertainties, and whether the class itself says how far its readings scatter."""
+    table = top.table("bench")
+    if table is None:
+        return {}, False
+    from_class = table.choice("from", ("class", "rubric"), "rubric") == "class"
+    bench: dict[str, tuple[str, Uncertainty]] = {}
+    for key in BENCH:
+        if (text := table.text(key, '"0.3 s" or "2 %", as in a line of the log')) is None:
+            continue
+        try:
+            bench[key] = " ".join(text.split()), read_uncertainty(key, text)
+        except CellError as error:
+            table.wrong(key, f'{key} "{text[:60]}"{error.joint}{error}', error.hint or f'write {key} = "0.3 s"')
+    if from_class and bench:
+        hint = 'remove from = "class", or remove the uncertainties'
+        table.wrong(
+            "from", "the scatter comes from the class, and uncertainties are given too", hint, RUBRIC_PARTS_CONTRADICT
+        )
+    if not from_class and len(table.values) == 0:
+        top.wrong("bench", "[bench] is empty", 'write u_time = "0.3 s", or from = "class"')
+    return bench, from_class
+
+
+def at_bench(readings: Readings, bench: Bench) -> tuple[Readings, tuple[str, ...]]:
+    """Add what the bench is known for, where a log states nothing of its own; say what was added: "u_time 0.3 s"."""
+    known = {
+        key: u
+        for key, (_, u) in bench.items()
+        if not any(one in readings.uncertainties for one in u_keys(key.removeprefix("u_")))
+    }
+    if readings.balance_tilt or readings.balance_drift or readings.balanced is not None:
+        known.pop("u_imbalance", None)
+    columns, used = dict(readings.columns), set()
+    by_period = [columns[role] for role in ("precession_period", "precession_rate") if role in columns]
+    for role, column in readings.columns.items():
+        u = stated_u(role, known)
+        elsewhere = role == "time" and any(len(one.stated) == len(one.readings) for one in by_period)
+        if u is not None and not column.stated and not elsewhere:
+            columns[role] = replace(column, readings=tuple(replace(reading, u=u) for reading in column.readings))
+            used |= {next(key for key in u_keys(role) if key in known)}
+    shared = {key: u for key, u in known.items() if key in SHARED_UNCERTAINTIES}
+    told = tuple(f"{key} {bench[key][0]}" for key in bench if key in used or key in shared)
+    return replace(readings, columns=columns, uncertainties={**readings.uncertainties, **shared}), told
+
+
+ENOUGH = 8  # logs that tell how far the readings of a class scatter
+
+ROUGHEST = 3.0  # a log that scatters more than so many times the usual counts as this: it may hold anything
+
+PLAIN = 1.2  # less than so many times the usual is the usual
+
+
+class Scatter(Struct, frozen=True):
+    """How far the readings of a class, or of a station of it, scatter."""
+
+    factor: float  # over what is usual [1]; 1 where nothing more is seen
+    logs: int  # that state no uncertainty of their times
+    whose: str  # in words
+
+    @property
+    def words(self) -> str:
+        """Say how far they scatter."""
+        return f"the {self.logs} logs of {self.whose} scatter {self.factor:.2g} times as much as usual"
+
+
+def scatter_words(scatter: Mapping[str, Scatter]) -> str:
+    """Say what constancy is judged by in a class; "" where that is as usual."""
+    every = scatter.get("all")
+    if every is not None and 0 < every.logs < ENOUGH:
+        few = f"{count_text(every.logs, 'log')} without an uncertainty of the times"
+        return f"{few} cannot tell how far the bench scatters ({ENOUGH} can): the usual uncertainties hold"
+    told = [one.words for _, one in sorted(scatter.items()) if one.factor > 1]
+    return f"{'; '.join(told)}: φ̇ψ̇ is judged by that" if told else ""
+
+
+def class_scatter(logs: Iterable[tuple[str | None, Sequence[tuple[float, int]]]]) -> dict[str, Scatter]:
+    """Take from the logs of a class how far the readings of each bench scatter.
+
+    `logs`: For each its station (None where it says none), and χ² of φ̇ψ̇ within each torque by the usual uncertainties
+    with its degrees of freedom; in any order. Gives: A station with at least `ENOUGH` logs has its own; "all" is for
+    every other. It is the root mean square over the logs, none counted as more than `ROUGHEST`, so that a few that hold
+    anything but a rough bench do not speak for all.
+    """
+    groups: dict[str, list[float]] = {"all": []}
+    for station, log in logs:
+        dof = sum(dof for _, dof in log)
+        if dof:
+            square = min(math.fsum(chi2 for chi2, _ in log) / dof, ROUGHEST**2)
+            for name in {"all", station or "all"}:
+                groups.setdefault(name, []).append(square)
+    found = {}
+    for name, squares in groups.items():
+        enough = len(squares) >= ENOUGH
+        factor = math.sqrt(math.fsum(squares) / len(squares)) if enough else 1.0
+        if enough or name == "all":
+            whose = "the class" if name == "all" else f"station {name}"
+            found[name] = Scatter(factor if factor > PLAIN else 1.0, len(squares), whose)
+    return found

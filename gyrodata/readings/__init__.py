@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from gyrodata.diagnostics import HEADER_WITHOUT_RUNS, QUANTITY_MISSING
 from gyrodata.readings.cells import (
     REPORTED_KINDS,
+    CellError,
     Reported,
     canonical_key,
     check_value,
@@ -35,10 +36,11 @@ from gyrodata.readings.roles import (
     UNCERTAINTIES,
     as_u_of,
     kind_of_role,
+    stated_u,
     to_display,
     u_keys,
 )
-from gyrodata.readings.settings import Settings, read_options, read_settings, warn_of_lost_keys
+from gyrodata.readings.settings import Settings, read_options, read_settings, read_uncertainty, warn_of_lost_keys
 from gyrodata.readings.source import MAX_BYTES, MAX_ROWS, Document, decimal_signs, decode, load, make_grid
 from gyrodata.readings.table import Table, build
 from gyrodata.readings.writing import blank_log, write_log
@@ -56,6 +58,7 @@ __all__ = [
     "SPIN_SETS",
     "TIMINGS",
     "UNCERTAINTIES",
+    "CellError",
     "Column",
     "Faults",
     "Place",
@@ -76,9 +79,11 @@ __all__ = [
     "read_cell",
     "read_log",
     "read_reported",
+    "read_uncertainty",
     "rounded_turns",
     "split_lines",
     "stated_turns",
+    "stated_u",
     "to_display",
     "u_keys",
     "write_log",

@@ -285,15 +285,7 @@ def _enter(settings: Settings, item: Given, ask: bool) -> None:
         return
     kind = kind_of_role(key)
     if key in UNCERTAINTIES:
-        try:
-            uncertainty = parse_uncertainty(item.text, kind, ask=ask)
-        except UnitError as error:
-            raise CellError(f"is no uncertainty: {error}", error.hint) from None
-        if key.endswith("_scale") and uncertainty.absolute:
-            raise CellError("is not a share", 'the error of a whole scale is in %, such as "0.1 %"')
-        if key in OF_NOTHING and uncertainty.relative:
-            raise CellError("is a share of what is not read", f'write it with its unit, such as "{OF_NOTHING[key]}"')
-        settings.uncertainties[key] = uncertainty
+        settings.uncertainties[key] = read_uncertainty(key, item.text, ask)
         settings.given_uncertainties[key] = item
         return
     if key == "latitude":
@@ -313,6 +305,19 @@ def _enter(settings: Settings, item: Given, ask: bool) -> None:
         return
     _refuse_beyond(key, cell.value)
     settings.roles[key] = Given(key, item.text, item.label, item.place, cell)
+
+
+def read_uncertainty(key: str, text: str, ask: bool = True) -> Uncertainty:
+    """Understand what one ``u_…`` says for a whole log."""
+    try:
+        uncertainty = parse_uncertainty(text, kind_of_role(key), ask=ask)
+    except UnitError as error:
+        raise CellError(f"is no uncertainty: {error}", error.hint) from None
+    if key.endswith("_scale") and uncertainty.absolute:
+        raise CellError("is not a share", 'the error of a whole scale is in %, such as "0.1 %"')
+    if key in OF_NOTHING and uncertainty.relative:
+        raise CellError("is a share of what is not read", f'write it with its unit, such as "{OF_NOTHING[key]}"')
+    return uncertainty
 
 
 OF_NOTHING = {"u_time_bias": "0.1 s", "u_spin_delay": "1 s", "u_imbalance": "0.3 mN*m"}

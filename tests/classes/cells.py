@@ -16,7 +16,7 @@ from msgspec.structs import replace
 
 from classes import cost, desk, rubrics, typed
 from classes.disguises import HARD, JITTERED, KNOWN, plant
-from classes.drawn import FITS, ROUTES, USUAL, Bench, Student, by_route, draw
+from classes.drawn import FITS, ROUTES, STATIONS, USUAL, Bench, Student, by_route, draw
 from classes.graded import grade, lost, total
 from classes.number import Number
 from classes.planted import PLANTED, named, pick, told
@@ -119,9 +119,9 @@ BENCHES = {
 
 @cache
 def other_benches(size: int, seed: int) -> Class:
-    """G: right work at benches that are not the usual one."""
-    benches = itertools.cycle(BENCHES.values())
-    students = tuple(draw(i, seed + 2, bench) for i, bench in zip(range(size), benches, strict=False))
+    """G: right work at benches that are not the usual one, each at stations of its own."""
+    benches = list(itertools.islice(itertools.cycle(BENCHES.values()), STATIONS))
+    students = tuple(draw(i, seed + 2, benches[i % STATIONS]) for i in range(size))
     logs = {one: one.log(reported_line(*one.answer(fit=FITS[i % 3]))) for i, one in enumerate(students)}
     return Class(students, grade(canvas(logs)))
 

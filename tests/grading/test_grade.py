@@ -292,7 +292,7 @@ class TestTheLog:
         time = rows.time * np.tile([1.0, 1.12, 0.9], 3)
         found = grade(report(replace(rows, time=time)))
         assert points(found)["constancy"] == 0
-        assert "more than the uncertainties of your readings" in found.marks[-1].reason
+        assert "more than the usual uncertainties of such readings" in found.marks[-1].reason
 
     def test_one_run_a_torque_shows_no_constancy(self, grade: Grader) -> None:
         single = sheet(np.random.default_rng(3), rpm=(400.0,))

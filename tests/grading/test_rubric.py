@@ -80,7 +80,7 @@ class TestDefault:
         assert rubric.late.marked == pytest.approx(2.0)
 
     def test_leaving_everything_out_means_the_same(self) -> None:
-        short = "schema = 1\npoints = 20\nreference.from = 'class'\n" + "".join(
+        short = "schema = 1\npoints = 20\nreference.from = 'class'\nbench.from = 'class'\n" + "".join(
             f"[[criterion]]\nid = '{c.id}'\ncheck = '{c.check}'\npoints = {c.points}\n"
             + ("gate = ['1e-6 kg m^2', '100 kg m^2']\n" if c.gate else "")
             for c in default_rubric().criteria
@@ -102,6 +102,7 @@ class TestDigest:
             ('no_report = "look"', 'no_report = "zero"'),
             ('slip = "50 %"', "slip = 2"),
             ('title = "Gyro', 'title = "The gyro'),
+            ('[bench]\nfrom = "class"', '[bench]\nu_time = "0.3 s"'),
         ],
     )
     def test_what_changes_points_does(self, old: str, new: str) -> None:

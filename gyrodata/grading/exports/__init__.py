@@ -211,6 +211,7 @@ def grades_document(found: ClassGrades, changes: Sequence[Change] | None = None)
             station: {"inertia": one.inertia, "u": one.u, "source": one.source}
             for station, one in sorted(found.references.items())
         },
+        "scatters": {station: asdict(one) for station, one in sorted(found.scatters.items())},
         "absent": [dict(zip(("student", "name", "section"), one, strict=False)) for one in found.roster.absent],
         "slips": found.slips,
         "flags": [flag_dict(flag) for flag in found.flags],
@@ -264,6 +265,8 @@ def class_summary(found: ClassGrades) -> Iterator[str]:
         first += f"; mean {found.mean:.2f} and median {found.median:.2f} of {out_of} points"
     yield f"{first}\n\n"
     yield from _table_rows(found)
+    if found.bench:
+        yield f"\n{found.bench}\n"
     if found.flags:
         yield "\nflags, which are no verdicts:\n"
     for flag in found.flags:

@@ -23,7 +23,7 @@ SEED = 1
 HOLDS = [
     (30, ["A careful: unjust loss", "A careful: loss for the bench's scatter", "A careful: slips or flags"]),
     (35, [f"B any right route: {what}" for what in ("unjust loss", "loss for the bench's scatter", "slips or flags")]),
-    (30, ["G other benches: unjust loss", "G other benches: slips or flags"]),
+    (80, [f"G other benches: {what}" for what in ("unjust loss", "loss for the bench's scatter", "slips or flags")]),
     (24, ["F typed in 12 ways: not graded or losing"]),
     (20, ["C told no format: not graded"]),
     (18, ["slips: kinds named right", "slips: logs named wrongly"]),

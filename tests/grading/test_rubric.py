@@ -73,8 +73,10 @@ class TestDefault:
         on = re.sub(r"(?m)^# (?=[\[a-z])", "", late.split("\n", 1)[1])
         stations = head.replace('[reference]\nfrom = "class"\n', "").replace("# [ref", "[ref")
         stations = stations.replace("# inertia =", "inertia =").replace("# u = ", "u = ")
+        stations = stations.replace('[bench]\nfrom = "class"\n', "[bench]\n").replace("# u_", "u_")
         rubric = read_rubric((stations + on).encode())
         assert rubric.references["3"].inertia == pytest.approx(4.44e-3)
+        assert {key: text for key, (text, _) in rubric.bench.items()} == {"u_time": "0.3 s", "u_spin": "1 % + 0.5 rpm"}
         assert rubric.late is not None
         assert [tier.deduct for tier in rubric.late.tiers] == pytest.approx([2.0, 6.0])
         assert rubric.late.marked == pytest.approx(2.0)

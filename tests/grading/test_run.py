@@ -233,9 +233,7 @@ def test_only_what_changed_is_graded_again_and_why_is_told(
     text = default_rubric_text()
     other = read_rubric(text.replace('slip = "50 %"', 'slip = "25 %"').encode())
     assert set(grade_class(find_submissions(honest), other, options).again.values()) == {"the rubric changed"}
-    stated = text.replace('from = "class"', "").replace(
-        "[reference]", '[reference.all]\ninertia="4.4e-3 kg m^2"\nu="1 %"'
-    )
+    stated = text.replace('[reference]\nfrom = "class"', '[reference.all]\ninertia="4.4e-3 kg m^2"\nu="1 %"')
     run(honest, options)
     found = grade_class(find_submissions(honest), read_rubric(stated.encode()), options)
     assert set(found.again.values()) == {"the reference changed"}

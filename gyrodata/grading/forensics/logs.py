@@ -255,4 +255,5 @@ def _noise(own: Floats, trusted: NDArray[np.bool_], by_hand: NDArray[np.bool_]) 
 def _from_tachometer(one: Fingerprint) -> float:
     """Variance that the readings of the spin bring into the times [s²], in the middle of the log's rows."""
     time, spin, step = np.array(one.time), np.array(one.spin), np.array(one.spin_step)
-    return float(statistics.median((time**2 * (TACHOMETER**2 + (step / spin) ** 2 / 12)).tolist()))
+    variances: list[float] = (time**2 * (TACHOMETER**2 + (step / spin) ** 2 / 12)).tolist()
+    return statistics.median(variances)

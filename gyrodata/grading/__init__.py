@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from gyrodata.grading.late import duration_text, judge_lateness, parse_duration
     from gyrodata.grading.ledger import DESK, TODO, Desk, read_desk
     from gyrodata.grading.platforms import AUTOGRADER, PLATFORMS
-    from gyrodata.grading.roster import Roster, read_roster
+    from gyrodata.grading.roster import Person, Roster, read_roster
     from gyrodata.grading.rubric import ACCEPTED, Rubric, default_rubric, default_rubric_text, read_rubric, rubric_shape
     from gyrodata.grading.slips import Slip, find_slips
     from gyrodata.grading.submissions import Answers, Submission, Submissions, find_submissions, read_answers
@@ -52,7 +52,7 @@ if TYPE_CHECKING:
 __all__ = [
     "ACCEPTED", "AUTOGRADER", "DESK", "FIGURES", "JOURNAL", "LIMIT", "PLATFORMS", "PUBLISHED", "TABLE", "TODO",
     "Answers", "Basis", "Change", "ClassGrades", "CriterionFigures", "Decision", "Desk", "Entry", "Exemptions",
-    "Filled", "Fingerprint", "Flag", "Grade", "Gradebooks", "GradingOptions", "Journal", "Mark", "Published",
+    "Filled", "Fingerprint", "Flag", "Grade", "Gradebooks", "GradingOptions", "Journal", "Mark", "Person", "Published",
     "Reference", "Roster", "Rubric", "Scatter", "Slip", "Submission", "Submissions", "at_bench", "autograder_files",
     "changes_in", "class_page", "class_references", "class_scatter", "class_summary", "default_rubric",
     "default_rubric_text", "digest_of", "distance", "duration_text", "feedback_html", "feedback_markdown",
@@ -82,7 +82,7 @@ _HOMES = {
         "late": "duration_text judge_lateness parse_duration",
         "ledger": "DESK TODO Desk read_desk",
         "platforms": "AUTOGRADER PLATFORMS",
-        "roster": "Roster read_roster",
+        "roster": "Person Roster read_roster",
         "rubric": "ACCEPTED Rubric default_rubric default_rubric_text read_rubric rubric_shape",
         "slips": "Slip find_slips",
         "submissions": "Answers Submission Submissions find_submissions read_answers",

@@ -85,6 +85,8 @@ def grade_class(
     placed = [desk.with_station(roster.named(replace(one.grade, fingerprint=None))) for one in made.values()]
     references, scatters = references_of(placed, rubric), scatters_of(placed, rubric)
     prints = {student: one.grade.fingerprint for student, one in made.items() if one.grade.fingerprint is not None}
+    flags = flag_class(prints, (exempt or Exemptions()).joined([*roster.partners, *desk.partners]), previous)
+    compared = {key for flag in flags for pair in flag.pairs for key in pair}
     if options.journal is not None and options.keep and (again or unseen or options.journal.damaged):
         options.journal.replace(made.values(), unseen)
     return ClassGrades(
@@ -96,12 +98,13 @@ def grade_class(
         ),
         references=references,
         scatters=scatters,
-        flags=flag_class(prints, (exempt or Exemptions()).joined([*roster.partners, *desk.partners]), previous),
+        flags=flags,
         again=again,
         desk=desk,
         roster=roster,
         figures={student: one.figures for student, one in made.items() if one.figures},
         lost=any(one.lost for one in made.values()),
+        compared={key: one for key, one in {**previous, **prints}.items() if key in compared},
     )
 
 
@@ -232,6 +235,7 @@ class ClassGrades(Struct, frozen=True, dict=True):
     desk: Desk = NO_DESK  # what a person decided
     roster: Roster = NOBODY
     scatters: Mapping[str, Scatter] = {}  # how far the readings scatter, by station; none where that is not asked
+    compared: Mapping[str, Fingerprint] = {}  # the logs of the pairs that are flagged, by key
 
     @cached_property
     def totals(self) -> list[float]:
@@ -257,18 +261,6 @@ class ClassGrades(Struct, frozen=True, dict=True):
             for slip in grade.slips:
                 found.setdefault(slip.kind, []).append(grade.student)
         return dict(sorted(found.items(), key=lambda item: (-len(item[1]), item[0])))
-
-    @cached_property
-    def notes(self) -> Mapping[str, tuple[str, ...]]:
-        """Why a person should look at a grade, by student; only of those that need it."""
-        found = {}
-        for grade in self.grades:
-            told = (*(() if grade.why is None else (f"could not be graded: {grade.why}",)), *grade.look)
-            if grade.status == "so far":
-                told += tuple(mark.reason for mark in grade.marks if mark.waits and mark.check != "manual")
-            if told:
-                found[grade.student] = told
-        return found
 
     @cached_property
     def table(self) -> str:
@@ -313,18 +305,6 @@ class ClassGrades(Struct, frozen=True, dict=True):
             for student in flag.students:
                 found.setdefault(student, []).append(flag)
         return {student: tuple(flags) for student, flags in found.items()}
-
-    def in_question(self) -> list[str]:
-        """List those whose grade a person should look at."""
-        return [student for student in self.names if student in self.notes or student in self.flags_of]
-
-    def looks(self, student: str) -> list[str]:
-        """Say why a person should look at a student's grade; nothing where nobody need to."""
-        reasons = list(self.notes.get(student, ()))
-        for flag in self.flags_of.get(student, ()):
-            others = [self.label(other) for other in (*flag.students, *flag.previous) if other != student]
-            reasons.append(f"flag: {flag.kind}{' with ' + ', '.join(others) if others else ''}")
-        return reasons
 
     def criteria(self) -> Iterator[CriterionFigures]:
         """Tell how the class did in each criterion, in the rubric's order."""

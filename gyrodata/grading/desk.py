@@ -8,6 +8,7 @@ import zipfile
 import zlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property, partial
+from itertools import combinations
 from pathlib import Path, PurePosixPath
 
 from msgspec import Struct
@@ -20,7 +21,20 @@ from gyrodata.grading.exports.class_page import class_page
 from gyrodata.grading.exports.gradebooks import Filled, Ours, fill_book
 from gyrodata.grading.grade import Grade, not_graded
 from gyrodata.grading.journal import cannot_write, write_changed, write_whole
-from gyrodata.grading.ledger import DESK, NO_DESK, STALE, TODO, Desk, Offer, read_desk, same_value, todo_csv
+from gyrodata.grading.ledger import (
+    DESK,
+    NO_DESK,
+    SETTLING,
+    STALE,
+    TODO,
+    Desk,
+    Offer,
+    in_general,
+    offer_points,
+    read_desk,
+    same_value,
+    todo_csv,
+)
 from gyrodata.grading.platforms import book_of
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submissions
@@ -122,7 +136,7 @@ class Published:
     def offers(self, found: ClassGrades) -> Iterator[Offer]:
         """Give what somebody changed in a table, and neither the desk nor the new table has."""
         now = read_table(found.table) or {}
-        points = {TOTAL, *(criterion.id for criterion in found.rubric.criteria)}
+        most = {TOTAL: found.rubric.points} | {one.id: one.points for one in found.rubric.criteria}
         changed = [
             (self._path(path.name.split("-")[1]), path.read_bytes())
             for path in self._paths(r"grades-\w+-by-hand-\w+\.csv")
@@ -134,10 +148,14 @@ class Published:
             for student, row in (read_table(_text(data)) or {}).items() if old is not None else ():
                 for column, value in row.items():
                     before = (old or {}).get(student, {})
-                    what = column if column in points else "comment" if column not in before else None
                     told = (before.get(column, ""), now.get(student, {}).get(column, ""))
-                    if what and value and student in found.names and not any(same_value(value, one) for one in told):
-                        yield Offer(student, what, value, f"{column} was set by hand in {TABLE}")
+                    where, reason = f"{column} was set by hand in {TABLE}", f"{TABLE} was changed by hand"
+                    if not value or student not in found.names or any(same_value(value, one) for one in told):
+                        continue
+                    if column in most:
+                        yield offer_points(student, column, value, most[column], where, reason)
+                    elif column not in before:
+                        yield Offer(student, "comment", value, where, reason)
 
     def keep(self, table: bytes) -> None:
         """Keep the table that is there, where somebody changed it, and the one that is to be written."""
@@ -155,28 +173,54 @@ def _text(data: bytes) -> str:
     return data.decode("utf-8-sig", "replace")
 
 
-def _offers(found: ClassGrades, published: Published, filled: Mapping[str, Filled]) -> list[Offer]:
-    """List what waits for a person, without what the desk speaks of."""
+def find_offers(found: ClassGrades, published: Published, filled: Mapping[str, Filled]) -> list[Offer]:
+    """List what waits for a person, without what the desk speaks of; what has one reason stands together."""
     offers = list(published.offers(found))
     for sheet in filled.values():
-        offers += [Offer(student, TOTAL, value, "stands in the gradebook") for student, value in sheet.by_hand]
+        for student, value in sheet.by_hand:
+            where, reason = "stands in the gradebook", "other points stand in the gradebook"
+            offers.append(offer_points(student, TOTAL, value, found.rubric.points, where, reason))
     for grade in found.grades:
-        offers += [
-            Offer(grade.student, mark.criterion, "", mark.reason)
-            for mark in grade.marks
-            if mark.waits and grade.status in ("so far", "not graded")
-        ]
         if grade.why is not None:
             missing = grade.own and grade.reported_inertia is None
-            offers.append(Offer(grade.student, "reported" if missing else TOTAL, "", grade.why))
-        offers += [Offer(grade.student, TOTAL, "", look) for look in grade.look]
-        for flag in found.flags_of.get(grade.student, ()):
-            others = [other for other in flag.students if other != grade.student]
-            told = f"flag: {flag.kind}: {flag.evidence}"
-            offers += [Offer(grade.student, "partner", other, told) for other in others]
-            offers += [] if others else [Offer(grade.student, "hold", "", told)]
-    waiting = (one for one in offers if one.why.startswith(STALE) or not found.desk.decides(one.student, one.what))
-    return sorted(dict.fromkeys(waiting), key=lambda one: (one.student, one.what, one.value, one.why))
+            reason = f"no grade: {_MISSING if missing else _UNJUDGED if grade.own else _UNREAD}"
+            offers.append(Offer(grade.student, "reported" if missing else TOTAL, "", grade.why, reason))
+    offers += [Offer(grade.student, TOTAL, "", look, in_general(look)) for grade in found.grades for look in grade.look]
+    offers += _partners(found)
+    offers += [
+        Offer(grade.student, mark.criterion, "", mark.reason, f"points to give: {mark.title}")
+        for grade in found.grades
+        for mark in grade.marks
+        if mark.waits and grade.status in ("so far", "not graded")
+    ]
+    decides = found.desk.decides
+    waiting = (one for one in offers if one.flag or one.why.startswith(STALE) or not decides(one.student, one.what))
+    together: dict[str, dict[Offer, None]] = {}
+    for offer in waiting:
+        together.setdefault(offer.reason, {})[offer] = None
+    return [offer for same in together.values() for offer in same]
+
+
+_MISSING, _UNJUDGED, _UNREAD = "no I_zz is reported", "a part cannot be judged", "the log cannot be used"
+
+
+def _partners(found: ClassGrades) -> Iterator[Offer]:
+    """Offer each pair of a flag once, as partners; whoever has no partner in it, to be put on hold."""
+    desk = found.desk
+    settled = {student for student in found.names if any(desk.decides(student, what) for what in SETTLING)}
+    known = [*desk.partners, *found.roster.partners]
+    for flag in found.flags:
+        told, reason = f"flag: {flag.kind}: {flag.evidence}", f"flag: {flag.kind}"
+        if flag.previous or len(flag.students) == 1:
+            waiting = (student for student in flag.students if student not in settled)
+            yield from (Offer(student, "hold", "", told, reason, flag) for student in waiting)
+            continue
+        for pair in combinations(flag.students, 2):
+            open_ones = [student for student in pair if student not in settled]
+            left = any((student, "partner") in desk.left for student in pair)
+            if open_ones and not left and not any(group.issuperset(pair) for group in known):
+                other = pair[pair[0] == open_ones[0]]
+                yield Offer(open_ones[0], "partner", other, told, reason, flag)
 
 
 def _files_of(found: ClassGrades) -> Callable[[str], str]:
@@ -193,15 +237,15 @@ def _files_of(found: ClassGrades) -> Callable[[str], str]:
 
 def write_results(found: ClassGrades, folder: Path, filled: Mapping[str, Filled]) -> int:
     """Write everything but the feedback, a table that somebody changed kept; count the lines that wait for a person."""
-    names = feedback_names(found)
+    names, files = feedback_names(found), _files_of(found)
     published = Published(folder)
-    offers = _offers(found, published, filled)
+    offers = find_offers(found, published, filled)
     published.keep(found.table.encode("utf-8", "replace"))
     texts: dict[str, Iterable[str]] = {
-        TODO: [todo_csv(offers, found.names, _files_of(found))],
+        TODO: [todo_csv(offers, found.names, files)],
         TABLE: [found.table],
         "flags.csv": [flags_csv(found.flags)],
-        "class.html": class_page(found, lambda student: f"{FOLDER}/{names[student]}.html"),
+        "class.html": class_page(found, lambda student: f"{FOLDER}/{names[student]}.html", offers, files),
         "grades.json": grades_document(found),
     }
     for name, parts in texts.items():

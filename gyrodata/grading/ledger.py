@@ -6,7 +6,8 @@ import csv
 import difflib
 import hashlib
 import io
-from collections.abc import Callable, Iterator, Mapping
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -20,10 +21,12 @@ from gyrodata.diagnostics import (
 )
 from gyrodata.errors import Diagnostic, InputError
 from gyrodata.grading.criteria import Mark
+from gyrodata.grading.forensics import Flag
 from gyrodata.grading.grade import Decision, Grade, added_up, two_decimals
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.yardsticks import station_key
 from gyrodata.readings import read_reported
+from gyrodata.reporting import csv_cell
 
 DESK, TODO = "desk.csv", "desk-todo.csv"
 COLUMNS = ("student", *Decision._fields)
@@ -205,8 +208,8 @@ class _Reader:
         """Give a value as it is kept; None, and a fault, for one that cannot be used."""
         message = hint = ""
         if what in self.points:
-            points, most = _number(value), self.points[what]
-            if points is None or not 0 <= points <= most:
+            most = self.points[what]
+            if not _is_points(value, most):
                 message = f'{what} = "{value[:60]}" is no number of points from 0 to {most:g}'
                 hint = f"write a number, such as {most / 2:g}"
         elif what == "reported":
@@ -231,6 +234,12 @@ def _number(text: str) -> float | None:
         return None
 
 
+def _is_points(text: str, most: float) -> bool:
+    """Tell whether a cell is a number of points that may be given."""
+    points = _number(text)
+    return points is not None and 0 <= points <= most
+
+
 # --- what waits for a person: ``desk-todo.csv`` -------------------------------------------------------------
 
 
@@ -241,19 +250,41 @@ class Offer(Struct, frozen=True):
     what: str
     value: str  # "": to be filled in
     why: str
+    reason: str  # what it has in common with others, in words
+    flag: Flag | None = None  # what it is about
+
+    @property
+    def cells(self) -> list[str]:
+        """The columns of the desk, who decides left open."""
+        return [csv_cell(one) for one in (self.student, self.what, self.value, "", self.why)]
 
 
-def todo_csv(offers: list[Offer], names: Mapping[str, str], files: Callable[[str], str]) -> str:
-    """Write the lines, with the name of each student and the files to look into behind them."""
-    from gyrodata.reporting import csv_cell
+def offer_points(student: str, what: str, value: str, most: float, where: str, reason: str) -> Offer:
+    """Offer points that stand elsewhere; those that the desk would refuse are only told."""
+    if _is_points(value, most):
+        return Offer(student, what, value, where, reason)
+    return Offer(student, what, "", f"{value} {where}, and is no number of points from 0 to {most:g}", reason)
 
+
+def in_general(why: str) -> str:
+    """Give what a reason has in common with those of other students: what stands before its numbers and particulars."""
+    if why.startswith(STALE):
+        return f"{STALE} something was set by hand"
+    return re.split(r"[,;:(]", re.sub(r"\b\d[\d.e+-]*", "…", why), maxsplit=1)[0].strip()
+
+
+def csv_lines(rows: Iterable[Iterable[str]]) -> str:
+    """Write rows as lines of CSV."""
     out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow([*COLUMNS, "name", "look into"])
-    for one in offers:
-        cells = (one.student, one.what, one.value, "", one.why, names.get(one.student, ""), files(one.student))
-        writer.writerow([csv_cell(cell) for cell in cells])
+    csv.writer(out, lineterminator="\n").writerows(rows)
     return out.getvalue()
+
+
+def todo_csv(offers: Iterable[Offer], names: Mapping[str, str], files: Callable[[str], str]) -> str:
+    """Write the lines by student, with the name of each and the files to look into behind them."""
+    ordered = sorted(offers, key=lambda one: (one.student, one.what, one.value, one.why))
+    rows = ([*one.cells, csv_cell(names.get(one.student, "")), csv_cell(files(one.student))] for one in ordered)
+    return csv_lines([(*COLUMNS, "name", "look into"), *rows])
 
 
 def same_value(one: str, other: str) -> bool:

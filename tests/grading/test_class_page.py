@@ -1,24 +1,52 @@
-"""The page of a class: whole, escaped, and saying what the grades say."""
+"""The page of a class: whole, escaped, saying what the grades say, and with every line that waits for a person."""
 
 from __future__ import annotations
 
+import csv
 import html
+import io
 import json
 import math
 import re
 import shutil
 import subprocess
-from collections.abc import Sequence
+import tempfile
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import NamedTuple
 
+import numpy as np
 import pytest
+from grading.classes import make_folder
+from grading.reports import RIGHT as RIGHT_FORMULA
+from grading.reports import Sheet, reported_line, sheet
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
+from typer.testing import CliRunner, Result
 
-from gyrodata.grading import ClassGrades, Flag, Grade, Reference, Submission, Submissions, class_page, default_rubric
-from gyrodata.grading.exports.class_page import LEFT, RIGHT, WIDTH, Drawing, draw_distribution
+from gyrodata.cli import app
+from gyrodata.grading import (
+    DESK,
+    TODO,
+    ClassGrades,
+    Decision,
+    Desk,
+    Filled,
+    Flag,
+    Grade,
+    Person,
+    Reference,
+    Roster,
+    Submission,
+    Submissions,
+    default_rubric,
+    read_desk,
+    write_results,
+)
+from gyrodata.grading.exports.class_page import LEFT, RIGHT, ROWS_SHOWN, WIDTH, Drawing, draw_distribution, draw_points
 
 EXPECTED = Path(__file__).parent / "expected"
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -31,7 +59,10 @@ EVIL = '<script>alert("x")</script>'
 
 
 def a_class(grades: Sequence[Grade], flags: Sequence[Flag] = ()) -> ClassGrades:
-    items = tuple(Submission(one.student, one.name, {"canvas": one.student}, Path("class")) for one in grades)
+    items = tuple(
+        Submission(one.student, one.name, {"canvas": one.student}, Path("class"), feedback_stem=one.student)
+        for one in grades
+    )
     return ClassGrades(
         "class", Submissions("canvas", items), default_rubric(), tuple(grades), {"all": REFERENCE}, tuple(flags), {}, {}
     )
@@ -43,8 +74,26 @@ def three() -> ClassGrades:
     return a_class(grades, [Flag("shared rows", ("g", "s"), "9 of 9 rows", 1e-9, 1e-8)])
 
 
+def written(found: ClassGrades, filled: Mapping[str, Filled] | None = None) -> tuple[str, list[list[str]]]:
+    """The page, and the lines of ``desk-todo.csv``."""
+    with tempfile.TemporaryDirectory() as folder:
+        write_results(found, Path(folder), filled or {})
+        page = (Path(folder) / "class.html").read_text(encoding="utf-8")
+        return page, todo_of(Path(folder))
+
+
+def todo_of(folder: Path) -> list[list[str]]:
+    return list(csv.reader(io.StringIO((folder / TODO).read_text(encoding="utf-8"))))[1:]
+
+
 def page_of(found: ClassGrades) -> str:
-    return "".join(class_page(found, lambda student: f"feedback/{student}.html"))
+    return written(found)[0]
+
+
+def seen(page: str) -> str:
+    """The words of a page."""
+    text = re.sub(r"<(style|script).*?</\1>", "", page, flags=re.DOTALL)
+    return " ".join(html.unescape(re.sub(r"<[^>]+>", " ", text)).split())
 
 
 class Structure(HTMLParser):
@@ -59,7 +108,7 @@ class Structure(HTMLParser):
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self.tags.append((tag, dict(attrs)))
-        if tag != "meta":
+        if tag not in ("meta", "input"):
             self.open.append(tag)
 
     def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
@@ -74,23 +123,21 @@ def test_structure_is_sound_and_nothing_comes_from_outside() -> None:
     tags = Structure(page).tags
     assert [tag for tag, _ in tags].count("h1") == 1
     assert all(attributes.get("scope") for tag, attributes in tags if tag == "th")
-    assert {attributes["href"] for tag, attributes in tags if tag == "a"} == {
-        "feedback/g.html", "feedback/s.html", "feedback/w.html"
-    }  # fmt: skip
+    links = {str(attributes["href"]) for tag, attributes in tags if tag == "a"}
+    within = {f"#{attributes['id']}" for _, attributes in tags if "id" in attributes}
+    assert links == within | {"feedback/g.html", "feedback/s.html", "feedback/w.html"}
     assert not any(key.startswith("on") or key == "src" for _, attributes in tags for key in attributes)
     assert not re.search(r"https?://|url\(|@import", page)
 
 
 def test_it_says_what_the_grades_say() -> None:
     found = three()
-    text = html.unescape(re.sub(r"<[^>]+>", " ", page_of(found)))
-    text = " ".join(text.split())
+    text = seen(page_of(found))
     assert "3 submissions: 2 graded, 1 not" in text
     assert found.mean == pytest.approx((GOOD.points + SLIP.points) / 2, abs=1e-4)  # type: ignore[operator]
     assert f"Mean {found.mean:.2f}" in text
-    assert f"Waiting : Could not be graded: {WAITING.why}" in text
-    assert "Good : Flag: shared rows with Slip (s)." in text
-    assert "9 of 9 rows." in text
+    assert f"Waiting : {WAITING.why}" in text
+    assert "1 × flag: shared rows Good (g), Slip (s) 9 of 9 rows. By chance, fewer than 1 in a million" in text
     for slip in SLIP.slips[:1]:
         assert slip.words[1:] in text
     for one in found.criteria():
@@ -109,11 +156,22 @@ def test_statistics_of_the_criteria() -> None:
 @pytest.mark.parametrize("evil", [EVIL, "</title><b>", "{{ 7 * 7 }}", "\u202egnp.exe", "a\x00b\x1b[31m"])
 def test_names_and_reasons_stay_text(evil: str) -> None:
     grades = [
-        replace(GOOD, student=evil, name=evil, title=evil, late_reason=evil, look=(evil,)),
+        replace(
+            GOOD,
+            student=evil,
+            name=evil,
+            title=evil,
+            late_reason=evil,
+            look=(evil,),
+            section=evil,
+            by_hand=(Decision("comment", evil, evil, evil),),
+        ),
         replace(WAITING, student="w", name=evil, why=evil),
     ]
     found = a_class(grades, [Flag("shared rows", (evil, "w"), evil, 1e-9, 1e-8, (evil,))])
-    page = page_of(replace(found, source=evil))
+    people = Roster({evil: Person(evil, evil, evil, evil, ())}, (Person(evil, evil, evil, "", ()),))
+    desk = Desk({evil: grades[0].by_hand})
+    page = page_of(replace(found, source=evil, roster=people, desk=desk))
     Structure(page)
     for bad in ("<script>alert", "</title><b>", "\u202e", "\x00", "\x1b", " 49 "):
         assert bad not in page
@@ -124,6 +182,13 @@ def test_nobody_graded() -> None:
     Structure(page)
     assert "1 submission: 0 graded, 1 not" in page
     assert "I_zz in this class" not in page
+
+
+def test_a_large_class_makes_a_small_page() -> None:
+    grades = [replace(GOOD, student=f"{i:06d}", name=f"Somebody {i}", look=("late by 3 h",)) for i in range(1000)]
+    page = page_of(a_class(grades))
+    assert "1000</span> × " in page
+    assert len(page.encode()) < 1_500_000
 
 
 def brightness(colour: str) -> float:
@@ -139,7 +204,8 @@ def test_contrast_in_both_themes() -> None:
     for theme in themes:
         colours = {name: brightness(colour) for name, colour in re.findall(r"--([\w-]+): (#\w{6})", theme)}
         pairs = [("ink", "paper", 4.5), ("soft", "paper", 4.5), ("mark", "paper", 4.5), ("ink", "warn-paper", 4.5),
-                 ("mark", "warn-paper", 4.5), ("warn", "paper", 3), ("other", "paper", 3), ("ink", "band", 3),
+                 ("ink", "band", 4.5), ("soft", "warn-paper", 4.5),
+                 ("mark", "warn-paper", 4.5), ("warn", "paper", 3), ("other", "paper", 3),
                  ("mark", "band", 3), ("other", "band", 3)]  # fmt: skip
         for one, other, least in pairs:
             low, high = sorted((colours[one], colours[other]))
@@ -200,43 +266,356 @@ def test_each_station_with_a_reference_has_its_own_strip() -> None:
     assert [strip.label for strip in drawing.strips] == ["all"]
 
 
+def test_station_two_stands_before_station_ten() -> None:
+    stations = {str(i): REFERENCE for i in (10, 2, 1)}
+    drawing = draw_distribution([replace(GOOD, student=key, station=key) for key in stations], stations)
+    assert drawing is not None
+    assert [strip.label for strip in drawing.strips] == ["station 1", "station 2", "station 10"]
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.floats(0, 1), min_size=1, max_size=40), st.sampled_from([0.5, 1.0, 3.0, 7.5, 20.0, 100.0, 1234.0]))
+def test_every_total_is_in_the_bar_of_its_points(shares: list[float], out_of: float) -> None:
+    totals = [round(share * out_of, 2) for share in shares]
+    drawing = draw_points(totals, out_of)
+    assert drawing is not None
+    assert sum(number for _, number in drawing.bars) == len(totals)
+    assert all(LEFT <= bar.x <= bar.x + bar.width <= WIDTH - RIGHT + 0.2 for bar, _ in drawing.bars)
+    assert all(0 < bar.y < bar.y + bar.height < drawing.height for bar, _ in drawing.bars)
+    points = [float(bar.words.split(" ")[-2]) for bar, _ in drawing.bars]
+    assert points == sorted(set(points)), "from left to right"
+    assert all(min(abs(one - total) for one in points) <= 0.05 * out_of for total in totals)
+    assert float(drawing.ticks[0][1]) == pytest.approx(out_of, rel=0.02)
+    assert draw_points([], out_of) is None
+
+
+# --- what waits for a person --------------------------------------------------------------------------------
+
+
+class Group(NamedTuple):
+    """What the page says of one reason."""
+
+    reason: str
+    count: int
+    lines: list[list[str]]  # cells of the lines to be copied
+
+
+def groups_of(page: str) -> list[Group]:
+    found = []
+    for part in re.findall(r'<section class="group.*?</section>', page, re.DOTALL):
+        head = re.search(r'<span class="count">(\d+)</span> × <span class="k">(.*?)</span>', part)
+        assert head
+        codes = re.findall(r'<p class="desk">.*?<code>(.*?)</code></p>', part)
+        lines = list(csv.reader(html.unescape(code) for code in codes))
+        found.append(Group(html.unescape(head[2]), int(head[1]), lines))
+    return found
+
+
+def squeezed(lines: Sequence[Sequence[str]]) -> Counter[tuple[str, ...]]:
+    return Counter(tuple(" ".join(cell.split()) for cell in line[:5]) for line in lines)
+
+
+BOOK = """Student,ID,SIS User ID,SIS Login ID,Section,Gyroscope lab (1)
+    Points Possible,,,,,20.00
+"Adler, Nina",1,,,Mon A,12
+"O'Brien ""X"", <b>Seán",2,,,Tue B,25
+"Müller, Zoë",3,,,Mon A,
+Four,4,,,Tue B,
+Five,5,,,Mon A,
+Six,6,,,Tue B,
+Gone,9,,,Mon A,
+"""
+
+
+class Lab:
+    """A class with something of everything, three logs that are one among it; the folder of its grades."""
+
+    def __init__(self, home: Path) -> None:
+        self.root, self.out = home / "class", home / "grades"
+        rows = [sheet(np.random.default_rng(i), "mixed") for i in range(7)]
+        mixed = np.random.default_rng(1).permutation(len(rows[4].mass))
+        rows[5] = Sheet(*(column[mixed] for column in (rows[4].mass, rows[4].position, rows[4].spin, rows[4].time,
+                                                       rows[4].turns)))  # fmt: skip
+        self.rows = rows
+        logs = [one.log(reported_line(*RIGHT_FORMULA.inertia(one, "with_constant"))) for one in rows]
+        value, u = RIGHT_FORMULA.inertia(rows[3], "with_constant")
+        logs[1], logs[2] = rows[1].log(), ""
+        logs[3] = rows[3].log(reported_line(1.3 * value, u))
+        make_folder(self.root, {f"s{i}_{i}_{i}_lab.csv": log for i, log in enumerate(logs) if i})
+        make_folder(self.root, {"s1_1_1_report.pdf": b"%PDF-1.4", "s7_7_7_lab.csv": logs[4]})
+        self.book = home / "book.csv"
+        self.book.write_text(BOOK, encoding="utf-8")
+
+    def grade(self, *options: str | Path) -> Result:
+        given = ("grade", self.root, "-o", self.out, "--workers", "1", "--gradebook", self.book, *options)
+        done = CliRunner().invoke(app, list(map(str, given)))
+        assert done.exit_code in (0, 1), done.stderr
+        return done
+
+    def desk(self, lines: Sequence[Sequence[str]]) -> None:
+        with (self.out / DESK).open("w", encoding="utf-8", newline="") as file:
+            csv.writer(file, lineterminator="\n").writerows([["student", "what", "value", "by", "why"], *lines])
+
+    @property
+    def page(self) -> str:
+        return (self.out / "class.html").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
+    lab = Lab(tmp_path_factory.mktemp("lab"))
+    lab.grade()
+    table = lab.out / "grades.csv"
+    # Somebody sets points by hand, one of them more than there are.
+    changed = re.sub(r"^(4,.*?graded),20.00", r"\1,13.50", table.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    table.write_text(re.sub(r"^(6,.*?graded),20.00", r"\1,99", changed, flags=re.MULTILINE), encoding="utf-8")
+    lab.grade()
+    return lab
+
+
+def test_groups_and_counts_are_those_of_the_lines_that_wait(lab: Lab) -> None:
+    groups = groups_of(lab.page)
+    assert {group.reason: group.count for group in groups} == {
+        "grades.csv was changed by hand": 2,
+        "other points stand in the gradebook": 2,
+        "no grade: the log cannot be used": 1,
+        "no grade: no I_zz is reported": 1,
+        "the reported I_zz is … u from the student's own runs": 1,
+        "flag: shared rows": 3,
+    }
+    assert all(group.count == len(group.lines) for group in groups)
+    assert squeezed([line for group in groups for line in group.lines]) == squeezed(todo_of(lab.out))
+    assert "s1_1_1_report.pdf" in lab.page
+    assert '<bdi>O&#39;Brien &#34;X&#34;, &lt;b&gt;Seán</bdi></a> <span class="sec">Tue B</span>' in lab.page
+
+
+def test_every_line_can_be_put_on_the_desk(lab: Lab) -> None:
+    lines = [line for group in groups_of(lab.page) for line in group.lines]
+    students = {str(i): str(i) for i in range(1, 8)}
+    for line in lines:
+        out = io.StringIO()
+        csv.writer(out).writerows([["student", "what", "value", "by", "why"], line])
+        read_desk(out.getvalue().encode(), students, default_rubric())
+    assert ["2", "total", ""] in [line[:3] for line in lines], "25 of 20 points are told, and not offered"
+    assert ["6", "total", ""] in [line[:3] for line in lines]
+    assert ["1", "total", "12.00"] in [line[:3] for line in lines]
+    assert ["4", "total", "13.50"] in [line[:3] for line in lines]
+
+
+def test_what_the_desk_says_waits_no_longer(tmp_path: Path) -> None:
+    lab = Lab(tmp_path)
+    lab.grade()
+    lines = [line for group in groups_of(lab.page) for line in group.lines]
+    pairs = [("4", "5"), ("4", "7"), ("5", "7")]
+    assert [tuple(line[:3]) for line in lines if line[1] == "partner"] == [(one, "partner", two) for one, two in pairs]
+    assert len(tables_of(lab.page)) == 2, "each log that joins is shown once"
+    lab.desk(lines)
+    lab.grade()
+    assert todo_of(lab.out) == []
+    assert "Nothing: all are graded, and nothing is flagged." in seen(lab.page)
+    assert 'class="flag"' not in lab.page, "they are partners"
+    lab.desk([["4", "hold", "", "Ann", ""]])
+    lab.grade()
+    waiting = {tuple(line[:3]) for line in todo_of(lab.out) if line[1] == "partner"}
+    assert waiting == {("5", "partner", "4"), ("7", "partner", "4"), ("5", "partner", "7")}, "the others still wait"
+    lab.desk([[key, "hold", "", "Ann", ""] for key in "457"])
+    lab.grade()
+    assert not any(group.reason.startswith("flag") for group in groups_of(lab.page))
+    assert "Flags that desk.csv has decided about (1) shared rows: Four , Five , s7 : 9 of 9 rows" in seen(lab.page)
+
+
+def test_a_copy_of_an_earlier_year_is_shown_beside_it_and_can_be_held(tmp_path: Path) -> None:
+    first, second = Lab(tmp_path / "first"), Lab(tmp_path / "second")
+    first.grade()
+    for path in second.root.iterdir():
+        if not path.name.startswith(("s5", "s6")):
+            path.unlink()
+    second.grade("--previous", first.out)
+    flagged = next(group for group in groups_of(second.page) if group.reason.startswith("flag"))
+    assert {(line[0], line[1]) for line in flagged.lines} == {("5", "hold"), ("6", "hold")}
+    assert "grades/6" in second.page
+    second.desk(flagged.lines)
+    second.grade("--previous", first.out)
+    assert not any(group.reason.startswith("flag") for group in groups_of(second.page))
+
+
+# --- two logs side by side ----------------------------------------------------------------------------------
+
+Cells = list[tuple[str, bool]]  # text of each cell, and whether it is marked
+
+
+def tables_of(page: str) -> list[list[Cells]]:
+    tables = re.findall(r'<table class="beside">.*?<tbody>(.*?)</tbody>', page, re.DOTALL)
+    return [
+        [
+            [(re.sub("<.*?>", "", cell), "<mark>" in cell) for cell in re.findall(r"<td>(.*?)</td>", row)]
+            for row in re.findall(r"<tr>(.*?)</tr>", table)
+        ]
+        for table in tables
+    ]
+
+
+def test_marked_are_the_cells_that_are_equal_and_no_others(tmp_path: Path) -> None:
+    random = np.random.default_rng(7)
+    first = sheet(random, "mixed")
+    own = sheet(random, "mixed")
+    half = random.permutation(len(first.mass)) < 6
+    second = replace(
+        own, spin=np.where(half, first.spin, own.spin), time=np.where(half, first.time, own.time),
+        mass=first.mass, position=first.position, turns=first.turns,
+    )  # fmt: skip
+    logs = {"a": first, "b": second} | {f"c{i}": sheet(random, "mixed") for i in range(6)}
+    make_folder(tmp_path / "class", {f"{name}/lab.csv": rows.log() for name, rows in logs.items()})
+    CliRunner().invoke(app, ["grade", str(tmp_path / "class"), "-o", str(tmp_path / "out"), "--workers", "1"])
+    page = (tmp_path / "out" / "class.html").read_text(encoding="utf-8")
+    (table,) = tables_of(page)
+    lines = [dict(enumerate(logs[name].log().splitlines(), 1)) for name in "ab"]
+    shown = [set(), set()]
+    for torque, *cells in table:
+        sides = cells[:4], cells[4:]
+        for side, typed, numbers in zip(sides, lines, shown, strict=True):
+            (line, _), (spin, _), (time, _), (turns, _) = side
+            mass, position, *told = typed[int(line)].split(",")
+            assert told == [spin, time, turns], "as typed"
+            assert float(torque[0]) == pytest.approx(float(mass) * 9.803 * float(position) / 100, rel=1e-3)
+            numbers.add(int(line))
+        for at in (1, 2):
+            equal = sides[0][at][0] == sides[1][at][0]
+            assert (sides[0][at][1], sides[1][at][1]) == (equal, equal)
+    assert shown[0] == shown[1] == set(range(3, 3 + len(first.mass)))
+    assert sum(cells[2][1] for cells in table) >= 6
+    assert f"{sum(cells[2][1] for cells in table)} of {len(table)} spins" in page
+
+
+def test_rounding_and_other_units_hide_nothing_and_long_logs_are_cut(tmp_path: Path) -> None:
+    random = np.random.default_rng(3)
+    count = ROWS_SHOWN + 9
+    spins = np.sort(random.uniform(200, 700, count)).round(1)
+    times = (spins * 0.0331 + random.normal(0, 0.15, count)).round(2)
+    first = "mass [g],position [cm],spin [rpm],time [s],turns\n" + "".join(
+        f"40,15,{spin:.1f},{time:.2f},1\n" for spin, time in zip(spins, times, strict=True)
+    )
+    second = "mass [kg],position [m],spin [Hz],time [s],turns\n" + "".join(
+        f"0.04,0.15,{spin / 60:.4f},{time:.1f},1\n" for spin, time in zip(spins, times, strict=True)
+    )
+    make_folder(tmp_path / "class", {"a/lab.csv": first, "b/lab.csv": second})
+    CliRunner().invoke(app, ["grade", str(tmp_path / "class"), "-o", str(tmp_path / "out"), "--workers", "1"])
+    page = (tmp_path / "out" / "class.html").read_text(encoding="utf-8")
+    (table,) = tables_of(page)
+    assert len(table) == ROWS_SHOWN
+    assert "9 rows more are not shown" in page
+    for row in table:
+        assert row[3][0] != row[7][0]
+        assert float(row[3][0]) == pytest.approx(float(row[7][0]), abs=0.0501)
+        assert all(row[at][1] for at in (2, 3, 6, 7))
+
+
 # --- in a browser -------------------------------------------------------------------------------------------
 
 PROBE = """<script>
-addEventListener("load", () => {
-  const frame = document.querySelector("iframe"), page = frame.contentDocument;
+addEventListener("load", async () => {
+  const frame = document.querySelector("iframe"), view = frame.contentWindow, page = frame.contentDocument;
   const table = page.querySelector("table.everybody"), heads = [...table.tHead.rows[0].cells];
-  const sort = i => {
-    heads[i].querySelector("button").click();
-    return [...table.tBodies[0].rows].map(r => r.cells[0].textContent.trim());
+  const shown = () => [
+    [...page.querySelectorAll(".group:not([hidden]) .count")].map(e => Number(e.textContent)),
+    [...table.tBodies[0].rows].filter(e => !e.hidden).map(e => e.cells[0].textContent),
+    [...page.querySelectorAll(".people li:not([hidden])")].map(e => e.firstChild.textContent)];
+  const sort = i => { heads[i].querySelector("button").click(); return shown()[1]; };
+  const [box, choice, told] = page.querySelectorAll(".filter input, .filter select, .filter output");
+  const filter = (text, section = "") => {
+    box.value = text;
+    choice.value = section;
+    box.dispatchEvent(new view.Event("input", {bubbles: true}));
+    return shown();
   };
+  const copied = [], clipboard = {writeText: async text => copied.push(text)};
+  Object.defineProperty(view.navigator, "clipboard", {value: clipboard, configurable: true});
+  const press = async what => { page.querySelector(what).click(); await new Promise(done => setTimeout(done, 50)); };
   const out = {
-    wide: page.documentElement.scrollWidth, inner: frame.clientWidth, up: sort(1), down: sort(1), names: sort(0),
-    aria: heads.map(h => h.getAttribute("aria-sort")).slice(0, 2)};
+    wide: page.documentElement.scrollWidth, inner: frame.clientWidth,
+    beyond: [...page.querySelectorAll("h1, h2, h3, h4, p, li, summary, svg, form *")]
+      .filter(e => e.getBoundingClientRect().right > frame.clientWidth).map(e => e.textContent),
+    up: sort(2), down: sort(2), names: sort(0),
+    aria: heads.map(h => h.getAttribute("aria-sort")).slice(0, 2),
+    choices: [...choice.options].map(one => one.value), all: filter(""), told: told.textContent,
+    name: filter("  GÖÖD "), reason: filter("flag shared"), section: filter("", "Tue B"), both: filter("slip", "Tue B"),
+    nobody: filter("zzz"), again: filter(""),
+    hidden: view.getComputedStyle(page.querySelector(".desk code")).display,
+  };
+  await press(".desk button");
+  await press("h3 button");
+  filter("second");
+  await press("h3 button");
+  clipboard.writeText = async () => { throw new Error("not allowed"); };
+  await press(".desk button");
+  const area = page.querySelector("textarea");
+  out.copied = copied;
+  out.by_hand = area.value.slice(area.selectionStart, area.selectionEnd);
   const place = document.createElement("pre");
   place.id = "out"; place.textContent = JSON.stringify(out); document.body.append(place);
 });
 </script>"""
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine")
-def test_on_a_phone_nothing_is_cut_and_the_table_sorts(tmp_path: Path) -> None:
+def browse(tmp_path: Path, file: Path, *options: str) -> subprocess.CompletedProcess[str]:
     assert CHROMIUM is not None
-    frame = f'<iframe style="width:360px;height:800px;border:0" srcdoc="{html.escape(page_of(three()))}"></iframe>'
-    probe = tmp_path / "probe.html"
-    probe.write_text(f"<!doctype html><meta charset=utf-8><body>{PROBE}{frame}</body>", "utf-8")
-    run = subprocess.run(
+    return subprocess.run(
         [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking",
-         f"--user-data-dir={tmp_path / 'profile'}", "--enable-logging=stderr", "--virtual-time-budget=5000",
-         "--dump-dom", probe.as_uri()],
+         f"--user-data-dir={tmp_path / 'profile'}", "--enable-logging=stderr", *options, file.as_uri()],
         capture_output=True, text=True, timeout=120, check=True,
     )  # fmt: skip
-    found = re.search(r'<pre id="out">(.*?)</pre>', run.stdout, re.DOTALL)
-    assert found, run.stderr[-2000:]
-    out = json.loads(html.unescape(found[1]))
-    assert out["wide"] <= out["inner"] == 360
-    assert out["up"] == ["Slip", "Good", "Waiting"], "blank ones last"
-    assert out["down"] == ["Good", "Slip", "Waiting"]
-    assert out["names"] == ["Good", "Slip", "Waiting"]
-    assert out["aria"] == ["ascending", None]
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine")
+def test_on_a_phone_nothing_is_cut_and_the_page_filters_sorts_and_copies(tmp_path: Path) -> None:
+    found = three()
+    sections = {"g": "Mon A", "s": "Tue B", "w": "Tue B", "v": "Mon A"}
+    grades = [
+        replace(GOOD, student="g", name="Gööd"),
+        *found.grades[1:],
+        replace(WAITING, student="v", name="Second <i>" + 30 * "long"),
+    ]
+    grades = [replace(one, section=sections[one.student]) for one in grades]
+    people = {one.student: Person(one.student, one.name, one.section, "", ()) for one in grades}
+    roster = Roster(people, (Person("x", "Gone, Ida", "Tue B", "", ()),))
+    whole = replace(a_class(grades, found.flags), roster=roster)
+    frame = f'<iframe style="width:390px;height:800px;border:0" srcdoc="{html.escape(page_of(whole))}"></iframe>'
+    probe = tmp_path / "probe.html"
+    probe.write_text(f"<!doctype html><meta charset=utf-8><body>{PROBE}{frame}</body>", "utf-8")
+    run = browse(tmp_path, probe, "--virtual-time-budget=5000", "--dump-dom")
+    match = re.search(r'<pre id="out">(.*?)</pre>', run.stdout, re.DOTALL)
+    assert match, run.stderr[-2000:]
+    out = json.loads(html.unescape(match[1]))
+    assert out["wide"] <= out["inner"] == 390
+    assert out["beyond"] == []
     assert "CONSOLE" not in run.stderr
+    long = grades[3].name
+    assert out["up"] == ["Slip", "Gööd", "Waiting", long], "blank ones last"
+    assert out["down"] == ["Gööd", "Slip", "Waiting", long]
+    assert out["names"] == ["Gööd", long, "Slip", "Waiting"]
+    assert out["aria"] == ["ascending", None]
+
+    assert out["choices"] == ["", "Mon A", "Tue B"]
+    assert out["all"] == out["again"] == [[2, 1, 1], out["names"], ["Gone, Ida"]]
+    assert out["told"] == "4 for you to decide, 4 of 4 students"
+    assert out["name"] == [[1], ["Gööd", "Slip"], []], "the pair, and both of it"
+    assert out["reason"] == [[1], ["Gööd", "Slip"], []]
+    assert out["section"] == [[1, 1, 1], ["Slip", "Waiting"], ["Gone, Ida"]]
+    assert out["both"] == [[1, 1], ["Slip"], []]
+    assert out["nobody"] == [[], [], []]
+
+    assert out["hidden"] == "none"
+    why = str(WAITING.why).replace('"', '""')
+    lines = [f'{key},total,,,"{why}"\n' for key in ("w", "v")]
+    assert out["copied"] == [lines[0], "".join(lines), lines[1]]
+    assert out["by_hand"] == lines[0]
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine")
+def test_a_class_is_printed_on_few_sheets(tmp_path: Path) -> None:
+    grades = [replace(GOOD, student=f"{i:03d}", name=f"Lastname{i}, Firstname", section="Mon A") for i in range(100)]
+    grades += [replace(WAITING, student=f"w{i:03d}", name=f"Lastname{i}, Firstname") for i in range(20)]
+    file = tmp_path / "page.html"
+    file.write_text(page_of(a_class(grades)), "utf-8")
+    browse(tmp_path, file, f"--print-to-pdf={tmp_path / 'page.pdf'}", "--no-pdf-header-footer")
+    assert 1 <= len(re.findall(rb"/Type */Page\b", (tmp_path / "page.pdf").read_bytes())) <= 4

@@ -61,8 +61,9 @@ def test_a_gradebook_gives_names_sections_and_who_handed_in_nothing(root: Path, 
     assert set(rows) == {"points possible", "7", "8", "9"}
     assert "2 graded, 0 not, 1 handed in nothing" in told
     assert "Nothing handed in" in page
-    assert "Mon A: <bdi>Cole, Ida</bdi>" in page
-    assert "<td>Tue B</td>" in page
+    assert "<h3>Mon A (1)</h3>" in page
+    assert "<bdi>Cole, Ida</bdi>" in page
+    assert '<td class="sec">Tue B</td>' in page
     (root.parent / "grades" / "desk.csv").write_text('student,what,value\n"Baker, Tom",total,3\n', encoding="utf-8")
     assert grade(root, "--gradebook", book)[0]["8"]["total"] == "3.00", "a person is known by the roster's name too"
 

@@ -26,7 +26,7 @@ from msgspec.structs import replace
 
 from gyrodata.diagnostics import PARTNER_ALONE, PARTNER_UNKNOWN, PARTNERS_CANNOT_BE_READ
 from gyrodata.errors import Diagnostic, InputError
-from gyrodata.grading.forensics.copies import Rows, flag_same_spins, flag_shared_rows
+from gyrodata.grading.forensics.copies import Beside, Rows, flag_same_spins, flag_shared_rows, put_beside
 from gyrodata.grading.forensics.edits import flag_shifted_or_scaled
 from gyrodata.grading.forensics.flags import ALLOWED, KINDS, Flag, Groups, flag_scatter
 from gyrodata.grading.forensics.logs import Fingerprint, fingerprint, lay_out
@@ -36,11 +36,13 @@ __all__ = [
     "KINDS",
     "LARGEST_FILE",
     "LONGEST_LINE",
+    "Beside",
     "Exemptions",
     "Fingerprint",
     "Flag",
     "fingerprint",
     "flag_class",
+    "put_beside",
     "read_exemptions",
 ]
 

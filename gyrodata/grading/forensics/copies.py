@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyrodata.grading.forensics.flags import ALLOWED, LEAST, Flag, Groups, Pair, flag_pairs
-from gyrodata.grading.forensics.logs import Logs
+from gyrodata.grading.forensics.logs import Fingerprint, Logs
 from gyrodata.physics import RPM, Floats, Integers
 
 SAME_TORQUE = 0.1
@@ -480,3 +480,47 @@ class Rows:
         same &= np.abs(logs.torque[rows] - logs.torque[row]) <= SAME_TORQUE * np.abs(logs.torque[row])
         times: Floats = (logs.period[rows] * logs.turns[rows])[same]
         return times
+
+
+# --- two logs side by side ----------------------------------------------------------------------------------
+
+
+class Beside(NamedTuple):
+    """A row of each of two logs, counted from 0; None where a log has none left."""
+
+    first: int | None
+    second: int | None
+    same_spin: bool = False
+    same_period: bool = False
+
+
+def put_beside(first: Fingerprint, second: Fingerprint) -> list[Beside]:
+    """Put the rows of two logs beside each other, the most alike first: whatever order, unit and digits they have."""
+
+    def both(name: str) -> tuple[Floats, Floats]:
+        return np.array(getattr(first, name)), np.array(getattr(second, name))
+
+    def near(values: tuple[Floats, Floats], steps: tuple[Floats, Floats]) -> NDArray[np.bool_]:
+        reach = 0.5 * np.maximum(steps[0][:, None], steps[1]) + _EXACT * values[0][:, None]
+        same: NDArray[np.bool_] = np.abs(values[0][:, None] - values[1]) <= reach
+        return same
+
+    torque, time, time_step, turns = both("torque"), both("time"), both("time_step"), both("turns")
+    size = np.abs(torque[0])[:, None], np.abs(torque[1])
+    weight = np.abs(size[0] - size[1]) <= SAME_TORQUE * np.maximum(*size)
+    same_spin = weight & near(both("spin"), both("spin_step"))
+    period, step = (time[0] / turns[0], time[1] / turns[1]), (time_step[0] / turns[0], time_step[1] / turns[1])
+    same_period = weight & near(period, step)
+    partner: dict[int, int] = {}
+    taken: set[int] = set()
+    for alike in (same_spin & same_period, same_spin, same_period, weight, np.ones_like(weight)):
+        for i, j in np.argwhere(alike).tolist():
+            if i not in partner and j not in taken:
+                partner[i] = j
+                taken.add(j)
+    found = []
+    for row in range(len(first.spin)):
+        at = partner.get(row)
+        same = (False, False) if at is None else (bool(same_spin[row, at]), bool(same_period[row, at]))
+        found.append(Beside(row, at, *same))
+    return found + [Beside(None, at) for at in range(len(second.spin)) if at not in taken]

@@ -34,6 +34,7 @@ class Flag(Struct, frozen=True):
     """Chance of it, or of more, in one honest log or between two; of the strongest pair where there are several."""
     expected: float  # how many such flags, as strong as this or stronger, chance makes in an honest class of this size
     previous: tuple[str, ...] = ()  # keys of earlier logs that it is about, sorted
+    pairs: tuple[tuple[str, str], ...] = ()  # what joins all of them, the strongest first; each pair brings in a log
 
 
 def chi2_lower_tail(chi2: float, dof: float) -> float:
@@ -82,9 +83,11 @@ class Groups:
             log = above
         return log
 
-    def join(self, first: int, second: int) -> None:
-        """Let two logs hang together."""
+    def join(self, first: int, second: int) -> bool:
+        """Let two logs hang together; tell whether they did not before."""
+        new = not self.joined(first, second)
         self._above[self.head(second)] = self.head(first)
+        return new
 
     def joined(self, first: int, second: int) -> bool:
         """Tell whether two logs hang together."""
@@ -105,6 +108,7 @@ def flag_pairs(kind: Kind, pairs: Iterable[Pair], logs: Logs, tell: Callable[[Lo
 
 def _one_flag(kind: Kind, group: list[Pair], logs: Logs, tell: Callable[[Logs, Pair], str]) -> Flag:
     """Make a flag of pairs in the order of their p, the strongest told in words."""
+    together = Groups()
     members = sorted({member for pair in group for member in (pair.first, pair.second)})
     evidence = "; ".join(tell(logs, pair) for pair in group[:PAIRS_TOLD])
     more = len(group) - PAIRS_TOLD
@@ -115,6 +119,7 @@ def _one_flag(kind: Kind, group: list[Pair], logs: Logs, tell: Callable[[Logs, P
         max(group[0].p, LEAST),
         max(group[0].expected, LEAST),
         tuple(logs.keys[member] for member in members if member >= logs.current),
+        tuple((logs.keys[one], logs.keys[other]) for _, _, one, other in group if together.join(one, other)),
     )
 
 

@@ -298,6 +298,7 @@ def read_bench(top: Table) -> tuple[Bench, bool]:
         )
     if not from_class and len(table.values) == 0:
         top.wrong("bench", "[bench] is empty", 'write u_time = "0.3 s", or from = "class"')
+    table.done()
     return bench, from_class
 
 

@@ -8,8 +8,8 @@ from fractions import Fraction
 from typing import Any, cast
 
 import numpy as np
-from msgspec import Struct
-from msgspec.structs import asdict, replace
+from msgspec import Struct, to_builtins
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from gyrodata import __version__
@@ -66,8 +66,8 @@ class Simulation(Struct, frozen=True):
             "schema": SCHEMA,
             "tool": {"name": "gyrodata", "version": __version__},
             "seed": self.seed,
-            "truth": asdict(self.truth),
-            "noise": {key: asdict(u) for key, u in self.noise.items()},
+            "truth": to_builtins(self.truth),
+            "noise": {key: to_builtins(u) for key, u in self.noise.items()},
             "runs": [
                 {"run": label} | {name: _or_none(values, i) for name, values in columns.items()}
                 for i, label in enumerate(self.readings.runs)

@@ -844,7 +844,8 @@ def test_what_is_asked_for(room: Room) -> None:
 @carries_out("G768")
 def test_an_autograder(room: Room, monkeypatch: pytest.MonkeyPatch) -> None:
     rubric = room.home / "rubric.toml"
-    text = gyro("grade", "--print-rubric", "full").stdout
+    printed = found(r"\(gyro (.*?) > rubric.toml", hint_of(gyro("grade", "--gradescope", "autograder"), "G768"))
+    text = gyro(*printed.split()).stdout
     rubric.write_text(text)
     words = ("grade", "--gradescope", "autograder", "--rubric", rubric)
     lines = found(r': (\[reference.all\], .*"); or', hint_of(gyro(*words), "G768")).split(", ")

@@ -65,7 +65,8 @@ def autograder_files(rubric: Rubric, text: str) -> dict[str, bytes]:
             )
             hint = (
                 "in your --rubric (gyro grade --print-rubric full > rubric.toml gives one) write, instead of "
-                '[reference] and from = "class": [reference.all], inertia = "4.44e-3 kg m^2", u = "1 %"; or take the criterion out'
+                '[reference] and from = "class": [reference.all], inertia = "4.44e-3 kg m^2", u = "1 %"; or take the '
+                "criterion out"
             )
             raise InputError.of(AUTOGRADER_CANNOT_BE_MADE, message, hint, rubric.name)
     name, wheel = _wheel()

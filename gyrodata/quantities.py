@@ -346,7 +346,7 @@ def parse_uncertainty(text: str, kind: str, unit: str = "", ask: bool = True) ->
     whole, coverage = _without_coverage(f"± {text.strip().lstrip('±+ ')}")
     for term in re.split(r"(?<![eE^])\+", whole[1:].strip()):
         if term.rstrip().endswith("%"):
-            part = parse_quantity(term.rstrip()[:-1], "number") / 100 / coverage
+            part = read_quantity(term.rstrip()[:-1], "number").value / 100 / coverage
             relative += part
         else:
             try:

@@ -19,6 +19,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import physics
+from gyrodata.fitting.adjustment import NoFit
 from gyrodata.fitting.conditions import transverse_inertia
 from gyrodata.fitting.inertia import FitResult, fit_as_stated, refit
 from gyrodata.fitting.lines import insist_on_lines
@@ -226,7 +227,10 @@ def _followed(measured: Measurements, mean: FitResult, chosen: ChosenModel, left
 
         def at(inertia: float, fit: FitResult = result) -> Trial:
             runs = corrected(measured, fit, inertia, chosen, followed=True)
-            return Trial(inertia, refit(fit, runs, chosen.tilted), runs)
+            try:
+                return Trial(inertia, refit(fit, runs, chosen.tilted), runs)
+            except NoFit:
+                return Trial(inertia, fit_as_stated(runs, chosen.tilted, left_out), runs)
 
         near = min(reach, 0.5 * centre)
         trials = [at(float(t)) for t in centre + np.arange(-near, 1.01 * near, 0.3 * radian)]

@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-import html
 import io
-import json
-import re
 import shutil
 import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
+from browser import browse, look_at, needs_browser
 from pages import LOG, make_page
 from PIL import Image
 
 from gyrodata import analyze, plotting
 from gyrodata.results import Analysis
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 PDFTOPPM = shutil.which("pdftoppm")
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine")
+pytestmark = needs_browser
 
 # Looks at the page inside a frame as wide as a small phone.
 PROBE = """<script>
@@ -54,29 +51,10 @@ def analysis() -> Analysis:
     return analyze(LOG.encode(), name="log<1>.csv")
 
 
-def browse(tmp_path: Path, file: Path, *options: str) -> subprocess.CompletedProcess[str]:
-    assert CHROMIUM is not None
-    return subprocess.run(
-        [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking",
-         f"--user-data-dir={tmp_path / 'profile'}", "--enable-logging=stderr", *options, file.as_uri()],
-        capture_output=True, text=True, timeout=120, check=True,
-    )  # fmt: skip
-
-
 def test_on_a_phone(analysis: Analysis, tmp_path: Path) -> None:
-    attribute = html.escape(make_page(analysis, plotting.render(analysis)), quote=True)
-    frame = f'<iframe style="width:360px;height:800px;border:0" srcdoc="{attribute}"></iframe>'
-    probe = tmp_path / "probe.html"
-    probe.write_text(f"<!doctype html><meta charset=utf-8><body>{PROBE}{frame}</body>", "utf-8")
-    run = browse(tmp_path, probe, "--virtual-time-budget=5000", "--dump-dom")
-    found = re.search(r'<pre id="out">(.*?)</pre>', run.stdout, re.DOTALL)
-    assert found, run.stderr[-2000:]
-    out = json.loads(html.unescape(found[1]))
-    assert out["wide"] <= out["inner"] == 360
-    assert out["beyond"] == []
+    out = look_at(tmp_path, make_page(analysis, plotting.render(analysis)), 360, PROBE)
     assert out["broken"] == 0
     assert out["requests"] == []
-    assert "CONSOLE" not in run.stderr
     assert out["focused"]
 
     times = [f"{run.time:.4g}" for run in sorted(analysis.run_table, key=lambda run: run.time)]

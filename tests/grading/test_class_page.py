@@ -8,8 +8,6 @@ import io
 import json
 import math
 import re
-import shutil
-import subprocess
 import tempfile
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -19,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from browser import browse, look_at, needs_browser
 from grading.classes import make_folder
 from grading.reports import RIGHT as RIGHT_FORMULA
 from grading.reports import Sheet, reported_line, sheet
@@ -49,7 +48,6 @@ from gyrodata.grading import (
 from gyrodata.grading.exports.class_page import LEFT, RIGHT, ROWS_SHOWN, WIDTH, Drawing, draw_distribution, draw_points
 
 EXPECTED = Path(__file__).parent / "expected"
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 GOOD, SLIP, WAITING = (
     Grade.from_dict(json.loads((EXPECTED / f"{name}.json").read_text(encoding="utf-8")))
     for name in ("good", "slip", "waiting")
@@ -557,16 +555,7 @@ addEventListener("load", async () => {
 </script>"""
 
 
-def browse(tmp_path: Path, file: Path, *options: str) -> subprocess.CompletedProcess[str]:
-    assert CHROMIUM is not None
-    return subprocess.run(
-        [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking",
-         f"--user-data-dir={tmp_path / 'profile'}", "--enable-logging=stderr", *options, file.as_uri()],
-        capture_output=True, text=True, timeout=120, check=True,
-    )  # fmt: skip
-
-
-@pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine")
+@needs_browser
 def test_on_a_phone_nothing_is_cut_and_the_page_filters_sorts_and_copies(tmp_path: Path) -> None:
     found = three()
     sections = {"g": "Mon A", "s": "Tue B", "w": "Tue B", "v": "Mon A"}
@@ -579,16 +568,7 @@ def test_on_a_phone_nothing_is_cut_and_the_page_filters_sorts_and_copies(tmp_pat
     people = {one.student: Person(one.student, one.name, one.section, "", ()) for one in grades}
     roster = Roster(people, (Person("x", "Gone, Ida", "Tue B", "", ()),))
     whole = replace(a_class(grades, found.flags), roster=roster)
-    frame = f'<iframe style="width:390px;height:800px;border:0" srcdoc="{html.escape(page_of(whole))}"></iframe>'
-    probe = tmp_path / "probe.html"
-    probe.write_text(f"<!doctype html><meta charset=utf-8><body>{PROBE}{frame}</body>", "utf-8")
-    run = browse(tmp_path, probe, "--virtual-time-budget=5000", "--dump-dom")
-    match = re.search(r'<pre id="out">(.*?)</pre>', run.stdout, re.DOTALL)
-    assert match, run.stderr[-2000:]
-    out = json.loads(html.unescape(match[1]))
-    assert out["wide"] <= out["inner"] == 390
-    assert out["beyond"] == []
-    assert "CONSOLE" not in run.stderr
+    out = look_at(tmp_path, page_of(whole), 390, PROBE)
     long = grades[3].name
     assert out["up"] == ["Slip", "Gööd", "Waiting", long], "blank ones last"
     assert out["down"] == ["Gööd", "Slip", "Waiting", long]
@@ -611,7 +591,7 @@ def test_on_a_phone_nothing_is_cut_and_the_page_filters_sorts_and_copies(tmp_pat
     assert out["by_hand"] == lines[0]
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine")
+@needs_browser
 def test_a_class_is_printed_on_few_sheets(tmp_path: Path) -> None:
     grades = [replace(GOOD, student=f"{i:03d}", name=f"Lastname{i}, Firstname", section="Mon A") for i in range(100)]
     grades += [replace(WAITING, student=f"w{i:03d}", name=f"Lastname{i}, Firstname") for i in range(20)]

@@ -147,7 +147,7 @@ _CHANGE = _object(
 
 def grades_schema() -> dict[str, Any]:
     """Give the JSON Schema (2020-12) of "gyro.grades/1": all quantities are SI, times seconds."""
-    from gyrodata.grading import CriterionFigures, Decision, Grade, Mark, Scatter, Slip
+    from gyrodata.grading import BenchScatter, CriterionFigures, Decision, Grade, Mark, Slip
 
     not_told = {"type": "object", "maxProperties": 0, "description": "nothing is reported"}
     by_hand = {
@@ -180,7 +180,7 @@ def grades_schema() -> dict[str, Any]:
                 "type": "object",
                 "additionalProperties": _object({"inertia": _NUMBER, "u": _NUMBER, "source": _TEXT}),
             },
-            "scatters": {"type": "object", "additionalProperties": _object(_properties(Scatter))},
+            "scatters": {"type": "object", "additionalProperties": _object(_properties(BenchScatter))},
             "absent": _list(_object(dict.fromkeys(("student", "name", "section"), _TEXT))),
             "slips": {"type": "object", "additionalProperties": _list(_TEXT)},
             "flags": _list(_FLAGGED),

@@ -40,8 +40,8 @@ if TYPE_CHECKING:
     from gyrodata.grading.slips import Slip, find_slips
     from gyrodata.grading.submissions import Answers, Submission, Submissions, find_submissions, read_answers
     from gyrodata.grading.yardsticks import (
+        BenchScatter,
         Reference,
-        Scatter,
         at_bench,
         class_references,
         class_scatter,
@@ -51,9 +51,9 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ACCEPTED", "AUTOGRADER", "DESK", "FIGURES", "JOURNAL", "LIMIT", "PLATFORMS", "PUBLISHED", "TABLE", "TODO",
-    "Answers", "Basis", "Change", "ClassGrades", "CriterionFigures", "Decision", "Desk", "Entry", "Exemptions",
+    "Answers", "Basis", "BenchScatter", "Change", "ClassGrades", "CriterionFigures", "Decision", "Desk", "Entry", "Exemptions",
     "Filled", "Fingerprint", "Flag", "Grade", "Gradebooks", "GradingOptions", "Journal", "Mark", "Person", "Published",
-    "Reference", "Roster", "Rubric", "Scatter", "Slip", "Submission", "Submissions", "at_bench", "autograder_files",
+    "Reference", "Roster", "Rubric", "Slip", "Submission", "Submissions", "at_bench", "autograder_files",
     "changes_in", "class_page", "class_references", "class_scatter", "class_summary", "default_rubric",
     "default_rubric_text", "digest_of", "distance", "duration_text", "feedback_html", "feedback_markdown",
     "fill_book", "find_desk", "find_slips", "find_submissions", "find_unchanged", "fingerprint", "flag_class",
@@ -86,7 +86,7 @@ _HOMES = {
         "rubric": "ACCEPTED Rubric default_rubric default_rubric_text read_rubric rubric_shape",
         "slips": "Slip find_slips",
         "submissions": "Answers Submission Submissions find_submissions read_answers",
-        "yardsticks": "Reference Scatter at_bench class_references class_scatter distance own_runs",
+        "yardsticks": "BenchScatter Reference at_bench class_references class_scatter distance own_runs",
     }.items()
     for name in names.split()
 }

@@ -34,7 +34,7 @@ from gyrodata.grading.ledger import NO_DESK, Desk
 from gyrodata.grading.roster import Roster
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission, Submissions
-from gyrodata.grading.yardsticks import Reference, Scatter, at_bench, scatter_words
+from gyrodata.grading.yardsticks import BenchScatter, Reference, at_bench, scatter_words
 from gyrodata.workers import Failed, in_workers
 
 LIMIT = 30.0  # time for one submission [s] unless another is given; an ordinary one takes a hundredth
@@ -234,7 +234,7 @@ class ClassGrades(Struct, frozen=True, dict=True):
     lost: bool = False  # True: the run itself lost some (a time limit, a process that died), who are tried again
     desk: Desk = NO_DESK  # what a person decided
     roster: Roster = NOBODY
-    scatters: Mapping[str, Scatter] = {}  # how far the readings scatter, by station; none where that is not asked
+    scatters: Mapping[str, BenchScatter] = {}  # how far the readings scatter, by station; none where that is not asked
     compared: Mapping[str, Fingerprint] = {}  # the logs of the pairs that are flagged, by key
 
     @cached_property

@@ -12,7 +12,7 @@ from gyrodata.errors import Diagnostic
 from gyrodata.fitting import chi2_tail, times_stated
 from gyrodata.grading.rubric import ASKS, KINDS, Criterion
 from gyrodata.grading.slips import Slip
-from gyrodata.grading.yardsticks import COARSEST, OwnValue, Reference, Scatter
+from gyrodata.grading.yardsticks import COARSEST, BenchScatter, OwnValue, Reference
 from gyrodata.readings import Reported
 from gyrodata.reporting import count_text, inertia_text, p_text, power_of_ten
 
@@ -145,7 +145,7 @@ def _scatter_mark(
     return mark(criterion, share, reason, {"p": p, "spread": spread, "factor": factor})
 
 
-def judge_scatter(criterion: Criterion, before: Mark, told: Sequence[tuple[float, int]], scatter: Scatter) -> Mark:
+def judge_scatter(criterion: Criterion, before: Mark, told: Sequence[tuple[float, int]], scatter: BenchScatter) -> Mark:
     """Judge constancy by how far the class scatters, where a log states no uncertainties."""
     spread = before.detail.get("spread")
     if not told or not isinstance(spread, float):

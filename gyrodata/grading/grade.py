@@ -25,8 +25,8 @@ from gyrodata.grading.late import Lateness, judge_lateness
 from gyrodata.grading.rubric import ASKS, Rubric
 from gyrodata.grading.slips import SAME, Slip, find_slips
 from gyrodata.grading.yardsticks import (
+    BenchScatter,
     Reference,
-    Scatter,
     at_bench,
     class_references,
     class_scatter,
@@ -232,7 +232,7 @@ def settle(grades: Iterable[Grade], rubric: Rubric) -> tuple[Grade, ...]:
 
 
 def settle_one(
-    grade: Grade, rubric: Rubric, references: Mapping[str, Reference], scatters: Mapping[str, Scatter]
+    grade: Grade, rubric: Rubric, references: Mapping[str, Reference], scatters: Mapping[str, BenchScatter]
 ) -> Grade:
     """Judge what waits for a reference, or for how far the class scatters, and add up anew."""
     if not grade.own:
@@ -261,7 +261,7 @@ def references_of(grades: Iterable[Grade], rubric: Rubric) -> Mapping[str, Refer
     )
 
 
-def scatters_of(grades: Iterable[Grade], rubric: Rubric) -> Mapping[str, Scatter]:
+def scatters_of(grades: Iterable[Grade], rubric: Rubric) -> Mapping[str, BenchScatter]:
     """Give how far the readings of a class scatter, by station ("all" for every other); nothing where none asks."""
     asked = rubric.class_scatter and any(criterion.check == "constancy" for criterion in rubric.criteria)
     return class_scatter((grade.station, grade.scatters) for grade in grades) if asked else {}

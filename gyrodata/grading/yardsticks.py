@@ -331,7 +331,7 @@ ROUGHEST = 3.0  # a log that scatters more than so many times the usual counts a
 PLAIN = 1.2  # less than so many times the usual is the usual
 
 
-class Scatter(Struct, frozen=True):
+class BenchScatter(Struct, frozen=True):
     """How far the readings of a class, or of a station of it, scatter."""
 
     factor: float  # over what is usual [1]; 1 where nothing more is seen
@@ -344,7 +344,7 @@ class Scatter(Struct, frozen=True):
         return f"the {self.logs} logs of {self.whose} scatter {self.factor:.2g} times as much as usual"
 
 
-def scatter_words(scatter: Mapping[str, Scatter]) -> str:
+def scatter_words(scatter: Mapping[str, BenchScatter]) -> str:
     """Say what constancy is judged by in a class; "" where that is as usual."""
     every = scatter.get("all")
     if every is not None and 0 < every.logs < ENOUGH:
@@ -354,7 +354,7 @@ def scatter_words(scatter: Mapping[str, Scatter]) -> str:
     return f"{'; '.join(told)}: φ̇ψ̇ is judged by that" if told else ""
 
 
-def class_scatter(logs: Iterable[tuple[str | None, Sequence[tuple[float, int]]]]) -> dict[str, Scatter]:
+def class_scatter(logs: Iterable[tuple[str | None, Sequence[tuple[float, int]]]]) -> dict[str, BenchScatter]:
     """Take from the logs of a class how far the readings of each bench scatter.
 
     `logs`: For each its station (None where it says none), and χ² of φ̇ψ̇ within each torque by the usual uncertainties
@@ -375,5 +375,5 @@ def class_scatter(logs: Iterable[tuple[str | None, Sequence[tuple[float, int]]]]
         factor = math.sqrt(math.fsum(squares) / len(squares)) if enough else 1.0
         if enough or name == "all":
             whose = "the class" if name == "all" else f"station {name}"
-            found[name] = Scatter(factor if factor > PLAIN else 1.0, len(squares), whose)
+            found[name] = BenchScatter(factor if factor > PLAIN else 1.0, len(squares), whose)
     return found

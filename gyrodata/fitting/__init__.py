@@ -13,6 +13,7 @@ from gyrodata.fitting.corrections import (
     corrected,
     earth_is_told,
     iterate_mean_rate,
+    turn_of_floor,
     unslowed,
 )
 from gyrodata.fitting.inertia import (
@@ -24,7 +25,6 @@ from gyrodata.fitting.inertia import (
     balance_scale,
     fit,
     fit_as_stated,
-    fit_nearly,
     fit_otherwise,
     if_balanced,
     lightest_torque,
@@ -78,7 +78,6 @@ __all__ = [
     "fit_as_stated",
     "fit_line",
     "fit_many",
-    "fit_nearly",
     "fit_otherwise",
     "if_balanced",
     "insist_on_lines",
@@ -96,6 +95,7 @@ __all__ = [
     "times_stated",
     "torques_differ",
     "transverse_inertia",
+    "turn_of_floor",
     "unslowed",
     "with_constant",
 ]

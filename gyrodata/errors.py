@@ -6,7 +6,8 @@ One `Diagnostic` is one fault at one place; one family of errors carries them to
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
+from types import UnionType
 from typing import Any
 
 from msgspec import Struct
@@ -92,6 +93,22 @@ def _window(excerpt: str, position: int, width: int = 96) -> tuple[str, int]:
     if start + width < len(text):
         cut = cut[:-1] + "…"
     return cut, min(max(position - start, 0), len(cut))
+
+
+def insist_on_choice(name: str, value: object, choices: Collection[str]) -> None:
+    """Refuse an argument of a function that is none of its choices, with the nearest of them (ValueError)."""
+    if value not in choices:
+        from difflib import get_close_matches
+
+        near = get_close_matches(str(value).lower(), choices, n=1)
+        meant = f"; did you mean {near[0]!r}?" if near else ""
+        raise ValueError(f"{name} cannot be {value!r}; it is one of {', '.join(map(repr, choices))}{meant}")
+
+
+def insist_on_type(name: str, value: object, kinds: type | UnionType, what: str) -> None:
+    """Refuse an argument of a function that is of no type that it can be (TypeError)."""
+    if not isinstance(value, kinds):
+        raise TypeError(f"{name} is {what}, not {type(value).__name__} ({value!r:.60})")
 
 
 class GyroError(Exception):

@@ -16,10 +16,10 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from msgspec import Struct
 
+from gyrodata.coverage import SelfCheck
 from gyrodata.diagnostics import CODES
 from gyrodata.errors import Diagnostic
 from gyrodata.results import AnalysisDocument, CheckDocument, Tool
-from gyrodata.selfcheck import SelfCheck
 
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"
 

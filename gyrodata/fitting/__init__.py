@@ -43,7 +43,7 @@ from gyrodata.fitting.lines import (
     through_origin,
     with_constant,
 )
-from gyrodata.fitting.many import fit_many
+from gyrodata.fitting.many import ManyFits, fit_many
 from gyrodata.fitting.posterior import K_95, Conditions, doubt_of_widths, integrate, scatter_prior
 from gyrodata.fitting.screening import OUTLIER, explaining_counts, screen
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO
@@ -61,6 +61,7 @@ __all__ = [
     "FitResult",
     "Line",
     "LineFit",
+    "ManyFits",
     "Model",
     "NoFit",
     "Otherwise",

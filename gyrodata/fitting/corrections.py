@@ -170,7 +170,7 @@ def at_mean_rate(
 def on_turning_floor(measured: Measurements, fit: FitResult) -> Measurements:
     """Count each run's angle against the stars, for the floor turns while it is timed; at a pole without a latitude."""
     vertical = physics.EARTH_ROTATION * math.sin(math.pi / 2 if measured.latitude is None else measured.latitude)
-    # Seen from above, counter-clockwise is +1.
+    # Seen from above, counterclockwise is +1.
     sense = fit.sense if measured.precession_sense is None else measured.precession_sense
     share = np.where(sense == 0, fit.sense, sense) * vertical * measured.time / (2 * np.pi * measured.turns)
     return replace(measured, slowing=(1.0 if measured.slowing is None else measured.slowing) * (1 + share))

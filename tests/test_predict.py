@@ -637,6 +637,9 @@ class TestLog:
         analysis = gyrodata.analyze(LOG)
         assert told["options"][inertia] == analysis.inertia.value
         assert told["options"][spin] == max(run.spin for run in analysis.run_table)
+        share = f"u = {100 * (analysis.inertia.relative_u or 0):.2g} %"
+        option = f"(--{inertia.replace('_', '-')})"
+        assert f"I_zz = {analysis.inertia.value:.4g} kg*m^2, {share}, of air_gyroscope.csv {option}" in told["notes"]
         assert sum("of air_gyroscope.csv" in note for note in told["notes"]) == 2
         named = (inertia.replace("_", "-"), spin.replace("_", "-"))
         own = asked(f"{command} --log {LOG} --{named[0]} '5e-3 kg m^2' --{named[1]} 100rpm")

@@ -61,12 +61,14 @@ WheelInertiaOption = Annotated[
 ]
 
 
-class _Lab(Struct):
+class _Lab(Struct, frozen=True):
     """What a prediction takes from a log, and what it took by default."""
 
     notes: list[str]
     name: str = ""
     inertia: float | None = None
+    doubt: float = 0.0
+    """Relative uncertainty of I_zz [1]."""
     spin: float | None = None
     latitude: float | None = None
     load: Mapping[str, float | None] | None = None
@@ -82,8 +84,9 @@ class _Lab(Struct):
                    "data.csv")  # fmt: skip
         from gyrodata.physics import RPM
 
-        words = f"I_zz = {value:.4g} kg*m^2" if kind == "inertia" else f"{value / RPM:.4g} rpm, the fastest spin"
-        self.notes.append(f"{words} of {self.name} ({option})")
+        told = f"I_zz = {value:.4g} kg*m^2, u = {100 * self.doubt:.2g} %, of"
+        words = told if kind == "inertia" else f"{value / RPM:.4g} rpm, the fastest spin of"
+        self.notes.append(f"{words} {self.name} ({option})")
         return value
 
 
@@ -107,11 +110,18 @@ def _read(log: str | None, settings: list[str] | None, mapping: list[str] | None
         # The side that the weight is on may stand in a column of its own.
         arm = None if run.position is None else math.copysign(run.position, run.torque)
         load = {"torque": run.torque, "mass": run.mass, "position": arm, "g": measured.g}
-        if measured.transverse_inertia is not None:
-            load["transverse_inertia"] = float(measured.transverse_inertia[loaded[0]])
-    doubts = [f"do not rely on I_zz: {doubt.words}" for doubt in found.doubts]
-    spin = float(measured.spin[fastest[0]])
-    return _Lab(doubts, name_of(log), found.inertia.value, spin, measured.latitude, load)
+        across = math.nan if measured.transverse_inertia is None else measured.transverse_inertia[loaded[0]]
+        if math.isfinite(across):
+            load["transverse_inertia"] = float(across)
+    return _Lab(
+        notes=[f"do not rely on I_zz: {doubt.words}" for doubt in found.doubts],
+        name=name_of(log),
+        inertia=found.inertia.value,
+        doubt=found.inertia.relative_u or 0.0,
+        spin=float(measured.spin[fastest[0]]),
+        latitude=measured.latitude,
+        load=load,
+    )
 
 
 @predict.command(

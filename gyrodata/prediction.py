@@ -425,7 +425,9 @@ def predict_tip(force: float, length: float, inertia: float, spin: float, transv
         turning_rate=abs(float(motion.mean_precession_rate(top, motion.released(top, spin)))),
         torque=torque,
         angle_deg=math.copysign(90.0, spin),
-        direction="along the torque: across the force, a quarter turn ahead of it in the sense of the spin",
+        direction="along the torque: across the force, a quarter turn ahead of it in the sense of the spin"
+        if nods.greatest_sag < math.pi / 4
+        else "across the force and far along it: so slow a spin does not hold the rod",
         yields=nods.mean_sag,
         greatest_yield=nods.greatest_sag,
         nutation_rate=2 * math.pi / nods.period,

@@ -583,6 +583,7 @@ class TestTip:
     def test_a_slow_spin_is_told(self) -> None:
         text = gyro("tip --force 0.5N --length 20cm --inertia '4.44e-3 kg m^2' --spin 1rpm").stdout
         assert "not for so slow a spin" in text
+        assert "far along it" in text
         assert re.search(r"tip  +\d\.\d+ cm/s", text)
 
     def test_without_spin_it_follows_the_force(self) -> None:

@@ -176,7 +176,7 @@ def on_turning_floor(measured: Measurements, fit: FitResult) -> Measurements:
 def turn_of_floor(measured: Measurements, fit: FitResult) -> Floats:
     """Angle that the floor turns by while a run is timed, over that of the run; at a pole without a latitude."""
     vertical = physics.EARTH_ROTATION * math.sin(math.pi / 2 if measured.latitude is None else measured.latitude)
-    # Seen from above, counter-clockwise is +1.
+    # Seen from above, counterclockwise is +1.
     sense = fit.sense if measured.precession_sense is None else measured.precession_sense
     return np.where(sense == 0, fit.sense, sense) * vertical * measured.time / (2 * np.pi * measured.turns)
 

@@ -14,7 +14,13 @@ from msgspec import Struct
 
 from gyrodata.diagnostics import CODES, Severity
 
-PICTURES = {code: 0x2400 + code for code in range(32) if code != ord("\n")} | dict.fromkeys(range(0x7F, 0xA0), 0xFFFD)
+_TURNING = (0x61C, 0x200E, 0x200F, *range(0x2028, 0x202F), *range(0x2066, 0x206A))
+"""Marks that turn the direction of a line, or break it: what follows would be read otherwise than it stands."""
+
+PICTURES = {
+    **{code: 0x2400 + code for code in range(32) if code != ord("\n")},
+    **dict.fromkeys((*range(0x7F, 0xA0), *_TURNING), 0xFFFD),
+}
 """Control characters as pictures of themselves, for `str.translate`: a log's text must not move a terminal's cursor."""
 
 

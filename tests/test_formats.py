@@ -25,6 +25,7 @@ from typer.testing import CliRunner, Result
 from gyrodata import analyze, reporting
 from gyrodata.cli import app
 from gyrodata.diagnostics import CODES
+from gyrodata.errors import Diagnostic
 from gyrodata.reporting import latex, markdown
 from gyrodata.results import Analysis
 
@@ -347,3 +348,11 @@ def test_what_does_not_go_together_is_refused(arguments: tuple[str, ...], code: 
 def test_the_example_of_the_code_raises_it(code: str) -> None:
     done = gyro(*CODES[code].example.split())
     assert code in done.stderr
+
+
+def test_marks_that_move_a_cursor_or_turn_a_line_are_shown_as_pictures() -> None:
+    text = "a\u202eb\u2066c\u2069\x1b[2J\x07\u2028d\u200f"
+    shown = "a\ufffdb\ufffdc\ufffd␛[2J␇\ufffdd\ufffd"
+    assert reporting.csv_cell(text) == shown
+    told = Diagnostic("G301", "error", text, text, "log.csv", 1, 1, text)
+    assert str(told).count(shown) == 3

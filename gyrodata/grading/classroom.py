@@ -14,7 +14,7 @@ from functools import cached_property, partial
 from pathlib import Path
 from types import MappingProxyType
 
-from msgspec import Struct
+from msgspec import Struct, convert
 from msgspec.structs import replace
 
 from gyrodata.errors import GyroError
@@ -169,7 +169,7 @@ def _entry(
             write_whole(figure_path(options.figures, item, name), [data])
     return Entry(
         basis,
-        Grade.from_dict(read_json(content)),
+        convert(read_json(content), Grade),
         "",
         {name: words for name, (_, words) in figures.items()},
     )

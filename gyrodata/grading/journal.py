@@ -10,10 +10,10 @@ import hashlib
 import json
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
-from msgspec import Struct, field
-from msgspec.structs import replace
+from msgspec import Struct, convert, field
+from msgspec.structs import asdict, replace
 
 from gyrodata import __version__
 from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN, JOURNAL_LINES_LOST
@@ -26,7 +26,7 @@ from gyrodata.grading.submissions import Submission
 SCHEMA = "gyro.journal/1"
 
 
-class Basis(NamedTuple):
+class Basis(Struct, frozen=True):
     """What a grade rests on; where all of it is the same, so is the grade."""
 
     submission: str  # digest of what was handed in, by whom, and when
@@ -53,7 +53,7 @@ class Entry(Struct, frozen=True):
         content = {
             "schema": SCHEMA,
             "student": self.grade.student,
-            **self.basis._asdict(),
+            **asdict(self.basis),
             "lost": self.lost,
             "figures": dict(self.figures),
             "seen": dict(self.seen),
@@ -78,14 +78,9 @@ def why_again(before: Entry | None, basis: Basis) -> str:
     """Say why a submission is graded (again); "" where the grade of the journal holds."""
     if before is None:
         return "new"
-    if before.basis.submission != basis.submission:
-        return "the submission changed"
-    if before.basis.rubric != basis.rubric:
-        return "the rubric changed"
-    if before.basis.reference != basis.reference:
-        return "the reference changed"
-    if before.basis.desk != basis.desk:
-        return "the desk changed"
+    for part in ("submission", "rubric", "reference", "desk"):
+        if getattr(before.basis, part) != getattr(basis, part):
+            return f"the {part} changed"
     if before.basis.tool != basis.tool:
         return f"gyrodata changed from {before.basis.tool} to {basis.tool}"
     return f"lost last time: {before.lost}" if before.lost else ""
@@ -175,12 +170,8 @@ def _parse(line: bytes) -> Entry | None:
     """Read a line; None where it is none."""
     try:
         content: dict[str, Any] = read_json(line)
-        if content["schema"] != SCHEMA:
-            return None
-        basis = Basis(**{name: content[name] for name in Basis._fields[:-1]}, desk=content.get("desk", ""))
-        grade = Grade.from_dict(content["grade"])
-        return Entry(basis, grade, content["lost"], content["figures"], content.get("seen", {}))
-    except (ValueError, KeyError, TypeError, AttributeError):
+        return convert({**content, "basis": content}, Entry) if content["schema"] == SCHEMA else None
+    except (ValueError, KeyError, TypeError):
         return None
 
 

@@ -29,7 +29,7 @@ from gyrodata.readings import read_reported
 from gyrodata.reporting import csv_cell
 
 DESK, TODO = "desk.csv", "desk-todo.csv"
-COLUMNS = ("student", *Decision._fields)
+COLUMNS = ("student", *Decision.__struct_fields__)
 WORDS = ("total", "reported", "station", "partner", "comment", "hold", "excuse")
 """What may be decided besides the points of a criterion."""
 

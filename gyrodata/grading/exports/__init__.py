@@ -13,7 +13,7 @@ import unicodedata
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from msgspec import Struct
+from msgspec import Struct, to_builtins
 from msgspec.structs import asdict
 
 from gyrodata import __version__
@@ -245,7 +245,7 @@ def flag_dict(flag: Flag) -> dict[str, Any]:
 
 def _student(found: ClassGrades, grade: Grade) -> dict[str, Any]:
     """One student, with what the platform calls them, and without the fingerprint, which is for the journal."""
-    content = grade.to_dict()
+    content: dict[str, Any] = to_builtins(grade)
     del content["fingerprint"], content["title"]
     flags = [flag.kind for flag in found.flags_of.get(grade.student, ())]
     return content | {"flags": flags, "ids": dict(found.ids[grade.student])}

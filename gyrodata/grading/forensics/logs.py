@@ -6,11 +6,9 @@ import math
 import statistics
 from collections.abc import Callable, Mapping, Sequence
 from operator import truediv
-from typing import Any
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import asdict
 from numpy.typing import NDArray
 
 from gyrodata.measurements import Measurements, spin_columns
@@ -36,20 +34,6 @@ class Fingerprint(Struct, frozen=True):
     turns: tuple[float, ...]  # revolutions of precession in that time [1]
     spin_step: tuple[float, ...]  # one step of the last digit typed of the spin [rad/s]; 0 where it is exact
     time_step: tuple[float, ...]  # one step of the last digit typed of the time [s]; 0 where it is exact
-
-    def to_dict(self) -> dict[str, Any]:
-        """Give it as JSON can hold it; `from_dict` takes it back exactly."""
-        return {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(self).items()}
-
-    @classmethod
-    def from_dict(cls, stored: dict[str, Any]) -> Fingerprint:
-        """Take back what `to_dict` gave, of another year's journal too, which may hold more."""
-        values: dict[str, Any] = {
-            name: tuple(value) if isinstance(value, list) else value
-            for name, value in stored.items()
-            if name in cls.__struct_fields__
-        }
-        return cls(**values)
 
 
 def fingerprint(readings: Readings, measured: Measurements) -> Fingerprint:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import msgspec
 from msgspec import Struct, field
@@ -46,6 +46,8 @@ PICTURES = (".png", ".jpg", ".jpeg", ".gif", ".svg", ".webp", ".heic", ".tif", "
 
 HUGE = 1e30  # a number above this, or below one over it, is no report [kg*m^2]
 
+
+Record = TypeVar("Record", bound=Struct)
 
 Status = Literal["graded", "so far", "on hold", "excused", "not graded"]
 
@@ -122,17 +124,17 @@ class Grade(Struct, frozen=True, kw_only=True):
         return value / own if value is not None and own else None
 
     def to_json(self) -> str:
-        """Write it as the journal has it; `msgspec.convert` takes what `read_json` gives back to the last digit."""
+        """Write it as the journal has it; `from_json` takes it back to the last digit."""
         return json.dumps(msgspec.to_builtins(self), allow_nan=False, separators=(",", ":"))
 
 
-def read_json(text: str | bytes) -> Any:
-    """Read what `Grade.to_json` wrote."""
+def from_json(text: str | bytes, kind: type[Record]) -> Record:
+    """Take a record back from its JSON; raise ValueError where it is none."""
     try:
-        return msgspec.json.decode(text)
+        return msgspec.json.decode(text, type=kind)
     except msgspec.DecodeError:
         # Half of a surrogate, as of a file's name in another coding, passes only here.
-        return json.loads(text)
+        return msgspec.convert(json.loads(text), kind)
 
 
 def grade_submission(submission: Submission, rubric: Rubric, reported: str | None = None) -> Grade:

@@ -10,20 +10,18 @@ import hashlib
 import json
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Literal
 
-from msgspec import Struct, convert, field
+from msgspec import Struct, field
 from msgspec.structs import asdict, replace
 
 from gyrodata import __version__
 from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN, JOURNAL_LINES_LOST
 from gyrodata.errors import Diagnostic, InputError
-from gyrodata.grading.grade import Grade, read_json
+from gyrodata.grading.grade import Grade, from_json
 from gyrodata.grading.lastrun import is_run
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission
-
-SCHEMA = "gyro.journal/1"
 
 
 class Basis(Struct, frozen=True):
@@ -36,28 +34,23 @@ class Basis(Struct, frozen=True):
     desk: str = ""  # what a person typed in for what was handed in
 
 
-class Entry(Struct, frozen=True):
-    """One line: a grade before the class as a whole was looked at."""
+class Entry(Basis, frozen=True, kw_only=True):
+    """One line: a grade before the class as a whole was looked at, and what it rests on."""
 
-    basis: Basis
+    schema: Literal["gyro.journal/1"] = "gyro.journal/1"
     grade: Grade
-    lost: str
+    lost: str = ""
     """Why the run itself lost it (a time limit, a process that died), so that it is tried again; "" for a grade that
     holds."""
-    figures: Mapping[str, str]  # what each figure that was drawn shows, in words, by its name
+    figures: Mapping[str, str] = field(default_factory=dict)
+    """What each figure that was drawn shows, in words, by its name."""
     seen: Mapping[str, str] = field(default_factory=dict)
     """Digest of the submission that each line of the desk was written for."""
 
     def to_line(self, grade: str = "") -> str:
         """Write it as one line of JSON; `grade`: The grade as `Grade.to_json` has it, where that is at hand."""
-        content = {
-            "schema": SCHEMA,
-            "student": self.grade.student,
-            **asdict(self.basis),
-            "lost": self.lost,
-            "figures": dict(self.figures),
-            "seen": dict(self.seen),
-        }
+        content = {"student": self.grade.student, **asdict(self)}
+        del content["grade"]
         head = json.dumps(content, allow_nan=False, separators=(",", ":"))
         return f'{head[:-1]},"grade":{grade or self.grade.to_json()}}}\n'
 
@@ -79,10 +72,10 @@ def why_again(before: Entry | None, basis: Basis) -> str:
     if before is None:
         return "new"
     for part in ("submission", "rubric", "reference", "desk"):
-        if getattr(before.basis, part) != getattr(basis, part):
+        if getattr(before, part) != getattr(basis, part):
             return f"the {part} changed"
-    if before.basis.tool != basis.tool:
-        return f"gyrodata changed from {before.basis.tool} to {basis.tool}"
+    if before.tool != basis.tool:
+        return f"gyrodata changed from {before.tool} to {basis.tool}"
     return f"lost last time: {before.lost}" if before.lost else ""
 
 
@@ -107,8 +100,9 @@ class Journal:
                     at += len(line)
                     if is_run(line):
                         continue
-                    entry = _parse(line)
-                    if entry is None:
+                    try:
+                        entry = from_json(line, Entry)
+                    except ValueError:
                         self.damaged += 1
                     else:
                         self.places[entry.grade.student] = at - len(line), len(line)
@@ -164,15 +158,6 @@ class Journal:
                     at, length = self.places[student]
                     file.seek(at)
                     yield file.read(length).rstrip(b"\n") + b"\n"
-
-
-def _parse(line: bytes) -> Entry | None:
-    """Read a line; None where it is none."""
-    try:
-        content: dict[str, Any] = read_json(line)
-        return convert({**content, "basis": content}, Entry) if content["schema"] == SCHEMA else None
-    except (ValueError, KeyError, TypeError):
-        return None
 
 
 def write_changed(path: Path, data: bytes) -> bytes | None:

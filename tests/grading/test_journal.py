@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from msgspec import convert
-from msgspec.structs import replace
+from msgspec.structs import asdict, replace
 
 from gyrodata.errors import InputError
 from gyrodata.grading import Basis, Entry, Grade, Journal, why_again, write_changed, write_whole
@@ -18,7 +18,8 @@ BASIS = Basis("submission", "rubric", "reference", "1.0")
 
 def an_entry(student: str, **changes: object) -> Entry:
     grade = convert(json.loads((EXPECTED / "slip.json").read_text(encoding="utf-8")), Grade)
-    entry = Entry(BASIS, replace(grade, student=student), "", {"torque": "what it shows"})
+    grade = replace(grade, student=student)
+    entry = Entry(**asdict(BASIS), grade=grade, figures={"torque": "what it shows"})
     return replace(entry, **changes)  # type: ignore[arg-type]
 
 
@@ -128,5 +129,5 @@ def test_a_file_that_is_so_already_is_left_alone(tmp_path: Path) -> None:
     ],
 )
 def test_why_a_grade_is_made_again(basis: Basis, lost: str, why: str) -> None:
-    assert why_again(an_entry("a", basis=basis, lost=lost), BASIS) == why
+    assert why_again(an_entry("a", **asdict(basis), lost=lost), BASIS) == why
     assert why_again(None, BASIS) == "new"

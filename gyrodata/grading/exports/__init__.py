@@ -325,5 +325,7 @@ def _cut(text: str) -> str:
 
 def _width(text: str) -> int:
     """Columns of a terminal: two for a wide character, none for a mark that stands on another."""
+    if text.isascii():
+        return len(text)
     wide = sum(unicodedata.east_asian_width(character) in "WF" for character in text)
     return len(text) + wide - sum(unicodedata.combining(character) > 0 for character in text)

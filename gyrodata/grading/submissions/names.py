@@ -88,6 +88,8 @@ def read_own_name(name: str, pattern: re.Pattern[str]) -> ParsedName | None:
 
 def shown(text: str) -> str:
     """Give a name as it can be printed: composed letters, without control characters or marks that turn a line."""
+    if text.isascii() and text.isprintable():
+        return " ".join(text.split())
     turning = (" " if unicodedata.category(c) in ("Cc", "Zl", "Zp") or c in _TURNING else c for c in printable(text))
     kept = "".join(turning)
     return " ".join(unicodedata.normalize("NFC", kept).split())

@@ -7,7 +7,6 @@ Beside it: sheets of platforms (`gradebooks`), Gradescope's autograder (`gradesc
 from __future__ import annotations
 
 import csv
-import io
 import json
 import unicodedata
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -18,6 +17,7 @@ from msgspec.structs import asdict
 
 from gyrodata import __version__
 from gyrodata.grading.grade import Grade, points_text, two_decimals
+from gyrodata.grading.ledger import csv_lines, csv_rows
 from gyrodata.grading.submissions import shown
 from gyrodata.reporting import count_text, csv_cell
 
@@ -54,9 +54,7 @@ def grades_csv(grades: Collection[Grade], flags: Sequence[Flag] = (), absent: Se
         possible = {"student": POINTS_ROW, "status": "--", TOTAL: two_decimals(grade.out_of)}
         possible |= {mark.criterion: two_decimals(mark.out_of) for mark in grade.marks}
         lines.append([possible.get(column, "") for column in columns])
-    out = io.StringIO()
-    csv.writer(out, lineterminator="\n").writerows([*lines, *(found[student] for student in sorted(found))])
-    return out.getvalue()
+    return csv_lines([*lines, *(found[student] for student in sorted(found))])
 
 
 def _row(grade: Grade, flags: Sequence[str]) -> list[tuple[str, str]]:
@@ -89,14 +87,13 @@ def _row(grade: Grade, flags: Sequence[str]) -> list[tuple[str, str]]:
 
 def flags_csv(flags: Iterable[Flag]) -> str:
     """Write the flags of a class as CSV; a text that a spreadsheet would run as a formula has a ' in front."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(["kind", "students", "earlier logs", "expected by chance in this class", "p", "evidence"])
+    rows: list[tuple[object, ...]] = [
+        ("kind", "students", "earlier logs", "expected by chance in this class", "p", "evidence")
+    ]
     for flag in flags:
         numbers = (float(f"{flag.expected:.3g}"), float(f"{flag.p:.3g}"))
-        cells = (flag.kind, ", ".join(flag.students), ", ".join(flag.previous), *numbers, flag.evidence)
-        writer.writerow([csv_cell(cell) for cell in cells])
-    return out.getvalue()
+        rows.append((flag.kind, ", ".join(flag.students), ", ".join(flag.previous), *numbers, flag.evidence))
+    return csv_lines(map(csv_cell, row) for row in rows)
 
 
 # --- changes in ``grades.csv``: who, from what, to what --------------------------------------------------
@@ -155,18 +152,15 @@ def compare_tables(before: str, after: str) -> tuple[Change, ...] | None:
 
 def read_table(table: str) -> dict[str, dict[str, str]] | None:
     """Read a table of grades, each student's cells by column; None where there are no such columns."""
-    head = table.partition("\n")[0]
     try:
-        # A spreadsheet may have put other delimiters.
-        reader = csv.DictReader(io.StringIO(table, newline=""), delimiter=max(",;\t", key=head.count))
-        columns = [column for column in dict.fromkeys(reader.fieldnames or ()) if column]
-        if not {"student", STATUS, TOTAL} <= set(columns):
-            return None
-        rows = {row["student"] or "": {column: row[column] or "" for column in columns} for row in reader}
-    except csv.Error:
+        head, *rows = (cells for _, cells in csv_rows(table))
+    except (csv.Error, ValueError):
         return None
-    rows.pop(POINTS_ROW, None)
-    return rows
+    if not {"student", STATUS, TOTAL} <= set(head):
+        return None
+    blank = dict.fromkeys(filter(None, head), "")
+    found = (blank | {column: cell for column, cell in zip(head, cells, strict=False) if column} for cells in rows)
+    return {row["student"]: row for row in found if row["student"] != POINTS_ROW}
 
 
 def _points_text(row: Mapping[str, str] | None) -> str | None:
@@ -176,6 +170,7 @@ def _points_text(row: Mapping[str, str] | None) -> str | None:
 # --- JSON: "gyro.grades/1", one object for the class, and "gyro.grade/1", one a student --------------------
 
 
+FLAGGED = ("kind", "students", "previous", "evidence", "p", "expected")  # what is told of a flag
 SCHEMA = "gyro.grades/1"
 STUDENT_SCHEMA = "gyro.grade/1"
 
@@ -207,14 +202,11 @@ def grades_document(found: ClassGrades, changes: Sequence[Change] | None = None)
             "median": found.median,
         },
         "criteria": [asdict(one) for one in found.criteria()],
-        "references": {
-            station: {"inertia": one.inertia, "u": one.u, "source": one.source}
-            for station, one in sorted(found.references.items())
-        },
+        "references": {station: asdict(one) for station, one in sorted(found.references.items())},
         "scatters": {station: asdict(one) for station, one in sorted(found.scatters.items())},
         "absent": [dict(zip(("student", "name", "section"), one, strict=False)) for one in found.roster.absent],
         "slips": found.slips,
-        "flags": [flag_dict(flag) for flag in found.flags],
+        "flags": [{name: getattr(flag, name) for name in FLAGGED} for flag in found.flags],
         "changes": None if changes is None else [change.to_dict() for change in changes],
         "diagnostics": [diagnostic.to_dict() for diagnostic in found.submissions.diagnostics],
     }
@@ -229,18 +221,6 @@ def grade_lines(found: ClassGrades) -> Iterator[str]:
     for grade in found.grades:
         head = {"schema": STUDENT_SCHEMA, "tool": _TOOL}
         yield json.dumps(head | _student(found, grade), allow_nan=False) + "\n"
-
-
-def flag_dict(flag: Flag) -> dict[str, Any]:
-    """Give a flag as JSON can hold it."""
-    return {
-        "kind": flag.kind,
-        "students": list(flag.students),
-        "previous": list(flag.previous),
-        "evidence": flag.evidence,
-        "p": flag.p,
-        "expected": flag.expected,
-    }
 
 
 def _student(found: ClassGrades, grade: Grade) -> dict[str, Any]:

@@ -349,7 +349,7 @@ def write_feedback(
 
 def _tasks(
     found: ClassGrades, names: Mapping[str, str], before: Mapping[str, int], options: GradingOptions
-) -> Iterator[list[_Task]]:
+) -> list[list[_Task]]:
     """Part the work among the crew: some students at once, so that every worker comes round several times."""
     size = max(1, min(MOST_TASKS, len(found.grades) // (4 * options.workers)))
     tasks: list[_Task] = []
@@ -361,11 +361,7 @@ def _tasks(
             figures = {name: (figure_path(options.figures, item, name), words) for name, words in told.items()}
         checksums = {ending: before.get(f"{page}{ending}", -1) for ending in ENDINGS} if before else {}
         tasks.append(_Task(grade, page, figures, checksums))
-        if len(tasks) == size:
-            yield tasks
-            tasks = []
-    if tasks:
-        yield tasks
+    return [tasks[at : at + size] for at in range(0, len(tasks), size)]
 
 
 def _written_before(archive: Path) -> dict[str, int]:

@@ -44,6 +44,8 @@ FAR = 3.0  # a report farther than this from every accepted fit [u], and explain
 
 PICTURES = (".png", ".jpg", ".jpeg", ".gif", ".svg", ".webp", ".heic", ".tif", ".tiff", ".pdf")  # may hold a plot
 
+REPORTED = ("text", "value", "u", "line")  # what is kept of a reported I_zz
+
 HUGE = 1e30  # a number above this, or below one over it, is no report [kg*m^2]
 
 
@@ -177,7 +179,7 @@ def grade_submission(submission: Submission, rubric: Rubric, reported: str | Non
         slips=evidence.slips,
         look=(*blank.look, *_looks(evidence)),
         station=station_of(readings),
-        reported=_reported_dict(evidence.reported),
+        reported={name: getattr(evidence.reported, name) for name in REPORTED} if evidence.reported else {},
         own={own.name: {"value": own.value, "u": own.u} for own in evidence.values},
         inertia=analysis.inertia.value,
         inertia_u=analysis.inertia.u,
@@ -338,12 +340,6 @@ def station_of(readings: Readings) -> str | None:
     """Take the station that a log names, as a rubric names it."""
     text = next((value for key, value in readings.metadata.items() if key.strip().lower() == "station"), "")
     return station_key(text) or None
-
-
-def _reported_dict(reported: Reported | None) -> dict[str, float | str | None]:
-    if reported is None:
-        return {}
-    return {"text": reported.text, "value": reported.value, "u": reported.u, "line": reported.line}
 
 
 # --- not graded ---------------------------------------------------------------------------------------------

@@ -257,30 +257,14 @@ def class_summary(found: ClassGrades) -> Iterator[str]:
 
 def _table_rows(found: ClassGrades) -> Iterator[str]:
     """Put the students under each other, numbers to the right."""
-    head = ("student", "points", "I_zz / own", "what to know")
-    widths = (
-        _widest(head[0], map(_cut, found.names.values())),
-        _widest(head[1], (points_text(grade.points) for grade in found.grades)),
-        _widest(head[2], map(_ratio_text, found.grades)),
-    )
-    yield _padded(head, widths)
+    rows = [("student", "points", "I_zz / own", "what to know")]
     for grade in found.grades:
-        yield _padded((_cut(grade.name), points_text(grade.points), _ratio_text(grade), _remark(found, grade)), widths)
-
-
-def _widest(head: str, texts: Iterable[str]) -> int:
-    return max(_width(head), max(map(_width, texts), default=0))
-
-
-def _padded(cells: tuple[str, str, str, str], widths: tuple[int, int, int]) -> str:
-    name, points, ratio, remark = cells
-    blanks = " " * (widths[0] - _width(name))
-    return f"  {name}{blanks}  {points:>{widths[1]}}  {ratio:>{widths[2]}}  {remark}".rstrip() + "\n"
-
-
-def _ratio_text(grade: Grade) -> str:
-    """The reported I_zz over that of the student's own runs."""
-    return "–" if grade.ratio is None else f"{grade.ratio:.4g}"
+        ratio = "–" if grade.ratio is None else f"{grade.ratio:.4g}"
+        rows.append((_cut(grade.name), points_text(grade.points), ratio, _remark(found, grade)))
+    widths = [max(_width(row[column]) for row in rows) for column in range(3)]
+    for name, points, ratio, remark in rows:
+        blanks = " " * (widths[0] - _width(name))
+        yield f"  {name}{blanks}  {points:>{widths[1]}}  {ratio:>{widths[2]}}  {remark}".rstrip() + "\n"
 
 
 def _remark(found: ClassGrades, grade: Grade) -> str:

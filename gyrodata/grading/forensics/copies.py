@@ -355,7 +355,7 @@ class Rows:
             for log, rows in ((first, mine), (second, other))
         ]
         how = []
-        if logs.prints(first).sha256 == logs.prints(second).sha256:
+        if logs.prints[first].sha256 == logs.prints[second].sha256:
             how.append("the files are the same byte for byte")
         if list(np.argsort(self._lines(first, mine))) != list(np.argsort(self._lines(second, other))):
             how.append("in another order")
@@ -369,7 +369,7 @@ class Rows:
         )
 
     def _lines(self, log: int, rows: Integers) -> list[int]:
-        lines, start = self.logs.prints(log).lines, int(self.logs.starts[log])
+        lines, start = self.logs.prints[log].lines, int(self.logs.starts[log])
         return [lines[row - start] for row in rows.tolist()]
 
     # --- spins alone ---

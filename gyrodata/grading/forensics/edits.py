@@ -55,7 +55,7 @@ def flag_shifted_or_scaled(logs: Logs, groups: Groups) -> list[Flag]:
 def _times_of(logs: Logs, size: int) -> tuple[Integers, Floats]:
     """Logs with n rows whose times have a scale, shape (G,), and those times about their mean [s], shape (G, n)."""
     members = np.flatnonzero((np.diff(logs.starts) == size) & (logs.noise > 0))
-    times = np.array([logs.prints(log).time for log in members.tolist()]).reshape(len(members), size)
+    times = np.array([logs.prints[log].time for log in members.tolist()]).reshape(len(members), size)
     times -= times.mean(axis=1, keepdims=True)
     spread = times.std(axis=1) > SPREAD * logs.noise[members]
     return members[spread], times[spread]
@@ -103,7 +103,7 @@ def _limit(dof: int, p: float) -> float:
 
 
 def _tell_line(logs: Logs, first: int, second: int) -> str:
-    x, y = (np.array(logs.prints(log).time) for log in (first, second))
+    x, y = (np.array(logs.prints[log].time) for log in (first, second))
     dx, dy = x - x.mean(), y - y.mean()
     xx, yy, xy = float(dx @ dx), float(dy @ dy), float(dx @ dy)
     factor = (yy - xx + math.hypot(yy - xx, 2 * xy)) / (2 * xy)

@@ -116,7 +116,7 @@ class Journal:
         """Say that lines could not be read."""
         count = "1 line" if self.damaged == 1 else f"{self.damaged} lines"
         message = f"{count} of the journal cannot be read; what stood there was graded again"
-        return Diagnostic(JOURNAL_LINES_LOST, "note", message, file=self.path.name)
+        return Diagnostic.of(JOURNAL_LINES_LOST, message, file=self.path.name)
 
     def add(self, entry: Entry, grade: str = "") -> None:
         """Write a line at the end, whole, at once; `grade` as `Entry.to_line` has it."""

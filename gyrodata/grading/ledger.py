@@ -13,7 +13,6 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.diagnostics import (
-    CODES,
     DESK_CANNOT_BE_READ,
     DESK_LINE_CANNOT_BE_USED,
     DESK_LINES_CONTRADICT,
@@ -151,7 +150,7 @@ class _Reader:
             mine[what, value if what in SEVERAL else ""] = decision
 
     def _fault(self, code: str, number: int, message: str, hint: str) -> None:
-        self.faults.append(Diagnostic(code, CODES[code].severity, message, hint, DESK, number))
+        self.faults.append(Diagnostic.of(code, message, hint, DESK, number))
 
     def _rows(self, data: bytes) -> Iterator[tuple[int, dict[str, str]]]:
         """Give each line with its number, by column."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, get_args
 
 from msgspec import Struct
 
@@ -15,7 +15,7 @@ from gyrodata.grading.forensics.logs import HAND, Logs
 
 Kind = Literal["shared rows", "shifted or scaled", "same spins", "scatter"]
 
-KINDS: tuple[Kind, ...] = ("shared rows", "shifted or scaled", "same spins", "scatter")
+KINDS: tuple[Kind, ...] = get_args(Kind)
 """In the order in which they are listed."""
 
 ALLOWED = 0.05

@@ -104,7 +104,7 @@ def measure_scatter(one: Fingerprint) -> Scatter | None:
     """
     torque, lever = np.array(one.torque), np.array(one.turns) * np.array(one.spin)
     time, step = np.array(one.time), np.array(one.time_step)
-    of_torque = (torque[:, None] == np.unique(torque)).astype(float)
+    of_torque = (torque[:, None] == sorted(set(one.torque))).astype(float)
     design = np.column_stack([of_torque * lever[:, None] / lever.max(), np.ones(len(time))])
     solution, _, rank, _ = np.linalg.lstsq(design, time, rcond=1e-9)
     dof = len(time) - int(rank)

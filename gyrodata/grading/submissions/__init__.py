@@ -6,6 +6,7 @@ Only names and metadata are read here; a log is read when it is graded, one at a
 from __future__ import annotations
 
 import hashlib
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Literal
@@ -379,9 +380,7 @@ def _person(what: ParsedName, about: Metadata | None) -> ParsedName:
 
 def _with_unlike_names(items: list[Submission]) -> tuple[Submission, ...]:
     """Put the key behind names that several students have, as all have on a page that is marked blind."""
-    counts: dict[str, int] = {}
-    for item in items:
-        counts[item.name] = counts.get(item.name, 0) + 1
+    counts = Counter(item.name for item in items)
     return tuple(
         replace(item, name=f"{item.name} ({item.student})") if counts[item.name] > 1 else item for item in items
     )

@@ -62,6 +62,11 @@ class Diagnostic(Struct, frozen=True):
     excerpt: str = ""
     width: int = 1
 
+    @classmethod
+    def of(cls, code: str, message: str, *about: Any, **more: Any) -> Diagnostic:
+        """Make one of the severity that its code has; what follows the message is as in the record."""
+        return cls(code, CODES[code].severity, message, *about, **more)
+
     def to_dict(self) -> dict[str, Any]:
         """Give the diagnostic as the JSON contract has it."""
         return {
@@ -143,7 +148,7 @@ class InputError(GyroError):
     @classmethod
     def of(cls, code: str, message: str, hint: str = "", file: str = "") -> InputError:
         """Make the error of one fault."""
-        return cls([Diagnostic(code, CODES[code].severity, message, hint, file)])
+        return cls([Diagnostic.of(code, message, hint, file)])
 
 
 class LogError(GyroError):

@@ -82,9 +82,9 @@ def _record(record: Any) -> dict[str, Any]:
 
 def _properties(record: Any, by_hand: Mapping[str, Any] = MappingProxyType({})) -> dict[str, Any]:
     """Give the schema of each field of a record, without a description; None by hand leaves a field out."""
-    hints, names = get_type_hints(record), record.__struct_fields__
-    found = {name: by_hand[name] if name in by_hand else _type(hints[name]) for name in names}
-    return {name: schema for name, schema in found.items() if schema is not None}
+    hints, names = get_type_hints(record), zip(record.__struct_fields__, record.__struct_encode_fields__, strict=True)
+    found = {key: by_hand[name] if name in by_hand else _type(hints[name]) for name, key in names}
+    return {key: schema for key, schema in found.items() if schema is not None}
 
 
 def _descriptions(record: type) -> dict[str, str]:
@@ -153,7 +153,7 @@ def grades_schema() -> dict[str, Any]:
     by_hand = {
         "marks": _list(_object(_properties(Mark), description="points null: it could not be judged, which is no zero")),
         "slips": _list(_object(_properties(Slip))),
-        "by_hand": _list(_object(dict.fromkeys(Decision._fields, _TEXT))),
+        "by_hand": _list(_object(_properties(Decision))),
         "reported": {
             "anyOf": [_object({"text": _TEXT, "value": _MAYBE, "u": _MAYBE, "line": _type(int | None)}), not_told]
         },
@@ -163,8 +163,7 @@ def grades_schema() -> dict[str, Any]:
         "title": None,
         "fingerprint": None,
     }
-    student = {"z" if name == "zeta" else name: value for name, value in _properties(Grade, by_hand).items()}
-    student |= {"flags": _list(_TEXT), "ids": _type(Mapping[str, str])}
+    student = _properties(Grade, by_hand) | {"flags": _list(_TEXT), "ids": _type(Mapping[str, str])}
     whole = _object(
         {
             "schema": {"const": "gyro.grades/1"},

@@ -66,6 +66,8 @@ class Scene(Struct, frozen=True):
     torque: Floats
     """[N*m]"""
     torque_u: Floats
+    rest: Floats
+    """What the recommended line leaves of the torque [N*m]."""
     deviations: Floats
     inertia: float
     """[kg*m^2]"""
@@ -103,6 +105,7 @@ def gather(analysis: Analysis, grey_safe: bool = False) -> Scene:
         product_u=np.abs(product) * np.hypot(own_time, own_spin),
         torque=measured.torque,
         torque_u=np.abs(measured.torque) * _relative_torque(measured),
+        rest=measured.torque + analysis.residual_torque.value - analysis.inertia.value * product,
         deviations=analysis.fit.deviations,
         inertia=analysis.inertia.value,
         imbalance=analysis.residual_torque.value,

@@ -17,6 +17,7 @@ from PIL import Image
 
 from gyrodata import analyze, plotting
 from gyrodata.plotting import choose_looks
+from gyrodata.plotting.figure_data import gather, line_band
 from gyrodata.plotting.sheet import Dots, Panel, Sheet, Strokes, Words
 from gyrodata.results import Analysis
 
@@ -338,6 +339,29 @@ def test_figures_hold_the_numbers_of_the_analysis(analyses: dict[str, Analysis])
     left = torque - 1e3 * (analysis.inertia.value * product - analysis.residual_torque.value)
     below = data(lower, np.concatenate([places for places, _ in runs(sheet, lower)]))
     np.testing.assert_allclose(below, np.column_stack([product, left]), atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["3 x 3", "with unloaded runs", "one torque"])
+def test_the_band_has_the_slopes_of_the_interval_and_is_narrow_where_the_runs_are(
+    name: str, analyses: dict[str, Analysis]
+) -> None:
+    analysis = analyses[name]
+    inertia, fit = analysis.inertia, analysis.fit
+    far = 1e6 * np.array([-1.0, 1.0])
+    down, up = line_band(gather(analysis), far)
+    low, high = inertia.interval_95
+    np.testing.assert_allclose(
+        [up[1] / far[1], down[1] / far[1]], [high - inertia.value, inertia.value - low], rtol=1e-3
+    )
+    np.testing.assert_allclose(
+        [up[0] / far[1], down[0] / far[1]], [inertia.value - low, high - inertia.value], rtol=1e-3
+    )
+    # Where the line is known best it is known as well as the fit says.
+    x = np.linspace(0, 2 * max(run.product for run in analysis.run_table), 20001)
+    variance = x**2 * fit.covariance[0, 0] - 2 * x * fit.covariance[0, 1] + fit.covariance[1, 1]
+    down, up = line_band(gather(analysis), x)
+    assert [down.min(), up.min()] == pytest.approx([1.96 * np.sqrt(variance.min())] * 2, rel=0.01)
+    assert abs(x[down.argmin()] - x[variance.argmin()]) < 0.01 * x[-1]
 
 
 def test_every_form_shows_the_same(analyses: dict[str, Analysis]) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from gyrodata.physics import RPM, Floats, balanced_direction
-from gyrodata.plotting.figure_data import Scene, gather, mean_text, torque_unit, with_u
+from gyrodata.plotting.figure_data import Scene, gather, line_band, mean_text, torque_unit, with_u
 from gyrodata.plotting.marks import (
     MEDIA,
     Marks,
@@ -117,13 +117,12 @@ def _draw_torque(scene: Scene, medium: Medium) -> Sheet:
     limits = (float(x[0]), float(x[-1]))
     torque, torque_u = factor * scene.torque, factor * scene.torque_u
     line = factor * (x * scene.inertia - scene.imbalance)
-    (v_inertia, cov), (_, v_imbalance) = scene.covariance
-    half = 1.96 * factor * np.sqrt(np.maximum(x**2 * v_inertia - 2 * x * cov + v_imbalance, 0.0))
+    down, up = (factor * way for way in line_band(scene, x))
     low, high = zero_range(torque, torque_u, scene.hollow)
     low, high = min(low, float(line.min()) - 0.02 * (high - low)), max(high, float(line.max()))
     panel = Panel(sheet, upper, limits, (low, high))
     draw_axes(panel, "", f"torque M [{unit}]")
-    panel.band(x, line - half, line + half, _BAND, 0.15)
+    panel.band(x, line - down, line + up, _BAND, 0.15)
     panel.line(limits, line[[0, -1]], INK, 1.2)
     if scene.origin is not None:
         panel.line(limits, factor * scene.origin * x[[0, -1]], SOFT, 0.9, dashed=True)
@@ -132,24 +131,27 @@ def _draw_torque(scene: Scene, medium: Medium) -> Sheet:
     draw_runs(panel, scene, Marks(product, torque, scene.product_u, torque_u))
     name_runs(panel, product, torque, odd_names(scene, scene.product, product, "", "←→"))
     label_margin(panel, scene, labels, [factor * group.summary.torque for group in scene.groups])
-    _draw_rest(sheet, lower, scene, unit, factor, x, half)
+    _draw_rest(sheet, lower, scene, unit, factor, x, (-down, up))
     title = f"I_zz = {scene.inertia_text}" if medium.telling else "Torque against precession rate × spin"
     write_title(sheet, title, with_hollow(scene, "bars: ± 1 standard uncertainty"), strokes)
     return sheet
 
 
-def _draw_rest(sheet: Sheet, box: Box, scene: Scene, unit: str, factor: float, x: Floats, half: Floats) -> None:
+def _draw_rest(
+    sheet: Sheet, box: Box, scene: Scene, unit: str, factor: float, x: Floats, band: tuple[Floats, Floats]
+) -> None:
     """What the line leaves of each run's torque: much larger than it stands where the line rises to the torque."""
-    rest = factor * scene.rest
-    rest_u = factor * np.hypot(scene.torque_u, scene.inertia * scene.product_u)
+    rest, rest_u = factor * scene.rest, factor * scene.rest_u
     kept = ~scene.hollow if not scene.hollow.all() else np.ones_like(scene.hollow)
-    limit = 1.1 * max(float((np.abs(rest) + rest_u)[kept].max()), float(half.max())) or 1.0
+    # A wide band may leave the strip, that the runs have room in it.
+    reach = float((np.abs(rest) + rest_u)[kept].max())
+    limit = 1.1 * min(max(reach, float(np.abs(band).max())), 2 * reach) or 1.0
     limits = (float(x[0]), float(x[-1]))
     panel = Panel(sheet, box, limits, (-limit, limit))
     # On a slide the unit stands at the axis above alone.
     label = f"M − line [{unit}]" if box.tall > 70 else "M − line"
     draw_axes(panel, "precession rate × spin, φ̇ψ̇ [rad²/s²]", label, y_ticks=round_ticks(panel.y, 4))
-    panel.band(x, -half, half, _BAND, 0.15)
+    panel.band(x, *band, _BAND, 0.15)
     panel.level(0.0, INK, 1.2)
     if scene.origin is not None:
         away = factor * ((scene.origin - scene.inertia) * x[[0, -1]] + scene.imbalance)

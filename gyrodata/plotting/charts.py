@@ -28,11 +28,29 @@ from gyrodata.benchmark import (
 )
 from gyrodata.physics import Floats
 from gyrodata.plotting.marks import NAME_SIZE, log_ticks, place_names, spread
-from gyrodata.plotting.sheet import INK, METADATA, SOFT, STYLE, Form, write_png
+from gyrodata.plotting.sheet import INK, METADATA, SOFT, Form, write_png
+from gyrodata.plotting.sheet import STYLE as PLAIN
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+
+STYLE: Any = {
+    **PLAIN,
+    "font.size": 9.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": SOFT,
+    "axes.labelcolor": INK,
+    "axes.labelsize": 9.5,
+    "axes.axisbelow": True,
+    "xtick.color": SOFT,
+    "ytick.color": SOFT,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+}
+"""For matplotlib's ``rc_context``, around drawing and saving."""
 
 
 def draw_chart(benchmark: Benchmark, name: str) -> Figure:

@@ -35,17 +35,6 @@ STYLE: Any = {
     "svg.hashsalt": "gyrodata",
     "svg.fonttype": "path",
     "pdf.fonttype": 3,
-    "font.size": 9.0,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.edgecolor": SOFT,
-    "axes.labelcolor": INK,
-    "axes.labelsize": 9.5,
-    "axes.axisbelow": True,
-    "xtick.color": SOFT,
-    "ytick.color": SOFT,
-    "xtick.labelcolor": INK,
-    "ytick.labelcolor": INK,
 }
 """For matplotlib's ``rc_context``, around drawing and saving."""
 

@@ -374,25 +374,19 @@ class TestEarth:
     @pytest.mark.parametrize("latitude", [42.5, -33.9, 90.0])
     @pytest.mark.parametrize("hours", [0.1, 500.0])
     def test_the_figure_shows_the_numbers_and_its_text_stays_inside(self, latitude: float, hours: float) -> None:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.text import Text
-
         from gyrodata.plotting import draw_earth
+        from gyrodata.plotting.sheet import Dots, Words
 
         times = np.linspace(0, 3600 * hours, 9)
-        figure = draw_earth(math.radians(latitude), times)
-        canvas = FigureCanvasAgg(figure)
-        canvas.draw()
-        upper = figure.axes[0]
+        sheet = draw_earth(math.radians(latitude), times)
+        upper = sheet.panels[0]
         expected = physics.balanced_direction(math.pi / 2, 0.0, math.radians(latitude), times)[1]
-        dots = next(line for line in reversed(upper.get_lines()) if len(np.asarray(line.get_xdata())) == 9)
-        np.testing.assert_allclose(np.asarray(dots.get_ydata()), np.degrees(expected))
-        width, height = canvas.get_width_height()
-        for text in figure.findobj(Text):
-            if isinstance(text, Text) and text.get_text() and text.get_visible():
-                box = text.get_window_extent(canvas.get_renderer())
-                assert 0 <= box.x0 <= box.x1 <= width, text.get_text()
-                assert 0 <= box.y0 <= box.y1 <= height, text.get_text()
+        dots = [item.at for item in sheet.items if isinstance(item, Dots)]
+        places = upper.at(times / 3600, np.degrees(expected))
+        assert any(np.allclose(shown, places) for shown in dots)
+        for text in (item for item in sheet.items if isinstance(item, Words)):
+            assert 0 <= text.box.left <= text.box.left + text.box.wide <= sheet.wide, text
+            assert 0 <= text.box.bottom <= text.box.bottom + text.box.tall <= sheet.tall, text
 
 
 EARTH = """\

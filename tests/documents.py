@@ -88,7 +88,7 @@ def typed(text: str, folder: Path) -> Iterator[tuple[str, str, str, str]]:
 
 
 def _workbook(rows: list[list[str]], path: Path) -> None:
-    """Type a table into a spreadsheet: what looks like a number is one, shown with the digits that it is written with."""
+    """Type a table into a spreadsheet: what looks like a number is one, and shows the digits that are typed."""
     import openpyxl
 
     book = openpyxl.Workbook()

@@ -1,8 +1,10 @@
 """A hundred and twenty logs as students type them: read and right, or refused with a remedy that is right."""
 
+import io
 import math
 from collections import Counter
 
+import openpyxl
 import pytest
 from sheets import HABITS, HEADERS, INERTIA, lab, source
 
@@ -83,6 +85,19 @@ def test_headers_that_students_write_are_understood_or_asked_about_by_name():
     assert outcomes.total() >= 120
     assert outcomes["understood"] >= 110
     assert outcomes["not placed"] <= 2
+
+
+def test_a_workbook_s_numbers_have_the_decimals_that_it_shows():
+    book = openpyxl.Workbook()
+    sheet = book.active
+    sheet.append(list(USUAL))
+    for value, shown in ((15, "0.0"), (15, "General"), (15.25, "0.0"), (-7.5, "0.00"), (15, "0")):
+        sheet.append([20, value, 400, 13.06, 1])
+        sheet.cell(sheet.max_row, 2).number_format = shown
+    stream = io.BytesIO()
+    book.save(stream)
+    position = read_log(stream.getvalue()).columns["position"]
+    assert [read.text for read in position.readings] == ["15.0", "15", "15.25", "-7.50", "15"]
 
 
 @pytest.mark.parametrize("word", ["none", "no weight", "-", "ohne", "нет"])

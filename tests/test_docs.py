@@ -242,7 +242,8 @@ def test_the_platforms_are_those_of_the_code() -> None:
     assert shown == {name: platform.sample for name, platform in grading.PLATFORMS.items()}
 
 
-LINES = sorted({line for text in TEXTS.values() for line in re.findall(r"`# (\w+: [^`]+)`", text)})
+WRITTEN = [path.read_text(encoding="utf-8") for path in DOCUMENTS]
+LINES = sorted({line for text in WRITTEN for line in re.findall(r"`# (?!key:)(\w+: [^`]+)`", text)})
 NEEDED = {"rod_length": "25 cm", "ball_diameter": "10.16 cm"}
 """What a line may need beside it."""
 
@@ -339,7 +340,8 @@ CLAIMS: list[Claim] = [
     ("statistics", "keeps the {:.0f} % where", lambda: of_lightest(balance("# balanced: yes\n", 2), 2)),
     ("statistics", "stands over {:.0f} standard uncertainties off", lambda: fitting.GROSS),
     ("statistics", "where the default says {} s", lambda: SOURCES["time"].default.absolute),
-    ("statistics", "{} labs, the 95 % interval of the recommended fit holds the truth in {:.1f} %", lambda: selfchecked()[:2]),
+    ("statistics", "{} labs, the 95 % interval of the recommended fit holds the truth in {:.1f} %",
+     lambda: selfchecked()[:2]),
     ("statistics", "± 2u of the line through the origin in {:.1f} %", lambda: selfchecked()[2]),
     ("statistics", "and of the line with a constant in {:.1f} %", lambda: selfchecked()[3]),
     ("statistics", "gyrodata {}:", lambda: gyrodata.__version__),

@@ -16,10 +16,11 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from msgspec import Struct
 
+from gyrodata.coverage import SelfCheck
 from gyrodata.diagnostics import CODES
 from gyrodata.errors import Diagnostic
+from gyrodata.prediction import ANSWERS, SCHEMA
 from gyrodata.results import AnalysisDocument, CheckDocument, Tool
-from gyrodata.selfcheck import SelfCheck
 
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -113,14 +114,13 @@ def _or_null(schema: Mapping[str, Any]) -> dict[str, Any]:
     return {"anyOf": [dict(schema), {"type": "null"}]}
 
 
-# --- by hand: what higher rooms emit, and predictions, which are dictionaries ---------------------------------------
+# --- by hand: what higher rooms emit --------------------------------------------------------------------------------
 
 _NUMBER = _type(float)
 _COUNT = _type(int)
 _MAYBE = _type(float | None)
 _TEXT = _type(str)
 _MAYBE_TEXT = _type(str | None)
-_FLAG = _type(bool)
 _TOOL = _type(Tool)
 _DIAGNOSTIC = _type(Diagnostic)
 _FLAGGED = _object(
@@ -204,60 +204,26 @@ def rubric_schema() -> dict[str, Any]:
     return _document("gyro.rubric/1", rubric_shape())
 
 
-_DIRECTION = _object(
-    {
-        "hours": _NUMBER,
-        "sidereal_hours": _NUMBER,
-        "azimuth_deg": _MAYBE,
-        "altitude_deg": _NUMBER,
-        "reason": _TEXT,
-    }
-)
-_PREDICTIONS: dict[str, dict[str, Any]] = {
-    "precession": {
-        **dict.fromkeys(("slow", "fast", "horizontal", "period"), _MAYBE),
-        "exists": _FLAG,
-        "critical_spin": _NUMBER,
-        "reason": _TEXT,
-        "released": _object(
-            {
-                **dict.fromkeys(("mean_rate", "sag", "nutation_rate", "click_error_s"), _MAYBE),
-                "greatest_sag": _NUMBER,
-                "reason": _TEXT,
-            }
-        ),
-        "sleeping": _object({"stable": _FLAG, "critical_spin": _NUMBER, "growth_rate": _NUMBER}),
-    },
-    "earth": {"sidereal_day_hours": _NUMBER, "north": _list(_DIRECTION), "east": _list(_DIRECTION)},
-    "platform": {
-        "rate": _NUMBER,
-        "period": _MAYBE,
-        **dict.fromkeys(("momentum_before", "momentum_after", "momentum_platform"), _NUMBER),
-        "reason": _TEXT,
-    },
-    "tip": {**dict.fromkeys(("speed", "turning_rate", "torque", "angle_deg"), _NUMBER), "direction": _TEXT},
-}
-
-
 def predictions_schema() -> dict[str, Any]:
-    """Give the JSON Schema (2020-12) of "gyro.prediction/1": a shape for each subcommand of ``gyro predict``.
+    """Give the JSON Schema (2020-12) of "gyro.prediction/2": a shape for each subcommand of ``gyro predict``.
 
     SI but for keys that end in a unit.
     """
     shapes = [
         _object(
             {
-                "schema": {"const": "gyro.prediction/1"},
+                "schema": {"const": SCHEMA},
                 "tool": _TOOL,
                 "prediction": {"const": name},
                 "options": _type(Mapping[str, float | bool | None]),
                 "notes": _list(_TEXT),
-                **answer,
-            }
+                **_record(answer)["properties"],
+            },
+            description=answer.__doc__.split("\n\n", maxsplit=1)[0] if answer.__doc__ else "",
         )
-        for name, answer in _PREDICTIONS.items()
+        for name, answer in ANSWERS.items()
     ]
-    return _document("gyro.prediction/1", {"oneOf": shapes})
+    return _document(SCHEMA, {"oneOf": shapes})
 
 
 def diagnostics_table() -> list[dict[str, str]]:

@@ -32,7 +32,7 @@ SHELVES = {
     "analysis": 8,
     "prediction": 7,
     "reporting": 9,
-    "selfcheck": 8,
+    "coverage": 8,
     "plotting": 9,
     "procedure": 9,
     "grading": 10,

@@ -16,6 +16,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from golden import steady
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
@@ -25,6 +26,7 @@ from typer.testing import CliRunner, Result
 from gyrodata import analyze, reporting
 from gyrodata.cli import app
 from gyrodata.diagnostics import CODES
+from gyrodata.errors import Diagnostic
 from gyrodata.reporting import latex, markdown
 from gyrodata.results import Analysis
 
@@ -79,14 +81,14 @@ FORMS: dict[str, Callable[[Analysis], str]] = {
 @pytest.mark.parametrize("ending", FORMS)
 def test_golden_report(ending: str) -> None:
     golden = (EXPECTED / f"air_gyroscope.{ending}").read_text(encoding="utf-8")
-    assert FORMS[ending](analyze(SAMPLES / "air_gyroscope.csv")) == golden
+    assert steady(FORMS[ending](analyze(SAMPLES / "air_gyroscope.csv"))) == steady(golden)
 
 
 def test_the_command_writes_what_the_functions_write() -> None:
     path = SAMPLES / "air_gyroscope.csv"
     for form, ending in (("markdown", "md"), ("latex", "tex"), ("csv", "csv")):
         done = gyro("analyze", path, "--format", form)
-        assert done.stdout == (EXPECTED / f"air_gyroscope.{ending}").read_text(encoding="utf-8")
+        assert steady(done.stdout) == steady((EXPECTED / f"air_gyroscope.{ending}").read_text(encoding="utf-8"))
 
 
 def test_short_values_in_text_markdown_and_latex() -> None:
@@ -347,3 +349,11 @@ def test_what_does_not_go_together_is_refused(arguments: tuple[str, ...], code: 
 def test_the_example_of_the_code_raises_it(code: str) -> None:
     done = gyro(*CODES[code].example.split())
     assert code in done.stderr
+
+
+def test_marks_that_move_a_cursor_or_turn_a_line_are_shown_as_pictures() -> None:
+    text = "a\u202eb\u2066c\u2069\x1b[2J\x07\u2028d\u200f"
+    shown = "a\ufffdb\ufffdc\ufffd␛[2J␇\ufffdd\ufffd"
+    assert reporting.csv_cell(text) == shown
+    told = Diagnostic("G301", "error", text, text, "log.csv", 1, 1, text)
+    assert str(told).count(shown) == 3

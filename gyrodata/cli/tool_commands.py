@@ -42,9 +42,9 @@ def selfcheck(
 
     from gyrodata import reporting
     from gyrodata.analysis import analyze_readings
+    from gyrodata.coverage import selfcheck as simulate
     from gyrodata.measurements import select
     from gyrodata.readings import read_log
-    from gyrodata.selfcheck import selfcheck as simulate
 
     given = pairs(settings, "--set"), pairs(mapping, "--map")
     readings = read_log(**source_of(log), settings=given[0], mapping=given[1], config=config)

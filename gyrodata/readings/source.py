@@ -10,7 +10,7 @@ import re
 import sys
 import zlib
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
@@ -84,7 +84,7 @@ class Document(Struct, frozen=True):
 
 def load(source: Source, name: str | None) -> Document:
     """Read and decode a log."""
-    if _is_frame(source):
+    if is_frame(source):
         shown = name or "<table>"
         text = _frame_text(source)
         return Document(shown, _digest(text.encode()), text, Faults(shown, text), "\t")
@@ -254,16 +254,26 @@ def _guess_code_page(data: bytes) -> str:
     return best
 
 
-def _is_frame(source: object) -> bool:
+def is_frame(source: object) -> bool:
     """Know a DataFrame without importing pandas."""
     return type(source).__module__.partition(".")[0] == "pandas" and hasattr(source, "columns")
 
 
 def _frame_text(frame: Any) -> str:
     """Write a DataFrame as the tab-separated text that it would have been read from."""
-    lines = [f"# {key}: {value}" for key, value in frame.attrs.items() if isinstance(value, str | int | float)]
-    rows = [tuple(frame.columns), *frame.itertuples(index=False, name=None)]
+    units = frame.attrs.get("units", {})
+    plain = {key: value for key, value in frame.attrs.items() if not isinstance(value, Mapping | list | tuple)}
+    lines = [f"# {key}: {value_text(value)}" for key, value in plain.items()]
+    rows = [tuple(_header(name, units) for name in frame.columns), *frame.itertuples(index=False, name=None)]
     return "\n".join([*(line.replace("\n", " ") for line in lines), *table_text(rows)]) + "\n"
+
+
+def _header(name: Any, units: Any) -> str:
+    """Write the name of a column, (name, unit) or one whose unit stands in ``attrs["units"]``, as a header."""
+    name, unit = name if isinstance(name, tuple) and len(name) == 2 else (name, "")
+    if not unit and isinstance(units, Mapping):
+        unit = units.get(name, "")
+    return f"{name} [{unit}]" if unit else str(name)
 
 
 def table_text(rows: Iterable[tuple[Any, ...]]) -> Iterable[str]:
@@ -278,7 +288,11 @@ def _quoted(text: str) -> str:
 
 
 def value_text(value: Any) -> str:
-    """Write one cell of a spreadsheet or DataFrame as a student would have typed it."""
+    """Write a cell of a spreadsheet or DataFrame, or a setting, as a student would have typed it."""
+    if hasattr(value, "magnitude") and hasattr(value, "units"):  # of pint
+        return f"{value_text(value.magnitude)} {value.units:~}".rstrip()
+    if hasattr(value, "nominal_value") and hasattr(value, "std_dev"):  # of uncertainties
+        return f"{value_text(value.nominal_value)} ± {value_text(value.std_dev)}"
     if value is None or value != value or type(value).__name__ in ("NAType", "NaTType"):  # NaN is not itself
         return ""
     if isinstance(value, float) or type(value).__name__.startswith("float"):

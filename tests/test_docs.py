@@ -355,7 +355,7 @@ CLAIMS: list[Claim] = [
     ("statistics", "dry friction has 0, an air film {:.0f}", lambda: physics.VISCOUS),
     ("statistics", "I = {} I_zz + m x² with {:.0f} %", lambda: (DEFAULT_TRANSVERSE_RATIO, 100 * TRANSVERSE_U)),
     ("first-timer", "Below {}, look for the cause", lambda: findings.NO_ACCIDENT),
-    ("first-timer", "is off by {:.2f}, 60 or 1000", lambda: 1 / physics.RPM),
+    ("first-timer", "is off by a factor of {:.2f}, 60 or 1000", lambda: 1 / physics.RPM),
 ]  # fmt: skip
 """What a page says, with {} for what the code gives in its place."""
 

@@ -100,6 +100,23 @@ def test_a_workbook_s_numbers_have_the_decimals_that_it_shows():
     assert [read.text for read in position.readings] == ["15.0", "15", "15.25", "-7.50", "15"]
 
 
+def test_a_workbook_s_rounded_cell_is_mended_by_its_format():
+    def said(shown):
+        book = openpyxl.Workbook()
+        sheet = book.active
+        for row in (list(USUAL), [20.1, 15, 300, 9.93, 1 / 3], [40.3, 15, 600, 19.9, 2 / 3], [60.2, 15, 400, 13.2, 1]):
+            sheet.append(row)
+            sheet.cell(sheet.max_row, 2).number_format = shown
+        stream = io.BytesIO()
+        book.save(stream)
+        found = analyze_readings(read_log(stream.getvalue(), name="log.xlsx")).diagnostics
+        return [d.hint for d in found if d.code == "G407"]
+
+    (hint,) = said("General")
+    assert "such as 15.0 (by a number format that shows it)" in hint
+    assert said("0.0") == []
+
+
 @pytest.mark.parametrize("word", ["none", "no weight", "-", "ohne", "нет"])
 def test_no_weight_in_words(word):
     rows = "".join(f"20.1,14.8,{spin},13.2,1/3\n" for spin in (300, 400, 500))

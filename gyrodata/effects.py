@@ -1,9 +1,10 @@
 """How large each simplification is in a log: what it does to I_zz, in its own standard uncertainties.
 
 One record of `EFFECTS` each. Its size is found by fitting again: with the effect and without it, at the widths of the
-log's fit, with I_zz, M0 and b free in both. What is below 0.2 of the standard uncertainty is dropped, smallest first,
-while all that is dropped stays below 0.3 and the single runs do not scatter by it; the rest is kept, in the model that
-`choose_model` takes. Effects of unknown size (M0, b) are parameters of every model.
+log's fit, with I_zz, M0 and b free in both; a small one by the fit's own response, to first order. What is below 0.2 of
+the standard uncertainty is dropped, smallest first, while all that is dropped stays below 0.3 and the single runs do
+not scatter by it; the rest is kept, in the model that `choose_model` takes. Effects of unknown size (M0, b) are
+parameters of every model.
 """
 
 from __future__ import annotations

@@ -54,8 +54,8 @@ CONVENTIONS = {
     "ratio = sqrt(chi2/dof); scatter: the factor on the errors that each run has alone, as the runs have it",
     "through_origin, with_constant": "ordinary least squares of M on φ̇ψ̇, runs taken as independent; u from the "
     "scatter with n - 1 and n - 2 degrees of freedom",
-    "effects": "bias = I_zz without the effect over I_zz with it, minus 1, by fitting again, M0 and b free in both; "
-    "in_u: u holds the doubt about it",
+    "effects": "bias = I_zz without the effect over I_zz with it, minus 1, by fitting again, M0 and b free in both "
+    "(small ones to first order, which leaves out less than 0.01 u); in_u: u holds the doubt about it",
     "power_law": "weighted least squares of ln(period) on ln(spin), for each torque; exponent: with one for "
     "all torques; u from each run's own timing and spin, and the hand's bias",
     "product": "weighted mean; u includes what these runs share; p from the scatter about the mean against each run's "

@@ -379,12 +379,14 @@ def _too_few_digits(
     shown, then = (f"{one.value / 10.0**power:.2f} ± {(one.u or 0.0) / 10.0**power:.2f}" for one in (now, better))
     unit = f" {column.unit}" if column.unit else ""
     half, in_unit = to_display(0.5 * 10.0**-digits * parse_unit(column.unit, kind).factor, role)
+    # A spreadsheet drops the zeros at the end that are typed.
+    how = " (by a number format that shows it)" if readings.name.lower().endswith(".xlsx") else ""
     return readings.diagnose(
         DIGITS_TOO_FEW,
         f'{role} "{reading.text}" is taken as anything from {value - step / 2:.4g} to {value + step / 2:.4g}{unit}: '
         f"such rounding makes {100 * part**2:.0f} % of u². As written I_zz = ({shown})e{power} kg*m^2; "
         f"as {value:.{digits}f} it would be {then}",
-        f"write every digit that was read, such as {value:.{digits}f}, or state what is known of it: "
+        f"write every digit that was read, such as {value:.{digits}f}{how}, or state what is known of it: "
         f"# u_{role}: {half:.1g} {in_unit}",
         column.place(run),
         len(reading.text),

@@ -11,6 +11,7 @@ from pathlib import Path
 PACKAGE = Path(__file__).parent.parent / "gyrodata"
 SHELVES = {
     "diagnostics": -1,
+    "docs": -1,
     "errors": 0,
     "units": 0,
     "workers": 1,
@@ -43,6 +44,7 @@ OWNERS = {
     "pint": {"units"},
     "matplotlib": {"plotting"},
     "typer": {"cli"},
+    "rich": {"docs"},
     "jinja2": {"grading"},
     "yaml": {"grading"},
 }

@@ -45,11 +45,12 @@ from gyrodata.fitting.lines import (
 )
 from gyrodata.fitting.many import ManyFits, fit_many
 from gyrodata.fitting.posterior import K_95, Conditions, doubt_of_widths, integrate, scatter_prior
-from gyrodata.fitting.screening import OUTLIER, explaining_counts, screen
+from gyrodata.fitting.screening import GROSS, OUTLIER, explaining_counts, screen
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO
 
 __all__ = [
     "DEFAULT_TRANSVERSE_RATIO",
+    "GROSS",
     "K_95",
     "MAD_TO_SD",
     "MANY",

@@ -345,8 +345,8 @@ def _sheets(data: bytes) -> list[tuple[str, list[tuple[Any, ...]]]]:
     filled = []
     for sheet in book.worksheets:
         # One stray cell at the far corner makes a sheet of 17 thousand million cells.
-        values = sheet.iter_rows(values_only=True, max_row=MAX_ROWS + 10, max_col=MAX_COLUMNS + 10)
-        rows = [_row(row) for row in values]
+        cells = sheet.iter_rows(max_row=MAX_ROWS + 10, max_col=MAX_COLUMNS + 10)
+        rows = [_row(row) for row in cells]
         while rows and not any(value is not None for value in rows[-1]):
             rows.pop()
         if rows:
@@ -354,17 +354,22 @@ def _sheets(data: bytes) -> list[tuple[str, list[tuple[Any, ...]]]]:
     return filled
 
 
-def _row(values: tuple[Any, ...]) -> tuple[Any, ...]:
-    end = len(values)
-    while end and values[end - 1] is None:
+def _row(cells: tuple[Any, ...]) -> tuple[Any, ...]:
+    end = len(cells)
+    while end and cells[end - 1].value is None:
         end -= 1
-    return tuple(_plain(value) for value in values[:end])
+    return tuple(_plain(cell) for cell in cells[:end])
 
 
-def _plain(value: Any) -> Any:
-    """Undo what Excel makes of a stopwatch time: 03:36.26 is stored as a time of the day."""
+def _plain(cell: Any) -> Any:
+    """Undo what Excel makes of a cell: 03:36.26 is stored as a time of the day, and 15.0 as 15, shown with a digit."""
     from datetime import time, timedelta
 
+    value = cell.value
+    if type(value) in (int, float) and (shown := re.fullmatch(r"0\.(0+)", cell.number_format or "")):
+        text = f"{value:.{len(shown[1])}f}"
+        # Digits that the sheet does not show were typed too.
+        return text if float(text) == value else value
     if isinstance(value, time):
         if value.hour:
             return f"{value:%H:%M:%S} (a time of the day)"  # "3:36" typed: three hours, or three minutes?

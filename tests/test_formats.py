@@ -6,6 +6,7 @@ import csv
 import html
 import io
 import json
+import os
 import re
 import shutil
 import string
@@ -13,6 +14,7 @@ import subprocess
 import sys
 import unicodedata
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from urllib.parse import unquote
@@ -115,6 +117,23 @@ def test_a_document_is_written_beside_figures_that_it_can_show(
     assert (tmp_path / "r" / document).read_text(encoding="utf-8") == done.stdout
     assert all((tmp_path / "r" / f"{name}.{shown}").is_file() for name in plotting.FIGURES)
     assert all((tmp_path / "r" / f"{name}.{figures}").is_file() for name in plotting.FIGURES)
+
+
+def test_a_terminal_is_spared_a_document_that_is_written(tmp_path: Path) -> None:
+    pty = pytest.importorskip("pty", reason="no terminals to be opened here")
+    for options in (("-o", str(tmp_path / "r")), ()):
+        reader, terminal = pty.openpty()
+        command = [sys.executable, "-m", "gyrodata", "analyze", str(SAMPLES / "salort_one_torque.csv"), "-f", "latex"]
+        with subprocess.Popen([*command, *options], stdout=terminal, stderr=subprocess.DEVNULL) as running:
+            os.close(terminal)
+            shown = b""
+            with suppress(OSError):
+                while part := os.read(reader, 65536):
+                    shown += part
+        os.close(reader)
+        assert running.returncode == 0
+        assert (b"documentclass" in shown) == (not options)
+    assert (tmp_path / "r" / "report.tex").is_file()
 
 
 def test_one_text_of_several_logs_shows_the_figures_of_each(tmp_path: Path) -> None:

@@ -51,7 +51,8 @@ def analyze(
     out: Annotated[
         Path | None,
         typer.Option("--out", "-o", help="Folder for the report (several logs: one folder each inside). "
-                     "Default: STEM-report, for --format text and files only."),
+                     "Default: STEM-report, for --format text and files only. LaTeX and Markdown are written there "
+                     "too, beside their figures; a terminal is spared them then."),
     ] = None,
     no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.")] = False,
     figures: Annotated[Figures, typer.Option("--figures", help="File type of the figures.")] = "png",
@@ -114,9 +115,11 @@ def analyze(
         for i, (log, folder) in enumerate(zip(logs, _folders(logs, out), strict=True))
     ]
     worst, header = 0, _header(form)
+    # A document that stands in a file is not poured over a terminal too.
+    spared = form in DOCUMENTS and sys.stdout is not None and sys.stdout.isatty()
     for told in _in_order(jobs) if many else map(_analyze_one, jobs):
         complain(told.diagnostics, quiet)
-        if told.text:
+        if told.text and not (spared and told.report):
             write_out(header + (coloured(told.text, sys.stdout) if form == "text" else told.text))
             header = ""
         complain(told.not_written)

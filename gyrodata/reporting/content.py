@@ -74,9 +74,9 @@ UNTOLD = 0.3
 
 REFERENCES = (
     "JCGM 100:2008 and JCGM 101:2008, Guide to the expression of uncertainty in measurement, and its Supplement 1",
-    "D. York and others, on the best straight line, Am. J. Phys. 72, 367 (2004)",
-    "M. Thompson, S. L. R. Ellison, Dark uncertainty, Accred. Qual. Assur. 16, 483 (2011)",
-    "H. Goldstein, Classical Mechanics, on the heavy symmetrical top, for eqs. (8) and (9)",
+    "York and others, on the best straight line, Am. J. Phys. 72, 367 (2004)",
+    "Thompson and Ellison, Dark uncertainty, Accred. Qual. Assur. 16, 483 (2011)",
+    "Goldstein, Classical Mechanics, on the heavy symmetrical top, for eqs. (8) and (9)",
 )
 """What the method rests on."""
 
@@ -498,7 +498,8 @@ def _method(analysis: Analysis) -> Iterator[Block]:
     fitted: Sentence = ("I_zz, the residual torque M0 and the timing bias b were fitted to all readings of ", *the_runs)
     cite: Sentence = (Styled("To cite: ", "strong"), "gyrodata, version ", version, does, ", method as above; log ",
                       Number(analysis.name, "/input.name"), ", its SHA-256 as below.")  # fmt: skip
-    yield Text(((*fitted, words), cite), full=True)
+    pages = (Styled("gyro explain statistics", "code"), " and ", Styled("gyro explain theory", "code"))
+    yield Text(((*fitted, words), cite, ("More is said by ", *pages, "; and in:")), full=True)
     yield Text(tuple((line,) for line in REFERENCES), "list", full=True)
 
 

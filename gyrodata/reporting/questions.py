@@ -117,9 +117,10 @@ def _by_hand(analysis: Analysis, scale: Scale) -> tuple[Block, ...]:
 
 
 def _others(analysis: Analysis) -> tuple[Block, ...]:
+    given = " (add the --set and --map that you gave)" if analysis.options.set or analysis.options.map else ""
     words = (
         "Questions 1, 2 and 4 are not in this report: they ask for what you saw and felt. These commands say what "
-        "theory expects of it, with I_zz and the fastest spin of this log:"
+        f"theory expects of it, with I_zz and the fastest spin of this log{given}:"
     )
     # A name that a shell would take apart is not written into a command.
     log = analysis.name if re.fullmatch(r"\w[\w.+-]*", analysis.name) else "LOG"

@@ -119,6 +119,15 @@ def test_a_document_is_written_beside_figures_that_it_can_show(
     assert all((tmp_path / "r" / f"{name}.{figures}").is_file() for name in plotting.FIGURES)
 
 
+@pytest.mark.parametrize("values", ["plain", "short"])
+def test_a_report_that_is_handed_in_has_one_answer(values: str, tmp_path: Path) -> None:
+    shutil.copy(SAMPLES / "air_gyroscope.csv", tmp_path / "lab.csv")
+    report = gyro("analyze", tmp_path / "lab.csv", "-f", "markdown", "--values", values).stdout
+    (tmp_path / "report.md").write_text(report, encoding="utf-8")
+    told = gyro("check", "--hand-in", tmp_path).stdout
+    assert "G718: I_zz = (4.429 ± 0.034) × 10⁻³ kg·m², read from report.md, line 5" in told
+
+
 def test_a_terminal_is_spared_a_document_that_is_written(tmp_path: Path) -> None:
     pty = pytest.importorskip("pty", reason="no terminals to be opened here")
     for options in (("-o", str(tmp_path / "r")), ()):

@@ -295,7 +295,7 @@ def _meaning(analysis: Analysis, scale: Scale) -> Iterator[Block]:
             f" has 2/5 m r²{' with ' if added else ''}{added} = ", whole, exact,
         )  # fmt: skip
     yield Text(((*described, *beside(analysis)),), full=True)
-    rows: list[tuple[Cell, ...]] = [(("measured, I_zz",), Value(inertia.value, inertia.u, scale, "inertia.value"))]
+    rows: list[tuple[Cell, ...]] = [(("measured",), Value(inertia.value, inertia.u, scale, "inertia.value"))]
     for words, part, key in (
         ("solid ball, 2/5 m r²", ball.solid, "solid"),
         ("its bore, for the same mass", ball.bore, "bore"),

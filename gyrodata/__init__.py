@@ -12,37 +12,50 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from gyrodata.analysis import analyze
+    from gyrodata.coverage import SelfCheck, selfcheck
     from gyrodata.errors import Diagnostic, GyroError, InputError, LogError
-    from gyrodata.fitting import LineFit, fit_line
-    from gyrodata.readings import Readings, read_log
-    from gyrodata.results import Analysis
+    from gyrodata.fitting import LineFit, ManyFits, fit_line, fit_many
+    from gyrodata.readings import Readings, Uncertainty, read_log
+    from gyrodata.results import Analysis, Result
+    from gyrodata.simulation import Design, Simulation, Truth, simulate
+
+_HOMES = {
+    name: module
+    for module, names in {
+        "analysis": "analyze",
+        "coverage": "SelfCheck selfcheck",
+        "errors": "Diagnostic GyroError InputError LogError",
+        "fitting": "LineFit ManyFits fit_line fit_many",
+        "readings": "Readings Uncertainty read_log",
+        "results": "Analysis Result",
+        "simulation": "Design Simulation Truth simulate",
+    }.items()
+    for name in names.split()
+}
 
 __all__ = [
     "Analysis",
+    "Design",
     "Diagnostic",
     "GyroError",
     "InputError",
     "LineFit",
     "LogError",
+    "ManyFits",
     "Readings",
+    "Result",
+    "SelfCheck",
+    "Simulation",
+    "Truth",
+    "Uncertainty",
     "__version__",
     "analyze",
     "fit_line",
+    "fit_many",
     "read_log",
+    "selfcheck",
+    "simulate",
 ]
-
-_HOMES = {
-    "Analysis": "results",
-    "analyze": "analysis",
-    "Diagnostic": "errors",
-    "GyroError": "errors",
-    "InputError": "errors",
-    "LineFit": "fitting",
-    "fit_line": "fitting",
-    "LogError": "errors",
-    "Readings": "readings",
-    "read_log": "readings",
-}
 
 
 def __getattr__(name: str) -> Any:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO, TextIO
+from typing import TYPE_CHECKING, Any, BinaryIO, TextIO, get_args
 
 import numpy as np
 from msgspec import Struct
@@ -26,7 +26,7 @@ from gyrodata.comparisons import (
     torque_table,
 )
 from gyrodata.diagnostics import NO_STEADY_PRECESSION, NO_TORQUE, TOO_MANY_SHARED_READINGS
-from gyrodata.errors import LogError
+from gyrodata.errors import LogError, insist_on_choice, insist_on_type
 from gyrodata.findings import (
     body_findings,
     count_findings,
@@ -40,7 +40,7 @@ from gyrodata.findings import (
 )
 from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, NoFit, Outlier
 from gyrodata.measurements import Measurements, measure, select
-from gyrodata.readings import Readings, read_log
+from gyrodata.readings import Readings, read_log, value_text
 from gyrodata.results import DOF_REASON, Analysis, Options, Result
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def analyze(
     log: str | os.PathLike[str] | bytes | BinaryIO | TextIO | pd.DataFrame,
     *,
     name: str | None = None,
-    settings: Mapping[str, str] | None = None,
+    settings: Mapping[str, Any] | None = None,
     mapping: Mapping[str, str] | None = None,
     config: str | os.PathLike[str] | None = None,
     model: Model = "auto",
@@ -71,7 +71,7 @@ def analyze(
     name : str, optional
         Name to call it by.
     settings : mapping, optional
-        Constants, as ``--set``: ``{"g": "9.803 m/s^2"}``.
+        Constants, as ``--set``: ``{"g": "9.803 m/s^2"}``; a quantity of pint or a number of uncertainties will do.
     mapping : mapping, optional
         Headers of roles, as ``--map``: ``{"time": "T (s)"}``.
     config : path, optional
@@ -91,10 +91,14 @@ def analyze(
         If there is nothing that can be read.
     LogError
         If the log is wrong or incomplete; it lists every fault found.
+    TypeError, ValueError
+        If an argument cannot be what it is; it says what it may be.
     """
+    insist_on_choice("model", model, get_args(Model))
+    insist_on_type("keep_flagged", keep_flagged, bool, "True or False")
     readings = read_log(log, name=name, settings=settings or {}, mapping=mapping or {}, config=config)
     options = Options(
-        set=dict(sorted((settings or {}).items())),
+        set={key: value_text(value) for key, value in sorted((settings or {}).items())},
         map=dict(sorted((mapping or {}).items())),
         config=None if config is None else Path(config).name,
         model=model,

@@ -597,6 +597,12 @@ TORQUE_MISSING_OR_TWICE = _error(
     'predict precession --inertia "4.44e-3 kg m^2" --spin 400rpm',
     "give either --torque, or --mass with --position",
 )
+OPTION_NOR_LOG_GIVEN = _error(
+    "G624",
+    "a number is given neither by an option nor by a log",
+    "predict twist",
+    "give the option that the message names, or a log to take it from: --log data.csv",
+)
 
 # gyro simulate
 SIMULATED_VALUE_IMPOSSIBLE = _error(

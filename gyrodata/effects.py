@@ -1,15 +1,17 @@
 """How large each simplification is in a log: what it does to I_zz, in its own standard uncertainties.
 
 One record of `EFFECTS` each. Its size is found by fitting again: with the effect and without it, at the widths of the
-log's fit, with I_zz, M0 and b free in both. What is below 0.2 of the standard uncertainty is dropped, smallest first,
-while all that is dropped stays below 0.3 and the single runs do not scatter by it; the rest is kept, in the model that
-`choose_model` takes. Effects of unknown size (M0, b) are parameters of every model.
+log's fit, with I_zz, M0 and b free in both; a small one by the fit's own response, to first order. What is below 0.2 of
+the standard uncertainty is dropped, smallest first, while all that is dropped stays below 0.3 and the single runs do
+not scatter by it; the rest is kept, in the model that `choose_model` takes. Effects of unknown size (M0, b) are
+parameters of every model.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Mapping
+from typing import cast
 
 import numpy as np
 from msgspec import Struct
@@ -26,6 +28,7 @@ from gyrodata.fitting import (
     unslowed,
 )
 from gyrodata.measurements import Measurements, select
+from gyrodata.physics import Floats
 
 DROP_ONE = 0.2
 """An effect below this many standard uncertainties of I_zz may be left out …"""
@@ -35,6 +38,9 @@ DROP_ALL = 0.3
 
 CLEARLY_SMALL = 0.05
 """A size below this many standard uncertainties need not be known any better."""
+
+SECOND_ORDER = 0.01
+"""What is left out of a size, where it is told to first order, is below this many standard uncertainties."""
 
 LEVEL_TO = math.radians(2.0)
 """How far from level [rad] a rod may be that nobody measured: the default standard uncertainty of a pitch."""
@@ -76,8 +82,14 @@ class Case(Struct, frozen=True):
         """Words where the caller chose the model, else none."""
         return ", as asked" if self.chosen.asked else ""
 
-    def change(self, without: ChosenModel, within: ChosenModel) -> float | None:
-        """I_zz by one model over I_zz by another, minus 1; None where one of them has no fit."""
+    def change(self, without: ChosenModel, within: ChosenModel, own: Floats | None = None) -> float | None:
+        """I_zz by one model over I_zz by another, minus 1; None where one of them has no fit.
+
+        `own`: what the first makes of each run's own I_zz over what the second does, minus 1, where that is known.
+        """
+        first_order = None if own is None else self.to_first_order(own)
+        if first_order is not None:
+            return first_order
         found = _over(self._at_its_widths(without), self._at_its_widths(within))
         if self.fit.posterior is None or (found is not None and abs(found) < CLEARLY_SMALL * relative_u(self.fit)):
             return found
@@ -114,6 +126,13 @@ class Case(Struct, frozen=True):
             return fitting.fit(runs, model.tilted, left_out).inertia.value
         except NoFit:
             return None
+
+    def to_first_order(self, own: Floats) -> float | None:
+        """I_zz over that of the log's fit, minus 1, if each run's own I_zz changes by a share; None where not small."""
+        each, u = self.fit.response * own, relative_u(self.fit)
+        # What large shares leave of each other is no small change, but one of second order.
+        bent = np.abs(each).sum() * np.abs(own).max()
+        return float(each.sum()) if abs(each.sum()) < CLEARLY_SMALL * u and bent < SECOND_ORDER * u else None
 
     def of(self, measured: Measurements, balanced: bool = False) -> float | None:
         """I_zz of other runs over that of the log's fit, minus 1; None where there is no fit."""
@@ -163,7 +182,10 @@ def _decay_law(case: Case) -> Found | None:
     start, end = measured.spin_start, measured.spin_end
     if measured.spin_readings != 2 or start is None or end is None:
         return None
-    bias = case.of(replace(measured, spin=measured.spin / (1 + physics.decay_law_doubt(start, end))))
+    own = physics.decay_law_doubt(start, end)
+    bias = case.to_first_order(own)
+    if bias is None:
+        bias = case.of(replace(measured, spin=measured.spin / (1 + own)))
     premise = "a viscous decay is assumed, as of an air film; this is for dry friction"
     if held_in_u(measured, "decay_exponent"):
         return bias, False, f"{premise}; u holds the doubt about the law"
@@ -176,9 +198,11 @@ def _tilt(case: Case) -> Found:
     u, chosen = relative_u(case.fit), case.chosen
     if not np.any(case.measured.pitch):
         leaning = replace(case, measured=replace(case.measured, pitch=np.full(len(case.measured.runs), LEVEL_TO)))
-        bias = leaning.change(replace(chosen, tilted=False), replace(chosen, tilted=True))
+        own = _by_tilt(leaning.measured, case.fit)
+        bias = leaning.change(replace(chosen, tilted=False), replace(chosen, tilted=True), own)
         return bias, False, _why(bias, u, "no pitch in the log; this is for 2° off level", False)
-    bias = case.change(replace(chosen, tilted=False), replace(chosen, tilted=True))
+    own = _by_tilt(case.measured, case.fit)
+    bias = case.change(replace(chosen, tilted=False), replace(chosen, tilted=True), own)
     equation = "eq. (8)" if chosen.tilted else "eq. (9)"
     return bias, chosen.tilted, _why(bias, u, f"{equation} is used{case.asked}", chosen.tilted)
 
@@ -193,37 +217,37 @@ def _release(case: Case) -> Found:
         premise = 'assumed steady; this is for a rod let go from rest ("# motion: released" in the log)'
     else:
         premise = f"taken for steady precession{case.asked}"
-    u, bias = relative_u(case.fit), None if chosen.released else _small_release(case)
-    if bias is None or abs(bias) > CLEARLY_SMALL * u:
-        bias = case.change(replace(chosen, released=False), replace(chosen, released=True))
+    u, level = relative_u(case.fit), not case.measured.pitch.any()
+    own = _by_release(case.measured, case.fit) if level else None
+    bias = case.change(replace(chosen, released=False), replace(chosen, released=True), own)
     return bias, chosen.released, _why(bias, u, premise, chosen.released)
 
 
 def release_may_matter(measured: Measurements, fit: FitResult, chosen: ChosenModel) -> bool:
     """Say whether the release is worth its size: not so where it is small for certain, to first order."""
-    if measured.pitch.any() or chosen.earth or chosen.released:
+    if measured.pitch.any() or chosen.released:
         return True
-    total = measured.torque + fit.imbalance.value
-    slower = physics.release_bias(total, measured.spin, fit.inertia.value, fitting.transverse_inertia(measured))
     # Runs that scatter more than stated may do so for the release, which then widens u.
-    size = abs(float(fit.response @ slower)) * max(1.0, fit.scatter)
+    size = abs(float(fit.response @ _by_release(measured, fit))) * max(1.0, fit.scatter)
     return not size < 0.5 * DROP_ONE * relative_u(fit)
 
 
-def _small_release(case: Case) -> float | None:
-    """Size the release of a level rod by its closed form: near enough where it is small, and without `motion`."""
-    measured, fit = case.measured, case.fit
-    if measured.pitch.any() or case.chosen.earth:
-        return None
-    total = measured.torque + fit.imbalance.value
-    slower = physics.release_bias(total, measured.spin, fit.inertia.value, fitting.transverse_inertia(measured))
-    within = case.of(replace(measured, slowing=1 + slower)) if np.isfinite(slower).all() else None
-    return None if within is None else 1 / (1 + within) - 1
+def _by_release(measured: Measurements, fit: FitResult) -> Floats:
+    """By what share each run's own I_zz is too high if a level rod was let go from rest, and is taken for steady."""
+    total, across = measured.torque + fit.imbalance.value, fitting.transverse_inertia(measured)
+    return cast(Floats, physics.release_bias(total, measured.spin, fit.inertia.value, across))
+
+
+def _by_tilt(measured: Measurements, fit: FitResult) -> Floats:
+    """By what share each run's own I_zz is too high where a tilted rod is taken for level."""
+    rate, across = fit.sense * 2 * np.pi * measured.turns / measured.time, fitting.transverse_inertia(measured)
+    return cast(Floats, physics.tilt_bias(rate, measured.spin, measured.pitch, fit.inertia.value, across))
 
 
 def _earth(case: Case) -> Found:
     u, chosen = relative_u(case.fit), case.chosen
-    bias = case.change(replace(chosen, earth=False), replace(chosen, earth=True))
+    own = fitting.turn_of_floor(case.measured, case.fit)
+    bias = case.change(replace(chosen, earth=False), replace(chosen, earth=True), own)
     if earth_is_told(case.measured):
         premise = "the angles are counted against the stars" if chosen.earth else "at the log's latitude"
         return bias, chosen.earth, _why(bias, u, premise, chosen.earth)
@@ -348,12 +372,7 @@ def _kept(biases: Mapping[str, float], dropped: float, u: float) -> set[str]:
 
 def _seen_in_scatter(measured: Measurements, fit: FitResult, name: str) -> bool:
     """Say whether an effect that cancels in I_zz, as of a rod tilted up and down, still spoils the single runs."""
-    across = fitting.transverse_inertia(measured)
-    if name == "tilt":
-        rate = fit.sense * 2 * np.pi * measured.turns / measured.time
-        biases = physics.tilt_bias(rate, measured.spin, measured.pitch, fit.inertia.value, across)
-    elif name == "release":
-        biases = physics.release_bias(measured.torque + fit.imbalance.value, measured.spin, fit.inertia.value, across)
-    else:
+    if name not in ("tilt", "release"):
         return False
+    biases = _by_tilt(measured, fit) if name == "tilt" else _by_release(measured, fit)
     return float(np.sqrt(np.mean((biases * measured.time / fit.time_u) ** 2))) > DROP_ALL

@@ -6,14 +6,21 @@ One `Diagnostic` is one fault at one place; one family of errors carries them to
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
+from types import UnionType
 from typing import Any
 
 from msgspec import Struct
 
 from gyrodata.diagnostics import CODES, Severity
 
-PICTURES = {code: 0x2400 + code for code in range(32) if code != ord("\n")} | dict.fromkeys(range(0x7F, 0xA0), 0xFFFD)
+_TURNING = (0x61C, 0x200E, 0x200F, *range(0x2028, 0x202F), *range(0x2066, 0x206A))
+"""Marks that turn the direction of a line, or break it: what follows would be read otherwise than it stands."""
+
+PICTURES = {
+    **{code: 0x2400 + code for code in range(32) if code != ord("\n")},
+    **dict.fromkeys((*range(0x7F, 0xA0), *_TURNING), 0xFFFD),
+}
 """Control characters as pictures of themselves, for `str.translate`: a log's text must not move a terminal's cursor."""
 
 
@@ -55,6 +62,11 @@ class Diagnostic(Struct, frozen=True):
     excerpt: str = ""
     width: int = 1
 
+    @classmethod
+    def of(cls, code: str, message: str, *about: Any, **more: Any) -> Diagnostic:
+        """Make one of the severity that its code has; what follows the message is as in the record."""
+        return cls(code, CODES[code].severity, message, *about, **more)
+
     def to_dict(self) -> dict[str, Any]:
         """Give the diagnostic as the JSON contract has it."""
         return {
@@ -94,6 +106,22 @@ def _window(excerpt: str, position: int, width: int = 96) -> tuple[str, int]:
     return cut, min(max(position - start, 0), len(cut))
 
 
+def insist_on_choice(name: str, value: object, choices: Collection[str]) -> None:
+    """Refuse an argument of a function that is none of its choices, with the nearest of them (ValueError)."""
+    if value not in choices:
+        from difflib import get_close_matches
+
+        near = get_close_matches(str(value).lower(), choices, n=1)
+        meant = f"; did you mean {near[0]!r}?" if near else ""
+        raise ValueError(f"{name} cannot be {value!r}; it is one of {', '.join(map(repr, choices))}{meant}")
+
+
+def insist_on_type(name: str, value: object, kinds: type | UnionType, what: str) -> None:
+    """Refuse an argument of a function that is of no type that it can be (TypeError)."""
+    if not isinstance(value, kinds):
+        raise TypeError(f"{name} is {what}, not {type(value).__name__} ({value!r:.60})")
+
+
 class GyroError(Exception):
     """Base of all errors that a user can cause; carries what to tell them.
 
@@ -120,7 +148,7 @@ class InputError(GyroError):
     @classmethod
     def of(cls, code: str, message: str, hint: str = "", file: str = "") -> InputError:
         """Make the error of one fault."""
-        return cls([Diagnostic(code, CODES[code].severity, message, hint, file)])
+        return cls([Diagnostic.of(code, message, hint, file)])
 
 
 class LogError(GyroError):

@@ -7,7 +7,6 @@ from typing import Literal
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from gyrodata import fitting, forecast
 from gyrodata.comparisons import (
@@ -44,7 +43,7 @@ from gyrodata.diagnostics import (
 )
 from gyrodata.effects import DROP_ONE, Effect
 from gyrodata.errors import Diagnostic
-from gyrodata.fitting import Estimate, FitResult, Outlier
+from gyrodata.fitting import Estimate, FitResult, Otherwise, Outlier
 from gyrodata.forecast import Design
 from gyrodata.known_slips import INERTIA_RANGE, SIZES, exchanged, explaining_slips, far_off
 from gyrodata.measurements import SOURCES, Measurements, spin_columns, torque_groups
@@ -343,7 +342,7 @@ def _fell_alone(measured: Measurements) -> list[int]:
 
 def digit_findings(readings: Readings, measured: Measurements, fit: FitResult) -> list[Diagnostic]:
     """Say where the last digit written decides much of u(I_zz), with both answers, and what to write."""
-    found = []
+    coarse = {}
     for role in ("mass", "position", "time", "spin"):
         share = next((share for share in fit.budget if share.source == role), None)
         source = next((source for source in measured.sources if source.name == role), None)
@@ -355,37 +354,43 @@ def digit_findings(readings: Readings, measured: Measurements, fit: FitResult) -
         rounding[[i for i, _ in column.stated]] = 0.0
         # A reading may be stated as exact.
         ratio = np.divide(rounding, size, out=np.zeros_like(size), where=touched & (size > 0))
-        part = float(np.sqrt(np.mean(ratio[touched] ** 2)))
-        if part * share.u_inertia < MOST * (fit.inertia.u or 0.0):
-            continue
-        first = int(np.argmax(ratio))
-        reading, less = column.readings[first], np.sqrt(1 - 0.99 * np.minimum(ratio, 1.0) ** 2)
-        finer = replace(source, absolute=source.absolute * less, relative=source.relative * less)
-        sources = tuple(finer if one is source else one for one in measured.sources)
-        better = fitting.fit_nearly(fit, replace(measured, sources=sources))
-        kind = kind_of_role(role)
-        value, step = (from_si(number or 0.0, column.unit, kind) for number in (reading.value, reading.step))
-        # One digit more, and as many as make a step of 1 %.
-        digits = max(0, 1 - round(math.log10(step)), math.ceil(2 - math.log10(abs(value))))
-        power = math.floor(math.log10(abs(fit.inertia.value)))
-        shown, then = (
-            f"{one.value / 10.0**power:.2f} ± {(one.u or 0.0) / 10.0**power:.2f}" for one in (fit.inertia, better)
-        )
-        unit = f" {column.unit}" if column.unit else ""
-        half, in_unit = to_display(0.5 * 10.0**-digits * parse_unit(column.unit, kind).factor, role)
-        found.append(
-            readings.diagnose(
-                DIGITS_TOO_FEW,
-                f'{role} "{reading.text}" is taken as anything from {value - step / 2:.4g} to {value + step / 2:.4g}'
-                f"{unit}: such rounding makes {100 * (part * share.u_inertia / (fit.inertia.u or 1.0)) ** 2:.0f} % of "
-                f"u². As written I_zz = ({shown})e{power} kg*m^2; as {value:.{digits}f} it would be {then}",
-                f"write every digit that was read, such as {value:.{digits}f}, or state what is known of it: "
-                f"# u_{role}: {half:.1g} {in_unit}",
-                column.place(first),
-                len(reading.text),
-            )
-        )
-    return found
+        part = float(np.sqrt(np.mean(ratio[touched] ** 2))) * share.u_inertia / (fit.inertia.u or 1.0)
+        if part >= MOST:
+            coarse[role] = ratio, part
+    # With one digit more.
+    finer = [Otherwise({role: np.sqrt(1 - 0.99 * np.minimum(ratio, 1.0) ** 2)}) for role, (ratio, _) in coarse.items()]
+    better = fitting.fit_otherwise(measured, fit, finer) if finer else []
+    return [
+        _too_few_digits(readings, role, int(np.argmax(ratio)), part, fit.inertia, then)
+        for (role, (ratio, part)), then in zip(coarse.items(), better, strict=True)
+    ]
+
+
+def _too_few_digits(
+    readings: Readings, role: str, run: int, part: float, now: Estimate, better: Estimate
+) -> Diagnostic:
+    """Say what the rounding of one reading leaves open, what it is of u(I_zz), and what to write."""
+    column, kind = readings.columns[role], kind_of_role(role)
+    reading = column.readings[run]
+    value, step = (from_si(number or 0.0, column.unit, kind) for number in (reading.value, reading.step))
+    # One digit more, and as many as make a step of 1 %.
+    digits = max(0, 1 - round(math.log10(step)), math.ceil(2 - math.log10(abs(value))))
+    power = math.floor(math.log10(abs(now.value)))
+    shown, then = (f"{one.value / 10.0**power:.2f} ± {(one.u or 0.0) / 10.0**power:.2f}" for one in (now, better))
+    unit = f" {column.unit}" if column.unit else ""
+    half, in_unit = to_display(0.5 * 10.0**-digits * parse_unit(column.unit, kind).factor, role)
+    # A spreadsheet drops the zeros at the end that are typed.
+    how = " (by a number format that shows it)" if readings.name.lower().endswith(".xlsx") else ""
+    return readings.diagnose(
+        DIGITS_TOO_FEW,
+        f'{role} "{reading.text}" is taken as anything from {value - step / 2:.4g} to {value + step / 2:.4g}{unit}: '
+        f"such rounding makes {100 * part**2:.0f} % of u². As written I_zz = ({shown})e{power} kg*m^2; "
+        f"as {value:.{digits}f} it would be {then}",
+        f"write every digit that was read, such as {value:.{digits}f}{how}, or state what is known of it: "
+        f"# u_{role}: {half:.1g} {in_unit}",
+        column.place(run),
+        len(reading.text),
+    )
 
 
 MOST = 0.5

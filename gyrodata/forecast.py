@@ -39,9 +39,6 @@ DRIFT = (np.radians(5.0), 60.0, 400 * physics.RPM)
 ONE_BY_ONE = 1000
 """From so many runs on designs are taken one by one."""
 
-NOTHING = 1e6
-"""Width of a balance test that says nothing [N*m]."""
-
 
 class Design(Struct, frozen=True):
     """What is read in the n runs of a lab, how well, and the answer that is taken for true."""
@@ -116,26 +113,24 @@ def expected_u(designs: Sequence[Design]) -> list[float]:
     torque = np.abs(stack.torque(stack.observed)[0])
     lightest = np.where(said & (torque > 0), torque, np.inf).min(axis=1)
     unit = np.stack([unknowns[:, 0], lightest, np.array([design.timing_bias_u for design in designs])], axis=-1)
-    conditions = Conditions(
-        unknowns=weight * at.to_unknowns * unit[:, None, :],
-        shared=weight * shared,
-        left=np.zeros(said.shape),
-        ended=np.divide(unknowns, unit, out=np.zeros_like(unknowns), where=unit > 0),
-        runs=said.sum(axis=1),
-        scatter=np.array([design.scatter for design in designs]),
-        without_readings=True,
-    )
-    first = designs[0]
-    # A test that says nothing, where there is none.
-    tested = np.array([NOTHING if design.tested is None else design.tested for design in designs]) / lightest
-    posterior = integrate(
-        conditions,
-        np.array([design.balance for design in designs]) / lightest,
-        first.stated,
-        tested if any(design.tested is not None for design in designs) else None,
-    )
-    ends = posterior.quantiles(1, slice(1, 4, 2))[..., 0, :]
-    return [float(u) for u in unit[:, 0] * (ends[:, 1] - ends[:, 0]) / 2]
+    lean, shares = weight * at.to_unknowns * unit[:, None, :], weight * shared
+    ended = np.divide(unknowns, unit, out=np.zeros_like(unknowns), where=unit > 0)
+    runs, scatter = said.sum(axis=1), np.array([design.scatter for design in designs])
+    scale = np.array([design.balance for design in designs]) / lightest
+    u = np.empty(len(designs))
+    # A balance test that may be false needs twice as many widths of M0.
+    tests = np.array([np.nan if design.tested is None else design.tested for design in designs]) / lightest
+    for some in (np.isnan(tests), ~np.isnan(tests)):
+        if some.any():
+            left = np.zeros((some.sum(), stack.count))
+            conditions = Conditions(
+                lean[some], shares[some], left, ended[some], runs[some], scatter[some], without_readings=True
+            )
+            tested = None if np.isnan(tests[some]).any() else tests[some]
+            posterior = integrate(conditions, scale[some], designs[0].stated, tested)
+            ends = posterior.quantiles(1, slice(1, 4, 2))[..., 0, :]
+            u[some] = unit[some, 0] * (ends[:, 1] - ends[:, 0]) / 2
+    return [float(one) for one in u]
 
 
 def _stacked(problems: Sequence[Problem]) -> Problem:

@@ -306,52 +306,8 @@ def nutation_rate(
 # --- a rod let go from rest -----------------------------------------------------------------------------------
 
 
-def mean_sag(
-    torque: ArrayLike,
-    spin: ArrayLike,
-    inertia: ArrayLike,
-    transverse_inertia: ArrayLike,
-    pitch: ArrayLike = 0.0,
-) -> Any:
-    """Mean angle below its start of a rod let go from rest: δ cos(pitch), δ = I h m g/(I_zz ψ̇)².
-
-    Angle [rad], negative if it rises. Lowest order in δ: for a level rod high by 4δ² of itself (2 % at δ = 0.07, 11 %
-    at 0.17), for a tilted one by more.
-    """
-    return _delta(torque, spin, inertia, transverse_inertia) * np.cos(pitch)
-
-
 def _delta(torque: ArrayLike, spin: ArrayLike, inertia: ArrayLike, across: ArrayLike) -> Any:
     return np.multiply(across, torque) / np.multiply(inertia, spin) ** 2
-
-
-def greatest_sag(
-    torque: ArrayLike,
-    spin: ArrayLike,
-    inertia: ArrayLike,
-    transverse_inertia: ArrayLike,
-    pitch: ArrayLike = 0.0,
-) -> Any:
-    """Greatest angle below its start of a rod let go from rest; 2δ for a small one.
-
-    Angle [rad], negative if it rises; exact for any spin.
-
-    Energy, vertical momentum and ω3 are conserved. The other turning point of cosθ, lower by d, then solves
-    d² + (1/2δ − 2u) d − (1 − u²) = 0 with u = sin(pitch); here multiplied through by 2 I h m g.
-    """
-    load = 2 * np.multiply(transverse_inertia, torque)
-    up, level = np.sin(pitch), np.cos(pitch)
-    momentum = np.multiply(inertia, spin)
-    linear = momentum**2 - 2 * load * up
-    doubled = linear + np.sqrt(linear**2 + (2 * load * level) ** 2)
-    inverse = np.divide(2.0, doubled, out=np.zeros(np.shape(doubled)), where=doubled != 0)
-    drop = load * level**2 * inverse
-    low = up - drop
-    # At the turning point 2 I h m g (1 − u²) = (I_zz ψ̇)² d; 1 − u² itself cancels near the vertical.
-    low_level = np.where(doubled != 0, np.abs(momentum) * level * np.sqrt(inverse), level)
-    # sin and cos of the difference of both pitches, free of cancellation for a small drop.
-    sine = drop * (level + up * (up + low) / (level + low_level))
-    return np.arctan2(sine, level * low_level + up * low)[()]
 
 
 def release_bias(torque: ArrayLike, spin: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike) -> Any:
@@ -425,20 +381,7 @@ def _stack(first: Any, second: Any, third: Any) -> Floats:
     return np.stack(np.broadcast_arrays(first, second, third), axis=-1).astype(float)
 
 
-# --- demonstrations: a force on the tip, a bicycle wheel on a turntable, the Earth that turns below ---------
-
-
-def tip_velocity(force: ArrayLike, direction: ArrayLike, length: ArrayLike, inertia: ArrayLike, spin: ArrayLike) -> Any:
-    """Velocity of the rod's tip under a steady force on it: along the torque, F L²/(I_zz ω) [m/s].
-
-    Vectors have shape (..., 3); `direction` is the unit vector e3 from the centre of the ball to the tip, the spin is
-    the total one, counterclockwise for who looks from the tip towards the ball. The tip goes at right angles to the rod
-    and to the force: the change of the angular momentum I_zz ω e3 is the torque L e3 × F. For a fast spin, I × turning
-    rate small against I_zz ω, and averaged over the nutation; the part of the force along the rod does nothing.
-    """
-    factor = np.square(length) / np.multiply(inertia, spin)
-    torque_direction = np.cross(np.asarray(direction, dtype=float), np.asarray(force, dtype=float))
-    return np.asarray(factor)[..., None] * torque_direction
+# --- demonstrations: a bicycle wheel on a turntable, the Earth that turns below -----------------------------
 
 
 def platform_rate(

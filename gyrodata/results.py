@@ -7,8 +7,10 @@ here is emitted and declared.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
 from msgspec import Struct, field
 from msgspec.structs import asdict
 
@@ -31,6 +33,11 @@ DOF_REASON = (
 )
 
 
+def _above(room: str) -> Any:
+    """Give a room above this one, which shows what is here: loaded when somebody looks, not when it is made."""
+    return import_module(f"gyrodata.{room}")
+
+
 CONVENTIONS = {
     "inertia": "least squares in the raw readings (Gauss-Helmert), integrated over what the log does not know of its "
     "own widths: a factor on the errors that each run has alone, and the width of M0; value: the median of that "
@@ -47,8 +54,8 @@ CONVENTIONS = {
     "ratio = sqrt(chi2/dof); scatter: the factor on the errors that each run has alone, as the runs have it",
     "through_origin, with_constant": "ordinary least squares of M on φ̇ψ̇, runs taken as independent; u from the "
     "scatter with n - 1 and n - 2 degrees of freedom",
-    "effects": "bias = I_zz without the effect over I_zz with it, minus 1, by fitting again, M0 and b free in both; "
-    "in_u: u holds the doubt about it",
+    "effects": "bias = I_zz without the effect over I_zz with it, minus 1, by fitting again, M0 and b free in both "
+    "(small ones to first order, which leaves out less than 0.01 u); in_u: u holds the doubt about it",
     "power_law": "weighted least squares of ln(period) on ln(spin), for each torque; exponent: with one for "
     "all torques; u from each run's own timing and spin, and the hand's bias",
     "product": "weighted mean; u includes what these runs share; p from the scatter about the mean against each run's "
@@ -92,9 +99,30 @@ class Result(Struct, frozen=True):
     """Of the interval [1]."""
     dof_reason: str | None
 
+    @property
+    def ufloat(self) -> Any:
+        """Value and u as a number of `uncertainties`, that of one quantity alone; see `Analysis.ufloats`."""
+        from uncertainties import ufloat
 
-class Analysis(Struct, frozen=True):
-    """Everything that is said of one log; SI units."""
+        return ufloat(self.value, self.u or 0.0)
+
+    def to_pint(self, registry: Any) -> Any:
+        """Give the quantity of a registry of `pint`, its magnitude a number of `uncertainties`."""
+        return registry.Quantity(self.ufloat, self.unit)
+
+    def __float__(self) -> float:
+        return self.value
+
+    def __format__(self, form: str) -> str:
+        """Write it as `uncertainties` does, its unit behind it: ``f"{lab.inertia:.2u}"``."""
+        return f"{self.ufloat:{form}} {self.unit}" if form else str(self)
+
+    def __str__(self) -> str:
+        return f"{self.ufloat:.2uP} {self.unit}".replace("*", "·").replace("^2", "²")
+
+
+class Analysis(Struct, frozen=True, eq=False):
+    """Everything that is said of one log; SI units. Two of them are equal where their JSON is."""
 
     name: str
     sha256: str
@@ -144,6 +172,34 @@ class Analysis(Struct, frozen=True):
         import pandas as pd
 
         return pd.DataFrame([asdict(run) for run in self.run_table])
+
+    def ufloats(self) -> dict[str, Any]:
+        """I_zz [kg*m^2], M0 [N*m] and b [s] by their names in the JSON: numbers of `uncertainties`, correlated."""
+        from uncertainties import correlated_values
+
+        told = {"inertia": self.inertia, "residual_torque": self.residual_torque, "timing_bias": self.timing_bias}
+        # What the fit says of how they go together, with the u that are told.
+        u = np.array([one.u or 0.0 for one in told.values()])
+        own = np.sqrt(np.diag(self.fit.covariance))
+        share = np.divide(u, own, out=np.zeros_like(u), where=own > 0)
+        together = self.fit.covariance * share[:, None] * share
+        return dict(zip(told, correlated_values([one.value for one in told.values()], together), strict=True))
+
+    def __eq__(self, other: object) -> bool:
+        return self.to_dict() == other.to_dict() if isinstance(other, Analysis) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash((self.name, self.sha256, self.inertia.value))
+
+    def __repr__(self) -> str:
+        told = f"{len(self.run_table)} runs, {len(self.diagnostics)} things to look at"
+        return f"<Analysis of {self.name[:200]}: I_zz = {self.inertia}; {told}>"
+
+    def __str__(self) -> str:
+        return str(_above("reporting").summary(self, verbose=False))
+
+    def _repr_markdown_(self) -> str:
+        return str(_above("reporting").markdown_report(self))
 
     def to_dict(self) -> dict[str, Any]:
         """Give the analysis as the JSON contract has it (schema "gyro.analysis/2")."""

@@ -16,10 +16,11 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from msgspec import Struct
 
+from gyrodata.coverage import SelfCheck
 from gyrodata.diagnostics import CODES
 from gyrodata.errors import Diagnostic
+from gyrodata.prediction import ANSWERS, SCHEMA
 from gyrodata.results import AnalysisDocument, CheckDocument, Tool
-from gyrodata.selfcheck import SelfCheck
 
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -81,9 +82,9 @@ def _record(record: Any) -> dict[str, Any]:
 
 def _properties(record: Any, by_hand: Mapping[str, Any] = MappingProxyType({})) -> dict[str, Any]:
     """Give the schema of each field of a record, without a description; None by hand leaves a field out."""
-    hints, names = get_type_hints(record), record.__struct_fields__
-    found = {name: by_hand[name] if name in by_hand else _type(hints[name]) for name in names}
-    return {name: schema for name, schema in found.items() if schema is not None}
+    hints, names = get_type_hints(record), zip(record.__struct_fields__, record.__struct_encode_fields__, strict=True)
+    found = {key: by_hand[name] if name in by_hand else _type(hints[name]) for name, key in names}
+    return {key: schema for key, schema in found.items() if schema is not None}
 
 
 def _descriptions(record: type) -> dict[str, str]:
@@ -113,14 +114,13 @@ def _or_null(schema: Mapping[str, Any]) -> dict[str, Any]:
     return {"anyOf": [dict(schema), {"type": "null"}]}
 
 
-# --- by hand: what higher rooms emit, and predictions, which are dictionaries ---------------------------------------
+# --- by hand: what higher rooms emit --------------------------------------------------------------------------------
 
 _NUMBER = _type(float)
 _COUNT = _type(int)
 _MAYBE = _type(float | None)
 _TEXT = _type(str)
 _MAYBE_TEXT = _type(str | None)
-_FLAG = _type(bool)
 _TOOL = _type(Tool)
 _DIAGNOSTIC = _type(Diagnostic)
 _FLAGGED = _object(
@@ -153,7 +153,7 @@ def grades_schema() -> dict[str, Any]:
     by_hand = {
         "marks": _list(_object(_properties(Mark), description="points null: it could not be judged, which is no zero")),
         "slips": _list(_object(_properties(Slip))),
-        "by_hand": _list(_object(dict.fromkeys(Decision._fields, _TEXT))),
+        "by_hand": _list(_object(_properties(Decision))),
         "reported": {
             "anyOf": [_object({"text": _TEXT, "value": _MAYBE, "u": _MAYBE, "line": _type(int | None)}), not_told]
         },
@@ -163,8 +163,7 @@ def grades_schema() -> dict[str, Any]:
         "title": None,
         "fingerprint": None,
     }
-    student = {"z" if name == "zeta" else name: value for name, value in _properties(Grade, by_hand).items()}
-    student |= {"flags": _list(_TEXT), "ids": _type(Mapping[str, str])}
+    student = _properties(Grade, by_hand) | {"flags": _list(_TEXT), "ids": _type(Mapping[str, str])}
     whole = _object(
         {
             "schema": {"const": "gyro.grades/1"},
@@ -204,60 +203,26 @@ def rubric_schema() -> dict[str, Any]:
     return _document("gyro.rubric/1", rubric_shape())
 
 
-_DIRECTION = _object(
-    {
-        "hours": _NUMBER,
-        "sidereal_hours": _NUMBER,
-        "azimuth_deg": _MAYBE,
-        "altitude_deg": _NUMBER,
-        "reason": _TEXT,
-    }
-)
-_PREDICTIONS: dict[str, dict[str, Any]] = {
-    "precession": {
-        **dict.fromkeys(("slow", "fast", "horizontal", "period"), _MAYBE),
-        "exists": _FLAG,
-        "critical_spin": _NUMBER,
-        "reason": _TEXT,
-        "released": _object(
-            {
-                **dict.fromkeys(("mean_rate", "sag", "nutation_rate", "click_error_s"), _MAYBE),
-                "greatest_sag": _NUMBER,
-                "reason": _TEXT,
-            }
-        ),
-        "sleeping": _object({"stable": _FLAG, "critical_spin": _NUMBER, "growth_rate": _NUMBER}),
-    },
-    "earth": {"sidereal_day_hours": _NUMBER, "north": _list(_DIRECTION), "east": _list(_DIRECTION)},
-    "platform": {
-        "rate": _NUMBER,
-        "period": _MAYBE,
-        **dict.fromkeys(("momentum_before", "momentum_after", "momentum_platform"), _NUMBER),
-        "reason": _TEXT,
-    },
-    "tip": {**dict.fromkeys(("speed", "turning_rate", "torque", "angle_deg"), _NUMBER), "direction": _TEXT},
-}
-
-
 def predictions_schema() -> dict[str, Any]:
-    """Give the JSON Schema (2020-12) of "gyro.prediction/1": a shape for each subcommand of ``gyro predict``.
+    """Give the JSON Schema (2020-12) of "gyro.prediction/2": a shape for each subcommand of ``gyro predict``.
 
     SI but for keys that end in a unit.
     """
     shapes = [
         _object(
             {
-                "schema": {"const": "gyro.prediction/1"},
+                "schema": {"const": SCHEMA},
                 "tool": _TOOL,
                 "prediction": {"const": name},
                 "options": _type(Mapping[str, float | bool | None]),
                 "notes": _list(_TEXT),
-                **answer,
-            }
+                **_record(answer)["properties"],
+            },
+            description=answer.__doc__.split("\n\n", maxsplit=1)[0] if answer.__doc__ else "",
         )
-        for name, answer in _PREDICTIONS.items()
+        for name, answer in ANSWERS.items()
     ]
-    return _document("gyro.prediction/1", {"oneOf": shapes})
+    return _document(SCHEMA, {"oneOf": shapes})
 
 
 def diagnostics_table() -> list[dict[str, str]]:

@@ -11,6 +11,7 @@ from pathlib import Path
 PACKAGE = Path(__file__).parent.parent / "gyrodata"
 SHELVES = {
     "diagnostics": -1,
+    "docs": -1,
     "errors": 0,
     "units": 0,
     "workers": 1,
@@ -31,7 +32,7 @@ SHELVES = {
     "analysis": 8,
     "prediction": 7,
     "reporting": 9,
-    "selfcheck": 8,
+    "coverage": 8,
     "plotting": 9,
     "procedure": 9,
     "grading": 10,
@@ -43,6 +44,7 @@ OWNERS = {
     "pint": {"units"},
     "matplotlib": {"plotting"},
     "typer": {"cli"},
+    "rich": {"docs"},
     "jinja2": {"grading"},
     "yaml": {"grading"},
 }

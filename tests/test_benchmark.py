@@ -45,7 +45,7 @@ from gyrodata.cli import app
 from gyrodata.measurements import measure
 from gyrodata.physics import RPM
 from gyrodata.plotting import draw_chart
-from gyrodata.plotting.marks import STYLE, name_dots, save
+from gyrodata.plotting.charts import STYLE, name_dots, save
 from gyrodata.simulation import TYPICAL, simulate
 
 ROOT = Path(__file__).parent.parent

@@ -38,6 +38,13 @@ class Terminal(io.StringIO):
         return True
 
 
+def test_a_page_is_laid_out_on_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.stdout", terminal := Terminal())
+    app(["explain", "theory"], standalone_mode=False)
+    assert "Frames and signs" in terminal.getvalue()
+    assert "## Frames" not in terminal.getvalue()
+
+
 def test_colours_are_for_terminals(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("NO_COLOR", "TERM"):
         monkeypatch.delenv(name, raising=False)

@@ -12,10 +12,13 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
+from gyrodata import analyze
 from gyrodata.cli import app
+from gyrodata.cli.terminal import readable
 from gyrodata.cli.watching import state
 from gyrodata.diagnostics import CODES
-from gyrodata.readings import read_log
+from gyrodata.readings import find_inertia, read_log, read_reported
+from gyrodata.reporting import summary
 
 SAMPLE = Path(__file__).parent.parent / "sample_data" / "air_gyroscope.csv"
 posix = pytest.mark.skipif(os.name != "posix", reason="the streams of a POSIX shell")
@@ -160,3 +163,28 @@ def test_a_file_name_that_is_no_utf_8(tmp_path: Path) -> None:
     missing = shell("gyro analyze $'o\\xff.csv' --format ndjson", tmp_path)
     assert missing.returncode == 2
     assert json.loads(missing.stdout.decode("utf-8"))["input"]["name"] == "o?.csv"
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "cp437", "ascii", "koi8-r"])
+def test_what_goes_into_a_file_is_utf_8_on_every_system(encoding: str, tmp_path: Path) -> None:
+    for form in ("text", "markdown", "latex", "csv", "json"):
+        line = [sys.executable, "-m", "gyrodata", "analyze", str(SAMPLE), "--no-report", "--format", form]
+        done = [
+            subprocess.run(line, capture_output=True, env={**os.environ, "PYTHONIOENCODING": how}, check=True).stdout
+            for how in ("utf-8", encoding)
+        ]
+        assert done[0] == done[1]
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "cp437", "ascii", "koi8-r", "utf-8"])
+@pytest.mark.parametrize("values", ["plain", "short"])
+def test_a_terminal_shows_every_number_as_it_can(encoding: str, values: Any) -> None:
+    analysis = analyze(SAMPLE)
+    text = readable(summary(analysis, values), encoding)
+    assert text.encode(encoding).decode(encoding) == text
+    written = next(line for line in text.splitlines() if line.strip().startswith("I_zz ="))
+    told = read_reported("inertia", find_inertia(written))
+    assert told.fault is None
+    assert told.value == pytest.approx(analysis.inertia.value, abs=0.5e-6)
+    assert told.u == pytest.approx(analysis.inertia.u, abs=0.5e-6)
+    assert encoding != "utf-8" or text == summary(analysis, values)

@@ -20,6 +20,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 import pytest
+from golden import steady
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
@@ -31,6 +32,7 @@ from typer.testing import CliRunner, Result
 from gyrodata import analyze, plotting, reporting
 from gyrodata.cli import app
 from gyrodata.diagnostics import CODES
+from gyrodata.errors import Diagnostic
 from gyrodata.reporting import latex, markdown
 from gyrodata.results import Analysis
 
@@ -90,14 +92,14 @@ FORMS: dict[str, Callable[[Analysis], str]] = {
 @pytest.mark.parametrize("ending", FORMS)
 def test_golden_report(ending: str) -> None:
     golden = (EXPECTED / f"air_gyroscope.{ending}").read_text(encoding="utf-8")
-    assert FORMS[ending](analyze(SAMPLES / "air_gyroscope.csv")) == golden
+    assert steady(FORMS[ending](analyze(SAMPLES / "air_gyroscope.csv"))) == steady(golden)
 
 
 def test_the_command_writes_what_the_functions_write() -> None:
     path = SAMPLES / "air_gyroscope.csv"
     for form, ending in (("markdown", "md"), ("latex", "tex"), ("csv", "csv")):
         done = gyro("analyze", path, "--format", form)
-        assert done.stdout == (EXPECTED / f"air_gyroscope.{ending}").read_text(encoding="utf-8")
+        assert steady(done.stdout) == steady((EXPECTED / f"air_gyroscope.{ending}").read_text(encoding="utf-8"))
 
 
 @pytest.mark.parametrize(
@@ -471,3 +473,11 @@ def test_what_does_not_go_together_is_refused(arguments: tuple[str, ...], code: 
 def test_the_example_of_the_code_raises_it(code: str) -> None:
     done = gyro(*CODES[code].example.split())
     assert code in done.stderr
+
+
+def test_marks_that_move_a_cursor_or_turn_a_line_are_shown_as_pictures() -> None:
+    text = "a\u202eb\u2066c\u2069\x1b[2J\x07\u2028d\u200f"
+    shown = "a\ufffdb\ufffdc\ufffd␛[2J␇\ufffdd\ufffd"
+    assert reporting.csv_cell(text) == shown
+    told = Diagnostic("G301", "error", text, text, "log.csv", 1, 1, text)
+    assert str(told).count(shown) == 3

@@ -400,6 +400,7 @@ def test_schemas_are_schemas(option: str) -> None:
         "earth --latitude 52deg",
         'platform --wheel-inertia "0.1 kg m^2" --wheel-spin 300rpm --platform-inertia "3 kg m^2"',
         'tip --force "0.1 N" --length 20cm --inertia "4.44e-3 kg m^2" --spin 400rpm',
+        'twist --wheel-inertia "0.1 kg m^2" --wheel-spin 300rpm',
     ],
 )
 def test_predictions_follow_their_schema(command: str) -> None:

@@ -32,6 +32,7 @@ addEventListener("load", () => {
   button.focus();
   const out = {
     wide: page.documentElement.scrollWidth, inner: frame.clientWidth,
+    figures: [...page.querySelectorAll("figure img")].map(i => i.getBoundingClientRect().width),
     broken: [...page.images].filter(i => !i.naturalWidth).length,
     requests: view.performance.getEntriesByType("resource").map(r => r.name).filter(n => !n.startsWith("data:")),
     focused: page.activeElement === button, outline: view.getComputedStyle(button).outlineStyle,
@@ -54,6 +55,8 @@ def analysis() -> Analysis:
 def test_on_a_phone(analysis: Analysis, tmp_path: Path) -> None:
     out = look_at(tmp_path, make_page(analysis, plotting.render(analysis)), 360, PROBE)
     assert out["broken"] == 0
+    # From edge to edge: only so are their letters large enough.
+    assert min(out["figures"]) > 340
     assert out["requests"] == []
     assert out["focused"]
 

@@ -13,17 +13,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib.axes import Axes
-from matplotlib.axis import Axis
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.text import Annotation, Text
 from PIL import Image
 
 from gyrodata import analyze, plotting
 from gyrodata.plotting import choose_looks
-from gyrodata.plotting.marks import save
+from gyrodata.plotting.figure_data import gather, line_band
+from gyrodata.plotting.sheet import Dots, Panel, Sheet, Strokes, Words
 from gyrodata.results import Analysis
 
 HEADER = "run,mass [g],position [cm],spin [rpm],time [s],turns"
@@ -74,42 +69,50 @@ def analyses() -> dict[str, Analysis]:
     return {name: analyze(data, name="log.csv") for name, data in LOGS.items()}
 
 
-def check_layout(figure: Figure) -> None:
-    """All text inside the figure, no two texts on one another, no tick on its axis' label, no name on a dot."""
-    canvas = FigureCanvasAgg(figure)
-    canvas.draw()
-    (ax,) = figure.axes
-    ticks = [*_tick_labels(ax.xaxis), *_tick_labels(ax.yaxis)]
-    high = canvas.get_width_height()
-    for text in (*ax.texts, ax.xaxis.label, ax.yaxis.label, *ticks):
-        # Of an annotation the text alone, without the line that ties it to its dot.
-        box = Text.get_window_extent(text)
-        assert 0 <= box.x0 <= box.x1 <= high[0], text
-        assert 0 <= box.y0 <= box.y1 <= high[1], text
-    texts = [*ax.texts, ax.xaxis.label, ax.yaxis.label]
-    boxes = [Text.get_window_extent(text) for text in texts]
-    point = figure.dpi / 72
-    for i, one in enumerate(boxes):
-        for j in range(i):
-            across = min(one.x1, boxes[j].x1) - max(one.x0, boxes[j].x0)
-            up = min(one.y1, boxes[j].y1) - max(one.y0, boxes[j].y0)
-            assert across <= point or up <= 1.5 * point, (texts[i], texts[j])
-    for axis in (ax.xaxis, ax.yaxis):
-        label = axis.label.get_window_extent()
-        assert not any(label.overlaps(tick.get_window_extent()) for tick in _tick_labels(axis))
-    dots = np.concatenate([line.get_transform().transform(line.get_xydata()) for line in _dots(ax)])
-    for name in ax.texts:
-        if isinstance(name, Annotation):
-            box = Text.get_window_extent(name)
-            inside = (abs(dots - [(box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2]) < [box.width / 2, 4 * point]).all(
-                axis=1
-            )
-            assert not inside.any(), name
+def check_layout(sheet: Sheet) -> None:
+    """All text inside the figure, no two texts on one another, none on the frame's lines, no name on a dot."""
+    texts = [item for item in sheet.items if isinstance(item, Words)]
+    for text in texts:
+        box = text.box
+        assert 0 <= box.left <= box.left + box.wide <= sheet.wide, text
+        assert 0 <= box.bottom <= box.bottom + box.tall <= sheet.tall, text
+    for one, other in combinations(texts, 2):
+        first, second = one.box, other.box
+        across = min(first.left + first.wide, second.left + second.wide) - max(first.left, second.left)
+        up = min(first.bottom + first.tall, second.bottom + second.tall) - max(first.bottom, second.bottom)
+        assert across <= 1 or up <= 1.5, (one, other)
+    for panel in sheet.panels:
+        dots = np.concatenate([places for places, _ in runs(sheet, panel)])
+        for text in texts:
+            if text.name:
+                middle = [text.box.left + text.box.wide / 2, text.box.bottom + text.box.tall / 2]
+                inside = (abs(dots - middle) < [text.box.wide / 2, 4]).all(axis=1)
+                assert not inside.any(), text
 
 
-def _dots(ax: Axes) -> list[Line2D]:
-    """Runs, not the marks of the labels beside the axes."""
-    return [line for line in ax.lines if line.get_linestyle() == "None" and line.get_transform() == ax.transData]
+def runs(sheet: Sheet, panel: Panel) -> list[tuple[np.ndarray, Dots]]:
+    """Places of the runs on a panel [point], without the marks of the labels beside it."""
+    left, bottom, wide, tall = panel.box
+    found = []
+    for item in sheet.items:
+        if isinstance(item, Dots):
+            inside = (item.at >= [left - 1, bottom - 1]).all() and (
+                item.at <= [left + wide + 1, bottom + tall + 1]
+            ).all()
+            if inside:
+                found.append((item.at, item))
+    return found
+
+
+def told(sheet: Sheet) -> list[str]:
+    return [item.text for item in sheet.items if isinstance(item, Words)]
+
+
+def data(panel: Panel, places: np.ndarray) -> np.ndarray:
+    """What stands at places of linear axes."""
+    shares = (places - panel.box[:2]) / panel.box[2:]
+    ends = np.array([panel.x, panel.y])
+    return ends[:, 0] + shares * (ends[:, 1] - ends[:, 0])
 
 
 @pytest.mark.parametrize("which", plotting.FIGURES)
@@ -123,29 +126,51 @@ def test_every_kind_of_log_draws_without_a_warning_or_an_overlap(
 @pytest.mark.parametrize("name", ["nine torques", "two odd runs", "with unloaded runs"])
 def test_slides_have_larger_letters_and_no_overlap(name: str, analyses: dict[str, Analysis]) -> None:
     for which in plotting.FIGURES:
-        figure = plotting.draw(analyses[name], which, plotting.MEDIA["slides"])
-        check_layout(figure)
-        assert figure.get_size_inches()[1] < plotting.draw(analyses[name], which).get_size_inches()[1]
+        slide = plotting.draw(analyses[name], which, plotting.MEDIA["slides"])
+        check_layout(slide)
+        assert slide.tall / slide.wide == pytest.approx(9 / 16)
+        check_layout(plotting.draw(analyses[name], which, plotting.MEDIA["print"]))
 
 
 def test_dots_to_the_inch(analyses: dict[str, Analysis]) -> None:
     sizes = {}
     for name, medium in plotting.MEDIA.items():
-        image = Image.open(io.BytesIO(save(plotting.draw(analyses["3 x 3"], "torque", medium), "png")))
+        image = Image.open(io.BytesIO(plotting.render(analyses["3 x 3"], "png", medium)["period"]))
         sizes[name] = image.size
         assert image.info["dpi"] == pytest.approx((medium.dpi, medium.dpi), abs=0.02)
         assert image.getpixel((0, 0)) == image.getpixel((image.width - 1, image.height - 1))
         assert image.convert("RGB").getpixel((0, 0)) == (255, 255, 255)
-    assert sizes == {"screen": (990, 630), "slides": (1920, 1080), "print": (1980, 1260)}
+    assert sizes == {"screen": (880, 680), "slides": (1920, 1080), "print": (1980, 1260)}
 
 
-def _tick_labels(axis: Axis) -> list[Text]:
-    """Labels that are drawn: matplotlib keeps ticks just outside the axes too, unseen."""
-    low, high = sorted(axis.get_view_interval())
-    return [tick.label1 for tick in axis.get_major_ticks() if low <= tick.get_loc() <= high and tick.label1.get_text()]
+def test_on_a_phone_no_letter_is_smaller_than_eight_dots(analyses: dict[str, Analysis]) -> None:
+    for which in plotting.FIGURES:
+        sheet = plotting.draw(analyses["a miscounted run"], which)
+        texts = [item for item in sheet.items if isinstance(item, Words) and item.text not in ("zz", "0")]
+        assert min(text.size for text in texts) * 390 / sheet.wide > 8
 
 
-@pytest.mark.parametrize(("style", "size"), [("slides", (1920, 1080)), ("print", (1980, 1260))])
+def test_symbols_are_set_as_on_the_page(analyses: dict[str, Analysis]) -> None:
+    sheet = plotting.draw(analyses["3 x 3"], "torque")
+    words = [item for item in sheet.items if isinstance(item, Words)]
+    letter, below = words[told(sheet).index("zz") - 1], words[told(sheet).index("zz")]
+    assert (letter.text, letter.style, below.style) == ("I", "italic", "normal")
+    assert below.size < letter.size
+    assert below.y < letter.y
+    assert below.x == pytest.approx(letter.x + letter.box.wide)
+    for which in plotting.FIGURES:
+        assert not [text for text in told(plotting.draw(analyses["3 x 3"], which)) if re.search(r"I_zz|M0|\dx?u", text)]
+
+
+def test_print_leaves_results_to_the_caption(analyses: dict[str, Analysis]) -> None:
+    for which in plotting.FIGURES:
+        sheet = plotting.draw(analyses["a miscounted run"], which, plotting.MEDIA["print"])
+        title = [item.text for item in sheet.items if isinstance(item, Words) and item.weight == "bold"]
+        assert title
+        assert not re.search(r"\d", "".join(title))
+
+
+@pytest.mark.parametrize(("style", "size"), [("slides", (1920, 1080)), ("print", (1980, 1620))])
 def test_the_command_draws_for_slides_and_print(style: str, size: tuple[int, int], tmp_path: Path) -> None:
     command = [sys.executable, "-m", "gyrodata", "analyze", "-", "--style", style, "--out", str(tmp_path), "--quiet"]
     subprocess.run(command, input=LOGS["3 x 3"], stdout=subprocess.DEVNULL, check=True)
@@ -174,9 +199,9 @@ def test_same_log_same_bytes_in_any_process() -> None:
         )
         for seed in ("1", "2")
     ]
-    told = [process.communicate(LOGS["a miscounted run"])[0] for process in running]
-    assert told[0] == told[1]
-    assert told[0].count(b"\n") == 3
+    hashes = [process.communicate(LOGS["a miscounted run"])[0] for process in running]
+    assert hashes[0] == hashes[1]
+    assert hashes[0].count(b"\n") == 3
 
 
 def test_no_date_in_vector_files(analyses: dict[str, Analysis]) -> None:
@@ -188,11 +213,12 @@ def test_no_date_in_vector_files(analyses: dict[str, Analysis]) -> None:
 
 @pytest.mark.parametrize("name", ["3 x 3", "nine torques"])
 def test_a_torque_looks_the_same_in_every_figure_and_like_no_other(name: str, analyses: dict[str, Analysis]) -> None:
-    told = [(look.colour, look.marker) for look in plotting.list_looks(analyses[name])]
-    assert len({colour for colour, _ in told}) == len(told)
+    looks = [(look.colour, look.marker) for look in plotting.list_looks(analyses[name])]
+    assert len({colour for colour, _ in looks}) == len(looks)
     for which in plotting.FIGURES:
-        (ax,) = plotting.draw(analyses[name], which).axes
-        assert [(line.get_color(), line.get_marker()) for line in _dots(ax)] == told
+        sheet = plotting.draw(analyses[name], which)
+        for panel in sheet.panels:
+            assert [(dots.colour, dots.marker) for _, dots in runs(sheet, panel)] == looks
 
 
 @pytest.mark.parametrize("name", ["a miscounted run", "two odd runs"])
@@ -201,22 +227,25 @@ def test_a_flagged_run_is_hollow_and_named_everywhere(name: str, analyses: dict[
     flagged = [run.run for run in analysis.run_table if run.flagged]
     assert flagged == (["5"] if name == "a miscounted run" else ["5", "8"])
     for which in plotting.FIGURES:
-        (ax,) = plotting.draw(analysis, which).axes
-        hollow = [line for line in _dots(ax) if line.get_markerfacecolor() == "white"]
-        assert sum(len(line.get_xdata()) for line in hollow) == len(flagged)
+        sheet = plotting.draw(analysis, which)
+        assert len(sheet.panels) == (2 if which == "torque" else 1)
+        for panel in sheet.panels:
+            assert sum(len(places) for places, dots in runs(sheet, panel) if dots.hollow) == len(flagged)
         for run in flagged:
-            assert any(text.get_text().startswith(f"run {run}") for text in ax.texts), which
+            assert sum(text.startswith(f"run {run}") for text in told(sheet)) == len(sheet.panels)
             assert f"run {run}" in plotting.alt_text(analysis, which)
 
 
 def test_what_lies_beyond_the_axes_says_where_it_is(analyses: dict[str, Analysis]) -> None:
-    (ax,) = plotting.draw(analyses["with unloaded runs"], "period").axes
-    beyond = [text.get_text() for text in ax.texts if "↑" in text.get_text()]
+    sheet = plotting.draw(analyses["with unloaded runs"], "period")
+    beyond = [text for text in told(sheet) if "↑" in text]
     unloaded = [run for run in analyses["with unloaded runs"].run_table if not run.torque]
     assert beyond == [f"↑ {run.period:.4g} s" for run in unloaded]
-    assert ax.get_ylim()[1] < 100
-    (ax,) = plotting.draw(analyses["two odd runs"], "residuals").axes
-    assert any(re.fullmatch(r"run 5 ↓ −\d+ u", text.get_text()) for text in ax.texts)
+    assert sheet.panels[0].y[1] < 100
+    odd = told(plotting.draw(analyses["two odd runs"], "residuals"))
+    assert any(re.fullmatch(r"run 5 ↓ −\d+ u", text) for text in odd)
+    odd = told(plotting.draw(analyses["two odd runs"], "torque"))
+    assert any(re.fullmatch(r"run 5 ↓ −[\d.]+ mN·m", text) for text in odd)
 
 
 # Colours as the colour-blind see them: G. M. Machado, M. M. Oliveira, L. A. F. Fernandes, IEEE Trans. Vis. Comput.
@@ -282,28 +311,66 @@ def test_a_style_of_the_user_survives() -> None:
     assert dict(mpl.rcParams) == before
 
 
-def test_no_pyplot() -> None:
+def test_no_pyplot_and_no_axes_which_take_as_long_to_load_as_four_figures_to_draw() -> None:
     program = (
         "import sys\nfrom gyrodata import analyze, plotting\n"
         "assert 'matplotlib' not in sys.modules\n"
         "plotting.render(analyze(sys.stdin.buffer.read(), name='log.csv'))\n"
-        "assert 'matplotlib.pyplot' not in sys.modules\n"
+        "assert not {'matplotlib.pyplot', 'matplotlib.figure'} & set(sys.modules)\n"
     )
     subprocess.run([sys.executable, "-c", program], input=LOGS["3 x 3"], check=True)
 
 
 def test_figures_hold_the_numbers_of_the_analysis(analyses: dict[str, Analysis]) -> None:
     analysis = analyses["3 x 3"]
-    (ax,) = plotting.draw(analysis, "period").axes
-    dots = [line for line in ax.lines if line.get_linestyle() == "None" and len(line.get_xdata()) == 3]
-    spins = np.concatenate([line.get_xdata() for line in dots])
-    periods = np.concatenate([line.get_ydata() for line in dots])
-    np.testing.assert_allclose(spins, [run.spin * 30 / np.pi for run in analysis.run_table])
-    np.testing.assert_allclose(periods, [run.period for run in analysis.run_table])
-    (ax,) = plotting.draw(analysis, "torque").axes
-    line = max(ax.lines, key=lambda line: len(line.get_xdata()))
-    x, y = np.asarray(line.get_xdata()), np.asarray(line.get_ydata())
-    np.testing.assert_allclose(y, 1e3 * (analysis.inertia.value * x - analysis.residual_torque.value))
+    sheet = plotting.draw(analysis, "period")
+    (panel,) = sheet.panels
+    shown = data(panel, np.concatenate([places for places, _ in runs(sheet, panel)]))
+    np.testing.assert_allclose(shown, [(run.spin * 30 / np.pi, run.period) for run in analysis.run_table])
+    sheet = plotting.draw(analysis, "torque")
+    upper, lower = sheet.panels
+    strokes = [item for item in sheet.items if isinstance(item, Strokes) and item.clip == upper.box]
+    line = next(data(upper, item.lines[0]) for item in strokes if item.width == 1.2)
+    np.testing.assert_allclose(line[:, 1], 1e3 * (analysis.inertia.value * line[:, 0] - analysis.residual_torque.value))
+    torque = 1e3 * np.array([run.torque for run in analysis.run_table])
+    product = np.array([run.product for run in analysis.run_table])
+    above = data(upper, np.concatenate([places for places, _ in runs(sheet, upper)]))
+    np.testing.assert_allclose(above, np.column_stack([product, torque]))
+    left = torque - 1e3 * (analysis.inertia.value * product - analysis.residual_torque.value)
+    below = data(lower, np.concatenate([places for places, _ in runs(sheet, lower)]))
+    np.testing.assert_allclose(below, np.column_stack([product, left]), atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["3 x 3", "with unloaded runs", "one torque"])
+def test_the_band_has_the_slopes_of_the_interval_and_is_narrow_where_the_runs_are(
+    name: str, analyses: dict[str, Analysis]
+) -> None:
+    analysis = analyses[name]
+    inertia, fit = analysis.inertia, analysis.fit
+    far = 1e6 * np.array([-1.0, 1.0])
+    down, up = line_band(gather(analysis), far)
+    low, high = inertia.interval_95
+    np.testing.assert_allclose(
+        [up[1] / far[1], down[1] / far[1]], [high - inertia.value, inertia.value - low], rtol=1e-3
+    )
+    np.testing.assert_allclose(
+        [up[0] / far[1], down[0] / far[1]], [inertia.value - low, high - inertia.value], rtol=1e-3
+    )
+    # Where the line is known best it is known as well as the fit says.
+    x = np.linspace(0, 2 * max(run.product for run in analysis.run_table), 20001)
+    variance = x**2 * fit.covariance[0, 0] - 2 * x * fit.covariance[0, 1] + fit.covariance[1, 1]
+    down, up = line_band(gather(analysis), x)
+    assert [down.min(), up.min()] == pytest.approx([1.96 * np.sqrt(variance.min())] * 2, rel=0.01)
+    assert abs(x[down.argmin()] - x[variance.argmin()]) < 0.01 * x[-1]
+
+
+def test_every_form_shows_the_same(analyses: dict[str, Analysis]) -> None:
+    svg = plotting.render(analyses["3 x 3"], "svg")["torque"].decode()
+    sheet = plotting.draw(analyses["3 x 3"], "torque")
+    assert f'viewBox="0 0 {sheet.wide:g} {sheet.tall:g}"' in svg
+    for item in sheet.items:
+        if isinstance(item, Words):
+            assert f"<!-- {item.text} -->" in svg
 
 
 @pytest.mark.parametrize("name", plotting.FIGURES)

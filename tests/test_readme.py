@@ -1,61 +1,30 @@
-"""What the README shows is what happens."""
+"""What the README and the pages of `gyro explain` show is what happens."""
 
 from __future__ import annotations
 
-import os
 import re
-import shlex
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from documents import DOCUMENTS, INSTALLS, ROOT, blocks, run, typed
 
-ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-BIN = Path(sys.executable).parent
 
 
-def run(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    """Run a line of shell with this environment's ``gyro`` and ``python`` first on the path."""
-    environment = {**os.environ, "PATH": f"{BIN}{os.pathsep}{os.environ['PATH']}", "PYTHONPATH": str(ROOT)}
-    if shutil.which("gyro", path=str(BIN)) is None:
-        command = re.sub(r"(^|\| )gyro ", rf"\1{shlex.quote(sys.executable)} -m gyrodata ", command)
-    return subprocess.run(
-        command, shell=True, cwd=folder, env=environment, capture_output=True, text=True, encoding="utf-8", check=False
-    )
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.stem)
+def test_what_is_typed_gives_what_is_shown(path: Path, tmp_path: Path) -> None:
+    examples = list(typed(path.read_text(encoding="utf-8"), tmp_path))
+    assert len(examples) > 0
+    assert [f"{command}: {wrong}" for command, _, _, wrong in examples if wrong] == []
+    for command, shown, came, _ in examples:
+        assert not shown.strip() or came.rstrip() == shown.rstrip(), command
 
 
-@pytest.fixture
-def copy(tmp_path: Path) -> Path:
-    shutil.copytree(ROOT / "sample_data", tmp_path / "sample_data")
-    return tmp_path
-
-
-CONSOLE = re.findall(r"```console\n\$ (.*?)\n(.*?)```", README, re.DOTALL)
-
-
-@pytest.mark.parametrize(("command", "output"), CONSOLE, ids=[command.split("|")[0].strip() for command, _ in CONSOLE])
-def test_console(command: str, output: str, copy: Path) -> None:
-    done = run(command, copy)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.rstrip() == output.rstrip()
-
-
-def test_python(copy: Path) -> None:
-    code, output = re.findall(r"```python\n(.*?)```\n\n```text\n(.*?)```", README, re.DOTALL)[0]
-    assert len([line for line in code.splitlines() if line.strip()]) <= 6
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        cwd=copy,
-        env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "utf-8"},
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-        check=True,
-    )
-    assert done.stdout.rstrip() == output.rstrip()
+def test_every_block_is_of_a_kind_that_is_tried() -> None:
+    for path in DOCUMENTS:
+        kinds = {block.kind for block in blocks(path.read_text(encoding="utf-8"))}
+        assert kinds <= {"console", "sh", "powershell", "python", "text", "csv", "toml", "table"}, path.name
 
 
 def commands() -> list[str]:
@@ -69,17 +38,23 @@ def test_two_commands_that_do_their_own_set_up() -> None:
     assert tests.endswith("-m pytest")
 
 
-def test_the_main_command_does_what_it_says(copy: Path) -> None:
+def test_the_main_command_does_what_it_says(tmp_path: Path) -> None:
+    shutil.copytree(ROOT / "sample_data", tmp_path / "sample_data")
     last = commands()[0].split("&&")[-1].strip().replace(".venv/bin/gyro", "gyro")
-    done = run(last, copy)
+    done = run(last, tmp_path)
     assert done.returncode == 0, done.stderr
-    shown = {path.name for path in (copy / "air_gyroscope-report").iterdir()}
+    shown = {path.name for path in (tmp_path / "air_gyroscope-report").iterdir()}
     figures = {f"{name}.png" for name in ("period", "product", "torque", "residuals")}
     assert shown == {"report.html", "results.json", "runs.csv", *figures}
-    assert done.stdout.startswith(CONSOLE[0][1].rstrip())
 
 
-def test_the_example_log_reads(copy: Path) -> None:
-    (log,) = re.findall(r"```csv\n(.*?)```", README, re.DOTALL)
-    (copy / "log.csv").write_text(log, encoding="utf-8")
-    assert run("gyro analyze log.csv --no-report", copy).returncode == 0
+def test_windows_types_the_same() -> None:
+    (windows,) = (block.body for block in blocks(README) if block.kind == "powershell")
+    unix = commands()[0].replace(".venv/bin/", "").replace(" --quiet", "").split(" && ")
+    typed_there = windows.replace("py -m", "python3 -m").replace("\\", "/").splitlines()
+    assert typed_there == [unix[0], ".venv/Scripts/Activate.ps1", *unix[1:]]
+
+
+def test_what_is_not_tried_sets_a_machine_up() -> None:
+    left = [line for b in blocks(README) if b.kind == "sh" for line in b.body.splitlines() if line.startswith(INSTALLS)]
+    assert {line.split()[0] for line in left} == {"python3", "source", "pipx", "uv", "hyperfine"}

@@ -118,8 +118,17 @@ RECIPES = {
 -FIGURES = ("period",
 +FIGURES = ("spins", "period",
 @ plotting/figures.py
- _DRAWERS: dict[str, Callable[[Axes, Scene], None]] = {
-+    "spins": lambda ax, scene: ax.plot(scene.spin, "o"),
+-_DRAWERS: dict[str, Callable[[Scene, Medium], Sheet]] = {
++def _draw_spins(scene: Scene, medium: Medium) -> Sheet:
++    sheet, count = medium.sheet(), len(scene.spin)
++    panel = Panel(sheet, medium.boxes(20, 2)[0], (0, count + 1), (0, scene.spin.max()))
++    draw_axes(panel, "run", "spin ψ̇ [rpm]")
++    panel.line(np.arange(1, count + 1), scene.spin, INK)
++    return sheet
++
++
++_DRAWERS: dict[str, Callable[[Scene, Medium], Sheet]] = {
++    "spins": _draw_spins,
 @ plotting/figure_data.py
 -    words = {"period"
 +    words = {"spins": lambda analysis, scene: "The spins as read.", "period"

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from golden import steady
 from make_sample_report import REPORT, make
 from PIL import Image
 
@@ -18,12 +19,6 @@ def fresh(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("sample") / "report"
     make(folder)
     return folder
-
-
-def steady(text: str) -> str:
-    """All numbers to ten digits: what comes after is the processor's; and figures by their names alone."""
-    text = re.sub(r"data:image/png;base64,[A-Za-z0-9+/=]+", "FIGURE", text)
-    return re.sub(r"\d+\.\d{6,}(?:e[-+]?\d+)?", lambda number: f"{float(number[0]):.10g}", text)
 
 
 def dots(path: Path) -> np.ndarray:

@@ -118,6 +118,10 @@ def test_grades(tmp_path: Path) -> None:
         "earth --latitude 90deg --hours 5 --sidereal",
         'platform --wheel-inertia "0.1 kg m^2" --wheel-spin 300rpm --platform-inertia "3 kg m^2"',
         'tip --force "0.1 N" --length 20cm --inertia "4.44e-3 kg m^2" --spin 400rpm',
+        'tip --inertia "4.44e-3 kg m^2" --spin 0rpm',
+        'twist --wheel-inertia "0.1 kg m^2" --wheel-spin 300rpm',
+        f"earth --log {LOGS[0]}",
+        f"precession --log {LOGS[0]}",
     ],
 )
 def test_predictions(command: str) -> None:

@@ -10,8 +10,8 @@ import pytest
 from labs import INERTIA, lab
 from msgspec.structs import replace
 
+from gyrodata.coverage import Performance, SelfCheck, selfcheck
 from gyrodata.measurements import Measurements, Source
-from gyrodata.selfcheck import Performance, SelfCheck, selfcheck
 
 
 def check(measured: Measurements, labs: int = 1000, **options: object) -> tuple[SelfCheck, dict[str, Performance]]:

@@ -42,7 +42,7 @@ _COMMANDS = {
         ("gyro template --weights 20g,40g,60g --position 15cm", "--spins 200,400,600rpm > log.csv"),
     ),
     "explain": _Kind(
-        "tool_commands", "Say what a diagnostic means, and what to do.", (f"gyro explain {NO_UNLOADED_RUN}",)
+        "tool_commands", "Show a page of the documentation, or what a code means.", (f"gyro explain {NO_UNLOADED_RUN}",)
     ),
     "grade": _Kind("grade_command", "Grade a class, with feedback for everybody.", ("gyro grade sample_data/class",)),
     "autograde": _Kind("grade_command"),

@@ -281,7 +281,7 @@ class _Run:
 
     def keep(self, found: ClassGrades, waiting: int, noted: Sequence[Diagnostic]) -> None:
         """Keep what this run says, unless something changed while it ran."""
-        from gyrodata.grading import JOURNAL, class_summary, digest_of, keep_run
+        from gyrodata.grading import JOURNAL, digest_of, keep_run
 
         if self.digest and self.digest == digest_of(self.asked):
             said = {
@@ -290,7 +290,7 @@ class _Run:
                 "count": len(found.grades),
                 "lines": waiting,
                 "not graded": found.count("not graded"),
-                "text": "".join(class_summary(found)),
+                "text": found.summary,
             }
             keep_run(self.folder / JOURNAL, self.digest, said)
 
@@ -319,12 +319,10 @@ def _write(
 
 
 def _print(found: ClassGrades, changes: Sequence[Change] | None, form: Form) -> None:
-    from gyrodata.grading import class_summary, grade_lines, grades_document
+    from gyrodata.grading import grade_lines, grades_document
 
-    if form == "text":
-        parts = class_summary(found)
-    elif form == "csv":
-        parts = iter([found.table])
+    if form in ("text", "csv"):
+        parts = iter([found.summary if form == "text" else found.table])
     else:
         parts = grades_document(found, changes) if form == "json" else grade_lines(found)
     for part in parts:

@@ -71,7 +71,8 @@ def quantity(option: str, text: str, kind: str, *, positive: bool = False, nonze
             f'{option} "{text.strip()[:40]}" is {"below zero" if value < 0 else "zero"}',
             f"{KINDS[kind].words} {'above' if positive else 'other than'} zero is needed",
         )
-    if value and not low <= abs(value) <= high:
+    # No angle is too small: a rod may be level but for the last digit.
+    if abs(value) > high or (0 < abs(value) < low and kind != "angle"):
         size = "large" if abs(value) > high else "small"
         message = f'{option} "{text.strip()[:40]}" is too {size} for {KINDS[kind].words} in a lab'
         refuse(

@@ -25,6 +25,8 @@ class Door(TyperGroup):
 
     def main(self, *args: Any, **extra: Any) -> Any:
         """Run the command line."""
+        for stream in (sys.stdout, sys.stderr):
+            _speak_utf8(stream)
         try:
             return super().main(*args, **extra)
         except GyroError as error:
@@ -48,6 +50,39 @@ def _end(diagnostics: Sequence[Diagnostic], code: int) -> NoReturn:
         except OSError:
             _throw_away(stream)
     sys.exit(code)
+
+
+def _speak_utf8(stream: Any) -> None:
+    """Write UTF-8 to files and pipes on every system; what a terminal cannot show `readable` puts otherwise."""
+    # A test's or a notebook's stand-in has no encoding to fail on, a closed stream is None.
+    with suppress(AttributeError):
+        # Half a surrogate, as of a file's name in another coding, is in no encoding.
+        stream.reconfigure(encoding=stream.encoding if stream.isatty() else "utf-8", errors="replace")
+
+
+_PLAIN = {
+    "φ̇ψ̇": "phi_dot psi_dot", "φ̇": "phi_dot", "ψ̇": "psi_dot", "φ": "phi", "ψ": "psi", "θ": "theta", "ω": "omega",
+    "±": "+/-", "·": "*", "×": "x", "−": "-", "–": "-", "→": "->", "≤": "<=", "≥": ">=", "√": "sqrt", "χ": "chi",
+    "²": "^2", "³": "^3", "⁴": "^4", "⁻": "^-", "¹": "1", "°": " deg", "µ": "u", "μ": "u", "π": "pi", "…": "...",
+    "½": "1/2", "⅓": "1/3", "⅔": "2/3", "’": "'", "“": '"', "”": '"', "∝": "~", "Δ": "Delta", "σ": "sigma",
+}  # fmt: skip
+"""What stands for a sign that a terminal cannot show; longer ones first."""
+
+_RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
+
+
+def readable(text: str, encoding: str) -> str:
+    """Put signs that an encoding lacks otherwise, so that every number stays the same: 4.4 × 10⁻³ as 4.4e-3."""
+    try:
+        text.encode(encoding)
+    except UnicodeEncodeError:
+        text = re.sub(r" ?[×·] ?10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)", lambda found: f"e{found[1].translate(_RAISED)}", text)
+        for sign, plain in _PLAIN.items():
+            try:
+                sign.encode(encoding)
+            except UnicodeEncodeError:
+                text = text.replace(sign, plain)
+    return text
 
 
 def _throw_away(stream: Any) -> None:
@@ -100,11 +135,8 @@ def write_out(text: str) -> None:
     """Write data to standard output; a reader that has gone away (``| head``) is no fault."""
     if sys.stdout is None:
         refuse(STREAM_CANNOT_BE_USED, "standard output is closed", "leave >&- out, or write to a file: > FILE")
-    # A test's or a notebook's stand-in has no encoding to fail on.
-    with suppress(AttributeError):
-        sys.stdout.reconfigure(errors="replace")  # type: ignore[union-attr]
     try:
-        sys.stdout.write(text)
+        sys.stdout.write(readable(text, sys.stdout.encoding or "utf-8"))
         sys.stdout.flush()
     except BrokenPipeError:
         _throw_away(sys.stdout)
@@ -126,7 +158,8 @@ def complain(diagnostics: Iterable[Diagnostic], quiet: bool = False) -> None:
         key=lambda d: (order[d.severity], d.line or 0, d.column or 0),
     )
     for diagnostic in shown:
-        typer.echo(coloured(str(diagnostic), sys.stderr), err=True, color=True)
+        told = readable(str(diagnostic), getattr(sys.stderr, "encoding", None) or "utf-8")
+        typer.echo(coloured(told, sys.stderr), err=True, color=True)
 
 
 def refuse(code: str, message: str, hint: str) -> NoReturn:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -41,9 +42,9 @@ def selfcheck(
 
     from gyrodata import reporting
     from gyrodata.analysis import analyze_readings
+    from gyrodata.coverage import selfcheck as simulate
     from gyrodata.measurements import select
     from gyrodata.readings import read_log
-    from gyrodata.selfcheck import selfcheck as simulate
 
     given = pairs(settings, "--set"), pairs(mapping, "--map")
     readings = read_log(**source_of(log), settings=given[0], mapping=given[1], config=config)
@@ -125,17 +126,49 @@ OPTIONS = "G5"
 
 
 def explain(
-    codes: Annotated[list[str], typer.Argument(metavar="CODE...", help=f"As a message shows it: {NO_UNLOADED_RUN}.")],
+    topics: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[PAGE | CODE]...",
+            help=f"A page of the documentation, or a code as a message shows it: {NO_UNLOADED_RUN}. "
+            "Without one, the pages are listed.",
+        ),
+    ] = None,
 ) -> None:
-    """Say what a diagnostic means, show a log that raises it, and what gyro says of that log."""
-    from gyrodata import reporting
+    """Show a page of the documentation, or say what a diagnostic means.
 
-    wanted = [f"G{code.strip().upper().removeprefix('G')}" for code in codes]
-    for code, asked in zip(wanted, codes, strict=True):
-        if code not in CODES:
-            hint = f"take a code as a message shows it, such as {NO_UNLOADED_RUN}; gyro schema --diagnostics lists all"
-            refuse(EXPLAINED_CODE_UNKNOWN, f'there is no code "{asked}"', hint)
-    write_out("\n".join(reporting.explanation(code, _raised(code)) for code in wanted))
+    Of a diagnostic: a log that raises it, what gyro says of that log, and what to do.
+    """
+    from gyrodata.docs import PAGES, for_terminal, page_text, page_title
+
+    if not topics:
+        longest = max(map(len, PAGES))
+        listed = [f"  gyro explain {name:<{longest}}  {page_title(name)}" for name in PAGES]
+        code = f"  gyro explain {NO_UNLOADED_RUN:<{longest}}  what a code in a message means, and what to do"
+        write_out("\n".join(["Pages:", *listed, "Codes:", code]) + "\n")
+    parts = []
+    for topic in topics or []:
+        if (name := topic.lower().removesuffix(".md")) in PAGES:
+            page = page_text(name)
+            parts.append(for_terminal(page) if sys.stdout is not None and sys.stdout.isatty() else page)
+        else:
+            parts.append(_explanation(topic))
+    write_out("\n".join(parts))
+
+
+def _explanation(asked: str) -> str:
+    """Say what a code means."""
+    from gyrodata import reporting
+    from gyrodata.docs import PAGES
+
+    code = f"G{asked.strip().upper().removeprefix('G')}"
+    if code not in CODES:
+        hint = (
+            f"take a code as a message shows it, such as {NO_UNLOADED_RUN}, or a page: {', '.join(PAGES)}; "
+            "gyro schema --diagnostics lists all codes"
+        )
+        refuse(EXPLAINED_CODE_UNKNOWN, f'there is no code "{asked}", and no such page', hint)
+    return reporting.explanation(code, _raised(code))
 
 
 def _raised(code: str) -> Diagnostic | None:

@@ -273,7 +273,7 @@ LATE = 0.1
 """So late or early the hand is taken to be [s]."""
 
 CASES = (
-    ("u_time_twice", "times twice as uncertain", Otherwise(times=2.0)),
+    ("u_time_twice", "times twice as uncertain", Otherwise(sizes={"time": 2.0})),
     ("hand_late", f"times {LATE:g} s too long", Otherwise(bias=LATE)),
     ("hand_early", f"times {LATE:g} s too short", Otherwise(bias=-LATE)),
     # A Cauchy so narrow is none, and one as wide as the torque leaves M0 to the runs.

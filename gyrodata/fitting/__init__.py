@@ -13,6 +13,7 @@ from gyrodata.fitting.corrections import (
     corrected,
     earth_is_told,
     iterate_mean_rate,
+    turn_of_floor,
     unslowed,
 )
 from gyrodata.fitting.inertia import (
@@ -24,7 +25,6 @@ from gyrodata.fitting.inertia import (
     balance_scale,
     fit,
     fit_as_stated,
-    fit_nearly,
     fit_otherwise,
     if_balanced,
     lightest_torque,
@@ -43,13 +43,14 @@ from gyrodata.fitting.lines import (
     through_origin,
     with_constant,
 )
-from gyrodata.fitting.many import fit_many
+from gyrodata.fitting.many import ManyFits, fit_many
 from gyrodata.fitting.posterior import K_95, Conditions, doubt_of_widths, integrate, scatter_prior
-from gyrodata.fitting.screening import OUTLIER, explaining_counts, screen
+from gyrodata.fitting.screening import GROSS, OUTLIER, explaining_counts, screen
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO
 
 __all__ = [
     "DEFAULT_TRANSVERSE_RATIO",
+    "GROSS",
     "K_95",
     "MAD_TO_SD",
     "MANY",
@@ -61,6 +62,7 @@ __all__ = [
     "FitResult",
     "Line",
     "LineFit",
+    "ManyFits",
     "Model",
     "NoFit",
     "Otherwise",
@@ -78,7 +80,6 @@ __all__ = [
     "fit_as_stated",
     "fit_line",
     "fit_many",
-    "fit_nearly",
     "fit_otherwise",
     "if_balanced",
     "insist_on_lines",
@@ -96,6 +97,7 @@ __all__ = [
     "times_stated",
     "torques_differ",
     "transverse_inertia",
+    "turn_of_floor",
     "unslowed",
     "with_constant",
 ]

@@ -168,12 +168,17 @@ def at_mean_rate(
 
 
 def on_turning_floor(measured: Measurements, fit: FitResult) -> Measurements:
-    """Count each run's angle against the stars, for the floor turns while it is timed; at a pole without a latitude."""
+    """Count each run's angle against the stars, for the floor turns while it is timed."""
+    steady = 1.0 if measured.slowing is None else measured.slowing
+    return replace(measured, slowing=steady * (1 + turn_of_floor(measured, fit)))
+
+
+def turn_of_floor(measured: Measurements, fit: FitResult) -> Floats:
+    """Angle that the floor turns by while a run is timed, over that of the run; at a pole without a latitude."""
     vertical = physics.EARTH_ROTATION * math.sin(math.pi / 2 if measured.latitude is None else measured.latitude)
-    # Seen from above, counter-clockwise is +1.
+    # Seen from above, counterclockwise is +1.
     sense = fit.sense if measured.precession_sense is None else measured.precession_sense
-    share = np.where(sense == 0, fit.sense, sense) * vertical * measured.time / (2 * np.pi * measured.turns)
-    return replace(measured, slowing=(1.0 if measured.slowing is None else measured.slowing) * (1 + share))
+    return np.where(sense == 0, fit.sense, sense) * vertical * measured.time / (2 * np.pi * measured.turns)
 
 
 def earth_is_told(measured: Measurements) -> bool:

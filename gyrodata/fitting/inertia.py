@@ -7,8 +7,7 @@ integrated over (`posterior`), and the runs are adjusted once more at the widths
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
-from contextlib import suppress
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any, cast
 
 import numpy as np
@@ -164,15 +163,6 @@ def refit(result: FitResult, measured: Measurements, tilted: bool, balanced: boo
     return _result(measured, adjusted, result.sense, width, result.scatter, adjusted.chi2, True)
 
 
-def fit_nearly(result: FitResult, measured: Measurements) -> Estimate:
-    """I_zz of runs that are nearly those of a fit, at its widths: for half the cost of `fit` the same to 0.003 u."""
-    tilted = result.adjusted.problem.tilted
-    if not result.two_signs:
-        with suppress(NoFit):
-            return _estimate(integrate_at(measured, refit(result, measured, tilted)).quantiles()[0])
-    return fit(measured, tilted, np.flatnonzero(result.adjusted.kept == 0).tolist()).inertia
-
-
 def _by_sign(measured: Measurements, tilted: bool, left_out: Collection[int]) -> list[FitResult]:
     """Fit as stated once, or for both signs of M0 where only unloaded runs without a sense would tell them apart."""
     kept = np.ones(len(measured.runs))
@@ -292,8 +282,8 @@ def _linear(measured: Measurements, result: FitResult) -> tuple[Conditions, Floa
 class Otherwise(Struct, frozen=True):
     """What is taken otherwise than a fit did."""
 
-    times: float = 1.0
-    """The times are so many times as uncertain."""
+    sizes: Mapping[str, Floats | float] = {}
+    """The errors of a source are so many times as wide, by its name; shape () or (n,)."""
     bias: float | None = None
     """b is exactly this [s]; only where a fit left it open."""
     balance: float | None = None
@@ -306,10 +296,14 @@ def fit_otherwise(measured: Measurements, result: FitResult, cases: Sequence[Oth
     cases = [Otherwise(), *cases]
     (linear, unit), adjusted = _linear(measured, result), result.adjusted
     problem, inertia = adjusted.problem, result.inertia.value
-    timed = [at for at, source in enumerate(problem.sources) if source.quantity == "time"]
-    of_times = np.add.reduce((adjusted.slopes * problem.alone)[timed] ** 2, axis=0) / adjusted.own
-    times = np.array([case.times for case in cases])[:, None]
-    weight = 1 / np.sqrt(1 + (times**2 - 1) * of_times)
+    times = np.ones((len(cases), *adjusted.slopes.shape))
+    for each, case in zip(times, cases, strict=True):
+        for at, source in enumerate(problem.sources):
+            each[at] = case.sizes.get(source.name, 1.0)
+    alone = (adjusted.slopes * problem.alone) ** 2 / adjusted.own
+    weight = 1 / np.sqrt(1 + np.add.reduce((times**2 - 1) * alone, axis=1))
+    shared = weight[..., None] * linear.shared
+    shared[:, problem.from_run, problem.to_column] *= times[:, problem.from_source, problem.from_run]
     fixed = np.array([case.bias is not None for case in cases])
     # What b is in place of what the fit found, in its unit.
     moved = [0.0 if case.bias is None else case.bias / unit[2] - linear.ended[2] for case in cases]
@@ -317,7 +311,7 @@ def fit_otherwise(measured: Measurements, result: FitResult, cases: Sequence[Oth
     left = weight * (linear.left + np.array(moved)[:, None] * linear.unknowns[:, 2])
     unknowns[fixed, :, 2] = 0.0
     conditions = Conditions(
-        unknowns, weight[..., None] * linear.shared, left, np.tile(linear.ended, (len(cases), 1)),
+        unknowns, shared, left, np.tile(linear.ended, (len(cases), 1)),
         np.full(len(cases), linear.runs), np.full(len(cases), linear.scatter),
     )  # fmt: skip
     usual, tested = balance_scale(measured, inertia) / unit[1], None

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from msgspec import Struct
 
+from gyrodata.errors import insist_on_choice
 from gyrodata.fitting.adjustment import fill_rows, prior_rows, solve_rows, straight_line
 from gyrodata.fitting.conditions import QUANTITIES, Problem, torques_differ
 from gyrodata.fitting.inertia import balance_scale, times_stated
@@ -39,11 +40,32 @@ class ManyFits(Struct, frozen=True):
 
 
 def fit_many(measured: Measurements, readings: Mapping[str, Floats], tilted: bool = False) -> ManyFits:
-    """Fit L labs of the design, sources and groups of `measured`, in which every run has a known sense.
+    """Fit L labs of one design at once, as `analyze` does one.
 
-    The readings are by quantity ("time", "spin", "mass", …), SI, shape (L, n); what is missing is as in `measured`. As
-    `fit`, from a start by ordinary least squares: good for labs without gross errors, as simulated ones are.
+    Parameters
+    ----------
+    measured : Measurements
+        The design: n runs, in which every run has a known sense, with their sources of error and what shares them.
+    readings : mapping of str to array, shape (L, n)
+        Readings of the labs by quantity ("time", "spin", "mass", …) [SI]; what is missing is as in `measured`.
+    tilted : bool
+        Eq. (8) with each run's pitch, not eq. (9).
+
+    Returns
+    -------
+    ManyFits
+
+    Raises
+    ------
+    ValueError
+        If a run has no known sense, or the readings are not of L labs of n runs.
+
+    Notes
+    -----
+    Each lab starts from ordinary least squares: good for labs without gross errors, as simulated ones are.
     """
+    for name in readings:
+        insist_on_choice("a name in readings", name, QUANTITIES)
     if not measured.sense.all():
         raise ValueError("a run has no known sense of precession; fit such labs one at a time")
     shapes = {np.shape(values) for values in readings.values()}

@@ -15,16 +15,16 @@ from pathlib import Path
 from types import MappingProxyType
 
 from msgspec import Struct
-from msgspec.structs import replace
+from msgspec.structs import asdict, replace
 
 from gyrodata.errors import GyroError
-from gyrodata.grading.exports import grades_csv
+from gyrodata.grading.exports import class_summary, grades_csv
 from gyrodata.grading.forensics import Exemptions, Fingerprint, Flag, flag_class
 from gyrodata.grading.grade import (
     Grade,
+    from_json,
     grade_submission,
     not_graded,
-    read_json,
     references_of,
     scatters_of,
     settle_one,
@@ -162,17 +162,14 @@ def _entry(
 ) -> Entry:
     """Make the line of the journal, the figures written before it, so that whatever it tells of is there."""
     if isinstance(answer, Failed):
-        return Entry(basis, not_graded(item, rubric, f"{answer.why}; a person must look"), answer.why, {})
+        grade = not_graded(item, rubric, f"{answer.why}; a person must look")
+        return Entry(**asdict(basis), grade=grade, lost=answer.why)
     content, figures = answer
     if options.figures is not None:
         for name, (data, _) in figures.items():
             write_whole(figure_path(options.figures, item, name), [data])
-    return Entry(
-        basis,
-        Grade.from_dict(read_json(content)),
-        "",
-        {name: words for name, (_, words) in figures.items()},
-    )
+    told = {name: words for name, (_, words) in figures.items()}
+    return Entry(**asdict(basis), grade=from_json(content, Grade), figures=told)
 
 
 # --- figures ------------------------------------------------------------------------------------------------
@@ -266,6 +263,11 @@ class ClassGrades(Struct, frozen=True, dict=True):
     def table(self) -> str:
         """``grades.csv``."""
         return grades_csv(self.grades, self.flags, self.roster.absent)
+
+    @cached_property
+    def summary(self) -> str:
+        """What a terminal shows."""
+        return "".join(class_summary(self))
 
     @cached_property
     def bench(self) -> str:

@@ -135,14 +135,14 @@ class Published:
 
     def offers(self, found: ClassGrades) -> Iterator[Offer]:
         """Give what somebody changed in a table, and neither the desk nor the new table has."""
-        now = read_table(found.table) or {}
-        most = {TOTAL: found.rubric.points} | {one.id: one.points for one in found.rubric.criteria}
         changed = [
             (self._path(path.name.split("-")[1]), path.read_bytes())
             for path in self._paths(r"grades-\w+-by-hand-\w+\.csv")
         ]
         if self.edited and self.there is not None and self.newest:
             changed.append((self._path(self.newest), self.there))
+        now = (read_table(found.table) or {}) if changed else {}
+        most = {TOTAL: found.rubric.points} | {one.id: one.points for one in found.rubric.criteria}
         for base, data in changed:
             old = read_table(_text(base.read_bytes())) if base.is_file() else None
             for student, row in (read_table(_text(data)) or {}).items() if old is not None else ():
@@ -340,13 +340,16 @@ def write_feedback(
         done += len(tasks)
         if progress is not None:
             progress(done)
-    _write_archive(folder, sorted(written))
+    limit = MOST_TASKS * options.limit
+    for _, end in in_workers(partial(_write_archive, folder), [sorted(written)], 1, limit, PRELOAD):
+        if end is not None:
+            raise cannot_write(folder, OSError(end.why)) if isinstance(end, Failed) else end
     return tuple(sorted(lost))
 
 
 def _tasks(
     found: ClassGrades, names: Mapping[str, str], before: Mapping[str, int], options: GradingOptions
-) -> Iterator[list[_Task]]:
+) -> list[list[_Task]]:
     """Part the work among the crew: some students at once, so that every worker comes round several times."""
     size = max(1, min(MOST_TASKS, len(found.grades) // (4 * options.workers)))
     tasks: list[_Task] = []
@@ -358,11 +361,7 @@ def _tasks(
             figures = {name: (figure_path(options.figures, item, name), words) for name, words in told.items()}
         checksums = {ending: before.get(f"{page}{ending}", -1) for ending in ENDINGS} if before else {}
         tasks.append(_Task(grade, page, figures, checksums))
-        if len(tasks) == size:
-            yield tasks
-            tasks = []
-    if tasks:
-        yield tasks
+    return [tasks[at : at + size] for at in range(0, len(tasks), size)]
 
 
 def _written_before(archive: Path) -> dict[str, int]:
@@ -374,8 +373,8 @@ def _written_before(archive: Path) -> dict[str, int]:
         return {}
 
 
-def _write_archive(folder: Path, names: list[str]) -> None:
-    """Zip the feedback of this class, and of nobody else; the same files give the same bytes."""
+def _write_archive(folder: Path, names: list[str]) -> InputError | None:
+    """Zip the feedback of this class, and of nobody else, in a worker, to the same bytes; give what stops it."""
     target = folder / ARCHIVE
     unfinished = target.with_name(f".{ARCHIVE}.part")
     try:
@@ -387,4 +386,5 @@ def _write_archive(folder: Path, names: list[str]) -> None:
                 archive.writestr(entry, (folder / FOLDER / name).read_bytes())
         unfinished.replace(target)
     except OSError as error:
-        raise cannot_write(folder, error) from None
+        return cannot_write(folder, error)
+    return None

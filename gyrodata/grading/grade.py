@@ -9,12 +9,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
-from sys import intern
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import msgspec
-from msgspec import Struct
-from msgspec.structs import asdict, replace
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from gyrodata.diagnostics import OUTLIER_BEFORE_LEAVING
 from gyrodata.errors import Diagnostic, GyroError, LogError
@@ -45,13 +44,17 @@ FAR = 3.0  # a report farther than this from every accepted fit [u], and explain
 
 PICTURES = (".png", ".jpg", ".jpeg", ".gif", ".svg", ".webp", ".heic", ".tif", ".tiff", ".pdf")  # may hold a plot
 
+REPORTED = ("text", "value", "u", "line")  # what is kept of a reported I_zz
+
 HUGE = 1e30  # a number above this, or below one over it, is no report [kg*m^2]
 
+
+Record = TypeVar("Record", bound=Struct)
 
 Status = Literal["graded", "so far", "on hold", "excused", "not graded"]
 
 
-class Decision(NamedTuple):
+class Decision(Struct, frozen=True):
     """What a person decided about one student by hand."""
 
     what: str  # id of a criterion, or one of `ledger.WORDS`
@@ -83,7 +86,7 @@ class Grade(Struct, frozen=True, kw_only=True):
     look: tuple[str, ...] = ()  # what a person should look at though it is graded
     station: str | None = None
     section: str = ""  # of the roster
-    reported: Mapping[str, float | str | None]
+    reported: Mapping[str, float | int | str | None]
     """"text", "value" and "u" [kg*m^2], "line"; empty where nothing is reported."""
     own: Mapping[str, Mapping[str, float | None]]
     """"value" and "u" [kg*m^2] of each accepted fit of the student's own runs."""
@@ -96,7 +99,9 @@ class Grade(Struct, frozen=True, kw_only=True):
     bench: tuple[str, ...] = ()  # uncertainties that the log does not state, and has from the rubric: "u_time 0.3 s"
     scatters: tuple[tuple[float, int], ...] = ()
     """χ² of φ̇ψ̇ within each torque and its degrees of freedom, by the usual uncertainties; none where others hold."""
-    zeta: float | None = None  # zeta score of ISO 13528: distance from the reference over the u of both, a slip undone
+    # Zeta score of ISO 13528: distance from the reference over the u of both, a slip undone. JSON, tables and rubrics
+    # have called it "z" from the start.
+    zeta: float | None = field(default=None, name="z")
     late_seconds: float | None  # late by this [s]; None where nothing tells
     late_deduction: float  # [points]
     late_reason: str
@@ -120,50 +125,18 @@ class Grade(Struct, frozen=True, kw_only=True):
         value, own = self.reported_inertia, self.own.get(self.matched or "", {}).get("value")
         return value / own if value is not None and own else None
 
-    def to_dict(self) -> dict[str, Any]:
-        """Give the grade as JSON can hold it."""
-        # JSON, tables and rubrics have called the zeta score "z" from the start.
-        out: dict[str, Any] = {"z" if name == "zeta" else name: value for name, value in asdict(self).items()}
-        out["marks"] = [asdict(one) for one in self.marks]
-        out["slips"] = [asdict(one) for one in self.slips]
-        out["look"] = list(self.look)
-        out["by_hand"] = [one._asdict() for one in self.by_hand]
-        out["diagnostics"] = [dict(one) for one in self.diagnostics]
-        out["fingerprint"] = None if self.fingerprint is None else self.fingerprint.to_dict()
-        return out
-
     def to_json(self) -> str:
-        """Write it as the journal has it."""
-        return json.dumps(self.to_dict(), allow_nan=False, separators=(",", ":"))
-
-    @classmethod
-    def from_dict(cls, content: Mapping[str, Any]) -> Grade:
-        """Take a grade back from what `to_dict` gave."""
-        fields = dict(content)
-        fields["zeta"] = fields.pop("z")
-        fields["marks"] = tuple(Mark(**one_copy(one)) for one in fields["marks"])
-        fields["slips"] = tuple(Slip(**one) for one in fields["slips"])
-        fields["look"] = tuple(fields["look"])
-        fields["bench"] = tuple(fields.get("bench", ()))
-        fields["scatters"] = tuple((chi2, dof) for chi2, dof in fields.get("scatters", ()))
-        fields["by_hand"] = tuple(Decision(**one) for one in fields.get("by_hand", ()))
-        fields["diagnostics"] = tuple(one_copy(one) for one in fields["diagnostics"])
-        fields["fingerprint"] = None if fields["fingerprint"] is None else Fingerprint.from_dict(fields["fingerprint"])
-        return cls(**fields)
+        """Write it as the journal has it; `from_json` takes it back to the last digit."""
+        return json.dumps(msgspec.to_builtins(self), allow_nan=False, separators=(",", ":"))
 
 
-def one_copy(table: Mapping[str, Any]) -> dict[str, Any]:
-    """Keep one copy of the words that all grades of a class share."""
-    return {intern(key): intern(value) if type(value) is str else value for key, value in table.items()}
-
-
-def read_json(text: str | bytes) -> Any:
-    """Read what `Grade.to_json` wrote."""
+def from_json(text: str | bytes, kind: type[Record]) -> Record:
+    """Take a record back from its JSON; raise ValueError where it is none."""
     try:
-        return msgspec.json.decode(text)
+        return msgspec.json.decode(text, type=kind)
     except msgspec.DecodeError:
         # Half of a surrogate, as of a file's name in another coding, passes only here.
-        return json.loads(text)
+        return msgspec.convert(json.loads(text), kind)
 
 
 def grade_submission(submission: Submission, rubric: Rubric, reported: str | None = None) -> Grade:
@@ -206,7 +179,7 @@ def grade_submission(submission: Submission, rubric: Rubric, reported: str | Non
         slips=evidence.slips,
         look=(*blank.look, *_looks(evidence)),
         station=station_of(readings),
-        reported=_reported_dict(evidence.reported),
+        reported={name: getattr(evidence.reported, name) for name in REPORTED} if evidence.reported else {},
         own={own.name: {"value": own.value, "u": own.u} for own in evidence.values},
         inertia=analysis.inertia.value,
         inertia_u=analysis.inertia.u,
@@ -367,12 +340,6 @@ def station_of(readings: Readings) -> str | None:
     """Take the station that a log names, as a rubric names it."""
     text = next((value for key, value in readings.metadata.items() if key.strip().lower() == "station"), "")
     return station_key(text) or None
-
-
-def _reported_dict(reported: Reported | None) -> dict[str, float | str | None]:
-    if reported is None:
-        return {}
-    return {"text": reported.text, "value": reported.value, "u": reported.u, "line": reported.line}
 
 
 # --- not graded ---------------------------------------------------------------------------------------------

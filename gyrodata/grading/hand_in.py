@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path, PurePosixPath
 
-from gyrodata.diagnostics import ANSWER_ELSEWHERE, ANSWER_MISSING, ANSWER_READ, CODES, NO_SUBMISSION
+from gyrodata.diagnostics import ANSWER_ELSEWHERE, ANSWER_MISSING, ANSWER_READ, NO_SUBMISSION
 from gyrodata.errors import Diagnostic, InputError
 from gyrodata.grading.grade import station_of, usable
 from gyrodata.grading.submissions import Answers, Submission, shown, submission_of
@@ -51,7 +51,7 @@ def _found(answers: Answers, one: HandIn) -> Diagnostic:
         message += f"; {answers.inertia.problem}"
     if one.station is not None:
         message += f"; station: {one.station}"
-    return Diagnostic(ANSWER_READ, CODES[ANSWER_READ].severity, message, "", one.file or "", one.line)
+    return Diagnostic.of(ANSWER_READ, message, "", one.file or "", one.line)
 
 
 def _missing(submission: Submission, answers: Answers, one: HandIn) -> Diagnostic:
@@ -62,10 +62,10 @@ def _missing(submission: Submission, answers: Answers, one: HandIn) -> Diagnosti
         names = sorted(shown(PurePosixPath(name).name) for name in read)
         unread = sorted(shown(PurePosixPath(name).name) for name in submission.members if name not in read)
         message = f"no I_zz is found in {listing(names)}{f'; not read: {listing(unread)}' if unread else ''}"
-        return Diagnostic(ANSWER_MISSING, CODES[ANSWER_MISSING].severity, message, hint, log)
+        return Diagnostic.of(ANSWER_MISSING, message, hint, log)
     message = f"the answer cannot be read: {answers.inertia.problem}"
     if one.file == log:
         hint += ", and take its other lines with an I_zz out"
     elif submission.answers_file and one.file == PurePosixPath(submission.answers_file).name:
         hint = f'write in {one.file}, with your value: inertia = "{_SAMPLE}"'
-    return Diagnostic(ANSWER_MISSING, CODES[ANSWER_MISSING].severity, message, hint, one.file or log, one.line)
+    return Diagnostic.of(ANSWER_MISSING, message, hint, one.file or log, one.line)

@@ -10,23 +10,21 @@ import hashlib
 import json
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Literal
 
 from msgspec import Struct, field
-from msgspec.structs import replace
+from msgspec.structs import asdict, replace
 
 from gyrodata import __version__
 from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN, JOURNAL_LINES_LOST
 from gyrodata.errors import Diagnostic, InputError
-from gyrodata.grading.grade import Grade, read_json
+from gyrodata.grading.grade import Grade, from_json
 from gyrodata.grading.lastrun import is_run
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission
 
-SCHEMA = "gyro.journal/1"
 
-
-class Basis(NamedTuple):
+class Basis(Struct, frozen=True):
     """What a grade rests on; where all of it is the same, so is the grade."""
 
     submission: str  # digest of what was handed in, by whom, and when
@@ -36,28 +34,23 @@ class Basis(NamedTuple):
     desk: str = ""  # what a person typed in for what was handed in
 
 
-class Entry(Struct, frozen=True):
-    """One line: a grade before the class as a whole was looked at."""
+class Entry(Basis, frozen=True, kw_only=True):
+    """One line: a grade before the class as a whole was looked at, and what it rests on."""
 
-    basis: Basis
+    schema: Literal["gyro.journal/1"] = "gyro.journal/1"
     grade: Grade
-    lost: str
+    lost: str = ""
     """Why the run itself lost it (a time limit, a process that died), so that it is tried again; "" for a grade that
     holds."""
-    figures: Mapping[str, str]  # what each figure that was drawn shows, in words, by its name
+    figures: Mapping[str, str] = field(default_factory=dict)
+    """What each figure that was drawn shows, in words, by its name."""
     seen: Mapping[str, str] = field(default_factory=dict)
     """Digest of the submission that each line of the desk was written for."""
 
     def to_line(self, grade: str = "") -> str:
         """Write it as one line of JSON; `grade`: The grade as `Grade.to_json` has it, where that is at hand."""
-        content = {
-            "schema": SCHEMA,
-            "student": self.grade.student,
-            **self.basis._asdict(),
-            "lost": self.lost,
-            "figures": dict(self.figures),
-            "seen": dict(self.seen),
-        }
+        content = {"student": self.grade.student, **asdict(self)}
+        del content["grade"]
         head = json.dumps(content, allow_nan=False, separators=(",", ":"))
         return f'{head[:-1]},"grade":{grade or self.grade.to_json()}}}\n'
 
@@ -78,16 +71,11 @@ def why_again(before: Entry | None, basis: Basis) -> str:
     """Say why a submission is graded (again); "" where the grade of the journal holds."""
     if before is None:
         return "new"
-    if before.basis.submission != basis.submission:
-        return "the submission changed"
-    if before.basis.rubric != basis.rubric:
-        return "the rubric changed"
-    if before.basis.reference != basis.reference:
-        return "the reference changed"
-    if before.basis.desk != basis.desk:
-        return "the desk changed"
-    if before.basis.tool != basis.tool:
-        return f"gyrodata changed from {before.basis.tool} to {basis.tool}"
+    for part in ("submission", "rubric", "reference", "desk"):
+        if getattr(before, part) != getattr(basis, part):
+            return f"the {part} changed"
+    if before.tool != basis.tool:
+        return f"gyrodata changed from {before.tool} to {basis.tool}"
     return f"lost last time: {before.lost}" if before.lost else ""
 
 
@@ -112,8 +100,9 @@ class Journal:
                     at += len(line)
                     if is_run(line):
                         continue
-                    entry = _parse(line)
-                    if entry is None:
+                    try:
+                        entry = from_json(line, Entry)
+                    except ValueError:
                         self.damaged += 1
                     else:
                         self.places[entry.grade.student] = at - len(line), len(line)
@@ -127,7 +116,7 @@ class Journal:
         """Say that lines could not be read."""
         count = "1 line" if self.damaged == 1 else f"{self.damaged} lines"
         message = f"{count} of the journal cannot be read; what stood there was graded again"
-        return Diagnostic(JOURNAL_LINES_LOST, "note", message, file=self.path.name)
+        return Diagnostic.of(JOURNAL_LINES_LOST, message, file=self.path.name)
 
     def add(self, entry: Entry, grade: str = "") -> None:
         """Write a line at the end, whole, at once; `grade` as `Entry.to_line` has it."""
@@ -169,19 +158,6 @@ class Journal:
                     at, length = self.places[student]
                     file.seek(at)
                     yield file.read(length).rstrip(b"\n") + b"\n"
-
-
-def _parse(line: bytes) -> Entry | None:
-    """Read a line; None where it is none."""
-    try:
-        content: dict[str, Any] = read_json(line)
-        if content["schema"] != SCHEMA:
-            return None
-        basis = Basis(**{name: content[name] for name in Basis._fields[:-1]}, desk=content.get("desk", ""))
-        grade = Grade.from_dict(content["grade"])
-        return Entry(basis, grade, content["lost"], content["figures"], content.get("seen", {}))
-    except (ValueError, KeyError, TypeError, AttributeError):
-        return None
 
 
 def write_changed(path: Path, data: bytes) -> bytes | None:

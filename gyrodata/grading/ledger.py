@@ -13,7 +13,6 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.diagnostics import (
-    CODES,
     DESK_CANNOT_BE_READ,
     DESK_LINE_CANNOT_BE_USED,
     DESK_LINES_CONTRADICT,
@@ -29,7 +28,7 @@ from gyrodata.readings import read_reported
 from gyrodata.reporting import csv_cell
 
 DESK, TODO = "desk.csv", "desk-todo.csv"
-COLUMNS = ("student", *Decision._fields)
+COLUMNS = ("student", *Decision.__struct_fields__)
 WORDS = ("total", "reported", "station", "partner", "comment", "hold", "excuse")
 """What may be decided besides the points of a criterion."""
 
@@ -151,7 +150,7 @@ class _Reader:
             mine[what, value if what in SEVERAL else ""] = decision
 
     def _fault(self, code: str, number: int, message: str, hint: str) -> None:
-        self.faults.append(Diagnostic(code, CODES[code].severity, message, hint, DESK, number))
+        self.faults.append(Diagnostic.of(code, message, hint, DESK, number))
 
     def _rows(self, data: bytes) -> Iterator[tuple[int, dict[str, str]]]:
         """Give each line with its number, by column."""
@@ -164,14 +163,12 @@ class _Reader:
             line = data.count(b"\n", 0, 1 + max(data.find(b"\0"), 0)) + 1
             self._fault(DESK_CANNOT_BE_READ, line, "is no text in UTF-8", 'save it as "CSV UTF-8"')
             return
-        top = text.partition("\n")[0]
-        reader = csv.reader(io.StringIO(text, newline=""), delimiter=max(",;\t", key=top.count), skipinitialspace=True)
-        columns: list[str] | None = None
-        number = 1
+        columns: list[str] = []
+        number = 0
         try:
-            for cells in reader:
+            for number, cells in csv_rows(text):
                 row = [cell.strip() for cell in cells]
-                if columns is None:
+                if not columns:
                     columns = [cell.casefold() for cell in row]
                     lacks = [f'"{column}"' for column in COLUMNS[:3] if column not in columns]
                     if lacks:
@@ -180,9 +177,8 @@ class _Reader:
                 elif any(row):
                     found = dict(zip(columns, row, strict=False))
                     yield number, {column: found.get(column, "").removeprefix("'") for column in COLUMNS}
-                number = reader.line_num + 1
         except csv.Error as error:
-            self._fault(DESK_CANNOT_BE_READ, number, f"is no table: {error}", head)
+            self._fault(DESK_CANNOT_BE_READ, number + 1, f"is no table: {error}", head)
 
     def _student(self, name: str, number: int) -> str | None:
         key = self.students.get(name.casefold())
@@ -240,6 +236,27 @@ def _is_points(text: str, most: float) -> bool:
     return points is not None and 0 <= points <= most
 
 
+# --- tables as CSV ------------------------------------------------------------------------------------------
+
+
+def csv_lines(rows: Iterable[Iterable[str]]) -> str:
+    """Write rows as lines of CSV."""
+    out = io.StringIO()
+    csv.writer(out, lineterminator="\n").writerows(rows)
+    return out.getvalue()
+
+
+def csv_rows(text: str) -> Iterator[tuple[int, list[str]]]:
+    """Read a table that a spreadsheet may have saved with other delimiters: the line and the cells of each row."""
+    top = text.partition("\n")[0]
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=max(",;\t", key=top.count), skipinitialspace=True)
+    number = 1
+    for cells in reader:
+        if cells:
+            yield number, cells
+        number = reader.line_num + 1
+
+
 # --- what waits for a person: ``desk-todo.csv`` -------------------------------------------------------------
 
 
@@ -271,13 +288,6 @@ def in_general(why: str) -> str:
     if why.startswith(STALE):
         return f"{STALE} something was set by hand"
     return re.split(r"[,;:(]", re.sub(r"\b\d[\d.e+-]*", "…", why), maxsplit=1)[0].strip()
-
-
-def csv_lines(rows: Iterable[Iterable[str]]) -> str:
-    """Write rows as lines of CSV."""
-    out = io.StringIO()
-    csv.writer(out, lineterminator="\n").writerows(rows)
-    return out.getvalue()
 
 
 def todo_csv(offers: Iterable[Offer], names: Mapping[str, str], files: Callable[[str], str]) -> str:

@@ -16,8 +16,7 @@ from functools import cached_property
 from importlib.resources import files
 from typing import Any, Literal, NamedTuple
 
-from msgspec import Struct
-from msgspec.structs import asdict
+from msgspec import Struct, to_builtins
 
 from gyrodata.diagnostics import (
     CONDITION_CANNOT_BE_USED,
@@ -131,14 +130,9 @@ class Rubric(Struct, frozen=True, dict=True):
     @cached_property
     def digest(self) -> str:
         """Hash of all that can change a grade: remarks and blanks of the file do not."""
-        content = {key: value for key, value in asdict(self).items() if key != "name"}
-        return hashlib.sha256(json.dumps(content, sort_keys=True, default=_as_json).encode()).hexdigest()
-
-
-def _as_json(value: object) -> object:
-    if isinstance(value, Struct):
-        return asdict(value)
-    return value.isoformat() if isinstance(value, dt.datetime) else str(value)
+        content = to_builtins(self, builtin_types=(dt.datetime,))
+        del content["name"]
+        return hashlib.sha256(json.dumps(content, sort_keys=True, default=dt.datetime.isoformat).encode()).hexdigest()
 
 
 def default_rubric_text(kind: Literal["simple", "full", "manual"] = "full") -> str:

@@ -15,7 +15,7 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from gyrodata.diagnostics import CODES, RUBRIC_KEY_UNKNOWN, RUBRIC_NO_TOML, RUBRIC_VALUE_CANNOT_BE_USED
+from gyrodata.diagnostics import RUBRIC_KEY_UNKNOWN, RUBRIC_NO_TOML, RUBRIC_VALUE_CANNOT_BE_USED
 from gyrodata.errors import Diagnostic, InputError
 from gyrodata.quantities import parse_uncertainty
 from gyrodata.units import UnitError
@@ -53,13 +53,9 @@ class Faults:
 
     def add_at(self, code: str, spot: Spot | None, message: str, hint: str = "") -> None:
         """Note a fault at a place."""
-        severity = CODES[code].severity
-        if spot is None:
-            self.found.append(Diagnostic(code, severity, message, hint, self.name))
-            return
-        line, column, width = spot
-        excerpt = self.lines[line - 1].rstrip("\r") if line <= len(self.lines) else ""
-        self.found.append(Diagnostic(code, severity, message, hint, self.name, line, column, excerpt, width))
+        line, column, width = spot or (None, None, 1)
+        excerpt = self.lines[line - 1].rstrip("\r") if line and line <= len(self.lines) else ""
+        self.found.append(Diagnostic.of(code, message, hint, self.name, line, column, excerpt, width))
 
     def stop_if_any(self) -> None:
         """Raise what was found, in the order of the file, if anything was."""
@@ -213,22 +209,14 @@ class Table:
 def read_toml(data: bytes, name: str) -> Table:
     """Read a TOML file."""
     if len(data) > LARGEST:
-        faults = Faults(name, "")
-        faults.add_at(
-            RUBRIC_NO_TOML,
-            None,
-            f"a rubric of {len(data)} bytes; at most {LARGEST} are read",
-            "give the file of the rubric",
-        )
-        faults.stop_if_any()
+        message = f"a rubric of {len(data)} bytes; at most {LARGEST} are read"
+        raise InputError.of(RUBRIC_NO_TOML, message, "give the file of the rubric", name)
     try:
         text = data.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError as error:
-        faults = Faults(name, "")
         line = data.count(b"\n", 0, error.start) + 1
-        faults.add_at(RUBRIC_NO_TOML, Spot(line, 1, 1), "is not UTF-8", "save it as UTF-8 in your editor")
-        faults.stop_if_any()
-        raise
+        hint = "save it as UTF-8 in your editor"
+        raise InputError([Diagnostic.of(RUBRIC_NO_TOML, "is not UTF-8", hint, name, line, 1)]) from None
     faults = Faults(name, text)
     try:
         values = tomllib.loads(text)

@@ -27,7 +27,7 @@ from gyrodata.measurements import SOURCES
 from gyrodata.physics import Floats
 from gyrodata.quantities import parse_quantity, parse_uncertainty
 from gyrodata.readings import SHARED_UNCERTAINTIES, CellError, Readings, read_uncertainty, stated_u, u_keys
-from gyrodata.reporting import count_text
+from gyrodata.reporting import count_text, inertia_text
 from gyrodata.units import Uncertainty, UnitError
 
 if TYPE_CHECKING:
@@ -160,12 +160,17 @@ def distance(reported: float, own: float, step: float, yardstick: float) -> floa
 # --- references of stations --------------------------------------------------------------------------------
 
 
-class Reference(Struct, frozen=True):
+class Reference(Struct, frozen=True, dict=True):
     """The value that a station's gyroscope should give."""
 
     inertia: float  # [kg*m^2]
     u: float  # standard uncertainty [kg*m^2]
     source: str  # where it comes from, in words
+
+    @cached_property
+    def words(self) -> str:
+        """Say what it is, and where it comes from."""
+        return f"{inertia_text(self.inertia, self.u or None)} ({self.source})"
 
 
 def station_key(text: str) -> str:

@@ -92,7 +92,7 @@ class Measurements(Struct, frozen=True, dict=True):
     balanced: bool | None = None
     """Whether the log says that the ball is balanced; None where it does not say."""
     precession_sense: Floats | None = None
-    """+1 counter-clockwise, −1 clockwise seen from above, 0 where it is not written; None if nowhere."""
+    """+1 counterclockwise, −1 clockwise seen from above, 0 where it is not written; None if nowhere."""
     motion: str | None = None
     """"released" from rest, or "steady"; None where the log does not say."""
     added: Floats | float = 0.0

@@ -4,12 +4,13 @@
 integrator, and `integrate` takes drag and other torques too. The state is e3 and H throughout: see `State`.
 """
 
-from gyrodata.motion.exact import exact, mean_precession_rate, precession_angle, time_to_turn
+from gyrodata.motion.exact import Nutation, exact, mean_precession_rate, nutation, precession_angle, time_to_turn
 from gyrodata.motion.integrators import METHODS, Path, integrate, split
 from gyrodata.motion.orbits import State, Top, energy, released, steady
 
 __all__ = [
     "METHODS",
+    "Nutation",
     "Path",
     "State",
     "Top",
@@ -17,6 +18,7 @@ __all__ = [
     "exact",
     "integrate",
     "mean_precession_rate",
+    "nutation",
     "precession_angle",
     "released",
     "split",

@@ -9,7 +9,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import ArrayLike
 
-from gyrodata.motion.orbits import UPRIGHT, Orbit, State, Top, orbit
+from gyrodata.motion.orbits import UPRIGHT, Orbit, State, Top, orbit, released
 
 _LONGEST = 1e12
 """Nutations [1] after which an angle not yet swept never is: what is left of a mean rate of 0 is rounding."""
@@ -35,9 +35,9 @@ def exact(top: Top, state: State, time: ArrayLike) -> State:
 def precession_angle(top: Top, state: State, time: ArrayLike) -> Any:
     """Azimuth that the rod sweeps about the vertical from time 0 on, not reduced to a turn [rad].
 
-    Anticlockwise seen from above. A rod that passes exactly through the vertical turns by half a turn
-    there, in the sense of its turning otherwise, or anticlockwise if it does not turn otherwise. For one that starts
-    there it counts from the azimuth at which it leaves. A rod that stays upright sweeps 0.
+    Counterclockwise seen from above. A rod that passes exactly through the vertical turns by half a turn there, in the
+    sense of its turning otherwise, or counterclockwise if it does not turn otherwise. For one that starts there it
+    counts from the azimuth at which it leaves. A rod that stays upright sweeps 0.
     """
     course = _Course(orbit(top, state))
     swept, _ = course.at(time)
@@ -97,6 +97,62 @@ def time_to_turn(top: Top, state: State, angle: ArrayLike) -> Any:
     return course.time_to(course.orbit.start.flip * np.asarray(angle, dtype=float))
 
 
+class Nutation(Struct, frozen=True):
+    """How a rod nods that was let go from rest, and what of its precession is not uniform."""
+
+    period: float
+    """From one moment of rest to the next, where the rod is as high as at the start [s]."""
+    mean_sag: float
+    """Angle below the start, mean over time [rad]; negative if the rod rises."""
+    greatest_sag: float
+    """The same at most [rad]."""
+    sideways: float
+    """φ̇ sinθ, mean over time: how fast the rod's direction goes sideways [rad/s]."""
+    lead: float
+    """How far in time the azimuth gets ahead of its mean course, or behind, at most [s]; NaN where there is none."""
+
+
+def nutation(top: Top, spin: float, pitch: float = 0.0) -> Nutation:
+    """The nutation of one rod let go from rest, of any size, to about 1e-11 of each of its numbers."""
+    from scipy.integrate import quad
+    from scipy.optimize import minimize_scalar
+
+    course = _Course(orbit(top, released(top, spin, pitch)))
+    path, start, whole = course.orbit, course.orbit.start, course.orbit.ladder.quarter
+    width = path.high - path.low
+
+    def sag(place: _Place) -> Any:
+        """Angle between two directions by their half angles, free of cancellation; the start is the highest place."""
+        down, up = np.sqrt(place.lower * start.upper), np.sqrt(place.upper * start.lower)
+        along = np.sqrt(place.lower * start.lower) + np.sqrt(place.upper * start.upper)
+        return 2 * np.arctan2(2 * width * place.cn**2 / (down + up), along)
+
+    def aside(place: _Place) -> Any:
+        return start.about_rod * width * place.cn**2 / np.sqrt(place.upper * place.lower)
+
+    def mean(what: Callable[[_Place], Any]) -> float:
+        total, _ = quad(lambda x: what(course.after_lowest(x)), 0, whole, epsabs=0, epsrel=1e-10, limit=500)
+        return float(total / whole) if width else 0.0
+
+    rate = course.mean_rate
+
+    def ahead(x: float) -> Any:
+        """Azimuth from the lowest place on, on top of its mean course [rad]."""
+        return course.bend(course.after_lowest(x)) + (path.drift - rate) * x / path.pace
+
+    lead = np.nan
+    if rate:
+        found = minimize_scalar(lambda x: -abs(ahead(x) / rate), bounds=(0, whole), method="bounded")
+        lead = -found.fun
+    return Nutation(
+        period=float(course.period),
+        mean_sag=float(start.flip * mean(sag)),
+        greatest_sag=float(start.flip * sag(course.after_lowest(0.0))),
+        sideways=float(start.flip * mean(aside)),
+        lead=float(lead),
+    )
+
+
 def _vector(level: Any, height: Any, flip: Any) -> Any:
     """A vector in the fixed frame from its horizontal part, a complex number, and its height."""
     vector = np.empty((*np.shape(level), 3))
@@ -132,7 +188,7 @@ class _Course:
         # At a turning point the climb is 0: the rod comes from the upper one and is at the end of its way to the lower.
         first = self._place(np.where(start.climb > 0, sn, -sn), cn)
         self.phase = first.sn * elliprf(first.cn**2, first.dn**2, 1.0)
-        self.offset = self._bend(first)
+        self.offset = self.bend(first)
         # Near the vertical the way H leans tells the azimuth, elsewhere the way the rod points.
         towards = start.rate2 * np.sqrt(first.upper * first.lower) * start.place
         towards = towards + np.conj(self.lean(first)) * start.leaning
@@ -170,7 +226,7 @@ class _Course:
         dn = np.sqrt(path.complement + path.parameter * cn**2)
         return _Place(sn, cn, dn, path.upper_near + width * cn**2, path.lower_near + width * sn**2)
 
-    def _bend(self, place: _Place) -> Any:
+    def bend(self, place: _Place) -> Any:
         """Azimuth on top of R t, from the lower turning point to a place on either side of it [rad]."""
         from scipy.special import elliprj
 
@@ -195,15 +251,19 @@ class _Course:
         climb = 2 * path.pace * (path.high - path.low) * place.sn * place.cn * place.dn
         return (along - 1j * climb) / np.sqrt(place.upper * place.lower)
 
+    def after_lowest(self, argument: Any) -> _Place:
+        """The place by the argument of sn, within ±K of the lowest one."""
+        angle = self.orbit.ladder.amplitude(argument)
+        return self._place(np.sin(angle), np.cos(angle))
+
     def at(self, time: ArrayLike) -> tuple[Any, _Place]:
         """Swept azimuth [rad] in the frame of the orbit, and the place, at a time [s]."""
         path, time = self.orbit, np.asarray(time, dtype=float)
         argument = self.phase + path.pace * time
         nutations = np.round(argument / (2 * path.ladder.quarter))
-        angle = path.ladder.amplitude(argument - nutations * 2 * path.ladder.quarter)
-        place = self._place(np.sin(angle), np.cos(angle))
+        place = self.after_lowest(argument - nutations * 2 * path.ladder.quarter)
         whole = 2 * nutations * (self.upper_bend + self.lower_bend)
-        return path.drift * time + (whole + (self._bend(place) - self.offset)), place
+        return path.drift * time + (whole + (self.bend(place) - self.offset)), place
 
     @property
     def period(self) -> Any:

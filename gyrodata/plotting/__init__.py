@@ -1,7 +1,7 @@
 """The four figures of a log, the charts of the benchmark and of the Earth's rotation: the only matplotlib.
 
 `figure_data` takes from an `Analysis` the plain arrays that are drawn, and says in words what they show; `figures`
-draws them with `marks`. A torque keeps its colour and marker through all figures. Axes stand at fixed
+draws them with `marks` on a `sheet`. A torque keeps its colour and marker through all figures. Axes stand at known
 places and nothing is laid out by trial, which makes the figures quick and their bytes the same on every run.
 """
 
@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from gyrodata.plotting.figure_data import Look, alt_text, choose_looks, list_looks
 from gyrodata.plotting.figures import FIGURES, draw, draw_earth, render, render_earth
-from gyrodata.plotting.marks import INK, MEDIA, SOFT, Form
+from gyrodata.plotting.marks import MEDIA
+from gyrodata.plotting.sheet import INK, SOFT, Form
 
 if TYPE_CHECKING:
     from gyrodata.plotting.charts import draw_chart, render_benchmark

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,11 +26,31 @@ from gyrodata.benchmark import (
     percent_text,
     time_text,
 )
-from gyrodata.plotting.marks import INK, SOFT, STYLE, Form, draw_key, head, log_ticks, name_dots, save, spread
+from gyrodata.physics import Floats
+from gyrodata.plotting.marks import NAME_SIZE, log_ticks, place_names, spread
+from gyrodata.plotting.sheet import INK, METADATA, SOFT, Form, write_png
+from gyrodata.plotting.sheet import STYLE as PLAIN
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+
+STYLE: Any = {
+    **PLAIN,
+    "font.size": 9.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": SOFT,
+    "axes.labelcolor": INK,
+    "axes.labelsize": 9.5,
+    "axes.axisbelow": True,
+    "xtick.color": SOFT,
+    "ytick.color": SOFT,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+}
+"""For matplotlib's ``rc_context``, around drawing and saving."""
 
 
 def draw_chart(benchmark: Benchmark, name: str) -> Figure:
@@ -50,6 +71,19 @@ def render_benchmark(benchmark: Benchmark, forms: Sequence[Form] = ("png", "svg"
             figure = draw_chart(benchmark, name)
             files |= {f"{name}.{form}": save(figure, form) for form in forms}
     return files
+
+
+def save(figure: Figure, form: Form) -> bytes:
+    """Write a chart as a file, within ``rc_context(STYLE)``."""
+    if form == "png":
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+        canvas: Any = FigureCanvasAgg(figure)
+        canvas.draw()
+        return write_png(np.asarray(canvas.buffer_rgba()), figure.dpi)
+    file = io.BytesIO()
+    figure.savefig(file, format=form, metadata=METADATA[form])
+    return file.getvalue()
 
 
 def _figure(height: float) -> Figure:
@@ -86,6 +120,42 @@ def _key_axes(figure: Figure, place: tuple[float, float, float, float]) -> Axes:
     ax.set_xlim(0, 1)
     ax.set_ylim(0, 1)
     return ax
+
+
+def head(ax: Axes, title: str, note: str) -> None:
+    """Write the title of one panel of several, and a line of small print below it, from the axes' left edge."""
+    tall = 72 * ax.bbox.height / ax.figure.dpi
+    for words, up, size, weight, colour in ((title, 14, 9, "bold", INK), (note, 4, 7.5, "normal", SOFT)):
+        ax.text(0.0, 1 + up / tall, words, transform=ax.transAxes, fontsize=size, weight=weight, color=colour)
+
+
+def draw_key(ax: Axes, x: Sequence[float], y: Sequence[float], text: str, gap: float, **look: Any) -> None:
+    """Draw one entry of a key, in parts of the axes: a mark or a stroke through (x, y), and what it is right of it."""
+    ax.plot(x, y, transform=ax.transAxes, **look)
+    ax.text(x[-1] + gap, y[-1], text, transform=ax.transAxes, va="center", fontsize=8.0, color=INK)
+
+
+def name_dots(ax: Axes, x: Floats, y: Floats, names: Mapping[int, str], bold: Collection[int] = ()) -> None:
+    """Write names beside dots, on a white ground, tied to their dots where they stand apart; bold ones first."""
+    to_points = 72 / ax.figure.dpi
+    dots = ax.transData.transform(np.column_stack([x, y])) * to_points
+    line = {"arrowstyle": "-", "color": SOFT, "linewidth": 0.5, "shrinkA": 1, "shrinkB": 3}
+    for i, place in place_names(dots, np.array(ax.bbox.extents) * to_points, names, bold).items():
+        ax.annotate(
+            names[i],
+            (x[i], y[i]),
+            tuple(place.middle - dots[i]),
+            textcoords="offset points",
+            ha="center",
+            va="center",
+            fontsize=NAME_SIZE,
+            color=INK,
+            weight="bold" if i in bold else "normal",
+            annotation_clip=False,
+            bbox={"facecolor": "white", "alpha": 0.75, "linewidth": 0, "pad": 0.2},
+            arrowprops=line if place.apart else None,
+            zorder=6,
+        )
 
 
 # --- motion: time against error -----------------------------------------------------------------------------

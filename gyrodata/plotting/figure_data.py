@@ -66,9 +66,14 @@ class Scene(Struct, frozen=True):
     torque: Floats
     """[N*m]"""
     torque_u: Floats
+    rest: Floats
+    """What the recommended line leaves of the torque [N*m]."""
+    rest_u: Floats
     deviations: Floats
     inertia: float
     """[kg*m^2]"""
+    interval: tuple[float, float]
+    """95 % interval of I_zz."""
     imbalance: float
     """[N*m]"""
     covariance: Floats
@@ -88,6 +93,9 @@ def gather(analysis: Analysis, grey_safe: bool = False) -> Scene:
     product = np.array([run.product for run in runs])
     own_time = np.hypot(_relative(measured, "time", measured.time), _relative(measured, "turns", measured.turns))
     own_spin = _relative(measured, "spin", measured.spin)
+    torque_u = np.abs(measured.torque) * _relative_torque(measured)
+    product_u = np.abs(product) * np.hypot(own_time, own_spin)
+    spread = 1.96 * math.sqrt(analysis.fit.covariance[0, 0])
     origin = next((fit.inertia for fit in analysis.fits if fit.name == "through_origin"), None)
     return Scene(
         groups=_groups(analysis, grey_safe),
@@ -100,11 +108,14 @@ def gather(analysis: Analysis, grey_safe: bool = False) -> Scene:
         period=period,
         period_u=period * own_time,
         product=product,
-        product_u=np.abs(product) * np.hypot(own_time, own_spin),
+        product_u=product_u,
         torque=measured.torque,
-        torque_u=np.abs(measured.torque) * _relative_torque(measured),
+        torque_u=torque_u,
+        rest=measured.torque + analysis.residual_torque.value - analysis.inertia.value * product,
+        rest_u=np.hypot(torque_u, analysis.inertia.value * product_u),
         deviations=analysis.fit.deviations,
         inertia=analysis.inertia.value,
+        interval=analysis.inertia.interval_95 or (analysis.inertia.value - spread, analysis.inertia.value + spread),
         imbalance=analysis.residual_torque.value,
         covariance=analysis.fit.covariance[:2, :2],
         origin=origin.value if origin else None,
@@ -112,6 +123,21 @@ def gather(analysis: Analysis, grey_safe: bool = False) -> Scene:
         dof=analysis.fit.dof,
         inertia_text=f"{with_u(analysis.inertia.value, analysis.inertia.u)} kg·m²",
     )
+
+
+def line_band(scene: Scene, product: Floats) -> tuple[Floats, Floats]:
+    """How far the recommended line may lie lower and higher at a product, with 95 % [N*m].
+
+    The line turns, by as much as the interval of its slope says, about the point where slope and height know nothing of
+    each other; the height there has what is left.
+    """
+    (v_inertia, cov), (_, v_imbalance) = scene.covariance
+    pivot = cov / v_inertia
+    height = 1.96**2 * max(v_imbalance - cov * pivot, 0.0)
+    low, high = (abs(end - scene.inertia) for end in scene.interval)
+    along = product - pivot
+    lower, upper = (np.where(along > 0, *turned) * along for turned in ((low, high), (high, low)))
+    return np.sqrt(lower**2 + height), np.sqrt(upper**2 + height)
 
 
 def list_looks(analysis: Analysis, grey_safe: bool = False) -> tuple[Look, ...]:
@@ -279,10 +305,13 @@ def _torque_words(_: Analysis, scene: Scene) -> str:
     unit, factor = torque_unit(float(np.abs(scene.torque).max()))
     low, high = factor * float(scene.torque.min()), factor * float(scene.torque.max())
     reach = f"from {as_number(low)} to {as_number(high)}" if high > low else f"of {as_number(high)}"
+    far = np.abs(scene.rest) / np.maximum(scene.rest_u, 1e-300)
+    farthest = int(np.argmax(np.where(scene.left_out, 0.0, far)))
     return (
         f"Torque {reach} {unit} against precession rate times spin: a straight line of slope I_zz = "
         f"{scene.inertia_text}, which crosses zero product at {as_number(-factor * scene.imbalance)} {unit}, with its "
-        "95 % band; dashed, the line through the origin."
+        "95 % band; dashed, the line through the origin. Below, enlarged, what the line leaves of each run's torque: "
+        f"most, for its uncertainty, of {run_name(scene.names[farthest])}."
     )
 
 

@@ -1,11 +1,10 @@
-"""What figures are made of: sizes, fonts, dots, bars, titles, keys, ticks, names; and how they become files."""
+"""What figures are made of: sizes, dots, bars, titles, keys, ticks, names."""
 
 from __future__ import annotations
 
-import io
 import math
-from collections.abc import Collection, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -13,17 +12,13 @@ from numpy.typing import NDArray
 
 from gyrodata.physics import Floats
 from gyrodata.plotting.figure_data import Group, Scene, as_number, run_name
+from gyrodata.plotting.sheet import FAINT, INK, SOFT, Area, Box, Dots, Panel, Sheet, Strokes, Words, text_width
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+_LEFT, _BOTTOM = 50.0, 34.0
+"""Room left of axes and below them, for ticks and a label [point]."""
 
-INK, SOFT, FAINT = "#222222", "#666666", "#dddddd"
-
-Form = Literal["png", "svg", "pdf"]
-
-SIZE = (6.6, 4.2)
-"""Width and height [inch]."""
+_TITLE, _ROW = 26.0, 11.0
+"""Room above axes for a title, and for each row of small print [point]."""
 
 
 class Medium(Struct, frozen=True):
@@ -35,86 +30,36 @@ class Medium(Struct, frozen=True):
     """Dots of a PNG to the inch."""
     grey_safe: bool
     """Torques in shades that differ on a black-and-white printer too."""
+    strip: float
+    """What a figure with a strip below is taller by [inch]."""
+    telling: bool = True
+    """Titles tell results; where they do not, a report's caption does."""
 
-    @property
-    def frame(self) -> tuple[float, float, float, float]:
-        """Left, bottom, width and height of the axes as shares of the figure, with room for labels right of them."""
-        width, height = self.size
-        left, bottom, right, top = 0.825, 0.525, 1.585, 0.545  # inches
-        return left / width, bottom / height, 1 - (left + right) / width, 1 - (bottom + top) / height
+    def sheet(self, strip: bool = False) -> Sheet:
+        """Make an empty figure, taller where there is a strip below."""
+        return Sheet((self.size[0], self.size[1] + strip * self.strip), self.dpi)
+
+    def room(self, rows: int, strip: bool = False) -> float:
+        """Height between what stands above and below axes [point]."""
+        return 72 * (self.size[1] + strip * self.strip) - _TITLE - _ROW * rows - _BOTTOM
+
+    def boxes(self, right: float, rows: int, strip: bool = False) -> tuple[Box, Box]:
+        """Places of the axes and of a strip below, with labels right of them [point] and rows of small print above."""
+        room, wide = self.room(rows, strip), 72 * self.size[0] - _LEFT - right
+        below = 0.34 * room if strip else 0.0
+        gap = 8.0 if strip else 0.0
+        upper = Box(_LEFT, _BOTTOM + below + gap, wide, room - below - gap)
+        return upper, Box(_LEFT, _BOTTOM, wide, below)
 
 
 MEDIA = {
-    "screen": Medium(SIZE, 150, grey_safe=False),
+    # On a phone of 390 dots letters of 9 points are 11 dots tall, and as tall as the caption beside it on a wide page.
+    "screen": Medium((4.4, 3.4), 200, grey_safe=False, strip=0.9),
     # 1920 x 1080 dots, letters as tall as 20 points on a slide of 7.5 inches.
-    "slides": Medium((5.6, 3.15), 1920 / 5.6, grey_safe=False),
+    "slides": Medium((5.6, 3.15), 1920 / 5.6, grey_safe=False, strip=0.0),
     # As wide as the text on A4 and Letter.
-    "print": Medium(SIZE, 300, grey_safe=True),
+    "print": Medium((6.6, 4.2), 300, grey_safe=True, strip=1.2, telling=False),
 }
-
-STYLE: Any = {
-    # A "$" in a run's name is a dollar; and the parser of formulas costs more than the figure.
-    "text.parse_math": False,
-    "text.usetex": False,
-    # Letters as the font has them: a tenth faster than letters fitted to the dots.
-    "text.hinting": "no_hinting",
-    "svg.hashsalt": "gyrodata",
-    "svg.fonttype": "path",
-    "pdf.fonttype": 3,
-    "font.size": 9.0,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.edgecolor": SOFT,
-    "axes.labelcolor": INK,
-    "axes.labelsize": 9.5,
-    "axes.axisbelow": True,
-    "xtick.color": SOFT,
-    "ytick.color": SOFT,
-    "xtick.labelcolor": INK,
-    "ytick.labelcolor": INK,
-}
-"""For matplotlib's ``rc_context``, around drawing and saving."""
-
-RULED: Any = {
-    **STYLE,
-    "axes.grid": True,
-    "axes.grid.axis": "y",
-    "grid.color": FAINT,
-    "grid.linewidth": 0.6,
-    "xtick.major.size": 3.0,
-    "ytick.major.size": 3.0,
-}
-"""The same with a ruled ground. Said beforehand: to change every tick afterwards takes longer."""
-
-METADATA: dict[str, dict[str, Any]] = {
-    "png": {"Software": None},
-    "svg": {"Date": None, "Creator": "gyrodata"},
-    "pdf": {"CreationDate": None, "Creator": "gyrodata", "Producer": None},
-}
-"""What ``savefig`` writes about each form: no date and no version, so that the same log gives the same bytes."""
-
-
-def save(figure: Figure, form: Form) -> bytes:
-    """Write a figure as a file, within ``rc_context(STYLE)``."""
-    file = io.BytesIO()
-    if form != "png":
-        figure.savefig(file, format=form, metadata=METADATA[form])
-        return file.getvalue()
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from PIL import Image
-
-    canvas: Any = FigureCanvasAgg(figure)
-    canvas.draw()
-    image = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
-    image = image.quantize(256, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
-    # The ground's entry is the mean of all near-white dots; a printer would dot paper that is not quite white.
-    ground: Any = image.getpixel((0, 0))
-    palette: Any = image.getpalette()
-    palette[3 * ground : 3 * ground + 3] = [255, 255, 255]
-    image.putpalette(palette)
-    image.save(file, "png", compress_level=4, dpi=(figure.dpi, figure.dpi))
-    return file.getvalue()
-
 
 # --- parts of a figure, from arrays and axes -----------------------------------------------------------------------
 
@@ -122,7 +67,7 @@ def save(figure: Figure, form: Form) -> bytes:
 MARK = 5.5
 """Diameter of a dot [point]."""
 
-_NAME_SIZE = 7.5
+NAME_SIZE = 7.5
 """Of letters beside dots [point]."""
 
 _MANY = 10
@@ -141,52 +86,30 @@ class Marks(NamedTuple):
     y_u: Floats
 
 
-def measure_axes(ax: Axes) -> tuple[float, float]:
-    """Width and height of the axes [point]."""
-    return 72 * ax.bbox.width / ax.figure.dpi, 72 * ax.bbox.height / ax.figure.dpi
-
-
-def _bars(ax: Axes, marks: Marks, colours: Sequence[str]) -> None:
-    """Draw all error bars of a figure as one artist; colours has one entry for each run."""
-    from matplotlib.collections import LineCollection
-
+def _bars(panel: Panel, marks: Marks, colours: Sequence[str]) -> None:
+    """Draw the error bars of a figure, those of one colour as one; colours has one entry for each run."""
     x, y, x_u, y_u = marks
-    upright = np.stack([np.column_stack([x, y - y_u]), np.column_stack([x, y + y_u])], axis=1)
-    across = np.stack([np.column_stack([x - x_u, y]), np.column_stack([x + x_u, y])], axis=1)
-    ax.add_collection(
-        LineCollection(list(np.concatenate([upright, across])), colors=[*colours, *colours], linewidths=1.0),
-        autolim=False,
-    )
+    low, high = panel.at(x, y - y_u), panel.at(x, y + y_u)
+    left, right = panel.at(x - x_u, y), panel.at(x + x_u, y)
+    for colour in dict.fromkeys(colours):
+        own = [i for i, one in enumerate(colours) if one == colour]
+        lines = [np.array(ends[i]) for ends in (list(zip(low, high, strict=True)), list(zip(left, right, strict=True)))
+                 for i in own]  # fmt: skip
+        panel.sheet.items.append(Strokes(lines, colour, clip=panel.box))
 
 
-def bars_note(ax: Axes, marks: Marks) -> str:
+def bars_note(panel: Panel, marks: Marks) -> str:
     """Say what the error bars are, or that the dots hide them all; u is one standard uncertainty."""
-    ends = np.stack([np.column_stack([marks.x, marks.y]), np.column_stack([marks.x + marks.x_u, marks.y + marks.y_u])])
-    middle, end = ax.transData.transform(ends.reshape(-1, 2)).reshape(ends.shape) * 72 / ax.figure.dpi
-    if np.all(np.abs(end - middle) < MARK / 2):
-        return "bars, ± 1u, are within the dots"
+    long = panel.at(marks.x + marks.x_u, marks.y + marks.y_u) - panel.at(marks.x, marks.y)
+    if np.all(np.abs(long) < MARK / 2):
+        return "bars, ± 1 u, are within the dots"
     return "bars: ± 1 standard uncertainty"
 
 
-def _dots(ax: Axes, x: Floats, y: Floats, colour: str, marker: str, hollow: bool) -> None:
-    ax.plot(
-        x,
-        y,
-        linestyle="none",
-        marker=marker,
-        markersize=MARK,
-        color=colour,
-        markerfacecolor="white" if hollow else colour,
-        markeredgewidth=1.3 if hollow else 0.5,
-        markeredgecolor=colour if hollow else "white",
-        zorder=4 if hollow else 3,
-        clip_on=False,
-    )
-
-
-def draw_runs(ax: Axes, scene: Scene, marks: Marks, bars: bool = True) -> None:
+def draw_runs(panel: Panel, scene: Scene, marks: Marks, bars: bool = True) -> None:
     """Draw every run with its group's colour and marker; flagged ones hollow."""
     colours = [""] * len(scene.names)
+    places = panel.at(marks.x, marks.y)
     for group in scene.groups:
         members = np.array(group.members)
         for i in group.members:
@@ -194,46 +117,33 @@ def draw_runs(ax: Axes, scene: Scene, marks: Marks, bars: bool = True) -> None:
         for hollow in (False, True):
             chosen = members[scene.hollow[members] == hollow]
             if len(chosen):
-                _dots(ax, marks.x[chosen], marks.y[chosen], group.colour, group.marker, hollow)
+                dots = Dots(places[chosen], group.marker, group.colour, MARK, hollow, order=4.0 if hollow else 3.0)
+                panel.sheet.items.append(dots)
     if bars:
-        _bars(ax, marks, colours)
+        _bars(panel, marks, colours)
 
 
-def write_title(ax: Axes, title: str, note: str) -> None:
-    """Write the title, and below it in small print how to read the figure, from the figure's left edge."""
-    width, height = measure_axes(ax)
-    left = (8 - 72 * ax.bbox.x0 / ax.figure.dpi) / width
-    _write_above(ax, left, title, 20 / height, 10.5, note, 7 / height, 8)
+def write_title(sheet: Sheet, title: str, note: str, keys: Sequence[str] = ()) -> None:
+    """Write the title, below it in small print how to read the figure, and what a line and a dashed one are."""
+    sheet.write(8, sheet.tall - 18, title, 10.5, weight="bold")
+    down = 20.0
+    for line in _lines(note, int((sheet.wide - 16) / 4.3)):
+        down += _ROW
+        sheet.write(8, sheet.tall - down, line, colour=SOFT)
+    for rank, words in enumerate(keys):
+        down += _ROW
+        stroke = np.array([(8, sheet.tall - down + 2.7), (25, sheet.tall - down + 2.7)])
+        sheet.items.append(Strokes([stroke], SOFT if rank else INK, 1.1, dashed=rank > 0))
+        sheet.write(30, sheet.tall - down, words)
 
 
-def head(ax: Axes, title: str, note: str) -> None:
-    """Write the title of one panel of several, and a line of small print below it, from the axes' left edge."""
-    height = measure_axes(ax)[1]
-    _write_above(ax, 0.0, title, 14 / height, 9, note, 4 / height, 7.5)
-
-
-def _write_above(
-    ax: Axes, left: float, title: str, title_up: float, title_size: float, note: str, note_up: float, note_size: float
-) -> None:
-    ax.text(left, 1 + title_up, title, transform=ax.transAxes, fontsize=title_size, weight="bold", color=INK)
-    ax.text(left, 1 + note_up, note, transform=ax.transAxes, fontsize=note_size, weight="normal", color=SOFT)
-
-
-def draw_key(
-    ax: Axes,
-    x: Sequence[float],
-    y: Sequence[float],
-    text: str,
-    gap: float,
-    size: float = 8.0,
-    linespacing: float | None = None,
-    **look: Any,
-) -> None:
-    """Draw one entry of a key, in parts of the axes: a mark or a stroke through (x, y), and what it is right of it."""
-    ax.plot(x, y, transform=ax.transAxes, **look)
-    ax.text(
-        x[-1] + gap, y[-1], text, transform=ax.transAxes, va="center", fontsize=size, color=INK, linespacing=linespacing
-    )
+def _lines(note: str, most: int) -> list[str]:
+    """Part a note at its semicolons into lines of at most so many characters."""
+    lines = [""]
+    for clause in note.split("; "):
+        whole = f"{lines[-1]}; {clause}" if lines[-1] else clause
+        lines = [*lines, clause] if len(whole) > most else [*lines[:-1], whole]
+    return lines
 
 
 def with_hollow(scene: Scene, text: str) -> str:
@@ -243,19 +153,50 @@ def with_hollow(scene: Scene, text: str) -> str:
     return f"{text}; hollow: {'left out' if (scene.left_out == scene.hollow).all() else 'flagged'}"
 
 
-def _plain(value: float, _position: object = None) -> str:
-    return f"{value:.5g}".replace("-", "−").replace("e+0", "e").replace("e−0", "e−")
+Ticks = Mapping[float, str]
+"""Places along an axis, and what is written there."""
 
 
-def name_axes(ax: Axes, x: str, y: str) -> None:
-    """Label both axes, and write their ticks as plain numbers; for axes made within ``rc_context(RULED)``."""
-    ax.set_xlabel(x)
-    ax.set_ylabel(y)
-    ax.xaxis.set_major_formatter(_plain)
-    ax.yaxis.set_major_formatter(_plain)
-    if ax.get_xscale() == "linear":
-        # Few numbers, for readers and for speed.
-        ax.locator_params(nbins=6)
+def round_ticks(limits: tuple[float, float], most: int = 6) -> Ticks:
+    """Few round numbers, for readers and for speed."""
+    from matplotlib.ticker import MaxNLocator
+
+    return number_ticks(float(tick) for tick in MaxNLocator(most, steps=[1, 2, 2.5, 5, 10]).tick_values(*limits))
+
+
+def number_ticks(values: Iterable[float]) -> Ticks:
+    """Write numbers as they are."""
+    return {value: f"{value:.5g}".replace("-", "−").replace("e+0", "e").replace("e−0", "e−") for value in values}
+
+
+def draw_axes(panel: Panel, x: str, y: str, x_ticks: Ticks | None = None, y_ticks: Ticks | None = None) -> None:
+    """Draw ruled ground, both axes with ticks, and their labels; without a label x has no axis of its own."""
+    sheet, (left, bottom, wide, tall) = panel.sheet, panel.box
+    xs = _placed(panel, 0, round_ticks(panel.x) if x_ticks is None else x_ticks) if x else []
+    ys = _placed(panel, 1, round_ticks(panel.y) if y_ticks is None else y_ticks)
+    frame = [[(left, bottom), (left, bottom + tall)], *([[(left, bottom), (left + wide, bottom)]] if x else [])]
+    frame += [*([(left - 3, at), (left, at)] for at, _ in ys), *([(at, bottom - 3), (at, bottom)] for at, _ in xs)]
+    ground = [np.array([(left, at), (left + wide, at)]) for at, _ in ys]
+    sheet.items.append(Strokes([np.array(line) for line in frame], SOFT, 0.8, order=2.5))
+    if ground:
+        sheet.items.append(Strokes(ground, FAINT, 0.6, order=0.5))
+    for at, text in xs:
+        sheet.items.append(Words(at - text_width(text, 9.0) / 2, bottom - 13.5, text, 9.0))
+    for at, text in ys:
+        sheet.items.append(Words(left - 6 - text_width(text, 9.0), at - 3.2, text, 9.0))
+    if x:
+        sheet.write(left + wide / 2, bottom - 28, x, 9.0, align=0.5)
+    sheet.write(16, bottom + tall / 2, y, 9.0, align=0.5, upright=True)
+
+
+def _placed(panel: Panel, axis: int, ticks: Ticks) -> list[tuple[float, str]]:
+    """Ticks within the limits, and where they stand on the sheet [point]."""
+    low, high = sorted((panel.x, panel.y)[axis])
+    slack = 1e-9 * (high - low)
+    shown = {value: text for value, text in ticks.items() if low - slack <= value <= high + slack}
+    # Only one of the two is asked for; the other stands at its edge.
+    ends = [list(shown), [panel.y[0]] * len(shown)] if axis == 0 else [[panel.x[0]] * len(shown), list(shown)]
+    return list(zip(panel.at(*ends)[:, axis].tolist(), shown.values(), strict=True))
 
 
 def log_ticks(low: float, high: float) -> list[float]:
@@ -298,13 +239,26 @@ def odd_names(scene: Scene, values: Floats, drawn: Floats, unit: str, arrows: st
     return names
 
 
-def name_dots(ax: Axes, x: Floats, y: Floats, names: Mapping[int, str], bold: Collection[int] = ()) -> None:
-    """Write names beside dots, each where it covers least of other names and dots, near its own; bold ones first."""
-    to_points = 72 / ax.figure.dpi
-    frame = np.array(ax.bbox.extents) * to_points
-    dots = ax.transData.transform(np.column_stack([x, y])) * to_points
+class Place(NamedTuple):
+    """Where a name stands [point]."""
+
+    middle: Floats
+    half: Floats
+    """Half its width and height."""
+    apart: bool
+    """So far from its dot that a line has to tie them."""
+
+
+def place_names(
+    dots: Floats, frame: Sequence[float] | Floats, names: Mapping[int, str], bold: Collection[int] = ()
+) -> dict[int, Place]:
+    """Find for names beside dots [point] where each covers least of other names and dots, near its own; bold first.
+
+    `frame` is left, bottom, right and top of where names should stand.
+    """
     radii = np.array([8.0 if i in bold else 5.0 for i in range(len(dots))])[:, None]
     taken = np.concatenate([dots - radii, dots + radii], axis=1)
+    places = {}
     for i in sorted(names, key=lambda i: i not in bold):
         distance, angle = (
             part.ravel()
@@ -313,12 +267,12 @@ def name_dots(ax: Axes, x: Floats, y: Floats, names: Mapping[int, str], bold: Co
             )
         )
         width = 0.66 if i in bold else 0.56
-        half = np.array([width, 0]) * _NAME_SIZE * len(names[i]) / 2 + np.array([0, 0.55 * _NAME_SIZE])
+        half = np.array([width, 0]) * NAME_SIZE * len(names[i]) / 2 + np.array([0, 0.55 * NAME_SIZE])
         aim = np.column_stack([np.cos(angle), np.sin(angle)])
         middles = dots[i] + (distance[:, None] + half) * aim
         boxes = np.concatenate([middles - half, middles + half], axis=1)
         others = np.delete(taken, i, axis=0)
-        inside = _areas(boxes, frame[None])[:, 0] / (4 * half.prod())
+        inside = _areas(boxes, np.array([frame]))[:, 0] / (4 * half.prod())
         lines = dots[i] + np.linspace(0, 1, 17)[:, None, None] * (middles - dots[i])
         hit = ((lines[:, :, None] > others[:, :2]) & (lines[:, :, None] < others[:, 2:])).all(axis=3).any(axis=0)
         crossed = np.where(distance > 10, hit.sum(axis=1), 0)
@@ -326,23 +280,25 @@ def name_dots(ax: Axes, x: Floats, y: Floats, names: Mapping[int, str], bold: Co
         best = int(cost.argmin())
         taken = np.concatenate([taken, boxes[best : best + 1]])
         offset = middles[best] - dots[i]
-        apart = float(np.hypot(*np.maximum(np.abs(offset) - (half[0], _NAME_SIZE / 2), 0.0))) > 10
-        line = {"arrowstyle": "-", "color": SOFT, "linewidth": 0.5, "shrinkA": 1, "shrinkB": 3}
-        ax.annotate(
-            names[i],
-            (x[i], y[i]),
-            tuple(offset),
-            textcoords="offset points",
-            ha="center",
-            va="center",
-            fontsize=_NAME_SIZE,
-            color=INK,
-            weight="bold" if i in bold else "normal",
-            annotation_clip=False,
-            bbox={"facecolor": "white", "alpha": 0.75, "linewidth": 0, "pad": 0.2},
-            arrowprops=line if apart else None,
-            zorder=6,
-        )
+        apart = float(np.hypot(*np.maximum(np.abs(offset) - (half[0], NAME_SIZE / 2), 0.0))) > 10
+        places[i] = Place(middles[best], half, apart)
+    return places
+
+
+def name_runs(panel: Panel, x: Floats, y: Floats, names: Mapping[int, str]) -> None:
+    """Write names beside dots, on a white ground, tied to their dots where they stand apart."""
+    left, bottom, wide, tall = panel.box
+    dots, items = panel.at(x, y), panel.sheet.items
+    for i, (middle, half, apart) in place_names(dots, (left, bottom, left + wide, bottom + tall), names).items():
+        if apart:
+            away = dots[i] - middle
+            start = middle + away * float(np.min(half / np.maximum(np.abs(away), 1e-9)))
+            items.append(Strokes([np.array([start, dots[i] - 3 * away / np.hypot(*away)])], SOFT, 0.5, order=6.0))
+        text_half = text_width(names[i], NAME_SIZE) / 2
+        ground = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * (text_half + 0.5, 0.5 * NAME_SIZE) + middle
+        items.append(Area(ground, "#ffffff", 0.75, order=6.0))
+        down = 0.36 * NAME_SIZE
+        items.append(Words(middle[0] - text_half, middle[1] - down, names[i], NAME_SIZE, name=True, order=6.0))
 
 
 def _areas(boxes: Floats, others: Floats) -> NDArray[np.float64]:
@@ -376,43 +332,70 @@ def spread(targets: Sequence[float], gap: float) -> list[float]:
     return placed
 
 
-def label_margin(ax: Axes, scene: Scene, heights: Sequence[float] | None, extra: Sequence[str] = ()) -> None:
+class Labels(NamedTuple):
+    """What stands right of the axes for each torque."""
+
+    texts: tuple[str, ...]
+    size: float
+    """[point]"""
+    pitch: float
+    """From one to the next [point]."""
+    right: float
+    """Room that they need [point]."""
+
+
+def list_labels(scene: Scene, medium: Medium, tall: float, extra: Sequence[str] = ()) -> Labels:
+    """Choose how torques are labelled beside axes of a height [point]: in lines, with what is extra, if that fits."""
+    whole = [group.label for group in scene.groups]
+    if len(whole) > _MANY:
+        return Labels(tuple(whole), 7.0, 10.1, 17 + 4.1 * max(map(len, whole)))
+    slim = max(map(len, whole)) * 5 > 0.17 * 72 * medium.size[0]
+    short = [label.replace(" at ", "\nat ") for label in whole] if slim else whole
+    told = [[f"{label}\n{more}" for label, more in zip(names, extra, strict=True)] for names in (short, whole) if extra]
+    for texts in (*told, short, whole):
+        pitch = 4 + 9.8 * (1 + max(text.count("\n") for text in texts))
+        if len(whole) * pitch <= tall + 12:
+            break
+    return Labels(tuple(texts), 8.5, pitch, 18 + 5.2 * max(len(line) for text in texts for line in text.split("\n")))
+
+
+def label_margin(panel: Panel, scene: Scene, labels: Labels, heights: Sequence[float] | None) -> None:
     """Name each torque right of the axes, beside where its line ends; without heights, from the top down."""
     groups = scene.groups
     if len(groups) > _MANY:
-        _list_margin(ax, scene)
+        _list_margin(panel, scene, labels)
         return
-    tall = measure_axes(ax)[1]
-    if len(groups) * 23.5 > tall + 12:
-        extra = ()
-    gap = (23.5 if extra else 13) / tall
+    _, bottom, _, tall = panel.box
+    gap, edge = labels.pitch / tall, (labels.pitch - 4) / 2 / tall
     if heights is None:
-        placed = [0.97 - gap * rank for rank in range(len(groups))]
+        placed = [1 - edge - gap * rank for rank in range(len(groups))]
     else:
-        at = ax.transAxes.inverted().transform(ax.transData.transform([(1.0, height) for height in heights]))
-        placed = spread([float(y) if math.isfinite(y) else 1.0 for y in at[:, 1]], gap)
-    for i, group in enumerate(groups):
-        _label(ax, placed[i], group, group.label + (f"\n{extra[i]}" if extra else ""), 8.5)
+        finite = [height if math.isfinite(height) else panel.y[1] for height in heights]
+        inner = 1 - 2 * edge
+        shares = (panel.at([panel.x[0]] * len(finite), finite)[:, 1] - bottom) / tall
+        placed = [edge + inner * at for at in spread(((shares - edge) / inner).tolist(), gap / inner)]
+    for group, text, height in zip(groups, labels.texts, placed, strict=True):
+        _label(panel, bottom + tall * height, group, text, labels.size)
 
 
-def _label(ax: Axes, height: float, group: Group, text: str, size: float) -> None:
-    wide = measure_axes(ax)[0]
-    draw_key(
-        ax, [1 + 10.5 / wide], [height], text, 7.5 / wide, size, 1.15, marker=group.marker, markersize=MARK,
-        color=group.colour, markeredgecolor="white", markeredgewidth=0.5, clip_on=False,
-    )  # fmt: skip
+def _label(panel: Panel, middle: float, group: Group, text: str, size: float) -> None:
+    right, items, lines = panel.box.left + panel.box.wide, panel.sheet.items, text.split("\n")
+    items.append(Dots(np.array([(right + 9, middle)]), group.marker, group.colour, MARK))
+    for rank, line in enumerate(lines):
+        height = middle + 1.15 * size * ((len(lines) - 1) / 2 - rank) - 0.36 * size
+        items.append(Words(right + 15.5, height, line, size))
 
 
-def _list_margin(ax: Axes, scene: Scene) -> None:
+def _list_margin(panel: Panel, scene: Scene, labels: Labels) -> None:
     """Many torques: one compact list by torque, the largest on top, thinned out where it would not fit."""
-    wide, tall = measure_axes(ax)
-    ranked = sorted(scene.groups, key=lambda group: -group.summary.torque)
-    step = math.ceil(len(ranked) / int(tall / 9.4))
+    left, bottom, wide, tall = panel.box
+    ranked = sorted(zip(scene.groups, labels.texts, strict=True), key=lambda one: -one[0].summary.torque)
+    # The first line says how many there are.
+    step = math.ceil(len(ranked) / int(tall / 9.4 - 1))
     shown = ranked[::step]
-    for rank, group in enumerate(shown):
-        _label(ax, 0.98 - rank * min(10.1 / tall, 1 / len(shown)), group, group.label, 7.0)
+    pitch, top = min(labels.pitch, tall / (len(shown) + 1)), bottom + 0.98 * tall
     if step > 1:
-        ax.text(
-            1 + 6 / wide, 1 + 6.7 / tall, f"1 in {step} of {len(ranked)} torques", transform=ax.transAxes, fontsize=7,
-            color=SOFT,
-        )  # fmt: skip
+        text = f"1 in {step} of {len(ranked)}:"
+        panel.sheet.items.append(Words(left + wide + 6, top - 0.36 * labels.size, text, labels.size, SOFT))
+    for rank, (group, text) in enumerate(shown):
+        _label(panel, top - pitch * (rank + (step > 1)), group, text, labels.size)

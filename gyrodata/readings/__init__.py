@@ -9,9 +9,10 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from gyrodata.diagnostics import HEADER_WITHOUT_RUNS, QUANTITY_MISSING
+from gyrodata.errors import insist_on_type
 from gyrodata.readings.cells import (
     REPORTED_KINDS,
     CellError,
@@ -41,7 +42,17 @@ from gyrodata.readings.roles import (
     u_keys,
 )
 from gyrodata.readings.settings import Settings, read_options, read_settings, read_uncertainty, warn_of_lost_keys
-from gyrodata.readings.source import MAX_BYTES, MAX_ROWS, Document, decimal_signs, decode, load, make_grid
+from gyrodata.readings.source import (
+    MAX_BYTES,
+    MAX_ROWS,
+    Document,
+    decimal_signs,
+    decode,
+    is_frame,
+    load,
+    make_grid,
+    value_text,
+)
 from gyrodata.readings.table import Table, build
 from gyrodata.readings.writing import blank_log, write_log
 from gyrodata.units import Uncertainty
@@ -86,6 +97,7 @@ __all__ = [
     "stated_u",
     "to_display",
     "u_keys",
+    "value_text",
     "write_log",
 ]
 
@@ -96,7 +108,7 @@ def read_log(
     source: Source,
     *,
     name: str | None = None,
-    settings: Mapping[str, str] = _NOTHING,
+    settings: Mapping[str, Any] = _NOTHING,
     mapping: Mapping[str, str] = _NOTHING,
     config: str | os.PathLike[str] | None = None,
 ) -> Readings:
@@ -108,8 +120,9 @@ def read_log(
         The log; ``-`` is standard input.
     name : str, optional
         Name to show instead of the source's own.
-    settings : mapping of str to str
-        ``--set``: what holds for the whole log, such as ``{"turns": "1", "g": "9.803 m/s^2"}``.
+    settings : mapping
+        ``--set``: what holds for the whole log, such as ``{"turns": "1", "g": "9.803 m/s^2"}``; text, a quantity of
+        pint or a number of uncertainties.
     mapping : mapping of str to str
         ``--map``: role to header as written.
     config : path, optional
@@ -126,12 +139,26 @@ def read_log(
     ------
     InputError
         The source is no readable log at all, or an option makes no sense.
+    TypeError
+        An argument is nothing that it can be.
     """
-    options, roles = read_options(settings, mapping, config)
+    known = isinstance(source, str | os.PathLike | bytes | bytearray | memoryview) or hasattr(source, "read")
+    if not known and not is_frame(source):
+        what = f"{type(source).__name__} ({source!r:.60})"
+        raise TypeError(f"a log is a path, its text or bytes, an open file or a DataFrame, not {what}")
+    insist_on_type("name", name, str | None, "the name to call the log by")
+    for argument, options in (("settings", settings), ("mapping", mapping)):
+        insist_on_type(argument, options, Mapping, "a mapping, such as a dict")
+        for key in options:
+            insist_on_type(f"a key of {argument}", key, str, "a word")
+    for header in mapping.values():
+        insist_on_type("a header in mapping", header, str, "the header as it is written")
+    insist_on_type("config", config, str | os.PathLike | None, "the path of a TOML file")
+    stated, roles = read_options(settings, mapping, config)
     document = load(source, name)
     faults = document.faults
     grid = make_grid(document)
-    given = read_settings(grid.metadata, options, faults, ask=decimal_signs(grid) != {","})
+    given = read_settings(grid.metadata, stated, faults, ask=decimal_signs(grid) != {","})
     warn_of_lost_keys(grid.comments, faults)
     layout = find_layout(grid, faults)
     if layout is None:

@@ -9,6 +9,7 @@ import re
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from msgspec import Struct, field
 
@@ -23,7 +24,7 @@ from gyrodata.diagnostics import (
     REPORTED_VALUE_CANNOT_BE_READ,
 )
 from gyrodata.errors import InputError
-from gyrodata.quantities import PLAIN, Quantity, how_to_write, parse_quantity, parse_uncertainty, to_float
+from gyrodata.quantities import Quantity, how_to_write, parse_quantity, parse_uncertainty, take_apart
 from gyrodata.readings.cells import (
     BLANKS,
     PREFIX,
@@ -54,6 +55,7 @@ from gyrodata.readings.roles import (
     YES_OR_NO,
     kind_of_role,
 )
+from gyrodata.readings.source import value_text
 from gyrodata.units import Uncertainty, UnitError
 
 _REMARKS_LOOKED_AT = 200
@@ -99,11 +101,12 @@ class Settings(Struct):
 
 
 def read_options(
-    settings: Mapping[str, str], mapping: Mapping[str, str], config: str | os.PathLike[str] | None
+    settings: Mapping[str, Any], mapping: Mapping[str, str], config: str | os.PathLike[str] | None
 ) -> tuple[list[Given], dict[str, str]]:
     """Check the options before the log is read."""
     faults = Faults("")
-    given = [Given(key.strip(), str(text).strip(), f"--set {key.strip()}", None) for key, text in settings.items()]
+    texts = ((key.strip(), value_text(value).strip()) for key, value in settings.items())
+    given = [Given(key, text, f"--set {key}", None) for key, text in texts]
     if config is not None:
         given += [Given(key, text, f"--config {key}", None) for key, text in _read_config(Path(config), faults).items()]
     known = [key for key in KEYS if key not in TEXTS]
@@ -292,7 +295,8 @@ def _enter(settings: Settings, item: Given, ask: bool) -> None:
         _enter_latitude(settings, item, ask)
         return
     # 9.81 can be nothing but m/s².
-    bare = key == "g" and PLAIN.fullmatch(item.text) and 9 < to_float(item.text) < 11
+    written = take_apart(item.text) if key == "g" else None
+    bare = written is not None and not written.unit and 9 < written.value < 11
     cell = read_cell(item.text, kind, "m/s^2" if bare else None, ask)
     if key in CONSTANTS:
         if not cell.value > 0:

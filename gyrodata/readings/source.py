@@ -10,7 +10,7 @@ import re
 import sys
 import zlib
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
@@ -84,7 +84,7 @@ class Document(Struct, frozen=True):
 
 def load(source: Source, name: str | None) -> Document:
     """Read and decode a log."""
-    if _is_frame(source):
+    if is_frame(source):
         shown = name or "<table>"
         text = _frame_text(source)
         return Document(shown, _digest(text.encode()), text, Faults(shown, text), "\t")
@@ -254,16 +254,26 @@ def _guess_code_page(data: bytes) -> str:
     return best
 
 
-def _is_frame(source: object) -> bool:
+def is_frame(source: object) -> bool:
     """Know a DataFrame without importing pandas."""
     return type(source).__module__.partition(".")[0] == "pandas" and hasattr(source, "columns")
 
 
 def _frame_text(frame: Any) -> str:
     """Write a DataFrame as the tab-separated text that it would have been read from."""
-    lines = [f"# {key}: {value}" for key, value in frame.attrs.items() if isinstance(value, str | int | float)]
-    rows = [tuple(frame.columns), *frame.itertuples(index=False, name=None)]
+    units = frame.attrs.get("units", {})
+    plain = {key: value for key, value in frame.attrs.items() if not isinstance(value, Mapping | list | tuple)}
+    lines = [f"# {key}: {value_text(value)}" for key, value in plain.items()]
+    rows = [tuple(_header(name, units) for name in frame.columns), *frame.itertuples(index=False, name=None)]
     return "\n".join([*(line.replace("\n", " ") for line in lines), *table_text(rows)]) + "\n"
+
+
+def _header(name: Any, units: Any) -> str:
+    """Write the name of a column, (name, unit) or one whose unit stands in ``attrs["units"]``, as a header."""
+    name, unit = name if isinstance(name, tuple) and len(name) == 2 else (name, "")
+    if not unit and isinstance(units, Mapping):
+        unit = units.get(name, "")
+    return f"{name} [{unit}]" if unit else str(name)
 
 
 def table_text(rows: Iterable[tuple[Any, ...]]) -> Iterable[str]:
@@ -278,7 +288,11 @@ def _quoted(text: str) -> str:
 
 
 def value_text(value: Any) -> str:
-    """Write one cell of a spreadsheet or DataFrame as a student would have typed it."""
+    """Write a cell of a spreadsheet or DataFrame, or a setting, as a student would have typed it."""
+    if hasattr(value, "magnitude") and hasattr(value, "units"):  # of pint
+        return f"{value_text(value.magnitude)} {value.units:~}".rstrip()
+    if hasattr(value, "nominal_value") and hasattr(value, "std_dev"):  # of uncertainties
+        return f"{value_text(value.nominal_value)} ± {value_text(value.std_dev)}"
     if value is None or value != value or type(value).__name__ in ("NAType", "NaTType"):  # NaN is not itself
         return ""
     if isinstance(value, float) or type(value).__name__.startswith("float"):
@@ -331,8 +345,8 @@ def _sheets(data: bytes) -> list[tuple[str, list[tuple[Any, ...]]]]:
     filled = []
     for sheet in book.worksheets:
         # One stray cell at the far corner makes a sheet of 17 thousand million cells.
-        values = sheet.iter_rows(values_only=True, max_row=MAX_ROWS + 10, max_col=MAX_COLUMNS + 10)
-        rows = [_row(row) for row in values]
+        cells = sheet.iter_rows(max_row=MAX_ROWS + 10, max_col=MAX_COLUMNS + 10)
+        rows = [_row(row) for row in cells]
         while rows and not any(value is not None for value in rows[-1]):
             rows.pop()
         if rows:
@@ -340,17 +354,22 @@ def _sheets(data: bytes) -> list[tuple[str, list[tuple[Any, ...]]]]:
     return filled
 
 
-def _row(values: tuple[Any, ...]) -> tuple[Any, ...]:
-    end = len(values)
-    while end and values[end - 1] is None:
+def _row(cells: tuple[Any, ...]) -> tuple[Any, ...]:
+    end = len(cells)
+    while end and cells[end - 1].value is None:
         end -= 1
-    return tuple(_plain(value) for value in values[:end])
+    return tuple(_plain(cell) for cell in cells[:end])
 
 
-def _plain(value: Any) -> Any:
-    """Undo what Excel makes of a stopwatch time: 03:36.26 is stored as a time of the day."""
+def _plain(cell: Any) -> Any:
+    """Undo what Excel makes of a cell: 03:36.26 is stored as a time of the day, and 15.0 as 15, shown with a digit."""
     from datetime import time, timedelta
 
+    value = cell.value
+    if type(value) in (int, float) and (shown := re.fullmatch(r"0\.(0+)", cell.number_format or "")):
+        text = f"{value:.{len(shown[1])}f}"
+        # Digits that the sheet does not show were typed too.
+        return text if float(text) == value else value
     if isinstance(value, time):
         if value.hour:
             return f"{value:%H:%M:%S} (a time of the day)"  # "3:36" typed: three hours, or three minutes?

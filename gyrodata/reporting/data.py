@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from msgspec.structs import asdict
 
 from gyrodata.comparisons import Run
+from gyrodata.errors import PICTURES
 from gyrodata.physics import RPM
 
 if TYPE_CHECKING:
@@ -71,7 +72,7 @@ def runs_rows(analysis: Analysis) -> str:
 def csv_cell(value: object) -> str:
     """Write one cell of a table that a spreadsheet may open: nothing for None, all digits of a number.
 
-    A text has a ' wherever a spreadsheet would take it for a formula.
+    A text has a ' wherever a spreadsheet would take it for a formula, and pictures of control characters.
     """
     if value is None:
         return ""
@@ -79,5 +80,6 @@ def csv_cell(value: object) -> str:
         return "true" if value else "false"
     if isinstance(value, int | float):
         return repr(value)
-    text = str(value).replace("\r", " ")  # which the csv module leaves unquoted, and readers take for a row's end
+    # The csv module leaves a carriage return unquoted, and readers take it for a row's end.
+    text = str(value).replace("\r", " ").replace("\t", " ").translate(PICTURES)
     return re.sub(_FORMULA, lambda start: f"{start[1] or ''}'", text)

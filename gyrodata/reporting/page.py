@@ -7,9 +7,9 @@ results.json has it, where it stands there, and what one unit of the shown text 
 from __future__ import annotations
 
 import base64
+import pkgutil
 import re
 from collections.abc import Mapping, Sequence
-from importlib.resources import files
 from itertools import pairwise
 from typing import Any, Literal
 
@@ -99,7 +99,10 @@ def report_page(
 
 
 def _read(name: str) -> str:
-    return files("gyrodata.reporting").joinpath(name).read_text("utf-8")
+    # `importlib.resources` takes a sixth of the page's time to load.
+    data = pkgutil.get_data("gyrodata.reporting", name)
+    assert data is not None, name
+    return data.decode()
 
 
 class _Page:

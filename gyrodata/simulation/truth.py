@@ -17,6 +17,7 @@ import itertools
 import math
 from collections.abc import Mapping
 from functools import lru_cache
+from numbers import Real
 from typing import Literal, NoReturn, cast, get_args
 
 import numpy as np
@@ -32,7 +33,7 @@ from gyrodata.diagnostics import (
     SIMULATED_WITHOUT_TORQUE,
     TURNS_NEVER_COMPLETED,
 )
-from gyrodata.errors import InputError
+from gyrodata.errors import InputError, insist_on_type
 from gyrodata.fitting import DEFAULT_TRANSVERSE_RATIO
 from gyrodata.physics import RPM, Floats
 from gyrodata.readings import MAX_ROWS, check_value, to_display
@@ -227,6 +228,7 @@ def _check_values(truth: Truth, design: Design) -> None:
     if decay is not None and decay.time_constant is not None:
         values.append(("time", "spin decay", decay.time_constant))
     for role, name, value in values:
+        insist_on_type(name, value, Real, "a number in SI")
         fault, hint = check_value(role, value)
         if not fault and role == "g" and value <= 0:
             fault = "is not above zero"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from fractions import Fraction
+from numbers import Integral
 from typing import Any, cast
 
 import numpy as np
@@ -14,10 +15,10 @@ from numpy.typing import NDArray
 
 from gyrodata import __version__
 from gyrodata.diagnostics import SIMULATED_VALUE_IMPOSSIBLE
-from gyrodata.errors import InputError
+from gyrodata.errors import InputError, insist_on_choice, insist_on_type
 from gyrodata.physics import VISCOUS, Floats
 from gyrodata.readings import Column, Reading, Readings, check_value, kind_of_role, read_cell, u_keys, write_log
-from gyrodata.simulation.noise import EXACT, TYPICAL, put_errors
+from gyrodata.simulation.noise import EXACT, NOISE_KEYS, TYPICAL, put_errors
 from gyrodata.simulation.truth import EXPONENTS, Design, Runs, Truth, happen
 from gyrodata.units import DISPLAY, Uncertainty, from_si
 
@@ -87,6 +88,30 @@ def simulate(
 ) -> Simulation:
     """Make a log from a known truth; by default a well balanced 4-inch steel ball, three weights and three spins.
 
+    Parameters
+    ----------
+    truth : Truth, optional
+        The ball and its motion, SI.
+    design : Design, optional
+        What is measured: weights, positions, spins, turns, SI.
+    noise : mapping of str to Uncertainty
+        Standard uncertainties by their ``u_…`` keys.
+    seed : int or None
+        Of the random numbers.
+
+    Returns
+    -------
+    Simulation
+
+    Raises
+    ------
+    InputError
+        If there is no such lab.
+    TypeError
+        If an argument is nothing that it can be.
+
+    Notes
+    -----
     The same seed gives the same log. A seed of None puts no errors on the readings, and the log still states those that
     they could have: a design, to be tried with errors of its own. What is not in `noise` is exact.
 
@@ -94,6 +119,12 @@ def simulate(
     falls, and of a rod let go from rest where there are more runs than unknowns. With fewer, or with errors, the phase
     of its nutation at the last click is not known, and a run may be early or late by I/(I_zz ψ̇) seconds.
     """
+    insist_on_type("truth", truth, Truth | None, "a Truth")
+    insist_on_type("design", design, Design | None, "a Design")
+    insist_on_type("noise", noise, Mapping, "a mapping of u_… keys to Uncertainty")
+    for key in noise:
+        insist_on_choice("a key of noise", key, NOISE_KEYS)
+    insist_on_type("seed", seed, Integral | None, "a whole number")
     truth, design = truth or Truth(), design or Design()
     random = np.random.default_rng(seed)
     truth = _drawn(truth, design, noise, random, seed)

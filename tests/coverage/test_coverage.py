@@ -7,6 +7,7 @@ them.
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from msgspec.structs import replace
 sys.path.insert(0, str(Path(__file__).parent))
 
 from cells import CHANCE, NINE, STATED, Number, cells, plain, template_order
+from drawn_labs import ARM
 
 CELLS = {cell.name: cell for cell in cells()}
 LABS = 160
@@ -63,6 +65,27 @@ def test_what_hardly_holds_is_looked_at_in_many_labs(name: str) -> None:
 def test_the_interval_holds_what_it_promises(name: str) -> None:
     number = CELLS[name].judge(LABS)
     assert number.short < CHANCE, f"{number.value:{number.digits}} for {number.asked}"
+
+
+PAGE = (Path(__file__).parents[2] / "gyrodata" / "docs" / "statistics.md").read_text(encoding="utf-8")
+SHOWN = re.findall(r"^\| (.*) \| ([\d.]+) % \| ([\d.]+) % \|$", PAGE.split("<!-- coverage -->")[1], re.MULTILINE)
+
+
+@pytest.mark.parametrize(("name", "covers", "length"), SHOWN)
+def test_the_page_shows_what_the_table_tells(name: str, covers: str, length: str) -> None:
+    labs = int(re.findall(r"of (\d+) labs each", " ".join(PAGE.split()))[0])
+    # Another machine may round one lab in or out.
+    assert CELLS[name].judge(labs).value == pytest.approx(float(covers), abs=0.3)
+    assert float(re.findall(r"length ([\d.]+) %", CELLS[name].told(labs))[0]) == pytest.approx(float(length), abs=0.02)
+
+
+def test_the_page_says_what_a_lab_of_the_table_is() -> None:
+    masses, spins = NINE.masses, NINE.spins
+    told = (
+        f"{masses[0]}, {masses[1]} and {masses[2]} g at {100 * ARM:g} cm, and spins from {spins[0]} to {spins[-1]} rpm"
+    )
+    assert told in " ".join(PAGE.split())
+    assert f"the log states {NINE.hand:g} s" in PAGE
 
 
 def test_the_table_sees_an_interval_that_is_not_true() -> None:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+from msgspec import convert
+
 from gyrodata.grading import Grade, feedback_html, feedback_markdown
 
 EXPECTED = Path(__file__).parent / "expected"
 
 if __name__ == "__main__":
     for path in sorted(EXPECTED.glob("*.json")):
-        grade = Grade.from_dict(json.loads(path.read_text(encoding="utf-8")))
+        grade = convert(json.loads(path.read_text(encoding="utf-8")), Grade)
         path.with_suffix(".md").write_text(feedback_markdown(grade), encoding="utf-8")
         path.with_suffix(".html").write_text(feedback_html(grade), encoding="utf-8")

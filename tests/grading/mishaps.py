@@ -11,6 +11,7 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
+from msgspec import convert
 from msgspec.structs import replace
 
 from gyrodata.grading import Grade, Rubric, Submission, grade_submission
@@ -74,7 +75,7 @@ def quick(submission: Submission, rubric: Rubric, reported: str | None = None) -
 @lru_cache(maxsize=1)
 def _another() -> Grade:
     text = (Path(__file__).parent / "expected" / "slip.json").read_text(encoding="utf-8")
-    return Grade.from_dict(json.loads(text))
+    return convert(json.loads(text), Grade)
 
 
 def fail(submission: Submission, rubric: Rubric, reported: str | None = None) -> Grade:

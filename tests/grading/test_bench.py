@@ -12,6 +12,7 @@ import pytest
 from classes.drawn import USUAL, Bench, draw
 from grading.classes import make_folder
 from grading.reports import reported_line
+from msgspec import convert
 from msgspec.structs import replace
 from typer.testing import CliRunner
 
@@ -226,4 +227,4 @@ def test_settling_twice_is_settling_once(tmp_path: Path) -> None:
     grades = [grade_submission(item, rubric) for item in find_submissions(root).items]
     settled = settle(grades, rubric)
     assert settle(settled, rubric) == settled
-    assert [Grade.from_dict(json.loads(grade.to_json())) for grade in settled] == list(settled)
+    assert [convert(json.loads(grade.to_json()), Grade) for grade in settled] == list(settled)

@@ -23,6 +23,7 @@ from grading.reports import RIGHT as RIGHT_FORMULA
 from grading.reports import Sheet, reported_line, sheet
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec import convert
 from msgspec.structs import replace
 from typer.testing import CliRunner, Result
 
@@ -49,7 +50,7 @@ from gyrodata.grading.exports.class_page import LEFT, RIGHT, ROWS_SHOWN, WIDTH, 
 
 EXPECTED = Path(__file__).parent / "expected"
 GOOD, SLIP, WAITING = (
-    Grade.from_dict(json.loads((EXPECTED / f"{name}.json").read_text(encoding="utf-8")))
+    convert(json.loads((EXPECTED / f"{name}.json").read_text(encoding="utf-8")), Grade)
     for name in ("good", "slip", "waiting")
 )
 REFERENCE = Reference(4.44e-3, 0.02e-3, "the rubric")

@@ -55,15 +55,7 @@ def made(kind: type[Any], /, **fields: object) -> Any:
 def a_grade(student: str, points: Sequence[float | None] = (2.0, 4.5, 11.0), **fields: object) -> Grade:
     """Make a grade with three criteria; what a test does not speak of is empty."""
     marks = tuple(
-        made(
-            Mark,
-            criterion=f"c{number}",
-            title=f"Criterion {number}",
-            points=got,
-            out_of=most,
-            reason=f"r{number}",
-            detail={},
-        )
+        Mark(f"c{number}", f"Criterion {number}", "log", got, most, f"r{number}", {}, "")
         for number, (got, most) in enumerate(zip(points, OUT_OF, strict=True))
     )
     graded = None not in points

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec import convert
 from msgspec.structs import replace
 
 from gyrodata.grading import Grade, feedback_html, feedback_markdown, points_text
@@ -19,7 +20,7 @@ NAMES = sorted(path.stem for path in EXPECTED.glob("*.json"))
 
 
 def stored(name: str) -> Grade:
-    return Grade.from_dict(json.loads((EXPECTED / f"{name}.json").read_text(encoding="utf-8")))
+    return convert(json.loads((EXPECTED / f"{name}.json").read_text(encoding="utf-8")), Grade)
 
 
 class Page(HTMLParser):

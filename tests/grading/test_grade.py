@@ -12,6 +12,7 @@ import pytest
 from grading.reports import RIGHT, SLIPS, Formula, Sheet, reported_line, sheet
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
+from msgspec import convert, to_builtins
 from msgspec.structs import replace
 
 from gyrodata import grading
@@ -426,13 +427,13 @@ class TestJson:
             "broken": b"hello",
         }
         found = grade(contents[text])
-        stored = json.dumps(found.to_dict(), allow_nan=False)
-        assert Grade.from_dict(json.loads(stored)) == found
-        assert json.dumps(Grade.from_dict(json.loads(stored)).to_dict()) == stored
+        stored = json.dumps(to_builtins(found), allow_nan=False)
+        assert convert(json.loads(stored), Grade) == found
+        assert json.dumps(to_builtins(convert(json.loads(stored), Grade))) == stored
         assert len(stored) < 20_000
 
     def test_the_same_submission_gives_the_same_bytes(self, grade: Grader, rows: Sheet) -> None:
-        assert grade(report(rows)).to_dict() == grade(report(rows)).to_dict()
+        assert to_builtins(grade(report(rows))) == to_builtins(grade(report(rows)))
 
 
 @settings(max_examples=50, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -457,7 +458,7 @@ class TestJson:
 def test_nothing_that_is_reported_stops_it(grade: Grader, rows: Sheet, text: str) -> None:
     line = " ".join(text.split())
     found = grade(rows.log(f"# reported_inertia: {line}"))
-    json.dumps(found.to_dict(), allow_nan=False)
+    json.dumps(to_builtins(found), allow_nan=False)
     if found.status == "graded":
         assert found.points is not None
         assert 0 <= found.points <= 20
@@ -475,7 +476,7 @@ def test_nothing_that_is_reported_stops_it(grade: Grader, rows: Sheet, text: str
 def test_nothing_in_a_log_stops_it(grade: Grader, rows: Sheet, at: int, length: int, text: str) -> None:
     whole = report(rows)
     found = grade(whole[:at] + text + whole[at + length :])
-    json.dumps(found.to_dict(), allow_nan=False)
+    json.dumps(to_builtins(found), allow_nan=False)
     assert (found.points is None) == (found.status == "not graded") == (found.why is not None)
 
 

@@ -111,6 +111,7 @@ def obeyed(words: list[str], done: Result, code: str) -> list[str]:
 P = "predict precession --inertia '4.44e-3 kg m^2' --torque '0.05 N*m'"
 W = "predict precession --inertia '4.44e-3 kg m^2' --spin '400 rpm'"
 E = "predict earth --latitude '42.5 deg'"
+SAMPLE = Path(__file__).parents[2] / "sample_data" / "air_gyroscope.csv"
 STEEP = "simulate --pitch 60deg --transverse '0.02 kg m^2'"
 OBEYED = [
     ("G621", f"{P} --spin 400", f"{P} --spin '400 rpm'"),
@@ -146,6 +147,9 @@ IN_WORDS = [
     ("G623", f"{W}", "give --torque, or", f"{W} --torque '0.05 N*m'"),
     ("G623", f"{W} --mass 60g", "--mass and --position", f"{W} --mass 60g --position 15cm"),
     ("G623", f"{W} --mass 60g --torque '0.05 N*m'", "not both", f"{W} --torque '0.05 N*m'"),
+    ("G624", "predict twist --wheel-spin 300rpm", "give --wheel-inertia, or a log",
+     "predict twist --wheel-spin 300rpm --wheel-inertia '0.1 kg m^2'"),
+    ("G624", "predict twist", "--log data.csv", f"predict twist --log {SAMPLE}"),
     ("G631", "simulate --pitch 90deg", "", "simulate --pitch 10deg"),
     ("G631", "simulate --weights=-20g,40g", "negative position", "simulate --weights 20g,40g --position=-15cm"),
     ("G631", "simulate --timing-bias=-20s", "a timing bias nearer to 0 s", "simulate --timing-bias=-0.2s"),

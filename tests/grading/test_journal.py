@@ -6,7 +6,8 @@ import json
 from pathlib import Path
 
 import pytest
-from msgspec.structs import replace
+from msgspec import convert
+from msgspec.structs import asdict, replace
 
 from gyrodata.errors import InputError
 from gyrodata.grading import Basis, Entry, Grade, Journal, why_again, write_changed, write_whole
@@ -16,8 +17,9 @@ BASIS = Basis("submission", "rubric", "reference", "1.0")
 
 
 def an_entry(student: str, **changes: object) -> Entry:
-    grade = Grade.from_dict(json.loads((EXPECTED / "slip.json").read_text(encoding="utf-8")))
-    entry = Entry(BASIS, replace(grade, student=student), "", {"torque": "what it shows"})
+    grade = convert(json.loads((EXPECTED / "slip.json").read_text(encoding="utf-8")), Grade)
+    grade = replace(grade, student=student)
+    entry = Entry(**asdict(BASIS), grade=grade, figures={"torque": "what it shows"})
     return replace(entry, **changes)  # type: ignore[arg-type]
 
 
@@ -120,12 +122,12 @@ def test_a_file_that_is_so_already_is_left_alone(tmp_path: Path) -> None:
     [
         (BASIS, "", ""),
         (BASIS, "it took over 30 s", "lost last time: it took over 30 s"),
-        (BASIS._replace(submission="x"), "", "the submission changed"),
-        (BASIS._replace(rubric="x", reference="x"), "", "the rubric changed"),
-        (BASIS._replace(reference="x"), "", "the reference changed"),
-        (BASIS._replace(tool="0.9"), "", "gyrodata changed from 0.9 to 1.0"),
+        (replace(BASIS, submission="x"), "", "the submission changed"),
+        (replace(BASIS, rubric="x", reference="x"), "", "the rubric changed"),
+        (replace(BASIS, reference="x"), "", "the reference changed"),
+        (replace(BASIS, tool="0.9"), "", "gyrodata changed from 0.9 to 1.0"),
     ],
 )
 def test_why_a_grade_is_made_again(basis: Basis, lost: str, why: str) -> None:
-    assert why_again(an_entry("a", basis=basis, lost=lost), BASIS) == why
+    assert why_again(an_entry("a", **asdict(basis), lost=lost), BASIS) == why
     assert why_again(None, BASIS) == "new"

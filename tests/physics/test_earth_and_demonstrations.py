@@ -91,31 +91,6 @@ def test_a_four_inch_steel_ball() -> None:
     assert physics.solid_ball_inertia(4.30, 0.1016) == pytest.approx(4.44e-3, rel=2e-3)
 
 
-class TestTip:
-    def test_a_weight_is_a_force_on_the_tip(self) -> None:
-        # m g at the tip: L φ̇ of eq. (9), along the torque L e3 × F.
-        length, spin, inertia, weight = 0.2, 40.0, 4.44e-3, 0.3
-        velocity = physics.tip_velocity([0, 0, -weight], [1.0, 0, 0], length, inertia, spin)
-        rate = physics.precession_rate(weight * length, spin, inertia)
-        np.testing.assert_allclose(velocity, [0, length * rate, 0], rtol=1e-14)
-
-    def test_it_yields_at_right_angles_and_takes_no_work(self) -> None:
-        force, rod = np.array([0.1, -0.2, 0.4]), np.array([0.0, 0.6, 0.8])
-        velocity = physics.tip_velocity(force, rod, 0.2, 4.44e-3, -30.0)
-        assert velocity @ force == pytest.approx(0, abs=1e-16)
-        assert velocity @ rod == pytest.approx(0, abs=1e-16)
-        torque = 0.2 * np.cross(rod, force)
-        np.testing.assert_allclose(velocity, 0.2 * torque / (4.44e-3 * -30.0), rtol=1e-14)
-
-    def test_a_pull_along_the_rod_does_nothing(self) -> None:
-        assert not physics.tip_velocity([0.0, 0, 2.0], [0.0, 0, 1.0], 0.2, 4.44e-3, 30.0).any()
-
-    def test_many_at_once(self) -> None:
-        velocity = physics.tip_velocity([0, 0, -0.3], [1.0, 0, 0], 0.2, 4.44e-3, np.array([20.0, 40.0]))
-        assert velocity.shape == (2, 3)
-        assert velocity[0, 1] == pytest.approx(2 * velocity[1, 1])
-
-
 class TestPlatform:
     def test_from_level_to_upright(self) -> None:
         assert physics.platform_rate(0.1, 20.0, 4.0, 0.0, math.pi / 2) == pytest.approx(-0.5, rel=1e-15)

@@ -1,8 +1,10 @@
 """A hundred and twenty logs as students type them: read and right, or refused with a remedy that is right."""
 
+import io
 import math
 from collections import Counter
 
+import openpyxl
 import pytest
 from sheets import HABITS, HEADERS, INERTIA, lab, source
 
@@ -83,6 +85,36 @@ def test_headers_that_students_write_are_understood_or_asked_about_by_name():
     assert outcomes.total() >= 120
     assert outcomes["understood"] >= 110
     assert outcomes["not placed"] <= 2
+
+
+def test_a_workbook_s_numbers_have_the_decimals_that_it_shows():
+    book = openpyxl.Workbook()
+    sheet = book.active
+    sheet.append(list(USUAL))
+    for value, shown in ((15, "0.0"), (15, "General"), (15.25, "0.0"), (-7.5, "0.00"), (15, "0")):
+        sheet.append([20, value, 400, 13.06, 1])
+        sheet.cell(sheet.max_row, 2).number_format = shown
+    stream = io.BytesIO()
+    book.save(stream)
+    position = read_log(stream.getvalue()).columns["position"]
+    assert [read.text for read in position.readings] == ["15.0", "15", "15.25", "-7.50", "15"]
+
+
+def test_a_workbook_s_rounded_cell_is_mended_by_its_format():
+    def said(shown):
+        book = openpyxl.Workbook()
+        sheet = book.active
+        for row in (list(USUAL), [20.1, 15, 300, 9.93, 1 / 3], [40.3, 15, 600, 19.9, 2 / 3], [60.2, 15, 400, 13.2, 1]):
+            sheet.append(row)
+            sheet.cell(sheet.max_row, 2).number_format = shown
+        stream = io.BytesIO()
+        book.save(stream)
+        found = analyze_readings(read_log(stream.getvalue(), name="log.xlsx")).diagnostics
+        return [d.hint for d in found if d.code == "G407"]
+
+    (hint,) = said("General")
+    assert "such as 15.0 (by a number format that shows it)" in hint
+    assert said("0.0") == []
 
 
 @pytest.mark.parametrize("word", ["none", "no weight", "-", "ohne", "нет"])

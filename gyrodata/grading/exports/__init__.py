@@ -7,17 +7,17 @@ Beside it: sheets of platforms (`gradebooks`), Gradescope's autograder (`gradesc
 from __future__ import annotations
 
 import csv
-import io
 import json
 import unicodedata
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from msgspec import Struct
+from msgspec import Struct, to_builtins
 from msgspec.structs import asdict
 
 from gyrodata import __version__
 from gyrodata.grading.grade import Grade, points_text, two_decimals
+from gyrodata.grading.ledger import csv_lines, csv_rows
 from gyrodata.grading.submissions import shown
 from gyrodata.reporting import count_text, csv_cell
 
@@ -54,9 +54,7 @@ def grades_csv(grades: Collection[Grade], flags: Sequence[Flag] = (), absent: Se
         possible = {"student": POINTS_ROW, "status": "--", TOTAL: two_decimals(grade.out_of)}
         possible |= {mark.criterion: two_decimals(mark.out_of) for mark in grade.marks}
         lines.append([possible.get(column, "") for column in columns])
-    out = io.StringIO()
-    csv.writer(out, lineterminator="\n").writerows([*lines, *(found[student] for student in sorted(found))])
-    return out.getvalue()
+    return csv_lines([*lines, *(found[student] for student in sorted(found))])
 
 
 def _row(grade: Grade, flags: Sequence[str]) -> list[tuple[str, str]]:
@@ -89,14 +87,13 @@ def _row(grade: Grade, flags: Sequence[str]) -> list[tuple[str, str]]:
 
 def flags_csv(flags: Iterable[Flag]) -> str:
     """Write the flags of a class as CSV; a text that a spreadsheet would run as a formula has a ' in front."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(["kind", "students", "earlier logs", "expected by chance in this class", "p", "evidence"])
+    rows: list[tuple[object, ...]] = [
+        ("kind", "students", "earlier logs", "expected by chance in this class", "p", "evidence")
+    ]
     for flag in flags:
         numbers = (float(f"{flag.expected:.3g}"), float(f"{flag.p:.3g}"))
-        cells = (flag.kind, ", ".join(flag.students), ", ".join(flag.previous), *numbers, flag.evidence)
-        writer.writerow([csv_cell(cell) for cell in cells])
-    return out.getvalue()
+        rows.append((flag.kind, ", ".join(flag.students), ", ".join(flag.previous), *numbers, flag.evidence))
+    return csv_lines(map(csv_cell, row) for row in rows)
 
 
 # --- changes in ``grades.csv``: who, from what, to what --------------------------------------------------
@@ -155,18 +152,15 @@ def compare_tables(before: str, after: str) -> tuple[Change, ...] | None:
 
 def read_table(table: str) -> dict[str, dict[str, str]] | None:
     """Read a table of grades, each student's cells by column; None where there are no such columns."""
-    head = table.partition("\n")[0]
     try:
-        # A spreadsheet may have put other delimiters.
-        reader = csv.DictReader(io.StringIO(table, newline=""), delimiter=max(",;\t", key=head.count))
-        columns = [column for column in dict.fromkeys(reader.fieldnames or ()) if column]
-        if not {"student", STATUS, TOTAL} <= set(columns):
-            return None
-        rows = {row["student"] or "": {column: row[column] or "" for column in columns} for row in reader}
-    except csv.Error:
+        head, *rows = (cells for _, cells in csv_rows(table))
+    except (csv.Error, ValueError):
         return None
-    rows.pop(POINTS_ROW, None)
-    return rows
+    if not {"student", STATUS, TOTAL} <= set(head):
+        return None
+    blank = dict.fromkeys(filter(None, head), "")
+    found = (blank | {column: cell for column, cell in zip(head, cells, strict=False) if column} for cells in rows)
+    return {row["student"]: row for row in found if row["student"] != POINTS_ROW}
 
 
 def _points_text(row: Mapping[str, str] | None) -> str | None:
@@ -176,6 +170,7 @@ def _points_text(row: Mapping[str, str] | None) -> str | None:
 # --- JSON: "gyro.grades/1", one object for the class, and "gyro.grade/1", one a student --------------------
 
 
+FLAGGED = ("kind", "students", "previous", "evidence", "p", "expected")  # what is told of a flag
 SCHEMA = "gyro.grades/1"
 STUDENT_SCHEMA = "gyro.grade/1"
 
@@ -207,14 +202,11 @@ def grades_document(found: ClassGrades, changes: Sequence[Change] | None = None)
             "median": found.median,
         },
         "criteria": [asdict(one) for one in found.criteria()],
-        "references": {
-            station: {"inertia": one.inertia, "u": one.u, "source": one.source}
-            for station, one in sorted(found.references.items())
-        },
+        "references": {station: asdict(one) for station, one in sorted(found.references.items())},
         "scatters": {station: asdict(one) for station, one in sorted(found.scatters.items())},
         "absent": [dict(zip(("student", "name", "section"), one, strict=False)) for one in found.roster.absent],
         "slips": found.slips,
-        "flags": [flag_dict(flag) for flag in found.flags],
+        "flags": [{name: getattr(flag, name) for name in FLAGGED} for flag in found.flags],
         "changes": None if changes is None else [change.to_dict() for change in changes],
         "diagnostics": [diagnostic.to_dict() for diagnostic in found.submissions.diagnostics],
     }
@@ -231,21 +223,9 @@ def grade_lines(found: ClassGrades) -> Iterator[str]:
         yield json.dumps(head | _student(found, grade), allow_nan=False) + "\n"
 
 
-def flag_dict(flag: Flag) -> dict[str, Any]:
-    """Give a flag as JSON can hold it."""
-    return {
-        "kind": flag.kind,
-        "students": list(flag.students),
-        "previous": list(flag.previous),
-        "evidence": flag.evidence,
-        "p": flag.p,
-        "expected": flag.expected,
-    }
-
-
 def _student(found: ClassGrades, grade: Grade) -> dict[str, Any]:
     """One student, with what the platform calls them, and without the fingerprint, which is for the journal."""
-    content = grade.to_dict()
+    content: dict[str, Any] = to_builtins(grade)
     del content["fingerprint"], content["title"]
     flags = [flag.kind for flag in found.flags_of.get(grade.student, ())]
     return content | {"flags": flags, "ids": dict(found.ids[grade.student])}
@@ -277,30 +257,14 @@ def class_summary(found: ClassGrades) -> Iterator[str]:
 
 def _table_rows(found: ClassGrades) -> Iterator[str]:
     """Put the students under each other, numbers to the right."""
-    head = ("student", "points", "I_zz / own", "what to know")
-    widths = (
-        _widest(head[0], map(_cut, found.names.values())),
-        _widest(head[1], (points_text(grade.points) for grade in found.grades)),
-        _widest(head[2], map(_ratio_text, found.grades)),
-    )
-    yield _padded(head, widths)
+    rows = [("student", "points", "I_zz / own", "what to know")]
     for grade in found.grades:
-        yield _padded((_cut(grade.name), points_text(grade.points), _ratio_text(grade), _remark(found, grade)), widths)
-
-
-def _widest(head: str, texts: Iterable[str]) -> int:
-    return max(_width(head), max(map(_width, texts), default=0))
-
-
-def _padded(cells: tuple[str, str, str, str], widths: tuple[int, int, int]) -> str:
-    name, points, ratio, remark = cells
-    blanks = " " * (widths[0] - _width(name))
-    return f"  {name}{blanks}  {points:>{widths[1]}}  {ratio:>{widths[2]}}  {remark}".rstrip() + "\n"
-
-
-def _ratio_text(grade: Grade) -> str:
-    """The reported I_zz over that of the student's own runs."""
-    return "–" if grade.ratio is None else f"{grade.ratio:.4g}"
+        ratio = "–" if grade.ratio is None else f"{grade.ratio:.4g}"
+        rows.append((_cut(grade.name), points_text(grade.points), ratio, _remark(found, grade)))
+    widths = [max(_width(row[column]) for row in rows) for column in range(3)]
+    for name, points, ratio, remark in rows:
+        blanks = " " * (widths[0] - _width(name))
+        yield f"  {name}{blanks}  {points:>{widths[1]}}  {ratio:>{widths[2]}}  {remark}".rstrip() + "\n"
 
 
 def _remark(found: ClassGrades, grade: Grade) -> str:
@@ -325,5 +289,7 @@ def _cut(text: str) -> str:
 
 def _width(text: str) -> int:
     """Columns of a terminal: two for a wide character, none for a mark that stands on another."""
+    if text.isascii():
+        return len(text)
     wide = sum(unicodedata.east_asian_width(character) in "WF" for character in text)
     return len(text) + wide - sum(unicodedata.combining(character) > 0 for character in text)

@@ -21,7 +21,7 @@ from gyrodata.grading.ledger import COLUMNS, DESK, Offer, csv_lines
 from gyrodata.grading.templates import environment
 from gyrodata.grading.yardsticks import Reference
 from gyrodata.physics import RPM, Floats, Integers
-from gyrodata.reporting import count_text, inertia_text, number_text, power_of_ten
+from gyrodata.reporting import count_text, number_text, power_of_ten
 
 if TYPE_CHECKING:
     from gyrodata.grading.classroom import ClassGrades
@@ -380,7 +380,7 @@ def _strip(station: str, members: Sequence[Grade], reference: Reference | None, 
         _side("from their runs", own, _bars(counts[0], tall, middle - 1, True, scale), scale),
         _side("as reported", reported, _bars(counts[1], tall, middle + 1, False, scale), scale),
         band,
-        "" if reference is None else f"{inertia_text(reference.inertia, reference.u or None)} ({reference.source})",
+        "" if reference is None else reference.words,
     )
 
 

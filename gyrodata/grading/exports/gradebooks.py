@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import html
 import re
-from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterator, Mapping
 from types import MappingProxyType
 from typing import NamedTuple
@@ -58,7 +57,7 @@ def fill_book(
     """
     book = book_of(lms)
     sheet = read_sheet(data, name)
-    layout: _Layout = _Canvas(sheet, book, assignment) if lms == "canvas" else _Moodle(sheet, book)
+    layout = _Canvas(sheet, book, assignment) if lms == "canvas" else _Moodle(sheet, book)
     layout.check_points(grades)
     filled: list[str] = []
     changed: list[tuple[str, str, str]] = []
@@ -106,7 +105,7 @@ def fill_book(
     return Filled(sheet.to_bytes(), tuple(dict.fromkeys(filled)), tuple(changed), tuple(skipped), tuple(by_hand))
 
 
-class _Layout(ABC):
+class _Layout:
     """Where things stand in a sheet."""
 
     rows: list[int]  # of students
@@ -118,14 +117,6 @@ class _Layout(ABC):
     def __init__(self, sheet: Sheet, book: Book) -> None:
         self.sheet, self.book = sheet, book
         self.head = [cell.value.strip() for cell in sheet.rows[0].cells]
-
-    @abstractmethod
-    def match(self, grades: Collection[Grade], ids: Ids) -> Iterator[tuple[Grade, list[int]]]:
-        """Give each grade with its rows, none where the student stands in none."""
-
-    @abstractmethod
-    def why_refused(self, row: int, points: float) -> str:
-        """Say why no grade can be written in this row; "" if it can."""
 
     def label(self, row: int) -> str:
         """Name a row to a person."""
@@ -207,7 +198,7 @@ class _Canvas(_Layout):
             yield grade, next((places[name] for name in names if name in places), [])
 
     def why_refused(self, row: int, points: float) -> str:
-        """Say that a student is excused."""
+        """Say that a student is excused; "" for one who is not."""
         before = self.sheet.value(row, self.grade)
         return self.book.excused.format(before=before) if before.upper() in ("EX", "N/A") else ""
 
@@ -279,7 +270,7 @@ class _Moodle(_Layout):
         yield from ((found[row], [row]) for row in self.rows if row in found)
 
     def why_refused(self, row: int, points: float) -> str:
-        """Say why Moodle's importer would pass over the row."""
+        """Say why Moodle's importer would pass over the row; "" if it would not."""
         most = self.number(self.sheet.value(row, self.top))
         if self.sheet.value(row, self.top + 1).casefold() in self.book.locked:
             return "is locked in Moodle: the grade cannot be changed"

@@ -134,11 +134,8 @@ def read_exemptions(source: str | os.PathLike[str] | bytes, students: Mapping[st
             groups.append(frozenset(members))
         elif len(cells) < 2:
             message = f'"{line[:60]}" names one student only'
-            found.append(
-                Diagnostic(
-                    PARTNER_ALONE, "warning", message, "write the partners in one line: alice, bob", name, number
-                )
-            )
+            hint = "write the partners in one line: alice, bob"
+            found.append(Diagnostic.of(PARTNER_ALONE, message, hint, name, number))
     return Exemptions(tuple(groups), frozenset(staff), tuple(found))
 
 
@@ -186,4 +183,4 @@ def _nobody(name: str, number: int, line: str, cell: str, students: Mapping[str,
     hint = f"did you mean {close[0]}?" if close else "write the key of a student as the grades have it"
     message = f'"{cell[:60]}" is nobody in this class'
     column = max(line.find(cell), 0) + 1
-    return Diagnostic(PARTNER_UNKNOWN, "warning", message, hint, name, number, column, line, len(cell))
+    return Diagnostic.of(PARTNER_UNKNOWN, message, hint, name, number, column, line, len(cell))

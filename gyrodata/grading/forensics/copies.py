@@ -67,7 +67,7 @@ def flag_shared_rows(rows: Rows, groups: Groups) -> list[Flag]:
         if len(alike.rows) >= FEWEST and expected <= ALLOWED:
             pairs.append(Pair(alike.p, expected, first, second))
             groups.join(first, second)
-    return flag_pairs("shared rows", pairs, rows.logs, lambda _, pair: rows.tell(pair.first, pair.second))
+    return flag_pairs("shared rows", pairs, rows.logs, rows.tell)
 
 
 def flag_same_spins(rows: Rows, groups: Groups) -> list[Flag]:
@@ -82,7 +82,21 @@ def flag_same_spins(rows: Rows, groups: Groups) -> list[Flag]:
             pairs.append(Pair(p, p * logs.pairs, first, second))
     for pair in pairs:
         groups.join(pair.first, pair.second)
-    return flag_pairs("same spins", pairs, logs, lambda _, pair: rows.tell_spins(pair.first, pair.second))
+    return flag_pairs("same spins", pairs, logs, rows.tell_spins)
+
+
+def same_number(one: Floats, other: Floats, step: Floats, other_step: Floats) -> NDArray[np.bool_]:
+    """Tell which numbers are the same to the last digit of the coarser one."""
+    same: NDArray[np.bool_] = np.abs(one - other) <= 0.5 * np.maximum(step, other_step) + _EXACT * one
+    return same
+
+
+def same_weight(one: Floats, other: Floats) -> NDArray[np.bool_]:
+    """Tell which torques are near enough for their rows to be compared."""
+    same: NDArray[np.bool_] = np.abs(np.abs(one) - np.abs(other)) <= SAME_TORQUE * np.maximum(
+        np.abs(one), np.abs(other)
+    )
+    return same
 
 
 class Alike(NamedTuple):
@@ -195,11 +209,8 @@ class Rows:
     def _compared(self, mine: Integers, other: Integers) -> tuple[Integers, Floats]:
         """Tell which pairs of rows could agree (same spin and torque), and how probably each does in the period."""
         logs = self.logs
-        step = np.maximum(logs.spin_step[mine], logs.spin_step[other])
-        same = np.abs(logs.spin[mine] - logs.spin[other]) <= 0.5 * step + _EXACT * logs.spin[mine]
-        torque = np.abs(logs.torque[mine]), np.abs(logs.torque[other])
-        same &= np.abs(torque[0] - torque[1]) <= SAME_TORQUE * np.maximum(*torque)
-        same &= logs.log[mine] != logs.log[other]
+        same = same_number(logs.spin[mine], logs.spin[other], logs.spin_step[mine], logs.spin_step[other])
+        same &= same_weight(logs.torque[mine], logs.torque[other]) & (logs.log[mine] != logs.log[other])
         kept = np.flatnonzero(same)
         mine, other = mine[kept], other[kept]
         step = np.maximum(logs.period_step[mine], logs.period_step[other]) + 2 * _EXACT * logs.period[mine]
@@ -211,11 +222,7 @@ class Rows:
 
     def _agree(self, mine: Integers, other: Integers) -> NDArray[np.bool_]:
         logs = self.logs
-        step = np.maximum(logs.period_step[mine], logs.period_step[other])
-        agree: NDArray[np.bool_] = (
-            np.abs(logs.period[mine] - logs.period[other]) <= 0.5 * step + _EXACT * logs.period[mine]
-        )
-        return agree
+        return same_number(logs.period[mine], logs.period[other], logs.period_step[mine], logs.period_step[other])
 
     def _matches(self) -> Iterator[tuple[Integers, Integers, Floats]]:
         """For each log its rows (counted from 0), the rows of others that agree with them, and the chances of that."""
@@ -314,8 +321,7 @@ class Rows:
         """Rows of one log that have the spin of a row of the other, at most."""
         logs = self.logs
         here, there = logs.rows(first), logs.rows(second)
-        step = np.maximum(logs.spin_step[here, None], logs.spin_step[there])
-        same = np.abs(logs.spin[here, None] - logs.spin[there]) <= 0.5 * step + _EXACT * logs.spin[there]
+        same = same_number(logs.spin[there], logs.spin[here, None], logs.spin_step[there], logs.spin_step[here, None])
         return int(same.any(axis=1).sum())
 
     def compare(self, first: int, second: int) -> Alike:
@@ -349,7 +355,7 @@ class Rows:
             for log, rows in ((first, mine), (second, other))
         ]
         how = []
-        if logs.prints(first).sha256 == logs.prints(second).sha256:
+        if logs.prints[first].sha256 == logs.prints[second].sha256:
             how.append("the files are the same byte for byte")
         if list(np.argsort(self._lines(first, mine))) != list(np.argsort(self._lines(second, other))):
             how.append("in another order")
@@ -363,7 +369,7 @@ class Rows:
         )
 
     def _lines(self, log: int, rows: Integers) -> list[int]:
-        lines, start = self.logs.prints(log).lines, int(self.logs.starts[log])
+        lines, start = self.logs.prints[log].lines, int(self.logs.starts[log])
         return [lines[row - start] for row in rows.tolist()]
 
     # --- spins alone ---
@@ -395,9 +401,8 @@ class Rows:
         logs = self.logs
         at, other = self.by_spin.find(logs.spin[rows], 2 * reach)
         mine = rows[at]
-        torque = np.abs(logs.torque[mine]), np.abs(logs.torque[other])
         same = (logs.log[mine] != logs.log[other]) & (np.abs(logs.spin[mine] - logs.spin[other]) <= reach[at])
-        same &= np.abs(torque[0] - torque[1]) <= SAME_TORQUE * np.maximum(*torque)
+        same &= same_weight(logs.torque[mine], logs.torque[other])
         return at[same], other[same]
 
     def _spins_of(self, log: int) -> Integers:
@@ -476,7 +481,7 @@ class Rows:
         """Times of a log at one row's spin."""
         logs = self.logs
         rows = logs.rows(log)
-        same = np.abs(logs.spin[rows] - logs.spin[row]) <= 0.5 * np.maximum(logs.spin_step[rows], logs.spin_step[row])
+        same = same_number(logs.spin[row], logs.spin[rows], logs.spin_step[row], logs.spin_step[rows])
         same &= np.abs(logs.torque[rows] - logs.torque[row]) <= SAME_TORQUE * np.abs(logs.torque[row])
         times: Floats = (logs.period[rows] * logs.turns[rows])[same]
         return times
@@ -498,19 +503,14 @@ def put_beside(first: Fingerprint, second: Fingerprint) -> list[Beside]:
     """Put the rows of two logs beside each other, the most alike first: whatever order, unit and digits they have."""
 
     def both(name: str) -> tuple[Floats, Floats]:
-        return np.array(getattr(first, name)), np.array(getattr(second, name))
+        return np.array(getattr(first, name))[:, None], np.array(getattr(second, name))
 
-    def near(values: tuple[Floats, Floats], steps: tuple[Floats, Floats]) -> NDArray[np.bool_]:
-        reach = 0.5 * np.maximum(steps[0][:, None], steps[1]) + _EXACT * values[0][:, None]
-        same: NDArray[np.bool_] = np.abs(values[0][:, None] - values[1]) <= reach
-        return same
+    def of_a_turn(name: str) -> Iterator[Floats]:
+        return map(np.divide, both(name), both("turns"))
 
-    torque, time, time_step, turns = both("torque"), both("time"), both("time_step"), both("turns")
-    size = np.abs(torque[0])[:, None], np.abs(torque[1])
-    weight = np.abs(size[0] - size[1]) <= SAME_TORQUE * np.maximum(*size)
-    same_spin = weight & near(both("spin"), both("spin_step"))
-    period, step = (time[0] / turns[0], time[1] / turns[1]), (time_step[0] / turns[0], time_step[1] / turns[1])
-    same_period = weight & near(period, step)
+    weight = same_weight(*both("torque"))
+    same_spin = weight & same_number(*both("spin"), *both("spin_step"))
+    same_period = weight & same_number(*of_a_turn("time"), *of_a_turn("time_step"))
     partner: dict[int, int] = {}
     taken: set[int] = set()
     for alike in (same_spin & same_period, same_spin, same_period, weight, np.ones_like(weight)):

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
@@ -48,13 +49,13 @@ def flag_shifted_or_scaled(logs: Logs, groups: Groups) -> list[Flag]:
             if p * tests <= ALLOWED:
                 pairs.append(Pair(p, p * tests, first, second))
                 groups.join(first, second)
-    return flag_pairs("shifted or scaled", pairs, logs, _tell_line)
+    return flag_pairs("shifted or scaled", pairs, logs, partial(_tell_line, logs))
 
 
 def _times_of(logs: Logs, size: int) -> tuple[Integers, Floats]:
     """Logs with n rows whose times have a scale, shape (G,), and those times about their mean [s], shape (G, n)."""
     members = np.flatnonzero((np.diff(logs.starts) == size) & (logs.noise > 0))
-    times = np.array([logs.prints(log).time for log in members.tolist()]).reshape(len(members), size)
+    times = np.array([logs.prints[log].time for log in members.tolist()]).reshape(len(members), size)
     times -= times.mean(axis=1, keepdims=True)
     spread = times.std(axis=1) > SPREAD * logs.noise[members]
     return members[spread], times[spread]
@@ -101,15 +102,15 @@ def _limit(dof: int, p: float) -> float:
     return high
 
 
-def _tell_line(logs: Logs, pair: Pair) -> str:
-    x, y = (np.array(logs.prints(i).time) for i in (pair.first, pair.second))
+def _tell_line(logs: Logs, first: int, second: int) -> str:
+    x, y = (np.array(logs.prints[log].time) for log in (first, second))
     dx, dy = x - x.mean(), y - y.mean()
     xx, yy, xy = float(dx @ dx), float(dy @ dy), float(dx @ dy)
     factor = (yy - xx + math.hypot(yy - xx, 2 * xy)) / (2 * xy)
     shift = float(y.mean() - factor * x.mean())
     size = float(np.sqrt(np.mean((y - factor * x - shift) ** 2)))
-    hands = math.hypot(1, factor) * float(min(logs.noise[pair.first], logs.noise[pair.second]))
-    one, other = logs.keys[pair.first], logs.keys[pair.second]
+    hands = math.hypot(1, factor) * float(min(logs.noise[first], logs.noise[second]))
+    one, other = logs.keys[first], logs.keys[second]
     return (
         f"the {len(x)} times of {other} are {factor:.4g} times those of {one} {'-' if shift < 0 else '+'} "
         f"{abs(shift):.2f} s, to {size:.2g} s (rms); two hands on a stopwatch would leave {hands:.2g} s or more"

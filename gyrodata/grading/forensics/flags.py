@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, get_args
 
 from msgspec import Struct
 
@@ -15,7 +15,7 @@ from gyrodata.grading.forensics.logs import HAND, Logs
 
 Kind = Literal["shared rows", "shifted or scaled", "same spins", "scatter"]
 
-KINDS: tuple[Kind, ...] = ("shared rows", "shifted or scaled", "same spins", "scatter")
+KINDS: tuple[Kind, ...] = get_args(Kind)
 """In the order in which they are listed."""
 
 ALLOWED = 0.05
@@ -94,8 +94,8 @@ class Groups:
         return self.head(first) == self.head(second)
 
 
-def flag_pairs(kind: Kind, pairs: Iterable[Pair], logs: Logs, tell: Callable[[Logs, Pair], str]) -> list[Flag]:
-    """Make one flag of all pairs that hang together: five copies of one log are one finding, not ten."""
+def flag_pairs(kind: Kind, pairs: Iterable[Pair], logs: Logs, tell: Callable[[int, int], str]) -> list[Flag]:
+    """Make one flag of all pairs that hang together, told in words: five copies of one log are one finding, not ten."""
     together = Groups()
     ordered = sorted(pairs)
     for pair in ordered:
@@ -106,11 +106,11 @@ def flag_pairs(kind: Kind, pairs: Iterable[Pair], logs: Logs, tell: Callable[[Lo
     return [_one_flag(kind, group, logs, tell) for group in groups.values()]
 
 
-def _one_flag(kind: Kind, group: list[Pair], logs: Logs, tell: Callable[[Logs, Pair], str]) -> Flag:
+def _one_flag(kind: Kind, group: list[Pair], logs: Logs, tell: Callable[[int, int], str]) -> Flag:
     """Make a flag of pairs in the order of their p, the strongest told in words."""
     together = Groups()
     members = sorted({member for pair in group for member in (pair.first, pair.second)})
-    evidence = "; ".join(tell(logs, pair) for pair in group[:PAIRS_TOLD])
+    evidence = "; ".join(tell(pair.first, pair.second) for pair in group[:PAIRS_TOLD])
     more = len(group) - PAIRS_TOLD
     return Flag(
         kind,

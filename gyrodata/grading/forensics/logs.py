@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Callable, Mapping, Sequence
-from operator import truediv
-from typing import Any
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import asdict
 from numpy.typing import NDArray
 
 from gyrodata.measurements import Measurements, spin_columns
@@ -36,20 +33,6 @@ class Fingerprint(Struct, frozen=True):
     turns: tuple[float, ...]  # revolutions of precession in that time [1]
     spin_step: tuple[float, ...]  # one step of the last digit typed of the spin [rad/s]; 0 where it is exact
     time_step: tuple[float, ...]  # one step of the last digit typed of the time [s]; 0 where it is exact
-
-    def to_dict(self) -> dict[str, Any]:
-        """Give it as JSON can hold it; `from_dict` takes it back exactly."""
-        return {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(self).items()}
-
-    @classmethod
-    def from_dict(cls, stored: dict[str, Any]) -> Fingerprint:
-        """Take back what `to_dict` gave, of another year's journal too, which may hold more."""
-        values: dict[str, Any] = {
-            name: tuple(value) if isinstance(value, list) else value
-            for name, value in stored.items()
-            if name in cls.__struct_fields__
-        }
-        return cls(**values)
 
 
 def fingerprint(readings: Readings, measured: Measurements) -> Fingerprint:
@@ -121,7 +104,7 @@ def measure_scatter(one: Fingerprint) -> Scatter | None:
     """
     torque, lever = np.array(one.torque), np.array(one.turns) * np.array(one.spin)
     time, step = np.array(one.time), np.array(one.time_step)
-    of_torque = (torque[:, None] == np.unique(torque)).astype(float)
+    of_torque = (torque[:, None] == sorted(set(one.torque))).astype(float)
     design = np.column_stack([of_torque * lever[:, None] / lever.max(), np.ones(len(time))])
     solution, _, rank, _ = np.linalg.lstsq(design, time, rcond=1e-9)
     dof = len(time) - int(rank)
@@ -146,7 +129,7 @@ class Logs(Struct, frozen=True):
     """
 
     keys: tuple[str, ...]
-    prints: Callable[[int], Fingerprint]  # looks up one of the logs
+    prints: tuple[Fingerprint, ...]
     current: int  # how many are of this class
     by_hand: NDArray[np.bool_]  # which were timed with a stopwatch, shape (N,)
     dof: Integers  # degrees of freedom of each log's scatter, shape (N,); 0 where it has none
@@ -169,7 +152,7 @@ class Logs(Struct, frozen=True):
 
     def scatter(self, log: int) -> Scatter:
         """Work out the scatter of a log that has a degree of freedom."""
-        scatter = measure_scatter(self.prints(log))
+        scatter = measure_scatter(self.prints[log])
         assert scatter is not None
         return scatter
 
@@ -195,47 +178,40 @@ def lay_out(
     previous: Mapping[str, Fingerprint],
 ) -> Logs:
     """Put the logs of the class, by student, side by side."""
-    keys = (*students, *sorted(previous))
-
-    def print_of(log: int) -> Fingerprint:
-        return prints[keys[log]] if log < len(students) else previous[keys[log]]
-
-    rows: dict[str, list[float]] = {
-        name: [] for name in ("torque", "spin", "period", "turns", "spin_step", "period_step")
+    earlier = sorted(previous)
+    logs = [*(prints[key] for key in students), *(previous[key] for key in earlier)]
+    rows = {
+        name: np.array([value for one in logs for value in getattr(one, name)], dtype=float)
+        for name in ("torque", "spin", "time", "turns", "spin_step", "time_step")
     }
-    sizes: list[int] = []
-    dof: list[int] = []
-    by_hand: list[bool] = []
-    time_step: list[float] = []
-    squares: list[float] = []
-    own: list[float] = []
-    for one in map(print_of, range(len(keys))):
-        for name in ("torque", "spin", "turns", "spin_step"):
-            rows[name].extend(getattr(one, name))
-        rows["period"].extend(map(truediv, one.time, one.turns))
-        rows["period_step"].extend(map(truediv, one.time_step, one.turns))
-        sizes.append(len(one.time))
-        by_hand.append(one.by_hand)
-        time_step.append(max(one.time_step))
-        scatter = measure_scatter(one)
-        dof.append(0 if scatter is None else scatter.dof)
-        squares.append(0.0 if scatter is None else scatter.squares)
-        trusted = scatter is not None and scatter.dof >= TRUSTED_DOF
-        own.append(math.sqrt(max(squares[-1] / dof[-1] - _from_tachometer(one), 0.0)) if trusted else 0.0)
-    counts, freedom, stopwatch = np.array(sizes, dtype=int), np.array(dof, dtype=int), np.array(by_hand, dtype=bool)
+    counts = np.array([len(one.time) for one in logs], dtype=int)
+    stopwatch = np.array([one.by_hand for one in logs], dtype=bool)
+    scatters = [measure_scatter(one) for one in logs]
+    dof = np.array([scatter.dof if scatter else 0 for scatter in scatters], dtype=int)
+    own = [
+        math.sqrt(max(scatter.squares / scatter.dof - _from_tachometer(one), 0.0))
+        if scatter and scatter.dof >= TRUSTED_DOF
+        else 0.0
+        for one, scatter in zip(logs, scatters, strict=True)
+    ]
     return Logs(
-        keys=keys,
-        prints=print_of,
+        keys=(*students, *earlier),
+        prints=tuple(logs),
         current=len(students),
         by_hand=stopwatch,
-        dof=freedom,
-        squares=np.array(squares),
-        time_step=np.array(time_step),
-        noise=_noise(np.array(own), freedom >= TRUSTED_DOF, stopwatch),
+        dof=dof,
+        squares=np.array([scatter.squares if scatter else 0.0 for scatter in scatters]),
+        time_step=np.array([max(one.time_step) for one in logs]),
+        noise=_noise(np.array(own), dof >= TRUSTED_DOF, stopwatch),
         starts=np.concatenate([[0], np.cumsum(counts)]).astype(int),
-        log=np.repeat(np.arange(len(keys)), counts),
+        log=np.repeat(np.arange(len(logs)), counts),
+        torque=rows["torque"],
+        spin=rows["spin"],
+        period=rows["time"] / rows["turns"],
+        spin_step=rows["spin_step"],
+        period_step=rows["time_step"] / rows["turns"],
+        turns=rows["turns"],
         partners=partners,
-        **{name: np.array(values, dtype=float) for name, values in rows.items()},
     )
 
 

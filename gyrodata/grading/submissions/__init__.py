@@ -6,6 +6,7 @@ Only names and metadata are read here; a log is read when it is graded, one at a
 from __future__ import annotations
 
 import hashlib
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Literal
@@ -14,7 +15,6 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.diagnostics import (
-    CODES,
     FILE_NOT_FOUND,
     FILES_OF_NO_STUDENT,
     GRADESCOPE_METADATA_CANNOT_BE_READ,
@@ -189,7 +189,7 @@ def find_submissions(
     finder = _Finder(files, seen, attempts)
     items = finder.find(named, _empty_handed(files, below) if seen == "folder" else ())
     if not items:
-        raise InputError([_nothing_found(files, lms, pattern)])
+        raise _nothing_found(files, lms, pattern)
     return Submissions(seen, items, tuple(finder.told))
 
 
@@ -215,8 +215,7 @@ def submission_of(paths: Sequence[Path]) -> tuple[Submission, tuple[Diagnostic, 
         own = {name: shown(path.name) for name, path in resolved.items()}
     choice = choose_files(own, sizes, lambda name: read_file(root, name))
     if choice.note:
-        told = Diagnostic(ONE_OF_SEVERAL_GRADED, CODES[ONE_OF_SEVERAL_GRADED].severity, choice.note)
-        diagnostics = (*diagnostics, told)
+        diagnostics = (*diagnostics, Diagnostic.of(ONE_OF_SEVERAL_GRADED, choice.note))
     made = Submission(
         first.name, first.name, {}, root, tuple(sorted(own)), choice.log, choice.answers,
         own[choice.log] if choice.log else None, own[choice.answers] if choice.answers else None,
@@ -245,26 +244,20 @@ def _empty_handed(files: Listing, below: str) -> tuple[str, ...]:
     return tuple(shown(folder.rstrip("/")) for folder in inner if folder.count("/") == 1)
 
 
-def _nothing_found(files: Listing, lms: str, pattern: str | None) -> Diagnostic:
+def _nothing_found(files: Listing, lms: str, pattern: str | None) -> InputError:
     root = files.root.name
     if not files.sizes:
-        return Diagnostic(
-            NO_SUBMISSION, "error", f'"{root}" holds no files', "give the folder or zip of the class", root
-        )
+        hint = "give the folder or zip of the class"
+        return InputError.of(NO_SUBMISSION, f'"{root}" holds no files', hint, root)
     one = shown(min(files.sizes))
     if pattern is not None:
-        return Diagnostic(
-            NO_SUBMISSION,
-            "error",
-            f'--pattern "{pattern}" fits no file of "{root}"',
-            f"make it fit such a name: {one}",
-            root,
-        )
+        message = f'--pattern "{pattern}" fits no file of "{root}"'
+        return InputError.of(NO_SUBMISSION, message, f"make it fit such a name: {one}", root)
     message = f'"{root}" holds no submission as {"a platform" if lms == "auto" else lms} names them; one file is: {one}'
     sample = PLATFORMS["folder" if lms == "auto" else lms].sample
     without = "" if lms == "auto" else f"leave --lms {lms} out, or "
     hint = f"{without}name them such as {sample}, or give a --pattern"
-    return Diagnostic(NO_SUBMISSION, "error", message, hint, root)
+    return InputError.of(NO_SUBMISSION, message, hint, root)
 
 
 # --- from files to submissions ------------------------------------------------------------------------------
@@ -308,7 +301,7 @@ class _Finder:
         return _with_unlike_names(sorted(items, key=lambda item: item.student))
 
     def _tell(self, code: str, message: str, hint: str = "") -> None:
-        self.told.append(Diagnostic(code, CODES[code].severity, message, hint, self.files.root.name))
+        self.told.append(Diagnostic.of(code, message, hint, self.files.root.name))
 
     def _tell_left_out(self, names: list[str]) -> None:
         known = {one.metadata for one in PLATFORMS.values()}
@@ -387,9 +380,7 @@ def _person(what: ParsedName, about: Metadata | None) -> ParsedName:
 
 def _with_unlike_names(items: list[Submission]) -> tuple[Submission, ...]:
     """Put the key behind names that several students have, as all have on a page that is marked blind."""
-    counts: dict[str, int] = {}
-    for item in items:
-        counts[item.name] = counts.get(item.name, 0) + 1
+    counts = Counter(item.name for item in items)
     return tuple(
         replace(item, name=f"{item.name} ({item.student})") if counts[item.name] > 1 else item for item in items
     )

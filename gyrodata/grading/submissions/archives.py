@@ -23,7 +23,6 @@ from msgspec import Struct
 
 from gyrodata.diagnostics import (
     CLASS_IS_NO_FOLDER_OR_ZIP,
-    CODES,
     FILE_LEFT_OUT,
     SUBMITTED_FILE_CANNOT_BE_READ,
     TOO_MANY_FILES,
@@ -103,10 +102,6 @@ def _unreadable(name: str, why: str) -> InputError:
     return InputError.of(SUBMITTED_FILE_CANNOT_BE_READ, f'"{shown}" cannot be read: {why}', file=shown)
 
 
-def _left_out(root: Path, message: str, hint: str) -> Diagnostic:
-    return Diagnostic(FILE_LEFT_OUT, CODES[FILE_LEFT_OUT].severity, message, hint, root.name)
-
-
 # --- folders ------------------------------------------------------------------------------------------------
 
 
@@ -134,7 +129,7 @@ def _list_folder(root: Path) -> Listing:
                 waiting.append(f"{name}/")
             elif entry.is_file(follow_symlinks=False):
                 sizes[name] = entry.stat(follow_symlinks=False).st_size
-    told = tuple(_left_out(root, *words) for words in sorted(left_out))
+    told = tuple(Diagnostic.of(FILE_LEFT_OUT, *words, root.name) for words in sorted(left_out))
     return Listing(root, dict(sorted(sizes.items())), tuple(sorted(folders)[1:]), told)
 
 
@@ -227,7 +222,12 @@ def _opened(root: Path, changed: int, size: int, process: int) -> _Archive:
             twice |= {name} & files.keys()
             files[name] = info
     told = [
-        _left_out(root, f'the zip holds "{name}" twice; the later one is read', "take one of the two out of the zip")
+        Diagnostic.of(
+            FILE_LEFT_OUT,
+            f'the zip holds "{name}" twice; the later one is read',
+            "take one of the two out of the zip",
+            root.name,
+        )
         for name in sorted(twice)
     ]
     return _Archive(archive, files, tuple(sorted(folders)), tuple(told))

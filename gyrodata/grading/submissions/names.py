@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from datetime import datetime
 from os.path import commonprefix
@@ -41,15 +42,12 @@ def read_name(name: str, lms: str) -> ParsedName | None:
 
 def recognise(names: Iterable[str]) -> str | None:
     """Tell which platform wrote most of the names, at least half of them; None if none did."""
-    counts = dict.fromkeys(NAMED, 0)
-    total = 0
-    for name in names:
-        total += 1
-        lms = next((lms for lms in NAMED if any(shape.fullmatch(name) for shape in PLATFORMS[lms].shapes)), None)
-        if lms is not None:
-            counts[lms] += 1
-    best = max(NAMED, key=lambda lms: counts[lms])
-    return best if counts[best] and counts[best] * 2 >= total else None
+    counts = Counter(
+        next((lms for lms in NAMED if any(shape.fullmatch(name) for shape in PLATFORMS[lms].shapes)), None)
+        for name in names
+    )
+    best = max(NAMED, key=counts.__getitem__)
+    return best if counts[best] and counts[best] * 2 >= counts.total() else None
 
 
 def read_pattern(text: str) -> re.Pattern[str]:
@@ -88,6 +86,8 @@ def read_own_name(name: str, pattern: re.Pattern[str]) -> ParsedName | None:
 
 def shown(text: str) -> str:
     """Give a name as it can be printed: composed letters, without control characters or marks that turn a line."""
+    if text.isascii() and text.isprintable():
+        return " ".join(text.split())
     turning = (" " if unicodedata.category(c) in ("Cc", "Zl", "Zp") or c in _TURNING else c for c in printable(text))
     kept = "".join(turning)
     return " ".join(unicodedata.normalize("NFC", kept).split())

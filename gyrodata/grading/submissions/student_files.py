@@ -17,7 +17,6 @@ from gyrodata.diagnostics import (
     ANSWERS_CANNOT_BE_READ,
     ANSWERS_CONTRADICT_LOG,
     ANSWERS_NO_TOML,
-    CODES,
 )
 from gyrodata.errors import Diagnostic, GyroError
 from gyrodata.grading.submissions.archives import size_text
@@ -214,7 +213,7 @@ def read_answers(readings: Readings | None, toml: bytes | None, reports: Iterabl
             before = found.get(key)
             if before is not None and (before.value, before.u) != (reported.value, reported.u):
                 message = f'{key} is "{before.text}" in the log and "{reported.text}" in {_FILE}; the latter is graded'
-                told.append(_diagnostic(ANSWERS_CONTRADICT_LOG, message, "", reported.line))
+                told.append(Diagnostic.of(ANSWERS_CONTRADICT_LOG, message, "", _FILE, reported.line))
             found[key] = reported
             file = _FILE if key == "inertia" else file
     inertia = found.pop("inertia", None)
@@ -224,11 +223,7 @@ def read_answers(readings: Readings | None, toml: bytes | None, reports: Iterabl
     if elsewhere:
         place, inertia = elsewhere
         file = place.rpartition(", line ")[0]
-        told.append(
-            Diagnostic(
-                ANSWER_ELSEWHERE, CODES[ANSWER_ELSEWHERE].severity, f'I_zz is read from {place}: "{inertia.text}"'
-            )
-        )
+        told.append(Diagnostic.of(ANSWER_ELSEWHERE, f'I_zz is read from {place}: "{inertia.text}"'))
     return Answers(inertia, found, tuple(told), file)
 
 
@@ -252,7 +247,8 @@ def _read_file(data: bytes, told: list[Diagnostic]) -> dict[str, Reported]:
     try:
         text = decode(data, Faults(_FILE))[0]
     except GyroError as error:
-        told.append(_diagnostic(ANSWERS_CANNOT_BE_READ, f"{_FILE} cannot be read: {error.diagnostics[0].message}"))
+        message = f"{_FILE} cannot be read: {error.diagnostics[0].message}"
+        told.append(Diagnostic.of(ANSWERS_CANNOT_BE_READ, message, file=_FILE))
         return {}
     try:
         # Digits as they are typed: 4.40 is not 4.4.
@@ -263,9 +259,8 @@ def _read_file(data: bytes, told: list[Diagnostic]) -> dict[str, Reported]:
         values = values or _read_lines(text)
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         message = f"{_FILE} is no TOML and is read line by line: {error}"
-        told.append(
-            _diagnostic(ANSWERS_NO_TOML, message, 'put each value in quotes: inertia = "4.4e-3 ± 0.1e-3 kg m^2"')
-        )
+        hint = 'put each value in quotes: inertia = "4.4e-3 ± 0.1e-3 kg m^2"'
+        told.append(Diagnostic.of(ANSWERS_NO_TOML, message, hint, _FILE))
         values = _read_lines(text)
     found: dict[str, Reported] = {}
     for key, value, line in values:
@@ -309,10 +304,5 @@ def _tell_misspelt(key: str, reported: Reported, told: list[Diagnostic]) -> None
         return
     close = difflib.get_close_matches(canonical_key(key), REPORTED_KINDS, n=1, cutoff=0.75)
     if close:
-        told.append(
-            _diagnostic(ANSWER_NOT_ASKED_FOR, f'"{key}" is not asked for: was {close[0]} meant?', line=reported.line)
-        )
-
-
-def _diagnostic(code: str, message: str, hint: str = "", line: int | None = None) -> Diagnostic:
-    return Diagnostic(code, CODES[code].severity, message, hint, _FILE, line)
+        message = f'"{key}" is not asked for: was {close[0]} meant?'
+        told.append(Diagnostic.of(ANSWER_NOT_ASKED_FOR, message, "", _FILE, reported.line))

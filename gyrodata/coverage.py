@@ -9,6 +9,7 @@ intervals where those are wrong: where the log's own runs scatter otherwise, lab
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Iterator
 from typing import Any, Literal
 
@@ -17,6 +18,7 @@ from msgspec import Struct, to_builtins
 from msgspec.structs import replace
 
 from gyrodata import physics
+from gyrodata.errors import insist_on_type
 from gyrodata.fitting import TEXTBOOK, FitResult, fit, fit_many, torques_differ, transverse_inertia
 from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
@@ -106,18 +108,45 @@ def _table(title: str, estimators: tuple[Performance, ...]) -> list[str]:
 
 def selfcheck(
     measured: Measurements,
-    clock: Callable[[], float],
+    clock: Callable[[], float] = time.process_time,
     labs: int = 4000,
     seed: int = 1,
     tilted: bool = False,
     progress: Callable[[int], None] | None = None,
 ) -> SelfCheck:
-    """Simulate a lab many times and see what its fits are worth.
+    """Simulate a lab many times and see what its fits are worth, as ``gyro selfcheck`` does.
 
-    `measured` has only the runs that have a say; `clock` gives seconds, as `time.perf_counter`; `progress` is told how
-    many labs of a table are done. True readings are those of the log, true I_zz and M0 the fitted ones; the timing
-    bias is drawn from its prior, every error from its source. A lab with a time below zero is none, and is left out.
+    Parameters
+    ----------
+    measured : Measurements
+        The n runs that have a say, such as ``lab.measurements``.
+    clock : callable
+        Gives seconds [s].
+    labs : int
+        How many are simulated.
+    seed : int
+        Of the random numbers.
+    tilted : bool
+        Eq. (8) with each run's pitch, not eq. (9).
+    progress : callable, optional
+        Told how many labs of a table are done.
+
+    Returns
+    -------
+    SelfCheck
+
+    Raises
+    ------
+    ValueError, TypeError
+        If there is nothing to simulate.
+
+    Notes
+    -----
+    True readings are those of the log, true I_zz and M0 the fitted ones; the timing bias is drawn from its prior, every
+    error from its source. A lab with a time below zero is none, and is left out.
     """
+    insist_on_type("measured", measured, Measurements, "what was measured: lab.measurements")
+    insist_on_type("labs", labs, int, "a number of labs")
     if labs < 1:
         raise ValueError(f"{labs} labs say nothing; pass 1 or more")
     found = fit(measured, tilted)

@@ -1,0 +1,103 @@
+"""The README and the pages of `gyro explain`, and what a reader does who types their examples one after the other."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+from msgspec import Struct
+
+ROOT = Path(__file__).parent.parent
+BIN = Path(sys.executable).parent
+PAGES = sorted((ROOT / "gyrodata" / "docs").glob("*.md"))
+DOCUMENTS = [ROOT / "README.md", *PAGES]
+
+INSTALLS = ("python3 -m venv", "source .venv", "pipx ", "uv ", "hyperfine ")
+"""What begins so sets a machine up, and is run by `.ci/run` or by nobody."""
+
+_BLOCK = re.compile(
+    r"(?:<!-- (?P<mark>\w+): (?P<told>[^>]*) -->\n)?"
+    r"(?:^```(?P<kind>\w+)\n(?P<body>.*?)^```$|(?P<table>(?:^\|[^\n]*\|\n)+))",
+    re.MULTILINE | re.DOTALL,
+)
+
+
+class Block(Struct, frozen=True):
+    """A fenced block, or a table, with what a comment before it says of it."""
+
+    kind: str
+    body: str
+    mark: str
+    told: str
+
+
+def blocks(text: str) -> list[Block]:
+    """List the blocks of a document."""
+    return [
+        Block(m["kind"] or "table", m["body"] or m["table"] or "", m["mark"] or "", m["told"] or "")
+        for m in _BLOCK.finditer(text)
+    ]
+
+
+def cells(table: str) -> list[list[str]]:
+    """Split a table into its rows, the line below the header left out."""
+    rows = [[cell.strip() for cell in line.strip("|\n").split("|")] for line in table.splitlines()]
+    return [rows[0], *rows[2:]]
+
+
+def run(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    """Run a line of shell with this environment's ``gyro`` and ``python`` first on the path."""
+    environment = {**os.environ, "PATH": f"{BIN}{os.pathsep}{os.environ['PATH']}", "PYTHONPATH": str(ROOT)}
+    environment |= {"COLUMNS": "80", "PYTHONIOENCODING": "utf-8"}
+    if shutil.which("gyro", path=str(BIN)) is None:
+        command = re.sub(r"(^|\| )gyro ", rf"\1{shlex.quote(sys.executable)} -m gyrodata ", command)
+    return subprocess.run(
+        command, shell=True, cwd=folder, env=environment, capture_output=True, text=True, encoding="utf-8", check=False
+    )
+
+
+def typed(text: str, folder: Path) -> Iterator[tuple[str, str, str, str]]:
+    """Type a document's examples in their order: what was typed, what is shown, what came, and what went wrong."""
+    shutil.copytree(ROOT / "sample_data", folder / "sample_data")
+    listed = blocks(text)
+    for at, block in enumerate(listed):
+        if block.mark == "file":
+            (folder / block.told).write_text(block.body, encoding="utf-8")
+        elif block.mark == "workbook":
+            _workbook(cells(block.body), folder / block.told)
+        elif block.kind == "console":
+            for command, shown in re.findall(r"^\$ (.*)\n((?:(?!\$ ).*\n)*)", block.body, re.MULTILINE):
+                done = run(command, folder)
+                right = done.returncode == int(block.told or 0)
+                yield command, shown, done.stdout, "" if right else f"exit {done.returncode}: {done.stderr}"
+        elif block.kind == "sh":
+            for command in re.sub(r"\\\n\s*", "", block.body).splitlines():
+                if not command.startswith(INSTALLS):
+                    done = run(command, folder)
+                    yield command, "", "", done.stderr if done.returncode else ""
+        elif block.kind == "python":
+            (folder / "example.py").write_text(block.body, encoding="utf-8")
+            done = run("python example.py", folder)
+            yield block.body, listed[at + 1].body, done.stdout, done.stderr if done.returncode else ""
+
+
+def _workbook(rows: list[list[str]], path: Path) -> None:
+    """Type a table into a spreadsheet: what looks like a number is one, and shows the digits that are typed."""
+    import openpyxl
+
+    book = openpyxl.Workbook()
+    sheet = book.active
+    assert sheet is not None
+    # The first row has the letters of the columns, and the first column the numbers of the rows.
+    for row in rows[1:]:
+        sheet.append([float(cell) if re.fullmatch(r"[\d.]+", cell) else cell or None for cell in row[1:]])
+        for cell, text in zip(sheet[sheet.max_row], row[1:], strict=True):
+            if re.fullmatch(r"\d+\.\d+", text):
+                cell.number_format = "0." + "0" * len(text.partition(".")[2])
+    book.save(path)

@@ -1,0 +1,111 @@
+"""The nutation of a rod let go from rest, of any size and at any tilt, against eqs. (7) integrated."""
+
+from __future__ import annotations
+
+import math
+import warnings
+
+import mpmath
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from gyrodata import physics
+from gyrodata.motion import Nutation, Top, nutation
+
+INERTIA, RPM = 4.44e-3, math.pi / 30
+
+
+def integrated(top: Top, spin: float, pitch: float) -> Nutation:
+    """From rest to the next turning point, half a nutation, by θ and φ and the means of both."""
+    own, start = top.inertia * spin, math.pi / 2 - pitch
+    upwards = own * math.cos(start)
+
+    def motion(_: float, state: NDArray[np.float64]) -> list[float]:
+        theta, fall, *_sums = state
+        cos, sin = math.cos(theta), math.sin(theta)
+        rate = (upwards - own * cos) / (top.transverse_inertia * sin**2)
+        pull = (top.torque - own * rate + top.transverse_inertia * rate**2 * cos) * sin / top.transverse_inertia
+        return [fall, pull, rate, theta - start, rate * sin]
+
+    def turns(_: float, state: NDArray[np.float64]) -> float:
+        return float(state[1])
+
+    turns.terminal, turns.direction = True, -np.sign(top.torque)  # type: ignore[attr-defined]
+    done = solve_ivp(motion, (0, 9), [start, 0, 0, 0, 0], method="DOP853", rtol=1e-12, atol=1e-14, events=turns,
+                     dense_output=True)  # fmt: skip
+    half = done.t[-1]
+    theta, _, turned, sagged, aside = done.y[:, -1]
+    times = np.linspace(0, half, 2001)
+    lead = np.abs(done.sol(times)[2] / (turned / half) - times).max()
+    return Nutation(2 * half, sagged / half, theta - start, aside / half, lead)
+
+
+def test_forty_random_tilted_rods() -> None:
+    draw = np.random.default_rng(40)
+    for _ in range(40):
+        spin = draw.choice([-1, 1]) * RPM * math.exp(draw.uniform(math.log(30), math.log(600)))
+        torque = draw.choice([-1, 1]) * draw.uniform(0.02, 0.12)
+        top, pitch = Top(INERTIA, INERTIA * draw.uniform(0.6, 2), torque), math.radians(draw.uniform(-85, 85))
+        found, expected = nutation(top, spin, pitch), integrated(top, spin, pitch)
+        for name in ("period", "mean_sag", "greatest_sag", "sideways"):
+            assert getattr(found, name) == pytest.approx(getattr(expected, name), rel=1e-8), (name, top, spin, pitch)
+        # As near as a grid of 2000 comes to a largest value.
+        assert found.lead == pytest.approx(expected.lead, rel=2e-6)
+
+
+@pytest.mark.parametrize("pitch", [-60.0, -10.0, 0.0, 25.0, 80.0])
+@pytest.mark.parametrize("torque", [0.03, 0.6, -0.06, 1e-9])
+def test_the_greatest_sag_is_that_of_the_energy(pitch: float, torque: float) -> None:
+    across, spin, angle = 1.6 * INERTIA, 200 * RPM, math.radians(pitch)
+    found = nutation(Top(INERTIA, across, torque), spin, angle).greatest_sag
+    with mpmath.workdps(40):
+        up, load = mpmath.sin(mpmath.mpf(angle)), 2 * mpmath.mpf(across) * torque
+        linear = (mpmath.mpf(INERTIA) * spin) ** 2 / load - 2 * up
+        root = mpmath.sqrt(linear**2 + 4 * (1 - up**2))
+        expected = mpmath.mpf(angle) - mpmath.asin(up - (root * mpmath.sign(load) - linear) / 2)
+    assert found == pytest.approx(float(expected), rel=1e-13)
+
+
+@pytest.mark.parametrize("pitch", [-1.2, 0.0, 0.7])
+def test_a_small_one_has_the_closed_forms(pitch: float) -> None:
+    torque, spin, across = 1e-5, 400 * RPM, 1.5 * INERTIA
+    found = nutation(Top(INERTIA, across, torque), spin, pitch)
+    delta = across * torque / (INERTIA * spin) ** 2
+    assert found.mean_sag == pytest.approx(delta * math.cos(pitch), rel=10 * delta)
+    assert found.greatest_sag == pytest.approx(2 * delta * math.cos(pitch), rel=10 * delta)
+    rate = physics.precession_rate(torque, spin, INERTIA, across, pitch)
+    assert found.sideways == pytest.approx(rate * math.cos(pitch), rel=10 * delta)
+    total = spin + rate * math.sin(pitch)
+    small = physics.nutation_rate(total, INERTIA, across, rate, pitch)
+    assert 2 * math.pi / found.period == pytest.approx(small, rel=10 * delta)
+    assert found.lead == pytest.approx(physics.click_error(spin, INERTIA, across), rel=10 * delta)
+
+
+def test_without_spin_it_swings_and_without_a_torque_it_stays() -> None:
+    swings = nutation(Top(INERTIA, 6e-3, 0.05), 0.0, 0.3)
+    assert swings.greatest_sag == pytest.approx(math.pi / 2 + 0.3, rel=1e-14)
+    # A pendulum that swings out by 90° + pitch: K of Jacobi.
+    swing = 2 * mpmath.ellipk(math.sin((math.pi / 2 + 0.3) / 2) ** 2) * math.sqrt(6e-3 / 0.05)
+    assert swings.period == pytest.approx(float(swing), rel=1e-13)
+    assert swings.sideways == 0
+    assert nutation(Top(INERTIA, 6e-3, -0.05), 0.0, 0.3).greatest_sag == pytest.approx(0.3 - math.pi / 2, rel=1e-14)
+    stays = nutation(Top(INERTIA, 6e-3, 0.0), 40.0, 0.3)
+    assert (stays.mean_sag, stays.greatest_sag, stays.sideways) == (0, 0, 0)
+    assert math.isnan(stays.lead)
+    assert 2 * math.pi / stays.period == pytest.approx(40 * INERTIA / 6e-3, rel=1e-14)
+
+
+def test_far_from_any_lab_it_stays_finite() -> None:
+    draw = np.random.default_rng(3)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for _ in range(60):
+            inertia, torque = 10 ** draw.uniform(-9, 3), draw.choice([-1, 1]) * 10 ** draw.uniform(-5, 3)
+            pitch = draw.choice([1, -1]) * (math.pi / 2 - 10 ** draw.uniform(-9, 0.1))
+            spin = draw.choice([-1, 1]) * 10 ** draw.uniform(-3, 4)
+            found = nutation(Top(inertia, inertia * draw.choice([0.5, 1, 1.3, 40]), torque), spin, pitch)
+            assert all(math.isfinite(getattr(found, name)) for name in found.__struct_fields__)
+            assert 0 < found.mean_sag / found.greatest_sag < 1
+            assert found.greatest_sag * torque > 0

@@ -1,0 +1,472 @@
+"""Each number on the pages of `gyro explain` is one that the code gives; links lead somewhere; a terminal shows all."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import unicodedata
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from documents import DOCUMENTS, PAGES, ROOT, blocks, cells
+from rich.cells import cell_len
+from typer.testing import CliRunner
+
+import gyrodata
+from gyrodata import docs, effects, findings, fitting, grading, motion, physics, schema
+from gyrodata.cli import app
+from gyrodata.diagnostics import CODES, LOG
+from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO, SOURCES, TRANSVERSE_U, measure
+from gyrodata.readings import parse_header, read_log
+
+TEXTS = {path.stem: path.read_text(encoding="utf-8") for path in PAGES}
+SAMPLE = ROOT / "sample_data" / "air_gyroscope.csv"
+
+
+# --- formulas are carried out as they are printed ------------------------------------------------------------
+
+
+class Vector(np.ndarray[Any, Any]):
+    """× of the page is @ here."""
+
+    def __matmul__(self, other: Any) -> Any:
+        return np.cross(self, other).view(Vector)
+
+
+def value_of(formula: str, names: dict[str, Any]) -> Any:
+    """Work a formula of a page out."""
+    for printed, meant in {"·": "*", "−": "-", "×": "@", "²": "**2"}.items():
+        formula = formula.replace(printed, meant)
+    formula = re.sub(r"√(\d)", r"sqrt(\1)", formula).replace("√", "sqrt")
+    known = {"π": math.pi, "sin": np.sin, "cos": np.cos, "log": np.log, "sqrt": np.sqrt, "sgn": np.sign, **names}
+    # What has a letter of its own with the dot is the same letter to Python.
+    return eval(formula, {}, {unicodedata.normalize("NFKC", name): value for name, value in known.items()})
+
+
+def equations(page: str) -> dict[str, tuple[str, str]]:
+    """Both sides of each equation of a page, by its number or by what it defines."""
+    lines = "".join(block.body for block in blocks(TEXTS[page]) if block.kind == "text").splitlines()
+    found = (re.fullmatch(r"(?:\((\d[abc]?)\)  )?(.+?) = (.+)", line) for line in lines)
+    return {m[1] or m[2]: (m[2], m[3]) for m in found if m}
+
+
+INERTIA, ACROSS = 4.44e-3, 6.5e-3
+
+
+def any_state() -> dict[str, Any]:
+    """A top that does everything at once, with names as the page has them."""
+    theta, angle_rate, rate, spin = 1.1, 0.3, 0.7, 40.0
+    turn = physics.frame_rotation(angle_rate, rate, theta)
+    body = physics.body_rotation(angle_rate, rate, spin, theta)
+    change = np.array([0.2, -0.4, 0.6])
+    names = {"θ̇": angle_rate, "φ̇": rate, "ψ̇": spin, "sinθ": math.sin(theta), "cosθ": math.cos(theta)}
+    names |= {f"e{i + 1}": np.eye(3)[i].view(Vector) for i in range(3)}
+    names |= {f"ω{i + 1}": body[i] for i in range(3)} | {f"ω̇{i + 1}": change[i] for i in range(3)}
+    names |= {"Ω": turn.view(Vector), "Ω3": turn[2], "I": ACROSS, "I_zz": INERTIA, "h": 0.15, "m": 0.06, "g": 9.803}
+    names["ω"] = body
+    names["H"] = physics.angular_momentum(body, INERTIA, ACROSS).view(Vector)
+    names["Ḣ"] = physics.momentum_change(body, change, turn, INERTIA, ACROSS)
+    return names
+
+
+@pytest.mark.parametrize("number", ["1", "2", "3", "4", "5"])
+def test_the_equations_of_rotation_are_those_of_the_code(number: str) -> None:
+    left, right = (value_of(side, any_state()) for side in equations("theory")[number])
+    np.testing.assert_allclose(np.asarray(left, dtype=float), np.asarray(right, dtype=float), rtol=1e-14, atol=1e-16)
+
+
+def test_the_torque_and_equation_seven_are_those_of_the_code() -> None:
+    state, listed = any_state(), equations("theory")
+    torque = physics.torque(state["m"], state["h"], state["g"]) * state["sinθ"]
+    assert value_of(listed["6"][1], state).tolist() == pytest.approx([torque, 0.0, 0.0])
+    sides = [value_of(listed[number][0], state) for number in ("7a", "7b", "7c")]
+    assert sides == pytest.approx(state["Ḣ"].tolist(), rel=1e-14)
+    assert value_of(listed["7a"][1], state) == pytest.approx(torque)
+    assert [listed[number][1] for number in ("7b", "7c")] == ["0", "0"]
+
+
+@pytest.mark.parametrize("pitch", [0.0, 0.2, -0.5])
+def test_steady_precession_and_its_roots_are_those_of_the_code(pitch: float) -> None:
+    spin, listed = 400 * physics.RPM, equations("theory")
+    load = float(physics.torque(0.06, 0.15, 9.803))
+    top = load, spin, INERTIA, ACROSS, pitch
+    rate = float(physics.precession_rate(*top))
+    names = {"I": ACROSS, "I_zz": INERTIA, "h": 0.15, "m": 0.06, "g": 9.803, "M": load, "ψ̇": spin, "φ̇": rate}
+    names |= {"cosθ": math.sin(pitch), "sinθ": math.cos(pitch)}
+    number = "8" if pitch else "9"
+    assert value_of(listed[number][0], names) == pytest.approx(value_of(listed[number][1], names), rel=1e-14)
+    names |= {name: value_of(listed[name][1], names) for name in ("a", "b")}
+    assert value_of(listed["slow"][1], names) == pytest.approx(rate, rel=1e-14)
+    if pitch:
+        fast = physics.fast_precession_rate(*top)
+        assert value_of(listed["fast"][1], names) == pytest.approx(fast, rel=1e-14)
+    # The sag of a rod that is let go, and the condition that is fitted, with b = 0.2 s.
+    sag = motion.nutation(motion.Top(INERTIA, ACROSS, load), spin).mean_sag
+    assert value_of(listed["δ"][1], names) == pytest.approx(sag, rel=4.1 * sag**2)
+    names |= {"M0": 0.0, "f": 1 / 3, "b": 0.2, "s": 1, "T": 2 * math.pi / 3 / rate + 0.2}
+    (condition,) = (sides for name, sides in equations("statistics").items() if "M0" in name)
+    assert value_of(condition[0], names) == pytest.approx(value_of(condition[1], names), rel=1e-14)
+
+
+def test_the_signs_are_those_of_the_motion() -> None:
+    """Spin ccw from the tip and a weight on the rod: ccw from above; either turned round: the other way."""
+    top = motion.Top(INERTIA, ACROSS, float(physics.torque(0.06, 0.15, 9.803)))
+    for sense in (1, -1):
+        start = motion.released(top, sense * 400 * physics.RPM)
+        assert np.sign(motion.precession_angle(top, start, 13.0)) == sense
+
+
+# --- the ladder -----------------------------------------------------------------------------------------------
+
+
+def marked(page: str, mark: str) -> list[list[str]]:
+    """The rows of the table behind a mark, without its header."""
+    table = TEXTS[page].split(f"<!-- {mark} -->\n")[1].split("\n\n")[0]
+    return cells(table)[1:]
+
+
+def benches() -> list[dict[str, float]]:
+    """The two labs of the ladder, by the symbols of the page."""
+    labs: list[dict[str, float]] = [{}, {}]
+    for names, *values, _ in marked("ladder", "symbols"):
+        for lab, told in zip(labs, values, strict=True):
+            for name, formula in zip(re.findall("`(.*?)`", names), re.findall("`(.*?)`", told), strict=True):
+                lab[name] = float(value_of(formula, lab))
+    return labs
+
+
+PROOFS = re.findall(r"^\* (.*?): \[(test_\w+)\]\((.*?)\)$", TEXTS["ladder"], re.MULTILINE)
+SIZES = {name: (formula.strip("`"), shown) for name, formula, *shown in marked("ladder", "sizes")}
+
+
+@pytest.mark.parametrize("name", SIZES)
+def test_a_size_is_what_its_closed_form_gives(name: str) -> None:
+    formula, shown = SIZES[name]
+    assert shown == [f"{100 * value_of(formula, lab):+.2g} %".replace("-", "−") for lab in benches()]
+
+
+def of_start_and_end(lab: dict[str, float]) -> tuple[float, float, float]:
+    return lab["start"], lab["end"], float(physics.harmonic_mean_spin(lab["start"], lab["end"]))
+
+
+BY_CODE: dict[str, Callable[[dict[str, float]], float]] = {
+    "tilted rod, eq. (9) for eq. (8)": lambda lab: physics.tilt_bias(
+        lab["φ̇"], lab["ψ̇"], lab["pitch"], lab["I_zz"], lab["I"]
+    ),
+    "tilted rod, total spin taken for ψ̇": lambda lab: physics.tilt_bias(
+        lab["φ̇"], lab["ψ̇"] + lab["φ̇"] * math.sin(lab["pitch"]), lab["pitch"], lab["I_zz"], lab["I"], total_spin=True
+    ),
+    "nutation after letting go": lambda lab: physics.release_bias(lab["M"], lab["ψ̇"], lab["I_zz"], lab["I"]),
+    "nutation, its phase at one click, at most": lambda lab: (
+        physics.click_error(lab["ψ̇"], lab["I_zz"], lab["I"]) / lab["T"]
+    ),
+    "falling spin, plain mean of start and end": lambda lab: (
+        of_start_and_end(lab)[2] / ((lab["start"] + lab["end"]) / 2) - 1
+    ),
+    # At half time a viscous fall has reached the geometric mean.
+    "falling spin, half time for the mean": lambda lab: (
+        of_start_and_end(lab)[2] / math.sqrt(lab["start"] * lab["end"]) - 1
+    ),
+    "law by which the spin falls": lambda lab: physics.decay_law_doubt(lab["start"], lab["end"]),
+    "rod sighted 1° off at each end": lambda lab: SOURCES["angle"].default.absolute / lab["f"],
+    "ruler's zero off by 0.5 mm": lambda lab: SOURCES["position_zero"].default.absolute / lab["x"],
+    "weight 25.4 mm wide spins along": lambda lab: physics.cylinder_inertia(lab["m"], 0.0254) / lab["I_zz"],
+    "the Earth's rotation, at a pole": lambda lab: physics.EARTH_ROTATION / lab["φ̇"],
+}
+
+
+@pytest.mark.parametrize("name", BY_CODE)
+def test_a_closed_form_is_that_of_the_code(name: str) -> None:
+    for lab in benches():
+        assert value_of(SIZES[name][0], lab) == pytest.approx(BY_CODE[name](lab), rel=5e-3)
+
+
+def read_run(lab: dict[str, float], **changed: float) -> float:
+    """I_zz of one run by eq. (9), its readings as the lab has them or changed, over the true one, minus 1."""
+    true = {"torque": lab["M"], "spin": lab["ψ̇"], "time": lab["T"]}
+    off = true | changed
+    return off["torque"] * off["time"] / (2 * math.pi * lab["f"] * off["spin"]) / lab["I_zz"] - 1
+
+
+BY_HAND: dict[str, Callable[[dict[str, float]], float]] = {
+    "tilted rod, arm times the cosine (a mistake)": lambda lab: read_run(lab, torque=lab["M"] * math.cos(lab["pitch"])),
+    # The torque at work is the larger, the time the shorter.
+    "imperfect balance": lambda lab: read_run(lab, time=lab["T"] * lab["M"] / (lab["M"] + lab["M0"])),
+    "timing bias of the hand": lambda lab: read_run(lab, time=lab["T"] + lab["b"]),
+    "half time read late": lambda lab: read_run(lab, spin=lab["ψ̇"] * math.exp(-lab["late"] / lab["τ"])),
+}
+
+
+@pytest.mark.parametrize("name", BY_HAND)
+def test_a_closed_form_is_what_comes_of_such_readings(name: str) -> None:
+    for lab in benches():
+        assert value_of(SIZES[name][0], lab) == pytest.approx(BY_HAND[name](lab), rel=5e-3)
+
+
+def test_the_ladder_is_whole() -> None:
+    assert set(SIZES) == {*BY_CODE, *BY_HAND}
+    assert [kind.words for kind in effects.EFFECTS if not any(name.startswith(kind.words) for name in SIZES)] == []
+    assert [name for name, _, _ in PROOFS] == list(SIZES)
+    assert all(lab["I"] == DEFAULT_TRANSVERSE_RATIO * lab["I_zz"] + lab["m"] * lab["x"] ** 2 for lab in benches())
+
+
+@pytest.mark.parametrize(("name", "test", "path"), PROOFS)
+def test_what_proves_a_size_is_there(name: str, test: str, path: str) -> None:
+    assert f"def {test}(" in (PAGES[0].parent / path).read_text(encoding="utf-8")
+
+
+# --- tables of what stands in the code -------------------------------------------------------------------------
+
+
+def test_the_sources_are_those_of_the_code() -> None:
+    told = [[f"`u_{key}`", kind.usual, kind.shared_by or "each run its own"] for key, kind in SOURCES.items()]
+    assert marked("statistics", "sources") == told
+
+
+def test_the_kinds_of_criteria_are_those_of_the_code() -> None:
+    kinds = []
+    for one in schema.rubric_schema()["properties"]["criterion"]["items"]["oneOf"]:
+        told = [one["properties"].get(key, {}).get("description", "") for key in ("full", "zero")]
+        conditions = [" ".join(re.findall(r' = "(.*?)"', text)) for text in told]
+        kinds.append([f"`{one['properties']['check']['const']}`", one["title"], *(c and f"`{c}`" for c in conditions)])
+    assert marked("instructors", "kinds") == kinds
+
+
+def test_the_platforms_are_those_of_the_code() -> None:
+    shown = {name: sample.strip("`") for name, sample in marked("instructors", "platforms")}
+    assert shown == {name: platform.sample for name, platform in grading.PLATFORMS.items()}
+
+
+WRITTEN = [path.read_text(encoding="utf-8") for path in DOCUMENTS]
+LINES = sorted({line for text in WRITTEN for line in re.findall(r"`# (?!key:)(\w+: [^`]+)`", text)})
+NEEDED = {"rod_length": "25 cm", "ball_diameter": "10.16 cm"}
+"""What a line may need beside it."""
+
+
+@pytest.mark.parametrize("line", LINES)
+def test_a_log_may_say_what_a_page_says_of_it(line: str) -> None:
+    key, _, value = line.partition(": ")
+    header, row = "mass [g],position [cm],spin [rpm],time [s],turns", "20.0,15.0,400,13.0,1/3"
+    assert read_log(f"{header}\n{row}\n".encode(), settings=NEEDED | {key: value}).ok
+
+
+def test_a_column_is_called_as_a_page_says() -> None:
+    named = {name for text in TEXTS.values() for name in re.findall(r"`(\w+) \[[^\]]+\]`", text)}
+    assert len(named) > 8
+    assert {name for name in named if name not in parse_header(f"{name} [s]").roles} == set()
+
+
+# --- every other number of the pages -----------------------------------------------------------------------------
+
+
+def coverage_off(by: float) -> float:
+    """How often a 95 % interval holds the truth [%] that is off by so many u."""
+
+    def below(x: float) -> float:
+        return 0.5 * math.erfc(-x / math.sqrt(2))
+
+    return 100 * (below(fitting.K_95 - by) - below(-fitting.K_95 - by))
+
+
+def scatter_between(stated: bool) -> tuple[float, float]:
+    """Where s lies before the runs are looked at, with a chance of 68.3 %."""
+    grid = np.linspace(-200, 200, 800_001)
+    with np.errstate(divide="ignore"):
+        below = np.exp(fitting.scatter_prior(grid, stated)).cumsum()
+    low, high = np.exp(grid[np.searchsorted(below / below[-1], [0.1587, 0.8413])])
+    return float(low), float(high)
+
+
+def balance(line: str, grams: float = 20.0) -> float:
+    """Scale of M0's prior [N*m] in a log with this line, of weights from so many grams on."""
+    rows = "".join(f"{grams * times:.1f},15.0,400,13.0,1\n" for times in (1, 2, 3))
+    return float(fitting.balance_scale(measure(read_log(f"# g: 9.8 m/s^2\n{line}{LOG}{rows}".encode())), INERTIA))
+
+
+@cache
+def selfchecked() -> list[float]:
+    """Labs that are simulated of the sample, and how often [%] three fits hold the truth."""
+    done = json.loads(CliRunner().invoke(app, ["selfcheck", str(SAMPLE), "--format", "json"]).stdout)
+    found = {one["name"]: one["coverage_95"] for one in done["estimators"]}
+    return [done["labs"], *(100 * found[name] for name in ("recommended", "through_origin", "with_constant"))]
+
+
+def gravity_off(latitude: float) -> float:
+    """By how much [%] standard gravity is off."""
+    return 100 * float(physics.STANDARD_GRAVITY / physics.normal_gravity(math.radians(latitude)) - 1)
+
+
+def of_lightest(scale: float, grams: float) -> float:
+    """A torque [N*m] in percent of that of a weight."""
+    return 100 * scale / float(physics.torque(1e-3 * grams, 0.15, 9.8))
+
+
+def same(kind: Any, size: float) -> str:
+    """Hold a default to what a page makes it of."""
+    assert kind.default.absolute == pytest.approx(size, rel=0.03)
+    return ""
+
+
+def u_of_g(line: str) -> float:
+    """Standard uncertainty of g [%] in a log with this line."""
+    sources = measure(read_log(f"{line}{LOG}20.0,15.0,400,13.0,1\n".encode())).sources
+    return 100 * next(float(source.relative[0]) for source in sources if source.name == "g")
+
+
+Claim = tuple[str, str, Callable[[], Any]]
+
+CLAIMS: list[Claim] = [
+    ("theory", "by {:.1f} % at a pitch of 10°", lambda: 100 * (math.cos(math.radians(10)) - 1)),
+    ("theory", "and by {:.0f} % at 30°", lambda: 100 * (math.cos(math.radians(30)) - 1)),
+    ("theory", "slower than the steady one by {:.0f}δ²", lambda: slower_by_squares()),
+    ("ladder", "less than {} u is left out", lambda: effects.DROP_ONE),
+    ("ladder", "stays below {} u together", lambda: effects.DROP_ALL),
+    ("ladder", "off by {} u still has the truth in its 95 % interval in {:.1f} % of all labs",
+     lambda: (effects.DROP_ONE, coverage_off(effects.DROP_ONE))),
+    ("ladder", "off by {} u in {:.1f} %", lambda: (effects.DROP_ALL, coverage_off(effects.DROP_ALL))),
+    ("ladder", "Off by 1 u it is {:.0f} %", lambda: coverage_off(1)),
+    ("ladder", "off by 2 u {:.0f} %", lambda: coverage_off(2)),
+    ("statistics", "s lies between {:.1f} and {:.1f} with a chance of 68 %", lambda: scatter_between(False)),
+    ("statistics", "s lies between {:.1f} and {:.1f} with that chance", lambda: scatter_between(True)),
+    ("statistics", "a scale of {:.0f} % of the lightest torque", lambda: of_lightest(balance(""), 20)),
+    ("statistics", "makes that {:.0f} times as wide", lambda: balance("# balanced: no\n") / balance("")),
+    ("statistics", "makes it {:.2f} mN·m for an I_zz of {:.2f}e-3 kg·m²",
+     lambda: (1e3 * balance("# balanced: yes\n"), 1e3 * INERTIA)),
+    ("statistics", "keeps the {:.0f} % where", lambda: of_lightest(balance("# balanced: yes\n", 2), 2)),
+    ("statistics", "stands over {:.0f} standard uncertainties off", lambda: fitting.GROSS),
+    ("statistics", "where the default says {} s", lambda: SOURCES["time"].default.absolute),
+    ("statistics", "{} labs, the 95 % interval of the recommended fit holds the truth in {:.1f} %",
+     lambda: selfchecked()[:2]),
+    ("statistics", "± 2u of the line through the origin in {:.1f} %", lambda: selfchecked()[2]),
+    ("statistics", "and of the line with a constant in {:.1f} %", lambda: selfchecked()[3]),
+    ("statistics", "gyrodata {}:", lambda: gyrodata.__version__),
+    ("statistics", "each off by 0.1 s, so √2 × 0.1 s", lambda: same(SOURCES["time"], math.sqrt(2) * 0.1)),
+    ("statistics", "a click is 0.11 s late. Half of all labs are late at both ends, which cancels: 0.11 s/√2",
+     lambda: same(SOURCES["time_bias"], 0.11 / math.sqrt(2))),
+    ("statistics", "stand over a screw to 1°; √2 of it", lambda: same(SOURCES["angle"], math.sqrt(2) / 360)),
+    ("statistics", "off by {:.2f} % to +{:.2f} % between the latitudes of 30° and 60°",
+     lambda: (gravity_off(60), gravity_off(30))),
+    ("statistics", "With `# latitude:` it is {:.2f} %", lambda: u_of_g("# latitude: 45 deg\n")),
+    ("statistics", "dry friction has 0, an air film {:.0f}", lambda: physics.VISCOUS),
+    ("statistics", "I = {} I_zz + m x² with {:.0f} %", lambda: (DEFAULT_TRANSVERSE_RATIO, 100 * TRANSVERSE_U)),
+    ("first-timer", "Below {}, look for the cause", lambda: findings.NO_ACCIDENT),
+    ("first-timer", "is off by a factor of {:.2f}, 60 or 1000", lambda: 1 / physics.RPM),
+]  # fmt: skip
+"""What a page says, with {} for what the code gives in its place."""
+
+NAMES = "|".join(
+    [
+        r"\b[eωΩMx]\d\b", r"2/5 m r²", r"θ = 90°|90° − θ", r"k = 1\b", r"± 2u", r"68 of 100|95 of 100|\b68 %|\b95 %",
+        r"\(\d[abc]?\)", r"([Ss]teps?|[Qq]uestions?) \d+( (and|to|,) \d+)?", r"## \d\. ", r"\*\*Minute \d+\.\*\*",
+        r"`# \w+: [^`]+`", r"\(2004\)",
+        # What stands in a formula above it, and is tested there.
+        r"cosθ = 0|M = 0|is 0/0|4aM|minus 1",
+        # What to type, or a number that is only written in two ways.
+        r"Ctrl\+1", r"\b15\.0 as 15\b|15 for 15\.0", r"1/3", r"120°", r"run 1`", r'`--set latitude="42.5 deg"`',
+        r"`7\.06 ± 0\.1`", r"exit: 1",
+        r"who reads 2 s late|turbulence 2|√12 \(GUM F\.2\.2\.1\)|Am\. J\. Phys\. 2019",
+        # Names of labs, and what they are, which `tests/coverage` holds.
+        r'"hand 0\.5 s"|states 0\.14 s|"t3"|"M0 20 %"|"False x 30"|is 30 times|2/3 and 1 turn|of 400 labs',
+        r"20, 40 and 60 g at 15 cm|from 200 to 600 rpm",
+    ]
+)  # fmt: skip
+"""Digits that measure nothing."""
+
+
+def slower_by_squares() -> float:
+    """By how many δ² the exact mean rate of a rod that was let go is slower than the steady one."""
+    load, spin = 0.0294, 400 * physics.RPM
+    top = motion.Top(INERTIA, ACROSS, load)
+    mean = motion.mean_precession_rate(top, motion.released(top, spin))
+    steady = physics.horizontal_precession_rate(load, spin, INERTIA)
+    return float((steady / mean - 1) / motion.nutation(top, spin).mean_sag ** 2)
+
+
+def flowing(page: str) -> str:
+    """The sentences of a page: without blocks, tables that other tests hold, references and what links lead to."""
+    text = TEXTS[page].partition("## References")[0]
+    text = re.sub(r"^```\w+\n.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL)
+    text = re.sub(r"^\* .*: \[test_.*\n", "", text, flags=re.MULTILINE)
+    text = re.sub(
+        r"<!-- (?:symbols|sizes|sources|coverage|kinds|platforms|workbook: [\w.]+) -->\n(?:\|.*\n)+", "", text
+    )
+    return " ".join(re.sub(r"\]\([^)]*\)", "]", text).split())
+
+
+@pytest.mark.parametrize(("page", "words", "found"), CLAIMS, ids=[words for _, words, _ in CLAIMS])
+def test_a_number_is_what_the_code_gives(page: str, words: str, found: Callable[[], Any]) -> None:
+    values = found()
+    filled = words.format(*(values if isinstance(values, (tuple, list)) else (values,)))
+    assert filled.replace("-", "−") in flowing(page).replace("-", "−")
+
+
+@pytest.mark.parametrize("page", TEXTS)
+def test_there_is_no_other_number(page: str) -> None:
+    text = flowing(page)
+    for of, words, _ in CLAIMS:
+        if of == page:
+            told = r"[-−\d.e]*\d".join(map(re.escape, re.split(r"\{.*?\}", words)))
+            text, count = re.subn(told, "", text)
+            assert count == 1, words
+    codes = re.findall(r"\bG\d{3}\b", text)
+    assert set(codes) <= set(CODES)
+    assert re.findall(r".{0,30}\d.{0,20}", re.sub(rf"{NAMES}|\bG\d{{3}}\b", "", text)) == []
+
+
+# --- links, and the terminal ------------------------------------------------------------------------------------
+
+
+def anchors(text: str) -> set[str]:
+    """What GitHub calls the headings of a page."""
+    heads = re.findall(r"^#+ (.*)$", re.sub(r"^```.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
+
+
+LINKS = [(path, link) for path in DOCUMENTS for link in re.findall(r"\]\(([^)\n]+)\)", path.read_text("utf-8"))]
+
+
+@pytest.mark.parametrize(("path", "link"), LINKS, ids=lambda part: getattr(part, "stem", part))
+def test_a_link_leads_somewhere(path: Path, link: str) -> None:
+    name, _, anchor = link.partition("#")
+    target = path.parent / name if name else path
+    assert target.exists()
+    assert not anchor or anchor in anchors(target.read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("page", docs.PAGES)
+@pytest.mark.parametrize("width", [80, 250])
+def test_a_terminal_shows_a_page_whole(page: str, width: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NO_COLOR", "1")
+    shown = re.sub(r"\x1b\[[\d;]*m", "", docs.for_terminal(docs.page_text(page), width))
+    assert max(map(cell_len, shown.splitlines())) <= min(width, docs.WIDEST)
+    # Nothing is cut, and no mark of Markdown or of a test is left.
+    assert shown.count("…") == docs.page_text(page).count("…")
+    assert re.findall(r"\*\*|```|\|--|<!--|\]\(", shown) == []
+    assert shown.split("\n")[0].strip() == docs.page_title(page)
+
+
+def test_all_pages_are_listed() -> None:
+    assert sorted(docs.PAGES) == sorted(TEXTS)
+    shown = CliRunner().invoke(app, ["explain"]).stdout
+    assert all(f"gyro explain {page} " in shown and docs.page_title(page) in shown for page in docs.PAGES)
+    assert max(map(len, shown.splitlines())) <= 80
+
+
+@pytest.mark.parametrize("page", docs.PAGES)
+def test_a_pipe_gets_the_markdown(page: str) -> None:
+    assert CliRunner().invoke(app, ["explain", page]).stdout == TEXTS[page]
+    both = CliRunner().invoke(app, ["explain", page.upper(), "G454"])
+    assert both.stdout.startswith(TEXTS[page])
+    assert "\nG454, warning: " in both.stdout
+
+
+def test_a_page_that_is_none() -> None:
+    done = CliRunner().invoke(app, ["explain", "theories"])
+    assert done.exit_code == 2
+    assert 'there is no code "theories", and no such page' in done.output
+    assert ", ".join(docs.PAGES) in " ".join(done.output.split())

@@ -1,0 +1,201 @@
+"""gyrodata in Python: what goes in, what comes out, what an `Analysis` shows of itself, and wrong arguments."""
+
+from __future__ import annotations
+
+import copy
+import json
+import pickle
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pint
+import pytest
+from uncertainties import ufloat
+
+import gyrodata
+from gyrodata import Analysis
+
+SAMPLE = Path(__file__).parent.parent / "sample_data" / "air_gyroscope.csv"
+UNITS = {"time": "s", "spin": "rpm", "mass": "g", "position": "cm"}
+
+
+@pytest.fixture(scope="module")
+def lab() -> Analysis:
+    return gyrodata.analyze(SAMPLE)
+
+
+def table() -> pd.DataFrame:
+    return pd.DataFrame(
+        {
+            "time": [6.74, 10.05, 13.31, 3.40, 5.03, 6.69],
+            "spin": [205.0, 305.0, 404.0, 206.0, 305.0, 405.0],
+            "mass": [20.0, 20.0, 20.0, 40.0, 40.0, 40.0],
+            "position": 15.0,
+            "turns": 1 / 3,
+        }
+    )
+
+
+class TestWhatShows:
+    def test_a_short_line_and_a_screen(self, lab: Analysis) -> None:
+        assert repr(lab) == (
+            "<Analysis of air_gyroscope.csv: I_zz = 0.004429±0.000034 kg·m²; 10 runs, 0 things to look at>"
+        )
+        assert "I_zz = (4.429 ± 0.034) × 10⁻³ kg·m²" in str(lab)
+        assert len(str(lab).splitlines()) < 15
+        assert lab._repr_markdown_().startswith("# Gyroscope lab report")
+
+    def test_a_long_name_stays_short(self) -> None:
+        assert len(repr(gyrodata.analyze(SAMPLE.read_bytes(), name="x" * 5000))) <= 600
+
+    def test_a_result_as_text_and_as_a_number(self, lab: Analysis) -> None:
+        assert f"{lab.inertia:.2u}" == "0.004429+/-0.000034 kg*m^2"
+        assert f"{lab.inertia:.1uS}" == "0.00443(3) kg*m^2"
+        assert str(lab.inertia) == f"{lab.inertia}" == "0.004429±0.000034 kg·m²"
+        assert float(lab.inertia) == lab.inertia.value
+
+    def test_equal_is_what_says_the_same(self, lab: Analysis) -> None:
+        again = gyrodata.analyze(SAMPLE)
+        assert lab == again == copy.deepcopy(lab) == pickle.loads(pickle.dumps(lab))
+        assert len({lab, again}) == 1
+        assert lab != gyrodata.analyze(SAMPLE, settings={"g": "9.803 m/s^2"})
+        assert lab != "air_gyroscope.csv"
+
+
+class TestUncertainNumbers:
+    def test_of_one_quantity(self, lab: Analysis) -> None:
+        one = lab.inertia.ufloat
+        assert (one.nominal_value, one.std_dev) == (lab.inertia.value, lab.inertia.u)
+
+    def test_of_all_that_the_fit_knows_together(self, lab: Analysis) -> None:
+        told = lab.ufloats()
+        assert list(told) == ["inertia", "residual_torque", "timing_bias"]
+        for name, one in told.items():
+            result = getattr(lab, name)
+            assert one.nominal_value == result.value
+            assert one.std_dev == pytest.approx(result.u, rel=1e-9)
+        covariance = lab.fit.covariance
+        expected = covariance[0, 1] / np.sqrt(covariance[0, 0] * covariance[1, 1])
+        both = told["inertia"] / lab.inertia.u + told["residual_torque"] / lab.residual_torque.u
+        assert both.std_dev == pytest.approx(np.sqrt(2 + 2 * expected), rel=1e-6)
+
+    def test_what_is_not_free_has_no_doubt(self) -> None:
+        log = gyrodata.analyze(SAMPLE, settings={"u_time_bias": "0 s"})
+        assert log.ufloats()["timing_bias"].std_dev == 0.0
+
+    def test_in_another_unit(self, lab: Analysis) -> None:
+        registry = pint.UnitRegistry()
+        told = lab.inertia.to_pint(registry).to("g*cm^2").magnitude
+        assert told.nominal_value == pytest.approx(1e7 * lab.inertia.value)
+        assert told.std_dev == pytest.approx(1e7 * (lab.inertia.u or 0.0))
+
+
+class TestQuantitiesIn:
+    def test_settings(self) -> None:
+        registry = pint.UnitRegistry()
+        written = gyrodata.analyze(SAMPLE, settings={"g": "9.8123456 ± 0.01 m/s^2"})
+        quantity = registry.Quantity(ufloat(981.23456, 1.0), "cm/s^2")
+        for value in (ufloat(9.8123456, 0.01), registry.Quantity(ufloat(9.8123456, 0.01), "m/s^2"), quantity):
+            given = gyrodata.analyze(SAMPLE, settings={"g": value})
+            assert given.inertia.value == pytest.approx(written.inertia.value, rel=1e-12)
+            assert given.inertia.u == pytest.approx(written.inertia.u, rel=1e-9)
+        assert gyrodata.analyze(SAMPLE, settings={"g": 9.8123456}).measurements.g == 9.8123456
+
+    def test_columns_with_their_units(self) -> None:
+        plain = table().rename(columns={name: f"{name} [{unit}]" for name, unit in UNITS.items()})
+        expected = gyrodata.analyze(plain)
+        pairs = table()
+        pairs.columns = pd.Index([(name, UNITS.get(name, "")) for name in pairs.columns], tupleize_cols=False)
+        two_levels = table()
+        two_levels.columns = pd.MultiIndex.from_tuples([(name, UNITS.get(name, "")) for name in two_levels.columns])
+        beside = table()
+        beside.attrs["units"] = UNITS
+        registry = pint.UnitRegistry()
+        cells = plain.rename(columns={"spin [rpm]": "spin", "time [s]": "time"})
+        cells["spin"] = [registry.Quantity(value, "rpm") for value in cells["spin"]]
+        cells["time"] = [registry.Quantity(value, "s") for value in cells["time"]]
+        for frame in (pairs, two_levels, beside, cells):
+            assert gyrodata.analyze(frame).inertia.value == pytest.approx(expected.inertia.value, rel=1e-12)
+
+    def test_constants_beside_a_table(self) -> None:
+        frame = table()
+        frame.attrs = {"units": UNITS, "g": pint.UnitRegistry().Quantity(9.803, "m/s^2"), "who": ["not", "read"]}
+        assert gyrodata.analyze(frame).measurements.g == 9.803
+
+
+WRONG = [
+    (lambda: gyrodata.analyze(SAMPLE, model="stedy"), ValueError, "did you mean 'steady'"),  # type: ignore[arg-type]
+    (lambda: gyrodata.analyze(SAMPLE, model="Steady"), ValueError, "did you mean 'steady'"),  # type: ignore[arg-type]
+    (lambda: gyrodata.analyze(SAMPLE, model=None), ValueError, "one of 'auto', 'horizontal'"),  # type: ignore[arg-type]
+    (lambda: gyrodata.analyze(SAMPLE, keep_flagged="no"), TypeError, "True or False"),  # type: ignore[arg-type]
+    (lambda: gyrodata.analyze(3), TypeError, "a log is a path"),  # type: ignore[arg-type]
+    (lambda: gyrodata.analyze(None), TypeError, "a log is a path"),  # type: ignore[arg-type]
+    (lambda: gyrodata.read_log(["a.csv"]), TypeError, "a log is a path"),  # type: ignore[arg-type]
+    (lambda: gyrodata.analyze(SAMPLE, name=3), TypeError, "name is"),  # type: ignore[arg-type]
+    (lambda: gyrodata.analyze(SAMPLE, settings=[("g", "9.8")]), TypeError, "settings is a mapping"),  # type: ignore[arg-type]
+    (lambda: gyrodata.analyze(SAMPLE, settings={3: "9.8"}), TypeError, "a key of settings"),  # type: ignore[dict-item]
+    (lambda: gyrodata.analyze(SAMPLE, settings={"gg": "9.8 m/s^2"}), gyrodata.InputError, "did you mean g"),
+    (lambda: gyrodata.analyze(SAMPLE, mapping="time=T"), TypeError, "mapping is a mapping"),  # type: ignore[arg-type]
+    (lambda: gyrodata.analyze(SAMPLE, mapping={"time": 1}), TypeError, "a header in mapping"),  # type: ignore[dict-item]
+    (lambda: gyrodata.analyze(SAMPLE, config=3), TypeError, "config is the path"),  # type: ignore[arg-type]
+    (lambda: gyrodata.fit_line([1, 2], [1, 2, 3]), ValueError, "the same length"),
+    (lambda: gyrodata.simulate(seed="x"), TypeError, "seed is a whole number"),  # type: ignore[arg-type]
+    (lambda: gyrodata.simulate(noise={"u_tim": gyrodata.Uncertainty(1.0)}), ValueError, "did you mean 'u_time'"),
+    (lambda: gyrodata.simulate(gyrodata.Truth(inertia="4")), TypeError, "inertia is a number"),  # type: ignore[arg-type]
+    (lambda: gyrodata.simulate(gyrodata.Truth(inertia=-1.0)), gyrodata.InputError, "not above zero"),
+    (lambda: gyrodata.simulate(gyrodata.Truth(motion="realesed")), gyrodata.InputError, "released"),  # type: ignore[arg-type]
+    (lambda: gyrodata.simulate(design=3), TypeError, "design is a Design"),  # type: ignore[arg-type]
+    (lambda: gyrodata.selfcheck(SAMPLE), TypeError, "lab.measurements"),  # type: ignore[arg-type]
+]
+
+
+@pytest.mark.parametrize(("call", "kind", "words"), WRONG)
+def test_a_wrong_argument_is_refused(call: Any, kind: type[Exception], words: str) -> None:
+    with pytest.raises(kind, match=words):
+        call()
+
+
+def test_counts_of_labs_and_names_of_readings(lab: Analysis) -> None:
+    with pytest.raises(ValueError, match="pass 1 or more"):
+        gyrodata.selfcheck(lab.measurements, labs=0)
+    with pytest.raises(TypeError, match="a number of labs"):
+        gyrodata.selfcheck(lab.measurements, labs="many")  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="did you mean 'time'"):
+        gyrodata.fit_many(lab.measurements, {"tim": np.ones((3, 10))})
+
+
+def test_many_labs_and_one_agree(lab: Analysis) -> None:
+    measured = lab.measurements
+    many = gyrodata.fit_many(measured, {"time": np.tile(measured.time, (3, 1))})
+    assert many.inertia.shape == (3, 5)
+    assert many.inertia[:, 2] == pytest.approx(lab.inertia.value, abs=0.1 * (lab.inertia.u or 0.0))
+
+
+def test_every_name_is_there_after_any_import() -> None:
+    program = "import gyrodata.cli, gyrodata.schema, gyrodata.coverage\n" + "\n".join(
+        f"assert callable(gyrodata.{name})" for name in gyrodata.__all__ if name != "__version__"
+    )
+    subprocess.run([sys.executable, "-c", program], check=True)
+
+
+def test_types_are_seen_in_a_script_of_a_user(tmp_path: Path) -> None:
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import gyrodata\n"
+        'lab = gyrodata.analyze("log.csv", settings={"g": "9.8 m/s^2"})\n'
+        "x: float = lab.inertia.value\n"
+        "y: str = lab.inertia.value\n"
+    )
+    package = str(Path(gyrodata.__file__).parent.parent)
+    line = [sys.executable, "-m", "mypy", "--strict", "--output", "json", "--config-file", "", str(script)]
+    done = subprocess.run(line, capture_output=True, text=True, cwd=tmp_path, env={"MYPYPATH": "", "PATH": ""})
+    if "gyrodata" in done.stdout and "import-not-found" in done.stdout:
+        pytest.skip("gyrodata is not installed here")
+    told = [json.loads(one) for one in done.stdout.splitlines()]
+    assert [(one["line"], one["code"]) for one in told if one["file"].endswith("script.py")] == [(4, "assignment")], (
+        done.stdout + done.stderr + package
+    )

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import gyrodata
-from gyrodata import reporting
+from gyrodata import plotting, reporting
 from gyrodata.procedure import check_procedure
 from gyrodata.reporting import watch_text
 
@@ -17,7 +18,12 @@ if __name__ == "__main__":
         text = reporting.summary(gyrodata.analyze(path))
         (EXPECTED / f"{path.stem}.txt").write_text(text, encoding="utf-8")
     analysis = gyrodata.analyze(samples / "air_gyroscope.csv")
-    forms = {"md": reporting.markdown_report, "tex": reporting.latex_report, "csv": reporting.runs_csv}
+    alt = {name: plotting.alt_text(analysis, name) for name in plotting.FIGURES}
+    forms = {
+        "md": partial(reporting.markdown_report, alt=alt),
+        "tex": reporting.latex_report,
+        "csv": reporting.runs_csv,
+    }
     for ending, write in forms.items():
         (EXPECTED / f"air_gyroscope.{ending}").write_text(write(analysis), encoding="utf-8")
     half_way = gyrodata.analyze(EXPECTED / "half_way.csv")

@@ -6,24 +6,30 @@ import csv
 import html
 import io
 import json
+import os
 import re
 import shutil
+import string
 import subprocess
 import sys
 import unicodedata
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
+from urllib.parse import unquote
 
 import pytest
 from golden import steady
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
+from pages import KINDS, Structure, known, make_page
+from PIL import Image
 from tex import faults_of_document, faults_of_text, unescaped
 from typer.testing import CliRunner, Result
 
-from gyrodata import analyze, reporting
+from gyrodata import analyze, plotting, reporting
 from gyrodata.cli import app
 from gyrodata.diagnostics import CODES
 from gyrodata.errors import Diagnostic
@@ -73,8 +79,13 @@ TEXTS = st.text(max_size=40) | st.text("\\{}[]()<>|*_`~#$%&^-+=@!;:,.'\"\n\t 1a�
 # --- what is read ------------------------------------------------------------------------------------------
 
 
+def markdown_report(analysis: Analysis) -> str:
+    alt = {name: plotting.alt_text(analysis, name) for name in plotting.FIGURES}
+    return reporting.markdown_report(analysis, alt=alt)
+
+
 FORMS: dict[str, Callable[[Analysis], str]] = {
-    "md": reporting.markdown_report, "tex": reporting.latex_report, "csv": reporting.runs_csv
+    "md": markdown_report, "tex": reporting.latex_report, "csv": reporting.runs_csv
 }  # fmt: skip
 
 
@@ -91,12 +102,68 @@ def test_the_command_writes_what_the_functions_write() -> None:
         assert steady(done.stdout) == steady((EXPECTED / f"air_gyroscope.{ending}").read_text(encoding="utf-8"))
 
 
+@pytest.mark.parametrize(
+    ("form", "figures", "files"),
+    [
+        ("latex", "png", {"report.tex": "png"}),
+        ("latex", "svg", {"report.tex": "pdf"}),
+        ("markdown", "pdf", {"report.md": "svg"}),
+    ],
+)
+def test_a_document_is_written_beside_figures_that_it_can_show(
+    form: str, figures: str, files: dict[str, str], tmp_path: Path
+) -> None:
+    done = gyro("analyze", SAMPLES / "salort_one_torque.csv", "-f", form, "--figures", figures, "-o", tmp_path / "r")
+    ((document, shown),) = files.items()
+    assert f"report: {tmp_path / 'r' / document}" in done.stderr
+    assert (tmp_path / "r" / document).read_text(encoding="utf-8") == done.stdout
+    assert all((tmp_path / "r" / f"{name}.{shown}").is_file() for name in plotting.FIGURES)
+    assert all((tmp_path / "r" / f"{name}.{figures}").is_file() for name in plotting.FIGURES)
+
+
+@pytest.mark.parametrize("values", ["plain", "short"])
+def test_a_report_that_is_handed_in_has_one_answer(values: str, tmp_path: Path) -> None:
+    shutil.copy(SAMPLES / "air_gyroscope.csv", tmp_path / "lab.csv")
+    report = gyro("analyze", tmp_path / "lab.csv", "-f", "markdown", "--values", values).stdout
+    (tmp_path / "report.md").write_text(report, encoding="utf-8")
+    told = gyro("check", "--hand-in", tmp_path).stdout
+    assert "G718: I_zz = (4.429 ± 0.034) × 10⁻³ kg·m², read from report.md, line 5" in told
+
+
+def test_a_terminal_is_spared_a_document_that_is_written(tmp_path: Path) -> None:
+    pty = pytest.importorskip("pty", reason="no terminals to be opened here")
+    for options in (("-o", str(tmp_path / "r")), ()):
+        reader, terminal = pty.openpty()
+        command = [sys.executable, "-m", "gyrodata", "analyze", str(SAMPLES / "salort_one_torque.csv"), "-f", "latex"]
+        with subprocess.Popen([*command, *options], stdout=terminal, stderr=subprocess.DEVNULL) as running:
+            os.close(terminal)
+            shown = b""
+            with suppress(OSError):
+                while part := os.read(reader, 65536):
+                    shown += part
+        os.close(reader)
+        assert running.returncode == 0
+        assert (b"documentclass" in shown) == (not options)
+    assert (tmp_path / "r" / "report.tex").is_file()
+
+
+def test_one_text_of_several_logs_shows_the_figures_of_each(tmp_path: Path) -> None:
+    logs = [shutil.copy(SAMPLES / f"{name}.csv", tmp_path / f"{name} [{i}] ä.csv") for i, name in enumerate(
+        ("heidelberg_ball", "salort_one_torque"))]  # fmt: skip
+    done = gyro("analyze", *logs, "-f", "markdown", "-o", tmp_path / "r")
+    links = re.findall(r"^!\[.*\]\(([^()\s]+)\)$", done.stdout, re.M)
+    assert len(set(links)) == 8
+    assert all((tmp_path / "r" / unquote(link)).is_file() for link in links)
+    own = next((tmp_path / "r").glob("heidelberg*/report.md")).read_text(encoding="utf-8")
+    assert "](period.png)" in own
+
+
 def test_short_values_in_text_markdown_and_latex() -> None:
     path, short = SAMPLES / "air_gyroscope.csv", ("--values", "short", "--no-report")
     assert "I_zz = 4.429(34)e-3 kg·m²" in gyro("analyze", path, *short).stdout
     marked = gyro("analyze", path, "-f", "markdown", *short).stdout
     assert r"**I\_zz = 4.429(34)e-3 kg·m²**" in marked
-    assert "±" not in marked.partition("## Conventions")[0]
+    assert "±" not in re.sub(r"!\[.*\]|, ± 2 u", "", marked.partition("## Conventions")[0])
     tex = gyro("analyze", path, "-f", "latex", *short).stdout
     assert "uncertainty-mode = compact-marker" in tex
     assert r"\qty{4.429 +- 0.034 e-3}{\kilogram\metre\squared}" in tex
@@ -120,10 +187,56 @@ def test_every_section_is_there(form: str) -> None:
     text = {"markdown": reporting.markdown_report, "latex": reporting.latex_report}[form](evil())
     titles = re.findall(r"^## (.*)$|\\subsection\*\{([^}]*)\}", text, re.M)
     assert [one or other for one, other in titles] == [
-        "What the answer hangs on", "Three fits side by side", "Question 3: what the data show", "Runs",
-        "Effects considered", "Where the uncertainty comes from", "What to do better next time", "Diagnostics",
+        "What the answer hangs on", "Three fits side by side", "One run by hand", "Question 3: what the data show",
+        "The other questions", "Runs", "Effects considered", "Where the uncertainty comes from",
+        "What to do better next time", "Diagnostics", "Method and how to cite it",
         "Provenance",
     ]  # fmt: skip
+    questions = re.findall(r"^### (\(.\))|\\subsubsection\*\{(\(.\))", text, re.M)
+    assert [one or other for one, other in questions] == ["(a)", "(b)", "(c)", "(d)", "(e)"]
+    figures = re.findall(r"^!\[.*\]\((\w+)\.png\)$|\\gyrofigure\{(\w+)\}", text, re.M)
+    assert [one or other for one, other in figures] == list(plotting.FIGURES)
+
+
+NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)*(?:e[-+]\d+)?(?:/\d+)?")
+
+
+def printed(document: str, signs: str) -> str:
+    """What is read of a LaTeX document that has these signs besides letters, values as siunitx is given them."""
+    text = document.partition(r"\begin{document}")[2]
+    # What is not printed, or is a power of ten.
+    text = re.sub(r"\\begin\{\w+\}(?:\{@.*|\[H\])?|\\setlength\{.*?\}\{.*?\}|\\num\{e-?\d+\}|\\unit\{.*?\}", "", text)
+    text = re.sub(r"\\qtyrange\{(.*?)(?:e-?\d+)?\}\{(.*?)(?:e-?\d+)?\}\{.*?\}", r"\1 to \2", text)
+    text = re.sub(r"\\(?:qty|num)\{([^{}]*?)(?: e-?\d+)?\}(?:\{[^{}]*\})?", r"\1", text)
+    written = {latex.escape(sign): sign for sign in (*signs, *string.punctuation, "φ̇", "ψ̇", "I_zz", "M0")}
+    written |= {rf"\ensuremath{{{letter}}}": letter for letter in string.ascii_letters}
+    for command in sorted(written, key=len, reverse=True):
+        text = text.replace(command, written[command])
+    return text.replace(r"\nobreakspace{}", " ")
+
+
+NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)*(?:e[-+]\d+)?(?:/\d+)?")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("form", ["markdown", "latex"])
+def test_every_number_of_a_document_stands_in_its_order_on_the_page(form: str, kind: str) -> None:
+    """There each of them is held to its place in results.json."""
+    analysis = analyze(KINDS[kind].encode(), name="log.csv")
+    # A note may hold any number.
+    analysis = replace(analysis, readings=replace(analysis.readings, notes=("",) * len(analysis.run_table)))
+    told = known(analysis)
+    if form == "latex":
+        signs = {sign for sign in "".join(told) + "⁻" if not (sign.isascii() or unicodedata.combining(sign))}
+        text = printed(reporting.latex_report(analysis), "".join(sorted(signs)))
+    else:
+        text = re.sub(r"\\(.)", r"\1", reporting.markdown_report(analysis))
+    text = re.sub(r"10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|M0|\s+", " ", text.replace("−", "-"))
+    for words in told:
+        plain = re.escape(re.sub(r"M0|\s+", " ", words.replace("−", "-")))
+        text = re.sub(rf"(?<![\d.]){plain}(?!\d|\.\d)", " ", text)
+    shown = [number.replace("−", "-") for _, number in Structure(make_page(analysis)).numbers if number not in told]
+    assert NUMBER.findall(text) == NUMBER.findall(" ".join(shown))
 
 
 def test_the_solid_ball_is_told_where_the_log_gives_it() -> None:
@@ -131,7 +244,7 @@ def test_the_solid_ball_is_told_where_the_log_gives_it() -> None:
     log = log.replace(b"101.60 \xc2\xb1 0.05 mm", b"10.16 cm")
     text = reporting.markdown_report(analyze(log))
     assert "A ball of 4.1 kg and 10.16 cm has 2/5 m r² = 4.232 × 10⁻³ kg·m² (taken as exact" in text
-    assert r"\qty{10.16}{\centi\metre} has 2/5 m" in reporting.latex_report(analyze(log))
+    assert r"\qty{10.16}{\centi\metre} has 2/5 \ensuremath{m} \ensuremath{r}" in reporting.latex_report(analyze(log))
 
 
 @pytest.mark.parametrize("name", ["heidelberg_ball", "salort_one_torque"])
@@ -188,18 +301,29 @@ def test_long_tables_break_between_pages_and_short_ones_do_not() -> None:
     assert text.count(r"\begin{tabular}") == 7
 
 
-@pytest.mark.parametrize("engine", ["pdflatex", "lualatex"])
-def test_the_document_compiles(engine: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("engine", "figures"), [("pdflatex", "png"), ("lualatex", "pdf"), ("pdflatex", None)])
+def test_the_document_compiles_where_it_is_written(engine: str, figures: str | None, tmp_path: Path) -> None:
     if shutil.which(engine) is None or not siunitx():
         pytest.skip(f"no {engine} with siunitx on this machine")
     (tmp_path / "report.tex").write_text(reporting.latex_report(evil()), encoding="ascii")
+    for name in plotting.FIGURES if figures else ():
+        Image.new("RGB", (66, 42), "white").save(tmp_path / f"{name}.{figures}")
     done = subprocess.run(
         [engine, "-interaction=nonstopmode", "-halt-on-error", "-recorder", "report.tex"],
-        cwd=tmp_path, capture_output=True, timeout=120, check=False,
+        cwd=tmp_path, capture_output=True, timeout=240, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout[-3000:].decode("utf-8", "replace")
     assert (tmp_path / "report.pdf").read_bytes().startswith(b"%PDF")
-    assert "passwd" not in (tmp_path / "report.fls").read_text("utf-8", "replace")
+    opened = (tmp_path / "report.fls").read_text("utf-8", "replace")
+    assert "passwd" not in opened
+    assert [name for name in plotting.FIGURES if figures and f"{name}.{figures}" not in opened] == []
+    if shutil.which("pdftotext") is None:
+        return
+    read = subprocess.run(["pdftotext", "report.pdf", "-"], cwd=tmp_path, capture_output=True, check=True)
+    text = read.stdout.decode()
+    for asked in ("(a) Precession", "(b) How", "(c) The product", "(d) Torque", "(e) What the constant means"):
+        assert asked in text
+    assert text.count("has to stand beside this file") == (0 if figures else 4)
 
 
 @cache
@@ -240,8 +364,8 @@ def test_a_hostile_log_is_a_harmless_page() -> None:
     page = shown_as(reporting.markdown_report(evil()))
     assert "<script" not in page
     assert "<i>" not in page
-    assert "<img" not in page
-    assert "<code" not in page
+    assert re.findall(r'<img src="([^"]*)', page) == [f"{name}.png" for name in plotting.FIGURES]
+    assert not [code for code in re.findall("<code>(.*?)</code>", page) if "cmd" in code or "alert" in code]
     assert html.escape(EVIL[2]) in page
 
 

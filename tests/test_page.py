@@ -6,52 +6,14 @@ import html
 import json
 import math
 import re
-from html.parser import HTMLParser
 from itertools import pairwise
 from typing import Any
 
 import pytest
-from pages import HEAD, LOG, WORDS, make_page
+from pages import KINDS, LOG, WORDS, Structure, find, known, make_page
 
-from gyrodata import analyze, plotting, reporting
-from gyrodata.reporting.phrases import defaults_used
+from gyrodata import __version__, analyze, plotting, reporting
 from gyrodata.results import Analysis
-
-VOID = {"meta", "img", "br", "hr", "input", "link", "path"}
-
-
-class Structure(HTMLParser):
-    """Tags in order, with a check that every one is closed; numbers marked and other text apart."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.open: list[str] = []
-        self.tags: list[tuple[str, dict[str, str | None]]] = []
-        self.numbers: list[tuple[dict[str, str | None], str]] = []
-        self.text = ""
-        self.feed(text)
-        assert self.open == []
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.append((tag, dict(attrs)))
-        if tag == "data":
-            self.numbers.append((dict(attrs), ""))
-        if tag not in VOID:
-            self.open.append(tag)
-
-    def handle_endtag(self, tag: str) -> None:
-        if tag not in VOID:
-            assert self.open.pop() == tag
-
-    def handle_data(self, data: str) -> None:
-        if "data" in self.open:
-            attributes, text = self.numbers[-1]
-            self.numbers[-1] = attributes, text + data
-        elif not {"style", "script", "q", "title"} & set(self.open):
-            self.text += data
-
-    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.append((tag, dict(attrs)))
 
 
 def words(page: str) -> str:
@@ -122,34 +84,14 @@ class TestStructure:
 
     def test_order_of_the_page(self, page: str) -> None:
         headings = [words(heading) for heading in re.findall(r"<h[123][^>]*>(.*?)</h[123]>", page)]
-        starts = ["Gyroscope lab report", "What the answer hangs on", "Three fits", "Question 3", "(a)", "(b)", "(c)",
-                  "(d)", "(e)", "Runs",
-                  "Effects", "Where the uncertainty", "What to do better", "Diagnostics", "Provenance",
-                  "Conventions"]  # fmt: skip
+        starts = ["Gyroscope lab report", "What the answer hangs on", "Three fits", "One run by hand", "Question 3",
+                  "(a)", "(b)", "(c)", "(d)", "(e)", "The other questions", "Runs", "Effects", "Where the uncertainty",
+                  "What to do better", "Diagnostics", "Method", "Provenance", "Conventions"]  # fmt: skip
         assert len(headings) == len(starts)
         assert all(heading.startswith(start) for heading, start in zip(headings, starts, strict=True))
 
     def test_same_log_same_page(self, analysis: Analysis, page: str) -> None:
         assert make_page(analyze(LOG.encode(), name="log<1>.csv")) == page
-
-
-def find(document: dict[str, Any], place: str) -> Any:
-    """What stands at a place of results.json, as the page gives it."""
-    found: Any = document if place.startswith("/") else document["result"]
-    for key in place.removeprefix("/").split("."):
-        if isinstance(found, list) and key == "length":
-            return len(found)
-        found = found[int(key) if isinstance(found, list) else key]
-    return found
-
-
-def strings(found: Any) -> list[str]:
-    """Every text in a document."""
-    if isinstance(found, dict):
-        return [*found, *(text for value in found.values() for text in strings(value))]
-    if isinstance(found, list):
-        return [text for value in found for text in strings(value)]
-    return [found] if isinstance(found, str) else []
 
 
 def shows(text: str, shown: float) -> bool:
@@ -163,30 +105,6 @@ def shows(text: str, shown: float) -> bool:
     mantissa, _, exponent = text.partition("e")
     half = 0.5 * 10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2]))
     return abs(float(text) - shown) <= half * (1 + 1e-9)
-
-
-# What the page says of itself and of the laws, whatever the log.
-FIXED = [
-    "Question 3", "3 (a)", "95 %", "2/5", "± 2 u", "± 2u", "eq. (9)", "eq. (8)", "100 rpm", "SHA-256", "n = 1",
-    "with 1", "2π", "taken as 0", "as in step 2", "5 % of the torque, moves it by 5 %", "ball_mass: 4.10 ± 0.01 kg",
-    "ball_diameter: 10.16 ± 0.01 cm",
-]  # fmt: skip
-
-KINDS = {
-    "ball and a slip": LOG,
-    "no ball": HEAD + LOG.partition(HEAD)[2],
-    "one torque": "# g: 9.81 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns\n"
-    "165,7.3,308,6.8,1\n165,7.3,500,11,1\n",
-    "latitude": "# latitude: 42.5 deg\nmass [g],position [cm],spin [rpm],time [s],turns\n20,15,406,40.1,1\n"
-    "40,15,405,20.5,1\n60,15,404,13.7,1\n",
-    "one run": "mass [g],position [cm],spin [rpm],time [s],turns\n50,15,400,16.0,1\n",
-    "torques, tilted": "torque [N*m],spin [rpm],time [s],turns,pitch [deg]\n0.05,400,24.0,1,10\n0.1,400,12.0,1,20\n"
-    "0.1,600,17.6,1,-15\n",
-    "far too much scatter": "# g: 9.803 m/s^2\n# u_time: 0.01 s\nmass [g],position [cm],spin [rpm],time [s],turns\n"
-    "20,15,206,20.9,1\n20,15,407,40.1,1\n40,15,405,20.5,1\n40,15,607,29.8,1\n60,15,404,13.7,1\n60,15,603,19.8,1\n",
-    "other side, heavy": "mass [kg],position [cm],spin [rpm],time [s],turns,note\n12,-15,400,160.0,1,9\n"
-    "24,-15,400,80.3,1,\n24,-15,800,160.9,1,\n",
-}
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -206,13 +124,8 @@ def test_every_number_of_the_page_is_in_results_json_and_equal(kind: str) -> Non
     # And what is left holds no other number.
     left = re.sub(r"\s+", " ", page.text.replace("\xa0", " ").replace("−", "-"))
     left = re.sub(r"10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|M0", "", left)
-    quoted = [said(text).replace("M0", "") for text in strings(document) if len(text) > 3]
-    known = sorted({*quoted, *FIXED}, key=len, reverse=True)
-    for text in known:
-        if re.search(r"\d", text):
-            left = left.replace(text, " ")
-    for default in defaults_used(analysis):
-        left = left.replace(default.strip(), " ")
+    for text in known(analysis):
+        left = left.replace(said(text).replace("M0", ""), " ")
     assert re.findall(r"[^ ]*\d[^ ]*", left) == []
 
 
@@ -312,6 +225,59 @@ class TestWords:
         analysis = analyze(KINDS[kind].encode())
         assert row in words(make_page(analysis)).partition("Where the uncertainty comes from")[2]
         assert row in reporting.summary(analysis).partition("Where the uncertainty comes from")[2]
+
+    def test_one_run_is_worked_out_by_hand(self) -> None:
+        """The first one with a load that is in the fit, and each step follows from the numbers before it."""
+        runs = "0,,401,160.2,1/12\n20,15,206,30.9,1\n20,15,407,13.47,1/3\n20,15,601,59.5,1\n"
+        runs += "".join(f"{20 * k},15,{rpm},{0.0993 * rpm / k:.2f},1\n" for k in (2, 3) for rpm in (206, 407, 605))
+        analysis = analyze(("# g: 9.803 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns\n" + runs).encode())
+        assert [run.left_out for run in analysis.run_table[:3]] == [False, True, False]
+        text = reporting.markdown_report(analysis).replace("\\", "")
+        section = text.partition("## One run by hand")[2].partition("\n## ")[0]
+        assert "Run 3 (line 5)" in section
+        steps = re.findall(r"^- (.*)$", section, re.M)
+        assert [step.split(" = ")[0] for step in steps] == ["M", "φ̇", "ψ̇", "φ̇ψ̇", "I_zz"]
+        assert steps[1].startswith("φ̇ = 2π × (1/3) / 13.47 s = ")
+        for step in steps:
+            *_, worked, result = step.split(" = ")
+            sum_ = re.sub(r" (?:rad²/s²|rad/s|m/s²|N·m|kg|rpm|rad|m|s)(?![\w·/])", "", worked).replace("×", "*")
+            number = float(re.match(r"[\d.]+", result)[0]) * (1e-3 if "10⁻³" in result else 1)  # type: ignore[index]
+            assert eval(sum_.replace("2π", "2*math.pi")) == pytest.approx(number, rel=5e-4), step
+        assert analysis.run_table[2].inertia == pytest.approx(number, rel=2e-4)
+
+    @pytest.mark.parametrize(
+        ("kind", "steps"),
+        [
+            ("torques, tilted", ["M = 0.05 N·m, as the log gives it", "φ̇ = 2π × 1 / 24 s = "]),
+            ("other side, heavy", ["M = m g x = 12 kg × 9.807 m/s² × -0.15 m = -17.65 N·m", "φ̇ = -2π × 1 / 160 s = -"]),
+        ],
+    )
+    def test_other_readings_are_worked_out_too(self, kind: str, steps: list[str]) -> None:
+        text = words(make_page(analyze(KINDS[kind].encode(), name="log.csv")))
+        assert [step for step in steps if step not in text] == []
+
+    def test_rates_that_the_log_gives_are_not_worked_out(self) -> None:
+        head = "torque [mN*m],spin_start [rpm],spin_end [rpm],precession_rate [rad/s]\n"
+        text = words(make_page(analyze((head + "30,410,400,0.16\n60,410,400,0.32\n").encode())))
+        assert "φ̇ = 0.16 rad/s, as the log gives it" in text
+        assert "rad/s, the mean of what was read" in text
+
+    def test_what_the_data_do_not_answer_is_pointed_to(self, analysis: Analysis) -> None:
+        page = make_page(analyze(LOG.encode(), name="lab_4.csv"))
+        told = page.partition('id="others"')[2].partition("</section>")[0]
+        commands = re.findall("<code>(.*?)</code>", told)
+        assert "Questions 1, 2 and 4 are not in this report" in words(told)
+        assert [command.split()[2] for command in commands] == ["tip", "precession", "twist", "earth", "platform"]
+        assert all(command.endswith(" --log lab_4.csv") for command in commands)
+        # What a shell would take apart is not written into a command.
+        assert "--log LOG</code>" in make_page(analysis)
+
+    def test_the_method_can_be_cited(self, analysis: Analysis, page: str) -> None:
+        told = words(page).partition("Method and how to cite it")[2].partition("Provenance")[0]
+        assert f"gyrodata, version {__version__}" in told
+        assert "the 10 runs, without those marked as left out, at once, by eq. (9)" in told
+        assert "without those marked" not in words(make_page(analyze(KINDS["latitude"].encode())))
+        assert analysis.name in told
 
     def test_question_3_is_answered_from_the_data(self, page: str) -> None:
         text = words(page)

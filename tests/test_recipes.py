@@ -132,7 +132,7 @@ RECIPES = {
 @ plotting/figure_data.py
 -    words = {"period"
 +    words = {"spins": lambda analysis, scene: "The spins as read.", "period"
-@ reporting/content.py
+@ reporting/questions.py
          Figure("period", "Period τ against spin ψ̇, with the fitted law of each torque."),
 +        Figure("spins", "The spin of each run."),
 @ grading/feedback.py

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -25,6 +26,9 @@ _PRELOAD = ("gyrodata.analysis", "gyrodata.reporting.text", "uncertainties")
 WORTHWHILE = 50
 """So many logs take longer than it does to start the workers."""
 
+DOCUMENTS = {"markdown": "report.md", "latex": "report.tex"}
+"""What a document is called beside its figures, by its format."""
+
 LIMIT = 600.0
 """Time for one log [s]; an ordinary one takes a thousandth."""
 
@@ -47,7 +51,8 @@ def analyze(
     out: Annotated[
         Path | None,
         typer.Option("--out", "-o", help="Folder for the report (several logs: one folder each inside). "
-                     "Default: STEM-report, for --format text and files only."),
+                     "Default: STEM-report, for --format text and files only. LaTeX and Markdown are written there "
+                     "too, beside their figures; a terminal is spared them then."),
     ] = None,
     no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.")] = False,
     figures: Annotated[Figures, typer.Option("--figures", help="File type of the figures.")] = "png",
@@ -105,13 +110,16 @@ def analyze(
     if watched:
         _watch(Path(logs[0]), request)
         return
-    folders = [None] * len(logs) if no_report else _folders(logs, form, out)
-    pairs_of = enumerate(zip(logs, folders, strict=True))
-    jobs = [_Job(i, log, folder, request, len(logs)) for i, (log, folder) in pairs_of]
+    jobs = [
+        _Job(i, log, folder, not no_report and (out is not None or (form == "text" and log != "-")), request, len(logs))
+        for i, (log, folder) in enumerate(zip(logs, _folders(logs, out), strict=True))
+    ]
     worst, header = 0, _header(form)
+    # A document that stands in a file is not poured over a terminal too.
+    spared = form in DOCUMENTS and sys.stdout is not None and sys.stdout.isatty()
     for told in _in_order(jobs) if many else map(_analyze_one, jobs):
         complain(told.diagnostics, quiet)
-        if told.text:
+        if told.text and not (spared and told.report):
             write_out(header + (coloured(told.text, sys.stdout) if form == "text" else told.text))
             header = ""
         complain(told.not_written)
@@ -185,14 +193,11 @@ def _header(form: Format) -> str:
     return runs_header()
 
 
-def _folders(logs: Sequence[str], form: Format, out: Path | None) -> list[Path | None]:
-    """Give each log the folder of its report, None for no report; logs of one name get numbers."""
-    folders: list[Path | None] = []
+def _folders(logs: Sequence[str], out: Path | None) -> list[Path]:
+    """Name the folder of each log's report; logs of one name get numbers."""
+    folders: list[Path] = []
     taken: dict[str, int] = {}
     for log in logs:
-        if out is None and (log == "-" or form != "text"):
-            folders.append(None)
-            continue
         if out is not None and len(logs) == 1:
             folders.append(out)
             continue
@@ -209,8 +214,10 @@ class _Job(Struct, frozen=True):
     index: int
     """In the order of the logs."""
     log: str
-    folder: Path | None
-    """Where its report goes; None: nowhere."""
+    folder: Path
+    """Where its report goes, …"""
+    written: bool
+    """… if it has one."""
     request: _Request
     count: int
     """How many logs there are."""
@@ -239,19 +246,19 @@ def _analyze_one(job: _Job) -> _Told:
     try:
         readings = request.read(**source_of(log))
         analysis = analyze_readings(readings, request.options)
-        files = _report_files(analysis, request) if folder else {}
-        text = _formatted(analysis, request, job.count)
+        files = _report_files(analysis, request, folder) if job.written else {}
+        text = _formatted(analysis, request, job.count, folder)
     except GyroError as error:
         return _without_answer(log, readings, request, error.exit_code, error.diagnostics)
     except Exception as error:
         return _without_answer(log, readings, request, FAULT, (fault(error, name_of(log)),))
-    if folder is None:
+    if not job.written:
         return _Told(0, text, analysis.diagnostics)
     try:
         write_folder(folder, files)
     except GyroError as error:
         return _Told(error.exit_code, text, analysis.diagnostics, not_written=error.diagnostics)
-    return _Told(0, text, analysis.diagnostics, report=str(folder / "report.html"))
+    return _Told(0, text, analysis.diagnostics, report=str(folder / DOCUMENTS.get(request.form, "report.html")))
 
 
 def _in_order(jobs: Sequence[_Job]) -> Iterator[_Told]:
@@ -284,7 +291,7 @@ def _without_answer(
     return _Told(code, json_text(made, indent=2 if request.form == "json" else None), diagnostics)
 
 
-def _formatted(analysis: Analysis, request: _Request, count: int) -> str:
+def _formatted(analysis: Analysis, request: _Request, count: int, folder: Path) -> str:
     from gyrodata import reporting
 
     form = request.form
@@ -292,7 +299,12 @@ def _formatted(analysis: Analysis, request: _Request, count: int) -> str:
     if form == "text":
         return reporting.summary(analysis, request.values, request.verbose) + after
     if form == "markdown":
-        return reporting.markdown_report(analysis, request.values) + after
+        from urllib.parse import quote
+
+        # That of one log belongs where the figures are, that of several beside their folders.
+        place = quote(os.fsencode(f"{folder.name}/")) if count > 1 else ""
+        figures = f"{place}{{}}.{_shown(request)}"
+        return reporting.markdown_report(analysis, request.values, figures, _alternatives(analysis)) + after
     if form == "latex":
         return reporting.latex_report(analysis, request.values)
     if form == "csv":
@@ -300,24 +312,39 @@ def _formatted(analysis: Analysis, request: _Request, count: int) -> str:
     return reporting.json_text(analysis.to_dict(), indent=2 if form == "json" else None)
 
 
-def _report_files(analysis: Analysis, request: _Request) -> dict[str, bytes]:
+def _report_files(analysis: Analysis, request: _Request, folder: Path) -> dict[str, bytes]:
     """Make every file of the report in memory, so that a fault half-way leaves nothing behind."""
     from gyrodata import plotting, reporting
 
     form = request.figures
     medium = plotting.MEDIA[request.style]
-    figures = plotting.render(analysis, form, medium)
-    # A browser shows no PDF inside a page.
-    shown: Literal["png", "svg"] = "png" if form == "png" else "svg"
-    embedded = figures if form == shown else plotting.render(analysis, shown, medium)
-    alternatives = {name: plotting.alt_text(analysis, name) for name in figures}
+    shown = _shown(request)
+    document = DOCUMENTS.get(request.form)
+    # Markdown shows no PDF either, and LaTeX includes no SVG.
+    beside: Figures = shown if request.form == "markdown" else "pdf" if form == "svg" else form
+    files = sorted({form, beside} if document else {form})
+    drawn = {one: plotting.render(analysis, one, medium) for one in {shown, *files}}
     looks = plotting.list_looks(analysis, medium.grey_safe)
-    page = reporting.report_page(analysis, embedded, shown, alternatives, looks)
-    contents = {f"{name}.{form}": data for name, data in figures.items()}
+    page = reporting.report_page(analysis, drawn[shown], shown, _alternatives(analysis), looks)
+    contents = {f"{name}.{one}": data for one in files for name, data in drawn[one].items()}
+    if document:
+        contents[document] = _formatted(analysis, request, 1, folder).encode()
     contents["report.html"] = page.encode()
     contents["results.json"] = reporting.json_text(analysis.to_dict()).encode()
     contents["runs.csv"] = reporting.runs_csv(analysis).encode()
     return contents
+
+
+def _shown(request: _Request) -> Literal["png", "svg"]:
+    """Choose what a browser and a reader of Markdown show: no PDF."""
+    return "png" if request.figures == "png" else "svg"
+
+
+def _alternatives(analysis: Analysis) -> dict[str, str]:
+    """Say in words what each figure shows."""
+    from gyrodata import plotting
+
+    return {name: plotting.alt_text(analysis, name) for name in plotting.FIGURES}
 
 
 def _stem(log: str) -> str:

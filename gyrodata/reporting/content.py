@@ -1,16 +1,11 @@
-"""What is said of one analysis, whatever its form: a title, the answer, and sections of text, facts, tables, figures.
-
-Text is plain here, whatever it holds: each form escapes it, and writes values and their units, in its own way. Each
-number names its place in results.json, which the page shows with it. What is `full` is left out of the short summary.
-"""
+"""What is said of one analysis, whatever its form: the answer, what it rests on, and what to do about it."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 
-from msgspec import Struct
-from msgspec.structs import asdict, replace
+from msgspec.structs import asdict
 
 from gyrodata import __version__
 from gyrodata.comparisons import Run, turn_words
@@ -19,6 +14,32 @@ from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate
 from gyrodata.measurements import torque_groups
 from gyrodata.reporting.phrases import EFFECT_NAMES, FIT_NAMES, MODEL_NAMES, SOURCE_NAMES, defaults_used, effect_verdict
+from gyrodata.reporting.questions import answer_questions, beside
+from gyrodata.reporting.tree import (
+    UNLIKELY,
+    Block,
+    Cell,
+    Fact,
+    Facts,
+    Figure,
+    Head,
+    Interval,
+    Number,
+    Part,
+    Picture,
+    Report,
+    Section,
+    Sentence,
+    Styled,
+    Table,
+    Text,
+    Value,
+    chance,
+    count,
+    load,
+    percent,
+    signed,
+)
 from gyrodata.reporting.values import (
     CENTIMETRE,
     NUMBER,
@@ -26,25 +47,12 @@ from gyrodata.reporting.values import (
     RPM,
     SECOND,
     Scale,
-    Writing,
     inertia_scale,
-    interval_text,
     mass_scale,
-    number_text,
-    p_text,
-    percent_text,
-    reading_text,
     torque_scale,
     uncertainty_text,
-    value_text,
 )
 from gyrodata.results import CONVENTIONS, Analysis
-
-AGREES = 2.0
-"""Two numbers agree that lie no further apart than this many standard uncertainties of their difference."""
-
-UNLIKELY = 0.05
-"""A scatter with a smaller chance than this is more than the stated uncertainties explain."""
 
 NOTICEABLE = 1.15
 """A factor on the errors of the runs that is worth a word [1]."""
@@ -64,233 +72,13 @@ FEW = 3
 UNTOLD = 0.3
 """A balance with a larger share of u² than this is not told by the design [1]."""
 
-
-class Value(Struct, frozen=True):
-    """A value to be written with its unit; in a table the column's head has the unit."""
-
-    value: float
-    """[SI unit]"""
-    u: float | None
-    """Standard uncertainty [SI unit]; None for a reading."""
-    scale: Scale
-    place: str
-    """In results.json, below "result"."""
-    is_u: bool = False
-    """True if the value is an uncertainty or a scatter itself: two digits are enough."""
-
-
-class Interval(Struct, frozen=True):
-    """An interval to be written with its unit."""
-
-    low: float
-    """[SI unit]"""
-    high: float
-    """[SI unit]"""
-    scale: Scale
-    place: str
-
-
-class Number(Struct, frozen=True):
-    """A number or a name of the log, written alike in every form."""
-
-    text: str
-    place: str
-    """In results.json, below "result"; from the top with a leading "/"."""
-    size: float = 1.0
-    """What a shown 1 is worth in the unit of results.json."""
-
-
-class Styled(Struct, frozen=True):
-    """Text that a form with styles sets apart: "strong", "warn" (strong, and in another colour), "quote", "code"."""
-
-    text: str
-    style: str
-
-
-class Mark(Struct, frozen=True):
-    """The mark of a torque in the figures; nothing in a form without colours."""
-
-    group: int
-    """Index of the torque."""
-    torque: float
-    """By which a table is sorted [N*m]."""
-
-
-Part = str | Value | Interval | Number | Styled | Mark
-Sentence = tuple[Part, ...]
-Cell = Value | Sentence | None
-"""None where there is nothing to say."""
-
-
-class Head(Struct, frozen=True):
-    """The head of a column."""
-
-    words: str
-    scale: Scale | None = None
-    """Unit of the column's values."""
-    wrap: float = 0.0
-    """Part of the line that a column of long text may take; 0 for a column as wide as its cells."""
-    full: bool = False
-
-
-class Picture(Struct, frozen=True):
-    """How a form with pictures draws one column beside its numbers: dots on an axis, or bars from 0 to 1."""
-
-    column: str
-    """Words of its head."""
-    values: tuple[tuple[float, float] | None, ...]
-    """Value and standard uncertainty of each row."""
-    band: tuple[float, float] | None
-    """Drawn behind all dots, as a line where both are equal; None for bars."""
-    caption: str = ""
-    """What is added to the table's caption."""
-    reach: float | None = None
-    """What lies further from the band than so many times its width is cut off; None: nothing is."""
-
-
-class Table(Struct, frozen=True):
-    """A table with one row of heads."""
-
-    heads: tuple[Head, ...]
-    rows: tuple[tuple[Cell, ...], ...]
-    caption: str
-    picture: Picture | None = None
-    main: int | None = None
-    """The row that counts most."""
-    odd: tuple[int, ...] = ()
-    """Rows that do not go with the others."""
-    sortable: bool = False
-    short: tuple[int, ...] | None = None
-    """Rows of the summary; None for all."""
-    full: bool = False
-
-
-class Text(Struct, frozen=True):
-    """Paragraphs, or the items of a list."""
-
-    sentences: tuple[Sentence, ...]
-    kind: str = ""
-    """"list", "numbered", or of paragraphs: "result", "small"."""
-    full: bool = False
-
-
-class Fact(Struct, frozen=True):
-    """A line of what is known: "timing bias b = 0.006 ± 0.047 s", "tool: gyrodata"."""
-
-    words: str
-    says: Sentence
-    symbol: str = ""
-    remark: Sentence = ()
-    full: bool = False
-
-    @property
-    def lead(self) -> str:
-        """What stands before it, in a line of text."""
-        return f"{self.words} {self.symbol} = " if self.symbol else f"{self.words}: "
-
-    @property
-    def sentence(self) -> Sentence:
-        """Write it as a line of text."""
-        return (self.lead, *self.says, *((" (", *self.remark, ")") if self.remark else ()))
-
-
-class Facts(Struct, frozen=True):
-    """A list of facts."""
-
-    facts: tuple[Fact, ...]
-    full: bool = False
-
-
-class Figure(Struct, frozen=True):
-    """Where a form with figures shows one of them."""
-
-    name: str
-    caption: str
-    full: bool = True
-
-
-Block = Text | Facts | Table | Figure
-
-
-class Section(Struct, frozen=True):
-    """A heading with what stands below it, in this order."""
-
-    title: str
-    blocks: tuple[Block, ...]
-    anchor: str = ""
-    """Where links lead."""
-    link: str = ""
-    """Words of the link in a table of contents."""
-    level: int = 2
-
-
-class Report(Struct, frozen=True):
-    """All that is said of one analysis."""
-
-    name: str
-    size: Sentence
-    """Of the log: "10 runs, 4 torques"."""
-    read_as: Sentence
-    """One run in words, so that a wrong unit or origin is seen."""
-    doubts: tuple[Sentence, ...]
-    """What stands before an answer that not even its u can save; nothing where all is well."""
-    answer: Sentence
-    brief: tuple[Sentence, ...]
-    """What a screen has room for below the answer: whether the runs agree, odd runs, what to repeat, what to do."""
-    sections: tuple[Section, ...]
-    """The first, below the answer, has no title."""
-
-    @property
-    def title(self) -> Sentence:
-        """Name the report."""
-        return (f"Gyroscope lab report: {self.name}, ", *self.size)
-
-
-def lines(block: Block, short: bool = False) -> tuple[Sentence, ...]:
-    """Give the lines of text of a block, or those of the summary; a table and a figure have none."""
-    if isinstance(block, Facts):
-        return tuple(fact.sentence for fact in block.facts if not (short and fact.full))
-    return block.sentences if isinstance(block, Text) else ()
-
-
-def is_list(block: Block) -> bool:
-    """Tell whether its lines are the items of a list."""
-    return isinstance(block, Facts) or (isinstance(block, Text) and block.kind in ("list", "numbered"))
-
-
-# --- parts as text -----------------------------------------------------------------------------------------------
-
-
-def sentence_text(sentence: Sentence, writing: Writing) -> str:
-    """Write a sentence as text."""
-    return "".join(part_text(part, writing) for part in sentence)
-
-
-def part_text(part: Part, writing: Writing) -> str:
-    """Write a part of a sentence as text."""
-    if isinstance(part, Value):
-        return value_text(part.value, part.u, part.scale, writing)
-    if isinstance(part, Interval):
-        times = " × " if part.scale.exponent else " "
-        return f"{interval_text(part.low, part.high, part.scale.size)}{times}{part.scale}"
-    if isinstance(part, Mark):
-        return ""
-    return part if isinstance(part, str) else part.text
-
-
-def head_text(head: Head) -> str:
-    """Write the head of a column as text: "I_zz [10⁻³ kg·m²]"."""
-    unit = str(head.scale or "")
-    return f"{head.words} [{unit}]" if unit else head.words
-
-
-def cell_text(cell: Value | Sentence, writing: Writing) -> str:
-    """Write a cell of a table as text: its unit stands in the column's head."""
-    if isinstance(cell, tuple):
-        return sentence_text(cell, writing)
-    if cell.u:
-        return number_text(cell.value, cell.u, cell.scale.size, writing)
-    return (uncertainty_text if cell.is_u else reading_text)(cell.value, cell.scale.size)
+REFERENCES = (
+    "JCGM 100:2008 and JCGM 101:2008, Guide to the expression of uncertainty in measurement, and its Supplement 1",
+    "York and others, on the best straight line, Am. J. Phys. 72, 367 (2004)",
+    "Thompson and Ellison, Dark uncertainty, Accred. Qual. Assur. 16, 483 (2011)",
+    "Goldstein, Classical Mechanics, on the heavy symmetrical top, for eqs. (8) and (9)",
+)
+"""What the method rests on."""
 
 
 # --- the tree ----------------------------------------------------------------------------------------------------
@@ -305,23 +93,13 @@ def report(analysis: Analysis) -> Report:
         Section("", tuple(_summary(analysis, scale, torque))),
         Section("What the answer hangs on", _hangs_on(analysis, scale), "hangs", "What it hangs on"),
         Section("Three fits side by side", tuple(_fits(analysis, scale, torque)), "fits", "Fits"),
-        Section("Question 3: what the data show", (), "q3"),
-        Section("(a) Precession period against spin", _period(analysis, torque), "q3a", "3 (a)", 3),
-        Section("(b) How the period depends on the spin", _exponents(analysis, torque), "q3b", "(b)", 3),
-        Section("(c) The product φ̇ψ̇ at one torque", _product(analysis, scale, torque), "q3c", "(c)", 3),
-        Section(
-            "(d) Torque against φ̇ψ̇: the constant of proportionality",
-            _constant(analysis, scale, torque),
-            "q3d",
-            "(d)",
-            3,
-        ),
-        Section("(e) What the constant means", tuple(_meaning(analysis, scale)), "q3e", "(e)", 3),
+        *answer_questions(analysis, scale, torque),
         Section("Runs", _runs(analysis, torque), "runs", "Runs"),
         Section("Effects considered", _effects(analysis), "effects", "Effects"),
         Section("Where the uncertainty comes from", tuple(_budget(analysis, scale)), "uncertainty", "Uncertainty"),
         Section("What to do better next time", _advice(analysis), "advice", "Next time"),
         Section("Diagnostics", _diagnostics(analysis), "diagnostics", "Diagnostics"),
+        Section("Method and how to cite it", tuple(_method(analysis)), "method", "Method"),
         Section("Provenance", (_provenance(analysis),), "provenance", "Provenance"),
         Section("Conventions", (_conventions(),), "conventions", "", 3),
     )
@@ -342,21 +120,9 @@ def residual_torque(analysis: Analysis, scale: Scale) -> Fact:
     return Fact("residual torque", (value,), "M0", ("torque at work = applied + M0",))
 
 
-def load(analysis: Analysis, group: int, torque: Scale) -> Sentence:
-    """Name what is on the rod as the log does: "20 g at 15 cm"; where it does not say, the torque."""
-    found, place = analysis.torques[group], f"torques.{group}"
-    mark = Mark(group, found.torque)
-    if found.torque == 0:
-        return (mark, "no weight")
-    if found.mass is None or found.position is None:
-        return (mark, "a torque of ", Value(found.torque, None, torque, f"{place}.torque"))
-    mass = Value(found.mass, None, mass_scale(found.mass), f"{place}.mass")
-    return (mark, mass, " at ", Value(found.position, None, CENTIMETRE, f"{place}.position"))
-
-
 def _size(analysis: Analysis) -> Sentence:
     runs, torques = len(analysis.run_table), len(analysis.torques)
-    return (*_count(runs, "run", "/input.rows"), ", ", *_count(torques, "torque", "torques.length"))
+    return (*count(runs, "run", "/input.rows"), ", ", *count(torques, "torque", "torques.length"))
 
 
 def _summary(analysis: Analysis, scale: Scale, torque: Scale) -> Iterator[Block]:
@@ -426,7 +192,7 @@ def _brief(analysis: Analysis, scale: Scale, torque: Scale) -> Iterator[Sentence
             "; residual torque M0 = ", Value(m0.value, m0.u, torque, "residual_torque.value"),
         )  # fmt: skip
     if analysis.ball is not None:
-        yield _beside(analysis)
+        yield beside(analysis)
     yield from _to_repeat(analysis)
     for advice in analysis.advice[:1] if not analysis.doubts else ():
         yield (f"next time: {advice}",)
@@ -465,7 +231,7 @@ def _verdict(analysis: Analysis) -> Sentence:
 
 def _agreement(analysis: Analysis) -> Sentence:
     scatter, time_u = analysis.fit.scatter, analysis.measurements.time_u
-    the_runs: Sentence = ("The ", *_count(len(analysis.run_table), "run", "/input.rows"))
+    the_runs: Sentence = ("The ", *count(len(analysis.run_table), "run", "/input.rows"))
     if any(run.left_out for run in analysis.run_table):
         the_runs = ("Of the ", *the_runs[1:], " those that are kept")
     if analysis.p is None:
@@ -530,7 +296,7 @@ def _hangs_on(analysis: Analysis, scale: Scale) -> tuple[Block, ...]:
     dots: list[tuple[float, float] | None] = [(answer.value, u)]
     for i, case in enumerate(analysis.sensitivity):
         at, found = f"sensitivity.{i}", case.inertia
-        away = None if case.deviation is None else (Number(_signed(case.deviation), f"{at}.deviation"), " u")
+        away = None if case.deviation is None else (Number(signed(case.deviation), f"{at}.deviation"), " u")
         value = ("no answer",) if found is None else Value(found.value, found.u, scale, f"{at}.inertia.value")
         rows.append(((case.words,), value, away))
         dots.append(None if found is None else (found.value, found.u or 0.0))
@@ -549,10 +315,10 @@ def _goodness(analysis: Analysis) -> Fact:
         return Fact("goodness", ("not available: no degrees of freedom left",))
     chi2 = Number(f"{fit.chi2:.3g}", "goodness.chi2")
     scatter = Number(uncertainty_text(fit.scatter), "goodness.scatter")
-    dof = _count(fit.dof, "degree", "goodness.dof")
+    dof = count(fit.dof, "degree", "goodness.dof")
     return Fact(
         "goodness",
-        _chance(analysis.p, "goodness.p"),
+        chance(analysis.p, "goodness.p"),
         remark=("chi-square ", chi2, " for ", *dof, " of freedom; scatter ", scatter, " times as stated"),
     )
 
@@ -563,8 +329,8 @@ def _fits(analysis: Analysis, scale: Scale, torque: Scale) -> Iterator[Block]:
         at, value, m0 = f"fits.{i}", fit.inertia, fit.constant
         away: Cell = None
         if fit.deviation is not None and fit.difference is not None:
-            relative = _percent(fit.difference, f"{at}.difference")
-            away = (Number(_signed(fit.deviation), f"{at}.deviation"), " u (", *relative, ")")
+            relative = percent(fit.difference, f"{at}.difference")
+            away = (Number(signed(fit.deviation), f"{at}.deviation"), " u (", *relative, ")")
         rows.append(
             (
                 (FIT_NAMES[fit.name],),
@@ -589,213 +355,6 @@ def _fits(analysis: Analysis, scale: Scale, torque: Scale) -> Iterator[Block]:
         items = tuple((Styled(FIT_NAMES[fit.name], "strong"), f": {fit.note}") for fit in notes)
         if items:
             yield Text(items, "list", full=not short)
-
-
-def _period(analysis: Analysis, torque: Scale) -> tuple[Block, ...]:
-    words = (
-        "At no torque are there two different spins, so the runs alone do not show how the period grows with the spin."
-    )
-    if analysis.exponent:
-        words = (
-            "At each torque the period grows in proportion to the spin: the runs lie on a straight line through zero, "
-            "the steeper the smaller the torque."
-            if _agrees(analysis.exponent.deviation)
-            else "At each torque the period grows with the spin, though not in proportion within the uncertainties, "
-            "as (b) shows."
-        )
-    # τ/ψ̇ in seconds for each 100 rpm.
-    steepness = Scale("s per 100 rpm", r"s/(100\,rpm)", 1 / (100 * RPM.size))
-    rows = tuple(
-        (
-            load(analysis, i, torque),
-            Value(group.torque, None, torque, f"torques.{i}.torque"),
-            (Number(str(group.runs), f"torques.{i}.runs"),),
-            Value(group.period_per_spin, group.period_per_spin_u, steepness, f"torques.{i}.period_per_spin.value"),
-        )
-        for i, group in enumerate(analysis.torques)
-    )
-    heads = (Head("on the rod"), Head("torque M", torque), Head("runs", NUMBER), Head("τ/ψ̇", steepness))
-    return (
-        Text(((words,),), full=True),
-        Figure("period", "Period τ against spin ψ̇, with the fitted law of each torque."),
-        Table(heads, rows, "The period for each 100 rpm of spin", full=True),
-    )
-
-
-def _exponents(analysis: Analysis, torque: Scale) -> tuple[Block, ...]:
-    whole = analysis.exponent
-    if whole is None:
-        words = "No torque has runs at two different spins, so the log does not tell the exponent n of τ ∝ ψ̇ⁿ."
-        return (Text(((words,),), full=True),)
-    law = "τ = 2π I_zz ψ̇ / |M + M0|"
-    away = Number(_signed(whole.deviation), "exponent.deviation")
-    agree: Sentence = (
-        "The exponent agrees with 1 (",
-        away,
-        f" u from it): the period is proportional to the spin, {law}.",
-    )
-    if not _agrees(whole.deviation):
-        advice = "look at the torques one by one, and at the flagged runs"
-        agree = ("The exponent does not agree with 1 (", away, f" u from it), where eq. (9) has {law}: {advice}.")
-    everything = Value(whole.value, whole.u, NUMBER, "exponent.value")
-    rows: list[tuple[Cell, ...]] = [
-        (
-            load(analysis, i, torque),
-            None if law.exponent is None else Value(law.exponent, law.u, NUMBER, f"power_law.{i}.exponent"),
-            None if law.exponent is not None else (law.reason,),
-        )
-        for i, law in enumerate(analysis.power_law)
-    ]
-    rows.append((("all together",), everything, None))
-    laws = [None if law.exponent is None else (law.exponent, law.u or 0.0) for law in analysis.power_law]
-    dots = (*laws, (whole.value, whole.u))
-    heads = (Head("on the rod"), Head("exponent n", NUMBER), Head("remark", wrap=0.45))
-    picture = Picture("exponent n", dots, (1.0, 1.0), "the bars are ± u, the line is n = 1")
-    table = _filled(heads, rows, "Exponent of each torque, and one for all", picture, main=len(rows) - 1)
-    return (Text((("τ ∝ ψ̇ⁿ with n = ", everything),), "result", True), Text((agree,), full=True), table)
-
-
-def _product(analysis: Analysis, scale: Scale, torque: Scale) -> tuple[Block, ...]:
-    found = analysis.constancy
-    sentence: Sentence = ("No torque has two runs, so the log does not tell whether φ̇ψ̇ is constant at one torque.",)
-    if found is not None:
-        constant, where = (
-            ("constant within the uncertainties", ", and ")
-            if found.p >= UNLIKELY
-            else ("not constant within the stated uncertainties", ", where ")
-        )
-        sentence = (
-            f"At one torque φ̇ψ̇ is {constant}: the runs scatter about the mean of their torque by ",
-            *_percent(found.scatter, "constancy.scatter", signed=False), where,
-            *_percent(found.expected, "constancy.expected", signed=False), " is expected from timing and spin (",
-            *_chance(found.p, "constancy.p"), ").",
-        )  # fmt: skip
-    rows: list[tuple[Cell, ...]] = []
-    for i, group in enumerate(analysis.torques):
-        at, spread, without = f"torques.{i}.product", group.product_spread, group.without
-        rows.append(
-            (
-                load(analysis, i, torque),
-                Value(group.product, group.product_u, PRODUCT, f"{at}.value"),
-                None if spread is None else Value(spread, None, PRODUCT, f"{at}.spread", is_u=True),
-                None if group.product_p is None else _chance(group.product_p, f"{at}.p"),
-                None if without is None else Value(without.value, without.u, scale, f"torques.{i}.without.value"),
-            )
-        )
-    heads = (Head("on the rod"), Head("mean φ̇ψ̇", PRODUCT), Head("scatter", PRODUCT), Head("chance of it", NUMBER),
-             Head("I_zz without", scale))  # fmt: skip
-    caption = (
-        "The weighted mean at each torque, the standard deviation of the single runs and the chance of one as large, "
-        "and what I_zz would be without these runs"
-    )
-    figure = Figure("product", "φ̇ψ̇ against spin, with the mean of each torque and its band, ± 2 u.")
-    return (Text((sentence,), full=True), figure, _filled(heads, rows, caption))
-
-
-def _constant(analysis: Analysis, scale: Scale, torque: Scale) -> tuple[Block, ...]:
-    inertia, m0, origin = analysis.inertia, analysis.residual_torque, analysis.fits[1]
-    law: Sentence = ("M + M0 = I_zz φ̇ψ̇ with I_zz = ", Value(inertia.value, inertia.u, scale, "inertia.value"))
-    balance = ""
-    if m0.u:
-        balance = ": no sign of an imperfect balance" if _agrees(m0.value / m0.u) else ": the balance was not perfect"
-    value = Value(m0.value, m0.u, torque, "residual_torque.value")
-    words: Sentence = (
-        "The torque grows in proportion to φ̇ψ̇, but for a residual torque of ",
-        value,
-        f", which shifts the line and leaves its slope alone{balance}.",
-    )
-    if analysis.doubts:
-        unsaid = "Whether the torque grows in proportion to φ̇ψ̇ these runs do not show: they do not follow one line."
-        words = (
-            f"{unsaid} If they did, the residual torque would be ",
-            value,
-            ", and the slope I_zz as above.",
-        )
-    if origin.inertia is not None and origin.deviation is not None:
-        slope = Value(origin.inertia.value, origin.inertia.u, scale, "fits.1.inertia.value")
-        away = Number(_signed(origin.deviation), "fits.1.deviation")
-        words = (*words, " A line forced through the origin has the slope ", slope, ", ", away, " u from it.")
-    caption = "Torque M against φ̇ψ̇ with the recommended line and its 95 % band; dashed, the line through the origin."
-    return (Text((law,), "result", True), Text((words,), full=True), Figure("torque", caption))
-
-
-def _meaning(analysis: Analysis, scale: Scale) -> Iterator[Block]:
-    words = (
-        "The constant is the moment of inertia of all that spins, ball, rod and weight, about the rod: as a mass "
-        "resists a change of its speed, I_zz resists a change of the spin, and the larger it is, the slower the same "
-        "torque turns the axis."
-    )
-    yield Text(((words,),), full=True)
-    ball, inertia = analysis.ball, analysis.inertia
-    if ball is None:
-        lines = Styled("# ball_mass: 4.10 ± 0.01 kg", "code"), Styled("# ball_diameter: 10.16 ± 0.01 cm", "code")
-        ask: Sentence = (
-            "With the ball's mass and diameter in the log (",
-            lines[0],
-            ", ",
-            lines[1],
-            ") it is compared with 2/5 m r² here.",
-        )
-        yield Text((ask,), "small", full=True)
-        return
-    exact = " (taken as exact: the log gives no uncertainty). " if ball.inertia_u is None else ". "
-    whole = Value(ball.inertia, ball.inertia_u, inertia_scale(ball.inertia, ball.inertia_u), "ball.inertia")
-    described: Sentence = ("The disk that the log describes has ½ m r² = ", whole, exact)
-    if ball.mass is not None and ball.diameter is not None:
-        parts = (("its bore", ball.bore), ("its rod", ball.rod), ("the disk", ball.disk))
-        added = " and ".join(words for words, part in parts if part)
-        described = (
-            "A ball of ", Value(ball.mass, ball.mass_u, mass_scale(ball.mass), "ball.mass"), " and ",
-            Value(ball.diameter, ball.diameter_u, CENTIMETRE, "ball.diameter"),
-            f" has 2/5 m r²{' with ' if added else ''}{added} = ", whole, exact,
-        )  # fmt: skip
-    yield Text(((*described, *_beside(analysis)),), full=True)
-    rows: list[tuple[Cell, ...]] = [(("measured, I_zz",), Value(inertia.value, inertia.u, scale, "inertia.value"))]
-    for words, part, key in (
-        ("solid ball, 2/5 m r²", ball.solid, "solid"),
-        ("its bore, for the same mass", ball.bore, "bore"),
-        ("rod, ½ m r²", ball.rod, "rod"),
-        ("disk, ½ m r²", ball.disk, "disk"),
-    ):
-        # One part is all of it, and has its u there.
-        if part and part != ball.inertia:
-            rows.append(((words,), Value(part, None, scale, f"ball.{key}")))
-    between = len(rows) - 1
-    all_of_it = "solid ball, 2/5 m r²" if ball.solid == ball.inertia else "all of it as the log describes it"
-    rows.append(((all_of_it,), replace(whole, scale=scale)))
-    rows.append((("difference",), Value(ball.difference, ball.difference_u, scale, "ball.difference")))
-    own = (inertia.value, inertia.u or 0.0)
-    dots = (own, *(None for _ in range(between)), (ball.inertia, ball.inertia_u or 0.0), None)
-    band = (own[0] - own[1], own[0] + own[1])
-    picture = Picture("value", dots, band, "the bars are ± u, the band is that of the measured value")
-    heads = (Head("moment of inertia"), Head("value", scale))
-    yield Table(heads, tuple(rows), "Measured, and as the log describes what spins", picture, main=0, full=True)
-
-
-def _beside(analysis: Analysis) -> Sentence:
-    """Say whether the measured value agrees with that of the ball or disk."""
-    ball = analysis.ball
-    assert ball is not None
-    body = "ball" if ball.mass is not None else "disk"
-    relative = _percent(ball.relative, "ball.relative")
-    if ball.deviation is None:
-        return (
-            f"The measured value differs from that of the {body} by ",
-            *relative,
-            "; without an uncertainty nothing says whether that is much.",
-        )
-    away = Number(_signed(ball.deviation), "ball.deviation")
-    agrees = _agrees(ball.deviation)
-    bore = ""
-    if not agrees and ball.mass is not None and not ball.bore:
-        bore = (
-            " A bore along the rod takes mass from near the axis, so that a ball of the same mass has a little more "
-            "than 2/5 m r², and the rod and the weights on it add theirs."
-        )
-    return (
-        f"The measured value {'agrees' if agrees else 'does not agree'} with that of the {body}: the difference is ",
-        *relative, ", or ", away, f" u of the difference.{bore}",
-    )  # fmt: skip
 
 
 def _runs(analysis: Analysis, torque: Scale) -> tuple[Block, ...]:
@@ -830,13 +389,13 @@ def _runs(analysis: Analysis, torque: Scale) -> tuple[Block, ...]:
                 (Number(turn_words(run.turns).split(" ")[0], f"{at}.turns"),),
                 Value(run.period, None, SECOND, f"{at}.period"),
                 Value(run.product, None, PRODUCT, f"{at}.product"),
-                None if off is None else (Number(_signed(off), f"{at}.studentized_residual"),),
+                None if off is None else (Number(signed(off), f"{at}.studentized_residual"),),
                 remark or None,
             )
         )
     heads = (
         Head("run"), Head("line", NUMBER), Head("on the rod"), Head("spin", RPM), Head("time", SECOND),
-        Head("turns", NUMBER), Head("period τ", SECOND), Head("φ̇ψ̇", PRODUCT), Head("residual", Scale("u", "")),
+        Head("turns", NUMBER), Head("period τ", SECOND), Head("φ̇ψ̇", PRODUCT), Head("residual", Scale("u", "u")),
         Head("remark", wrap=0.2),
     )  # fmt: skip
     caption = "The residual is the time minus what the other runs predict, in standard uncertainties"
@@ -858,7 +417,7 @@ def _effects(analysis: Analysis) -> tuple[Block, ...]:
         rows.append(
             (
                 (EFFECT_NAMES.get(effect.effect, effect.effect),),
-                None if effect.bias is None else _percent(effect.bias, f"effects.{i}.bias"),
+                None if effect.bias is None else percent(effect.bias, f"effects.{i}.bias"),
                 (Number(size, f"effects.{i}.size"), " u") if size else None,
                 (effect_verdict(effect),),
                 (effect.reason,),
@@ -921,6 +480,29 @@ def _diagnostic(index: int, found: Diagnostic) -> Sentence:
     return (code, *place, f": {found.message}", f"; {found.hint}" if found.hint else "")
 
 
+def _method(analysis: Analysis) -> Iterator[Block]:
+    """Say in a paragraph how the answer was found, and what to write of it elsewhere."""
+    left_out = any(run.left_out for run in analysis.run_table)
+    the_runs: Sentence = ("the ", *count(len(analysis.run_table), "run", "/input.rows"))
+    the_runs = (*the_runs, ", without those marked as left out,") if left_out else the_runs
+    words = (
+        f" at once, by {MODEL_NAMES[analysis.model.name]}: least squares with errors in every reading (Gauss-Helmert "
+        "model; its simplest case is a straight line with errors in both coordinates, York and others 2004). An error "
+        "that runs share, such as that of the ruler or of the hand, is one unknown for all of them. What the log does "
+        "not tell of its own errors is integrated over: by what factor the runs scatter more or less than stated "
+        "(Thompson and Ellison 2011), and how well the ball was balanced. I_zz is the median of the posterior "
+        "distribution, u is half of its 68.3 % interval, and the 95 % interval goes from its 2.5 % to its 97.5 % "
+        "quantile. The terms are those of the GUM."
+    )
+    version, does = Number(__version__, "/tool.version"), ": moment of inertia of an air gyroscope from its precession"
+    fitted: Sentence = ("I_zz, the residual torque M0 and the timing bias b were fitted to all readings of ", *the_runs)
+    cite: Sentence = (Styled("To cite: ", "strong"), "gyrodata, version ", version, does, ", method as above; log ",
+                      Number(analysis.name, "/input.name"), ", its SHA-256 as below.")  # fmt: skip
+    pages = (Styled("gyro explain statistics", "code"), " and ", Styled("gyro explain theory", "code"))
+    yield Text(((*fitted, words), cite, ("More is said by ", *pages, "; and in:")), full=True)
+    yield Text(tuple((line,) for line in REFERENCES), "list", full=True)
+
+
 def _provenance(analysis: Analysis) -> Block:
     units = {
         "g": ("m/s²", 1.0),
@@ -931,7 +513,7 @@ def _provenance(analysis: Analysis) -> Block:
     }
     constants = {"g": analysis.measurements.g, **analysis.readings.constants}
     facts = [
-        Fact("tool", (f"gyrodata {__version__}",)),
+        Fact("tool", ("gyrodata ", Number(__version__, "/tool.version"))),
         Fact("log", (analysis.name,)),
         Fact("its SHA-256", (Styled(analysis.sha256, "code"),)),
         *(
@@ -952,50 +534,9 @@ def _conventions() -> Block:
     return Facts(tuple(Fact(key.replace("_", " "), (says,)) for key, says in CONVENTIONS.items()), full=True)
 
 
-# --- numbers -----------------------------------------------------------------------------------------------------
-
-
-def _agrees(deviation: float | None) -> bool:
-    return deviation is not None and abs(deviation) <= AGREES
-
-
-def _count(number: int, noun: str, place: str) -> Sentence:
-    return (Number(str(number), place), f" {noun}{'' if number == 1 else 's'}")
-
-
-def _percent(value: float, place: str, signed: bool = True) -> Sentence:
-    text = percent_text(value).removesuffix(" %")
-    return (Number(text if signed else text.removeprefix("+"), place, 0.01), " %")
-
-
-def _chance(p: float, place: str) -> Sentence:
-    text = p_text(p).removeprefix("p ").removeprefix("= ")
-    return ("p " if text[0] in "<>" else "p = ", Number(text, place))
-
-
-def _signed(size: float) -> str:
-    """Write a size in standard uncertainties: "-2.5"."""
-    text = f"{size:+.1f}" if abs(size) < 10 else f"{size:+.0f}"
-    return text[1:] if float(text) == 0 else text
-
-
 def _option(value: object) -> str:
     if isinstance(value, Mapping):
         return ", ".join(f"{key} = {item}" for key, item in value.items()) or "none"
     if isinstance(value, bool):
         return "yes" if value else "no"
     return "none" if value is None else str(value)
-
-
-def _filled(
-    heads: tuple[Head, ...],
-    rows: Iterable[tuple[Cell, ...]],
-    caption: str,
-    picture: Picture | None = None,
-    main: int | None = None,
-) -> Table:
-    """Leave out the columns in which no row has anything."""
-    rows = tuple(rows)
-    told = [i for i in range(len(heads)) if any(row[i] is not None for row in rows)]
-    kept = tuple(tuple(row[i] for i in told) for row in rows)
-    return Table(tuple(heads[i] for i in told), kept, caption, picture, main, full=True)

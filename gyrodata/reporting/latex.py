@@ -4,20 +4,25 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from string import ascii_lowercase, ascii_uppercase
 
-from gyrodata.reporting.content import (
+from gyrodata.reporting.content import report
+from gyrodata.reporting.tree import (
+    SYMBOLS,
     Block,
     Cell,
+    Figure,
     Head,
     Interval,
+    Number,
     Section,
     Sentence,
+    Styled,
     Table,
     Value,
     is_list,
     lines,
     part_text,
-    report,
 )
 from gyrodata.reporting.values import Scale, Writing, interval_ends, reading_text, rounded, uncertainty_text
 from gyrodata.results import Analysis
@@ -27,12 +32,23 @@ _PREAMBLE = r"""\documentclass[11pt]{article}
 \IfFileExists{lmodern.sty}{\usepackage{lmodern}}{}
 \usepackage[margin=2cm]{geometry}
 \usepackage{array,booktabs,longtable}
+\usepackage{float,graphicx}
+\floatstyle{plaintop}\restylefloat{table}
 \usepackage{siunitx}
 \DeclareSIUnit{\rpm}{rpm}
 \sisetup{uncertainty-mode = %(uncertainties)s, per-mode = symbol}
 \setlength{\parindent}{0pt}
 \setlength{\parskip}{4pt}
 \setlength{\emergencystretch}{3em}
+\setlength{\belowcaptionskip}{4pt}
+%% A figure is a file of its name beside this one, PDF or PNG.
+\newcommand{\gyrofigure}[2]{\begin{figure}[H]\centering
+  \IfFileExists{#1.pdf}{\includegraphics[width=0.75\linewidth]{#1.pdf}}{%%
+  \IfFileExists{#1.png}{\includegraphics[width=0.75\linewidth]{#1.png}}{%%
+  \fbox{\parbox{0.8\linewidth}{\texttt{#1.pdf} or \texttt{#1.png} has to stand beside this file:
+  \texttt{gyro analyze LOG -{}-format latex -{}-out FOLDER} writes both.}}}}
+  \caption{#2}
+\end{figure}}
 \begin{document}
 """
 
@@ -48,6 +64,8 @@ CYRILLIC_SETUP = r"""% Cyrillic letters where their fonts are, else Latin ones.
 \fi"""
 """What the preamble needs where `escape` has written Cyrillic letters."""
 
+_STYLES = {"code": "texttt", "strong": "textbf", "warn": "textbf"}
+
 _MODES: dict[Writing, str] = {"plain": "separate", "short": "compact-marker"}
 """What siunitx calls the two ways."""
 
@@ -55,17 +73,23 @@ WHOLE = 25
 """A table of more rows than this may break between pages."""
 
 # Ten columns have room on a page with less than the usual blank between them.
-_WHOLE_TABLE = r"""{\centering\small\setlength{\tabcolsep}{4pt}
+_WHOLE_TABLE = r"""\begin{table}[H]\caption{%(caption)s}\centering\small\setlength{\tabcolsep}{4pt}
 \begin{tabular}{@{}%(columns)s@{}}
 \toprule
 %(head)s
 \midrule
 %(rows)s
 \bottomrule
-\end{tabular}\par}"""
+\end{tabular}
+\end{table}"""
 
 _LONG_TABLE = r"""{\small\setlength{\tabcolsep}{4pt}
 \begin{longtable}{@{}%(columns)s@{}}
+\caption{%(caption)s}\\
+\toprule
+%(head)s
+\midrule
+\endfirsthead
 \toprule
 %(head)s
 \midrule
@@ -86,7 +110,8 @@ def latex_report(analysis: Analysis, writing: Writing = "plain") -> str:
     blocks = [rf"\section*{{{_sentence(whole.title)}}}", _sentence(whole.read_as)]
     blocks += [rf"\textbf{{{_sentence(doubt)}}}" for doubt in whole.doubts]
     # What is not to be relied on is not set in bold.
-    blocks.append(rf"{{\Large{'' if whole.doubts else chr(92) + 'bfseries'} {_sentence(whole.answer)}\par}}")
+    bold = "" if whole.doubts else r"\bfseries\boldmath\sisetup{reset-math-version = false}"
+    blocks.append(rf"{{\Large{bold} {_sentence(whole.answer)}\par}}")
     for section in whole.sections:
         blocks += _section(section)
     body = "\n\n".join(blocks)
@@ -97,30 +122,43 @@ def latex_report(analysis: Analysis, writing: Writing = "plain") -> str:
 
 def _section(section: Section) -> list[str]:
     command = "sub" * (section.level - 1) + "section*"
-    blocks = [rf"\{command}{{{escape(section.title)}}}"] if section.title else []
+    blocks = [rf"\{command}{{{escape(_italic(section.title))}}}"] if section.title else []
     return blocks + [text for block in section.blocks for text in _block(block)]
 
 
 def _block(block: Block) -> list[str]:
     if isinstance(block, Table):
-        return [f"{escape(block.caption)}:", _table(block)]
+        return [_table(block)]
+    if isinstance(block, Figure):
+        return [rf"\gyrofigure{{{block.name}}}{{{escape(_italic(block.caption))}}}"]
     found = [_sentence(line) for line in lines(block)]
     if not is_list(block):
         return found
     items = "\n".join(rf"\item {line}" for line in found)
-    return [f"\\begin{{itemize}}\\setlength{{\\itemsep}}{{0pt}}\n{items}\n\\end{{itemize}}"]
+    return [f"\\begin{{itemize}}\\raggedright\\setlength{{\\itemsep}}{{0pt}}\n{items}\n\\end{{itemize}}"]
 
 
 def _sentence(sentence: Sentence) -> str:
     """Write a sentence; the text between two values is escaped as a whole."""
     done, text = [], ""
-    for part in (*sentence, None):
-        if part is None or isinstance(part, Value | Interval):
-            done += [escape(text), "" if part is None else _quantity(part)]
+    for part in sentence:
+        if isinstance(part, Value | Interval):
+            done += [escape(text), _quantity(part)]
             text = ""
+        elif isinstance(part, Styled) and part.style in _STYLES:
+            done += [escape(text), rf"\{_STYLES[part.style]}{{{escape(part.text)}}}"]
+            text = ""
+        elif isinstance(part, Number):
+            # A minus is not a hyphen.
+            text += re.sub(r"^-(?=\d)", "−", part.text)
         else:
-            text += part_text(part, "plain")
-    return "".join(done)
+            text += _italic(part) if isinstance(part, str) else part_text(part, "plain")
+    return "".join([*done, escape(text)])
+
+
+def _italic(text: str) -> str:
+    """Mark the letters that stand for a quantity in a text of the tool."""
+    return SYMBOLS.sub(lambda found: found[0].translate(_ITALIC), text)
 
 
 def _quantity(part: Value | Interval) -> str:
@@ -150,7 +188,7 @@ def _table(table: Table) -> str:
         for row in table.rows
     )
     form = _WHOLE_TABLE if len(table.rows) <= WHOLE else _LONG_TABLE
-    return form % {"columns": columns, "head": head, "rows": rows}
+    return form % {"caption": escape(_italic(table.caption)), "columns": columns, "head": head, "rows": rows}
 
 
 def _column(head: Head) -> str:
@@ -161,7 +199,7 @@ def _column(head: Head) -> str:
 
 def _head(head: Head) -> str:
     """Stack words and unit, so that a column of short numbers stays narrow."""
-    words = escape(head.words)
+    words = escape(_italic(head.words))
     if head.scale is None or not str(head.scale):
         return words
     return rf"\shortstack[r]{{{words}\\{{[}}{_unit(head.scale)}]}}"
@@ -177,9 +215,7 @@ def _cell(cell: Cell, head: Head) -> str:
         return r"\textendash{}" if head.scale else ""
     if isinstance(cell, Value):
         return rf"\num{{{_number(cell, 0)}}}"
-    text = _sentence(cell)
-    # A minus before a number is not a hyphen.
-    return re.sub(r"(?<!\w)-\{\}(?=\d)", r"\\ensuremath{-}", text) if head.scale else text
+    return _sentence(cell)
 
 
 # --- any text as LaTeX: plain ASCII, so that every engine reads it, and nothing left that TeX obeys ------------------
@@ -191,6 +227,9 @@ _ASCII = {
     # At the start of a row the first two would be options of \\; two of the others in a row become one sign.
     "[": "{[}", "*": "{*}", "-": "-{}", "'": "'{}", ",": ",{}",
 }  # fmt: skip
+
+_ITALIC = {ord(letter): 0x1D434 + i for i, letter in enumerate(ascii_uppercase + ascii_lowercase)}
+"""Letters as Unicode has them for mathematics, but for an h, which no quantity has here."""
 
 _SYMBOLS = {
     "×": r"\ensuremath{\times}", "±": r"\ensuremath{\pm}", "·": r"\ensuremath{\cdot}", "−": r"\ensuremath{-}",
@@ -206,6 +245,7 @@ _SYMBOLS = {
     "ð": r"\dh{}", "Ð": r"\DH{}", "\u2044": "/",
     **{raised: rf"\textsuperscript{{{digit}}}" for raised, digit in zip("⁰¹²³⁴⁵⁶⁷⁸⁹ⁿ", "0123456789n", strict=True)},
     "⁻": r"\textsuperscript{\ensuremath{-}}",
+    **{chr(code): rf"\ensuremath{{{chr(letter)}}}" for letter, code in _ITALIC.items()},
     **{low: rf"\textsubscript{{{digit}}}" for low, digit in zip("₀₁₂₃₄₅₆₇₈₉", "0123456789", strict=True)},
 }  # fmt: skip
 

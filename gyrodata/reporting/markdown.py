@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from collections.abc import Mapping
 
-from gyrodata.reporting.content import (
+from msgspec import Struct
+
+from gyrodata.reporting.content import report
+from gyrodata.reporting.tree import (
     Block,
     Cell,
+    Figure,
     Head,
-    Section,
     Sentence,
+    Styled,
     Table,
     cell_text,
     head_text,
     is_list,
     lines,
     part_text,
-    report,
 )
 from gyrodata.reporting.values import Writing
 from gyrodata.results import Analysis
@@ -29,16 +33,23 @@ _BLOCK_START = re.compile(r"^(?:([-+=])(?=[-+=\s]|$)|(\d{1,9})([.)])(?=\s|$))")
 """What would begin a list or underline a heading at the beginning of a line."""
 
 
-def markdown_report(analysis: Analysis, writing: Writing = "plain") -> str:
-    """Write the report as Markdown; whatever comes from the log is escaped."""
-    whole = report(analysis)
-    blocks = [f"# {_sentence(whole.title, writing)}", _sentence(whole.read_as, writing)]
-    blocks += [f"**{_sentence(doubt, writing)}**" for doubt in whole.doubts]
-    answer = _sentence(whole.answer, writing)
+def markdown_report(
+    analysis: Analysis, writing: Writing = "plain", figures: str = "{}.png", alt: Mapping[str, str] | None = None
+) -> str:
+    """Write the report as Markdown; whatever comes from the log is escaped.
+
+    `figures` is where a figure stands, with {} for its name: beside the report as a PNG, if not given. `alt` has
+    for each name what the figure shows in words.
+    """
+    whole, write = report(analysis), _Markdown(writing, figures, alt or {})
+    blocks = [f"# {write.sentence(whole.title)}", write.sentence(whole.read_as)]
+    blocks += [f"**{write.sentence(doubt)}**" for doubt in whole.doubts]
+    answer = write.sentence(whole.answer)
     # What is not to be relied on is not set in bold.
     blocks.append(answer if whole.doubts else f"**{answer}**")
     for section in whole.sections:
-        blocks += _section(section, writing)
+        blocks += [f"{'#' * section.level} {escape(section.title)}"] if section.title else []
+        blocks += [line for block in section.blocks for line in write.block(block)]
     return "\n\n".join(blocks) + "\n"
 
 
@@ -49,32 +60,45 @@ def escape(text: str) -> str:
     return _BLOCK_START.sub(lambda found: f"\\{found[1]}" if found[1] else f"{found[2]}\\{found[3]}", line)
 
 
-def _section(section: Section, writing: Writing) -> list[str]:
-    blocks = [f"{'#' * section.level} {escape(section.title)}"] if section.title else []
-    return blocks + [line for block in section.blocks for line in _block(block, writing)]
+class _Markdown(Struct, frozen=True):
+    """What makes Markdown of the parts of a report."""
 
+    writing: Writing
+    figures: str
+    alt: Mapping[str, str]
 
-def _block(block: Block, writing: Writing) -> list[str]:
-    if isinstance(block, Table):
-        return [f"{escape(block.caption)}:", _table(block, writing)]
-    found = [_sentence(line, writing) for line in lines(block)]
-    return ["\n".join(f"- {line}" for line in found)] if is_list(block) else found
+    def block(self, block: Block) -> list[str]:
+        """Write a block as paragraphs."""
+        if isinstance(block, Table):
+            return [f"{escape(block.caption)}:", self.table(block)]
+        if isinstance(block, Figure):
+            shows, place = escape(self.alt.get(block.name, block.name)), self.figures.format(block.name)
+            return [f"![{shows}]({place})", f"*{escape(block.caption)}*"]
+        found = [self.sentence(line) for line in lines(block)]
+        return ["\n".join(f"- {line}" for line in found)] if is_list(block) else found
 
+    def sentence(self, sentence: Sentence) -> str:
+        """Write a sentence; the text between two pieces of code is escaped as a whole."""
+        done, text = "", ""
+        for part in sentence:
+            if isinstance(part, Styled) and part.style == "code" and "`" not in part.text:
+                done += f"{escape(text)}{' ' * text.endswith(' ')}`{part.text}`"
+                text = ""
+            else:
+                text += part_text(part, self.writing)
+        return f"{done}{' ' * (bool(done) and text.startswith(' '))}{escape(text)}"
 
-def _sentence(sentence: Sentence, writing: Writing) -> str:
-    return escape("".join(part_text(part, writing) for part in sentence))
+    def table(self, table: Table) -> str:
+        """Write a table in pipes."""
+        rows = [
+            [escape(head_text(head)) for head in table.heads],
+            ["---:" if head.scale else "---" for head in table.heads],
+            *([self.cell(cell, head) for cell, head in zip(row, table.heads, strict=True)] for row in table.rows),
+        ]
+        return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
-
-def _table(table: Table, writing: Writing) -> str:
-    rows = [
-        [escape(head_text(head)) for head in table.heads],
-        ["---:" if head.scale else "---" for head in table.heads],
-        *([_cell(cell, head, writing) for cell, head in zip(row, table.heads, strict=True)] for row in table.rows),
-    ]
-    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
-
-
-def _cell(cell: Cell, head: Head, writing: Writing) -> str:
-    if cell is None:
-        return "–" if head.scale else ""
-    return escape(cell_text(cell, writing))
+    def cell(self, cell: Cell, head: Head) -> str:
+        """Write a cell."""
+        if cell is None:
+            return "–" if head.scale else ""
+        return escape(cell_text(cell, self.writing))

@@ -15,7 +15,9 @@ from typing import Any, Literal
 
 from markupsafe import Markup, escape
 
-from gyrodata.reporting.content import (
+from gyrodata.reporting.content import report
+from gyrodata.reporting.tree import (
+    SYMBOLS,
     Block,
     Cell,
     Facts,
@@ -33,7 +35,6 @@ from gyrodata.reporting.content import (
     Value,
     is_list,
     lines,
-    report,
     sentence_text,
 )
 from gyrodata.reporting.values import interval_ends, power_of_ten, reading_text, rounded, uncertainty_text
@@ -60,9 +61,6 @@ _SHAPES = {
     "P": "M4.2 1h3.6v3.2H11v3.6H7.8V11H4.2V7.8H1V4.2h3.2z",
     "X": "M3.5 1 6 3.5 8.5 1 11 3.5 8.5 6 11 8.5 8.5 11 6 8.5 3.5 11 1 8.5 3.5 6 1 3.5z",
 }
-
-
-_KEPT_TOGETHER = Markup('<span class="q">{}</span>')
 
 
 def report_page(
@@ -136,10 +134,11 @@ class _Page:
     def mark(self, text: str, place: str, size: float = 1.0) -> Markup:
         """Mark a text as the number, or the name, at a place."""
         found = self.at(place)
+        # Formatted by Python itself, each text escaped by hand: a page has hundreds of numbers, cells and sentences.
         if isinstance(found, str):
-            return Markup('<data value="{}" data-from="{}">{}</data>').format(found, place, text)
-        form = Markup('<data value="{}" data-from="{}" data-size="{}">{}</data>')
-        return form.format(repr(found), place, repr(size), text.replace("-", "−"))
+            return Markup(f'<data value="{escape(found)}" data-from="{escape(place)}">{escape(text)}</data>')
+        shown = escape(text.replace("-", "−"))
+        return Markup(f'<data value="{found!r}" data-from="{escape(place)}" data-size="{size!r}">{shown}</data>')
 
     def number(self, value: Value) -> Markup:
         """Write a value rounded to its uncertainty, without unit: "4.441 ± 0.023"."""
@@ -155,36 +154,35 @@ class _Page:
         beside = self.at(above) if above else self.at("inertia")
         key = f"{last}_u" if f"{last}_u" in beside else "u"
         number = self.mark(nominal, value.place, signed * factor)
-        shown = Markup("{} ± {}").format(number, self.mark(spread, f"{above}.{key}", size * factor))
-        return Markup("({}) × {}").format(shown, power_of_ten(factor)[1]) if exponent else shown
+        shown = f"{number} ± {self.mark(spread, f'{above}.{key}', size * factor)}"
+        return Markup(f"({shown}) × {power_of_ten(factor)[1]}" if exponent else shown)
 
     # --- sentences
 
     def sentence(self, sentence: Sentence) -> Markup:
         """Write a sentence."""
-        done = Markup()
+        done = []
         for before, part in pairwise(("", *sentence)):
             # A number stays on the line of its unit.
             if isinstance(before, Number) and isinstance(part, str) and part.startswith(" "):
                 part = f"\N{NO-BREAK SPACE}{part[1:]}"
-            done += self.part(part)
-        return done
+            done.append(self.part(part))
+        return Markup("".join(done))
 
     def part(self, part: Part) -> Markup:
         """Write a part of a sentence."""
         if isinstance(part, Number):
             return self.mark(part.text, part.place, part.size)
         if isinstance(part, Value):
-            number, unit = self.number(part), str(part.scale)
+            number, unit = str(self.number(part)), str(part.scale)
             if part.scale.exponent:
-                form = "({}) × {}" if part.u else "{} × {}"
-                return _KEPT_TOGETHER.format(Markup(form).format(number, unit))
-            return _KEPT_TOGETHER.format(Markup("{} {}").format(number, unit) if unit else number)
+                number = f"({number}) ×" if part.u else f"{number} ×"
+            return Markup(f'<span class="q">{number}{" " * bool(unit)}{escape(unit)}</span>')
         if isinstance(part, Interval):
             size, times = part.scale.size, " × " if part.scale.exponent else " "
             low, high = interval_ends(part.low, part.high, size)
             ends = self.mark(low, f"{part.place}.0", size), self.mark(high, f"{part.place}.1", size)
-            return _KEPT_TOGETHER.format(Markup("{} to {}{}{}").format(*ends, times, part.scale))
+            return Markup('<span class="q">{} to {}{}{}</span>').format(*ends, times, part.scale)
         if isinstance(part, Styled):
             return Markup(_STYLES[part.style]).format(part.text)
         if isinstance(part, Mark):
@@ -249,7 +247,7 @@ class _Page:
             cells = [self.cell(cell, head, j == 0) for j, (cell, head) in enumerate(zip(row, table.heads, strict=True))]
             if shown is not None:
                 cells.insert(shown + 1, Markup('<td class="picture" aria-hidden="true">{}</td>').format(drawn[i]))
-            rows.append(Markup("<tr{}>{}</tr>").format(Markup(kind), Markup().join(cells)))
+            rows.append(Markup(f"<tr{kind}>{Markup().join(cells)}</tr>"))
         if shown is not None:
             heads.insert(shown + 1, Markup('<td class="picture" aria-hidden="true"></td>'))
         kind = " ".join([anchor, *(["sortable"] if table.sortable else []), *(["long"] if len(rows) > LONG else [])])
@@ -261,7 +259,8 @@ class _Page:
     def head(self, head: Head) -> Markup:
         """Write the head of a column."""
         words = _typeset(f"{head.words} [{head.scale}]" if head.scale and str(head.scale) else head.words)
-        return Markup('<th scope="col"{}>{}</th>').format(Markup(' class="n"' if head.scale else ""), words)
+        kind = ' class="n"' if head.scale else ""
+        return Markup(f'<th scope="col"{kind}>{words}</th>')
 
     def cell(self, cell: Cell, head: Head, first: bool) -> Markup:
         """Write a cell: a number to the right, long text in several lines."""
@@ -271,12 +270,10 @@ class _Page:
             shown = self.number(cell) if isinstance(cell, Value) else self.sentence(cell)
         kind = "n" if head.scale else "q" if head.wrap < 0.15 else "w" if cell and not first else ""
         sort_by = [part.torque for part in cell if isinstance(part, Mark)] if isinstance(cell, tuple) else []
-        attributes = Markup(' class="{}"').format(kind) if kind else Markup()
+        attributes = f' class="{kind}"' if kind else ""
         if sort_by and not first:
-            attributes += Markup(' data-value="{}"').format(repr(sort_by[0]))
-        if first:
-            return Markup('<th scope="row"{}>{}</th>').format(attributes, shown)
-        return Markup("<td{}>{}</td>").format(attributes, shown)
+            attributes += f' data-value="{sort_by[0]!r}"'
+        return Markup(f'<th scope="row"{attributes}>{shown}</th>' if first else f"<td{attributes}>{shown}</td>")
 
 
 def _typeset(text: str) -> Markup:
@@ -284,7 +281,7 @@ def _typeset(text: str) -> Markup:
     plain = re.sub(
         r"(?<=\d) (?=[^\W\d]|%|°)|(?<=\b[ukpn]) (?==)|(?<=\b[ukpn] =) ", "\N{NO-BREAK SPACE}", str(escape(text))
     )
-    plain = re.sub(r"(?<![\w&#])([ukpnM])(?![\w;'])", r"<i>\1</i>", plain.replace("I_zz", "<i>I</i><sub>zz</sub>"))
+    plain = SYMBOLS.sub(r"<i>\g<0></i>", plain.replace("I_zz", "<i>I</i><sub>zz</sub>"))
     return Markup(plain.replace("M0", "<i>M</i><sub>0</sub>"))
 
 

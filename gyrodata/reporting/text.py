@@ -8,22 +8,9 @@ from gyrodata.comparisons import Run
 from gyrodata.diagnostics import CODES, OUTLIER, OUTLIER_BEFORE_LEAVING, SINGLE_TORQUE, SPINS_TOO_CLOSE, TOO_FEW_RUNS
 from gyrodata.errors import Diagnostic
 from gyrodata.measurements import torque_groups
-from gyrodata.reporting.content import (
-    FAR,
-    Block,
-    Cell,
-    Head,
-    Table,
-    cell_text,
-    common_torque_scale,
-    head_text,
-    lines,
-    load,
-    report,
-    residual_torque,
-    sentence_text,
-)
+from gyrodata.reporting.content import FAR, common_torque_scale, report, residual_torque
 from gyrodata.reporting.phrases import visible
+from gyrodata.reporting.tree import Block, Cell, Head, Table, cell_text, head_text, lines, load, sentence_text
 from gyrodata.reporting.values import Writing, count_text
 from gyrodata.results import Analysis
 

@@ -40,18 +40,23 @@ NUMBER = Scale("", "")
 SECOND = Scale("s", r"\second")
 RPM = Scale("rpm", r"\rpm", units.RPM)
 CENTIMETRE = Scale("cm", r"\centi\metre", 1e-2)
+RATE = Scale("rad/s", r"\radian\per\second")
 PRODUCT = Scale("rad²/s²", r"\radian\squared\per\second\squared")
+KILOGRAM = Scale("kg", r"\kilogram")
+METRE = Scale("m", r"\metre")
+NEWTON_METRE = Scale("N·m", r"\newton\metre")
+FREE_FALL = Scale("m/s²", r"\metre\per\second\squared")
 
 
 def mass_scale(largest: float) -> Scale:
     """Choose grams, or kilograms from 1 kg on, for a largest mass [kg]."""
-    return Scale("kg", r"\kilogram") if largest >= 1 else Scale("g", r"\gram", 1e-3)
+    return KILOGRAM if largest >= 1 else Scale("g", r"\gram", 1e-3)
 
 
 def torque_scale(largest: float) -> Scale:
     """Choose N·m, mN·m or µN·m for a largest torque [N*m], so that numbers have few zeros."""
     if largest >= 10:
-        return Scale("N·m", r"\newton\metre")
+        return NEWTON_METRE
     if largest >= 1e-4:
         return Scale("mN·m", r"\milli\newton\metre", 1e-3)
     return Scale("µN·m", r"\micro\newton\metre", 1e-6)

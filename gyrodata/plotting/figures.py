@@ -211,15 +211,17 @@ def draw(analysis: Analysis, name: str, medium: Medium = MEDIA["screen"]) -> She
     return _DRAWERS[name](gather(analysis, medium.grey_safe), medium)
 
 
-def render(analysis: Analysis, form: Form = "png", medium: Medium = MEDIA["screen"]) -> dict[str, bytes]:
-    """Draw all figures as files."""
+def render(
+    analysis: Analysis, form: Form = "png", medium: Medium = MEDIA["screen"], names: Sequence[str] = FIGURES
+) -> dict[str, bytes]:
+    """Draw figures as files, by their names."""
     from matplotlib import rc_context
 
     with rc_context(STYLE), warnings.catch_warnings():
         # A run's name may be written in a script that the font does not have; it is drawn as boxes then.
         warnings.filterwarnings("ignore", message="(?s).*[Gg]lyph.* missing")
         scene = gather(analysis, medium.grey_safe)
-        return {name: draw_it(scene, medium).save(form) for name, draw_it in _DRAWERS.items()}
+        return {name: _DRAWERS[name](scene, medium).save(form) for name in names}
 
 
 # --- the Earth that turns below ------------------------------------------------------------------------------

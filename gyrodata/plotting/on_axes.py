@@ -51,8 +51,9 @@ def _laws(scene: Scene, ax: Axes) -> None:
     for group in scene.groups:
         working = abs(group.summary.torque + scene.imbalance)
         if group.summary.torque and working:
-            # A run without a weight may take an hour for a turn, and is a point alone.
             ax.axline((0.0, 0.0), slope=2 * math.pi * scene.inertia * RPM / working, color=group.colour, lw=1.0)
+    # A run without a weight may take an hour for a turn.
+    ax.set_ylim(0.0, 1.15 * float(scene.period[scene.loaded].max()))
 
 
 def _means(scene: Scene, ax: Axes) -> None:

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from gyrodata.coverage import SelfCheck, selfcheck
     from gyrodata.errors import Diagnostic, GyroError, InputError, LogError
     from gyrodata.fitting import LineFit, ManyFits, fit_line, fit_many
+    from gyrodata.grading.classroom import ClassGrades, grade
     from gyrodata.readings import Readings, Uncertainty, read_log
     from gyrodata.results import Analysis, Result
     from gyrodata.simulation import Design, Simulation, Truth, simulate
@@ -26,6 +27,7 @@ _HOMES = {
         "coverage": "SelfCheck selfcheck",
         "errors": "Diagnostic GyroError InputError LogError",
         "fitting": "LineFit ManyFits fit_line fit_many",
+        "grading.classroom": "ClassGrades grade",
         "readings": "Readings Uncertainty read_log",
         "results": "Analysis Result",
         "simulation": "Design Simulation Truth simulate",
@@ -35,6 +37,7 @@ _HOMES = {
 
 __all__ = [
     "Analysis",
+    "ClassGrades",
     "Design",
     "Diagnostic",
     "GyroError",
@@ -52,6 +55,7 @@ __all__ = [
     "analyze",
     "fit_line",
     "fit_many",
+    "grade",
     "read_log",
     "selfcheck",
     "simulate",

@@ -54,8 +54,14 @@ def in_workers(
     """Give each task with its answer, or `Failed`, in the order in which they are done.
 
     `work` is sent to each worker once, so that it must be picklable, as tasks and answers must be. `limit` is the time
-    for one task [s]. `preload` names modules that are loaded once for all workers, where the system can.
+    for one task [s]. `preload` names modules that are loaded once for all workers, where the system can. Without
+    workers all is done in this process, where nothing stops a task that hangs.
     """
+    if not workers:
+        for task in tasks:
+            fine, answer = _try(work, task)
+            yield task, answer if fine else Failed(answer)
+        return
     pool = _Pool(work, tasks, workers, limit, preload)
     try:
         yield from pool.run()
@@ -76,15 +82,20 @@ def _serve(connection: Connection, work: Callable[[Any], Any], limit: float) -> 
             task = connection.recv()
             # Should nobody be left to stop it, it ends by itself.
             _alarm(2 * limit)
-            try:
-                answer = True, work(task)
-            except MemoryError:
-                answer = False, f"it needs more memory than {MEMORY / 1e9:g} GB"
-            except Exception as error:
-                # Whatever breaks on one task is told there, and the others go on.
-                answer = False, f"the tool broke on it ({type(error).__name__}: {str(error)[:200]})"
+            answer = _try(work, task)
             _alarm(0.0)
             connection.send(answer)
+
+
+def _try(work: Callable[[Any], Any], task: Any) -> tuple[bool, Any]:
+    """Do a task: True and its answer, or False and why there is none."""
+    try:
+        return True, work(task)
+    except MemoryError:
+        return False, f"it needs more memory than {MEMORY / 1e9:g} GB"
+    except Exception as error:
+        # Whatever breaks on one task is told there, and the others go on.
+        return False, f"the tool broke on it ({type(error).__name__}: {str(error)[:200]})"
 
 
 def _limit_memory() -> None:

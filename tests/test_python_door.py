@@ -200,6 +200,16 @@ def test_counts_of_labs_and_names_of_readings(lab: Analysis) -> None:
         gyrodata.fit_many(lab.measurements, {"tim": np.ones((3, 10))})
 
 
+def test_a_class_in_this_process_and_in_others() -> None:
+    folder = SAMPLE.parent / "class"
+    here, there = gyrodata.grade(folder), gyrodata.grade(folder, workers=2)
+    assert here.tally == there.tally
+    assert [one.to_json() for one in here.grades] == [one.to_json() for one in there.grades]
+    assert here.count("not graded") == 3
+    with pytest.raises(TypeError, match="the path of a folder"):
+        gyrodata.grade(3)  # type: ignore[arg-type]
+
+
 def test_many_labs_and_one_agree(lab: Analysis) -> None:
     measured = lab.measurements
     many = gyrodata.fit_many(measured, {"time": np.tile(measured.time, (3, 1))})

@@ -55,7 +55,9 @@ def grade(
                      "Default: NAME-grades, for --format text only."),
     ] = None,
     workers: Annotated[
-        int | None, typer.Option("--workers", min=1, max=256, help="Processes. Default: one for each processor.")
+        int | None,
+        typer.Option("--workers", min=0, max=256, help="Processes; 0: only this one, where nothing stops a submission "
+                     "that hangs. Default: one for each processor."),
     ] = None,
     timeout: Annotated[
         float, typer.Option("--timeout", metavar="SECONDS", min=0.1, help="Time for one submission.")
@@ -154,7 +156,7 @@ def grade(
         exempt = read_exemptions(partners, submissions.aliases)
         complain(exempt.diagnostics, quiet)
     options = GradingOptions(
-        workers=workers or count_workers(),
+        workers=count_workers() if workers is None else workers,
         limit=timeout,
         journal=None if folder is None else Journal(folder / JOURNAL),
         keep=not dry_run,

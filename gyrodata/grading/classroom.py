@@ -8,6 +8,7 @@ class are held in memory: 16 kB a student.
 
 from __future__ import annotations
 
+import os
 import statistics
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property, partial
@@ -17,7 +18,7 @@ from types import MappingProxyType
 from msgspec import Struct
 from msgspec.structs import asdict, replace
 
-from gyrodata.errors import GyroError
+from gyrodata.errors import GyroError, insist_on_type
 from gyrodata.grading.exports import class_summary, grades_csv
 from gyrodata.grading.forensics import Exemptions, Fingerprint, Flag, flag_class
 from gyrodata.grading.grade import (
@@ -32,8 +33,8 @@ from gyrodata.grading.grade import (
 from gyrodata.grading.journal import Basis, Entry, Journal, bases_of, why_again, write_whole
 from gyrodata.grading.ledger import NO_DESK, Desk
 from gyrodata.grading.roster import Roster
-from gyrodata.grading.rubric import Rubric
-from gyrodata.grading.submissions import Submission, Submissions
+from gyrodata.grading.rubric import Rubric, default_rubric, read_rubric
+from gyrodata.grading.submissions import Submission, Submissions, find_submissions
 from gyrodata.grading.yardsticks import BenchScatter, Reference, at_bench, scatter_words
 from gyrodata.workers import Failed, in_workers
 
@@ -59,6 +60,41 @@ class GradingOptions(Struct, frozen=True):
     figures: Path | None = None  # folder for each student's figures; None: none are drawn
     progress: Callable[[int], None] | None = None  # told how many are done
     grader: Grader = grade_submission  # what makes a grade
+
+
+def grade(
+    source: str | os.PathLike[str], rubric: str | os.PathLike[str] | None = None, *, workers: int = 0
+) -> ClassGrades:
+    """Grade a class as ``gyro grade`` does, and write nothing.
+
+    Parameters
+    ----------
+    source : path
+        A folder with a folder or file for each student, what a platform hands out, or its zip.
+    rubric : path, optional
+        The rubric, TOML; the built-in one if none is given.
+    workers : int
+        Processes; with 0 all is done in this one, where nothing stops a submission that hangs.
+
+    Returns
+    -------
+    ClassGrades
+        ``grades`` has each student's marks with their reasons, ``flags`` the logs that look copied.
+
+    Raises
+    ------
+    InputError
+        If there is no submission, or the rubric is none.
+    OSError
+        If the rubric cannot be read.
+    TypeError
+        If an argument is nothing that it can be.
+    """
+    insist_on_type("source", source, str | os.PathLike, "the path of a folder or a zip")
+    insist_on_type("rubric", rubric, str | os.PathLike | None, "the path of a rubric")
+    insist_on_type("workers", workers, int, "a number of processes")
+    judged = default_rubric() if rubric is None else read_rubric(Path(rubric).read_bytes(), Path(rubric).name)
+    return grade_class(find_submissions(Path(source)), judged, GradingOptions(workers=workers))
 
 
 def grade_class(

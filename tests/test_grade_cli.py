@@ -92,6 +92,17 @@ def test_what_is_printed(graded: tuple[Result, Path]) -> None:
     assert "1 file is of no student and left aside: README.txt" in done.stderr
 
 
+def test_the_same_files_without_another_process(
+    graded: tuple[Result, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("gyrodata.workers.start_context", lambda preload: pytest.fail("a process was started"))
+    done = gyro("grade", CLASS, "--out", tmp_path / "grades", "--workers", "0")
+    assert done.stdout == graded[0].stdout
+    for path in sorted(graded[1].rglob("*")):
+        if path.is_file() and path.name != "journal.ndjson":
+            assert (tmp_path / "grades" / path.relative_to(graded[1])).read_bytes() == path.read_bytes(), path.name
+
+
 def test_what_is_written(graded: tuple[Result, Path]) -> None:
     _, folder = graded
     assert {path.name for path in folder.iterdir()} == {

@@ -341,7 +341,8 @@ def write_feedback(
         if progress is not None:
             progress(done)
     limit = MOST_TASKS * options.limit
-    for _, end in in_workers(partial(_write_archive, folder), [sorted(written)], 1, limit, PRELOAD):
+    packing, one = partial(_write_archive, folder), min(1, options.workers)
+    for _, end in in_workers(packing, [sorted(written)], one, limit, PRELOAD):
         if end is not None:
             raise cannot_write(folder, OSError(end.why)) if isinstance(end, Failed) else end
     return tuple(sorted(lost))
@@ -351,7 +352,7 @@ def _tasks(
     found: ClassGrades, names: Mapping[str, str], before: Mapping[str, int], options: GradingOptions
 ) -> list[list[_Task]]:
     """Part the work among the crew: some students at once, so that every worker comes round several times."""
-    size = max(1, min(MOST_TASKS, len(found.grades) // (4 * options.workers)))
+    size = max(1, min(MOST_TASKS, len(found.grades) // (4 * max(1, options.workers))))
     tasks: list[_Task] = []
     for grade, item in zip(found.grades, found.submissions.items, strict=True):
         page = names[grade.student]

@@ -6,6 +6,7 @@ here is emitted and declared.
 
 from __future__ import annotations
 
+from base64 import b64encode
 from collections.abc import Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal
@@ -197,6 +198,24 @@ class Analysis(Struct, frozen=True, eq=False):
 
     def __str__(self) -> str:
         return str(_above("reporting").summary(self, verbose=False))
+
+    def plot(self, name: str = "torque", ax: Any = None) -> Any:
+        """Draw one of the figures ("period", "product", "torque", "residuals") on axes of matplotlib; give them."""
+        if ax is None:
+            from matplotlib import pyplot
+
+            ax = pyplot.figure().add_subplot()
+        return _above("plotting").plot_on(self, name, ax)
+
+    def _repr_html_(self) -> str:
+        from html import escape
+
+        figure = b64encode(_above("plotting").render(self, "png", names=("torque",))["torque"]).decode()
+        told = escape(str(self))
+        found = "".join(f"<li>{escape(f'{one.severity} {one.code}: {one.message}')}</li>" for one in self.diagnostics)
+        words = escape(_above("plotting").alt_text(self, "torque"))
+        picture = f'<img src="data:image/png;base64,{figure}" alt="{words}" style="max-width: 36em">'
+        return f"<pre>{told}</pre>{picture}" + (f"<ul>{found}</ul>" if found else "")
 
     def _repr_markdown_(self) -> str:
         return str(_above("reporting").markdown_report(self))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import io
 import json
 import pickle
 import subprocess
@@ -10,10 +11,12 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import matplotlib
 import numpy as np
 import pandas as pd
 import pint
 import pytest
+from matplotlib.figure import Figure
 from uncertainties import ufloat
 
 import gyrodata
@@ -64,6 +67,35 @@ class TestWhatShows:
         assert len({lab, again}) == 1
         assert lab != gyrodata.analyze(SAMPLE, settings={"g": "9.803 m/s^2"})
         assert lab != "air_gyroscope.csv"
+
+
+class TestPictures:
+    @pytest.mark.parametrize("name", ["period", "product", "torque", "residuals"])
+    def test_on_axes_that_are_given(self, name: str, lab: Analysis) -> None:
+        figure = Figure()
+        ax = figure.add_subplot()
+        assert lab.plot(name, ax=ax) is ax
+        labels = ["20 g at 15 cm", "39.99 g at 15 cm", "60.04 g at 15 cm", "no weight"]
+        assert list(ax.get_legend_handles_labels()[1]) == labels
+        drawn = np.concatenate([bars.lines[0].get_xydata() for bars in ax.containers])  # type: ignore[attr-defined]
+        assert len(drawn) == len(lab.runs)
+        if name == "torque":
+            assert sorted(drawn[:, 1]) == pytest.approx(sorted(lab.runs["torque"]))
+        figure.savefig(io.BytesIO(), format="png")
+
+    def test_on_axes_of_its_own(self, lab: Analysis) -> None:
+        matplotlib.use("agg")
+        assert lab.plot().get_ylabel() == "torque M [N·m]"
+
+    def test_a_name_that_is_none(self, lab: Analysis) -> None:
+        with pytest.raises(ValueError, match="did you mean 'torque'"):
+            lab.plot("torq", ax=Figure().add_subplot())
+
+    def test_in_a_notebook(self) -> None:
+        shown = gyrodata.analyze(SAMPLE.read_bytes().replace(b"no weight", b"<b>"), name="<i>.csv")._repr_html_()
+        assert shown.count("data:image/png;base64,") == 1
+        assert "I_zz = (4.429 ± 0.034) × 10⁻³ kg·m²" in shown
+        assert "<i>" not in shown
 
 
 class TestUncertainNumbers:

@@ -102,7 +102,7 @@ class Journal:
                         continue
                     try:
                         entry = from_json(line, Entry)
-                    except ValueError:
+                    except (ValueError, RecursionError):
                         self.damaged += 1
                     else:
                         self.places[entry.grade.student] = at - len(line), len(line)

@@ -36,10 +36,13 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
-    # The benchmark takes long to import, and the figures of a log do without it.
-    if name in ("draw_chart", "render_benchmark"):
-        from gyrodata.plotting import charts
+_LATER = {"draw_chart": "charts", "render_benchmark": "charts", "plot_on": "on_axes"}
 
-        return getattr(charts, name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+def __getattr__(name: str) -> Any:
+    # The benchmark takes long to import, and the figures of a log do without axes.
+    if name not in _LATER:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    return getattr(import_module(f"gyrodata.plotting.{_LATER[name]}"), name)

@@ -211,21 +211,23 @@ def draw(analysis: Analysis, name: str, medium: Medium = MEDIA["screen"]) -> She
     return _DRAWERS[name](gather(analysis, medium.grey_safe), medium)
 
 
-def render(analysis: Analysis, form: Form = "png", medium: Medium = MEDIA["screen"]) -> dict[str, bytes]:
-    """Draw all figures as files."""
+def render(
+    analysis: Analysis, form: Form = "png", medium: Medium = MEDIA["screen"], names: Sequence[str] = FIGURES
+) -> dict[str, bytes]:
+    """Draw figures as files, by their names."""
     from matplotlib import rc_context
 
     with rc_context(STYLE), warnings.catch_warnings():
         # A run's name may be written in a script that the font does not have; it is drawn as boxes then.
         warnings.filterwarnings("ignore", message="(?s).*[Gg]lyph.* missing")
         scene = gather(analysis, medium.grey_safe)
-        return {name: draw_it(scene, medium).save(form) for name, draw_it in _DRAWERS.items()}
+        return {name: _DRAWERS[name](scene, medium).save(form) for name in names}
 
 
 # --- the Earth that turns below ------------------------------------------------------------------------------
 
-_EARTH_COLOURS = {"north": "#0072B2", "east": "#D55E00"}
-_EARTH_LABELS = {"north": "started along\nthe Earth's axis,\nto the north", "east": "started level,\nto the east"}
+_EARTH_COLOURS = {"axis": "#0072B2", "east": "#D55E00"}
+_EARTH_LABELS = {"axis": "started along\nthe Earth's axis,\nto the {pole}", "east": "started level,\nto the east"}
 _BEARINGS = {0.0: "N 0", 90.0: "E 90", 180.0: "S 180", 270.0: "W 270", 360.0: "N 360"}
 
 
@@ -242,7 +244,9 @@ def draw_earth(latitude: float, times: Sequence[float]) -> Sheet:
     draw_axes(upper, "", "altitude [°]", y_ticks=number_ticks((-90, -45, 0, 45, 90)))
     draw_axes(lower, "time [hours of the clock]", "azimuth [°]", ticks, _BEARINGS)
     upper.level(0.0, SOFT, 0.8)
-    for rank, (name, start) in enumerate((("north", (0.0, latitude)), ("east", (math.pi / 2, 0.0)))):
+    # The pole of the sky that is up.
+    axis = (0.0, latitude) if latitude >= 0 else (math.pi, -latitude)
+    for rank, (name, start) in enumerate((("axis", axis), ("east", (math.pi / 2, 0.0)))):
         colour = _EARTH_COLOURS[name]
         course = balanced_direction(*start, latitude, fine)
         marks = balanced_direction(*start, latitude, dots)
@@ -253,7 +257,7 @@ def draw_earth(latitude: float, times: Sequence[float]) -> Sheet:
                 sheet.items.append(Dots(panel.at(dots / 3600, np.degrees(at)), "o", colour, 3.5))
         height = 160 + 103 * (0.85 - 0.55 * rank)
         sheet.items.append(Strokes([np.array([(370, height), (382, height)])], colour, 2.0))
-        lines = _EARTH_LABELS[name].split("\n")
+        lines = _EARTH_LABELS[name].format(pole="north" if latitude >= 0 else "south").split("\n")
         for down, words in enumerate(lines):
             sheet.items.append(Words(388, height + 10.2 * ((len(lines) - 1) / 2 - down) - 3, words, 8.5))
     title = f"Where balanced gyroscopes point, latitude {math.degrees(latitude):.4g}°"

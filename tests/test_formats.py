@@ -121,6 +121,19 @@ def test_a_document_is_written_beside_figures_that_it_can_show(
     assert all((tmp_path / "r" / f"{name}.{figures}").is_file() for name in plotting.FIGURES)
 
 
+def test_the_commands_that_a_report_names_answer() -> None:
+    path = SAMPLES / "salort_one_torque.csv"
+    report = reporting.markdown_report(analyze(path))
+    commands = re.findall("`gyro ((?:predict|explain) [^`]*)`", report)
+    assert [command.split()[1] for command in commands] == [
+        "tip", "precession", "twist", "earth", "platform", "statistics", "theory"
+    ]  # fmt: skip
+    for command in commands:
+        done = gyro(*(str(path) if word == path.name else word for word in command.split()))
+        assert done.exit_code == 0, command
+        assert len(done.stdout) > 300
+
+
 @pytest.mark.parametrize("values", ["plain", "short"])
 def test_a_report_that_is_handed_in_has_one_answer(values: str, tmp_path: Path) -> None:
     shutil.copy(SAMPLES / "air_gyroscope.csv", tmp_path / "lab.csv")

@@ -43,8 +43,8 @@ _PREAMBLE = r"""\documentclass[11pt]{article}
 \setlength{\belowcaptionskip}{4pt}
 %% A figure is a file of its name beside this one, PDF or PNG.
 \newcommand{\gyrofigure}[2]{\begin{figure}[H]\centering
-  \IfFileExists{#1.pdf}{\includegraphics[width=0.75\linewidth]{#1.pdf}}{%%
-  \IfFileExists{#1.png}{\includegraphics[width=0.75\linewidth]{#1.png}}{%%
+  \IfFileExists{#1.pdf}{\includegraphics[width=0.66\linewidth]{#1.pdf}}{%%
+  \IfFileExists{#1.png}{\includegraphics[width=0.66\linewidth]{#1.png}}{%%
   \fbox{\parbox{0.8\linewidth}{\texttt{#1.pdf} or \texttt{#1.png} has to stand beside this file:
   \texttt{gyro analyze LOG -{}-format latex -{}-out FOLDER} writes both.}}}}
   \caption{#2}

@@ -82,11 +82,11 @@ class _Markdown(Struct, frozen=True):
         done, text = "", ""
         for part in sentence:
             if isinstance(part, Styled) and part.style == "code" and "`" not in part.text:
-                done += f"{escape(text)}{' ' * text.endswith(' ')}`{part.text}`"
+                done += f"{_inside(text)}`{part.text}`"
                 text = ""
             else:
                 text += part_text(part, self.writing)
-        return f"{done}{' ' * (bool(done) and text.startswith(' '))}{escape(text)}"
+        return f"{done}{_inside(text)}".strip()
 
     def table(self, table: Table) -> str:
         """Write a table in pipes."""
@@ -102,3 +102,8 @@ class _Markdown(Struct, frozen=True):
         if cell is None:
             return "–" if head.scale else ""
         return escape(cell_text(cell, self.writing))
+
+
+def _inside(text: str) -> str:
+    """Make text stay text inside a line, with a blank where one stood at its ends."""
+    return f"{' ' * text.startswith(' ')}{escape(text)}{' ' * text.endswith(' ')}"

@@ -258,9 +258,9 @@ class _Page:
 
     def head(self, head: Head) -> Markup:
         """Write the head of a column."""
-        words = _typeset(f"{head.words} [{head.scale}]" if head.scale and str(head.scale) else head.words)
-        kind = ' class="n"' if head.scale else ""
-        return Markup(f'<th scope="col"{kind}>{words}</th>')
+        kind, unit = (' class="n"', str(head.scale)) if head.scale else ("", "")
+        unit = f' <span class="q">[{_typeset(unit)}]</span>' if unit else ""
+        return Markup(f'<th scope="col"{kind}>{_typeset(head.words)}{unit}</th>')
 
     def cell(self, cell: Cell, head: Head, first: bool) -> Markup:
         """Write a cell: a number to the right, long text in several lines."""

@@ -260,7 +260,10 @@ def _constant(analysis: Analysis, scale: Scale, torque: Scale) -> tuple[Block, .
         slope = Value(origin.inertia.value, origin.inertia.u, scale, "fits.1.inertia.value")
         away = Number(signed(origin.deviation), "fits.1.deviation")
         words = (*words, " A line forced through the origin has the slope ", slope, ", ", away, " u from it.")
-    caption = "Torque M against φ̇ψ̇ with the recommended line and its 95 % band; dashed, the line through the origin."
+    caption = (
+        "Torque M against φ̇ψ̇ with the recommended line; dashed, the line through the origin. Below, what the line "
+        "leaves of each torque, with its 95 % band."
+    )
     return (Text((law,), "result", True), Text((words,), full=True), Figure("torque", caption))
 
 

@@ -59,6 +59,8 @@ LOGS = {
     "a miscounted run": log([20, 40, 60], [200, 400, 600], wrong=4),
     "two odd runs": log([20, 40, 60], [200, 400, 600], wrong=4).replace(b'"8",60,15.0,400,13', b'"8",60,15.0,400,16'),
     "negative torques": log([20, 40, 60], [200, 400, 600], position=-15),
+    "both senses": log([2, 4, 6], [200, 400, 600], position=900).replace(b"2,900,200,", b"2,-900,200,"),
+    "long numbers": log([20, 40, 60], [200, 400, 600], position=-15, scale=50),
     "huge": log([20, 40, 60], [200, 400, 600], scale=1e4),
     "tiny": log([20, 40, 60], [200, 400, 600], scale=1e-3),
 }

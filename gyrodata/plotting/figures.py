@@ -127,6 +127,8 @@ def _draw_torque(scene: Scene, medium: Medium) -> Sheet:
     if scene.origin is not None:
         panel.line(limits, factor * scene.origin * x[[0, -1]], SOFT, 0.9, dashed=True)
     panel.level(0.0, SOFT, 0.8)
+    if limits[0] < 0 < limits[1]:
+        panel.plumb(0.0, SOFT, 0.8)
     product = np.clip(scene.product, *limits)
     draw_runs(panel, scene, Marks(product, torque, scene.product_u, torque_u))
     name_runs(panel, product, torque, odd_names(scene, scene.product, product, "", "←→"))
@@ -153,6 +155,8 @@ def _draw_rest(
     draw_axes(panel, "precession rate × spin, φ̇ψ̇ [rad²/s²]", label, y_ticks=round_ticks(panel.y, 4))
     panel.band(x, *band, _BAND, 0.15)
     panel.level(0.0, INK, 1.2)
+    if limits[0] < 0 < limits[1]:
+        panel.plumb(0.0, SOFT, 0.8)
     if scene.origin is not None:
         away = factor * ((scene.origin - scene.inertia) * x[[0, -1]] + scene.imbalance)
         panel.line(limits, away, SOFT, 0.9, dashed=True)

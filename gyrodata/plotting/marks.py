@@ -14,7 +14,7 @@ from gyrodata.physics import Floats
 from gyrodata.plotting.figure_data import Group, Scene, as_number, run_name
 from gyrodata.plotting.sheet import FAINT, INK, SOFT, Area, Box, Dots, Panel, Sheet, Strokes, Words, text_width
 
-_LEFT, _BOTTOM = 50.0, 34.0
+_LEFT, _BOTTOM = 54.0, 34.0
 """Room left of axes and below them, for ticks and a label [point]."""
 
 _TITLE, _ROW = 26.0, 11.0
@@ -182,11 +182,13 @@ def draw_axes(panel: Panel, x: str, y: str, x_ticks: Ticks | None = None, y_tick
         sheet.items.append(Strokes(ground, FAINT, 0.6, order=0.5))
     for at, text in xs:
         sheet.items.append(Words(at - text_width(text, 9.0) / 2, bottom - 13.5, text, 9.0))
+    # Between the label and the axis; long numbers are written smaller.
+    size = 9.0 * min(1.0, (left - 23) / max((text_width(text, 9.0) for _, text in ys), default=1.0))
     for at, text in ys:
-        sheet.items.append(Words(left - 6 - text_width(text, 9.0), at - 3.2, text, 9.0))
+        sheet.items.append(Words(left - 6 - text_width(text, size), at - 0.36 * size, text, size))
     if x:
         sheet.write(left + wide / 2, bottom - 28, x, 9.0, align=0.5)
-    sheet.write(16, bottom + tall / 2, y, 9.0, align=0.5, upright=True)
+    sheet.write(14, bottom + tall / 2, y, 9.0, align=0.5, upright=True)
 
 
 def _placed(panel: Panel, axis: int, ticks: Ticks) -> list[tuple[float, str]]:

@@ -322,7 +322,8 @@ class Panel:
         data = np.column_stack(np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float)))
         ends = np.array([self.x, self.y]).T
         if self.logarithmic:
-            data, ends = np.log10(data), np.log10(ends)
+            # A bar may reach to zero: it ends far below the axes.
+            data, ends = np.log10(np.maximum(data, 1e-3 * ends[0])), np.log10(ends)
         corner, size = np.array(self.box[:2]), np.array(self.box[2:])
         return np.asarray(corner + size * (data - ends[0]) / (ends[1] - ends[0]))
 

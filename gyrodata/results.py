@@ -201,10 +201,6 @@ class Analysis(Struct, frozen=True, eq=False):
 
     def plot(self, name: str = "torque", ax: Any = None) -> Any:
         """Draw one of the figures ("period", "product", "torque", "residuals") on axes of matplotlib; give them."""
-        if ax is None:
-            from matplotlib import pyplot
-
-            ax = pyplot.figure().add_subplot()
         return _above("plotting").plot_on(self, name, ax)
 
     def _repr_html_(self) -> str:

@@ -12,7 +12,18 @@ import typer
 from msgspec import Struct
 
 from gyrodata.cli.options import ConfigOption, MappingOption, SettingsOption, pairs
-from gyrodata.cli.terminal import FAULT, coloured, complain, fault, name_of, refuse, source_of, write_folder, write_out
+from gyrodata.cli.terminal import (
+    FAULT,
+    STDIN,
+    coloured,
+    complain,
+    fault,
+    names_of,
+    refuse,
+    source_of,
+    write_folder,
+    write_out,
+)
 from gyrodata.diagnostics import CANNOT_BE_WATCHED, FORMAT_FOR_ONE_LOG, VALUES_NOT_FOR_FORMAT
 from gyrodata.errors import Diagnostic, GyroError
 
@@ -26,6 +37,9 @@ _PRELOAD = ("gyrodata.analysis", "gyrodata.reporting.text", "uncertainties")
 WORTHWHILE = 50
 """So many logs take longer than it does to start the workers."""
 
+DATA = {"json": (".json",), "ndjson": (".ndjson", ".jsonl", ".json"), "csv": (".csv",)}
+"""Endings of a file with data, by their format."""
+
 DOCUMENTS = {"markdown": "report.md", "latex": "report.tex"}
 """What a document is called beside its figures, by its format."""
 
@@ -37,6 +51,7 @@ Model = Literal["auto", "horizontal", "steady", "released"]
 Figures = Literal["png", "svg", "pdf"]
 Style = Literal["screen", "slides", "print"]
 Writing = Literal["plain", "short"]
+Table = Literal["runs", "logs", "torques", "budget"]
 
 
 def analyze(
@@ -52,8 +67,15 @@ def analyze(
         Path | None,
         typer.Option("--out", "-o", help="Folder for the report (several logs: one folder each inside). "
                      "Default: STEM-report, for --format text and files only. LaTeX and Markdown are written there "
-                     "too, beside their figures; a terminal is spared them then."),
+                     "too, beside their figures; a terminal is spared them then. With a FILE.json, .ndjson or .csv the "
+                     "data of that format go there, whole or not at all."),
     ] = None,
+    table: Annotated[
+        Table, typer.Option("--table", help="Of --format csv: a row for each run, log, torque, or source of u.")
+    ] = "runs",
+    stdin: Annotated[
+        str, typer.Option("--stdin-filename", metavar="NAME", help="What to call a log from standard input.")
+    ] = STDIN,
     no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.")] = False,
     figures: Annotated[Figures, typer.Option("--figures", help="File type of the figures.")] = "png",
     style: Annotated[
@@ -106,26 +128,35 @@ def analyze(
         model=model,
         keep_flagged=keep_flagged,
     )
-    request = _Request(options, config, form, values, figures, style, verbose)
+    request = _Request(options, config, form, table, values, figures, style, verbose)
+    # Data go into a file whole, or not at all.
+    file = out if out is not None and form in DATA and out.suffix.lower() in DATA[form] else None
     if watched:
         _watch(Path(logs[0]), request)
         return
+    names = names_of(logs, stdin)
+    folders = _folders(logs, names, out)
+    reported = not no_report and file is None and (out is not None or form == "text")
     jobs = [
-        _Job(i, log, folder, not no_report and (out is not None or (form == "text" and log != "-")), request, len(logs))
-        for i, (log, folder) in enumerate(zip(logs, _folders(logs, out), strict=True))
+        _Job(i, log, name, folder, reported and (out is not None or log != "-"), request, len(logs))
+        for i, (log, name, folder) in enumerate(zip(logs, names, folders, strict=True))
     ]
-    worst, header = 0, _header(form)
+    worst, header, whole = 0, _header(form, table), []
     # A document that stands in a file is not poured over a terminal too.
     spared = form in DOCUMENTS and sys.stdout is not None and sys.stdout.isatty()
     for told in _in_order(jobs) if many else map(_analyze_one, jobs):
         complain(told.diagnostics, quiet)
-        if told.text and not (spared and told.report):
+        if told.text and file is not None:
+            whole.append(told.text)
+        elif told.text and not (spared and told.report):
             write_out(header + (coloured(told.text, sys.stdout) if form == "text" else told.text))
             header = ""
         complain(told.not_written)
         if told.report and not quiet:
             typer.echo(f"report: {told.report}", err=True)
         worst = max(worst, told.code)
+    if file is not None:
+        write_folder(file.parent, {file.name: "".join([header, *whole]).encode()})
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
 
 
@@ -158,6 +189,7 @@ class _Request(Struct, frozen=True):
     options: Options
     config: Path | None
     form: Format
+    table: Table
     values: Writing
     figures: Figures
     style: Style
@@ -184,27 +216,30 @@ def _watch(path: Path, request: _Request) -> None:
     )
 
 
-def _header(form: Format) -> str:
+def _header(form: Format, table: Table) -> str:
     """What stands once above the rows of all logs."""
     if form != "csv":
         return ""
-    from gyrodata.reporting import runs_header
+    from gyrodata.reporting import table_header
 
-    return runs_header()
+    return table_header(table)
 
 
-def _folders(logs: Sequence[str], out: Path | None) -> list[Path]:
-    """Name the folder of each log's report; logs of one name get numbers."""
+def _folders(logs: Sequence[str], names: Sequence[str], out: Path | None) -> list[Path]:
+    """Name the folder of each log's report, below that of the log where there are several; one name gets numbers."""
     folders: list[Path] = []
-    taken: dict[str, int] = {}
-    for log in logs:
+    taken: dict[Path, int] = {}
+    for log, name in zip(logs, names, strict=True):
         if out is not None and len(logs) == 1:
             folders.append(out)
             continue
-        stem = "stdin" if log == "-" else _stem(log)
+        stem = Path("stdin" if log == "-" else _stem(name))
+        if len(logs) > 1 and log != "-":
+            # Never above the folder that is asked for.
+            stem = Path(*(part for part in Path(name).parent.parts if part not in ("..", Path(name).anchor)), stem)
         taken[stem] = taken.get(stem, 0) + 1
-        name = f"{stem}-report" if taken[stem] == 1 else f"{stem}-report-{taken[stem]}"
-        folders.append((out or Path()) / name)
+        told = f"{stem.name}-report" if taken[stem] == 1 else f"{stem.name}-report-{taken[stem]}"
+        folders.append((out or Path()) / stem.with_name(told))
     return folders
 
 
@@ -214,6 +249,8 @@ class _Job(Struct, frozen=True):
     index: int
     """In the order of the logs."""
     log: str
+    name: str
+    """What it is called."""
     folder: Path
     """Where its report goes, …"""
     written: bool
@@ -241,17 +278,17 @@ def _analyze_one(job: _Job) -> _Told:
     """Analyse one log and write its report; what there is to print is given back."""
     from gyrodata.analysis import analyze_readings
 
-    log, folder, request = job.log, job.folder, job.request
+    name, folder, request = job.name, job.folder, job.request
     readings: Readings | None = None
     try:
-        readings = request.read(**source_of(log))
+        readings = request.read(**source_of(job.log, name))
         analysis = analyze_readings(readings, request.options)
         files = _report_files(analysis, request, folder) if job.written else {}
         text = _formatted(analysis, request, job.count, folder)
     except GyroError as error:
-        return _without_answer(log, readings, request, error.exit_code, error.diagnostics)
+        return _without_answer(name, readings, request, error.exit_code, error.diagnostics)
     except Exception as error:
-        return _without_answer(log, readings, request, FAULT, (fault(error, name_of(log)),))
+        return _without_answer(name, readings, request, FAULT, (fault(error, name),))
     if not job.written:
         return _Told(0, text, analysis.diagnostics)
     try:
@@ -269,8 +306,8 @@ def _in_order(jobs: Sequence[_Job]) -> Iterator[_Told]:
     due = 0
     for job, told in in_workers(_analyze_one, jobs, count_workers(), LIMIT, _PRELOAD):
         if isinstance(told, Failed):
-            found = fault(RuntimeError(told.why), name_of(job.log))
-            told = _without_answer(job.log, None, job.request, FAULT, (found,))
+            found = fault(RuntimeError(told.why), job.name)
+            told = _without_answer(job.name, None, job.request, FAULT, (found,))
         early[job.index] = told
         while due in early:
             yield early.pop(due)
@@ -278,16 +315,20 @@ def _in_order(jobs: Sequence[_Job]) -> Iterator[_Told]:
 
 
 def _without_answer(
-    log: str, readings: Readings | None, request: _Request, code: int, diagnostics: Sequence[Diagnostic]
+    name: str, readings: Readings | None, request: _Request, code: int, diagnostics: Sequence[Diagnostic]
 ) -> _Told:
-    """Tell why a log has no answer; a pipe gets an object for it all the same."""
+    """Tell why a log has no answer; a pipe gets an object or a row for it all the same."""
+    if request.form == "csv" and request.table == "logs":
+        from gyrodata.reporting import unanswered_row
+
+        return _Told(code, unanswered_row(name, diagnostics), diagnostics)
     if request.form not in ("json", "ndjson"):
         return _Told(code, "", diagnostics)
     from gyrodata.reporting import json_text
     from gyrodata.results import document
 
     digest, rows = (readings.sha256, len(readings.runs)) if readings else (None, None)
-    made = document(name_of(log), digest, rows, request.options, None, tuple(diagnostics))
+    made = document(name, digest, rows, request.options, None, tuple(diagnostics))
     return _Told(code, json_text(made, indent=2 if request.form == "json" else None), diagnostics)
 
 
@@ -308,7 +349,7 @@ def _formatted(analysis: Analysis, request: _Request, count: int, folder: Path) 
     if form == "latex":
         return reporting.latex_report(analysis, request.values)
     if form == "csv":
-        return reporting.runs_rows(analysis)
+        return reporting.table_rows(analysis, request.table)
     return reporting.json_text(analysis.to_dict(), indent=2 if form == "json" else None)
 
 

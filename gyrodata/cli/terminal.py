@@ -195,18 +195,39 @@ def time_text(seconds: float) -> str:
     return f"{hours} h {minutes} min" if hours else f"{minutes} min"
 
 
-def source_of(log: str) -> dict[str, Any]:
+STDIN = "<stdin>"
+"""What a log from standard input is called."""
+
+
+def source_of(log: str, name: str = STDIN) -> dict[str, Any]:
     """Where a log is read from, and what it is called."""
     if log != "-":
-        return {"source": log}
+        # A path with a newline in it is a path all the same.
+        return {"source": Path(log), "name": name_of(log) if name == STDIN else name}
     if sys.stdin is None:
         refuse(STREAM_CANNOT_BE_USED, "standard input is closed", "give the log's name instead of -, or - < log.csv")
-    return {"source": sys.stdin.buffer, "name": "<stdin>"}
+    if sys.stdin.isatty():
+        end = "Ctrl-Z and Enter" if os.name == "nt" else "Ctrl-D"
+        typer.echo(f"reading the log from the keyboard; end it with {end}", err=True)
+    return {"source": sys.stdin.buffer, "name": name}
+
+
+def names_of(logs: Sequence[str], stdin: str = STDIN) -> list[str]:
+    """What logs are called: by their paths as they were given, absolute ones by what these do not share."""
+    folders = [Path(log).parent for log in logs if log != "-" and Path(log).is_absolute()]
+    # Drives of Windows share nothing.
+    shared = os.path.commonpath(folders) if len({folder.anchor for folder in folders}) == 1 else None
+
+    def shown(log: str) -> str:
+        path = Path(log)
+        return printable((path.relative_to(shared) if shared and path.is_absolute() else path).as_posix())
+
+    return [stdin if log == "-" else shown(log) for log in logs]
 
 
 def name_of(log: str) -> str:
-    """What a log is called, whether it can be read or not."""
-    return "<stdin>" if log == "-" else printable(Path(log).name)
+    """What a single log is called, whether it can be read or not."""
+    return names_of([log])[0]
 
 
 def write_folder(folder: Path, contents: dict[str, bytes]) -> None:

@@ -18,9 +18,13 @@ if TYPE_CHECKING:
     from gyrodata.results import Analysis
 
 
-def plot_on(analysis: Analysis, name: str, ax: Axes) -> Axes:
-    """Draw the runs of one of `FIGURES` on axes, with its lines; ValueError for a name that is none."""
+def plot_on(analysis: Analysis, name: str, ax: Axes | None = None) -> Axes:
+    """Draw the runs of one of `FIGURES` on axes, new ones if none are given; ValueError for a name that is none."""
     insist_on_choice("name", name, FIGURES)
+    if ax is None:
+        from matplotlib import pyplot
+
+        ax = pyplot.figure().add_subplot()
     scene = gather(analysis)
     drawn: dict[str, tuple[Floats, Floats, Floats | None, Floats, str, str]] = {
         "period": (scene.spin, scene.period, scene.spin_u, scene.period_u, "spin ψ̇ [rpm]", "precession period τ [s]"),

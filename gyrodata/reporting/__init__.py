@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from gyrodata.reporting.data import csv_cell, json_text, runs_csv, runs_header, runs_rows
+    from gyrodata.reporting.data import csv_cell, json_text, runs_csv, table_header, table_rows, unanswered_row
     from gyrodata.reporting.latex import latex_report
     from gyrodata.reporting.markdown import markdown_report
     from gyrodata.reporting.page import report_page
@@ -40,9 +40,10 @@ __all__ = [
     "power_of_ten",
     "report_page",
     "runs_csv",
-    "runs_header",
-    "runs_rows",
     "summary",
+    "table_header",
+    "table_rows",
+    "unanswered_row",
     "unfinished_text",
     "watch_text",
 ]
@@ -51,7 +52,7 @@ _HOMES = {
     "latex_report": "latex",
     "markdown_report": "markdown",
     "report_page": "page",
-    **dict.fromkeys(("csv_cell", "json_text", "runs_csv", "runs_header", "runs_rows"), "data"),
+    **dict.fromkeys(("csv_cell", "json_text", "runs_csv", "table_header", "table_rows", "unanswered_row"), "data"),
     **dict.fromkeys(
         (
             "check_text",

@@ -6,16 +6,17 @@ import csv
 import io
 import json
 import re
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, get_args, get_type_hints
 
+from msgspec import Struct
 from msgspec.structs import asdict
 
 from gyrodata.comparisons import Run
-from gyrodata.errors import PICTURES
+from gyrodata.errors import PICTURES, Diagnostic
+from gyrodata.fitting import Share
 from gyrodata.physics import RPM
-
-if TYPE_CHECKING:
-    from gyrodata.results import Analysis
+from gyrodata.results import Analysis, TorqueGroup
 
 RUN_UNITS = {
     "mass": "kg",
@@ -67,6 +68,75 @@ def runs_rows(analysis: Analysis) -> str:
         row = [analysis.name, *cells[:_AFTER_SPIN], rpm, *cells[_AFTER_SPIN:], note]
         writer.writerow([csv_cell(cell) for cell in row])
     return out.getvalue()
+
+
+def table_header(table: str) -> str:
+    """Write the header of a table of `table_rows`."""
+    return runs_header() if table == "runs" else ",".join(_columns(table)) + "\n"
+
+
+def table_rows(analysis: Analysis, table: str) -> str:
+    """Write the rows of a log in one of the tables: its runs, the log itself, its torques, or its budget."""
+    if table == "runs":
+        return runs_rows(analysis)
+    document = analysis.to_dict()
+    result = document["result"]
+    rows = [{**document["input"], **result, **result["goodness"]}] if table == "logs" else result[table]
+    return _rows(analysis.name, table, map(_flat, rows), analysis.diagnostics)
+
+
+def unanswered_row(name: str, diagnostics: Iterable[Diagnostic]) -> str:
+    """Write the row of a log without an answer, for the table of logs."""
+    return _rows(name, "logs", [{}], diagnostics)
+
+
+def _rows(name: str, table: str, rows: Iterable[Mapping[str, Any]], diagnostics: Iterable[Diagnostic]) -> str:
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    codes = " ".join(dict.fromkeys(one.code for one in diagnostics if one.severity != "note"))
+    for row in rows:
+        told = {"log": name, "diagnostics": codes, **row}
+        writer.writerow([csv_cell(told.get(column)) for column in _columns(table)])
+    return out.getvalue()
+
+
+def _columns(table: str) -> tuple[str, ...]:
+    """Names of the columns: those of the JSON, joined where one stands in another."""
+    quantities = [f"{name}_{part}" for name in ("inertia", "residual_torque", "timing_bias") for part in _PARTS]
+    columns = {
+        "logs": ("rows", *quantities, "model", "chi2", "dof", "p", "birge", "scatter", "sha256", "diagnostics"),
+        "torques": tuple(_names(TorqueGroup)),
+        "budget": tuple(_names(Share)),
+    }
+    return ("log", *columns[table])
+
+
+_PARTS = ("value", "u", "unit", "interval_95_low", "interval_95_high")
+
+
+def _names(record: type[Struct]) -> Iterator[str]:
+    """Names of a record's fields, and of those of the records in it."""
+    for name, kind in get_type_hints(record).items():
+        inside = next(
+            (one for one in (kind, *get_args(kind)) if isinstance(one, type) and issubclass(one, Struct)), None
+        )
+        if inside is None:
+            yield from (f"{name}_low", f"{name}_high") if "tuple" in str(kind) else (name,)
+        else:
+            yield from (f"{name}_{one}" for one in _names(inside))
+
+
+def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
+    """Put what stands in a row's cells beside each other: an interval as its two ends."""
+    flat: dict[str, Any] = {}
+    for name, cell in row.items():
+        if isinstance(cell, Mapping):
+            flat |= {f"{name}_{part}": value for part, value in _flat(cell).items()}
+        elif isinstance(cell, list | tuple) and len(cell) == 2:
+            flat |= {f"{name}_low": cell[0], f"{name}_high": cell[1]}
+        else:
+            flat[name] = cell
+    return flat
 
 
 def csv_cell(value: object) -> str:

@@ -43,7 +43,7 @@ class Diagnostic(Struct, frozen=True):
     hint : str
         What to type.
     file : str
-        Name of the file, without its folder.
+        What the file is called: its path as it was given, if that is relative.
     line, column : int or None
         1-based, as an editor counts; None where the fault has no single place.
     excerpt : str

@@ -271,7 +271,7 @@ class Input(Struct, eq=False):
     """The log."""
 
     name: str
-    """As it was given, without its folder."""
+    """Its path as it was given; of an absolute one what the logs of one call do not share."""
     sha256: str | None
     """Of its bytes; null where it could not be read."""
     rows: int | None

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import csv
 import gc
+import io
 import json
 import os
 import subprocess
@@ -11,7 +13,7 @@ import tracemalloc
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
+from typer.testing import CliRunner, Result
 
 from gyrodata.cli import app
 
@@ -65,3 +67,95 @@ def test_the_memory_does_not_grow_with_the_number_of_logs(tmp_path: Path) -> Non
     finally:
         tracemalloc.stop()
     assert second - first < 20 * 1000, "one analysis alone is larger than this"
+
+
+# --- names, tables and files ---------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def same_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Two logs and a bad one, all called lab.csv, below the folder that one is in."""
+    samples = ROOT / "sample_data"
+    for person, sample in (("alice", "air_gyroscope.csv"), ("bob", "heidelberg_ball.csv")):
+        (tmp_path / person).mkdir()
+        (tmp_path / person / "lab.csv").write_bytes((samples / sample).read_bytes())
+    (tmp_path / "eve").mkdir()
+    (tmp_path / "eve" / "lab.csv").write_text("x\n")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def run(*arguments: str, stdin: bytes | None = None) -> Result:
+    return CliRunner().invoke(app, [*arguments], input=stdin)
+
+
+LABS = ("alice/lab.csv", "bob/lab.csv", "eve/lab.csv")
+
+
+@pytest.mark.parametrize("absolute", [False, True])
+def test_each_row_tells_its_log(same_names: Path, absolute: bool) -> None:
+    logs = [str(same_names / log) if absolute else log for log in LABS]
+    done = run("analyze", *logs, "--format", "ndjson")
+    assert [json.loads(line)["input"]["name"] for line in done.stdout.splitlines()] == list(LABS)
+    assert "eve/lab.csv:1:1: error G222" in done.stderr
+    assert str(same_names) not in done.output
+    whole = [json.loads(line)["result"] for line in done.stdout.splitlines()]
+    for table in ("logs", "runs", "torques", "budget"):
+        rows = list(csv.DictReader(io.StringIO(run("analyze", *logs, "-f", "csv", "--table", table).stdout)))
+        assert {row["log"] for row in rows} == set(LABS[: 3 if table == "logs" else 2])
+        assert len(rows) == (3 if table == "logs" else sum(len(result[table]) for result in whole if result))
+
+
+def test_a_row_for_each_log_says_what_the_json_says(same_names: Path) -> None:
+    one, _, bad = csv.DictReader(io.StringIO(run("analyze", *LABS, "-f", "csv", "--table", "logs").stdout))
+    result = json.loads(run("analyze", LABS[0], "-f", "json").stdout)["result"]
+    for name in ("inertia", "residual_torque", "timing_bias"):
+        assert float(one[f"{name}_value"]) == result[name]["value"]
+        assert float(one[f"{name}_u"]) == result[name]["u"]
+        assert one[f"{name}_unit"] == result[name]["unit"]
+        ends = [float(one[f"{name}_interval_95_{end}"]) for end in ("low", "high")]
+        assert ends == result[name]["interval_95"]
+    assert float(one["chi2"]) == result["goodness"]["chi2"]
+    assert one["model"] == result["model"]
+    assert {name for name, cell in bad.items() if cell} == {"log", "diagnostics"}
+    torques = csv.DictReader(io.StringIO(run("analyze", LABS[0], "-f", "csv", "--table", "torques").stdout))
+    for row, group in zip(torques, result["torques"], strict=True):
+        assert float(row["product_value"]) == group["product"]["value"]
+        assert float(row["without_u"]) == group["without"]["u"]
+
+
+def test_reports_of_one_name_lie_apart(same_names: Path) -> None:
+    run("analyze", *LABS[:2], "-o", "outs")
+    assert sorted(path.as_posix() for path in Path("outs").rglob("results.json")) == [
+        "outs/alice/lab-report/results.json", "outs/bob/lab-report/results.json",
+    ]  # fmt: skip
+    run("analyze", f"../{same_names.name}/alice/lab.csv", LABS[1], "-o", "below/deep")
+    assert (Path("below/deep") / same_names.name / "alice" / "lab-report" / "report.html").is_file()
+
+
+def test_data_go_into_a_file_whole_or_not_at_all(same_names: Path) -> None:
+    shown = run("analyze", LABS[0], "-f", "json").stdout
+    assert run("analyze", LABS[0], "-f", "json", "-o", "x.json").stdout == ""
+    assert Path("x.json").read_text(encoding="utf-8") == shown
+    rows = run("analyze", *LABS, "-f", "csv", "--table", "logs")
+    run("analyze", *LABS, "-f", "csv", "--table", "logs", "-o", "sub/logs.csv")
+    assert Path("sub/logs.csv").read_text(encoding="utf-8") == rows.stdout
+    Path("taken.json").mkdir()
+    done = run("analyze", LABS[0], "-f", "json", "-o", "taken.json")
+    assert done.exit_code == 2
+    assert "cannot be written" in done.stderr
+    assert sorted(path.name for path in same_names.iterdir()) == ["alice", "bob", "eve", "sub", "taken.json", "x.json"]
+
+
+def test_a_log_from_standard_input_has_the_name_that_it_is_given(same_names: Path) -> None:
+    data = Path(LABS[0]).read_bytes()
+    told = json.loads(run("analyze", "-", "-f", "json", "--stdin-filename", "bob/lab.csv", stdin=data).stdout)
+    assert told["input"]["name"] == "bob/lab.csv"
+    assert json.loads(run("analyze", "-", "-f", "json", stdin=data).stdout)["input"]["name"] == "<stdin>"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="other systems have no such names")
+def test_a_path_with_a_newline_is_a_path(same_names: Path) -> None:
+    Path("n\nl.csv").write_bytes(Path(LABS[0]).read_bytes())
+    assert run("check", "n\nl.csv").exit_code == 0
+    assert json.loads(run("analyze", "n\nl.csv", "-f", "json").stdout)["result"] is not None

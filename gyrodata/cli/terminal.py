@@ -235,9 +235,17 @@ def write_folder(folder: Path, contents: dict[str, bytes]) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name, data in contents.items():
-            unfinished = folder / f".{name}.part"
-            unfinished.write_bytes(data)
-            unfinished.replace(folder / name)
+            unfinished = folder / f".{name}.{os.getpid()}.part"
+            # One that is there already, a link even, is not ours.
+            file = unfinished.open("xb")
+            try:
+                with file:
+                    file.write(data)
+                unfinished.replace(folder / name)
+            except OSError:
+                with suppress(OSError):
+                    unfinished.unlink()
+                raise
     except OSError as error:
         reason = error.strerror or str(error)
         refuse(

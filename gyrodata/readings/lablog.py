@@ -105,7 +105,7 @@ class Readings(Struct, frozen=True, dict=True):
     Attributes
     ----------
     name : str
-        File name without its folder; ``<stdin>`` for standard input, ``<table>`` for a DataFrame.
+        What the log is called; ``<stdin>`` for standard input, ``<table>`` for a DataFrame.
     sha256 : str
         Of the bytes read.
     runs : tuple of str

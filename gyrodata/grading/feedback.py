@@ -21,7 +21,7 @@ _PAGE, _TEXT = (environment().get_template(f"feedback.{kind}.jinja") for kind in
 CAPTIONS = {
     "period": "Precession period against spin, with the law that your runs give",
     "product": "Precession rate times spin for each torque: a level line if it is constant",
-    "torque": "Torque against φ̇ψ̇; the slope is I_zz",
+    "torque": "Torque against φ̇ψ̇; the slope is I_zz. Below, what the line leaves of each torque",
     "residuals": "What is left of each time when the fit is taken away",
 }
 """What stands below each figure."""

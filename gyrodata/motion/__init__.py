@@ -5,12 +5,13 @@ integrator, and `integrate` takes drag and other torques too. The state is e3 an
 """
 
 from gyrodata.motion.exact import exact, mean_precession_rate, precession_angle, time_to_turn
-from gyrodata.motion.integrators import METHODS, Path, integrate, split
+from gyrodata.motion.integrators import METHODS, Path, Rates, integrate, split, turned, vector_rates
 from gyrodata.motion.orbits import State, Top, energy, released, steady
 
 __all__ = [
     "METHODS",
     "Path",
+    "Rates",
     "State",
     "Top",
     "energy",
@@ -22,4 +23,6 @@ __all__ = [
     "split",
     "steady",
     "time_to_turn",
+    "turned",
+    "vector_rates",
 ]

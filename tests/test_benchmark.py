@@ -40,8 +40,8 @@ from gyrodata.benchmark import (
     run_benchmark,
 )
 from gyrodata.benchmark.estimators import ESTIMATORS, STUDENTS, covariances
-from gyrodata.benchmark.integrators import WATCHED, find_orders
 from gyrodata.benchmark.motion_cost import FAMILIES, LADDER, SCENES
+from gyrodata.benchmark.orders import WATCHED, find_orders
 from gyrodata.benchmark.stability import ACROSS, INERTIA, TORQUE, digits, map_integrators
 from gyrodata.benchmark.timing import Task, Timing, describe_machine, time_in_turns
 from gyrodata.benchmark.trials import CASES, run_trials, try_breakdowns
@@ -68,8 +68,8 @@ TINY = Effort(
 )
 EQUAL_TORQUES = {"one torque", "identical runs", "one run"}
 CHARTS = (
-    "motion", "motion_harder", "motion_order", "motion_drift", "estimators", "stability_steady", "stability_integrators",
-    "stability_upright", "stability_estimators",
+    "motion", "motion_harder", "motion_order", "motion_drift", "estimators", "stability_steady",
+    "stability_integrators", "stability_upright", "stability_estimators",
 )  # fmt: skip
 
 
@@ -94,7 +94,7 @@ def told() -> list[float]:
 
 @pytest.fixture(scope="module")
 def done(told: list[float]) -> Benchmark:
-    return run_benchmark(TINY, ticking(), progress=told.append)
+    return run_benchmark(TINY, ticking(), progress=told.append, wall=ticking())
 
 
 class TestMotion:
@@ -154,6 +154,22 @@ class TestMotion:
         assert short.evaluations < 200
         assert short.seconds * 1024 == pytest.approx(1, rel=0.5)
 
+    def test_a_duel_is_between_the_cheapest_and_the_exact_motion(self, done: Benchmark) -> None:
+        *scenes, decay = done.motion
+        assert decay.duels == ()
+        for panel in scenes:
+            assert {(duel.tops, duel.family) for duel in panel.duels} > {
+                (1, "splitting"),
+                (1, "adaptive"),
+                (BATCH, "splitting"),
+            }
+            for duel in panel.duels:
+                # All took the time that they took before: by this clock none is luckier than the other.
+                cheapest = panel.harmless(duel.tops, duel.family)[0]
+                assert duel.method == f"{cheapest.method}, {cheapest.setting}"
+                assert duel.timing.seconds == cheapest.seconds
+                assert len(duel.timing.cpu) == len(duel.exact.cpu) == 3
+
     def test_the_cheapest_below_the_bound_wins_and_not_the_best(self) -> None:
         points = tuple(
             MotionPoint(name, "", "closed form", 1, Timing((seconds,), (seconds,)), error)
@@ -164,7 +180,7 @@ class TestMotion:
         assert winner is not None
         assert (winner.method, panel.ladder_point.method) == ("good", "best")
         assert panel.cheapest(BATCH) is None
-        assert panel.cheapest(1, "splitting") is None
+        assert panel.harmless(1, "splitting") == []
 
 
 class TestTiming:
@@ -177,7 +193,7 @@ class TestTiming:
     def test_a_ratio_has_its_spread_from_round_to_round(self) -> None:
         one, other = (Timing(times, times) for times in ((1.0, 2.0, 4.0), (10.0, 30.0, 80.0)))
         # In each round 10, 15 and 20: a slow round is slow for both.
-        assert other.over(one) == "10 (10 to 18)"
+        assert other.over(one) == "15 (12 to 18)"
 
     @pytest.mark.parametrize(("wall", "told"), [(1.2, True), (1.4, False), (0.6, False)])
     def test_a_ratio_is_not_told_where_others_had_the_processor(self, wall: float, told: bool) -> None:
@@ -197,7 +213,7 @@ class TestTiming:
         calls = itertools.count()
         # On the wall the first call takes twice as long.
         wall = iter([0.0, 2 / 1024, 5.0, 5.0 + 1 / 1024])
-        (timing,) = time_in_turns([Task(lambda: next(calls))], 1, ticking(), lambda: next(wall))
+        (timing,) = time_in_turns([Task(lambda: next(calls))], 1, ticking(), lambda: next(wall), tries=4)
         assert next(calls) == 2
         assert timing.apart == 0.0
 
@@ -211,10 +227,8 @@ class TestTiming:
 
 class TestIntegrators:
     def test_each_has_the_order_that_it_is_known_for(self, done: Benchmark) -> None:
-        fine = replace(
-            TINY, tolerances={"RK45": (1e-6, 1e-8), "Tsit5": (1e-6, 1e-8), "DOP853": (1e-6, 1e-9)}, budget=0.02
-        )
-        orders = find_orders(replace(fine, steps_per_nutation=(64.0, 128.0, 256.0)))
+        tolerances = {"RK45": (1e-6, 1e-8), "Tsit5": (1e-6, 1e-8), "DOP853": (1e-6, 1e-9)}
+        orders = find_orders(replace(TINY, tolerances=tolerances, steps_per_nutation=(64.0, 256.0, 512.0)))
         known = {
             "splitting strang": 2, "splitting aba84": 4, "RK4": 4, "implicit midpoint": 2, "RKMK4": 4, "RK45": 5,
             "Tsit5": 5, "DOP853": 8,
@@ -380,7 +394,7 @@ class TestWords:
             "seed 1, 20 labs a scene",
             "| level and steady, 400 rpm | 0.92 % | eq. (9) | eq. (9) | eq. (9) |",
             "| tilted 45°, 100 rpm | 2.2 % | eq. (8) | eq. (8) | eq. (8) |",
-            "| released from rest at 200 rpm | 500 | 2 µs | splitting strang: ",
+            "| released from rest at 200 rpm | 500 | 2 µs | 4.7 (4.7 to 4.7): splitting strang, 4 steps a nutation | ",
             "| RK4 | 4.0 | ",
             "| LSODA | – | ",
             "| splitting aba84 | 8 steps a nutation | 40 | ",

@@ -17,6 +17,7 @@ from typing import Any, Literal
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata import effects, fitting, motion, physics
 from gyrodata.benchmark.effort import Clock, Effort, Progress
@@ -109,6 +110,16 @@ class MotionPoint(Struct, frozen=True):
         return self.timing.seconds
 
 
+class Duel(Struct, frozen=True):
+    """The cheapest harmless method of a family beside the exact motion, in turns that follow one another closely."""
+
+    tops: int
+    family: Family
+    method: str
+    timing: Timing
+    exact: Timing
+
+
 class MotionPanel(Struct, frozen=True):
     """All methods in one scene."""
 
@@ -119,6 +130,7 @@ class MotionPanel(Struct, frozen=True):
     points: tuple[MotionPoint, ...]
     ladder: str
     """The method that the ladder of models takes."""
+    duels: tuple[Duel, ...] = ()
 
     @property
     def bound(self) -> float:
@@ -129,14 +141,14 @@ class MotionPanel(Struct, frozen=True):
         """The points of tops alone, 1, or of a stack."""
         return [point for point in self.points if point.tops == tops]
 
-    def cheapest(self, tops: int, *families: Family) -> MotionPoint | None:
-        """The cheapest point below the bound, of some families or of all."""
-        harmless = [
-            point
-            for point in self.of(tops)
-            if point.error < self.bound and point.family in (families or (point.family,))
-        ]
-        return min(harmless, key=lambda point: point.seconds, default=None)
+    def harmless(self, tops: int, *families: Family) -> list[MotionPoint]:
+        """The points below the bound, of some families or of all, the cheapest first."""
+        found = [p for p in self.of(tops) if p.error < self.bound and p.family in (families or (p.family,))]
+        return sorted(found, key=lambda point: point.seconds)
+
+    def cheapest(self, tops: int) -> MotionPoint | None:
+        """The cheapest point below the bound."""
+        return next(iter(self.harmless(tops)), None)
 
     @property
     def ladder_point(self) -> MotionPoint:
@@ -209,7 +221,37 @@ def _run_scene(
         MotionPoint(one.method, one.setting, one.family, one.tops, timing, one.error, one.evaluations)
         for one, timing in zip(tried, timings, strict=True)
     )
-    return MotionPanel(scene.name, scene.title, u, points, LADDER[chosen.name])
+    panel = MotionPanel(scene.name, scene.title, u, points, LADDER[chosen.name])
+    tasks = dict(zip(points, (one.task for one in tried), strict=True))
+    duels = tuple(_duel(panel, tops, tasks, _MORE * effort.repeats, clocks) for tops in (1, BATCH))
+    return replace(panel, duels=sum(duels, ()))
+
+
+STEPPING: tuple[Family, ...] = ("splitting", "fixed step", "adaptive")
+"""Families that go step by step."""
+
+_MORE, _TRIES = 3, 4
+"""So many times as many rounds for those whose ratios are told, and so many tries where others interrupt."""
+
+
+def _duel(
+    panel: MotionPanel, tops: int, tasks: dict[MotionPoint, Task], rounds: int, clocks: tuple[Clock, Clock]
+) -> tuple[Duel, ...]:
+    """The exact motion and the two cheapest of each other family, again and again; the cheaper one counts."""
+    exact = next((point for point in panel.of(tops) if point.family == "exact"), None)
+    if exact is None:
+        return ()
+    rivals = [point for family in STEPPING for point in panel.harmless(tops, family)[:2]]
+    own, *others = time_in_turns([tasks[point] for point in (exact, *rivals)], rounds, *clocks, _TRIES)
+    duels = [
+        Duel(tops, point.family, f"{point.method}, {point.setting}", timing, own)
+        for point, timing in zip(rivals, others, strict=True)
+    ]
+    families = dict.fromkeys(duel.family for duel in duels)
+    return tuple(
+        min((duel for duel in duels if duel.family == family), key=lambda duel: duel.timing.seconds)
+        for family in families
+    )
 
 
 def _weigh(measured: Measurements, chosen: ChosenModel) -> tuple[Floats, float]:

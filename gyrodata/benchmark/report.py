@@ -11,8 +11,8 @@ import numpy as np
 from msgspec import Struct
 
 from gyrodata.benchmark.effort import Clock, Effort, Progress
-from gyrodata.benchmark.integrators import Drift, Order, find_orders, watch_drift
-from gyrodata.benchmark.motion_cost import BATCH, Family, MotionPanel, run_motion
+from gyrodata.benchmark.motion_cost import BATCH, STEPPING, MotionPanel, run_motion
+from gyrodata.benchmark.orders import Drift, Order, find_orders, watch_drift
 from gyrodata.benchmark.stability import METHODS, DigitMap, MapPair, Passage, map_integrators, map_roots, pass_upright
 from gyrodata.benchmark.timing import MOST_APART
 from gyrodata.benchmark.trials import HONEST, Breakdown, Trial, TrialPanel, run_trials, try_breakdowns
@@ -177,8 +177,9 @@ harm; use the cheapest of these. The ladder of models is what `gyro analyze` cho
 
 Cost of the exact motion, for one top alone and for one of {batch} at once, and how many times as much the cheapest of \
 the other families costs that does no harm. All go through one top in Python's floats, and through {batch} in arrays. \
-Times are CPU times: the least of {rounds} rounds in which all took turns, in brackets the quartiles of the ratio in a \
-round. A ratio is not told where wall and CPU time differ by more than {apart:g} %. Only integrators know of drag.
+Times are CPU times, the least of {rounds} rounds in which all took turns. A ratio is the median of {more} closer \
+rounds, in brackets its quartiles; it is not told where wall and CPU time differ by more than {apart:g} %. Only \
+integrators know of drag.
 
 | scene | tops | exact motion | splitting | fixed step | adaptive |
 | --- | --- | --- | --- | --- | --- |
@@ -249,6 +250,7 @@ def reading(benchmark: Benchmark, effort: Effort, seed: int) -> str:
         batch=BATCH,
         costs=_rows(_exact_ratios(benchmark.motion)),
         rounds=effort.repeats,
+        more=len(benchmark.motion[0].duels[0].exact.cpu),
         apart=100 * MOST_APART,
         orders=_rows(map(_order, benchmark.orders)),
         precessions=effort.precessions,
@@ -277,19 +279,17 @@ def _models(panel: MotionPanel) -> Sequence[str]:
     return (panel.title, percent_text(panel.u), *names, panel.ladder, *errors)
 
 
-_STEPPING: tuple[Family, ...] = ("splitting", "fixed step", "adaptive")
-
-
 def _exact_ratios(panels: Iterable[MotionPanel]) -> list[Sequence[str]]:
     """Of each scene without drag the cost of the exact motion, and of the families that go step by step over it."""
     rows: list[Sequence[str]] = []
     for panel in panels:
-        for tops in (1, BATCH):
-            exact = next((point for point in panel.of(tops) if point.family == "exact"), None)
-            if exact is None:
-                continue
-            others = [panel.cheapest(tops, family) for family in _STEPPING]
-            ratios = ["–" if one is None else f"{one.method}: {one.timing.over(exact.timing)}" for one in others]
+        for tops in dict.fromkeys(duel.tops for duel in panel.duels):
+            duels = {duel.family: duel for duel in panel.duels if duel.tops == tops}
+            exact = next(iter(duels.values())).exact
+            ratios = [
+                f"{duels[family].timing.over(exact)}: {duels[family].method}" if family in duels else "–"
+                for family in STEPPING
+            ]
             rows.append((panel.title, str(tops), time_text(exact.seconds), *ratios))
     return rows
 

@@ -15,8 +15,6 @@ from gyrodata.benchmark.effort import Clock
 MOST_APART = 0.3
 """Wall and CPU time may differ by this share; where they do by more, others had the processor, and no ratio is told."""
 
-_TRIES = 4
-
 _LEAST = 1e-9
 """A time is never zero, whatever the clock's steps [s]."""
 
@@ -47,13 +45,12 @@ class Timing(Struct, frozen=True):
         return other / one - 1
 
     def over(self, other: Timing) -> str:
-        """How many times as long as another that took turns with it, with the quartiles of the rounds; or why not."""
+        """How many times as long as another that took turns with it: median and quartiles of the rounds; or why not."""
         worst = max(self.apart, other.apart)
         if worst > MOST_APART:
             return f"not told: wall and CPU time differ by {100 * worst:.0f} %"
-        low, high = np.quantile(np.array(self.cpu) / np.array(other.cpu), (0.25, 0.75))
-        ratio = self.seconds / other.seconds
-        return f"{_two(ratio)} ({_two(min(low, ratio))} to {_two(max(high, ratio))})"
+        low, ratio, high = np.quantile(np.array(self.cpu) / np.array(other.cpu), (0.25, 0.5, 0.75))
+        return f"{_two(ratio)} ({_two(low)} to {_two(high)})"
 
 
 def _two(value: float) -> str:
@@ -71,16 +68,16 @@ class Task(Struct, frozen=True):
     """What a call's time is multiplied by."""
 
 
-def time_in_turns(tasks: Sequence[Task], rounds: int, clock: Clock, wall: Clock) -> list[Timing]:
+def time_in_turns(tasks: Sequence[Task], rounds: int, clock: Clock, wall: Clock, tries: int = 1) -> list[Timing]:
     """Time all tasks round after round, so that a slow minute of the machine meets them all alike.
 
-    One that was interrupted is tried again, a few times at most.
+    One that was interrupted is tried again, so many times at most.
     """
     cpu: list[list[float]] = [[] for _ in tasks]
     outer: list[list[float]] = [[] for _ in tasks]
     for _ in range(rounds):
         for i, task in enumerate(tasks):
-            for _ in range(_TRIES):
+            for _ in range(tries):
                 spent, waited = _time_once(task, clock, wall)
                 if waited < (1 + MOST_APART) * spent:
                     break

@@ -394,7 +394,7 @@ class TestWords:
             "seed 1, 20 labs a scene",
             "| level and steady, 400 rpm | 0.92 % | eq. (9) | eq. (9) | eq. (9) |",
             "| tilted 45°, 100 rpm | 2.2 % | eq. (8) | eq. (8) | eq. (8) |",
-            "| released from rest at 200 rpm | 500 | 2 µs | 4.7 (4.7 to 4.7): splitting strang, 4 steps a nutation | ",
+            "| released from rest at 200 rpm | 500 | 2 µs | 4.8 (4.8 to 4.8): splitting strang, 4 steps a nutation | ",
             "| RK4 | 4.0 | ",
             "| LSODA | – | ",
             "| splitting aba84 | 8 steps a nutation | 40 | ",

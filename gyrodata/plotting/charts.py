@@ -194,7 +194,7 @@ def _draw_motion_panel(ax: Axes, panel: MotionPanel, tops: int, limits: tuple[fl
     times, errors = (np.array(values) for values in zip(*((p.seconds, _error(p)) for p in own), strict=True))
     name_dots(ax, times, errors, named)
     name = "none" if winner is None else winner.method
-    also = "the ladder takes it too" if name == panel.ladder else f"the ladder takes {panel.ladder}"
+    also = "the ladder takes it too" if name == panel.ladder else f"ladder: {panel.ladder}"
     head(ax, panel.title, f"wins: {name}; {also}")
 
 
@@ -426,6 +426,7 @@ def _draw_map(ax: Axes, pair: MapPair, one: DigitMap, first: bool, last: bool) -
 # --- stability: near the vertical ---------------------------------------------------------------------------
 
 _COLOURS = dict(zip(METHODS, ("#D55E00", "#CC79A7", "#0072B2", "#E69F00", "#009E73"), strict=True))
+_MARKERS = dict(zip(METHODS, "vso>P", strict=True))
 
 
 def _draw_upright(passages: Sequence[Passage]) -> Figure:
@@ -449,7 +450,7 @@ def _draw_lines(ax: Axes, values: Sequence[tuple[str, float, float | None]]) -> 
     for method, colour in _COLOURS.items():
         points = [(x, y) for name, x, y in told if name == method]
         if points:
-            ax.plot(*zip(*points, strict=True), color=colour, marker="o", markersize=4, linewidth=1.2)
+            ax.plot(*zip(*points, strict=True), color=colour, marker=_MARKERS[method], markersize=5, linewidth=1.2)
             ends[method] = points[-1]
     heights = [float(y) for y in ax.transAxes.inverted().transform(ax.transData.transform(list(ends.values())))[:, 1]]
     for method, end, height in zip(ends, heights, spread(heights, 0.065), strict=True):

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from msgspec import Struct
 
 Clock = Callable[[], float]
-"""Time in seconds, as `time.perf_counter`."""
+"""Time in seconds, as `time.process_time`."""
 
 Progress = Callable[[float], None]
 """Told the part that is done, 0 to 1."""
@@ -17,13 +17,17 @@ class Effort(Struct, frozen=True):
     """How many points a benchmark has, and how often each is tried."""
 
     tolerances: Mapping[str, tuple[float, ...]]
-    """Relative tolerances that each integrator is tried with [1]."""
+    """Relative tolerances that each integrator is tried with [1], the loosest first."""
     tightest: float
     """Of the integration that bounds the error of the exact motion [1]."""
     steps_per_nutation: tuple[float, ...]
-    """Of splitting."""
+    """Of splitting and the other methods with a fixed step, the fewest first."""
+    budget: float
+    """A curve of an integrator ends where its longest run would take about so much CPU time [s]."""
     repeats: int
-    """How often a time is taken; the shortest counts."""
+    """In how many rounds each time of a motion is taken."""
+    precessions: int
+    """How long energies and lengths are watched."""
     labs: int
     """Simulated labs in each scene of the estimators."""
     grid: int
@@ -36,15 +40,17 @@ class Effort(Struct, frozen=True):
     """Simulated labs in each case in which estimators break."""
 
 
-_SOME, _MANY = (1e-3, 1e-6), (1e-3, 1e-4, 1e-6, 1e-8, 1e-10)
+_ADAPTIVE = ("RK45", "Tsit5", "DOP853", "LSODA")
 
 QUICK = Effort(
-    tolerances=dict.fromkeys(("RK45", "DOP853", "LSODA"), _SOME),
+    tolerances=dict.fromkeys(_ADAPTIVE, (1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13)),
     tightest=1e-12,
-    steps_per_nutation=(4.0, 12.0),
-    repeats=2,
+    steps_per_nutation=tuple(4.0**power for power in range(1, 8)),
+    budget=0.06,
+    repeats=5,
+    precessions=100,
     labs=300,
-    grid=9,
+    grid=8,
     fine_grid=36,
     swings=3,
     draws=8,
@@ -52,11 +58,16 @@ QUICK = Effort(
 """Less than a minute."""
 
 FULL = Effort(
-    # Radau solves equations at every step, for nothing: no motion here is stiff.
-    tolerances={**dict.fromkeys(("RK45", "DOP853", "LSODA"), _MANY), "Radau": (1e-3, 1e-5)},
+    tolerances={
+        **dict.fromkeys(_ADAPTIVE, tuple(float(f"1e-{digits}") for digits in range(3, 14))),
+        # Radau solves equations at every step, for nothing: no motion here is stiff.
+        "Radau": (1e-3, 1e-5, 1e-7),
+    },
     tightest=1e-13,
-    steps_per_nutation=(4.0, 8.0, 16.0, 48.0),
-    repeats=5,
+    steps_per_nutation=tuple(2.0**power for power in range(2, 15)),
+    budget=0.6,
+    repeats=7,
+    precessions=1000,
     labs=3000,
     grid=20,
     fine_grid=72,

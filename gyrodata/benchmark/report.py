@@ -11,8 +11,10 @@ import numpy as np
 from msgspec import Struct
 
 from gyrodata.benchmark.effort import Clock, Effort, Progress
-from gyrodata.benchmark.motion_cost import BATCH, MotionPanel, run_motion
+from gyrodata.benchmark.motion_cost import BATCH, STEPPING, MotionPanel, run_motion
+from gyrodata.benchmark.orders import Drift, Order, find_orders, watch_drift
 from gyrodata.benchmark.stability import METHODS, DigitMap, MapPair, Passage, map_integrators, map_roots, pass_upright
+from gyrodata.benchmark.timing import MOST_APART
 from gyrodata.benchmark.trials import HONEST, Breakdown, Trial, TrialPanel, run_trials, try_breakdowns
 from gyrodata.effects import DROP_ALL
 
@@ -23,27 +25,44 @@ class Benchmark(Struct, frozen=True):
     """What was measured."""
 
     motion: list[MotionPanel]
+    orders: list[Order]
+    drifts: list[Drift]
     trials: list[TrialPanel]
     """The four scenes of the chart, and the lab with weights on one side."""
     roots: list[MapPair]
     integrators: list[MapPair]
     passages: list[Passage]
     breakdowns: list[Breakdown]
+    machine: str = ""
+    """What the times depend on, in a line; "" where nobody told."""
 
 
-def run_benchmark(effort: Effort, clock: Clock, seed: int = 1, progress: Progress | None = None) -> Benchmark:
-    """Measure speed, accuracy and stability; all but the times is the same on every run with the same seed."""
+def run_benchmark(
+    effort: Effort,
+    clock: Clock,
+    seed: int = 1,
+    progress: Progress | None = None,
+    wall: Clock | None = None,
+    machine: str = "",
+) -> Benchmark:
+    """Measure speed, accuracy and stability; all but the times is the same on every run with the same seed.
+
+    `clock` gives CPU time; `wall`, the time on the wall, tells where others had the processor.
+    """
 
     def part(begin: float, end: float) -> Progress:
         return lambda done: None if progress is None else progress(begin + (end - begin) * done)
 
     return Benchmark(
-        motion=run_motion(effort, clock, seed, part(0.0, 0.25)),
-        trials=run_trials(effort, clock, seed, part(0.25, 0.7)),
+        motion=run_motion(effort, clock, seed, part(0.0, 0.25), wall),
+        orders=find_orders(effort),
+        drifts=watch_drift(effort, part(0.25, 0.3)),
+        trials=run_trials(effort, clock, seed, part(0.3, 0.7)),
         roots=map_roots(effort),
         integrators=map_integrators(effort, part(0.7, 0.8)),
         passages=pass_upright(effort, part(0.8, 0.9)),
         breakdowns=try_breakdowns(effort, seed, part(0.9, 1.0)),
+        machine=machine,
     )
 
 
@@ -52,14 +71,25 @@ def run_benchmark(effort: Effort, clock: Clock, seed: int = 1, progress: Progres
 
 def csv_tables(benchmark: Benchmark) -> dict[str, str]:
     """Write each chart's numbers as CSV, by the chart's name; a cell is empty where there is no number."""
-    points = [
+    points: list[Sequence[Cell]] = [
         (
-            panel.scene, point.method, point.setting, point.seconds, point.error, panel.u, panel.bound,
-            point == panel.winner, point.method == panel.ladder,
+            panel.scene, point.method, point.setting, point.tops, point.seconds, *point.timing.quartiles,
+            point.timing.apart, point.evaluations, point.error, panel.u, panel.bound,
+            point == panel.cheapest(point.tops), point.method == panel.ladder,
         )
         for panel in benchmark.motion
         for point in panel.points
     ]  # fmt: skip
+    orders: list[Sequence[Cell]] = [
+        (order.method, point.setting, point.evaluations, point.off, point.energy, order.order)
+        for order in benchmark.orders
+        for point in order.points
+    ]
+    drifts: list[Sequence[Cell]] = [
+        (drift.method, drift.setting, drift.per_nutation, *map(float, row))
+        for drift in benchmark.drifts
+        for row in zip(drift.precessions, drift.energy, drift.length, drift.off, strict=True)
+    ]
     trials = [
         (
             panel.scene.name, panel.labs, trial.estimator, trial.seconds, trial.rmse, trial.bias, trial.coverage,
@@ -73,9 +103,19 @@ def csv_tables(benchmark: Benchmark) -> dict[str, str]:
     maps = "map,method,spin [rpm],y is,y,correct digits"
     return {
         "motion": _csv(
-            "scene,method,setting,time per top [s],relative error of I_zz,relative u of I_zz,relative error that does "
-            "no harm,cheapest that does no harm,taken by the ladder",
+            "scene,method,setting,tops at once,CPU time per top [s],its lower quartile [s],its upper quartile [s],"
+            "least wall time over least CPU time - 1,evaluations of the torque,relative error of I_zz,relative u of "
+            "I_zz,relative error that does no harm,cheapest that does no harm,taken by the ladder",
             points,
+        ),
+        "motion_order": _csv(
+            "method,setting,evaluations of the torque,distance of e3 from the true one,energy off over h m g,order",
+            orders,
+        ),
+        "motion_drift": _csv(
+            "method,setting,evaluations a nutation,precessions,energy off over h m g,length of e3 off,"
+            "distance of e3 from the true one",
+            drifts,
         ),
         "estimators": _csv(
             "scene,labs,estimator,time per fit [s],relative RMSE of I_zz,relative bias of I_zz,coverage of the 95 % "
@@ -125,22 +165,39 @@ READING = """\
 # What to use when
 
 Read from `gyro benchmark`, seed {seed}, {labs} labs a scene. Times are of this machine: take ratios.
-
-## Motion: `motion.png`
+{machine}
+## Motion: `motion.png`, `motion_harder.png`
 
 u is the standard uncertainty of I_zz in a lab of nine runs. A method whose error is below {harmless:g} u does no \
 harm; use the cheapest of these. The ladder of models is what `gyro analyze` chooses.
 
-| scene | u of I_zz | cheapest that does no harm | the ladder takes | its error | eq. (9) |
-| --- | --- | --- | --- | --- | --- |
+| scene | u of I_zz | cheapest for one top | cheapest for {batch} at once | the ladder takes | its error | eq. (9) |
+| --- | --- | --- | --- | --- | --- | --- |
 {models}
 
-Cost of the exact motion for one top, in arrays of {batch}, and how many times as much the cheapest of the other \
-families costs that does no harm. The integrators of scipy follow one top at a time. Only they know of drag.
+Cost of the exact motion, for one top alone and for one of {batch} at once, and how many times as much the cheapest of \
+the other families costs that does no harm. All go through one top in Python's floats, and through {batch} in arrays. \
+Times are CPU times, the least of {rounds} rounds in which all took turns. A ratio is the median of {more} closer \
+rounds, in brackets its quartiles; it is not told where wall and CPU time differ by more than {apart:g} %. Only \
+integrators know of drag.
 
-| scene | exact motion | splitting | integrator |
-| --- | --- | --- | --- |
+| scene | tops | exact motion | splitting | fixed step | adaptive |
+| --- | --- | --- | --- | --- | --- |
 {costs}
+
+How often a method asks for the torque is the same on every machine (`motion_order.png`): a top let go from rest at \
+150 rpm, one turn about the vertical, and how far e3 then is from the true one. The order is the slope of the curve.
+
+| method | order | evaluations for 10⁻³ | for 10⁻⁶ | for 10⁻⁹ |
+| --- | --- | --- | --- | --- |
+{orders}
+
+For long motions take splitting (`motion_drift.png`): what is lost after {precessions} turns about the vertical, by \
+methods that ask for the torque about equally often. Energy over h m g; | |e3| − 1 |; distance of e3.
+
+| method | setting | evaluations a nutation | energy | length | distance |
+| --- | --- | --- | --- | --- | --- |
+{drifts}
 
 ## Estimators: `estimators.png`
 
@@ -187,10 +244,17 @@ def reading(benchmark: Benchmark, effort: Effort, seed: int) -> str:
     return READING.format(
         seed=seed,
         labs=effort.labs,
+        machine=f"Measured on: {benchmark.machine}.\n" if benchmark.machine else "",
         harmless=DROP_ALL,
         models=_rows(map(_models, benchmark.motion)),
         batch=BATCH,
         costs=_rows(_exact_ratios(benchmark.motion)),
+        rounds=effort.repeats,
+        more=len(benchmark.motion[0].duels[0].exact.cpu),
+        apart=100 * MOST_APART,
+        orders=_rows(map(_order, benchmark.orders)),
+        precessions=effort.precessions,
+        drifts=_rows(map(_drift, benchmark.drifts)),
         honest=100 * HONEST,
         scores=_rows(map(_scores, benchmark.trials)),
         cost=time_text(benchmark.trials[0].recommended.seconds),
@@ -210,22 +274,38 @@ def _rows(rows: Iterable[Sequence[str]]) -> str:
 def _models(panel: MotionPanel) -> Sequence[str]:
     level = next(point for point in panel.points if point.method == "eq. (9)")
     errors = (f"{point.error / panel.u:.2g} u" for point in (panel.ladder_point, level))
-    return (panel.title, percent_text(panel.u), panel.winner.method, panel.ladder, *errors)
+    winners = (panel.cheapest(tops) for tops in (1, BATCH))
+    names = ("none" if winner is None else winner.method for winner in winners)
+    return (panel.title, percent_text(panel.u), *names, panel.ladder, *errors)
 
 
 def _exact_ratios(panels: Iterable[MotionPanel]) -> list[Sequence[str]]:
     """Of each scene without drag the cost of the exact motion, and of the families that go step by step over it."""
     rows: list[Sequence[str]] = []
     for panel in panels:
-        exact = [point.seconds for point in panel.points if point.family == "exact"]
-        if not exact:
-            continue
-        row = [panel.title, time_text(exact[0])]
-        for family in ("splitting", "integrator"):
-            harmless = [p.seconds for p in panel.points if p.family == family and p.error < panel.bound]
-            row.append(f"{float(f'{min(harmless) / exact[0]:.2g}'):g} times" if harmless else "–")
-        rows.append(row)
+        for tops in dict.fromkeys(duel.tops for duel in panel.duels):
+            duels = {duel.family: duel for duel in panel.duels if duel.tops == tops}
+            exact = next(iter(duels.values())).exact
+            ratios = [
+                f"{duels[family].timing.over(exact)}: {duels[family].method}" if family in duels else "–"
+                for family in STEPPING
+            ]
+            rows.append((panel.title, str(tops), time_text(exact.seconds), *ratios))
     return rows
+
+
+def _order(order: Order) -> Sequence[str]:
+    reached = (
+        min((point.evaluations for point in order.points if point.off <= aim), default=None)
+        for aim in (1e-3, 1e-6, 1e-9)
+    )
+    slope = "–" if order.order is None else f"{order.order:.1f}"
+    return (order.method, slope, *("–" if count is None else str(count) for count in reached))
+
+
+def _drift(drift: Drift) -> Sequence[str]:
+    lost = (f"{float(part[-1]):.0e}" for part in (drift.energy, drift.length, drift.off))
+    return (drift.method, drift.setting, f"{drift.per_nutation:.0f}", *lost)
 
 
 def _scores(panel: TrialPanel) -> Sequence[str]:

@@ -51,6 +51,8 @@ class DigitMap(Struct, frozen=True):
     method: str
     digits: Floats
     """Shape (y, x), 0 to `MOST_DIGITS`; NaN where there is nothing to compute."""
+    evaluations: float | None = None
+    """Of the torque for one top, median over the map; None where nothing is integrated."""
 
 
 class MapPair(Struct, frozen=True):
@@ -165,54 +167,63 @@ def map_integrators(effort: Effort, progress: Progress | None = None) -> list[Ma
     true = motion.exact(top, start, TIME).axis
     shape = (len(tilts), len(rpm))
 
-    def right(axis: Floats) -> Floats:
-        return digits(np.linalg.norm(axis - true, axis=-1)).reshape(shape)
+    def mapped(method: str, path: motion.State, evaluations: Floats | float) -> DigitMap:
+        right = digits(np.linalg.norm(path.axis - true, axis=-1)).reshape(shape)
+        return DigitMap(method, right, float(np.median(evaluations)))
 
-    def pair(name: str, title: str, fails: tuple[str, Floats], holds: tuple[str, Floats]) -> MapPair:
-        bad, good = (DigitMap(method, right(axis)) for method, axis in (fails, holds))
-        return MapPair(name, title, "spin [rpm]", rpm, "rod above the horizontal [°]", tilts, bad, good, "")
+    def pair(name: str, title: str, fails: DigitMap, holds: DigitMap) -> MapPair:
+        return MapPair(name, title, "spin [rpm]", rpm, "rod above the horizontal [°]", tilts, fails, holds, "")
 
     # A slow top nods as a pendulum swings.
     nutations = np.hypot(INERTIA * spin / ACROSS, np.sqrt(TORQUE / ACROSS)) * TIME / (2 * np.pi)
     tell = progress or (lambda _part: None)
-    loose = ("RK45, rtol 1e-3 (the default)", _integrated(top, start, "RK45", 1e-3, lambda part: tell(0.3 * part)))
-    tight = ("DOP853, rtol 1e-8", _integrated(top, start, "DOP853", 1e-8, lambda part: tell(0.3 + 0.7 * part)))
-    euler = ("Euler, semi-implicit, 2 ms", euler_axis(spin, pitch, TIME, STEP))
-    fixed = ("splitting aba84, 2 ms", motion.split(top, start, TIME, round(TIME / STEP)).axis)
-    few = ("splitting aba84, 1.5 steps a nutation", _split(top, start, nutations, 1.5))
-    more = ("splitting aba84, 12 steps a nutation", _split(top, start, nutations, 12.0))
+    kicks, steps = len(motion.METHODS["aba84"][1]), round(TIME / STEP)
+    # As many evaluations as Euler has.
+    fewer = steps // kicks
+    loose = _integrated(top, start, "RK45", 1e-3, lambda part: tell(0.3 * part))
+    tight = _integrated(top, start, "DOP853", 1e-8, lambda part: tell(0.3 + 0.7 * part))
+    euler = motion.State(euler_axis(spin, pitch, TIME, STEP), start.momentum)
     return [
-        pair("tolerance", "5 s after its release: the tolerance", loose, tight),
-        pair("engine", "5 s after its release: one step for all", euler, fixed),
-        pair("steps", "5 s after its release: steps a nutation", few, more),
-    ]
-
-
-def one_top(top: motion.Top, state: motion.State, i: int) -> tuple[motion.Top, motion.State]:
-    """Take one of several tops, with its state."""
-    one = motion.Top(float(top.inertia[i]), float(top.transverse_inertia[i]), float(top.torque[i]))
-    return one, motion.State(state.axis[i], state.momentum[i])
+        pair(
+            "tolerance", "5 s after its release: the tolerance",
+            mapped("RK45, rtol 1e-3 (the default)", *loose), mapped("DOP853, rtol 1e-8", *tight),
+        ),
+        pair(
+            "engine", "5 s after its release: one step for all",
+            mapped("Euler, semi-implicit, 2 ms", euler, steps),
+            mapped("splitting aba84, 10 ms", motion.split(top, start, TIME, fewer), kicks * fewer),
+        ),
+        pair(
+            "steps", "5 s after its release: steps a nutation",
+            mapped("splitting aba84, 1.5 steps a nutation", *_split(top, start, nutations, 1.5)),
+            mapped("splitting aba84, 12 steps a nutation", *_split(top, start, nutations, 12.0)),
+        ),
+    ]  # fmt: skip
 
 
 def _integrated(
     top: motion.Top, start: motion.State, method: str, tolerance: float, tell: Callable[[float], None]
-) -> Floats:
-    ends = np.empty_like(start.axis)
+) -> tuple[motion.State, Floats]:
+    """Each top alone, with steps of its own; and how often each asked for the torque."""
+    ends, evaluations = np.empty_like(start.axis), np.empty(len(start.axis))
     for i in range(len(ends)):
-        one = one_top(top, start, i)
-        ends[i] = motion.integrate(*one, TIME, method=method, rtol=tolerance, atol=1e-3 * tolerance).axis
+        one = motion.Top(float(top.inertia[i]), float(top.transverse_inertia[i]), float(top.torque[i]))
+        state = motion.State(start.axis[i], start.momentum[i])
+        path = motion.integrate(one, state, TIME, method=method, rtol=tolerance, atol=1e-3 * tolerance)
+        ends[i], evaluations[i] = path.axis, path.evaluations
         tell((i + 1) / len(ends))
-    return ends
+    return motion.State(ends, start.momentum), evaluations
 
 
-def _split(top: motion.Top, start: motion.State, nutations: Floats, per: float) -> Floats:
+def _split(top: motion.Top, start: motion.State, nutations: Floats, per: float) -> tuple[motion.State, Floats]:
+    """Each top with so many steps a nutation; and how often each asked for the torque."""
     ends = np.empty_like(start.axis)
     for steps in np.unique(whole := np.maximum(np.ceil(per * nutations), 1).astype(int)):
         members = np.flatnonzero(whole == steps)
         some = motion.Top(top.inertia[members], top.transverse_inertia[members], top.torque[members])
         state = motion.State(start.axis[members], start.momentum[members])
         ends[members] = motion.split(some, state, TIME, int(steps)).axis
-    return ends
+    return motion.State(ends, start.momentum), len(motion.METHODS["aba84"][1]) * whole
 
 
 def euler_axis(spin: Floats, pitch: Floats, time: float, step: float) -> Floats:

@@ -10,15 +10,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gyrodata.benchmark import (
+    BATCH,
     HONEST,
     METHODS,
     MOST_DIGITS,
     Benchmark,
     Breakdown,
     DigitMap,
+    Drift,
     MapPair,
     MotionPanel,
     MotionPoint,
+    Order,
     Passage,
     Trial,
     TrialPanel,
@@ -58,7 +61,9 @@ def draw_chart(benchmark: Benchmark, name: str) -> Figure:
     from matplotlib import rc_context
 
     with rc_context(STYLE):
-        return _DRAWERS[name](benchmark)
+        figure = _DRAWERS[name](benchmark)
+        _write_machine(figure, benchmark.machine)
+    return figure
 
 
 def render_benchmark(benchmark: Benchmark, forms: Sequence[Form] = ("png", "svg")) -> dict[str, bytes]:
@@ -90,6 +95,20 @@ def _figure(height: float) -> Figure:
     from matplotlib.figure import Figure
 
     return Figure(figsize=(9.0, height), dpi=150)
+
+
+def _write_machine(figure: Figure, machine: str) -> None:
+    """Write on what machine the numbers were measured, on a strip below all else."""
+    if not machine:
+        return
+    width, height = figure.get_size_inches()
+    strip = 0.2  # inches
+    figure.set_size_inches(width, height + strip)
+    for ax in figure.axes:
+        box = ax.get_position()
+        bottom, tall = (box.y0 * height + strip) / (height + strip), box.height * height / (height + strip)
+        ax.set_position((box.x0, bottom, box.width, tall))
+    figure.text(0.012, 0.07 / (height + strip), machine, fontsize=6.5, color=SOFT)
 
 
 def _log_axes(ax: Axes, x: tuple[float, float], y: tuple[float, float]) -> None:
@@ -161,83 +180,178 @@ def name_dots(ax: Axes, x: Floats, y: Floats, names: Mapping[int, str], bold: Co
 # --- motion: time against error -----------------------------------------------------------------------------
 
 _LOOKS = {
-    "eq. (9)": ("#0072B2", "o"),
-    "eq. (9), plain mean spin": ("#0072B2", "v"),
-    "eq. (9), spin at start": ("#0072B2", "^"),
-    "eq. (8)": ("#D55E00", "s"),
-    "mean rate": ("#CC79A7", "D"),
-    "exact motion": ("#009E73", "P"),
-    "splitting strang": ("#E69F00", "<"),
-    "splitting aba84": ("#E69F00", ">"),
-    "RK45": ("#56B4E9", "X"),
-    "DOP853": ("#000000", "o"),
-    "LSODA": ("#777777", "s"),
-    "Radau": ("#777777", "^"),
+    "eq. (9)": ("#0072B2", "o", "none"),
+    "eq. (9), plain mean spin": ("#0072B2", "v", "none"),
+    "eq. (9), spin at start": ("#0072B2", "^", "none"),
+    "eq. (8)": ("#D55E00", "s", "none"),
+    "mean rate": ("#CC79A7", "D", "none"),
+    "exact motion": ("#009E73", "P", "none"),
+    "splitting strang": ("#E69F00", "<", "-"),
+    "splitting aba84": ("#E69F00", ">", "-"),
+    "RK4": ("#D55E00", "v", "--"),
+    "implicit midpoint": ("#CC79A7", "p", "--"),
+    "RKMK4": ("#009E73", "d", "--"),
+    "RK45": ("#56B4E9", "X", "-"),
+    "Tsit5": ("#0072B2", "h", "-"),
+    "DOP853": ("#000000", "o", "-"),
+    "LSODA": ("#777777", "s", "-"),
+    "Radau": ("#777777", "^", "-"),
 }
-"""Colour and marker of each method: Okabe and Ito's set, told apart by markers too."""
+"""Colour, marker and line of each method: Okabe and Ito's set, told apart by markers too; dashed: a fixed step."""
 
 _FLOOR = 1e-16
 """Smaller errors are drawn here."""
 
 _HOW_TO_READ = """\
-Left-most under the band wins (ringed).
-Band: 0.3 u to u of I_zz in a lab of nine runs.
-Closed forms, splitting: in arrays of 500 tops.
-Integrators of scipy: one top at a time, from
-the loosest tolerance (top) to the tightest.
-Errors below 10⁻¹⁶ stand at 10⁻¹⁶."""
+Left-most under the band wins (ringed). Band: 0.3 u to u of I_zz in a lab of nine runs. Errors below 10⁻¹⁶ are at 10⁻¹⁶.
+CPU time, the least of all rounds; bars: quartiles. A curve goes from coarse (top) to fine; dashed: a fixed step."""
 
 
 def _draw_motion(panels: Sequence[MotionPanel]) -> Figure:
-    """Time against error of the motion models and integrators, one panel a scene, with u of I_zz as a band."""
-    figure = _figure(6.3)
-    times = [point.seconds for panel in panels for point in panel.points]
-    limits = (min(times) / 4, max(times) * 6)
-    for i, panel in enumerate(panels):
-        row, column = divmod(i, 3)
-        ax = figure.add_axes((0.072 + 0.318 * column, 0.575 - 0.49 * row, 0.265, 0.34))
-        _draw_motion_panel(ax, panel, limits, first=column == 0)
-    key = _key_axes(figure, (0.705, 0.085, 0.265, 0.37))
+    """Time against error of the motion models and integrators, with u of I_zz as a band; a column a scene."""
+    figure = _figure(7.8)
+    wide = 0.954 / len(panels)
+    for row, tops in enumerate((1, BATCH)):
+        times = [part for panel in panels for p in panel.of(tops) for part in (p.seconds, *p.timing.quartiles)]
+        limits = (min(times) / 4, max(times) * 2)
+        for column, panel in enumerate(panels):
+            ax = figure.add_axes((0.072 + wide * column, 0.635 - 0.42 * row, wide - 0.055, 0.295))
+            _draw_motion_panel(ax, panel, tops, limits, first=column == 0)
+    key = _key_axes(figure, (0.072, 0.0, 0.92, 0.125))
     for i, line in enumerate(_HOW_TO_READ.splitlines()):
-        key.text(-0.02, 1.02 - 0.082 * i, line, fontsize=8, color=INK, va="top")
-    drawn = {point.method for panel in panels for point in panel.points}
-    for i, method in enumerate(m for m in _LOOKS if m in drawn and not m.startswith("eq. (9),")):
-        column, row = divmod(i, 5)
-        colour, marker = _LOOKS[method]
-        draw_key(key, [0.02 + 0.5 * column], [0.47 - 0.095 * row], method, 0.04, marker=marker, color=colour,
-                 markersize=5.5, markeredgecolor="white", markeredgewidth=0.4)  # fmt: skip
+        key.text(0.0, 0.95 - 0.19 * i, line, fontsize=8, color=INK, va="top")
+    drawn = {point.method for panel in panels for point in panel.points if point.family not in _NAMED}
+    for i, method in enumerate(method for method in _LOOKS if method in drawn):
+        _draw_method_key(key, 0.02 + 0.2 * (i // 2), 0.38 - 0.22 * (i % 2), method)
     return figure
 
 
-def _draw_motion_panel(ax: Axes, panel: MotionPanel, limits: tuple[float, float], first: bool) -> None:
+_NAMED = ("closed form", "exact")
+"""Families whose points bear their names."""
+
+
+def _draw_method_key(ax: Axes, x: float, y: float, method: str, more: str = "") -> None:
+    """Explain a line with its marker."""
+    colour, marker, line = _LOOKS[method]
+    draw_key(ax, [x - 0.02, x, x + 0.02], [y] * 3, method + more, 0.01, marker=marker, markevery=[1], color=colour,
+             linestyle=line, linewidth=1.0, markersize=5.5, markeredgecolor="white", markeredgewidth=0.4)  # fmt: skip
+
+
+def _draw_motion_panel(ax: Axes, panel: MotionPanel, tops: int, limits: tuple[float, float], first: bool) -> None:
     _log_axes(ax, limits, (_FLOOR / 300, 50.0))
-    _write_ticks(ax, "x", [time for time in (1e-8, 1e-6, 1e-4, 1e-2) if limits[0] < time < limits[1]], time_text)
+    _write_ticks(ax, "x", [time for time in (1e-8, 1e-6, 1e-4, 1e-2, 1.0) if limits[0] < time < limits[1]], time_text)
     _write_ticks(ax, "y", (1e-16, 1e-12, 1e-8, 1e-4, 1.0), _power_text)
-    ax.set_xlabel("time for one top")
+    ax.set_xlabel("time for one top, alone" if tops == 1 else f"time for one top, {tops} at once")
     if first:
         ax.set_ylabel("relative error of I_zz")
     ax.axhspan(panel.bound, panel.u, color="#F0E442", alpha=0.55, linewidth=0)
     ax.text(0.995, 1.4 * panel.u, f"u = {percent_text(panel.u)}", transform=ax.get_yaxis_transform(), fontsize=7.5,
             ha="right", va="bottom", color=INK)  # fmt: skip
-    for method, (colour, marker) in _LOOKS.items():
-        points = [point for point in panel.points if point.method == method]
+    own = panel.of(tops)
+    for method, (colour, marker, line) in _LOOKS.items():
+        points = [point for point in own if point.method == method]
         if points:
-            ax.plot(
-                [point.seconds for point in points], [_error(point) for point in points], color=colour,
-                marker=marker, markersize=5, markeredgecolor="white", markeredgewidth=0.4, linewidth=1.0, zorder=7,
-            )  # fmt: skip
-    winner = panel.winner
-    ax.plot([winner.seconds], [_error(winner)], "o", markersize=12, color="none", markeredgecolor=INK,
-            markeredgewidth=1.2, zorder=7)  # fmt: skip
-    named = {i: p.method for i, p in enumerate(panel.points) if p.family in ("closed form", "exact")}
-    times, errors = (np.array(values) for values in zip(*((p.seconds, _error(p)) for p in panel.points), strict=True))
+            heights = [_error(point) for point in points]
+            low, high = zip(*(point.timing.quartiles for point in points), strict=True)
+            ax.hlines(heights, low, high, color=colour, linewidth=1.0, alpha=0.7, zorder=6)
+            ax.plot([point.seconds for point in points], heights, color=colour, marker=marker, linestyle=line,
+                    markersize=5, markeredgecolor="white", markeredgewidth=0.4, linewidth=1.0, zorder=7)  # fmt: skip
+    winner = panel.cheapest(tops)
+    if winner is not None:
+        ax.plot([winner.seconds], [_error(winner)], "o", markersize=12, color="none", markeredgecolor=INK,
+                markeredgewidth=1.2, zorder=7)  # fmt: skip
+    named = {i: p.method for i, p in enumerate(own) if p.family in _NAMED}
+    times, errors = (np.array(values) for values in zip(*((p.seconds, _error(p)) for p in own), strict=True))
     name_dots(ax, times, errors, named)
-    also = "the ladder takes it too" if winner.method == panel.ladder else f"the ladder takes {panel.ladder}"
-    head(ax, panel.title, f"wins: {winner.method}; {also}")
+    name = "none" if winner is None else winner.method
+    also = "the ladder takes it too" if name == panel.ladder else f"ladder: {panel.ladder}"
+    head(ax, panel.title, f"wins: {name}; {also}")
 
 
 def _error(point: MotionPoint) -> float:
     return max(point.error, _FLOOR)
+
+
+# --- motion: orders, and what is kept ------------------------------------------------------------------------
+
+
+def _draw_orders(orders: Sequence[Order]) -> Figure:
+    """Evaluations of the torque against what is lost in one precession: e3 on the left, the energy on the right."""
+    figure = _figure(4.6)
+    evaluations = [point.evaluations for order in orders for point in order.points]
+    limits = min(evaluations) / 1.6, max(evaluations) * 1.6
+    for column, (title, note, measure) in enumerate(
+        (
+            ("distance of e3 from the true one", "numbers: the order, the slope of the curve", "off"),
+            ("energy gained or lost, over h m g", "the midpoint rule keeps it, and is late all the same", "energy"),
+        )
+    ):
+        ax = figure.add_axes((0.075 + 0.49 * column, 0.245, 0.42, 0.625))
+        _log_axes(ax, limits, (3 * _FLOOR, 3.0))
+        _write_ticks(ax, "x", [10.0**power for power in range(1, 8) if limits[0] < 10**power < limits[1]], _count_text)
+        _write_ticks(ax, "y", (1e-16, 1e-12, 1e-8, 1e-4, 1.0), _power_text)
+        ax.grid(color="#eeeeee", linewidth=0.6)
+        ax.set_xlabel("evaluations of the torque in one precession")
+        ends: list[tuple[float, float]] = []
+        names: dict[int, str] = {}
+        for order in orders:
+            colour, marker, line = _LOOKS[order.method]
+            xs = [point.evaluations for point in order.points]
+            ys = [max(getattr(point, measure), _FLOOR) for point in order.points]
+            ax.plot(xs, ys, color=colour, marker=marker, linestyle=line, markersize=4.5, markeredgecolor="white",
+                    markeredgewidth=0.4, linewidth=1.0)  # fmt: skip
+            if measure == "off" and order.order is not None:
+                names[len(ends)] = f"{order.order:.1f}"
+            ends.append((xs[-1], ys[-1]))
+        if names:
+            x, y = np.array(ends).T
+            name_dots(ax, x, y, names)
+        head(ax, title, note)
+    key = _key_axes(figure, (0.075, 0.0, 0.905, 0.125))
+    for i, order in enumerate(orders):
+        slope = "" if order.order is None else f": {order.order:.1f}"
+        _draw_method_key(key, 0.025 + 0.2 * (i // 2), 0.7 - 0.42 * (i % 2), order.method, slope)
+    return figure
+
+
+def _count_text(value: float) -> str:
+    return f"{value:,.0f}".replace(",", "\u202f")
+
+
+def _draw_drift(drifts: Sequence[Drift]) -> Figure:
+    """What each integrator has lost after so many precessions: energy, the length of e3, and where it points."""
+    figure = _figure(3.9)
+    for column, (title, note, measure) in enumerate(
+        (
+            ("energy, over h m g", "splitting and midpoint: no drift", "energy"),
+            ("length: | |e3| − 1 |", "RK4 and DOP853 leave the sphere", "length"),
+            ("distance of e3 from the true one", "with the energy the phase goes astray", "off"),
+        )
+    ):
+        ax = figure.add_axes((0.072 + 0.323 * column, 0.29, 0.262, 0.555))
+        last = float(drifts[0].precessions[-1])
+        least = min(float(getattr(drift, measure).min()) for drift in drifts)
+        low = max(_FLOOR, least) / 5
+        _log_axes(ax, (float(drifts[0].precessions[0]) / 1.3, last * 1.3), (low, 10.0))
+        _write_ticks(ax, "x", [ten for ten in (0.1, 1.0, 10.0, 100.0, 1000.0) if ten <= last * 1.3], lambda v: f"{v:g}")
+        powers = range(0, -17, -4 if low < 1e-8 else -1)
+        _write_ticks(ax, "y", [10.0**power for power in powers if 10.0**power > low], _power_text)
+        ax.grid(color="#eeeeee", linewidth=0.6)
+        ax.set_xlabel("precessions")
+        for drift in drifts:
+            colour, marker, line = _LOOKS[drift.method]
+            # Strang and ABA84 share a colour: their markers tell them apart.
+            ax.plot(drift.precessions, np.maximum(getattr(drift, measure), _FLOOR), color=colour, marker=marker,
+                    linestyle=line, markersize=4.5, markeredgecolor="white", markeredgewidth=0.4, linewidth=1.0,
+                    markevery=(drifts.index(drift), 6))  # fmt: skip
+        head(ax, title, note)
+    key = _key_axes(figure, (0.072, 0.0, 0.915, 0.15))
+    for i, drift in enumerate(drifts):
+        x, y = 0.025 + 0.34 * (i // 2), 0.72 - 0.42 * (i % 2)
+        _draw_method_key(key, x, y, drift.method)
+        words = f"{drift.setting}: {drift.per_nutation:.0f} evaluations"
+        key.text(x + 0.03, y - 0.2, words, fontsize=7, color=SOFT, va="center")
+    return figure
 
 
 # --- estimators: time against error -------------------------------------------------------------------------
@@ -320,11 +434,48 @@ def _draw_maps(pairs: Sequence[MapPair]) -> Figure:
         for column, (one, says) in enumerate(((pair.fails, "fails"), (pair.holds, "holds"))):
             ax = figure.add_axes((0.078 + 0.435 * column, bottom, 0.36, 1.85 / height))
             shown = _draw_map(ax, pair, one, first=column == 0, last=row == len(pairs) - 1)
-            head(ax, f"{says}: {one.method}", pair.title)
+            cost = "" if one.evaluations is None else f"; {_count_text(one.evaluations)} evaluations"
+            head(ax, f"{says}: {one.method}", pair.title + cost)
     bar = figure.add_axes((0.905, 0.4 / height, 0.016, (height - 1.2) / height))
     figure.colorbar(shown, cax=bar, ticks=[0, 4, 8, 12, 16])
     bar.set_ylabel("correct digits", fontsize=9)
     bar.tick_params(length=3)
+    return figure
+
+
+def _draw_roots(pairs: Sequence[MapPair]) -> Figure:
+    """Correct digits of formulas over tilt and over cosθ: median and worst of all spins, one panel a pair."""
+    figure = _figure(3.9)
+    for column, pair in enumerate(pairs):
+        ax = figure.add_axes((0.065 + 0.49 * column, 0.285, 0.42, 0.56))
+        ax.set_xlim(float(pair.y.min()), float(pair.y.max()))
+        ax.set_ylim(-0.4, MOST_DIGITS + 0.6)
+        ax.yaxis.set_ticks([0, 4, 8, 12, 16])
+        ax.grid(color="#eeeeee", linewidth=0.6)
+        ax.set_xlabel(pair.y_label)
+        if column == 0:
+            ax.set_ylabel("correct digits")
+        empty = np.isnan(pair.holds.digits).mean(axis=1)
+        if pair.empty and empty.max() > 0.2:
+            ax.fill_between(pair.y, 0, MOST_DIGITS * empty, color="#dddddd", linewidth=0, zorder=0)
+            words = f"{pair.empty}\nat up to {percent_text(float(empty.max()))} of the spins"
+            above = MOST_DIGITS * float(empty.max()) + 0.3
+            ax.text(0.99, above, words, transform=ax.get_yaxis_transform(), fontsize=7.5, color=SOFT, ha="right")
+        key = _key_axes(figure, (0.065 + 0.49 * column, 0.0, 0.42, 0.13))
+        for row, (one, says, (colour, marker)) in enumerate(
+            ((pair.fails, "fails", ("#D55E00", "v")), (pair.holds, "holds", ("#0072B2", "o")))
+        ):
+            told = ~np.isnan(one.digits).all(axis=1)
+            dots: Any = {"marker": marker, "color": colour, "markeredgecolor": "white", "markeredgewidth": 0.4}
+            every = max(1, len(pair.y) // 12)
+            for summary, line in ((np.nanmedian, "-"), (np.nanmin, ":")):
+                ax.plot(pair.y[told], summary(one.digits[told], axis=1), linestyle=line, linewidth=1.3, markersize=4,
+                        markevery=every, **dots)  # fmt: skip
+            height = [0.75 - 0.45 * row] * 3
+            draw_key(
+                key, [0.01, 0.035, 0.06], height, f"{says}: {one.method}", 0.02, markevery=[1], markersize=5, **dots
+            )
+        head(ax, pair.title, "over all spins from 20 to 1000 rpm: median (line), worst (dotted)")
     return figure
 
 
@@ -339,18 +490,13 @@ def _draw_map(ax: Axes, pair: MapPair, one: DigitMap, first: bool, last: bool) -
         ax.set_xlabel(pair.x_label)
     if first:
         ax.set_ylabel(pair.y_label)
-    empty = np.isnan(one.digits).sum(axis=1)
-    if pair.empty and np.mean(empty > 0) > 0.2:
-        # Where the region is widest; it begins at the lowest spins.
-        height = float(pair.y[empty > 0.9 * empty.max()].mean())
-        words = pair.empty.replace("steady ", "steady\n")
-        ax.text(float(pair.x[1]), height, words, fontsize=7.5, color=INK, va="center")
     return mesh
 
 
 # --- stability: near the vertical ---------------------------------------------------------------------------
 
 _COLOURS = dict(zip(METHODS, ("#D55E00", "#CC79A7", "#0072B2", "#E69F00", "#009E73"), strict=True))
+_MARKERS = dict(zip(METHODS, "vso>P", strict=True))
 
 
 def _draw_upright(passages: Sequence[Passage]) -> Figure:
@@ -374,7 +520,7 @@ def _draw_lines(ax: Axes, values: Sequence[tuple[str, float, float | None]]) -> 
     for method, colour in _COLOURS.items():
         points = [(x, y) for name, x, y in told if name == method]
         if points:
-            ax.plot(*zip(*points, strict=True), color=colour, marker="o", markersize=4, linewidth=1.2)
+            ax.plot(*zip(*points, strict=True), color=colour, marker=_MARKERS[method], markersize=5, linewidth=1.2)
             ends[method] = points[-1]
     heights = [float(y) for y in ax.transAxes.inverted().transform(ax.transData.transform(list(ends.values())))[:, 1]]
     for method, end, height in zip(ends, heights, spread(heights, 0.065), strict=True):
@@ -443,9 +589,12 @@ def _draw_cell(ax: Axes, column: int, row: int, one: Breakdown) -> None:
 
 
 _DRAWERS: dict[str, Callable[[Benchmark], Figure]] = {
-    "motion": lambda benchmark: _draw_motion(benchmark.motion),
+    "motion": lambda benchmark: _draw_motion(benchmark.motion[:3]),
+    "motion_harder": lambda benchmark: _draw_motion(benchmark.motion[3:]),
+    "motion_order": lambda benchmark: _draw_orders(benchmark.orders),
+    "motion_drift": lambda benchmark: _draw_drift(benchmark.drifts),
     "estimators": lambda benchmark: _draw_trials(benchmark.trials),
-    "stability_steady": lambda benchmark: _draw_maps(benchmark.roots),
+    "stability_steady": lambda benchmark: _draw_roots(benchmark.roots),
     "stability_integrators": lambda benchmark: _draw_maps(benchmark.integrators),
     "stability_upright": lambda benchmark: _draw_upright(benchmark.passages),
     "stability_estimators": lambda benchmark: _draw_breakdowns(benchmark.breakdowns),

@@ -74,12 +74,38 @@ def test_at_time_zero_nothing_is_asked() -> None:
     assert (integrate(TOP, state, [0.0, 0.0]).momentum == state.momentum).all()
 
 
+@pytest.mark.parametrize("method", ["RK45", "DOP853"])
+def test_a_stack_is_the_single_tops_each_with_its_time_and_drag(method: str) -> None:
+    tops = Top(INERTIA, 1.3 * INERTIA, np.array([[0.03, -0.06], [0.02, 0.0]]))
+    states = released(tops, np.array([30.0, 60.0]), 0.2)
+    times, drag = np.array([[1.0, -0.4], [0.0, 2.0]]), np.array([1e-4, 0.0])
+    together = integrate(tops, states, times, drag=drag, method=method, rtol=1e-10)
+    assert together.axis.shape == together.momentum.shape == (2, 2, 3)
+    for i, j in np.ndindex(2, 2):
+        one = Top(INERTIA, 1.3 * INERTIA, tops.torque[i, j])
+        alone = integrate(one, State(states.axis[i, j], states.momentum[i, j]), times[i, j], drag=drag[j], rtol=1e-11)
+        assert together.axis[i, j] == pytest.approx(alone.axis, abs=1e-8)
+        assert together.momentum[i, j] == pytest.approx(alone.momentum, abs=1e-8 * INERTIA * FAST)
+
+
+def test_a_stack_takes_one_time_for_all_and_states_alone_make_one() -> None:
+    states = released(TOP, np.array([30.0, 60.0, 90.0]))
+    path = integrate(TOP, states, 0.7, rtol=1e-11)
+    assert np.abs(path.axis - exact(TOP, states, 0.7).axis).max() < 1e-9
+    still = integrate(TOP, states, 0.0)
+    assert (still.axis == states.axis).all()
+    assert still.evaluations == 0
+
+
 def test_what_cannot_be_integrated_is_refused() -> None:
     state = released(TOP, FAST)
-    with pytest.raises(ValueError, match="one top at a time"):
-        integrate(Top(INERTIA, INERTIA, np.array([0.1, 0.2])), state, 1.0)
-    with pytest.raises(ValueError, match="one top at a time"):
-        integrate(TOP, State(np.stack([state.axis] * 2), np.stack([state.momentum] * 2)), 1.0)
+    two = Top(INERTIA, INERTIA, np.array([0.1, 0.2]))
+    with pytest.raises(ValueError, match="one time, or one for each top"):
+        integrate(two, state, [1.0, 2.0, 3.0])
+    with pytest.raises(ValueError, match="takes one top at a time"):
+        integrate(two, state, 1.0, drag=lambda *_: [0.0, 0.0, 0.0])
+    with pytest.raises(ValueError, match="drag is not a finite number"):
+        integrate(two, state, 1.0, drag=[0.0, np.nan])
     with pytest.raises(ValueError, match="rise from 0, or fall"):
         integrate(TOP, state, [1.0, 0.5])
     with pytest.raises(ValueError, match="rise from 0, or fall"):

@@ -1,7 +1,8 @@
 """Speed against accuracy, and where methods break: measured on the machine at hand.
 
 `motion_cost` tries the motion models and integrators, `trials` the `estimators` on simulated labs with a known truth
-and on logs that break them; `stability` shows where methods lose digits or die, each beside one that holds.
+and on logs that break them, `fit_curves` while labs become worse; `stability` shows where methods lose digits or die,
+each beside one that holds.
 `report` runs all of it and writes it down; the charts are in `gyrodata.plotting`.
 The clock is passed in: all but the times is the same on every run.
 """
@@ -9,21 +10,29 @@ The clock is passed in: all but the times is the same on every run.
 from __future__ import annotations
 
 from gyrodata.benchmark.effort import FULL, QUICK, Effort
+from gyrodata.benchmark.estimators import TAKE_BALANCE
+from gyrodata.benchmark.fit_curves import CurvePoint, FitCurve
 from gyrodata.benchmark.motion_cost import MotionPanel, MotionPoint
 from gyrodata.benchmark.report import Benchmark, csv_tables, percent_text, reading, run_benchmark, time_text
-from gyrodata.benchmark.stability import METHODS, MOST_DIGITS, DigitMap, MapPair, Passage
-from gyrodata.benchmark.trials import HONEST, Breakdown, Trial, TrialPanel, Verdict
+from gyrodata.benchmark.stability import METHODS, MOST_DIGITS, DigitCurve, DigitMap, MapPair, Passage
+from gyrodata.benchmark.trials import CHARTED, HONEST, TIE, Breakdown, Trial, TrialPanel, Verdict
 
 __all__ = [
+    "CHARTED",
     "FULL",
     "HONEST",
     "METHODS",
     "MOST_DIGITS",
     "QUICK",
+    "TAKE_BALANCE",
+    "TIE",
     "Benchmark",
     "Breakdown",
+    "CurvePoint",
+    "DigitCurve",
     "DigitMap",
     "Effort",
+    "FitCurve",
     "MapPair",
     "MotionPanel",
     "MotionPoint",

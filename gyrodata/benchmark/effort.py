@@ -34,6 +34,8 @@ class Effort(Struct, frozen=True):
     """Orbits that pass near the vertical."""
     draws: int
     """Simulated labs in each case in which estimators break."""
+    curve_labs: int = 20
+    """Simulated labs at each point of a curve of fits, fewer where they have many runs."""
 
 
 _SOME, _MANY = (1e-3, 1e-6), (1e-3, 1e-4, 1e-6, 1e-8, 1e-10)
@@ -43,11 +45,12 @@ QUICK = Effort(
     tightest=1e-12,
     steps_per_nutation=(4.0, 12.0),
     repeats=2,
-    labs=300,
+    labs=240,
     grid=9,
     fine_grid=36,
     swings=3,
     draws=8,
+    curve_labs=50,
 )
 """Less than a minute."""
 
@@ -62,5 +65,6 @@ FULL = Effort(
     fine_grid=72,
     swings=9,
     draws=60,
+    curve_labs=600,
 )
 """Some minutes."""

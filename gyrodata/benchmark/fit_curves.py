@@ -1,8 +1,8 @@
 """Where fits begin to fail: one thing is made worse, step by step, and coverage and error are followed.
 
 A fit fails where its 95 % interval holds the truth in less than 92 % of the labs, or where its error is more than twice
-the Cramér–Rao bound; each by more than twice what chance does in so many labs. Along a curve the same random numbers are
-drawn again, as far as the labs are alike: what changes is what is made worse.
+the Cramér–Rao bound; each by more than twice what chance does in so many labs. Along a curve the same random numbers
+are drawn again, as far as the labs are alike: what changes is what is made worse.
 """
 
 from __future__ import annotations

@@ -38,6 +38,8 @@ class Effort(Struct, frozen=True):
     """Orbits that pass near the vertical."""
     draws: int
     """Simulated labs in each case in which estimators break."""
+    curve_labs: int = 20
+    """Simulated labs at each point of a curve of fits, fewer where they have many runs."""
 
 
 _ADAPTIVE = ("RK45", "Tsit5", "DOP853", "LSODA")
@@ -49,11 +51,12 @@ QUICK = Effort(
     budget=0.06,
     repeats=5,
     precessions=100,
-    labs=300,
+    labs=240,
     grid=8,
     fine_grid=36,
     swings=3,
     draws=8,
+    curve_labs=50,
 )
 """Less than a minute."""
 
@@ -73,5 +76,6 @@ FULL = Effort(
     fine_grid=72,
     swings=9,
     draws=60,
+    curve_labs=600,
 )
 """Some minutes."""

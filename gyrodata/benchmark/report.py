@@ -11,11 +11,23 @@ import numpy as np
 from msgspec import Struct
 
 from gyrodata.benchmark.effort import Clock, Effort, Progress
+from gyrodata.benchmark.estimators import TAKE_BALANCE
+from gyrodata.benchmark.fit_curves import FitCurve, follow_fits
 from gyrodata.benchmark.motion_cost import BATCH, STEPPING, MotionPanel, run_motion
 from gyrodata.benchmark.orders import Drift, Order, find_orders, watch_drift
-from gyrodata.benchmark.stability import METHODS, DigitMap, MapPair, Passage, map_integrators, map_roots, pass_upright
+from gyrodata.benchmark.stability import (
+    METHODS,
+    DigitCurve,
+    DigitMap,
+    MapPair,
+    Passage,
+    follow_cosines,
+    map_integrators,
+    map_roots,
+    pass_upright,
+)
 from gyrodata.benchmark.timing import MOST_APART
-from gyrodata.benchmark.trials import HONEST, Breakdown, Trial, TrialPanel, run_trials, try_breakdowns
+from gyrodata.benchmark.trials import CHARTED, HONEST, TIE, Breakdown, Trial, TrialPanel, run_trials, try_breakdowns
 from gyrodata.effects import DROP_ALL
 
 Cell = str | float | int | bool | None
@@ -28,11 +40,13 @@ class Benchmark(Struct, frozen=True):
     orders: list[Order]
     drifts: list[Drift]
     trials: list[TrialPanel]
-    """The four scenes of the chart, and the lab with weights on one side."""
+    """All scenes; those of `CHARTED` with times."""
     roots: list[MapPair]
     integrators: list[MapPair]
     passages: list[Passage]
     breakdowns: list[Breakdown]
+    curves: list[FitCurve]
+    cosines: list[DigitCurve]
     machine: str = ""
     """What the times depend on, in a line; "" where nobody told."""
 
@@ -57,11 +71,13 @@ def run_benchmark(
         motion=run_motion(effort, clock, seed, part(0.0, 0.25), wall),
         orders=find_orders(effort),
         drifts=watch_drift(effort, part(0.25, 0.3)),
-        trials=run_trials(effort, clock, seed, part(0.3, 0.7)),
+        trials=run_trials(effort, clock, seed, part(0.3, 0.5)),
+        curves=follow_fits(effort, seed, part(0.5, 0.7)),
         roots=map_roots(effort),
         integrators=map_integrators(effort, part(0.7, 0.8)),
         passages=pass_upright(effort, part(0.8, 0.9)),
         breakdowns=try_breakdowns(effort, seed, part(0.9, 1.0)),
+        cosines=follow_cosines(effort),
         machine=machine,
     )
 
@@ -92,14 +108,33 @@ def csv_tables(benchmark: Benchmark) -> dict[str, str]:
     ]
     trials = [
         (
-            panel.scene.name, panel.labs, trial.estimator, trial.seconds, trial.rmse, trial.bias, trial.coverage,
-            trial.half, trial.better, trial.failed,
+            panel.scene.name, panel.labs, panel.bound, panel.bound_balanced, trial.estimator,
+            *((trial.time.least, trial.time.low, trial.time.high) if trial.time else (None,) * 3),
+            *_scored(trial), trial.ratio, trial.ratio_u, trial.better, trial.failed,
         )
         for panel in benchmark.trials
         for trial in panel.trials
     ]  # fmt: skip
+    curves = [
+        (
+            curve.name, curve.x_label, point.x, point.labs, point.bound, trial.estimator, *_scored(trial),
+            point.fails(trial.estimator),
+        )
+        for curve in benchmark.curves
+        for point in curve.points
+        for trial in point.trials
+    ]  # fmt: skip
+    cosines: list[Sequence[Cell]] = [
+        (one.end, one.method, *(float(value) for value in values))
+        for one in benchmark.cosines
+        for values in zip(one.away, one.middle, one.worst, strict=True)
+    ]
     passages = [(one.method, one.closest, one.error, one.evaluations) for one in benchmark.passages]
-    logs = [(b.case, b.estimator, b.verdict, b.error, b.coverage, b.told) for b in benchmark.breakdowns]
+    logs = [(b.case, b.draws, b.estimator, b.verdict, b.error, b.coverage, b.told) for b in benchmark.breakdowns]
+    scores = (
+        "relative RMSE of I_zz,its standard error,relative bias of I_zz,coverage of the 95 % interval,mean half of the "
+        "interval over I_zz"
+    )
     maps = "map,method,spin [rpm],y is,y,correct digits"
     return {
         "motion": _csv(
@@ -118,19 +153,26 @@ def csv_tables(benchmark: Benchmark) -> dict[str, str]:
             drifts,
         ),
         "estimators": _csv(
-            "scene,labs,estimator,time per fit [s],relative RMSE of I_zz,relative bias of I_zz,coverage of the 95 % "
-            "interval,mean half of the interval over I_zz,truly better than recommended,labs without an answer",
+            "scene,labs,Cramér–Rao bound,the same with M0 known,estimator,least time per fit [s],lower quartile [s],"
+            f"upper quartile [s],{scores},RMSE over recommended,its standard error,truly better than recommended,labs "
+            "without an answer",
             trials,
         ),
         "stability_steady": _csv(maps, _map_cells(benchmark.roots)),
         "stability_integrators": _csv(maps, _map_cells(benchmark.integrators)),
         "stability_upright": _csv("method,smallest angle from the vertical [rad],error of e3,evaluations", passages),
         "stability_estimators": _csv(
-            "case,estimator,verdict,median relative error of I_zz,coverage of the 95 % interval,draws in which it said "
-            "so",
+            "case,draws,estimator,verdict,median relative error of I_zz,coverage of the 95 % interval,draws in which "
+            "it said so",
             logs,
         ),
+        "stability_fits": _csv(f"curve,x is,x,labs,Cramér–Rao bound,estimator,{scores},fails", curves),
+        "stability_cosine": _csv("end,formula,|cosθ| or 1 − cosθ,median of correct digits,least", cosines),
     }
+
+
+def _scored(trial: Trial) -> Sequence[Cell]:
+    return trial.rmse, trial.rmse_u, trial.bias, trial.coverage, trial.half
 
 
 def _map_cells(pairs: Iterable[MapPair]) -> list[Sequence[Cell]]:
@@ -199,18 +241,22 @@ methods that ask for the torque about equally often. Energy over h m g; | |e3| �
 | --- | --- | --- | --- | --- | --- |
 {drifts}
 
-## Estimators: `estimators.png`
+## Estimators: `estimators_scenes.png`, `estimators.png`
 
-RMSE of I_zz, and how often the 95 % interval holds the truth. An interval is honest if it holds the truth in \
-{honest:g} % of the labs or more, as far as so many labs tell. Best is the honest estimator with the smallest RMSE; \
-the recommended fit, if none is truly smaller.
+RMSE of I_zz over the true one, and how often the 95 % interval holds the truth. An interval is honest if it holds the \
+truth in {least:g} to {most:g} % of the labs, as far as so many labs tell; with less it is too sure, with more too \
+wide. The bound is that of Cramér and Rao where nobody knows M0: the best possible fit reaches it. Two fits tie if \
+their RMSE are within {tie:g} %, or as near as so many labs tell.
 
-| scene | labs | best | recommended | best other that is honest | M on P, origin | York, origin |
-| --- | --- | --- | --- | --- | --- | --- |
+| scene | labs | bound | recommended: RMSE over bound | truth in interval | best other that is honest | its RMSE over \
+recommended | so the recommended fit |
+| --- | --- | --- | --- | --- | --- | --- | --- |
 {scores}
 
-With weights on one side only, the runs hardly tell the residual torque. Who takes for granted that there is none is \
-then better off, if there is none. With weights on both sides the difference is gone. One recommended fit takes {cost}.
+How to read it: where the errors are as the log says, the full covariance with a constant is as close as the \
+recommended fit, if all shared errors are in it, the hand's bias too. The recommended fit writes that matrix itself. \
+Who takes M0 = 0 is closer where it is so, and wrong where it is not: compare "no imbalance" with "the usual lab". \
+Where the log is wrong about its errors, see which others stay honest. One recommended fit takes {cost}.
 
 ## Where methods break
 
@@ -228,9 +274,23 @@ divide by nothing.
 | --- | --- | --- | --- |
 {passages}
 
-Logs that break fits (`stability_estimators.png`). Nonsense without a word: far from the truth, with an interval that \
-misses it, and no warning. Wide: the interval holds the truth and tells next to nothing, as it must where all torques \
-are equal and the log does not say how well the ball is balanced.
+The rate of eq. (8) as cosθ → 0 and cosθ → 1 (`stability_cosine.png`): least correct digits over the spins. What \
+stands in the tool is 2c/(b + √D).
+
+| formula | rod nearly level | rod nearly upright |
+| --- | --- | --- |
+{cosines}
+
+Fits while labs become worse, one thing at a time (`stability_fits.png`). A fit fails where its interval is too sure, \
+or its RMSE is over twice the bound; "–": nowhere.
+
+| what becomes worse | range | fails first |
+| --- | --- | --- |
+{curves}
+
+Logs that break fits (`stability_estimators.png`), {draws} of each kind. Nonsense without a word: far from the truth, \
+with an interval that misses it, and no warning. Wide: the interval holds the truth and tells next to nothing, as it \
+must where all torques are equal and the log does not say how well the ball is balanced.
 
 | case | nonsense without a word from | recommended |
 | --- | --- | --- |
@@ -255,9 +315,14 @@ def reading(benchmark: Benchmark, effort: Effort, seed: int) -> str:
         orders=_rows(map(_order, benchmark.orders)),
         precessions=effort.precessions,
         drifts=_rows(map(_drift, benchmark.drifts)),
-        honest=100 * HONEST,
+        least=100 * HONEST[0],
+        most=100 * HONEST[1],
+        tie=100 * (TIE - 1),
         scores=_rows(map(_scores, benchmark.trials)),
-        cost=time_text(benchmark.trials[0].recommended.seconds),
+        cost=", ".join(_costs(benchmark.trials)),
+        cosines=_rows(_least_digits(benchmark.cosines)),
+        curves=_rows(map(_failures, benchmark.curves)),
+        draws=effort.draws,
         digits=_rows(
             (pair.title, pair.fails.method, _digits(pair.fails), pair.holds.method, _digits(pair.holds), _empty(pair))
             for pair in maps
@@ -309,16 +374,48 @@ def _drift(drift: Drift) -> Sequence[str]:
 
 
 def _scores(panel: TrialPanel) -> Sequence[str]:
-    def score(trial: Trial) -> str:
-        return f"{percent_text(trial.rmse)}, {100 * trial.coverage:.1f} %"
-
-    others = [trial for trial in panel.trials if trial.honest and trial.estimator != "recommended"]
-    other = min(others, key=lambda trial: trial.rmse, default=None)
+    mine, other = panel.recommended, next(iter(panel.peers), None)
     return (
-        panel.scene.title, str(panel.labs), panel.best.estimator if panel.best else "none", score(panel.recommended),
-        f"{other.estimator}: {score(other)}" if other else "none",
-        *(score(panel.of(name)) for name in ("M on P, origin", "York, origin")),
+        panel.scene.title, str(panel.labs), percent_text(panel.bound),
+        f"{mine.rmse / panel.bound:.2f} ± {mine.rmse_u / panel.bound:.2f}", f"{100 * mine.coverage:.1f} %",
+        other.estimator if other else "none", f"{other.ratio:.2f} ± {other.ratio_u:.2f}" if other else "–",
+        _outcome(panel),
     )  # fmt: skip
+
+
+def _outcome(panel: TrialPanel) -> str:
+    """What comes of the recommended fit beside the honest others, in words."""
+    mine = panel.recommended
+    if not mine.honest:
+        return "is too sure" if mine.coverage < HONEST[0] else "is too wide"
+    if not panel.peers:
+        return "alone is honest"
+    closer = [one.estimator for one in panel.peers if one.better]
+    if closer:
+        return f"is not the closest{': that takes M0 = 0' if closer[0] in TAKE_BALANCE else ''}"
+    ties = sum(one.ties for one in panel.peers)
+    return f"ties with {ties}" if ties else "is the closest of the honest"
+
+
+def _costs(panels: Iterable[TrialPanel]) -> list[str]:
+    """What a recommended fit takes, where it was timed."""
+    timed = [(panel, panel.recommended.time) for panel in panels if panel.scene.name in CHARTED]
+    return [f"{time_text(time.least)} ({panel.scene.title})" for panel, time in timed if time]
+
+
+def _least_digits(curves: Sequence[DigitCurve]) -> list[Sequence[str]]:
+    least = {(one.method, one.end): f"{one.worst.min():.0f}" for one in curves}
+    return [
+        (name, least[name, "level"], least[name, "vertical"]) for name in dict.fromkeys(one.method for one in curves)
+    ]
+
+
+def _failures(curve: FitCurve) -> Sequence[str]:
+    """Where each fit fails first."""
+    xs = [point.x for point in curve.points]
+    begun = {name: curve.first_failure(name) for name in curve.estimators}
+    told = "; ".join(f"{name}: {'–' if x is None else f'{x:g}'}" for name, x in begun.items())
+    return (f"{curve.title}: {curve.x_label}", f"{xs[0]:g} to {xs[-1]:g}", told)
 
 
 def _digits(one: DigitMap) -> str:

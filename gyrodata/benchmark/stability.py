@@ -1,7 +1,7 @@
 """Where methods break over tilt and spin, and near the vertical: each that fails beside one that holds.
 
-In the maps formulas and integrators lose digits. The truth of `map_roots` is the slow root of eq. (8) in fifty decimal
-digits, of the same numbers that the formulas get; that of `map_integrators` is the exact motion.
+In the maps and along cosθ formulas and integrators lose digits. The truth of `map_roots` is the slow root of eq. (8)
+in fifty decimal digits, of the same numbers that the formulas get; that of `map_integrators` is the exact motion.
 
 In a passage a way of writing the motion loses digits where sinθ → 0, or dies: the rod swings from 43° off the vertical
 to a smallest angle θ_min and back, as a top that nods. Eqs. (7) in Euler angles divide by sinθ, their form reduced by
@@ -13,6 +13,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from decimal import Decimal, localcontext
+from fractions import Fraction
+from typing import Literal
 
 import numpy as np
 from msgspec import Struct
@@ -125,6 +127,56 @@ def map_roots(effort: Effort) -> list[MapPair]:
             "no steady precession",
         ),
     ]  # fmt: skip
+
+
+class DigitCurve(Struct, frozen=True):
+    """Correct digits of one formula for the rate, the nearer the rod is to level, or to the vertical."""
+
+    end: Literal["level", "vertical"]
+    method: str
+    away: Floats
+    """|cosθ|, or 1 − cosθ."""
+    middle: Floats
+    """Median over the spins."""
+    worst: Floats
+    """Least over the spins."""
+
+
+def follow_cosines(effort: Effort) -> list[DigitCurve]:
+    """Follow formulas for the rate of steady precession as cosθ → 0 and as cosθ → 1.
+
+    Spins are 60 to 1000 rpm, and the least one with which an upright rod has a steady precession: D vanishes there.
+    """
+    # A little above, so that the root exists in doubles too.
+    upright = (1 + 1e-15) * float(physics.least_spin(TORQUE, INERTIA, ACROSS, np.pi / 2))
+    spins = np.append(np.geomspace(60, 1000, 24) * RPM, upright)
+    curves: list[DigitCurve] = []
+    heights: dict[Literal["level", "vertical"], Floats] = {
+        "level": 10 ** np.linspace(-0.1, -17, effort.fine_grid),
+        "vertical": 1 - 10 ** np.linspace(-0.1, -15.5, effort.fine_grid),
+    }
+    for end, height in heights.items():
+        plane = _plane(np.arcsin(height), spins)
+        root = [_exact_root(*pair) for pair in zip(np.sin(plane.pitch), plane.spin, strict=True)]
+        rates = {
+            "eq. (9)": physics.horizontal_precession_rate(TORQUE, plane.spin, INERTIA),
+            "eq. (8), (−b + √D)/2a": textbook_root(plane.spin, plane.pitch),
+            "eq. (8), 2c/(b + √D)": plane.eight(),
+            "the same, D in fractions": 2 * TORQUE / (INERTIA * plane.spin + np.array(root)),
+        }
+        true = np.sin(plane.pitch.reshape(plane.shape)[:, 0])
+        away = true if end == "level" else 1 - true
+        for method, rate in rates.items():
+            right = plane.map(method, rate).digits
+            curves.append(DigitCurve(end, method, away, np.nanmedian(right, axis=1), np.nanmin(right, axis=1)))
+    return curves
+
+
+def _exact_root(height: float, spin: float) -> float:
+    """√D of eq. (8) for cosθ and ψ̇ as they are, rounded once; NaN where there is none."""
+    linear = Fraction(INERTIA) * Fraction(float(spin))
+    square = linear**2 + 4 * (Fraction(INERTIA) - Fraction(ACROSS)) * Fraction(float(height)) * Fraction(TORQUE)
+    return math.sqrt(square) if square >= 0 else math.nan
 
 
 def textbook_root(spin: Floats, pitch: Floats) -> Floats:

@@ -32,7 +32,6 @@ def random(seed: int = 1) -> np.random.Generator:
 def holds(measured: Measurements) -> bool:
     """Whether the recommended fit has the truth within three of its standard uncertainties, its interval no zero."""
     answer = recommended(measured)
-    assert answer.half is not None
     assert answer.half < answer.value
     return bool(abs(answer.value - INERTIA) < 1.6 * answer.half)
 
@@ -83,16 +82,14 @@ def test_two_points_leave_no_residual() -> None:
     assert line.slope.u is None, "not 0, and not NaN"
     # Student's factor for one degree of freedom is 12.7.
     ratio = mean_of_ratios(two)
-    assert ratio.half is not None
-    stated = weighted(two).half
-    assert stated is not None
+    assert np.isfinite([ratio.half, weighted(two).half]).all()
     assert holds(two)
 
 
 def test_one_run_has_no_scatter() -> None:
     one = select(lab(random()), [4])
-    assert mean_of_ratios(one).half is None
-    assert torque_on_product(one, intercept=False).half is None
+    assert math.isnan(mean_of_ratios(one).half)
+    assert math.isnan(torque_on_product(one, intercept=False).half)
     assert holds(one)
 
 
@@ -175,7 +172,6 @@ def test_theil_sen_meets_ties_where_weights_are_used_again() -> None:
     assert np.sum(torque[first] == torque[second]) == 9
     assert np.mean(biases) < -0.004
     half = theil_sen(measured).half
-    assert half is not None
     assert half > 0.3 * INERTIA
     untied = torque[first] != torque[second]
     slopes = (product[second] - product[first])[untied] / (torque[second] - torque[first])[untied]

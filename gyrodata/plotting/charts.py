@@ -315,7 +315,7 @@ def _draw_orders(orders: Sequence[Order]) -> Figure:
     key = _key_axes(figure, (0.075, 0.0, 0.905, 0.125))
     for i, order in enumerate(orders):
         slope = "" if order.order is None else f": {order.order:.1f}"
-        _draw_method_key(key, 0.025 + 0.2 * (i // 2), 0.7 - 0.42 * (i % 2), order.method, slope)
+        _draw_method_key(key, 0.025 + 0.212 * (i // 2), 0.7 - 0.42 * (i % 2), order.method, slope)
     return figure
 
 

@@ -494,7 +494,7 @@ class TestFigures:
                 "motion",
                 [point.method for point in done.motion[0].points if "split" not in point.method],
             ),
-            ("estimators", [name for name in ESTIMATORS if not name.startswith("P on M")]),
+            ("estimators", [name for name in ESTIMATORS if not name.startswith(("P on M", "ODR"))]),
             ("estimators_scenes", [*ESTIMATORS, *(one.title for one in LABS)]),
             ("stability_steady", ["fails: eq. (9)", "holds: eq. (8)", "no steady\nprecession"]),
             ("stability_integrators", ["fails: Euler, semi-implicit, 2 ms"]),

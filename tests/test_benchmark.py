@@ -638,7 +638,7 @@ class TestFigures:
             ("motion_harder", [point.method for panel in done.motion[3:] for point in panel.points]),
             ("motion_order", ["splitting aba84: 4.0", "LSODA"]),
             ("motion_drift", [*(drift.method for drift in done.drifts), "8 steps a nutation: 40 evaluations"]),
-            ("estimators", [name for name in ESTIMATORS if not name.startswith("P on M")]),
+            ("estimators", [name for name in ESTIMATORS if not name.startswith(("P on M", "ODR"))]),
             ("estimators_scenes", [*ESTIMATORS, *(one.title for one in LABS)]),
             ("stability_steady", ["fails: eq. (9)", "holds: eq. (8)"]),
             ("stability_integrators", ["fails: Euler, semi-implicit, 2 ms", "holds: splitting aba84, 10 ms"]),

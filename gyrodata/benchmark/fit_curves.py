@@ -21,10 +21,11 @@ from gyrodata.physics import RPM
 from gyrodata.simulation import EXACT, Design
 from gyrodata.units import Uncertainty
 
-MOST_ROWS = 3000
-"""Of labs with more runs than this over the number of labs fewer are drawn, but `FEWEST` at least."""
+MOST_ROWS = 200
+"""So many runs at a point, for each lab that is asked for: labs of more runs than this are fewer …"""
 
 FEWEST = 30
+"""… but so many at least."""
 
 FAR = 2.0
 """An error of more than this over the Cramér–Rao bound is a failure [1]."""
@@ -162,6 +163,6 @@ def follow_fits(effort: Effort, seed: int = 1, progress: Progress | None = None)
 def _try_point(plan: _Plan, x: float, labs: int, seed: int) -> CurvePoint:
     scene = plan.scene(x)
     count = len(scene.at_work().runs)
-    drawn = scene.draw(min(labs, max(MOST_ROWS * labs // (100 * count), min(FEWEST, labs))), seed)
+    drawn = scene.draw(min(labs, max(MOST_ROWS * labs // count, FEWEST)), seed)
     trials = judge(apply_all({name: ESTIMATORS[name] for name in plan.estimators}, drawn))
     return CurvePoint(x, len(drawn.time), scene.bound(), trials)

@@ -370,8 +370,8 @@ _SHADES = (
 )
 """Least coverage, colour, marker and words, from Okabe and Ito's set: dark blue is honest."""
 
-_TWINS = ("P on M, origin", "P on M, constant")
-"""They lie upon those of M on P."""
+_TWINS = ("P on M, origin", "P on M, constant", "ODR, origin", "ODR, constant")
+"""They lie upon those of M on P, and upon York's."""
 
 _TIMES = (1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 3e-1, 1.0)
 
@@ -403,8 +403,8 @@ def _draw_trials(panels: Sequence[TrialPanel]) -> Figure:
     key = _key_axes(figure, (0.03, 0.008, 0.965, 0.085))
     _shade_key(key, 0.85)
     notes = (
-        "M: torque; P = φ̇ψ̇; P on M is as M on P. CPU time for one log: least of several rounds, and quartiles; error: "
-        "± 2 standard errors\n"
+        "M: torque; P = φ̇ψ̇; P on M lies on M on P, ODR on York. CPU time for one log: least of several rounds, and "
+        "quartiles; error: ± 2 standard errors\n"
         "dashed: the Cramér–Rao bound, which the best possible fit reaches where nobody knows M0; dotted: where M0 is "
         "known"
     ).splitlines()
@@ -823,7 +823,7 @@ def _draw_breakdowns(breakdowns: Sequence[Breakdown]) -> Figure:
     ax.text(
         -0.02,
         -0.55,
-        f"median error of I_zz\n(true in, of {breakdowns[0].draws} logs)",
+        f"median error of I_zz\n(truth inside, of {breakdowns[0].draws} logs)",
         fontsize=7.5,
         color=SOFT,
         ha="right",
@@ -855,7 +855,7 @@ def _draw_cell(ax: Axes, column: int, row: int, one: Breakdown) -> None:
     ax.add_patch(Rectangle((column + 0.02, row + 0.05), 0.96, 0.9, facecolor=ground, linewidth=0))
     text = "–"
     if one.error is not None and one.verdict != "says so":
-        text = percent_text(one.error) if one.error <= 9.995 else "× 10, more"
+        text = percent_text(one.error) if one.error <= 9.995 else "over × 10"
     if one.verdict != "says so":
         text += f"  ({round(one.coverage * one.draws)})"
     ax.text(column + 0.5, row + 0.5, text, ha="center", va="center", fontsize=8, color=ink)

@@ -155,7 +155,9 @@ _UNKNOWN = "its size is unknown beforehand, so {} is a parameter with {}"
 
 
 def _residual_torque(case: Case) -> Found:
-    prior = f"prior width {fitting.balance_scale(case.measured, case.fit.inertia.value):.2g} N*m, with wide tails"
+    fit = case.fit
+    width = fitting.balance_scale(case.measured, fit.inertia.value, fit.adjusted.kept)
+    prior = f"prior width {width:.2g} N*m, with wide tails"
     return case.of(case.measured, balanced=True), True, _UNKNOWN.format("M0", prior)
 
 

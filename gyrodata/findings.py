@@ -45,7 +45,7 @@ from gyrodata.effects import DROP_ONE, Effect
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate, FitResult, Otherwise, Outlier
 from gyrodata.forecast import Design
-from gyrodata.known_slips import INERTIA_RANGE, SIZES, exchanged, explaining_slips, far_off
+from gyrodata.known_slips import INERTIA_RANGE, SIZES, exchanged, explaining_slips, far_off, meant_in
 from gyrodata.measurements import SOURCES, Measurements, spin_columns, torque_groups
 from gyrodata.readings import MOST_OF_ONE_CODE, TIMINGS, Readings, kind_of_role, to_display
 from gyrodata.units import from_si, parse_unit
@@ -470,12 +470,18 @@ def size_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
             f"{from_si(si, own, kind_of_role(size.role)):.4g} {own}"
             for si in (abs(column.values[run] or 0.0), *size.possible)
         )
-        hint = f'is it the unit? If {unit} is meant, write the header as "{size.role} [{unit}]"'
+        if unit:
+            hint = f'is it the unit? If {unit} is meant, write the header as "{size.role} [{unit}]"'
+        elif (meant := meant_in(readings, size, run)) is not None:
+            there = f"{from_si(meant[1], own, kind_of_role(size.role)):.4g} {own}"
+            hint = f"is it in {meant[0]}? That is {there}, which other runs have: write it so in this cell"
+        else:
+            hint = "is it the unit, the column, or a slip of the pen?"
         found.append(
             readings.diagnose(
                 SIZE_UNUSUAL,
                 f"{size.role} {value} is not of this lab, where it is from {low} to {high}",
-                hint if unit else "is it the unit, the column, or a slip of the pen?",
+                hint,
                 column.place(run),
                 len(column.readings[run].text),
             )

@@ -393,6 +393,18 @@ def far_off(readings: Readings, size: Size) -> tuple[int, str] | None:
     return far[0], ""
 
 
+def meant_in(readings: Readings, size: Size, run: int) -> tuple[str, float] | None:
+    """Find the unit in which a reading is what other runs read, and that [SI unit]; None where there is none."""
+    column, kind = readings.columns[size.role], kind_of_role(size.role)
+    others = [abs(value) for value in column.values if value]
+    for unit in size.units:
+        factor = parse_unit(unit, kind).factor / (parse_unit(column.unit, kind).factor if column.unit else 1.0)
+        value = factor * abs(column.values[run] or 0.0)
+        if not math.isclose(factor, 1.0) and any(math.isclose(value, other, rel_tol=0.02) for other in others):
+            return unit, value
+    return None
+
+
 def exchanged(readings: Readings, measured: Measurements) -> bool:
     """Tell whether the numbers of spin and time make sense only the other way round."""
     if _unit(readings, "spin") != "rpm" or _unit(readings, "time") != "s" or not measured.torque.any():

@@ -144,6 +144,23 @@ def test_a_good_log_is_not_asked() -> None:
             assert told(lab(turns, seed).text()) == []
 
 
+def test_one_cell_in_another_unit_is_asked_about_and_spoils_nothing() -> None:
+    text = lab().text()
+    header, *rows = [line for line in text.splitlines() if not line.startswith("#")]
+    mass = header.split(",").index(next(name for name in header.split(",") if "mass" in name))
+    row = rows[4].split(",")
+    right, row[mass] = row[mass], f"{float(row[mass]) / 1000:.4g}"
+    slip = text.replace(rows[4], ",".join(row))
+    (words,) = told(slip)
+    assert f"is it in kg? That is {float(right):.4g} g, which other runs have: write it so in this cell" in words
+    # The weight that nobody had is left out, and says nothing of the balance.
+    found, without = (gyrodata.analyze(one.encode()) for one in (slip, text.replace(f"{rows[4]}\n", "")))
+    assert [run.left_out for run in found.run_table].count(True) == 1
+    u = without.inertia.u or 0.0
+    assert found.inertia.value == pytest.approx(without.inertia.value, abs=0.02 * u)
+    assert found.inertia.u == pytest.approx(u, rel=0.01)
+
+
 def test_nearly_every_slip_is_named_first_as_it_was_made() -> None:
     silent, other = [], []
     for name, (slip, cause) in SLIPS.items():

@@ -99,6 +99,8 @@ def test_each_row_tells_its_log(same_names: Path, absolute: bool) -> None:
     assert [json.loads(line)["input"]["name"] for line in done.stdout.splitlines()] == list(LABS)
     assert "eve/lab.csv:1:1: error G222" in done.stderr
     assert str(same_names) not in done.output
+    one = run("analyze", str(same_names / LABS[0]), "-f", "json")
+    assert json.loads(one.stdout)["input"]["name"] == "lab.csv"
     whole = [json.loads(line)["result"] for line in done.stdout.splitlines()]
     for table in ("logs", "runs", "torques", "budget"):
         rows = list(csv.DictReader(io.StringIO(run("analyze", *logs, "-f", "csv", "--table", table).stdout)))

@@ -20,6 +20,7 @@ from gyrodata.cli.terminal import (
     fault,
     names_of,
     refuse,
+    short_paths,
     source_of,
     write_folder,
     write_out,
@@ -134,8 +135,8 @@ def analyze(
     if watched:
         _watch(Path(logs[0]), request)
         return
-    names = names_of(logs, stdin)
-    folders = _folders(logs, names, out)
+    paths = short_paths(logs)
+    names, folders = names_of(paths, stdin), _folders(paths, out)
     reported = not no_report and file is None and (out is not None or form == "text")
     jobs = [
         _Job(i, log, name, folder, reported and (out is not None or log != "-"), request, len(logs))
@@ -225,18 +226,18 @@ def _header(form: Format, table: Table) -> str:
     return table_header(table)
 
 
-def _folders(logs: Sequence[str], names: Sequence[str], out: Path | None) -> list[Path]:
+def _folders(paths: Sequence[Path], out: Path | None) -> list[Path]:
     """Name the folder of each log's report, below that of the log where there are several; one name gets numbers."""
     folders: list[Path] = []
     taken: dict[Path, int] = {}
-    for log, name in zip(logs, names, strict=True):
-        if out is not None and len(logs) == 1:
+    for path in paths:
+        if out is not None and len(paths) == 1:
             folders.append(out)
             continue
-        stem = Path("stdin" if log == "-" else _stem(name))
-        if len(logs) > 1 and log != "-":
+        stem = Path("stdin" if path == Path("-") else _stem(path.name))
+        if len(paths) > 1:
             # Never above the folder that is asked for.
-            stem = Path(*(part for part in Path(name).parent.parts if part not in ("..", Path(name).anchor)), stem)
+            stem = Path(*(part for part in path.parent.parts if part not in ("..", path.anchor)), stem)
         taken[stem] = taken.get(stem, 0) + 1
         told = f"{stem.name}-report" if taken[stem] == 1 else f"{stem.name}-report-{taken[stem]}"
         folders.append((out or Path()) / stem.with_name(told))
@@ -388,8 +389,7 @@ def _alternatives(analysis: Analysis) -> dict[str, str]:
     return {name: plotting.alt_text(analysis, name) for name in plotting.FIGURES}
 
 
-def _stem(log: str) -> str:
-    name = Path(log).name
+def _stem(name: str) -> str:
     for suffix in (".gz", ".csv", ".txt", ".tsv", ".xlsx"):
         if name.lower().endswith(suffix) and len(name) > len(suffix):
             name = name[: -len(suffix)]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import sys
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -212,22 +213,27 @@ def source_of(log: str, name: str = STDIN) -> dict[str, Any]:
     return {"source": sys.stdin.buffer, "name": name}
 
 
-def names_of(logs: Sequence[str], stdin: str = STDIN) -> list[str]:
-    """What logs are called: by their paths as they were given, absolute ones by what these do not share."""
-    folders = [Path(log).parent for log in logs if log != "-" and Path(log).is_absolute()]
-    # Drives of Windows share nothing.
-    shared = os.path.commonpath(folders) if len({folder.anchor for folder in folders}) == 1 else None
+def short_paths(logs: Sequence[str]) -> list[Path]:
+    """Paths of logs as they were given, absolute ones by as many of their last parts as tell them apart."""
+    paths = [Path(log) for log in logs]
+    longer = [i for i, path in enumerate(paths) if path.is_absolute()]
+    for count in range(1, max((len(paths[i].parts) for i in longer), default=1)):
+        ends = {i: Path(*Path(logs[i]).parts[1:][-count:]) for i in longer}
+        often = Counter(ends.values())
+        for i, end in ends.items():
+            paths[i] = end
+        longer = [i for i, end in ends.items() if often[end] > 1]
+    return paths
 
-    def shown(log: str) -> str:
-        path = Path(log)
-        return printable((path.relative_to(shared) if shared and path.is_absolute() else path).as_posix())
 
-    return [stdin if log == "-" else shown(log) for log in logs]
+def names_of(paths: Sequence[Path], stdin: str = STDIN) -> list[str]:
+    """What logs are called."""
+    return [stdin if path == Path("-") else printable(path.as_posix()) for path in paths]
 
 
 def name_of(log: str) -> str:
     """What a single log is called, whether it can be read or not."""
-    return names_of([log])[0]
+    return names_of(short_paths([log]))[0]
 
 
 def write_folder(folder: Path, contents: dict[str, bytes]) -> None:

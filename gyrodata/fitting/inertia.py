@@ -340,12 +340,12 @@ def if_balanced(measured: Measurements, result: FitResult) -> Estimate:
     return _estimate(integrate_at(replace(measured, balanced=True, imbalance_u=None), result).quantiles()[0])
 
 
-def balance_scale(measured: Measurements, inertia: Floats | float, kept: Floats) -> Any:
+def balance_scale(measured: Measurements, inertia: Floats | float, kept: Floats | None = None) -> Any:
     """Scale of M0's Cauchy before the runs are looked at [N*m], for an I_zz or many [kg*m^2].
 
     A weight that was misread says nothing of the balance: only runs that have a say count.
     """
-    usual = BALANCE * lightest_torque(measured, kept)
+    usual = BALANCE * lightest_torque(measured, np.ones(len(measured.runs)) if kept is None else kept)
     if measured.balanced is None:
         return usual
     return np.minimum(usual, BALANCED * np.abs(inertia)) if measured.balanced else UNBALANCED * usual

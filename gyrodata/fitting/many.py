@@ -92,7 +92,7 @@ def _fit_stack(problem: Problem, observed: Floats) -> Floats:
         inertia, imbalance = straight_line(lever, swing, torque)
     else:
         inertia, imbalance = np.median(swing * torque / lever, axis=1), np.zeros(labs)
-    balance = balance_scale(measured, inertia, np.ones(count)) / lightest
+    balance = balance_scale(measured, inertia) / lightest
     scale = np.stack([inertia, lightest, np.full(labs, measured.timing_bias_u)], axis=-1)
     unknowns = np.zeros((labs, 3 + problem.shared_count))
     unknowns[:, 0] = 1.0

@@ -583,6 +583,7 @@ def _platform_text(options: Mapping[str, Any], told: Platform) -> list[str]:
         lines.append(_line("sense", f"{sense} that of the wheel when its axle points up"))
     else:
         lines.append(_line("platform", "stays at rest"))
+    lines.append(_line("inertia", f"{options['platform_inertia']:.4g} kg*m^2 of platform, person and wheel"))
     lines.append("")
     lines.append("angular momentum about the vertical, which stays the same [kg*m^2/s]")
     lines.append(_line("before", f"wheel {told.momentum_before:.4g}"))

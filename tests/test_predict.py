@@ -450,6 +450,7 @@ axle tipped from 0° to 90° above the horizontal, the platform at rest before
 
   platform        5 rpm (0.5236 rad/s), one turn in 12 s
   sense           against that of the wheel when its axle points up
+  inertia         4 kg*m^2 of platform, person and wheel
 
 angular momentum about the vertical, which stays the same [kg*m^2/s]
   before          wheel 0

@@ -359,6 +359,7 @@ def platform(
     }
     from gyrodata.prediction import predict_platform
 
+    _note_ball(lab, wheel_inertia)
     _tell("platform", options, lab.notes, predict_platform(*options.values()), form)
 
 
@@ -394,6 +395,7 @@ def twist(
     }
     from gyrodata.prediction import predict_twist
 
+    _note_ball(lab, wheel_inertia)
     _tell("twist", options, lab.notes, predict_twist(*options.values()), form)
 
 
@@ -431,6 +433,12 @@ def tip(
     from gyrodata.prediction import predict_tip
 
     _tell("tip", options, lab.notes, predict_tip(*options.values()), form)
+
+
+def _note_ball(lab: _Lab, wheel_inertia: str | None) -> None:
+    """Say that the log's ball is not the wheel that somebody held."""
+    if wheel_inertia is None:
+        lab.notes.append("so the wheel is the ball of the log; for the wheel that you held give its own two")
 
 
 def _tell(name: str, options: Mapping[str, Any], notes: Sequence[str], answer: Answer, form: PlainFormat) -> None:

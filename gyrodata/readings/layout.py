@@ -264,7 +264,7 @@ class _SheetReader:
         self.words += [(row, _filled(row)[0]) for row in self.captions]
         if self.words:
             words = sorted(self.words, key=lambda item: item[0].line)
-            texts = listing([f'"{row.texts[at]}"' for row, at in words], 4)
+            texts = listing([_quoted(row.texts[at]) for row, at in words], 4)
             lines = span(sorted({row.line for row, _ in words}))
             cell = self.grid.cell(*words[0])
             hint = "put # before the line to keep it as a remark; what it says of the runs goes into a column"
@@ -292,6 +292,11 @@ class _SheetReader:
             filled = [len(row.texts) - row.texts.count("") for row in table.rows]
             if filled[-1] < min(filled[:-1]) and all(_is_mean(runs, last, at) for at in times):
                 self.summaries.append(table.rows.pop())
+
+
+def _quoted(text: str) -> str:
+    """A text in quotes, cut short where it is long."""
+    return f'"{text}"' if len(text) <= 38 else f'"{text[:36]}…"'
 
 
 def _is_mean(runs: list[Row], last: Row, at: int) -> bool:

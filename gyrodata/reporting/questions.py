@@ -47,12 +47,14 @@ from gyrodata.reporting.values import (
 )
 from gyrodata.results import Analysis
 
+_WHEEL = " (of the ball; add --wheel-inertia and --wheel-spin of the wheel that you held)"
+
 ANSWERS = (
     ("question 1, steps 3 to 5, a force on the tip of the rod", "tip"),
     ("question 1, steps 4 and 6, precession at any spin and pitch", "precession"),
-    ("question 1, step 9, a bicycle wheel twisted in your hands", "twist"),
+    (f"question 1, step 9, a bicycle wheel twisted in your hands{_WHEEL}", "twist"),
     ("question 2, gyroscopes above the turning Earth", "earth"),
-    ("question 4, a wheel turned over on the platform", "platform"),
+    (f"question 4, a wheel turned over on the platform{_WHEEL}", "platform"),
 )
 """What the data do not answer, and the part of `gyro predict` that does."""
 
@@ -120,10 +122,10 @@ def _others(analysis: Analysis) -> tuple[Block, ...]:
     given = " (add the --set and --map that you gave)" if analysis.options.set or analysis.options.map else ""
     words = (
         "Questions 1, 2 and 4 are not in this report: they ask for what you saw and felt. These commands say what "
-        f"theory expects of it, with I_zz and the fastest spin of this log{given}:"
+        f"theory expects of it; --log takes I_zz and the fastest spin of this log{given}:"
     )
     # A name that a shell would take apart is not written into a command.
-    log = analysis.name if re.fullmatch(r"\w[\w.+-]*", analysis.name) else "LOG"
+    log = analysis.name if re.fullmatch(r"[\w.][\w.+/-]*", analysis.name) else "LOG"
     items = tuple((f"{asked}: ", Styled(f"gyro predict {part} --log {log}", "code")) for asked, part in ANSWERS)
     return (Text(((words,),), full=True), Text(items, "list", full=True))
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, TextIO, get_args
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata import effects, fitting
 from gyrodata.comparisons import (
@@ -267,7 +268,12 @@ def fit_runs(readings: Readings, measured: Measurements, model: Model = "auto", 
         miscounted = count_findings(readings, measured)
         if miscounted:
             raise LogError(miscounted)
-    return Fitted(runs, chosen, tuple(outliers), left_out, fit, without)
+    # How far one that is left out is off by the fit that is told, as in the table of runs and the figure.
+    told = tuple(
+        replace(outlier, deviation=float(fit.deviations[outlier.index])) if outlier.index in left_out else outlier
+        for outlier in outliers
+    )
+    return Fitted(runs, chosen, told, left_out, fit, without)
 
 
 def _result(estimate: Estimate, unit: str) -> Result:

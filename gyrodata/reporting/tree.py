@@ -11,6 +11,7 @@ from collections.abc import Iterable
 
 from msgspec import Struct
 
+from gyrodata.measurements import torque_groups
 from gyrodata.reporting.values import (
     CENTIMETRE,
     Scale,
@@ -271,12 +272,14 @@ def load(analysis: Analysis, group: int, torque: Scale) -> Sentence:
     """Name what is on the rod as the log does: "20 g at 15 cm"; where it does not say, the torque."""
     found, place = analysis.torques[group], f"torques.{group}"
     mark = Mark(group, found.torque)
+    runs = torque_groups(analysis.measurements)[group]
+    told = (", left out",) if all(analysis.run_table[i].left_out for i in runs) else ()
     if found.torque == 0:
-        return (mark, "no weight")
+        return (mark, "no weight", *told)
     if found.mass is None or found.position is None:
-        return (mark, "a torque of ", Value(found.torque, None, torque, f"{place}.torque"))
+        return (mark, "a torque of ", Value(found.torque, None, torque, f"{place}.torque"), *told)
     mass = Value(found.mass, None, mass_scale(found.mass), f"{place}.mass")
-    return (mark, mass, " at ", Value(found.position, None, CENTIMETRE, f"{place}.position"))
+    return (mark, mass, " at ", Value(found.position, None, CENTIMETRE, f"{place}.position"), *told)
 
 
 def agrees(deviation: float | None) -> bool:

@@ -7,6 +7,7 @@ import gc
 import io
 import json
 import os
+import re
 import subprocess
 import sys
 import tracemalloc
@@ -131,6 +132,10 @@ def test_reports_of_one_name_lie_apart(same_names: Path) -> None:
     assert sorted(path.as_posix() for path in Path("outs").rglob("results.json")) == [
         "outs/alice/lab-report/results.json", "outs/bob/lab-report/results.json",
     ]  # fmt: skip
+    text = run("analyze", *LABS[:2], "-f", "markdown", "-o", "marked").stdout
+    linked = re.findall(r"\]\(([^)]+\.png)\)", text)
+    assert len(linked) == 8
+    assert all((Path("marked") / one).is_file() for one in linked)
     run("analyze", f"../{same_names.name}/alice/lab.csv", LABS[1], "-o", "below/deep")
     assert (Path("below/deep") / same_names.name / "alice" / "lab-report" / "report.html").is_file()
 

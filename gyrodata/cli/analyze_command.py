@@ -136,10 +136,10 @@ def analyze(
         _watch(Path(logs[0]), request)
         return
     paths = short_paths(logs)
-    names, folders = names_of(paths, stdin), _folders(paths, out)
+    names, folders = names_of(paths, stdin), _folders(paths)
     reported = not no_report and file is None and (out is not None or form == "text")
     jobs = [
-        _Job(i, log, name, folder, reported and (out is not None or log != "-"), request, len(logs))
+        _Job(i, log, name, folder, out, reported and (out is not None or log != "-"), request, len(logs))
         for i, (log, name, folder) in enumerate(zip(logs, names, folders, strict=True))
     ]
     worst, header, whole = 0, _header(form, table), []
@@ -226,21 +226,18 @@ def _header(form: Format, table: Table) -> str:
     return table_header(table)
 
 
-def _folders(paths: Sequence[Path], out: Path | None) -> list[Path]:
+def _folders(paths: Sequence[Path]) -> list[Path]:
     """Name the folder of each log's report, below that of the log where there are several; one name gets numbers."""
     folders: list[Path] = []
     taken: dict[Path, int] = {}
     for path in paths:
-        if out is not None and len(paths) == 1:
-            folders.append(out)
-            continue
         stem = Path("stdin" if path == Path("-") else _stem(path.name))
         if len(paths) > 1:
             # Never above the folder that is asked for.
             stem = Path(*(part for part in path.parent.parts if part not in ("..", path.anchor)), stem)
         taken[stem] = taken.get(stem, 0) + 1
         told = f"{stem.name}-report" if taken[stem] == 1 else f"{stem.name}-report-{taken[stem]}"
-        folders.append((out or Path()) / stem.with_name(told))
+        folders.append(stem.with_name(told))
     return folders
 
 
@@ -252,13 +249,22 @@ class _Job(Struct, frozen=True):
     log: str
     name: str
     """What it is called."""
-    folder: Path
-    """Where its report goes, …"""
+    below: Path
+    """Folder of its report, …"""
+    out: Path | None
+    """… below this one, which is that folder itself for a single log, …"""
     written: bool
     """… if it has one."""
     request: _Request
     count: int
     """How many logs there are."""
+
+    @property
+    def folder(self) -> Path:
+        """Where its report goes."""
+        if self.out is None:
+            return self.below
+        return self.out if self.count == 1 else self.out / self.below
 
 
 class _Told(Struct, frozen=True):
@@ -284,8 +290,8 @@ def _analyze_one(job: _Job) -> _Told:
     try:
         readings = request.read(**source_of(job.log, name))
         analysis = analyze_readings(readings, request.options)
-        files = _report_files(analysis, request, folder) if job.written else {}
-        text = _formatted(analysis, request, job.count, folder)
+        files = _report_files(analysis, request) if job.written else {}
+        text = _formatted(analysis, request, job.below if job.count > 1 else None)
     except GyroError as error:
         return _without_answer(name, readings, request, error.exit_code, error.diagnostics)
     except Exception as error:
@@ -333,18 +339,19 @@ def _without_answer(
     return _Told(code, json_text(made, indent=2 if request.form == "json" else None), diagnostics)
 
 
-def _formatted(analysis: Analysis, request: _Request, count: int, folder: Path) -> str:
+def _formatted(analysis: Analysis, request: _Request, below: Path | None = None) -> str:
+    """Write a log in the form that is asked for; `below`: the folder of its report where there are several logs."""
     from gyrodata import reporting
 
     form = request.form
-    after = "\n" if count > 1 else ""
+    after = "" if below is None else "\n"
     if form == "text":
         return reporting.summary(analysis, request.values, request.verbose) + after
     if form == "markdown":
         from urllib.parse import quote
 
         # That of one log belongs where the figures are, that of several beside their folders.
-        place = quote(os.fsencode(f"{folder.name}/")) if count > 1 else ""
+        place = "" if below is None else quote(os.fsencode(f"{below.as_posix()}/"))
         figures = f"{place}{{}}.{_shown(request)}"
         return reporting.markdown_report(analysis, request.values, figures, _alternatives(analysis)) + after
     if form == "latex":
@@ -354,7 +361,7 @@ def _formatted(analysis: Analysis, request: _Request, count: int, folder: Path) 
     return reporting.json_text(analysis.to_dict(), indent=2 if form == "json" else None)
 
 
-def _report_files(analysis: Analysis, request: _Request, folder: Path) -> dict[str, bytes]:
+def _report_files(analysis: Analysis, request: _Request) -> dict[str, bytes]:
     """Make every file of the report in memory, so that a fault half-way leaves nothing behind."""
     from gyrodata import plotting, reporting
 
@@ -370,7 +377,7 @@ def _report_files(analysis: Analysis, request: _Request, folder: Path) -> dict[s
     page = reporting.report_page(analysis, drawn[shown], shown, _alternatives(analysis), looks)
     contents = {f"{name}.{one}": data for one in files for name, data in drawn[one].items()}
     if document:
-        contents[document] = _formatted(analysis, request, 1, folder).encode()
+        contents[document] = _formatted(analysis, request).encode()
     contents["report.html"] = page.encode()
     contents["results.json"] = reporting.json_text(analysis.to_dict()).encode()
     contents["runs.csv"] = reporting.runs_csv(analysis).encode()

@@ -51,12 +51,12 @@ QUICK = Effort(
     budget=0.06,
     repeats=5,
     precessions=100,
-    labs=240,
+    labs=200,
     grid=8,
     fine_grid=36,
     swings=3,
     draws=8,
-    curve_labs=50,
+    curve_labs=40,
 )
 """Less than a minute."""
 

@@ -6,9 +6,11 @@ here is emitted and declared.
 
 from __future__ import annotations
 
+import os
 from base64 import b64encode
 from collections.abc import Mapping
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -202,6 +204,14 @@ class Analysis(Struct, frozen=True, eq=False):
     def plot(self, name: str = "torque", ax: Any = None) -> Any:
         """Draw one of the figures ("period", "product", "torque", "residuals") on axes of matplotlib; give them."""
         return _above("plotting").plot_on(self, name, ax)
+
+    def report(self, folder: str | os.PathLike[str]) -> Path:
+        """Write the page, the figures and the data of ``gyro analyze`` into a folder; give the page's path."""
+        target = Path(folder)
+        target.mkdir(parents=True, exist_ok=True)
+        for name, data in _above("reporting").report_files(self).items():
+            (target / name).write_bytes(data)
+        return target / "report.html"
 
     def _repr_html_(self) -> str:
         from html import escape

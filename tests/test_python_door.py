@@ -91,6 +91,12 @@ class TestPictures:
         with pytest.raises(ValueError, match="did you mean 'torque'"):
             lab.plot("torq", ax=Figure().add_subplot())
 
+    def test_a_report_is_that_of_the_command(self, lab: Analysis, tmp_path: Path) -> None:
+        page = lab.report(tmp_path / "new" / "report")
+        kept = SAMPLE.parent / "air_gyroscope-report"
+        assert sorted(path.name for path in page.parent.iterdir()) == sorted(path.name for path in kept.iterdir())
+        assert page.read_text(encoding="utf-8").startswith("<!doctype html>")
+
     def test_in_a_notebook(self) -> None:
         shown = gyrodata.analyze(SAMPLE.read_bytes().replace(b"no weight", b"<b>"), name="<i>.csv")._repr_html_()
         assert shown.count("data:image/png;base64,") == 1

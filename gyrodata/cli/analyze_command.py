@@ -290,7 +290,7 @@ def _analyze_one(job: _Job) -> _Told:
     try:
         readings = request.read(**source_of(job.log, name))
         analysis = analyze_readings(readings, request.options)
-        files = _report_files(analysis, request) if job.written else {}
+        files = _files(analysis, request) if job.written else {}
         text = _formatted(analysis, request, job.below if job.count > 1 else None)
     except GyroError as error:
         return _without_answer(name, readings, request, error.exit_code, error.diagnostics)
@@ -352,8 +352,8 @@ def _formatted(analysis: Analysis, request: _Request, below: Path | None = None)
 
         # That of one log belongs where the figures are, that of several beside their folders.
         place = "" if below is None else quote(os.fsencode(f"{below.as_posix()}/"))
-        figures = f"{place}{{}}.{_shown(request)}"
-        return reporting.markdown_report(analysis, request.values, figures, _alternatives(analysis)) + after
+        figures = f"{place}{{}}.{reporting.shown_form(request.figures)}"
+        return reporting.markdown_report(analysis, request.values, figures, reporting.alternatives(analysis)) + after
     if form == "latex":
         return reporting.latex_report(analysis, request.values)
     if form == "csv":
@@ -361,39 +361,10 @@ def _formatted(analysis: Analysis, request: _Request, below: Path | None = None)
     return reporting.json_text(analysis.to_dict(), indent=2 if form == "json" else None)
 
 
-def _report_files(analysis: Analysis, request: _Request) -> dict[str, bytes]:
-    """Make every file of the report in memory, so that a fault half-way leaves nothing behind."""
-    from gyrodata import plotting, reporting
+def _files(analysis: Analysis, request: _Request) -> dict[str, bytes]:
+    from gyrodata.reporting import report_files
 
-    form = request.figures
-    medium = plotting.MEDIA[request.style]
-    shown = _shown(request)
-    document = DOCUMENTS.get(request.form)
-    # Markdown shows no PDF either, and LaTeX includes no SVG.
-    beside: Figures = shown if request.form == "markdown" else "pdf" if form == "svg" else form
-    files = sorted({form, beside} if document else {form})
-    drawn = {one: plotting.render(analysis, one, medium) for one in {shown, *files}}
-    looks = plotting.list_looks(analysis, medium.grey_safe)
-    page = reporting.report_page(analysis, drawn[shown], shown, _alternatives(analysis), looks)
-    contents = {f"{name}.{one}": data for one in files for name, data in drawn[one].items()}
-    if document:
-        contents[document] = _formatted(analysis, request).encode()
-    contents["report.html"] = page.encode()
-    contents["results.json"] = reporting.json_text(analysis.to_dict()).encode()
-    contents["runs.csv"] = reporting.runs_csv(analysis).encode()
-    return contents
-
-
-def _shown(request: _Request) -> Literal["png", "svg"]:
-    """Choose what a browser and a reader of Markdown show: no PDF."""
-    return "png" if request.figures == "png" else "svg"
-
-
-def _alternatives(analysis: Analysis) -> dict[str, str]:
-    """Say in words what each figure shows."""
-    from gyrodata import plotting
-
-    return {name: plotting.alt_text(analysis, name) for name in plotting.FIGURES}
+    return report_files(analysis, request.figures, request.style, DOCUMENTS.get(request.form, ""), request.values)
 
 
 def _stem(name: str) -> str:

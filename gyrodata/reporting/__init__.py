@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from gyrodata.reporting.data import csv_cell, json_text, runs_csv, table_header, table_rows, unanswered_row
+    from gyrodata.reporting.files import alternatives, report_files, shown_form
     from gyrodata.reporting.latex import latex_report
     from gyrodata.reporting.markdown import markdown_report
     from gyrodata.reporting.page import report_page
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from gyrodata.reporting.values import count_text, inertia_text, number_text, p_text, power_of_ten
 
 __all__ = [
+    "alternatives",
     "check_text",
     "count_text",
     "csv_cell",
@@ -38,8 +40,10 @@ __all__ = [
     "number_text",
     "p_text",
     "power_of_ten",
+    "report_files",
     "report_page",
     "runs_csv",
+    "shown_form",
     "summary",
     "table_header",
     "table_rows",
@@ -49,6 +53,7 @@ __all__ = [
 ]
 
 _HOMES = {
+    **dict.fromkeys(("alternatives", "report_files", "shown_form"), "files"),
     "latex_report": "latex",
     "markdown_report": "markdown",
     "report_page": "page",

@@ -165,15 +165,11 @@ def test_a_file_name_that_is_no_utf_8(tmp_path: Path) -> None:
     assert json.loads(missing.stdout.decode("utf-8"))["input"]["name"] == "o?.csv"
 
 
-@pytest.mark.parametrize("encoding", ["cp1252", "cp437", "ascii", "koi8-r"])
-def test_what_goes_into_a_file_is_utf_8_on_every_system(encoding: str, tmp_path: Path) -> None:
-    for form in ("text", "markdown", "latex", "csv", "json"):
-        line = [sys.executable, "-m", "gyrodata", "analyze", str(SAMPLE), "--no-report", "--format", form]
-        done = [
-            subprocess.run(line, capture_output=True, env={**os.environ, "PYTHONIOENCODING": how}, check=True).stdout
-            for how in ("utf-8", encoding)
-        ]
-        assert done[0] == done[1]
+@pytest.mark.parametrize(("encoding", "form"), [("cp1252", "text"), ("cp437", "csv"), ("ascii", "markdown")])
+def test_what_goes_into_a_file_is_utf_8_on_every_system(encoding: str, form: str) -> None:
+    line = [sys.executable, "-m", "gyrodata", "analyze", str(SAMPLE), "--no-report", "--format", form]
+    done = subprocess.run(line, capture_output=True, env={**os.environ, "PYTHONIOENCODING": encoding}, check=True)
+    assert done.stdout.decode("utf-8") == CliRunner().invoke(app, line[3:]).stdout
 
 
 @pytest.mark.parametrize("encoding", ["cp1252", "cp437", "ascii", "koi8-r", "utf-8"])

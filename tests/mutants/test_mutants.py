@@ -15,7 +15,7 @@ from mutants import __main__ as mutants
 def test_each_is_another_program(room: str) -> None:
     found = list(mutants.places(room))
     assert len(found) > 200
-    for path, node, other in found[::40]:
+    for path, node, other in found[:: len(found) // 12]:
         text, _ = mutants.written(path, node, other)
         before = ast.dump(ast.parse(path.read_text(encoding="utf-8")))
         assert ast.dump(ast.parse(text)) != before

@@ -547,11 +547,11 @@ REPORT_CANNOT_BE_WRITTEN = _error(
     "analyze log.csv --out /dev/null",
     "choose a folder that can be written to with --out",
 )
-VALUES_NOT_FOR_FORMAT = _error(
+OPTION_NOT_FOR_FORMAT = _error(
     "G604",
-    "values are not words in this form",
+    "an option for another form",
     "analyze log.csv --format csv --values short",
-    "leave --values out, or take --format text, markdown or latex",
+    "leave --values out, or take --format text, markdown or latex; --table is for --format csv",
 )
 CANNOT_BE_WATCHED = _error(
     "G605",

@@ -127,6 +127,14 @@ def test_a_row_for_each_log_says_what_the_json_says(same_names: Path) -> None:
         assert float(row["without_u"]) == group["without"]["u"]
 
 
+def test_a_table_for_another_form_is_refused_and_the_way_out_works(same_names: Path) -> None:
+    done = run("analyze", LABS[0], "--table", "logs")
+    assert done.exit_code == 2
+    assert "error G604: --table logs is for --format csv\n   add --format csv, or leave --table out" in done.stderr
+    assert run("analyze", LABS[0], "--table", "logs", "--format", "csv").stdout.count("\n") == 2
+    assert run("analyze", LABS[0], "--no-report").exit_code == 0
+
+
 def test_reports_of_one_name_lie_apart(same_names: Path) -> None:
     run("analyze", *LABS[:2], "-o", "outs")
     assert sorted(path.as_posix() for path in Path("outs").rglob("results.json")) == [

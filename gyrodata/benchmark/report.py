@@ -71,7 +71,7 @@ def run_benchmark(
         motion=run_motion(effort, clock, seed, part(0.0, 0.25), wall),
         orders=find_orders(effort),
         drifts=watch_drift(effort, part(0.25, 0.3)),
-        trials=run_trials(effort, clock, seed, part(0.3, 0.5)),
+        trials=run_trials(effort, clock, seed, part(0.3, 0.5), wall),
         curves=follow_fits(effort, seed, part(0.5, 0.7)),
         roots=map_roots(effort),
         integrators=map_integrators(effort, part(0.7, 0.8)),
@@ -109,7 +109,7 @@ def csv_tables(benchmark: Benchmark) -> dict[str, str]:
     trials = [
         (
             panel.scene.name, panel.labs, panel.bound, panel.bound_balanced, trial.estimator,
-            *((trial.time.least, trial.time.low, trial.time.high) if trial.time else (None,) * 3),
+            *((trial.time.seconds, *trial.time.quartiles) if trial.time else (None,) * 3),
             *_scored(trial), trial.ratio, trial.ratio_u, trial.better, trial.failed,
         )
         for panel in benchmark.trials
@@ -400,7 +400,7 @@ def _outcome(panel: TrialPanel) -> str:
 def _costs(panels: Iterable[TrialPanel]) -> list[str]:
     """What a recommended fit takes, where it was timed."""
     timed = [(panel, panel.recommended.time) for panel in panels if panel.scene.name in CHARTED]
-    return [f"{time_text(time.least)} ({panel.scene.title})" for panel, time in timed if time]
+    return [f"{time_text(time.seconds)} ({panel.scene.title})" for panel, time in timed if time]
 
 
 def _least_digits(curves: Sequence[DigitCurve]) -> list[Sequence[str]]:

@@ -34,6 +34,7 @@ from gyrodata.benchmark.estimators import (
     stated_errors,
     straight_line,
 )
+from gyrodata.benchmark.timing import Task, Timing, time_in_turns
 from gyrodata.errors import GyroError
 from gyrodata.measurements import Measurements, measure, select
 from gyrodata.physics import RPM, Floats
@@ -173,14 +174,6 @@ CHARTED = ("usual", "both sides", "threefold", "miscount")
 """Of these time is taken too, for a chart of speed against accuracy."""
 
 
-class Time(Struct, frozen=True):
-    """What one fit costs [s]: the least of several rounds, and the quartiles."""
-
-    least: float
-    low: float
-    high: float
-
-
 class Trial(Struct, frozen=True):
     """One estimator in one kind of lab."""
 
@@ -199,7 +192,7 @@ class Trial(Struct, frozen=True):
     """RMSE over that of the recommended fit in the same labs [1]."""
     ratio_u: float
     """Its standard error [1]."""
-    time: Time | None
+    time: Timing | None
     """None where it was not taken."""
     failed: int
     """Labs without an answer."""
@@ -283,13 +276,17 @@ class TrialPanel(Struct, frozen=True):
 _TIMED_LABS = 2
 
 
-def run_trials(effort: Effort, clock: Clock, seed: int = 1, progress: Progress | None = None) -> list[TrialPanel]:
+def run_trials(
+    effort: Effort, clock: Clock, seed: int = 1, progress: Progress | None = None, wall: Clock | None = None
+) -> list[TrialPanel]:
     """Try every estimator in every kind of lab."""
     panels = []
     for i, scene in enumerate(SCENES):
         labs = scene.draw(effort.labs, seed)
-        times = _take_times(labs, clock, effort.repeats + 2) if scene.name in CHARTED else {}
-        trials = judge(apply_all(ESTIMATORS, labs), times)
+        # First, for what it loads is no part of anybody's time.
+        answers = apply_all(ESTIMATORS, labs)
+        times = _take_times(labs, effort.repeats + 2, clock, wall or clock) if scene.name in CHARTED else {}
+        trials = judge(answers, times)
         panels.append(TrialPanel(scene, len(labs.time), scene.bound(), scene.bound(balanced=True), trials))
         if progress is not None:
             progress((i + 1) / len(SCENES))
@@ -302,28 +299,21 @@ def apply_all(estimators: Mapping[str, Estimator], labs: Measurements) -> dict[s
         return {name: estimate(labs) for name, estimate in estimators.items()}
 
 
-def _take_times(labs: Measurements, clock: Clock, rounds: int) -> dict[str, Time]:
+def _take_times(labs: Measurements, rounds: int, clock: Clock, wall: Clock) -> dict[str, Timing]:
     """Time fits of one lab at a time, every estimator once in each round."""
     several = [one_lab(labs, lab) for lab in range(min(_TIMED_LABS, len(labs.time)))]
-    seconds: dict[str, list[float]] = {name: [] for name in ESTIMATORS}
-    # What the first round loads is no part of anybody's time.
-    for turn in range(rounds + 1):
-        for name, estimate in ESTIMATORS.items():
-            with np.errstate(all="ignore"):
-                begun = clock()
-                for measured in several:
-                    # A log is read anew each time.
-                    estimate(replace(measured))
-                spent = (clock() - begun) / len(several)
-            if turn:
-                seconds[name].append(max(spent, 1e-9))
-    return {
-        name: Time(min(times), *(float(part) for part in np.quantile(times, (0.25, 0.75))))
-        for name, times in seconds.items()
-    }
+
+    def fit_all(estimate: Estimator) -> None:
+        with np.errstate(all="ignore"):
+            for measured in several:
+                # A log is read anew each time.
+                estimate(replace(measured))
+
+    tasks = [Task(partial(fit_all, estimate), share=1 / len(several)) for estimate in ESTIMATORS.values()]
+    return dict(zip(ESTIMATORS, time_in_turns(tasks, rounds, clock, wall), strict=True))
 
 
-def judge(answers: Mapping[str, Answer], times: Mapping[str, Time] | None = None) -> tuple[Trial, ...]:
+def judge(answers: Mapping[str, Answer], times: Mapping[str, Timing] | None = None) -> tuple[Trial, ...]:
     """Compare the answers with the truth, and the squared errors lab by lab with those of the recommended fit."""
     truth = Truth().inertia
     mine = (answers["recommended"].value / truth - 1) ** 2

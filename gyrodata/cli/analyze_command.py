@@ -25,7 +25,7 @@ from gyrodata.cli.terminal import (
     write_folder,
     write_out,
 )
-from gyrodata.diagnostics import CANNOT_BE_WATCHED, FORMAT_FOR_ONE_LOG, VALUES_NOT_FOR_FORMAT
+from gyrodata.diagnostics import CANNOT_BE_WATCHED, FORMAT_FOR_ONE_LOG, OPTION_NOT_FOR_FORMAT
 from gyrodata.errors import Diagnostic, GyroError
 
 if TYPE_CHECKING:
@@ -108,7 +108,7 @@ def analyze(
     of gyro itself, which costs that log only.
     """
     given = {"set": pairs(settings, "--set"), "map": pairs(mapping, "--map")}
-    _refuse_what_does_not_go_together(logs, form, values, out, watched)
+    _refuse_what_does_not_go_together(logs, form, table, values, out, watched)
     if scale_by_birge:
         raise typer.BadParameter(
             "u holds the scatter of the runs already, wherever it is larger than stated; leave this option away",
@@ -162,7 +162,7 @@ def analyze(
 
 
 def _refuse_what_does_not_go_together(
-    logs: Sequence[str], form: Format, values: Writing, out: Path | None, watched: bool
+    logs: Sequence[str], form: Format, table: Table, values: Writing, out: Path | None, watched: bool
 ) -> None:
     several = len(logs) > 1
     if form == "json" and several:
@@ -175,7 +175,10 @@ def _refuse_what_does_not_go_together(
         )
     if values == "short" and form in ("json", "ndjson", "csv"):
         message = f"--values short is not for --format {form}, where value and u are numbers of their own"
-        refuse(VALUES_NOT_FOR_FORMAT, message, "leave it out, or use --format text, markdown or latex")
+        refuse(OPTION_NOT_FOR_FORMAT, message, "leave it out, or use --format text, markdown or latex")
+    if table != "runs" and form != "csv":
+        hint = "add --format csv, or leave --table out"
+        refuse(OPTION_NOT_FOR_FORMAT, f"--table {table} is for --format csv", hint)
     if watched and (several or logs[0] == "-" or form != "text" or out):
         refuse(
             CANNOT_BE_WATCHED,

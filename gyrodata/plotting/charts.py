@@ -394,7 +394,7 @@ def _draw_trials(panels: Sequence[TrialPanel]) -> Figure:
     """Time for a fit against RMSE of I_zz in four kinds of lab, coverage as colour, with the Cramér–Rao bound."""
     shown = [panel for panel in panels if panel.scene.name in CHARTED]
     figure = _figure(7.6)
-    times = [trial.time.least for panel in shown for trial in panel.trials if trial.time]
+    times = [trial.time.seconds for panel in shown for trial in panel.trials if trial.time]
     limits = min(times) / 2.5, max(times) * 2.5
     for i, panel in enumerate(shown):
         row, column = divmod(i, 2)
@@ -437,16 +437,16 @@ def _draw_trial_panel(ax: Axes, panel: TrialPanel, times: tuple[float, float], f
         colour, marker = _look(trial)
         mine = trial is panel.recommended
         spread = 2 * trial.rmse_u
-        ax.plot([time.least, time.high], [trial.rmse] * 2, color=colour, linewidth=0.8, zorder=3)
-        ax.plot([time.low], [trial.rmse], marker="|", color=colour, markersize=4, zorder=3)
-        ax.plot([time.least] * 2, [max(trial.rmse - spread, limits[0]), trial.rmse + spread], color=colour,
+        ax.plot([time.seconds, time.quartiles[1]], [trial.rmse] * 2, color=colour, linewidth=0.8, zorder=3)
+        ax.plot([time.quartiles[0]], [trial.rmse], marker="|", color=colour, markersize=4, zorder=3)
+        ax.plot([time.seconds] * 2, [max(trial.rmse - spread, limits[0]), trial.rmse + spread], color=colour,
                 linewidth=0.8, zorder=3)  # fmt: skip
         ax.plot(
-            [time.least], [trial.rmse], marker=marker, color=colour, markersize=9 if mine else 6,
+            [time.seconds], [trial.rmse], marker=marker, color=colour, markersize=9 if mine else 6,
             markeredgecolor=INK if mine else "white", markeredgewidth=1.2 if mine else 0.5, zorder=7,
         )  # fmt: skip
     names = {i: trial.estimator for i, (trial, _) in enumerate(trials)}
-    seconds = np.array([time.least for _, time in trials])
+    seconds = np.array([time.seconds for _, time in trials])
     bold = [i for i, (trial, _) in enumerate(trials) if trial is panel.recommended]
     name_dots(ax, seconds, errors, names, bold=bold)
     head(ax, f"{panel.scene.title}: {panel.outcome}", f"{panel.scene.words}; {panel.labs} labs")

@@ -226,7 +226,7 @@ def test_limits(data, code):
 
 
 @pytest.mark.parametrize(
-    "data", [b"\n" * 5_000_000, b",\n" * 3_000_000, b"#" * 9_000_000, b"# a: b\n" * 500_000, b"( " * 4000]
+    "data", [b"\n" * 5_000_000, b",\n" * 3_000_000, b"#" * 9_000_000, b"# a: b\n" * 100_000, b"( " * 4000]
 )
 def test_large_nothings(data):
     read(data)

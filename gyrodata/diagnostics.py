@@ -577,6 +577,12 @@ HAND_IN_AS_IT_IS = _error(
     "check log.csv --hand-in --set turns=1",
     "leave the option out, and write what it says into the log: # turns: 1",
 )
+FOLDER_IN_USE = _error(
+    "G609",
+    "another gyro writes into the same folder",
+    "grade class, twice at the same time",
+    "wait until the other is done, then run it again; or choose another folder with --out",
+)
 
 # gyro predict
 OPTION_IS_NO_QUANTITY = _error(
@@ -873,12 +879,6 @@ WORKSHEET_CANNOT_TAKE_POINTS = _error(
 )
 
 # the run of a class
-NO_PROCESS_CAN_BE_STARTED = _error(
-    "G761",
-    "no process can be started to work in",
-    "grade class, with no process left",
-    "run it again with fewer programs open",
-)
 JOURNAL_LINES_LOST = _note(
     "G762",
     "lines of the journal cannot be read",

@@ -19,6 +19,7 @@ from msgspec.structs import asdict
 
 from gyrodata import __version__
 from gyrodata.comparisons import Ball, Constancy, Exponent, NamedFit, Pattern, PowerLaw, Run, Sensitivity, Torque
+from gyrodata.disk import write_folder
 from gyrodata.effects import Effect
 from gyrodata.errors import Diagnostic
 from gyrodata.findings import Doubt
@@ -208,9 +209,7 @@ class Analysis(Struct, frozen=True, eq=False):
     def report(self, folder: str | os.PathLike[str]) -> Path:
         """Write the page, the figures and the data of ``gyro analyze`` into a folder; give the page's path."""
         target = Path(folder)
-        target.mkdir(parents=True, exist_ok=True)
-        for name, data in _above("reporting").report_files(self).items():
-            (target / name).write_bytes(data)
+        write_folder(target, _above("reporting").report_files(self))
         return target / "report.html"
 
     def _repr_html_(self) -> str:

@@ -15,15 +15,12 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
-from itertools import islice
+from contextlib import ExitStack, contextmanager, suppress
+from itertools import chain, islice
 from multiprocessing.connection import Connection, wait
 from typing import Any, Generic, TypeVar
 
 from msgspec import Struct
-
-from gyrodata.diagnostics import NO_PROCESS_CAN_BE_STARTED
-from gyrodata.errors import InputError
 
 Task = TypeVar("Task")
 Answer = TypeVar("Answer")
@@ -55,14 +52,14 @@ def in_workers(
 
     `work` is sent to each worker once, so that it must be picklable, as tasks and answers must be. `limit` is the time
     for one task [s]. `preload` names modules that are loaded once for all workers, where the system can. Without
-    workers all is done in this process, where nothing stops a task that hangs.
+    workers all is done in this process, where nothing stops a task that hangs. Where no process can be started, for
+    want of memory as a rule, the work is done here too: slowly, but it is done.
     """
     if not workers:
         for task in tasks:
-            fine, answer = _try(work, task)
-            yield task, answer if fine else Failed(answer)
+            yield task, _here(work, task, 0.0)
         return
-    pool = _Pool(work, tasks, workers, limit, preload)
+    pool = _Pool(work, tasks, min(workers, _most_workers()), limit, preload)
     try:
         yield from pool.run()
     finally:
@@ -96,6 +93,35 @@ def _try(work: Callable[[Any], Any], task: Any) -> tuple[bool, Any]:
     except Exception as error:
         # Whatever breaks on one task is told there, and the others go on.
         return False, f"the tool broke on it ({type(error).__name__}: {str(error)[:200]})"
+
+
+class _TookTooLong(BaseException):
+    """Of an alarm; nothing that a task catches."""
+
+
+def _here(work: Callable[[Task], Answer], task: Task, limit: float) -> Answer | Failed:
+    """Do a task in this process, within its time where the system has alarms; with 0 s there is no limit."""
+
+    def ring(*_: object) -> None:
+        raise _TookTooLong
+
+    timed = limit and hasattr(signal, "SIGALRM") and threading.current_thread() is threading.main_thread()
+    before = signal.signal(signal.SIGALRM, ring) if timed else None
+    try:
+        if timed:
+            _alarm(limit)
+        fine, answer = _try(work, task)
+    except _TookTooLong:
+        return _late(limit)
+    finally:
+        if timed:
+            _alarm(0.0)
+            signal.signal(signal.SIGALRM, before)
+    return answer if fine else Failed(str(answer))
+
+
+def _late(limit: float) -> Failed:
+    return Failed(f"it took over {limit:g} s")
 
 
 def _limit_memory() -> None:
@@ -177,6 +203,10 @@ class _Pool(Generic[Task, Answer]):
                     continue
                 if done is not None:
                     yield done
+        # Where no process can be started, there is work left; what ended a process may end this one too.
+        ended = Failed("its process ended, and no other could be started")
+        for task, tries in chain(self.waiting, ((task, 1) for task in self.tasks)):
+            yield task, _here(self.work, task, self.limit) if tries == 1 else ended
 
     def close(self) -> None:
         """Stop all workers, in the middle of a task too."""
@@ -189,13 +219,14 @@ class _Pool(Generic[Task, Answer]):
         self.waiting.extend((task, 1) for task in islice(self.tasks, max(0, self.most - len(self.waiting))))
         while len(self.workers) < min(self.most, len(self.waiting) + at_work):
             try:
-                self.workers.append(_Worker(self.context, self.work, self.limit))
-            except OSError as error:
-                self._make_do(error.strerror or str(error))
+                with _unheard():
+                    self.workers.append(_Worker(self.context, self.work, self.limit))
+            except (OSError, EOFError):  # from a server that could not fork
+                self._make_do(len(self.workers))
         for worker in self.workers:
             if self.waiting and worker.started and worker.task is None:
                 worker.give(self.waiting.popleft())
-        if not self.waiting and not any(worker.task for worker in self.workers):
+        if not self.waiting and not any(worker.task is not None for worker in self.workers):
             return []
         return [worker for worker in self.workers if worker.task is not None or not worker.started]
 
@@ -208,6 +239,7 @@ class _Pool(Generic[Task, Answer]):
         self.failed_starts = 0  # a process works here, so that others can be started
         if worker.task is None:
             worker.started = True
+            self.most = max(self.most, 1)
             return None
         (task, _), worker.task = worker.task, None
         return task, answer if fine else Failed(answer)
@@ -218,8 +250,8 @@ class _Pool(Generic[Task, Answer]):
         how = worker.stop(patience=5.0)
         if worker.task is None:
             self.failed_starts += 1
-            if self.failed_starts > self.most + TRIES:
-                self._make_do(how)
+            if self.failed_starts > TRIES:
+                self._make_do(sum(worker.started for worker in self.workers))
             return None
         task, tries = worker.task
         if tries < TRIES:
@@ -227,19 +259,18 @@ class _Pool(Generic[Task, Answer]):
             return None
         return task, Failed(how)
 
-    def _make_do(self, why: str) -> None:
-        """Go on with the workers that have started, where no more can be; a machine short of memory grades slowly."""
-        self.failed_starts, self.most = 0, sum(worker.started for worker in self.workers)
-        if not self.most:
-            raise _no_process(why)
+    def _make_do(self, there: int) -> None:
+        """Go on with the workers that are there, or try half as many at once; a machine short of memory is slow."""
+        self.failed_starts, self.most = 0, max(there, self.most // 2)
 
     def _give_up(self, worker: _Worker[Task]) -> tuple[Task, Answer | Failed] | None:
         """Stop a worker that takes too long."""
         self.workers.remove(worker)
         worker.stop()
         if worker.task is None:
-            raise _no_process(f"none had started after {START:g} s")
-        return worker.task[0], Failed(f"it took over {self.limit:g} s")
+            self._make_do(sum(worker.started for worker in self.workers))
+            return None
+        return worker.task[0], _late(self.limit)
 
 
 def start_context(preload: Sequence[str]) -> Any:
@@ -255,9 +286,36 @@ def start_context(preload: Sequence[str]) -> Any:
 
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(list(preload))
-    with _uninterrupted():
+    # Should it fail, the first worker tells.
+    with suppress(OSError), _uninterrupted(), _unheard():
         forkserver.ensure_running()
     return context
+
+
+def _most_workers() -> int:
+    """Tell for how many workers the descriptors of this process suffice: each takes three, all else a dozen."""
+    if os.name != "posix":
+        return sys.maxsize
+    import resource
+
+    files = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
+    return sys.maxsize if files == resource.RLIM_INFINITY else max(1, (files - 20) // 4)
+
+
+@contextmanager
+def _unheard() -> Iterator[None]:
+    """Start processes that write no trace of what they miss to standard error: that is told here."""
+    with ExitStack() as end:
+        # Without a stream of errors, or a descriptor to spare, they are started all the same.
+        with suppress(OSError):
+            kept = os.dup(2)
+            end.callback(os.close, kept)
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            end.callback(os.close, nowhere)
+            if not os.environ.get("GYRO_DEBUG"):
+                os.dup2(nowhere, 2)
+                end.callback(os.dup2, kept, 2)
+        yield
 
 
 @contextmanager
@@ -271,8 +329,3 @@ def _uninterrupted() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGINT, before)
-
-
-def _no_process(why: str) -> InputError:
-    message = f"no process can be started to work in: {why}"
-    return InputError.of(NO_PROCESS_CAN_BE_STARTED, message, "close other programs, then run it again")

@@ -13,6 +13,7 @@ SHELVES = {
     "diagnostics": -1,
     "docs": -1,
     "errors": 0,
+    "disk": 1,
     "units": 0,
     "workers": 1,
     "quantities": 1,

@@ -22,10 +22,10 @@ from gyrodata.cli.terminal import (
     refuse,
     short_paths,
     source_of,
-    write_folder,
     write_out,
 )
-from gyrodata.diagnostics import CANNOT_BE_WATCHED, FORMAT_FOR_ONE_LOG, OPTION_NOT_FOR_FORMAT
+from gyrodata.diagnostics import CANNOT_BE_WATCHED, FORMAT_FOR_ONE_LOG, OPTION_NOT_FOR_FORMAT, REPORT_CANNOT_BE_WRITTEN
+from gyrodata.disk import clear, telling, write_folder, write_whole
 from gyrodata.errors import Diagnostic, GyroError
 
 if TYPE_CHECKING:
@@ -157,7 +157,10 @@ def analyze(
             typer.echo(f"report: {told.report}", err=True)
         worst = max(worst, told.code)
     if file is not None:
-        write_folder(file.parent, {file.name: "".join([header, *whole]).encode()})
+        with telling(file.parent, REPORT_CANNOT_BE_WRITTEN):
+            # Others may write into this folder at the same time, each a file of its own.
+            clear(file.parent)
+            write_whole(file, ["".join([header, *whole]).encode()])
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
 
 
@@ -302,7 +305,8 @@ def _analyze_one(job: _Job) -> _Told:
     if not job.written:
         return _Told(0, text, analysis.diagnostics)
     try:
-        write_folder(folder, files)
+        with telling(folder, REPORT_CANNOT_BE_WRITTEN):
+            write_folder(folder, files)
     except GyroError as error:
         return _Told(error.exit_code, text, analysis.diagnostics, not_written=error.diagnostics)
     return _Told(0, text, analysis.diagnostics, report=str(folder / DOCUMENTS.get(request.form, "report.html")))

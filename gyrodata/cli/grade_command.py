@@ -6,6 +6,7 @@ import os
 import shlex
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -14,11 +15,13 @@ import typer
 
 from gyrodata.cli.terminal import complain, progress_bar, refuse, write_out
 from gyrodata.diagnostics import (
+    GRADES_FOLDER_CANNOT_BE_WRITTEN,
     GRADES_WITHIN_CLASS,
     NOTHING_TO_GRADE,
     OPTION_FILE_CANNOT_BE_READ,
     OPTION_NEEDS_A_FOLDER,
 )
+from gyrodata.disk import alone_in, telling, write_whole
 
 if TYPE_CHECKING:
     from gyrodata.errors import Diagnostic
@@ -98,8 +101,8 @@ def grade(
     A second run grades only what has changed, and says why. What you decide by hand is kept in desk.csv in the folder
     of the grades, with the columns student,what,value,by,why; lines to copy are in desk-todo.csv there.
 
-    Exit codes: 0 done; 1 done, with submissions that could not be graded; 2 usage, a rubric or desk.csv with a
-    mistake, or a class that cannot be read; 130 stopped by Ctrl-C.
+    Exit codes: 0 done; 1 done, with submissions that could not be graded or got no feedback; 2 usage, a rubric or
+    desk.csv with a mistake, or a class that cannot be read; 130 stopped by Ctrl-C.
     """
     asked = dict(locals())
     if print_rubric:
@@ -163,35 +166,44 @@ def grade(
         figures=folder / FIGURES if folder is not None and figures and not dry_run else None,
         progress=None if quiet else progress_bar(len(submissions.items), time.monotonic, "graded "),
     )
+    years = _earlier(previous or [])
+    at_work = ExitStack()
+    if folder is not None and not dry_run:
+        with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+            at_work.enter_context(alone_in(folder, ours=True))
+    lost: Sequence[str] = ()
     try:
-        found = grade_class(submissions, judged, options, exempt, _earlier(previous or []), desk, people)
+        found = grade_class(submissions, judged, options, exempt, years, desk, people)
         changes = changes_in(folder, found) if folder is not None else ()
         ours = Published(folder).ours(desk, found.names) if folder is not None and sheets else None
         filled = gradebooks.fill(found.grades, found.ids, ours)
         if not quiet:
             _tell(_told(found, options), _told_changes(changes, dry_run), _told_filled(filled))
         if folder is not None and not dry_run:
-            waiting, lost = _write(found, folder, filled, options, quiet)
-            if run is not None and not found.lost and not lost:
+            waiting, lost, changed = _write(found, folder, filled, options, quiet)
+            if run is not None and not (found.lost or lost or changed):
                 run.keep(found, waiting, [*submissions.diagnostics, *(exempt.diagnostics if exempt else ())])
     except KeyboardInterrupt:
         told = "what was done is kept, and the same command goes on from there"
         kept = options.journal is not None and options.keep
         _tell([f"{chr(10) if options.progress else ''}stopped; {told if kept else 'nothing is kept'}"])
         raise typer.Exit(130) from None
+    finally:
+        at_work.close()
     _print(found, changes if dry_run else None, form)
-    raise typer.Exit(1 if found.count("not graded") and not exit_zero else 0)
+    raise typer.Exit(1 if (found.count("not graded") or lost) and not exit_zero else 0)
 
 
 def autograde(
     root: Annotated[Path, typer.Argument(metavar="ROOT", help="What Gradescope lays down.")] = Path("/autograder"),
 ) -> None:
     """Grade the one submission that a running autograder of Gradescope has; called by its run_autograder."""
-    from gyrodata.grading import AUTOGRADER, grade_autograder, read_rubric, write_whole
+    from gyrodata.grading import AUTOGRADER, grade_autograder, read_rubric
 
     rubric = root / AUTOGRADER.rubric
     graded = grade_autograder(root, read_rubric(_read(rubric), rubric.name))
-    write_whole(root / AUTOGRADER.results, [graded.encode()])
+    with telling(root, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+        write_whole(root / AUTOGRADER.results, [graded.encode()])
 
 
 # --- what goes in -------------------------------------------------------------------------------------------
@@ -230,14 +242,16 @@ def _earlier(years: Sequence[Path]) -> dict[str, Fingerprint]:
 
 def _write_autograder(folder: Path, rubric: Path | None) -> Iterator[str]:
     """Write what is to be zipped for Gradescope, the scripts executable, and say what to do in Gradescope."""
-    from gyrodata.grading import autograder_files, read_rubric, write_whole
+    from gyrodata.grading import autograder_files, read_rubric
 
     data = _rubric_bytes(rubric)
     judged = read_rubric(data, "built-in rubric" if rubric is None else rubric.name)
-    for name, content in autograder_files(judged, data.decode("utf-8-sig")).items():
-        write_whole(folder / name, [content])
-        if content.startswith(b"#!"):
-            (folder / name).chmod(0o755)
+    files = autograder_files(judged, data.decode("utf-8-sig"))
+    with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+        for name, content in files.items():
+            write_whole(folder / name, [content])
+            if content.startswith(b"#!"):
+                (folder / name).chmod(0o755)
     by_hand = [criterion for criterion in judged.criteria if criterion.check == "manual"]
     points = judged.points - sum(criterion.points for criterion in by_hand)
     yield f"autograder: zip the files in {folder}, without a folder around them, and upload that"
@@ -307,17 +321,17 @@ def _usual_folder(home: Path) -> Path:
 
 def _write(
     found: ClassGrades, folder: Path, filled: Mapping[str, Filled], options: GradingOptions, quiet: bool
-) -> tuple[int, tuple[str, ...]]:
-    """Write the folder of the grades; count the lines that wait for a person, and say what could not be written."""
+) -> tuple[int, Sequence[str], Sequence[str]]:
+    """Write the folder of the grades; count the lines that wait for a person, and give what `write_feedback` says."""
     from gyrodata.grading import write_feedback, write_results
 
     waiting = write_results(found, folder, filled)
     bar = None if quiet else progress_bar(len(found.grades), time.monotonic, "feedback ")
-    lost = write_feedback(found, folder, options, bar)
-    _tell(lost)
+    lost, changed = write_feedback(found, folder, options, bar)
+    _tell(lost, changed)
     if not quiet:
         _tell(_told_where(folder, waiting))
-    return waiting, lost
+    return waiting, lost, changed
 
 
 def _print(found: ClassGrades, changes: Sequence[Change] | None, form: Form) -> None:

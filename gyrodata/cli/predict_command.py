@@ -11,13 +11,15 @@ import typer
 from msgspec import Struct
 
 from gyrodata.cli.options import MappingOption, PlainFormat, SettingsOption, example_of, pairs, quantity
-from gyrodata.cli.terminal import name_of, refuse, source_of, write_folder, write_out
+from gyrodata.cli.terminal import name_of, refuse, source_of, write_out
 from gyrodata.diagnostics import (
     OPTION_IS_NO_QUANTITY,
     OPTION_NOR_LOG_GIVEN,
     OPTION_NUMBER_IMPOSSIBLE,
+    REPORT_CANNOT_BE_WRITTEN,
     TORQUE_MISSING_OR_TWICE,
 )
+from gyrodata.disk import telling, write_folder
 
 if TYPE_CHECKING:
     from gyrodata.prediction import Answer
@@ -288,7 +290,8 @@ def earth(
     if out is not None:
         from gyrodata.plotting import render_earth
 
-        write_folder(out, {"earth.png": render_earth(at, times)})
+        with telling(out, REPORT_CANNOT_BE_WRITTEN):
+            write_folder(out, {"earth.png": render_earth(at, times)})
     _tell("earth", options, lab.notes, answer, form)
 
 

@@ -14,7 +14,7 @@ from typing import Any, NoReturn
 import typer
 from typer.core import TyperGroup
 
-from gyrodata.diagnostics import FAULT_OF_GYRO, REPORT_CANNOT_BE_WRITTEN, STREAM_CANNOT_BE_USED
+from gyrodata.diagnostics import FAULT_OF_GYRO, STREAM_CANNOT_BE_USED
 from gyrodata.errors import Diagnostic, GyroError, InputError, printable
 
 FAULT = 3
@@ -234,28 +234,3 @@ def names_of(paths: Sequence[Path], stdin: str = STDIN) -> list[str]:
 def name_of(log: str) -> str:
     """What a single log is called, whether it can be read or not."""
     return names_of(short_paths([log]))[0]
-
-
-def write_folder(folder: Path, contents: dict[str, bytes]) -> None:
-    """Write files into a folder, each one whole or not at all."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for name, data in contents.items():
-            unfinished = folder / f".{name}.{os.getpid()}.part"
-            # One that is there already, a link even, is not ours.
-            file = unfinished.open("xb")
-            try:
-                with file:
-                    file.write(data)
-                unfinished.replace(folder / name)
-            except OSError:
-                with suppress(OSError):
-                    unfinished.unlink()
-                raise
-    except OSError as error:
-        reason = error.strerror or str(error)
-        refuse(
-            REPORT_CANNOT_BE_WRITTEN,
-            f"the files cannot be written to {folder}: {reason}",
-            "choose another folder with --out",
-        )

@@ -9,14 +9,16 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gyrodata.cli.options import ConfigOption, MappingOption, PlainFormat, SettingsOption, pairs
-from gyrodata.cli.terminal import progress_bar, refuse, source_of, write_folder, write_out
+from gyrodata.cli.terminal import progress_bar, refuse, source_of, write_out
 from gyrodata.diagnostics import (
     CODE_PAGE_GUESSED,
     CODES,
     COMPRESSED_FILE_DAMAGED,
     EXPLAINED_CODE_UNKNOWN,
     NO_UNLOADED_RUN,
+    REPORT_CANNOT_BE_WRITTEN,
 )
+from gyrodata.disk import telling, write_folder
 from gyrodata.errors import GyroError
 
 if TYPE_CHECKING:
@@ -76,7 +78,8 @@ def benchmark(
     effort = QUICK if quick else FULL
     show = progress_bar(100)
     # A folder that cannot be written is better known before the minutes than after them.
-    write_folder(out, {})
+    with telling(out, REPORT_CANNOT_BE_WRITTEN):
+        write_folder(out, {})
     # Where the system counts CPU time in long ticks, the wall clock is the better one.
     fine = time.get_clock_info("process_time").resolution < 1e-5
     done = run_benchmark(
@@ -89,7 +92,8 @@ def benchmark(
     )
     words = reading(done, effort, seed)
     tables = {f"{name}.csv": table.encode() for name, table in csv_tables(done).items()}
-    write_folder(out, {**render_benchmark(done), **tables, "reading.md": words.encode()})
+    with telling(out, REPORT_CANNOT_BE_WRITTEN):
+        write_folder(out, {**render_benchmark(done), **tables, "reading.md": words.encode()})
     write_out(words)
     typer.echo(f"charts: {out}", err=True)
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from gyrodata.grading.forensics import Exemptions, Fingerprint, Flag, fingerprint, flag_class, read_exemptions
     from gyrodata.grading.grade import Decision, Grade, grade_submission, points_text, settle
     from gyrodata.grading.hand_in import read_hand_in
-    from gyrodata.grading.journal import Basis, Entry, Journal, why_again, write_changed, write_whole
+    from gyrodata.grading.journal import Basis, Entry, Journal, why_again
     from gyrodata.grading.lastrun import JOURNAL, digest_of, find_unchanged, keep_run
     from gyrodata.grading.late import duration_text, judge_lateness, parse_duration
     from gyrodata.grading.ledger import DESK, TODO, Desk, read_desk
@@ -59,8 +59,8 @@ __all__ = [
     "find_desk", "find_slips", "find_submissions", "find_unchanged", "fingerprint", "flag_class", "grade_autograder",
     "grade_class", "grade_lines", "grade_submission", "grades_csv", "grades_document", "judge_lateness", "keep_run",
     "own_runs", "parse_duration", "points_text", "read_answers", "read_desk", "read_exemptions", "read_hand_in",
-    "read_roster", "read_rubric", "read_sheet", "results_json", "rubric_shape", "settle", "why_again", "write_changed",
-    "write_feedback", "write_results", "write_whole",
+    "read_roster", "read_rubric", "read_sheet", "results_json", "rubric_shape", "settle", "why_again",
+    "write_feedback", "write_results",
 ]  # fmt: skip
 
 _HOMES = {
@@ -77,7 +77,7 @@ _HOMES = {
         "forensics": "Exemptions Fingerprint Flag fingerprint flag_class read_exemptions",
         "grade": "Decision Grade grade_submission points_text settle",
         "hand_in": "read_hand_in",
-        "journal": "Basis Entry Journal why_again write_changed write_whole",
+        "journal": "Basis Entry Journal why_again",
         "lastrun": "JOURNAL digest_of find_unchanged keep_run",
         "late": "duration_text judge_lateness parse_duration",
         "ledger": "DESK TODO Desk read_desk",

@@ -18,6 +18,8 @@ from types import MappingProxyType
 from msgspec import Struct
 from msgspec.structs import asdict, replace
 
+from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN
+from gyrodata.disk import file_name, telling, write_whole
 from gyrodata.errors import GyroError, insist_on_type
 from gyrodata.grading.exports import class_summary, grades_csv
 from gyrodata.grading.forensics import Exemptions, Fingerprint, Flag, flag_class
@@ -30,7 +32,7 @@ from gyrodata.grading.grade import (
     scatters_of,
     settle_one,
 )
-from gyrodata.grading.journal import Basis, Entry, Journal, bases_of, why_again, write_whole
+from gyrodata.grading.journal import Basis, Entry, Journal, bases_of, why_again
 from gyrodata.grading.ledger import NO_DESK, Desk
 from gyrodata.grading.roster import Roster
 from gyrodata.grading.rubric import Rubric, default_rubric, read_rubric
@@ -203,7 +205,9 @@ def _entry(
     content, figures = answer
     if options.figures is not None:
         for name, (data, _) in figures.items():
-            write_whole(figure_path(options.figures, item, name), [data])
+            with telling(options.figures, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+                # That a figure is there is all that the next run looks for.
+                write_whole(figure_path(options.figures, item, name), [data], private=True, sync=True)
     told = {name: words for name, (_, words) in figures.items()}
     return Entry(**asdict(basis), grade=from_json(content, Grade), figures=told)
 
@@ -213,7 +217,7 @@ def _entry(
 
 def figure_path(folder: Path, item: Submission, name: str) -> Path:
     """Say where a student's figure is."""
-    return folder / item.feedback_stem.replace("/", "_") / f"{name}.png"
+    return folder / file_name(item.feedback_stem) / f"{name}.png"
 
 
 def _why_figures(entry: Entry, item: Submission, options: GradingOptions) -> str:

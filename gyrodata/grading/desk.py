@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import re
 import zipfile
@@ -13,14 +14,14 @@ from pathlib import Path, PurePosixPath
 
 from msgspec import Struct
 
-from gyrodata.diagnostics import DESK_CANNOT_BE_READ
+from gyrodata.diagnostics import DESK_CANNOT_BE_READ, GRADES_FOLDER_CANNOT_BE_WRITTEN
+from gyrodata.disk import file_name, new_file, telling, write_changed, write_whole
 from gyrodata.errors import InputError
 from gyrodata.grading.classroom import PRELOAD, ClassGrades, GradingOptions, figure_path
 from gyrodata.grading.exports import TOTAL, Change, compare_tables, flags_csv, grades_document, read_table
 from gyrodata.grading.exports.class_page import class_page
 from gyrodata.grading.exports.gradebooks import Filled, Ours, fill_book
 from gyrodata.grading.grade import Grade, not_graded
-from gyrodata.grading.journal import cannot_write, write_changed, write_whole
 from gyrodata.grading.ledger import (
     DESK,
     NO_DESK,
@@ -75,13 +76,11 @@ class Gradebooks(Struct, frozen=True):
 
 def changes_in(folder: Path, found: ClassGrades) -> tuple[Change, ...] | None:
     """Say what changes in the table of grades of a folder; None where what is there is no such table."""
-    path = folder / TABLE
-    try:
-        before = path.read_bytes().decode("utf-8-sig", "replace")
-    except FileNotFoundError:
-        return ()
-    except OSError as error:
-        raise cannot_write(folder, error) from None
+    with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+        try:
+            before = (folder / TABLE).read_bytes().decode("utf-8-sig", "replace")
+        except FileNotFoundError:
+            return ()
     return () if before == found.table else compare_tables(before, found.table)
 
 
@@ -104,12 +103,10 @@ class Published:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        try:
+        with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
             self.there = (folder / TABLE).read_bytes() if (folder / TABLE).is_file() else None
             newest = folder / PUBLISHED / "newest.txt"
             self.newest = newest.read_text("ascii", "replace").strip() if newest.is_file() else ""
-        except OSError as error:
-            raise cannot_write(folder, error) from None
 
     def _path(self, *digests: str) -> Path:
         return self.folder / PUBLISHED / f"grades-{'-by-hand-'.join(digests)}.csv"
@@ -160,9 +157,9 @@ class Published:
     def keep(self, table: bytes) -> None:
         """Keep the table that is there, where somebody changed it, and the one that is to be written."""
         if self.edited and self.there is not None:
-            write_changed(self._path(*filter(None, (self.newest or "0", _digest(self.there)))), self.there)
-        write_changed(self._path(_digest(table)), table)
-        write_changed(self.folder / PUBLISHED / "newest.txt", f"{_digest(table)}\n".encode())
+            write_changed(self._path(*filter(None, (self.newest or "0", _digest(self.there)))), self.there, True, True)
+        write_changed(self._path(_digest(table)), table, True, True)
+        write_changed(self.folder / PUBLISHED / "newest.txt", f"{_digest(table)}\n".encode(), True, True)
 
 
 def _digest(data: bytes) -> str:
@@ -240,7 +237,6 @@ def write_results(found: ClassGrades, folder: Path, filled: Mapping[str, Filled]
     names, files = feedback_names(found), _files_of(found)
     published = Published(folder)
     offers = find_offers(found, published, filled)
-    published.keep(found.table.encode("utf-8", "replace"))
     texts: dict[str, Iterable[str]] = {
         TODO: [todo_csv(offers, found.names, files)],
         TABLE: [found.table],
@@ -248,10 +244,13 @@ def write_results(found: ClassGrades, folder: Path, filled: Mapping[str, Filled]
         "class.html": class_page(found, lambda student: f"{FOLDER}/{names[student]}.html", offers, files),
         "grades.json": grades_document(found),
     }
-    for name, parts in texts.items():
-        write_whole(folder / name, (part.encode("utf-8", "replace") for part in parts))
-    for name, sheet in filled.items():
-        write_whole(folder / name, [sheet.data])
+    with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+        published.keep(found.table.encode("utf-8", "replace"))
+        for name, parts in texts.items():
+            data = (part.encode("utf-8", "replace") for part in parts)
+            write_whole(folder / name, data, private=True, sync=name == TABLE)
+        for name, sheet in filled.items():
+            write_whole(folder / name, [sheet.data], private=True)
     return len(offers)
 
 
@@ -275,34 +274,63 @@ class _Task(Struct, frozen=True):
 MOST_TASKS = 8  # that a worker is given at once: to be asked costs as much as to render
 
 
-def _write_pages(folder: Path, tasks: Sequence[_Task]) -> tuple[list[str], InputError | None]:
-    """Write the pages and the Markdown of some students, in a worker: what was changed by hand, and what stops it."""
+_FOR_ALL = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EROFS, errno.EMFILE, errno.ENFILE, errno.ENOMEM)
+"""What the system says of no single name: a disk that is full or broken, and the like."""
+
+
+class _Written(Struct, frozen=True):
+    """What became of some students' feedback."""
+
+    lost: Mapping[str, str]  # why it could not be written, by the name of its files
+    changed: Sequence[str]  # what was changed by hand
+    fault: InputError | None = None  # what stops it for everybody
+
+
+def _write_pages(folder: Path, tasks: Sequence[_Task]) -> _Written:
+    """Write the pages of some students, in a worker; a name that cannot be written costs that student only."""
+    lost: dict[str, str] = {}
+    changed: list[str] = []
+    try:
+        with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+            for task in tasks:
+                try:
+                    changed += _write_page(folder, task)
+                except OSError as error:
+                    if error.errno in _FOR_ALL:
+                        raise
+                    lost[task.page] = error.strerror or str(error)
+    except InputError as error:
+        return _Written(lost, changed, error)
+    return _Written(lost, changed)
+
+
+def _write_page(folder: Path, task: _Task) -> Iterator[str]:
+    """Write what one student gets; tell what of it was changed by hand, and is kept."""
     from gyrodata.grading.feedback import feedback_html, feedback_markdown
 
-    told: list[str] = []
-    try:
-        for task in tasks:
-            drawn = {name: path.read_bytes() for name, (path, _) in task.figures.items()}
-            words = {name: words for name, (_, words) in task.figures.items()}
-            texts = feedback_html(task.grade, drawn, words), feedback_markdown(task.grade)
-            for ending, text in zip(ENDINGS, texts, strict=True):
-                page = f"{task.page}{ending}"
-                old = write_changed(folder / FOLDER / page, text.encode("utf-8", "replace"))
-                if old is not None and task.before and zlib.crc32(old) != task.before.get(ending):
-                    kept = f"{PUBLISHED}/{FOLDER}/{task.page}-{_digest(old)}{ending}"
-                    write_whole(folder / kept, [old])
-                    told.append(f"{FOLDER}/{page} was changed by hand; what it was is kept as {kept}")
-    except InputError as error:
-        return told, error
-    return told, None
+    drawn = {name: path.read_bytes() for name, (path, _) in task.figures.items()}
+    words = {name: words for name, (_, words) in task.figures.items()}
+    texts = feedback_html(task.grade, drawn, words), feedback_markdown(task.grade)
+    for ending, text in zip(ENDINGS, texts, strict=True):
+        page = f"{FOLDER}/{task.page}{ending}"
+        data = text.encode("utf-8", "replace")
+        old = write_changed(folder / page, data, private=True)
+        if old is not None and task.before and zlib.crc32(old) != task.before.get(ending):
+            kept = Path(PUBLISHED, FOLDER, f"{task.page}-{_digest(old)}{ending}")
+            write_whole(folder / kept, [old], private=True, sync=True)
+            yield f"{page} was changed by hand; what it was is kept as {kept.as_posix()}"
 
 
 def feedback_names(found: ClassGrades) -> dict[str, str]:
-    """Name each student's feedback below `FOLDER` as the platform does, without its ending; numbers part equal ones."""
+    """Name each student's feedback below `FOLDER` as the platform does, without its ending; numbers part equal ones.
+
+    What no system can write is written otherwise.
+    """
     names: dict[str, str] = {}
     taken: set[str] = set()
     for item in found.submissions.items:
-        plain = item.feedback_name("")
+        # With room for an ending, a number, and the digest of one that is kept.
+        plain = "/".join(file_name(part, room=32) for part in item.feedback_name("").split("/"))
         name, number = plain, 1
         while name.casefold() in taken:
             number += 1
@@ -314,11 +342,12 @@ def feedback_names(found: ClassGrades) -> dict[str, str]:
 
 def write_feedback(
     found: ClassGrades, folder: Path, options: GradingOptions, progress: Callable[[int], None] | None = None
-) -> tuple[str, ...]:
-    """Write the feedback of a class into a folder and a zip; say what could not be written, and what was changed."""
+) -> tuple[list[str], list[str]]:
+    """Write the feedback of a class into a folder and a zip; say who has none and why, and what was changed by hand."""
     names = feedback_names(found)
     before = _written_before(folder / ARCHIVE)
     lost: list[str] = []
+    changed: list[str] = []
     written: list[str] = []
     done = 0
     crew = in_workers(
@@ -330,22 +359,26 @@ def write_feedback(
     )
     for tasks, answer in crew:
         if isinstance(answer, Failed):
-            lost += [f"no feedback for {task.grade.name}: {answer.why}" for task in tasks]
-        else:
-            told, fault = answer
-            if fault is not None:
-                raise fault
-            lost += told
-            written += [task.page for task in tasks]
+            answer = _Written(dict.fromkeys((task.page for task in tasks), answer.why), ())
+        if answer.fault is not None:
+            raise answer.fault
+        changed += answer.changed
+        lost += [
+            f"no feedback for {task.grade.name}: {answer.lost[task.page]}" for task in tasks if task.page in answer.lost
+        ]
+        written += [task.page for task in tasks if task.page not in answer.lost]
         done += len(tasks)
         if progress is not None:
             progress(done)
     limit = MOST_TASKS * options.limit
     packing, one = partial(_write_archive, folder), min(1, options.workers)
     for _, end in in_workers(packing, [sorted(written)], one, limit, PRELOAD):
+        if isinstance(end, Failed):
+            message = f'"{folder / ARCHIVE}" cannot be written: {end.why}'
+            raise InputError.of(GRADES_FOLDER_CANNOT_BE_WRITTEN, message, "run it again")
         if end is not None:
-            raise cannot_write(folder, OSError(end.why)) if isinstance(end, Failed) else end
-    return tuple(sorted(lost))
+            raise end
+    return sorted(lost), sorted(changed)
 
 
 def _tasks(
@@ -376,16 +409,18 @@ def _written_before(archive: Path) -> dict[str, int]:
 
 def _write_archive(folder: Path, names: list[str]) -> InputError | None:
     """Zip the feedback of this class, and of nobody else, in a worker, to the same bytes; give what stops it."""
-    target = folder / ARCHIVE
-    unfinished = target.with_name(f".{ARCHIVE}.part")
     try:
-        with zipfile.ZipFile(unfinished, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive:
+        # Synced, for it tells the next run whether somebody changed a page.
+        with (
+            telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN),
+            new_file(folder / ARCHIVE, private=True, sync=True) as file,
+            zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive,
+        ):
             for name in (f"{name}{ending}" for name in names for ending in ENDINGS):
                 entry = zipfile.ZipInfo(name)  # of 1980: a zip's bytes should not tell the time
                 entry.compress_type = zipfile.ZIP_DEFLATED
                 entry.external_attr = 0o644 << 16
                 archive.writestr(entry, (folder / FOLDER / name).read_bytes())
-        unfinished.replace(target)
-    except OSError as error:
-        return cannot_write(folder, error)
+    except InputError as error:
+        return error
     return None

@@ -17,7 +17,8 @@ from msgspec.structs import asdict, replace
 
 from gyrodata import __version__
 from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN, JOURNAL_LINES_LOST
-from gyrodata.errors import Diagnostic, InputError
+from gyrodata.disk import add_line, make_folder, telling, write_whole
+from gyrodata.errors import Diagnostic
 from gyrodata.grading.grade import Grade, from_json
 from gyrodata.grading.lastrun import is_run
 from gyrodata.grading.rubric import Rubric
@@ -85,7 +86,6 @@ class Journal:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.damaged = 0
-        self.whole = False  # True once its last line is known to be whole
         self.places: dict[str, tuple[int, int]] = {}  # where the line of each student begins, and its length [byte]
 
     def read(self) -> Iterator[Entry]:
@@ -93,9 +93,13 @@ class Journal:
 
         Gives: The last one of a student holds.
         """
-        self.damaged, self.whole, self.places, at = 0, False, {}, 0
-        try:
-            with self.path.open("rb") as file:
+        self.damaged, self.places, at = 0, {}, 0
+        with telling(self.path.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+            try:
+                file = self.path.open("rb")
+            except FileNotFoundError:
+                return
+            with file:
                 for line in file:
                     at += len(line)
                     if is_run(line):
@@ -107,10 +111,6 @@ class Journal:
                     else:
                         self.places[entry.grade.student] = at - len(line), len(line)
                         yield entry
-        except FileNotFoundError:
-            pass
-        except OSError as error:
-            raise cannot_write(self.path.parent, error) from None
 
     def torn(self) -> Diagnostic:
         """Say that lines could not be read."""
@@ -120,33 +120,22 @@ class Journal:
 
     def add(self, entry: Entry, grade: str = "") -> None:
         """Write a line at the end, whole, at once; `grade` as `Entry.to_line` has it."""
-        try:
-            if not self.whole:
-                self._begin()
-            with self.path.open("ab", buffering=0) as file:
-                line = entry.to_line(grade).encode()
-                self.places[entry.grade.student] = file.tell(), len(line)
-                file.write(line)
-        except OSError as error:
-            raise cannot_write(self.path.parent, error) from None
-
-    def _begin(self) -> None:
-        """See that there is a file, and that its last line is whole."""
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        with self.path.open("ab+", buffering=0) as file:
-            end = file.seek(0, 2)
-            if end:
-                file.seek(end - 1)
-                if file.read(1) != b"\n":
-                    file.write(b"\n")  # what was torn stays alone on its line
-        self.whole = True
+        line = entry.to_line(grade).encode()
+        with telling(self.path.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+            try:
+                begin = add_line(self.path, line)
+            except FileNotFoundError:
+                make_folder(self.path.parent, private=True)
+                begin = add_line(self.path, line)
+        self.places[entry.grade.student] = begin, len(line)
 
     def replace(self, entries: Iterable[Entry], changed: Collection[str] = ()) -> None:
         """Write it anew, a line for each entry, the old one where the student is not among the changed.
 
         The old file stays until the new one is whole.
         """
-        write_whole(self.path, self._lines(entries, changed))
+        with telling(self.path.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+            write_whole(self.path, self._lines(entries, changed), private=True, sync=True)
 
     def _lines(self, entries: Iterable[Entry], changed: Collection[str]) -> Iterator[bytes]:
         with self.path.open("rb") as file:
@@ -158,40 +147,3 @@ class Journal:
                     at, length = self.places[student]
                     file.seek(at)
                     yield file.read(length).rstrip(b"\n") + b"\n"
-
-
-def write_changed(path: Path, data: bytes) -> bytes | None:
-    """Write a file, whole or not at all, unless it is so already: to look costs a tenth of writing over a file.
-
-    Gives: What stood there instead; None for nothing, or the same.
-    """
-    try:
-        before = path.read_bytes()
-    except OSError:
-        before = None  # not there, or worse: writing tells
-    if before == data:
-        return None
-    write_whole(path, [data])
-    return before
-
-
-def write_whole(path: Path, parts: Iterable[bytes]) -> None:
-    """Write a file, whole or not at all."""
-    unfinished = path.with_name(f".{path.name}.part")
-    try:
-        try:
-            file = unfinished.open("wb")
-        except FileNotFoundError:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            file = unfinished.open("wb")
-        with file:
-            file.writelines(parts)
-        unfinished.replace(path)
-    except OSError as error:
-        raise cannot_write(path.parent, error) from None
-
-
-def cannot_write(folder: Path, error: OSError) -> InputError:
-    """Make the error for a folder that cannot be written to."""
-    message = f'"{folder}" cannot be written: {error.strerror or error}'
-    return InputError.of(GRADES_FOLDER_CANNOT_BE_WRITTEN, message, "choose another folder")

@@ -9,11 +9,13 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from gyrodata import __version__
+from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN
+from gyrodata.disk import LOCK, add_line, telling
 
 JOURNAL = "journal.ndjson"  # beside the grades
 
@@ -44,10 +46,9 @@ def find_unchanged(journal: Path, asked: str) -> dict[str, Any] | None:
 def keep_run(journal: Path, asked: str, said: Mapping[str, Any]) -> None:
     """Keep what a run said, behind all grades; the record of the one before goes."""
     line = json.dumps({"schema": SCHEMA, "asked": asked, "files": _state(journal), "said": said})
-    data, last = _split(journal.read_bytes())
-    with journal.open("rb+") as file:
-        file.truncate(file.seek(len(data) if last.startswith(_HEAD) else len(data) + len(last)))
-        file.write(f"{line}\n".encode())
+    with telling(journal.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+        data, last = _split(journal.read_bytes())
+        add_line(journal, f"{line}\n".encode(), len(data) if is_run(last) else None)
 
 
 _HEAD = f'{{"schema": "{SCHEMA}"'.encode()
@@ -67,19 +68,20 @@ def _split(data: bytes) -> tuple[bytes, bytes]:
 def _state(journal: Path) -> str:
     """Digest of all files beside a journal."""
     digest = hashlib.sha256()
-    _add(digest, journal.parent, journal)
+    _add(digest, journal.parent, (str(journal), str(journal.with_name(LOCK))))
     return digest.hexdigest()
 
 
-def _add(digest: hashlib._Hash, path: Path, without: Path | None = None) -> None:
+def _add(digest: hashlib._Hash, path: Path, without: Collection[str] = ()) -> None:
     """Add the names and the bytes of a file, or of a folder with all that is in it."""
     digest.update(b"\0.\0")
-    if path.is_file() and path != without:
+    if path.is_file():
         digest.update(_content(path))
-    left_out = None if without is None else str(without)
     for name, entry in _entries(str(path)):
+        if entry.path in without:
+            continue
         digest.update(f"\0{name}\0".encode("utf-8", "surrogatepass"))
-        if entry.is_file() and entry.path != left_out:
+        if entry.is_file():
             digest.update(_content(Path(entry.path)))
 
 

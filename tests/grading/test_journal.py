@@ -10,7 +10,7 @@ from msgspec import convert
 from msgspec.structs import asdict, replace
 
 from gyrodata.errors import InputError
-from gyrodata.grading import Basis, Entry, Grade, Journal, why_again, write_changed, write_whole
+from gyrodata.grading import Basis, Entry, Grade, Journal, why_again
 
 EXPECTED = Path(__file__).parent / "expected"
 BASIS = Basis("submission", "rubric", "reference", "1.0")
@@ -103,18 +103,6 @@ def test_a_folder_that_cannot_be_written_says_so(make: object, tmp_path: Path) -
     make(tmp_path / "grades")  # type: ignore[operator]
     with pytest.raises(InputError, match=r"G763: .*grades\" cannot be written"):
         Journal(tmp_path / "grades" / "journal.ndjson").add(an_entry("a"))
-    with pytest.raises(InputError, match="G763"):
-        write_whole(tmp_path / "grades" / "x", [b""])
-
-
-def test_a_file_that_is_so_already_is_left_alone(tmp_path: Path) -> None:
-    path = tmp_path / "new" / "file"
-    write_changed(path, b"one")
-    before = path.stat().st_ino
-    write_changed(path, b"one")
-    assert path.stat().st_ino == before
-    write_changed(path, b"two")
-    assert path.read_bytes() == b"two"
 
 
 @pytest.mark.parametrize(

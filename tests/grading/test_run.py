@@ -22,7 +22,6 @@ from msgspec.structs import replace
 from typer.testing import CliRunner
 
 from gyrodata.cli import app
-from gyrodata.errors import InputError
 from gyrodata.grading import (
     LIMIT,
     ClassGrades,
@@ -95,7 +94,7 @@ def test_a_worker_that_is_killed_from_outside_takes_nothing_along() -> None:
         done.append(task)
         assert answer == f"{task} done"
         if number % 12 == 5:
-            os.kill(next(iter(children())), signal.SIGKILL)
+            os.kill(next(iter(children())), signal.SIGKILL)  # one that works, or one that starts
     assert sorted(done) == sorted(tasks)
 
 
@@ -129,9 +128,18 @@ def test_leaving_early_leaves_nobody_behind() -> None:
     assert children() == []
 
 
-def test_where_no_process_can_be_started_it_says_so() -> None:
-    with pytest.raises(InputError, match=r"G761.*no process can be started to work in: its process ended"):
-        list(in_workers(_Unreadable(), ["fine"], workers=1, limit=1.0))
+def test_where_no_process_can_be_started_the_work_is_done_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    tasks = [f"fine {number}" for number in range(5)]
+    # They die while they start, or there are none to be had.
+    assert dict(in_workers(_OnlyHere(), tasks, workers=3, limit=5.0)) == {task: f"{task} done" for task in tasks}
+
+    def none(*_: object) -> None:
+        raise BlockingIOError(11, "Resource temporarily unavailable")
+
+    monkeypatch.setattr("gyrodata.workers._Worker", none)
+    done = dict(in_workers(mishaps.work, ["hang", *tasks], workers=3, limit=0.3))
+    assert done.pop("hang") == Failed("it took over 0.3 s")
+    assert done == {task: f"{task} done" for task in tasks}
 
 
 def test_where_only_one_process_can_be_started_it_does_all_the_work(tmp_path: Path) -> None:
@@ -153,14 +161,14 @@ class _ForOne:
         raise AssertionError(task)
 
 
-class _Unreadable:
+class _OnlyHere:
     """Work that no worker can take in."""
 
     def __reduce__(self) -> tuple[Callable[[int], object], tuple[int]]:
         return os._exit, (4,)
 
     def __call__(self, task: str) -> str:
-        raise AssertionError(task)
+        return mishaps.work(task)
 
 
 # --- a class ------------------------------------------------------------------------------------------------
@@ -305,7 +313,7 @@ def grade_all(root: Path, folder: Path) -> None:
     found = grade_class(find_submissions(root), default_rubric(), options)
     changes_in(folder, found)
     write_results(found, folder, {})
-    assert write_feedback(found, folder, options) == ()
+    assert write_feedback(found, folder, options) == ([], [])
     assert sum(1 for _ in class_summary(found)) > len(found.grades)
 
 

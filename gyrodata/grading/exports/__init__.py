@@ -43,18 +43,22 @@ def grades_csv(grades: Collection[Grade], flags: Sequence[Flag] = (), absent: Se
         for student in flag.students:
             others = [other for other in (*flag.students, *flag.previous) if other != student]
             flagged.setdefault(student, []).append(f"{flag.kind} with {', '.join(others)}" if others else flag.kind)
-    rows = {grade.student: _row(grade, flagged.get(grade.student, [])) for grade in grades}
-    columns = [column for column, _ in next(iter(rows.values()), [("student", "")])]
-    found = {student: [cell for _, cell in row] for student, row in rows.items()}
+    first = next(iter(grades), None)
+    columns = ["student"] if first is None else [column for column, _ in _row(first, ())]
+    # A large class is held as text, not cell by cell.
+    found = {
+        grade.student: csv_lines([[cell for _, cell in _row(grade, flagged.get(grade.student, []))]])
+        for grade in grades
+    }
     for one in absent:
         told = {"student": one.student, "name": one.name, "status": NOTHING, "section": one.section}
-        found[one.student] = [csv_cell(told.get(column)) for column in columns]
+        found[one.student] = csv_lines([[csv_cell(told.get(column)) for column in columns]])
     lines = [[csv_cell(column) for column in columns]]
-    for grade in list(grades)[:1]:
-        possible = {"student": POINTS_ROW, "status": "--", TOTAL: two_decimals(grade.out_of)}
-        possible |= {mark.criterion: two_decimals(mark.out_of) for mark in grade.marks}
+    if first is not None:
+        possible = {"student": POINTS_ROW, "status": "--", TOTAL: two_decimals(first.out_of)}
+        possible |= {mark.criterion: two_decimals(mark.out_of) for mark in first.marks}
         lines.append([possible.get(column, "") for column in columns])
-    return csv_lines([*lines, *(found[student] for student in sorted(found))])
+    return csv_lines(lines) + "".join(found[student] for student in sorted(found))
 
 
 def _row(grade: Grade, flags: Sequence[str]) -> list[tuple[str, str]]:

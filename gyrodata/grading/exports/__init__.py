@@ -244,7 +244,7 @@ WIDEST = 28  # characters of a name that are shown
 def class_summary(found: ClassGrades) -> Iterator[str]:
     """Write a class for people: a line on the whole, a row for each student, then the flags."""
     out_of = points_text(found.rubric.points)
-    first = f"{found.source}: {count_text(len(found.grades), 'submission')}, {found.tally}"
+    first = f"{shown(found.source)}: {count_text(len(found.grades), 'submission')}, {found.tally}"
     if found.mean is not None and found.median is not None:
         first += f"; mean {found.mean:.2f} and median {found.median:.2f} of {out_of} points"
     yield f"{first}\n\n"
@@ -264,7 +264,7 @@ def _table_rows(found: ClassGrades) -> Iterator[str]:
     rows = [("student", "points", "I_zz / own", "what to know")]
     for grade in found.grades:
         ratio = "–" if grade.ratio is None else f"{grade.ratio:.4g}"
-        rows.append((_cut(grade.name), points_text(grade.points), ratio, _remark(found, grade)))
+        rows.append((_cut(shown(grade.name)), points_text(grade.points), ratio, _remark(found, grade)))
     widths = [max(_width(row[column]) for row in rows) for column in range(3)]
     for name, points, ratio, remark in rows:
         blanks = " " * (widths[0] - _width(name))

@@ -16,7 +16,7 @@ from msgspec.structs import replace
 
 import gyrodata
 from fuzz.clean import draw_clean, try_clean
-from fuzz.doors import DOORS
+from fuzz.doors import DOORS, try_reader
 from fuzz.grammar import Lab, draw_input, draw_lab, write
 from fuzz.relations import try_log
 from gyrodata.errors import LogError
@@ -57,6 +57,7 @@ def test_a_clean_log_of_any_length_and_order_holds_the_truth(part: int) -> None:
 
 @pytest.mark.parametrize("path", CORPUS, ids=lambda path: path.name)
 def test_what_once_broke_it(path: Path) -> None:
+    try_reader(path.read_bytes())
     for model in ("auto", "released"):
         try_log(path.read_bytes(), model)
 

@@ -198,6 +198,8 @@ def find_offers(found: ClassGrades, published: Published, filled: Mapping[str, F
     return [offer for same in together.values() for offer in same]
 
 
+MOST_PARTNERS = 20  # students of a flag whose pairs are offered as partners: of a hundred there are five thousand
+
 _MISSING, _UNJUDGED, _UNREAD = "no I_zz is reported", "a part cannot be judged", "the log cannot be used"
 
 
@@ -208,7 +210,7 @@ def _partners(found: ClassGrades) -> Iterator[Offer]:
     known = [*desk.partners, *found.roster.partners]
     for flag in found.flags:
         told, reason = f"flag: {flag.kind}: {flag.evidence}", f"flag: {flag.kind}"
-        if flag.previous or len(flag.students) == 1:
+        if flag.previous or not 1 < len(flag.students) <= MOST_PARTNERS:
             waiting = (student for student in flag.students if student not in settled)
             yield from (Offer(student, "hold", "", told, reason, flag) for student in waiting)
             continue

@@ -36,7 +36,7 @@ def digest_of(asked: Mapping[str, object]) -> str:
 def find_unchanged(journal: Path, asked: str) -> dict[str, Any] | None:
     """Give what the last run said, if it was asked the same and all it wrote is as it was; else None."""
     try:
-        told: dict[str, Any] = json.loads(_split(journal.read_bytes())[1])
+        told: dict[str, Any] = json.loads(_last_line(journal)[1])
         same = told["schema"] == SCHEMA and told["asked"] == asked and told["files"] == _state(journal)
     except (OSError, ValueError, KeyError, TypeError):
         return None
@@ -47,8 +47,8 @@ def keep_run(journal: Path, asked: str, said: Mapping[str, Any]) -> None:
     """Keep what a run said, behind all grades; the record of the one before goes."""
     line = json.dumps({"schema": SCHEMA, "asked": asked, "files": _state(journal), "said": said})
     with telling(journal.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-        data, last = _split(journal.read_bytes())
-        add_line(journal, f"{line}\n".encode(), len(data) if is_run(last) else None)
+        begin, last = _last_line(journal)
+        add_line(journal, f"{line}\n".encode(), begin if is_run(last) else None)
 
 
 _HEAD = f'{{"schema": "{SCHEMA}"'.encode()
@@ -59,10 +59,18 @@ def is_run(line: bytes) -> bool:
     return line.startswith(_HEAD)
 
 
-def _split(data: bytes) -> tuple[bytes, bytes]:
-    """Part the last line from those before it."""
-    begin = data.rfind(b"\n", 0, max(len(data) - 1, 0)) + 1
-    return data[:begin], data[begin:]
+def _last_line(journal: Path) -> tuple[int, bytes]:
+    """Find where the last line begins, and the line; the journal of a large class does not go into memory."""
+    size = LARGE
+    with journal.open("rb") as file:
+        end = file.seek(0, os.SEEK_END)
+        while True:
+            start = file.seek(max(0, end - size))
+            tail = file.read()
+            begin = tail.rfind(b"\n", 0, max(len(tail) - 1, 0)) + 1
+            if begin or not start:
+                return start + begin, tail[begin:]
+            size *= 2
 
 
 def _state(journal: Path) -> str:

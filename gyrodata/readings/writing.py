@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 
 from gyrodata.diagnostics import TEMPLATE_VALUE_CANNOT_BE_READ
 from gyrodata.errors import Diagnostic, InputError
@@ -154,7 +155,10 @@ def _add_uncertainties(
     texts: list[str] = []
     for row in rows:
         spread, text = column.readings[row[0]].u, column.readings[row[0]].text
-        own = read_cell(text, kind, column.unit or None).uncertainty if text and spread is not None else None
+        own = None
+        if text and spread is not None:
+            with suppress(CellError):  # "none" is a weight, and no number
+                own = read_cell(text, kind, column.unit or None).uncertainty
         texts.append("" if spread is None or spread in (own, common) else _uncertainty_text(spread, kind))
     if any(texts):
         headers.append(_header(f"u_{role}", SI[kind]))

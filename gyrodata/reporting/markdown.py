@@ -8,6 +8,7 @@ from collections.abc import Mapping
 
 from msgspec import Struct
 
+from gyrodata.errors import PICTURES
 from gyrodata.reporting.content import report
 from gyrodata.reporting.tree import (
     Block,
@@ -55,7 +56,8 @@ def markdown_report(
 
 def escape(text: str) -> str:
     """Make text stay text in Markdown, on one line."""
-    line = " ".join("".join(" " if unicodedata.category(c) in ("Cc", "Cs", "Zl", "Zp") else c for c in text).split())
+    blank = "".join(" " if unicodedata.category(c) in ("Cc", "Cs", "Zl", "Zp") else c for c in text)
+    line = " ".join(blank.translate(PICTURES).split())
     line = _ACTIVE.sub(lambda found: f"\\{found[0]}", line)
     return _BLOCK_START.sub(lambda found: f"\\{found[1]}" if found[1] else f"{found[2]}\\{found[3]}", line)
 

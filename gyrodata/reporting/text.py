@@ -177,7 +177,8 @@ def diagnostics_text(table: Sequence[Mapping[str, str]]) -> str:
     """Write the table of diagnostic codes, each with an example that raises it."""
     blocks = []
     for row in table:
-        example = "\n".join(f"      {line}" for line in row["example"].rstrip("\n").splitlines())
+        lines = (line.split("\t") for line in row["example"].rstrip("\n").splitlines())
+        example = "\n".join(f"      {chr(9).join(map(visible, cells))}" for cells in lines)
         blocks.append(f"{row['code']}  {row['severity']:7}  {row['title']}\n{example}\n")
     return "\n".join(blocks)
 

@@ -57,7 +57,7 @@ def try_log(data: bytes, model: str = "auto", thorough: bool = True) -> Analysis
         try:
             readings = read_log(data)
         except GyroError as error:
-            _in_words(error)
+            in_words(error)
             return None
         if readings.ok and thorough:
             for found in check_procedure(readings):
@@ -66,7 +66,7 @@ def try_log(data: bytes, model: str = "auto", thorough: bool = True) -> Analysis
         try:
             analysis = analyze_readings(readings, Options(model=model))
         except GyroError as error:
-            _in_words(error)
+            in_words(error)
             return None
         text = reporting.json_text(analysis.to_dict())
         assert reporting.summary(analysis)
@@ -79,7 +79,8 @@ def try_log(data: bytes, model: str = "auto", thorough: bool = True) -> Analysis
     return analysis
 
 
-def _in_words(error: GyroError) -> None:
+def in_words(error: GyroError) -> None:
+    """See that a refusal says what is wrong."""
     assert any(found.severity == "error" for found in error.diagnostics)
     for found in error.diagnostics:
         assert found.severity == CODES[found.code].severity

@@ -600,3 +600,27 @@ def test_a_class_is_printed_on_few_sheets(tmp_path: Path) -> None:
     file.write_text(page_of(a_class(grades)), "utf-8")
     browse(tmp_path, file, f"--print-to-pdf={tmp_path / 'page.pdf'}", "--no-pdf-header-footer")
     assert 1 <= len(re.findall(rb"/Type */Page\b", (tmp_path / "page.pdf").read_bytes())) <= 4
+
+
+def test_the_page_of_a_large_class_says_what_it_leaves_to_the_tables(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    slips = [replace(SLIP, student=f"s{i:03d}", name=f"s{i:03d}") for i in range(6)]
+    waiting = [replace(WAITING, student=f"w{i:03d}", name=f"w{i:03d}") for i in range(6)]
+    found = a_class([*slips, *waiting])
+    monkeypatch.setattr("gyrodata.grading.exports.class_page.MOST_STUDENTS", 5)
+    monkeypatch.setattr("gyrodata.grading.exports.class_page.MOST_NAMED", 4)
+    write_results(found, tmp_path, {})
+    page = (tmp_path / "class.html").read_text(encoding="utf-8")
+    assert page.count("<tr data-f") == 5
+    assert "7 more students would make this page too long for a browser" in page
+    assert "The first 4 are shown: <code>desk-todo.csv</code> has all." in page
+    assert len(list(csv.DictReader(io.StringIO((tmp_path / TODO).read_text(encoding="utf-8"))))) >= 6
+
+
+def test_a_flag_of_very_many_offers_no_pair_of_them(tmp_path: Path) -> None:
+    grades = [replace(GOOD, student=f"s{i:03d}", name=f"s{i:03d}") for i in range(30)]
+    flag = Flag("shared rows", tuple(one.student for one in grades), "one log", 1e-9, 1e-9)
+    write_results(a_class(grades, [flag]), tmp_path, {})
+    todo = csv.DictReader(io.StringIO((tmp_path / TODO).read_text(encoding="utf-8")))
+    assert [(line["student"], line["what"]) for line in todo] == [(one.student, "hold") for one in grades]

@@ -6,12 +6,13 @@ import math
 
 import numpy as np
 import pytest
-from grading.students import Course, honest_log, print_of, text
+from grading.students import Course, honest_class, honest_log, print_of, prints_of, text
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
 from gyrodata.fitting import chi2_tail
+from gyrodata.grading.forensics import copies, flag_class
 from gyrodata.grading.forensics.copies import Chances, binomial_tails
 from gyrodata.grading.forensics.flags import ALLOWED, chi2_lower_tail
 from gyrodata.grading.forensics.logs import measure_scatter
@@ -76,3 +77,21 @@ def test_bends_and_slips_only_make_the_scatter_larger() -> None:
     assert one is not None
     assert other is not None
     assert other.squares > one.squares
+
+
+def test_the_short_way_through_a_large_class_finds_what_the_whole_way_finds(monkeypatch: pytest.MonkeyPatch) -> None:
+    random = np.random.default_rng(8)
+    logs = honest_class(random, Course(), 120)
+    for number, changed in enumerate((0, 2, 3, 6, 9)):
+        rows, own = logs[f"s{number:05d}"], logs[f"s{number + 50:05d}"]
+        # A few rows of one's own, and the others with times of one's own, as a copy that is to look like none.
+        logs[f"s{number + 50:05d}"] = [
+            mine if i < changed else (*one[:3], f"{float(one[3]) + 0.2 * random.standard_normal():.2f}", one[4])
+            for i, (one, mine) in enumerate(zip(rows, own, strict=True))
+        ]
+    prints = prints_of(logs)
+    whole = flag_class(prints)
+    monkeypatch.setattr(copies, "LARGE", 0)
+    assert flag_class(prints) == whole
+    found = [flag.students for flag in whole if flag.kind == "same spins"]
+    assert found == [("s00000", "s00050"), ("s00001", "s00051"), ("s00002", "s00052")]

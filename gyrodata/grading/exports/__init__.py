@@ -43,18 +43,22 @@ def grades_csv(grades: Collection[Grade], flags: Sequence[Flag] = (), absent: Se
         for student in flag.students:
             others = [other for other in (*flag.students, *flag.previous) if other != student]
             flagged.setdefault(student, []).append(f"{flag.kind} with {', '.join(others)}" if others else flag.kind)
-    rows = {grade.student: _row(grade, flagged.get(grade.student, [])) for grade in grades}
-    columns = [column for column, _ in next(iter(rows.values()), [("student", "")])]
-    found = {student: [cell for _, cell in row] for student, row in rows.items()}
+    first = next(iter(grades), None)
+    columns = ["student"] if first is None else [column for column, _ in _row(first, ())]
+    # A large class is held as text, not cell by cell.
+    found = {
+        grade.student: csv_lines([[cell for _, cell in _row(grade, flagged.get(grade.student, []))]])
+        for grade in grades
+    }
     for one in absent:
         told = {"student": one.student, "name": one.name, "status": NOTHING, "section": one.section}
-        found[one.student] = [csv_cell(told.get(column)) for column in columns]
+        found[one.student] = csv_lines([[csv_cell(told.get(column)) for column in columns]])
     lines = [[csv_cell(column) for column in columns]]
-    for grade in list(grades)[:1]:
-        possible = {"student": POINTS_ROW, "status": "--", TOTAL: two_decimals(grade.out_of)}
-        possible |= {mark.criterion: two_decimals(mark.out_of) for mark in grade.marks}
+    if first is not None:
+        possible = {"student": POINTS_ROW, "status": "--", TOTAL: two_decimals(first.out_of)}
+        possible |= {mark.criterion: two_decimals(mark.out_of) for mark in first.marks}
         lines.append([possible.get(column, "") for column in columns])
-    return csv_lines([*lines, *(found[student] for student in sorted(found))])
+    return csv_lines(lines) + "".join(found[student] for student in sorted(found))
 
 
 def _row(grade: Grade, flags: Sequence[str]) -> list[tuple[str, str]]:
@@ -240,7 +244,7 @@ WIDEST = 28  # characters of a name that are shown
 def class_summary(found: ClassGrades) -> Iterator[str]:
     """Write a class for people: a line on the whole, a row for each student, then the flags."""
     out_of = points_text(found.rubric.points)
-    first = f"{found.source}: {count_text(len(found.grades), 'submission')}, {found.tally}"
+    first = f"{shown(found.source)}: {count_text(len(found.grades), 'submission')}, {found.tally}"
     if found.mean is not None and found.median is not None:
         first += f"; mean {found.mean:.2f} and median {found.median:.2f} of {out_of} points"
     yield f"{first}\n\n"
@@ -260,7 +264,7 @@ def _table_rows(found: ClassGrades) -> Iterator[str]:
     rows = [("student", "points", "I_zz / own", "what to know")]
     for grade in found.grades:
         ratio = "–" if grade.ratio is None else f"{grade.ratio:.4g}"
-        rows.append((_cut(grade.name), points_text(grade.points), ratio, _remark(found, grade)))
+        rows.append((_cut(shown(grade.name)), points_text(grade.points), ratio, _remark(found, grade)))
     widths = [max(_width(row[column]) for row in rows) for column in range(3)]
     for name, points, ratio, remark in rows:
         blanks = " " * (widths[0] - _width(name))

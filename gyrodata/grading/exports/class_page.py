@@ -27,6 +27,11 @@ if TYPE_CHECKING:
     from gyrodata.grading.classroom import ClassGrades
 
 
+MOST_STUDENTS = 5000  # rows of the page; a browser takes seconds for more, and the tables beside it have all
+
+MOST_NAMED = 500  # people of one slip, and lines of one reason, that are listed on the page
+
+
 def class_page(
     found: ClassGrades, feedback: Callable[[str], str], offers: Sequence[Offer], files: Callable[[str], str]
 ) -> Iterator[str]:
@@ -64,6 +69,7 @@ def class_page(
         "distance": _distance,
         "cells": lambda grade: _cells(grade, factor),
         "by_key": {grade.student: grade for grade in found.grades},
+        "most": {"rows": MOST_STUDENTS, "named": MOST_NAMED},
     }
     page = environment().get_template("class.html.jinja").stream(content)
     page.enable_buffering(1000)

@@ -12,6 +12,7 @@ same weights, and more than half of all. Whoever changes every time a little sel
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -53,6 +54,10 @@ HABIT, HABIT_SHARE = 5, 0.02
 
 BLOCK = 32  # logs that are looked up at a time
 
+LARGE = 3000
+"""In a class of more logs, spins are the same by chance so often that only those are counted up that follow on each
+other in both logs: with two changed spins of nine, four pairs of neighbours are left."""
+
 _EXACT = 1e-9
 _BINS = 20  # per decade, in which the chances of pairs are counted
 
@@ -77,7 +82,9 @@ def flag_same_spins(rows: Rows, groups: Groups) -> list[Flag]:
     for first, second in rows.with_same_spins():
         if groups.joined(first, second):
             continue
-        p = max(rows.chance_of_spins(first, second), rows.chance_of_spins(second, first), LEAST)
+        p = max(rows.chance_of_spins(first, second), LEAST)
+        if p * logs.pairs <= ALLOWED:
+            p = max(p, rows.chance_of_spins(second, first))
         if p * logs.pairs <= ALLOWED and not rows.is_habit(first, second):
             pairs.append(Pair(p, p * logs.pairs, first, second))
     for pair in pairs:
@@ -180,15 +187,59 @@ class _Near:
         for widest, ordered, order in self._parts:
             reach = np.maximum(steps, widest) * 0.5 + 2 * _EXACT * values
             low, high = np.searchsorted(ordered, values - reach), np.searchsorted(ordered, values + reach, side="right")
-            count = high - low
-            which.append(np.repeat(np.arange(len(values)), count))
-            ends = np.cumsum(count)
-            found.append(order[np.arange(int(ends[-1])) - np.repeat(ends - count - low, count)])
+            at, place = _each(low, high)
+            which.append(at)
+            found.append(order[place])
         return np.concatenate(which), np.concatenate(found)
 
 
+class _NearBoth:
+    """Finds pairs of values that may both agree with those given: cells of one, in each of them the other in order.
+
+    What is looked through grows with what agrees in both, not with what agrees in one.
+    """
+
+    def __init__(self, values: Floats, steps: Floats, beside: Floats, beside_steps: Floats) -> None:
+        self._parts: list[tuple[tuple[float, float, float], Floats, NDArray[np.complex128], Integers]] = []
+        least = 1e-4 * float(np.median(beside)) if len(beside) else 1.0
+        sizes = np.ceil(np.log10(np.maximum([steps, beside_steps], [_EXACT * values, least + 0 * beside])))
+        for size in np.unique(sizes, axis=1).T:
+            members = np.flatnonzero((sizes == size[:, None]).all(axis=0))
+            widest, beside_widest = float(steps[members].max()), float(beside_steps[members].max())
+            width = max(beside_widest, least)
+            # Complex numbers are ordered by their real part, and then by the other.
+            places = np.floor(beside[members] / width) + 1j * values[members]
+            order = np.argsort(places, kind="stable")
+            cells = np.unique(places.real)
+            self._parts.append(((widest, beside_widest, width), cells, places[order], members[order]))
+
+    def find(self, values: Floats, steps: Floats, beside: Floats, beside_steps: Floats) -> tuple[Integers, Integers]:
+        """Give positions in `values` with those of what is near, one pair for each."""
+        which, found = [np.zeros(0, int)], [np.zeros(0, int)]
+        for (widest, beside_widest, width), cells, ordered, order in self._parts:
+            reach = np.maximum(steps, widest) * 0.5 + 2 * _EXACT * values
+            around = np.maximum(beside_steps, beside_widest) * 0.5 + 2 * _EXACT * beside
+            low = np.searchsorted(cells, np.floor((beside - around) / width))
+            high = np.searchsorted(cells, np.floor((beside + around) / width), side="right")
+            mine, cell = _each(low, high)
+            low = np.searchsorted(ordered, cells[cell] + 1j * (values - reach)[mine])
+            high = np.searchsorted(ordered, cells[cell] + 1j * (values + reach)[mine], side="right")
+            at, place = _each(low, high)
+            which.append(mine[at])
+            found.append(order[place])
+        return np.concatenate(which), np.concatenate(found)
+
+
+def _each(low: Integers, high: Integers) -> tuple[Integers, Integers]:
+    """Give the numbers from each low up to its high, and at which place these stand."""
+    count = high - low
+    ends = np.cumsum(count)
+    total = int(ends[-1]) if len(ends) else 0
+    return np.repeat(np.arange(len(low)), count), np.arange(total) - np.repeat(ends - count - low, count)
+
+
 class _Weighed(NamedTuple):
-    """What a log could have in common with each of the N logs of a class of R rows."""
+    """What a log could have in common with each of N logs of R rows."""
 
     compared: Integers  # rows that could agree, on the side that has fewer, shape (N,)
     chance: Floats  # mean chance that one of them does, on the side where it is larger, shape (N,)
@@ -201,9 +252,8 @@ class Rows:
 
     def __init__(self, logs: Logs) -> None:
         self.logs = logs
-        self.by_period = _Near(logs.period, logs.period_step)
+        self.by_both = _NearBoth(logs.period, logs.period_step, logs.spin, logs.spin_step)
         self.by_spin = _Near(logs.spin, logs.spin_step)
-        self.matches = list(self._matches())
         self.common = self._common()
 
     def _compared(self, mine: Integers, other: Integers) -> tuple[Integers, Floats]:
@@ -225,12 +275,17 @@ class Rows:
         return same_number(logs.period[mine], logs.period[other], logs.period_step[mine], logs.period_step[other])
 
     def _matches(self) -> Iterator[tuple[Integers, Integers, Floats]]:
-        """For each log its rows (counted from 0), the rows of others that agree with them, and the chances of that."""
+        """For each log its rows (counted from 0), the rows of others that agree with them, and the chances of that.
+
+        They are found anew each time: all of a large class at once would not go into memory.
+        """
         logs = self.logs
         for begin in range(0, len(logs.keys), BLOCK):
             starts = logs.starts[begin : begin + BLOCK + 1]
             block = slice(int(starts[0]), int(starts[-1]))
-            mine, other = self.by_period.find(logs.period[block], logs.period_step[block])
+            mine, other = self.by_both.find(
+                logs.period[block], logs.period_step[block], logs.spin[block], logs.spin_step[block]
+            )
             mine = mine + block.start
             kept, chance = self._compared(mine, other)
             agree = self._agree(mine[kept], other[kept])
@@ -244,13 +299,12 @@ class Rows:
         """Share of the logs that have a row without being otherwise alike: an example left in, a row for everybody."""
         logs = self.logs
         common = np.zeros(len(logs.log))
-        for log in range(len(logs.keys)):
+        for log, (mine, other, _) in enumerate(self._matches()):
             rows = logs.rows(log)
             size = rows.stop - rows.start
-            mine, other, _ = self.matches[log]
             # One count for each log that agrees with a row, however many of its rows do.
             mine, theirs = np.divmod(np.unique(mine * len(logs.keys) + logs.log[other]), len(logs.keys))
-            alike = np.bincount(theirs, minlength=len(logs.keys))
+            _, theirs, alike = np.unique(theirs, return_inverse=True, return_counts=True)
             strangers = mine[2 * alike[theirs] < size]
             # One stranger is no crowd: it may be the one who copied a few rows.
             crowd = np.maximum(np.bincount(strangers, minlength=size) - 1, 0)
@@ -268,8 +322,8 @@ class Rows:
             mine, other = self.by_spin.find(logs.spin[rows], logs.spin_step[rows])
             work += len(logs.log) + len(mine)
             kept, chance = self._compared(mine + rows.start, other)
-            both = self._weigh(log, mine[kept], other[kept], chance)
-            valid = logs.compared_with(log)
+            both = self._weigh(log, mine[kept], other[kept], chance, range(len(logs.keys)))
+            valid = logs.compared_with(log, np.arange(len(logs.keys)))
             seen += int(valid.sum())
             valid &= both.compared > 0
             bins = np.ceil(_BINS * np.log10(np.maximum(both.chance[valid], LEAST))).astype(int)
@@ -278,20 +332,23 @@ class Rows:
                 break
         return Chances({(m, 10 ** (b / _BINS)): count for (m, b), count in counted.items()}, logs.pairs / seen)
 
-    def _weigh(self, log: int, mine: Integers, other: Integers, chance: Floats) -> _Weighed:
-        """Add up the chances that rows of one log (counted from 0) agree with rows of others, from both sides."""
+    def _weigh(self, log: int, mine: Integers, other: Integers, chance: Floats, among: range) -> _Weighed:
+        """Add up the chances that rows of one log (counted from 0) agree with rows of some others, from both sides."""
         logs = self.logs
-        rows, count = logs.rows(log), len(logs.keys)
-        shape = (rows.stop - rows.start, count)
-        here = np.bincount(mine * count + logs.log[other], chance, minlength=shape[0] * count).reshape(shape)
+        rows, count, first = logs.rows(log), len(among), int(logs.starts[among.start])
+        there_rows = slice(first, int(logs.starts[among.stop]))
+        size = rows.stop - rows.start
+        here = np.bincount(mine * count + logs.log[other] - among.start, chance, minlength=size * count)
+        here = here.reshape(size, count)
         here = np.maximum(here, self.common[rows, None] * (here > 0))
-        there = np.bincount(other, chance, minlength=len(logs.log))
-        there = np.maximum(there, self.common * (there > 0))
+        there = np.bincount(other - first, chance, minlength=there_rows.stop - first)
+        there = np.maximum(there, self.common[there_rows] * (there > 0))
         told_here, told_there = (here > 0) & (here <= TELLING), (there > 0) & (there <= TELLING)
-        owners = logs.log[told_there]
+        owners = logs.log[there_rows][told_there] - among.start
         number_here, number_there = told_here.sum(axis=0), np.bincount(owners, minlength=count)
         here *= told_here
-        mean_here = here.sum(axis=0) / np.maximum(number_here, 1)
+        # Added one after the other, for any number of logs to the same last bit.
+        mean_here = np.cumsum(here, axis=0)[-1] / np.maximum(number_here, 1)
         mean_there = np.bincount(owners, there[told_there], minlength=count) / np.maximum(number_there, 1)
         return _Weighed(np.minimum(number_here, number_there), np.maximum(mean_here, mean_there), told_here, told_there)
 
@@ -299,22 +356,21 @@ class Rows:
         """Give the pairs that may rank low enough to be flagged and are not yet joined, the smaller number first."""
         logs = self.logs
         count = len(logs.keys)
-        for log in range(logs.current):
-            valid = logs.compared_with(log)
-            valid[:log] = False
-            mine, other, chance = self.matches[log]
-            kept = valid[logs.log[other]]
+        for log, (mine, other, chance) in zip(range(logs.current), self._matches(), strict=False):
+            theirs = logs.log[other]
+            kept = logs.compared_with(log, theirs) & (theirs > log)
             place, where = np.unique(mine[kept] * count + logs.log[other[kept]], return_inverse=True)
             single = np.bincount(where, chance[kept], minlength=len(place))
             single = np.maximum(single, self.common[logs.rows(log)][place // count])
             telling = single <= TELLING
-            together = np.exp(np.bincount(place[telling] % count, np.log(single[telling]), minlength=count))
+            seconds, where = np.unique(place[telling] % count, return_inverse=True)
+            together = np.exp(np.bincount(where, np.log(single[telling]), minlength=len(seconds)))
             size = logs.rows(log).stop - logs.rows(log).start
-            near = np.flatnonzero((together <= ALLOWED) & (together * chances.share(size) <= chances.last_rank))
-            for second in near.tolist():
+            near = (together <= ALLOWED) & (together * chances.share(size) <= chances.last_rank)
+            for second, rank in zip(seconds[near].tolist(), together[near].tolist(), strict=True):
                 if groups.joined(log, second):
                     continue
-                if together[second] * chances.share(self._same_spins(log, second)) <= chances.last_rank:
+                if rank * chances.share(self._same_spins(log, second)) <= chances.last_rank:
                     yield log, second
 
     def _same_spins(self, first: int, second: int) -> int:
@@ -332,15 +388,16 @@ class Rows:
         mine, other = (grid.ravel() for grid in np.meshgrid(*sides, indexing="ij"))
         kept, chance = self._compared(mine, other)
         mine, other = mine[kept], other[kept]
-        both = self._weigh(first, mine - start, other, chance)
-        agree = self._agree(mine, other) & both.told_here[mine - start, second] & both.told_there[other]
+        both = self._weigh(first, mine - start, other, chance, range(second, second + 1))
+        told_there = both.told_there[other - logs.rows(second).start]
+        agree = self._agree(mine, other) & both.told_here[mine - start, 0] & told_there
         rows: list[tuple[int, int]] = []
         taken: set[int] = set()
         for i, j in zip(mine[agree].tolist(), other[agree].tolist(), strict=True):
             if i not in taken and j not in taken:
                 taken |= {i, j}
                 rows.append((i, j))
-        compared, mean = int(both.compared[second]), float(both.chance[second])
+        compared, mean = int(both.compared[0]), float(both.chance[0])
         p = binomial_tails(compared, mean)[min(len(rows), compared)]
         return Alike(rows, compared, mean, max(p, LEAST))
 
@@ -421,6 +478,9 @@ class Rows:
         """Give the pairs that share most of their spins, the smaller number first."""
         logs = self.logs
         count, sizes = len(logs.keys), np.add.reduceat(self.counting, logs.starts[:-1])
+        if count > LARGE:
+            yield from self._with_spins_in_a_row(sizes)
+            return
         for begin in range(0, logs.current, BLOCK):
             block = slice(begin, min(begin + BLOCK, logs.current))
             rows = np.arange(logs.starts[block.start], logs.starts[block.stop])
@@ -431,27 +491,57 @@ class Rows:
             wanted = np.maximum(MOST_SPINS * np.minimum(sizes, sizes[block, None]), FEWEST)
             for i, second in np.argwhere(shared > wanted).tolist():
                 first = begin + i
-                if first < second and logs.compared_with(first)[second]:
+                if first < second and logs.compared_with(first, np.array([second]))[0]:
                     yield first, second
+
+    def _with_spins_in_a_row(self, sizes: Integers) -> Iterator[tuple[int, int]]:
+        """Give the same for a large class, of those only that share two pairs of spins that stand in a row in both."""
+        logs = self.logs
+        counting = np.flatnonzero(self.counting)
+        row, after = counting[:-1], counting[1:]
+        in_one = logs.log[row] == logs.log[after]
+        row, after = row[in_one], after[in_one]
+        near = _NearBoth(logs.spin[row], logs.spin_step[row], logs.spin[after], logs.spin_step[after])
+        ends = np.searchsorted(logs.log[row], np.arange(0, logs.current + BLOCK, BLOCK))
+        for begin, end in itertools.pairwise(ends.tolist()):
+            block = slice(begin, end)
+            steps = logs.spin_step[row[block]], logs.spin_step[after[block]]
+            mine, other = near.find(logs.spin[row[block]], steps[0], logs.spin[after[block]], steps[1])
+            mine = mine + begin
+            alike = logs.log[row[mine]] < logs.log[row[other]]
+            for one in (row, after):
+                alike &= self._has_spin(one[mine], one[other])
+            mine, other = logs.log[row[mine[alike]]], logs.log[row[other[alike]]]
+            pairs, times = np.unique(mine * len(logs.keys) + other, return_counts=True)
+            for pair in pairs[times > 1].tolist():
+                first, second = divmod(pair, len(logs.keys))
+                here, there = self._spins_of(first), np.arange(*logs.starts[second : second + 2])
+                shared = int(self._has_spin(here[:, None], there).any(axis=1).sum())
+                wanted = max(MOST_SPINS * min(sizes[first], sizes[second]), FEWEST)
+                if shared > wanted and logs.compared_with(first, np.array([second]))[0]:
+                    yield first, second
+
+    def _has_spin(self, mine: Integers, other: Integers) -> NDArray[np.bool_]:
+        """Tell which rows have the spin of another at its weight, to the last digit of the first."""
+        logs = self.logs
+        reach = 0.5 * logs.spin_step[mine] + _EXACT * logs.spin[mine]
+        has: NDArray[np.bool_] = np.abs(logs.spin[mine] - logs.spin[other]) <= reach
+        return has & same_weight(logs.torque[mine], logs.torque[other])
 
     def chance_of_spins(self, log: int, other: int) -> float:
         """Work out the chance that another log has as many of one's spins, by how common each is in the class."""
         logs = self.logs
         rows, count = self._spins_of(log), len(logs.keys)
         at, having = self._same(rows)
-        common = np.bincount(at, minlength=len(rows)) / (count - 1)
+        common, shared = np.bincount(at, minlength=len(rows)) / (count - 1), int(np.sum(having == other))
+        least = _as_many(common, shared)
+        if least * logs.pairs > ALLOWED:
+            return least  # what is looked up below only makes it larger
         reach = AROUND * logs.spin[rows]
         around = np.bincount(self._near_spins(rows, reach)[0], minlength=len(rows))
         step = min(self.grids[log], self.grids[other])
         dense = (around + 1) / count * np.minimum(1.0, step / (2 * reach))
-        chances = np.minimum(1.0, np.maximum(common, dense))
-        # How many of unlike chances come true (Poisson's binomial), one after the other.
-        numbers = np.zeros(len(rows) + 1)
-        numbers[0] = 1.0
-        for chance in chances.tolist():
-            numbers[1:] = numbers[1:] * (1 - chance) + numbers[:-1] * chance
-            numbers[0] *= 1 - chance
-        return float(numbers[int(np.sum(having == other)) :].sum())
+        return _as_many(np.minimum(1.0, np.maximum(common, dense)), shared)
 
     def is_habit(self, first: int, second: int) -> bool:
         """Tell whether more logs have the spins that two share than copy from each other."""
@@ -485,6 +575,16 @@ class Rows:
         same &= np.abs(logs.torque[rows] - logs.torque[row]) <= SAME_TORQUE * np.abs(logs.torque[row])
         times: Floats = (logs.period[rows] * logs.turns[rows])[same]
         return times
+
+
+def _as_many(chances: Floats, least: int) -> float:
+    """Work out the chance that so many of unlike chances come true, or more (Poisson's binomial)."""
+    numbers = np.zeros(len(chances) + 1)
+    numbers[0] = 1.0
+    for chance in chances.tolist():
+        numbers[1:] = numbers[1:] * (1 - chance) + numbers[:-1] * chance
+        numbers[0] *= 1 - chance
+    return float(numbers[least:].sum())
 
 
 # --- two logs side by side ----------------------------------------------------------------------------------

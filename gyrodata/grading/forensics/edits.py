@@ -42,8 +42,8 @@ def flag_shifted_or_scaled(logs: Logs, groups: Groups) -> list[Flag]:
     pairs = []
     for members, times in tables:
         dof = times.shape[1] - 2
-        for chi2, first, second in _nearest(logs, members, times, _limit(dof, ALLOWED / max(tests, 1))):
-            if groups.joined(first, second) or not logs.compared_with(first)[second]:
+        for chi2, first, second in _nearest(logs, members, times, _limit(dof, ALLOWED / max(tests, 1)), groups):
+            if groups.joined(first, second) or not logs.compared_with(first, np.array([second]))[0]:
                 continue
             p = chi2_lower_tail(chi2, dof)
             if p * tests <= ALLOWED:
@@ -67,29 +67,44 @@ def _tests(logs: Logs, members: Integers) -> int:
     return current * (current - 1) // 2 + current * (len(members) - current)
 
 
-def _nearest(logs: Logs, members: Integers, times: Floats, limit: float) -> Iterator[tuple[float, int, int]]:
-    """Chi-square and numbers of the pairs that are near enough to be told."""
-    if not len(members):
+def _nearest(
+    logs: Logs, members: Integers, times: Floats, limit: float, groups: Groups
+) -> Iterator[tuple[float, int, int]]:
+    """Chi-square and numbers of the pairs that are near enough to be told and do not hang together yet."""
+    if len(members) < 2:
         return
     noise, step = logs.noise[members], logs.time_step[members]
-    # Fours are what processors multiply at a time: sums then come out the same to the last bit, however many there are.
-    size = min(BLOCK, max(4, CELLS // len(members) // 4 * 4))
-    for begin in range(0, int(np.sum(members < logs.current)), size):
-        block = slice(begin, begin + size)
+    heads = np.array([groups.head(log) for log in members.tolist()])
+    # Times of one shape are near each other along any direction: only those near along the one that tells most apart
+    # are compared, so that a hundred thousand logs are not ten thousand million pairs.
+    length = np.linalg.norm(times, axis=1)
+    shapes = times / length[:, None]
+    along = shapes @ np.linalg.eigh(np.cov(shapes.T))[1][:, -1]
+    reach = 2 * math.sqrt(limit) * float(np.max(noise / length)) + 1e-9
+    order = np.argsort(along, kind="stable")
+    along = along[order]
+    found, begin = [], 0
+    while begin < len(order):
+        width = int(np.searchsorted(along, along[begin] + reach, side="right")) - begin
+        end = min(begin + min(BLOCK, max(4, CELLS // width)), len(order))
+        block, near = order[begin:end], order[begin : np.searchsorted(along, along[end - 1] + reach, side="right")]
         # What a last digit hides: step²/12 for each square.
-        hidden = np.maximum(step[block, None], step) ** 2 * (times.shape[1] - 2) / 12
-        chi2 = (_from_a_line(times, block) + hidden) / np.minimum(noise[block, None], noise) ** 2
-        for i, j in np.argwhere(chi2 <= limit):
-            first, second = int(members[begin + i]), int(members[j])
-            if first < second:
-                yield float(chi2[i, j]), first, second
+        hidden = np.maximum(step[block, None], step[near]) ** 2 * (times.shape[1] - 2) / 12
+        chi2 = (_from_a_line(times[block], times[near]) + hidden) / np.minimum(noise[block, None], noise[near]) ** 2
+        for i, j in np.argwhere((chi2 <= limit) & (heads[block, None] != heads[near])).tolist():
+            if i < j:
+                found.append((*sorted((int(block[i]), int(near[j]))), float(chi2[i, j])))
+        begin = end
+    for i, j, least in sorted(found):
+        if members[i] < logs.current:
+            yield least, int(members[i]), int(members[j])
 
 
-def _from_a_line(vectors: Floats, block: slice) -> Floats:
+def _from_a_line(some: Floats, others: Floats) -> Floats:
     """Least sum of squared distances of the points (x, y) from a rising line through their centre, shape (b, G)."""
-    own = np.sum(vectors**2, axis=1)
-    both = vectors[block] @ vectors.T
-    least = 0.5 * (own[block, None] + own - np.hypot(own[block, None] - own, 2 * both))
+    own, theirs = np.sum(some**2, axis=1)[:, None], np.sum(others**2, axis=1)
+    both = some @ others.T
+    least = 0.5 * (own + theirs - np.hypot(own - theirs, 2 * both))
     return np.where(both > 0, np.maximum(least, 0.0), np.inf)
 
 

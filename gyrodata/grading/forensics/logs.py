@@ -163,11 +163,11 @@ class Logs(Struct, frozen=True):
         exempt = sum(map(len, self.partners.values())) // 2
         return self.current * (self.current - 1) // 2 + self.current * earlier - exempt
 
-    def compared_with(self, log: int) -> NDArray[np.bool_]:
-        """Tell which logs one is compared with, shape (N,)."""
-        compared = np.full(len(self.keys), log < self.current)
-        compared[: self.current] = True
-        compared[[log, *self.partners.get(log, ())]] = False
+    def compared_with(self, log: int, others: Integers) -> NDArray[np.bool_]:
+        """Tell with which of some logs one is compared."""
+        compared: NDArray[np.bool_] = (others != log) & ((others < self.current) | (log < self.current))
+        for partner in self.partners.get(log, ()):
+            compared &= others != partner
         return compared
 
 

@@ -61,7 +61,10 @@ class Deduction(float):
         return points
 
 
-Time = Annotated[dt.datetime | None, Meta(extra_json_schema={"pattern": r"^\d{4}-\d\d-\d\d[Tt ]\d\d:\d\d"})]
+Time = Annotated[
+    dt.datetime | None,
+    Meta(examples=["2026-03-09T23:59:00+01:00"], extra_json_schema={"pattern": r"^\d{4}-\d\d-\d\d[Tt ]\d\d:\d\d"}),
+]
 NO_TIME, ALL = cast(Duration, "0 s"), cast(Deduction, "100 %")  # read as what is given is
 
 
@@ -78,7 +81,7 @@ class LateException(Struct, frozen=True, forbid_unknown_fields=True):
     student: Text  # key, any id, or name
     due: Time = None
     extra: Duration | None = None  # time more
-    waive: bool = False
+    waive: Annotated[bool, Meta(examples=[True])] = False
 
     def __post_init__(self) -> None:
         if (self.due is not None) + (self.extra is not None) + self.waive != 1:

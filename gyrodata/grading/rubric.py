@@ -15,7 +15,6 @@ from functools import cached_property
 from importlib.resources import files
 from typing import Annotated, Any, Literal, NamedTuple, Union, cast
 
-import msgspec
 from msgspec import Meta, Struct, defstruct, field, to_builtins
 
 from gyrodata.diagnostics import (
@@ -32,7 +31,7 @@ from gyrodata.diagnostics import (
     TOO_FEW_WEIGHTS,
 )
 from gyrodata.grading.late import Deduction, LateRule
-from gyrodata.grading.toml_table import Faults, Number, Text, UnfitError, read_record, read_toml
+from gyrodata.grading.toml_table import Faults, Number, Text, UnfitError, read_record, read_toml, schema_of
 from gyrodata.grading.yardsticks import BENCH, FIT_WORDS, Bench, BenchTable, Reference, References
 from gyrodata.quantities import parse_quantity
 from gyrodata.units import UnitError
@@ -149,7 +148,7 @@ def read_rubric(data: bytes, name: str = "rubric.toml") -> Rubric:
     """Read a rubric."""
     values, faults = read_toml(data, name)
     _see_together(values, faults)
-    file = read_record(_File, values, faults)
+    file = read_record([_File], values, faults)
     faults.stop_if_any()
     reference, bench = file.reference, file.bench
     return Rubric(
@@ -190,7 +189,7 @@ def _see_together(values: Mapping[str, Any], faults: Faults) -> None:
 
 def rubric_shape() -> dict[str, Any]:
     """Give the JSON Schema of a rubric, for editors."""
-    shape = msgspec.json.schema(_File, schema_hook=lambda kind: msgspec.json.schema(kind.RAW))  # type: ignore[attr-defined]
+    shape = schema_of(_File)
     stations = shape["$defs"]["References"]
     stations["additionalProperties"] = stations["properties"].pop("others")["additionalProperties"]
     return shape
@@ -304,7 +303,10 @@ class ConditionText(str):
     @staticmethod
     def read(text: str, key: str, about: Mapping[str, Any]) -> Condition:
         """Read one that goes with the kind of its criterion."""
-        condition, known = parse_condition(text), KINDS[about["check"]].variables
+        condition, known = (
+            parse_condition(text),
+            KINDS[about["check"]].variables if about.get("check") in KINDS else MEANINGS,
+        )
         if condition.variable not in known:
             message = f'"{condition.variable}" means nothing in a criterion with check = "{about["check"]}"'
             raise UnfitError(message, f"write a condition on {' or '.join(known)}", CONDITION_CANNOT_BE_USED)

@@ -10,12 +10,13 @@ import difflib
 import json
 import re
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from types import NoneType
 from typing import Annotated, Any, Literal, NamedTuple, get_args, get_origin
 
 from msgspec import Meta, Struct, ValidationError, convert
+from msgspec.json import schema
 from msgspec.structs import fields
 
 from gyrodata.diagnostics import (
@@ -53,11 +54,7 @@ class Faults:
         """Note a fault of the key at `path`, or of the nearest table above it that has a place of its own."""
         while path and path not in self.places:
             path = path[:-1]
-        self.add_at(code, self.places.get(path), message, hint)
-
-    def add_at(self, code: str, spot: Spot | None, message: str, hint: str = "") -> None:
-        """Note a fault at a place."""
-        line, column, width = spot or (None, None, 1)
+        line, column, width = self.places.get(path, (None, None, 1))
         excerpt = self.lines[line - 1].rstrip("\r") if line and line <= len(self.lines) else ""
         self.found.append(Diagnostic.of(code, message, hint, self.name, line, column, excerpt, width))
 
@@ -84,9 +81,9 @@ def read_toml(data: bytes, name: str) -> tuple[dict[str, Any], Faults]:
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         message, _, place = str(error).partition(" (at ")
         at = [int(number) for number in re.findall(r"\d+", place)]
-        spot = Spot(at[0], at[1], 1) if at else Spot(len(faults.lines), len(faults.lines[-1]) + 1, 1)
+        faults.places[()] = Spot(at[0], at[1], 1) if at else Spot(len(faults.lines), len(faults.lines[-1]) + 1, 1)
         hint = "a line is KEY = VALUE, its texts in quotation marks, or a head, [NAME] or [[criterion]]; no key twice"
-        faults.add_at(RUBRIC_NO_TOML, spot, f"this is not TOML: {message}", hint)
+        faults.add(RUBRIC_NO_TOML, (), f"this is not TOML: {message}", hint)
         faults.stop_if_any()
         raise
     faults.places = find_places(text)
@@ -96,29 +93,44 @@ def read_toml(data: bytes, name: str) -> tuple[dict[str, Any], Faults]:
 # --- values by their types: what `convert` takes, records, and types that have `RAW`, which it takes, and `read` --
 
 
-def read_record(kind: Any, values: Mapping[str, Any], faults: Faults, path: Path = (), points: Any = None) -> Any:
-    """Read a table into a record, each key by itself; None where it has a fault.
+def read_record(
+    kinds: Sequence[Any], values: Mapping[str, Any], faults: Faults, path: Path = (), points: Any = None
+) -> Any:
+    """Read a table into the record whose tag it has, each key by itself; None where it has a fault.
 
     A record with `OTHERS` takes every other key as a table of that kind. `points`: Of the table above.
     """
-    before = len(faults.found)
-    about = {"points": points, **values}
-    known = {field.encode_name: field for field in fields(kind) if field.name != "others"}
-    others = {key: value for key, value in values.items() if key not in known and key != _tag(kind)}
+    before, about = len(faults.found), {"points": points, **values}
+    tag = kinds[0].__struct_config__.tag_field
+    tags = {one.__struct_config__.tag: one for one in kinds}
+    meant = [one for name, one in tags.items() if tag is None or name == values.get(tag)]
+    if not meant:
+        said = values.get(tag)
+        code = CRITERION_KIND_UNKNOWN if isinstance(said, str) else RUBRIC_VALUE_CANNOT_BE_USED
+        hint = nearest(str(said), tags) if tag in values else f"write {tag} = {' or '.join(map(json.dumps, tags))}"
+        faults.add(code, (*path, tag), f'there is no {tag} "{said}"' if tag in values else f'"{tag}" is missing', hint)
+    known = {field.encode_name: field for one in meant or kinds for field in fields(one) if field.name != "others"}
     taken: dict[str, Any] = {}
     for key, field in known.items():
-        if key in values or (hasattr(_plain(field.type), "read") and field.default is not None and not field.required):
+        # What a type of its own reads by default is written as in the file.
+        if key in values or (hasattr(_plain(field.type), "read") and isinstance(field.default, str)):
             taken[field.name] = _value(field.type, values.get(key, field.default), faults, (*path, key), about)
         elif field.required:
             faults.add(RUBRIC_VALUE_CANNOT_BE_USED, path, f'"{key}" is missing', _how(key, field.type))
-    if rest := getattr(kind, "OTHERS", None):
+    others = {key: value for key, value in values.items() if key not in known and key != tag}
+    if rest := getattr(kinds[0], "OTHERS", None):
         taken["others"] = {key: _value(rest, value, faults, (*path, key), about) for key, value in others.items()}
-    else:
-        _refuse(others, [key for key in (*known, _tag(kind)) if key and key not in values], faults, path)
+    elif others:
+        # A key that is there already is no proposal: it would then stand twice.
+        free = [key for key in (*known, tag) if key and key not in values]
+        where = f" in [{_head(path)}]" if path else ""
+        for key in others:
+            hint = nearest(key, free).replace("known", "take it out; known")
+            faults.add(RUBRIC_KEY_UNKNOWN, (*path, key), f'"{key[:60]}" is not known{where}', hint)
     if len(faults.found) > before:
         return None
     try:
-        return kind(**taken)
+        return meant[0](**taken)
     except UnfitError as error:
         faults.add(error.code, (*path, error.key), str(error), error.hint)
         return None
@@ -126,57 +138,35 @@ def read_record(kind: Any, values: Mapping[str, Any], faults: Faults, path: Path
 
 def _value(kind: Any, value: Any, faults: Faults, path: Path, about: Mapping[str, Any]) -> Any:
     """Read what a key has; None where it cannot be used."""
-    plain, key = _plain(kind), str(path[-1])
-    if tables := _tables(plain):
-        if isinstance(value, dict) and get_origin(plain) is not tuple:
-            return _table(tables, value, faults, path, about)
-        if isinstance(value, list) and get_origin(plain) is tuple and value and all(isinstance(x, dict) for x in value):
-            return tuple(_table(tables, one, faults, (*path, i), about) for i, one in enumerate(value))
-        hint = getattr(next(iter(tables.values())), "HINT", _how(_head(path), plain))
-        faults.add(RUBRIC_VALUE_CANNOT_BE_USED, path, f"{key} = {_shown(value)} cannot be used", hint)
-        return None
-    try:
-        raw = convert(value, getattr(plain, "RAW", kind))
-        return plain.read(raw, key, about) if hasattr(plain, "read") else raw
-    except UnfitError as error:
-        faults.add(error.code, path, str(error), error.hint or _how(key, plain))
-    except ValidationError:
-        words = _words(plain)
-        strange = [one for one in (value if isinstance(value, list) else [value]) if one not in words]
-        told, hint = value, _how(key, plain)
-        if len(words) > 1 and strange:
-            told, hint = strange[0], nearest(str(strange[0]), words)
-        faults.add(RUBRIC_VALUE_CANNOT_BE_USED, path, f"{key} = {_shown(told)} cannot be used", hint)
-    return None
-
-
-def _table(
-    tables: Mapping[Any, Any], values: Mapping[str, Any], faults: Faults, path: Path, about: Mapping[str, Any]
-) -> Any:
-    """Read a table into the one of some records whose tag it has."""
-    tag = _tag(next(iter(tables.values())))
-    said = values.get(tag) if tag else None
-    if isinstance(said, str | NoneType) and said in tables:
-        return read_record(tables[said], values, faults, path, about.get("points"))
-    if said is None:
-        hint = f"write {tag} = {' or '.join(map(json.dumps, tables))}"
-        faults.add(RUBRIC_VALUE_CANNOT_BE_USED, path, f'"{tag}" is missing', hint)
+    plain, key, points = _plain(kind), str(path[-1]), about["points"]
+    several = get_origin(plain) is tuple
+    inner = _plain(get_args(plain)[0]) if several else plain
+    tables = [one for one in get_args(inner) or (inner,) if isinstance(one, type) and issubclass(one, Struct)]
+    told, hint = value, ""
+    if tables:
+        listed = value if several else [value]
+        if isinstance(listed, list) and listed and all(isinstance(one, dict) for one in listed):
+            paths = [(*path, at) for at in range(len(listed))] if several else [path]
+            read = [read_record(tables, one, faults, at, points) for one, at in zip(listed, paths, strict=True)]
+            return tuple(read) if several else read[0]
+        head = f"[{_head(path)}]"
+        hint = getattr(tables[0], "HINT", f"write a table, headed {f'[{head}]' if several else head}")
     else:
-        faults.add(
-            CRITERION_KIND_UNKNOWN, (*path, str(tag)), f"there is no {tag} {_shown(said)}", nearest(str(said), tables)
-        )
-    known = {str(tag), *(field.encode_name for one in tables.values() for field in fields(one))}
-    others = {key: value for key, value in values.items() if key not in known}
-    _refuse(others, sorted(known - set(values)), faults, path)
+        try:
+            raw = convert(value, getattr(plain, "RAW", kind))
+            return plain.read(raw, key, about) if hasattr(plain, "read") else raw
+        except UnfitError as error:
+            faults.add(error.code, path, str(error), error.hint or _how(key, kind))
+            return None
+        except ValidationError:
+            words = get_args(inner) if get_origin(inner) is Literal else ()
+            strange = [one for one in (value if isinstance(value, list) else [value]) if one not in words]
+            if len(words) > 1 and strange:
+                told, hint = strange[0], nearest(str(strange[0]), words)
+    if not isinstance(told, dt.date | dt.time):
+        told = json.dumps(told, default=str, ensure_ascii=False)
+    faults.add(RUBRIC_VALUE_CANNOT_BE_USED, path, f"{key} = {str(told)[:60]} cannot be used", hint or _how(key, kind))
     return None
-
-
-def _refuse(others: Iterable[str], free: Iterable[str], faults: Faults, path: Path) -> None:
-    """Name the keys that mean nothing; a key that is there already is no proposal: it would then stand twice."""
-    where = f" in [{_head(path)}]" if path else ""
-    for key in others:
-        message = f'"{key[:60]}" is not known{where}'
-        faults.add(RUBRIC_KEY_UNKNOWN, (*path, key), message, nearest(key, free).replace("known", "take it out; known"))
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
@@ -192,46 +182,20 @@ def _plain(kind: Any) -> Any:
     return kind
 
 
-def _tables(plain: Any) -> dict[Any, Any]:
-    """Give the records that a table may be read into, by their tag."""
-    among = get_args(_plain(get_args(plain)[0])) or get_args(plain)[:1] if get_args(plain) else (plain,)
-    return {one.__struct_config__.tag: one for one in among if isinstance(one, type) and issubclass(one, Struct)}
-
-
-def _tag(kind: Any) -> str | None:
-    return kind.__struct_config__.tag_field  # type: ignore[no-any-return]
-
-
-def _words(plain: Any) -> tuple[Any, ...]:
-    """Give the words that are known, for one of them or a list."""
-    inner = _plain(get_args(plain)[0]) if get_origin(plain) is tuple else plain
-    return get_args(inner) if get_origin(inner) is Literal else ()
-
-
 def _how(key: str, kind: Any) -> str:
-    """Say what to write, from the words or the examples of a type."""
-    plain = _plain(kind)
-    if _tables(plain):
-        return f"write a table, headed {f'[[{key}]]' if get_origin(plain) is tuple else f'[{key}]'}"
-    if words := _words(plain):
-        told = json.dumps(words) if get_origin(plain) is tuple else " or ".join(map(json.dumps, words))
-    elif plain is dt.datetime:
-        told = "2026-03-09T23:59:00+01:00"
-    else:
-        raw = getattr(plain, "RAW", kind)
-        told = " or ".join(
-            json.dumps(example)
-            for one in (raw, *get_args(raw))
-            for about in getattr(one, "__metadata__", ())
-            for example in about.examples or ()
-        )
-    return f"write {key} = {told or 'true'}"
+    """Say what to write: the words, or the examples, of the type's JSON Schema."""
+    shape = schema_of(_plain(kind))
+    parts = (schema_of(kind), shape, *shape.get("anyOf", ()))
+    samples = [json.dumps(one) for part in parts for one in part.get("enum", part.get("examples", ()))]
+    if words := (shape.get("items") or {}).get("enum"):
+        samples = [json.dumps(words)]
+    told = f"write {key} = {' or '.join(samples)}" if samples else f"write a table, headed [[{key}]]"
+    return told.replace('"', "") if _plain(kind) is dt.datetime else told
 
 
-def _shown(value: object) -> str:
-    return f"{value if isinstance(value, dt.date | dt.time) else json.dumps(value, default=str, ensure_ascii=False)}"[
-        :60
-    ]
+def schema_of(kind: Any) -> dict[str, Any]:
+    """Give the JSON Schema of a type."""
+    return schema(kind, schema_hook=lambda one: schema(one.RAW))  # type: ignore[attr-defined]
 
 
 def _head(path: Path) -> str:

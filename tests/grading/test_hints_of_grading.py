@@ -880,7 +880,7 @@ def test_the_grades_beside_the_class(where: str, room: Room, monkeypatch: pytest
         ("G773", "student,what,value\nbob,totl,12\n",
          lambda hint, text: text.replace("totl", found("did you mean (.*)[?]", hint)), "12.00"),
         ("G773", "student,what,value\nbob,xyz,12\n",
-         lambda hint, text: text.replace("xyz", found("one of: .*(total),", hint)), "12.00"),
+         lambda hint, text: text.replace("xyz", found("known here: .*(total),", hint)), "12.00"),
         ("G773", "student,what,value\nbob,total,60\n",
          lambda hint, text: text.replace("60", found("such as (.*)", hint)), "10.00"),
         ("G773", "student,what,value\nbob,reported,lots\n",

@@ -79,3 +79,7 @@ def __getattr__(name: str) -> Any:
         if name in found:
             return found[name]
     raise AttributeError(f"module 'gyrodata.grading' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -15,18 +15,8 @@ from gyrodata.grading.toml_table import Text, UnfitError
 from gyrodata.quantities import parse_uncertainty
 from gyrodata.units import UnitError
 
-_DURATION = re.compile(r"\s*(\d+(?:\.\d+)?)\s*([a-z]+)\s*", re.IGNORECASE)
-_SECONDS = {
-    "s": 1,
-    "sec": 1,
-    "second": 1,
-    "min": 60,
-    "minute": 60,
-    "h": 3600,
-    "hour": 3600,
-    "day": 86400,
-    "week": 604800,
-}
+_DURATION = re.compile(r"\s*(\d+(?:\.\d+)?)\s*(s|sec|second|min|minute|h|hour|day|week)s?\s*", re.IGNORECASE)
+_SECONDS = {"s": 1, "m": 60, "h": 3600, "d": 86400, "w": 604800}
 
 
 class Duration(float):
@@ -119,11 +109,7 @@ class Lateness(Struct, frozen=True):
 def parse_duration(text: str) -> float | None:
     """Read a duration, "15 min", "1 day" or "36 h" [s]; None where it is none."""
     match = _DURATION.fullmatch(text)
-    if match is None:
-        return None
-    word = match[2].lower()
-    unit = _SECONDS.get(word) or _SECONDS.get(word.removesuffix("s"))
-    return None if unit is None else float(match[1]) * unit
+    return float(match[1]) * _SECONDS[match[2][0].lower()] if match else None
 
 
 def duration_text(seconds: float) -> str:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from sys import intern
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
+from msgspec.structs import force_setattr
 
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import chi2_tail, times_stated
@@ -33,6 +35,11 @@ class Mark(Struct, frozen=True):
     reason: str  # what was found, to the student
     detail: Detail  # the numbers behind it
     rule: str  # what earns all points and what none; "" where that was not what decided
+
+    def __post_init__(self) -> None:
+        # A class keeps one copy of the words that its marks share.
+        for name in ("criterion", "title", "check", "reason", "rule"):
+            force_setattr(self, name, intern(getattr(self, name)))
 
     @property
     def waits(self) -> bool:

@@ -130,4 +130,3 @@ def test_a_file_that_is_so_already_is_left_alone(tmp_path: Path) -> None:
 )
 def test_why_a_grade_is_made_again(basis: Basis, lost: str, why: str) -> None:
     assert why_again(an_entry("a", **asdict(basis), lost=lost), BASIS) == why
-    assert why_again(None, BASIS) == "new"

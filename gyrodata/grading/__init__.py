@@ -63,41 +63,22 @@ __all__ = [
     "write_feedback", "write_results",
 ]  # fmt: skip
 
-_HOMES = {
-    name: module
-    for module, names in {
-        "classroom": "LIMIT ClassGrades CriterionFigures GradingOptions grade_class",
-        "criteria": "Mark",
-        "desk": "FIGURES PUBLISHED TABLE Gradebooks Published changes_in find_desk write_feedback write_results",
-        "exports": "Change class_summary grade_lines grades_csv grades_document",
-        "exports.class_page": "class_page",
-        "exports.gradebooks": "Filled fill_book read_sheet",
-        "exports.gradescope": "autograder_files grade_autograder results_json",
-        "feedback": "feedback_html feedback_markdown",
-        "forensics": "Exemptions Fingerprint Flag fingerprint flag_class read_exemptions",
-        "grade": "Decision Grade grade_submission points_text settle",
-        "hand_in": "read_hand_in",
-        "journal": "Basis Entry Journal why_again",
-        "lastrun": "JOURNAL digest_of find_unchanged keep_run",
-        "late": "duration_text judge_lateness parse_duration",
-        "ledger": "DESK TODO Desk read_desk",
-        "platforms": "AUTOGRADER PLATFORMS",
-        "roster": "Person Roster read_roster",
-        "rubric": "ACCEPTED Rubric default_rubric default_rubric_text read_rubric rubric_shape",
-        "slips": "Slip find_slips",
-        "submissions": "Answers Submission Submissions find_submissions read_answers",
-        "yardsticks": "BenchScatter Reference at_bench class_references class_scatter distance own_runs",
-    }.items()
-    for name in names.split()
-}
+_MODULES = [
+    "lastrun", "late", "rubric", "platforms", "submissions", "yardsticks", "slips", "criteria", "forensics", "grade",
+    "hand_in", "journal", "ledger", "roster", "exports", "exports.gradebooks", "exports.class_page", "classroom",
+    "desk", "feedback", "exports.gradescope",
+]  # fmt: skip
+"""Each after those that it needs, so that to look for a name in all before its own loads no more than that one does."""
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
-        raise AttributeError(f"module 'gyrodata.grading' has no attribute {name!r}")
     from importlib import import_module
 
-    return getattr(import_module(f"gyrodata.grading.{_HOMES[name]}"), name)
+    for module in _MODULES if name in __all__ else ():
+        found = vars(import_module(f"gyrodata.grading.{module}"))
+        if name in found:
+            return found[name]
+    raise AttributeError(f"module 'gyrodata.grading' has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:

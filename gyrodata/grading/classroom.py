@@ -32,7 +32,7 @@ from gyrodata.grading.grade import (
     scatters_of,
     settle_one,
 )
-from gyrodata.grading.journal import Basis, Entry, Journal, bases_of, why_again
+from gyrodata.grading.journal import Basis, Entry, Journal, basis_of, why_again
 from gyrodata.grading.ledger import NO_DESK, Desk
 from gyrodata.grading.roster import Roster
 from gyrodata.grading.rubric import Rubric, default_rubric, read_rubric
@@ -152,16 +152,15 @@ def _entries(
     """Take each student's entry from the journal or make it; say why, and for whom the desk has grown."""
     entries: dict[str, Entry] = {}
     seen: dict[str, Mapping[str, str]] = {}
-    typed = ((item.student, desk.value(item.student, "reported")) for item in items)
-    reported = {student: value for student, value in typed if value is not None}
-    bases = bases_of(items, rubric, reported)
+    reported = {item.student: desk.value(item.student, "reported") or "" for item in items}
     handed_in = {item.student: item for item in items}
-    reasons = {student: why_again(None, basis) for student, basis in bases.items()}
+    reasons = dict.fromkeys(handed_in, "new")
     for entry in options.journal.read() if options.journal is not None else ():
         student = entry.grade.student
-        if student in bases:
+        if item := handed_in.get(student):
             seen[student] = entry.seen
-            reasons[student] = why_again(entry, bases[student]) or _why_figures(entry, handed_in[student], options)
+            basis = basis_of(item, rubric, reported[student])
+            reasons[student] = why_again(entry, basis) or _why_figures(entry, item, options)
             if not reasons[student]:
                 entries[student] = replace(entry, seen=desk.first_seen(entry.grade, entry.seen))
     again = {student: why for student, why in reasons.items() if why}
@@ -171,11 +170,23 @@ def _entries(
     work = partial(_grade_one, rubric, replace(options, journal=None, progress=None), reported)
     waiting = (handed_in[student] for student in again)
     for item, answer in in_workers(work, waiting, options.workers, options.limit, PRELOAD):
-        entry = _entry(item, bases[item.student], answer, rubric, options)
-        entry = replace(entry, seen=desk.first_seen(entry.grade, seen.get(item.student, {})))
-        entries[item.student] = entry
+        if isinstance(answer, Failed):
+            lost, answer = answer.why, (basis_of(item, rubric, reported[item.student]), "", {})
+            grade = not_graded(item, rubric, f"{lost}; a person must look")
+        else:
+            lost, grade = "", from_json(answer[1], Grade)
+        basis, content, figures = answer
+        # They are written first, so that whatever the journal tells of is there.
+        for name, (data, _) in figures.items():
+            folder = options.figures or Path()
+            with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+                # That a figure is there is all that the next run looks for.
+                write_whole(figure_path(folder, item, name), [data], private=True, sync=True)
+        told = {name: words for name, (_, words) in figures.items()}
+        first = desk.first_seen(grade, seen.get(item.student, {}))
+        entries[item.student] = Entry(**asdict(basis), grade=grade, lost=lost, figures=told, seen=first)
         if options.journal is not None and options.keep:
-            options.journal.add(entry, "" if isinstance(answer, Failed) else answer[0])
+            options.journal.add(entries[item.student], content)
         done += 1
         if options.progress is not None:
             options.progress(done)
@@ -184,32 +195,12 @@ def _entries(
 
 def _grade_one(
     rubric: Rubric, options: GradingOptions, reported: Mapping[str, str], submission: Submission
-) -> tuple[str, dict[str, tuple[bytes, str]]]:
-    """Grade one submission, in a worker; give the grade as JSON, and each figure's file and words by its name."""
-    grade = options.grader(submission, rubric, reported.get(submission.student))
+) -> tuple[Basis, str, dict[str, tuple[bytes, str]]]:
+    """Grade one submission, in a worker; give what it rests on, the grade as JSON, and each figure's file and words."""
+    basis = basis_of(submission, rubric, reported[submission.student])
+    grade = options.grader(submission, rubric, basis.desk or None)
     # Taken through JSON at once, so that a grade from the journal is the same to the last digit.
-    return grade.to_json(), _draw(submission, rubric) if options.figures is not None and grade.own else {}
-
-
-def _entry(
-    item: Submission,
-    basis: Basis,
-    answer: tuple[str, Mapping[str, tuple[bytes, str]]] | Failed,
-    rubric: Rubric,
-    options: GradingOptions,
-) -> Entry:
-    """Make the line of the journal, the figures written before it, so that whatever it tells of is there."""
-    if isinstance(answer, Failed):
-        grade = not_graded(item, rubric, f"{answer.why}; a person must look")
-        return Entry(**asdict(basis), grade=grade, lost=answer.why)
-    content, figures = answer
-    if options.figures is not None:
-        for name, (data, _) in figures.items():
-            with telling(options.figures, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-                # That a figure is there is all that the next run looks for.
-                write_whole(figure_path(options.figures, item, name), [data], private=True, sync=True)
-    told = {name: words for name, (_, words) in figures.items()}
-    return Entry(**asdict(basis), grade=from_json(content, Grade), figures=told)
+    return basis, grade.to_json(), _draw(submission, rubric) if options.figures is not None and grade.own else {}
 
 
 # --- figures ------------------------------------------------------------------------------------------------

@@ -183,28 +183,24 @@ def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
     reported, matched, d = _given(evidence)
     said = f"you report {inertia_text(reported, evidence.reported.u if evidence.reported else None)}"
     own = f"{inertia_text(matched.value, matched.u)} ({matched.words})"
-    percent, carried_percent = (100 * abs(one / matched.value - 1) for one in (reported, reported / evidence.factor))
+    times = factor_text(reported / matched.value)
+    percent, carried = (100 * abs(one / matched.value - 1) for one in (reported, reported / evidence.factor))
     in_percent = criterion.curve.variable == "percent"
-    detail: Detail = {"d": evidence.d, "d_carried": evidence.d_carried, "own": matched.value, "matched": matched.name}
+    share = criterion.curve.share(percent if in_percent else evidence.d or 0.0)
+    detail = {"d": evidence.d, "d_carried": evidence.d_carried, "own": matched.value, "matched": matched.name}
     if in_percent:
-        detail = {**detail, "percent": percent}
-    plain = criterion.curve.share(percent if in_percent else evidence.d or 0.0)
+        detail["percent"] = percent
     if evidence.slips:
-        slip = evidence.slips[0]
-        detail = {**detail, "slip": slip.kind}
-        cost = criterion.slip / criterion.points if criterion.points else 0.0
-        carried = criterion.curve.share(carried_percent if in_percent else d) - cost
-        reason = f"{said}, {factor_text(reported / matched.value)} what your runs give, {own}: a known slip, see above"
-        if carried > plain:
-            return mark(criterion, carried, reason, {**detail, "slip_cost": criterion.slip})
-        return mark(criterion, plain, reason, detail)
-    if d == 0:
+        detail["slip"] = evidence.slips[0].kind
+        less = criterion.curve.share(carried if in_percent else d) - criterion.slip / (criterion.points or 1.0)
+        if less > share:
+            share, detail["slip_cost"] = less, criterion.slip
+        reason = f"{said}, {times} what your runs give, {own}: a known slip, see above"
+    elif d == 0:
         reason = f"{said}, and so do your runs: {own}"
-    elif d <= 30:
-        reason = f"{said}; your runs give {own}, {d:.2g} u away"
     else:
-        reason = f"{said}; your runs give {own}: yours is {factor_text(reported / matched.value)} that"
-    return mark(criterion, plain, reason, detail)
+        reason = f"{said}; your runs give {own}{f', {d:.2g} u away' if d <= 30 else f': yours is {times} that'}"
+    return mark(criterion, share, reason, detail)
 
 
 def _reference(criterion: Criterion, evidence: Evidence) -> Mark:
@@ -250,9 +246,8 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
     u = evidence.reported.u / abs(evidence.factor)
     known = [own.u for own in evidence.values if own.u]
     known += [slip.u / abs(slip.factor) for slip in evidence.slips[:1] if slip.u]
-    low, high = (min(known), max(known)) if known else (None, None)
-    if low is None or high is None:
-        low = high = evidence.yardstick * abs(evidence.values[0].value)
+    known = known or [evidence.yardstick * abs(evidence.values[0].value)]
+    low, high = min(known), max(known)
     ratio = 1.0 if low <= u <= high else u / low if u < low else u / high
     undone = f", {_range_text(u, u)} with the slip undone," if evidence.slips else ""
     reason = f"± {_range_text(evidence.reported.u, evidence.reported.u)}{undone}"
@@ -263,7 +258,10 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
         side, end = ("large", "largest") if ratio > 1 else ("small", "smallest")
         verdict = "a little" if criterion.curve.share(ratio) == 1 else "too"
         reason += f" is {verdict} {side}: {factor_text(ratio)} the {end} that the fits of your runs give, {whole}"
-        reason += _single_value_hint(u, evidence)
+        mean = next((own.u for own in evidence.values if own.name == "mean_of_ratios"), None)
+        runs = sum(1 for run in evidence.analysis.run_table if run.torque and not run.left_out)
+        if mean and abs(u / (mean * math.sqrt(runs)) - 1) < 0.1:
+            reason += "; it is the scatter of single runs, and that of their mean is √n times smaller"
     return mark(criterion, criterion.curve.share(ratio), reason, {"ratio": ratio, "u": u, "u_low": low, "u_high": high})
 
 
@@ -273,16 +271,6 @@ def _range_text(low: float, high: float) -> str:
     texts = [f"{end / factor:.2g}" for end in (low, high)]
     numbers = texts[0] if texts[0] == texts[1] else f"({texts[0]} to {texts[1]})"
     return f"{numbers} × {power} kg·m²" if power else f"{numbers} kg·m²"
-
-
-def _single_value_hint(u: float, evidence: Evidence) -> str:
-    """Recognise the standard deviation of one value where that of the mean was meant."""
-    mean = next((own for own in evidence.values if own.name == "mean_of_ratios" and own.u), None)
-    if mean is None or mean.u is None:
-        return ""
-    count = sum(1 for run in evidence.analysis.run_table if run.torque and not run.left_out)
-    alike = abs(u / (mean.u * math.sqrt(count)) - 1) < 0.1
-    return "; it is the scatter of single runs, and that of their mean is √n times smaller" if alike else ""
 
 
 def _units(criterion: Criterion, evidence: Evidence) -> Mark:
@@ -332,15 +320,10 @@ def _given(evidence: Evidence) -> tuple[float, OwnValue, float]:
 
 def factor_text(factor: float) -> str:
     """Write a factor: "9.55 times", "1/9.55 of"."""
-    if factor < 0:
-        return f"−{factor_text(-factor)}"
-    if factor == 0:
-        return "0 times"
-    return f"{_digits(factor)} times" if factor >= 1 else f"1/{_digits(1 / factor)} of"
-
-
-def _digits(number: float) -> str:
-    return f"{number:.3g}" if number < 1000 else f"{number:.0f}" if number < 1e6 else f"{number:.2g}"
+    sign, size = "−" if factor < 0 else "", abs(factor)
+    number = 1 / size if 0 < size < 1 else size
+    digits = f"{number:.3g}" if number < 1000 else f"{number:.0f}" if number < 1e6 else f"{number:.2g}"
+    return f"{sign}1/{digits} of" if 0 < size < 1 else f"{sign}{digits} times"
 
 
 _JUDGES: dict[str, Callable[[Criterion, Evidence], Mark]] = {

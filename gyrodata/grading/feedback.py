@@ -12,7 +12,6 @@ from msgspec.structs import replace
 from gyrodata.grading.criteria import factor_text
 from gyrodata.grading.grade import Grade, points_text
 from gyrodata.grading.templates import environment, plain, sentence
-from gyrodata.grading.yardsticks import fit_words
 from gyrodata.reporting import inertia_text
 
 # Read once, in the process from which the crew of a class is forked.
@@ -96,48 +95,19 @@ def _content(grade: Grade) -> dict[str, Any]:
     if grade.status in ("on hold", "excused"):
         # No points are given, and none are shown.
         grade = replace(grade, marks=(), slips=(), own={}, diagnostics=(), late_reason="")
-    own = [
-        {
-            "words": fit_words(name),
-            "text": inertia_text(fit["value"] or 0.0, fit["u"]),
-            "matched": name == grade.matched,
-        }
-        for name, fit in grade.own.items()
-    ]
-    told = [one for one in grade.diagnostics if one["severity"] != "note"]
+    costs = [one.detail["slip_cost"] for one in grade.marks if grade.slips and "slip_cost" in one.detail]
     return {
         "grade": grade,
-        "own": own,
-        "rows": _rows(grade),
-        "told": told,
+        "inertia": inertia_text,
+        "told": [one for one in grade.diagnostics if one["severity"] != "note"],
         "points": points_text,
         "factor": factor_text,
-        "ratio": "" if grade.ratio is None else factor_text(grade.ratio),
-        "slip_cost": _slip_cost(grade),
+        "slip_cost": costs[0] if costs else None,
         "lead": _lead(grade),
         "verdict": _verdict(grade),
         "hands": _hands(grade),
         "judged": any(one.points is not None for one in grade.marks),
     }
-
-
-def _rows(grade: Grade) -> list[dict[str, Any]]:
-    """One row for each criterion, a reason that is the same as above told once."""
-    rows = []
-    before = ""
-    for one in grade.marks:
-        rule = one.rule if one.points is not None and one.points < one.out_of else ""
-        again = bool(one.reason) and one.reason == before
-        rows.append({"mark": one, "reason": "as above" if again else one.reason, "rule": rule})
-        before = one.reason
-    return rows
-
-
-def _slip_cost(grade: Grade) -> float | None:
-    """Points that a named slip cost; None where it was not carried forward."""
-    if not grade.slips:
-        return None
-    return next((m.detail["slip_cost"] for m in grade.marks if isinstance(m.detail.get("slip_cost"), float)), None)  # type: ignore[return-value]
 
 
 def _lead(grade: Grade) -> str:

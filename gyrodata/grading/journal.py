@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Literal
 
 from msgspec import Struct, field
-from msgspec.structs import asdict, replace
+from msgspec.structs import asdict
 
 from gyrodata import __version__
 from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN, JOURNAL_LINES_LOST
@@ -56,22 +56,16 @@ class Entry(Basis, frozen=True, kw_only=True):
         return f'{head[:-1]},"grade":{grade or self.grade.to_json()}}}\n'
 
 
-def bases_of(items: Iterable[Submission], rubric: Rubric, reported: Mapping[str, str]) -> dict[str, Basis]:
-    """Say what each grade of a class rests on; `reported`: values that a person typed in, by student."""
-    judged = replace(rubric, references={}, class_reference=False).digest
+def basis_of(item: Submission, rubric: Rubric, reported: str) -> Basis:
+    """Say what the grade of a submission rests on; `reported`: what a person typed in for it."""
     counts_files = any(criterion.check == "files" for criterion in rubric.criteria)
-    bases = {}
-    for item in items:
-        told = repr((item.digest, item.name, sorted(item.ids.items()), *(item.members if counts_files else ())))
-        handed_in = hashlib.sha256(told.encode("utf-8", "replace")).hexdigest()
-        bases[item.student] = Basis(handed_in, judged, rubric.digest, __version__, reported.get(item.student, ""))
-    return bases
+    told = repr((item.digest, item.name, sorted(item.ids.items()), *(item.members if counts_files else ())))
+    handed_in = hashlib.sha256(told.encode("utf-8", "replace")).hexdigest()
+    return Basis(handed_in, rubric.judged, rubric.digest, __version__, reported)
 
 
-def why_again(before: Entry | None, basis: Basis) -> str:
-    """Say why a submission is graded (again); "" where the grade of the journal holds."""
-    if before is None:
-        return "new"
+def why_again(before: Entry, basis: Basis) -> str:
+    """Say why a submission is graded again; "" where the grade of the journal holds."""
     for part in ("submission", "rubric", "reference", "desk"):
         if getattr(before, part) != getattr(basis, part):
             return f"the {part} changed"

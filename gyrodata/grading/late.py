@@ -3,54 +3,98 @@
 from __future__ import annotations
 
 import datetime as dt
+import math
 import re
 from collections.abc import Mapping
+from itertools import pairwise
+from typing import Annotated, Any, cast
 
-from msgspec import Struct
+from msgspec import Meta, Struct, field
 
-from gyrodata.diagnostics import RUBRIC_VALUE_CANNOT_BE_USED
-from gyrodata.grading.toml_table import Table
+from gyrodata.grading.toml_table import Text, UnfitError
+from gyrodata.quantities import parse_uncertainty
+from gyrodata.units import UnitError
 
-_DURATION = re.compile(r"\s*(\d+(?:\.\d+)?)\s*([a-z]+)\s*", re.IGNORECASE)
-_SECONDS = {
-    "s": 1,
-    "sec": 1,
-    "second": 1,
-    "min": 60,
-    "minute": 60,
-    "h": 3600,
-    "hour": 3600,
-    "day": 86400,
-    "week": 604800,
-}
+_DURATION = re.compile(r"\s*(\d+(?:\.\d+)?)\s*(s|sec|second|min|minute|h|hour|day|week)s?\s*", re.IGNORECASE)
+_SECONDS = {"s": 1, "m": 60, "h": 3600, "d": 86400, "w": 604800}
 
 
-class Tier(Struct, frozen=True):
+class Duration(float):
+    """Time [s], as a rubric has it."""
+
+    RAW = Annotated[str, Meta(examples=["15 min", "36 h", "2 days"])]
+
+    @staticmethod
+    def read(text: str, key: str, about: Mapping[str, Any]) -> float:
+        """Read one."""
+        seconds = parse_duration(text)
+        if seconds is None:
+            raise UnfitError(f'{key} = "{text[:40]}" is no duration')
+        return seconds
+
+
+class Deduction(float):
+    """Points that are taken off, as a rubric has them."""
+
+    RAW = Annotated[str, Meta(pattern=r"%\s*$", examples=["10 %"])] | Annotated[float, Meta(ge=0, examples=[2])]
+
+    @staticmethod
+    def read(value: str | float, key: str, about: Mapping[str, Any]) -> float:
+        """Read points, or a share of a whole."""
+        of = about["points"] if type(about["points"]) in (int, float) else math.inf
+        try:
+            points = parse_uncertainty(value, "number").relative * of if isinstance(value, str) else value
+        except UnitError:
+            points = math.nan
+        if not 0 <= points <= of:
+            raise UnfitError(f"{key} = {value} is no share of {of:g} points", f'write at most {key} = "100 %"')
+        return points
+
+
+Time = Annotated[
+    dt.datetime | None,
+    Meta(examples=["2026-03-09T23:59:00+01:00"], extra_json_schema={"pattern": r"^\d{4}-\d\d-\d\d[Tt ]\d\d:\d\d"}),
+]
+NO_TIME, ALL = cast(Duration, "0 s"), cast(Deduction, "100 %")  # read as what is given is
+
+
+class Tier(Struct, frozen=True, forbid_unknown_fields=True):
     """Up to this late, this is taken off."""
 
-    until: float  # [s]
-    deduct: float  # [points]
+    until: Duration
+    deduct: Deduction
 
 
-class LateException(Struct, frozen=True):
+class LateException(Struct, frozen=True, forbid_unknown_fields=True):
     """What holds for one student instead: exactly one of `due`, `extra` and `waive`."""
 
-    student: str  # key, any id, or name
-    due: dt.datetime | None
-    extra: float | None  # time more [s]
-    waive: bool
+    student: Text  # key, any id, or name
+    due: Time = None
+    extra: Duration | None = None  # time more
+    waive: Annotated[bool, Meta(examples=[True])] = False
+
+    def __post_init__(self) -> None:
+        if (self.due is not None) + (self.extra is not None) + self.waive != 1:
+            hint = 'write due = 2026-03-16T23:59:00+01:00, or extra = "2 days", or waive = true'
+            raise UnfitError("an exception says exactly one of due, extra and waive", hint)
 
 
-class LateRule(Struct, frozen=True):
+class LateRule(Struct, frozen=True, forbid_unknown_fields=True):
     """How lateness becomes points."""
 
-    due: dt.datetime | None  # None: what the learning platform says counts
-    grace: float  # [s]
-    tiers: tuple[Tier, ...]  # in rising order of `until`
-    beyond: float  # taken off after the last tier [points]
-    marked: float | None
-    """Taken off where a submission is only marked late, without by how much [points]; None: a person must look."""
-    exceptions: tuple[LateException, ...]
+    due: Time = None  # None: what the learning platform says counts
+    grace: Duration = NO_TIME
+    tiers: tuple[Tier, ...] = field(default=(), name="tier")  # in rising order of `until`
+    beyond: Deduction = ALL  # taken off after the last tier
+    marked: Deduction | None = None
+    """Taken off where a submission is only marked late, without by how much; None: a person must look."""
+    exceptions: tuple[LateException, ...] = field(default=(), name="exception")
+
+    def __post_init__(self) -> None:
+        if any(first.until >= second.until for first, second in pairwise(self.tiers)):
+            raise UnfitError(
+                "a tier is not later than the one before it", "write the tiers in rising order", key="tier"
+            )
 
 
 class Lateness(Struct, frozen=True):
@@ -65,11 +109,7 @@ class Lateness(Struct, frozen=True):
 def parse_duration(text: str) -> float | None:
     """Read a duration, "15 min", "1 day" or "36 h" [s]; None where it is none."""
     match = _DURATION.fullmatch(text)
-    if match is None:
-        return None
-    word = match[2].lower()
-    unit = _SECONDS.get(word) or _SECONDS.get(word.removesuffix("s"))
-    return None if unit is None else float(match[1]) * unit
+    return float(match[1]) * _SECONDS[match[2][0].lower()] if match else None
 
 
 def duration_text(seconds: float) -> str:
@@ -83,53 +123,6 @@ def duration_text(seconds: float) -> str:
     while parts[0][0] == 0:
         parts.pop(0)
     return " ".join(f"{count} {unit}" for count, unit in parts[:2] if count)
-
-
-def read_late(top: Table, points: float) -> LateRule | None:
-    """Read the table ``[late]`` of a rubric; None where there is none."""
-    table = top.table("late")
-    if table is None:
-        return None
-    due = table.time("due", "2026-03-09T23:59:00+01:00")
-    grace = _duration(table, "grace") or 0.0
-    tiers: list[Tier] = []
-    for one in table.tables("tier"):
-        until = _duration(one, "until", required=True)
-        deduct = one.deduction("deduct", points, points, required=True)
-        one.done()
-        if until is not None:
-            if tiers and until <= tiers[-1].until:
-                one.wrong("until", "is not later than the tier before it", "write the tiers in rising order")
-            tiers.append(Tier(until, deduct))
-    beyond = table.deduction("beyond", points, points)
-    marked = table.deduction("marked", points, 0.0)
-    exceptions = tuple(_exception(one) for one in table.tables("exception"))
-    table.done()
-    return LateRule(due, grace, tuple(tiers), beyond, marked if "marked" in table.values else None, exceptions)
-
-
-def _exception(table: Table) -> LateException:
-    student = table.text("student", '"s001234"', required=True) or ""
-    due = table.time("due", "2026-03-16T23:59:00+01:00")
-    extra = _duration(table, "extra")
-    waive = bool(table.take("waive", (bool,), "true"))
-    table.done()
-    if sum(key in table.values for key in ("due", "extra", "waive")) != 1:
-        hint = 'write due = 2026-03-16T23:59:00+01:00, or extra = "2 days", or waive = true'
-        table.faults.add(
-            RUBRIC_VALUE_CANNOT_BE_USED, table.path, "an exception says exactly one of due, extra and waive", hint
-        )
-    return LateException(student, due, extra, waive)
-
-
-def _duration(table: Table, key: str, required: bool = False) -> float | None:
-    text = table.text(key, '"1 day"', required)
-    if text is None:
-        return None
-    seconds = parse_duration(text)
-    if seconds is None:
-        table.wrong(key, f'{key} = "{text[:40]}" is no duration', f'write {key} = "15 min", "36 h" or "2 days"')
-    return seconds
 
 
 def judge_lateness(

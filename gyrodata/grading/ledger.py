@@ -23,6 +23,7 @@ from gyrodata.grading.criteria import Mark
 from gyrodata.grading.forensics import Flag
 from gyrodata.grading.grade import Decision, Grade, added_up, two_decimals
 from gyrodata.grading.rubric import Rubric
+from gyrodata.grading.toml_table import UnfitError, nearest
 from gyrodata.grading.yardsticks import station_key
 from gyrodata.readings import read_reported
 from gyrodata.reporting import csv_cell
@@ -103,124 +104,83 @@ def _given(mark: Mark, decision: Decision) -> Mark:
 
 
 def read_desk(data: bytes, students: Mapping[str, str], rubric: Rubric) -> Desk:
-    """Read the file; raise with all of its faults.
+    """Read the file; raise with a fault for each line that cannot be used.
 
     `students`: Every name by which a student may be called there, with the student's key.
     """
-    reader = _Reader({name.casefold(): key for name, key in students.items()}, rubric)
-    reader.read(data)
-    if reader.faults:
-        raise InputError(reader.faults)
-    return Desk({student: tuple(lines.values()) for student, lines in reader.lines.items()}, frozenset(reader.left))
+    known = {name.casefold(): key for name, key in students.items()}
+    points = {one.id: one.points for one in rubric.criteria} | {"total": rubric.points}
+    faults: list[Diagnostic] = []
+    lines: dict[str, dict[tuple[str, str], tuple[int, Decision]]] = {}
+    left: set[tuple[str, str]] = set()
+    number = 0
+    try:
+        for number, row in _rows(data):
+            try:
+                student, what = _student(row["student"], known), _what(row["what"], points)
+                if not row["value"] and what not in BARE:
+                    left.add((student, what))
+                    continue
+                value = _value(what, row["value"], points, known)
+                mine = lines.setdefault(student, {})
+                at, before = mine.get((what, value if what in SEVERAL else ""), (number, None))
+                if before is not None and before.value != value:
+                    message = f'{what} of "{row["student"]}" is {value} here and {before.value} in line {at}'
+                    hint = "keep the line that holds, and remove the other"
+                    raise UnfitError(message, hint, DESK_LINES_CONTRADICT)
+                mine[what, value if what in SEVERAL else ""] = at, Decision(what, value, row["by"], row["why"])
+            except UnfitError as error:
+                faults.append(Diagnostic.of(error.code, str(error), error.hint, DESK, number))
+    except (csv.Error, LookupError) as error:
+        hint = f'the first line is {",".join(COLUMNS)}; save it as "CSV UTF-8"'
+        faults = [Diagnostic.of(DESK_CANNOT_BE_READ, f"cannot be read: {error.args[0]}", hint, DESK, number + 1)]
+    if faults:
+        raise InputError(faults)
+    decided = {student: tuple(one for _, one in mine.values()) for student, mine in lines.items()}
+    return Desk(decided, frozenset(left))
 
 
-class _Reader:
-    """Reads the lines, and gathers what is wrong with them."""
+def _rows(data: bytes) -> Iterator[tuple[int, dict[str, str]]]:
+    """Give each line with its number, by column; LookupError where one lacks."""
+    columns: list[str] = []
+    for number, cells in csv_rows(data.decode("utf-8-sig", "replace")):
+        if any("\ufffd" in cell for cell in cells):
+            raise LookupError("it is no text in UTF-8")
+        row = [cell.strip() for cell in cells]
+        if not columns:
+            columns = [cell.casefold() for cell in row]
+            if lacks := [f'"{column}"' for column in COLUMNS[:3] if column not in columns]:
+                raise LookupError(f"there is no column {' and '.join(lacks)}")
+        elif any(row):
+            found = dict(zip(columns, row, strict=False))
+            yield number, {column: found.get(column, "").removeprefix("'") for column in COLUMNS}
 
-    def __init__(self, students: Mapping[str, str], rubric: Rubric) -> None:
-        self.students = students
-        self.rubric = rubric
-        self.points = {one.id: one.points for one in rubric.criteria} | {"total": rubric.points}
-        self.faults: list[Diagnostic] = []
-        self.lines: dict[str, dict[tuple[str, str], Decision]] = {}
-        self.left: set[tuple[str, str]] = set()
-        self.first: dict[tuple[str, str], int] = {}  # line of the first that decides a thing
 
-    def read(self, data: bytes) -> None:
-        for number, row in self._rows(data):
-            student = self._student(row["student"], number)
-            what = self._what(row["what"], number)
-            if student is None or what is None:
-                continue
-            if not row["value"] and what not in BARE:
-                self.left.add((student, what))
-                continue
-            value = self._value(what, row["value"], number)
-            if value is None:
-                continue
-            decision = Decision(what, value, row["by"], row["why"])
-            mine = self.lines.setdefault(student, {})
-            before = mine.get((what, value if what in SEVERAL else ""))
-            if before is not None and before.value != value:
-                at = self.first[student, what]
-                message = f'{what} of "{row["student"]}" is {value} here and {before.value} in line {at}'
-                self._fault(DESK_LINES_CONTRADICT, number, message, "keep the line that holds, and remove the other")
-                continue
-            self.first.setdefault((student, what), number)
-            mine[what, value if what in SEVERAL else ""] = decision
+def _student(name: str, known: Mapping[str, str]) -> str:
+    if name.casefold() not in known:
+        close = difflib.get_close_matches(name.casefold(), known, n=1)
+        hint = f"did you mean {known[close[0]]}?" if close else "write what grades.csv has under student"
+        raise UnfitError(f'"{name[:60]}" is nobody in this class', hint, DESK_STUDENT_UNKNOWN)
+    return known[name.casefold()]
 
-    def _fault(self, code: str, number: int, message: str, hint: str) -> None:
-        self.faults.append(Diagnostic.of(code, message, hint, DESK, number))
 
-    def _rows(self, data: bytes) -> Iterator[tuple[int, dict[str, str]]]:
-        """Give each line with its number, by column."""
-        head = f"the first line is {','.join(COLUMNS)}"
-        try:
-            text = data.decode("utf-8-sig")
-            if "\0" in text:
-                raise ValueError
-        except ValueError:
-            line = data.count(b"\n", 0, 1 + max(data.find(b"\0"), 0)) + 1
-            self._fault(DESK_CANNOT_BE_READ, line, "is no text in UTF-8", 'save it as "CSV UTF-8"')
-            return
-        columns: list[str] = []
-        number = 0
-        try:
-            for number, cells in csv_rows(text):
-                row = [cell.strip() for cell in cells]
-                if not columns:
-                    columns = [cell.casefold() for cell in row]
-                    lacks = [f'"{column}"' for column in COLUMNS[:3] if column not in columns]
-                    if lacks:
-                        self._fault(DESK_CANNOT_BE_READ, number, f"there is no column {' and '.join(lacks)}", head)
-                        return
-                elif any(row):
-                    found = dict(zip(columns, row, strict=False))
-                    yield number, {column: found.get(column, "").removeprefix("'") for column in COLUMNS}
-        except csv.Error as error:
-            self._fault(DESK_CANNOT_BE_READ, number + 1, f"is no table: {error}", head)
+def _what(word: str, points: Mapping[str, float]) -> str:
+    if word in points or word.casefold() in WORDS:
+        return word if word in points else word.casefold()
+    message = f'"{word[:60]}" is no criterion of the rubric, and nothing else that can be decided'
+    raise UnfitError(message, nearest(word, (*points, *WORDS[1:])), DESK_LINE_CANNOT_BE_USED)
 
-    def _student(self, name: str, number: int) -> str | None:
-        key = self.students.get(name.casefold())
-        if key is None:
-            close = difflib.get_close_matches(name, set(self.students.values()) | set(self.students), n=1)
-            hint = f"did you mean {close[0]}?" if close else "write what grades.csv has under student"
-            self._fault(DESK_STUDENT_UNKNOWN, number, f'"{name[:60]}" is nobody in this class', hint)
-        return key
 
-    def _what(self, word: str, number: int) -> str | None:
-        if word in self.points:
-            return word
-        if word.casefold() in WORDS:
-            return word.casefold()
-        known = (*self.points, *WORDS[1:])
-        close = difflib.get_close_matches(word, known, n=1)
-        hint = f"did you mean {close[0]}?" if close else f"write one of: {', '.join(known)}"
-        message = f'"{word[:60]}" is no criterion of the rubric, and nothing else that can be decided'
-        self._fault(DESK_LINE_CANNOT_BE_USED, number, message, hint)
-        return None
-
-    def _value(self, what: str, value: str, number: int) -> str | None:
-        """Give a value as it is kept; None, and a fault, for one that cannot be used."""
-        message = hint = ""
-        if what in self.points:
-            most = self.points[what]
-            if not _is_points(value, most):
-                message = f'{what} = "{value[:60]}" is no number of points from 0 to {most:g}'
-                hint = f"write a number, such as {most / 2:g}"
-        elif what == "reported":
-            reported = read_reported("inertia", value)
-            if reported.value is None:
-                message = f'reported = "{value[:60]}" cannot be read: {reported.problem or "it is no number"}'
-                hint = "write value, uncertainty and unit: 4.4e-3 ± 0.1e-3 kg m^2"
-        elif what == "partner":
-            return self._student(value, number)
-        elif what in BARE:
-            return ""
-        if not message:
-            return value
-        self._fault(DESK_LINE_CANNOT_BE_USED, number, message, hint)
-        return None
+def _value(what: str, value: str, points: Mapping[str, float], known: Mapping[str, str]) -> str:
+    """Give a value as it is kept."""
+    if what in points and not _is_points(value, points[what]):
+        message = f'{what} = "{value[:60]}" is no number of points from 0 to {points[what]:g}'
+        raise UnfitError(message, f"write a number, such as {points[what] / 2:g}", DESK_LINE_CANNOT_BE_USED)
+    if what == "reported" and (read := read_reported("inertia", value)).value is None:
+        message = f'reported = "{value[:60]}" cannot be read: {read.problem or "it is no number"}'
+        hint = "write value, uncertainty and unit: 4.4e-3 ± 0.1e-3 kg m^2"
+        raise UnfitError(message, hint, DESK_LINE_CANNOT_BE_USED)
+    return _student(value, known) if what == "partner" else "" if what in BARE else value
 
 
 def _number(text: str) -> float | None:

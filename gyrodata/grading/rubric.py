@@ -11,30 +11,29 @@ import json
 import math
 import re
 from collections.abc import Mapping
-from contextlib import suppress
 from functools import cached_property
 from importlib.resources import files
-from typing import Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple, Union, cast
 
-from msgspec import Struct, to_builtins
+from msgspec import Meta, Struct, defstruct, field, to_builtins
+from msgspec.structs import replace
 
 from gyrodata.diagnostics import (
     CONDITION_CANNOT_BE_USED,
-    CRITERION_KIND_UNKNOWN,
     NO_UNLOADED_RUN,
     OUTLIER_BEFORE_LEAVING,
     RUBRIC_PARTS_CONTRADICT,
     RUBRIC_POINTS_DO_NOT_ADD_UP,
+    RUBRIC_VALUE_CANNOT_BE_USED,
     SPIN_FALLS_TOO_MUCH,
     SPINS_TOO_CLOSE,
     TIMES_TOO_SHORT,
     TOO_FEW_RUNS,
     TOO_FEW_WEIGHTS,
 )
-from gyrodata.errors import InputError
-from gyrodata.grading.late import LateRule, read_late
-from gyrodata.grading.toml_table import Faults, Shape, Table, nearest, read_toml
-from gyrodata.grading.yardsticks import FIT_WORDS, Bench, Reference, read_bench, read_references
+from gyrodata.grading.late import Deduction, LateRule
+from gyrodata.grading.toml_table import Faults, Number, Text, UnfitError, read_record, read_toml, schema_of
+from gyrodata.grading.yardsticks import BENCH, FIT_WORDS, Bench, BenchTable, Reference, References
 from gyrodata.quantities import parse_quantity
 from gyrodata.units import UnitError
 
@@ -134,6 +133,11 @@ class Rubric(Struct, frozen=True, dict=True):
         del content["name"]
         return hashlib.sha256(json.dumps(content, sort_keys=True, default=dt.datetime.isoformat).encode()).hexdigest()
 
+    @cached_property
+    def judged(self) -> str:
+        """Digest without the references, which come into a grade once the class is there."""
+        return replace(self, references={}, class_reference=False).digest
+
 
 def default_rubric_text(kind: Literal["simple", "full", "manual"] = "full") -> str:
     """Give a rubric to begin with as its author wrote it, with remarks; "full" is the built-in one."""
@@ -148,176 +152,53 @@ def default_rubric() -> Rubric:
 
 def read_rubric(data: bytes, name: str = "rubric.toml") -> Rubric:
     """Read a rubric."""
-    return _rubric(read_toml(data, name), name)
-
-
-def rubric_shape() -> Shape:
-    """Give the JSON Schema of a rubric: what is asked for where one has every table and every kind of criterion."""
-    values: dict[str, Any] = {
-        "criterion": [{"check": kind} for kind in KINDS],
-        "late": {"tier": [{}], "exception": [{}]},
-        "reference": {"all": {}},
-        "bench": {},
-    }
-    top = Table(values, (), Faults("", ""))
-    # It lacks every value that a rubric must have.
-    with suppress(InputError):
-        _rubric(top, "")
-    return top.shape
-
-
-def _rubric(top: Table, name: str) -> Rubric:
-    schema = top.number("schema", "1", required=True)
-    top.asked["schema"]["const"] = 1
-    if schema not in (None, 1.0):
-        top.wrong("schema", f"schema {schema:g} is not known to this version", "write schema = 1")
-    title = top.text("title", '"Gyroscope lab"') or "Gyroscope lab"
-    points = top.number("points", "20", required=True)
-    accept = top.choices("accept", ACCEPTED, ACCEPTED)
-    no_report = top.choice("no_report", ("look", "zero"), "look")
-    tables = top.tables("criterion")
-    criteria = _criteria(top, tables)
-    # A criterion that has another fault counts, and nothing is said of a sum that cannot be made.
-    stated = [table.values.get("points") for table in tables]
-    each = [float(one) for one in stated if isinstance(one, int | float) and not isinstance(one, bool)]
-    total = math.fsum(each)
-    if each and len(each) == len(stated) and points is not None and abs(total - points) > 1e-9:
-        parts = " + ".join(f"{one:g}" for one in each)
-        hint = f"write points = {total:g}, or change the points of a criterion"
-        top.wrong(
-            "points",
-            f"points = {points:g}, but the criteria add up to {parts} = {total:g}",
-            hint,
-            RUBRIC_POINTS_DO_NOT_ADD_UP,
-        )
-    late = read_late(top, points or 0.0)
-    references, from_class = read_references(top)
-    bench, from_scatter = read_bench(top)
-    asked = next((c for c in criteria if c.check == "reference"), None)
-    if asked and not references and not from_class and "reference" not in top.values:
-        hint = '[reference.3] with inertia = "4.44e-3 kg m^2" and u = "1 %", or [reference] with from = "class"'
-        top.faults.add(
-            RUBRIC_PARTS_CONTRADICT, (), f'criterion "{asked.id}" compares with a reference, and none is given', hint
-        )
-    top.done()
-    top.faults.stop_if_any()
+    values, faults = read_toml(data, name)
+    _see_together(values, faults)
+    file = read_record([_File], values, faults)
+    faults.stop_if_any()
+    reference, bench = file.reference, file.bench
     return Rubric(
         name=name,
-        title=title,
-        points=points or 0.0,
-        accept=accept,
-        no_report="zero" if no_report == "zero" else "look",
-        criteria=criteria,
-        late=late,
-        references=references,
-        class_reference=from_class,
-        bench=bench,
-        class_scatter=from_scatter,
+        title=file.title,
+        points=file.points,
+        accept=tuple(dict.fromkeys(file.accept)),
+        no_report=file.no_report,
+        criteria=tuple(one.criterion() for one in file.criteria),
+        late=file.late,
+        references=reference.by_station() if reference else {},
+        class_reference=reference is not None and reference.source == "class",
+        bench={key: given for key in BENCH if (given := getattr(bench, key, None))},
+        class_scatter=bench is not None and bench.source == "class",
     )
 
 
-# --- criteria -----------------------------------------------------------------------------------------------
+def _see_together(values: Mapping[str, Any], faults: Faults) -> None:
+    """Note what does not go together, as far as it can be read."""
+    written = values.get("criterion")
+    criteria = [one if isinstance(one, dict) else {} for one in written] if isinstance(written, list) else []
+    each: list[Any] = [one.get("points") for one in criteria]
+    points: Any = values.get("points")
+    if each and all(type(one) in (int, float) for one in (*each, points)) and abs(sum(each) - points) > 1e-9:
+        parts, total = " + ".join(f"{one:g}" for one in each), math.fsum(each)
+        message = f"points = {points:g}, but the criteria add up to {parts} = {total:g}"
+        hint = f"write points = {total:g}, or change the points of a criterion"
+        faults.add(RUBRIC_POINTS_DO_NOT_ADD_UP, ("points",), message, hint)
+    for at, one in enumerate(criteria):
+        if any(one.get("id") == other.get("id", 0) for other in criteria[:at]):
+            message = f'two criteria have the id "{one["id"]}"'
+            faults.add(RUBRIC_VALUE_CANNOT_BE_USED, ("criterion", at, "id"), message, "give each its own id")
+        if one.get("check") == "reference" and "reference" not in values:
+            message = f'criterion "{one.get("id")}" compares with a reference, and none is given'
+            hint = '[reference.3] with inertia = "4.44e-3 kg m^2" and u = "1 %", or [reference] with from = "class"'
+            faults.add(RUBRIC_PARTS_CONTRADICT, (), message, hint)
 
 
-def _criteria(top: Table, tables: list[Table]) -> tuple[Criterion, ...]:
-    if not tables and "criterion" not in top.values:
-        hint = 'write at least one: [[criterion]], id = "log", check = "log", points = 2'
-        top.faults.add(RUBRIC_PARTS_CONTRADICT, (), "there is not one criterion", hint)
-    criteria: list[Criterion] = []
-    for table in tables:
-        criterion = _criterion(table)
-        if criterion is None:
-            continue
-        if any(other.id == criterion.id for other in criteria):
-            table.wrong("id", f'two criteria have the id "{criterion.id}"', "give each its own id")
-        criteria.append(criterion)
-    return tuple(criteria)
-
-
-def _criterion(table: Table) -> Criterion | None:
-    check = table.text("check", " or ".join(f'"{kind}"' for kind in KINDS), required=True)
-    if check is not None and check not in KINDS:
-        table.wrong("check", f'there is no check "{check}"', nearest(check, tuple(KINDS)), CRITERION_KIND_UNKNOWN)
-        check = None
-    name = table.text("id", f'"{check or "log"}"', required=True)
-    points = table.number("points", "2", required=True)
-    if check is None:
-        table.asked |= {key: {} for key in ("title", "full", "zero", "slip", "gate", "asks")}
-        table.done()
-        return None
-    table.asked["check"]["const"] = check
-    table.shape["title"] = KINDS[check].title
-    title = table.text("title", f'"{KINDS[check].title}"') or KINDS[check].title
-    curve, told = _curve(table, check) if KINDS[check].variables else (Curve("", (0.0, 0.0), (0.0, 0.0)), "")
-    slip = 0.0
-    gate = None
-    if check == "own_data":
-        slip = table.deduction("slip", points or 0.0, (points or 0.0) / 2)
-    if check in ("own_data", "reference", "uncertainty"):
-        gate = _gate(table)
-    asks = table.choices("asks", tuple(ASKS), tuple(ASKS)[:3]) if check == "procedure" else ()
-    table.done()
-    if name is None or points is None or curve is None:
-        return None
-    return Criterion(name, title, check, points, curve, told, slip, gate, asks)  # type: ignore[arg-type]
-
-
-def _curve(table: Table, check: str) -> tuple[Curve | None, str]:
-    """The conditions for all points and for none, both by default or both written."""
-    default = KINDS[check].full, KINDS[check].zero
-    texts = [table.text(key, f'"{default[i]}"') for i, key in enumerate(("full", "zero"))]
-    pattern = _CONDITION.pattern.replace(_NAME, f"({'|'.join(KINDS[check].variables)})")
-    meanings = "; ".join(f"{variable}: {MEANINGS[variable]}" for variable in KINDS[check].variables)
-    for key in ("full", "zero"):
-        table.asked[key] |= {"pattern": f"^{pattern}$", "description": f"{table.asked[key]['description']}; {meanings}"}
-    table.shape["dependentRequired"] = {"full": ["zero"], "zero": ["full"]}
-    given = [key for key in ("full", "zero") if key in table.values]
-    if len(given) == 1:
-        other = {"full": "zero", "zero": "full"}[given[0]]
-        hint = f'write {other} too, or leave both out: then full = "{default[0]}" and zero = "{default[1]}" hold'
-        table.wrong(given[0], f'"{given[0]}" is given, and "{other}" is not', hint, CONDITION_CANNOT_BE_USED)
-        return None, ""
-    full, zero = (text or default[i] for i, text in enumerate(texts))
-    conditions = []
-    for key, text in (("full", full), ("zero", zero)):
-        try:
-            condition = parse_condition(text)
-        except ConditionError as error:
-            table.wrong(key, str(error), error.hint, CONDITION_CANNOT_BE_USED)
-            continue
-        if condition.variable not in KINDS[check].variables:
-            known = " or ".join(KINDS[check].variables)
-            message = f'"{condition.variable}" means nothing in a criterion with check = "{check}"'
-            table.wrong(key, message, f"write a condition on {known}", CONDITION_CANNOT_BE_USED)
-            continue
-        conditions.append(condition)
-    if len(conditions) < 2:
-        return None, ""
-    try:
-        told = f"all points for {full}, none for {zero}; {conditions[0].variable}: {MEANINGS[conditions[0].variable]}"
-        return make_curve(*conditions), told.replace("<=", "≤").replace(">=", "≥").replace("..", " to ")
-    except ConditionError as error:
-        table.wrong("zero" if "zero" in table.values else "full", str(error), error.hint, CONDITION_CANNOT_BE_USED)
-        return None, ""
-
-
-def _gate(table: Table) -> tuple[float, float] | None:
-    sample = '["1e-6 kg m^2", "100 kg m^2"]'
-    value = table.take("gate", (list,), sample)
-    table.asked["gate"] |= {"items": {"type": "string"}, "minItems": 2, "maxItems": 2}
-    if value is None:
-        return None
-    if len(value) != 2 or not all(isinstance(end, str) for end in value):
-        table.wrong("gate", "gate needs two moments of inertia with their unit", f"write gate = {sample}")
-        return None
-    try:
-        low, high = (parse_quantity(end, "inertia") for end in value)
-    except UnitError as error:
-        table.wrong("gate", f"gate: {error}", f"write gate = {sample}")
-        return None
-    if not low < high:
-        table.wrong("gate", "gate: the first is not below the second", f"write gate = {sample}")
-    return low, high
+def rubric_shape() -> dict[str, Any]:
+    """Give the JSON Schema of a rubric, for editors."""
+    shape = schema_of(_File)
+    stations = shape["$defs"]["References"]
+    stations["additionalProperties"] = stations["properties"].pop("others")["additionalProperties"]
+    return shape
 
 
 # --- conditions, "d <= 0.3" or "ratio in 0.5..2", and the points between two of them ------------------------
@@ -325,24 +206,15 @@ def _gate(table: Table) -> tuple[float, float] | None:
 
 _NAME = r"([A-Za-z_]\w*)"
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-_CONDITION = re.compile(
-    rf"\s*{_NAME}\s*(?:(<=|>=|≤|≥)\s*({_NUMBER})|(in|outside)\s+({_NUMBER})\s*\.\.\s*({_NUMBER}))\s*"
-)
+_REST = rf"\s*(?:(<=|>=|≤|≥)\s*({_NUMBER})|(in|outside)\s+({_NUMBER})\s*\.\.\s*({_NUMBER}))\s*"
 _STRICT = re.compile(rf"\s*{_NAME}\s*([<>])\s*({_NUMBER})\s*")
 _SIGNS = {"≤": "<=", "≥": ">="}
-
-
-class ConditionError(ValueError):
-    """A condition that cannot be used."""
-
-    def __init__(self, message: str, hint: str) -> None:
-        super().__init__(message)
-        self.hint = hint
 
 
 class Condition(Struct, frozen=True):
     """One comparison of a variable with numbers."""
 
+    text: str
     variable: str
     relation: str  # "<=", ">=", "in" or "outside"
     low: float  # lower end; -inf for "<="
@@ -368,7 +240,7 @@ class Curve(Struct, frozen=True):
 
 def parse_condition(text: str) -> Condition:
     """Read ``NAME <= NUMBER``, ``NAME >= NUMBER``, ``NAME in LOW..HIGH`` or ``NAME outside LOW..HIGH``."""
-    match = _CONDITION.fullmatch(text)
+    match = re.fullmatch(rf"\s*{_NAME}{_REST}", text)
     if match is None:
         hint = 'write it like "d <= 0.3", "z >= 5", "ratio in 0.5..2" or "ratio outside 0.2..5"'
         if strict := _STRICT.fullmatch(text):
@@ -377,48 +249,127 @@ def parse_condition(text: str) -> Condition:
                 # Below 1 warning is none, and none is what "<= 0" says.
                 limit = math.ceil(limit) - 1 if sign == "<" else math.floor(limit) + 1
             hint = f'write "{name} {sign}= {limit:g}"'
-        raise ConditionError(f'"{text[:60]}" is no condition', hint)
+        raise UnfitError(f'"{text[:60]}" is no condition', hint, CONDITION_CANNOT_BE_USED)
     name, sign, bound, word, first, last = match.groups()
-    if word:
-        low, high = float(first), float(last)
-        if not low < high:
-            raise ConditionError(f'"{text}": {first} is not below {last}', f'write "{name} {word} {last}..{first}"')
-        return Condition(name, word, low, high)
-    number = float(bound)
-    relation = _SIGNS.get(sign, sign)
-    return Condition(name, relation, *((-math.inf, number) if relation == "<=" else (number, math.inf)))
+    relation = word or _SIGNS.get(sign, sign)
+    low, high = float(first or bound), float(last or bound)
+    if word and not low < high:
+        hint = f'write "{name} {word} {last}..{first}"'
+        raise UnfitError(f'"{text}": {first} is not below {last}', hint, CONDITION_CANNOT_BE_USED)
+    low, high = -math.inf if relation == "<=" else low, math.inf if relation == ">=" else high
+    return Condition(text, name, relation, low, high)
+
+
+_OPPOSITE = {"<=": ">= NUMBER", ">=": "<= NUMBER", "in": "outside LOW..HIGH"}
 
 
 def make_curve(full: Condition, zero: Condition) -> Curve:
     """Join the condition for all points and the one for none, of one variable and farther out."""
-    if full.variable != zero.variable:
-        raise ConditionError(
-            f'full speaks of "{full.variable}" and zero of "{zero.variable}"',
-            f"write zero on {full.variable} as well, or full on {zero.variable}",
-        )
-    name = full.variable
-    opposite = {"<=": ">=", ">=": "<=", "in": "outside"}
-    if full.relation not in opposite:
-        raise ConditionError('full is "… outside …"', f'that is for zero: write full = "{name} in LOW..HIGH"')
-    if zero.relation != opposite[full.relation]:
-        sample, where = {
-            "<=": ("NUMBER", f"NUMBER above {full.high:g}"),
-            ">=": ("NUMBER", f"NUMBER below {full.low:g}"),
-            "in": ("LOW..HIGH", f"LOW below {full.low:g} and HIGH above {full.high:g}"),
-        }[full.relation]
-        raise ConditionError(
-            f'full with "{full.relation}" does not go with zero with "{zero.relation}"',
-            f'write zero = "{name} {opposite[full.relation]} {sample}" with {where}',
-        )
-    if full.relation == "<=":
-        ends = (-math.inf, zero.low)
-    elif full.relation == ">=":
-        ends = (zero.high, math.inf)
-    else:
-        ends = (zero.low, zero.high)
+    name, far = full.variable, _OPPOSITE.get(full.relation)
+    if far is None:
+        hint = f'that is for zero: write full = "{name} in LOW..HIGH"'
+        raise UnfitError('full is "… outside …"', hint, CONDITION_CANNOT_BE_USED, "full")
+    if (zero.variable, zero.relation) != (name, far.split()[0]):
+        message = f'zero = "{zero.text}" does not go with full = "{full.text}"'
+        raise UnfitError(message, f'write zero = "{name} {far}", farther out', CONDITION_CANNOT_BE_USED, "zero")
+    # Where zero has no end, it holds up to the other one.
+    ends = {"<=": (-math.inf, zero.low), ">=": (zero.high, math.inf), "in": (zero.low, zero.high)}[full.relation]
     if ends[0] > full.low or ends[1] < full.high:
-        raise ConditionError(
-            "full and zero overlap: some values would earn all points and none",
-            "put the limit of zero farther out than the limit of full",
-        )
+        message = "full and zero overlap: some values would earn all points and none"
+        hint = "put the limit of zero farther out than the limit of full"
+        raise UnfitError(message, hint, CONDITION_CANNOT_BE_USED, "zero")
     return Curve(name, (full.low, full.high), ends)
+
+
+# --- the file as it is written ------------------------------------------------------------------------------
+
+
+class Gate(tuple[float, float]):
+    """Two moments of inertia, as a rubric has them."""
+
+    RAW = Annotated[tuple[str, str], Meta(examples=[["1e-6 kg m^2", "100 kg m^2"]])]
+
+    @staticmethod
+    def read(ends: tuple[str, str], key: str, about: Mapping[str, Any]) -> tuple[float, float]:
+        """Read them."""
+        try:
+            low, high = (parse_quantity(end, "inertia") for end in ends)
+        except UnitError as error:
+            raise UnfitError(f"gate: {error}") from None
+        if not low < high:
+            raise UnfitError("gate: the first is not below the second")
+        return low, high
+
+
+class ConditionText(str):
+    """A condition, as a rubric has it."""
+
+    RAW = Annotated[str, Meta(examples=["d <= 0.3"])]
+
+    @staticmethod
+    def read(text: str, key: str, about: Mapping[str, Any]) -> Condition:
+        """Read one that goes with the kind of its criterion."""
+        condition, known = (
+            parse_condition(text),
+            KINDS[about["check"]].variables if about.get("check") in KINDS else MEANINGS,
+        )
+        if condition.variable not in known:
+            message = f'"{condition.variable}" means nothing in a criterion with check = "{about["check"]}"'
+            raise UnfitError(message, f"write a condition on {' or '.join(known)}", CONDITION_CANNOT_BE_USED)
+        return condition
+
+
+class _Criterion(Struct, frozen=True):
+    """What every criterion has."""
+
+    id: Text
+    points: Number
+
+    def __post_init__(self) -> None:
+        self.criterion()
+
+    def criterion(self) -> Criterion:
+        """Give it as it is judged."""
+        given, check = cast(Any, self), cast(Check, self.__struct_config__.tag)
+        curve, told = Curve("", (0.0, 0.0), (0.0, 0.0)), ""
+        if KINDS[check].variables:
+            curve = make_curve(given.full, given.zero)
+            told = f"all points for {given.full.text}, none for {given.zero.text}; {curve.variable}: "
+            told = f"{told}{MEANINGS[curve.variable]}".replace("<=", "≤").replace(">=", "≥").replace("..", " to ")
+        more = getattr(self, "slip", 0.0), getattr(self, "gate", None), tuple(dict.fromkeys(getattr(self, "asks", ())))
+        return Criterion(self.id, given.title, check, self.points, curve, told, *more)
+
+
+def _keys_of(check: str, kind: Kind) -> Any:
+    """Make the record of a kind of criterion."""
+    keys: list[Any] = [("title", Text, kind.title)]
+    if kind.variables:
+        meanings = "; ".join(f"{variable}: {MEANINGS[variable]}" for variable in kind.variables)
+        pattern = {"pattern": rf"^\s*({'|'.join(kind.variables)}){_REST}$"}
+        condition = Annotated[ConditionText, Meta(description=meanings, extra_json_schema=pattern)]
+        keys += [("full", condition, kind.full), ("zero", condition, kind.zero)]
+    if check == "own_data":
+        keys += [("slip", Deduction, "50 %")]
+    if check == "procedure":
+        asks = Annotated[tuple[Literal[*ASKS], ...], Meta(min_length=1)]  # type: ignore[valid-type]
+        keys += [("asks", asks, tuple(ASKS)[:3])]
+    if check in ("own_data", "reference", "uncertainty"):
+        keys += [("gate", Gate | None, None)]
+    return defstruct(
+        check, keys, bases=(_Criterion,), tag_field="check", tag=check, frozen=True, forbid_unknown_fields=True
+    )
+
+
+_Criteria: Any = Union[tuple(_keys_of(check, kind) for check, kind in KINDS.items())]  # noqa: UP007
+
+
+class _File(Struct, frozen=True, forbid_unknown_fields=True):
+    schema: Literal[1]
+    points: Number
+    criteria: tuple[_Criteria, ...] = field(name="criterion")
+    title: Text = "Gyroscope lab"
+    accept: Annotated[tuple[Literal[ACCEPTED], ...], Meta(min_length=1)] = ACCEPTED  # type: ignore[valid-type]
+    no_report: Literal["look", "zero"] = "look"
+    late: LateRule | None = None
+    reference: References | None = None
+    bench: BenchTable | None = None  # type: ignore[valid-type]

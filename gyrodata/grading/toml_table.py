@@ -1,39 +1,44 @@
-"""A TOML file read key by key: all faults at once, each with its line and what to write instead.
+"""A TOML file read into records: all faults at once, each with its line and what to write instead.
 
-Validators made from types (msgspec, pydantic) stop at the first fault or do not know its line. What is asked for, and
-how, is the file's JSON Schema: each table notes it as it is read.
+msgspec stops at the first fault and does not know its line, so that it is given each key by itself.
 """
 
 from __future__ import annotations
 
 import datetime as dt
 import difflib
-import math
+import json
 import re
 import tomllib
-from bisect import bisect_right
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from types import NoneType
+from typing import Annotated, Any, Literal, NamedTuple, get_args, get_origin
 
-from gyrodata.diagnostics import RUBRIC_KEY_UNKNOWN, RUBRIC_NO_TOML, RUBRIC_VALUE_CANNOT_BE_USED
+from msgspec import Meta, Struct, ValidationError, convert
+from msgspec.json import schema
+from msgspec.structs import fields
+
+from gyrodata.diagnostics import (
+    CRITERION_KIND_UNKNOWN,
+    RUBRIC_KEY_UNKNOWN,
+    RUBRIC_NO_TOML,
+    RUBRIC_VALUE_CANNOT_BE_USED,
+)
 from gyrodata.errors import Diagnostic, InputError
-from gyrodata.quantities import parse_uncertainty
-from gyrodata.units import UnitError
 
 LARGEST = 1_000_000  # bytes of a rubric that are read
 
-Shape = dict[str, Any]
-"""JSON Schema of a value."""
+Text = Annotated[str, Meta(pattern=r"\S", examples=["a text"])]
+Number = Annotated[float, Meta(ge=0, lt=1e9, examples=[2])]
 
-_TYPES = {
-    str: "string",
-    int: "number",
-    float: "number",
-    bool: "boolean",
-    list: "array",
-    dict: "object",
-    dt.datetime: "string",  # JSON has no times: editors of TOML take them for texts
-}
+
+class UnfitError(ValueError):
+    """A value that cannot be used, or a table whose values do not go together."""
+
+    def __init__(self, message: str, hint: str = "", code: str = RUBRIC_VALUE_CANNOT_BE_USED, key: str = "") -> None:
+        super().__init__(message)
+        self.hint, self.code, self.key = hint, code, key
 
 
 class Faults:
@@ -49,11 +54,7 @@ class Faults:
         """Note a fault of the key at `path`, or of the nearest table above it that has a place of its own."""
         while path and path not in self.places:
             path = path[:-1]
-        self.add_at(code, self.places.get(path), message, hint)
-
-    def add_at(self, code: str, spot: Spot | None, message: str, hint: str = "") -> None:
-        """Note a fault at a place."""
-        line, column, width = spot or (None, None, 1)
+        line, column, width = self.places.get(path, (None, None, 1))
         excerpt = self.lines[line - 1].rstrip("\r") if line and line <= len(self.lines) else ""
         self.found.append(Diagnostic.of(code, message, hint, self.name, line, column, excerpt, width))
 
@@ -63,151 +64,8 @@ class Faults:
             raise InputError(sorted(self.found, key=lambda d: (d.line or 0, d.column or 0)))
 
 
-class Table:
-    """One table of the file; every key is asked for once, and `done` names those that were not."""
-
-    def __init__(self, values: dict[str, Any], path: Path, faults: Faults) -> None:
-        self.values = values
-        self.path = path
-        self.faults = faults
-        self.asked: dict[str, Shape] = {}
-        self.shape: Shape = {
-            "type": "object",
-            "properties": self.asked,
-            "required": [],
-            "additionalProperties": False,
-        }
-        """JSON Schema of the table, whole once it is read."""
-
-    def wrong(self, key: str, message: str, hint: str, code: str = RUBRIC_VALUE_CANNOT_BE_USED) -> None:
-        """Note a fault of one key."""
-        self.faults.add(code, (*self.path, key), message, hint)
-
-    def take(self, key: str, kinds: tuple[type, ...], sample: str, required: bool = False) -> Any:
-        """Give the value of a key if it is of one of some types, else None and a fault."""
-        types = list(dict.fromkeys(_TYPES[kind] for kind in kinds))
-        self.asked[key] = {"type": types[0] if len(types) == 1 else types, "description": f"{key} = {sample}"}
-        if required:
-            self.shape["required"].append(key)
-        if key not in self.values:
-            if required:
-                self.faults.add(
-                    RUBRIC_VALUE_CANNOT_BE_USED, self.path, f'"{key}" is missing', f"write {key} = {sample}"
-                )
-            return None
-        value = self.values[key]
-        if not isinstance(value, kinds) or (isinstance(value, bool) and bool not in kinds):
-            self.wrong(key, f"{key} = {_shown(value)} cannot be used", f"write {key} = {sample}")
-            return None
-        return value
-
-    def text(self, key: str, sample: str, required: bool = False) -> str | None:
-        """Give a text that is not empty."""
-        value: str | None = self.take(key, (str,), sample, required)
-        self.asked[key]["pattern"] = r"\S"
-        if value is not None and not value.strip():
-            self.wrong(key, f"{key} is empty", f"write {key} = {sample}")
-            return None
-        return value
-
-    def time(self, key: str, sample: str) -> dt.datetime | None:
-        """Give a time, with its zone or without."""
-        value: dt.datetime | None = self.take(key, (dt.datetime,), sample)
-        self.asked[key]["pattern"] = r"^\d{4}-\d\d-\d\d[Tt ]\d\d:\d\d"
-        return value
-
-    def number(self, key: str, sample: str, required: bool = False) -> float | None:
-        """Give a finite number, not below 0."""
-        value = self.take(key, (int, float), sample, required)
-        self.asked[key] |= {"minimum": 0, "exclusiveMaximum": 1e9}
-        if value is None:
-            return None
-        if not 0 <= value < 1e9:
-            self.wrong(key, f"{key} = {value} is out of range", f"write {key} = {sample}")
-            return None
-        return float(value)
-
-    def choices(self, key: str, known: Sequence[str], default: tuple[str, ...]) -> tuple[str, ...]:
-        """Give a list of words out of the known ones."""
-        sample = "[" + ", ".join(f'"{word}"' for word in known) + "]"
-        value = self.take(key, (list,), sample)
-        self.asked[key] |= {"items": {"enum": list(known)}, "minItems": 1}
-        if value is None:
-            return default
-        for word in value:
-            if word not in known:
-                self.wrong(key, f"{key}: {_shown(word)} is not known", nearest(str(word), known))
-        if not value:
-            self.wrong(key, f"{key} is empty", f"write {key} = {sample}")
-        return tuple(dict.fromkeys(str(word) for word in value))
-
-    def choice(self, key: str, known: Sequence[str], default: str) -> str:
-        """Give one word out of the known ones."""
-        value = self.text(key, " or ".join(f'"{word}"' for word in known))
-        self.asked[key]["enum"] = list(known)
-        if value is None:
-            return default
-        if value not in known:
-            self.wrong(key, f'{key} = "{value}" is not known', nearest(value, known))
-        return value
-
-    def deduction(self, key: str, whole: float, default: float, required: bool = False) -> float:
-        """Give points: those of "10 %" of a whole, or a number of points."""
-        value = self.take(key, (str, int, float), '"10 %" or a number of points', required)
-        self.asked[key] |= {"minimum": 0, "pattern": r"%\s*$"}
-        if value is None:
-            return default
-        if isinstance(value, str):
-            try:
-                share = parse_uncertainty(value, "number").relative if value.strip().endswith("%") else math.nan
-            except UnitError:
-                share = math.nan
-            if math.isnan(share):
-                self.wrong(key, f'{key} = "{value[:40]}" cannot be used', f'write {key} = "10 %" or {key} = 2')
-                return default
-            value = share * whole
-        if not 0 <= value <= whole:
-            self.wrong(key, f"{key} takes off {value:g} of {whole:g} points", f'write at most {key} = "100 %"')
-            return default
-        return float(value)
-
-    def table(self, key: str) -> Table | None:
-        """Give a table below this one."""
-        value = self.take(key, (dict,), f"… as a table [{'.'.join(str(part) for part in (*self.path, key))}]")
-        if value is None:
-            return None
-        table = Table(value, (*self.path, key), self.faults)
-        self.asked[key] = table.shape
-        return table
-
-    def tables(self, key: str) -> list[Table]:
-        """Give an array of tables below this one."""
-        name = ".".join(str(part) for part in (*self.path, key))
-        value = self.take(key, (list,), f"… as tables [[{name}]]")
-        if value is None:
-            return []
-        if not all(isinstance(item, dict) for item in value):
-            self.wrong(key, f"{key} is no list of tables", f"write each as a table of its own, headed [[{name}]]")
-            return []
-        tables = [Table(item, (*self.path, key, i), self.faults) for i, item in enumerate(value)]
-        shapes = [table.shape for table in tables]
-        self.asked[key]["items"] = {"oneOf": shapes} if len(shapes) > 1 else shapes[0] if shapes else {"type": "object"}
-        return tables
-
-    def done(self) -> None:
-        """Name the keys that nothing asked for."""
-        for key in self.values:
-            if key not in self.asked:
-                where = f" in [{'.'.join(str(p) for p in self.path if isinstance(p, str))}]" if self.path else ""
-                # A key that is there already is no proposal: it would then stand twice.
-                free = [one for one in self.asked if one not in self.values]
-                close = difflib.get_close_matches(key.lower(), free, n=1, cutoff=0.6)
-                hint = f"did you mean {close[0]}?" if close else f"take it out; known here: {', '.join(self.asked)}"
-                self.wrong(key, f'"{key[:60]}" is not known{where}', hint, RUBRIC_KEY_UNKNOWN)
-
-
-def read_toml(data: bytes, name: str) -> Table:
-    """Read a TOML file."""
+def read_toml(data: bytes, name: str) -> tuple[dict[str, Any], Faults]:
+    """Read a TOML file: its values, and what notes the faults in them."""
     if len(data) > LARGEST:
         message = f"a rubric of {len(data)} bytes; at most {LARGEST} are read"
         raise InputError.of(RUBRIC_NO_TOML, message, "give the file of the rubric", name)
@@ -221,53 +79,127 @@ def read_toml(data: bytes, name: str) -> Table:
     try:
         values = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as error:
-        faults.add_at(
-            RUBRIC_NO_TOML, _spot_of(str(error), faults.lines), _without_place(str(error)), _syntax_hint(str(error))
-        )
+        message, _, place = str(error).partition(" (at ")
+        at = [int(number) for number in re.findall(r"\d+", place)]
+        faults.places[()] = Spot(at[0], at[1], 1) if at else Spot(len(faults.lines), len(faults.lines[-1]) + 1, 1)
+        hint = "a line is KEY = VALUE, its texts in quotation marks, or a head, [NAME] or [[criterion]]; no key twice"
+        faults.add(RUBRIC_NO_TOML, (), f"this is not TOML: {message}", hint)
         faults.stop_if_any()
         raise
     faults.places = find_places(text)
-    return Table(values, (), faults)
+    return values, faults
 
 
-def nearest(word: str, known: Sequence[str]) -> str:
+# --- values by their types: what `convert` takes, records, and types that have `RAW`, which it takes, and `read` --
+
+
+def read_record(
+    kinds: Sequence[Any], values: Mapping[str, Any], faults: Faults, path: Path = (), points: Any = None
+) -> Any:
+    """Read a table into the record whose tag it has, each key by itself; None where it has a fault.
+
+    A record with `OTHERS` takes every other key as a table of that kind. `points`: Of the table above.
+    """
+    before, about = len(faults.found), {"points": points, **values}
+    tag = kinds[0].__struct_config__.tag_field
+    tags = {one.__struct_config__.tag: one for one in kinds}
+    meant = [one for name, one in tags.items() if tag is None or name == values.get(tag)]
+    if not meant:
+        said = values.get(tag)
+        code = CRITERION_KIND_UNKNOWN if isinstance(said, str) else RUBRIC_VALUE_CANNOT_BE_USED
+        hint = nearest(str(said), tags) if tag in values else f"write {tag} = {' or '.join(map(json.dumps, tags))}"
+        faults.add(code, (*path, tag), f'there is no {tag} "{said}"' if tag in values else f'"{tag}" is missing', hint)
+    known = {field.encode_name: field for one in meant or kinds for field in fields(one) if field.name != "others"}
+    taken: dict[str, Any] = {}
+    for key, field in known.items():
+        # What a type of its own reads by default is written as in the file.
+        if key in values or (hasattr(_plain(field.type), "read") and isinstance(field.default, str)):
+            taken[field.name] = _value(field.type, values.get(key, field.default), faults, (*path, key), about)
+        elif field.required:
+            faults.add(RUBRIC_VALUE_CANNOT_BE_USED, path, f'"{key}" is missing', _how(key, field.type))
+    others = {key: value for key, value in values.items() if key not in known and key != tag}
+    if rest := getattr(kinds[0], "OTHERS", None):
+        taken["others"] = {key: _value(rest, value, faults, (*path, key), about) for key, value in others.items()}
+    elif others:
+        # A key that is there already is no proposal: it would then stand twice.
+        free = [key for key in (*known, tag) if key and key not in values]
+        where = f" in [{_head(path)}]" if path else ""
+        for key in others:
+            hint = nearest(key, free).replace("known", "take it out; known")
+            faults.add(RUBRIC_KEY_UNKNOWN, (*path, key), f'"{key[:60]}" is not known{where}', hint)
+    if len(faults.found) > before:
+        return None
+    try:
+        return meant[0](**taken)
+    except UnfitError as error:
+        faults.add(error.code, (*path, error.key), str(error), error.hint)
+        return None
+
+
+def _value(kind: Any, value: Any, faults: Faults, path: Path, about: Mapping[str, Any]) -> Any:
+    """Read what a key has; None where it cannot be used."""
+    plain, key, points = _plain(kind), str(path[-1]), about["points"]
+    several = get_origin(plain) is tuple
+    inner = _plain(get_args(plain)[0]) if several else plain
+    tables = [one for one in get_args(inner) or (inner,) if isinstance(one, type) and issubclass(one, Struct)]
+    told, hint = value, ""
+    if tables:
+        listed = value if several else [value]
+        if isinstance(listed, list) and listed and all(isinstance(one, dict) for one in listed):
+            paths = [(*path, at) for at in range(len(listed))] if several else [path]
+            read = [read_record(tables, one, faults, at, points) for one, at in zip(listed, paths, strict=True)]
+            return tuple(read) if several else read[0]
+        head = f"[{_head(path)}]"
+        hint = getattr(tables[0], "HINT", f"write a table, headed {f'[{head}]' if several else head}")
+    else:
+        try:
+            raw = convert(value, getattr(plain, "RAW", kind))
+            return plain.read(raw, key, about) if hasattr(plain, "read") else raw
+        except UnfitError as error:
+            faults.add(error.code, path, str(error), error.hint or _how(key, kind))
+            return None
+        except ValidationError:
+            words = get_args(inner) if get_origin(inner) is Literal else ()
+            strange = [one for one in (value if isinstance(value, list) else [value]) if one not in words]
+            if len(words) > 1 and strange:
+                told, hint = strange[0], nearest(str(strange[0]), words)
+    if not isinstance(told, dt.date | dt.time):
+        told = json.dumps(told, default=str, ensure_ascii=False)
+    faults.add(RUBRIC_VALUE_CANNOT_BE_USED, path, f"{key} = {str(told)[:60]} cannot be used", hint or _how(key, kind))
+    return None
+
+
+def nearest(word: str, known: Iterable[str]) -> str:
     """Propose the known word that is meant, or list them all."""
-    close = difflib.get_close_matches(word.lower(), known, n=1, cutoff=0.6)
+    close = difflib.get_close_matches(word.lower(), list(known), n=1, cutoff=0.6)
     return f"did you mean {close[0]}?" if close else f"known here: {', '.join(known)}"
 
 
-def _shown(value: object) -> str:
-    if isinstance(value, str):
-        return f'"{value[:60]}"'
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, dict):
-        return "a table"
-    if isinstance(value, list):
-        return "a list"
-    return value.isoformat() if isinstance(value, dt.date | dt.time) else str(value)[:60]
+def _plain(kind: Any) -> Any:
+    """Take from a type what is said about it, and that it may be None."""
+    while get_origin(kind) is Annotated or NoneType in get_args(kind):
+        kind = get_args(kind)[0]
+    return kind
 
 
-_WHERE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)")
+def _how(key: str, kind: Any) -> str:
+    """Say what to write: the words, or the examples, of the type's JSON Schema."""
+    shape = schema_of(_plain(kind))
+    parts = (schema_of(kind), shape, *shape.get("anyOf", ()))
+    samples = [json.dumps(one) for part in parts for one in part.get("enum", part.get("examples", ()))]
+    if words := (shape.get("items") or {}).get("enum"):
+        samples = [json.dumps(words)]
+    told = f"write {key} = {' or '.join(samples)}" if samples else f"write a table, headed [[{key}]]"
+    return told.replace('"', "") if _plain(kind) is dt.datetime else told
 
 
-def _spot_of(message: str, lines: list[str]) -> Spot:
-    match = _WHERE.search(message)
-    if match is None or match[1] is None:
-        return Spot(len(lines), len(lines[-1]) + 1, 1)
-    return Spot(int(match[1]), int(match[2]), 1)
+def schema_of(kind: Any) -> dict[str, Any]:
+    """Give the JSON Schema of a type."""
+    return schema(kind, schema_hook=lambda one: schema(one.RAW))  # type: ignore[attr-defined]
 
 
-def _without_place(message: str) -> str:
-    return "this is not TOML: " + _WHERE.sub("", message)
-
-
-def _syntax_hint(message: str) -> str:
-    if "overwrite" in message.lower() or "twice" in message.lower():
-        return "the same key stands twice: keep one, or head each criterion with [[criterion]]"
-    if "Invalid value" in message or "Unterminated string" in message:
-        return 'a text stands in quotation marks, a number does not: id = "log", points = 2'
-    return "a line is KEY = VALUE, a table's head is [NAME] or [[criterion]], a remark begins with #"
+def _head(path: Path) -> str:
+    return ".".join(part for part in path if isinstance(part, str))
 
 
 # --- where the keys stand: `tomllib` gives values without their lines ---------------------------------------
@@ -276,13 +208,7 @@ def _syntax_hint(message: str) -> str:
 Path = tuple[str | int, ...]
 """Keys from the top; an array of tables has the number of the table, from 0, after its name."""
 
-_PART = r"(?:\"[^\"\n]*\"|'[^'\n]*'|[\w-]+)"
-_DOTTED = rf"{_PART}(?:[ \t]*\.[ \t]*{_PART})*"
-_LINE = re.compile(rf"[ \t]*(?:(\[\[?)[ \t]*({_DOTTED})[ \t]*\]{{1,2}}|({_DOTTED})[ \t]*=)?")
-_LIST = re.compile(r"[ \t]*\[")
-_TOKEN = re.compile(
-    r"\"{3}.*?\"{3,5}|'{3}.*?'{3,5}|\"(?:\\.|[^\"\\\n])*\"|'[^'\n]*'|#[^\n]*|[\[\]{}\n]|([\w-]+)[ \t]*=", re.DOTALL
-)
+_LITERAL = re.compile(r"\"{3}.*?\"{3,5}|'{3}.*?'{3,5}|\"(?:\\.|[^\"\\\n])*\"|'[^'\n]*'|#[^\n]*", re.DOTALL)
 
 
 class Spot(NamedTuple):
@@ -294,57 +220,43 @@ class Spot(NamedTuple):
 
 
 def find_places(text: str) -> dict[Path, Spot]:
-    """Find every table and key of a TOML file; of an inline table the table, not its keys, but in a list of them."""
+    """Find every table and key of a TOML file; of an inline table the table, not its keys."""
     places: dict[Path, Spot] = {}
     count: dict[Path, int] = {}
-    begins = [0, *(match.end() for match in re.finditer("\n", text))]
-
-    def spot(start: int, end: int) -> Spot:
-        line = bisect_right(begins, start)
-        return Spot(line, start - begins[line - 1] + 1, end - start)
-
     table: Path = ()
-    at = 0
-    while at < len(text):
-        match = _LINE.match(text, at)
-        assert match is not None
-        at = match.end()
-        if match[1]:
-            table = _resolve(_split(match[2]), count)
-            if match[1] == "[[":
-                count[table] = count.get(table, -1) + 1
-                table = (*table, count[table])
-            places[table] = spot(match.start(1), at)
-        parts = _split(match[3] or "")
-        for length in range(1, len(parts) + 1):
-            places.setdefault((*table, *parts[:length]), spot(*match.span(3)))
-        # To the end of the line, or of a value that goes on over lines.
-        in_list = parts and _LIST.match(text, at)
-        depth, index = 0, -1
-        for token in _TOKEN.finditer(text, at):
-            at = token.end()
-            depth += (token[0] in "[{") - (token[0] in "]}")
-            if token[0] == "\n" and depth <= 0:
-                break
-            if in_list and depth == 2 and token[0] == "{":
-                index += 1
-                places[*table, *parts, index] = spot(*token.span())
-            elif in_list and depth == 2 and token[1] and index >= 0:
-                places[*table, *parts, index, token[1]] = spot(*token.span(1))
-        else:
-            break
+    begin = end = depth = 0
+    number = 1
+    # A statement ends with its line, or where the brackets of a value of several lines are closed.
+    for line in _LITERAL.sub(lambda found: "#" * len(found[0]), text).split("\n"):
+        if depth <= 0:
+            number += text.count("\n", begin, end)
+            begin, depth = end, 0
+        end += len(line) + 1
+        depth += len(re.findall(r"[\[{]", line)) - len(re.findall(r"[\]}]", line))
+        if depth > 0:
+            continue
+        value: Any = None
+        with suppress(tomllib.TOMLDecodeError):
+            value = tomllib.loads(text[begin:end])
+        if not value:
+            continue
+        first = text[begin:end].partition("\n")[0]
+        mark = re.match(r"(\s*)(\[+.*?\]+|.*?(?=\s*=))", first)
+        assert mark is not None
+        spot = Spot(number, len(mark[1]) + 1, len(mark[2]))
+        is_head = mark[2].startswith("[")
+        path: Path = () if is_head else table
+        while value and isinstance(value, dict):
+            key, value = next(iter(value.items()))
+            path = (*path, key)
+            if is_head and isinstance(value, list):
+                count[path] = count.get(path, -1) + 1
+                path, value = (*path, count[path]), value[0]
+            elif is_head and path in count:
+                path = (*path, count[path])
+            elif not is_head:
+                places.setdefault(path, spot)
+        if is_head:
+            table = path
+            places[path] = spot
     return places
-
-
-def _split(dotted: str) -> Path:
-    return tuple(part.strip("\"'") for part in re.findall(_PART, dotted))
-
-
-def _resolve(path: Path, count: dict[Path, int]) -> Path:
-    """Give ``[late.x]`` below ``[[late]]`` the number of its table."""
-    resolved: Path = ()
-    for part in path[:-1]:
-        resolved = (*resolved, part)
-        if resolved in count:
-            resolved = (*resolved, count[resolved])
-    return (*resolved, path[-1])

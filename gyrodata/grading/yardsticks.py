@@ -13,16 +13,16 @@ import math
 import statistics
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from msgspec import Struct
+from msgspec import Meta, Struct, defstruct, field
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from gyrodata import fitting
 from gyrodata.diagnostics import RUBRIC_PARTS_CONTRADICT
-from gyrodata.grading.toml_table import Table
+from gyrodata.grading.toml_table import UnfitError
 from gyrodata.measurements import SOURCES
 from gyrodata.physics import Floats
 from gyrodata.quantities import parse_quantity, parse_uncertainty
@@ -178,57 +178,73 @@ def station_key(text: str) -> str:
     return " ".join(text.split()).casefold()
 
 
-def read_references(top: Table) -> tuple[dict[str, Reference], bool]:
-    """Read ``[reference]`` of a rubric: by station ("all" for every other), and whether it is the class itself."""
-    table = top.table("reference")
-    if table is None:
-        return {}, False
-    from_class = table.choice("from", ("class", "rubric"), "rubric") == "class"
-    references: dict[str, Reference] = {}
-    for station, value in table.values.items():
-        if station == "from":
-            continue
-        if not isinstance(value, dict):
-            hint = "head the values of station 3 with [reference.3], those of all stations with [reference.all]"
-            table.wrong(station, f'"{station}" stands outside of a station', hint)
-            table.asked[station] = {}
-            continue
-        one = table.table(station)
-        if one is None:
-            continue
-        table.shape["additionalProperties"] = one.shape
-        reference = _reference(one, station)
-        if reference is not None:
-            references[station_key(station)] = reference
-    table.done()
-    if from_class and references:
-        hint = 'remove from = "class", or remove the stations'
-        table.wrong(
-            "from", "the reference comes from the class, and stations are given too", hint, RUBRIC_PARTS_CONTRADICT
-        )
-    if not from_class and not references and len(table.values) == 0:
-        top.wrong("reference", "[reference] is empty", 'write from = "class", or [reference.3] with inertia and u')
-    return references, from_class
+class Moment(float):
+    """I_zz [kg*m^2], as a rubric has it."""
+
+    RAW = Annotated[str, Meta(examples=["4.44e-3 kg m^2"])]
+
+    @staticmethod
+    def read(text: str, key: str, about: Mapping[str, Any]) -> float:
+        """Read one."""
+        try:
+            value = parse_quantity(text, "inertia")
+        except UnitError as error:
+            raise UnfitError(f"{key}: {error}", error.hint) from None
+        if value <= 0:
+            raise UnfitError(f"{key} is not above zero")
+        return value
 
 
-def _reference(table: Table, station: str) -> Reference | None:
-    inertia = table.text("inertia", '"4.44e-3 kg m^2"', required=True)
-    u = table.text("u", '"0.03e-3 kg m^2" or "1 %"', required=True)
-    table.done()
-    if inertia is None or u is None:
-        return None
-    key = "inertia"
-    try:
-        value = parse_quantity(inertia, "inertia")
-        key = "u"
-        width = parse_uncertainty(u, "inertia").at(value)
-    except UnitError as error:
-        table.wrong(key, f"{key}: {error}", error.hint or f'write {key} = "0.03e-3 kg m^2"')
-        return None
-    if value <= 0:
-        table.wrong("inertia", "inertia is not above zero", 'write inertia = "4.44e-3 kg m^2"')
-        return None
-    return Reference(value, width, "the rubric" if station == "all" else f"the rubric, station {station}")
+class StatedU(tuple[str, Uncertainty]):
+    """An uncertainty, as a rubric has it: as written, and as understood."""
+
+    RAW = Annotated[str, Meta(examples=["1 %"])]
+
+    @staticmethod
+    def read(text: str, key: str, about: Mapping[str, Any]) -> tuple[str, Uncertainty]:
+        """Read one as a line of the log is read."""
+        try:
+            uncertainty = parse_uncertainty(text, "inertia") if key == "u" else read_uncertainty(key, text)
+        except (UnitError, CellError) as error:
+            raise UnfitError(f'{key} = "{text[:60]}" cannot be used: {error}', error.hint) from None
+        return " ".join(text.split()), uncertainty
+
+
+class Source(Struct, frozen=True, forbid_unknown_fields=True):
+    """A table that is filled, or says that the class itself tells."""
+
+    source: Literal["class", "rubric"] = field(default="rubric", name="from")
+
+    def __post_init__(self) -> None:
+        stated = any(getattr(self, name) for name in self.__struct_fields__ if name != "source")
+        if stated == (self.source == "class"):
+            hint = 'either write from = "class", or state values and leave that out'
+            raise UnfitError("both the class and stated values, or neither", hint, RUBRIC_PARTS_CONTRADICT, "from")
+
+
+class Station(Struct, frozen=True, forbid_unknown_fields=True):
+    """The reference of a station."""
+
+    HINT: ClassVar = "head the values of station 3 with [reference.3], those of all stations with [reference.all]"
+    inertia: Moment
+    u: StatedU
+
+
+class References(Source, frozen=True):
+    """``[reference]``: by station ("all" for every other), or the class itself."""
+
+    OTHERS: ClassVar = Station
+    others: Mapping[str, Station] = {}
+
+    def by_station(self) -> dict[str, Reference]:
+        """Give what is stated."""
+        words = {
+            station: "the rubric" if station == "all" else f"the rubric, station {station}" for station in self.others
+        }
+        return {
+            station_key(station): Reference(one.inertia, one.u[1].at(one.inertia), words[station])
+            for station, one in self.others.items()
+        }
 
 
 # --- the class as its own reference -------------------------------------------------------------------------
@@ -281,30 +297,14 @@ BENCH = (*(f"u_{name}" for name in SOURCES), "u_turns", "u_precession_period", "
 Bench = Mapping[str, tuple[str, Uncertainty]]
 """Uncertainties by the key of their line: as written, and as understood."""
 
-
-def read_bench(top: Table) -> tuple[Bench, bool]:
-    """Read ``[bench]`` of a rubric: uncertainties, and whether the class itself says how far its readings scatter."""
-    table = top.table("bench")
-    if table is None:
-        return {}, False
-    from_class = table.choice("from", ("class", "rubric"), "rubric") == "class"
-    bench: dict[str, tuple[str, Uncertainty]] = {}
-    for key in BENCH:
-        if (text := table.text(key, '"0.3 s" or "2 %", as in a line of the log')) is None:
-            continue
-        try:
-            bench[key] = " ".join(text.split()), read_uncertainty(key, text)
-        except CellError as error:
-            table.wrong(key, f'{key} "{text[:60]}"{error.joint}{error}', error.hint or f'write {key} = "0.3 s"')
-    if from_class and bench:
-        hint = 'remove from = "class", or remove the uncertainties'
-        table.wrong(
-            "from", "the scatter comes from the class, and uncertainties are given too", hint, RUBRIC_PARTS_CONTRADICT
-        )
-    if not from_class and len(table.values) == 0:
-        top.wrong("bench", "[bench] is empty", 'write u_time = "0.3 s", or from = "class"')
-    table.done()
-    return bench, from_class
+BenchTable = defstruct(
+    "BenchTable",
+    [(key, StatedU | None, None) for key in BENCH],
+    bases=(Source,),
+    frozen=True,
+    forbid_unknown_fields=True,
+)
+"""``[bench]``: uncertainties, or the class itself."""
 
 
 def at_bench(readings: Readings, bench: Bench) -> tuple[Readings, tuple[str, ...]]:

@@ -109,12 +109,12 @@ def test_an_angle_and_turns_are_one_reading(tmp_path: Path) -> None:
     [
         (['u_tiem = "0.3 s"'], '"u_tiem" is not known in [bench]', "did you mean u_time?"),
         (['u_inertia = "1 %"'], '"u_inertia" is not known in [bench]', ""),
-        (['u_time = "0.3 kg"'], 'u_time "0.3 kg" is no uncertainty', ""),
-        (["u_time = 0.3"], "u_time = 0.3 cannot be used", 'write u_time = "0.3 s"'),
+        (['u_time = "0.3 kg"'], 'u_time = "0.3 kg" cannot be used: is no uncertainty', ""),
+        (["u_time = 0.3"], "u_time = 0.3 cannot be used", 'write u_time = "1 %"'),
         (['u_mass_scale = "0.1 g"'], "is not a share", "0.1 %"),
         (['u_time_bias = "5 %"'], "is a share of what is not read", "0.1 s"),
-        (['from = "class"', 'u_time = "0.3 s"'], "the scatter comes from the class", "remove"),
-        ([], "[bench] is empty", 'u_time = "0.3 s"'),
+        (['from = "class"', 'u_time = "0.3 s"'], "both the class and stated values", "leave that out"),
+        ([], "or neither", 'write from = "class"'),
     ],
 )
 def test_a_bench_with_a_fault_is_told_with_its_line(lines: list[str], says: str, hint: str) -> None:

@@ -118,4 +118,3 @@ def test_a_folder_that_cannot_be_written_says_so(make: object, tmp_path: Path) -
 )
 def test_why_a_grade_is_made_again(basis: Basis, lost: str, why: str) -> None:
     assert why_again(an_entry("a", **asdict(basis), lost=lost), BASIS) == why
-    assert why_again(None, BASIS) == "new"

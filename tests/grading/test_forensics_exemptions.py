@@ -36,12 +36,6 @@ def test_staff_are_named_in_lines_of_their_own() -> None:
     assert read.groups == (frozenset({"alice", "bob"}),)
 
 
-def test_partners_go_both_ways_and_add_up() -> None:
-    read = read_exemptions(b"alice, bob\nbob, jdoe\n", CLASS)
-    assert read.partners({"alice": 0, "bob": 1, "c3": 2, "jdoe": 3}) == {0: {1}, 1: {0, 3}, 3: {1}}
-    assert read.partners({"bob": 0}) == {0: frozenset()}
-
-
 def test_a_name_that_is_nobodys_is_told_with_its_place(tmp_path: Path) -> None:
     path = tmp_path / "partners.csv"
     path.write_text("alice, bbo, jdoe\n")

@@ -3,7 +3,6 @@
 A fingerprint of each log is kept (`logs`), and all are compared at once (`flag_class`):
 
 * rows in common, in any order, unit and rounding (`copies`);
-* times shifted or scaled as a whole (`edits`);
 * the same spins at the same weights, whatever became of the times (`copies`);
 * scatter below what a hand can do (`flags`).
 
@@ -26,9 +25,8 @@ from msgspec.structs import replace
 
 from gyrodata.diagnostics import PARTNER_ALONE, PARTNER_UNKNOWN, PARTNERS_CANNOT_BE_READ
 from gyrodata.errors import Diagnostic, InputError
-from gyrodata.grading.forensics.copies import Beside, Rows, flag_same_spins, flag_shared_rows, put_beside
-from gyrodata.grading.forensics.edits import flag_shifted_or_scaled
-from gyrodata.grading.forensics.flags import ALLOWED, KINDS, Flag, Groups, flag_scatter
+from gyrodata.grading.forensics.copies import Beside, flag_copies, put_beside
+from gyrodata.grading.forensics.flags import ALLOWED, KINDS, Flag, flag_scatter
 from gyrodata.grading.forensics.logs import Fingerprint, fingerprint, lay_out
 
 __all__ = [
@@ -64,12 +62,8 @@ def flag_class(
     """
     exempt = exempt or Exemptions()
     judged = [student for student in sorted(prints) if student not in exempt.staff]
-    partners = exempt.partners({student: i for i, student in enumerate(judged)})
-    logs = lay_out(judged, prints, partners, previous)
-    groups, flags = Groups(), flag_scatter(logs)
-    if len(logs.log) and logs.pairs > 0:
-        rows = Rows(logs)
-        flags += flag_shared_rows(rows, groups) + flag_shifted_or_scaled(logs, groups) + flag_same_spins(rows, groups)
+    logs = lay_out(judged, prints, exempt.groups, previous)
+    flags = flag_scatter(logs) + (flag_copies(logs) if logs.pairs > 0 else [])
     return tuple(sorted(flags, key=lambda flag: (KINDS.index(flag.kind), flag.students, flag.previous)))
 
 
@@ -93,15 +87,6 @@ class Exemptions(Struct, frozen=True):
     def joined(self, groups: Iterable[frozenset[str]]) -> Exemptions:
         """Give the same with more students who hand in the same data."""
         return replace(self, groups=(*self.groups, *groups))
-
-    def partners(self, number: Mapping[str, int]) -> dict[int, frozenset[int]]:
-        """Give the logs that may be like each log, as numbers."""
-        partners: dict[int, frozenset[int]] = {}
-        for group in self.groups:
-            members = frozenset(number[key] for key in group if key in number)
-            for member in members:
-                partners[member] = partners.get(member, frozenset()) | members - {member}
-        return partners
 
 
 def read_exemptions(source: str | os.PathLike[str] | bytes, students: Mapping[str, str]) -> Exemptions:

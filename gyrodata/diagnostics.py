@@ -807,26 +807,7 @@ RUBRIC_PARTS_CONTRADICT = _error(
     "leave one of the two parts out, or write the one that is missing, as the message says",
 )
 
-# partners
-PARTNERS_CANNOT_BE_READ = _error(
-    "G741",
-    "the file of partners cannot be read",
-    "grade class --partners no-such-file.csv",
-    "check its name, and give a text file with the names of the partners of one group in each line",
-)
-PARTNER_UNKNOWN = _warning(
-    "G742",
-    "a name in the file of partners is nobody in this class",
-    "alice, bbo\n",
-    "write the name as the class has it",
-)
-PARTNER_ALONE = _warning(
-    "G743",
-    "a line of the file of partners names one student only",
-    "alice\n",
-    "write both partners into the line, with a comma between",
-)
-
+# roster
 ROSTER_CANNOT_BE_READ = _error(
     "G744",
     "a roster has no column that says who is who",

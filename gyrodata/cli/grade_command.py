@@ -80,10 +80,6 @@ def grade(
         typer.Option("--roster", metavar="FILE", help="CSV: student, name, section, station, partner. "
                      "Default: the gradebook."),
     ] = None,
-    partners: Annotated[
-        Path | None,
-        typer.Option("--partners", metavar="FILE", help="Who hands in the same data: 'alice, bob' in a line."),
-    ] = None,
     previous: Annotated[
         list[Path] | None,
         typer.Option("--previous", metavar="DIR", help="Grades of an earlier year, to find copies of its logs."),
@@ -134,7 +130,6 @@ def grade(
         find_desk,
         find_submissions,
         grade_class,
-        read_exemptions,
         read_roster,
         read_rubric,
     )
@@ -151,10 +146,6 @@ def grade(
     names = {person.name: student for student, person in people.people.items()} | submissions.aliases
     desk = find_desk(folder or _usual_folder(path.resolve()), names, judged)
     complain(submissions.diagnostics, quiet)
-    exempt = None
-    if partners is not None:
-        exempt = read_exemptions(partners, submissions.aliases)
-        complain(exempt.diagnostics, quiet)
     options = GradingOptions(
         workers=count_workers() if workers is None else workers,
         limit=timeout,
@@ -164,7 +155,7 @@ def grade(
         progress=None if quiet else progress_bar(len(submissions.items), time.monotonic, "graded "),
     )
     try:
-        found = grade_class(submissions, judged, options, exempt, _earlier(previous or []), desk, people)
+        found = grade_class(submissions, judged, options, _earlier(previous or []), desk, people)
         changes = changes_in(folder, found) if folder is not None else ()
         ours = Published(folder).ours(desk, found.names) if folder is not None and sheets else None
         filled = gradebooks.fill(found.grades, found.ids, ours)
@@ -173,7 +164,7 @@ def grade(
         if folder is not None and not dry_run:
             waiting, lost = _write(found, folder, filled, options, quiet)
             if run is not None and not found.lost and not lost:
-                run.keep(found, waiting, [*submissions.diagnostics, *(exempt.diagnostics if exempt else ())])
+                run.keep(found, waiting, submissions.diagnostics)
     except KeyboardInterrupt:
         told = "what was done is kept, and the same command goes on from there"
         kept = options.journal is not None and options.keep

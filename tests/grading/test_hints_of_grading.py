@@ -696,25 +696,11 @@ def test_the_condition_that_is_explained_can_be_used() -> None:
 # --- who is who ------------------------------------------------------------------------------------------------
 
 
-@carries_out("G741", "G742", "G743", "G744")
-def test_partners_and_a_roster(room: Room) -> None:
+@carries_out("G744")
+def test_a_roster_names_partners(room: Room) -> None:
     (room.root / "bob" / "lab.csv").write_text(PEOPLE["ann"])
     room.graded()
     assert room.rows["bob"]["flags"] == "shared rows with ann"
-    partners = room.home / "partners.csv"
-    assert room.refused("G741", "--partners", partners) == "check its name"
-    partners.write_bytes(b"PK\0\0")
-    assert "one group of partners a line: alice, bob" in room.refused("G741", "--partners", partners)
-    partners.write_text("ann, bbo\n")
-    hint = hint_of(room.graded("--partners", partners), "G742")
-    partners.write_text(f"ann, {found('did you mean (.*)[?]', hint)}\n")
-    assert "warning" not in room.graded("--partners", partners).stderr.replace("warning G305", "")
-    assert room.rows["bob"]["flags"] == ""
-    partners.write_text("ann\nbob\n")
-    assert hint_of(room.graded("--partners", partners), "G743") == "write the partners in one line: alice, bob"
-    partners.write_text("ann, bob\n")
-    assert "G743" not in room.graded("--partners", partners).stderr
-    assert room.rows["bob"]["flags"] == ""
     roster = room.home / "roster.csv"
     roster.write_text("mass [g],time [s]\n20,7\n")
     head = found("first line is (.*)", room.refused("G744", "--roster", roster))

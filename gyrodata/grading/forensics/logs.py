@@ -147,13 +147,12 @@ class Logs(Struct, frozen=True):
 
 
 def lay_out(
-    students: Sequence[str],
     prints: Mapping[str, Fingerprint],
     partners: Iterable[frozenset[str]],
     previous: Mapping[str, Fingerprint],
 ) -> Logs:
     """Put the logs of the class, by student, side by side. `partners`: Students whose logs may be alike."""
-    earlier = sorted(previous)
+    students, earlier = sorted(prints), sorted(previous)
     logs = [*(prints[key] for key in students), *(previous[key] for key in earlier)]
     rows = {
         name: np.array([value for one in logs for value in getattr(one, name)], dtype=float)

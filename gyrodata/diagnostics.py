@@ -689,18 +689,6 @@ GRADESCOPE_METADATA_CANNOT_BE_READ = _warning(
     "grade class, with a broken metadata file",
     "download the export again; the files are graded without it",
 )
-ANSWERS_NO_TOML = _warning(
-    "G711",
-    "an answers file that is no TOML",
-    "answers.toml: inertia = 4.4e-3 ± 0.1e-3 kg m^2",
-    "write TOML: a text in quotes, such as inertia = '4.4e-3 ± 0.1e-3 kg m^2'",
-)
-ANSWERS_CONTRADICT_LOG = _warning(
-    "G712",
-    "log and answers file report two values",
-    "answers.toml: inertia = '4.4 g m^2'",
-    "ask the student which of the two values counts",
-)
 SUBMITTED_FILE_CANNOT_BE_READ = _error(
     "G713",
     "a submitted file cannot be read",
@@ -712,15 +700,6 @@ FILE_LEFT_OUT = _warning(
     "a file or folder of the class is left out",
     "grade class, with a link",
     "put a copy of the file itself in its place, if it belongs there; or do what the message says",
-)
-ANSWER_NOT_ASKED_FOR = _warning(
-    "G715",
-    "an answer under a name that is not asked for",
-    "answers.toml: inertai = '4.4 g m^2'",
-    "correct the name in the answers file",
-)
-ANSWERS_CANNOT_BE_READ = _warning(
-    "G716", "an answers file that cannot be read", "answers.toml: a picture", "ask the student for a text file"
 )
 ANSWER_ELSEWHERE = _note(
     "G717",

@@ -14,7 +14,7 @@ from msgspec import Struct
 from gyrodata.diagnostics import PATTERN_CANNOT_BE_USED
 from gyrodata.errors import GyroError, InputError, printable
 from gyrodata.grading.platforms import NAMED, PLATFORMS
-from gyrodata.grading.submissions.student_files import ending, is_answers, is_log
+from gyrodata.grading.submissions.student_files import ending, is_log
 
 
 class ParsedName(Struct, frozen=True):
@@ -198,9 +198,8 @@ def _fit_folder(name: str, in_folders: bool) -> ParsedName | None:
 def _flat_key(name: str) -> str:
     """Key of a student with a file of their own: ``jdoe`` of ``jdoe.csv``, ``jdoe (1).csv``, ``jdoe_answers.toml``."""
     stem = re.sub(r"(?i)(?:\.toml\.txt|\.[^.]+(?:\.gz)?)$", "", name) or name
-    if is_answers(name):
-        stem = re.sub(r"(?i)[-_. ]?answers$", "", stem) or stem
-    return shown(re.sub(r" ?\([0-9]{1,2}\)$", "", stem)) or "_"
+    stem = re.sub(r" ?\([0-9]{1,2}\)$", "", stem)
+    return shown(re.sub(r"(?i)[-_. ](?:answers|report)$", "", stem) or stem) or "_"
 
 
 # --- whose a file is where its own name cannot tell: Blackboard's, with a _ in a user name -------------------

@@ -336,7 +336,6 @@ _MARKS = ((b"\xef\xbb\xbf", "utf-8"), (b"\xff\xfe", "utf-16-le"), (b"\xfe\xff", 
 
 def read_sheet(data: bytes, name: str) -> Sheet:
     """Read a sheet with commas, semicolons or tabs, whichever its first lines have most of."""
-    hint = "give the CSV file that the gradebook exports, not a workbook"
     mark, encoding = next((pair for pair in _MARKS if data.startswith(pair[0])), (b"", "utf-8"))
     try:
         if len(data) > LARGEST:
@@ -349,6 +348,8 @@ def read_sheet(data: bytes, name: str) -> Sheet:
         rows = list(csv.reader(io.StringIO(text, newline=""), delimiter=delimiter))
     except (ValueError, csv.Error) as error:
         why = "is no text" if isinstance(error, UnicodeDecodeError) else str(error)
+        hint = "give the CSV file that the gradebook exports, not a workbook"
+        hint = "export the gradebook again" if why == "is empty" else hint
         raise refusal(GRADEBOOK_CANNOT_BE_READ, name, why, hint) from None
     return Sheet(name, rows, delimiter, "\r\n" if "\r\n" in text else "\n", mark, encoding)
 

@@ -53,7 +53,6 @@ def class_page(
         "slips": [(words[kind], students) for kind, students in found.slips.items()],
         "criteria": list(found.criteria()),
         "histogram": count_points(found.totals, found.rubric.points),
-        "stations": list(_stations(found, factor)),
         "points": points_text,
         "count": count_text,
         "rarity": _rarity,
@@ -176,18 +175,3 @@ def count_points(totals: Sequence[float], out_of: float) -> list[tuple[str, int]
     last = round(out_of / step)
     counts = Counter(min(math.floor(total / step + 0.5), last) for total in totals)
     return [(points_text(round(at * step, 3)), counts[at]) for at in range(last + 1)] if counts else []
-
-
-def _stations(found: ClassGrades, factor: float) -> Iterator[tuple[str, int, str, str, str]]:
-    """Give each station with a reference: how many were there, what I_zz they found and reported, the reference."""
-    there: dict[str, list[Grade]] = {}
-    for grade in found.grades:
-        if grade.inertia is not None:
-            station = grade.station if grade.station in found.references else None
-            there.setdefault(station or "all", []).append(grade)
-    for station, grades in sorted(there.items(), key=lambda one: (len(one[0]), one[0])):
-        both = [grade.inertia for grade in grades], [grade.reported_inertia for grade in grades]
-        known = ([value for value in values if value is not None] for values in both)
-        own, told = (f"{statistics.median(values) / factor:.4g}" if values else "–" for values in known)
-        reference = found.references.get(station)
-        yield station, len(grades), own, told, reference.words if reference else "–"

@@ -34,7 +34,7 @@ from gyrodata.grading.submissions.names import (
     shown,
     whose_names,
 )
-from gyrodata.grading.submissions.student_files import Answers, Choice, choose_files, read_answers
+from gyrodata.grading.submissions.student_files import Answers, choose_files, read_answers
 from gyrodata.readings import Readings, listing, read_log
 
 __all__ = [
@@ -317,7 +317,9 @@ class _Finder:
             which = "oldest" if self.oldest else "newest"
             self._tell(ONE_OF_SEVERAL_GRADED, f"{first.name} has {len(stamps)} attempts; the {which} is graded")
         own = {name: what.file for name, what in files.items() if what.file}
-        choice = self._choose(own, first)
+        choice = choose_files(own, self.files.sizes, lambda name: read_file(self.files.root, name), self.oldest)
+        if choice.note:
+            self._tell(ONE_OF_SEVERAL_GRADED, f"{first.name}: {choice.note}")
         graded = files[choice.log] if choice.log else first
         told = self.metadata.get(first.stem, Metadata(()))
         late = told.late_seconds
@@ -338,12 +340,6 @@ class _Finder:
             choice.problem,
             graded.stem,
         )
-
-    def _choose(self, own: Mapping[str, str], first: ParsedName) -> Choice:
-        choice = choose_files(own, self.files.sizes, lambda name: read_file(self.files.root, name), self.oldest)
-        if choice.note:
-            self._tell(ONE_OF_SEVERAL_GRADED, f"{first.name}: {choice.note}")
-        return choice
 
     def read_metadata(self, root: Path, name: str, read: Callable[[bytes], Mapping[str, Metadata]]) -> None:
         """Read a metadata file, by the folder of each submission."""

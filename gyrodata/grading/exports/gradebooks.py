@@ -248,27 +248,17 @@ class _Moodle(_Layout):
 
     def match(self, grades: Collection[Grade], ids: Ids) -> Iterator[tuple[Grade, list[int]]]:
         """Give each row its grade: that of the group with the submission's name, else that of "Participant N"."""
-        found: dict[int, Grade] = {}
         by_group = {grade.name.casefold(): grade for grade in grades}
-        for row in self.rows:
-            groups = (self.sheet.value(row, column).casefold() for column in range(2, self.grade))
-            group = next((group for group in groups if group in by_group), None)
-            if group is not None:
-                found[row] = by_group[group]
+        cells = {row: [self.sheet.value(row, at).casefold() for at in range(2, self.grade)] for row in self.rows}
+        found = {row: next((by_group[one] for one in cells[row] if one in by_group), None) for row in self.rows}
         # A group's number might be that of another participant.
-        of_groups = {grade.student for grade in found.values()}
-        by_number = {
-            ids.get(grade.student, {}).get("moodle", grade.student): grade
-            for grade in grades
-            if grade.student not in of_groups
-        }
-        for row in self.rows:
-            number = self._number_of(row)
-            if row not in found and number in by_number:
-                found[row] = by_number[number]
-        placed = {grade.student for grade in found.values()}
+        of_groups = {grade.student for grade in found.values() if grade}
+        others = [grade for grade in grades if grade.student not in of_groups]
+        by_number = {ids.get(grade.student, {}).get("moodle", grade.student): grade for grade in others}
+        found = {row: grade or by_number.get(self._number_of(row) or "") for row, grade in found.items()}
+        placed = {grade.student for grade in found.values() if grade}
         yield from ((grade, []) for grade in grades if grade.student not in placed)
-        yield from ((found[row], [row]) for row in self.rows if row in found)
+        yield from ((grade, [row]) for row, grade in found.items() if grade)
 
     def why_refused(self, row: int, points: float) -> str:
         """Say why Moodle's importer would pass over the row; "" if it would not."""
@@ -298,7 +288,6 @@ class Sheet(Struct):
     name: str  # shown name of the file
     rows: list[list[str]]  # all rows, blank ones too
     delimiter: str  # between cells
-    end: str  # of a line
     mark: bytes  # byte-order mark
     encoding: str  # of the bytes behind it
 
@@ -314,9 +303,9 @@ class Sheet(Struct):
         cells[column] = value
 
     def to_bytes(self) -> bytes:
-        """Give the whole sheet."""
+        """Give the whole sheet, its lines as RFC 4180 ends them."""
         out = io.StringIO()
-        csv.writer(out, delimiter=self.delimiter, lineterminator=self.end).writerows(self.rows)
+        csv.writer(out, delimiter=self.delimiter).writerows(self.rows)
         return self.mark + out.getvalue().encode(self.encoding, "surrogateescape")
 
 
@@ -351,7 +340,7 @@ def read_sheet(data: bytes, name: str) -> Sheet:
         hint = "give the CSV file that the gradebook exports, not a workbook"
         hint = "export the gradebook again" if why == "is empty" else hint
         raise refusal(GRADEBOOK_CANNOT_BE_READ, name, why, hint) from None
-    return Sheet(name, rows, delimiter, "\r\n" if "\r\n" in text else "\n", mark, encoding)
+    return Sheet(name, rows, delimiter, mark, encoding)
 
 
 def refusal(code: str, name: str, message: str, hint: str) -> InputError:

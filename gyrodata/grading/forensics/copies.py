@@ -251,18 +251,16 @@ def put_beside(first: Fingerprint, second: Fingerprint) -> list[Beside]:
     weight = same_weight(*both("torque"))
     same_spin = weight & same_number(*both("spin"), *both("spin_step"))
     same_period = weight & same_number(*of_a_turn("time"), *of_a_turn("time_step"))
+    likeness = weight + 2 * same_period + 4 * same_spin
+    order = np.unravel_index(np.argsort(-likeness, axis=None, kind="stable"), likeness.shape)
     partner: dict[int, int] = {}
     taken: set[int] = set()
-    for alike in (same_spin & same_period, same_spin, same_period, weight, np.ones_like(weight)):
-        for i, j in np.argwhere(alike).tolist():
-            if i not in partner and j not in taken:
-                partner[i] = j
-                taken.add(j)
-    found = []
-    for row in range(len(first.spin)):
-        at = partner.get(row)
-        same = (False, False) if at is None else (bool(same_spin[row, at]), bool(same_period[row, at]))
-        found.append(Beside(row, at, *same))
+    for i, j in zip(*(side.tolist() for side in order), strict=True):
+        if i not in partner and j not in taken:
+            partner[i] = j
+            taken.add(j)
+    pairs = [(row, partner.get(row)) for row in range(len(first.spin))]
+    found = [Beside(i, j, *(j is not None and bool(same[i, j]) for same in (same_spin, same_period))) for i, j in pairs]
     return found + [Beside(None, at) for at in range(len(second.spin)) if at not in taken]
 
 

@@ -53,7 +53,7 @@ def list_files(root: Path) -> Listing:
         if root.is_file() and zipfile.is_zipfile(root):
             archive = _opened(*_identity(root))
             sizes = {name: info.file_size for name, info in sorted(archive.files.items())}
-            return Listing(root, sizes, archive.folders, archive.told)
+            return Listing(root, sizes, archive.folders)
         if root.is_file():
             with root.open("rb") as file:
                 if file.read(4) == b"PK\x03\x04":
@@ -159,7 +159,6 @@ class _Archive(NamedTuple):
     zip: zipfile.ZipFile
     files: dict[str, zipfile.ZipInfo]
     folders: tuple[str, ...]
-    told: tuple[Diagnostic, ...]
 
 
 def _read_member(root: Path, name: str, most: int) -> bytes:
@@ -194,7 +193,6 @@ def _opened(root: Path, changed: int, size: int, process: int) -> _Archive:
         raise _refusal(ZIP_DAMAGED, root, f"is damaged: {error}", "download it again") from None
     files: dict[str, zipfile.ZipInfo] = {}
     folders: set[str] = set()
-    twice: set[str] = set()
     for info in archive.infolist():
         whole = _safe_name(root, info)
         name = "/".join(part for part in whole.split("/") if part not in ("", "."))
@@ -203,12 +201,8 @@ def _opened(root: Path, changed: int, size: int, process: int) -> _Archive:
         if info.is_dir():
             folders.add(f"{name}/")
         elif name:
-            twice |= {name} & files.keys()
             files[name] = info
-    hint = "take one of the two out of the zip"
-    words = [f'the zip holds "{name}" twice; the later one is read' for name in sorted(twice)]
-    told = tuple(Diagnostic.of(FILE_LEFT_OUT, one, hint, root.name) for one in words)
-    return _Archive(archive, files, tuple(sorted(folders)), told)
+    return _Archive(archive, files, tuple(sorted(folders)))
 
 
 def _safe_name(root: Path, info: zipfile.ZipInfo) -> str:

@@ -6,7 +6,6 @@ import re
 import unicodedata
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
-from datetime import datetime
 from os.path import commonprefix
 
 from msgspec import Struct
@@ -115,21 +114,13 @@ def _named(name: str, match: re.Match[str], blind: str) -> ParsedName:
         groups.get("file") or "",
         printable(groups.get("stem") or _stem(name.rpartition("/")[2])),
         bool(groups.get("late")),
-        _iso(groups.get("stamp")),
+        re.sub(r"(.{10})-(..)-(..)-(..)", r"\1T\2:\3:\4", groups.get("stamp") or "") or None,
     )
 
 
 def _stem(file: str) -> str:
     """Leave the ending away, both of ``lab.csv.gz``."""
     return re.sub(r"(?:\.[^.]+)(?:\.gz)?$", "", file, flags=re.IGNORECASE) or file
-
-
-def _iso(stamp: str | None) -> str | None:
-    """Turn Blackboard's ``2026-03-09-14-05-59`` into ISO 8601; the zone is the server's and is not told."""
-    try:
-        return datetime.strptime(stamp or "", "%Y-%m-%d-%H-%M-%S").isoformat()
-    except ValueError:
-        return None
 
 
 # --- whose names the files of a class have ------------------------------------------------------------------

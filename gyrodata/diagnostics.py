@@ -695,18 +695,6 @@ GRADESCOPE_METADATA_CANNOT_BE_READ = _warning(
     "grade class, with a broken metadata file",
     "download the export again; the files are graded without it",
 )
-ANSWERS_NO_TOML = _warning(
-    "G711",
-    "an answers file that is no TOML",
-    "answers.toml: inertia = 4.4e-3 ± 0.1e-3 kg m^2",
-    "write TOML: a text in quotes, such as inertia = '4.4e-3 ± 0.1e-3 kg m^2'",
-)
-ANSWERS_CONTRADICT_LOG = _warning(
-    "G712",
-    "log and answers file report two values",
-    "answers.toml: inertia = '4.4 g m^2'",
-    "ask the student which of the two values counts",
-)
 SUBMITTED_FILE_CANNOT_BE_READ = _error(
     "G713",
     "a submitted file cannot be read",
@@ -718,15 +706,6 @@ FILE_LEFT_OUT = _warning(
     "a file or folder of the class is left out",
     "grade class, with a link",
     "put a copy of the file itself in its place, if it belongs there; or do what the message says",
-)
-ANSWER_NOT_ASKED_FOR = _warning(
-    "G715",
-    "an answer under a name that is not asked for",
-    "answers.toml: inertai = '4.4 g m^2'",
-    "correct the name in the answers file",
-)
-ANSWERS_CANNOT_BE_READ = _warning(
-    "G716", "an answers file that cannot be read", "answers.toml: a picture", "ask the student for a text file"
 )
 ANSWER_ELSEWHERE = _note(
     "G717",
@@ -813,26 +792,7 @@ RUBRIC_PARTS_CONTRADICT = _error(
     "leave one of the two parts out, or write the one that is missing, as the message says",
 )
 
-# partners
-PARTNERS_CANNOT_BE_READ = _error(
-    "G741",
-    "the file of partners cannot be read",
-    "grade class --partners no-such-file.csv",
-    "check its name, and give a text file with the names of the partners of one group in each line",
-)
-PARTNER_UNKNOWN = _warning(
-    "G742",
-    "a name in the file of partners is nobody in this class",
-    "alice, bbo\n",
-    "write the name as the class has it",
-)
-PARTNER_ALONE = _warning(
-    "G743",
-    "a line of the file of partners names one student only",
-    "alice\n",
-    "write both partners into the line, with a comma between",
-)
-
+# roster
 ROSTER_CANNOT_BE_READ = _error(
     "G744",
     "a roster has no column that says who is who",

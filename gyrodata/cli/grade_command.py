@@ -83,10 +83,6 @@ def grade(
         typer.Option("--roster", metavar="FILE", help="CSV: student, name, section, station, partner. "
                      "Default: the gradebook."),
     ] = None,
-    partners: Annotated[
-        Path | None,
-        typer.Option("--partners", metavar="FILE", help="Who hands in the same data: 'alice, bob' in a line."),
-    ] = None,
     previous: Annotated[
         list[Path] | None,
         typer.Option("--previous", metavar="DIR", help="Grades of an earlier year, to find copies of its logs."),
@@ -137,7 +133,6 @@ def grade(
         find_desk,
         find_submissions,
         grade_class,
-        read_exemptions,
         read_roster,
         read_rubric,
     )
@@ -154,10 +149,6 @@ def grade(
     names = {person.name: student for student, person in people.people.items()} | submissions.aliases
     desk = find_desk(folder or _usual_folder(path.resolve()), names, judged)
     complain(submissions.diagnostics, quiet)
-    exempt = None
-    if partners is not None:
-        exempt = read_exemptions(partners, submissions.aliases)
-        complain(exempt.diagnostics, quiet)
     options = GradingOptions(
         workers=count_workers() if workers is None else workers,
         limit=timeout,
@@ -173,7 +164,7 @@ def grade(
             at_work.enter_context(alone_in(folder, ours=True))
     lost: Sequence[str] = ()
     try:
-        found = grade_class(submissions, judged, options, exempt, years, desk, people)
+        found = grade_class(submissions, judged, options, years, desk, people)
         changes = changes_in(folder, found) if folder is not None else ()
         ours = Published(folder).ours(desk, found.names) if folder is not None and sheets else None
         filled = gradebooks.fill(found.grades, found.ids, ours)
@@ -182,7 +173,7 @@ def grade(
         if folder is not None and not dry_run:
             waiting, lost, changed = _write(found, folder, filled, options, quiet)
             if run is not None and not (found.lost or lost or changed):
-                run.keep(found, waiting, [*submissions.diagnostics, *(exempt.diagnostics if exempt else ())])
+                run.keep(found, waiting, submissions.diagnostics)
     except KeyboardInterrupt:
         told = "what was done is kept, and the same command goes on from there"
         kept = options.journal is not None and options.keep

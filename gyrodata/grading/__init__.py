@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from gyrodata.grading.exports.gradebooks import Filled, fill_book, read_sheet
     from gyrodata.grading.exports.gradescope import autograder_files, grade_autograder, results_json
     from gyrodata.grading.feedback import feedback_html, feedback_markdown
-    from gyrodata.grading.forensics import Exemptions, Fingerprint, Flag, fingerprint, flag_class, read_exemptions
+    from gyrodata.grading.forensics import Fingerprint, Flag, fingerprint, flag_class
     from gyrodata.grading.grade import Decision, Grade, grade_submission, points_text, settle
     from gyrodata.grading.hand_in import read_hand_in
     from gyrodata.grading.journal import Basis, Entry, Journal, why_again
@@ -52,13 +52,13 @@ if TYPE_CHECKING:
 __all__ = [
     "ACCEPTED", "AUTOGRADER", "DESK", "FIGURES", "JOURNAL", "LIMIT", "PLATFORMS", "PUBLISHED", "TABLE", "TODO",
     "Answers", "Basis", "BenchScatter", "Change", "ClassGrades", "CriterionFigures", "Decision", "Desk", "Entry",
-    "Exemptions", "Filled", "Fingerprint", "Flag", "Grade", "Gradebooks", "GradingOptions", "Journal", "Mark", "Person",
+    "Filled", "Fingerprint", "Flag", "Grade", "Gradebooks", "GradingOptions", "Journal", "Mark", "Person",
     "Published", "Reference", "Roster", "Rubric", "Slip", "Submission", "Submissions", "at_bench", "autograder_files",
     "changes_in", "class_page", "class_references", "class_scatter", "class_summary", "default_rubric",
     "default_rubric_text", "digest_of", "distance", "duration_text", "feedback_html", "feedback_markdown", "fill_book",
     "find_desk", "find_slips", "find_submissions", "find_unchanged", "fingerprint", "flag_class", "grade_autograder",
     "grade_class", "grade_lines", "grade_submission", "grades_csv", "grades_document", "judge_lateness", "keep_run",
-    "own_runs", "parse_duration", "points_text", "read_answers", "read_desk", "read_exemptions", "read_hand_in",
+    "own_runs", "parse_duration", "points_text", "read_answers", "read_desk", "read_hand_in",
     "read_roster", "read_rubric", "read_sheet", "results_json", "rubric_shape", "settle", "why_again",
     "write_feedback", "write_results",
 ]  # fmt: skip

@@ -22,7 +22,7 @@ from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN
 from gyrodata.disk import file_name, telling, write_whole
 from gyrodata.errors import GyroError, insist_on_type
 from gyrodata.grading.exports import class_summary, grades_csv
-from gyrodata.grading.forensics import Exemptions, Fingerprint, Flag, flag_class
+from gyrodata.grading.forensics import Fingerprint, Flag, flag_class
 from gyrodata.grading.grade import (
     Grade,
     from_json,
@@ -103,7 +103,6 @@ def grade_class(
     submissions: Submissions,
     rubric: Rubric,
     options: GradingOptions | None = None,
-    exempt: Exemptions | None = None,
     previous: Mapping[str, Fingerprint] = _NOTHING,
     desk: Desk = NO_DESK,
     roster: Roster = NOBODY,
@@ -123,7 +122,7 @@ def grade_class(
     placed = [desk.with_station(roster.named(replace(one.grade, fingerprint=None))) for one in made.values()]
     references, scatters = references_of(placed, rubric), scatters_of(placed, rubric)
     prints = {student: one.grade.fingerprint for student, one in made.items() if one.grade.fingerprint is not None}
-    flags = flag_class(prints, (exempt or Exemptions()).joined([*roster.partners, *desk.partners]), previous)
+    flags = flag_class(prints, [*roster.partners, *desk.partners], previous)
     compared = {key for flag in flags for pair in flag.pairs for key in pair}
     if options.journal is not None and options.keep and (again or unseen or options.journal.damaged):
         options.journal.replace(made.values(), unseen)

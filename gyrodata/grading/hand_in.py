@@ -24,15 +24,11 @@ def read_hand_in(paths: Sequence[Path]) -> tuple[Readings, HandIn, tuple[Diagnos
         raise InputError.of(NO_SUBMISSION, submission.problem, hint, paths[0].name)
     readings, answers = submission.read()
     reported = usable(answers.inertia)
-    file = answers.file
-    if submission.answers_file and file not in ("", readings.name):
-        own = PurePosixPath(submission.answers_file).name
-        file = own if file == "answers.toml" else file
     one = HandIn(
         text=reported.text if reported else None,
         inertia=reported.value if reported else None,
         u=reported.u if reported else None,
-        file=file or None,
+        file=answers.file or None,
         line=reported.line if reported else None,
         station=station_of(readings),
     )
@@ -58,7 +54,7 @@ def _missing(submission: Submission, answers: Answers, one: HandIn) -> Diagnosti
     log = shown(PurePosixPath(submission.log_file or "").name)
     hint = f"write one line above the table of {log}, with your value: # reported_inertia: {_SAMPLE}"
     if answers.inertia is None:
-        read = [name for name in (submission.log_name, submission.answers_name, *submission.report_names) if name]
+        read = [name for name in (submission.log_name, *submission.report_names) if name]
         names = sorted(shown(PurePosixPath(name).name) for name in read)
         unread = sorted(shown(PurePosixPath(name).name) for name in submission.members if name not in read)
         message = f"no I_zz is found in {listing(names)}{f'; not read: {listing(unread)}' if unread else ''}"
@@ -66,6 +62,4 @@ def _missing(submission: Submission, answers: Answers, one: HandIn) -> Diagnosti
     message = f"the answer cannot be read: {answers.inertia.problem}"
     if one.file == log:
         hint += ", and take its other lines with an I_zz out"
-    elif submission.answers_file and one.file == PurePosixPath(submission.answers_file).name:
-        hint = f'write in {one.file}, with your value: inertia = "{_SAMPLE}"'
     return Diagnostic.of(ANSWER_MISSING, message, hint, one.file or log, one.line)

@@ -52,7 +52,7 @@ class Roster(Struct, frozen=True):
 
 def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
     """Read a table whose first row names its columns, of `IDS`, `NAMES`, section, station and partner."""
-    rows = [[cell.value.strip() for cell in row.cells] for row in read_sheet(data, name).rows]
+    rows = [[cell.strip() for cell in row] for row in read_sheet(data, name).rows]
     head = [title.casefold() for title in rows[0]]
     if not any(title in IDS for title in head):
         hint = "give a gradebook, or a CSV whose first line is student,name,section,station,partner"

@@ -63,8 +63,6 @@ def find_slips(
     honest = own.values
     if min(distance(reported, value.value, step, own.yardstick) for value in honest) <= FROM:
         return ()
-    if reported < 0 and min(distance(-reported, value.value, step, own.yardstick) for value in honest) <= FROM:
-        return (_sign(reported, step, own, honest),)
     upside_down = _upside_down(reported, step, own, honest)
     if upside_down is not None:
         return (upside_down,)
@@ -87,19 +85,6 @@ def find_slips(
         if rank == 0 or not any(abs(factor / slip.factor - 1) < SAME for factor in likely)
     ]
     return tuple(told[:MOST])
-
-
-def _sign(reported: float, step: float, own: OwnRuns, honest: tuple[OwnValue, ...]) -> Slip:
-    best = min(honest, key=lambda value: abs(value.value + reported))
-    return Slip(
-        "sign",
-        "there is a minus sign too many, and a moment of inertia is positive",
-        "torque, spin and precession each have a sense; use magnitudes, or all three with their signs",
-        -1.0,
-        best.name,
-        best.u,
-        distance(-reported, best.value, step, own.yardstick),
-    )
 
 
 def _upside_down(reported: float, step: float, own: OwnRuns, honest: tuple[OwnValue, ...]) -> Slip | None:
@@ -160,6 +145,10 @@ def _matching(
 
 def _of_answers(inertia: float) -> Iterator[Kind]:
     """What becomes of an answer, or of a constant, after all conversions."""
+    yield Kind(
+        "sign", "there is a minus sign too many, and a moment of inertia is positive",
+        "torque, spin and precession each have a sense; use magnitudes, or all three with their signs", torque=-1.0,
+    )  # fmt: skip
     yield Kind(
         "degrees_per_second", "a rate is in degrees a second, not in rad/s",
         "a turn is 2π rad: φ̇ = 2π × turns/time", product=180 / math.pi,

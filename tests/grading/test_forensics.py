@@ -11,7 +11,7 @@ import pytest
 from grading.students import RPM, Course, Row, honest_class, print_of, prints_of, text, with_times
 from msgspec.structs import replace
 
-from gyrodata.grading import Exemptions, Fingerprint, Flag, flag_class
+from gyrodata.grading import Fingerprint, Flag, flag_class
 from gyrodata.grading.forensics import ALLOWED, KINDS
 
 COURSE = Course()
@@ -84,31 +84,24 @@ def test_a_copy_is_found(how: str, logs: dict[str, list[Row]], prints: dict[str,
     assert flags[0].p <= flags[0].expected <= ALLOWED
 
 
-EDITS: dict[str, Callable[[float], float]] = {
-    "later by 0.08 s": lambda time: time + 0.08,
-    "3 % longer": lambda time: 1.03 * time,
-    "a tenth shorter, and shifted": lambda time: 0.9 * time + 0.21,
-}
-
-
-@pytest.mark.parametrize("how", EDITS)
-def test_a_table_shifted_or_scaled_is_found(
-    how: str, logs: dict[str, list[Row]], prints: dict[str, Fingerprint]
-) -> None:
-    flags = flags_with(prints, text(shuffled(with_times(logs["s00002"], EDITS[how]))))
-    assert [(flag.kind, flag.students) for flag in flags] == [("shifted or scaled", ("s00002", "zz"))]
-
-
 def jittered(rows: list[Row], width: float) -> list[Row]:
     random = np.random.default_rng(7)
     return with_times(rows, lambda time: time + random.uniform(-width, width))
 
 
-@pytest.mark.parametrize("width", [0.05, 0.3])
+EDITS: dict[str, Callable[[list[Row]], list[Row]]] = {
+    "each by up to 0.05 s": lambda rows: jittered(rows, 0.05),
+    "each by up to 0.3 s": lambda rows: jittered(rows, 0.3),
+    "later by 0.08 s": lambda rows: with_times(rows, lambda time: time + 0.08),
+    "a tenth shorter, and shifted": lambda rows: with_times(rows, lambda time: 0.9 * time + 0.21),
+}
+
+
+@pytest.mark.parametrize("how", EDITS)
 def test_a_copy_with_every_time_changed_has_the_same_spins(
-    width: float, logs: dict[str, list[Row]], prints: dict[str, Fingerprint]
+    how: str, logs: dict[str, list[Row]], prints: dict[str, Fingerprint]
 ) -> None:
-    (flag,) = flags_with(prints, converted(shuffled(jittered(logs["s00002"], width))))
+    (flag,) = flags_with(prints, converted(shuffled(EDITS[how](logs["s00002"]))))
     assert (flag.kind, flag.students) == ("same spins", ("s00002", "zz"))
     assert flag.p * 101 * 100 / 2 == pytest.approx(flag.expected)
     assert flag.evidence.startswith("9 of 9 spins of s00002 (lines 3, 4, 5, 6, 7, 8, 9, 10, 11) are those of zz at")
@@ -146,19 +139,19 @@ def test_five_copies_of_one_log_are_one_flag(logs: dict[str, list[Row]], prints:
     ring = {f"z{i}": print_of(text(changed(logs["s00009"], (i, i + 1)))) for i in range(4)}
     flags = flag_class({**prints, **ring})
     assert [(flag.kind, flag.students) for flag in flags] == [("shared rows", ("s00009", "z0", "z1", "z2", "z3"))]
-    assert "and 1 more like these" in flags[0].evidence
+    assert "and 7 more like these" in flags[0].evidence
 
 
-def test_partners_and_staff_are_not_flagged(logs: dict[str, list[Row]], prints: dict[str, Fingerprint]) -> None:
+def test_partners_are_not_flagged(logs: dict[str, list[Row]], prints: dict[str, Fingerprint]) -> None:
     copied = {**prints, "zz": print_of(text(shuffled(logs["s00004"])))}
-    assert flag_class(copied, Exemptions(groups=(frozenset({"s00004", "zz", "s00005"}),))) == ()
-    assert flag_class(copied, Exemptions(staff=frozenset({"zz"}))) == ()
-    assert len(flag_class(copied, Exemptions(groups=(frozenset({"s00004", "s00005"}),)))) == 1
+    assert flag_class(copied, [frozenset({"s00004", "zz", "s00005"})]) == ()
+    assert flag_class(copied, [frozenset({"s00004", "nobody"}), frozenset({"zz", "s00004"})]) == ()
+    assert len(flag_class(copied, [frozenset({"s00004", "s00005"})])) == 1
 
 
 def test_a_third_who_copies_from_partners_is_found(logs: dict[str, list[Row]], prints: dict[str, Fingerprint]) -> None:
     copied = {**prints, "y": print_of(text(logs["s00004"])), "zz": print_of(text(shuffled(logs["s00004"])))}
-    flags = flag_class(copied, Exemptions(groups=(frozenset({"s00004", "y"}),)))
+    flags = flag_class(copied, [frozenset({"s00004", "y"})])
     assert [flag.students for flag in flags] == [("s00004", "y", "zz")]
     assert "s00004 (lines 3, 4, 5, 6, 7, 8, 9, 10, 11) are in y" not in flags[0].evidence
 
@@ -181,14 +174,13 @@ def test_an_example_row_that_everybody_left_in_tells_nothing(logs: dict[str, lis
     assert flag_class(prints_of({student: example + logs[student][:7] for student in list(logs)[:60]})) == ()
 
 
-def test_evidence_names_rows_and_rates(logs: dict[str, list[Row]], prints: dict[str, Fingerprint]) -> None:
+def test_evidence_names_rows(logs: dict[str, list[Row]], prints: dict[str, Fingerprint]) -> None:
     rows = shuffled(with_times(changed(logs["s00002"], (0, 4, 8)), lambda time: time, 1))
     few = {student: prints[student] for student in list(prints)[:40]}
     (flag,) = flags_with(few, text(rows), "mallory")
     assert flag.evidence == (
         "6 of 9 rows of mallory (lines 3, 5, 6, 8, 9, 10) are in s00002 (lines 4, 5, 6, 8, 9, 10), with the same spin "
-        "and the same precession period, in another order, not typed to the same digit; of rows with the same spin, "
-        "1 in 3 would have the same period by chance"
+        "and the same precession period, in another order, not typed to the same digit"
     )
 
 
@@ -202,7 +194,7 @@ def test_flags_do_not_depend_on_the_order_of_the_class(
     }
     there, back = flag_class(planted), flag_class(dict(reversed(planted.items())))
     assert there == back
-    assert [flag.kind for flag in there] == ["shared rows", "shifted or scaled"]
+    assert [flag.kind for flag in there] == ["shared rows", "same spins"]
 
 
 @pytest.mark.parametrize("students", [0, 1, 2, 5])
@@ -251,7 +243,7 @@ CLASSES = {
 def test_honest_classes_get_no_more_flags_than_stated(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     # With 40 times as many allowed, a few classes tell what a hundred would.
     allowed, classes = 2.0, 3
-    for module in ("copies", "edits", "flags"):
+    for module in ("copies", "flags"):
         monkeypatch.setattr(f"gyrodata.grading.forensics.{module}.ALLOWED", allowed)
     counts: Counter[str] = Counter()
     for seed in range(classes):

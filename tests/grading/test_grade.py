@@ -49,7 +49,7 @@ def hand_in(tmp_path: Path) -> Callable[..., Submission]:
         (tmp_path / f"{student}.csv").write_bytes(data)
         if answers is not None:
             (tmp_path / f"{student}.toml").write_text(answers, encoding="utf-8")
-            more["answers_name"] = f"{student}.toml"
+            more["report_names"] = (f"{student}.toml",)
         return Submission(student, student.title(), {}, tmp_path, log_name=f"{student}.csv", **more)  # type: ignore[arg-type]
 
     return hand
@@ -98,7 +98,7 @@ class TestAGoodReport:
 
     def test_in_an_answers_file_is_as_good(self, grade: Grader, rows: Sheet) -> None:
         line = reported_line(*RIGHT.inertia(rows, "through_origin"))
-        found = grade(rows.log(), answers=f'inertia = "{line.split(": ")[1]}"')
+        found = grade(rows.log(), answers=f'# my answers\ninertia = "{line.split(": ")[1]}"')
         assert found.points == 20
 
     def test_in_another_unit_is_as_good(self, grade: Grader, rows: Sheet) -> None:

@@ -56,8 +56,7 @@ def test_what_is_told_is_what_is_graded(tmp_path: Path) -> None:
         read = document["hand_in"]
         assert (read["inertia"], read["u"]) == tuple(graded[who]["reported"].get(key) for key in ("value", "u")), habit
         assert (read["inertia"] is None) == (habit == "PDF"), habit
-        # An answers file without quotes is read, and its writer told so.
-        assert code == (habit in ("PDF", "answers.txt")), habit
+        assert code == (habit == "PDF"), habit
 
 
 @pytest.mark.parametrize(
@@ -106,7 +105,6 @@ LACKING = {
         "lab.csv": "# reported_inertia: 4.4e-3 kg m^2\n# reported_inertia: 4.5e-3 kg m^2\n# balanced: yes\n" + LOG
     },
     "no number": {"lab.csv": "# reported_inertia: see below\n" + LOG},
-    "no number in the answers": {"lab.csv": LOG, "answers.toml": 'inertia = "see below"\n'},
 }
 
 
@@ -120,20 +118,17 @@ def test_the_advice_carried_out_is_enough(what: str, tmp_path: Path) -> None:
     assert ("not read: report.pdf" in found["message"]) == (what == "a PDF")
     hint = found["hint"]
     assert hint in gyro("check", "--hand-in", root).stdout
-    file = re.search(r"(?:table of|write in) (\S+),", hint)
+    file = re.search(r"table of (\S+),", hint)
     assert file
     path = root / file[1]
-    if "inertia = " in hint:
-        path.write_text(hint.partition("value: ")[2], encoding="utf-8")
+    line = hint.partition("value: ")[2].partition(", and take")[0]
+    if path.suffix == ".xlsx":
+        path.write_bytes(workbook(f"{line}\n{LOG}"))
     else:
-        line = hint.partition("value: ")[2].partition(", and take")[0]
-        if path.suffix == ".xlsx":
-            path.write_bytes(workbook(f"{line}\n{LOG}"))
-        else:
-            kept = path.read_text(encoding="utf-8").splitlines(keepends=True)
-            if "take its other lines with an I_zz out" in hint:
-                kept = [one for one in kept if not re.match("# (?:I_zz|reported_inertia)", one)]
-            path.write_text("".join([f"{line}\n", *kept]), encoding="utf-8")
+        kept = path.read_text(encoding="utf-8").splitlines(keepends=True)
+        if "take its other lines with an I_zz out" in hint:
+            kept = [one for one in kept if not re.match("# (?:I_zz|reported_inertia)", one)]
+        path.write_text("".join([f"{line}\n", *kept]), encoding="utf-8")
     document, code = told(root)
     assert (code, document["hand_in"]["inertia"], document["hand_in"]["u"]) == (0, 4.4e-3, 0.1e-3)
 

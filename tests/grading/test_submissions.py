@@ -52,11 +52,11 @@ def test_a_folder_for_each_student(tmp_path: Path, make) -> None:
     assert sorted(people) == sorted(["jdoe", "Doe, Jane_2", "李雷", "Иван Ёлкин", "שרה כהן", "photographer"])
     assert list(people) == sorted(people)
     jane = people["jdoe"]
-    assert (jane.log_name, jane.answers_name) == ("jdoe/lab.csv", "jdoe/answers.toml")
+    assert (jane.log_name, jane.report_names) == ("jdoe/lab.csv", ("jdoe/answers.toml",))
     assert jane.members == ("jdoe/answers.toml", "jdoe/lab.csv", "jdoe/report.pdf")
-    assert (jane.log(), jane.answers()) == (LOG.encode(), b'inertia = "4.4 g m^2"')
+    assert (jane.log(), list(jane.reports())) == (LOG.encode(), [("answers.toml", b'inertia = "4.4 g m^2"')])
     assert people["李雷"].log_file == "sub/folder/data.csv"
-    assert people["李雷"].answers() is None
+    assert list(people["李雷"].reports()) == []
     assert people["photographer"].problem == "no log: only photo.png"
     assert codes(found) == ["G707"]
     assert "grades.csv" in found.diagnostics[0].message
@@ -85,8 +85,8 @@ def test_a_flat_folder_has_a_file_for_each_student(tmp_path: Path, make) -> None
     found = find_submissions(make(tmp_path / "class", files))
     people = by_student(found)
     assert list(people) == ["jdoe", "kim", "lee", "o'neil", "zoe"]
-    assert people["jdoe"].answers_name == "jdoe_answers.toml"
-    assert people["o'neil"].answers_name == "o'neil.toml"
+    assert people["jdoe"].report_names == ("jdoe_answers.toml",)
+    assert people["o'neil"].report_names == ("o'neil.toml",)
     assert people["kim"].log_name == "kim (1).csv"
     assert people["zoe"].problem == "no log: only zoe.pdf"
 
@@ -165,14 +165,6 @@ def test_a_log_that_is_too_large_is_said_to_be(tmp_path: Path) -> None:
     assert found.items[0].problem == "lab.csv is 10 MB; a log of more than 10 MB is not read"
 
 
-@pytest.mark.parametrize(
-    "name", ["answers.toml", "Answers.TOML", "answers.toml.txt", "my_answers.toml", "answers-1.toml"]
-)
-def test_names_of_answers_files(tmp_path: Path, name: str) -> None:
-    found = submissions(tmp_path, {"ann/lab.csv": LOG, f"ann/{name}": "x"})
-    assert found.items[0].answers_file == name
-
-
 # --- Canvas -------------------------------------------------------------------------------------------------
 
 CANVAS = {
@@ -197,7 +189,7 @@ def test_canvas(tmp_path: Path, make) -> None:
     assert list(people) == ["9876", "9877", "9878", "9879", "9880", "9881", "9882", "anon_Ab1dE"]
     jane = people["9876"]
     assert (jane.name, jane.ids, jane.late) == ("doejane", {"canvas": "9876"}, False)
-    assert (jane.log_file, jane.answers_file) == ("lab.csv", "answers.toml")
+    assert (jane.log_file, jane.report_names) == ("lab.csv", ("doejane_9876_55502_answers.toml",))
     assert jane.feedback_stem == "doejane_9876_55501_lab", "Canvas finds the student by the two numbers"
     ivan = people["9877"]
     assert (ivan.name, ivan.late, ivan.late_seconds) == ("ёлкиниван", True, None)

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import csv
 import json
-import unicodedata
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
+from unicodedata import combining, east_asian_width
 
 from msgspec import Struct, to_builtins
 from msgspec.structs import asdict
@@ -264,7 +264,9 @@ def _table_rows(found: ClassGrades) -> Iterator[str]:
     rows = [("student", "points", "I_zz / own", "what to know")]
     for grade in found.grades:
         ratio = "–" if grade.ratio is None else f"{grade.ratio:.4g}"
-        rows.append((_cut(shown(grade.name)), points_text(grade.points), ratio, _remark(found, grade)))
+        name = shown(grade.name)
+        name = name if len(name) <= WIDEST else name[: WIDEST - 1] + "…"
+        rows.append((name, points_text(grade.points), ratio, _remark(found, grade)))
     widths = [max(_width(row[column]) for row in rows) for column in range(3)]
     for name, points, ratio, remark in rows:
         blanks = " " * (widths[0] - _width(name))
@@ -287,13 +289,6 @@ def _remark(found: ClassGrades, grade: Grade) -> str:
     return shown("; ".join(parts))
 
 
-def _cut(text: str) -> str:
-    return text if len(text) <= WIDEST else text[: WIDEST - 1] + "…"
-
-
 def _width(text: str) -> int:
     """Columns of a terminal: two for a wide character, none for a mark that stands on another."""
-    if text.isascii():
-        return len(text)
-    wide = sum(unicodedata.east_asian_width(character) in "WF" for character in text)
-    return len(text) + wide - sum(unicodedata.combining(character) > 0 for character in text)
+    return sum(1 + (east_asian_width(one) in "WF") - (combining(one) > 0) for one in text)

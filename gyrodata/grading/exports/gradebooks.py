@@ -1,4 +1,4 @@
-"""Sheets of grades that platforms export, filled and given back: single cells change, all else stays as it was.
+"""Sheets of grades that platforms export, filled and given back: single cells change, all others stay as they were.
 
 Canvas: a column keeps its ``(id)``, for without it Canvas makes a new assignment; scores are compared at two decimals;
 the last ``.`` or ``,`` of a number is its decimal mark, so that ``1,234`` would be 1.234.
@@ -10,11 +10,12 @@ they are not English.
 
 from __future__ import annotations
 
+import csv
 import html
+import io
 import re
 from collections.abc import Collection, Iterator, Mapping
 from types import MappingProxyType
-from typing import NamedTuple
 
 from msgspec import Struct
 
@@ -116,7 +117,7 @@ class _Layout:
 
     def __init__(self, sheet: Sheet, book: Book) -> None:
         self.sheet, self.book = sheet, book
-        self.head = [cell.value.strip() for cell in sheet.rows[0].cells]
+        self.head = [cell.strip() for cell in sheet.rows[0]] or [""]
 
     def label(self, row: int) -> str:
         """Name a row to a person."""
@@ -247,27 +248,17 @@ class _Moodle(_Layout):
 
     def match(self, grades: Collection[Grade], ids: Ids) -> Iterator[tuple[Grade, list[int]]]:
         """Give each row its grade: that of the group with the submission's name, else that of "Participant N"."""
-        found: dict[int, Grade] = {}
         by_group = {grade.name.casefold(): grade for grade in grades}
-        for row in self.rows:
-            groups = (self.sheet.value(row, column).casefold() for column in range(2, self.grade))
-            group = next((group for group in groups if group in by_group), None)
-            if group is not None:
-                found[row] = by_group[group]
+        cells = {row: [self.sheet.value(row, at).casefold() for at in range(2, self.grade)] for row in self.rows}
+        found = {row: next((by_group[one] for one in cells[row] if one in by_group), None) for row in self.rows}
         # A group's number might be that of another participant.
-        of_groups = {grade.student for grade in found.values()}
-        by_number = {
-            ids.get(grade.student, {}).get("moodle", grade.student): grade
-            for grade in grades
-            if grade.student not in of_groups
-        }
-        for row in self.rows:
-            number = self._number_of(row)
-            if row not in found and number in by_number:
-                found[row] = by_number[number]
-        placed = {grade.student for grade in found.values()}
+        of_groups = {grade.student for grade in found.values() if grade}
+        others = [grade for grade in grades if grade.student not in of_groups]
+        by_number = {ids.get(grade.student, {}).get("moodle", grade.student): grade for grade in others}
+        found = {row: grade or by_number.get(self._number_of(row) or "") for row, grade in found.items()}
+        placed = {grade.student for grade in found.values() if grade}
         yield from ((grade, []) for grade in grades if grade.student not in placed)
-        yield from ((found[row], [row]) for row in self.rows if row in found)
+        yield from ((grade, [row]) for row, grade in found.items() if grade)
 
     def why_refused(self, row: int, points: float) -> str:
         """Say why Moodle's importer would pass over the row; "" if it would not."""
@@ -285,54 +276,37 @@ def _as_html(text: str) -> str:
     return "".join(f"<p>{html.escape(one.strip()).replace(chr(10), '<br>')}</p>" for one in paragraphs)
 
 
-# --- a CSV sheet of somebody else's, in which single cells change and every other byte stays ----------------
+# --- a CSV sheet of somebody else's, in which single cells change and no other ------------------------------
 
 
 LARGEST = 50_000_000  # bytes of a gradebook that are read
 
 
-class Cell(NamedTuple):
-    """One cell."""
-
-    value: str
-    written: str  # as it stands in the file, quotes included
-
-
-class Row(Struct):
-    """One row."""
-
-    cells: list[Cell]
-    end: str  # line end as it stands in the file; "" at the end of it
-
-
 class Sheet(Struct):
-    """A table whose bytes are known; the csv module gives values, not how they were written."""
+    """A table, and how its file is written."""
 
     name: str  # shown name of the file
-    rows: list[Row]  # all rows, blank ones too
+    rows: list[list[str]]  # all rows, blank ones too
     delimiter: str  # between cells
     mark: bytes  # byte-order mark
     encoding: str  # of the bytes behind it
 
     def value(self, row: int, column: int | None) -> str:
         """Give a cell without blanks around it; "" where the row has no such column."""
-        cells = self.rows[row].cells
-        return "" if column is None or column >= len(cells) else cells[column].value.strip()
+        cells = self.rows[row]
+        return "" if column is None or column >= len(cells) else cells[column].strip()
 
     def put(self, row: int, column: int, value: str) -> None:
-        """Write a cell, in quotes where it was in quotes or has to be; a row that is too short grows."""
-        cells = self.rows[row].cells
-        cells += [Cell("", "")] * (column + 1 - len(cells))
-        quoted = cells[column].written.startswith('"')
-        if quoted or re.search(rf'["\r\n{re.escape(self.delimiter)}]|^\s|\s$', value):
-            cells[column] = Cell(value, '"' + value.replace('"', '""') + '"')
-        else:
-            cells[column] = Cell(value, value)
+        """Write a cell; a row that is too short grows."""
+        cells = self.rows[row]
+        cells += [""] * (column + 1 - len(cells))
+        cells[column] = value
 
     def to_bytes(self) -> bytes:
-        """Give the whole sheet."""
-        text = "".join(self.delimiter.join(cell.written for cell in row.cells) + row.end for row in self.rows)
-        return self.mark + text.encode(self.encoding, "surrogateescape")
+        """Give the whole sheet, its lines as RFC 4180 ends them."""
+        out = io.StringIO()
+        csv.writer(out, delimiter=self.delimiter).writerows(self.rows)
+        return self.mark + out.getvalue().encode(self.encoding, "surrogateescape")
 
 
 class Filled(Struct, frozen=True):
@@ -351,41 +325,24 @@ _MARKS = ((b"\xef\xbb\xbf", "utf-8"), (b"\xff\xfe", "utf-16-le"), (b"\xfe\xff", 
 
 def read_sheet(data: bytes, name: str) -> Sheet:
     """Read a sheet with commas, semicolons or tabs, whichever its first lines have most of."""
-    hint = "give the CSV file that the gradebook exports, not a workbook"
     mark, encoding = next((pair for pair in _MARKS if data.startswith(pair[0])), (b"", "utf-8"))
-    if len(data) > LARGEST:
-        raise refusal(GRADEBOOK_CANNOT_BE_READ, name, "is larger than 50 MB", hint)
     try:
+        if len(data) > LARGEST:
+            raise ValueError("is larger than 50 MB")
         text = data[len(mark) :].decode(encoding, "surrogateescape" if encoding == "utf-8" else "strict")
-    except UnicodeDecodeError:
-        raise refusal(GRADEBOOK_CANNOT_BE_READ, name, "is no text", hint) from None
-    if "\x00" in text:
-        raise refusal(GRADEBOOK_CANNOT_BE_READ, name, "is no text", hint)
-    if not text.strip():
-        raise refusal(GRADEBOOK_CANNOT_BE_READ, name, "is empty", "export the gradebook again")
-    head = re.sub(r'"[^"]*"', "", "\n".join(text[:100_000].splitlines()[:3]))
-    delimiter = max(",;\t", key=head.count)
-    return Sheet(name, list(_rows(text, delimiter)), delimiter, mark, encoding)
+        if not text.strip() or "\x00" in text:
+            raise ValueError("is no text" if text.strip() else "is empty")
+        head = re.sub(r'"[^"]*"', "", "\n".join(text[:100_000].splitlines()[:3]))
+        delimiter = max(",;\t", key=head.count)
+        rows = list(csv.reader(io.StringIO(text, newline=""), delimiter=delimiter))
+    except (ValueError, csv.Error) as error:
+        why = "is no text" if isinstance(error, UnicodeDecodeError) else str(error)
+        hint = "give the CSV file that the gradebook exports, not a workbook"
+        hint = "export the gradebook again" if why == "is empty" else hint
+        raise refusal(GRADEBOOK_CANNOT_BE_READ, name, why, hint) from None
+    return Sheet(name, rows, delimiter, mark, encoding)
 
 
 def refusal(code: str, name: str, message: str, hint: str) -> InputError:
     """Make the error for a gradebook that cannot be used."""
     return InputError.of(code, f'"{name}" {message}', hint, name)
-
-
-def _rows(text: str, delimiter: str) -> Iterator[Row]:
-    """Split by RFC 4180; a quote that is never closed, or does not begin its cell, is a plain character."""
-    plain = rf"[^{re.escape(delimiter)}\r\n]*+"
-    cell = re.compile(rf'(?:"((?:[^"]|"")*+)"({plain})|({plain}))({re.escape(delimiter)}|\r\n|\n|\r|\Z)')
-    cells: list[Cell] = []
-    at = 0
-    while at < len(text) or cells:
-        match = cell.match(text, at)
-        assert match is not None
-        inside, behind, whole, end = match.groups()
-        value = whole if inside is None else inside.replace('""', '"') + behind
-        cells.append(Cell(value, text[at : match.start(4)]))
-        at = match.end()
-        if end != delimiter:
-            yield Row(cells, end)
-            cells = []

@@ -159,11 +159,18 @@ def _compared(mark: Mark) -> bool:
 
 
 def _output(grade: Grade) -> str:
-    """Say to the student what the numbers mean, and what to look for."""
+    """Say to the student what the numbers mean, whether what is not shown yet is met, and what to look for."""
     judged = [mark for mark in grade.marks if mark.points is not None]
-    if judged:
-        lines = _points_lines(grade)
-    else:
+    later = [mark for mark in judged if _compared(mark)]
+    shown = [mark for mark in judged if mark not in later]
+    points = round(sum(mark.points or 0.0 for mark in shown), 2)
+    lines = [f"{points:g} of {sum(mark.out_of for mark in shown):g} points in what is shown now."]
+    for mark in later:
+        met = "met" if (mark.points or 0.0) >= mark.out_of else "met in part" if mark.points else "not met"
+        lines.append(f"{mark.title}: {met}. The points are shown after the due date.")
+    if waiting := sum(mark.out_of for mark in grade.marks if mark.waits):
+        lines.append(f"{waiting:g} points are judged later.")
+    if not judged:
         # What stops the fit may say where it ended.
         secret = any(_tells_inertia(one["code"]) for one in grade.diagnostics if one["severity"] == "error")
         lines = [f"This could not be graded: {'the log cannot be analysed' if secret else grade.why}."]
@@ -174,24 +181,6 @@ def _output(grade: Grade) -> str:
     lines += [f"A slip to look for: {slip.words}. To check: {slip.check}." for slip in grade.slips]
     lines += [_found(one) for one in grade.diagnostics]
     return "\n".join(lines)
-
-
-def _points_lines(grade: Grade) -> list[str]:
-    """Tell the points that may be seen, and of the others whether they are met."""
-    judged = [mark for mark in grade.marks if mark.points is not None]
-    later = [mark for mark in judged if _compared(mark)]
-    shown = [mark for mark in judged if mark not in later]
-    points = round(sum(mark.points or 0.0 for mark in shown), 2)
-    lines = [f"{points:g} of {sum(mark.out_of for mark in shown):g} points in what is shown now."]
-    lines += [f"{mark.title}: {_met(mark)}. The points are shown after the due date." for mark in later]
-    waiting = sum(mark.out_of for mark in grade.marks if mark.waits)
-    if waiting:
-        lines.append(f"{waiting:g} points are judged later.")
-    return lines
-
-
-def _met(mark: Mark) -> str:
-    return "met" if (mark.points or 0.0) >= mark.out_of else "met in part" if mark.points else "not met"
 
 
 def _found(diagnostic: Mapping[str, Any]) -> str:

@@ -1,19 +1,19 @@
 """A flag: something in one log, or between several, that honest work hardly ever does.
 
-Here: how chances become flags, and what is odd in one log by itself. `copies` and `edits` compare logs.
+Here: how chances become flags, and what is odd in one log by itself. `copies` compares logs.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from typing import Literal, NamedTuple, get_args
+from typing import Literal, get_args
 
 from msgspec import Struct
 
 from gyrodata.grading.forensics.logs import HAND, Logs
 
-Kind = Literal["shared rows", "shifted or scaled", "same spins", "scatter"]
+Kind = Literal["shared rows", "same spins", "scatter"]
 
 KINDS: tuple[Kind, ...] = get_args(Kind)
 """In the order in which they are listed."""
@@ -61,66 +61,40 @@ def chi2_lower_tail(chi2: float, dof: float) -> float:
 PAIRS_TOLD = 3  # pairs of a group whose evidence is told
 
 
-class Pair(NamedTuple):
-    """Two logs that are too much alike, by their numbers in the class."""
+def flag_pairs(
+    kind: Kind, pairs: Iterable[tuple[float, int, int]], logs: Logs, tell: Callable[[Logs, int, int], str]
+) -> tuple[list[Flag], list[int]]:
+    """Make one flag of all pairs that hang together: five copies of one log are one finding, not ten.
 
-    p: float
-    expected: float
-    first: int
-    second: int
-
-
-class Groups:
-    """Logs that hang together by what was found so far; other pairs of them need no finding."""
-
-    def __init__(self) -> None:
-        self._above: dict[int, int] = {}
-
-    def head(self, log: int) -> int:
-        """Give the log that stands for all that hang together with one."""
-        while (above := self._above.setdefault(log, log)) != log:
-            self._above[log] = self._above[above]
-            log = above
-        return log
-
-    def join(self, first: int, second: int) -> bool:
-        """Let two logs hang together; tell whether they did not before."""
-        new = not self.joined(first, second)
-        self._above[self.head(second)] = self.head(first)
-        return new
-
-    def joined(self, first: int, second: int) -> bool:
-        """Tell whether two logs hang together."""
-        return self.head(first) == self.head(second)
-
-
-def flag_pairs(kind: Kind, pairs: Iterable[Pair], logs: Logs, tell: Callable[[int, int], str]) -> list[Flag]:
-    """Make one flag of all pairs that hang together, told in words: five copies of one log are one finding, not ten."""
-    together = Groups()
-    ordered = sorted(pairs)
+    `pairs`: Chance and numbers of two logs. Gives: The flags, and for each log the one that stands for all that hang
+    together with it.
+    """
+    head = list(range(len(logs.keys)))
+    ordered, joining = sorted(pairs), []
+    for _, first, second in ordered:
+        if head[first] != head[second]:
+            joining.append((first, second))
+            head = [head[first] if one == head[second] else one for one in head]
+    groups: dict[int, list[tuple[float, int, int]]] = {}
     for pair in ordered:
-        together.join(pair.first, pair.second)
-    groups: dict[int, list[Pair]] = {}
-    for pair in ordered:
-        groups.setdefault(together.head(pair.first), []).append(pair)
-    return [_one_flag(kind, group, logs, tell) for group in groups.values()]
-
-
-def _one_flag(kind: Kind, group: list[Pair], logs: Logs, tell: Callable[[int, int], str]) -> Flag:
-    """Make a flag of pairs in the order of their p, the strongest told in words."""
-    together = Groups()
-    members = sorted({member for pair in group for member in (pair.first, pair.second)})
-    evidence = "; ".join(tell(pair.first, pair.second) for pair in group[:PAIRS_TOLD])
-    more = len(group) - PAIRS_TOLD
-    return Flag(
-        kind,
-        tuple(logs.keys[member] for member in members if member < logs.current),
-        evidence + (f"; and {more} more like these" if more > 0 else ""),
-        max(group[0].p, LEAST),
-        max(group[0].expected, LEAST),
-        tuple(logs.keys[member] for member in members if member >= logs.current),
-        tuple((logs.keys[one], logs.keys[other]) for _, _, one, other in group if together.join(one, other)),
-    )
+        groups.setdefault(head[pair[1]], []).append(pair)
+    flags = []
+    for group, found in groups.items():
+        members = [log for log, one in enumerate(head) if one == group]
+        told = [tell(logs, *pair[1:]) for pair in found[:PAIRS_TOLD]]
+        told += [f"and {len(found) - PAIRS_TOLD} more like these"] if len(found) > PAIRS_TOLD else []
+        flags.append(
+            Flag(
+                kind,
+                tuple(logs.keys[member] for member in members if member < logs.current),
+                "; ".join(told),
+                found[0][0],
+                found[0][0] * logs.pairs,
+                tuple(logs.keys[member] for member in members if member >= logs.current),
+                tuple((logs.keys[one], logs.keys[other]) for one, other in joining if head[one] == group),
+            )
+        )
+    return flags, head
 
 
 # --- one log by itself: scatter below what a hand can do --------------------------------------------------
@@ -129,11 +103,11 @@ def _one_flag(kind: Kind, group: list[Pair], logs: Logs, tell: Callable[[int, in
 def flag_scatter(logs: Logs) -> list[Flag]:
     """Find logs whose times lie closer to straight lines than a hand can put them."""
     flags = []
-    timed = [i for i in range(logs.current) if logs.by_hand[i] and logs.dof[i]]
-    for i in timed:
-        p = chi2_lower_tail(float(logs.squares[i]) / HAND**2, int(logs.dof[i]))
+    both = enumerate(zip(logs.prints, logs.scatters, strict=True))
+    timed = [(i, scatter) for i, (log, scatter) in both if i < logs.current and log.by_hand and scatter is not None]
+    for i, scatter in timed:
+        p = chi2_lower_tail(scatter.squares / HAND**2, scatter.dof)
         if p * len(timed) <= ALLOWED:
-            scatter = logs.scatter(i)
             evidence = (
                 f"its {len(scatter.residuals)} times lie within {scatter.size:.2g} s of straight lines in the spin, "
                 f"one for each torque ({scatter.dof} degrees of freedom); a hand on a stopwatch scatters by {HAND:g} s "

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import permutations
 
 import numpy as np
 from msgspec import Struct
-from numpy.typing import NDArray
 
 from gyrodata.measurements import Measurements, spin_columns
 from gyrodata.physics import Floats, Integers
@@ -123,19 +123,12 @@ TRUSTED_DOF = 3  # degrees of freedom from which a log's own scatter is believed
 
 
 class Logs(Struct, frozen=True):
-    """N logs with R rows in all: the class, by key, and then the earlier ones, by key.
-
-    What pairs are found by is held here; what only tells of them is looked up.
-    """
+    """N logs with R rows in all: the class, by key, and then the earlier ones, by key."""
 
     keys: tuple[str, ...]
     prints: tuple[Fingerprint, ...]
     current: int  # how many are of this class
-    by_hand: NDArray[np.bool_]  # which were timed with a stopwatch, shape (N,)
-    dof: Integers  # degrees of freedom of each log's scatter, shape (N,); 0 where it has none
-    squares: Floats  # sum of squares of each log's scatter [s²], shape (N,)
-    time_step: Floats  # largest step of a time of each log [s], shape (N,)
-    noise: Floats  # standard deviation that a time of each log has at least [s], shape (N,); 0 where nothing tells
+    scatters: tuple[Scatter | None, ...]  # of each log; None where it has no degree of freedom
     starts: Integers  # where each log's rows begin, shape (N + 1,)
     log: Integers  # log of each row, shape (R,)
     torque: Floats  # [N*m], shape (R,)
@@ -143,66 +136,38 @@ class Logs(Struct, frozen=True):
     period: Floats  # time of one revolution of precession [s], shape (R,)
     spin_step: Floats  # [rad/s], shape (R,)
     period_step: Floats  # [s], shape (R,)
-    turns: Floats  # shape (R,)
-    partners: Mapping[int, frozenset[int]]  # logs that may be like each log
-
-    def rows(self, log: int) -> slice:
-        """Give where a log's rows are."""
-        return slice(int(self.starts[log]), int(self.starts[log + 1]))
-
-    def scatter(self, log: int) -> Scatter:
-        """Work out the scatter of a log that has a degree of freedom."""
-        scatter = measure_scatter(self.prints[log])
-        assert scatter is not None
-        return scatter
+    noise: Floats  # standard deviation that a period has at least [s], shape (R,); 0 where nothing tells
+    exempt: Integers  # pairs that may be alike, each as its first log times N plus its second, both ways round
 
     @property
     def pairs(self) -> int:
         """How many pairs there are to compare: within the class, and with the earlier logs."""
         earlier = len(self.keys) - self.current
-        exempt = sum(map(len, self.partners.values())) // 2
-        return self.current * (self.current - 1) // 2 + self.current * earlier - exempt
-
-    def compared_with(self, log: int, others: Integers) -> NDArray[np.bool_]:
-        """Tell with which of some logs one is compared."""
-        compared: NDArray[np.bool_] = (others != log) & ((others < self.current) | (log < self.current))
-        for partner in self.partners.get(log, ()):
-            compared &= others != partner
-        return compared
+        return self.current * (self.current - 1) // 2 + self.current * earlier - len(self.exempt) // 2
 
 
 def lay_out(
-    students: Sequence[str],
     prints: Mapping[str, Fingerprint],
-    partners: Mapping[int, frozenset[int]],
+    partners: Iterable[frozenset[str]],
     previous: Mapping[str, Fingerprint],
 ) -> Logs:
-    """Put the logs of the class, by student, side by side."""
-    earlier = sorted(previous)
+    """Put the logs of the class, by student, side by side. `partners`: Students whose logs may be alike."""
+    students, earlier = sorted(prints), sorted(previous)
     logs = [*(prints[key] for key in students), *(previous[key] for key in earlier)]
     rows = {
         name: np.array([value for one in logs for value in getattr(one, name)], dtype=float)
         for name in ("torque", "spin", "time", "turns", "spin_step", "time_step")
     }
     counts = np.array([len(one.time) for one in logs], dtype=int)
-    stopwatch = np.array([one.by_hand for one in logs], dtype=bool)
     scatters = [measure_scatter(one) for one in logs]
-    dof = np.array([scatter.dof if scatter else 0 for scatter in scatters], dtype=int)
-    own = [
-        math.sqrt(max(scatter.squares / scatter.dof - _from_tachometer(one), 0.0))
-        if scatter and scatter.dof >= TRUSTED_DOF
-        else 0.0
-        for one, scatter in zip(logs, scatters, strict=True)
-    ]
+    number = {key: at for at, key in enumerate(students)}
+    together = [[number[key] for key in group if key in number] for group in partners]
+    exempt = {one * len(logs) + other for group in together for one, other in permutations(group, 2)}
     return Logs(
         keys=(*students, *earlier),
         prints=tuple(logs),
         current=len(students),
-        by_hand=stopwatch,
-        dof=dof,
-        squares=np.array([scatter.squares if scatter else 0.0 for scatter in scatters]),
-        time_step=np.array([max(one.time_step) for one in logs]),
-        noise=_noise(np.array(own), dof >= TRUSTED_DOF, stopwatch),
+        scatters=tuple(scatters),
         starts=np.concatenate([[0], np.cumsum(counts)]).astype(int),
         log=np.repeat(np.arange(len(logs)), counts),
         torque=rows["torque"],
@@ -210,26 +175,32 @@ def lay_out(
         period=rows["time"] / rows["turns"],
         spin_step=rows["spin_step"],
         period_step=rows["time_step"] / rows["turns"],
-        turns=rows["turns"],
-        partners=partners,
+        noise=np.repeat(_noise(logs, scatters), counts) / rows["turns"],
+        exempt=np.array(sorted(exempt), dtype=int),
     )
 
 
-def _noise(own: Floats, trusted: NDArray[np.bool_], by_hand: NDArray[np.bool_]) -> Floats:
+def _noise(logs: Sequence[Fingerprint], scatters: Sequence[Scatter | None]) -> Floats:
     """Least scatter of a log's times: its own or the class's middle one, whichever is less, and a good hand's at least.
 
     A log that scatters more than most may only be bent, and bends can be shared. What the tachometer adds is no
     scatter of the times: students who hit the same spins share them however they read them.
     """
-    noise = np.zeros(len(own))
-    for kind, least in ((by_hand, HAND), (~by_hand, 0.0)):
-        middle = float(np.median(own[kind & trusted])) if np.any(kind & trusted) else 0.0
-        noise[kind] = np.maximum(np.minimum(own[kind], middle), least)
+    noise = np.zeros(len(logs))
+    for by_hand, least in ((True, HAND), (False, 0.0)):
+        own = {
+            at: math.sqrt(max(scatter.squares / scatter.dof - _from_tachometer(one), 0.0))
+            for at, (one, scatter) in enumerate(zip(logs, scatters, strict=True))
+            if one.by_hand == by_hand and scatter is not None and scatter.dof >= TRUSTED_DOF
+        }
+        middle = statistics.median(own.values()) if own else 0.0
+        for at, one in enumerate(logs):
+            if one.by_hand == by_hand:
+                noise[at] = max(min(own.get(at, 0.0), middle), least)
     return noise
 
 
 def _from_tachometer(one: Fingerprint) -> float:
     """Variance that the readings of the spin bring into the times [s²], in the middle of the log's rows."""
-    time, spin, step = np.array(one.time), np.array(one.spin), np.array(one.spin_step)
-    variances: list[float] = (time**2 * (TACHOMETER**2 + (step / spin) ** 2 / 12)).tolist()
-    return statistics.median(variances)
+    rows = zip(one.time, one.spin, one.spin_step, strict=True)
+    return statistics.median(time**2 * (TACHOMETER**2 + (step / spin) ** 2 / 12) for time, spin, step in rows)

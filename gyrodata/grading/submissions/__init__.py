@@ -34,7 +34,7 @@ from gyrodata.grading.submissions.names import (
     shown,
     whose_names,
 )
-from gyrodata.grading.submissions.student_files import Answers, Choice, choose_files, read_answers
+from gyrodata.grading.submissions.student_files import Answers, choose_files, read_answers
 from gyrodata.readings import Readings, listing, read_log
 
 __all__ = [
@@ -70,10 +70,8 @@ class Submission(Struct, frozen=True):
     ids: Mapping[str, str]
     source: Path  # folder or zip of the class
     members: tuple[str, ...] = ()  # all files, as names below `source`
-    log_name: str | None = None  # the two that are graded, as names below `source`
-    answers_name: str | None = None
-    log_file: str | None = None  # the same as the student named them
-    answers_file: str | None = None
+    log_name: str | None = None  # the one that is graded, as a name below `source`
+    log_file: str | None = None  # the same as the student named it
     report_names: tuple[str, ...] = ()  # other texts in which an answer may stand, as names below `source`
     late: bool = False  # marked late by the platform, or handed in after the due date that it tells
     # time after the due date [s], 0 before it; None where the platform tells no due date
@@ -91,10 +89,6 @@ class Submission(Struct, frozen=True):
             raise InputError.of(NO_SUBMISSION, f"{self.name}: {self.problem}")
         return read_file(self.source, self.log_name)
 
-    def answers(self) -> bytes | None:
-        """Read the answers file; None if there is none."""
-        return None if self.answers_name is None else read_file(self.source, self.answers_name)
-
     def reports(self) -> Iterator[tuple[str, bytes]]:
         """Read the other texts in which an answer may stand, with names to show; one that cannot be read is empty."""
         for name in self.report_names:
@@ -107,7 +101,7 @@ class Submission(Struct, frozen=True):
         """Read the log, and what is reported: whatever grades, or tells what would be graded, reads them here."""
         name = PurePosixPath(self.log_file or self.log_name or "log").name
         readings = read_log(self.log(), name=name)
-        return readings, read_answers(readings, self.answers(), self.reports())
+        return readings, read_answers(readings, self.reports())
 
     def feedback_name(self, ending: str) -> str:
         """Name a feedback file, below the zip that is handed back, so that the platform gives it to this student.
@@ -119,15 +113,14 @@ class Submission(Struct, frozen=True):
 
     @property
     def digest(self) -> str:
-        """SHA-256 of all that a grade depends on: names and bytes of log, answers and texts, lateness, the problem."""
-        told = [self.log_file, self.answers_file, self.late, self.late_seconds, self.submitted, self.problem]
+        """SHA-256 of all that a grade depends on: names and bytes of the log and of texts, lateness, the problem."""
+        told = [self.log_file, self.late, self.late_seconds, self.submitted, self.problem]
         digest = hashlib.sha256(repr(told).encode("utf-8", "replace"))
-        for read in (self.log, self.answers):
-            try:
-                data = read() or b""
-            except GyroError as error:
-                data = str(error).encode("utf-8", "replace")
-            digest.update(hashlib.sha256(data).digest())
+        try:
+            data = self.log()
+        except GyroError as error:
+            data = str(error).encode("utf-8", "replace")
+        digest.update(hashlib.sha256(data).digest())
         for name, data in self.reports():
             digest.update(name.encode("utf-8", "replace") + hashlib.sha256(data).digest())
         return digest.hexdigest()
@@ -217,9 +210,8 @@ def submission_of(paths: Sequence[Path]) -> tuple[Submission, tuple[Diagnostic, 
     if choice.note:
         diagnostics = (*diagnostics, Diagnostic.of(ONE_OF_SEVERAL_GRADED, choice.note))
     made = Submission(
-        first.name, first.name, {}, root, tuple(sorted(own)), choice.log, choice.answers,
-        own[choice.log] if choice.log else None, own[choice.answers] if choice.answers else None,
-        tuple(sorted(choice.reports(own))), problem=choice.problem, feedback_stem=first.stem,
+        first.name, first.name, {}, root, tuple(sorted(own)), choice.log, own[choice.log] if choice.log else None,
+        tuple(choice.reports(own)), problem=choice.problem, feedback_stem=first.stem,
     )  # fmt: skip
     return made, diagnostics
 
@@ -325,7 +317,9 @@ class _Finder:
             which = "oldest" if self.oldest else "newest"
             self._tell(ONE_OF_SEVERAL_GRADED, f"{first.name} has {len(stamps)} attempts; the {which} is graded")
         own = {name: what.file for name, what in files.items() if what.file}
-        choice = self._choose(own, first)
+        choice = choose_files(own, self.files.sizes, lambda name: read_file(self.files.root, name), self.oldest)
+        if choice.note:
+            self._tell(ONE_OF_SEVERAL_GRADED, f"{first.name}: {choice.note}")
         graded = files[choice.log] if choice.log else first
         told = self.metadata.get(first.stem, Metadata(()))
         late = told.late_seconds
@@ -336,9 +330,7 @@ class _Finder:
             self.files.root,
             tuple(sorted(own)),
             choice.log,
-            choice.answers,
             own[choice.log] if choice.log else None,
-            own[choice.answers] if choice.answers else None,
             tuple(sorted([*choice.reports(own), *(name for name, what in files.items() if not what.file)])),
             any(what.late for what in files.values()) or (late is not None and late > 0),
             None if late is None else max(0.0, late),
@@ -348,12 +340,6 @@ class _Finder:
             choice.problem,
             graded.stem,
         )
-
-    def _choose(self, own: Mapping[str, str], first: ParsedName) -> Choice:
-        choice = choose_files(own, self.files.sizes, lambda name: read_file(self.files.root, name), self.oldest)
-        if choice.note:
-            self._tell(ONE_OF_SEVERAL_GRADED, f"{first.name}: {choice.note}")
-        return choice
 
     def read_metadata(self, root: Path, name: str, read: Callable[[bytes], Mapping[str, Metadata]]) -> None:
         """Read a metadata file, by the folder of each submission."""

@@ -6,7 +6,6 @@ import re
 import unicodedata
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
-from datetime import datetime
 from os.path import commonprefix
 
 from msgspec import Struct
@@ -14,7 +13,7 @@ from msgspec import Struct
 from gyrodata.diagnostics import PATTERN_CANNOT_BE_USED
 from gyrodata.errors import GyroError, InputError, printable
 from gyrodata.grading.platforms import NAMED, PLATFORMS
-from gyrodata.grading.submissions.student_files import ending, is_answers, is_log
+from gyrodata.grading.submissions.student_files import ending, is_log
 
 
 class ParsedName(Struct, frozen=True):
@@ -115,21 +114,13 @@ def _named(name: str, match: re.Match[str], blind: str) -> ParsedName:
         groups.get("file") or "",
         printable(groups.get("stem") or _stem(name.rpartition("/")[2])),
         bool(groups.get("late")),
-        _iso(groups.get("stamp")),
+        re.sub(r"(.{10})-(..)-(..)-(..)", r"\1T\2:\3:\4", groups.get("stamp") or "") or None,
     )
 
 
 def _stem(file: str) -> str:
     """Leave the ending away, both of ``lab.csv.gz``."""
     return re.sub(r"(?:\.[^.]+)(?:\.gz)?$", "", file, flags=re.IGNORECASE) or file
-
-
-def _iso(stamp: str | None) -> str | None:
-    """Turn Blackboard's ``2026-03-09-14-05-59`` into ISO 8601; the zone is the server's and is not told."""
-    try:
-        return datetime.strptime(stamp or "", "%Y-%m-%d-%H-%M-%S").isoformat()
-    except ValueError:
-        return None
 
 
 # --- whose names the files of a class have ------------------------------------------------------------------
@@ -198,9 +189,8 @@ def _fit_folder(name: str, in_folders: bool) -> ParsedName | None:
 def _flat_key(name: str) -> str:
     """Key of a student with a file of their own: ``jdoe`` of ``jdoe.csv``, ``jdoe (1).csv``, ``jdoe_answers.toml``."""
     stem = re.sub(r"(?i)(?:\.toml\.txt|\.[^.]+(?:\.gz)?)$", "", name) or name
-    if is_answers(name):
-        stem = re.sub(r"(?i)[-_. ]?answers$", "", stem) or stem
-    return shown(re.sub(r" ?\([0-9]{1,2}\)$", "", stem)) or "_"
+    stem = re.sub(r" ?\([0-9]{1,2}\)$", "", stem)
+    return shown(re.sub(r"(?i)[-_. ](?:answers|report)$", "", stem) or stem) or "_"
 
 
 # --- whose a file is where its own name cannot tell: Blackboard's, with a _ in a user name -------------------

@@ -359,7 +359,7 @@ def digit_findings(readings: Readings, measured: Measurements, fit: FitResult) -
             coarse[role] = ratio, part
     # With one digit more.
     finer = [Otherwise({role: np.sqrt(1 - 0.99 * np.minimum(ratio, 1.0) ** 2)}) for role, (ratio, _) in coarse.items()]
-    better = fitting.fit_otherwise(measured, fit, finer) if finer else []
+    better = fitting.fit_otherwise(measured, fit, finer, rough=True) if finer else []
     return [
         _too_few_digits(readings, role, int(np.argmax(ratio)), part, fit.inertia, then)
         for (role, (ratio, part)), then in zip(coarse.items(), better, strict=True)

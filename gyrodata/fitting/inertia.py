@@ -31,6 +31,7 @@ from gyrodata.fitting.conditions import NEGLIGIBLE, Problem, torques_differ
 from gyrodata.fitting.posterior import (
     BALANCE,
     BALANCED,
+    STEPS,
     UNBALANCED,
     Conditions,
     Posterior,
@@ -290,10 +291,17 @@ class Otherwise(Struct, frozen=True):
     """Scale of M0's Cauchy over the lightest torque; a balance test then says nothing."""
 
 
-def fit_otherwise(measured: Measurements, result: FitResult, cases: Sequence[Otherwise]) -> list[Estimate]:
-    """I_zz as it would be if something were otherwise, all cases at once, linear where a fit ended."""
-    # The first is as the fit did it: what is less known than there, the sign of M0, is added to all.
-    cases = [Otherwise(), *cases]
+def fit_otherwise(
+    measured: Measurements, result: FitResult, cases: Sequence[Otherwise], rough: bool = False
+) -> list[Estimate]:
+    """I_zz as it would be if something were otherwise, all cases at once, linear where a fit ended.
+
+    `rough`: value and u alone, to six digits.
+    """
+    # The first is as the fit did it: what is less known than there, the sign of M0, is added to all. Where that is
+    # known, it makes no difference but that of where two iterations stop.
+    bare = rough and not result.two_signs
+    cases = cases if bare else [Otherwise(), *cases]
     (linear, unit), adjusted = _linear(measured, result), result.adjusted
     problem, inertia = adjusted.problem, result.inertia.value
     times = np.ones((len(cases), *adjusted.slopes.shape))
@@ -319,7 +327,11 @@ def fit_otherwise(measured: Measurements, result: FitResult, cases: Sequence[Oth
         allowed = measured.imbalance_u(inertia) / unit[1]
         tested = np.array([allowed if case.balance is None else UNTESTED for case in cases])
     scale = np.array([usual if case.balance is None else case.balance for case in cases])
-    ends = unit[0] * integrate(conditions, scale, times_stated(measured), tested).quantiles()[:, 0]
+    posterior = integrate(conditions, scale, times_stated(measured), tested)
+    if bare:
+        middle = (unit[0] * posterior.quantiles(1, slice(1, 4))[:, 0]).tolist()
+        return [Estimate(value, (above - below) / 2) for below, value, above in middle]
+    ends = unit[0] * posterior.quantiles()[:, 0]
     assert result.posterior is not None
     # What is added may put quantiles in another order, where a log is nonsense.
     return [_estimate(each) for each in np.sort(ends[1:] + (result.posterior.quantiles()[0] - ends[0]))]
@@ -358,16 +370,20 @@ def times_stated(measured: Measurements) -> bool:
 
 def _typical(posterior: Posterior) -> tuple[float, float]:
     """Factor s, and the width of M0 with which alone I_zz is known as well as with all of them [N*m]."""
+    # Parts of one s stand together, each s with as many widths.
+    each = posterior.weight.reshape(STEPS, -1)
+    count = each.shape[1]
     factor = float(posterior.typical(posterior.factor))
-    away = np.abs(np.log(posterior.factor / factor))
-    likely = posterior.weight > 1e-6 * posterior.weight.max()
-    nearest = posterior.factor == posterior.factor[np.argmin(np.where(likely, away, np.inf))]
-    weight = posterior.weight[nearest] / posterior.weight[nearest].sum()
-    part = Posterior(weight, posterior.mean[:, nearest], posterior.u[:, nearest], *(posterior.factor,) * 2, weight)
+    most = np.maximum.reduce(each, axis=1)
+    away = np.abs(np.log(posterior.factor[::count] / factor))
+    at = int(np.where(most > 1e-6 * np.maximum.reduce(most), away, np.inf).argmin())
+    nearest, weight = slice(at * count, (at + 1) * count), each[at] / np.add.reduce(each[at])
+    u = posterior.u[0, nearest]
+    part = Posterior(weight, posterior.mean[:1, nearest], u[None], *(posterior.factor,) * 2, weight)
     ends = part.quantiles(1, slice(1, 4, 2))[0]
-    order = np.argsort(part.u[0])
+    order = u.argsort()
     widths = np.log(posterior.width[nearest][order])
-    return factor, float(np.exp(np.interp((ends[1] - ends[0]) / 2, part.u[0][order], widths)))
+    return factor, float(np.exp(np.interp((ends[1] - ends[0]) / 2, u[order], widths)))
 
 
 def _with_posterior(measured: Measurements, result: FitResult, posterior: Posterior) -> FitResult:

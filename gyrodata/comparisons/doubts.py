@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cache
 
 import numpy as np
 from msgspec import Struct
@@ -34,7 +35,8 @@ TOLD_APART = 0.02
 MOST_RUNS, MOST_SHARED = 1000, 60
 """Larger logs are not searched."""
 
-FACTORS = np.exp(np.linspace(math.log(0.2), math.log(20.0), 24))
+LOGARITHMS = np.linspace(math.log(0.2), math.log(20.0), 24)
+FACTORS = np.exp(LOGARITHMS)
 """Factors s on the errors that each run has alone."""
 
 
@@ -242,11 +244,8 @@ def _tested(measured: Measurements, fit: FitResult, extra: list[_Extra]) -> list
     # How likely each factor is once the pattern is taken out: as in the posterior, with both determinants.
     rest = (free @ (left * left))[:, None] - z * z
     says = float(adjusted.kept.sum())
-    of_factor = (
-        fitting.scatter_prior(np.log(FACTORS), fitting.times_stated(measured))
-        - (says - 1) * np.log(FACTORS)
-        - 0.5 * np.add.reduce(np.log(prior), axis=1)
-    )
+    of_factor = _chance_of_factors(fitting.times_stated(measured)) - (says - 1) * LOGARITHMS
+    of_factor -= 0.5 * np.add.reduce(np.log(prior), axis=1)
     likely = of_factor[:, None] - 0.5 * (np.log(apart) + rest)
     weight = np.exp(likely - likely.max(axis=0))
     weight /= weight.sum(axis=0)
@@ -262,6 +261,12 @@ def _tested(measured: Measurements, fit: FitResult, extra: list[_Extra]) -> list
         size_of = one.unit * (free_of_prior + (one.prior or 0.0))
         found.append(Pattern(one.name, one.of, float(z[at, k]), size_of, p, p))
     return found
+
+
+@cache
+def _chance_of_factors(stated: bool) -> Floats:
+    """Logarithm of the chance of each factor before the runs are looked at."""
+    return fitting.scatter_prior(LOGARITHMS, stated)
 
 
 LATE = 0.1

@@ -109,11 +109,14 @@ class Problem:
         sizes = np.bincount(bins[touched], minlength=width * len(groups))
         size = np.where(touched, sizes[bins], 0)
         self.alone = (size == 1).astype(float)
-        column = np.cumsum(sizes > 1) - 1
+        column = (sizes > 1).cumsum() - 1
         self.shared_count = int(column[-1]) + 1 if len(column) else 0
         self.member = np.where(size > 1, column[bins], -1)
-        self.from_source, self.from_run = np.nonzero(size > 1)
+        self.from_source, self.from_run = (size > 1).nonzero()
         self.to_column = self.member[self.from_source, self.from_run]
+        # Places of what is shared among all slopes, and among all derivatives to I_zz, M0, b and the shared errors.
+        self.from_slope = self.from_source * groups.shape[1] + self.from_run
+        self.to_row = self.from_run * (3 + self.shared_count) + 3 + self.to_column
 
     def truth(self, single: Floats, shared: Floats) -> tuple[Floats, Floats]:
         """Adjusted value of each quantity, shape (11, n), and its derivative to each source's error, (S, n)."""
@@ -190,7 +193,8 @@ def torques_differ(torque: Floats) -> bool:
 
     A property of the design of the experiment, never of how the data came out.
     """
-    return bool(np.ptp(torque) > 0.02 * np.abs(torque).max())
+    most, least = np.maximum.reduce(torque), np.minimum.reduce(torque)
+    return bool(most - least > 0.02 * max(most, -least))
 
 
 def transverse_inertia(measured: Measurements) -> Floats:

@@ -145,9 +145,14 @@ def fit(
     return _with_posterior(measured, first, posterior)
 
 
-def fit_as_stated(measured: Measurements, tilted: bool = False, left_out: Collection[int] = ()) -> FitResult:
-    """Fit with every width as it was stated, and an M0 that may be as large as the lightest torque: for screening."""
-    return min(_by_sign(measured, tilted, left_out), key=lambda result: result.chi2)
+def fit_as_stated(
+    measured: Measurements, tilted: bool = False, left_out: Collection[int] = (), start: Start | None = None
+) -> FitResult:
+    """Fit with every width as it was stated, and an M0 that may be as large as the lightest torque: for screening.
+
+    `start` is `first_guess` of these runs with the sense of their torques, where that is at hand.
+    """
+    return min(_by_sign(measured, tilted, left_out, start), key=lambda result: result.chi2)
 
 
 def refit(result: FitResult, measured: Measurements, tilted: bool, balanced: bool = False) -> FitResult:
@@ -164,12 +169,14 @@ def refit(result: FitResult, measured: Measurements, tilted: bool, balanced: boo
     return _result(measured, adjusted, result.sense, width, result.scatter, adjusted.chi2, True)
 
 
-def _by_sign(measured: Measurements, tilted: bool, left_out: Collection[int]) -> list[FitResult]:
+def _by_sign(
+    measured: Measurements, tilted: bool, left_out: Collection[int], start: Start | None = None
+) -> list[FitResult]:
     """Fit as stated once, or for both signs of M0 where only unloaded runs without a sense would tell them apart."""
     kept = np.ones(len(measured.runs))
     kept[list(left_out)] = 0.0
-    if np.all(measured.sense[kept > 0] != 0):
-        return [_as_stated(measured, assume_sense(measured, 1.0), tilted, kept)]
+    if measured.sense[kept > 0].all():
+        return [_as_stated(measured, assume_sense(measured, 1.0), tilted, kept, start)]
     signed: list[tuple[float, FitResult]] = []
     for sign in (1.0, -1.0):
         try:
@@ -187,11 +194,13 @@ def lightest_torque(measured: Measurements, kept: Floats) -> float:
     return float(sizes.min()) if len(sizes) else float(np.abs(measured.torque).max())
 
 
-def _as_stated(measured: Measurements, sense: Floats, tilted: bool, kept: Floats) -> FitResult:
+def _as_stated(
+    measured: Measurements, sense: Floats, tilted: bool, kept: Floats, near: Start | None = None
+) -> FitResult:
     free, width = torques_differ(measured.torque[kept > 0]), lightest_torque(measured, kept)
     problem, factor = Problem(measured, tilted), 1.0
     try:
-        adjusted = adjust(problem, sense, first_guess(measured, sense, free, kept), width, kept, FACTOR)
+        adjusted = adjust(problem, sense, near or first_guess(measured, sense, free, kept), width, kept, FACTOR)
     except NoFit:
         # A slip of hundreds of standard uncertainties is best explained by all spins being infinite, for their
         # errors are proportional, or by an M0 that takes all torque away. Larger errors of the single runs and a

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 
 import numpy as np
 from msgspec import Struct
@@ -424,6 +425,7 @@ def _root(matrix: Floats) -> Floats:
     return root
 
 
+@lru_cache(maxsize=64)
 def chi2_tail(chi2: float, dof: int) -> float:
     """Probability of a chi-square at least this large: Q(dof/2, chi2/2), the regularised incomplete gamma function.
 

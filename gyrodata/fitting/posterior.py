@@ -212,7 +212,8 @@ def integrate(
     mean, variance, covariance = mean.reshape(*labs, 3, -1), variance.reshape(*labs, 3, -1), covariance.reshape(flat)
     # Within a part the same; but where u is small exact readings give the exact answer, and where it is large none.
     relative = variance[..., 0, :] / ended[..., None] ** 2
-    within = lean[..., 0] * relative**2 / (relative**2 + SMALL**4) / (1 + relative**2 / LARGE**4)
+    square = relative * relative
+    within = lean[..., 0] * square / (square + SMALL**4) / (1 + square / LARGE**4)
     mean[..., 0, :] += within * variance[..., 0, :]
     mean[..., 1, :] += within * covariance
     # From M0 over I_zz^bend to M0.
@@ -402,8 +403,8 @@ class _Parts:
         if reduced.squares is not None:
             squares = reduced.squares[..., None, :]
             log_likelihood -= 0.5 * (_dot(squares[..., :-1], 1 / variance) + squares[..., -1] / factor**2)
-        self.sums = np.moveaxis(sums, -1, 0)[..., None]
-        ii, im, _, i_left, _, mm, _, m_left, *_, chi2 = self.sums
+        self.sums = sums[..., None]
+        ii, im, i_left, mm, m_left, chi2 = (self.sums[..., k, :] for k in (0, 1, 3, 5, 7, 15))
         narrow = 1 / widths[..., None, :] ** 2
         self.at, self.slope = reduced.ended[..., 1, None, None], reduced.slope[..., None, None]
         self.mm, m_w = mm + narrow, m_left - self.at * narrow
@@ -416,7 +417,7 @@ class _Parts:
 
     def moments(self) -> tuple[Floats, Floats, Floats]:
         """Means and variances of I_zz, M0 and b, shape (…, 3, S, W), and the covariance of I_zz and M0, (…, S, W)."""
-        ii, im, ib, _, _, _, mb, _, _, _, bb, b_left, *_ = self.sums
+        ii, im, ib, mb, bb, b_left = (self.sums[..., k, :] for k in (0, 1, 2, 6, 10, 11))
         slope = self.slope
         both_var, m_var, cov = self.mm / self.determinant, ii / self.determinant, -im / self.determinant
         # The others know b as well as its prior and what is left of the rows tell.

@@ -222,7 +222,7 @@ def _tested(measured: Measurements, fit: FitResult, extra: list[_Extra]) -> list
     moved = np.concatenate([adjusted.unknowns[1:] / np.where(adjusted.scale[1:] > 0, adjusted.scale[1:], 1.0),
                             adjusted.shared])  # fmt: skip
     left = adjusted.rows[:, 1:] @ moved - adjusted.weighted
-    told = np.column_stack([adjusted.rows, *(one.column for one in extra), left])
+    told = np.concatenate([adjusted.rows, np.array([*(one.column for one in extra), left]).T], axis=1)
     if len(told) > told.shape[1]:
         # Many runs say no more than the triangle of their products.
         told = np.asarray(np.linalg.qr(told, mode="r"))
@@ -249,13 +249,12 @@ def _tested(measured: Measurements, fit: FitResult, extra: list[_Extra]) -> list
     likely = of_factor[:, None] - 0.5 * (np.log(apart) + rest)
     weight = np.exp(likely - likely.max(axis=0))
     weight /= weight.sum(axis=0)
-    typical = weight.argmax(axis=0).tolist()
+    typical, scaled = weight.argmax(axis=0).tolist(), (np.abs(z) / math.sqrt(2)).T.tolist()
     found = []
     for k, (one, at) in enumerate(zip(extra, typical, strict=True)):
         if apart[at, k] < TOLD_APART * whole[at, k]:
             continue
-        chances = [math.erfc(abs(value) / math.sqrt(2)) for value in z[:, k].tolist()]
-        p = float(weight[:, k] @ chances)
+        p = float(weight[:, k] @ list(map(math.erfc, scaled[k])))
         free_of_prior = float(along[at, k] / apart[at, k])
         # A prior pulled the error back: what it would be without.
         size_of = one.unit * (free_of_prior + (one.prior or 0.0))

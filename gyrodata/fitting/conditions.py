@@ -152,6 +152,7 @@ class Problem:
         torque, chain = self.torque(values)
         time, spin = values[..., 0, :] - bias, values[..., 1, :]
         angle = 2 * np.pi * values[..., 2, :]
+        back = -angle
         push = sense * (torque + imbalance)
         to_torque = sense * time
         whole = inertia + values[..., 10, :]
@@ -160,14 +161,13 @@ class Problem:
         # Derivatives to I_zz, M0 and b, (n, 3), and to each quantity, (11, n).
         to_unknowns = np.empty((*value.shape, 3))
         to = np.zeros((*value.shape[:-1], *values.shape[-2:]))
-        to_unknowns[..., 0] = -angle * spin
         to_unknowns[..., 1] = to_torque
         to[..., 0, :] = push
-        to[..., 1, :] = -angle * whole
-        to[..., 2, :] = -2 * np.pi * moment
-        to[..., 10, :] = -angle * spin
+        np.multiply(back, whole, out=to[..., 1, :])
+        np.multiply(-2 * np.pi, moment, out=to[..., 2, :])
+        to_unknowns[..., 0] = np.multiply(back, spin, out=to[..., 10, :])
         for quantity, slope in chain.items():
-            to[..., quantity, :] = to_torque * slope
+            np.multiply(to_torque, slope, out=to[..., quantity, :])
         if self.tilted:
             pitch, difference = values[..., 8, :], whole - values[..., 9, :]
             square = sense * angle**2 / time
@@ -179,8 +179,8 @@ class Problem:
             to[..., 8, :] = -difference * square * np.cos(pitch)
             to[..., 9, :] = tilt
             to[..., 10, :] -= tilt
-        to_unknowns[..., 2] = -to[..., 0, :]
-        slopes = slopes * to.take(self.quantity, axis=-2)
+        np.negative(to[..., 0, :], out=to_unknowns[..., 2])
+        slopes *= to.take(self.quantity, axis=-2)
         alone = slopes * self.alone
         # Of the spin's term, which does not vanish with the torque.
         floor = NEGLIGIBLE * to[..., 1, :] * values[..., 1, :]

@@ -265,7 +265,7 @@ def integrate_at(measured: Measurements, result: FitResult, near: Posterior | No
     tested = None
     if measured.imbalance_u is not None:
         tested = measured.imbalance_u(inertia) / unit[1]
-    scale = balance_scale(measured, inertia, result.adjusted.kept) / unit[1]
+    scale = balance_scale(measured, inertia, lightest=float(unit[1])) / unit[1]
     return integrate(conditions, scale, times_stated(measured), tested, near).times(unit)
 
 
@@ -331,7 +331,7 @@ def fit_otherwise(
         unknowns, shared, left, np.tile(linear.ended, (len(cases), 1)),
         np.full(len(cases), linear.runs), np.full(len(cases), linear.scatter),
     )  # fmt: skip
-    usual, tested = balance_scale(measured, inertia, adjusted.kept) / unit[1], None
+    usual, tested = balance_scale(measured, inertia, lightest=float(unit[1])) / unit[1], None
     if measured.imbalance_u is not None:
         allowed = measured.imbalance_u(inertia) / unit[1]
         tested = np.array([allowed if case.balance is None else UNTESTED for case in cases])
@@ -361,12 +361,16 @@ def if_balanced(measured: Measurements, result: FitResult) -> Estimate:
     return _estimate(integrate_at(replace(measured, balanced=True, imbalance_u=None), result).quantiles()[0])
 
 
-def balance_scale(measured: Measurements, inertia: Floats | float, kept: Floats | None = None) -> Any:
+def balance_scale(
+    measured: Measurements, inertia: Floats | float, kept: Floats | None = None, lightest: float | None = None
+) -> Any:
     """Scale of M0's Cauchy before the runs are looked at [N*m], for an I_zz or many [kg*m^2].
 
     A weight that was misread says nothing of the balance: only runs that have a say count.
     """
-    usual = BALANCE * lightest_torque(measured, np.ones(len(measured.runs)) if kept is None else kept)
+    if lightest is None:
+        lightest = lightest_torque(measured, np.ones(len(measured.runs)) if kept is None else kept)
+    usual = BALANCE * lightest
     if measured.balanced is None:
         return usual
     return np.minimum(usual, BALANCED * np.abs(inertia)) if measured.balanced else UNBALANCED * usual

@@ -40,7 +40,9 @@ def with_constant(x: Floats, y: Floats) -> tuple[Floats, Floats]:
 
     The classical formulas about the means, which lose no digits where the points are far from zero.
     """
-    slope, sd, spread = _line(x - x.mean(axis=-1, keepdims=True), y - y.mean(axis=-1, keepdims=True), 2)
+    count = x.shape[-1]
+    x, y = (values - np.add.reduce(values, axis=-1, keepdims=True) / count for values in (x, y))
+    slope, sd, spread = _line(x, y, 2)
     return slope, sd / spread
 
 
@@ -66,10 +68,11 @@ def mean_of_ratios(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     loaded = y.reshape(-1, y.shape[-1])[0] != 0
     ratios = y[..., loaded] / x[..., loaded]
     count = ratios.shape[-1]
-    mean = ratios.mean(axis=-1)
+    mean = np.add.reduce(ratios, axis=-1) / count
     if count < 2:
         return mean, np.full_like(mean, np.nan)
-    return mean, ratios.std(axis=-1, ddof=1) / math.sqrt(count)
+    away = ratios - mean[..., None]
+    return mean, np.sqrt(np.add.reduce(away * away, axis=-1) / (count - 1) / count)
 
 
 TEXTBOOK: Mapping[str, Callable[[Floats, Floats], tuple[Floats, Floats]]] = {

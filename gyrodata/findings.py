@@ -348,18 +348,22 @@ def digit_findings(readings: Readings, measured: Measurements, fit: FitResult) -
         source = next((source for source in measured.sources if source.name == role), None)
         if share is None or source is None or not source.default or role not in readings.columns:
             continue
+        # Rounding is no more than all of it; but a spin that is read three times has the share of its mean.
+        if role != "spin" and share.u_inertia < MOST * (fit.inertia.u or 1.0) * (1 - 1e-9):
+            continue
         column, touched = readings.columns[role], source.groups >= 0
         size = np.where(touched, source.absolute + source.relative * np.abs(getattr(measured, role)), 1.0)
         rounding = np.array(column.steps) / math.sqrt(12)
         rounding[[i for i, _ in column.stated]] = 0.0
         # A reading may be stated as exact.
         ratio = np.divide(rounding, size, out=np.zeros_like(size), where=touched & (size > 0))
-        part = float(np.sqrt(np.mean(ratio[touched] ** 2))) * share.u_inertia / (fit.inertia.u or 1.0)
+        ratios = ratio[touched]
+        part = math.sqrt(ratios @ ratios / len(ratios)) * share.u_inertia / (fit.inertia.u or 1.0)
         if part >= MOST:
             coarse[role] = ratio, part
     # With one digit more.
     finer = [Otherwise({role: np.sqrt(1 - 0.99 * np.minimum(ratio, 1.0) ** 2)}) for role, (ratio, _) in coarse.items()]
-    better = fitting.fit_otherwise(measured, fit, finer) if finer else []
+    better = fitting.fit_otherwise(measured, fit, finer, rough=True) if finer else []
     return [
         _too_few_digits(readings, role, int(np.argmax(ratio)), part, fit.inertia, then)
         for (role, (ratio, part)), then in zip(coarse.items(), better, strict=True)

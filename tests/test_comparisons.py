@@ -190,6 +190,31 @@ class TestPatterns:
         value, posterior = fit.adjusted.unknowns[2], fit.adjusted.covariance[2, 2]
         assert abs(pull) == pytest.approx(abs(value) / math.sqrt(0.05**2 - posterior), rel=0.2)
 
+    @pytest.mark.parametrize("seed", range(4))
+    def test_a_pattern_is_what_one_more_unknown_takes_off_chi_square(self, seed: int) -> None:
+        measured = draw(np.random.default_rng(seed), repeats=1 + seed % 2, bias=0.1)
+        fit = fitting.fit(measured)
+        adjusted, count = fit.adjusted, len(measured.runs)
+        shared = len(adjusted.shared)
+        priors = np.eye(3 + shared)[1:]
+        moved = [*adjusted.unknowns[1:] / adjusted.scale[1:], *adjusted.shared]
+        column = adjusted.rows[:, 1] * np.linspace(-0.5, 0.5, count)
+        likely, drops = [], []
+        for s in np.exp(np.linspace(math.log(0.2), math.log(20), 24)):
+            wider = fit.scatter / s
+            target = np.concatenate([-wider * adjusted.weighted, np.negative(moved)])
+            rows = np.vstack([wider * adjusted.rows, priors])
+            more = np.column_stack([rows, np.concatenate([wider * column, np.zeros(len(priors))])])
+            without, within = (np.linalg.lstsq(design, target, rcond=None)[1][0] for design in (rows, more))
+            drops.append(without - within)
+            chance = float(fitting.scatter_prior(np.log([s]), fitting.times_stated(measured))[0])
+            likely.append(chance - count * math.log(s) - 0.5 * (np.linalg.slogdet(more.T @ more)[1] + within))
+        weight = np.exp(np.array(likely) - max(likely))
+        drift = next(one for one in look_for_patterns(measured, fit) if one.name == "order")
+        assert drift.statistic**2 == pytest.approx(drops[int(np.argmax(weight))], rel=1e-6, abs=1e-9)
+        p = sum(w * math.erfc(math.sqrt(max(z2, 0.0) / 2)) for w, z2 in zip(weight, drops, strict=True)) / weight.sum()
+        assert drift.p == pytest.approx(p, rel=1e-6)
+
     def test_runs_that_agree_too_well_are_told(self) -> None:
         measured = draw(np.random.default_rng(8), repeats=3, noise=0.1)
         assert told(measured) == "agreement"

@@ -147,7 +147,10 @@ def test_what_finer_readings_would_give_is_what_a_fit_of_them_gives(sensed: bool
             for one in measured.sources
         )
         exact = fit(replace(measured, sources=sources)).inertia
-        (near,) = fitting.fit_otherwise(measured, result, [fitting.Otherwise({name: 0.2})])
+        (near,), (rough,) = (
+            fitting.fit_otherwise(measured, result, [fitting.Otherwise({name: 0.2})], rough) for rough in (False, True)
+        )
+        assert (rough.value, rough.u) == pytest.approx((near.value, near.u), rel=1e-6)
         assert exact.u is not None
         # Two signs of M0 make two answers, and what is less known so is added to all that is otherwise.
         close = 0.01 if sensed else 0.1

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cache
 
 import numpy as np
 from msgspec import Struct
@@ -34,7 +35,8 @@ TOLD_APART = 0.02
 MOST_RUNS, MOST_SHARED = 1000, 60
 """Larger logs are not searched."""
 
-FACTORS = np.exp(np.linspace(math.log(0.2), math.log(20.0), 24))
+LOGARITHMS = np.linspace(math.log(0.2), math.log(20.0), 24)
+FACTORS = np.exp(LOGARITHMS)
 """Factors s on the errors that each run has alone."""
 
 
@@ -148,7 +150,8 @@ def look_for_patterns(measured: Measurements, fit: FitResult) -> tuple[Pattern, 
     if measured.own_relative.all():
         low = max(1 - fitting.chi2_tail(fit.chi2, fit.dof), 0.0)
         found.append(Pattern("agreement", "", fit.chi2 / fit.dof, None, low, low))
-    found.sort(key=lambda pattern: pattern.p)
+    # A tie, as of the one position and the ruler's zero, is not to be broken by rounding.
+    found.sort(key=lambda pattern: float(f"{pattern.p:.9g}"))
     corrected, least = [], 0.0
     for at, pattern in enumerate(found):
         least = max(least, min(1.0, (len(found) - at) * pattern.p))
@@ -173,8 +176,9 @@ def _extra_unknowns(measured: Measurements, fit: FitResult) -> list[_Extra]:
     adjusted = fit.adjusted
     rows, problem = adjusted.rows, adjusted.problem
     count = len(measured.runs)
-    order = np.linspace(-0.5, 0.5, count)
-    spin = np.log(measured.spin / np.exp(np.log(measured.spin).mean()))
+    order = np.arange(count) / (count - 1) - 0.5
+    spin = np.log(measured.spin)
+    spin -= np.add.reduce(spin) / count
     loads = np.abs(measured.torque)
     load = np.log(np.where(loads > 0, loads, 1.0) / loads.max()) * (loads > 0)
     extra = [
@@ -186,24 +190,14 @@ def _extra_unknowns(measured: Measurements, fit: FitResult) -> list[_Extra]:
         extra.append(
             _Extra("time_bias", "", rows[:, 2], measured.timing_bias_u, float(adjusted.unknowns[2] / adjusted.scale[2]))
         )
-    owner = {
-        column: (s, run)
-        for s, run, column in zip(problem.from_source, problem.from_run, problem.to_column, strict=True)
-    }
-    for column, (s, run) in owner.items():
+    members = zip(problem.from_source.tolist(), problem.from_run.tolist(), problem.to_column.tolist(), strict=True)
+    for column, (s, run) in {column: (s, run) for s, run, column in members}.items():
         source = problem.sources[s]
         if source.name in SHARED:
-            of = "" if source.name == "position_zero" else load_words(measured, int(run))
-            extra.append(
-                _Extra(
-                    SHARED[source.name],
-                    of,
-                    rows[:, 3 + column],
-                    _unit(measured, source, int(run)),
-                    float(adjusted.shared[column]),
-                )
-            )
-    return [one for one in extra if one.column.any()]
+            of = "" if source.name == "position_zero" else load_words(measured, run)
+            unit, pulled = _unit(measured, source, run), float(adjusted.shared[column])
+            extra.append(_Extra(SHARED[source.name], of, rows[:, 3 + column], unit, pulled))
+    return [one for one in extra if np.count_nonzero(one.column)]
 
 
 def _unit(measured: Measurements, source: Source, run: int) -> float:
@@ -217,56 +211,61 @@ def _unit(measured: Measurements, source: Source, run: int) -> float:
 
 
 def _tested(measured: Measurements, fit: FitResult, extra: list[_Extra]) -> list[Pattern]:
-    """Test each unknown by itself, for every factor on the errors that each run has alone."""
+    """Test each unknown by itself, for every factor on the errors that each run has alone.
+
+    I_zz, which has no prior, is taken out of the runs. With what is left turned by the singular vectors of all other
+    unknowns, each s costs no fit: it only divides every turned row by its own 1 + value²/s².
+    """
     adjusted = fit.adjusted
-    width = adjusted.rows.shape[1]
-    told = np.column_stack([adjusted.rows, *(one.column for one in extra), adjusted.weighted])
+    others = adjusted.rows.shape[1] - 1
+    # Counted from where their priors are centred.
+    moved = np.concatenate([adjusted.unknowns[1:] / np.where(adjusted.scale[1:] > 0, adjusted.scale[1:], 1.0),
+                            adjusted.shared])  # fmt: skip
+    left = adjusted.rows[:, 1:] @ moved - adjusted.weighted
+    told = np.concatenate([adjusted.rows, np.array([*(one.column for one in extra), left]).T], axis=1)
     if len(told) > told.shape[1]:
         # Many runs say no more than the triangle of their products.
         told = np.asarray(np.linalg.qr(told, mode="r"))
-    count, of_runs = len(told), np.split(told, [width, told.shape[1] - 1], axis=1)
-    wider = (fit.scatter / FACTORS)[:, None, None]
-    rows = np.zeros((len(FACTORS), count + width - 1, width))
-    rows[:, :count] = wider * of_runs[0]
-    rows[:, count:, 1:] = np.eye(width - 1)
-    target = np.empty(rows.shape[:2])
-    target[:, :count] = -wider[..., 0] * of_runs[2][:, 0]
-    target[:, count] = -adjusted.unknowns[1] / adjusted.scale[1]
-    target[:, count + 1] = -adjusted.unknowns[2] / (adjusted.scale[2] or 1.0)
-    target[:, count + 2 :] = -adjusted.shared
-    basis, factor = np.linalg.qr(rows)
-    left = target - np.einsum("spk,sk->sp", basis, np.einsum("spk,sp->sk", basis, target))
-    columns = wider * of_runs[1]
-    onto = np.swapaxes(basis[:, :count], 1, 2) @ columns
-    whole = np.add.reduce(columns**2, axis=1)
-    apart = np.maximum(whole - np.add.reduce(onto**2, axis=1), 1e-12 * whole)
-    along = np.einsum("spk,sp->sk", columns, left[:, :count])
+    along_inertia = told[:, 0] / math.sqrt(told[:, 0] @ told[:, 0])
+    columns = told[:, 1 + others : -1]
+    size = np.add.reduce(columns * columns, axis=0)
+    told = told[:, 1:] - np.multiply.outer(along_inertia, along_inertia @ told[:, 1:])
+    turn, values, _ = np.linalg.svd(told[:, :others], full_matrices=len(told) > others)
+    turned = turn.T @ told[:, others:]
+    columns, left = turned[:, :-1], turned[:, -1]
+    wider = (fit.scatter / FACTORS) ** 2
+    prior = np.ones((len(FACTORS), len(turned)))
+    prior[:, : len(values)] += np.multiply.outer(wider, values * values)
+    free = wider[:, None] / prior
+    whole = np.multiply.outer(wider, size)
+    apart = np.maximum(free @ (columns * columns), 1e-12 * whole)
+    along = free @ (columns * left[:, None])
     z = along / np.sqrt(apart)
     # How likely each factor is once the pattern is taken out: as in the posterior, with both determinants.
-    rest = np.add.reduce(left**2, axis=1)[:, None] - z**2
+    rest = (free @ (left * left))[:, None] - z * z
     says = float(adjusted.kept.sum())
-    likely = (
-        fitting.scatter_prior(np.log(FACTORS), fitting.times_stated(measured))[:, None]
-        - says * np.log(FACTORS)[:, None]
-        - np.add.reduce(np.log(np.abs(np.diagonal(factor, axis1=1, axis2=2))), axis=1)[:, None]
-        - 0.5 * np.log(apart)
-        - 0.5 * rest
-    )
+    of_factor = _chance_of_factors(fitting.times_stated(measured)) - (says - 1) * LOGARITHMS
+    of_factor -= 0.5 * np.add.reduce(np.log(prior), axis=1)
+    likely = of_factor[:, None] - 0.5 * (np.log(apart) + rest)
     weight = np.exp(likely - likely.max(axis=0))
     weight /= weight.sum(axis=0)
-    typical = np.argmax(weight, axis=0)
+    typical, scaled = weight.argmax(axis=0).tolist(), (np.abs(z) / math.sqrt(2)).T.tolist()
     found = []
-    for k, one in enumerate(extra):
-        at = typical[k]
+    for k, (one, at) in enumerate(zip(extra, typical, strict=True)):
         if apart[at, k] < TOLD_APART * whole[at, k]:
             continue
-        chances = np.array([math.erfc(abs(value) / math.sqrt(2)) for value in z[:, k]])
-        p = float(weight[:, k] @ chances)
-        free = float(along[at, k] / apart[at, k])
+        p = float(weight[:, k] @ list(map(math.erfc, scaled[k])))
+        free_of_prior = float(along[at, k] / apart[at, k])
         # A prior pulled the error back: what it would be without.
-        size = one.unit * (free + (one.prior or 0.0))
-        found.append(Pattern(one.name, one.of, float(z[at, k]), size, p, p))
+        size_of = one.unit * (free_of_prior + (one.prior or 0.0))
+        found.append(Pattern(one.name, one.of, float(z[at, k]), size_of, p, p))
     return found
+
+
+@cache
+def _chance_of_factors(stated: bool) -> Floats:
+    """Logarithm of the chance of each factor before the runs are looked at."""
+    return fitting.scatter_prior(LOGARITHMS, stated)
 
 
 LATE = 0.1

@@ -109,11 +109,14 @@ class Problem:
         sizes = np.bincount(bins[touched], minlength=width * len(groups))
         size = np.where(touched, sizes[bins], 0)
         self.alone = (size == 1).astype(float)
-        column = np.cumsum(sizes > 1) - 1
+        column = (sizes > 1).cumsum() - 1
         self.shared_count = int(column[-1]) + 1 if len(column) else 0
         self.member = np.where(size > 1, column[bins], -1)
-        self.from_source, self.from_run = np.nonzero(size > 1)
+        self.from_source, self.from_run = (size > 1).nonzero()
         self.to_column = self.member[self.from_source, self.from_run]
+        # Places of what is shared among all slopes, and among all derivatives to I_zz, M0, b and the shared errors.
+        self.from_slope = self.from_source * groups.shape[1] + self.from_run
+        self.to_row = self.from_run * (3 + self.shared_count) + 3 + self.to_column
 
     def truth(self, single: Floats, shared: Floats) -> tuple[Floats, Floats]:
         """Adjusted value of each quantity, shape (11, n), and its derivative to each source's error, (S, n)."""
@@ -149,6 +152,7 @@ class Problem:
         torque, chain = self.torque(values)
         time, spin = values[..., 0, :] - bias, values[..., 1, :]
         angle = 2 * np.pi * values[..., 2, :]
+        back = -angle
         push = sense * (torque + imbalance)
         to_torque = sense * time
         whole = inertia + values[..., 10, :]
@@ -157,14 +161,13 @@ class Problem:
         # Derivatives to I_zz, M0 and b, (n, 3), and to each quantity, (11, n).
         to_unknowns = np.empty((*value.shape, 3))
         to = np.zeros((*value.shape[:-1], *values.shape[-2:]))
-        to_unknowns[..., 0] = -angle * spin
         to_unknowns[..., 1] = to_torque
         to[..., 0, :] = push
-        to[..., 1, :] = -angle * whole
-        to[..., 2, :] = -2 * np.pi * moment
-        to[..., 10, :] = -angle * spin
+        np.multiply(back, whole, out=to[..., 1, :])
+        np.multiply(-2 * np.pi, moment, out=to[..., 2, :])
+        to_unknowns[..., 0] = np.multiply(back, spin, out=to[..., 10, :])
         for quantity, slope in chain.items():
-            to[..., quantity, :] = to_torque * slope
+            np.multiply(to_torque, slope, out=to[..., quantity, :])
         if self.tilted:
             pitch, difference = values[..., 8, :], whole - values[..., 9, :]
             square = sense * angle**2 / time
@@ -176,8 +179,8 @@ class Problem:
             to[..., 8, :] = -difference * square * np.cos(pitch)
             to[..., 9, :] = tilt
             to[..., 10, :] -= tilt
-        to_unknowns[..., 2] = -to[..., 0, :]
-        slopes = slopes * to.take(self.quantity, axis=-2)
+        np.negative(to[..., 0, :], out=to_unknowns[..., 2])
+        slopes *= to.take(self.quantity, axis=-2)
         alone = slopes * self.alone
         # Of the spin's term, which does not vanish with the torque.
         floor = NEGLIGIBLE * to[..., 1, :] * values[..., 1, :]
@@ -190,7 +193,8 @@ def torques_differ(torque: Floats) -> bool:
 
     A property of the design of the experiment, never of how the data came out.
     """
-    return bool(np.ptp(torque) > 0.02 * np.abs(torque).max())
+    most, least = np.maximum.reduce(torque), np.minimum.reduce(torque)
+    return bool(most - least > 0.02 * max(most, -least))
 
 
 def transverse_inertia(measured: Measurements) -> Floats:

@@ -31,6 +31,7 @@ from gyrodata.fitting.conditions import NEGLIGIBLE, Problem, torques_differ
 from gyrodata.fitting.posterior import (
     BALANCE,
     BALANCED,
+    STEPS,
     UNBALANCED,
     Conditions,
     Posterior,
@@ -144,9 +145,14 @@ def fit(
     return _with_posterior(measured, first, posterior)
 
 
-def fit_as_stated(measured: Measurements, tilted: bool = False, left_out: Collection[int] = ()) -> FitResult:
-    """Fit with every width as it was stated, and an M0 that may be as large as the lightest torque: for screening."""
-    return min(_by_sign(measured, tilted, left_out), key=lambda result: result.chi2)
+def fit_as_stated(
+    measured: Measurements, tilted: bool = False, left_out: Collection[int] = (), start: Start | None = None
+) -> FitResult:
+    """Fit with every width as it was stated, and an M0 that may be as large as the lightest torque: for screening.
+
+    `start` is `first_guess` of these runs with the sense of their torques, where that is at hand.
+    """
+    return min(_by_sign(measured, tilted, left_out, start), key=lambda result: result.chi2)
 
 
 def refit(result: FitResult, measured: Measurements, tilted: bool, balanced: bool = False) -> FitResult:
@@ -163,12 +169,14 @@ def refit(result: FitResult, measured: Measurements, tilted: bool, balanced: boo
     return _result(measured, adjusted, result.sense, width, result.scatter, adjusted.chi2, True)
 
 
-def _by_sign(measured: Measurements, tilted: bool, left_out: Collection[int]) -> list[FitResult]:
+def _by_sign(
+    measured: Measurements, tilted: bool, left_out: Collection[int], start: Start | None = None
+) -> list[FitResult]:
     """Fit as stated once, or for both signs of M0 where only unloaded runs without a sense would tell them apart."""
     kept = np.ones(len(measured.runs))
     kept[list(left_out)] = 0.0
-    if np.all(measured.sense[kept > 0] != 0):
-        return [_as_stated(measured, assume_sense(measured, 1.0), tilted, kept)]
+    if measured.sense[kept > 0].all():
+        return [_as_stated(measured, assume_sense(measured, 1.0), tilted, kept, start)]
     signed: list[tuple[float, FitResult]] = []
     for sign in (1.0, -1.0):
         try:
@@ -186,11 +194,13 @@ def lightest_torque(measured: Measurements, kept: Floats) -> float:
     return float(sizes.min()) if len(sizes) else float(np.abs(measured.torque).max())
 
 
-def _as_stated(measured: Measurements, sense: Floats, tilted: bool, kept: Floats) -> FitResult:
+def _as_stated(
+    measured: Measurements, sense: Floats, tilted: bool, kept: Floats, near: Start | None = None
+) -> FitResult:
     free, width = torques_differ(measured.torque[kept > 0]), lightest_torque(measured, kept)
     problem, factor = Problem(measured, tilted), 1.0
     try:
-        adjusted = adjust(problem, sense, first_guess(measured, sense, free, kept), width, kept, FACTOR)
+        adjusted = adjust(problem, sense, near or first_guess(measured, sense, free, kept), width, kept, FACTOR)
     except NoFit:
         # A slip of hundreds of standard uncertainties is best explained by all spins being infinite, for their
         # errors are proportional, or by an M0 that takes all torque away. Larger errors of the single runs and a
@@ -255,7 +265,7 @@ def integrate_at(measured: Measurements, result: FitResult, near: Posterior | No
     tested = None
     if measured.imbalance_u is not None:
         tested = measured.imbalance_u(inertia) / unit[1]
-    scale = balance_scale(measured, inertia, result.adjusted.kept) / unit[1]
+    scale = balance_scale(measured, inertia, lightest=float(unit[1])) / unit[1]
     return integrate(conditions, scale, times_stated(measured), tested, near).times(unit)
 
 
@@ -290,10 +300,17 @@ class Otherwise(Struct, frozen=True):
     """Scale of M0's Cauchy over the lightest torque; a balance test then says nothing."""
 
 
-def fit_otherwise(measured: Measurements, result: FitResult, cases: Sequence[Otherwise]) -> list[Estimate]:
-    """I_zz as it would be if something were otherwise, all cases at once, linear where a fit ended."""
-    # The first is as the fit did it: what is less known than there, the sign of M0, is added to all.
-    cases = [Otherwise(), *cases]
+def fit_otherwise(
+    measured: Measurements, result: FitResult, cases: Sequence[Otherwise], rough: bool = False
+) -> list[Estimate]:
+    """I_zz as it would be if something were otherwise, all cases at once, linear where a fit ended.
+
+    `rough`: value and u alone, to six digits.
+    """
+    # The first is as the fit did it: what is less known than there, the sign of M0, is added to all. Where that is
+    # known, it makes no difference but that of where two iterations stop.
+    bare = rough and not result.two_signs
+    cases = cases if bare else [Otherwise(), *cases]
     (linear, unit), adjusted = _linear(measured, result), result.adjusted
     problem, inertia = adjusted.problem, result.inertia.value
     times = np.ones((len(cases), *adjusted.slopes.shape))
@@ -314,12 +331,16 @@ def fit_otherwise(measured: Measurements, result: FitResult, cases: Sequence[Oth
         unknowns, shared, left, np.tile(linear.ended, (len(cases), 1)),
         np.full(len(cases), linear.runs), np.full(len(cases), linear.scatter),
     )  # fmt: skip
-    usual, tested = balance_scale(measured, inertia, adjusted.kept) / unit[1], None
+    usual, tested = balance_scale(measured, inertia, lightest=float(unit[1])) / unit[1], None
     if measured.imbalance_u is not None:
         allowed = measured.imbalance_u(inertia) / unit[1]
         tested = np.array([allowed if case.balance is None else UNTESTED for case in cases])
     scale = np.array([usual if case.balance is None else case.balance for case in cases])
-    ends = unit[0] * integrate(conditions, scale, times_stated(measured), tested).quantiles()[:, 0]
+    posterior = integrate(conditions, scale, times_stated(measured), tested)
+    if bare:
+        middle = (unit[0] * posterior.quantiles(1, slice(1, 4))[:, 0]).tolist()
+        return [Estimate(value, (above - below) / 2) for below, value, above in middle]
+    ends = unit[0] * posterior.quantiles()[:, 0]
     assert result.posterior is not None
     # What is added may put quantiles in another order, where a log is nonsense.
     return [_estimate(each) for each in np.sort(ends[1:] + (result.posterior.quantiles()[0] - ends[0]))]
@@ -340,12 +361,16 @@ def if_balanced(measured: Measurements, result: FitResult) -> Estimate:
     return _estimate(integrate_at(replace(measured, balanced=True, imbalance_u=None), result).quantiles()[0])
 
 
-def balance_scale(measured: Measurements, inertia: Floats | float, kept: Floats | None = None) -> Any:
+def balance_scale(
+    measured: Measurements, inertia: Floats | float, kept: Floats | None = None, lightest: float | None = None
+) -> Any:
     """Scale of M0's Cauchy before the runs are looked at [N*m], for an I_zz or many [kg*m^2].
 
     A weight that was misread says nothing of the balance: only runs that have a say count.
     """
-    usual = BALANCE * lightest_torque(measured, np.ones(len(measured.runs)) if kept is None else kept)
+    if lightest is None:
+        lightest = lightest_torque(measured, np.ones(len(measured.runs)) if kept is None else kept)
+    usual = BALANCE * lightest
     if measured.balanced is None:
         return usual
     return np.minimum(usual, BALANCED * np.abs(inertia)) if measured.balanced else UNBALANCED * usual
@@ -358,16 +383,20 @@ def times_stated(measured: Measurements) -> bool:
 
 def _typical(posterior: Posterior) -> tuple[float, float]:
     """Factor s, and the width of M0 with which alone I_zz is known as well as with all of them [N*m]."""
+    # Parts of one s stand together, each s with as many widths.
+    each = posterior.weight.reshape(STEPS, -1)
+    count = each.shape[1]
     factor = float(posterior.typical(posterior.factor))
-    away = np.abs(np.log(posterior.factor / factor))
-    likely = posterior.weight > 1e-6 * posterior.weight.max()
-    nearest = posterior.factor == posterior.factor[np.argmin(np.where(likely, away, np.inf))]
-    weight = posterior.weight[nearest] / posterior.weight[nearest].sum()
-    part = Posterior(weight, posterior.mean[:, nearest], posterior.u[:, nearest], *(posterior.factor,) * 2, weight)
+    most = np.maximum.reduce(each, axis=1)
+    away = np.abs(np.log(posterior.factor[::count] / factor))
+    at = int(np.where(most > 1e-6 * np.maximum.reduce(most), away, np.inf).argmin())
+    nearest, weight = slice(at * count, (at + 1) * count), each[at] / np.add.reduce(each[at])
+    u = posterior.u[0, nearest]
+    part = Posterior(weight, posterior.mean[:1, nearest], u[None], *(posterior.factor,) * 2, weight)
     ends = part.quantiles(1, slice(1, 4, 2))[0]
-    order = np.argsort(part.u[0])
+    order = u.argsort()
     widths = np.log(posterior.width[nearest][order])
-    return factor, float(np.exp(np.interp((ends[1] - ends[0]) / 2, part.u[0][order], widths)))
+    return factor, float(np.exp(np.interp((ends[1] - ends[0]) / 2, u[order], widths)))
 
 
 def _with_posterior(measured: Measurements, result: FitResult, posterior: Posterior) -> FitResult:

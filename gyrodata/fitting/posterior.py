@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import cast
 
 import numpy as np
@@ -177,24 +178,24 @@ def integrate(
     if conditions.without_readings:
         reduced = replace(reduced, squares=_expect(reduced, conditions.scatter, scale))
     labs, ended, bend = conditions.left.shape[:-1], conditions.ended[..., 0], reduced.bend
-    low, high = np.full(labs, math.log(LOW)), np.full(labs, math.log(HIGH))
+    # Most logs need no others.
+    spread = _known_spread(math.log(LOW), math.log(HIGH), stated)
     if near is not None:
-        low, high = np.log(near.factor.min(axis=-1)), np.log(near.factor.max(axis=-1))
+        spread = _known_spread(*np.log(near.factor[:: near.factor.size - 1]).tolist(), stated)
     at = ended[..., None, None]
     # As likely before the runs are looked at: every I_zz^(1 − bend), and M0 over I_zz^bend with its width in M0.
     lean = 2 * bend[..., None, None] / at
     for turn in range(TURNS):
-        factor = low[..., None] + (high - low)[..., None] * EVENLY
-        parts = _Parts(reduced, np.exp(factor), widths)
-        spacing = (high - low) / (STEPS - 1)
-        of_factor = scatter_prior(factor, stated) + np.log(spacing)[..., None]
-        whole = parts.log_likelihood + prior[..., None, :] + of_factor[..., None]
+        factor, spacing = spread.logarithm, (spread.high - spread.low) / (STEPS - 1)
+        parts = _Parts(reduced, spread.factor, widths)
+        whole = parts.log_likelihood + prior[..., None, :]
+        whole += spread.chance[..., None]
         whole += lean * np.minimum(np.maximum(parts.inertia - at, -0.3 * at), 0.3 * at)
-        top = whole.max(axis=(-1, -2), keepdims=True)
+        top = np.maximum.reduce(whole, axis=(-1, -2), keepdims=True)
         weight = np.exp(whole - top)
-        total = weight.sum(axis=(-1, -2), keepdims=True)
+        total = np.add.reduce(weight, axis=(-1, -2), keepdims=True)
         weight /= total
-        of_factor = weight.sum(axis=-1)
+        of_factor = np.add.reduce(weight, axis=-1)
         centre = _dot(of_factor, factor)
         sd = np.sqrt(_dot(of_factor, (factor - centre[..., None]) ** 2))
         # Runs enough tell s so well that the steps are too wide; a log that is far off has it beyond the last.
@@ -203,14 +204,16 @@ def integrate(
         if turn == TURNS - 1 or not (narrow | beyond).any():
             break
         half = np.maximum(sd, 0.5 * spacing)
-        low = np.where(narrow, centre - 6 * half, low)
-        high = np.where(narrow, centre + 6 * half, np.where(beyond, high + 4.0, high))
+        low = np.where(narrow, centre - 6 * half, spread.low)
+        high = np.where(narrow, centre + 6 * half, np.where(beyond, spread.high + 4.0, spread.high))
+        spread = _spread(low, high, stated)
     flat = (*labs, -1)
     mean, variance, covariance = parts.moments()
     mean, variance, covariance = mean.reshape(*labs, 3, -1), variance.reshape(*labs, 3, -1), covariance.reshape(flat)
     # Within a part the same; but where u is small exact readings give the exact answer, and where it is large none.
     relative = variance[..., 0, :] / ended[..., None] ** 2
-    within = lean[..., 0] * relative**2 / (relative**2 + SMALL**4) / (1 + relative**2 / LARGE**4)
+    square = relative * relative
+    within = lean[..., 0] * square / (square + SMALL**4) / (1 + square / LARGE**4)
     mean[..., 0, :] += within * variance[..., 0, :]
     mean[..., 1, :] += within * covariance
     # From M0 over I_zz^bend to M0.
@@ -226,12 +229,34 @@ def integrate(
         weight.reshape(flat),
         mean,
         np.sqrt(variance),
-        (np.exp(factor)[..., None] * each).reshape(flat),
+        (spread.factor[..., None] * each).reshape(flat),
         (widths[..., None, :] * each).reshape(flat),
         (top + np.log(total))[..., 0, 0],
         ended,
         bend,
     )
+
+
+class _Spread(Struct, frozen=True):
+    """Factors s, evenly spread between two logarithms, for labs of shape (…)."""
+
+    low: Floats | float
+    high: Floats | float
+    logarithm: Floats
+    """Shape (…, S)."""
+    factor: Floats
+    chance: Floats
+    """Logarithm of the chance of each before the runs are looked at, times what lies between two."""
+
+
+def _spread(low: Floats | float, high: Floats | float, stated: bool) -> _Spread:
+    low, high = np.asarray(low), np.asarray(high)
+    logarithm = low[..., None] + (high - low)[..., None] * EVENLY
+    chance = scatter_prior(logarithm, stated) + np.log((high - low) / (STEPS - 1))[..., None]
+    return _Spread(low, high, logarithm, np.exp(logarithm), chance)
+
+
+_known_spread = lru_cache(maxsize=8)(_spread)
 
 
 def _bent(values: Floats, ended: Floats | float, bend: Floats | float) -> tuple[Floats, Floats]:
@@ -378,8 +403,8 @@ class _Parts:
         if reduced.squares is not None:
             squares = reduced.squares[..., None, :]
             log_likelihood -= 0.5 * (_dot(squares[..., :-1], 1 / variance) + squares[..., -1] / factor**2)
-        self.sums = np.swapaxes(sums, -1, -2)[..., None]
-        ii, im, _, i_left, _, mm, _, m_left, *_, chi2 = self._columns()
+        self.sums = sums[..., None]
+        ii, im, i_left, mm, m_left, chi2 = (self.sums[..., k, :] for k in (0, 1, 3, 5, 7, 15))
         narrow = 1 / widths[..., None, :] ** 2
         self.at, self.slope = reduced.ended[..., 1, None, None], reduced.slope[..., None, None]
         self.mm, m_w = mm + narrow, m_left - self.at * narrow
@@ -390,20 +415,19 @@ class _Parts:
         self.log_likelihood = log_likelihood[..., None] - 0.5 * (np.log(self.determinant / narrow) + misfit)
         self.inertia = reduced.ended[..., 0, None, None] + self.both - self.slope * self.imbalance
 
-    def _columns(self) -> list[Floats]:
-        return [self.sums[..., k, :, :] for k in range(16)]
-
     def moments(self) -> tuple[Floats, Floats, Floats]:
         """Means and variances of I_zz, M0 and b, shape (…, 3, S, W), and the covariance of I_zz and M0, (…, S, W)."""
-        ii, im, ib, _, _, _, mb, _, _, _, bb, b_left, *_ = self._columns()
+        ii, im, ib, mb, bb, b_left = (self.sums[..., k, :] for k in (0, 1, 2, 6, 10, 11))
         slope = self.slope
         both_var, m_var, cov = self.mm / self.determinant, ii / self.determinant, -im / self.determinant
         # The others know b as well as its prior and what is left of the rows tell.
         bias = b_left - ib * self.both - mb * self.imbalance
         b_var = 1 - bb + ib**2 * both_var + 2 * ib * mb * cov + mb**2 * m_var
         i_var = both_var - 2 * slope * cov + slope**2 * m_var
-        means = np.stack([self.inertia, self.at + self.imbalance, bias], axis=-3)
-        return means, np.stack([i_var, m_var, np.maximum(b_var, 0.0)], axis=-3), cov - slope * m_var
+        means, variances = (np.empty((*bias.shape[:-2], 3, *bias.shape[-2:])) for _ in range(2))
+        means[..., 0, :, :], means[..., 1, :, :], means[..., 2, :, :] = self.inertia, self.at + self.imbalance, bias
+        variances[..., 0, :, :], variances[..., 1, :, :], variances[..., 2, :, :] = i_var, m_var, np.maximum(b_var, 0.0)
+        return means, variances, cov - slope * m_var
 
 
 def _quantiles(weight: Floats, mean: Floats, u: Floats, which: slice) -> Floats:
@@ -412,15 +436,18 @@ def _quantiles(weight: Floats, mean: Floats, u: Floats, which: slice) -> Floats:
     By Newton's steps, kept in brackets.
     """
     levels, normal = LEVELS[which], NORMAL[which]
-    weight = weight[..., None, :]
-    if weight.shape[-1] > HEAVIEST:
+    parts = mean.shape[-1]
+    if parts > HEAVIEST:
         # What weighs next to nothing need not be looked at.
         heavy = np.argpartition(weight, -HEAVIEST, axis=-1)[..., -HEAVIEST:]
-        kept = np.take_along_axis(weight, heavy, axis=-1)
+        flat = heavy + parts * np.arange(weight.size // parts).reshape(*weight.shape[:-1], 1)
+        kept = weight.take(flat)
         whole = np.add.reduce(kept, axis=-1, keepdims=True)
-        if np.all(whole > 1 - LIGHT):
+        if (whole > 1 - LIGHT).all():
             weight = kept / whole
-            mean, u = (np.take_along_axis(values, heavy, axis=-1) for values in (mean, u))
+            flat = heavy[..., None, :] + parts * np.arange(mean.size // parts).reshape(*mean.shape[:-1], 1)
+            mean, u = mean.take(flat), u.take(flat)
+    weight = weight[..., None, :]
     centre = np.add.reduce(weight * mean, axis=-1)[..., None]
     sd = np.sqrt(np.add.reduce(weight * (u**2 + (mean - centre) ** 2), axis=-1))[..., None]
     # A quantile lies within so many standard deviations of the mean, whatever the distribution (Cantelli).
@@ -430,18 +457,18 @@ def _quantiles(weight: Floats, mean: Floats, u: Floats, which: slice) -> Floats:
     size = np.maximum(np.maximum(u, 1e-6 * sd), 1e-300)[..., None, :]
     close = 1e-3 * np.minimum(levels, 1 - levels)
     steep = weight[..., None, :] / (size * math.sqrt(2 * math.pi))
+    weight, centres = weight[..., None, :], mean[..., None, :]
     for _turn in range(40):
-        away = (point[..., None] - mean[..., None, :]) / size
+        away = (point[..., None] - centres) / size
         square = np.exp(-0.5 * away * away)
-        below = _dot(weight[..., None, :], normal_below(away, square))
-        off = below - levels
+        off = _dot(weight, normal_below(away, square)) - levels
         np.copyto(low, point, where=off < 0)
         np.copyto(high, point, where=off > 0)
         step = point - off / np.maximum(_dot(steep, square), 1e-300)
         inside = (step >= low) & (step <= high)
         point = np.where(inside, step, 0.5 * (low + high))
         # What is left after such a step is about as large as its square.
-        if np.all(inside & (np.abs(off) <= close)):
+        if (inside & (np.abs(off) <= close)).all():
             break
     return cast(Floats, point)
 
@@ -468,13 +495,21 @@ def normal_below(x: Floats, square: Floats) -> Floats:
     Rational approximation of erfc by Chebyshev's polynomials (W. H. Press et al., Numerical Recipes, section 6.2);
     `scipy.special` would cost as much as the whole analysis.
     """
-    t = 1 / (1 + math.sqrt(0.125) * np.abs(x))
-    series = np.full_like(t, ERFC[0])
-    for coefficient in ERFC[1:]:
+    t = np.abs(x)
+    t *= math.sqrt(0.125)
+    t += 1
+    np.divide(1, t, out=t)
+    series = ERFC[0] * t
+    series += ERFC[1]
+    for coefficient in ERFC[2:]:
         series *= t
         series += coefficient
-    tail = 0.5 * t * square * np.exp(series)
-    return cast(Floats, np.where(x > 0, 1 - tail, tail))
+    # How likely it is to be farther out than x, on its side.
+    tail = np.multiply(t, square, out=t)
+    tail *= np.exp(series, out=series)
+    tail *= 0.5
+    np.subtract(1, tail, out=tail, where=x > 0)
+    return tail
 
 
 ERFC = (

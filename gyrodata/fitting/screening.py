@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from gyrodata.fitting.adjustment import NoFit, assume_sense, first_guess, rough_misfit
+from gyrodata.fitting.adjustment import NoFit, Start, assume_sense, first_guess, rough_misfit
 from gyrodata.fitting.conditions import MAD_TO_SD, median, torques_differ
 from gyrodata.fitting.inertia import FitResult, Outlier, fit_as_stated
 from gyrodata.fitting.lines import chi2_tail
@@ -42,7 +42,7 @@ def screen(measured: Measurements, tilted: bool = False) -> tuple[list[Outlier],
     count = len(measured.runs)
     if count < 4:
         return [], None
-    found, result = _settle(measured, tilted, _far_from_start(measured))
+    found, result = _settle(measured, tilted, *_far_from_start(measured))
     if result is not None and len(found) + 1 <= count / 3 and chi2_tail(result.chi2, max(result.dof, 1)) < MASKED:
         # One bad run may widen the scatter until it hides in it.
         named = {outlier.index for outlier in found}
@@ -54,8 +54,10 @@ def screen(measured: Measurements, tilted: bool = False) -> tuple[list[Outlier],
     return found, result
 
 
-def _settle(measured: Measurements, tilted: bool, out: set[int]) -> tuple[list[Outlier], FitResult | None]:
-    """Fit without some runs, see which are odd then, and go on until they are the same."""
+def _settle(
+    measured: Measurements, tilted: bool, out: set[int], start: Start | None = None
+) -> tuple[list[Outlier], FitResult | None]:
+    """Fit without some runs, see which are odd then, and go on until they are the same; `start` is that of all."""
     count = len(measured.runs)
     found: list[Outlier] = []
     for _round in range(6):
@@ -63,7 +65,7 @@ def _settle(measured: Measurements, tilted: bool, out: set[int]) -> tuple[list[O
         if len(out) > count / 3 or kept.sum() < 3 or not np.abs(measured.torque[kept]).any():
             return [], None
         try:
-            result = fit_as_stated(measured, tilted, out)
+            result = fit_as_stated(measured, tilted, out, None if out else start)
         except NoFit:
             return [], None
         typical = max(1.0, MAD_TO_SD * median(np.abs(result.deviations[kept])))
@@ -96,7 +98,7 @@ def _far_within(measured: Measurements, result: FitResult, typical: float) -> An
     return np.nan_to_num(apart) > OUTLIER * MAD_TO_SD * median(grouped)
 
 
-def _far_from_start(measured: Measurements) -> set[int]:
+def _far_from_start(measured: Measurements) -> tuple[set[int], Start]:
     """Runs far from the line that most runs agree with: a first guess, from which screening goes on."""
     everything = np.ones(len(measured.runs))
     start = first_guess(measured, assume_sense(measured, 1.0), torques_differ(measured.torque), everything)
@@ -106,7 +108,7 @@ def _far_from_start(measured: Measurements) -> set[int]:
     off = rough_misfit(measured, predicted)
     off[measured.torque == 0] = 0.0
     scale = max(1.0, MAD_TO_SD * median(off))
-    return {int(i) for i in np.flatnonzero(off > OUTLIER * scale)}
+    return {int(i) for i in np.flatnonzero(off > OUTLIER * scale)}, start
 
 
 def _explaining_turns(measured: Measurements, result: FitResult, index: int, typical: float) -> float | None:

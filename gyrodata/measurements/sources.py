@@ -350,10 +350,9 @@ def _by_value(key: str, column: Column, values: Floats, loaded: Floats) -> Sourc
     """
     absolute, relative, default = _reading_errors(column, values, SOURCES[key].default)
     touched = loaded & np.isfinite(values)
-    distinct, which = np.unique(values[touched], return_inverse=True)
-    text = [f"{value:.9g}" for value in distinct.tolist()]
-    group = np.full(len(values), -1)
-    group[touched] = _numbered([text[at] for at in which.tolist()])
+    each = [value if touch else None for value, touch in zip(values.tolist(), touched.tolist(), strict=True)]
+    text = {value: None if value is None else f"{value:.9g}" for value in dict.fromkeys(each)}
+    group = _numbered([text[value] for value in each])
 
     def largest(sizes: Floats) -> Floats:
         most = np.zeros(int(group.max(initial=-1)) + 1)
@@ -488,6 +487,6 @@ def spin_weights(spins: list[Floats]) -> list[Floats]:
         parts = [weight / spin for weight, spin in zip((1, 4, 1), spins, strict=True)]
         return [part / sum(parts) for part in parts]
     if len(spins) == 1:
-        return [np.ones_like(spins[0])]
+        return [np.ones(len(spins[0]))]
     mean = mean_spin(spins)
     return [slope * spin / mean for slope, spin in zip(physics.harmonic_mean_spin_slopes(*spins), spins, strict=True)]

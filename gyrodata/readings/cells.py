@@ -534,7 +534,9 @@ def _with_units(read: Reported, written: Written, ask: bool) -> Reported:
 
 def _as_written(unit: str, text: str) -> str:
     """Find how the student spelled a unit that was read in folded letters."""
-    ends = [text, *re.split(r"±|\+\s?/\s?-|\+-", text)]
+    # A unit behind the last part is behind the whole.
+    *ends, last = re.split(r"±|\+\s?/\s?-|\+-", text)
+    ends = [last, *ends]
     return next((end[i:].strip() for end in ends for i in range(len(end)) if fold_number(end[i:]) == unit), unit)
 
 

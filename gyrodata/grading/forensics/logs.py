@@ -42,7 +42,7 @@ def fingerprint(readings: Readings, measured: Measurements) -> Fingerprint:
     """
     columns = readings.columns
     timing = next(columns[role] for role in TIMINGS if role in columns)
-    torque = np.array([float(f"{value:.9g}") for value in measured.torque])
+    torque = np.array([float(f"{value:.9g}") for value in measured.torque.tolist()])
     # The order of the file stays where torque and spin are equal: sorted times would look alike by themselves.
     order = np.lexsort((measured.spin, torque))
     if len(order) > MOST_ROWS:
@@ -52,7 +52,7 @@ def fingerprint(readings: Readings, measured: Measurements) -> Fingerprint:
     return Fingerprint(
         sha256=readings.sha256,
         by_hand=timing.role == "time",
-        lines=tuple(measured.lines[i] for i in order),
+        lines=tuple([measured.lines[i] for i in order.tolist()]),
         torque=_kept(torque[order]),
         spin=_kept(measured.spin[order]),
         time=_kept(measured.time[order]),
@@ -64,7 +64,7 @@ def fingerprint(readings: Readings, measured: Measurements) -> Fingerprint:
 
 def _kept(values: Floats) -> tuple[float, ...]:
     """Ten digits: more than anyone types, and short in a journal."""
-    return tuple(float(f"{value:.10g}") for value in values)
+    return tuple([float(f"{value:.10g}") for value in values.tolist()])
 
 
 def _relative_step(column: Column) -> Floats:

@@ -199,7 +199,7 @@ class Analysis(Struct, frozen=True, eq=False):
         return f"<Analysis of {self.name[:200]}: I_zz = {self.inertia}; {told}>"
 
     def __str__(self) -> str:
-        return str(_above("reporting").summary(self, verbose=False))
+        return str(_above("reporting").summary(self, verbose=False, rest="all the rest: .report(FOLDER)"))
 
     def plot(self, name: str = "torque", ax: Any = None) -> Any:
         """Draw one of the figures ("period", "product", "torque", "residuals") on axes of matplotlib; give them."""
@@ -221,7 +221,7 @@ class Analysis(Struct, frozen=True, eq=False):
         found = "".join(f"<li>{escape(f'{one.severity} {one.code}: {one.message}')}</li>" for one in self.diagnostics)
         words = escape(_above("plotting").alt_text(self, "torque"))
         picture = f'<img src="data:image/png;base64,{figure}" alt="{words}" style="max-width: 36em">'
-        return f"<pre>{told}</pre>{picture}" + (f"<ul>{found}</ul>" if found else "")
+        return f'<pre style="white-space: pre-wrap">{told}</pre>{picture}' + (f"<ul>{found}</ul>" if found else "")
 
     def _repr_markdown_(self) -> str:
         return str(_above("reporting").markdown_report(self))

@@ -6,7 +6,7 @@ The names below are loaded when they are first used, so that ``gyro --help`` sta
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 __version__ = "0.1.0"
 
@@ -62,12 +62,15 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
-        raise AttributeError(f"module 'gyrodata' has no attribute {name!r}")
-    from importlib import import_module
+# A checker of types that saw this would take every misspelt name for one that there is.
+if not TYPE_CHECKING:
 
-    return getattr(import_module(f"gyrodata.{_HOMES[name]}"), name)
+    def __getattr__(name):
+        if name not in _HOMES:
+            raise AttributeError(f"module 'gyrodata' has no attribute {name!r}")
+        from importlib import import_module
+
+        return getattr(import_module(f"gyrodata.{_HOMES[name]}"), name)
 
 
 def __dir__() -> list[str]:

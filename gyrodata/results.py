@@ -111,7 +111,18 @@ class Result(Struct, frozen=True):
         return ufloat(self.value, self.u or 0.0)
 
     def to_pint(self, registry: Any) -> Any:
-        """Give the quantity of a registry of `pint`, its magnitude a number of `uncertainties`."""
+        """Give the quantity of pint.
+
+        Parameters
+        ----------
+        registry : pint.UnitRegistry
+            Your own, so that the quantity can be compared with yours.
+
+        Returns
+        -------
+        pint.Quantity
+            Its magnitude is a number of `uncertainties`.
+        """
         return registry.Quantity(self.ufloat, self.unit)
 
     def __float__(self) -> float:
@@ -178,7 +189,13 @@ class Analysis(Struct, frozen=True, eq=False):
         return pd.DataFrame([asdict(run) for run in self.run_table])
 
     def ufloats(self) -> dict[str, Any]:
-        """I_zz [kg*m^2], M0 [N*m] and b [s] by their names in the JSON: numbers of `uncertainties`, correlated."""
+        """Give I_zz [kg*m^2], M0 [N*m] and b [s] as numbers of `uncertainties` that know how they are correlated.
+
+        Returns
+        -------
+        dict of str to uncertainties.UFloat
+            By their names in the JSON: "inertia", "residual_torque", "timing_bias".
+        """
         from uncertainties import correlated_values
 
         told = {"inertia": self.inertia, "residual_torque": self.residual_torque, "timing_bias": self.timing_bias}
@@ -200,14 +217,43 @@ class Analysis(Struct, frozen=True, eq=False):
         return f"<Analysis of {self.name[:200]}: I_zz = {self.inertia}; {told}>"
 
     def __str__(self) -> str:
-        return str(_above("reporting").summary(self, verbose=False))
+        return str(_above("reporting").summary(self, verbose=False, rest="all the rest: .report(FOLDER)"))
 
     def plot(self, name: str = "torque", ax: Any = None) -> Any:
-        """Draw one of the figures ("period", "product", "torque", "residuals") on axes of matplotlib; give them."""
+        """Draw one of the figures of the report.
+
+        Parameters
+        ----------
+        name : {"period", "product", "torque", "residuals"}
+            Period [s] against spin [rpm]; φ̇ψ̇ [rad²/s²] against spin [rpm]; torque [N·m] against φ̇ψ̇ [rad²/s²]; what each
+            time is off by, in its standard uncertainty.
+        ax : matplotlib.axes.Axes, optional
+            What to draw on; new axes if none are given.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Raises
+        ------
+        TypeError, ValueError
+            If `ax` is no axes, or there is no such figure.
+        """
         return _above("plotting").plot_on(self, name, ax)
 
     def report(self, folder: str | os.PathLike[str]) -> Path:
-        """Write the page, the figures and the data of ``gyro analyze`` into a folder; give the page's path."""
+        """Write the page, the figures and the data of ``gyro analyze`` into a folder.
+
+        Parameters
+        ----------
+        folder : path
+            It is made if it is not there; other files in it stay.
+
+        Returns
+        -------
+        Path
+            Of the page, report.html.
+        """
         target = Path(folder)
         write_folder(target, _above("reporting").report_files(self))
         return target / "report.html"
@@ -220,7 +266,7 @@ class Analysis(Struct, frozen=True, eq=False):
         found = "".join(f"<li>{escape(f'{one.severity} {one.code}: {one.message}')}</li>" for one in self.diagnostics)
         words = escape(_above("plotting").alt_text(self, "torque"))
         picture = f'<img src="data:image/png;base64,{figure}" alt="{words}" style="max-width: 36em">'
-        return f"<pre>{told}</pre>{picture}" + (f"<ul>{found}</ul>" if found else "")
+        return f'<pre style="white-space: pre-wrap">{told}</pre>{picture}' + (f"<ul>{found}</ul>" if found else "")
 
     def _repr_markdown_(self) -> str:
         return str(_above("reporting").markdown_report(self))

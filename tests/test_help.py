@@ -29,7 +29,7 @@ def test_help_is_whole_on_80_columns(name: str, monkeypatch: pytest.MonkeyPatch)
     shown = command.get_help(command.context_class(command, info_name=name))
     lines, flowing = shown.splitlines(), " ".join(shown.split())
     assert max(map(len, lines)) <= 80
-    assert [line for line in lines if re.search(r"…|-$|\.\.\.$", line) and not line.startswith("Usage")] == []
+    assert [line for line in lines if re.search(r"…|-$|(?<!\])\.\.\.$", line) and not line.startswith("Usage")] == []
     for param in command.params:
         if param.param_type_name == "option" and not param.hidden:
             assert " ".join((param.help or "").split()) in flowing

@@ -5,7 +5,9 @@ from __future__ import annotations
 import copy
 import io
 import json
+import os
 import pickle
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -18,6 +20,7 @@ import pint
 import pytest
 from matplotlib.figure import Figure
 from uncertainties import ufloat
+from users_script import everything
 
 import gyrodata
 from gyrodata import Analysis
@@ -50,10 +53,22 @@ class TestWhatShows:
         )
         assert "I_zz = (4.429 ± 0.034) × 10⁻³ kg·m²" in str(lab)
         assert len(str(lab).splitlines()) < 15
+        assert "gyro analyze" not in str(lab)
         assert lab._repr_markdown_().startswith("# Gyroscope lab report")
 
     def test_a_long_name_stays_short(self) -> None:
         assert len(repr(gyrodata.analyze(SAMPLE.read_bytes(), name="x" * 5000))) <= 600
+
+    @pytest.mark.parametrize("log", sorted(SAMPLE.parent.glob("*.csv")), ids=lambda log: log.stem)
+    def test_whatever_it_is_made_of_is_a_short_line_too(self, log: Path) -> None:
+        shown = gyrodata.analyze(log)
+        for part in (shown, shown.readings, shown.measurements, shown.fit):
+            assert len(repr(part)) <= 600
+            assert "\n" not in repr(part)
+
+    def test_a_class_and_a_simulation_are_short_too(self) -> None:
+        assert repr(gyrodata.grade(SAMPLE.parent / "class")) == "<ClassGrades of class: 11 graded, 3 not>"
+        assert len(repr(gyrodata.simulate(seed=1))) <= 2000
 
     def test_a_result_as_text_and_as_a_number(self, lab: Analysis) -> None:
         assert f"{lab.inertia:.2u}" == "0.004429+/-0.000034 kg*m^2"
@@ -67,6 +82,14 @@ class TestWhatShows:
         assert len({lab, again}) == 1
         assert lab != gyrodata.analyze(SAMPLE, settings={"g": "9.803 m/s^2"})
         assert lab != "air_gyroscope.csv"
+
+    def test_what_holds_arrays_can_be_compared_and_is_a_key(self, lab: Analysis) -> None:
+        many = gyrodata.fit_many(lab.measurements, {"time": lab.measurements.time[None]})
+        line = gyrodata.fit_line([1.0, 2.0, 3.0], [1.0, 2.1, 2.9])
+        other = gyrodata.analyze(SAMPLE)
+        assert {lab.fit: 1, lab.measurements: 2, many: 3, line: 4}[lab.fit] == 1
+        assert lab.fit != other.fit
+        assert lab.measurements != other.measurements
 
 
 class TestPictures:
@@ -90,6 +113,8 @@ class TestPictures:
     def test_a_name_that_is_none(self, lab: Analysis) -> None:
         with pytest.raises(ValueError, match="did you mean 'torque'"):
             lab.plot("torq", ax=Figure().add_subplot())
+        with pytest.raises(TypeError, match="ax is axes of matplotlib"):
+            lab.plot("torque", ax=Figure())
 
     def test_a_report_is_that_of_the_command(self, lab: Analysis, tmp_path: Path) -> None:
         page = lab.report(tmp_path / "new" / "report")
@@ -159,6 +184,22 @@ class TestQuantitiesIn:
         for frame in (pairs, two_levels, beside, cells):
             assert gyrodata.analyze(frame).inertia.value == pytest.approx(expected.inertia.value, rel=1e-12)
 
+    def test_what_pandas_has_for_nothing_for_times_and_for_rows(self) -> None:
+        plain = table()
+        plain.attrs["units"] = UNITS
+        whole = gyrodata.analyze(plain).inertia.value
+        spans = plain.assign(time=pd.to_timedelta(plain["time"], unit="s"))
+        keyed, labels = plain.set_index("mass"), plain.rename_axis("note")
+        for frame in (spans, keyed, keyed.set_index("turns", append=True), labels):
+            # A span of 3.4 s has lost a digit of 3.40 s.
+            assert gyrodata.analyze(frame).inertia.value == pytest.approx(whole, rel=1e-6)
+        holed = plain.astype({"time": "Float64"})
+        holed.loc[2, "time"] = pd.NA
+        assert len(gyrodata.analyze(holed).runs) == len(plain) - 1
+        twice = plain.rename_axis("time")
+        with pytest.raises(gyrodata.LogError, match="two columns are called"):
+            gyrodata.analyze(twice)
+
     def test_constants_beside_a_table(self) -> None:
         frame = table()
         frame.attrs = {"units": UNITS, "g": pint.UnitRegistry().Quantity(9.803, "m/s^2"), "who": ["not", "read"]}
@@ -202,6 +243,10 @@ def test_counts_of_labs_and_names_of_readings(lab: Analysis) -> None:
         gyrodata.selfcheck(lab.measurements, labs=0)
     with pytest.raises(TypeError, match="a number of labs"):
         gyrodata.selfcheck(lab.measurements, labs="many")  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match=r"lab\.measurements"):
+        gyrodata.fit_many(lab, {"time": np.ones((3, 10))})  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="a mapping of quantities"):
+        gyrodata.fit_many(lab.measurements, np.ones((3, 10)))  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="did you mean 'time'"):
         gyrodata.fit_many(lab.measurements, {"tim": np.ones((3, 10))})
 
@@ -230,20 +275,36 @@ def test_every_name_is_there_after_any_import() -> None:
     subprocess.run([sys.executable, "-c", program], check=True)
 
 
-def test_types_are_seen_in_a_script_of_a_user(tmp_path: Path) -> None:
-    script = tmp_path / "script.py"
-    script.write_text(
-        "import gyrodata\n"
-        'lab = gyrodata.analyze("log.csv", settings={"g": "9.8 m/s^2"})\n'
-        "x: float = lab.inertia.value\n"
-        "y: str = lab.inertia.value\n"
-    )
-    package = str(Path(gyrodata.__file__).parent.parent)
-    line = [sys.executable, "-m", "mypy", "--strict", "--output", "json", "--config-file", "", str(script)]
-    done = subprocess.run(line, capture_output=True, text=True, cwd=tmp_path, env={"MYPYPATH": "", "PATH": ""})
-    if "gyrodata" in done.stdout and "import-not-found" in done.stdout:
+USERS = Path(__file__).parent / "users_script.py"
+WRONG_LINES = [i for i, line in enumerate(USERS.read_text().splitlines(), 1) if line.endswith("# wrong")]
+
+
+def test_the_script_of_a_user_runs(tmp_path: Path) -> None:
+    matplotlib.use("agg")
+    assert everything(SAMPLE, SAMPLE.parent / "class", tmp_path / "report") == pytest.approx(35, abs=1)
+    assert (tmp_path / "report" / "report.html").exists()
+
+
+def checked(line: list[str], folder: Path) -> str:
+    """Give what a checker of types says of the script, in a folder where nothing but what is installed is found."""
+    script = folder / USERS.name
+    script.write_bytes(USERS.read_bytes())
+    outside = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "MYPYPATH")}
+    code = "import gyrodata"
+    if subprocess.run([sys.executable, "-c", code], cwd=folder, env=outside, capture_output=True).returncode:
         pytest.skip("gyrodata is not installed here")
-    told = [json.loads(one) for one in done.stdout.splitlines()]
-    assert [(one["line"], one["code"]) for one in told if one["file"].endswith("script.py")] == [(4, "assignment")], (
-        done.stdout + done.stderr + package
-    )
+    return subprocess.run([*line, str(script)], capture_output=True, text=True, cwd=folder, env=outside).stdout
+
+
+def test_mypy_sees_the_types_in_it(tmp_path: Path) -> None:
+    said = checked([sys.executable, "-m", "mypy", "--strict", "--output", "json", "--config-file", ""], tmp_path)
+    told = [json.loads(one) for one in said.splitlines()]
+    faults = [one for one in told if one["severity"] == "error"]
+    assert sorted({one["line"] for one in faults if one["file"].endswith(USERS.name)}) == WRONG_LINES, said
+
+
+@pytest.mark.skipif(shutil.which("pyright") is None, reason="no pyright on this machine")
+def test_pyright_sees_the_types_in_it(tmp_path: Path) -> None:
+    said = checked(["pyright", "--pythonpath", sys.executable, "--outputjson"], tmp_path)
+    told = json.loads(said)["generalDiagnostics"]
+    assert sorted(one["range"]["start"]["line"] + 1 for one in told) == WRONG_LINES, said

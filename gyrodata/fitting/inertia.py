@@ -79,7 +79,7 @@ class Outlier(Struct, frozen=True):
     """True if it is no measurement of this motion: a count explains it, or it is off beyond all doubt."""
 
 
-class FitResult(Struct, frozen=True):
+class FitResult(Struct, frozen=True, eq=False):
     """The adjusted unknowns of one log of n runs.
 
     Convention: Gauss–Helmert least squares in the raw readings; derivatives and proportional uncertainties at
@@ -121,6 +121,9 @@ class FitResult(Struct, frozen=True):
     """Where the adjustment ended; of two possible answers the likelier."""
     posterior: Posterior | None
     """The answer as a mixture; None of a fit at one width."""
+
+    def __repr__(self) -> str:
+        return f"<FitResult: I_zz = {self.inertia.value:.6g} kg*m^2, u = {self.inertia.u:.2g} kg*m^2, dof {self.dof}>"
 
 
 def fit(

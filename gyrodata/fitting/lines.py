@@ -148,7 +148,7 @@ _OFF = 1e-9
 """Exact points are on a line if no further off than this part of the largest y."""
 
 
-class LineFit(Struct, frozen=True):
+class LineFit(Struct, frozen=True, eq=False):
     """The straight line y = slope·x + intercept of n points."""
 
     slope: float

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from msgspec import Struct
 
-from gyrodata.errors import insist_on_choice
+from gyrodata.errors import insist_on_choice, insist_on_type
 from gyrodata.fitting.adjustment import fill_rows, prior_rows, solve_rows, straight_line
 from gyrodata.fitting.conditions import QUANTITIES, Problem, torques_differ
 from gyrodata.fitting.inertia import balance_scale, times_stated
@@ -28,7 +28,7 @@ _CHUNK = 16
 """Labs at a time: as many as stay in a processor's cache."""
 
 
-class ManyFits(Struct, frozen=True):
+class ManyFits(Struct, frozen=True, eq=False):
     """The unknowns of L labs."""
 
     inertia: Floats
@@ -64,6 +64,8 @@ def fit_many(measured: Measurements, readings: Mapping[str, Floats], tilted: boo
     -----
     Each lab starts from ordinary least squares: good for labs without gross errors, as simulated ones are.
     """
+    insist_on_type("measured", measured, Measurements, "what was measured: lab.measurements")
+    insist_on_type("readings", readings, Mapping, "a mapping of quantities to arrays")
     for name in readings:
         insist_on_choice("a name in readings", name, QUANTITIES)
     if not measured.sense.all():

@@ -264,6 +264,9 @@ class ClassGrades(Struct, frozen=True, dict=True):
     scatters: Mapping[str, BenchScatter] = {}  # how far the readings scatter, by station; none where that is not asked
     compared: Mapping[str, Fingerprint] = {}  # the logs of the pairs that are flagged, by key
 
+    def __repr__(self) -> str:
+        return f"<ClassGrades of {self.source[:200]}: {self.tally}>"
+
     @cached_property
     def totals(self) -> list[float]:
         """Points of those who are graded, in the order of the grades."""

@@ -38,7 +38,7 @@ from gyrodata.readings import SHARED_UNCERTAINTIES, Column, Readings, as_u_of, u
 from gyrodata.units import Uncertainty
 
 
-class Measurements(Struct, frozen=True, dict=True):
+class Measurements(Struct, frozen=True, eq=False, dict=True):
     """One log in SI units, n runs.
 
     All arrays have shape (n,). Spins are magnitudes; `sense` is the sign of precession times spin, which is
@@ -99,6 +99,9 @@ class Measurements(Struct, frozen=True, dict=True):
     """What the weight, which spins along, adds to I_zz of each run [kg*m^2], shape (n,); 0 where it is not known."""
     latitude: float | None = None
     """[rad]; None where the log does not say."""
+
+    def __repr__(self) -> str:
+        return f"<Measurements of {len(self.runs)} runs>"
 
     @cached_property
     def by_torque(self) -> list[list[int]]:

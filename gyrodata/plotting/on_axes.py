@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gyrodata.errors import insist_on_choice
+from gyrodata.errors import insist_on_choice, insist_on_type
 from gyrodata.physics import RPM, Floats
 from gyrodata.plotting.figure_data import Scene, gather, line_band
 from gyrodata.plotting.figures import FIGURES
@@ -20,7 +20,10 @@ if TYPE_CHECKING:
 
 def plot_on(analysis: Analysis, name: str, ax: Axes | None = None) -> Axes:
     """Draw the runs of one of `FIGURES` on axes, new ones if none are given; ValueError for a name that is none."""
+    from matplotlib.axes import Axes
+
     insist_on_choice("name", name, FIGURES)
+    insist_on_type("ax", ax, Axes | None, "axes of matplotlib")
     if ax is None:
         from matplotlib import pyplot
 

@@ -168,6 +168,9 @@ class Readings(Struct, frozen=True, dict=True):
     diagnostics: tuple[Diagnostic, ...] = ()
     source_text: str = ""
 
+    def __repr__(self) -> str:
+        return f"<Readings of {self.name[:200]}: {len(self.runs)} runs, {len(self.diagnostics)} things to look at>"
+
     @property
     def ok(self) -> bool:
         """Whether no error was found, so that every run has what the analysis needs."""

@@ -264,6 +264,8 @@ def _frame_text(frame: Any) -> str:
     units = frame.attrs.get("units", {})
     plain = {key: value for key, value in frame.attrs.items() if not isinstance(value, Mapping | list | tuple)}
     lines = [f"# {key}: {value_text(value)}" for key, value in plain.items()]
+    if any(name is not None for name in frame.index.names):  # as `to_csv` has them too
+        frame = frame.reset_index(allow_duplicates=True)
     rows = [tuple(_header(name, units) for name in frame.columns), *frame.itertuples(index=False, name=None)]
     return "\n".join([*(line.replace("\n", " ") for line in lines), *table_text(rows)]) + "\n"
 
@@ -293,9 +295,12 @@ def value_text(value: Any) -> str:
         return f"{value_text(value.magnitude)} {value.units:~}".rstrip()
     if hasattr(value, "nominal_value") and hasattr(value, "std_dev"):  # of uncertainties
         return f"{value_text(value.nominal_value)} ± {value_text(value.std_dev)}"
-    if value is None or value != value or type(value).__name__ in ("NAType", "NaTType"):  # NaN is not itself
+    kind = type(value).__name__
+    if value is None or kind in ("NAType", "NaTType") or value != value:  # NaN is not itself
         return ""
-    if isinstance(value, float) or type(value).__name__.startswith("float"):
+    if kind == "Timedelta":  # of pandas
+        return f"{value.total_seconds()!r} s"
+    if isinstance(value, float) or kind.startswith("float"):
         number = float(value)
         return str(int(number)) if number.is_integer() and abs(number) < 1e15 else repr(number)
     return str(value)

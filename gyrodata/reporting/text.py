@@ -23,13 +23,13 @@ _TOLD_OTHERWISE = {OUTLIER, SINGLE_TORQUE, OUTLIER_BEFORE_LEAVING}
 """Odd runs are told with the weight they belong to, and one torque is too few by another code."""
 
 
-def summary(analysis: Analysis, writing: Writing = "plain", verbose: bool = True) -> str:
-    """Write what a person reads first: a screen, or all that needs no picture."""
+def summary(analysis: Analysis, writing: Writing = "plain", verbose: bool = True, rest: str = MORE) -> str:
+    """Write what a person reads first: a screen, and where the `rest` is told, or all that needs no picture."""
     whole = report(analysis)
     top = _indented(sentence_text(line, writing) for line in (*whole.doubts, whole.answer))
     blocks = [[f"{whole.name}: {sentence_text(whole.size, writing)}", f"  {sentence_text(whole.read_as, writing)}"]]
     if not verbose:
-        blocks.append([*top, *_indented(sentence_text(line, writing) for line in whole.brief), f"  {MORE}"])
+        blocks.append([*top, *_indented(sentence_text(line, writing) for line in whole.brief), f"  {rest}"])
     for section in whole.sections if verbose else ():
         told = [line for block in section.blocks if not block.full for line in _block(block, writing)]
         if told:

@@ -22,6 +22,7 @@ from gyrodata.cli.terminal import (
     refuse,
     short_paths,
     source_of,
+    tell,
     write_folder,
     write_out,
 )
@@ -62,7 +63,7 @@ def analyze(
     mapping: MappingOption = None,
     config: ConfigOption = None,
     values: Annotated[
-        Writing, typer.Option("--values", help="plain: 4.44 ± 0.06; short: 4.44(6). In text, Markdown and LaTeX.")
+        Writing, typer.Option("--values", help="short: u in brackets, as in 4.44(6). For text, Markdown and LaTeX.")
     ] = "plain",
     out: Annotated[
         Path | None,
@@ -144,7 +145,7 @@ def analyze(
     ]
     worst, header, whole = 0, _header(form, table), []
     # A document that stands in a file is not poured over a terminal too.
-    spared = form in DOCUMENTS and sys.stdout is not None and sys.stdout.isatty()
+    spared = form in DOCUMENTS and sys.stdout.isatty()
     for told in _in_order(jobs) if many else map(_analyze_one, jobs):
         complain(told.diagnostics, quiet)
         if told.text and file is not None:
@@ -154,7 +155,7 @@ def analyze(
             header = ""
         complain(told.not_written)
         if told.report and not quiet:
-            typer.echo(f"report: {told.report}", err=True)
+            tell(f"report: {told.report}")
         worst = max(worst, told.code)
     if file is not None:
         write_folder(file.parent, {file.name: "".join([header, *whole]).encode()})
@@ -234,7 +235,8 @@ def _folders(paths: Sequence[Path]) -> list[Path]:
     folders: list[Path] = []
     taken: dict[Path, int] = {}
     for path in paths:
-        stem = Path("stdin" if path == Path("-") else _stem(path.name))
+        # A folder that is given by mistake may have no name: "." or "/".
+        stem = Path("stdin" if path == Path("-") else _stem(path.name) or "log")
         if len(paths) > 1:
             # Never above the folder that is asked for.
             stem = Path(*(part for part in path.parent.parts if part not in ("..", path.anchor)), stem)

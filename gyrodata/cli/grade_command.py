@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from gyrodata.cli.terminal import complain, progress_bar, refuse, write_out
+from gyrodata.cli.terminal import complain, progress_bar, refuse, tell, write_out
 from gyrodata.diagnostics import (
     GRADES_WITHIN_CLASS,
     NOTHING_TO_GRADE,
@@ -335,8 +335,7 @@ def _print(found: ClassGrades, changes: Sequence[Change] | None, form: Form) -> 
 
 
 def _tell(*groups: Iterable[str]) -> None:
-    for line in chain.from_iterable(groups):
-        typer.echo(line, err=True)
+    tell(*chain.from_iterable(groups))
 
 
 def _told_where(folder: Path, waiting: int) -> list[str]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gyrodata.cli.options import ConfigOption, MappingOption, PlainFormat, SettingsOption, pairs
-from gyrodata.cli.terminal import progress_bar, refuse, source_of, write_folder, write_out
+from gyrodata.cli.terminal import progress_bar, refuse, source_of, tell, write_folder, write_out
 from gyrodata.diagnostics import (
     CODE_PAGE_GUESSED,
     CODES,
@@ -91,7 +91,7 @@ def benchmark(
     tables = {f"{name}.csv": table.encode() for name, table in csv_tables(done).items()}
     write_folder(out, {**render_benchmark(done), **tables, "reading.md": words.encode()})
     write_out(words)
-    typer.echo(f"charts: {out}", err=True)
+    tell(f"charts: {out}")
 
 
 def schema(
@@ -159,7 +159,7 @@ def explain(
     for topic in topics or []:
         if (name := topic.lower().removesuffix(".md")) in PAGES:
             page = page_text(name)
-            parts.append(for_terminal(page) if sys.stdout is not None and sys.stdout.isatty() else page)
+            parts.append(for_terminal(page) if sys.stdout.isatty() else page)
         else:
             parts.append(_explanation(topic))
     write_out("\n".join(parts))

@@ -79,8 +79,9 @@ def test_every_number_is_the_same_in_every_locale_in_a_file_and_on_a_terminal(tm
         for name, (kept_there, shown_there) in zip(LOCALES, found, strict=True):
             assert kept_there == kept, (name, line)
             assert numbers(shown_there) == numbers(shown), (name, line)
-            # A question mark would stand where a sign was lost.
-            assert shown_there.count("?") == shown.count("?"), (name, line)
+            # A question mark stands for what is no sign, in a broken file, and for nothing else.
+            lost = 0 if name == "utf-8" else len(re.findall(r"[\x80-\x9f]", shown))
+            assert shown_there.count("?") == shown.count("?") + lost, (name, line)
 
 
 def test_every_format_of_every_command_is_tried() -> None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 from msgspec import Struct
 
-from gyrodata.cli.options import ConfigOption, MappingOption, SettingsOption, pairs
+from gyrodata.cli.options import ConfigOption, MappingOption, SettingsOption, StdinOption, pairs
 from gyrodata.cli.terminal import (
     FAULT,
     STDIN,
@@ -75,9 +75,7 @@ def analyze(
     table: Annotated[
         Table, typer.Option("--table", help="Of --format csv: a row for each run, log, torque, or source of u.")
     ] = "runs",
-    stdin: Annotated[
-        str, typer.Option("--stdin-filename", metavar="NAME", help="What to call a log from standard input.")
-    ] = STDIN,
+    stdin: StdinOption = STDIN,
     no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.")] = False,
     figures: Annotated[Figures, typer.Option("--figures", help="File type of the figures.")] = "png",
     style: Annotated[

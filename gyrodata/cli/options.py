@@ -19,6 +19,9 @@ SettingsOption = Annotated[
 MappingOption = Annotated[
     list[str] | None, typer.Option("--map", metavar="ROLE=HEADER", help='Name a column: --map time="T (s)".')
 ]
+StdinOption = Annotated[
+    str, typer.Option("--stdin-filename", metavar="NAME", help="What to call a log from standard input.")
+]
 ConfigOption = Annotated[Path | None, typer.Option("--config", help="TOML file with constants.")]
 
 

@@ -263,11 +263,11 @@ STDIN = "<stdin>"
 """What a log from standard input is called."""
 
 
-def source_of(log: str, name: str = STDIN) -> dict[str, Any]:
+def source_of(log: str, name: str) -> dict[str, Any]:
     """Where a log is read from, and what it is called."""
     if log != "-":
         # A path with a newline in it is a path all the same.
-        return {"source": Path(log), "name": name_of(log) if name == STDIN else name}
+        return {"source": Path(log), "name": name}
     if sys.stdin is None:
         refuse(STREAM_CANNOT_BE_USED, "standard input is closed", "give the log's name instead of -, or - < log.csv")
     if sys.stdin.isatty():
@@ -279,10 +279,11 @@ def source_of(log: str, name: str = STDIN) -> dict[str, Any]:
 def short_paths(logs: Sequence[str]) -> list[Path]:
     """Paths of logs as they were given, absolute ones by as many of their last parts as tell them apart."""
     paths = [Path(log) for log in logs]
+    given = [path for path in paths if not path.is_absolute()]
     longer = [i for i, path in enumerate(paths) if path.is_absolute()]
     for count in range(1, max((len(paths[i].parts) for i in longer), default=1)):
         ends = {i: Path(*Path(logs[i]).parts[1:][-count:]) for i in longer}
-        often = Counter(ends.values())
+        often = Counter([*ends.values(), *given])
         for i, end in ends.items():
             paths[i] = end
         longer = [i for i, end in ends.items() if often[end] > 1]
@@ -291,12 +292,12 @@ def short_paths(logs: Sequence[str]) -> list[Path]:
 
 def names_of(paths: Sequence[Path], stdin: str = STDIN) -> list[str]:
     """What logs are called."""
-    return [stdin if path == Path("-") else printable(path.as_posix()) for path in paths]
+    return [printable(stdin) if path == Path("-") else printable(path.as_posix()) for path in paths]
 
 
-def name_of(log: str) -> str:
+def name_of(log: str, stdin: str = STDIN) -> str:
     """What a single log is called, whether it can be read or not."""
-    return names_of(short_paths([log]))[0]
+    return names_of(short_paths([log]), stdin)[0]
 
 
 def write_folder(folder: Path, contents: dict[str, bytes]) -> None:

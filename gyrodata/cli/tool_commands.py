@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gyrodata.cli.options import ConfigOption, MappingOption, PlainFormat, SettingsOption, pairs
-from gyrodata.cli.terminal import progress_bar, refuse, source_of, tell, write_folder, write_out
+from gyrodata.cli.options import ConfigOption, MappingOption, PlainFormat, SettingsOption, StdinOption, pairs
+from gyrodata.cli.terminal import STDIN, name_of, progress_bar, refuse, source_of, tell, write_folder, write_out
 from gyrodata.diagnostics import (
     CODE_PAGE_GUESSED,
     CODES,
@@ -31,6 +31,7 @@ def selfcheck(
     settings: SettingsOption = None,
     mapping: MappingOption = None,
     config: ConfigOption = None,
+    stdin: StdinOption = STDIN,
 ) -> None:
     """Simulate this very lab many times, and count how often the quoted intervals hold the truth.
 
@@ -47,7 +48,7 @@ def selfcheck(
     from gyrodata.readings import read_log
 
     given = pairs(settings, "--set"), pairs(mapping, "--map")
-    readings = read_log(**source_of(log), settings=given[0], mapping=given[1], config=config)
+    readings = read_log(**source_of(log, name_of(log, stdin)), settings=given[0], mapping=given[1], config=config)
     analysis = analyze_readings(readings)
     tilted = any(effect.effect == "tilt" and effect.kept for effect in analysis.effects)
     kept = [i for i, run in enumerate(analysis.run_table) if not run.left_out]

@@ -135,11 +135,20 @@ OPTIONS = "G5"
 """From here on codes are about options and classes, not about one log."""
 
 
+def _topics(incomplete: str) -> list[tuple[str, str]]:
+    """List the pages and codes that begin so, each with its title, for a shell that completes."""
+    from gyrodata.docs import PAGES, page_title
+
+    listed = [(name, page_title(name)) for name in PAGES] + [(code, one.title) for code, one in sorted(CODES.items())]
+    return [(name, title) for name, title in listed if name.startswith(incomplete)]
+
+
 def explain(
     topics: Annotated[
         list[str] | None,
         typer.Argument(
             metavar="[PAGE | CODE]...",
+            autocompletion=_topics,
             help=f"A page of the documentation, or a code as a message shows it: {NO_UNLOADED_RUN}. "
             "Without one, the pages are listed.",
         ),

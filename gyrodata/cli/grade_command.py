@@ -44,7 +44,7 @@ def grade(
     lms: Annotated[Platform, typer.Option("--lms", help="Platform the download comes from.")] = "auto",
     pattern: Annotated[
         str | None,
-        typer.Option("--pattern", metavar="REGEX", help=r"Names of one's own, such as '(?P<student>\w+)_lab\.csv'."),
+        typer.Option("--pattern", metavar="REGEX", help=r"Names of one's own, such as '(?P<student>\w+)\.csv'."),
     ] = None,
     attempts: Annotated[
         Literal["newest", "oldest"], typer.Option("--attempts", help="Which of several is graded.")
@@ -96,7 +96,7 @@ def grade(
     """Grade a class: each student against their own data, with feedback for everybody and a page of the class.
 
     A second run grades only what has changed, and says why. What you decide by hand is kept in desk.csv in the folder
-    of the grades, with the columns student,what,value,by,why; lines to copy are in desk-todo.csv there.
+    of the grades, with the columns student,what,value,by,why; desk-todo.csv there has lines to copy.
 
     Exit codes: 0 done; 1 done, with submissions that could not be graded; 2 usage, a rubric or desk.csv with a
     mistake, or a class that cannot be read; 130 stopped by Ctrl-C.

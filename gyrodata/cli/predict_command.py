@@ -127,8 +127,9 @@ def _read(log: str | None, settings: list[str] | None, mapping: list[str] | None
 @predict.command(
     short_help="Steady precession, and a rod that is let go or upright.",
     epilog=example_of(
-        'gyro predict precession --inertia "4.44e-3 kg m^2" --mass 60g',
-        "--position 15cm --spin 400rpm --pitch 10deg",
+        "gyro predict precession --mass 60g",
+        '--inertia "4.44e-3 kg m^2" --position 15cm',
+        "--spin 400rpm --pitch 10deg",
     ),
 )
 def precession(
@@ -234,7 +235,7 @@ def _across(text: str | None, options: Mapping[str, Any], notes: list[str]) -> f
 
 @predict.command(
     short_help="Where balanced gyroscopes point as the Earth turns.",
-    epilog=example_of("gyro predict earth --latitude 42.5deg --hours 24 --step 3"),
+    epilog=example_of("gyro predict earth --latitude 42.5deg", "--hours 24 --step 3"),
 )
 def earth(
     latitude: Annotated[
@@ -328,8 +329,9 @@ def _times(hours: float, step: float, sidereal: bool) -> list[float]:
 @predict.command(
     short_help="How fast a turntable turns when a wheel is tipped on it.",
     epilog=example_of(
-        'gyro predict platform --wheel-inertia "0.1 kg m^2"',
-        '--wheel-spin 200rpm --platform-inertia "4 kg m^2"',
+        "gyro predict platform --wheel-spin 200rpm",
+        '--wheel-inertia "0.1 kg m^2"',
+        '--platform-inertia "4 kg m^2"',
         "--from 0deg --to 90deg",
     ),
 )
@@ -368,7 +370,7 @@ def platform(
 
 @predict.command(
     short_help="What your hands feel when a spinning wheel is turned over.",
-    epilog=example_of('gyro predict twist --wheel-inertia "0.1 kg m^2" --wheel-spin 200rpm'),
+    epilog=example_of("gyro predict twist --wheel-spin 200rpm", '--wheel-inertia "0.1 kg m^2"'),
 )
 def twist(
     wheel_inertia: WheelInertiaOption = None,

@@ -59,7 +59,7 @@ def selfcheck(
 
 def benchmark(
     out: Annotated[
-        Path, typer.Option("--out", "-o", help="Folder for the charts; made if it is not there.")
+        Path, typer.Option("--out", "-o", help="Folder for the charts.")
     ] = Path("gyro-benchmark"),
     quick: Annotated[bool, typer.Option("--quick", help="Fewer labs and points: less than a minute.")] = False,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the random numbers.")] = 1,

@@ -9,7 +9,7 @@ import sys
 
 def main() -> None:
     """Run the command line; ``gyro --version`` answers before anything is loaded."""
-    if sys.argv[1:] in (["--version"], ["-V"]):
+    if sys.argv[1:] in (["--version"], ["-V"]) and sys.stdout is not None:
         from gyrodata import __version__
 
         try:

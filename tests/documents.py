@@ -76,7 +76,7 @@ def typed(text: str, folder: Path) -> Iterator[tuple[str, str, str, str]]:
                 done = run(command, folder)
                 right = done.returncode == int(block.told or 0)
                 yield command, shown, done.stdout, "" if right else f"exit {done.returncode}: {done.stderr}"
-        elif block.kind == "sh":
+        elif block.kind == "sh" and block.mark != "tools":
             for command in re.sub(r"\\\n\s*", "", block.body).splitlines():
                 if not command.startswith(INSTALLS):
                     done = run(command, folder)

@@ -119,6 +119,8 @@ def shell(line: str, folder: Path) -> subprocess.CompletedProcess[bytes]:
         "gyro --version > /dev/full",
         "gyro analyze log.csv --no-report >&-",
         "gyro check log.csv >&-",
+        "gyro --help >&-",
+        "gyro --version >&-",
         "gyro analyze - <&-",
         "gyro check - <&-",
         "gyro selfcheck - <&-",
@@ -143,6 +145,58 @@ def test_standard_error_that_cannot_be_used_costs_no_answer(stream: str, tmp_pat
     assert done.returncode == 0
     assert b"I_zz = " in done.stdout
     assert shell(f"gyro analyze none.csv {stream}", tmp_path).returncode == 2
+
+
+@posix
+@pytest.mark.parametrize("stream", ["2>&-", "2>/dev/full"])
+def test_nor_does_it_where_a_report_or_a_class_is_written(stream: str, tmp_path: Path) -> None:
+    (tmp_path / "class").mkdir()
+    (tmp_path / "class" / "doejane_1_2_log.csv").write_bytes(SAMPLE.read_bytes())
+    analyzed = f"gyro analyze class/doejane_1_2_log.csv -o report {stream}"
+    done = shell(f"{analyzed} && gyro grade class --workers 0 --exit-zero {stream}", tmp_path)
+    assert done.returncode == 0
+    assert (tmp_path / "report" / "report.html").is_file()
+    assert (tmp_path / "class-grades" / "class.html").is_file()
+
+
+@posix
+@pytest.mark.parametrize(
+    ("line", "code"),
+    [
+        ("analyze log.csv -o log.csv/x", "G603"),
+        ("analyze log.csv -f json -o log.csv/x.json", "G603"),
+        ("analyze log.csv -f latex -o log.csv", "G603"),
+        ("predict earth -o log.csv/x", "G603"),
+        ("benchmark --quick -o log.csv/x", "G603"),
+        ("simulate --truth log.csv/x.json", "G637"),
+        ("grade class -o log.csv/x", "G763"),
+    ],
+)
+def test_a_place_that_cannot_be_written(line: str, code: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "log.csv").write_bytes(SAMPLE.read_bytes())
+    (tmp_path / "class").mkdir()
+    (tmp_path / "class" / "doejane_1_2_log.csv").write_bytes(SAMPLE.read_bytes())
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(app, line.split())
+    assert done.exit_code == 2
+    assert f"error {code}: " in done.stderr
+    assert "Traceback" not in done.stderr
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["class", "log.csv"]
+
+
+@pytest.mark.parametrize("log", ["", ".", "..", "/"])
+def test_a_folder_is_no_log(log: str) -> None:
+    for command in ("analyze", "check"):
+        done = CliRunner().invoke(app, [command, log])
+        assert done.exit_code == 2
+        assert "error G102: " in done.output
+
+
+@posix
+def test_a_reader_of_the_help_may_go_away(tmp_path: Path) -> None:
+    # The reader is gone before anything is written.
+    line = "{ sleep 0.3; gyro --help; echo $? >&2; } | true"
+    assert shell(line, tmp_path).stderr.split() == [b"0"]
 
 
 @posix

@@ -100,6 +100,8 @@ def test_each_row_tells_its_log(same_names: Path, absolute: bool) -> None:
     assert [json.loads(line)["input"]["name"] for line in done.stdout.splitlines()] == list(LABS)
     assert "eve/lab.csv:1:1: error G222" in done.stderr
     assert str(same_names) not in done.output
+    checked = run("check", *logs, "--format", "ndjson").stdout.splitlines()
+    assert [json.loads(line)["input"]["name"] for line in checked] == list(LABS)
     one = run("analyze", str(same_names / LABS[0]), "-f", "json")
     assert json.loads(one.stdout)["input"]["name"] == "lab.csv"
     whole = [json.loads(line)["result"] for line in done.stdout.splitlines()]
@@ -107,6 +109,31 @@ def test_each_row_tells_its_log(same_names: Path, absolute: bool) -> None:
         rows = list(csv.DictReader(io.StringIO(run("analyze", *logs, "-f", "csv", "--table", table).stdout)))
         assert {row["log"] for row in rows} == set(LABS[: 3 if table == "logs" else 2])
         assert len(rows) == (3 if table == "logs" else sum(len(result[table]) for result in whole if result))
+
+
+def test_a_path_that_is_whole_is_told_from_one_that_is_not(same_names: Path) -> None:
+    Path("lab.csv").write_bytes(Path(LABS[0]).read_bytes())
+    done = run("analyze", "lab.csv", str(same_names / LABS[1]), "--format", "ndjson")
+    assert [json.loads(line)["input"]["name"] for line in done.stdout.splitlines()] == ["lab.csv", "bob/lab.csv"]
+
+
+def test_many_logs_of_one_name_are_as_many_rows_and_reports(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    names = [f"{i}/lab.csv" for i in range(60)]
+    for name in names:
+        Path(name).parent.mkdir()
+        Path(name).write_text(SAMPLE, encoding="utf-8")
+    told = run("analyze", *names, "--format", "ndjson", "-o", "all.ndjson")
+    assert told.exit_code == 0
+    whole = [json.loads(line) for line in Path("all.ndjson").read_text(encoding="utf-8").splitlines()]
+    run("analyze", *names, "--format", "csv", "--table", "logs", "-o", "all.csv")
+    rows = list(csv.DictReader(io.StringIO(Path("all.csv").read_text(encoding="utf-8"))))
+    assert [one["input"]["name"] for one in whole] == [row["log"] for row in rows] == names
+    for row, one in zip(rows, whole, strict=True):
+        assert float(row["inertia_value"]) == one["result"]["inertia"]["value"]
+    assert run("analyze", *names[:3], "-q", "-o", "reports").exit_code == 0
+    reports = sorted(path.parent.as_posix() for path in Path("reports").rglob("report.html"))
+    assert reports == [f"reports/{i}/lab-report" for i in range(3)]
 
 
 def test_a_row_for_each_log_says_what_the_json_says(same_names: Path) -> None:
@@ -167,6 +194,32 @@ def test_a_log_from_standard_input_has_the_name_that_it_is_given(same_names: Pat
     told = json.loads(run("analyze", "-", "-f", "json", "--stdin-filename", "bob/lab.csv", stdin=data).stdout)
     assert told["input"]["name"] == "bob/lab.csv"
     assert json.loads(run("analyze", "-", "-f", "json", stdin=data).stdout)["input"]["name"] == "<stdin>"
+    named = ("--stdin-filename", "bob/lab.csv")
+    assert json.loads(run("check", "-", "-f", "json", *named, stdin=data).stdout)["input"]["name"] == "bob/lab.csv"
+    assert "bob/lab.csv:1:1: error G222" in run("check", "-", *named, stdin=b"x\n").stdout
+    assert "::error file=bob/lab.csv,line=1" in run("check", "-", "-f", "github", *named, stdin=b"x\n").stdout
+    assert "bob/lab.csv:1:1: error G222" in run("selfcheck", "-", *named, stdin=b"x\n").stderr
+    assert "of bob/lab.csv (--inertia)" in run("predict", "tip", "--log", "-", *named, stdin=data).stdout
+    # It names nothing else.
+    assert json.loads(run("check", LABS[0], "-f", "json", *named).stdout)["input"]["name"] == LABS[0]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="pseudo-terminals")
+@pytest.mark.parametrize("command", ["analyze -", "check -", "selfcheck -", "predict tip --log -"])
+def test_a_log_from_the_keyboard_is_waited_for_in_words(
+    command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    master, slave = os.openpty()
+    # Nothing is typed, and the end.
+    os.write(master, b"\x04")
+    with os.fdopen(slave) as keyboard:
+        monkeypatch.setattr(sys, "stdin", keyboard)
+        with pytest.raises(SystemExit):
+            app(command.split())
+    os.close(master)
+    seen = capsys.readouterr()
+    assert seen.err.startswith("reading the log from the keyboard; end it with Ctrl-D\n")
+    assert "error G103: the log is empty" in seen.out + seen.err
 
 
 @pytest.mark.skipif(os.name != "posix", reason="other systems have no such names")

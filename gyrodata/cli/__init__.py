@@ -29,7 +29,7 @@ _COMMANDS = {
     "analyze": _Kind(
         "analyze_command",
         "Fit I_zz to a log, and write figures and a report.",
-        ("gyro analyze sample_data/air_gyroscope.csv --no-report",),
+        ("gyro analyze sample_data/air_gyroscope.csv",),
     ),
     "check": _Kind(
         "check_command",
@@ -39,7 +39,7 @@ _COMMANDS = {
     "template": _Kind(
         "check_command",
         "Print a blank log to fill in.",
-        ("gyro template --weights 20g,40g,60g --position 15cm", "--spins 200,400,600rpm > log.csv"),
+        ("gyro template --weights 20g,40g,60g", "--position 15cm --spins 200,400,600rpm", "> log.csv"),
     ),
     "explain": _Kind(
         "tool_commands", "Show a page of the documentation, or what a code means.", (f"gyro explain {NO_UNLOADED_RUN}",)
@@ -50,15 +50,16 @@ _COMMANDS = {
         "simulate_command",
         "Print a log from a known truth.",
         (
-            'gyro simulate --inertia "4.44e-3 kg m^2" --weights 20g,40g,60g',
-            "--position 15cm --spins 200,400,600rpm --turns 1",
+            'gyro simulate --inertia "4.44e-3 kg m^2"',
+            "--weights 20g,40g,60g --position 15cm",
+            "--spins 200,400,600rpm --turns 1",
             "--seed 1 > log.csv",
         ),
     ),
     "selfcheck": _Kind(
         "tool_commands",
         "Simulate this very lab: do its intervals hold the truth?",
-        ("gyro selfcheck sample_data/air_gyroscope.csv --labs 1000",),
+        ("gyro selfcheck sample_data/air_gyroscope.csv", "--labs 1000"),
     ),
     "benchmark": _Kind(
         "tool_commands",

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 from msgspec import Struct
 
-from gyrodata.cli.options import ConfigOption, MappingOption, SettingsOption, pairs
+from gyrodata.cli.options import ConfigOption, MappingOption, SettingsOption, StdinOption, pairs
 from gyrodata.cli.terminal import (
     FAULT,
     STDIN,
@@ -22,6 +22,7 @@ from gyrodata.cli.terminal import (
     refuse,
     short_paths,
     source_of,
+    tell,
     write_out,
 )
 from gyrodata.diagnostics import CANNOT_BE_WATCHED, FORMAT_FOR_ONE_LOG, OPTION_NOT_FOR_FORMAT, REPORT_CANNOT_BE_WRITTEN
@@ -62,7 +63,7 @@ def analyze(
     mapping: MappingOption = None,
     config: ConfigOption = None,
     values: Annotated[
-        Writing, typer.Option("--values", help="plain: 4.44 ± 0.06; short: 4.44(6). In text, Markdown and LaTeX.")
+        Writing, typer.Option("--values", help="short: u in brackets, as in 4.44(6). For text, Markdown and LaTeX.")
     ] = "plain",
     out: Annotated[
         Path | None,
@@ -74,9 +75,7 @@ def analyze(
     table: Annotated[
         Table, typer.Option("--table", help="Of --format csv: a row for each run, log, torque, or source of u.")
     ] = "runs",
-    stdin: Annotated[
-        str, typer.Option("--stdin-filename", metavar="NAME", help="What to call a log from standard input.")
-    ] = STDIN,
+    stdin: StdinOption = STDIN,
     no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.")] = False,
     figures: Annotated[Figures, typer.Option("--figures", help="File type of the figures.")] = "png",
     style: Annotated[
@@ -144,7 +143,7 @@ def analyze(
     ]
     worst, header, whole = 0, _header(form, table), []
     # A document that stands in a file is not poured over a terminal too.
-    spared = form in DOCUMENTS and sys.stdout is not None and sys.stdout.isatty()
+    spared = form in DOCUMENTS and sys.stdout.isatty()
     for told in _in_order(jobs) if many else map(_analyze_one, jobs):
         complain(told.diagnostics, quiet)
         if told.text and file is not None:
@@ -154,7 +153,7 @@ def analyze(
             header = ""
         complain(told.not_written)
         if told.report and not quiet:
-            typer.echo(f"report: {told.report}", err=True)
+            tell(f"report: {told.report}")
         worst = max(worst, told.code)
     if file is not None:
         with telling(file.parent, REPORT_CANNOT_BE_WRITTEN):
@@ -237,7 +236,8 @@ def _folders(paths: Sequence[Path]) -> list[Path]:
     folders: list[Path] = []
     taken: dict[Path, int] = {}
     for path in paths:
-        stem = Path("stdin" if path == Path("-") else _stem(path.name))
+        # A folder that is given by mistake may have no name: "." or "/".
+        stem = Path("stdin" if path == Path("-") else _stem(path.name) or "log")
         if len(paths) > 1:
             # Never above the folder that is asked for.
             stem = Path(*(part for part in path.parent.parts if part not in ("..", path.anchor)), stem)

@@ -10,8 +10,19 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from gyrodata.cli.options import ConfigOption, MappingOption, SettingsOption, pairs, with_units
-from gyrodata.cli.terminal import FAULT, coloured, fault, name_of, refuse, source_of, write_out
+from gyrodata.cli.options import ConfigOption, MappingOption, SettingsOption, StdinOption, pairs, with_units
+from gyrodata.cli.terminal import (
+    FAULT,
+    STDIN,
+    coloured,
+    fault,
+    name_of,
+    names_of,
+    refuse,
+    short_paths,
+    source_of,
+    write_out,
+)
 from gyrodata.diagnostics import FORMAT_FOR_ONE_LOG, HAND_IN_AS_IT_IS
 from gyrodata.errors import GyroError
 
@@ -48,6 +59,7 @@ def check(
     settings: SettingsOption = None,
     mapping: MappingOption = None,
     config: ConfigOption = None,
+    stdin: StdinOption = STDIN,
     exit_zero: Annotated[bool, typer.Option("--exit-zero", help="Exit with 0 even when something is found.")] = False,
 ) -> None:  # fmt: skip
     """Say what is wrong with a log, and what it still lacks, before the weight comes off.
@@ -63,11 +75,13 @@ def check(
         from gyrodata.grading import read_hand_in
 
         files = [Path(log) for log in logs]
-        worst = _check_one(logs[0], lambda: read_hand_in(files), form, {path.name: str(path) for path in files})
+        paths = {path.name: str(path) for path in files}
+        worst = _check_one(logs[0], name_of(logs[0]), lambda: read_hand_in(files), form, paths)
     elif form == "json" and len(logs) > 1:
         refuse(FORMAT_FOR_ONE_LOG, "--format json is for one log", "use --format ndjson for several: one object a line")
     else:
-        worst = max(_check_one(log, partial(_read, log, *given, config), form, {}) for log in logs)
+        named = zip(logs, names_of(short_paths(logs), stdin), strict=True)
+        worst = max(_check_one(log, name, partial(_read, log, name, *given, config), form, {}) for log, name in named)
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
 
 
@@ -75,14 +89,14 @@ Read = tuple["Readings", "HandIn | None", tuple["Diagnostic", ...]]
 """A log, what a grader would read beside it, and what was found on the way."""
 
 
-def _read(log: str, settings: dict[str, str], mapping: dict[str, str], config: Path | None) -> Read:
+def _read(log: str, name: str, settings: dict[str, str], mapping: dict[str, str], config: Path | None) -> Read:
     """Read one log by itself."""
     from gyrodata.readings import read_log
 
-    return read_log(**source_of(log), settings=settings, mapping=mapping, config=config), None, ()
+    return read_log(**source_of(log, name), settings=settings, mapping=mapping, config=config), None, ()
 
 
-def _check_one(log: str, read: Callable[[], Read], form: CheckFormat, paths: Mapping[str, str]) -> int:
+def _check_one(log: str, name: str, read: Callable[[], Read], form: CheckFormat, paths: Mapping[str, str]) -> int:
     """Check one log, print what was found, and give the exit code; `paths`: where each file by its name is."""
     from gyrodata import reporting
 
@@ -101,10 +115,10 @@ def _check_one(log: str, read: Callable[[], Read], form: CheckFormat, paths: Map
     except GyroError as error:
         found, code = error.diagnostics, error.exit_code
     except Exception as error:
-        found, code = (fault(error, name_of(log)),), FAULT
+        found, code = (fault(error, name),), FAULT
     # What is said of the whole hand-in comes last.
     found = tuple(sorted(found, key=lambda one: (one in told, one.line or 0, one.column or 0)))
-    name = readings.name if readings and hand_in else name_of(log)
+    name = readings.name if readings and hand_in else name
     if form == "text":
         well = "with an answer" if hand_in else "complete"
         runs = len(readings.runs) if readings else None

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from gyrodata.cli.terminal import complain, progress_bar, refuse, write_out
+from gyrodata.cli.terminal import complain, progress_bar, refuse, tell, write_out
 from gyrodata.diagnostics import (
     GRADES_FOLDER_CANNOT_BE_WRITTEN,
     GRADES_WITHIN_CLASS,
@@ -47,7 +47,7 @@ def grade(
     lms: Annotated[Platform, typer.Option("--lms", help="Platform the download comes from.")] = "auto",
     pattern: Annotated[
         str | None,
-        typer.Option("--pattern", metavar="REGEX", help=r"Names of one's own, such as '(?P<student>\w+)_lab\.csv'."),
+        typer.Option("--pattern", metavar="REGEX", help=r"Names of one's own, such as '(?P<student>\w+)\.csv'."),
     ] = None,
     attempts: Annotated[
         Literal["newest", "oldest"], typer.Option("--attempts", help="Which of several is graded.")
@@ -95,7 +95,7 @@ def grade(
     """Grade a class: each student against their own data, with feedback for everybody and a page of the class.
 
     A second run grades only what has changed, and says why. What you decide by hand is kept in desk.csv in the folder
-    of the grades, with the columns student,what,value,by,why; lines to copy are in desk-todo.csv there.
+    of the grades, with the columns student,what,value,by,why; desk-todo.csv there has lines to copy.
 
     Exit codes: 0 done; 1 done, with submissions that could not be graded or got no feedback; 2 usage, a rubric or
     desk.csv with a mistake, or a class that cannot be read; 130 stopped by Ctrl-C.
@@ -340,8 +340,7 @@ def _print(found: ClassGrades, changes: Sequence[Change] | None, form: Form) -> 
 
 
 def _tell(*groups: Iterable[str]) -> None:
-    for line in chain.from_iterable(groups):
-        typer.echo(line, err=True)
+    tell(*chain.from_iterable(groups))
 
 
 def _told_where(folder: Path, waiting: int) -> list[str]:

@@ -19,6 +19,9 @@ SettingsOption = Annotated[
 MappingOption = Annotated[
     list[str] | None, typer.Option("--map", metavar="ROLE=HEADER", help='Name a column: --map time="T (s)".')
 ]
+StdinOption = Annotated[
+    str, typer.Option("--stdin-filename", metavar="NAME", help="What to call a log from standard input.")
+]
 ConfigOption = Annotated[Path | None, typer.Option("--config", help="TOML file with constants.")]
 
 
@@ -32,6 +35,10 @@ def pairs(given: list[str] | None, option: str) -> dict[str, str]:
     pairs: dict[str, str] = {}
     for item in given or []:
         key, equals, value = item.partition("=")
+        twin = next((one for one in pairs if one != key.strip() and one.casefold() == key.strip().casefold()), None)
+        if twin is not None:
+            hint = f"leave one of them out: keys are written in small letters, such as {twin.lower()}"
+            refuse(OPTION_IS_NO_PAIR, f"{option} has {twin} and {key.strip()}, which differ by capitals only", hint)
         if not equals or not key.strip() or not value.strip():
             example, form = ("turns=1/3", "KEY=VALUE") if option == "--set" else ('time="T (s)"', "ROLE=HEADER")
             hint = f"write both, with = between them: {option} {example}"

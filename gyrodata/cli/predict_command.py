@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from msgspec import Struct
 
-from gyrodata.cli.options import MappingOption, PlainFormat, SettingsOption, example_of, pairs, quantity
-from gyrodata.cli.terminal import name_of, refuse, source_of, write_out
+from gyrodata.cli.options import MappingOption, PlainFormat, SettingsOption, StdinOption, example_of, pairs, quantity
+from gyrodata.cli.terminal import STDIN, name_of, refuse, source_of, write_out
 from gyrodata.diagnostics import (
     OPTION_IS_NO_QUANTITY,
     OPTION_NOR_LOG_GIVEN,
@@ -92,7 +92,7 @@ class _Lab(Struct, frozen=True):
         return value
 
 
-def _read(log: str | None, settings: list[str] | None, mapping: list[str] | None) -> _Lab:
+def _read(log: str | None, settings: list[str] | None, mapping: list[str] | None, stdin: str) -> _Lab:
     """Analyse the log, if there is one; a log that is refused ends here, in the words of ``gyro analyze``."""
     if log is None:
         if settings or mapping:
@@ -100,9 +100,9 @@ def _read(log: str | None, settings: list[str] | None, mapping: list[str] | None
         return _Lab([])
     from gyrodata.analysis import analyze
 
-    place = source_of(log)
-    found = analyze(place["source"], name=place.get("name"), settings=pairs(settings, "--set"),
-                    mapping=pairs(mapping, "--map"))  # fmt: skip
+    name = name_of(log, stdin)
+    source = source_of(log, name)["source"]
+    found = analyze(source, name=name, settings=pairs(settings, "--set"), mapping=pairs(mapping, "--map"))
     measured = found.measurements
     kept = [i for i, run in enumerate(found.run_table) if not run.left_out]
     fastest = sorted(kept, key=lambda i: -abs(measured.spin[i]))
@@ -117,7 +117,7 @@ def _read(log: str | None, settings: list[str] | None, mapping: list[str] | None
             load["transverse_inertia"] = float(across)
     return _Lab(
         notes=[f"do not rely on I_zz: {doubt.words}" for doubt in found.doubts],
-        name=name_of(log),
+        name=name,
         inertia=found.inertia.value,
         doubt=found.inertia.relative_u or 0.0,
         spin=float(measured.spin[fastest[0]]),
@@ -129,8 +129,9 @@ def _read(log: str | None, settings: list[str] | None, mapping: list[str] | None
 @predict.command(
     short_help="Steady precession, and a rod that is let go or upright.",
     epilog=example_of(
-        'gyro predict precession --inertia "4.44e-3 kg m^2" --mass 60g',
-        "--position 15cm --spin 400rpm --pitch 10deg",
+        "gyro predict precession --mass 60g",
+        '--inertia "4.44e-3 kg m^2" --position 15cm',
+        "--spin 400rpm --pitch 10deg",
     ),
 )
 def precession(
@@ -146,6 +147,7 @@ def precession(
     settings: SettingsOption = None,
     mapping: MappingOption = None,
     form: FormatOption = "text",
+    stdin: StdinOption = STDIN,
 ) -> None:  # fmt: skip
     """Steady precession, its least spin, and what a rod does that is let go or upright.
 
@@ -153,7 +155,7 @@ def precession(
     is no steady precession, JSON has null and the reason. With --log alone the weight is that of the log's
     fastest run.
     """
-    lab = _read(log, settings, mapping)
+    lab = _read(log, settings, mapping, stdin)
     options: dict[str, Any] = {
         "inertia": lab.given("--inertia", inertia, "inertia", positive=True),
         "spin": lab.given("--spin", spin, "rate"),
@@ -235,7 +237,7 @@ def _across(text: str | None, options: Mapping[str, Any], notes: list[str]) -> f
 
 @predict.command(
     short_help="Where balanced gyroscopes point as the Earth turns.",
-    epilog=example_of("gyro predict earth --latitude 42.5deg --hours 24 --step 3"),
+    epilog=example_of("gyro predict earth --latitude 42.5deg", "--hours 24 --step 3"),
 )
 def earth(
     latitude: Annotated[
@@ -259,6 +261,7 @@ def earth(
     settings: SettingsOption = None,
     mapping: MappingOption = None,
     form: FormatOption = "text",
+    stdin: StdinOption = STDIN,
 ) -> None:  # fmt: skip
     """Where two balanced gyroscopes point as the Earth turns.
 
@@ -266,7 +269,7 @@ def earth(
     A sidereal hour is 59 min 50.2 s of the clock; each row has both. The last row is that of --hours. With I_zz and
     spin: how well the ball has to be balanced for it.
     """
-    lab = _read(log, settings, mapping)
+    lab = _read(log, settings, mapping, stdin)
     at = _LAB_SHEET if lab.latitude is None else lab.latitude
     if latitude is None:
         lab.notes.append(f"latitude = {math.degrees(at):.4g} deg (--latitude)")
@@ -329,8 +332,9 @@ def _times(hours: float, step: float, sidereal: bool) -> list[float]:
 @predict.command(
     short_help="How fast a turntable turns when a wheel is tipped on it.",
     epilog=example_of(
-        'gyro predict platform --wheel-inertia "0.1 kg m^2"',
-        '--wheel-spin 200rpm --platform-inertia "4 kg m^2"',
+        "gyro predict platform --wheel-spin 200rpm",
+        '--wheel-inertia "0.1 kg m^2"',
+        '--platform-inertia "4 kg m^2"',
         "--from 0deg --to 90deg",
     ),
 )
@@ -346,13 +350,14 @@ def platform(
     settings: SettingsOption = None,
     mapping: MappingOption = None,
     form: FormatOption = "text",
+    stdin: StdinOption = STDIN,
 ) -> None:
     """How fast a turntable turns when a spinning wheel is tipped on it.
 
     It is at rest before; the angular momentum about the vertical stays the same. With --log the wheel is the
     ball of the log.
     """
-    lab = _read(log, settings, mapping)
+    lab = _read(log, settings, mapping, stdin)
     options = {
         "wheel_inertia": lab.given("--wheel-inertia", wheel_inertia, "inertia", positive=True),
         "wheel_spin": lab.given("--wheel-spin", wheel_spin, "rate"),
@@ -368,7 +373,7 @@ def platform(
 
 @predict.command(
     short_help="What your hands feel when a spinning wheel is turned over.",
-    epilog=example_of('gyro predict twist --wheel-inertia "0.1 kg m^2" --wheel-spin 200rpm'),
+    epilog=example_of("gyro predict twist --wheel-spin 200rpm", '--wheel-inertia "0.1 kg m^2"'),
 )
 def twist(
     wheel_inertia: WheelInertiaOption = None,
@@ -383,13 +388,14 @@ def twist(
     settings: SettingsOption = None,
     mapping: MappingOption = None,
     form: FormatOption = "text",
+    stdin: StdinOption = STDIN,
 ) -> None:  # fmt: skip
     """What your hands feel when a spinning wheel is turned over.
 
     The axle is level, one end in each hand, and turns at a steady rate W: a torque I w W, at right angles to the
     way that it goes. With --log the wheel is the ball of the log.
     """
-    lab = _read(log, settings, mapping)
+    lab = _read(log, settings, mapping, stdin)
     options = {
         "wheel_inertia": lab.given("--wheel-inertia", wheel_inertia, "inertia", positive=True),
         "wheel_spin": lab.given("--wheel-spin", wheel_spin, "rate"),
@@ -419,13 +425,14 @@ def tip(
     settings: SettingsOption = None,
     mapping: MappingOption = None,
     form: FormatOption = "text",
+    stdin: StdinOption = STDIN,
 ) -> None:
     """How the rod's tip yields to a steady force.
 
     At right angles to it, along the torque: for a fast spin w at F L^2/(I_zz w), for a slow one by the exact
     motion; without spin, along the force.
     """
-    lab = _read(log, settings, mapping)
+    lab = _read(log, settings, mapping, stdin)
     options = {
         "force": quantity("--force", force, "force", positive=True),
         "length": quantity("--length", length, "length", positive=True),

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import codecs
+import errno
 import os
 import re
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
+from io import TextIOBase, TextIOWrapper
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -26,10 +29,14 @@ class Door(TyperGroup):
 
     def main(self, *args: Any, **extra: Any) -> Any:
         """Run the command line."""
-        for stream in (sys.stdout, sys.stderr):
-            _speak_utf8(stream)
+        _open_streams()
         try:
             return super().main(*args, **extra)
+        except SystemExit as ended:
+            # A reader of the help that has gone away is no fault either.
+            if isinstance(ended.__context__, BrokenPipeError):
+                sys.exit(0)
+            raise
         except GyroError as error:
             _end(error.diagnostics, error.exit_code)
         except OSError as error:
@@ -42,54 +49,105 @@ class Door(TyperGroup):
 
 
 def _end(diagnostics: Sequence[Diagnostic], code: int) -> NoReturn:
-    with suppress(OSError):
-        complain(diagnostics)
+    complain(diagnostics)
     for stream in (sys.stdout, sys.stderr):
         try:
-            if stream is not None:
-                stream.flush()
+            stream.flush()
         except OSError:
             _throw_away(stream)
     sys.exit(code)
 
 
-def _speak_utf8(stream: Any) -> None:
-    """Write UTF-8 to files and pipes on every system; what a terminal cannot show `readable` puts otherwise."""
-    # A test's or a notebook's stand-in has no encoding to fail on, a closed stream is None.
-    with suppress(AttributeError):
-        # Half a surrogate, as of a file's name in another coding, is in no encoding.
-        stream.reconfigure(encoding=stream.encoding if stream.isatty() else "utf-8", errors="replace")
+class _Closed(TextIOBase):
+    """Stands where a stream is closed, which Python has None for: to write to it is an error like a full disk."""
+
+    encoding = "utf-8"
+
+    def write(self, _: str) -> NoReturn:
+        raise OSError(errno.EBADF, "it is closed; leave >&- out")
+
+
+def _open_streams() -> None:
+    """Write UTF-8 to files and pipes on every system, and what a terminal cannot show in plain letters."""
+    closed: Any = _Closed()
+    sys.stdout, sys.stderr = sys.stdout or closed, sys.stderr or closed
+    for stream in (sys.stdout, sys.stderr):
+        # A test's or a notebook's stand-in has no encoding to fail on.
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(encoding=stream.encoding if stream.isatty() else "utf-8", errors="gyrodata.plain")
 
 
 _PLAIN = {
-    "φ̇ψ̇": "phi_dot psi_dot", "φ̇": "phi_dot", "ψ̇": "psi_dot", "φ": "phi", "ψ": "psi", "θ": "theta", "ω": "omega",
-    "±": "+/-", "·": "*", "×": "x", "−": "-", "–": "-", "→": "->", "≤": "<=", "≥": ">=", "√": "sqrt", "χ": "chi",
-    "²": "^2", "³": "^3", "⁴": "^4", "⁻": "^-", "¹": "1", "°": " deg", "µ": "u", "μ": "u", "π": "pi", "…": "...",
-    "½": "1/2", "⅓": "1/3", "⅔": "2/3", "’": "'", "“": '"', "”": '"', "∝": "~", "Δ": "Delta", "σ": "sigma",
+    "±": "+/-", "·": "*", "×": "x", "−": "-", "–": "-", "→": "->", "≤": "<=", "≥": ">=", "√": "sqrt", "°": " deg",
+    "’": "'", "“": '"', "”": '"', "∝": "~", "∞": "infinity", "⁄": "/",
+    "─": "-", "━": "-", "│": "|", "▌": "|", "•": "*", "\u0307": "_dot",
 }  # fmt: skip
-"""What stands for a sign that a terminal cannot show; longer ones first."""
+"""What stands for a sign that an encoding lacks, where `unicodedata` does not know it."""
 
+_DOTTED = {"φ̇ψ̇": "phi_dot psi_dot", "φ̇": "phi_dot", "ψ̇": "psi_dot"}
 _RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
+_TOGETHER = re.compile(f" ?[×·] ?10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)|[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|{'|'.join(_DOTTED)}")
+"""What is put otherwise as a whole, or not at all."""
 
 
 def readable(text: str, encoding: str) -> str:
     """Put signs that an encoding lacks otherwise, so that every number stays the same: 4.4 × 10⁻³ as 4.4e-3."""
+
+    def put(found: re.Match[str]) -> str:
+        try:
+            found[0].encode(encoding)
+        except UnicodeEncodeError:
+            return f"e{found[1].translate(_RAISED)}" if found[1] else _raised(found)
+        return found[0]
+
     try:
         text.encode(encoding)
     except UnicodeEncodeError:
-        text = re.sub(r" ?[×·] ?10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)", lambda found: f"e{found[1].translate(_RAISED)}", text)
-        for sign, plain in _PLAIN.items():
-            try:
-                sign.encode(encoding)
-            except UnicodeEncodeError:
-                text = text.replace(sign, plain)
+        text = _TOGETHER.sub(put, text).encode(encoding, "gyrodata.plain").decode(encoding)
     return text
+
+
+def _raised(found: re.Match[str]) -> str:
+    return _DOTTED.get(found[0]) or f"^{found[0].translate(_RAISED)}"
+
+
+def _in_plain_letters(error: UnicodeError) -> tuple[str, int]:
+    """Say what to write for signs that an encoding lacks."""
+    assert isinstance(error, UnicodeEncodeError)
+    signs = _TOGETHER.sub(lambda found: found[0] if found[1] else _raised(found), error.object[error.start : error.end])
+    plain = "".join(_plain(sign) for sign in signs)
+    # 2½ is not 21/2.
+    apart = " " if "/" in plain[1:3] and error.object[error.start - 1 : error.start].isdigit() else ""
+    return apart + plain, error.end
+
+
+codecs.register_error("gyrodata.plain", _in_plain_letters)
+
+
+def _plain(sign: str) -> str:
+    """Put a sign in ASCII: π as pi, é as e; a question mark for what has no such name."""
+    from unicodedata import combining, decimal, name, normalize
+
+    if sign.isascii() or sign in _PLAIN:
+        return _PLAIN.get(sign, sign)
+    if (digit := decimal(sign, None)) is not None:
+        return str(digit)
+    if (parts := normalize("NFKD", sign)) != sign:
+        return "".join(map(_plain, parts))
+    if combining(sign):
+        return ""
+    called = name(sign, "")
+    if called.startswith("GREEK "):
+        letter = called.split()[-1]
+        return letter.capitalize() if "CAPITAL" in called else letter.lower()
+    return "?"
 
 
 def _throw_away(stream: Any) -> None:
     """Let what Python flushes once more at exit go nowhere."""
     with suppress(OSError, ValueError, AttributeError):
-        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+        number = stream.fileno()
+        os.dup2(os.open(os.devnull, os.O_WRONLY), number)
 
 
 def fault(error: Exception, name: str = "") -> Diagnostic:
@@ -97,7 +155,7 @@ def fault(error: Exception, name: str = "") -> Diagnostic:
     if os.environ.get("GYRO_DEBUG"):
         import traceback
 
-        traceback.print_exception(error)
+        tell("".join(traceback.format_exception(error)))
     place, trace = "", error.__traceback__
     while trace is not None:
         module = trace.tb_frame.f_globals.get("__name__", "")
@@ -122,7 +180,7 @@ _COLOURS = {"error": "1;31", "warning": "1;33", "note": "36"}
 
 def coloured(text: str, stream: Any) -> str:
     """Set severities apart on a terminal, unless NO_COLOR is set; nowhere else."""
-    if os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb" or stream is None or not stream.isatty():
+    if os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb" or not stream.isatty():
         return text
 
     def paint(found: re.Match[str]) -> str:
@@ -134,8 +192,6 @@ def coloured(text: str, stream: Any) -> str:
 
 def write_out(text: str) -> None:
     """Write data to standard output; a reader that has gone away (``| head``) is no fault."""
-    if sys.stdout is None:
-        refuse(STREAM_CANNOT_BE_USED, "standard output is closed", "leave >&- out, or write to a file: > FILE")
     try:
         sys.stdout.write(readable(text, sys.stdout.encoding or "utf-8"))
         sys.stdout.flush()
@@ -147,8 +203,17 @@ def write_out(text: str) -> None:
         refuse(
             STREAM_CANNOT_BE_USED,
             f"standard output cannot be written: {error.strerror}",
-            "make room on the disk, or write to another file",
+            "make room on the disk, or write to another file: > FILE",
         )
+
+
+def tell(*lines: str) -> None:
+    """Write lines to standard error; if that cannot be written, it costs no answer."""
+    for line in lines:
+        try:
+            typer.echo(coloured(readable(line, sys.stderr.encoding or "utf-8"), sys.stderr), err=True, color=True)
+        except OSError:
+            _throw_away(sys.stderr)
 
 
 def complain(diagnostics: Iterable[Diagnostic], quiet: bool = False) -> None:
@@ -158,9 +223,7 @@ def complain(diagnostics: Iterable[Diagnostic], quiet: bool = False) -> None:
         (d for d in diagnostics if not quiet or d.severity == "error"),
         key=lambda d: (order[d.severity], d.line or 0, d.column or 0),
     )
-    for diagnostic in shown:
-        told = readable(str(diagnostic), getattr(sys.stderr, "encoding", None) or "utf-8")
-        typer.echo(coloured(told, sys.stderr), err=True, color=True)
+    tell(*map(str, shown))
 
 
 def refuse(code: str, message: str, hint: str) -> NoReturn:
@@ -200,26 +263,27 @@ STDIN = "<stdin>"
 """What a log from standard input is called."""
 
 
-def source_of(log: str, name: str = STDIN) -> dict[str, Any]:
+def source_of(log: str, name: str) -> dict[str, Any]:
     """Where a log is read from, and what it is called."""
     if log != "-":
         # A path with a newline in it is a path all the same.
-        return {"source": Path(log), "name": name_of(log) if name == STDIN else name}
+        return {"source": Path(log), "name": name}
     if sys.stdin is None:
         refuse(STREAM_CANNOT_BE_USED, "standard input is closed", "give the log's name instead of -, or - < log.csv")
     if sys.stdin.isatty():
         end = "Ctrl-Z and Enter" if os.name == "nt" else "Ctrl-D"
-        typer.echo(f"reading the log from the keyboard; end it with {end}", err=True)
+        tell(f"reading the log from the keyboard; end it with {end}")
     return {"source": sys.stdin.buffer, "name": name}
 
 
 def short_paths(logs: Sequence[str]) -> list[Path]:
     """Paths of logs as they were given, absolute ones by as many of their last parts as tell them apart."""
     paths = [Path(log) for log in logs]
+    given = [path for path in paths if not path.is_absolute()]
     longer = [i for i, path in enumerate(paths) if path.is_absolute()]
     for count in range(1, max((len(paths[i].parts) for i in longer), default=1)):
         ends = {i: Path(*Path(logs[i]).parts[1:][-count:]) for i in longer}
-        often = Counter(ends.values())
+        often = Counter([*ends.values(), *given])
         for i, end in ends.items():
             paths[i] = end
         longer = [i for i, end in ends.items() if often[end] > 1]
@@ -228,9 +292,9 @@ def short_paths(logs: Sequence[str]) -> list[Path]:
 
 def names_of(paths: Sequence[Path], stdin: str = STDIN) -> list[str]:
     """What logs are called."""
-    return [stdin if path == Path("-") else printable(path.as_posix()) for path in paths]
+    return [printable(stdin) if path == Path("-") else printable(path.as_posix()) for path in paths]
 
 
-def name_of(log: str) -> str:
+def name_of(log: str, stdin: str = STDIN) -> str:
     """What a single log is called, whether it can be read or not."""
-    return names_of(short_paths([log]))[0]
+    return names_of(short_paths([log]), stdin)[0]

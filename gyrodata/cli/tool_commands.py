@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gyrodata.cli.options import ConfigOption, MappingOption, PlainFormat, SettingsOption, pairs
-from gyrodata.cli.terminal import progress_bar, refuse, source_of, write_out
+from gyrodata.cli.options import ConfigOption, MappingOption, PlainFormat, SettingsOption, StdinOption, pairs
+from gyrodata.cli.terminal import STDIN, name_of, progress_bar, refuse, source_of, tell, write_out
 from gyrodata.diagnostics import (
     CODE_PAGE_GUESSED,
     CODES,
@@ -33,6 +33,7 @@ def selfcheck(
     settings: SettingsOption = None,
     mapping: MappingOption = None,
     config: ConfigOption = None,
+    stdin: StdinOption = STDIN,
 ) -> None:
     """Simulate this very lab many times, and count how often the quoted intervals hold the truth.
 
@@ -49,7 +50,7 @@ def selfcheck(
     from gyrodata.readings import read_log
 
     given = pairs(settings, "--set"), pairs(mapping, "--map")
-    readings = read_log(**source_of(log), settings=given[0], mapping=given[1], config=config)
+    readings = read_log(**source_of(log, name_of(log, stdin)), settings=given[0], mapping=given[1], config=config)
     analysis = analyze_readings(readings)
     tilted = any(effect.effect == "tilt" and effect.kept for effect in analysis.effects)
     kept = [i for i, run in enumerate(analysis.run_table) if not run.left_out]
@@ -60,7 +61,7 @@ def selfcheck(
 
 def benchmark(
     out: Annotated[
-        Path, typer.Option("--out", "-o", help="Folder for the charts; made if it is not there.")
+        Path, typer.Option("--out", "-o", help="Folder for the charts.")
     ] = Path("gyro-benchmark"),
     quick: Annotated[bool, typer.Option("--quick", help="Fewer labs and points: less than a minute.")] = False,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the random numbers.")] = 1,
@@ -95,7 +96,7 @@ def benchmark(
     with telling(out, REPORT_CANNOT_BE_WRITTEN):
         write_folder(out, {**render_benchmark(done), **tables, "reading.md": words.encode()})
     write_out(words)
-    typer.echo(f"charts: {out}", err=True)
+    tell(f"charts: {out}")
 
 
 def schema(
@@ -138,11 +139,20 @@ OPTIONS = "G5"
 """From here on codes are about options and classes, not about one log."""
 
 
+def _topics(incomplete: str) -> list[tuple[str, str]]:
+    """List the pages and codes that begin so, each with its title, for a shell that completes."""
+    from gyrodata.docs import PAGES, page_title
+
+    listed = [(name, page_title(name)) for name in PAGES] + [(code, one.title) for code, one in sorted(CODES.items())]
+    return [(name, title) for name, title in listed if name.startswith(incomplete)]
+
+
 def explain(
     topics: Annotated[
         list[str] | None,
         typer.Argument(
             metavar="[PAGE | CODE]...",
+            autocompletion=_topics,
             help=f"A page of the documentation, or a code as a message shows it: {NO_UNLOADED_RUN}. "
             "Without one, the pages are listed.",
         ),
@@ -163,7 +173,7 @@ def explain(
     for topic in topics or []:
         if (name := topic.lower().removesuffix(".md")) in PAGES:
             page = page_text(name)
-            parts.append(for_terminal(page) if sys.stdout is not None and sys.stdout.isatty() else page)
+            parts.append(for_terminal(page) if sys.stdout.isatty() else page)
         else:
             parts.append(_explanation(topic))
     write_out("\n".join(parts))

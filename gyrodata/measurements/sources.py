@@ -356,9 +356,9 @@ def _by_value(key: str, column: Column, values: Floats, loaded: Floats) -> Sourc
     group[touched] = _numbered([text[at] for at in which.tolist()])
 
     def largest(sizes: Floats) -> Floats:
-        most = np.zeros(int(group.max(initial=-1)) + 1)
+        most = np.zeros_like(sizes)
         np.maximum.at(most, group[touched], sizes[touched])
-        return np.where(touched, most[group] if len(most) else 0.0, sizes)
+        return np.where(touched, most[group], sizes)
 
     return _source(key, group, largest(absolute), largest(relative), default)
 

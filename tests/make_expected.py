@@ -6,7 +6,7 @@ import json
 from functools import partial
 from pathlib import Path
 
-from golden import numbers
+from golden import every_log_as_read, numbers
 
 import gyrodata
 from gyrodata import plotting, reporting
@@ -35,3 +35,4 @@ if __name__ == "__main__":
         found = numbers(gyrodata.analyze(path).to_dict()["result"])
         lines = ",\n".join(f"  {json.dumps(place)}: {value}" for place, value in found.items())
         path.with_suffix(".json").write_text(f"{{\n{lines}\n}}\n", encoding="utf-8")
+    (EXPECTED / "as_read.txt").write_text(every_log_as_read(), encoding="utf-8")

@@ -431,6 +431,45 @@ def test_a_blank_log_to_fill_in():
         blank_log(("20",), "15 cm", ("200 rpm",))
 
 
+def test_small_weights_and_slow_spins_may_be_aimed_at():
+    rows = [
+        line for line in blank_log(("0.5 g", "20 g"), "15 cm", ("0.5 rpm", "400 rpm")).splitlines() if line[0].isdigit()
+    ]
+    assert {row.partition(",")[0] for row in rows} == {"0.50", "20.00", "0"}
+    assert rows[0] == "0.50,15.0,,,,aim at 0.5 rpm"
+    for spins in (("0 rpm",), ("-5 rpm",)):
+        with pytest.raises(InputError, match="not above zero"):
+            blank_log(("20 g",), "15 cm", spins)
+
+
+@pytest.mark.parametrize(
+    ("line", "kept"),
+    [
+        ("balance_tilt: 3 deg in 0.5 s", True),
+        ("balance_tilt: 3 deg in 0 s", False),
+        ("balance_tilt: 3 deg", False),
+        ("balance_drift: 5 deg in 0.5 s at 400 rpm", True),
+        ("balance_drift: 5 deg in 60 s at 1 rad/s", True),
+        ("balance_drift: 0 deg in 60 s at 400 rpm", True),
+        ("balance_drift: 5 deg in 60 s at 0 rpm", False),
+        ("balance_drift: 5 deg in 0 s at 400 rpm", False),
+    ],
+)
+def test_a_balance_test_needs_a_time_and_a_spin(line, kept):
+    readings = read_log(f"# {line}\n{HEAD}{ROW}")
+    assert ((readings.balance_tilt or readings.balance_drift) is not None) is kept
+    assert ("G306" in codes(readings)) is not kept
+
+
+def test_a_unit_may_stand_for_the_spin_and_names_may_hold_their_units():
+    spins = read_log("mass [g],position [cm],Rev/min,time [s],turns\n20,15.0,206,7.06,1/3\n").columns["spin"]
+    assert spins.values[0] == pytest.approx(206 * RPM)  # noqa: PD011 (a Column, not a frame)
+    held = read_log("m/g,x in cm,n / rpm,t_s,turns\n20,15.0,206,7.06,1/3\n").columns
+    assert {role: column.unit for role, column in held.items()} == {
+        "mass": "g", "position": "cm", "spin": "rpm", "time": "s", "turns": ""
+    }  # fmt: skip
+
+
 def test_every_fault_is_told_once():
     readings = read_log(HEAD + "20 kg,15.0 g,206,7.06 h,2 rad\n20,15.0,5 1/s,7,1\n20,15.0,1/s,7,1\n")
     assert sorted(codes(readings)) == ["G205", "G205", "G208", "G208"]

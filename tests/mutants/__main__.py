@@ -43,12 +43,13 @@ ROOMS = {
         "test_check.py", "test_forecast.py", "test_simulate.py", "readings"]),
     "fitting": (["fitting"], [
         "test_fitting.py", "test_lines.py", "test_balance.py", "test_fit_many.py", "test_model.py", "test_guard.py",
-        "test_hints.py", "test_analysis.py", "stability"]),
+        "test_hints.py", "test_analysis.py", "test_forecast.py", "stability"]),
     "readings": (["readings"], [
         "readings", "test_hints.py", "test_quantities.py", "test_check.py", "test_analysis.py", "test_units.py",
         "test_options_hints.py", "test_measurements.py"]),
     "physics": (["physics.py", "motion"], [
-        "physics", "motion", "test_predict.py", "test_forecast.py", "test_model.py", "test_simulate.py", "stability"]),
+        "physics", "motion", "test_predict.py", "test_forecast.py", "test_model.py", "test_comparisons.py",
+        "test_simulate.py", "stability"]),
     "grading": (["grading"], ["grading", "test_grade_cli.py"]),
 }  # fmt: skip
 """What of the package a room is, and its tests."""

@@ -155,6 +155,21 @@ def test_a_period_or_a_rate_instead_of_time_and_turns() -> None:
     assert rate.timing_bias_u == 0
 
 
+def test_an_uncertainty_in_the_unit_of_a_rate_is_a_share_of_each() -> None:
+    head = "mass [g],position [cm],spin [rpm],precession_rate [rad/s]\n20,15,400,0.16\n20,15,200,0.32\n"
+    m = measured("# u_precession_rate: 0.016 rad/s\n# u_spin: 20 rpm\n" + head)
+    assert source(m, "precession_rate").relative == pytest.approx([0.1, 0.05])
+    assert source(m, "spin").relative == pytest.approx([0.05, 0.1])
+
+
+def test_the_standard_free_fall_is_told_where_it_is_taken() -> None:
+    def codes(line: str) -> list[str]:
+        return [d.code for d in measured(line + HEAD + ROWS).diagnostics]
+
+    assert codes("") == ["G404"]
+    assert codes("# g: 9.81 m/s^2\n") == codes("# latitude: 45 deg\n") == []
+
+
 def test_senses_tell_the_sign_of_an_unloaded_run() -> None:
     rows = "20.00,15.0,206,7.06,1/3,ccw\n0,,401,160.2,1/12,cw\n"
     m = measured(HEAD.strip() + ",precession_sense\n" + rows)
@@ -472,6 +487,9 @@ class TestFallingSpin:
         spins, u = np.array([480, 430, 380]), np.array([0.03, 0.04, 0.05])
         parts = np.array([1, 4, 1]) / spins
         assert m.spin[0] == pytest.approx(6 / parts.sum() * np.pi / 30)
+        assert m.spin_readings == 3
+        assert m.spin_start == pytest.approx([480 * np.pi / 30])
+        assert m.spin_end == pytest.approx([380 * np.pi / 30])
         assert source(m, "spin").relative == pytest.approx([np.hypot.reduce(parts / parts.sum() * u)])
         twice = measured("# u_spin_start: 3 %\n# u_spin_end: 5 %\n" + self.FALLING)
 
@@ -548,6 +566,8 @@ class TestWeightSpinsAlong:
         assert tuple(source(m, "weight_diameter").groups) == (0,) * 3 + (1,) * 3 + (0,) * 3
         assert source(m, "weight_diameter").described == "as given"
         assert "weight_diameter" not in {s.name for s in measured(self.SHAPE).sources}
+        some = measured(self.SHAPE.replace(",6\n", ",6 ± 0.6\n"))
+        assert source(some, "weight_diameter").relative == pytest.approx([0.2] * 3 + [0] * 3 + [0.2] * 3)
 
 
 class TestBalance:

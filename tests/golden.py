@@ -3,9 +3,78 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from itertools import groupby
+from typing import Any
+
+from sheets import HABITS, lab, source
+
+from gyrodata.diagnostics import CODES
+from gyrodata.errors import GyroError
+from gyrodata.readings import Reading, read_log
+from gyrodata.units import Uncertainty
 
 
 def steady(text: str) -> str:
     """Write every long number with ten digits: those behind are the processor's; and figures by their names alone."""
     text = re.sub(r"data:image/png;base64,[A-Za-z0-9+/=]+", "FIGURE", text)
     return re.sub(r"\d+\.\d{6,}(?:e[-+]?\d+)?", lambda number: f"{float(number[0]):.10g}", text)
+
+
+def numbers(node: Any, place: str = "") -> dict[str, float]:
+    """Every number of a JSON by its place, with the digits that no processor changes."""
+    if isinstance(node, dict):
+        parts = node.items()
+    elif isinstance(node, list):
+        parts = enumerate(node)
+    else:
+        return {place: float(f"{node:.8g}")} if isinstance(node, float) else {}
+    return {at: value for key, part in parts for at, value in numbers(part, f"{place}.{key}".lstrip(".")).items()}
+
+
+def every_log_as_read() -> str:
+    """Tell what is read of every log that a student may type, and of the example of each diagnostic."""
+    logs: dict[str, tuple[bytes, dict[str, Any]]] = {}
+    for number, habit in enumerate(HABITS):
+        typed = source(habit.make(lab(number, habit.turns, habit.unloaded)))
+        logs[habit.name] = typed, {"settings": habit.settings, "mapping": habit.mapping}
+        if habit.asked:
+            logs[f"{habit.name}, before it is asked about"] = typed, {}
+    for code, known in CODES.items():
+        if code[1] in "1235" and not known.example.startswith(("analyze ", "template ")):
+            logs[code] = known.example.encode("latin-1" if code in ("G107", "G109") else "utf-8"), {}
+    return "".join(f"{name}\n" + "".join(as_read(log, **given)) for name, (log, given) in logs.items())
+
+
+def as_read(log: bytes, **given: Any) -> Iterator[str]:
+    """Tell all that is read of a log, a line a thing: what is said of it, its runs, its columns, what holds for all."""
+    try:
+        readings = read_log(log, **given)
+        said = readings.diagnostics
+    except GyroError as error:
+        readings, said = None, error.diagnostics
+    yield from (f"  {d.code} {d.line}:{d.column}+{d.width} {d.message[:300]} | {d.hint[:300]}\n" for d in said)
+    if readings is None:
+        return
+    yield f"  runs {' '.join(readings.runs)}, lines {' '.join(map(str, readings.lines))}\n"
+    yield from (f"  note {note}\n" for note in readings.notes if note)
+    for column in (*readings.columns.values(), *readings.others):
+        places = [place for run in (0, -1) if (place := column.place(run))]
+        at = " to ".join(f"{place.line}:{place.column}" for place in places)
+        cells = " ".join(f"{cell}x{len(list(same))}" for cell, same in groupby(map(_cell, column.readings)))
+        yield f'  {column.role} "{column.header}" [{column.unit}] {at} {cells}\n'.replace("x1 ", " ")
+    sizes = {key: _size(u) for key, u in readings.uncertainties.items()}
+    reported = {key: f"{one.value} ± {one.u} {one.fault}" for key, one in readings.reported.items()}
+    rest = {key: getattr(readings, key) for key in ("balance_tilt", "balance_drift", "motion", "balanced", "origin_u")}
+    for key, value in {**readings.constants, **readings.metadata, **sizes, **reported, **rest}.items():
+        if value not in (None, 0.0):
+            yield f"  {key}: {value}\n"
+
+
+def _cell(read: Reading) -> str:
+    value = "-" if read.value is None else f"{read.value:.9g}"
+    return value + (f"~{read.step:.3g}" if read.step else "") + (f"±{_size(read.u)}" if read.u else "")
+
+
+def _size(u: Uncertainty) -> str:
+    return f"{u.absolute:.6g}|{u.relative:.6g}"

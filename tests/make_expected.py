@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import json
 from functools import partial
 from pathlib import Path
+
+from golden import every_log_as_read, numbers
 
 import gyrodata
 from gyrodata import plotting, reporting
@@ -28,3 +31,8 @@ if __name__ == "__main__":
         (EXPECTED / f"air_gyroscope.{ending}").write_text(write(analysis), encoding="utf-8")
     half_way = gyrodata.analyze(EXPECTED / "half_way.csv")
     (EXPECTED / "half_way.txt").write_text(watch_text(half_way, check_procedure(half_way.readings)), encoding="utf-8")
+    for path in sorted((EXPECTED / "numbers").glob("*.csv")):
+        found = numbers(gyrodata.analyze(path).to_dict()["result"])
+        lines = ",\n".join(f"  {json.dumps(place)}: {value}" for place, value in found.items())
+        path.with_suffix(".json").write_text(f"{{\n{lines}\n}}\n", encoding="utf-8")
+    (EXPECTED / "as_read.txt").write_text(every_log_as_read(), encoding="utf-8")

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from golden import numbers
 from msgspec.structs import replace
 
 import gyrodata
@@ -217,6 +218,19 @@ class TestContract:
         runs = gyrodata.analyze(SAMPLES / "air_gyroscope.csv").runs
         assert runs.shape[0] == 10
         assert runs["torque"].iloc[0] == pytest.approx(runs["mass"].iloc[0] * 0.15 * 9.803)
+
+
+@pytest.mark.parametrize("path", sorted((EXPECTED / "numbers").glob("*.csv")), ids=lambda path: path.stem)
+def test_no_number_of_a_log_changes_unnoticed(path: Path) -> None:
+    found = numbers(gyrodata.analyze(path).to_dict()["result"])
+    expected = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
+    assert expected.keys() <= found.keys()
+    off = {
+        at: (found[at], value)
+        for at, value in expected.items()
+        if found[at] != pytest.approx(value, rel=1e-5, abs=1e-11)
+    }
+    assert off == {}, "if it is meant: python tests/make_expected.py"
 
 
 @pytest.mark.parametrize("path", sorted(SAMPLES.glob("*.csv")), ids=lambda path: path.stem)

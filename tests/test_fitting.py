@@ -16,7 +16,7 @@ from scipy.optimize import least_squares
 from scipy.special import gammaincc
 
 from gyrodata import fitting
-from gyrodata.fitting import NoFit, fit, fit_as_stated, ordinary_line, screen
+from gyrodata.fitting import NoFit, explaining_counts, fit, fit_as_stated, ordinary_line, screen
 from gyrodata.measurements import Measurements, Source
 
 
@@ -305,6 +305,43 @@ class TestScreening:
         turns[run] = written
         outliers, _ = screen(replace(measured, time=time, turns=turns))
         assert [(o.index, o.turns) for o in outliers] == [(run, true)]
+
+    @pytest.mark.parametrize("true", [1 / 6, 1 / 4, 1 / 3, 1 / 2, 2 / 3, 3 / 4, 2, 5, 12, 30])
+    def test_every_count_that_is_likely_is_found(self, true: float) -> None:
+        measured = lab(np.random.default_rng(4), noise=0.1, u_time=0.01, u_spin=1e-4)
+        outliers, _ = screen(replace(measured, time=measured.time * np.where(np.arange(9) == 4, true, 1.0)))
+        assert [(o.index, o.turns) for o in outliers] == [(4, true)]
+
+    @pytest.mark.parametrize("true", [1 / 3, 1 / 2, 2 / 3, 2, 3])
+    def test_a_count_that_is_wrong_for_all_runs_of_a_torque_is_found(self, true: float) -> None:
+        for group in (0, 2):
+            measured = lab(np.random.default_rng(4), noise=0.2)
+            wrong = np.arange(9) // 3 == group
+            counted = replace(measured, time=measured.time * np.where(wrong, true, 1.0))
+            assert explaining_counts(counted) == [{group: true}]
+        assert explaining_counts(measured) == []
+        # Six of nine runs are two torques: fewer are changed by taking the third for wrong.
+        both = replace(measured, time=measured.time * np.where(np.arange(9) < 3, 1.0, true))
+        assert all(len(answer) <= 2 for answer in explaining_counts(both))
+
+    def test_a_third_of_the_runs_may_be_odd_and_no_more(self) -> None:
+        def odd(count: int) -> list[int]:
+            measured = lab(np.random.default_rng(4), noise=0.3)
+            time = measured.time.copy()
+            time[[0, 4, 8, 5][:count]] *= [1.5, 0.7, 1.6, 0.6][:count]
+            return [o.index for o in screen(replace(measured, time=time))[0]]
+
+        assert (odd(1), odd(2), odd(3), odd(4)) == ([0], [0, 4], [0, 4, 8], [])
+
+    def test_a_slip_is_what_has_a_count_or_is_far_off(self) -> None:
+        def found(factor: float) -> tuple[float | None, bool]:
+            measured = lab(np.random.default_rng(4), noise=0.1)
+            ((odd, *_), _) = screen(replace(measured, time=measured.time * np.where(np.arange(9) == 4, factor, 1.0)))
+            return odd.turns, odd.slip
+
+        assert found(1.08) == (None, False)
+        assert found(1.30) == (None, True)
+        assert found(2.0) == (2.0, True)
 
     def test_one_bad_timing_without_a_count_is_named_without_one(self) -> None:
         measured = lab(np.random.default_rng(4), repeats=2)

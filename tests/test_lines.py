@@ -245,6 +245,7 @@ class TestRefusals:
             ([1, 2, 3], [1, 2, 4], {"cov_y": [[1, 2, 0], [2, 1, 0], [0, 0, 1]]}, "negative eigenvalue"),
             ([1, 2, 3], [1, 2, 4], {"cov_x": 1.0, "cov_y": 1.0, "cov_xy": 1.5}, "larger than"),
             ([1, 2, 3], [1, 2, 4], {"cov_xy": 1.5}, "larger than"),
+            ([1, 2, 3], [1, 2, 4], {"cov_x": 1e-4, "cov_y": 1e-4, "cov_xy": 1.01e-4}, "larger than"),
             ([1, 2, 3], [1, 2, 4], {"cov_y": 0.0}, "all covariances are zero"),
             ([1, 2, 3, 4], [1, 2, 4, 9], {"cov_y": [0, 0, 0, 1]}, "not on one line"),
         ],

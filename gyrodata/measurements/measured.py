@@ -467,19 +467,15 @@ def _find_too_fast(readings: Readings, measured: Measurements) -> list[Diagnosti
 
 def _compare(readings: Readings, column: Column, expected: Floats) -> Diagnostic | None:
     """One finding for a column, placed at its first row that is off by more than 5 % and two last digits."""
-    steps = np.array([read.step or 0.0 for read in column.readings])
-    gap = np.abs(np.abs(values_of(column)) - np.abs(expected))
-    if not (gap > np.maximum(0.05 * np.abs(expected), 2 * steps)).any():
+    with np.errstate(invalid="ignore"):
+        gap = np.abs(np.abs(values_of(column)) - np.abs(expected))
+        wrong = gap > np.maximum(0.05 * np.abs(expected), 2 * np.array(column.steps))
+    if not wrong.any():
         return None
-    off: list[int] = []
-    seen: set[int] = set()  # a reading that serves several runs is compared once
-    for i, reading in enumerate(column.readings):
-        if reading.value is None or not math.isfinite(expected[i]) or column.spots[i] in seen:
-            continue
-        seen.add(column.spots[i])
-        allowed = max(0.05 * abs(expected[i]), 2 * (reading.step or 0.0))
-        if abs(abs(reading.value) - abs(expected[i])) > allowed:
-            off.append(i)
+    # A reading that serves several runs is compared once.
+    there = np.flatnonzero(np.isfinite(gap))
+    _, at = np.unique(np.array(column.spots)[there], return_index=True)
+    off = [i for i in np.sort(there[at]).tolist() if wrong[i]]
     if not off:
         return None
     first = off[0]

@@ -201,7 +201,7 @@ def list_sources(
         *_decay_sources(readings, used),
     ]
     load = next(role for role in ("mass", "force", "torque") if role in columns)
-    values = mass if load == "mass" else values_of(columns[load])
+    values = values_of(columns[load])
     sources.append(_by_value(load, columns[load], values, values != 0))
     if load == "mass":
         sources.append(_of_whole_log(readings, "mass_scale"))
@@ -209,10 +209,9 @@ def list_sources(
     if load == "torque" or "position" not in columns:
         return sources
     sources.append(_by_value("position", columns["position"], position, values != 0))
-    sources.append(_of_whole_log(readings, "position_zero"))
-    if readings.origin_u:
-        # What was added to every position is known no better than the ball's diameter, or the rod's length.
-        sources[-1] = replace(sources[-1], absolute=np.hypot(sources[-1].absolute, readings.origin_u))
+    zero = _of_whole_log(readings, "position_zero")
+    # What was added to every position is known no better than the ball's diameter, or the rod's length.
+    sources.append(replace(zero, absolute=np.hypot(zero.absolute, readings.origin_u)))
     if load == "mass":
         sources.append(_gravity_source(readings))
         sources += _diameter_sources(columns, mass)
@@ -355,9 +354,9 @@ def _by_value(key: str, column: Column, values: Floats, loaded: Floats) -> Sourc
     group = _numbered([text[value] for value in each])
 
     def largest(sizes: Floats) -> Floats:
-        most = np.zeros(int(group.max(initial=-1)) + 1)
+        most = np.zeros_like(sizes)
         np.maximum.at(most, group[touched], sizes[touched])
-        return np.where(touched, most[group] if len(most) else 0.0, sizes)
+        return np.where(touched, most[group], sizes)
 
     return _source(key, group, largest(absolute), largest(relative), default)
 

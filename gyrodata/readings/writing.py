@@ -175,9 +175,14 @@ def _uncertainty_text(uncertainty: Uncertainty, kind: str) -> str:
 
 
 def _percent(share: float) -> str:
-    """Find the percentage that gives exactly this share when it is read."""
+    """Find the percentage that gives exactly this share when it is read, the shortest first."""
     percent = share * 100
-    for candidate in (percent, math.nextafter(percent, math.inf), math.nextafter(percent, -math.inf)):
+    for candidate in (
+        round(percent, 12),
+        percent,
+        math.nextafter(percent, math.inf),
+        math.nextafter(percent, -math.inf),
+    ):
         if candidate / 100 == share:
             return repr(candidate)
     return repr(percent)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import mpmath
 import numpy as np
 import pytest
@@ -23,6 +25,7 @@ from gyrodata.motion import (
     steady,
     time_to_turn,
 )
+from gyrodata.motion.exact import find_crossing
 
 INERTIA, TRANSVERSE, TORQUE = 4.44e-3, 6.6156e-3, 0.0588
 RPM = np.pi / 30
@@ -427,3 +430,23 @@ def test_impossible_states_are_refused(state: State) -> None:
     for ask in (exact, precession_angle, time_to_turn):
         with pytest.raises(ValueError, match="axis of length 1 and a finite momentum"):
             ask(TOP, state, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("function", "root", "most"),
+    [
+        (lambda x: x - np.cos(x), 0.7390851332151607, 12),
+        (lambda x: x**3 - 2 * x - 5, 2.0945514815423265, 12),
+        (lambda x: (x - 1) ** 3, 1.0, 60),  # flat: nearly as slow as halving
+        (lambda x: np.sign(x - 2) * np.abs(x - 2) ** 0.1, 2.0, 70),  # steep
+    ],
+)
+def test_a_crossing_is_found_to_the_last_digit_with_few_looks(function: Any, root: float, most: int) -> None:
+    looks: list[float] = []
+
+    def looked(x: Any) -> Any:
+        looks.append(float(x))
+        return function(x)
+
+    assert find_crossing(looked, 0.1, 3.0) == pytest.approx(root, rel=1e-5 if root == 1.0 else 4e-16)
+    assert len(looks) <= most, len(looks)

@@ -61,6 +61,16 @@ def test_slopes_of_the_harmonic_mean(start: float, end: float) -> None:
     assert start * to_start + end * to_end == pytest.approx(physics.harmonic_mean_spin(start, end), rel=1e-12)
 
 
+@pytest.mark.parametrize("decay", [9.9e-4, -9.9e-4, 1.01e-3, 0.4])
+def test_slopes_of_the_harmonic_mean_are_exact_where_the_spin_hardly_falls(decay: float) -> None:
+    to_start, _ = physics.harmonic_mean_spin_slopes(1.0, math.exp(-decay))
+    with mpmath.workdps(40):
+        fall = -mpmath.log(mpmath.mpf(math.exp(-decay)))
+        factor = fall / mpmath.expm1(fall)
+        exact = factor + mpmath.diff(lambda d: d / mpmath.expm1(d), fall)
+    assert to_start == pytest.approx(float(exact), rel=1e-12 if abs(decay) < 1e-3 else 1e-9)
+
+
 def mean_factor(start: float, end: float) -> mpmath.mpf:
     decay = mpmath.log(mpmath.mpf(start) / end)
     return mpmath.mpf(1) if decay == 0 else decay / mpmath.expm1(decay)

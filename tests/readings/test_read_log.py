@@ -431,6 +431,106 @@ def test_a_blank_log_to_fill_in():
         blank_log(("20",), "15 cm", ("200 rpm",))
 
 
+def test_small_weights_and_slow_spins_may_be_aimed_at():
+    rows = [
+        line for line in blank_log(("0.5 g", "20 g"), "15 cm", ("0.5 rpm", "400 rpm")).splitlines() if line[0].isdigit()
+    ]
+    assert {row.partition(",")[0] for row in rows} == {"0.50", "20.00", "0"}
+    assert rows[0] == "0.50,15.0,,,,aim at 0.5 rpm"
+    for spins in (("0 rpm",), ("-5 rpm",)):
+        with pytest.raises(InputError, match="not above zero"):
+            blank_log(("20 g",), "15 cm", spins)
+
+
+@pytest.mark.parametrize(
+    ("line", "kept"),
+    [
+        ("balance_tilt: 3 deg in 0.5 s", True),
+        ("balance_tilt: 3 deg in 0 s", False),
+        ("balance_tilt: 3 deg", False),
+        ("balance_drift: 5 deg in 0.5 s at 400 rpm", True),
+        ("balance_drift: 5 deg in 60 s at 1 rad/s", True),
+        ("balance_drift: 0 deg in 60 s at 400 rpm", True),
+        ("balance_drift: 5 deg in 60 s at 0 rpm", False),
+        ("balance_drift: 5 deg in 0 s at 400 rpm", False),
+    ],
+)
+def test_a_balance_test_needs_a_time_and_a_spin(line, kept):
+    readings = read_log(f"# {line}\n{HEAD}{ROW}")
+    assert ((readings.balance_tilt or readings.balance_drift) is not None) is kept
+    assert ("G306" in codes(readings)) is not kept
+
+
+def test_a_unit_may_stand_for_the_spin_and_names_may_hold_their_units():
+    spins = read_log("mass [g],position [cm],Rev/min,time [s],turns\n20,15.0,206,7.06,1/3\n").columns["spin"]
+    assert spins.values[0] == pytest.approx(206 * RPM)  # noqa: PD011 (a Column, not a frame)
+    held = read_log("m/g,x in cm,n / rpm,t_s,turns\n20,15.0,206,7.06,1/3\n").columns
+    assert {role: column.unit for role, column in held.items()} == {
+        "mass": "g", "position": "cm", "spin": "rpm", "time": "s", "turns": ""
+    }  # fmt: skip
+
+
+RUNS = HEAD + ROW + ROW.replace("406", "206") + ROW.replace("406", "606")
+
+
+@pytest.mark.parametrize(
+    ("line", "value", "u"),
+    [
+        ("I_zz,4.4e-3 kg m^2,,,", 4.4e-3, None),
+        (",I_zz,4.4e-3 ± 1e-4 kg m^2,,", 4.4e-3, 1e-4),
+        ("I_zz = 4.4e-3 kg m^2,,,,", 4.4e-3, None),
+        (",,,,I_zz: 4.4e-3 kg m^2", 4.4e-3, None),
+    ],
+)
+def test_a_result_in_a_row_of_the_table_is_what_is_reported(line, value, u):
+    readings = read_log(f"{RUNS}{line}\n")
+    assert readings.diagnostics == ()
+    assert (readings.reported["inertia"].value, readings.reported["inertia"].u) == (value, u)
+    assert len(readings.runs) == 3
+    assert [d.code for d in read_log(f"{RUNS},,,,I_zz\n").diagnostics] == ["G214"], "a name alone is no result"
+
+
+def test_numbers_above_the_header_are_asked_about_where_they_may_be_a_run():
+    assert codes(read_log("1,2\n" + RUNS)) == ["G214"]
+    (found,) = read_log("1,2,3\n" + RUNS).diagnostics
+    assert (found.code, found.line) == ("G201", 1)
+    assert found.message == "line 1 holds numbers, and stands above the header in line 2"
+
+
+def test_what_no_column_is_known_for_is_counted():
+    def said(names, cells):
+        (found,) = read_log(HEAD.strip() + names + "\n" + ROW.strip() + cells + "\n").diagnostics
+        return found.message
+
+    assert said(",foo", ",x") == "the column is not used: foo"
+    assert said(",foo,bar", ",x,y") == "the columns are not used: foo, bar"
+
+
+def test_a_cell_is_named_by_its_first_letter():
+    head = '"mass [g]","position [cm]",spin [rpm],time [s],turns\n"20",15.0,  abc,7.06,1/3\n'
+    for row, column in (('"20",15.0,  abc,7.06,1/3\n', 13), ('"20","15.0", "abc",7.06,1/3\n', 15)):
+        (found,) = [d for d in read_log(head.partition("\n")[0] + "\n" + row).diagnostics if d.code == "G203"]
+        assert (found.line, found.column) == (2, column)
+
+
+def test_a_dash_without_a_position_is_no_weight():
+    readings = read_log(RUNS + ROW * 3 + "-,-,401,160,1/12\n")
+    assert readings.columns["mass"].values[6] == 0  # noqa: PD011 (a Column, not a frame)
+    bare = "mass [g],spin [rpm],time [s],turns\n" + "20,206,7,1/3\n" * 5 + "-,401,160,1/12\n"
+    assert read_log(bare, settings={"position": "15 cm"}).columns["mass"].values[5] == 0  # noqa: PD011
+    above = read_log(RUNS + ROW * 3 + "-,15.0,401,6.7,1/3\n")
+    assert above.columns["mass"].values[6] == pytest.approx(0.02)  # noqa: PD011
+    assert codes(above) == ["G217"]
+
+
+def test_units_may_stand_bare_or_in_brackets_below_the_names():
+    for units in ("g,cm,rpm,s,", "[g],(cm),[rpm],(s),", "( g ),[ cm ],rpm,[s],()"):
+        read = read_log(f"mass,position,spin,time,turns\n{units}\n20,15.0,206,7.06,1/3\n")
+        assert {role: column.unit for role, column in read.columns.items()} == {
+            "mass": "g", "position": "cm", "spin": "rpm", "time": "s", "turns": ""
+        }  # fmt: skip
+
+
 def test_every_fault_is_told_once():
     readings = read_log(HEAD + "20 kg,15.0 g,206,7.06 h,2 rad\n20,15.0,5 1/s,7,1\n20,15.0,1/s,7,1\n")
     assert sorted(codes(readings)) == ["G205", "G205", "G208", "G208"]

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gyrodata.readings import canonical_key, read_log, read_reported, write_log
+from gyrodata.readings import canonical_key, find_inertia, read_log, read_reported, write_log
 
 LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n"
 
@@ -150,3 +150,25 @@ def test_no_text_makes_it_raise(text: str) -> None:
     reported = read_reported("inertia", text)
     assert (reported.fault is None) == (reported.problem is None)
     assert reported.value is None or math.isfinite(reported.value)
+
+
+@pytest.mark.parametrize(
+    ("line", "answer"),
+    [
+        ("Our result: I_zz = 4.4e-3 ± 0.1e-3 kg m^2", "4.4e-3 ± 0.1e-3 kg m^2"),
+        ("**I_zz** = 4.4e-3 kg m^2", "4.4e-3 kg m^2"),
+        ("I_zz: 4.4e-3 kg·m², which is 3 % low", "4.4e-3 kg·m²"),
+        ("I_zz = 0.0044", "0.0044"),
+        ("moment of inertia: 0.0044", "0.0044"),
+        ("moment of inertia (kg m^2): 0.0044", "0.0044 kg m^2"),
+        ("I = 0.0044 kg m^2, as we found", "0.0044 kg m^2"),
+        ("I = 0.0044", ""),  # a current, or whatever
+        ("expected I_zz = 4.4e-3 kg m^2", ""),
+        ("torque = 3 N m", ""),
+        ("I_zz of no number", ""),
+        ("x" * 290 + " I_zz = 0.0044", ""),
+        ("x" * 280 + " I_zz = 0.0044", "0.0044"),
+    ],
+)
+def test_an_answer_in_a_line_of_a_report_is_found(line, answer):
+    assert find_inertia(line) == answer

@@ -2,6 +2,7 @@
 
 import math
 
+import pytest
 from columns import of, shared
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -155,3 +156,11 @@ def test_merged_cells_keep_their_identity(n, blanks, data):
     readings = read_log("mass [g],position [cm],spin [rpm],time [s],turns\n" + "\n".join(rows))
     assert readings.ok
     same(readings, read_log(write_log(readings)))
+
+
+@pytest.mark.parametrize("stated", ["7.0 %", "0.07 %", "14.0 %", "29.0 %", "5.7 %", "57.0 %", "33.333333333333336 %"])
+def test_a_percentage_is_written_as_it_was_stated(stated):
+    readings = read_log(f"# u_time: {stated}\nmass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,206,7.06,1/3\n")
+    written = write_log(readings)
+    assert f"# u_time: {stated}" in written.splitlines()
+    assert read_log(written).uncertainties == readings.uncertainties

@@ -150,9 +150,8 @@ def grade_submission(submission: Submission, rubric: Rubric, reported: str | Non
     from gyrodata.analysis import analyze_readings
     from gyrodata.procedure import what_lacks
 
-    blank = _blank(submission, rubric)
     if submission.problem is not None:
-        return _without_marks(blank, rubric, submission.problem)
+        return not_graded(submission, rubric, submission.problem)
     try:
         readings, answers = submission.read()
         readings, bench = at_bench(readings, rubric.bench)
@@ -162,17 +161,19 @@ def grade_submission(submission: Submission, rubric: Rubric, reported: str | Non
         asked = {ASKS[ask] for criterion in rubric.criteria for ask in criterion.asks}
         lacks = what_lacks(readings, analysis.measurements, analysis, asked) if asked else []
     except GyroError as error:
-        blank = replace(blank, diagnostics=_as_dicts(error.diagnostics))
-        return _without_marks(blank, rubric, _first_words(error))
+        return not_graded(submission, rubric, _first_words(error), error.diagnostics)
     except OSError as error:
-        return _without_marks(blank, rubric, f"the submission cannot be read: {error.strerror or type(error).__name__}")
+        why = f"the submission cannot be read: {error.strerror or type(error).__name__}"
+        return not_graded(submission, rubric, why)
     except (ArithmeticError, ValueError) as error:
         # Numbers on which the analysis itself breaks are no reason to lose the class, nor to give this one a zero.
-        return _without_marks(blank, rubric, f"the analysis broke on these numbers ({type(error).__name__}: {error})")
+        why = f"the analysis broke on these numbers ({type(error).__name__}: {error})"
+        return not_graded(submission, rubric, why)
     evidence = replace(_gather(analysis, lacks, answers, rubric, submission.members), bench=bench)
     marks = tuple(judge(criterion, evidence) for criterion in rubric.criteria)
     # The runs that look odd are in the analysis already.
     untold = [one for one in lacks if one.code != OUTLIER_BEFORE_LEAVING]
+    blank = not_graded(submission, rubric, None, (*analysis.diagnostics, *untold, *answers.diagnostics))
     grade = replace(
         blank,
         marks=marks,
@@ -187,7 +188,6 @@ def grade_submission(submission: Submission, rubric: Rubric, reported: str | Non
         d=evidence.d,
         bench=bench,
         scatters=() if times_stated(analysis.measurements) else scatter_of(analysis),
-        diagnostics=_as_dicts((*analysis.diagnostics, *untold, *answers.diagnostics)),
         fingerprint=fingerprint(readings, analysis.measurements),
     )
     return added_up(grade) if rubric.class_reference else settle_one(grade, rubric, rubric.references, {})
@@ -238,11 +238,6 @@ def scatters_of(grades: Iterable[Grade], rubric: Rubric) -> Mapping[str, BenchSc
     """Give how far the readings of a class scatter, by station ("all" for every other); nothing where none asks."""
     asked = rubric.class_scatter and any(criterion.check == "constancy" for criterion in rubric.criteria)
     return class_scatter((grade.station, grade.scatters) for grade in grades) if asked else {}
-
-
-def not_graded(submission: Submission, rubric: Rubric, why: str) -> Grade:
-    """Make the grade of a submission that could not be graded: no points, and no zero."""
-    return _without_marks(_blank(submission, rubric), rubric, why)
 
 
 def added_up(grade: Grade) -> Grade:
@@ -345,29 +340,29 @@ def station_of(readings: Readings) -> str | None:
 # --- not graded ---------------------------------------------------------------------------------------------
 
 
-def _blank(submission: Submission, rubric: Rubric) -> Grade:
-    """A grade with nothing judged but the lateness."""
+def not_graded(
+    submission: Submission, rubric: Rubric, why: str | None, diagnostics: Iterable[Diagnostic] = ()
+) -> Grade:
+    """Make the grade of a submission with nothing judged but the lateness: no points, and no zero."""
     keys = {"student": submission.student, "name": submission.name, **submission.ids}
     late: Lateness = judge_lateness(rubric.late, keys, submission.late, submission.late_seconds, submission.submitted)
     return Grade(
         student=submission.student,
         name=submission.name,
+        why=why,
         out_of=rubric.points,
+        marks=tuple(mark(criterion, None, "not judged", {}) for criterion in rubric.criteria),
         look=(late.reason,) if late.look else (),
         reported={},
         own={},
         late_seconds=late.seconds,
         late_deduction=late.deduct,
         late_reason=late.reason,
+        diagnostics=tuple(diagnostic.to_dict() for diagnostic in diagnostics),
         title=rubric.title,
         rubric=rubric.digest,
         digest=submission.digest,
     )
-
-
-def _without_marks(blank: Grade, rubric: Rubric, why: str) -> Grade:
-    marks = tuple(mark(criterion, None, "not judged", {}) for criterion in rubric.criteria)
-    return replace(blank, marks=marks, why=why)
 
 
 def _first_words(error: GyroError) -> str:
@@ -380,7 +375,3 @@ def _first_words(error: GyroError) -> str:
     more = f", and {len(faults) - 1} more" if len(faults) > 1 else ""
     kind = "the log cannot be analysed" if isinstance(error, LogError) else "the log cannot be read"
     return f"{kind}: {where}{first.message}{more}"
-
-
-def _as_dicts(diagnostics: Iterable[Diagnostic]) -> tuple[dict[str, Any], ...]:
-    return tuple(diagnostic.to_dict() for diagnostic in diagnostics)

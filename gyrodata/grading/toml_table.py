@@ -27,8 +27,6 @@ from gyrodata.diagnostics import (
 )
 from gyrodata.errors import Diagnostic, InputError
 
-LARGEST = 1_000_000  # bytes of a rubric that are read
-
 Text = Annotated[str, Meta(pattern=r"\S", examples=["a text"])]
 Number = Annotated[float, Meta(ge=0, lt=1e9, examples=[2])]
 
@@ -66,9 +64,6 @@ class Faults:
 
 def read_toml(data: bytes, name: str) -> tuple[dict[str, Any], Faults]:
     """Read a TOML file: its values, and what notes the faults in them."""
-    if len(data) > LARGEST:
-        message = f"a rubric of {len(data)} bytes; at most {LARGEST} are read"
-        raise InputError.of(RUBRIC_NO_TOML, message, "give the file of the rubric", name)
     try:
         text = data.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError as error:

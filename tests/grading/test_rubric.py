@@ -183,7 +183,6 @@ class TestFaults:
             ("schema = 1\npoints = 4\ncriterion = 3\n", "write a table, headed [[criterion]]"),
             ("schema = 1\npoints = 4\ncriterion = [3]\n", "criterion = [3] cannot be used"),
             ("schema = 1\npoints = 4\n", '"criterion" is missing'),
-            ("a" * 1_000_001, "at most 1000000 are read"),
         ],
     )
     def test_each_says_where_and_what_to_write(self, text: str, told: str) -> None:

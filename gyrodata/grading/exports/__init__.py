@@ -12,6 +12,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 from unicodedata import combining, east_asian_width
 
+import msgspec
 from msgspec import Struct, to_builtins
 from msgspec.structs import asdict
 
@@ -216,7 +217,7 @@ def grades_document(found: ClassGrades, changes: Sequence[Change] | None = None)
     }
     yield json.dumps(head, indent=2, allow_nan=False).removesuffix("\n}") + ',\n  "students": ['
     for number, grade in enumerate(found.grades):
-        yield ("," if number else "") + "\n    " + json.dumps(_student(found, grade), allow_nan=False)
+        yield ("," if number else "") + "\n    " + _json(_student(found, grade))
     yield "\n  ]\n}\n"
 
 
@@ -224,7 +225,15 @@ def grade_lines(found: ClassGrades) -> Iterator[str]:
     """Write one JSON object for each student, one a line."""
     for grade in found.grades:
         head = {"schema": STUDENT_SCHEMA, "tool": _TOOL}
-        yield json.dumps(head | _student(found, grade), allow_nan=False) + "\n"
+        yield _json(head | _student(found, grade)) + "\n"
+
+
+def _json(content: dict[str, Any]) -> str:
+    try:
+        return msgspec.json.encode(content).decode()
+    except UnicodeEncodeError:
+        # Half of a surrogate, as of a file's name in another coding, has to be escaped.
+        return json.dumps(content)
 
 
 def _student(found: ClassGrades, grade: Grade) -> dict[str, Any]:

@@ -280,7 +280,7 @@ def test_a_worksheet_comes_back_filled(tmp_path: Path) -> None:
     done = gyro("grade", root, "--out", out, "--worksheet", sheet)
     first, second = (out / "moodle.csv").read_text().splitlines()[1:]
     assert first == "Participant 1001,Tom Baker,x,20.00,20.00,Yes,-,<p>20 of 20 points.</p>"
-    assert second == '"Participant 1002","Ann Lee",x,,20.00,Yes,-,'
+    assert second == "Participant 1002,Ann Lee,x,,20.00,Yes,-,"
     assert "is not graded: the log cannot be" in done.stderr
     assert (out / "feedback" / "Tom Baker_1001_assignsubmission_file" / "feedback.html").is_file()
 

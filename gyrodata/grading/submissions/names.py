@@ -32,19 +32,13 @@ class ParsedName(Struct, frozen=True):
 _IDS = ("moodle", "canvas", "anonymous", "username", "gradescope")
 
 
-def read_name(name: str, lms: str) -> ParsedName | None:
-    """Read a name below the class as one platform writes it; None if it does not."""
-    found = (shape.fullmatch(name) for shape in PLATFORMS[lms].shapes)
-    match = next((one for one in found if one), None)
-    return None if match is None else _named(name, match, PLATFORMS[lms].blind)
+def _match(name: str, lms: str) -> re.Match[str] | None:
+    return next(filter(None, (shape.fullmatch(name) for shape in PLATFORMS[lms].shapes)), None)
 
 
 def recognise(names: Iterable[str]) -> str | None:
     """Tell which platform wrote most of the names, at least half of them; None if none did."""
-    counts = Counter(
-        next((lms for lms in NAMED if any(shape.fullmatch(name) for shape in PLATFORMS[lms].shapes)), None)
-        for name in names
-    )
+    counts = Counter(next((lms for lms in NAMED if _match(name, lms)), None) for name in names)
     best = max(NAMED, key=counts.__getitem__)
     return best if counts[best] and counts[best] * 2 >= counts.total() else None
 
@@ -95,7 +89,11 @@ def shown(text: str) -> str:
 _TURNING = "\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069"
 
 
-def _named(name: str, match: re.Match[str], blind: str) -> ParsedName:
+def read_name(name: str, lms: str) -> ParsedName | None:
+    """Read a name below the class as one platform writes it; None if it does not."""
+    match, blind = _match(name, lms), PLATFORMS[lms].blind
+    if match is None:
+        return None
     groups = match.groupdict()
     kind = next(key for key in _IDS if groups.get(key))
     number = shown(groups[kind])

@@ -478,6 +478,8 @@ class TestFallingSpin:
 
         assert found("407") == []
         assert found("409") == [("G403", 11)]
+        thrice = self.FALLING.replace("spin_end", "spin [rpm],spin_end").replace("440,400", "400,405,409")
+        assert [(d.code, d.column) for d in measured(thrice).diagnostics if d.line == 2] == [("G403", 15)]
 
     def test_a_mean_changes_with_its_readings_as_its_weights_say(self) -> None:
         thrice = "# u_spin_start: 3 %\n# u_spin: 4 %\n# u_spin_end: 5 %\n" + self.FALLING.replace(
@@ -566,6 +568,8 @@ class TestWeightSpinsAlong:
         assert tuple(source(m, "weight_diameter").groups) == (0,) * 3 + (1,) * 3 + (0,) * 3
         assert source(m, "weight_diameter").described == "as given"
         assert "weight_diameter" not in {s.name for s in measured(self.SHAPE).sources}
+        bare = source(measured("# u_weight_diameter: 10 %\n" + self.SHAPE + "0,,400,160,1/12,6\n"), "weight_diameter")
+        assert (bare.groups[-1], bare.relative[-1]) == (-1, 0)
         some = measured(self.SHAPE.replace(",6\n", ",6 ± 0.6\n"))
         assert source(some, "weight_diameter").relative == pytest.approx([0.2] * 3 + [0] * 3 + [0.2] * 3)
 

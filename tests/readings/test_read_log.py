@@ -531,6 +531,11 @@ def test_units_may_stand_bare_or_in_brackets_below_the_names():
         }  # fmt: skip
 
 
+def test_a_unit_that_may_mean_two_and_one_that_is_none_of_the_kind_are_told_apart():
+    assert codes(read_log(HEAD + "20,15.0,5 1/s,7,1\n")) == ["G208"]
+    assert codes(read_log(HEAD + "20,15.0,5 kg,7,1\n")) == ["G205"]
+
+
 def test_every_fault_is_told_once():
     readings = read_log(HEAD + "20 kg,15.0 g,206,7.06 h,2 rad\n20,15.0,5 1/s,7,1\n20,15.0,1/s,7,1\n")
     assert sorted(codes(readings)) == ["G205", "G205", "G208", "G208"]

@@ -164,3 +164,10 @@ def test_a_percentage_is_written_as_it_was_stated(stated):
     written = write_log(readings)
     assert f"# u_time: {stated}" in written.splitlines()
     assert read_log(written).uncertainties == readings.uncertainties
+
+
+@pytest.mark.parametrize("line", ["# balanced: yes", "# balanced: no", ""])
+def test_a_log_says_of_its_balance_what_it_said(line):
+    log = f"{line}\nmass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,206,7.06,1/3\n"
+    written = write_log(read_log(log)).splitlines()
+    assert [one for one in written if "balanced" in one] == ([line] if line else [])

@@ -179,7 +179,8 @@ def _rubric(top: Table, name: str) -> Rubric:
     criteria = _criteria(top, tables)
     # A criterion that has another fault counts, and nothing is said of a sum that cannot be made.
     stated = [table.values.get("points") for table in tables]
-    each = [float(one) for one in stated if isinstance(one, int | float) and not isinstance(one, bool)]
+    numbers = [one for one in stated if isinstance(one, int | float) and not isinstance(one, bool)]
+    each = [float(one) for one in numbers if 0 <= one < 1e9]
     total = math.fsum(each)
     if each and len(each) == len(stated) and points is not None and abs(total - points) > 1e-9:
         parts = " + ".join(f"{one:g}" for one in each)

@@ -123,7 +123,7 @@ class Table:
         if value is None:
             return None
         if not 0 <= value < 1e9:
-            self.wrong(key, f"{key} = {value} is out of range", f"write {key} = {sample}")
+            self.wrong(key, f"{key} = {str(value)[:40]} is out of range", f"write {key} = {sample}")
             return None
         return float(value)
 
@@ -167,7 +167,8 @@ class Table:
                 return default
             value = share * whole
         if not 0 <= value <= whole:
-            self.wrong(key, f"{key} takes off {value:g} of {whole:g} points", f'write at most {key} = "100 %"')
+            taken = f"{value:g}" if abs(value) < 1e9 else str(value)[:40]
+            self.wrong(key, f"{key} takes off {taken} of {whole:g} points", f'write at most {key} = "100 %"')
             return default
         return float(value)
 

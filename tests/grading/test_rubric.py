@@ -161,6 +161,8 @@ class TestFaults:
             (HEAD + 'asks = ["weights"]\n', '"asks" is not known in [criterion]'),
             (HEAD.replace("= 4", "= nan"), "points = nan is out of range"),
             (HEAD.replace("= 4", "= -4"), "points = -4 is out of range"),
+            (HEAD[:35] + HEAD[35:].replace("= 4", "= " + "9" * 400), "points = 999"),
+            (HEAD + f"slip = {'9' * 400}\n", "takes off 999"),
             ('accept = ["orign"]\n' + HEAD, 'accept: "orign" is not known'),
             ("accept = []\n" + HEAD, "accept is empty"),
             (HEAD.replace("own_data", "reference"), "compares with a reference, and none is given"),

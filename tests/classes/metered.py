@@ -36,9 +36,7 @@ def main() -> None:
     except ChildProcessError:
         used = resource.getrusage(resource.RUSAGE_CHILDREN)
     print(
-        json.dumps(
-            {"code": code, "alone": alone, "all": used.ru_utime + used.ru_stime, "peak": own.ru_maxrss * 1024e-6}
-        )
+        json.dumps({"code": code, "alone": alone, "all": used.ru_utime + used.ru_stime, "peak": own.ru_maxrss / 1024})
     )
 
 

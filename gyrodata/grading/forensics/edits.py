@@ -83,7 +83,8 @@ def _nearest(
     reach = 2 * math.sqrt(limit) * float(np.max(noise / length)) + 1e-9
     order = np.argsort(along, kind="stable")
     along = along[order]
-    found, begin = [], 0
+    found: list[tuple[int, int, float]] = []
+    begin = 0
     while begin < len(order):
         width = int(np.searchsorted(along, along[begin] + reach, side="right")) - begin
         end = min(begin + min(BLOCK, max(4, CELLS // width)), len(order))
@@ -93,7 +94,8 @@ def _nearest(
         chi2 = (_from_a_line(times[block], times[near]) + hidden) / np.minimum(noise[block, None], noise[near]) ** 2
         for i, j in np.argwhere((chi2 <= limit) & (heads[block, None] != heads[near])).tolist():
             if i < j:
-                found.append((*sorted((int(block[i]), int(near[j]))), float(chi2[i, j])))
+                one, other = int(block[i]), int(near[j])
+                found.append((min(one, other), max(one, other), float(chi2[i, j])))
         begin = end
     for i, j, least in sorted(found):
         if members[i] < logs.current:

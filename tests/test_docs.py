@@ -242,6 +242,15 @@ def test_the_platforms_are_those_of_the_code() -> None:
     assert shown == {name: platform.sample for name, platform in grading.PLATFORMS.items()}
 
 
+def test_the_sizes_of_classes_are_those_that_were_measured_and_keep_to_what_is_promised() -> None:
+    table = Path(__file__).parent / "classes" / "scale.csv"
+    rows = [line.split(",") for line in table.read_text(encoding="utf-8").splitlines()[1:]]
+    assert marked("instructors", "sizes") == rows
+    costs = {int(students): float(cost) for students, _, cost, *_ in rows}
+    assert costs[max(costs)] <= 1.2 * costs[1000]
+    assert all(float(memory) <= 60 + 0.020 * int(students) for students, *_, memory in rows)
+
+
 WRITTEN = [path.read_text(encoding="utf-8") for path in DOCUMENTS]
 LINES = sorted({line for text in WRITTEN for line in re.findall(r"`# (?!key:)(\w+: [^`]+)`", text)})
 NEEDED = {"rod_length": "25 cm", "ball_diameter": "10.16 cm"}

@@ -41,7 +41,9 @@ class Deduction(float):
     @staticmethod
     def read(value: str | float, key: str, about: Mapping[str, Any]) -> float:
         """Read points, or a share of a whole."""
-        of = about["points"] if type(about["points"]) in (int, float) else math.inf
+        of = about["points"]
+        if type(of) not in (int, float) or not 0 <= of < 1e9:
+            of = math.inf  # a fault of its own
         try:
             points = parse_uncertainty(value, "number").relative * of if isinstance(value, str) else value
         except UnitError:

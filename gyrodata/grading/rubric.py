@@ -178,7 +178,8 @@ def _see_together(values: Mapping[str, Any], faults: Faults) -> None:
     criteria = [one if isinstance(one, dict) else {} for one in written] if isinstance(written, list) else []
     each: list[Any] = [one.get("points") for one in criteria]
     points: Any = values.get("points")
-    if each and all(type(one) in (int, float) for one in (*each, points)) and abs(sum(each) - points) > 1e-9:
+    read = all(type(one) in (int, float) and 0 <= one < 1e9 for one in (*each, points))
+    if each and read and abs(sum(each) - points) > 1e-9:
         parts, total = " + ".join(f"{one:g}" for one in each), math.fsum(each)
         message = f"points = {points:g}, but the criteria add up to {parts} = {total:g}"
         hint = f"write points = {total:g}, or change the points of a criterion"

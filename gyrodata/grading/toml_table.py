@@ -73,7 +73,7 @@ def read_toml(data: bytes, name: str) -> tuple[dict[str, Any], Faults]:
     faults = Faults(name, text)
     try:
         values = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:  # a number of more than 4300 digits is a ValueError
         message, _, place = str(error).partition(" (at ")
         at = [int(number) for number in re.findall(r"\d+", place)]
         faults.places[()] = Spot(at[0], at[1], 1) if at else Spot(len(faults.lines), len(faults.lines[-1]) + 1, 1)

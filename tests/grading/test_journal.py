@@ -10,7 +10,7 @@ from msgspec import convert
 from msgspec.structs import asdict, replace
 
 from gyrodata.errors import InputError
-from gyrodata.grading import Basis, Entry, Grade, Journal, why_again
+from gyrodata.grading import JOURNAL, Basis, Entry, Grade, Journal, find_unchanged, keep_run, why_again
 
 EXPECTED = Path(__file__).parent / "expected"
 BASIS = Basis("submission", "rubric", "reference", "1.0")
@@ -118,3 +118,23 @@ def test_a_folder_that_cannot_be_written_says_so(make: object, tmp_path: Path) -
 )
 def test_why_a_grade_is_made_again(basis: Basis, lost: str, why: str) -> None:
     assert why_again(an_entry("a", **asdict(basis), lost=lost), BASIS) == why
+
+
+@pytest.mark.parametrize("large", [1, 7, 1 << 20])
+def test_the_record_of_a_run_is_found_behind_a_journal_of_any_length(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, large: int
+) -> None:
+    monkeypatch.setattr("gyrodata.grading.lastrun.LARGE", large)
+    journal = tmp_path / "grades" / JOURNAL
+    journal.parent.mkdir()
+    grades = b'{"a": 1}\n{"b": 2}\n'
+    journal.write_bytes(grades)
+    for asked in ("first", "second"):
+        keep_run(journal, asked, {"text": "x" * 100})
+        assert find_unchanged(journal, asked) == {"text": "x" * 100}
+        assert find_unchanged(journal, "another") is None
+    lines = journal.read_bytes().splitlines()
+    assert len(lines) == 3, "the record of the run before goes"
+    assert journal.read_bytes().startswith(grades)
+    journal.write_bytes(b"")
+    assert find_unchanged(journal, "second") is None

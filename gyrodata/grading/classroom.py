@@ -11,6 +11,7 @@ from __future__ import annotations
 import os
 import statistics
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from functools import cached_property, partial
 from pathlib import Path
 from types import MappingProxyType
@@ -18,7 +19,7 @@ from types import MappingProxyType
 from msgspec import Struct
 from msgspec.structs import asdict, replace
 
-from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN
+from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN, SUBMITTED_FILE_CANNOT_BE_READ
 from gyrodata.disk import file_name, telling, write_whole
 from gyrodata.errors import GyroError, insist_on_type
 from gyrodata.grading.exports import class_summary, grades_csv
@@ -32,7 +33,7 @@ from gyrodata.grading.grade import (
     scatters_of,
     settle_one,
 )
-from gyrodata.grading.journal import Basis, Entry, Journal, bases_of, why_again
+from gyrodata.grading.journal import Basis, Entry, Journal, bases_of, handed_in_by, why_again
 from gyrodata.grading.ledger import NO_DESK, Desk
 from gyrodata.grading.roster import Roster
 from gyrodata.grading.rubric import Rubric, default_rubric, read_rubric
@@ -125,8 +126,9 @@ def grade_class(
     prints = {student: one.grade.fingerprint for student, one in made.items() if one.grade.fingerprint is not None}
     flags = flag_class(prints, (exempt or Exemptions()).joined([*roster.partners, *desk.partners]), previous)
     compared = {key for flag in flags for pair in flag.pairs for key in pair}
-    if options.journal is not None and options.keep and (again or unseen or options.journal.damaged):
-        options.journal.replace(made.values(), unseen)
+    journal = options.journal
+    if journal is not None and options.keep and (again or unseen or journal.damaged or journal.outdated):
+        journal.replace(made.values(), unseen)
     return ClassGrades(
         source=items[0].source.resolve().name,
         submissions=replace(submissions, items=items),
@@ -209,7 +211,16 @@ def _entry(
                 # That a figure is there is all that the next run looks for.
                 write_whole(figure_path(options.figures, item, name), [data], private=True, sync=True)
     told = {name: words for name, (_, words) in figures.items()}
-    return Entry(**asdict(basis), grade=from_json(content, Grade), figures=told)
+    grade = from_json(content, Grade)
+    lost = ""
+    if handed_in_by(item, grade.digest, rubric) != basis.submission:
+        lost = "it changed while it was graded"
+    elif any(one["code"] == SUBMITTED_FILE_CANNOT_BE_READ for one in grade.diagnostics):
+        # What a disk refuses for a moment must not stand in the journal for ever.
+        with suppress(GyroError):
+            item.log()
+            lost = "it could not be read for a moment"
+    return Entry(**asdict(basis), grade=grade, figures=told, lost=lost)
 
 
 # --- figures ------------------------------------------------------------------------------------------------

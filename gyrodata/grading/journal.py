@@ -59,13 +59,18 @@ class Entry(Basis, frozen=True, kw_only=True):
 def bases_of(items: Iterable[Submission], rubric: Rubric, reported: Mapping[str, str]) -> dict[str, Basis]:
     """Say what each grade of a class rests on; `reported`: values that a person typed in, by student."""
     judged = replace(rubric, references={}, class_reference=False).digest
-    counts_files = any(criterion.check == "files" for criterion in rubric.criteria)
     bases = {}
     for item in items:
-        told = repr((item.digest, item.name, sorted(item.ids.items()), *(item.members if counts_files else ())))
-        handed_in = hashlib.sha256(told.encode("utf-8", "replace")).hexdigest()
+        handed_in = handed_in_by(item, item.digest, rubric)
         bases[item.student] = Basis(handed_in, judged, rubric.digest, __version__, reported.get(item.student, ""))
     return bases
+
+
+def handed_in_by(item: Submission, digest: str, rubric: Rubric) -> str:
+    """Digest of what was handed in, by whom, and when; `digest`: That of its files."""
+    counts_files = any(criterion.check == "files" for criterion in rubric.criteria)
+    told = repr((digest, item.name, sorted(item.ids.items()), *(item.members if counts_files else ())))
+    return hashlib.sha256(told.encode("utf-8", "replace")).hexdigest()
 
 
 def why_again(before: Entry | None, basis: Basis) -> str:
@@ -86,6 +91,7 @@ class Journal:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.damaged = 0
+        self.outdated = False  # True where a student has an older line too, as after a run that was killed
         self.places: dict[str, tuple[int, int]] = {}  # where the line of each student begins, and its length [byte]
 
     def read(self) -> Iterator[Entry]:
@@ -93,7 +99,7 @@ class Journal:
 
         Gives: The last one of a student holds.
         """
-        self.damaged, self.places, at = 0, {}, 0
+        self.damaged, self.outdated, self.places, at = 0, False, {}, 0
         with telling(self.path.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
             try:
                 file = self.path.open("rb")
@@ -109,6 +115,7 @@ class Journal:
                     except (ValueError, RecursionError):
                         self.damaged += 1
                     else:
+                        self.outdated |= entry.grade.student in self.places
                         self.places[entry.grade.student] = at - len(line), len(line)
                         yield entry
 

@@ -11,6 +11,7 @@ import sys
 import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
+from multiprocessing import forkserver, resource_tracker
 from pathlib import Path
 from typing import Any
 
@@ -82,6 +83,9 @@ def _child(scene: Scene, home: Path, calls: Calls, out: Path, err: Path) -> int:
     sys.stderr = io.TextIOWrapper(io.FileIO(2, "w"), "utf-8", write_through=True)
     if scene.watched:
         watching.watch.__defaults__ = (_saves(home),)
+    # Those that serve this process's parent are not its own.
+    for server in (forkserver._forkserver, resource_tracker._resource_tracker):
+        server.__init__()  # type: ignore[misc]
     calls.install()
     sys.stdout = open(1, "w", encoding="utf-8", closefd=False)  # noqa: SIM115 (counted too)
     sys.argv = ["gyro", *scene.words]

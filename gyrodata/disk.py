@@ -6,7 +6,6 @@ then; they are those that the same command makes again. A sync costs 5 ms to 20 
 
 from __future__ import annotations
 
-import hashlib
 import os
 import re
 import shutil
@@ -291,5 +290,7 @@ def file_name(name: str, room: int = 0) -> str:
         told = f"_{told}"
     if told == name and len(os.fsencode(name)) + room <= LONGEST:
         return name
+    import hashlib  # seldom needed, and not by every command
+
     digest = f"-{hashlib.sha256(os.fsencode(name)).hexdigest()[:8]}"
     return os.fsencode(told)[: LONGEST - room - len(digest)].decode("utf-8", "ignore").rstrip() + digest

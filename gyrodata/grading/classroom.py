@@ -11,6 +11,7 @@ from __future__ import annotations
 import os
 import statistics
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from functools import cached_property, partial
 from pathlib import Path
 from types import MappingProxyType
@@ -18,7 +19,7 @@ from types import MappingProxyType
 from msgspec import Struct
 from msgspec.structs import asdict, replace
 
-from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN
+from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN, SUBMITTED_FILE_CANNOT_BE_READ
 from gyrodata.disk import file_name, telling, write_whole
 from gyrodata.errors import GyroError, insist_on_type
 from gyrodata.grading.exports import class_summary, grades_csv
@@ -124,8 +125,9 @@ def grade_class(
     prints = {student: one.grade.fingerprint for student, one in made.items() if one.grade.fingerprint is not None}
     flags = flag_class(prints, [*roster.partners, *desk.partners], previous)
     compared = {key for flag in flags for pair in flag.pairs for key in pair}
-    if options.journal is not None and options.keep and (again or unseen or options.journal.damaged):
-        options.journal.replace(made.values(), unseen)
+    journal = options.journal
+    if journal is not None and options.keep and (again or unseen or journal.damaged or journal.outdated):
+        journal.replace(made.values(), unseen)
     return ClassGrades(
         source=items[0].source.resolve().name,
         submissions=replace(submissions, items=items),
@@ -174,6 +176,11 @@ def _entries(
             grade = not_graded(item, rubric, f"{lost}; a person must look")
         else:
             lost, grade = "", from_json(answer[1], Grade)
+            if any(one["code"] == SUBMITTED_FILE_CANNOT_BE_READ for one in grade.diagnostics):
+                # What a disk refuses for a moment must not stand in the journal for ever.
+                with suppress(GyroError):
+                    item.log()
+                    lost = "it could not be read for a moment"
         basis, content, figures = answer
         # They are written first, so that whatever the journal tells of is there.
         for name, (data, _) in figures.items():

@@ -34,6 +34,7 @@ from typer.testing import CliRunner, Result
 import gyrodata
 from gyrodata.cli import app
 from gyrodata.diagnostics import CODES
+from gyrodata.disk import alone_in
 from gyrodata.errors import InputError
 from gyrodata.grading import Submission, find_submissions, read_answers, read_rubric
 from gyrodata.readings import read_log
@@ -285,12 +286,17 @@ def test_what_goes_together(code: str, typed: str, kept: int, more: str, lab: Pa
         assert len(re.findall("# Gyroscope lab report: |I_zz = ", done.stdout)) >= (2 if "again.csv" in words else 1)
 
 
-@carries_out("G603", "G605", "G606", "G607")
+@carries_out("G603", "G605", "G606", "G607", "G609")
 def test_where_it_is_written_watched_and_explained(lab: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     refused = gyro(*shlex.split(E), "--out", lab / "log.csv")
     assert "with --out" in hint_of(refused, "G603")
     assert gyro(*shlex.split(E), "--out", lab / "new").exit_code == 0
     assert (lab / "new" / "earth.png").stat().st_size > 1000
+    with alone_in(lab / "new"):
+        hint = hint_of(gyro(*shlex.split(E), "--out", lab / "new"), "G609")
+        assert "wait until it is done, then run it again; or choose another folder with --out" in hint
+        assert gyro(*shlex.split(E), "--out", lab / "other").exit_code == 0
+    assert gyro(*shlex.split(E), "--out", lab / "new").exit_code == 0
     monkeypatch.setattr("gyrodata.cli.watching.contents", lambda path, _: iter([path.read_bytes()]))
     hint = hint_of(gyro("analyze", "log.csv", "--watch", "--format", "json"), "G605")
     assert "I_zz" in gyro(*shlex.split(found("gyro (analyze .* --watch)", hint))).stdout

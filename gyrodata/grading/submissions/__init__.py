@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cached_property
 from pathlib import Path, PurePosixPath
 from typing import Literal
 
@@ -58,7 +59,7 @@ _MOST_RECEIPT = 200_000
 _MOST_REPORT = 1_000_000
 
 
-class Submission(Struct, frozen=True):
+class Submission(Struct, frozen=True, dict=True):
     """What one student, or one group, handed in."""
 
     # key, unique in the class and the same from one download to the next: the platform's number, else the name
@@ -111,7 +112,7 @@ class Submission(Struct, frozen=True):
         in_folder = self.ids.get("folder") == shown(self.feedback_stem)
         return f"{self.feedback_stem}/feedback{ending}" if in_folder else f"{self.feedback_stem}{ending}"
 
-    @property
+    @cached_property
     def digest(self) -> str:
         """SHA-256 of all that a grade depends on: names and bytes of the log and of texts, lateness, the problem."""
         told = [self.log_file, self.late, self.late_seconds, self.submitted, self.problem]

@@ -1,0 +1,91 @@
+"""Every call to the system counted, and one of them, or all from one on, made to fail; or the process ended there."""
+
+from __future__ import annotations
+
+import _posixsubprocess
+import builtins
+import errno
+import io
+import os
+import signal
+from collections.abc import Callable
+from multiprocessing import reduction
+from typing import Any
+
+WAYS = ("ENOSPC", "EACCES", "EIO", "kill")
+"""What becomes of a call: an error, or the end of the process in the middle of it."""
+
+_NAMED = ("open", "mkdir", "replace", "rename", "unlink", "rmdir", "scandir", "listdir", "fsync", "pipe", "dup", "fork")
+
+_WRITING = {"create", "mkdir", "replace", "rename", "fsync", "write", "os.write"}
+
+
+class Calls:
+    """Counts the calls of this process, and lets the n-th fail; `lasting`: and all that write from there on."""
+
+    def __init__(self, at: int = 0, way: str = "EIO", lasting: bool = False) -> None:
+        self.at, self.way, self.lasting = at, way, lasting
+        self.seen: list[str] = []
+
+    def step(self, what: str, about: object = None, before: Callable[[], object] = lambda: None) -> None:
+        """Count a call; if it is the one, do `before`, which is the half of it, and fail."""
+        self.seen.append(f"{what} {about}")
+        here = len(self.seen) == self.at
+        if not here and not (self.lasting and self.at and len(self.seen) > self.at and what in _WRITING):
+            return
+        before()
+        if self.way == "kill":
+            os.kill(os.getpid(), signal.SIGKILL)
+        code = getattr(errno, self.way)
+        raise OSError(code, os.strerror(code))
+
+    def install(self) -> None:
+        """Count from now on; for a process that ends soon, for nothing is put back."""
+        for name in _NAMED:
+            setattr(os, name, self._counted(name, getattr(os, name)))
+        os.read = self._counted("os.read", os.read)
+        os.write = self._counted("os.write", os.write)
+        _posixsubprocess.fork_exec = self._counted("fork_exec", _posixsubprocess.fork_exec)
+        reduction.sendfds = self._counted("sendfds", reduction.sendfds)
+        calls = self
+
+        class Raw(io.FileIO):
+            def readinto(self, buffer: Any) -> int | None:
+                calls.step("read")
+                return super().readinto(buffer)
+
+            def readall(self) -> bytes:
+                calls.step("read")
+                return super().readall()
+
+            def write(self, data: Any) -> int | None:
+                half = bytes(data)[: len(data) // 2]
+                calls.step("write", None, lambda: io.FileIO.write(self, half))
+                return super().write(data)
+
+            def truncate(self, size: int | None = None) -> int:
+                calls.step("truncate")
+                return super().truncate(size)
+
+        def opened(
+            file: Any, mode: str = "r", buffering: int = -1, encoding: str | None = None, errors: str | None = None,
+            newline: str | None = None, closefd: bool = True, opener: Any = None,
+        ) -> Any:  # fmt: skip
+            if not isinstance(file, int):
+                calls.step("open", file)
+            raw = Raw(file, mode.replace("b", "").replace("t", ""), closefd, opener)
+            if buffering == 0:
+                return raw
+            kind: Any = io.BufferedRandom if "+" in mode else io.BufferedReader if "r" in mode else io.BufferedWriter
+            whole = kind(raw)
+            return whole if "b" in mode else io.TextIOWrapper(whole, encoding, errors, newline)
+
+        io.open = builtins.open = opened  # type: ignore[assignment]
+
+    def _counted(self, name: str, call: Callable[..., Any]) -> Callable[..., Any]:
+        def counted(*given: Any, **named: Any) -> Any:
+            makes = name == "open" and given[1:] and given[1] & os.O_CREAT
+            self.step("create" if makes else name, next(iter(given), None))
+            return call(*given, **named)
+
+        return counted

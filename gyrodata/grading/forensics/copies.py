@@ -41,7 +41,7 @@ MOST_SPINS = 0.5  # share of the spins of the shorter log that must be in common
 HABIT, HABIT_SHARE = 5, 0.02
 """More logs than this, and than this share of the class, that have a set of spins make it a habit of the course."""
 
-BLOCK = 32  # logs that are looked up at a time
+BLOCK, PAIRS = 32, 1_000_000  # logs that are looked up at a time, and pairs that are counted at a time, at most
 
 _EXACT = 1e-9
 
@@ -53,7 +53,10 @@ def flag_copies(logs: Logs) -> list[Flag]:
     """Find logs that have more rows in common than chance gives, or else more spins, whatever became of the times."""
     near = _Near(logs)
     common = _common(logs, near)
-    asked = [_Asked(logs, near, common, begin).found() for begin in range(0, len(logs.keys), BLOCK)]
+    telling = np.add.reduceat(common > 0, logs.starts[:-1], dtype=int)
+    size = min(BLOCK, 1 + PAIRS // len(logs.keys))
+    blocks = np.split(np.arange(len(logs.keys)), range(size, len(logs.keys), size))
+    asked = [_Asked(logs, near, common, telling, block).found() for block in blocks]
     rows, joined = flag_pairs("shared rows", _both_ways([one for one, _ in asked], logs), logs, _tell_rows)
     spins = [pair for pair in _both_ways([one for _, one in asked], logs) if joined[pair[1]] != joined[pair[2]]]
     return rows + flag_pairs("same spins", spins, logs, _tell_spins)[0]
@@ -124,6 +127,8 @@ class _Near:
         # A place is where a row stands in this order.
         self.order = np.lexsort((logs.spin, sizes, weights))
         self.log, self.period, self._spin = (of[self.order] for of in (logs.log, logs.period, logs.spin))
+        self.reach = 0.5 * logs.period_step + _EXACT * logs.period
+        self.their = self.reach[self.order]
         self._places = np.arange(len(self.order))
         changes = (np.diff(weights[self.order]) != 0) | (np.diff(sizes[self.order]) != 0)
         self._parts: list[tuple[Integers, float, float, float]] = []
@@ -174,21 +179,19 @@ class _Asked:
     Of pairs that share too little to be flagged there are none; there are many in a large class.
     """
 
-    def __init__(self, logs: Logs, near: _Near, common: Floats, begin: int) -> None:
-        self.logs, self.near, self.common, number = logs, near, common, len(logs.keys)
-        self.logs_asked = np.arange(begin, min(begin + BLOCK, number))
-        self.rows = np.arange(logs.starts[begin], logs.starts[self.logs_asked[-1] + 1])
-        self.spins = np.add.reduceat(common > 0, logs.starts[:-1], dtype=int)
+    def __init__(self, logs: Logs, near: _Near, common: Floats, spins: Integers, block: Integers) -> None:
+        self.logs, self.near, self.common, self.spins, number = logs, near, common, spins, len(logs.keys)
+        self.logs_asked, begin = block, block[0]
+        self.rows = np.arange(logs.starts[begin], logs.starts[block[-1] + 1])
         mine, place = near.find(self.rows, logs.spin_step)
         pair = (logs.log[mine] - begin) * number + near.log[place]
-        often = np.bincount(pair, common[mine] > 0, len(self.logs_asked) * number)
-        reach = 0.5 * np.maximum(logs.period_step, np.max(logs.period_step)) + 2 * _EXACT * logs.period
-        agree = np.flatnonzero(np.abs(logs.period[mine] - near.period[place]) <= reach[mine])
+        often = np.bincount(pair, common[mine] > 0, len(block) * number)
+        agree = np.flatnonzero(np.abs(logs.period[mine] - near.period[place]) <= near.reach[mine] + near.their[place])
         alike, crowd = self._crowd(*near.same(mine[agree], place[agree], logs.spin_step), len(often))
         several = np.flatnonzero(often > FEWEST)
         first, second = np.divmod(several, number)
         wanted = alike >= FEWEST
-        wanted[several] |= often[several] > MOST_SPINS * np.minimum(self.spins[begin + first], self.spins[second])
+        wanted[several] |= often[several] > MOST_SPINS * np.minimum(spins[block[first]], spins[second])
         kept = np.flatnonzero(wanted[pair])
         mine, other = near.same(mine[kept], place[kept], logs.spin_step)
         entry, at = np.unique(mine * number + logs.log[other], return_inverse=True)

@@ -7,15 +7,16 @@ import math
 
 import numpy as np
 import pytest
-from grading.students import Course, honest_log, print_of, text
+from grading.students import Course, honest_class, honest_log, prints_of
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
 from gyrodata.fitting import chi2_tail
+from gyrodata.grading.forensics import flag_class
 from gyrodata.grading.forensics.copies import tails
 from gyrodata.grading.forensics.flags import chi2_lower_tail
-from gyrodata.grading.forensics.logs import measure_scatter
+from gyrodata.grading.forensics.logs import lay_out
 
 
 @pytest.mark.parametrize("dof", [1, 2, 5, 9, 24, 190])
@@ -46,8 +47,7 @@ def test_unlike_chances_come_true_as_often_as_all_their_ways_add_up_to(chances: 
 
 def test_the_scatter_of_a_hand_is_recovered() -> None:
     course = Course(hand=(0.08, 0.08), repeats=3, rpm_decimals=1)
-    random = np.random.default_rng(4)
-    found = [measure_scatter(print_of(text(honest_log(random, course, i)))) for i in range(60)]
+    found = lay_out(prints_of(honest_class(np.random.default_rng(4), course, 60)), (), {}).scatters
     squares = sum(one.squares for one in found if one)
     dof = sum(one.dof for one in found if one)
     assert dof == 60 * (27 - 4)
@@ -58,7 +58,44 @@ def test_the_scatter_of_a_hand_is_recovered() -> None:
 def test_bends_and_slips_only_make_the_scatter_larger() -> None:
     rows = honest_log(np.random.default_rng(4), Course(), 0)
     slip = [*rows[:4], (*rows[4][:4], "1/3"), *rows[5:]]
-    one, other = (measure_scatter(print_of(text(log))) for log in (rows, slip))
+    one, other = lay_out(prints_of({"as timed": rows, "with a slip": slip}), (), {}).scatters
     assert one is not None
     assert other is not None
     assert other.squares > one.squares
+
+
+def test_the_scatter_is_what_least_squares_leave() -> None:
+    random = np.random.default_rng(6)
+    logs = honest_class(random, Course(rpm_decimals=1), 20)
+    few = {
+        name: [rows[i] for i in sorted(random.choice(9, 2 + at % 7, False))]
+        for at, (name, rows) in enumerate(logs.items())
+    }
+    # One row at each weight: their slopes explain any bias.
+    few["a"] = logs["s00000"][::3]
+    prints = prints_of(few)
+    found = lay_out(prints, (), {})
+    for name, scatter in zip(found.keys, found.scatters, strict=True):
+        torque, lever, time = (np.array(getattr(prints[name], of)) for of in ("torque", "spin", "time"))
+        lever *= prints[name].turns
+        design = np.column_stack([lever * (torque == one) for one in np.unique(torque)] + [np.ones(len(time))])
+        solution, _, rank, _ = np.linalg.lstsq(design, time, rcond=1e-9)
+        dof = len(time) - int(rank)
+        assert (scatter.dof if scatter else 0) == dof
+        if scatter:
+            rounding = dof * np.mean(np.square(prints[name].time_step)) / 12
+            assert scatter.squares - rounding == pytest.approx(np.sum((time - design @ solution) ** 2), rel=1e-9)
+
+
+def test_a_copy_is_found_among_logs_that_share_much_by_chance() -> None:
+    random = np.random.default_rng(8)
+    logs = honest_class(random, Course(), 120)
+    for number, changed in enumerate((0, 2, 3, 6, 9)):
+        rows, own = logs[f"s{number:05d}"], logs[f"s{number + 50:05d}"]
+        # A few rows of one's own, and the others with times of one's own, as a copy that is to look like none.
+        logs[f"s{number + 50:05d}"] = [
+            mine if i < changed else (*one[:3], f"{float(one[3]) + 0.2 * random.standard_normal():.2f}", one[4])
+            for i, (one, mine) in enumerate(zip(rows, own, strict=True))
+        ]
+    found = [flag.students for flag in flag_class(prints_of(logs))]
+    assert found == [("s00000", "s00050"), ("s00001", "s00051"), ("s00002", "s00052")]

@@ -41,7 +41,7 @@ MOST_SPINS = 0.5  # share of the spins of the shorter log that must be in common
 HABIT, HABIT_SHARE = 5, 0.02
 """More logs than this, and than this share of the class, that have a set of spins make it a habit of the course."""
 
-BLOCK = 32  # logs that are looked up at a time
+BLOCK, PAIRS = 32, 1_000_000  # logs that are looked up at a time, and pairs that are counted at a time, at most
 
 _EXACT = 1e-9
 
@@ -51,9 +51,12 @@ _Found = tuple[Integers, Floats]
 
 def flag_copies(logs: Logs) -> list[Flag]:
     """Find logs that have more rows in common than chance gives, or else more spins, whatever became of the times."""
-    grid, counting = _grids(logs), _counting(logs)
-    near = _Near(logs.spin, logs.spin_step)
-    asked = [_Asked(logs, near, grid, counting, begin).found() for begin in range(0, len(logs.keys), BLOCK)]
+    near = _Near(logs)
+    common = _common(logs, near)
+    telling = np.add.reduceat(common > 0, logs.starts[:-1], dtype=int)
+    size = min(BLOCK, 1 + PAIRS // len(logs.keys))
+    blocks = np.split(np.arange(len(logs.keys)), range(size, len(logs.keys), size))
+    asked = [_Asked(logs, near, common, telling, block).found() for block in blocks]
     rows, joined = flag_pairs("shared rows", _both_ways([one for one, _ in asked], logs), logs, _tell_rows)
     spins = [pair for pair in _both_ways([one for _, one in asked], logs) if joined[pair[1]] != joined[pair[2]]]
     return rows + flag_pairs("same spins", spins, logs, _tell_spins)[0]
@@ -115,60 +118,106 @@ def _grids(logs: Logs) -> Floats:
 
 
 class _Near:
-    """Finds values that may agree with a given one: an index for each size of the last digit."""
+    """Finds rows that may have the weight and spin of a given one: an index for each weight and size of last digit."""
 
-    def __init__(self, values: Floats, steps: Floats) -> None:
-        sizes = np.ceil(np.log10(np.maximum(steps, _EXACT * values)))
-        self._parts: list[tuple[float, Floats, Integers]] = []
-        for size in np.unique(sizes):
-            members = np.flatnonzero(sizes == size)
-            order = members[np.argsort(values[members], kind="stable")]
-            self._parts.append((float(steps[members].max()), values[order], order))
+    def __init__(self, logs: Logs) -> None:
+        self.logs, torque = logs, np.abs(logs.torque)
+        sizes = np.ceil(np.log10(np.maximum(logs.spin_step, _EXACT * logs.spin)))
+        weights = np.round(np.log(np.maximum(torque, LEAST)) / SAME_TORQUE)
+        # A place is where a row stands in this order.
+        self.order = np.lexsort((logs.spin, sizes, weights))
+        self.log, self.period, self._spin = (of[self.order] for of in (logs.log, logs.period, logs.spin))
+        self.reach = 0.5 * logs.period_step + _EXACT * logs.period
+        self.their = self.reach[self.order]
+        self._places = np.arange(len(self.order))
+        changes = (np.diff(weights[self.order]) != 0) | (np.diff(sizes[self.order]) != 0)
+        self._parts: list[tuple[Integers, float, float, float]] = []
+        for part in np.split(self._places, np.flatnonzero(changes) + 1):
+            rows, ratio = self.order[part], 1 - SAME_TORQUE - _EXACT
+            light, heavy = ratio * float(torque[rows].min()), float(torque[rows].max()) / ratio
+            self._parts.append((part, light, heavy, float(logs.spin_step[rows].max())))
 
-    def find(self, values: Floats, steps: Floats) -> tuple[Integers, Integers]:
-        """Give positions in `values` with those of what is near, one pair for each."""
-        which, found = [], []
-        for widest, ordered, order in self._parts:
-            reach = np.maximum(steps, widest) * 0.5 + 2 * _EXACT * values
-            low, high = np.searchsorted(ordered, values - reach), np.searchsorted(ordered, values + reach, side="right")
-            count = high - low
-            which.append(np.repeat(np.arange(len(values)), count))
-            ends = np.cumsum(count)
-            found.append(order[np.arange(int(ends[-1])) - np.repeat(ends - count - low, count)])
+    def find(self, rows: Integers, steps: Floats) -> tuple[Integers, Integers]:
+        """Give rows with the places of what is near, one pair for each."""
+        which, found, torque = [], [rows[:0]], np.abs(self.logs.torque[rows])
+        for part, light, heavy, widest in self._parts:
+            asked = rows[(light <= torque) & (torque <= heavy)]
+            spin, ordered = self.logs.spin[asked], self._spin[part[0] : part[-1] + 1]
+            reach = np.maximum(steps[asked], widest) * 0.5 + 2 * _EXACT * spin
+            low, high = np.searchsorted(ordered, spin - reach), np.searchsorted(ordered, spin + reach, side="right")
+            which.append(np.repeat(asked, high - low))
+            found += [part[start:end] for start, end in zip(low.tolist(), high.tolist(), strict=True)]
         return np.concatenate(which), np.concatenate(found)
+
+    def same(self, mine: Integers, place: Integers, steps: Floats) -> tuple[Integers, Integers]:
+        """Keep the rows that do have the weight and spin of a row of another log."""
+        logs, other = self.logs, self.order[place]
+        same = same_weight(logs.torque[mine], logs.torque[other]) & (logs.log[mine] != logs.log[other])
+        same &= same_number(logs.spin[mine], logs.spin[other], steps[mine], logs.spin_step[other])
+        return mine[same], other[same]
+
+
+def _common(logs: Logs, near: _Near) -> Floats:
+    """Share of the logs that have each row's spin, shape (R,); 0 where it tells nothing."""
+    common, grid, rows = np.zeros(len(logs.log)), _grids(logs), np.flatnonzero(_counting(logs))
+    # Many rows of a large class have one weight and spin.
+    values = np.column_stack([logs.torque, logs.spin, grid])[rows]
+    _, first, again = np.unique(values, axis=0, return_index=True, return_inverse=True)
+    for begin in range(0, len(first), BLOCK):
+        asked = np.sort(rows[first[begin : begin + BLOCK]])
+        mine, other = near.same(*near.find(asked, grid), grid)
+        with_it = np.unique(mine * len(logs.keys) + logs.log[other]) // len(logs.keys)
+        # What one in n logs has is seen in two, where two are looked at.
+        common[asked] = (1 + np.bincount(np.searchsorted(asked, with_it), minlength=len(asked))) / len(logs.keys)
+    common[rows] = common[rows[first]][again.ravel()]
+    return common
 
 
 class _Asked:
-    """What each log of a block shares with each other log: an entry for each of its rows and each log near its spin."""
+    """What each log of a block shares with each other log: an entry for each of its rows and each log with its spin.
 
-    def __init__(self, logs: Logs, near: _Near, grid: Floats, counting: NDArray[np.bool_], begin: int) -> None:
-        self.logs, self.counting = logs, counting
-        self.logs_asked = np.arange(begin, min(begin + BLOCK, len(logs.keys)))
-        self.rows = np.arange(logs.starts[begin], logs.starts[self.logs_asked[-1] + 1])
-        at, other = near.find(logs.spin[self.rows], grid[self.rows])
-        mine = self.rows[at]
-        close = same_weight(logs.torque[mine], logs.torque[other])
-        mine, other = mine[close], other[close]
-        close = same_number(logs.spin[mine], logs.spin[other], grid[mine], logs.spin_step[other])
-        close &= logs.log[mine] != logs.log[other]
-        mine, other = mine[close], other[close]
-        same = same_number(logs.spin[mine], logs.spin[other], logs.spin_step[mine], logs.spin_step[other])
-        steps = logs.period_step[mine], logs.period_step[other]
-        entry, at = np.unique(mine * len(logs.keys) + logs.log[other], return_inverse=True)
-        self.row, self.log = np.divmod(entry, len(logs.keys))
-        self.same = np.bincount(at, same) > 0
-        self.agree = np.bincount(at, same & same_number(logs.period[mine], logs.period[other], *steps)) > 0
-        self.pair, self.at = np.unique(logs.log[self.row] * len(logs.keys) + self.log, return_inverse=True)
-        self.first, self.second = np.divmod(self.pair, len(logs.keys))
-        self.chance = np.maximum(np.bincount(at, same * _chance(logs, mine, other)), self._crowd())
+    Of pairs that share too little to be flagged there are none; there are many in a large class.
+    """
 
-    def _crowd(self) -> Floats:
-        """Share of the logs that have a row and are not otherwise alike: an example left in, a row for everybody."""
-        alike, sizes = np.bincount(self.at, self.agree), np.diff(self.logs.starts)
-        strangers = self.agree & (2 * alike < sizes[self.first])[self.at]
+    def __init__(self, logs: Logs, near: _Near, common: Floats, spins: Integers, block: Integers) -> None:
+        self.logs, self.near, self.common, self.spins, number = logs, near, common, spins, len(logs.keys)
+        self.logs_asked, begin = block, block[0]
+        self.rows = np.arange(logs.starts[begin], logs.starts[block[-1] + 1])
+        mine, place = near.find(self.rows, logs.spin_step)
+        pair = (logs.log[mine] - begin) * number + near.log[place]
+        often = np.bincount(pair, common[mine] > 0, len(block) * number)
+        agree = np.flatnonzero(np.abs(logs.period[mine] - near.period[place]) <= near.reach[mine] + near.their[place])
+        alike, crowd = self._crowd(*near.same(mine[agree], place[agree], logs.spin_step), len(often))
+        several = np.flatnonzero(often > FEWEST)
+        first, second = np.divmod(several, number)
+        wanted = alike >= FEWEST
+        wanted[several] |= often[several] > MOST_SPINS * np.minimum(spins[block[first]], spins[second])
+        kept = np.flatnonzero(wanted[pair])
+        mine, other = near.same(mine[kept], place[kept], logs.spin_step)
+        entry, at = np.unique(mine * number + logs.log[other], return_inverse=True)
+        self.row, log = np.divmod(entry, number)
+        self.agree = np.bincount(at, self._same_period(mine, other)) > 0
+        self.pair, self.at = np.unique(logs.log[self.row] * number + log, return_inverse=True)
+        self.first, self.second = np.divmod(self.pair, number)
+        self.chance = np.maximum(np.bincount(at, _chance(logs, mine, other)), crowd[self.row - self.rows[0]])
+
+    def _same_period(self, mine: Integers, other: Integers) -> NDArray[np.bool_]:
+        period, step = self.logs.period, self.logs.period_step
+        return same_number(period[mine], period[other], step[mine], step[other])
+
+    def _crowd(self, mine: Integers, other: Integers, pairs: int) -> tuple[Integers, Floats]:
+        """Count the rows in which pairs agree; and give, for each row, the share of the logs that have it.
+
+        Those that are otherwise alike are left out: this is for an example left in, a row for everybody.
+        """
+        logs, agree = self.logs, self._same_period(mine, other)
+        row, log = np.divmod(np.unique(mine[agree] * len(logs.keys) + logs.log[other[agree]]), len(logs.keys))
+        pair = (logs.log[row] - self.logs_asked[0]) * len(logs.keys) + log
+        alike = np.bincount(pair, minlength=pairs)
+        strangers = 2 * alike[pair] < np.diff(logs.starts)[logs.log[row]]
         # One stranger is no crowd: it may be the one who copied a few rows.
-        crowd = np.bincount(self.row, strangers)[self.row] - 1
-        return np.maximum(crowd, 0) / max(len(self.logs.keys) - 2, 1)
+        crowd = np.bincount(row - self.rows[0], strangers, len(self.rows)) - 1
+        return alike, np.maximum(crowd, 0) / max(len(logs.keys) - 2, 1)
 
     def _laid_out(self, values: Floats, row: Integers, owner: Integers, owners: int) -> Floats:
         """Lay out values of rows, those of one owner in a row, each at its place in its log."""
@@ -179,26 +228,25 @@ class _Asked:
 
     def _is_habit(self, number: int) -> bool:
         """Tell whether more logs have the spins that two share than copy from each other."""
-        spins = self.row[(self.at == number) & self.same & self.counting[self.row]]
-        others = np.bincount(self.log[self.same & np.isin(self.row, spins)])
-        most = max(HABIT, HABIT_SHARE * len(self.logs.keys))
+        logs, rows = self.logs, self.row[self.at == number]
+        spins = rows[self.common[rows] > 0]
+        mine, other = self.near.same(*self.near.find(spins, logs.spin_step), logs.spin_step)
+        others = np.bincount(np.unique(mine * len(logs.keys) + logs.log[other]) % len(logs.keys))
+        most = max(HABIT, HABIT_SHARE * len(logs.keys))
         return 1 + int(np.sum(others > MOST_SPINS * len(spins))) > most
 
     def found(self) -> tuple[_Found, _Found]:
         """Give the pairs with more rows, and those with more spins, in common than chance gives."""
-        logs, counting = self.logs, self.counting
+        logs = self.logs
         allowed = ALLOWED / logs.pairs
         compared = ((self.first < logs.current) | (self.second < logs.current)) & ~np.isin(self.pair, logs.exempt)
-        # What one in n logs has is seen in two, where two are looked at.
-        common = (1 + np.bincount(self.row - self.rows[0], minlength=len(self.rows))) / len(logs.keys)
-        common *= counting[self.rows]
         owners = logs.log[self.rows] - self.logs_asked[0]
-        table = self._laid_out(common, self.rows, owners, len(self.logs_asked))
-        shared = np.bincount(self.at, self.same & counting[self.row]).astype(int)
+        table = self._laid_out(self.common[self.rows], self.rows, owners, len(self.logs_asked))
+        shared = np.bincount(self.at, self.common[self.row] > 0).astype(int)
         p_spins = tails(table)[self.first - self.logs_asked[0], shared]
-        spins = np.add.reduceat(counting, logs.starts[:-1], dtype=int)
-        enough = shared > np.maximum(MOST_SPINS * np.minimum(spins[self.first], spins[self.second]), FEWEST)
-        telling = self.same & (self.chance <= TELLING)
+        spins = np.minimum(self.spins[self.first], self.spins[self.second])
+        enough = shared > np.maximum(MOST_SPINS * spins, FEWEST)
+        telling = self.chance <= TELLING
         alike = np.bincount(self.at, self.agree & telling).astype(int)
         least = np.exp(np.bincount(self.at, (self.agree & telling) * np.log(np.maximum(self.chance, LEAST))))
         close = (alike >= FEWEST) & (p_spins * least <= allowed)

@@ -106,10 +106,11 @@ def flag_scatter(logs: Logs) -> list[Flag]:
     both = enumerate(zip(logs.prints, logs.scatters, strict=True))
     timed = [(i, scatter) for i, (log, scatter) in both if i < logs.current and log.by_hand and scatter is not None]
     for i, scatter in timed:
-        p = chi2_lower_tail(scatter.squares / HAND**2, scatter.dof)
+        # Half of all chi-squares are below their mean, or more; that is never rare.
+        p = chi2_lower_tail(scatter.squares / HAND**2, scatter.dof) if scatter.size < HAND else 1.0
         if p * len(timed) <= ALLOWED:
             evidence = (
-                f"its {len(scatter.residuals)} times lie within {scatter.size:.2g} s of straight lines in the spin, "
+                f"its {scatter.times} times lie within {scatter.size:.2g} s of straight lines in the spin, "
                 f"one for each torque ({scatter.dof} degrees of freedom); a hand on a stopwatch scatters by {HAND:g} s "
                 "or more"
             )

@@ -82,11 +82,11 @@ What a log states as its `u_time` plays no part: with one that is stated too lar
 
 
 class Scatter(Struct, frozen=True):
-    """What the spin leaves unexplained in one log's times."""
+    """What the spin leaves unexplained in one log's n times."""
 
-    residuals: Floats  # time minus the straight line in the spin of its torque [s], shape (n,)
+    times: int  # n
     dof: int  # n minus one slope for each torque minus the shared timing bias
-    squares: float  # sum of the residuals' squares, with what rounding may have hidden [s²]
+    squares: float  # sum of the squares of time minus the line of its torque, with what rounding may have hidden [s²]
 
     @property
     def size(self) -> float:
@@ -94,24 +94,33 @@ class Scatter(Struct, frozen=True):
         return math.sqrt(self.squares / self.dof)
 
 
-def measure_scatter(one: Fingerprint) -> Scatter | None:
-    """Take out of a log's times what spin, torque and timing bias explain.
+def measure_scatters(
+    starts: Integers, torque: Floats, lever: Floats, time: Floats, time_step: Floats
+) -> list[Scatter | None]:
+    """Take out of each log's times what spin, torque and timing bias explain; `lever`: turns times spin, shape (R,).
 
-    Gives: None with less than one degree of freedom.
+    Gives: For each log, by where its rows start, None with less than one degree of freedom.
 
     T = a f ψ̇ + b with a slope a for each torque: eq. (9) with any I_zz, balance, weights, ruler and tachometer scale.
-    Whatever else moves the times only adds to the scatter.
+    Whatever else moves the times only adds to the scatter. A bias that the slopes explain is none of its own.
     """
-    torque, lever = np.array(one.torque), np.array(one.turns) * np.array(one.spin)
-    time, step = np.array(one.time), np.array(one.time_step)
-    of_torque = (torque[:, None] == sorted(set(one.torque))).astype(float)
-    design = np.column_stack([of_torque * lever[:, None] / lever.max(), np.ones(len(time))])
-    solution, _, rank, _ = np.linalg.lstsq(design, time, rcond=1e-9)
-    dof = len(time) - int(rank)
-    if dof < 1:
-        return None
-    residuals = time - design @ solution
-    return Scatter(residuals, dof, float(residuals @ residuals) + dof * float(np.mean(step**2)) / 12)
+    counts = np.diff(starts)
+    first = np.union1d(starts[:-1], np.flatnonzero(np.diff(torque)) + 1)
+    sizes = np.diff(first, append=len(torque))
+
+    def beside_the_lever(values: Floats) -> Floats:
+        slopes = np.add.reduceat(values * lever, first) / np.add.reduceat(lever**2, first)
+        return values - lever * np.repeat(slopes, sizes)
+
+    ones, left = beside_the_lever(np.ones(len(time))), beside_the_lever(time)
+    square = np.add.reduceat(ones**2, starts[:-1])
+    biased = square > 1e-18 * counts
+    bias = biased * np.add.reduceat(ones * left, starts[:-1]) / np.where(biased, square, 1.0)
+    left -= np.repeat(bias, counts) * ones
+    dof = counts - np.add.reduceat(np.isin(np.arange(len(time)), first), starts[:-1], dtype=int) - biased
+    squares = np.add.reduceat(left**2, starts[:-1]) + dof * np.add.reduceat(time_step**2, starts[:-1]) / counts / 12
+    rows = zip(counts.tolist(), dof.tolist(), squares.tolist(), strict=True)
+    return [Scatter(*row) if row[1] > 0 else None for row in rows]
 
 
 # --- all logs as arrays -------------------------------------------------------------------------------------
@@ -159,7 +168,9 @@ def lay_out(
         for name in ("torque", "spin", "time", "turns", "spin_step", "time_step")
     }
     counts = np.array([len(one.time) for one in logs], dtype=int)
-    scatters = [measure_scatter(one) for one in logs]
+    starts = np.concatenate([[0], np.cumsum(counts)]).astype(int)
+    lever = rows["turns"] * rows["spin"]
+    scatters = measure_scatters(starts, rows["torque"], lever, rows["time"], rows["time_step"])
     number = {key: at for at, key in enumerate(students)}
     together = [[number[key] for key in group if key in number] for group in partners]
     exempt = {one * len(logs) + other for group in together for one, other in permutations(group, 2)}
@@ -168,7 +179,7 @@ def lay_out(
         prints=tuple(logs),
         current=len(students),
         scatters=tuple(scatters),
-        starts=np.concatenate([[0], np.cumsum(counts)]).astype(int),
+        starts=starts,
         log=np.repeat(np.arange(len(logs)), counts),
         torque=rows["torque"],
         spin=rows["spin"],

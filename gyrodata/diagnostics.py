@@ -837,6 +837,12 @@ WORKSHEET_CANNOT_TAKE_POINTS = _error(
     "grade class --worksheet ten-points.csv",
     "give the rubric as many points as the worksheet takes, or change the maximum grade in Moodle",
 )
+NO_BLACKBOARD_GRADE_CENTER = _error(
+    "G757",
+    "this is no Blackboard Grade Center",
+    "grade class --grade-center grades.csv",
+    "download the Grade Center from Blackboard in English, and give that file",
+)
 
 # the run of a class
 JOURNAL_LINES_LOST = _note(

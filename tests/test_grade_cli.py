@@ -285,6 +285,24 @@ def test_a_worksheet_comes_back_filled(tmp_path: Path) -> None:
     assert (out / "feedback" / "Tom Baker_1001_assignsubmission_file" / "feedback.html").is_file()
 
 
+def test_a_grade_center_comes_back_filled(tmp_path: Path) -> None:
+    log = (CLASS / "bakertom_102_9002_gyroscope.csv").read_text(encoding="utf-8")
+    stamp = "attempt_2026-03-09-14-05-59_lab.csv"
+    root = make_zip(tmp_path / "lab.zip", {f"Lab_{one}_{stamp}": log for one in ("tbaker", "alee")})
+    sheet, out = tmp_path / "gc_fullgc.xls", tmp_path / "grades"
+    head = "Last Name\tFirst Name\tUsername\tStudent ID\tLab [Total Pts: 20 Score] |5511\n"
+    text = head + "Baker\tTom\ttbaker\t001\tNeeds Grading\nLee\tAnn\talee\t002\t12.00\n"
+    sheet.write_bytes(text.encode("utf-16"))
+    done = gyro("grade", root, "--out", out, "--grade-center", sheet)
+    points = [line.split("\t")[4] for line in (out / "blackboard.xls").read_text("utf-16").splitlines()[1:]]
+    assert points == ["20.00", "12.00"]
+    assert "blackboard.xls: 1 filled, 0 of them changed, 1 not\n" in done.stderr
+    assert "\nalee,total,12.00,,stands in the gradebook" in (out / "desk-todo.csv").read_text()
+    assert "tbaker,Tom Baker," in (out / "grades.csv").read_text()
+    refused = gyro("grade", root, "--format", "json", "--grade-center", sheet)
+    assert "--grade-center needs a folder to write to" in refused.stderr
+
+
 def test_figures_stand_in_the_feedback(tmp_path: Path) -> None:
     shutil.copytree(CLASS, tmp_path / "class", ignore=lambda _, names: [n for n in names if "itoken" not in n])
     done = gyro("grade", tmp_path / "class", "--out", tmp_path / "g", "--figures")
@@ -332,6 +350,7 @@ REFUSED = {
     "G721": (CLASS, "--rubric", CLASS / "README.txt"),
     "G768": ("--gradescope", "autograder"),
     "G752": (CLASS, "--gradebook", CLASS / "README.txt", "--out", "g"),
+    "G757": (CLASS, "--grade-center", CLASS / "README.txt", "--out", "g"),
     "G755": (CLASS, "--worksheet", CLASS / "README.txt", "--out", "g"),
 }
 

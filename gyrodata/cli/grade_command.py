@@ -68,6 +68,10 @@ def grade(
     gradebook: Annotated[
         Path | None, typer.Option("--gradebook", metavar="FILE", help="Canvas gradebook to fill: canvas.csv.")
     ] = None,
+    grade_center: Annotated[
+        Path | None,
+        typer.Option("--grade-center", metavar="FILE", help="Blackboard Grade Center to fill: blackboard.csv."),
+    ] = None,
     assignment: Annotated[
         str | None, typer.Option("--assignment", metavar="TITLE", help="Its column, where it has several.")
     ] = None,
@@ -111,9 +115,15 @@ def grade(
         return
     if path is None:
         refuse(NOTHING_TO_GRADE, "there is nothing to grade: no PATH is given", "give the class, a folder or a zip")
-    to_folder = {"--figures": figures, "--gradebook": gradebook is not None, "--worksheet": worksheet is not None}
-    folder = _folder(path, out, form, dry_run, [option for option, given in to_folder.items() if given])
-    whole = folder is not None and form == "text" and not dry_run and gradebook is None and worksheet is None
+    books = (
+        ("--gradebook", "canvas", gradebook),
+        ("--grade-center", "blackboard", grade_center),
+        ("--worksheet", "moodle", worksheet),
+    )
+    to_fill = [(option, name, sheet) for option, name, sheet in books if sheet is not None]
+    need_one = ["--figures"] * figures + [option for option, _, _ in to_fill]
+    folder = _folder(path, out, form, dry_run, need_one)
+    whole = folder is not None and form == "text" and not dry_run and not to_fill
     run = _Run(folder, asked) if folder is not None and whole else None
     if run is not None and (said := run.said()) is not None:
         _tell(said["noted"] if not quiet else said["faults"])
@@ -140,11 +150,11 @@ def grade(
 
     judged = read_rubric(_rubric_bytes(rubric), "built-in rubric" if rubric is None else rubric.name)
     submissions = find_submissions(path, lms, pattern, attempts)
-    sheets = {lms: (_read(sheet), sheet.name) for lms, sheet in (("canvas", gradebook), ("moodle", worksheet)) if sheet}
+    sheets = {name: (_read(sheet), sheet.name) for _, name, sheet in to_fill}
     gradebooks = Gradebooks(sheets, assignment)
     gradebooks.try_out(submissions, judged)
     # What was decided holds too where the grades are printed only.
-    listed = roster or gradebook or worksheet
+    listed = roster or next((sheet for _, _, sheet in to_fill), None)
     people = Roster() if listed is None else read_roster(_read(listed), listed.name, submissions)
     names = {person.name: student for student, person in people.people.items()} | submissions.aliases
     desk = find_desk(folder or _usual_folder(path.resolve()), names, judged)

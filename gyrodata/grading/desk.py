@@ -65,7 +65,9 @@ class Gradebooks(Struct, frozen=True):
             sheet = fill_book(
                 lms, data, name, grades, assignment=self.assignment, comments=comments, ids=ids, ours=ours
             )
-            filled[book_of(lms).file] = sheet
+            file = book_of(lms).file
+            # Blackboard's sheet with tabs ends in .xls.
+            filled[file.replace(".csv", ".xls") if name.lower().endswith(".xls") else file] = sheet
         return filled
 
     def try_out(self, submissions: Submissions, rubric: Rubric) -> None:

@@ -73,7 +73,8 @@ def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
         partners = (known.get(_bare(one).casefold()) for one in re.split("[,;]", cells.get("partner", "")))
         person = Person(
             key or ids[0],
-            next((cells[column] for column in NAMES if cells.get(column)), ""),
+            next((cells[column] for column in NAMES if cells.get(column)), None)
+            or " ".join(filter(None, (cells.get("first name"), cells.get("last name")))),
             cells.get("section", ""),
             cells.get("station", ""),
             tuple(one for one in partners if one),

@@ -44,6 +44,7 @@ from gyrodata.reporting import csv_cell
 from gyrodata.workers import Failed
 
 fill_gradebook = functools.partial(fill_book, "canvas", name="gradebook.csv")
+fill_grade_center = functools.partial(fill_book, "blackboard", name="gc_fullgc.csv")
 fill_worksheet = functools.partial(fill_book, "moodle", name="worksheet.csv")
 OUT_OF = (2.0, 6.0, 12.0)
 
@@ -280,6 +281,71 @@ def test_canvas_points_have_two_decimals_and_no_thousands() -> None:
     book = "Student,ID,Section,Gyro (7)\n    Points Possible,,,20000\nDoe,1,a,\n"
     grade = replace(a_grade("1"), out_of=20000.0, points=1234.5)
     assert fill_gradebook(book.encode(), grades=[grade]).data.decode().endswith("Doe,1,a,1234.50\r\n")
+
+
+# --- Blackboard ---------------------------------------------------------------------------------------------
+
+GRADE_CENTER = """\
+"Last Name","First Name","Username","Student ID","Last Access","Availability",\
+"Lab [EXTRA] [Total Pts: 20 Score] |11","Lab [Total Pts: 20] |12","Quiz [Total Pts: 20 Percentage] |13",\
+"Total [Total Pts: up to 1,040 Score] |14","Weighted Total [Total Pts: up to 0 Percentage] |15"
+"Doe","Jane","jdoe","0012","2026-03-09 14:05:59","Yes","","","","",""
+"Roe","Bob","broe","0013","","Yes","","Needs Grading(3.00)","","",""
+"Fox","Dan","dfox","0014","","Yes","","In Progress","","",""
+"O'Neil","Zoë","zoe","0015","","Yes","","Exempt","","",""
+"Lee","Ann","alee","0016","","Yes","","3.00","","",""
+"Poe","Cat","cpoe","0017","","No","","","","",""
+"""
+
+
+def test_blackboard_fills_one_column_and_leaves_every_other_cell() -> None:
+    grades = [a_grade(one) for one in ("jdoe", "BROE", "0014", "zoe", "alee", "nobody")]
+    filled = fill_grade_center(GRADE_CENTER.encode(), grades=grades, assignment="12", ids={"x": {"username": "jdoe"}})
+    expected = rows_of(GRADE_CENTER)
+    for row in (1, 2, 3, 5):
+        expected[row][7] = "17.50"
+    assert rows_of(filled.data) == expected
+    assert filled.filled == ("0014", "BROE", "alee", "jdoe")
+    # What waits to be graded is no grade that is lost.
+    assert filled.changed == (("alee", "3.00", "17.50"),)
+    assert dict(filled.skipped) == {
+        "nobody": "is in no row of the Grade Center",
+        "zoe": 'has "Exempt" in the gradebook: excused or not assigned',
+        "Poe, Cat": "has no submission",
+    }
+
+
+def test_points_set_by_hand_in_blackboard_stay() -> None:
+    book, ours = GRADE_CENTER.encode(), {"alee": {"17.50"}, "jdoe": set[str]()}
+    filled = fill_grade_center(book, grades=[a_grade("alee"), a_grade("jdoe")], assignment="12", ours=ours)
+    assert filled.by_hand == (("alee", "3.00"),)
+    assert filled.filled == ("jdoe",)
+    assert rows_of(filled.data)[5] == rows_of(GRADE_CENTER)[5]
+    again = fill_grade_center(filled.data, grades=[replace(a_grade("jdoe"), points=9.0)], assignment="12",
+                              ours={"jdoe": {"17.50"}})  # fmt: skip
+    assert again.changed == (("jdoe", "17.50", "9.00"),), "what came from here is written over"
+
+
+@pytest.mark.parametrize(
+    ("book", "assignment", "code", "words"),
+    [
+        (GRADEBOOK, None, "G757", "with English as its language"),
+        (GRADE_CENTER.replace("Username", "Nombre de usuario"), "12", "G757", '"First Name" and "Username"'),
+        (GRADE_CENTER, None, "G753", "|11, Lab [Total Pts: 20] |12, Quiz"),
+        (GRADE_CENTER, "Total", "G753", 'no one column "Total"'),
+        (GRADE_CENTER, "14", "G753", "give the number behind its title"),
+        (GRADE_CENTER.replace(" |1", " "), None, "G753", "make the assignment in Blackboard first"),
+        (GRADE_CENTER, "quiz", "G754", '"Quiz [Total Pts: 20 Percentage] |13": Percentage'),
+        (GRADE_CENTER.replace("Pts: 20]", "Pts: 7.5]"), "12", "G754", 'has 7.5 points for "Lab [Total Pts: 7.5] |12"'),
+    ],
+)
+def test_a_grade_center_that_cannot_be_filled_is_refused(
+    book: str, assignment: str | None, code: str, words: str
+) -> None:
+    with pytest.raises(InputError) as caught:
+        fill_grade_center(book.encode(), grades=[a_grade("jdoe")], assignment=assignment)
+    assert caught.value.diagnostics[0].code == code
+    assert words in str(caught.value)
 
 
 # --- Moodle -------------------------------------------------------------------------------------------------

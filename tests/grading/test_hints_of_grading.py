@@ -362,7 +362,7 @@ class Room:
 
     def grade(self, *words: str | Path, root: str | Path = "class") -> Result:
         """Grade; the pages are only written where a file that is written matters."""
-        files = self.whole or {"--gradebook", "--worksheet"} & set(words)
+        files = self.whole or {"--gradebook", "--grade-center", "--worksheet"} & set(words)
         done = gyro("grade", root, "-o", "grades", *words, *(() if files else ("--dry-run", "-f", "csv")))
         table = done.stdout
         if files and (self.out / "grades.csv").is_file():
@@ -737,6 +737,41 @@ def test_a_gradebook(room: Room) -> None:
     tens = {"ann": "10.00", "bob": "10.00", "cat": "9.00"}
     room.graded(*lab_column, "--rubric", "rubric.toml", totals=tens)
     assert "cat,A,,9.00\n" in (room.out / "canvas.csv").read_text(encoding="utf-8")
+
+
+CENTER = """"Last Name","First Name","Username","Student ID","Homework [Total Pts: 10 Score] |11",\
+"Lab [Total Pts: 20 Score] |22"
+"Lee","Ann","ann","1","",""
+"Roe","Bob","bob","2","","In Progress"
+"Poe","Cat","cat","3","",""
+"""
+
+
+@carries_out("G757")
+def test_a_grade_center(room: Room) -> None:
+    sheet = room.home / "gc_fullgc.csv"
+    lab_column = ("--grade-center", sheet, "--assignment", "22")
+
+    def filled(*words: str | Path, totals: dict[str, str] = TOTALS) -> None:
+        room.graded(*words, totals=totals)
+        rows = list(csv.reader(io.StringIO((room.out / "blackboard.csv").read_text(encoding="utf-8"))))
+        assert [row[5] for row in rows[1:]] == list(totals.values())
+
+    sheet.write_text(CENTER.replace("Last Name", "Apellidos"))
+    assert "with English as its language: Work Offline, Download" in room.refused("G757", *lab_column)
+    sheet.write_text(CENTER)
+    filled(*lab_column)
+    done = room.grade("--grade-center", sheet)
+    assert hint_of(done, "G753").startswith("give the number behind its title with --assignment")
+    filled("--grade-center", sheet, "--assignment", found(r"Lab \[[^|]*\|(\d+)", done.stderr))
+    sheet.write_text(CENTER.replace(" |", " "))
+    assert room.refused("G753", *lab_column[:2]) == "make the assignment in Blackboard first, and export again"
+    sheet.write_text(CENTER.replace("20 Score", "20 Letter"))
+    assert "set its Primary Display in Blackboard to Score and export again, or" in room.refused("G754", *lab_column)
+    sheet.write_text(CENTER.replace("20 Score", "10 Score"))
+    assert "of the rubric and of the assignment in Blackboard the same" in room.refused("G754", *lab_column)
+    Path("rubric.toml").write_text(RUBRIC)
+    filled(*lab_column, "--rubric", "rubric.toml", totals={"ann": "10.00", "bob": "10.00", "cat": "9.00"})
 
 
 @carries_out("G755", "G756")

@@ -181,7 +181,11 @@ def grades(tmp_path_factory: pytest.TempPathFactory) -> tuple[Grade, ...]:
 
 
 @pytest.mark.parametrize("writer", WRITERS)
-@pytest.mark.parametrize(("lms", "rows", "changed"), [("canvas", CANVAS, {5}), ("moodle", MOODLE, {4, 9})])
+@pytest.mark.parametrize(
+    ("lms", "rows", "changed"),
+    [("canvas", CANVAS, {5}), ("moodle", MOODLE, {4, 9}),
+     ("blackboard", BLACKBOARD, {5})],
+)  # fmt: skip
 def test_a_gradebook_is_filled_and_nothing_else_in_it_changes(
     writer: str, lms: str, rows: Rows, changed: set[int], grades: tuple[Grade, ...]
 ) -> None:
@@ -206,7 +210,28 @@ def test_blackboards_download_is_a_roster() -> None:
     items = tuple(Submission(key, key, {"username": key}, Path("class")) for key in ("101", "102"))
     found = read_roster(data, "gc_download.xls", Submissions("blackboard", items))
     assert set(found.people) == {"101", "102"}
+    assert found.people["102"].name == "Анна Ёлкина"
     assert [one.student for one in found.absent] == ["103"]
+
+
+@pytest.mark.parametrize(
+    ("encoding", "quoting", "end", "part"),
+    [
+        ("utf-16", csv.QUOTE_ALL, "\r\n", "\t"),
+        ("utf-16", csv.QUOTE_MINIMAL, "\r\n", "\t"),
+        ("utf-8", csv.QUOTE_ALL, "\r\n", ","),
+        ("utf-8-sig", csv.QUOTE_ALL, "\n", ","),
+    ],
+)
+def test_blackboard_gets_its_sheet_back_as_it_wrote_it(
+    encoding: str, quoting: int, end: str, part: str, grades: tuple[Grade, ...]
+) -> None:
+    filled = fill_book("blackboard", as_csv(BLACKBOARD, encoding, quoting, end, part), "gc_download.xls", grades)
+    head, *rows = BLACKBOARD
+    points = ("18.50", "20.00", "")
+    expected = [head, *([*row[:5], one] for row, one in zip(rows, points, strict=True))]
+    assert filled.data == as_csv(expected, encoding, quoting, "\r\n", part)
+    assert dict(filled.skipped) == {"Roe, Sam": "has no submission"}
 
 
 def test_gradescopes_metadata_as_it_publishes_them(tmp_path: Path) -> None:

@@ -3,6 +3,8 @@
 Canvas: a column keeps its ``(id)``, for without it Canvas makes a new assignment; scores are compared at two decimals;
 the last ``.`` or ``,`` of a number is its decimal mark, so that ``1,234`` would be 1.234.
 
+Blackboard: the same of a column's ``|id``; a sheet with commas has every cell in quotation marks.
+
 Moodle: the importer passes over a row without a word where the grade is unchanged, above the maximum or locked; those
 rows are told here instead. Headers are in the site's language, so that columns are known by what stands in them where
 they are not English.
@@ -14,7 +16,7 @@ import csv
 import html
 import io
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from types import MappingProxyType
 
 from msgspec import Struct
@@ -58,7 +60,7 @@ def fill_book(
     """
     book = book_of(lms)
     sheet = read_sheet(data, name)
-    layout = _Canvas(sheet, book, assignment) if lms == "canvas" else _Moodle(sheet, book)
+    layout = _Columns(sheet, book, assignment) if book.assignment else _Moodle(sheet, book)
     layout.check_points(grades)
     filled: list[str] = []
     changed: list[tuple[str, str, str]] = []
@@ -91,7 +93,7 @@ def fill_book(
             if same and book.unchanged:
                 skipped.append((grade.student, book.unchanged.format(before=before)))
             else:
-                if before not in book.empty and not same:
+                if not same and not re.fullmatch(book.empty, before, re.IGNORECASE):
                     changed.append((grade.student, before, written))
                 sheet.put(row, layout.grade, written)
             if layout.comment is not None and grade.student in comments:
@@ -142,46 +144,54 @@ class _Layout:
             raise refusal(self.book.points_code, self.sheet.name, words, self.book.points_hint)
 
 
-class _Canvas(_Layout):
-    """Columns that say who a student is, then one for each assignment; a row of points possible."""
+class _Columns(_Layout):
+    """Columns that say who a student is, then one for each assignment: Canvas, Blackboard."""
 
     def __init__(self, sheet: Sheet, book: Book, assignment: str | None) -> None:
         super().__init__(sheet, book)
-        if not re.match("Student|LastName", self.head[0]) or "ID" not in self.head[1:3]:
+        if not re.match(book.begins, "\t".join(self.head)):
             raise refusal(book.code, sheet.name, book.none, book.export)
         known = {title.casefold() for title, _ in book.known_by}
         self.columns = {title.casefold(): at for at, title in enumerate(self.head) if title.casefold() in known}
         every = range(1, len(sheet.rows))
-        special = next((row for row in every if book.maximum in sheet.value(row, 0)), None)
-        self.rows = [row for row in every if row != special and sheet.value(row, self.columns["id"])]
-        self.grade = self._assignment_column(assignment)
-        self.most = "" if special is None else sheet.value(special, self.grade)
+        self.key = self.columns[book.known_by[0][0].casefold()]
+        special = next((row for row in every if book.maximum and book.maximum in sheet.value(row, 0)), None)
+        self.rows = [row for row in every if row != special and sheet.value(row, self.key)]
+        points = ["" if special is None else sheet.value(special, at) for at in range(len(self.head))]
+        self.grade, match = self._assignment_column(assignment, points)
+        self.most = match["most"]
         self.mark = "," if re.search(r",\d+$", self.most) else "."
-        if re.search(r"read.only", self.most, re.IGNORECASE):
-            message = f'locks the column "{sheet.value(0, self.grade)}" (read only)'
-            hint = "unlock it in Canvas and export again, or name another with --assignment"
+        if match["locked"]:
+            message = f'takes no points in the column "{self.head[self.grade]}": {match["locked"]}'
+            hint = f"{book.unlock}, or name another with --assignment"
             raise refusal(GRADEBOOK_COLUMN_CANNOT_BE_FILLED, sheet.name, message, hint)
 
-    def _assignment_column(self, assignment: str | None) -> int:
-        matches = {at: re.fullmatch(r"(?s)(.*) \((\d+)\)", title) for at, title in enumerate(self.head)}
-        titles = {at: match for at, match in matches.items() if match}
+    def label(self, row: int) -> str:
+        """Name a row to a person."""
+        return ", ".join(self.sheet.value(row, at) for at in range(self.key))
+
+    def _assignment_column(self, assignment: str | None, points: Sequence[str]) -> tuple[int, re.Match[str]]:
+        pattern = re.compile(self.book.assignment, re.DOTALL | re.IGNORECASE)
+        cells = enumerate(zip(self.head, points, strict=True))
+        titles = {at: match for at, pair in cells if (match := pattern.fullmatch("\n".join(pair)))}
         if assignment is None:
             found = [at for at in titles if at > max(self.columns.values())]
         else:
             wanted = assignment.strip().casefold()
-            found = [at for at, match in titles.items() if wanted in (match[i].casefold() for i in range(3))]
+            told = {at: (self.head[at], match["title"], match["number"]) for at, match in titles.items()}
+            found = [at for at, names in told.items() if wanted in map(str.casefold, names)]
         if len(found) == 1:
-            return found[0]
-        shown = listing([titles[at][0] for at in titles]) or "none with a number in brackets"
+            return found[0], titles[found[0]]
+        shown = listing([self.head[at] for at in titles]) or "none with a number behind its title"
         asked = f'no one column "{assignment}"' if assignment is not None else "not one assignment"
-        hint = "make the assignment in Canvas first, and export again"
+        hint = self.book.make
         if titles:
             hint = f"give the number behind its title with --assignment; or {hint}"
         message = f"has {asked}; its assignments are: {shown}"
         raise refusal(GRADEBOOK_COLUMN_NOT_CLEAR, self.sheet.name, message, hint)
 
     def match(self, grades: Collection[Grade], ids: Ids) -> Iterator[tuple[Grade, list[int]]]:
-        """Look for Canvas's number, then the SIS user id, then the login; several rows for one in several sections."""
+        """Look in one column after the other, the platform's own first; several rows for one in several sections."""
         places: dict[tuple[str, str], list[int]] = {}
         for title, _ in self.book.known_by:
             for row in self.rows:
@@ -201,7 +211,7 @@ class _Canvas(_Layout):
     def why_refused(self, row: int, points: float) -> str:
         """Say that a student is excused; "" for one who is not."""
         before = self.sheet.value(row, self.grade)
-        return self.book.excused.format(before=before) if before.upper() in ("EX", "N/A") else ""
+        return self.book.excused.format(before=before) if before.casefold() in self.book.locked else ""
 
 
 class _Moodle(_Layout):
@@ -290,6 +300,7 @@ class Sheet(Struct):
     delimiter: str  # between cells
     mark: bytes  # byte-order mark
     encoding: str  # of the bytes behind it
+    quoted: bool  # True: every cell is in quotation marks; False: one that needs them
 
     def value(self, row: int, column: int | None) -> str:
         """Give a cell without blanks around it; "" where the row has no such column."""
@@ -305,7 +316,8 @@ class Sheet(Struct):
     def to_bytes(self) -> bytes:
         """Give the whole sheet, its lines as RFC 4180 ends them."""
         out = io.StringIO()
-        csv.writer(out, delimiter=self.delimiter).writerows(self.rows)
+        writer = csv.writer(out, delimiter=self.delimiter, quoting=csv.QUOTE_ALL if self.quoted else csv.QUOTE_MINIMAL)
+        writer.writerows(self.rows)
         return self.mark + out.getvalue().encode(self.encoding, "surrogateescape")
 
 
@@ -340,7 +352,8 @@ def read_sheet(data: bytes, name: str) -> Sheet:
         hint = "give the CSV file that the gradebook exports, not a workbook"
         hint = "export the gradebook again" if why == "is empty" else hint
         raise refusal(GRADEBOOK_CANNOT_BE_READ, name, why, hint) from None
-    return Sheet(name, rows, delimiter, mark, encoding)
+    first = f'"{delimiter}"'.join(cell.replace('"', '""') for cell in rows[0])
+    return Sheet(name, rows, delimiter, mark, encoding, text.startswith(f'"{first}"'))
 
 
 def refusal(code: str, name: str, message: str, hint: str) -> InputError:

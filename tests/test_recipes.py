@@ -53,7 +53,7 @@ RECIPES = {
  SOURCES: Mapping[str, SourceKind] = {
 +    "ruler_scale": SourceKind("position", Uncertainty(0.0, 0.0005), "0.05 %", "all runs (a ruler)", "a ruler checked"),
 @ measurements/sources.py
-     sources.append(_of_whole_log(readings, "position_zero"))
+     zero = _of_whole_log(readings, "position_zero")
 +    sources.append(_of_whole_log(readings, "ruler_scale"))
 @ readings/roles.py
  SHARED_UNCERTAINTIES = {

@@ -136,6 +136,8 @@ def _plain(sign: str) -> str:
         return "".join(map(_plain, parts))
     if combining(sign):
         return ""
+    if "\N{SYMBOL FOR NULL}" <= sign <= "\N{SYMBOL FOR UNIT SEPARATOR}":
+        return f"^{chr(ord(sign) - 0x2400 + 64)}"  # NUL as ^@
     called = name(sign, "")
     if called.startswith("GREEK "):
         letter = called.split()[-1]

@@ -73,11 +73,13 @@ _MODULES = [
 
 def __getattr__(name: str) -> Any:
     from importlib import import_module
+    from types import ModuleType
 
     for module in _MODULES if name in __all__ else ():
-        found = vars(import_module(f"gyrodata.grading.{module}"))
-        if name in found:
-            return found[name]
+        found = vars(import_module(f"gyrodata.grading.{module}")).get(name)
+        # A module that holds one of its own name is an attribute of its package too.
+        if found is not None and not isinstance(found, ModuleType):
+            return found
     raise AttributeError(f"module 'gyrodata.grading' has no attribute {name!r}")
 
 

@@ -63,12 +63,13 @@ def grade(submission: Submission, rubric: Rubric, reported: str | None = None) -
 
 
 def quick(submission: Submission, rubric: Rubric, reported: str | None = None) -> Grade:
-    """Grade in no time: what another student got, with times that are nobody else's."""
+    """Grade in no time: what another student got, with spins and times that are nobody else's."""
     grade = _another()
     assert grade.fingerprint is not None
     random = np.random.default_rng(list(submission.student.encode()))
     time = tuple(np.round(20 * random.random(len(grade.fingerprint.time)) + 1, 2).tolist())
-    one = replace(grade.fingerprint, sha256=submission.student, time=time)
+    spin = tuple((np.array(grade.fingerprint.spin) * random.uniform(0.8, 1.2, len(time))).tolist())
+    one = replace(grade.fingerprint, sha256=submission.student, time=time, spin=spin)
     return replace(grade, student=submission.student, name=submission.name, fingerprint=one)
 
 

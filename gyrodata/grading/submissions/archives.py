@@ -53,7 +53,9 @@ def list_files(root: Path) -> Listing:
         if root.is_file() and zipfile.is_zipfile(root):
             archive = _opened(*_identity(root))
             sizes = {name: info.file_size for name, info in sorted(archive.files.items())}
-            return Listing(root, sizes, archive.folders)
+            message, hint = 'the zip holds "{}" twice; the later one is read', "take one of the two out of the zip"
+            twice = [Diagnostic.of(FILE_LEFT_OUT, message.format(name), hint, root.name) for name in archive.twice]
+            return Listing(root, sizes, archive.folders, tuple(twice))
         if root.is_file():
             with root.open("rb") as file:
                 if file.read(4) == b"PK\x03\x04":
@@ -159,6 +161,7 @@ class _Archive(NamedTuple):
     zip: zipfile.ZipFile
     files: dict[str, zipfile.ZipInfo]
     folders: tuple[str, ...]
+    twice: tuple[str, ...]  # names that stand for two files
 
 
 def _read_member(root: Path, name: str, most: int) -> bytes:
@@ -193,6 +196,7 @@ def _opened(root: Path, changed: int, size: int, process: int) -> _Archive:
         raise _refusal(ZIP_DAMAGED, root, f"is damaged: {error}", "download it again") from None
     files: dict[str, zipfile.ZipInfo] = {}
     folders: set[str] = set()
+    twice: set[str] = set()
     for info in archive.infolist():
         whole = _safe_name(root, info)
         name = "/".join(part for part in whole.split("/") if part not in ("", "."))
@@ -201,8 +205,9 @@ def _opened(root: Path, changed: int, size: int, process: int) -> _Archive:
         if info.is_dir():
             folders.add(f"{name}/")
         elif name:
+            twice |= {name} & files.keys()
             files[name] = info
-    return _Archive(archive, files, tuple(sorted(folders)))
+    return _Archive(archive, files, tuple(sorted(folders)), tuple(sorted(twice)))
 
 
 def _safe_name(root: Path, info: zipfile.ZipInfo) -> str:

@@ -130,6 +130,25 @@ def test_a_second_run_grades_nobody_and_changes_no_byte(grades: Path) -> None:
     assert {path: path.read_bytes() for path in grades.rglob("*") if path.is_file()} == before
 
 
+def test_parts_of_a_class_put_together_are_one_run(graded: tuple[Result, Path], tmp_path: Path) -> None:
+    together = tmp_path / "grades" / "journal.ndjson"
+    together.parent.mkdir()
+    for number in range(2):
+        (part := tmp_path / f"part{number}").mkdir()
+        for path in sorted(CLASS.iterdir())[number::2]:
+            shutil.copy(path, part)
+        grades = tmp_path / f"grades{number}"
+        assert gyro("grade", part, "--out", grades, "--workers", "0", "--exit-zero").exit_code == 0
+        with together.open("ab") as journal:
+            journal.write((grades / "journal.ndjson").read_bytes())
+    done = gyro("grade", CLASS, "--out", together.parent, "--workers", "0")
+    assert "kept 14 as graded before\n" in done.stderr
+    assert done.stdout == graded[0].stdout
+    for path in sorted(graded[1].rglob("*")):
+        if path.is_file() and path.name != "journal.ndjson":
+            assert (together.parent / path.relative_to(graded[1])).read_bytes() == path.read_bytes(), path.name
+
+
 LOGS = {"ann": "bakertom_102_9002_gyroscope.csv", "bob": "itoken_109_9009_lab.csv"}
 
 

@@ -318,11 +318,18 @@ def _write_page(folder: Path, task: _Task) -> Iterator[str]:
     for ending, text in zip(ENDINGS, texts, strict=True):
         page = f"{FOLDER}/{task.page}{ending}"
         data = text.encode("utf-8", "replace")
-        old = write_changed(folder / page, data, private=True)
+        try:
+            old = (folder / page).read_bytes()
+        except FileNotFoundError:
+            old = None
+        if old == data:
+            continue
+        # Kept first: what cannot be kept is not written over.
         if old is not None and task.before and zlib.crc32(old) != task.before.get(ending):
             kept = Path(PUBLISHED, FOLDER, f"{task.page}-{_digest(old)}{ending}")
             write_whole(folder / kept, [old], private=True, sync=True)
             yield f"{page} was changed by hand; what it was is kept as {kept.as_posix()}"
+        write_whole(folder / page, [data], private=True)
 
 
 def feedback_names(found: ClassGrades) -> dict[str, str]:

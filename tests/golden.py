@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from itertools import groupby
 from typing import Any
 
+import pytest
 from sheets import HABITS, lab, source
 
 from gyrodata.diagnostics import CODES
@@ -14,11 +15,27 @@ from gyrodata.errors import GyroError
 from gyrodata.readings import Reading, read_log
 from gyrodata.units import Uncertainty
 
+NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
-def steady(text: str) -> str:
-    """Write every long number with ten digits: those behind are the processor's; and figures by their names alone."""
-    text = re.sub(r"data:image/png;base64,[A-Za-z0-9+/=]+", "FIGURE", text)
-    return re.sub(r"\d+\.\d{6,}(?:e[-+]?\d+)?", lambda number: f"{float(number[0]):.10g}", text)
+
+class Steady:
+    """A text that equals another of the same words and the same numbers, to ten digits; figures by their names."""
+
+    def __init__(self, text: str) -> None:
+        text = re.sub(r"data:image/png;base64,[A-Za-z0-9+/=]+", "FIGURE", text)
+        self.words, self.numbers = NUMBER.sub("№", text), [float(number) for number in NUMBER.findall(text)]
+
+    def __eq__(self, other: object) -> bool:
+        # What is left where two numbers cancel has fewer digits.
+        return (
+            isinstance(other, Steady)
+            and self.words == other.words
+            and other.numbers == pytest.approx(self.numbers, rel=2e-10, abs=1e-12)
+        )
+
+    def __repr__(self) -> str:
+        numbers = iter(self.numbers)
+        return re.sub("№", lambda _: f"{next(numbers):.10g}", self.words)
 
 
 def numbers(node: Any, place: str = "") -> dict[str, float]:

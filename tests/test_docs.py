@@ -485,7 +485,8 @@ def test_a_terminal_shows_a_page_whole(page: str, width: int, monkeypatch: pytes
     # Nothing is cut, and no mark of Markdown or of a test is left.
     assert shown.count("…") == docs.page_text(page).count("…")
     assert re.findall(r"\*\*|```|\|--|<!--|\]\(", shown) == []
-    assert shown.split("\n")[0].strip() == docs.page_title(page)
+    # Rich before 15 puts a frame around it.
+    assert shown.lstrip("\n ┏━┓").partition("\n")[0].strip("┃ ") == docs.page_title(page)
 
 
 def test_all_pages_are_listed() -> None:

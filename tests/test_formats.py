@@ -20,7 +20,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 import pytest
-from golden import steady
+from golden import Steady
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
@@ -92,14 +92,14 @@ FORMS: dict[str, Callable[[Analysis], str]] = {
 @pytest.mark.parametrize("ending", FORMS)
 def test_golden_report(ending: str) -> None:
     golden = (EXPECTED / f"air_gyroscope.{ending}").read_text(encoding="utf-8")
-    assert steady(FORMS[ending](analyze(SAMPLES / "air_gyroscope.csv"))) == steady(golden)
+    assert Steady(FORMS[ending](analyze(SAMPLES / "air_gyroscope.csv"))) == Steady(golden)
 
 
 def test_the_command_writes_what_the_functions_write() -> None:
     path = SAMPLES / "air_gyroscope.csv"
     for form, ending in (("markdown", "md"), ("latex", "tex"), ("csv", "csv")):
         done = gyro("analyze", path, "--format", form)
-        assert steady(done.stdout) == steady((EXPECTED / f"air_gyroscope.{ending}").read_text(encoding="utf-8"))
+        assert Steady(done.stdout) == Steady((EXPECTED / f"air_gyroscope.{ending}").read_text(encoding="utf-8"))
 
 
 @pytest.mark.parametrize(

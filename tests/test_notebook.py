@@ -6,7 +6,7 @@ import json
 from typing import Any
 
 import pytest
-from golden import steady
+from golden import Steady
 from make_notebook import NOTEBOOK, executed
 
 STORED: dict[str, Any] = json.loads(NOTEBOOK.read_text(encoding="utf-8"))
@@ -18,7 +18,7 @@ def shown(notebook: dict[str, Any]) -> list[tuple[str, str, dict[str, str]]]:
     for cell in notebook["cells"]:
         for output in cell.get("outputs", ()):
             parts = {**output.get("data", {}), output.get("name", "error"): output.get("text", "")}
-            texts = {kind: "" if kind == "image/svg+xml" else steady("".join(text)) for kind, text in parts.items()}
+            texts = {kind: "" if kind == "image/svg+xml" else Steady("".join(text)) for kind, text in parts.items()}
             told.append((cell["id"], output["output_type"], texts))
     return told
 

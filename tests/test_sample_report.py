@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from golden import steady
+from golden import Steady
 from make_sample_report import REPORT, make
 from PIL import Image
 
@@ -36,7 +36,7 @@ def test_the_same_files(fresh: Path) -> None:
 @pytest.mark.parametrize("name", ["results.json", "runs.csv", "report.html"])
 def test_the_same_numbers_and_words(name: str, fresh: Path) -> None:
     kept, made = ((folder / name).read_text(encoding="utf-8") for folder in (REPORT, fresh))
-    assert steady(kept) == steady(made)
+    assert Steady(kept) == Steady(made)
 
 
 @pytest.mark.parametrize("name", FIGURES)

@@ -136,7 +136,10 @@ def from_json(text: str | bytes, kind: type[Record]) -> Record:
         return msgspec.json.decode(text, type=kind)
     except msgspec.DecodeError:
         # Half of a surrogate, as of a file's name in another coding, passes only here.
-        return msgspec.convert(json.loads(text), kind)
+        try:
+            return msgspec.convert(json.loads(text), kind)
+        except msgspec.ValidationError as error:  # no ValueError in older releases
+            raise ValueError(str(error)) from None
 
 
 def grade_submission(submission: Submission, rubric: Rubric, reported: str | None = None) -> Grade:

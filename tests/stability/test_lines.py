@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 
 import numpy as np
 import pytest
@@ -61,9 +62,15 @@ class TestIdenticalPoints:
             slope = np.polyfit(self.measured.product, self.measured.torque, 1)[0]
         assert slope / INERTIA != pytest.approx(1, abs=0.1)
 
-    def test_linregress_stops(self) -> None:
-        with pytest.raises(ValueError, match="identical"):
-            linregress(self.measured)
+    def test_linregress_stops_or_gives_no_number(self) -> None:
+        # scipy 1.18 warns and goes on, earlier ones stop.
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)
+            try:
+                given = float(linregress(self.measured).value)
+            except ValueError:
+                given = math.nan
+        assert math.isnan(given)
 
     def test_the_scatter_of_a_copy_is_zero(self) -> None:
         assert mean_of_ratios(self.measured).half == pytest.approx(0, abs=1e-15)

@@ -56,7 +56,9 @@ def test_fish_shows_what_a_code_means() -> None:
 def test_bash_takes_what_is_to_be_installed() -> None:
     told = subprocess.run(
         [sys.executable, "-c", START, "--show-completion", "bash"],
-        env={**os.environ, "PYTHONPATH": str(ROOT)}, capture_output=True, text=True, check=True,
+        # Else the shell is the one that started all this, and there may be none.
+        env={**os.environ, "PYTHONPATH": str(ROOT), "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1"},
+        capture_output=True, text=True, check=True,
     ).stdout  # fmt: skip
     assert "complete -o default -F _gyro_completion gyro" in told
     subprocess.run(["bash", "-n"], input=told, text=True, check=True)

@@ -29,7 +29,7 @@ MEMORY = 2_000_000_000  # address space of a worker [byte], where the system kee
 
 START = 60.0  # a worker that has not started after this [s] never will
 
-TRIES = 2  # how often work is begun whose worker dies; a time limit is not waited for twice
+TRIES = 2  # how often work is begun whose worker dies
 
 
 class Failed(Struct, frozen=True):
@@ -46,20 +46,27 @@ def count_workers() -> int:
 
 
 def in_workers(
-    work: Callable[[Task], Answer], tasks: Iterable[Task], workers: int, limit: float, preload: Sequence[str] = ()
+    work: Callable[[Task], Answer],
+    tasks: Iterable[Task],
+    workers: int,
+    limit: float,
+    preload: Sequence[str] = (),
+    at_once: int = 1,
 ) -> Iterator[tuple[Task, Answer | Failed]]:
     """Give each task with its answer, or `Failed`, in the order in which they are done.
 
     `work` is sent to each worker once, so that it must be picklable, as tasks and answers must be. `limit` is the time
-    for one task [s]. `preload` names modules that are loaded once for all workers, where the system can. Without
-    workers all is done in this process, where nothing stops a task that hangs. Where no process can be started, for
-    want of memory as a rule, the work is done here too: slowly, but it is done.
+    for one task [s]. `preload` names modules that are loaded once for all workers, where the system can. `at_once` is
+    how many tasks a worker is given together, for to be asked costs as much as a small one: where they do not end in
+    the time for one, or end its process, they are done one by one. Without workers all is done in this process, where
+    nothing stops a task that hangs. Where no process can be started, for want of memory as a rule, the work is done
+    here too: slowly, but it is done.
     """
     if not workers:
         for task in tasks:
             yield task, _here(work, task, 0.0)
         return
-    pool = _Pool(work, tasks, min(workers, _most_workers()), limit, preload)
+    pool = _Pool(work, tasks, min(workers, _most_workers()), limit, preload, at_once)
     try:
         yield from pool.run()
     finally:
@@ -70,18 +77,18 @@ def in_workers(
 
 
 def _serve(connection: Connection, work: Callable[[Any], Any], limit: float) -> None:
-    """Do tasks until nobody asks for more."""
+    """Do tasks, as they are given, until nobody asks for more."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for whoever started the pool
     _limit_memory()
     with suppress(EOFError, OSError):
-        connection.send((True, None))
+        connection.send([])
         while True:
-            task = connection.recv()
+            tasks = connection.recv()
             # Should nobody be left to stop it, it ends by itself.
             _alarm(2 * limit)
-            answer = _try(work, task)
+            answers = [_try(work, task) for task in tasks]
             _alarm(0.0)
-            connection.send(answer)
+            connection.send(answers)
 
 
 def _try(work: Callable[[Any], Any], task: Any) -> tuple[bool, Any]:
@@ -142,7 +149,7 @@ def _alarm(seconds: float) -> None:
 
 
 class _Worker(Generic[Task]):
-    """One process, and the task that it has."""
+    """One process, and the tasks that it has."""
 
     def __init__(self, context: Any, work: Callable[[Task], Any], limit: float) -> None:
         self.connection, theirs = context.Pipe()
@@ -152,14 +159,15 @@ class _Worker(Generic[Task]):
         self.limit = limit
         self.started = False
         self.deadline = time.monotonic() + START
-        self.task: tuple[Task, int] | None = None
+        self.tasks: list[Task] = []
+        self.tries = 0
 
-    def give(self, task: tuple[Task, int]) -> None:
-        """Send a task; a worker that is gone is found when its answer is read."""
-        self.task = task
+    def give(self, tasks: list[Task], tries: int) -> None:
+        """Send some tasks; a worker that is gone is found when its answers are read."""
+        self.tasks, self.tries = tasks, tries
         self.deadline = time.monotonic() + self.limit
         with suppress(OSError):
-            self.connection.send(task[0])
+            self.connection.send(tasks)
 
     def stop(self, patience: float = 0.0) -> str:
         """End the process, after some time to end by itself [s], and say how it ended."""
@@ -176,14 +184,21 @@ class _Worker(Generic[Task]):
 
 
 class _Pool(Generic[Task, Answer]):
-    """All workers, and the tasks that wait: no more of them than workers, for there may be many."""
+    """All workers, and the tasks that wait: for no more than one round of them, for there may be many."""
 
     def __init__(
-        self, work: Callable[[Task], Answer], tasks: Iterable[Task], workers: int, limit: float, preload: Sequence[str]
+        self,
+        work: Callable[[Task], Answer],
+        tasks: Iterable[Task],
+        workers: int,
+        limit: float,
+        preload: Sequence[str],
+        at_once: int,
     ) -> None:
         self.work, self.most, self.limit = work, workers, limit
-        self.tasks = iter(tasks)
-        self.waiting: deque[tuple[Task, int]] = deque()
+        each = iter(tasks)
+        self.tasks = iter(lambda: list(islice(each, at_once)), [])
+        self.waiting: deque[tuple[list[Task], int]] = deque()  # what is given together, and which try it is
         self.workers: list[_Worker[Task]] = []
         self.failed_starts = 0
         self.context = start_context(preload)
@@ -196,17 +211,14 @@ class _Pool(Generic[Task, Answer]):
             heard = wait([worker.connection for worker in active], patience)
             for worker in active:
                 if worker.connection in heard:
-                    done = self._hear(worker)
+                    yield from self._hear(worker)
                 elif time.monotonic() > worker.deadline:
-                    done = self._give_up(worker)
-                else:
-                    continue
-                if done is not None:
-                    yield done
+                    yield from self._give_up(worker)
         # Where no process can be started, there is work left; what ended a process may end this one too.
         ended = Failed("its process ended, and no other could be started")
-        for task, tries in chain(self.waiting, ((task, 1) for task in self.tasks)):
-            yield task, _here(self.work, task, self.limit) if tries == 1 else ended
+        for tasks, tries in chain(self.waiting, ((tasks, 1) for tasks in self.tasks)):
+            for task in tasks:
+                yield task, _here(self.work, task, self.limit) if tries == 1 else ended
 
     def close(self) -> None:
         """Stop all workers, in the middle of a task too."""
@@ -214,9 +226,9 @@ class _Pool(Generic[Task, Answer]):
             worker.stop()
 
     def _busy(self) -> list[_Worker[Task]]:
-        """Give each idle worker a task, and list those that are heard from next."""
-        at_work = sum(worker.task is not None for worker in self.workers)
-        self.waiting.extend((task, 1) for task in islice(self.tasks, max(0, self.most - len(self.waiting))))
+        """Give each idle worker something to do, and list those that are heard from next."""
+        at_work = sum(bool(worker.tasks) for worker in self.workers)
+        self.waiting.extend((tasks, 1) for tasks in islice(self.tasks, max(0, self.most - len(self.waiting))))
         while len(self.workers) < min(self.most, len(self.waiting) + at_work):
             try:
                 with _unheard():
@@ -224,53 +236,56 @@ class _Pool(Generic[Task, Answer]):
             except (OSError, EOFError):  # from a server that could not fork
                 self._make_do(len(self.workers))
         for worker in self.workers:
-            if self.waiting and worker.started and worker.task is None:
-                worker.give(self.waiting.popleft())
-        if not self.waiting and not any(worker.task is not None for worker in self.workers):
+            if self.waiting and worker.started and not worker.tasks:
+                worker.give(*self.waiting.popleft())
+        if not self.waiting and not any(worker.tasks for worker in self.workers):
             return []
-        return [worker for worker in self.workers if worker.task is not None or not worker.started]
+        return [worker for worker in self.workers if worker.tasks or not worker.started]
 
-    def _hear(self, worker: _Worker[Task]) -> tuple[Task, Answer | Failed] | None:
-        """Take what a worker sends: that it has started, an answer, or its end."""
+    def _hear(self, worker: _Worker[Task]) -> list[tuple[Task, Answer | Failed]]:
+        """Take what a worker sends: that it has started, its answers, or its end."""
         try:
-            fine, answer = worker.connection.recv()
+            answers = worker.connection.recv()
         except (EOFError, OSError):
             return self._reap(worker)
         self.failed_starts = 0  # a process works here, so that others can be started
-        if worker.task is None:
+        if not worker.started:
             worker.started = True
             self.most = max(self.most, 1)
-            return None
-        (task, _), worker.task = worker.task, None
-        return task, answer if fine else Failed(answer)
+        tasks, worker.tasks = worker.tasks, []
+        return [(task, answer if fine else Failed(answer)) for task, (fine, answer) in zip(tasks, answers, strict=True)]
 
-    def _reap(self, worker: _Worker[Task]) -> tuple[Task, Answer | Failed] | None:
-        """Take away a worker that died, before it started or in its task, which is tried again."""
+    def _reap(self, worker: _Worker[Task]) -> list[tuple[Task, Answer | Failed]]:
+        """Take away a worker that died, before it started or at its tasks, which are tried again."""
         self.workers.remove(worker)
         how = worker.stop(patience=5.0)
-        if worker.task is None:
+        if not worker.tasks:
             self.failed_starts += 1
             if self.failed_starts > TRIES:
                 self._make_do(sum(worker.started for worker in self.workers))
-            return None
-        task, tries = worker.task
-        if tries < TRIES:
-            self.waiting.appendleft((task, tries + 1))
-            return None
-        return task, Failed(how)
+            return []
+        return self._again(worker, worker.tries + 1, Failed(how))
+
+    def _again(self, worker: _Worker[Task], tries: int, why: Failed) -> list[tuple[Task, Answer | Failed]]:
+        """Do one by one what a worker had together; a task that it had alone is over after so many tries."""
+        if len(worker.tasks) == 1 and tries > TRIES:
+            return [(worker.tasks[0], why)]
+        self.waiting.extendleft(([task], tries if len(worker.tasks) == 1 else 1) for task in worker.tasks)
+        return []
 
     def _make_do(self, there: int) -> None:
         """Go on with the workers that are there, or try half as many at once; a machine short of memory is slow."""
         self.failed_starts, self.most = 0, max(there, self.most // 2)
 
-    def _give_up(self, worker: _Worker[Task]) -> tuple[Task, Answer | Failed] | None:
+    def _give_up(self, worker: _Worker[Task]) -> list[tuple[Task, Answer | Failed]]:
         """Stop a worker that takes too long."""
         self.workers.remove(worker)
         worker.stop()
-        if worker.task is None:
+        if not worker.tasks:
             self._make_do(sum(worker.started for worker in self.workers))
-            return None
-        return worker.task[0], _late(self.limit)
+            return []
+        # A time limit is not waited for twice.
+        return self._again(worker, TRIES + 1, _late(self.limit))
 
 
 def start_context(preload: Sequence[str]) -> Any:

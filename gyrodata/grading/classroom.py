@@ -169,8 +169,10 @@ def _entries(
     unseen = {student for student, entry in entries.items() if entry.seen != seen[student]}
     # What tells the progress stays here.
     work = partial(_grade_one, rubric, replace(options, journal=None, progress=None), reported)
-    waiting = (handed_in[student] for student in again)
-    for item, answer in in_workers(work, waiting, options.workers, options.limit, PRELOAD):
+    waiting = [handed_in[student] for student in again]
+    for item, answer in in_workers(
+        work, waiting, options.workers, options.limit, PRELOAD, share_of(len(again), options.workers)
+    ):
         if isinstance(answer, Failed):
             lost, answer = answer.why, (basis_of(item, rubric, reported[item.student]), "", {})
             grade = not_graded(item, rubric, f"{lost}; a person must look")
@@ -197,6 +199,14 @@ def _entries(
         if options.progress is not None:
             options.progress(done)
     return entries, again, unseen
+
+
+MOST_AT_ONCE = 8  # students that a worker is given together
+
+
+def share_of(count: int, workers: int) -> int:
+    """Say how many students a worker is given together, so that each comes round several times."""
+    return max(1, min(MOST_AT_ONCE, count // (4 * max(1, workers))))
 
 
 def _grade_one(

@@ -37,7 +37,7 @@ _MARKDOWN_SIGNS = re.compile(r"([\\`*_\[\]|~$])")
 def plain(text: object) -> str:
     """One line without control characters."""
     line = " ".join(str(text).split())
-    if line.isascii() and line.isprintable():
+    if line.isprintable():
         return line
     return "".join(c for c in line if c in _KEPT_FORMATS or not unicodedata.category(c).startswith("C"))
 

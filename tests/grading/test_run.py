@@ -69,10 +69,11 @@ def run(root: Path, options: GradingOptions) -> ClassGrades:
 # --- workers ------------------------------------------------------------------------------------------------
 
 
-def test_whatever_goes_wrong_is_one_row(tmp_path: Path) -> None:
+@pytest.mark.parametrize("together", [1, 4])
+def test_whatever_goes_wrong_is_one_row(tmp_path: Path, together: int) -> None:
     once = f"once {tmp_path / 'mark'}"
     tasks = ["fine 1", "hang", "exit", "kill", "memory", "deep", "raise x", once, "fine 2"]
-    done = dict(in_workers(mishaps.work, tasks, workers=3, limit=1.5))
+    done = dict(in_workers(mishaps.work, tasks, workers=3, limit=1.5, at_once=together))
     assert sorted(done) == sorted(tasks)
     assert (done["fine 1"], done["fine 2"], done[once]) == ("fine 1 done", "fine 2 done", f"{once} done")
     reasons = {task: answer.why for task, answer in done.items() if isinstance(answer, Failed)}
@@ -86,11 +87,12 @@ def test_whatever_goes_wrong_is_one_row(tmp_path: Path) -> None:
     }
 
 
-def test_a_worker_that_is_killed_from_outside_takes_nothing_along() -> None:
+@pytest.mark.parametrize("together", [1, 5])
+def test_a_worker_that_is_killed_from_outside_takes_nothing_along(together: int) -> None:
     tasks = [f"sleep 0.0{number % 3}" for number in range(60)]
     tasks = [f"{task}{'0' * number}1" for number, task in enumerate(tasks)]
     done = []
-    for number, (task, answer) in enumerate(in_workers(mishaps.work, tasks, workers=2, limit=20.0)):
+    for number, (task, answer) in enumerate(in_workers(mishaps.work, tasks, workers=2, limit=20.0, at_once=together)):
         done.append(task)
         assert answer == f"{task} done"
         if number % 12 == 5:

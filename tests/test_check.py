@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from itertools import pairwise
 from pathlib import Path
 
@@ -163,11 +164,14 @@ class TestSchema:
         text = gyro("schema", "--diagnostics").stdout
         rows = json.loads(gyro("schema", "--diagnostics", "--json").stdout)["diagnostics"]
         assert {row["code"] for row in rows} == set(CODES)
-        assert all(f"{row['code']}  {row['severity']}" in text for row in rows)
+        parts = dict(zip((row["code"] for row in rows), re.split(r"(?m)^(?=G\d{3}  )", text)[1:], strict=True))
+        for row in rows:
+            assert parts[row["code"]].startswith(f"{row['code']}  {row['severity']}")
+            # That of an empty log is nothing.
+            assert row["example"].strip() or row["code"] == "G103"
+            assert all(line.strip() in parts[row["code"]] for line in row["example"].splitlines())
 
     def test_a_diagnostic_is_named_where_it_is_raised_and_numbered_in_its_table_alone(self) -> None:
-        import re
-
         files = [path for path in (ROOT / "gyrodata").rglob("*.py") if path.name != "diagnostics.py"]
         sources = "".join(path.read_text(encoding="utf-8") for path in files)
         assert not re.findall(r"\bG\d{3}\b", sources)

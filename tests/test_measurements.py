@@ -181,6 +181,12 @@ def test_senses_tell_the_sign_of_an_unloaded_run() -> None:
     assert [d.code for d in swapped.diagnostics if d.severity == "warning"] == ["G402"]
 
 
+def test_only_a_run_without_a_weight_needs_its_sense() -> None:
+    loaded = "20.00,15.0,206,7.06,1/3\n40.00,15.0,206,3.55,1/3\n"
+    assert measured(HEAD + loaded).sense.tolist() == [1, 1]
+    assert measured(HEAD + loaded + "0,,401,160.2,1/12\n").sense.tolist() == [1, 1, 0]
+
+
 def test_a_spin_with_a_sign_says_its_sense() -> None:
     head = "mass [g],position [cm],spin [rpm],time [s],turns,precession_sense\n"
     m = measured(

@@ -38,7 +38,6 @@ def completed(line: str, shell: str = "bash") -> list[str]:
         ("gyro grade --lms m", ["moodle"]),
         ("gyro explain G45", [code for code in sorted(CODES) if code.startswith("G45")]),
         ("gyro explain ", [*PAGES, *sorted(CODES)]),
-        ("gyro explain g45", [code for code in sorted(CODES) if code.startswith("G45")]),
         ("gyro explain theory sta", ["statistics"]),
         # The shell's own files come where there is nothing to say.
         ("gyro analyze lo", []),

@@ -144,7 +144,7 @@ def _topics(incomplete: str) -> list[tuple[str, str]]:
     from gyrodata.docs import PAGES, page_title
 
     listed = [(name, page_title(name)) for name in PAGES] + [(code, one.title) for code, one in sorted(CODES.items())]
-    return [(name, title) for name, title in listed if name.lower().startswith(incomplete.lower())]
+    return [(name, title) for name, title in listed if name.startswith(incomplete)]
 
 
 def explain(

@@ -80,7 +80,7 @@ class Journal:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.damaged = 0
-        self.outdated = False  # True where a student has an older line too, as after a run that was killed
+        self.outdated = False  # True where lines are out of order or double, as after a run that was killed
         self.places: dict[str, tuple[int, int]] = {}  # where the line of each student begins, and its length [byte]
 
     def read(self) -> Iterator[Entry]:
@@ -88,7 +88,7 @@ class Journal:
 
         Gives: The last one of a student holds.
         """
-        self.damaged, self.outdated, self.places, at = 0, False, {}, 0
+        self.damaged, self.outdated, self.places, at, last = 0, False, {}, 0, ""
         with telling(self.path.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
             try:
                 file = self.path.open("rb")
@@ -104,8 +104,10 @@ class Journal:
                     except (ValueError, RecursionError):
                         self.damaged += 1
                     else:
-                        self.outdated |= entry.grade.student in self.places
-                        self.places[entry.grade.student] = at - len(line), len(line)
+                        # Of two lines of one student the second is no later in the order.
+                        self.outdated |= entry.grade.student <= last
+                        last = entry.grade.student
+                        self.places[last] = at - len(line), len(line)
                         yield entry
 
     def torn(self) -> Diagnostic:

@@ -290,6 +290,16 @@ def test_a_kill_loses_nothing(honest: Path, tmp_path: Path) -> None:
         assert (killed / name).read_bytes() == (whole / name).read_bytes(), name
 
 
+def test_a_journal_of_a_run_that_was_killed_before_it_put_it_in_order(honest: Path, tmp_path: Path) -> None:
+    options = GradingOptions(journal=Journal(tmp_path / "journal.ndjson"))
+    run(honest, options)
+    journal = tmp_path / "journal.ndjson"
+    whole = journal.read_bytes()
+    journal.write_bytes(b"".join(reversed(whole.splitlines(keepends=True))))
+    assert run(honest, options).again == {}
+    assert journal.read_bytes() == whole
+
+
 # --- memory ---------------------------------------------------------------------------------------------------
 
 LEAST, MORE = 10, 50

@@ -11,8 +11,8 @@ from typing import Annotated, Any, cast
 
 from msgspec import Meta, Struct, field
 
-from gyrodata.grading.toml_table import Text, UnfitError
 from gyrodata.quantities import parse_uncertainty
+from gyrodata.toml_table import Text, UnfitError
 from gyrodata.units import UnitError
 
 _DURATION = re.compile(r"\s*(\d+(?:\.\d+)?)\s*(s|sec|second|min|minute|h|hour|day|week)s?\s*", re.IGNORECASE)

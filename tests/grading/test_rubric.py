@@ -28,7 +28,7 @@ from gyrodata.grading import (
     read_rubric,
 )
 from gyrodata.grading.rubric import make_curve, parse_condition
-from gyrodata.grading.toml_table import UnfitError, find_places
+from gyrodata.toml_table import UnfitError, find_places
 
 HEAD = 'schema = 1\npoints = 4\n[[criterion]]\nid = "izz"\ncheck = "own_data"\npoints = 4\n'
 LATE = """

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from gyrodata.grading.lastrun import JOURNAL, digest_of, find_unchanged, keep_run
     from gyrodata.grading.late import duration_text, judge_lateness, parse_duration
     from gyrodata.grading.ledger import DESK, TODO, Desk, read_desk
-    from gyrodata.grading.platforms import AUTOGRADER, PLATFORMS
+    from gyrodata.grading.platforms import PLATFORMS
     from gyrodata.grading.roster import Person, Roster, read_roster
     from gyrodata.grading.rubric import ACCEPTED, Rubric, default_rubric, default_rubric_text, read_rubric, rubric_shape
     from gyrodata.grading.slips import Slip, find_slips
@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
-    "ACCEPTED", "AUTOGRADER", "DESK", "FIGURES", "JOURNAL", "LIMIT", "PLATFORMS", "PUBLISHED", "TABLE", "TODO",
+    "ACCEPTED", "DESK", "FIGURES", "JOURNAL", "LIMIT", "PLATFORMS", "PUBLISHED", "TABLE", "TODO",
     "Answers", "Basis", "BenchScatter", "Change", "ClassGrades", "CriterionFigures", "Decision", "Desk", "Entry",
     "Filled", "Fingerprint", "Flag", "Grade", "Gradebooks", "GradingOptions", "Journal", "Mark", "Person",
     "Published", "Reference", "Roster", "Rubric", "Slip", "Submission", "Submissions", "at_bench", "autograder_files",

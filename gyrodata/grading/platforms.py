@@ -37,15 +37,6 @@ class Book(Struct, frozen=True):
     known_by: tuple[tuple[str, tuple[str, ...]], ...] = ()  # titles of the columns of students, and the ids in each
 
 
-class Autograder(Struct, frozen=True):
-    """What a platform that grades at once lays down for a grader, and what it takes back."""
-
-    submission: str  # folder of the one submission
-    metadata: str
-    rubric: str
-    results: str
-
-
 class Platform(Struct, frozen=True):
     """How one platform names the files of a class, and takes grades back."""
 
@@ -54,17 +45,12 @@ class Platform(Struct, frozen=True):
     shapes: tuple[re.Pattern[str], ...] = ()  # of a whole name below the class; groups as in `ParsedName`, and its ids
     blind: str = ""  # who hands in where nobody is named
     receipts: bool = False  # True: a name cannot tell where a user name with a _ begins, notes beside the files do
-    metadata: str = ""  # file beside the submissions that tells who handed in, and when
     book: Book | None = None  # None: grades go back by hand, from ``grades.csv``
-    autograder: Autograder | None = None
 
 
 def _shapes(*texts: str) -> tuple[re.Pattern[str], ...]:
     return tuple(re.compile(text, re.DOTALL) for text in texts)
 
-
-AUTOGRADER = Autograder("submission", "submission_metadata.json", "source/rubric.toml", "results/results.json")
-"""What Gradescope's has."""
 
 _LATE = r"(?P<late>_LATE|_late)?"
 
@@ -113,15 +99,13 @@ PLATFORMS: Mapping[str, Platform] = {
             "gradescope",
             "submission_123456789/lab.csv beside submission_metadata.yml",
             _shapes(r"(?P<stem>submission_(?P<gradescope>\d+))/(?P<file>.+)"),
-            metadata="submission_metadata.yml",
-            autograder=AUTOGRADER,
         ),
         Platform(
             "canvas",
             "doejane_9876_5432_lab.csv",
             _shapes(
-                r"(?P<late>LATE_)?anon_(?P<anonymous>[0-9A-Za-z]+)_(?P<attachment>\d+)_(?P<file>[^/]+)",
-                r"(?P<late>LATE_)?anon_(?P<anonymous>[0-9A-Za-z]+)_(?P<file>(?:text|link)\.html)",
+                r"(?P<late>LATE_)?anon_(?P<canvas_anonymous>[0-9A-Za-z]+)_(?P<attachment>\d+)_(?P<file>[^/]+)",
+                r"(?P<late>LATE_)?anon_(?P<canvas_anonymous>[0-9A-Za-z]+)_(?P<file>(?:text|link)\.html)",
                 rf"(?P<name>[^/]*?){_LATE}_(?P<canvas>\d+)_(?P<attachment>\d+)_(?P<file>[^/]+)",
                 rf"(?P<name>[^/]*?){_LATE}_(?P<canvas>\d+)_(?P<file>(?:text|link)\.html)",
             ),

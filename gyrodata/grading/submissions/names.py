@@ -6,6 +6,7 @@ import re
 import unicodedata
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from os.path import commonprefix
 
 from msgspec import Struct
@@ -13,6 +14,7 @@ from msgspec import Struct
 from gyrodata.diagnostics import PATTERN_CANNOT_BE_USED
 from gyrodata.errors import GyroError, InputError, printable
 from gyrodata.grading.platforms import NAMED, PLATFORMS
+from gyrodata.grading.submissions.metadata import EXPORT
 from gyrodata.grading.submissions.student_files import ending, is_log
 
 
@@ -27,9 +29,11 @@ class ParsedName(Struct, frozen=True):
     late: bool = False  # marked late by the platform
     submitted: str | None = None  # time stamp, ISO 8601 where it is a date
     attempt: int | None = None  # number, where the name holds one
+    late_seconds: float | None = None  # time after the due date [s], negative before it; None where none is told
+    members: tuple[str, ...] = ()  # keys of all in a group
 
 
-_IDS = ("moodle", "canvas", "anonymous", "username", "gradescope")
+_IDS = ("moodle", "canvas", "canvas_anonymous", "username", "gradescope", "email")
 
 
 def _match(name: str, lms: str) -> re.Match[str] | None:
@@ -60,21 +64,7 @@ def read_pattern(text: str) -> re.Pattern[str]:
 def read_own_name(name: str, pattern: re.Pattern[str]) -> ParsedName | None:
     """Read a name by a pattern of the user's own, which may fit anywhere in it; None if it does not."""
     match = pattern.search(name)
-    if match is None or not match["student"]:
-        return None
-    groups = {key: value for key, value in match.groupdict().items() if value}
-    student = shown(groups["student"])
-    number = groups.get("attempt", "")
-    return ParsedName(
-        student,
-        shown(groups.get("name", "")) or student,
-        {key: shown(groups[key]) for key in ("username", "email") if key in groups},
-        groups.get("file", name.rpartition("/")[2]),
-        student.replace("/", "_"),
-        "late" in groups,
-        groups.get("submitted"),
-        int(number) if number.isascii() and number.isdigit() else None,
-    )
+    return _take_apart(match) if match is not None and match["student"] else None
 
 
 def shown(text: str) -> str:
@@ -91,28 +81,31 @@ _TURNING = "\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069"
 
 def read_name(name: str, lms: str) -> ParsedName | None:
     """Read a name below the class as one platform writes it; None if it does not."""
-    match, blind = _match(name, lms), PLATFORMS[lms].blind
-    if match is None:
-        return None
-    groups = match.groupdict()
-    kind = next(key for key in _IDS if groups.get(key))
-    number = shown(groups[kind])
-    person = shown(groups.get("name") or "")
-    if kind == "anonymous":
-        person = number = f"anon_{number}"
-    elif blind and person == blind:
-        person = f"{blind} {number}"
-    ids = {"canvas_anonymous" if kind == "anonymous" else kind: groups[kind]}
+    match = _match(name, lms)
+    return None if match is None else _take_apart(match, PLATFORMS[lms].blind)
+
+
+def _take_apart(match: re.Match[str], blind: str = "") -> ParsedName:
+    """Say what the groups of a match are; the file of a pattern of the user's own needs none."""
+    groups = {kind: text for kind, text in match.groupdict().items() if text}
+    kind = next(kind for kind in ("student", *_IDS) if kind in groups)
+    key = f"anon_{shown(groups[kind])}" if kind == "canvas_anonymous" else shown(groups[kind])
+    person = shown(groups.get("name", ""))
+    ids = {one: shown(groups[one]) for one in _IDS if one in groups}
     if "stem" in groups:
         ids["folder"] = shown(groups["stem"])
+    file = match.string.rpartition("/")[2]
+    number = groups.get("attempt", "")
+    stamp = re.sub(r"(.{10})-(..)-(..)-(..)", r"\1T\2:\3:\4", groups.get("stamp", ""))
     return ParsedName(
-        number,
-        person or number,
+        key,
+        f"{blind} {key}" if blind and person == blind else person or key,
         ids,
-        groups.get("file") or "",
-        printable(groups.get("stem") or _stem(name.rpartition("/")[2])),
-        bool(groups.get("late")),
-        re.sub(r"(.{10})-(..)-(..)-(..)", r"\1T\2:\3:\4", groups.get("stamp") or "") or None,
+        groups.get("file", file if kind == "student" else ""),
+        key.replace("/", "_") if kind == "student" else printable(groups.get("stem") or _stem(file)),
+        "late" in groups,
+        groups.get("submitted") or stamp or None,
+        int(number) if number.isascii() and number.isdigit() else None,
     )
 
 
@@ -136,8 +129,7 @@ def whose_names(names: list[str], folders: tuple[str, ...], lms: str, packed: bo
     outer = _outer_folder([*names, *folders])
     for below in ("", outer) if outer else ("",):
         inner = [name.removeprefix(below) for name in names]
-        told = next((lms for lms, one in PLATFORMS.items() if one.metadata and one.metadata in inner), None)
-        seen = told or recognise(inner)
+        seen = "gradescope" if EXPORT in inner else recognise(inner)
         if lms == "auto" and seen:
             return seen, below
         if lms in NAMED and any(read_name(name, lms) for name in inner):
@@ -207,10 +199,12 @@ def people_by_receipts(lms: str, names: Iterable[str], read: Callable[[str], byt
     matches = {name: match for name in names if (match := shape.fullmatch(name.rpartition("/")[2]))}
     owners = {name: match["owner"] for name, match in matches.items()}
     told: dict[str, tuple[str, str]] = {}
-    for name, owner in owners.items():
-        person = None if matches[name]["file"] else _read_receipt(owner, name, read)
-        if person:
-            told[owner] = person
+    for name in (name for name, match in matches.items() if not match["file"]):
+        with suppress(GyroError):
+            line = _FIRST_LINE.match(read(name).decode("utf-8-sig", "replace").replace("\r", "\n"))
+            # A receipt is text that anybody can write: the user name must be the one in the file's name.
+            if line and owners[name].endswith(f"_{line[2]}"):
+                told[owners[name]] = shown(line[2]), shown(line[1])
     distinct = set(owners.values())
     prefix = commonprefix(sorted(distinct)) if len(distinct) > 1 else ""  # noqa: RUF071 (these are no paths)
     shared = prefix.rpartition("_")[0]
@@ -218,15 +212,3 @@ def people_by_receipts(lms: str, names: Iterable[str], read: Callable[[str], byt
         user = shown(owner.removeprefix(f"{shared}_") if shared else owner.rpartition("_")[2])
         told[owner] = user, user
     return {name: told[owner] for name, owner in owners.items()}
-
-
-def _read_receipt(owner: str, name: str, read: Callable[[str], bytes]) -> tuple[str, str] | None:
-    try:
-        head = read(name).decode("utf-8-sig", "replace").replace("\r", "\n")
-    except GyroError:
-        return None
-    match = _FIRST_LINE.match(head)
-    # A receipt is text that anybody can write: the user name must be the one in the file's name.
-    if match and owner.endswith(f"_{match[2]}"):
-        return shown(match[2]), shown(match[1])
-    return None

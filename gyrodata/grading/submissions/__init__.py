@@ -35,7 +35,7 @@ from gyrodata.grading.submissions.names import (
     shown,
     whose_names,
 )
-from gyrodata.grading.submissions.student_files import Answers, choose_files, read_answers
+from gyrodata.grading.submissions.student_files import TEXTS, Answers, choose_files, ending, read_answers
 from gyrodata.readings import Readings, listing, read_log
 
 __all__ = [
@@ -334,6 +334,8 @@ def _submission(files: Listing, named: Mapping[str, ParsedName], oldest: bool = 
     own = {name: what.file for name, what in named.items() if what.file}
     choice = choose_files(own, files.sizes, lambda name: read_file(files.root, name), oldest)
     graded = named[choice.log] if choice.log else first
+    # A receipt of the platform is a text too.
+    reports = [name for name, what in named.items() if not what.file or ending(what.file) in TEXTS]
     late = first.late_seconds
     made = Submission(
         first.student,
@@ -343,7 +345,7 @@ def _submission(files: Listing, named: Mapping[str, ParsedName], oldest: bool = 
         tuple(sorted(own)),
         choice.log,
         own[choice.log] if choice.log else None,
-        tuple(sorted([*choice.reports(own), *(name for name, what in named.items() if name and not what.file)])),
+        tuple(sorted({*reports} - {choice.log, ""})),
         any(what.late for what in named.values()) or (late is not None and late > 0),
         None if late is None else max(0.0, late),
         first.submitted,

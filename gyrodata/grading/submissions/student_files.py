@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 
 from msgspec import Struct
 
@@ -40,10 +41,6 @@ class Choice(Struct, frozen=True):
     problem: str | None = None  # why there is no log to grade
     note: str | None = None  # what whoever grades may want to know of the choice
 
-    def reports(self, files: Mapping[str, str]) -> list[str]:
-        """Name the other texts in which an answer may stand."""
-        return sorted(name for name, own in files.items() if name != self.log and ending(own) in TEXTS)
-
 
 def ending(name: str) -> str:
     """Give the ending of a file in small letters, without a ``.gz`` behind it."""
@@ -69,37 +66,23 @@ def choose_files(
     logs = tables or {name: own for name, own in files.items() if is_log(own)}
     if not logs:
         return Choice(None, _nothing(list(files.values())))
-    last = _latest(logs, oldest)
-    if last is None:
-        return _among_several(logs, sizes, read)
-    others = listing(sorted(own for name, own in logs.items() if name != last))
-    note = f"{logs[last]} is the {'oldest' if oldest else 'newest'}; left aside: {others}" if len(logs) > 1 else None
-    problem = _unfit(files[last], sizes[last])
-    return Choice(None if problem else last, problem, note)
-
-
-def _among_several(logs: Mapping[str, str], sizes: Mapping[str, int], read: Callable[[str], bytes]) -> Choice:
-    """Look into files of different names: the one that reads as a log is the log."""
-    contents: dict[bytes, str] = {}
-    for name in logs:
-        if not _unfit(logs[name], sizes[name]):
-            try:
-                contents.setdefault(read(name), name)
-            except GyroError:
-                continue
-    fitting = [name for data, name in contents.items() if _reads(data, logs[name])]
-    if len(fitting) == 1:
-        others = listing(sorted(own for name, own in logs.items() if name != fitting[0]))
-        return Choice(fitting[0], note=f"{logs[fitting[0]]} is read as the log; left aside: {others}")
-    why = "several files that read as logs" if fitting else "several files and none of them reads as a log"
-    return Choice(None, f"{why}: {listing(sorted(logs.values()))}")
-
-
-def _reads(data: bytes, name: str) -> bool:
-    try:
-        return read_log(data, name=name.rpartition("/")[2]).ok
-    except GyroError:
-        return False
+    chosen, how = _latest(logs, oldest), "the oldest" if oldest else "the newest"
+    if chosen is None:
+        # Of files of different names the one that reads as a log is the log.
+        fitting: dict[bytes, str] = {}
+        for name, own in logs.items():
+            with suppress(GyroError):
+                data = b"" if _unfit(own, sizes[name]) else read(name)
+                if data and data not in fitting and read_log(data, name=own.rpartition("/")[2]).ok:
+                    fitting[data] = name
+        if len(fitting) != 1:
+            why = "several files that read as logs" if fitting else "several files and none of them reads as a log"
+            return Choice(None, f"{why}: {listing(sorted(logs.values()))}")
+        chosen, how = *fitting.values(), "read as the log"
+    others = listing(sorted(own for name, own in logs.items() if name != chosen))
+    note = f"{logs[chosen]} is {how}; left aside: {others}" if len(logs) > 1 else None
+    problem = _unfit(logs[chosen], sizes[chosen])
+    return Choice(None if problem else chosen, problem, note)
 
 
 def _latest(files: Mapping[str, str], oldest: bool) -> str | None:

@@ -43,8 +43,6 @@ class Platform(Struct, frozen=True):
     name: str
     sample: str  # name of one file, for messages
     shapes: tuple[re.Pattern[str], ...] = ()  # of a whole name below the class; groups as in `ParsedName`, and its ids
-    blind: str = ""  # who hands in where nobody is named
-    receipts: bool = False  # True: a name cannot tell where a user name with a _ begins, notes beside the files do
     book: Book | None = None  # None: grades go back by hand, from ``grades.csv``
 
 
@@ -52,7 +50,7 @@ def _shapes(*texts: str) -> tuple[re.Pattern[str], ...]:
     return tuple(re.compile(text, re.DOTALL) for text in texts)
 
 
-_LATE = r"(?P<late>_LATE|_late)?"
+_UPLOAD = r"_(?:\d+_|(?=(?:text|link)\.html\Z))(?P<file>[^/]+)"  # a file's number, or what was typed in there
 
 # Names are parsed from the number, for a name may hold anything but an underscore. A name that fits several platforms
 # is taken for the first.
@@ -66,7 +64,6 @@ PLATFORMS: Mapping[str, Platform] = {
                 r"(?P<stem>(?P<name>[^/]*?)_(?P<moodle>\d+)_assignsubmission_[a-z]+_?)/(?P<file>.+)",
                 r"(?P<name>[^/]*?)_(?P<moodle>\d+)_assignsubmission_[a-z]+_(?P<file>[^/]+)",
             ),
-            blind="Participant",
             book=Book(
                 noun="worksheet",
                 code=NO_MOODLE_WORKSHEET,
@@ -81,7 +78,6 @@ PLATFORMS: Mapping[str, Platform] = {
                 r"(?P<owner>[^/]*_(?P<username>[^_/]+))_attempt_(?P<stamp>\d{4}(?:-\d\d){5})"
                 r"(?:_(?P<file>[^/]+)|\.txt)"
             ),
-            receipts=True,
             book=Book(
                 noun="Grade Center",
                 code=NO_BLACKBOARD_GRADE_CENTER,
@@ -104,10 +100,8 @@ PLATFORMS: Mapping[str, Platform] = {
             "canvas",
             "doejane_9876_5432_lab.csv",
             _shapes(
-                r"(?P<late>LATE_)?anon_(?P<canvas_anonymous>[0-9A-Za-z]+)_(?P<attachment>\d+)_(?P<file>[^/]+)",
-                r"(?P<late>LATE_)?anon_(?P<canvas_anonymous>[0-9A-Za-z]+)_(?P<file>(?:text|link)\.html)",
-                rf"(?P<name>[^/]*?){_LATE}_(?P<canvas>\d+)_(?P<attachment>\d+)_(?P<file>[^/]+)",
-                rf"(?P<name>[^/]*?){_LATE}_(?P<canvas>\d+)_(?P<file>(?:text|link)\.html)",
+                rf"(?P<late>LATE_)?anon_(?P<canvas_anonymous>[0-9A-Za-z]+){_UPLOAD}",
+                rf"(?P<name>[^/]*?)(?P<late>_LATE|_late)?_(?P<canvas>\d+){_UPLOAD}",
             ),
             book=Book(
                 noun="gradebook",

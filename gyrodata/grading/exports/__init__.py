@@ -20,7 +20,7 @@ from msgspec.structs import asdict
 from gyrodata import __version__
 from gyrodata.grading.grade import Grade, points_text, two_decimals
 from gyrodata.grading.ledger import csv_lines, csv_rows
-from gyrodata.grading.submissions import shown
+from gyrodata.grading.submissions.names import shown
 from gyrodata.reporting import count_text, csv_cell
 
 if TYPE_CHECKING:
@@ -59,7 +59,8 @@ def grades_csv(grades: Collection[Grade], flags: Sequence[Flag] = (), absent: Se
         told = {"student": one.student, "name": one.name, "status": NOTHING, "section": one.section}
         return [csv_cell(told.get(column)) for column in columns]
 
-    people: dict[str, Grade | Person] = {one.student: one for one in (*grades, *absent)}
+    people: dict[str, Grade | Person] = {one.student: one for one in absent}
+    people |= {grade.student: grade for grade in grades}
     # A large class is held as text, not cell by cell.
     return csv_lines(chain(head, (cells(people[student]) for student in sorted(people))))
 
@@ -224,8 +225,7 @@ def grades_document(found: ClassGrades, changes: Sequence[Change] | None = None)
 def grade_lines(found: ClassGrades) -> Iterator[str]:
     """Write one JSON object for each student, one a line."""
     for grade in found.grades:
-        head = {"schema": STUDENT_SCHEMA, "tool": _TOOL}
-        yield _json(head | _student(found, grade)) + "\n"
+        yield _json({"schema": STUDENT_SCHEMA, "tool": _TOOL} | _student(found, grade)) + "\n"
 
 
 def _json(content: dict[str, Any]) -> str:

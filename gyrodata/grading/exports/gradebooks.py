@@ -17,7 +17,6 @@ import html
 import io
 import re
 from collections.abc import Collection, Mapping, Sequence
-from types import MappingProxyType
 
 from msgspec import Struct
 
@@ -36,8 +35,6 @@ from gyrodata.readings import listing
 Ids = Mapping[str, Mapping[str, str]]
 Ours = Mapping[str, Collection[str] | None]
 """Totals that each student ever had from here, as written; None for one whose total may be written over."""
-_NO_COMMENTS: Mapping[str, str] = MappingProxyType({})
-_NO_IDS: Ids = MappingProxyType({})
 
 
 def fill_book(
@@ -47,8 +44,8 @@ def fill_book(
     grades: Collection[Grade],
     *,
     assignment: str | None = None,
-    comments: Mapping[str, str] = _NO_COMMENTS,
-    ids: Ids = _NO_IDS,
+    comments: Mapping[str, str] = {},
+    ids: Mapping[str, Mapping[str, str]] = {},
     ours: Ours | None = None,
 ) -> Filled:
     """Write grades into the sheet that a platform exported: match, refuse, fill, tell.

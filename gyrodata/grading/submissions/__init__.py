@@ -8,9 +8,8 @@ from __future__ import annotations
 import hashlib
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path, PurePosixPath
-from typing import Literal
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -24,7 +23,7 @@ from gyrodata.diagnostics import (
 )
 from gyrodata.errors import Diagnostic, GyroError, InputError
 from gyrodata.grading.platforms import NAMED, PLATFORMS
-from gyrodata.grading.submissions.archives import Listing, list_files, read_file, size_text
+from gyrodata.grading.submissions.archives import Listing, list_files, read_file
 from gyrodata.grading.submissions.metadata import EXPORT, LARGEST, LIVE, Metadata, read_export, read_live
 from gyrodata.grading.submissions.names import (
     ParsedName,
@@ -35,25 +34,8 @@ from gyrodata.grading.submissions.names import (
     shown,
     whose_names,
 )
-from gyrodata.grading.submissions.student_files import TEXTS, Answers, choose_files, ending, read_answers
+from gyrodata.grading.submissions.student_files import TEXTS, Answers, Attempts, choose_files, ending, read_answers
 from gyrodata.readings import Readings, listing, read_log
-
-__all__ = [
-    "Answers",
-    "Attempts",
-    "Submission",
-    "Submissions",
-    "find_submissions",
-    "list_files",
-    "read_answers",
-    "read_file",
-    "shown",
-    "size_text",
-    "submission_of",
-]
-
-Attempts = Literal["newest", "oldest"]
-
 
 _MOST_RECEIPT = 200_000
 _MOST_REPORT = 1_000_000
@@ -100,8 +82,7 @@ class Submission(Struct, frozen=True, dict=True):
 
     def read(self) -> tuple[Readings, Answers]:
         """Read the log, and what is reported: whatever grades, or tells what would be graded, reads them here."""
-        name = PurePosixPath(self.log_file or self.log_name or "log").name
-        readings = read_log(self.log(), name=name)
+        readings = read_log(self.log(), name=PurePosixPath(self.log_file or self.log_name or "").name)
         return readings, read_answers(readings, self.reports())
 
     def feedback_name(self, ending: str) -> str:
@@ -243,8 +224,7 @@ class _Finder:
     def __init__(self, files: Listing, lms: str, attempts: Attempts) -> None:
         self.files = files
         self.lms = lms
-        self.platform = PLATFORMS.get(lms)
-        self.oldest = attempts == "oldest"
+        self.attempts: Attempts = attempts
         self.told = list(files.diagnostics)
         self.metadata: Mapping[str, Metadata] = {}
 
@@ -252,12 +232,8 @@ class _Finder:
         """Make the submissions of those who handed in files, and of those who may have handed in nothing."""
         fitting = {name: what for name, what in named.items() if what is not None}
         self._tell_left_out([name for name, what in named.items() if what is None])
-        if self.platform is not None and self.platform.receipts:
-            who = people_by_receipts(self.lms, fitting, lambda name: read_file(self.files.root, name, _MOST_RECEIPT))
-            fitting = {
-                name: replace(what, student=who[name][0], name=who[name][1], ids={"username": who[name][0]})
-                for name, what in fitting.items()
-            }
+        if self.lms == "blackboard":
+            fitting = people_by_receipts(fitting, partial(read_file, self.files.root, most=_MOST_RECEIPT))
         export = [name for name in named.keys() - fitting.keys() if name.rpartition("/")[2] == EXPORT]
         if export and self.lms == "gradescope":
             self.read_metadata(self.files.root, min(export), read_export)
@@ -283,19 +259,18 @@ class _Finder:
             count = "1 file is" if len(names) == 1 else f"{len(names)} files are"
             message = f"{count} of no student and left aside: {listing(names, 5)}"
             hint = "change --pattern so that it fits these as well, or rename them"
-            if self.platform is not None:
-                hint = f"rename them, if they count: {self.lms} names files such as {self.platform.sample}"
+            if self.lms in PLATFORMS:
+                hint = f"rename them, if they count: {self.lms} names files such as {PLATFORMS[self.lms].sample}"
             self._tell(FILES_OF_NO_STUDENT, message, hint)
 
     def _counted(self, named: Mapping[str, ParsedName]) -> Submission:
         """Make the submission of one student, of the attempt that counts."""
         stamps = sorted({(what.submitted or "", what.attempt or 0) for what in named.values()})
-        stamp = stamps[0 if self.oldest else -1]
+        stamp = stamps[0 if self.attempts == "oldest" else -1]
         files = {name: what for name, what in named.items() if (what.submitted or "", what.attempt or 0) == stamp}
-        made, note = _submission(self.files, files, self.oldest)
+        made, note = _submission(self.files, files, self.attempts)
         if len(stamps) > 1:
-            which = "oldest" if self.oldest else "newest"
-            self._tell(ONE_OF_SEVERAL_GRADED, f"{made.name} has {len(stamps)} attempts; the {which} is graded")
+            self._tell(ONE_OF_SEVERAL_GRADED, f"{made.name} has {len(stamps)} attempts; the {self.attempts} is graded")
         if note:
             self._tell(ONE_OF_SEVERAL_GRADED, f"{made.name}: {note}")
         return replace(made, attempt=max(made.attempt, stamps.index(stamp) + 1))
@@ -328,11 +303,13 @@ class _Finder:
         )
 
 
-def _submission(files: Listing, named: Mapping[str, ParsedName], oldest: bool = False) -> tuple[Submission, str | None]:
+def _submission(
+    files: Listing, named: Mapping[str, ParsedName], attempts: Attempts = "newest"
+) -> tuple[Submission, str | None]:
     """Make a submission of one attempt's files, "" for none; say what is to be known of which is the log."""
     first = next(iter(named.values()))
     own = {name: what.file for name, what in named.items() if what.file}
-    choice = choose_files(own, files.sizes, lambda name: read_file(files.root, name), oldest)
+    choice = choose_files(own, files.sizes, partial(read_file, files.root), attempts)
     graded = named[choice.log] if choice.log else first
     # A receipt of the platform is a text too.
     reports = [name for name, what in named.items() if not what.file or ending(what.file) in TEXTS]

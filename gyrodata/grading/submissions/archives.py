@@ -71,13 +71,9 @@ def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
         if len(data) <= most:
             return data
         why = f"it is larger than {size_text(most)}"
-    except KeyError:
-        why = "it is no longer there"
-    except ValueError as error:
-        why = str(error)
     except OSError as error:
         why = error.strerror or str(error)
-    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
+    except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, ValueError) as error:
         why = f"it is damaged in the zip ({error})"
     raise InputError.of(SUBMITTED_FILE_CANNOT_BE_READ, f'"{shown}" cannot be read: {why}', file=shown)
 
@@ -142,7 +138,7 @@ def _list_folder(root: Path) -> Listing:
 
 def _read_plain(path: Path, most: int) -> bytes:
     if path.is_symlink() or not path.is_file():
-        raise KeyError(path.name)
+        raise FileNotFoundError("it is no longer there")
     with path.open("rb") as file:
         return file.read(most + 1)
 
@@ -152,12 +148,14 @@ def _read_plain(path: Path, most: int) -> bytes:
 
 def _read_member(root: Path, name: str, most: int) -> bytes:
     archive, files, _ = _opened(*_identity(root))
-    info = files[name]
+    info = files.get(name)
+    if info is None:
+        raise FileNotFoundError("it is no longer there")
     if info.flag_bits & 0x1:
-        raise ValueError("it is encrypted")
+        raise OSError("it is encrypted")
     if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
         # The others unpack a block at a time, however large.
-        raise ValueError("it is packed in a way that no platform uses")
+        raise OSError("it is packed in a way that no platform uses")
     with archive.open(info) as file:
         return file.read(most + 1)
 

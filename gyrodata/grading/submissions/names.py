@@ -5,11 +5,12 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from os.path import commonprefix
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata.diagnostics import PATTERN_CANNOT_BE_USED
 from gyrodata.errors import GyroError, InputError, printable
@@ -40,13 +41,6 @@ def _match(name: str, lms: str) -> re.Match[str] | None:
     return next(filter(None, (shape.fullmatch(name) for shape in PLATFORMS[lms].shapes)), None)
 
 
-def recognise(names: Iterable[str]) -> str | None:
-    """Tell which platform wrote most of the names, at least half of them; None if none did."""
-    counts = Counter(next((lms for lms in NAMED if _match(name, lms)), None) for name in names)
-    best = max(NAMED, key=counts.__getitem__)
-    return best if counts[best] and counts[best] * 2 >= counts.total() else None
-
-
 def read_pattern(text: str) -> re.Pattern[str]:
     """Check a pattern of the user's own: a group ``student``, and any of the others that `read_own_name` looks at."""
     hint = r"write it like --pattern '(?P<student>\w+)_lab\.csv'"
@@ -67,25 +61,26 @@ def read_own_name(name: str, pattern: re.Pattern[str]) -> ParsedName | None:
     return _take_apart(match) if match is not None and match["student"] else None
 
 
-def shown(text: str) -> str:
-    """Give a name as it can be printed: composed letters, without control characters or marks that turn a line."""
-    if text.isascii() and text.isprintable():
-        return " ".join(text.split())
-    turning = (" " if unicodedata.category(c) in ("Cc", "Zl", "Zp") or c in _TURNING else c for c in printable(text))
-    kept = "".join(turning)
-    return " ".join(unicodedata.normalize("NFC", kept).split())
+# Letters may need a joiner; nothing needs an override of the direction or a bell.
+_JOINERS = "\u200c\u200d"
 
 
-_TURNING = "\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069"
+def shown(text: object) -> str:
+    """Give a text as it can be printed: one line, composed letters, no control characters or marks that turn it."""
+    line = " ".join(printable(str(text)).split())
+    if line.isascii() and line.isprintable():
+        return line
+    kept = (one for one in line if one in _JOINERS or unicodedata.category(one) not in ("Cc", "Cf"))
+    return " ".join(unicodedata.normalize("NFC", "".join(kept)).split())
 
 
 def read_name(name: str, lms: str) -> ParsedName | None:
     """Read a name below the class as one platform writes it; None if it does not."""
     match = _match(name, lms)
-    return None if match is None else _take_apart(match, PLATFORMS[lms].blind)
+    return None if match is None else _take_apart(match)
 
 
-def _take_apart(match: re.Match[str], blind: str = "") -> ParsedName:
+def _take_apart(match: re.Match[str]) -> ParsedName:
     """Say what the groups of a match are; the file of a pattern of the user's own needs none."""
     groups = {kind: text for kind, text in match.groupdict().items() if text}
     kind = next(kind for kind in ("student", *_IDS) if kind in groups)
@@ -95,23 +90,21 @@ def _take_apart(match: re.Match[str], blind: str = "") -> ParsedName:
     if "stem" in groups:
         ids["folder"] = shown(groups["stem"])
     file = match.string.rpartition("/")[2]
+    # Without its ending, both of "lab.csv.gz".
+    stem = re.sub(r"(?i)(?:\.[^.]+)(?:\.gz)?$", "", file) or file
     number = groups.get("attempt", "")
     stamp = re.sub(r"(.{10})-(..)-(..)-(..)", r"\1T\2:\3:\4", groups.get("stamp", ""))
     return ParsedName(
         key,
-        f"{blind} {key}" if blind and person == blind else person or key,
+        # Moodle calls everybody so where nobody is named.
+        f"{person} {key}" if person == "Participant" else person or key,
         ids,
         groups.get("file", file if kind == "student" else ""),
-        key.replace("/", "_") if kind == "student" else printable(groups.get("stem") or _stem(file)),
+        key.replace("/", "_") if kind == "student" else printable(groups.get("stem") or stem),
         "late" in groups,
         groups.get("submitted") or stamp or None,
         int(number) if number.isascii() and number.isdigit() else None,
     )
-
-
-def _stem(file: str) -> str:
-    """Leave the ending away, both of ``lab.csv.gz``."""
-    return re.sub(r"(?:\.[^.]+)(?:\.gz)?$", "", file, flags=re.IGNORECASE) or file
 
 
 # --- whose names the files of a class have ------------------------------------------------------------------
@@ -126,23 +119,20 @@ def whose_names(names: list[str], folders: tuple[str, ...], lms: str, packed: bo
 
     A zip (`packed`) as a rule holds the folder that was packed.
     """
-    outer = _outer_folder([*names, *folders])
-    for below in ("", outer) if outer else ("",):
+    firsts = {name.partition("/")[0] for name in (*names, *folders)}
+    outer = f"{firsts.pop()}/" if len(firsts) == 1 and all("/" in name for name in names) else ""
+    for below in dict.fromkeys(("", outer)):
         inner = [name.removeprefix(below) for name in names]
-        seen = "gradescope" if EXPORT in inner else recognise(inner)
-        if lms == "auto" and seen:
+        # Who wrote most of the names, at least half of them.
+        counts = Counter(next((lms for lms in NAMED if _match(name, lms)), None) for name in inner)
+        seen = "gradescope" if EXPORT in inner else max(NAMED, key=counts.__getitem__)
+        if lms == "auto" and (EXPORT in inner or counts[seen] * 2 >= max(counts.total(), 1)):
             return seen, below
         if lms in NAMED and any(read_name(name, lms) for name in inner):
             return lms, below
     if lms in NAMED:
         return lms, ""
     return "folder", _class_folder(names, outer, packed)
-
-
-def _outer_folder(names: list[str]) -> str:
-    """Find the folder that all files stand in."""
-    firsts = {name.partition("/")[0] for name in names}
-    return f"{firsts.pop()}/" if len(firsts) == 1 and all("/" in name for name in names) else ""
 
 
 def _class_folder(names: list[str], outer: str, packed: bool) -> str:
@@ -189,14 +179,14 @@ def _flat_key(name: str) -> str:
 _FIRST_LINE = re.compile(r"[^:\n]{1,40}:\s*([^\n]*\S)\s*\(([^()\s]+)\)\s*(?:\n|$)")
 
 
-def people_by_receipts(lms: str, names: Iterable[str], read: Callable[[str], bytes]) -> dict[str, tuple[str, str]]:
-    """Tell who handed in each file: user name and full name.
+def people_by_receipts(named: Mapping[str, ParsedName], read: Callable[[str], bytes]) -> dict[str, ParsedName]:
+    """Tell who handed in each file, and so who has which user name and full name.
 
     A receipt begins with "Name: Jane Doe (jdoe)", in the language of the site. Where there is none, the user name is
     what follows the assignment's name, which all files share.
     """
-    (shape,) = PLATFORMS[lms].shapes
-    matches = {name: match for name in names if (match := shape.fullmatch(name.rpartition("/")[2]))}
+    (shape,) = PLATFORMS["blackboard"].shapes
+    matches = {name: match for name in named if (match := shape.fullmatch(name.rpartition("/")[2]))}
     owners = {name: match["owner"] for name, match in matches.items()}
     told: dict[str, tuple[str, str]] = {}
     for name in (name for name, match in matches.items() if not match["file"]):
@@ -211,4 +201,8 @@ def people_by_receipts(lms: str, names: Iterable[str], read: Callable[[str], byt
     for owner in distinct - told.keys():
         user = shown(owner.removeprefix(f"{shared}_") if shared else owner.rpartition("_")[2])
         told[owner] = user, user
-    return {name: told[owner] for name, owner in owners.items()}
+    people = {}
+    for name, owner in owners.items():
+        user, full = told[owner]
+        people[name] = replace(named[name], student=user, name=full, ids={"username": user})
+    return people

@@ -6,6 +6,7 @@ import html
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
+from typing import Literal
 
 from msgspec import Struct
 
@@ -31,6 +32,8 @@ PERHAPS_TABLES = (".txt", ".dat", ".xlsx", ".log")  # endings of logs that are l
 TEXTS = (".txt", ".md", ".html", ".htm", ".text", ".toml")  # in which an answer may stand
 ARCHIVES = (".zip", ".rar", ".7z", ".tar", ".tgz")
 
+Attempts = Literal["newest", "oldest"]
+
 _COPY = re.compile(r"(?P<base>.+?)(?:-(?P<again>\d{1,2})| ?\((?P<copy>\d{1,2})\))(?P<ending>\.[^/]+)")
 
 
@@ -55,18 +58,18 @@ def is_log(name: str) -> bool:
 
 
 def choose_files(
-    files: Mapping[str, str], sizes: Mapping[str, int], read: Callable[[str], bytes], oldest: bool = False
+    files: Mapping[str, str], sizes: Mapping[str, int], read: Callable[[str], bytes], attempts: Attempts
 ) -> Choice:
     """Choose the log among one student's files.
 
     `sizes`: Sizes as stated [byte]. `read`: Gives the bytes of a file; asked only where several files may be the log.
-    `oldest`: Of files handed in again (``lab.csv``, ``lab-1.csv``) the first instead of the last.
+    `attempts`: Which of files handed in again (``lab.csv``, ``lab-1.csv``).
     """
     tables = {name: own for name, own in files.items() if ending(own) in TABLES}
     logs = tables or {name: own for name, own in files.items() if is_log(own)}
     if not logs:
         return Choice(None, _nothing(list(files.values())))
-    chosen, how = _latest(logs, oldest), "the oldest" if oldest else "the newest"
+    chosen, how = _latest(logs, attempts), f"the {attempts}"
     if chosen is None:
         # Of files of different names the one that reads as a log is the log.
         fitting: dict[bytes, str] = {}
@@ -85,7 +88,7 @@ def choose_files(
     return Choice(None if problem else chosen, problem, note)
 
 
-def _latest(files: Mapping[str, str], oldest: bool) -> str | None:
+def _latest(files: Mapping[str, str], attempts: Attempts) -> str | None:
     """Choose among files that are one file handed in again; None where they are not.
 
     Canvas writes ``lab-1.csv`` for a second ``lab.csv``, browsers and Blackboard ``lab(1).csv``.
@@ -96,9 +99,8 @@ def _latest(files: Mapping[str, str], oldest: bool) -> str | None:
         match = _COPY.fullmatch(own) if len(files) > 1 else None
         bases.add((match["base"] + match["ending"] if match else own).lower())
         numbers[int(match["again"] or match["copy"]) if match else 0] = name
-    if len(bases) != 1 or len(numbers) != len(files):
-        return None
-    return numbers[(min if oldest else max)(numbers)]
+    one_file = len(bases) == 1 and len(numbers) == len(files)
+    return numbers[(min if attempts == "oldest" else max)(numbers)] if one_file else None
 
 
 def _unfit(name: str, size: int) -> str | None:

@@ -124,7 +124,7 @@ def _texts(path: Path) -> tuple[dict[str, str], Faults]:
         raise InputError.of(NOISE_CANNOT_BE_READ, message, hint) from None
     text = data.decode("utf-8-sig", "replace")
     lines = list(re.finditer(r"^#\s*(u_\w+)\s*:\s*(.*?)\s*$", text, re.MULTILINE))
-    hint = 'write: u_time = "0.1 s"; or give a log with lines such as # u_time: 0.1 s'
+    hint = 'give a log with lines such as # u_time: 0.1 s, or write: u_time = "0.1 s"'
     table: dict[str, Any] = {}
     try:
         table, faults = read_toml(data, str(path), NOISE_CANNOT_BE_READ, hint)

@@ -15,6 +15,7 @@ SHELVES = {
     "errors": 0,
     "disk": 1,
     "units": 0,
+    "toml_table": 1,
     "workers": 1,
     "quantities": 1,
     "physics": 1,

@@ -356,7 +356,7 @@ class TestNoiseFile:
             (b"u_time = 0.1\n", "has no unit"),
             (b'u_time = "-1 s"\n', "negative"),
             (b'u_spin_scale = "1 rpm"\n', "not a share"),
-            (b"nothing to see here\n", "no TOML"),
+            (b"nothing to see here\n", "noise:1:9: error G636: this is not TOML"),
             (b"# a remark\n", "states no uncertainty"),
             (b"\xff\xfe\x00", "not UTF-8"),
             (b'u_time = ["1 s"]\n', "not a number"),
@@ -369,11 +369,16 @@ class TestNoiseFile:
         assert said in done.stderr
         assert "G636" in done.stderr
 
-    def test_all_faults_at_once(self, tmp_path: Path) -> None:
-        (tmp_path / "noise.toml").write_text('u_tme = "1 s"\nu_mass = "little"\n', encoding="utf-8")
+    @pytest.mark.parametrize(
+        "lines", ['u_tme = "1 s"\nu_mass = "little"\n', "# u_tme: 1 s\r\n# u_mass: little\n20,7\n"]
+    )
+    def test_all_faults_at_once_each_with_its_place(self, lines: str, tmp_path: Path) -> None:
+        (tmp_path / "noise.toml").write_text(lines, encoding="utf-8", newline="")
         with pytest.raises(InputError) as caught:
             read_noise(tmp_path / "noise.toml")
-        assert len(caught.value.diagnostics) == 2
+        column = 3 if lines.startswith("#") else 1
+        assert [(one.line, one.column) for one in caught.value.diagnostics] == [(1, column), (2, column)]
+        assert [one.excerpt for one in caught.value.diagnostics] == lines.splitlines()[:2]
         assert set(NOISE_KEYS) >= set(TYPICAL)
 
 

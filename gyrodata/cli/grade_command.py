@@ -199,12 +199,12 @@ def autograde(
     root: Annotated[Path, typer.Argument(metavar="ROOT", help="What Gradescope lays down.")] = Path("/autograder"),
 ) -> None:
     """Grade the one submission that a running autograder of Gradescope has; called by its run_autograder."""
-    from gyrodata.grading import AUTOGRADER, grade_autograder, read_rubric
+    from gyrodata.grading import grade_autograder, read_rubric
 
-    rubric = root / AUTOGRADER.rubric
+    rubric = root / "source" / "rubric.toml"
     graded = grade_autograder(root, read_rubric(_read(rubric), rubric.name))
     with telling(root, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-        write_whole(root / AUTOGRADER.results, [graded.encode()])
+        write_whole(root / "results" / "results.json", [graded.encode()])
 
 
 # --- what goes in -------------------------------------------------------------------------------------------

@@ -32,33 +32,26 @@ if TYPE_CHECKING:
     from gyrodata.grading.hand_in import read_hand_in
     from gyrodata.grading.journal import Basis, Entry, Journal, why_again
     from gyrodata.grading.lastrun import JOURNAL, digest_of, find_unchanged, keep_run
-    from gyrodata.grading.late import duration_text, judge_lateness, parse_duration
+    from gyrodata.grading.late import duration_text, judge_lateness
     from gyrodata.grading.ledger import DESK, TODO, Desk, read_desk
-    from gyrodata.grading.platforms import AUTOGRADER, PLATFORMS
+    from gyrodata.grading.platforms import PLATFORMS
     from gyrodata.grading.roster import Person, Roster, read_roster
     from gyrodata.grading.rubric import ACCEPTED, Rubric, default_rubric, default_rubric_text, read_rubric, rubric_shape
     from gyrodata.grading.slips import Slip, find_slips
-    from gyrodata.grading.submissions import Answers, Submission, Submissions, find_submissions, read_answers
-    from gyrodata.grading.yardsticks import (
-        BenchScatter,
-        Reference,
-        at_bench,
-        class_references,
-        class_scatter,
-        distance,
-        own_runs,
-    )
+    from gyrodata.grading.submissions import Submission, Submissions, find_submissions
+    from gyrodata.grading.submissions.student_files import Answers, read_answers
+    from gyrodata.grading.yardsticks import BenchScatter, Reference, class_references, class_scatter, distance, own_runs
 
 __all__ = [
-    "ACCEPTED", "AUTOGRADER", "DESK", "FIGURES", "JOURNAL", "LIMIT", "PLATFORMS", "PUBLISHED", "TABLE", "TODO",
+    "ACCEPTED", "DESK", "FIGURES", "JOURNAL", "LIMIT", "PLATFORMS", "PUBLISHED", "TABLE", "TODO",
     "Answers", "Basis", "BenchScatter", "Change", "ClassGrades", "CriterionFigures", "Decision", "Desk", "Entry",
     "Filled", "Fingerprint", "Flag", "Grade", "Gradebooks", "GradingOptions", "Journal", "Mark", "Person",
-    "Published", "Reference", "Roster", "Rubric", "Slip", "Submission", "Submissions", "at_bench", "autograder_files",
+    "Published", "Reference", "Roster", "Rubric", "Slip", "Submission", "Submissions", "autograder_files",
     "changes_in", "class_page", "class_references", "class_scatter", "class_summary", "default_rubric",
     "default_rubric_text", "digest_of", "distance", "duration_text", "feedback_html", "feedback_markdown", "fill_book",
     "find_desk", "find_slips", "find_submissions", "find_unchanged", "fingerprint", "flag_class", "grade_autograder",
     "grade_class", "grade_lines", "grade_submission", "grades_csv", "grades_document", "judge_lateness", "keep_run",
-    "own_runs", "parse_duration", "points_text", "read_answers", "read_desk", "read_hand_in",
+    "own_runs", "points_text", "read_answers", "read_desk", "read_hand_in",
     "read_roster", "read_rubric", "read_sheet", "results_json", "rubric_shape", "settle", "why_again",
     "write_feedback", "write_results",
 ]  # fmt: skip

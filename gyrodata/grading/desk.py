@@ -36,7 +36,6 @@ from gyrodata.grading.ledger import (
     same_value,
     todo_csv,
 )
-from gyrodata.grading.platforms import book_of
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submissions
 from gyrodata.workers import Failed, in_workers
@@ -65,9 +64,8 @@ class Gradebooks(Struct, frozen=True):
             sheet = fill_book(
                 lms, data, name, grades, assignment=self.assignment, comments=comments, ids=ids, ours=ours
             )
-            file = book_of(lms).file
             # Blackboard's sheet with tabs ends in .xls.
-            filled[file.replace(".csv", ".xls") if name.lower().endswith(".xls") else file] = sheet
+            filled[f"{lms}.xls" if name.lower().endswith(".xls") else f"{lms}.csv"] = sheet
         return filled
 
     def try_out(self, submissions: Submissions, rubric: Rubric) -> None:

@@ -11,7 +11,8 @@ from msgspec.structs import replace
 
 from gyrodata.grading.criteria import factor_text
 from gyrodata.grading.grade import Grade, points_text
-from gyrodata.grading.templates import environment, plain, sentence
+from gyrodata.grading.submissions.names import shown
+from gyrodata.grading.templates import environment, sentence
 from gyrodata.reporting import inertia_text
 
 # Read once, in the process from which the crew of a class is forked.
@@ -57,7 +58,7 @@ def feedback_comment(grade: Grade) -> str:
     lines = [_verdict(grade), *_hands(grade)]
     lines += [f"A slip to look for: {sentence(slip.words)} To check: {sentence(slip.check)}" for slip in grade.slips]
     lines += [
-        f"{plain(one.title)}: {points_text(one.points)} of {points_text(one.out_of)}. {sentence(one.reason)}"
+        f"{shown(one.title)}: {points_text(one.points)} of {points_text(one.out_of)}. {sentence(one.reason)}"
         for one in grade.marks
         if one.points is not None and one.points < one.out_of
     ]
@@ -71,7 +72,7 @@ def _verdict(grade: Grade) -> str:
     """Say in one line what a grade came to."""
     got = f"{points_text(grade.points)} of {points_text(grade.out_of)} points"
     if grade.status == "so far":
-        waits = ", ".join(f"{plain(one.title)} ({points_text(one.out_of)})" for one in grade.marks if one.waits)
+        waits = ", ".join(f"{shown(one.title)} ({points_text(one.out_of)})" for one in grade.marks if one.waits)
         return f"{got} so far; to come: {waits}."
     if grade.status == "not graded":
         return "Not graded yet; nothing is lost, and somebody will look at it."
@@ -83,7 +84,7 @@ def _hands(grade: Grade) -> list[str]:
     told = []
     for one in grade.by_hand:
         if one.what == "comment":
-            told.append(f"{sentence(one.value)} {f'({plain(one.by)})' if one.by else ''}".strip())
+            told.append(f"{sentence(one.value)} {f'({shown(one.by)})' if one.by else ''}".strip())
         elif one.what in ("total", "reported", "station", "excuse"):
             head = f"{one.what.replace('reported', 'I_zz')} given by hand: {one.value}"
             told.append(sentence(f"{head} – {one.told}" if one.value and one.told else f"{head}{one.told}"))

@@ -37,7 +37,8 @@ from gyrodata.grading.yardsticks import (
 from gyrodata.readings import Readings, Reported, read_reported
 
 if TYPE_CHECKING:
-    from gyrodata.grading.submissions import Answers, Submission
+    from gyrodata.grading.submissions import Submission
+    from gyrodata.grading.submissions.student_files import Answers
     from gyrodata.results import Analysis
 
 FAR = 3.0  # a report farther than this from every accepted fit [u], and explained by no known slip, is worth a look

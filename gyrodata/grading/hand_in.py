@@ -8,12 +8,12 @@ from pathlib import Path, PurePosixPath
 from gyrodata.diagnostics import ANSWER_ELSEWHERE, ANSWER_MISSING, ANSWER_READ, NO_SUBMISSION
 from gyrodata.errors import Diagnostic, InputError
 from gyrodata.grading.grade import station_of, usable
-from gyrodata.grading.submissions import Answers, Submission, shown, submission_of
-from gyrodata.readings import Readings, listing
+from gyrodata.grading.submissions import Submission, submission_of
+from gyrodata.grading.submissions.names import shown
+from gyrodata.grading.submissions.student_files import Answers
+from gyrodata.readings import Readings, Reported, listing
 from gyrodata.reporting import inertia_text
 from gyrodata.results import HandIn
-
-_SAMPLE = "4.4e-3 ± 0.1e-3 kg m^2"
 
 
 def read_hand_in(paths: Sequence[Path]) -> tuple[Readings, HandIn, tuple[Diagnostic, ...]]:
@@ -23,15 +23,11 @@ def read_hand_in(paths: Sequence[Path]) -> tuple[Readings, HandIn, tuple[Diagnos
         hint = "a log is a CSV file or a workbook; gyro template prints one to fill in"
         raise InputError.of(NO_SUBMISSION, submission.problem, hint, paths[0].name)
     readings, answers = submission.read()
-    reported = usable(answers.inertia)
+    reported = usable(answers.inertia) or Reported("inertia", "")
     one = HandIn(
-        text=reported.text if reported else None,
-        inertia=reported.value if reported else None,
-        u=reported.u if reported else None,
-        file=answers.file or None,
-        line=reported.line if reported else None,
-        station=station_of(readings),
-    )
+        text=reported.text or None, inertia=reported.value, u=reported.u, file=answers.file or None,
+        line=reported.line, station=station_of(readings),
+    )  # fmt: skip
     # Where the answer stands is said once.
     others = [found for found in answers.diagnostics if found.code != ANSWER_ELSEWHERE]
     said = _missing(submission, answers, one) if one.inertia is None else _found(answers, one)
@@ -52,7 +48,7 @@ def _found(answers: Answers, one: HandIn) -> Diagnostic:
 
 def _missing(submission: Submission, answers: Answers, one: HandIn) -> Diagnostic:
     log = shown(PurePosixPath(submission.log_file or "").name)
-    hint = f"write one line above the table of {log}, with your value: # reported_inertia: {_SAMPLE}"
+    hint = f"write one line above the table of {log}, with your value: # reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2"
     if answers.inertia is None:
         read = [name for name in (submission.log_name, *submission.report_names) if name]
         names = sorted(shown(PurePosixPath(name).name) for name in read)

@@ -6,13 +6,14 @@ import datetime as dt
 import math
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from itertools import pairwise
 from typing import Annotated, Any, cast
 
 from msgspec import Meta, Struct, field
 
-from gyrodata.grading.toml_table import Text, UnfitError
 from gyrodata.quantities import parse_uncertainty
+from gyrodata.toml_table import Text, UnfitError
 from gyrodata.units import UnitError
 
 _DURATION = re.compile(r"\s*(\d+(?:\.\d+)?)\s*(s|sec|second|min|minute|h|hour|day|week)s?\s*", re.IGNORECASE)
@@ -27,10 +28,10 @@ class Duration(float):
     @staticmethod
     def read(text: str, key: str, about: Mapping[str, Any]) -> float:
         """Read one."""
-        seconds = parse_duration(text)
-        if seconds is None:
+        match = _DURATION.fullmatch(text)
+        if match is None:
             raise UnfitError(f'{key} = "{text[:40]}" is no duration')
-        return seconds
+        return float(match[1]) * _SECONDS[match[2][0].lower()]
 
 
 class Deduction(float):
@@ -108,12 +109,6 @@ class Lateness(Struct, frozen=True):
     look: bool  # True where a person must decide
 
 
-def parse_duration(text: str) -> float | None:
-    """Read a duration, "15 min", "1 day" or "36 h" [s]; None where it is none."""
-    match = _DURATION.fullmatch(text)
-    return float(match[1]) * _SECONDS[match[2][0].lower()] if match else None
-
-
 def duration_text(seconds: float) -> str:
     """Write a duration [s]: "3 h 20 min", "2 days 4 h"; two units at most, cut off, not rounded."""
     if seconds < 60:
@@ -156,7 +151,9 @@ def _seconds_late(
     """Late by this [s], negative for early; None where it is late and nothing says by how much."""
     due = excepted.due if excepted and excepted.due else rule.due
     extra = (excepted.extra or 0.0) if excepted else 0.0
-    stamp = _stamp(submitted)
+    stamp = None
+    with suppress(ValueError):
+        stamp = dt.datetime.fromisoformat(submitted or "")
     if due is not None and stamp is not None:
         # A stamp without a zone is on the course's own clock, and so is a deadline without one.
         if due.tzinfo is None or stamp.tzinfo is None:
@@ -168,10 +165,3 @@ def _seconds_late(
     if late_seconds is not None:
         return late_seconds - extra
     return None if late else 0.0
-
-
-def _stamp(submitted: str | None) -> dt.datetime | None:
-    try:
-        return dt.datetime.fromisoformat(submitted) if submitted else None
-    except ValueError:
-        return None

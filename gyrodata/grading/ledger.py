@@ -23,10 +23,10 @@ from gyrodata.grading.criteria import Mark
 from gyrodata.grading.forensics import Flag
 from gyrodata.grading.grade import Decision, Grade, added_up, two_decimals
 from gyrodata.grading.rubric import Rubric
-from gyrodata.grading.toml_table import UnfitError, nearest
 from gyrodata.grading.yardsticks import station_key
 from gyrodata.readings import read_reported
 from gyrodata.reporting import csv_cell
+from gyrodata.toml_table import UnfitError, nearest
 
 DESK, TODO = "desk.csv", "desk-todo.csv"
 COLUMNS = ("student", *Decision.__struct_fields__)

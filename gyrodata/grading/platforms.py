@@ -14,11 +14,9 @@ from collections.abc import Mapping
 from msgspec import Struct
 
 from gyrodata.diagnostics import (
-    GRADEBOOK_COLUMN_CANNOT_BE_FILLED,
     NO_BLACKBOARD_GRADE_CENTER,
     NO_CANVAS_GRADEBOOK,
     NO_MOODLE_WORKSHEET,
-    WORKSHEET_CANNOT_TAKE_POINTS,
 )
 
 
@@ -26,37 +24,17 @@ class Book(Struct, frozen=True):
     """The sheet of grades that a platform exports, to be filled and given back."""
 
     noun: str  # what the platform calls it
-    file: str  # the filled one, in the folder of the grades
     code: str  # diagnostic of a sheet that is none, and how that is told
     none: str
     export: str  # how to get one, a hint
-    points_code: str  # diagnostic of a sheet with other points than the rubric, and how that is told
-    points: str
-    points_hint: str
-    empty: str  # pattern of a cell without a grade
-    maximum: str = ""  # title of the points possible, a column or a row; "": they stand in the assignment's title
+    # of a sheet with a column for each assignment
     begins: str = ""  # pattern of how the first row begins, its cells parted by tabs
+    maximum: str = ""  # what the row of points possible is called; "": they stand in the assignment's title
     # pattern of an assignment's title and, behind a line feed, its cell in the row of points possible;
     # groups: title, number, most (points possible), locked (why it takes no points)
     assignment: str = ""
     unlock: str = ""  # what to do where it takes none, a hint
-    make: str = ""  # how to get such a column, a hint
     known_by: tuple[tuple[str, tuple[str, ...]], ...] = ()  # titles of the columns of students, and the ids in each
-    comments: str = ""  # title of the column of comments
-    locked: tuple[str, ...] = ()  # what says of a row that it takes no grade: by itself, or in the cell of the grade
-    excused: str = ""  # how a row that takes no grade is told
-    unchanged: str = ""  # how a grade that is there already is told, and not written again; "": it is written
-    last_mark: bool = False  # True: the last "." or "," of a number is its decimal mark; False: there is one only
-    by_row: bool = False  # True: what is skipped is told in the order of the rows' names
-
-
-class Autograder(Struct, frozen=True):
-    """What a platform that grades at once lays down for a grader, and what it takes back."""
-
-    submission: str  # folder of the one submission
-    metadata: str
-    rubric: str
-    results: str
 
 
 class Platform(Struct, frozen=True):
@@ -65,24 +43,14 @@ class Platform(Struct, frozen=True):
     name: str
     sample: str  # name of one file, for messages
     shapes: tuple[re.Pattern[str], ...] = ()  # of a whole name below the class; groups as in `ParsedName`, and its ids
-    blind: str = ""  # who hands in where nobody is named
-    receipts: bool = False  # True: a name cannot tell where a user name with a _ begins, notes beside the files do
-    metadata: str = ""  # file beside the submissions that tells who handed in, and when
     book: Book | None = None  # None: grades go back by hand, from ``grades.csv``
-    autograder: Autograder | None = None
 
 
 def _shapes(*texts: str) -> tuple[re.Pattern[str], ...]:
     return tuple(re.compile(text, re.DOTALL) for text in texts)
 
 
-AUTOGRADER = Autograder("submission", "submission_metadata.json", "source/rubric.toml", "results/results.json")
-"""What Gradescope's has."""
-
-_POINTS = 'has {written} points for "{title}", the rubric {rubric:g}'
-_EXCUSED = 'has "{before}" in the gradebook: excused or not assigned'
-
-_LATE = r"(?P<late>_LATE|_late)?"
+_UPLOAD = r"_(?:\d+_|(?=(?:text|link)\.html\Z))(?P<file>[^/]+)"  # a file's number, or what was typed in there
 
 # Names are parsed from the number, for a name may hold anything but an underscore. A name that fits several platforms
 # is taken for the first.
@@ -96,25 +64,11 @@ PLATFORMS: Mapping[str, Platform] = {
                 r"(?P<stem>(?P<name>[^/]*?)_(?P<moodle>\d+)_assignsubmission_[a-z]+_?)/(?P<file>.+)",
                 r"(?P<name>[^/]*?)_(?P<moodle>\d+)_assignsubmission_[a-z]+_(?P<file>[^/]+)",
             ),
-            blind="Participant",
             book=Book(
                 noun="worksheet",
-                file="moodle.csv",
                 code=NO_MOODLE_WORKSHEET,
                 none="is no Moodle grading worksheet",
                 export="in the assignment: View all submissions, Download grading worksheet; give that file as it is",
-                points_code=WORKSHEET_CANNOT_TAKE_POINTS,
-                points="has a maximum grade of {sheet:g}, the rubric {rubric:g} points",
-                points_hint="make the points of the rubric and the maximum grade of the assignment in Moodle the same",
-                maximum="Maximum Grade",
-                empty="",
-                comments="Feedback comments",
-                locked=(
-                    *("no", "nein", "non", "não", "nie", "нет", "ні", "ne", "nee", "nej", "nei", "hayır", "όχι"),
-                    *("いいえ", "否"),
-                ),
-                unchanged="has {before} in Moodle already: Moodle passes over the grade",
-                by_row=True,
             ),
         ),
         Platform(
@@ -124,69 +78,41 @@ PLATFORMS: Mapping[str, Platform] = {
                 r"(?P<owner>[^/]*_(?P<username>[^_/]+))_attempt_(?P<stamp>\d{4}(?:-\d\d){5})"
                 r"(?:_(?P<file>[^/]+)|\.txt)"
             ),
-            receipts=True,
             book=Book(
                 noun="Grade Center",
-                file="blackboard.csv",
                 code=NO_BLACKBOARD_GRADE_CENTER,
                 none='is no Blackboard Grade Center: it does not begin with "Last Name", "First Name" and "Username"',
                 export="in Blackboard, with English as its language: Work Offline, Download; give that file as it is",
-                points_code=GRADEBOOK_COLUMN_CANNOT_BE_FILLED,
-                points=_POINTS,
-                points_hint="make the points of the rubric and of the assignment in Blackboard the same",
-                empty=r"-?|(?:Needs Grading|In Progress)\b.*",
                 begins=r"Last Name\tFirst Name\tUsername\t",
                 # Totals have "up to" before their points: Blackboard works them out, and takes none back.
                 assignment=r"(?P<title>.*) \[Total Pts: (?P<most>[\d.,]+)(?: Score| (?P<locked>[^\]]+))?\]"
                 r" ?\|(?P<number>\d+)\n",
                 unlock="set its Primary Display in Blackboard to Score and export again",
-                make="make the assignment in Blackboard first, and export again",
                 known_by=(("Username", ("username",)), ("Student ID", ("sid",))),
-                locked=("exempt", "exempted", "excused"),
-                excused=_EXCUSED,
-                last_mark=True,
             ),
         ),
         Platform(
             "gradescope",
             "submission_123456789/lab.csv beside submission_metadata.yml",
             _shapes(r"(?P<stem>submission_(?P<gradescope>\d+))/(?P<file>.+)"),
-            metadata="submission_metadata.yml",
-            autograder=AUTOGRADER,
         ),
         Platform(
             "canvas",
             "doejane_9876_5432_lab.csv",
             _shapes(
-                r"(?P<late>LATE_)?anon_(?P<anonymous>[0-9A-Za-z]+)_(?P<attachment>\d+)_(?P<file>[^/]+)",
-                r"(?P<late>LATE_)?anon_(?P<anonymous>[0-9A-Za-z]+)_(?P<file>(?:text|link)\.html)",
-                rf"(?P<name>[^/]*?){_LATE}_(?P<canvas>\d+)_(?P<attachment>\d+)_(?P<file>[^/]+)",
-                rf"(?P<name>[^/]*?){_LATE}_(?P<canvas>\d+)_(?P<file>(?:text|link)\.html)",
+                rf"(?P<late>LATE_)?anon_(?P<canvas_anonymous>[0-9A-Za-z]+){_UPLOAD}",
+                rf"(?P<name>[^/]*?)(?P<late>_LATE|_late)?_(?P<canvas>\d+){_UPLOAD}",
             ),
             book=Book(
                 noun="gradebook",
-                file="canvas.csv",
                 code=NO_CANVAS_GRADEBOOK,
                 none='is no Canvas gradebook: it does not begin with "Student" and "ID"',
                 export="in Canvas: Grades, Export, Export Entire Gradebook; give that file as it is",
-                points_code=GRADEBOOK_COLUMN_CANNOT_BE_FILLED,
-                points=_POINTS,
-                points_hint="make the points of the rubric and of the assignment in Canvas the same",
-                empty="-?",
                 maximum="Points Possible",
                 begins=r"(?:Student|LastName)[^\t]*\t(?:[^\t]*\t)?ID(?:\t|$)",
                 assignment=r"(?P<title>.*) \((?P<number>\d+)\)\n(?P<most>(?:.*(?P<locked>read.only))?.*)",
                 unlock="unlock it in Canvas and export again",
-                make="make the assignment in Canvas first, and export again",
-                known_by=(
-                    ("ID", ("canvas",)),
-                    ("SIS User ID", ("sid",)),
-                    ("SIS Login ID", ("username", "email")),
-                    *((title, ()) for title in ("Integration ID", "Root Account", "Section")),
-                ),
-                locked=("ex", "n/a"),
-                excused=_EXCUSED,
-                last_mark=True,
+                known_by=(("ID", ("canvas",)), ("SIS User ID", ("sid",)), ("SIS Login ID", ("username", "email"))),
             ),
         ),
         Platform("folder", "jdoe/lab.csv or jdoe.csv"),
@@ -195,10 +121,3 @@ PLATFORMS: Mapping[str, Platform] = {
 """All of them; the last has no names of its own."""
 
 NAMED = tuple(name for name, platform in PLATFORMS.items() if platform.shapes)  # those that are known by their names
-
-
-def book_of(lms: str) -> Book:
-    """Give the sheet of grades of a platform that has one."""
-    book = PLATFORMS[lms].book
-    assert book is not None
-    return book

@@ -88,5 +88,4 @@ def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
 
 def _bare(text: str) -> str:
     """Take N of Moodle's "Participant N"."""
-    match = re.fullmatch(r"\D+ (\d+)", text.strip())
-    return match[1] if match else text.strip()
+    return re.sub(r"^\D+ (\d+)$", r"\1", text.strip())

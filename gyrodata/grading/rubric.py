@@ -22,6 +22,7 @@ from gyrodata.diagnostics import (
     CONDITION_CANNOT_BE_USED,
     NO_UNLOADED_RUN,
     OUTLIER_BEFORE_LEAVING,
+    RUBRIC_NO_TOML,
     RUBRIC_PARTS_CONTRADICT,
     RUBRIC_POINTS_DO_NOT_ADD_UP,
     RUBRIC_VALUE_CANNOT_BE_USED,
@@ -32,9 +33,9 @@ from gyrodata.diagnostics import (
     TOO_FEW_WEIGHTS,
 )
 from gyrodata.grading.late import Deduction, LateRule
-from gyrodata.grading.toml_table import Faults, Number, Text, UnfitError, read_record, read_toml, schema_of
 from gyrodata.grading.yardsticks import BENCH, FIT_WORDS, Bench, BenchTable, Reference, References
 from gyrodata.quantities import parse_quantity
+from gyrodata.toml_table import Faults, Number, Text, UnfitError, read_record, read_toml, schema_of
 from gyrodata.units import UnitError
 
 Check = Literal["log", "procedure", "own_data", "reference", "uncertainty", "units", "constancy", "files", "manual"]
@@ -152,7 +153,8 @@ def default_rubric() -> Rubric:
 
 def read_rubric(data: bytes, name: str = "rubric.toml") -> Rubric:
     """Read a rubric."""
-    values, faults = read_toml(data, name)
+    hint = "a line is KEY = VALUE, its texts in quotation marks, or a head, [NAME] or [[criterion]]; no key twice"
+    values, faults = read_toml(data, name, RUBRIC_NO_TOML, hint)
     _see_together(values, faults)
     file = read_record([_File], values, faults)
     faults.stop_if_any()

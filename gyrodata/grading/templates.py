@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-import unicodedata
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
+from gyrodata.grading.submissions.names import shown
 from gyrodata.grading.yardsticks import fit_words
 
 if TYPE_CHECKING:
@@ -25,26 +25,16 @@ def environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    room.filters |= {"md": _markdown_safe, "plain": plain, "sentence": sentence, "fit_words": fit_words}
+    room.filters |= {"md": _markdown_safe, "plain": shown, "sentence": sentence, "fit_words": fit_words}
     return room
 
 
-# Letters may need a joiner; nothing needs an override of the direction or a bell.
-_KEPT_FORMATS = "\u200c\u200d"
 _MARKDOWN_SIGNS = re.compile(r"([\\`*_\[\]|~$])")
-
-
-def plain(text: object) -> str:
-    """One line without control characters."""
-    line = " ".join(str(text).split())
-    if line.isprintable():
-        return line
-    return "".join(c for c in line if c in _KEPT_FORMATS or not unicodedata.category(c).startswith("C"))
 
 
 def sentence(text: object) -> str:
     """One line with a capital and a full stop."""
-    line = plain(text).rstrip(".")
+    line = shown(text).rstrip(".")
     # "g is missing" and "φ̇ψ̇ scatters" begin with a symbol.
     first = line[:1].upper() if re.match("[a-z]{2}", line) else line[:1]
     return f"{first}{line[1:]}{'' if line.endswith(('?', '!')) else '.'}" if line else ""
@@ -52,5 +42,5 @@ def sentence(text: object) -> str:
 
 def _markdown_safe(text: object) -> str:
     """One line that Markdown takes literally."""
-    line = _MARKDOWN_SIGNS.sub(r"\\\1", plain(text))
+    line = _MARKDOWN_SIGNS.sub(r"\\\1", shown(text))
     return line.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;").replace("://", ":\\//")

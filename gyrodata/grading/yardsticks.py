@@ -22,12 +22,12 @@ from numpy.typing import NDArray
 
 from gyrodata import fitting
 from gyrodata.diagnostics import RUBRIC_PARTS_CONTRADICT
-from gyrodata.grading.toml_table import UnfitError
 from gyrodata.measurements import SOURCES
 from gyrodata.physics import Floats
 from gyrodata.quantities import parse_quantity, parse_uncertainty
 from gyrodata.readings import SHARED_UNCERTAINTIES, CellError, Readings, read_uncertainty, stated_u, u_keys
 from gyrodata.reporting import count_text, inertia_text
+from gyrodata.toml_table import UnfitError
 from gyrodata.units import Uncertainty, UnitError
 
 if TYPE_CHECKING:

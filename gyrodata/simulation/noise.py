@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 import re
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from msgspec import Struct
 
 from gyrodata.diagnostics import NOISE_CANNOT_BE_READ
-from gyrodata.errors import Diagnostic, InputError
+from gyrodata.errors import InputError
 from gyrodata.measurements import SOURCES
 from gyrodata.physics import Floats
 from gyrodata.quantities import parse_uncertainty
 from gyrodata.readings import SPIN_SETS, kind_of_role, u_keys
+from gyrodata.toml_table import Faults, Spot, nearest, read_toml
 from gyrodata.units import Uncertainty, UnitError
 
 # A ruler with millimetres is read to 1 mm/√12 = 0.3 mm; the positions of a log have what they are rounded by.
@@ -97,55 +96,47 @@ def put_errors(
 
 def read_noise(path: str | os.PathLike[str]) -> dict[str, Uncertainty]:
     """Read the uncertainties of a TOML file, or of the ``# u_…: …`` lines of a log; the rest is `TYPICAL`."""
-    faults = []
+    texts, faults = _texts(Path(path))
     noise = dict(TYPICAL)
-    for key, text in _texts(Path(path)).items():
-        if key not in NOISE_KEYS:
-            close = difflib.get_close_matches(key, NOISE_KEYS, n=2)
-            hint = f"did you mean {' or '.join(close)}?" if close else f"keys are: {', '.join(NOISE_KEYS)}"
-            faults.append(
-                Diagnostic(
-                    NOISE_CANNOT_BE_READ, "error", f"--noise {key}: a simulated log has no such uncertainty", hint
-                )
-            )
-            continue
-        try:
-            noise[key] = parse_uncertainty(text, kind_of_role(key))
-        except UnitError as error:
-            faults.append(Diagnostic(NOISE_CANNOT_BE_READ, "error", f"--noise {key}: {error}", error.hint))
-            continue
-        if key.endswith("_scale") and noise[key].absolute:
-            message = f'--noise {key}: "{text}" is not a share'
-            faults.append(
-                Diagnostic(
-                    NOISE_CANNOT_BE_READ, "error", message, 'the error of a whole scale is in %, such as "0.1 %"'
-                )
-            )
-    if faults:
-        raise InputError(faults)
+    for key, text in texts.items():
+        fault, hint = "a simulated log has no such uncertainty", nearest(key, NOISE_KEYS)
+        if key in NOISE_KEYS:
+            try:
+                noise[key] = parse_uncertainty(text, kind_of_role(key))
+                fault = f'"{text}" is not a share' if key.endswith("_scale") and noise[key].absolute else ""
+                hint = 'the error of a whole scale is in %, such as "0.1 %"'
+            except UnitError as error:
+                fault, hint = str(error), error.hint
+        if fault:
+            faults.add(NOISE_CANNOT_BE_READ, (key,), f"--noise {key}: {fault}", hint)
+    faults.stop_if_any()
     return noise
 
 
-def _texts(path: Path) -> dict[str, str]:
-    """Values by key, as written."""
+def _texts(path: Path) -> tuple[dict[str, str], Faults]:
+    """Values by key, as written, and what notes the faults in them."""
     try:
         with path.open("rb") as file:
-            content = file.read(10_000_000).decode("utf-8-sig")
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else "it is not UTF-8 text"
-        message = f"--noise {str(path)!r} cannot be read: {reason}"
+            data = file.read(10_000_000)
+    except OSError as error:
+        message = f"--noise {str(path)!r} cannot be read: {error.strerror or error}"
         hint = 'write "none", "typical" or the name of a file'
         raise InputError.of(NOISE_CANNOT_BE_READ, message, hint) from None
-    lines = re.findall(r"^#\s*(u_\w+)\s*:\s*(.*?)\s*$", content, re.MULTILINE)
+    text = data.decode("utf-8-sig", "replace")
+    lines = list(re.finditer(r"^#\s*(u_\w+)\s*:\s*(.*?)\s*$", text, re.MULTILINE))
+    hint = 'give a log with lines such as # u_time: 0.1 s, or write: u_time = "0.1 s"'
+    table: dict[str, Any] = {}
     try:
-        table = tomllib.loads(content)
-    except (ValueError, RecursionError) as error:
-        if lines:
-            return dict(lines)
-        message = f"--noise {str(path)!r} is no TOML and has no lines such as # u_time: 0.1 s ({error})"
-        raise InputError.of(NOISE_CANNOT_BE_READ, message, 'in TOML, write: u_time = "0.1 s"') from None
-    texts = {key: str(value) for key, value in table.items()} or dict(lines)
-    if not texts:
-        message = f"--noise {str(path)!r} states no uncertainty"
-        raise InputError.of(NOISE_CANNOT_BE_READ, message, 'write: u_time = "0.1 s"')
-    return texts
+        table, faults = read_toml(data, str(path), NOISE_CANNOT_BE_READ, hint)
+    except InputError:
+        if not lines:
+            raise
+    if not table:
+        faults = Faults(str(path), text)
+        for line in lines:
+            table[line[1]] = line[2]
+            before = text[: line.start(1)].split("\n")
+            faults.places[line[1],] = Spot(len(before), len(before[-1]) + 1, len(line[1]))
+    if not table:
+        raise InputError.of(NOISE_CANNOT_BE_READ, f"--noise {str(path)!r} states no uncertainty", hint)
+    return {key: str(value) for key, value in table.items()}, faults

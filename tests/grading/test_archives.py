@@ -11,7 +11,8 @@ from grading.classes import LOG, make_folder, make_zip
 
 from gyrodata.errors import InputError
 from gyrodata.grading import find_submissions
-from gyrodata.grading.submissions import archives, list_files, read_file
+from gyrodata.grading.submissions import archives
+from gyrodata.grading.submissions.archives import list_files, read_file
 
 
 def code_of(path: Path) -> str:

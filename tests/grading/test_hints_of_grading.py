@@ -18,7 +18,6 @@ import sys
 import tarfile
 import zipfile
 from collections.abc import Callable, Iterable, Iterator
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -790,7 +789,9 @@ def test_a_worksheet(room: Room) -> None:
     rows = list(csv.reader(io.StringIO((room.out / "moodle.csv").read_text(encoding="utf-8"))))
     assert [row[3] for row in rows[1:]] == list(TOTALS.values())
     sheet.write_text(SHEET.replace("20.00", "10.00"))
-    assert "make the points of the rubric and the maximum grade" in room.refused("G756", *words, root="moodle-class")
+    assert "make the points of the rubric and of the assignment in Moodle" in room.refused(
+        "G756", *words, root="moodle-class"
+    )
     Path("rubric.toml").write_text(RUBRIC)
     room.graded(
         *words, "--rubric", "rubric.toml", root="moodle-class", totals={"1": "10.00", "2": "10.00", "3": "9.00"}
@@ -850,7 +851,7 @@ def test_an_autograder(room: Room, monkeypatch: pytest.MonkeyPatch) -> None:
     rubric.write_text(text.replace('[reference]\nfrom = "class"', "\n".join(lines)))
     with monkeypatch.context() as patch:
         # As from a folder of the sources alone.
-        patch.setattr("gyrodata.grading.exports.gradescope.distribution", lambda name: metadata.distribution("none"))
+        patch.setattr("gyrodata.grading.exports.gradescope.distributions", lambda name: ())
         assert hint_of(gyro(*words), "G768").startswith("install it, python3 -m pip install . in its folder")
     assert not Path("autograder").exists()
     assert gyro(*words).exit_code == 0

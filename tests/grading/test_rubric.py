@@ -24,11 +24,10 @@ from gyrodata.grading import (
     default_rubric_text,
     duration_text,
     judge_lateness,
-    parse_duration,
     read_rubric,
 )
 from gyrodata.grading.rubric import make_curve, parse_condition
-from gyrodata.grading.toml_table import UnfitError, find_places
+from gyrodata.toml_table import UnfitError, find_places
 
 HEAD = 'schema = 1\npoints = 4\n[[criterion]]\nid = "izz"\ncheck = "own_data"\npoints = 4\n'
 LATE = """
@@ -378,11 +377,16 @@ class TestLate:
             ("1.5 h", 5400),
             ("36 hours", 129600),
             ("1 week", 604800),
-            ("1 fortnight", None),
         ],
     )
-    def test_durations(self, text: str, seconds: float | None) -> None:
-        assert parse_duration(text) == seconds
+    def test_durations(self, text: str, seconds: float) -> None:
+        late = read_rubric((HEAD + LATE.replace('grace = "15 min"', f'grace = "{text}"')).encode()).late
+        assert late is not None
+        assert late.grace == seconds
+
+    def test_what_is_no_duration(self) -> None:
+        with pytest.raises(InputError, match='grace = "1 fortnight" is no duration'):
+            read_rubric((HEAD + LATE.replace('grace = "15 min"', 'grace = "1 fortnight"')).encode())
 
     def test_durations_in_words(self) -> None:
         assert [duration_text(s) for s in (5, 60, 3600, 90061, 172800)] == [

@@ -530,7 +530,7 @@ def test_a_submission_goes_to_another_process_by_its_names_alone(tmp_path: Path)
 
 
 def test_names_are_shown_without_marks_that_turn_or_break_the_line() -> None:
-    assert names.shown("evil\u202etxt.\nname\x00") == "evil txt. name"
+    assert names.shown("evil\u202etxt.\nname\x00") == "eviltxt. name"
     assert names.shown("Zoe\u0308") == "Zoë"
     assert names.shown("می\u200cخواهم") == "می\u200cخواهم", "a joiner that Persian needs"
     assert names.shown("\udcff") == "?"

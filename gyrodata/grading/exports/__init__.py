@@ -9,6 +9,7 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 from unicodedata import combining, east_asian_width
 
@@ -19,7 +20,7 @@ from msgspec.structs import asdict
 from gyrodata import __version__
 from gyrodata.grading.grade import Grade, points_text, two_decimals
 from gyrodata.grading.ledger import csv_lines, csv_rows
-from gyrodata.grading.submissions import shown
+from gyrodata.grading.submissions.names import shown
 from gyrodata.reporting import count_text, csv_cell
 
 if TYPE_CHECKING:
@@ -46,20 +47,22 @@ def grades_csv(grades: Collection[Grade], flags: Sequence[Flag] = (), absent: Se
             flagged.setdefault(student, []).append(f"{flag.kind} with {', '.join(others)}" if others else flag.kind)
     first = next(iter(grades), None)
     columns = ["student"] if first is None else [column for column, _ in _row(first, ())]
-    # A large class is held as text, not cell by cell.
-    found = {
-        grade.student: csv_lines([[cell for _, cell in _row(grade, flagged.get(grade.student, []))]])
-        for grade in grades
-    }
-    for one in absent:
-        told = {"student": one.student, "name": one.name, "status": NOTHING, "section": one.section}
-        found[one.student] = csv_lines([[csv_cell(told.get(column)) for column in columns]])
-    lines = [[csv_cell(column) for column in columns]]
+    head = [[csv_cell(column) for column in columns]]
     if first is not None:
         possible = {"student": POINTS_ROW, "status": "--", TOTAL: two_decimals(first.out_of)}
         possible |= {mark.criterion: two_decimals(mark.out_of) for mark in first.marks}
-        lines.append([possible.get(column, "") for column in columns])
-    return csv_lines(lines) + "".join(found[student] for student in sorted(found))
+        head.append([possible.get(column, "") for column in columns])
+
+    def cells(one: Grade | Person) -> list[str]:
+        if isinstance(one, Grade):
+            return [cell for _, cell in _row(one, flagged.get(one.student, ()))]
+        told = {"student": one.student, "name": one.name, "status": NOTHING, "section": one.section}
+        return [csv_cell(told.get(column)) for column in columns]
+
+    people: dict[str, Grade | Person] = {one.student: one for one in absent}
+    people |= {grade.student: grade for grade in grades}
+    # A large class is held as text, not cell by cell.
+    return csv_lines(chain(head, (cells(people[student]) for student in sorted(people))))
 
 
 def _row(grade: Grade, flags: Sequence[str]) -> list[tuple[str, str]]:
@@ -142,16 +145,14 @@ def compare_tables(before: str, after: str) -> tuple[Change, ...] | None:
         return None
     changes = []
     for student in sorted(old.keys() | new.keys()):
-        was, now = old.get(student), new.get(student)
+        was, now = old.get(student, {}), new.get(student, {})
         if was == now:
             continue
-        parts: list[tuple[str, str, str]] = []
-        if was is not None and now is not None:
-            columns = [column for column in {**was, **now} if column not in ("name", TOTAL, STATUS)]
-            pairs = ((column, was.get(column, ""), now.get(column, "")) for column in columns)
-            parts = [pair for pair in pairs if pair[1] != pair[2]]
-        name = (now or was or {}).get("name") or student
-        changes.append(Change(student, name, _points_text(was), _points_text(now), tuple(parts)))
+        columns = [column for column in {**was, **now} if column not in ("name", TOTAL, STATUS) and was and now]
+        pairs = ((column, was.get(column, ""), now.get(column, "")) for column in columns)
+        parts = tuple(pair for pair in pairs if pair[1] != pair[2])
+        name = (now or was).get("name") or student
+        changes.append(Change(student, name, _points_text(was), _points_text(now), parts))
     return tuple(changes)
 
 
@@ -168,8 +169,8 @@ def read_table(table: str) -> dict[str, dict[str, str]] | None:
     return {row["student"]: row for row in found if row["student"] != POINTS_ROW}
 
 
-def _points_text(row: Mapping[str, str] | None) -> str | None:
-    return None if row is None else row[TOTAL] or row[STATUS] or NOT_GRADED
+def _points_text(row: Mapping[str, str]) -> str | None:
+    return row[TOTAL] or row[STATUS] or NOT_GRADED if row else None
 
 
 # --- JSON: "gyro.grades/1", one object for the class, and "gyro.grade/1", one a student --------------------
@@ -224,8 +225,7 @@ def grades_document(found: ClassGrades, changes: Sequence[Change] | None = None)
 def grade_lines(found: ClassGrades) -> Iterator[str]:
     """Write one JSON object for each student, one a line."""
     for grade in found.grades:
-        head = {"schema": STUDENT_SCHEMA, "tool": _TOOL}
-        yield _json(head | _student(found, grade)) + "\n"
+        yield _json({"schema": STUDENT_SCHEMA, "tool": _TOOL} | _student(found, grade)) + "\n"
 
 
 def _json(content: dict[str, Any]) -> str:

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import groupby
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from gyrodata import __version__
@@ -88,37 +88,20 @@ def _distance(value: float | None) -> str:
 # --- what waits for a person, by reason, and the logs of flagged pairs ----------------------------------------
 
 
-class Group(NamedTuple):
-    """All that waits for one reason."""
-
-    reason: str
-    number: int  # of lines
-    why: str  # what all lines say; "" where they say different things
-    lines: list[Offer]  # those about no flag
-    flags: dict[Flag, list[Offer]]  # those about each flag
-
-
-class PairOfLogs(NamedTuple):
-    """Two logs side by side."""
-
-    keys: tuple[str, str]
-    rows: list[tuple[str, list[str], list[str], bool, bool]]
-    """Torque [mN*m]; line, spin [rpm], time [s] and turns in each log; whether the spins and the times are the same."""
-    left_out: int  # rows that are not shown
-
-
 ROWS_SHOWN = 40  # of one pair of logs; the first ones, and most logs have nine
 
 ROWS_IN_ALL = 3000  # of all pairs; a class where everybody is flagged would make a page that no browser likes
 
 
-def _group(reason: str, lines: list[Offer]) -> Group:
+def _group(reason: str, lines: list[Offer]) -> dict[str, Any]:
+    """Tell those about a flag from the others, and what all lines say; "" where they say different things."""
     flags: dict[Flag, list[Offer]] = {}
     for line in lines:
         if line.flag is not None:
             flags.setdefault(line.flag, []).append(line)
     same = len(lines) > 1 and not flags and len({line.why for line in lines}) == 1
-    return Group(reason, len(lines), lines[0].why if same else "", [one for one in lines if one.flag is None], flags)
+    others = [one for one in lines if one.flag is None]
+    return {"reason": reason, "number": len(lines), "why": lines[0].why * same, "lines": others, "flags": flags}
 
 
 def _rarity(expected: float) -> str:
@@ -126,21 +109,26 @@ def _rarity(expected: float) -> str:
     return f"By chance, {one_in} honest classes would show this."
 
 
-def _pairs_of_logs(flags: Iterable[Flag], logs: Mapping[str, Fingerprint]) -> dict[Flag, list[PairOfLogs]]:
+def _pairs_of_logs(flags: Iterable[Flag], logs: Mapping[str, Fingerprint]) -> dict[Flag, list[dict[str, Any]]]:
     """Put the logs of each flag beside each other, until `ROWS_IN_ALL` are there."""
-    tables: dict[Flag, list[PairOfLogs]] = {}
+    tables: dict[Flag, list[dict[str, Any]]] = {}
     left = ROWS_IN_ALL
     for flag in flags:
         tables[flag] = []
         for pair in flag.pairs:
             if left > 0:
                 tables[flag].append(_pair_of_logs(pair, logs))
-                left -= len(tables[flag][-1].rows)
+                left -= len(tables[flag][-1]["rows"])
     return tables
 
 
-def _pair_of_logs(keys: tuple[str, str], logs: Mapping[str, Fingerprint]) -> PairOfLogs:
-    both = logs[keys[0]], logs[keys[1]]
+def _pair_of_logs(students: tuple[str, str], logs: Mapping[str, Fingerprint]) -> dict[str, Any]:
+    """Put two logs beside each other.
+
+    Gives: A row has its torque [mN*m]; line, spin [rpm], time [s] and turns in each log; whether the spins and the
+    times are the same.
+    """
+    both = logs[students[0]], logs[students[1]]
     beside = put_beside(*both)
     rows = []
     for one in beside[:ROWS_SHOWN]:
@@ -148,7 +136,7 @@ def _pair_of_logs(keys: tuple[str, str], logs: Mapping[str, Fingerprint]) -> Pai
         left, right = ([] if at is None else _row_of(log, at) for log, at in places)
         torque = next(log.torque[at] for log, at in places if at is not None)
         rows.append((f"{1e3 * torque:.4g}", left, right, one.same_spin, one.same_period))
-    return PairOfLogs(keys, rows, len(beside) - len(rows))
+    return {"students": students, "rows": rows, "left_out": len(beside) - len(rows)}
 
 
 def _row_of(log: Fingerprint, at: int) -> list[str]:

@@ -16,8 +16,7 @@ import csv
 import html
 import io
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from types import MappingProxyType
+from collections.abc import Collection, Mapping, Sequence
 
 from msgspec import Struct
 
@@ -25,18 +24,17 @@ from gyrodata.diagnostics import (
     GRADEBOOK_CANNOT_BE_READ,
     GRADEBOOK_COLUMN_CANNOT_BE_FILLED,
     GRADEBOOK_COLUMN_NOT_CLEAR,
+    WORKSHEET_CANNOT_TAKE_POINTS,
 )
 from gyrodata.errors import InputError
 from gyrodata.grading.grade import Grade, two_decimals
 from gyrodata.grading.ledger import TODO
-from gyrodata.grading.platforms import Book, book_of
+from gyrodata.grading.platforms import PLATFORMS, Book
 from gyrodata.readings import listing
 
 Ids = Mapping[str, Mapping[str, str]]
 Ours = Mapping[str, Collection[str] | None]
 """Totals that each student ever had from here, as written; None for one whose total may be written over."""
-_NO_COMMENTS: Mapping[str, str] = MappingProxyType({})
-_NO_IDS: Ids = MappingProxyType({})
 
 
 def fill_book(
@@ -46,8 +44,8 @@ def fill_book(
     grades: Collection[Grade],
     *,
     assignment: str | None = None,
-    comments: Mapping[str, str] = _NO_COMMENTS,
-    ids: Ids = _NO_IDS,
+    comments: Mapping[str, str] = {},
+    ids: Mapping[str, Mapping[str, str]] = {},
     ours: Ours | None = None,
 ) -> Filled:
     """Write grades into the sheet that a platform exported: match, refuse, fill, tell.
@@ -58,54 +56,70 @@ def fill_book(
     Gives: `skipped` names the rows that the platform would pass over without a word,
     and those with no grade; rows that were graded in Moodle after the export are not known here.
     """
-    book = book_of(lms)
+    book = PLATFORMS[lms].book
+    assert book is not None
     sheet = read_sheet(data, name)
-    layout = _Columns(sheet, book, assignment) if book.assignment else _Moodle(sheet, book)
+    layout = _Columns(sheet, lms, book, assignment) if book.assignment else _Moodle(sheet, lms, book)
     layout.check_points(grades)
+    mark = "," if re.search(r",\d+$", layout.most) else "."
+    places = layout.rows_of(grades, ids)
     filled: list[str] = []
     changed: list[tuple[str, str, str]] = []
     skipped: list[tuple[str, str]] = []
     by_hand: list[tuple[str, str]] = []
-    asked: set[int] = set()
-    for grade, rows in layout.match(grades, ids):
-        asked |= set(rows)
+    for grade in sorted(grades, key=lambda grade: grade.student):
+        student, rows = grade.student, places.get(grade.student, [])
         if not rows:
-            skipped.append((grade.student, f"is in no row of the {book.noun}"))
+            skipped.append((student, f"is in no row of the {book.noun}"))
             continue
-        known = None if ours is None else ours.get(grade.student, ())
+        known = None if ours is None else ours.get(student, ())
         graded = grade.status == "graded"
         if not graded:
-            skipped.append((grade.student, f"is {grade.status}: {grade.why}" if grade.why else f"is {grade.status}"))
-        written = two_decimals(grade.points).replace(".", layout.mark)
+            skipped.append((student, f"is {grade.status}: {grade.why}" if grade.why else f"is {grade.status}"))
+        written = two_decimals(grade.points).replace(".", mark)
         for row in rows:
             before = sheet.value(row, layout.grade)
-            stands = layout.number(before)
+            stands = _number(before)
             same = graded and stands == grade.points
             if not same and stands is not None and known is not None and two_decimals(stands) not in known:
-                skipped.append((grade.student, f"has {before}, set by hand, which stays: see {TODO}"))
-                by_hand.append((grade.student, two_decimals(stands)))
+                skipped.append((student, f"has {before}, set by hand, which stays: see {TODO}"))
+                by_hand.append((student, two_decimals(stands)))
                 continue
             if grade.points is None or not graded:
                 continue
             if why := layout.why_refused(row, grade.points):
-                skipped.append((grade.student, why))
+                skipped.append((student, why))
                 continue
-            if same and book.unchanged:
-                skipped.append((grade.student, book.unchanged.format(before=before)))
+            if same and layout.passes_over_same:
+                skipped.append((student, f"has {before} in Moodle already: Moodle passes over the grade"))
             else:
-                if not same and not re.fullmatch(book.empty, before, re.IGNORECASE):
-                    changed.append((grade.student, before, written))
+                if not same and not _EMPTY.fullmatch(before):
+                    changed.append((student, before, written))
                 sheet.put(row, layout.grade, written)
-            if layout.comment is not None and grade.student in comments:
-                before, text = sheet.value(row, layout.comment), _as_html(comments[grade.student])
+            if layout.comment is not None and student in comments:
+                before, text = sheet.value(row, layout.comment), _as_html(comments[student])
                 if before not in ("", text):
-                    changed.append((grade.student, before, text))
+                    changed.append((student, before, text))
                 sheet.put(row, layout.comment, text)
-            filled.append(grade.student)
+            filled.append(student)
+    asked = {row for rows in places.values() for row in rows}
     skipped += [(layout.label(row), "has no submission") for row in layout.rows if row not in asked]
-    if book.by_row:
-        skipped.sort()
     return Filled(sheet.to_bytes(), tuple(dict.fromkeys(filled)), tuple(changed), tuple(skipped), tuple(by_hand))
+
+
+_EMPTY = re.compile(r"-?|(?:Needs Grading|In Progress)\b.*", re.IGNORECASE)
+_EXCUSED = ("ex", "n/a", "exempt", "exempted", "excused")
+_NO = ("no", "nein", "non", "não", "nie", "нет", "ні", "ne", "nee", "nej", "nei", "hayır", "όχι", "いいえ", "否")
+"""What cells say: that there is no grade yet, that none is asked for, and that it cannot be changed."""
+
+
+def _number(text: str) -> float | None:
+    """Read a number as platforms do."""
+    *whole, last = re.split("[.,]", text)
+    try:
+        return float(f"{''.join(whole)}.{last}" if whole else last)
+    except ValueError:
+        return None
 
 
 class _Layout:
@@ -114,53 +128,39 @@ class _Layout:
     rows: list[int]  # of students
     grade: int  # columns
     comment: int | None = None
-    most: str = ""  # points possible, as written
-    mark: str  # decimal mark
+    most: str  # points possible, as written
+    other_points = GRADEBOOK_COLUMN_CANNOT_BE_FILLED  # diagnostic of a sheet with other points than the rubric
+    passes_over_same = False  # True: the platform does not take a grade that is there already
 
-    def __init__(self, sheet: Sheet, book: Book) -> None:
-        self.sheet, self.book = sheet, book
+    def __init__(self, sheet: Sheet, lms: str, book: Book) -> None:
+        self.sheet, self.platform, self.book = sheet, lms.title(), book
         self.head = [cell.strip() for cell in sheet.rows[0]] or [""]
-
-    def label(self, row: int) -> str:
-        """Name a row to a person."""
-        return self.sheet.value(row, 0)
-
-    def number(self, text: str) -> float | None:
-        """Read a number as the platform does."""
-        *whole, last = re.split("[.,]", text)
-        try:
-            return float(f"{('' if self.book.last_mark else '.').join(whole)}.{last}" if whole else last)
-        except ValueError:
-            return None
 
     def check_points(self, grades: Collection[Grade]) -> None:
         """See that the sheet has the points of the rubric."""
-        most = self.number(self.most)
+        most = _number(self.most)
         out_of = next((grade.out_of for grade in grades), None)
         if most is not None and out_of is not None and round(most, 2) != round(out_of, 2):
-            words = self.book.points.format(
-                sheet=most, written=self.most, title=self.sheet.value(0, self.grade), rubric=out_of
-            )
-            raise refusal(self.book.points_code, self.sheet.name, words, self.book.points_hint)
+            words = f'has {self.most} points for "{self.head[self.grade]}", the rubric {out_of:g}'
+            hint = f"make the points of the rubric and of the assignment in {self.platform} the same"
+            raise refusal(self.other_points, self.sheet.name, words, hint)
 
 
 class _Columns(_Layout):
-    """Columns that say who a student is, then one for each assignment: Canvas, Blackboard."""
+    """Columns that say who a student is, and one for each assignment: Canvas, Blackboard."""
 
-    def __init__(self, sheet: Sheet, book: Book, assignment: str | None) -> None:
-        super().__init__(sheet, book)
+    def __init__(self, sheet: Sheet, lms: str, book: Book, assignment: str | None) -> None:
+        super().__init__(sheet, lms, book)
         if not re.match(book.begins, "\t".join(self.head)):
             raise refusal(book.code, sheet.name, book.none, book.export)
-        known = {title.casefold() for title, _ in book.known_by}
-        self.columns = {title.casefold(): at for at, title in enumerate(self.head) if title.casefold() in known}
-        every = range(1, len(sheet.rows))
+        self.columns = {title.casefold(): at for at, title in enumerate(self.head)}
         self.key = self.columns[book.known_by[0][0].casefold()]
+        every = range(1, len(sheet.rows))
         special = next((row for row in every if book.maximum and book.maximum in sheet.value(row, 0)), None)
         self.rows = [row for row in every if row != special and sheet.value(row, self.key)]
         points = ["" if special is None else sheet.value(special, at) for at in range(len(self.head))]
         self.grade, match = self._assignment_column(assignment, points)
         self.most = match["most"]
-        self.mark = "," if re.search(r",\d+$", self.most) else "."
         if match["locked"]:
             message = f'takes no points in the column "{self.head[self.grade]}": {match["locked"]}'
             hint = f"{book.unlock}, or name another with --assignment"
@@ -173,52 +173,55 @@ class _Columns(_Layout):
     def _assignment_column(self, assignment: str | None, points: Sequence[str]) -> tuple[int, re.Match[str]]:
         pattern = re.compile(self.book.assignment, re.DOTALL | re.IGNORECASE)
         cells = enumerate(zip(self.head, points, strict=True))
-        titles = {at: match for at, pair in cells if (match := pattern.fullmatch("\n".join(pair)))}
-        if assignment is None:
-            found = [at for at in titles if at > max(self.columns.values())]
-        else:
+        found = titles = {at: match for at, pair in cells if (match := pattern.fullmatch("\n".join(pair)))}
+        if assignment is not None:
             wanted = assignment.strip().casefold()
-            told = {at: (self.head[at], match["title"], match["number"]) for at, match in titles.items()}
-            found = [at for at, names in told.items() if wanted in map(str.casefold, names)]
+            names = {at: (self.head[at], match["title"], match["number"]) for at, match in titles.items()}
+            found = {at: titles[at] for at in titles if wanted in map(str.casefold, names[at])}
         if len(found) == 1:
-            return found[0], titles[found[0]]
+            return found.popitem()
         shown = listing([self.head[at] for at in titles]) or "none with a number behind its title"
         asked = f'no one column "{assignment}"' if assignment is not None else "not one assignment"
-        hint = self.book.make
+        hint = f"make the assignment in {self.platform} first, and export again"
         if titles:
             hint = f"give the number behind its title with --assignment; or {hint}"
         message = f"has {asked}; its assignments are: {shown}"
         raise refusal(GRADEBOOK_COLUMN_NOT_CLEAR, self.sheet.name, message, hint)
 
-    def match(self, grades: Collection[Grade], ids: Ids) -> Iterator[tuple[Grade, list[int]]]:
+    def rows_of(self, grades: Collection[Grade], ids: Ids) -> dict[str, list[int]]:
         """Look in one column after the other, the platform's own first; several rows for one in several sections."""
         places: dict[tuple[str, str], list[int]] = {}
         for title, _ in self.book.known_by:
             for row in self.rows:
                 if value := self.sheet.value(row, self.columns.get(title.casefold())):
                     places.setdefault((title, value.casefold()), []).append(row)
-        for grade in sorted(grades, key=lambda grade: grade.student):
+        found = {}
+        for grade in grades:
             own = ids.get(grade.student, {})
             # Moodle's number of a student might be Canvas's of another.
             key = () if "moodle" in own else (grade.student,)
             names = [
                 (title, value.casefold())
                 for title, kinds in self.book.known_by
-                for value in ((*(own[kind] for kind in kinds if kind in own), *key) if kinds else ())
+                for value in (*(own[kind] for kind in kinds if kind in own), *key)
             ]
-            yield grade, next((places[name] for name in names if name in places), [])
+            found[grade.student] = next((places[name] for name in names if name in places), [])
+        return found
 
     def why_refused(self, row: int, points: float) -> str:
         """Say that a student is excused; "" for one who is not."""
         before = self.sheet.value(row, self.grade)
-        return self.book.excused.format(before=before) if before.casefold() in self.book.locked else ""
+        return f'has "{before}" in the gradebook: excused or not assigned' if before.casefold() in _EXCUSED else ""
 
 
 class _Moodle(_Layout):
     """A row for each participant, with the maximum grade, whether the grade can be changed, and comments."""
 
-    def __init__(self, sheet: Sheet, book: Book) -> None:
-        super().__init__(sheet, book)
+    other_points = WORKSHEET_CANNOT_TAKE_POINTS
+    passes_over_same = True
+
+    def __init__(self, sheet: Sheet, lms: str, book: Book) -> None:
+        super().__init__(sheet, lms, book)
         self.rows = [row for row in range(1, len(sheet.rows)) if self._number_of(row) is not None]
         top = self._top_column()
         if not self.rows or top is None or top < 2:
@@ -226,7 +229,6 @@ class _Moodle(_Layout):
         self.top, self.grade = top, top - 1
         self.comment = self._comment_column()
         self.most = sheet.value(self.rows[0], top)
-        self.mark = "," if any("," in sheet.value(row, top) for row in self.rows) else "."
 
     def _number_of(self, row: int) -> str | None:
         """Read N of "Participant N", the first word in any language."""
@@ -239,41 +241,38 @@ class _Moodle(_Layout):
 
     def _top_column(self) -> int | None:
         """Find the maximum grade: by its English name, else the last column with one number in every row."""
-        if self.book.maximum in self.head:
-            return self.head.index(self.book.maximum)
-        found = []
-        for column in range(2, len(self.head)):
-            values = {self.sheet.value(row, column) for row in self.rows}
-            if len(values) == 1 and (self.number(values.pop()) or 0) > 0:
-                found.append(column)
+        if "Maximum Grade" in self.head:
+            return self.head.index("Maximum Grade")
+        values = {at: {self.sheet.value(row, at) for row in self.rows} for at in range(2, len(self.head))}
+        found = [at for at, texts in values.items() if len(texts) == 1 and (_number(*texts) or 0) > 0]
         return found[-1] if found else None
 
     def _comment_column(self) -> int | None:
         """Find the comments: by their English name, else the last column, where its cells are no dates."""
-        if self.book.comments in self.head:
-            return self.head.index(self.book.comments)
+        if "Feedback comments" in self.head:
+            return self.head.index("Feedback comments")
         last = len(self.head) - 1
         texts = [self.sheet.value(row, last) for row in self.rows]
         return last if last > self.top + 2 and any(not text or text.startswith("<") for text in texts) else None
 
-    def match(self, grades: Collection[Grade], ids: Ids) -> Iterator[tuple[Grade, list[int]]]:
-        """Give each row its grade: that of the group with the submission's name, else that of "Participant N"."""
-        by_group = {grade.name.casefold(): grade for grade in grades}
+    def rows_of(self, grades: Collection[Grade], ids: Ids) -> dict[str, list[int]]:
+        """Give each row the grade of the group with the submission's name, else that of "Participant N"."""
+        by_group = {grade.name.casefold(): grade.student for grade in grades}
         cells = {row: [self.sheet.value(row, at).casefold() for at in range(2, self.grade)] for row in self.rows}
-        found = {row: next((by_group[one] for one in cells[row] if one in by_group), None) for row in self.rows}
+        groups = {row: next((by_group[one] for one in cells[row] if one in by_group), None) for row in self.rows}
         # A group's number might be that of another participant.
-        of_groups = {grade.student for grade in found.values() if grade}
-        others = [grade for grade in grades if grade.student not in of_groups]
-        by_number = {ids.get(grade.student, {}).get("moodle", grade.student): grade for grade in others}
-        found = {row: grade or by_number.get(self._number_of(row) or "") for row, grade in found.items()}
-        placed = {grade.student for grade in found.values() if grade}
-        yield from ((grade, []) for grade in grades if grade.student not in placed)
-        yield from ((grade, [row]) for row, grade in found.items() if grade)
+        others = [grade.student for grade in grades if grade.student not in set(groups.values())]
+        by_number = {ids.get(student, {}).get("moodle", student): student for student in others}
+        found: dict[str, list[int]] = {}
+        for row, group in groups.items():
+            if student := group or by_number.get(self._number_of(row) or ""):
+                found.setdefault(student, []).append(row)
+        return found
 
     def why_refused(self, row: int, points: float) -> str:
         """Say why Moodle's importer would pass over the row; "" if it would not."""
-        most = self.number(self.sheet.value(row, self.top))
-        if self.sheet.value(row, self.top + 1).casefold() in self.book.locked:
+        most = _number(self.sheet.value(row, self.top))
+        if self.sheet.value(row, self.top + 1).casefold() in _NO:
             return "is locked in Moodle: the grade cannot be changed"
         if most is not None and points > most:
             return f"has {points:g} points, more than the maximum grade {most:g}: Moodle passes over it"

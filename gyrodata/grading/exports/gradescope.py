@@ -16,18 +16,17 @@ import zipfile
 from base64 import urlsafe_b64encode
 from collections.abc import Mapping
 from hashlib import sha256
-from importlib.metadata import PackageNotFoundError, distribution
+from importlib.metadata import distributions
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import gyrodata
 from gyrodata.diagnostics import AUTOGRADER_CANNOT_BE_MADE, CODES
 from gyrodata.errors import GyroError, InputError
+from gyrodata.grading.criteria import Mark
+from gyrodata.grading.grade import Grade, not_graded
 from gyrodata.grading.rubric import ASKS, Rubric
-
-if TYPE_CHECKING:
-    from gyrodata.grading.criteria import Mark
-    from gyrodata.grading.grade import Grade
+from gyrodata.grading.submissions import Submission, find_submissions
 
 _SETUP = """\
 #!/usr/bin/env bash
@@ -77,10 +76,7 @@ def autograder_files(rubric: Rubric, text: str) -> dict[str, bytes]:
 def _wheel() -> tuple[str, bytes]:
     """Pack the package as it is here: pip builds from sources only, and with a builder that it has to download."""
     version = gyrodata.__version__
-    try:
-        installed = distribution("gyrodata")
-    except PackageNotFoundError:
-        installed = None
+    installed = next(iter(distributions(name="gyrodata")), None)
     if installed is None or installed.version != version:
         message = f"gyro {version} runs from its folder and is not installed, so that it cannot be packed"
         hint = "install it, python3 -m pip install . in its folder, and write the autograder with the installed gyro"
@@ -105,8 +101,6 @@ def _wheel() -> tuple[str, bytes]:
 def grade_autograder(root: Path, rubric: Rubric) -> str:
     """Grade the submission that a running autograder has below `root`, and give what belongs into its results."""
     from gyrodata.grading.classroom import grade_class
-    from gyrodata.grading.grade import not_graded
-    from gyrodata.grading.submissions import Submission, find_submissions
 
     try:
         submissions = find_submissions(root, "gradescope")

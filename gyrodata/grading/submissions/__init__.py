@@ -8,9 +8,8 @@ from __future__ import annotations
 import hashlib
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path, PurePosixPath
-from typing import Literal
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -23,9 +22,9 @@ from gyrodata.diagnostics import (
     ONE_OF_SEVERAL_GRADED,
 )
 from gyrodata.errors import Diagnostic, GyroError, InputError
-from gyrodata.grading.platforms import NAMED, PLATFORMS, Autograder
-from gyrodata.grading.submissions.archives import Listing, list_files, read_file, size_text
-from gyrodata.grading.submissions.metadata import LARGEST, Metadata, MetadataError, read_export, read_live
+from gyrodata.grading.platforms import NAMED, PLATFORMS
+from gyrodata.grading.submissions.archives import Listing, list_files, read_file
+from gyrodata.grading.submissions.metadata import EXPORT, LARGEST, LIVE, Metadata, read_export, read_live
 from gyrodata.grading.submissions.names import (
     ParsedName,
     name_all,
@@ -35,25 +34,8 @@ from gyrodata.grading.submissions.names import (
     shown,
     whose_names,
 )
-from gyrodata.grading.submissions.student_files import Answers, choose_files, read_answers
+from gyrodata.grading.submissions.student_files import TEXTS, Answers, Attempts, choose_files, ending, read_answers
 from gyrodata.readings import Readings, listing, read_log
-
-__all__ = [
-    "Answers",
-    "Attempts",
-    "Submission",
-    "Submissions",
-    "find_submissions",
-    "list_files",
-    "read_answers",
-    "read_file",
-    "shown",
-    "size_text",
-    "submission_of",
-]
-
-Attempts = Literal["newest", "oldest"]
-
 
 _MOST_RECEIPT = 200_000
 _MOST_REPORT = 1_000_000
@@ -100,8 +82,7 @@ class Submission(Struct, frozen=True, dict=True):
 
     def read(self) -> tuple[Readings, Answers]:
         """Read the log, and what is reported: whatever grades, or tells what would be graded, reads them here."""
-        name = PurePosixPath(self.log_file or self.log_name or "log").name
-        readings = read_log(self.log(), name=name)
+        readings = read_log(self.log(), name=PurePosixPath(self.log_file or self.log_name or "").name)
         return readings, read_answers(readings, self.reports())
 
     def feedback_name(self, ending: str) -> str:
@@ -167,21 +148,23 @@ def find_submissions(
         hint = f"write one of: auto, folder, {', '.join(NAMED)}"
         raise InputError.of(NO_SUBMISSION, f'there is no --lms "{lms}"', hint)
     root = Path(path)
-    for name, platform in PLATFORMS.items():
-        if own is None and platform.autograder is not None and lms in ("auto", name):
-            live = lms == name or (root / platform.autograder.metadata).is_file()
-            if live and (root / platform.autograder.submission).is_dir():
-                return _running_autograder(root, name, platform.autograder, attempts)
+    live = lms == "gradescope" or (lms == "auto" and (root / LIVE).is_file())
+    if own is None and live and (root / "submission").is_dir():
+        return _running_autograder(root, attempts)
     files = list_files(root)
-    below = ""
+    empty: list[ParsedName] = []
     if own is not None:
         seen = "pattern"
         named = {name: read_own_name(name, own) for name in files.sizes}
     else:
         seen, below = whose_names(list(files.sizes), files.folders, lms, root.is_file())
         named = name_all(list(files.sizes), seen, below)
+        if seen == "folder":
+            inner = [folder.removeprefix(below) for folder in files.folders if folder.startswith(below)]
+            students = [shown(folder.rstrip("/")) for folder in inner if folder.count("/") == 1]
+            empty = [ParsedName(student, student, {"folder": student}, "", student) for student in students]
     finder = _Finder(files, seen, attempts)
-    items = finder.find(named, _empty_handed(files, below) if seen == "folder" else ())
+    items = finder.find(named, empty)
     if not items:
         raise _nothing_found(files, lms, pattern)
     return Submissions(seen, items, tuple(finder.told))
@@ -190,66 +173,45 @@ def find_submissions(
 def submission_of(paths: Sequence[Path]) -> tuple[Submission, tuple[Diagnostic, ...]]:
     """Take files, or one folder or zip, as what one student hands in; say what is left aside."""
     first = paths[0]
-    diagnostics: tuple[Diagnostic, ...] = ()
     if any(path.is_dir() or path.suffix.lower() == ".zip" for path in paths):
         if len(paths) > 1:
             hint = "give the files that are handed in together, or the one folder or zip that they are in"
             raise InputError.of(NO_SUBMISSION, f"{len(paths)} are given, and not all of them are files", hint)
         files = list_files(first)
-        root, sizes, diagnostics = files.root, files.sizes, files.diagnostics
-        own = {name: shown(name) for name in sizes}
+        own = {name: shown(name) for name in files.sizes}
     else:
-        root = Path.cwd()
         for path in paths:
             if not path.is_file():
                 raise InputError.of(FILE_NOT_FOUND, f"there is no file {str(path)!r}", "check its name and its folder")
         # A name that is whole is found below any folder.
-        resolved = {str(path.resolve()): path for path in paths}
-        sizes = {name: path.stat().st_size for name, path in resolved.items()}
-        own = {name: shown(path.name) for name, path in resolved.items()}
-    choice = choose_files(own, sizes, lambda name: read_file(root, name))
-    if choice.note:
-        diagnostics = (*diagnostics, Diagnostic.of(ONE_OF_SEVERAL_GRADED, choice.note))
-    made = Submission(
-        first.name, first.name, {}, root, tuple(sorted(own)), choice.log, own[choice.log] if choice.log else None,
-        tuple(choice.reports(own)), problem=choice.problem, feedback_stem=first.stem,
-    )  # fmt: skip
-    return made, diagnostics
+        own = {str(path.resolve()): shown(path.name) for path in paths}
+        files = Listing(Path.cwd(), {name: Path(name).stat().st_size for name in own})
+    one = ParsedName(first.name, first.name, {}, "", first.stem)
+    made, note = _submission(files, {"": one} | {name: replace(one, file=file) for name, file in own.items()})
+    told = [Diagnostic.of(ONE_OF_SEVERAL_GRADED, note)] if note else []
+    return made, (*files.diagnostics, *told)
 
 
-def _running_autograder(root: Path, lms: str, layout: Autograder, attempts: Attempts) -> Submissions:
-    """Find the one submission that a running autograder has beside its metadata."""
-    stem = layout.submission
-    files = list_files(root / stem)
-    finder = _Finder(files, lms, attempts)
-    one = ParsedName(stem, stem, {}, "", stem)
-    finder.read_metadata(root, layout.metadata, lambda data: {stem: read_live(data)})
-    items = finder.find({name: replace(one, file=name) for name in files.sizes}, ())
-    if not items:
-        who = _person(one, finder.metadata.get(one.stem))
-        items = (Submission(who.student, who.name, who.ids, files.root, problem="no files", feedback_stem=one.stem),)
-    return Submissions(lms, items, tuple(finder.told))
-
-
-def _empty_handed(files: Listing, below: str) -> tuple[str, ...]:
-    """Name the students whose folder holds nothing."""
-    inner = [folder.removeprefix(below) for folder in files.folders if folder.startswith(below)]
-    return tuple(shown(folder.rstrip("/")) for folder in inner if folder.count("/") == 1)
+def _running_autograder(root: Path, attempts: Attempts) -> Submissions:
+    """Find the one submission that a running autograder of Gradescope has beside its metadata."""
+    one = ParsedName("submission", "submission", {}, "", "submission")
+    files = list_files(root / one.stem)
+    finder = _Finder(files, "gradescope", attempts)
+    finder.read_metadata(root, LIVE, lambda data: {one.stem: read_live(data)})
+    items = finder.find({name: replace(one, file=name) for name in files.sizes}, [one])
+    return Submissions("gradescope", items, tuple(finder.told))
 
 
 def _nothing_found(files: Listing, lms: str, pattern: str | None) -> InputError:
-    root = files.root.name
-    if not files.sizes:
-        hint = "give the folder or zip of the class"
-        return InputError.of(NO_SUBMISSION, f'"{root}" holds no files', hint, root)
-    one = shown(min(files.sizes))
+    root, one, auto = files.root.name, shown(min(files.sizes, default="")), lms == "auto"
+    message = f'"{root}" holds no submission as {"a platform" if auto else lms} names them; one file is: {one}'
+    hint = f"name them such as {PLATFORMS['folder' if auto else lms].sample}, or give a --pattern"
+    if not auto:
+        hint = f"leave --lms {lms} out, or {hint}"
     if pattern is not None:
-        message = f'--pattern "{pattern}" fits no file of "{root}"'
-        return InputError.of(NO_SUBMISSION, message, f"make it fit such a name: {one}", root)
-    message = f'"{root}" holds no submission as {"a platform" if lms == "auto" else lms} names them; one file is: {one}'
-    sample = PLATFORMS["folder" if lms == "auto" else lms].sample
-    without = "" if lms == "auto" else f"leave --lms {lms} out, or "
-    hint = f"{without}name them such as {sample}, or give a --pattern"
+        message, hint = f'--pattern "{pattern}" fits no file of "{root}"', f"make it fit such a name: {one}"
+    if not files.sizes:
+        message, hint = f'"{root}" holds no files', "give the folder or zip of the class"
     return InputError.of(NO_SUBMISSION, message, hint, root)
 
 
@@ -262,112 +224,111 @@ class _Finder:
     def __init__(self, files: Listing, lms: str, attempts: Attempts) -> None:
         self.files = files
         self.lms = lms
-        self.platform = PLATFORMS.get(lms)
-        self.oldest = attempts == "oldest"
+        self.attempts: Attempts = attempts
         self.told = list(files.diagnostics)
         self.metadata: Mapping[str, Metadata] = {}
 
-    def find(self, named: Mapping[str, ParsedName | None], empty_handed: tuple[str, ...]) -> tuple[Submission, ...]:
-        """Make the submissions of those who handed in files, and of those whose folder is empty."""
+    def find(self, named: Mapping[str, ParsedName | None], empty: Sequence[ParsedName]) -> tuple[Submission, ...]:
+        """Make the submissions of those who handed in files, and of those who may have handed in nothing."""
         fitting = {name: what for name, what in named.items() if what is not None}
         self._tell_left_out([name for name, what in named.items() if what is None])
-        if self.platform is not None and self.platform.receipts:
-            who = people_by_receipts(self.lms, fitting, lambda name: read_file(self.files.root, name, _MOST_RECEIPT))
-            fitting = {
-                name: replace(what, student=who[name][0], name=who[name][1], ids={"username": who[name][0]})
-                for name, what in fitting.items()
-            }
-        if self.platform is not None and self.platform.metadata:
-            export = [n for n in named.keys() - fitting.keys() if n.rpartition("/")[2] == self.platform.metadata]
-            if export:
-                self.read_metadata(self.files.root, min(export), read_export)
-            fitting = {name: _person(what, self.metadata.get(what.stem)) for name, what in fitting.items()}
+        if self.lms == "blackboard":
+            fitting = people_by_receipts(fitting, partial(read_file, self.files.root, most=_MOST_RECEIPT))
+        export = [name for name in named.keys() - fitting.keys() if name.rpartition("/")[2] == EXPORT]
+        if export and self.lms == "gradescope":
+            self.read_metadata(self.files.root, min(export), read_export)
         people: dict[str, dict[str, ParsedName]] = {}
         for name, what in fitting.items():
-            people.setdefault(what.student, {})[name] = what
-        items = [self._submission(student, files) for student, files in people.items()]
-        items += [
-            Submission(name, name, {"folder": name}, self.files.root, problem="no files", feedback_stem=name)
-            for name in empty_handed
-            if name not in people
-        ]
-        return _with_unlike_names(sorted(items, key=lambda item: item.student))
+            told = self._with_metadata(what)
+            people.setdefault(told.student, {})[name] = told
+        for what in map(self._with_metadata, empty):
+            people.setdefault(what.student, {"": what})
+        items = sorted(map(self._counted, people.values()), key=lambda item: item.student)
+        # As all have on a page that is marked blind.
+        counts = Counter(item.name for item in items)
+        return tuple(
+            replace(item, name=f"{item.name} ({item.student})") if counts[item.name] > 1 else item for item in items
+        )
 
     def _tell(self, code: str, message: str, hint: str = "") -> None:
         self.told.append(Diagnostic.of(code, message, hint, self.files.root.name))
 
     def _tell_left_out(self, names: list[str]) -> None:
-        known = {one.metadata for one in PLATFORMS.values()}
-        known |= {one.autograder.metadata for one in PLATFORMS.values() if one.autograder is not None}
-        names = sorted(shown(name) for name in names if name.rpartition("/")[2] not in known)
+        names = sorted(shown(name) for name in names if name.rpartition("/")[2] not in (LIVE, EXPORT))
         if names:
             count = "1 file is" if len(names) == 1 else f"{len(names)} files are"
             message = f"{count} of no student and left aside: {listing(names, 5)}"
             hint = "change --pattern so that it fits these as well, or rename them"
-            if self.platform is not None:
-                hint = f"rename them, if they count: {self.lms} names files such as {self.platform.sample}"
+            if self.lms in PLATFORMS:
+                hint = f"rename them, if they count: {self.lms} names files such as {PLATFORMS[self.lms].sample}"
             self._tell(FILES_OF_NO_STUDENT, message, hint)
 
-    def _submission(self, student: str, named: Mapping[str, ParsedName]) -> Submission:
+    def _counted(self, named: Mapping[str, ParsedName]) -> Submission:
         """Make the submission of one student, of the attempt that counts."""
         stamps = sorted({(what.submitted or "", what.attempt or 0) for what in named.values()})
-        stamp = stamps[0 if self.oldest else -1]
+        stamp = stamps[0 if self.attempts == "oldest" else -1]
         files = {name: what for name, what in named.items() if (what.submitted or "", what.attempt or 0) == stamp}
-        first = next(iter(files.values()))
+        made, note = _submission(self.files, files, self.attempts)
         if len(stamps) > 1:
-            which = "oldest" if self.oldest else "newest"
-            self._tell(ONE_OF_SEVERAL_GRADED, f"{first.name} has {len(stamps)} attempts; the {which} is graded")
-        own = {name: what.file for name, what in files.items() if what.file}
-        choice = choose_files(own, self.files.sizes, lambda name: read_file(self.files.root, name), self.oldest)
-        if choice.note:
-            self._tell(ONE_OF_SEVERAL_GRADED, f"{first.name}: {choice.note}")
-        graded = files[choice.log] if choice.log else first
-        told = self.metadata.get(first.stem, Metadata(()))
-        late = told.late_seconds
-        return Submission(
-            student,
-            first.name,
-            graded.ids,
-            self.files.root,
-            tuple(sorted(own)),
-            choice.log,
-            own[choice.log] if choice.log else None,
-            tuple(sorted([*choice.reports(own), *(name for name, what in files.items() if not what.file)])),
-            any(what.late for what in files.values()) or (late is not None and late > 0),
-            None if late is None else max(0.0, late),
-            told.submitted or first.submitted,
-            max(told.attempt, first.attempt or 1, stamps.index(stamp) + 1),
-            tuple(sorted(one.key for one in told.submitters)) if len(told.submitters) > 1 else (),
-            choice.problem,
-            graded.stem,
-        )
+            self._tell(ONE_OF_SEVERAL_GRADED, f"{made.name} has {len(stamps)} attempts; the {self.attempts} is graded")
+        if note:
+            self._tell(ONE_OF_SEVERAL_GRADED, f"{made.name}: {note}")
+        return replace(made, attempt=max(made.attempt, stamps.index(stamp) + 1))
 
     def read_metadata(self, root: Path, name: str, read: Callable[[bytes], Mapping[str, Metadata]]) -> None:
         """Read a metadata file, by the folder of each submission."""
         try:
             self.metadata = read(read_file(root, name, LARGEST))
-        except (GyroError, MetadataError) as error:
+        except (GyroError, ValueError) as error:
             hint = "names and times are not known; students are named by their submission's number"
             file = name.rpartition("/")[2]
             self._tell(GRADESCOPE_METADATA_CANNOT_BE_READ, f"{file} cannot be read: {error}", hint)
 
+    def _with_metadata(self, what: ParsedName) -> ParsedName:
+        """Add to a name what is told of its submission: when, and by whom; in a group, by all of them."""
+        about = self.metadata.get(what.stem)
+        if about is None:
+            return what
+        what = replace(what, submitted=about.submitted, attempt=about.attempt, late_seconds=about.late_seconds)
+        if not about.submitters:
+            return what
+        people = sorted(about.submitters, key=lambda one: one.key)
+        ids = {"gradescope": about.number, "sid": people[0].sid, "email": people[0].email, "folder": what.stem}
+        return replace(
+            what,
+            student="+".join(shown(one.key) for one in people),
+            name=", ".join(shown(one.name) or shown(one.key) for one in people),
+            ids={kind: value for kind, value in ids.items() if value},
+            members=tuple(one.key for one in people) if len(people) > 1 else (),
+        )
 
-def _person(what: ParsedName, about: Metadata | None) -> ParsedName:
-    """Name a submission by those who handed it in; in a group, by all of them."""
-    if about is None or not about.submitters:
-        return what
-    people = sorted(about.submitters, key=lambda one: one.key)
-    first = people[0]
-    ids = {"gradescope": about.number, "sid": first.sid, "email": first.email, "folder": what.stem}
-    key = "+".join(shown(one.key) for one in people)
-    name = ", ".join(shown(one.name) or shown(one.key) for one in people)
-    told = {kind: value for kind, value in ids.items() if value}
-    return replace(what, student=key, name=name, ids=told, submitted=about.submitted)
 
-
-def _with_unlike_names(items: list[Submission]) -> tuple[Submission, ...]:
-    """Put the key behind names that several students have, as all have on a page that is marked blind."""
-    counts = Counter(item.name for item in items)
-    return tuple(
-        replace(item, name=f"{item.name} ({item.student})") if counts[item.name] > 1 else item for item in items
+def _submission(
+    files: Listing, named: Mapping[str, ParsedName], attempts: Attempts = "newest"
+) -> tuple[Submission, str | None]:
+    """Make a submission of one attempt's files, "" for none; say what is to be known of which is the log."""
+    first = next(iter(named.values()))
+    own = {name: what.file for name, what in named.items() if what.file}
+    choice = choose_files(own, files.sizes, partial(read_file, files.root), attempts)
+    graded = named[choice.log] if choice.log else first
+    # A receipt of the platform is a text too.
+    reports = [name for name, what in named.items() if not what.file or ending(what.file) in TEXTS]
+    late = first.late_seconds
+    made = Submission(
+        first.student,
+        first.name,
+        graded.ids,
+        files.root,
+        tuple(sorted(own)),
+        choice.log,
+        own[choice.log] if choice.log else None,
+        tuple(sorted({*reports} - {choice.log, ""})),
+        any(what.late for what in named.values()) or (late is not None and late > 0),
+        None if late is None else max(0.0, late),
+        first.submitted,
+        first.attempt or 1,
+        first.members,
+        choice.problem,
+        graded.stem,
     )
+    return made, choice.note

@@ -17,7 +17,6 @@ from collections.abc import Mapping
 from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
-from typing import NamedTuple
 
 from msgspec import Struct
 
@@ -51,11 +50,7 @@ def list_files(root: Path) -> Listing:
         if root.is_dir():
             return _list_folder(root)
         if root.is_file() and zipfile.is_zipfile(root):
-            archive = _opened(*_identity(root))
-            sizes = {name: info.file_size for name, info in sorted(archive.files.items())}
-            message, hint = 'the zip holds "{}" twice; the later one is read', "take one of the two out of the zip"
-            twice = [Diagnostic.of(FILE_LEFT_OUT, message.format(name), hint, root.name) for name in archive.twice]
-            return Listing(root, sizes, archive.folders, tuple(twice))
+            return _opened(*_identity(root))[2]
         if root.is_file():
             with root.open("rb") as file:
                 if file.read(4) == b"PK\x03\x04":
@@ -76,13 +71,9 @@ def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
         if len(data) <= most:
             return data
         why = f"it is larger than {size_text(most)}"
-    except KeyError:
-        why = "it is no longer there"
-    except ValueError as error:
-        why = str(error)
     except OSError as error:
         why = error.strerror or str(error)
-    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
+    except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, ValueError) as error:
         why = f"it is damaged in the zip ({error})"
     raise InputError.of(SUBMITTED_FILE_CANNOT_BE_READ, f'"{shown}" cannot be read: {why}', file=shown)
 
@@ -147,7 +138,7 @@ def _list_folder(root: Path) -> Listing:
 
 def _read_plain(path: Path, most: int) -> bytes:
     if path.is_symlink() or not path.is_file():
-        raise KeyError(path.name)
+        raise FileNotFoundError("it is no longer there")
     with path.open("rb") as file:
         return file.read(most + 1)
 
@@ -155,24 +146,17 @@ def _read_plain(path: Path, most: int) -> bytes:
 # --- zips ---------------------------------------------------------------------------------------------------
 
 
-class _Archive(NamedTuple):
-    """An open zip."""
-
-    zip: zipfile.ZipFile
-    files: dict[str, zipfile.ZipInfo]
-    folders: tuple[str, ...]
-    twice: tuple[str, ...]  # names that stand for two files
-
-
 def _read_member(root: Path, name: str, most: int) -> bytes:
-    archive = _opened(*_identity(root))
-    info = archive.files[name]
+    archive, files, _ = _opened(*_identity(root))
+    info = files.get(name)
+    if info is None:
+        raise FileNotFoundError("it is no longer there")
     if info.flag_bits & 0x1:
-        raise ValueError("it is encrypted")
+        raise OSError("it is encrypted")
     if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
         # The others unpack a block at a time, however large.
-        raise ValueError("it is packed in a way that no platform uses")
-    with archive.zip.open(info) as file:
+        raise OSError("it is packed in a way that no platform uses")
+    with archive.open(info) as file:
         return file.read(most + 1)
 
 
@@ -183,8 +167,10 @@ def _identity(root: Path) -> tuple[Path, int, int, int]:
 
 
 @lru_cache(maxsize=2)
-def _opened(root: Path, changed: int, size: int, process: int) -> _Archive:
-    """Open a zip whose table of contents is safe."""
+def _opened(
+    root: Path, changed: int, size: int, process: int
+) -> tuple[zipfile.ZipFile, dict[str, zipfile.ZipInfo], Listing]:
+    """Open a zip whose table of contents is safe, and list it."""
     with root.open("rb") as file:
         file.seek(max(0, size - MOST_DIRECTORY_BYTES))
         # The entries are counted before anything is built from them.
@@ -196,7 +182,7 @@ def _opened(root: Path, changed: int, size: int, process: int) -> _Archive:
         raise _refusal(ZIP_DAMAGED, root, f"is damaged: {error}", "download it again") from None
     files: dict[str, zipfile.ZipInfo] = {}
     folders: set[str] = set()
-    twice: set[str] = set()
+    told: dict[str, Diagnostic] = {}
     for info in archive.infolist():
         whole = _safe_name(root, info)
         name = "/".join(part for part in whole.split("/") if part not in ("", "."))
@@ -205,9 +191,15 @@ def _opened(root: Path, changed: int, size: int, process: int) -> _Archive:
         if info.is_dir():
             folders.add(f"{name}/")
         elif name:
-            twice |= {name} & files.keys()
+            if name in files:
+                message, hint = (
+                    f'the zip holds "{name}" twice; the later one is read',
+                    "take one of the two out of the zip",
+                )
+                told[name] = Diagnostic.of(FILE_LEFT_OUT, message, hint, root.name)
             files[name] = info
-    return _Archive(archive, files, tuple(sorted(folders)), tuple(sorted(twice)))
+    sizes = {name: info.file_size for name, info in sorted(files.items())}
+    return archive, files, Listing(root, sizes, tuple(sorted(folders)), tuple(told[name] for name in sorted(told)))
 
 
 def _safe_name(root: Path, info: zipfile.ZipInfo) -> str:

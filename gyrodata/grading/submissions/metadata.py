@@ -11,20 +11,17 @@ from __future__ import annotations
 import base64
 import re
 from datetime import datetime
-from typing import Any
+from typing import Any, Literal
 
 import msgspec
 from msgspec import Struct
 
+LIVE, EXPORT = "submission_metadata.json", "submission_metadata.yml"  # of a running autograder, and of an export
 LARGEST = 100_000_000  # bytes of a metadata file that are read
 
 
-class MetadataError(ValueError):
-    """A metadata file that cannot be read; the message says what and where."""
-
-
-class Submitter(Struct, frozen=True):
-    """One of those who hand something in together."""
+class Submitter(Struct, frozen=True, rename=lambda name: f":{name}"):
+    """One of those who hand something in together, as an export has them."""
 
     name: str = ""
     sid: str = ""
@@ -51,56 +48,50 @@ _WANTED = re.compile(r"^(?:\S.*|  :(?:submitters|created_at):.*(?:\n(?:   .*|  -
 """Heads of submissions, and of what is told of each the parts that are asked for."""
 
 
+class _Entry(Struct, rename=lambda name: f":{name}"):
+    """What the export tells of a submission."""
+
+    submitters: list[Submitter] | Literal[""] = ""
+    created_at: str = ""
+
+
 def read_export(data: bytes) -> dict[str, Metadata]:
-    """Read ``submission_metadata.yml``, by the submission's folder."""
+    """Read ``submission_metadata.yml``, by the submission's folder; ValueError where it is none."""
+    text = "\n".join(_WANTED.findall(data.decode("utf-8-sig", "replace")))
     try:
-        table = msgspec.convert(
-            _load("\n".join(_WANTED.findall(data.decode("utf-8-sig", "replace")))), dict[str, _Entry]
-        )
+        table = msgspec.convert(_load(text), dict[str, _Entry])
     except (RecursionError, msgspec.ValidationError) as error:
-        raise MetadataError(f"it is no such list: {error}") from None
+        raise ValueError(f"it is no such list: {error}") from None
     found = {}
     for folder, entry in table.items():
         if match := _ENTRY.fullmatch(folder):
-            parts = [[one.get(key) or "" for key in (":name", ":sid", ":email")] for one in entry.submitters or ()]
-            submitters = tuple(Submitter(*one) for one in parts if any(one))
-            found[folder] = Metadata(submitters, _ruby_time(entry.created_at or ""), number=match[1])
+            submitters = tuple(one for one in entry.submitters or [] if one.key)
+            found[folder] = Metadata(submitters, _ruby_time(entry.created_at), number=match[1])
     if not found:
-        raise MetadataError("it lists no submission")
+        raise ValueError("it lists no submission")
     return found
 
 
-class _Entry(Struct):
-    """What the export tells of a submission."""
-
-    submitters: list[dict[str, str | None]] | None = msgspec.field(name=":submitters", default=None)
-    created_at: str | None = msgspec.field(name=":created_at", default=None)
-
-
 def _load(text: str) -> Any:
-    """Read YAML with a text for every scalar, or nothing."""
+    """Read YAML with a text for every scalar, an empty one for nothing."""
     import yaml
 
     loader: Any = getattr(yaml, "CBaseLoader", yaml.BaseLoader)  # the one in C is ten times as fast
     texts: Any = type("Texts", (loader,), {})
-    texts.add_implicit_resolver("!nothing", re.compile("~|null|"), ["~", "n", ""])
-    texts.add_constructor("!nothing", lambda *_: None)
+    texts.add_implicit_resolver("!nothing", re.compile("~|null"), ["~", "n"])
+    texts.add_constructor("!nothing", lambda *_: "")
     texts.add_constructor("!binary", lambda _, node: base64.b64decode(node.value).decode("utf-8", "replace"))
     try:
         return yaml.load(text, Loader=texts)
     except (yaml.YAMLError, ValueError) as error:
         why = getattr(error, "problem", None) or getattr(error, "reason", None) or "it is no YAML"
-        raise MetadataError(why) from None
+        raise ValueError(why) from None
 
 
 def _ruby_time(text: str) -> str | None:
     """Turn ``2026-03-09 14:05:59.123456789 -08:00`` (or ``Z``) into ISO 8601 to the second."""
-    match = re.match(r"(\d{4}-\d\d-\d\d)[ T](\d\d:\d\d:\d\d)(?:\.\d+)?\s*(Z|[-+]\d\d:?\d\d)?$", text)
-    if match is None:
-        return None
-    zone = match[3] or ""
     try:
-        return datetime.fromisoformat(f"{match[1]}T{match[2]}{zone}").isoformat()
+        return datetime.fromisoformat(re.sub(" (?=[-+Z])", "", text)).isoformat(timespec="seconds")
     except ValueError:
         return None
 
@@ -116,10 +107,6 @@ class _User(Struct):
     assignment: _Assignment | None = None
 
 
-class _Earlier(Struct):
-    autograder_error: bool | None = None
-
-
 class _Live(Struct):
     """``submission_metadata.json`` as far as it is asked for."""
 
@@ -127,11 +114,11 @@ class _Live(Struct):
     created_at: datetime | None = None
     users: list[_User] = []
     assignment: _Assignment | None = None
-    previous_submissions: list[_Earlier] = []
+    previous_submissions: list[dict[str, Any]] = []
 
 
 def read_live(data: bytes) -> Metadata:
-    """Read ``submission_metadata.json`` of a running autograder.
+    """Read ``submission_metadata.json`` of a running autograder; ValueError where it is none.
 
     Gives: Lateness from the time of submission and the due date (the student's own, where there is one), never from the
     clock; earlier submissions that failed on the platform's side (``autograder_error``) count as no attempt.
@@ -142,8 +129,8 @@ def read_live(data: bytes) -> Metadata:
         due = max(own) if own else live.assignment and live.assignment.due_date
         late = (live.created_at - due).total_seconds() if live.created_at and due else None
     except (msgspec.DecodeError, TypeError, RecursionError) as error:
-        raise MetadataError(f"it is no such JSON: {error}") from None
+        raise ValueError(f"it is no such JSON: {error}") from None
     submitters = tuple(Submitter(user.name or "", str(user.sid or ""), user.email or "") for user in live.users)
-    attempts = sum(not one.autograder_error for one in live.previous_submissions)
+    attempts = sum(not one.get("autograder_error") for one in live.previous_submissions)
     stamp = live.created_at.isoformat(timespec="seconds") if live.created_at else None
     return Metadata(submitters, stamp, late, attempts + 1, str(live.id))

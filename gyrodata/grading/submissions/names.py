@@ -5,14 +5,17 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from os.path import commonprefix
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata.diagnostics import PATTERN_CANNOT_BE_USED
 from gyrodata.errors import GyroError, InputError, printable
 from gyrodata.grading.platforms import NAMED, PLATFORMS
+from gyrodata.grading.submissions.metadata import EXPORT
 from gyrodata.grading.submissions.student_files import ending, is_log
 
 
@@ -27,20 +30,15 @@ class ParsedName(Struct, frozen=True):
     late: bool = False  # marked late by the platform
     submitted: str | None = None  # time stamp, ISO 8601 where it is a date
     attempt: int | None = None  # number, where the name holds one
+    late_seconds: float | None = None  # time after the due date [s], negative before it; None where none is told
+    members: tuple[str, ...] = ()  # keys of all in a group
 
 
-_IDS = ("moodle", "canvas", "anonymous", "username", "gradescope")
+_IDS = ("moodle", "canvas", "canvas_anonymous", "username", "gradescope", "email")
 
 
 def _match(name: str, lms: str) -> re.Match[str] | None:
     return next(filter(None, (shape.fullmatch(name) for shape in PLATFORMS[lms].shapes)), None)
-
-
-def recognise(names: Iterable[str]) -> str | None:
-    """Tell which platform wrote most of the names, at least half of them; None if none did."""
-    counts = Counter(next((lms for lms in NAMED if _match(name, lms)), None) for name in names)
-    best = max(NAMED, key=counts.__getitem__)
-    return best if counts[best] and counts[best] * 2 >= counts.total() else None
 
 
 def read_pattern(text: str) -> re.Pattern[str]:
@@ -60,65 +58,53 @@ def read_pattern(text: str) -> re.Pattern[str]:
 def read_own_name(name: str, pattern: re.Pattern[str]) -> ParsedName | None:
     """Read a name by a pattern of the user's own, which may fit anywhere in it; None if it does not."""
     match = pattern.search(name)
-    if match is None or not match["student"]:
-        return None
-    groups = {key: value for key, value in match.groupdict().items() if value}
-    student = shown(groups["student"])
-    number = groups.get("attempt", "")
-    return ParsedName(
-        student,
-        shown(groups.get("name", "")) or student,
-        {key: shown(groups[key]) for key in ("username", "email") if key in groups},
-        groups.get("file", name.rpartition("/")[2]),
-        student.replace("/", "_"),
-        "late" in groups,
-        groups.get("submitted"),
-        int(number) if number.isascii() and number.isdigit() else None,
-    )
+    return _take_apart(match) if match is not None and match["student"] else None
 
 
-def shown(text: str) -> str:
-    """Give a name as it can be printed: composed letters, without control characters or marks that turn a line."""
-    if text.isascii() and text.isprintable():
-        return " ".join(text.split())
-    turning = (" " if unicodedata.category(c) in ("Cc", "Zl", "Zp") or c in _TURNING else c for c in printable(text))
-    kept = "".join(turning)
-    return " ".join(unicodedata.normalize("NFC", kept).split())
+# Letters may need a joiner; nothing needs an override of the direction or a bell.
+_JOINERS = "\u200c\u200d"
 
 
-_TURNING = "\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069"
+def shown(text: object) -> str:
+    """Give a text as it can be printed: one line, composed letters, no control characters or marks that turn it."""
+    line = " ".join(printable(str(text)).split())
+    if line.isprintable() and unicodedata.is_normalized("NFC", line):
+        return line
+    kept = (one for one in line if one in _JOINERS or unicodedata.category(one) not in ("Cc", "Cf"))
+    return " ".join(unicodedata.normalize("NFC", "".join(kept)).split())
 
 
 def read_name(name: str, lms: str) -> ParsedName | None:
     """Read a name below the class as one platform writes it; None if it does not."""
-    match, blind = _match(name, lms), PLATFORMS[lms].blind
-    if match is None:
-        return None
-    groups = match.groupdict()
-    kind = next(key for key in _IDS if groups.get(key))
-    number = shown(groups[kind])
-    person = shown(groups.get("name") or "")
-    if kind == "anonymous":
-        person = number = f"anon_{number}"
-    elif blind and person == blind:
-        person = f"{blind} {number}"
-    ids = {"canvas_anonymous" if kind == "anonymous" else kind: groups[kind]}
+    match = _match(name, lms)
+    return None if match is None else _take_apart(match)
+
+
+def _take_apart(match: re.Match[str]) -> ParsedName:
+    """Say what the groups of a match are; the file of a pattern of the user's own needs none."""
+    groups = {kind: text for kind, text in match.groupdict().items() if text}
+    kind = next(kind for kind in ("student", *_IDS) if kind in groups)
+    key = f"anon_{shown(groups[kind])}" if kind == "canvas_anonymous" else shown(groups[kind])
+    person = shown(groups.get("name", ""))
+    ids = {one: shown(groups[one]) for one in _IDS if one in groups}
     if "stem" in groups:
         ids["folder"] = shown(groups["stem"])
+    file = match.string.rpartition("/")[2]
+    # Without its ending, both of "lab.csv.gz".
+    stem = re.sub(r"(?i)(?:\.[^.]+)(?:\.gz)?$", "", file) or file
+    number = groups.get("attempt", "")
+    stamp = re.sub(r"(.{10})-(..)-(..)-(..)", r"\1T\2:\3:\4", groups.get("stamp", ""))
     return ParsedName(
-        number,
-        person or number,
+        key,
+        # Moodle calls everybody so where nobody is named.
+        f"{person} {key}" if person == "Participant" else person or key,
         ids,
-        groups.get("file") or "",
-        printable(groups.get("stem") or _stem(name.rpartition("/")[2])),
-        bool(groups.get("late")),
-        re.sub(r"(.{10})-(..)-(..)-(..)", r"\1T\2:\3:\4", groups.get("stamp") or "") or None,
+        groups.get("file", file if kind == "student" else ""),
+        key.replace("/", "_") if kind == "student" else printable(groups.get("stem") or stem),
+        "late" in groups,
+        groups.get("submitted") or stamp or None,
+        int(number) if number.isascii() and number.isdigit() else None,
     )
-
-
-def _stem(file: str) -> str:
-    """Leave the ending away, both of ``lab.csv.gz``."""
-    return re.sub(r"(?:\.[^.]+)(?:\.gz)?$", "", file, flags=re.IGNORECASE) or file
 
 
 # --- whose names the files of a class have ------------------------------------------------------------------
@@ -133,24 +119,20 @@ def whose_names(names: list[str], folders: tuple[str, ...], lms: str, packed: bo
 
     A zip (`packed`) as a rule holds the folder that was packed.
     """
-    outer = _outer_folder([*names, *folders])
-    for below in ("", outer) if outer else ("",):
+    firsts = {name.partition("/")[0] for name in (*names, *folders)}
+    outer = f"{firsts.pop()}/" if len(firsts) == 1 and all("/" in name for name in names) else ""
+    for below in dict.fromkeys(("", outer)):
         inner = [name.removeprefix(below) for name in names]
-        told = next((lms for lms, one in PLATFORMS.items() if one.metadata and one.metadata in inner), None)
-        seen = told or recognise(inner)
-        if lms == "auto" and seen:
+        # Who wrote most of the names, at least half of them.
+        counts = Counter(next((lms for lms in NAMED if _match(name, lms)), None) for name in inner)
+        seen = "gradescope" if EXPORT in inner else max(NAMED, key=counts.__getitem__)
+        if lms == "auto" and (EXPORT in inner or counts[seen] * 2 >= max(counts.total(), 1)):
             return seen, below
         if lms in NAMED and any(read_name(name, lms) for name in inner):
             return lms, below
     if lms in NAMED:
         return lms, ""
     return "folder", _class_folder(names, outer, packed)
-
-
-def _outer_folder(names: list[str]) -> str:
-    """Find the folder that all files stand in."""
-    firsts = {name.partition("/")[0] for name in names}
-    return f"{firsts.pop()}/" if len(firsts) == 1 and all("/" in name for name in names) else ""
 
 
 def _class_folder(names: list[str], outer: str, packed: bool) -> str:
@@ -197,36 +179,30 @@ def _flat_key(name: str) -> str:
 _FIRST_LINE = re.compile(r"[^:\n]{1,40}:\s*([^\n]*\S)\s*\(([^()\s]+)\)\s*(?:\n|$)")
 
 
-def people_by_receipts(lms: str, names: Iterable[str], read: Callable[[str], bytes]) -> dict[str, tuple[str, str]]:
-    """Tell who handed in each file: user name and full name.
+def people_by_receipts(named: Mapping[str, ParsedName], read: Callable[[str], bytes]) -> dict[str, ParsedName]:
+    """Tell who handed in each file, and so who has which user name and full name.
 
     A receipt begins with "Name: Jane Doe (jdoe)", in the language of the site. Where there is none, the user name is
     what follows the assignment's name, which all files share.
     """
-    (shape,) = PLATFORMS[lms].shapes
-    matches = {name: match for name in names if (match := shape.fullmatch(name.rpartition("/")[2]))}
+    (shape,) = PLATFORMS["blackboard"].shapes
+    matches = {name: match for name in named if (match := shape.fullmatch(name.rpartition("/")[2]))}
     owners = {name: match["owner"] for name, match in matches.items()}
     told: dict[str, tuple[str, str]] = {}
-    for name, owner in owners.items():
-        person = None if matches[name]["file"] else _read_receipt(owner, name, read)
-        if person:
-            told[owner] = person
+    for name in (name for name, match in matches.items() if not match["file"]):
+        with suppress(GyroError):
+            line = _FIRST_LINE.match(read(name).decode("utf-8-sig", "replace").replace("\r", "\n"))
+            # A receipt is text that anybody can write: the user name must be the one in the file's name.
+            if line and owners[name].endswith(f"_{line[2]}"):
+                told[owners[name]] = shown(line[2]), shown(line[1])
     distinct = set(owners.values())
     prefix = commonprefix(sorted(distinct)) if len(distinct) > 1 else ""  # noqa: RUF071 (these are no paths)
     shared = prefix.rpartition("_")[0]
     for owner in distinct - told.keys():
         user = shown(owner.removeprefix(f"{shared}_") if shared else owner.rpartition("_")[2])
         told[owner] = user, user
-    return {name: told[owner] for name, owner in owners.items()}
-
-
-def _read_receipt(owner: str, name: str, read: Callable[[str], bytes]) -> tuple[str, str] | None:
-    try:
-        head = read(name).decode("utf-8-sig", "replace").replace("\r", "\n")
-    except GyroError:
-        return None
-    match = _FIRST_LINE.match(head)
-    # A receipt is text that anybody can write: the user name must be the one in the file's name.
-    if match and owner.endswith(f"_{match[2]}"):
-        return shown(match[2]), shown(match[1])
-    return None
+    people = {}
+    for name, owner in owners.items():
+        user, full = told[owner]
+        people[name] = replace(named[name], student=user, name=full, ids={"username": user})
+    return people

@@ -5,6 +5,8 @@ from __future__ import annotations
 import html
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
+from typing import Literal
 
 from msgspec import Struct
 
@@ -30,6 +32,8 @@ PERHAPS_TABLES = (".txt", ".dat", ".xlsx", ".log")  # endings of logs that are l
 TEXTS = (".txt", ".md", ".html", ".htm", ".text", ".toml")  # in which an answer may stand
 ARCHIVES = (".zip", ".rar", ".7z", ".tar", ".tgz")
 
+Attempts = Literal["newest", "oldest"]
+
 _COPY = re.compile(r"(?P<base>.+?)(?:-(?P<again>\d{1,2})| ?\((?P<copy>\d{1,2})\))(?P<ending>\.[^/]+)")
 
 
@@ -39,10 +43,6 @@ class Choice(Struct, frozen=True):
     log: str | None  # its name, as it was given
     problem: str | None = None  # why there is no log to grade
     note: str | None = None  # what whoever grades may want to know of the choice
-
-    def reports(self, files: Mapping[str, str]) -> list[str]:
-        """Name the other texts in which an answer may stand."""
-        return sorted(name for name, own in files.items() if name != self.log and ending(own) in TEXTS)
 
 
 def ending(name: str) -> str:
@@ -58,51 +58,37 @@ def is_log(name: str) -> bool:
 
 
 def choose_files(
-    files: Mapping[str, str], sizes: Mapping[str, int], read: Callable[[str], bytes], oldest: bool = False
+    files: Mapping[str, str], sizes: Mapping[str, int], read: Callable[[str], bytes], attempts: Attempts
 ) -> Choice:
     """Choose the log among one student's files.
 
     `sizes`: Sizes as stated [byte]. `read`: Gives the bytes of a file; asked only where several files may be the log.
-    `oldest`: Of files handed in again (``lab.csv``, ``lab-1.csv``) the first instead of the last.
+    `attempts`: Which of files handed in again (``lab.csv``, ``lab-1.csv``).
     """
     tables = {name: own for name, own in files.items() if ending(own) in TABLES}
     logs = tables or {name: own for name, own in files.items() if is_log(own)}
     if not logs:
         return Choice(None, _nothing(list(files.values())))
-    last = _latest(logs, oldest)
-    if last is None:
-        return _among_several(logs, sizes, read)
-    others = listing(sorted(own for name, own in logs.items() if name != last))
-    note = f"{logs[last]} is the {'oldest' if oldest else 'newest'}; left aside: {others}" if len(logs) > 1 else None
-    problem = _unfit(files[last], sizes[last])
-    return Choice(None if problem else last, problem, note)
+    chosen, how = _latest(logs, attempts), f"the {attempts}"
+    if chosen is None:
+        # Of files of different names the one that reads as a log is the log.
+        fitting: dict[bytes, str] = {}
+        for name, own in logs.items():
+            with suppress(GyroError):
+                data = b"" if _unfit(own, sizes[name]) else read(name)
+                if data and data not in fitting and read_log(data, name=own.rpartition("/")[2]).ok:
+                    fitting[data] = name
+        if len(fitting) != 1:
+            why = "several files that read as logs" if fitting else "several files and none of them reads as a log"
+            return Choice(None, f"{why}: {listing(sorted(logs.values()))}")
+        chosen, how = *fitting.values(), "read as the log"
+    others = listing(sorted(own for name, own in logs.items() if name != chosen))
+    note = f"{logs[chosen]} is {how}; left aside: {others}" if len(logs) > 1 else None
+    problem = _unfit(logs[chosen], sizes[chosen])
+    return Choice(None if problem else chosen, problem, note)
 
 
-def _among_several(logs: Mapping[str, str], sizes: Mapping[str, int], read: Callable[[str], bytes]) -> Choice:
-    """Look into files of different names: the one that reads as a log is the log."""
-    contents: dict[bytes, str] = {}
-    for name in logs:
-        if not _unfit(logs[name], sizes[name]):
-            try:
-                contents.setdefault(read(name), name)
-            except GyroError:
-                continue
-    fitting = [name for data, name in contents.items() if _reads(data, logs[name])]
-    if len(fitting) == 1:
-        others = listing(sorted(own for name, own in logs.items() if name != fitting[0]))
-        return Choice(fitting[0], note=f"{logs[fitting[0]]} is read as the log; left aside: {others}")
-    why = "several files that read as logs" if fitting else "several files and none of them reads as a log"
-    return Choice(None, f"{why}: {listing(sorted(logs.values()))}")
-
-
-def _reads(data: bytes, name: str) -> bool:
-    try:
-        return read_log(data, name=name.rpartition("/")[2]).ok
-    except GyroError:
-        return False
-
-
-def _latest(files: Mapping[str, str], oldest: bool) -> str | None:
+def _latest(files: Mapping[str, str], attempts: Attempts) -> str | None:
     """Choose among files that are one file handed in again; None where they are not.
 
     Canvas writes ``lab-1.csv`` for a second ``lab.csv``, browsers and Blackboard ``lab(1).csv``.
@@ -113,9 +99,8 @@ def _latest(files: Mapping[str, str], oldest: bool) -> str | None:
         match = _COPY.fullmatch(own) if len(files) > 1 else None
         bases.add((match["base"] + match["ending"] if match else own).lower())
         numbers[int(match["again"] or match["copy"]) if match else 0] = name
-    if len(bases) != 1 or len(numbers) != len(files):
-        return None
-    return numbers[(min if oldest else max)(numbers)]
+    one_file = len(bases) == 1 and len(numbers) == len(files)
+    return numbers[(min if attempts == "oldest" else max)(numbers)] if one_file else None
 
 
 def _unfit(name: str, size: int) -> str | None:

@@ -22,7 +22,6 @@ from msgspec.structs import fields
 from gyrodata.diagnostics import (
     CRITERION_KIND_UNKNOWN,
     RUBRIC_KEY_UNKNOWN,
-    RUBRIC_NO_TOML,
     RUBRIC_VALUE_CANNOT_BE_USED,
 )
 from gyrodata.errors import Diagnostic, InputError
@@ -40,7 +39,7 @@ class UnfitError(ValueError):
 
 
 class Faults:
-    """The faults of one TOML file, with where each stands."""
+    """The faults of one file, with where each stands."""
 
     def __init__(self, name: str, text: str) -> None:
         self.name = name
@@ -62,14 +61,18 @@ class Faults:
             raise InputError(sorted(self.found, key=lambda d: (d.line or 0, d.column or 0)))
 
 
-def read_toml(data: bytes, name: str) -> tuple[dict[str, Any], Faults]:
-    """Read a TOML file: its values, and what notes the faults in them."""
+def read_toml(data: bytes, name: str, code: str, hint: str) -> tuple[dict[str, Any], Faults]:
+    """Read a TOML file: its values, and what notes the faults in them.
+
+    `code`, `hint`: Diagnostic of a file that is no TOML, and what to write.
+    """
     try:
         text = data.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
-        hint = "save it as UTF-8 in your editor"
-        raise InputError([Diagnostic.of(RUBRIC_NO_TOML, "is not UTF-8", hint, name, line, 1)]) from None
+        raise InputError(
+            [Diagnostic.of(code, "is not UTF-8", "save it as UTF-8 in your editor", name, line, 1)]
+        ) from None
     faults = Faults(name, text)
     try:
         values = tomllib.loads(text)
@@ -77,8 +80,7 @@ def read_toml(data: bytes, name: str) -> tuple[dict[str, Any], Faults]:
         message, _, place = str(error).partition(" (at ")
         at = [int(number) for number in re.findall(r"\d+", place)]
         faults.places[()] = Spot(at[0], at[1], 1) if at else Spot(len(faults.lines), len(faults.lines[-1]) + 1, 1)
-        hint = "a line is KEY = VALUE, its texts in quotation marks, or a head, [NAME] or [[criterion]]; no key twice"
-        faults.add(RUBRIC_NO_TOML, (), f"this is not TOML: {message}", hint)
+        faults.add(code, (), f"this is not TOML: {message}", hint)
         faults.stop_if_any()
         raise
     faults.places = find_places(text)

@@ -114,6 +114,14 @@ class TestTwoThatLeaveTheSameFactor:
 
 
 class TestNoSlipIsNamed:
+    def test_where_no_two_can_have_been_made_together(self) -> None:
+        rows = [(0.0295, spin, 6.31 * spin) for spin in (3.3, 6.7, 10.0)]
+        rows += [(0.059, spin, 3.16 * spin) for spin in (3.3, 6.7, 10.1)]
+        log = "torque [N*m],spin [Hz],time [s],turns\n" + "".join(f"{m},{n},{t:.2f},1\n" for m, n, t in rows)
+        analysis = analyze_readings(read_log(log.encode(), name="log.csv"))
+        own = own_runs(analysis, ACCEPTED)
+        assert find_slips(1.7 * analysis.inertia.value, 1e-6, own, analysis.readings, analysis.measurements) == ()
+
     def test_near_an_honest_answer(self) -> None:
         # All but one run cover whole turns: forgetting the turns changes less than the fits differ.
         rows = sheet(np.random.default_rng(5), turns=1.0)

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -124,34 +124,25 @@ class _Near:
         self.logs, torque = logs, np.abs(logs.torque)
         sizes = np.ceil(np.log10(np.maximum(logs.spin_step, _EXACT * logs.spin)))
         weights = np.round(np.log(np.maximum(torque, LEAST)) / SAME_TORQUE)
-        # A place is where a row stands in this order.
-        self.order = np.lexsort((logs.spin, sizes, weights))
-        self.log, self.period, self._spin = (of[self.order] for of in (logs.log, logs.period, logs.spin))
-        self.reach = 0.5 * logs.period_step + _EXACT * logs.period
-        self.their = self.reach[self.order]
-        self._places = np.arange(len(self.order))
-        changes = (np.diff(weights[self.order]) != 0) | (np.diff(sizes[self.order]) != 0)
-        self._parts: list[tuple[Integers, float, float, float]] = []
-        for part in np.split(self._places, np.flatnonzero(changes) + 1):
-            rows, ratio = self.order[part], 1 - SAME_TORQUE - _EXACT
-            light, heavy = ratio * float(torque[rows].min()), float(torque[rows].max()) / ratio
-            self._parts.append((part, light, heavy, float(logs.spin_step[rows].max())))
+        order = np.lexsort((logs.spin, sizes, weights))
+        changes = (np.diff(weights[order]) != 0) | (np.diff(sizes[order]) != 0)
+        self.parts: list[tuple[Integers, float, float, float]] = []
+        for part in np.split(order, np.flatnonzero(changes) + 1):
+            ratio = 1 - SAME_TORQUE - _EXACT
+            light, heavy = ratio * float(torque[part].min()), float(torque[part].max()) / ratio
+            self.parts.append((part, light, heavy, float(logs.spin_step[part].max())))
 
     def find(self, rows: Integers, steps: Floats) -> tuple[Integers, Integers]:
-        """Give rows with the places of what is near, one pair for each."""
-        which, found, torque = [], [rows[:0]], np.abs(self.logs.torque[rows])
-        for part, light, heavy, widest in self._parts:
+        """Give rows, each with those of other logs that have its weight and spin, one pair for each."""
+        logs, which, found, torque = self.logs, [], [rows[:0]], np.abs(self.logs.torque[rows])
+        for part, light, heavy, widest in self.parts:
             asked = rows[(light <= torque) & (torque <= heavy)]
-            spin, ordered = self.logs.spin[asked], self._spin[part[0] : part[-1] + 1]
+            spin, ordered = logs.spin[asked], logs.spin[part]
             reach = np.maximum(steps[asked], widest) * 0.5 + 2 * _EXACT * spin
             low, high = np.searchsorted(ordered, spin - reach), np.searchsorted(ordered, spin + reach, side="right")
             which.append(np.repeat(asked, high - low))
             found += [part[start:end] for start, end in zip(low.tolist(), high.tolist(), strict=True)]
-        return np.concatenate(which), np.concatenate(found)
-
-    def same(self, mine: Integers, place: Integers, steps: Floats) -> tuple[Integers, Integers]:
-        """Keep the rows that do have the weight and spin of a row of another log."""
-        logs, other = self.logs, self.order[place]
+        mine, other = np.concatenate(which), np.concatenate(found)
         same = same_weight(logs.torque[mine], logs.torque[other]) & (logs.log[mine] != logs.log[other])
         same &= same_number(logs.spin[mine], logs.spin[other], steps[mine], logs.spin_step[other])
         return mine[same], other[same]
@@ -165,7 +156,7 @@ def _common(logs: Logs, near: _Near) -> Floats:
     _, first, again = np.unique(values, axis=0, return_index=True, return_inverse=True)
     for begin in range(0, len(first), BLOCK):
         asked = np.sort(rows[first[begin : begin + BLOCK]])
-        mine, other = near.same(*near.find(asked, grid), grid)
+        mine, other = near.find(asked, grid)
         with_it = np.unique(mine * len(logs.keys) + logs.log[other]) // len(logs.keys)
         # What one in n logs has is seen in two, where two are looked at.
         common[asked] = (1 + np.bincount(np.searchsorted(asked, with_it), minlength=len(asked))) / len(logs.keys)
@@ -174,50 +165,29 @@ def _common(logs: Logs, near: _Near) -> Floats:
 
 
 class _Asked:
-    """What each log of a block shares with each other log: an entry for each of its rows and each log with its spin.
-
-    Of pairs that share too little to be flagged there are none; there are many in a large class.
-    """
+    """What each log of a block shares with each other log: an entry for each of its rows and each log with its spin."""
 
     def __init__(self, logs: Logs, near: _Near, common: Floats, spins: Integers, block: Integers) -> None:
         self.logs, self.near, self.common, self.spins, number = logs, near, common, spins, len(logs.keys)
-        self.logs_asked, begin = block, block[0]
-        self.rows = np.arange(logs.starts[begin], logs.starts[block[-1] + 1])
-        mine, place = near.find(self.rows, logs.spin_step)
-        pair = (logs.log[mine] - begin) * number + near.log[place]
-        often = np.bincount(pair, common[mine] > 0, len(block) * number)
-        agree = np.flatnonzero(np.abs(logs.period[mine] - near.period[place]) <= near.reach[mine] + near.their[place])
-        alike, crowd = self._crowd(*near.same(mine[agree], place[agree], logs.spin_step), len(often))
-        several = np.flatnonzero(often > FEWEST)
-        first, second = np.divmod(several, number)
-        wanted = alike >= FEWEST
-        wanted[several] |= often[several] > MOST_SPINS * np.minimum(spins[block[first]], spins[second])
-        kept = np.flatnonzero(wanted[pair])
-        mine, other = near.same(mine[kept], place[kept], logs.spin_step)
+        self.logs_asked, self.rows = block, np.arange(logs.starts[block[0]], logs.starts[block[-1] + 1])
+        mine, other = near.find(self.rows, logs.spin_step)
         entry, at = np.unique(mine * number + logs.log[other], return_inverse=True)
         self.row, log = np.divmod(entry, number)
-        self.agree = np.bincount(at, self._same_period(mine, other)) > 0
-        self.pair, self.at = np.unique(logs.log[self.row] * number + log, return_inverse=True)
+        same = same_number(logs.period[mine], logs.period[other], logs.period_step[mine], logs.period_step[other])
+        self.agree = np.bincount(at, same) > 0
+        self.pair = np.arange(block[0] * number, (block[-1] + 1) * number)
+        self.at = logs.log[self.row] * number + log - self.pair[0]
         self.first, self.second = np.divmod(self.pair, number)
+        # The share of the logs that have a row, those that are otherwise alike left out: this is for an example left
+        # in, a row for everybody. One stranger is no crowd: it may be the one who copied a few rows.
+        strange = 2 * self._count(self.agree) < np.diff(logs.starts)[self.first]
+        strangers = np.bincount(self.row - self.rows[0], self.agree & strange[self.at], len(self.rows))
+        crowd = np.maximum(strangers - 1, 0) / max(number - 2, 1)
         self.chance = np.maximum(np.bincount(at, _chance(logs, mine, other)), crowd[self.row - self.rows[0]])
 
-    def _same_period(self, mine: Integers, other: Integers) -> NDArray[np.bool_]:
-        period, step = self.logs.period, self.logs.period_step
-        return same_number(period[mine], period[other], step[mine], step[other])
-
-    def _crowd(self, mine: Integers, other: Integers, pairs: int) -> tuple[Integers, Floats]:
-        """Count the rows in which pairs agree; and give, for each row, the share of the logs that have it.
-
-        Those that are otherwise alike are left out: this is for an example left in, a row for everybody.
-        """
-        logs, agree = self.logs, self._same_period(mine, other)
-        row, log = np.divmod(np.unique(mine[agree] * len(logs.keys) + logs.log[other[agree]]), len(logs.keys))
-        pair = (logs.log[row] - self.logs_asked[0]) * len(logs.keys) + log
-        alike = np.bincount(pair, minlength=pairs)
-        strangers = 2 * alike[pair] < np.diff(logs.starts)[logs.log[row]]
-        # One stranger is no crowd: it may be the one who copied a few rows.
-        crowd = np.bincount(row - self.rows[0], strangers, len(self.rows)) - 1
-        return alike, np.maximum(crowd, 0) / max(len(logs.keys) - 2, 1)
+    def _count(self, values: Floats | NDArray[np.bool_]) -> NDArray[Any]:
+        """Add up values of entries by pair."""
+        return np.bincount(self.at, values, len(self.pair))
 
     def _laid_out(self, values: Floats, row: Integers, owner: Integers, owners: int) -> Floats:
         """Lay out values of rows, those of one owner in a row, each at its place in its log."""
@@ -230,7 +200,7 @@ class _Asked:
         """Tell whether more logs have the spins that two share than copy from each other."""
         logs, rows = self.logs, self.row[self.at == number]
         spins = rows[self.common[rows] > 0]
-        mine, other = self.near.same(*self.near.find(spins, logs.spin_step), logs.spin_step)
+        mine, other = self.near.find(spins, logs.spin_step)
         others = np.bincount(np.unique(mine * len(logs.keys) + logs.log[other]) % len(logs.keys))
         most = max(HABIT, HABIT_SHARE * len(logs.keys))
         return 1 + int(np.sum(others > MOST_SPINS * len(spins))) > most
@@ -242,13 +212,13 @@ class _Asked:
         compared = ((self.first < logs.current) | (self.second < logs.current)) & ~np.isin(self.pair, logs.exempt)
         owners = logs.log[self.rows] - self.logs_asked[0]
         table = self._laid_out(self.common[self.rows], self.rows, owners, len(self.logs_asked))
-        shared = np.bincount(self.at, self.common[self.row] > 0).astype(int)
+        shared = self._count(self.common[self.row] > 0).astype(int)
         p_spins = tails(table)[self.first - self.logs_asked[0], shared]
         spins = np.minimum(self.spins[self.first], self.spins[self.second])
         enough = shared > np.maximum(MOST_SPINS * spins, FEWEST)
         telling = self.chance <= TELLING
-        alike = np.bincount(self.at, self.agree & telling).astype(int)
-        least = np.exp(np.bincount(self.at, (self.agree & telling) * np.log(np.maximum(self.chance, LEAST))))
+        alike = self._count(self.agree & telling).astype(int)
+        least = np.exp(self._count((self.agree & telling) * np.log(np.maximum(self.chance, LEAST))))
         close = (alike >= FEWEST) & (p_spins * least <= allowed)
         uncommon = p_spins <= np.where(close, 1 - _EXACT, allowed)
         for number in np.flatnonzero(compared & uncommon & (close | enough)).tolist():

@@ -7,7 +7,7 @@ import difflib
 import hashlib
 import io
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -250,10 +250,10 @@ def in_general(why: str) -> str:
     return re.split(r"[,;:(]", re.sub(r"\b\d[\d.e+-]*", "…", why), maxsplit=1)[0].strip()
 
 
-def todo_csv(offers: Iterable[Offer], names: Mapping[str, str], files: Callable[[str], str]) -> str:
+def todo_csv(offers: Iterable[Offer], names: Mapping[str, str], files: Mapping[str, str]) -> str:
     """Write the lines by student, with the name of each and the files to look into behind them."""
     ordered = sorted(offers, key=lambda one: (one.student, one.what, one.value, one.why))
-    rows = ([*one.cells, csv_cell(names.get(one.student, "")), csv_cell(files(one.student))] for one in ordered)
+    rows = ([*one.cells, csv_cell(names.get(one.student, "")), csv_cell(files[one.student])] for one in ordered)
     return csv_lines([(*COLUMNS, "name", "look into"), *rows])
 
 

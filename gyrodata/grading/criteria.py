@@ -57,7 +57,6 @@ class Evidence(Struct, frozen=True, kw_only=True):
     absent_is_zero: bool  # True where a report that is not there costs its points; else a person must look
     matched: OwnValue | None = None  # the accepted fit that the report comes nearest to, a slip undone
     d: float | None = None  # how far from it, as reported [u]
-    d_carried: float | None = None  # the same with the slip undone [u]
     slips: tuple[Slip, ...] = ()
     carries: bool  # True where own_data charges for a known slip, so that the reference is held to what is left
     files: tuple[str, ...] = ()  # all that was handed in
@@ -189,14 +188,15 @@ def _manual(criterion: Criterion, evidence: Evidence) -> Mark:
 
 
 def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
-    reported, matched, d = _given(evidence)
+    reported, matched = _given(evidence)
+    d = evidence.slips[0].distance if evidence.slips else evidence.d or 0.0
     said = f"you report {inertia_text(reported, evidence.reported.u if evidence.reported else None)}"
     own = f"{inertia_text(matched.value, matched.u)} ({fit_words(matched.name)})"
     times = factor_text(reported / matched.value)
     percent, carried = (100 * abs(one / matched.value - 1) for one in (reported, reported / evidence.factor))
     in_percent = criterion.curve.variable == "percent"
     share = criterion.curve.share(percent if in_percent else evidence.d or 0.0)
-    detail = {"d": evidence.d, "d_carried": evidence.d_carried, "own": matched.value, "matched": matched.name}
+    detail = {"d": evidence.d, "d_carried": d, "own": matched.value, "matched": matched.name}
     if in_percent:
         detail["percent"] = percent
     if evidence.slips:
@@ -213,7 +213,7 @@ def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
 
 
 def _reference(criterion: Criterion, evidence: Evidence) -> Mark:
-    reported, matched, _ = _given(evidence)
+    reported, matched = _given(evidence)
     factor = evidence.factor if evidence.carries else 1.0
     value = reported / factor
     # Not the reported u: a ± as wide as one likes would agree with everything.
@@ -318,13 +318,12 @@ def _last_place(step: float | None, value: float | None, digits: int | None) -> 
     return step, step * 10.0 ** max(0, steps + 1 - digits)
 
 
-def _given(evidence: Evidence) -> tuple[float, OwnValue, float]:
+def _given(evidence: Evidence) -> tuple[float, OwnValue]:
     """What is there wherever a value is reported."""
     assert evidence.reported is not None
     assert evidence.reported.value is not None
     assert evidence.matched is not None
-    assert evidence.d_carried is not None
-    return evidence.reported.value, evidence.matched, evidence.d_carried
+    return evidence.reported.value, evidence.matched
 
 
 def factor_text(factor: float) -> str:

@@ -274,7 +274,7 @@ def _gather(
     if slips:
         matched = next(value for value in own.values if value.name == slips[0].fit)
     d = distance(reported.value, matched.value, step, own.yardstick)
-    return replace(evidence, matched=matched, d=d, d_carried=slips[0].distance if slips else d, slips=slips)
+    return replace(evidence, matched=matched, d=d, slips=slips)
 
 
 def usable(reported: Reported | None) -> Reported | None:

@@ -40,6 +40,8 @@ class Kind(Struct, frozen=True):
     """What to type in the log then."""
 
 
+_SLOWEST = 30.0  # no rod is spun more slowly [rpm]
+
 _FROM_CENTRE = "measure from the centre of the ball to the middle of the weight, and write that"
 
 
@@ -50,8 +52,8 @@ def _header(role: str, unit: str) -> str:
 # --- the table -------------------------------------------------------------------------------------------------
 
 
-def list_kinds(readings: Readings, measured: Measurements) -> Iterator[Kind]:
-    """All single slips that this log allows."""
+def list_kinds(readings: Readings, measured: Measurements, inertia: float) -> Iterator[Kind]:
+    """All single slips that this log, and its I_zz [kg*m^2], allow."""
     yield from _of_rates(readings)
     if "mass" in readings.columns:
         yield from _of_loads(readings, measured.g)
@@ -67,6 +69,7 @@ def list_kinds(readings: Readings, measured: Measurements) -> Iterator[Kind]:
             "look at each power of ten on the way to the answer, and at the answer's own exponent",
             torque=10.0**power, rank=2,
         )  # fmt: skip
+    yield from _of_answers(readings, measured, inertia)
 
 
 def _of_rates(readings: Readings) -> Iterator[Kind]:
@@ -170,6 +173,52 @@ def _of_turns(measured: Measurements) -> Iterator[Kind]:
         "turns_upside_down", "the time was multiplied by the turns instead of divided by them",
         "the period is time/turns: 1/3 of a turn in 7 s is a period of 21 s", product=measured.turns**-2,
     )  # fmt: skip
+
+
+def _of_answers(readings: Readings, measured: Measurements, inertia: float) -> Iterator[Kind]:
+    """Slips that only the arithmetic can have: of an answer or a constant, after all conversions, or of two columns."""
+    yield Kind(
+        "sign", "there is a minus sign too many, and a moment of inertia is positive",
+        "torque, spin and precession each have a sense; use magnitudes, or all three with their signs", torque=-1.0,
+    )  # fmt: skip
+    yield Kind(
+        "degrees_per_second", "a rate is in degrees a second, not in rad/s",
+        "a turn is 2π rad: φ̇ = 2π × turns/time", product=180 / math.pi,
+    )  # fmt: skip
+    yield Kind(
+        "g_in_cm_s2", "g was taken in cm/s², 981, and all else in SI",
+        "g is 9.81 m/s²", torque=100.0,
+    )  # fmt: skip
+    yield Kind(
+        "cm2_as_m2", "the answer is in g·cm² (cgs), written as g·m², or in kg·cm², written as kg·m²",
+        "1 cm² is 10⁻⁴ m²", torque=1e4, rank=1,
+    )  # fmt: skip
+    exponent = -math.floor(math.log10(abs(inertia)))
+    if exponent:
+        yield Kind(
+            "exponent_lost", "the exponent of the answer is lost: the number stands without its power of ten",
+            "write the power of ten behind the number, and the unit behind that", torque=10.0**exponent,
+        )  # fmt: skip
+        yield Kind(
+            "exponent_sign_lost", "the sign of the exponent of the answer is lost",
+            f"I_zz in kg·m² is {'below' if exponent > 0 else 'above'} 1: its exponent is "
+            f"{'negative' if exponent > 0 else 'positive'}", torque=100.0**exponent,
+        )  # fmt: skip
+    if (_unit(readings, "spin"), _unit(readings, "time")) == ("rpm", "s"):
+        spin, time = measured.spin / RPM, measured.time
+        if np.all((spin < time) & (time > _SLOWEST)):
+            yield Kind(
+                "columns_exchanged", "the columns of time and spin are exchanged: each stands under the other's header",
+                "a spin of some hundred rpm, a time of some seconds: put the two headers right",
+                product=(time / spin) ** 2,
+            )  # fmt: skip
+
+
+INVERSE_SLOPE = Kind(
+    "inverse_slope", "it is the inverse, 1/I_zz: the slope of φ̇ψ̇ over M",
+    "plot M over φ̇ψ̇, or take one over the slope; its unit tells: 1/(kg·m²) is no moment of inertia",
+)  # fmt: skip
+"""The one that no factor makes of I_zz."""
 
 
 def _of_logs(readings: Readings, measured: Measurements) -> Iterator[Kind]:
@@ -327,7 +376,7 @@ def explaining_slips(
     each = np.abs(measured.torque / measured.product)[loaded]
     before = _scatter(each)
     found = []
-    for kind in list_kinds(readings, measured):
+    for kind in list_kinds(readings, measured, inertia):
         if not kind.log:
             continue
         factor = np.broadcast_to(np.asarray(kind.torque) / np.asarray(kind.product), measured.torque.shape)[loaded]

@@ -137,7 +137,6 @@ def grade(
         Gradebooks,
         GradingOptions,
         Journal,
-        Published,
         Roster,
         changes_in,
         find_desk,
@@ -145,6 +144,7 @@ def grade(
         grade_class,
         read_roster,
         read_rubric,
+        totals_from_here,
     )
     from gyrodata.workers import count_workers
 
@@ -176,7 +176,7 @@ def grade(
     try:
         found = grade_class(submissions, judged, options, years, desk, people)
         changes = changes_in(folder, found) if folder is not None else ()
-        ours = Published(folder).ours(desk, found.names) if folder is not None and sheets else None
+        ours = totals_from_here(folder, desk, found.names) if folder is not None and sheets else None
         filled = gradebooks.fill(found.grades, found.ids, ours)
         if not quiet:
             _tell(_told(found, options), _told_changes(changes, dry_run), _told_filled(filled))

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
         PUBLISHED,
         TABLE,
         Gradebooks,
-        Published,
         changes_in,
         find_desk,
+        totals_from_here,
         write_feedback,
         write_results,
     )
@@ -46,14 +46,14 @@ __all__ = [
     "ACCEPTED", "DESK", "FIGURES", "JOURNAL", "LIMIT", "PLATFORMS", "PUBLISHED", "TABLE", "TODO",
     "Answers", "Basis", "BenchScatter", "Change", "ClassGrades", "CriterionFigures", "Decision", "Desk", "Entry",
     "Filled", "Fingerprint", "Flag", "Grade", "Gradebooks", "GradingOptions", "Journal", "Mark", "Person",
-    "Published", "Reference", "Roster", "Rubric", "Slip", "Submission", "Submissions", "autograder_files",
+    "Reference", "Roster", "Rubric", "Slip", "Submission", "Submissions", "autograder_files",
     "changes_in", "class_page", "class_references", "class_scatter", "class_summary", "default_rubric",
     "default_rubric_text", "digest_of", "distance", "duration_text", "feedback_html", "feedback_markdown", "fill_book",
     "find_desk", "find_slips", "find_submissions", "find_unchanged", "fingerprint", "flag_class", "grade_autograder",
     "grade_class", "grade_lines", "grade_submission", "grades_csv", "grades_document", "judge_lateness", "keep_run",
     "own_runs", "points_text", "read_answers", "read_desk", "read_hand_in",
-    "read_roster", "read_rubric", "read_sheet", "results_json", "rubric_shape", "settle", "why_again",
-    "write_feedback", "write_results",
+    "read_roster", "read_rubric", "read_sheet", "results_json", "rubric_shape", "settle", "totals_from_here",
+    "why_again", "write_feedback", "write_results",
 ]  # fmt: skip
 
 _MODULES = [

@@ -29,9 +29,7 @@ from gyrodata.grading.grade import (
     from_json,
     grade_submission,
     not_graded,
-    references_of,
-    scatters_of,
-    settle_one,
+    settle,
 )
 from gyrodata.grading.journal import Basis, Entry, Journal, basis_of, why_again
 from gyrodata.grading.ledger import NO_DESK, Desk
@@ -121,7 +119,7 @@ def grade_class(
     entries, again, unseen = _entries(items, rubric, options, desk)
     made = {item.student: entries[item.student] for item in items}
     placed = [desk.with_station(roster.named(replace(one.grade, fingerprint=None))) for one in made.values()]
-    references, scatters = references_of(placed, rubric), scatters_of(placed, rubric)
+    settled, references, scatters = settle(placed, rubric)
     prints = {student: one.grade.fingerprint for student, one in made.items() if one.grade.fingerprint is not None}
     flags = flag_class(prints, [*roster.partners, *desk.partners], previous)
     compared = {key for flag in flags for pair in flag.pairs for key in pair}
@@ -132,9 +130,7 @@ def grade_class(
         source=items[0].source.resolve().name,
         submissions=replace(submissions, items=items),
         rubric=rubric,
-        grades=tuple(
-            desk.applied(settle_one(grade, rubric, references, scatters), made[grade.student].seen) for grade in placed
-        ),
+        grades=tuple(desk.applied(grade, made[grade.student].seen) for grade in settled),
         references=references,
         scatters=scatters,
         flags=flags,

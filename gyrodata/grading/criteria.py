@@ -14,7 +14,7 @@ from gyrodata.errors import Diagnostic
 from gyrodata.fitting import chi2_tail, times_stated
 from gyrodata.grading.rubric import ASKS, KINDS, Criterion
 from gyrodata.grading.slips import Slip
-from gyrodata.grading.yardsticks import COARSEST, BenchScatter, OwnValue, Reference
+from gyrodata.grading.yardsticks import COARSEST, BenchScatter, OwnRuns, OwnValue, Reference, fit_words
 from gyrodata.readings import Reported
 from gyrodata.reporting import count_text, inertia_text, p_text, power_of_ten
 
@@ -52,18 +52,15 @@ class Evidence(Struct, frozen=True, kw_only=True):
 
     analysis: Analysis
     lacks: list[Diagnostic]  # what the procedure asks for, and the log has not
-    values: tuple[OwnValue, ...]  # the accepted fits of the student's own runs
+    own: OwnRuns
     reported: Reported | None  # I_zz as reported, its value in SI; None where there is none
-    absent: str  # why there is no reported I_zz; "" where there is one
-    absent_is_zero: bool  # True where that costs the points; else a person must look
+    absent_is_zero: bool  # True where a report that is not there costs its points; else a person must look
     matched: OwnValue | None = None  # the accepted fit that the report comes nearest to, a slip undone
     d: float | None = None  # how far from it, as reported [u]
-    d_carried: float | None = None  # the same with the slip undone [u]
     slips: tuple[Slip, ...] = ()
-    yardstick: float  # u of the report's comparison as a share of I_zz [1]
-    carries: bool = True  # True where own_data charges for a known slip, so that the reference is held to what is left
-    pictures: int = 0  # files that may hold a plot
-    bench: tuple[str, ...] = ()  # uncertainties that the log has from the rubric, each in words
+    carries: bool  # True where own_data charges for a known slip, so that the reference is held to what is left
+    files: tuple[str, ...] = ()  # all that was handed in
+    bench: tuple[str, ...]  # uncertainties that the log has from the rubric, each in words
 
     @property
     def factor(self) -> float:
@@ -75,7 +72,7 @@ def judge(criterion: Criterion, evidence: Evidence) -> Mark:
     """Judge one criterion; a "reference" mark has no points yet: see `judge_reference`."""
     if KINDS[criterion.check].of_report:
         if evidence.reported is None or evidence.reported.value is None:
-            return mark(criterion, 0.0 if evidence.absent_is_zero else None, evidence.absent, {})
+            return mark(criterion, 0.0 if evidence.absent_is_zero else None, _absent_words(evidence.reported), {})
         if criterion.gate is not None and not criterion.gate[0] <= abs(evidence.reported.value) <= criterion.gate[1]:
             low, high = (inertia_text(end, None) for end in criterion.gate)
             reason = (
@@ -84,6 +81,13 @@ def judge(criterion: Criterion, evidence: Evidence) -> Mark:
             )
             return mark(criterion, 0.0, reason, {"value": evidence.reported.value})
     return _JUDGES[criterion.check](criterion, evidence)
+
+
+def _absent_words(reported: Reported | None) -> str:
+    """Say why there is no value to judge."""
+    if reported is None:
+        return "no reported I_zz was found; it is a line of the log: # reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2"
+    return f"the reported I_zz cannot be read: {reported.problem or 'it is no number'}"
 
 
 def mark(criterion: Criterion, share: float | None, reason: str, detail: Detail) -> Mark:
@@ -166,10 +170,14 @@ def _listed(diagnostics: list[Diagnostic], most: int = 3) -> str:
     return "; ".join(told) + (f"; and {len(diagnostics) - most} more" if len(diagnostics) > most else "")
 
 
+PICTURES = (".png", ".jpg", ".jpeg", ".gif", ".svg", ".webp", ".heic", ".tif", ".tiff", ".pdf")  # may hold a plot
+
+
 def _files(criterion: Criterion, evidence: Evidence) -> Mark:
-    found = count_text(evidence.pictures, "file")
-    reason = f"{found} with room for a plot" if evidence.pictures else "no picture and no PDF that could show a plot"
-    return mark(criterion, criterion.curve.share(evidence.pictures), reason, {"files": float(evidence.pictures)})
+    pictures = sum(name.lower().endswith(PICTURES) for name in evidence.files)
+    found = count_text(pictures, "file")
+    reason = f"{found} with room for a plot" if pictures else "no picture and no PDF that could show a plot"
+    return mark(criterion, criterion.curve.share(pictures), reason, {"files": float(pictures)})
 
 
 def _manual(criterion: Criterion, evidence: Evidence) -> Mark:
@@ -180,14 +188,15 @@ def _manual(criterion: Criterion, evidence: Evidence) -> Mark:
 
 
 def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
-    reported, matched, d = _given(evidence)
+    reported, matched = _given(evidence)
+    d = evidence.slips[0].distance if evidence.slips else evidence.d or 0.0
     said = f"you report {inertia_text(reported, evidence.reported.u if evidence.reported else None)}"
-    own = f"{inertia_text(matched.value, matched.u)} ({matched.words})"
+    own = f"{inertia_text(matched.value, matched.u)} ({fit_words(matched.name)})"
     times = factor_text(reported / matched.value)
     percent, carried = (100 * abs(one / matched.value - 1) for one in (reported, reported / evidence.factor))
     in_percent = criterion.curve.variable == "percent"
     share = criterion.curve.share(percent if in_percent else evidence.d or 0.0)
-    detail = {"d": evidence.d, "d_carried": evidence.d_carried, "own": matched.value, "matched": matched.name}
+    detail = {"d": evidence.d, "d_carried": d, "own": matched.value, "matched": matched.name}
     if in_percent:
         detail["percent"] = percent
     if evidence.slips:
@@ -204,7 +213,7 @@ def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
 
 
 def _reference(criterion: Criterion, evidence: Evidence) -> Mark:
-    reported, matched, _ = _given(evidence)
+    reported, matched = _given(evidence)
     factor = evidence.factor if evidence.carries else 1.0
     value = reported / factor
     # Not the reported u: a ± as wide as one likes would agree with everything.
@@ -244,9 +253,9 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
     if evidence.reported.u is None:
         return mark(criterion, 0.0, "no uncertainty is reported; write it behind the value: 4.4e-3 ± 0.1e-3 kg m^2", {})
     u = evidence.reported.u / abs(evidence.factor)
-    known = [own.u for own in evidence.values if own.u]
+    known = [own.u for own in evidence.own.values if own.u]
     known += [slip.u / abs(slip.factor) for slip in evidence.slips[:1] if slip.u]
-    known = known or [evidence.yardstick * abs(evidence.values[0].value)]
+    known = known or [evidence.own.yardstick * abs(evidence.own.values[0].value)]
     low, high = min(known), max(known)
     ratio = 1.0 if low <= u <= high else u / low if u < low else u / high
     undone = f", {_range_text(u, u)} with the slip undone," if evidence.slips else ""
@@ -258,7 +267,7 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
         side, end = ("large", "largest") if ratio > 1 else ("small", "smallest")
         verdict = "a little" if criterion.curve.share(ratio) == 1 else "too"
         reason += f" is {verdict} {side}: {factor_text(ratio)} the {end} that the fits of your runs give, {whole}"
-        mean = next((own.u for own in evidence.values if own.name == "mean_of_ratios"), None)
+        mean = next((own.u for own in evidence.own.values if own.name == "mean_of_ratios"), None)
         runs = sum(1 for run in evidence.analysis.run_table if run.torque and not run.left_out)
         if mean and abs(u / (mean * math.sqrt(runs)) - 1) < 0.1:
             reason += "; it is the scatter of single runs, and that of their mean is √n times smaller"
@@ -294,7 +303,7 @@ def _units(criterion: Criterion, evidence: Evidence) -> Mark:
                 f"the value's last digit is {which} than that of its uncertainty: round both to the same place"
             )
     elif reported.step and not reported.u_step:
-        u = reported.u or evidence.yardstick * abs(reported.value or 0.0)
+        u = reported.u or evidence.own.yardstick * abs(reported.value or 0.0)
         if high < u / 150:
             faults.append("the value has more digits than its uncertainty lets it have")
     reason = "; ".join(faults) if faults else f'"{reported.text}" has its unit, and as many digits as it should'
@@ -309,13 +318,12 @@ def _last_place(step: float | None, value: float | None, digits: int | None) -> 
     return step, step * 10.0 ** max(0, steps + 1 - digits)
 
 
-def _given(evidence: Evidence) -> tuple[float, OwnValue, float]:
+def _given(evidence: Evidence) -> tuple[float, OwnValue]:
     """What is there wherever a value is reported."""
     assert evidence.reported is not None
     assert evidence.reported.value is not None
     assert evidence.matched is not None
-    assert evidence.d_carried is not None
-    return evidence.reported.value, evidence.matched, evidence.d_carried
+    return evidence.reported.value, evidence.matched
 
 
 def factor_text(factor: float) -> str:

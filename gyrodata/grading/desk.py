@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import errno
 import hashlib
-import re
 import zipfile
 import zlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from functools import cached_property, partial
+from functools import partial
 from itertools import combinations
 from pathlib import Path, PurePosixPath
 
@@ -37,7 +36,7 @@ from gyrodata.grading.ledger import (
     todo_csv,
 )
 from gyrodata.grading.rubric import Rubric
-from gyrodata.grading.submissions import Submissions
+from gyrodata.grading.submissions import Submission, Submissions
 from gyrodata.workers import Failed, in_workers
 
 FIGURES = "figures"
@@ -77,11 +76,8 @@ class Gradebooks(Struct, frozen=True):
 def changes_in(folder: Path, found: ClassGrades) -> tuple[Change, ...] | None:
     """Say what changes in the table of grades of a folder; None where what is there is no such table."""
     with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-        try:
-            before = (folder / TABLE).read_bytes().decode("utf-8-sig", "replace")
-        except FileNotFoundError:
-            return ()
-    return () if before == found.table else compare_tables(before, found.table)
+        there = folder / TABLE
+        return compare_tables(_text(there), found.table) if there.is_file() else ()
 
 
 def find_desk(folder: Path, students: Mapping[str, str], rubric: Rubric) -> Desk:
@@ -95,84 +91,72 @@ def find_desk(folder: Path, students: Mapping[str, str], rubric: Rubric) -> Desk
         raise InputError.of(DESK_CANNOT_BE_READ, message, "", DESK) from None
 
 
-class Published:
-    """The tables of grades that stood in a folder: each that was written here, and each that somebody changed.
+# --- the tables that stood in the folder: ``grades-DIGEST.csv`` for each that was written here, and
+# ``grades-DIGEST-by-hand-DIGEST.csv`` for one that somebody changed --------------------------------------------
 
-    They are kept by content: ``grades-DIGEST.csv``, and ``grades-DIGEST-by-hand-DIGEST.csv`` for one that was changed.
-    """
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-            self.there = (folder / TABLE).read_bytes() if (folder / TABLE).is_file() else None
-            newest = folder / PUBLISHED / "newest.txt"
-            self.newest = newest.read_text("ascii", "replace").strip() if newest.is_file() else ""
-
-    def _path(self, *digests: str) -> Path:
-        return self.folder / PUBLISHED / f"grades-{'-by-hand-'.join(digests)}.csv"
-
-    @cached_property
-    def edited(self) -> bool:
-        """True where somebody changed the table that is there."""
-        return self.there is not None and not self._path(_digest(self.there)).is_file()
-
-    def ours(self, desk: Desk, students: Iterable[str]) -> Ours:
-        """Give the totals that each student ever had from here; None for one whose total the desk speaks of."""
-        tables = [read_table(_text(path.read_bytes())) or {} for path in self._paths(r"grades-\w+\.csv")]
-        return {
-            student: None
-            if desk.decides(student, TOTAL)
-            else {number for table in tables if (number := table.get(student, {}).get(TOTAL))}
-            for student in students
-        }
-
-    def _paths(self, pattern: str) -> list[Path]:
-        folder = self.folder / PUBLISHED
-        return sorted(path for path in folder.glob("grades-*.csv") if re.fullmatch(pattern, path.name))
-
-    def offers(self, found: ClassGrades) -> Iterator[Offer]:
-        """Give what somebody changed in a table, and neither the desk nor the new table has."""
-        changed = [
-            (self._path(path.name.split("-")[1]), path.read_bytes())
-            for path in self._paths(r"grades-\w+-by-hand-\w+\.csv")
-        ]
-        if self.edited and self.there is not None and self.newest:
-            changed.append((self._path(self.newest), self.there))
-        now = (read_table(found.table) or {}) if changed else {}
-        most = {TOTAL: found.rubric.points} | {one.id: one.points for one in found.rubric.criteria}
-        for base, data in changed:
-            old = read_table(_text(base.read_bytes())) if base.is_file() else None
-            for student, row in (read_table(_text(data)) or {}).items() if old is not None else ():
-                for column, value in row.items():
-                    before = (old or {}).get(student, {})
-                    told = (before.get(column, ""), now.get(student, {}).get(column, ""))
-                    where, reason = f"{column} was set by hand in {TABLE}", f"{TABLE} was changed by hand"
-                    if not value or student not in found.names or any(same_value(value, one) for one in told):
-                        continue
-                    if column in most:
-                        yield offer_points(student, column, value, most[column], where, reason)
-                    elif column not in before:
-                        yield Offer(student, "comment", value, where, reason)
-
-    def keep(self, table: bytes) -> None:
-        """Keep the table that is there, where somebody changed it, and the one that is to be written."""
-        if self.edited and self.there is not None:
-            write_changed(self._path(*filter(None, (self.newest or "0", _digest(self.there)))), self.there, True, True)
-        write_changed(self._path(_digest(table)), table, True, True)
-        write_changed(self.folder / PUBLISHED / "newest.txt", f"{_digest(table)}\n".encode(), True, True)
+def _published(folder: Path, *digests: str) -> Path:
+    return folder / PUBLISHED / f"grades-{'-by-hand-'.join(digests)}.csv"
 
 
 def _digest(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()[:12]
 
 
-def _text(data: bytes) -> str:
-    return data.decode("utf-8-sig", "replace")
+def _text(path: Path) -> str:
+    return path.read_bytes().decode("utf-8-sig", "replace")
 
 
-def find_offers(found: ClassGrades, published: Published, filled: Mapping[str, Filled]) -> list[Offer]:
+def _keep_table(folder: Path, table: bytes) -> None:
+    """Keep the table that is there, where somebody changed it, and the one that is to be written."""
+    newest = folder / PUBLISHED / "newest.txt"
+    there = (folder / TABLE).read_bytes() if (folder / TABLE).is_file() else None
+    if there is not None and not _published(folder, _digest(there)).is_file():
+        base = newest.read_text("ascii", "replace").strip() if newest.is_file() else ""
+        write_changed(_published(folder, base or "0", _digest(there)), there, True, True)
+    write_changed(_published(folder, _digest(table)), table, True, True)
+    write_changed(newest, f"{_digest(table)}\n".encode(), True, True)
+
+
+def totals_from_here(folder: Path, desk: Desk, students: Iterable[str]) -> Ours:
+    """Give the totals that each student ever had from here; None for one whose total the desk speaks of."""
+    tables = [read_table(_text(path)) or {} for path in (folder / PUBLISHED).glob("grades-????????????.csv")]
+    return {
+        student: None
+        if desk.decides(student, TOTAL)
+        else {number for table in tables if (number := table.get(student, {}).get(TOTAL))}
+        for student in students
+    }
+
+
+def _set_in_tables(found: ClassGrades, folder: Path) -> Iterator[Offer]:
+    """Give what somebody changed in a table, and neither the desk nor the new table has."""
+    now = read_table(found.table) or {}
+    most = {TOTAL: found.rubric.points} | {one.id: one.points for one in found.rubric.criteria}
+    for path in sorted((folder / PUBLISHED).glob("grades-*-by-hand-*.csv")):
+        base = _published(folder, path.name.split("-")[1])
+        if not base.is_file():
+            continue
+        old = read_table(_text(base)) or {}
+        for student, row in (read_table(_text(path)) or {}).items():
+            before, after = old.get(student, {}), now.get(student, {})
+            for column, value in row.items():
+                told = (before.get(column, ""), after.get(column, ""))
+                where, reason = f"{column} was set by hand in {TABLE}", f"{TABLE} was changed by hand"
+                if not value or student not in found.names or any(same_value(value, one) for one in told):
+                    continue
+                if column in most:
+                    yield offer_points(student, column, value, most[column], where, reason)
+                elif column not in before:
+                    yield Offer(student, "comment", value, where, reason)
+
+
+# --- what waits for a person, and what is written -----------------------------------------------------------
+
+
+def _find_offers(found: ClassGrades, folder: Path, filled: Mapping[str, Filled]) -> list[Offer]:
     """List what waits for a person, without what the desk speaks of; what has one reason stands together."""
-    offers = list(published.offers(found))
+    offers = list(_set_in_tables(found, folder))
     for sheet in filled.values():
         for student, value in sheet.by_hand:
             where, reason = "stands in the gradebook", "other points stand in the gradebook"
@@ -222,32 +206,26 @@ def _partners(found: ClassGrades) -> Iterator[Offer]:
                 yield Offer(open_ones[0], "partner", other, told, reason, flag)
 
 
-def _files_of(found: ClassGrades) -> Callable[[str], str]:
+def _files_of(item: Submission) -> str:
     """Name the files of a student beside the log, or the log where there is no other."""
-    items = {item.student: item for item in found.submissions.items}
-
-    def files(student: str) -> str:
-        item = items[student]
-        others = [name for name in item.members if name != item.log_name] or item.members
-        return ", ".join(PurePosixPath(name).name for name in others)
-
-    return files
+    others = [name for name in item.members if name != item.log_name] or item.members
+    return ", ".join(PurePosixPath(name).name for name in others)
 
 
 def write_results(found: ClassGrades, folder: Path, filled: Mapping[str, Filled]) -> int:
     """Write everything but the feedback, a table that somebody changed kept; count the lines that wait for a person."""
-    names, files = feedback_names(found), _files_of(found)
-    published = Published(folder)
-    offers = find_offers(found, published, filled)
-    texts: dict[str, Iterable[str]] = {
-        TODO: [todo_csv(offers, found.names, files)],
-        TABLE: [found.table],
-        "flags.csv": [flags_csv(found.flags)],
-        "class.html": class_page(found, lambda student: f"{FOLDER}/{names[student]}.html", offers, files),
-        "grades.json": grades_document(found),
-    }
+    names = feedback_names(found)
+    files = {item.student: _files_of(item) for item in found.submissions.items}
     with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-        published.keep(found.table.encode("utf-8", "replace"))
+        _keep_table(folder, found.table.encode("utf-8", "replace"))
+        offers = _find_offers(found, folder, filled)
+        texts: dict[str, Iterable[str]] = {
+            TODO: [todo_csv(offers, found.names, files)],
+            TABLE: [found.table],
+            "flags.csv": [flags_csv(found.flags)],
+            "class.html": class_page(found, lambda student: f"{FOLDER}/{names[student]}.html", offers, files),
+            "grades.json": grades_document(found),
+        }
         for name, parts in texts.items():
             data = (part.encode("utf-8", "replace") for part in parts)
             write_whole(folder / name, data, private=True, sync=name == TABLE)
@@ -270,49 +248,42 @@ class _Task(Struct, frozen=True):
     grade: Grade
     page: str  # name of its files, without their endings
     figures: Mapping[str, tuple[Path, str]]  # file of each figure, and what it shows, by name
-    before: Mapping[str, int]  # checksum of each of its files as it was written last, by ending; empty: nothing tells
 
 
 MOST_TASKS = 8  # that a worker is given at once: to be asked costs as much as to render
-
 
 _FOR_ALL = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EROFS, errno.EMFILE, errno.ENFILE, errno.ENOMEM)
 """What the system says of no single name: a disk that is full or broken, and the like."""
 
 
-class _Written(Struct, frozen=True):
-    """What became of some students' feedback."""
+def _write_pages(
+    folder: Path, before: Mapping[str, int], tasks: Sequence[_Task]
+) -> dict[str, str | list[str]] | InputError:
+    """Write the pages of some students, in a worker: by page what was changed by hand, or why it cannot be written.
 
-    lost: Mapping[str, str]  # why it could not be written, by the name of its files
-    changed: Sequence[str]  # what was changed by hand
-    fault: InputError | None = None  # what stops it for everybody
-
-
-def _write_pages(folder: Path, tasks: Sequence[_Task]) -> _Written:
-    """Write the pages of some students, in a worker; a name that cannot be written costs that student only."""
-    lost: dict[str, str] = {}
-    changed: list[str] = []
+    A name that cannot be written costs that student only; or it is given what stops it for everybody.
+    """
+    told: dict[str, str | list[str]] = {}
     try:
         with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
             for task in tasks:
                 try:
-                    changed += _write_page(folder, task)
+                    told[task.page] = list(_write_page(folder, before, task))
                 except OSError as error:
                     if error.errno in _FOR_ALL:
                         raise
-                    lost[task.page] = error.strerror or str(error)
+                    told[task.page] = error.strerror or str(error)
     except InputError as error:
-        return _Written(lost, changed, error)
-    return _Written(lost, changed)
+        return error
+    return told
 
 
-def _write_page(folder: Path, task: _Task) -> Iterator[str]:
+def _write_page(folder: Path, before: Mapping[str, int], task: _Task) -> Iterator[str]:
     """Write what one student gets; tell what of it was changed by hand, and is kept."""
     from gyrodata.grading.feedback import feedback_html, feedback_markdown
 
-    drawn = {name: path.read_bytes() for name, (path, _) in task.figures.items()}
-    words = {name: words for name, (_, words) in task.figures.items()}
-    texts = feedback_html(task.grade, drawn, words), feedback_markdown(task.grade)
+    figures = {name: (path.read_bytes(), words) for name, (path, words) in task.figures.items()}
+    texts = feedback_html(task.grade, figures), feedback_markdown(task.grade)
     for ending, text in zip(ENDINGS, texts, strict=True):
         page = f"{FOLDER}/{task.page}{ending}"
         data = text.encode("utf-8", "replace")
@@ -323,7 +294,7 @@ def _write_page(folder: Path, task: _Task) -> Iterator[str]:
         if old == data:
             continue
         # Kept first: what cannot be kept is not written over.
-        if old is not None and task.before and zlib.crc32(old) != task.before.get(ending):
+        if old is not None and before and zlib.crc32(old) != before.get(f"{task.page}{ending}"):
             kept = Path(PUBLISHED, FOLDER, f"{task.page}-{_digest(old)}{ending}")
             write_whole(folder / kept, [old], private=True, sync=True)
             yield f"{page} was changed by hand; what it was is kept as {kept.as_posix()}"
@@ -354,57 +325,32 @@ def write_feedback(
 ) -> tuple[list[str], list[str]]:
     """Write the feedback of a class into a folder and a zip; say who has none and why, and what was changed by hand."""
     names = feedback_names(found)
-    before = _written_before(folder / ARCHIVE)
+    tasks = []
+    for grade, item in zip(found.grades, found.submissions.items, strict=True):
+        drawn = found.figures.get(grade.student, {}) if options.figures is not None else {}
+        figures = {name: (figure_path(options.figures or Path(), item, name), words) for name, words in drawn.items()}
+        tasks.append(_Task(grade, names[grade.student], figures))
+    # Some students at once, so that every worker comes round several times.
+    size = max(1, min(MOST_TASKS, len(tasks) // (4 * max(1, options.workers))))
+    parts = [tasks[at : at + size] for at in range(0, len(tasks), size)]
+    work = partial(_write_pages, folder, _written_before(folder / ARCHIVE))
     lost: list[str] = []
     changed: list[str] = []
     written: list[str] = []
-    done = 0
-    crew = in_workers(
-        partial(_write_pages, folder),
-        _tasks(found, names, before, options),
-        options.workers,
-        MOST_TASKS * options.limit,
-        PRELOAD,
-    )
-    for tasks, answer in crew:
-        if isinstance(answer, Failed):
-            answer = _Written(dict.fromkeys((task.page for task in tasks), answer.why), ())
-        if answer.fault is not None:
-            raise answer.fault
-        changed += answer.changed
-        lost += [
-            f"no feedback for {task.grade.name}: {answer.lost[task.page]}" for task in tasks if task.page in answer.lost
-        ]
-        written += [task.page for task in tasks if task.page not in answer.lost]
-        done += len(tasks)
+    for part, answer in in_workers(work, parts, options.workers, MOST_TASKS * options.limit, PRELOAD):
+        if isinstance(answer, InputError):
+            raise answer
+        for task in part:
+            told = answer.why if isinstance(answer, Failed) else answer[task.page]
+            if isinstance(told, str):
+                lost.append(f"no feedback for {task.grade.name}: {told}")
+            else:
+                changed += told
+                written.append(task.page)
         if progress is not None:
-            progress(done)
-    limit = MOST_TASKS * options.limit
-    packing, one = partial(_write_archive, folder), min(1, options.workers)
-    for _, end in in_workers(packing, [sorted(written)], one, limit, PRELOAD):
-        if isinstance(end, Failed):
-            message = f'"{folder / ARCHIVE}" cannot be written: {end.why}'
-            raise InputError.of(GRADES_FOLDER_CANNOT_BE_WRITTEN, message, "run it again")
-        if end is not None:
-            raise end
+            progress(len(lost) + len(written))
+    _write_archive(folder, sorted(written))
     return sorted(lost), sorted(changed)
-
-
-def _tasks(
-    found: ClassGrades, names: Mapping[str, str], before: Mapping[str, int], options: GradingOptions
-) -> list[list[_Task]]:
-    """Part the work among the crew: some students at once, so that every worker comes round several times."""
-    size = max(1, min(MOST_TASKS, len(found.grades) // (4 * max(1, options.workers))))
-    tasks: list[_Task] = []
-    for grade, item in zip(found.grades, found.submissions.items, strict=True):
-        page = names[grade.student]
-        figures = {}
-        if options.figures is not None:
-            told = found.figures.get(grade.student, {})
-            figures = {name: (figure_path(options.figures, item, name), words) for name, words in told.items()}
-        checksums = {ending: before.get(f"{page}{ending}", -1) for ending in ENDINGS} if before else {}
-        tasks.append(_Task(grade, page, figures, checksums))
-    return [tasks[at : at + size] for at in range(0, len(tasks), size)]
 
 
 def _written_before(archive: Path) -> dict[str, int]:
@@ -416,20 +362,16 @@ def _written_before(archive: Path) -> dict[str, int]:
         return {}
 
 
-def _write_archive(folder: Path, names: list[str]) -> InputError | None:
-    """Zip the feedback of this class, and of nobody else, in a worker, to the same bytes; give what stops it."""
-    try:
-        # Synced, for it tells the next run whether somebody changed a page.
-        with (
-            telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN),
-            new_file(folder / ARCHIVE, private=True, sync=True) as file,
-            zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive,
-        ):
-            for name in (f"{name}{ending}" for name in names for ending in ENDINGS):
-                entry = zipfile.ZipInfo(name)  # of 1980: a zip's bytes should not tell the time
-                entry.compress_type = zipfile.ZIP_DEFLATED
-                entry.external_attr = 0o644 << 16
-                archive.writestr(entry, (folder / FOLDER / name).read_bytes())
-    except InputError as error:
-        return error
-    return None
+def _write_archive(folder: Path, names: list[str]) -> None:
+    """Zip the feedback of this class, and of nobody else, to the same bytes."""
+    # Synced, for it tells the next run whether somebody changed a page.
+    with (
+        telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN),
+        new_file(folder / ARCHIVE, private=True, sync=True) as file,
+        zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive,
+    ):
+        for name in (f"{name}{ending}" for name in names for ending in ENDINGS):
+            entry = zipfile.ZipInfo(name)  # of 1980: a zip's bytes should not tell the time
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.external_attr = 0o644 << 16
+            archive.writestr(entry, (folder / FOLDER / name).read_bytes())

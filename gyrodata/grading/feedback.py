@@ -36,17 +36,15 @@ def feedback_markdown(grade: Grade) -> str:
     return re.sub(r"\n{3,}", "\n\n", text).strip() + "\n"
 
 
-def feedback_html(
-    grade: Grade, figures: Mapping[str, bytes] | None = None, alt: Mapping[str, str] | None = None
-) -> str:
+def feedback_html(grade: Grade, figures: Mapping[str, tuple[bytes, str]] | None = None) -> str:
     """Write the feedback for one student as one HTML page that needs nothing else.
 
-    `figures`: PNG files by name: "period", "product", "torque", "residuals". Gives: Every name, note and number
-    from outside is escaped; no clock time.
+    `figures`: PNG file, and what it shows in words, by name: "period", "product", "torque", "residuals". Gives: Every
+    name, note and number from outside is escaped; no clock time.
     """
     images = [
-        {"png": base64.b64encode(data).decode(), "alt": (alt or {}).get(name, ""), "caption": CAPTIONS.get(name, name)}
-        for name, data in (figures or {}).items()
+        {"png": base64.b64encode(data).decode(), "alt": words, "caption": CAPTIONS.get(name, name)}
+        for name, (data, words) in (figures or {}).items()
     ]
     return _PAGE.render(_content(grade), images=images)
 

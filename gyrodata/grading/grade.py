@@ -43,8 +43,6 @@ if TYPE_CHECKING:
 
 FAR = 3.0  # a report farther than this from every accepted fit [u], and explained by no known slip, is worth a look
 
-PICTURES = (".png", ".jpg", ".jpeg", ".gif", ".svg", ".webp", ".heic", ".tif", ".tiff", ".pdf")  # may hold a plot
-
 REPORTED = ("text", "value", "u", "line")  # what is kept of a reported I_zz
 
 HUGE = 1e30  # a number above this, or below one over it, is no report [kg*m^2]
@@ -164,16 +162,9 @@ def grade_submission(submission: Submission, rubric: Rubric, reported: str | Non
         analysis = analyze_readings(readings, whole=False)
         asked = {ASKS[ask] for criterion in rubric.criteria for ask in criterion.asks}
         lacks = what_lacks(readings, analysis.measurements, analysis, asked) if asked else []
-    except GyroError as error:
-        return not_graded(submission, rubric, _first_words(error), error.diagnostics)
-    except OSError as error:
-        why = f"the submission cannot be read: {error.strerror or type(error).__name__}"
-        return not_graded(submission, rubric, why)
-    except (ArithmeticError, ValueError) as error:
-        # Numbers on which the analysis itself breaks are no reason to lose the class, nor to give this one a zero.
-        why = f"the analysis broke on these numbers ({type(error).__name__}: {error})"
-        return not_graded(submission, rubric, why)
-    evidence = replace(_gather(analysis, lacks, answers, rubric, submission.members), bench=bench)
+    except (GyroError, OSError, ArithmeticError, ValueError) as error:
+        return not_graded(submission, rubric, _why_not(error), getattr(error, "diagnostics", ()))
+    evidence = replace(_gather(analysis, lacks, answers, rubric, bench), files=submission.members)
     marks = tuple(judge(criterion, evidence) for criterion in rubric.criteria)
     # The runs that look odd are in the analysis already.
     untold = [one for one in lacks if one.code != OUTLIER_BEFORE_LEAVING]
@@ -185,7 +176,7 @@ def grade_submission(submission: Submission, rubric: Rubric, reported: str | Non
         look=(*blank.look, *_looks(evidence)),
         station=station_of(readings),
         reported={name: getattr(evidence.reported, name) for name in REPORTED} if evidence.reported else {},
-        own={own.name: {"value": own.value, "u": own.u} for own in evidence.values},
+        own={own.name: {"value": own.value, "u": own.u} for own in evidence.own.values},
         inertia=analysis.inertia.value,
         inertia_u=analysis.inertia.u,
         matched=evidence.matched.name if evidence.matched else None,
@@ -194,21 +185,30 @@ def grade_submission(submission: Submission, rubric: Rubric, reported: str | Non
         scatters=() if times_stated(analysis.measurements) else scatter_of(analysis),
         fingerprint=fingerprint(readings, analysis.measurements),
     )
-    return added_up(grade) if rubric.class_reference else settle_one(grade, rubric, rubric.references, {})
+    return added_up(grade) if rubric.class_reference else _settle_one(grade, rubric, rubric.references, {})
 
 
-def settle(grades: Iterable[Grade], rubric: Rubric) -> tuple[Grade, ...]:
+Class = tuple[tuple[Grade, ...], Mapping[str, Reference], Mapping[str, BenchScatter]]
+"""Grades, and by station ("all" for every other) what they are held against and how far the readings scatter."""
+
+
+def settle(grades: Iterable[Grade], rubric: Rubric) -> Class:
     """Give the points that wait for the whole class: those against a reference that the class itself gives.
 
     `grades`: All of the class, as `grade_submission` or an earlier `settle` gave them. Gives: In the order given; no
     grade depends on that order.
     """
     grades = tuple(grades)
-    references, scatters = references_of(grades, rubric), scatters_of(grades, rubric)
-    return tuple(settle_one(grade, rubric, references, scatters) for grade in grades)
+    references, scatters = rubric.references, {}
+    if rubric.class_reference:
+        known = (grade for grade in grades if grade.inertia is not None)
+        references = class_references((grade.station, grade.inertia or 0.0, grade.inertia_u or 0.0) for grade in known)
+    if rubric.class_scatter and any(criterion.check == "constancy" for criterion in rubric.criteria):
+        scatters = class_scatter((grade.station, grade.scatters) for grade in grades)
+    return tuple(_settle_one(grade, rubric, references, scatters) for grade in grades), references, scatters
 
 
-def settle_one(
+def _settle_one(
     grade: Grade, rubric: Rubric, references: Mapping[str, Reference], scatters: Mapping[str, BenchScatter]
 ) -> Grade:
     """Judge what waits for a reference, or for how far the class scatters, and add up anew."""
@@ -227,21 +227,6 @@ def settle_one(
     )
     zeta = next((one.detail["z"] for one in marks if "z" in one.detail), None)
     return added_up(replace(grade, marks=marks, zeta=zeta if isinstance(zeta, float) else None))
-
-
-def references_of(grades: Iterable[Grade], rubric: Rubric) -> Mapping[str, Reference]:
-    """Give what a class is held against, by station ("all" for every other): by the rubric, or the class itself."""
-    if not rubric.class_reference:
-        return rubric.references
-    return class_references(
-        (grade.station, grade.inertia, grade.inertia_u or 0.0) for grade in grades if grade.inertia is not None
-    )
-
-
-def scatters_of(grades: Iterable[Grade], rubric: Rubric) -> Mapping[str, BenchScatter]:
-    """Give how far the readings of a class scatter, by station ("all" for every other); nothing where none asks."""
-    asked = rubric.class_scatter and any(criterion.check == "constancy" for criterion in rubric.criteria)
-    return class_scatter((grade.station, grade.scatters) for grade in grades) if asked else {}
 
 
 def added_up(grade: Grade) -> Grade:
@@ -269,33 +254,28 @@ def two_decimals(points: float | None) -> str:
 
 
 def _gather(
-    analysis: Analysis, lacks: list[Diagnostic], answers: Answers, rubric: Rubric, files: tuple[str, ...]
+    analysis: Analysis, lacks: list[Diagnostic], answers: Answers, rubric: Rubric, bench: tuple[str, ...]
 ) -> Evidence:
     """Hold the report against the student's own runs."""
-    own = own_runs(analysis, rubric.accept)
-    values = own.values
-    reported = usable(answers.inertia)
+    own, reported = own_runs(analysis, rubric.accept), usable(answers.inertia)
     evidence = Evidence(
         analysis=analysis,
         lacks=lacks,
-        values=values,
+        own=own,
         reported=reported,
-        absent=_absent_words(reported),
         absent_is_zero=answers.inertia is None and rubric.no_report == "zero",
-        yardstick=own.yardstick,
         carries=any(criterion.check == "own_data" for criterion in rubric.criteria),
-        pictures=sum(name.lower().endswith(PICTURES) for name in files),
+        bench=bench,
     )
     if reported is None or reported.value is None:
         return evidence
     step = reported.step or 0.0
     slips = find_slips(reported.value, step, own, analysis.readings, analysis.measurements)
+    matched = nearest(own.values, reported.value)
     if slips:
-        matched = next(value for value in values if value.name == slips[0].fit)
-    else:
-        matched = nearest(values, reported.value)
+        matched = next(value for value in own.values if value.name == slips[0].fit)
     d = distance(reported.value, matched.value, step, own.yardstick)
-    return replace(evidence, matched=matched, d=d, d_carried=slips[0].distance if slips else d, slips=slips)
+    return replace(evidence, matched=matched, d=d, slips=slips)
 
 
 def usable(reported: Reported | None) -> Reported | None:
@@ -310,15 +290,6 @@ def usable(reported: Reported | None) -> Reported | None:
     if read.value is None or all(1 / HUGE <= size <= HUGE for size in sizes):
         return read
     return replace(read, value=None, problem=f'"{read.text[:60]}" is far from any moment of inertia')
-
-
-def _absent_words(reported: Reported | None) -> str:
-    """Say why there is no value to judge; "" where there is one."""
-    if reported is None:
-        return "no reported I_zz was found; it is a line of the log: # reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2"
-    if reported.value is None:
-        return f"the reported I_zz cannot be read: {reported.problem or 'it is no number'}"
-    return ""
 
 
 def _looks(evidence: Evidence) -> list[str]:
@@ -369,13 +340,17 @@ def not_graded(
     )
 
 
-def _first_words(error: GyroError) -> str:
+def _why_not(error: Exception) -> str:
     """Say in one sentence what stops the analysis."""
+    if isinstance(error, OSError):
+        return f"the submission cannot be read: {error.strerror or type(error).__name__}"
+    if not isinstance(error, GyroError):
+        # Numbers on which the analysis itself breaks are no reason to lose the class, nor to give this one a zero.
+        return f"the analysis broke on these numbers ({type(error).__name__}: {error})"
     faults = [one for one in error.diagnostics if one.severity == "error"]
     if not faults:
         return "the log cannot be analysed"
-    first = faults[0]
-    where = f"line {first.line}: " if first.line else ""
+    where = f"line {faults[0].line}: " if faults[0].line else ""
     more = f", and {len(faults) - 1} more" if len(faults) > 1 else ""
     kind = "the log cannot be analysed" if isinstance(error, LogError) else "the log cannot be read"
-    return f"{kind}: {where}{first.message}{more}"
+    return f"{kind}: {where}{faults[0].message}{more}"

@@ -9,7 +9,8 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Collection, Iterator, Mapping
+from collections import deque
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -61,58 +62,26 @@ def is_run(line: bytes) -> bool:
 
 def _last_line(journal: Path) -> tuple[int, bytes]:
     """Find where the last line begins, and the line; the journal of a large class does not go into memory."""
-    size = LARGE
     with journal.open("rb") as file:
-        end = file.seek(0, os.SEEK_END)
-        while True:
-            start = file.seek(max(0, end - size))
-            tail = file.read()
-            begin = tail.rfind(b"\n", 0, max(len(tail) - 1, 0)) + 1
-            if begin or not start:
-                return start + begin, tail[begin:]
-            size *= 2
+        last = next(iter(deque(file, 1)), b"")
+        return file.tell() - len(last), last
 
 
 def _state(journal: Path) -> str:
     """Digest of all files beside a journal."""
     digest = hashlib.sha256()
-    _add(digest, journal.parent, (str(journal), str(journal.with_name(LOCK))))
+    _add(digest, journal.parent, (journal.name, LOCK))
     return digest.hexdigest()
 
 
 def _add(digest: hashlib._Hash, path: Path, without: Collection[str] = ()) -> None:
-    """Add the names and the bytes of a file, or of a folder with all that is in it."""
-    digest.update(b"\0.\0")
-    if path.is_file():
-        digest.update(_content(path))
-    for name, entry in _entries(str(path)):
-        if entry.path in without:
-            continue
-        digest.update(f"\0{name}\0".encode("utf-8", "surrogatepass"))
-        if entry.is_file():
-            digest.update(_content(Path(entry.path)))
-
-
-LARGE = 1 << 20  # bytes that are read at a time
-
-
-def _content(path: Path) -> bytes:
-    """Digest of a file: `hashlib.file_digest` costs more than most of these files."""
-    digest = hashlib.sha256()
-    with path.open("rb", buffering=0) as file:
-        while part := file.read(LARGE):
-            digest.update(part)
-    return digest.digest()
-
-
-def _entries(folder: str, below: str = "") -> Iterator[tuple[str, os.DirEntry[str]]]:
-    """Go through all that is in a folder, in one order, by its name below the first; nothing where that is none."""
-    try:
-        with os.scandir(folder) as found:
-            entries = sorted(found, key=lambda entry: entry.name)
-    except OSError:
-        return
-    yield from ((f"{below}{entry.name}", entry) for entry in entries)
-    for entry in entries:
-        if entry.is_dir(follow_symlinks=False):
-            yield from _entries(entry.path, f"{below}{entry.name}{os.sep}")
+    """Add the names and the bytes of a file, or of a folder with all that is in it but what is called so."""
+    paths = [path]
+    for folder, folders, files in os.walk(path):
+        folders.sort()
+        paths += [Path(folder, name) for name in sorted([*folders, *files]) if name not in without]
+    for one in paths:
+        digest.update(f"\0{str(one)[len(str(path)) :]}\0".encode("utf-8", "surrogatepass"))
+        if one.is_file():
+            with one.open("rb", buffering=0) as file:
+                digest.update(hashlib.file_digest(file, "sha256").digest())

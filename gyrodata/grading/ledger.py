@@ -7,7 +7,8 @@ import difflib
 import hashlib
 import io
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import zip_longest
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -115,7 +116,12 @@ def read_desk(data: bytes, students: Mapping[str, str], rubric: Rubric) -> Desk:
     left: set[tuple[str, str]] = set()
     number = 0
     try:
-        for number, row in _rows(data):
+        text = data.decode("utf-8-sig", "replace")
+        if "\ufffd" in text:
+            number = text.partition("\ufffd")[0].count("\n")
+            raise LookupError("it is no text in UTF-8")
+        for number, cells in csv_table(text, *COLUMNS[:3]) if text.strip() else ():
+            row = dict.fromkeys(COLUMNS, "") | {column.casefold(): cell for column, cell in cells.items()}
             try:
                 student, what = _student(row["student"], known), _what(row["what"], points)
                 if not row["value"] and what not in BARE:
@@ -138,22 +144,6 @@ def read_desk(data: bytes, students: Mapping[str, str], rubric: Rubric) -> Desk:
         raise InputError(faults)
     decided = {student: tuple(one for _, one in mine.values()) for student, mine in lines.items()}
     return Desk(decided, frozenset(left))
-
-
-def _rows(data: bytes) -> Iterator[tuple[int, dict[str, str]]]:
-    """Give each line with its number, by column; LookupError where one lacks."""
-    columns: list[str] = []
-    for number, cells in csv_rows(data.decode("utf-8-sig", "replace")):
-        if any("\ufffd" in cell for cell in cells):
-            raise LookupError("it is no text in UTF-8")
-        row = [cell.strip() for cell in cells]
-        if not columns:
-            columns = [cell.casefold() for cell in row]
-            if lacks := [f'"{column}"' for column in COLUMNS[:3] if column not in columns]:
-                raise LookupError(f"there is no column {' and '.join(lacks)}")
-        elif any(row):
-            found = dict(zip(columns, row, strict=False))
-            yield number, {column: found.get(column, "").removeprefix("'") for column in COLUMNS}
 
 
 def _student(name: str, known: Mapping[str, str]) -> str:
@@ -206,14 +196,22 @@ def csv_lines(rows: Iterable[Iterable[str]]) -> str:
     return out.getvalue()
 
 
-def csv_rows(text: str) -> Iterator[tuple[int, list[str]]]:
-    """Read a table that a spreadsheet may have saved with other delimiters: the line and the cells of each row."""
+def csv_table(text: str, *needed: str) -> Iterator[tuple[int, dict[str, str]]]:
+    """Read a table that a spreadsheet may have saved in its own way: the line of each row, and its cells by column.
+
+    csv.Error or LookupError, with what is wrong, where it is none or lacks a column.
+    """
     top = text.partition("\n")[0]
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=max(",;\t", key=top.count), skipinitialspace=True)
-    number = 1
+    head = [cell.strip() for cell in next(reader, [])]
+    if lacks := [f'"{column}"' for column in needed if column not in map(str.casefold, head)]:
+        raise LookupError(f"there is no column {' and '.join(lacks)}")
+    number = reader.line_num + 1
     for cells in reader:
-        if cells:
-            yield number, cells
+        # A ' stands before what would be a formula.
+        row = [cell.strip().removeprefix("'") for cell in cells]
+        if any(row):
+            yield number, {column: cell for column, cell in zip_longest(head, row, fillvalue="") if column}
         number = reader.line_num + 1
 
 
@@ -250,10 +248,10 @@ def in_general(why: str) -> str:
     return re.split(r"[,;:(]", re.sub(r"\b\d[\d.e+-]*", "…", why), maxsplit=1)[0].strip()
 
 
-def todo_csv(offers: Iterable[Offer], names: Mapping[str, str], files: Callable[[str], str]) -> str:
+def todo_csv(offers: Iterable[Offer], names: Mapping[str, str], files: Mapping[str, str]) -> str:
     """Write the lines by student, with the name of each and the files to look into behind them."""
     ordered = sorted(offers, key=lambda one: (one.student, one.what, one.value, one.why))
-    rows = ([*one.cells, csv_cell(names.get(one.student, "")), csv_cell(files(one.student))] for one in ordered)
+    rows = ([*one.cells, csv_cell(names.get(one.student, "")), csv_cell(files[one.student])] for one in ordered)
     return csv_lines([(*COLUMNS, "name", "look into"), *rows])
 
 

@@ -13,7 +13,7 @@ import math
 import statistics
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeVar
 
 import numpy as np
 from msgspec import Meta, Struct, defstruct, field
@@ -32,6 +32,8 @@ from gyrodata.units import Uncertainty, UnitError
 
 if TYPE_CHECKING:
     from gyrodata.results import Analysis
+
+Log = TypeVar("Log")
 
 FIT_WORDS = {
     "through_origin": "a line through the origin",
@@ -54,11 +56,6 @@ class OwnValue(Struct, frozen=True):
     name: str  # of `FIT_WORDS`, with ":all" or ":loaded" behind it where it is of other runs than the analysis keeps
     value: float  # [kg*m^2]
     u: float | None  # as this fit itself gives it [kg*m^2]; None where it has none
-
-    @property
-    def words(self) -> str:
-        """Which fit it is, in words."""
-        return fit_words(self.name)
 
 
 def fit_words(name: str) -> str:
@@ -262,31 +259,28 @@ def class_references(values: Iterable[tuple[str | None, float, float]]) -> dict[
     absolute deviation, for a station; for "all" it is the scatter itself, for the gyroscopes may differ. Neither is
     smaller than what the logs' own u allow. Empty for no logs.
     """
-    stations: dict[str, list[tuple[float, float]]] = {}
-    everyone: list[tuple[float, float]] = []
-    for station, value, u in values:
-        everyone.append((value, u))
-        if station is not None:
-            stations.setdefault(station, []).append((value, u))
-    if not everyone:
-        return {}
     references = {}
-    for station, logs in sorted(stations.items()):
-        if len(logs) >= FEW:
-            median, scatter, least = _robust(logs)
-            u = max(MEDIAN_TO_MEAN * scatter / math.sqrt(len(logs)), least)
-            references[station] = Reference(median, u, f"the median of the {len(logs)} logs of station {station}")
-    median, scatter, least = _robust(everyone)
-    words = "this log alone" if len(everyone) == 1 else f"the median of all {len(everyone)} logs"
-    references["all"] = Reference(median, max(scatter, least), words)
+    for station, logs in sorted(_by_station((station, (value, u)) for station, value, u in values).items()):
+        whole, number = station == "all", len(logs)
+        if whole or number >= FEW:
+            median = statistics.median(value for value, _ in logs)
+            scatter = fitting.MAD_TO_SD * statistics.median(abs(value - median) for value, _ in logs)
+            least = statistics.median(u for _, u in logs) / math.sqrt(number)
+            u = max(scatter if whole else MEDIAN_TO_MEAN * scatter / math.sqrt(number), least)
+            words = (
+                f"the median of all {number} logs" if whole else f"the median of the {number} logs of station {station}"
+            )
+            references[station] = Reference(median, u, "this log alone" if number == 1 else words)
     return references
 
 
-def _robust(logs: list[tuple[float, float]]) -> tuple[float, float, float]:
-    """Median, scatter about it, and the u that the median has from the logs' own."""
-    median = statistics.median(value for value, _ in logs)
-    scatter = fitting.MAD_TO_SD * statistics.median(abs(value - median) for value, _ in logs)
-    return median, scatter, statistics.median(u for _, u in logs) / math.sqrt(len(logs))
+def _by_station(logs: Iterable[tuple[str | None, Log]]) -> dict[str, list[Log]]:
+    """Put together what is of one station; under "all" stands everything."""
+    groups: dict[str, list[Log]] = {}
+    for station, log in logs:
+        for name in {"all", station or "all"}:
+            groups.setdefault(name, []).append(log)
+    return groups
 
 
 # --- the bench: how well is measured, where a log does not say ----------------------------------------------
@@ -367,13 +361,12 @@ def class_scatter(logs: Iterable[tuple[str | None, Sequence[tuple[float, int]]]]
     every other. It is the root mean square over the logs, none counted as more than `ROUGHEST`, so that a few that hold
     anything but a rough bench do not speak for all.
     """
-    groups: dict[str, list[float]] = {"all": []}
-    for station, log in logs:
-        dof = sum(dof for _, dof in log)
-        if dof:
-            square = min(math.fsum(chi2 for chi2, _ in log) / dof, ROUGHEST**2)
-            for name in {"all", station or "all"}:
-                groups.setdefault(name, []).append(square)
+    squares_of = (
+        (station, min(math.fsum(chi2 for chi2, _ in log) / dof, ROUGHEST**2))
+        for station, log in logs
+        if (dof := sum(dof for _, dof in log))
+    )
+    groups: dict[str, list[float]] = {"all": []} | _by_station(squares_of)
     found = {}
     for name, squares in groups.items():
         enough = len(squares) >= ENOUGH

@@ -92,7 +92,7 @@ class TestWhatItSays:
 class TestThePage:
     @pytest.mark.parametrize("name", NAMES)
     def test_needs_nothing_else_and_runs_nothing(self, name: str) -> None:
-        text = feedback_html(stored(name), {"torque": b"\x89PNG1", "period": b"\x89PNG2"}, {"torque": "a line"})
+        text = feedback_html(stored(name), {"torque": (b"\x89PNG1", "a line"), "period": (b"\x89PNG2", "")})
         page = Page(text)
         assert page.open == []
         assert not {"script", "link", "iframe", "object"} & set(page.tags)

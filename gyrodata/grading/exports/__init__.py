@@ -19,7 +19,7 @@ from msgspec.structs import asdict
 
 from gyrodata import __version__
 from gyrodata.grading.grade import Grade, points_text, two_decimals
-from gyrodata.grading.ledger import csv_lines, csv_rows
+from gyrodata.grading.ledger import csv_lines, csv_table
 from gyrodata.grading.submissions.names import shown
 from gyrodata.reporting import count_text, csv_cell
 
@@ -159,14 +159,11 @@ def compare_tables(before: str, after: str) -> tuple[Change, ...] | None:
 def read_table(table: str) -> dict[str, dict[str, str]] | None:
     """Read a table of grades, each student's cells by column; None where there are no such columns."""
     try:
-        head, *rows = (cells for _, cells in csv_rows(table))
-    except (csv.Error, ValueError):
+        rows = {row["student"]: row for _, row in csv_table(table, "student", STATUS, TOTAL)}
+    except (csv.Error, LookupError):
         return None
-    if not {"student", STATUS, TOTAL} <= set(head):
-        return None
-    blank = dict.fromkeys(filter(None, head), "")
-    found = (blank | {column: cell for column, cell in zip(head, cells, strict=False) if column} for cells in rows)
-    return {row["student"]: row for row in found if row["student"] != POINTS_ROW}
+    rows.pop(POINTS_ROW, None)
+    return rows
 
 
 def _points_text(row: Mapping[str, str]) -> str | None:

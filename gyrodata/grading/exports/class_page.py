@@ -29,12 +29,12 @@ MOST_NAMED = 500  # people of one slip, and lines of one reason, that are listed
 
 
 def class_page(
-    found: ClassGrades, feedback: Callable[[str], str], offers: Sequence[Offer], files: Callable[[str], str]
+    found: ClassGrades, feedback: Callable[[str], str], offers: Sequence[Offer], files: Mapping[str, str]
 ) -> Iterator[str]:
     """Write the page of a class.
 
     `feedback`: Gives a student's page, as a path below the folder of the class page. `offers`: What waits for a person,
-    those of one reason together. `files`: Names what there is to look into.
+    those of one reason together. `files`: What there is to look into.
 
     Every name, note and number from outside is escaped; no clock time, nothing from another place.
     """
@@ -46,7 +46,7 @@ def class_page(
         "found": found,
         "version": __version__,
         "link": lambda student: quote(feedback(student).encode("utf-8", "replace")),
-        "files": files,
+        "files": files.__getitem__,
         "desk": DESK,
         "desk_head": csv_lines([COLUMNS]).strip(),
         "desk_line": lambda offer: csv_lines([offer.cells]).rstrip("\n"),

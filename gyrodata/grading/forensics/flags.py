@@ -5,7 +5,6 @@ Here: how chances become flags, and what is odd in one log by itself. `copies` c
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable
 from typing import Literal, get_args
 
@@ -35,24 +34,6 @@ class Flag(Struct, frozen=True):
     expected: float  # how many such flags, as strong as this or stronger, chance makes in an honest class of this size
     previous: tuple[str, ...] = ()  # keys of earlier logs that it is about, sorted
     pairs: tuple[tuple[str, str], ...] = ()  # what joins all of them, the strongest first; each pair brings in a log
-
-
-def chi2_lower_tail(chi2: float, dof: float) -> float:
-    """Probability of a chi-square at most this large.
-
-    Gives: P(dof/2, chi2/2), the regularised lower incomplete gamma function, by its series (DLMF 8.11.4), which keeps
-    all digits of a tiny probability.
-    """
-    if chi2 <= 0:
-        return 0.0
-    order, half = dof / 2, chi2 / 2
-    term = total = 1.0
-    step = order
-    while term > 1e-16 * total:
-        step += 1
-        term *= half / step
-        total += term
-    return min(1.0, math.exp(order * math.log(half) - half - math.lgamma(order + 1)) * total)
 
 
 # --- pairs of logs that are too much alike ------------------------------------------------------------------
@@ -102,12 +83,14 @@ def flag_pairs(
 
 def flag_scatter(logs: Logs) -> list[Flag]:
     """Find logs whose times lie closer to straight lines than a hand can put them."""
+    from scipy.special import gammainc
+
     flags = []
     both = enumerate(zip(logs.prints, logs.scatters, strict=True))
     timed = [(i, scatter) for i, (log, scatter) in both if i < logs.current and log.by_hand and scatter is not None]
     for i, scatter in timed:
-        # Half of all chi-squares are below their mean, or more; that is never rare.
-        p = chi2_lower_tail(scatter.squares / HAND**2, scatter.dof) if scatter.size < HAND else 1.0
+        # The probability of a chi-square at most this large.
+        p = float(gammainc(scatter.dof / 2, scatter.squares / HAND**2 / 2))
         if p * len(timed) <= ALLOWED:
             evidence = (
                 f"its {scatter.times} times lie within {scatter.size:.2g} s of straight lines in the spin, "

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from gyrodata.grading.hand_in import read_hand_in
     from gyrodata.grading.journal import Basis, Entry, Journal, why_again
     from gyrodata.grading.lastrun import JOURNAL, digest_of, find_unchanged, keep_run
-    from gyrodata.grading.late import duration_text, judge_lateness
+    from gyrodata.grading.late import judge_lateness
     from gyrodata.grading.ledger import DESK, TODO, Desk, read_desk
     from gyrodata.grading.platforms import PLATFORMS
     from gyrodata.grading.roster import Person, Roster, read_roster
@@ -48,7 +48,7 @@ __all__ = [
     "Filled", "Fingerprint", "Flag", "Grade", "Gradebooks", "GradingOptions", "Journal", "Mark", "Person",
     "Reference", "Roster", "Rubric", "Slip", "Submission", "Submissions", "autograder_files",
     "changes_in", "class_page", "class_references", "class_scatter", "class_summary", "default_rubric",
-    "default_rubric_text", "digest_of", "distance", "duration_text", "feedback_html", "feedback_markdown", "fill_book",
+    "default_rubric_text", "digest_of", "distance", "feedback_html", "feedback_markdown", "fill_book",
     "find_desk", "find_slips", "find_submissions", "find_unchanged", "fingerprint", "flag_class", "grade_autograder",
     "grade_class", "grade_lines", "grade_submission", "grades_csv", "grades_document", "judge_lateness", "keep_run",
     "own_runs", "points_text", "read_answers", "read_desk", "read_hand_in",

@@ -6,7 +6,7 @@ import errno
 import hashlib
 import zipfile
 import zlib
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from functools import partial
 from itertools import combinations
 from pathlib import Path, PurePosixPath
@@ -16,7 +16,7 @@ from msgspec import Struct
 from gyrodata.diagnostics import DESK_CANNOT_BE_READ, GRADES_FOLDER_CANNOT_BE_WRITTEN
 from gyrodata.disk import file_name, new_file, telling, write_changed, write_whole
 from gyrodata.errors import InputError
-from gyrodata.grading.classroom import PRELOAD, ClassGrades, GradingOptions, figure_path
+from gyrodata.grading.classroom import PRELOAD, ClassGrades, GradingOptions, figure_path, share_of
 from gyrodata.grading.exports import TOTAL, Change, compare_tables, flags_csv, grades_document, read_table
 from gyrodata.grading.exports.class_page import class_page
 from gyrodata.grading.exports.gradebooks import Filled, Ours, fill_book
@@ -242,50 +242,38 @@ ARCHIVE = "feedback.zip"
 ENDINGS = (".html", ".md")
 
 
-class _Task(Struct, frozen=True):
-    """One student's feedback to be written."""
-
-    grade: Grade
-    page: str  # name of its files, without their endings
-    figures: Mapping[str, tuple[Path, str]]  # file of each figure, and what it shows, by name
-
-
-MOST_TASKS = 8  # that a worker is given at once: to be asked costs as much as to render
+_Task = tuple[Grade, str, Mapping[str, tuple[Path, str]]]
+"""One student's grade; the name of the pages, without their endings; the file and the words of each figure, by name."""
 
 _FOR_ALL = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EROFS, errno.EMFILE, errno.ENFILE, errno.ENOMEM)
 """What the system says of no single name: a disk that is full or broken, and the like."""
 
 
-def _write_pages(
-    folder: Path, before: Mapping[str, int], tasks: Sequence[_Task]
-) -> dict[str, str | list[str]] | InputError:
-    """Write the pages of some students, in a worker: by page what was changed by hand, or why it cannot be written.
+def _write_pages(folder: Path, before: Mapping[str, int], task: _Task) -> list[str] | str | InputError:
+    """Write what one student gets, in a worker: what of it was changed by hand, and is kept.
 
-    A name that cannot be written costs that student only; or it is given what stops it for everybody.
+    A name that cannot be written costs that student only: why it cannot; or what stops it for everybody.
     """
-    told: dict[str, str | list[str]] = {}
     try:
         with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-            for task in tasks:
-                try:
-                    told[task.page] = list(_write_page(folder, before, task))
-                except OSError as error:
-                    if error.errno in _FOR_ALL:
-                        raise
-                    told[task.page] = error.strerror or str(error)
+            try:
+                return list(_write_page(folder, before, *task))
+            except OSError as error:
+                if error.errno in _FOR_ALL:
+                    raise
+                return error.strerror or str(error)
     except InputError as error:
         return error
-    return told
 
 
-def _write_page(folder: Path, before: Mapping[str, int], task: _Task) -> Iterator[str]:
-    """Write what one student gets; tell what of it was changed by hand, and is kept."""
+def _write_page(
+    folder: Path, before: Mapping[str, int], grade: Grade, stem: str, drawn: Mapping[str, tuple[Path, str]]
+) -> Iterator[str]:
     from gyrodata.grading.feedback import feedback_html, feedback_markdown
 
-    figures = {name: (path.read_bytes(), words) for name, (path, words) in task.figures.items()}
-    texts = feedback_html(task.grade, figures), feedback_markdown(task.grade)
-    for ending, text in zip(ENDINGS, texts, strict=True):
-        page = f"{FOLDER}/{task.page}{ending}"
+    figures = {name: (path.read_bytes(), words) for name, (path, words) in drawn.items()}
+    for ending, text in zip(ENDINGS, (feedback_html(grade, figures), feedback_markdown(grade)), strict=True):
+        page = f"{FOLDER}/{stem}{ending}"
         data = text.encode("utf-8", "replace")
         try:
             old = (folder / page).read_bytes()
@@ -294,8 +282,8 @@ def _write_page(folder: Path, before: Mapping[str, int], task: _Task) -> Iterato
         if old == data:
             continue
         # Kept first: what cannot be kept is not written over.
-        if old is not None and before and zlib.crc32(old) != before.get(f"{task.page}{ending}"):
-            kept = Path(PUBLISHED, FOLDER, f"{task.page}-{_digest(old)}{ending}")
+        if old is not None and before and zlib.crc32(old) != before.get(f"{stem}{ending}"):
+            kept = Path(PUBLISHED, FOLDER, f"{stem}-{_digest(old)}{ending}")
             write_whole(folder / kept, [old], private=True, sync=True)
             yield f"{page} was changed by hand; what it was is kept as {kept.as_posix()}"
         write_whole(folder / page, [data], private=True)
@@ -325,31 +313,37 @@ def write_feedback(
 ) -> tuple[list[str], list[str]]:
     """Write the feedback of a class into a folder and a zip; say who has none and why, and what was changed by hand."""
     names = feedback_names(found)
-    tasks = []
-    for grade, item in zip(found.grades, found.submissions.items, strict=True):
-        drawn = found.figures.get(grade.student, {}) if options.figures is not None else {}
-        figures = {name: (figure_path(options.figures or Path(), item, name), words) for name, words in drawn.items()}
-        tasks.append(_Task(grade, names[grade.student], figures))
-    # Some students at once, so that every worker comes round several times.
-    size = max(1, min(MOST_TASKS, len(tasks) // (4 * max(1, options.workers))))
-    parts = [tasks[at : at + size] for at in range(0, len(tasks), size)]
+
+    def tasks() -> Iterator[_Task]:
+        for grade, item in zip(found.grades, found.submissions.items, strict=True):
+            drawn = found.figures.get(grade.student, {}) if options.figures is not None else {}
+            home = options.figures or Path()
+            figures = {name: (figure_path(home, item, name), words) for name, words in drawn.items()}
+            yield grade, names[grade.student], figures
+
+    crew, together = (options.workers, options.limit, PRELOAD), share_of(len(found.grades), options.workers)
     work = partial(_write_pages, folder, _written_before(folder / ARCHIVE))
     lost: list[str] = []
     changed: list[str] = []
     written: list[str] = []
-    for part, answer in in_workers(work, parts, options.workers, MOST_TASKS * options.limit, PRELOAD):
-        if isinstance(answer, InputError):
-            raise answer
-        for task in part:
-            told = answer.why if isinstance(answer, Failed) else answer[task.page]
-            if isinstance(told, str):
-                lost.append(f"no feedback for {task.grade.name}: {told}")
-            else:
-                changed += told
-                written.append(task.page)
+    for (grade, page, _), told in in_workers(work, tasks(), *crew, together):
+        if isinstance(told, InputError):
+            raise told
+        if isinstance(told, list):
+            changed += told
+            written.append(page)
+        else:
+            lost.append(f"no feedback for {grade.name}: {told.why if isinstance(told, Failed) else told}")
         if progress is not None:
             progress(len(lost) + len(written))
-    _write_archive(folder, sorted(written))
+    # In a worker too: to pack costs as much as to render.
+    one, limit = min(1, options.workers), 8 * options.limit
+    for _, end in in_workers(partial(_write_archive, folder), [sorted(written)], one, limit, PRELOAD):
+        if isinstance(end, Failed):
+            message = f'"{folder / ARCHIVE}" cannot be written: {end.why}'
+            raise InputError.of(GRADES_FOLDER_CANNOT_BE_WRITTEN, message, "run it again")
+        if end is not None:
+            raise end
     return sorted(lost), sorted(changed)
 
 
@@ -362,16 +356,20 @@ def _written_before(archive: Path) -> dict[str, int]:
         return {}
 
 
-def _write_archive(folder: Path, names: list[str]) -> None:
-    """Zip the feedback of this class, and of nobody else, to the same bytes."""
-    # Synced, for it tells the next run whether somebody changed a page.
-    with (
-        telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN),
-        new_file(folder / ARCHIVE, private=True, sync=True) as file,
-        zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive,
-    ):
-        for name in (f"{name}{ending}" for name in names for ending in ENDINGS):
-            entry = zipfile.ZipInfo(name)  # of 1980: a zip's bytes should not tell the time
-            entry.compress_type = zipfile.ZIP_DEFLATED
-            entry.external_attr = 0o644 << 16
-            archive.writestr(entry, (folder / FOLDER / name).read_bytes())
+def _write_archive(folder: Path, names: list[str]) -> InputError | None:
+    """Zip the feedback of this class, and of nobody else, to the same bytes; give what stops it."""
+    try:
+        # Synced, for it tells the next run whether somebody changed a page.
+        with (
+            telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN),
+            new_file(folder / ARCHIVE, private=True, sync=True) as file,
+            zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive,
+        ):
+            for name in (f"{name}{ending}" for name in names for ending in ENDINGS):
+                entry = zipfile.ZipInfo(name)  # of 1980: a zip's bytes should not tell the time
+                entry.compress_type = zipfile.ZIP_DEFLATED
+                entry.external_attr = 0o644 << 16
+                archive.writestr(entry, (folder / FOLDER / name).read_bytes())
+    except InputError as error:
+        return error
+    return None

@@ -13,6 +13,7 @@ from typing import Annotated, Any, cast
 from msgspec import Meta, Struct, field
 
 from gyrodata.quantities import parse_uncertainty
+from gyrodata.reporting import duration_text
 from gyrodata.toml_table import Text, UnfitError
 from gyrodata.units import UnitError
 
@@ -107,19 +108,6 @@ class Lateness(Struct, frozen=True):
     deduct: float  # [points]
     reason: str  # in words; "" for in time
     look: bool  # True where a person must decide
-
-
-def duration_text(seconds: float) -> str:
-    """Write a duration [s]: "3 h 20 min", "2 days 4 h"; two units at most, cut off, not rounded."""
-    if seconds < 60:
-        return f"{seconds:.0f} s"
-    days, rest = divmod(int(seconds), 86400)
-    hours, rest = divmod(rest, 3600)
-    minutes = rest // 60
-    parts = [(days, "day" if days == 1 else "days"), (hours, "h"), (minutes, "min")]
-    while parts[0][0] == 0:
-        parts.pop(0)
-    return " ".join(f"{count} {unit}" for count, unit in parts[:2] if count)
 
 
 def judge_lateness(

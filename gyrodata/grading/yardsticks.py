@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeVar
 
 import numpy as np
 from msgspec import Meta, Struct, defstruct, field
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from gyrodata import fitting
@@ -25,7 +24,7 @@ from gyrodata.diagnostics import RUBRIC_PARTS_CONTRADICT
 from gyrodata.measurements import SOURCES
 from gyrodata.physics import Floats
 from gyrodata.quantities import parse_quantity, parse_uncertainty
-from gyrodata.readings import SHARED_UNCERTAINTIES, CellError, Readings, read_uncertainty, stated_u, u_keys
+from gyrodata.readings import CellError, Readings, read_uncertainty, with_uncertainties
 from gyrodata.reporting import count_text, inertia_text
 from gyrodata.toml_table import UnfitError
 from gyrodata.units import Uncertainty, UnitError
@@ -303,24 +302,8 @@ BenchTable = defstruct(
 
 def at_bench(readings: Readings, bench: Bench) -> tuple[Readings, tuple[str, ...]]:
     """Add what the bench is known for, where a log states nothing of its own; say what was added: "u_time 0.3 s"."""
-    known = {
-        key: u
-        for key, (_, u) in bench.items()
-        if not any(one in readings.uncertainties for one in u_keys(key.removeprefix("u_")))
-    }
-    if readings.balance_tilt or readings.balance_drift or readings.balanced is not None:
-        known.pop("u_imbalance", None)
-    columns, used = dict(readings.columns), set()
-    by_period = [columns[role] for role in ("precession_period", "precession_rate") if role in columns]
-    for role, column in readings.columns.items():
-        u = stated_u(role, known)
-        elsewhere = role == "time" and any(len(one.stated) == len(one.readings) for one in by_period)
-        if u is not None and not column.stated and not elsewhere:
-            columns[role] = replace(column, readings=tuple(replace(reading, u=u) for reading in column.readings))
-            used |= {next(key for key in u_keys(role) if key in known)}
-    shared = {key: u for key, u in known.items() if key in SHARED_UNCERTAINTIES}
-    told = tuple(f"{key} {bench[key][0]}" for key in bench if key in used or key in shared)
-    return replace(readings, columns=columns, uncertainties={**readings.uncertainties, **shared}), told
+    readings, used = with_uncertainties(readings, {key: u for key, (_, u) in bench.items()})
+    return readings, tuple(f"{key} {bench[key][0]}" for key in bench if key in used)
 
 
 ENOUGH = 8  # logs that tell how far the readings of a class scatter

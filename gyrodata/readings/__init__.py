@@ -11,6 +11,8 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from msgspec.structs import replace
+
 from gyrodata.diagnostics import HEADER_WITHOUT_RUNS, QUANTITY_MISSING
 from gyrodata.errors import insist_on_type
 from gyrodata.readings.cells import (
@@ -98,6 +100,7 @@ __all__ = [
     "to_display",
     "u_keys",
     "value_text",
+    "with_uncertainties",
     "write_log",
 ]
 
@@ -204,3 +207,25 @@ def _readings(document: Document, given: Settings, table: Table) -> Readings:
         diagnostics=document.faults.all_told(),
         source_text=document.text,
     )
+
+
+def with_uncertainties(readings: Readings, given: Mapping[str, Uncertainty]) -> tuple[Readings, set[str]]:
+    """Add uncertainties, by the keys of their lines, where a log states nothing of its own; give the keys of those."""
+    known = {
+        key: u
+        for key, u in given.items()
+        if not any(one in readings.uncertainties for one in u_keys(key.removeprefix("u_")))
+    }
+    if readings.balance_tilt or readings.balance_drift or readings.balanced is not None:
+        known.pop("u_imbalance", None)
+    columns = dict(readings.columns)
+    shared = {key: u for key, u in known.items() if key in SHARED_UNCERTAINTIES}
+    used = set(shared)
+    by_period = [columns[role] for role in ("precession_period", "precession_rate") if role in columns]
+    for role, column in readings.columns.items():
+        u = stated_u(role, known)
+        elsewhere = role == "time" and any(len(one.stated) == len(one.readings) for one in by_period)
+        if u is not None and not column.stated and not elsewhere:
+            columns[role] = replace(column, readings=tuple(replace(reading, u=u) for reading in column.readings))
+            used |= {next(key for key in u_keys(role) if key in known)}
+    return replace(readings, columns=columns, uncertainties={**readings.uncertainties, **shared}), used

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
         unfinished_text,
         watch_text,
     )
-    from gyrodata.reporting.values import count_text, inertia_text, number_text, p_text, power_of_ten
+    from gyrodata.reporting.values import count_text, duration_text, inertia_text, number_text, p_text, power_of_ten
 
 __all__ = [
     "alternatives",
@@ -31,6 +31,7 @@ __all__ = [
     "count_text",
     "csv_cell",
     "diagnostics_text",
+    "duration_text",
     "explanation",
     "github_annotations",
     "inertia_text",
@@ -70,7 +71,7 @@ _HOMES = {
         ),
         "text",
     ),
-    **dict.fromkeys(("count_text", "inertia_text", "number_text", "p_text", "power_of_ten"), "values"),
+    **dict.fromkeys(("count_text", "duration_text", "inertia_text", "number_text", "p_text", "power_of_ten"), "values"),
 }
 
 

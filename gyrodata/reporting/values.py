@@ -172,3 +172,16 @@ def p_text(p: float) -> str:
 def count_text(count: int, noun: str) -> str:
     """Write a count with its noun: "1 run", "9 runs"."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def duration_text(seconds: float) -> str:
+    """Write a duration [s]: "3 h 20 min", "2 days 4 h"; two units at most, cut off, not rounded."""
+    if seconds < 60:
+        return f"{seconds:.0f} s"
+    days, rest = divmod(int(seconds), 86400)
+    hours, rest = divmod(rest, 3600)
+    minutes = rest // 60
+    parts = [(days, "day" if days == 1 else "days"), (hours, "h"), (minutes, "min")]
+    while parts[0][0] == 0:
+        parts.pop(0)
+    return " ".join(f"{count} {unit}" for count, unit in parts[:2] if count)

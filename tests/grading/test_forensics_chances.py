@@ -12,9 +12,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
+from gyrodata.fitting import chi2_lower_tail, chi2_tail
 from gyrodata.grading.forensics import flag_class
 from gyrodata.grading.forensics.copies import tails
 from gyrodata.grading.forensics.logs import lay_out
+
+
+@pytest.mark.parametrize("dof", [1, 2, 5, 9, 24, 190])
+@pytest.mark.parametrize("share", [1e-6, 0.01, 0.3, 1.0, 2.0])
+def test_the_lower_tail_of_chi_square_agrees_with_scipy(dof: int, share: float) -> None:
+    assert chi2_lower_tail(share * dof, dof) == pytest.approx(stats.chi2.cdf(share * dof, dof), rel=1e-10)
+
+
+def test_the_two_tails_of_chi_square_add_up() -> None:
+    assert chi2_lower_tail(7.3, 6) + chi2_tail(7.3, 6) == pytest.approx(1, abs=1e-14)
+    assert chi2_lower_tail(0, 6) == 0
 
 
 @given(st.integers(1, 40), st.floats(1e-6, 0.5))
@@ -65,23 +77,13 @@ def test_the_scatter_is_what_least_squares_leave() -> None:
     for name, scatter in zip(found.keys, found.scatters, strict=True):
         torque, lever, time = (np.array(getattr(prints[name], of)) for of in ("torque", "spin", "time"))
         lever *= prints[name].turns
-        parts = [torque == one for one in np.unique(torque)]
-
-        def beside_the_lever(
-            values: np.ndarray, lever: np.ndarray = lever, parts: list[np.ndarray] = parts
-        ) -> np.ndarray:
-            return values - sum((lever * part) * (values @ (lever * part)) / (lever @ (lever * part)) for part in parts)
-
-        # What is left of a constant when the slopes are taken out, and of the times when that is taken out too.
-        ones, left = beside_the_lever(np.ones(len(time))), beside_the_lever(time)
-        biased = bool(ones @ ones > 1e-15 * len(time))
-        if biased:
-            left -= ones * (ones @ left) / (ones @ ones)
-        dof = len(time) - len(parts) - biased
+        design = np.column_stack([lever * (torque == one) for one in np.unique(torque)] + [np.ones(len(time))])
+        solution, _, rank, _ = np.linalg.lstsq(design, time, rcond=1e-9)
+        dof = len(time) - int(rank)
         assert (scatter.dof if scatter else 0) == dof
         if scatter:
             rounding = dof * np.mean(np.square(prints[name].time_step)) / 12
-            assert scatter.squares - rounding == pytest.approx(left @ left, rel=1e-9)
+            assert scatter.squares - rounding == pytest.approx(np.sum((time - design @ solution) ** 2), rel=1e-9)
 
 
 def test_a_copy_is_found_among_logs_that_share_much_by_chance() -> None:

@@ -22,11 +22,11 @@ from gyrodata.grading import (
     class_references,
     default_rubric,
     default_rubric_text,
-    duration_text,
     judge_lateness,
     read_rubric,
 )
 from gyrodata.grading.rubric import make_curve, parse_condition
+from gyrodata.reporting import duration_text
 from gyrodata.toml_table import UnfitError, find_places
 
 HEAD = 'schema = 1\npoints = 4\n[[criterion]]\nid = "izz"\ncheck = "own_data"\npoints = 4\n'

@@ -17,6 +17,7 @@ from base64 import urlsafe_b64encode
 from collections.abc import Mapping
 from hashlib import sha256
 from importlib.metadata import distributions
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -27,26 +28,6 @@ from gyrodata.grading.criteria import Mark
 from gyrodata.grading.grade import Grade, not_graded
 from gyrodata.grading.rubric import ASKS, Rubric
 from gyrodata.grading.submissions import Submission, find_submissions
-
-_SETUP = """\
-#!/usr/bin/env bash
-# Makes the image once: gyrodata with a Python of its own, its byte code compiled, for each submission starts anew.
-set -euo pipefail
-apt-get update
-apt-get install -y --no-install-recommends ca-certificates python3-venv
-python3 -m venv /autograder/uv
-/autograder/uv/bin/pip install --quiet uv
-/autograder/uv/bin/uv venv --python ">=3.11" /autograder/gyro
-/autograder/uv/bin/uv pip install --python /autograder/gyro/bin/python --compile-bytecode /autograder/source/{wheel}
-/autograder/gyro/bin/gyro --version
-"""
-
-_RUN = """\
-#!/usr/bin/env bash
-# Grades submission by source/rubric.toml, and writes results/results.json.
-# After ten minutes Gradescope would give a zero; an autograder that is stopped before is told as one that failed.
-cd "$(dirname "$0")" && exec timeout 300 gyro/bin/gyro autograde .
-"""
 
 _COMPARED = ("d", "z", "ratio")  # what the detail of a mark has that was held against the right value
 
@@ -69,8 +50,14 @@ def autograder_files(rubric: Rubric, text: str) -> dict[str, bytes]:
             )
             raise InputError.of(AUTOGRADER_CANNOT_BE_MADE, message, hint, rubric.name)
     name, wheel = _wheel()
-    setup = _SETUP.format(wheel=name)
-    return {"setup.sh": setup.encode(), "run_autograder": _RUN.encode(), "rubric.toml": text.encode(), name: wheel}
+    scripts = files("gyrodata.grading").joinpath("autograder")
+    setup, run = (scripts.joinpath(one).read_text("utf-8") for one in ("setup.sh", "run_autograder"))
+    return {
+        "setup.sh": setup.replace("{wheel}", name).encode(),
+        "run_autograder": run.encode(),
+        "rubric.toml": text.encode(),
+        name: wheel,
+    }
 
 
 def _wheel() -> tuple[str, bytes]:

@@ -10,6 +10,7 @@ from typing import Literal, get_args
 
 from msgspec import Struct
 
+from gyrodata.fitting import chi2_lower_tail
 from gyrodata.grading.forensics.logs import HAND, Logs
 
 Kind = Literal["shared rows", "same spins", "scatter"]
@@ -83,14 +84,12 @@ def flag_pairs(
 
 def flag_scatter(logs: Logs) -> list[Flag]:
     """Find logs whose times lie closer to straight lines than a hand can put them."""
-    from scipy.special import gammainc
-
     flags = []
     both = enumerate(zip(logs.prints, logs.scatters, strict=True))
     timed = [(i, scatter) for i, (log, scatter) in both if i < logs.current and log.by_hand and scatter is not None]
     for i, scatter in timed:
-        # The probability of a chi-square at most this large.
-        p = float(gammainc(scatter.dof / 2, scatter.squares / HAND**2 / 2))
+        # Half of all chi-squares are below their mean, or more; that is never rare.
+        p = chi2_lower_tail(scatter.squares / HAND**2, scatter.dof) if scatter.size < HAND else 1.0
         if p * len(timed) <= ALLOWED:
             evidence = (
                 f"its {scatter.times} times lie within {scatter.size:.2g} s of straight lines in the spin, "

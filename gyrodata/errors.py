@@ -6,6 +6,7 @@ One `Diagnostic` is one fault at one place; one family of errors carries them to
 
 from __future__ import annotations
 
+import unicodedata
 from collections.abc import Collection, Iterable
 from types import UnionType
 from typing import Any
@@ -27,6 +28,19 @@ PICTURES = {
 def printable(name: str) -> str:
     """Give a file name as it can be printed: a byte that is no UTF-8 becomes a question mark."""
     return name.encode("utf-8", "replace").decode("utf-8")
+
+
+# Letters may need a joiner; nothing needs an override of the direction or a bell.
+_JOINERS = "\u200c\u200d"
+
+
+def shown(text: object) -> str:
+    """Give a text as it can be printed: one line, composed letters, no control characters or marks that turn it."""
+    line = " ".join(printable(str(text)).split())
+    if line.isprintable() and unicodedata.is_normalized("NFC", line):
+        return line
+    kept = (one for one in line if one in _JOINERS or unicodedata.category(one) not in ("Cc", "Cf"))
+    return " ".join(unicodedata.normalize("NFC", "".join(kept)).split())
 
 
 class Diagnostic(Struct, frozen=True):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Iterable, Sequence
 
@@ -29,6 +27,7 @@ from gyrodata.benchmark.stability import (
 from gyrodata.benchmark.timing import MOST_APART
 from gyrodata.benchmark.trials import CHARTED, HONEST, TIE, Breakdown, Trial, TrialPanel, run_trials, try_breakdowns
 from gyrodata.effects import DROP_ALL
+from gyrodata.reporting import csv_lines
 
 Cell = str | float | int | bool | None
 
@@ -186,10 +185,7 @@ def _map_cells(pairs: Iterable[MapPair]) -> list[Sequence[Cell]]:
 
 
 def _csv(header: str, rows: Iterable[Sequence[Cell]]) -> str:
-    out = io.StringIO()
-    out.write(header + "\n")
-    csv.writer(out, lineterminator="\n").writerows([_cell(value) for value in row] for row in rows)
-    return out.getvalue()
+    return f"{header}\n{csv_lines(map(_cell, row) for row in rows)}"
 
 
 def _cell(value: Cell) -> str:

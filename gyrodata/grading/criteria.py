@@ -16,7 +16,7 @@ from gyrodata.grading.rubric import ASKS, KINDS, Criterion
 from gyrodata.grading.slips import Slip
 from gyrodata.grading.yardsticks import COARSEST, BenchScatter, OwnRuns, OwnValue, Reference, fit_words
 from gyrodata.readings import Reported
-from gyrodata.reporting import count_text, inertia_text, p_text, power_of_ten
+from gyrodata.reporting import count_text, factor_text, inertia_range_text, inertia_text, p_text
 
 if TYPE_CHECKING:
     from gyrodata.results import Analysis
@@ -258,9 +258,9 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
     known = known or [evidence.own.yardstick * abs(evidence.own.values[0].value)]
     low, high = min(known), max(known)
     ratio = 1.0 if low <= u <= high else u / low if u < low else u / high
-    undone = f", {_range_text(u, u)} with the slip undone," if evidence.slips else ""
-    reason = f"± {_range_text(evidence.reported.u, evidence.reported.u)}{undone}"
-    whole = _range_text(low, high)
+    undone = f", {inertia_range_text(u, u)} with the slip undone," if evidence.slips else ""
+    reason = f"± {inertia_range_text(evidence.reported.u, evidence.reported.u)}{undone}"
+    whole = inertia_range_text(low, high)
     if ratio == 1:
         reason += f" goes with your runs, whose fits give {whole}"
     else:
@@ -272,14 +272,6 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
         if mean and abs(u / (mean * math.sqrt(runs)) - 1) < 0.1:
             reason += "; it is the scatter of single runs, and that of their mean is √n times smaller"
     return mark(criterion, criterion.curve.share(ratio), reason, {"ratio": ratio, "u": u, "u_low": low, "u_high": high})
-
-
-def _range_text(low: float, high: float) -> str:
-    """Write a range of uncertainties: "(1.7 to 5.8) × 10⁻⁵ kg·m²"."""
-    factor, power = power_of_ten(high)
-    texts = [f"{end / factor:.2g}" for end in (low, high)]
-    numbers = texts[0] if texts[0] == texts[1] else f"({texts[0]} to {texts[1]})"
-    return f"{numbers} × {power} kg·m²" if power else f"{numbers} kg·m²"
 
 
 def _units(criterion: Criterion, evidence: Evidence) -> Mark:
@@ -324,14 +316,6 @@ def _given(evidence: Evidence) -> tuple[float, OwnValue]:
     assert evidence.reported.value is not None
     assert evidence.matched is not None
     return evidence.reported.value, evidence.matched
-
-
-def factor_text(factor: float) -> str:
-    """Write a factor: "9.55 times", "1/9.55 of"."""
-    sign, size = "−" if factor < 0 else "", abs(factor)
-    number = 1 / size if 0 < size < 1 else size
-    digits = f"{number:.3g}" if number < 1000 else f"{number:.0f}" if number < 1e6 else f"{number:.2g}"
-    return f"{sign}1/{digits} of" if 0 < size < 1 else f"{sign}{digits} times"
 
 
 _JUDGES: dict[str, Callable[[Criterion, Evidence], Mark]] = {

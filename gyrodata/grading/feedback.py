@@ -9,11 +9,10 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from gyrodata.grading.criteria import factor_text
+from gyrodata.errors import shown
 from gyrodata.grading.grade import Grade, points_text
-from gyrodata.grading.submissions.names import shown
 from gyrodata.grading.templates import environment, sentence
-from gyrodata.reporting import inertia_text
+from gyrodata.reporting import factor_text, inertia_text
 
 # Read once, in the process from which the crew of a class is forked.
 _PAGE, _TEXT = (environment().get_template(f"feedback.{kind}.jinja") for kind in ("html", "md"))

@@ -34,7 +34,7 @@ from gyrodata.grading.yardsticks import (
     own_runs,
     station_key,
 )
-from gyrodata.readings import Readings, Reported, read_reported
+from gyrodata.readings import Readings, read_reported, usable_inertia
 
 if TYPE_CHECKING:
     from gyrodata.grading.submissions import Submission
@@ -44,9 +44,6 @@ if TYPE_CHECKING:
 FAR = 3.0  # a report farther than this from every accepted fit [u], and explained by no known slip, is worth a look
 
 REPORTED = ("text", "value", "u", "line")  # what is kept of a reported I_zz
-
-HUGE = 1e30  # a number above this, or below one over it, is no report [kg*m^2]
-
 
 Record = TypeVar("Record", bound=Struct)
 
@@ -89,9 +86,8 @@ class Grade(Struct, frozen=True, kw_only=True):
     """"text", "value" and "u" [kg*m^2], "line"; empty where nothing is reported."""
     own: Mapping[str, Mapping[str, float | None]]
     """"value" and "u" [kg*m^2] of each accepted fit of the student's own runs."""
-    inertia: float | None = (
-        None  # I_zz that the student's own runs give by the recommended fit, accepted or not [kg*m^2]
-    )
+    inertia: float | None = None
+    """I_zz that the student's own runs give by the recommended fit, accepted or not [kg*m^2]."""
     inertia_u: float | None = None  # its standard uncertainty [kg*m^2]
     matched: str | None = None  # the accepted fit that the report comes nearest to, a slip undone
     d: float | None = None  # distance of the report from it, as reported [u]
@@ -257,7 +253,7 @@ def _gather(
     analysis: Analysis, lacks: list[Diagnostic], answers: Answers, rubric: Rubric, bench: tuple[str, ...]
 ) -> Evidence:
     """Hold the report against the student's own runs."""
-    own, reported = own_runs(analysis, rubric.accept), usable(answers.inertia)
+    own, reported = own_runs(analysis, rubric.accept), usable_inertia(answers.inertia)
     evidence = Evidence(
         analysis=analysis,
         lacks=lacks,
@@ -276,20 +272,6 @@ def _gather(
         matched = next(value for value in own.values if value.name == slips[0].fit)
     d = distance(reported.value, matched.value, step, own.yardstick)
     return replace(evidence, matched=matched, d=d, slips=slips)
-
-
-def usable(reported: Reported | None) -> Reported | None:
-    """Take the number of a report without a usable unit as kg·m²: the unit is judged once, by itself."""
-    if reported is None:
-        return None
-    read = reported
-    if reported.value is None and reported.unit:
-        again = read_reported("inertia", reported.text.replace(reported.unit, "kg*m^2"))
-        read = replace(reported, value=again.value, u=again.u, step=again.step, u_step=again.u_step)
-    sizes = [abs(size) for size in (read.value, read.u) if size]
-    if read.value is None or all(1 / HUGE <= size <= HUGE for size in sizes):
-        return read
-    return replace(read, value=None, problem=f'"{read.text[:60]}" is far from any moment of inertia')
 
 
 def _looks(evidence: Evidence) -> list[str]:

@@ -6,12 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path, PurePosixPath
 
 from gyrodata.diagnostics import ANSWER_ELSEWHERE, ANSWER_MISSING, ANSWER_READ, NO_SUBMISSION
-from gyrodata.errors import Diagnostic, InputError
-from gyrodata.grading.grade import station_of, usable
+from gyrodata.errors import Diagnostic, InputError, shown
+from gyrodata.grading.grade import station_of
 from gyrodata.grading.submissions import Submission, submission_of
-from gyrodata.grading.submissions.names import shown
 from gyrodata.grading.submissions.student_files import Answers
-from gyrodata.readings import Readings, Reported, listing
+from gyrodata.readings import Readings, Reported, listing, usable_inertia
 from gyrodata.reporting import inertia_text
 from gyrodata.results import HandIn
 
@@ -23,7 +22,7 @@ def read_hand_in(paths: Sequence[Path]) -> tuple[Readings, HandIn, tuple[Diagnos
         hint = "a log is a CSV file or a workbook; gyro template prints one to fill in"
         raise InputError.of(NO_SUBMISSION, submission.problem, hint, paths[0].name)
     readings, answers = submission.read()
-    reported = usable(answers.inertia) or Reported("inertia", "")
+    reported = usable_inertia(answers.inertia) or Reported("inertia", "")
     one = HandIn(
         text=reported.text or None, inertia=reported.value, u=reported.u, file=answers.file or None,
         line=reported.line, station=station_of(readings),

@@ -26,7 +26,7 @@ from gyrodata.grading.grade import Decision, Grade, added_up, two_decimals
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.yardsticks import station_key
 from gyrodata.readings import read_reported
-from gyrodata.reporting import csv_cell
+from gyrodata.reporting import csv_cell, csv_lines
 from gyrodata.toml_table import UnfitError, nearest
 
 DESK, TODO = "desk.csv", "desk-todo.csv"
@@ -84,7 +84,7 @@ class Desk(Struct, frozen=True):
         if marks != grade.marks:
             grade = added_up(replace(grade, marks=marks))
         if total := given.get("total"):
-            points = round(_number(total.value) or 0.0, 2)
+            points = round(read_number(total.value) or 0.0, 2)
             grade = replace(grade, status="graded", why=None, points=points, late_deduction=0.0)
         if "hold" in given:
             grade = replace(grade, status="on hold", why=None, points=None)
@@ -101,7 +101,7 @@ NO_DESK = Desk({})
 def _given(mark: Mark, decision: Decision) -> Mark:
     """Make a mark of points given by hand."""
     reason = f"given by hand: {decision.told}" if decision.told else "given by hand"
-    return replace(mark, points=round(_number(decision.value) or 0.0, 2), reason=reason, detail={}, rule="")
+    return replace(mark, points=round(read_number(decision.value) or 0.0, 2), reason=reason, detail={}, rule="")
 
 
 def read_desk(data: bytes, students: Mapping[str, str], rubric: Rubric) -> Desk:
@@ -173,27 +173,22 @@ def _value(what: str, value: str, points: Mapping[str, float], known: Mapping[st
     return _student(value, known) if what == "partner" else "" if what in BARE else value
 
 
-def _number(text: str) -> float | None:
+def read_number(text: str) -> float | None:
+    """Read a number as platforms do."""
+    *whole, last = re.split("[.,]", text)
     try:
-        return float(text.replace(",", "."))
+        return float(f"{''.join(whole)}.{last}" if whole else last)
     except ValueError:
         return None
 
 
 def _is_points(text: str, most: float) -> bool:
     """Tell whether a cell is a number of points that may be given."""
-    points = _number(text)
+    points = read_number(text)
     return points is not None and 0 <= points <= most
 
 
 # --- tables as CSV ------------------------------------------------------------------------------------------
-
-
-def csv_lines(rows: Iterable[Iterable[str]]) -> str:
-    """Write rows as lines of CSV."""
-    out = io.StringIO()
-    csv.writer(out, lineterminator="\n").writerows(rows)
-    return out.getvalue()
 
 
 def csv_table(text: str, *needed: str) -> Iterator[tuple[int, dict[str, str]]]:
@@ -257,5 +252,5 @@ def todo_csv(offers: Iterable[Offer], names: Mapping[str, str], files: Mapping[s
 
 def same_value(one: str, other: str) -> bool:
     """Tell whether two cells say the same, as numbers where they are: a spreadsheet writes 20.00 as 20."""
-    numbers = _number(one), _number(other)
+    numbers = read_number(one), read_number(other)
     return one.strip() == other.strip() if None in numbers else two_decimals(numbers[0]) == two_decimals(numbers[1])

@@ -6,7 +6,7 @@ import re
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-from gyrodata.grading.submissions.names import shown
+from gyrodata.errors import shown
 from gyrodata.grading.yardsticks import fit_words
 
 if TYPE_CHECKING:

@@ -26,6 +26,7 @@ from gyrodata.readings.cells import (
     read_cell,
     read_reported,
     rounded_turns,
+    usable_inertia,
 )
 from gyrodata.readings.columns import choose, note_unplaced
 from gyrodata.readings.headers import parse_header
@@ -99,6 +100,7 @@ __all__ = [
     "stated_u",
     "to_display",
     "u_keys",
+    "usable_inertia",
     "value_text",
     "with_uncertainties",
     "write_log",

@@ -442,6 +442,23 @@ def read_reported(key: str, text: str, line: int | None = None, ask: bool = True
     return _with_units(read, written, ask)
 
 
+_HUGE = 1e30  # a number above this, or below one over it, is no moment of inertia [kg*m^2]
+
+
+def usable_inertia(reported: Reported | None) -> Reported | None:
+    """Take the number of a report without a usable unit as kg·m²: the unit is judged once, by itself."""
+    if reported is None:
+        return None
+    read = reported
+    if reported.value is None and reported.unit:
+        again = read_reported("inertia", reported.text.replace(reported.unit, "kg*m^2"))
+        read = replace(reported, value=again.value, u=again.u, step=again.step, u_step=again.u_step)
+    sizes = [abs(size) for size in (read.value, read.u) if size]
+    if read.value is None or all(1 / _HUGE <= size <= _HUGE for size in sizes):
+        return read
+    return replace(read, value=None, problem=f'"{read.text[:60]}" is far from any moment of inertia')
+
+
 _ANSWER_FOLLOWS = r"(?i)(?:[=:≈|\t]|\bis\b)\s*(?=[-+(~≈\s]*[.\d]|(?:about|ca\.?|approx\S*)\s)"
 _OF_OTHERS = r"(?i)theor|liter|manual|expect|nominal|refer|textbook|accept|true|given|simulat"
 _CUTS = r"[,;.)|]?\s+|[.,;|]*$"

@@ -9,7 +9,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from gyrodata.reporting.data import csv_cell, json_text, runs_csv, table_header, table_rows, unanswered_row
+    from gyrodata.reporting.data import (
+        csv_cell,
+        csv_lines,
+        json_text,
+        runs_csv,
+        table_header,
+        table_rows,
+        unanswered_row,
+    )
     from gyrodata.reporting.files import alternatives, report_files, shown_form
     from gyrodata.reporting.latex import latex_report
     from gyrodata.reporting.markdown import markdown_report
@@ -23,17 +31,32 @@ if TYPE_CHECKING:
         unfinished_text,
         watch_text,
     )
-    from gyrodata.reporting.values import count_text, duration_text, inertia_text, number_text, p_text, power_of_ten
+    from gyrodata.reporting.values import (
+        count_text,
+        duration_text,
+        factor_text,
+        in_columns,
+        inertia_range_text,
+        inertia_text,
+        number_text,
+        p_text,
+        power_of_ten,
+        size_text,
+    )
 
 __all__ = [
     "alternatives",
     "check_text",
     "count_text",
     "csv_cell",
+    "csv_lines",
     "diagnostics_text",
     "duration_text",
     "explanation",
+    "factor_text",
     "github_annotations",
+    "in_columns",
+    "inertia_range_text",
     "inertia_text",
     "json_text",
     "latex_report",
@@ -45,6 +68,7 @@ __all__ = [
     "report_page",
     "runs_csv",
     "shown_form",
+    "size_text",
     "summary",
     "table_header",
     "table_rows",
@@ -58,7 +82,9 @@ _HOMES = {
     "latex_report": "latex",
     "markdown_report": "markdown",
     "report_page": "page",
-    **dict.fromkeys(("csv_cell", "json_text", "runs_csv", "table_header", "table_rows", "unanswered_row"), "data"),
+    **dict.fromkeys(
+        ("csv_cell", "csv_lines", "json_text", "runs_csv", "table_header", "table_rows", "unanswered_row"), "data"
+    ),
     **dict.fromkeys(
         (
             "check_text",
@@ -71,7 +97,21 @@ _HOMES = {
         ),
         "text",
     ),
-    **dict.fromkeys(("count_text", "duration_text", "inertia_text", "number_text", "p_text", "power_of_ten"), "values"),
+    **dict.fromkeys(
+        (
+            "count_text",
+            "duration_text",
+            "factor_text",
+            "in_columns",
+            "inertia_range_text",
+            "inertia_text",
+            "number_text",
+            "p_text",
+            "power_of_ten",
+            "size_text",
+        ),
+        "values",
+    ),
 }
 
 

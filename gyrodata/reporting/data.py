@@ -59,15 +59,14 @@ def runs_header() -> str:
 
 def runs_rows(analysis: Analysis) -> str:
     """Write the rows of `runs_csv`; those of several logs can stand below one header."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
+    rows = []
     for run, note in zip(analysis.run_table, analysis.readings.notes, strict=True):
         cells = list(asdict(run).values())
         # As many digits as survive the way to rad/s and back.
         rpm = float(f"{run.spin / RPM:.14g}")
         row = [analysis.name, *cells[:_AFTER_SPIN], rpm, *cells[_AFTER_SPIN:], note]
-        writer.writerow([csv_cell(cell) for cell in row])
-    return out.getvalue()
+        rows.append(map(csv_cell, row))
+    return csv_lines(rows)
 
 
 def table_header(table: str) -> str:
@@ -91,13 +90,9 @@ def unanswered_row(name: str, diagnostics: Iterable[Diagnostic]) -> str:
 
 
 def _rows(name: str, table: str, rows: Iterable[Mapping[str, Any]], diagnostics: Iterable[Diagnostic]) -> str:
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
     codes = " ".join(dict.fromkeys(one.code for one in diagnostics if one.severity != "note"))
-    for row in rows:
-        told = {"log": name, "diagnostics": codes, **row}
-        writer.writerow([csv_cell(told.get(column)) for column in _columns(table)])
-    return out.getvalue()
+    told = ({"log": name, "diagnostics": codes, **row} for row in rows)
+    return csv_lines([csv_cell(row.get(column)) for column in _columns(table)] for row in told)
 
 
 def _columns(table: str) -> tuple[str, ...]:
@@ -153,3 +148,10 @@ def csv_cell(value: object) -> str:
     # The csv module leaves a carriage return unquoted, and readers take it for a row's end.
     text = str(value).replace("\r", " ").replace("\t", " ").translate(PICTURES)
     return re.sub(_FORMULA, lambda start: f"{start[1] or ''}'", text)
+
+
+def csv_lines(rows: Iterable[Iterable[str]]) -> str:
+    """Write rows as lines of CSV."""
+    out = io.StringIO()
+    csv.writer(out, lineterminator="\n").writerows(rows)
+    return out.getvalue()

@@ -11,7 +11,7 @@ from gyrodata.measurements import torque_groups
 from gyrodata.reporting.content import FAR, common_torque_scale, report, residual_torque
 from gyrodata.reporting.phrases import visible
 from gyrodata.reporting.tree import Block, Cell, Head, Table, cell_text, head_text, lines, load, sentence_text
-from gyrodata.reporting.values import Writing, count_text
+from gyrodata.reporting.values import Writing, count_text, in_columns
 from gyrodata.results import Analysis
 
 MORE = "all the rest: gyro analyze -v, or the report's page"
@@ -49,8 +49,7 @@ def _table(table: Table, writing: Writing) -> list[str]:
     short = range(len(table.rows)) if table.short is None else table.short
     rows = [[head_text(head) for _, head in told]]
     rows += [[_cell(table.rows[i][j], head, writing) for j, head in told] for i in short]
-    widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
-    return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    return list(in_columns(rows))
 
 
 def _cell(cell: Cell, head: Head, writing: Writing) -> str:

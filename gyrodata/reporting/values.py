@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Collection, Iterator, Sequence
 from functools import lru_cache
 from typing import Literal
+from unicodedata import combining, east_asian_width
 
 from msgspec import Struct
 
@@ -185,3 +187,41 @@ def duration_text(seconds: float) -> str:
     while parts[0][0] == 0:
         parts.pop(0)
     return " ".join(f"{count} {unit}" for count, unit in parts[:2] if count)
+
+
+def inertia_range_text(low: float, high: float) -> str:
+    """Write a range of uncertainties: "(1.7 to 5.8) × 10⁻⁵ kg·m²"."""
+    factor, power = power_of_ten(high)
+    texts = [f"{end / factor:.2g}" for end in (low, high)]
+    numbers = texts[0] if texts[0] == texts[1] else f"({texts[0]} to {texts[1]})"
+    return f"{numbers} × {power} kg·m²" if power else f"{numbers} kg·m²"
+
+
+def factor_text(factor: float) -> str:
+    """Write a factor: "9.55 times", "1/9.55 of"."""
+    sign, size = "−" if factor < 0 else "", abs(factor)
+    number = 1 / size if 0 < size < 1 else size
+    digits = f"{number:.3g}" if number < 1000 else f"{number:.0f}" if number < 1e6 else f"{number:.2g}"
+    return f"{sign}1/{digits} of" if 0 < size < 1 else f"{sign}{digits} times"
+
+
+def in_columns(rows: Sequence[Sequence[str]], right: Collection[int] = ()) -> Iterator[str]:
+    """Set cells under each other, two blanks between; columns of numbers, by their place, end at the right."""
+    widths = [max(map(_width, column)) for column in zip(*rows, strict=True)]
+    for row in rows:
+        blanks = [" " * (width - _width(cell)) for cell, width in zip(row, widths, strict=True)]
+        cells = (f"{blanks[at]}{cell}" if at in right else f"{cell}{blanks[at]}" for at, cell in enumerate(row))
+        yield "  ".join(cells).rstrip()
+
+
+def _width(text: str) -> int:
+    """Columns of a terminal: two for a wide character, none for a mark that stands on another."""
+    return sum(1 + (east_asian_width(one) in "WF") - (combining(one) > 0) for one in text)
+
+
+def size_text(size: int) -> str:
+    """Write a size in bytes as people say it."""
+    for unit, scale in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
+        if size >= scale:
+            return f"{size / scale:.3g} {unit}"
+    return f"{size} bytes"

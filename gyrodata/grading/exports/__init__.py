@@ -11,17 +11,16 @@ import json
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 from typing import TYPE_CHECKING, Any
-from unicodedata import combining, east_asian_width
 
 import msgspec
 from msgspec import Struct, to_builtins
 from msgspec.structs import asdict
 
 from gyrodata import __version__
+from gyrodata.errors import shown
 from gyrodata.grading.grade import Grade, points_text, two_decimals
-from gyrodata.grading.ledger import csv_lines, csv_table
-from gyrodata.grading.submissions.names import shown
-from gyrodata.reporting import count_text, csv_cell
+from gyrodata.grading.ledger import csv_table
+from gyrodata.reporting import count_text, csv_cell, csv_lines, in_columns
 
 if TYPE_CHECKING:
     from gyrodata.grading.classroom import ClassGrades
@@ -273,10 +272,7 @@ def _table_rows(found: ClassGrades) -> Iterator[str]:
         name = shown(grade.name)
         name = name if len(name) <= WIDEST else name[: WIDEST - 1] + "…"
         rows.append((name, points_text(grade.points), ratio, _remark(found, grade)))
-    widths = [max(_width(row[column]) for row in rows) for column in range(3)]
-    for name, points, ratio, remark in rows:
-        blanks = " " * (widths[0] - _width(name))
-        yield f"  {name}{blanks}  {points:>{widths[1]}}  {ratio:>{widths[2]}}  {remark}".rstrip() + "\n"
+    yield from (f"  {line}\n" for line in in_columns(rows, right=(1, 2)))
 
 
 def _remark(found: ClassGrades, grade: Grade) -> str:
@@ -293,8 +289,3 @@ def _remark(found: ClassGrades, grade: Grade) -> str:
         parts.append(f"{grade.late_reason}{taken}")
     parts += [f"flag: {flag.kind}" for flag in found.flags_of.get(grade.student, ())]
     return shown("; ".join(parts))
-
-
-def _width(text: str) -> int:
-    """Columns of a terminal: two for a wide character, none for a mark that stands on another."""
-    return sum(1 + (east_asian_width(one) in "WF") - (combining(one) > 0) for one in text)

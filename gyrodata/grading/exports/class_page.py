@@ -14,10 +14,10 @@ from urllib.parse import quote
 from gyrodata import __version__
 from gyrodata.grading.forensics import Fingerprint, Flag, put_beside
 from gyrodata.grading.grade import Grade, points_text
-from gyrodata.grading.ledger import COLUMNS, DESK, Offer, csv_lines
+from gyrodata.grading.ledger import COLUMNS, DESK, Offer
 from gyrodata.grading.templates import environment
 from gyrodata.physics import RPM
-from gyrodata.reporting import count_text, number_text, power_of_ten
+from gyrodata.reporting import count_text, csv_lines, number_text, power_of_ten
 
 if TYPE_CHECKING:
     from gyrodata.grading.classroom import ClassGrades

@@ -28,7 +28,7 @@ from gyrodata.diagnostics import (
 )
 from gyrodata.errors import InputError
 from gyrodata.grading.grade import Grade, two_decimals
-from gyrodata.grading.ledger import TODO
+from gyrodata.grading.ledger import TODO, read_number
 from gyrodata.grading.platforms import PLATFORMS, Book
 from gyrodata.readings import listing
 
@@ -79,7 +79,7 @@ def fill_book(
         written = two_decimals(grade.points).replace(".", mark)
         for row in rows:
             before = sheet.value(row, layout.grade)
-            stands = _number(before)
+            stands = read_number(before)
             same = graded and stands == grade.points
             if not same and stands is not None and known is not None and two_decimals(stands) not in known:
                 skipped.append((student, f"has {before}, set by hand, which stays: see {TODO}"))
@@ -113,15 +113,6 @@ _NO = ("no", "nein", "non", "não", "nie", "нет", "ні", "ne", "nee", "nej",
 """What cells say: that there is no grade yet, that none is asked for, and that it cannot be changed."""
 
 
-def _number(text: str) -> float | None:
-    """Read a number as platforms do."""
-    *whole, last = re.split("[.,]", text)
-    try:
-        return float(f"{''.join(whole)}.{last}" if whole else last)
-    except ValueError:
-        return None
-
-
 class _Layout:
     """Where things stand in a sheet."""
 
@@ -138,7 +129,7 @@ class _Layout:
 
     def check_points(self, grades: Collection[Grade]) -> None:
         """See that the sheet has the points of the rubric."""
-        most = _number(self.most)
+        most = read_number(self.most)
         out_of = next((grade.out_of for grade in grades), None)
         if most is not None and out_of is not None and round(most, 2) != round(out_of, 2):
             words = f'has {self.most} points for "{self.head[self.grade]}", the rubric {out_of:g}'
@@ -244,7 +235,7 @@ class _Moodle(_Layout):
         if "Maximum Grade" in self.head:
             return self.head.index("Maximum Grade")
         values = {at: {self.sheet.value(row, at) for row in self.rows} for at in range(2, len(self.head))}
-        found = [at for at, texts in values.items() if len(texts) == 1 and (_number(*texts) or 0) > 0]
+        found = [at for at, texts in values.items() if len(texts) == 1 and (read_number(*texts) or 0) > 0]
         return found[-1] if found else None
 
     def _comment_column(self) -> int | None:
@@ -271,7 +262,7 @@ class _Moodle(_Layout):
 
     def why_refused(self, row: int, points: float) -> str:
         """Say why Moodle's importer would pass over the row; "" if it would not."""
-        most = _number(self.sheet.value(row, self.top))
+        most = read_number(self.sheet.value(row, self.top))
         if self.sheet.value(row, self.top + 1).casefold() in _NO:
             return "is locked in Moodle: the grade cannot be changed"
         if most is not None and points > most:

@@ -21,7 +21,7 @@ from gyrodata.diagnostics import (
     NO_SUBMISSION,
     ONE_OF_SEVERAL_GRADED,
 )
-from gyrodata.errors import Diagnostic, GyroError, InputError
+from gyrodata.errors import Diagnostic, GyroError, InputError, shown
 from gyrodata.grading.platforms import NAMED, PLATFORMS
 from gyrodata.grading.submissions.archives import Listing, list_files, read_file
 from gyrodata.grading.submissions.metadata import EXPORT, LARGEST, LIVE, Metadata, read_export, read_live
@@ -31,7 +31,6 @@ from gyrodata.grading.submissions.names import (
     people_by_receipts,
     read_own_name,
     read_pattern,
-    shown,
     whose_names,
 )
 from gyrodata.grading.submissions.student_files import TEXTS, Answers, Attempts, choose_files, ending, read_answers

@@ -30,6 +30,7 @@ from gyrodata.diagnostics import (
 )
 from gyrodata.errors import Diagnostic, InputError
 from gyrodata.readings import MAX_BYTES
+from gyrodata.reporting import size_text
 
 MOST_FILES = 100_000  # files in one class: a thousand students with a hundred files each
 MOST_DIRECTORY_BYTES = 32_000_000  # of the table of contents of a zip that are looked at; an entry has some hundred
@@ -76,14 +77,6 @@ def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
     except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, ValueError) as error:
         why = f"it is damaged in the zip ({error})"
     raise InputError.of(SUBMITTED_FILE_CANNOT_BE_READ, f'"{shown}" cannot be read: {why}', file=shown)
-
-
-def size_text(size: int) -> str:
-    """Write a size in bytes as people say it."""
-    for unit, scale in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
-        if size >= scale:
-            return f"{size / scale:.3g} {unit}"
-    return f"{size} bytes"
 
 
 # What macOS, Windows and editors leave behind: ``__MACOSX/``, ``._lab.csv``, ``~$lab.xlsx``.

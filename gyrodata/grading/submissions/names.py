@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import unicodedata
 from collections import Counter
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -13,7 +12,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.diagnostics import PATTERN_CANNOT_BE_USED
-from gyrodata.errors import GyroError, InputError, printable
+from gyrodata.errors import GyroError, InputError, printable, shown
 from gyrodata.grading.platforms import NAMED, PLATFORMS
 from gyrodata.grading.submissions.metadata import EXPORT
 from gyrodata.grading.submissions.student_files import ending, is_log
@@ -59,19 +58,6 @@ def read_own_name(name: str, pattern: re.Pattern[str]) -> ParsedName | None:
     """Read a name by a pattern of the user's own, which may fit anywhere in it; None if it does not."""
     match = pattern.search(name)
     return _take_apart(match) if match is not None and match["student"] else None
-
-
-# Letters may need a joiner; nothing needs an override of the direction or a bell.
-_JOINERS = "\u200c\u200d"
-
-
-def shown(text: object) -> str:
-    """Give a text as it can be printed: one line, composed letters, no control characters or marks that turn it."""
-    line = " ".join(printable(str(text)).split())
-    if line.isprintable() and unicodedata.is_normalized("NFC", line):
-        return line
-    kept = (one for one in line if one in _JOINERS or unicodedata.category(one) not in ("Cc", "Cf"))
-    return " ".join(unicodedata.normalize("NFC", "".join(kept)).split())
 
 
 def read_name(name: str, lms: str) -> ParsedName | None:

@@ -12,7 +12,6 @@ from msgspec import Struct
 
 from gyrodata.diagnostics import ANSWER_ELSEWHERE
 from gyrodata.errors import Diagnostic, GyroError
-from gyrodata.grading.submissions.archives import size_text
 from gyrodata.readings import (
     MAX_BYTES,
     Faults,
@@ -26,6 +25,7 @@ from gyrodata.readings import (
     read_reported,
     split_lines,
 )
+from gyrodata.reporting import size_text
 
 TABLES = (".csv", ".tsv")  # endings that say table
 PERHAPS_TABLES = (".txt", ".dat", ".xlsx", ".log")  # endings of logs that are looked at where there is no table

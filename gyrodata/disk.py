@@ -122,12 +122,19 @@ def write_folder(folder: Path, contents: Mapping[str, bytes]) -> None:
 
 
 def add_line(path: Path, line: bytes, at: int | None = None) -> int:
-    """Write a line at the end of a private file, and tell where it begins; a torn one before it stays by itself.
+    """Write a line at the end of a private file, made with its folder where it is not there, and tell where it begins.
+
+    A torn one before it stays by itself.
 
     `at`: Where the end is; what stands behind goes.
     """
     flags = os.O_RDWR | os.O_APPEND | os.O_CREAT | _NO_LINK | getattr(os, "O_BINARY", 0)
-    with os.fdopen(os.open(path, flags, 0o600), "rb+", buffering=0) as file:
+    try:
+        number = os.open(path, flags, 0o600)
+    except FileNotFoundError:
+        make_folder(path.parent, private=True)
+        number = os.open(path, flags, 0o600)
+    with os.fdopen(number, "rb+", buffering=0) as file:
         begin = file.seek(0, os.SEEK_END) if at is None else file.truncate(at)
         if begin:
             file.seek(begin - 1)

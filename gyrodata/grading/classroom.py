@@ -24,13 +24,7 @@ from gyrodata.disk import file_name, telling, write_whole
 from gyrodata.errors import GyroError, insist_on_type
 from gyrodata.grading.exports import class_summary, grades_csv
 from gyrodata.grading.forensics import Fingerprint, Flag, flag_class
-from gyrodata.grading.grade import (
-    Grade,
-    from_json,
-    grade_submission,
-    not_graded,
-    settle,
-)
+from gyrodata.grading.grade import Grade, from_json, grade_submission, not_graded, settle
 from gyrodata.grading.journal import Basis, Entry, Journal, basis_of, why_again
 from gyrodata.grading.ledger import NO_DESK, Desk
 from gyrodata.grading.roster import Roster

@@ -17,7 +17,7 @@ from msgspec.structs import asdict
 
 from gyrodata import __version__
 from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN, JOURNAL_LINES_LOST
-from gyrodata.disk import add_line, make_folder, telling, write_whole
+from gyrodata.disk import add_line, telling, write_whole
 from gyrodata.errors import Diagnostic
 from gyrodata.grading.grade import Grade, from_json
 from gyrodata.grading.lastrun import is_run
@@ -120,12 +120,7 @@ class Journal:
         """Write a line at the end, whole, at once; `grade` as `Entry.to_line` has it."""
         line = entry.to_line(grade).encode()
         with telling(self.path.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-            try:
-                begin = add_line(self.path, line)
-            except FileNotFoundError:
-                make_folder(self.path.parent, private=True)
-                begin = add_line(self.path, line)
-        self.places[entry.grade.student] = begin, len(line)
+            self.places[entry.grade.student] = add_line(self.path, line), len(line)
 
     def replace(self, entries: Iterable[Entry], changed: Collection[str] = ()) -> None:
         """Write it anew, a line for each entry, the old one where the student is not among the changed.

@@ -13,11 +13,7 @@ from collections.abc import Mapping
 
 from msgspec import Struct
 
-from gyrodata.diagnostics import (
-    NO_BLACKBOARD_GRADE_CENTER,
-    NO_CANVAS_GRADEBOOK,
-    NO_MOODLE_WORKSHEET,
-)
+from gyrodata.diagnostics import NO_BLACKBOARD_GRADE_CENTER, NO_CANVAS_GRADEBOOK, NO_MOODLE_WORKSHEET
 
 
 class Book(Struct, frozen=True):

@@ -107,9 +107,6 @@ def results_json(grade: Grade) -> str:
     results: dict[str, Any] = {
         "score": round(max(0.0, judged - grade.late_deduction), 2),
         "output": _output(grade),
-        "output_format": "text",
-        "test_output_format": "text",
-        "test_name_format": "text",
         "stdout_visibility": "hidden",
         "extra_data": {"status": grade.status, "rubric": grade.rubric, "submission": grade.digest},
         "tests": [_test(number, mark) for number, mark in enumerate(grade.marks, 1)],

@@ -156,9 +156,7 @@ class Logs(Struct, frozen=True):
 
 
 def lay_out(
-    prints: Mapping[str, Fingerprint],
-    partners: Iterable[frozenset[str]],
-    previous: Mapping[str, Fingerprint],
+    prints: Mapping[str, Fingerprint], partners: Iterable[frozenset[str]], previous: Mapping[str, Fingerprint]
 ) -> Logs:
     """Put the logs of the class, by student, side by side. `partners`: Students whose logs may be alike."""
     students, earlier = sorted(prints), sorted(previous)

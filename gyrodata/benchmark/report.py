@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import math
 from collections.abc import Iterable, Sequence
 
@@ -27,7 +29,6 @@ from gyrodata.benchmark.stability import (
 from gyrodata.benchmark.timing import MOST_APART
 from gyrodata.benchmark.trials import CHARTED, HONEST, TIE, Breakdown, Trial, TrialPanel, run_trials, try_breakdowns
 from gyrodata.effects import DROP_ALL
-from gyrodata.reporting import csv_lines
 
 Cell = str | float | int | bool | None
 
@@ -185,7 +186,10 @@ def _map_cells(pairs: Iterable[MapPair]) -> list[Sequence[Cell]]:
 
 
 def _csv(header: str, rows: Iterable[Sequence[Cell]]) -> str:
-    return f"{header}\n{csv_lines(map(_cell, row) for row in rows)}"
+    out = io.StringIO()
+    out.write(header + "\n")
+    csv.writer(out, lineterminator="\n").writerows([_cell(value) for value in row] for row in rows)
+    return out.getvalue()
 
 
 def _cell(value: Cell) -> str:

@@ -14,7 +14,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property, partial
 from pathlib import Path
-from types import MappingProxyType
 
 from msgspec import Struct
 from msgspec.structs import asdict, replace
@@ -37,8 +36,6 @@ LIMIT = 30.0  # time for one submission [s] unless another is given; an ordinary
 
 PRELOAD = ("gyrodata.grading.grade", "gyrodata.grading.feedback", "gyrodata.analysis", "gyrodata.procedure")
 """What is loaded once for all processes."""
-
-_NOTHING: Mapping[str, Fingerprint] = MappingProxyType({})
 
 NOBODY = Roster()
 
@@ -96,7 +93,7 @@ def grade_class(
     submissions: Submissions,
     rubric: Rubric,
     options: GradingOptions | None = None,
-    previous: Mapping[str, Fingerprint] = _NOTHING,
+    previous: Mapping[str, Fingerprint] = {},
     desk: Desk = NO_DESK,
     roster: Roster = NOBODY,
 ) -> ClassGrades:

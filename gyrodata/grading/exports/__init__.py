@@ -94,9 +94,8 @@ def _row(grade: Grade, flags: Sequence[str]) -> list[tuple[str, str]]:
 
 def flags_csv(flags: Iterable[Flag]) -> str:
     """Write the flags of a class as CSV; a text that a spreadsheet would run as a formula has a ' in front."""
-    rows: list[tuple[object, ...]] = [
-        ("kind", "students", "earlier logs", "expected by chance in this class", "p", "evidence")
-    ]
+    head = ("kind", "students", "earlier logs", "expected by chance in this class", "p", "evidence")
+    rows: list[tuple[object, ...]] = [head]
     for flag in flags:
         numbers = (float(f"{flag.expected:.3g}"), float(f"{flag.p:.3g}"))
         rows.append((flag.kind, ", ".join(flag.students), ", ".join(flag.previous), *numbers, flag.evidence))

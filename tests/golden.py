@@ -2,16 +2,34 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator
 from itertools import groupby
 from typing import Any
 
+import numpy as np
 import pytest
+from labs import scenes
 from sheets import HABITS, lab, source
 
 from gyrodata.diagnostics import CODES
 from gyrodata.errors import GyroError
+from gyrodata.fitting import (
+    Estimate,
+    FitResult,
+    NoFit,
+    Otherwise,
+    balance_scale,
+    explaining_counts,
+    fit,
+    fit_as_stated,
+    fit_many,
+    fit_otherwise,
+    if_balanced,
+    screen,
+    transverse_inertia,
+)
 from gyrodata.readings import Reading, read_log
 from gyrodata.units import Uncertainty
 
@@ -95,3 +113,91 @@ def _cell(read: Reading) -> str:
 
 def _size(u: Uncertainty) -> str:
     return f"{u.absolute:.6g}|{u.relative:.6g}"
+
+
+def every_number_of_a_fit(name: str) -> dict[str, list[float]]:
+    """Tell all that the fit of a scene of `labs` gives: rows of numbers of one unit, by their names."""
+    measured, tilted = scenes()[name], "tilted" in name or name == "the weight spins along"
+    stated, whole = fit_as_stated(measured, tilted), fit(measured, tilted)
+    rows: dict[str, Any] = {}
+    for way, result in (("as stated", stated), ("fit", whole)):
+        rows |= {f"{way}: {key}": values for key, values in told_by(result).items()}
+    if less := left_out(measured, tilted):
+        rows["without the last"] = in_one(less.inertia)
+        several = ("deviations", "influence", "response")
+        rows |= {f"without the last: {each}": one_or_more(getattr(less, each)) for each in several}
+    count = len(measured.runs)
+    groups = [[], [0], [count - 1], [*range(count // 2)], [*range(count - 1)], [*range(count)]]
+    for at, change in enumerate(whole.adjusted.without(groups)):
+        rows[f"leaving out: {at}"] = change or ()
+    cases = [Otherwise({"time": 0.5, "spin_scale": 3.0}), Otherwise({"mass": 0.2 + np.arange(count) / count})]
+    cases += [Otherwise(balance=0.3), Otherwise(balance=1e-3)] + [Otherwise(bias=0.02)] * (measured.timing_bias_u > 0)
+    for rough in (False, True):
+        for at, one in enumerate(fit_otherwise(measured, whole, cases, rough)):
+            rows[f"otherwise: {at}, {'rough' if rough else 'whole'}"] = in_one(one)
+    rows["if balanced"] = in_one(if_balanced(measured, whole))
+    odd, kept = screen(measured, tilted)
+    rows["screen"] = [number for one in odd for number in (one.index, one.deviation, one.turns or 0.0, one.slip)]
+    rows["screened"] = in_one(kept.inertia) if kept else ()
+    rows["counts"] = [number for answer in explaining_counts(measured) for pair in answer.items() for number in pair]
+    rows["scale of M0"] = balance_scale(measured, np.array([1e-3, 4e-3, 0.1]))
+    rows["I"] = transverse_inertia(measured)
+    # A stack starts from the plain line, which gross errors lead astray.
+    if measured.sense.all() and whole.scatter < 10:
+        names = [
+            name for name in ("mass", "position", "force", "torque") if not np.isnan(quantity(measured, name)).any()
+        ]
+        far = [np.array([quantity(measured, name), quantity(measured, name)]) for name in ("time", "spin", *names)]
+        far[0][1] *= 1.01 + 0.01 * np.sin(np.arange(count))
+        many = fit_many(measured, dict(zip(("time", "spin", *names), far, strict=True)), tilted)
+        rows |= {f"many: I_zz of {at}": ends for at, ends in enumerate(many.inertia)}
+        rows |= {"many: b": many.timing_bias}
+        rows |= {"many: M0": [*many.imbalance, float(balance_scale(measured, 4e-3))]}
+    return {key: [float(f"{number:.9g}") for number in np.ravel(values).tolist()] for key, values in rows.items()}
+
+
+def quantity(measured: Any, name: str) -> Any:
+    """Readings of a quantity; the name of a torque that is read is not that of the whole torque."""
+    return measured.given_torque if name == "torque" else getattr(measured, name)
+
+
+def left_out(measured: Any, tilted: bool) -> FitResult | None:
+    """Fit without the last run; None where the others tell nothing."""
+    try:
+        return fit(measured, tilted, left_out=[len(measured.runs) - 1])
+    except (NoFit, ValueError):
+        return None
+
+
+def told_by(result: FitResult) -> dict[str, Any]:
+    """All numbers of a fit, those of one unit together."""
+    adjusted, posterior = result.adjusted, result.posterior
+    covariance = result.covariance
+    told: dict[str, Any] = {name: in_one(getattr(result, name)) for name in ("inertia", "imbalance", "timing_bias")}
+    # What is 0 but for rounding is nothing beside the two widths.
+    pairs = [(i, j) for i in range(3) for j in range(i + 1)]
+    told |= {f"covariance {i}{j}": [covariance[i, j], math.sqrt(covariance[i, i] * covariance[j, j])] for i, j in pairs}
+    several = ("fitted_time", "time_u", "deviations", "influence", "response", "sense")
+    told |= {name: one_or_more(getattr(result, name)) for name in several}
+    told["widths"] = [result.balance_u, result.contradicted_balance or 0.0]
+    told["chi2"] = [result.chi2, result.dof, adjusted.chi2, result.scatter, result.two_signs, adjusted.converged]
+    for share in result.budget:
+        told[f"u from {share.source}"] = [share.u_inertia]
+        told[f"share of {share.source}, {share.shared_by or 'alone' if not share.shared else 'shared'}"] = [share.share]
+    told |= {name: one_or_more(getattr(adjusted, name)) for name in ("directions", "weighted", "own", "gain", "shared")}
+    if posterior is not None:
+        told |= {f"mean {k}": [mean, posterior.quantiles(3)[k, 3]] for k, mean in enumerate(posterior.middle())}
+        told["evidence"] = [posterior.evidence, posterior.typical(posterior.factor)]
+        told["width"] = [posterior.typical(posterior.width)]
+    return told
+
+
+def in_one(estimate: Estimate) -> list[float]:
+    """An estimate with its u, and its interval where it has one."""
+    return [estimate.value, estimate.u or 0.0, *(estimate.interval_95 or ())]
+
+
+def one_or_more(values: Any) -> Any:
+    """Numbers of all runs; of very many a few sums that none of them can leave."""
+    values = np.ravel(values)
+    return values if len(values) < 30 else values @ np.cos(np.outer(np.arange(len(values)), (0.0, 1.0, 2.5)))

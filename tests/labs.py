@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
+from msgspec.structs import replace
 
 from gyrodata.measurements import Measurements, Source
 
@@ -83,3 +86,76 @@ def lab(
         ),
         diagnostics=(),
     )
+
+
+@cache
+def scenes() -> dict[str, Measurements]:
+    """Labs of every kind that the fit knows, each with its own way through it."""
+
+    def drawn(seed: int, **options: object) -> Measurements:
+        return lab(np.random.default_rng(seed), **options)  # type: ignore[arg-type]
+
+    def stated(measured: Measurements) -> Measurements:
+        return replace(measured, sources=tuple(replace(one, default=False) for one in measured.sources))
+
+    nine, one_torque = drawn(1, imbalance=1e-3, bias=0.03), drawn(3, weights=(0.04,))
+    time, spin, scale, mass, zero = nine.sources
+    own, every, nothing = np.arange(9), np.zeros(9, dtype=int), np.full(9, np.nan)
+
+    def source(name: str, quantity: str, groups: np.ndarray, absolute: float, relative: float = 0.0) -> Source:
+        sizes = np.full(9, absolute), np.full(9, relative)
+        return Source(name, quantity, groups, *sizes, "", True, "")  # type: ignore[arg-type]
+
+    angle, fall = source("angle", "turns", own, 0.004), source("g", "g", every, 3e-4)
+    lean = source("pitch", "pitch", own, 0.02), source("transverse_inertia", "transverse", every, 0.0, 0.05)
+    heights = np.radians([-25.0, -10.0, 0.0, 3.0, 8.0, 14.0, 20.0, 30.0, 40.0])
+    tilted = replace(nine, sources=(*nine.sources, *lean), pitch=heights)
+    slips, late = nine.time.copy(), nine.time.copy()
+    slips[[2, 7]] *= [2.0, 0.9]
+    late[4] += 2.0
+    ruler = drawn(6, weights=tuple(0.01 * k for k in range(3, 12)), u_zero=0.01)
+    return {
+        "nine runs": nine,
+        "repeats": drawn(2, repeats=2, imbalance=-2e-3),
+        "one torque": one_torque,
+        "one run": drawn(4, weights=(0.04,), rpm=(400.0,)),
+        "two runs": drawn(5, weights=(0.02, 0.06), rpm=(400.0,)),
+        "both sides": drawn(6, positions=(0.15, -0.15), imbalance=2e-3),
+        "unloaded": drawn(7, unloaded=True, imbalance=6e-4),
+        "unloaded, either way": drawn(5, unloaded=True, sensed=False, imbalance=1e-4, u_mass=0.02),
+        "unloaded, backwards": drawn(8, unloaded=True, sensed=False, imbalance=-1e-3),
+        "balanced": replace(nine, balanced=True),
+        "balanced, one torque": replace(one_torque, balanced=True),
+        "not balanced": replace(one_torque, balanced=False),
+        "balance tested": replace(drawn(9), imbalance_u=lambda inertia: 2e-2 * inertia),
+        "balance tested wrongly": replace(drawn(10, imbalance=6e-3), imbalance_u=lambda inertia: 1e-5),
+        "balance hardly doubted": replace(drawn(11, imbalance=6e-4), imbalance_u=lambda inertia: 1e-4),
+        "balance tested well": replace(drawn(9), imbalance_u=lambda inertia: 0.0),
+        "widths stated": stated(nine),
+        "scattered": drawn(12, noise=6.0),
+        "scattered, though stated": stated(drawn(12, noise=25.0, weights=(0.05, 0.1))),
+        "too good": drawn(13, noise=0.05, repeats=3),
+        "short times": drawn(14, weights=(0.1, 0.2), turns=1 / 3, u_time=0.2),
+        "very short times": drawn(15, weights=(0.2, 0.4), repeats=2, turns=1 / 3, u_time=0.3),
+        "many": drawn(16, repeats=20, imbalance=1e-3),
+        "slips": replace(nine, time=slips),
+        "one late": replace(nine, time=late),
+        "a count for a torque": replace(nine, time=nine.time * np.where(own < 3, 2.0, 1.0)),
+        "a weak ruler": replace(ruler, turns=np.where(np.isin(np.arange(27), (3, 4)), 1.5, 1.0)),
+        "no timing bias": replace(nine, timing_bias_u=0.0),
+        "tilted": replace(tilted, transverse_inertia=6.2e-3 + nine.mass * 0.15**2),
+        "tilted, I not given": tilted,
+        "tilted, runs that turn back": replace(tilted, torque=-nine.torque, mass=-nine.mass, sense=-nine.sense),
+        "forces": replace(
+            nine, force=nine.mass * G, mass=nothing,
+            sources=(time, spin, scale, zero, source("force", "force", own, 2e-3)),
+        ),
+        "torques": replace(
+            nine, given_torque=nine.torque, mass=nothing, position=nothing,
+            sources=(time, spin, scale, angle, source("torque", "torque", own // 3, 2e-4)),
+        ),
+        "the weight spins along": replace(
+            tilted, added=0.4 * nine.mass * 0.03**2, slowing=1 + 0.01 * np.cos(own),
+            sources=(time, spin, scale, mass, zero, fall, angle, *lean, source("added", "added", every, 0.0, 0.1)),
+        ),
+    }  # fmt: skip

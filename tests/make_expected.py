@@ -6,7 +6,8 @@ import json
 from functools import partial
 from pathlib import Path
 
-from golden import every_log_as_read, numbers
+from golden import every_log_as_read, every_number_of_a_fit, numbers
+from labs import scenes
 
 import gyrodata
 from gyrodata import plotting, reporting
@@ -36,3 +37,7 @@ if __name__ == "__main__":
         lines = ",\n".join(f"  {json.dumps(place)}: {value}" for place, value in found.items())
         path.with_suffix(".json").write_text(f"{{\n{lines}\n}}\n", encoding="utf-8")
     (EXPECTED / "as_read.txt").write_text(every_log_as_read(), encoding="utf-8")
+    fits = {name: every_number_of_a_fit(name) for name in scenes()}
+    kept = (f'"{name}": {{\n' + ",\n".join(f"  {json.dumps(key)}: {row}" for key, row in told.items()) + "\n}"
+            for name, told in fits.items())  # fmt: skip
+    (EXPECTED / "fits.json").write_text("{\n" + ",\n".join(kept) + "\n}\n", encoding="utf-8")

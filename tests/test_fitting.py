@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import math
 from contextlib import suppress
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
+from golden import every_number_of_a_fit
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from labs import INERTIA, G, lab
@@ -18,6 +21,19 @@ from scipy.special import gammaincc
 from gyrodata import fitting
 from gyrodata.fitting import NoFit, explaining_counts, fit, fit_as_stated, ordinary_line, screen
 from gyrodata.measurements import Measurements, Source
+
+FITS = json.loads((Path(__file__).parent / "expected" / "fits.json").read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("scene", FITS)
+def test_no_number_of_a_fit_changes_unnoticed(scene: str) -> None:
+    found = every_number_of_a_fit(scene)
+    assert found.keys() == FITS[scene].keys()
+    off = {}
+    for key, row in FITS[scene].items():
+        if found[key] != pytest.approx(row, rel=1e-6, abs=1e-6 * max(map(abs, row), default=0.0)):
+            off[key] = found[key], row
+    assert off == {}, "if it is meant: python tests/make_expected.py"
 
 
 def exact(**options: object) -> Measurements:

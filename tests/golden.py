@@ -10,8 +10,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from labs import scenes
-from sheets import HABITS, lab, source
+from labs import lab, scenes
+from msgspec.structs import replace
+from sheets import HABITS, source
+from sheets import lab as sheet
 
 from gyrodata.diagnostics import CODES
 from gyrodata.errors import GyroError
@@ -27,6 +29,7 @@ from gyrodata.fitting import (
     fit_many,
     fit_otherwise,
     if_balanced,
+    sample,
     screen,
     transverse_inertia,
 )
@@ -71,7 +74,7 @@ def every_log_as_read() -> str:
     """Tell what is read of every log that a student may type, and of the example of each diagnostic."""
     logs: dict[str, tuple[bytes, dict[str, Any]]] = {}
     for number, habit in enumerate(HABITS):
-        typed = source(habit.make(lab(number, habit.turns, habit.unloaded)))
+        typed = source(habit.make(sheet(number, habit.turns, habit.unloaded)))
         logs[habit.name] = typed, {"settings": habit.settings, "mapping": habit.mapping}
         if habit.asked:
             logs[f"{habit.name}, before it is asked about"] = typed, {}
@@ -141,6 +144,7 @@ def every_number_of_a_fit(name: str) -> dict[str, list[float]]:
     rows["screened"] = in_one(kept.inertia) if kept else ()
     rows["counts"] = [number for answer in explaining_counts(measured) for pair in answer.items() for number in pair]
     rows["scale of M0"] = balance_scale(measured, np.array([1e-3, 4e-3, 0.1]))
+    rows["sample"] = one_or_more(sample(measured, np.ones(count)))
     rows["I"] = transverse_inertia(measured)
     # A stack starts from the plain line, which gross errors lead astray.
     if measured.sense.all() and whole.scatter < 10:
@@ -154,6 +158,52 @@ def every_number_of_a_fit(name: str) -> dict[str, list[float]]:
         rows |= {"many: b": many.timing_bias}
         rows |= {"many: M0": [*many.imbalance, float(balance_scale(measured, 4e-3))]}
     return {key: [float(f"{number:.9g}") for number in np.ravel(values).tolist()] for key, values in rows.items()}
+
+
+def every_slip_found() -> dict[str, list[float]]:
+    """Tell which runs are odd, and which counts explain them, as times go ever further off: a row for each step."""
+    rows: dict[str, Any] = {}
+    four, many = np.arange(9) == 4, np.arange(12) == 7
+    labs = {
+        "a tight lab": (lab(np.random.default_rng(4), noise=0.3), four, np.geomspace(0.15, 7, 30)),
+        "two turns": (lab(np.random.default_rng(5), noise=0.3, turns=2.0), four, np.geomspace(0.4, 2, 12)),
+        "a loose lab": (lab(np.random.default_rng(6), noise=4.0, repeats=2, rpm=(200.0, 500.0)), many,
+                        np.geomspace(1.0, 2.2, 12)),
+        "four runs": (lab(np.random.default_rng(7), weights=(0.02, 0.06), rpm=(200.0, 500.0)), np.arange(4) == 1,
+                      np.geomspace(1.0, 2.0, 6)),
+        "three runs": (lab(np.random.default_rng(7), rpm=(400.0,)), np.arange(3) == 1, [2.0]),
+    }  # fmt: skip
+    for name, (measured, which, factors) in labs.items():
+        for factor in factors:
+            odd, result = screen(replace(measured, time=measured.time * np.where(which, factor, 1.0)))
+            found = [number for one in odd for number in (one.index, one.deviation, one.turns or 0.0, one.slip)]
+            rows[f"{name}, {factor:.3f}"] = [*found, 1e3 * result.inertia.value if result else 0.0]
+    exact = lab(np.random.default_rng(8), noise=0.0)
+    for count in (1, 2, 3):
+        off = replace(exact, time=exact.time * np.where(np.arange(9) % 3 < count - 1, 1.0 + 0.1 * np.arange(9), 1.0))
+        rows[f"{3 * count - 3} runs of nine"] = [one.index for one in screen(off)[0]]
+    designs = {
+        "three torques": lab(np.random.default_rng(1), noise=0.1),
+        "two torques": lab(np.random.default_rng(2), noise=0.1, weights=(0.02, 0.05)),
+        "both sides": lab(np.random.default_rng(3), noise=0.1, positions=(0.15, -0.12), rpm=(300.0, 500.0)),
+        "half turns": lab(np.random.default_rng(4), noise=0.1, turns=0.5),
+        "with M0": lab(np.random.default_rng(5), noise=0.1, imbalance=9e-3),
+        "with a large M0": lab(np.random.default_rng(5), noise=0.1, imbalance=1.1e-2),
+    }
+    for name, measured in designs.items():
+        loads = np.unique(measured.torque)
+        for load in (loads[0], loads[-1]):
+            for factor in np.geomspace(0.28, 3.6, 45):
+                off = replace(measured, time=measured.time * np.where(measured.torque == load, factor, 1.0))
+                answers = explaining_counts(off)
+                found = [value for one in answers for pair in one.items() for value in pair]
+                rows[f"{name}, {load:.2g} N*m, {factor:.3f}"] = found
+    for number in (11, 12, 13):
+        weights = tuple(0.01 * k for k in range(2, number + 2))
+        measured = lab(np.random.default_rng(6), noise=0.1, weights=weights, rpm=(300.0,))
+        answers = explaining_counts(replace(measured, time=measured.time * np.where(np.arange(number) == 0, 2.0, 1.0)))
+        rows[f"{number} torques"] = [value for one in answers for pair in one.items() for value in pair]
+    return {key: [float(f"{number:.9g}") for number in row] for key, row in rows.items()}
 
 
 def quantity(measured: Any, name: str) -> Any:

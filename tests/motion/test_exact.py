@@ -25,6 +25,7 @@ from gyrodata.motion import (
     steady,
     time_to_turn,
 )
+from gyrodata.motion import nutation as whole_nutation
 from gyrodata.motion.exact import find_crossing
 
 INERTIA, TRANSVERSE, TORQUE = 4.44e-3, 6.6156e-3, 0.0588
@@ -435,10 +436,17 @@ def test_impossible_states_are_refused(state: State) -> None:
 @pytest.mark.parametrize(
     ("function", "root", "most"),
     [
-        (lambda x: x - np.cos(x), 0.7390851332151607, 12),
-        (lambda x: x**3 - 2 * x - 5, 2.0945514815423265, 12),
-        (lambda x: (x - 1) ** 3, 1.0, 64),  # flat: nearly as slow as halving
-        (lambda x: np.sign(x - 2) * np.abs(x - 2) ** 0.1, 2.0, 70),  # steep
+        (lambda x: x - np.cos(x), 0.7390851332151607, 9),
+        (lambda x: x**3 - 2 * x - 5, 2.0945514815423265, 10),
+        (lambda x: np.exp(5 * x) - 7, 0.3891820298110626, 13),
+        (lambda x: np.arctan(30 * (x - 2.7)), 2.7, 14),
+        (lambda x: 3 * x - 1, 1 / 3, 5),
+        (lambda x: 1 / (x - 5) + 0.4, 2.5, 9),
+        (lambda x: x**2 - 4, 2.0, 9),
+        (lambda x: np.sin(x - 0.2) - 0.3, 0.5046926540153975, 9),
+        (lambda x: (x - 1) ** 3, 1.0, 61),  # flat: nearly as slow as halving
+        (lambda x: np.sign(x - 2) * np.abs(x - 2) ** 0.1, 2.0, 54),  # steep
+        (lambda x: np.where(x < 1.234, -1.0, 1.0), 1.234, 55),  # a step
     ],
 )
 def test_a_crossing_is_found_to_the_last_digit_with_few_looks(function: Any, root: float, most: int) -> None:
@@ -450,3 +458,79 @@ def test_a_crossing_is_found_to_the_last_digit_with_few_looks(function: Any, roo
 
     assert find_crossing(looked, 0.1, 3.0) == pytest.approx(root, rel=1e-5 if root == 1.0 else 4e-16)
     assert len(looks) <= most, len(looks)
+
+
+def test_crossings_at_once_are_each_alone_and_where_signs_agree_the_end_nearer_to_zero() -> None:
+    places = np.array([0.3, 1.0, 2.9])
+    found = find_crossing(lambda x: (x - places) * (1 + x**2), np.full(3, 0.1), 3.0)
+    assert found == pytest.approx(places, rel=4e-16)
+    # An end that is the crossing, and functions that are everywhere above or below 0.
+    assert find_crossing(lambda x: x - 0.1, 0.1, 3.0) == 0.1
+    assert find_crossing(lambda x: x - 3.0, 0.1, 3.0) == 3.0
+    assert find_crossing(lambda x: x + 1.0, 0.1, 3.0) == 0.1
+    assert find_crossing(lambda x: x - 4.0, 0.1, 3.0) == 3.0
+    assert find_crossing(lambda x: x - 4.0, 2.0, 2.0) == 2.0
+    assert np.shape(find_crossing(lambda x: x - 1, 0.0, 2.0)) == ()
+
+
+@pytest.mark.parametrize("spin", [20.0, 100 * RPM, -400 * RPM])
+@pytest.mark.parametrize("off", [np.pi / 2, 0.8, 0.1, 3e-2, 1e-3, 1e-5, -1e-5, -1e-3])
+def test_mean_rate_is_the_angle_of_a_nutation_however_near_the_vertical(spin: float, off: float) -> None:
+    pitch = np.copysign(np.pi / 2 - abs(off), off)
+    state, period = released(TOP, spin, pitch), whole_nutation(TOP, spin, pitch).period
+    mean = mean_precession_rate(TOP, state)
+    for count in (1, 40):
+        assert precession_angle(TOP, state, count * period) == pytest.approx(mean * count * period, rel=1e-11)
+    # One for all, whichever way each of them is worked out.
+    stack = State(
+        np.stack([state.axis, through_pole(1.0).axis]), np.stack([state.momentum, through_pole(1.0).momentum])
+    )
+    assert mean_precession_rate(TOP, stack)[0] == pytest.approx(mean, rel=1e-11)
+
+
+def test_a_stack_of_motions_from_the_vertical_and_others_is_each_alone() -> None:
+    axes = np.array([[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [0.0, 0.0, -1.0], [0.0, 0.8, -0.6], [0.0, 0.0, 1.0]])
+    momenta = np.array([[0.01, 0.003, 0.25], [0.02, 0.1, 0.2], [0.004, -0.01, 0.1], [0.1, 0.0, 0.1], [0.0, 0.0, 0.3]])
+    times = np.array([[0.0], [1e-3], [0.05], [2.0], [-1.0]])
+    together, swept = exact(TOP, State(axes, momenta), times), precession_angle(TOP, State(axes, momenta), times)
+    arrived = time_to_turn(TOP, State(axes, momenta), 0.7)
+    for i, (axis, momentum) in enumerate(zip(axes, momenta, strict=True)):
+        one = State(axis, momentum)
+        assert time_to_turn(TOP, one, 0.7) == pytest.approx(arrived[i], rel=1e-12)
+        for j, time in enumerate(times[:, 0]):
+            assert exact(TOP, one, time).axis == pytest.approx(together.axis[j, i], abs=1e-14)
+            assert precession_angle(TOP, one, time) == pytest.approx(swept[j, i], rel=1e-13, abs=1e-13)
+
+
+def test_an_angle_is_given_up_after_a_million_million_nutations() -> None:
+    state, period = released(TOP, 400 * RPM), whole_nutation(TOP, 400 * RPM, 0.0).period
+    gain = mean_precession_rate(TOP, state) * period
+    assert time_to_turn(TOP, state, 0.9e12 * gain) == pytest.approx(0.9e12 * period, rel=1e-11)
+    assert time_to_turn(TOP, state, 1.1e12 * gain) == np.inf
+
+
+@pytest.mark.parametrize("spin", [30.0, -30.0])
+@pytest.mark.parametrize("turning", [-6.0, -1.0, 0.0, 2.0, 6.0, 14.0])
+@pytest.mark.parametrize("nodding", [-2.0, 0.0, 1.5])
+def test_the_first_time_of_an_angle_is_the_first_of_a_fine_grid(spin: float, turning: float, nodding: float) -> None:
+    state = moving(1.2, spin, turning, nodding)
+    times = np.linspace(0, 3, 30_001)
+    swept = precession_angle(TOP, state, times)
+    for angle in (0.02, -0.02, 0.4, -0.4):
+        passed = np.sign(angle) * swept >= abs(angle)
+        found = time_to_turn(TOP, state, angle)
+        if passed.any():
+            # As near as the grid and, at a place where it hardly moves, the swing of what lies between tell.
+            assert found == pytest.approx(times[np.argmax(passed)], abs=1.01e-4)
+        else:
+            assert found > 3
+
+
+def test_an_axis_has_length_one_to_a_millionth() -> None:
+    axis = np.array([0.6, 0.0, 0.8])
+    for off in (0.95e-6, -0.95e-6):
+        found = exact(TOP, State((1 + off) * axis, np.array([0.0, 0.0, 0.1])), 0.0)
+        assert found.axis == pytest.approx(axis, abs=1e-15)
+    for off in (1.05e-6, -1.05e-6):
+        with pytest.raises(ValueError, match="axis of length 1"):
+            exact(TOP, State((1 + off) * axis, np.array([0.0, 0.0, 0.1])), 0.0)

@@ -116,3 +116,10 @@ def test_what_cannot_be_integrated_is_refused() -> None:
         integrate(TOP, state, 1.0, drag=np.inf)
     with pytest.raises(ValueError, match="gave up"):
         integrate(TOP, state, 1.0, drag=lambda time, *_: [0.0, 0.0, 1e-3 / (0.5 - time) ** 2])
+
+
+def test_times_may_stand_still_on_their_way_up_or_down() -> None:
+    state = released(TOP, FAST, 0.1)
+    for times in ([0.0, 0.3, 0.3, 0.5], [0.0, -0.3, -0.3, -0.5], [0.2, 0.2], [-0.2, -0.2], [0.0, 0.0, -0.1]):
+        path = integrate(TOP, state, times, rtol=1e-11)
+        assert np.abs(path.axis - exact(TOP, state, np.array(times)).axis).max() < 1e-9

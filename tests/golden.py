@@ -33,6 +33,15 @@ from gyrodata.fitting import (
     screen,
     transverse_inertia,
 )
+from gyrodata.forecast import (
+    design_of,
+    expected_u,
+    with_balance_test,
+    with_better,
+    with_both_signs,
+    with_longer_times,
+    with_unloaded_run,
+)
 from gyrodata.readings import Reading, read_log
 from gyrodata.units import Uncertainty
 
@@ -144,6 +153,11 @@ def every_number_of_a_fit(name: str) -> dict[str, list[float]]:
     rows["screened"] = in_one(kept.inertia) if kept else ()
     rows["counts"] = [number for answer in explaining_counts(measured) for pair in answer.items() for number in pair]
     rows["scale of M0"] = balance_scale(measured, np.array([1e-3, 4e-3, 0.1]))
+    design = design_of(measured, whole, tilted)
+    changed = [design, with_longer_times(design, 3.0), with_better(design, "time"), with_balance_test(design)]
+    if "torque" not in name and "force" not in name:
+        changed += [with_unloaded_run(design), with_both_signs(design)]
+    rows["expected u"] = expected_u(changed)
     rows["sample"] = one_or_more(sample(measured, np.ones(count)))
     rows["I"] = transverse_inertia(measured)
     # A stack starts from the plain line, which gross errors lead astray.

@@ -113,6 +113,7 @@ def scenes() -> dict[str, Measurements]:
     slips, late = nine.time.copy(), nine.time.copy()
     slips[[2, 7]] *= [2.0, 0.9]
     late[4] += 2.0
+    hasty = drawn(1, unloaded=True, sensed=False, imbalance=1e-3)
     ruler = drawn(6, weights=tuple(0.01 * k for k in range(3, 12)), u_zero=0.01)
     return {
         "nine runs": nine,
@@ -124,6 +125,10 @@ def scenes() -> dict[str, Measurements]:
         "unloaded": drawn(7, unloaded=True, imbalance=6e-4),
         "unloaded, either way": drawn(5, unloaded=True, sensed=False, imbalance=1e-4, u_mass=0.02),
         "unloaded, backwards": drawn(8, unloaded=True, sensed=False, imbalance=-1e-3),
+        "unloaded, one way alone": drawn(1, unloaded=True, sensed=False, imbalance=-2e-2),
+        "unloaded, the other way alone": drawn(2, unloaded=True, sensed=False, imbalance=2e-2),
+        "unloaded, stopped early": replace(hasty, time=hasty.time * np.where(hasty.mass == 0, 0.01, 1.0)),
+        "many, unloaded, either way": drawn(1, unloaded=True, sensed=False, imbalance=1e-4, repeats=30, noise=6.0),
         "balanced": replace(nine, balanced=True),
         "balanced, one torque": replace(one_torque, balanced=True),
         "not balanced": replace(one_torque, balanced=False),
@@ -137,6 +142,8 @@ def scenes() -> dict[str, Measurements]:
         "too good": drawn(13, noise=0.05, repeats=3),
         "short times": drawn(14, weights=(0.1, 0.2), turns=1 / 3, u_time=0.2),
         "very short times": drawn(15, weights=(0.2, 0.4), repeats=2, turns=1 / 3, u_time=0.3),
+        "going round": drawn(9, weights=(0.2, 0.4), repeats=2, turns=1 / 3, u_time=0.3),
+        "going round and round": drawn(14, weights=(0.1, 0.3), turns=1 / 3, u_time=0.5),
         "many": drawn(16, repeats=20, imbalance=1e-3),
         "slips": replace(nine, time=slips),
         "one late": replace(nine, time=late),

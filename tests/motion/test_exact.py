@@ -302,8 +302,9 @@ def test_half_a_turn_at_each_passage_of_the_vertical() -> None:
     # A pendulum in the plane of X and Z: it swings through below, and with a push goes over the top.
     swinging = State(np.array([0.6, 0.0, -0.8]), np.zeros(3))
     over = State(np.array([0.6, 0.0, -0.8]), np.array([0.0, 0.2, 0.0]))
-    for state in (swinging, over):
-        swept = precession_angle(TOP, state, np.linspace(0, 5, 400))
+    turned = State(np.array([0.6, 0.0, 0.8]), np.zeros(3))
+    for top, state in ((TOP, swinging), (TOP, over), (HANGING, turned), (HANGING, over)):
+        swept = precession_angle(top, state, np.linspace(0, 5, 400))
         assert swept / np.pi == pytest.approx(np.round(swept / np.pi), abs=1e-12)
         assert (np.diff(swept) > -1e-12).all()
         assert swept[-1] > 10

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from labs import lab, scenes
+from labs import G, lab, scenes
 from msgspec.structs import replace
 from sheets import HABITS, source
 from sheets import lab as sheet
@@ -29,6 +29,8 @@ from gyrodata.fitting import (
     fit_many,
     fit_otherwise,
     if_balanced,
+    lightest_torque,
+    refit,
     sample,
     screen,
     transverse_inertia,
@@ -42,6 +44,7 @@ from gyrodata.forecast import (
     with_longer_times,
     with_unloaded_run,
 )
+from gyrodata.measurements import Measurements
 from gyrodata.readings import Reading, read_log
 from gyrodata.units import Uncertainty
 
@@ -152,6 +155,14 @@ def every_number_of_a_fit(name: str) -> dict[str, list[float]]:
     rows["screen"] = [number for one in odd for number in (one.index, one.deviation, one.turns or 0.0, one.slip)]
     rows["screened"] = in_one(kept.inertia) if kept else ()
     rows["counts"] = [number for answer in explaining_counts(measured) for pair in answer.items() for number in pair]
+    for way, balanced in (("as it is", False), ("balanced", True)):
+        try:
+            again = refit(whole, measured, tilted, balanced)
+        except NoFit:
+            continue
+        rows[f"refit {way}"] = in_one(again.inertia)
+        rows[f"refit {way}: M0"] = [*in_one(again.imbalance), lightest_torque(measured, np.ones(count))]
+        rows[f"refit {way}: misfit"] = [again.chi2, again.dof, again.scatter, again.adjusted.kept.sum()]
     rows["scale of M0"] = balance_scale(measured, np.array([1e-3, 4e-3, 0.1]))
     design = design_of(measured, whole, tilted)
     changed = [design, with_longer_times(design, 3.0), with_better(design, "time"), with_balance_test(design)]
@@ -174,50 +185,67 @@ def every_number_of_a_fit(name: str) -> dict[str, list[float]]:
     return {key: [float(f"{number:.9g}") for number in np.ravel(values).tolist()] for key, values in rows.items()}
 
 
-def every_slip_found() -> dict[str, list[float]]:
-    """Tell which runs are odd, and which counts explain them, as times go ever further off: a row for each step."""
-    rows: dict[str, Any] = {}
+def slips() -> dict[str, list[Measurements]]:
+    """Labs in which times go ever further off, a step a lab: where a run or a torque becomes odd tells a threshold."""
+
+    def drawn(seed: int, noise: float, **options: Any) -> Measurements:
+        return lab(np.random.default_rng(seed), noise=noise, **options)
+
+    def late(measured: Measurements, which: Any, factors: Any) -> list[Measurements]:
+        return [replace(measured, time=measured.time * np.where(which, factor, 1.0)) for factor in factors]
+
     four, many = np.arange(9) == 4, np.arange(12) == 7
-    labs = {
-        "a tight lab": (lab(np.random.default_rng(4), noise=0.3), four, np.geomspace(0.15, 7, 30)),
-        "two turns": (lab(np.random.default_rng(5), noise=0.3, turns=2.0), four, np.geomspace(0.4, 2, 12)),
-        "a loose lab": (lab(np.random.default_rng(6), noise=4.0, repeats=2, rpm=(200.0, 500.0)), many,
-                        np.geomspace(1.0, 2.2, 12)),
-        "four runs": (lab(np.random.default_rng(7), weights=(0.02, 0.06), rpm=(200.0, 500.0)), np.arange(4) == 1,
-                      np.geomspace(1.0, 2.0, 6)),
-        "three runs": (lab(np.random.default_rng(7), rpm=(400.0,)), np.arange(3) == 1, [2.0]),
-    }  # fmt: skip
-    for name, (measured, which, factors) in labs.items():
-        for factor in factors:
-            odd, result = screen(replace(measured, time=measured.time * np.where(which, factor, 1.0)))
-            found = [number for one in odd for number in (one.index, one.deviation, one.turns or 0.0, one.slip)]
-            rows[f"{name}, {factor:.3f}"] = [*found, 1e3 * result.inertia.value if result else 0.0]
-    exact = lab(np.random.default_rng(8), noise=0.0)
-    for count in (1, 2, 3):
-        off = replace(exact, time=exact.time * np.where(np.arange(9) % 3 < count - 1, 1.0 + 0.1 * np.arange(9), 1.0))
-        rows[f"{3 * count - 3} runs of nine"] = [one.index for one in screen(off)[0]]
+    loose, exact = drawn(6, 4.0, repeats=2, rpm=(200.0, 500.0)), drawn(8, 0.0)
+    found = {
+        f"a tight lab {k}": late(drawn(4, 0.3), four, np.geomspace(0.15, 7, 30)[6 * k : 6 * k + 6]) for k in range(5)
+    } | {
+        "two turns": late(drawn(5, 0.3, turns=2.0), four, np.geomspace(0.4, 2, 12)),
+        "a loose lab": late(loose, many, np.geomspace(1.0, 1.5, 6)),
+        "a loose lab far off": late(loose, many, np.geomspace(1.6, 2.2, 6)),
+        "four runs": late(drawn(7, 0.3, weights=(0.02, 0.06), rpm=(200.0, 500.0)), np.arange(4) == 1, (1.0, 1.3, 2.0)),
+        "three runs": late(drawn(7, 0.3, rpm=(400.0,)), np.arange(3) == 1, [2.0]),
+        "three or six of nine": [
+            *late(exact, np.arange(9) % 3 < 1, [1 + 0.1 * np.arange(9)]),
+            *late(exact, np.arange(9) % 3 < 2, [1 + 0.1 * np.arange(9)]),
+        ],
+    }
     designs = {
-        "three torques": lab(np.random.default_rng(1), noise=0.1),
-        "two torques": lab(np.random.default_rng(2), noise=0.1, weights=(0.02, 0.05)),
-        "both sides": lab(np.random.default_rng(3), noise=0.1, positions=(0.15, -0.12), rpm=(300.0, 500.0)),
-        "half turns": lab(np.random.default_rng(4), noise=0.1, turns=0.5),
-        "with M0": lab(np.random.default_rng(5), noise=0.1, imbalance=9e-3),
-        "with a large M0": lab(np.random.default_rng(5), noise=0.1, imbalance=1.1e-2),
+        "three torques": drawn(1, 0.1),
+        "two torques": drawn(2, 0.1, weights=(0.02, 0.05)),
+        "both sides": drawn(3, 0.1, positions=(0.15, -0.12), rpm=(300.0, 500.0)),
+        "half turns": drawn(4, 0.1, turns=0.5),
+        "with M0": drawn(5, 0.1, imbalance=9e-3),
+        "with a large M0": drawn(5, 0.1, imbalance=1.1e-2),
     }
     for name, measured in designs.items():
-        loads = np.unique(measured.torque)
-        for load in (loads[0], loads[-1]):
-            for factor in np.geomspace(0.28, 3.6, 45):
-                off = replace(measured, time=measured.time * np.where(measured.torque == load, factor, 1.0))
-                answers = explaining_counts(off)
-                found = [value for one in answers for pair in one.items() for value in pair]
-                rows[f"{name}, {load:.2g} N*m, {factor:.3f}"] = found
-    for number in (11, 12, 13):
-        weights = tuple(0.01 * k for k in range(2, number + 2))
-        measured = lab(np.random.default_rng(6), noise=0.1, weights=weights, rpm=(300.0,))
-        answers = explaining_counts(replace(measured, time=measured.time * np.where(np.arange(number) == 0, 2.0, 1.0)))
-        rows[f"{number} torques"] = [value for one in answers for pair in one.items() for value in pair]
-    return {key: [float(f"{number:.9g}") for number in row] for key, row in rows.items()}
+        for which in ("least", "largest"):
+            load = np.unique(measured.torque)[0 if which == "least" else -1]
+            found[f"counts: {name}, {which}"] = late(measured, measured.torque == load, np.geomspace(0.28, 3.6, 45))
+    # A level M0 of the half of the lightest torque, from none on.
+    found["counts: ever more M0"] = [
+        late(drawn(5, 0.02, imbalance=share * 0.02 * 0.15 * G), np.arange(9) < 3, [2.0])[0]
+        for share in np.linspace(0.0, 0.5, 26)
+    ]
+    found["counts: ever more noise"] = [late(drawn(5, noise), np.arange(9) < 3, [2.0])[0]
+                                        for noise in np.geomspace(0.1, 12, 30)]  # fmt: skip
+    weights = tuple(0.01 * k for k in range(2, 15))
+    several = [drawn(6, 0.1, weights=weights[:number], rpm=(300.0,)) for number in (11, 12, 13)]
+    found["counts: many torques"] = [late(one, one.torque == one.torque.min(), [2.0])[0] for one in several]
+    return found
+
+
+def every_slip_found(name: str) -> list[list[float]]:
+    """Tell of each lab of one of `slips` which runs are odd, or which counts explain it."""
+    rows = []
+    for measured in slips()[name]:
+        if name.startswith("counts"):
+            row = [value for one in explaining_counts(measured) for pair in one.items() for value in pair]
+        else:
+            odd, result = screen(measured)
+            row = [number for one in odd for number in (one.index, one.deviation, one.turns or 0.0, one.slip)]
+            row.append(1e3 * result.inertia.value if result else 0.0)
+        rows.append([float(f"{number:.9g}") for number in row])
+    return rows
 
 
 def quantity(measured: Any, name: str) -> Any:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 
-from golden import every_log_as_read, every_number_of_a_fit, every_slip_found, numbers
+from golden import every_log_as_read, every_number_of_a_fit, every_slip_found, numbers, slips
 from labs import scenes
 
 import gyrodata
@@ -47,4 +47,5 @@ if __name__ == "__main__":
     fits = {name: lines_of(every_number_of_a_fit(name)) for name in scenes()}
     kept = ",\n".join(f'"{name}": {told}' for name, told in fits.items())
     (EXPECTED / "fits.json").write_text(f"{{\n{kept}\n}}\n", encoding="utf-8")
-    (EXPECTED / "slips.json").write_text(lines_of(every_slip_found()) + "\n", encoding="utf-8")
+    found = {name: every_slip_found(name) for name in slips()}
+    (EXPECTED / "slips.json").write_text(lines_of(found) + "\n", encoding="utf-8")

@@ -222,13 +222,13 @@ def _result(
     measured: Measurements, adjusted: Adjusted, sense: Floats, width: float, scatter: float, chi2: float, free: bool
 ) -> FitResult:
     inertia, imbalance, bias = (float(value) for value in adjusted.unknowns)
-    u = np.sqrt(np.diag(adjusted.covariance)[:3])
+    u = np.sqrt(np.diag(adjusted.covariance))
     fitted, own = _predict(adjusted, sense)
     return FitResult(
         inertia=Estimate(inertia, float(u[0])),
         imbalance=Estimate(imbalance, float(u[1])),
         timing_bias=Estimate(bias, float(u[2]) if measured.timing_bias_u > 0 else 0.0),
-        covariance=adjusted.covariance[:3, :3],
+        covariance=adjusted.covariance,
         chi2=chi2,
         dof=int(adjusted.kept.sum()) - 1 - int(free),
         fitted_time=fitted,

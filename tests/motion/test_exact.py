@@ -461,6 +461,24 @@ def test_a_crossing_is_found_to_the_last_digit_with_few_looks(function: Any, roo
     assert len(looks) <= most, len(looks)
 
 
+@pytest.mark.parametrize(
+    ("function", "looks"),
+    [
+        (lambda x: x * x * x - 2 * x - 5, 10),
+        (lambda x: 3 * x - 1, 5),
+        (lambda x: x * x - 4, 9),
+        (lambda x: (x - 1) * (x - 1) * (x - 1), 61),
+        (lambda x: np.where(x < 1.234, -1.0, 1.0), 55),
+        (lambda x: (x - 0.3) * (x * x + 1), 10),
+    ],
+)
+def test_where_it_looks_is_as_it_was(function: Any, looks: int) -> None:
+    # Without functions that differ by processor, the count is the same everywhere.
+    seen = []
+    find_crossing(lambda x: seen.append(x) or function(x), 0.1, 3.0)  # type: ignore[func-returns-value]
+    assert len(seen) == looks
+
+
 def test_crossings_at_once_are_each_alone_and_where_signs_agree_the_end_nearer_to_zero() -> None:
     places = np.array([0.3, 1.0, 2.9])
     found = find_crossing(lambda x: (x - places) * (1 + x**2), np.full(3, 0.1), 3.0)

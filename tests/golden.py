@@ -195,6 +195,9 @@ def slips() -> dict[str, list[Measurements]]:
         return [replace(measured, time=measured.time * np.where(which, factor, 1.0)) for factor in factors]
 
     four, many = np.arange(9) == 4, np.arange(12) == 7
+    share, apart = drawn(9, 0.1), drawn(10, 0.3, repeats=2, u_time=0.05)
+    apart = replace(apart, time=apart.time * np.repeat([1.02, 0.98, 1.01], 6))
+    by_share = replace(share.sources[0], absolute=np.zeros(9), relative=np.full(9, 0.01)), *share.sources[1:]
     loose, exact = drawn(6, 4.0, repeats=2, rpm=(200.0, 500.0)), drawn(8, 0.0)
     found = {
         f"a tight lab {k}": late(drawn(4, 0.3), four, np.geomspace(0.15, 7, 30)[6 * k : 6 * k + 6]) for k in range(5)
@@ -203,6 +206,18 @@ def slips() -> dict[str, list[Measurements]]:
         "a loose lab": late(loose, many, np.geomspace(1.0, 1.5, 6)),
         "a loose lab far off": late(loose, many, np.geomspace(1.6, 2.2, 6)),
         "four runs": late(drawn(7, 0.3, weights=(0.02, 0.06), rpm=(200.0, 500.0)), np.arange(4) == 1, (1.0, 1.3, 2.0)),
+        "a second one hidden": [
+            late(drawn(seed, 0.3, rpm=(200.0, 500.0)), True, [factors])[0]
+            for seed, factors in (
+                (30, (1, 1, 1.083, 1, 1, 1.189)),
+                (36, (1, 0.94, 1.306, 1, 1, 1)),
+                (98, (0.622, 1.219, 1, 1, 1, 1)),
+            )
+        ],
+        "twelve turns and a half": late(drawn(4, 0.1, turns=12.0, u_spin=5e-4), four, [11.5 / 12, 12.5 / 12, 31 / 12]),
+        "forty-one turns": late(drawn(4, 0.1, turns=40.0, u_spin=1e-4), four, [39 / 40, 41 / 40]),
+        "uncertain as a share": late(replace(share, sources=by_share), four, np.geomspace(1, 1.6, 8)),
+        "torques that disagree": late(apart, np.arange(18) == 8, np.linspace(1, 1.12, 7)),
         "three runs": late(drawn(7, 0.3, rpm=(400.0,)), np.arange(3) == 1, [2.0]),
         "three or six of nine": [
             *late(exact, np.arange(9) % 3 < 1, [1 + 0.1 * np.arange(9)]),
@@ -273,6 +288,7 @@ def told_by(result: FitResult) -> dict[str, Any]:
     told |= {name: one_or_more(getattr(result, name)) for name in several}
     told["widths"] = [result.balance_u, result.contradicted_balance or 0.0]
     told["chi2"] = [result.chi2, result.dof, adjusted.chi2, result.scatter, result.two_signs, adjusted.converged]
+    told["shares, largest first"] = [share.share for share in result.budget]
     for share in result.budget:
         told[f"u from {share.source}"] = [share.u_inertia]
         told[f"share of {share.source}, {share.shared_by or 'alone' if not share.shared else 'shared'}"] = [share.share]

@@ -110,6 +110,7 @@ def scenes() -> dict[str, Measurements]:
     lean = source("pitch", "pitch", own, 0.02), source("transverse_inertia", "transverse", every, 0.0, 0.05)
     heights = np.radians([-25.0, -10.0, 0.0, 3.0, 8.0, 14.0, 20.0, 30.0, 40.0])
     tilted = replace(nine, sources=(*nine.sources, *lean), pitch=heights)
+    by_share = replace(time, absolute=0.0 * nine.time, relative=np.full(9, 0.01))
     slips, late = nine.time.copy(), nine.time.copy()
     slips[[2, 7]] *= [2.0, 0.9]
     late[4] += 2.0
@@ -149,6 +150,7 @@ def scenes() -> dict[str, Measurements]:
         "one late": replace(nine, time=late),
         "a count for a torque": replace(nine, time=nine.time * np.where(own < 3, 2.0, 1.0)),
         "a weak ruler": replace(ruler, turns=np.where(np.isin(np.arange(27), (3, 4)), 1.5, 1.0)),
+        "rates": replace(nine, timing_bias_u=0.0, timed=False, sources=(by_share, *nine.sources[1:])),
         "no timing bias": replace(nine, timing_bias_u=0.0),
         "tilted": replace(tilted, transverse_inertia=6.2e-3 + nine.mass * 0.15**2),
         "tilted, I not given": tilted,

@@ -146,6 +146,14 @@ def many(count: int = 200) -> tuple[Top, State]:
     return top, State(axis, INERTIA * (random.normal(size=(count, 1)) * 40 * axis + random.normal(size=(count, 3)) * 5))
 
 
+@pytest.mark.parametrize("theta", [0.4, 1.2, 2.5])
+def test_the_energy_is_that_of_three_rotations_and_the_height(theta: float) -> None:
+    for spin, turning, nodding in ((60.0, 3.0, 0.5), (0.0, -2.0, 1.0), (-20.0, 0.0, 0.0)):
+        across = TRANSVERSE * (nodding**2 + (turning * np.sin(theta)) ** 2) / 2
+        expected = across + INERTIA * spin**2 / 2 + TORQUE * np.cos(theta)
+        assert energy(TOP, moving(theta, spin, turning, nodding)) == pytest.approx(expected, rel=1e-13, abs=1e-16)
+
+
 def test_conserved_quantities() -> None:
     top, state = many()
     size = np.linalg.norm(state.momentum, axis=-1) + np.sqrt(top.transverse_inertia * np.abs(top.torque))

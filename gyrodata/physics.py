@@ -69,7 +69,7 @@ def solid_ball_inertia(mass: float, diameter: float) -> float:
     return 0.4 * mass * (diameter / 2) ** 2
 
 
-def bored_ball_inertia(mass: float, diameter: float, bore_diameter: float = 0.0, bore_depth: float = 0.0) -> float:
+def bored_ball_inertia(mass: float, diameter: float, bore_diameter: float, bore_depth: float) -> float:
     """Moment of inertia [kg*m^2] about the bore of a ball with a cylindrical bore along a radius.
 
     The mass is that of the bored ball. What the bore takes lies near the axis: of two balls of the same mass the

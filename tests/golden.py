@@ -18,6 +18,7 @@ from sheets import lab as sheet
 from gyrodata.diagnostics import CODES
 from gyrodata.errors import GyroError
 from gyrodata.fitting import (
+    ChosenModel,
     Estimate,
     FitResult,
     NoFit,
@@ -29,6 +30,7 @@ from gyrodata.fitting import (
     fit_many,
     fit_otherwise,
     if_balanced,
+    iterate_mean_rate,
     lightest_torque,
     refit,
     sample,
@@ -132,7 +134,11 @@ def _size(u: Uncertainty) -> str:
 
 def every_number_of_a_fit(name: str) -> dict[str, list[float]]:
     """Tell all that the fit of a scene of `labs` gives: rows of numbers of one unit, by their names."""
-    measured, tilted = scenes()[name], "tilted" in name or name == "the weight spins along"
+    measured = scenes()[name]
+    released = measured.motion == "released"
+    tilted = released or "tilted" in name or name == "the weight spins along"
+    if released:
+        measured = iterate_mean_rate(measured, ChosenModel(tilted=True, released=True, asked=False))
     stated, whole = fit_as_stated(measured, tilted), fit(measured, tilted)
     rows: dict[str, Any] = {}
     for way, result in (("as stated", stated), ("fit", whole)):
@@ -169,6 +175,7 @@ def every_number_of_a_fit(name: str) -> dict[str, list[float]]:
     if "torque" not in name and "force" not in name:
         changed += [with_unloaded_run(design), with_both_signs(design)]
     rows["expected u"] = expected_u(changed)
+    rows["slowing"] = () if measured.slowing is None else measured.slowing
     rows["sample"] = one_or_more(sample(measured, np.ones(count)))
     rows["I"] = transverse_inertia(measured)
     # A stack starts from the plain line, which gross errors lead astray.

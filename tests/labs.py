@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 from msgspec.structs import replace
 
+from gyrodata import motion
 from gyrodata.measurements import Measurements, Source
 
 INERTIA = 4.44e-3
@@ -88,6 +89,23 @@ def lab(
     )
 
 
+def let_go(seed: int) -> Measurements:
+    """Draw six tight runs of a rod let go from rest."""
+    random = np.random.default_rng(seed)
+    tight = {"u_time": 0.02, "u_spin": 3e-4, "u_spin_scale": 2e-4, "u_mass": 5e-4, "u_zero": 1e-4}
+    drawn = lab(random, weights=(0.04, 0.08), rpm=(300.0, 400.0, 600.0), **tight)  # type: ignore[arg-type]
+    across = 6.2e-3 + drawn.mass * 0.15**2
+    top, pitch = motion.Top(INERTIA, across, drawn.torque), np.full(6, 0.2)
+    time = motion.time_to_turn(top, motion.released(top, drawn.spin, pitch), 2 * np.pi)
+    doubt = Source(
+        "transverse_inertia", "transverse", np.zeros(6, dtype=int), np.zeros(6), np.full(6, 0.005), "", True, ""
+    )
+    return replace(
+        drawn, time=time + 0.02 * random.standard_normal(6), pitch=pitch, transverse_inertia=across, timing_bias_u=0.01,
+        motion="released", sources=(*drawn.sources, doubt),
+    )  # fmt: skip
+
+
 @cache
 def scenes() -> dict[str, Measurements]:
     """Labs of every kind that the fit knows, each with its own way through it."""
@@ -138,6 +156,8 @@ def scenes() -> dict[str, Measurements]:
         "balance hardly doubted": replace(drawn(11, imbalance=6e-4), imbalance_u=lambda inertia: 1e-4),
         "balance tested well": replace(drawn(9), imbalance_u=lambda inertia: 0.0),
         "widths stated": stated(nine),
+        "times alone stated": replace(nine, sources=(replace(time, default=False), *nine.sources[1:])),
+        "all but times stated": replace(nine, sources=(time, *stated(nine).sources[1:])),
         "scattered": drawn(12, noise=6.0),
         "scattered, though stated": stated(drawn(12, noise=25.0, weights=(0.05, 0.1))),
         "too good": drawn(13, noise=0.05, repeats=3),
@@ -155,6 +175,9 @@ def scenes() -> dict[str, Measurements]:
         "tilted": replace(tilted, transverse_inertia=6.2e-3 + nine.mass * 0.15**2),
         "tilted, I not given": tilted,
         "tilted, runs that turn back": replace(tilted, torque=-nine.torque, mass=-nine.mass, sense=-nine.sense),
+        "let go": let_go(1),
+        "let go, far off": let_go(5),
+        "let go, scattered": let_go(6),
         "forces": replace(
             nine, force=nine.mass * G, mass=nothing,
             sources=(time, spin, scale, zero, source("force", "force", own, 2e-3)),

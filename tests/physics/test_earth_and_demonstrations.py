@@ -115,7 +115,7 @@ def test_a_bored_ball_is_the_ball_less_the_bore_at_one_density() -> None:
     density = mass / (whole - hole)
     less = physics.solid_ball_inertia(density * whole, diameter) - physics.cylinder_inertia(density * hole, bore)
     assert physics.bored_ball_inertia(mass, diameter, bore, depth) == pytest.approx(less, rel=1e-14)
-    assert physics.bored_ball_inertia(mass, diameter) == pytest.approx(
+    assert physics.bored_ball_inertia(mass, diameter, 0.0, 0.0) == pytest.approx(
         physics.solid_ball_inertia(mass, diameter), rel=1e-14
     )
     # By rings of the ball and of the bore: ∫ r² dm.

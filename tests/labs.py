@@ -8,7 +8,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from gyrodata import motion
-from gyrodata.measurements import Measurements, Source
+from gyrodata.measurements import Measurements, Source, select
 
 INERTIA = 4.44e-3
 G = 9.803
@@ -177,6 +177,8 @@ def scenes() -> dict[str, Measurements]:
         "tilted, runs that turn back": replace(tilted, torque=-nine.torque, mass=-nine.mass, sense=-nine.sense),
         "let go": let_go(1),
         "let go, far off": let_go(5),
+        "let go, three runs": select(let_go(2), [0, 2, 5]),
+        "let go, two runs": select(let_go(2), [0, 5]),
         "let go, scattered": let_go(6),
         "forces": replace(
             nine, force=nine.mass * G, mass=nothing,

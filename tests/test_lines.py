@@ -235,6 +235,7 @@ class TestRefusals:
             ([], [], {"intercept": False}, "do not determine"),
             ([1.0, 2.0], [2.0, 3.0], {}, "no residual"),
             ([3.0] * 5, [1, 2, 3, 4, 5], {}, "all x are equal"),
+            ([0.0] * 5, [1, 2, 3, 4, 5], {}, "all x are equal"),
             ([0.0] * 5, [1, 2, 3, 4, 5], {"intercept": False}, "all x are zero"),
             ([1, 2, math.nan], [1, 2, 3], {}, "not finite"),
             ([1, 2, 3], [1, 2], {}, "same length"),

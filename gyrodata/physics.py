@@ -69,7 +69,7 @@ def solid_ball_inertia(mass: float, diameter: float) -> float:
     return 0.4 * mass * (diameter / 2) ** 2
 
 
-def bored_ball_inertia(mass: float, diameter: float, bore_diameter: float = 0.0, bore_depth: float = 0.0) -> float:
+def bored_ball_inertia(mass: float, diameter: float, bore_diameter: float, bore_depth: float) -> float:
     """Moment of inertia [kg*m^2] about the bore of a ball with a cylindrical bore along a radius.
 
     The mass is that of the bored ball. What the bore takes lies near the axis: of two balls of the same mass the
@@ -408,27 +408,17 @@ def balanced_direction(
     Against the ground the sky turns about the Earth's axis, which points north at the altitude of the latitude, from
     east to west: a turn of the direction by −Ω t about that axis (Rodrigues' formula).
     """
-    rod = _vector(azimuth, altitude)
-    axis = _vector(0.0, latitude)
+    rod = np.cos(altitude) * np.sin(azimuth), np.cos(altitude) * np.cos(azimuth), np.sin(altitude)
+    # The Earth's axis has no part to the east.
+    level, height = np.cos(latitude), np.sin(latitude)
     turned = -EARTH_ROTATION * np.asarray(time, dtype=float)
-    along = sum(a * r for a, r in zip(axis, rod, strict=True))
-    across = (
-        axis[1] * rod[2] - axis[2] * rod[1],
-        axis[2] * rod[0] - axis[0] * rod[2],
-        axis[0] * rod[1] - axis[1] * rod[0],
-    )
-    share = 2 * np.sin(turned / 2) ** 2
-    east, north, up = (
-        r * np.cos(turned) + c * np.sin(turned) + a * along * share for r, c, a in zip(rod, across, axis, strict=True)
-    )
-    level = np.hypot(east, north)
-    bearing = np.arctan2(east, north)
-    bearing = np.where(bearing < 0, bearing + 2 * np.pi, bearing)
+    sine, cosine = np.sin(turned), np.cos(turned)
+    along, share = level * rod[1] + height * rod[2], 2 * np.sin(turned / 2) ** 2
+    east = rod[0] * cosine + (level * rod[2] - height * rod[1]) * sine
+    north = rod[1] * cosine + height * rod[0] * sine + level * along * share
+    up = rod[2] * cosine - level * rod[0] * sine + height * along * share
+    away = np.hypot(east, north)
+    bearing = np.mod(np.arctan2(east, north), 2 * np.pi)
+    # What is hardly west of north is rounded to a whole turn.
     bearing = np.where(bearing >= 2 * np.pi, 0.0, bearing)
-    return np.where(level > 1e-12, bearing, np.nan)[()], np.arctan2(up, level)
-
-
-def _vector(azimuth: ArrayLike, altitude: ArrayLike) -> tuple[Any, Any, Any]:
-    """East, north and up parts of a direction."""
-    level = np.cos(altitude)
-    return level * np.sin(azimuth), level * np.cos(azimuth), np.sin(altitude)
+    return np.where(away > 1e-12, bearing, np.nan)[()], np.arctan2(up, away)

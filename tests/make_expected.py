@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 
-from golden import every_log_as_read, numbers
+from golden import every_log_as_read, every_number_of_a_fit, every_slip_found, numbers, slips
+from labs import scenes
 
 import gyrodata
 from gyrodata import plotting, reporting
@@ -14,6 +16,12 @@ from gyrodata.procedure import check_procedure
 from gyrodata.reporting import watch_text
 
 EXPECTED = Path(__file__).parent / "expected"
+
+
+def lines_of(rows: Mapping[str, object]) -> str:
+    """JSON with a row a line."""
+    return "{\n" + ",\n".join(f"  {json.dumps(key)}: {json.dumps(row)}" for key, row in rows.items()) + "\n}"
+
 
 if __name__ == "__main__":
     samples = Path(__file__).parent.parent / "sample_data"
@@ -36,3 +44,8 @@ if __name__ == "__main__":
         lines = ",\n".join(f"  {json.dumps(place)}: {value}" for place, value in found.items())
         path.with_suffix(".json").write_text(f"{{\n{lines}\n}}\n", encoding="utf-8")
     (EXPECTED / "as_read.txt").write_text(every_log_as_read(), encoding="utf-8")
+    fits = {name: lines_of(every_number_of_a_fit(name)) for name in scenes()}
+    kept = ",\n".join(f'"{name}": {told}' for name, told in fits.items())
+    (EXPECTED / "fits.json").write_text(f"{{\n{kept}\n}}\n", encoding="utf-8")
+    found = {name: every_slip_found(name) for name in slips()}
+    (EXPECTED / "slips.json").write_text(lines_of(found) + "\n", encoding="utf-8")

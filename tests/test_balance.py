@@ -75,3 +75,19 @@ def test_a_tighter_true_test_never_gives_a_larger_u(design: dict[str, object]) -
         after = float(np.mean(inertia[:, 3] - inertia[:, 1]))
         assert after < 1.01 * before
         before = after
+
+
+def test_a_test_is_contradicted_by_an_m0_three_u_away() -> None:
+    said = {True: 0, False: 0}
+    for allowed in (1e-5, 3e-4):
+        for imbalance in np.linspace(-3e-3, 3e-3, 23):
+            measured = lab(np.random.default_rng(2), noise=0.1, imbalance=imbalance, u_time=0.3)
+            found = fit(replace(measured, imbalance_u=lambda inertia, width=allowed: width)).contradicted_balance
+            alone = fit(measured).imbalance
+            assert alone.u is not None
+            away = abs(alone.value) / math.hypot(allowed, alone.u)
+            # The two fits are not linear at the same place.
+            if abs(away - 3) > 0.15:
+                assert found == (allowed if away > 3 else None)
+                said[away > 3] += 1
+    assert min(said.values()) > 8

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import gyrodata
+from gyrodata import fitting
 from gyrodata.fitting import LineFit, fit_line, ordinary_line
 
 YORK_X = np.array([0.0, 0.9, 1.8, 2.6, 3.3, 4.4, 5.2, 6.1, 6.5, 7.4])
@@ -234,6 +235,7 @@ class TestRefusals:
             ([], [], {"intercept": False}, "do not determine"),
             ([1.0, 2.0], [2.0, 3.0], {}, "no residual"),
             ([3.0] * 5, [1, 2, 3, 4, 5], {}, "all x are equal"),
+            ([0.0] * 5, [1, 2, 3, 4, 5], {}, "all x are equal"),
             ([0.0] * 5, [1, 2, 3, 4, 5], {"intercept": False}, "all x are zero"),
             ([1, 2, math.nan], [1, 2, 3], {}, "not finite"),
             ([1, 2, 3], [1, 2], {}, "same length"),
@@ -257,3 +259,149 @@ class TestRefusals:
     def test_one_stated_point_through_the_origin_is_enough(self) -> None:
         line = fit_line([2.0], [4.0], cov_y=0.04, intercept=False)
         assert (line.slope, line.u_slope, line.dof, line.p) == (2.0, pytest.approx(0.1), 0, None)
+
+
+class TestLimits:
+    """What is a line and what is none, on both sides of each limit."""
+
+    def test_all_x_equal_to_thirteen_digits_is_refused(self) -> None:
+        for off, refused in ((0.9e-13, True), (1.2e-13, False)):
+            x = np.array([1.0, 1.0 + off, 1.0])
+            if refused:
+                with pytest.raises(ValueError, match="all x are equal"):
+                    fit_line(x, [1.0, 2.0, 1.0], cov_y=1.0)
+            else:
+                assert fit_line(x, [1.0, 2.0, 1.0], cov_y=1.0).slope == pytest.approx(1 / off, rel=2e-2)
+        assert fit_line([3.0] * 4, [3.0, 3.1, 2.9, 3.0], cov_y=0.01, intercept=False).slope == pytest.approx(1.0)
+
+    def test_exact_points_may_be_off_by_a_part_of_a_thousand_million(self) -> None:
+        # Three exact points: what no error closes is two thirds of how far the middle one is off, as a distance.
+        for share, refused in ((0.97, False), (1.03, True)):
+            off = share * 1e-9 * math.sqrt(6) / 2
+            y = np.array([0.2, 0.3 + off, 0.4, 1.0])
+            if refused:
+                with pytest.raises(ValueError, match="not on one line"):
+                    fit_line([0.0, 1.0, 2.0, 5.0], y, cov_y=[0, 0, 0, 1.0])
+            else:
+                assert fit_line([0.0, 1.0, 2.0, 5.0], y, cov_y=[0, 0, 0, 1.0]).slope == pytest.approx(0.1, rel=1e-8)
+
+    def test_a_matrix_is_symmetric_to_nine_digits(self) -> None:
+        def asked(off: float) -> np.ndarray:
+            return np.array([[1.0, 0.3, 0.0], [0.3 * (1 + off), 1.0, 0.0], [0.0, 0.0, 1.0]])
+
+        for name in ("cov_x", "cov_y"):
+            fit_line([1, 2, 3], [1, 2, 4], **{name: asked(0.9e-9)})
+            with pytest.raises(ValueError, match=f"{name} is not symmetric"):
+                fit_line([1, 2, 3], [1, 2, 4], **{name: asked(1.1e-9)})
+            # Beside a large variance what is as small as rounding may differ.
+            matrix = np.diag([1.0, 2.0, 100.0])
+            matrix[0, 1] = 0.9e-10
+            fit_line([1, 2, 3], [1, 2, 4], **{name: matrix})
+            matrix[0, 1] = 1.1e-10
+            with pytest.raises(ValueError, match=f"{name} is not symmetric"):
+                fit_line([1, 2, 3], [1, 2, 4], **{name: matrix})
+
+    def test_two_errors_of_a_row_go_together_at_most_wholly(self) -> None:
+        whole = np.full(4, 0.02)
+        for x, y in ((0.01, 0.04), (0.04, 0.01)):
+            line = fit_line([1, 2, 3, 5], [1, 2, 3.1, 5], x, y, whole)
+            assert line.dof == 2
+            fit_line([1, 2, 3, 5], [1, 2, 3.1, 5], x, y, whole * math.sqrt(1 + 0.8e-12))
+            with pytest.raises(ValueError, match="larger than"):
+                fit_line([1, 2, 3, 5], [1, 2, 3.1, 5], x, y, whole * math.sqrt(1 + 1.3e-12))
+        with pytest.raises(ValueError, match="larger than"):
+            fit_line([1, 2, 3, 5], [1, 2, 3.1, 5], 0.01, 0.04, -whole * (1 + 1e-9))
+
+    @pytest.mark.parametrize(("least", "good"), [(-0.8e-9, True), (-1.3e-9, False), (0.0, True), (1e-3, True)])
+    def test_an_eigenvalue_is_negative_by_rounding_at_most(self, least: float, good: bool) -> None:
+        # Correlations of two errors each way and of all: eigenvalues 1 ± c of each pair.
+        c = (1 - least) / (1 + least)
+        matrix = np.kron(np.eye(2), np.array([[1.0, c], [c, 1.0]]))
+        if good:
+            # Where the errors of a pair are one, the slope is exact.
+            line = fit_line([1, 2, 3, 5], [2.1, 4.1, 5.8, 9.8], cov_y=matrix)
+            assert line.dof == (2 if least > 0 else 1)
+            assert line.slope == pytest.approx(2.0, rel=1e-3 if least > 0 else 1e-12)
+        else:
+            with pytest.raises(ValueError, match="negative eigenvalue"):
+                fit_line([1, 2, 3, 5], [1, 2, 3.1, 5], cov_y=matrix)
+
+    def test_what_has_no_variance_has_no_covariance(self) -> None:
+        matrix = np.diag([0.0, 1.0, 1.0, 1.0])
+        assert fit_line([1, 2, 3, 5], [1, 2, 3.1, 5], cov_y=matrix).dof == 2
+        matrix[0, 1] = matrix[1, 0] = 1e-3
+        with pytest.raises(ValueError, match="variance 0 has a covariance"):
+            fit_line([1, 2, 3, 5], [1, 2, 3.1, 5], cov_y=matrix)
+
+    @pytest.mark.parametrize("count", [3, 4, 5])
+    def test_degrees_of_freedom_are_those_of_errors_that_can_be_seen(self, count: int) -> None:
+        # So many of six rows are exact: the line goes through them if there are two, and the others are left.
+        variances = np.where(np.arange(6) < count - 3, 0.0, 0.04)
+        x = np.arange(6.0)
+        y = 2 * x + np.where(variances > 0, 0.1 * np.cos(5 * x), 0.0)
+        by_row, whole = fit_line(x, y, cov_y=variances), fit_line(x, y, cov_y=np.diag(variances))
+        assert (by_row.dof, whole.dof) == (4, 4)
+        assert (whole.slope, whole.chi2) == pytest.approx((by_row.slope, by_row.chi2), rel=1e-11)
+        assert whole.u_slope == pytest.approx(by_row.u_slope, rel=1e-12, abs=1e-15)
+
+    @pytest.mark.parametrize("small", [1e-6, 1e-10, 4e-10, 3e-9, 1e-8])
+    def test_rows_of_very_different_errors_are_weighed_as_they_are(self, small: float) -> None:
+        u = np.array([1.0, small, 1.0, 1.0, 1.0, 2 * small])
+        x, y = np.array([1.0, 2, 3, 4, 6, 8]), np.array([2.0, 4.5, 6, 7, 12, 15])
+        line = fit_line(x, y, cov_y=u**2)
+        # Two rows that are nearly exact are the line, and what is uncertain of it is theirs.
+        assert line.slope == pytest.approx((15 - 4.5) / 6, rel=1e-9 + small)
+        assert line.u_slope == pytest.approx(math.hypot(1, 2) * small / 6, rel=1e-6)
+        assert line.dof == 4
+        assert line.chi2 == pytest.approx(float(np.sum((y - 4.5 - 1.75 * (x - 2)) ** 2)), rel=1e-5)
+
+    def test_few_points_of_the_textbook_tell_no_u(self) -> None:
+        for name, least in (("through_origin", 1), ("with_constant", 2), ("mean_of_ratios", 1)):
+            x, y = np.array([1.0, 2.0, 4.0]), np.array([2.0, 5.0, 7.0])
+            for count in (least, least + 1):
+                _, u = fitting.TEXTBOOK[name](x[:count], y[:count])
+                assert np.isnan(u) == (count == least)
+                stack, us = fitting.TEXTBOOK[name](np.array([x[:count]] * 2), np.array([y[:count]] * 2))
+                assert stack.shape == us.shape == (2,)
+        mean, u = fitting.mean_of_ratios(np.array([1.0, 2.0, 4.0]), np.array([0.0, 5.0, 7.0]))
+        assert (mean, u) == (pytest.approx((2.5 + 1.75) / 2), pytest.approx(0.375, rel=1e-12))
+
+    def test_the_textbook_line_needs_as_many_points_as_unknowns_and_some_spread(self) -> None:
+        def line(x: list[float], intercept: bool) -> fitting.Line | None:
+            return ordinary_line(np.array(x), 2.0 * np.array(x) + 1.0, intercept)
+
+        assert line([], False) is None
+        assert line([1.0], True) is None
+        assert line([0.0, 0.0], False) is None
+        two = line([1.0, 3.0], True)
+        assert two is not None
+        assert two.intercept is not None
+        assert (two.slope.value, two.intercept.value) == pytest.approx((2.0, 1.0), rel=1e-14)
+        assert two.slope.u is None
+        assert two.intercept.u is None
+        one = line([1.0], False)
+        assert one is not None
+        assert (one.slope.u, one.intercept) == (None, None)
+        assert line([1.0, 1.0 + 1.3e-9], True) is None
+        assert line([1.0, 1.0 + 2.2e-9], True) is not None
+        random = np.random.default_rng(3)
+        x, y = random.uniform(2, 9, 8), random.uniform(1, 7, 8)
+        whole = ordinary_line(x, y, True)
+        told = fit_line(x, y)
+        assert whole is not None
+        assert whole.intercept is not None
+        assert whole.intercept.u == pytest.approx(told.u_intercept, rel=1e-12)
+        assert whole.intercept.value == pytest.approx(told.intercept, rel=1e-12)
+
+    def test_the_chance_of_a_misfit_is_told_with_stated_errors_and_points_to_spare(self) -> None:
+        line = fit_line(YORK_X, YORK_Y, YORK_U2X, YORK_U2Y)
+        assert line.p == pytest.approx(float(mpmath.gammainc(4, line.chi2 / 2, regularized=True)), rel=1e-10)
+        assert fit_line([1.0, 2.0], [1.0, 3.0], cov_y=1.0).p is None
+        assert fit_line([1.0, 2.0, 3.0], [1.0, 3.0, 4.0], cov_y=1.0).p is not None
+        assert fit_line([1.0, 2.0, 3.0], [1.0, 3.0, 4.0]).p is None
+
+    @pytest.mark.parametrize("dof", [1, 2, 3, 1000, 1001, 40000])
+    def test_the_tail_of_many_degrees_of_freedom(self, dof: int) -> None:
+        for chi2 in (-1.0, 0.0, 1e-12, 0.5 * dof, dof, 1.1 * dof, dof + 6 * math.sqrt(2 * dof)):
+            expected = float(mpmath.gammainc(mpmath.mpf(dof) / 2, max(chi2, 0.0) / 2, regularized=True))
+            assert fitting.chi2_tail(chi2, dof) == pytest.approx(expected, rel=1e-9)

@@ -366,7 +366,7 @@ def fill_rows(
     weight = kept / np.sqrt(at.own)
     rows[..., :count, :-1] = plain * weight[..., None]
     rows[..., :count, -1] = -at.misclosure * weight
-    rows[..., count : count + unknowns.shape[-1] - 1, -1] = -unknowns[..., 1:]
+    rows[..., count:, -1] = -unknowns[..., 1:]
     return plain
 
 

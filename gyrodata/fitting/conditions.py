@@ -105,7 +105,7 @@ class Problem:
         width = int(groups.max(initial=0)) + 1
         touched = groups >= 0
         # One bin for each group of each source.
-        bins = np.where(touched, groups, 0) + width * np.arange(len(groups))[:, None]
+        bins = groups + width * np.arange(len(groups))[:, None]
         sizes = np.bincount(bins[touched], minlength=width * len(groups))
         size = np.where(touched, sizes[bins], 0)
         self.alone = (size == 1).astype(float)

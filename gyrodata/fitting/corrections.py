@@ -228,7 +228,7 @@ def _followed(measured: Measurements, mean: FitResult, chosen: ChosenModel, left
     # A fit may end near any I_zz above 0; no trial is made at 0 or below.
     radian = min(centre / float((measured.time / click).max()), 0.5 * centre)
     result = mean
-    for reach in (min(4 * (mean.inertia.u or 0.0), 30 * radian), radian, radian):
+    for reach in (min(4 * math.sqrt(mean.covariance[0, 0]), 30 * radian), radian, radian):
 
         def at(inertia: float, fit: FitResult = result) -> Trial:
             runs = corrected(measured, fit, inertia, chosen, followed=True)
@@ -271,7 +271,7 @@ def _crossing(at: Callable[[float], Trial], low: Trial, high: Trial) -> Trial:
     found = high
     for _turn in range(40):
         found = at((a * f_b - b * f_a) / (f_b - f_a))
-        if abs(found.misfit) < 1e-9 * (found.result.inertia.u or 0.0):
+        if abs(found.misfit) < 1e-9 * math.sqrt(found.result.covariance[0, 0]):
             break
         if found.misfit * f_b < 0:
             a, f_a = b, f_b

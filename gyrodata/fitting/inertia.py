@@ -222,13 +222,13 @@ def _result(
     measured: Measurements, adjusted: Adjusted, sense: Floats, width: float, scatter: float, chi2: float, free: bool
 ) -> FitResult:
     inertia, imbalance, bias = (float(value) for value in adjusted.unknowns)
-    u = np.sqrt(np.diag(adjusted.covariance)[:3])
+    u = np.sqrt(np.diag(adjusted.covariance))
     fitted, own = _predict(adjusted, sense)
     return FitResult(
         inertia=Estimate(inertia, float(u[0])),
         imbalance=Estimate(imbalance, float(u[1])),
         timing_bias=Estimate(bias, float(u[2]) if measured.timing_bias_u > 0 else 0.0),
-        covariance=adjusted.covariance[:3, :3],
+        covariance=adjusted.covariance,
         chi2=chi2,
         dof=int(adjusted.kept.sum()) - 1 - int(free),
         fitted_time=fitted,
@@ -404,7 +404,9 @@ def _typical(posterior: Posterior) -> tuple[float, float]:
 
 def _with_posterior(measured: Measurements, result: FitResult, posterior: Posterior) -> FitResult:
     """Give a fit the answer of the posterior, and the budget of that."""
-    estimates = [_estimate(ends) for ends in posterior.quantiles(3)]
+    quantiles = posterior.quantiles(3)
+    estimates = [_estimate(ends) for ends in quantiles]
+    u = float(quantiles[0, 3] - quantiles[0, 1]) / 2
     contradicted = None
     if measured.imbalance_u is not None:
         allowed, alone = (
@@ -418,8 +420,8 @@ def _with_posterior(measured: Measurements, result: FitResult, posterior: Poster
         result,
         inertia=estimates[0],
         imbalance=estimates[1],
-        timing_bias=estimates[2] if measured.timing_bias_u > 0 else Estimate(0.0, 0.0, (0.0, 0.0)),
-        budget=_budget(result, estimates[0]),
+        timing_bias=estimates[2],
+        budget=_budget(result, u),
         contradicted_balance=contradicted,
         posterior=posterior,
     )
@@ -444,7 +446,7 @@ def _predict(adjusted: Adjusted, sense: Floats) -> tuple[Floats, Floats]:
         return 2 * np.pi * values[2] / rate + bias, np.sqrt(adjusted.own) / np.abs(torque)
 
 
-def _budget(result: FitResult, inertia: Estimate) -> tuple[Share, ...]:
+def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
     """Split u²(I_zz) by source: the answer is linear in every standardised error, so the squares add up.
 
     What the runs scatter more than stated, and what is left to say of u, is a row of its own.
@@ -472,10 +474,10 @@ def _budget(result: FitResult, inertia: Estimate) -> tuple[Share, ...]:
     told = excess + math.fsum(share.u_inertia**2 for share in shares)
     if excess > NEGLIGIBLE * told:
         # The doubt about the scatter widens the tails too.
-        excess += max(0.0, (inertia.u or 0.0) ** 2 - told)
+        excess += max(0.0, u**2 - told)
     if excess > 0:
         shares.append(Share("unexplained_scatter", False, "", math.sqrt(excess), 0.0))
-    return _normalised(shares, inertia.u or 0.0)
+    return _normalised(shares, u)
 
 
 def _response(adjusted: Adjusted) -> Floats:

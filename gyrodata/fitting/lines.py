@@ -94,7 +94,7 @@ def ordinary_line(x: Floats, y: Floats, intercept: bool) -> Line | None:
     """Fit y = slope·x (+ intercept) to n points; None where x does not determine the unknowns."""
     x_mean, y_mean = (float(x.mean()), float(y.mean())) if intercept else (0.0, 0.0)
     count, size = len(x), math.sqrt(x @ x)
-    if count < 1 + intercept or np.linalg.norm(x - x_mean) <= 1e-9 * size:
+    if np.linalg.norm(x - x_mean) <= 1e-9 * size:
         return None
     slope, sd, spread = (float(value) for value in _line(x - x_mean, y - y_mean, 1 + intercept))
     told = not math.isnan(sd)

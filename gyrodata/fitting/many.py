@@ -102,7 +102,7 @@ def _fit_stack(problem: Problem, observed: Floats) -> Floats:
     rows = np.broadcast_to(prior := prior_rows(count, 3 + problem.shared_count), (labs, *prior.shape)).copy()
     rows[:, count, 1] = 1 / (WIDE * balance)
     single = np.zeros((labs, *problem.absolute.shape))
-    factor, moved = np.ones((labs, 1)), 1.0
+    factor, moved = np.ones((labs, 1)), np.inf
     for turn in range(STEPS):
         at = problem.linearise(single, unknowns[:, 3:], measured.sense, unknowns[:, :3] * scale)
         plain = fill_rows(rows, problem, at, 1 / factor, scale[:, None, :], unknowns)

@@ -383,9 +383,9 @@ def _expect(reduced: _Reduced, scatter: Floats, scale: Floats) -> Floats:
     """Expect squares of misclosures as large as their variances, but for what I_zz and M0 take up."""
     variance = scatter[..., None] ** 2 + reduced.shared**2
     inertia, imbalance = (reduced.rows[..., k] / np.sqrt(variance) for k in (0, 1))
-    ii, im, mm = _dot(inertia, inertia), _dot(inertia, imbalance), _dot(imbalance, imbalance) + 1 / scale**2
-    taken = (mm[..., None] * inertia - 2 * im[..., None] * imbalance) * inertia + ii[..., None] * imbalance**2
-    taken = taken / (ii * mm - im**2)[..., None]
+    # With `slope` the two are told by themselves.
+    taken = inertia**2 / _dot(inertia, inertia)[..., None]
+    taken += imbalance**2 / (_dot(imbalance, imbalance) + 1 / scale**2)[..., None]
     return np.concatenate([(1 - taken) * variance, (reduced.rest * scatter**2)[..., None]], axis=-1)
 
 

@@ -192,8 +192,8 @@ class _Course:
         # Near the vertical the way H leans tells the azimuth, elsewhere the way the rod points.
         towards = start.rate2 * np.sqrt(first.upper * first.lower) * start.place
         towards = towards + np.conj(self.lean(first)) * start.leaning
-        size = np.abs(towards)
-        self.heading = np.where(size > 0, towards, 1) / np.where(size > 0, size, 1)
+        # One that stands has no azimuth, and needs none.
+        self.heading = np.sign(towards)
         self._leave_pole()
 
     def _leave_pole(self) -> None:

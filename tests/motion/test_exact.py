@@ -25,6 +25,7 @@ from gyrodata.motion import (
     steady,
     time_to_turn,
 )
+from gyrodata.motion import nutation as whole_nutation
 from gyrodata.motion.exact import find_crossing
 
 INERTIA, TRANSVERSE, TORQUE = 4.44e-3, 6.6156e-3, 0.0588
@@ -143,6 +144,14 @@ def many(count: int = 200) -> tuple[Top, State]:
     axis = random.normal(size=(count, 3))
     axis /= np.linalg.norm(axis, axis=-1, keepdims=True)
     return top, State(axis, INERTIA * (random.normal(size=(count, 1)) * 40 * axis + random.normal(size=(count, 3)) * 5))
+
+
+@pytest.mark.parametrize("theta", [0.4, 1.2, 2.5])
+def test_the_energy_is_that_of_three_rotations_and_the_height(theta: float) -> None:
+    for spin, turning, nodding in ((60.0, 3.0, 0.5), (0.0, -2.0, 1.0), (-20.0, 0.0, 0.0)):
+        across = TRANSVERSE * (nodding**2 + (turning * np.sin(theta)) ** 2) / 2
+        expected = across + INERTIA * spin**2 / 2 + TORQUE * np.cos(theta)
+        assert energy(TOP, moving(theta, spin, turning, nodding)) == pytest.approx(expected, rel=1e-13, abs=1e-16)
 
 
 def test_conserved_quantities() -> None:
@@ -301,8 +310,9 @@ def test_half_a_turn_at_each_passage_of_the_vertical() -> None:
     # A pendulum in the plane of X and Z: it swings through below, and with a push goes over the top.
     swinging = State(np.array([0.6, 0.0, -0.8]), np.zeros(3))
     over = State(np.array([0.6, 0.0, -0.8]), np.array([0.0, 0.2, 0.0]))
-    for state in (swinging, over):
-        swept = precession_angle(TOP, state, np.linspace(0, 5, 400))
+    turned = State(np.array([0.6, 0.0, 0.8]), np.zeros(3))
+    for top, state in ((TOP, swinging), (TOP, over), (HANGING, turned), (HANGING, over)):
+        swept = precession_angle(top, state, np.linspace(0, 5, 400))
         assert swept / np.pi == pytest.approx(np.round(swept / np.pi), abs=1e-12)
         assert (np.diff(swept) > -1e-12).all()
         assert swept[-1] > 10
@@ -435,10 +445,17 @@ def test_impossible_states_are_refused(state: State) -> None:
 @pytest.mark.parametrize(
     ("function", "root", "most"),
     [
-        (lambda x: x - np.cos(x), 0.7390851332151607, 12),
-        (lambda x: x**3 - 2 * x - 5, 2.0945514815423265, 12),
-        (lambda x: (x - 1) ** 3, 1.0, 64),  # flat: nearly as slow as halving
-        (lambda x: np.sign(x - 2) * np.abs(x - 2) ** 0.1, 2.0, 70),  # steep
+        (lambda x: x - np.cos(x), 0.7390851332151607, 9),
+        (lambda x: x**3 - 2 * x - 5, 2.0945514815423265, 10),
+        (lambda x: np.exp(5 * x) - 7, 0.3891820298110626, 13),
+        (lambda x: np.arctan(30 * (x - 2.7)), 2.7, 14),
+        (lambda x: 3 * x - 1, 1 / 3, 5),
+        (lambda x: 1 / (x - 5) + 0.4, 2.5, 9),
+        (lambda x: x**2 - 4, 2.0, 9),
+        (lambda x: np.sin(x - 0.2) - 0.3, 0.5046926540153975, 9),
+        (lambda x: (x - 1) ** 3, 1.0, 61),  # flat: nearly as slow as halving
+        (lambda x: np.sign(x - 2) * np.abs(x - 2) ** 0.1, 2.0, 54),  # steep
+        (lambda x: np.where(x < 1.234, -1.0, 1.0), 1.234, 55),  # a step
     ],
 )
 def test_a_crossing_is_found_to_the_last_digit_with_few_looks(function: Any, root: float, most: int) -> None:
@@ -450,3 +467,97 @@ def test_a_crossing_is_found_to_the_last_digit_with_few_looks(function: Any, roo
 
     assert find_crossing(looked, 0.1, 3.0) == pytest.approx(root, rel=1e-5 if root == 1.0 else 4e-16)
     assert len(looks) <= most, len(looks)
+
+
+@pytest.mark.parametrize(
+    ("function", "looks"),
+    [
+        (lambda x: x * x * x - 2 * x - 5, 10),
+        (lambda x: 3 * x - 1, 5),
+        (lambda x: x * x - 4, 9),
+        (lambda x: (x - 1) * (x - 1) * (x - 1), 61),
+        (lambda x: np.where(x < 1.234, -1.0, 1.0), 55),
+        (lambda x: (x - 0.3) * (x * x + 1), 10),
+    ],
+)
+def test_where_it_looks_is_as_it_was(function: Any, looks: int) -> None:
+    # Without functions that differ by processor, the count is the same everywhere.
+    seen = []
+    find_crossing(lambda x: seen.append(x) or function(x), 0.1, 3.0)  # type: ignore[func-returns-value]
+    assert len(seen) == looks
+
+
+def test_crossings_at_once_are_each_alone_and_where_signs_agree_the_end_nearer_to_zero() -> None:
+    places = np.array([0.3, 1.0, 2.9])
+    found = find_crossing(lambda x: (x - places) * (1 + x**2), np.full(3, 0.1), 3.0)
+    assert found == pytest.approx(places, rel=4e-16)
+    # An end that is the crossing, and functions that are everywhere above or below 0.
+    assert find_crossing(lambda x: x - 0.1, 0.1, 3.0) == 0.1
+    assert find_crossing(lambda x: x - 3.0, 0.1, 3.0) == 3.0
+    assert find_crossing(lambda x: x + 1.0, 0.1, 3.0) == 0.1
+    assert find_crossing(lambda x: x - 4.0, 0.1, 3.0) == 3.0
+    assert find_crossing(lambda x: x - 4.0, 2.0, 2.0) == 2.0
+    assert np.shape(find_crossing(lambda x: x - 1, 0.0, 2.0)) == ()
+
+
+@pytest.mark.parametrize("spin", [20.0, 100 * RPM, -400 * RPM])
+@pytest.mark.parametrize("off", [np.pi / 2, 0.8, 0.1, 3e-2, 1e-3, 1e-5, -1e-5, -1e-3])
+def test_mean_rate_is_the_angle_of_a_nutation_however_near_the_vertical(spin: float, off: float) -> None:
+    pitch = np.copysign(np.pi / 2 - abs(off), off)
+    state, period = released(TOP, spin, pitch), whole_nutation(TOP, spin, pitch).period
+    mean = mean_precession_rate(TOP, state)
+    for count in (1, 40):
+        assert precession_angle(TOP, state, count * period) == pytest.approx(mean * count * period, rel=1e-11)
+    # One for all, whichever way each of them is worked out.
+    stack = State(
+        np.stack([state.axis, through_pole(1.0).axis]), np.stack([state.momentum, through_pole(1.0).momentum])
+    )
+    assert mean_precession_rate(TOP, stack)[0] == pytest.approx(mean, rel=1e-11)
+
+
+def test_a_stack_of_motions_from_the_vertical_and_others_is_each_alone() -> None:
+    axes = np.array([[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [0.0, 0.0, -1.0], [0.0, 0.8, -0.6], [0.0, 0.0, 1.0]])
+    momenta = np.array([[0.01, 0.003, 0.25], [0.02, 0.1, 0.2], [0.004, -0.01, 0.1], [0.1, 0.0, 0.1], [0.0, 0.0, 0.3]])
+    times = np.array([[0.0], [1e-3], [0.05], [2.0], [-1.0]])
+    together, swept = exact(TOP, State(axes, momenta), times), precession_angle(TOP, State(axes, momenta), times)
+    arrived = time_to_turn(TOP, State(axes, momenta), 0.7)
+    for i, (axis, momentum) in enumerate(zip(axes, momenta, strict=True)):
+        one = State(axis, momentum)
+        assert time_to_turn(TOP, one, 0.7) == pytest.approx(arrived[i], rel=1e-12)
+        for j, time in enumerate(times[:, 0]):
+            assert exact(TOP, one, time).axis == pytest.approx(together.axis[j, i], abs=1e-14)
+            assert precession_angle(TOP, one, time) == pytest.approx(swept[j, i], rel=1e-13, abs=1e-13)
+
+
+def test_an_angle_is_given_up_after_a_million_million_nutations() -> None:
+    state, period = released(TOP, 400 * RPM), whole_nutation(TOP, 400 * RPM, 0.0).period
+    gain = mean_precession_rate(TOP, state) * period
+    assert time_to_turn(TOP, state, 0.9e12 * gain) == pytest.approx(0.9e12 * period, rel=1e-11)
+    assert time_to_turn(TOP, state, 1.1e12 * gain) == np.inf
+
+
+@pytest.mark.parametrize("spin", [30.0, -30.0])
+@pytest.mark.parametrize("turning", [-6.0, -1.0, 0.0, 2.0, 6.0, 14.0])
+@pytest.mark.parametrize("nodding", [-2.0, 0.0, 1.5])
+def test_the_first_time_of_an_angle_is_the_first_of_a_fine_grid(spin: float, turning: float, nodding: float) -> None:
+    state = moving(1.2, spin, turning, nodding)
+    times = np.linspace(0, 3, 30_001)
+    swept = precession_angle(TOP, state, times)
+    for angle in (0.02, -0.02, 0.4, -0.4):
+        passed = np.sign(angle) * swept >= abs(angle)
+        found = time_to_turn(TOP, state, angle)
+        if passed.any():
+            # As near as the grid and, at a place where it hardly moves, the swing of what lies between tell.
+            assert found == pytest.approx(times[np.argmax(passed)], abs=1.01e-4)
+        else:
+            assert found > 3
+
+
+def test_an_axis_has_length_one_to_a_millionth() -> None:
+    axis = np.array([0.6, 0.0, 0.8])
+    for off in (0.95e-6, -0.95e-6):
+        found = exact(TOP, State((1 + off) * axis, np.array([0.0, 0.0, 0.1])), 0.0)
+        assert found.axis == pytest.approx(axis, abs=1e-15)
+    for off in (1.05e-6, -1.05e-6):
+        with pytest.raises(ValueError, match="axis of length 1"):
+            exact(TOP, State((1 + off) * axis, np.array([0.0, 0.0, 0.1])), 0.0)

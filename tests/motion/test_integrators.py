@@ -116,3 +116,39 @@ def test_what_cannot_be_integrated_is_refused() -> None:
         integrate(TOP, state, 1.0, drag=np.inf)
     with pytest.raises(ValueError, match="gave up"):
         integrate(TOP, state, 1.0, drag=lambda time, *_: [0.0, 0.0, 1e-3 / (0.5 - time) ** 2])
+
+
+def test_times_may_stand_still_on_their_way_up_or_down() -> None:
+    state = released(TOP, FAST, 0.1)
+    for times in ([0.0, 0.3, 0.3, 0.5], [0.0, -0.3, -0.3, -0.5], [0.2, 0.2], [-0.2, -0.2], [0.0, 0.0, -0.1]):
+        path = integrate(TOP, state, times, rtol=1e-11)
+        assert np.abs(path.axis - exact(TOP, state, np.array(times)).axis).max() < 1e-9
+
+
+@pytest.mark.parametrize("drag", [0.0, 2e-4])
+@pytest.mark.parametrize("spin", [0.0, 20.0])
+def test_the_unit_of_mass_does_not_matter(drag: float, spin: float) -> None:
+    # By a power of two, so that no digit changes: the tolerances are those of the motion, not of its units.
+    top, state = Top(INERTIA, 1.3 * INERTIA, 0.06), released(Top(INERTIA, 1.3 * INERTIA, 0.06), spin, 0.3)
+    for heavy in (2.0**20, 2.0**-20):
+        other = Top(heavy * INERTIA, heavy * 1.3 * INERTIA, heavy * 0.06)
+        here, there = (
+            integrate(one, State(state.axis, size * state.momentum), [0.1, 0.5], drag=size * drag, rtol=1e-4, atol=1e-5)
+            for one, size in ((top, 1.0), (other, heavy))
+        )
+        assert there.evaluations == here.evaluations
+        assert there.axis == pytest.approx(here.axis, rel=1e-12, abs=1e-15)
+        assert there.momentum == pytest.approx(heavy * here.momentum, rel=1e-12, abs=1e-15 * heavy)
+
+
+def test_the_tolerance_of_a_component_near_zero_is_that_of_the_whole_vector() -> None:
+    state = released(TOP, FAST, 0.1)
+    off = []
+    for atol in (1e-4, 1e-7, 1e-10):
+        path = integrate(TOP, state, 1.0, rtol=1e-12, atol=atol)
+        true = exact(TOP, state, 1.0)
+        off.append(np.abs(path.momentum - true.momentum).max() / np.linalg.norm(state.momentum))
+        assert np.abs(path.axis - true.axis).max() < 300 * atol
+    assert off[0] < 3e-2
+    assert off[1] < 3e-5
+    assert off[2] < 3e-8

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.integrate import quad
 
 from gyrodata import physics
 from gyrodata.physics import Floats
@@ -59,6 +60,22 @@ def test_no_azimuth_overhead() -> None:
     assert altitude == pytest.approx(math.pi / 2, abs=1e-12)
 
 
+def test_overhead_is_within_a_part_of_a_million_million() -> None:
+    for side in (1, -1):
+        azimuth, altitude = physics.balanced_direction(1.0, side * (math.pi / 2 - 1.2e-12), 0.3, 0.0)
+        assert azimuth == pytest.approx(1.0, rel=1e-3)
+        azimuth, altitude = physics.balanced_direction(1.0, side * (math.pi / 2 - 0.8e-12), 0.3, 0.0)
+        assert math.isnan(azimuth)
+        assert altitude == pytest.approx(side * math.pi / 2, rel=1e-11)
+
+
+def test_hardly_west_of_north_is_north() -> None:
+    for azimuth in (-1e-17, 0.0, -0.0, 2 * math.pi):
+        bearing, _ = physics.balanced_direction(azimuth, 0.3, 0.5, 0.0)
+        assert bearing == pytest.approx(0, abs=3e-16)
+    assert physics.balanced_direction(-0.5, 0.3, 0.5, 0.0)[0] == pytest.approx(2 * math.pi - 0.5, rel=1e-15)
+
+
 def turned(vector: Floats, rotation: Floats, time: float) -> Floats:
     """Turn a vector about a fixed rotation vector for a time (Rodrigues)."""
     rate = float(np.linalg.norm(rotation))
@@ -89,6 +106,24 @@ def test_normal_gravity_is_the_published_one() -> None:
 
 def test_a_four_inch_steel_ball() -> None:
     assert physics.solid_ball_inertia(4.30, 0.1016) == pytest.approx(4.44e-3, rel=2e-3)
+
+
+def test_a_bored_ball_is_the_ball_less_the_bore_at_one_density() -> None:
+    mass, diameter, bore, depth = 4.3, 0.1016, 0.02, 0.04
+    whole = 4 / 3 * math.pi * (diameter / 2) ** 3
+    hole = math.pi * (bore / 2) ** 2 * depth
+    density = mass / (whole - hole)
+    less = physics.solid_ball_inertia(density * whole, diameter) - physics.cylinder_inertia(density * hole, bore)
+    assert physics.bored_ball_inertia(mass, diameter, bore, depth) == pytest.approx(less, rel=1e-14)
+    assert physics.bored_ball_inertia(mass, diameter, 0.0, 0.0) == pytest.approx(
+        physics.solid_ball_inertia(mass, diameter), rel=1e-14
+    )
+    # By rings of the ball and of the bore: ∫ r² dm.
+    rings, _ = quad(lambda r: 4 * math.pi * r**3 * math.sqrt(diameter**2 / 4 - r**2), 0, diameter / 2, epsabs=0)
+    bored, _ = quad(lambda r: 2 * math.pi * r**3 * depth, 0, bore / 2, epsabs=0)
+    assert density * (rings - bored) == pytest.approx(less, rel=1e-9)
+    assert physics.solid_ball_inertia(2.0, 0.4) == pytest.approx(0.032, rel=1e-15)
+    assert physics.cylinder_inertia(2.0, 0.4) == pytest.approx(0.04, rel=1e-15)
 
 
 class TestPlatform:

@@ -76,7 +76,7 @@ def as_read(log: bytes, **given: Any) -> Iterator[str]:
     yield f"  runs {' '.join(readings.runs)}, lines {' '.join(map(str, readings.lines))}\n"
     yield from (f"  note {note}\n" for note in readings.notes if note)
     for column in (*readings.columns.values(), *readings.others):
-        places = [place for run in (0, -1) if (place := column.place(run))]
+        places = [place for run in (0, -1) if column.spots and (place := column.place(run))]
         at = " to ".join(f"{place.line}:{place.column}" for place in places)
         cells = " ".join(f"{cell}x{len(list(same))}" for cell, same in groupby(map(_cell, column.readings)))
         yield f'  {column.role} "{column.header}" [{column.unit}] {at} {cells}\n'.replace("x1 ", " ")

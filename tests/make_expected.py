@@ -6,6 +6,7 @@ import json
 from functools import partial
 from pathlib import Path
 
+from corners import CORNERS, whole
 from golden import every_log_as_read, numbers
 
 import gyrodata
@@ -36,3 +37,4 @@ if __name__ == "__main__":
         lines = ",\n".join(f"  {json.dumps(place)}: {value}" for place, value in found.items())
         path.with_suffix(".json").write_text(f"{{\n{lines}\n}}\n", encoding="utf-8")
     (EXPECTED / "as_read.txt").write_text(every_log_as_read(), encoding="utf-8")
+    CORNERS.write_text(whole(CORNERS.read_text(encoding="utf-8")), encoding="utf-8")

@@ -211,6 +211,10 @@ class _SheetReader:
             table.headers = _with_units(table.headers, row)
             self.fresh = False
         elif self.fresh and (names := _names_below(table, row)):
+            # A header merged over the last columns leaves its row shorter than the row of names.
+            more = len(names) - len(table.cells)
+            table.cells = table.cells + [replace(table.cells[-1], text="")] * more
+            table.headers = table.headers + [parse_header("")] * more
             table.headers = [
                 parse_header(name) if name else header for name, header in zip(names, table.headers, strict=True)
             ]
@@ -441,7 +445,7 @@ def _names_below(table: _Table, row: Row) -> list[str]:
     """Read a second row of names below merged cells: "Time (s)" over 1, 2, 3; none if it is no such row."""
     width = len(table.cells)
     filled = _filled(row)
-    # A header merged over the last columns leaves its row shorter than the runs.
+    # As many as a header may be merged over at the end of its row.
     if len(filled) < 2 or filled[-1] >= width + 8:
         return []
     cells = table.cells + [replace(table.cells[-1], text="")] * max(len(row.texts) - width, 0)
@@ -597,10 +601,9 @@ def _join(tables: list[_Table], grid: Grid, faults: Faults) -> Layout | None:
     for table in tables:
         lost = _wanted_but_lost(wanted, table)
         if lost:
-            hint = (
-                f'write what holds for its runs in the line above it, such as "{lost} {BY_NAME[lost].sample}", or as '
-                "a column; or put # before its lines if they are no runs"
-            )
+            sample = BY_NAME[lost].sample
+            above = f'in the line above it, such as "{lost} {sample}", or ' if sample else ""
+            hint = f"write what holds for its runs {above}as a column; or put # before its lines if they are no runs"
             message = f"the table below line {table.head.line} has no {lost}, and the first table has one"
             faults.add(BLOCKS_STACKED, message, hint, grid.cell(table.head, _filled(table.head)[0]))
             return None
@@ -643,8 +646,6 @@ def _wanted_but_lost(wanted: set[str], table: _Table) -> str:
     names = {"count": "turns", "timing": "time"}
     for part in sorted(wanted - there):
         if part == "torque" or (part == "count" and any(turns_in(cell.text) for cell in table.cells)):
-            continue
-        if part in ("mass", "position", "force") and "torque" in there:
             continue
         return names.get(part, part)
     return ""

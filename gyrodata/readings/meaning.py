@@ -209,7 +209,7 @@ def _check_period(table: Table, faults: Faults) -> None:
 _DEGREES = r"([0-9]+(?:[.,][0-9]+)?)\s*(?:°|º|˚|deg)"
 _HALF = r"(?i)half|halb|demi|medi[oa]\b|meia|pół|полов|1/2|½|/\s*2(?![0-9])"
 _COUNT = (
-    r"(?i)(?<![0-9.,_])([0-9]{1,2}(?:[.,]5)?)\s*"
+    r"(?i)(?<![0-9.,_])([0-9]{1,2}(?:[.,]5)?)(?![0-9])\s*"
     r"(?:T\b|(?:\w+\s)?(?:turn|rev|cycle|rotation|tour|Umdreh|Umläuf|об|vuelt|volta|obrot|periods?\b))"
 )
 _REPEAT = r"(?<![0-9])([1-9])(?:ª|º|\.|st|nd|rd|th)?(?![0-9])"

@@ -1,7 +1,8 @@
 """What the reader makes of texts by the hundred, each beside its answer, in `expected/corners.txt`.
 
 A block begins with ``== KIND``. Of most kinds each line is a text and, behind the arrow, what is read of it; of a log
-the lines with a bar are its text, and those below are what is read and what is written of it. ``⇥`` is a tab.
+the lines with a bar are its text, and those below are what is read and what is written of it, or what was measured.
+``⇥`` is a tab.
 """
 
 from __future__ import annotations
@@ -11,9 +12,11 @@ import shlex
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numpy as np
 from golden import as_read
 
 from gyrodata.errors import GyroError
+from gyrodata.measurements import measure
 from gyrodata.quantities import Quantity, parse_uncertainty, read_quantity
 from gyrodata.readings import (
     CellError,
@@ -145,11 +148,11 @@ def blocks(text: str) -> list[tuple[str, list[str]]]:
 def told(head: str, lines: list[str]) -> Iterator[str]:
     """A block as it should stand in the file."""
     yield f"== {head}"
-    if head.startswith("log"):
+    if head.startswith(("log", "measured")):
         typed = [line for line in lines if line.startswith("|")]
         yield from typed
         text = "".join(line[1:] + "\n" for line in typed).replace("⇥", "\t")
-        yield from log_told(text.encode(), options(head))
+        yield from (log_told if head.startswith("log") else measured_told)(text.encode(), options(head))
     else:
         kind, _, given = head.partition(": ")
         for line in lines:
@@ -181,6 +184,30 @@ def log_told(text: bytes, given: dict[str, dict[str, str]]) -> Iterator[str]:
         yield f"  {column.role} at {at}".rstrip()
     if readings.ok:
         yield from (f"  > {line}" for line in write_log(readings).splitlines())
+
+
+def measured_told(text: bytes, given: dict[str, dict[str, str]]) -> Iterator[str]:
+    """All that was measured in a log, every source of its errors, and what is said of them."""
+    m = measure(read_log(text, **given))
+    for name in (*m.__struct_fields__, "product", "own_relative", "time_u", "by_torque"):
+        value = getattr(m, name)
+        if name in ("sources", "diagnostics") or value is None:
+            continue
+        if name == "imbalance_u":
+            value = np.array([value(1.0), value(0.005)])
+        if not isinstance(value, np.ndarray) or not np.isnan(value).all():
+            yield f"  {name} {numbers_of(value)}"
+    for s in m.sources:
+        yield f"  {s.name} of {s.quantity}: {s.described}; {s.shared_by or 'each its own'}, {s.shared_count} shared"
+        yield f"    {s.groups.tolist()} {numbers_of(s.absolute)} {numbers_of(s.relative)}"
+    yield from (f"  {d.code} {d.line}:{d.column}+{d.width} {d.message} | {d.hint}" for d in m.diagnostics)
+
+
+def numbers_of(value: object) -> str:
+    """Numbers with the digits that no processor changes."""
+    if isinstance(value, np.ndarray):
+        return " ".join(f"{number + 0.0:.7g}" for number in value.tolist())
+    return f"{value:.7g}" if isinstance(value, float) else str(value)
 
 
 def whole(text: str) -> str:

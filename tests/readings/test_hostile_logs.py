@@ -3,6 +3,7 @@
 import gzip
 import io
 import time
+import zipfile
 
 import pytest
 
@@ -138,3 +139,170 @@ def test_a_link_to_nothing(tmp_path):
     with pytest.raises(InputError) as caught:
         read_log(link)
     assert caught.value.diagnostics[0].hint == ""
+
+
+LIMIT = 10_000_000
+
+
+def test_the_limits_are_met_to_the_last_one():
+    log = (HEAD + ROW).encode()
+    assert read_log(log + b" " * (LIMIT - len(log))).ok
+    assert refusal(log + b" " * (LIMIT - len(log) + 1)) == "G106"
+    assert read_log(gzip.compress(log + b" " * (LIMIT - len(log)), 1)).ok
+    assert refusal(gzip.compress(log + b" " * (LIMIT - len(log) + 1), 1)) == "G106"
+    # A hundred thousand rows below a header are looked at: here they have no columns.
+    assert [refusal(b"1\n" * count) for count in (100_001, 100_002)] == ["G222", "G223"]
+
+
+def refusal(data):
+    with pytest.raises(InputError) as caught:
+        read_log(data)
+    return caught.value.diagnostics[-1].code
+
+
+@pytest.mark.parametrize("quote", ["", '"'])
+def test_two_hundred_columns_and_ten_thousand_letters_are_read(quote):
+    def said(cells, head=HEAD, row=ROW):
+        return refused_at(f"{head.strip()}{cells}\n{row}")
+
+    more = "".join(f",{quote}c{i}{quote}" for i in range(195))
+    assert said(more) is None
+    assert said(more + f",{quote}c{quote}") == ("G224", 1, 1, "201 columns; at most 200 are read")
+    assert said(more + "," * 150) is None, "blank cells at the end are none"
+    letters = f",{quote}{'n' * 10_000}{quote}"
+    assert said(letters) is None
+    long = "a cell of 10001 characters; at most 10 000 are read"
+    assert said(letters.replace("nn", "nnn", 1)) == ("G225", 1, 50 + len(quote), long)
+    assert said(f",a{letters}{letters.replace('nn', 'nnn', 1)},b")[2] == 10053 + 3 * len(quote)
+    blank = 23 + 3 * len(quote)
+    assert refused_at(f"{HEAD}{ROW}40,15.0,{quote * 2}406,13.06,1/3{letters}x\n") == (
+        "G225", 3, blank, "a cell of 10001 characters; at most 10 000 are read"
+    )  # fmt: skip
+
+
+def refused_at(text):
+    try:
+        read_log(text)
+    except InputError as error:
+        last = error.diagnostics[-1]
+        return last.code, last.line, last.column, last.message
+    return None
+
+
+USUAL = "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n"
+
+
+@pytest.mark.parametrize(
+    "encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-32", "utf-16-be+", "utf-32-be+", "latin-1", "cp1250"]
+)
+def test_every_mark_of_an_encoding_is_known(encoding):
+    name = encoding.removesuffix("+")
+    data = ("\ufeff" * (encoding != name) + USUAL).encode(name)
+    readings = read_log(data)
+    assert (readings.ok, readings.diagnostics, readings.source_text) == (True, (), USUAL)
+
+
+@pytest.mark.parametrize(
+    ("data", "said", "hint"),
+    [
+        (b"\x00" + USUAL.encode(), "byte 1 is a NUL", "save"),
+        (USUAL.encode() + b"\x00", f"byte {len(USUAL) + 1} is a NUL", "save"),
+        (USUAL.encode("utf-16-le"), "byte 2 is a NUL", "it looks like UTF-16"),
+        (USUAL.encode("utf-16-be"), "byte 1 is a NUL", "it looks like UTF-16"),
+        # Nine of twenty are enough, and eight are not.
+        (b"a\x00" * 9 + b"b" * 40, "byte 2 is a NUL", "it looks like UTF-16"),
+        (b"a\x00" * 8 + b"b" * 40, "byte 2 is a NUL", "save"),
+        (b"\x00a" * 9 + b"b" * 40, "byte 1 is a NUL", "it looks like UTF-16"),
+        (b"\x00a" * 8 + b"b" * 40, "byte 1 is a NUL", "save"),
+        (b"b" * 40 + b"a\x00" * 20, "byte 42 is a NUL", "save"),
+        (USUAL.replace("20", "\x00").encode("utf-16"), "it holds NUL characters", "save"),
+        (USUAL.replace("20", "\x00").encode("utf-8-sig"), "it holds NUL characters", "save"),
+    ],
+)
+def test_what_is_no_text_is_told_from_text_in_two_bytes(data, said, hint):
+    with pytest.raises(InputError) as caught:
+        read_log(data)
+    (found,) = caught.value.diagnostics
+    assert (found.code, found.message) == ("G105", f"this is not text: {said}")
+    assert found.hint.startswith(hint)
+
+
+@pytest.mark.parametrize(
+    ("words", "encoding"),
+    [
+        ("Masse [g];Abstand [cm];Präzessionszeit [s];Umläufe;Drehzahl [1/min];Bemerkung: für zwei °", "cp1252"),
+        ("masse [g];bras [cm];durée [s];nombre de tours;fréquence de rotation [Hz];numéro", "cp1252"),
+        ("масса [г];плечо [см];время [с];обороты;частота вращения [Гц];примечание", "cp1251"),
+        ("масса [г];плечо [см];время [с];обороты;частота вращения [Гц];примечание", "koi8-r"),
+        ("масса [г];плечо [см];время [с];обороты;частота вращения [Гц];примечание", "cp866"),
+        ("masa [g];ramię [cm];czas [s];liczba obrotów;prędkość obrotowa [1/min];średnia", "cp1250"),
+        ("mass [g];position ± 0.5 [cm];t [s];N;n [rpm];½ °C · µ", "cp1252"),
+        ("m [g];x [cm];t [s];N;n [rpm];É ÉCOLE École", "cp1252"),
+    ],
+)
+def test_a_code_page_is_known_by_its_words(words, encoding):
+    data = f"{words}\n20,1;14,8;6,95;1/3;212;x\n".encode(encoding)
+    readings = read_log(data)
+    (told,) = [d.message for d in readings.diagnostics if d.code == "G109"]
+    assert told == f"the file is not UTF-8; it was read as {encoding}"
+    assert readings.source_text.partition("\n")[0] == words
+
+
+@pytest.mark.parametrize(
+    ("data", "said"),
+    [
+        (b"BM\x00\x00", "a BMP picture"),
+        (b"RIFF" + b"x" * 59 + b"\x00", "a picture or a sound"),
+        (b"%!PS-Adobe", "a PostScript file"),
+        (b"  <!DOCTYPE html>", "a web page"),
+        (b"\n<?xml version", "a web page"),
+        (b"<svg>", "a web page"),
+    ],
+)
+def test_other_files_are_known_by_their_first_bytes(data, said):
+    with pytest.raises(InputError, match=f"this is {said}, not a table"):
+        read_log(data)
+
+
+def test_words_that_begin_as_pictures_do_are_words():
+    for name in ("BM", "RIFF"):
+        assert read_log(f"{name};note\n{HEAD.replace(',', ';')}{ROW.replace(',', ';')}".encode()).ok
+    with pytest.raises(InputError, match="byte 65 is a NUL"):
+        read_log(b"RIFF" + b"x" * 60 + b"\x00")
+
+
+def packed(**members):
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, text in members.items():
+            archive.writestr(name.replace("__", "/").replace("_xml", ".xml"), text)
+    return stream.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("data", "code", "said", "hint"),
+    [
+        (packed(a="x"), "G104", "this is a zip archive, not a table", "save the table as CSV and give that file; gyro"),
+        (packed(content_xml="x"), "G104", "this is an OpenDocument file, not a table", "save the table as CSV"),
+        (packed(a="x")[:20], "G104", "this is a damaged zip archive, not a table", "give the CSV itself"),
+        (packed(xl__workbook_xml="x"), "G108", "the workbook cannot be read (KeyError: ", "save the table as CSV"),
+        (
+            packed(xl__workbook_xml="x", big="0" * 99_999_999),
+            "G108",
+            "the workbook cannot be read (KeyError: ",
+            "save the table as CSV",
+        ),
+        (
+            packed(xl__workbook_xml="x", big="0" * 100_000_000),
+            "G106",
+            "the workbook unpacks to more than 100 MB",
+            "a lab log has a few kilobytes",
+        ),
+    ],
+)
+def test_what_is_packed_is_looked_at_before_it_is_unpacked(data, code, said, hint):
+    with pytest.raises(InputError) as caught:
+        read_log(data)
+    (found,) = caught.value.diagnostics
+    assert (found.code, found.message[: len(said)], found.hint[: len(hint)]) == (code, said, hint)
+    assert len(found.message) <= len("the workbook cannot be read ()") + 80

@@ -20,6 +20,7 @@ from gyrodata.measurements import measure
 from gyrodata.quantities import Quantity, parse_uncertainty, read_quantity
 from gyrodata.readings import (
     CellError,
+    blank_log,
     check_value,
     find_inertia,
     parse_header,
@@ -148,7 +149,9 @@ def blocks(text: str) -> list[tuple[str, list[str]]]:
 def told(head: str, lines: list[str]) -> Iterator[str]:
     """A block as it should stand in the file."""
     yield f"== {head}"
-    if head.startswith(("log", "measured")):
+    if head.startswith("template"):
+        yield from template_told(*re.split("; ?", head.partition(": ")[2]))
+    elif head.startswith(("log", "measured")):
         typed = [line for line in lines if line.startswith("|")]
         yield from typed
         text = "".join(line[1:] + "\n" for line in typed).replace("⇥", "\t")
@@ -173,7 +176,7 @@ def options(head: str) -> dict[str, dict[str, str]]:
 
 def log_told(text: bytes, given: dict[str, dict[str, str]]) -> Iterator[str]:
     """All that is read of a log, where each of its cells stands, and how it is written."""
-    yield from (line.rstrip().replace("\n", " ⏎ ") for line in as_read(text, **given))
+    yield from (line.rstrip().replace("\n", " ⏎ ") for line in as_read(text, 2000, **given))
     try:
         readings = read_log(text, **given)
     except GyroError:
@@ -184,6 +187,15 @@ def log_told(text: bytes, given: dict[str, dict[str, str]]) -> Iterator[str]:
         yield f"  {column.role} at {at}".rstrip()
     if readings.ok:
         yield from (f"  > {line}" for line in write_log(readings).splitlines())
+
+
+def template_told(weights: str, position: str, spins: str) -> Iterator[str]:
+    """A log to fill in, or why there is none."""
+    try:
+        blank = blank_log(weights.split(", ") if weights else [], position, spins.split(", ") if spins else [])
+    except GyroError as error:
+        blank = "".join(f"{d.code} {d.message} | {d.hint}\n" for d in error.diagnostics)
+    yield from (f"  > {line}".rstrip() for line in blank.removesuffix("\n").split("\n"))
 
 
 def measured_told(text: bytes, given: dict[str, dict[str, str]]) -> Iterator[str]:

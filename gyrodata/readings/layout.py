@@ -700,14 +700,11 @@ def _begins_whole(table: _Table, faults: Faults, is_later: bool, grid: Grid) -> 
 
 def _moved(row: Row, places: list[int] | range, given: dict[int, tuple[str, tuple[int, int]]], width: int) -> Row:
     """Put the cells of a row where the columns of the whole are, with what its caption gives."""
-    texts = [""] * max(width, len(row.texts))
+    texts = [""] * (width + len(row.texts))
     origin = [(row.line, 0)] * len(texts)
     natural = row.origin or tuple((row.line, at) for at in range(len(row.texts)))
     for at, text in enumerate(row.texts):
         place = places[at] if at < len(places) else width + at - len(places)
-        if place >= len(texts):
-            texts += [""] * (place + 1 - len(texts))
-            origin += [(row.line, 0)] * (place + 1 - len(origin))
         texts[place], origin[place] = text, natural[at]
     for place, (text, where) in given.items():
         if not texts[place]:

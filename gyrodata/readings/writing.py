@@ -156,9 +156,8 @@ def _add_uncertainties(
     for row in rows:
         spread, text = column.readings[row[0]].u, column.readings[row[0]].text
         own = None
-        if text and spread is not None:
-            with suppress(CellError):  # "none" is a weight, and no number
-                own = read_cell(text, kind, column.unit or None).uncertainty
+        with suppress(CellError):  # "none" is a weight, and no number; what was simulated has no text
+            own = read_cell(text, kind, column.unit or None).uncertainty
         texts.append("" if spread is None or spread in (own, common) else _uncertainty_text(spread, kind))
     if any(texts):
         headers.append(_header(f"u_{role}", SI[kind]))

@@ -416,9 +416,7 @@ _LARGEST = 1e100
 def canonical_key(key: str) -> str:
     """Name what is reported: ``reported_I_zz`` and ``reported_moment_of_inertia`` are ``inertia``."""
     bare = key[len(PREFIX) :] if key.lower().startswith(PREFIX) else key
-    if name_roles(bare)[0] == ("inertia",) or name_roles(bare.replace("_", " "))[0] == ("inertia",):
-        return "inertia"
-    return bare.lower()
+    return "inertia" if name_roles(bare)[0] == ("inertia",) else bare.lower()
 
 
 def read_reported(key: str, text: str, line: int | None = None, ask: bool = True) -> Reported:

@@ -657,7 +657,7 @@ def _place_columns(
     """Find the column of the whole for each column of a table; new ones are added."""
     places: list[int] = []
     for at, (cell, header) in enumerate(zip(table.cells, table.headers, strict=True)):
-        if cells[at : at + 1] == [cell]:
+        if at < len(cells) and cells[at] == cell:
             places.append(at)
             continue
         same = [k for k, other in enumerate(cells) if cell.text and squeeze(other.text) == squeeze(cell.text)]

@@ -137,7 +137,7 @@ def _check_runs(table: Table, faults: Faults) -> None:
         there = {role for role, column in columns.items() if column.readings[run].text}
         if "torque" not in there and not ("mass" in columns and columns["mass"].readings[run].value == 0):
             if there.isdisjoint(("mass", "force")):
-                lacking.setdefault("mass" if "mass" in columns else "torque", []).append(run)
+                lacking.setdefault("torque", []).append(run)
             elif "position" not in there:
                 lacking.setdefault("position", []).append(run)
         if not any(there.issuperset(roles) for roles in SPIN_SETS):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Sequence
 from contextlib import suppress
@@ -176,15 +175,8 @@ def _uncertainty_text(uncertainty: Uncertainty, kind: str) -> str:
 def _percent(share: float) -> str:
     """Find the percentage that gives exactly this share when it is read, the shortest first."""
     percent = share * 100
-    for candidate in (
-        round(percent, 12),
-        percent,
-        math.nextafter(percent, math.inf),
-        math.nextafter(percent, -math.inf),
-    ):
-        if candidate / 100 == share:
-            return repr(candidate)
-    return repr(percent)
+    short = round(percent, 12)
+    return repr(short if short / 100 == share else percent)
 
 
 def _quoted(text: str) -> str:

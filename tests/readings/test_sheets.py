@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import openpyxl
-import pandas as pd
 import pytest
 from golden import every_log_as_read
 from msgspec.structs import replace
@@ -227,33 +226,21 @@ def test_only_filled_cells_of_filled_sheets_are_read():
         told_of(openpyxl.Workbook())
 
 
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
-        (None, ""),
-        (float("nan"), ""),
-        (pd.NA, ""),
-        (pd.NaT, ""),
-        (pd.Timedelta(seconds=7.06), "7.06 s"),
-        (np.float32(0.5), "0.5"),
-        (np.float64(15.0), "15"),
-        (15.0, "15"),
-        (-0.25, "-0.25"),
-        (1e15, "1000000000000000.0"),
-        (999_999_999_999_999.0, "999999999999999"),
-        (-1e15, "-1000000000000000.0"),
-        (float("inf"), "inf"),
-        (7, "7"),
-        (True, "True"),
-        ("1/3", "1/3"),
-        (Fraction(1, 3), "1/3"),
-    ],
-)
-def test_values_of_tables_as_a_student_would_have_typed_them(value, text):
-    assert value_text(value) == text
+def test_values_of_tables_as_a_student_would_have_typed_them():
+    import pandas as pd
+
+    typed = [
+        (None, ""), (float("nan"), ""), (pd.NA, ""), (pd.NaT, ""), (pd.Timedelta(seconds=7.06), "7.06 s"),
+        (np.float32(0.5), "0.5"), (np.float64(15.0), "15"), (15.0, "15"), (-0.25, "-0.25"), (7, "7"), (True, "True"),
+        (1e15, "1000000000000000.0"), (999_999_999_999_999.0, "999999999999999"), (-1e15, "-1000000000000000.0"),
+        (float("inf"), "inf"), ("1/3", "1/3"), (Fraction(1, 3), "1/3"),
+    ]  # fmt: skip
+    assert [value_text(value) for value, _ in typed] == [text for _, text in typed]
 
 
 def test_a_table_with_units_beside_its_names():
+    import pandas as pd
+
     rows = {("mass", "g"): [20.0, 40.5], ("position", "cm"): [15, None], "spin": [406, 398], "time": [7.06, 6.71],
             ("turns", ""): ["1/3", 'a "b"'], 7: [1, 2], "x\ty": ["a\tb", '"c']}  # fmt: skip
     frame = pd.DataFrame(rows)

@@ -321,7 +321,7 @@ def _plain_roles(name: str) -> tuple[str, ...]:
     if lower.startswith("u") and name.lower().replace(" ", "_").replace("-", "_") in UNCERTAINTIES:
         return (name.lower().replace(" ", "_").replace("-", "_"),)
     if len(lower) == 1 and lower in SYMBOLS:
-        return SYMBOLS[lower] if lower not in "tnm" else ()
+        return SYMBOLS[lower]
     return _piecewise_roles(name) or _modified_roles(name)
 
 

@@ -413,7 +413,7 @@ class _Builder:
 
     def _is_doubtful(self, text: str) -> bool:
         """Tell whether a comma or a point may part thousands: the table's other numbers have the other sign."""
-        if text[-4:-3] not in (",", ".") or not _THOUSANDS.fullmatch(text):
+        if not _THOUSANDS.fullmatch(text):
             return False
         seen, expected = self._decimal_signs
         return expected != {","} if "," in text else seen == {","}

@@ -2,6 +2,7 @@
 
 import gzip
 import io
+import sys
 import time
 import zipfile
 
@@ -306,3 +307,163 @@ def test_what_is_packed_is_looked_at_before_it_is_unpacked(data, code, said, hin
     (found,) = caught.value.diagnostics
     assert (found.code, found.message[: len(said)], found.hint[: len(hint)]) == (code, said, hint)
     assert len(found.message) <= len("the workbook cannot be read ()") + 80
+
+
+@pytest.mark.parametrize(
+    ("rows", "shown", "more"), [(99, 99, None), (100, 100, None), (101, 100, "1 more"), (300, 100, "200 more")]
+)
+def test_a_hundred_faults_of_one_kind_are_shown(rows, shown, more):
+    diagnostics = read_log(HEAD + "2O,15,400,7,1\n" * rows).diagnostics
+    assert [d.line for d in diagnostics if d.line] == list(range(2, 2 + shown))
+    assert [d.message for d in diagnostics[shown:]] == ([f"{more} of this kind are not shown"] if more else [])
+
+
+def test_two_hundred_remarks_are_looked_at():
+    def told(count):
+        readings = read_log("".join(f"# key{i}: x\n" for i in range(count - 1)) + "# Gewicht: 20 g\n" + HEAD + ROW)
+        return [d.code for d in readings.diagnostics]
+
+    assert (told(200), told(201)) == (["G305"], [])
+
+
+@pytest.mark.parametrize(("blanks", "codes_told"), [(200, ["G340"]), (201, ["G301"])])
+def test_headers_of_two_hundred_letters_are_looked_at(blanks, codes_told):
+    header = "position from surface [cm]".replace(" [", " " * (blanks - 25) + "[")
+    assert len(header) == blanks
+    assert codes(read_log(HEAD.replace("position [cm]", header) + ROW)) == codes_told
+    bare = "m" + " " * (blanks - 4) + "ass"
+    found = read_log(HEAD.replace("mass [g]", bare) + ROW.replace("20,", "20 g,")).diagnostics
+    assert [d.code for d in found] == ([] if blanks == 200 else ["G301"])
+    turns = "time for 1/3 turn [s]".replace(" [", " " * (blanks - 20) + "[")
+    found = read_log(HEAD.replace("time [s],turns", turns) + ROW.replace(",1/3", "")).diagnostics
+    assert [d.code for d in found] == (["G145"] if blanks == 200 else ["G301", "G301"])
+
+
+def series(times, head="time [s];angle [deg];x", rest=";1;2", code="G144"):
+    rows = "".join(f"{time}{rest}\n" for time in times)
+    return code in codes(read_log(f"{head}\n{rows}"))
+
+
+def test_a_record_of_a_sensor_is_one_of_many_even_steps():
+    assert [series(range(count)) for count in (29, 30)] == [False, True]
+    # Nine of ten steps are even: between half of the usual one and half as much again.
+    for odd, even in ((3, True), (4, False)):
+        steps = [10] * (30 - odd) + [16] * odd
+        assert series([sum(steps[:i]) for i in range(31)]) is even
+    for step, even in ((5, True), (4, False), (15, True), (16, False)):
+        steps = [10] * 15 + [step] * 14 + [10] * 3
+        assert series([sum(steps[:i]) for i in range(33)]) is even, step
+    assert series([10 * i for i in range(30)] + [290]), "a time that stands still is one odd step"
+    assert not series([10 * i for i in range(30)] + [289])
+    assert not series([7] * 40)
+    assert not series([*range(30), "x"])
+    assert not series([*range(30), ""])
+    # What comes behind two thousand rows is not looked at.
+    assert [series([*range(count), 0]) for count in (1999, 2000)] == [False, True]
+    assert series([f"{i},5" for i in range(40)])
+    runs = "mass [g];position [cm];spin [rpm];time [s];turns", "20;15;400;"
+    lab = "\n".join([runs[0], *(f"{runs[1]}{i};1" for i in range(1, 40))])
+    assert "G144" not in codes(read_log(lab))
+    for lacking in ("mass [g]", "turns"):
+        assert "G144" in codes(read_log(lab.replace(lacking, "foo")))
+    for instead in (("mass [g]", "force [N]"), ("mass [g]", "torque [N m]"), ("turns", "angle [deg]")):
+        assert "G144" not in codes(read_log(lab.replace(*instead)))
+    assert series(range(1, 40), "time [s];turns;x")
+    (told,) = read_log("x;time [s]\n" + "".join(f"1;{i}\n" for i in range(30))).diagnostics
+    assert (told.line, told.column, told.width) == (1, 3, 8)
+    assert told.message == "the 30 times go up evenly: this is a time series, and one row a run is read"
+    assert told.hint.startswith("work out the spin and the time of some turns of each run from it")
+
+
+def test_limits_hold_whichever_way_a_log_comes(tmp_path, monkeypatch):
+    log = (HEAD + ROW).encode()
+    for size, code in ((LIMIT, None), (LIMIT + 1, "G106")):
+        data = log + b" " * (size - len(log) - 23) + b"\n40,15.0,406,6.53,1/3\n\n"
+        assert len(data) == size
+        path = tmp_path / "log.csv"
+        path.write_bytes(data)
+        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(data)))
+        for source in (data, path, "-", io.BytesIO(data)):
+            if code:
+                with pytest.raises(InputError) as caught:
+                    read_log(source)
+                assert caught.value.diagnostics[-1].code == code
+            else:
+                assert len(read_log(source).runs) == 2
+
+
+def test_files_with_names_like_the_one_that_is_missing_are_proposed(tmp_path):
+    for name in ("data1.csv", "data2.csv", "data3.csv", "data4.csv", "notes.txt"):
+        (tmp_path / name).write_text("x")
+    (tmp_path / "data0.csv").mkdir()
+
+    def hint(name):
+        with pytest.raises(InputError) as caught:
+            read_log(tmp_path / name)
+        (found,) = caught.value.diagnostics
+        assert found.code == "G101"
+        return found.hint
+
+    assert sorted(hint("data.csv").removeprefix("did you mean ").removesuffix("?").split(", ")) == [
+        "data2.csv", "data3.csv", "data4.csv"
+    ]  # fmt: skip
+    assert hint("note.txt") == "did you mean notes.txt?"
+    assert hint("elsewhere.dat") == ""
+    assert hint("gone/data.csv").startswith("there is no folder ")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("g = true", "not a number or a text"),
+        ("g = 2026-01-03", "not a number or a text"),
+        ("g = {a = 1}", "a table or a list, not a number or a text"),
+        ("g = []", "a table or a list, not a number or a text"),
+        ("g = 9.81", None),
+        ("mass = 20", "has no unit"),
+        ("turns = 1", None),
+        ('turns = "1/3"', None),
+    ],
+)
+def test_values_of_a_configuration(tmp_path, text, said):
+    path = tmp_path / "c.toml"
+    path.write_text("\ufeff" + text, encoding="utf-8")
+    if said is None:
+        assert read_log(HEAD + ROW, config=path).ok
+        return
+    with pytest.raises(InputError) as caught:
+        read_log(HEAD + ROW, config=path)
+    assert said in caught.value.diagnostics[0].message
+
+
+def test_what_is_wrong_with_a_configuration(tmp_path):
+    def told(path):
+        with pytest.raises(InputError) as caught:
+            read_log(HEAD + ROW, config=path)
+        (found,) = caught.value.diagnostics
+        assert found.code == "G505"
+        return found.message.rpartition(": ")[2], found.hint
+
+    (tmp_path / "a.toml").write_text("g")
+    assert told(tmp_path / "none.toml") == ("No such file or directory", "check its name")
+    assert told(tmp_path / "a.toml" / "b.toml") == ("Not a directory", "check its name")
+    assert told(tmp_path)[1].startswith("give a text file")
+    assert told(tmp_path / "a.toml")[1].startswith("give a text file")
+    assert told(tmp_path / "a.toml")[0].startswith("Expected")
+
+
+def test_a_workbook_has_two_hundred_columns_too():
+    import openpyxl
+
+    def told(columns):
+        book = openpyxl.Workbook()
+        book.active.append(["mass [g]", "position [cm]", "spin [rpm]", "time [s]", "turns", *["x"] * (columns - 5)])
+        book.active.append([20, 15.5, 206, 7.06, "1/3", *range(columns - 5)])
+        stream = io.BytesIO()
+        book.save(stream)
+        try:
+            return codes(read_log(stream.getvalue()))
+        except InputError as error:
+            return [d.code for d in error.diagnostics]
+
+    assert (told(200)[-1], told(201)) == ("G210", ["G224"])

@@ -146,7 +146,7 @@ def _check_runs(table: Table, faults: Faults) -> None:
         timed = "time" in there and not there.isdisjoint(COUNTS)
         if not timed and there.isdisjoint(ONE_TURN):
             asked = COUNTS if "time" in columns else ONE_TURN
-            role = next((role for role in asked if role in columns), asked[0])
+            role = next((role for role in asked if role in columns), "turns")
             lacking.setdefault(role, []).append(run)
     for role, runs in lacking.items():
         lines = list(dict.fromkeys(table.lines[run] for run in runs))

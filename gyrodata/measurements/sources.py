@@ -397,7 +397,7 @@ def _stated_for_period(
         size = time / turns if column.role == "precession_period" else 2 * np.pi * turns / time
         absolute = np.array([u.absolute for u in stated])
         relative = np.array([u.relative for u in stated])
-        if np.all((absolute + relative * size > 0) & np.isfinite(size)):
+        if np.all((absolute + relative > 0) & np.isfinite(size)):
             return absolute / size * time, relative, False
     return None
 

@@ -457,7 +457,7 @@ def _names_below(table: _Table, row: Row) -> list[str]:
         if at < len(row.texts) and row.texts[at]:
             groups.setdefault(parent, []).append(at)
     for over, below in groups.items():
-        if over < 0 or below[0] != over or len(below) < 2:
+        if below[0] != over or len(below) < 2:
             return []
         name, unit = split_unit(table.cells[over].text)
         for number, at in enumerate(below, 1):
@@ -707,8 +707,7 @@ def _moved(row: Row, places: list[int] | range, given: dict[int, tuple[str, tupl
         place = places[at] if at < len(places) else width + at - len(places)
         texts[place], origin[place] = text, natural[at]
     for place, (text, where) in given.items():
-        if not texts[place]:
-            texts[place], origin[place] = text, where
+        texts[place], origin[place] = text, where
     end = max((at + 1 for at, text in enumerate(texts) if text), default=0)
     return Row(row.line, texts[:end], tuple(origin[:end]))
 

@@ -248,10 +248,10 @@ def _warn_if_misspelt(settings: Settings, key: str, text: Text, faults: Faults) 
         return
     close = _nearest(key.lower())
     if not close:
-        roles = [role for role in name_roles(key)[0] if role in KEYS and kind_of_role(role) != "text"]
+        roles = [role for role in name_roles(key)[0] if kind_of_role(role) != "text"]
         if not roles:
             base = re.sub(r"_?[0-9]{1,2}$", "", key)  # "# m1 = 47 g"
-            roles = [role for role in name_roles(base)[0] if role in KEYS and kind_of_role(role) != "text"]
+            roles = [role for role in name_roles(base)[0] if kind_of_role(role) != "text"]
         close = roles if text.text[:1].isdigit() else []
     if close:
         message = f'"# {key}" is kept as a remark; nothing is read from it'

@@ -528,7 +528,7 @@ def find_delimiter(lines: list[str]) -> str | None:
         if not often:
             continue
         # Titles may stand above the header, and a row may lack the delimiters of its blank cells.
-        share = max(often[max(counts[:2])] if any(counts[:2]) else 0, often.most_common(1)[0][1]) / len(counts)
+        share = max(often[max(counts[:2])], often.most_common(1)[0][1]) / len(counts)
         if best is None or share > best_share + 0.3:
             best, best_share = delimiter, share
     return best

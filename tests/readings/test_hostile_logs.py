@@ -170,6 +170,8 @@ def test_two_hundred_columns_and_ten_thousand_letters_are_read(quote):
     assert said(more) is None
     assert said(more + f",{quote}c{quote}") == ("G224", 1, 1, "201 columns; at most 200 are read")
     assert said(more + "," * 150) is None, "blank cells at the end are none"
+    cells = f"{HEAD.strip()}{more}{',' * 500}\n{ROW}"
+    assert (refused_at(cells) is None) == (not quote), "quoted cells are split one by one"
     letters = f",{quote}{'n' * 10_000}{quote}"
     assert said(letters) is None
     long = "a cell of 10001 characters; at most 10 000 are read"
@@ -179,6 +181,19 @@ def test_two_hundred_columns_and_ten_thousand_letters_are_read(quote):
     assert refused_at(f"{HEAD}{ROW}40,15.0,{quote * 2}406,13.06,1/3{letters}x\n") == (
         "G225", 3, blank, "a cell of 10001 characters; at most 10 000 are read"
     )  # fmt: skip
+
+
+def test_a_quoted_cell_over_lines_ends_with_its_quote():
+    def said(cell):
+        return refused_at(f'{HEAD.strip()},note\n{ROW.strip()},"{cell}\n{ROW}')
+
+    assert said("n" * 9999 + '\n"') is None
+    assert said("n" * 10_000 + '\n"')[:3] == ("G226", 2, 23)
+    assert said("n" * 4000 + "\n" + "n" * 5998 + '\n"') is None
+    assert said("n" * 4000 + "\n" + "n" * 5999 + '\n"')[:3] == ("G226", 2, 23)
+    assert said('a""\n""b\n" c') is None
+    notes = read_log(f'{HEAD.strip()},note\n{ROW.strip()},"a""\n""b\n" c\n{ROW.strip()},d\n').notes
+    assert notes == ('a" "b  c', "d")
 
 
 def refused_at(text):

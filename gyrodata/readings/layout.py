@@ -185,14 +185,12 @@ class _SheetReader:
         self.taken_out: list[int] = []
         self.said: dict[int, str] = {}
         """What was taken from a caption, by its line."""
-        self.fresh = True
-        """Whether units or a second row of names may still come."""
 
     def begin(self, head: Row) -> None:
         """Begin a table with its header row."""
         cells = self.grid.cells(head)
         self.tables.append(_Table(head, cells, [parse_header(cell.text) for cell in cells]))
-        self.fresh = True
+        self.fresh = True  # units or a second row of names may still come
 
     def take(self, row: Row) -> None:
         """Take the next row for what it is."""
@@ -420,16 +418,16 @@ def _bare(text: str) -> str:
 
 
 def _is_unit_row(row: Row) -> bool:
-    units = 0
+    units = False
     for text in row.texts:
         bare = _bare(text)
         if is_number(text) and not (kinds_of(bare) and any(letter.isalpha() for letter in bare)):
             return False
         if kinds_of(bare) or bare == "%":
-            units += 1
+            units = True
         elif text and bare not in BLANKS and bare == text:
             return False
-    return units > 0
+    return units
 
 
 def _with_units(headers: list[Header], row: Row) -> list[Header]:
@@ -610,7 +608,7 @@ def _join(tables: list[_Table], grid: Grid, faults: Faults) -> Layout | None:
         places = _place_columns(table, cells, headers, grid, faults)
         if places is None:
             return None
-        if not _begins_whole(table, faults, first is not table and table.head is not first.head, grid):
+        if not _begins_whole(table, faults, table.head is not first.head, grid):
             return None
         for role in table.given:
             if not any(header.roles == (role,) for header in headers):

@@ -479,7 +479,7 @@ def find_inertia(line: str) -> str:
     return ""
 
 
-def find_in_row(cells: Sequence[str]) -> tuple[int, str]:
+def find_in_row(cells: Sequence[str]) -> tuple[int, str] | None:
     """Find I_zz in a row of a table, "I_zz", "4.4e-3 ± 0.1e-3 kg m^2" or both in one cell: where, and the value."""
     for at, cell in enumerate(cells):
         if cell[:1].isalpha():
@@ -489,7 +489,7 @@ def find_in_row(cells: Sequence[str]) -> tuple[int, str]:
             answer = find_inertia(cell if alone else f"{cell}: {' '.join(filter(None, cells[at + 1 :]))}")
             if answer:
                 return at, answer
-    return 0, ""
+    return None
 
 
 def one_inertia(found: list[tuple[str, Reported]]) -> tuple[str, Reported] | None:

@@ -331,8 +331,6 @@ def _piecewise_roles(name: str) -> tuple[str, ...]:
     if len(pieces) < 2:
         return ()
     found = [_plain_roles(piece.strip()) for piece in pieces]
-    if not found[0]:
-        return ()
     common = found[0]
     for roles in found[1:]:
         if roles:

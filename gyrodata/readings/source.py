@@ -481,8 +481,8 @@ def _without_answers(rows: list[Row], lines: list[str], delimiter: str, metadata
     """Take I_zz out of a table below or beside which it is written, as if it stood in a ``#`` line."""
     kept: list[Row] = []
     for row in rows:
-        at, answer = find_in_row(row.texts)
-        if answer:
+        if found := find_in_row(row.texts):
+            at, answer = found
             metadata.append(("I_zz", Text(answer, *find_place(lines, delimiter, row.spot(at)))))
             left = row.texts[:at]
             while left and not left[-1]:

@@ -503,7 +503,7 @@ def _part_columns(grid: Grid, rows: list[Row], faults: Faults) -> list[list[Row]
     if not period:
         return [rows]
     starts = [*_filled(head)[::period], len(head.texts)]
-    roles = {role for text in head.texts[: starts[1]] for role in parse_header(text).roles}
+    roles = {role for at in _filled(head)[:period] for role in parse_header(head.texts[at]).roles}
     if not (roles & {"mass", "torque", "force"} and roles.intersection(TIMINGS)):
         _refuse_side_by_side(grid, head, faults)
         return None

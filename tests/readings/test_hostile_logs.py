@@ -482,3 +482,8 @@ def test_a_workbook_has_two_hundred_columns_too():
             return [d.code for d in error.diagnostics]
 
     assert (told(200)[-1], told(201)) == ("G210", ["G224"])
+
+
+def test_a_byte_that_a_code_page_lacks_weighs_less_than_a_word():
+    data = b"m [g];x [\xf1\xec];t [s];N;n [rpm];\x98\n20,1;14,8;6,95;1/3;212;x\n"
+    assert [d.message[-6:] for d in read_log(data).diagnostics if d.code == "G109"] == ["cp1251"]

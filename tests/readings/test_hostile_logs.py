@@ -422,7 +422,7 @@ def test_files_with_names_like_the_one_that_is_missing_are_proposed(tmp_path):
     assert sorted(hint("data.csv").removeprefix("did you mean ").removesuffix("?").split(", ")) == [
         "data2.csv", "data3.csv", "data4.csv"
     ]  # fmt: skip
-    assert hint("note.txt") == "did you mean notes.txt?"
+    assert hint("note.txt") == hint("my notes.txt") == "did you mean notes.txt?"
     assert hint("elsewhere.dat") == ""
     assert hint("gone/data.csv").startswith("there is no folder ")
 

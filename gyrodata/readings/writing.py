@@ -255,9 +255,7 @@ def _in_turn(weights: int, times: int) -> list[int | None]:
     todo = set(range(1, weights))
     for place in (place for place in range(1, count - 1) if place != middle):
         todo = todo or set(range(weights))
-        # The last place is taken.
-        beside = {order[place - 1], *(order[place + 1 :] if place == count - 2 else [])}
-        weight = max(todo - beside or todo, key=lambda one: (late[one], -one))
+        weight = max(todo - {order[place - 1]} or todo, key=lambda one: (late[one], -one))
         order[place] = weight
         late[weight] += place - (count - 1) / 2
         todo.discard(weight)

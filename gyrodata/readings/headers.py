@@ -125,7 +125,7 @@ def turns_in(header: str) -> str:
             return str(part)
     if not re.search(_TURN, plain, re.IGNORECASE):
         return ""
-    return words_of_turns(re.split(_TURN, plain, maxsplit=1, flags=re.IGNORECASE)[0])
+    return words_of_turns(re.split(_TURN, plain, flags=re.IGNORECASE)[0])
 
 
 def words_of_turns(text: str) -> str:

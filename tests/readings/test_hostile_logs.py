@@ -111,6 +111,7 @@ def test_marks_that_no_editor_shows():
     readings = read_log(("\ufeff\ufeff" + text).encode())
     assert readings.ok
     assert [reading.text for reading in readings.columns["spin"].readings] == ["406"]
+    assert readings.columns["spin"].place(0) == (2, 10)
 
 
 def test_tables_in_a_configuration(tmp_path):

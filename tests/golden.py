@@ -98,20 +98,20 @@ def every_log_as_read() -> str:
     return "".join(f"{name}\n" + "".join(as_read(log, **given)) for name, (log, given) in logs.items())
 
 
-def as_read(log: bytes, **given: Any) -> Iterator[str]:
+def as_read(log: bytes, longest: int = 300, **given: Any) -> Iterator[str]:
     """Tell all that is read of a log, a line a thing: what is said of it, its runs, its columns, what holds for all."""
     try:
         readings = read_log(log, **given)
         said = readings.diagnostics
     except GyroError as error:
         readings, said = None, error.diagnostics
-    yield from (f"  {d.code} {d.line}:{d.column}+{d.width} {d.message[:300]} | {d.hint[:300]}\n" for d in said)
+    yield from (f"  {d.code} {d.line}:{d.column}+{d.width} {d.message[:longest]} | {d.hint[:longest]}\n" for d in said)
     if readings is None:
         return
     yield f"  runs {' '.join(readings.runs)}, lines {' '.join(map(str, readings.lines))}\n"
     yield from (f"  note {note}\n" for note in readings.notes if note)
     for column in (*readings.columns.values(), *readings.others):
-        places = [place for run in (0, -1) if (place := column.place(run))]
+        places = [place for run in (0, -1) if column.spots and (place := column.place(run))]
         at = " to ".join(f"{place.line}:{place.column}" for place in places)
         cells = " ".join(f"{cell}x{len(list(same))}" for cell, same in groupby(map(_cell, column.readings)))
         yield f'  {column.role} "{column.header}" [{column.unit}] {at} {cells}\n'.replace("x1 ", " ")

@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from corners import CORNERS, blocks, told
 from msgspec.structs import replace
 
 import gyrodata
@@ -30,6 +31,15 @@ def measured(text: str, **settings: str) -> Measurements:
 
 def source(measurements: Measurements, name: str) -> Source:
     return next(s for s in measurements.sources if s.name == name)
+
+
+MEASURED = {head: body for head, body in blocks(CORNERS.read_text(encoding="utf-8")) if head.startswith("measured")}
+
+
+@pytest.mark.parametrize("head", MEASURED)
+def test_what_is_measured_is_what_stands_beside_the_log(head: str) -> None:
+    expected = "\n".join([f"== {head}", *MEASURED[head]]).rstrip()
+    assert "\n".join(told(head, MEASURED[head])).rstrip() == expected, "if it is meant: python tests/make_expected.py"
 
 
 def test_simulated_readings_err_as_readings_are_taken_to_err() -> None:

@@ -168,7 +168,7 @@ def measure(readings: Readings) -> Measurements:
     position = nothing
     if not uses_torque:
         load = mass if uses_weight else force
-        position = np.where(load == 0, 0.0, values_of(columns["position"]) if "position" in columns else 0.0)
+        position = np.where(load == 0, 0.0, values_of(columns["position"]) if "position" in columns else nothing)
     torque = given_torque if uses_torque else force * position if uses_force else physics.torque(mass, position, g)
 
     time, turns, timing = _timing(columns, count)
@@ -198,7 +198,7 @@ def measure(readings: Readings) -> Measurements:
         spin_end=spin_end,
         g=g,
         timed=timing.role != "precession_rate",
-        timing_bias_u=stated_or_default(readings, "time_bias")[0].at(1.0) if timing.role != "precession_rate" else 0.0,
+        timing_bias_u=stated_or_default(readings, "time_bias")[0].absolute if timing.role != "precession_rate" else 0.0,
         imbalance_u=imbalance_u,
         imbalance_from=imbalance_from,
         sources=(
@@ -296,12 +296,10 @@ def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) ->
             values = values_of(readings.columns[role])
             told |= ~np.isnan(values)
             written *= np.nan_to_num(values, nan=1.0)
-    used = spin_columns(readings)[0]
-    if "precession_sense" in readings.columns and "spin" in used.role and "period" not in used.role:
-        # A signed spin says what a sense column would.
-        written *= np.where(np.nan_to_num(values_of(used), nan=1.0) < 0, -1.0, 1.0)
     if "precession_sense" not in readings.columns:
         return cast(Floats, sign)
+    # A signed spin says what a sense column would.
+    written *= np.where(values_of(spin_columns(readings)[0]) < 0, -1.0, 1.0)
     loaded = told & (sign != 0)
     opposed = int(np.sum(written[loaded] != sign[loaded]))
     if opposed > np.sum(loaded) / 2:

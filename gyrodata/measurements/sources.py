@@ -397,7 +397,7 @@ def _stated_for_period(
         size = time / turns if column.role == "precession_period" else 2 * np.pi * turns / time
         absolute = np.array([u.absolute for u in stated])
         relative = np.array([u.relative for u in stated])
-        if np.all((absolute + relative * size > 0) & np.isfinite(size)):
+        if np.all((absolute + relative > 0) & np.isfinite(size)):
             return absolute / size * time, relative, False
     return None
 
@@ -474,10 +474,9 @@ def as_spin(column: Column) -> Floats:
 
 
 def mean_spin(spins: list[Floats]) -> Floats:
-    """Harmonic mean in time of a spin read once, at start and end, or three times [rad/s], shape (n,)."""
-    if len(spins) == 3:
-        return cast(Floats, physics.simpson_mean_spin(*spins))
-    return spins[0] if len(spins) == 1 else cast(Floats, physics.harmonic_mean_spin(*spins))
+    """Harmonic mean in time of a spin read at start and end, or three times [rad/s], shape (n,)."""
+    mean = physics.simpson_mean_spin if len(spins) == 3 else physics.harmonic_mean_spin
+    return cast(Floats, mean(*spins))
 
 
 def spin_weights(spins: list[Floats]) -> list[Floats]:

@@ -182,7 +182,7 @@ def rounded_turns(text: str) -> tuple[str, float]:
 
     The screws of the ball stand a third of a turn apart; a twelfth is what a run without a weight takes.
     """
-    if not PLAIN.fullmatch(text) or last_place(text) >= 0:
+    if not PLAIN.fullmatch(text):
         return "", 0.0
     value, step = to_float(text), float(f"1e{last_place(text)}")
     twelfths = round(value * 12)
@@ -416,9 +416,7 @@ _LARGEST = 1e100
 def canonical_key(key: str) -> str:
     """Name what is reported: ``reported_I_zz`` and ``reported_moment_of_inertia`` are ``inertia``."""
     bare = key[len(PREFIX) :] if key.lower().startswith(PREFIX) else key
-    if name_roles(bare)[0] == ("inertia",) or name_roles(bare.replace("_", " "))[0] == ("inertia",):
-        return "inertia"
-    return bare.lower()
+    return "inertia" if name_roles(bare)[0] == ("inertia",) else bare.lower()
 
 
 def read_reported(key: str, text: str, line: int | None = None, ask: bool = True) -> Reported:
@@ -498,7 +496,7 @@ def find_inertia(line: str) -> str:
     return ""
 
 
-def find_in_row(cells: Sequence[str]) -> tuple[int, str]:
+def find_in_row(cells: Sequence[str]) -> tuple[int, str] | None:
     """Find I_zz in a row of a table, "I_zz", "4.4e-3 ± 0.1e-3 kg m^2" or both in one cell: where, and the value."""
     for at, cell in enumerate(cells):
         if cell[:1].isalpha():
@@ -508,7 +506,7 @@ def find_in_row(cells: Sequence[str]) -> tuple[int, str]:
             answer = find_inertia(cell if alone else f"{cell}: {' '.join(filter(None, cells[at + 1 :]))}")
             if answer:
                 return at, answer
-    return 0, ""
+    return None
 
 
 def one_inertia(found: list[tuple[str, Reported]]) -> tuple[str, Reported] | None:

@@ -125,7 +125,7 @@ def turns_in(header: str) -> str:
             return str(part)
     if not re.search(_TURN, plain, re.IGNORECASE):
         return ""
-    return words_of_turns(re.split(_TURN, plain, maxsplit=1, flags=re.IGNORECASE)[0])
+    return words_of_turns(re.split(_TURN, plain, flags=re.IGNORECASE)[0])
 
 
 def words_of_turns(text: str) -> str:
@@ -193,7 +193,7 @@ def parse_header(text: str) -> Header:
         unit = "s"  # "mm:ss.cc": how its cells are written, and they say so themselves
     if unit is not None:
         roles = _fitting(roles, unit)
-    elif len(roles) > 1:
+    else:
         # A bare "N" counts turns: the other readings would need a unit.
         bare = tuple(role for role in roles if kind_of_role(role) in ("number", "text", "sign"))
         roles = bare or roles
@@ -320,8 +320,8 @@ def _plain_roles(name: str) -> tuple[str, ...]:
         return NAMES[lower]
     if lower.startswith("u") and name.lower().replace(" ", "_").replace("-", "_") in UNCERTAINTIES:
         return (name.lower().replace(" ", "_").replace("-", "_"),)
-    if len(lower) == 1 and lower in SYMBOLS and symbol not in SYMBOLS:
-        return SYMBOLS[lower] if lower not in "tnm" else ()
+    if len(lower) == 1 and lower in SYMBOLS:
+        return SYMBOLS[lower]
     return _piecewise_roles(name) or _modified_roles(name)
 
 
@@ -331,8 +331,6 @@ def _piecewise_roles(name: str) -> tuple[str, ...]:
     if len(pieces) < 2:
         return ()
     found = [_plain_roles(piece.strip()) for piece in pieces]
-    if not found[0]:
-        return ()
     common = found[0]
     for roles in found[1:]:
         if roles:
@@ -403,8 +401,6 @@ def unit_for(text: str, kind: str) -> str | None:
 
 def suggest_role(header: str) -> str:
     """Propose the role whose name a header nearly is; "" if it is near to none."""
-    if len(header) > MAX_HEADER:
-        return ""
     name, _ = split_unit(header)
     loose = re.sub(r"[\[(].*", "", name).strip()
     for key in (squeeze(loose).lower(), squeeze(re.split(r"[\s_]", loose or " ")[0]).lower()):

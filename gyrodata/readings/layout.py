@@ -185,14 +185,12 @@ class _SheetReader:
         self.taken_out: list[int] = []
         self.said: dict[int, str] = {}
         """What was taken from a caption, by its line."""
-        self.fresh = True
-        """Whether units or a second row of names may still come."""
 
     def begin(self, head: Row) -> None:
         """Begin a table with its header row."""
         cells = self.grid.cells(head)
         self.tables.append(_Table(head, cells, [parse_header(cell.text) for cell in cells]))
-        self.fresh = True
+        self.fresh = True  # units or a second row of names may still come
 
     def take(self, row: Row) -> None:
         """Take the next row for what it is."""
@@ -211,6 +209,10 @@ class _SheetReader:
             table.headers = _with_units(table.headers, row)
             self.fresh = False
         elif self.fresh and (names := _names_below(table, row)):
+            # A header merged over the last columns leaves its row shorter than the row of names.
+            more = len(names) - len(table.cells)
+            table.cells = table.cells + [replace(table.cells[-1], text="")] * more
+            table.headers = table.headers + [parse_header("")] * more
             table.headers = [
                 parse_header(name) if name else header for name, header in zip(names, table.headers, strict=True)
             ]
@@ -416,16 +418,16 @@ def _bare(text: str) -> str:
 
 
 def _is_unit_row(row: Row) -> bool:
-    units = 0
+    units = False
     for text in row.texts:
         bare = _bare(text)
         if is_number(text) and not (kinds_of(bare) and any(letter.isalpha() for letter in bare)):
             return False
         if kinds_of(bare) or bare == "%":
-            units += 1
+            units = True
         elif text and bare not in BLANKS and bare == text:
             return False
-    return units > 0
+    return units
 
 
 def _with_units(headers: list[Header], row: Row) -> list[Header]:
@@ -441,7 +443,7 @@ def _names_below(table: _Table, row: Row) -> list[str]:
     """Read a second row of names below merged cells: "Time (s)" over 1, 2, 3; none if it is no such row."""
     width = len(table.cells)
     filled = _filled(row)
-    # A header merged over the last columns leaves its row shorter than the runs.
+    # As many as a header may be merged over at the end of its row.
     if len(filled) < 2 or filled[-1] >= width + 8:
         return []
     cells = table.cells + [replace(table.cells[-1], text="")] * max(len(row.texts) - width, 0)
@@ -453,7 +455,7 @@ def _names_below(table: _Table, row: Row) -> list[str]:
         if at < len(row.texts) and row.texts[at]:
             groups.setdefault(parent, []).append(at)
     for over, below in groups.items():
-        if over < 0 or below[0] != over or len(below) < 2:
+        if below[0] != over or len(below) < 2:
             return []
         name, unit = split_unit(table.cells[over].text)
         for number, at in enumerate(below, 1):
@@ -501,7 +503,7 @@ def _part_columns(grid: Grid, rows: list[Row], faults: Faults) -> list[list[Row]
     if not period:
         return [rows]
     starts = [*_filled(head)[::period], len(head.texts)]
-    roles = {role for text in head.texts[: starts[1]] for role in parse_header(text).roles}
+    roles = {role for at in _filled(head)[:period] for role in parse_header(head.texts[at]).roles}
     if not (roles & {"mass", "torque", "force"} and roles.intersection(TIMINGS)):
         _refuse_side_by_side(grid, head, faults)
         return None
@@ -597,17 +599,16 @@ def _join(tables: list[_Table], grid: Grid, faults: Faults) -> Layout | None:
     for table in tables:
         lost = _wanted_but_lost(wanted, table)
         if lost:
-            hint = (
-                f'write what holds for its runs in the line above it, such as "{lost} {BY_NAME[lost].sample}", or as '
-                "a column; or put # before its lines if they are no runs"
-            )
+            sample = BY_NAME[lost].sample
+            above = f'in the line above it, such as "{lost} {sample}", or ' if sample else ""
+            hint = f"write what holds for its runs {above}as a column; or put # before its lines if they are no runs"
             message = f"the table below line {table.head.line} has no {lost}, and the first table has one"
             faults.add(BLOCKS_STACKED, message, hint, grid.cell(table.head, _filled(table.head)[0]))
             return None
         places = _place_columns(table, cells, headers, grid, faults)
         if places is None:
             return None
-        if not _begins_whole(table, faults, first is not table and table.head is not first.head, grid):
+        if not _begins_whole(table, faults, table.head is not first.head, grid):
             return None
         for role in table.given:
             if not any(header.roles == (role,) for header in headers):
@@ -644,8 +645,6 @@ def _wanted_but_lost(wanted: set[str], table: _Table) -> str:
     for part in sorted(wanted - there):
         if part == "torque" or (part == "count" and any(turns_in(cell.text) for cell in table.cells)):
             continue
-        if part in ("mass", "position", "force") and "torque" in there:
-            continue
         return names.get(part, part)
     return ""
 
@@ -656,7 +655,7 @@ def _place_columns(
     """Find the column of the whole for each column of a table; new ones are added."""
     places: list[int] = []
     for at, (cell, header) in enumerate(zip(table.cells, table.headers, strict=True)):
-        if cells[at : at + 1] == [cell]:
+        if at < len(cells) and cells[at] == cell:
             places.append(at)
             continue
         same = [k for k, other in enumerate(cells) if cell.text and squeeze(other.text) == squeeze(cell.text)]
@@ -699,18 +698,14 @@ def _begins_whole(table: _Table, faults: Faults, is_later: bool, grid: Grid) -> 
 
 def _moved(row: Row, places: list[int] | range, given: dict[int, tuple[str, tuple[int, int]]], width: int) -> Row:
     """Put the cells of a row where the columns of the whole are, with what its caption gives."""
-    texts = [""] * max(width, len(row.texts))
+    texts = [""] * (width + len(row.texts))
     origin = [(row.line, 0)] * len(texts)
     natural = row.origin or tuple((row.line, at) for at in range(len(row.texts)))
     for at, text in enumerate(row.texts):
         place = places[at] if at < len(places) else width + at - len(places)
-        if place >= len(texts):
-            texts += [""] * (place + 1 - len(texts))
-            origin += [(row.line, 0)] * (place + 1 - len(origin))
         texts[place], origin[place] = text, natural[at]
     for place, (text, where) in given.items():
-        if not texts[place]:
-            texts[place], origin[place] = text, where
+        texts[place], origin[place] = text, where
     end = max((at + 1 for at, text in enumerate(texts) if text), default=0)
     return Row(row.line, texts[:end], tuple(origin[:end]))
 

@@ -137,7 +137,7 @@ def _check_runs(table: Table, faults: Faults) -> None:
         there = {role for role, column in columns.items() if column.readings[run].text}
         if "torque" not in there and not ("mass" in columns and columns["mass"].readings[run].value == 0):
             if there.isdisjoint(("mass", "force")):
-                lacking.setdefault("mass" if "mass" in columns else "torque", []).append(run)
+                lacking.setdefault("torque", []).append(run)
             elif "position" not in there:
                 lacking.setdefault("position", []).append(run)
         if not any(there.issuperset(roles) for roles in SPIN_SETS):
@@ -146,7 +146,7 @@ def _check_runs(table: Table, faults: Faults) -> None:
         timed = "time" in there and not there.isdisjoint(COUNTS)
         if not timed and there.isdisjoint(ONE_TURN):
             asked = COUNTS if "time" in columns else ONE_TURN
-            role = next((role for role in asked if role in columns), asked[0])
+            role = next((role for role in asked if role in columns), "turns")
             lacking.setdefault(role, []).append(run)
     for role, runs in lacking.items():
         lines = list(dict.fromkeys(table.lines[run] for run in runs))
@@ -209,7 +209,7 @@ def _check_period(table: Table, faults: Faults) -> None:
 _DEGREES = r"([0-9]+(?:[.,][0-9]+)?)\s*(?:°|º|˚|deg)"
 _HALF = r"(?i)half|halb|demi|medi[oa]\b|meia|pół|полов|1/2|½|/\s*2(?![0-9])"
 _COUNT = (
-    r"(?i)(?<![0-9.,_])([0-9]{1,2}(?:[.,]5)?)\s*"
+    r"(?i)(?<![0-9.,_])([0-9]{1,2}(?:[.,]5)?)(?![0-9])\s*"
     r"(?:T\b|(?:\w+\s)?(?:turn|rev|cycle|rotation|tour|Umdreh|Umläuf|об|vuelt|volta|obrot|periods?\b))"
 )
 _REPEAT = r"(?<![0-9])([1-9])(?:ª|º|\.|st|nd|rd|th)?(?![0-9])"

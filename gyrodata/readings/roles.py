@@ -556,7 +556,7 @@ def _bare(folded: str) -> str:
 def _squeezed(text: str, delimiter: str | None = None) -> list[str]:
     """Squeeze many names at once, in lower case: this is done at every start."""
     names = _without_accents(fold_letters(text)).translate(_MARKS).lower().split(delimiter)
-    return names if delimiter is None else ["".join(name.split()) for name in names]
+    return ["".join(name.split()) for name in names]
 
 
 def _words(text: str) -> set[str]:

@@ -248,11 +248,11 @@ def _warn_if_misspelt(settings: Settings, key: str, text: Text, faults: Faults) 
         return
     close = _nearest(key.lower())
     if not close:
-        roles = [role for role in name_roles(key)[0] if role in KEYS and kind_of_role(role) != "text"]
+        roles = [role for role in name_roles(key)[0] if kind_of_role(role) != "text"]
         if not roles:
             base = re.sub(r"_?[0-9]{1,2}$", "", key)  # "# m1 = 47 g"
-            roles = [role for role in name_roles(base)[0] if role in KEYS and kind_of_role(role) != "text"]
-        close = roles[:1] if text.text[:1].isdigit() else []
+            roles = [role for role in name_roles(base)[0] if kind_of_role(role) != "text"]
+        close = roles if text.text[:1].isdigit() else []
     if close:
         message = f'"# {key}" is kept as a remark; nothing is read from it'
         faults.add(KEY_NEARLY_KNOWN, message, f'did you mean "# {close[0]}: {text.text}"?', text)

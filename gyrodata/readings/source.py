@@ -481,8 +481,8 @@ def _without_answers(rows: list[Row], lines: list[str], delimiter: str, metadata
     """Take I_zz out of a table below or beside which it is written, as if it stood in a ``#`` line."""
     kept: list[Row] = []
     for row in rows:
-        at, answer = find_in_row(row.texts)
-        if answer:
+        if found := find_in_row(row.texts):
+            at, answer = found
             metadata.append(("I_zz", Text(answer, *find_place(lines, delimiter, row.spot(at)))))
             left = row.texts[:at]
             while left and not left[-1]:
@@ -528,7 +528,7 @@ def find_delimiter(lines: list[str]) -> str | None:
         if not often:
             continue
         # Titles may stand above the header, and a row may lack the delimiters of its blank cells.
-        share = max(often[max(counts[:2])] if any(counts[:2]) else 0, often.most_common(1)[0][1]) / len(counts)
+        share = max(often[max(counts[:2])], often.most_common(1)[0][1]) / len(counts)
         if best is None or share > best_share + 0.3:
             best, best_share = delimiter, share
     return best

@@ -250,7 +250,7 @@ class _Builder:
         done = f"{100 * shift:.4g} cm is added to" if origin == "surface" else f"{100 * shift:.4g} cm less"
         message = f"positions count from the {origin}: {done} each, so that all count from the centre of the ball"
         self.faults.add(POSITION_MOVED, message, "", position.place(0))
-        rounding = self.settings.steps.get(key, 0.0) / math.sqrt(12)
+        rounding = self.settings.steps[key] / math.sqrt(12)
         return origin, share * (rounding if u is None else u.at(length))
 
     def _stated_column(self, role: str, chosen: list[Chosen]) -> Column:
@@ -413,7 +413,7 @@ class _Builder:
 
     def _is_doubtful(self, text: str) -> bool:
         """Tell whether a comma or a point may part thousands: the table's other numbers have the other sign."""
-        if text[-4:-3] not in (",", ".") or not _THOUSANDS.fullmatch(text):
+        if not _THOUSANDS.fullmatch(text):
             return False
         seen, expected = self._decimal_signs
         return expected != {","} if "," in text else seen == {","}

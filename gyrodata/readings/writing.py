@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Sequence
 from contextlib import suppress
@@ -156,9 +155,8 @@ def _add_uncertainties(
     for row in rows:
         spread, text = column.readings[row[0]].u, column.readings[row[0]].text
         own = None
-        if text and spread is not None:
-            with suppress(CellError):  # "none" is a weight, and no number
-                own = read_cell(text, kind, column.unit or None).uncertainty
+        with suppress(CellError):  # "none" is a weight, and no number; what was simulated has no text
+            own = read_cell(text, kind, column.unit or None).uncertainty
         texts.append("" if spread is None or spread in (own, common) else _uncertainty_text(spread, kind))
     if any(texts):
         headers.append(_header(f"u_{role}", SI[kind]))
@@ -177,15 +175,8 @@ def _uncertainty_text(uncertainty: Uncertainty, kind: str) -> str:
 def _percent(share: float) -> str:
     """Find the percentage that gives exactly this share when it is read, the shortest first."""
     percent = share * 100
-    for candidate in (
-        round(percent, 12),
-        percent,
-        math.nextafter(percent, math.inf),
-        math.nextafter(percent, -math.inf),
-    ):
-        if candidate / 100 == share:
-            return repr(candidate)
-    return repr(percent)
+    short = round(percent, 12)
+    return repr(short if short / 100 == share else percent)
 
 
 def _quoted(text: str) -> str:
@@ -264,9 +255,7 @@ def _in_turn(weights: int, times: int) -> list[int | None]:
     todo = set(range(1, weights))
     for place in (place for place in range(1, count - 1) if place != middle):
         todo = todo or set(range(weights))
-        # The last place is taken.
-        beside = {order[place - 1], *(order[place + 1 :] if place == count - 2 else [])}
-        weight = max(todo - beside or todo, key=lambda one: (late[one], -one))
+        weight = max(todo - {order[place - 1]} or todo, key=lambda one: (late[one], -one))
         order[place] = weight
         late[weight] += place - (count - 1) / 2
         todo.discard(weight)

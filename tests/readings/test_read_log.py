@@ -37,6 +37,7 @@ def test_a_plain_log():
     mass, position, turns = (readings.columns[role] for role in ("mass", "position", "turns"))
     assert mass.values == (0.02, 0.0)
     assert of(mass, "step") == (0.001, None)
+    assert (mass.steps, turns.steps) == ((0.001, 0.0), (0.0, 0.0))
     assert position.values == (0.15, None)
     assert of(position, "u") == (Uncertainty(0.0005), None)
     assert position.place(0) == Place(5, 4)

@@ -6,6 +6,7 @@ import pytest
 from columns import of, shared
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from gyrodata.readings import read_log, write_log
 
@@ -171,3 +172,34 @@ def test_a_log_says_of_its_balance_what_it_said(line):
     log = f"{line}\nmass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,206,7.06,1/3\n"
     written = write_log(read_log(log)).splitlines()
     assert [one for one in written if "balanced" in one] == ([line] if line else [])
+
+
+def test_what_was_read_cannot_be_written_to():
+    readings = read_log(
+        "# reported_inertia: 4.4 g m^2\nmass [g],position [cm],spin [rpm],time [s],turns\n20,15,400,39,1\n"
+    )
+    column = readings.columns["mass"]
+    for record, field in (
+        (readings, "name"),
+        (column, "role"),
+        (column.readings[0], "value"),
+        (readings.reported["inertia"], "u"),
+    ):
+        with pytest.raises(AttributeError):
+            setattr(record, field, None)
+
+
+def test_readings_without_a_text_are_written_in_full():
+    readings = read_log(
+        "mass [g],position [cm],spin [rpm],time [s],turns,spin_sense\n20,15,400,39,1/3,cw\n0,,200,19.5,1,\n"
+    )
+    columns = {
+        role: replace(column, readings=tuple(replace(read, text="", step=None) for read in column.readings))
+        for role, column in readings.columns.items()
+    }
+    text = write_log(replace(readings, columns=columns))
+    assert text.splitlines() == [
+        "mass [g],position [cm],spin [rpm],time [s],turns,spin_sense,run",
+        "20.0,15.0,400.0,39.0,0.3333333333333333,-1.0,1",
+        "0.0,,200.0,19.5,1.0,,2",
+    ]

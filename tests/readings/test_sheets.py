@@ -1,19 +1,23 @@
 """A hundred and twenty logs as students type them: read and right, or refused with a remedy that is right."""
 
+import datetime
 import io
 import math
 from collections import Counter
+from fractions import Fraction
 from pathlib import Path
 
+import numpy as np
 import openpyxl
 import pytest
 from golden import every_log_as_read
+from msgspec.structs import replace
 from sheets import HABITS, HEADERS, INERTIA, lab, source
 
 from gyrodata.analysis import analyze_readings
 from gyrodata.errors import GyroError
 from gyrodata.measurements import measure
-from gyrodata.readings import read_log, write_log
+from gyrodata.readings import read_log, value_text, write_log
 
 
 def answer(data, **given):
@@ -177,3 +181,82 @@ def test_positions_of_another_origin_survive_being_written():
     assert readings.columns["position"].values == pytest.approx((-0.148,))
     assert read_log(write_log(readings)).columns["position"].values == pytest.approx((-0.148,))
     assert read_log(log.replace("surface", "wall")).diagnostics[0].code == "G306"
+
+
+def told_of(book):
+    stream = io.BytesIO()
+    book.save(stream)
+    return read_log(stream.getvalue())
+
+
+def test_cells_of_a_workbook_as_they_were_typed():
+    book = openpyxl.Workbook()
+    sheet = book.active
+    sheet.append([*USUAL, "note"])
+    times = [
+        datetime.time(0, 3, 36, 260000), datetime.time(0, 0, 7), datetime.time(3, 36),
+        datetime.timedelta(minutes=99, seconds=59.99), datetime.timedelta(seconds=7.06), 7.06, 7, "7,06", True,
+    ]  # fmt: skip
+    for at, value in enumerate(times):
+        sheet.append([20, 15.5, 406, value, 1, 'a\t"b"\nc' if at else '"x'])
+    source_text = told_of(book).source_text.splitlines()
+    assert [line.split("\t")[3] for line in source_text[1:]] == [
+        "03:36.26", "00:07.00", "03:36:00 (a time of the day)", "99:59.99", "00:07.06", "7.06", "7", "7,06", "True"
+    ]  # fmt: skip
+    assert [line.split("\t")[5] for line in source_text[1:3]] == ['"""x"', 'a "b" c']
+
+
+def test_only_filled_cells_of_filled_sheets_are_read():
+    book = openpyxl.Workbook()
+    first = book.active
+    first.title = "runs"
+    first.append(list(USUAL))
+    first.append([20, 15.5, 406, 7.06, 1, None, None])
+    first.append([None, None])
+    book.create_sheet("nothing")
+    one = told_of(book)
+    assert one.source_text == "mass [g]\tposition [cm]\tspin [rpm]\ttime [s]\tturns\n20\t15.5\t406\t7.06\t1\n"
+    book.create_sheet("more").append(["It went well"])
+    two = told_of(book)
+    assert two.source_text == f"sheet runs\n{one.source_text}sheet more\nIt went well\n"
+    assert two.columns == {role: replace(column, find=two.columns[role].find, spots=two.columns[role].spots)
+                           for role, column in one.columns.items()}  # fmt: skip
+    assert two.columns["mass"].place(0) == (3, 1)
+    with pytest.raises(GyroError, match="the workbook is empty"):
+        told_of(openpyxl.Workbook())
+
+
+def test_values_of_tables_as_a_student_would_have_typed_them():
+    import pandas as pd
+
+    typed = [
+        (None, ""), (float("nan"), ""), (pd.NA, ""), (pd.NaT, ""), (pd.Timedelta(seconds=7.06), "7.06 s"),
+        (np.float32(0.5), "0.5"), (np.float64(15.0), "15"), (15.0, "15"), (-0.25, "-0.25"), (7, "7"), (True, "True"),
+        (1e15, "1000000000000000.0"), (999_999_999_999_999.0, "999999999999999"), (-1e15, "-1000000000000000.0"),
+        (float("inf"), "inf"), ("1/3", "1/3"), (Fraction(1, 3), "1/3"),
+    ]  # fmt: skip
+    assert [value_text(value) for value, _ in typed] == [text for _, text in typed]
+
+
+def test_a_table_with_units_beside_its_names():
+    import pandas as pd
+
+    rows = {("mass", "g"): [20.0, 40.5], ("position", "cm"): [15, None], "spin": [406, 398], "time": [7.06, 6.71],
+            ("turns", ""): ["1/3", 'a "b"'], 7: [1, 2], "x\ty": ["a\tb", '"c']}  # fmt: skip
+    frame = pd.DataFrame(rows)
+    frame.columns = list(rows)
+    frame.attrs |= {
+        "units": {"spin": "rpm", "time": "s", "mass": "kg", "turns": ""},
+        "g": 9.81, "station": "a\nb", "list": [1], "pair": (1, 2), "table": {"a": 1},
+    }  # fmt: skip
+    readings = read_log(frame)
+    head, *body = readings.source_text.splitlines()[2:]
+    assert readings.source_text.splitlines()[:2] == ["# g: 9.81", "# station: a b"]
+    assert head == "mass [g]\tposition [cm]\tspin [rpm]\ttime [s]\tturns\t7\tx y"
+    assert body == ["20\t15\t406\t7.06\t1/3\t1\ta b", '40.5\t\t398\t6.71\ta "b"\t2\t"""c"']
+    frame.attrs["units"] = "g"
+    assert read_log(frame, name="mine").source_text.splitlines()[3].split("\t")[2] == "spin"
+    assert (read_log(frame, name="mine").name, readings.name) == ("mine", "<table>")
+    indexed = pd.DataFrame({"time [s]": [7.06]}, index=pd.Index([20.1], name="mass [g]"))
+    assert read_log(indexed).source_text == "mass [g]\ttime [s]\n20.1\t7.06\n"
+    assert read_log(indexed.rename_axis(None)).source_text == "time [s]\n7.06\n"

@@ -7,13 +7,9 @@ from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 
-<<<<<<< HEAD
+from corners import CORNERS, whole
 from golden import every_log_as_read, every_number_of_a_fit, every_slip_found, numbers, slips
 from labs import scenes
-=======
-from corners import CORNERS, whole
-from golden import every_log_as_read, numbers
->>>>>>> 82497215f3f6328019324650041b4d3151c73d85
 
 import gyrodata
 from gyrodata import plotting, reporting
@@ -49,12 +45,9 @@ if __name__ == "__main__":
         lines = ",\n".join(f"  {json.dumps(place)}: {value}" for place, value in found.items())
         path.with_suffix(".json").write_text(f"{{\n{lines}\n}}\n", encoding="utf-8")
     (EXPECTED / "as_read.txt").write_text(every_log_as_read(), encoding="utf-8")
-<<<<<<< HEAD
     fits = {name: lines_of(every_number_of_a_fit(name)) for name in scenes()}
     kept = ",\n".join(f'"{name}": {told}' for name, told in fits.items())
     (EXPECTED / "fits.json").write_text(f"{{\n{kept}\n}}\n", encoding="utf-8")
     found = {name: every_slip_found(name) for name in slips()}
     (EXPECTED / "slips.json").write_text(lines_of(found) + "\n", encoding="utf-8")
-=======
     CORNERS.write_text(whole(CORNERS.read_text(encoding="utf-8")), encoding="utf-8")
->>>>>>> 82497215f3f6328019324650041b4d3151c73d85

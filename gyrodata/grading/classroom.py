@@ -188,7 +188,7 @@ def _entries(
     return entries, again, unseen
 
 
-MOST_AT_ONCE = 8  # students that a worker is given together
+MOST_AT_ONCE = 16  # students that a worker is given together
 
 
 def share_of(count: int, workers: int) -> int:

@@ -249,7 +249,7 @@ _FOR_ALL = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EROFS, errno.EMFILE, er
 """What the system says of no single name: a disk that is full or broken, and the like."""
 
 
-def _write_pages(folder: Path, before: Mapping[str, int], task: _Task) -> list[str] | str | InputError:
+def _write_pages(folder: Path, before: Mapping[str, int] | None, task: _Task) -> list[str] | str | InputError:
     """Write what one student gets, in a worker: what of it was changed by hand, and is kept.
 
     A name that cannot be written costs that student only: why it cannot; or what stops it for everybody.
@@ -267,7 +267,7 @@ def _write_pages(folder: Path, before: Mapping[str, int], task: _Task) -> list[s
 
 
 def _write_page(
-    folder: Path, before: Mapping[str, int], grade: Grade, stem: str, drawn: Mapping[str, tuple[Path, str]]
+    folder: Path, before: Mapping[str, int] | None, grade: Grade, stem: str, drawn: Mapping[str, tuple[Path, str]]
 ) -> Iterator[str]:
     from gyrodata.grading.feedback import feedback_html, feedback_markdown
 
@@ -281,8 +281,8 @@ def _write_page(
             old = None
         if old == data:
             continue
-        # Kept first: what cannot be kept is not written over.
-        if old is not None and before and zlib.crc32(old) != before.get(f"{stem}{ending}"):
+        # Kept first, and in doubt: what cannot be kept is not written over.
+        if old is not None and (before is None or (before and zlib.crc32(old) != before.get(f"{stem}{ending}"))):
             kept = Path(PUBLISHED, FOLDER, f"{stem}-{_digest(old)}{ending}")
             write_whole(folder / kept, [old], private=True, sync=True)
             yield f"{page} was changed by hand; what it was is kept as {kept.as_posix()}"
@@ -347,13 +347,15 @@ def write_feedback(
     return sorted(lost), sorted(changed)
 
 
-def _written_before(archive: Path) -> dict[str, int]:
-    """Give the checksum of each page as it was written last, by name; empty where nothing tells."""
+def _written_before(archive: Path) -> dict[str, int] | None:
+    """Give the checksum of each page as it was written last, by name; None where they cannot be read, {} for none."""
     try:
         with zipfile.ZipFile(archive) as pages:
             return {page.filename: page.CRC for page in pages.infolist()}
-    except (OSError, zipfile.BadZipFile):
+    except FileNotFoundError:
         return {}
+    except (OSError, zipfile.BadZipFile):
+        return None
 
 
 def _write_archive(folder: Path, names: list[str]) -> InputError | None:

@@ -41,9 +41,9 @@ if TYPE_CHECKING:
     from gyrodata.grading.submissions.student_files import Answers
     from gyrodata.results import Analysis
 
-FAR = 3.0  # a report farther than this from every accepted fit [u], and explained by no known slip, is worth a look
-
 REPORTED = ("text", "value", "u", "line")  # what is kept of a reported I_zz
+
+FAR = 3.0  # a report farther than this from every accepted fit [u], and explained by no known slip, is worth a look
 
 Record = TypeVar("Record", bound=Struct)
 
@@ -171,7 +171,7 @@ def grade_submission(submission: Submission, rubric: Rubric, reported: str | Non
         slips=evidence.slips,
         look=(*blank.look, *_looks(evidence)),
         station=station_of(readings),
-        reported={name: getattr(evidence.reported, name) for name in REPORTED} if evidence.reported else {},
+        reported={name: getattr(evidence.reported, name) for name in REPORTED if evidence.reported},
         own={own.name: {"value": own.value, "u": own.u} for own in evidence.own.values},
         inertia=analysis.inertia.value,
         inertia_u=analysis.inertia.u,

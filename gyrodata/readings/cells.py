@@ -182,7 +182,8 @@ def rounded_turns(text: str) -> tuple[str, float]:
 
     The screws of the ball stand a third of a turn apart; a twelfth is what a run without a weight takes.
     """
-    if not PLAIN.fullmatch(text):
+    # Whole turns, however many, are meant as written.
+    if not PLAIN.fullmatch(text) or last_place(text) >= 0:
         return "", 0.0
     value, step = to_float(text), float(f"1e{last_place(text)}")
     twelfths = round(value * 12)

@@ -132,13 +132,13 @@ class Change(Struct, frozen=True):
         return f"{told} ({parts})" if parts else told
 
 
-def compare_tables(before: str, after: str) -> tuple[Change, ...] | None:
+def compare_tables(then: str, today: str) -> tuple[Change, ...] | None:
     """Compare two tables of grades.
 
-    `before`, `after`: ``grades.csv`` as it is, and as it would be. Gives: Sorted by student; empty where every cell is
+    `then`, `today`: ``grades.csv`` as it is, and as it would be. Gives: Sorted by student; empty where every cell is
     the same; None where the old one is no table of grades.
     """
-    old, new = read_table(before), read_table(after)
+    old, new = read_table(then), read_table(today)
     if old is None or new is None:
         return None
     changes = []
@@ -150,7 +150,8 @@ def compare_tables(before: str, after: str) -> tuple[Change, ...] | None:
         pairs = ((column, was.get(column, ""), now.get(column, "")) for column in columns)
         parts = tuple(pair for pair in pairs if pair[1] != pair[2])
         name = (now or was).get("name") or student
-        changes.append(Change(student, name, _points_text(was), _points_text(now), parts))
+        before, after = (row[TOTAL] or row[STATUS] or NOT_GRADED if row else None for row in (was, now))
+        changes.append(Change(student, name, before, after, parts))
     return tuple(changes)
 
 
@@ -162,10 +163,6 @@ def read_table(table: str) -> dict[str, dict[str, str]] | None:
         return None
     rows.pop(POINTS_ROW, None)
     return rows
-
-
-def _points_text(row: Mapping[str, str]) -> str | None:
-    return row[TOTAL] or row[STATUS] or NOT_GRADED if row else None
 
 
 # --- JSON: "gyro.grades/1", one object for the class, and "gyro.grade/1", one a student --------------------

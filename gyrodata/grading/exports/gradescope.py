@@ -109,14 +109,13 @@ def results_json(grade: Grade) -> str:
         "output": _output(grade),
         "stdout_visibility": "hidden",
         "extra_data": {"status": grade.status, "rubric": grade.rubric, "submission": grade.digest},
-        "tests": [_test(number, mark) for number, mark in enumerate(grade.marks, 1)],
+        "tests": [_test(mark) for mark in grade.marks],
     }
     return json.dumps(results, ensure_ascii=False, indent=1, allow_nan=False) + "\n"
 
 
-def _test(number: int, mark: Mark) -> dict[str, Any]:
+def _test(mark: Mark) -> dict[str, Any]:
     test: dict[str, Any] = {
-        "number": str(number),
         "name": mark.title,
         "score": mark.points or 0.0,
         # What a person gives is given in Gradescope itself, beside the autograder's points.

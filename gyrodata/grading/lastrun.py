@@ -30,7 +30,7 @@ def digest_of(asked: Mapping[str, object]) -> str:
         digest.update(f"\0{name}\0{value!r}".encode("utf-8", "surrogatepass"))
         for path in value if isinstance(value, list) else (value,):
             if isinstance(path, Path):
-                _add(digest, path.resolve())
+                digest.update(_content(path.resolve()).encode())
     return digest.hexdigest()
 
 
@@ -38,26 +38,24 @@ def find_unchanged(journal: Path, asked: str) -> dict[str, Any] | None:
     """Give what the last run said, if it was asked the same and all it wrote is as it was; else None."""
     try:
         told: dict[str, Any] = json.loads(_last_line(journal)[1])
-        same = told["schema"] == SCHEMA and told["asked"] == asked and told["files"] == _state(journal)
+        same = told["schema"] == SCHEMA and told["asked"] == asked
+        return told["said"] if same and told["files"] == _content(journal.parent, (JOURNAL, LOCK)) else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
-    return told["said"] if same else None
 
 
 def keep_run(journal: Path, asked: str, said: Mapping[str, Any]) -> None:
     """Keep what a run said, behind all grades; the record of the one before goes."""
-    line = json.dumps({"schema": SCHEMA, "asked": asked, "files": _state(journal), "said": said})
+    files = _content(journal.parent, (JOURNAL, LOCK))
+    line = json.dumps({"schema": SCHEMA, "asked": asked, "files": files, "said": said})
     with telling(journal.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
         begin, last = _last_line(journal)
         add_line(journal, f"{line}\n".encode(), begin if is_run(last) else None)
 
 
-_HEAD = f'{{"schema": "{SCHEMA}"'.encode()
-
-
 def is_run(line: bytes) -> bool:
     """Tell whether a line of a journal is the record of a run, not a grade."""
-    return line.startswith(_HEAD)
+    return line.startswith(f'{{"schema": "{SCHEMA}"'.encode())
 
 
 def _last_line(journal: Path) -> tuple[int, bytes]:
@@ -67,21 +65,20 @@ def _last_line(journal: Path) -> tuple[int, bytes]:
         return file.tell() - len(last), last
 
 
-def _state(journal: Path) -> str:
-    """Digest of all files beside a journal."""
-    digest = hashlib.sha256()
-    _add(digest, journal.parent, (journal.name, LOCK))
+def _content(path: Path, without: Collection[str] = ()) -> str:
+    """Digest of the names and the bytes of a file, or of a folder with all that is in it but what is called so.
+
+    Texts for paths, and plain reads: both are done for every file of a class, and cost half of what `Path` and
+    `hashlib.file_digest` do.
+    """
+    digest, home = hashlib.sha256(), str(path)
+    below = [(folder, name) for folder, folders, files in os.walk(home) for name in (*folders, *files)]
+    for one in [home, *sorted(f"{folder}{os.sep}{name}" for folder, name in below if name not in without)]:
+        digest.update(f"\0{one[len(home) :]}\0".encode("utf-8", "surrogatepass"))
+        if os.path.isfile(one):  # noqa: PTH113
+            part = hashlib.sha256()
+            with open(one, "rb", buffering=0) as file:  # noqa: PTH123
+                while data := file.read(1 << 20):
+                    part.update(data)
+            digest.update(part.digest())
     return digest.hexdigest()
-
-
-def _add(digest: hashlib._Hash, path: Path, without: Collection[str] = ()) -> None:
-    """Add the names and the bytes of a file, or of a folder with all that is in it but what is called so."""
-    paths = [path]
-    for folder, folders, files in os.walk(path):
-        folders.sort()
-        paths += [Path(folder, name) for name in sorted([*folders, *files]) if name not in without]
-    for one in paths:
-        digest.update(f"\0{str(one)[len(str(path)) :]}\0".encode("utf-8", "surrogatepass"))
-        if one.is_file():
-            with one.open("rb", buffering=0) as file:
-                digest.update(hashlib.file_digest(file, "sha256").digest())

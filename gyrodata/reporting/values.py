@@ -216,6 +216,8 @@ def in_columns(rows: Sequence[Sequence[str]], right: Collection[int] = ()) -> It
 
 def _width(text: str) -> int:
     """Columns of a terminal: two for a wide character, none for a mark that stands on another."""
+    if text.isascii():
+        return len(text)
     return sum(1 + (east_asian_width(one) in "WF") - (combining(one) > 0) for one in text)
 
 

@@ -299,18 +299,28 @@ def packed(**members):
 @pytest.mark.parametrize(
     ("data", "code", "said", "hint"),
     [
-        (packed(a="x"), "G104", "this is a zip archive, not a table", "save the table as CSV and give that file; gyro"),
-        (packed(content_xml="x"), "G104", "this is an OpenDocument file, not a table", "save the table as CSV"),
-        (packed(a="x")[:20], "G104", "this is a damaged zip archive, not a table", "give the CSV itself"),
-        (packed(xl__workbook_xml="x"), "G108", "the workbook cannot be read (KeyError: ", "save the table as CSV"),
         (
-            packed(xl__workbook_xml="x", big="0" * 99_999_999),
+            lambda: packed(a="x"),
+            "G104",
+            "this is a zip archive, not a table",
+            "save the table as CSV and give that file; gyro",
+        ),
+        (lambda: packed(content_xml="x"), "G104", "this is an OpenDocument file, not a table", "save the table as CSV"),
+        (lambda: packed(a="x")[:20], "G104", "this is a damaged zip archive, not a table", "give the CSV itself"),
+        (
+            lambda: packed(xl__workbook_xml="x"),
             "G108",
             "the workbook cannot be read (KeyError: ",
             "save the table as CSV",
         ),
         (
-            packed(xl__workbook_xml="x", big="0" * 100_000_000),
+            lambda: packed(xl__workbook_xml="x", big="0" * 99_999_999),
+            "G108",
+            "the workbook cannot be read (KeyError: ",
+            "save the table as CSV",
+        ),
+        (
+            lambda: packed(xl__workbook_xml="x", big="0" * 100_000_000),
             "G106",
             "the workbook unpacks to more than 100 MB",
             "a lab log has a few kilobytes",
@@ -319,7 +329,7 @@ def packed(**members):
 )
 def test_what_is_packed_is_looked_at_before_it_is_unpacked(data, code, said, hint):
     with pytest.raises(InputError) as caught:
-        read_log(data)
+        read_log(data())
     (found,) = caught.value.diagnostics
     assert (found.code, found.message[: len(said)], found.hint[: len(hint)]) == (code, said, hint)
     assert len(found.message) <= len("the workbook cannot be read ()") + 80

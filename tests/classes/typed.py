@@ -38,7 +38,9 @@ def plain(value: float, u: float) -> str:
 def _with(shape: str) -> Callable[[float, float], str]:
     def write(value: float, u: float) -> str:
         one, other = fixed(1e3 * value, 1e3 * u, 2)
-        return shape.format(v=one, u=other, twice=f"{2 * float(other):g}", percent=f"{100 * u / value:.1f}")
+        # As many decimals as u has: whoever doubles 0.050 writes 0.100, or 0.10, and not 0.1.
+        twice = f"{2 * float(other):.{len(other.partition('.')[2])}f}"
+        return shape.format(v=one, u=other, twice=twice, percent=f"{100 * u / value:.1f}")
 
     return write
 

@@ -18,6 +18,7 @@ import pandas as pd
 import pytest
 from msgspec.structs import replace
 
+from gyrodata.errors import InputError
 from gyrodata.grading import (
     Grade,
     Submission,
@@ -243,3 +244,15 @@ def test_gradescopes_metadata_as_it_publishes_them(tmp_path: Path) -> None:
     (tmp_path / "submission_metadata.json").write_text(json.dumps(GRADESCOPE), encoding="utf-8")
     told = json.loads(grade_autograder(tmp_path, default_rubric()))
     assert {"output", "tests"} <= set(told)
+
+
+@pytest.mark.parametrize(
+    ("lms", "head"),
+    [
+        ("blackboard", 'Last Name,First Name,"Username\tID",Lab [Total Pts: 20 Score] |1\n'),
+        ("canvas", 'Student,"ID\tSIS User ID",Lab (1)\n'),
+    ],
+)
+def test_a_tab_within_a_cell_parts_no_columns(lms: str, head: str) -> None:
+    with pytest.raises(InputError, match=f"is no {lms.title()} "):
+        fill_book(lms, head.encode(), "sheet.csv", [])

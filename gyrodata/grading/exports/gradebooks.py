@@ -142,9 +142,10 @@ class _Columns(_Layout):
 
     def __init__(self, sheet: Sheet, lms: str, book: Book, assignment: str | None) -> None:
         super().__init__(sheet, lms, book)
-        if not re.match(book.begins, "\t".join(self.head)):
-            raise refusal(book.code, sheet.name, book.none, book.export)
         self.columns = {title.casefold(): at for at, title in enumerate(self.head)}
+        # A cell may hold what parts cells elsewhere.
+        if not re.match(book.begins, "\t".join(self.head)) or book.known_by[0][0].casefold() not in self.columns:
+            raise refusal(book.code, sheet.name, book.none, book.export)
         self.key = self.columns[book.known_by[0][0].casefold()]
         every = range(1, len(sheet.rows))
         special = next((row for row in every if book.maximum and book.maximum in sheet.value(row, 0)), None)

@@ -104,9 +104,9 @@ def _group(reason: str, lines: list[Offer]) -> dict[str, Any]:
     for line in lines:
         if line.flag is not None:
             flags.setdefault(line.flag, []).append(line)
-    same = len(lines) > 1 and not flags and len({line.why for line in lines}) == 1
     others = [one for one in lines if one.flag is None]
-    return {"reason": reason, "number": len(lines), "why": lines[0].why * same, "lines": others, "flags": flags}
+    why = lines[0].why if len(lines) > 1 and not flags and len({line.why for line in lines}) == 1 else ""
+    return {"reason": reason, "number": len(lines), "why": why, "lines": others, "flags": flags}
 
 
 def _rarity(expected: float) -> str:

@@ -7,6 +7,7 @@ killed at random: pebble loses up to 252 of 400 tasks, this pool none.
 
 from __future__ import annotations
 
+import gc
 import multiprocessing
 import os
 import signal
@@ -80,6 +81,9 @@ def _serve(connection: Connection, work: Callable[[Any], Any], limit: float) -> 
     """Do tasks, as they are given, until nobody asks for more."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for whoever started the pool
     _limit_memory()
+    # What was loaded stays, and is not looked through for rubbish.
+    gc.freeze()
+    gc.set_threshold(100_000)
     with suppress(EOFError, OSError):
         connection.send([])
         while True:

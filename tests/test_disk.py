@@ -15,7 +15,18 @@ from typer.testing import CliRunner
 
 from gyrodata import analyze
 from gyrodata.cli import app
-from gyrodata.disk import LOCK, add_line, alone_in, clear, file_name, write_changed, write_folder, write_whole
+from gyrodata.disk import (
+    LOCK,
+    add_line,
+    alone_in,
+    clear,
+    file_name,
+    last_line,
+    open_end,
+    write_changed,
+    write_folder,
+    write_whole,
+)
 from gyrodata.errors import InputError
 
 ROOT = Path(__file__).parent.parent
@@ -72,7 +83,7 @@ def test_no_link_that_somebody_planted_is_followed(tmp_path: Path) -> None:
     write_whole(folder / "grades.csv", [b"new"])
     assert not (folder / "grades.csv").is_symlink()
     with pytest.raises(OSError, match="symbolic"):
-        add_line(folder / "journal.ndjson", b"line\n")
+        open_end(folder / "journal.ndjson")
     with pytest.raises(OSError, match="symbolic"), alone_in(folder):
         pass
     assert thesis.read_text() == "my own"
@@ -81,10 +92,11 @@ def test_no_link_that_somebody_planted_is_followed(tmp_path: Path) -> None:
 def test_a_line_that_was_torn_stays_by_itself(tmp_path: Path) -> None:
     path = tmp_path / "lines"
     path.write_bytes(b"whole\ntorn")
-    assert add_line(path, b"next\n") == len(b"whole\ntorn\n")
-    assert path.read_bytes() == b"whole\ntorn\nnext\n"
-    assert add_line(path, b"other\n", at=6) == 6
-    assert path.read_bytes() == b"whole\nother\n"
+    with open_end(path) as file:
+        assert add_line(file, b"next\n") == len(b"whole\ntorn\n")
+        assert add_line(file, b"other\n") == len(b"whole\ntorn\nnext\n")
+    assert path.read_bytes() == b"whole\ntorn\nnext\nother\n"
+    assert last_line(path) == (16, b"other\n")
 
 
 # --- a report as a whole ------------------------------------------------------------------------------------

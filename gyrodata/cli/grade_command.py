@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import shlex
 import time
@@ -169,6 +170,10 @@ def grade(
     )
     years = _earlier(previous or [])
     at_work = ExitStack()
+    if options.workers:
+        # A class is kept to the end, and is not looked through for rubbish.
+        gc.disable()
+        at_work.callback(gc.enable)
     if folder is not None and not dry_run:
         with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
             at_work.enter_context(alone_in(folder, ours=True))

@@ -11,7 +11,6 @@ from __future__ import annotations
 import os
 import statistics
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from functools import cached_property, partial
 from pathlib import Path
 
@@ -147,7 +146,7 @@ def _entries(
         student = entry.grade.student
         if item := handed_in.get(student):
             seen[student] = entry.seen
-            basis = basis_of(item, rubric, reported[student])
+            basis = basis_of(replace(item), rubric, reported[student])  # without its texts, which are held with it
             reasons[student] = why_again(entry, basis) or _why_figures(entry, item, options)
             if not reasons[student]:
                 entries[student] = replace(entry, seen=desk.first_seen(entry.grade, entry.seen))
@@ -161,15 +160,14 @@ def _entries(
         work, waiting, options.workers, options.limit, PRELOAD, share_of(len(again), options.workers)
     ):
         if isinstance(answer, Failed):
-            lost, answer = answer.why, (basis_of(item, rubric, reported[item.student]), "", {})
+            lost, answer = answer.why, (basis_of(replace(item), rubric, reported[item.student]), "", {})
             grade = not_graded(item, rubric, f"{lost}; a person must look")
         else:
             lost, grade = "", from_json(answer[1], Grade)
-            if any(one["code"] == SUBMITTED_FILE_CANNOT_BE_READ for one in grade.diagnostics):
-                # What a disk refuses for a moment must not stand in the journal for ever.
-                with suppress(GyroError):
-                    item.log()
-                    lost = "it could not be read for a moment"
+            unread = {one["message"] for one in grade.diagnostics if one["code"] == SUBMITTED_FILE_CANNOT_BE_READ}
+            # What a disk refuses for a moment must not stand in the journal for ever.
+            if unread and unread - {one.message for one in replace(item).unread}:
+                lost = "it could not be read for a moment"
         basis, content, figures = answer
         # They are written first, so that whatever the journal tells of is there.
         for name, (data, _) in figures.items():
@@ -188,7 +186,7 @@ def _entries(
     return entries, again, unseen
 
 
-MOST_AT_ONCE = 16  # students that a worker is given together
+MOST_AT_ONCE = 32  # students that a worker is given together
 
 
 def share_of(count: int, workers: int) -> int:
@@ -200,6 +198,7 @@ def _grade_one(
     rubric: Rubric, options: GradingOptions, reported: Mapping[str, str], submission: Submission
 ) -> tuple[Basis, str, dict[str, tuple[bytes, str]]]:
     """Grade one submission, in a worker; give what it rests on, the grade as JSON, and each figure's file and words."""
+    submission = replace(submission)  # its texts go when it is done
     basis = basis_of(submission, rubric, reported[submission.student])
     grade = options.grader(submission, rubric, basis.desk or None)
     # Taken through JSON at once, so that a grade from the journal is the same to the last digit.

@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Collection, Iterable, Iterator, Mapping
+from io import FileIO
 from pathlib import Path
 from typing import Literal
 
@@ -17,7 +18,7 @@ from msgspec.structs import asdict
 
 from gyrodata import __version__
 from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN, JOURNAL_LINES_LOST
-from gyrodata.disk import add_line, telling, write_whole
+from gyrodata.disk import add_line, open_end, telling, write_whole
 from gyrodata.errors import Diagnostic
 from gyrodata.grading.grade import Grade, from_json
 from gyrodata.grading.lastrun import is_run
@@ -79,6 +80,7 @@ class Journal:
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self.file: FileIO | None = None  # where lines were added
         self.damaged = 0
         self.outdated = False  # True where lines are out of order or double, as after a run that was killed
         self.places: dict[str, tuple[int, int]] = {}  # where the line of each student begins, and its length [byte]
@@ -120,13 +122,23 @@ class Journal:
         """Write a line at the end, whole, at once; `grade` as `Entry.to_line` has it."""
         line = entry.to_line(grade).encode()
         with telling(self.path.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-            self.places[entry.grade.student] = add_line(self.path, line), len(line)
+            self.file = self.file or open_end(self.path)
+            self.places[entry.grade.student] = add_line(self.file, line), len(line)
+
+    def close(self) -> None:
+        """Close the file, where lines were added."""
+        if self.file is not None:
+            self.file.close()
+            self.file = None
+
+    __del__ = close
 
     def replace(self, entries: Iterable[Entry], changed: Collection[str] = ()) -> None:
         """Write it anew, a line for each entry, the old one where the student is not among the changed.
 
         The old file stays until the new one is whole.
         """
+        self.close()
         with telling(self.path.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
             write_whole(self.path, self._lines(entries, changed), private=True, sync=True)
 

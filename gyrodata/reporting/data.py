@@ -139,7 +139,7 @@ def csv_cell(value: object) -> str:
 
     A text has a ' wherever a spreadsheet would take it for a formula, and pictures of control characters.
     """
-    if value is None:
+    if value is None or value == "":
         return ""
     if isinstance(value, bool):
         return "true" if value else "false"

@@ -259,7 +259,7 @@ def writers(seed: int) -> str:
     assert not FOREIGN.search(page)
     clean(feedback_markdown(grade))
     if seed % 4 == 0:
-        whole = "".join(class_page(found, lambda _: "x", (), {}))
+        whole = class_page(found, lambda _: "x", (), {})
         assert not FOREIGN.search(whole)
     return "taken"
 

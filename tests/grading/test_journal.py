@@ -57,6 +57,7 @@ def test_the_last_line_of_a_student_holds(journal: Journal) -> None:
 def test_a_torn_line_costs_itself_alone(cut: int, journal: Journal) -> None:
     journal.add(an_entry("a"))
     journal.add(an_entry("b"))
+    journal.close()
     journal.path.write_bytes(journal.path.read_bytes()[:-cut])
     # Without its line end alone a line is whole.
     torn = cut > 1

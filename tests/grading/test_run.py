@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import signal
@@ -12,6 +13,7 @@ import tracemalloc
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,6 +24,7 @@ from msgspec.structs import replace
 from typer.testing import CliRunner
 
 from gyrodata.cli import app
+from gyrodata.diagnostics import SUBMITTED_FILE_CANNOT_BE_READ
 from gyrodata.grading import (
     LIMIT,
     ClassGrades,
@@ -193,6 +196,46 @@ def test_mishaps_are_rows_that_say_why_and_are_tried_again(tmp_path: Path) -> No
     assert "fine" not in again.again
     assert again.again["hang"] == "lost last time: it took over 5 s"
     assert run(root, GradingOptions(2, LIMIT, journal, grader=mishaps.fail)).again == {}
+
+
+@pytest.mark.parametrize("name", ["lab.csv", "report.txt"])
+def test_what_a_disk_refuses_for_a_moment_is_read_by_the_next_run(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log = a_log(1).replace("# reported_inertia: ", "# note: ")
+    root = make_folder(tmp_path / "class", {"a/lab.csv": log, "a/report.txt": "I_zz = 4.43e-3 ± 0.05e-3 kg m^2"})
+    whole = run(root, GradingOptions())
+    assert whole.grades[0].status == "graded"
+    opened, options = Path.open, GradingOptions(0, journal=Journal(tmp_path / "journal"))
+    refused: list[Path] = []
+
+    def refusing(path: Path, *given: Any, **named: Any) -> Any:
+        if path.name == name and not refused:
+            refused.append(path)
+            raise OSError(errno.EIO, os.strerror(errno.EIO))
+        return opened(path, *given, **named)
+
+    monkeypatch.setattr(Path, "open", refusing)
+    found = run(root, options)
+    assert refused
+    assert found.lost, "so that nobody takes it for the last word"
+    told = [one["message"] for one in found.grades[0].diagnostics if one["code"] == SUBMITTED_FILE_CANNOT_BE_READ]
+    assert told == [f'"{name}" cannot be read: Input/output error']
+    again = run(root, options)
+    assert again.grades == whole.grades
+    assert not again.lost
+    assert run(root, options).again == {}
+
+
+def test_a_report_that_is_too_large_is_told_and_is_no_accident(tmp_path: Path) -> None:
+    report = "I_zz = 4.43e-3 ± 0.05e-3 kg m^2\n" + "x" * 1_000_000
+    root = make_folder(tmp_path / "class", {"a/lab.csv": a_log(1), "a/report.txt": report})
+    found = run(root, GradingOptions(0, journal=Journal(tmp_path / "journal")))
+    assert [one["message"] for one in found.grades[0].diagnostics if one["severity"] == "error"] == [
+        '"report.txt" cannot be read: it is larger than 1 MB'
+    ]
+    assert found.grades[0].status == "graded"
+    assert not found.lost
 
 
 def test_nothing_depends_on_workers_or_order(honest: Path, tmp_path: Path) -> None:

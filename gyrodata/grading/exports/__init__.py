@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import msgspec
 from msgspec import Struct, to_builtins
-from msgspec.structs import asdict
+from msgspec.structs import asdict, fields
 
 from gyrodata import __version__
 from gyrodata.errors import shown
@@ -225,13 +225,15 @@ def _json(content: dict[str, Any]) -> str:
         return msgspec.json.encode(content).decode()
     except UnicodeEncodeError:
         # Half of a surrogate, as of a file's name in another coding, has to be escaped.
-        return json.dumps(content)
+        return json.dumps(to_builtins(content))
+
+
+_FIELDS = [(one.encode_name, one.name) for one in fields(Grade) if one.name not in ("fingerprint", "title")]
 
 
 def _student(found: ClassGrades, grade: Grade) -> dict[str, Any]:
     """One student, with what the platform calls them, and without the fingerprint, which is for the journal."""
-    content: dict[str, Any] = to_builtins(grade)
-    del content["fingerprint"], content["title"]
+    content = {name: getattr(grade, field) for name, field in _FIELDS}
     flags = [flag.kind for flag in found.flags_of.get(grade.student, ())]
     return content | {"flags": flags, "ids": dict(found.ids[grade.student])}
 

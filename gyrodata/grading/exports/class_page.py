@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import statistics
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
@@ -30,7 +30,7 @@ MOST_NAMED = 500  # people of one slip, and lines of one reason, that are listed
 
 def class_page(
     found: ClassGrades, feedback: Callable[[str], str], offers: Sequence[Offer], files: Mapping[str, str]
-) -> Iterator[str]:
+) -> str:
     """Write the page of a class.
 
     `feedback`: Gives a student's page, as a path below the folder of the class page. `offers`: What waits for a person,
@@ -67,14 +67,12 @@ def class_page(
         "count": count_text,
         "rarity": _rarity,
         "unit": f"{power} kg·m²" if power else "kg·m²",
-        "distance": _distance,
+        "distances": lambda grade: between.join(map(_distance, (grade.d, grade.zeta))),
         "reported": lambda grade: _reported(grade, factor),
         "by_key": {grade.student: grade for grade in found.grades},
         "most": {"rows": MOST_STUDENTS, "named": MOST_NAMED},
     }
-    page = environment().get_template("class.html.jinja").stream(content)
-    page.enable_buffering(1000)
-    yield from page
+    return environment().get_template("class.html.jinja").render(content)
 
 
 def _reported(grade: Grade, factor: float) -> str:

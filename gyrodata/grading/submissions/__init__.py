@@ -34,7 +34,7 @@ from gyrodata.grading.submissions.names import (
     whose_names,
 )
 from gyrodata.grading.submissions.student_files import TEXTS, Answers, Attempts, choose_files, ending, read_answers
-from gyrodata.readings import Readings, listing, read_log
+from gyrodata.readings import MAX_BYTES, Readings, listing, read_log
 
 _MOST_RECEIPT = 200_000
 _MOST_REPORT = 1_000_000
@@ -65,24 +65,35 @@ class Submission(Struct, frozen=True, dict=True):
     # name of a file (without its ending) or folder under which the platform takes feedback back
     feedback_stem: str = ""
 
+    @cached_property
+    def texts(self) -> Mapping[str, bytes | InputError]:
+        """The log and the other texts, or why they cannot be read; once, for the digest and for what is judged."""
+        most = dict.fromkeys(self.report_names, _MOST_REPORT) | ({self.log_name: MAX_BYTES} if self.log_name else {})
+        return {name: _read(self.source, name, size) for name, size in most.items()}
+
     def log(self) -> bytes:
-        """Read the log."""
+        """Give the log."""
         if self.log_name is None:
             raise InputError.of(NO_SUBMISSION, f"{self.name}: {self.problem}")
-        return read_file(self.source, self.log_name)
+        if isinstance(data := self.texts[self.log_name], InputError):
+            raise data
+        return data
 
     def reports(self) -> Iterator[tuple[str, bytes]]:
-        """Read the other texts in which an answer may stand, with names to show; one that cannot be read is empty."""
-        for name in self.report_names:
-            try:
-                yield shown(name.rpartition("/")[2]), read_file(self.source, name, _MOST_REPORT)
-            except GyroError:
-                continue
+        """Give the other texts in which an answer may stand, with names to show."""
+        texts = ((shown(name.rpartition("/")[2]), self.texts[name]) for name in self.report_names)
+        return ((name, data) for name, data in texts if isinstance(data, bytes))
+
+    @property
+    def unread(self) -> list[Diagnostic]:
+        """Say what cannot be read."""
+        return [one for data in self.texts.values() if isinstance(data, InputError) for one in data.diagnostics]
 
     def read(self) -> tuple[Readings, Answers]:
         """Read the log, and what is reported: whatever grades, or tells what would be graded, reads them here."""
         readings = read_log(self.log(), name=PurePosixPath(self.log_file or self.log_name or "").name)
-        return readings, read_answers(readings, self.reports())
+        answers = read_answers(readings, self.reports())
+        return readings, replace(answers, diagnostics=(*answers.diagnostics, *self.unread))
 
     def feedback_name(self, ending: str) -> str:
         """Name a feedback file, below the zip that is handed back, so that the platform gives it to this student.
@@ -119,6 +130,14 @@ class Submissions(Struct, frozen=True):
         """Every name by which a student may be called, with the student's key; a key goes before others' names."""
         names = {name: item.student for item in self.items for name in (item.name, *item.ids.values())}
         return names | {item.student: item.student for item in self.items}
+
+
+def _read(source: Path, name: str, most: int) -> bytes | InputError:
+    """Read a file, or say why it cannot be."""
+    try:
+        return read_file(source, name, most)
+    except InputError as error:
+        return error
 
 
 def find_submissions(

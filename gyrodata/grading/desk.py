@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import hashlib
+import struct
 import zipfile
 import zlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
@@ -354,7 +355,7 @@ def _written_before(archive: Path) -> dict[str, int] | None:
             return {page.filename: page.CRC for page in pages.infolist()}
     except FileNotFoundError:
         return {}
-    except (OSError, zipfile.BadZipFile):
+    except (OSError, zipfile.BadZipFile, NotImplementedError, struct.error, ValueError):
         return None
 
 

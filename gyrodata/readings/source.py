@@ -311,13 +311,14 @@ _MAX_UNPACKED = 100 * 1000 * 1000
 
 def _workbook_text(data: bytes, faults: Faults) -> str:
     """Write the filled sheets of a workbook below each other as tab-separated text."""
+    import struct
     import zipfile
 
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             names = archive.namelist()
             unpacked = sum(info.file_size for info in archive.infolist())
-    except (zipfile.BadZipFile, OSError, ValueError):
+    except (zipfile.BadZipFile, NotImplementedError, struct.error, OSError, ValueError):
         raise faults.refuse(
             OTHER_KIND_OF_FILE, "this is a damaged zip archive, not a table", "give the CSV itself"
         ) from None

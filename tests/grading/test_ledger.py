@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import jsonschema
@@ -131,8 +131,20 @@ def test_points_by_hand_complete_a_rubric_with_a_manual_part(lab: Lab, tmp_path:
     assert "s0," not in (lab.out / "desk-todo.csv").read_text()
 
 
-def test_a_page_of_feedback_that_somebody_wrote_in_is_kept(lab: Lab) -> None:
+def torn(data: bytes) -> bytes:
+    return data[:-10]
+
+
+def of_another_version(data: bytes) -> bytes:
+    at = data.index(b"PK\x01\x02") + 6
+    return data[:at] + b"\x7b" + data[at + 1 :]
+
+
+@pytest.mark.parametrize("change", [bytes, torn, of_another_version])
+def test_a_page_of_feedback_that_somebody_wrote_in_is_kept(change: Callable[[bytes], bytes], lab: Lab) -> None:
     lab.grade()
+    archive = lab.out / "feedback.zip"
+    archive.write_bytes(change(archive.read_bytes()))
     page = lab.out / "feedback" / "s0" / "feedback.md"
     page.write_text(page.read_text(encoding="utf-8") + "well done\n", encoding="utf-8")
     told = lab.grade().stderr

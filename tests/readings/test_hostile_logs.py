@@ -296,6 +296,12 @@ def packed(**members):
     return stream.getvalue()
 
 
+def of_version_12(data: bytes) -> bytes:
+    """Let a zip want a version of zip that there is none of."""
+    at = data.index(b"PK\x01\x02") + 6
+    return data[:at] + b"\x7b" + data[at + 1 :]
+
+
 @pytest.mark.parametrize(
     ("data", "code", "said", "hint"),
     [
@@ -307,6 +313,7 @@ def packed(**members):
         ),
         (lambda: packed(content_xml="x"), "G104", "this is an OpenDocument file, not a table", "save the table as CSV"),
         (lambda: packed(a="x")[:20], "G104", "this is a damaged zip archive, not a table", "give the CSV itself"),
+        (lambda: of_version_12(packed(a="x")), "G104", "this is a damaged zip archive, not a table", "give the CSV"),
         (
             lambda: packed(xl__workbook_xml="x"),
             "G108",

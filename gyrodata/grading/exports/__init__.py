@@ -13,7 +13,6 @@ from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import msgspec
-from msgspec import Struct, to_builtins
 from msgspec.structs import asdict, fields
 
 from gyrodata import __version__
@@ -109,7 +108,7 @@ TOTAL, STATUS = "total", "status"
 NOT_GRADED, NOTHING = "not graded", "nothing handed in"
 
 
-class Change(Struct, frozen=True):
+class Change(msgspec.Struct, frozen=True):
     """One student whose row is not what it was."""
 
     student: str
@@ -225,7 +224,7 @@ def _json(content: dict[str, Any]) -> str:
         return msgspec.json.encode(content).decode()
     except UnicodeEncodeError:
         # Half of a surrogate, as of a file's name in another coding, has to be escaped.
-        return json.dumps(to_builtins(content))
+        return json.dumps(msgspec.to_builtins(content))
 
 
 _FIELDS = [(one.encode_name, one.name) for one in fields(Grade) if one.name not in ("fingerprint", "title")]
@@ -233,9 +232,9 @@ _FIELDS = [(one.encode_name, one.name) for one in fields(Grade) if one.name not 
 
 def _student(found: ClassGrades, grade: Grade) -> dict[str, Any]:
     """One student, with what the platform calls them, and without the fingerprint, which is for the journal."""
-    content = {name: getattr(grade, field) for name, field in _FIELDS}
     flags = [flag.kind for flag in found.flags_of.get(grade.student, ())]
-    return content | {"flags": flags, "ids": dict(found.ids[grade.student])}
+    told = {name: getattr(grade, field) for name, field in _FIELDS}
+    return told | {"flags": flags, "ids": dict(found.ids[grade.student])}
 
 
 # --- a table for a terminal --------------------------------------------------------------------------------

@@ -318,6 +318,14 @@ def file_name(name: str, room: int = 0) -> str:
 # --- what is there ------------------------------------------------------------------------------------------
 
 
+def files_like(folder: Path, pattern: str) -> list[Path]:
+    """List what is called so in a folder, if it is there; OSError where it cannot be read, where a glob is silent."""
+    try:
+        return [path for path in sorted(folder.iterdir()) if path.match(pattern)]
+    except FileNotFoundError:
+        return []
+
+
 def content_digest(path: Path, without: Collection[str] = ()) -> str:
     """SHA-256 of the names and the bytes of a file, or of a folder with all that is in it but what is called so.
 

@@ -21,6 +21,7 @@ from gyrodata.disk import (
     alone_in,
     clear,
     file_name,
+    files_like,
     last_line,
     open_end,
     write_changed,
@@ -97,6 +98,15 @@ def test_a_line_that_was_torn_stays_by_itself(tmp_path: Path) -> None:
         assert add_line(file, b"other\n") == len(b"whole\ntorn\nnext\n")
     assert path.read_bytes() == b"whole\ntorn\nnext\nother\n"
     assert last_line(path) == (16, b"other\n")
+
+
+def test_a_folder_that_cannot_be_listed_is_not_taken_for_an_empty_one(tmp_path: Path) -> None:
+    for name in ("b-1.csv", "a-1.csv", "a-2.txt"):
+        (tmp_path / name).touch()
+    assert [path.name for path in files_like(tmp_path, "?-1.csv")] == ["a-1.csv", "b-1.csv"]
+    assert files_like(tmp_path / "nothing", "*") == []
+    with pytest.raises(OSError, match="Not a directory"):
+        files_like(tmp_path / "a-1.csv", "*")
 
 
 # --- a report as a whole ------------------------------------------------------------------------------------

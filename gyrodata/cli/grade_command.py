@@ -22,7 +22,7 @@ from gyrodata.diagnostics import (
     OPTION_FILE_CANNOT_BE_READ,
     OPTION_NEEDS_A_FOLDER,
 )
-from gyrodata.disk import alone_in, telling, write_whole
+from gyrodata.disk import LOCK, alone_in, telling, write_whole
 
 if TYPE_CHECKING:
     from gyrodata.errors import Diagnostic
@@ -127,6 +127,10 @@ def grade(
     whole = folder is not None and form == "text" and not dry_run and not to_fill
     run = _Run(folder, asked) if folder is not None and whole else None
     if run is not None and (said := run.said()) is not None:
+        if (run.folder / LOCK).exists():
+            # Left by a run that was killed as it ended.
+            with telling(run.folder, GRADES_FOLDER_CANNOT_BE_WRITTEN), alone_in(run.folder, ours=True):
+                pass
         _tell(said["noted"] if not quiet else said["faults"])
         if not quiet:
             _tell([f"kept {said['count']} as graded before"], _told_where(run.folder, said["lines"]))

@@ -15,7 +15,7 @@ from pathlib import Path, PurePosixPath
 from msgspec import Struct
 
 from gyrodata.diagnostics import DESK_CANNOT_BE_READ, GRADES_FOLDER_CANNOT_BE_WRITTEN
-from gyrodata.disk import file_name, new_file, telling, write_changed, write_whole
+from gyrodata.disk import file_name, files_like, new_file, telling, write_changed, write_whole
 from gyrodata.errors import InputError
 from gyrodata.grading.classroom import PRELOAD, ClassGrades, GradingOptions, figure_path, share_of
 from gyrodata.grading.exports import TOTAL, Change, compare_tables, flags_csv, grades_document, read_table
@@ -121,7 +121,7 @@ def _keep_table(folder: Path, table: bytes) -> None:
 
 def totals_from_here(folder: Path, desk: Desk, students: Iterable[str]) -> Ours:
     """Give the totals that each student ever had from here; None for one whose total the desk speaks of."""
-    tables = [read_table(_text(path)) or {} for path in (folder / PUBLISHED).glob("grades-????????????.csv")]
+    tables = [read_table(_text(path)) or {} for path in files_like(folder / PUBLISHED, "grades-????????????.csv")]
     return {
         student: None
         if desk.decides(student, TOTAL)
@@ -134,7 +134,7 @@ def _set_in_tables(found: ClassGrades, folder: Path) -> Iterator[Offer]:
     """Give what somebody changed in a table, and neither the desk nor the new table has."""
     now = read_table(found.table) or {}
     most = {TOTAL: found.rubric.points} | {one.id: one.points for one in found.rubric.criteria}
-    for path in sorted((folder / PUBLISHED).glob("grades-*-by-hand-*.csv")):
+    for path in files_like(folder / PUBLISHED, "grades-*-by-hand-*.csv"):
         base = _published(folder, path.name.split("-")[1])
         if not base.is_file():
             continue

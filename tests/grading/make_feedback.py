@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
+import tempfile
 from pathlib import Path
 
+import pytest
+from grading import alike, judged
 from msgspec import convert
 
 from gyrodata.grading import Grade, feedback_html, feedback_markdown
@@ -16,3 +19,8 @@ if __name__ == "__main__":
         grade = convert(json.loads(path.read_text(encoding="utf-8")), Grade)
         path.with_suffix(".md").write_text(feedback_markdown(grade), encoding="utf-8")
         path.with_suffix(".html").write_text(feedback_html(grade), encoding="utf-8")
+    with tempfile.TemporaryDirectory() as folder:
+        (EXPECTED / "judged.txt").write_text("".join(judged.judged(Path(folder))), encoding="utf-8")
+    with pytest.MonkeyPatch.context() as patched:
+        told = alike.told(lambda name, value: patched.setattr(f"gyrodata.grading.forensics.{name}", value))
+        (EXPECTED / "alike.txt").write_text("".join(told), encoding="utf-8")

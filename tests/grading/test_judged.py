@@ -1,0 +1,35 @@
+"""What is decided about reports and classes of every kind, to the digit and the word."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from itertools import zip_longest
+from pathlib import Path
+
+import pytest
+from golden import NUMBER
+from grading import alike, judged
+
+EXPECTED = Path(__file__).parent / "expected"
+
+
+def assert_as_before(found: Iterable[str], name: str) -> None:
+    """Compare scene by scene with a golden text; `make_feedback.py` writes it anew."""
+    expected = re.split("(?m)^(?=== )", (EXPECTED / name).read_text(encoding="utf-8"))[1:]
+    for one, other in zip_longest(found, expected, fillvalue="no more"):
+        assert NUMBER.sub("№", one) == NUMBER.sub("№", other)
+        # As far as every processor gives them.
+        numbers = [[float(number) for number in NUMBER.findall(text)] for text in (one, other)]
+        assert numbers[0] == pytest.approx(numbers[1], rel=1e-7, abs=1e-12), one
+
+
+def test_every_report_is_judged_as_before(tmp_path: Path) -> None:
+    assert_as_before(judged.judged(tmp_path), "judged.txt")
+
+
+def test_what_is_alike_is_found_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    def patch(name: str, value: object) -> None:
+        monkeypatch.setattr(f"gyrodata.grading.forensics.{name}", value)
+
+    assert_as_before(alike.told(patch), "alike.txt")

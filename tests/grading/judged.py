@@ -149,11 +149,11 @@ def without(rubric: str, id_: str, points: int) -> str:
     return "\n".join(lines).replace("points = 10", f"points = {points}", 1)
 
 
-def judge(scene: Scene, rubric: Rubric, folder: Path) -> Grade:
+def judge(scene: Scene, rubric: Rubric, folder: Path, alone: bool = True) -> Grade:
     (folder / "lab.csv").write_text(scene.log, encoding="utf-8")
     one = Submission("s1", "Ann", {}, folder, scene.members, log_name="lab.csv")
-    (grade,), *_ = settle([grade_submission(one, rubric)], rubric)
-    return grade
+    grade = grade_submission(one, rubric)
+    return settle([grade], rubric)[0][0] if alone else grade
 
 
 def number(value: float | str | None) -> str:
@@ -194,3 +194,27 @@ def judged(folder: Path) -> Iterator[str]:
         yield "".join(f"{line}\n" for line in (f"== {scene.name}", *lines))
         seen |= {line for line in lines if line.startswith(("own ", "I_zz ", "scatters ", "  "))}
         marks = marks or grade.marks
+
+
+def classes(folder: Path) -> Iterator[str]:
+    """Settle classes in which the class itself is the reference, and tells how far the readings scatter."""
+    rubric = read_rubric(default_rubric_text().encode())
+    stations = {"rough": (9, 0.3), "Usual Bench": (8, 0.11), "few": (5, 0.5), "": (4, 0.4)}
+    grades = []
+    for at, (station, (count, noise)) in enumerate(stations.items()):
+        for seed in range(count):
+            rows = drawn(100 * at + seed, turns="mixed")
+            hand = np.random.default_rng([at, seed]).normal(0, noise, len(rows.time))
+            scene = Scene(
+                "",
+                log(f"# station: {station}", rows=replace(rows, time=np.round((1 + 0.003 * at) * rows.time + hand, 2))),
+            )
+            grades.append(replace(judge(scene, rubric, folder, False), student=f"{station} {seed}"))
+    for name, some in {"all": grades, "seven": grades[:7], "eight": grades[9:17], "four": grades[-4:]}.items():
+        settled, references, scatters = settle(some, rubric)
+        lines = [f"{key}: {number(one.inertia)} ± {number(one.u)}, {one.words}" for key, one in references.items()]
+        lines += [f"{key}: {number(one.factor)}, {one.words}" for key, one in scatters.items()]
+        for one in settled:
+            lines.append(f"{one.student} {one.points} z {number(one.zeta)}")
+            lines += [f"  {mark.points} {mark.reason} | {pairs(mark.detail)}" for mark in (one.marks[3], one.marks[6])]
+        yield "".join(f"{line}\n" for line in (f"== class: {name}", *lines))

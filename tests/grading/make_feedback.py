@@ -21,6 +21,7 @@ if __name__ == "__main__":
         path.with_suffix(".html").write_text(feedback_html(grade), encoding="utf-8")
     with tempfile.TemporaryDirectory() as folder:
         (EXPECTED / "judged.txt").write_text("".join(judged.judged(Path(folder))), encoding="utf-8")
+        (EXPECTED / "settled.txt").write_text("".join(judged.classes(Path(folder))), encoding="utf-8")
     with pytest.MonkeyPatch.context() as patched:
         told = alike.told(lambda name, value: patched.setattr(f"gyrodata.grading.forensics.{name}", value))
         (EXPECTED / "alike.txt").write_text("".join(told), encoding="utf-8")

@@ -28,6 +28,10 @@ def test_every_report_is_judged_as_before(tmp_path: Path) -> None:
     assert_as_before(judged.judged(tmp_path), "judged.txt")
 
 
+def test_every_class_is_settled_as_before(tmp_path: Path) -> None:
+    assert_as_before(judged.classes(tmp_path), "settled.txt")
+
+
 def test_what_is_alike_is_found_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
     def patch(name: str, value: object) -> None:
         monkeypatch.setattr(f"gyrodata.grading.forensics.{name}", value)

@@ -7,7 +7,7 @@ import tempfile
 from pathlib import Path
 
 import pytest
-from grading import alike, judged
+from grading import alike, handed, judged
 from msgspec import convert
 
 from gyrodata.grading import Grade, feedback_html, feedback_markdown
@@ -21,7 +21,10 @@ if __name__ == "__main__":
         path.with_suffix(".html").write_text(feedback_html(grade), encoding="utf-8")
     with tempfile.TemporaryDirectory() as folder:
         (EXPECTED / "judged.txt").write_text("".join(judged.judged(Path(folder))), encoding="utf-8")
+        (EXPECTED / "classes.txt").write_text("".join(handed.classes(Path(folder))), encoding="utf-8")
         (EXPECTED / "settled.txt").write_text("".join(judged.classes(Path(folder))), encoding="utf-8")
+    (EXPECTED / "sheets.txt").write_text("".join(handed.sheets()), encoding="utf-8")
+    (EXPECTED / "desks.txt").write_text("".join(handed.desks()), encoding="utf-8")
     with pytest.MonkeyPatch.context() as patched:
         told = alike.told(lambda name, value: patched.setattr(f"gyrodata.grading.forensics.{name}", value))
         (EXPECTED / "alike.txt").write_text("".join(told), encoding="utf-8")

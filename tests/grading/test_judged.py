@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from golden import NUMBER
-from grading import alike, judged
+from grading import alike, handed, judged
 
 EXPECTED = Path(__file__).parent / "expected"
 
@@ -37,3 +37,15 @@ def test_what_is_alike_is_found_as_before(monkeypatch: pytest.MonkeyPatch) -> No
         monkeypatch.setattr(f"gyrodata.grading.forensics.{name}", value)
 
     assert_as_before(alike.told(patch), "alike.txt")
+
+
+def test_every_class_of_files_is_found_as_before(tmp_path: Path) -> None:
+    assert_as_before(handed.classes(tmp_path), "classes.txt")
+
+
+def test_every_sheet_is_filled_as_before() -> None:
+    assert_as_before(handed.sheets(), "sheets.txt")
+
+
+def test_every_desk_and_answer_is_read_as_before() -> None:
+    assert_as_before(handed.desks(), "desks.txt")

@@ -57,7 +57,9 @@ TEXTS = (
     "4.444e-3 ± 0.102e-3 (k=2) kg m^2", "4.4444e-3 ± 0.1023e-3 (k=2) kg m^2", "4.4e-3 ± 0.19e-3 (k=2) kg m^2",
     "4.4442e-3 ± 0.9 % kg m^2", "4.44423e-3 kg m^2", "4.444231e-3 kg m^2", "4.4442311e-3 kg m^2",
     "4e-3 ± 0.02e-3 kg m^2", "1.500e-2 kg m^2 ± 10 %", "1.5000e-2 kg m^2 ± 10 %",
-    "0.00444(5) kg m^2", "4.44e-3 +- 0.05e-3",
+    "0.00444(5) kg m^2", "4.44e-3 +- 0.05e-3", "44e3 ± 2000 g cm^2", "44000 ± 2e3 g cm^2",
+    "44400 ± 2e3 g cm^2", "44e3 ± 2100 g cm^2", "4.4e4 ± 200 g cm^2", "4.44e-3 ± 0.10e-3 (k=1.6) kg m^2",
+    "4.44e-3 ± 0 kg m^2", "44000 g cm^2", "44400.00 g cm^2", "-4.388e-3 kg m^2",
 )  # fmt: skip
 """What stands behind reported_inertia in the log of the first scene."""
 
@@ -124,6 +126,8 @@ def scenes() -> Iterator[Scene]:
         yield Scene(f"times {factors}, plain", log(rows=rows), PLAIN)
     for line in ('u_time = "0.3 s"', 'u_spin = "3 %"', 'u_mass = "1 g"', 'u_time_bias = "0.3 s"'):
         yield Scene(f"bench: {line}", log(rows=times(1.0, 1.06, 0.95)), FULL.replace(BENCH, f"[bench]\n{line}\n"))
+    same = [np.repeat(one[::3], 3) for one in (ROWS.mass, ROWS.position, ROWS.spin, ROWS.time, ROWS.turns)]
+    yield Scene("every run three times", log(rows=Sheet(*same)))
     other_side = with_rows(log(), *(f"30.00,-15.00,{spin},{0.63 * spin / 30:.2f},1" for spin in (210, 405, 598)))
     yield Scene("both sides", other_side)
     yield Scene("a run without a weight", with_rows(log("# Station:  Bench  B "), "0,,400,163.1,1/3"))

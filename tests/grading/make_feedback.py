@@ -7,7 +7,7 @@ import tempfile
 from pathlib import Path
 
 import pytest
-from grading import alike, handed, judged
+from grading import alike, handed, judged, whole_class
 from msgspec import convert
 
 from gyrodata.grading import Grade, feedback_html, feedback_markdown
@@ -22,9 +22,11 @@ if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as folder:
         (EXPECTED / "judged.txt").write_text("".join(judged.judged(Path(folder))), encoding="utf-8")
         (EXPECTED / "classes.txt").write_text("".join(handed.classes(Path(folder))), encoding="utf-8")
+        told = "".join(whole_class.whole_class(Path(folder)))
+        (EXPECTED / "whole_class.txt").write_text(told, encoding="utf-8")
         (EXPECTED / "settled.txt").write_text("".join(judged.classes(Path(folder))), encoding="utf-8")
     (EXPECTED / "sheets.txt").write_text("".join(handed.sheets()), encoding="utf-8")
     (EXPECTED / "desks.txt").write_text("".join(handed.desks()), encoding="utf-8")
     with pytest.MonkeyPatch.context() as patched:
-        told = alike.told(lambda name, value: patched.setattr(f"gyrodata.grading.forensics.{name}", value))
-        (EXPECTED / "alike.txt").write_text("".join(told), encoding="utf-8")
+        found = alike.told(lambda name, value: patched.setattr(f"gyrodata.grading.forensics.{name}", value))
+        (EXPECTED / "alike.txt").write_text("".join(found), encoding="utf-8")

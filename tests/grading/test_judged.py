@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from golden import NUMBER
-from grading import alike, handed, judged
+from grading import alike, handed, judged, whole_class
 
 EXPECTED = Path(__file__).parent / "expected"
 
@@ -18,10 +18,12 @@ def assert_as_before(found: Iterable[str], name: str) -> None:
     """Compare scene by scene with a golden text; `make_feedback.py` writes it anew."""
     expected = re.split("(?m)^(?=== )", (EXPECTED / name).read_text(encoding="utf-8"))[1:]
     for one, other in zip_longest(found, expected, fillvalue="no more"):
-        assert NUMBER.sub("№", one) == NUMBER.sub("№", other)
-        # As far as every processor gives them.
-        numbers = [[float(number) for number in NUMBER.findall(text)] for text in (one, other)]
-        assert numbers[0] == pytest.approx(numbers[1], rel=1e-7, abs=1e-12), one
+        for line, before in zip_longest(one.splitlines(), other.splitlines(), fillvalue="no more"):
+            told = one.partition("\n")[0]
+            assert NUMBER.sub("№", line) == NUMBER.sub("№", before), told
+            # As far as every processor gives them.
+            numbers = [[float(number) for number in NUMBER.findall(text)] for text in (line, before)]
+            assert numbers[0] == pytest.approx(numbers[1], rel=1e-7, abs=1e-12), told
 
 
 def test_every_report_is_judged_as_before(tmp_path: Path) -> None:
@@ -49,3 +51,7 @@ def test_every_sheet_is_filled_as_before() -> None:
 
 def test_every_desk_and_answer_is_read_as_before() -> None:
     assert_as_before(handed.desks(), "desks.txt")
+
+
+def test_a_class_in_which_everything_happens_is_told_as_before(tmp_path: Path) -> None:
+    assert_as_before(whole_class.whole_class(tmp_path), "whole_class.txt")

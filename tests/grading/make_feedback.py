@@ -24,6 +24,7 @@ if __name__ == "__main__":
         (EXPECTED / "classes.txt").write_text("".join(handed.classes(Path(folder))), encoding="utf-8")
         told = "".join(whole_class.whole_class(Path(folder)))
         (EXPECTED / "whole_class.txt").write_text(told, encoding="utf-8")
+        (EXPECTED / "handed_back.txt").write_text("".join(judged.handed_back(Path(folder))), encoding="utf-8")
         (EXPECTED / "settled.txt").write_text("".join(judged.classes(Path(folder))), encoding="utf-8")
     (EXPECTED / "sheets.txt").write_text("".join(handed.sheets()), encoding="utf-8")
     (EXPECTED / "desks.txt").write_text("".join(handed.desks()), encoding="utf-8")

@@ -30,6 +30,10 @@ def test_every_report_is_judged_as_before(tmp_path: Path) -> None:
     assert_as_before(judged.judged(tmp_path), "judged.txt")
 
 
+def test_what_gradescope_shows_is_as_before(tmp_path: Path) -> None:
+    assert_as_before(judged.handed_back(tmp_path), "handed_back.txt")
+
+
 def test_every_class_is_settled_as_before(tmp_path: Path) -> None:
     assert_as_before(judged.classes(tmp_path), "settled.txt")
 

@@ -244,9 +244,11 @@ def classes(folder: Path) -> Iterator[str]:
         yield "".join(f"{line}\n" for line in (f"== class: {name}", *lines))
 
 
-BACK = ("good", "nothing reported", "rpm_as_rad_s", "two_pi_missing, plain", "nothing reported, plain",
-        "3 unknown keys", "times (1.0, 2.0, 1.0)", "times (1.0, 2.0, 1.0), plain", "no number", "two faults", "two weights",
-        "44400 ± 234 g cm^2", "a miscounted run", "4e-3 ± 0.02e-3 kg m^2", "unknown slip", "both sides")  # fmt: skip
+BACK = (
+    "good", "nothing reported", "rpm_as_rad_s", "two_pi_missing, plain", "nothing reported, plain", "3 unknown keys",
+    "times (1.0, 2.0, 1.0)", "times (1.0, 2.0, 1.0), plain", "no number", "two faults", "two weights",
+    "44400 ± 234 g cm^2", "a miscounted run", "4e-3 ± 0.02e-3 kg m^2", "unknown slip", "both sides",
+)  # fmt: skip
 """Scenes of which is told what Gradescope shows."""
 
 

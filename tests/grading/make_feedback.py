@@ -22,8 +22,8 @@ if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as folder:
         (EXPECTED / "judged.txt").write_text("".join(judged.judged(Path(folder))), encoding="utf-8")
         (EXPECTED / "classes.txt").write_text("".join(handed.classes(Path(folder))), encoding="utf-8")
-        told = "".join(whole_class.whole_class(Path(folder)))
-        (EXPECTED / "whole_class.txt").write_text(told, encoding="utf-8")
+        for name, tell in {"at_first": whole_class.at_first, "decided_on": whole_class.decided_on}.items():
+            (EXPECTED / f"{name}.txt").write_text("".join(tell(Path(folder) / name)), encoding="utf-8")
         (EXPECTED / "handed_back.txt").write_text("".join(judged.handed_back(Path(folder))), encoding="utf-8")
         (EXPECTED / "settled.txt").write_text("".join(judged.classes(Path(folder))), encoding="utf-8")
     (EXPECTED / "sheets.txt").write_text("".join(handed.sheets()), encoding="utf-8")

@@ -131,14 +131,28 @@ class Course:
 TABLES = ("grades.csv", "desk-todo.csv", "flags.csv", "canvas.csv")
 
 
-def whole_class(home: Path) -> Iterator[str]:
-    """Grade, decide, and grade again."""
+def graded(home: Path) -> tuple[Course, Iterator[str]]:
+    """Grade for the first time; give what is told of it too."""
     course = Course(home)
     last = ["grade", str(home / "last" / "class"), "--out", str(home / "last-grades"), "--workers", "0"]
     assert CliRunner().invoke(app, last).exit_code == 0
-    out, book = str(home / "grades"), str(home / "gradebook.csv")
-    yield course.told("at first", course.run("--out", out, "--gradebook", book), course.files(*TABLES, "class.html"))
-    grades = home / "grades"
+    return course, course.run("--out", str(home / "grades"), "--gradebook", str(home / "gradebook.csv"))
+
+
+def at_first(home: Path) -> Iterator[str]:
+    """Grade, and grade again where nothing has changed."""
+    course, told = graded(home)
+    yield course.told("at first", told, course.files(*TABLES, "class.html"))
+    yield course.told("nothing new", course.run("--out", str(home / "grades")), course.files("desk-todo.csv"))
+    lines = (line[:150] for part in course.run("--format", "ndjson", "-q") for line in part.splitlines())
+    yield course.told("ndjson", lines)
+
+
+def decided_on(home: Path) -> Iterator[str]:
+    """Decide on a class, hand in again, write into what was written, and grade again."""
+    course, told = graded(home)
+    assert len(list(told)) == 2
+    grades, options = home / "grades", ("--out", str(home / "grades"), "--gradebook", str(home / "gradebook.csv"))
     (grades / "desk.csv").write_text(DESK, encoding="utf-8")
     table = (grades / "grades.csv").read_text(encoding="utf-8").splitlines()
     table = [f"{line},{'remark' if line.startswith('student') else 'nice' * line.startswith('13,')}" for line in table]
@@ -148,11 +162,7 @@ def whole_class(home: Path) -> Iterator[str]:
     (home / "class" / "colekim_3_103_lab.csv").write_text(a_log(rows), encoding="utf-8")
     page = grades / "feedback" / "hoehal_8_109_lab.md"
     page.write_text(page.read_text(encoding="utf-8") + "nice\n", encoding="utf-8")
-    yield course.told("what would change", course.run("--out", out, "--dry-run", "--gradebook", book))
+    yield course.told("what would change", course.run("--dry-run", *options))
     pages = sorted(f"feedback/{path.name}" for path in (grades / "feedback").glob("*.md"))
-    again = course.run("--out", out, "--gradebook", book)
-    yield course.told("decided on", again, course.files(*TABLES, "class.html", *pages))
-    yield course.told("nothing new", course.run("--out", out), course.files("desk-todo.csv"))
-    yield course.told("json", course.run("--out", out, "--format", "json", "--quiet"))
-    lines = (line[:150] for part in course.run("--format", "ndjson", "-q") for line in part.splitlines())
-    yield course.told("ndjson", lines)
+    yield course.told("decided on", course.run(*options), course.files(*TABLES, "class.html", *pages))
+    yield course.told("json", course.run("--format", "json", "--quiet", *options))

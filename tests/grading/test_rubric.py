@@ -248,7 +248,7 @@ class TestSchema:
 
     def test_every_part_and_every_kind_of_criterion_fits(self) -> None:
         each = "".join(f'[[criterion]]\nid = "{check}"\ncheck = "{check}"\npoints = 1\n' for check in CHECKS)
-        late = LATE.replace("[late]", '[late]\nmarked = "10 %"')
+        late = LATE.replace("[late]", "[late]\nmarked = 0.5")
         text = f'schema = 1\npoints = {len(CHECKS)}\naccept = ["recommended"]\n{each}{STATION}{late}'
         assert read_rubric(text.encode()).late
         assert unfit(text) == []

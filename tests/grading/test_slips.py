@@ -154,6 +154,10 @@ class TestDistance:
             text = f"{4.4372819e-3:.{digits - 1}e}"
             assert distance(float(text), 4.4372819e-3, 10.0 ** (-2 - digits), 0.01) == 0
 
+    def test_half_of_the_last_digit_is_rounding_whatever_a_float_makes_of_it(self) -> None:
+        assert [distance(float(f"{k}.5e-5"), k * 1e-5, 1e-5, 0.01) for k in range(100, 200)] == [0] * 100
+        assert distance(4.45e-3, 4.44e-3, 1e-5, 0.01) == pytest.approx(0.5 / 4.44)
+
     def test_it_grows_with_the_difference(self) -> None:
         away = [distance(4.44e-3 * (1 + k / 1000), 4.44e-3, 1e-6, 0.01) for k in range(100)]
         assert all(near <= far for near, far in pairwise(away))

@@ -79,6 +79,8 @@ def books() -> Iterator[tuple[str, str, str | bytes, list[Grade], dict[str, Any]
         {},
     )
     yield "canvas, big-endian", "canvas", b"\xfe\xff" + CANVAS.format(20, "é", "").encode("utf-16-be"), [*TWO], {}
+    remarks = CANVAS.format(20, "", "").replace("Roe", "Roe;;;;;;;;;;;;;;;;;;;;;;;;;")
+    yield "canvas with semicolons in the fourth line", "canvas", remarks, [*TWO], {}
     logins = {"x": {"username": "JD"}, "y": {"email": "br", "sid": "1"}, "1": {"moodle": "1"}}
     yield "canvas, by login", "canvas", CANVAS.format(20, "", ""), [a_grade(name) for name in "xy1"], {"ids": logins}
     several = "Student,ID,Section,Gyro (7),Gyro (8),Quiz (9)\n    Points Possible,,,20,20,20\nDoe,1,a,,,\n"

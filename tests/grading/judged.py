@@ -71,6 +71,7 @@ TEXTS = (
     "0.00444(5) kg m^2", "4.44e-3 +- 0.05e-3", "44e3 ± 2000 g cm^2", "44000 ± 2e3 g cm^2",
     "44400 ± 2e3 g cm^2", "44e3 ± 2100 g cm^2", "4.4e4 ± 200 g cm^2", "4.44e-3 ± 0.10e-3 (k=1.6) kg m^2",
     "4.44e-3 ± 0 kg m^2", "44000 g cm^2", "44400.00 g cm^2", "-4.388e-3 kg m^2",
+    "0.000000 kg m^2", "0.0 kg m^2",
 )  # fmt: skip
 """What stands behind reported_inertia in the log of the first scene."""
 
@@ -118,6 +119,12 @@ def scenes() -> Iterator[Scene]:
     for share in (0.88, 0.92, 1.0, 1.08, 1.12):
         line = f"# reported_inertia: {mean:.5e} ± {3 * share * its_u:.4e} kg m^2"
         yield Scene(f"u of a single run, {share}", log(reported=line), one_fit)
+    ours = one_fit.replace('["mean_of_ratios"]', '["recommended"]')
+    for factor in (1000.0, 60 / (2 * np.pi), 1 / 9.803, 1.2):
+        line = reported_line(factor * 4.4373e-3, factor * 5.1e-5)
+        yield Scene(f"{factor:.4g} times the recommended fit", log(reported=line), ours)
+    loaded = with_rows(log(reported=f"# reported_inertia: {mean:.5e} ± {3 * its_u:.4e} kg m^2"), "0,,400,163.1,1/3")
+    yield Scene("u of a single run, one without a weight", with_rows(loaded, "0,,600,241.2,1/3"), one_fit)
     unknown = [f"# u_tme{at}: 0.2 s" for at in range(5)]
     for count in (1, 3, 4, 5):
         yield Scene(f"{count} unknown keys", log(*unknown[:count]))

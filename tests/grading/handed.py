@@ -116,6 +116,8 @@ def books() -> Iterator[tuple[str, str, str | bytes, list[Grade], dict[str, Any]
         ("7", "", "20", "Oui", "", "7", "", "20", "Oui", "<p>a</p>"),
     ):
         yield f"moodle {cells}", "moodle", MOODLE.format(*cells), [*TWO], {"comments": {"1": "Bien", "2": "a"}}
+    bare = "Identifiant;Nom complet;Note;Note maximale;Modifiable;Modifiée\nParticipant 1;Zoé;;20;Oui;\n"
+    yield "moodle without comments", "moodle", bare, [one], {"comments": {"1": "Bien"}}
     group = [replace(one, name="LAB"), two]
     text = MOODLE.format("Lab", "", "20", "Oui", "", "lab", "", "20", "Oui", "")
     yield "moodle, a group", "moodle", text, group, {"ids": {"1": {"moodle": "2"}, "2": {"moodle": "2"}}}

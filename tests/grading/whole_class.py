@@ -12,6 +12,7 @@ from grading.reports import RIGHT, SLIPS, Formula, Sheet, reported_line, sheet
 from msgspec.structs import replace
 from typer.testing import CliRunner
 
+from gyrodata import __version__
 from gyrodata.cli import app
 from gyrodata.grading import default_rubric_text
 
@@ -124,6 +125,7 @@ class Course:
         """Put together, without what is another in each run and release."""
         text = "".join(one if one.endswith("\n") else f"{one}\n" for part in parts for one in part)
         text = re.sub(r"\b[0-9a-f]{12,}\b", "DIGEST", text.replace(str(self.home), "HOME"))
+        text = text.replace(f"gyrodata {__version__}", "gyrodata VERSION")
         text = re.sub(r'("version": ?)"[^"]*"', r'\1"VERSION"', text)
         return f"== {head}\n{text}"
 

@@ -8,6 +8,7 @@ import math
 import re
 import subprocess
 import sys
+import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -581,6 +582,8 @@ def autograder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     make_folder(root, {f"source/{name}": data for name, data in files.items()})
     (wheel,) = (name for name in files if name.endswith(".whl"))
     assert f"/autograder/source/{wheel}\n" in files["setup.sh"].decode()
+    with zipfile.ZipFile(root / "source" / wheel) as packed:
+        assert {entry.external_attr >> 16 for entry in packed.infolist()} == {0o644}
     library = root / "gyro" / "library"
     pip = [sys.executable, "-m", "pip", "install", "-q", "--no-deps", "--no-index", "--no-compile"]
     subprocess.run([*pip, "--target", library, root / "source" / wheel], check=True)

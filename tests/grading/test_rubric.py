@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import datetime as dt
 import json
+import math
 import re
 import tomllib
 from typing import Literal
@@ -13,6 +14,7 @@ import jsonschema
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import astuple
 
 from gyrodata import schema
 from gyrodata.diagnostics import CODES
@@ -51,6 +53,25 @@ waive = true
 student = "s003"
 due = 2026-03-16T23:59:00+01:00
 """
+BARE = """
+[late]
+grace = "1 min"
+marked = 1
+beyond = 3
+[[late.tier]]
+until = "1 h"
+deduct = 0.5
+[[late.exception]]
+student = "x"
+extra = "1 h"
+[[late.exception]]
+student = "y"
+due = 2026-03-16T23:59:00
+[[late.exception]]
+student = "z"
+waive = true
+"""
+NAIVE = "[late]\ndue = 2026-03-09T23:59:00\n"
 
 
 def faults(text: str) -> list[str]:
@@ -227,7 +248,7 @@ class TestSchema:
 
     def test_every_part_and_every_kind_of_criterion_fits(self) -> None:
         each = "".join(f'[[criterion]]\nid = "{check}"\ncheck = "{check}"\npoints = 1\n' for check in CHECKS)
-        late = LATE.replace("[late]", '[late]\nmarked = "10 %"')
+        late = LATE.replace("[late]", "[late]\nmarked = 0.5")
         text = f'schema = 1\npoints = {len(CHECKS)}\naccept = ["recommended"]\n{each}{STATION}{late}'
         assert read_rubric(text.encode()).late
         assert unfit(text) == []
@@ -363,6 +384,89 @@ class TestLate:
     def test_a_stamp_that_cannot_be_read_is_none(self, rubric: Rubric) -> None:
         assert judge_lateness(rubric.late, {}, False, None, "yesterday").deduct == 0
 
+    @pytest.mark.parametrize(
+        ("rule", "student", "late", "seconds", "submitted", "expected"),
+        [
+            (None, "a", False, None, None, (None, 0, "", False)),
+            (None, "a", True, None, None, (None, 0, "marked late", False)),
+            (None, "a", True, 90.0, None, (90.0, 0, "1 min late", False)),
+            (None, "a", False, 0.0, None, (0.0, 0, "", False)),
+            (None, "a", True, 0.0, None, (0.0, 0, "marked late", False)),
+            (LATE, "a", True, None, None, (None, 0, "marked late, but nothing says by how much", True)),
+            (LATE, "a", False, None, None, (0.0, 0, "", False)),
+            (LATE, "a", True, 900.0, None, (900.0, 0, "15 min after the deadline, within the grace time", False)),
+            (LATE, "a", True, 901.0, None, (901.0, 0.4, "15 min late", False)),
+            (LATE, "a", True, 86400.0, None, (86400.0, 0.4, "1 day late", False)),
+            (LATE, "a", True, 86401.0, None, (86401.0, 2, "1 day late", False)),
+            (LATE, "a", True, 259200.0, None, (259200.0, 2, "3 days late", False)),
+            (LATE, "a", True, 259201.0, None, (259201.0, 4, "3 days late", False)),
+            (LATE, "a", True, 7200.0, "2026-03-10T00:14:00+01:00",
+             (900.0, 0, "15 min after the deadline, within the grace time", False)),
+            (LATE, "a", False, None, "2026-03-09T23:59:00+01:00", (0.0, 0, "", False)),
+            (LATE, "a", False, None, "2026-03-09T23:59:01+01:00",
+             (1.0, 0, "1 s after the deadline, within the grace time", False)),
+            (LATE, "s001", True, 172800.0, None, (0.0, 0, "", False)),
+            (LATE, "s001", True, None, None, (None, 0, "marked late, but nothing says by how much", True)),
+            (LATE, "s001", False, None, None, (0.0, 0, "", False)),
+            (LATE, "s003", True, 7200.0, None, (None, 0, "marked late, but nothing says by how much", True)),
+            (LATE, "s003", False, 7200.0, None, (7200.0, 0.4, "2 h late", False)),
+            (LATE, "s003", False, None, "2026-03-16T23:59:30+01:00",
+             (30.0, 0, "30 s after the deadline, within the grace time", False)),
+            (LATE, "doe, jane", True, None, None, (None, 0, "lateness waived for you", False)),
+            (LATE, "doe, jane", False, None, None, (None, 0, "", False)),
+            (LATE, "doe, jane", False, 60.0, None, (60.0, 0, "lateness waived for you", False)),
+            (BARE, "a", True, None, None, (None, 1, "marked late, without the time", False)),
+            (BARE, "x", True, None, None, (None, 0, "marked late, but nothing says by how much", True)),
+            (BARE, "y", True, None, None, (None, 0, "marked late, but nothing says by how much", True)),
+            (BARE, "y", True, 30.0, None, (None, 0, "marked late, but nothing says by how much", True)),
+            (BARE, "y", False, 30.0, None, (30.0, 0, "30 s after the deadline, within the grace time", False)),
+            (BARE, "y", True, 300.0, "2026-03-17T00:29:00", (1800.0, 0.5, "30 min late", False)),
+            (BARE, "y", False, None, "2026-03-17T00:29:00+05:00", (1800.0, 0.5, "30 min late", False)),
+            (BARE, "x", True, 3660.0, None, (60.0, 0, "1 min after the deadline, within the grace time", False)),
+            (BARE, "x", True, 3661.0, None, (61.0, 0.5, "1 min late", False)),
+            (BARE, "x", True, -60.0, None, (0.0, 0, "", False)),
+            (BARE, "z", True, 7.0, None, (7.0, 0, "lateness waived for you", False)),
+            (BARE, "a", True, 3600.0, None, (3600.0, 0.5, "1 h late", False)),
+            (BARE, "a", True, 3601.0, None, (3601.0, 3, "1 h late", False)),
+            (BARE, "a", False, None, "2026-03-17", (0.0, 0, "", False)),
+            (NAIVE, "a", False, None, "2026-03-10T00:59:00-05:00", (3600.0, 4, "1 h late", False)),
+            (NAIVE, "a", False, None, "2026-03-10T00:59:00", (3600.0, 4, "1 h late", False)),
+            (NAIVE, "a", False, None, "2026-03-09T23:59:00", (0.0, 0, "", False)),
+        ],
+    )  # fmt: skip
+    def test_what_is_made_of_marks_counts_and_stamps(
+        self, rule: str | None, student: str, late: bool, seconds: float | None, submitted: str | None,
+        expected: tuple[float | None, float, str, bool],
+    ) -> None:  # fmt: skip
+        read = None if rule is None else read_rubric((HEAD + rule).encode()).late
+        assert astuple(judge_lateness(read, {"id": student}, late, seconds, submitted)) == pytest.approx(expected)
+
+    def test_what_a_rule_leaves_out(self) -> None:
+        rule = read_rubric(
+            (HEAD + "[late]\nmarked = 4\n[[late.exception]]\nstudent = 's'\nextra = '1 s'\n").encode()
+        ).late
+        assert rule is not None
+        assert (rule.due, rule.grace, rule.tiers, rule.beyond, rule.marked) == (None, 0, (), 4, 4)
+        assert [astuple(one) for one in rule.exceptions] == [("s", None, 1, False)]
+
+    @pytest.mark.parametrize(
+        ("rule", "told"),
+        [
+            ("marked = 4.01", "marked = 4.01 is no share of 4 points"),
+            ("marked = '101 %'", "marked = 101 % is no share of 4 points"),
+            ("marked = 'some'", 'marked = "some" cannot be used'),
+            (
+                "[[late.tier]]\nuntil = '1 h'\ndeduct = 1\n[[late.tier]]\nuntil = '60 min'\ndeduct = 2",
+                "a tier is not later",
+            ),
+            ("[[late.exception]]\nstudent = 's'\nextra = '1 h'\nwaive = true", "exactly one of due, extra and waive"),
+            ("[[late.exception]]\nstudent = 's'\nwaive = false", "exactly one of due, extra and waive"),
+        ],
+    )
+    def test_a_rule_that_is_refused(self, rule: str, told: str) -> None:
+        (fault,) = faults(HEAD + f"[late]\n{rule}\n")
+        assert told in fault
+
     def test_summer_time_at_the_deadline(self) -> None:
         # 2026-03-29 02:00 became 03:00 in Berlin; stamps carry their own offset.
         text = HEAD + "[late]\ndue = 2026-03-29T01:59:00+01:00\n[[late.tier]]\nuntil = '1 h'\ndeduct = 1\n"
@@ -375,6 +479,10 @@ class TestLate:
             ("90 s", 90),
             ("15min", 900),
             ("1.5 h", 5400),
+            ("2 sec", 2),
+            ("3 minutes", 180),
+            ("2 H", 7200),
+            ("2 days", 172800),
             ("36 hours", 129600),
             ("1 week", 604800),
         ],
@@ -421,3 +529,18 @@ class TestClassReference:
         assert references["all"].u > 0
         assert class_references([]) == {}
         assert class_references([(None, 4.4e-3, 5e-5)])["all"].source == "this log alone"
+
+    def test_the_numbers_of_few_and_many_logs(self) -> None:
+        values = (4.40e-3, 4.43e-3, 4.47e-3, 4.50e-3, 4.60e-3)
+        logs = [("a", value, 2e-5) for value in values] + [("b", 4.2e-3, 8e-5)] * 4 + [(None, 4.44e-3, 5e-5)]
+        found = class_references(logs)
+        # 1.4826 is the scatter of normal values over their median absolute deviation, 1.2533 as their median is worse.
+        assert {key: (one.source, one.inertia) for key, one in found.items()} == {
+            "a": ("the median of the 5 logs of station a", 4.47e-3),
+            "all": ("the median of all 10 logs", pytest.approx(4.415e-3)),
+        }
+        assert found["a"].u == pytest.approx(1.2533 * 1.4826 * 4e-5 / math.sqrt(5), rel=1e-4)
+        assert found["all"].u == pytest.approx(1.4826 * 0.135e-3, rel=1e-4)
+        assert found["a"].words == "(4.470 ± 0.033) × 10⁻³ kg·m² (the median of the 5 logs of station a)"
+        same = class_references([("a", 4.4e-3, 1e-4)] * 9)
+        assert {key: one.u for key, one in same.items()} == pytest.approx({"a": 1e-4 / 3, "all": 1e-4 / 3})

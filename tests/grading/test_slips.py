@@ -132,6 +132,21 @@ class TestNoSlipIsNamed:
         assert value / RIGHT.inertia(rows, "through_origin")[0] == pytest.approx(1, abs=0.06)
         assert slips_in(rows, value, u) == ()
 
+    @pytest.mark.parametrize(("at", "turns_there", "side"), [(0, 2 / 3, -1), (4, 4 / 3, 1)])
+    def test_where_what_it_leaves_lies_among_honest_answers(self, at: int, turns_there: float, side: int) -> None:
+        rows = sheet(np.random.default_rng(5), turns=1.0)
+        turns = rows.turns.copy()
+        turns[at] = turns_there
+        rows = Sheet(rows.mass, rows.position, rows.spin, rows.time * turns, turns)
+        analysis, _ = read(rows)
+        own = own_runs(analysis, ("through_origin",))
+        right, unit = own.values[0].value, own.yardstick * own.values[0].value
+        value, _ = SLIPS["turns_forgotten"].inertia(rows, "through_origin")
+        assert 1.2 < side * (value - right) / unit < 3
+        report = value + side * 1.9 * unit
+        assert abs(report - right) > 3 * unit
+        assert find_slips(report, 0.0, own, analysis.readings, analysis.measurements) == ()
+
     def test_for_any_odd_factor(self, rows: Sheet) -> None:
         for factor in (1.3, 0.77, 3.3, 17.0, 0.004):
             value, u = Formula(answer=factor).inertia(rows, "through_origin")
@@ -153,6 +168,10 @@ class TestDistance:
         for digits in range(1, 8):
             text = f"{4.4372819e-3:.{digits - 1}e}"
             assert distance(float(text), 4.4372819e-3, 10.0 ** (-2 - digits), 0.01) == 0
+
+    def test_half_of_the_last_digit_is_rounding_whatever_a_float_makes_of_it(self) -> None:
+        assert [distance(float(f"{k}.5e-5"), k * 1e-5, 1e-5, 0.01) for k in range(100, 200)] == [0] * 100
+        assert distance(4.45e-3, 4.44e-3, 1e-5, 0.01) == pytest.approx(0.5 / 4.44)
 
     def test_it_grows_with_the_difference(self) -> None:
         away = [distance(4.44e-3 * (1 + k / 1000), 4.44e-3, 1e-6, 0.01) for k in range(100)]

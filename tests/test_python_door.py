@@ -257,6 +257,9 @@ def test_a_class_in_this_process_and_in_others() -> None:
     assert here.tally == there.tally
     assert [one.to_json() for one in here.grades] == [one.to_json() for one in there.grades]
     assert here.count("not graded") == 3
+    counts = {kind: -len(students) for kind, students in here.slips.items()}
+    assert list(counts) == sorted(counts, key=lambda kind: (counts[kind], kind)), "the commonest first, then by name"
+    assert len(counts) > 5
     with pytest.raises(TypeError, match="the path of a folder"):
         gyrodata.grade(3)  # type: ignore[arg-type]
 

@@ -159,7 +159,7 @@ def _scatter_mark(
 def judge_scatter(criterion: Criterion, before: Mark, told: Sequence[tuple[float, int]], scatter: BenchScatter) -> Mark:
     """Judge constancy by how far the class scatters, where a log states no uncertainties."""
     spread = before.detail.get("spread")
-    if not told or not isinstance(spread, float) or before.detail["factor"] == scatter.factor:
+    if not told or not isinstance(spread, float) or before.detail.get("factor") == scatter.factor:
         return before
     words = f"{USUAL}, {scatter.factor:.2g} times as large: {scatter.words}" if scatter.factor > 1 else USUAL
     return _scatter_mark(criterion, spread, told, words, scatter.factor)

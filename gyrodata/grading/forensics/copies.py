@@ -41,7 +41,7 @@ MOST_SPINS = 0.5  # share of the spins of the shorter log that must be in common
 HABIT, HABIT_SHARE = 5, 0.02
 """More logs than this, and than this share of the class, that have a set of spins make it a habit of the course."""
 
-BLOCK, PAIRS = 32, 1_000_000  # rows that are looked up at a time, and pairs that are counted at a time, at most
+BLOCK, PAIRS = 32, 1_000_000  # logs that are looked up at a time, and pairs that are counted at a time, at most
 
 _EXACT = 1e-9
 
@@ -54,7 +54,7 @@ def flag_copies(logs: Logs) -> list[Flag]:
     near = _Near(logs)
     common = _common(logs, near)
     telling = np.add.reduceat(common > 0, logs.starts[:-1], dtype=int)
-    size = 1 + PAIRS // len(logs.keys)
+    size = min(BLOCK, 1 + PAIRS // len(logs.keys))
     blocks = np.split(np.arange(len(logs.keys)), range(size, len(logs.keys), size))
     asked = [_Asked(logs, near, common, telling, block).found() for block in blocks]
     rows, joined = flag_pairs("shared rows", _both_ways([one for one, _ in asked], logs), logs, _tell_rows)

@@ -49,6 +49,12 @@ def test_simulated_readings_err_as_readings_are_taken_to_err() -> None:
         assert key == "u_position" or u == SOURCES[name].default
 
 
+def test_what_was_measured_stays_as_it_is() -> None:
+    m = measured(HEAD + ROWS)
+    with pytest.raises(AttributeError, match="immutable"):
+        m.time = m.spin  # type: ignore[misc]
+
+
 def test_values_in_si() -> None:
     m = measured("# g: 9.803 m/s^2\n" + HEAD + ROWS)
     assert m.torque == pytest.approx([0.0294090, 0.0294090, 0.0588180, -0.0588180])

@@ -161,7 +161,7 @@ def _read_config(path: Path, faults: Faults) -> dict[str, str]:
     return values
 
 
-def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults: Faults, ask: bool = True) -> Settings:
+def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults: Faults, ask: bool) -> Settings:
     """Understand all ``# key: value`` lines and options, the later ones over the earlier.
 
     With `ask`, a comma that may part thousands is refused; without, the table tells that it is a decimal comma.

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gyrodata.readings import canonical_key, find_inertia, read_log, read_reported, write_log
+from gyrodata.readings import canonical_key, find_inertia, read_log, read_reported, usable_inertia, write_log
 
 LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n"
 
@@ -172,3 +172,20 @@ def test_no_text_makes_it_raise(text: str) -> None:
 )
 def test_an_answer_in_a_line_of_a_report_is_found(line, answer):
     assert find_inertia(line) == answer
+
+
+@pytest.mark.parametrize(
+    ("text", "value", "problem"),
+    [
+        ("4.4e-3 kg m^2", 4.4e-3, None),
+        ("1e-29 kg m^2", 1e-29, None),
+        ("1e29 kg m^2", 1e29, None),
+        ("1e-31 kg m^2", None, '"1e-31 kg m^2" is far from any moment of inertia'),
+        ("1e31 kg m^2", None, '"1e31 kg m^2" is far from any moment of inertia'),
+        ("4.4e-3 ± 1e-31 kg m^2", None, '"4.4e-3 ± 1e-31 kg m^2" is far from any moment of inertia'),
+        ("0 kg m^2", 0.0, None),
+    ],
+)
+def test_a_number_far_from_any_moment_of_inertia_is_not_judged(text, value, problem):
+    used = usable_inertia(read_reported("inertia", text))
+    assert (used.value, used.problem) == (value, problem)

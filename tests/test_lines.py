@@ -7,10 +7,11 @@ import math
 import mpmath
 import numpy as np
 import pytest
+from scipy import stats
 
 import gyrodata
 from gyrodata import fitting
-from gyrodata.fitting import LineFit, fit_line, ordinary_line
+from gyrodata.fitting import LineFit, chi2_lower_tail, chi2_tail, fit_line, ordinary_line
 
 YORK_X = np.array([0.0, 0.9, 1.8, 2.6, 3.3, 4.4, 5.2, 6.1, 6.5, 7.4])
 YORK_Y = np.array([5.9, 5.4, 4.4, 4.6, 3.5, 3.7, 2.8, 2.8, 2.4, 1.5])
@@ -405,3 +406,14 @@ class TestLimits:
         for chi2 in (-1.0, 0.0, 1e-12, 0.5 * dof, dof, 1.1 * dof, dof + 6 * math.sqrt(2 * dof)):
             expected = float(mpmath.gammainc(mpmath.mpf(dof) / 2, max(chi2, 0.0) / 2, regularized=True))
             assert fitting.chi2_tail(chi2, dof) == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("dof", [1, 2, 5, 9, 24, 190])
+@pytest.mark.parametrize("share", [1e-6, 0.01, 0.3, 1.0, 2.0])
+def test_the_lower_tail_of_chi_square_agrees_with_scipy(dof: int, share: float) -> None:
+    assert chi2_lower_tail(share * dof, dof) == pytest.approx(stats.chi2.cdf(share * dof, dof), rel=1e-10)
+
+
+def test_the_two_tails_of_chi_square_add_up() -> None:
+    assert chi2_lower_tail(7.3, 6) + chi2_tail(7.3, 6) == pytest.approx(1, abs=1e-14)
+    assert chi2_lower_tail(0, 6) == 0

@@ -12,21 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from gyrodata.fitting import chi2_lower_tail, chi2_tail
 from gyrodata.grading.forensics import flag_class
 from gyrodata.grading.forensics.copies import tails
 from gyrodata.grading.forensics.logs import lay_out
-
-
-@pytest.mark.parametrize("dof", [1, 2, 5, 9, 24, 190])
-@pytest.mark.parametrize("share", [1e-6, 0.01, 0.3, 1.0, 2.0])
-def test_the_lower_tail_of_chi_square_agrees_with_scipy(dof: int, share: float) -> None:
-    assert chi2_lower_tail(share * dof, dof) == pytest.approx(stats.chi2.cdf(share * dof, dof), rel=1e-10)
-
-
-def test_the_two_tails_of_chi_square_add_up() -> None:
-    assert chi2_lower_tail(7.3, 6) + chi2_tail(7.3, 6) == pytest.approx(1, abs=1e-14)
-    assert chi2_lower_tail(0, 6) == 0
 
 
 @given(st.integers(1, 40), st.floats(1e-6, 0.5))

@@ -358,10 +358,10 @@ def fill_rows(
     rows: Floats, problem: Problem, at: Linear, kept: Floats | float, scale: Floats, unknowns: Floats
 ) -> Floats:
     """Fill in the weighted conditions and all targets; give the derivatives without weights, shape (…, n, 3 + K)."""
-    count, labs = problem.count, at.own.shape[:-1]
-    flat = np.zeros((*labs, count * (rows.shape[-1] - 1)))
-    flat[..., problem.to_row] = at.slopes.reshape(*labs, -1).take(problem.from_slope, axis=-1)
-    plain = flat.reshape(*labs, count, -1)
+    count, labs, width = problem.count, at.own.shape[:-1], rows.shape[-1] - 1
+    flat = np.zeros((*labs, count * width))
+    flat[..., problem.to_row] = at.slopes.reshape(*labs, len(problem.sources) * count).take(problem.from_slope, axis=-1)
+    plain = flat.reshape(*labs, count, width)
     plain[..., :3] = at.to_unknowns * scale
     weight = kept / np.sqrt(at.own)
     rows[..., :count, :-1] = plain * weight[..., None]

@@ -72,13 +72,13 @@ class Problem:
         self.observed[8:10] = (measured.pitch, transverse_inertia(measured)) if tilted else 0.0
         self.observed[10] = measured.added
         sources = [source for source in measured.sources if tilted or source.quantity not in ("pitch", "transverse")]
-        sizes = np.array([(source.absolute, source.relative) for source in sources]).reshape(-1, 2, count)
+        sizes = np.array([(source.absolute, source.relative) for source in sources]).reshape(len(sources), 2, count)
         stated = np.flatnonzero(sizes.any(axis=(1, 2)))
         self.sources = [sources[s] for s in stated]
         self.quantity = np.array([QUANTITIES.index(source.quantity) for source in self.sources], dtype=int)
         self.absolute, self.relative = sizes[stated, 0], sizes[stated, 1]
         self.onto = (np.arange(len(QUANTITIES))[:, None] == self.quantity).astype(float)
-        self._share(np.array([source.groups for source in self.sources], dtype=int).reshape(-1, count))
+        self._share(np.array([source.groups for source in self.sources], dtype=int).reshape(len(stated), count))
         self.by_weight = not np.isnan(measured.mass).all()
         self.by_force = not np.isnan(measured.force).all()
 

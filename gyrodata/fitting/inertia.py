@@ -227,7 +227,7 @@ def _result(
     return FitResult(
         inertia=Estimate(inertia, float(u[0])),
         imbalance=Estimate(imbalance, float(u[1])),
-        timing_bias=Estimate(bias, float(u[2]) if measured.timing_bias_u > 0 else 0.0),
+        timing_bias=Estimate(bias, float(u[2])),
         covariance=adjusted.covariance,
         chi2=chi2,
         dof=int(adjusted.kept.sum()) - 1 - int(free),
@@ -461,7 +461,7 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
     np.add.at(variances, owners, gain[count + 2 :] ** 2)
     shared = set(owners.tolist())
     shares = [
-        Share(source.name, s in shared, source.shared_by, math.sqrt(variance), 0.0)
+        (source.name, s in shared, source.shared_by, math.sqrt(variance))
         for s, (source, variance) in enumerate(zip(problem.sources, variances.tolist(), strict=True))
         if variance > 0
     ]
@@ -470,13 +470,13 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
         (count + 1, "time_bias", SOURCES["time_bias"].shared_by),
     ):
         if gain[row]:
-            shares.append(Share(name, True, words, abs(float(gain[row])), 0.0))
-    told = excess + math.fsum(share.u_inertia**2 for share in shares)
+            shares.append((name, True, words, abs(float(gain[row]))))
+    told = excess + math.fsum(own**2 for *_, own in shares)
     if excess > NEGLIGIBLE * told:
         # The doubt about the scatter widens the tails too.
         excess += max(0.0, u**2 - told)
     if excess > 0:
-        shares.append(Share("unexplained_scatter", False, "", math.sqrt(excess), 0.0))
+        shares.append(("unexplained_scatter", False, "", math.sqrt(excess)))
     return _normalised(shares, u)
 
 
@@ -487,13 +487,11 @@ def _response(adjusted: Adjusted) -> Floats:
     return cast(Floats, -adjusted.gain[: problem.count] * lever / np.sqrt(adjusted.own))
 
 
-def _normalised(shares: list[Share], u: float) -> tuple[Share, ...]:
+def _normalised(shares: list[tuple[str, bool, str, float]], u: float) -> tuple[Share, ...]:
     """Largest first; they add up to u² [kg²*m⁴]."""
-    total = math.fsum(share.u_inertia**2 for share in shares)
+    total = math.fsum(own**2 for *_, own in shares)
     if not total:
         return ()
     size = u / math.sqrt(total)
-    ordered = sorted(shares, key=lambda share: -share.u_inertia)
-    return tuple(
-        replace(share, u_inertia=size * share.u_inertia, share=share.u_inertia**2 / total) for share in ordered
-    )
+    ordered = sorted(shares, key=lambda share: -share[3])
+    return tuple(Share(name, shared, by, size * own, own**2 / total) for name, shared, by, own in ordered)

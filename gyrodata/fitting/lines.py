@@ -65,7 +65,7 @@ def _dot(a: Floats, b: Floats) -> Floats:
 
 def mean_of_ratios(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     """Mean of y/x over the runs with a torque, and u, the standard error of that mean."""
-    loaded = y.reshape(-1, y.shape[-1])[0] != 0
+    loaded = y[(0,) * (y.ndim - 1)] != 0
     ratios = y[..., loaded] / x[..., loaded]
     count = ratios.shape[-1]
     mean = np.add.reduce(ratios, axis=-1) / count

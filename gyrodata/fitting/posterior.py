@@ -355,7 +355,8 @@ def _reduce(conditions: Conditions, scale: Floats, tested: Floats | float | None
     # Counted from b = 0, where its prior is centred.
     target = bias * conditions.ended[..., None, 2:] - conditions.left[..., None]
     rows: Floats = np.concatenate([conditions.shared, bias, conditions.unknowns, target], axis=-1)
-    if rows.shape[-2] > rows.shape[-1]:
+    *_, runs, columns = rows.shape
+    if runs > columns:
         rows = np.asarray(np.linalg.qr(rows, mode="r"))
     turn, values, _ = np.linalg.svd(rows[..., :count])
     size = np.zeros(rows.shape[:-1])

@@ -62,7 +62,7 @@ def _settle(
     found: list[Outlier] = []
     for _round in range(6):
         kept = np.array([i not in out for i in range(count)])
-        if len(out) > count / 3 or kept.sum() < 3 or not np.abs(measured.torque[kept]).any():
+        if len(out) > count / 3 or not np.abs(measured.torque[kept]).any():
             return [], None
         try:
             result = fit_as_stated(measured, tilted, out, None if out else start)

@@ -288,8 +288,8 @@ class _Course:
         with np.errstate(divide="ignore", invalid="ignore"):
             nutations = np.where(missing > 0, np.ceil(missing / gain), 0)
         never = ((missing > 0) & ~(gain > 0)) | (stretch == 0) | (nutations > _LONGEST)
-        late = np.where(never, 0, end + nutations * self.period)
-        early = np.where(never, 0, np.maximum(late - stretch, 0))
+        late = np.where(never, end, end + nutations * self.period)
+        early = np.where(never, end, np.maximum(late - stretch, 0))
         when = find_crossing(lambda time: sense * self.at(time)[0] - target, early, late)
         return np.where(target == 0, 0, np.where(never, np.inf, when))[()]
 
@@ -306,10 +306,8 @@ class _Course:
         with np.errstate(divide="ignore", invalid="ignore"):
             s2 = np.where(back, np.clip(below / (sense * spin * (path.high - path.low)), 0, 1), 1)
         reversal = np.sqrt(s2) * elliprf(1 - s2, path.complement + path.parameter * (1 - s2), 1.0)
-        half = np.where(
-            back, np.where(below > 0, reversal, quarter - reversal), np.where(below + above > 0, quarter, 0)
-        )
-        middle = np.where(back & (below <= 0), quarter, 0)
+        half = np.where(back, np.where(below > 0, reversal, quarter - reversal), quarter * (below + above > 0))
+        middle = quarter * (back & (below <= 0))
         end = np.mod(middle + half - self.phase, 2 * quarter) / path.pace
         return end, 2 * half / path.pace
 

@@ -131,7 +131,7 @@ def integrate(
     """
     if not (callable(drag) or np.isfinite(drag).all()):
         raise ValueError("the drag is not a finite number")
-    numbers = (top.inertia, top.transverse_inertia, top.torque, 0.0 if callable(drag) else drag)
+    numbers = (top.inertia, top.transverse_inertia, top.torque, *(() if callable(drag) else (drag,)))
     vectors = (state.axis, state.momentum)
     stack = np.broadcast_shapes(*map(np.shape, numbers), *(np.shape(vector)[:-1] for vector in vectors))
     times = np.asarray(time, dtype=float)
@@ -199,7 +199,7 @@ def _solved(
     )
     if not done.success:
         raise ValueError(f"the integrator gave up: {done.message}")
-    return done.y.reshape(*start.shape, -1), done.nfev
+    return done.y.reshape(*start.shape, times.size), done.nfev
 
 
 def _parted(values: Floats, shape: tuple[int, ...]) -> tuple[Floats, Floats]:

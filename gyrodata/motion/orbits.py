@@ -353,7 +353,7 @@ def _completed(start: Start, far: Any, low: Any, high: Any) -> Orbit:
 
     pace4 = apart + 2 * beta * (high - low)
     parameter = np.clip(2 * beta * (high - low) / pace4, 0, 1)
-    complement = np.clip(apart / pace4, _LEAST_COMPLEMENT, 1)
+    complement = np.maximum(apart / pace4, _LEAST_COMPLEMENT)
     return Orbit(
         start=start,
         upper_miss=upper_miss,

@@ -50,6 +50,13 @@ def through_pole(side: float, miss: float = 0.0) -> State:
     return State(axis, np.array([0.02 / 3 + miss, 0.04, 0.02 * side]))
 
 
+def climbing(theta: float, spin: float, share: float) -> State:
+    """A slow top that rises with H·Z = H·e3 and such a share of the energy that takes it to rest upright."""
+    own = INERTIA * spin / TRANSVERSE
+    fall = (1 - np.cos(theta)) * (2 * share * TORQUE / TRANSVERSE - own**2 / (1 + np.cos(theta)))
+    return moving(theta, spin, own / (1 + np.cos(theta)), -float(np.sqrt(fall)))
+
+
 def far_from_series(top: Top, state: State, time: float) -> float:
     """Largest error of e3 and of H in parts of its size."""
     axis, momentum = taylor(float(top.transverse_inertia), float(top.torque), state.axis, state.momentum, time)
@@ -89,6 +96,9 @@ CASES = {
     "spherical pendulum": (TOP, moving(2.5, 0.0, 2.0, 1.0), 4.0),
     "pendulum from upright but for 1e-6": (TOP, moving(1e-6, 0.0), 4.0),
     "backwards in time": (TOP, released(TOP, 600 * RPM, 0.2), -4.0),
+    "climbs to the upright and stands there for long": (TOP, climbing(1.2, 3.0, 1.0), 1.0),
+    "climbs nearly to the upright": (TOP, climbing(1.2, -3.0, 1 - 1e-7), 1.0),
+    "climbs just past the upright, from below": (TOP, climbing(2.3, 2.0, 1 + 1e-5), 1.2),
 }
 
 
@@ -527,6 +537,14 @@ def test_a_stack_of_motions_from_the_vertical_and_others_is_each_alone() -> None
         for j, time in enumerate(times[:, 0]):
             assert exact(TOP, one, time).axis == pytest.approx(together.axis[j, i], abs=1e-14)
             assert precession_angle(TOP, one, time) == pytest.approx(swept[j, i], rel=1e-13, abs=1e-13)
+
+
+@pytest.mark.parametrize("spin", [-8.0, 1.0, 3.0, 6.0, 15.0, 40.0])
+@pytest.mark.parametrize("pitch", [-1.2, -0.5, 0.0, 0.5, 1.2])
+def test_the_mean_rate_of_a_wide_nutation_keeps_its_digits(spin: float, pitch: float) -> None:
+    # By sums or by integrals, as many points as it takes: one nutation of up to a straight angle tells.
+    state, period = released(TOP, spin, pitch), whole_nutation(TOP, spin, pitch).period
+    assert mean_precession_rate(TOP, state) * period == pytest.approx(precession_angle(TOP, state, period), rel=4e-15)
 
 
 def test_an_angle_is_given_up_after_a_million_million_nutations() -> None:

@@ -36,6 +36,15 @@ def test_without_drag_it_is_the_exact_motion() -> None:
     assert path.evaluations > 100
 
 
+def test_what_is_not_said_is_eighth_order_to_nine_digits_without_drag() -> None:
+    state = released(TOP, FAST, 0.1)
+    said = integrate(TOP, state, 1.0, drag=0.0, method="DOP853", rtol=1e-9, atol=1e-12)
+    silent = integrate(TOP, state, 1.0)
+    assert (silent.axis == said.axis).all()
+    assert (silent.momentum == said.momentum).all()
+    assert silent.evaluations == said.evaluations
+
+
 def test_backwards_in_time() -> None:
     state = released(TOP, FAST)
     times = [-0.2, -1.0]

@@ -97,6 +97,17 @@ def test_without_spin_it_swings_and_without_a_torque_it_stays() -> None:
     assert 2 * math.pi / stays.period == pytest.approx(40 * INERTIA / 6e-3, rel=1e-14)
 
 
+@pytest.mark.parametrize("short", [3.0, 1.0, 0.6, 0.3, 0.15, 0.07, 0.03, 1e-2, 3e-3, 1e-3, 1e-4, 1e-6])
+def test_a_pendulum_that_starts_ever_nearer_to_the_upright_takes_ever_longer(short: float) -> None:
+    # K of 1 − m = sin²(short/2), which a start so near the upright still tells; from 1e-5 on the start is rounded.
+    pitch = math.pi / 2 - short
+    with mpmath.workdps(40):
+        away = mpmath.pi / 2 - mpmath.mpf(pitch)
+        period = 2 * mpmath.ellipk(mpmath.cos(away / 2) ** 2) * mpmath.sqrt(mpmath.mpf(6e-3) / mpmath.mpf(0.05))
+    found = nutation(Top(INERTIA, 6e-3, 0.05), 0.0, pitch).period
+    assert found == pytest.approx(float(period), rel=2e-15 + 2e-17 / short)
+
+
 def test_far_from_any_lab_it_stays_finite() -> None:
     draw = np.random.default_rng(3)
     with warnings.catch_warnings():

@@ -69,3 +69,7 @@ def test_nutation_rate_is_that_of_the_linearised_motion(pitch: float, rpm: float
 
 def test_free_nutation() -> None:
     assert physics.nutation_rate(-40.0, INERTIA, TRANSVERSE) == pytest.approx(40 * INERTIA / TRANSVERSE, rel=1e-15)
+    # Of a rod that is level where nothing else is said.
+    found = physics.nutation_rate(40.0, INERTIA, TRANSVERSE, 3.0)
+    assert found == pytest.approx(math.hypot(40 * INERTIA / TRANSVERSE, 3.0), rel=1e-15)
+    assert physics.nutation_rate(40.0, INERTIA, TRANSVERSE, pitch=0.7) == pytest.approx(40 * INERTIA / TRANSVERSE)

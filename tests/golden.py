@@ -205,6 +205,10 @@ def slips() -> dict[str, list[Measurements]]:
     share, apart = drawn(9, 0.1), drawn(10, 0.3, repeats=2, u_time=0.05)
     apart = replace(apart, time=apart.time * np.repeat([1.02, 0.98, 1.01], 6))
     by_share = replace(share.sources[0], absolute=np.zeros(9), relative=np.full(9, 0.01)), *share.sources[1:]
+    at_four = np.isin(np.arange(9), (0, 3, 4, 8))
+    time, spin, *rest = drawn(3, 0.1).sources
+    widths = replace(spin, relative=np.where(at_four, 0.1, spin.relative))
+    vague = replace(drawn(3, 0.1), sources=(time, widths, *rest))
     loose, exact = drawn(6, 4.0, repeats=2, rpm=(200.0, 500.0)), drawn(8, 0.0)
     found = {
         f"a tight lab {k}": late(drawn(4, 0.3), four, np.geomspace(0.15, 7, 30)[6 * k : 6 * k + 6]) for k in range(5)
@@ -230,6 +234,8 @@ def slips() -> dict[str, list[Measurements]]:
             *late(exact, np.arange(9) % 3 < 1, [1 + 0.1 * np.arange(9)]),
             *late(exact, np.arange(9) % 3 < 2, [1 + 0.1 * np.arange(9)]),
         ],
+        "four of nine far from where they may well be": late(vague, at_four, np.linspace(1.09, 1.2, 4)),
+        "never the same runs twice": [never_settled(seed) for seed in (2, 4, 31, 88, 100)],
     }
     designs = {
         "three torques": drawn(1, 0.1),
@@ -248,12 +254,27 @@ def slips() -> dict[str, list[Measurements]]:
         late(drawn(5, 0.02, imbalance=share * 0.02 * 0.15 * G), np.arange(9) < 3, [2.0])[0]
         for share in np.linspace(0.0, 0.5, 26)
     ]
+    # Beyond three of the largest torques it is none, and counts are sought.
+    found["counts: M0 of several times the torques"] = [
+        drawn(5, 0.02, imbalance=share * 0.06 * 0.15 * G) for share in (2.8, 3.0, 3.1, 3.7, 4.2)
+    ]
     found["counts: ever more noise"] = [late(drawn(5, noise), np.arange(9) < 3, [2.0])[0]
                                         for noise in np.geomspace(0.1, 12, 30)]  # fmt: skip
     weights = tuple(0.01 * k for k in range(2, 15))
     several = [drawn(6, 0.1, weights=weights[:number], rpm=(300.0,)) for number in (11, 12, 13)]
     found["counts: many torques"] = [late(one, one.torque == one.torque.min(), [2.0])[0] for one in several]
     return found
+
+
+def never_settled(seed: int) -> Measurements:
+    """Draw a lab in which with some runs left out others are odd, and so on round."""
+    random = np.random.default_rng(seed)
+    measured = lab(random, noise=0.3 * random.uniform(0.5, 3), repeats=1 + seed % 2)
+    count = len(measured.runs)
+    some, factor = random.integers(1, count // 3 + 2), np.ones(count)
+    which = random.choice(count, some, replace=False)
+    factor[which] *= 1 + random.uniform(0.02, 0.12, some) * random.choice([-1, 1], some)
+    return replace(measured, time=measured.time * factor)
 
 
 def every_slip_found(name: str) -> list[list[float]]:

@@ -154,6 +154,11 @@ class TestWhatIsBelieved:
         assert not believed(far["little"] * (1 - 1e-9))
         assert not believed(-result.inertia.value)
 
+    def test_lines_without_a_torque_say_nothing(self) -> None:
+        still = replace(scenes()["nine runs"], torque=np.zeros(9))
+        with pytest.raises(NoFit, match="the lines of the textbook 0"):
+            fitting.insist_on_lines(still, self.RESULT, False, np.ones(9))
+
 
 def test_torques_differ_by_two_per_cent_of_the_largest() -> None:
     for sign in (1, -1):
@@ -185,6 +190,34 @@ def test_a_sample_is_even_in_torques_and_within_each() -> None:
     # With one run more than are enough, one is left out.
     assert len(fitting.sample(measured, np.arange(540) < 151)) == 150
     assert fitting.sample(measured, np.arange(540) < 150).tolist() == list(range(150))
+
+
+def test_what_is_not_said_is_a_level_rod_steady_and_as_it_was_read() -> None:
+    measured = scenes()["tilted"]
+    stated, whole = fit_as_stated(measured), fit(measured)
+    level = fit_as_stated(measured, False)
+    assert (stated.inertia, stated.chi2) == (level.inertia, level.chi2)
+    assert abs(fit_as_stated(measured, True).inertia.value / stated.inertia.value - 1) > 1e-5
+    assert whole.inertia == fit(measured, False).inertia != fit(measured, True).inertia
+    assert screen(measured)[1].inertia == screen(measured, False)[1].inertia  # type: ignore[union-attr]
+    assert screen(measured)[1].inertia != screen(measured, True)[1].inertia  # type: ignore[union-attr]
+    read = {name: np.array([getattr(measured, name)] * 2) for name in ("time", "spin")}
+    stack = fitting.fit_many(measured, read)
+    assert (stack.inertia == fitting.fit_many(measured, read, False).inertia).all()
+    assert (stack.inertia != fitting.fit_many(measured, read, True).inertia).all()
+    again = fitting.refit(whole, measured, False)
+    assert again.inertia == fitting.refit(whole, measured, False, False).inertia
+    assert again.imbalance.value != 0
+    (one,) = fitting.fit_otherwise(measured, whole, [fitting.Otherwise()])
+    assert one.interval_95 is not None
+    chosen = fitting.ChosenModel(tilted=True, released=True, asked=False)
+    assert chosen.earth is False
+    let_go = scenes()["let go"]
+    result = fit_as_stated(let_go, True)
+    silent, said = (fitting.corrected(let_go, result, INERTIA, chosen, *more) for more in ((), (False,)))
+    followed = fitting.corrected(let_go, result, INERTIA, chosen, True)
+    assert (silent.slowing == said.slowing).all()  # type: ignore[union-attr]
+    assert (silent.slowing != followed.slowing).any()  # type: ignore[union-attr]
 
 
 @pytest.mark.parametrize("factor", [0.34, 0.6, 1.8, 2.9])
@@ -621,9 +654,12 @@ class TestScreening:
 
     @pytest.mark.parametrize("true", [1 / 6, 1 / 4, 1 / 3, 1 / 2, 2 / 3, 3 / 4, 2, 5, 12, 30])
     def test_every_count_that_is_likely_is_found(self, true: float) -> None:
-        measured = lab(np.random.default_rng(4), noise=0.1, u_time=0.01, u_spin=1e-4)
-        outliers, _ = screen(replace(measured, time=measured.time * np.where(np.arange(9) == 4, true, 1.0)))
-        assert [(o.index, o.turns) for o in outliers] == [(4, true)]
+        # Also far from what was written, and whatever was.
+        for written in (1.0, 7.0):
+            measured = lab(np.random.default_rng(4), noise=0.1, u_time=0.01, u_spin=1e-4, turns=written)
+            off = np.where(np.arange(9) == 4, true / written, 1.0)
+            outliers, _ = screen(replace(measured, time=measured.time * off))
+            assert [(o.index, o.turns) for o in outliers] == [(4, true)]
 
     @pytest.mark.parametrize("true", [1 / 3, 1 / 2, 2 / 3, 2, 3])
     def test_a_count_that_is_wrong_for_all_runs_of_a_torque_is_found(self, true: float) -> None:
@@ -655,6 +691,12 @@ class TestScreening:
         assert found(1.08) == (None, False)
         assert found(1.30) == (None, True)
         assert found(2.0) == (2.0, True)
+
+    def test_a_watch_that_was_stopped_at_once_timed_no_turn_at_all(self) -> None:
+        measured = lab(np.random.default_rng(4), noise=0.1)
+        for short in (0.0, 0.05, 0.3):
+            outliers, _ = screen(replace(measured, time=np.where(np.arange(9) == 4, short, measured.time)))
+            assert [(odd.index, odd.turns, odd.slip) for odd in outliers] == [(4, None, True)]
 
     def test_one_bad_timing_without_a_count_is_named_without_one(self) -> None:
         measured = lab(np.random.default_rng(4), repeats=2)

@@ -49,6 +49,14 @@ def gain(changed: Design, measured: Measurements) -> float:
     return after / before
 
 
+def test_of_more_than_five_hundred_runs_a_sample_stands_for_all() -> None:
+    measured = lab(np.random.default_rng(2), repeats=56)
+    result = fit(select(measured, range(0, 504, 56)))
+    whole, some = (design_of(select(measured, range(count)), result) for count in (500, 501))
+    assert (whole.problem.count, some.problem.count) == (500, 150)
+    assert expected_u([some])[0] == pytest.approx(expected_u([whole])[0], rel=0.02)
+
+
 def usual_u(width: float | None = None, imbalance: float = IMBALANCE, **design: Any) -> float:
     """Median u of many labs of a design, with a balance test or without one."""
     random = np.random.default_rng(3)

@@ -346,6 +346,13 @@ class TestLimits:
         assert whole.u_slope == pytest.approx(by_row.u_slope, rel=1e-12, abs=1e-15)
 
     @pytest.mark.parametrize("small", [1e-6, 1e-10, 4e-10, 3e-9, 1e-8])
+    def test_points_at_a_height_of_zero_are_on_a_line_too(self, small: float) -> None:
+        for options in ({"cov_y": small}, {"cov_y": small * np.eye(3)}, {"cov_x": small, "cov_y": small}):
+            for intercept in (True, False):
+                line = fit_line([1.0, 2.0, 4.0], np.zeros(3), intercept=intercept, **options)  # type: ignore[arg-type]
+                assert (line.slope, line.intercept, line.chi2, line.p) == (0, 0, 0, 1)
+
+    @pytest.mark.parametrize("small", [1e-6, 1e-10, 4e-10, 3e-9, 1e-8])
     def test_rows_of_very_different_errors_are_weighed_as_they_are(self, small: float) -> None:
         u = np.array([1.0, small, 1.0, 1.0, 1.0, 2 * small])
         x, y = np.array([1.0, 2, 3, 4, 6, 8]), np.array([2.0, 4.5, 6, 7, 12, 15])
@@ -364,8 +371,11 @@ class TestLimits:
                 assert np.isnan(u) == (count == least)
                 stack, us = fitting.TEXTBOOK[name](np.array([x[:count]] * 2), np.array([y[:count]] * 2))
                 assert stack.shape == us.shape == (2,)
-        mean, u = fitting.mean_of_ratios(np.array([1.0, 2.0, 4.0]), np.array([0.0, 5.0, 7.0]))
-        assert (mean, u) == (pytest.approx((2.5 + 1.75) / 2), pytest.approx(0.375, rel=1e-12))
+        for stack in (lambda row: row, lambda row: row[None], lambda row: np.array([row] * 3)[None]):
+            mean, u = fitting.mean_of_ratios(stack(np.array([1.0, 2.0, 4.0])), stack(np.array([0.0, 5.0, 7.0])))
+            assert mean.shape == u.shape == stack(np.ones(1)).shape[:-1]
+            assert mean == pytest.approx((2.5 + 1.75) / 2)
+            assert u == pytest.approx(0.375, rel=1e-12)
 
     def test_the_textbook_line_needs_as_many_points_as_unknowns_and_some_spread(self) -> None:
         def line(x: list[float], intercept: bool) -> fitting.Line | None:

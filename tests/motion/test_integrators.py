@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from gyrodata import physics
-from gyrodata.motion import State, Top, energy, exact, integrate, released, steady
+from gyrodata.motion import State, Top, energy, exact, integrate, released, steady, vector_rates
 from gyrodata.physics import Floats
 
 INERTIA = 4.44e-3
@@ -43,6 +44,19 @@ def test_what_is_not_said_is_eighth_order_to_nine_digits_without_drag() -> None:
     assert (silent.axis == said.axis).all()
     assert (silent.momentum == said.momentum).all()
     assert silent.evaluations == said.evaluations
+
+
+def test_the_tolerances_are_those_of_e3_and_as_much_of_h() -> None:
+    # scipy's own integrator with the same rates, each tolerance written out.
+    for top, state in ((TOP, released(TOP, FAST, 0.1)), (Top(INERTIA, 2 * INERTIA, -0.5), released(TOP, 0.1, 0.7))):
+        size = max(float(np.linalg.norm(state.momentum)), float(np.sqrt(abs(top.torque) * top.transverse_inertia)))
+        for method, atol in (("RK45", 1e-5), ("DOP853", 1e-7)):
+            rates, start = vector_rates(top), np.concatenate([state.axis, state.momentum])
+            done = solve_ivp(lambda _, y, rates=rates: rates(*y), (0, 0.7), start, method=method, t_eval=[0.7],
+                             rtol=1e-9, atol=[atol] * 3 + [atol * size] * 3)  # fmt: skip
+            found = integrate(top, state, 0.7, method=method, rtol=1e-9, atol=atol)
+            assert found.evaluations == done.nfev
+            assert np.concatenate([found.axis, found.momentum]) == pytest.approx(done.y[:, -1], rel=1e-12, abs=1e-15)
 
 
 def test_backwards_in_time() -> None:

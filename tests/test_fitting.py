@@ -540,6 +540,18 @@ def test_budget_adds_up() -> None:
     assert math.fsum(share.u_inertia**2 for share in result.budget) == pytest.approx(result.inertia.u**2, rel=1e-9)
 
 
+def test_the_budget_names_what_makes_the_answer_uncertain_and_nothing_else() -> None:
+    measured = scenes()["nine runs"]
+    last = np.where(np.arange(9) == 8, 0.01, 0.0)
+    angle = Source("angle", "turns", np.arange(9), last, np.zeros(9), "", True, "")
+    measured = replace(measured, sources=(*measured.sources, angle))
+    names = {share.source for share in fit(measured).budget}
+    assert names == {"time", "spin", "spin_scale", "mass", "position_zero", "angle", "residual_torque", "time_bias"}
+    # What only a run has that has no say, or what is known exactly, is not in it.
+    assert {share.source for share in fit(measured, left_out=[8]).budget} == names - {"angle"}
+    assert "time_bias" not in {share.source for share in fit(replace(measured, timing_bias_u=0.0)).budget}
+
+
 def test_exact_parts_need_no_ridge() -> None:
     measured = exact(repeats=2)
     bare = replace(

@@ -43,7 +43,7 @@ def screen(measured: Measurements, tilted: bool = False) -> tuple[list[Outlier],
     if count < 4:
         return [], None
     found, result = _settle(measured, tilted, *_far_from_start(measured))
-    if result is not None and len(found) + 1 <= count / 3 and chi2_tail(result.chi2, max(result.dof, 1)) < MASKED:
+    if result is not None and chi2_tail(result.chi2, max(result.dof, 1)) < MASKED:
         # One bad run may widen the scatter until it hides in it.
         named = {outlier.index for outlier in found}
         kept = [i for i in range(count) if i not in named]

@@ -344,7 +344,7 @@ def find_crossing(function: Callable[[Any], Any], early: ArrayLike, late: ArrayL
         if closed.all():
             break
         with np.errstate(divide="ignore", invalid="ignore"):
-            least = np.where(closed, 0.5, reach / width)
+            least = np.where(closed, fraction, reach / width)
         between = first + np.clip(fraction, least, 1 - least) * (second - first)
         between = np.where(closed, best, between)
         value = function(between)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -27,7 +28,7 @@ def exact(top: Top, state: State, time: ArrayLike) -> State:
     ahead = course.heading * np.exp(1j * swept)
     axis = ahead * np.sqrt(place.upper * place.lower)
     momentum = ahead * course.lean(place) * top.transverse_inertia
-    height = np.where(place.upper < 1, 1 - place.upper, place.lower - 1)
+    height = np.where(place.upper < place.lower, 1 - place.upper, place.lower - 1)
     upwards = start.about_z * top.transverse_inertia
     return State(_vector(axis, height, start.flip), _vector(momentum, upwards, start.flip))
 
@@ -76,12 +77,12 @@ def _summed_rate(path: Orbit) -> Any:
     slowest = np.min(np.arccosh(1 + 2 * beyond[width > 0]), initial=40.0)
     if not (slowest * _POINTS > 20 and np.min(nearest) > _UPRIGHT_ENOUGH):
         return None
-    count = 1 + int(20 / slowest)
+    count = math.ceil(20 / slowest)
     share = np.sin(np.pi * (np.arange(count) + 0.5) / (2 * count)) ** 2
     start = path.start
     fields = (start.turning, start.about_rod, path.low, width, path.upper_near, path.lower_near, path.parameter)
     turning, spin, low, whole, upper, lower, parameter = (np.asarray(values)[..., None] for values in fields)
-    passing = 1 / np.sqrt(1 - parameter * share)
+    passing = np.reciprocal(np.sqrt(1 - parameter * share))
     up = whole * share
     rates = (turning - spin * (low + up)) / ((upper + whole - up) * (lower + up))
     return np.add.reduce(passing * rates, axis=-1) / np.add.reduce(passing, axis=-1)
@@ -183,7 +184,7 @@ class _Course:
         start, width = path.start, path.high - path.low
         self._weigh(path, width)
         with np.errstate(divide="ignore", invalid="ignore"):
-            sn = np.where(width > 0, np.sqrt(-path.low / width), 0)
+            sn = np.where(width > 0, np.sqrt(-path.low / width), width)
             cn = np.where(width > 0, np.sqrt(path.high / width), 1)
         # At a turning point the climb is 0: the rod comes from the upper one and is at the end of its way to the lower.
         first = self._place(np.where(start.climb > 0, sn, -sn), cn)
@@ -207,7 +208,7 @@ class _Course:
             self.offset = self.offset + quarter
             self.heading = self.heading * np.exp(1j * quarter)
             # The passage takes less than the last digit of the phase.
-            self.phase = np.where(below, np.finfo(float).eps / 2, self.phase)
+            self.phase = np.where(below, np.finfo(float).epsneg, self.phase)
 
     def _weigh(self, path: Orbit, width: Any) -> None:
         """What multiplies the two integrals of the third kind, and their whole values."""
@@ -244,7 +245,7 @@ class _Course:
         start = path.start
         # a − l u by what is small at the nearer pole, because it is divided by sinθ.
         along = np.where(
-            place.upper < 1,
+            place.upper < place.lower,
             start.about_z * place.upper - path.upper_miss,
             path.lower_miss - start.about_z * place.lower,
         )
@@ -298,14 +299,13 @@ class _Course:
         from scipy.special import elliprf
 
         path, quarter = self.orbit, self.orbit.ladder.quarter
-        spin = path.start.about_rod
-        # l − a u at the turning points; between them its sign changes at most once.
+        # l − a u at the turning points; between them its sign changes at most once, for it is linear in u.
         below = sense * _turning(path, path.upper_far, path.lower_near)
         above = sense * _turning(path, path.upper_near, path.lower_far)
         back = below * above < 0
         with np.errstate(divide="ignore", invalid="ignore"):
-            s2 = np.where(back, np.clip(below / (sense * spin * (path.high - path.low)), 0, 1), 1)
-        reversal = np.sqrt(s2) * elliprf(1 - s2, path.complement + path.parameter * (1 - s2), 1.0)
+            s2, c2 = below / (below - above), above / (above - below)
+            reversal = np.sqrt(s2) * elliprf(c2, path.complement + path.parameter * c2, 1.0)
         half = np.where(back, np.where(below > 0, reversal, quarter - reversal), quarter * (below + above > 0))
         middle = quarter * (back & (below <= 0))
         end = np.mod(middle + half - self.phase, 2 * quarter) / path.pace
@@ -315,7 +315,7 @@ class _Course:
 def _turning(path: Orbit, upper: Any, lower: Any) -> Any:
     """φ̇ sin²θ = l − a u [rad/s], exact at the pole that is near."""
     spin = path.start.about_rod
-    return np.where(upper < 1, path.upper_miss + spin * upper, path.lower_miss - spin * lower)
+    return np.where(upper < lower, path.upper_miss + spin * upper, path.lower_miss - spin * lower)
 
 
 _STEPS = 200

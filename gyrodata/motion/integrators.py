@@ -131,7 +131,7 @@ def integrate(
     """
     if not (callable(drag) or np.isfinite(drag).all()):
         raise ValueError("the drag is not a finite number")
-    numbers = (top.inertia, top.transverse_inertia, top.torque, *(() if callable(drag) else (drag,)))
+    numbers = (top.inertia, top.transverse_inertia, top.torque, drag)
     vectors = (state.axis, state.momentum)
     stack = np.broadcast_shapes(*map(np.shape, numbers), *(np.shape(vector)[:-1] for vector in vectors))
     times = np.asarray(time, dtype=float)

@@ -378,7 +378,7 @@ def _upper_approach(start: Start, upper_far: Any) -> tuple[Any, Any, Any]:
     """
     beta = start.gravity
     speed2 = start.speed2 - 2 * beta * start.upper
-    miss = _missed(start.upper_miss, 2 * np.maximum(speed2, 0) * _or_whole(start.upper, upper_far), start)
+    miss = _missed(start.upper_miss, np.abs(speed2) * _or_whole(start.upper, upper_far), start)
     square = miss**2 / upper_far
     less = (2 * (speed2 - miss * start.about_rod) - square) / upper_far
     gap = np.sqrt(less**2 + 8 * beta * square)

@@ -328,6 +328,22 @@ def test_half_a_turn_at_each_passage_of_the_vertical() -> None:
         assert swept[-1] > 10
 
 
+@pytest.mark.parametrize("top", [TOP, HANGING])
+@pytest.mark.parametrize("own", [0.01, -0.01, 0.003, -0.003])
+@pytest.mark.parametrize("pole", [1.0, -1.0])
+def test_exactly_through_the_vertical_the_azimuth_turns_the_way_it_turns_elsewhere(
+    top: Top, own: float, pole: float
+) -> None:
+    # From a level rod, where H·Z = ± H·e3 has no rounding; as near as can be on that side it turns as far.
+    state = State(np.array([1.0, 0.0, 0.0]), np.array([pole * own, 0.15, own]))
+    beside = State(state.axis, np.array([pole * own * (1 - 1e-9), 0.15, own]))
+    times = np.linspace(0.0, 1.5, 40)
+    swept = precession_angle(top, state, times)
+    assert swept == pytest.approx(precession_angle(top, beside, times), abs=1e-4)
+    assert np.sign(swept[-1]) == np.sign(own)
+    assert abs(swept[-1]) > np.pi
+
+
 def test_from_the_vertical_the_azimuth_counts_from_where_the_rod_leaves() -> None:
     for axis in (UPRIGHT, -UPRIGHT):
         state = State(axis, np.array([0.01, 0.003, 0.25]))
@@ -569,6 +585,32 @@ def test_the_first_time_of_an_angle_is_the_first_of_a_fine_grid(spin: float, tur
             assert found == pytest.approx(times[np.argmax(passed)], abs=1.01e-4)
         else:
             assert found > 3
+
+
+@pytest.mark.parametrize("top", [TOP, HANGING])
+@pytest.mark.parametrize(("spin", "turning"), [(20.0, -3.0), (-20.0, 3.0), (40.0, -4.0), (30.0, 6.0), (-15.0, -4.0)])
+def test_the_farthest_angle_of_a_loop_is_reached_in_it_and_a_little_more_a_nutation_later(
+    top: Top, spin: float, turning: float
+) -> None:
+    begun, seen = moving(1.2, spin, turning, 0.5), 0
+    times = np.linspace(0, 2, 4001)
+    # From every phase of the same nutation.
+    for later in np.linspace(0, 0.5, 8):
+        state = exact(top, begun, later)
+        swept = precession_angle(top, state, times)
+        for sense in (1.0, -1.0):
+            way = sense * swept
+            backs = np.flatnonzero((way[1:-1] > way[:-2]) & (way[1:-1] >= way[2:])) + 1
+            assert len(backs) > 2
+            place = backs[0]
+            if way[place] < 1e-3:
+                continue
+            seen += 1
+            near = times[place] + np.linspace(-5e-4, 5e-4, 2001)
+            farthest = float((sense * precession_angle(top, state, near)).max())
+            assert time_to_turn(top, state, sense * (farthest - 1e-9)) == pytest.approx(times[place], abs=1e-3)
+            assert time_to_turn(top, state, sense * (farthest + 1e-7)) > times[place] + 1e-2
+    assert seen >= 8
 
 
 def test_an_axis_has_length_one_to_a_millionth() -> None:

@@ -120,6 +120,14 @@ def test_a_stack_takes_one_time_for_all_and_states_alone_make_one() -> None:
     assert still.evaluations == 0
 
 
+def test_drags_alone_make_a_stack() -> None:
+    state, drags = released(TOP, FAST), np.array([0.0, 1e-4, 5e-4])
+    together = integrate(TOP, state, 0.5, drag=drags, rtol=1e-11)
+    assert together.axis.shape == (3, 3)
+    for drag, axis in zip(drags, together.axis, strict=True):
+        assert axis == pytest.approx(integrate(TOP, state, 0.5, drag=drag, rtol=1e-11).axis, abs=1e-9)
+
+
 def test_what_cannot_be_integrated_is_refused() -> None:
     state = released(TOP, FAST)
     two = Top(INERTIA, INERTIA, np.array([0.1, 0.2]))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gyrodata.motion import METHODS, State, Top, energy, exact, released, split
+from gyrodata.motion import METHODS, State, Top, energy, exact, integrate, released, split
 
 INERTIA, TORQUE = 4.44e-3, 0.0588
 TOP = Top(INERTIA, 1.49 * INERTIA, TORQUE)
@@ -87,6 +87,20 @@ def test_many_at_once_are_the_single_ones() -> None:
         alone = split(Top(INERTIA, 1.49 * INERTIA, torque), State(states.axis[i], states.momentum[i]), 2.0, 50)
         assert alone.axis == pytest.approx(together.axis[1, i], abs=1e-14)
         assert alone.momentum == pytest.approx(together.momentum[1, i], abs=1e-15)
+
+
+def test_states_alone_make_a_stack_and_one_step_is_enough_for_a_start() -> None:
+    axes = np.array([[1.0, 0.0, 0.0], [0.6, 0.0, 0.8]])
+    momenta = np.array([[0.1, 0.02, 0.0], [0.0, 0.1, 0.2]])
+    for axis, momentum in ((axes, momenta[0]), (axes[0], momenta), (axes[:1], momenta)):
+        together = split(TOP, State(axis, momentum), 0.01, 1)
+        assert together.axis.shape == together.momentum.shape == (2, 3)
+        for i in range(2):
+            one = State(np.broadcast_to(axis, (2, 3))[i], np.broadcast_to(momentum, (2, 3))[i])
+            alone = split(TOP, one, 0.01, 1)
+            assert together.axis[i] == pytest.approx(alone.axis, abs=1e-15)
+            assert together.axis[i] == pytest.approx(exact(TOP, one, 0.01).axis, abs=1e-8)
+            assert integrate(TOP, State(axis, momentum), 0.01).axis[i] == pytest.approx(alone.axis, abs=1e-8)
 
 
 def test_at_rest_without_torque_nothing_moves() -> None:

@@ -68,7 +68,7 @@ def test_slopes_of_the_harmonic_mean_are_exact_where_the_spin_hardly_falls(decay
         fall = -mpmath.log(mpmath.mpf(math.exp(-decay)))
         factor = fall / mpmath.expm1(fall)
         exact = factor + mpmath.diff(lambda d: d / mpmath.expm1(d), fall)
-    assert to_start == pytest.approx(float(exact), rel=1e-12 if abs(decay) < 1e-3 else 1e-9)
+    assert to_start == pytest.approx(float(exact), rel=2e-15 if abs(decay) < 1e-3 else 1e-9)
 
 
 def mean_factor(start: float, end: float) -> mpmath.mpf:

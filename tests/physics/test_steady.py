@@ -155,6 +155,7 @@ def test_what_is_not_said_is_a_level_rod_on_its_point_and_the_spin_of_the_frame(
     assert physics.precession_rate(TORQUE, SPIN, INERTIA, TRANSVERSE) == pytest.approx(rate, rel=1e-15)
     # Without I the body is a thin needle along its own axis: eq. (8) with I = 0.
     numbers = TORQUE, SPIN, INERTIA, 0.0, 0.6
+    assert physics.precession_rate(*numbers) == physics.precession_rate(TORQUE, SPIN, INERTIA, pitch=0.6)
     assert physics.precession_rate(*numbers) == pytest.approx(float(exact_roots(*numbers)[0]), rel=1e-15)
     tilted = TORQUE, SPIN, INERTIA, TRANSVERSE, 0.6
     for ask in (physics.precession_rate, physics.fast_precession_rate):

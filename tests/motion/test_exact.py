@@ -555,6 +555,17 @@ def test_a_stack_of_motions_from_the_vertical_and_others_is_each_alone() -> None
             assert precession_angle(TOP, one, time) == pytest.approx(swept[j, i], rel=1e-13, abs=1e-13)
 
 
+@pytest.mark.parametrize(
+    ("theta", "turning", "nodding"),
+    [(2.6e-4, 18.4, 0.045), (1.45e-3, 60.6, 0.028), (0.0293, 57.2, 0.043), (1.93e-4, -43.1, 0.042)],
+)
+def test_beside_the_vertical_the_mean_rate_keeps_its_digits(theta: float, turning: float, nodding: float) -> None:
+    # A small nutation around a steady precession close to upright, for which sums would lose four digits.
+    state, far = moving(theta, 200.0, turning, nodding), through_pole(1.0)
+    stack = State(np.stack([state.axis, far.axis]), np.stack([state.momentum, far.momentum]))
+    assert mean_precession_rate(TOP, state) == pytest.approx(mean_precession_rate(TOP, stack)[0], rel=2e-13)
+
+
 @pytest.mark.parametrize("spin", [-8.0, 1.0, 3.0, 6.0, 15.0, 40.0])
 @pytest.mark.parametrize("pitch", [-1.2, -0.5, 0.0, 0.5, 1.2])
 def test_the_mean_rate_of_a_wide_nutation_keeps_its_digits(spin: float, pitch: float) -> None:

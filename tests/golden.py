@@ -205,6 +205,8 @@ def slips() -> dict[str, list[Measurements]]:
     share, apart = drawn(9, 0.1), drawn(10, 0.3, repeats=2, u_time=0.05)
     apart = replace(apart, time=apart.time * np.repeat([1.02, 0.98, 1.01], 6))
     by_share = replace(share.sources[0], absolute=np.zeros(9), relative=np.full(9, 0.01)), *share.sources[1:]
+    fours = drawn(11, 0.3, repeats=2, rpm=(200.0, 500.0), u_time=0.05)
+    fours = replace(fours, time=fours.time * np.repeat([1.02, 0.98, 1.01], 4))
     at_four = np.isin(np.arange(9), (0, 3, 4, 8))
     time, spin, *rest = drawn(3, 0.1).sources
     widths = replace(spin, relative=np.where(at_four, 0.1, spin.relative))
@@ -235,7 +237,9 @@ def slips() -> dict[str, list[Measurements]]:
             *late(exact, np.arange(9) % 3 < 2, [1 + 0.1 * np.arange(9)]),
         ],
         "four of nine far from where they may well be": late(vague, at_four, np.linspace(1.09, 1.2, 4)),
-        "never the same runs twice": [never_settled(seed) for seed in (2, 4, 31, 88, 100)],
+        "never the same runs twice": [never_settled(seed) for seed in (2, 4, 31, 88, 100, 1297, 2453)],
+        "a second one that is none": [loosely_drawn(seed) for seed in (450, 849, 1298, 2215)],
+        "four of a torque that disagree": late(fours, many, np.linspace(1, 1.12, 7)),
     }
     designs = {
         "three torques": drawn(1, 0.1),
@@ -274,6 +278,18 @@ def never_settled(seed: int) -> Measurements:
     some, factor = random.integers(1, count // 3 + 2), np.ones(count)
     which = random.choice(count, some, replace=False)
     factor[which] *= 1 + random.uniform(0.02, 0.12, some) * random.choice([-1, 1], some)
+    return replace(measured, time=measured.time * factor)
+
+
+def loosely_drawn(seed: int) -> Measurements:
+    """Draw a lab that scatters as it likes, and up to two runs of it far off."""
+    random = np.random.default_rng(seed)
+    rpm = (200.0, 400.0, 600.0) if seed % 2 else (200.0, 500.0)
+    measured = lab(random, noise=random.uniform(0.3, 3), rpm=rpm)
+    count = len(measured.runs)
+    factor, some = np.ones(count), random.integers(0, 3)
+    which = random.choice(count, some, replace=False)
+    factor[which] *= 1 + random.uniform(0.02, 0.3, some) * random.choice([-1, 1], some)
     return replace(measured, time=measured.time * factor)
 
 

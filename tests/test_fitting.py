@@ -541,6 +541,15 @@ def test_budget_adds_up() -> None:
     assert math.fsum(share.u_inertia**2 for share in result.budget) == pytest.approx(result.inertia.u**2, rel=1e-9)
 
 
+def test_a_torque_of_runs_without_a_say_leaves_no_m0_to_be_found() -> None:
+    measured = lab(np.random.default_rng(3), weights=(0.04, 0.06), rpm=(200.0, 400.0, 600.0))
+    for fitted in (fit, fit_as_stated):
+        # Of three runs of one torque I_zz takes one degree of freedom, of six of two M0 another.
+        assert fitted(measured).dof == 4
+        assert fitted(measured, left_out=[3, 4, 5]).dof == 2
+        assert fitted(measured, left_out=[5]).dof == 3
+
+
 def test_the_budget_names_what_makes_the_answer_uncertain_and_nothing_else() -> None:
     measured = scenes()["nine runs"]
     last = np.where(np.arange(9) == 8, 0.01, 0.0)

@@ -345,6 +345,13 @@ class TestLimits:
         assert (whole.slope, whole.chi2) == pytest.approx((by_row.slope, by_row.chi2), rel=1e-11)
         assert whole.u_slope == pytest.approx(by_row.u_slope, rel=1e-12, abs=1e-15)
 
+    def test_errors_that_run_along_the_line_leave_it_exact(self) -> None:
+        x, one = np.array([1.0, 2.0, 3.0]), np.eye(3)
+        for intercept in (True, False):
+            line = fit_line(x, 2 * x, 0.04 * one, 0.16 * one, 0.08 * one, intercept=intercept)
+            assert (line.slope, line.intercept, line.chi2) == (2, 0, 0)
+            assert line.u_slope < 1e-8
+
     @pytest.mark.parametrize("small", [1e-6, 1e-10, 4e-10, 3e-9, 1e-8])
     def test_points_at_a_height_of_zero_are_on_a_line_too(self, small: float) -> None:
         for options in ({"cov_y": small}, {"cov_y": small * np.eye(3)}, {"cov_x": small, "cov_y": small}):

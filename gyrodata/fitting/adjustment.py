@@ -55,16 +55,16 @@ _ODD = 5.0
 """Misfit from which on a run is odd, and one that is further off no worse."""
 
 
-def first_guess(measured: Measurements, sense: Floats, free: bool, kept: Floats) -> Start:
+def first_guess(measured: Measurements, sense: Floats, kept: Floats) -> Start:
     """Fit the straight line; where a run is far from it, take the robust start."""
     index = sample(measured, kept)
-    if free and torques_differ(measured.torque[index]):
+    if torques_differ(measured.torque[index]):
         lever, swing = _lever(measured, index), sense[index] * measured.time[index]
         inertia, imbalance = straight_line(lever, swing, measured.torque[index])
         total = np.abs(measured.torque[index] + imbalance)
         if inertia > 0 and total.all() and rough_misfit(measured, inertia * lever / total, index).max() < 5:
             return Start(float(inertia), float(imbalance))
-    return robust_start(measured, sense, free, kept)
+    return robust_start(measured, sense, kept)
 
 
 def sample(measured: Measurements, kept: Floats) -> Any:
@@ -98,13 +98,13 @@ def straight_line(lever: Floats, swing: Floats, torque: Floats) -> tuple[Floats,
     return (ae * bb - be * ab) / determinant, (ae * ab - be * aa) / determinant
 
 
-def robust_start(measured: Measurements, sense: Floats, free: bool, kept: Floats) -> Start:
+def robust_start(measured: Measurements, sense: Floats, kept: Floats) -> Start:
     """Solve many pairs of runs for (I_zz, M0) and take the pair that most runs agree with.
 
     With b = 0 and a horizontal rod the condition is linear: s M T = I_zz 2π f ψ̇ − M0 s T.
     """
     index = sample(measured, kept)
-    if not free or not torques_differ(measured.torque[index]):
+    if not torques_differ(measured.torque[index]):
         return Start(rough_inertia(measured), 0.0)
     lever, swing = _lever(measured, index), sense[index] * measured.time[index]
     effort = swing * measured.torque[index]

@@ -203,12 +203,12 @@ def _as_stated(
     free, width = torques_differ(measured.torque[kept > 0]), lightest_torque(measured, kept)
     problem, factor = Problem(measured, tilted), 1.0
     try:
-        adjusted = adjust(problem, sense, near or first_guess(measured, sense, free, kept), width, kept, FACTOR)
+        adjusted = adjust(problem, sense, near or first_guess(measured, sense, kept), width, kept, FACTOR)
     except NoFit:
         # A slip of hundreds of standard uncertainties is best explained by all spins being infinite, for their
         # errors are proportional, or by an M0 that takes all torque away. Larger errors of the single runs and a
         # modest M0 keep the answer where the runs are.
-        start = robust_start(measured, sense, free, kept)
+        start = robust_start(measured, sense, kept)
         factor = max(1.0, misfit(measured, start, kept))
         if factor > 1:
             width = 0.1 * width

@@ -14,6 +14,7 @@ parts.
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable, Mapping
 from functools import lru_cache
@@ -408,14 +409,11 @@ def _root(matrix: Floats) -> Floats:
     correlation = matrix / np.outer(divisor, divisor)
     if correlation[scale == 0].any():
         raise ValueError("an error of variance 0 has a covariance with another; pass 0 for both, or its variance")
-    if (scale > 0).all():
-        try:
-            lower: Floats = np.linalg.cholesky(correlation)
-        except np.linalg.LinAlgError:
-            pass
-        else:
-            if np.diag(lower).min() > 1e-6:
-                return scale[:, None] * lower
+    # Without a variance, or with one error that is made of others, there is no such factor.
+    with contextlib.suppress(np.linalg.LinAlgError):
+        lower: Floats = np.linalg.cholesky(correlation)
+        if np.diag(lower).min() > 1e-6:
+            return scale[:, None] * lower
     values, vectors = np.linalg.eigh(correlation)
     if values[0] < -1e-9 * values[-1]:
         raise ValueError(

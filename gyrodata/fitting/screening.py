@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from gyrodata.fitting.adjustment import NoFit, Start, assume_sense, first_guess, rough_misfit
-from gyrodata.fitting.conditions import MAD_TO_SD, median, torques_differ
+from gyrodata.fitting.conditions import MAD_TO_SD, median
 from gyrodata.fitting.inertia import FitResult, Outlier, fit_as_stated
 from gyrodata.fitting.lines import chi2_tail
 from gyrodata.measurements import Measurements, torque_groups
@@ -101,7 +101,7 @@ def _far_within(measured: Measurements, result: FitResult, typical: float) -> An
 def _far_from_start(measured: Measurements) -> tuple[set[int], Start]:
     """Runs far from the line that most runs agree with: a first guess, from which screening goes on."""
     everything = np.ones(len(measured.runs))
-    start = first_guess(measured, assume_sense(measured, 1.0), torques_differ(measured.torque), everything)
+    start = first_guess(measured, assume_sense(measured, 1.0), everything)
     total = np.abs(measured.torque + start.imbalance)
     with np.errstate(divide="ignore"):
         predicted = start.inertia * 2 * np.pi * measured.turns * measured.spin / total

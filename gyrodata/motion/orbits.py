@@ -337,14 +337,14 @@ def _completed(start: Start, far: Any, low: Any, high: Any) -> Orbit:
     low, high = np.where(still, 0, low), np.where(still, 0, high)
     upper_far = np.maximum(start.upper - low, UPRIGHT)
     upper_miss, upper_near, apart = start.upper_miss, start.upper - high, far - 2 * beta * high
-    close = ((high > start.upper / 2) | (start.upper < UPRIGHT)) & ~still
+    close = ((upper_near < high) | (start.upper < UPRIGHT)) & ~still
     if close.any():
         miss, near, gap = _upper_approach(start, upper_far)
         upper_miss, upper_near = np.where(close, miss, upper_miss), np.where(close, near, upper_near)
         high, apart = np.where(close, np.maximum(start.upper - near, 0), high), np.where(close, gap, apart)
     lower_far = np.maximum(start.lower + high, UPRIGHT)
     lower_miss, lower_near = start.lower_miss, start.lower + low
-    close = ((-low > start.lower / 2) | (start.lower < UPRIGHT)) & ~still
+    close = ((lower_near < -low) | (start.lower < UPRIGHT)) & ~still
     if close.any():
         # (1 + u1)(1 + u2)(1 + u3) = (l + a)²/2β.
         product = lower_far * (apart + 2 * beta * lower_far)

@@ -674,10 +674,10 @@ class TestScreening:
         outliers, _ = screen(replace(measured, time=time, turns=turns))
         assert [(o.index, o.turns) for o in outliers] == [(run, true)]
 
-    @pytest.mark.parametrize("true", [1 / 6, 1 / 4, 1 / 3, 1 / 2, 2 / 3, 3 / 4, 2, 5, 12, 30])
+    @pytest.mark.parametrize("true", [1 / 6, 1 / 4, 1 / 3, 1 / 2, 2 / 3, 3 / 4, 1, 2, 5, 12, 30])
     def test_every_count_that_is_likely_is_found(self, true: float) -> None:
         # Also far from what was written, and whatever was.
-        for written in (1.0, 7.0):
+        for written in {1.0, 7.0} - {true}:
             measured = lab(np.random.default_rng(4), noise=0.1, u_time=0.01, u_spin=1e-4, turns=written)
             off = np.where(np.arange(9) == 4, true / written, 1.0)
             outliers, _ = screen(replace(measured, time=measured.time * off))

@@ -247,6 +247,9 @@ def split_unit(text: str) -> tuple[str, str | None]:
         if name_roles(text)[0] or not name_roles(name)[0]:
             return text, None  # "czas (t)": a symbol, not a unit
         return (name, inside) if inside else (name, None)
+    # Before a slash U is no uncertainty: "Drehzahl U/min".
+    if match := re.fullmatch(r"(.*\w)\s+(U ?/ ?(?:min|s|sec))", text):
+        return match[1], match[2]
     if name_roles(text)[0]:
         return text, None
     return _split_loose(text)
@@ -350,7 +353,7 @@ def _modified_roles(name: str) -> tuple[str, ...]:
         return ()
     for cut in range(1, min(3, len(tokens))):
         symbol = squeeze(" ".join(tokens[-cut:]))
-        if symbol in SYMBOLS and len(symbol) < 4 and len(squeeze(tokens[0])) > 2:
+        if symbol in SYMBOLS and len(symbol.removesuffix("dot")) < 4 and len(squeeze(tokens[0])) > 2:
             word = _plain_roles(" ".join(tokens[:-cut]))  # "Mass m", "Tiempo de giro inicial T Gi"
             both = tuple(role for role in word if role in SYMBOLS[symbol])
             if both:

@@ -188,6 +188,9 @@ class _SheetReader:
 
     def begin(self, head: Row) -> None:
         """Begin a table with its header row."""
+        above = self.summaries[-1:]
+        if above and above[0].line == head.line - 1 and len(_filled(above[0])) == 1:
+            self.captions.append(self.summaries.pop())  # "Mean values" right above it is its title
         cells = self.grid.cells(head)
         self.tables.append(_Table(head, cells, [parse_header(cell.text) for cell in cells]))
         self.fresh = True  # units or a second row of names may still come

@@ -569,8 +569,9 @@ _TRIALS = (
     "prueba pomiar próba powtórzenie medição ensaio tentativa 第 次 试验 测量 측정 시도"
 )
 _MEANS = (
-    "mean average avg ave mittel mittelwert mittlere mittlerer durchschnitt moyenne moyen moy среднее средний средняя "
-    "сред ср promedio prom media medio średnia średni śr média médio 平均 平均值 평균 "
+    "mean means average averages avg ave mittel mittelwert mittelwerte mittlere mittlerer durchschnitt "
+    "moyenne moyennes moyen moy среднее средний средняя средние сред ср promedio promedios prom media medias medio "
+    "średnia średnie średni śr média médias médio 平均 平均值 평균 "
 )
 _SUMMARIES = (
     _MEANS

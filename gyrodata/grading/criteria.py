@@ -235,7 +235,7 @@ def judge_reference(criterion: Criterion, pending: Mark, reference: Reference | 
     zeta = abs(value - reference.inertia) / width
     undone = ", the slip undone," if pending.detail.get("slip") != 1.0 else ""
     detail = {**pending.detail, "reference": reference.inertia, "u_reference": reference.u, "z": zeta}
-    size, far = zeta, f"{zeta:.2g} standard uncertainties"
+    size, far = zeta, f"{zeta:.2g} standard uncertaint{'y' if f'{zeta:.2g}' == '1' else 'ies'}"
     in_percent = criterion.curve.variable == "percent"
     if in_percent:
         size = 100 * abs(value / reference.inertia - 1)

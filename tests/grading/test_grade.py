@@ -376,6 +376,14 @@ class TestNotGraded:
             assert "no reference for this station" in mark.reason
         assert grade("# station: 7\n" + text, elsewhere).points == 20
 
+    @pytest.mark.parametrize(("away", "words"), [(1.0, "is 1 standard uncertainty from"), (1.1, "1.1 standard unc")])
+    def test_one_standard_uncertainty_is_one(self, grade: Grader, rows: Sheet, away: float, words: str) -> None:
+        text, all_ = report(rows), STATED.references["all"]
+        (seen,) = (mark.detail for mark in grade(text).marks if mark.criterion == "reference")
+        moved = replace(all_, inertia=seen["value"] + away * math.hypot(seen["u"], all_.u))
+        (mark,) = (m for m in grade(text, replace(STATED, references={"all": moved})).marks if m.check == "reference")
+        assert words in mark.reason
+
     def test_stations_are_the_same_however_they_are_written(self, grade: Grader, rows: Sheet) -> None:
         named = default_rubric_text().replace(
             '[reference]\nfrom = "class"', '[reference."Bench A"]\ninertia = "4.44e-3 kg m^2"\nu = "0.5 %"'

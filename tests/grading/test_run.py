@@ -170,7 +170,7 @@ class _OnlyHere:
     """Work that no worker can take in."""
 
     def __reduce__(self) -> tuple[Callable[[int], object], tuple[int]]:
-        return os._exit, (4,)
+        return signal.raise_signal, (signal.SIGTERM,)
 
     def __call__(self, task: str) -> str:
         return mishaps.work(task)

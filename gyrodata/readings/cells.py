@@ -159,10 +159,10 @@ def said_otherwise(text: str, role: str) -> str:
         return fraction
     match = re.fullmatch(_TURN_BEHIND, text)
     bare = match[1] if match else text
+    if words := words_of_turns(bare, whole=True):
+        return words
     if bare != text and (bare == "" or take_apart(bare) is not None):
         return bare or "1"
-    if words := words_of_turns(bare):
-        return words
     written = take_apart(text)
     if written is not None and written.unit and kinds_of(written.unit) == {"angle"} and written.spread is None:
         return turns_in(text)

@@ -105,7 +105,7 @@ def choose(layout: Layout, mapping: Mapping[str, str], settings: Settings, fault
 def _states_turns(header: Header) -> bool:
     """Know "Time for 1/3 rev (s)": a time whose turns stand in its header."""
     timed = header.unit is not None and "time" in kinds_of(header.unit)
-    return timed and header.roles in ((), ("time",)) and bool(turns_in(header.text))
+    return timed and header.roles in ((), ("time",), ("precession_period",)) and bool(turns_in(header.text))
 
 
 def _serve_stated(layout: Layout, stating: list[int], choice: Choice, settings: Settings) -> None:

@@ -91,6 +91,13 @@ _PARTS = {
     "jeden": "1",
     "pełny": "1",
     "two": "2",
+    "four": "4",
+    "five": "5",
+    "six": "6",
+    "seven": "7",
+    "eight": "8",
+    "nine": "9",
+    "ten": "10",
     "zwei": "2",
     "deux": "2",
     "три": "3",
@@ -98,14 +105,20 @@ _PARTS = {
     "ein": "1",
 }
 """Words of a count of turns."""
+_FILLERS = ("of", "a", "an", "the", "de", "einer")
+_AND = ("and", "&", "und", "et", "y", "e", "и")
+_AND_A_HALF = r"\w*\s+(?:and|&|und|et|y|e)\s+(?:an?\s+)?(?:half|halbe?|demie?|medi[ao]|mezz[ao]|meia)\b"
 _TURN = (
     r"(?:turn|rev|rotation|revolution|cycle|circle|lap|rounds?\b|Umdreh|Umlauf|Umläuf|Drehung|Runde|tour|оборот|об\b|"
     r"vuelta|volta|giro\b|obrót|obrot|okrąż|圈|转)"
 )
+_PERIOD = r"(?:period|périod|período|okres|период|周期)"
 _COUNTED = (
     r"(?i)(?<![0-9.,/])([0-9]{1,2}(?:[.,][0-9])?|[0-9]{1,2}\s*[/⁄]\s*[0-9]{1,2})\s*"
     r"(?:(?:of|de|d'|precession|full|complete|a|an|one|the|einer|eine)\s+){0,3}" + _TURN
 )
+_MIXED = rf"(?i)(?:^|\(|([^\W\d]+)[\s_]+)([1-9][0-9]?)\s+([1-9]/[2-9])\s*(?:of\s+)?(?:an?\s+)?{_TURN}"
+_FOR = ("for", "of", "für", "pour", "de", "per", "para", "por")
 _ALONE = r"(?i)(?:t|T|time|Zeit|temps|tiempo|tempo|czas|время)[\s_(]*([1-9]\s*/\s*[2-9])\)?"
 _ANGLE = r"(?<![0-9.,])([1-9][0-9]{1,3})\s*(?:°|º|˚|deg\b|degrees)"
 _OF_THE_SPIN = r"(?i)spin|wheel|dis[ck]|rotor|ball|Kugel|Eigen|rotation propre|ротор|собств|шара"
@@ -117,31 +130,63 @@ def turns_in(header: str) -> str:
     if len(header) > MAX_HEADER:
         return ""
     plain = "".join(f" {unicodedata.normalize('NFKC', c)}" if unicodedata.category(c) == "No" else c for c in header)
+    if re.search(_TURN + _AND_A_HALF, plain, re.IGNORECASE):
+        return ""  # no count is read of "1 tour et demi"
     if re.search(r"[0-9]", plain):
+        if mixed := re.search(_MIXED, plain):
+            # "Time 1 1/3 turn" may be the first of several.
+            return str(int(mixed[2]) + Fraction(mixed[3])) if not mixed[1] or mixed[1].lower() in _FOR else ""
         if (match := re.search(_COUNTED, plain)) or (match := re.match(_ALONE, plain)):
             return match[1].replace(" ", "").replace(",", ".").replace("⁄", "/")
         match = re.search(_ANGLE, plain)
         if match and (part := Fraction(int(match[1]), 360)).denominator in (1, 2, 3, 4, 6, 12):
             return str(part)
-    if not re.search(_TURN, plain, re.IGNORECASE):
-        return ""
-    return words_of_turns(re.split(_TURN, plain, flags=re.IGNORECASE)[0])
+    if re.search(_TURN, plain, re.IGNORECASE):
+        return words_of_turns(re.split(_TURN, plain, flags=re.IGNORECASE)[0])
+    if re.search(_PERIOD, plain, re.IGNORECASE):
+        said = words_of_turns(re.split(_PERIOD, plain, flags=re.IGNORECASE)[0])
+        return "" if said == "1" else said
+    return ""
 
 
-def words_of_turns(text: str) -> str:
-    """Read the last words before "turn": "one third of a" is 1/3, "zwei" is 2; "" if they say no number."""
+def part_counted(header: str) -> Fraction:
+    """Find the part of a turn that a column of counts counts by its header, as "half turns" or "turns (half)"; or 1."""
+    inside = re.search(r"\(([^()]*)\)$", header.strip())
+    said = turns_in(header) or (words_of_turns(inside[1], whole=True) if inside else "")
+    return min(Fraction(said or "1"), Fraction(1))
+
+
+def words_of_turns(text: str, whole: bool = False) -> str:
+    """Read the last words before "turn": "one third of a" is 1/3, "zwei" 2, "one and a half" 3/2; "" for no number.
+
+    With `whole` nothing else may stand before them, as in a cell, and digits count: "5 half" is 5/2.
+    """
     tokens = [token.lower() for token in _TOKENS.split(text) if token]
-    while tokens and tokens[-1] in ("of", "a", "an", "the", "de", "einer", "one", "precession") and len(tokens) > 1:
+    while tokens and tokens[-1] in (*_FILLERS, "one", "precession") and len(tokens) > 1:
         if tokens[-1] == "one" and tokens[-2] not in ("of", "third", "thirds"):
             break
         tokens.pop()
-    if not tokens:
+    part = _PARTS.get(tokens.pop(), "") if tokens else ""
+    if part.startswith("/"):
+        over = _PARTS.get(tokens[-1], tokens[-1]) if tokens else ""
+        part = over + part if over.isdigit() else ""
+        tokens = tokens[:-1]
+    if not part:
         return ""
-    last = _PARTS.get(tokens[-1], "")
-    if last.startswith("/"):
-        over = _PARTS.get(tokens[-2], "") if len(tokens) > 1 else ""
-        return over + last if over.isdigit() else ""
-    return last
+    number = Fraction(part)
+    before = list(tokens)
+    while before and before[-1] in _FILLERS:
+        before.pop()
+    mixed = bool(before) and before[-1] in _AND
+    count = before[-1 - mixed] if len(before) > mixed else ""
+    if mixed or count.isdigit() or _PARTS.get(count, "").isdigit():
+        count = _PARTS.get(count, count)
+        # The digit of a header may number a trial, and not count parts of a turn.
+        if not count.isdigit() or (not whole and before[-1 - mixed].isdigit()):
+            return ""
+        number = number + int(count) if mixed else number * int(count)
+        tokens = before[: -1 - mixed]
+    return "" if whole and not set(tokens) <= set(_FILLERS) else str(number)
 
 
 _ORIGIN = (

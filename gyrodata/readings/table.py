@@ -44,7 +44,7 @@ from gyrodata.readings.cells import (
     said_otherwise,
 )
 from gyrodata.readings.columns import Choice, Chosen
-from gyrodata.readings.headers import origin_in
+from gyrodata.readings.headers import origin_in, part_counted
 from gyrodata.readings.lablog import Column, Faults, Place, Reading, span
 from gyrodata.readings.layout import Layout, is_number
 from gyrodata.readings.roles import (
@@ -198,7 +198,7 @@ class _Builder:
             given = columns.get(counts) or columns.get("angle") if role == "time" else columns.get(counts)
             if given is None or given.header == chosen.cell.text:
                 told.append(f'"{chosen.cell.text}" covers {chosen.turns} turn{"s" * (chosen.turns not in _ONE)}')
-        if not stating:
+        if not stating or not plan:
             return
         if "turns" in columns or "angle" in columns:
             self._compare_stated(columns, times, plan)
@@ -381,6 +381,13 @@ class _Builder:
             fault, hint = check_value(role, cell.value)
             if fault:
                 faulty[text] = NUMBER_IMPOSSIBLE, f'{role} "{text}" {fault}', hint
+        part = part_counted(chosen.header.text) if role in ("turns", "spin_turns") else 1
+        # What stands there in turns already, as 1/2 and 3/2, is left as it is.
+        if part != 1 and cells and all(cell.value >= 1 and cell.value % 1 == 0 for cell in cells.values()):
+            counted = {text: str(int(cell.value) * part) for text, cell in cells.items()}
+            cells = {text: read_cell(turns, kind, unit) for text, turns in counted.items()}
+            said = "; ".join(f"{text} is {turns}" for text, turns in list(counted.items())[:4])
+            faults.add(TURNS_IN_HEADER, f'"{chosen.cell.text}" counts parts of a turn: {said}', "", chosen.cell)
         for row, text in zip(self.rows, texts, strict=True) if faulty else ():
             if text in faulty:
                 faults.add(*faulty[text], self.grid.cell(row, at))

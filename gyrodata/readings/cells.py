@@ -139,6 +139,9 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
     if written is None or written.named or (plain and written.unit and not _is_unit(written.unit)):
         raise _not_a_number(text, written)
     _check_size(written)
+    if kind != "number" and re.fullmatch(r"[0-9]{2,}\s*/\s*[0-9]{2,}", written.number):
+        ways = "into two columns, spin_start and spin_end" if kind == "rate" else "into two rows"
+        raise CellError("is no number, but looks like two readings", f"write the two {ways}")
     if ask and (ways := doubtful_comma(written, kind, unit)):
         raise CellError(f"can mean {ways}", f"write {ways}, without marks between the thousands")
     return _convert(written, kind, unit, text)

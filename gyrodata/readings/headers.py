@@ -49,6 +49,7 @@ class Header(Struct, frozen=True):
 _SPREAD = r"[\[(]?\s*(?:±|\+/-|\+-)\s*([0-9]+(?:[.,][0-9]+)?)\s*([^\])\[(,;]*)[\])]?"
 _BRACKET = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*(?:\([^()]*\)[^()]*)?)\))\s*")
 _INDEX = re.compile(r"(.*?[^\W\d])[\s_\-.]*([1-9][0-9]?)")
+_WIDE_BRACKETS = str.maketrans("（）［］【】", "()[][]")
 _TOKENS = re.compile(r"[\s_,;()\[\]\-]+")
 _IN_UNIT = re.compile(r"(.+?)\s+(?:in|en|em|w|в)\s+(\S.*)")
 
@@ -218,12 +219,12 @@ def parse_header(text: str) -> Header:
     """Understand one header as far as it goes by itself."""
     if len(text) > MAX_HEADER:
         return Header(text, (), None, "")
-    spread, rest = "", text
+    spread, rest = "", text.translate(_WIDE_BRACKETS)
     if "±" in text or "+/-" in text or "+-" in text:
-        match = re.search(_SPREAD, text)
+        match = re.search(_SPREAD, rest)
         if match:
             spread = f"{match[1]} {match[2].strip()}".strip()
-            rest = f"{text[: match.start()].strip()} {text[match.end() :].strip()}".strip(" ,;")
+            rest = f"{rest[: match.start()].strip()} {rest[match.end() :].strip()}".strip(" ,;")
     name, unit = split_unit(rest)
     if unit is None and spread and kinds_of(spread.partition(" ")[2]):
         unit = spread.partition(" ")[2]
@@ -237,7 +238,8 @@ def parse_header(text: str) -> Header:
     if unit and ":" in unit and re.fullmatch(r"[a-zA-Z:.]+", unit):
         unit = "s"  # "mm:ss.cc": how its cells are written, and they say so themselves
     if unit is not None:
-        roles = _fitting(roles, unit)
+        swept = kinds_of(unit) == {"angle"} and name.strip().lower() in _SWEPT
+        roles = ("angle",) if swept else _fitting(roles, unit)
     else:
         # A bare "N" counts turns: the other readings would need a unit.
         bare = tuple(role for role in roles if kind_of_role(role) in ("number", "text", "sign"))
@@ -245,6 +247,8 @@ def parse_header(text: str) -> Header:
     return Header(text, roles, unit, spread, index)
 
 
+_SWEPT = ("rotation", "precession", "drehung", "präzession", "précession", "прецессия")
+"""What is an angle where it is in degrees, and a rate else."""
 _ORDINAL = r"(?:#|№|n[or]?[°º.]?)?([1-9][0-9]?)(?:st|nd|rd|th|er|re|ème|e|ª|º|[.)])?"
 
 
@@ -281,11 +285,12 @@ def split_unit(text: str) -> tuple[str, str | None]:
     if match:
         name, square, round_ = match.groups()
         inside = (square if square is not None else round_).strip()
-        if inside and all(squeeze(word).lower() in NOISE_WORDS for word in inside.split()):
+        is_unit = _is_unit_of(name, inside, kinds_of(inside))
+        if inside and not is_unit and all(squeeze(word).lower() in NOISE_WORDS for word in inside.split()):
             return split_unit(name)  # "RPM (measured)"
         if (
             square is not None
-            or _is_unit_of(name, inside, kinds_of(inside))
+            or is_unit
             or (kinds_of(inside) and not name_roles(name)[0])
         ):
             return name.rstrip(" /,;"), inside or None

@@ -81,11 +81,13 @@ def choose(layout: Layout, mapping: Mapping[str, str], settings: Settings, fault
         choice.serve(chosen)
     open_columns: list[tuple[int, tuple[str, ...]]] = []
     stating: list[int] = []
-    # A mean stands back behind the readings that it is made of.
-    for at, header in sorted(enumerate(layout.headers), key=lambda item: is_of_means(item[1].text)):
+    # A mean stands back behind the readings that it is made of, and a bare letter behind a name.
+    for at, header in sorted(enumerate(layout.headers), key=lambda item: (is_of_means(item[1].text), _letter(item[1]))):
         if at in mapped:
             continue
-        if _states_turns(header):
+        if _letter(header) and _numbers_rows(layout, at, header, choice):
+            choice.serve(Chosen(at, layout.cells[at], header, "run"))
+        elif _states_turns(header):
             stating.append(at)
         elif not header.roles:
             if layout.cells[at].text or any(len(row.texts) > at and row.texts[at] for row in layout.rows):
@@ -100,6 +102,18 @@ def choose(layout: Layout, mapping: Mapping[str, str], settings: Settings, fault
     for repeats in choice.used.values():
         repeats.sort(key=lambda chosen: chosen.number or 0)
     return choice
+
+
+def _letter(header: Header) -> bool:
+    """Know a bare "n", "m" or "count", which may number the runs."""
+    return header.unit is None and (len(header.text) == 1 or header.text.lower() == "count")
+
+
+def _numbers_rows(layout: Layout, at: int, header: Header, choice: Choice) -> bool:
+    """Tell whether a column only counts the rows: 1, 2, 3, … where another says more, or where there are many."""
+    texts = [row.texts[at] if at < len(row.texts) else "" for row in layout.rows]
+    counts = texts == [str(number) for number in range(1, len(texts) + 1)]
+    return counts and (len(texts) > 3 or not choice.used.keys().isdisjoint(header.roles))
 
 
 def _states_turns(header: Header) -> bool:

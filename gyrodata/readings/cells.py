@@ -60,6 +60,9 @@ class CellError(ValueError):
 
 _CLOCK = r"(?:([0-9]{1,2}):)?([0-9]{1,3}):([0-9]{2}(?:[.,][0-9]+)?)"
 
+LONG = 600.0
+"""So long a time [s] written as 00:20:13 is more likely one of 20.13 s."""
+
 _MISTYPED = str.maketrans({"O": "0", "o": "0", "l": "1", "I": "1", "|": "1", "S": "5"})
 _MONTHS = {
     abbreviation: number
@@ -137,7 +140,7 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
     written = take_apart(text)
     plain = written is not None and written.spread is None and "/" not in written.number
     if written is None or written.named or (plain and written.unit and not _is_unit(written.unit)):
-        raise _not_a_number(text, written)
+        raise _not_a_number(text, written, kind)
     _check_size(written)
     if kind != "number" and re.fullmatch(r"[0-9]{2,}\s*/\s*[0-9]{2,}", written.number):
         ways = "into two columns, spin_start and spin_end" if kind == "rate" else "into two rows"
@@ -259,8 +262,13 @@ def _read_clock(match: re.Match[str], text: str, kind: str, unit: str | None) ->
     late = to_float(seconds)
     if late >= 60 or (hours and int(minutes) >= 60):
         raise CellError("is no clock time: 60 and more belong to the place before", "write mm:ss.cc")
+    value = int(hours or 0) * 3600 + int(minutes) * 60 + late
+    if hours and len(hours) == 2 and seconds.isdigit() and value >= LONG:
+        short, long = f"{hours}:{minutes}.{seconds}", f"{int(hours) * 60 + int(minutes)}:{seconds}"
+        hint = f"write {short} for minutes, seconds and hundredths; or {long} for minutes and seconds"
+        raise CellError("can be h:mm:ss or mm:ss:hundredths", hint)
     step = float(f"1e{last_place(seconds)}")
-    return Quantity(int(hours or 0) * 3600 + int(minutes) * 60 + late, step, None, "s")
+    return Quantity(value, step, None, "s")
 
 
 def _read_sense(text: str) -> Quantity:
@@ -270,7 +278,7 @@ def _read_sense(text: str) -> Quantity:
     return Quantity(_SENSES[key], None, None, "")
 
 
-def _not_a_number(text: str, written: Written | None) -> CellError:
+def _not_a_number(text: str, written: Written | None, kind: str) -> CellError:
     """Say what it looks like instead, and what was probably meant."""
     plain = fold_number(text)
     lower = plain.lower()
@@ -279,7 +287,7 @@ def _not_a_number(text: str, written: Written | None) -> CellError:
             "is not a number",
             "write the number, 0 for no weight; or put # before the line of a run that was not measured",
         )
-    date = _read_as_date(text)
+    date = _read_as_date(text, kind)
     if date is not None:
         return date
     mended = plain.translate(_MISTYPED)
@@ -297,7 +305,8 @@ def _not_a_number(text: str, written: Written | None) -> CellError:
         return CellError("is an ordinal, not a number", "write how many, as 1, 2.5 or 1/3")
     clock = re.fullmatch(_SPOKEN_CLOCK, lower)
     if clock:
-        return CellError("is not a number", f"write it as {int(clock[1]):02d}:{clock[2].zfill(2)}")
+        padded = "0" * (not clock[2][1:2].isdigit()) + clock[2]
+        return CellError("is not a number", f"write it as {int(clock[1]):02d}:{padded}")
     if (closer := take_apart(plain.replace(" (", "("))) and closer.spread and " (" in plain:
         hint = f"write {plain.replace(' (', '(')} if the bracket is its uncertainty"
         return CellError("is not a number", hint)
@@ -312,14 +321,19 @@ def _is_bare(text: str) -> bool:
     return written is not None and written.unit is None and written.spread is None
 
 
-def _read_as_date(text: str) -> CellError | None:
+def _read_as_date(text: str, kind: str) -> CellError | None:
     pair = _date_pair(text)
     if pair is None and not re.fullmatch(_DATE_DIGITS, text):
         return None
     if clock := re.fullmatch(_DOTTED_CLOCK, text):
         return CellError("is not a number", f"write it as {clock[1]}:{clock[2]}.{clock[3]}: minutes:seconds.hundredths")
-    meant = f"did you mean {min(pair)}/{max(pair)}? " if pair else ""
-    hint = meant + "A spreadsheet does that to fractions: make the cells text first"
+    meant, cause = "", "fractions"
+    if pair and kind == "number":
+        meant = f"did you mean {min(pair)}/{max(pair)}? "
+    elif pair:
+        # Where a comma is the decimal sign, 20.1 becomes the 20th of January.
+        meant, cause = f"did you mean {pair[0]}.{pair[1]}? ", "numbers with a point"
+    hint = f"{meant}A spreadsheet does that to {cause}: make the cells text first"
     return CellError("is a date, not a number", hint, CELL_BECAME_A_DATE)
 
 

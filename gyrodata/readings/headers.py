@@ -288,11 +288,7 @@ def split_unit(text: str) -> tuple[str, str | None]:
         is_unit = _is_unit_of(name, inside, kinds_of(inside))
         if inside and not is_unit and all(squeeze(word).lower() in NOISE_WORDS for word in inside.split()):
             return split_unit(name)  # "RPM (measured)"
-        if (
-            square is not None
-            or is_unit
-            or (kinds_of(inside) and not name_roles(name)[0])
-        ):
+        if square is not None or is_unit or (kinds_of(inside) and not name_roles(name)[0]):
             return name.rstrip(" /,;"), inside or None
         if name_roles(text)[0] or not name_roles(name)[0]:
             return text, None  # "czas (t)": a symbol, not a unit

@@ -438,7 +438,9 @@ def _with_units(headers: list[Header], row: Row) -> list[Header]:
     for index, text in enumerate(row.texts[: len(headers)]):
         bare = _bare(text)
         if bare not in BLANKS and headers[index].unit is None:
-            out[index] = with_unit(headers[index], bare)
+            # Minutes and seconds stand below one "time".
+            split = bare == "s" and not headers[index].text and index and out[index - 1].unit == "min"
+            out[index] = with_unit(headers[index - split], bare)
     return out
 
 

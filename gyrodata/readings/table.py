@@ -360,6 +360,8 @@ class _Builder:
         texts = [row.texts[at] if at < len(row.texts) else "" for row in self.rows]
         if role == "mass":
             texts = self._with_no_weight(texts)
+        if role == "time" and unit == "min":
+            texts = self._with_seconds(chosen, texts)
         # Most texts of a long log stand in several rows; each is read once.
         cells: dict[str, Quantity] = {}
         faulty: dict[str, tuple[str, str, str]] = {}
@@ -417,6 +419,23 @@ class _Builder:
         ]
         few = 4 * len(dashes) <= len(texts)
         return ["0" if few and i in dashes else text for i, text in enumerate(texts)] if dashes else texts
+
+    def _with_seconds(self, chosen: Chosen, minutes: list[str]) -> list[str]:
+        """Put whole minutes together with the seconds in the column behind them: 1 and 40.65 are 1:40.65."""
+        beside = next((one for one in self.choice.others if (one.at, one.role) == (chosen.at + 1, "time")), None)
+        if beside is None or beside.header.unit != "s":
+            return minutes
+        seconds = [self._text(i, beside.at) for i in range(len(self.rows))]
+        if not all(
+            re.fullmatch(r"[0-9]{0,3} [0-5]?[0-9](?:[.,][0-9]*)?| ", f"{m} {s}")
+            for m, s in zip(minutes, seconds, strict=True)
+        ):
+            return minutes
+        self.choice.others.remove(beside)
+        return [
+            f"{m or 0}:{'0' * (len(re.split('[.,]', s)[0]) < 2)}{s}" if s else ""
+            for m, s in zip(minutes, seconds, strict=True)
+        ]
 
     def _is_doubtful(self, text: str) -> bool:
         """Tell whether a comma or a point may part thousands: the table's other numbers have the other sign."""

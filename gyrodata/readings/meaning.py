@@ -207,11 +207,13 @@ def _check_period(table: Table, faults: Faults) -> None:
 
 
 _DEGREES = r"([0-9]+(?:[.,][0-9]+)?)\s*(?:°|º|˚|deg)"
-_HALF = r"(?i)half|halb|demi|medi[oa]\b|meia|pół|полов|1/2|½|/\s*2(?![0-9])"
+_HALF = r"(?i)half|\bsemi|halb|demi|medi[oa]\b|meia|pół|полов|1/2|½|/\s*2(?![0-9])"
 _COUNT = (
     r"(?i)(?<![0-9.,_])([0-9]{1,2}(?:[.,]5)?)(?![0-9])\s*"
     r"(?:T\b|(?:\w+\s)?(?:turn|rev|cycle|rotation|tour|Umdreh|Umläuf|об|vuelt|volta|obrot|periods?\b))"
 )
+_TWO_NUMBERS = r"[0-9]\s+[0-9]+\s*/\s*[0-9]"
+_AND = r"(?i)(?<!\w)(?:and|&|und|et|y|e)(?!\w)"
 _REPEAT = r"(?<![0-9])([1-9])(?:ª|º|\.|st|nd|rd|th)?(?![0-9])"
 
 
@@ -222,10 +224,12 @@ def stated_turns(header: str) -> str:
         return f'angle="{match[1].replace(",", ".")} deg"'
     if turns := turns_in(header):
         return f"turns={turns}"
-    match = re.search(_COUNT, header)
+    match, half = re.search(_COUNT, header), re.search(_HALF, header)
+    if re.search(_TWO_NUMBERS, header) or (half and (match or re.search(_AND, header))):
+        return "turns=…"  # "5 half turns", "1 1/3 turn": whoever wrote it knows
     if match:
         return f"turns={match[1].replace(',', '.')}"
-    return "turns=1/2" if re.search(_HALF, header) else ""
+    return "turns=1/2" if half else ""
 
 
 def advise(role: str, headers: list[str]) -> str:

@@ -1,0 +1,131 @@
+"""What people write instead of the plain log, each in the place of it: the same runs, so the same I_zz, or a question.
+
+Each was once read as something else: half turns as whole ones, the number of a run as its turns, a fraction of two
+spins.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from gyrodata import LogError, analyze
+from gyrodata.readings import read_log
+
+TRUTH = 4.4e-3
+G = 9.803
+Row = Callable[[int, float, float, float], str]
+
+
+def log(head: str, row: Row, turns: float = 1.0, slower: float = 1.0) -> bytes:
+    """Nine runs: `row` writes the number of a run, its mass [g], its spin [rpm] and its time [s]."""
+    random = np.random.default_rng(5)
+    lines = [f"# g: {G} m/s^2", head]
+    for number, (mass, spin) in enumerate([(m, s) for m in (20.1, 40.3, 60.2) for s in (212, 398, 604)], 1):
+        one = 2 * math.pi * TRUTH * spin * math.pi / 30 / (mass * 1e-3 * G * 0.148)
+        lines.append(row(number, mass, spin, slower * turns * one + 0.05 * random.standard_normal()))
+    return ("\n".join(lines) + "\n").encode()
+
+
+def plain(*, turns: str, mass: str = "", spin: str = "") -> Row:
+    return lambda _, m, s, t: f"{mass or m},14.8,{spin or s},{t:.2f},{turns}"
+
+
+HEAD = "mass [g],position [cm],spin [rpm],time [s],"
+NO_COUNT = "mass [g],position [cm],spin [rpm],"
+
+
+def only(_: int, mass: float, spin: float, time: float) -> str:
+    return f"{mass},14.8,{spin},{time:.2f}"
+
+
+def inches(_: int, mass: float, spin: float, time: float) -> str:
+    return f"{mass},{14.8 / 2.54:.3f},{spin},{time:.2f},3"
+
+
+def parted(_: int, mass: float, spin: float, time: float) -> str:
+    """Minutes and seconds, each in its column."""
+    return f"{mass},14.8,{spin},{time // 60:.0f},{time % 60:.1f},9"
+
+
+@pytest.mark.parametrize(
+    ("head", "row", "turns"),
+    [
+        # Counts of a part of a turn; what stands there in turns already is left as it is.
+        (HEAD + "half turns", plain(turns="2"), 1),
+        (HEAD + "half revs", plain(turns="3"), 1.5),
+        (HEAD + "turns (half)", plain(turns="5"), 2.5),
+        (HEAD + "half turns", plain(turns="0.5"), 0.5),
+        (HEAD + "half turns", plain(turns="3/2"), 1.5),
+        # Words of a cell.
+        *((HEAD + "turns", plain(turns=cell), turns) for cell, turns in {
+            "5 half": 2.5, "5 full": 5, "two full": 2, "four and a half": 4.5, "2 and a half": 2.5, "4 et demi": 4.5,
+            "9 Halbe": 4.5, "one half": 0.5, "a half turn": 0.5, "2 thirds": 2 / 3, "5 half turns": 2.5,
+            "5 and a half turns": 5.5, "2 1/2": 2.5, "two thirds of a turn": 2 / 3,
+        }.items()),
+        # Words of a header.
+        *((NO_COUNT + header, only, turns) for header, turns in {
+            "half period (s)": 0.5, "half-period (s)": 0.5, "half precession period [s]": 0.5,
+            "one and a half turns (s)": 1.5, "time for 2 1/2 turns [s]": 2.5, "1 1/2 turns (s)": 1.5,
+            "Time (1 1/2 turns) [s]": 1.5, "four and a half turns (s)": 4.5, "time for two thirds of a turn (s)": 2 / 3,
+        }.items()),
+        # What numbers the runs is no count of turns, and no mass.
+        *((f"{letter},{HEAD}turns", lambda n, m, s, t: f"{n},{m},14.8,{s},{t:.2f},2", 2) for letter in ("n", "N", "m")),
+        (f"count,{HEAD}turns", lambda n, m, s, t: f"{n},{m},14.8,{s},{t:.2f},2", 2),
+        (f"# turns: 2\nn,{HEAD[:-1]}", lambda n, m, s, t: f"{n},{m},14.8,{s},{t:.2f}", 2),
+        # Units.
+        ("mass（g）,arm (in),spin（rpm）,time（s）,turns", inches, 3),
+        (HEAD + "rotation [deg]", plain(turns="720"), 2),
+        ("Masse [g],Position [cm],Drehzahl U/min,Zeit [s],Umdrehungen", plain(turns="2"), 2),
+        ("mass [g],position [cm],spin ψ̇ [rpm],time [s],turns", plain(turns="2"), 2),
+        # Minutes and seconds in two columns, also below one name.
+        (NO_COUNT + "t (min),t (s),turns", parted, 9),
+        ("mass,position,spin,time,,turns\ng,cm,rpm,min,s,", parted, 9),
+    ],
+)  # fmt: skip
+def test_it_is_read_as_it_is_meant(head: str, row: Row, turns: float) -> None:
+    analysis = analyze(log(head, row, turns))
+    assert analysis.inertia.value == pytest.approx(TRUTH, abs=3 * (analysis.inertia.u or 0.0))
+    assert analysis.inertia.u is not None
+    assert analysis.inertia.u < 0.02 * TRUTH
+    assert analysis.measurements.turns == pytest.approx(np.full(9, turns))
+
+
+@pytest.mark.parametrize(
+    ("head", "row", "code", "words"),
+    [
+        (HEAD + "turns", lambda _, m, s, t: f"{m},14.8,{s + 4}/{s - 4},{t:.2f},1", "G203",
+         "write the two into two columns, spin_start and spin_end"),
+        (HEAD + "turns", lambda _, m, s, t: f"{m},14.8,{s},00:{t:05.2f}".replace(".", ":").replace(":", ".", 2) + ",1",
+         "G203", "for minutes, seconds and hundredths; or "),
+        (HEAD + "turns", lambda _, m, s, t: f"{m},14.8,{s},1m6.5s,1", "G203", "write it as 01:06.5"),
+        (HEAD + "turns", plain(turns="1", mass="20. Jan"), "G204", "did you mean 20.1?"),
+        (HEAD + "turns", plain(turns="3. Mai"), "G204", "did you mean 3/5? A spreadsheet does that to fractions"),
+        (NO_COUNT + "Time for 5 half turns (s)", only, "G301", "(s)\" --set turns=…?"),
+        (NO_COUNT + "Time 2 half turn (s)", only, "G301", 'is it --map time="Time 2 half turn (s)" --set turns=…?'),
+        (NO_COUNT + "Time 1 1/3 turn (s)", only, "G301", 'is it --map time="Time 1 1/3 turn (s)" --set turns=…?'),
+        (NO_COUNT + "un tour et demi (s)", only, "G301", 'is it --map time="un tour et demi (s)" --set turns=…?'),
+        (NO_COUNT + "time for 1/3 turn [s]", lambda _, m, s, t: f"{m},14.8,{s},", "G202", "fill the times in"),
+    ],
+)  # fmt: skip
+def test_what_may_mean_two_things_is_asked_about(head: str, row: Row, code: str, words: str) -> None:
+    with pytest.raises(LogError) as told:
+        analyze(log(head, row))
+    assert words in next(one.hint for one in told.value.diagnostics if one.code == code)
+
+
+def test_the_two_readings_of_a_spin_in_two_columns_give_the_answer() -> None:
+    data = log(HEAD.replace("spin [rpm]", "spin_start [rpm],spin_end [rpm]") + "turns",
+               lambda _, m, s, t: f"{m},14.8,{s + 4},{s - 4},{t:.2f},1")  # fmt: skip
+    assert analyze(data).inertia.value == pytest.approx(TRUTH, rel=0.03)
+
+
+def test_a_time_of_a_phone_as_it_is_asked_for_is_the_time_itself() -> None:
+    with pytest.raises(LogError, match=r"00:20:13"):
+        analyze(f"{HEAD}turns\n20.1,14.8,212,00:20:13,1\n".encode())
+    for time, seconds in (("00:20.13", 20.13), ("20:13", 1213.0), ("0:20:13", 1213.0), ("00:05:13", 313.0)):
+        column = read_log(f"{HEAD}turns\n20.1,14.8,212,{time},1\n".encode()).columns["time"]
+        assert column.values == (pytest.approx(seconds, rel=1e-12),)

@@ -141,7 +141,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     patterns = look_for_patterns(measured, fit)
     found += whole_findings(readings, measured, fit, p, listed, patterns)
     exponent = overall_exponent(measured, kept) if whole else None
-    doubts = find_doubts(measured, fit, exponent, patterns) if whole else ()
+    doubts = find_doubts(measured, fit, exponent, patterns, left_out) if whole else ()
     # What another hour would gain is worked out for runs that follow the law.
     advice: tuple[str, ...] = ()
     if whole:

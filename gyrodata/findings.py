@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from typing import Literal
 
 import numpy as np
@@ -182,13 +183,24 @@ class Doubt(Struct, frozen=True):
 
 
 def find_doubts(
-    measured: Measurements, fit: FitResult, exponent: Exponent | None, patterns: tuple[Pattern, ...]
+    measured: Measurements,
+    fit: FitResult,
+    exponent: Exponent | None,
+    patterns: tuple[Pattern, ...],
+    left_out: Collection[int] = (),
 ) -> tuple[Doubt, ...]:
     """Say why the answer is not to be quoted as it stands, the weightiest reason first."""
     if fit.scatter > CONTRADICTING:
         words = f"the runs contradict each other: they scatter {fit.scatter:.3g} times as much as stated"
         return (Doubt("contradiction", words, "look for a wrong digit, unit or count of turns in the runs"),)
     found = []
+    gone = next((group for group in torque_groups(measured) if len(group) > 1 and set(group) <= set(left_out)), None)
+    if gone is not None and (poor := _poor_balance(measured, fit)):
+        # Which of two weights is wrong the runs do not say; the balance does.
+        words = f"the runs of {load_words(measured, gone[0])} are left out, and by the others {poor}"
+        found.append(
+            Doubt("contradiction", words, "look at the turns and the readings of each weight, not only of those")
+        )
     # Of a tilted rod, or one that nods, the period is no power of the spin; the fit's own chi-square tells of those.
     follows = fit.adjusted.problem.tilted or measured.slowing is not None
     if exponent is not None and fit.dof >= 2 and not (follows and fitting.chi2_tail(fit.chi2, fit.dof) > NO_ACCIDENT):
@@ -288,6 +300,16 @@ FELL_BY = 0.03
 """… and by so much more than its share [1] had something rub against it, or was read wrongly."""
 
 
+def _poor_balance(measured: Measurements, fit: FitResult) -> str:
+    """Say how large M0 is where it is more than a balanced ball has; "" else."""
+    lightest = fitting.lightest_torque(measured, fit.adjusted.kept)
+    imbalance = abs(fit.imbalance.value)
+    if measured.balanced is False or imbalance <= max(POOR_BALANCE * lightest, 2 * (fit.imbalance.u or 0.0)):
+        return ""
+    share = f"{100 * imbalance / lightest:.0f} % of the lightest torque"
+    return f"M0 = {1e3 * fit.imbalance.value:.2g} mN*m is {share}, more than a balanced ball has"
+
+
 def _pattern_findings(
     readings: Readings, measured: Measurements, fit: FitResult, patterns: tuple[Pattern, ...]
 ) -> list[Diagnostic]:
@@ -298,20 +320,15 @@ def _pattern_findings(
         code = AGREES_TOO_WELL if patterns[0].name == "agreement" else PATTERN_IN_RESIDUALS
         chance = f"{patterns[0].p_corrected:.1g}" if patterns[0].p_corrected > 1e-6 else "below 1e-6"
         found.append(readings.diagnose(code, f"{words} (chance, for all {len(patterns)} looked for: {chance})", hint))
-    lightest = fitting.lightest_torque(measured, fit.adjusted.kept)
-    imbalance = abs(fit.imbalance.value)
-    if (
-        imbalance > max(POOR_BALANCE * lightest, 2 * (fit.imbalance.u or 0.0))
-        and measured.balanced is not False
-        and fit.scatter < CONTRADICTING
-    ):
+    poor = _poor_balance(measured, fit)
+    if poor and fit.scatter < CONTRADICTING:
         found.append(
             readings.diagnose(
                 BALANCE_POOR,
-                f"M0 = {1e3 * fit.imbalance.value:.2g} mN*m is {100 * imbalance / lightest:.0f} % of the lightest "
-                "torque, more than a balanced ball has, as where the arm was measured from another point than the "
-                "centre of the ball",
-                'check where the arm is measured from, and g; write "# balanced: no" if the ball was not balanced',
+                f"{poor}, as where the arm was measured from another point than the centre of the ball, or the turns "
+                "of one weight are wrong",
+                "check the turns of each weight, where the arm is measured from, and g; "
+                'write "# balanced: no" if the ball was not balanced',
             )
         )
     for i in _fell_alone(measured):

@@ -103,6 +103,8 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
     for table in tables:
         if _is_parted(table.cells, table.headers, faults) or _repeats_a_header(table.cells, faults):
             return None
+        if _is_parted_count(table, faults):
+            return None
     tables = _only_runs(tables, grid, faults)
     layout = _join(tables, grid, faults)
     if layout is None:
@@ -335,9 +337,30 @@ _QUANTITY = rf"(?<![\w.,])({_TIMES}{NUMBER}{_PLUS_MINUS})\s*([^\W\d_][\w/^*·]*)
 _SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin"}
 
 
+_BALL_FIRST = re.compile(
+    r"(?i)\W*(?:(?:the|our|a|steel|stahl|die|la|le|bola de|boule d')\s*)*"
+    r"(?:ball|sphere|globe|rod|stick|shaft|dis[ck]|wheel|rotor|kugel|stab|stange|scheibe|boule|sphère|tige|disque|шар|"
+    r"стержень|диск|bola|esfera|varilla|kula|pręt|haste)(?!.*(?:weight|added|gewicht|masselotte|pesa|груз|ciężar))"
+)
+"""A line that begins with the ball or the rod, and names no weight."""
+_SEVERAL_WEIGHTS = re.compile(
+    r"(?i)(?<![\w.,])(?:[2-9]|two|three|four|zwei|drei|vier|deux|trois|dos|tres|два|три|dwa|trzy)\s+(?:[^\W\d]+\s+)?"
+    r"(?:weights|masses|washers|nuts|gewichte|massen|poids|pesas|masas|груза|ciężarki|of them)|[0-9]\s*k?g\s*\+\s*[0-9]"
+)
+_NOT_TIMED = re.compile(
+    r"(?i)spin|tacho|of the (?:ball|sphere|dis[ck]|wheel)|rotor|der kugel|de la (?:boule|bola)|\bwait|before|\bafter\b|\bnot\b|n't\b|without|gewartet|"
+    r"\bvor\b|\bnach\b|\bnicht|ohne|attend|avant|après|\bpas\b|antes|después|sin\b|шара|ротор|после|перед|\bне\b"
+)
+"""Words of a sentence whose turns are no turns that were timed, or may be none."""
+
+
 def _said(row: Row) -> list[tuple[str, str, int]]:
     """Read "Weight 1: 20.1 g at 14.8 cm": role, text and cell of each quantity; none of which two are told."""
     found: dict[str, list[tuple[str, str, int]]] = {}
+    whole = " ".join(filter(None, row.texts))
+    # "Steel ball, m = 4.28 kg" tells of no weight on the rod, and "2 weights of 20 g" of no single one.
+    of_the_ball = bool(_BALL_FIRST.match(whole))
+    several = bool(_SEVERAL_WEIGHTS.search(whole))
     for at in _filled(row):
         text = row.texts[at]
         end = 0
@@ -349,9 +372,11 @@ def _said(row: Row) -> list[tuple[str, str, int]]:
             role = next((_SAID_KINDS[kind] for kind in _SAID_KINDS if kind in kinds), "")
             if role == "position" and origin_in(text):
                 continue  # it does not count from the centre of the ball: a column can say so
+            if (role == "mass" and several) or (role in ("mass", "position") and of_the_ball):
+                continue
             if role and not (before | after) & NOT_THE_WEIGHT:
                 found.setdefault(role, []).append((role, f"{match[1]} {match[2]}", at))
-        if turns := turns_in(text):
+        if (turns := turns_in(text)) and not _NOT_TIMED.search(whole):
             found.setdefault("turns", []).append(("turns", turns, at))
     return [items[0] for items in found.values() if len({text for _, text, _ in items}) == 1]
 
@@ -773,6 +798,24 @@ def _is_parted(head: list[Text], headers: list[Header], faults: Faults) -> bool:
             faults.add(
                 HEADER_PARTED_BY_COMMA, message, f'write "{cell.text} [{unit.text}]", or put the header in quotes', unit
             )
+            return True
+    return False
+
+
+def _is_parted_count(table: _Table, faults: Faults) -> bool:
+    """Find ``period [s], 5 turns`` that became two cells: the rows have none for the turns."""
+    width = max((len(row.texts) for row in table.rows), default=len(table.cells))
+    if not 0 < width < len(table.cells):
+        return False
+    before = table.headers[width - 1]
+    for cell, header in zip(table.cells[width:], table.headers[width:], strict=True):
+        # A time whose cells are all blank is another fault.
+        if (turns := turns_in(cell.text)) and (header.unit is None or before.unit is None):
+            message = f'"{cell.text}" has no cell in any row: the header has {len(table.cells)} cells, the rows {width}'
+            hint = (
+                f'write one name without a comma for "{table.cells[width - 1].text}", as "time for {turns} turns [s]"'
+            )
+            faults.add(HEADER_PARTED_BY_COMMA, message, hint, cell)
             return True
     return False
 

@@ -162,6 +162,7 @@ class _Builder:
             column = self._column(role, track, rows)
             if any(reading.value is not None for reading in column.readings):
                 columns[role] = column
+                self._note_overruled(role, column)
         for role, given in self.settings.roles.items():
             if role not in columns and plan:
                 columns[role] = self._constant_column(role, given, rows)
@@ -181,6 +182,15 @@ class _Builder:
             position_from,
             origin_u,
         )
+
+    def _note_overruled(self, role: str, column: Column) -> None:
+        """Name a line of the log whose value no run has, for each has its own in a column."""
+        given = self.settings.roles.get(role)
+        if given is None or given.place is None or given.cell is None or _CONSTANT in column.spots:
+            return
+        if any(reading.value != given.cell.value for reading in column.readings):
+            message = f'"{given.label}: {given.text}" is not used: each run has its own in the column "{column.header}"'
+            self.faults.add(COLUMN_NOT_USED, message, "take the line or the column away", given.place)
 
     def _constant_column(self, role: str, given: Given, rows: list[int]) -> Column:
         unit = given.cell.unit if given.cell else ""

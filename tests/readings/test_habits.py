@@ -108,6 +108,22 @@ def test_it_is_read_as_it_is_meant(head: str, row: Row, turns: float) -> None:
         (NO_COUNT + "Time 2 half turn (s)", only, "G301", 'is it --map time="Time 2 half turn (s)" --set turns=…?'),
         (NO_COUNT + "Time 1 1/3 turn (s)", only, "G301", 'is it --map time="Time 1 1/3 turn (s)" --set turns=…?'),
         (NO_COUNT + "un tour et demi (s)", only, "G301", 'is it --map time="un tour et demi (s)" --set turns=…?'),
+        # Sentences above the table, and a header that its own comma parts.
+        *((f"{said}\n{HEAD[:-1]}", only, "G301", "add a column turns") for said in (
+            "Waited 3 turns before the stopwatch was started", "Tachometer: mean of 10 revolutions of the ball",
+            "We did not time 1 turn but 2 turns", "Das Messgerät mittelt über 10 Umdrehungen der Kugel",
+        )),
+        ("Steel ball, m = 4.28 kg, r = 5.08 cm\nmass [g],spin [rpm],time [s],turns",
+         lambda _, m, s, t: f"{m},{s},{t:.2f},1", "G301", "add a column position [cm]"),
+        ("Die Kugel: m = 4.28 kg\nposition [cm],spin [rpm],time [s],turns",
+         lambda _, m, s, t: f"14.8,{s},{t:.2f},1", "G301", "add a column mass [g]"),
+        *((f"{said}\nposition [cm],spin [rpm],time [s],turns", lambda _, m, s, t: f"14.8,{s},{t:.2f},1", "G301",
+           "add a column mass [g]") for said in (
+            "2 weights of 20.15 g", "two weights of 20.15 g each", "2 Gewichte von 20.15 g", "m = 20.15 g + 20.15 g",
+            "m = 20.15 g (two of them)",
+        )),
+        (NO_COUNT + "precession period [s], 5 turns", only, "G232", 'as "time for 5 turns [s]"'),
+        (NO_COUNT + "period, 5 rev (s)", only, "G232", 'as "time for 5 turns [s]"'),
         (NO_COUNT + "time for 1/3 turn [s]", lambda _, m, s, t: f"{m},14.8,{s},", "G202", "fill the times in"),
     ],
 )  # fmt: skip
@@ -115,6 +131,28 @@ def test_what_may_mean_two_things_is_asked_about(head: str, row: Row, code: str,
     with pytest.raises(LogError) as told:
         analyze(log(head, row))
     assert words in next(one.hint for one in told.value.diagnostics if one.code == code)
+
+
+@pytest.mark.parametrize(
+    ("head", "row", "turns"),
+    [
+        # What is asked for above, done.
+        (NO_COUNT + "time for 5 turns [s]", only, 5),
+        ("All times for 3 turns\n" + HEAD[:-1], only, 3),
+        ("Ball 2, weight 20 g steps, 1/3 turn\n" + HEAD[:-1], only, 1 / 3),
+    ],
+)
+def test_what_is_asked_for_gives_the_answer(head: str, row: Row, turns: float) -> None:
+    assert analyze(log(head, row, turns)).inertia.value == pytest.approx(TRUTH, rel=0.03)
+
+
+def test_a_line_that_every_run_overrules_is_named() -> None:
+    analysis = analyze(log(f"# turns: 2\n{HEAD}turns", plain(turns="1")))
+    (told,) = (one for one in analysis.diagnostics if one.code == "G220")
+    assert told.message == '"# turns: 2" is not used: each run has its own in the column "turns"'
+    assert told.line == 2
+    agreed = analyze(log(f"# turns: 1\n{HEAD}turns", plain(turns="1")))
+    assert "G220" not in {one.code for one in agreed.diagnostics}
 
 
 def test_the_two_readings_of_a_spin_in_two_columns_give_the_answer() -> None:

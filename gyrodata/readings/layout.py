@@ -234,7 +234,7 @@ class _SheetReader:
     def _take_run(self, row: Row) -> None:
         table = self.tables[-1]
         title = " ".join(text for row in self.captions for text in row.texts)
-        given = self._read_captions(table)
+        given = self._read_captions(table, row)
         if given and table.rows:
             table = _Table(table.head, table.cells, table.headers)
             self.tables.append(table)
@@ -248,15 +248,24 @@ class _SheetReader:
             row = Row(row.line, row.texts[:width], None if row.origin is None else row.origin[:width])
         table.rows.append(row)
 
-    def _read_captions(self, table: _Table) -> dict[str, tuple[str, tuple[int, int]]]:
-        """Find what the rows of words above a run say of what its columns lack."""
+    def _read_captions(self, table: _Table, run: Row) -> dict[str, tuple[str, tuple[int, int]]]:
+        """Find what the rows of words above a run say of what its columns lack; fill what is blank in the run."""
         found: dict[str, tuple[str, tuple[int, int]]] = {}
         lacking = _lacking(table)
+        blank = {
+            header.roles[0]: at
+            for at, header in enumerate(table.headers)
+            if len(header.roles) == 1 and at < len(run.texts) and run.texts[at] in BLANKS and table.rows
+        }
         for row in self.captions:
             said = []
             for role, text, at in _pairs(row) or _said(row):
                 if role in lacking:
                     found[role] = (text, divmod(row.spot(at), _PER_LINE))
+                    said.append(f"{role} {text}")
+                elif role in blank:
+                    # "moved to 10.0 cm": what is above holds no longer.
+                    run.texts[blank[role]] = text
                     said.append(f"{role} {text}")
             if said:
                 self.said[row.line] = ", ".join(said)
@@ -347,9 +356,10 @@ _SEVERAL_WEIGHTS = re.compile(
     r"(?i)(?<![\w.,])(?:[2-9]|two|three|four|zwei|drei|vier|deux|trois|dos|tres|два|три|dwa|trzy)\s+(?:[^\W\d]+\s+)?"
     r"(?:weights|masses|washers|nuts|gewichte|massen|poids|pesas|masas|груза|ciężarki|of them)|[0-9]\s*k?g\s*\+\s*[0-9]"
 )
+_MOVED = {"moved", "shifted", "changed", "set"}
 _NOT_TIMED = re.compile(
-    r"(?i)spin|tacho|of the (?:ball|sphere|dis[ck]|wheel)|rotor|der kugel|de la (?:boule|bola)|\bwait|before|\bafter\b|\bnot\b|n't\b|without|gewartet|"
-    r"\bvor\b|\bnach\b|\bnicht|ohne|attend|avant|après|\bpas\b|antes|después|sin\b|шара|ротор|после|перед|\bне\b"
+    r"(?i)spin|tacho|of the (?:ball|sphere|dis[ck]|wheel)|rotor|der kugel|de la (?:boule|bola)|\bwait|before|"
+    r"\bafter\b|\bnot\b|n't\b|without|gewartet|\bvor\b|\bnach\b|\bnicht|ohne|attend|avant|après|\bpas\b|antes|después|sin\b|шара|ротор|после|перед|\bне\b"
 )
 """Words of a sentence whose turns are no turns that were timed, or may be none."""
 
@@ -374,6 +384,8 @@ def _said(row: Row) -> list[tuple[str, str, int]]:
                 continue  # it does not count from the centre of the ball: a column can say so
             if (role == "mass" and several) or (role in ("mass", "position") and of_the_ball):
                 continue
+            if before & _MOVED:
+                before.discard("to")
             if role and not (before | after) & NOT_THE_WEIGHT:
                 found.setdefault(role, []).append((role, f"{match[1]} {match[2]}", at))
         if (turns := turns_in(text)) and not _NOT_TIMED.search(whole):
@@ -571,7 +583,6 @@ def _only_runs(tables: list[_Table], grid: Grid, faults: Faults) -> list[_Table]
     if not timed or len(tables) == 1:
         return tables
     kept: list[_Table] = []
-    seen: set[tuple[str, ...]] = set()
     for table in tables:
         why = ""
         if not _is_timed(table):
@@ -579,13 +590,17 @@ def _only_runs(tables: list[_Table], grid: Grid, faults: Faults) -> list[_Table]
         elif kept and _is_of_means(table) and not _is_of_means(kept[0]):
             why = "holds means"
         else:
-            fresh = [row for row in table.rows if _fingerprint(table, row) not in seen]
+            fresh = table.rows
+            for other in kept:
+                common = _parts(table) & _parts(other)
+                if common.intersection(TIMINGS):
+                    seen = {_fingerprint(other, row, common) for row in other.rows}
+                    fresh = [row for row in fresh if _fingerprint(table, row, common) not in seen]
             repeated = len(table.rows) - len(fresh)
             if kept and repeated > 1:
                 why = f"repeats {repeated} runs that stand above"
                 table.rows = fresh
             if table.rows:
-                seen.update(_fingerprint(table, row) for row in table.rows)
                 kept.append(table)
         if why:
             what = f'the table below line {table.cells[0].line} ("{table.cells[0].text[:40]}", …)'
@@ -608,12 +623,18 @@ def is_of_means(header: str) -> bool:
     return any(squeeze(word).lower() in MEAN_WORDS for word in re.split(r"[\s_,;()\[\]\-]+", header))
 
 
-def _fingerprint(table: _Table, row: Row) -> tuple[str, ...]:
-    """Give what was typed of a run, which no two runs have in common."""
-    parts = {role: text for role, (text, _) in table.given.items()}
+def _parts(table: _Table) -> set[str]:
+    """Name the parts of a run that a table has columns for, or a caption."""
+    named = {header.roles[0] for header in table.headers if header.roles and header.roles[0] in BY_NAME}
+    return {role for role in named if BY_NAME[role].part} | set(table.given)
+
+
+def _fingerprint(table: _Table, row: Row, among: set[str]) -> tuple[str, ...]:
+    """Give what was typed of some parts of a run, which no two runs have in common."""
+    parts = {role: text for role, (text, _) in table.given.items() if role in among}
     for at, header in enumerate(table.headers):
         role = header.roles[0] if header.roles else ""
-        if at < len(row.texts) and role in BY_NAME and BY_NAME[role].part:
+        if at < len(row.texts) and role in among:
             parts[f"{role} {header.number or ''}"] = row.texts[at]
     return tuple(sorted(f"{role.strip()} {text}" for role, text in parts.items()))
 

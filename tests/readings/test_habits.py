@@ -146,6 +146,25 @@ def test_what_is_asked_for_gives_the_answer(head: str, row: Row, turns: float) -
     assert analyze(log(head, row, turns)).inertia.value == pytest.approx(TRUTH, rel=0.03)
 
 
+@pytest.mark.parametrize("said", ["moved the weight to 10.0 cm", "Position: 10.0 cm", "weight now at 10.0 cm"])
+def test_what_a_line_between_the_runs_says_is_not_filled_with_what_stood_above(said: str) -> None:
+    above = log(HEAD + "turns", plain(turns="1")).decode()
+    below = log(HEAD + "turns", plain(turns="1"), slower=14.8 / 10.0).decode().splitlines()[2:]
+    analysis = analyze(f"{above}{said}\n{chr(10).join(below).replace(',14.8,', ',,')}\n".encode())
+    assert analysis.measurements.position.tolist() == [pytest.approx(0.148)] * 9 + [pytest.approx(0.1)] * 9
+    assert analysis.inertia.value == pytest.approx(TRUTH, rel=0.03)
+
+
+def test_runs_copied_below_with_a_column_more_count_once() -> None:
+    once = log(HEAD + "turns", plain(turns="1")).decode()
+    head, *rows = once.splitlines()[1:]
+    copy = "\n".join([f"{head},period [s]", *(f"{row},{row.split(',')[3]}" for row in rows)])
+    twice = analyze(f"{once}\n{copy}\n".encode())
+    assert len(twice.measurements.runs) == 9
+    assert twice.inertia == analyze(once.encode()).inertia
+    assert "repeats 9 runs that stand above: left out" in next(d.message for d in twice.diagnostics if d.code == "G143")
+
+
 def test_a_line_that_every_run_overrules_is_named() -> None:
     analysis = analyze(log(f"# turns: 2\n{HEAD}turns", plain(turns="1")))
     (told,) = (one for one in analysis.diagnostics if one.code == "G220")

@@ -284,6 +284,9 @@ class _SheetReader:
             lines = span(sorted({row.line for row, _ in words}))
             cell = self.grid.cell(*words[0])
             hint = "put # before the line to keep it as a remark; what it says of the runs goes into a column"
+            if origin := next((said for row, _ in words if (said := origin_in(" ".join(row.texts)))), ""):
+                length = {"surface": "ball_diameter: 10.16 cm", "tip": "rod_length: 25.0 cm"}[origin]
+                hint = f'if positions count from the {origin}, write "# position_from: {origin}" and "# {length}" above'
             faults.add(ROW_IS_ONLY_A_TITLE, f"{lines}: {texts} says nothing of runs, and is left out", hint, cell)
         if self.taken_out:
             cell = self.grid.cell(Row(self.taken_out[0], ["#"]), 0)

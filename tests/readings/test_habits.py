@@ -155,6 +155,19 @@ def test_what_a_line_between_the_runs_says_is_not_filled_with_what_stood_above(s
     assert analysis.inertia.value == pytest.approx(TRUTH, rel=0.03)
 
 
+def test_who_writes_that_positions_count_from_the_surface_is_told_how_to_say_it() -> None:
+    title = "Distances measured from the surface of the ball, diameter 101.6 mm"
+    from_surface = log(HEAD + "turns", plain(turns="1")).decode().replace(",14.8,", ",9.72,")
+    said = f"{title}\n{from_surface}"
+    hint = next(one.hint for one in analyze(said.encode()).diagnostics if one.code == "G214")
+    assert (
+        hint
+        == 'if positions count from the surface, write "# position_from: surface" and "# ball_diameter: 10.16 cm" above'
+    )
+    done = "# position_from: surface\n# ball_diameter: 10.16 cm\n" + said
+    assert analyze(done.encode()).inertia.value == pytest.approx(TRUTH, rel=0.03)
+
+
 def test_runs_copied_below_with_a_column_more_count_once() -> None:
     once = log(HEAD + "turns", plain(turns="1")).decode()
     head, *rows = once.splitlines()[1:]

@@ -154,7 +154,8 @@ def part_counted(header: str) -> Fraction:
     """Find the part of a turn that a column of counts counts by its header, as "half turns" or "turns (half)"; or 1."""
     inside = re.search(r"\(([^()]*)\)$", header.strip())
     said = turns_in(header) or (words_of_turns(inside[1], whole=True) if inside else "")
-    return min(Fraction(said or "1"), Fraction(1))
+    part = Fraction(said) if said and not re.search(r"/0+$", said) else Fraction(1)
+    return part if 0 < part < 1 else Fraction(1)
 
 
 def words_of_turns(text: str, whole: bool = False) -> str:
@@ -170,7 +171,7 @@ def words_of_turns(text: str, whole: bool = False) -> str:
     part = _PARTS.get(tokens.pop(), "") if tokens else ""
     if part.startswith("/"):
         over = _PARTS.get(tokens[-1], tokens[-1]) if tokens else ""
-        part = over + part if over.isdigit() else ""
+        part = over + part if over.isdecimal() else ""
         tokens = tokens[:-1]
     if not part:
         return ""
@@ -180,10 +181,10 @@ def words_of_turns(text: str, whole: bool = False) -> str:
         before.pop()
     mixed = bool(before) and before[-1] in _AND
     count = before[-1 - mixed] if len(before) > mixed else ""
-    if mixed or count.isdigit() or _PARTS.get(count, "").isdigit():
+    if mixed or count.isdecimal() or _PARTS.get(count, "").isdecimal():
         count = _PARTS.get(count, count)
         # The digit of a header may number a trial, and not count parts of a turn.
-        if not count.isdigit() or (not whole and before[-1 - mixed].isdigit()):
+        if not count.isdecimal() or (not whole and before[-1 - mixed].isdecimal()):
             return ""
         number = number + int(count) if mixed else number * int(count)
         tokens = before[: -1 - mixed]

@@ -352,7 +352,7 @@ _SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin"}
 _BALL_FIRST = re.compile(
     r"(?i)\W*(?:(?:the|our|a|steel|stahl|die|la|le|bola de|boule d')\s*)*"
     r"(?:ball|sphere|globe|rod|stick|shaft|dis[ck]|wheel|rotor|kugel|stab|stange|scheibe|boule|sphère|tige|disque|шар|"
-    r"стержень|диск|bola|esfera|varilla|kula|pręt|haste)(?!.*(?:weight|added|gewicht|masselotte|pesa|груз|ciężar))"
+    r"стержень|диск|bola|esfera|varilla|kula|pręt|haste)\b(?!.*(?:weight|added|gewicht|masselotte|pesa|груз|ciężar))"
 )
 """A line that begins with the ball or the rod, and names no weight."""
 _SEVERAL_WEIGHTS = re.compile(
@@ -361,8 +361,8 @@ _SEVERAL_WEIGHTS = re.compile(
 )
 _MOVED = {"moved", "shifted", "changed", "set"}
 _NOT_TIMED = re.compile(
-    r"(?i)spin|tacho|of the (?:ball|sphere|dis[ck]|wheel)|rotor|der kugel|de la (?:boule|bola)|\bwait|before|"
-    r"\bafter\b|\bnot\b|n't\b|without|gewartet|\bvor\b|\bnach\b|\bnicht|ohne|attend|avant|après|\bpas\b|antes|después|sin\b|шара|ротор|после|перед|\bне\b"
+    r"(?i)tacho|of (?:the )?(?:ball|spin|sphere|dis[ck]|wheel|rotor)\b|der kugel|de la (?:boule|bola)|шара|ротора|"
+    r"\bwait|gewartet|warten|attend|esper|before the|\bnot\b|n't\b|\bnicht|\bpas\b|\bне\b|start\w*\W+(?:\w+\W+){0,2}after"
 )
 """Words of a sentence whose turns are no turns that were timed, or may be none."""
 
@@ -586,6 +586,9 @@ def _only_runs(tables: list[_Table], grid: Grid, faults: Faults) -> list[_Table]
     if not timed or len(tables) == 1:
         return tables
     kept: list[_Table] = []
+    # Tables by the parts of a run that they tell, and what was typed of the parts that others tell as well.
+    alike: dict[frozenset[str], list[_Table]] = {}
+    seen: dict[tuple[frozenset[str], frozenset[str]], tuple[int, set[tuple[str, ...]]]] = {}
     for table in tables:
         why = ""
         if not _is_timed(table):
@@ -593,18 +596,21 @@ def _only_runs(tables: list[_Table], grid: Grid, faults: Faults) -> list[_Table]
         elif kept and _is_of_means(table) and not _is_of_means(kept[0]):
             why = "holds means"
         else:
-            fresh = table.rows
-            for other in kept:
-                common = _parts(table) & _parts(other)
+            fresh, parts = table.rows, _parts(table)
+            for kind, others in alike.items():
+                common = parts & kind
                 if common.intersection(TIMINGS):
-                    seen = {_fingerprint(other, row, common) for row in other.rows}
-                    fresh = [row for row in fresh if _fingerprint(table, row, common) not in seen]
+                    count, prints = seen.get((kind, common), (0, set()))
+                    prints.update(_fingerprint(other, row, common) for other in others[count:] for row in other.rows)
+                    seen[kind, common] = len(others), prints
+                    fresh = [row for row in fresh if _fingerprint(table, row, common) not in prints]
             repeated = len(table.rows) - len(fresh)
             if kept and repeated > 1:
                 why = f"repeats {repeated} runs that stand above"
                 table.rows = fresh
             if table.rows:
                 kept.append(table)
+                alike.setdefault(parts, []).append(table)
         if why:
             what = f'the table below line {table.cells[0].line} ("{table.cells[0].text[:40]}", …)'
             faults.add(TABLE_LEFT_OUT, f"{what} {why}: left out", "", table.cells[0])
@@ -626,13 +632,13 @@ def is_of_means(header: str) -> bool:
     return any(squeeze(word).lower() in MEAN_WORDS for word in re.split(r"[\s_,;()\[\]\-]+", header))
 
 
-def _parts(table: _Table) -> set[str]:
+def _parts(table: _Table) -> frozenset[str]:
     """Name the parts of a run that a table has columns for, or a caption."""
     named = {header.roles[0] for header in table.headers if header.roles and header.roles[0] in BY_NAME}
-    return {role for role in named if BY_NAME[role].part} | set(table.given)
+    return frozenset(role for role in named if BY_NAME[role].part) | frozenset(table.given)
 
 
-def _fingerprint(table: _Table, row: Row, among: set[str]) -> tuple[str, ...]:
+def _fingerprint(table: _Table, row: Row, among: frozenset[str]) -> tuple[str, ...]:
     """Give what was typed of some parts of a run, which no two runs have in common."""
     parts = {role: text for role, (text, _) in table.given.items() if role in among}
     for at, header in enumerate(table.headers):

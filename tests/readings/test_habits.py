@@ -178,6 +178,12 @@ def test_runs_copied_below_with_a_column_more_count_once() -> None:
     assert "repeats 9 runs that stand above: left out" in next(d.message for d in twice.diagnostics if d.code == "G143")
 
 
+@pytest.mark.parametrize("header", ["1/0 turns", "1/00 turns", "turns (0 thirds)", "² half turns", "0 half turns"])
+def test_a_header_that_counts_by_nothing_ends_in_words(header: str) -> None:
+    with pytest.raises(LogError):
+        analyze(log(HEAD + header, plain(turns="0")))
+
+
 def test_a_line_that_every_run_overrules_is_named() -> None:
     analysis = analyze(log(f"# turns: 2\n{HEAD}turns", plain(turns="1")))
     (told,) = (one for one in analysis.diagnostics if one.code == "G220")

@@ -362,7 +362,8 @@ _SEVERAL_WEIGHTS = re.compile(
 _MOVED = {"moved", "shifted", "changed", "set"}
 _NOT_TIMED = re.compile(
     r"(?i)tacho|of (?:the )?(?:ball|spin|sphere|dis[ck]|wheel|rotor)\b|der kugel|de la (?:boule|bola)|шара|ротора|"
-    r"\bwait|gewartet|warten|attend|esper|before the|\bnot\b|n't\b|\bnicht|\bpas\b|\bне\b|start\w*\W+(?:\w+\W+){0,2}after"
+    r"\bwait|gewartet|warten|attend|esper|before the|\bnot\b|n't\b|\bnicht|\bpas\b|\bне\b|"
+    r"start\w*\W+(?:\w+\W+){0,2}after"
 )
 """Words of a sentence whose turns are no turns that were timed, or may be none."""
 

@@ -1,0 +1,238 @@
+"""What is still allowed, counted or told, and what is just past it: a grade may not hang on who wrote < for ≤."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from grading.classes import LOG, make_folder, make_zip
+from grading.students import Course, Row, honest_class, prints_of
+from grading.test_class_page import GOOD, a_class, page_of
+from grading.test_exports import a_grade, fill_gradebook, rows_of
+from msgspec.structs import replace
+
+from gyrodata.errors import InputError
+from gyrodata.grading import (
+    ClassGrades,
+    Flag,
+    GradingOptions,
+    Slip,
+    class_summary,
+    find_submissions,
+    flag_class,
+    read_rubric,
+    results_json,
+    settle,
+    write_feedback,
+    write_results,
+)
+
+CLASS = honest_class(np.random.default_rng(1), Course(), 30)
+
+
+# --- the class ----------------------------------------------------------------------------------------------
+
+
+def slip(kind: str) -> Slip:
+    return Slip(kind, f"{kind} it is", "look", 1.0, "recommended", None, 0.1)
+
+
+def test_slips_are_told_the_commonest_first_and_by_name_where_as_many_made_them() -> None:
+    made = {"a": "wide", "b": "odd", "c": "wide", "d": "near", "e": "mild"}
+    found = a_class([replace(GOOD, student=student, slips=(slip(kind),)) for student, kind in made.items()])
+    assert list(found.slips.items()) == [("wide", ["a", "c"]), ("mild", ["e"]), ("near", ["d"]), ("odd", ["b"])]
+
+
+@pytest.mark.parametrize(
+    ("student", "name", "label"),
+    [("7", "7", "7"), ("7", "Ann (7)", "Ann (7)"), ("7", "Ann", "Ann (7)"), ("jdoe", "Doe", "Doe (jdoe)")],
+)
+def test_a_student_is_called_by_name_and_by_key_once(student: str, name: str, label: str) -> None:
+    assert a_class([replace(GOOD, student=student, name=name)]).label(student) == label
+
+
+@pytest.mark.parametrize("length", [27, 28, 29, 60])
+def test_a_long_name_takes_28_places_of_the_table(length: int) -> None:
+    name = "".join(chr(97 + at % 26) for at in range(length))
+    (row,) = (row for row in class_summary(a_class([replace(GOOD, name=name)])) if "abcdefghi" in row)
+    assert row.split()[0] == (name if length <= 28 else name[:27] + "…")
+
+
+def a_class_of(names: list[str]) -> ClassGrades:
+    found = a_class([replace(GOOD, student=f"s{at}", name=f"S{at}") for at in range(len(names))])
+    items = tuple(replace(one, feedback_stem=name) for one, name in zip(found.submissions.items, names, strict=True))
+    return replace(found, submissions=replace(found.submissions, items=items))
+
+
+def files_of(folder: Path) -> list[str]:
+    return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
+
+
+def test_feedback_of_one_name_is_numbered_from_two(tmp_path: Path) -> None:
+    assert write_feedback(a_class_of(["doe", "Doe", "DOE"]), tmp_path, GradingOptions(0)) == ([], [])
+    assert [path.name for path in sorted((tmp_path / "feedback").glob("*.md"))] == ["DOE-3.md", "Doe-2.md", "doe.md"]
+
+
+def test_what_the_next_run_relies_on_outlasts_a_power_cut_and_all_is_the_graders_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    synced: set[int] = set()
+    sync = os.fsync
+
+    def noted(number: int) -> None:
+        synced.add(os.fstat(number).st_ino)
+        sync(number)
+
+    monkeypatch.setattr(os, "fsync", noted)
+    mask = os.umask(0o022)
+    try:
+        found = a_class_of(["doe"])
+        for points in (11.5, 3.0):
+            found = replace(found, grades=(replace(found.grades[0], points=points),))
+            write_results(found, tmp_path, {})
+            write_feedback(found, tmp_path, GradingOptions(0))
+            (tmp_path / "feedback" / "doe.md").write_text("well done", encoding="utf-8")
+            (tmp_path / "grades.csv").write_text("student,status,total\ns0,graded,4.00\n", encoding="utf-8")
+        write_results(found, tmp_path, {})
+        write_feedback(found, tmp_path, GradingOptions(0))
+    finally:
+        os.umask(mask)
+    there = [path for path in tmp_path.rglob("*") if path.is_file()]
+    kept = {path.relative_to(tmp_path).parts[0] for path in there if path.stat().st_ino in synced}
+    assert kept == {"published", "grades.csv", "feedback.zip"}
+    assert all(path.stat().st_ino in synced for path in (tmp_path / "published").rglob("*.*"))
+    assert [path for path in there if path.stat().st_mode & 0o077] == []
+
+
+# --- files that are handed in -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("make", [make_folder, make_zip])
+def test_a_class_may_have_as_many_files_as_is_said(
+    make: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("gyrodata.grading.submissions.archives.MOST_FILES", 4)
+    root = make(tmp_path / "few.zip", {f"s{at}.csv": LOG for at in range(4)})
+    assert len(find_submissions(root).items) == 4
+    with pytest.raises(InputError, match="more than 4 files"):
+        find_submissions(make(tmp_path / "many.zip", {f"s{at}.csv": LOG for at in range(5)}))
+
+
+def test_two_students_of_blackboard_without_receipts_are_told_by_what_their_files_do_not_share(tmp_path: Path) -> None:
+    stem = "Gyro lab_{}_attempt_2026-03-09-14-05-59_lab.csv"
+    root = make_folder(tmp_path / "class", {stem.format(user): LOG for user in ("j_doe", "b_roe")})
+    assert [one.student for one in find_submissions(root, "blackboard").items] == ["b_roe", "j_doe"]
+
+
+# --- points -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("sheet", "out_of", "fits"), [
+    ("20", 20.004, True), ("20", 20.006, False), ("20.004", 20.0, True), ("20.006", 20.0, False),
+    ("19.99", 20.0, False),
+])  # fmt: skip
+def test_points_possible_are_the_same_to_the_hundredth(sheet: str, out_of: float, fits: bool) -> None:
+    book = f"Student,ID,Gyro (7)\n    Points Possible,,{sheet}\nDoe,1,\n".encode()
+    grades = [a_grade("1", out_of=out_of)]
+    if fits:
+        assert rows_of(fill_gradebook(book, grades=grades, ids={"1": {"canvas": "1"}}).data)[2][2] == "17.50"
+    else:
+        with pytest.raises(InputError):
+            fill_gradebook(book, grades=grades, ids={"1": {"canvas": "1"}})
+
+
+BY_HAND = """schema = 1
+points = 20
+criterion = [
+  { id = "c0", check = "manual", points = 2 },
+  { id = "c1", check = "manual", points = 6 },
+  { id = "c2", check = "manual", points = 12 },
+]
+"""
+
+
+def test_a_total_has_hundredths_and_is_never_below_nothing() -> None:
+    rubric = read_rubric(BY_HAND.encode())
+    for points, taken, total in (
+        ((2.0, 4.5, 11.0), 1 / 3, 17.17),
+        ((0.0, 0.5, 0.25), 0.7551, 0.0),
+        ((0.0, 1.0, 0.0), 0.992, 0.01),
+    ):
+        grade = a_grade("1", points, late_deduction=taken, own={"recommended": {}})
+        assert settle([grade], rubric)[0][0].points == total
+
+
+def test_gradescope_is_told_hundredths_and_what_is_worth_a_point_is_not_met_without_one() -> None:
+    grade = a_grade("1", (1 / 3, 0.0, 2.0), late_deduction=0.0)
+    one, two, three = grade.marks
+    compared = {"d": 1.0}
+    marks = (one, replace(two, out_of=1.0, detail=compared), replace(three, out_of=2.0, detail=compared))
+    told = json.loads(results_json(replace(grade, marks=marks)))
+    assert told["score"] == 2.33
+    assert told["output"].splitlines()[:3] == [
+        "0.33 of 2 points in what is shown now.",
+        "Criterion 1: not met. The points are shown after the due date.",
+        "Criterion 2: met. The points are shown after the due date.",
+    ]
+
+
+# --- logs that are alike ------------------------------------------------------------------------------------
+
+
+def few(count: int) -> dict[str, list[Row]]:
+    return dict(list(CLASS.items())[:count])
+
+
+@pytest.mark.parametrize(("copies", "more"), [(2, ""), (3, "; and 3 more like these")])
+def test_three_pairs_of_a_ring_are_told_and_more_are_counted(copies: int, more: str) -> None:
+    ring = {f"z{at}": CLASS["s00002"] for at in range(copies)}
+    (flag,) = flag_class(prints_of(few(12) | ring))
+    assert flag.evidence.count(" rows of ") == 3
+    assert flag.evidence.partition("; and ")[1:] == (more[:6], more[6:])
+
+
+@pytest.mark.parametrize(("turns", "told"), [("1", False), ("4/3", False), ("2", True), ("3", True)])
+def test_the_last_digit_of_a_period_is_another_where_it_is_half_or_less(turns: str, told: bool) -> None:
+    parts = {"1/3": 3.0, "2/3": 1.5, "1": 1.0, "4/3": 4 / 3, "2": 2.0, "3": 3.0}
+    rows = [(m, x, spin, f"{parts[part] * float(time):.2f}", "1") for m, x, spin, time, part in CLASS["s00002"]]
+    copy = [(m, x, spin, f"{parts[turns] * float(time):.2f}", turns) for m, x, spin, time, _ in rows]
+    (flag,) = flag_class(prints_of(few(12) | {"s00002": rows, "zz": copy}))
+    assert ("not typed to the same digit" in flag.evidence) == told
+
+
+@pytest.mark.parametrize(
+    ("mass", "kinds"), [("18", ["shared rows"]), ("17.9", []), ("22.2", ["shared rows"]), ("22.3", [])]
+)
+def test_rows_are_compared_where_their_weights_are_a_tenth_apart(mass: str, kinds: list[str]) -> None:
+    rows = [("20", *row[1:]) for row in CLASS["s00002"]]
+    copy = [(mass, *row[1:]) for row in rows]
+    assert [flag.kind for flag in flag_class(prints_of(few(12) | {"s00002": rows, "zz": copy}))] == kinds
+
+
+@pytest.mark.parametrize(("sharing", "flags"), [(9, 0), (8, 1)])
+def test_spins_are_a_habit_where_more_than_a_share_of_the_class_has_them(
+    sharing: int, flags: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("gyrodata.grading.forensics.copies.HABIT_SHARE", 0.27)
+    same = {
+        student: [(m, x, CLASS["s00001"][at][2], time, turns) for at, (m, x, _, time, turns) in enumerate(rows)]
+        for student, rows in few(sharing).items()
+    }
+    assert len(flag_class(prints_of(CLASS | same))) == flags
+
+
+# --- the page of the class ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("expected", "words"), [
+    (0.04, "about 1 in 20"), (0.003, "about 1 in 300"), (1.3e-6, "about 1 in 800000"), (1e-6, "about 1 in 1000000"),
+    (0.99e-6, "fewer than 1 in a million"), (1e-12, "fewer than 1 in a million"),
+])  # fmt: skip
+def test_how_rare_a_flag_is_is_told_down_to_a_million(expected: float, words: str) -> None:
+    pair = [replace(GOOD, student=student, name=student) for student in "ab"]
+    page = page_of(a_class(pair, [Flag("same spins", ("a", "b"), "9 of 9 spins", 1e-15, expected)]))
+    assert f"By chance, {words} honest classes would show this." in page

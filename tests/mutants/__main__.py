@@ -305,11 +305,11 @@ class Bench:
             key=lambda name: (self.known[name].seconds > 1, files[name.partition("::")[0]], self.known[name].seconds)
         )
         # What is done when a module is loaded is known from no test: any that stands beside one that meets the module
-        # may notice.
+        # may notice; any of all where it has no function to be met.
         anew = mutant.at_import or not names
         if anew:
             met = {name.partition("::")[0] for name in here}
-            names = [name for name in self.items if name.partition("::")[0] in met]
+            names = [name for name in self.items if name.partition("::")[0] in met or not met]
             names.sort(key=lambda name: self.known[name].seconds)
         spent = itertools.accumulate(self.known[name].seconds + 0.005 for name in names)
         names = [name for name, sum_ in zip(names, spent, strict=True) if sum_ < budget]

@@ -10,7 +10,7 @@ import pytest
 from columns import of, shared
 
 from gyrodata.errors import InputError
-from gyrodata.readings import Place, Uncertainty, blank_log, read_log
+from gyrodata.readings import Place, Uncertainty, blank_log, read_log, with_uncertainties
 
 HEAD = "mass [g],position [cm],spin [rpm],time [s],turns\n"
 ROW = "20,15.0,206,7.06,1/3\n"
@@ -566,3 +566,55 @@ def test_the_uncertainty_of_a_derived_column_is_kept_and_never_stops_a_log():
     assert readings.ok
     assert of(readings.columns["precession_period"], "u") == (Uncertainty(0.5), None)
     assert of(readings.columns["precession_rate"], "u") == (None, None)
+
+
+class Sheet(io.BytesIO):
+    """A stream that has columns too, as the sheets of some libraries have."""
+
+    columns = ()
+
+
+def test_what_only_has_columns_is_no_dataframe():
+    assert read_log(Sheet((HEAD + ROW).encode())).ok
+
+
+def test_a_dataframe_whose_index_has_the_name_of_a_column():
+    import pandas as pd
+
+    columns = {"mass [g]": [20.5, 40.0], "position [cm]": 15.0, "spin [rpm]": 206.0, "time [s]": 7.5, "turns": 1}
+    frame = pd.DataFrame(columns, dtype="float32")
+    readings = read_log(frame)
+    assert readings.columns["mass"].values == (0.0205, 0.04)  # noqa: PD011 (a Column, not a frame)
+    assert of(readings.columns["mass"], "text") == ("20.5", "40"), "a whole number has no point"
+    noted = frame.assign(note=["by Ann", "by Bob"]).set_index("note", drop=False)
+    assert [one.message for one in read_log(noted).diagnostics] == ['two columns are called "note"']
+
+
+@pytest.mark.parametrize(
+    ("line", "column", "used"),
+    [
+        ("", "", "u_imbalance u_position u_time u_time_bias"),
+        ("# u_time: 0.2 s", "", "u_imbalance u_position u_time_bias"),
+        ("# u_position: 1 mm", "", "u_imbalance u_time u_time_bias"),
+        ("# u_imbalance: 0.1 mN m", "", "u_position u_time u_time_bias"),
+        ("# balanced: yes", "", "u_position u_time u_time_bias"),
+        ("# balanced: no", "", "u_position u_time u_time_bias"),
+        ("# balance_drift: 30 deg in 20 s at 400 rpm", "", "u_position u_time u_time_bias"),
+        ("# balance_tilt: 2 deg in 10 s", "", "u_position u_time u_time_bias"),
+        ("", ",u_time [s]", "u_imbalance u_position u_time_bias"),
+        ("", ",T [s]", "u_imbalance u_position u_time u_time_bias"),
+        ("", ",T (± 0.1 s) [s]", "u_imbalance u_position u_time_bias"),
+    ],
+)
+def test_uncertainties_of_the_bench_hold_where_a_log_states_none(line, column, used):
+    rows = [f"{mass},15.0,206,{time},1{column and f',{time}'}\n" for mass, time in ((20, 20.5), (40, 10.5))]
+    readings = read_log("\n".join([line, HEAD.strip() + column, *rows]))
+    assert readings.ok, readings.diagnostics
+    given = {f"u_{name}": Uncertainty(0.003) for name in ("imbalance", "position", "time", "time_bias", "torque")}
+    told, keys = with_uncertainties(readings, given)
+    assert keys == set(used.split())
+    for name in ("position", "time"):
+        mine = [one == Uncertainty(0.003) for one in of(told.columns[name], "u")]
+        assert mine == [f"u_{name}" in used.split()] * 2
+    assert {key for key, u in told.uncertainties.items() if u == Uncertainty(0.003)} == keys & {"u_imbalance", "u_time_bias"}
+    assert of(told.columns["mass"], "u") == of(readings.columns["mass"], "u")

@@ -189,3 +189,31 @@ def test_an_answer_in_a_line_of_a_report_is_found(line, answer):
 def test_a_number_far_from_any_moment_of_inertia_is_not_judged(text, value, problem):
     used = usable_inertia(read_reported("inertia", text))
     assert (used.value, used.problem) == (value, problem)
+
+
+@pytest.mark.parametrize(
+    ("text", "value", "u"),
+    [
+        ("4.4e-3 ± 0.1e-3 kg m^2", 4.4e-3, 0.1e-3),
+        ("4.4e-3 ± 0.1e-3", 4.4e-3, 0.1e-3),
+        ("4.4e-3 ± 0.1e-3 furlongs", 4.4e-3, 0.1e-3),
+        ("44 ± 1 kg cm^2", 4.4e-3, 1e-4),
+        ("4.4e-3 ± 0 kg m^2", 4.4e-3, 0.0),
+        ("0 kg m^2", 0.0, None),
+        ("1.5e-30 kg m^2", 1.5e-30, None),
+        ("-9e29 kg m^2", -9e29, None),
+        ("0.9e-30 kg m^2", None, None),
+        ("1.1e30 kg m^2", None, None),
+        ("4.4e-3 ± 0.9e-30 kg m^2", None, 0.9e-30),
+        ("4.4e-3 ± 1.1e30 kg m^2", None, 1.1e30),
+        ("about four", None, None),
+        ("9e200 kg m^2", None, None),
+    ],
+)
+def test_a_number_without_its_unit_is_used_and_one_that_is_far_off_is_not(text, value, u):
+    read = read_reported("inertia", text)
+    used = usable_inertia(read)
+    assert (used.value, used.u) == (pytest.approx(value) if value else value, pytest.approx(u) if u else u)
+    assert bool(used.problem) == bool(read.problem or value is None)
+    if read.value == value:
+        assert used is read

@@ -616,5 +616,6 @@ def test_uncertainties_of_the_bench_hold_where_a_log_states_none(line, column, u
     for name in ("position", "time"):
         mine = [one == Uncertainty(0.003) for one in of(told.columns[name], "u")]
         assert mine == [f"u_{name}" in used.split()] * 2
-    assert {key for key, u in told.uncertainties.items() if u == Uncertainty(0.003)} == keys & {"u_imbalance", "u_time_bias"}
+    ours = {key for key, u in told.uncertainties.items() if u == Uncertainty(0.003)}
+    assert ours == keys & {"u_imbalance", "u_time_bias"}
     assert of(told.columns["mass"], "u") == of(readings.columns["mass"], "u")

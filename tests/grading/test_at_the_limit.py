@@ -103,7 +103,8 @@ def test_what_the_next_run_relies_on_outlasts_a_power_cut_and_all_is_the_graders
         os.umask(mask)
     there = [path for path in tmp_path.rglob("*") if path.is_file()]
     kept = {path.relative_to(tmp_path).parts[0] for path in there if path.stat().st_ino in synced}
-    assert kept == {"published", "grades.csv", "feedback.zip"}
+    # A number that is free again may be another file's: there may be more.
+    assert kept >= {"published", "grades.csv", "feedback.zip"}
     assert all(path.stat().st_ino in synced for path in (tmp_path / "published").rglob("*.*"))
     assert [path for path in there if path.stat().st_mode & 0o077] == []
 

@@ -30,8 +30,18 @@ from gyrodata.grading import (
     write_feedback,
     write_results,
 )
+from gyrodata.grading.classroom import share_of
+from gyrodata.grading.journal import basis_of
 
 CLASS = honest_class(np.random.default_rng(1), Course(), 30)
+BY_HAND = """schema = 1
+points = 20
+criterion = [
+  { id = "c0", check = "manual", points = 2 },
+  { id = "c1", check = "manual", points = 6 },
+  { id = "c2", check = "manual", points = 12 },
+]
+"""
 
 
 # --- the class ----------------------------------------------------------------------------------------------
@@ -129,6 +139,44 @@ def test_two_students_of_blackboard_without_receipts_are_told_by_what_their_file
     assert [one.student for one in find_submissions(root, "blackboard").items] == ["b_roe", "j_doe"]
 
 
+# --- what a grade rests on ----------------------------------------------------------------------------------
+
+
+def test_other_files_matter_where_the_rubric_counts_them(tmp_path: Path) -> None:
+    root = make_folder(tmp_path / "class", {"a/lab.csv": LOG, "a/plot.png": "x"})
+    (item,) = find_submissions(root).items
+    fewer = replace(item, members=item.members[:1])
+    plain = read_rubric(BY_HAND.encode())
+    files = 'check = "files", points = 2, full = "files >= 2", zero = "files <= 0" }'
+    counting = read_rubric(BY_HAND.replace('check = "manual", points = 2 }', files).encode())
+    assert basis_of(item, plain, "") == basis_of(fewer, plain, "")
+    assert basis_of(item, counting, "") != basis_of(fewer, counting, "")
+
+
+@pytest.mark.parametrize(
+    ("count", "workers", "share"),
+    [(0, 1, 1), (3, 1, 1), (4, 1, 1), (7, 1, 1), (8, 1, 2), (9, 0, 2), (15, 2, 1), (16, 2, 2), (127, 1, 31),
+     (128, 1, 32), (132, 1, 32), (10_000, 4, 32)],
+)  # fmt: skip
+def test_each_worker_comes_round_four_times_with_at_most_32_students(count: int, workers: int, share: int) -> None:
+    assert share_of(count, workers) == share
+
+
+@pytest.mark.parametrize(
+    ("ends", "fits"), [(("1e-6", "100"), True), (("1", "1.001"), True), (("1", "1"), False), (("2", "1"), False)]
+)
+def test_a_gate_has_a_lower_end_and_a_higher_one(ends: tuple[str, str], fits: bool) -> None:
+    low, high = ends
+    check = 'check = "uncertainty", points = 2, full = "stated >= 1", zero = "stated <= 0"'
+    gate = f'{check}, gate = ["{low} kg m^2", "{high} kg m^2"] }}'
+    rubric = BY_HAND.replace('check = "manual", points = 2 }', gate).encode()
+    if fits:
+        assert read_rubric(rubric).criteria[0].gate == (float(low), float(high))
+    else:
+        with pytest.raises(InputError, match="gate: the first is not below the second"):
+            read_rubric(rubric)
+
+
 # --- points -------------------------------------------------------------------------------------------------
 
 
@@ -144,16 +192,6 @@ def test_points_possible_are_the_same_to_the_hundredth(sheet: str, out_of: float
     else:
         with pytest.raises(InputError):
             fill_gradebook(book, grades=grades, ids={"1": {"canvas": "1"}})
-
-
-BY_HAND = """schema = 1
-points = 20
-criterion = [
-  { id = "c0", check = "manual", points = 2 },
-  { id = "c1", check = "manual", points = 6 },
-  { id = "c2", check = "manual", points = 12 },
-]
-"""
 
 
 def test_a_total_has_hundredths_and_is_never_below_nothing() -> None:

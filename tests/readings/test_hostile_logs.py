@@ -505,3 +505,14 @@ def test_a_workbook_has_two_hundred_columns_too():
 def test_a_byte_that_a_code_page_lacks_weighs_less_than_a_word():
     data = b"m [g];x [\xf1\xec];t [s];N;n [rpm];\x98\n20,1;14,8;6,95;1/3;212;x\n"
     assert [d.message[-6:] for d in read_log(data).diagnostics if d.code == "G109"] == ["cp1251"]
+
+
+def test_quoted_rows_may_end_in_as_many_blanks_again():
+    for blanks, refused in ((396, False), (397, True)):
+        head = HEAD.strip().replace("mass [g]", '"mass [g]"') + "," * blanks
+        if refused:
+            with pytest.raises(InputError) as caught:
+                read_log(f"{head}\n{ROW}")
+            assert caught.value.diagnostics[-1].code == "G224"
+        else:
+            assert len(read_log(f"{head}\n{ROW}").runs) == 1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 from grading.classes import LOG, make_folder, make_zip
 from grading.students import Course, Row, honest_class, prints_of
-from grading.test_class_page import GOOD, a_class, page_of
+from grading.test_class_page import GOOD, a_class, page_of, tables_of
 from grading.test_exports import a_grade, fill_gradebook, rows_of
 from msgspec.structs import replace
 
@@ -25,6 +26,7 @@ from gyrodata.grading import (
     find_submissions,
     flag_class,
     read_rubric,
+    read_sheet,
     results_json,
     settle,
     write_feedback,
@@ -119,6 +121,24 @@ def test_what_the_next_run_relies_on_outlasts_a_power_cut_and_all_is_the_graders
     assert [path for path in there if path.stat().st_mode & 0o077] == []
 
 
+def test_what_the_new_table_says_too_waits_for_nobody(tmp_path: Path) -> None:
+    found = a_class_of(["doe"])
+    found = replace(found, grades=(replace(found.grades[0], points=17.25),))
+    write_results(found, tmp_path, {})
+    table = (tmp_path / "grades.csv").read_text(encoding="utf-8")
+    (tmp_path / "grades.csv").write_text(table.replace(",17.25,", ",3,"), encoding="utf-8")
+    agreed = replace(found, grades=(replace(found.grades[0], points=3.0),))
+    assert [write_results(one, tmp_path, {}) for one in (found, agreed, found)] == [1, 0, 1]
+
+
+def test_the_zip_of_feedback_does_not_tell_when_and_by_whom_it_was_made(tmp_path: Path) -> None:
+    write_feedback(a_class_of(["doe", "roe"]), tmp_path, GradingOptions(0))
+    with zipfile.ZipFile(tmp_path / "feedback.zip") as archive:
+        entries = [(one.filename, one.date_time[0], oct(one.external_attr >> 16)) for one in archive.infolist()]
+        assert {one.compress_type for one in archive.infolist()} == {zipfile.ZIP_DEFLATED}
+    assert entries == [(f"{who}{end}", 1980, "0o644") for who in ("doe", "roe") for end in (".html", ".md")]
+
+
 # --- files that are handed in -------------------------------------------------------------------------------
 
 
@@ -192,6 +212,25 @@ def test_points_possible_are_the_same_to_the_hundredth(sheet: str, out_of: float
     else:
         with pytest.raises(InputError):
             fill_gradebook(book, grades=grades, ids={"1": {"canvas": "1"}})
+
+
+@pytest.mark.parametrize(("lines", "delimiter"), [(2, ";"), (3, ";"), (4, ","), (5, ",")])
+def test_the_first_three_lines_of_a_sheet_tell_what_parts_its_cells(lines: int, delimiter: str) -> None:
+    rows = ["a,b"] * 5
+    rows[lines - 1] = "a;b;c;d;e;f"
+    assert read_sheet("\n".join(rows).encode(), "sheet.csv").delimiter == delimiter
+
+
+def test_where_nothing_is_uncertain_the_smallest_difference_counts() -> None:
+    check = 'check = "reference", points = 2, full = "z <= 2", zero = "z >= 9" }'
+    reference = '[reference.all]\ninertia = "4.4e-3 kg m^2"\nu = "0 kg m^2"\n'
+    rubric = read_rubric((BY_HAND.replace('check = "manual", points = 2 }', check) + reference).encode())
+    for value, points in ((4.4e-3, 2.0), (4.4e-3 * (1 + 1e-9), 2.0), (4.4e-3 * (1 + 1e-8), 0.0)):
+        grade = a_grade("1", own={"recommended": {}})
+        pending = replace(grade.marks[0], detail={"value": value, "u": 0.0})
+        ((settled,), *_) = settle([replace(grade, marks=(pending, *grade.marks[1:]))], rubric)
+        assert settled.marks[0].points == points
+        assert settled.zeta == pytest.approx(abs(value / 4.4e-3 - 1) * 1e9, rel=1e-6)
 
 
 def test_a_total_has_hundredths_and_is_never_below_nothing() -> None:
@@ -275,3 +314,15 @@ def test_how_rare_a_flag_is_is_told_down_to_a_million(expected: float, words: st
     pair = [replace(GOOD, student=student, name=student) for student in "ab"]
     page = page_of(a_class(pair, [Flag("same spins", ("a", "b"), "9 of 9 spins", 1e-15, expected)]))
     assert f"By chance, {words} honest classes would show this." in page
+
+
+@pytest.mark.parametrize(("turns", "shown"), [
+    ("1/3", "1/3"), ("0.3333333", "1/3"), ("0.333333", "0.3333"), ("0.6667", "0.6667"), ("11/12", "11/12"),
+    ("1/13", "0.07692"), ("2", "2"), ("0.25", "1/4"),
+])  # fmt: skip
+def test_turns_are_shown_as_the_fraction_that_they_are(turns: str, shown: str) -> None:
+    prints = prints_of({student: [(*row[:4], turns) for row in CLASS["s00001"]] for student in "ab"})
+    flag = Flag("shared rows", ("a", "b"), "9 of 9 rows", 1e-9, 1e-8, pairs=(("a", "b"),))
+    found = a_class([replace(GOOD, student=student, name=student) for student in prints], [flag])
+    (table,) = tables_of(page_of(replace(found, compared=prints)))
+    assert {cells[at][0] for cells in table for at in (4, 8)} == {shown}

@@ -619,3 +619,23 @@ def test_uncertainties_of_the_bench_hold_where_a_log_states_none(line, column, u
     ours = {key for key, u in told.uncertainties.items() if u == Uncertainty(0.003)}
     assert ours == keys & {"u_imbalance", "u_time_bias"}
     assert of(told.columns["mass"], "u") == of(readings.columns["mass"], "u")
+
+
+class Labelled(float):
+    """A number that says its units, or its deviation, and no more of what other libraries have."""
+
+    units = "g"
+    std_dev = 0.1
+
+
+class Sized(float):
+    magnitude = nominal_value = 7.0
+
+
+@pytest.mark.parametrize("kind", [Labelled, Sized])
+def test_a_number_that_only_looks_like_one_of_another_library_is_a_number(kind):
+    import pandas as pd
+
+    columns = {"mass [g]": [kind(20.5)], "position [cm]": 15, "spin [rpm]": 206, "time [s]": 7.5, "turns": 1}
+    readings = read_log(pd.DataFrame(columns, dtype=object))
+    assert of(readings.columns["mass"], "text") == ("20.5",)

@@ -25,6 +25,7 @@ from gyrodata.grading import (
     class_summary,
     find_submissions,
     flag_class,
+    judge_lateness,
     read_rubric,
     read_sheet,
     results_json,
@@ -153,6 +154,12 @@ def test_a_class_may_have_as_many_files_as_is_said(
         find_submissions(make(tmp_path / "many.zip", {f"s{at}.csv": LOG for at in range(5)}))
 
 
+def test_a_refusal_shows_no_sign_that_a_terminal_would_obey(tmp_path: Path) -> None:
+    with pytest.raises(InputError) as caught:
+        find_submissions(make_zip(tmp_path / "class.zip", {"../\x1b[31mlab é.csv": LOG}))
+    assert "../\ufffd[31mlab é.csv" in caught.value.diagnostics[0].message
+
+
 def test_two_students_of_blackboard_without_receipts_are_told_by_what_their_files_do_not_share(tmp_path: Path) -> None:
     stem = "Gyro lab_{}_attempt_2026-03-09-14-05-59_lab.csv"
     root = make_folder(tmp_path / "class", {stem.format(user): LOG for user in ("j_doe", "b_roe")})
@@ -195,6 +202,81 @@ def test_a_gate_has_a_lower_end_and_a_higher_one(ends: tuple[str, str], fits: bo
     else:
         with pytest.raises(InputError, match="gate: the first is not below the second"):
             read_rubric(rubric)
+
+
+# --- lateness -----------------------------------------------------------------------------------------------
+
+LATE = """
+[late]
+due = 2026-03-09T12:00:00+01:00
+grace = "10 min"
+beyond = 9
+marked = 3
+[[late.tier]]
+until = "1 h"
+deduct = 1
+[[late.tier]]
+until = "1 day"
+deduct = "20 %"
+[[late.exception]]
+student = "ann"
+extra = "2 h"
+[[late.exception]]
+student = "bob"
+waive = true
+[[late.exception]]
+student = "cem"
+due = 2026-03-10T12:00:00+01:00
+"""
+
+
+@pytest.mark.parametrize(
+    ("student", "late", "seconds", "submitted", "told"),
+    [
+        ("x", False, None, "2026-03-09T11:59:59+01:00", (0.0, 0.0, "", False)),
+        ("x", False, None, "2026-03-09T12:00:00+01:00", (0.0, 0.0, "", False)),
+        ("x", True, 7200.0, "2026-03-09T12:00:01+01:00",
+         (1.0, 0.0, "1 s after the deadline, within the grace time", False)),
+        ("x", False, None, "2026-03-09T12:10:00",
+         (600.0, 0.0, "10 min after the deadline, within the grace time", False)),
+        ("x", False, None, "2026-03-09T12:10:01", (601.0, 1.0, "10 min late", False)),
+        ("x", False, None, "2026-03-09T12:00:00Z", (3600.0, 1.0, "1 h late", False)),
+        ("x", False, None, "2026-03-09T13:00:01+01:00", (3601.0, 4.0, "1 h late", False)),
+        ("x", False, None, "2026-03-10T12:00:00+01:00", (86400.0, 4.0, "1 day late", False)),
+        ("x", False, None, "2026-03-10T12:00:01+01:00", (86401.0, 9.0, "1 day late", False)),
+        ("x", False, None, None, (0.0, 0.0, "", False)),
+        ("x", True, None, None, (None, 3.0, "marked late, without the time", False)),
+        ("x", True, None, "yesterday", (None, 3.0, "marked late, without the time", False)),
+        ("x", True, 59.0, None, (59.0, 0.0, "59 s after the deadline, within the grace time", False)),
+        ("x", True, 4000.0, None, (4000.0, 4.0, "1 h 6 min late", False)),
+        ("Ann", False, None, "2026-03-09T14:10:00+01:00",
+         (600.0, 0.0, "10 min after the deadline, within the grace time", False)),
+        ("Ann", False, None, "2026-03-09T14:10:01+01:00", (601.0, 1.0, "10 min late", False)),
+        ("ann", True, 7200.0, None, (0.0, 0.0, "", False)),
+        ("ann", True, None, None, (None, 0.0, "marked late, but nothing says by how much", True)),
+        ("bob", True, 99.0, None, (99.0, 0.0, "lateness waived for you", False)),
+        ("bob", True, None, None, (None, 0.0, "lateness waived for you", False)),
+        ("bob", False, 0.0, None, (0.0, 0.0, "", False)),
+        ("cem", True, 99.0, None, (None, 0.0, "marked late, but nothing says by how much", True)),
+        ("cem", False, 99.0, None, (99.0, 0.0, "1 min after the deadline, within the grace time", False)),
+        ("cem", True, 99.0, "2026-03-10T12:10:01+01:00", (601.0, 1.0, "10 min late", False)),
+    ],
+)  # fmt: skip
+def test_lateness_to_the_second(
+    student: str, late: bool, seconds: float | None, submitted: str | None, told: tuple[float | None, float, str, bool]
+) -> None:
+    found = judge_lateness(read_rubric((BY_HAND + LATE).encode()).late, {"id": student}, late, seconds, submitted)
+    assert (found.seconds, found.deduct, found.reason, found.look) == told
+
+
+@pytest.mark.parametrize(
+    ("late", "seconds", "reason"),
+    [(False, None, ""), (False, 0.0, ""), (True, 0.0, "marked late"), (True, None, "marked late"),
+     (True, 7200.0, "2 h late"), (False, 60.0, "1 min late")],
+)  # fmt: skip
+def test_lateness_costs_nothing_where_no_rule_is(late: bool, seconds: float | None, reason: str) -> None:
+    found = judge_lateness(None, {}, late, seconds, None)
+    assert (found.seconds, found.deduct, found.reason, found.look) == (seconds, 0.0, reason, False)
 
 
 # --- points -------------------------------------------------------------------------------------------------

@@ -454,3 +454,12 @@ def test_predictions_follow_their_schema(command: str) -> None:
     done = gyro("predict", *shlex.split(command), "--format", "json")
     assert done.exit_code == 0, done.output
     jsonschema.validate(json.loads(done.stdout), schema.predictions_schema())
+
+
+def test_the_name_of_the_folder_moves_no_cursor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "class").mkdir()
+    (tmp_path / "class" / "ann.csv").write_text("mass [g],time [s]\n", encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    told = CliRunner().invoke(app, ["grade", "class", "--workers", "0", "-o", "\x1b[2J\x7f"])
+    assert "grades: ␛[2J\ufffd/grades.csv" in told.output
+    assert not {"\x1b", "\x7f"} & set(told.output)

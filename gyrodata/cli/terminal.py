@@ -18,7 +18,7 @@ import typer
 from typer.core import TyperGroup
 
 from gyrodata.diagnostics import FAULT_OF_GYRO, STREAM_CANNOT_BE_USED
-from gyrodata.errors import Diagnostic, GyroError, InputError, printable
+from gyrodata.errors import PICTURES, Diagnostic, GyroError, InputError, printable
 
 FAULT = 3
 """Exit code of a fault of gyro itself."""
@@ -211,7 +211,7 @@ def write_out(text: str) -> None:
 
 def tell(*lines: str) -> None:
     """Write lines to standard error; if that cannot be written, it costs no answer."""
-    for line in lines:
+    for line in (line.translate(PICTURES) for line in lines):
         try:
             typer.echo(coloured(readable(line, sys.stderr.encoding or "utf-8"), sys.stderr), err=True, color=True)
         except OSError:

@@ -107,8 +107,9 @@ _PARTS = {
 }
 """Words of a count of turns."""
 _FILLERS = ("of", "a", "an", "the", "de", "einer")
-_AND = ("and", "&", "und", "et", "y", "e", "и")
-_AND_A_HALF = r"\w*\s+(?:and|&|und|et|y|e)\s+(?:an?\s+)?(?:half|halbe?|demie?|medi[ao]|mezz[ao]|meia)\b"
+AND = ("and", "&", "und", "et", "y", "e", "и")
+"""Words between two numbers of one count: "one and a half"."""
+_AND_A_HALF = rf"\w*\s+(?:{'|'.join(AND)})\s+(?:an?\s+)?(?:half|halbe?|demie?|medi[ao]|mezz[ao]|meia)\b"
 _TURN = (
     r"(?:turn|rev|rotation|revolution|cycle|circle|lap|rounds?\b|Umdreh|Umlauf|Umläuf|Drehung|Runde|tour|оборот|об\b|"
     r"vuelta|volta|giro\b|obrót|obrot|okrąż|圈|转)"
@@ -179,7 +180,7 @@ def words_of_turns(text: str, whole: bool = False) -> str:
     before = list(tokens)
     while before and before[-1] in _FILLERS:
         before.pop()
-    mixed = bool(before) and before[-1] in _AND
+    mixed = bool(before) and before[-1] in AND
     count = before[-1 - mixed] if len(before) > mixed else ""
     if mixed or count.isdecimal() or _PARTS.get(count, "").isdecimal():
         count = _PARTS.get(count, count)

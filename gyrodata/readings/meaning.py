@@ -14,7 +14,7 @@ from gyrodata.diagnostics import (
     VALUE_BELOW_ITS_FIRST_ROW,
 )
 from gyrodata.readings.columns import Choice
-from gyrodata.readings.headers import MAX_HEADER, parse_header, suggest_role, turns_in
+from gyrodata.readings.headers import AND, MAX_HEADER, parse_header, suggest_role, turns_in
 from gyrodata.readings.lablog import Column, Faults, Place, listing, span
 from gyrodata.readings.roles import BY_NAME, COUNTS, ONE_TURN, SPIN_SETS, kind_of_role
 from gyrodata.readings.table import Table
@@ -213,7 +213,7 @@ _COUNT = (
     r"(?:T\b|(?:\w+\s)?(?:turn|rev|cycle|rotation|tour|Umdreh|Umläuf|об|vuelt|volta|obrot|periods?\b))"
 )
 _TWO_NUMBERS = r"[0-9]\s+[0-9]+\s*/\s*[0-9]"
-_AND = r"(?i)(?<!\w)(?:and|&|und|et|y|e)(?!\w)"
+_AND = rf"(?i)(?<!\w)(?:{'|'.join(AND)})(?!\w)"
 _REPEAT = r"(?<![0-9])([1-9])(?:ª|º|\.|st|nd|rd|th)?(?![0-9])"
 
 

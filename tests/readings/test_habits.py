@@ -196,6 +196,8 @@ def test_a_line_that_every_run_overrules_is_named() -> None:
     (told,) = (one for one in analysis.diagnostics if one.code == "G220")
     assert told.message == '"# turns: 2" is not used: each run has its own in the column "turns"'
     assert told.line == 2
+    done = analyze(log(f"{HEAD}turns", plain(turns="1")))
+    assert (done.inertia, "G220" in {one.code for one in done.diagnostics}) == (analysis.inertia, False)
     agreed = analyze(log(f"# turns: 1\n{HEAD}turns", plain(turns="1")))
     assert "G220" not in {one.code for one in agreed.diagnostics}
 

@@ -143,8 +143,8 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
         raise _not_a_number(text, written, kind)
     _check_size(written)
     if kind != "number" and re.fullmatch(r"[0-9]{2,}\s*/\s*[0-9]{2,}", written.number):
-        ways = "into two columns, spin_start and spin_end" if kind == "rate" else "into two rows"
-        raise CellError("is no number, but looks like two readings", f"write the two {ways}")
+        ways = "in two columns, spin_start and spin_end" if kind == "rate" else "in two rows"
+        raise CellError("is no number, but looks like two readings", f"write them {ways}")
     if ask and (ways := doubtful_comma(written, kind, unit)):
         raise CellError(f"can mean {ways}", f"write {ways}, without marks between the thousands")
     return _convert(written, kind, unit, text)

@@ -91,11 +91,21 @@ def _header(role: str, unit: str) -> str:
 
 
 def _cell_text(column: Column, run: int) -> str:
-    """Give what was typed; a number without a text (from a simulation) is written in full."""
+    """Give what was typed, with a decimal point; a number without a text (from a simulation) is written in full."""
     value, text = column.readings[run].value, column.readings[run].text
     if value is None or text:
-        return text if value is not None else ""
+        return _with_point(text, value, column) if value is not None else ""
     return repr(from_si(value, column.unit, kind_of_role(column.role)) if column.unit else value)
+
+
+def _with_point(text: str, value: float, column: Column) -> str:
+    """Write a decimal comma as a point: between other commas it may be taken for one that parts thousands."""
+    changed = text.replace(",", ".")
+    if changed != text:
+        with suppress(CellError):
+            if read_cell(changed, kind_of_role(column.role), column.unit or None).value == value:
+                return changed
+    return text
 
 
 def _add_times(column: Column, rows: list[list[int]], headers: list[str], cells: list[list[str]]) -> None:

@@ -203,3 +203,15 @@ def test_readings_without_a_text_are_written_in_full():
         "20.0,15.0,400.0,39.0,0.3333333333333333,-1.0,1",
         "0.0,,200.0,19.5,1.0,,2",
     ]
+
+
+@pytest.mark.parametrize("spin", ["389,665", "1,212", "604"])
+def test_decimal_commas_become_points_which_part_no_thousands(spin):
+    head = "mass [g];position [cm];spin [rpm];time [s];turns\n"
+    readings = read_log(f"{head}40,3;14,8;{spin};4,88764;1/2\n20,1;114,985;212,4;6,951;1/3\n")
+    written = write_log(readings)
+    assert '"' not in written
+    again = read_log(written)
+    assert not again.diagnostics
+    assert again.columns["spin"].values == readings.columns["spin"].values
+    assert again.columns["spin"].values[0] == pytest.approx(float(spin.replace(",", ".")) * math.pi / 30)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Collection, Iterable
+from functools import lru_cache
 from types import UnionType
 from typing import Any
 
@@ -36,7 +37,13 @@ _JOINERS = "\u200c\u200d"
 
 def shown(text: object) -> str:
     """Give a text as it can be printed: one line, composed letters, no control characters or marks that turn it."""
-    line = " ".join(printable(str(text)).split())
+    return _shown(str(text))
+
+
+# The titles of a rubric stand in every student's pages.
+@lru_cache(maxsize=512)
+def _shown(text: str) -> str:
+    line = " ".join(printable(text).split())
     if line.isprintable() and unicodedata.is_normalized("NFC", line):
         return line
     kept = (one for one in line if one in _JOINERS or unicodedata.category(one) not in ("Cc", "Cf"))

@@ -12,7 +12,6 @@ from msgspec.structs import replace
 from gyrodata.errors import shown
 from gyrodata.grading.grade import Grade, points_text
 from gyrodata.grading.templates import environment, sentence
-from gyrodata.reporting import factor_text, inertia_text
 
 # Read once, in the process from which the crew of a class is forked.
 _PAGE, _TEXT = (environment().get_template(f"feedback.{kind}.jinja") for kind in ("html", "md"))
@@ -96,10 +95,7 @@ def _content(grade: Grade) -> dict[str, Any]:
     costs = [one.detail["slip_cost"] for one in grade.marks if grade.slips and "slip_cost" in one.detail]
     return {
         "grade": grade,
-        "inertia": inertia_text,
         "told": [one for one in grade.diagnostics if one["severity"] != "note"],
-        "points": points_text,
-        "factor": factor_text,
         "slip_cost": costs[0] if costs else None,
         "lead": _lead(grade),
         "verdict": _verdict(grade),

@@ -7,7 +7,9 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from gyrodata.errors import shown
+from gyrodata.grading.grade import points_text
 from gyrodata.grading.yardsticks import fit_words
+from gyrodata.reporting import factor_text, inertia_text
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -25,7 +27,9 @@ def environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    room.filters |= {"md": _markdown_safe, "plain": shown, "sentence": sentence, "fit_words": fit_words}
+    room.filters |= {"plain": shown, "points": points_text, "factor": factor_text, "inertia": inertia_text}
+    # Titles, rules and reasons are the same for many students.
+    room.filters |= {"md": lru_cache(512)(_markdown_safe), "sentence": lru_cache(512)(sentence), "fit_words": fit_words}
     return room
 
 

@@ -100,7 +100,6 @@ def rounded(value: float, u: float, factor: float = 1.0) -> tuple[str, str, int]
     return nominal, spread, int(exponent or 0)
 
 
-@lru_cache(maxsize=1024)
 def _formatted(value: float, u: float, form: str) -> str:
     from uncertainties import ufloat
 
@@ -138,6 +137,7 @@ def power_of_ten(value: float) -> tuple[float, str]:
     return 10.0**exponent, _ten_to(exponent)
 
 
+@lru_cache(maxsize=1024)
 def inertia_text(value: float, u: float | None, writing: Writing = "plain") -> str:
     """Write a moment of inertia [kg*m^2]: "(4.44 ± 0.06) × 10⁻³ kg·m²" or "4.44(6)e-3 kg·m²"."""
     return value_text(value, u, inertia_scale(value, u), writing)

@@ -61,7 +61,6 @@ def class_page(
         "slips": [(words[kind], students) for kind, students in found.slips.items()],
         "criteria": list(found.criteria()),
         "histogram": count_points(found.totals, found.rubric.points),
-        "points": points_text,
         # Cell by cell would take half as long again for the whole page.
         "all_points": lambda grade: between.join(points_text(one.points) for one in (grade, *grade.marks)),
         "count": count_text,

@@ -231,7 +231,7 @@ def release_may_matter(measured: Measurements, fit: FitResult, chosen: ChosenMod
         return True
     # Runs that scatter more than stated may do so for the release, which then widens u.
     size = abs(float(fit.response @ _by_release(measured, fit))) * max(1.0, fit.scatter)
-    return not size < 0.5 * DROP_ONE * relative_u(fit)
+    return not size < 0.7 * DROP_ONE * relative_u(fit)
 
 
 def _by_release(measured: Measurements, fit: FitResult) -> Floats:

@@ -221,10 +221,11 @@ def render(
     """Draw figures as files, by their names."""
     from matplotlib import rc_context
 
+    # What is worked out comes first: beside other tasks it may wait for them, and the style is that of all.
+    scene = gather(analysis, medium.grey_safe)
     with rc_context(STYLE), warnings.catch_warnings():
         # A run's name may be written in a script that the font does not have; it is drawn as boxes then.
         warnings.filterwarnings("ignore", message="(?s).*[Gg]lyph.* missing")
-        scene = gather(analysis, medium.grey_safe)
         return {name: _DRAWERS[name](scene, medium).save(form) for name in names}
 
 

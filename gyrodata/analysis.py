@@ -43,6 +43,7 @@ from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, NoFit, Out
 from gyrodata.measurements import Measurements, measure, select
 from gyrodata.readings import Readings, read_log, value_text
 from gyrodata.results import DOF_REASON, Analysis, Options, Result
+from gyrodata.stacks import in_step
 
 if TYPE_CHECKING:
     import os
@@ -205,6 +206,7 @@ HOPELESS = 1e-6
 """Where chi-square is less likely than this, counts that explain all torques are no accident."""
 
 
+@in_step
 def fit_runs(readings: Readings, measured: Measurements, model: Model = "auto", keep_flagged: bool = False) -> Fitted:
     """Choose the model, find the runs that do not go with the others, and fit the rest.
 
@@ -226,10 +228,13 @@ def fit_runs(readings: Readings, measured: Measurements, model: Model = "auto", 
     LogError
         If there is no answer, or none that can be believed; it says what to look at.
     """
-    shared = sum(source.shared_count for source in measured.sources)
-    if shared * len(measured.runs) > LARGEST:
+    count = len(measured.runs)
+    # Of an ordinary log there is nothing to count.
+    most = count * len(measured.sources)
+    shared = sum(source.shared_count for source in measured.sources) if count * most > LARGEST else 0
+    if shared * count > LARGEST:
         message = (
-            f"{len(measured.runs)} runs with {shared} weights, positions and spins that stand in several of them "
+            f"{count} runs with {shared} weights, positions and spins that stand in several of them "
             "are too much for one fit"
         )
         hint = "split the log, and give each part on its own"

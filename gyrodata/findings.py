@@ -49,6 +49,7 @@ from gyrodata.forecast import Design
 from gyrodata.known_slips import INERTIA_RANGE, SIZES, exchanged, explaining_slips, far_off, meant_in
 from gyrodata.measurements import SOURCES, Measurements, spin_columns, torque_groups
 from gyrodata.readings import MOST_OF_ONE_CODE, TIMINGS, Readings, kind_of_role, to_display
+from gyrodata.stacks import in_step
 from gyrodata.units import from_si, parse_unit
 
 
@@ -239,6 +240,7 @@ def _wider_time(measured: Measurements, scatter: float) -> str:
     return f"{scatter * (measured.time_u or 0.14):.1g} s"
 
 
+@in_step
 def whole_findings(
     readings: Readings,
     measured: Measurements,

@@ -13,6 +13,7 @@ SHELVES = {
     "diagnostics": -1,
     "docs": -1,
     "errors": 0,
+    "stacks": 0,
     "disk": 1,
     "units": 0,
     "toml_table": 1,
@@ -43,6 +44,7 @@ SHELVES = {
     "__main__": 14,
 }
 OWNERS = {
+    "greenlet": {"stacks"},
     "pint": {"units"},
     "matplotlib": {"plotting"},
     "typer": {"cli"},

@@ -25,6 +25,7 @@ from gyrodata.comparisons.tables import Torque, load_words
 from gyrodata.fitting import Estimate, FitResult, Otherwise
 from gyrodata.measurements import Measurements, Source, torque_groups
 from gyrodata.physics import Floats
+from gyrodata.stacks import in_step, stacked
 
 CHANCE = 0.015
 """A pattern is told where its chance, corrected for how many were looked for, is below this."""
@@ -140,6 +141,7 @@ def pattern_words(pattern: Pattern) -> tuple[str, str]:
     return kind.words.format(**values), kind.hint.format(**values)
 
 
+@in_step
 def look_for_patterns(measured: Measurements, fit: FitResult) -> tuple[Pattern, ...]:
     """Look for patterns in the residuals of a log, the least likely one first; none in a log too large or too small."""
     problem = fit.adjusted.problem
@@ -211,44 +213,17 @@ def _unit(measured: Measurements, source: Source, run: int) -> float:
 
 
 def _tested(measured: Measurements, fit: FitResult, extra: list[_Extra]) -> list[Pattern]:
-    """Test each unknown by itself, for every factor on the errors that each run has alone.
-
-    I_zz, which has no prior, is taken out of the runs. With what is left turned by the singular vectors of all other
-    unknowns, each s costs no fit: it only divides every turned row by its own 1 + value²/s².
-    """
+    """Test each unknown by itself, for every factor on the errors that each run has alone."""
     adjusted = fit.adjusted
-    others = adjusted.rows.shape[1] - 1
     # Counted from where their priors are centred.
     moved = np.concatenate([adjusted.unknowns[1:] / np.where(adjusted.scale[1:] > 0, adjusted.scale[1:], 1.0),
                             adjusted.shared])  # fmt: skip
     left = adjusted.rows[:, 1:] @ moved - adjusted.weighted
     told = np.concatenate([adjusted.rows, np.array([*(one.column for one in extra), left]).T], axis=1)
-    if len(told) > told.shape[1]:
-        # Many runs say no more than the triangle of their products.
-        told = np.asarray(np.linalg.qr(told, mode="r"))
-    along_inertia = told[:, 0] / math.sqrt(told[:, 0] @ told[:, 0])
-    columns = told[:, 1 + others : -1]
-    size = np.add.reduce(columns * columns, axis=0)
-    told = told[:, 1:] - np.multiply.outer(along_inertia, along_inertia @ told[:, 1:])
-    turn, values, _ = np.linalg.svd(told[:, :others], full_matrices=len(told) > others)
-    turned = turn.T @ told[:, others:]
-    columns, left = turned[:, :-1], turned[:, -1]
-    wider = (fit.scatter / FACTORS) ** 2
-    prior = np.ones((len(FACTORS), len(turned)))
-    prior[:, : len(values)] += np.multiply.outer(wider, values * values)
-    free = wider[:, None] / prior
-    whole = np.multiply.outer(wider, size)
-    apart = np.maximum(free @ (columns * columns), 1e-12 * whole)
-    along = free @ (columns * left[:, None])
-    z = along / np.sqrt(apart)
-    # How likely each factor is once the pattern is taken out: as in the posterior, with both determinants.
-    rest = (free @ (left * left))[:, None] - z * z
     says = float(adjusted.kept.sum())
     of_factor = _chance_of_factors(fitting.times_stated(measured)) - (says - 1) * LOGARITHMS
-    of_factor -= 0.5 * np.add.reduce(np.log(prior), axis=1)
-    likely = of_factor[:, None] - 0.5 * (np.log(apart) + rest)
-    weight = np.exp(likely - likely.max(axis=0))
-    weight /= weight.sum(axis=0)
+    apart, whole, along, weight = _turned(told, len(extra), fit.scatter, of_factor)
+    z = along / np.sqrt(apart)
     typical, scaled = weight.argmax(axis=0).tolist(), (np.abs(z) / math.sqrt(2)).T.tolist()
     found = []
     for k, (one, at) in enumerate(zip(extra, typical, strict=True)):
@@ -260,6 +235,40 @@ def _tested(measured: Measurements, fit: FitResult, extra: list[_Extra]) -> list
         size_of = one.unit * (free_of_prior + (one.prior or 0.0))
         found.append(Pattern(one.name, one.of, float(z[at, k]), size_of, p, p))
     return found
+
+
+@stacked(lambda told, extra, *_: (told.shape, extra))
+def _turned(calls: Sequence[tuple[Floats, int, float, Floats]]) -> list[tuple[Floats, ...]]:
+    """What each extra unknown has for itself, as a whole, with what is left, and the weight of each factor; (F, E).
+
+    I_zz, which has no prior, is taken out of the runs. With what is left turned by the singular vectors of all other
+    unknowns, each s costs no fit: it only divides every turned row by its own 1 + value²/s².
+    """
+    told, (extra, *_), scatter, of_factor = zip(*calls, strict=True)
+    rows, others = np.array(told), told[0].shape[1] - extra - 2
+    if rows.shape[1] > rows.shape[2]:
+        # Many runs say no more than the triangle of their products.
+        rows = np.asarray(np.linalg.qr(rows, mode="r"))
+    along_inertia = rows[..., 0] / np.sqrt(np.add.reduce(rows[..., 0] ** 2, axis=1, keepdims=True))
+    size = np.add.reduce(rows[..., 1 + others : -1] ** 2, axis=1)
+    rows = rows[..., 1:] - along_inertia[..., None] * (along_inertia[:, None] @ rows[..., 1:])
+    turn, values, _ = np.linalg.svd(rows[..., :others], full_matrices=rows.shape[1] > others)
+    turned = turn.swapaxes(1, 2) @ rows[..., others:]
+    columns, left = turned[..., :-1], turned[..., -1:]
+    wider = (np.array(scatter)[:, None] / FACTORS) ** 2
+    prior = np.ones((*wider.shape, turned.shape[1]))
+    prior[..., : values.shape[1]] += wider[..., None] * (values * values)[:, None]
+    free = wider[..., None] / prior
+    whole = wider[..., None] * size[:, None]
+    apart = np.maximum(free @ (columns * columns), 1e-12 * whole)
+    along = free @ (columns * left)
+    # How likely each factor is once the pattern is taken out: as in the posterior, with both determinants.
+    rest = free @ (left * left) - along * along / apart
+    chance = np.array(of_factor) - 0.5 * np.add.reduce(np.log(prior), axis=-1)
+    likely = chance[..., None] - 0.5 * (np.log(apart) + rest)
+    weight = np.exp(likely - np.maximum.reduce(likely, axis=1, keepdims=True))
+    weight /= np.add.reduce(weight, axis=1, keepdims=True)
+    return list(zip(apart, whole, along, weight, strict=True))
 
 
 @cache

@@ -5,8 +5,8 @@ has the fits of the textbook, to compare with, and `fit_line` one for points wit
 `conditions` for what is fitted and `adjustment` for how.
 """
 
-from gyrodata.fitting.adjustment import MANY, NoFit, assume_sense, insist_on_solution, sample
-from gyrodata.fitting.conditions import MAD_TO_SD, Problem, torques_differ, transverse_inertia
+from gyrodata.fitting.adjustment import NoFit, assume_sense, insist_on_solution, sample
+from gyrodata.fitting.conditions import MAD_TO_SD, MANY, Problem, torques_differ, transverse_inertia
 from gyrodata.fitting.corrections import (
     ChosenModel,
     Model,

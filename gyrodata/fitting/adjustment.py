@@ -23,10 +23,12 @@ from gyrodata.fitting.conditions import (
     Linear,
     Problem,
     rough_inertia,
+    stack,
     torques_differ,
 )
 from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
+from gyrodata.stacks import stacked
 
 
 class NoFit(Exception):  # noqa: N818 - like StopIteration, what came of it and not a fault
@@ -47,9 +49,6 @@ _GOLDEN = (math.sqrt(5) - 1) / 2
 
 _SAMPLE = 150
 """So many runs are enough to start from."""
-
-MANY = 500
-"""Of more runs than so many a sample tells sizes and designs as well, for a hundredth of the time."""
 
 _ODD = 5.0
 """Misfit from which on a run is odd, and one that is further off no worse."""
@@ -239,8 +238,6 @@ class Adjusted(Struct, frozen=True):
         return changes
 
 
-# What is not finite does not pass.
-@np.errstate(all="ignore")
 def adjust(
     problem: Problem,
     sense: Floats,
@@ -256,95 +253,130 @@ def adjust(
     `kept` is 0 have no weight, but what the others say of them is worked out. Raises `NoFit`. `near` is where a fit of
     nearly the same ended: the errors begin there.
     """
-    count, shared_count = problem.count, problem.shared_count
     scale = np.array([start.inertia, prior_width, problem.measured.timing_bias_u])
-    unknowns = np.zeros(3 + shared_count)
+    unknowns = np.zeros(3 + problem.shared_count)
     unknowns[:2] = 1.0, start.imbalance / prior_width
-    single = np.zeros_like(problem.absolute)
     if near is not None and np.array_equal(near.problem.groups, problem.groups):
         unknowns[2:] = near.unknowns[2] / scale[2] if scale[2] else 0.0, *near.shared
         single = -near.slopes * problem.alone * near.weighted / np.sqrt(near.own)
-    rows = prior_rows(count, 3 + shared_count)
-    chi2 = moved = math.inf
-    jumped = 0.0
-    converged = False
+    else:
+        single = np.zeros_like(problem.absolute)
     try:
-        for turn in range(TURNS):
-            at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
-            if jumped > 0.03 or turn >= WHOLE:
-                single = onto_conditions(at, unknowns[:1] * scale[0])
-                at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
-            plain = fill_rows(rows, problem, at, kept, scale, unknowns)
-            solution, triangle = solve_rows(rows)
-            step = _damped(solution, unknowns)
-            if turn >= WHOLE:
-                # Whole steps go round in a circle where errors are as large as what is read: go ever less far.
-                step = step * 0.5 ** (turn // WHOLE)
-            unknowns = unknowns + step
-            closed = at.misclosure + plain @ step
-            # A run that is left out has no weight, but its prediction too is linear only on its condition.
-            single = -at.alone * (closed / at.own)
-            if not LOST < unknowns[0] < 1 / LOST:
-                break
-            sizes = np.abs(step).tolist()
-            last, moved, jumped = moved, max(sizes), max(sizes[:2])
-            # Steps shrink by a constant factor: the next would be this one times this one over the last.
-            if moved**2 < 1e-8 * min(last, 1.0 if turn else 0.0) or moved < 1e-11:
-                converged = True
-                break
-            if turn > 2:
-                before, chi2 = chi2, _chi2(closed, at.own, kept, unknowns)
-                if abs(before - chi2) <= 1e-13 * chi2:
-                    converged = True
-                    break
-        adjusted = _conclude(problem, at, rows, triangle, plain, closed, sense, kept, unknowns, scale, converged)
+        adjusted = _iterate(problem, sense, kept, scale, unknowns, single)
     except np.linalg.LinAlgError:
         raise NoFit("the runs do not tell the unknowns apart") from None
     insist_on_solution(adjusted, start.inertia, factor)
     return adjusted
 
 
+@stacked(lambda problem, *_: problem.kind)
+# What is not finite does not pass.
+@np.errstate(all="ignore")
+def _iterate(calls: Sequence[tuple[Problem, Floats, Floats, Floats, Floats, Floats]]) -> list[Adjusted]:
+    """Go on from where each of L logs begins until it comes to rest, or never will; each stops by itself."""
+    problems = [problem for problem, *_ in calls]
+    problem = stack(problems)
+    sense, kept, scale, unknowns, single = (np.array(each) for each in list(zip(*calls, strict=True))[1:])
+    labs, width = unknowns.shape
+    prior = prior_rows(problem.count, width)
+    rows = np.empty((labs, *prior.shape))
+    rows[:] = prior
+    ended: list[tuple[Any, ...]] = []
+    # Of those that still move: which they are, and how far they went.
+    moving = np.arange(labs)
+    chi2 = moved = np.full(labs, np.inf)
+    jumped = np.zeros(labs)
+    for turn in range(TURNS):
+        at = problem.linearise(single, unknowns[:, 3:], sense, unknowns[:, :3] * scale)
+        far = jumped > 0.03 if turn < WHOLE else np.ones(len(moving), dtype=bool)
+        if far.any():
+            onto = onto_conditions(at, unknowns[:, :1] * scale[:, :1])
+            single = np.where(far[:, None, None], onto, single)
+            at = problem.linearise(single, unknowns[:, 3:], sense, unknowns[:, :3] * scale)
+        plain = fill_rows(rows, problem, at, kept, scale[:, None], unknowns)
+        solution, triangle = solve_rows(rows)
+        step = _damped(solution, unknowns)
+        if turn >= WHOLE:
+            # Whole steps go round in a circle where errors are as large as what is read: go ever less far.
+            step *= 0.5 ** (turn // WHOLE)
+        unknowns = unknowns + step
+        closed = at.misclosure + (plain @ step[..., None])[..., 0]
+        # A run that is left out has no weight, but its prediction too is linear only on its condition.
+        single = -at.alone * (closed / at.own)[:, None]
+        lost = ~((unknowns[:, 0] > LOST) & (unknowns[:, 0] < 1 / LOST))
+        sizes = np.abs(step)
+        last, moved, jumped = moved, np.maximum.reduce(sizes, axis=1), np.maximum(sizes[:, 0], sizes[:, 1])
+        # Steps shrink by a constant factor: the next would be this one times this one over the last.
+        resting = (moved < 1e-11) | (moved * moved < 1e-8 * np.minimum(last, 1.0 if turn else 0.0))
+        if turn > 2:
+            before, chi2 = chi2, _chi2(closed, at.own, kept, unknowns)
+            resting |= np.abs(before - chi2) <= 1e-13 * chi2
+        stops = lost | resting | (turn == TURNS - 1)
+        if not stops.any():
+            continue
+        told = moving, resting & ~lost, at.slopes, at.own, rows, triangle, plain, closed, sense, kept, unknowns, scale
+        ended.append(tuple(each[stops] for each in told))
+        if stops.all():
+            break
+        goes = ~stops
+        moving, problem = moving[goes], problem.part(goes)
+        sense, kept, scale, unknowns, single, rows, moved, jumped, chi2 = (
+            each[goes] for each in (sense, kept, scale, unknowns, single, rows, moved, jumped, chi2)
+        )
+    order, *values = ended[0] if len(ended) == 1 else map(np.concatenate, zip(*ended, strict=True))
+    adjusted = _conclude([problems[place] for place in order.tolist()], *values)
+    return [adjusted[place] for place in order.argsort().tolist()]
+
+
 def _conclude(
-    problem: Problem, at: Linear, rows: Floats, factor: Floats, plain: Floats, closed: Floats,
-    sense: Floats, kept: Floats, unknowns: Floats, scale: Floats, converged: bool,
-) -> Adjusted:  # fmt: skip
+    problems: Sequence[Problem], converged: Any, slopes: Floats, own: Floats, rows: Floats, factor: Floats,
+    plain: Floats, closed: Floats, sense: Floats, kept: Floats, unknowns: Floats, scale: Floats,
+) -> list[Adjusted]:  # fmt: skip
     """Work out covariance, deleted residuals and influence where the steps ended."""
-    count = problem.count
+    count = problems[0].count
     inverse = np.linalg.inv(factor)
-    q = rows[:, :-1] @ inverse
+    q = rows[..., :-1] @ inverse
     # Deleted residuals: for a run in the fit the leverage takes it out again, for one outside the
     # uncertainty of the prediction is added.
-    rest = np.maximum(1 - np.add.reduce(q[:count] ** 2, axis=1), NEGLIGIBLE)
-    variance = at.own * rest
+    rest = np.maximum(1 - np.add.reduce(q[:, :count] ** 2, axis=-1), NEGLIGIBLE)
+    variance = own * rest
     if not kept.all():
-        variance = np.where(kept > 0, variance, at.own + np.add.reduce((plain @ inverse) ** 2, axis=1))
-    gain = (inverse[0] @ q.T) * scale[0]
-    directions = inverse @ inverse[0]
-    weighted = kept * closed / np.sqrt(at.own)
-    return Adjusted(
-        problem=problem,
-        unknowns=unknowns[:3] * scale,
-        covariance=inverse[:3] @ inverse[:3].T * (scale[:, None] * scale),
-        gain=gain,
-        shared=unknowns[3:],
-        slopes=at.slopes,
-        scale=scale,
-        directions=directions / directions[0],
-        rows=rows[:count, :-1],
-        orthogonal=q[:count],
-        kept=kept,
-        weighted=weighted,
-        own=at.own,
-        influence=gain[:count] * weighted / rest,
-        deviations=sense * closed / np.sqrt(variance),
-        chi2=_chi2(closed, at.own, kept, unknowns),
-        converged=converged,
-    )
+        variance = np.where(kept > 0, variance, own + np.add.reduce((plain @ inverse) ** 2, axis=-1))
+    gain = (q @ inverse[:, 0, :, None])[..., 0] * scale[:, :1]
+    directions = (inverse @ inverse[:, 0, :, None])[..., 0]
+    directions /= directions[:, :1].copy()
+    weighted = kept * closed / np.sqrt(own)
+    influence, deviations = gain[:, :count] * weighted / rest, sense * closed / np.sqrt(variance)
+    covariance = inverse[:, :3] @ inverse[:, :3].swapaxes(1, 2) * (scale[:, :, None] * scale[:, None])
+    found, chi2 = unknowns[:, :3] * scale, _chi2(closed, own, kept, unknowns)
+    return [
+        Adjusted(
+            problem=problem,
+            unknowns=found[i],
+            covariance=covariance[i],
+            gain=gain[i],
+            shared=unknowns[i, 3:],
+            slopes=slopes[i],
+            scale=scale[i],
+            directions=directions[i],
+            rows=rows[i, :count, :-1],
+            orthogonal=q[i, :count],
+            kept=kept[i],
+            weighted=weighted[i],
+            own=own[i],
+            deviations=deviations[i],
+            influence=influence[i],
+            chi2=float(chi2[i]),
+            converged=bool(converged[i]),
+        )
+        for i, problem in enumerate(problems)
+    ]
 
 
-def _chi2(closed: Floats, own: Floats, kept: Floats, unknowns: Floats) -> float:
-    """Add up the squares of the runs' errors and of the priors'."""
-    return float((kept * closed) @ (closed / own) + unknowns[1:] @ unknowns[1:])
+def _chi2(closed: Floats, own: Floats, kept: Floats, unknowns: Floats) -> Floats:
+    """Add up the squares of the runs' errors and of the priors', shape (L,)."""
+    chi2: Floats = np.add.reduce(kept * closed * closed / own, axis=-1) + np.add.reduce(unknowns[:, 1:] ** 2, axis=-1)
+    return chi2
 
 
 def prior_rows(count: int, width: int) -> Floats:
@@ -401,9 +433,9 @@ def onto_conditions(at: Linear, inertia: Floats) -> Floats:
 
 
 def _damped(step: Floats, unknowns: Floats) -> Floats:
-    """Shorten a step that would more than halve or double the inertia."""
-    limit = 0.5 * abs(unknowns[0])
-    return cast(Floats, step * (limit / abs(step[0]))) if abs(step[0]) > limit else step
+    """Shorten each step that would more than halve or double the inertia."""
+    limit, size = 0.5 * np.abs(unknowns[:, :1]), np.abs(step[:, :1])
+    return np.where(size > limit, step * (limit / size), step)
 
 
 FACTOR = 3.0

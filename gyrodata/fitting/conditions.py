@@ -14,6 +14,8 @@ Every reading is its truth plus its errors, each error a standard normal number 
 from __future__ import annotations
 
 import copy
+from collections.abc import Hashable, Sequence
+from typing import Any
 
 import numpy as np
 from msgspec import Struct
@@ -28,6 +30,11 @@ MAD_TO_SD = 1.4826
 
 NEGLIGIBLE = 1e-9
 """No reading is exact beyond this relative size; keeps a row whose stated errors are all zero finite."""
+
+
+MANY = 500
+"""Of more runs than so many a sample tells sizes and designs as well, for a hundredth of the time; and logs of so many
+gain nothing where they are fitted in a stack."""
 
 
 class Linear(Struct, frozen=True):
@@ -93,6 +100,18 @@ class Problem:
         if groups is not None:
             new._share(groups)
         return new
+
+    @property
+    def kind(self) -> Hashable:
+        """What problems of one stack have in common; None for one of very many runs."""
+        if self.count > MANY:
+            return None
+        kinds = self.tilted, self.by_weight, self.by_force
+        return *kinds, self.groups.shape, self.quantity.tobytes(), self.groups.tobytes()
+
+    def part(self, which: Any) -> Problem:
+        """Give some logs of a stack."""
+        return self.reread(self.observed[which], (self.absolute[which], self.relative[which]))
 
     def with_scatter(self, factor: float) -> Problem:
         """Give the same with the errors that a run has alone so many times as wide."""
@@ -188,6 +207,14 @@ class Problem:
         return Linear(value - np.add.reduce(alone * single, axis=-2), to_unknowns, slopes, alone, own)
 
 
+def stack(problems: Sequence[Problem]) -> Problem:
+    """Put logs of one kind together, shape (L, …)."""
+    observed, absolute, relative = (
+        np.array([getattr(one, name) for one in problems]) for name in ("observed", "absolute", "relative")
+    )
+    return problems[0].reread(observed, (absolute, relative))
+
+
 def torques_differ(torque: Floats) -> bool:
     """Say whether the signed torques of a log differ enough (2 % of the largest) to tell M0 from I_zz.
 
@@ -201,8 +228,8 @@ def transverse_inertia(measured: Measurements) -> Floats:
     """I of each run [kg*m^2]; where the log is silent, a ball with a light rod, the weight on top."""
     if measured.transverse_inertia is not None:
         return measured.transverse_inertia
-    load = np.nan_to_num(measured.mass * measured.position**2)
-    return DEFAULT_TRANSVERSE_RATIO * rough_inertia(measured) + load
+    load = measured.mass * measured.position**2
+    return DEFAULT_TRANSVERSE_RATIO * rough_inertia(measured) + np.where(np.isnan(load), 0.0, load)
 
 
 def rough_inertia(measured: Measurements) -> float:

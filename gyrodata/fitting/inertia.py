@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
+from functools import cached_property
 from typing import Any, cast
 
 import numpy as np
@@ -79,7 +80,7 @@ class Outlier(Struct, frozen=True):
     """True if it is no measurement of this motion: a count explains it, or it is off beyond all doubt."""
 
 
-class FitResult(Struct, frozen=True, eq=False):
+class FitResult(Struct, frozen=True, eq=False, dict=True):
     """The adjusted unknowns of one log of n runs.
 
     Convention: Gauss–Helmert least squares in the raw readings; derivatives and proportional uncertainties at
@@ -96,16 +97,10 @@ class FitResult(Struct, frozen=True, eq=False):
     """Of (I_zz, M0, b), shape (3, 3)."""
     chi2: float
     dof: int
-    fitted_time: Floats
-    """Time that the fit predicts for each run [s], shape (n,)."""
-    time_u: Floats
-    """Standard uncertainty of a run's time about the fit, from the errors that it has alone [s], shape (n,)."""
     deviations: Floats
     """Time minus what the *other* runs predict, over the standard uncertainty of that difference, shape (n,)."""
     influence: Floats
     """Change of I_zz when one run is left out, to first order [kg*m^2]; 0 for a run that is, shape (n,)."""
-    response: Floats
-    """Relative change of I_zz for a relative change of each run's own M/(φ̇ψ̇) [1], shape (n,)."""
     budget: tuple[Share, ...]
     balance_u: float
     """Width of M0 with which the runs were adjusted [N*m]."""
@@ -121,6 +116,30 @@ class FitResult(Struct, frozen=True, eq=False):
     """Where the adjustment ended; of two possible answers the likelier."""
     posterior: Posterior | None
     """The answer as a mixture; None of a fit at one width."""
+
+    @cached_property
+    def _predicted(self) -> tuple[Floats, Floats]:
+        return _predict(self.adjusted, self.sense)
+
+    @property
+    def fitted_time(self) -> Floats:
+        """Time that the fit predicts for each run [s], shape (n,)."""
+        return self._predicted[0]
+
+    @property
+    def time_u(self) -> Floats:
+        """Standard uncertainty of a run's time about the fit, from the errors that it has alone [s], shape (n,)."""
+        return self._predicted[1]
+
+    @property
+    def response(self) -> Floats:
+        """Relative change of I_zz for a relative change of each run's own M/(φ̇ψ̇) [1], shape (n,).
+
+        M/(φ̇ψ̇) too high by r raises the condition by 2π f I_zz ψ̇ r.
+        """
+        problem = self.adjusted.problem
+        lever = 2 * np.pi * problem.observed[2] * problem.observed[1]
+        return cast(Floats, -self.adjusted.gain[: problem.count] * lever / np.sqrt(self.adjusted.own))
 
     def __repr__(self) -> str:
         return f"<FitResult: I_zz = {self.inertia.value:.6g} kg*m^2, u = {self.inertia.u:.2g} kg*m^2, dof {self.dof}>"
@@ -223,7 +242,6 @@ def _result(
 ) -> FitResult:
     inertia, imbalance, bias = (float(value) for value in adjusted.unknowns)
     u = np.sqrt(np.diag(adjusted.covariance))
-    fitted, own = _predict(adjusted, sense)
     return FitResult(
         inertia=Estimate(inertia, float(u[0])),
         imbalance=Estimate(imbalance, float(u[1])),
@@ -231,11 +249,8 @@ def _result(
         covariance=adjusted.covariance,
         chi2=chi2,
         dof=int(adjusted.kept.sum()) - 1 - int(free),
-        fitted_time=fitted,
-        time_u=own,
         deviations=adjusted.deviations,
         influence=adjusted.influence,
-        response=_response(adjusted),
         budget=(),
         balance_u=width,
         scatter=scatter,
@@ -478,13 +493,6 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
     if excess > 0:
         shares.append(("unexplained_scatter", False, "", math.sqrt(excess)))
     return _normalised(shares, u)
-
-
-def _response(adjusted: Adjusted) -> Floats:
-    """Response of I_zz to each run's own inertia: M/(φ̇ψ̇) too high by r raises the condition by 2π f I_zz ψ̇ r."""
-    problem = adjusted.problem
-    lever = 2 * np.pi * problem.observed[2] * problem.observed[1]
-    return cast(Floats, -adjusted.gain[: problem.count] * lever / np.sqrt(adjusted.own))
 
 
 def _normalised(shares: list[tuple[str, bool, str, float]], u: float) -> tuple[Share, ...]:

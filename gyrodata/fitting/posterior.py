@@ -19,16 +19,17 @@ times the priors. Known as an integrated nested Laplace approximation: Rue, Mart
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from functools import lru_cache
+from collections.abc import Hashable, Sequence
+from itertools import accumulate, pairwise
 from typing import cast
 
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata.fitting.conditions import NEGLIGIBLE
+from gyrodata.fitting.conditions import MANY, NEGLIGIBLE
 from gyrodata.physics import Floats
+from gyrodata.stacks import stacked
 
 BALANCE = 0.05
 """Scale of M0's Cauchy prior over the lightest torque [1]: published balances have a median of 0.025, tails to 0.7."""
@@ -53,6 +54,8 @@ TAIL = math.log(5.0)
 
 LOW, HIGH, STEPS = 0.25, 20.0, 20
 """Factors s that are looked at first, and how many."""
+
+ENDS = np.log([LOW, HIGH])
 
 EVENLY = np.linspace(0.0, 1.0, STEPS)
 
@@ -130,11 +133,13 @@ class Posterior(Struct, frozen=True):
 
     def quantiles(self, unknowns: int = 1, which: slice = slice(None)) -> Floats:
         """Quantiles at `LEVELS`, or at some of them, of I_zz, or of it, M0 and b; shape (…, unknowns, 5)."""
-        ends = _quantiles(self.weight, self.mean[..., :unknowns, :], self.u[..., :unknowns, :], which)
-        straight = ends[..., 0, :]
-        # What reaches to zero is no measurement, bent or not.
-        ends[..., 0, :] = np.where(straight > 0, _bent(straight, self.ended, self.bend)[0], straight)
-        return ends
+        *labs, parts = self.weight.shape
+        count = math.prod(labs)
+        each = self.mean[..., :unknowns, :], self.u[..., :unknowns, :]
+        mean, u = (values.reshape(count, unknowns, parts) for values in each)
+        ended, bend = (_flat(value, count) for value in (self.ended, self.bend))
+        ends = _quantiles(self.weight.reshape(count, parts), mean, u, ended, bend, which)
+        return ends.reshape((*labs, unknowns, ends.shape[-1]))
 
     def middle(self) -> Floats:
         """Mean of I_zz, M0 and b, shape (…, 3)."""
@@ -172,16 +177,49 @@ def integrate(
     `scale` is that of M0's Cauchy, `tested` the width that a balance test allows M0, both in the unit of M0, shape (…);
     `stated` says whether the log states how wide the times are. `near` is what is known already of nearly the same.
     """
-    scale = np.asarray(scale, dtype=float)
+    *labs, runs, shared = conditions.shared.shape
+    count = math.prod(labs)
+    stack = Conditions(
+        conditions.unknowns.reshape(count, runs, 3), conditions.shared.reshape(count, runs, shared),
+        conditions.left.reshape(count, runs), conditions.ended.reshape(count, 3),
+        conditions.runs.reshape(count), conditions.scatter.reshape(count), conditions.without_readings,
+    )  # fmt: skip
+    # Most logs need no others than these.
+    low, high = ENDS if near is None else np.log(near.factor[..., [0, -1]]).T
+    tests = None if tested is None else _flat(tested, count)
+    found = _integrate(stack, _flat(scale, count), stated, tests, _flat(low, count), _flat(high, count))
+    values = (getattr(found, name) for name in _OF_LABS)
+    return Posterior(*(value.reshape((*labs, *value.shape[1:])) for value in values))
+
+
+def _alike(one: Conditions, scale: Floats, stated: bool, tested: Floats | None, *_: Floats) -> Hashable:
+    shape = one.shared.shape[1:]
+    return None if shape[0] > MANY else (shape, stated, tested is None, one.without_readings)
+
+
+@stacked(_alike)
+def _integrate(calls: Sequence[_Weighed]) -> list[Posterior]:
+    """Integrate for labs of shape (L,), those of several calls together."""
+    conditions, scales, (stated, *_), tests, lows, highs = zip(*calls, strict=True)
+    arrays = {name: np.concatenate([getattr(one, name) for one in conditions]) for name in _STACKED}
+    whole = Conditions(**arrays, without_readings=conditions[0].without_readings)
+    tested = None if tests[0] is None else np.concatenate(tests)
+    found = _weigh(whole, np.concatenate(scales), stated, tested, np.concatenate(lows), np.concatenate(highs))
+    values = [getattr(found, name) for name in _OF_LABS]
+    ends = list(accumulate((len(one.left) for one in conditions), initial=0))
+    return [Posterior(*(value[start:end] for value in values)) for start, end in pairwise(ends)]
+
+
+def _weigh(
+    conditions: Conditions, scale: Floats, stated: bool, tested: Floats | None, low: Floats, high: Floats
+) -> Posterior:
+    """Integrate over the factors s between two logarithms, for each lab wider or narrower where that is wanted."""
     widths, prior = balance_prior(scale, tested)
     reduced = _reduce(conditions, scale, tested)
     if conditions.without_readings:
         reduced = replace(reduced, squares=_expect(reduced, conditions.scatter, scale))
     labs, ended, bend = conditions.left.shape[:-1], conditions.ended[..., 0], reduced.bend
-    # Most logs need no others.
-    spread = _known_spread(math.log(LOW), math.log(HIGH), stated)
-    if near is not None:
-        spread = _known_spread(*np.log(near.factor[:: near.factor.size - 1]).tolist(), stated)
+    spread = _spread(low, high, stated)
     at = ended[..., None, None]
     # As likely before the runs are looked at: every I_zz^(1 − bend), and M0 over I_zz^bend with its width in M0.
     lean = 2 * bend[..., None, None] / at
@@ -237,11 +275,21 @@ def integrate(
     )
 
 
+_STACKED = ("unknowns", "shared", "left", "ended", "runs", "scatter")
+"""What of some conditions has a row for each lab …"""
+
+_OF_LABS = ("weight", "mean", "u", "factor", "width", "evidence", "ended", "bend")
+"""… and of a posterior."""
+
+_Weighed = tuple[Conditions, Floats, bool, Floats | None, Floats, Floats]
+"""Conditions, the scale of M0, whether the times are stated, the balance test, and the logarithms of s at both ends."""
+
+
 class _Spread(Struct, frozen=True):
     """Factors s, evenly spread between two logarithms, for labs of shape (…)."""
 
-    low: Floats | float
-    high: Floats | float
+    low: Floats
+    high: Floats
     logarithm: Floats
     """Shape (…, S)."""
     factor: Floats
@@ -249,14 +297,16 @@ class _Spread(Struct, frozen=True):
     """Logarithm of the chance of each before the runs are looked at, times what lies between two."""
 
 
-def _spread(low: Floats | float, high: Floats | float, stated: bool) -> _Spread:
-    low, high = np.asarray(low), np.asarray(high)
+def _spread(low: Floats, high: Floats, stated: bool) -> _Spread:
     logarithm = low[..., None] + (high - low)[..., None] * EVENLY
     chance = scatter_prior(logarithm, stated) + np.log((high - low) / (STEPS - 1))[..., None]
     return _Spread(low, high, logarithm, np.exp(logarithm), chance)
 
 
-_known_spread = lru_cache(maxsize=8)(_spread)
+def _flat(values: Floats | float, count: int) -> Floats:
+    """One value for each lab of a stack, shape (L,)."""
+    array = np.asarray(values, dtype=float)
+    return array.reshape(count) if array.size == count else np.full(count, array)
 
 
 def _bent(values: Floats, ended: Floats | float, bend: Floats | float) -> tuple[Floats, Floats]:
@@ -431,24 +481,41 @@ class _Parts:
         return means, variances, cov - slope * m_var
 
 
-def _quantiles(weight: Floats, mean: Floats, u: Floats, which: slice) -> Floats:
-    """Quantiles at `LEVELS` of mixtures of normal distributions, shapes (…, N) and (…, K, N): (…, K, 5).
+@stacked(lambda weight, mean, u, ended, bend, which: (mean.shape[1:], which.start, which.stop, which.step))
+def _quantiles(calls: Sequence[tuple[Floats, Floats, Floats, Floats, Floats, slice]]) -> list[Floats]:
+    """Quantiles at some of `LEVELS` of posteriors of labs of shape (L,), those of several calls together."""
+    *each, (which, *_) = zip(*calls, strict=True)
+    weight, mean, u, ended, bend = map(np.concatenate, each)
+    ends = _of_mixtures(weight, mean, u, which)
+    straight = ends[..., 0, :]
+    # What reaches to zero is no measurement, bent or not.
+    ends[..., 0, :] = np.where(straight > 0, _bent(straight, ended, bend)[0], straight)
+    places = accumulate((len(one[0]) for one in calls), initial=0)
+    return [ends[start:end] for start, end in pairwise(places)]
 
-    By Newton's steps, kept in brackets.
+
+def _of_mixtures(weight: Floats, mean: Floats, u: Floats, which: slice) -> Floats:
+    """Quantiles at `LEVELS` of mixtures of normal distributions, shapes (L, N) and (L, K, N): (L, K, 5).
+
+    By Newton's steps, kept in brackets, until all of a mixture's are there.
     """
     levels, normal = LEVELS[which], NORMAL[which]
-    parts = mean.shape[-1]
+    labs, parts = weight.shape
+    found = np.empty((*mean.shape[:2], len(levels)))
     if parts > HEAVIEST:
         # What weighs next to nothing need not be looked at.
-        heavy = np.argpartition(weight, -HEAVIEST, axis=-1)[..., -HEAVIEST:]
-        flat = heavy + parts * np.arange(weight.size // parts).reshape(*weight.shape[:-1], 1)
-        kept = weight.take(flat)
+        heavy = np.argpartition(weight, -HEAVIEST, axis=-1)[:, -HEAVIEST:]
+        kept = np.take_along_axis(weight, heavy, axis=-1)
         whole = np.add.reduce(kept, axis=-1, keepdims=True)
-        if (whole > 1 - LIGHT).all():
+        enough = whole[:, 0] > 1 - LIGHT
+        if not enough.all() and enough.any():
+            for some in (enough, ~enough):
+                found[some] = _of_mixtures(weight[some], mean[some], u[some], which)
+            return found
+        if enough.all():
             weight = kept / whole
-            flat = heavy[..., None, :] + parts * np.arange(mean.size // parts).reshape(*mean.shape[:-1], 1)
-            mean, u = mean.take(flat), u.take(flat)
-    weight = weight[..., None, :]
+            mean, u = (np.take_along_axis(values, heavy[:, None], axis=-1) for values in (mean, u))
+    weight = weight[:, None, :]
     centre = np.add.reduce(weight * mean, axis=-1)[..., None]
     sd = np.sqrt(np.add.reduce(weight * (u**2 + (mean - centre) ** 2), axis=-1))[..., None]
     # A quantile lies within so many standard deviations of the mean, whatever the distribution (Cantelli).
@@ -459,6 +526,7 @@ def _quantiles(weight: Floats, mean: Floats, u: Floats, which: slice) -> Floats:
     close = 1e-3 * np.minimum(levels, 1 - levels)
     steep = weight[..., None, :] / (size * math.sqrt(2 * math.pi))
     weight, centres = weight[..., None, :], mean[..., None, :]
+    open_ones = np.arange(labs)
     for _turn in range(40):
         away = (point[..., None] - centres) / size
         square = np.exp(-0.5 * away * away)
@@ -469,9 +537,17 @@ def _quantiles(weight: Floats, mean: Floats, u: Floats, which: slice) -> Floats:
         inside = (step >= low) & (step <= high)
         point = np.where(inside, step, 0.5 * (low + high))
         # What is left after such a step is about as large as its square.
-        if (inside & (np.abs(off) <= close)).all():
-            break
-    return cast(Floats, point)
+        there = (inside & (np.abs(off) <= close)).all(axis=(1, 2))
+        if there.any():
+            found[open_ones[there]] = point[there]
+            if there.all():
+                return found
+            more = ~there
+            open_ones, weight, centres, size, steep, low, high, point = (
+                each[more] for each in (open_ones, weight, centres, size, steep, low, high, point)
+            )
+    found[open_ones] = point
+    return found
 
 
 def _dot(a: Floats, b: Floats) -> Floats:

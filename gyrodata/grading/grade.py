@@ -35,6 +35,7 @@ from gyrodata.grading.yardsticks import (
     station_key,
 )
 from gyrodata.readings import Readings, read_reported, usable_inertia
+from gyrodata.stacks import in_step
 
 if TYPE_CHECKING:
     from gyrodata.grading.submissions import Submission
@@ -249,6 +250,7 @@ def two_decimals(points: float | None) -> str:
 # --- what there is to judge ---------------------------------------------------------------------------------
 
 
+@in_step
 def _gather(
     analysis: Analysis, lacks: list[Diagnostic], answers: Answers, rubric: Rubric, bench: tuple[str, ...]
 ) -> Evidence:

@@ -35,6 +35,7 @@ from gyrodata.measurements.sources import (
 )
 from gyrodata.physics import Floats
 from gyrodata.readings import SHARED_UNCERTAINTIES, Column, Readings, as_u_of, u_keys
+from gyrodata.stacks import in_step
 from gyrodata.units import Uncertainty
 
 
@@ -141,6 +142,7 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
         return float(own[0].absolute[0])
 
 
+@in_step
 def measure(readings: Readings) -> Measurements:
     """Work out what a log's readings mean, and what each of their errors is shared by."""
     diagnostics: list[Diagnostic] = []

@@ -15,6 +15,7 @@ from msgspec import convert
 from msgspec.structs import replace
 
 from gyrodata.grading import Grade, Rubric, Submission, grade_submission
+from gyrodata.stacks import in_step
 
 
 def work(task: str) -> str:
@@ -31,6 +32,10 @@ def work(task: str) -> str:
         os.kill(os.getpid(), signal.SIGKILL)
     if what == "memory":
         np.ones(10**12)
+    if what == "crowd":  # there is room for one of them only
+        block = bytearray(1_200_000_000)
+        _meet()
+        return f"{task} done" if len(block) else ""
     if what == "deep":
         return work(task)
     if what == "raise":
@@ -41,6 +46,11 @@ def work(task: str) -> str:
             mark.touch()
             os._exit(1)
     return f"{task} done"
+
+
+@in_step
+def _meet() -> None:
+    pass
 
 
 def first_alone(mark: Path) -> Callable[[str], str]:

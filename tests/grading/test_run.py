@@ -103,6 +103,12 @@ def test_a_worker_that_is_killed_from_outside_takes_nothing_along(together: int)
     assert sorted(done) == sorted(tasks)
 
 
+def test_what_lacks_memory_beside_others_is_done_alone() -> None:
+    tasks = [f"crowd {number}" for number in range(3)]
+    done = dict(in_workers(mishaps.work, tasks, workers=1, limit=20.0, at_once=3))
+    assert done == {task: f"{task} done" for task in tasks}
+
+
 def test_tasks_are_asked_for_shortly_before_they_are_given_out() -> None:
     asked: list[str] = []
 

@@ -2,8 +2,7 @@
 
 ``python tests/classes/scale.py 100 1000 10000`` makes such classes, grades each with two workers, and again as three
 parts whose journals are put together; it adds lines to ``scale.csv`` beside it. Without sizes it only draws the figure
-of the pages from that table, ``sample_data/figures/class_size.png``. "In two sittings" are classes whose logs were
-graded in one run, and compared and written in the next.
+of the pages from that table, ``sample_data/figures/class_size.png``.
 """
 
 from __future__ import annotations
@@ -68,7 +67,7 @@ def draw(rows: list[dict[str, str]]) -> None:
 
     figure = Figure(figsize=(7.2, 3.2), layout="constrained")
     left, right = figure.subplots(1, 2)
-    for way, mark in (("at once", "o-"), ("three parts put together", "s"), ("in two sittings", "^")):
+    for way, mark in (("at once", "o-"), ("three parts put together", "s")):
         some = [row for row in rows if row["way"] == way]
         sizes = [float(row["students"]) for row in some]
         if some:
@@ -80,7 +79,7 @@ def draw(rows: list[dict[str, str]]) -> None:
     left.set(
         xscale="log",
         ylim=(0, None),
-        title="a start of the tool takes 5 s",
+        title="few logs bear the start of the tool",
         xlabel="students",
         ylabel="CPU a log, workers and driver [ms]",
     )

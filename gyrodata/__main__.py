@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import atexit
 import gc
 import os
 import sys
+from contextlib import suppress
 
 
 def main() -> None:
@@ -29,5 +31,23 @@ def main() -> None:
     app()
 
 
+def process() -> None:
+    """Run the command line as a process, which ends once its exit handlers have run.
+
+    To take all that was loaded and made apart, object by object, takes a tenth of a run.
+    """
+    try:
+        main()
+    except SystemExit as ended:
+        if not isinstance(ended.code, int | None):
+            raise
+        atexit._run_exitfuncs()
+        with suppress(OSError, ValueError):
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(ended.code or 0)
+        raise
+
+
 if __name__ == "__main__":
-    main()
+    process()

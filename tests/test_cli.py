@@ -232,3 +232,20 @@ class TestTheFirstScreen:
         words = runner.invoke(app, ["analyze", "-", "--format", "markdown"], input=late(4.0)).stdout
         assert "The torque grows in proportion" not in words
         assert "these runs do not show" in words
+
+
+@pytest.mark.parametrize(("arguments", "code"), [(["--help"], 0), (["check", "no such log.csv"], 2)])
+def test_what_is_to_be_done_at_the_end_is_done(arguments: list[str], code: int) -> None:
+    handler = "import atexit, sys; atexit.register(print, 'at the end')"
+    start = f"{handler}; sys.argv = ['gyro', *{arguments!r}]; from gyrodata.__main__ import process; process()"
+    done = subprocess.run([sys.executable, "-c", start], capture_output=True, text=True)
+    assert done.returncode == code
+    assert done.stdout.endswith("at the end\n")
+    assert ("there is no file" in done.stdout) == (code == 2)
+
+
+def test_what_is_asked_within_python_comes_back() -> None:
+    start = "import sys; sys.argv = ['gyro', 'explain', 'G401']; from gyrodata.__main__ import main\n"
+    start += "try:\n    main()\nexcept SystemExit as ended:\n    print('back with', ended.code)"
+    done = subprocess.run([sys.executable, "-c", start], capture_output=True, text=True, check=True)
+    assert done.stdout.endswith("back with 0\n")

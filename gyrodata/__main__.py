@@ -31,8 +31,8 @@ def main() -> None:
     app()
 
 
-def process() -> None:
-    """Run the command line as a process, which ends once its exit handlers have run.
+def command() -> None:
+    """Be the command ``gyro``: a process that ends once its exit handlers have run.
 
     To take all that was loaded and made apart, object by object, takes a tenth of a run.
     """
@@ -50,4 +50,4 @@ def process() -> None:
 
 
 if __name__ == "__main__":
-    process()
+    command()

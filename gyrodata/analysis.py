@@ -228,13 +228,10 @@ def fit_runs(readings: Readings, measured: Measurements, model: Model = "auto", 
     LogError
         If there is no answer, or none that can be believed; it says what to look at.
     """
-    count = len(measured.runs)
-    # Of an ordinary log there is nothing to count.
-    most = count * len(measured.sources)
-    shared = sum(source.shared_count for source in measured.sources) if count * most > LARGEST else 0
-    if shared * count > LARGEST:
+    shared = sum(source.shared_count for source in measured.sources)
+    if shared * len(measured.runs) > LARGEST:
         message = (
-            f"{count} runs with {shared} weights, positions and spins that stand in several of them "
+            f"{len(measured.runs)} runs with {shared} weights, positions and spins that stand in several of them "
             "are too much for one fit"
         )
         hint = "split the log, and give each part on its own"

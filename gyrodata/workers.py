@@ -94,8 +94,10 @@ def _serve(connection: Connection, work: Callable[[Any], Any], limit: float) -> 
             # Should nobody be left to stop it, it ends by itself.
             _alarm(2 * limit)
             answers = side_by_side(partial(_try, work), tasks)
-            # Beside others there may be too little memory: what has failed is tried once more, alone.
-            answers = [answer if answer[0] else _try(work, task) for task, answer in zip(tasks, answers, strict=True)]
+            if len(tasks) > 1:
+                # Beside others there may be too little memory: what has failed is tried once more, alone.
+                pairs = zip(tasks, answers, strict=True)
+                answers = [answer if answer[0] else _try(work, task) for task, answer in pairs]
             _alarm(0.0)
             connection.send(answers)
 

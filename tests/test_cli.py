@@ -237,7 +237,7 @@ class TestTheFirstScreen:
 @pytest.mark.parametrize(("arguments", "code"), [(["--help"], 0), (["check", "no such log.csv"], 2)])
 def test_what_is_to_be_done_at_the_end_is_done(arguments: list[str], code: int) -> None:
     handler = "import atexit, sys; atexit.register(print, 'at the end')"
-    start = f"{handler}; sys.argv = ['gyro', *{arguments!r}]; from gyrodata.__main__ import process; process()"
+    start = f"{handler}; sys.argv = ['gyro', *{arguments!r}]; from gyrodata.__main__ import command; command()"
     done = subprocess.run([sys.executable, "-c", start], capture_output=True, text=True)
     assert done.returncode == code
     assert done.stdout.endswith("at the end\n")

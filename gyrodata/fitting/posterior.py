@@ -56,6 +56,7 @@ LOW, HIGH, STEPS = 0.25, 20.0, 20
 """Factors s that are looked at first, and how many."""
 
 ENDS = np.log([LOW, HIGH])
+"""Their logarithms."""
 
 EVENLY = np.linspace(0.0, 1.0, STEPS)
 

@@ -16,6 +16,7 @@ from msgspec.structs import replace
 
 from gyrodata import effects, fitting
 from gyrodata.comparisons import (
+    Ball,
     compare_with_ball,
     constancy,
     list_sensitivity,
@@ -29,14 +30,17 @@ from gyrodata.comparisons import (
 from gyrodata.diagnostics import NO_STEADY_PRECESSION, NO_TORQUE, TOO_MANY_SHARED_READINGS
 from gyrodata.errors import LogError, insist_on_choice, insist_on_type
 from gyrodata.findings import (
+    Doubt,
     body_findings,
     count_findings,
+    doubts_of_columns,
     find_doubts,
     list_advice,
     not_measured,
     outlier_findings,
     refusal,
     size_findings,
+    unusual_findings,
     whole_findings,
 )
 from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, NoFit, Outlier
@@ -142,14 +146,22 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     patterns = look_for_patterns(measured, fit)
     found += whole_findings(readings, measured, fit, p, listed, patterns)
     exponent = overall_exponent(measured, kept) if whole else None
-    doubts = find_doubts(measured, fit, exponent, patterns, left_out) if whole else ()
+    of_body = body_findings(readings, measured, fit, bool(sizes))
+    doubts: tuple[Doubt, ...] = ()
+    ball: Ball | None = None
+    if whole:
+        ball = compare_with_ball(fit.inertia, readings.constants, readings.uncertainties)
+        of_columns = doubts_of_columns((*of_body, *sizes), {measured.lines[i] for i in left_out})
+        doubts = (*of_columns, *find_doubts(measured, fit, exponent, patterns, left_out))
+        if ball is None and not sizes and not of_body:
+            found += unusual_findings(readings, measured)
     # What another hour would gain is worked out for runs that follow the law.
     advice: tuple[str, ...] = ()
     if whole:
         advice = tuple(f"find the cause first: {doubt.remedy}" for doubt in doubts) or list_advice(
             select(measured, kept) if left_out else measured, fit, chosen.tilted
         )
-    found += body_findings(readings, measured, fit, bool(sizes))
+    found += of_body
     torques = torque_table(measured, fit, kept, chosen.tilted, whole)
     one_torque = not fitting.torques_differ(measured.torque[kept])
     return Analysis(
@@ -175,7 +187,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
         power_law=power_laws(measured, kept) if whole else (),
         exponent=exponent,
         constancy=constancy(measured, kept) if whole else None,
-        ball=compare_with_ball(fit.inertia, readings.constants, readings.uncertainties) if whole else None,
+        ball=ball,
         torques=torques,
         run_table=run_table(measured, fit, fitted.outliers, left_out),
         patterns=patterns,

@@ -462,6 +462,9 @@ _SURFACE_LOG = f"""{G}\
 60.00,9.92,603,20.0,1
 """
 BALL_DISAGREES = _warning("G443", "I_zz is not that of the ball or disk in the log", _SURFACE_LOG)
+SIZE_NOT_USUAL = _warning(
+    "G444", "a column is possible but not usual: is its unit right?", _ODD_RUN.replace("rpm", "Hz")
+)
 
 # the procedure
 _TOO_FEW_WEIGHTS_LOG = f"""{G}{LOG}\
@@ -488,7 +491,6 @@ TIMES_TOO_SHORT = _warning("G455", "times under 6 s", G + LOG + "60.00,15.0,206,
 SPIN_FALLS_TOO_MUCH = _warning(
     "G456", "the spin falls by more than 10 % in a run", G + FALLING + "20.00,15.0,400,330,36.0,1\n"
 )
-OUTLIER_BEFORE_LEAVING = _warning("G457", "a run does not go with the others", _ODD_RUN)
 
 # options that go with a log
 OPTION_KEY_UNKNOWN = _error(

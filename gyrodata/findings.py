@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Iterable, Iterator
 from typing import Literal
 
 import numpy as np
@@ -36,6 +36,7 @@ from gyrodata.diagnostics import (
     RUNS_CONTRADICT_EACH_OTHER,
     SCATTER_TOO_LARGE,
     SINGLE_TORQUE,
+    SIZE_NOT_USUAL,
     SIZE_UNUSUAL,
     SPIN_FELL_ALONE,
     TRANSVERSE_INERTIA_NOT_GIVEN,
@@ -46,8 +47,9 @@ from gyrodata.effects import DROP_ONE, Effect
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate, FitResult, Otherwise, Outlier
 from gyrodata.forecast import Design
-from gyrodata.known_slips import INERTIA_RANGE, SIZES, exchanged, explaining_slips, far_off, meant_in
+from gyrodata.known_slips import INERTIA_RANGE, SIZES, exchanged, explaining_slips, far_off, meant_in, unit_within
 from gyrodata.measurements import SOURCES, Measurements, spin_columns, torque_groups
+from gyrodata.physics import RPM
 from gyrodata.readings import MOST_OF_ONE_CODE, TIMINGS, Readings, kind_of_role, to_display
 from gyrodata.stacks import in_step
 from gyrodata.units import from_si, parse_unit
@@ -176,11 +178,20 @@ NO_ACCIDENT = 0.001
 class Doubt(Struct, frozen=True):
     """A reason not to quote the answer, which not even its u holds."""
 
-    kind: Literal["contradiction", "exponent", "scatter", "pattern"]
+    kind: Literal["ball", "size", "contradiction", "exponent", "scatter", "pattern"]
     words: str
     """What is wrong."""
     remedy: str
     """Where to look for the cause."""
+
+
+def doubts_of_columns(found: Iterable[Diagnostic], lines_left_out: Collection[int]) -> Iterator[Doubt]:
+    """Turn the diagnostics that deny a whole column, or a run that is kept, into doubts."""
+    for one in found:
+        if one.code == BALL_DISAGREES:
+            yield Doubt("ball", one.message, one.hint)
+        elif one.code in (SIZE_UNUSUAL, COLUMNS_EXCHANGED, INERTIA_UNUSUAL) and one.line not in lines_left_out:
+            yield Doubt("size", one.message, one.hint)
 
 
 def find_doubts(
@@ -324,12 +335,17 @@ def _pattern_findings(
         found.append(readings.diagnose(code, f"{words} (chance, for all {len(patterns)} looked for: {chance})", hint))
     poor = _poor_balance(measured, fit)
     if poor and fit.scatter < CONTRADICTING:
+        arms = np.unique(measured.position[measured.torque != 0]).tolist()
+        missing = fit.imbalance.value / (measured.g * arms[0]) if len(arms) == 1 else math.nan
+        hanger = (
+            f"if a hanger of {1e3 * missing:.2g} g is missing from the masses, add it to each; " if missing > 0 else ""
+        )
         found.append(
             readings.diagnose(
                 BALANCE_POOR,
-                f"{poor}, as where the arm was measured from another point than the centre of the ball, or the turns "
-                "of one weight are wrong",
-                "check the turns of each weight, where the arm is measured from, and g; "
+                f"{poor}; possible causes are a hanger that is not in the masses, an arm that is not measured from "
+                "the centre of the ball, and wrong turns of one weight",
+                f"{hanger}check the turns of each weight, where the arm is measured from, and g; "
                 'write "# balanced: no" if the ball was not balanced',
             )
         )
@@ -510,6 +526,61 @@ def size_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
             )
         )
     return found
+
+
+BY_HAND = (60 * RPM, 2000 * RPM)
+"""Spins of a ball that is spun by hand [rad/s], with a margin."""
+
+NO_MOTOR = 0.7
+"""A rotor with less angular momentum than this has no motor: published gyroscopes with one have 1 to 2 [kg*m^2/s]."""
+
+LONG_TURN, SHORT_ARM, LONG_LEVER, NEARLY_AS_FAST = 600.0, 0.02, 10.0, 0.15
+"""Bounds of the time of a turn with a weight [s], the arm [m], m x²/I_zz [1], and precession over spin [1]."""
+
+
+def unusual_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:
+    """Ask about columns that are possible but not usual; all published logs are within the bounds."""
+    loaded = measured.torque != 0
+    spin, rate = measured.spin[loaded], np.abs(measured.product[loaded]) / measured.spin[loaded]
+    turn, arm = float(np.median(2 * np.pi / rate)), float(np.abs(measured.position[loaded]).max())
+    # Both are free of the unit of the spin, or of the mass: L = M/φ̇, and m x²/I_zz = x φ̇ψ̇/g.
+    momentum = float(np.median(np.abs(measured.torque[loaded]) / rate))
+    lever = arm * float(np.median(rate * spin)) / measured.g
+    fastest, turned_by_hand = float(spin.max()), spin.max() > 1.2 * spin.min() and momentum < NO_MOTOR
+    asked = (
+        (
+            fastest < 80 * RPM or (turned_by_hand and fastest > 1800 * RPM), "spin", BY_HAND,
+            f"Is a spin of {fastest / RPM:.5g} rpm right? A ball spun by hand makes 100 to 1500 rpm",
+        ),
+        (
+            turn > LONG_TURN, "time", (1.0, LONG_TURN),
+            f"Is one turn in {turn / 60:.2g} min right? With a weight on the rod a turn takes seconds to minutes",
+        ),
+        (
+            float((rate / spin).min()) > NEARLY_AS_FAST, "time", (1.0, LONG_TURN),
+            f"Is one turn in {turn:.2g} s right? The rod would precess nearly as fast as the ball spins",
+        ),
+        (
+            arm < SHORT_ARM, "position", (0.04, 0.6),
+            f"Is an arm of {100 * arm:.3g} cm right? Measured from the centre, the weight would be inside the ball",
+        ),
+        (
+            lever > LONG_LEVER and arm < 0.6, "spin", BY_HAND,
+            f"Is I_zz right? m x² of the weight is {lever:.2g} times I_zz, so the weight outweighs what it hangs on",
+        ),
+    )  # fmt: skip
+    found: dict[str, Diagnostic] = {}
+    for odd, role, range_, words in asked:
+        if not odd or role in found:
+            continue
+        column = readings.columns.get(role)
+        unit = unit_within(readings, role, range_) if column else ""
+        if unit:
+            hint = f'if the numbers are in {unit}, write the header as "{role} [{unit}]"; if it is right, leave it'
+        else:
+            hint = "check the unit in the header of each column; if it is right, leave it"
+        found[role] = readings.diagnose(SIZE_NOT_USUAL, words, hint, column.place(0) if column else None)
+    return list(found.values())
 
 
 FAR_FROM_BALL, FAR_IN_U = 0.1, 5.0

@@ -364,6 +364,9 @@ SCATTERS = 0.03
 MOST = 3
 """Slips that are told."""
 
+START_SPIN = (0.75, 0.96)
+"""I_zz over its true value [1] if the spin was read at the start of each run instead of at half time."""
+
 
 def explaining_slips(
     readings: Readings, measured: Measurements, inertia: float, expected: float
@@ -388,6 +391,10 @@ def explaining_slips(
         if away < CLOSE:
             # Of two that are as near, the commoner one.
             found.append((away + 0.01 * kind.rank, kind, value))
+    if START_SPIN[0] < inertia / expected < START_SPIN[1] and "spin" in readings.columns:
+        words = f"the spin was read at the start, and was {100 * (1 - inertia / expected):.0f} % lower at half time"
+        remedy = 'write spins read at half time, or the spin at start and end in columns "spin_start", "spin_end"'
+        found.append((CLOSE, Kind("start_spin", log=words, remedy=remedy), expected))
     found.sort(key=lambda item: item[0])
     return tuple((kind, value) for _, kind, value in found[:MOST])
 
@@ -433,13 +440,19 @@ def far_off(readings: Readings, size: Size) -> tuple[int, str] | None:
     far = np.flatnonzero((sizes < size.possible[0]) | (sizes > size.possible[1])).tolist()
     if not far:
         return None
-    least, most = float(np.nanmin(sizes)), float(np.nanmax(sizes))
-    kind, own = kind_of_role(size.role), column.unit
-    for unit in size.units:
-        factor = parse_unit(unit, kind).factor / (parse_unit(own, kind).factor if own else 1.0)
-        if unit != own and size.usual[0] <= factor * least and factor * most <= size.usual[1]:
-            return far[0], unit
-    return far[0], ""
+    return far[0], unit_within(readings, size.role, size.usual)
+
+
+def unit_within(readings: Readings, role: str, usual: tuple[float, float]) -> str:
+    """Find the other unit that brings all readings of a column into a usual range [SI unit]; "" if none does."""
+    column, kind = readings.columns[role], kind_of_role(role)
+    values = [abs(value) for value in column.values if value]
+    own = parse_unit(column.unit, kind).factor if column.unit else 1.0
+    for unit in next(size.units for size in SIZES if size.role == role):
+        factor = parse_unit(unit, kind).factor / own
+        if unit != column.unit and usual[0] <= factor * min(values) and factor * max(values) <= usual[1]:
+            return unit
+    return ""
 
 
 def meant_in(readings: Readings, size: Size, run: int) -> tuple[str, float] | None:

@@ -11,11 +11,13 @@ from collections.abc import Collection
 import numpy as np
 
 from gyrodata import forecast, physics
-from gyrodata.analysis import Fitted, fit_runs
-from gyrodata.comparisons import load_words, outlier_reason
+from gyrodata.analysis import analyze_readings
+from gyrodata.comparisons import load_words
 from gyrodata.diagnostics import (
+    DIGITS_TOO_FEW,
     NO_UNLOADED_RUN,
-    OUTLIER_BEFORE_LEAVING,
+    RELEASE_NOT_TOLD,
+    SINGLE_TORQUE,
     SPIN_FALLS_TOO_MUCH,
     SPINS_TOO_CLOSE,
     TIMES_TOO_SHORT,
@@ -23,8 +25,7 @@ from gyrodata.diagnostics import (
     TOO_FEW_WEIGHTS,
 )
 from gyrodata.errors import Diagnostic, LogError
-from gyrodata.findings import body_findings, digit_findings, size_findings
-from gyrodata.fitting import FitResult, Outlier
+from gyrodata.fitting import FitResult
 from gyrodata.measurements import Measurements, measure, torque_groups
 from gyrodata.physics import RPM, Floats
 from gyrodata.readings import TIMINGS, Place, Readings
@@ -43,29 +44,18 @@ _HEAD = "# g: 9.803 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns\n"
 _ONE = "20.00,15.0,206,20.4,1\n20.00,15.0,407,40.4,1\n20.00,15.0,605,60.1,1\n"
 
 
-def check_procedure(readings: Readings) -> tuple[Diagnostic, ...]:
-    """Find what a log lacks, and the runs in it that look odd."""
-    measured = measure(readings)
-    if not np.any(measured.torque):
-        return (
-            *measured.diagnostics,
-            readings.diagnose(TOO_FEW_RUNS, "not one run has a weight", "time runs with a weight"),
-        )
-    fitted: Fitted | None = None
-    wrong: tuple[Diagnostic, ...] = ()
+def check_log(readings: Readings) -> tuple[Analysis | None, tuple[Diagnostic, ...]]:
+    """Analyse a log and find what it lacks: the analysis, None if the log has no answer, and all diagnostics.
+
+    Doubts are in the analysis.
+    """
     try:
-        fitted = fit_runs(readings, measured)
+        analysis = analyze_readings(readings)
     except LogError as error:
-        wrong = error.diagnostics
-    sizes = size_findings(readings, measured)
-    return (
-        *measured.diagnostics,
-        *sizes,
-        *wrong,
-        *what_lacks(readings, measured, fitted),
-        *(digit_findings(readings, measured, fitted.fit) if fitted else ()),
-        *(body_findings(readings, measured, fitted.fit, bool(sizes)) if fitted else ()),
-    )
+        measured = measure(readings) if readings.ok else None
+        lacking = what_lacks(readings, measured, None) if measured is not None and measured.torque.any() else []
+        return None, (*error.diagnostics, *lacking)
+    return analysis, (*analysis.diagnostics, *what_lacks(readings, analysis.measurements, analysis))
 
 
 PROCEDURE = (
@@ -75,22 +65,22 @@ PROCEDURE = (
     NO_UNLOADED_RUN,
     TIMES_TOO_SHORT,
     SPIN_FALLS_TOO_MUCH,
-    OUTLIER_BEFORE_LEAVING,
 )
 """What the procedure asks for, by the diagnostic of a log that lacks it."""
 
+ADVICE = {*PROCEDURE, DIGITS_TOO_FEW, SINGLE_TORQUE, RELEASE_NOT_TOLD}
+"""Diagnostics that say how to measure better; the answer is correct without them."""
+
 
 def what_lacks(
-    readings: Readings, measured: Measurements, fitted: Analysis | Fitted | None, asked: Collection[str] = PROCEDURE
+    readings: Readings, measured: Measurements, analysis: Analysis | None, asked: Collection[str] = PROCEDURE
 ) -> list[Diagnostic]:
-    """Find what a log lacks of what is asked for, of `PROCEDURE`; without a fit, what needs none."""
+    """Find what a log lacks of what is asked for, of `PROCEDURE`; without an analysis, what needs none."""
     groups = [group for group in torque_groups(measured) if measured.torque[group[0]] != 0]
     found = [*_weights(readings, measured, groups), *_spins(readings, measured, groups)]
-    if fitted and NO_UNLOADED_RUN in asked:
-        found += _unloaded(readings, measured, fitted.fit)
+    if analysis and NO_UNLOADED_RUN in asked:
+        found += _unloaded(readings, measured, analysis.fit)
     found += [*_short_times(readings, measured), *_falling_spin(readings, measured)]
-    if fitted:
-        found += _odd_runs(readings, measured, fitted.outliers)
     return [one for one in found if one.code in asked]
 
 
@@ -200,19 +190,6 @@ def _falling_spin(readings: Readings, measured: Measurements) -> list[Diagnostic
             "time a shorter part of a turn",
             _place(readings, worst),
         )
-    ]
-
-
-def _odd_runs(readings: Readings, measured: Measurements, outliers: tuple[Outlier, ...]) -> list[Diagnostic]:
-    return [
-        readings.diagnose(
-            OUTLIER_BEFORE_LEAVING,
-            f"run {measured.runs[outlier.index]}: {outlier_reason(measured, outlier)}",
-            "time it again before the weight comes off; correct its turns, spin or time only if you know that they are "
-            "wrong",
-            _place(readings, outlier.index),
-        )
-        for outlier in outliers
     ]
 
 

@@ -182,6 +182,11 @@ class Analysis(Struct, frozen=True, eq=False):
     diagnostics: tuple[Diagnostic, ...] = field(default=())
 
     @property
+    def runs_disagree(self) -> bool:
+        """Whether the runs contradict each other, or the line; a wrong column or ball is another doubt."""
+        return any(doubt.kind not in ("ball", "size") for doubt in self.doubts)
+
+    @property
     def runs(self) -> pd.DataFrame:
         """One row for each run, SI units, as a DataFrame."""
         import pandas as pd
@@ -488,7 +493,9 @@ class CheckDocument(Struct, eq=False):
     tool: Tool
     input: Input
     clean: bool
-    """True if nothing above a note was found."""
+    """True if there is no doubt, and no diagnostic above a note."""
+    doubts: tuple[Doubt, ...]
+    """Why the answer of ``gyro analyze`` is not to be relied on."""
     diagnostics: tuple[Diagnostic, ...]
     hand_in: HandIn | None
     """null without --hand-in."""
@@ -512,10 +519,11 @@ def check_document(
     rows: int | None,
     clean: bool,
     diagnostics: tuple[Diagnostic, ...],
+    doubts: tuple[Doubt, ...] = (),
     hand_in: HandIn | None = None,
 ) -> dict[str, Any]:
     """Put what `gyro check` found into the object of the JSON contract."""
-    return plain(CheckDocument("gyro.check/1", Tool(), Input(name, sha256, rows), clean, diagnostics, hand_in))  # type: ignore[no-any-return]
+    return plain(CheckDocument("gyro.check/1", Tool(), Input(name, sha256, rows), clean, doubts, diagnostics, hand_in))  # type: ignore[no-any-return]
 
 
 def plain(item: Any) -> Any:

@@ -13,7 +13,7 @@ from labs import scenes
 
 import gyrodata
 from gyrodata import plotting, reporting
-from gyrodata.procedure import check_procedure
+from gyrodata.procedure import check_log
 from gyrodata.reporting import watch_text
 
 EXPECTED = Path(__file__).parent / "expected"
@@ -39,7 +39,7 @@ if __name__ == "__main__":
     for ending, write in forms.items():
         (EXPECTED / f"air_gyroscope.{ending}").write_text(write(analysis), encoding="utf-8")
     half_way = gyrodata.analyze(EXPECTED / "half_way.csv")
-    (EXPECTED / "half_way.txt").write_text(watch_text(half_way, check_procedure(half_way.readings)), encoding="utf-8")
+    (EXPECTED / "half_way.txt").write_text(watch_text(half_way, check_log(half_way.readings)[1]), encoding="utf-8")
     for path in sorted((EXPECTED / "numbers").glob("*.csv")):
         found = numbers(gyrodata.analyze(path).to_dict()["result"])
         lines = ",\n".join(f"  {json.dumps(place)}: {value}" for place, value in found.items())

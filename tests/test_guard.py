@@ -16,7 +16,7 @@ import gyrodata
 from gyrodata import fitting
 from gyrodata.errors import Diagnostic, LogError
 from gyrodata.measurements import measure
-from gyrodata.procedure import check_procedure
+from gyrodata.procedure import check_log
 from gyrodata.readings import read_log
 
 SAMPLES = Path(__file__).parent.parent / "sample_data"
@@ -31,7 +31,7 @@ def refusal(log: str | bytes, **options: object) -> Diagnostic:
         gyrodata.analyze(data, **options)  # type: ignore[arg-type]
     (error,) = [d for d in caught.value.diagnostics if d.severity == "error"]
     if not options:
-        assert error in [d for d in check_procedure(read_log(data)) if d.severity == "error"]
+        assert error in [d for d in check_log(read_log(data))[1] if d.severity == "error"]
     return error
 
 

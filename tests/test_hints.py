@@ -19,7 +19,7 @@ import gyrodata
 from gyrodata.cli import app
 from gyrodata.diagnostics import CODES
 from gyrodata.errors import Diagnostic, GyroError
-from gyrodata.procedure import check_procedure
+from gyrodata.procedure import check_log
 from gyrodata.readings import read_log
 
 GOOD = lab().text().replace("# ball_mass: 4.3 kg\n# ball_diameter: 10.16 cm\n", "")
@@ -79,7 +79,7 @@ CASES: list[tuple[str, str]] = [
 
 IN_THE_LAB = {
     "G402", "G403", "G405", "G410", "G412", "G413", "G415", "G416", "G417", "G418", "G419", "G431", "G434", "G442",
-    "G451", "G452", "G453", "G454", "G455", "G456", "G457",
+    "G444", "G451", "G452", "G453", "G454", "G455", "G456",
 }  # fmt: skip
 """Advice to look, to say what was done, to time again or to add runs: nothing that the log at hand tells."""
 
@@ -96,7 +96,7 @@ def found_in(log: str, **options: Any) -> list[Diagnostic]:
         readings = read_log(log.encode(), **options)
         found = list(readings.diagnostics)
         if not any(d.severity == "error" for d in found):
-            found += check_procedure(readings)
+            found += check_log(readings)[1]
     except GyroError as error:
         found = list(error.diagnostics)
     return found

@@ -15,7 +15,7 @@ import gyrodata
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Model, fit, fit_many
 from gyrodata.measurements import SOURCES, Measurements, Source, measure, select, torque_groups
-from gyrodata.procedure import check_procedure
+from gyrodata.procedure import check_log
 from gyrodata.readings import UNCERTAINTIES, kind_of_role, read_log
 from gyrodata.simulation import TYPICAL
 
@@ -758,4 +758,4 @@ def test_digits_that_decide_much_of_u_are_named_with_both_answers(role: str) -> 
         value, u = map(float, told[1].split(" ± "))
         assert 1e3 * after.inertia.value == pytest.approx(value, abs=0.5 * u)
         assert 1e3 * (after.inertia.u or 0) == pytest.approx(u, rel=0.25)
-    assert [d.code for d in check_procedure(read_log(short.encode())) if d.code == "G407"] == ["G407"]
+    assert [d.code for d in check_log(read_log(short.encode()))[1] if d.code == "G407"] == ["G407"]

@@ -16,7 +16,7 @@ from gyrodata import read_log
 from gyrodata.analysis import analyze_readings
 from gyrodata.cli import watching
 from gyrodata.cli.watching import PATIENCE, contents
-from gyrodata.procedure import check_procedure
+from gyrodata.procedure import check_log
 from gyrodata.reporting import watch_text
 
 ROOT = Path(__file__).parent.parent
@@ -206,7 +206,7 @@ def test_a_name_that_is_wrong_is_refused_at_once(tmp_path: Path) -> None:
 
 def said(log: str) -> str:
     readings = read_log(log.encode(), name="half_way.csv")
-    return watch_text(analyze_readings(readings), check_procedure(readings))
+    return watch_text(analyze_readings(readings), check_log(readings)[1])
 
 
 def part(text: str, title: str) -> list[str]:

@@ -24,12 +24,11 @@ from gyrodata.cli.terminal import (
     write_out,
 )
 from gyrodata.diagnostics import FORMAT_FOR_ONE_LOG, HAND_IN_AS_IT_IS
-from gyrodata.errors import GyroError
+from gyrodata.errors import Diagnostic, GyroError
 
 if TYPE_CHECKING:
-    from gyrodata.errors import Diagnostic
     from gyrodata.readings import Readings
-    from gyrodata.results import HandIn
+    from gyrodata.results import Analysis, HandIn
 
 
 CheckFormat = Literal["text", "json", "ndjson", "github"]
@@ -60,12 +59,13 @@ def check(
     mapping: MappingOption = None,
     config: ConfigOption = None,
     stdin: StdinOption = STDIN,
+    strict: Annotated[bool, typer.Option("--strict", help="Exit with 1 also if there is only advice.")] = False,
     exit_zero: Annotated[bool, typer.Option("--exit-zero", help="Exit with 0 even when something is found.")] = False,
 ) -> None:  # fmt: skip
     """Say what is wrong with a log, and what it still lacks, before the weight comes off.
 
-    Exit codes: 0 clean; 1 something was found, or with --hand-in no answer, or two that differ; 2 usage, or a log that
-    cannot be read; 3 a fault of gyro.
+    Exit codes: 0 nothing wrong (there may be advice); 1 something is wrong, or with --hand-in there is no answer, or
+    two that differ; 2 usage, or a log that cannot be read; 3 a fault of gyro.
     """
     given = pairs(settings, "--set"), pairs(mapping, "--map")
     if hand_in:
@@ -76,12 +76,13 @@ def check(
 
         files = [Path(log) for log in logs]
         paths = {path.name: str(path) for path in files}
-        worst = _check_one(logs[0], name_of(logs[0]), lambda: read_hand_in(files), form, paths)
+        worst = _check_one(logs[0], name_of(logs[0]), lambda: read_hand_in(files), form, paths, strict)
     elif form == "json" and len(logs) > 1:
         refuse(FORMAT_FOR_ONE_LOG, "--format json is for one log", "use --format ndjson for several: one object a line")
     else:
         named = zip(logs, names_of(short_paths(logs), stdin), strict=True)
-        worst = max(_check_one(log, name, partial(_read, log, name, *given, config), form, {}) for log, name in named)
+        read = partial(_read, given, config)
+        worst = max(_check_one(log, name, partial(read, log, name), form, {}, strict) for log, name in named)
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
 
 
@@ -89,29 +90,33 @@ Read = tuple["Readings", "HandIn | None", tuple["Diagnostic", ...]]
 """A log, what a grader would read beside it, and what was found on the way."""
 
 
-def _read(log: str, name: str, settings: dict[str, str], mapping: dict[str, str], config: Path | None) -> Read:
-    """Read one log by itself."""
+def _read(given: tuple[dict[str, str], dict[str, str]], config: Path | None, log: str, name: str) -> Read:
+    """Read one log by itself; `given`: settings and mapping."""
     from gyrodata.readings import read_log
 
+    settings, mapping = given
     return read_log(**source_of(log, name), settings=settings, mapping=mapping, config=config), None, ()
 
 
-def _check_one(log: str, name: str, read: Callable[[], Read], form: CheckFormat, paths: Mapping[str, str]) -> int:
+def _check_one(
+    log: str, name: str, read: Callable[[], Read], form: CheckFormat, paths: Mapping[str, str], strict: bool
+) -> int:
     """Check one log, print what was found, and give the exit code; `paths`: where each file by its name is."""
     from gyrodata import reporting
+    from gyrodata.procedure import ADVICE, check_log
 
     readings: Readings | None = None
     hand_in: HandIn | None = None
+    analysis: Analysis | None = None
     told: tuple[Diagnostic, ...] = ()
     try:
         readings, hand_in, told = read()
         found = (*readings.diagnostics, *told)
         # What the log lacks is told before it is handed in, when it can still be measured.
         if readings.ok and hand_in is None:
-            from gyrodata.procedure import check_procedure
-
-            found = (*found, *check_procedure(readings))
-        code = 1 if any(diagnostic.severity != "note" for diagnostic in found) else 0
+            analysis, found = check_log(readings)
+        serious = [one for one in found if one.severity != "note" and (strict or one.code not in ADVICE)]
+        code = 1 if serious or (analysis and analysis.doubts) else 0
     except GyroError as error:
         found, code = error.diagnostics, error.exit_code
     except Exception as error:
@@ -122,15 +127,20 @@ def _check_one(log: str, name: str, read: Callable[[], Read], form: CheckFormat,
     if form == "text":
         well = "with an answer" if hand_in else "complete"
         runs = len(readings.runs) if readings else None
-        write_out(coloured(reporting.check_text(name, runs, found, well), sys.stdout))
+        write_out(coloured(reporting.check_text(name, runs, found, well, analysis), sys.stdout))
     elif form == "github":
         for one in found:
             path = paths.get(one.file or name, one.file) if paths else name if log == "-" else log
             write_out(reporting.github_annotations(path, [one]))
+        for doubt in analysis.doubts if analysis else ():
+            doubted = Diagnostic("doubt", "warning", f"do not rely on the answer: {doubt.words}", doubt.remedy)
+            write_out(reporting.github_annotations(name if log == "-" else log, [doubted]))
     else:
         digest, rows = (readings.sha256, len(readings.runs)) if readings else (None, None)
         from gyrodata.results import check_document
 
-        document = check_document(name, digest, rows, code == 0, found, hand_in)
+        doubts = analysis.doubts if analysis else ()
+        clean = not doubts and all(one.severity == "note" for one in found)
+        document = check_document(name, digest, rows, clean, found, doubts, hand_in)
         write_out(reporting.json_text(document, indent=2 if form == "json" else None))
     return code

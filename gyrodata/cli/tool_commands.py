@@ -196,8 +196,7 @@ def _explanation(asked: str) -> str:
 
 def _raised(code: str) -> Diagnostic | None:
     """Let the example raise its diagnostic, where it is a log."""
-    from gyrodata.analysis import analyze_readings
-    from gyrodata.procedure import check_procedure
+    from gyrodata.procedure import check_log
     from gyrodata.readings import read_log
 
     if code >= OPTIONS or CODES[code].example.startswith("analyze "):
@@ -209,9 +208,7 @@ def _raised(code: str) -> Diagnostic | None:
         readings = read_log(CODES[code].example.encode(page), name="log.csv")
         found = readings.diagnostics
         if code not in {one.code for one in found}:
-            found = analyze_readings(readings).diagnostics
-        if code not in {one.code for one in found}:
-            found = check_procedure(readings)
+            found = check_log(readings)[1]
     except GyroError as error:
         found = error.diagnostics
     return next((one for one in found if one.code == code), None)

@@ -103,13 +103,13 @@ def state(
     writing: Writing,
 ) -> str:
     """Say how the lab stands by what the file holds, or why it does not say yet."""
-    from gyrodata.procedure import check_procedure
+    from gyrodata.procedure import what_lacks
     from gyrodata.reporting import unfinished_text, watch_text
 
     try:
         readings = read(data)
         analysis = analyse(readings)
-        return watch_text(analysis, check_procedure(readings), writing)
+        return watch_text(analysis, what_lacks(readings, analysis.measurements, analysis), writing)
     except GyroError as error:
         return unfinished_text(name, error.diagnostics)
     except Exception as error:

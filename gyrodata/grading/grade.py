@@ -15,7 +15,7 @@ import msgspec
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from gyrodata.diagnostics import OUTLIER_BEFORE_LEAVING
+from gyrodata.diagnostics import OUTLIER
 from gyrodata.errors import Diagnostic, GyroError, LogError
 from gyrodata.fitting import times_stated
 from gyrodata.grading.criteria import Evidence, Mark, judge, judge_reference, judge_scatter, mark, scatter_of
@@ -159,12 +159,13 @@ def grade_submission(submission: Submission, rubric: Rubric, reported: str | Non
         analysis = analyze_readings(readings, whole=False)
         asked = {ASKS[ask] for criterion in rubric.criteria for ask in criterion.asks}
         lacks = what_lacks(readings, analysis.measurements, analysis, asked) if asked else []
+        lacks += [one for one in analysis.diagnostics if one.code == OUTLIER]
     except (GyroError, OSError, ArithmeticError, ValueError) as error:
         return not_graded(submission, rubric, _why_not(error), getattr(error, "diagnostics", ()))
     evidence = replace(_gather(analysis, lacks, answers, rubric, bench), files=submission.members)
     marks = tuple(judge(criterion, evidence) for criterion in rubric.criteria)
     # The runs that look odd are in the analysis already.
-    untold = [one for one in lacks if one.code != OUTLIER_BEFORE_LEAVING]
+    untold = [one for one in lacks if one.code != OUTLIER]
     blank = not_graded(submission, rubric, None, (*analysis.diagnostics, *untold, *answers.diagnostics))
     grade = replace(
         blank,

@@ -21,7 +21,7 @@ from msgspec.structs import replace
 from gyrodata.diagnostics import (
     CONDITION_CANNOT_BE_USED,
     NO_UNLOADED_RUN,
-    OUTLIER_BEFORE_LEAVING,
+    OUTLIER,
     RUBRIC_NO_TOML,
     RUBRIC_PARTS_CONTRADICT,
     RUBRIC_POINTS_DO_NOT_ADD_UP,
@@ -90,7 +90,7 @@ ASKS = {
     "unloaded": NO_UNLOADED_RUN,
     "times": TIMES_TOO_SHORT,
     "falling_spin": SPIN_FALLS_TOO_MUCH,
-    "odd_runs": OUTLIER_BEFORE_LEAVING,
+    "odd_runs": OUTLIER,
 }
 """What a procedure criterion may ask for, and the diagnostic of a log that lacks it."""
 

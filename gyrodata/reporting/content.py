@@ -9,7 +9,14 @@ from msgspec.structs import asdict
 
 from gyrodata import __version__
 from gyrodata.comparisons import Run, turn_words
-from gyrodata.diagnostics import BALL_DISAGREES, COLUMNS_EXCHANGED, DIGITS_TOO_FEW, INERTIA_UNUSUAL, SIZE_UNUSUAL
+from gyrodata.diagnostics import (
+    BALL_DISAGREES,
+    COLUMNS_EXCHANGED,
+    DIGITS_TOO_FEW,
+    INERTIA_UNUSUAL,
+    SIZE_NOT_USUAL,
+    SIZE_UNUSUAL,
+)
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate
 from gyrodata.measurements import torque_groups
@@ -63,11 +70,17 @@ WEIGHTS = 5
 FAR = 2.0
 """From how many standard uncertainties on a run is worth repeating that does not yet look odd."""
 
-FIRST = {BALL_DISAGREES, COLUMNS_EXCHANGED, DIGITS_TOO_FEW, INERTIA_UNUSUAL, SIZE_UNUSUAL}
+FIRST = {BALL_DISAGREES, COLUMNS_EXCHANGED, DIGITS_TOO_FEW, INERTIA_UNUSUAL, SIZE_NOT_USUAL, SIZE_UNUSUAL}
 """Diagnostics that the page tells on its first screen."""
 
 FEW = 3
 """Of runs or of advice, so many are told on the first screen."""
+
+NOT_CHECKED = (
+    "not checked against the ball: add # ball_mass and # ball_diameter; without them a wrong unit in a whole column "
+    "cannot be detected"
+)
+"""In place of the comparison with the ball."""
 
 UNTOLD = 0.3
 """A balance with a larger share of u² than this is not told by the design [1]."""
@@ -191,8 +204,7 @@ def _brief(analysis: Analysis, scale: Scale, torque: Scale) -> Iterator[Sentence
             "95 % interval ", Interval(*inertia.interval_95, scale, "inertia.interval_95"),
             "; residual torque M0 = ", Value(m0.value, m0.u, torque, "residual_torque.value"),
         )  # fmt: skip
-    if analysis.ball is not None:
-        yield beside(analysis)
+    yield (NOT_CHECKED,) if analysis.ball is None else beside(analysis)
     yield from _to_repeat(analysis)
     for advice in analysis.advice[:1] if not analysis.doubts else ():
         yield (f"next time: {advice}",)
@@ -216,7 +228,7 @@ def _to_repeat(analysis: Analysis) -> Iterator[Sentence]:
         named = [part for i in far[:FEW] for part in (", ", *_run_place(analysis, i))][1:]
         yield ("to repeat if there is time: ", *named, f", over {FAR:g} u from what the others say")
     if not odd and not far:
-        yield ("odd runs: none; nothing has to be repeated",)
+        yield ("odd runs: none" + "; nothing has to be repeated" * (not analysis.doubts),)
 
 
 def _run_place(analysis: Analysis, i: int) -> Sentence:
@@ -236,7 +248,7 @@ def _agreement(analysis: Analysis) -> Sentence:
         the_runs = ("Of the ", *the_runs[1:], " those that are kept")
     if analysis.p is None:
         return ("There are as many unknowns as runs, so nothing tells whether they agree",)
-    if analysis.doubts:
+    if analysis.runs_disagree:
         return (*the_runs, " do not agree with one line within what the log states")
     if analysis.p >= UNLIKELY:
         better = ", better than stated" if analysis.p > 1 - UNLIKELY / 2 else ""

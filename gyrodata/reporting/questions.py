@@ -49,6 +49,9 @@ from gyrodata.results import Analysis
 
 _WHEEL = " (of the ball; add --wheel-inertia and --wheel-spin of the wheel that you held)"
 
+BORED = 0.2
+"""The bore of a ball explains no larger difference than this from a solid one [1]."""
+
 ANSWERS = (
     ("question 1, steps 3 to 5, a force on the tip of the rod", "tip"),
     ("question 1, steps 4 and 6, precession at any spin and pitch", "precession"),
@@ -251,7 +254,7 @@ def _constant(analysis: Analysis, scale: Scale, torque: Scale) -> tuple[Block, .
         value,
         f", which shifts the line and leaves its slope alone{balance}.",
     )
-    if analysis.doubts:
+    if analysis.runs_disagree:
         unsaid = "Whether the torque grows in proportion to φ̇ψ̇ these runs do not show: they do not follow one line."
         words = (
             f"{unsaid} If they did, the residual torque would be ",
@@ -334,10 +337,14 @@ def beside(analysis: Analysis) -> Sentence:
             *relative,
             "; without an uncertainty nothing says whether that is much.",
         )
+    if ball.relative > 1:
+        times = Number(f"{ball.relative:.3g}", "ball.relative")
+        return (f"The measured value does not agree with that of the {body}: the difference is ", times,
+                f" times the value of the {body}.")  # fmt: skip
     away = Number(signed(ball.deviation), "ball.deviation")
     close = agrees(ball.deviation)
     bore = ""
-    if not close and ball.mass is not None and not ball.bore:
+    if not close and ball.mass is not None and not ball.bore and abs(ball.relative) < BORED:
         bore = (
             " A bore along the rod takes mass from near the axis, so that a ball of the same mass has a little more "
             "than 2/5 m r², and the rod and the weights on it add theirs."

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from gyrodata.comparisons import Run
-from gyrodata.diagnostics import CODES, OUTLIER, OUTLIER_BEFORE_LEAVING, SINGLE_TORQUE, SPINS_TOO_CLOSE, TOO_FEW_RUNS
+from gyrodata.diagnostics import CODES, OUTLIER, SINGLE_TORQUE, SPINS_TOO_CLOSE, TOO_FEW_RUNS
 from gyrodata.errors import Diagnostic
 from gyrodata.measurements import torque_groups
 from gyrodata.reporting.content import FAR, common_torque_scale, report, residual_torque
@@ -19,7 +19,7 @@ MORE = "all the rest: gyro analyze -v, or the report's page"
 _OF_ONE_LOAD = {TOO_FEW_RUNS, SPINS_TOO_CLOSE}
 """Codes of what a single weight lacks."""
 
-_TOLD_OTHERWISE = {OUTLIER, SINGLE_TORQUE, OUTLIER_BEFORE_LEAVING}
+_TOLD_OTHERWISE = {OUTLIER, SINGLE_TORQUE}
 """Odd runs are told with the weight they belong to, and one torque is too few by another code."""
 
 
@@ -145,14 +145,29 @@ def _indented(lines: Iterable[str]) -> list[str]:
 # --- what a check has found, and the table of codes ---------------------------------------------------------------
 
 
-def check_text(name: str, runs: int | None, diagnostics: Sequence[Diagnostic], well: str = "complete") -> str:
-    """Write what `gyro check` found, and a last line that sums it up; `well`: What it is if nothing was found."""
+def check_text(
+    name: str,
+    runs: int | None,
+    diagnostics: Sequence[Diagnostic],
+    well: str = "complete",
+    analysis: Analysis | None = None,
+) -> str:
+    """Write how the log was read, the doubts, what `gyro check` found, and a last line that sums it up.
+
+    `well`: what the log is if nothing was found.
+    """
+    whole = report(analysis) if analysis is not None else None
+    top = (
+        "".join(f"{name}: {sentence_text(line, 'plain')}\n" for line in (whole.read_as, *whole.doubts)) if whole else ""
+    )
     counts = {severity: sum(d.severity == severity for d in diagnostics) for severity in ("error", "warning", "note")}
     told = ", ".join(count_text(count, severity) for severity, count in counts.items() if count)
     read = "" if runs is None else f"{count_text(runs, 'run')}, "
-    clean = not counts["error"] and not counts["warning"]
+    doubts = len(whole.doubts) if whole else 0
+    told = ", ".join(filter(None, (count_text(doubts, "doubt") * bool(doubts), told)))
+    clean = not (doubts or counts["error"] or counts["warning"])
     verdict = f"{well}{f' ({told})' if told else ''}" if clean else told
-    return visible("".join(f"{diagnostic}\n" for diagnostic in diagnostics) + f"{name}: {read}{verdict}\n")
+    return visible(top + "".join(f"{diagnostic}\n" for diagnostic in diagnostics) + f"{name}: {read}{verdict}\n")
 
 
 def github_annotations(path: str, diagnostics: Sequence[Diagnostic]) -> str:

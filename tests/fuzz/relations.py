@@ -15,7 +15,7 @@ from gyrodata import reporting, schema
 from gyrodata.analysis import analyze_readings
 from gyrodata.diagnostics import CODES
 from gyrodata.errors import GyroError
-from gyrodata.procedure import check_procedure
+from gyrodata.procedure import check_log
 from gyrodata.readings import read_log
 from gyrodata.results import Analysis, Options
 
@@ -60,7 +60,7 @@ def try_log(data: bytes, model: str = "auto", thorough: bool = True) -> Analysis
             in_words(error)
             return None
         if readings.ok and thorough:
-            for found in check_procedure(readings):
+            for found in check_log(readings)[1]:
                 assert found.message
                 str(found)
         try:

@@ -136,6 +136,13 @@ class Result(Struct, frozen=True):
         return f"{self.ufloat:.2uP} {self.unit}".replace("*", "·").replace("^2", "²")
 
 
+NO_BALL = (
+    "not checked against the ball: add # ball_mass and # ball_diameter; without them a wrong unit in a whole column "
+    "cannot be detected"
+)
+"""In place of the comparison with the ball."""
+
+
 class Analysis(Struct, frozen=True, eq=False):
     """Everything that is said of one log; SI units. Two of them are equal where their JSON is."""
 
@@ -304,6 +311,7 @@ class Analysis(Struct, frozen=True, eq=False):
             exponent=self.exponent,
             constancy=self.constancy,
             ball=self.ball,
+            ball_reason=NO_BALL if self.ball is None else None,
             torques=tuple(_torque_group(group) for group in self.torques),
             runs=self.run_table,
             patterns=self.patterns,
@@ -446,6 +454,8 @@ class AnalysisResult(Struct, eq=False):
     exponent: Exponent | None
     constancy: Constancy | None
     ball: Ball | None
+    ball_reason: str | None
+    """Why there is no comparison; null if there is one."""
     torques: tuple[TorqueGroup, ...]
     runs: tuple[Run, ...]
     patterns: tuple[Pattern, ...]

@@ -59,7 +59,7 @@ from gyrodata.reporting.values import (
     torque_scale,
     uncertainty_text,
 )
-from gyrodata.results import CONVENTIONS, Analysis
+from gyrodata.results import CONVENTIONS, NO_BALL, Analysis
 
 NOTICEABLE = 1.15
 """A factor on the errors of the runs that is worth a word [1]."""
@@ -75,12 +75,6 @@ FIRST = {BALL_DISAGREES, COLUMNS_EXCHANGED, DIGITS_TOO_FEW, INERTIA_UNUSUAL, SIZ
 
 FEW = 3
 """Of runs or of advice, so many are told on the first screen."""
-
-NOT_CHECKED = (
-    "not checked against the ball: add # ball_mass and # ball_diameter; without them a wrong unit in a whole column "
-    "cannot be detected"
-)
-"""In place of the comparison with the ball."""
 
 UNTOLD = 0.3
 """A balance with a larger share of u² than this is not told by the design [1]."""
@@ -204,7 +198,7 @@ def _brief(analysis: Analysis, scale: Scale, torque: Scale) -> Iterator[Sentence
             "95 % interval ", Interval(*inertia.interval_95, scale, "inertia.interval_95"),
             "; residual torque M0 = ", Value(m0.value, m0.u, torque, "residual_torque.value"),
         )  # fmt: skip
-    yield (NOT_CHECKED,) if analysis.ball is None else beside(analysis)
+    yield (NO_BALL,) if analysis.ball is None else beside(analysis)
     yield from _to_repeat(analysis)
     for advice in analysis.advice[:1] if not analysis.doubts else ():
         yield (f"next time: {advice}",)

@@ -287,7 +287,7 @@ def _meaning(analysis: Analysis, scale: Scale) -> Iterator[Block]:
             lines[0],
             ", ",
             lines[1],
-            ") it is compared with 2/5 m r² here.",
+            ") it is compared with 2/5 m r² here; without them a wrong unit in a whole column cannot be detected.",
         )
         yield Text((ask,), "small", full=True)
         return

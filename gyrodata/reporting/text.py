@@ -10,9 +10,9 @@ from gyrodata.errors import Diagnostic
 from gyrodata.measurements import torque_groups
 from gyrodata.reporting.content import FAR, common_torque_scale, report, residual_torque
 from gyrodata.reporting.phrases import visible
-from gyrodata.reporting.tree import Block, Cell, Head, Table, cell_text, head_text, lines, load, sentence_text
+from gyrodata.reporting.tree import Block, Cell, Head, Sentence, Table, cell_text, head_text, lines, load, sentence_text
 from gyrodata.reporting.values import Writing, count_text, in_columns
-from gyrodata.results import Analysis
+from gyrodata.results import NO_BALL, Analysis
 
 MORE = "all the rest: gyro analyze -v, or the report's page"
 
@@ -156,15 +156,17 @@ def check_text(
 
     `well`: what the log is if nothing was found.
     """
-    whole = report(analysis) if analysis is not None else None
-    top = (
-        "".join(f"{name}: {sentence_text(line, 'plain')}\n" for line in (whole.read_as, *whole.doubts)) if whole else ""
-    )
+    first: list[Sentence] = []
+    doubts: tuple[Sentence, ...] = ()
+    if analysis is not None:
+        whole = report(analysis)
+        doubts = whole.doubts
+        first = [whole.read_as, *([(NO_BALL,)] if analysis.ball is None else ()), *doubts]
+    top = "".join(f"{name}: {sentence_text(line, 'plain')}\n" for line in first)
     counts = {severity: sum(d.severity == severity for d in diagnostics) for severity in ("error", "warning", "note")}
     told = ", ".join(count_text(count, severity) for severity, count in counts.items() if count)
     read = "" if runs is None else f"{count_text(runs, 'run')}, "
-    doubts = len(whole.doubts) if whole else 0
-    told = ", ".join(filter(None, (count_text(doubts, "doubt") * bool(doubts), told)))
+    told = ", ".join(filter(None, (count_text(len(doubts), "doubt") * bool(doubts), told)))
     clean = not (doubts or counts["error"] or counts["warning"])
     verdict = f"{well}{f' ({told})' if told else ''}" if clean else told
     return visible(top + "".join(f"{diagnostic}\n" for diagnostic in diagnostics) + f"{name}: {read}{verdict}\n")

@@ -75,7 +75,7 @@ def number_text(value: float, u: float | None, factor: float = 1.0, writing: Wri
     u has two significant digits, the value ends at the same place (GUM 7.2.6); without u it has four digits.
     """
     if u is None or u == 0 or not math.isfinite(u):
-        return f"{value / factor:.4g}"
+        return reading_text(value, factor)
     form = {"plain": ".2uP", "short": ".2uS"}[writing]
     text = _formatted(value / factor, u / factor, form)
     return text.replace("±", " ± ").replace("×", " × ") if writing == "plain" else _short_exponent(text)

@@ -1,0 +1,210 @@
+"""Twenty-eight mistakes, each planted into a correct log: what `gyro analyze` says, with and without the ball.
+
+The log is simulated below: I_zz = 0.00444 kg*m^2, M0 = 0.6 mN*m, numpy seed 7, and an error of 0.1 s in each time.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from gyrodata.cli import app
+
+TRUTH, M0, G = 4.44e-3, 6e-4, 9.803
+BALL = ["# ball_mass: 4.30 kg", "# ball_diameter: 10.16 cm"]
+HEADER = ["mass [g]", "position [cm]", "spin [rpm]", "turns", "time [s]"]
+MASS, POSITION, SPIN, TURNS, TIME = range(5)
+
+
+def clean_log() -> list[list[float]]:
+    """Nine runs as a student types them: mass [g], position [cm], spin [rpm], turns, time [s]."""
+    random, rows = np.random.default_rng(7), []
+    for mass, turns in ((20.1, 1 / 3), (40.3, 2 / 3), (60.2, 1.0)):
+        for spin in (206.0, 394.0, 604.0):
+            torque = mass * 1e-3 * G * 0.148 + M0
+            time = turns * 2 * np.pi * TRUTH * spin * np.pi / 30 / torque + random.normal(0, 0.1)
+            rows.append([mass, 14.8, spin, turns, round(time, 2)])
+    return rows
+
+
+Rows = list[list[float]]
+
+
+def scaled(column: int, factor: float) -> Callable[[Rows], Rows]:
+    return lambda rows: [[v * factor if i == column else v for i, v in enumerate(row)] for row in rows]
+
+
+def one(row: int, column: int, change: Callable[[float], float]) -> Callable[[Rows], Rows]:
+    def planted(rows: Rows) -> Rows:
+        rows[row][column] = change(rows[row][column])
+        return rows
+
+    return planted
+
+
+def swap(rows: Rows) -> Rows:
+    return [[*row[:2], row[TIME], row[TURNS], row[SPIN]] for row in rows]
+
+
+def of_weight(mass: float, column: int, change: Callable[[float], float]) -> Callable[[Rows], Rows]:
+    def planted(rows: Rows) -> Rows:
+        return [[change(v) if i == column and row[0] == mass else v for i, v in enumerate(row)] for row in rows]
+
+    return planted
+
+
+def log_text(rows: Rows, header: dict[int, str], lines: list[str]) -> str:
+    head = [header.get(i, name) for i, name in enumerate(HEADER)]
+    cells = [[f"{v:.6g}" if i != TURNS else {1 / 3: "1/3", 2 / 3: "2/3"}.get(v, f"{v:g}") for i, v in enumerate(row)]
+             for row in rows]  # fmt: skip
+    g = [] if any(line.startswith("# g:") for line in lines) else [f"# g: {G} m/s^2"]
+    return "\n".join([*g, *lines, ",".join(head), *(",".join(row) for row in cells)]) + "\n"
+
+
+def same(rows: Rows) -> Rows:
+    return rows
+
+
+PLANTED: dict[str, tuple[Callable[[Rows], Rows], dict[int, str], list[str], str]] = {
+    # name: how the rows change, headers that change, lines above, and words that name the cause if the ball is stated
+    "01 kg under g": (scaled(MASS, 1e-3), {}, [], r"in (kg|kilograms)"),
+    "02 cm under mm": (same, {POSITION: "position [mm]"}, [], r"positions are in (cm|centimetres)"),
+    "03 arm from the surface": (lambda rows: scaled(POSITION, 1)([[r[0], r[1] - 5.08, *r[2:]] for r in rows]), {}, [],
+                                r"ball's surface"),
+    "04 inches under cm": (scaled(POSITION, 1 / 2.54), {}, [], r"inch"),
+    "05 rad/s under rpm": (scaled(SPIN, np.pi / 30), {}, [], r"spins are in rad/s"),
+    "06 rpm under rad/s": (same, {SPIN: "spin [rad/s]"}, [], r"spins are in rpm"),
+    "07 g under kg": (same, {MASS: "mass [kg]"}, [], r"in g\b|\[g\]"),
+    "08 rpm under Hz": (same, {SPIN: "spin [Hz]"}, [], r"rpm"),
+    "09 spin and time exchanged": (swap, {}, [], r"other way round|exchanged"),
+    "10 a time with its point misplaced": (one(4, TIME, lambda v: v * 10), {}, [], r"point"),
+    "11 a wrong count of turns": (one(4, TURNS, lambda v: 1.0), {}, [], r"2/3"),
+    "12 the mass of another weight": (one(1, MASS, lambda v: 60.2), {}, [], r"20\.1 g"),
+    "13 half turns written as turns": (of_weight(60.2, TURNS, lambda v: 0.5), {}, [], r"1 turn"),
+    "14 a weight of 40.3 g typed as 43.0": (of_weight(40.3, MASS, lambda v: 43.0), {}, [], r"mass is 6"),
+    "15 spin of the start": (scaled(SPIN, 1.12), {}, [], r"spin.*start"),
+    "16 g in m/s^2 that is in cm/s^2": (same, {}, ["# g: 981 m/s^2"], r"\bg\b.*9\.8"),
+    "17 g in cm/s^2 that is in m/s^2": (same, {}, ["# g: 9.81 cm/s^2"], r"\bg\b.*9\.8"),
+    "18 a hanger of 5 g forgotten": (lambda rows: [[r[0] - 5.0, *r[1:]] for r in rows], {}, [], r"hanger"),
+    "19 two exchanged digits of a time": (one(4, TIME, lambda v: float(f"{v:.2f}"[1::-1] + f"{v:.2f}"[2:])), {}, [],
+                                          r"digits"),
+    "20 a run counted from 2": (one(7, TURNS, lambda v: 2.0), {}, [], r"1 turn"),
+    "21 minutes under s": (scaled(TIME, 1 / 60), {}, [], r"min"),
+    "22 s under min": (same, {TIME: "time [min]"}, [], r"in s\b|\[s\]"),
+    "23 whole turns as thirds": (lambda rows: scaled(TURNS, 1)([[*r[:3], 1 / 3, r[4] * (1 / r[3])] for r in rows]), {},
+                                 [], r"whole turns are timed"),
+    "24 a spin with exchanged digits": (one(1, SPIN, lambda v: 934.0), {}, [], r"394"),
+    "25 a run typed twice": (lambda rows: [*rows, rows[-1]], {}, [], r"identical"),
+    "26 two strips of tape": (scaled(SPIN, 2.0), {}, [], r"strips|twice"),
+    "27 the ball's radius as its diameter": (same, {}, ["# ball_diameter: 5.08 cm"], r"radius"),
+    "28 a position with its point misplaced": (one(4, POSITION, lambda v: 1.48), {}, [], r"14\.8 cm"),
+}  # fmt: skip
+
+CANNOT_BE_SEEN = {"03", "04", "15", "23", "26"}
+"""Without the ball nothing in the log contradicts these; the answer says that it was not checked against the ball."""
+
+
+@cache
+def analysed(text: str) -> tuple[str, dict[str, Any]]:
+    """All that the terminal shows, and the JSON."""
+    runner = CliRunner()
+    done = runner.invoke(app, ["analyze", "-", "--no-report"], input=text)
+    machine = runner.invoke(app, ["analyze", "-", "--format", "json"], input=text)
+    return done.output, json.loads(machine.stdout)
+
+
+def planted_log(name: str, ball: bool) -> str:
+    change, header, lines, _ = PLANTED[name]
+    stated = [line for line in BALL if ball and line.split(":")[0] not in {one.split(":")[0] for one in lines}]
+    if not ball:
+        lines = [line for line in lines if "ball" not in line]
+    return log_text(change(clean_log()), header, [*stated, *lines])
+
+
+def outcome(text: str, cause: str) -> tuple[bool, bool, bool]:
+    """Whether the answer is wrong (by 3 u and 3 %), whether something is said, and whether the cause is named."""
+    shown, found = analysed(text)
+    result = found["result"]
+    off = None if result is None else abs(result["inertia"]["value"] - TRUTH)
+    wrong = off is not None and off > 3 * result["inertia"]["u"] and off > 0.03 * TRUTH
+    said = result is None or bool(result["doubts"]) or any(d["severity"] != "note" for d in found["diagnostics"])
+    return wrong, said, re.search(cause, shown) is not None
+
+
+def test_the_clean_log_is_answered_without_a_warning() -> None:
+    for ball in (True, False):
+        wrong, said, _ = outcome(log_text(clean_log(), {}, BALL * ball), "")
+        assert not wrong
+        assert not said
+
+
+@pytest.mark.parametrize("name", PLANTED)
+def test_mistake_is_said_and_its_cause_named_with_ball(name: str) -> None:
+    wrong, said, named = outcome(planted_log(name, ball=True), PLANTED[name][3])
+    assert said or not wrong
+    assert named
+
+
+@pytest.mark.parametrize("name", [name for name in PLANTED if not name.startswith("27")])
+def test_mistake_is_not_silent_without_ball(name: str) -> None:
+    text = planted_log(name, ball=False)
+    wrong, said, _ = outcome(text, "")
+    shown, found = analysed(text)
+    if found["result"] is not None:
+        assert "not checked against the ball" in shown
+    assert said or not wrong or name[:2] in CANNOT_BE_SEEN
+
+
+@pytest.mark.parametrize("name", PLANTED)
+def test_check_shows_every_doubt_of_analyze(name: str) -> None:
+    text = planted_log(name, ball=True)
+    result = analysed(text)[1]["result"]
+    doubts = result["doubts"] if result else []
+    done = CliRunner().invoke(app, ["check", "-"], input=text)
+    machine = json.loads(CliRunner().invoke(app, ["check", "-", "--format", "json"], input=text).stdout)
+    assert machine["doubts"] == doubts
+    assert all(doubt["words"] in done.output for doubt in doubts)
+    assert done.output.count("Do not rely on this answer") == bool(doubts)
+    assert done.exit_code == 1 or not doubts
+
+
+def test_banner_is_above_the_answer_and_no_run_is_praised() -> None:
+    shown, found = analysed(planted_log("08 rpm under Hz", ball=True))
+    assert shown.index("Do not rely on this answer") < shown.index("I_zz = (")
+    assert "nothing has to be repeated" not in shown
+    assert "bore" not in shown
+    assert "agree with one line" in shown
+    assert [doubt["kind"] for doubt in found["result"]["doubts"]] == ["ball"]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [name for name in PLANTED if name[:2] in ("02", "05", "06", "08", "21", "22")],
+)
+@pytest.mark.parametrize("ball", [True, False])
+def test_header_that_the_message_shows_gives_the_answer(name: str, ball: bool) -> None:
+    text = planted_log(name, ball)
+    shown, _ = analysed(text)
+    header = re.search(r'write the header as "((\w+) \[[^"]+\])"', shown)
+    assert header
+    mended = re.sub(rf"{header[2]} \[[^]]+\]", header[1], text)
+    wrong, said, _ = outcome(mended, "")
+    assert not wrong
+    assert not said
+
+
+def test_hanger_that_the_message_weighs_gives_the_answer() -> None:
+    shown, _ = analysed(planted_log("18 a hanger of 5 g forgotten", ball=False))
+    missing = re.search(r"a hanger of ([\d.]+) g", shown)
+    assert missing
+    heavier = [[row[0] - 5.0 + float(missing[1]), *row[1:]] for row in clean_log()]
+    wrong, said, _ = outcome(log_text(heavier, {}, []), "")
+    assert not wrong
+    assert not said

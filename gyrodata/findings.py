@@ -594,10 +594,9 @@ def body_findings(readings: Readings, measured: Measurements, fit: FitResult, as
     ball = compare_with_ball(fit.inertia, readings.constants, readings.uncertainties)
     if ball is not None and abs(ball.relative) > FAR_FROM_BALL and abs(ball.deviation or math.inf) > FAR_IN_U:
         body = "the ball" if ball.mass is not None else "the disk"
-        words = (
-            f"I_zz = {value:.4g} kg*m^2 is {value / ball.inertia:.3g} times that of {body} in the log, "
-            f"{ball.inertia:.4g} kg*m^2"
-        )
+        ratio = value / ball.inertia
+        part = f"{ratio:.3g} times" if ratio > 0.5 else f"1/{1 / ratio:.3g} of"
+        words = f"I_zz = {value:.4g} kg*m^2 is {part} that of {body} in the log, {ball.inertia:.4g} kg*m^2"
         slips = explaining_slips(readings, measured, value, ball.inertia)
         if slips:
             words += "; it would be " + "; or ".join(f"{after:.4g} if {kind.log}" for kind, after in slips)

@@ -9,14 +9,7 @@ from msgspec.structs import asdict
 
 from gyrodata import __version__
 from gyrodata.comparisons import Run, turn_words
-from gyrodata.diagnostics import (
-    BALL_DISAGREES,
-    COLUMNS_EXCHANGED,
-    DIGITS_TOO_FEW,
-    INERTIA_UNUSUAL,
-    SIZE_NOT_USUAL,
-    SIZE_UNUSUAL,
-)
+from gyrodata.diagnostics import DIGITS_TOO_FEW, SIZE_NOT_USUAL
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate
 from gyrodata.measurements import torque_groups
@@ -70,8 +63,8 @@ WEIGHTS = 5
 FAR = 2.0
 """From how many standard uncertainties on a run is worth repeating that does not yet look odd."""
 
-FIRST = {BALL_DISAGREES, COLUMNS_EXCHANGED, DIGITS_TOO_FEW, INERTIA_UNUSUAL, SIZE_NOT_USUAL, SIZE_UNUSUAL}
-"""Diagnostics that the page tells on its first screen."""
+FIRST = {DIGITS_TOO_FEW, SIZE_NOT_USUAL}
+"""Diagnostics that are not doubts, and that the page shows on its first screen."""
 
 FEW = 3
 """Of runs or of advice, so many are told on the first screen."""

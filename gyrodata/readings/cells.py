@@ -290,9 +290,6 @@ def _not_a_number(text: str, written: Written | None, kind: str) -> CellError:
     lower = plain.lower()
     if kind == "rate" and re.fullmatch(rf"{NUMBER}\s*(?:-|–|—|->|→|to|bis|à|a|до)\s*{NUMBER}\s*\S*", plain):
         return two_readings(kind)
-    if kind == "mass" and re.fullmatch(r"[^\W\d_]{1,2}", text):
-        hint = f'write in each row the mass that it stands for, with its unit: if "{text}" is 20.1 g, write 20.1 g'
-        return CellError("is not a number, but the name of a weight", hint)
     if lower in ("nan", "na", "n/a", "#n/a", "none", "null", "inf", "-inf", "infinity", "#div/0!", "#value!"):
         return CellError(
             "is not a number",
@@ -310,6 +307,9 @@ def _not_a_number(text: str, written: Written | None, kind: str) -> CellError:
     ):
         if candidate != plain and _is_bare(candidate):
             return CellError("is not a number", f"did you mean {candidate}?")
+    if kind == "mass" and re.fullmatch(r"[A-ZА-Я][1-9]?|[mM]_?[1-9]", text):
+        hint = f'write in each row the mass that it stands for, with its unit: if "{text}" is 20.1 g, write 20.1 g'
+        return CellError("is not a number, but the name of a weight", hint)
     if re.fullmatch(r"[-+]?[0-9]{1,3}(?:[ .,'][0-9]{3})+(?:[.,][0-9]*)?", plain):
         return CellError("is not a number", "write it without marks between the thousands")
     if re.fullmatch(r"[0-9]+\s*(?:a|o|st|nd|rd|th|er|e|ème|ой|ый|я)\.?", lower) or "ª" in text or "º" in text:

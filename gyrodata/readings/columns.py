@@ -27,6 +27,7 @@ from gyrodata.readings.roles import (
     ONE_TURN,
     SPIN_SETS,
     START_WORDS,
+    TIMINGS,
     derived_roles,
     kind_of_role,
     squeeze,
@@ -164,7 +165,7 @@ def _serve_stated(layout: Layout, stating: list[int], choice: Choice, settings: 
 def _ask_about_laps(layout: Layout, choice: Choice, faults: Faults) -> None:
     """Find times in the ratio 1 : 2 : 3 in every row: laps of one clock, and not repeats of one time."""
     spots = [chosen.at for chosen in choice.used.get("time", []) if chosen.number is not None and not chosen.turns]
-    if not spots:
+    if not spots and choice.used.keys().isdisjoint(TIMINGS):
         lost = {cell.place for cell in choice.unplaced}
         timed = [at for at, header in enumerate(layout.headers) if "time" in kinds_of(header.unit or "")]
         spots = [at for at in timed if layout.cells[at].place in lost and not turns_in(layout.cells[at].text)]

@@ -283,7 +283,7 @@ def advise(role: str, headers: list[str]) -> str:
         if role == "time" and len(numbered) > 1:
             ways = " ".join(f'--map time_{i}="{header}"' for i, header in enumerate(numbered[:4], 1))
             return f"are they repeats? {ways}{' …' if len(numbered) > 4 else ''}; "
-        clock = [header for header in headers if _clock_words(header)]
+        clock = [header for header in headers if _clock_words(header) and not _is_of_spin(header, headers)]
         if role == "time" and len({*map(_clock_words, clock)}) == 2:
             shown = " and ".join(f'"{header}"' for header in clock[:2])
             return f"{shown} are readings of a running clock: subtract them, and write the seconds between them; "

@@ -514,7 +514,7 @@ _START = (
     "inicial przed początkowa "
 )
 _END = (
-    "end stop final after last nachher ende danach après fin после конечная конечный después despues final po końcowa "
+    "end stop stopp final after last nachher ende danach après fin после конечная конечный después despues po końcowa "
 )
 _NOISE = (
     "the of a for measured mean average avg observed reading value in der die das des gemessen gemessene mittel "
@@ -635,7 +635,7 @@ _HANGER = (
 _ALTERED = (
     r"(?i)(?<!\w)(?:twice|double[ds]?|half|halved|minus|wrong\w*|"
     r"not (?:yet |been )?(?:included|subtracted|added|corrected)|"
-    rf"(?:without|plus) (?:(?:the|a|an|its|weight) )?{_HANGER}|"
+    rf"(?:add|subtract|deduct)(?= [0-9])|(?:without|plus|excluding|excl\.?) (?:(?:the|a|an|its|weight) )?{_HANGER}|"
     r"doppelt\w*|verdoppelt|zweimal|halbe?[rns]?|hälfte|halbiert|abzüglich|falsch\w*|"
     r"(?:noch )?nicht (?:enthalten|abgezogen|mitgerechnet|mitgewogen|inbegriffen|korrigiert)|"
     rf"ohne (?:d(?:en|ie|as) )?{_HANGER}|"
@@ -673,7 +673,7 @@ def altered_role(note: str) -> str:
     for clause in re.split(r"[.;!?]\s", re.sub(_USUAL, "…", note)):
         for match in re.finditer(_ALTERED, clause):
             before, after = (re.findall(r"[\w/]+", part) for part in (clause[: match.start()], clause[match.end() :]))
-            words = (*match[0].split(), *before[-4:], *after[:4])
+            words = (*match[0].split(), *before[-5:], *after[:5])
             if role := next(filter(None, map(_role_of_word, words)), ""):
                 return role
     return ""

@@ -196,7 +196,7 @@ def _refuse_other_files(data: bytes, faults: Faults) -> None:
             raise faults.refuse(OTHER_KIND_OF_FILE, f"this is {kind}, not a table", _SAVE_AS)
     if _MARKUP.match(data):
         raise faults.refuse(OTHER_KIND_OF_FILE, "this is a web page, not a table", _SAVE_AS)
-    if re.match(rb'\s*(?:\{\s*"|\[\s*[\[{])', data):
+    if re.match(rb'(?:\xef\xbb\xbf)?\s*(?:\{\s*"|\[\s*[\[{])', data):
         hint = "write a table: a first row mass [g],position [cm],spin [rpm],time [s],turns, and one row for each run"
         hint += "; in Python, for a list of runs: pandas.read_json(FILE).to_csv('log.csv', index=False)"
         raise faults.refuse(OTHER_KIND_OF_FILE, "this is JSON, not a table", hint)
@@ -554,21 +554,23 @@ def _count(line: str, delimiter: str) -> int:
 
 def _split_rows(lines: list[str], body: list[int], delimiter: str, faults: Faults) -> list[Row]:
     rows: list[Row] = []
+    width = 0  # delimiters of the row above
     until = -1  # last line of a quoted cell that goes over several lines
     for index in body:
         if index <= until:
             continue
         line = lines[index]
         if '"' in line and rows:
-            # Ditto marks: no text in quotes has its quotes alone in cells, and a whole row around them.
+            # Ditto marks: no text in quotes has its quotes alone in the cells of a whole row.
             bare = re.sub(_LONE_QUOTE.format(re.escape(delimiter)), r"\1 ", line)
-            if '"' not in bare and bare.count(delimiter) >= len(rows[-1].texts) - 1:
+            if '"' not in bare and bare.count(delimiter) == width:
                 lines[index] = line = bare
         if '"' in line:
             cells, until = _split_quoted(lines, index, delimiter, faults)
             texts = [cell.text for cell in cells]
         else:
             texts = [part.strip() for part in line.split(delimiter)]
+            width = len(texts) - 1
             if not line.isascii():
                 texts = [text.strip(_UNSEEN).strip() for text in texts]
             if len(line) > MAX_CELL or len(texts) > MAX_COLUMNS:

@@ -11,6 +11,7 @@ import math
 import re
 import shlex
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import openpyxl
@@ -313,6 +314,7 @@ def test_a_note_in_the_cell_of_a_run() -> None:
         ("hanger of 5 g not included in the masses", "mass"),
         ("mass minus hook", "mass"),
         ("time minus 0.2 s reaction", "time"),
+        ("add 5 g to all masses", "mass"),
         ("position wrong, see sketch", "position"),
         ("rpm is half of what the ball did", "spin"),
         ("Halter nicht enthalten", "mass"),
@@ -347,3 +349,13 @@ def test_a_note_is_quoted_with_its_quantity(note: str, role: str) -> None:
 def test_usual_words_of_this_lab_raise_no_warning(note: str) -> None:
     assert notes_in(f"# {note}\n{GOOD}{note}\n") == []
     assert notes_in(log(f"{HEAD},note", lambda *run: f"{plain(*run)},{note.replace(',', '')}")) == []
+
+
+def test_a_note_costs_no_points(tmp_path: Path) -> None:
+    for student, note in (("ann", ""), ("bob", "# wrong time in run 3, timed again\n")):
+        (tmp_path / "class" / student).mkdir(parents=True)
+        (tmp_path / "class" / student / "log.csv").write_text(f"# reported_inertia: 4.4e-3 kg m^2\n{GOOD}{note}")
+    done = CliRunner().invoke(app, ["grade", str(tmp_path / "class"), "--out", str(tmp_path / "grades")])
+    assert done.exit_code in (0, 1), done.output
+    grades = pd.read_csv(tmp_path / "grades" / "grades.csv").set_index("student")
+    assert grades.total["ann"] == grades.total["bob"] > 0

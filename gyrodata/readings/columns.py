@@ -17,7 +17,7 @@ from gyrodata.diagnostics import (
     MAPPED_ROLE_UNKNOWN,
 )
 from gyrodata.quantities import fold_number, to_float
-from gyrodata.readings.headers import Header, is_of_the_spin, split_unit, turns_in, unit_for
+from gyrodata.readings.headers import Header, is_of_the_spin, parse_header, split_unit, turns_in, unit_for
 from gyrodata.readings.lablog import Faults, Text, listing
 from gyrodata.readings.layout import Layout, is_of_means
 from gyrodata.readings.roles import (
@@ -166,9 +166,9 @@ def _ask_about_laps(layout: Layout, choice: Choice, faults: Faults) -> None:
     """Find times in the ratio 1 : 2 : 3 in every row: laps of one clock, and not repeats of one time."""
     spots = [chosen.at for chosen in choice.used.get("time", []) if chosen.number is not None and not chosen.turns]
     if not spots and choice.used.keys().isdisjoint(TIMINGS):
-        lost = {cell.place for cell in choice.unplaced}
-        timed = [at for at, header in enumerate(layout.headers) if "time" in kinds_of(header.unit or "")]
-        spots = [at for at in timed if layout.cells[at].place in lost and not turns_in(layout.cells[at].text)]
+        units = [(cell, parse_header(cell.text).unit or unit_for(cell.text, "time") or "") for cell in choice.unplaced]
+        timed = [cell for cell, unit in units if "time" in kinds_of(unit)]
+        spots = [at for at, cell in enumerate(layout.cells) if cell in timed and not turns_in(cell.text)]
         if [re.findall(r"[0-9]+", layout.cells[at].text) for at in spots] != [[str(k)] for k, _ in enumerate(spots, 1)]:
             return
     try:

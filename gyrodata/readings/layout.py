@@ -126,7 +126,7 @@ def is_number(text: str) -> bool:
 def _numbers(row: Row) -> int:
     count = 0
     for text in row.texts:
-        if is_number(text) and not parse_header(text).roles:
+        if is_number(text) and not parse_header(text).roles and not re.match(r"[1-9](?:st|nd|rd|th|ª|º)\b", text):
             count += 1
     return count
 
@@ -161,13 +161,13 @@ def _find_head(grid: Grid, faults: Faults) -> int | None:
         run = next((at for at in several if 2 * _numbers(rows[at]) > len(rows[at].texts)), 0)
         if run and len(rows[first].texts) < len(rows[run].texts):
             first = next((at for at in several if at < run and len(rows[at].texts) == len(rows[run].texts)), first)
+        if shape := _shape_without_head(rows[first:]):
+            faults.add(NO_HEADER_ROW, shape, _ROW_A_RUN, grid.cell(rows[first], 0))
+            return None
     head = rows[first]
     numbers = _numbers(head)
     if numbers and numbers * 2 >= len(_filled(head)):
         hint = _HINT
-        if shape := _shape_without_head(rows[first:]):
-            faults.add(NO_HEADER_ROW, shape, _ROW_A_RUN, grid.cell(head, 0))
-            return None
         if any(comment.text.count(grid.delimiter) == len(head.texts) - 1 for comment in grid.comments):
             hint = "take the # away from the line with the names of the columns"
         faults.add(NO_HEADER_ROW, "there is no header row: the first row holds numbers", hint, grid.cell(head, 0))
@@ -188,12 +188,13 @@ _ROW_A_RUN = (
 
 def _shape_without_head(rows: list[Row]) -> str:
     """Say that a table without a header is a list of each quantity, or a cross table; "" if it is neither."""
-    lists = [name for row in rows if (name := re.match(r"([^\d:=]+?)\s*[:=]\s*[\[(]*[-+.\d]", row.texts[0]))]
-    if len(lists) > 1 and all(parse_header(name[1]).roles for name in lists):
-        return f"each line lists the values of one quantity: {listing([name[1] for name in lists])}"
-    corner, *values = rows[0].texts
-    cross = len(values) > 1 and not is_number(corner) and all(map(is_number, values))
-    if cross and len(rows) > 1 and all(2 * _numbers(row) > len(row.texts) == len(values) + 1 for row in rows[1:]):
+    named = (re.match(r"([^\d:=]+?)\s*[:=]\s*[\[(]*[-+.\d]", row.texts[0]) for row in rows)
+    lists = [name[1] for name in named if name and parse_header(name[1]).roles]
+    if len(set(lists)) > 1 and 2 * len(lists) > len(rows):
+        return f"each line lists the values of one quantity: {listing(lists)}"
+    corner, *values = (re.sub(r".*=", "", text).strip() for text in rows[0].texts)
+    cross = len(rows) > 1 < len(values) and not is_number(corner) and all(map(is_number, values))
+    if cross and all(is_number(row.texts[0]) and 2 * _numbers(row) > len(row.texts) for row in rows[1:]):
         return f"this is a cross table: its first row holds the values {listing(values)}, and no names of columns"
     return ""
 

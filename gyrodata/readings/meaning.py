@@ -240,7 +240,7 @@ def warn_of_notes(grid: Grid, faults: Faults) -> None:
             notes += [grid.cell(row, at) for at in said]
     for note in {note.text: note for note in reversed(notes)}.values():
         if role := altered_role(note.text):
-            message = f'the note "{note.text[:100]}" may change the {role}, and gyro uses each number as it is typed'
+            message = f'the note "{note.text[:100]}" may change the {role.replace("_", " ")}, and gyro uses each number as it is typed'
             hint = 'correct the typed values if they need it; then delete the note, or write "corrected:" before it'
             faults.add(NOTE_MAY_CHANGE_READING, message, hint, note)
 

@@ -441,7 +441,7 @@ _DELIMITERS = ("\t", ";", ",")
 _SPACED = re.compile(r" *[-+.0-9/eE]+(?: +[-+.0-9/eE]+)+ *")
 """A row of numbers that only blanks part."""
 _LONE_QUOTE = r'((?:^|{0})\s*)"(?=\s*(?:{0}|$))'
-_DITTO = frozenset(("''", '"', "″", "“", "”", "〃"))
+_DITTO = frozenset(("''", '"', "″", "“", "”", "〃", "ditto", "dito", "idem"))
 """Marks for "the same as above", as a blank cell says it too."""
 _KEY = re.compile(r"\s*([^\W\d][\w .()/\-]{0,39}?)\s*[:=]\s*(.*)", re.DOTALL)
 

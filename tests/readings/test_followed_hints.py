@@ -156,7 +156,15 @@ def test_a_position_key_from_the_surface_asks_for_both_lines() -> None:
     assert gives_truth(text.replace("# x = 9.72 cm from the surface", "\n".join(lines)))
 
 
-@pytest.mark.parametrize("names", [("lap 1 (s)", "lap 2 (s)", "lap 3 (s)"), ("t1 (s)", "t2 (s)", "t3 (s)")])
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("lap 1 (s)", "lap 2 (s)", "lap 3 (s)"),
+        ("t1 (s)", "t2 (s)", "t3 (s)"),
+        ("lap1_s", "lap2_s", "lap3_s"),
+        ("1st lap (s)", "2nd lap (s)", "3rd lap (s)"),
+    ],
+)
 def test_laps_of_one_clock_are_no_repeats(names: tuple[str, ...]) -> None:
     head = f"mass (g),position (cm),spin (rpm),{','.join(names)}"
     text = log(head, lambda m, s, t: f"{m},14.8,{s},{t:.2f},{2 * t + 0.1:.2f},{3 * t - 0.1:.2f}")
@@ -234,7 +242,16 @@ LISTS = "".join(
 ) + f"time (s) = [{', '.join(f'{t:.2f}' for *_, t in RUNS)}]\n"  # fmt: skip
 
 
-@pytest.mark.parametrize(("text", "shape"), [(CROSS, "cross table"), (LISTS, "each line lists")])
+@pytest.mark.parametrize(
+    ("text", "shape"),
+    [
+        (CROSS, "cross table"),
+        (re.sub(r"(\d\S+) g", r"m=\1 g", CROSS), "cross table"),
+        (f"Time of one turn (s)\n{CROSS}", "cross table"),
+        (LISTS, "each line lists"),
+        (f"Our lab\n{LISTS}", "each line lists"),
+    ],
+)
 def test_a_shape_without_a_header(text: str, shape: str) -> None:
     told = next(one for one in analyze(text)[1] if one["code"] == "G201")
     assert shape in told["message"]

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 import re
 
-from msgspec.structs import replace
-
 from gyrodata.diagnostics import (
     NOTE_MAY_CHANGE_READING,
     QUANTITY_MISSING,
@@ -19,7 +17,7 @@ from gyrodata.diagnostics import (
 from gyrodata.readings.cells import PREFIX
 from gyrodata.readings.columns import Choice
 from gyrodata.readings.headers import AND, MAX_HEADER, counts_weights, parse_header, suggest_role, turns_in
-from gyrodata.readings.lablog import Column, Faults, Place, listing, span
+from gyrodata.readings.lablog import Column, Faults, Place, Text, listing, span
 from gyrodata.readings.roles import (
     BY_NAME,
     COUNTS,
@@ -33,7 +31,7 @@ from gyrodata.readings.roles import (
     kind_of_role,
     squeeze,
 )
-from gyrodata.readings.source import Grid
+from gyrodata.readings.source import Grid, Row
 from gyrodata.readings.table import Table
 from gyrodata.units import DISPLAY, kinds_of
 
@@ -225,24 +223,23 @@ def _check_period(table: Table, faults: Faults) -> None:
 
 def warn_of_notes(grid: Grid, faults: Faults) -> None:
     """Warn of every note that may say that a reading is not what is typed, as "twice the real rpm"."""
-    notes = list(grid.comments)
-    notes += [
-        replace(text, text=f"{key}: {text.text}")
-        for key, text in grid.metadata
-        if (key.lower() not in KEYS or key.lower() in TEXTS) and not key.lower().startswith(PREFIX)
-    ]
+    kept = ((f"{key}: ", text) for key, text in grid.metadata if key.lower() not in KEYS or key.lower() in TEXTS)
+    told: dict[str, Text | tuple[Row, int]] = {text.text: text for text in grid.comments}
+    told |= {f"{key}{text.text}": text for key, text in kept if not key.lower().startswith(PREFIX)}
     word = re.compile(r"[^\W\d_]{3}")
-    for row in filter(lambda row: word.search(grid.lines[row.line - 1]), grid.rows):
-        said = [at for at, text in enumerate(row.texts) if word.search(text) and not parse_header(text).roles]
-        if len(said) == len(row.texts) - row.texts.count(""):
-            notes.append(replace(grid.cell(row, said[0]), text=", ".join(row.texts[at] for at in said)))
-        else:
-            notes += [grid.cell(row, at) for at in said]
-    for note in {note.text: note for note in reversed(notes)}.values():
-        if role := altered_role(note.text):
-            message = f'the note "{note.text[:100]}" may change the {role.replace("_", " ")}, and gyro uses each number as it is typed'
+    for row in grid.rows:
+        if word.search(grid.lines[row.line - 1]):
+            said = {at: text for at, text in enumerate(row.texts) if word.search(text) and not parse_header(text).roles}
+            # A row of words may be one note, which a comma parts.
+            whole = len(said) == len(row.texts) - row.texts.count("")
+            for at, text in ((min(said), ", ".join(said.values())),) if whole else said.items():
+                told.setdefault(text, (row, at))
+    for note, place in told.items():
+        if role := altered_role(note).replace("_", " "):
+            message = f'the note "{note[:100]}" may change the {role}, and gyro uses each number as it is typed'
             hint = 'correct the typed values if they need it; then delete the note, or write "corrected:" before it'
-            faults.add(NOTE_MAY_CHANGE_READING, message, hint, note)
+            cell = place if isinstance(place, Text) else grid.cell(*place)
+            faults.add(NOTE_MAY_CHANGE_READING, message, hint, cell)
 
 
 _DEGREES = r"([0-9]+(?:[.,][0-9]+)?)\s*(?:°|º|˚|deg)"

@@ -361,6 +361,7 @@ def test_a_note_is_quoted_with_its_quantity(note: str, role: str) -> None:
         "position: minus side", "stopwatch: plus or minus 0.2 s", "the second half of the time was windy",
         "masa medida dos veces", "половина оборота", "measured the spin twice and took the mean",
         "rod released without support", "rpm already halved",
+        "u_time: half the range of the times", "each weight hung twice", "spun twice at each position",
     ],
 )  # fmt: skip
 def test_usual_words_of_this_lab_raise_no_warning(note: str) -> None:

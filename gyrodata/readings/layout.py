@@ -445,7 +445,7 @@ def _pairs(row: Row) -> list[tuple[str, str, int]]:
     return found
 
 
-_SENTENCE = r"(?:[^\W\d_]{3,}\W+){1,}[^\W\d_]{3,}"
+_SENTENCE = r"[^\W\d_]{3,}\W+[^\W\d_]{3,}"
 """Two words: "2 reflective strips" is no number with its unit."""
 
 

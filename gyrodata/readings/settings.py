@@ -263,7 +263,7 @@ def _warn_if_misspelt(settings: Settings, key: str, text: Text, faults: Faults) 
 
 def _value_at_start(role: str, text: str) -> str:
     """Give the part of "15.2 cm from centre" that is a value of a role; the whole text if no part is."""
-    words = text.split() if role in ROLES else []
+    words = text.split() if role in ROLES and role not in TEXTS else []
     for count in range(len(words), 0, -1):
         try:
             read_cell(part := " ".join(words[:count]), kind_of_role(role), None)

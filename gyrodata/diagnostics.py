@@ -207,6 +207,16 @@ TIME_AND_PERIOD_EXCHANGED = _error(
 HEADER_PARTED_BY_COMMA = _error(
     "G232", "a header that its own comma parts", "m, g,x [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n"
 )
+NOTE_MAY_CHANGE_READING = _warning(
+    "G240",
+    "a note that may change a reading",
+    LOG + "20,15.0,812,13.06,1/3\n2 reflective strips: twice the real rpm\n",
+)
+LAPS_OF_ONE_CLOCK = _error(
+    "G241",
+    "times that are laps of one clock, not repeats",
+    "mass [g],position [cm],spin [rpm],lap 1 [s],lap 2 [s],lap 3 [s]\n20,15.0,406,39.2,78.4,117.6\n",
+)
 
 # what the log says
 QUANTITY_MISSING = _error(

@@ -84,6 +84,7 @@ IN_THE_LAB = {
 """Advice to look, to say what was done, to time again or to add runs: nothing that the log at hand tells."""
 
 IN_OTHER_TESTS = {
+    "G240": "tests/readings/test_followed_hints.py", "G241": "tests/readings/test_followed_hints.py",
     "G401": "tests/readings", "G406": "tests/test_measurements.py", "G411": "below", "G414": "tests/test_analysis.py",
     "G420": "tests/test_guard.py", "G421": "tests/test_guard.py", "G432": "below", "G433": "tests/test_analysis.py",
     "G435": "below", "G440": "tests/test_slips.py", "G441": "tests/test_slips.py", "G443": "tests/test_slips.py",

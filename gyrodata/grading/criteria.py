@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from msgspec import Struct
 from msgspec.structs import force_setattr
 
+from gyrodata.diagnostics import NOTE_MAY_CHANGE_READING
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import chi2_tail, times_stated
 from gyrodata.grading.rubric import ASKS, KINDS, Criterion
@@ -103,7 +104,8 @@ def mark(criterion: Criterion, share: float | None, reason: str, detail: Detail)
 
 def _log(criterion: Criterion, evidence: Evidence) -> Mark:
     read = (*evidence.analysis.readings.diagnostics, *evidence.analysis.measurements.diagnostics)
-    doubted = [diagnostic for diagnostic in read if diagnostic.severity == "warning"]
+    # A note costs nothing: who writes down what went wrong does as they should.
+    doubted = [one for one in read if one.severity == "warning" and one.code != NOTE_MAY_CHANGE_READING]
     runs = count_text(len(evidence.analysis.run_table), "run")
     if doubted:
         reason = f"{runs}, with {count_text(len(doubted), 'thing')} to put right: {_listed(doubted)}"

@@ -481,11 +481,15 @@ def _compare(readings: Readings, column: Column, expected: Floats) -> Diagnostic
     first = off[0]
     ratio = abs(column.readings[first].value or math.nan) / abs(expected[first])
     runs = ", ".join(readings.runs[i] for i in off[:6]) + (", …" if len(off) > 6 else "")
+    hint = "check turns, units and this column's arithmetic"
+    used = readings.columns.get(column.role)
+    if used is not None and used.header != column.header:
+        hint = f'if this column is the {column.role}, and not "{used.header}": --map {column.role}="{column.header}"'
     return readings.diagnose(
         DERIVED_COLUMN_DISAGREES,
         f'"{column.header}" is {ratio:.3g} times what the readings give in run{"s" if len(off) > 1 else ""} {runs}; '
         "the readings are used",
-        "check turns, units and this column's arithmetic",
+        hint,
         column.place(first),
         len(column.readings[first].text),
     )

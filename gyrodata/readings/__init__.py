@@ -32,7 +32,7 @@ from gyrodata.readings.columns import choose, note_unplaced
 from gyrodata.readings.headers import parse_header
 from gyrodata.readings.lablog import MOST_OF_ONE_CODE, Column, Faults, Place, Reading, Readings, listing, split_lines
 from gyrodata.readings.layout import Layout, find_layout
-from gyrodata.readings.meaning import check_meaning, stated_turns
+from gyrodata.readings.meaning import check_meaning, stated_turns, warn_of_notes
 from gyrodata.readings.roles import (
     SHARED_UNCERTAINTIES,
     SPIN_SETS,
@@ -167,6 +167,7 @@ def read_log(
     grid = make_grid(document)
     given = read_settings(grid.metadata, stated, faults, ask=decimal_signs(grid) != {","})
     warn_of_lost_keys(grid.comments, faults)
+    warn_of_notes(grid, faults)
     layout = find_layout(grid, faults)
     if layout is None:
         return _readings(document, given, Table((), (), (), {}, ()))

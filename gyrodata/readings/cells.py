@@ -26,6 +26,7 @@ from gyrodata.diagnostics import (
     UNIT_UNKNOWN,
 )
 from gyrodata.quantities import (
+    NUMBER,
     PLAIN,
     Quantity,
     Written,
@@ -143,11 +144,16 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
         raise _not_a_number(text, written, kind)
     _check_size(written)
     if kind != "number" and re.fullmatch(r"[0-9]{2,}\s*/\s*[0-9]{2,}", written.number):
-        ways = "in two columns, spin_start and spin_end" if kind == "rate" else "in two rows"
-        raise CellError("is no number, but looks like two readings", f"write them {ways}")
+        raise two_readings(kind)
     if ask and (ways := doubtful_comma(written, kind, unit)):
         raise CellError(f"can mean {ways}", f"write {ways}, without marks between the thousands")
     return _convert(written, kind, unit, text)
+
+
+def two_readings(kind: str) -> CellError:
+    """Name "412/398" and "412 - 398", the spin at the start and at the end."""
+    ways = "in two columns, spin_start [rpm] and spin_end [rpm]" if kind == "rate" else "in two rows"
+    return CellError("is no number, but looks like two readings", f"write them {ways}")
 
 
 SPOKEN = ("mass", "turns", "spin_turns")
@@ -282,6 +288,8 @@ def _not_a_number(text: str, written: Written | None, kind: str) -> CellError:
     """Say what it looks like instead, and what was probably meant."""
     plain = fold_number(text)
     lower = plain.lower()
+    if kind == "rate" and re.fullmatch(rf"{NUMBER}\s*(?:-|–|—|->|→|to|bis|à|a|до)\s*{NUMBER}\s*\S*", plain):
+        return two_readings(kind)
     if lower in ("nan", "na", "n/a", "#n/a", "none", "null", "inf", "-inf", "infinity", "#div/0!", "#value!"):
         return CellError(
             "is not a number",
@@ -299,6 +307,9 @@ def _not_a_number(text: str, written: Written | None, kind: str) -> CellError:
     ):
         if candidate != plain and _is_bare(candidate):
             return CellError("is not a number", f"did you mean {candidate}?")
+    if kind == "mass" and re.fullmatch(r"[A-ZА-Я][1-9]?|[mM]_?[1-9]", text):
+        hint = f'write in each row the mass that it stands for, with its unit: if "{text}" is 20.1 g, write 20.1 g'
+        return CellError("is not a number, but the name of a weight", hint)
     if re.fullmatch(r"[-+]?[0-9]{1,3}(?:[ .,'][0-9]{3})+(?:[.,][0-9]*)?", plain):
         return CellError("is not a number", "write it without marks between the thousands")
     if re.fullmatch(r"[0-9]+\s*(?:a|o|st|nd|rd|th|er|e|ème|ой|ый|я)\.?", lower) or "ª" in text or "º" in text:

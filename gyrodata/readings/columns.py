@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 
 from msgspec import Struct, field
@@ -11,10 +12,12 @@ from gyrodata.diagnostics import (
     COLUMN_NOT_USED,
     HEADER_FITS_TWO_ROLES,
     HEADER_UNKNOWN,
+    LAPS_OF_ONE_CLOCK,
     MAPPED_HEADER_UNKNOWN,
     MAPPED_ROLE_UNKNOWN,
 )
-from gyrodata.readings.headers import Header, is_of_the_spin, turns_in, unit_for
+from gyrodata.quantities import fold_number, to_float
+from gyrodata.readings.headers import Header, is_of_the_spin, parse_header, split_unit, turns_in, unit_for
 from gyrodata.readings.lablog import Faults, Text, listing
 from gyrodata.readings.layout import Layout, is_of_means
 from gyrodata.readings.roles import (
@@ -24,6 +27,7 @@ from gyrodata.readings.roles import (
     ONE_TURN,
     SPIN_SETS,
     START_WORDS,
+    TIMINGS,
     derived_roles,
     kind_of_role,
     squeeze,
@@ -76,6 +80,7 @@ class Choice(Struct):
 def choose(layout: Layout, mapping: Mapping[str, str], settings: Settings, faults: Faults) -> Choice:
     """Give each column its role."""
     choice = Choice()
+    layout = replace(layout, headers=_without_time_that_went_by(layout.headers))
     mapped = _mapped(layout, mapping, faults)
     for chosen in mapped.values():
         choice.serve(chosen)
@@ -98,10 +103,22 @@ def choose(layout: Layout, mapping: Mapping[str, str], settings: Settings, fault
             open_columns.append((at, header.roles))
     _serve_stated(layout, stating, choice, settings)
     _eliminate(layout, open_columns, choice, settings, faults)
+    _ask_about_laps(layout, choice, faults)
     choice.unplaced.sort(key=lambda cell: cell.column)
     for repeats in choice.used.values():
         repeats.sort(key=lambda chosen: chosen.number or 0)
     return choice
+
+
+def _without_time_that_went_by(headers: list[Header]) -> list[Header]:
+    """Read "ΔT" as the uncertainty of "T" only, where a column "T" is there as well."""
+    plain = {squeeze(split_unit(header.text)[0]) for header in headers}
+    return [
+        replace(header, roles=tuple(role for role in header.roles if role[:2] == "u_"))
+        if header.text[:1] in "Δ∆" and squeeze(split_unit(header.text)[0])[1:] in plain
+        else header
+        for header in headers
+    ]
 
 
 def _letter(header: Header) -> bool:
@@ -143,6 +160,33 @@ def _serve_stated(layout: Layout, stating: list[int], choice: Choice, settings: 
                 choice.serve(Chosen(at, cell, header, "time", number, turns))
             else:
                 choice.others.append(Chosen(at, cell, header, "time", number, turns))
+
+
+def _ask_about_laps(layout: Layout, choice: Choice, faults: Faults) -> None:
+    """Find times in the ratio 1 : 2 : 3 in every row: laps of one clock, and not repeats of one time."""
+    spots = [chosen.at for chosen in choice.used.get("time", []) if chosen.number is not None and not chosen.turns]
+    if not spots and choice.used.keys().isdisjoint(TIMINGS):
+        units = [(cell, parse_header(cell.text).unit or unit_for(cell.text, "time") or "") for cell in choice.unplaced]
+        timed = [cell for cell, unit in units if "time" in kinds_of(unit)]
+        spots = [at for at, cell in enumerate(layout.cells) if cell in timed and not turns_in(cell.text)]
+        if [re.findall(r"[0-9]+", layout.cells[at].text) for at in spots] != [[str(k)] for k, _ in enumerate(spots, 1)]:
+            return
+    try:
+        rows = [[to_float(fold_number(row.texts[at])) for at in spots] for row in layout.rows]
+    except (ValueError, IndexError):
+        return
+    if len(spots) < 2 or not all(
+        abs(lap - k * row[0]) < 0.1 * k * row[0] for row in rows for k, lap in enumerate(row, 1)
+    ):
+        return
+    first, *_, last = (layout.cells[at] for at in spots)
+    ratio = " : ".join(str(k) for k, _ in enumerate(spots, 1))
+    message = (
+        f'"{first.text}" to "{last.text}" grow as {ratio} in every row: laps of one clock, not repeats of one time'
+    )
+    hint = f'if each lap is one turn, use the last: --map time="{last.text}" --set turns={len(spots)}'
+    faults.add(LAPS_OF_ONE_CLOCK, message, hint, first)
+    choice.asked.update(("time", "turns"))
 
 
 def _mapped(layout: Layout, mapping: Mapping[str, str], faults: Faults) -> dict[int, Chosen]:
@@ -203,13 +247,18 @@ def _eliminate(
                 open_columns.remove((at, roles))
                 progress = True
     roles_there = set(choice.used) | set(settings.roles)
-    for at, roles in open_columns:
+    for at, roles in sorted(open_columns, key=lambda column: column[1] != _bases(column[1])):
         left = _left(roles, choice, settings)
         cell = layout.cells[at]
+        if roles != _bases(roles) and choice.asked.intersection(_bases(roles)):
+            continue  # it follows what is asked about
         if left and not set(left) <= derived_roles(roles_there) and _may_be_needed(left, roles_there):
             untold = roles_there.isdisjoint(COUNTS) and "precession_period" in left
+            unsure = [layout.cells[k].text for k, other in open_columns if _bases(other) == roles != other]
             ways = " or ".join(
-                f'--map {role}="{cell.text}"' + (" (with --set turns=…)" if untold and role == "time" else "")
+                f'--map {role}="{cell.text}"'
+                + "".join(f' --map u_{role}="{text}"' for text in unsure)
+                + (" (with --set turns=…)" if untold and role == "time" else "")
                 for role in left
             )
             message = f'the header "{cell.text}" fits {" and ".join(left)}'
@@ -234,13 +283,17 @@ def _left(roles: tuple[str, ...], choice: Choice, settings: Settings) -> list[st
     counted = (set(choice.used) | set(settings.roles)).intersection(COUNTS)
     if roles == ("time", "precession_period") and "time" in choice.used and not counted:
         return []  # beside a time whose turns are not told, "T" may be the mean of such times as well
-    bases = tuple(role.removeprefix("u_") for role in roles)
+    bases = _bases(roles)
     if bases != roles:
         # An uncertainty goes where its symbol went: "σ_T" with "T", whatever "T" turned out to be.
         same = [used[0].role for used in choice.used.values() if used[0].header.roles == bases]
         if same and f"u_{same[0]}" in roles:
             return [f"u_{same[0]}"]
     return [role for role in roles if not _is_served(role, choice, settings)]
+
+
+def _bases(roles: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(role.removeprefix("u_") for role in roles)
 
 
 def _is_served(role: str, choice: Choice, settings: Settings) -> bool:

@@ -70,7 +70,14 @@ _PARTS = {
     "thirds": "/3",
     "drittel": "/3",
     "tiers": "/3",
+    "tercio": "1/3",
+    "tercios": "/3",
+    "terzo": "1/3",
+    "terzi": "/3",
+    "terço": "1/3",
+    "terços": "/3",
     "треть": "1/3",
+    "трети": "/3",
     "quarter": "1/4",
     "quarters": "/4",
     "one": "1",
@@ -101,6 +108,10 @@ _PARTS = {
     "ten": "10",
     "zwei": "2",
     "deux": "2",
+    "dos": "2",
+    "due": "2",
+    "dois": "2",
+    "две": "2",
     "три": "3",
     "three": "3",
     "ein": "1",
@@ -169,6 +180,8 @@ def words_of_turns(text: str, whole: bool = False) -> str:
         if tokens[-1] == "one" and tokens[-2] not in ("of", "third", "thirds"):
             break
         tokens.pop()
+    if whole and tokens in (["drittel"], ["tiers"]):
+        return "1/3"
     part = _PARTS.get(tokens.pop(), "") if tokens else ""
     if part.startswith("/"):
         over = _PARTS.get(tokens[-1], tokens[-1]) if tokens else ""
@@ -190,6 +203,12 @@ def words_of_turns(text: str, whole: bool = False) -> str:
         number = number + int(count) if mixed else number * int(count)
         tokens = before[: -1 - mixed]
     return "" if whole and not set(tokens) <= set(_FILLERS) else str(number)
+
+
+def counts_weights(header: Header) -> bool:
+    """Tell whether a column counts the weights that hang on the rod, as "number of weights" does."""
+    words = r"(?i)\b(?:weights|washers|nuts|gewichte|massestücke|poids|pesas|pesos|грузов|ciężarków)\b"
+    return header.unit is None and not header.roles and bool(re.search(words, header.text))
 
 
 _ORIGIN = (

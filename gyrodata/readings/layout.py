@@ -32,7 +32,7 @@ from gyrodata.diagnostics import (
 )
 from gyrodata.quantities import NUMBER, fold_number, to_float
 from gyrodata.readings.cells import BLANKS
-from gyrodata.readings.headers import Header, origin_in, parse_header, split_unit, turns_in, with_unit
+from gyrodata.readings.headers import Header, counts_weights, origin_in, parse_header, split_unit, turns_in, with_unit
 from gyrodata.readings.lablog import Faults, Text, listing, span
 from gyrodata.readings.roles import (
     BY_NAME,
@@ -42,6 +42,7 @@ from gyrodata.readings.roles import (
     SUMMARY_WORDS,
     TEXTS,
     TIMINGS,
+    altered_role,
     kind_of_role,
     squeeze,
 )
@@ -125,7 +126,7 @@ def is_number(text: str) -> bool:
 def _numbers(row: Row) -> int:
     count = 0
     for text in row.texts:
-        if is_number(text) and not parse_header(text).roles:
+        if is_number(text) and not parse_header(text).roles and not re.match(r"[1-9](?:st|nd|rd|th|ª|º)\b", text):
             count += 1
     return count
 
@@ -154,9 +155,15 @@ def _find_head(grid: Grid, faults: Faults) -> int | None:
     if first is None:
         if _is_transposed(grid, faults):
             return None
-        # No header is known by its names: it is the first row of several cells.
-        several = (at for at, row in enumerate(rows[:_TITLES_LOOKED_AT]) if len(_filled(row)) > 1 and not _pairs(row))
-        first = next(several, 0)
+        # No header is known by its names: it is the first row of several cells, or one as wide as the runs below it.
+        several = [at for at, row in enumerate(rows[:_TITLES_LOOKED_AT]) if len(_filled(row)) > 1 and not _pairs(row)]
+        first = next(iter(several), 0)
+        run = next((at for at in several if 2 * _numbers(rows[at]) > len(rows[at].texts)), 0)
+        if run and len(rows[first].texts) < len(rows[run].texts):
+            first = next((at for at in several if at < run and len(rows[at].texts) == len(rows[run].texts)), first)
+        if shape := _shape_without_head(rows[first:]):
+            faults.add(NO_HEADER_ROW, shape, _ROW_A_RUN, grid.cell(rows[first], 0))
+            return None
     head = rows[first]
     numbers = _numbers(head)
     if numbers and numbers * 2 >= len(_filled(head)):
@@ -171,6 +178,25 @@ def _find_head(grid: Grid, faults: Faults) -> int | None:
         faults.add(NO_HEADER_ROW, message, hint, grid.cell(early, 0))
         return None
     return first
+
+
+_ROW_A_RUN = (
+    "write one row for each time, with its mass, position, spin and turns; the first row names the columns: mass [g], "
+    "position [cm], spin [rpm], time [s], turns"
+)
+
+
+def _shape_without_head(rows: list[Row]) -> str:
+    """Say that a table without a header is a list of each quantity, or a cross table; "" if it is neither."""
+    named = (re.match(r"([^\d:=]+?)\s*[:=]\s*[\[(]*[-+.\d]", row.texts[0]) for row in rows)
+    lists = [name[1] for name in named if name and parse_header(name[1]).roles]
+    if len(set(lists)) > 1 and 2 * len(lists) > len(rows):
+        return f"each line lists the values of one quantity: {listing(lists)}"
+    corner, *values = (re.sub(r".*=", "", text).strip() for text in rows[0].texts)
+    cross = len(rows) > 1 < len(values) and not is_number(corner) and all(map(is_number, values))
+    if cross and all(is_number(row.texts[0]) and 2 * _numbers(row) > len(row.texts) for row in rows[1:]):
+        return f"this is a cross table: its first row holds the values {listing(values)}, and no names of columns"
+    return ""
 
 
 class _SheetReader:
@@ -278,6 +304,7 @@ class _SheetReader:
         """Say what was left out, and what was taken from a caption."""
         self._drop_unnamed_means()
         self.words += [(row, _filled(row)[0]) for row in self.captions]
+        self.words = [(row, at) for row, at in self.words if not altered_role(", ".join(filter(None, row.texts[at:])))]
         if self.words:
             words = sorted(self.words, key=lambda item: item[0].line)
             texts = listing([_quoted(row.texts[at]) for row, at in words], 4)
@@ -333,7 +360,7 @@ def _lacking(table: _Table) -> set[str]:
     lacking = {"mass", "position", "turns"} - there
     if there & {"torque", "angle"}:
         lacking -= {"mass", "position"} if "torque" in there else {"turns"}
-    if "force" in there:
+    if "force" in there or any(map(counts_weights, table.headers)):
         lacking -= {"mass"}
     if not any(role.startswith("spin") for role in there):
         lacking.add("spin")
@@ -418,11 +445,16 @@ def _pairs(row: Row) -> list[tuple[str, str, int]]:
     return found
 
 
+_SENTENCE = r"[^\W\d_]{3,}\W+[^\W\d_]{3,}"
+"""Two words: "2 reflective strips" is no number with its unit."""
+
+
 def _is_words(row: Row, table: _Table) -> bool:
     """Find a title or a note: no number in it, and not only a remark on a run."""
     filled = _filled(row)
     width = len(table.headers)
-    if any(is_number(row.texts[at]) or row.texts[at] in BLANKS for at in filled) or width < 2:
+    texts = [row.texts[at] for at in filled]
+    if any(text in BLANKS or (is_number(text) and not re.search(_SENTENCE, text)) for text in texts) or width < 2:
         return False
     if len(filled) == 1 and len(row.texts[filled[0]]) < 2:
         return False
@@ -435,10 +467,10 @@ def _is_words(row: Row, table: _Table) -> bool:
 
 def _is_caption(row: Row, table: _Table) -> bool:
     """Find "Mass (g)", "20.1", or "20.1 g" in a row that says nothing but what the table has no column for."""
-    if len(_filled(row)) >= len(table.cells):
-        return False
     if _pairs(row):
         return True
+    if len(_filled(row)) >= len(table.cells):
+        return False
     found = _said(row)
     numbers = [at for at in _filled(row) if is_number(row.texts[at])]
     lacking = _lacking(table)
@@ -520,6 +552,8 @@ def _names_below(table: _Table, row: Row) -> list[str]:
 
 _ASSIGNMENT = r".{0,30}=\s*[-+]?[0-9].*"
 _COPY = re.compile(r"\.[0-9]{1,2}$")
+_RUN = re.compile(r"(?i)\s+run\s?#\s?([0-9]{1,3})$")
+"""What a data logger writes behind the names of each run's columns."""
 
 
 def _names(row: Row) -> list[str]:
@@ -546,24 +580,30 @@ def _part_columns(grid: Grid, rows: list[Row], faults: Faults) -> list[list[Row]
     """Put whole tables that stand side by side below each other; None, with a diagnostic, if they lack something."""
     head = rows[0]
     period = _cycle(_names(head))
-    if not period:
+    runs = [match[1] if (match := _RUN.search(text)) else "" for text in head.texts]
+    if len(set(runs) - {""}) > 1:
+        # What has no number is the same in each of them.
+        blocks = [[at for at, run in enumerate(runs) if run in ("", one)] for one in dict.fromkeys(runs) if one]
+    elif period:
+        starts = [*_filled(head)[::period], len(head.texts)]
+        blocks = [list(range(start, end)) for start, end in pairwise(starts)]
+    else:
         return [rows]
-    starts = [*_filled(head)[::period], len(head.texts)]
-    roles = {role for at in _filled(head)[:period] for role in parse_header(head.texts[at]).roles}
+    roles = {role for at in blocks[0] for role in parse_header(_RUN.sub("", head.texts[at])).roles}
     if not (roles & {"mass", "torque", "force"} and roles.intersection(TIMINGS)):
         _refuse_side_by_side(grid, head, faults)
         return None
     parts = []
-    for start, end in pairwise(starts):
+    for block in blocks:
         part = []
         for row in rows:
-            texts = row.texts[start:end]
+            texts = [row.texts[at] if at < len(row.texts) else "" for at in block]
             while texts and not texts[-1]:
                 texts.pop()
             if row is head:
-                texts = [_COPY.sub("", text) for text in texts]
+                texts = [_COPY.sub("", _RUN.sub("", text)) for text in texts]
             if texts:
-                part.append(Row(row.line, texts, tuple((row.line, start + at) for at in range(len(texts)))))
+                part.append(Row(row.line, texts, tuple((row.line, at) for at in block[: len(texts)])))
         parts.append(part)
     return parts
 

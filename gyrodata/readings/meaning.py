@@ -6,6 +6,7 @@ import math
 import re
 
 from gyrodata.diagnostics import (
+    NOTE_MAY_CHANGE_READING,
     QUANTITY_MISSING,
     RUN_LACKS_QUANTITY,
     TIME_AND_PERIOD_EXCHANGED,
@@ -13,10 +14,24 @@ from gyrodata.diagnostics import (
     TURNS_FOR_ONE_PERIOD,
     VALUE_BELOW_ITS_FIRST_ROW,
 )
+from gyrodata.readings.cells import PREFIX
 from gyrodata.readings.columns import Choice
-from gyrodata.readings.headers import AND, MAX_HEADER, parse_header, suggest_role, turns_in
-from gyrodata.readings.lablog import Column, Faults, Place, listing, span
-from gyrodata.readings.roles import BY_NAME, COUNTS, ONE_TURN, SPIN_SETS, kind_of_role
+from gyrodata.readings.headers import AND, MAX_HEADER, counts_weights, parse_header, suggest_role, turns_in
+from gyrodata.readings.lablog import Column, Faults, Place, Text, listing, span
+from gyrodata.readings.roles import (
+    BY_NAME,
+    COUNTS,
+    END_WORDS,
+    KEYS,
+    ONE_TURN,
+    SPIN_SETS,
+    START_WORDS,
+    TEXTS,
+    altered_role,
+    kind_of_role,
+    squeeze,
+)
+from gyrodata.readings.source import Grid, Row
 from gyrodata.readings.table import Table
 from gyrodata.units import DISPLAY, kinds_of
 
@@ -206,6 +221,27 @@ def _check_period(table: Table, faults: Faults) -> None:
         faults.add(TIME_AND_PERIOD_EXCHANGED, message, hint, period.place(0), len(period.readings[0].text))
 
 
+def warn_of_notes(grid: Grid, faults: Faults) -> None:
+    """Warn of every note that may say that a reading is not what is typed, as "twice the real rpm"."""
+    kept = ((f"{key}: ", text) for key, text in grid.metadata if key.lower() not in KEYS or key.lower() in TEXTS)
+    told: dict[str, Text | tuple[Row, int]] = {text.text: text for text in grid.comments}
+    told |= {f"{key}{text.text}": text for key, text in kept if not key.lower().startswith(PREFIX)}
+    word = re.compile(r"[^\W\d_]{3}")
+    for row in grid.rows:
+        if word.search(grid.lines[row.line - 1]):
+            said = {at: text for at, text in enumerate(row.texts) if word.search(text) and not parse_header(text).roles}
+            # A row of words may be one note, which a comma parts.
+            whole = len(said) == len(row.texts) - row.texts.count("")
+            for at, text in ((min(said), ", ".join(said.values())),) if whole else said.items():
+                told.setdefault(text, (row, at))
+    for note, place in told.items():
+        if role := altered_role(note).replace("_", " "):
+            message = f'the note "{note[:100]}" may change the {role}, and gyro uses each number as it is typed'
+            hint = 'correct the typed values if they need it; then delete the note, or write "corrected:" before it'
+            cell = place if isinstance(place, Text) else grid.cell(*place)
+            faults.add(NOTE_MAY_CHANGE_READING, message, hint, cell)
+
+
 _DEGREES = r"([0-9]+(?:[.,][0-9]+)?)\s*(?:°|º|˚|deg)"
 _HALF = r"(?i)half|\bsemi|halb|demi|medi[oa]\b|meia|pół|полов|1/2|½|/\s*2(?![0-9])"
 _COUNT = (
@@ -244,15 +280,30 @@ def advise(role: str, headers: list[str]) -> str:
         if role == "time" and len(numbered) > 1:
             ways = " ".join(f'--map time_{i}="{header}"' for i, header in enumerate(numbered[:4], 1))
             return f"are they repeats? {ways}{' …' if len(numbered) > 4 else ''}; "
+        clock = [header for header in headers if _clock_words(header) and not _is_of_spin(header, headers)]
+        if role == "time" and len({*map(_clock_words, clock)}) == 2:
+            shown = " and ".join(f'"{header}"' for header in clock[:2])
+            return f"{shown} are readings of a running clock: subtract them, and write the seconds between them; "
         whole = [header for header in timed if suggest_role(header) == "precession_period"]
         if role == "time" and whole:
             return f'is it --map precession_period="{whole[0]}", the time of one whole turn? '
+    counts = [header for header in headers if counts_weights(parse_header(header))]
+    if role == "mass" and counts:
+        return f'"{counts[0]}" counts weights: write their mass instead, in a column mass [g], as 40.3 or 2 x 20.15; '
     if role == "spin":
         turned = [header for header in headers if _is_time(header) and _is_of_spin(header, headers)]
         if turned:
             return f'is it "{turned[0]}"? divide by the turns, and write spin_period [s] (or _start, _end); '
     close = [header for header in headers if suggest_role(header) == role and (role != "turns" or not _is_time(header))]
+    if role == "time":
+        close = [header for header in close if not _clock_words(header)]
     return f'is it "{close[0]}"? ' if close else ""
+
+
+def _clock_words(header: str) -> str:
+    """Know "start (s)" and "t stop", two readings of a running clock: which of them it is, or ""."""
+    words = {squeeze(word).lower() for word in re.split(r"[\W_]+", header)}
+    return "start" if words & START_WORDS else "stop" if words & END_WORDS else ""
 
 
 def _is_time(header: str) -> bool:

@@ -6,6 +6,7 @@ A new role is one record of `TABLE` here; readers, hints, fill-down and the blan
 from __future__ import annotations
 
 import math
+import re
 import unicodedata
 from collections.abc import Mapping
 from functools import cache, lru_cache
@@ -248,6 +249,7 @@ TABLE: tuple[Role, ...] = (
             "revolution, rev fraction"
         ),
         bound="above zero",
+        bound_hint="write the turns that were timed, such as 1/3; if the run was not timed, put # before its line",
         fills_down=True,
         sample="1",
         meaning="how many turns each time covers",
@@ -511,7 +513,9 @@ _START = (
     "start initial before begin beginning first vorher anfang am_anfang avant début до начальная начальный antes "
     "inicial przed początkowa "
 )
-_END = "end final after last nachher ende danach après fin после конечная конечный después despues final po końcowa "
+_END = (
+    "end stop stopp final after last nachher ende danach après fin после конечная конечный después despues po końcowa "
+)
 _NOISE = (
     "the of a for measured mean average avg observed reading value in der die das des gemessen gemessene mittel "
     "mittlere mittlerer de du la le moyen moyenne mesuré mesurée средний средняя среднее измеренный измеренное "
@@ -622,3 +626,69 @@ def _all_words() -> frozenset[str]:
 def is_word(text: str) -> bool:
     """Tell whether a word is one that stands in headers, or a unit."""
     return squeeze(text).lower() in _all_words() or bool(kinds_of(text))
+
+
+_HANGER = (
+    r"(?:hanger|holder|hook|pan|carrier|Halter|Halterung|Haken|Teller|Aufhäng\w+|crochet|gancho|portapesas|крюч\w+|"
+    r"подвес\w*|держател\w+)"
+)
+_ALTERED = (
+    r"(?i)(?<!\w)(?:twice|double[ds]?|half|halved|minus|wrong\w*|"
+    r"not (?:yet |been )?(?:included|subtracted|added|corrected)|"
+    rf"(?:add|subtract|deduct)(?= [0-9])|(?:without|plus|excluding|excl\.?) (?:(?:the|a|an|its|weight) )?{_HANGER}|"
+    r"doppelt\w*|verdoppelt|zweimal|halbe?[rns]?|hälfte|halbiert|abzüglich|falsch\w*|"
+    r"(?:noch )?nicht (?:enthalten|abgezogen|mitgerechnet|mitgewogen|inbegriffen|korrigiert)|"
+    rf"ohne (?:d(?:en|ie|as) )?{_HANGER}|"
+    r"deux fois|moitié|faux|fausses?|(?:non|pas) (?:inclus|compris|soustrait|déduit|corrigé)e?s?|"
+    rf"sans (?:le |la )?(?:support|{_HANGER})|"
+    r"dobles?|dos veces|mitad|incorrect[oa]s?|equivocad[oa]s?|erróne[oa]s?|no (?:inclu\w+|restad\w+|corregid\w+)|"
+    rf"sin (?:el |la )?(?:soporte|{_HANGER})|"
+    rf"вдвое|удвоен\w*|дважды|в два раза|половин\w*|минус|неверн\w*|неправильн\w*|без {_HANGER}|"
+    r"не (?:вычтен|учтен|учтён|включен|включён|исправлен)\w*)(?!\w)"
+)
+"""Words of a note that may say that a reading is not what is typed."""
+_HALF = r"(?:half|halbe?[rns]?|hälfte|moitié|mitad|половин\w*)"
+_USUAL = (
+    rf"(?i)(?<!\w)(?:at|after|to|until|first|second|other|one|an?|zur|à la|a la|в|на) {_HALF}|{_HALF}[ -]an? \w+|"
+    rf"{_HALF}[ -]?(?:\w{{1,3}} ){{0,2}}(?:turn|rev|rot|round|circle|cycle|lap|period|prec|way|time|zeit|hour|min|sec|"
+    r"runs|rows|weights|readings|range|spread|width|div|small|last|least|digit|step|"
+    r"Umdr|Uml|Dreh|Rund|Stund|tour|temps|périod|vuelta|tiempo|оборот|времен|период)\w*|"
+    r"double[- ](?:check|click|sided|pan|beam)\w*|(?:nothing|not) wrong|(?:plus|or|/) ?minus|minus (?:side|sign|means)|"
+    r"(?<!\w)(?:measur|weigh|timed|timing|check|repeat|tak|took|did|done|read(?!ing)|tr[iy]|ran|run|record|hung|spun|"
+    r"releas|mesur|pes|medi|изм|взвеш)\w*(?: [\w']+){0,3} (?:twice|deux fois|dos veces|дважды|в два раза)"
+    r"(?! (?:the|as|its|what|of|too|th(?:is|at)|real|true))|each twice|"
+    r"twice (?:at|with|for|in|on|and|each|per|a|measured|timed|weighed|checked)(?!\w)|"
+    r"(?:doppelt|zweimal) ge(?!zählt)\w+|zweimal (?:je|pro|bei)|"
+    r"(?<!\w)(?:this|some|next|last|by the|the same|two|three|2|3) times?(?!\w)"
+)
+"""Usual in this lab: half a turn, half time, what was measured twice; and times that are no readings."""
+_CORRECTED = (
+    r"(?i)(?<!not )(?<!be )(?<!yet )(?<!\w)corrected|already \w+ed(?!\w)|(?<!nicht )korrigiert|"
+    r"(?<!non )(?<!pas )corrigé|(?<!no )corregid|(?<!не )исправлен"
+)
+
+
+def altered_role(note: str) -> str:
+    """Find the reading that a note says is twice, half, without or minus something; "" if it says so of none."""
+    if not re.search(_ALTERED, note) or re.search(_CORRECTED, note):
+        return ""
+    for clause in re.split(r"[.;!?]\s", re.sub(_USUAL, "…", note)):
+        for match in re.finditer(_ALTERED, clause):
+            before, after = (re.findall(r"[\w/]+", part) for part in (clause[: match.start()], clause[match.end() :]))
+            words = (*match[0].split(), *before[-5:], *after[:5])
+            if role := next(filter(None, map(_role_of_word, words)), ""):
+                return role
+    return ""
+
+
+def _role_of_word(word: str) -> str:
+    """Give the role that a word of a sentence names: "spin" of "rpm" and "Drehzahlen"; "" if it names none."""
+    if kinds_of(word) == {"rate"}:
+        return "spin"
+    if re.fullmatch(_HANGER, word, re.IGNORECASE):
+        return "mass"
+    for one in (word, re.sub(r"(?:e?n|e?s)$", "", word)) if len(word) > 2 else ():
+        for role in NAMES.get(squeeze(one).lower(), ()):
+            if BY_NAME[role].part and role != "torque":
+                return role
+    return ""

@@ -38,7 +38,7 @@ from gyrodata.readings.cells import (
     read_cell,
     read_reported,
 )
-from gyrodata.readings.headers import name_roles
+from gyrodata.readings.headers import name_roles, origin_in
 from gyrodata.readings.lablog import Faults, Place, Reading, Text, listing
 from gyrodata.readings.roles import (
     BALANCE,
@@ -255,7 +255,22 @@ def _warn_if_misspelt(settings: Settings, key: str, text: Text, faults: Faults) 
         close = roles if text.text[:1].isdigit() else []
     if close:
         message = f'"# {key}" is kept as a remark; nothing is read from it'
-        faults.add(KEY_NEARLY_KNOWN, message, f'did you mean "# {close[0]}: {text.text}"?', text)
+        hint = f'did you mean "# {close[0]}: {_value_at_start(close[0], text.text)}"?'
+        if close[0] == "position" and (origin := origin_in(text.text)):
+            hint += f' And "# position_from: {origin}"'
+        faults.add(KEY_NEARLY_KNOWN, message, hint, text)
+
+
+def _value_at_start(role: str, text: str) -> str:
+    """Give the part of "15.2 cm from centre" that is a value of a role; the whole text if no part is."""
+    words = text.split() if role in ROLES and role not in TEXTS else []
+    for count in range(len(words), 0, -1):
+        try:
+            read_cell(part := " ".join(words[:count]), kind_of_role(role), None)
+        except CellError:
+            continue
+        return part
+    return text
 
 
 @lru_cache(maxsize=1024)

@@ -196,6 +196,10 @@ def _refuse_other_files(data: bytes, faults: Faults) -> None:
             raise faults.refuse(OTHER_KIND_OF_FILE, f"this is {kind}, not a table", _SAVE_AS)
     if _MARKUP.match(data):
         raise faults.refuse(OTHER_KIND_OF_FILE, "this is a web page, not a table", _SAVE_AS)
+    if re.match(rb'(?:\xef\xbb\xbf)?\s*(?:\{\s*"|\[\s*[\[{])', data):
+        hint = "write a table: a first row mass [g],position [cm],spin [rpm],time [s],turns, and one row for each run"
+        hint += "; in Python, for a list of runs: pandas.read_json(FILE).to_csv('log.csv', index=False)"
+        raise faults.refuse(OTHER_KIND_OF_FILE, "this is JSON, not a table", hint)
 
 
 def decode(data: bytes, faults: Faults) -> tuple[str, str]:
@@ -434,6 +438,11 @@ class Grid(Struct, frozen=True):
 _UNSEEN = "\ufeff\u200b\u200c\u200d\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2060 \u00a0"
 _DECIMAL = re.compile(r"[-+−]?[0-9]+([.,])([0-9]+)")
 _DELIMITERS = ("\t", ";", ",")
+_SPACED = re.compile(r" *[-+.0-9/eE]+(?: +[-+.0-9/eE]+)+ *")
+"""A row of numbers that only blanks part."""
+_LONE_QUOTE = r'((?:^|{0})\s*)"(?=\s*(?:{0}|$))'
+_DITTO = frozenset(("''", '"', "″", "“", "”", "〃", "ditto", "dito", "idem"))
+"""Marks for "the same as above", as a blank cell says it too."""
 _KEY = re.compile(r"\s*([^\W\d][\w .()/\-]{0,39}?)\s*[:=]\s*(.*)", re.DOTALL)
 
 
@@ -460,10 +469,10 @@ def make_grid(document: Document) -> Grid:
         )
     delimiter = forced or find_delimiter([lines[i] for i in body[:30]])
     if delimiter is None and body:
-        line = lines[body[0]]
+        first = next((i for i in body if _SPACED.fullmatch(lines[i])), body[0])
         hint = "put a comma, a semicolon or a tab between the columns"
         raise faults.refuse(
-            NO_DELIMITER, "no delimiter between the columns was found", hint, Place(body[0] + 1, 1), len(line)
+            NO_DELIMITER, "no delimiter between the columns was found", hint, Place(first + 1, 1), len(lines[first])
         )
     rows = _split_rows(lines, body, delimiter or ",", faults)
     rows = _without_answers(rows, lines, delimiter or ",", metadata)
@@ -523,6 +532,8 @@ def _read_comment(line: str, number: int, metadata: list[tuple[str, Text]], comm
 def find_delimiter(lines: list[str]) -> str | None:
     """Take the delimiter that cuts most rows into equally many cells."""
     best, best_share = None, 0.0
+    if lines and 2 * sum(map(bool, map(_SPACED.fullmatch, lines))) >= len(lines):
+        return None  # the comma of a title above parts no columns
     for delimiter in _DELIMITERS:
         counts = [_count(line[: 4 * MAX_CELL], delimiter) for line in lines]
         often = Counter(count for count in counts if count)
@@ -543,20 +554,29 @@ def _count(line: str, delimiter: str) -> int:
 
 def _split_rows(lines: list[str], body: list[int], delimiter: str, faults: Faults) -> list[Row]:
     rows: list[Row] = []
+    width = 0  # delimiters of the row above
     until = -1  # last line of a quoted cell that goes over several lines
     for index in body:
         if index <= until:
             continue
         line = lines[index]
+        if '"' in line and rows:
+            # Ditto marks: no text in quotes has its quotes alone in the cells of a whole row.
+            bare = re.sub(_LONE_QUOTE.format(re.escape(delimiter)), r"\1 ", line)
+            if '"' not in bare and bare.count(delimiter) == width:
+                lines[index] = line = bare
         if '"' in line:
             cells, until = _split_quoted(lines, index, delimiter, faults)
             texts = [cell.text for cell in cells]
         else:
             texts = [part.strip() for part in line.split(delimiter)]
+            width = len(texts) - 1
             if not line.isascii():
                 texts = [text.strip(_UNSEEN).strip() for text in texts]
             if len(line) > MAX_CELL or len(texts) > MAX_COLUMNS:
                 _check_sizes(line, index + 1, delimiter, faults)
+        if not _DITTO.isdisjoint(texts):
+            texts = ["" if text in _DITTO else text for text in texts]
         while texts and not texts[-1]:
             texts.pop()
         if len(texts) > MAX_COLUMNS:

@@ -98,7 +98,7 @@ def test_it_is_read_as_it_is_meant(head: str, row: Row, turns: float) -> None:
     ("head", "row", "code", "words"),
     [
         (HEAD + "turns", lambda _, m, s, t: f"{m},14.8,{s + 4}/{s - 4},{t:.2f},1", "G203",
-         "write them in two columns, spin_start and spin_end"),
+         "write them in two columns, spin_start [rpm] and spin_end [rpm]"),
         (HEAD + "turns", lambda _, m, s, t: f"{m},14.8,{s},00:{t:05.2f}".replace(".", ":").replace(":", ".", 2) + ",1",
          "G203", "for minutes, seconds and hundredths; or "),
         (HEAD + "turns", lambda _, m, s, t: f"{m},14.8,{s},1m6.5s,1", "G203", "write it as 01:06.5"),

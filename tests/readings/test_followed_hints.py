@@ -1,0 +1,379 @@
+"""A log in an unusual form, what gyro says of it, and what a student who does just that gets: the truth.
+
+Everything goes through the command line; what a hint prints to copy is copied from the hint.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import re
+import shlex
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import openpyxl
+import pandas as pd
+import pytest
+from typer.testing import CliRunner
+
+from gyrodata.cli import app
+
+TRUTH = 4.4e-3
+G = 9.80665
+MASSES, SPINS = (20.1, 40.3, 60.2), (206, 394, 604)
+RUNS = [
+    (mass, spin, 2 * math.pi * TRUTH * spin * math.pi / 30 / (mass * 1e-3 * G * 0.148))
+    for mass in MASSES
+    for spin in SPINS
+]
+"""Mass [g], spin [rpm] and the time of one turn [s]; the weight hangs at 14.8 cm."""
+HEAD = "mass [g],position [cm],spin [rpm],time [s],turns"
+
+
+def log(head: str, row: Callable[[float, int, float], str]) -> str:
+    return "\n".join([head, *(row(*run) for run in RUNS)]) + "\n"
+
+
+def plain(mass: float, spin: int, time: float) -> str:
+    return f"{mass},14.8,{spin},{time:.2f},1"
+
+
+GOOD = log(HEAD, plain)
+
+
+def analyze(text: str | bytes, *options: str) -> tuple[float | None, list[dict[str, Any]]]:
+    """Give I_zz and what is said of a log."""
+    given = text.encode() if isinstance(text, str) else text
+    done = CliRunner().invoke(app, ["analyze", "-", "--format", "json", "--exit-zero", *options], input=given)
+    answer = json.loads(done.stdout)
+    return answer["result"] and answer["result"]["inertia"]["value"], answer["diagnostics"]
+
+
+def spread(text: str, *options: str) -> float:
+    """Give u of I_zz."""
+    done = CliRunner().invoke(app, ["analyze", "-", "--format", "json", *options], input=text)
+    return float(json.loads(done.stdout)["result"]["inertia"]["u"])
+
+
+def hint_of(text: str | bytes, code: str) -> str:
+    """Give what a log of no answer, or of a doubtful one, is told to do."""
+    return next(one["hint"] for one in analyze(text)[1] if one["code"] == code)
+
+
+def gives_truth(text: str | bytes, *options: str) -> bool:
+    value, said = analyze(text, *options)
+    assert not [one for one in said if one["severity"] == "error"], said
+    return abs((value or 0.0) / TRUTH - 1) < 0.02
+
+
+# Forms that are read ------------------------------------------------------------------------------------------------
+
+
+def blocks(block: Callable[[float, str], str], row: str = "{spin},{time:.2f},1\n", part: float = 1.0) -> str:
+    return "\n".join(
+        block(mass, "".join(row.format(spin=s, time=part * t) for m, s, t in RUNS if m == mass)) for mass in MASSES
+    )
+
+
+def cells_above(mass: float, rows: str) -> str:
+    return f"Mass:,{mass},g\nPosition:,14.8,cm\nspin (rpm),time (s),turns\n{rows}"
+
+
+def ditto(mark: str) -> str:
+    return log(HEAD, lambda m, s, t: plain(m, s, t) if s == SPINS[0] else f"{mark},{mark},{s},{t:.2f},{mark}")
+
+
+def third(word: str, thirds: int = 1) -> str:
+    return log(HEAD, lambda m, s, t: f"{m},14.8,{s},{thirds * t / 3:.2f},{word}")
+
+
+SIDE = ",".join(
+    f"Mass (g) Run #{k},x (cm) Run #{k},Spin (rpm) Run #{k},t (s) Run #{k},Turns Run #{k}" for k in (1, 2, 3)
+)
+BY_QUANTITY = ",".join(f"{name} Run #{k}" for name in ("Mass (g)", "Spin (rpm)", "t (s)") for k in (1, 2, 3))
+BESIDE = [[RUNS[3 * k + i] for k in range(3)] for i in range(3)]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        blocks(cells_above),
+        ditto('"'),
+        ditto("''"),
+        ditto("〃"),
+        ditto('"').replace(",", "\t"),
+        *map(third, ("Drittel", "tiers", "un tercio", "tercio", "un terzo")),
+        third("dos tercios", 2),
+        third("due terzi", 2),
+        f"{SIDE}\n" + "".join(",".join(plain(*run) for run in row) + "\n" for row in BESIDE),
+        f"# position: 14.8 cm\n# turns: 1\n{BY_QUANTITY}\n"
+        + "".join(",".join(f"{run[at]:.2f}" for at in (0, 1, 2) for run in row) + "\n" for row in BESIDE),
+    ],
+    ids=["cells above", "quote", "two quotes", "ditto", "quote and tab", "Drittel", "tiers", "un tercio", "tercio",
+         "un terzo", "dos tercios", "due terzi", "by run", "by quantity"],
+)  # fmt: skip
+def test_a_plain_meaning_is_read(text: str) -> None:
+    assert gives_truth(text)
+
+
+def test_sheets_with_a_mass_cell_above_each_are_read() -> None:
+    book = openpyxl.Workbook()
+    book.remove(book.active)
+    for mass in MASSES:
+        sheet = book.create_sheet(f"weight {mass}")
+        sheet.append(["Mass:", mass, "g"])
+        sheet.append(["Position:", 14.8, "cm"])
+        sheet.append(["spin (rpm)", "time (s)", "turns"])
+        for run in RUNS:
+            if run[0] == mass:
+                sheet.append([run[1], round(run[2], 2), 1])
+    book.save(file := io.BytesIO())
+    assert gives_truth(file.getvalue())
+
+
+def test_a_quoted_comma_is_no_ditto_mark() -> None:
+    note = log(f"{HEAD},note", lambda *run: f'{plain(*run)},"ok, I think"').replace('"ok, I think"', '","', 1)
+    assert gives_truth(note)
+
+
+# Forms that are refused: what to type is done -------------------------------------------------------------------------
+
+
+def test_a_key_with_words_behind_its_value() -> None:
+    text = "# x = 14.8 cm from centre\n" + log("m (g),spin (rpm),time (s),turns", lambda m, s, t: f"{m},{s},{t:.2f},1")
+    line = re.search(r'did you mean "(.*?)"', hint_of(text, "G305"))
+    assert line
+    assert gives_truth(text.replace("# x = 14.8 cm from centre", line[1]))
+
+
+def test_a_position_key_from_the_surface_asks_for_both_lines() -> None:
+    text = "# ball_diameter: 10.16 cm\n# x = 9.72 cm from the surface\n"
+    text += log("m (g),spin (rpm),time (s),turns", lambda m, s, t: f"{m},{s},{t:.2f},1")
+    lines = re.findall(r'"(# .*?)"', hint_of(text, "G305"))
+    assert gives_truth(text.replace("# x = 9.72 cm from the surface", "\n".join(lines)))
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("lap 1 (s)", "lap 2 (s)", "lap 3 (s)"),
+        ("t1 (s)", "t2 (s)", "t3 (s)"),
+        ("lap1_s", "lap2_s", "lap3_s"),
+        ("1st lap (s)", "2nd lap (s)", "3rd lap (s)"),
+    ],
+)
+def test_laps_of_one_clock_are_no_repeats(names: tuple[str, ...]) -> None:
+    head = f"mass (g),position (cm),spin (rpm),{','.join(names)}"
+    text = log(head, lambda m, s, t: f"{m},14.8,{s},{t:.2f},{2 * t + 0.1:.2f},{3 * t - 0.1:.2f}")
+    options = shlex.split(hint_of(text, "G241").partition(": ")[2])
+    assert gives_truth(text, *options)
+
+
+def test_repeats_are_no_laps() -> None:
+    head = "mass (g),position (cm),spin (rpm),t1 (s),t2 (s),t3 (s),turns"
+    assert gives_truth(log(head, lambda m, s, t: f"{m},14.8,{s},{t:.2f},{t + 0.1:.2f},{t - 0.1:.2f},1"))
+
+
+@pytest.mark.parametrize("way", [0, 1], ids=["time", "period"])
+def test_delta_t_is_the_uncertainty_of_t(way: int) -> None:
+    text = log("m (g),x (cm),f (rpm),T (s),ΔT (s)", lambda m, s, t: f"{m},14.8,{s},{t:.2f},0.2")
+    ways = hint_of(text, "G207").removeprefix("say which: ").split(" or ")
+    options = shlex.split(re.sub(r" \(with (--set turns=)…\)", r" \g<1>1", ways[way]))
+    assert gives_truth(text, *options)
+    u = [spread(text.replace(",0.2\n", f",{stated}\n"), *options) for stated in (0.2, 2)]
+    assert u[1] > 2 * u[0]
+
+
+def test_a_column_that_counts_weights() -> None:
+    title = "each weight: 20.1 g, hung at 14.8 cm from the centre\n"
+    masses = {mass: 20.1 * count for count, mass in enumerate(MASSES, 1)}
+    text = title + log("weights,spin (rpm),time of 1 turn (s)",
+                       lambda m, s, t: f"{MASSES.index(m) + 1},{s},{m * t / masses[m]:.2f}")  # fmt: skip
+    assert "in a column mass [g], as 40.3 or 2 x 20.15" in hint_of(text, "G301")
+    head = "mass [g],spin (rpm),time of 1 turn (s)"
+    assert gives_truth(title + log(head, lambda m, s, t: f"{masses[m]:.1f},{s},{m * t / masses[m]:.2f}"))
+    assert gives_truth(title + log(head, lambda m, s, t: f"{masses[m] / 20.1:.0f} x 20.1,{s},{m * t / masses[m]:.2f}"))
+
+
+def test_start_and_stop_of_a_clock() -> None:
+    text = log("mass (g),position (cm),spin (rpm),start,stop,turns",
+               lambda m, s, t: f"{m},14.8,{s},14:00:05,14:{int(t + 5) // 60:02d}:{(t + 5) % 60:05.2f},1")  # fmt: skip
+    hint = hint_of(text, "G301")
+    assert hint.startswith('"start" and "stop" are readings of a running clock: subtract them, and write the seconds')
+    column = re.search(r"add a column (time \[s\]);", hint)
+    assert column
+    assert gives_truth(log(f"mass (g),position (cm),spin (rpm),{column[1]},turns", plain))
+
+
+@pytest.mark.parametrize("between", [" - ", "–", " to ", "/", " → "])
+def test_start_and_end_in_one_spin_cell(between: str) -> None:
+    text = log("mass (g),position (cm),spin (rpm),time (s),turns",
+               lambda m, s, t: f"{m},14.8,{s + 5}{between}{s - 5},{t:.2f},1")  # fmt: skip
+    columns = re.search(r"in two columns, (.*) and (.*)", hint_of(text, "G203"))
+    assert columns
+    head = f"mass (g),position (cm),{columns[1]},{columns[2]},time (s),turns"
+    assert gives_truth(log(head, lambda m, s, t: f"{m},14.8,{s + 5},{s - 5},{t:.2f},1"))
+
+
+def test_a_letter_in_place_of_the_mass() -> None:
+    letters = dict(zip(MASSES, "ABC", strict=True))
+    text = log("weight,position (cm),spin (rpm),time (s),turns", lambda m, s, t: f"{letters[m]},14.8,{s},{t:.2f},1")
+    text += "A = 20.1 g, B = 40.3 g, C = 60.2 g\n"
+    assert 'if "A" is 20.1 g, write 20.1 g' in hint_of(text, "G203")
+    for mass, letter in letters.items():
+        text = text.replace(f"{letter},", f"{mass} g,")
+    assert gives_truth(text)
+
+
+def test_no_turns_with_a_weight() -> None:
+    text = f"{GOOD}20.1,14.8,405,120,0\n"
+    assert "put # before its line" in hint_of(text, "G215")
+    assert gives_truth(text.replace("20.1,14.8,405", "# 20.1,14.8,405"))
+
+
+CROSS = "spin (rpm),20.1 g,40.3 g,60.2 g\n" + "".join(
+    f"{spin},{','.join(f'{t:.2f}' for _, s, t in RUNS if s == spin)}\n" for spin in SPINS
+)
+LISTS = "".join(
+    f"{name}: {', '.join(map(str, values))}\n" for name, values in (("mass (g)", MASSES), ("spin (rpm)", SPINS))
+) + f"time (s) = [{', '.join(f'{t:.2f}' for *_, t in RUNS)}]\n"  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("text", "shape"),
+    [
+        (CROSS, "cross table"),
+        (re.sub(r"(\d\S+) g", r"m=\1 g", CROSS), "cross table"),
+        (f"Time of one turn (s)\n{CROSS}", "cross table"),
+        (LISTS, "each line lists"),
+        (f"Our lab\n{LISTS}", "each line lists"),
+    ],
+)
+def test_a_shape_without_a_header(text: str, shape: str) -> None:
+    told = next(one for one in analyze(text)[1] if one["code"] == "G201")
+    assert shape in told["message"]
+    assert "one row for each time, with its mass, position, spin and turns" in told["hint"]
+    names = told["hint"].rpartition(": ")[2].split(", ")
+    assert gives_truth(log(",".join(names), plain))
+
+
+def test_json_becomes_a_table_as_the_hint_says() -> None:
+    keys = ("mass_g", "position_cm", "spin_rpm", "time_s", "turns")
+    text = json.dumps([dict(zip(keys, map(float, plain(*run).split(",")), strict=True)) for run in RUNS])
+    hint = hint_of(text, "G104")
+    assert "pandas.read_json(FILE).to_csv('log.csv', index=False)" in hint
+    assert gives_truth(pd.read_json(io.StringIO(text)).to_csv(index=False))
+
+
+def test_blanks_between_the_columns_under_a_title_with_a_comma() -> None:
+    def title(mass: float, rows: str) -> str:
+        return f"Mass {mass} g at 14.8 cm, time for 1/3 turn\nspin rpm    time s\n{rows}"
+
+    text = blocks(title, "{spin}    {time:.2f}\n", 1 / 3)
+    assert hint_of(text, "G222") == "put a comma, a semicolon or a tab between the columns"
+    for delimiter in ",\t":
+        assert gives_truth(text.replace("    ", delimiter))
+
+
+def test_a_radius_beside_the_arm() -> None:
+    text = log("m (g),r (cm),d (cm),f (rpm),time (s),turns", lambda m, s, t: f"{m},5.08,14.8,{s},{t:.2f},1")
+    option = re.search(r"--map .*", hint_of(text, "G401"))
+    assert option
+    assert gives_truth(text, *shlex.split(option[0]))
+
+
+# Notes that gyro does not apply -----------------------------------------------------------------------------------
+
+
+TWICE = log(HEAD, lambda m, s, t: plain(m, 2 * s, t))
+
+
+def notes_in(text: str) -> list[str]:
+    return [one["message"] for one in analyze(text)[1] if one["code"] == "G240"]
+
+
+@pytest.mark.parametrize(
+    "note",
+    [
+        "2 reflective strips, twice the real rpm!!",
+        "# tachometer shows double the speed",
+        "# remark: spin counted twice",
+        "Drehzahl doppelt, zwei Streifen",
+        "обороты вдвое больше",
+    ],
+)
+def test_a_note_about_the_spin_is_followed(note: str) -> None:
+    text = f"{TWICE}{note}\n"
+    value, said = analyze(text)
+    told = next(one for one in said if one["code"] == "G240")
+    assert told["severity"] == "warning"
+    assert note.strip("# ") in told["message"]
+    assert told["line"] == 11
+    assert value == pytest.approx(TRUTH / 2, rel=0.02)
+    done = f"# corrected: {note.strip('# ')}" if note[0] == "#" else f"corrected: {note}"
+    for corrected in (GOOD, f"{GOOD}{done}\n"):
+        assert gives_truth(corrected)
+        assert notes_in(corrected) == []
+
+
+def test_a_note_in_the_cell_of_a_run() -> None:
+    text = log(f"{HEAD},note", lambda *run: f"{plain(*run)},masses without hanger")
+    assert len(notes_in(text)) == 1
+    assert notes_in(text.replace("masses", "corrected: masses")) == []
+
+
+@pytest.mark.parametrize(
+    ("note", "role"),
+    [
+        ("hanger of 5 g not included in the masses", "mass"),
+        ("mass minus hook", "mass"),
+        ("time minus 0.2 s reaction", "time"),
+        ("add 5 g to all masses", "mass"),
+        ("position wrong, see sketch", "position"),
+        ("rpm is half of what the ball did", "spin"),
+        ("Halter nicht enthalten", "mass"),
+        ("masse sans crochet", "mass"),
+        ("la vitesse de rotation est deux fois trop grande", "spin"),
+        ("el doble de las rpm", "spin"),
+        ("масса без крючка", "mass"),
+        ("tachometer reads twice the real rpm", "spin"),
+        ("spin not corrected", "spin"),
+    ],
+)
+def test_a_note_is_quoted_with_its_quantity(note: str, role: str) -> None:
+    for text in (f"# {note}\n{GOOD}", f"{GOOD}{note}\n"):
+        (message,) = notes_in(text)
+        assert note in message
+        assert f"may change the {role}" in message
+
+
+@pytest.mark.parametrize(
+    "note",
+    [
+        "half time", "half a turn", "spin read at half time", "timed 1/2 turn", "rpm read halfway",
+        "run without a weight",
+        "time measured twice", "each mass weighed twice", "mass double-checked", "half of the runs with 1/3 turn",
+        "time for half a revolution", "halbe Umdrehung", "Drehzahl zur halben Zeit", "zweimal gemessen",
+        "mass with hanger",
+        "position: minus side", "stopwatch: plus or minus 0.2 s", "the second half of the time was windy",
+        "masa medida dos veces", "половина оборота", "measured the spin twice and took the mean",
+        "rod released without support", "rpm already halved",
+        "u_time: half the range of the times", "each weight hung twice", "spun twice at each position",
+    ],
+)  # fmt: skip
+def test_usual_words_of_this_lab_raise_no_warning(note: str) -> None:
+    assert notes_in(f"# {note}\n{GOOD}{note}\n") == []
+    assert notes_in(log(f"{HEAD},note", lambda *run: f"{plain(*run)},{note.replace(',', '')}")) == []
+
+
+def test_a_note_costs_no_points(tmp_path: Path) -> None:
+    for student, note in (("ann", ""), ("bob", "# wrong time in run 3, timed again\n")):
+        (tmp_path / "class" / student).mkdir(parents=True)
+        (tmp_path / "class" / student / "log.csv").write_text(f"# reported_inertia: 4.4e-3 kg m^2\n{GOOD}{note}")
+    done = CliRunner().invoke(app, ["grade", str(tmp_path / "class"), "--out", str(tmp_path / "grades")])
+    assert done.exit_code in (0, 1), done.output
+    grades = pd.read_csv(tmp_path / "grades" / "grades.csv").set_index("student")
+    assert grades.total["ann"] == grades.total["bob"] > 0

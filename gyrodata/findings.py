@@ -194,7 +194,7 @@ def find_doubts(
     if fit.scatter > CONTRADICTING:
         words = f"the runs contradict each other: they scatter {fit.scatter:.3g} times as much as stated"
         return (Doubt("contradiction", words, "look for a wrong digit, unit or count of turns in the runs"),)
-    found = []
+    found = _other_choices(measured, fit, left_out)
     gone = next((group for group in torque_groups(measured) if len(group) > 1 and set(group) <= set(left_out)), None)
     if gone is not None and (poor := _poor_balance(measured, fit)):
         # Which of two weights is wrong the runs do not say; the balance does.
@@ -225,6 +225,27 @@ def find_doubts(
     if patterns and patterns[0].p_corrected < CHANCE and patterns[0].name != "agreement":
         found.append(Doubt("pattern", *pattern_words(patterns[0])))
     return tuple(found)
+
+
+def _other_choices(measured: Measurements, fit: FitResult, left_out: Collection[int]) -> list[Doubt]:
+    """Doubt the answer if the kept runs of a torque may be wrong as well as those that are left out."""
+
+    def named(runs: list[int]) -> str:
+        *first, last = (measured.runs[i] for i in runs)
+        return f"runs {', '.join(first)} and {last}" if first else f"run {last}"
+
+    return [
+        Doubt(
+            "contradiction",
+            f"either {named(gone)} {'is' if len(gone) == 1 else 'are'} wrong, or {named(rest)} "
+            f"{'is' if len(rest) == 1 else 'are'}: the runs of {load_words(measured, gone[0])} contradict each other, "
+            f"and the other runs agree with both. I_zz = {fit.inertia.value:.4g} kg*m^2 without {named(gone)}, as "
+            f"here, or {other.inertia.value:.4g} kg*m^2 without {named(rest)}",
+            "count the turns again in one of these runs and time it; then correct the turns of those that do not "
+            "agree with it, or put # before their lines",
+        )
+        for gone, rest, other in fitting.rivals(measured, fit, left_out)
+    ]
 
 
 def _stated_time(measured: Measurements) -> str:

@@ -267,7 +267,7 @@ def fit_runs(readings: Readings, measured: Measurements, model: Model = "auto", 
         miscounted = count_findings(readings, measured)
         raise LogError(miscounted or [refusal(readings, measured, str(reason), keep_flagged)]) from None
     if fit.dof > 0 and fitting.chi2_tail(fit.chi2, fit.dof) < HOPELESS:
-        miscounted = count_findings(readings, measured)
+        miscounted = count_findings(readings, runs, fit, left_out)
         if miscounted:
             raise LogError(miscounted)
     # How far one that is left out is off by the fit that is told, as in the table of runs and the figure.

@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata import fitting, forecast
 from gyrodata.comparisons import (
@@ -53,12 +54,34 @@ from gyrodata.stacks import in_step
 from gyrodata.units import from_si, parse_unit
 
 
-def count_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:
-    """Name the turns of whole torques that must be wrong, where other counts make all torques agree."""
-    answers = fitting.explaining_counts(measured)
+CLEARLY = math.log(200.0)
+"""Other counts are believed if they make the times so many times as likely as those that are written."""
+
+
+def count_findings(
+    readings: Readings, measured: Measurements, fit: FitResult | None = None, left_out: Collection[int] = ()
+) -> list[Diagnostic]:
+    """Name the turns of whole torques that must be wrong, where other counts make all torques agree.
+
+    `fit` is that of the counts as written without the runs that are left out; None where there is none.
+    """
+    groups = torque_groups(measured)
+
+    def gain(counts: dict[int, float]) -> float:
+        """Logarithm of how much likelier the times are with other counts."""
+        assert fit is not None
+        turns = measured.turns.copy()
+        for k, count in counts.items():
+            turns[groups[k]] = count
+        try:
+            other = fitting.fit(replace(measured, turns=turns), fit.adjusted.problem.tilted, left_out)
+        except fitting.NoFit:
+            return -math.inf
+        return other.log_evidence - fit.log_evidence
+
+    answers = [answer for answer in fitting.explaining_counts(measured) if fit is None or gain(answer) > CLEARLY]
     if not answers:
         return []
-    groups = torque_groups(measured)
 
     def words(counts: dict[int, float]) -> str:
         return ", ".join(

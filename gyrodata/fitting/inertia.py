@@ -132,6 +132,13 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         return self._predicted[1]
 
     @property
+    def log_evidence(self) -> float:
+        """Logarithm of how likely the times are, whatever I_zz, M0, b and all widths are, but for a constant [1]."""
+        assert self.posterior is not None
+        kept = self.adjusted.kept > 0
+        return float(self.posterior.evidence) - float(np.log(self.time_u[kept] / self.scatter).sum())
+
+    @property
     def response(self) -> Floats:
         """Relative change of I_zz for a relative change of each run's own M/(φ̇ψ̇) [1], shape (n,).
 

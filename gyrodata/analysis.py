@@ -44,6 +44,7 @@ from gyrodata.measurements import Measurements, measure, select
 from gyrodata.readings import Readings, read_log, value_text
 from gyrodata.results import DOF_REASON, Analysis, Options, Result
 from gyrodata.stacks import in_step
+from gyrodata.wrong_cells import explain
 
 if TYPE_CHECKING:
     import os
@@ -275,6 +276,7 @@ def fit_runs(readings: Readings, measured: Measurements, model: Model = "auto", 
         replace(outlier, deviation=float(fit.deviations[outlier.index])) if outlier.index in left_out else outlier
         for outlier in outliers
     )
+    told = explain(readings, runs, chosen, told, screened or fit)
     return Fitted(runs, chosen, told, left_out, fit, without)
 
 

@@ -53,7 +53,6 @@ from gyrodata.readings import MOST_OF_ONE_CODE, TIMINGS, Readings, kind_of_role,
 from gyrodata.stacks import in_step
 from gyrodata.units import from_si, parse_unit
 
-
 CLEARLY = math.log(200.0)
 """Other counts are believed if they make the times so many times as likely as those that are written."""
 
@@ -165,9 +164,8 @@ def outlier_findings(
     out = set(left_out)
     for outlier in outliers[:MOST_OF_ONE_CODE]:
         if outlier.index in out:
-            miscounted = "if you counted wrongly, correct the turns; if not, look at its spin and time; "
-            what = f"{miscounted * (outlier.turns is not None)}correct what you know to be wrong, or time it again"
-            done, hint = "left out of the fits", f"{what}; --keep-flagged keeps the run"
+            done = "left out of the fits"
+            hint = "correct what you know to be wrong, or time it again; --keep-flagged keeps the run"
         else:
             done = f"kept; without every run that looks odd I_zz = {without.value:.4g} kg*m^2" if without else "kept"
             hint = "time it again; if you know what went wrong, put # before its line to leave it out"

@@ -78,6 +78,12 @@ class Outlier(Struct, frozen=True):
     """Number of revolutions that would explain it."""
     slip: bool
     """True if it is no measurement of this motion: a count explains it, or it is off beyond all doubt."""
+    expected: float = math.nan
+    """Time that the other runs predict [s]."""
+    cells: tuple[str, ...] = ()
+    """Corrections of one cell with which it agrees with the other runs, in words, the likeliest first."""
+    spin: str = ""
+    """The spin with which it does, in words; "" where something else explains the run."""
 
 
 class FitResult(Struct, frozen=True, eq=False, dict=True):

@@ -17,7 +17,7 @@ from gyrodata import fitting
 from gyrodata.comparisons import turn_words
 from gyrodata.fitting import ChosenModel, FitResult, Outlier
 from gyrodata.known_slips import SIZES
-from gyrodata.measurements import Measurements, measure, spin_columns
+from gyrodata.measurements import Measurements, as_spin, mean_spin, measure, spin_columns
 from gyrodata.quantities import PLAIN, exchanged_digits
 from gyrodata.readings import TIMINGS, Column, Readings, kind_of_role
 from gyrodata.units import UnitError, from_si, parse_unit
@@ -55,14 +55,15 @@ def explain(
         if outlier.turns is not None and _is_usual(measured, i, outlier.turns):
             words = f"fits {turn_words(outlier.turns)}, not {turn_words(measured.turns[i]).split(' ')[0]}"
             found.append((1, 0.0, words))
-        if number < MOST_ODD and len(measured.runs) <= MOST_RUNS:
+        # One that is merely odd may be so by chance.
+        if outlier.slip and number < MOST_ODD and len(measured.runs) <= MOST_RUNS:
             for rank, words, column in _changes(readings, measured, others, i):
                 off = _off_after(readings, column, chosen, others, odd, i) / typical
                 if off < FITS:
                     found.append((rank, off, words))
         found.sort()
         likely = [words for rank, _, words in found if rank <= min(found[0][0] + 1, FROM_OTHERS - 1)]
-        spin = next((words for rank, _, words in found if rank == FROM_OTHERS), "") if outlier.slip else ""
+        spin = next((words for rank, _, words in found if rank == FROM_OTHERS), "")
         expected = float(others.fitted_time[i])
         explained.append(
             replace(outlier, expected=expected, cells=tuple(likely[:MOST_TOLD]), spin="" if likely else spin)
@@ -110,8 +111,11 @@ def _changes(
             return need / ratio if role == "precession_rate" else need * ratio
         if role in loads:
             return need * (torque * ratio + imbalance) / (torque + imbalance)
-        of_mean: float = ratio ** (1 / len(spins)) if ratio > 0 else math.nan
-        return need * of_mean if role.startswith(("spin_period", "spin_time")) else need / of_mean
+        faster = 1 / ratio if role.startswith(("spin_period", "spin_time")) else ratio
+        after = [
+            as_spin(column)[[index]] * (faster if column.role == role else 1.0) for column in spin_columns(readings)
+        ]
+        return need * float(measured.spin[index] / (mean_spin(after) if len(after) > 1 else after[0])[0])
 
     for role in (timing, *spins, *loads):
         column = readings.columns[role]
@@ -126,7 +130,7 @@ def _changes(
             cells = [] if role in loads and abs(old) in rest else cells
             cells = [
                 (rank + UNUSUAL * (int(not low < abs(value) < high) - int(not low < abs(old) < high)), text, why, value)
-                for rank, text, why, value in (*_of_neighbours(column, index), *cells)
+                for rank, text, why, value in (*_of_neighbours(column, index, role in loads), *cells)
             ]
         if spins == [role] and role == "spin":
             cells += _that_fits(column, index, old * need)
@@ -162,8 +166,8 @@ def _written(column: Column, index: int) -> str:
     return f"{from_si(value, column.unit, kind_of_role(column.role)) if column.unit else value:.6g}"
 
 
-def _of_neighbours(column: Column, index: int) -> Iterator[Cell]:
-    """Give what the runs before and after have, if that differs."""
+def _of_neighbours(column: Column, index: int, single: bool) -> Iterator[Cell]:
+    """Give what the runs before and after have; `single`: also if only one of them has it."""
     spots, values = column.spots, column.values
     before = next((k for k in range(index - 1, -1, -1) if spots[k] != spots[index]), None)
     after = next((k for k in range(index + 1, len(spots)) if spots[k] != spots[index]), None)
@@ -177,7 +181,7 @@ def _of_neighbours(column: Column, index: int) -> Iterator[Cell]:
         yield 0, _written(column, run), f", as in the {where},", value
         return
     for run, value in around.items():
-        if value != values[index]:
+        if single and value != values[index]:
             yield 2, _written(column, run), f", as in the run {'before' if run < index else 'after'},", value
 
 

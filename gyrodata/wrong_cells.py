@@ -55,18 +55,25 @@ def explain(
         if outlier.turns is not None and _is_usual(measured, i, outlier.turns):
             words = f"fits {turn_words(outlier.turns)}, not {turn_words(measured.turns[i]).split(' ')[0]}"
             found.append((1, 0.0, words))
-        # One that is merely odd may be so by chance.
-        if outlier.slip and number < MOST_ODD and len(measured.runs) <= MOST_RUNS:
+        if number < MOST_ODD and len(measured.runs) <= MOST_RUNS:
             for rank, words, column in _changes(readings, measured, others, i):
                 off = _off_after(readings, column, chosen, others, odd, i) / typical
                 if off < FITS:
                     found.append((rank, off, words))
         found.sort()
         likely = [words for rank, _, words in found if rank <= min(found[0][0] + 1, FROM_OTHERS - 1)]
-        spin = next((words for rank, _, words in found if rank == FROM_OTHERS), "")
-        expected = float(others.fitted_time[i])
+        maybe = [words for rank, _, words in found if rank == FROM_OTHERS]
+        if not outlier.slip:
+            # One that is merely odd may be so by chance, and then several corrections may fit, or none.
+            slips = [words for rank, _, words in found if rank <= 0]
+            likely, maybe = [], slips if len(slips) == 1 else []
         explained.append(
-            replace(outlier, expected=expected, cells=tuple(likely[:MOST_TOLD]), spin="" if likely else spin)
+            replace(
+                outlier,
+                expected=float(others.fitted_time[i]),
+                cells=tuple(likely[:MOST_TOLD]),
+                maybe="" if likely else "".join(maybe),
+            )
         )
     return tuple(explained)
 

@@ -97,7 +97,7 @@ def outlier_reason(measured: Measurements, outlier: Outlier) -> str:
     name, time = "time" if measured.timed else "period", measured.time[outlier.index]
     return (
         f"its {name} is {time:.4g} s, and the other runs predict {outlier.expected:.4g} s "
-        f"({abs(outlier.deviation):.0f} u apart){outlier.spin and '; '}{outlier.spin}"
+        f"({abs(outlier.deviation):.0f} u apart){outlier.maybe and '; '}{outlier.maybe}"
     )
 
 

@@ -82,8 +82,9 @@ class Outlier(Struct, frozen=True):
     """Time that the other runs predict [s]."""
     cells: tuple[str, ...] = ()
     """Corrections of one cell with which it agrees with the other runs, in words, the likeliest first."""
-    spin: str = ""
-    """The spin with which it does, in words; "" where something else explains the run."""
+    maybe: str = ""
+    """A correction that fits and explains less, in words: the spin that its time needs, or a slip of the pen in a run
+    that is not far off."""
 
 
 class FitResult(Struct, frozen=True, eq=False, dict=True):

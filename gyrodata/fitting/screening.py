@@ -131,6 +131,9 @@ def _explaining_turns(measured: Measurements, result: FitResult, index: int, typ
 NO_WORSE = 1e-3
 """Runs fit as well if their chi-square, over that of the chosen runs, is more likely than this."""
 
+MOST_INSTEAD = 12
+"""So many runs of one torque that agree with each other are not wrong together."""
+
 LESS_LIKELY = 3.0
 """An M0 that is so many times less likely than another one decides which runs are wrong."""
 
@@ -150,14 +153,16 @@ def rivals(
             width = measured.imbalance_u(result.inertia.value)
         else:
             width = balance_scale(measured, result.inertia.value, result.adjusted.kept)
-        return 1 + (result.imbalance.value / width) ** 2
+        return 1 + (result.imbalance.value / max(width, 1e-12)) ** 2
 
     found = []
     for group in torque_groups(measured):
         gone = sorted(set(group) & set(left_out))
         rest = sorted(set(group) - set(left_out))
         instead = {*left_out, *rest} - set(gone)
-        if not gone or len(instead) > len(measured.runs) / 2 or not rest or not measured.torque[group[0]]:
+        if not gone or not 0 < len(rest) <= MOST_INSTEAD or not measured.torque[group[0]]:
+            continue
+        if len(instead) > len(measured.runs) / 2:
             continue
         try:
             other = fit(measured, chosen.adjusted.problem.tilted, instead)

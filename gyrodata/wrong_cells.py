@@ -54,7 +54,9 @@ def explain(
         i, found = outlier.index, []
         if outlier.turns is not None and _is_usual(measured, i, outlier.turns):
             words = f"fits {turn_words(outlier.turns)}, not {turn_words(measured.turns[i]).split(' ')[0]}"
-            found.append((1, 0.0, words))
+            alike = measured.turns[says & (measured.torque == measured.torque[i])]
+            # What all other runs of this weight have is likelier than a count of its own.
+            found.append((0 if len(alike) and np.allclose(alike, outlier.turns) else 1, FITS, words))
         if number < MOST_ODD and len(measured.runs) <= MOST_RUNS:
             for rank, words, column in _changes(readings, measured, others, i):
                 off = _off_after(readings, column, chosen, others, odd, i) / typical
@@ -117,7 +119,10 @@ def _changes(
         if role == timing:
             return need / ratio if role == "precession_rate" else need * ratio
         if role in loads:
-            return need * (torque * ratio + imbalance) / (torque + imbalance)
+            # The arm and the weight are in the mean rate of a rod that nods, too.
+            return (
+                1.0 if measured.slowing is not None else need * abs((torque * ratio + imbalance) / (torque + imbalance))
+            )
         faster = 1 / ratio if role.startswith(("spin_period", "spin_time")) else ratio
         after = [
             as_spin(column)[[index]] * (faster if column.role == role else 1.0) for column in spin_columns(readings)
@@ -130,13 +135,20 @@ def _changes(
         if column.spots[index] < 0 or not old:
             continue
         cells = list(_of_slips(column, index, readings.position_from if role == "position" else None))
-        if role != timing:
-            rest = np.abs([column.values[k] or math.nan for k in np.flatnonzero(others.adjusted.kept)])
-            low, high = np.nanmin(rest) / WIDER, np.nanmax(rest) * WIDER
+        rest = np.abs([column.values[k] or math.nan for k in np.flatnonzero(others.adjusted.kept)])
+        low, high = np.nanmin(rest) / WIDER, np.nanmax(rest) * WIDER
+
+        def farther(value: float, old: float = old, low: float = low, high: float = high) -> int:
+            """Say whether a value is outside those of the other runs, and the old one was not, or the reverse."""
+            return int(not low < abs(value) < high) - int(not low < abs(old) < high)
+
+        if role == timing:
+            cells = [(rank + max(0, farther(value)), text, why, value) for rank, text, why, value in cells]
+        else:
             # What another weight or place has as well is no slip of the pen.
             cells = [] if role in loads and abs(old) in rest else cells
             cells = [
-                (rank + UNUSUAL * (int(not low < abs(value) < high) - int(not low < abs(old) < high)), text, why, value)
+                (rank + UNUSUAL * farther(value), text, why, value)
                 for rank, text, why, value in (*_of_neighbours(column, index, role in loads), *cells)
             ]
         if spins == [role] and role == "spin":
@@ -189,7 +201,7 @@ def _of_neighbours(column: Column, index: int, single: bool) -> Iterator[Cell]:
         return
     for run, value in around.items():
         if single and value != values[index]:
-            yield 2, _written(column, run), f", as in the run {'before' if run < index else 'after'},", value
+            yield 1, _written(column, run), f", as in the run {'before' if run < index else 'after'},", value
 
 
 def _of_slips(column: Column, index: int, origin: str | None) -> Iterator[Cell]:

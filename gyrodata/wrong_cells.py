@@ -119,10 +119,10 @@ def _changes(
         if role == timing:
             return need / ratio if role == "precession_rate" else need * ratio
         if role in loads:
-            # The arm and the weight are in the mean rate of a rod that nods, too.
-            return (
-                1.0 if measured.slowing is not None else need * abs((torque * ratio + imbalance) / (torque + imbalance))
-            )
+            if measured.slowing is not None:
+                # The mean rate of a rod that nods depends on its moment of inertia too.
+                return 1.0
+            return need * abs((torque * ratio + imbalance) / (torque + imbalance))
         faster = 1 / ratio if role.startswith(("spin_period", "spin_time")) else ratio
         after = [
             as_spin(column)[[index]] * (faster if column.role == role else 1.0) for column in spin_columns(readings)
@@ -155,6 +155,8 @@ def _changes(
             cells += _that_fits(column, index, old * need)
         seen = {f"{old:.6g}"}
         for rank, text, why, value in cells:
+            if not value:
+                continue
             after = left(role, value / old)
             if f"{value:.6g}" in seen or not after > 0 or abs(math.log(after)) > NEAR:
                 continue

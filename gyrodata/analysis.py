@@ -48,6 +48,7 @@ from gyrodata.measurements import Measurements, measure, select
 from gyrodata.readings import Readings, read_log, value_text
 from gyrodata.results import DOF_REASON, Analysis, Options, Result
 from gyrodata.stacks import in_step
+from gyrodata.wrong_cells import explain
 
 if TYPE_CHECKING:
     import os
@@ -279,7 +280,7 @@ def fit_runs(readings: Readings, measured: Measurements, model: Model = "auto", 
         miscounted = count_findings(readings, measured)
         raise LogError(miscounted or [refusal(readings, measured, str(reason), keep_flagged)]) from None
     if fit.dof > 0 and fitting.chi2_tail(fit.chi2, fit.dof) < HOPELESS:
-        miscounted = count_findings(readings, measured)
+        miscounted = count_findings(readings, runs, fit, left_out)
         if miscounted:
             raise LogError(miscounted)
     # How far one that is left out is off by the fit that is told, as in the table of runs and the figure.
@@ -287,6 +288,7 @@ def fit_runs(readings: Readings, measured: Measurements, model: Model = "auto", 
         replace(outlier, deviation=float(fit.deviations[outlier.index])) if outlier.index in left_out else outlier
         for outlier in outliers
     )
+    told = explain(readings, runs, chosen, told, screened or fit)
     return Fitted(runs, chosen, told, left_out, fit, without)
 
 

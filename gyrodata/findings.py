@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata import fitting, forecast
 from gyrodata.comparisons import (
@@ -54,13 +55,34 @@ from gyrodata.readings import MOST_OF_ONE_CODE, TIMINGS, Readings, kind_of_role,
 from gyrodata.stacks import in_step
 from gyrodata.units import from_si, parse_unit
 
+CLEARLY = math.log(200.0)
+"""Other counts are believed if they make the times so many times as likely as those that are written."""
 
-def count_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:
-    """Name the turns of whole torques that must be wrong, where other counts make all torques agree."""
-    answers = fitting.explaining_counts(measured)
+
+def count_findings(
+    readings: Readings, measured: Measurements, fit: FitResult | None = None, left_out: Collection[int] = ()
+) -> list[Diagnostic]:
+    """Name the turns of whole torques that must be wrong, where other counts make all torques agree.
+
+    `fit` is that of the counts as written without the runs that are left out; None where there is none.
+    """
+    groups = torque_groups(measured)
+
+    def gain(counts: dict[int, float]) -> float:
+        """Logarithm of how much likelier the times are with other counts."""
+        assert fit is not None
+        turns = measured.turns.copy()
+        for k, count in counts.items():
+            turns[groups[k]] = count
+        try:
+            other = fitting.fit(replace(measured, turns=turns), fit.adjusted.problem.tilted, left_out)
+        except fitting.NoFit:
+            return -math.inf
+        return other.log_evidence - fit.log_evidence
+
+    answers = [answer for answer in fitting.explaining_counts(measured) if fit is None or gain(answer) > CLEARLY]
     if not answers:
         return []
-    groups = torque_groups(measured)
 
     def words(counts: dict[int, float]) -> str:
         return ", ".join(
@@ -144,9 +166,8 @@ def outlier_findings(
     out = set(left_out)
     for outlier in outliers[:MOST_OF_ONE_CODE]:
         if outlier.index in out:
-            miscounted = "if you counted wrongly, correct the turns; if not, look at its spin and time; "
-            what = f"{miscounted * (outlier.turns is not None)}correct what you know to be wrong, or time it again"
-            done, hint = "left out of the fits", f"{what}; --keep-flagged keeps the run"
+            done = "left out of the fits"
+            hint = "correct what you know to be wrong, or time it again; --keep-flagged keeps the run"
         else:
             done = f"kept; without every run that looks odd I_zz = {without.value:.4g} kg*m^2" if without else "kept"
             hint = "time it again; if you know what went wrong, put # before its line to leave it out"
@@ -205,7 +226,7 @@ def find_doubts(
     if fit.scatter > CONTRADICTING:
         words = f"the runs contradict each other: they scatter {fit.scatter:.3g} times as much as stated"
         return (Doubt("contradiction", words, "look for a wrong digit, unit or count of turns in the runs"),)
-    found = []
+    found = _other_choices(measured, fit, left_out)
     gone = next((group for group in torque_groups(measured) if len(group) > 1 and set(group) <= set(left_out)), None)
     if gone is not None and (poor := _poor_balance(measured, fit)):
         # Which of two weights is wrong the runs do not say; the balance does.
@@ -236,6 +257,27 @@ def find_doubts(
     if patterns and patterns[0].p_corrected < CHANCE and patterns[0].name != "agreement":
         found.append(Doubt("pattern", *pattern_words(patterns[0])))
     return tuple(found)
+
+
+def _other_choices(measured: Measurements, fit: FitResult, left_out: Collection[int]) -> list[Doubt]:
+    """Doubt the answer if the kept runs of a torque may be wrong as well as those that are left out."""
+
+    def named(runs: list[int]) -> str:
+        *first, last = (measured.runs[i] for i in runs)
+        return f"runs {', '.join(first)} and {last}" if first else f"run {last}"
+
+    return [
+        Doubt(
+            "contradiction",
+            f"either {named(gone)} {'is' if len(gone) == 1 else 'are'} wrong, or {named(rest)} "
+            f"{'is' if len(rest) == 1 else 'are'}: the runs of {load_words(measured, gone[0])} contradict each other, "
+            f"and the other runs agree with both. I_zz = {fit.inertia.value:.4g} kg*m^2 without {named(gone)}, as "
+            f"here, or {other.inertia.value:.4g} kg*m^2 without {named(rest)}",
+            "count the turns again in one of these runs and time it; then correct the turns of those that do not "
+            "agree with it, or put # before their lines",
+        )
+        for gone, rest, other in fitting.rivals(measured, fit, left_out)
+    ]
 
 
 def _stated_time(measured: Measurements) -> str:

@@ -9,7 +9,9 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
+from collections.abc import Iterator
 from functools import lru_cache
+from itertools import pairwise
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -132,6 +134,16 @@ def last_place(number: str) -> int:
         return 0
     mantissa, _, exponent = number.lower().replace(",", ".").partition("e")
     return int(exponent or 0) - len(mantissa.partition(".")[2])
+
+
+def exchanged_digits(number: str) -> Iterator[str]:
+    """Give a number with each two neighbouring digits exchanged, but for those that begin with 0."""
+    digits = [at for at, sign in enumerate(number) if sign.isdigit()]
+    for one, other in pairwise(digits):
+        signs = [*number]
+        signs[one], signs[other] = number[other], number[one]
+        if signs[digits[0]] != "0" and signs != [*number]:
+            yield "".join(signs)
 
 
 def take_apart(text: str) -> Written | None:

@@ -30,6 +30,7 @@ SHELVES = {
     "simulation": 5,
     "known_slips": 5,
     "findings": 6,
+    "wrong_cells": 6,
     "results": 7,
     "benchmark": 8,
     "analysis": 8,

@@ -25,6 +25,7 @@ from gyrodata.comparisons.tables import Torque, load_words
 from gyrodata.fitting import Estimate, FitResult, Otherwise
 from gyrodata.measurements import Measurements, Source, torque_groups
 from gyrodata.physics import Floats
+from gyrodata.quantities import exchanged_digits
 from gyrodata.stacks import in_step, stacked
 
 CHANCE = 0.015
@@ -117,6 +118,9 @@ KINDS = {
 }
 """What is said of each pattern, by its name."""
 
+NEAR = 0.15
+"""A mass with two digits exchanged is named if it differs so much as the runs say, but for this share of that."""
+
 SHARED = {"mass": "mass", "position": "position", "force": "force", "torque": "applied_torque",
           "position_zero": "position_zero"}  # fmt: skip
 """Sources of error whose pulls are looked at, and the patterns that they are told as."""
@@ -138,7 +142,13 @@ def pattern_words(pattern: Pattern) -> tuple[str, str]:
         "more": "less" if size > 0 else "more",
     }
     kind = KINDS[pattern.name]
-    return kind.words.format(**values), kind.hint.format(**values)
+    hint = kind.hint.format(**values)
+    if pattern.name == "mass" and " g" in pattern.of:
+        written = f"{float(pattern.of.split()[0]):#.4g}"
+        for meant in exchanged_digits(written):
+            if abs(float(meant) / float(written) - (1 - size)) < NEAR * abs(size):
+                hint += f": is it {float(meant):g} g, and two digits are exchanged?"
+    return kind.words.format(**values), hint
 
 
 @in_step

@@ -91,12 +91,14 @@ def or_none(value: float) -> float | None:
 
 
 def outlier_reason(measured: Measurements, outlier: Outlier) -> str:
-    """Say why a run looks odd: the count that fits it, or how far off it is."""
-    written = measured.turns[outlier.index]
-    if outlier.turns is not None:
-        return f"fits {turn_words(outlier.turns)}, not {turn_words(written).split(' ')[0]}"
-    side = "longer" if outlier.deviation > 0 else "shorter"
-    return f"its time is {abs(outlier.deviation):.0f} standard uncertainties {side} than the other runs say"
+    """Say why a run looks odd: which corrections fit it, or how far off it is."""
+    if outlier.cells:
+        return "; or ".join(outlier.cells).replace("; or fits", "; or it fits")
+    name, time = "time" if measured.timed else "period", measured.time[outlier.index]
+    return (
+        f"its {name} is {time:.4g} s, and the other runs predict {outlier.expected:.4g} s "
+        f"({abs(outlier.deviation):.0f} u apart){outlier.maybe and '; '}{outlier.maybe}"
+    )
 
 
 def load_words(measured: Measurements, index: int) -> str:

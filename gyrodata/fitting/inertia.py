@@ -78,6 +78,13 @@ class Outlier(Struct, frozen=True):
     """Number of revolutions that would explain it."""
     slip: bool
     """True if it is no measurement of this motion: a count explains it, or it is off beyond all doubt."""
+    expected: float = math.nan
+    """Time that the other runs predict [s]."""
+    cells: tuple[str, ...] = ()
+    """Corrections of one cell with which it agrees with the other runs, in words, the likeliest first."""
+    maybe: str = ""
+    """A correction that fits and explains less, in words: the spin that its time needs, or a slip of the pen in a run
+    that is not far off."""
 
 
 class FitResult(Struct, frozen=True, eq=False, dict=True):
@@ -130,6 +137,13 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
     def time_u(self) -> Floats:
         """Standard uncertainty of a run's time about the fit, from the errors that it has alone [s], shape (n,)."""
         return self._predicted[1]
+
+    @property
+    def log_evidence(self) -> float:
+        """Logarithm of how likely the times are, whatever I_zz, M0, b and all widths are, but for a constant [1]."""
+        assert self.posterior is not None
+        kept = self.adjusted.kept > 0
+        return float(self.posterior.evidence) - float(np.log(self.time_u[kept] / self.scatter).sum())
 
     @property
     def response(self) -> Floats:

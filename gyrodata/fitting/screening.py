@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from itertools import combinations
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from gyrodata.fitting.adjustment import NoFit, Start, assume_sense, first_guess, rough_misfit
 from gyrodata.fitting.conditions import MAD_TO_SD, median
-from gyrodata.fitting.inertia import FitResult, Outlier, fit_as_stated
+from gyrodata.fitting.inertia import FitResult, Outlier, balance_scale, fit, fit_as_stated
 from gyrodata.fitting.lines import chi2_tail
 from gyrodata.measurements import Measurements, torque_groups
 from gyrodata.physics import Floats
@@ -125,6 +126,52 @@ def _explaining_turns(measured: Measurements, result: FitResult, index: int, typ
     }
     best = min(sorted(misfits), key=lambda turns: misfits[turns])
     return best if misfits[best] < 3 else None
+
+
+NO_WORSE = 1e-3
+"""Runs fit as well if their chi-square, over that of the chosen runs, is more likely than this."""
+
+MOST_INSTEAD = 12
+"""So many runs of one torque that agree with each other are not wrong together."""
+
+LESS_LIKELY = 3.0
+"""An M0 that is so many times less likely than another one decides which runs are wrong."""
+
+
+def rivals(
+    measured: Measurements, chosen: FitResult, left_out: Collection[int]
+) -> list[tuple[list[int], list[int], FitResult]]:
+    """Find the torques of which the runs that are kept may be wrong as well, instead of those that are left out.
+
+    Gives for each such torque its runs that are left out, those that would be left out instead, and the fit then.
+    Runs of one torque that contradict each other are decided by their number or by the other torques; of two torques
+    any pair is on a line with some M0, so that only a much larger M0 speaks against the other choice.
+    """
+
+    def unlikely(result: FitResult) -> float:
+        if measured.imbalance_u is not None:
+            width = measured.imbalance_u(result.inertia.value)
+        else:
+            width = balance_scale(measured, result.inertia.value, result.adjusted.kept)
+        return 1 + (result.imbalance.value / max(width, 1e-12)) ** 2
+
+    found = []
+    for group in torque_groups(measured):
+        gone = sorted(set(group) & set(left_out))
+        rest = sorted(set(group) - set(left_out))
+        instead = {*left_out, *rest} - set(gone)
+        if not gone or not 0 < len(rest) <= MOST_INSTEAD or not measured.torque[group[0]]:
+            continue
+        if len(instead) > len(measured.runs) / 2:
+            continue
+        try:
+            other = fit(measured, chosen.adjusted.problem.tilted, instead)
+        except NoFit:
+            continue
+        misfit = other.chi2 / max(1.0, chosen.chi2 / max(chosen.dof, 1))
+        if chi2_tail(misfit, max(other.dof, 1)) > NO_WORSE and unlikely(other) < LESS_LIKELY * unlikely(chosen):
+            found.append((gone, rest, other))
+    return found
 
 
 LIKELY = (1 / 3, 1 / 2, 2 / 3, 1.0, 2.0, 3.0)

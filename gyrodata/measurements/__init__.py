@@ -8,7 +8,15 @@ error, equal positions share theirs, a spin read once for the whole log is read 
 """
 
 from gyrodata.measurements.measured import Measurements, measure, select, torque_groups
-from gyrodata.measurements.sources import DEFAULT_TRANSVERSE_RATIO, SOURCES, TRANSVERSE_U, Source, spin_columns
+from gyrodata.measurements.sources import (
+    DEFAULT_TRANSVERSE_RATIO,
+    SOURCES,
+    TRANSVERSE_U,
+    Source,
+    as_spin,
+    mean_spin,
+    spin_columns,
+)
 
 __all__ = [
     "DEFAULT_TRANSVERSE_RATIO",
@@ -16,6 +24,8 @@ __all__ = [
     "TRANSVERSE_U",
     "Measurements",
     "Source",
+    "as_spin",
+    "mean_spin",
     "measure",
     "select",
     "spin_columns",

@@ -207,6 +207,13 @@ TIME_AND_PERIOD_EXCHANGED = _error(
 HEADER_PARTED_BY_COMMA = _error(
     "G232", "a header that its own comma parts", "m, g,x [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n"
 )
+COLON_BELOW_SECONDS = _error("G233", "a time with a colon, below a header in seconds", LOG + "20,15.0,406,13:06,1/3\n")
+COLONS_ARE_POINTS = _note(
+    "G234",
+    "a stopwatch's colons are decimal points",
+    LOG + "20,15.0,406,13:06,1/3\n20,15.0,206,06:90,1/3\n",
+    'nothing, if that is meant; minutes and seconds belong below a header such as "time [min:s]"',
+)
 
 # what the log says
 QUANTITY_MISSING = _error(
@@ -243,6 +250,7 @@ REPORTED_VALUE_CANNOT_BE_READ = _note(
     "a reported value that cannot be read as it stands",
     "# reported_inertia: 4.4e-3\n" + LOG + "20,15.0,406,13.06,1/3\n",
 )
+G_WITHOUT_UNIT = _note("G309", "g has no unit and is read in m/s²", "# g: 9.803\n" + LOG + "20,15.0,406,13.06,1/3\n")
 POSITION_ORIGIN_UNKNOWN = _error(
     "G340",
     "positions do not count from the centre of the ball, and how far off it is not given",

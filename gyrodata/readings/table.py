@@ -14,6 +14,8 @@ from msgspec.structs import replace
 from gyrodata.diagnostics import (
     BLANK_SPIN,
     BLANK_TAKES_VALUE_ABOVE,
+    COLON_BELOW_SECONDS,
+    COLONS_ARE_POINTS,
     COLUMN_NOT_USED,
     DATE_IS_A_FRACTION,
     NOTE_IS_ONLY_A_NUMBER,
@@ -32,7 +34,7 @@ from gyrodata.diagnostics import (
     UNIT_UNKNOWN,
     VALUE_BELOW_ITS_FIRST_ROW,
 )
-from gyrodata.quantities import Quantity, parse_uncertainty, to_float
+from gyrodata.quantities import Quantity, fold_number, parse_uncertainty, to_float
 from gyrodata.readings.cells import (
     BLANKS,
     SPOKEN,
@@ -44,7 +46,7 @@ from gyrodata.readings.cells import (
     said_otherwise,
 )
 from gyrodata.readings.columns import Choice, Chosen
-from gyrodata.readings.headers import origin_in, part_counted
+from gyrodata.readings.headers import origin_in, part_counted, split_unit
 from gyrodata.readings.lablog import Column, Faults, Place, Reading, span
 from gyrodata.readings.layout import Layout, is_number
 from gyrodata.readings.roles import (
@@ -66,6 +68,8 @@ from gyrodata.units import DISPLAY, KINDS, Uncertainty, UnitError, kinds_of, par
 
 _BLANK = Reading()
 _THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}[.,][0-9]{3}")
+_COLONS = re.compile(r"(?:([0-9]{1,2}):)?([0-9]{1,3}):([0-9]{2})")
+"""A time without a point: minutes and seconds, or what a stopwatch shows of seconds and hundredths."""
 _SMALL_DOUBT = 0.002
 """Doubt about rounded turns, as a share of them, that no run notices."""
 _ORIGINS = {
@@ -372,6 +376,8 @@ class _Builder:
             texts = self._with_no_weight(texts)
         if role == "time" and unit == "min":
             texts = self._with_seconds(chosen, texts)
+        if kind == "time" and unit == "s":
+            texts = self._with_colons(role, chosen, texts, faults)
         # Most texts of a long log stand in several rows; each is read once.
         cells: dict[str, Quantity] = {}
         faulty: dict[str, tuple[str, str, str]] = {}
@@ -446,6 +452,43 @@ class _Builder:
             f"{m or 0}:{'0' * (len(re.split('[.,]', s)[0]) < 2)}{s}" if s else ""
             for m, s in zip(minutes, seconds, strict=True)
         ]
+
+    def _with_colons(self, role: str, chosen: Chosen, texts: list[str], faults: Faults) -> list[str]:
+        """Read 10:06 as the header or another row says: 10 min 6 s, or 10.06 s; below a header in s alone, ask."""
+        parts = {text: match.groups() for text in texts if (match := _COLONS.fullmatch(fold_number(text)))}
+        if not parts:
+            return texts
+        stated = re.search(r"([a-z]+):[a-z]+(:[a-z]+)?", chosen.header.text.lower())
+        if not (stated and stated[2]) and all(h and int(h) and s == "00" for h, _, s in parts.values()):
+            # A spreadsheet made hours of 10:06, and wrote it as 10:06:00.
+            texts = [text.removesuffix(":00") if text in parts else text for text in texts]
+            parts = {text.removesuffix(":00"): ("", h, m) for text, (h, m, _) in parts.items()}
+        if stated:
+            meant = {}
+            if stated[2] and stated[1][0] == "h":
+                meant = {t: f"{60 * int(h) + int(m)}:{s}" for t, (h, m, s) in parts.items() if h and int(m) < 60}
+            elif stated[2]:
+                meant = {t: f"{h}:{m}.{s}" for t, (h, m, s) in parts.items() if h}
+            return [meant.get(text, text) for text in texts]
+        meant = {text: ".".join(fold_number(text).rsplit(":", 1)) for text in parts}
+        pointed = [meant.get(text, text) for text in texts]
+        first = next(iter(parts))
+        every = (self._text(i, one.at) for one in self.choice.used.get(role, []) for i in range(len(self.rows)))
+        proof = next((text for text in every if (cell := _COLONS.fullmatch(text)) and int(cell[3]) >= 60), "")
+        if proof:
+            message = f'"{proof}" is not minutes and seconds, so in "{chosen.cell.text}" the last colon is a point: '
+            message += ", ".join(f"{text} is {meant[text]}" for text in dict.fromkeys((first, proof)) if text in meant)
+            faults.add(COLONS_ARE_POINTS, message, "", chosen.cell)
+            return pointed
+        hours, minutes, seconds = parts[first]
+        short = f"{meant[first]} s" if not hours else f"{int(hours)} min {int(minutes)}.{seconds} s"
+        long = f"{int(hours)} h {int(minutes)} min" if hours else f"{int(minutes)} min"
+        message = f'{role} "{first}" in a column in seconds can be {short} or {long} {int(seconds)} s'
+        name, form = split_unit(chosen.header.text)[0], "h:min:s" if hours else "min:s"
+        hint = f"if it is {short}, write {meant[first]}, and so in every row; "
+        hint += f'if not, write the header as "{name} [{form}]"'
+        faults.add(COLON_BELOW_SECONDS, message, hint, self.grid.cell(self.rows[texts.index(first)], chosen.at))
+        return pointed
 
     def _is_doubtful(self, text: str) -> bool:
         """Tell whether a comma or a point may part thousands: the table's other numbers have the other sign."""

@@ -1,0 +1,154 @@
+"""Values that can be misread in silence: g, times with a colon, floats of a DataFrame, rows typed twice."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+import gyrodata
+from gyrodata.cli import app
+
+TRUTH, G = 4.44e-3, 9.81
+HEAD = "mass [g],position [cm],spin [rpm],time [s],turns"
+
+
+def rpm(mass: float, time: float) -> float:
+    """Spin of a run of a third of a turn."""
+    return time * 3 * mass * 1e-3 * G * 0.148 / (TRUTH * (2 * math.pi) ** 2) * 60
+
+
+# Each time could be one in minutes and seconds; the hand is up to 0.1 s off.
+RUNS = [
+    (20.12, 6.52, 0.06), (20.12, 13.06, -0.1), (20.12, 19.54, 0.05), (40.31, 3.48, 0.02), (40.31, 6.58, 0.08),
+    (40.31, 10.06, -0.07), (60.25, 2.27, -0.05), (60.25, 4.41, 0.03), (60.25, 6.53, -0.02),
+]  # fmt: skip
+ROWS = [[f"{mass:.2f}", "14.8", f"{rpm(mass, time + off):.0f}", f"{time:.2f}", "1/3"] for mass, time, off in RUNS]
+
+
+def written(head: str = HEAD, rows: list[list[str]] = ROWS, above: str = "# g: 9.81 m/s^2") -> str:
+    return "\n".join([above, head, *map(",".join, rows), ""])
+
+
+def timed() -> list[list[str]]:
+    """Rows whose time has a colon for its point, as a sports stopwatch shows it."""
+    return [[*row[:3], row[3].zfill(5).replace(".", ":"), row[4]] for row in ROWS]
+
+
+def gyro(*arguments: str, stdin: str = "") -> Result:
+    return CliRunner().invoke(app, list(arguments), input=stdin, prog_name="gyro")
+
+
+def answer(log: str) -> tuple[float, str]:
+    """I_zz of a log, and what is said of its values."""
+    try:
+        done = gyrodata.analyze(log.encode())
+    except gyrodata.LogError as error:
+        return math.nan, str(error)
+    return done.inertia.value, "\n".join(str(one) for one in done.diagnostics if one.code < "G4")
+
+
+def hint(told: str, pattern: str) -> str:
+    match = re.search(pattern, told)
+    assert match, told
+    return match[1]
+
+
+class TestGravity:
+    @pytest.mark.parametrize("typed", ["981 m/s^2", "9.81 cm/s^2", "981", "-9.81 m/s^2", "9.81 mm/s^2"])
+    def test_g_with_another_unit_is_refused_with_g(self, typed: str) -> None:
+        value, told = answer(written(above=f"# g: {typed}"))
+        assert math.isnan(value)
+        assert "on Earth g is between 9.7 and 9.9 m/s²" in told
+        line = hint(told, r"write (# g: .*)")
+        assert line == "# g: 9.81 m/s^2"
+        assert answer(written(above=line)) == (pytest.approx(TRUTH, rel=0.01), "")
+
+    @pytest.mark.parametrize("typed", ["10", "10 m/s^2", "1.62 m/s^2", "9.91", "9.69 m/s^2"])
+    def test_g_of_no_place_is_refused_with_a_sample(self, typed: str) -> None:
+        value, told = answer(written(above=f"# g: {typed}"))
+        assert math.isnan(value)
+        assert answer(written(above=hint(told, r"such as (# g: .*)")))[1] == ""
+
+    @pytest.mark.parametrize("typed", ["9.76 m/s^2", "9.84 m/s^2", "981 cm/s^2", "32.17 ft/s^2", "9.81 N/kg"])
+    def test_g_of_any_place_is_read_without_a_note(self, typed: str) -> None:
+        assert answer(written(above=f"# g: {typed}")) == (pytest.approx(TRUTH, rel=0.01), "")
+
+    @pytest.mark.parametrize("typed", ["9.81", "9,81", "9.81 ± 0.01"])
+    def test_g_without_unit_is_read_with_a_note(self, typed: str) -> None:
+        value, told = answer(written(above=f"# g: {typed}"))
+        assert "note G309" in told
+        assert answer(written(above=hint(told, r"write (# g: .*)"))) == (value, "")
+
+    def test_g_of_an_option_is_refused_with_the_option(self, tmp_path: Path) -> None:
+        (tmp_path / "lab.toml").write_text("g = 981\n", encoding="utf-8")
+        log = written(above="# by hand")
+        for given in (("--set", "g=981"), ("--config", str(tmp_path / "lab.toml"))):
+            done = gyro("analyze", "-", "--no-report", *given, stdin=log)
+            assert (done.exit_code, "I_zz" in done.output) == (2, False)
+            if given[0] == "--set":
+                given = ("--set", hint(done.output, r'write --set (g=".*")').replace('"', ""))
+            else:
+                (tmp_path / "lab.toml").write_text(hint(done.output, r'write (g = ".*")'), encoding="utf-8")
+            done = gyro("analyze", "-", "--no-report", *given, stdin=log)
+            assert (done.exit_code, "G309" in done.output) == (0, False)
+
+
+class TestColons:
+    def test_a_colon_below_seconds_is_asked_about(self) -> None:
+        value, told = answer(written(rows=timed()))
+        assert math.isnan(value)
+        assert told.count("error G233") == 1
+        first, head = timed()[0][3], hint(told, r'write the header as "(.*?)"')
+        assert f'time "{first}" in a column in seconds can be {ROWS[0][3].zfill(5)} s or ' in told
+        assert hint(told, r"write ([0-9.]+),") == ROWS[0][3].zfill(5)
+        assert answer(written()) == (pytest.approx(TRUTH, rel=0.01), "")
+        long = written(HEAD.replace("time [s]", head), timed())
+        assert gyrodata.analyze(long.encode()).run_table[0].time == 60 * int(first[:2]) + int(first[3:])
+
+    @pytest.mark.parametrize("head", ["time (s)", '"t, s"', "Time for 1/3 rev (s)", "Stoppuhr / s", "time_1 [s]"])
+    def test_the_header_asked_for_is_read_as_minutes(self, head: str) -> None:
+        rows = [[*row[:3], "2:05", row[4]] for row in ROWS]
+        told = answer(written(HEAD.replace("time [s]", head), rows))[1]
+        new = hint(told, r'write the header as "(.*?)"')
+        log = written(HEAD.replace("time [s]", new), rows)
+        assert {gyrodata.read_log(log).columns["time"].values} == {(125.0,) * 9}
+
+    def test_one_row_above_59_shows_what_all_colons_are(self) -> None:
+        value, told = answer(written(rows=[*timed(), ["20.12", "14.8", f"{rpm(20.12, 7.9):.0f}", "07:90", "1/3"]]))
+        assert "note G234" in told
+        assert value == pytest.approx(TRUTH, rel=0.02)
+
+    def test_an_hour_before_the_minutes_is_asked_about(self) -> None:
+        rows = [[*row[:3], f"00:{row[3]}", row[4]] for row in timed()]
+        value, told = answer(written(rows=rows))
+        assert (math.isnan(value), told.count("error")) == (True, 1)
+        short = [[*row[:3], "00:" + row[3].replace(":", "."), row[4]] for row in timed()]
+        assert hint(told, r"write (\S+),") == short[0][3]
+        assert answer(written(rows=short)) == (pytest.approx(TRUTH, rel=0.01), "")
+        long = HEAD.replace("time [s]", hint(told, r'write the header as "(.*?)"'))
+        first, second = map(int, timed()[0][3].split(":"))
+        assert gyrodata.read_log(written(long, rows)).columns["time"].values[0] == 60 * first + second
+
+    def test_hours_of_a_spreadsheet_are_asked_about(self) -> None:
+        told = answer(written(rows=[[*row[:3], f"{row[3]}:00", row[4]] for row in timed()]))[1]
+        assert hint(told, r"write ([0-9.]+),") == ROWS[0][3].zfill(5)
+
+    @pytest.mark.parametrize("head", ["time", "time [min:s]", "time [mm:ss.cc]", "time [min]", "time [s]"])
+    def test_a_colon_with_a_point_is_a_clock_time(self, head: str) -> None:
+        log = written(HEAD.replace("time [s]", head), [[*row[:3], f"01:{row[3].zfill(5)}", row[4]] for row in ROWS])
+        values = gyrodata.read_log(log).columns["time"].values
+        assert values == tuple(pytest.approx(60 + float(row[3])) for row in ROWS)
+
+    @pytest.mark.parametrize("head", ["time", "time [min:s]", "t (mm:ss)", "time [min]"])
+    def test_minutes_are_read_below_a_header_without_s(self, head: str) -> None:
+        log = written(HEAD.replace("time [s]", head), [[*row[:3], "2:05", row[4]] for row in ROWS])
+        assert {gyrodata.read_log(log).columns["time"].values} == {(125.0,) * 9}
+
+    def test_a_plain_number_among_colons_is_asked_about(self) -> None:
+        value, told = answer(written(rows=[*ROWS[:3], *timed()[3:]]))
+        assert math.isnan(value)
+        assert timed()[3][3] in told

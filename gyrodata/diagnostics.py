@@ -214,6 +214,12 @@ COLONS_ARE_POINTS = _note(
     LOG + "20,15.0,406,13:06,1/3\n20,15.0,206,06:90,1/3\n",
     'nothing, if that is meant; minutes and seconds belong below a header such as "time [min:s]"',
 )
+FLOATS_WITHOUT_DIGITS = _note(
+    "G235",
+    "a DataFrame's floats do not contain the digits that were read",
+    "analyze table-of-pandas",
+    "read the table as text, with pandas.read_csv(…, dtype=str), or state uncertainties such as u_position",
+)
 
 # what the log says
 QUANTITY_MISSING = _error(

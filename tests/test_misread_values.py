@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import io
 import math
 import re
 from pathlib import Path
 
+import pandas as pd
 import pytest
 from typer.testing import CliRunner, Result
 
@@ -49,6 +51,11 @@ def answer(log: str) -> tuple[float, str]:
     except gyrodata.LogError as error:
         return math.nan, str(error)
     return done.inertia.value, "\n".join(str(one) for one in done.diagnostics if one.code < "G4")
+
+
+def times(log: str) -> list[float | None]:
+    """Times as they are read [s]."""
+    return [reading.value for reading in gyrodata.read_log(log).columns["time"].readings]
 
 
 def hint(told: str, pattern: str) -> str:
@@ -115,7 +122,7 @@ class TestColons:
         told = answer(written(HEAD.replace("time [s]", head), rows))[1]
         new = hint(told, r'write the header as "(.*?)"')
         log = written(HEAD.replace("time [s]", new), rows)
-        assert {gyrodata.read_log(log).columns["time"].values} == {(125.0,) * 9}
+        assert times(log) == [125.0] * 9
 
     def test_one_row_above_59_shows_what_all_colons_are(self) -> None:
         value, told = answer(written(rows=[*timed(), ["20.12", "14.8", f"{rpm(20.12, 7.9):.0f}", "07:90", "1/3"]]))
@@ -131,7 +138,7 @@ class TestColons:
         assert answer(written(rows=short)) == (pytest.approx(TRUTH, rel=0.01), "")
         long = HEAD.replace("time [s]", hint(told, r'write the header as "(.*?)"'))
         first, second = map(int, timed()[0][3].split(":"))
-        assert gyrodata.read_log(written(long, rows)).columns["time"].values[0] == 60 * first + second
+        assert times(written(long, rows))[0] == 60 * first + second
 
     def test_hours_of_a_spreadsheet_are_asked_about(self) -> None:
         told = answer(written(rows=[[*row[:3], f"{row[3]}:00", row[4]] for row in timed()]))[1]
@@ -140,15 +147,63 @@ class TestColons:
     @pytest.mark.parametrize("head", ["time", "time [min:s]", "time [mm:ss.cc]", "time [min]", "time [s]"])
     def test_a_colon_with_a_point_is_a_clock_time(self, head: str) -> None:
         log = written(HEAD.replace("time [s]", head), [[*row[:3], f"01:{row[3].zfill(5)}", row[4]] for row in ROWS])
-        values = gyrodata.read_log(log).columns["time"].values
-        assert values == tuple(pytest.approx(60 + float(row[3])) for row in ROWS)
+        assert times(log) == [pytest.approx(60 + float(row[3])) for row in ROWS]
 
     @pytest.mark.parametrize("head", ["time", "time [min:s]", "t (mm:ss)", "time [min]"])
     def test_minutes_are_read_below_a_header_without_s(self, head: str) -> None:
         log = written(HEAD.replace("time [s]", head), [[*row[:3], "2:05", row[4]] for row in ROWS])
-        assert {gyrodata.read_log(log).columns["time"].values} == {(125.0,) * 9}
+        assert times(log) == [125.0] * 9
 
     def test_a_plain_number_among_colons_is_asked_about(self) -> None:
         value, told = answer(written(rows=[*ROWS[:3], *timed()[3:]]))
         assert math.isnan(value)
         assert timed()[3][3] in told
+
+
+def as_frame(log: str, **options: object) -> pd.DataFrame:
+    return pd.read_csv(io.StringIO(log), comment="#", **options)  # type: ignore[call-overload, no-any-return]
+
+
+def typed(mass: str = ".2f", position: str = "15.0", spin: str = ".0f", time: str = ".2f", turns: str = "1/3") -> str:
+    """Write a log with other digits."""
+    rows = [
+        [format(float(m), mass), position, format(float(s), spin), format(float(t), time), turns]
+        for m, _, s, t, _ in ROWS
+    ]
+    return written(rows=rows)
+
+
+class TestFloats:
+    @pytest.mark.parametrize(
+        "log",
+        [
+            typed(), typed(position="14.8"), typed(position="15.00"), typed(mass=".0f"), typed(mass=".1f"),
+            typed(spin=".1f"), typed(time=".1f"), typed().replace(",15.0,", ",,", 1).replace("20.12,,", "0,,"),
+        ],
+    )  # fmt: skip
+    def test_u_of_a_frame_is_that_of_the_file(self, log: str) -> None:
+        file = gyrodata.analyze(log.encode()).inertia
+        frame = gyrodata.analyze(as_frame(log), settings={"g": "9.81 m/s^2"}).inertia
+        assert frame.value == pytest.approx(file.value, rel=2e-3)
+        assert 0.95 < frame.u / file.u < 1.05
+        text = gyrodata.analyze(as_frame(log, dtype=str), settings={"g": "9.81 m/s^2"}).inertia
+        assert text.u == pytest.approx(file.u, rel=1e-9)
+
+    def test_u_of_a_frame_in_si_units_is_that_of_the_file(self) -> None:
+        file, table = gyrodata.analyze(typed().encode()).inertia, as_frame(typed())
+        table["mass [kg]"] = (table.pop("mass [g]") / 1000).round(5)
+        table["position [m]"] = table.pop("position [cm]") / 100
+        assert 0.95 < gyrodata.analyze(table, settings={"g": "9.81 m/s^2"}).inertia.u / file.u < 1.05
+
+    def test_a_note_names_the_digits_that_are_used(self) -> None:
+        done = gyrodata.analyze(as_frame(typed()), settings={"g": "9.81 m/s^2"})
+        note = next(one for one in done.diagnostics if one.code == "G235")
+        assert "mass is taken as read to 0.01 g" in note.message
+        assert "time is taken as read to 0.01 s" in note.message
+        assert note.message.endswith("no rounding error is included for position")
+        assert "spin" not in note.message  # of integers
+        stated = {"g": "9.81 m/s^2", "u_position": "0.3 mm", "u_mass": "0.1 g", "u_time": "0.1 s"}
+        done = gyrodata.analyze(as_frame(typed()), settings=stated)
+        assert "G235" not in [one.code for one in done.diagnostics]
+        done = gyrodata.analyze(as_frame(typed(), dtype=str), settings={"g": "9.81 m/s^2"})
+        assert "G235" not in [one.code for one in done.diagnostics]

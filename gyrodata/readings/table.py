@@ -18,6 +18,7 @@ from gyrodata.diagnostics import (
     COLONS_ARE_POINTS,
     COLUMN_NOT_USED,
     DATE_IS_A_FRACTION,
+    FLOATS_WITHOUT_DIGITS,
     NOTE_IS_ONLY_A_NUMBER,
     NUMBER_IMPOSSIBLE,
     OPTION_REPLACES_COLUMN,
@@ -119,6 +120,8 @@ class _Builder:
         self.head = Row(layout.cells[0].line, [])
         self.find = partial(find_place, self.grid.lines, self.grid.delimiter)
         self.replaced: set[str] = set()
+        self.floats: dict[str, str] = {}
+        """Last digit of each role without a stated uncertainty that a DataFrame has as floats; "" if it is unknown."""
         for role, given in settings.roles.items():
             if given.place is None and role in choice.used:
                 self.replaced.add(role)
@@ -174,6 +177,7 @@ class _Builder:
         self._warn_of_rounded_turns(columns.get("turns"))
         position_from, origin_u = self._count_from_centre(columns)
         self._note_unheard(columns)
+        self._note_floats()
         others = [self._other(chosen, rows) for chosen in self.choice.others]
         labels = self._labels(rows)
         notes = self.choice.used.get("note")
@@ -303,6 +307,15 @@ class _Builder:
                 message = f'the column "{cell.text}" ({key}) is not used: there is no {base} that it could belong to'
                 self.faults.add(COLUMN_NOT_USED, message, "", cell)
 
+    def _note_floats(self) -> None:
+        """Say which digits are taken as read, where a DataFrame does not contain them."""
+        unknown = [role for role, step in self.floats.items() if not step]
+        told = [f"{role} is taken as read to {step}" for role, step in self.floats.items() if step]
+        told += [f"no rounding error is included for {', '.join(unknown)}"] if unknown else []
+        if told:
+            message = f"floats do not contain the digits that were read: {'; '.join(told)}"
+            self.faults.add(FLOATS_WITHOUT_DIGITS, message, "to keep the digits: pandas.read_csv(…, dtype=str)")
+
     def _text(self, row: int, at: int) -> str:
         texts = self.rows[row].texts
         return texts[at] if at < len(texts) else ""
@@ -421,8 +434,12 @@ class _Builder:
             self._note_unused(role, chosen, faults.found[0].message)
             return None
         spreads = self._spreads(role, chosen, unit, faults if strict else Faults(faults.name))
-        used = next((cell.unit for cell in cells.values()), "")
         spots = [row.spot(at) if row.origin else row.line * MAX_COLUMNS + at for row in self.rows]
+        used = next((cell.unit for cell in cells.values()), "")
+        if strict and cells and spots[0] % MAX_COLUMNS in self.grid.floats:
+            cells, finest = _with_steps_of_floats(cells)
+            if KINDS[kind].si and None in spreads:
+                self.floats[role] = f"{finest / parse_unit(used, kind).factor:.3g} {used}" if finest else ""
         return _Track(chosen, unit or used, _make_readings(texts, cells, spreads), spots, spreads)
 
     def _with_no_weight(self, texts: list[str]) -> list[str]:
@@ -455,7 +472,8 @@ class _Builder:
 
     def _with_colons(self, role: str, chosen: Chosen, texts: list[str], faults: Faults) -> list[str]:
         """Read 10:06 as the header or another row says: 10 min 6 s, or 10.06 s; below a header in s alone, ask."""
-        parts = {text: match.groups() for text in texts if (match := _COLONS.fullmatch(fold_number(text)))}
+        clocks = (text for text in texts if ":" in text or not text.isascii())
+        parts = {text: match.groups() for text in clocks if (match := _COLONS.fullmatch(fold_number(text)))}
         if not parts:
             return texts
         stated = re.search(r"([a-z]+):[a-z]+(:[a-z]+)?", chosen.header.text.lower())
@@ -663,6 +681,18 @@ def _from_centre(position: float, origin: str, shift: float) -> float:
     if origin == "tip":
         return shift - position
     return position + math.copysign(shift, position)
+
+
+def _with_steps_of_floats(cells: dict[str, Quantity]) -> tuple[dict[str, Quantity], float]:
+    """Take the finest digit of a column of floats as the last one that was read; none (0) if it cannot have been.
+
+    A float drops zeros at its end: 15.0 cm may be 15 or 15.00 cm, and nobody reads 0.15 m to 0.01 m.
+    """
+    finest = min((cell.step for cell in cells.values() if cell.step is not None), default=0.0)
+    whole = all(re.fullmatch(r"-?[0-9]+(?: .*)?", text) for text in cells)
+    if whole or finest > 0.02 * max(abs(cell.value) for cell in cells.values()):
+        return {text: replace(cell, step=None) for text, cell in cells.items()}, 0.0
+    return cells, finest
 
 
 def _make_readings(texts: list[str], cells: dict[str, Quantity], spreads: list[Uncertainty | None]) -> list[Reading]:

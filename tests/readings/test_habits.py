@@ -99,8 +99,6 @@ def test_it_is_read_as_it_is_meant(head: str, row: Row, turns: float) -> None:
     [
         (HEAD + "turns", lambda _, m, s, t: f"{m},14.8,{s + 4}/{s - 4},{t:.2f},1", "G203",
          "write them in two columns, spin_start and spin_end"),
-        (HEAD + "turns", lambda _, m, s, t: f"{m},14.8,{s},00:{t:05.2f}".replace(".", ":").replace(":", ".", 2) + ",1",
-         "G233", "and so in every row; if not, write the header as"),
         (HEAD + "turns", lambda _, m, s, t: f"{m},14.8,{s},1m6.5s,1", "G203", "write it as 01:06.5"),
         (HEAD + "turns", plain(turns="1", mass="20. Jan"), "G204", "did you mean 20.1?"),
         (HEAD + "turns", plain(turns="3. Mai"), "G204", "did you mean 3/5? A spreadsheet does that to fractions"),

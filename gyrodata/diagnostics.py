@@ -291,6 +291,9 @@ DIGITS_TOO_FEW = _warning(
     "the digits written decide much of the uncertainty",
     G + LOG.replace("[g]", "[kg]") + "0.02,15.0,206,20.4,1\n0.04,15.0,407,20.1,1\n0.06,15.0,404,13.4,1\n",
 )
+ROWS_IDENTICAL = _warning(
+    "G408", "rows are identical", G + LOG + "20.00,15.0,206,20.41,1\n40.00,15.0,407,20.1,1\n20.00,15.0,206,20.41,1\n"
+)
 
 # what the fit says
 _ODD_RUN = f"""{G}{LOG}\

@@ -14,6 +14,7 @@ from typer.testing import CliRunner, Result
 import gyrodata
 from gyrodata.cli import app
 
+SAMPLES = Path(__file__).parent.parent / "sample_data"
 TRUTH, G = 4.44e-3, 9.81
 HEAD = "mass [g],position [cm],spin [rpm],time [s],turns"
 
@@ -44,13 +45,13 @@ def gyro(*arguments: str, stdin: str = "") -> Result:
     return CliRunner().invoke(app, list(arguments), input=stdin, prog_name="gyro")
 
 
-def answer(log: str) -> tuple[float, str]:
+def answer(log: str, code: str = "G[23]") -> tuple[float, str]:
     """I_zz of a log, and what is said of its values."""
     try:
         done = gyrodata.analyze(log.encode())
     except gyrodata.LogError as error:
         return math.nan, str(error)
-    return done.inertia.value, "\n".join(str(one) for one in done.diagnostics if one.code < "G4")
+    return done.inertia.value, "\n".join(str(one) for one in done.diagnostics if re.match(code, one.code))
 
 
 def times(log: str) -> list[float | None]:
@@ -207,3 +208,36 @@ class TestFloats:
         assert "G235" not in [one.code for one in done.diagnostics]
         done = gyrodata.analyze(as_frame(typed(), dtype=str), settings={"g": "9.81 m/s^2"})
         assert "G235" not in [one.code for one in done.diagnostics]
+
+
+class TestIdenticalRows:
+    def test_a_copied_row_is_named_and_deleted(self) -> None:
+        value, told = answer(written(rows=[*ROWS, ROWS[4]]), "G408")
+        assert "warning G408: lines 7 and 12 are identical" in told
+        assert "delete one of them" in told
+        assert answer(written(rows=ROWS), "G408") == (pytest.approx(value, rel=0.005), "")
+        assert "G408" in gyro("check", "-", stdin=written(rows=[*ROWS, ROWS[4]])).output
+
+    def test_a_log_of_which_every_row_is_copied_is_named(self) -> None:
+        rows = [[*row[:3], f"{float(row[3]):.1f}", row[4]] for row in ROWS]
+        assert "G408" in answer(written(rows=rows * 2), "G408")[1]
+
+    def test_coarse_times_may_agree_by_chance(self) -> None:
+        for digits, row in ((1, ROWS[4]), (0, ROWS[4])):
+            rows = [[*r[:3], f"{float(r[3]):.{digits}f}", r[4]] for r in [*ROWS, row]]
+            assert answer(written(rows=rows), "G408")[1] == ""
+
+    def test_repeated_readings_of_one_row_may_agree(self) -> None:
+        rows = [[*row[:3], row[4], row[3], row[3]] for row in ROWS]
+        head = "mass [g],position [cm],spin [rpm],turns,time_1 [s],time_2 [s]"
+        assert answer(written(head, rows), "G408")[1] == ""
+
+    def test_runs_at_one_spin_for_all_may_agree(self) -> None:
+        mass = [["20.12", f"{13 + k / 100:.2f}"] for k in (0, 3, 7, 3, 12, 9)]
+        heavy = [["40.31", f"{6.5 + k / 100:.2f}"] for k in (0, 5, 8, 2, 11, 3)]
+        above = "# g: 9.81 m/s^2\n# spin: 398 rpm\n# position: 14.8 cm\n# turns: 1/3"
+        assert answer(written("mass [g],time [s]", mass + heavy, above), "G408")[1] == ""
+
+    @pytest.mark.parametrize("log", sorted(SAMPLES.glob("*.csv")), ids=lambda log: log.stem)
+    def test_a_published_log_has_no_identical_rows(self, log: Path) -> None:
+        assert "G408" not in [one.code for one in gyrodata.analyze(log).diagnostics]

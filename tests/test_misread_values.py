@@ -241,3 +241,44 @@ class TestIdenticalRows:
     @pytest.mark.parametrize("log", sorted(SAMPLES.glob("*.csv")), ids=lambda log: log.stem)
     def test_a_published_log_has_no_identical_rows(self, log: Path) -> None:
         assert "G408" not in [one.code for one in gyrodata.analyze(log).diagnostics]
+
+
+class TestDigitsShown:
+    def test_loads_have_the_digits_of_the_log(self, tmp_path: Path) -> None:
+        (tmp_path / "log.csv").write_text(typed(), encoding="utf-8")
+        done = gyro("analyze", str(tmp_path / "log.csv"), "-v", "--out", str(tmp_path / "report"))
+        page = (tmp_path / "report" / "report.html").read_text(encoding="utf-8")
+        assert "run 1: 20.12 g at 15.0 cm from the centre" in done.output
+        assert not re.search(r"\b15 cm|> ?15</data>", done.output + page)
+
+    @pytest.mark.parametrize(
+        ("heads", "mass", "position", "shown"),
+        [
+            ("mass [g],position [cm]", "20.0", "15", "20.0 g at 15 cm"),
+            ("mass [kg],position [m]", "0.02000", "0.150", "20.00 g at 15.0 cm"),
+            ("mass [g],position [mm]", "20", "150", "20 g at 15.0 cm"),
+            ("mass [g],position [cm]", "20.000000000000004", "15.0", "20 g at 15.0 cm"),
+            ("mass [g],position [cm]", "2.00e1", "1.50e1", "20.0 g at 15.0 cm"),
+        ],
+    )
+    def test_digits_are_kept_in_other_units(self, heads: str, mass: str, position: str, shown: str) -> None:
+        log = written(f"{heads},spin [rpm],time [s],turns", [[mass, position, *row[2:]] for row in ROWS[:3]])
+        assert f"run 1: {shown} from the centre" in gyro("analyze", "-", "--no-report", stdin=log).output
+
+    def test_a_frame_of_floats_has_no_digits_to_show(self) -> None:
+        assert "20.12 g at 15 cm" in str(gyrodata.analyze(as_frame(typed()), settings={"g": "9.81 m/s^2"}))
+
+    def test_units_have_one_spelling_in_all_that_is_said(self, tmp_path: Path) -> None:
+        for log in SAMPLES.glob("*.csv"):
+            done = gyro("analyze", str(log), "-v", "--out", str(tmp_path / log.stem))
+            page = (tmp_path / log.stem / "report.html").read_text(encoding="utf-8")
+            assert "N·m" in done.output
+            assert not re.search(r"N\*m|kg\*m|m/s\^2", re.sub(r"# \w+: .*|--set \S+", "", done.output))
+            assert not re.search(r"N\*m|kg\*m", page.partition('<script type="application/json"')[0])
+
+    @pytest.mark.parametrize("unit", ["kg·m²", "kg*m^2"])
+    def test_the_unit_shown_can_be_typed_into_a_log(self, unit: str) -> None:
+        log = written(above=f"# g: 9.81 m/s²\n# reported_inertia: 4.44e-3 {unit}\n# u_imbalance: 1 mN·m")
+        readings = gyrodata.read_log(log)
+        assert readings.reported["inertia"].value == pytest.approx(TRUTH)
+        assert [one.code for one in readings.diagnostics] == []

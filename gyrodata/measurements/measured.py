@@ -107,6 +107,10 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     """What the weight, which spins along, adds to I_zz of each run [kg*m^2], shape (n,); 0 where it is not known."""
     latitude: float | None = None
     """[rad]; None where the log does not say."""
+    mass_step: Floats | None = None
+    """One step of the last digit of each mass [kg]; 0 where it is not known."""
+    position_step: Floats | None = None
+    """One step of the last digit of each position [m]; 0 where it is not known."""
 
     def __repr__(self) -> str:
         return f"<Measurements of {len(self.runs)} runs>"
@@ -140,6 +144,11 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
                 variance += (source.absolute / size + source.relative) ** 2
         return np.sqrt(variance)
 
+    def steps_of_load(self, run: int) -> tuple[float, float]:
+        """Give one step of the last digit of a run's mass [kg] and of its position [m]; 0 where it is not known."""
+        mass, position = (0.0 if steps is None else float(steps[run]) for steps in (self.mass_step, self.position_step))
+        return mass, position
+
     @property
     def time_u(self) -> float | None:
         """Standard uncertainty of every time [s]; None where it is not the same for all runs."""
@@ -167,7 +176,7 @@ def measure(readings: Readings) -> Measurements:
         diagnostics.append(
             readings.diagnose(
                 GRAVITY_NOT_GIVEN,
-                f"g is not given: {physics.STANDARD_GRAVITY} m/s^2 is used",
+                f"g is not given: {physics.STANDARD_GRAVITY} m/s² is used",
                 "write the local value above the header: # g: 9.803 m/s^2, or # latitude: 52.5 deg",
             )
         )
@@ -223,6 +232,8 @@ def measure(readings: Readings) -> Measurements:
         balanced=readings.balanced,
         added=_added(columns, mass) if uses_weight else 0.0,
         latitude=latitude,
+        mass_step=np.array(columns["mass"].steps) if uses_weight else None,
+        position_step=np.array(columns["position"].steps) if "position" in columns else None,
     )
     diagnostics.extend(_find_contradictions(readings, measurements))
     diagnostics.extend(_find_too_fast(readings, measurements))

@@ -8,7 +8,9 @@ import re
 from pathlib import Path
 
 import pandas as pd
+import pint
 import pytest
+from matplotlib.figure import Figure
 from typer.testing import CliRunner, Result
 
 import gyrodata
@@ -196,6 +198,14 @@ class TestFloats:
         table["position [m]"] = table.pop("position [cm]") / 100
         assert 0.95 < gyrodata.analyze(table, settings={"g": "9.81 m/s^2"}).inertia.u / file.u < 1.05
 
+    def test_a_quantity_of_pint_is_read_to_its_digits(self) -> None:
+        log = written("mass [g],spin [rpm],time [s],turns", [[row[0], *row[2:]] for row in ROWS])
+        told = []
+        for position in ("15.0 cm", pint.UnitRegistry().Quantity(15.0, "cm")):
+            settings = {"g": "9.81 m/s^2", "position": position}
+            told.append(gyrodata.analyze(log.encode(), settings=settings).inertia)
+        assert told[0] == told[1]
+
     def test_a_note_names_the_digits_that_are_used(self) -> None:
         done = gyrodata.analyze(as_frame(typed()), settings={"g": "9.81 m/s^2"})
         note = next(one for one in done.diagnostics if one.code == "G235")
@@ -282,3 +292,8 @@ class TestDigitsShown:
         readings = gyrodata.read_log(log)
         assert readings.reported["inertia"].value == pytest.approx(TRUTH)
         assert [one.code for one in readings.diagnostics] == []
+
+    def test_figures_have_the_digits_of_the_log(self) -> None:
+        axes = Figure().subplots()
+        gyrodata.analyze(typed().encode()).plot(ax=axes)
+        assert "20.12 g at 15.0 cm" in axes.get_legend_handles_labels()[1]

@@ -304,7 +304,8 @@ def _quoted(text: str) -> str:
 def value_text(value: Any) -> str:
     """Write a cell of a spreadsheet or DataFrame, or a setting, as a student would have typed it."""
     if hasattr(value, "magnitude") and hasattr(value, "units"):  # of pint
-        return f"{value_text(value.magnitude)} {value.units:~}".rstrip()
+        number = value.magnitude
+        return f"{number if isinstance(number, float) else value_text(number)} {value.units:~}".rstrip()
     if hasattr(value, "nominal_value") and hasattr(value, "std_dev"):  # of uncertainties
         return f"{value_text(value.nominal_value)} ± {value_text(value.std_dev)}"
     kind = type(value).__name__

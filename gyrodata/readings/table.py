@@ -689,7 +689,7 @@ def _with_steps_of_floats(cells: dict[str, Quantity]) -> tuple[dict[str, Quantit
     A float drops zeros at its end: 15.0 cm may be 15 or 15.00 cm, and nobody reads 0.15 m to 0.01 m.
     """
     finest = min((cell.step for cell in cells.values() if cell.step is not None), default=0.0)
-    whole = all(re.fullmatch(r"-?[0-9]+(?: .*)?", text) for text in cells)
+    whole = all(re.fullmatch(r"-?[0-9]+(?:\.0)?(?: .*)?", text) for text in cells)
     if whole or finest > 0.02 * max(abs(cell.value) for cell in cells.values()):
         return {text: replace(cell, step=None) for text, cell in cells.items()}, 0.0
     return cells, finest

@@ -217,6 +217,19 @@ LAPS_OF_ONE_CLOCK = _error(
     "times that are laps of one clock, not repeats",
     "mass [g],position [cm],spin [rpm],lap 1 [s],lap 2 [s],lap 3 [s]\n20,15.0,406,39.2,78.4,117.6\n",
 )
+COLON_BELOW_SECONDS = _error("G233", "a time with a colon, below a header in seconds", LOG + "20,15.0,406,13:06,1/3\n")
+COLONS_ARE_POINTS = _note(
+    "G234",
+    "a stopwatch's colons are decimal points",
+    LOG + "20,15.0,406,13:06,1/3\n20,15.0,206,06:90,1/3\n",
+    'nothing, if that is meant; minutes and seconds belong below a header such as "time [min:s]"',
+)
+FLOATS_WITHOUT_DIGITS = _note(
+    "G235",
+    "a DataFrame's floats do not contain the digits that were read",
+    "analyze table-of-pandas",
+    "read the table as text, with pandas.read_csv(…, dtype=str), or state uncertainties such as u_position",
+)
 
 # what the log says
 QUANTITY_MISSING = _error(
@@ -253,6 +266,7 @@ REPORTED_VALUE_CANNOT_BE_READ = _note(
     "a reported value that cannot be read as it stands",
     "# reported_inertia: 4.4e-3\n" + LOG + "20,15.0,406,13.06,1/3\n",
 )
+G_WITHOUT_UNIT = _note("G309", "g has no unit and is read in m/s²", "# g: 9.803\n" + LOG + "20,15.0,406,13.06,1/3\n")
 POSITION_ORIGIN_UNKNOWN = _error(
     "G340",
     "positions do not count from the centre of the ball, and how far off it is not given",
@@ -286,6 +300,9 @@ DIGITS_TOO_FEW = _warning(
     "G407",
     "the digits written decide much of the uncertainty",
     G + LOG.replace("[g]", "[kg]") + "0.02,15.0,206,20.4,1\n0.04,15.0,407,20.1,1\n0.06,15.0,404,13.4,1\n",
+)
+ROWS_IDENTICAL = _warning(
+    "G408", "rows are identical", G + LOG + "20.00,15.0,206,20.41,1\n40.00,15.0,407,20.1,1\n20.00,15.0,206,20.41,1\n"
 )
 
 # what the fit says

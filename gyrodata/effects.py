@@ -157,7 +157,7 @@ _UNKNOWN = "its size is unknown beforehand, so {} is a parameter with {}"
 def _residual_torque(case: Case) -> Found:
     fit = case.fit
     width = fitting.balance_scale(case.measured, fit.inertia.value, fit.adjusted.kept)
-    prior = f"prior width {width:.2g} N*m, with wide tails"
+    prior = f"prior width {width:.2g} N·m, with wide tails"
     return case.of(case.measured, balanced=True), True, _UNKNOWN.format("M0", prior)
 
 

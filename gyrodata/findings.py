@@ -117,12 +117,12 @@ def refusal(readings: Readings, measured: Measurements, why: str, keep_flagged: 
         hint = "leave --keep-flagged away: a run that does not go with the others then has no say"
     elif across and not low / 3 < across < 10 * high:
         hint = (
-            f"transverse_inertia is {across:.2g} kg*m^2, and each run gives an I_zz of {low:.2g} to {high:.2g} kg*m^2, "
+            f"transverse_inertia is {across:.2g} kg·m², and each run gives an I_zz of {low:.2g} to {high:.2g} kg·m², "
             "which is far from it: look for a wrong unit of time, spin, mass or position"
         )
     elif high < 1.5 * low:
         hint = (
-            f"the runs agree with each other (each gives {low:.2g} to {high:.2g} kg*m^2), so look at the "
+            f"the runs agree with each other (each gives {low:.2g} to {high:.2g} kg·m²), so look at the "
             "uncertainties: state what your hand and your tachometer can do, for example # u_time: 0.14 s and "
             "# u_spin: 0.2 %"
         )
@@ -130,7 +130,7 @@ def refusal(readings: Readings, measured: Measurements, why: str, keep_flagged: 
         shown = [f"{load_words(measured, group[0])}: {value:.2g}" for group, value in zip(groups, middle, strict=True)]
         hint = (
             "look for a wrong unit, a wrong count of turns, or weights exchanged; by itself each weight gives "
-            f"{', '.join(shown[:6])}{', …' if len(shown) > 6 else ''} kg*m^2"
+            f"{', '.join(shown[:6])}{', …' if len(shown) > 6 else ''} kg·m²"
         )
     return readings.diagnose(NO_INERTIA_FITS, f"no moment of inertia goes with these runs: {why}", hint)
 
@@ -148,7 +148,7 @@ def not_measured(readings: Readings, fit: FitResult) -> Diagnostic:
         hint = f"most of it comes from u_{widest}: is it right as the log states it?"
     return readings.diagnose(
         NOT_MEASURED,
-        f"I_zz is not measured: its 95 % interval, {low:.2g} to {high:.2g} kg*m^2, holds zero or less",
+        f"I_zz is not measured: its 95 % interval, {low:.2g} to {high:.2g} kg·m², holds zero or less",
         hint,
     )
 
@@ -169,7 +169,7 @@ def outlier_findings(
             done = "left out of the fits"
             hint = "correct what you know to be wrong, or time it again; --keep-flagged keeps the run"
         else:
-            done = f"kept; without every run that looks odd I_zz = {without.value:.4g} kg*m^2" if without else "kept"
+            done = f"kept; without every run that looks odd I_zz = {without.value:.4g} kg·m²" if without else "kept"
             hint = "time it again; if you know what went wrong, put # before its line to leave it out"
         found.append(
             readings.diagnose(
@@ -271,8 +271,8 @@ def _other_choices(measured: Measurements, fit: FitResult, left_out: Collection[
             "contradiction",
             f"either {named(gone)} {'is' if len(gone) == 1 else 'are'} wrong, or {named(rest)} "
             f"{'is' if len(rest) == 1 else 'are'}: the runs of {load_words(measured, gone[0])} contradict each other, "
-            f"and the other runs agree with both. I_zz = {fit.inertia.value:.4g} kg*m^2 without {named(gone)}, as "
-            f"here, or {other.inertia.value:.4g} kg*m^2 without {named(rest)}",
+            f"and the other runs agree with both. I_zz = {fit.inertia.value:.4g} kg·m² without {named(gone)}, as "
+            f"here, or {other.inertia.value:.4g} kg·m² without {named(rest)}",
             "count the turns again in one of these runs and time it; then correct the turns of those that do not "
             "agree with it, or put # before their lines",
         )
@@ -326,8 +326,8 @@ def whole_findings(
         found.append(
             readings.diagnose(
                 BALANCE_TEST_CONTRADICTED,
-                f"the runs say M0 = {1e3 * fit.imbalance.value:.2g} mN*m, far from the "
-                f"{1e3 * fit.contradicted_balance:.2g} mN*m that {measured.imbalance_from} allows; the runs win",
+                f"the runs say M0 = {1e3 * fit.imbalance.value:.2g} mN·m, far from the "
+                f"{1e3 * fit.contradicted_balance:.2g} mN·m that {measured.imbalance_from} allows; the runs win",
                 f"check {measured.imbalance_from}",
             )
         )
@@ -362,7 +362,7 @@ def _poor_balance(measured: Measurements, fit: FitResult) -> str:
     if measured.balanced is False or imbalance <= max(POOR_BALANCE * lightest, 2 * (fit.imbalance.u or 0.0)):
         return ""
     share = f"{100 * imbalance / lightest:.0f} % of the lightest torque"
-    return f"M0 = {1e3 * fit.imbalance.value:.2g} mN*m is {share}, more than a balanced ball has"
+    return f"M0 = {1e3 * fit.imbalance.value:.2g} mN·m is {share}, more than a balanced ball has"
 
 
 def _pattern_findings(
@@ -465,7 +465,7 @@ def _too_few_digits(
     return readings.diagnose(
         DIGITS_TOO_FEW,
         f'{role} "{reading.text}" is taken as anything from {value - step / 2:.4g} to {value + step / 2:.4g}{unit}: '
-        f"such rounding makes {100 * part**2:.0f} % of u². As written I_zz = ({shown})e{power} kg*m^2; "
+        f"such rounding makes {100 * part**2:.0f} % of u². As written I_zz = ({shown})e{power} kg·m²; "
         f"as {value:.{digits}f} it would be {then}",
         f"write every digit that was read, such as {value:.{digits}f}{how}, or state what is known of it: "
         f"# u_{role}: {half:.1g} {in_unit}",
@@ -490,7 +490,7 @@ def _model_findings(
             readings.diagnose(
                 TRANSVERSE_INERTIA_NOT_GIVEN,
                 "eq. (8) needs the moment of inertia across the rod, which is not given: "
-                f"{across.min():.2g} to {across.max():.2g} kg*m^2 ± 20 % is assumed (a ball with a light rod, the "
+                f"{across.min():.2g} to {across.max():.2g} kg·m² ± 20 % is assumed (a ball with a light rod, the "
                 f"weight on it), and that doubt is {100 * guessed.u_inertia / abs(fit.inertia.value):.2g} % of I_zz",
                 "add a column transverse_inertia [kg*m^2], or one line with what was measured, such as "
                 f"# transverse_inertia: {np.median(across):.2g} kg*m^2",
@@ -638,7 +638,7 @@ def body_findings(readings: Readings, measured: Measurements, fit: FitResult, as
         body = "the ball" if ball.mass is not None else "the disk"
         ratio = value / ball.inertia
         part = f"{ratio:.3g} times" if ratio > 0.5 else f"1/{1 / ratio:.3g} of"
-        words = f"I_zz = {value:.4g} kg*m^2 is {part} that of {body} in the log, {ball.inertia:.4g} kg*m^2"
+        words = f"I_zz = {value:.4g} kg·m² is {part} that of {body} in the log, {ball.inertia:.4g} kg·m²"
         slips = explaining_slips(readings, measured, value, ball.inertia)
         if slips:
             words += "; it would be " + "; or ".join(f"{after:.4g} if {kind.log}" for kind, after in slips)
@@ -646,7 +646,7 @@ def body_findings(readings: Readings, measured: Measurements, fit: FitResult, as
         hint = f"check the mass and the diameter of {body} in the log, and the units and origins of all columns"
         return [readings.diagnose(BALL_DISAGREES, f"{words}; no known slip explains that", hint)]
     if not asked and not low <= value <= high:
-        words = f"I_zz = {value:.3g} kg*m^2 is not of this lab, where it is from {low:g} to {high:g} kg*m^2"
+        words = f"I_zz = {value:.3g} kg·m² is not of this lab, where it is from {low:g} to {high:g} kg·m²"
         hint = "look at the unit of each column, and at the first line of the report: is that what was done?"
         return [readings.diagnose(INERTIA_UNUSUAL, words, hint)]
     return []

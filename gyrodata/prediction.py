@@ -496,7 +496,7 @@ def _line(label: str, text: str) -> str:
 
 def _precession_text(options: Mapping[str, Any], told: Precession) -> list[str]:
     pitch, spin = f"{math.degrees(options['pitch']):.4g}°", _rate(options["spin"])
-    lines = [f"steady precession at pitch {pitch}, spin {spin}, torque {options['torque']:.4g} N*m"]
+    lines = [f"steady precession at pitch {pitch}, spin {spin}, torque {options['torque']:.4g} N·m"]
     if told.slow is not None:
         turn = f", one turn in {told.period:.4g} s" if told.period else ""
         lines.append(_line("slow, eq. (8)", _rate(told.slow) + turn))
@@ -552,7 +552,7 @@ def _earth_text(options: Mapping[str, Any], told: Earth) -> list[str]:
     lines = [f"balanced gyroscopes at latitude {latitude:.4g}°, from the ground, which turns under them"]
     if told.drift_torque is not None:
         lines.append("A torque left over from the balance that turns a level rod as fast as the Earth turns:")
-        lines += [_line("torque", f"{1e3 * told.drift_torque:.3g} mN*m at a spin of {_rate(options['spin'])}"), ""]
+        lines += [_line("torque", f"{1e3 * told.drift_torque:.3g} mN·m at a spin of {_rate(options['spin'])}"), ""]
     axis, east = f"{told.pole}: azimuth", "east: azimuth"
     lines += [
         f"{told.pole}: started along the Earth's axis; east: started level. Azimuth: from north through east.",
@@ -583,9 +583,9 @@ def _platform_text(options: Mapping[str, Any], told: Platform) -> list[str]:
         lines.append(_line("sense", f"{sense} that of the wheel when its axle points up"))
     else:
         lines.append(_line("platform", "stays at rest"))
-    lines.append(_line("inertia", f"{options['platform_inertia']:.4g} kg*m^2 of platform, person and wheel"))
+    lines.append(_line("inertia", f"{options['platform_inertia']:.4g} kg·m² of platform, person and wheel"))
     lines.append("")
-    lines.append("angular momentum about the vertical, which stays the same [kg*m^2/s]")
+    lines.append("angular momentum about the vertical, which stays the same [kg·m²/s]")
     lines.append(_line("before", f"wheel {told.momentum_before:.4g}"))
     after = f"wheel {told.momentum_after:.4g}, platform {told.momentum_platform:.4g}"
     return [*lines, _line("after", after)]
@@ -597,11 +597,11 @@ def _twist_text(options: Mapping[str, Any], told: Twist) -> list[str]:
     return [
         f"a level wheel, {spin}, turned over in {options['time']:.4g} s",
         _line("twist", f"{_rate(told.twist_rate)}, half a turn"),
-        _line("torque", f"{told.torque:.4g} N*m"),
+        _line("torque", f"{told.torque:.4g} N·m"),
         _line("force", f"{told.force:.4g} N at each hand, {100 * options['handles']:.4g} cm apart"),
         _line("body turns left", told.turn_left),
         _line("right end up", told.right_end_up),
-        _line("I ω changes by", f"{told.momentum_change:.4g} kg*m^2/s in all, however fast"),
+        _line("I ω changes by", f"{told.momentum_change:.4g} kg·m²/s in all, however fast"),
     ]
 
 
@@ -613,17 +613,17 @@ def _tip_text(options: Mapping[str, Any], told: Tip) -> list[str]:
     lines.append(_line("direction", told.direction))
     if told.turning_rate is not None:
         lines.append(_line("rod turns at", _rate(told.turning_rate)))
-    lines.append(_line("torque", f"{told.torque:.4g} N*m"))
+    lines.append(_line("torque", f"{told.torque:.4g} N·m"))
     if told.yields is not None and told.nutation_rate is not None:
         lines.append(_line("gives way by", f"{_angle(told.yields)} on average, {_angle(told.greatest_yield)} at most"))
         lines.append(_line("nutates at", _rate(told.nutation_rate)))
-    lines.append(_line("at first", f"{told.acceleration:.4g} m/s^2 along the force, F L^2/I, whatever the spin"))
+    lines.append(_line("at first", f"{told.acceleration:.4g} m/s² along the force, F L²/I, whatever the spin"))
     if told.estimate is not None and told.estimate_error is not None:
         speed, error = f"{100 * told.estimate:.4g} cm/s", told.estimate_error
         judged = f"{speed}, {100 * error:.2g} % too high"
         if error > ROUGH:
             judged = f"{speed}: not for so slow a spin, {_times(error)}"
-        lines.append(_line("F L^2/(I_zz ω)", judged))
+        lines.append(_line("F L²/(I_zz ω)", judged))
     return lines
 
 

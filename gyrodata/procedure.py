@@ -92,7 +92,7 @@ def _weights(readings: Readings, measured: Measurements, groups: list[list[int]]
     return [
         readings.diagnose(
             TOO_FEW_WEIGHTS,
-            f"{_counted(len(groups), 'torque')} ({torques} mN*m), and the lab asks for three: {why}",
+            f"{_counted(len(groups), 'torque')} ({torques} mN·m), and the lab asks for three: {why}",
             "add runs with another weight",
         )
     ]

@@ -29,6 +29,9 @@ from gyrodata.units import (
 LONGEST = 200
 """Characters in a written quantity; longer texts are none."""
 
+MOST_DIGITS = 7
+"""Of a reading, zeros before it included: 0.02000 kg has six."""
+
 NUMBER = r"[-+]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][-+]?[0-9]{1,5})?"
 _UNIT = r"(?:1/)?[^\d\s.,;:+±()%\-][^±;%]*?"
 PLAIN = re.compile(NUMBER)
@@ -144,6 +147,13 @@ def exchanged_digits(number: str) -> Iterator[str]:
         signs[one], signs[other] = number[other], number[one]
         if signs[digits[0]] != "0" and signs != [*number]:
             yield "".join(signs)
+
+
+def as_read(value: float, step: float) -> str:
+    """Write a reading with the digits that it was read to: 15 in steps of 0.1 is "15.0"; four where `step` is 0."""
+    text = f"{value:.{max(0, -math.floor(math.log10(step) + 1e-6))}f}" if step else ""
+    # More digits than an instrument has come from arithmetic.
+    return text if 0 < sum(map(str.isdigit, text)) <= MOST_DIGITS else f"{value:.4g}"
 
 
 def take_apart(text: str) -> Written | None:

@@ -686,7 +686,7 @@ HABITS: list[Habit] = [
     Habit(
         "a dotted clock",
         lambda runs: text_of(rows(runs)).replace(runs[0].time, "0.0" + runs[0].time, 1),
-        edit=("0.0", "0:0"),
+        edit=(",0.0", ",0:0"),
     ),
     Habit(
         "a forgotten spin",

@@ -406,7 +406,7 @@ def test_where_one_weight_is_left_out_and_the_others_need_a_poor_balance_the_ans
     wrong = gyrodata.analyze(log.encode())
     assert wrong.doubts[0].kind == "contradiction"
     assert wrong.doubts[0].words.startswith(
-        "the runs of 20.1 g at 14.8 cm are left out, and by the others M0 = -15 mN*m"
+        "the runs of 20.1 g at 14.8 cm are left out, and by the others M0 = -15 mN·m"
     )
     # Its remedy: the turns of each weight, not only of those.
     right = gyrodata.analyze(log.replace(",4.5", ",5").encode())

@@ -44,7 +44,7 @@ class TestCheck:
 
     def test_reasons_are_numbers(self) -> None:
         told = found(HEAD + "60.00,15.0,206,2.26,1/3\n60.00,15.0,407,4.4,1/3\n40.00,15.0,407,20.1,1\n")
-        assert "2 torques (88.2 and 58.8 mN*m)" in told["G451"]
+        assert "2 torques (88.2 and 58.8 mN·m)" in told["G451"]
         assert "6.2 %" in told["G455"]
         assert "runs 1, 2" in told["G455"]
 

@@ -258,14 +258,14 @@ class TestCounts:
         assert error.code == "G420"
         likeliest = error.message.partition("; or else")[0]
         for grams, turns in true.items():
-            named = re.search(rf"{grams:.4g} g at [\d.]+ cm fit ([\d/]+) turn", likeliest)
+            named = re.search(rf"{grams:g}\.?0* g at [\d.]+ cm fit ([\d/]+) turn", likeliest)
             assert (named and named[1]) == (None if turns == count else turns)
 
     def test_the_sample(self) -> None:
         text = re.sub(r",(1/3|2/3|1),ccw", ",1/3,ccw", (SAMPLES / "air_gyroscope.csv").read_text())
         error = refusal(text)
         assert error.message.endswith(
-            "the runs of 39.99 g at 15 cm fit 2/3 turn, not 1/3, those of 60.04 g at 15 cm fit 1 turn, not 1/3"
+            "the runs of 39.99 g at 15.00 cm fit 2/3 turn, not 1/3, those of 60.04 g at 15.00 cm fit 1 turn, not 1/3"
         )
         # What it advises gives the answer.
         for mass, turns in (("39.99", "2/3"), ("60.04", "1")):
@@ -281,9 +281,9 @@ class TestCounts:
     def test_more_than_one_way_is_told_as_such(self) -> None:
         text = re.sub(r",(1/3|2/3|1),ccw", ",1,ccw", (SAMPLES / "air_gyroscope.csv").read_text())
         message = refusal(text).message
-        assert "20 g at 15 cm fit 1/3 turn, not 1, those of 39.99 g at 15 cm fit 2/3 turn, not 1" in message
-        other = "; or else those of 39.99 g at 15 cm fit 2 turns, not 1, those of 60.04 g at 15 cm fit 3 turns, not 1"
-        assert message.endswith(other)
+        assert "20.00 g at 15.00 cm fit 1/3 turn, not 1, those of 39.99 g at 15.00 cm fit 2/3 turn, not 1" in message
+        other = "those of 39.99 g at 15.00 cm fit 2 turns, not 1, those of 60.04 g at 15.00 cm fit 3 turns, not 1"
+        assert message.endswith(f"; or else {other}")
 
     @pytest.mark.parametrize("imbalance", [0.0, 3e-3, -3e-3])
     @pytest.mark.parametrize("seed", range(10))

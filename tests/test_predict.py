@@ -253,7 +253,7 @@ class TestPrecession:
 
 
 PRECESSION = """\
-steady precession at pitch 10°, spin 400 rpm (41.89 rad/s), torque 0.08826 N*m
+steady precession at pitch 10°, spin 400 rpm (41.89 rad/s), torque 0.08826 N·m
   The torque is level and at right angles to the rod. The angular momentum
   of the spin lies along the rod, and it changes the way the torque points:
   sideways. So the rod goes round, counterclockwise seen from above, instead
@@ -277,8 +277,8 @@ rod upright, at this spin
   least spin      107.8 rpm (11.29 rad/s) to stay
 
 not given, so taken:
-  g = 9.80665 m/s^2
-  I = 1.3 I_zz + m x^2 = 0.007122 kg*m^2 (--transverse)
+  g = 9.80665 m/s²
+  I = 1.3 I_zz + m x^2 = 0.007122 kg·m² (--transverse)
 """
 
 
@@ -347,7 +347,7 @@ class TestEarth:
         # Eq. (9) with the Earth's rate for the precession.
         rate = physics.precession_rate(told["drift_torque"], 400 * RPM, 4.44e-3)
         assert rate == pytest.approx(2 * math.pi / physics.SIDEREAL_DAY, rel=1e-12)
-        assert "0.0136 mN*m" in gyro("earth --inertia '4.44e-3 kg m^2' --spin 400rpm").stdout
+        assert "0.0136 mN·m" in gyro("earth --inertia '4.44e-3 kg m^2' --spin 400rpm").stdout
 
     def test_without_a_latitude_it_is_that_of_the_lab_sheet(self) -> None:
         told = asked("earth --hours 1")
@@ -450,9 +450,9 @@ axle tipped from 0° to 90° above the horizontal, the platform at rest before
 
   platform        5 rpm (0.5236 rad/s), one turn in 12 s
   sense           against that of the wheel when its axle points up
-  inertia         4 kg*m^2 of platform, person and wheel
+  inertia         4 kg·m² of platform, person and wheel
 
-angular momentum about the vertical, which stays the same [kg*m^2/s]
+angular momentum about the vertical, which stays the same [kg·m²/s]
   before          wheel 0
   after           wheel 2.094, platform -2.094
 """
@@ -520,11 +520,11 @@ a level wheel, 200 rpm (20.94 rad/s) counterclockwise seen from your right hand,
   it round. A turn about the axle itself takes none.
 
   twist           30 rpm (3.142 rad/s), half a turn
-  torque          6.58 N*m
+  torque          6.58 N·m
   force           16.45 N at each hand, 40 cm apart
   body turns left the right hand pushes down, the left hand up
   right end up    the right hand pushes forward, the left hand back
-  I ω changes by  4.189 kg*m^2/s in all, however fast
+  I ω changes by  4.189 kg·m²/s in all, however fast
 """
 
 
@@ -589,7 +589,7 @@ class TestTip:
         # Newton: the angular acceleration is L F/I.
         assert told["acceleration"] == pytest.approx(0.5 * 0.2**2 / 6e-3)
         assert "Any force moves it, however small" in " ".join(text.split())
-        assert "3.333 m/s^2 along the force" in text
+        assert "3.333 m/s² along the force" in text
 
     def test_text(self) -> None:
         assert gyro("tip --force 0.5N --length 20cm --inertia '4.44e-3 kg m^2' --spin 400rpm").stdout == TIP
@@ -607,14 +607,14 @@ a force of 0.5 N across the rod, 20 cm from the centre, spin 400 rpm (41.89 rad/
   tip             10.74 cm/s (0.1074 m/s)
   direction       along the torque: across the force, a quarter turn ahead of it in the sense of the spin
   rod turns at    5.132 rpm (0.5374 rad/s)
-  torque          0.1 N*m
+  torque          0.1 N·m
   gives way by    0.955° (0.0167 rad) on average, 1.91° (0.0333 rad) at most
   nutates at      307.9 rpm (32.25 rad/s)
-  at first        3.465 m/s^2 along the force, F L^2/I, whatever the spin
-  F L^2/(I_zz ω)  10.75 cm/s, 0.09 % too high
+  at first        3.465 m/s² along the force, F L²/I, whatever the spin
+  F L²/(I_zz ω)   10.75 cm/s, 0.09 % too high
 
 not given, so taken:
-  I = 1.3 I_zz = 0.005772 kg*m^2 (--transverse)
+  I = 1.3 I_zz = 0.005772 kg·m² (--transverse)
 """
 
 
@@ -635,7 +635,7 @@ class TestLog:
         assert told["options"][spin] == max(run.spin for run in analysis.run_table)
         share = f"u = {100 * (analysis.inertia.relative_u or 0):.2g} %"
         option = f"(--{inertia.replace('_', '-')})"
-        assert f"I_zz = {analysis.inertia.value:.4g} kg*m^2, {share}, of air_gyroscope.csv {option}" in told["notes"]
+        assert f"I_zz = {analysis.inertia.value:.4g} kg·m², {share}, of air_gyroscope.csv {option}" in told["notes"]
         assert sum("of air_gyroscope.csv" in note for note in told["notes"]) == 2
         named = (inertia.replace("_", "-"), spin.replace("_", "-"))
         own = asked(f"{command} --log {LOG} --{named[0]} '5e-3 kg m^2' --{named[1]} 100rpm")

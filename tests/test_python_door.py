@@ -98,7 +98,7 @@ class TestPictures:
         figure = Figure()
         ax = figure.add_subplot()
         assert lab.plot(name, ax=ax) is ax
-        labels = ["20 g at 15 cm", "39.99 g at 15 cm", "60.04 g at 15 cm", "no weight"]
+        labels = ["20.00 g at 15.00 cm", "39.99 g at 15.00 cm", "60.04 g at 15.00 cm", "no weight"]
         assert list(ax.get_legend_handles_labels()[1]) == labels
         drawn = np.concatenate([bars.lines[0].get_xydata() for bars in ax.containers])  # type: ignore[attr-defined]
         assert len(drawn) == len(lab.runs)

@@ -221,14 +221,14 @@ def test_golden_half_way() -> None:
 
 def test_an_odd_run_is_repeated_before_its_weight_comes_off() -> None:
     text = said(HEAD + LIGHT + MIDDLE + FAST + HEAVY)
-    assert part(text, "with 60 g at 15 cm on the rod")[0] == "  repeat run 8 (line 10): fits 1 turn, not 2"
+    assert part(text, "with 60.00 g at 15.0 cm on the rod")[0] == "  repeat run 8 (line 10): fits 1 turn, not 2"
     unloaded = said(HEAD + LIGHT + MIDDLE + FAST + HEAVY + "0,,400,160,1/12\n")
-    assert part(unloaded, "still open")[0] == "  repeat run 8 (line 10), with 60 g at 15 cm: fits 1 turn, not 2"
+    assert part(unloaded, "still open")[0] == "  repeat run 8 (line 10), with 60.00 g at 15.0 cm: fits 1 turn, not 2"
 
 
 def test_what_the_weight_on_the_rod_lacks_stands_with_it() -> None:
     text = said(HEAD + LIGHT + MIDDLE)
-    assert "add 1 run, for example at 600 rpm" in "".join(part(text, "with 40 g at 15 cm on the rod"))
+    assert "add 1 run, for example at 600 rpm" in "".join(part(text, "with 40.00 g at 15.0 cm on the rod"))
     assert not any("600 rpm" in line for line in part(text, "still open"))
     assert any("no run without a weight" in line for line in part(text, "still open"))
 
@@ -236,7 +236,7 @@ def test_what_the_weight_on_the_rod_lacks_stands_with_it() -> None:
 def test_a_run_that_is_far_off_is_worth_repeating() -> None:
     heavy = "60.00,15.0,201,6.8,1\n60.00,15.0,404,13.4,1\n60.00,15.0,603,20.0,1\n"
     scattered = HEAD + LIGHT + heavy + MIDDLE + "40.00,15.0,607,30.8,1\n"
-    assert any("u from what the other runs say" in line for line in part(said(scattered), "with 40 g at 15 cm"))
+    assert any("u from what the other runs say" in line for line in part(said(scattered), "with 40.00 g at 15.0 cm"))
 
 
 def test_a_complete_lab_is_told_what_would_gain_most() -> None:

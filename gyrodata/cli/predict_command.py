@@ -86,7 +86,7 @@ class _Lab(Struct, frozen=True):
                    "data.csv")  # fmt: skip
         from gyrodata.physics import RPM
 
-        told = f"I_zz = {value:.4g} kg*m^2, u = {100 * self.doubt:.2g} %, of"
+        told = f"I_zz = {value:.4g} kg·m², u = {100 * self.doubt:.2g} %, of"
         words = told if kind == "inertia" else f"{value / RPM:.4g} rpm, the fastest spin of"
         self.notes.append(f"{words} {self.name} ({option})")
         return value
@@ -185,7 +185,7 @@ def _load(torque: str | None, mass: str | None, position: str | None, g: str | N
         return {"torque": quantity("--torque", torque, "torque"), "mass": None, "position": None, "g": None}
     weighed = own.get("mass") is not None
     if own and mass is position is None and (g is None or not weighed):
-        lab.notes.append(f"torque = {own['torque']:.4g} N*m, that of the fastest run with a weight (--torque)")
+        lab.notes.append(f"torque = {own['torque']:.4g} N·m, that of the fastest run with a weight (--torque)")
         return dict(own)
     if not weighed and (mass is None or position is None):
         lacks = "--position" if mass is not None else "--mass" if position is not None else ""
@@ -209,7 +209,7 @@ def _load(torque: str | None, mass: str | None, position: str | None, g: str | N
 
     if fall is None:
         fall = STANDARD_GRAVITY
-        lab.notes.append(f"g = {STANDARD_GRAVITY} m/s^2")
+        lab.notes.append(f"g = {STANDARD_GRAVITY} m/s²")
     return {"torque": float(torque_of(weight, arm, fall)), "mass": weight, "position": arm, "g": fall}
 
 
@@ -223,7 +223,7 @@ def _across(text: str | None, options: Mapping[str, Any], notes: list[str]) -> f
         load, weight = (0.0, "") if mass is None else (mass * options["position"] ** 2, " + m x^2")
         across = float(DEFAULT_TRANSVERSE_RATIO * own + load if told is None else told)
         words = f"{DEFAULT_TRANSVERSE_RATIO} I_zz{weight} = " if told is None else ""
-        notes.append(f"I = {words}{across:.4g} kg*m^2 (--transverse)")
+        notes.append(f"I = {words}{across:.4g} kg·m² (--transverse)")
         return across
     across = quantity("--transverse", text, "inertia", positive=True)
     if across < own / 2:

@@ -70,7 +70,7 @@ class PatternKind(Struct, frozen=True):
 
 KINDS = {
     "order": PatternKind(
-        "time minus fit goes with the order of the runs, as where the balance drifts, here by {milli:.2g} mN*m from "
+        "time minus fit goes with the order of the runs, as where the balance drifts, here by {milli:.2g} mN·m from "
         "the first run to the last",
         "fix the balance weight, check step 2 again, and repeat the first run at the end",
     ),

@@ -14,6 +14,7 @@ from gyrodata import fitting, physics
 from gyrodata.fitting import Estimate, FitResult, Outlier
 from gyrodata.measurements import Measurements, torque_groups
 from gyrodata.physics import Floats
+from gyrodata.quantities import as_read
 from gyrodata.units import Uncertainty
 
 # --- each run ---------------------------------------------------------------------------------------------------
@@ -102,10 +103,12 @@ def outlier_reason(measured: Measurements, outlier: Outlier) -> str:
 
 
 def load_words(measured: Measurements, index: int) -> str:
-    """Name the load of a run as the log does: "20 g at 15 cm"."""
+    """Name the load of a run as the log does: "20.00 g at 15.0 cm"."""
     if not np.isnan(measured.mass[index]):
-        return f"{1e3 * measured.mass[index]:.4g} g at {1e2 * measured.position[index]:.4g} cm"
-    return f"{1e3 * measured.torque[index]:.3g} mN*m"
+        of_mass, of_position = measured.steps_of_load(index)
+        mass = as_read(1e3 * measured.mass[index], 1e3 * of_mass)
+        return f"{mass} g at {as_read(1e2 * measured.position[index], 1e2 * of_position)} cm"
+    return f"{1e3 * measured.torque[index]:.3g} mN·m"
 
 
 def turn_words(turns: float) -> str:

@@ -16,6 +16,7 @@ from gyrodata.diagnostics import (
     DERIVED_COLUMN_DISAGREES,
     GRAVITY_NOT_GIVEN,
     PRECESSION_FASTER_THAN_SPIN,
+    ROWS_IDENTICAL,
     SENSES_CONTRADICT_TORQUE,
     SPIN_RISES,
     UNCERTAINTY_NOT_USED,
@@ -34,9 +35,15 @@ from gyrodata.measurements.sources import (
     values_of,
 )
 from gyrodata.physics import Floats
-from gyrodata.readings import SHARED_UNCERTAINTIES, Column, Readings, as_u_of, u_keys
+from gyrodata.readings import SHARED_UNCERTAINTIES, Column, Place, Readings, as_u_of, u_keys
 from gyrodata.stacks import in_step
 from gyrodata.units import Uncertainty
+
+STEADIEST = 0.06
+"""Standard uncertainty of a time that the steadiest hand stops [s]."""
+
+NO_ACCIDENT = 0.05, 0.005
+"""Rows are called identical if chance makes as many with less than this probability: one pair, or several."""
 
 
 class Measurements(Struct, frozen=True, eq=False, dict=True):
@@ -100,6 +107,10 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     """What the weight, which spins along, adds to I_zz of each run [kg*m^2], shape (n,); 0 where it is not known."""
     latitude: float | None = None
     """[rad]; None where the log does not say."""
+    mass_step: Floats | None = None
+    """One step of the last digit of each mass [kg]; 0 where it is not known."""
+    position_step: Floats | None = None
+    """One step of the last digit of each position [m]; 0 where it is not known."""
 
     def __repr__(self) -> str:
         return f"<Measurements of {len(self.runs)} runs>"
@@ -133,6 +144,11 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
                 variance += (source.absolute / size + source.relative) ** 2
         return np.sqrt(variance)
 
+    def steps_of_load(self, run: int) -> tuple[float, float]:
+        """Give one step of the last digit of a run's mass [kg] and of its position [m]; 0 where it is not known."""
+        mass, position = (0.0 if steps is None else float(steps[run]) for steps in (self.mass_step, self.position_step))
+        return mass, position
+
     @property
     def time_u(self) -> float | None:
         """Standard uncertainty of every time [s]; None where it is not the same for all runs."""
@@ -160,7 +176,7 @@ def measure(readings: Readings) -> Measurements:
         diagnostics.append(
             readings.diagnose(
                 GRAVITY_NOT_GIVEN,
-                f"g is not given: {physics.STANDARD_GRAVITY} m/s^2 is used",
+                f"g is not given: {physics.STANDARD_GRAVITY} m/s² is used",
                 "write the local value above the header: # g: 9.803 m/s^2, or # latitude: 52.5 deg",
             )
         )
@@ -216,10 +232,13 @@ def measure(readings: Readings) -> Measurements:
         balanced=readings.balanced,
         added=_added(columns, mass) if uses_weight else 0.0,
         latitude=latitude,
+        mass_step=np.array(columns["mass"].steps) if uses_weight else None,
+        position_step=np.array(columns["position"].steps) if "position" in columns else None,
     )
     diagnostics.extend(_find_contradictions(readings, measurements))
     diagnostics.extend(_find_too_fast(readings, measurements))
     diagnostics.extend(_find_unheard(readings, timing))
+    diagnostics.extend(_find_copies(readings, measurements, timing))
     return replace(measurements, diagnostics=tuple(diagnostics))
 
 
@@ -422,6 +441,38 @@ def _find_unheard(readings: Readings, timing: Column) -> list[Diagnostic]:
                 )
             )
     return found
+
+
+def _find_copies(readings: Readings, measured: Measurements, timing: Column) -> list[Diagnostic]:
+    """Warn of rows that are identical, unless times as coarse as these agree by chance in such a log."""
+    settings = list(zip(*(column.values for column in readings.columns.values() if column is not timing), strict=True))
+    if not measured.timed or len(set(zip(settings, timing.values, strict=True))) == len(settings):
+        return []
+    runs_of: dict[int, list[int]] = {}
+    for run, line in enumerate(measured.lines):
+        runs_of.setdefault(line, []).append(run)
+    alike: dict[object, dict[object, list[int]]] = {}
+    for line, runs in runs_of.items():
+        times = alike.setdefault(tuple(settings[run] for run in runs), {})
+        times.setdefault(tuple(timing.values[run] for run in runs), []).append(line)
+    copied = [lines for times in alike.values() for lines in times.values() if len(lines) > 1]
+    rows = [sum(map(len, times.values())) for times in alike.values()]
+    copies, pairs = sum(len(lines) - 1 for lines in copied), sum(n * (n - 1) // 2 for n in rows)
+    # Two readings of one time agree in their last digit with this chance, by the steadiest hand.
+    step = float(np.median(timing.steps))
+    u = next(float(np.median(source.absolute)) for source in measured.sources if source.name == "time")
+    chance = step / (2 * math.sqrt(math.pi) * math.hypot(min(u, STEADIEST), step / math.sqrt(12)) or 1.0)
+    if not copied or not step or copies <= pairs * chance or chance >= 1:
+        return []
+    # Chernoff's bound of the chance of so many among these pairs.
+    others = pairs - copies
+    power = copies * math.log(copies / (pairs * chance))
+    power += others * math.log(others / (pairs * (1 - chance))) if others else 0.0
+    if math.exp(-power) > NO_ACCIDENT[pairs > 1]:
+        return []
+    shown = "; ".join(f"lines {' and '.join(map(str, lines))}" for lines in copied[:6]) + "; …" * (len(copied) > 6)
+    hint = "if a run was copied by mistake, delete one of them; a copied row makes u too small"
+    return [readings.diagnose(ROWS_IDENTICAL, f"{shown} are identical", hint, Place(copied[0][1], 1))]
 
 
 def _not_at_half_time(spins: tuple[Column, ...]) -> str | None:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from gyrodata.comparisons import Torque
 from gyrodata.measurements import Measurements, torque_groups
 from gyrodata.physics import RPM, Floats
+from gyrodata.quantities import as_read
 from gyrodata.results import Analysis
 
 # The first three are Okabe and Ito's; their light ones are lost on white, so the rest was chosen for contrast and for
@@ -209,22 +210,25 @@ def choose_looks(torques: Sequence[float], grey_safe: bool = False) -> list[tupl
 
 
 def _group_label(measured: Measurements, i: int) -> str:
-    """What stood on the rod: "20 g at 15 cm"."""
+    """What stood on the rod: "20.00 g at 15.0 cm"."""
     if not measured.torque[i]:
         return "no weight"
-    at = f" at {as_number(100 * measured.position[i])} cm"
+    of_mass, of_position = measured.steps_of_load(i)
+    at = f" at {as_number(100 * measured.position[i], 100 * of_position)} cm"
     if not math.isnan(measured.mass[i]):
         mass = measured.mass[i]
-        return (f"{as_number(1e3 * mass)} g" if mass < 10 else f"{as_number(mass)} kg") + at
+        if mass < 10:
+            return f"{as_number(1e3 * mass, 1e3 * of_mass)} g{at}"
+        return f"{as_number(mass, of_mass)} kg{at}"
     if not math.isnan(measured.force[i]):
         return f"{as_number(measured.force[i])} N{at}"
     unit, factor = torque_unit(abs(float(measured.torque[i])))
     return f"{as_number(factor * measured.torque[i])} {unit}"
 
 
-def as_number(value: float) -> str:
-    """Write a reading with four digits, or all those before the point, and a real minus."""
-    return (f"{value:.0f}" if 1e4 <= abs(value) < 1e7 else f"{value:.4g}").replace("-", "−")
+def as_number(value: float, step: float = 0.0) -> str:
+    """Write a reading with the digits that it was read to, or else with four or all before the point; a real minus."""
+    return (f"{value:.0f}" if 1e4 <= abs(value) < 1e7 else as_read(value, step)).replace("-", "−")
 
 
 def _short(name: str) -> str:

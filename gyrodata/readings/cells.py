@@ -267,7 +267,9 @@ def _read_clock(match: re.Match[str], text: str, kind: str, unit: str | None) ->
     hours, minutes, seconds = match.groups()
     late = to_float(seconds)
     if late >= 60 or (hours and int(minutes) >= 60):
-        raise CellError("is no clock time: 60 and more belong to the place before", "write mm:ss.cc")
+        short = "" if hours or not seconds.isdigit() else f"{minutes}.{seconds} for seconds and hundredths, "
+        message = "is not a clock time: its seconds or minutes are above 59"
+        raise CellError(message, f"write {short}mm:ss.cc for minutes")
     value = int(hours or 0) * 3600 + int(minutes) * 60 + late
     if hours and len(hours) == 2 and seconds.isdigit() and value >= LONG:
         short, long = f"{hours}:{minutes}.{seconds}", f"{int(hours) * 60 + int(minutes)}:{seconds}"

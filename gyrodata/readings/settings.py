@@ -15,6 +15,7 @@ from msgspec import Struct, field
 
 from gyrodata.diagnostics import (
     CONFIG_CANNOT_BE_READ,
+    G_WITHOUT_UNIT,
     KEY_GIVEN_TWICE,
     KEY_NEARLY_KNOWN,
     KEY_VALUE_CANNOT_BE_READ,
@@ -24,7 +25,7 @@ from gyrodata.diagnostics import (
     REPORTED_VALUE_CANNOT_BE_READ,
 )
 from gyrodata.errors import InputError
-from gyrodata.quantities import Quantity, how_to_write, parse_quantity, parse_uncertainty, take_apart
+from gyrodata.quantities import Quantity, how_to_write, parse_quantity, parse_uncertainty, take_apart, to_float
 from gyrodata.readings.cells import (
     BLANKS,
     PREFIX,
@@ -192,7 +193,7 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
         seen[known] = text
         item = Given(known, text.text, f"# {known}", text.place)
         try:
-            _enter(settings, item, ask)
+            _enter(settings, item, ask, faults)
         except CellError as error:
             if known in ROLES:
                 settings.unread.add(known)
@@ -203,7 +204,7 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
         settings.reported["inertia"] = one[1]
     for item in options:
         try:
-            _enter(settings, item, True)
+            _enter(settings, item, True, faults)
         except CellError as error:
             hint = error.hint
             if not hint and str(error).startswith("is not a number"):
@@ -279,7 +280,7 @@ def _nearest(key: str) -> list[str]:
     return difflib.get_close_matches(key, KEYS, n=1, cutoff=0.8) if len(key) > 2 else []
 
 
-def _enter(settings: Settings, item: Given, ask: bool) -> None:
+def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
     """Understand one value and enter it."""
     key = item.key
     if key in BALANCE:
@@ -309,10 +310,7 @@ def _enter(settings: Settings, item: Given, ask: bool) -> None:
     if key == "latitude":
         _enter_latitude(settings, item, ask)
         return
-    # 9.81 can be nothing but m/s².
-    written = take_apart(item.text) if key == "g" else None
-    bare = written is not None and not written.unit and 9 < written.value < 11
-    cell = read_cell(item.text, kind, "m/s^2" if bare else None, ask)
+    cell = _read_g(item, ask, faults) if key == "g" else read_cell(item.text, kind, None, ask)
     if key in CONSTANTS:
         if not cell.value > 0:
             raise CellError("is not above zero")
@@ -324,6 +322,38 @@ def _enter(settings: Settings, item: Given, ask: bool) -> None:
         return
     _refuse_beyond(key, cell.value)
     settings.roles[key] = Given(key, item.text, item.label, item.place, cell)
+
+
+ON_EARTH = 9.7, 9.9
+"""g [m/s^2] is between these at every place where a lab can be: 9.76 on the highest mountains, 9.83 at the poles."""
+
+
+def _read_g(item: Given, ask: bool, faults: Faults) -> Quantity:
+    """Read g; refuse what it is nowhere on Earth, with the line to write in its place."""
+    low, high = ON_EARTH
+    written = take_apart(item.text)
+    bare = written is not None and not written.unit
+    cell = read_cell(item.text, "acceleration", "m/s^2" if bare else None, ask)
+    if low <= cell.value <= high:
+        if bare:
+            message = f'g "{item.text}" has no unit, and is read as {item.text} m/s²'
+            hint = f"write {_line_of_g(item, f'{item.text} m/s^2')}"
+            faults.add(G_WITHOUT_UNIT, message, hint, item.place, len(item.text))
+        return cell
+    # 981 m/s^2, 9.81 cm/s^2 and 9810 have the digits of g, with another unit or without its point.
+    digits = re.sub("[^0-9]", "", written.number if written else "").lstrip("0")
+    meant = f"{digits[:1]}.{digits[1:]}" if digits[1:] else "0"
+    known = low <= to_float(meant) <= high
+    message = f"is {cell.value:.4g} m/s²; on Earth g is between {low} and {high} m/s²"
+    line = _line_of_g(item, f"{meant if known else 9.81} m/s^2")
+    raise CellError(message, f"write {line}" if known else f"write the value of your place, such as {line}")
+
+
+def _line_of_g(item: Given, value: str) -> str:
+    """Write g as it is to be typed where it was given."""
+    if item.label.startswith("#"):
+        return f"# g: {value}"
+    return f'g = "{value}"' if item.label.startswith("--config") else f'--set g="{value}"'
 
 
 def read_uncertainty(key: str, text: str, ask: bool = True) -> Uncertainty:

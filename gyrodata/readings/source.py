@@ -80,14 +80,16 @@ class Document(Struct, frozen=True):
     faults: Faults
     delimiter: str | None = None
     """Known beforehand where this module wrote the text itself."""
+    floats: frozenset[int] = frozenset()
+    """Columns of a DataFrame whose numbers are floats: these do not contain the digits that were read."""
 
 
 def load(source: Source, name: str | None) -> Document:
     """Read and decode a log."""
     if is_frame(source):
         shown = name or "<table>"
-        text = _frame_text(source)
-        return Document(shown, _digest(text.encode()), text, Faults(shown, text), "\t")
+        text, floats = _frame_text(source)
+        return Document(shown, _digest(text.encode()), text, Faults(shown, text), "\t", floats)
     shown, data = _read(source, name)
     faults = Faults(shown)
     digest = _digest(data)
@@ -263,15 +265,25 @@ def is_frame(source: object) -> bool:
     return type(source).__module__.partition(".")[0] == "pandas" and hasattr(source, "columns")
 
 
-def _frame_text(frame: Any) -> str:
-    """Write a DataFrame as the tab-separated text that it would have been read from."""
+def _frame_text(frame: Any) -> tuple[str, frozenset[int]]:
+    """Write a DataFrame as the tab-separated text that it would have been read from; give its columns of floats."""
     units = frame.attrs.get("units", {})
     plain = {key: value for key, value in frame.attrs.items() if not isinstance(value, Mapping | list | tuple)}
     lines = [f"# {key}: {value_text(value)}" for key, value in plain.items()]
     if any(name is not None for name in frame.index.names):  # as `to_csv` has them too
         frame = frame.reset_index(allow_duplicates=True)
     rows = [tuple(_header(name, units) for name in frame.columns), *frame.itertuples(index=False, name=None)]
-    return "\n".join([*(line.replace("\n", " ") for line in lines), *table_text(rows)]) + "\n"
+    floats = frozenset(
+        at
+        for at, dtype in enumerate(frame.dtypes)
+        if dtype.kind == "f" or (dtype.kind == "O" and any(map(_is_float, frame.iloc[:, at])))
+    )
+    return "\n".join([*(line.replace("\n", " ") for line in lines), *table_text(rows)]) + "\n", floats
+
+
+def _is_float(value: Any) -> bool:
+    number = getattr(value, "magnitude", value)  # of pint
+    return isinstance(number, float) and number == number  # a blank cell is NaN
 
 
 def _header(name: Any, units: Any) -> str:
@@ -296,7 +308,8 @@ def _quoted(text: str) -> str:
 def value_text(value: Any) -> str:
     """Write a cell of a spreadsheet or DataFrame, or a setting, as a student would have typed it."""
     if hasattr(value, "magnitude") and hasattr(value, "units"):  # of pint
-        return f"{value_text(value.magnitude)} {value.units:~}".rstrip()
+        number = value.magnitude
+        return f"{number if isinstance(number, float) else value_text(number)} {value.units:~}".rstrip()
     if hasattr(value, "nominal_value") and hasattr(value, "std_dev"):  # of uncertainties
         return f"{value_text(value.nominal_value)} ± {value_text(value.std_dev)}"
     kind = type(value).__name__
@@ -306,7 +319,7 @@ def value_text(value: Any) -> str:
         return f"{value.total_seconds()!r} s"
     if isinstance(value, float) or kind.startswith("float"):
         number = float(value)
-        return str(int(number)) if number.is_integer() and abs(number) < 1e15 else repr(number)
+        return str(int(number)) if number.is_integer() and abs(number) < 1e15 else str(value)
     return str(value)
 
 
@@ -424,6 +437,8 @@ class Grid(Struct, frozen=True):
     """Keys with their values, in the order of the file."""
     comments: list[Text]
     """``#`` lines that say no ``key: value``."""
+    floats: frozenset[int] = frozenset()
+    """As in `Document`."""
 
     def cell(self, row: Row, at: int) -> Text:
         """Give one cell with its place, which only a fault asks for."""
@@ -484,7 +499,7 @@ def make_grid(document: Document) -> Grid:
     ]
     if hidden:
         faults.add(ROW_TAKEN_OUT, f"{span(hidden)}: begins with # and is left out", "", Place(hidden[0], 1))
-    return Grid(lines, delimiter or ",", rows, metadata, comments)
+    return Grid(lines, delimiter or ",", rows, metadata, comments, document.floats)
 
 
 def _without_answers(rows: list[Row], lines: list[str], delimiter: str, metadata: list[tuple[str, Text]]) -> list[Row]:

@@ -14,8 +14,11 @@ from msgspec.structs import replace
 from gyrodata.diagnostics import (
     BLANK_SPIN,
     BLANK_TAKES_VALUE_ABOVE,
+    COLON_BELOW_SECONDS,
+    COLONS_ARE_POINTS,
     COLUMN_NOT_USED,
     DATE_IS_A_FRACTION,
+    FLOATS_WITHOUT_DIGITS,
     NOTE_IS_ONLY_A_NUMBER,
     NUMBER_IMPOSSIBLE,
     OPTION_REPLACES_COLUMN,
@@ -32,7 +35,7 @@ from gyrodata.diagnostics import (
     UNIT_UNKNOWN,
     VALUE_BELOW_ITS_FIRST_ROW,
 )
-from gyrodata.quantities import Quantity, parse_uncertainty, to_float
+from gyrodata.quantities import Quantity, fold_number, parse_uncertainty, to_float
 from gyrodata.readings.cells import (
     BLANKS,
     SPOKEN,
@@ -44,7 +47,7 @@ from gyrodata.readings.cells import (
     said_otherwise,
 )
 from gyrodata.readings.columns import Choice, Chosen
-from gyrodata.readings.headers import origin_in, part_counted
+from gyrodata.readings.headers import origin_in, part_counted, split_unit
 from gyrodata.readings.lablog import Column, Faults, Place, Reading, span
 from gyrodata.readings.layout import Layout, is_number
 from gyrodata.readings.roles import (
@@ -66,6 +69,8 @@ from gyrodata.units import DISPLAY, KINDS, Uncertainty, UnitError, kinds_of, par
 
 _BLANK = Reading()
 _THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}[.,][0-9]{3}")
+_COLONS = re.compile(r"(?:([0-9]{1,2}):)?([0-9]{1,3}):([0-9]{2})")
+"""A time without a point: minutes and seconds, or what a stopwatch shows of seconds and hundredths."""
 _SMALL_DOUBT = 0.002
 """Doubt about rounded turns, as a share of them, that no run notices."""
 _ORIGINS = {
@@ -115,6 +120,8 @@ class _Builder:
         self.head = Row(layout.cells[0].line, [])
         self.find = partial(find_place, self.grid.lines, self.grid.delimiter)
         self.replaced: set[str] = set()
+        self.floats: dict[str, str] = {}
+        """Last digit of each role without a stated uncertainty that a DataFrame has as floats; "" if it is unknown."""
         for role, given in settings.roles.items():
             if given.place is None and role in choice.used:
                 self.replaced.add(role)
@@ -170,6 +177,7 @@ class _Builder:
         self._warn_of_rounded_turns(columns.get("turns"))
         position_from, origin_u = self._count_from_centre(columns)
         self._note_unheard(columns)
+        self._note_floats()
         others = [self._other(chosen, rows) for chosen in self.choice.others]
         labels = self._labels(rows)
         notes = self.choice.used.get("note")
@@ -299,6 +307,15 @@ class _Builder:
                 message = f'the column "{cell.text}" ({key}) is not used: there is no {base} that it could belong to'
                 self.faults.add(COLUMN_NOT_USED, message, "", cell)
 
+    def _note_floats(self) -> None:
+        """Say which digits are taken as read, where a DataFrame does not contain them."""
+        unknown = [role for role, step in self.floats.items() if not step]
+        told = [f"{role} is taken as read to {step}" for role, step in self.floats.items() if step]
+        told += [f"no rounding error is included for {', '.join(unknown)}"] if unknown else []
+        if told:
+            message = f"floats do not contain the digits that were read: {'; '.join(told)}"
+            self.faults.add(FLOATS_WITHOUT_DIGITS, message, "to keep the digits: pandas.read_csv(…, dtype=str)")
+
     def _text(self, row: int, at: int) -> str:
         texts = self.rows[row].texts
         return texts[at] if at < len(texts) else ""
@@ -372,6 +389,8 @@ class _Builder:
             texts = self._with_no_weight(texts)
         if role == "time" and unit == "min":
             texts = self._with_seconds(chosen, texts)
+        if kind == "time" and unit == "s":
+            texts = self._with_colons(role, chosen, texts, faults)
         # Most texts of a long log stand in several rows; each is read once.
         cells: dict[str, Quantity] = {}
         faulty: dict[str, tuple[str, str, str]] = {}
@@ -415,8 +434,12 @@ class _Builder:
             self._note_unused(role, chosen, faults.found[0].message)
             return None
         spreads = self._spreads(role, chosen, unit, faults if strict else Faults(faults.name))
-        used = next((cell.unit for cell in cells.values()), "")
         spots = [row.spot(at) if row.origin else row.line * MAX_COLUMNS + at for row in self.rows]
+        used = next((cell.unit for cell in cells.values()), "")
+        if strict and cells and spots[0] % MAX_COLUMNS in self.grid.floats:
+            cells, finest = _with_steps_of_floats(cells)
+            if KINDS[kind].si and None in spreads:
+                self.floats[role] = f"{finest / parse_unit(used, kind).factor:.3g} {used}" if finest else ""
         return _Track(chosen, unit or used, _make_readings(texts, cells, spreads), spots, spreads)
 
     def _with_no_weight(self, texts: list[str]) -> list[str]:
@@ -446,6 +469,44 @@ class _Builder:
             f"{m or 0}:{'0' * (len(re.split('[.,]', s)[0]) < 2)}{s}" if s else ""
             for m, s in zip(minutes, seconds, strict=True)
         ]
+
+    def _with_colons(self, role: str, chosen: Chosen, texts: list[str], faults: Faults) -> list[str]:
+        """Read 10:06 as the header or another row says: 10 min 6 s, or 10.06 s; below a header in s alone, ask."""
+        clocks = (text for text in texts if ":" in text or not text.isascii())
+        parts = {text: match.groups() for text in clocks if (match := _COLONS.fullmatch(fold_number(text)))}
+        if not parts:
+            return texts
+        stated = re.search(r"([a-z]+):[a-z]+(:[a-z]+)?", chosen.header.text.lower())
+        if not (stated and stated[2]) and all(h and int(h) and s == "00" for h, _, s in parts.values()):
+            # A spreadsheet made hours of 10:06, and wrote it as 10:06:00.
+            texts = [text.removesuffix(":00") if text in parts else text for text in texts]
+            parts = {text.removesuffix(":00"): ("", h, m) for text, (h, m, _) in parts.items()}
+        if stated:
+            meant = {}
+            if stated[2] and stated[1][0] == "h":
+                meant = {t: f"{60 * int(h) + int(m)}:{s}" for t, (h, m, s) in parts.items() if h and int(m) < 60}
+            elif stated[2]:
+                meant = {t: f"{h}:{m}.{s}" for t, (h, m, s) in parts.items() if h}
+            return [meant.get(text, text) for text in texts]
+        meant = {text: ".".join(fold_number(text).rsplit(":", 1)) for text in parts}
+        pointed = [meant.get(text, text) for text in texts]
+        first = next(iter(parts))
+        every = (self._text(i, one.at) for one in self.choice.used.get(role, []) for i in range(len(self.rows)))
+        proof = next((text for text in every if (cell := _COLONS.fullmatch(text)) and int(cell[3]) >= 60), "")
+        if proof:
+            message = f'"{proof}" is not minutes and seconds, so in "{chosen.cell.text}" the last colon is a point: '
+            message += ", ".join(f"{text} is {meant[text]}" for text in dict.fromkeys((first, proof)) if text in meant)
+            faults.add(COLONS_ARE_POINTS, message, "", chosen.cell)
+            return pointed
+        hours, minutes, seconds = parts[first]
+        short = f"{meant[first]} s" if not hours else f"{int(hours)} min {int(minutes)}.{seconds} s"
+        long = f"{int(hours)} h {int(minutes)} min" if hours else f"{int(minutes)} min"
+        message = f'{role} "{first}" in a column in seconds can be {short} or {long} {int(seconds)} s'
+        name, form = split_unit(chosen.header.text)[0], "h:min:s" if hours else "min:s"
+        hint = f"if it is {short}, write {meant[first]}, and so in every row; "
+        hint += f'if not, write the header as "{name} [{form}]"'
+        faults.add(COLON_BELOW_SECONDS, message, hint, self.grid.cell(self.rows[texts.index(first)], chosen.at))
+        return pointed
 
     def _is_doubtful(self, text: str) -> bool:
         """Tell whether a comma or a point may part thousands: the table's other numbers have the other sign."""
@@ -620,6 +681,18 @@ def _from_centre(position: float, origin: str, shift: float) -> float:
     if origin == "tip":
         return shift - position
     return position + math.copysign(shift, position)
+
+
+def _with_steps_of_floats(cells: dict[str, Quantity]) -> tuple[dict[str, Quantity], float]:
+    """Take the finest digit of a column of floats as the last one that was read; none (0) if it cannot have been.
+
+    A float drops zeros at its end: 15.0 cm may be 15 or 15.00 cm, and nobody reads 0.15 m to 0.01 m.
+    """
+    finest = min((cell.step for cell in cells.values() if cell.step is not None), default=0.0)
+    whole = all(re.fullmatch(r"-?[0-9]+(?:\.0)?(?: .*)?", text) for text in cells)
+    if whole or finest > 0.02 * max(abs(cell.value) for cell in cells.values()):
+        return {text: replace(cell, step=None) for text, cell in cells.items()}, 0.0
+    return cells, finest
 
 
 def _make_readings(texts: list[str], cells: dict[str, Quantity], spreads: list[Uncertainty | None]) -> list[Reading]:

@@ -36,19 +36,18 @@ from gyrodata.reporting.tree import (
     Value,
     chance,
     count,
+    hung,
     load,
     percent,
     signed,
 )
 from gyrodata.reporting.values import (
-    CENTIMETRE,
     NUMBER,
     PRODUCT,
     RPM,
     SECOND,
     Scale,
     inertia_scale,
-    mass_scale,
     torque_scale,
     uncertainty_text,
 )
@@ -159,8 +158,7 @@ def _read_as(analysis: Analysis, torque: Scale) -> Sentence:
     if run.mass is None or run.position is None:
         on_the_rod: Sentence = ("a torque of ", Value(run.torque, None, torque, f"{at}.torque"))
     else:
-        mass = Value(run.mass, None, mass_scale(run.mass), f"{at}.mass")
-        on_the_rod = (mass, " at ", Value(run.position, None, CENTIMETRE, f"{at}.position"), " from the centre")
+        on_the_rod = (*hung(analysis, i, at), " from the centre")
     spin = Value(run.spin, None, RPM, f"{at}.spin")
     count, turns = turn_words(run.turns).split(" ")
     time = Value(run.time, None, SECOND, f"{at}.time")

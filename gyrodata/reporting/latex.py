@@ -24,7 +24,7 @@ from gyrodata.reporting.tree import (
     lines,
     part_text,
 )
-from gyrodata.reporting.values import Scale, Writing, interval_ends, reading_text, rounded, uncertainty_text
+from gyrodata.reporting.values import Scale, Writing, interval_ends, rounded
 from gyrodata.results import Analysis
 
 _PREAMBLE = r"""\documentclass[11pt]{article}
@@ -176,7 +176,7 @@ def _number(value: Value, exponent: int) -> str:
         nominal, spread, own = rounded(value.value, value.u, value.scale.size)
         number, exponent = f"{nominal} +- {spread}", exponent + own
     else:
-        number = (uncertainty_text if value.is_u else reading_text)(value.value, value.scale.size)
+        number = value.without_u
     return f"{number} e{exponent}" if exponent else number
 
 

@@ -37,7 +37,7 @@ from gyrodata.reporting.tree import (
     lines,
     sentence_text,
 )
-from gyrodata.reporting.values import interval_ends, power_of_ten, reading_text, rounded, uncertainty_text
+from gyrodata.reporting.values import interval_ends, power_of_ten, rounded
 from gyrodata.results import Analysis
 
 LONG = 25
@@ -146,8 +146,7 @@ class _Page:
         # M0 is minus the constant of a line, which is what results.json has.
         signed = size if self.at(value.place) == value.value else -size
         if not value.u:
-            text = (uncertainty_text if value.is_u else reading_text)(value.value, size)
-            return self.mark(text, value.place, signed)
+            return self.mark(value.without_u, value.place, signed)
         nominal, spread, exponent = rounded(value.value, value.u, size)
         factor = 10.0**exponent
         above, _, last = value.place.rpartition(".")

@@ -86,7 +86,9 @@ def _by_hand(analysis: Analysis, scale: Scale) -> tuple[Block, ...]:
     product = Value(run.product, None, PRODUCT, f"{at}.product")
     torque: Sentence = ("M = ", moment, ", as the log gives it")
     if run.mass is not None and run.position is not None:
-        mass, arm = Value(run.mass, None, KILOGRAM, f"{at}.mass"), Value(run.position, None, METRE, f"{at}.position")
+        of_mass, of_arm = measured.steps_of_load(i)
+        mass = Value(run.mass, None, KILOGRAM, f"{at}.mass", step=of_mass)
+        arm = Value(run.position, None, METRE, f"{at}.position", step=of_arm)
         torque = ("M = m g x = ", mass, " × ", Value(measured.g, None, FREE_FALL, "constants.g"), " × ", arm, " = ",
                   moment)  # fmt: skip
     turning: Sentence = ("φ̇ = ", rate, ", as the log gives it")

@@ -46,6 +46,15 @@ class Value(Struct, frozen=True):
     """In results.json, below "result"."""
     is_u: bool = False
     """True if the value is an uncertainty or a scatter itself: two digits are enough."""
+    step: float = 0.0
+    """One step of the last digit of a reading [SI unit]; 0 where it is not known."""
+
+    @property
+    def without_u(self) -> str:
+        """Write it alone, without its unit."""
+        if self.is_u:
+            return uncertainty_text(self.value, self.scale.size)
+        return reading_text(self.value, self.scale.size, self.step)
 
 
 class Interval(Struct, frozen=True):
@@ -241,6 +250,8 @@ def sentence_text(sentence: Sentence, writing: Writing) -> str:
 def part_text(part: Part, writing: Writing) -> str:
     """Write a part of a sentence as text."""
     if isinstance(part, Value):
+        if part.step:
+            return f"{part.without_u} {part.scale.unit}"
         return value_text(part.value, part.u, part.scale, writing)
     if isinstance(part, Interval):
         times = " × " if part.scale.exponent else " "
@@ -262,14 +273,14 @@ def cell_text(cell: Value | Sentence, writing: Writing) -> str:
         return sentence_text(cell, writing)
     if cell.u:
         return number_text(cell.value, cell.u, cell.scale.size, writing)
-    return (uncertainty_text if cell.is_u else reading_text)(cell.value, cell.scale.size)
+    return cell.without_u
 
 
 # --- what several sections say ------------------------------------------------------------------------------------
 
 
 def load(analysis: Analysis, group: int, torque: Scale) -> Sentence:
-    """Name what is on the rod as the log does: "20 g at 15 cm"; where it does not say, the torque."""
+    """Name what is on the rod as the log does: "20.00 g at 15.0 cm"; where it does not say, the torque."""
     found, place = analysis.torques[group], f"torques.{group}"
     mark = Mark(group, found.torque)
     runs = torque_groups(analysis.measurements)[group]
@@ -278,8 +289,16 @@ def load(analysis: Analysis, group: int, torque: Scale) -> Sentence:
         return (mark, "no weight", *told)
     if found.mass is None or found.position is None:
         return (mark, "a torque of ", Value(found.torque, None, torque, f"{place}.torque"), *told)
-    mass = Value(found.mass, None, mass_scale(found.mass), f"{place}.mass")
-    return (mark, mass, " at ", Value(found.position, None, CENTIMETRE, f"{place}.position"), *told)
+    return (mark, *hung(analysis, runs[0], place), *told)
+
+
+def hung(analysis: Analysis, run: int, place: str) -> Sentence:
+    """Name the mass and the position of a run, with the digits that they were read to."""
+    measured = analysis.measurements
+    mass, position = float(measured.mass[run]), float(measured.position[run])
+    of_mass, of_position = measured.steps_of_load(run)
+    shown = Value(mass, None, mass_scale(mass), f"{place}.mass", step=of_mass)
+    return (shown, " at ", Value(position, None, CENTIMETRE, f"{place}.position", step=of_position))
 
 
 def agrees(deviation: float | None) -> bool:

@@ -12,6 +12,7 @@ from unicodedata import combining, east_asian_width
 from msgspec import Struct
 
 from gyrodata import units
+from gyrodata.quantities import as_read
 
 Writing = Literal["plain", "short"]
 """How a value stands with its uncertainty: "(4.441 ± 0.023) × 10⁻³ kg·m²", or "4.441(23)e-3 kg·m²"."""
@@ -81,10 +82,10 @@ def number_text(value: float, u: float | None, factor: float = 1.0, writing: Wri
     return text.replace("±", " ± ").replace("×", " × ") if writing == "plain" else _short_exponent(text)
 
 
-def reading_text(value: float, factor: float = 1.0) -> str:
-    """Write a value that has no uncertainty beside it: four digits, and all those before the point."""
+def reading_text(value: float, factor: float = 1.0, step: float = 0.0) -> str:
+    """Write a value without an uncertainty: to its last digit read, or else four digits and all before the point."""
     value /= factor
-    return f"{value:.0f}" if 1e4 <= abs(value) < 1e9 else f"{value:.4g}"
+    return f"{value:.0f}" if 1e4 <= abs(value) < 1e9 else as_read(value, step / factor)
 
 
 def uncertainty_text(u: float, factor: float = 1.0) -> str:

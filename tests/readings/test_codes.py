@@ -3,6 +3,7 @@
 import re
 import shlex
 
+import pandas as pd
 import pytest
 
 from gyrodata.diagnostics import CODES
@@ -13,6 +14,7 @@ LOG = b"mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\
 FILES = {
     "log.csv": LOG,
     "eleven-megabytes.csv": b"1" * 11_000_000,
+    "table-of-pandas": pd.DataFrame({"mass [g]": [20.0], "spin [rpm]": 406, "time [s]": 39.06, "position [cm]": 15.0}),
     "hundred-thousand-rows.csv": LOG + b"20,15,400,7,1\n" * 100_001,
 }
 MINE = sorted(code for code in CODES if re.match("G[1235]", code))

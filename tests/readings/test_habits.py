@@ -99,8 +99,6 @@ def test_it_is_read_as_it_is_meant(head: str, row: Row, turns: float) -> None:
     [
         (HEAD + "turns", lambda _, m, s, t: f"{m},14.8,{s + 4}/{s - 4},{t:.2f},1", "G203",
          "write them in two columns, spin_start [rpm] and spin_end [rpm]"),
-        (HEAD + "turns", lambda _, m, s, t: f"{m},14.8,{s},00:{t:05.2f}".replace(".", ":").replace(":", ".", 2) + ",1",
-         "G203", "for minutes, seconds and hundredths; or "),
         (HEAD + "turns", lambda _, m, s, t: f"{m},14.8,{s},1m6.5s,1", "G203", "write it as 01:06.5"),
         (HEAD + "turns", plain(turns="1", mass="20. Jan"), "G204", "did you mean 20.1?"),
         (HEAD + "turns", plain(turns="3. Mai"), "G204", "did you mean 3/5? A spreadsheet does that to fractions"),
@@ -211,6 +209,8 @@ def test_the_two_readings_of_a_spin_in_two_columns_give_the_answer() -> None:
 def test_a_time_of_a_phone_as_it_is_asked_for_is_the_time_itself() -> None:
     with pytest.raises(LogError, match=r"00:20:13"):
         analyze(f"{HEAD}turns\n20.1,14.8,212,00:20:13,1\n".encode())
-    for time, seconds in (("00:20.13", 20.13), ("20:13", 1213.0), ("0:20:13", 1213.0), ("00:05:13", 313.0)):
-        column = read_log(f"{HEAD}turns\n20.1,14.8,212,{time},1\n".encode()).columns["time"]
+    read = [("[s]", "00:20.13", 20.13), ("[h:min:s]", "00:20:13", 1213.0), ("[h:min:s]", "00:05:13", 313.0)]
+    for unit, time, seconds in [*read, ("[min:s]", "20:13", 1213.0)]:
+        head = HEAD.replace("time [s]", f"time {unit}")
+        column = read_log(f"{head}turns\n20.1,14.8,212,{time},1\n".encode()).columns["time"]
         assert column.values == (pytest.approx(seconds, rel=1e-12),)

@@ -1,0 +1,299 @@
+"""Values that can be misread in silence: g, times with a colon, floats of a DataFrame, rows typed twice."""
+
+from __future__ import annotations
+
+import io
+import math
+import re
+from pathlib import Path
+
+import pandas as pd
+import pint
+import pytest
+from matplotlib.figure import Figure
+from typer.testing import CliRunner, Result
+
+import gyrodata
+from gyrodata.cli import app
+
+SAMPLES = Path(__file__).parent.parent / "sample_data"
+TRUTH, G = 4.44e-3, 9.81
+HEAD = "mass [g],position [cm],spin [rpm],time [s],turns"
+
+
+def rpm(mass: float, time: float) -> float:
+    """Spin of a run of a third of a turn."""
+    return time * 3 * mass * 1e-3 * G * 0.148 / (TRUTH * (2 * math.pi) ** 2) * 60
+
+
+# Each time could be one in minutes and seconds; the hand is up to 0.1 s off.
+RUNS = [
+    (20.12, 6.52, 0.06), (20.12, 13.06, -0.1), (20.12, 19.54, 0.05), (40.31, 3.48, 0.02), (40.31, 6.58, 0.08),
+    (40.31, 10.06, -0.07), (60.25, 2.27, -0.05), (60.25, 4.41, 0.03), (60.25, 6.53, -0.02),
+]  # fmt: skip
+ROWS = [[f"{mass:.2f}", "14.8", f"{rpm(mass, time + off):.0f}", f"{time:.2f}", "1/3"] for mass, time, off in RUNS]
+
+
+def written(head: str = HEAD, rows: list[list[str]] = ROWS, above: str = "# g: 9.81 m/s^2") -> str:
+    return "\n".join([above, head, *map(",".join, rows), ""])
+
+
+def timed() -> list[list[str]]:
+    """Rows whose time has a colon for its point, as a sports stopwatch shows it."""
+    return [[*row[:3], row[3].zfill(5).replace(".", ":"), row[4]] for row in ROWS]
+
+
+def gyro(*arguments: str, stdin: str = "") -> Result:
+    return CliRunner().invoke(app, list(arguments), input=stdin, prog_name="gyro")
+
+
+def answer(log: str, code: str = "G[23]") -> tuple[float, str]:
+    """I_zz of a log, and what is said of its values."""
+    try:
+        done = gyrodata.analyze(log.encode())
+    except gyrodata.LogError as error:
+        return math.nan, str(error)
+    return done.inertia.value, "\n".join(str(one) for one in done.diagnostics if re.match(code, one.code))
+
+
+def times(log: str) -> list[float | None]:
+    """Times as they are read [s]."""
+    return [reading.value for reading in gyrodata.read_log(log).columns["time"].readings]
+
+
+def hint(told: str, pattern: str) -> str:
+    match = re.search(pattern, told)
+    assert match, told
+    return match[1]
+
+
+class TestGravity:
+    @pytest.mark.parametrize("typed", ["981 m/s^2", "9.81 cm/s^2", "981", "-9.81 m/s^2", "9.81 mm/s^2"])
+    def test_g_with_another_unit_is_refused_with_g(self, typed: str) -> None:
+        value, told = answer(written(above=f"# g: {typed}"))
+        assert math.isnan(value)
+        assert "on Earth g is between 9.7 and 9.9 m/s²" in told
+        line = hint(told, r"write (# g: .*)")
+        assert line == "# g: 9.81 m/s^2"
+        assert answer(written(above=line)) == (pytest.approx(TRUTH, rel=0.01), "")
+
+    @pytest.mark.parametrize("typed", ["10", "10 m/s^2", "1.62 m/s^2", "9.91", "9.69 m/s^2"])
+    def test_g_of_no_place_is_refused_with_a_sample(self, typed: str) -> None:
+        value, told = answer(written(above=f"# g: {typed}"))
+        assert math.isnan(value)
+        assert answer(written(above=hint(told, r"such as (# g: .*)")))[1] == ""
+
+    @pytest.mark.parametrize("typed", ["9.76 m/s^2", "9.84 m/s^2", "981 cm/s^2", "32.17 ft/s^2", "9.81 N/kg"])
+    def test_g_of_any_place_is_read_without_a_note(self, typed: str) -> None:
+        assert answer(written(above=f"# g: {typed}")) == (pytest.approx(TRUTH, rel=0.01), "")
+
+    @pytest.mark.parametrize("typed", ["9.81", "9,81", "9.81 ± 0.01"])
+    def test_g_without_unit_is_read_with_a_note(self, typed: str) -> None:
+        value, told = answer(written(above=f"# g: {typed}"))
+        assert "note G309" in told
+        assert answer(written(above=hint(told, r"write (# g: .*)"))) == (value, "")
+
+    def test_g_of_an_option_is_refused_with_the_option(self, tmp_path: Path) -> None:
+        (tmp_path / "lab.toml").write_text("g = 981\n", encoding="utf-8")
+        log = written(above="# by hand")
+        for given in (("--set", "g=981"), ("--config", str(tmp_path / "lab.toml"))):
+            done = gyro("analyze", "-", "--no-report", *given, stdin=log)
+            assert (done.exit_code, "I_zz" in done.output) == (2, False)
+            if given[0] == "--set":
+                given = ("--set", hint(done.output, r'write --set (g=".*")').replace('"', ""))
+            else:
+                (tmp_path / "lab.toml").write_text(hint(done.output, r'write (g = ".*")'), encoding="utf-8")
+            done = gyro("analyze", "-", "--no-report", *given, stdin=log)
+            assert (done.exit_code, "G309" in done.output) == (0, False)
+
+
+class TestColons:
+    def test_a_colon_below_seconds_is_asked_about(self) -> None:
+        value, told = answer(written(rows=timed()))
+        assert math.isnan(value)
+        assert told.count("error G233") == 1
+        first, head = timed()[0][3], hint(told, r'write the header as "(.*?)"')
+        assert f'time "{first}" in a column in seconds can be {ROWS[0][3].zfill(5)} s or ' in told
+        assert hint(told, r"write ([0-9.]+),") == ROWS[0][3].zfill(5)
+        assert answer(written()) == (pytest.approx(TRUTH, rel=0.01), "")
+        long = written(HEAD.replace("time [s]", head), timed())
+        assert gyrodata.analyze(long.encode()).run_table[0].time == 60 * int(first[:2]) + int(first[3:])
+
+    @pytest.mark.parametrize("head", ["time (s)", '"t, s"', "Time for 1/3 rev (s)", "Stoppuhr / s", "time_1 [s]"])
+    def test_the_header_asked_for_is_read_as_minutes(self, head: str) -> None:
+        rows = [[*row[:3], "2:05", row[4]] for row in ROWS]
+        told = answer(written(HEAD.replace("time [s]", head), rows))[1]
+        new = hint(told, r'write the header as "(.*?)"')
+        log = written(HEAD.replace("time [s]", new), rows)
+        assert times(log) == [125.0] * 9
+
+    def test_one_row_above_59_shows_what_all_colons_are(self) -> None:
+        value, told = answer(written(rows=[*timed(), ["20.12", "14.8", f"{rpm(20.12, 7.9):.0f}", "07:90", "1/3"]]))
+        assert "note G234" in told
+        assert value == pytest.approx(TRUTH, rel=0.02)
+
+    def test_an_hour_before_the_minutes_is_asked_about(self) -> None:
+        rows = [[*row[:3], f"00:{row[3]}", row[4]] for row in timed()]
+        value, told = answer(written(rows=rows))
+        assert (math.isnan(value), told.count("error")) == (True, 1)
+        short = [[*row[:3], "00:" + row[3].replace(":", "."), row[4]] for row in timed()]
+        assert hint(told, r"write (\S+),") == short[0][3]
+        assert answer(written(rows=short)) == (pytest.approx(TRUTH, rel=0.01), "")
+        long = HEAD.replace("time [s]", hint(told, r'write the header as "(.*?)"'))
+        first, second = map(int, timed()[0][3].split(":"))
+        assert times(written(long, rows))[0] == 60 * first + second
+
+    def test_hours_of_a_spreadsheet_are_asked_about(self) -> None:
+        told = answer(written(rows=[[*row[:3], f"{row[3]}:00", row[4]] for row in timed()]))[1]
+        assert hint(told, r"write ([0-9.]+),") == ROWS[0][3].zfill(5)
+
+    @pytest.mark.parametrize("head", ["time", "time [min:s]", "time [mm:ss.cc]", "time [min]", "time [s]"])
+    def test_a_colon_with_a_point_is_a_clock_time(self, head: str) -> None:
+        log = written(HEAD.replace("time [s]", head), [[*row[:3], f"01:{row[3].zfill(5)}", row[4]] for row in ROWS])
+        assert times(log) == [pytest.approx(60 + float(row[3])) for row in ROWS]
+
+    @pytest.mark.parametrize("head", ["time", "time [min:s]", "t (mm:ss)", "time [min]"])
+    def test_minutes_are_read_below_a_header_without_s(self, head: str) -> None:
+        log = written(HEAD.replace("time [s]", head), [[*row[:3], "2:05", row[4]] for row in ROWS])
+        assert times(log) == [125.0] * 9
+
+    def test_a_plain_number_among_colons_is_asked_about(self) -> None:
+        value, told = answer(written(rows=[*ROWS[:3], *timed()[3:]]))
+        assert math.isnan(value)
+        assert timed()[3][3] in told
+
+
+def as_frame(log: str, **options: object) -> pd.DataFrame:
+    return pd.read_csv(io.StringIO(log), comment="#", **options)  # type: ignore[call-overload, no-any-return]
+
+
+def typed(mass: str = ".2f", position: str = "15.0", spin: str = ".0f", time: str = ".2f", turns: str = "1/3") -> str:
+    """Write a log with other digits."""
+    rows = [
+        [format(float(m), mass), position, format(float(s), spin), format(float(t), time), turns]
+        for m, _, s, t, _ in ROWS
+    ]
+    return written(rows=rows)
+
+
+class TestFloats:
+    @pytest.mark.parametrize(
+        "log",
+        [
+            typed(), typed(position="14.8"), typed(position="15.00"), typed(mass=".0f"), typed(mass=".1f"),
+            typed(spin=".1f"), typed(time=".1f"), typed().replace(",15.0,", ",,", 1).replace("20.12,,", "0,,"),
+        ],
+    )  # fmt: skip
+    def test_u_of_a_frame_is_that_of_the_file(self, log: str) -> None:
+        file = gyrodata.analyze(log.encode()).inertia
+        frame = gyrodata.analyze(as_frame(log), settings={"g": "9.81 m/s^2"}).inertia
+        assert frame.value == pytest.approx(file.value, rel=2e-3)
+        assert 0.95 < frame.u / file.u < 1.05
+        text = gyrodata.analyze(as_frame(log, dtype=str), settings={"g": "9.81 m/s^2"}).inertia
+        assert text.u == pytest.approx(file.u, rel=1e-9)
+
+    def test_u_of_a_frame_in_si_units_is_that_of_the_file(self) -> None:
+        file, table = gyrodata.analyze(typed().encode()).inertia, as_frame(typed())
+        table["mass [kg]"] = (table.pop("mass [g]") / 1000).round(5)
+        table["position [m]"] = table.pop("position [cm]") / 100
+        assert 0.95 < gyrodata.analyze(table, settings={"g": "9.81 m/s^2"}).inertia.u / file.u < 1.05
+
+    def test_a_quantity_of_pint_is_read_to_its_digits(self) -> None:
+        log = written("mass [g],spin [rpm],time [s],turns", [[row[0], *row[2:]] for row in ROWS])
+        told = []
+        for position in ("15.0 cm", pint.UnitRegistry().Quantity(15.0, "cm")):
+            settings = {"g": "9.81 m/s^2", "position": position}
+            told.append(gyrodata.analyze(log.encode(), settings=settings).inertia)
+        assert told[0] == told[1]
+
+    def test_a_note_names_the_digits_that_are_used(self) -> None:
+        done = gyrodata.analyze(as_frame(typed()), settings={"g": "9.81 m/s^2"})
+        note = next(one for one in done.diagnostics if one.code == "G235")
+        assert "mass is taken as read to 0.01 g" in note.message
+        assert "time is taken as read to 0.01 s" in note.message
+        assert note.message.endswith("no rounding error is included for position")
+        assert "spin" not in note.message  # of integers
+        stated = {"g": "9.81 m/s^2", "u_position": "0.3 mm", "u_mass": "0.1 g", "u_time": "0.1 s"}
+        done = gyrodata.analyze(as_frame(typed()), settings=stated)
+        assert "G235" not in [one.code for one in done.diagnostics]
+        done = gyrodata.analyze(as_frame(typed(), dtype=str), settings={"g": "9.81 m/s^2"})
+        assert "G235" not in [one.code for one in done.diagnostics]
+
+
+class TestIdenticalRows:
+    def test_a_copied_row_is_named_and_deleted(self) -> None:
+        value, told = answer(written(rows=[*ROWS, ROWS[4]]), "G408")
+        assert "warning G408: lines 7 and 12 are identical" in told
+        assert "delete one of them" in told
+        assert answer(written(rows=ROWS), "G408") == (pytest.approx(value, rel=0.005), "")
+        assert "G408" in gyro("check", "-", stdin=written(rows=[*ROWS, ROWS[4]])).output
+
+    def test_a_log_of_which_every_row_is_copied_is_named(self) -> None:
+        rows = [[*row[:3], f"{float(row[3]):.1f}", row[4]] for row in ROWS]
+        assert "G408" in answer(written(rows=rows * 2), "G408")[1]
+
+    def test_coarse_times_may_agree_by_chance(self) -> None:
+        for digits, row in ((1, ROWS[4]), (0, ROWS[4])):
+            rows = [[*r[:3], f"{float(r[3]):.{digits}f}", r[4]] for r in [*ROWS, row]]
+            assert answer(written(rows=rows), "G408")[1] == ""
+
+    def test_repeated_readings_of_one_row_may_agree(self) -> None:
+        rows = [[*row[:3], row[4], row[3], row[3]] for row in ROWS]
+        head = "mass [g],position [cm],spin [rpm],turns,time_1 [s],time_2 [s]"
+        assert answer(written(head, rows), "G408")[1] == ""
+
+    def test_runs_at_one_spin_for_all_may_agree(self) -> None:
+        mass = [["20.12", f"{13 + k / 100:.2f}"] for k in (0, 3, 7, 3, 12, 9)]
+        heavy = [["40.31", f"{6.5 + k / 100:.2f}"] for k in (0, 5, 8, 2, 11, 3)]
+        above = "# g: 9.81 m/s^2\n# spin: 398 rpm\n# position: 14.8 cm\n# turns: 1/3"
+        assert answer(written("mass [g],time [s]", mass + heavy, above), "G408")[1] == ""
+
+    @pytest.mark.parametrize("log", sorted(SAMPLES.glob("*.csv")), ids=lambda log: log.stem)
+    def test_a_published_log_has_no_identical_rows(self, log: Path) -> None:
+        assert "G408" not in [one.code for one in gyrodata.analyze(log).diagnostics]
+
+
+class TestDigitsShown:
+    def test_loads_have_the_digits_of_the_log(self, tmp_path: Path) -> None:
+        (tmp_path / "log.csv").write_text(typed(), encoding="utf-8")
+        done = gyro("analyze", str(tmp_path / "log.csv"), "-v", "--out", str(tmp_path / "report"))
+        page = (tmp_path / "report" / "report.html").read_text(encoding="utf-8")
+        assert "run 1: 20.12 g at 15.0 cm from the centre" in done.output
+        assert not re.search(r"\b15 cm|> ?15</data>", done.output + page)
+
+    @pytest.mark.parametrize(
+        ("heads", "mass", "position", "shown"),
+        [
+            ("mass [g],position [cm]", "20.0", "15", "20.0 g at 15 cm"),
+            ("mass [kg],position [m]", "0.02000", "0.150", "20.00 g at 15.0 cm"),
+            ("mass [g],position [mm]", "20", "150", "20 g at 15.0 cm"),
+            ("mass [g],position [cm]", "20.000000000000004", "15.0", "20 g at 15.0 cm"),
+            ("mass [g],position [cm]", "2.00e1", "1.50e1", "20.0 g at 15.0 cm"),
+        ],
+    )
+    def test_digits_are_kept_in_other_units(self, heads: str, mass: str, position: str, shown: str) -> None:
+        log = written(f"{heads},spin [rpm],time [s],turns", [[mass, position, *row[2:]] for row in ROWS[:3]])
+        assert f"run 1: {shown} from the centre" in gyro("analyze", "-", "--no-report", stdin=log).output
+
+    def test_a_frame_of_floats_has_no_digits_to_show(self) -> None:
+        assert "20.12 g at 15 cm" in str(gyrodata.analyze(as_frame(typed()), settings={"g": "9.81 m/s^2"}))
+
+    def test_units_have_one_spelling_in_all_that_is_said(self, tmp_path: Path) -> None:
+        for log in SAMPLES.glob("*.csv"):
+            done = gyro("analyze", str(log), "-v", "--out", str(tmp_path / log.stem))
+            page = (tmp_path / log.stem / "report.html").read_text(encoding="utf-8")
+            assert "N·m" in done.output
+            assert not re.search(r"N\*m|kg\*m|m/s\^2", re.sub(r"# \w+: .*|--set \S+", "", done.output))
+            assert not re.search(r"N\*m|kg\*m", page.partition('<script type="application/json"')[0])
+
+    @pytest.mark.parametrize("unit", ["kg·m²", "kg*m^2"])
+    def test_the_unit_shown_can_be_typed_into_a_log(self, unit: str) -> None:
+        log = written(above=f"# g: 9.81 m/s²\n# reported_inertia: 4.44e-3 {unit}\n# u_imbalance: 1 mN·m")
+        readings = gyrodata.read_log(log)
+        assert readings.reported["inertia"].value == pytest.approx(TRUTH)
+        assert [one.code for one in readings.diagnostics] == []
+
+    def test_figures_have_the_digits_of_the_log(self) -> None:
+        axes = Figure().subplots()
+        gyrodata.analyze(typed().encode()).plot(ax=axes)
+        assert "20.12 g at 15.0 cm" in axes.get_legend_handles_labels()[1]

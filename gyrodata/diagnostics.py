@@ -910,6 +910,12 @@ DESK_LINES_CONTRADICT = _error(
     "desk.csv: doejane,total,12 and doejane,total,13",
     "keep the one that is meant, and take the other out",
 )
+DESK_NAME_SHARED = _error(
+    "G775",
+    "a name in desk.csv belongs to several students",
+    "desk.csv: Jane Doe,total,12",
+    "write one of the ids in the message, instead of the name",
+)
 
 # gyro itself
 FAULT_OF_GYRO = _error(

@@ -318,7 +318,7 @@ def desk(seed: int) -> str:
         lines.append(",".join(f'"{cell.replace(chr(34), chr(34) * 2)}"' if "," in cell else cell for cell in line))
     data = mutated(rng, "\n".join(lines) + "\n")
     try:
-        read = read_desk(data, {student: student for student in grades}, rubric_of("full"))
+        read = read_desk(data, {student: {student} for student in grades}, rubric_of("full"))
     except GyroError as error:
         return refused(error)
     for student in read.lines:

@@ -206,7 +206,8 @@ def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
         less = criterion.curve.share(carried if in_percent else d) - criterion.slip / (criterion.points or 1.0)
         if less > share:
             share, detail["slip_cost"] = less, criterion.slip
-        reason = f"{said}, {times} what your runs give, {own}: a known slip, see above"
+        words = " or ".join(slip.words for slip in evidence.slips)
+        reason = f"{said}, {times} what your runs give, {own}: one known mistake would explain that: {words}"
     elif d == 0:
         reason = f"{said}, and so do your runs: {own}"
     else:

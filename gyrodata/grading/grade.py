@@ -8,6 +8,7 @@ and makes the whole grade "not graded", with the reason, so that a person looks 
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
@@ -22,8 +23,9 @@ from gyrodata.grading.criteria import Evidence, Mark, judge, judge_reference, ju
 from gyrodata.grading.forensics import Fingerprint, fingerprint
 from gyrodata.grading.late import Lateness, judge_lateness
 from gyrodata.grading.rubric import ASKS, Rubric
-from gyrodata.grading.slips import SAME, Slip, find_slips
+from gyrodata.grading.slips import SAME, Slip, corrected, find_slips
 from gyrodata.grading.yardsticks import (
+    COARSEST,
     BenchScatter,
     Reference,
     at_bench,
@@ -34,6 +36,7 @@ from gyrodata.grading.yardsticks import (
     own_runs,
     station_key,
 )
+from gyrodata.known_slips import Kind, explaining_slips
 from gyrodata.readings import Readings, read_reported, usable_inertia
 from gyrodata.stacks import in_step
 
@@ -138,12 +141,15 @@ def from_json(text: str | bytes, kind: type[Record]) -> Record:
             raise ValueError(str(error)) from None
 
 
-def grade_submission(submission: Submission, rubric: Rubric, reported: str | None = None) -> Grade:
+def grade_submission(
+    submission: Submission, rubric: Rubric, reported: str | None = None, mistake: Kind | None = None
+) -> Grade:
     """Grade one student.
 
     `rubric`: What is judged. Where the class is the reference, a "reference" mark has no points until `settle`.
-    `reported`: I_zz typed in by a person, instead of what was handed in. Gives: Status "not graded", and no points,
-    where the log cannot be read or analysed, or a criterion cannot be judged. Bad data never raise.
+    `reported`: I_zz typed in by a person, instead of what was handed in. `mistake`: One in the log, undone before all is
+    judged. Gives: Status "not graded", and no points, where the log cannot be read or analysed, or a criterion cannot
+    be judged. Bad data never raise.
     """
     # Whoever only hands out the work does not need them.
     from gyrodata.analysis import analyze_readings
@@ -152,10 +158,11 @@ def grade_submission(submission: Submission, rubric: Rubric, reported: str | Non
     if submission.problem is not None:
         return not_graded(submission, rubric, submission.problem)
     try:
-        readings, answers = submission.read()
-        readings, bench = at_bench(readings, rubric.bench)
+        readings, answers, bench = at_bench(submission, rubric.bench)
         if reported is not None:
             answers = replace(answers, inertia=read_reported("inertia", reported))
+        if mistake is not None:
+            readings = corrected(readings, mistake)
         analysis = analyze_readings(readings, whole=False)
         asked = {ASKS[ask] for criterion in rubric.criteria for ask in criterion.asks}
         lacks = what_lacks(readings, analysis.measurements, analysis, asked) if asked else []
@@ -224,6 +231,68 @@ def _settle_one(
     )
     zeta = next((one.detail["z"] for one in marks if "z" in one.detail), None)
     return added_up(replace(grade, marks=marks, zeta=zeta if isinstance(zeta, float) else None))
+
+
+AGREES, LOOKED_AT = 5.0, 10.0
+"""An I_zz nearer to the reference than the first agrees with it; a log that is farther than the second is worth a look
+[standard uncertainties of both]."""
+
+
+def reconsider(
+    grade: Grade,
+    submission: Submission,
+    rubric: Rubric,
+    references: Mapping[str, Reference],
+    scatters: Mapping[str, BenchScatter],
+    reported: str | None,
+) -> Grade:
+    """Look for a mistake in a log whose own I_zz is far from the reference.
+
+    `grade`: As `settle` gave it. `reported`: As `grade_submission` has it. Gives: Where the answer agrees with the
+    reference, and follows from the log once a known mistake in it is undone, the grade for that; else a line for a
+    person to look at, if nothing else explains the log.
+    """
+    from gyrodata.analysis import analyze_readings
+
+    reference = references.get(grade.station or "all") or references.get("all")
+    if reference is None or not grade.own or not grade.inertia:
+        return grade
+    share = (grade.inertia_u or 0.0) / abs(grade.inertia)
+
+    def away(value: float, u: float) -> float:
+        return abs(value - reference.inertia) / (math.hypot(u * value, reference.u) or 1e-9 * reference.inertia)
+
+    far, value = away(grade.inertia, share), grade.reported_inertia
+    if far <= AGREES:
+        return grade
+    try:
+        readings = at_bench(submission, rubric.bench)[0]
+        measured = analyze_readings(readings, whole=False).measurements
+    except GyroError:
+        return grade  # it has changed since it was graded; the next run sees that
+
+    def mistakes(expected: float) -> list[Kind]:
+        found = explaining_slips(readings, measured, abs(grade.inertia or 0.0), expected)
+        return [kind for kind, _ in found if not kind.kind.startswith("ball_")]
+
+    if value and away(value, min(share, COARSEST)) <= AGREES and (grade.d or 0.0) > FAR:
+        for kind in mistakes(value):
+            again = grade_submission(submission, rubric, reported, kind)
+            if again.d is not None and again.d <= FAR:
+                known = {name: getattr(grade, name) for name in ("name", "section", "station", "fingerprint")}
+                return _settle_one(replace(again, **known), rubric, references, scatters)
+    if far <= LOOKED_AT or grade.slips or (grade.d or 0.0) > FAR:
+        return grade
+    look = f"the log's own I_zz is {far:.3g} standard uncertainties from the reference"
+    marks = grade.marks
+    if kinds := mistakes(reference.inertia):
+        why = f"one mistake in the log that would explain it: {' or '.join(kind.log for kind in kinds)}"
+        look = f"{look}; {why}"
+        marks = tuple(
+            replace(one, reason=f"{one.reason}; {why}; {kinds[0].remedy}") if one.check == "reference" else one
+            for one in marks
+        )
+    return replace(grade, marks=marks, look=(*grade.look, look))
 
 
 def added_up(grade: Grade) -> Grade:

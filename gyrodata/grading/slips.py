@@ -9,16 +9,21 @@ report, and one whose result lies among what honest fits of the same runs give c
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from itertools import combinations
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
+from gyrodata.diagnostics import LOG_CONTRADICTS_RIGHT_ANSWER
+from gyrodata.errors import Diagnostic
 from gyrodata.grading.yardsticks import OwnRuns, distance, nearest
 from gyrodata.known_slips import INVERSE_SLOPE, Kind, list_kinds
 from gyrodata.measurements import Measurements
-from gyrodata.readings import Readings
+from gyrodata.physics import RPM, Floats
+from gyrodata.readings import Column, Reading, Readings
 
 FROM = 3.0  # a report nearer than this to an accepted fit [u] is arithmetic as it should be: no slip is looked for
 
@@ -84,6 +89,37 @@ def find_slips(
     return tuple(told[:MOST])
 
 
+def corrected(readings: Readings, kind: Kind) -> Readings:
+    """Undo the mistake that a kind finds in a log, and warn of it."""
+    columns, runs = dict(readings.columns), len(readings.runs)
+    torque, product = np.broadcast_to(kind.torque, runs), np.broadcast_to(kind.product, runs)
+    # What is to be typed names the column.
+    header = re.search(r'"(\w+) \[(.+?)\]"', kind.remedy)
+    role = header[1] if header else "turns" if np.all(torque == 1) else "position"
+    role = {"force": "mass", "angle": "turns"}.get(role, role)
+    if kind.kind == "exchanged":
+        spin, time = columns["spin"], columns["time"]
+        columns["spin"] = replace(_scaled(time, np.full(runs, RPM)), role="spin", unit="rpm")
+        columns["time"] = replace(_scaled(spin, np.full(runs, 1 / RPM)), role="time", unit="s")
+    else:
+        factor = product if role == "time" else 1 / (product if role in ("spin", "turns") else torque)
+        for name in {role, *(["spin_start", "spin_end"] if role == "spin" else [])} & columns.keys():
+            unit = header[2] if header and header[1] == role else columns[name].unit
+            columns[name] = replace(_scaled(columns[name], factor), unit=unit)
+    told = Diagnostic.of(LOG_CONTRADICTS_RIGHT_ANSWER, kind.log, kind.remedy, readings.name)
+    return replace(readings, columns=columns, diagnostics=(*readings.diagnostics, told))
+
+
+def _scaled(column: Column, factor: Floats) -> Column:
+    """Multiply the readings of a column, and what is known of each."""
+
+    def times(one: Reading, by: float) -> Reading:
+        u = one.u and replace(one.u, absolute=by * one.u.absolute)
+        return replace(one, value=one.value and by * one.value, step=one.step and by * one.step, u=u)
+
+    return replace(column, readings=tuple(map(times, column.readings, factor.tolist())))
+
+
 def _slip(kind: Kind, factor: float, fit: str, u: float | None, away: float) -> Slip:
     return Slip(kind.kind, kind.words, kind.check, factor, fit, u, away)
 
@@ -96,7 +132,9 @@ def _matching(reported: float, step: float, own: OwnRuns, kinds: list[Kind], wit
     fits = own.fits(product, torque)
     if "recommended" in plain:
         # Whoever used this fit had one factor in every run, if any.
-        same = np.array([kind.torque / kind.product if np.ndim(kind.product) == 0 else math.nan for kind in kinds])
+        factors = [np.broadcast_to(kind.torque, own.torque.shape)[own.torque != 0] / kind.product
+                   if np.ndim(kind.product) == 0 else np.array([math.nan]) for kind in kinds]  # fmt: skip
+        same = np.array([one[0] if np.ptp(one) <= 1e-9 * abs(one[0]) else math.nan for one in factors])
         u = math.nan if own.recommended.u is None else own.recommended.u
         fits.append(("recommended", own.recommended.value * same, u * same))
     margin = FROM * own.yardstick
@@ -122,7 +160,7 @@ def _pairs(singles: list[Kind]) -> Iterator[Kind]:
         if first.forgets != second.forgets:
             yield Kind(
                 f"{first.kind} + {second.kind}",
-                f"{first.words}, and {second.words}",
+                f"perhaps {first.words}, and {second.words}",
                 f"{first.check}; {second.check}",
                 product=first.product * second.product,
                 torque=first.torque * second.torque,

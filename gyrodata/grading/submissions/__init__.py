@@ -91,9 +91,13 @@ class Submission(Struct, frozen=True, dict=True):
         """Say what cannot be read."""
         return [one for data in self.texts.values() if isinstance(data, InputError) for one in data.diagnostics]
 
-    def read(self) -> tuple[Readings, Answers]:
-        """Read the log, and what is reported: whatever grades, or tells what would be graded, reads them here."""
-        readings = read_log(self.log(), name=PurePosixPath(self.log_file or self.log_name or "").name)
+    def read(self, settings: Mapping[str, str] = {}) -> tuple[Readings, Answers]:
+        """Read the log, and what is reported: whatever grades, or tells what would be graded, reads them here.
+
+        `settings`: As `read_log` has them.
+        """
+        name = PurePosixPath(self.log_file or self.log_name or "").name
+        readings = read_log(self.log(), name=name, settings=settings)
         answers = read_answers(readings, self.reports())
         return readings, replace(answers, diagnostics=(*answers.diagnostics, *self.unread))
 

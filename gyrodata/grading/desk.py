@@ -27,7 +27,6 @@ from gyrodata.grading.ledger import (
     FLAG,
     NO_DESK,
     SETTLING,
-    STALE,
     TODO,
     Desk,
     Offer,

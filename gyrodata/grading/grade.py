@@ -16,14 +16,14 @@ import msgspec
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from gyrodata.diagnostics import OUTLIER_BEFORE_LEAVING
+from gyrodata.diagnostics import COLUMNS_EXCHANGED, OUTLIER_BEFORE_LEAVING
 from gyrodata.errors import Diagnostic, GyroError, LogError
 from gyrodata.fitting import times_stated
 from gyrodata.grading.criteria import Evidence, Mark, judge, judge_reference, judge_scatter, mark, scatter_of
 from gyrodata.grading.forensics import Fingerprint, fingerprint
 from gyrodata.grading.late import Lateness, judge_lateness
 from gyrodata.grading.rubric import ASKS, Rubric
-from gyrodata.grading.slips import SAME, Slip, corrected, find_slips
+from gyrodata.grading.slips import EXCHANGED, SAME, Slip, corrected, find_slips, unusual
 from gyrodata.grading.yardsticks import (
     COARSEST,
     BenchScatter,
@@ -38,6 +38,7 @@ from gyrodata.grading.yardsticks import (
 )
 from gyrodata.known_slips import Kind, explaining_slips
 from gyrodata.readings import Readings, read_reported, usable_inertia
+from gyrodata.reporting import factor_text
 from gyrodata.stacks import in_step
 
 if TYPE_CHECKING:
@@ -147,8 +148,9 @@ def grade_submission(
     """Grade one student.
 
     `rubric`: What is judged. Where the class is the reference, a "reference" mark has no points until `settle`.
-    `reported`: I_zz typed in by a person, instead of what was handed in. `mistake`: One in the log, undone before all is
-    judged. Gives: Status "not graded", and no points, where the log cannot be read or analysed, or a criterion cannot
+    `reported`: I_zz typed in by a person, instead of what was handed in. `mistake`: One in the log, undone first.
+
+    Gives: Status "not graded", and no points, where the log cannot be read or analysed, or a criterion cannot
     be judged. Bad data never raise.
     """
     # Whoever only hands out the work does not need them.
@@ -167,7 +169,12 @@ def grade_submission(
         asked = {ASKS[ask] for criterion in rubric.criteria for ask in criterion.asks}
         lacks = what_lacks(readings, analysis.measurements, analysis, asked) if asked else []
     except (GyroError, OSError, ArithmeticError, ValueError) as error:
-        return not_graded(submission, rubric, _why_not(error), getattr(error, "diagnostics", ()))
+        found = getattr(error, "diagnostics", ())
+        if mistake is None and any(one.code == COLUMNS_EXCHANGED for one in found):
+            again = grade_submission(submission, rubric, reported, EXCHANGED)
+            if again.d is not None and again.d <= FAR:
+                return again
+        return not_graded(submission, rubric, _why_not(error), found)
     evidence = replace(_gather(analysis, lacks, answers, rubric, bench), files=submission.members)
     marks = tuple(judge(criterion, evidence) for criterion in rubric.criteria)
     # The runs that look odd are in the analysis already.
@@ -233,9 +240,11 @@ def _settle_one(
     return added_up(replace(grade, marks=marks, zeta=zeta if isinstance(zeta, float) else None))
 
 
-AGREES, LOOKED_AT = 5.0, 10.0
-"""An I_zz nearer to the reference than the first agrees with it; a log that is farther than the second is worth a look
-[standard uncertainties of both]."""
+AGREES, MUCH = 5.0, 3.0
+"""A log is doubted if the answer is nearer to the reference than the first [standard uncertainties of both], and the
+log is more than the second times as far from it as the answer."""
+
+LOOKED_AT = 10.0  # a log whose own I_zz is farther from the reference is worth a look [standard uncertainties of both]
 
 
 def reconsider(
@@ -263,7 +272,9 @@ def reconsider(
         return abs(value - reference.inertia) / (math.hypot(u * value, reference.u) or 1e-9 * reference.inertia)
 
     far, value = away(grade.inertia, share), grade.reported_inertia
-    if far <= AGREES:
+    of_log = value is not None and (grade.d or 0.0) > FAR and away(value, min(share, COARSEST)) <= AGREES
+    of_log = of_log and abs(grade.inertia - reference.inertia) > MUCH * abs((value or 0.0) - reference.inertia)
+    if not of_log and (far <= LOOKED_AT or grade.slips or (grade.d or 0.0) > FAR):
         return grade
     try:
         readings = at_bench(submission, rubric.bench)[0]
@@ -275,24 +286,42 @@ def reconsider(
         found = explaining_slips(readings, measured, abs(grade.inertia or 0.0), expected)
         return [kind for kind, _ in found if not kind.kind.startswith("ball_")]
 
-    if value and away(value, min(share, COARSEST)) <= AGREES and (grade.d or 0.0) > FAR:
-        for kind in mistakes(value):
+    if value and of_log:
+        # Of headers that leave the same factor, the one without which the readings are of the usual size.
+        left = [(unusual(corrected(readings, kind)), kind) for kind in mistakes(value)]
+        likely = [kind for count, kind in sorted(left, key=lambda one: one[0]) if count <= unusual(readings)]
+        if grade.slips:
+            likely.append(_unknown_mistake(grade.inertia / value))
+        for kind in likely:
             again = grade_submission(submission, rubric, reported, kind)
             if again.d is not None and again.d <= FAR:
                 known = {name: getattr(grade, name) for name in ("name", "section", "station", "fingerprint")}
-                return _settle_one(replace(again, **known), rubric, references, scatters)
-    if far <= LOOKED_AT or grade.slips or (grade.d or 0.0) > FAR:
+                look = (*again.look, *([kind.log] if kind.kind == _UNKNOWN else []))
+                return _settle_one(replace(again, look=look, **known), rubric, references, scatters)
         return grade
-    look = f"the log's own I_zz is {far:.3g} standard uncertainties from the reference"
+    factor = factor_text(grade.inertia / reference.inertia)
+    told = f"the log's own I_zz is {far:.3g} standard uncertainties from the reference, {factor} it"
     marks = grade.marks
     if kinds := mistakes(reference.inertia):
-        why = f"one mistake in the log that would explain it: {' or '.join(kind.log for kind in kinds)}"
-        look = f"{look}; {why}"
+        why = f"one mistake in the log that would explain this factor: {' or '.join(kind.log for kind in kinds)}"
+        told = f"{told}; {why}"
         marks = tuple(
             replace(one, reason=f"{one.reason}; {why}; {kinds[0].remedy}") if one.check == "reference" else one
             for one in marks
         )
-    return replace(grade, marks=marks, look=(*grade.look, look))
+    return replace(grade, marks=marks, look=(*grade.look, told))
+
+
+_UNKNOWN = "unknown"
+
+
+def _unknown_mistake(factor: float) -> Kind:
+    """Say that a log leaves a factor in I_zz, and nothing that is known explains it."""
+    return Kind(
+        _UNKNOWN, torque=factor,
+        log=f"the log gives an I_zz that is {factor_text(factor)} the answer, which agrees with the reference",
+        remedy="check the unit in each header of the log",
+    )  # fmt: skip
 
 
 def added_up(grade: Grade) -> Grade:

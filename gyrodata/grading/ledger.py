@@ -211,7 +211,9 @@ def _value(what: str, value: str, points: Mapping[str, float], known: Mapping[st
     if what == FLAG and value.casefold() not in VERDICTS:
         message = f'flag = "{value[:60]}" settles nothing'
         raise UnfitError(message, f"write {', '.join(VERDICTS[:-1])} or {VERDICTS[-1]}", DESK_LINE_CANNOT_BE_USED)
-    return value.casefold() if what == FLAG else _student(value, known) if what == "partner" else "" if what in BARE else value
+    if what == FLAG:
+        return value.casefold()
+    return _student(value, known) if what == "partner" else "" if what in BARE else value
 
 
 def read_number(text: str) -> float | None:

@@ -20,7 +20,7 @@ from msgspec.structs import replace
 from gyrodata.diagnostics import LOG_CONTRADICTS_RIGHT_ANSWER
 from gyrodata.errors import Diagnostic
 from gyrodata.grading.yardsticks import OwnRuns, distance, nearest
-from gyrodata.known_slips import INVERSE_SLOPE, Kind, list_kinds
+from gyrodata.known_slips import INVERSE_SLOPE, SIZES, Kind, list_kinds
 from gyrodata.measurements import Measurements
 from gyrodata.physics import RPM, Floats
 from gyrodata.readings import Column, Reading, Readings
@@ -89,6 +89,12 @@ def find_slips(
     return tuple(told[:MOST])
 
 
+EXCHANGED = Kind(
+    "exchanged", log="the columns of spin and time are exchanged", remedy="exchange the headers of the two columns"
+)
+"""The one with which a log may give no I_zz at all."""
+
+
 def corrected(readings: Readings, kind: Kind) -> Readings:
     """Undo the mistake that a kind finds in a log, and warn of it."""
     columns, runs = dict(readings.columns), len(readings.runs)
@@ -97,7 +103,7 @@ def corrected(readings: Readings, kind: Kind) -> Readings:
     header = re.search(r'"(\w+) \[(.+?)\]"', kind.remedy)
     role = header[1] if header else "turns" if np.all(torque == 1) else "position"
     role = {"force": "mass", "angle": "turns"}.get(role, role)
-    if kind.kind == "exchanged":
+    if kind.kind == EXCHANGED.kind:
         spin, time = columns["spin"], columns["time"]
         columns["spin"] = replace(_scaled(time, np.full(runs, RPM)), role="spin", unit="rpm")
         columns["time"] = replace(_scaled(spin, np.full(runs, 1 / RPM)), role="time", unit="s")
@@ -108,6 +114,12 @@ def corrected(readings: Readings, kind: Kind) -> Readings:
             columns[name] = replace(_scaled(columns[name], factor), unit=unit)
     told = Diagnostic.of(LOG_CONTRADICTS_RIGHT_ANSWER, kind.log, kind.remedy, readings.name)
     return replace(readings, columns=columns, diagnostics=(*readings.diagnostics, told))
+
+
+def unusual(readings: Readings) -> int:
+    """Count the quantities of a log with a reading that this lab hardly ever has."""
+    columns = ((size, readings.columns[size.role].values) for size in SIZES if size.role in readings.columns)
+    return sum(any(one and not size.usual[0] <= abs(one) <= size.usual[1] for one in some) for size, some in columns)
 
 
 def _scaled(column: Column, factor: Floats) -> Column:
@@ -132,9 +144,7 @@ def _matching(reported: float, step: float, own: OwnRuns, kinds: list[Kind], wit
     fits = own.fits(product, torque)
     if "recommended" in plain:
         # Whoever used this fit had one factor in every run, if any.
-        factors = [np.broadcast_to(kind.torque, own.torque.shape)[own.torque != 0] / kind.product
-                   if np.ndim(kind.product) == 0 else np.array([math.nan]) for kind in kinds]  # fmt: skip
-        same = np.array([one[0] if np.ptp(one) <= 1e-9 * abs(one[0]) else math.nan for one in factors])
+        same = np.array([_of_every_run(kind, own) for kind in kinds])
         u = math.nan if own.recommended.u is None else own.recommended.u
         fits.append(("recommended", own.recommended.value * same, u * same))
     margin = FROM * own.yardstick
@@ -152,6 +162,14 @@ def _matching(reported: float, step: float, own: OwnRuns, kinds: list[Kind], wit
         if explaining:
             found.append((kind.rank, min(explaining, key=lambda slip: slip.distance)))
     return found
+
+
+def _of_every_run(kind: Kind, own: OwnRuns) -> float:
+    """Give the factor that a slip leaves in I_zz; NaN where runs differ in it."""
+    torque = np.broadcast_to(kind.torque, own.torque.shape)[own.torque != 0]
+    if np.ndim(kind.product) or np.ptp(torque) > 1e-9 * abs(torque[0]):
+        return math.nan
+    return float(torque[0] / kind.product)
 
 
 def _pairs(singles: list[Kind]) -> Iterator[Kind]:

@@ -338,7 +338,7 @@ BenchTable = defstruct(
 
 
 def at_bench(submission: Submission, bench: Bench) -> tuple[Readings, Answers, tuple[str, ...]]:
-    """Read a log, with what the bench is known for where it states nothing itself; say what was added: "u_time 0.3 s"."""
+    """Read a log, with what is known of the bench if it states nothing itself; say what was added: "u_time 0.3 s"."""
     readings, answers = submission.read()
     own = {*readings.constants, *readings.columns, *(["motion"] if readings.motion else [])}
     constants = {key: text for key, (text, u) in bench.items() if u is None and key not in own}

@@ -313,7 +313,9 @@ def desk(seed: int) -> str:
     whats = (*(one.id for one in rubric_of("full").criteria), "total", "reported", "station", "partner", "flag")
     lines = ["student,what,value,by,why"]
     for _ in range(rng.randrange(1, 6)):
-        value = rng.choice(("1", "2.5", "", "4.4e-3 ± 0.1e-3 kg m^2", "cleared", rng.choice(sorted(grades)), *HOSTILE[3:6]))
+        value = rng.choice(
+            ("1", "2.5", "", "4.4e-3 ± 0.1e-3 kg m^2", "cleared", rng.choice(sorted(grades)), *HOSTILE[3:5])
+        )
         line = [rng.choice(sorted(grades)), rng.choice((*whats, "hold", "excuse")), value, "Ann", text(rng, "talked")]
         lines.append(",".join(f'"{cell.replace(chr(34), chr(34) * 2)}"' if "," in cell else cell for cell in line))
     data = mutated(rng, "\n".join(lines) + "\n")

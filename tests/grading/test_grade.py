@@ -183,8 +183,6 @@ class TestPoints:
         assert marked.look == ("marked late, but nothing says by how much",)
 
 
-
-
 class TestAKnownSlip:
     @pytest.mark.parametrize("kind", [kind for kind in SLIPS if "+" not in kind])
     @pytest.mark.parametrize("fit", ["through_origin", "mean_of_ratios"])

@@ -290,17 +290,19 @@ def reconsider(
         # Of headers that leave the same factor, the one without which the readings are of the usual size.
         left = [(unusual(corrected(readings, kind)), kind) for kind in mistakes(value)]
         likely = [kind for count, kind in sorted(left, key=lambda one: one[0]) if count <= unusual(readings)]
+        factor = grade.inertia / value
+        unknown = f"the log gives an I_zz that is {factor_text(factor)} the answer, which agrees with the reference"
         if grade.slips:
-            likely.append(_unknown_mistake(grade.inertia / value))
+            likely.append(Kind("", torque=factor, log=unknown, remedy="check the unit in each header of the log"))
         for kind in likely:
             again = grade_submission(submission, rubric, reported, kind)
             if again.d is not None and again.d <= FAR:
                 known = {name: getattr(grade, name) for name in ("name", "section", "station", "fingerprint")}
-                look = (*again.look, *([kind.log] if kind.kind == _UNKNOWN else []))
+                look = (*again.look, *([unknown] if kind.log == unknown else []))
                 return _settle_one(replace(again, look=look, **known), rubric, references, scatters)
         return grade
-    factor = factor_text(grade.inertia / reference.inertia)
-    told = f"the log's own I_zz is {far:.3g} standard uncertainties from the reference, {factor} it"
+    times = factor_text(grade.inertia / reference.inertia)
+    told = f"the log's own I_zz is {far:.3g} standard uncertainties from the reference, {times} it"
     marks = grade.marks
     if kinds := mistakes(reference.inertia):
         why = f"one mistake in the log that would explain this factor: {' or '.join(kind.log for kind in kinds)}"
@@ -310,18 +312,6 @@ def reconsider(
             for one in marks
         )
     return replace(grade, marks=marks, look=(*grade.look, told))
-
-
-_UNKNOWN = "unknown"
-
-
-def _unknown_mistake(factor: float) -> Kind:
-    """Say that a log leaves a factor in I_zz, and nothing that is known explains it."""
-    return Kind(
-        _UNKNOWN, torque=factor,
-        log=f"the log gives an I_zz that is {factor_text(factor)} the answer, which agrees with the reference",
-        remedy="check the unit in each header of the log",
-    )  # fmt: skip
 
 
 def added_up(grade: Grade) -> Grade:

@@ -26,7 +26,7 @@ from gyrodata.grading.forensics import Flag
 from gyrodata.grading.grade import Decision, Grade, added_up, two_decimals
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.yardsticks import station_key
-from gyrodata.readings import read_reported
+from gyrodata.readings import listing, read_reported
 from gyrodata.reporting import csv_cell, csv_lines
 from gyrodata.toml_table import UnfitError, nearest
 
@@ -186,10 +186,10 @@ def _student(name: str, known: Mapping[str, Collection[str]]) -> str:
         hint = f"did you mean {' or '.join(keys)}?" if keys else "write what grades.csv has under student"
         raise UnfitError(f'"{name[:60]}" is nobody in this class', hint, DESK_STUDENT_UNKNOWN)
     keys = sorted(known[name.casefold()])
-    if len(keys) > 1:
-        message = f'{len(keys)} students are called "{name[:60]}": {", ".join(keys)}'
-        raise UnfitError(message, f"write {' or '.join(keys)} instead of the name", DESK_NAME_SHARED)
-    return keys[0]
+    if len(keys) > 1 and name not in keys:
+        message = f'{len(keys)} students are called "{name[:60]}": {listing(keys, 5)}'
+        raise UnfitError(message, f"write {' or '.join(keys[:5])} instead of the name", DESK_NAME_SHARED)
+    return name if name in keys else keys[0]
 
 
 def _what(word: str, points: Mapping[str, float]) -> str:

@@ -48,17 +48,21 @@ class Roster(Struct, frozen=True):
     def who_is_meant(self, submissions: Submissions) -> dict[str, set[str]]:
         """Give the keys of all who may be called by a name, by the name in small letters.
 
-        A key means its own student only; with a gradebook, those who handed in nothing have a name too.
+        A key means its own student only. One who handed in nothing may have the name of one who did.
         """
         people = (*self.people.values(), *self.absent)
         called = [(one.student, name) for one in people for name in (one.name, _alone(one.name, one.student)) if name]
         for item in submissions.items:
             names = (item.name, _alone(item.name, item.student), *item.ids.values())
             called += [(item.student, name) for name in names]
+        keys: dict[str, set[str]] = {}
+        for item in submissions.items:
+            keys.setdefault(item.student.casefold(), set()).add(item.student)
         meant: dict[str, set[str]] = {}
         for student, name in called:
             meant.setdefault(name.casefold(), set()).add(student)
-        return meant | {item.student.casefold(): {item.student} for item in submissions.items}
+        here = set().union(*keys.values())
+        return {name: students for name, students in meant.items() if students & here} | keys
 
     @property
     def partners(self) -> list[frozenset[str]]:

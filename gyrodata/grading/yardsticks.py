@@ -341,6 +341,7 @@ def at_bench(submission: Submission, bench: Bench) -> tuple[Readings, Answers, t
     """Read a log, with what is known of the bench if it states nothing itself; say what was added: "u_time 0.3 s"."""
     readings, answers = submission.read()
     own = {*readings.constants, *readings.columns, *(["motion"] if readings.motion else [])}
+    own |= {"g"} if "latitude" in own else set()  # which g follows from
     constants = {key: text for key, (text, u) in bench.items() if u is None and key not in own}
     if constants:
         readings, answers = submission.read(constants)

@@ -138,6 +138,14 @@ def test_rubric_bench_gives_the_ball_for_logs_without_it(tmp_path: Path) -> None
     assert (found[31]["bench"], found[32]["bench"]) == (["ball_diameter 10.16 cm"], [])
 
 
+def test_latitude_of_log_wins_over_g_of_bench(tmp_path: Path) -> None:
+    rubric, student = tmp_path / "rubric.toml", draw(1, 8)
+    rubric.write_text(default_rubric_text().replace('from = "class"\n\n# Or state it, as', 'g = "9.70 m/s^2"\n\n# Or'))
+    log = student.log("# latitude: 50 deg", reported_line(*student.answer()))
+    (with_bench,), (without,) = graded({student: log}, "--rubric", rubric), graded({student: log})
+    assert with_bench["inertia"] == without["inertia"]
+
+
 @pytest.mark.parametrize(
     "line",
     [
@@ -248,6 +256,17 @@ def test_desk_line_for_shared_name_is_refused_with_both_ids(with_sheet: bool, tm
         gyro(*run)
         totals = {row["student"]: row["total"] for row in rows_of(out / "grades.csv")[1:]}
         assert totals == {"7000": "20.00", "7001": "3.00", "7002": "20.00"}
+
+
+def test_desk_line_for_absent_student_is_still_refused(tmp_path: Path) -> None:
+    log = draw(1, 11).log(reported_line(*draw(1, 11).answer()))
+    root, out = make_folder(tmp_path / "class", {JANE.format(7000): log, JANE.format(7009): log}), tmp_path / "out"
+    (tmp_path / "w.csv").write_text(WORKSHEET, encoding="utf-8")
+    gyro("grade", root, "-o", out)
+    for name, code in (("Max Roe", "G772"), ("7002", "G772"), ("Jane Doe", "G775")):
+        (out / "desk.csv").write_text(f"student,what,value,by,why\n{name},total,3,Ann,x\n", encoding="utf-8")
+        done = gyro("grade", root, "-o", out, "--worksheet", tmp_path / "w.csv")
+        assert (done.exit_code, f"error {code}" in done.stderr) == (2, True)
 
 
 # --- the worklist and the desk ------------------------------------------------------------------------------

@@ -939,6 +939,18 @@ DESK_LINES_CONTRADICT = _error(
     "desk.csv: doejane,total,12 and doejane,total,13",
     "keep the one that is meant, and take the other out",
 )
+LOG_CONTRADICTS_RIGHT_ANSWER = _warning(
+    "G776",
+    "the answer agrees with the reference, and the log does not",
+    "mass [kg] above masses in grams, and # reported_inertia: 4.4e-3 kg m^2",
+    "correct the log as the message says",
+)
+DESK_NAME_SHARED = _error(
+    "G775",
+    "a name in desk.csv belongs to several students",
+    "desk.csv: Jane Doe,total,12",
+    "write one of the ids in the message, instead of the name",
+)
 
 # gyro itself
 FAULT_OF_GYRO = _error(

@@ -293,6 +293,12 @@ def _of_origin(readings: Readings, measured: Measurements) -> Iterator[Kind]:
         if diameter is not None:
             radius, shown = diameter / 2, f"{50 * diameter:.4g} cm"
             yield Kind(
+                "arm_from_surface", "the arm was measured from the ball's surface, not from its centre",
+                f"x goes from the centre of the ball to the weight: add the ball's radius, {shown}, to an arm that is "
+                "measured from its surface",
+                torque=np.where(measured.torque == 0, 1.0, np.where(arm > radius, (arm - radius) / arm, np.nan)),
+            )  # fmt: skip
+            yield Kind(
                 "from_surface", torque=arm / (arm + radius),
                 log="the arm is measured from the ball's surface, not from its centre",
                 remedy=f"add the ball's radius, {shown}, to every position",

@@ -161,8 +161,7 @@ def grade(
     # What was decided holds too where the grades are printed only.
     listed = roster or next((sheet for _, _, sheet in to_fill), None)
     people = Roster() if listed is None else read_roster(_read(listed), listed.name, submissions)
-    names = {person.name: student for student, person in people.people.items()} | submissions.aliases
-    desk = find_desk(folder or _usual_folder(path.resolve()), names, judged)
+    desk = find_desk(folder or _usual_folder(path.resolve()), people.who_is_meant(submissions), judged)
     complain(submissions.diagnostics, quiet)
     options = GradingOptions(
         workers=count_workers() if workers is None else workers,
@@ -372,7 +371,7 @@ def _told_where(folder: Path, waiting: int) -> list[str]:
 
 def _told(found: ClassGrades, options: GradingOptions) -> Iterator[str]:
     """Say who was graded in this run, and why."""
-    from gyrodata.grading import DESK
+    from gyrodata.grading import DESK, waiting_lines
     from gyrodata.readings import listing
     from gyrodata.reporting import count_text
 
@@ -384,8 +383,11 @@ def _told(found: ClassGrades, options: GradingOptions) -> Iterator[str]:
     known = len(found.grades) - len(found.again)
     if known:
         yield f"kept {known} as graded before"
-    if found.desk.left:
-        yield f"{DESK}: {count_text(len(found.desk.left), 'line')} without a value, left as gyro has it"
+    empty = [one for one in waiting_lines(found) if found.desk.empty(one)]
+    if empty:
+        yield f"{count_text(len(empty), 'line')} {'waits' if len(empty) == 1 else 'wait'} in {DESK} for a value"
+    if left := len(found.desk.left - {(one.student, one.what) for one in empty}):
+        yield f"{DESK}: {count_text(left, 'line')} without a value, left as gyro has it"
     if options.journal is not None and options.journal.damaged:
         yield str(options.journal.torn())
 

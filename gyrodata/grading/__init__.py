@@ -19,6 +19,7 @@ if TYPE_CHECKING:
         changes_in,
         find_desk,
         totals_from_here,
+        waiting_lines,
         write_feedback,
         write_results,
     )
@@ -53,7 +54,7 @@ __all__ = [
     "grade_class", "grade_lines", "grade_submission", "grades_csv", "grades_document", "judge_lateness", "keep_run",
     "own_runs", "points_text", "read_answers", "read_desk", "read_hand_in",
     "read_roster", "read_rubric", "read_sheet", "results_json", "rubric_shape", "settle", "totals_from_here",
-    "why_again", "write_feedback", "write_results",
+    "waiting_lines", "why_again", "write_feedback", "write_results",
 ]  # fmt: skip
 
 _MODULES = [

@@ -22,7 +22,7 @@ from gyrodata.disk import file_name, telling, write_whole
 from gyrodata.errors import GyroError, insist_on_type
 from gyrodata.grading.exports import class_summary, grades_csv
 from gyrodata.grading.forensics import Fingerprint, Flag, flag_class
-from gyrodata.grading.grade import Grade, from_json, grade_submission, not_graded, settle
+from gyrodata.grading.grade import Grade, from_json, grade_submission, not_graded, reconsider, settle
 from gyrodata.grading.journal import Basis, Entry, Journal, basis_of, why_again
 from gyrodata.grading.ledger import NO_DESK, Desk
 from gyrodata.grading.roster import Roster
@@ -110,6 +110,10 @@ def grade_class(
     made = {item.student: entries[item.student] for item in items}
     placed = [desk.with_station(roster.named(replace(one.grade, fingerprint=None))) for one in made.values()]
     settled, references, scatters = settle(placed, rubric)
+    settled = tuple(
+        reconsider(one, replace(item), rubric, references, scatters, desk.value(item.student, "reported"))
+        for one, item in zip(settled, items, strict=True)
+    )
     prints = {student: one.grade.fingerprint for student, one in made.items() if one.grade.fingerprint is not None}
     flags = flag_class(prints, [*roster.partners, *desk.partners], previous)
     compared = {key for flag in flags for pair in flag.pairs for key in pair}
@@ -227,7 +231,7 @@ def _draw(submission: Submission, rubric: Rubric) -> dict[str, tuple[bytes, str]
     from gyrodata.analysis import analyze_readings
 
     try:
-        analysis = analyze_readings(at_bench(submission.read()[0], rubric.bench)[0])
+        analysis = analyze_readings(at_bench(submission, rubric.bench)[0])
     except GyroError:
         return {}  # it has changed since it was graded; the next run sees that
     figures = plotting.render(analysis, "png")

@@ -74,7 +74,9 @@ def judge(criterion: Criterion, evidence: Evidence) -> Mark:
     if KINDS[criterion.check].of_report:
         if evidence.reported is None or evidence.reported.value is None:
             return mark(criterion, 0.0 if evidence.absent_is_zero else None, _absent_words(evidence.reported), {})
-        if criterion.gate is not None and not criterion.gate[0] <= abs(evidence.reported.value) <= criterion.gate[1]:
+        # A known slip has cost its points already.
+        value = evidence.reported.value / (evidence.factor if evidence.carries else 1.0)
+        if criterion.gate is not None and not criterion.gate[0] <= abs(value) <= criterion.gate[1]:
             low, high = (inertia_text(end, None) for end in criterion.gate)
             reason = (
                 f"{inertia_text(evidence.reported.value, None)} is not between {low} and {high}: nothing on a lab "
@@ -206,7 +208,8 @@ def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
         less = criterion.curve.share(carried if in_percent else d) - criterion.slip / (criterion.points or 1.0)
         if less > share:
             share, detail["slip_cost"] = less, criterion.slip
-        reason = f"{said}, {times} what your runs give, {own}: a known slip, see above"
+        words = " or ".join(slip.words for slip in evidence.slips)
+        reason = f"{said}, {times} what your runs give, {own}: one known mistake would explain that: {words}"
     elif d == 0:
         reason = f"{said}, and so do your runs: {own}"
     else:
@@ -242,7 +245,7 @@ def judge_reference(criterion: Criterion, pending: Mark, reference: Reference | 
     if in_percent:
         size = 100 * abs(value / reference.inertia - 1)
         far, detail = f"{size:.2g} %", {**detail, "percent": size}
-    reason = f"{inertia_text(value, None if in_percent else u)}{undone} is {far} from {reference.words}"
+    reason = f"{inertia_text(value, None)}{undone} is {far} from {reference.words}"
     return mark(criterion, criterion.curve.share(size), reason, detail)
 
 

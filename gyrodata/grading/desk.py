@@ -24,9 +24,9 @@ from gyrodata.grading.exports.gradebooks import Filled, Ours, fill_book
 from gyrodata.grading.grade import Grade, not_graded
 from gyrodata.grading.ledger import (
     DESK,
+    FLAG,
     NO_DESK,
     SETTLING,
-    STALE,
     TODO,
     Desk,
     Offer,
@@ -81,7 +81,7 @@ def changes_in(folder: Path, found: ClassGrades) -> tuple[Change, ...] | None:
         return compare_tables(_text(there), found.table) if there.is_file() else ()
 
 
-def find_desk(folder: Path, students: Mapping[str, str], rubric: Rubric) -> Desk:
+def find_desk(folder: Path, students: Mapping[str, Collection[str]], rubric: Rubric) -> Desk:
     """Read the desk of a folder; raise with all its faults. `students`: As `read_desk` has it."""
     try:
         return read_desk((folder / DESK).read_bytes(), students, rubric)
@@ -162,49 +162,50 @@ def _find_offers(found: ClassGrades, folder: Path, filled: Mapping[str, Filled])
         for student, value in sheet.by_hand:
             where, reason = "stands in the gradebook", "other points stand in the gradebook"
             offers.append(offer_points(student, TOTAL, value, found.rubric.points, where, reason))
-    for grade in found.grades:
-        if grade.why is not None:
-            missing = grade.own and grade.reported_inertia is None
-            reason = f"no grade: {_MISSING if missing else _UNJUDGED if grade.own else _UNREAD}"
-            offers.append(Offer(grade.student, "reported" if missing else TOTAL, "", grade.why, reason))
-    offers += [Offer(grade.student, TOTAL, "", look, in_general(look)) for grade in found.grades for look in grade.look]
-    offers += _partners(found)
-    offers += [
-        Offer(grade.student, mark.criterion, "", mark.reason, f"points to give: {mark.title}")
-        for grade in found.grades
-        for mark in grade.marks
-        if mark.waits and grade.status in ("so far", "not graded")
-    ]
-    decides = found.desk.decides
-    waiting = (one for one in offers if one.flag or one.why.startswith(STALE) or not decides(one.student, one.what))
     together: dict[str, dict[Offer, None]] = {}
-    for offer in waiting:
+    for offer in (*filter(found.desk.waits, offers), *waiting_lines(found)):
         together.setdefault(offer.reason, {})[offer] = None
     return [offer for same in together.values() for offer in same]
 
 
-MOST_PARTNERS = 20  # students of a flag whose pairs are offered as partners: of a hundred there are five thousand
-
 _MISSING, _UNJUDGED, _UNREAD = "no I_zz is reported", "a part cannot be judged", "the log cannot be used"
 
 
-def _partners(found: ClassGrades) -> Iterator[Offer]:
-    """Offer each pair of a flag once, as partners; whoever has no partner in it, to be put on hold."""
+def waiting_lines(found: ClassGrades) -> Iterator[Offer]:
+    """Offer what waits in the grades and flags themselves, without what the desk speaks of."""
     desk = found.desk
-    settled = {student for student in found.names if any(desk.decides(student, what) for what in SETTLING)}
-    known = [*desk.partners, *found.roster.partners]
+    for grade in found.grades:
+        # An empty line gives nobody a grade.
+        if grade.why is not None:
+            missing = grade.own and grade.reported_inertia is None
+            reason = f"no grade: {_MISSING if missing else _UNJUDGED if grade.own else _UNREAD}"
+            yield Offer(grade.student, "reported" if missing else TOTAL, "", grade.why, reason)
+    for grade in found.grades:
+        for look in grade.look:
+            offer = Offer(grade.student, TOTAL, "", look, in_general(look))
+            if desk.waits(offer):
+                yield offer
+    graded = {student for student in found.names if any(desk.value(student, what) is not None for what in SETTLING)}
+    alone = frozenset[str]().union(*(group for group in desk.settled if len(group) == 1))
+    known = [*desk.partners, *found.roster.partners, *desk.settled]
     for flag in found.flags:
-        told, reason = f"flag: {flag.kind}: {flag.evidence}", f"flag: {flag.kind}"
-        if flag.previous or not 1 < len(flag.students) <= MOST_PARTNERS:
-            waiting = (student for student in flag.students if student not in settled)
-            yield from (Offer(student, "hold", "", told, reason, flag) for student in waiting)
-            continue
-        for pair in combinations(flag.students, 2):
-            open_ones = [student for student in pair if student not in settled]
-            left = any((student, "partner") in desk.left for student in pair)
-            if open_ones and not left and not any(group.issuperset(pair) for group in known):
-                other = pair[pair[0] == open_ones[0]]
-                yield Offer(open_ones[0], "partner", other, told, reason, flag)
+        # Each pair of a flag is settled, or where it is about other logs too, each student.
+        if flag.previous or len(flag.students) == 1:
+            settled = graded | alone | (set(flag.students) if frozenset(flag.students) in desk.settled else set())
+            waits = not settled.issuperset(flag.students)
+        else:
+            waits = not all(
+                graded.issuperset(pair) or alone.intersection(pair) or any(group.issuperset(pair) for group in known)
+                for pair in combinations(flag.students, 2)
+            )
+        if waits:
+            yield Offer(flag.students[0], FLAG, "", f"flag: {flag.kind}: {flag.evidence}", f"flag: {flag.kind}", flag)
+    for grade in found.grades:
+        for mark in grade.marks:
+            if mark.waits and grade.status in ("so far", "not graded"):
+                offer = Offer(grade.student, mark.criterion, "", mark.reason, f"points to give: {mark.title}")
+                if desk.waits(offer):
+                    yield offer
 
 
 def _files_of(item: Submission) -> str:

@@ -114,5 +114,7 @@ def _lead(grade: Grade) -> str:
     if grade.slips:
         return "One slip on the way from your runs to the answer is worth finding: see below."
     if len(short) == 1:
-        return f"All is well but for one thing: {short[0].title[0].lower()}{short[0].title[1:]}."
+        one = short[0]
+        points = f"{points_text(one.points)} of {points_text(one.out_of)}"
+        return f'Only one criterion lost points: "{shown(one.title)}" ({points}).'
     return "Below is what was found in your own numbers, and where the points went."

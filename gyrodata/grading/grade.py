@@ -8,6 +8,7 @@ and makes the whole grade "not graded", with the reason, so that a person looks 
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
@@ -15,15 +16,16 @@ import msgspec
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from gyrodata.diagnostics import OUTLIER
+from gyrodata.diagnostics import COLUMNS_EXCHANGED, OUTLIER
 from gyrodata.errors import Diagnostic, GyroError, LogError
 from gyrodata.fitting import times_stated
 from gyrodata.grading.criteria import Evidence, Mark, judge, judge_reference, judge_scatter, mark, scatter_of
 from gyrodata.grading.forensics import Fingerprint, fingerprint
 from gyrodata.grading.late import Lateness, judge_lateness
 from gyrodata.grading.rubric import ASKS, Rubric
-from gyrodata.grading.slips import SAME, Slip, find_slips
+from gyrodata.grading.slips import EXCHANGED, SAME, Slip, corrected, find_slips, unusual
 from gyrodata.grading.yardsticks import (
+    COARSEST,
     BenchScatter,
     Reference,
     at_bench,
@@ -34,7 +36,9 @@ from gyrodata.grading.yardsticks import (
     own_runs,
     station_key,
 )
+from gyrodata.known_slips import Kind, explaining_slips
 from gyrodata.readings import Readings, read_reported, usable_inertia
+from gyrodata.reporting import factor_text
 from gyrodata.stacks import in_step
 
 if TYPE_CHECKING:
@@ -138,12 +142,16 @@ def from_json(text: str | bytes, kind: type[Record]) -> Record:
             raise ValueError(str(error)) from None
 
 
-def grade_submission(submission: Submission, rubric: Rubric, reported: str | None = None) -> Grade:
+def grade_submission(
+    submission: Submission, rubric: Rubric, reported: str | None = None, mistake: Kind | None = None
+) -> Grade:
     """Grade one student.
 
     `rubric`: What is judged. Where the class is the reference, a "reference" mark has no points until `settle`.
-    `reported`: I_zz typed in by a person, instead of what was handed in. Gives: Status "not graded", and no points,
-    where the log cannot be read or analysed, or a criterion cannot be judged. Bad data never raise.
+    `reported`: I_zz typed in by a person, instead of what was handed in. `mistake`: One in the log, undone first.
+
+    Gives: Status "not graded", and no points, where the log cannot be read or analysed, or a criterion cannot
+    be judged. Bad data never raise.
     """
     # Whoever only hands out the work does not need them.
     from gyrodata.analysis import analyze_readings
@@ -152,16 +160,22 @@ def grade_submission(submission: Submission, rubric: Rubric, reported: str | Non
     if submission.problem is not None:
         return not_graded(submission, rubric, submission.problem)
     try:
-        readings, answers = submission.read()
-        readings, bench = at_bench(readings, rubric.bench)
+        readings, answers, bench = at_bench(submission, rubric.bench)
         if reported is not None:
             answers = replace(answers, inertia=read_reported("inertia", reported))
+        if mistake is not None:
+            readings = corrected(readings, mistake)
         analysis = analyze_readings(readings, whole=False)
         asked = {ASKS[ask] for criterion in rubric.criteria for ask in criterion.asks}
         lacks = what_lacks(readings, analysis.measurements, analysis, asked) if asked else []
         lacks += [one for one in analysis.diagnostics if one.code == OUTLIER]
     except (GyroError, OSError, ArithmeticError, ValueError) as error:
-        return not_graded(submission, rubric, _why_not(error), getattr(error, "diagnostics", ()))
+        found = getattr(error, "diagnostics", ())
+        if mistake is None and any(one.code == COLUMNS_EXCHANGED for one in found):
+            again = grade_submission(submission, rubric, reported, EXCHANGED)
+            if again.d is not None and again.d <= FAR:
+                return again
+        return not_graded(submission, rubric, _why_not(error), found)
     evidence = replace(_gather(analysis, lacks, answers, rubric, bench), files=submission.members)
     marks = tuple(judge(criterion, evidence) for criterion in rubric.criteria)
     # The runs that look odd are in the analysis already.
@@ -225,6 +239,80 @@ def _settle_one(
     )
     zeta = next((one.detail["z"] for one in marks if "z" in one.detail), None)
     return added_up(replace(grade, marks=marks, zeta=zeta if isinstance(zeta, float) else None))
+
+
+AGREES, MUCH = 5.0, 3.0
+"""A log is doubted if the answer is nearer to the reference than the first [standard uncertainties of both], and the
+log is more than the second times as far from it as the answer."""
+
+LOOKED_AT = 10.0  # a log whose own I_zz is farther from the reference is worth a look [standard uncertainties of both]
+
+
+def reconsider(
+    grade: Grade,
+    submission: Submission,
+    rubric: Rubric,
+    references: Mapping[str, Reference],
+    scatters: Mapping[str, BenchScatter],
+    reported: str | None,
+) -> Grade:
+    """Look for a mistake in a log whose own I_zz is far from the reference.
+
+    `grade`: As `settle` gave it. `reported`: As `grade_submission` has it. Gives: Where the answer agrees with the
+    reference, and follows from the log once a known mistake in it is undone, the grade for that; else a line for a
+    person to look at, if nothing else explains the log.
+    """
+    from gyrodata.analysis import analyze_readings
+
+    reference = references.get(grade.station or "all") or references.get("all")
+    if reference is None or not grade.own or not grade.inertia:
+        return grade
+    share = (grade.inertia_u or 0.0) / abs(grade.inertia)
+
+    def away(value: float, u: float) -> float:
+        return abs(value - reference.inertia) / (math.hypot(u * value, reference.u) or 1e-9 * reference.inertia)
+
+    far, value = away(grade.inertia, share), grade.reported_inertia
+    of_log = value is not None and (grade.d or 0.0) > FAR and away(value, min(share, COARSEST)) <= AGREES
+    of_log = of_log and abs(grade.inertia - reference.inertia) > MUCH * abs((value or 0.0) - reference.inertia)
+    if not of_log and (far <= LOOKED_AT or grade.slips or (grade.d or 0.0) > FAR):
+        return grade
+    try:
+        readings = at_bench(submission, rubric.bench)[0]
+        measured = analyze_readings(readings, whole=False).measurements
+    except GyroError:
+        return grade  # it has changed since it was graded; the next run sees that
+
+    def mistakes(expected: float) -> list[Kind]:
+        found = explaining_slips(readings, measured, abs(grade.inertia or 0.0), expected)
+        return [kind for kind, _ in found if not kind.kind.startswith("ball_")]
+
+    if value and of_log:
+        # Of headers that leave the same factor, the one without which the readings are of the usual size.
+        left = [(unusual(corrected(readings, kind)), kind) for kind in mistakes(value)]
+        likely = [kind for count, kind in sorted(left, key=lambda one: one[0]) if count <= unusual(readings)]
+        factor = grade.inertia / value
+        unknown = f"the log gives an I_zz that is {factor_text(factor)} the answer, which agrees with the reference"
+        if grade.slips:
+            likely.append(Kind("", torque=factor, log=unknown, remedy="check the unit in each header of the log"))
+        for kind in likely:
+            again = grade_submission(submission, rubric, reported, kind)
+            if again.d is not None and again.d <= FAR:
+                known = {name: getattr(grade, name) for name in ("name", "section", "station", "fingerprint")}
+                look = (*again.look, *([unknown] if kind.log == unknown else []))
+                return _settle_one(replace(again, look=look, **known), rubric, references, scatters)
+        return grade
+    times = factor_text(grade.inertia / reference.inertia)
+    told = f"the log's own I_zz is {far:.3g} standard uncertainties from the reference, {times} it"
+    marks = grade.marks
+    if kinds := mistakes(reference.inertia):
+        why = f"one mistake in the log that would explain this factor: {' or '.join(kind.log for kind in kinds)}"
+        told = f"{told}; {why}"
+        marks = tuple(
+            replace(one, reason=f"{one.reason}; {why}; {kinds[0].remedy}") if one.check == "reference" else one
+            for one in marks
+        )
+    return replace(grade, marks=marks, look=(*grade.look, told))
 
 
 def added_up(grade: Grade) -> Grade:

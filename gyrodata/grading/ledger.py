@@ -7,7 +7,7 @@ import difflib
 import hashlib
 import io
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from itertools import zip_longest
 
 from msgspec import Struct
@@ -17,6 +17,7 @@ from gyrodata.diagnostics import (
     DESK_CANNOT_BE_READ,
     DESK_LINE_CANNOT_BE_USED,
     DESK_LINES_CONTRADICT,
+    DESK_NAME_SHARED,
     DESK_STUDENT_UNKNOWN,
 )
 from gyrodata.errors import Diagnostic, InputError
@@ -25,14 +26,17 @@ from gyrodata.grading.forensics import Flag
 from gyrodata.grading.grade import Decision, Grade, added_up, two_decimals
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.yardsticks import station_key
-from gyrodata.readings import read_reported
+from gyrodata.readings import listing, read_reported
 from gyrodata.reporting import csv_cell, csv_lines
 from gyrodata.toml_table import UnfitError, nearest
 
 DESK, TODO = "desk.csv", "desk-todo.csv"
 COLUMNS = ("student", *Decision.__struct_fields__)
-WORDS = ("total", "reported", "station", "partner", "comment", "hold", "excuse")
+WORDS = ("total", "reported", "station", "partner", "flag", "comment", "hold", "excuse")
 """What may be decided besides the points of a criterion."""
+
+FLAG, VERDICTS, BETWEEN = "flag", ("partners", "copied", "cleared"), " + "
+"""How a flag is settled, and what stands between the students of one."""
 
 SEVERAL = ("partner", "comment")  # a student may have several lines of these
 BARE = ("hold", "excuse")  # these need no value
@@ -45,6 +49,10 @@ class Desk(Struct, frozen=True):
 
     lines: Mapping[str, tuple[Decision, ...]]  # by student, in the order of the file
     left: frozenset[tuple[str, str]] = frozenset()  # student and what of the lines without a value: left as gyro has it
+    unfilled: frozenset[tuple[str, str, str]] = frozenset()
+    """Student, what, and the reason in general of the lines with neither a value nor a name."""
+    settled: Mapping[frozenset[str], str] = {}
+    """How each line settles a flag, by the students in it; one student alone: all flags of that student."""
 
     def value(self, student: str, what: str) -> str | None:
         """Give what was decided of one thing; None for nothing."""
@@ -54,11 +62,23 @@ class Desk(Struct, frozen=True):
         """Tell whether a line speaks of one thing."""
         return (student, what) in self.left or any(one.what == what for one in self.lines.get(student, ()))
 
+    def empty(self, offer: Offer) -> bool:
+        """Tell whether a line speaks of what is offered, and has no value."""
+        return (offer.student, offer.what) in self.left or self._copied(offer)
+
+    def waits(self, offer: Offer) -> bool:
+        """Tell whether what is offered is still to be decided: a line that was only copied decides nothing."""
+        return offer.why.startswith(STALE) or self._copied(offer) or not self.decides(offer.student, offer.what)
+
+    def _copied(self, offer: Offer) -> bool:
+        return (offer.student, offer.what, in_general(offer.why)) in self.unfilled
+
     @property
     def partners(self) -> list[frozenset[str]]:
         """Those who hand in the same data."""
         found = ((student, one) for student, lines in self.lines.items() for one in lines if one.what == "partner")
-        return [frozenset((student, one.value)) for student, one in found]
+        declared = [group for group, verdict in self.settled.items() if verdict == VERDICTS[0] and len(group) > 1]
+        return [*(frozenset((student, one.value)) for student, one in found), *declared]
 
     def first_seen(self, grade: Grade, before: Mapping[str, str]) -> dict[str, str]:
         """Say of each line which submission it was written for, by the line: the one of the first run that saw it."""
@@ -104,16 +124,17 @@ def _given(mark: Mark, decision: Decision) -> Mark:
     return replace(mark, points=round(read_number(decision.value) or 0.0, 2), reason=reason, detail={}, rule="")
 
 
-def read_desk(data: bytes, students: Mapping[str, str], rubric: Rubric) -> Desk:
+def read_desk(data: bytes, students: Mapping[str, Collection[str]], rubric: Rubric) -> Desk:
     """Read the file; raise with a fault for each line that cannot be used.
 
-    `students`: Every name by which a student may be called there, with the student's key.
+    `students`: Every name by which a student may be called there, in small letters, with the keys of all who have it.
     """
-    known = {name.casefold(): key for name, key in students.items()}
     points = {one.id: one.points for one in rubric.criteria} | {"total": rubric.points}
     faults: list[Diagnostic] = []
     lines: dict[str, dict[tuple[str, str], tuple[int, Decision]]] = {}
     left: set[tuple[str, str]] = set()
+    unfilled: set[tuple[str, str, str]] = set()
+    settled: dict[frozenset[str], str] = {}
     number = 0
     try:
         text = data.decode("utf-8-sig", "replace")
@@ -123,18 +144,30 @@ def read_desk(data: bytes, students: Mapping[str, str], rubric: Rubric) -> Desk:
         for number, cells in csv_table(text, *COLUMNS[:3]) if text.strip() else ():
             row = dict.fromkeys(COLUMNS, "") | {column.casefold(): cell for column, cell in cells.items()}
             try:
-                student, what = _student(row["student"], known), _what(row["what"], points)
+                one_name = row["what"].casefold() != FLAG or row["student"].casefold() in students
+                names = [row["student"]] if one_name else row["student"].split(BETWEEN)
+                people = sorted({_student(name, students) for name in names})
+                what = _what(row["what"], points)
                 if not row["value"] and what not in BARE:
-                    left.add((student, what))
+                    if what != FLAG:
+                        left.add((people[0], what))
+                    if not row["by"]:
+                        unfilled.add((people[0], what, in_general(row["why"])))
                     continue
-                value = _value(what, row["value"], points, known)
-                mine = lines.setdefault(student, {})
-                at, before = mine.get((what, value if what in SEVERAL else ""), (number, None))
-                if before is not None and before.value != value:
-                    message = f'{what} of "{row["student"]}" is {value} here and {before.value} in line {at}'
-                    hint = "keep the line that holds, and remove the other"
-                    raise UnfitError(message, hint, DESK_LINES_CONTRADICT)
-                mine[what, value if what in SEVERAL else ""] = at, Decision(what, value, row["by"], row["why"])
+                value = _value(what, row["value"], points, students)
+                if what == FLAG and not row["by"]:
+                    hint = "write who has decided it, under by"
+                    raise UnfitError("a flag is settled by a person", hint, DESK_LINE_CANNOT_BE_USED)
+                settled |= {frozenset(people): value} if what == FLAG else {}
+                key = what, BETWEEN.join(people) if what == FLAG else value if what in SEVERAL else ""
+                for student in people:
+                    mine = lines.setdefault(student, {})
+                    at, before = mine.get(key, (number, None))
+                    if before is not None and before.value != value:
+                        message = f'{what} of "{row["student"]}" is {value} here and {before.value} in line {at}'
+                        hint = "keep the line that holds, and remove the other"
+                        raise UnfitError(message, hint, DESK_LINES_CONTRADICT)
+                    mine[key] = at, Decision(what, value, row["by"], row["why"])
             except UnfitError as error:
                 faults.append(Diagnostic.of(error.code, str(error), error.hint, DESK, number))
     except (csv.Error, LookupError) as error:
@@ -143,15 +176,20 @@ def read_desk(data: bytes, students: Mapping[str, str], rubric: Rubric) -> Desk:
     if faults:
         raise InputError(faults)
     decided = {student: tuple(one for _, one in mine.values()) for student, mine in lines.items()}
-    return Desk(decided, frozenset(left))
+    return Desk(decided, frozenset(left), frozenset(unfilled), settled)
 
 
-def _student(name: str, known: Mapping[str, str]) -> str:
+def _student(name: str, known: Mapping[str, Collection[str]]) -> str:
     if name.casefold() not in known:
         close = difflib.get_close_matches(name.casefold(), known, n=1)
-        hint = f"did you mean {known[close[0]]}?" if close else "write what grades.csv has under student"
+        keys = sorted(known[close[0]]) if close else []
+        hint = f"did you mean {' or '.join(keys)}?" if keys else "write what grades.csv has under student"
         raise UnfitError(f'"{name[:60]}" is nobody in this class', hint, DESK_STUDENT_UNKNOWN)
-    return known[name.casefold()]
+    keys = sorted(known[name.casefold()])
+    if len(keys) > 1 and name not in keys:
+        message = f'{len(keys)} students are called "{name[:60]}": {listing(keys, 5)}'
+        raise UnfitError(message, f"write {' or '.join(keys[:5])} instead of the name", DESK_NAME_SHARED)
+    return name if name in keys else keys[0]
 
 
 def _what(word: str, points: Mapping[str, float]) -> str:
@@ -161,7 +199,7 @@ def _what(word: str, points: Mapping[str, float]) -> str:
     raise UnfitError(message, nearest(word, (*points, *WORDS[1:])), DESK_LINE_CANNOT_BE_USED)
 
 
-def _value(what: str, value: str, points: Mapping[str, float], known: Mapping[str, str]) -> str:
+def _value(what: str, value: str, points: Mapping[str, float], known: Mapping[str, Collection[str]]) -> str:
     """Give a value as it is kept."""
     if what in points and not _is_points(value, points[what]):
         message = f'{what} = "{value[:60]}" is no number of points from 0 to {points[what]:g}'
@@ -170,6 +208,11 @@ def _value(what: str, value: str, points: Mapping[str, float], known: Mapping[st
         message = f'reported = "{value[:60]}" cannot be read: {read.problem or "it is no number"}'
         hint = "write value, uncertainty and unit: 4.4e-3 ± 0.1e-3 kg m^2"
         raise UnfitError(message, hint, DESK_LINE_CANNOT_BE_USED)
+    if what == FLAG and value.casefold() not in VERDICTS:
+        message = f'flag = "{value[:60]}" settles nothing'
+        raise UnfitError(message, f"write {', '.join(VERDICTS[:-1])} or {VERDICTS[-1]}", DESK_LINE_CANNOT_BE_USED)
+    if what == FLAG:
+        return value.casefold()
     return _student(value, known) if what == "partner" else "" if what in BARE else value
 
 
@@ -226,7 +269,12 @@ class Offer(Struct, frozen=True):
     @property
     def cells(self) -> list[str]:
         """The columns of the desk, who decides left open."""
-        return [csv_cell(one) for one in (self.student, self.what, self.value, "", self.why)]
+        return [csv_cell(one) for one in (BETWEEN.join(self.people), self.what, self.value, "", self.why)]
+
+    @property
+    def people(self) -> tuple[str, ...]:
+        """All whom it is about."""
+        return self.flag.students if self.flag is not None else (self.student,)
 
 
 def offer_points(student: str, what: str, value: str, most: float, where: str, reason: str) -> Offer:
@@ -246,7 +294,10 @@ def in_general(why: str) -> str:
 def todo_csv(offers: Iterable[Offer], names: Mapping[str, str], files: Mapping[str, str]) -> str:
     """Write the lines by student, with the name of each and the files to look into behind them."""
     ordered = sorted(offers, key=lambda one: (one.student, one.what, one.value, one.why))
-    rows = ([*one.cells, csv_cell(names.get(one.student, "")), csv_cell(files[one.student])] for one in ordered)
+    rows = (
+        [*one.cells, *(csv_cell(BETWEEN.join(told[key] for key in one.people)) for told in (names, files))]
+        for one in ordered
+    )
     return csv_lines([(*COLUMNS, "name", "look into"), *rows])
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Mapping
 from typing import NamedTuple
 
@@ -44,6 +45,25 @@ class Roster(Struct, frozen=True):
         station = grade.station or station_key(person.station) or None
         return replace(grade, name=person.name or grade.name, section=person.section, station=station)
 
+    def who_is_meant(self, submissions: Submissions) -> dict[str, set[str]]:
+        """Give the keys of all who may be called by a name, by the name in small letters.
+
+        A key means its own student only. One who handed in nothing may have the name of one who did.
+        """
+        people = (*self.people.values(), *self.absent)
+        called = [(one.student, name) for one in people for name in (one.name, _alone(one.name, one.student)) if name]
+        for item in submissions.items:
+            names = (item.name, _alone(item.name, item.student), *item.ids.values())
+            called += [(item.student, name) for name in names]
+        keys: dict[str, set[str]] = {}
+        for item in submissions.items:
+            keys.setdefault(item.student.casefold(), set()).add(item.student)
+        meant: dict[str, set[str]] = {}
+        for student, name in called:
+            meant.setdefault(name.casefold(), set()).add(student)
+        here = set().union(*keys.values())
+        return {name: students for name, students in meant.items() if students & here} | keys
+
     @property
     def partners(self) -> list[frozenset[str]]:
         """Those who hand in the same data."""
@@ -83,7 +103,18 @@ def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
             absent.append(person)
         else:
             people.setdefault(key, person)
-    return Roster(people, tuple(sorted(absent)))
+    counts = Counter(one.name for one in (*people.values(), *absent))
+    # Two with one name are told apart by what each is known by.
+    parted = {
+        key: one._replace(name=f"{one.name} ({key})") if one.name and counts[one.name] > 1 else one
+        for key, one in people.items()
+    }
+    return Roster(parted, tuple(sorted(absent)))
+
+
+def _alone(name: str, student: str) -> str:
+    """Take the key from a name that has it, because others have the same name."""
+    return name.removesuffix(f" ({student})")
 
 
 def _bare(text: str) -> str:

@@ -340,7 +340,10 @@ class _Criterion(Struct, frozen=True):
             told = f"all points for {given.full.text}, none for {given.zero.text}; {curve.variable}: "
             told = f"{told}{MEANINGS[curve.variable]}".replace("<=", "≤").replace(">=", "≥").replace("..", " to ")
         more = getattr(self, "slip", 0.0), getattr(self, "gate", None), tuple(dict.fromkeys(getattr(self, "asks", ())))
-        return Criterion(self.id, given.title, check, self.points, curve, told, *more)
+        title = given.title
+        if curve.variable == "stated" and title == KINDS[check].title:
+            title = "An uncertainty is stated"
+        return Criterion(self.id, title, check, self.points, curve, told, *more)
 
 
 def _keys_of(check: str, kind: Kind) -> Any:

@@ -9,16 +9,21 @@ report, and one whose result lies among what honest fits of the same runs give c
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from itertools import combinations
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
+from gyrodata.diagnostics import LOG_CONTRADICTS_RIGHT_ANSWER
+from gyrodata.errors import Diagnostic
 from gyrodata.grading.yardsticks import OwnRuns, distance, nearest
-from gyrodata.known_slips import INVERSE_SLOPE, Kind, list_kinds
+from gyrodata.known_slips import INVERSE_SLOPE, SIZES, Kind, list_kinds
 from gyrodata.measurements import Measurements
-from gyrodata.readings import Readings
+from gyrodata.physics import RPM, Floats
+from gyrodata.readings import Column, Reading, Readings
 
 FROM = 3.0  # a report nearer than this to an accepted fit [u] is arithmetic as it should be: no slip is looked for
 
@@ -84,6 +89,49 @@ def find_slips(
     return tuple(told[:MOST])
 
 
+EXCHANGED = Kind(
+    "exchanged", log="the columns of spin and time are exchanged", remedy="exchange the headers of the two columns"
+)
+"""The one with which a log may give no I_zz at all."""
+
+
+def corrected(readings: Readings, kind: Kind) -> Readings:
+    """Undo the mistake that a kind finds in a log, and warn of it."""
+    columns, runs = dict(readings.columns), len(readings.runs)
+    torque, product = np.broadcast_to(kind.torque, runs), np.broadcast_to(kind.product, runs)
+    # What is to be typed names the column.
+    header = re.search(r'"(\w+) \[(.+?)\]"', kind.remedy)
+    role = header[1] if header else "turns" if np.all(torque == 1) else "position"
+    role = {"force": "mass", "angle": "turns"}.get(role, role)
+    if kind.kind == EXCHANGED.kind:
+        spin, time = columns["spin"], columns["time"]
+        columns["spin"] = replace(_scaled(time, np.full(runs, RPM)), role="spin", unit="rpm")
+        columns["time"] = replace(_scaled(spin, np.full(runs, 1 / RPM)), role="time", unit="s")
+    else:
+        factor = product if role == "time" else 1 / (product if role in ("spin", "turns") else torque)
+        for name in {role, *(["spin_start", "spin_end"] if role == "spin" else [])} & columns.keys():
+            unit = header[2] if header and header[1] == role else columns[name].unit
+            columns[name] = replace(_scaled(columns[name], factor), unit=unit)
+    told = Diagnostic.of(LOG_CONTRADICTS_RIGHT_ANSWER, kind.log, kind.remedy, readings.name)
+    return replace(readings, columns=columns, diagnostics=(*readings.diagnostics, told))
+
+
+def unusual(readings: Readings) -> int:
+    """Count the quantities of a log with a reading that this lab hardly ever has."""
+    columns = ((size, readings.columns[size.role].values) for size in SIZES if size.role in readings.columns)
+    return sum(any(one and not size.usual[0] <= abs(one) <= size.usual[1] for one in some) for size, some in columns)
+
+
+def _scaled(column: Column, factor: Floats) -> Column:
+    """Multiply the readings of a column, and what is known of each."""
+
+    def times(one: Reading, by: float) -> Reading:
+        u = one.u and replace(one.u, absolute=by * one.u.absolute)
+        return replace(one, value=one.value and by * one.value, step=one.step and by * one.step, u=u)
+
+    return replace(column, readings=tuple(map(times, column.readings, factor.tolist())))
+
+
 def _slip(kind: Kind, factor: float, fit: str, u: float | None, away: float) -> Slip:
     return Slip(kind.kind, kind.words, kind.check, factor, fit, u, away)
 
@@ -96,7 +144,7 @@ def _matching(reported: float, step: float, own: OwnRuns, kinds: list[Kind], wit
     fits = own.fits(product, torque)
     if "recommended" in plain:
         # Whoever used this fit had one factor in every run, if any.
-        same = np.array([kind.torque / kind.product if np.ndim(kind.product) == 0 else math.nan for kind in kinds])
+        same = np.array([_of_every_run(kind, own) for kind in kinds])
         u = math.nan if own.recommended.u is None else own.recommended.u
         fits.append(("recommended", own.recommended.value * same, u * same))
     margin = FROM * own.yardstick
@@ -116,13 +164,21 @@ def _matching(reported: float, step: float, own: OwnRuns, kinds: list[Kind], wit
     return found
 
 
+def _of_every_run(kind: Kind, own: OwnRuns) -> float:
+    """Give the factor that a slip leaves in I_zz; NaN where runs differ in it."""
+    torque = np.broadcast_to(kind.torque, own.torque.shape)[own.torque != 0]
+    if np.ndim(kind.product) or np.ptp(torque) > 1e-9 * abs(torque[0]):
+        return math.nan
+    return float(torque[0] / kind.product)
+
+
 def _pairs(singles: list[Kind]) -> Iterator[Kind]:
     """Two steps forgotten by one student: raw numbers put into the formula."""
     for first, second in combinations([kind for kind in singles if kind.forgets], 2):
         if first.forgets != second.forgets:
             yield Kind(
                 f"{first.kind} + {second.kind}",
-                f"{first.words}, and {second.words}",
+                f"perhaps {first.words}, and {second.words}",
                 f"{first.check}; {second.check}",
                 product=first.product * second.product,
                 torque=first.torque * second.torque,

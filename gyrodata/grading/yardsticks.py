@@ -21,15 +21,20 @@ from numpy.typing import NDArray
 
 from gyrodata import fitting
 from gyrodata.diagnostics import RUBRIC_PARTS_CONTRADICT
+from gyrodata.errors import InputError
 from gyrodata.measurements import SOURCES
 from gyrodata.physics import Floats
 from gyrodata.quantities import parse_quantity, parse_uncertainty
-from gyrodata.readings import CellError, Readings, read_uncertainty, with_uncertainties
+from gyrodata.readings import CellError, Faults, Readings, read_uncertainty, with_uncertainties
+from gyrodata.readings.roles import CONSTANTS
+from gyrodata.readings.settings import Given, read_settings
 from gyrodata.reporting import count_text, inertia_text
 from gyrodata.toml_table import UnfitError
 from gyrodata.units import Uncertainty, UnitError
 
 if TYPE_CHECKING:
+    from gyrodata.grading.submissions import Submission
+    from gyrodata.grading.submissions.student_files import Answers
     from gyrodata.results import Analysis
 
 Log = TypeVar("Log")
@@ -210,9 +215,10 @@ class Source(Struct, frozen=True, forbid_unknown_fields=True):
     """A table that is filled, or says that the class itself tells."""
 
     source: Literal["class", "rubric"] = field(default="rubric", name="from")
+    FILLED_BY: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
-        stated = any(getattr(self, name) for name in self.__struct_fields__ if name != "source")
+        stated = any(getattr(self, name) for name in self.FILLED_BY or self.__struct_fields__[1:])
         if stated == (self.source == "class"):
             hint = 'either write from = "class", or state values and leave that out'
             raise UnfitError("both the class and stated values, or neither", hint, RUBRIC_PARTS_CONTRADICT, "from")
@@ -284,26 +290,63 @@ def _by_station(logs: Iterable[tuple[str | None, Log]]) -> dict[str, list[Log]]:
 
 # --- the bench: how well is measured, where a log does not say ----------------------------------------------
 
-BENCH = (*(f"u_{name}" for name in SOURCES), "u_turns", "u_precession_period", "u_imbalance")
+UNCERTAINTIES = (
+    *(f"u_{name}" for name in SOURCES), "u_turns", "u_precession_period", "u_imbalance", "u_ball_mass",
+    "u_ball_diameter", "u_rod_length",
+)  # fmt: skip
+APPARATUS = (*CONSTANTS, "weight_diameter", "transverse_inertia", "motion")
+BENCH = (*UNCERTAINTIES, *APPARATUS)
 """Lines of a log that a rubric may give for those that have none."""
 
-Bench = Mapping[str, tuple[str, Uncertainty]]
-"""Uncertainties by the key of their line: as written, and as understood."""
+Bench = Mapping[str, tuple[str, Uncertainty | None]]
+"""By the key of a line: as written, and an uncertainty as understood."""
+
+
+class Constant(tuple[str, None]):
+    """A value of the apparatus, as a rubric has it: as written."""
+
+    RAW = Annotated[str, Meta(examples=["101.6 mm"])]
+
+    @staticmethod
+    def read(text: str, key: str, about: Mapping[str, Any]) -> tuple[str, None]:
+        """Check that a line of a log with it can be read."""
+        try:
+            read_settings([], [Given(key, text, key, None)], Faults(""), True)
+        except InputError as error:
+            raise UnfitError(error.diagnostics[0].message, error.diagnostics[0].hint) from None
+        return " ".join(text.split()), None
+
+
+class BenchSource(Source, frozen=True):
+    """What a bench is known for; the class may tell only how far the readings scatter."""
+
+    FILLED_BY: ClassVar = UNCERTAINTIES
+
+    def __post_init__(self) -> None:
+        if not any(getattr(self, key) for key in APPARATUS) or self.source == "class":
+            super().__post_init__()
+
 
 BenchTable = defstruct(
     "BenchTable",
-    [(key, StatedU | None, None) for key in BENCH],
-    bases=(Source,),
+    [(key, (StatedU if key in UNCERTAINTIES else Constant) | None, None) for key in BENCH],
+    bases=(BenchSource,),
     frozen=True,
     forbid_unknown_fields=True,
 )
-"""``[bench]``: uncertainties, or the class itself."""
+"""``[bench]``: constants of the apparatus; uncertainties, or the class itself."""
 
 
-def at_bench(readings: Readings, bench: Bench) -> tuple[Readings, tuple[str, ...]]:
-    """Add what the bench is known for, where a log states nothing of its own; say what was added: "u_time 0.3 s"."""
-    readings, used = with_uncertainties(readings, {key: u for key, (_, u) in bench.items()})
-    return readings, tuple(f"{key} {bench[key][0]}" for key in bench if key in used)
+def at_bench(submission: Submission, bench: Bench) -> tuple[Readings, Answers, tuple[str, ...]]:
+    """Read a log, with what is known of the bench if it states nothing itself; say what was added: "u_time 0.3 s"."""
+    readings, answers = submission.read()
+    own = {*readings.constants, *readings.columns, *(["motion"] if readings.motion else [])}
+    own |= {"g"} if "latitude" in own else set()  # which g follows from
+    constants = {key: text for key, (text, u) in bench.items() if u is None and key not in own}
+    if constants:
+        readings, answers = submission.read(constants)
+    readings, used = with_uncertainties(readings, {key: u for key, (_, u) in bench.items() if u is not None})
+    return readings, answers, tuple(f"{key} {bench[key][0]}" for key in bench if key in used or key in constants)
 
 
 ENOUGH = 8  # logs that tell how far the readings of a class scatter

@@ -199,10 +199,15 @@ def inertia_range_text(low: float, high: float) -> str:
 
 
 def factor_text(factor: float) -> str:
-    """Write a factor: "9.55 times", "1/9.55 of"."""
+    """Write a factor: "9.55 times", "1/9.55 of", "10⁷ times"."""
     sign, size = "−" if factor < 0 else "", abs(factor)
     number = 1 / size if 0 < size < 1 else size
-    digits = f"{number:.3g}" if number < 1000 else f"{number:.0f}" if number < 1e6 else f"{number:.2g}"
+    rounded = float(f"{number:.3g}")
+    if rounded < 1e6:
+        digits = f"{rounded:.3g}" if rounded < 1000 else f"{rounded:.0f}"
+    else:
+        ten, power = power_of_ten(rounded)
+        digits = power if rounded == ten else f"{rounded / ten:.3g} × {power}"
     return f"{sign}1/{digits} of" if 0 < size < 1 else f"{sign}{digits} times"
 
 

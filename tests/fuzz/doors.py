@@ -310,15 +310,17 @@ def desk(seed: int) -> str:
     """What a person decides: all of it holds or none, and points stay within those that can be had."""
     rng = random.Random(seed)
     grades = {grade.student: grade for grade in true_grades()}
-    whats = (*(one.id for one in rubric_of("full").criteria), "total", "reported", "station", "partner", "comment")
+    whats = (*(one.id for one in rubric_of("full").criteria), "total", "reported", "station", "partner", "flag")
     lines = ["student,what,value,by,why"]
     for _ in range(rng.randrange(1, 6)):
-        value = rng.choice(("1", "2.5", "", "4.4e-3 ± 0.1e-3 kg m^2", rng.choice(sorted(grades)), *HOSTILE[3:6]))
+        value = rng.choice(
+            ("1", "2.5", "", "4.4e-3 ± 0.1e-3 kg m^2", "cleared", rng.choice(sorted(grades)), *HOSTILE[3:5])
+        )
         line = [rng.choice(sorted(grades)), rng.choice((*whats, "hold", "excuse")), value, "Ann", text(rng, "talked")]
         lines.append(",".join(f'"{cell.replace(chr(34), chr(34) * 2)}"' if "," in cell else cell for cell in line))
     data = mutated(rng, "\n".join(lines) + "\n")
     try:
-        read = read_desk(data, {student: student for student in grades}, rubric_of("full"))
+        read = read_desk(data, {student.casefold(): {student} for student in grades}, rubric_of("full"))
     except GyroError as error:
         return refused(error)
     for student in read.lines:

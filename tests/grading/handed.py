@@ -330,7 +330,7 @@ def class_text(root: Path, options: Mapping[str, Any]) -> Iterator[str]:
 
 # --- desks, rosters, answers --------------------------------------------------------------------------------
 
-STUDENTS = {"7": "7", "Doe, Jane": "7", "doejane": "7", "8": "8", "roe": "8", "9": "9"}
+STUDENTS = {"7": {"7"}, "doe, jane": {"7"}, "doejane": {"7"}, "8": {"8"}, "roe": {"8"}, "9": {"9"}}
 HEAD = "student,what,value,by,why\n"
 DESKS = (
     "", HEAD, f"{HEAD}7,total,,,\n7,hold,,,\n8,comment,,,\n8,log,,,\n",

@@ -25,6 +25,7 @@ import numpy as np
 import pytest
 from grading.classes import make_folder
 from grading.reports import RIGHT, reported_line, sheet
+from grading.test_fair_grades import CARRIED_OUT as OF_A_CLASS
 from msgspec.structs import replace
 from test_options_hints import CARRIED_OUT as OF_A_LOG
 from test_options_hints import LOG, ROWS, TRUTH, WITHOUT_TURNS, log
@@ -907,7 +908,7 @@ def test_the_desk_in_another_encoding(room: Room) -> None:
 
 
 def test_every_hint_is_carried_out() -> None:
-    carried = OF_A_LOG | CARRIED_OUT
+    carried = OF_A_LOG | OF_A_CLASS | CARRIED_OUT
     assert carried == {code for code in CODES if code[1] in "567"}
     # None of them is without advice.
     assert all(CODES[code].remedy for code in carried)

@@ -20,7 +20,7 @@ from gyrodata.errors import InputError
 from gyrodata.grading import default_rubric, default_rubric_text, read_desk, read_rubric
 
 HEAD = "student,what,value,by,why\n"
-STUDENTS = {"7": "7", "doejane": "7", "8": "8", "roe": "8"}
+STUDENTS = {"7": {"7"}, "doejane": {"7"}, "8": {"8"}, "roe": {"8"}}
 
 
 def a_log(seed: int, reports: bool = True, head: str = "# station: 3") -> str:

@@ -6,6 +6,7 @@ Only names and metadata are read here; a log is read when it is graded, one at a
 from __future__ import annotations
 
 import hashlib
+import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property, partial
@@ -36,6 +37,7 @@ from gyrodata.grading.submissions.names import (
 from gyrodata.grading.submissions.student_files import TEXTS, Answers, Attempts, choose_files, ending, read_answers
 from gyrodata.readings import MAX_BYTES, Readings, listing, read_log
 
+_REPORT = re.compile(r"-report(?:-\d+)?/$")  # how ``gyro analyze`` names a folder
 _MOST_RECEIPT = 200_000
 _MOST_REPORT = 1_000_000
 
@@ -89,9 +91,13 @@ class Submission(Struct, frozen=True, dict=True):
         """Say what cannot be read."""
         return [one for data in self.texts.values() if isinstance(data, InputError) for one in data.diagnostics]
 
-    def read(self) -> tuple[Readings, Answers]:
-        """Read the log, and what is reported: whatever grades, or tells what would be graded, reads them here."""
-        readings = read_log(self.log(), name=PurePosixPath(self.log_file or self.log_name or "").name)
+    def read(self, settings: Mapping[str, str] = {}) -> tuple[Readings, Answers]:
+        """Read the log, and what is reported: whatever grades, or tells what would be graded, reads them here.
+
+        `settings`: As `read_log` has them.
+        """
+        name = PurePosixPath(self.log_file or self.log_name or "").name
+        readings = read_log(self.log(), name=name, settings=settings)
         answers = read_answers(readings, self.reports())
         return readings, replace(answers, diagnostics=(*answers.diagnostics, *self.unread))
 
@@ -169,7 +175,7 @@ def find_submissions(
     live = lms == "gradescope" or (lms == "auto" and (root / LIVE).is_file())
     if own is None and live and (root / "submission").is_dir():
         return _running_autograder(root, attempts)
-    files = list_files(root)
+    files = _without_reports(list_files(root))
     empty: list[ParsedName] = []
     if own is not None:
         seen = "pattern"
@@ -195,7 +201,7 @@ def submission_of(paths: Sequence[Path]) -> tuple[Submission, tuple[Diagnostic, 
         if len(paths) > 1:
             hint = "give the files that are handed in together, or the one folder or zip that they are in"
             raise InputError.of(NO_SUBMISSION, f"{len(paths)} are given, and not all of them are files", hint)
-        files = list_files(first)
+        files = _without_reports(list_files(first))
         own = {name: shown(name) for name in files.sizes}
     else:
         for path in paths:
@@ -218,6 +224,26 @@ def _running_autograder(root: Path, attempts: Attempts) -> Submissions:
     finder.read_metadata(root, LIVE, lambda data: {one.stem: read_live(data)})
     items = finder.find({name: replace(one, file=name) for name in files.sizes}, [one])
     return Submissions("gradescope", items, tuple(finder.told))
+
+
+def _without_reports(files: Listing) -> Listing:
+    """Leave out the folders that ``gyro analyze`` wrote next to other files: their runs.csv reads as a log."""
+    written = "results.json", "runs.csv"
+    found = [
+        one for one in files.folders if _REPORT.search(one) and all(f"{one}{name}" in files.sizes for name in written)
+    ]
+    others = [name for name in files.sizes if not name.startswith(tuple(found))]
+    # A student may have handed in nothing else.
+    left = tuple(one for one in found if any(name.startswith(one[: one[:-1].rfind("/") + 1]) for name in others))
+    if not left:
+        return files
+    message = f"left aside, because gyro analyze wrote it: {listing([shown(one) for one in left], 5)}"
+    return replace(
+        files,
+        sizes={name: size for name, size in files.sizes.items() if not name.startswith(left)},
+        folders=tuple(folder for folder in files.folders if not folder.startswith(left)),
+        diagnostics=(*files.diagnostics, Diagnostic.of(FILES_OF_NO_STUDENT, message, "", files.root.name)),
+    )
 
 
 def _nothing_found(files: Listing, lms: str, pattern: str | None) -> InputError:

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 
 import gyrodata
 from gyrodata.errors import Diagnostic
-from gyrodata.fitting import Model, fit, fit_many
+from gyrodata.fitting import Model, fit
 from gyrodata.measurements import SOURCES, Measurements, Source, measure, select, torque_groups
 from gyrodata.procedure import check_procedure
 from gyrodata.readings import UNCERTAINTIES, kind_of_role, read_log
@@ -574,11 +574,6 @@ class TestWeightSpinsAlong:
         assert found.fitted_time == pytest.approx(m.time, rel=1e-6)
         # What is left out makes it wrong by 2 %.
         assert fit(replace(m, added=0.0)).inertia.value > 4.52e-3
-
-    def test_many_labs_at_once(self) -> None:
-        labs = [self.exact(4.44e-3), self.exact(5e-3)]
-        found = fit_many(labs[0], {"time": np.array([lab.time for lab in labs])})
-        assert found.inertia[:, 2] == pytest.approx([4.44e-3, 5e-3], rel=2e-6)
 
     def test_a_run_without_a_weight_has_nothing_added(self) -> None:
         m = measured(self.SHAPE + "0,,400,160,1/12,\n")

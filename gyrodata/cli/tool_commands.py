@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 def selfcheck(
     log: Annotated[str, typer.Argument(metavar="LOG", help="CSV log; - is standard input.")],
-    labs: Annotated[int, typer.Option("--labs", min=1, max=1_000_000, help="How many labs to simulate.")] = 4000,
+    labs: Annotated[int, typer.Option("--labs", min=1, max=1_000_000, help="How many labs to simulate.")] = 1000,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the random numbers.")] = 1,
     form: Annotated[PlainFormat, typer.Option("--format", "-f", help="Form of the output.")] = "text",
     settings: SettingsOption = None,

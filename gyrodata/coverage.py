@@ -197,7 +197,7 @@ def _tried(
         done += len(readings["time"])
         possible = (readings["time"] > 0).all(axis=1)
         for name, apply in fits.items():
-            ends = np.full((len(possible), 5), math.nan)
+            ends = np.full((len(readings["time"]), 5), math.nan)
             begun = clock()
             if possible.any():
                 ends[possible] = apply({quantity: values[possible] for quantity, values in readings.items()})

@@ -377,6 +377,17 @@ _NO_INERTIA_FITS_LOG = f"""{G}{LOG}\
 40.00,15.0,405,2010,1
 """
 NO_INERTIA_FITS = _error("G421", "no moment of inertia goes with the runs", _NO_INERTIA_FITS_LOG)
+_RELEASE_FALLS_LOG = f"""{G}\
+# motion: released
+{LOG}\
+20.00,15.0,20,4.02,1
+20.00,15.0,40,5.29,1
+40.00,15.0,20,3.02,1
+40.00,15.0,40,3.16,1
+60.00,15.0,20,2.67,1
+60.00,15.0,40,2.69,1
+"""
+RELEASE_FALLS = _error("G425", "a rod that is released falls too far", _RELEASE_FALLS_LOG)
 
 _PATTERN_LOG = f"""{G}\
 # u_time: 0.14 s

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from msgspec import Struct
 
-from gyrodata import fitting, forecast
+from gyrodata import fitting, forecast, motion, physics
 from gyrodata.comparisons import (
     CHANCE,
     Exponent,
@@ -32,6 +32,7 @@ from gyrodata.diagnostics import (
     NOT_MEASURED,
     OUTLIER,
     PATTERN_IN_RESIDUALS,
+    RELEASE_FALLS,
     RELEASE_NOT_TOLD,
     RUNS_CONTRADICT_EACH_OTHER,
     SCATTER_TOO_LARGE,
@@ -48,6 +49,7 @@ from gyrodata.fitting import Estimate, FitResult, Otherwise, Outlier
 from gyrodata.forecast import Design
 from gyrodata.known_slips import INERTIA_RANGE, SIZES, exchanged, explaining_slips, far_off, meant_in
 from gyrodata.measurements import SOURCES, Measurements, spin_columns, torque_groups
+from gyrodata.physics import RPM
 from gyrodata.readings import MOST_OF_ONE_CODE, TIMINGS, Readings, kind_of_role, to_display
 from gyrodata.stacks import in_step
 from gyrodata.units import from_si, parse_unit
@@ -78,6 +80,57 @@ def count_findings(readings: Readings, measured: Measurements) -> list[Diagnosti
             "write in each row the turns that were timed: I_zz depends on which of them are right",
             place,
             len(column.readings[first].text) if column and place else 1,
+        )
+    ]
+
+
+STEEP = math.radians(45)
+"""A rod that sags by more than this hits the cup that the ball floats in …"""
+
+FALLEN = math.radians(52)
+"""… and no answer is given from this on: without a fit the sag is known to some degrees only."""
+
+
+def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:
+    """Name the run that was released and sags most, if it sags too far: no fit of such runs can be believed."""
+    loaded = np.flatnonzero(measured.torque)
+    torque, spin, pitch = measured.torque[loaded], measured.spin[loaded], measured.pitch[loaded]
+    load = np.nan_to_num(measured.mass * measured.position**2)[loaded]
+
+    def across(inertia: Any) -> Any:
+        given = measured.transverse_inertia
+        return fitting.DEFAULT_TRANSVERSE_RATIO * inertia + load if given is None else given[loaded]
+
+    # Eq. (9) gives a rod that falls far a larger I_zz than it has, and so too small a sag; the lower quarter of the
+    # runs is the nearest to the truth, and a single wrong run is not.
+    own = np.abs(torque / measured.product[loaded])
+    inertia = np.sort(own)[(len(own) + 1) // 4]
+    sag = physics.greatest_sag(torque, spin, inertia, across(inertia), pitch)
+    # An I that is far from I_zz shows a wrong unit, which `refusal` names.
+    if sag.max() < FALLEN or not (inertia / 3 < across(inertia)).all() or not (across(inertia) < 10 * inertia).all():
+        return []
+    # The mean rate of the whole motion gives a better one.
+    better = own
+    for _turn in range(30):
+        top = motion.Top(better, fitting.DEFAULT_TRANSVERSE_RATIO * better + load, torque)
+        rate = motion.mean_precession_rate(top, motion.released(top, spin, pitch))
+        better = np.abs(own * rate * better * spin / torque)
+    inertia = min(inertia, np.sort(better)[(len(own) + 1) // 4])
+    sag = physics.greatest_sag(torque, spin, inertia, across(inertia), pitch)
+    worst = int(sag.argmax())
+    least = float(physics.spin_of_sag(STEEP, torque, inertia, across(inertia), pitch)[worst])
+    steep = int(np.sum(sag > STEEP))
+    run = int(loaded[worst])
+    return [
+        readings.diagnose(
+            RELEASE_FALLS,
+            f"run {measured.runs[run]}: a rod that is released at {spin[worst] / RPM:.0f} rpm with "
+            f"{load_words(measured, run)} falls by about {math.degrees(sag[worst]):.0f} degrees and hits the cup"
+            + (f"; {steep} of the {len(measured.runs)} runs fall by more than 45 degrees" if steep > 1 else ""),
+            f"spin faster: at least {5 * math.ceil(least / RPM / 5)} rpm for this weight keeps the fall below 45 "
+            "degrees; if the rod was held until it precessed steadily, write # motion: steady; check the unit of the "
+            "spin too",
+            next(readings.columns[role].place(run) for role in TIMINGS if role in readings.columns),
         )
     ]
 

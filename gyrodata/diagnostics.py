@@ -388,6 +388,25 @@ _RELEASE_FALLS_LOG = f"""{G}\
 60.00,15.0,40,2.69,1
 """
 RELEASE_FALLS = _error("G425", "a rod that is released falls too far", _RELEASE_FALLS_LOG)
+_DIRECTION_MISSING_LOG = f"""{G}{LOG}\
+20.00,15.00,200.0,19.80,1
+20.00,15.00,600.0,59.40,1
+40.00,15.00,400.0,19.85,1
+60.00,15.00,200.0,6.62,1
+60.00,15.00,600.0,19.87,1
+0,,400.0,150,1/20
+"""
+DIRECTION_MISSING = _warning("G426", "the direction of a run without a weight is missing", _DIRECTION_MISSING_LOG)
+ROD_STAYED = _note(
+    "G427",
+    "a run without a weight in which the rod did not move",
+    f"""{G}{LOG}\
+20.00,15.0,400,39.7,1
+40.00,15.0,400,19.8,1
+60.00,15.0,400,13.2,1
+0,,400,120,0
+""",
+)
 
 _PATTERN_LOG = f"""{G}\
 # u_time: 0.14 s

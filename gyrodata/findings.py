@@ -8,8 +8,9 @@ from typing import Any, Literal
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
-from gyrodata import fitting, forecast, motion, physics
+from gyrodata import fitting, forecast, physics
 from gyrodata.comparisons import (
     CHANCE,
     Exponent,
@@ -27,6 +28,7 @@ from gyrodata.diagnostics import (
     BALL_DISAGREES,
     COLUMNS_EXCHANGED,
     DIGITS_TOO_FEW,
+    DIRECTION_MISSING,
     INERTIA_UNUSUAL,
     NO_INERTIA_FITS,
     NOT_MEASURED,
@@ -50,7 +52,7 @@ from gyrodata.forecast import Design
 from gyrodata.known_slips import INERTIA_RANGE, SIZES, exchanged, explaining_slips, far_off, meant_in
 from gyrodata.measurements import SOURCES, Measurements, spin_columns, torque_groups
 from gyrodata.physics import RPM
-from gyrodata.readings import MOST_OF_ONE_CODE, TIMINGS, Readings, kind_of_role, to_display
+from gyrodata.readings import MOST_OF_ONE_CODE, TIMINGS, Place, Readings, kind_of_role, to_display
 from gyrodata.stacks import in_step
 from gyrodata.units import from_si, parse_unit
 
@@ -109,6 +111,8 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
     # An I that is far from I_zz shows a wrong unit, which `refusal` names.
     if sag.max() < FALLEN or not (inertia / 3 < across(inertia)).all() or not (across(inertia) < 10 * inertia).all():
         return []
+    from gyrodata import motion
+
     # The mean rate of the whole motion gives a better one.
     better = own
     for _turn in range(30):
@@ -130,7 +134,7 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
             f"spin faster: at least {5 * math.ceil(least / RPM / 5)} rpm for this weight keeps the fall below 45 "
             "degrees; if the rod was held until it precessed steadily, write # motion: steady; check the unit of the "
             "spin too",
-            next(readings.columns[role].place(run) for role in TIMINGS if role in readings.columns),
+            _place(readings, run),
         )
     ]
 
@@ -331,7 +335,7 @@ def whole_findings(
                 f"check {measured.imbalance_from}",
             )
         )
-    if not fitting.torques_differ(measured.torque):
+    if measured.torque_unseen is None and not fitting.torques_differ(measured.torque):
         found.append(
             readings.diagnose(
                 SINGLE_TORQUE,
@@ -341,8 +345,49 @@ def whole_findings(
             )
         )
     found += _pattern_findings(readings, measured, fit, patterns)
+    found += direction_findings(readings, measured, fit)
     found += digit_findings(readings, measured, fit)
     return found + _model_findings(readings, measured, fit, effects)
+
+
+DIRECTION = (
+    "write ccw or cw, seen from above, in a column precession_sense: in the run without a weight, and in one with a "
+    "weight and the same spin; other rows may stay blank. Header and rows to copy:\n"
+    "mass [g],position [cm],spin [rpm],time [s],turns,precession_sense\n"
+    "20.00,15.0,400,39.7,1,ccw\n"
+    "0,,400,180,1/20,ccw"
+)
+"""How to write which way a run without a weight went."""
+
+WORTH = 0.95
+"""What does not make u of I_zz at least this much smaller [1] is not worth a word."""
+
+
+def direction_findings(readings: Readings, measured: Measurements, fit: FitResult) -> list[Diagnostic]:
+    """Name the runs without a weight whose direction is missing, if u of I_zz would be smaller with it."""
+    bare = np.flatnonzero((measured.sense == 0) & (fit.adjusted.kept > 0)).tolist()
+    if not bare or not fit.two_signs:
+        return []
+    out = np.flatnonzero(fit.adjusted.kept == 0).tolist()
+    then = fitting.fit(replace(measured, sense=fit.sense), fit.adjusted.problem.tilted, out).inertia
+    now = fit.inertia
+    if (then.u or 0.0) > WORTH * (now.u or 0.0):
+        return []
+    names = ", ".join(measured.runs[i] for i in bare)
+    return [
+        readings.diagnose(
+            DIRECTION_MISSING,
+            f"run{'s' * (len(bare) > 1)} {names} without a weight: which way the rod went is missing, so M0 may have "
+            f"either sign. u of I_zz is {100 * (now.u or 0.0) / now.value:.2g} % and would be about "
+            f"{100 * (then.u or 0.0) / then.value:.2g} % with the direction",
+            DIRECTION,
+            _place(readings, bare[0]),
+        )
+    ]
+
+
+def _place(readings: Readings, run: int) -> Place | None:
+    return next(readings.columns[role].place(run) for role in TIMINGS if role in readings.columns)
 
 
 POOR_BALANCE = 0.2
@@ -603,9 +648,10 @@ def list_advice(measured: Measurements, fit: FitResult, tilted: bool) -> tuple[s
     forecasts: list[tuple[str, Design]] = []
     sides = {math.copysign(1, torque) if torque else 0 for torque in measured.torque.tolist()}
     if 0 not in sides:
-        words = "one run without a weight, the sense of its precession written down"
+        words = "one run without a weight, with the direction of its precession (column precession_sense: ccw or cw)"
         forecasts.append((words, forecast.with_unloaded_run(design)))
-    if len(sides) == 1 and len(measured.runs) > 1:
+    # A ball with one rod has no other side.
+    if -1 in sides and len(measured.runs) > 1:
         words = "the weight on the other side of the ball in half of the runs"
         forecasts.append((words, forecast.with_both_signs(design)))
     forecasts += [
@@ -630,5 +676,5 @@ def list_advice(measured: Measurements, fit: FitResult, tilted: bool) -> tuple[s
     return tuple(
         f"{words}: u of I_zz from {now * per_cent:.2g} % to {then * per_cent:.2g} %"
         for then, (words, _) in sorted(zip(expected, forecasts, strict=True), key=lambda pair: pair[0])
-        if then < 0.95 * now
+        if then < WORTH * now
     )

@@ -23,7 +23,7 @@ from gyrodata.diagnostics import (
     TOO_FEW_WEIGHTS,
 )
 from gyrodata.errors import Diagnostic, LogError
-from gyrodata.findings import body_findings, digit_findings, size_findings
+from gyrodata.findings import DIRECTION, WORTH, body_findings, digit_findings, direction_findings, size_findings
 from gyrodata.fitting import FitResult, Outlier
 from gyrodata.measurements import Measurements, measure, torque_groups
 from gyrodata.physics import RPM, Floats
@@ -63,6 +63,7 @@ def check_procedure(readings: Readings) -> tuple[Diagnostic, ...]:
         *sizes,
         *wrong,
         *what_lacks(readings, measured, fitted),
+        *(direction_findings(readings, fitted.measured, fitted.fit) if fitted else ()),
         *(digit_findings(readings, measured, fitted.fit) if fitted else ()),
         *(body_findings(readings, measured, fitted.fit, bool(sizes)) if fitted else ()),
     )
@@ -145,21 +146,21 @@ def _missing_spins(spins: Floats) -> str:
 
 def _unloaded(readings: Readings, measured: Measurements, fit: FitResult) -> list[Diagnostic]:
     signs = {float(np.sign(torque)) for torque in measured.torque}
-    if 0.0 in signs or len(signs) > 1:
+    if 0.0 in signs or len(signs) > 1 or readings.unmoved:
         return []
     now = (fit.inertia.u or 0.0) / fit.inertia.value
     design = forecast.design_of(measured, fit)
     before, after = forecast.expected_u([design, forecast.with_unloaded_run(design)])
     then = now * after / before
-    if now - then < 0.05 * now:
+    if then > WORTH * now:
         return []
     return [
         readings.diagnose(
             NO_UNLOADED_RUN,
             "no run without a weight: u of I_zz is "
             f"{100 * now:.2g} % and would be {100 * then:.2g} % with one, because it tells the residual torque",
-            "take the weight off, spin to about 400 rpm, time a part of a turn (about 3 min), and write the sense of "
-            "the precession too: columns precession_sense, ccw or cw seen from above",
+            "take the weight off, spin to about 400 rpm, and time a part of a turn (about 3 min), or 0 turns if the rod "
+            f"does not move. Watch which way it goes: {DIRECTION}",
         )
     ]
 

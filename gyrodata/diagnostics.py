@@ -680,6 +680,18 @@ TRUTH_CANNOT_BE_WRITTEN = _error(
     "simulate --truth no-such-folder/truth.json",
     "give a file in a folder that is there",
 )
+OUT_IS_NO_FOLDER = _error(
+    "G638",
+    "--out is the name of a file that is not written",
+    "analyze log.csv --out report.pdf",
+    "give a folder: --out report; or a file for data: --format json --out report.json",
+)
+SEVERAL_SCHEMAS = _error(
+    "G639",
+    "schema: more than one is asked for",
+    "schema --check --grades",
+    "ask for one at a time: gyro schema --check",
+)
 
 # a class
 CLASS_IS_NO_FOLDER_OR_ZIP = _error(

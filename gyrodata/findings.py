@@ -352,7 +352,7 @@ def whole_findings(
 
 DIRECTION = (
     "write ccw or cw, seen from above, in a column precession_sense: in the run without a weight, and in one with a "
-    "weight and the same spin; other rows may stay blank. Header and rows to copy:\n"
+    "weight while the ball spins the same way; other rows may stay blank. Header and rows to copy:\n"
     "mass [g],position [cm],spin [rpm],time [s],turns,precession_sense\n"
     "20.00,15.0,400,39.7,1,ccw\n"
     "0,,400,180,1/20,ccw"

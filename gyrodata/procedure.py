@@ -159,8 +159,8 @@ def _unloaded(readings: Readings, measured: Measurements, fit: FitResult) -> lis
             NO_UNLOADED_RUN,
             "no run without a weight: u of I_zz is "
             f"{100 * now:.2g} % and would be {100 * then:.2g} % with one, because it tells the residual torque",
-            "take the weight off, spin to about 400 rpm, and time a part of a turn (about 3 min), or 0 turns if the rod "
-            f"does not move. Watch which way it goes: {DIRECTION}",
+            "take the weight off, spin to about 400 rpm, and time a part of a turn (about 3 min), or 0 turns if the "
+            f"rod does not move. Watch which way it goes: {DIRECTION}",
         )
     ]
 

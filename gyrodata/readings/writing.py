@@ -259,7 +259,7 @@ def blank_log(weights: Sequence[str], position: str, spins: Sequence[str]) -> st
         "# Keep this order: the weights take turns, so that a balance that drifts meets all of them alike.",
         "# Write masses and positions anew, with every digit that the scale and the ruler show.",
         "# Positions count from the centre of the ball to the middle of the weight.",
-        "# Write ccw or cw, seen from above, in the row without a weight and in one row with a weight, same spin.",
+        "# Write ccw or cw, seen from above, in the row without a weight and in one with a weight.",
         "# If the rod does not move without a weight, time 2 minutes and write 0 turns.",
         "# More runs: more rows. A run that was not timed: leave its time blank.",
         f"# A row that is filled in: {masses[0]},{arm},{aims[0]},20.43,1,ccw,",

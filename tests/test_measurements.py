@@ -194,7 +194,7 @@ def test_senses_tell_the_sign_of_an_unloaded_run() -> None:
         HEAD.strip() + ",precession_sense\n" + rows.replace("ccw", "x").replace("cw", "ccw").replace("x", "cw")
     )
     assert swapped.sense.tolist() == [1, -1]
-    assert [d.code for d in swapped.diagnostics if d.severity == "warning"] == ["G402"]
+    assert not [d.code for d in swapped.diagnostics if d.severity == "warning"], "the ball spins the other way"
 
 
 def test_only_a_run_without_a_weight_needs_its_sense() -> None:

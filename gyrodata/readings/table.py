@@ -146,7 +146,8 @@ class _Builder:
         is_run = self._run_rows(times)
         tracks = self.tracks
         # What it weighs says where to fill, and whether the rod may stay.
-        for role in sorted(self.choice.used, key=lambda r: (r != "mass", r not in _PULLS)):
+        load = next((role for role in _PULLS if role in self.choice.used), "")
+        for role in sorted(self.choice.used, key=lambda r: r != load):
             if role == "time" or role in TEXTS or role[:2] == "u_" or role in self.replaced:
                 continue
             strict = role not in self.derived

@@ -262,7 +262,7 @@ def blank_log(weights: Sequence[str], position: str, spins: Sequence[str]) -> st
         "# Write ccw or cw, seen from above, in the row without a weight and in one with a weight.",
         "# If the rod does not move without a weight, time 2 minutes and write 0 turns.",
         "# More runs: more rows. A run that was not timed: leave its time blank.",
-        f"# A row that is filled in: {masses[0]},{arm},{aims[0]},20.43,1,ccw,",
+        "# A row that is filled in: 20.05,14.9,203,20.31,1,ccw,",
         "mass [g],position [cm],spin [rpm],time [s],turns,precession_sense,note",
     ]
     taken = [0] * len(masses)

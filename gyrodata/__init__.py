@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from gyrodata.analysis import analyze
     from gyrodata.coverage import SelfCheck, selfcheck
     from gyrodata.errors import Diagnostic, GyroError, InputError, LogError
-    from gyrodata.fitting import LineFit, ManyFits, fit_line, fit_many
+    from gyrodata.fitting import LineFit, fit_line
     from gyrodata.grading.classroom import ClassGrades, grade
     from gyrodata.readings import Readings, Uncertainty, read_log
     from gyrodata.results import Analysis, Result
@@ -26,7 +26,7 @@ _HOMES = {
         "analysis": "analyze",
         "coverage": "SelfCheck selfcheck",
         "errors": "Diagnostic GyroError InputError LogError",
-        "fitting": "LineFit ManyFits fit_line fit_many",
+        "fitting": "LineFit fit_line",
         "grading.classroom": "ClassGrades grade",
         "readings": "Readings Uncertainty read_log",
         "results": "Analysis Result",
@@ -44,7 +44,6 @@ __all__ = [
     "InputError",
     "LineFit",
     "LogError",
-    "ManyFits",
     "Readings",
     "Result",
     "SelfCheck",
@@ -54,7 +53,6 @@ __all__ = [
     "__version__",
     "analyze",
     "fit_line",
-    "fit_many",
     "grade",
     "read_log",
     "selfcheck",

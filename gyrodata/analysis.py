@@ -34,6 +34,7 @@ from gyrodata.findings import (
     body_findings,
     count_findings,
     doubts_of_columns,
+    fall_findings,
     find_doubts,
     list_advice,
     not_measured,
@@ -249,6 +250,10 @@ def fit_runs(readings: Readings, measured: Measurements, model: Model = "auto", 
         )
         hint = "split the log, and give each part on its own"
         raise LogError([readings.diagnose(TOO_MANY_SHARED_READINGS, message, hint)])
+    if model == "released" or (model == "auto" and measured.motion == "released"):
+        fallen = fall_findings(readings, measured)
+        if fallen:
+            raise LogError(fallen)
     try:
         chosen = effects.choose_model(measured, model)
         outliers, screened = fitting.screen(measured, chosen.tilted)

@@ -404,6 +404,36 @@ _NO_INERTIA_FITS_LOG = f"""{G}{LOG}\
 40.00,15.0,405,2010,1
 """
 NO_INERTIA_FITS = _error("G421", "no moment of inertia goes with the runs", _NO_INERTIA_FITS_LOG)
+_RELEASE_FALLS_LOG = f"""{G}\
+# motion: released
+{LOG}\
+20.00,15.0,20,4.02,1
+20.00,15.0,40,5.29,1
+40.00,15.0,20,3.02,1
+40.00,15.0,40,3.16,1
+60.00,15.0,20,2.67,1
+60.00,15.0,40,2.69,1
+"""
+RELEASE_FALLS = _error("G425", "a rod that is released falls too far", _RELEASE_FALLS_LOG)
+_DIRECTION_MISSING_LOG = f"""{G}{LOG}\
+20.00,15.00,200.0,19.80,1
+20.00,15.00,600.0,59.40,1
+40.00,15.00,400.0,19.85,1
+60.00,15.00,200.0,6.62,1
+60.00,15.00,600.0,19.87,1
+0,,400.0,150,1/20
+"""
+DIRECTION_MISSING = _warning("G426", "the direction of a run without a weight is missing", _DIRECTION_MISSING_LOG)
+ROD_STAYED = _note(
+    "G427",
+    "a run without a weight in which the rod did not move",
+    f"""{G}{LOG}\
+20.00,15.0,400,39.7,1
+40.00,15.0,400,19.8,1
+60.00,15.0,400,13.2,1
+0,,400,120,0
+""",
+)
 
 _PATTERN_LOG = f"""{G}\
 # u_time: 0.14 s
@@ -678,6 +708,18 @@ TRUTH_CANNOT_BE_WRITTEN = _error(
     "simulate: the truth cannot be written",
     "simulate --truth no-such-folder/truth.json",
     "give a file in a folder that is there",
+)
+OUT_IS_NO_FOLDER = _error(
+    "G638",
+    "--out is the name of a file that is not written",
+    "analyze log.csv --out report.pdf",
+    "give a folder: --out report; or a file for data: --format json --out report.json",
+)
+SEVERAL_SCHEMAS = _error(
+    "G639",
+    "schema: more than one is asked for",
+    "schema --check --grades",
+    "ask for one at a time: gyro schema --check",
 )
 
 # a class

@@ -109,7 +109,8 @@ class Diagnostic(Struct, frozen=True):
             shown, before = _window(self.excerpt, self.column - 1)
             mark = " " * before + "^" * max(1, min(self.width, len(shown) - before))
             lines.append(f"   {shown}")
-            lines.append(f"   {mark}  {self.hint}".rstrip())
+            hint, *more = self.hint.splitlines() or [""]
+            lines += [f"   {mark}  {hint}".rstrip(), *(f"   {line}" for line in more)]
         elif self.hint:
             lines += [f"   {line}" for line in self.hint.splitlines()]
         return "\n".join(lines).translate(PICTURES)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Iterator
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata import fitting, forecast
+from gyrodata import fitting, forecast, physics
 from gyrodata.comparisons import (
     CHANCE,
     Exponent,
@@ -28,11 +28,13 @@ from gyrodata.diagnostics import (
     BALL_DISAGREES,
     COLUMNS_EXCHANGED,
     DIGITS_TOO_FEW,
+    DIRECTION_MISSING,
     INERTIA_UNUSUAL,
     NO_INERTIA_FITS,
     NOT_MEASURED,
     OUTLIER,
     PATTERN_IN_RESIDUALS,
+    RELEASE_FALLS,
     RELEASE_NOT_TOLD,
     RUNS_CONTRADICT_EACH_OTHER,
     SCATTER_TOO_LARGE,
@@ -51,7 +53,7 @@ from gyrodata.forecast import Design
 from gyrodata.known_slips import INERTIA_RANGE, SIZES, exchanged, explaining_slips, far_off, meant_in, unit_within
 from gyrodata.measurements import SOURCES, Measurements, spin_columns, torque_groups
 from gyrodata.physics import RPM
-from gyrodata.readings import MOST_OF_ONE_CODE, TIMINGS, Readings, kind_of_role, to_display
+from gyrodata.readings import MOST_OF_ONE_CODE, TIMINGS, Place, Readings, kind_of_role, to_display
 from gyrodata.stacks import in_step
 from gyrodata.units import from_si, parse_unit
 
@@ -102,6 +104,59 @@ def count_findings(
             "write in each row the turns that were timed: I_zz depends on which of them are right",
             place,
             len(column.readings[first].text) if column and place else 1,
+        )
+    ]
+
+
+STEEP = math.radians(45)
+"""A rod that sags by more than this hits the cup that the ball floats in …"""
+
+FALLEN = math.radians(52)
+"""… and no answer is given from this on: without a fit the sag is known to some degrees only."""
+
+
+def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:
+    """Name the run that was released and sags most, if it sags too far: no fit of such runs can be believed."""
+    loaded = np.flatnonzero(measured.torque)
+    torque, spin, pitch = measured.torque[loaded], measured.spin[loaded], measured.pitch[loaded]
+    load = np.nan_to_num(measured.mass * measured.position**2)[loaded]
+
+    def across(inertia: Any) -> Any:
+        given = measured.transverse_inertia
+        return fitting.DEFAULT_TRANSVERSE_RATIO * inertia + load if given is None else given[loaded]
+
+    # Eq. (9) gives a rod that falls far a larger I_zz than it has, and so too small a sag; the lower quarter of the
+    # runs is the nearest to the truth, and a single wrong run is not.
+    own = np.abs(torque / measured.product[loaded])
+    inertia = np.sort(own)[(len(own) + 1) // 4]
+    sag = physics.greatest_sag(torque, spin, inertia, across(inertia), pitch)
+    # An I that is far from I_zz shows a wrong unit, which `refusal` names.
+    if sag.max() < FALLEN or not (inertia / 3 < across(inertia)).all() or not (across(inertia) < 10 * inertia).all():
+        return []
+    from gyrodata import motion
+
+    # The mean rate of the whole motion gives a better one.
+    better = own
+    for _turn in range(30):
+        top = motion.Top(better, fitting.DEFAULT_TRANSVERSE_RATIO * better + load, torque)
+        rate = motion.mean_precession_rate(top, motion.released(top, spin, pitch))
+        better = np.abs(own * rate * better * spin / torque)
+    inertia = min(inertia, np.sort(better)[(len(own) + 1) // 4])
+    sag = physics.greatest_sag(torque, spin, inertia, across(inertia), pitch)
+    worst = int(sag.argmax())
+    least = float(physics.spin_of_sag(STEEP, torque, inertia, across(inertia), pitch)[worst])
+    steep = int(np.sum(sag > STEEP))
+    run = int(loaded[worst])
+    return [
+        readings.diagnose(
+            RELEASE_FALLS,
+            f"run {measured.runs[run]}: a rod that is released at {spin[worst] / RPM:.0f} rpm with "
+            f"{load_words(measured, run)} falls by about {math.degrees(sag[worst]):.0f} degrees and hits the cup"
+            + (f"; {steep} of the {len(measured.runs)} runs fall by more than 45 degrees" if steep > 1 else ""),
+            f"spin faster: at least {5 * math.ceil(least / RPM / 5)} rpm for this weight keeps the fall below 45 "
+            "degrees; if the rod was held until it precessed steadily, write # motion: steady; check the unit of the "
+            "spin too",
+            _place(readings, run),
         )
     ]
 
@@ -331,7 +386,7 @@ def whole_findings(
                 f"check {measured.imbalance_from}",
             )
         )
-    if not fitting.torques_differ(measured.torque):
+    if measured.torque_unseen is None and not fitting.torques_differ(measured.torque):
         found.append(
             readings.diagnose(
                 SINGLE_TORQUE,
@@ -341,8 +396,49 @@ def whole_findings(
             )
         )
     found += _pattern_findings(readings, measured, fit, patterns)
+    found += direction_findings(readings, measured, fit)
     found += digit_findings(readings, measured, fit)
     return found + _model_findings(readings, measured, fit, effects)
+
+
+DIRECTION = (
+    "write ccw or cw, seen from above, in a column precession_sense: in the run without a weight, and in one with a "
+    "weight while the ball spins the same way; other rows may stay blank. Header and rows to copy:\n"
+    "mass [g],position [cm],spin [rpm],time [s],turns,precession_sense\n"
+    "20.00,15.0,400,39.7,1,ccw\n"
+    "0,,400,180,1/20,ccw"
+)
+"""How to write which way a run without a weight went."""
+
+WORTH = 0.95
+"""What does not make u of I_zz at least this much smaller [1] is not worth a word."""
+
+
+def direction_findings(readings: Readings, measured: Measurements, fit: FitResult) -> list[Diagnostic]:
+    """Name the runs without a weight whose direction is missing, if u of I_zz would be smaller with it."""
+    bare = np.flatnonzero((measured.sense == 0) & (fit.adjusted.kept > 0)).tolist()
+    if not bare or not fit.two_signs:
+        return []
+    out = np.flatnonzero(fit.adjusted.kept == 0).tolist()
+    then = fitting.fit(replace(measured, sense=fit.sense), fit.adjusted.problem.tilted, out).inertia
+    now = fit.inertia
+    if (then.u or 0.0) > WORTH * (now.u or 0.0):
+        return []
+    names = ", ".join(measured.runs[i] for i in bare)
+    return [
+        readings.diagnose(
+            DIRECTION_MISSING,
+            f"run{'s' * (len(bare) > 1)} {names} without a weight: which way the rod went is missing, so M0 may have "
+            f"either sign. u of I_zz is {100 * (now.u or 0.0) / now.value:.2g} % and would be about "
+            f"{100 * (then.u or 0.0) / then.value:.2g} % with the direction",
+            DIRECTION,
+            _place(readings, bare[0]),
+        )
+    ]
+
+
+def _place(readings: Readings, run: int) -> Place | None:
+    return next(readings.columns[role].place(run) for role in TIMINGS if role in readings.columns)
 
 
 POOR_BALANCE = 0.2
@@ -662,9 +758,10 @@ def list_advice(measured: Measurements, fit: FitResult, tilted: bool) -> tuple[s
     forecasts: list[tuple[str, Design]] = []
     sides = {math.copysign(1, torque) if torque else 0 for torque in measured.torque.tolist()}
     if 0 not in sides:
-        words = "one run without a weight, the sense of its precession written down"
+        words = "one run without a weight, with the direction of its precession (column precession_sense: ccw or cw)"
         forecasts.append((words, forecast.with_unloaded_run(design)))
-    if len(sides) == 1 and len(measured.runs) > 1:
+    # A ball with one rod has no other side.
+    if -1 in sides and len(measured.runs) > 1:
         words = "the weight on the other side of the ball in half of the runs"
         forecasts.append((words, forecast.with_both_signs(design)))
     forecasts += [
@@ -689,5 +786,5 @@ def list_advice(measured: Measurements, fit: FitResult, tilted: bool) -> tuple[s
     return tuple(
         f"{words}: u of I_zz from {now * per_cent:.2g} % to {then * per_cent:.2g} %"
         for then, (words, _) in sorted(zip(expected, forecasts, strict=True), key=lambda pair: pair[0])
-        if then < 0.95 * now
+        if then < WORTH * now
     )

@@ -318,6 +318,29 @@ def release_bias(torque: ArrayLike, spin: ArrayLike, inertia: ArrayLike, transve
     return 2 * _delta(torque, spin, inertia, transverse_inertia) ** 2
 
 
+def greatest_sag(
+    torque: ArrayLike, spin: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike, pitch: ArrayLike
+) -> Any:
+    """Angle [rad] from where a rod is released to its lowest direction, to its highest one if the torque is negative.
+
+    Energy and angular momentum are conserved: with z the sine of the pitch, from z0 on, it turns back where
+    2δ (1 − z²) = z0 − z.
+    """
+    high = np.sign(torque) * np.sin(pitch)
+    stiff = 0.5 / np.abs(_delta(torque, spin, inertia, transverse_inertia))
+    low = (stiff - np.sqrt((stiff - 2 * high) ** 2 + 4 * (1 - high**2))) / 2
+    return np.arcsin(high) - np.arcsin(np.maximum(low, -1.0))
+
+
+def spin_of_sag(
+    sag: float, torque: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike, pitch: ArrayLike
+) -> Any:
+    """Spin [rad/s] at which a rod that is released sags by an angle [rad]; see `greatest_sag`."""
+    high = np.sign(torque) * np.sin(pitch)
+    low = np.sin(np.arcsin(high) - sag)
+    return np.sqrt(2 * np.multiply(transverse_inertia, np.abs(torque)) * (1 - low**2) / (high - low)) / inertia
+
+
 def click_error(spin: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike) -> Any:
     """Largest error of one click of the stopwatch from not knowing the nutation's phase: I/(I_zz ψ̇).
 

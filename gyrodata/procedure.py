@@ -15,6 +15,7 @@ from gyrodata.analysis import analyze_readings
 from gyrodata.comparisons import load_words
 from gyrodata.diagnostics import (
     DIGITS_TOO_FEW,
+    DIRECTION_MISSING,
     NO_UNLOADED_RUN,
     RELEASE_NOT_TOLD,
     SINGLE_TORQUE,
@@ -25,6 +26,7 @@ from gyrodata.diagnostics import (
     TOO_FEW_WEIGHTS,
 )
 from gyrodata.errors import Diagnostic, LogError
+from gyrodata.findings import DIRECTION, WORTH
 from gyrodata.fitting import FitResult
 from gyrodata.measurements import Measurements, measure, torque_groups
 from gyrodata.physics import RPM, Floats
@@ -68,7 +70,7 @@ PROCEDURE = (
 )
 """What the procedure asks for, by the diagnostic of a log that lacks it."""
 
-ADVICE = {*PROCEDURE, DIGITS_TOO_FEW, SINGLE_TORQUE, RELEASE_NOT_TOLD}
+ADVICE = {*PROCEDURE, DIGITS_TOO_FEW, DIRECTION_MISSING, SINGLE_TORQUE, RELEASE_NOT_TOLD}
 """Diagnostics that say how to measure better; the answer is correct without them."""
 
 
@@ -135,21 +137,21 @@ def _missing_spins(spins: Floats) -> str:
 
 def _unloaded(readings: Readings, measured: Measurements, fit: FitResult) -> list[Diagnostic]:
     signs = {float(np.sign(torque)) for torque in measured.torque}
-    if 0.0 in signs or len(signs) > 1:
+    if 0.0 in signs or len(signs) > 1 or readings.unmoved:
         return []
     now = (fit.inertia.u or 0.0) / fit.inertia.value
     design = forecast.design_of(measured, fit)
     before, after = forecast.expected_u([design, forecast.with_unloaded_run(design)])
     then = now * after / before
-    if now - then < 0.05 * now:
+    if then > WORTH * now:
         return []
     return [
         readings.diagnose(
             NO_UNLOADED_RUN,
             "no run without a weight: u of I_zz is "
             f"{100 * now:.2g} % and would be {100 * then:.2g} % with one, because it tells the residual torque",
-            "take the weight off, spin to about 400 rpm, time a part of a turn (about 3 min), and write the sense of "
-            "the precession too: columns precession_sense, ccw or cw seen from above",
+            "take the weight off, spin to about 400 rpm, and time a part of a turn (about 3 min), or 0 turns if the "
+            f"rod does not move. Watch which way it goes: {DIRECTION}",
         )
     ]
 

@@ -27,7 +27,6 @@ from gyrodata.fitting import (
     explaining_counts,
     fit,
     fit_as_stated,
-    fit_many,
     fit_otherwise,
     if_balanced,
     iterate_mean_rate,
@@ -178,17 +177,6 @@ def every_number_of_a_fit(name: str) -> dict[str, list[float]]:
     rows["slowing"] = () if measured.slowing is None else measured.slowing
     rows["sample"] = one_or_more(sample(measured, np.ones(count)))
     rows["I"] = transverse_inertia(measured)
-    # A stack starts from the plain line, which gross errors lead astray.
-    if measured.sense.all() and whole.scatter < 10:
-        names = [
-            name for name in ("mass", "position", "force", "torque") if not np.isnan(quantity(measured, name)).any()
-        ]
-        far = [np.array([quantity(measured, name), quantity(measured, name)]) for name in ("time", "spin", *names)]
-        far[0][1] *= 1.01 + 0.01 * np.sin(np.arange(count))
-        many = fit_many(measured, dict(zip(("time", "spin", *names), far, strict=True)), tilted)
-        rows |= {f"many: I_zz of {at}": ends for at, ends in enumerate(many.inertia)}
-        rows |= {"many: b": many.timing_bias}
-        rows |= {"many: M0": [*many.imbalance, float(balance_scale(measured, 4e-3))]}
     return {key: [float(f"{number:.9g}") for number in np.ravel(values).tolist()] for key, values in rows.items()}
 
 

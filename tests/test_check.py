@@ -92,11 +92,11 @@ class TestTemplate:
         blank = gyro("template", "--weights", "20g,40g", "--position", "150mm", "--spins", "200,400,600rpm").stdout
         rows = [line for line in blank.splitlines() if not line.startswith("#")]
         assert len(rows) == 1 + 2 * 3 + 2
-        # Cells: mass, position, spin, time, turns, note.
+        # Cells: mass, position, spin, time, turns, precession_sense, note.
         filled = blank
         for row in rows[1:]:
             mass, position, *_, note = row.split(",")
-            filled = filled.replace(row, f"{mass},{position},400,39.7,1,{note}")
+            filled = filled.replace(row, f"{mass},{position},400,39.7,1,,{note}")
         readings = read_log(filled.encode())
         assert readings.diagnostics == ()
         assert len(readings.runs) == 8

@@ -202,10 +202,6 @@ def test_what_is_not_said_is_a_level_rod_steady_and_as_it_was_read() -> None:
     assert whole.inertia == fit(measured, False).inertia != fit(measured, True).inertia
     assert screen(measured)[1].inertia == screen(measured, False)[1].inertia  # type: ignore[union-attr]
     assert screen(measured)[1].inertia != screen(measured, True)[1].inertia  # type: ignore[union-attr]
-    read = {name: np.array([getattr(measured, name)] * 2) for name in ("time", "spin")}
-    stack = fitting.fit_many(measured, read)
-    assert (stack.inertia == fitting.fit_many(measured, read, False).inertia).all()
-    assert (stack.inertia != fitting.fit_many(measured, read, True).inertia).all()
     again = fitting.refit(whole, measured, False)
     assert again.inertia == fitting.refit(whole, measured, False, False).inertia
     assert again.imbalance.value != 0

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from labs import INERTIA, lab
+from labs import INERTIA, fitted, lab
 from msgspec.structs import replace
 
 from gyrodata import forecast
-from gyrodata.fitting import fit, fit_many
+from gyrodata.fitting import fit
 from gyrodata.forecast import Design, design_of, expected_u
 from gyrodata.measurements import Measurements, Source, select
 
@@ -60,10 +60,8 @@ def test_of_more_than_five_hundred_runs_a_sample_stands_for_all() -> None:
 def usual_u(width: float | None = None, imbalance: float = IMBALANCE, **design: Any) -> float:
     """Median u of many labs of a design, with a balance test or without one."""
     random = np.random.default_rng(3)
-    labs = [lab(random, imbalance=imbalance, bias=0.05 * random.standard_normal(), **design) for _ in range(300)]
-    read = {name: np.array([getattr(one, name) for one in labs]) for name in ("time", "spin", "mass", "position")}
-    like = replace(labs[0], imbalance_u=None if width is None else lambda inertia: width)
-    inertia = fit_many(like, read).inertia
+    labs = [lab(random, imbalance=imbalance, bias=0.05 * random.standard_normal(), **design) for _ in range(200)]
+    inertia = fitted([replace(one, imbalance_u=None if width is None else lambda inertia: width) for one in labs])
     return float(np.median(inertia[:, 3] - inertia[:, 1]) / 2)
 
 

@@ -84,10 +84,9 @@ class TestWhatShows:
         assert lab != "air_gyroscope.csv"
 
     def test_what_holds_arrays_can_be_compared_and_is_a_key(self, lab: Analysis) -> None:
-        many = gyrodata.fit_many(lab.measurements, {"time": lab.measurements.time[None]})
         line = gyrodata.fit_line([1.0, 2.0, 3.0], [1.0, 2.1, 2.9])
         other = gyrodata.analyze(SAMPLE)
-        assert {lab.fit: 1, lab.measurements: 2, many: 3, line: 4}[lab.fit] == 1
+        assert {lab.fit: 1, lab.measurements: 2, line: 3}[lab.fit] == 1
         assert lab.fit != other.fit
         assert lab.measurements != other.measurements
 
@@ -238,17 +237,13 @@ def test_a_wrong_argument_is_refused(call: Any, kind: type[Exception], words: st
         call()
 
 
-def test_counts_of_labs_and_names_of_readings(lab: Analysis) -> None:
+def test_counts_of_labs_and_what_is_checked(lab: Analysis) -> None:
     with pytest.raises(ValueError, match="pass 1 or more"):
         gyrodata.selfcheck(lab.measurements, labs=0)
     with pytest.raises(TypeError, match="a number of labs"):
         gyrodata.selfcheck(lab.measurements, labs="many")  # type: ignore[arg-type]
     with pytest.raises(TypeError, match=r"lab\.measurements"):
-        gyrodata.fit_many(lab, {"time": np.ones((3, 10))})  # type: ignore[arg-type]
-    with pytest.raises(TypeError, match="a mapping of quantities"):
-        gyrodata.fit_many(lab.measurements, np.ones((3, 10)))  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match="did you mean 'time'"):
-        gyrodata.fit_many(lab.measurements, {"tim": np.ones((3, 10))})
+        gyrodata.selfcheck(lab)  # type: ignore[arg-type]
 
 
 def test_a_class_in_this_process_and_in_others() -> None:
@@ -262,13 +257,6 @@ def test_a_class_in_this_process_and_in_others() -> None:
     assert len(counts) > 5
     with pytest.raises(TypeError, match="the path of a folder"):
         gyrodata.grade(3)  # type: ignore[arg-type]
-
-
-def test_many_labs_and_one_agree(lab: Analysis) -> None:
-    measured = lab.measurements
-    many = gyrodata.fit_many(measured, {"time": np.tile(measured.time, (3, 1))})
-    assert many.inertia.shape == (3, 5)
-    assert many.inertia[:, 2] == pytest.approx(lab.inertia.value, abs=0.1 * (lab.inertia.u or 0.0))
 
 
 def test_every_name_is_there_after_any_import() -> None:

@@ -14,7 +14,7 @@ from gyrodata.coverage import Performance, SelfCheck, selfcheck
 from gyrodata.measurements import Measurements, Source
 
 
-def check(measured: Measurements, labs: int = 1000, **options: object) -> tuple[SelfCheck, dict[str, Performance]]:
+def check(measured: Measurements, labs: int = 400, **options: object) -> tuple[SelfCheck, dict[str, Performance]]:
     done = selfcheck(measured, itertools.count().__next__, labs, **options)  # type: ignore[arg-type]
     return done, {one.name: one for one in done.estimators}
 
@@ -25,10 +25,10 @@ def test_the_recommended_fit_is_honest_and_the_textbook_is_not(repeats: int, imb
     measured = lab(np.random.default_rng(0), noise=0.0, repeats=repeats, imbalance=imbalance)
     _, by_name = check(measured, seed=2)
     best = by_name["recommended"]
-    assert best.coverage_68 == pytest.approx(0.683, abs=0.045)  # three standard deviations of a binomial of 1000
-    assert best.coverage_95 == pytest.approx(0.954, abs=0.020)
-    assert best.bias == pytest.approx(0, abs=0.0012)
-    assert best.mean_u == pytest.approx(best.rmse, rel=0.08)
+    assert best.coverage_68 == pytest.approx(0.683, abs=0.07)  # three standard deviations of a binomial of 400
+    assert best.coverage_95 == pytest.approx(0.954, abs=0.032)
+    assert best.bias == pytest.approx(0, abs=0.002)
+    assert best.mean_u == pytest.approx(best.rmse, rel=0.12)
     for name in ("through_origin", "with_constant", "mean_of_ratios"):
         assert by_name[name].coverage_95 < 0.9
 
@@ -39,11 +39,11 @@ def test_a_log_that_scatters_more_than_stated_says_so_and_is_tried_with_its_own_
         measured,
         sources=(replace(measured.sources[0], absolute=np.full(27, 0.14), default=False), *measured.sources[1:]),
     )
-    done, stated = check(boasting, 600, seed=2)
+    done, stated = check(boasting, 300, seed=2)
     assert done.scatter == pytest.approx(0.5 / 0.14, rel=0.4)
     assert done.estimators_with_scatter is not None
     seen = {one.name: one for one in done.estimators_with_scatter}
-    assert seen["recommended"].coverage_95 == pytest.approx(0.95, abs=0.03)
+    assert seen["recommended"].coverage_95 == pytest.approx(0.95, abs=0.04)
     assert seen["recommended"].rmse > 1.5 * stated["recommended"].rmse
     assert f"this log's scatter is {done.scatter:.2g} times what is stated" in done.to_text().splitlines()[0]
     assert done.to_text().count("\nrecommended ") == 2
@@ -61,7 +61,7 @@ def test_the_weight_spins_along_in_simulated_labs_too() -> None:
         "weight_diameter", "added", np.zeros(9, dtype=int), np.zeros(9), np.full(9, 0.02), "all runs", False, ""
     )
     wide = replace(plain, time=plain.time * (1 + added / INERTIA), added=added, sources=(*plain.sources, doubt))
-    _, by_name = check(wide, 500, seed=2)
+    _, by_name = check(wide, 300, seed=2)
     # Left out of the true times, it would be off by some percent.
     assert by_name["recommended"].bias == pytest.approx(0, abs=0.003)
     assert by_name["recommended"].coverage_95 == pytest.approx(0.95, abs=0.03)
@@ -80,15 +80,15 @@ def test_no_lab_that_can_be_is_no_answer() -> None:
 def test_same_seed_same_labs_and_the_contract() -> None:
     measured = lab(np.random.default_rng(2))
     told: list[int] = []
-    first, _ = check(measured, 700, seed=3, progress=told.append)
-    again, _ = check(measured, 700, seed=3)
+    first, _ = check(measured, 100, seed=3, progress=told.append)
+    again, _ = check(measured, 100, seed=3)
     assert first == again
-    assert told == [500, 700]
-    assert first != check(measured, 700, seed=4)[0]
+    assert told == [50, 100]
+    assert first != check(measured, 100, seed=4)[0]
     out = json.loads(json.dumps(first.to_dict(), allow_nan=False))
-    assert out["labs"] == 700
+    assert out["labs"] == 100
     assert set(out["estimators"][0]) == {
-        "name", "bias", "rmse", "coverage_68", "coverage_95", "mean_u", "time_us",
+        "name", "bias", "rmse", "coverage_68", "coverage_95", "mean_u", "time_us", "refused",
     }  # fmt: skip
     assert "recommended" in first.to_text()
 
@@ -106,7 +106,7 @@ def test_what_cannot_be_fitted_is_none() -> None:
 def test_one_torque_a_balance_test_and_an_unknown_sense() -> None:
     random = np.random.default_rng(2)
     # With one torque the fitted M0 is none, and the interval allows for one: it nearly always holds such labs.
-    _, alone = check(lab(random, weights=(0.04,)), 1000)
+    _, alone = check(lab(random, weights=(0.04,)), 300)
     assert alone["recommended"].coverage_95 > 0.94
     assert alone["recommended"].mean_u > 2 * alone["recommended"].rmse
     tested = replace(lab(random, noise=0.0), imbalance_u=lambda inertia: 2e-4, imbalance_from="u_imbalance")

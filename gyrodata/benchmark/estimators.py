@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from gyrodata import fitting
 from gyrodata.fitting import K_95, MAD_TO_SD
-from gyrodata.measurements import Measurements, select
+from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
 
 _KEEP = 1.345
@@ -333,16 +333,15 @@ def recommended(measured: Measurements) -> Answer:
         fit = fitting.fit(measured, False, _slips(measured))
         low, high = fit.inertia.interval_95 or (math.nan, math.nan)
         return Answer(*map(np.asarray, (fit.inertia.value, low, high)))
-    # Labs without the same runs are of one design.
-    alike: dict[tuple[int, ...], list[int]] = {}
+    ends = np.full((3, len(measured.time)), math.nan)
     for lab, odd in enumerate(_may_have_slips(measured)):
-        alike.setdefault(_slips(one_lab(measured, lab)) if odd else (), []).append(lab)
-    ends = np.empty((len(measured.time), 5))
-    for slips, labs in alike.items():
-        kept = [i for i in range(len(measured.runs)) if i not in slips]
-        readings = {name: getattr(measured, name)[np.ix_(labs, kept)] for name in READ}
-        ends[labs] = fitting.fit_many(select(one_lab(measured, labs[0]), kept), readings).inertia
-    return Answer(ends[:, 2], ends[:, 0], ends[:, 4])
+        one = one_lab(measured, lab)
+        try:
+            inertia = fitting.fit(one, False, _slips(one) if odd else ()).inertia
+        except fitting.NoFit:
+            continue
+        ends[:, lab] = inertia.value, *(inertia.interval_95 or (math.nan, math.nan))
+    return Answer(*ends)
 
 
 _PLAIN, _LIKELY = 4.0, 5e-3

@@ -25,7 +25,13 @@ from gyrodata.cli.terminal import (
     tell,
     write_out,
 )
-from gyrodata.diagnostics import CANNOT_BE_WATCHED, FORMAT_FOR_ONE_LOG, OPTION_NOT_FOR_FORMAT, REPORT_CANNOT_BE_WRITTEN
+from gyrodata.diagnostics import (
+    CANNOT_BE_WATCHED,
+    FORMAT_FOR_ONE_LOG,
+    OPTION_NOT_FOR_FORMAT,
+    OUT_IS_NO_FOLDER,
+    REPORT_CANNOT_BE_WRITTEN,
+)
 from gyrodata.disk import clear, telling, write_folder, write_whole
 from gyrodata.errors import Diagnostic, GyroError
 
@@ -41,6 +47,12 @@ WORTHWHILE = 50
 
 DATA = {"json": (".json",), "ndjson": (".ndjson", ".jsonl", ".json"), "csv": (".csv",)}
 """Endings of a file with data, by their format."""
+
+FILE_TYPES = {
+    *(".pdf", ".html", ".htm", ".txt", ".md", ".tex", ".doc", ".docx", ".odt", ".rtf", ".xls", ".xlsx", ".ods", ".zip"),
+    *(".png", ".svg", ".jpg", ".json", ".ndjson", ".jsonl", ".csv", ".tsv"),
+}
+"""Endings of a name that is meant as that of a file, and not of the report's folder."""
 
 DOCUMENTS = {"markdown": "report.md", "latex": "report.tex"}
 """What a document is called beside its figures, by its format."""
@@ -98,7 +110,7 @@ def analyze(
     verbose: Annotated[
         bool, typer.Option("--verbose", "-v", help="Tell all in the terminal that the page tells.")
     ] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Only errors on standard error.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="On standard error, print errors only.")] = False,
     exit_zero: Annotated[bool, typer.Option("--exit-zero", help="Exit with 0 even when a log has errors.")] = False,
 ) -> None:  # fmt: skip
     """Fit the moment of inertia I_zz to a log, and write figures and a report.
@@ -181,6 +193,20 @@ def _refuse_what_does_not_go_together(
     if table != "runs" and form != "csv":
         hint = "add --format csv, or leave --table out"
         refuse(OPTION_NOT_FOR_FORMAT, f"--table {table} is for --format csv", hint)
+    if (
+        out is not None
+        and out.suffix.lower() in FILE_TYPES
+        and not (form in DATA and out.suffix.lower() in DATA[form])
+        and not out.is_dir()
+    ):
+        data = next((one for one, endings in DATA.items() if out.suffix.lower() in endings), None)
+        ways = [f"for a file with the data: --format {data} --out {out}"] if data else []
+        text = {".txt": "text", ".md": "markdown", ".tex": "latex"}.get(out.suffix.lower())
+        ways += [f"for a file with the text: --no-report --format {text} > {out}"] if text else []
+        ways.append(f"for a folder with report.html and the figures: --out {out.with_suffix('')}")
+        if out.suffix.lower() == ".pdf":
+            ways.append("then print report.html to a PDF from the browser")
+        refuse(OUT_IS_NO_FOLDER, f"--out {out} is the name of a file, and this report is a folder", "; ".join(ways))
     if watched and (several or logs[0] == "-" or form != "text" or out):
         refuse(
             CANNOT_BE_WATCHED,
@@ -297,7 +323,7 @@ def _analyze_one(job: _Job) -> _Told:
         readings = request.read(**source_of(job.log, name))
         analysis = analyze_readings(readings, request.options)
         files = _files(analysis, request) if job.written else {}
-        text = _formatted(analysis, request, job.below if job.count > 1 else None)
+        text = _formatted(analysis, request, job.below if job.count > 1 else None, job.written)
     except GyroError as error:
         return _without_answer(name, readings, request, error.exit_code, error.diagnostics)
     except Exception as error:
@@ -346,14 +372,18 @@ def _without_answer(
     return _Told(code, json_text(made, indent=2 if request.form == "json" else None), diagnostics)
 
 
-def _formatted(analysis: Analysis, request: _Request, below: Path | None = None) -> str:
-    """Write a log in the form that is asked for; `below`: the folder of its report where there are several logs."""
+def _formatted(analysis: Analysis, request: _Request, below: Path | None, written: bool) -> str:
+    """Write a log in the form that is asked for.
+
+    `below`: the folder of its report if there are several logs; `written`: whether it has a report.
+    """
     from gyrodata import reporting
 
     form = request.form
     after = "" if below is None else "\n"
     if form == "text":
-        return reporting.summary(analysis, request.values, request.verbose) + after
+        rest = "all the rest: gyro analyze -v" + (", or the report's page" if written else "")
+        return reporting.summary(analysis, request.values, request.verbose, rest) + after
     if form == "markdown":
         from urllib.parse import quote
 

@@ -94,7 +94,7 @@ def grade(
     ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Write nothing, and say what would change.")] = False,
     form: Annotated[Form, typer.Option("--format", "-f", help="What to write to standard output.")] = "text",
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Only errors on standard error.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="On standard error, print errors only.")] = False,
     exit_zero: Annotated[bool, typer.Option("--exit-zero", help="Exit with 0 even when some are not graded.")] = False,
 ) -> None:  # fmt: skip
     """Grade a class: each student against their own data, with feedback for everybody and a page of the class.

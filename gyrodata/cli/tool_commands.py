@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -17,6 +18,7 @@ from gyrodata.diagnostics import (
     EXPLAINED_CODE_UNKNOWN,
     NO_UNLOADED_RUN,
     REPORT_CANNOT_BE_WRITTEN,
+    SEVERAL_SCHEMAS,
 )
 from gyrodata.disk import telling, write_folder
 from gyrodata.errors import GyroError
@@ -27,7 +29,7 @@ if TYPE_CHECKING:
 
 def selfcheck(
     log: Annotated[str, typer.Argument(metavar="LOG", help="CSV log; - is standard input.")],
-    labs: Annotated[int, typer.Option("--labs", min=1, max=1_000_000, help="How many labs to simulate.")] = 4000,
+    labs: Annotated[int, typer.Option("--labs", min=1, max=1_000_000, help="How many labs to simulate.")] = 1000,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the random numbers.")] = 1,
     form: Annotated[PlainFormat, typer.Option("--format", "-f", help="Form of the output.")] = "text",
     settings: SettingsOption = None,
@@ -118,21 +120,21 @@ def schema(
     from gyrodata import reporting
     from gyrodata import schema as schemas
 
-    if diagnostics and as_json:
-        write_out(reporting.json_text({"diagnostics": schemas.diagnostics_table()}))
-    elif diagnostics:
+    asked: dict[str, tuple[bool, Callable[[], dict[str, Any]]]] = {
+        "--diagnostics": (diagnostics, lambda: {"diagnostics": schemas.diagnostics_table()}),
+        "--check": (checks, schemas.check_schema),
+        "--grades": (grades, schemas.grades_schema),
+        "--predictions": (predictions, schemas.predictions_schema),
+        "--selfcheck": (selfchecks, schemas.selfcheck_schema),
+        "--rubric": (rubric, schemas.rubric_schema),
+    }
+    given = {option: made for option, (flag, made) in asked.items() if flag}
+    if len(given) > 1:
+        refuse(SEVERAL_SCHEMAS, f"{' and '.join(given)} are printed one at a time", f"gyro schema {next(iter(given))}")
+    if diagnostics and not as_json:
         write_out(reporting.diagnostics_text(schemas.diagnostics_table()))
     else:
-        wanted = schemas.analysis_schema
-        for asked, other in (
-            (checks, schemas.check_schema),
-            (grades, schemas.grades_schema),
-            (predictions, schemas.predictions_schema),
-            (selfchecks, schemas.selfcheck_schema),
-            (rubric, schemas.rubric_schema),
-        ):
-            wanted = other if asked else wanted
-        write_out(reporting.json_text(wanted()))
+        write_out(reporting.json_text(next(iter(given.values()), schemas.analysis_schema)()))
 
 
 OPTIONS = "G5"

@@ -44,7 +44,6 @@ from gyrodata.fitting.lines import (
     through_origin,
     with_constant,
 )
-from gyrodata.fitting.many import ManyFits, fit_many
 from gyrodata.fitting.posterior import K_95, Conditions, doubt_of_widths, integrate, scatter_prior
 from gyrodata.fitting.screening import GROSS, OUTLIER, explaining_counts, rivals, screen
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO
@@ -63,7 +62,6 @@ __all__ = [
     "FitResult",
     "Line",
     "LineFit",
-    "ManyFits",
     "Model",
     "NoFit",
     "Otherwise",
@@ -81,7 +79,6 @@ __all__ = [
     "fit",
     "fit_as_stated",
     "fit_line",
-    "fit_many",
     "fit_otherwise",
     "if_balanced",
     "insist_on_lines",

@@ -403,6 +403,8 @@ def balance_scale(
     if lightest is None:
         lightest = lightest_torque(measured, np.ones(len(measured.runs)) if kept is None else kept)
     usual = BALANCE * lightest
+    if measured.torque_unseen is not None:
+        return np.minimum(usual, measured.torque_unseen * np.abs(inertia))
     if measured.balanced is None:
         return usual
     return np.minimum(usual, BALANCED * np.abs(inertia)) if measured.balanced else UNBALANCED * usual

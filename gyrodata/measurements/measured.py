@@ -16,6 +16,7 @@ from gyrodata.diagnostics import (
     DERIVED_COLUMN_DISAGREES,
     GRAVITY_NOT_GIVEN,
     PRECESSION_FASTER_THAN_SPIN,
+    ROD_STAYED,
     ROWS_IDENTICAL,
     SENSES_CONTRADICT_TORQUE,
     SPIN_RISES,
@@ -24,6 +25,7 @@ from gyrodata.diagnostics import (
 from gyrodata.errors import Diagnostic
 from gyrodata.measurements.sources import (
     DEFAULT_TRANSVERSE_RATIO,
+    SOURCES,
     Source,
     as_spin,
     list_sources,
@@ -111,6 +113,9 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     """One step of the last digit of each mass [kg]; 0 where it is not known."""
     position_step: Floats | None = None
     """One step of the last digit of each position [m]; 0 where it is not known."""
+    torque_unseen: float | None = None
+    """Torque over I_zz that a run without a weight in which the rod did not move leaves possible [rad²/s²]; None
+    without such a run."""
 
     def __repr__(self) -> str:
         return f"<Measurements of {len(self.runs)} runs>"
@@ -234,6 +239,7 @@ def measure(readings: Readings) -> Measurements:
         latitude=latitude,
         mass_step=np.array(columns["mass"].steps) if uses_weight else None,
         position_step=np.array(columns["position"].steps) if "position" in columns else None,
+        torque_unseen=_torque_unseen(readings, diagnostics),
     )
     diagnostics.extend(_find_contradictions(readings, measurements))
     diagnostics.extend(_find_too_fast(readings, measurements))
@@ -320,20 +326,25 @@ def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) ->
     if "precession_sense" not in readings.columns:
         return cast(Floats, sign)
     # A signed spin says what a sense column would.
-    written *= np.where(values_of(spin_columns(readings)[0]) < 0, -1.0, 1.0)
+    back = values_of(spin_columns(readings)[0]) < 0
+    told_spin = "spin_sense" in readings.columns or bool(back.any())
+    written *= np.where(back, -1.0, 1.0)
     loaded = told & (sign != 0)
     opposed = int(np.sum(written[loaded] != sign[loaded]))
     if opposed > np.sum(loaded) / 2:
         # Only products of senses matter: a log that counts one of the two the other way round is consistent.
         written = -written
-        diagnostics.append(
-            readings.diagnose(
-                SENSES_CONTRADICT_TORQUE,
-                "most senses written are opposite to what the torque makes them: one of the two is taken as "
-                "counted the other way round",
-                "+1 (ccw) is right-handed about the rod, seen from its tip, and about the vertical, seen from above",
+        # If nothing is said of the spin, a ball that spins clockwise precesses so in every run with a weight.
+        if told_spin or opposed < np.sum(loaded):
+            diagnostics.append(
+                readings.diagnose(
+                    SENSES_CONTRADICT_TORQUE,
+                    "most senses written are opposite to what the torque makes them: one of the two is taken as "
+                    "counted the other way round",
+                    "+1 (ccw) is right-handed about the rod, seen from its tip, and about the vertical, seen from "
+                    "above",
+                )
             )
-        )
     return cast(Floats, np.where(told, written, sign))
 
 
@@ -355,6 +366,29 @@ def _balance(readings: Readings) -> tuple[Callable[[float], float] | None, str]:
         angle, seconds, spin = readings.balance_drift
         return (lambda inertia: inertia * abs(spin * angle / seconds)), "balance_drift"
     return None, ""
+
+
+def _torque_unseen(readings: Readings, diagnostics: list[Diagnostic]) -> float | None:
+    """Torque over I_zz [rad²/s²] that would have turned a rod that did not move; None if there is no such run."""
+    still = readings.unmoved
+    if still is None:
+        return None
+    counts, time = still.columns.get("turns") or still.columns["angle"], values_of(still.columns["time"])
+    usual, turn = SOURCES["angle"].default.absolute, 1.0 if counts.role == "turns" else 2 * math.pi
+    sighted = [one.u.absolute / turn if one.u and one.u.absolute else usual for one in counts.readings]
+    # Eq. (9): the torque is I_zz φ̇ψ̇.
+    unseen = 2 * math.pi * np.array(sighted) / time * _mean_spins(still, diagnostics)[0]
+    best = int(unseen.argmin())
+    diagnostics.append(
+        readings.diagnose(
+            ROD_STAYED,
+            f"run {still.runs[best]}: without a weight the rod did not move in {time[best]:g} s, so M0 is 0 within "
+            f"about the torque that turns it by {360 * sighted[best]:.2g} degrees in that time",
+            "",
+            counts.place(best),
+        )
+    )
+    return float(unseen[best])
 
 
 def _find_contradictions(readings: Readings, measured: Measurements) -> list[Diagnostic]:

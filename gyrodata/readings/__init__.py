@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import replace
 
-from gyrodata.diagnostics import HEADER_WITHOUT_RUNS, QUANTITY_MISSING
+from gyrodata.diagnostics import HEADER_WITHOUT_RUNS, NO_TORQUE, QUANTITY_MISSING
 from gyrodata.errors import insist_on_type
 from gyrodata.readings.cells import (
     REPORTED_KINDS,
@@ -182,6 +182,10 @@ def _read_table(layout: Layout, mapping: Mapping[str, str], given: Settings, fau
         hint = "a row without a time is no run: fill the times in"
         faults.add(HEADER_WITHOUT_RUNS, "there is not one run with a time in this log", hint)
         return table
+    if table.runs and len(table.unmoved) == len(table.runs):
+        faults.add(
+            NO_TORQUE, "no run has a torque, and the rod never moved", "add runs with a weight: mass and position"
+        )
     unread = {role for role in choice.used if role not in table.columns} if faults.has_error() else set()
     check_meaning(table, choice, unread | given.unread, faults)
     if not any(diagnostic.code == QUANTITY_MISSING for diagnostic in faults.found):
@@ -190,7 +194,7 @@ def _read_table(layout: Layout, mapping: Mapping[str, str], given: Settings, fau
 
 
 def _readings(document: Document, given: Settings, table: Table) -> Readings:
-    return Readings(
+    whole = Readings(
         name=document.name,
         sha256=document.sha256,
         runs=table.runs,
@@ -212,6 +216,10 @@ def _readings(document: Document, given: Settings, table: Table) -> Readings:
         diagnostics=document.faults.all_told(),
         source_text=document.text,
     )
+    moved = [run for run in range(len(table.runs)) if run not in table.unmoved]
+    if len(moved) in (0, len(table.runs)):
+        return whole
+    return replace(whole.select(moved), unmoved=whole.select(table.unmoved))
 
 
 def with_uncertainties(readings: Readings, given: Mapping[str, Uncertainty]) -> tuple[Readings, set[str]]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from types import MappingProxyType
 from typing import NamedTuple
 
 from msgspec import Struct, field
+from msgspec.structs import replace
 
 from gyrodata.diagnostics import CODES
 from gyrodata.errors import Diagnostic, InputError
@@ -141,6 +142,8 @@ class Readings(Struct, frozen=True, dict=True):
         All other ``# key: value`` lines, as written.
     reported : mapping of str to Reported
         What the student reports in ``# reported_KEY: value ± u unit`` lines, for whoever grades it.
+    unmoved : Readings or None
+        The runs without a weight in which the rod did not move (0 turns), which are in no other field.
     diagnostics : tuple of Diagnostic
         All faults found; with an error among them, `columns` may lack what the analysis needs.
     source_text : str
@@ -165,11 +168,28 @@ class Readings(Struct, frozen=True, dict=True):
     origin_u: float = 0.0
     metadata: Mapping[str, str] = field(default_factory=dict)
     reported: Mapping[str, Reported] = field(default_factory=dict)
+    unmoved: Readings | None = None
     diagnostics: tuple[Diagnostic, ...] = ()
     source_text: str = ""
 
     def __repr__(self) -> str:
         return f"<Readings of {self.name[:200]}: {len(self.runs)} runs, {len(self.diagnostics)} things to look at>"
+
+    def select(self, runs: Sequence[int]) -> Readings:
+        """Give some of the runs."""
+
+        def part(column: Column) -> Column:
+            spots, readings = tuple(column.spots[i] for i in runs), tuple(column.readings[i] for i in runs)
+            return replace(column, readings=readings, spots=spots)
+
+        return replace(
+            self,
+            runs=tuple(self.runs[i] for i in runs),
+            lines=tuple(self.lines[i] for i in runs),
+            notes=tuple(self.notes[i] for i in runs),
+            columns={role: part(column) for role, column in self.columns.items()},
+            others=tuple(part(column) for column in self.others),
+        )
 
     @property
     def ok(self) -> bool:

@@ -183,8 +183,9 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
             settings.metadata[key] = text.text
             _warn_if_misspelt(settings, key, text, faults)
             continue
-        if known == "time" and ":" in text.text:
-            settings.metadata[key] = text.text  # the hour of the day, not a stopwatch
+        # The hour of the day, not a stopwatch; and a line of a template that was left blank.
+        if (known == "time" and ":" in text.text) or not text.text:
+            settings.metadata[key] = text.text
             continue
         if known in seen and seen[known].text != text.text:
             message = f"{known} is given twice, in lines {seen[known].line} and {text.line}"

@@ -79,6 +79,7 @@ _ORIGINS = {
 }
 """What tells how far from the centre of the ball positions begin: key, share of it, sample, words."""
 _ONE = ("1", "1/2", "1/3", "1/4", "2/3", "3/4")
+_PULLS = ("mass", "force", "torque")
 _CONSTANT = -1
 """Spot of the value that holds for the whole log."""
 
@@ -94,6 +95,8 @@ class Table(Struct, frozen=True):
     position_from: str | None = None
     origin_u: float = 0.0
     """Standard uncertainty of the distance from there to the centre of the ball [m]."""
+    unmoved: tuple[int, ...] = ()
+    """The runs without a weight in which the rod did not move: 0 turns."""
 
 
 class _Track(Struct, frozen=True):
@@ -122,6 +125,8 @@ class _Builder:
         self.replaced: set[str] = set()
         self.floats: dict[str, str] = {}
         """Last digit of each role without a stated uncertainty that a DataFrame has as floats; "" if it is unknown."""
+        self.tracks: dict[str, _Track] = {}
+        self.unmoved: set[int] = set()
         for role, given in settings.roles.items():
             if given.place is None and role in choice.used:
                 self.replaced.add(role)
@@ -146,8 +151,10 @@ class _Builder:
         self._check_widths()
         times = self._time_tracks()
         is_run = self._run_rows(times)
-        tracks: dict[str, _Track] = {}
-        for role in sorted(self.choice.used, key=lambda r: r != "mass"):  # what it weighs says where to fill
+        tracks = self.tracks
+        # What it weighs says where to fill, and whether the rod may stay.
+        load = next((role for role in _PULLS if role in self.choice.used), "")
+        for role in sorted(self.choice.used, key=lambda r: r != load):
             if role == "time" or role in TEXTS or role[:2] == "u_" or role in self.replaced:
                 continue
             strict = role not in self.derived
@@ -189,6 +196,7 @@ class _Builder:
             tuple(other for other in others if other is not None),
             position_from,
             origin_u,
+            tuple(k for k, i in enumerate(rows) if i in self.unmoved),
         )
 
     def _note_overruled(self, role: str, column: Column) -> None:
@@ -414,13 +422,17 @@ class _Builder:
                 faulty[text] = NUMBER_IMPOSSIBLE, f'{role} "{text}" {fault}', hint
         part = part_counted(chosen.header.text) if role in ("turns", "spin_turns") else 1
         # What stands there in turns already, as 1/2 and 3/2, is left as it is.
-        if part != 1 and cells and all(cell.value >= 1 and cell.value % 1 == 0 for cell in cells.values()):
+        if (
+            part != 1
+            and cells
+            and all((cell.value >= 1 or cell.value == 0) and cell.value % 1 == 0 for cell in cells.values())
+        ):
             counted = {text: str(int(cell.value) * part) for text, cell in cells.items()}
             cells = {text: read_cell(turns, kind, unit) for text, turns in counted.items()}
             said = "; ".join(f"{text} is {turns}" for text, turns in list(counted.items())[:4])
             faults.add(TURNS_IN_HEADER, f'"{chosen.cell.text}" counts parts of a turn: {said}', "", chosen.cell)
-        for row, text in zip(self.rows, texts, strict=True) if faulty else ():
-            if text in faulty:
+        for i, (row, text) in enumerate(zip(self.rows, texts, strict=True)) if faulty else ():
+            if text in faulty and not (role in COUNTS and text in cells and self._stays(i, cells[text].value)):
                 faults.add(*faulty[text], self.grid.cell(row, at))
         if dates := [text for text in cells if kind == "number" and fraction_of_date(text)]:
             row = next(row for row, text in zip(self.rows, texts, strict=True) if text == dates[0])
@@ -441,6 +453,13 @@ class _Builder:
             if KINDS[kind].si and None in spreads:
                 self.floats[role] = f"{finest / parse_unit(used, kind).factor:.3g} {used}" if finest else ""
         return _Track(chosen, unit or used, _make_readings(texts, cells, spreads), spots, spreads)
+
+    def _stays(self, row: int, turns: float) -> bool:
+        """Tell whether a row says that the rod did not move in a run without a weight."""
+        pulls = [self.tracks[role].readings[row].value for role in _PULLS if role in self.tracks]
+        stays = turns == 0 and "time" in self.there and 0 in pulls
+        self.unmoved |= {row} if stays else set()
+        return stays
 
     def _with_no_weight(self, texts: list[str]) -> list[str]:
         """Read a dash without a position as no weight; in many rows it says "as above"."""

@@ -6,6 +6,8 @@ import re
 from collections.abc import Sequence
 from contextlib import suppress
 
+from msgspec.structs import replace
+
 from gyrodata.diagnostics import TEMPLATE_VALUE_CANNOT_BE_READ
 from gyrodata.errors import Diagnostic, InputError
 from gyrodata.quantities import parse_quantity
@@ -29,6 +31,8 @@ def write_log(readings: Readings) -> str:
         CSV text; `read_log` gives the same runs, columns, constants and uncertainties for it (places, lines and
         headers are those of the new file).
     """
+    if readings.unmoved is not None:
+        readings = _joined(readings, readings.unmoved)
     rows = _rows(readings)
     head = [f"# {key}: {value}" for key, value in readings.metadata.items()]
     head += [f"# {PREFIX}{key}: {reported.text}" for key, reported in readings.reported.items()]
@@ -61,6 +65,22 @@ def write_log(readings: Readings) -> str:
         cells.append([readings.notes[row[0]] for row in rows])
     lines = [headers, *([column[i] for column in cells] for i in range(len(rows)))]
     return "\n".join([*head, *(",".join(map(_quoted, line)) for line in lines)]) + "\n"
+
+
+def _joined(first: Readings, last: Readings) -> Readings:
+    """Put the runs of two parts of one log together again."""
+    columns = {
+        role: replace(
+            column,
+            readings=column.readings + last.columns[role].readings,
+            spots=column.spots + last.columns[role].spots,
+        )
+        for role, column in first.columns.items()
+    }
+    return replace(
+        first, runs=first.runs + last.runs, lines=first.lines + last.lines, notes=first.notes + last.notes,
+        columns=columns,
+    )  # fmt: skip
 
 
 def _rows(readings: Readings) -> list[list[int]]:
@@ -229,26 +249,33 @@ def blank_log(weights: Sequence[str], position: str, spins: Sequence[str]) -> st
             raise InputError([Diagnostic(TEMPLATE_VALUE_CANNOT_BE_READ, "error", f"{option}: nothing is given", hint)])
     lines = [
         "# station: ",
+        "# ball_mass: ",
+        "# ball_diameter: ",
+        "# latitude: ",
         "# balanced: ",
         "# Write balanced yes if the ball, without weight or spin, stays where it is put (step 2); else no.",
+        "# Write the ball's mass and diameter and your latitude with a unit, such as 4.31 kg, 10.16 cm, 52.5 deg.",
         "# Fill in spin, time and turns of each run: the spin as read at half time, the turns as 1/3, 2/3 or 1.",
         "# Keep this order: the weights take turns, so that a balance that drifts meets all of them alike.",
         "# Write masses and positions anew, with every digit that the scale and the ruler show.",
         "# Positions count from the centre of the ball to the middle of the weight.",
+        "# Write ccw or cw, seen from above, in the row without a weight and in one with a weight.",
+        "# If the rod does not move without a weight, time 2 minutes and write 0 turns.",
         "# More runs: more rows. A run that was not timed: leave its time blank.",
-        "mass [g],position [cm],spin [rpm],time [s],turns,note",
+        "# A row that is filled in: 20.05,14.9,203,20.31,1,ccw,",
+        "mass [g],position [cm],spin [rpm],time [s],turns,precession_sense,note",
     ]
     taken = [0] * len(masses)
     order = _in_turn(len(masses), len(aims))
     for place, weight in enumerate(order, 1):
         if weight is None:
-            lines.append(f"0,,,,,no weight on the rod; aim at {aims[len(aims) // 2]} rpm")
+            lines.append(f"0,,,,,,no weight on the rod; aim at {aims[len(aims) // 2]} rpm")
             continue
         # Each weight begins with another spin, so that the spins take turns too.
         aim = aims[(weight + taken[weight]) % len(aims)]
         taken[weight] += 1
         again = "the first run once more; " if place == len(order) else ""
-        lines.append(f"{masses[weight]},{arm},,,,{again}aim at {aim} rpm")
+        lines.append(f"{masses[weight]},{arm},,,,,{again}aim at {aim} rpm")
     return "\n".join(lines) + "\n"
 
 

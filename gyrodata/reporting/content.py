@@ -269,6 +269,8 @@ def _share(share: float, at: int) -> Sentence:
 def _on_balance(analysis: Analysis, balanced: Estimate, scale: Scale) -> tuple[Sentence, ...]:
     """Say what I_zz from one torque rests on."""
     measured = analysis.measurements
+    if measured.torque_unseen is not None:
+        return (("All torques are equal, so the answer depends on the run without a weight.",),)
     if measured.balanced or measured.imbalance_u is not None:
         by = "the balance test" if measured.imbalance_u is not None else "the ball being balanced"
         return ((f"All torques are equal, so the answer rests on {by}.",),)

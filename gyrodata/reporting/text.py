@@ -135,7 +135,7 @@ def _place(run: Run) -> str:
 
 
 def _advice(found: Diagnostic) -> str:
-    return f"{found.message}; {found.hint}" if found.hint else found.message
+    return f"{found.message}; {found.hint}".replace("\n", "\n  ") if found.hint else found.message
 
 
 def _indented(lines: Iterable[str]) -> list[str]:

@@ -15,7 +15,8 @@ from msgspec.structs import replace
 from typer.testing import CliRunner
 
 from gyrodata.cli import app
-from gyrodata.fitting import fit_as_stated, fit_many
+from gyrodata.fitting import fit, fit_as_stated
+from gyrodata.measurements import Measurements
 
 STATED = "# u_time: 0.14 s\n"
 OLD = "# u_time_bias: 0.05 s\n# u_spin_delay: 0 s\n"
@@ -57,18 +58,24 @@ class Outcome(Struct, frozen=True):
 @cache
 def fitted(scene: Scene, labs: int, lines: str | None = None) -> Outcome:
     """Fit labs of a scene as the analyst does whose log has these lines, or the scene's."""
-    return Outcome(fit_many(scene.design(lines), scene.draw(labs)).inertia / INERTIA)
+    posteriors = (fit(lab).posterior for lab in _drawn(scene, labs, lines))
+    return Outcome(np.array([posterior.quantiles()[0] for posterior in posteriors if posterior]) / INERTIA)
+
+
+def _drawn(scene: Scene, labs: int, lines: str | None) -> Iterator[Measurements]:
+    """Draw labs of a scene, each as the analyst reads it whose log has these lines."""
+    design, readings = scene.design(lines), scene.draw(labs)
+    for i in range(len(readings["time"])):
+        one = {name: values[i] for name, values in readings.items()}
+        yield replace(design, **one, torque=one["mass"] * one["position"] * G)
 
 
 @cache
 def plain(scene: Scene, labs: int, lines: str) -> Outcome:
     """The same by plain least squares at the stated widths, with an M0 that may be as large as it likes."""
-    design, readings = scene.design(lines), scene.draw(labs)
     ends = []
-    for i in range(len(readings["time"])):
-        one = {name: values[i] for name, values in readings.items()}
-        torque = one["mass"] * one["position"] * G
-        inertia = fit_as_stated(replace(design, **one, torque=torque)).inertia
+    for lab in _drawn(scene, labs, lines):
+        inertia = fit_as_stated(lab).inertia
         ends.append(inertia.value + np.array([-1.96, -1, 0, 1, 1.96]) * (inertia.u or 0.0))
     return Outcome(np.array(ends) / INERTIA)
 

@@ -437,7 +437,7 @@ def test_small_weights_and_slow_spins_may_be_aimed_at():
         line for line in blank_log(("0.5 g", "20 g"), "15 cm", ("0.5 rpm", "400 rpm")).splitlines() if line[0].isdigit()
     ]
     assert {row.partition(",")[0] for row in rows} == {"0.50", "20.00", "0"}
-    assert rows[0] == "0.50,15.0,,,,aim at 0.5 rpm"
+    assert rows[0] == "0.50,15.0,,,,,aim at 0.5 rpm"
     for spins in (("0 rpm",), ("-5 rpm",)):
         with pytest.raises(InputError, match="not above zero"):
             blank_log(("20 g",), "15 cm", spins)

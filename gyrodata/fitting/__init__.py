@@ -46,7 +46,7 @@ from gyrodata.fitting.lines import (
 )
 from gyrodata.fitting.many import ManyFits, fit_many
 from gyrodata.fitting.posterior import K_95, Conditions, doubt_of_widths, integrate, scatter_prior
-from gyrodata.fitting.screening import GROSS, OUTLIER, explaining_counts, rivals, screen
+from gyrodata.fitting.screening import GROSS, OUTLIER, USUAL_COUNTS, explaining_counts, rivals, screen
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO
 
 __all__ = [
@@ -57,6 +57,7 @@ __all__ = [
     "MANY",
     "OUTLIER",
     "TEXTBOOK",
+    "USUAL_COUNTS",
     "ChosenModel",
     "Conditions",
     "Estimate",

@@ -38,9 +38,6 @@ larger or smaller than in any other run."""
 FROM_OTHERS = 5
 """Rank of a value that was worked out from the other runs: it explains nothing."""
 
-COUNTS = (1 / 3, 1 / 2, 2 / 3, 1.0, 2.0, 3.0)
-"""Revolutions that labs time, with those that the log has and those that are one or a half off."""
-
 
 def explain(
     readings: Readings, measured: Measurements, chosen: ChosenModel, outliers: Sequence[Outlier], others: FitResult
@@ -81,8 +78,13 @@ def explain(
 
 
 def _is_usual(measured: Measurements, index: int, turns: float) -> bool:
+    """Say whether labs, or other runs of this log, time so many turns, or the written count is off by one or a half."""
     written = float(measured.turns[index])
-    usual = [*COUNTS, *np.unique(measured.turns).tolist(), *(written + step for step in (-1, -0.5, 0.5, 1))]
+    usual = [
+        *fitting.USUAL_COUNTS,
+        *np.unique(measured.turns).tolist(),
+        *(written + step for step in (-1, -0.5, 0.5, 1)),
+    ]
     return any(math.isclose(turns, count) for count in usual)
 
 

@@ -65,7 +65,7 @@ def test_on_a_phone(analysis: Analysis, tmp_path: Path) -> None:
     assert out["up"] == [times, [None] * 4 + ["ascending"] + [None] * 5]
     assert out["down"] == [times[::-1], [None] * 4 + ["descending"] + [None] * 5]
     assert out["names"][0] == ["<b>3", "1", "2", "4", "5", "6", "7", "8", "9", "10"]
-    assert [text.split(" ")[0] for text in out["rod"][0]] == ["no"] + ["20"] * 3 + ["40"] * 3 + ["60"] * 3
+    assert [text.split(" ")[0] for text in out["rod"][0]] == ["no"] + ["20.00"] * 3 + ["40.00"] * 3 + ["60.00"] * 3
     assert [int(line) for line in out["back"][0]] == [run.line for run in analysis.run_table]
 
 

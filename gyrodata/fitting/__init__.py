@@ -45,7 +45,7 @@ from gyrodata.fitting.lines import (
     with_constant,
 )
 from gyrodata.fitting.posterior import K_95, Conditions, doubt_of_widths, integrate, scatter_prior
-from gyrodata.fitting.screening import GROSS, OUTLIER, explaining_counts, rivals, screen
+from gyrodata.fitting.screening import GROSS, OUTLIER, USUAL_COUNTS, explaining_counts, rivals, screen
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO
 
 __all__ = [
@@ -56,6 +56,7 @@ __all__ = [
     "MANY",
     "OUTLIER",
     "TEXTBOOK",
+    "USUAL_COUNTS",
     "ChosenModel",
     "Conditions",
     "Estimate",

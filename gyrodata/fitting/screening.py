@@ -174,7 +174,7 @@ def rivals(
     return found
 
 
-LIKELY = (1 / 3, 1 / 2, 2 / 3, 1.0, 2.0, 3.0)
+USUAL_COUNTS = (1 / 3, 1 / 2, 2 / 3, 1.0, 2.0, 3.0)
 """Revolutions that a lab times all runs of a weight by."""
 
 AGREES = 0.03
@@ -206,7 +206,7 @@ def explaining_counts(measured: Measurements) -> list[dict[int, float]]:
     )
     # Runs of one torque with different counts were counted one by one.
     written = [np.unique(measured.turns[group]) for group in groups]
-    factors = [np.unique([1.0, *(np.array(LIKELY) / w[0] if len(w) == 1 else [])]) for w in written]
+    factors = [np.unique([1.0, *(np.array(USUAL_COUNTS) / w[0] if len(w) == 1 else [])]) for w in written]
     lines = _lines(torque, product, factors)
     if lines is None:
         return []

@@ -215,11 +215,11 @@ class Source(Struct, frozen=True, forbid_unknown_fields=True):
     """A table that is filled, or says that the class itself tells."""
 
     source: Literal["class", "rubric"] = field(default="rubric", name="from")
-    FILLED_BY: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
-        stated = any(getattr(self, name) for name in self.FILLED_BY or self.__struct_fields__[1:])
-        if stated == (self.source == "class"):
+        filled = [name for name in self.__struct_fields__ if name != "source" and getattr(self, name)]
+        stated = any(name not in APPARATUS for name in filled)
+        if stated == (self.source == "class") and (stated or not filled):
             hint = 'either write from = "class", or state values and leave that out'
             raise UnfitError("both the class and stated values, or neither", hint, RUBRIC_PARTS_CONTRADICT, "from")
 
@@ -317,20 +317,10 @@ class Constant(tuple[str, None]):
         return " ".join(text.split()), None
 
 
-class BenchSource(Source, frozen=True):
-    """What a bench is known for; the class may tell only how far the readings scatter."""
-
-    FILLED_BY: ClassVar = UNCERTAINTIES
-
-    def __post_init__(self) -> None:
-        if not any(getattr(self, key) for key in APPARATUS) or self.source == "class":
-            super().__post_init__()
-
-
 BenchTable = defstruct(
     "BenchTable",
     [(key, (StatedU if key in UNCERTAINTIES else Constant) | None, None) for key in BENCH],
-    bases=(BenchSource,),
+    bases=(Source,),
     frozen=True,
     forbid_unknown_fields=True,
 )

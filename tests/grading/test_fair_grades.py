@@ -140,7 +140,10 @@ def test_rubric_bench_gives_the_ball_for_logs_without_it(tmp_path: Path) -> None
 
 def test_latitude_of_log_wins_over_g_of_bench(tmp_path: Path) -> None:
     rubric, student = tmp_path / "rubric.toml", draw(1, 8)
-    rubric.write_text(default_rubric_text().replace('from = "class"\n\n# Or state it, as', 'g = "9.70 m/s^2"\n\n# Or'))
+    rubric.write_text(
+        default_rubric_text().replace('from = "class"\n\n# Or state it, as', 'g = "9.70 m/s^2"\n\n# Or'),
+        encoding="utf-8",
+    )
     log = student.log("# latitude: 50 deg", reported_line(*student.answer()))
     (with_bench,), (without,) = graded({student: log}, "--rubric", rubric), graded({student: log})
     assert with_bench["inertia"] == without["inertia"]

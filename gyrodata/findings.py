@@ -721,8 +721,8 @@ def unusual_findings(readings: Readings, measured: Measurements) -> list[Diagnos
     return list(found.values())
 
 
-FAR_FROM_BALL, FAR_IN_U = 0.1, 5.0
-"""From so large a share, and so many u, on the difference from the ball needs a cause."""
+FAR_BELOW_BALL, FAR_ABOVE_BALL, FAR_IN_U = -0.05, 0.1, 5.0
+"""Shares, and a number of u, from which on the difference from the ball needs a cause; a bore only adds to I_zz."""
 
 
 def body_findings(readings: Readings, measured: Measurements, fit: FitResult, asked: bool) -> list[Diagnostic]:
@@ -730,7 +730,8 @@ def body_findings(readings: Readings, measured: Measurements, fit: FitResult, as
     low, high = INERTIA_RANGE
     value = abs(fit.inertia.value)
     ball = compare_with_ball(fit.inertia, readings.constants, readings.uncertainties)
-    if ball is not None and abs(ball.relative) > FAR_FROM_BALL and abs(ball.deviation or math.inf) > FAR_IN_U:
+    close = ball is None or FAR_BELOW_BALL <= ball.relative <= FAR_ABOVE_BALL
+    if ball is not None and not close and abs(ball.deviation or math.inf) > FAR_IN_U:
         body = "the ball" if ball.mass is not None else "the disk"
         ratio = value / ball.inertia
         part = f"{ratio:.3g} times" if ratio > 0.5 else f"1/{1 / ratio:.3g} of"

@@ -176,7 +176,10 @@ def _doubts(analysis: Analysis) -> tuple[Sentence, ...]:
     first, *others = analysis.doubts
     end = "" if first.remedy.endswith("?") else "."
     more = tuple((Styled("Besides: ", "warn"), f"{other.words}.") for other in others)
-    return ((Styled("Do not rely on this answer: ", "warn"), f"{first.words}. Find the cause: {first.remedy}{end}"), *more)
+    return (
+        (Styled("Do not rely on this answer: ", "warn"), f"{first.words}. Find the cause: {first.remedy}{end}"),
+        *more,
+    )
 
 
 def _brief(analysis: Analysis, scale: Scale, torque: Scale) -> Iterator[Sentence]:

@@ -109,7 +109,7 @@ class Diagnostic(Struct, frozen=True):
             shown, before = _window(self.excerpt, self.column - 1)
             mark = " " * before + "^" * max(1, min(self.width, len(shown) - before))
             lines.append(f"   {shown}")
-            hint, *more = self.hint.splitlines() or [""]
+            hint, *more = self.hint.split("\n")
             lines += [f"   {mark}  {hint}".rstrip(), *(f"   {line}" for line in more)]
         elif self.hint:
             lines += [f"   {line}" for line in self.hint.splitlines()]

@@ -431,7 +431,7 @@ def direction_findings(readings: Readings, measured: Measurements, fit: FitResul
             f"run{'s' * (len(bare) > 1)} {names} without a weight: which way the rod went is missing, so M0 may have "
             f"either sign. u of I_zz is {100 * (now.u or 0.0) / now.value:.2g} % and would be about "
             f"{100 * (then.u or 0.0) / then.value:.2g} % with the direction",
-            DIRECTION,
+            DIRECTION.partition(". Header")[0],
             _place(readings, bare[0]),
         )
     ]

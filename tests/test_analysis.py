@@ -299,7 +299,7 @@ def typed(head: str, late: float = 0.0, noise: float = 0.0) -> str:
 def test_advice_is_computed_and_in_order_of_gain() -> None:
     advice = gyrodata.analyze(SAMPLES / "heidelberg_ball.csv").advice
     gains = [float(line.split(" to ")[-1].removesuffix(" %")) for line in advice]
-    assert len(gains) >= 3
+    assert len(gains) >= 2
     assert gains == sorted(gains)
     assert any("without a weight" in line for line in advice)
 

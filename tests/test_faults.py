@@ -165,7 +165,7 @@ def test_nor_does_it_where_a_report_or_a_class_is_written(stream: str, tmp_path:
     [
         ("analyze log.csv -o log.csv/x", "G603"),
         ("analyze log.csv -f json -o log.csv/x.json", "G603"),
-        ("analyze log.csv -f latex -o log.csv", "G603"),
+        ("analyze log.csv -f latex -o log.csv", "G638"),
         ("predict earth -o log.csv/x", "G603"),
         ("benchmark --quick -o log.csv/x", "G603"),
         ("simulate --truth log.csv/x.json", "G637"),

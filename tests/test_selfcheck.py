@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import itertools
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 from labs import INERTIA, lab
 from msgspec.structs import replace
+from typer.testing import CliRunner
 
+from gyrodata.cli import app
 from gyrodata.coverage import Performance, SelfCheck, selfcheck
 from gyrodata.measurements import Measurements, Source
 
@@ -74,6 +77,8 @@ def test_no_lab_that_can_be_is_no_answer() -> None:
     wild = replace(measured, sources=(time, *measured.sources[1:]))
     done, by_name = check(wild, 5)
     assert by_name["recommended"].coverage_95 is None
+    assert by_name["recommended"].refused == 5
+    assert "recommended: 5 of the labs have no answer" in done.to_text()
     json.dumps(done.to_dict(), allow_nan=False)
 
 
@@ -91,6 +96,18 @@ def test_same_seed_same_labs_and_the_contract() -> None:
         "name", "bias", "rmse", "coverage_68", "coverage_95", "mean_u", "time_us", "refused",
     }  # fmt: skip
     assert "recommended" in first.to_text()
+
+
+def test_salort_log_is_covered_and_no_lab_is_refused() -> None:
+    log = str(Path(__file__).parent.parent / "sample_data" / "salort_one_torque.csv")
+    done = CliRunner().invoke(app, ["selfcheck", log, "--labs", "120", "--format", "json"])
+    found = json.loads(done.stdout)
+    for table in ("estimators", "estimators_with_scatter"):
+        (one,) = [one for one in found[table] if one["name"] == "recommended"]
+        assert one["coverage_95"] > 0.9
+        assert abs(one["bias"]) < 0.15
+        assert one["mean_u"] > 0
+        assert one["refused"] == 0
 
 
 def test_what_cannot_be_fitted_is_none() -> None:

@@ -163,6 +163,8 @@ IN_WORDS = [
      "simulate --spin-decay 600s --decay-law dry"),
     ("G634", "simulate --spin-decay 1s --decay-law viscous", "a slower decay", "simulate --spin-decay 600s"),
     ("G637", "simulate --truth no-such-folder/t.json", "choose another file with --truth", "simulate --truth t.json"),
+    ("G638", f"analyze {SAMPLE} --out report.pdf", "--out report;", f"analyze {SAMPLE} --quiet --out report"),
+    ("G639", "schema --check --grades", "gyro schema --check", "schema --check"),
 ]  # fmt: skip
 """Code, what was typed, what the hint says of it in words, and what a person makes of that."""
 

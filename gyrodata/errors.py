@@ -112,7 +112,7 @@ class Diagnostic(Struct, frozen=True):
             hint, *more = self.hint.split("\n")
             lines += [f"   {mark}  {hint}".rstrip(), *(f"   {line}" for line in more)]
         elif self.hint:
-            lines += [f"   {line}" for line in self.hint.splitlines()]
+            lines += [f"   {line}" for line in self.hint.split("\n")]
         return "\n".join(lines).translate(PICTURES)
 
 

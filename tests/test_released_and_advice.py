@@ -115,7 +115,7 @@ class TestDirection:
     def test_hint_of_check_is_followed(self) -> None:
         told = gyro("check", "-", stdin=README).stdout
         assert "G454" in told
-        header, loaded, unloaded = (line.strip() for line in told.splitlines()[2:5])
+        header, loaded, unloaded = (line.strip() for line in told.partition("G454")[2].splitlines()[2:5])
         assert header == "mass [g],position [cm],spin [rpm],time [s],turns,precession_sense"
         assert loaded.endswith(",ccw")
         assert unloaded == "0,,400,180,1/20,ccw"

@@ -98,7 +98,7 @@ def test_a_whole_weight_in_hz_is_named_in_hz() -> None:
 
 def test_digits_of_a_weight_exchanged_in_all_its_runs() -> None:
     (doubt,) = analyze(log(*((run, "mass", "43.0") for run in (4, 5, 6)))).doubts
-    assert "43 g at 14.8 cm" in doubt.words
+    assert "43.0 g at 14.8 cm" in doubt.words
     assert "is it 40.3 g" in doubt.remedy
 
 
@@ -195,7 +195,7 @@ def test_both_answers_are_named_where_either_may_be_right() -> None:
     text = written(drawn)
     (doubt, *_) = analyze(text).doubts
     assert "either run 5 is wrong, or runs 4 and 6 are" in doubt.words
-    here, other = (float(value) for value in re.findall(r"([\d.]+) kg\*m\^2", doubt.words))
+    here, other = (float(value) for value in re.findall(r"([\d.]+) kg·m²", doubt.words))
     assert abs(other - TRUTH) < 0.03 * TRUTH < abs(here - TRUTH)
     assert "Do not rely on this answer" in CliRunner().invoke(app, ["analyze", "-"], input=text).stdout
     # Run 5 timed again agrees with run 5, so that the lines of runs 4 and 6 are taken out.

@@ -28,7 +28,7 @@ CELLS = {
     "27 runs, hand late by 0.11 s": Bench(repeats=3, late=0.11),
     "9 runs, thirds of a turn, sighting 3 deg": Bench(thirds=True, sighting=3.0),
     "9 runs, spin read 2 s late": Bench(time_constant=300.0, delay=2.0),
-    "9 runs, rod tilted by 30 deg": Bench(pitch=30.0),
+    "6 runs, rod at 30 deg, hand 0.4 s": Bench(spins=(400, 600), pitch=30.0, hand=0.4, lines=STATED),
 }
 
 

@@ -8,6 +8,7 @@ may only rise.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterator
 from fractions import Fraction
@@ -99,7 +100,10 @@ def told(text: str, document: dict[str, Any]) -> Iterator[Told]:
 
 def off(one: Told) -> tuple[float, float]:
     """Analyse the changed file: how far the report's value is off in u, and its u over the right one, minus 1."""
-    right = gyrodata.analyze(one.text.encode(), name="log.csv").inertia
+    try:
+        right = gyrodata.analyze(one.text.encode(), name="log.csv").inertia
+    except gyrodata.GyroError:
+        return math.inf, math.inf
     u = (right.u or 0.0) / (right.value if one.value is None else 1.0)
     far = 0.0 if one.value is None else max(0.0, abs(one.value - right.value) - one.half) / u
     return far, max(0.0, abs(one.u / u - 1) - one.half / u) * (1 if one.u > u else -1)

@@ -153,7 +153,9 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     ball: Ball | None = None
     if whole:
         ball = compare_with_ball(fit.inertia, readings.constants, readings.uncertainties)
-        of_columns = doubts_of_columns((*of_body, *sizes), {measured.lines[i] for i in left_out})
+        # Without a weight a turn may take an hour.
+        silent = {line for i, line in enumerate(measured.lines) if i in out or not measured.torque[i]}
+        of_columns = doubts_of_columns((*of_body, *sizes), silent)
         doubts = (*of_columns, *find_doubts(measured, fit, exponent, patterns, left_out))
         if ball is None and not sizes and not of_body:
             found += unusual_findings(readings, measured)

@@ -94,7 +94,9 @@ def straight_line(lever: Floats, swing: Floats, torque: Floats) -> tuple[Floats,
     aa, ab, bb = (np.add.reduce(product, axis=-1) for product in (lever * lever, lever * swing, swing * swing))
     ae, be = np.add.reduce(lever * effort, axis=-1), np.add.reduce(swing * effort, axis=-1)
     determinant = aa * bb - ab * ab
-    return (ae * bb - be * ab) / determinant, (ae * ab - be * aa) / determinant
+    # Runs that are all alike have no line.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return (ae * bb - be * ab) / determinant, (ae * ab - be * aa) / determinant
 
 
 def robust_start(measured: Measurements, sense: Floats, kept: Floats) -> Start:

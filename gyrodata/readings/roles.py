@@ -335,7 +335,13 @@ TABLE: tuple[Role, ...] = (
         fills_down=True,
         meaning="how wide the added weight is, across the rod",
     ),
-    Role("transverse_inertia", "inertia", words="transverse inertia, transverse moment of inertia", bound="above zero"),
+    Role(
+        "transverse_inertia",
+        "inertia",
+        words="transverse inertia, transverse moment of inertia",
+        bound="above zero",
+        fills_down=True,
+    ),
     Role(
         "inertia",
         "inertia",

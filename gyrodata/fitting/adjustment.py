@@ -61,7 +61,7 @@ def first_guess(measured: Measurements, sense: Floats, kept: Floats) -> Start:
         lever, swing = _lever(measured, index), sense[index] * measured.time[index]
         inertia, imbalance = straight_line(lever, swing, measured.torque[index])
         total = np.abs(measured.torque[index] + imbalance)
-        if inertia > 0 and total.all() and rough_misfit(measured, inertia * lever / total, index).max() < 5:
+        if 0 < inertia < np.inf and total.all() and rough_misfit(measured, inertia * lever / total, index).max() < 5:
             return Start(float(inertia), float(imbalance))
     return robust_start(measured, sense, kept)
 

@@ -133,6 +133,8 @@ def _check_one(
             path = paths.get(one.file or name, one.file) if paths else name if log == "-" else log
             write_out(reporting.github_annotations(path, [one]))
         for doubt in analysis.doubts if analysis else ():
+            if any(doubt.words in one.message for one in found):
+                continue
             doubted = Diagnostic("doubt", "warning", f"do not rely on the answer: {doubt.words}", doubt.remedy)
             write_out(reporting.github_annotations(name if log == "-" else log, [doubted]))
     else:

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import math
 from contextlib import suppress
+from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import pytest
+from gates.labs import Bench, Table, draw, write
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from labs import INERTIA, G, lab
 from msgspec.structs import replace
 from scipy.optimize import least_squares
 
-from gyrodata import fitting
-from gyrodata.fitting import NoFit, explaining_counts, fit, fit_as_stated, ordinary_line, screen
-from gyrodata.measurements import Measurements
+import gyrodata
+from gyrodata.fitting import NoFit, fit, fit_as_stated, ordinary_line
+from gyrodata.measurements import Measurements, select
 
 
 def exact(**options: object) -> Measurements:
@@ -159,8 +162,6 @@ def test_scaling_all_masses_scales_the_inertia(factor: float, seed: int) -> None
 def test_order_of_the_runs_does_not_matter() -> None:
     measured = lab(np.random.default_rng(3))
     order = [4, 0, 8, 2, 7, 1, 5, 3, 6]
-    from gyrodata.measurements import select
-
     assert fit(select(measured, order)).inertia.value == pytest.approx(fit(measured).inertia.value, rel=1e-10)
 
 
@@ -187,58 +188,44 @@ def test_exact_parts_need_no_ridge() -> None:
     assert result.inertia.u / INERTIA == pytest.approx(0.0005 / 0.15, rel=1e-2)
 
 
-class TestFewRuns:
-    def test_one_torque_rests_on_the_balance(self) -> None:
-        measured = exact(weights=(0.04,))
-        result, balanced = fit(measured), fit(replace(measured, balanced=True))
-        assert result.inertia.value == pytest.approx(INERTIA, rel=1e-4)
-        share = next(s for s in result.budget if s.source == "residual_torque")
-        assert share.share > 0.9
+@pytest.mark.parametrize(
+    ("design", "dof"),
+    [
+        ({"weights": (0.04,), "rpm": (400.0,)}, 0),
+        ({"weights": (0.02, 0.06), "rpm": (400.0,)}, 0),
+        ({"weights": (0.04,), "rpm": (400.0,), "repeats": 4}, 3),
+        ({"weights": (0.04,)}, 2),
+    ],
+    ids=["one run", "two runs", "four identical runs", "one torque"],
+)
+def test_few_exact_runs_give_the_truth_and_a_wide_u(design: dict[str, Any], dof: int) -> None:
+    result, balanced = fit(exact(**design)), fit(replace(exact(**design), balanced=True))
+    assert result.inertia.value == pytest.approx(INERTIA, rel=2e-4)
+    assert result.dof == dof
+    if len(design.get("weights", ())) == 1:
         # Half of the 68.3 % interval of a Cauchy of 5 % is 9.2 %.
         assert result.inertia.u / INERTIA == pytest.approx(0.092, rel=0.1)
         assert balanced.inertia.u < 0.3 * result.inertia.u
-        told = fitting.if_balanced(measured, result)
-        assert (told.value, told.u) == pytest.approx((balanced.inertia.value, balanced.inertia.u), rel=0.02)
-
-    def test_one_run(self) -> None:
-        result = fit(exact(weights=(0.04,), rpm=(400.0,)))
-        assert result.inertia.value == pytest.approx(INERTIA, rel=1e-4)
-        assert result.inertia.u > 0
-        assert result.dof == 0
-
-    def test_two_runs_of_two_torques(self) -> None:
-        result = fit(exact(weights=(0.02, 0.06), rpm=(400.0,)))
-        assert result.inertia.value == pytest.approx(INERTIA, rel=2e-4)
-        assert result.dof == 0
-
-    def test_identical_runs(self) -> None:
-        measured = exact(weights=(0.04,), rpm=(400.0,), repeats=4)
-        assert fit(measured).inertia.value == pytest.approx(INERTIA, rel=1e-4)
-
-    def test_times_as_short_as_their_error(self) -> None:
-        random = np.random.default_rng(8)
-        short = []
-        for _ in range(60):
-            measured = lab(random, weights=(0.2, 0.4), repeats=2, turns=1 / 3, u_time=0.3)
-            with suppress(NoFit):
-                short.append(fit(measured))
-        # Where the times are mostly error, some labs tell nothing.
-        assert len(short) > 45
-        assert all(r.adjusted.converged for r in short)
-        values = np.array([r.inertia.value for r in short])
-        assert (values > 0.2 * INERTIA).all()
-        assert (values < 3 * INERTIA).all()
-        assert np.isfinite([r.inertia.u for r in short]).all()
 
 
-class TestBalance:
-    def test_a_contradicted_test_loses(self) -> None:
-        measured = exact(imbalance=6e-3)
-        tested = replace(measured, imbalance_u=lambda inertia: 1e-5, imbalance_from="u_imbalance")
-        result, free = fit(tested), fit(measured)
-        assert result.contradicted_balance == pytest.approx(1e-5)
-        assert result.inertia.value == pytest.approx(free.inertia.value, abs=0.2 * free.inertia.u)
-        assert result.inertia.u == pytest.approx(free.inertia.u, rel=0.25)
+def test_times_as_short_as_their_error_give_a_finite_answer() -> None:
+    random = np.random.default_rng(8)
+    short = []
+    for _ in range(60):
+        with suppress(NoFit):
+            short.append(fit(lab(random, weights=(0.2, 0.4), repeats=2, turns=1 / 3, u_time=0.3)).inertia)
+    # If the times are mostly error, some labs have no answer.
+    assert len(short) > 45
+    assert all(0.2 * INERTIA < one.value < 3 * INERTIA and math.isfinite(one.u) for one in short)
+
+
+def test_a_contradicted_balance_test_changes_nothing() -> None:
+    measured = exact(imbalance=6e-3)
+    tested = replace(measured, imbalance_u=lambda inertia: 1e-5, imbalance_from="u_imbalance")
+    result, free = fit(tested), fit(measured)
+    assert result.contradicted_balance == pytest.approx(1e-5)
+    assert result.inertia.value == pytest.approx(free.inertia.value, abs=0.2 * free.inertia.u)
+    assert result.inertia.u == pytest.approx(free.inertia.u, rel=0.25)
 
 
 def test_influence_is_what_leaving_out_does() -> None:
@@ -249,76 +236,74 @@ def test_influence_is_what_leaving_out_does() -> None:
         assert whole.influence[run] == pytest.approx(changed, rel=0.1, abs=0.05 * whole.inertia.u)
 
 
-class TestScreening:
-    def test_clean_labs_raise_no_alarm(self) -> None:
-        random = np.random.default_rng(21)
-        assert sum(len(screen(lab(random, imbalance=5e-4))[0]) for _ in range(200)) == 0
-
-    @pytest.mark.parametrize(("run", "written", "true"), [(4, 3.0, 2.0), (0, 1.0, 2.0), (8, 1.0, 3.0), (3, 2.0, 1.0)])
-    def test_a_wrong_count_is_named(self, run: int, written: float, true: float) -> None:
-        random = np.random.default_rng(run)
-        measured = lab(random)
-        time, turns = measured.time.copy(), measured.turns.copy()
-        time[run] *= true
-        turns[run] = written
-        outliers, _ = screen(replace(measured, time=time, turns=turns))
-        assert [(o.index, o.turns) for o in outliers] == [(run, true)]
-
-    @pytest.mark.parametrize("true", [1 / 6, 1 / 4, 1 / 3, 1 / 2, 2 / 3, 3 / 4, 1, 2, 5, 12, 30])
-    def test_every_count_that_is_likely_is_found(self, true: float) -> None:
-        # Also far from what was written, and whatever was.
-        for written in {1.0, 7.0} - {true}:
-            measured = lab(np.random.default_rng(4), noise=0.1, u_time=0.01, u_spin=1e-4, turns=written)
-            off = np.where(np.arange(9) == 4, true / written, 1.0)
-            outliers, _ = screen(replace(measured, time=measured.time * off))
-            assert [(o.index, o.turns) for o in outliers] == [(4, true)]
-
-    @pytest.mark.parametrize("true", [1 / 3, 1 / 2, 2 / 3, 2, 3])
-    def test_a_count_that_is_wrong_for_all_runs_of_a_torque_is_found(self, true: float) -> None:
-        for group in (0, 2):
-            measured = lab(np.random.default_rng(4), noise=0.2)
-            wrong = np.arange(9) // 3 == group
-            counted = replace(measured, time=measured.time * np.where(wrong, true, 1.0))
-            assert explaining_counts(counted) == [{group: true}]
-        assert explaining_counts(measured) == []
-        # Six of nine runs are two torques: fewer are changed by taking the third for wrong.
-        both = replace(measured, time=measured.time * np.where(np.arange(9) < 3, 1.0, true))
-        assert all(len(answer) <= 2 for answer in explaining_counts(both))
-
-    def test_a_third_of_the_runs_may_be_odd_and_no_more(self) -> None:
-        def odd(count: int) -> list[int]:
-            measured = lab(np.random.default_rng(4), noise=0.3)
-            time = measured.time.copy()
-            time[[0, 4, 8, 5][:count]] *= [1.5, 0.7, 1.6, 0.6][:count]
-            return [o.index for o in screen(replace(measured, time=time))[0]]
-
-        assert (odd(1), odd(2), odd(3), odd(4)) == ([0], [0, 4], [0, 4, 8], [])
-
-    def test_gross_errors_kept_in_the_fit_do_not_break_it(self) -> None:
-        # A weak ruler and tight times: a fit by the raw conditions would shrink I_zz and the arm to nothing.
-        measured = lab(np.random.default_rng(6), weights=tuple(0.01 * k for k in range(3, 12)), u_zero=0.01)
-        turns = measured.turns.copy()
-        turns[[3, 4]] = 1.5
-        assert 2e-3 < fit(replace(measured, turns=turns)).inertia.value < 8e-3
+def odd_runs(table: Table, lines: str = "") -> list[tuple[int, str]]:
+    """Flagged runs of a typed log, counted from 0, and the first reason that is given."""
+    runs = gyrodata.analyze(write(table, lines).encode()).run_table
+    return [(int(run.run) - 1, run.reason.partition("; or ")[0]) for run in runs if run.flagged]
 
 
-class TestOrdinaryLine:
-    def test_agrees_with_closed_forms(self) -> None:
-        random = np.random.default_rng(7)
-        x = random.uniform(1, 9, 12)
-        y = 3 * x + 2 + random.standard_normal(12)
-        line = ordinary_line(x, y, intercept=True)
-        slope, intercept = np.polyfit(x, y, 1)
-        assert line is not None
-        assert line.intercept is not None
-        assert line.slope.value == pytest.approx(slope, rel=1e-12)
-        assert line.intercept.value == pytest.approx(intercept, rel=1e-11)
-        residuals = y - slope * x - intercept
-        u = math.sqrt(residuals @ residuals / 10 / np.sum((x - x.mean()) ** 2))
-        assert line.slope.u == pytest.approx(u, rel=1e-12)
-        origin = ordinary_line(x, y, intercept=False)
-        assert origin is not None
-        assert origin.slope.value == pytest.approx(x @ y / (x @ x), rel=1e-13)
+def test_clean_labs_have_no_odd_run() -> None:
+    assert [odd_runs(draw(Bench(imbalance=0.02), seed)) for seed in range(60)] == [[]] * 60
+
+
+@pytest.mark.parametrize("masses", [(20, 40, 60), (20, 40), (20, 60)], ids=str)
+def test_one_wrong_count_is_named_with_the_right_one(masses: tuple[int, ...]) -> None:
+    for wrong in range(3 * len(masses)):
+        table = draw(Bench(masses=masses), wrong)
+        table.turns[wrong] = "2"
+        # A large M0 would make two good runs odd in its place.
+        assert odd_runs(table) == [(wrong, "fits 1 turn, not 2")]
+
+
+@pytest.mark.parametrize("true", ["1/3", "1/2", "2/3", "2", "3"])
+@pytest.mark.parametrize("written", ["1", "7"])
+def test_each_likely_count_is_found(true: str, written: str) -> None:
+    table = draw(Bench(hand=0.02), 4)
+    table.turns[:] = written
+    table.time[:] *= float(written)
+    table.time[4] *= float(Fraction(true)) / float(written)
+    assert odd_runs(table, "# u_time: 0.05 s\n") == [(4, f"fits {true} turn{'s' * (true in '23')}, not {written}")]
+
+
+def test_gross_errors_kept_in_the_fit_do_not_break_it() -> None:
+    # A weak ruler and tight times: a fit by the raw conditions would shrink I_zz and the arm to nothing.
+    measured = lab(np.random.default_rng(6), weights=tuple(0.01 * k for k in range(3, 12)), u_zero=0.01)
+    turns = measured.turns.copy()
+    turns[[3, 4]] = 1.5
+    assert 2e-3 < fit(replace(measured, turns=turns)).inertia.value < 8e-3
+
+
+@pytest.mark.parametrize(
+    "bench",
+    [Bench(), Bench(masses=(40,)), Bench(masses=(20, 60), spins=(200, 600)), Bench(imbalance=0.1, thirds=True)],
+    ids=str,
+)
+def test_one_more_run_never_raises_the_mean_u(bench: Bench) -> None:
+    ratios = []
+    for seed in range(25):
+        table = draw(bench, seed)
+        fewer = Table(*(np.delete(column, seed % len(table.mass)) for column in table))
+        before, after = (gyrodata.analyze(write(one).encode()).inertia.u for one in (fewer, table))
+        ratios.append(after / before)
+    assert np.mean(ratios) < 1.01
+
+
+def test_the_textbook_line_agrees_with_closed_forms() -> None:
+    random = np.random.default_rng(7)
+    x = random.uniform(1, 9, 12)
+    y = 3 * x + 2 + random.standard_normal(12)
+    line = ordinary_line(x, y, intercept=True)
+    slope, intercept = np.polyfit(x, y, 1)
+    assert line is not None
+    assert line.intercept is not None
+    assert line.slope.value == pytest.approx(slope, rel=1e-12)
+    assert line.intercept.value == pytest.approx(intercept, rel=1e-11)
+    residuals = y - slope * x - intercept
+    u = math.sqrt(residuals @ residuals / 10 / np.sum((x - x.mean()) ** 2))
+    assert line.slope.u == pytest.approx(u, rel=1e-12)
+    origin = ordinary_line(x, y, intercept=False)
+    assert origin is not None
+    assert origin.slope.value == pytest.approx(x @ y / (x @ x), rel=1e-13)
 
 
 def test_uncertainty_agrees_with_gtc() -> None:
@@ -340,15 +325,3 @@ def test_uncertainty_agrees_with_gtc() -> None:
     result = fit_as_stated(measured)
     assert result.inertia.value == pytest.approx(value(inertia), rel=2e-3)  # the broad prior of M0 pulls a little
     assert result.inertia.u == pytest.approx(uncertainty(inertia), rel=2e-2)
-
-
-@pytest.mark.parametrize("weights", [(0.02, 0.04), (0.02, 0.06)])
-def test_with_two_torques_the_wrong_count_is_blamed_not_the_right_ones(weights: tuple[float, ...]) -> None:
-    # A large M0 would make two good runs odd in its place.
-    random = np.random.default_rng(8)
-    for wrong in range(6):
-        measured = lab(random, weights=weights)
-        turns = measured.turns.copy()
-        turns[wrong] = 2
-        outliers, _ = screen(replace(measured, turns=turns))
-        assert [(outlier.index, outlier.turns) for outlier in outliers] == [(wrong, 1)]

@@ -23,7 +23,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 from pages import KINDS, Structure, known, make_page
 from PIL import Image
-from tex import faults_of_document, faults_of_text, unescaped
+from tex import faults_of_document, faults_of_text
 from typer.testing import CliRunner, Result
 
 from gyrodata import analyze, plotting, reporting
@@ -170,14 +170,6 @@ def test_every_number_of_a_document_stands_in_its_order_on_the_page(form: str, k
     assert NUMBER.findall(text) == NUMBER.findall(" ".join(shown))
 
 
-@pytest.mark.parametrize("name", ["heidelberg_ball", "salort_one_torque"])
-def test_other_logs_have_sound_reports(name: str) -> None:
-    analysis = analyze(SAMPLES / f"{name}.csv")
-    assert faults_of_document(reporting.latex_report(analysis)) == []
-    for table in re.findall(r"(?:^\|.*\n)+", reporting.markdown_report(analysis), re.M):
-        assert len({len(re.findall(r"(?<!\\)\|", row)) for row in table.splitlines()}) == 1
-
-
 # --- LaTeX -------------------------------------------------------------------------------------------------
 
 
@@ -185,13 +177,6 @@ def test_other_logs_have_sound_reports(name: str) -> None:
 @settings(derandomize=True, deadline=None, max_examples=400)
 def test_no_text_is_obeyed_by_tex(text: str) -> None:
     assert faults_of_text(latex.escape(text)) == []
-
-
-@given(st.text(st.characters(max_codepoint=126), max_size=60))
-@settings(derandomize=True, deadline=None, max_examples=200)
-def test_ascii_text_is_printed_as_it_is(text: str) -> None:
-    text = text.replace("I_zz", "").replace("M0", "")
-    assert unescaped(latex.escape(text)) == "".join(c if c.isprintable() else " " for c in text)
 
 
 @pytest.mark.parametrize(
@@ -269,16 +254,12 @@ def test_a_hostile_log_is_a_harmless_page() -> None:
 # --- CSV ---------------------------------------------------------------------------------------------------
 
 
-def rows_of(text: str, delimiter: str = ",") -> list[list[str]]:
-    return list(csv.reader(io.StringIO(text, newline=""), delimiter=delimiter))
-
-
 @given(TEXTS)
 @settings(derandomize=True, deadline=None, max_examples=100)
 def test_no_cell_is_a_formula_and_negative_numbers_stay_numbers(text: str) -> None:
     analysis = with_texts(text)
     table = reporting.runs_csv(analysis)
-    rows = rows_of(table)
+    rows = list(csv.reader(io.StringIO(table, newline="")))
     assert {len(row) for row in rows} == {len(rows[0])}
     assert len(rows) == len(analysis.run_table) + 1
     # Where ; or a tab parts cells, quotes in the middle of a cell mean nothing.
@@ -293,7 +274,7 @@ def test_no_cell_is_a_formula_and_negative_numbers_stay_numbers(text: str) -> No
 
 def test_every_number_of_the_table_is_in_the_json() -> None:
     analysis = analyze(SAMPLES / "heidelberg_ball.csv")
-    header, *rows = rows_of(reporting.runs_csv(analysis))
+    header, *rows = csv.reader(io.StringIO(reporting.runs_csv(analysis), newline=""))
     document = json.loads(reporting.json_text(analysis.to_dict()))["result"]["runs"]
     named = dict(zip(header, zip(*rows, strict=True), strict=True))
     for i, run in enumerate(document):

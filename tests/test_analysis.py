@@ -7,58 +7,35 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 import gyrodata
 from gyrodata import physics
-from gyrodata.analysis import analyze_readings
 from gyrodata.comparisons import NamedFit
 from gyrodata.diagnostics import CODES
 from gyrodata.errors import LogError
-from gyrodata.readings import read_log
 
 ROOT = Path(__file__).parent.parent
 SAMPLES = ROOT / "sample_data"
 HEAD = "# g: 9.803 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns\n"
 
-# Seven arms, three timings each (published student data); the "period" is 40° of precession.
-SEVEN_ARMS = """\
-"Mass, m (kg)","Radius,r (m)","Spin Speed,N (rpm)","Precession period,T (s)"
-0.15,0.12,4585,8.13
-,,,8.16
-,,,8.35
-,0.15,,6.28
-,,,6.46
-,,,6.41
-,0.18,,4.87
-,,,5.25
-,,,5.25
-,0.21,,4.44
-,,,4.22
-,,,4.60
-,0.24,,4.03
-,,,3.78
-,,,4.00
-,0.27,,3.65
-,,,3.75
-,,,3.56
-,0.3,,3.28
-,,,3.03
-,,,2.97
-"""
-
+# Arm [m] and three timings [s] (published student data); the "period" is 40° of precession.
+ARMS = """0.12 8.13 8.16 8.35; 0.15 6.28 6.46 6.41; 0.18 4.87 5.25 5.25; 0.21 4.44 4.22 4.60; 0.24 4.03 3.78 4.00;
+    0.27 3.65 3.75 3.56; 0.3 3.28 3.03 2.97"""
 # Decimal commas (published student data, github.com/aidenfmunro/Labs, 1.2.5); spin 392 turns a second.
-DECIMAL_COMMAS = """\
-№;m, кг;l, м;t, с;N
-1;0,074;0,122;139,48;1
-2;0,092;0,122;110,54;1
-3;0,116;0,122;88,06;1
-4;0,141;0,122;72,22;1
-5;0,179;0,122;59,91;1
-6;0,218;0,122;46,70;1
-7;0,272;0,122;37,85;1
-8;0,340;0,122;29,95;1
-"""
+COMMAS = """0,074 139,48; 0,092 110,54; 0,116 88,06; 0,141 72,22; 0,179 59,91; 0,218 46,70; 0,272 37,85; 0,340 29,95"""
+
+
+def seven_arms() -> str:
+    text = '"Mass, m (kg)","Radius,r (m)","Spin Speed,N (rpm)","Precession period,T (s)"\n'
+    for at, arm in enumerate(ARMS.split(";")):
+        x, *times = arm.split()
+        text += f"{'' if at else '0.15'},{x},{'' if at else '4585'},{times[0]}\n,,,{times[1]}\n,,,{times[2]}\n"
+    return text
+
+
+def decimal_commas() -> str:
+    rows = (f"{at};{row.split()[0]};0,122;{row.split()[1]};1\n" for at, row in enumerate(COMMAS.split(";"), 1))
+    return "№;m, кг;l, м;t, с;N\n" + "".join(rows)
 
 
 def fit_named(analysis: gyrodata.Analysis, name: str) -> NamedFit:
@@ -87,13 +64,13 @@ class TestPublished:
         assert "G414" in {d.code for d in a.diagnostics}
 
     def test_seven_arms(self) -> None:
-        a = gyrodata.analyze(SEVEN_ARMS.encode(), settings={"angle": "40 deg"},
+        a = gyrodata.analyze(seven_arms().encode(), settings={"angle": "40 deg"},
                              mapping={"time": "Precession period,T (s)"})  # fmt: skip
         assert fit_named(a, "through_origin").inertia.value == pytest.approx(0.00415, abs=1e-5)
         assert [t.runs for t in a.torques] == [3] * 7
 
     def test_decimal_commas(self) -> None:
-        a = gyrodata.analyze(DECIMAL_COMMAS.encode(), settings={"spin": "392 Hz"})
+        a = gyrodata.analyze(decimal_commas().encode(), settings={"spin": "392 Hz"})
         assert fit_named(a, "through_origin").inertia.value == pytest.approx(0.000794, abs=1e-6)
         assert a.inertia.value == pytest.approx(0.000794, abs=1.5 * a.inertia.u)
         assert [run.run for run in a.run_table if run.flagged] == ["5"]
@@ -114,43 +91,7 @@ def test_the_sample_is_what_its_maker_makes() -> None:
     assert make_sample_data.TARGET.read_text(encoding="utf-8") == make_sample_data.make()
 
 
-def test_a_miscounted_run_is_left_out_and_said() -> None:
-    log = HEAD + (
-        "20.00,15.0,206,20.4,1\n20.00,15.0,407,40.4,1\n40.00,15.0,405,20.1,1\n"
-        "40.00,15.0,607,30.1,2\n60.00,15.0,404,13.4,1\n60.00,15.0,603,20.0,1\n"
-    )
-    a = gyrodata.analyze(log.encode())
-    assert [(r.run, r.left_out, r.reason) for r in a.run_table if r.flagged] == [("4", True, "fits 1 turn, not 2")]
-    assert a.inertia.value == pytest.approx(4.44e-3, rel=0.03)
-    kept = gyrodata.analyze(log.encode(), keep_flagged=True)
-    assert not any(run.left_out for run in kept.run_table)
-
-
-def test_tilt_is_taken_into_account_where_it_matters() -> None:
-    from gyrodata import physics
-
-    inertia, transverse = 4.44e-3, 6e-3
-    rows = []
-    for grams in (20, 40, 60):
-        for rpm in (150, 250, 350):
-            rate = physics.precession_rate(grams * 1e-3 * 9.803 * 0.15, rpm * 0.10471975511965977, inertia, transverse,
-                                           0.6981317007977318)  # fmt: skip
-            rows.append(f"{grams}.0000,15.0000,{rpm}.000,{6.283185307179586 / rate:.6f},1,40")
-    head = "# g: 9.803 m/s^2\n# transverse_inertia: 0.006 kg*m^2\n"
-    log = head + "mass [g],position [cm],spin [rpm],time [s],turns,pitch [deg]\n" + "\n".join(rows) + "\n"
-    a = gyrodata.analyze(log.encode())
-    tilt = next(e for e in a.effects if e.effect == "tilt")
-    assert tilt.kept
-    assert a.inertia.value == pytest.approx(inertia, rel=1e-4)
-    flat = gyrodata.analyze(log.encode(), model="horizontal")
-    assert flat.inertia.value / inertia - 1 == pytest.approx(tilt.bias, rel=0.1)
-
-
-def analysis_codes() -> list[str]:
-    return sorted(code for code in CODES if code.startswith("G4") and not code.startswith("G45"))
-
-
-@pytest.mark.parametrize("code", analysis_codes())
+@pytest.mark.parametrize("code", sorted(code for code in CODES if code[:2] == "G4" and code[:3] != "G45"))
 def test_the_example_of_each_code_raises_it(code: str) -> None:
     try:
         found = gyrodata.analyze(CODES[code].example.encode()).diagnostics
@@ -262,23 +203,6 @@ class TestSlips:
         left_out = gyrodata.analyze(SLIP.format(time="1004").encode())
         assert left_out.inertia.value == pytest.approx(4.4e-3, rel=0.02)
 
-    @pytest.mark.parametrize("seed", range(20))
-    def test_any_slip_of_a_pen_has_an_answer_or_a_refusal(self, seed: int) -> None:
-        random = np.random.default_rng(seed)
-        head, names, *rows = SLIP.format(time="13.24").splitlines()
-        table = [row.split(",") for row in rows]
-        for _ in range(1 + seed % 3):
-            i, j = random.integers(9), random.integers(5)
-            old = table[i][j]
-            table[i][j] = str(random.choice(["0", "1e9", "1e-9", old.replace(".", ""), f"{old}0", f"-{old}", "1004"]))
-        text = "\n".join([head, names, *(",".join(row) for row in table)])
-        try:
-            analysis = gyrodata.analyze(text.encode())
-        except LogError:
-            return
-        assert math.isfinite(analysis.inertia.value)
-        assert analysis.inertia.u is not None
-
 
 def test_a_tilted_rod_that_the_fit_describes_is_no_reason_to_doubt() -> None:
     """Of eq. (8) the period is no power of the spin, and the answer is exact all the same."""
@@ -294,26 +218,6 @@ def test_a_tilted_rod_that_the_fit_describes_is_no_reason_to_doubt() -> None:
     assert found.exponent is not None
     assert found.doubts == ()
     assert found.inertia.value == pytest.approx(4.44e-3, rel=1e-3)
-
-
-@pytest.mark.parametrize("name", ["air_gyroscope.csv", "heidelberg_ball.csv"])
-def test_what_a_grade_leaves_out_changes_nothing_else(name: str) -> None:
-    readings = read_log(SAMPLES / name)
-    whole, part = analyze_readings(readings), analyze_readings(readings, whole=False)
-    assert (part.diagnostics, part.run_table) == (whole.diagnostics, whole.run_table)
-    assert part.torques == tuple(replace(one, without=None) for one in whole.torques)
-    assert part.inertia == whole.inertia
-    assert part.effects == ()
-    assert (part.advice, part.sensitivity, part.fits, part.power_law) == ((), (), (), ())
-    assert whole.advice
-
-
-def test_a_grade_sizes_the_release_where_it_matters() -> None:
-    readings = read_log(CODES["G418"].example.encode())
-    whole, part = analyze_readings(readings), analyze_readings(readings, whole=False)
-    assert "G418" in [one.code for one in part.diagnostics]
-    assert part.diagnostics == whole.diagnostics
-    assert part.effects == tuple(one for one in whole.effects if one.effect == "release")
 
 
 def test_where_one_weight_is_left_out_and_the_others_need_a_poor_balance_the_answer_is_doubted():

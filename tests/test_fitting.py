@@ -10,15 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 from gates.labs import Bench, Table, draw, write
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from labs import INERTIA, G, lab
 from msgspec.structs import replace
 from scipy.optimize import least_squares
 
 import gyrodata
-from gyrodata.fitting import NoFit, fit, fit_as_stated, ordinary_line
-from gyrodata.measurements import Measurements, select
+from gyrodata.fitting import NoFit, fit, fit_as_stated
+from gyrodata.measurements import Measurements
 
 
 def exact(**options: object) -> Measurements:
@@ -149,43 +147,10 @@ def test_rows_as_independent_would_understate_u() -> None:
     assert fit(measured).inertia.u > 1.02 * fit(alone).inertia.u
 
 
-@settings(deadline=None, max_examples=30, derandomize=True)
-@given(factor=st.floats(0.01, 100), seed=st.integers(0, 1000))
-def test_scaling_all_masses_scales_the_inertia(factor: float, seed: int) -> None:
-    measured = lab(np.random.default_rng(seed))
-    heavier = replace(measured, mass=measured.mass * factor, torque=measured.torque * factor)
-    first, second = fit(measured), fit(heavier)
-    assert second.inertia.value == pytest.approx(first.inertia.value * factor, rel=1e-8)
-    assert second.inertia.u == pytest.approx(first.inertia.u * factor, rel=1e-6)
-
-
-def test_order_of_the_runs_does_not_matter() -> None:
-    measured = lab(np.random.default_rng(3))
-    order = [4, 0, 8, 2, 7, 1, 5, 3, 6]
-    assert fit(select(measured, order)).inertia.value == pytest.approx(fit(measured).inertia.value, rel=1e-10)
-
-
 def test_budget_adds_up() -> None:
     result = fit(lab(np.random.default_rng(2), repeats=2))
     assert math.fsum(share.share for share in result.budget) == pytest.approx(1)
     assert math.fsum(share.u_inertia**2 for share in result.budget) == pytest.approx(result.inertia.u**2, rel=1e-9)
-
-
-def test_exact_parts_need_no_ridge() -> None:
-    measured = exact(repeats=2)
-    bare = replace(
-        measured,
-        sources=tuple(
-            source if source.name == "position_zero" else replace(source, absolute=0 * source.absolute,
-                                                                   relative=0 * source.relative)
-            for source in measured.sources
-        ),
-        timing_bias_u=0.0,
-    )  # fmt: skip
-    result = fit(bare)
-    assert result.inertia.value == pytest.approx(INERTIA, rel=1e-8)
-    # One arm, one zero: the relative error of the arm is that of I_zz, however many runs there are.
-    assert result.inertia.u / INERTIA == pytest.approx(0.0005 / 0.15, rel=1e-2)
 
 
 @pytest.mark.parametrize(
@@ -286,24 +251,6 @@ def test_one_more_run_never_raises_the_mean_u(bench: Bench) -> None:
         before, after = (gyrodata.analyze(write(one).encode()).inertia.u for one in (fewer, table))
         ratios.append(after / before)
     assert np.mean(ratios) < 1.01
-
-
-def test_the_textbook_line_agrees_with_closed_forms() -> None:
-    random = np.random.default_rng(7)
-    x = random.uniform(1, 9, 12)
-    y = 3 * x + 2 + random.standard_normal(12)
-    line = ordinary_line(x, y, intercept=True)
-    slope, intercept = np.polyfit(x, y, 1)
-    assert line is not None
-    assert line.intercept is not None
-    assert line.slope.value == pytest.approx(slope, rel=1e-12)
-    assert line.intercept.value == pytest.approx(intercept, rel=1e-11)
-    residuals = y - slope * x - intercept
-    u = math.sqrt(residuals @ residuals / 10 / np.sum((x - x.mean()) ** 2))
-    assert line.slope.u == pytest.approx(u, rel=1e-12)
-    origin = ordinary_line(x, y, intercept=False)
-    assert origin is not None
-    assert origin.slope.value == pytest.approx(x @ y / (x @ x), rel=1e-13)
 
 
 def test_uncertainty_agrees_with_gtc() -> None:

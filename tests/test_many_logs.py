@@ -103,24 +103,6 @@ def test_each_row_tells_its_log(same_names: Path, absolute: bool) -> None:
         assert len(rows) == (3 if table == "logs" else sum(len(result[table]) for result in whole if result))
 
 
-def test_a_row_for_each_log_says_what_the_json_says(same_names: Path) -> None:
-    one, _, bad = csv.DictReader(io.StringIO(run("analyze", *LABS, "-f", "csv", "--table", "logs").stdout))
-    result = json.loads(run("analyze", LABS[0], "-f", "json").stdout)["result"]
-    for name in ("inertia", "residual_torque", "timing_bias"):
-        assert float(one[f"{name}_value"]) == result[name]["value"]
-        assert float(one[f"{name}_u"]) == result[name]["u"]
-        assert one[f"{name}_unit"] == result[name]["unit"]
-        ends = [float(one[f"{name}_interval_95_{end}"]) for end in ("low", "high")]
-        assert ends == result[name]["interval_95"]
-    assert float(one["chi2"]) == result["goodness"]["chi2"]
-    assert one["model"] == result["model"]
-    assert {name for name, cell in bad.items() if cell} == {"log", "diagnostics"}
-    torques = csv.DictReader(io.StringIO(run("analyze", LABS[0], "-f", "csv", "--table", "torques").stdout))
-    for row, group in zip(torques, result["torques"], strict=True):
-        assert float(row["product_value"]) == group["product"]["value"]
-        assert float(row["without_u"]) == group["without"]["u"]
-
-
 def test_a_table_for_another_form_is_refused_and_the_way_out_works(same_names: Path) -> None:
     done = run("analyze", LABS[0], "--table", "logs")
     assert done.exit_code == 2

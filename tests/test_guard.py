@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from labs import INERTIA
+from gates.labs import INERTIA, Bench, draw, write
 
 import gyrodata
 from gyrodata.errors import Diagnostic, LogError

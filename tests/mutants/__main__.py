@@ -363,7 +363,7 @@ def main() -> None:
 
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder) / "work"
-        shutil.copytree(ROOT, work, ignore=shutil.ignore_patterns(".git", ".*_cache"))
+        shutil.copytree(ROOT, work, ignore=shutil.ignore_patterns(".git", ".venv", ".*_cache"))
         os.chdir(work)
         os.environ |= {"PYTHONPATH": str(work), "HYPOTHESIS_SEED": "0"}
         sys.path[:] = [str(work), *(path for path in sys.path if Path(path).resolve() not in (ROOT, ROOT / "tests"))]

@@ -27,13 +27,13 @@ Run = tuple[int, int]
 class Scene(Struct, frozen=True):
     """What is done in a lab, what its log says, and what is true in it.
 
-    Weights [g] with each spin [rpm] in rising order, or `order`; `THIRDS` of a turn or whole turns; `lines` are what
-    the log says of its errors. A time errs by `hand` [s] and by a part of the time, normally or with Student's t of `tails`
-    degrees of freedom, and is late by `late` ± `late_u` [s]. M0 is a share of the lightest torque, or drawn from a
-    Cauchy distribution of that scale, or from a normal one of width `imbalance_u` [N*m]; it drifts by a share of the
-    lightest torque from the middle of the session to its end. The angle errs by `sighting` [deg]. The spin loses the
-    part `fall` by dry friction, read at start and end, or falls with a time constant [s] and is read `delay` ±
-    `delay_u` [s] after half time.
+    Weights [g] with each spin [rpm] in rising order, or `order`; `THIRDS` of a turn or whole turns; `lines` are
+    what the log says of its errors. A time errs by `hand` [s] and by a part of the time, normally or with Student's
+    t of `tails` degrees of freedom, and is late by `late` ± `late_u` [s]. M0 is a share of the lightest torque, or
+    drawn from a Cauchy distribution of that scale, or from a normal one of width `imbalance_u` [N*m]; it drifts by
+    a share of the lightest torque from the middle of the session to its end. The angle errs by `sighting` [deg].
+    The spin loses the part `fall` by dry friction, read at start and end, or falls with a time constant [s] and is
+    read `delay` ± `delay_u` [s] after half time.
     """
 
     masses: tuple[int, ...] = (20, 40, 60)

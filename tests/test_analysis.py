@@ -197,14 +197,14 @@ class TestSlips:
         assert "--keep-flagged" in found.hint
         assert slipped.inertia.value == pytest.approx(clean.inertia.value, abs=2 * clean.inertia.u)
 
-    def test_kept_on_request_there_is_no_answer_and_the_hint_gives_one(self) -> None:
+    def test_a_kept_gross_slip_is_refused_and_the_hint_works(self) -> None:
         with pytest.raises(LogError, match=r"error G421: no moment of inertia(.|\n)*leave --keep-flagged away"):
             gyrodata.analyze(SLIP.format(time="1004").encode(), keep_flagged=True)
         left_out = gyrodata.analyze(SLIP.format(time="1004").encode())
         assert left_out.inertia.value == pytest.approx(4.4e-3, rel=0.02)
 
 
-def test_a_tilted_rod_that_the_fit_describes_is_no_reason_to_doubt() -> None:
+def test_a_tilted_rod_without_errors_has_no_doubt() -> None:
     """Of eq. (8) the period is no power of the spin, and the answer is exact all the same."""
     pitch = math.radians(30)
     rows = ""
@@ -220,7 +220,7 @@ def test_a_tilted_rod_that_the_fit_describes_is_no_reason_to_doubt() -> None:
     assert found.inertia.value == pytest.approx(4.44e-3, rel=1e-3)
 
 
-def test_where_one_weight_is_left_out_and_the_others_need_a_poor_balance_the_answer_is_doubted():
+def test_a_wrong_count_of_one_weight_is_doubted_with_its_remedy():
     """4.5 turns were written of a weight that was timed for 5, and the fit blames another weight."""
     log = (
         "# g: 9.80665\nmass [g],position [cm],spin [rpm],time [s],turns\n20.1,14.8,197,97.46,5\n"

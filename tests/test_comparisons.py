@@ -31,7 +31,7 @@ def own(lab: gyrodata.Analysis) -> np.ndarray:
     return np.hypot(0.1 / lab.measurements.time, 0.002)
 
 
-def test_one_exponent_for_all_torques_is_the_line_with_a_constant_for_each() -> None:
+def test_the_common_exponent_agrees_with_least_squares() -> None:
     lab = gyrodata.analyze((HEAD + ROWS).encode())
     assert lab.exponent is not None
     kept = lab.runs[lab.runs["torque"] != 0].index
@@ -48,7 +48,7 @@ def test_one_exponent_for_all_torques_is_the_line_with_a_constant_for_each() -> 
     assert lab.exponent.deviation == pytest.approx((lab.exponent.value - 1) / lab.exponent.u)
 
 
-def test_constancy_is_the_scatter_about_each_mean_against_timing_and_spin() -> None:
+def test_constancy_agrees_with_the_scatter_about_each_mean() -> None:
     lab = gyrodata.analyze((HEAD + ROWS).encode())
     assert lab.constancy is not None
     products, groups = lab.runs["product"].to_numpy(), lab.runs["torque"].to_numpy()
@@ -85,7 +85,7 @@ def test_the_ball_has_an_uncertainty_of_its_own(lines: str, relative: float) -> 
     assert ball.relative == pytest.approx(lab.inertia.value / ball.inertia - 1)
 
 
-def test_a_ball_without_u_is_taken_as_exact_and_none_is_not_compared() -> None:
+def test_a_ball_without_u_is_exact_and_no_ball_is_not_compared() -> None:
     ball = gyrodata.analyze((HEAD + "# ball_mass: 4.1 kg\n# ball_diameter: 10.16 cm\n" + ROWS).encode()).ball
     assert ball is not None
     assert (ball.mass_u, ball.diameter_u, ball.inertia_u) == (None, None, None)

@@ -150,7 +150,7 @@ NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)*(?:e[-+]\d+)?(?:/\d+)?")
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("form", ["markdown", "latex"])
-def test_every_number_of_a_document_stands_in_its_order_on_the_page(form: str, kind: str) -> None:
+def test_each_number_of_a_document_is_on_the_page_in_order(form: str, kind: str) -> None:
     """There each of them is held to its place in results.json."""
     analysis = analyze(KINDS[kind].encode(), name="log.csv")
     # A note may hold any number.
@@ -317,7 +317,7 @@ def test_what_does_not_go_together_is_refused(line: str, code: str) -> None:
     assert done.stdout == ""
 
 
-def test_marks_that_move_a_cursor_or_turn_a_line_are_shown_as_pictures() -> None:
+def test_marks_that_move_a_cursor_are_shown_as_pictures() -> None:
     text = "a\u202eb\u2066c\u2069\x1b[2J\x07\u2028d\u200f"
     shown = "a\ufffdb\ufffdc\ufffd␛[2J␇\ufffdd\ufffd"
     assert reporting.csv_cell(text) == shown

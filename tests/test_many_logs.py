@@ -103,7 +103,7 @@ def test_each_row_tells_its_log(same_names: Path, absolute: bool) -> None:
         assert len(rows) == (3 if table == "logs" else sum(len(result[table]) for result in whole if result))
 
 
-def test_a_table_for_another_form_is_refused_and_the_way_out_works(same_names: Path) -> None:
+def test_a_table_for_another_form_is_refused_and_hints_work(same_names: Path) -> None:
     done = run("analyze", LABS[0], "--table", "logs")
     assert done.exit_code == 2
     assert "error G604: --table logs is for --format csv\n   add --format csv, or leave --table out" in done.stderr

@@ -36,7 +36,7 @@ def test_the_recommended_fit_is_honest_and_the_textbook_is_not(repeats: int, imb
         assert by_name[name].coverage_95 < 0.9
 
 
-def test_a_log_that_scatters_more_than_stated_says_so_and_is_tried_with_its_own_scatter() -> None:
+def test_a_log_with_more_scatter_is_also_tried_with_its_own() -> None:
     measured = lab(np.random.default_rng(3), repeats=3, u_time=0.5)
     boasting = replace(
         measured,

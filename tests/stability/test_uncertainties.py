@@ -59,7 +59,7 @@ def test_rows_taken_as_independent_are_too_sure() -> None:
     assert coverage(labs, own) > 0.9
 
 
-def test_peelle_shared_scale_errors_at_measured_values_pull_the_fit_down() -> None:
+def test_peelle_shared_scale_errors_pull_a_plain_fit_down() -> None:
     labs = drawn(150, u_spin=0.05, u_spin_scale=0.03, u_time=0.02)
 
     def mean(fitted: bool, measured: Measurements) -> Answer:
@@ -91,7 +91,7 @@ def test_weights_from_measured_times_pull_the_fit() -> None:
     assert abs(bias(labs, in_time)) < 0.001
 
 
-def test_the_pretest_on_the_constant_covers_worst_between_clear_and_none() -> None:
+def test_a_pretest_on_the_constant_covers_worst_at_a_small_m0() -> None:
     def covered(imbalance: float) -> float:
         return coverage(drawn(60, imbalance=imbalance, u_zero=1e-4, u_mass=5e-4, u_spin_scale=1e-4), pretested)
 
@@ -102,7 +102,7 @@ def test_the_pretest_on_the_constant_covers_worst_between_clear_and_none() -> No
     assert coverage(held, own) > 0.9
 
 
-def test_a_line_without_a_constant_is_too_sure_of_a_ball_out_of_balance() -> None:
+def test_a_line_without_a_constant_is_too_sure_with_an_m0() -> None:
     labs = drawn(80, imbalance=1e-3)
     assert coverage(labs, through_origin) < 0.1
     assert coverage(labs, own) > 0.88

@@ -1,8 +1,7 @@
-"""Mutants are what they are meant to be: each another program, at one place; a test of two lines misses some."""
+"""A mutant that a test notices is killed, and one that no test notices has survived."""
 
 from __future__ import annotations
 
-import ast
 import os
 import shutil
 import subprocess
@@ -12,18 +11,6 @@ from pathlib import Path
 import pytest
 
 from mutants import __main__ as mutants
-
-
-@pytest.mark.parametrize("room", mutants.ROOMS)
-def test_each_is_another_program(room: str) -> None:
-    found = list(mutants.mutants(room))
-    assert len(found) > 200
-    for mutant in found[:: len(found) // 12]:
-        whole = (mutants.ROOT / "gyrodata" / mutant.module).read_bytes()
-        text = mutants.written(whole, mutant)
-        assert ast.dump(ast.parse(text)) != ast.dump(ast.parse(whole))
-        assert len(text.splitlines()) == len(whole.splitlines())
-
 
 PACKAGE = """\
 STEP = 2

@@ -2,66 +2,40 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 
 import numpy as np
 import pytest
-from golden import numbers
-from msgspec.structs import replace
 
 import gyrodata
-from gyrodata import physics, reporting
-from gyrodata.analysis import analyze_readings
+from gyrodata import physics
 from gyrodata.comparisons import NamedFit
 from gyrodata.diagnostics import CODES
 from gyrodata.errors import LogError
-from gyrodata.readings import read_log
 
 ROOT = Path(__file__).parent.parent
 SAMPLES = ROOT / "sample_data"
-EXPECTED = Path(__file__).parent / "expected"
 HEAD = "# g: 9.803 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns\n"
 
-# Seven arms, three timings each (published student data); the "period" is 40° of precession.
-SEVEN_ARMS = """\
-"Mass, m (kg)","Radius,r (m)","Spin Speed,N (rpm)","Precession period,T (s)"
-0.15,0.12,4585,8.13
-,,,8.16
-,,,8.35
-,0.15,,6.28
-,,,6.46
-,,,6.41
-,0.18,,4.87
-,,,5.25
-,,,5.25
-,0.21,,4.44
-,,,4.22
-,,,4.60
-,0.24,,4.03
-,,,3.78
-,,,4.00
-,0.27,,3.65
-,,,3.75
-,,,3.56
-,0.3,,3.28
-,,,3.03
-,,,2.97
-"""
-
+# Arm [m] and three timings [s] (published student data); the "period" is 40° of precession.
+ARMS = """0.12 8.13 8.16 8.35; 0.15 6.28 6.46 6.41; 0.18 4.87 5.25 5.25; 0.21 4.44 4.22 4.60; 0.24 4.03 3.78 4.00;
+    0.27 3.65 3.75 3.56; 0.3 3.28 3.03 2.97"""
 # Decimal commas (published student data, github.com/aidenfmunro/Labs, 1.2.5); spin 392 turns a second.
-DECIMAL_COMMAS = """\
-№;m, кг;l, м;t, с;N
-1;0,074;0,122;139,48;1
-2;0,092;0,122;110,54;1
-3;0,116;0,122;88,06;1
-4;0,141;0,122;72,22;1
-5;0,179;0,122;59,91;1
-6;0,218;0,122;46,70;1
-7;0,272;0,122;37,85;1
-8;0,340;0,122;29,95;1
-"""
+COMMAS = """0,074 139,48; 0,092 110,54; 0,116 88,06; 0,141 72,22; 0,179 59,91; 0,218 46,70; 0,272 37,85; 0,340 29,95"""
+
+
+def seven_arms() -> str:
+    text = '"Mass, m (kg)","Radius,r (m)","Spin Speed,N (rpm)","Precession period,T (s)"\n'
+    for at, arm in enumerate(ARMS.split(";")):
+        x, *times = arm.split()
+        text += f"{'' if at else '0.15'},{x},{'' if at else '4585'},{times[0]}\n,,,{times[1]}\n,,,{times[2]}\n"
+    return text
+
+
+def decimal_commas() -> str:
+    rows = (f"{at};{row.split()[0]};0,122;{row.split()[1]};1\n" for at, row in enumerate(COMMAS.split(";"), 1))
+    return "№;m, кг;l, м;t, с;N\n" + "".join(rows)
 
 
 def fit_named(analysis: gyrodata.Analysis, name: str) -> NamedFit:
@@ -90,13 +64,13 @@ class TestPublished:
         assert "G414" in {d.code for d in a.diagnostics}
 
     def test_seven_arms(self) -> None:
-        a = gyrodata.analyze(SEVEN_ARMS.encode(), settings={"angle": "40 deg"},
+        a = gyrodata.analyze(seven_arms().encode(), settings={"angle": "40 deg"},
                              mapping={"time": "Precession period,T (s)"})  # fmt: skip
         assert fit_named(a, "through_origin").inertia.value == pytest.approx(0.00415, abs=1e-5)
         assert [t.runs for t in a.torques] == [3] * 7
 
     def test_decimal_commas(self) -> None:
-        a = gyrodata.analyze(DECIMAL_COMMAS.encode(), settings={"spin": "392 Hz"})
+        a = gyrodata.analyze(decimal_commas().encode(), settings={"spin": "392 Hz"})
         assert fit_named(a, "through_origin").inertia.value == pytest.approx(0.000794, abs=1e-6)
         assert a.inertia.value == pytest.approx(0.000794, abs=1.5 * a.inertia.u)
         assert [run.run for run in a.run_table if run.flagged] == ["5"]
@@ -117,126 +91,13 @@ def test_the_sample_is_what_its_maker_makes() -> None:
     assert make_sample_data.TARGET.read_text(encoding="utf-8") == make_sample_data.make()
 
 
-def test_a_miscounted_run_is_left_out_and_said() -> None:
-    log = HEAD + (
-        "20.00,15.0,206,20.4,1\n20.00,15.0,407,40.4,1\n40.00,15.0,405,20.1,1\n"
-        "40.00,15.0,607,30.1,2\n60.00,15.0,404,13.4,1\n60.00,15.0,603,20.0,1\n"
-    )
-    a = gyrodata.analyze(log.encode())
-    assert [(r.run, r.left_out, r.reason) for r in a.run_table if r.flagged] == [("4", True, "fits 1 turn, not 2")]
-    assert a.inertia.value == pytest.approx(4.44e-3, rel=0.03)
-    kept = gyrodata.analyze(log.encode(), keep_flagged=True)
-    assert not any(run.left_out for run in kept.run_table)
-
-
-def test_tilt_is_taken_into_account_where_it_matters() -> None:
-    from gyrodata import physics
-
-    inertia, transverse = 4.44e-3, 6e-3
-    rows = []
-    for grams in (20, 40, 60):
-        for rpm in (150, 250, 350):
-            rate = physics.precession_rate(grams * 1e-3 * 9.803 * 0.15, rpm * 0.10471975511965977, inertia, transverse,
-                                           0.6981317007977318)  # fmt: skip
-            rows.append(f"{grams}.0000,15.0000,{rpm}.000,{6.283185307179586 / rate:.6f},1,40")
-    head = "# g: 9.803 m/s^2\n# transverse_inertia: 0.006 kg*m^2\n"
-    log = head + "mass [g],position [cm],spin [rpm],time [s],turns,pitch [deg]\n" + "\n".join(rows) + "\n"
-    a = gyrodata.analyze(log.encode())
-    tilt = next(e for e in a.effects if e.effect == "tilt")
-    assert tilt.kept
-    assert a.inertia.value == pytest.approx(inertia, rel=1e-4)
-    flat = gyrodata.analyze(log.encode(), model="horizontal")
-    assert flat.inertia.value / inertia - 1 == pytest.approx(tilt.bias, rel=0.1)
-
-
-class TestRefusals:
-    @pytest.mark.parametrize(
-        ("log", "code"),
-        [
-            (HEAD + "20,15.0,56O,13.06,1/3\n", "G203"),
-            (HEAD + "20,15.0,206,0,1/3\n", "G215"),
-            (HEAD + "-20,15.0,206,7,1/3\n", "G215"),
-            (HEAD.replace("[cm]", "[furlongs]") + "20,15.0,206,7,1/3\n", "G205"),
-            ("mass [g],position [cm],spin [rpm],time [s]\n20,15,206,7\n", "G301"),
-            (HEAD + "0,,400,160.2,1/3\n0,,600,240.3,1/3\n", "G413"),
-        ],
-    )
-    def test_named_with_place_and_hint(self, log: str, code: str) -> None:
-        with pytest.raises(LogError) as caught:
-            gyrodata.analyze(log.encode())
-        faults = {d.code: d for d in caught.value.diagnostics if d.severity == "error"}
-        assert code in faults
-        assert faults[code].hint
-        assert caught.value.exit_code == 1
-
-    def test_every_fault_in_one_pass(self) -> None:
-        with pytest.raises(LogError) as caught:
-            gyrodata.analyze((HEAD + "20,15.0,56O,13.06,1/3\nx,15.0,206,0,1/3\n").encode())
-        assert {(d.line, d.column) for d in caught.value.diagnostics} >= {(3, 9), (4, 1), (4, 12)}
-
-
-def analysis_codes() -> list[str]:
-    return sorted(code for code in CODES if code.startswith("G4") and not code.startswith("G45"))
-
-
-@pytest.mark.parametrize("code", analysis_codes())
+@pytest.mark.parametrize("code", sorted(code for code in CODES if code[:2] == "G4" and code[:3] != "G45"))
 def test_the_example_of_each_code_raises_it(code: str) -> None:
     try:
         found = gyrodata.analyze(CODES[code].example.encode()).diagnostics
     except LogError as error:
         found = error.diagnostics
     assert {d.code: d.severity for d in found}.get(code) == CODES[code].severity
-
-
-class TestContract:
-    def test_keys(self) -> None:
-        document = gyrodata.analyze(SAMPLES / "air_gyroscope.csv").to_dict()
-        assert list(document) == ["schema", "tool", "input", "options", "result", "diagnostics"]
-        result = document["result"]
-        assert set(result) >= {
-            "inertia", "residual_torque", "timing_bias", "goodness", "fits", "budget", "effects", "power_law",
-            "torques", "runs", "advice", "if_balanced", "sensitivity",
-        }  # fmt: skip
-        assert set(result["inertia"]) >= {"value", "u", "unit", "interval_95", "k", "dof"}
-        assert set(result["goodness"]) == {"chi2", "dof", "p", "birge", "scatter", "time_u", "reason"}
-        assert {fit["name"] for fit in result["fits"]} == {"through_origin", "with_constant", "recommended"}
-        assert set(result["budget"][0]) >= {"source", "shared", "u_inertia", "share"}
-        assert set(result["effects"][0]) >= {"effect", "bias", "kept", "reason"}
-        assert set(result["torques"][0]) >= {"mass", "position", "torque", "runs", "product", "without"}
-        assert set(result["runs"][0]) >= {
-            "run", "line", "torque", "spin", "precession_rate", "period", "product", "inertia", "residual", "flagged",
-            "reason",
-        }  # fmt: skip
-
-    def test_json_has_no_nan_and_does_not_change(self) -> None:
-        texts = [reporting.json_text(gyrodata.analyze(path).to_dict()) for path in sorted(SAMPLES.glob("*.csv")) * 2]
-        assert texts[: len(texts) // 2] == texts[len(texts) // 2 :]
-        for text in texts:
-            json.loads(text, parse_constant=lambda name: pytest.fail(f"{name} in the output"))
-
-    def test_runs_is_a_frame(self) -> None:
-        runs = gyrodata.analyze(SAMPLES / "air_gyroscope.csv").runs
-        assert runs.shape[0] == 10
-        assert runs["torque"].iloc[0] == pytest.approx(runs["mass"].iloc[0] * 0.15 * 9.803)
-
-
-@pytest.mark.parametrize("path", sorted((EXPECTED / "numbers").glob("*.csv")), ids=lambda path: path.stem)
-def test_no_number_of_a_log_changes_unnoticed(path: Path) -> None:
-    found = numbers(gyrodata.analyze(path).to_dict()["result"])
-    expected = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
-    assert expected.keys() <= found.keys()
-    off = {
-        at: (found[at], value)
-        for at, value in expected.items()
-        if found[at] != pytest.approx(value, rel=1e-5, abs=1e-11)
-    }
-    assert off == {}, "if it is meant: python tests/make_expected.py"
-
-
-@pytest.mark.parametrize("path", sorted(SAMPLES.glob("*.csv")), ids=lambda path: path.stem)
-def test_golden_summary(path: Path) -> None:
-    golden = EXPECTED / f"{path.stem}.txt"
-    assert reporting.summary(gyrodata.analyze(path)) == golden.read_text(encoding="utf-8")
 
 
 def test_u_holds_what_the_runs_scatter_more_than_stated() -> None:
@@ -336,31 +197,14 @@ class TestSlips:
         assert "--keep-flagged" in found.hint
         assert slipped.inertia.value == pytest.approx(clean.inertia.value, abs=2 * clean.inertia.u)
 
-    def test_kept_on_request_there_is_no_answer_and_the_hint_gives_one(self) -> None:
+    def test_a_kept_gross_slip_is_refused_and_the_hint_works(self) -> None:
         with pytest.raises(LogError, match=r"error G421: no moment of inertia(.|\n)*leave --keep-flagged away"):
             gyrodata.analyze(SLIP.format(time="1004").encode(), keep_flagged=True)
         left_out = gyrodata.analyze(SLIP.format(time="1004").encode())
         assert left_out.inertia.value == pytest.approx(4.4e-3, rel=0.02)
 
-    @pytest.mark.parametrize("seed", range(20))
-    def test_any_slip_of_a_pen_has_an_answer_or_a_refusal(self, seed: int) -> None:
-        random = np.random.default_rng(seed)
-        head, names, *rows = SLIP.format(time="13.24").splitlines()
-        table = [row.split(",") for row in rows]
-        for _ in range(1 + seed % 3):
-            i, j = random.integers(9), random.integers(5)
-            old = table[i][j]
-            table[i][j] = str(random.choice(["0", "1e9", "1e-9", old.replace(".", ""), f"{old}0", f"-{old}", "1004"]))
-        text = "\n".join([head, names, *(",".join(row) for row in table)])
-        try:
-            analysis = gyrodata.analyze(text.encode())
-        except LogError:
-            return
-        assert math.isfinite(analysis.inertia.value)
-        assert analysis.inertia.u is not None
 
-
-def test_a_tilted_rod_that_the_fit_describes_is_no_reason_to_doubt() -> None:
+def test_a_tilted_rod_without_errors_has_no_doubt() -> None:
     """Of eq. (8) the period is no power of the spin, and the answer is exact all the same."""
     pitch = math.radians(30)
     rows = ""
@@ -376,27 +220,7 @@ def test_a_tilted_rod_that_the_fit_describes_is_no_reason_to_doubt() -> None:
     assert found.inertia.value == pytest.approx(4.44e-3, rel=1e-3)
 
 
-@pytest.mark.parametrize("name", ["air_gyroscope.csv", "heidelberg_ball.csv"])
-def test_what_a_grade_leaves_out_changes_nothing_else(name: str) -> None:
-    readings = read_log(SAMPLES / name)
-    whole, part = analyze_readings(readings), analyze_readings(readings, whole=False)
-    assert (part.diagnostics, part.run_table) == (whole.diagnostics, whole.run_table)
-    assert part.torques == tuple(replace(one, without=None) for one in whole.torques)
-    assert part.inertia == whole.inertia
-    assert part.effects == ()
-    assert (part.advice, part.sensitivity, part.fits, part.power_law) == ((), (), (), ())
-    assert whole.advice
-
-
-def test_a_grade_sizes_the_release_where_it_matters() -> None:
-    readings = read_log(CODES["G418"].example.encode())
-    whole, part = analyze_readings(readings), analyze_readings(readings, whole=False)
-    assert "G418" in [one.code for one in part.diagnostics]
-    assert part.diagnostics == whole.diagnostics
-    assert part.effects == tuple(one for one in whole.effects if one.effect == "release")
-
-
-def test_where_one_weight_is_left_out_and_the_others_need_a_poor_balance_the_answer_is_doubted():
+def test_a_wrong_count_of_one_weight_is_doubted_with_its_remedy():
     """4.5 turns were written of a weight that was timed for 5, and the fit blames another weight."""
     log = (
         "# g: 9.80665\nmass [g],position [cm],spin [rpm],time [s],turns\n20.1,14.8,197,97.46,5\n"

@@ -13,31 +13,26 @@ import string
 import subprocess
 import sys
 import unicodedata
-from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from urllib.parse import unquote
 
 import pytest
-from golden import Steady
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 from pages import KINDS, Structure, known, make_page
 from PIL import Image
-from tex import faults_of_document, faults_of_text, unescaped
+from tex import faults_of_document, faults_of_text
 from typer.testing import CliRunner, Result
 
 from gyrodata import analyze, plotting, reporting
 from gyrodata.cli import app
-from gyrodata.diagnostics import CODES
 from gyrodata.errors import Diagnostic
 from gyrodata.reporting import latex, markdown
 from gyrodata.results import Analysis
 
 SAMPLES = Path(__file__).parent.parent / "sample_data"
-EXPECTED = Path(__file__).parent / "expected"
 HEAD = (
     "# g: 9.803 m/s^2\n# station: \\input{x} $3$ & 50 % | <b>\n"
     "run,mass [g],position [cm],spin [rpm],time [s],turns,note\n"
@@ -79,46 +74,22 @@ TEXTS = st.text(max_size=40) | st.text("\\{}[]()<>|*_`~#$%&^-+=@!;:,.'\"\n\t 1a�
 # --- what is read ------------------------------------------------------------------------------------------
 
 
-def markdown_report(analysis: Analysis) -> str:
-    alt = {name: plotting.alt_text(analysis, name) for name in plotting.FIGURES}
-    return reporting.markdown_report(analysis, alt=alt)
-
-
-FORMS: dict[str, Callable[[Analysis], str]] = {
-    "md": markdown_report, "tex": reporting.latex_report, "csv": reporting.runs_csv
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("ending", FORMS)
-def test_golden_report(ending: str) -> None:
-    golden = (EXPECTED / f"air_gyroscope.{ending}").read_text(encoding="utf-8")
-    assert Steady(FORMS[ending](analyze(SAMPLES / "air_gyroscope.csv"))) == Steady(golden)
-
-
-def test_the_command_writes_what_the_functions_write() -> None:
-    path = SAMPLES / "air_gyroscope.csv"
-    for form, ending in (("markdown", "md"), ("latex", "tex"), ("csv", "csv")):
-        done = gyro("analyze", path, "--format", form)
-        assert Steady(done.stdout) == Steady((EXPECTED / f"air_gyroscope.{ending}").read_text(encoding="utf-8"))
-
-
 @pytest.mark.parametrize(
-    ("form", "figures", "files"),
+    ("form", "figures", "document", "shown"),
     [
-        ("latex", "png", {"report.tex": "png"}),
-        ("latex", "svg", {"report.tex": "pdf"}),
-        ("markdown", "pdf", {"report.md": "svg"}),
+        ("latex", "png", "report.tex", "png"),
+        ("latex", "svg", "report.tex", "pdf"),
+        ("markdown", "pdf", "report.md", "svg"),
     ],
 )
 def test_a_document_is_written_beside_figures_that_it_can_show(
-    form: str, figures: str, files: dict[str, str], tmp_path: Path
+    form: str, figures: str, document: str, shown: str, tmp_path: Path
 ) -> None:
     done = gyro("analyze", SAMPLES / "salort_one_torque.csv", "-f", form, "--figures", figures, "-o", tmp_path / "r")
-    ((document, shown),) = files.items()
     assert f"report: {tmp_path / 'r' / document}" in done.stderr
     assert (tmp_path / "r" / document).read_text(encoding="utf-8") == done.stdout
-    assert all((tmp_path / "r" / f"{name}.{shown}").is_file() for name in plotting.FIGURES)
-    assert all((tmp_path / "r" / f"{name}.{figures}").is_file() for name in plotting.FIGURES)
+    drawn = {path.name for path in (tmp_path / "r").iterdir()}
+    assert {f"{name}.{end}" for name in plotting.FIGURES for end in (shown, figures)} <= drawn
 
 
 def test_the_commands_that_a_report_names_answer() -> None:
@@ -160,60 +131,6 @@ def test_a_terminal_is_spared_a_document_that_is_written(tmp_path: Path) -> None
     assert (tmp_path / "r" / "report.tex").is_file()
 
 
-def test_one_text_of_several_logs_shows_the_figures_of_each(tmp_path: Path) -> None:
-    logs = [shutil.copy(SAMPLES / f"{name}.csv", tmp_path / f"{name} [{i}] ä.csv") for i, name in enumerate(
-        ("heidelberg_ball", "salort_one_torque"))]  # fmt: skip
-    done = gyro("analyze", *logs, "-f", "markdown", "-o", tmp_path / "r")
-    links = re.findall(r"^!\[.*\]\(([^()\s]+)\)$", done.stdout, re.M)
-    assert len(set(links)) == 8
-    assert all((tmp_path / "r" / unquote(link)).is_file() for link in links)
-    own = next((tmp_path / "r").glob("heidelberg*/report.md")).read_text(encoding="utf-8")
-    assert "](period.png)" in own
-
-
-def test_short_values_in_text_markdown_and_latex() -> None:
-    path, short = SAMPLES / "air_gyroscope.csv", ("--values", "short", "--no-report")
-    assert "I_zz = 4.429(34)e-3 kg·m²" in gyro("analyze", path, *short).stdout
-    marked = gyro("analyze", path, "-f", "markdown", *short).stdout
-    assert r"**I\_zz = 4.429(34)e-3 kg·m²**" in marked
-    assert "±" not in re.sub(r"!\[.*\]|, ± 2 u", "", marked.partition("## Conventions")[0])
-    tex = gyro("analyze", path, "-f", "latex", *short).stdout
-    assert "uncertainty-mode = compact-marker" in tex
-    assert r"\qty{4.429 +- 0.034 e-3}{\kilogram\metre\squared}" in tex
-
-
-def test_every_constant_of_a_log_is_told_with_its_unit() -> None:
-    lines = "# g: 9.803 m/s^2\n# latitude: 42.5 deg\n# ball_mass: 4.10 kg\n# ball_diameter: 10.16 cm\n"
-    runs = "".join(f"{20 * k},15,{rpm},{0.0993 * rpm / k:.2f},1\n" for k in (1, 2, 3) for rpm in (206, 407))
-    told = analyze((lines + "mass [g],position [cm],spin [rpm],time [s],turns\n" + runs).encode())
-    assert set(told.readings.constants) == {"g", "latitude", "ball_mass", "ball_diameter"}
-    text = reporting.markdown_report(told).replace("\\", "")
-    assert "constant g: 9.803 m/s²" in text
-    assert "constant latitude: 42.5 deg" in text
-    assert "constant ball_mass: 4.1 kg" in text
-    assert "constant ball_diameter: 0.1016 m" in text
-    assert "constant latitude: 42.5 deg" in reporting.latex_report(told)
-
-
-@pytest.mark.parametrize("form", ["markdown", "latex"])
-def test_every_section_is_there(form: str) -> None:
-    text = {"markdown": reporting.markdown_report, "latex": reporting.latex_report}[form](evil())
-    titles = re.findall(r"^## (.*)$|\\subsection\*\{([^}]*)\}", text, re.M)
-    assert [one or other for one, other in titles] == [
-        "What the answer hangs on", "Three fits side by side", "One run by hand", "Question 3: what the data show",
-        "The other questions", "Runs", "Effects considered", "Where the uncertainty comes from",
-        "What to do better next time", "Diagnostics", "Method and how to cite it",
-        "Provenance",
-    ]  # fmt: skip
-    questions = re.findall(r"^### (\(.\))|\\subsubsection\*\{(\(.\))", text, re.M)
-    assert [one or other for one, other in questions] == ["(a)", "(b)", "(c)", "(d)", "(e)"]
-    figures = re.findall(r"^!\[.*\]\((\w+)\.png\)$|\\gyrofigure\{(\w+)\}", text, re.M)
-    assert [one or other for one, other in figures] == list(plotting.FIGURES)
-
-
-NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)*(?:e[-+]\d+)?(?:/\d+)?")
-
-
 def printed(document: str, signs: str) -> str:
     """What is read of a LaTeX document that has these signs besides letters, values as siunitx is given them."""
     text = document.partition(r"\begin{document}")[2]
@@ -233,7 +150,7 @@ NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)*(?:e[-+]\d+)?(?:/\d+)?")
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("form", ["markdown", "latex"])
-def test_every_number_of_a_document_stands_in_its_order_on_the_page(form: str, kind: str) -> None:
+def test_each_number_of_a_document_is_on_the_page_in_order(form: str, kind: str) -> None:
     """There each of them is held to its place in results.json."""
     analysis = analyze(KINDS[kind].encode(), name="log.csv")
     # A note may hold any number.
@@ -252,22 +169,6 @@ def test_every_number_of_a_document_stands_in_its_order_on_the_page(form: str, k
     assert NUMBER.findall(text) == NUMBER.findall(" ".join(shown))
 
 
-def test_the_solid_ball_is_told_where_the_log_gives_it() -> None:
-    log = (SAMPLES / "air_gyroscope.csv").read_bytes().replace(b"4.31 \xc2\xb1 0.01 kg", b"4.10 kg")
-    log = log.replace(b"101.60 \xc2\xb1 0.05 mm", b"10.16 cm")
-    text = reporting.markdown_report(analyze(log))
-    assert "A ball of 4.1 kg and 10.16 cm has 2/5 m r² = 4.232 × 10⁻³ kg·m² (taken as exact" in text
-    assert r"\qty{10.16}{\centi\metre} has 2/5 \ensuremath{m} \ensuremath{r}" in reporting.latex_report(analyze(log))
-
-
-@pytest.mark.parametrize("name", ["heidelberg_ball", "salort_one_torque"])
-def test_other_logs_have_sound_reports(name: str) -> None:
-    analysis = analyze(SAMPLES / f"{name}.csv")
-    assert faults_of_document(reporting.latex_report(analysis)) == []
-    for table in re.findall(r"(?:^\|.*\n)+", reporting.markdown_report(analysis), re.M):
-        assert len({len(re.findall(r"(?<!\\)\|", row)) for row in table.splitlines()}) == 1
-
-
 # --- LaTeX -------------------------------------------------------------------------------------------------
 
 
@@ -275,13 +176,6 @@ def test_other_logs_have_sound_reports(name: str) -> None:
 @settings(derandomize=True, deadline=None, max_examples=400)
 def test_no_text_is_obeyed_by_tex(text: str) -> None:
     assert faults_of_text(latex.escape(text)) == []
-
-
-@given(st.text(st.characters(max_codepoint=126), max_size=60))
-@settings(derandomize=True, deadline=None, max_examples=200)
-def test_ascii_text_is_printed_as_it_is(text: str) -> None:
-    text = text.replace("I_zz", "").replace("M0", "")
-    assert unescaped(latex.escape(text)) == "".join(c if c.isprintable() else " " for c in text)
 
 
 @pytest.mark.parametrize(
@@ -305,46 +199,20 @@ def test_the_document_is_sound_whatever_the_log_says(text: str) -> None:
     assert faults_of_document(reporting.latex_report(with_texts(text))) == []
 
 
-def test_long_tables_break_between_pages_and_short_ones_do_not() -> None:
-    rows = "".join(
-        f"{20 + 20 * (k % 3)},15,{300 + 5 * k},{(300 + 5 * k) * 0.0993 / (1 + k % 3):.2f},1\n" for k in range(30)
-    )
-    text = reporting.latex_report(analyze(("mass [g],position [cm],spin [rpm],time [s],turns\n" + rows).encode()))
-    assert text.count(r"\begin{longtable}") == 1
-    assert text.count(r"\begin{tabular}") == 7
-
-
 @pytest.mark.parametrize(("engine", "figures"), [("pdflatex", "png"), ("lualatex", "pdf"), ("pdflatex", None)])
-def test_the_document_compiles_where_it_is_written(engine: str, figures: str | None, tmp_path: Path) -> None:
-    if shutil.which(engine) is None or not siunitx():
+def test_the_document_compiles_when_the_engine_is_installed(engine: str, figures: str | None, tmp_path: Path) -> None:
+    found = shutil.which("kpsewhich")
+    if shutil.which(engine) is None or found is None or subprocess.run([found, "siunitx.sty"]).returncode:
         pytest.skip(f"no {engine} with siunitx on this machine")
     (tmp_path / "report.tex").write_text(reporting.latex_report(evil()), encoding="ascii")
     for name in plotting.FIGURES if figures else ():
         Image.new("RGB", (66, 42), "white").save(tmp_path / f"{name}.{figures}")
-    done = subprocess.run(
-        [engine, "-interaction=nonstopmode", "-halt-on-error", "-recorder", "report.tex"],
-        cwd=tmp_path, capture_output=True, timeout=240, check=False,
-    )  # fmt: skip
+    command = [engine, "-interaction=nonstopmode", "-halt-on-error", "-recorder", "report.tex"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, timeout=240, check=False)
     assert done.returncode == 0, done.stdout[-3000:].decode("utf-8", "replace")
-    assert (tmp_path / "report.pdf").read_bytes().startswith(b"%PDF")
     opened = (tmp_path / "report.fls").read_text("utf-8", "replace")
     assert "passwd" not in opened
     assert [name for name in plotting.FIGURES if figures and f"{name}.{figures}" not in opened] == []
-    if shutil.which("pdftotext") is None:
-        return
-    read = subprocess.run(["pdftotext", "report.pdf", "-"], cwd=tmp_path, capture_output=True, check=True)
-    text = read.stdout.decode()
-    for asked in ("(a) Precession", "(b) How", "(c) The product", "(d) Torque", "(e) What the constant means"):
-        assert asked in text
-    assert text.count("has to stand beside this file") == (0 if figures else 4)
-
-
-@cache
-def siunitx() -> bool:
-    found = shutil.which("kpsewhich")
-    return (
-        found is not None and subprocess.run([found, "siunitx.sty"], capture_output=True, check=False).returncode == 0
-    )
 
 
 # --- Markdown ----------------------------------------------------------------------------------------------
@@ -385,30 +253,19 @@ def test_a_hostile_log_is_a_harmless_page() -> None:
 # --- CSV ---------------------------------------------------------------------------------------------------
 
 
-def rows_of(text: str, delimiter: str = ",") -> list[list[str]]:
-    return list(csv.reader(io.StringIO(text, newline=""), delimiter=delimiter))
-
-
-def is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
-
-
 @given(TEXTS)
 @settings(derandomize=True, deadline=None, max_examples=100)
 def test_no_cell_is_a_formula_and_negative_numbers_stay_numbers(text: str) -> None:
     analysis = with_texts(text)
     table = reporting.runs_csv(analysis)
-    rows = rows_of(table)
+    rows = list(csv.reader(io.StringIO(table, newline="")))
     assert {len(row) for row in rows} == {len(rows[0])}
     assert len(rows) == len(analysis.run_table) + 1
     # Where ; or a tab parts cells, quotes in the middle of a cell mean nothing.
     split = [cell for line in table.splitlines() for cell in re.split(r"[;\t]", line)]
     for cell in [cell for row in rows for cell in row] + split:
-        assert is_number(cell) or not re.match(r"[\s\"]*[=+\-@＝＋－＠]", cell), cell
+        number = re.fullmatch(r"[-+]?[\d.]+(e[-+]\d+)?", cell)
+        assert number or not re.match(r"[\s\"]*[=+\-@＝＋－＠]", cell), cell
     residual = rows[0].index("residual [s]")
     assert [float(row[residual]) for row in rows[1:]] == [run.residual for run in analysis.run_table]
     assert min(float(row[residual]) for row in rows[1:]) < 0
@@ -416,7 +273,7 @@ def test_no_cell_is_a_formula_and_negative_numbers_stay_numbers(text: str) -> No
 
 def test_every_number_of_the_table_is_in_the_json() -> None:
     analysis = analyze(SAMPLES / "heidelberg_ball.csv")
-    header, *rows = rows_of(reporting.runs_csv(analysis))
+    header, *rows = csv.reader(io.StringIO(reporting.runs_csv(analysis), newline=""))
     document = json.loads(reporting.json_text(analysis.to_dict()))["result"]["runs"]
     named = dict(zip(header, zip(*rows, strict=True), strict=True))
     for i, run in enumerate(document):
@@ -426,15 +283,6 @@ def test_every_number_of_the_table_is_in_the_json() -> None:
             assert named[head][i] == shown, head
     assert set(named["log"]) == {"heidelberg_ball.csv"}
     assert float(named["spin [rpm]"][0]) == pytest.approx(document[0]["spin"] * 30 / 3.141592653589793, rel=1e-12)
-
-
-def test_several_logs_are_one_table(tmp_path: Path) -> None:
-    (tmp_path / "bad.csv").write_text("mass [g]\n", encoding="utf-8")
-    done = gyro("analyze", tmp_path / "bad.csv", *sorted(SAMPLES.glob("*.csv")), "--format", "csv")
-    assert done.exit_code != 0
-    rows = rows_of(done.stdout)
-    assert [row[0] for row in rows].count("log") == 1
-    assert {row[0] for row in rows[1:]} == {path.name for path in SAMPLES.glob("*.csv")}
 
 
 # --- text --------------------------------------------------------------------------------------------------
@@ -449,46 +297,27 @@ def test_no_text_commands_a_terminal(text: str) -> None:
     assert not [c for c in shown if unicodedata.category(c) == "Cc" and c != "\n"]
 
 
-def test_json_needs_no_library_of_words() -> None:
-    arguments = ["analyze", str(SAMPLES / "air_gyroscope.csv"), "--no-report", "-f", "json"]
-    code = (
-        "import sys\nfrom typer.testing import CliRunner\nfrom gyrodata.cli import app\n"
-        f"assert CliRunner().invoke(app, {arguments!r}).exit_code == 0\n"
-        "print(sorted({'jinja2', 'markupsafe', 'uncertainties', 'matplotlib', 'pandas'} & set(sys.modules)))\n"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout == "[]\n"
-
-
 # --- what does not go together -----------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
-    ("arguments", "code"),
+    ("line", "code"),
     [
-        (("a.csv", "b.csv", "--format", "latex"), "G602"),
-        (("a.csv", "--format", "csv", "--values", "short"), "G604"),
-        (("a.csv", "--format", "ndjson", "--values", "short"), "G604"),
-        (("a.csv", "b.csv", "--watch"), "G605"),
-        (("-", "--watch"), "G605"),
-        (("a.csv", "--watch", "--format", "json"), "G605"),
-        (("a.csv", "--watch", "--out", "r"), "G605"),
+        ("a.csv b.csv --format latex", "G602"),
+        ("a.csv --format csv --values short", "G604"),
+        ("a.csv b.csv --watch", "G605"),
+        ("- --watch", "G605"),
+        ("a.csv --watch --out r", "G605"),
     ],
 )
-def test_what_does_not_go_together_is_refused(arguments: tuple[str, ...], code: str) -> None:
-    done = gyro("analyze", *arguments)
+def test_what_does_not_go_together_is_refused(line: str, code: str) -> None:
+    done = gyro("analyze", *line.split())
     assert done.exit_code == 2
     assert f"error {code}" in done.stderr
     assert done.stdout == ""
 
 
-@pytest.mark.parametrize("code", ["G602", "G604", "G605"])
-def test_the_example_of_the_code_raises_it(code: str) -> None:
-    done = gyro(*CODES[code].example.split())
-    assert code in done.stderr
-
-
-def test_marks_that_move_a_cursor_or_turn_a_line_are_shown_as_pictures() -> None:
+def test_marks_that_move_a_cursor_are_shown_as_pictures() -> None:
     text = "a\u202eb\u2066c\u2069\x1b[2J\x07\u2028d\u200f"
     shown = "a\ufffdb\ufffdc\ufffd␛[2J␇\ufffdd\ufffd"
     assert reporting.csv_cell(text) == shown

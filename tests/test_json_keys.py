@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
-import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -99,22 +97,3 @@ def test_two_settings_that_differ_by_capitals_only_are_refused() -> None:
     assert done.exit_code == 2
     assert done.stdout == ""
     assert "error G601: --set has g and G, which differ by capitals only" in done.stderr
-
-
-@pytest.mark.skipif(shutil.which("sqlite-utils") is None, reason="sqlite-utils is not installed here")
-@pytest.mark.parametrize("line", LINES, ids=lambda line: " ".join(line[:2])[:30])
-def test_a_database_takes_it(line: list[str], tmp_path: Path) -> None:
-    text = CliRunner().invoke(app, line).stdout
-    lines = ["--nl"] if "ndjson" in line else []
-    taken = subprocess.run(
-        ["sqlite-utils", "insert", "all.db", "all", "-", "--flatten", *lines],
-        cwd=tmp_path, input=text, capture_output=True, text=True, encoding="utf-8", check=False,
-    )  # fmt: skip
-    assert taken.stderr == ""
-    rows = subprocess.run(["sqlite-utils", "rows", "all.db", "all"], cwd=tmp_path, capture_output=True, check=True)
-    whole = [json.loads(one) for one in text.splitlines()] if lines else [json.loads(text)]
-    assert len(json.loads(rows.stdout)) == len(whole)
-    if line[0] == "analyze":
-        for row, one in zip(json.loads(rows.stdout), whole, strict=True):
-            inertia = (one["result"] or {"inertia": {}})["inertia"]
-            assert row.get("result_inertia_value") == inertia.get("value")

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import Any
 
 import pytest
-from golden import Steady
+from documents import Steady
 from make_notebook import NOTEBOOK, executed
 
 STORED: dict[str, Any] = json.loads(NOTEBOOK.read_text(encoding="utf-8"))

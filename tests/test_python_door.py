@@ -56,20 +56,6 @@ class TestWhatShows:
         assert "gyro analyze" not in str(lab)
         assert lab._repr_markdown_().startswith("# Gyroscope lab report")
 
-    def test_a_long_name_stays_short(self) -> None:
-        assert len(repr(gyrodata.analyze(SAMPLE.read_bytes(), name="x" * 5000))) <= 600
-
-    @pytest.mark.parametrize("log", sorted(SAMPLE.parent.glob("*.csv")), ids=lambda log: log.stem)
-    def test_whatever_it_is_made_of_is_a_short_line_too(self, log: Path) -> None:
-        shown = gyrodata.analyze(log)
-        for part in (shown, shown.readings, shown.measurements, shown.fit):
-            assert len(repr(part)) <= 600
-            assert "\n" not in repr(part)
-
-    def test_a_class_and_a_simulation_are_short_too(self) -> None:
-        assert repr(gyrodata.grade(SAMPLE.parent / "class")) == "<ClassGrades of class: 11 graded, 3 not>"
-        assert len(repr(gyrodata.simulate(seed=1))) <= 2000
-
     def test_a_result_as_text_and_as_a_number(self, lab: Analysis) -> None:
         assert f"{lab.inertia:.2u}" == "0.004429+/-0.000034 kg*m^2"
         assert f"{lab.inertia:.1uS}" == "0.00443(3) kg*m^2"
@@ -82,13 +68,6 @@ class TestWhatShows:
         assert len({lab, again}) == 1
         assert lab != gyrodata.analyze(SAMPLE, settings={"g": "9.803 m/s^2"})
         assert lab != "air_gyroscope.csv"
-
-    def test_what_holds_arrays_can_be_compared_and_is_a_key(self, lab: Analysis) -> None:
-        line = gyrodata.fit_line([1.0, 2.0, 3.0], [1.0, 2.1, 2.9])
-        other = gyrodata.analyze(SAMPLE)
-        assert {lab.fit: 1, lab.measurements: 2, line: 3}[lab.fit] == 1
-        assert lab.fit != other.fit
-        assert lab.measurements != other.measurements
 
 
 class TestPictures:
@@ -104,10 +83,6 @@ class TestPictures:
         if name == "torque":
             assert sorted(drawn[:, 1]) == pytest.approx(sorted(lab.runs["torque"]))
         figure.savefig(io.BytesIO(), format="png")
-
-    def test_on_axes_of_its_own(self, lab: Analysis) -> None:
-        matplotlib.use("agg")
-        assert lab.plot().get_ylabel() == "torque M [N·m]"
 
     def test_a_name_that_is_none(self, lab: Analysis) -> None:
         with pytest.raises(ValueError, match="did you mean 'torque'"):
@@ -129,10 +104,6 @@ class TestPictures:
 
 
 class TestUncertainNumbers:
-    def test_of_one_quantity(self, lab: Analysis) -> None:
-        one = lab.inertia.ufloat
-        assert (one.nominal_value, one.std_dev) == (lab.inertia.value, lab.inertia.u)
-
     def test_of_all_that_the_fit_knows_together(self, lab: Analysis) -> None:
         told = lab.ufloats()
         assert list(told) == ["inertia", "residual_torque", "timing_bias"]
@@ -144,10 +115,6 @@ class TestUncertainNumbers:
         expected = covariance[0, 1] / np.sqrt(covariance[0, 0] * covariance[1, 1])
         both = told["inertia"] / lab.inertia.u + told["residual_torque"] / lab.residual_torque.u
         assert both.std_dev == pytest.approx(np.sqrt(2 + 2 * expected), rel=1e-6)
-
-    def test_what_is_not_free_has_no_doubt(self) -> None:
-        log = gyrodata.analyze(SAMPLE, settings={"u_time_bias": "0 s"})
-        assert log.ufloats()["timing_bias"].std_dev == 0.0
 
     def test_in_another_unit(self, lab: Analysis) -> None:
         registry = pint.UnitRegistry()
@@ -199,34 +166,21 @@ class TestQuantitiesIn:
         with pytest.raises(gyrodata.LogError, match="two columns are called"):
             gyrodata.analyze(twice)
 
-    def test_constants_beside_a_table(self) -> None:
-        frame = table()
-        frame.attrs = {"units": UNITS, "g": pint.UnitRegistry().Quantity(9.803, "m/s^2"), "who": ["not", "read"]}
-        assert gyrodata.analyze(frame).measurements.g == 9.803
-
 
 WRONG = [
     (lambda: gyrodata.analyze(SAMPLE, model="stedy"), ValueError, "did you mean 'steady'"),  # type: ignore[arg-type]
-    (lambda: gyrodata.analyze(SAMPLE, model="Steady"), ValueError, "did you mean 'steady'"),  # type: ignore[arg-type]
-    (lambda: gyrodata.analyze(SAMPLE, model=None), ValueError, "one of 'auto', 'horizontal'"),  # type: ignore[arg-type]
     (lambda: gyrodata.analyze(SAMPLE, keep_flagged="no"), TypeError, "True or False"),  # type: ignore[arg-type]
     (lambda: gyrodata.analyze(3), TypeError, "a log is a path"),  # type: ignore[arg-type]
-    (lambda: gyrodata.analyze(None), TypeError, "a log is a path"),  # type: ignore[arg-type]
-    (lambda: gyrodata.read_log(["a.csv"]), TypeError, "a log is a path"),  # type: ignore[arg-type]
-    (lambda: gyrodata.analyze(SAMPLE, name=3), TypeError, "name is"),  # type: ignore[arg-type]
     (lambda: gyrodata.analyze(SAMPLE, settings=[("g", "9.8")]), TypeError, "settings is a mapping"),  # type: ignore[arg-type]
-    (lambda: gyrodata.analyze(SAMPLE, settings={3: "9.8"}), TypeError, "a key of settings"),  # type: ignore[dict-item]
     (lambda: gyrodata.analyze(SAMPLE, settings={"gg": "9.8 m/s^2"}), gyrodata.InputError, "did you mean g"),
     (lambda: gyrodata.analyze(SAMPLE, mapping="time=T"), TypeError, "mapping is a mapping"),  # type: ignore[arg-type]
-    (lambda: gyrodata.analyze(SAMPLE, mapping={"time": 1}), TypeError, "a header in mapping"),  # type: ignore[dict-item]
-    (lambda: gyrodata.analyze(SAMPLE, config=3), TypeError, "config is the path"),  # type: ignore[arg-type]
     (lambda: gyrodata.fit_line([1, 2], [1, 2, 3]), ValueError, "the same length"),
     (lambda: gyrodata.simulate(seed="x"), TypeError, "seed is a whole number"),  # type: ignore[arg-type]
     (lambda: gyrodata.simulate(noise={"u_tim": gyrodata.Uncertainty(1.0)}), ValueError, "did you mean 'u_time'"),
-    (lambda: gyrodata.simulate(gyrodata.Truth(inertia="4")), TypeError, "inertia is a number"),  # type: ignore[arg-type]
     (lambda: gyrodata.simulate(gyrodata.Truth(inertia=-1.0)), gyrodata.InputError, "not above zero"),
     (lambda: gyrodata.simulate(gyrodata.Truth(motion="realesed")), gyrodata.InputError, "released"),  # type: ignore[arg-type]
-    (lambda: gyrodata.simulate(design=3), TypeError, "design is a Design"),  # type: ignore[arg-type]
+    (lambda: gyrodata.selfcheck(gyrodata.analyze(SAMPLE).measurements, labs=0), ValueError, "pass 1 or more"),
+    (lambda: gyrodata.grade(3), TypeError, "the path of a folder"),  # type: ignore[arg-type]
     (lambda: gyrodata.selfcheck(SAMPLE), TypeError, "lab.measurements"),  # type: ignore[arg-type]
 ]
 
@@ -237,26 +191,13 @@ def test_a_wrong_argument_is_refused(call: Any, kind: type[Exception], words: st
         call()
 
 
-def test_counts_of_labs_and_what_is_checked(lab: Analysis) -> None:
-    with pytest.raises(ValueError, match="pass 1 or more"):
-        gyrodata.selfcheck(lab.measurements, labs=0)
-    with pytest.raises(TypeError, match="a number of labs"):
-        gyrodata.selfcheck(lab.measurements, labs="many")  # type: ignore[arg-type]
-    with pytest.raises(TypeError, match=r"lab\.measurements"):
-        gyrodata.selfcheck(lab)  # type: ignore[arg-type]
-
-
 def test_a_class_in_this_process_and_in_others() -> None:
     folder = SAMPLE.parent / "class"
     here, there = gyrodata.grade(folder), gyrodata.grade(folder, workers=2)
     assert here.tally == there.tally
     assert [one.to_json() for one in here.grades] == [one.to_json() for one in there.grades]
     assert here.count("not graded") == 3
-    counts = {kind: -len(students) for kind, students in here.slips.items()}
-    assert list(counts) == sorted(counts, key=lambda kind: (counts[kind], kind)), "the commonest first, then by name"
-    assert len(counts) > 5
-    with pytest.raises(TypeError, match="the path of a folder"):
-        gyrodata.grade(3)  # type: ignore[arg-type]
+    assert len(here.slips) > 5
 
 
 def test_every_name_is_there_after_any_import() -> None:

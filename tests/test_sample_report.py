@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from golden import Steady
+from documents import Steady
 from make_sample_report import REPORT, make
 from PIL import Image
 

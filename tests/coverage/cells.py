@@ -152,21 +152,20 @@ def covering(name: str, scene: Scene, low: float, high: float = math.inf, lines:
     return Cell(name, judge, told)
 
 
-def ratio(name: str, over: Callable[[int], tuple[Floats, Floats]], high: float, cannot: str = "") -> Cell:
-    """Make a cell of one mean length over another, of the same labs."""
+Way = tuple[Callable[..., Outcome], str]
+"""How labs are fitted, and the lines of the analyst's log."""
+
+
+def ratio(name: str, scene: Scene, one: Way, other: Way, high: float, cannot: str = "") -> Cell:
+    """Make a cell of one mean length of the 95 % interval over another, of the same labs."""
 
     def judge(labs: int) -> Number:
-        one, other = (np.asarray(lengths) for lengths in over(labs))
-        value = float(one.mean() / other.mean())
-        scatter = float((one / one.mean() - other / other.mean()).std()) / math.sqrt(len(one))
+        a, b = (np.ptp(fitting(scene, labs, lines).ends, axis=1) for fitting, lines in (one, other))
+        value = float(a.mean() / b.mean())
+        scatter = float((a / a.mean() - b / b.mean()).std()) / math.sqrt(len(a))
         return Number(value, high=high, error=value * scatter, digits=".3f")
 
     return Cell(name, judge, cannot=cannot)
-
-
-def lengths(outcome: Outcome) -> Floats:
-    """Length of each lab's 95 % interval."""
-    return outcome.ends[:, 4] - outcome.ends[:, 0]
 
 
 def cells() -> Iterator[Cell]:
@@ -202,45 +201,25 @@ def _hands() -> Iterator[Cell]:
                 yield covering(f"{runs}, {hand}, silent", replace(scene, **error), 90)
 
 
+HOPELESS = "hand 0.05 s, new defaults / plain, old widths"
 NARROWEST = "a plain fit that states 0.05 s, below, is longer than that too"
 
 
 def _lengths() -> Iterator[Cell]:
+    usual, knowing, stated = (plain, OLD), (fitted, "# u_time: 0.5 s\n"), STATED + OLD
     for runs, scene, most in (("9 runs", NINE, 1.3), ("27 runs", TWENTY_SEVEN, 1.15)):
         far, near = replace(scene, hand=0.5), replace(scene, hand=0.05)
-
-        def old(labs: int, scene: Scene = scene) -> tuple[Floats, Floats]:
-            return lengths(fitted(scene, labs, OLD)), lengths(plain(scene, labs, OLD))
-
-        def stated(labs: int, scene: Scene = scene) -> tuple[Floats, Floats]:
-            return lengths(fitted(scene, labs, STATED + OLD)), lengths(plain(scene, labs, STATED + OLD))
-
-        def new(labs: int, scene: Scene = scene) -> tuple[Floats, Floats]:
-            return lengths(fitted(scene, labs, "")), lengths(plain(scene, labs, OLD))
-
-        def wide(labs: int, scene: Scene = far) -> tuple[Floats, Floats]:
-            return lengths(fitted(scene, labs, "")), lengths(fitted(scene, labs, "# u_time: 0.5 s\n"))
-
-        def wide_stated(labs: int, scene: Scene = far) -> tuple[Floats, Floats]:
-            return lengths(fitted(scene, labs, STATED)), lengths(fitted(scene, labs, "# u_time: 0.5 s\n"))
-
-        def narrow(labs: int, scene: Scene = near) -> tuple[Floats, Floats]:
-            return lengths(fitted(scene, labs, OLD)), lengths(plain(scene, labs, OLD))
-
-        def narrow_new(labs: int, scene: Scene = near) -> tuple[Floats, Floats]:
-            return lengths(fitted(scene, labs, "")), lengths(plain(scene, labs, OLD))
-
-        def narrowest(labs: int, scene: Scene = near) -> tuple[Floats, Floats]:
-            return lengths(plain(scene, labs, "# u_time: 0.05 s\n")), lengths(plain(scene, labs, OLD))
-
-        yield ratio(f"{runs}, length as stated, old widths, silent / plain", old, 1.08)
-        yield ratio(f"{runs}, length as stated, old widths, u_time stated / plain", stated, 1.08)
-        yield ratio(f"{runs}, length as stated, new defaults / plain, old widths", new, 1.25)
-        yield ratio(f"{runs}, length, hand 0.5 s, silent / who states 0.5 s", wide, most)
-        yield ratio(f"{runs}, length, hand 0.5 s, 0.14 s stated / who states 0.5 s", wide_stated, most)
-        yield ratio(f"{runs}, length, hand 0.05 s, old widths / plain", narrow, 0.85)
-        yield ratio(f"{runs}, length, hand 0.05 s, new defaults / plain, old widths", narrow_new, 0.85, NARROWEST)
-        yield ratio(f"{runs}, length, the same of a plain fit that states 0.05 s", narrowest, math.inf)
+        for name, labs, one, other, high in (
+            (" as stated, old widths, silent / plain", scene, (fitted, OLD), usual, 1.08),
+            (" as stated, old widths, u_time stated / plain", scene, (fitted, stated), (plain, stated), 1.08),
+            (" as stated, new defaults / plain, old widths", scene, (fitted, ""), usual, 1.25),
+            (", hand 0.5 s, silent / who states 0.5 s", far, (fitted, ""), knowing, most),
+            (", hand 0.5 s, 0.14 s stated / who states 0.5 s", far, (fitted, STATED), knowing, most),
+            (", hand 0.05 s, old widths / plain", near, (fitted, OLD), usual, 0.85),
+            (f", {HOPELESS}", near, (fitted, ""), usual, 0.85),
+            (", the same of a plain fit that states 0.05 s", near, (plain, "# u_time: 0.05 s\n"), usual, math.inf),
+        ):  # fmt: skip
+            yield ratio(f"{runs}, length{name}", labs, one, other, high, NARROWEST if HOPELESS in name else "")
 
 
 def _balances() -> Iterator[Cell]:
@@ -251,11 +230,7 @@ def _balances() -> Iterator[Cell]:
     for runs, scene, _ in scenes:
         yield covering(f"{runs}, M0 Cauchy 2.5 %", replace(scene, imbalance_cauchy=0.025, lines=OLD), 94, 98)
     drawn = replace(HEAVY, imbalance_cauchy=0.025)
-    yield ratio(
-        "100/120/140 g, length, M0 Cauchy 2.5 % / plain",
-        lambda labs: (lengths(fitted(drawn, labs, OLD)), lengths(plain(drawn, labs, OLD))),
-        0.85,
-    )
+    yield ratio("100/120/140 g, length, M0 Cauchy 2.5 % / plain", drawn, (fitted, OLD), (plain, OLD), 0.85)
 
 
 def _balance_tests() -> Iterator[Cell]:

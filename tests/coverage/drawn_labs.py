@@ -25,45 +25,37 @@ Run = tuple[int, int]
 
 
 class Scene(Struct, frozen=True):
-    """What is done in a lab, what its log says, and what is true in it."""
+    """What is done in a lab, what its log says, and what is true in it.
+
+    Weights [g] with each spin [rpm] in rising order, or `order`; `THIRDS` of a turn or whole turns; `lines` are
+    what the log says of its errors. A time errs by `hand` [s] and by a part of the time, normally or with Student's
+    t of `tails` degrees of freedom, and is late by `late` ± `late_u` [s]. M0 is a share of the lightest torque, or
+    drawn from a Cauchy distribution of that scale, or from a normal one of width `imbalance_u` [N*m]; it drifts by
+    a share of the lightest torque from the middle of the session to its end. The angle errs by `sighting` [deg].
+    The spin loses the part `fall` by dry friction, read at start and end, or falls with a time constant [s] and is
+    read `delay` ± `delay_u` [s] after half time.
+    """
 
     masses: tuple[int, ...] = (20, 40, 60)
     spins: tuple[int, ...] = (200, 400, 600)
     repeats: int = 1
     order: tuple[Run, ...] | None = None
-    """The runs in their order; None: in rising order, each repeated at once."""
     thirds: bool = False
-    """Whether `THIRDS` of a turn are timed; else whole turns."""
     lines: str = ""
-    """What the log says of its errors, as lines "# u_time: 0.14 s"; nothing of the truth that follows."""
     hand: float = 0.14
-    """Standard uncertainty of a timed interval [s] …"""
     in_proportion: float = 0.0
-    """… and the part of it that grows with the time [1]."""
     tails: int | None = None
-    """Degrees of freedom of Student's t that the stopwatch errs by; None: a normal distribution."""
     late: float = 0.0
-    """Timing bias b [s] …"""
     late_u: float = 0.05
-    """… and its spread from lab to lab."""
     imbalance: float = 0.0
-    """M0 over the lightest torque [1] …"""
     imbalance_cauchy: float = 0.0
-    """… or the scale of the Cauchy distribution that it is drawn from …"""
     imbalance_u: float = 0.0
-    """… or the width of a normal one [N*m]."""
     drift: float = 0.0
-    """Change of M0 from the middle of the session to its end, over the lightest torque [1]."""
     sighting: float = 0.0
-    """Standard uncertainty of the angle that is timed [deg]."""
     fall: float = 0.0
-    """Part of the spin that each run loses by dry friction, read at start and end [1]."""
     time_constant: float | None = None
-    """Of a viscous fall of the spin [s], which is read at half time …"""
     delay: float = 0.0
-    """… or so much later [s] …"""
     delay_u: float = 0.0
-    """… with this spread from lab to lab."""
 
     @property
     def lightest(self) -> float:

@@ -3,8 +3,8 @@
 Each mutant is one node of a syntax tree made otherwise: a comparison, a sum, a product, a number, an ``and``, a
 ``not``, a condition. It meets the tests of its room that reach its line, the quickest first; one that they all pass
 has survived, and is told with its place. ``--room measurements`` takes some rooms, ``--count 40`` so many mutants of
-each, ``--seed`` others. What `equivalent.toml` names with its reason is no other program, and does not count. 1 if the
-share that was killed is below ``--least`` in any room.
+each, ``--seed`` others. 1 if the share that was killed is below ``--least`` in any room. Some survivors do the same as
+the package, so that 100 % cannot be reached.
 
 Which test reaches which line is measured first, and kept in ``.mutants.json``: only tests that have changed since are
 run again. Every mutant is a process forked from one in which all tests are ready to run.
@@ -28,7 +28,6 @@ import signal
 import sys
 import tempfile
 import time
-import tomllib
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from types import CodeType, FunctionType
@@ -40,17 +39,17 @@ ROOT = Path(__file__).parent.parent.parent
 ROOMS = {
     "measurements": (["measurements"], [
         "test_measurements.py", "test_slips.py", "test_analysis.py", "test_model.py", "test_hints.py", "test_guard.py",
-        "test_check.py", "test_forecast.py", "test_simulate.py", "readings"]),
+        "test_check.py", "test_simulate.py", "readings", "gates"]),
     "fitting": (["fitting"], [
         "test_fitting.py", "test_lines.py", "test_balance.py", "test_selfcheck.py", "test_model.py", "test_guard.py",
-        "test_hints.py", "test_analysis.py", "test_forecast.py", "stability"]),
+        "test_hints.py", "test_analysis.py", "stability", "gates"]),
     "readings": (["readings"], [
         "readings", "test_hints.py", "test_quantities.py", "test_check.py", "test_analysis.py", "test_units.py",
-        "test_options_hints.py", "test_measurements.py"]),
+        "test_options_hints.py", "test_measurements.py", "test_misread_values.py", "test_wrong_cells.py", "gates"]),
     "physics": (["physics.py", "motion"], [
-        "physics", "motion", "test_predict.py", "test_forecast.py", "test_model.py", "test_comparisons.py",
-        "test_simulate.py", "stability"]),
-    "grading": (["grading"], ["grading", "test_grade_cli.py"]),
+        "physics", "motion", "test_predict.py", "test_model.py", "test_comparisons.py", "test_simulate.py", "stability",
+        "gates"]),
+    "grading": (["grading"], ["grading", "test_grade_cli.py", "gates"]),
 }  # fmt: skip
 """What of the package a room is, and its tests."""
 
@@ -91,10 +90,6 @@ class Mutant(NamedTuple):
     @property
     def change(self) -> str:
         return f"{ast.unparse(self.node)} -> {ast.unparse(ast.fix_missing_locations(self.other))}"
-
-    @property
-    def key(self) -> tuple[str, str, str]:
-        return self.module, self.where, self.change
 
 
 def changed(node: ast.AST) -> ast.AST | None:
@@ -167,14 +162,6 @@ def written(whole: bytes, mutant: Mutant) -> str:
     return (
         whole[: starts[0] + node.col_offset] + f"({new})".encode() + whole[starts[1] + node.end_col_offset :]
     ).decode()
-
-
-def equivalent() -> list[dict[str, str]]:
-    """Mutants that do what the package does, with the reason."""
-    found: list[dict[str, str]] = tomllib.loads((Path(__file__).parent / "equivalent.toml").read_text("utf-8"))[
-        "mutant"
-    ]
-    return found
 
 
 def parts(code: CodeType) -> Iterator[CodeType]:
@@ -358,18 +345,16 @@ def main() -> None:
     good = []
 
     def try_all(bench: Bench) -> None:
-        excused = {(one["module"], one["where"], one["change"]) for one in equivalent()}
         for room in rooms:
             every = list(mutants(room))
             chosen = random.Random(options.seed).sample(every, min(options.count, len(every)))
-            counts = dict.fromkeys(("killed", "the same", "SURVIVED"), 0)
+            counts = dict.fromkeys(("killed", "SURVIVED"), 0)
             for mutant in chosen:
-                lives = mutant.key not in excused and bench.survives(mutant, options.budget)
-                verdict = "the same" if mutant.key in excused else "SURVIVED" if lives else "killed"
+                verdict = "SURVIVED" if bench.survives(mutant, options.budget) else "killed"
                 counts[verdict] += 1
                 place = f"{mutant.module}:{mutant.node.lineno}: {mutant.where}"  # type: ignore[attr-defined]
                 print(f"{verdict:8} {place}: {mutant.change}", flush=True)
-            share = counts["killed"] / max(1, counts["killed"] + counts["SURVIVED"])
+            share = counts["killed"] / max(1, len(chosen))
             good.append(share >= options.least)
             told = ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
             print(
@@ -378,11 +363,13 @@ def main() -> None:
 
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder) / "work"
-        shutil.copytree(ROOT, work, ignore=shutil.ignore_patterns(".git", ".*_cache"))
+        shutil.copytree(ROOT, work, ignore=shutil.ignore_patterns(".git", ".venv", ".*_cache"))
         os.chdir(work)
         os.environ |= {"PYTHONPATH": str(work), "HYPOTHESIS_SEED": "0"}
         sys.path[:] = [str(work), *(path for path in sys.path if Path(path).resolve() not in (ROOT, ROOT / "tests"))]
-        tests = dict.fromkeys(f"tests/{name}" for room in rooms for name in ROOMS[room][1])
+        tests = dict.fromkeys(
+            f"tests/{name}" for room in rooms for name in ROOMS[room][1] if Path("tests", name).exists()
+        )
         done = pytest.main([*OPTIONS, *tests], plugins=[Bench(work, try_all)])
         os.chdir(ROOT)
     sys.exit(done or not all(good))

@@ -1,8 +1,7 @@
-"""Mutants are what they are meant to be: each another program, at one place; a test of two lines misses some."""
+"""A mutant that a test notices is killed, and one that no test notices has survived."""
 
 from __future__ import annotations
 
-import ast
 import os
 import shutil
 import subprocess
@@ -12,28 +11,6 @@ from pathlib import Path
 import pytest
 
 from mutants import __main__ as mutants
-
-
-@pytest.mark.parametrize("room", mutants.ROOMS)
-def test_each_is_another_program(room: str) -> None:
-    found = list(mutants.mutants(room))
-    assert len(found) > 200
-    for mutant in found[:: len(found) // 12]:
-        whole = (mutants.ROOT / "gyrodata" / mutant.module).read_bytes()
-        text = mutants.written(whole, mutant)
-        assert ast.dump(ast.parse(text)) != ast.dump(ast.parse(whole))
-        assert len(text.splitlines()) == len(whole.splitlines())
-
-
-def test_what_is_excused_is_there_with_its_reason() -> None:
-    excused = mutants.equivalent()
-    modules = {one["module"] for one in excused}
-    every = (mutant for room in mutants.ROOMS for mutant in mutants.mutants(room))
-    found = {mutant.key for mutant in every if mutant.module in modules}
-    for one in excused:
-        assert (one["module"], one["where"], one["change"]) in found, "take it out of equivalent.toml: it is gone"
-        assert len(one["why"].split()) > 3
-
 
 PACKAGE = """\
 STEP = 2
@@ -57,13 +34,6 @@ def test_area():
 def test_near():
     assert physics.near(1) and physics.near(2.5) is False
 """
-EXCUSED = """\
-[[mutant]]
-module = "physics.py"
-where = "near"
-change = "r < STEP -> r <= STEP"
-why = "no test may tell"
-"""
 
 
 def test_those_that_are_noticed_and_those_that_are_not(tmp_path: Path) -> None:
@@ -74,7 +44,6 @@ def test_those_that_are_noticed_and_those_that_are_not(tmp_path: Path) -> None:
     (tmp_path / "gyrodata" / "physics.py").write_text(PACKAGE)
     (tmp_path / "tests" / "test_area.py").write_text(TESTS)
     shutil.copytree(Path(mutants.__file__).parent, tmp_path / "tests" / "mutants")
-    (tmp_path / "tests" / "mutants" / "equivalent.toml").write_text(EXCUSED)
     rooms = "mutants.ROOMS.clear(); mutants.ROOMS['physics'] = (['physics.py'], ['test_area.py'])"
     code = f"import sys; sys.path.insert(0, 'tests'); from mutants import __main__ as mutants; {rooms}; mutants.main()"
     line = [sys.executable, "-c", code, "--count", "99", "--budget", "1"]
@@ -89,5 +58,5 @@ def test_those_that_are_noticed_and_those_that_are_not(tmp_path: Path) -> None:
         ("killed", "physics.py:5: area: 3 -> 4"),
         ("SURVIVED", "physics.py:8: never: r + 1 -> r - 1"),
         ("SURVIVED", "physics.py:8: never: 1 -> 2"),
-        ("the", "same physics.py:11: near: r < STEP -> r <= STEP"),
+        ("SURVIVED", "physics.py:11: near: r < STEP -> r <= STEP"),
     }

@@ -29,12 +29,6 @@ def test_the_textbook_root_vanishes_as_cos_theta_does() -> None:
     assert physics.precession_rate(TORQUE, SPIN, INERTIA, ACROSS, pitch[0]) == pytest.approx(LEVEL, rel=1e-15)
 
 
-def test_the_textbook_root_is_0_by_0_for_a_level_rod() -> None:
-    assert np.isnan(textbook_root(np.full(1, SPIN), np.zeros(1))).all()
-    assert physics.precession_rate(TORQUE, SPIN, INERTIA, ACROSS, 0.0) == LEVEL
-    assert physics.fast_precession_rate(TORQUE, SPIN, INERTIA, ACROSS, 0.0) == math.inf
-
-
 def test_there_is_no_real_root_with_the_rod_up_and_the_spin_low() -> None:
     pitch = math.radians(60)
     roots = np.roots([(INERTIA - ACROSS) * math.sin(pitch), INERTIA * 30 * RPM, -TORQUE])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -119,22 +120,6 @@ def test_spins_that_are_round_or_a_habit_tell_nothing(logs: dict[str, list[Row]]
     assert flag_class(prints_of({**logs, **dict(list(habit.items())[:9])})) == ()
 
 
-def test_times_worked_out_from_the_formula_scatter_too_little(prints: dict[str, Fingerprint]) -> None:
-    rows = [
-        (
-            f"{m}",
-            "15.0",
-            f"{spin}",
-            f"{2 * math.pi / 3 * n * 4.44e-3 * spin * RPM / (m * 1e-3 * 9.803 * 0.15):.2f}",
-            f"{n}/3",
-        )
-        for m, n in ((20, 1), (40, 2), (60, 3))
-        for spin in (207, 411, 598)
-    ]
-    flags = flags_with(prints, text(rows))
-    assert [(flag.kind, flag.students) for flag in flags] == [("scatter", ("zz",))]
-
-
 def test_five_copies_of_one_log_are_one_flag(logs: dict[str, list[Row]], prints: dict[str, Fingerprint]) -> None:
     ring = {f"z{i}": print_of(text(changed(logs["s00009"], (i, i + 1)))) for i in range(4)}
     flags = flag_class({**prints, **ring})
@@ -169,11 +154,6 @@ def test_last_years_logs_are_compared_but_not_with_each_other(
     assert flag_class(without, previous=old) == ()
 
 
-def test_an_example_row_that_everybody_left_in_tells_nothing(logs: dict[str, list[Row]]) -> None:
-    example: list[Row] = [("20", "15.0", "206", "7.06", "1/3"), ("40", "15.0", "407", "13.31", "2/3")]
-    assert flag_class(prints_of({student: example + logs[student][:7] for student in list(logs)[:60]})) == ()
-
-
 def test_evidence_names_rows(logs: dict[str, list[Row]], prints: dict[str, Fingerprint]) -> None:
     rows = shuffled(with_times(changed(logs["s00002"], (0, 4, 8)), lambda time: time, 1))
     few = {student: prints[student] for student in list(prints)[:40]}
@@ -182,29 +162,6 @@ def test_evidence_names_rows(logs: dict[str, list[Row]], prints: dict[str, Finge
         "6 of 9 rows of mallory (lines 3, 5, 6, 8, 9, 10) are in s00002 (lines 4, 5, 6, 8, 9, 10), with the same spin "
         "and the same precession period, in another order, not typed to the same digit"
     )
-
-
-def test_flags_do_not_depend_on_the_order_of_the_class(
-    logs: dict[str, list[Row]], prints: dict[str, Fingerprint]
-) -> None:
-    planted = {
-        **prints,
-        "zz": print_of(text(logs["s00002"])),
-        "a": print_of(text(with_times(logs["s00030"], lambda t: t + 0.1))),
-    }
-    there, back = flag_class(planted), flag_class(dict(reversed(planted.items())))
-    assert there == back
-    assert [flag.kind for flag in there] == ["shared rows", "same spins"]
-
-
-@pytest.mark.parametrize("students", [0, 1, 2, 5])
-def test_small_classes_are_no_trouble(students: int) -> None:
-    assert flag_class(prints_of(honest_class(np.random.default_rng(2), COURSE, students))) == ()
-
-
-def test_logs_without_comparable_times_are_no_trouble() -> None:
-    log = "torque [N*m],spin [rpm],precession rate [rad/s]\n0.03,{},0.30\n0.03,500,0.13\n"
-    assert flag_class({f"s{i}": print_of(log.format(400 + i)) for i in range(4)}) == ()
 
 
 ODD = (
@@ -254,3 +211,25 @@ def test_honest_classes_get_no_more_flags_than_stated(name: str, monkeypatch: py
     # Four standard deviations of a count.
     assert all(counts[kind] <= allowed * classes + 4 * math.sqrt(allowed * classes) for kind in KINDS)
     assert sum(counts.values()) <= allowed * classes * 2
+
+
+def test_times_worked_out_from_the_formula_scatter_too_little(prints: dict[str, Fingerprint]) -> None:
+    rows = [
+        (
+            f"{m}",
+            "15.0",
+            f"{spin}",
+            f"{2 * math.pi / 3 * n * 4.44e-3 * spin * RPM / (m * 1e-3 * 9.803 * 0.15):.2f}",
+            f"{n}/3",
+        )
+        for m, n in ((20, 1), (40, 2), (60, 3))
+        for spin in (207, 411, 598)
+    ]
+    flags = flags_with(prints, text(rows))
+    assert [(flag.kind, flag.students) for flag in flags] == [("scatter", ("zz",))]
+
+
+def test_published_and_sample_logs_are_not_flagged() -> None:
+    samples = sorted((Path(__file__).parents[2] / "sample_data").glob("*.csv"))
+    assert len(samples) > 2
+    assert flag_class({path.stem: print_of(path.read_text(encoding="utf-8")) for path in samples}) == ()

@@ -7,7 +7,6 @@ import io
 import json
 import os
 import re
-import shlex
 import shutil
 import signal
 import stat
@@ -358,23 +357,6 @@ def test_control_c_stops_at_once_and_says_what_is_kept(tmp_path: Path) -> None:
 
 
 # --- schemas ------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    "command",
-    [
-        'precession --torque "0.1 N m" --spin 400rpm --inertia "4.44e-3 kg m^2" --transverse "7e-3 kg m^2"',
-        'precession --torque "0.1 N m" --spin 4rpm --inertia "4.44e-3 kg m^2" --transverse "7e-3 kg m^2" --pitch 40deg',
-        "earth --latitude 52deg",
-        'platform --wheel-inertia "0.1 kg m^2" --wheel-spin 300rpm --platform-inertia "3 kg m^2"',
-        'tip --force "0.1 N" --length 20cm --inertia "4.44e-3 kg m^2" --spin 400rpm',
-        'twist --wheel-inertia "0.1 kg m^2" --wheel-spin 300rpm',
-    ],
-)
-def test_predictions_follow_their_schema(command: str) -> None:
-    done = gyro("predict", *shlex.split(command), "--format", "json")
-    assert done.exit_code == 0, done.output
-    jsonschema.validate(json.loads(done.stdout), schema.predictions_schema())
 
 
 def test_the_name_of_the_folder_moves_no_cursor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

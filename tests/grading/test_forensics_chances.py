@@ -6,6 +6,7 @@ import itertools
 import math
 
 import numpy as np
+import pytest
 from grading.students import Course, honest_class, prints_of
 from hypothesis import given
 from hypothesis import strategies as st

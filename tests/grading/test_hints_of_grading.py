@@ -113,7 +113,6 @@ SAMPLE = Path(__file__).parents[2] / "sample_data" / "air_gyroscope.csv"
 STEEP = "simulate --pitch 60deg --transverse '0.02 kg m^2'"
 OBEYED = [
     ("G621", f"{P} --spin 400", f"{P} --spin '400 rpm'"),
-    ("G621", f"{P} --spin 400kg", f"{P} --spin '400 rpm'"),
     ("G621", f"{P} --spin '40 1/s'", f"{P} --spin '40 rev/s'"),
     ("G621", f"{P} --spin nan", f"{P} --spin '400 rpm'"),
     ("G621", f"{P} --spin 1,400rpm", f"{P} --spin 1400rpm"),
@@ -141,7 +140,6 @@ IN_WORDS = [
     ("G622", "predict earth --latitude=-91deg", "in the south with a minus", "predict earth --latitude=-42.5deg"),
     ("G622", f"{E} --hours 1e6 --step 1e-6", "give a longer --step", f"{E} --hours 1e6 --step 1e4"),
     ("G622", "simulate --turns 0", "above zero is needed", "simulate --turns 1"),
-    ("G622", "simulate --spins 0rpm,400rpm", "other than zero is needed", "simulate --spins 200rpm,400rpm"),
     ("G623", f"{W}", "give --torque, or", f"{W} --torque '0.05 N*m'"),
     ("G623", f"{W} --mass 60g", "--mass and --position", f"{W} --mass 60g --position 15cm"),
     ("G623", f"{W} --mass 60g --torque '0.05 N*m'", "not both", f"{W} --torque '0.05 N*m'"),
@@ -161,7 +159,6 @@ IN_WORDS = [
      "simulate --noise none --spin-decay 1s --decay-law dry --turns 1/100"),
     ("G634", "simulate --spin-decay 1s --decay-law dry", "a slower decay",
      "simulate --spin-decay 600s --decay-law dry"),
-    ("G634", "simulate --spin-decay 1s --decay-law viscous", "a slower decay", "simulate --spin-decay 600s"),
     ("G637", "simulate --truth no-such-folder/t.json", "choose another file with --truth", "simulate --truth t.json"),
     ("G638", f"analyze {SAMPLE} --out report.pdf", "--out report;", f"analyze {SAMPLE} --quiet --out report"),
     ("G639", "schema --check --grades", "gyro schema --check", "schema --check"),
@@ -564,11 +561,6 @@ REFERENCE = '[[criterion]]\nid = "reference"\ncheck = "reference"\npoints = 3\n'
 LATE = '[late]\ngrace = "15 min"\n'
 
 
-def test_the_points_of_the_rubric_that_all_of_them_come_to(room: Room) -> None:
-    Path("rubric.toml").write_text(RUBRIC)
-    room.graded("--rubric", "rubric.toml", totals={"ann": "10.00", "bob": "10.00", "cat": "9.00"})
-
-
 def typed_in(text: str, hint: str, line: int, message: str) -> str:
     """Write into the rubric what the hint says."""
     lines = text.splitlines()
@@ -593,14 +585,11 @@ def typed_in(text: str, hint: str, line: int, message: str) -> str:
 
 RUBRICS = [
     ("G722", RUBRIC.replace("points = 4", "ponits = 4"), RUBRIC),
-    ("G722", RUBRIC.replace('full = "w', 'fulll = "w'), RUBRIC),
     ("G723", RUBRIC.replace("schema = 1", "schema = 2"), RUBRIC),
-    ("G723", RUBRIC.replace("schema = 1", "schema = '1'"), RUBRIC),
     ("G723", RUBRIC.replace("schema = 1\n", "schema = 1\nno_report = 'loook'\n"), RUBRIC),
     ("G723", RUBRIC + "slip = '150 %'\n", RUBRIC + "slip = '100 %'\n"),
     ("G723", RUBRIC + "slip = 'half'\n", RUBRIC + "slip = '10 %'\n"),
     ("G723", RUBRIC + "gate = ['1 kg', '2 kg']\n", RUBRIC + "gate = ['1e-6 kg m^2', '100 kg m^2']\n"),
-    ("G723", RUBRIC + "gate = ['1 kg m^2']\n", RUBRIC + "gate = ['1e-6 kg m^2', '100 kg m^2']\n"),
     ("G723", RUBRIC + LATE.replace("15 min", "15"), RUBRIC + LATE),
     ("G723", RUBRIC + LATE + "due = 'soon'\n", RUBRIC + LATE + "due = 2026-03-09T23:59:00+01:00\n"),
     ("G723", RUBRIC.replace('check = "log"\n', ""), RUBRIC),
@@ -608,7 +597,6 @@ RUBRICS = [
     ("G725", RUBRIC.replace('check = "log"', 'check = "lgo"'), RUBRIC),
     ("G726", RUBRIC.replace("warnings <= 0", "warnings < 1"), RUBRIC),
     ("G726", RUBRIC.replace("warnings >= 4", "warnings > 3"), RUBRIC),
-    ("G726", RUBRIC.replace("d <= 0.3", "d < 0.3"), RUBRIC),
 ]
 """Code, a rubric with a fault, and what it is when the hint is typed in."""
 
@@ -618,7 +606,6 @@ IN_WORDS_TOO = [
     ("G721", RUBRIC.replace("points = 4", "points 4"), "a line is KEY = VALUE", RUBRIC),
     ("G721", RUBRIC.replace("[[criterion]]", "[[criterion]", 1), "[[criterion]]", RUBRIC),
     ("G722", RUBRIC + "ponits = 3\n", "take it out", RUBRIC),
-    ("G722", RUBRIC + "remark = 'x'\n", "take it out", RUBRIC),
     ("G727", RUBRIC + "[reference]\n", 'write from = "class"', RUBRIC + "[reference]\nfrom = 'class'\n"),
     ("G723", RUBRIC + "[reference]\ninertia = '4.4 g m^2'\n", "[reference.all]",
      RUBRIC + "[reference.all]\ninertia = '4.4 g m^2'\nu = '1 %'\n"),
@@ -705,42 +692,6 @@ Participant 1,Ann,x,,20.00,Yes,-,
 Participant 2,Bob,x,,20.00,Yes,-,
 Participant 3,Cat,x,,20.00,Yes,-,
 """
-
-
-@carries_out("G751", "G752", "G753", "G754")
-def test_a_gradebook(room: Room) -> None:
-    book = room.home / "book.csv"
-    lab_column = ("--gradebook", book, "--assignment", "222")
-
-    def filled(*words: str | Path) -> None:
-        room.graded(*words)
-        rows = list(csv.reader(io.StringIO((room.out / "canvas.csv").read_text(encoding="utf-8"))))
-        assert [row[6] for row in rows[2:]] == list(TOTALS.values())
-
-    book.write_bytes(b"PK\x03\x04\0\0")
-    assert "the CSV file that the gradebook exports" in room.refused("G751", *lab_column)
-    book.write_text("")
-    assert room.refused("G751", *lab_column) == "export the gradebook again"
-    book.write_text("a,b\n1,2\n")
-    assert "Export Entire Gradebook; give that file as it is" in room.refused("G752", *lab_column)
-    book.write_text(BOOK)
-    filled(*lab_column)
-    for asked in ((), ("--assignment", "lab")):
-        done = room.grade("--gradebook", book, *asked)
-        assert hint_of(done, "G753").startswith("give the number behind its title with --assignment")
-        filled("--gradebook", book, "--assignment", found(r"Gyroscope lab \((\d+)\)", done.stderr))
-    book.write_text(BOOK.replace(" (111)", "").replace(" (222)", ""))
-    assert room.refused("G753", "--gradebook", book) == "make the assignment in Canvas first, and export again"
-    book.write_text(BOOK.replace("20.00", "(read only)"))
-    assert "unlock it in Canvas and export again, or name another" in room.refused("G754", *lab_column)
-    book.write_text(BOOK.replace("20.00", "10.00"))
-    assert "make the points of the rubric and of the assignment" in room.refused("G754", *lab_column)
-    Path("rubric.toml").write_text(RUBRIC)
-    tens = {"ann": "10.00", "bob": "10.00", "cat": "9.00"}
-    room.graded(*lab_column, "--rubric", "rubric.toml", totals=tens)
-    assert "cat,A,,9.00\n" in (room.out / "canvas.csv").read_text(encoding="utf-8")
-
-
 CENTER = """"Last Name","First Name","Username","Student ID","Homework [Total Pts: 10 Score] |11",\
 "Lab [Total Pts: 20 Score] |22"
 "Lee","Ann","ann","1","",""
@@ -748,58 +699,63 @@ CENTER = """"Last Name","First Name","Username","Student ID","Homework [Total Pt
 "Poe","Cat","cat","3","",""
 """
 
+SAME_POINTS = "make the points of the rubric and of the assignment in {} the same"
+BOOKS: dict[str, tuple[str, int, str, str, list[tuple[str, str, str]]]] = {
+    "canvas": ("--gradebook", 6, BOOK, r"Gyroscope lab \((\d+)\)", [
+        ("PK\x03\x04\0\0", "G751", "the CSV file that the gradebook exports"),
+        ("", "G751", "export the gradebook again"),
+        ("a,b\n1,2\n", "G752", "Export Entire Gradebook; give that file as it is"),
+        (BOOK.replace(" (111)", "").replace(" (222)", ""), "G753", "make the assignment in Canvas first, and export"),
+        (BOOK.replace("20.00", "(read only)"), "G754", "unlock it in Canvas and export again, or name another"),
+        (BOOK.replace("20.00", "10.00"), "G754", SAME_POINTS.format("Canvas")),
+    ]),
+    "blackboard": ("--grade-center", 5, CENTER, r"Lab \[[^|]*\|(\d+)", [
+        (CENTER.replace("Last Name", "Apellidos"), "G757", "with English as its language: Work Offline, Download"),
+        (CENTER.replace(" |", " "), "G753", "make the assignment in Blackboard first, and export again"),
+        (CENTER.replace("20 Score", "20 Letter"), "G754", "set its Primary Display in Blackboard to Score and export"),
+        (CENTER.replace("20 Score", "10 Score"), "G754", SAME_POINTS.format("Blackboard")),
+    ]),
+    "moodle": ("--worksheet", 3, SHEET, "", [
+        ("a,b,c\n1,2,3\n", "G755", "Download grading worksheet; give that file as it is"),
+        (SHEET.replace("20.00", "10.00"), "G756", SAME_POINTS.format("Moodle")),
+    ]),
+}  # fmt: skip
+"""Option, column of the points, a book, how a message names the assignment, and faults: text, code, hint."""
 
-@carries_out("G757")
-def test_a_grade_center(room: Room) -> None:
-    sheet = room.home / "gc_fullgc.csv"
-    lab_column = ("--grade-center", sheet, "--assignment", "22")
 
-    def filled(*words: str | Path, totals: dict[str, str] = TOTALS) -> None:
-        room.graded(*words, totals=totals)
-        rows = list(csv.reader(io.StringIO((room.out / "blackboard.csv").read_text(encoding="utf-8"))))
-        assert [row[5] for row in rows[1:]] == list(totals.values())
+@carries_out("G751", "G752", "G753", "G754", "G755", "G756", "G757")
+@pytest.mark.parametrize("lms", BOOKS)
+def test_book_is_filled_once_its_hint_is_followed(lms: str, room: Room) -> None:
+    option, column, text, named, faulty = BOOKS[lms]
+    book, room.out = room.home / "book.csv", room.home / lms
+    names = list(PEOPLE) if named else ["1", "2", "3"]
+    files = [name if named else f"{name}_{name}_assignsubmission_file" for name in names]
+    root = make_folder(
+        room.home / "of" / lms, {f"{f}/lab.csv": log for f, log in zip(files, PEOPLE.values(), strict=True)}
+    )
+    given = ("-o", room.out, option, book)
 
-    sheet.write_text(CENTER.replace("Last Name", "Apellidos"))
-    assert "with English as its language: Work Offline, Download" in room.refused("G757", *lab_column)
-    sheet.write_text(CENTER)
-    filled(*lab_column)
-    done = room.grade("--grade-center", sheet)
-    assert hint_of(done, "G753").startswith("give the number behind its title with --assignment")
-    filled("--grade-center", sheet, "--assignment", found(r"Lab \[[^|]*\|(\d+)", done.stderr))
-    sheet.write_text(CENTER.replace(" |", " "))
-    assert room.refused("G753", *lab_column[:2]) == "make the assignment in Blackboard first, and export again"
-    sheet.write_text(CENTER.replace("20 Score", "20 Letter"))
-    assert "set its Primary Display in Blackboard to Score and export again, or" in room.refused("G754", *lab_column)
-    sheet.write_text(CENTER.replace("20 Score", "10 Score"))
-    assert "of the rubric and of the assignment in Blackboard the same" in room.refused("G754", *lab_column)
+    def filled(points: Iterable[str], *words: str) -> None:
+        points = list(points)
+        room.graded(*given, *words, root=root, totals=dict(zip(names, points, strict=True)))
+        rows = list(csv.reader(io.StringIO((room.out / f"{lms}.csv").read_text(encoding="utf-8"))))
+        assert [row[column] for row in rows[-3:]] == points
+
+    book.write_text(text)
+    number: tuple[str, ...] = ()
+    if named:
+        done = room.grade(*given, root=root)
+        assert hint_of(done, "G753").startswith("give the number behind its title with --assignment")
+        number = ("--assignment", found(named, done.stderr))
+        if lms == "canvas":
+            found(named, room.grade(*given, "--assignment", "lab", root=root).stderr)
+    filled(TOTALS.values(), *number)
+    for fault, code, says in faulty:
+        book.write_text(fault)
+        assert says in room.refused(code, *given, *(number if code != "G753" else ()), root=root)
+    # The last had ten points.
     Path("rubric.toml").write_text(RUBRIC)
-    filled(*lab_column, "--rubric", "rubric.toml", totals={"ann": "10.00", "bob": "10.00", "cat": "9.00"})
-
-
-@carries_out("G755", "G756")
-def test_a_worksheet(room: Room) -> None:
-    sheet, room.out = room.home / "sheet.csv", room.home / "moodle"
-    make_folder(
-        room.home / "moodle-class",
-        {f"{name}_{i}_assignsubmission_file/lab.csv": text for i, (name, text) in enumerate(PEOPLE.items(), 1)},
-    )
-    words = ("--worksheet", sheet, "-o", room.out)
-    sheet.write_text("a,b,c\n1,2,3\n")
-    assert "Download grading worksheet; give that file as it is" in room.refused("G755", *words, root="moodle-class")
-    sheet.write_text(SHEET)
-    totals = dict(zip("123", TOTALS.values(), strict=True))
-    room.graded(*words, root="moodle-class", totals=totals)
-    rows = list(csv.reader(io.StringIO((room.out / "moodle.csv").read_text(encoding="utf-8"))))
-    assert [row[3] for row in rows[1:]] == list(TOTALS.values())
-    sheet.write_text(SHEET.replace("20.00", "10.00"))
-    assert "make the points of the rubric and of the assignment in Moodle" in room.refused(
-        "G756", *words, root="moodle-class"
-    )
-    Path("rubric.toml").write_text(RUBRIC)
-    room.graded(
-        *words, "--rubric", "rubric.toml", root="moodle-class", totals={"1": "10.00", "2": "10.00", "3": "9.00"}
-    )
-    assert "Participant 3,Cat,x,9.00,10.00" in (room.out / "moodle.csv").read_text(encoding="utf-8")
+    filled(["10.00", "10.00", "9.00"], *number, "--rubric", "rubric.toml")
 
 
 # --- the run of a class ---------------------------------------------------------------------------------------

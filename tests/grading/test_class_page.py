@@ -280,29 +280,6 @@ def test_every_line_can_be_put_on_the_desk(lab: Lab) -> None:
     assert ["4", "total", "13.50"] in [line[:3] for line in lines]
 
 
-def test_what_the_desk_says_waits_no_longer(tmp_path: Path) -> None:
-    lab = Lab(tmp_path)
-    lab.grade()
-    lines = [line for group in groups_of(lab.page) for line in group.lines]
-    flagged = ["4 + 5 + 7", "flag", ""]
-    assert [line[:3] for line in lines if line[1] == "flag"] == [flagged]
-    assert len(tables_of(lab.page)) == 2, "each log that joins is shown once"
-    decided = {"flag": "partners", "reported": "4.4e-3 kg m^2", "total": "9"}
-    lab.desk([[line[0], line[1], line[2] or decided[line[1]], "Ann", ""] for line in lines])
-    lab.grade()
-    assert todo_of(lab.out) == []
-    assert "Nothing: all are graded, and nothing is flagged." in seen(lab.page)
-    assert 'class="flag"' not in lab.page, "they are partners"
-    for line in (["4", "hold", "", "Ann", ""], ["4", "partner", "5", "Ann", ""]):
-        lab.desk([line])
-        lab.grade()
-        assert [one[:3] for one in todo_of(lab.out) if one[1] == "flag"] == [flagged], "the others still wait"
-    lab.desk([[key, "hold", "", "Ann", ""] for key in "457"])
-    lab.grade()
-    assert not any(group.reason.startswith("flag") for group in groups_of(lab.page))
-    assert "Flags that desk.csv has decided about (1) shared rows: Four , Five , s7 : 9 of 9 rows" in seen(lab.page)
-
-
 # --- two logs side by side ----------------------------------------------------------------------------------
 
 Cells = list[tuple[str, bool]]  # text of each cell, and whether it is marked
@@ -432,3 +409,26 @@ def test_on_a_phone_nothing_is_cut_and_the_page_filters_sorts_and_copies(tmp_pat
     lines = [f'{key},total,,,"{why}"\n' for key in ("w", "v")]
     assert out["copied"] == [lines[0], "".join(lines), lines[1]]
     assert out["by_hand"] == lines[0]
+
+
+def test_what_the_desk_says_waits_no_longer(tmp_path: Path) -> None:
+    lab = Lab(tmp_path)
+    lab.grade()
+    lines = [line for group in groups_of(lab.page) for line in group.lines]
+    flagged = ["4 + 5 + 7", "flag", ""]
+    assert [line[:3] for line in lines if line[1] == "flag"] == [flagged]
+    assert len(tables_of(lab.page)) == 2, "each log that joins is shown once"
+    decided = {"flag": "partners", "reported": "4.4e-3 kg m^2", "total": "9"}
+    lab.desk([[line[0], line[1], line[2] or decided[line[1]], "Ann", ""] for line in lines])
+    lab.grade()
+    assert todo_of(lab.out) == []
+    assert "Nothing: all are graded, and nothing is flagged." in seen(lab.page)
+    assert 'class="flag"' not in lab.page, "they are partners"
+    for line in (["4", "hold", "", "Ann", ""], ["4", "partner", "5", "Ann", ""]):
+        lab.desk([line])
+        lab.grade()
+        assert [one[:3] for one in todo_of(lab.out) if one[1] == "flag"] == [flagged], "the others still wait"
+    lab.desk([[key, "hold", "", "Ann", ""] for key in "457"])
+    lab.grade()
+    assert not any(group.reason.startswith("flag") for group in groups_of(lab.page))
+    assert "Flags that desk.csv has decided about (1) shared rows: Four , Five , s7 : 9 of 9 rows" in seen(lab.page)

@@ -223,17 +223,6 @@ def test_blackboard_fills_one_column_and_leaves_every_other_cell() -> None:
     }
 
 
-def test_points_set_by_hand_in_blackboard_stay() -> None:
-    book, ours = GRADE_CENTER.encode(), {"alee": {"17.50"}, "jdoe": set[str]()}
-    filled = fill_grade_center(book, grades=[a_grade("alee"), a_grade("jdoe")], assignment="12", ours=ours)
-    assert filled.by_hand == (("alee", "3.00"),)
-    assert filled.filled == ("jdoe",)
-    assert rows_of(filled.data)[5] == rows_of(GRADE_CENTER)[5]
-    again = fill_grade_center(filled.data, grades=[replace(a_grade("jdoe"), points=9.0)], assignment="12",
-                              ours={"jdoe": {"17.50"}})  # fmt: skip
-    assert again.changed == (("jdoe", "17.50", "9.00"),), "what came from here is written over"
-
-
 # --- Moodle -------------------------------------------------------------------------------------------------
 
 WORKSHEET = (
@@ -296,13 +285,6 @@ def test_moodle_gives_a_groups_grade_to_all_of_it_and_to_nobody_else() -> None:
     assert graded == ["Participant 101", "Participant 102", "Participant 105", "Participant 106"]
     assert rows_of(filled.data)[2] == rows_of(WORKSHEET)[2], "102 had those points before and is not touched"
     assert filled.filled == ("102",)
-
-
-def test_points_above_the_maximum_are_told() -> None:
-    grade = replace(a_grade("101"), points=21.0)
-    filled = fill_worksheet(WORKSHEET.encode(), grades=[grade])
-    assert rows_of(filled.data) == rows_of(WORKSHEET)
-    assert "more than the maximum grade 20" in dict(filled.skipped)["101"]
 
 
 # --- Gradescope ---------------------------------------------------------------------------------------------

@@ -64,18 +64,12 @@ def flags_with(prints: dict[str, Fingerprint], log: str, student: str = "zz") ->
 
 
 COPIES: dict[str, Callable[[list[Row]], str]] = {
-    "as it is": text,
-    "reordered": lambda rows: text(shuffled(rows)),
-    "in other units": converted,
-    "three rows changed": lambda rows: text(changed(rows, (0, 4, 8))),
     "reordered, in other units, three rows changed": lambda rows: converted(shuffled(changed(rows, (1, 3, 8)))),
     "periods worked out": lambda rows: as_periods(shuffled(rows)),
     "rounded to tenths": lambda rows: text(with_times(rows, lambda time: time, 1)),
-    "rounded, reordered, in other units, three rows changed": lambda rows: converted(
-        shuffled(with_times(changed(rows, (2, 5, 6)), lambda time: time, 1))
-    ),
     "four rows only": lambda rows: text([rows[i] for i in (1, 3, 5, 8)]),
 }
+"""More disguises are cells of the simulated classes."""
 
 
 @pytest.mark.parametrize("how", COPIES)
@@ -83,41 +77,6 @@ def test_a_copy_is_found(how: str, logs: dict[str, list[Row]], prints: dict[str,
     flags = flags_with(prints, COPIES[how](logs["s00002"]))
     assert [(flag.kind, flag.students) for flag in flags] == [("shared rows", ("s00002", "zz"))]
     assert flags[0].p <= flags[0].expected <= ALLOWED
-
-
-def jittered(rows: list[Row], width: float) -> list[Row]:
-    random = np.random.default_rng(7)
-    return with_times(rows, lambda time: time + random.uniform(-width, width))
-
-
-EDITS: dict[str, Callable[[list[Row]], list[Row]]] = {
-    "each by up to 0.05 s": lambda rows: jittered(rows, 0.05),
-    "each by up to 0.3 s": lambda rows: jittered(rows, 0.3),
-    "later by 0.08 s": lambda rows: with_times(rows, lambda time: time + 0.08),
-    "a tenth shorter, and shifted": lambda rows: with_times(rows, lambda time: 0.9 * time + 0.21),
-}
-
-
-@pytest.mark.parametrize("how", EDITS)
-def test_a_copy_with_every_time_changed_has_the_same_spins(
-    how: str, logs: dict[str, list[Row]], prints: dict[str, Fingerprint]
-) -> None:
-    (flag,) = flags_with(prints, converted(shuffled(EDITS[how](logs["s00002"]))))
-    assert (flag.kind, flag.students) == ("same spins", ("s00002", "zz"))
-    assert flag.p * 101 * 100 / 2 == pytest.approx(flag.expected)
-    assert flag.evidence.startswith("9 of 9 spins of s00002 (lines 3, 4, 5, 6, 7, 8, 9, 10, 11) are those of zz at")
-
-
-def test_spins_that_are_round_or_a_habit_tell_nothing(logs: dict[str, list[Row]]) -> None:
-    aimed = [str(rpm) for rpm in (200, 400, 600)] * 3
-    round_ones = {
-        name: [(m, x, aimed[i], t, f) for i, (m, x, _, t, f) in enumerate(rows)] for name, rows in logs.items()
-    }
-    few = dict(list(round_ones.items())[:4])
-    assert flag_class(prints_of({**logs, **few})) == ()
-    same = [rpm for _, _, rpm, _, _ in logs["s00001"]]
-    habit = {name: [(m, x, same[i], t, f) for i, (m, x, _, t, f) in enumerate(rows)] for name, rows in logs.items()}
-    assert flag_class(prints_of({**logs, **dict(list(habit.items())[:9])})) == ()
 
 
 def test_five_copies_of_one_log_are_one_flag(logs: dict[str, list[Row]], prints: dict[str, Fingerprint]) -> None:

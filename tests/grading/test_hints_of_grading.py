@@ -17,7 +17,7 @@ import subprocess
 import sys
 import tarfile
 import zipfile
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,6 @@ import pytest
 from grading.classes import make_folder
 from grading.reports import RIGHT, reported_line, sheet
 from grading.test_fair_grades import CARRIED_OUT as OF_A_CLASS
-from msgspec.structs import replace
 from test_options_hints import CARRIED_OUT as OF_A_LOG
 from test_options_hints import LOG, ROWS, TRUTH, WITHOUT_TURNS, log
 from typer.testing import CliRunner, Result
@@ -36,7 +35,7 @@ from gyrodata.cli import app
 from gyrodata.diagnostics import CODES
 from gyrodata.disk import alone_in
 from gyrodata.errors import InputError
-from gyrodata.grading import Submission, find_submissions, read_answers, read_rubric
+from gyrodata.grading import find_submissions, read_answers, read_rubric
 from gyrodata.readings import read_log
 
 Test = Callable[..., None]
@@ -281,27 +280,6 @@ TOTALS = {"ann": "20.00", "bob": "20.00", "cat": "19.50"}
 """A misspelt key costs cat half a point."""
 
 
-KNOWN: dict[str, Any] = {}
-
-
-def at_once(work: Any, tasks: Iterable[Any], *_: object) -> Iterator[tuple[Any, Any]]:
-    """Do the work here, the same work once; processes of its own have their tests elsewhere."""
-    for task in tasks:
-        if isinstance(task, Submission):
-            rubric, options, reported = work.args
-            key = repr((replace(task, source=Path()), task.digest, rubric.digest, reported, options.figures is None))
-            answer = KNOWN[key] if key in KNOWN else KNOWN.setdefault(key, work(task))
-        else:
-            answer = work(task)
-        yield task, answer
-
-
-@pytest.fixture(autouse=True)
-def _no_processes(monkeypatch: pytest.MonkeyPatch) -> None:
-    for module in ("classroom", "desk"):
-        monkeypatch.setattr(f"gyrodata.grading.{module}.in_workers", at_once)
-
-
 class Room:
     """A class, and the folder of its grades."""
 
@@ -313,7 +291,9 @@ class Room:
     def grade(self, *words: str | Path, root: str | Path = "class") -> Result:
         """Grade; the pages are only written where a file that is written matters."""
         files = self.whole or {"--gradebook", "--grade-center", "--worksheet"} & set(words)
-        done = gyro("grade", root, "-o", "grades", *words, *(() if files else ("--dry-run", "-f", "csv")))
+        done = gyro(
+            "grade", root, "-o", "grades", "--workers", "0", *words, *(() if files else ("--dry-run", "-f", "csv"))
+        )
         table = done.stdout
         if files and (self.out / "grades.csv").is_file():
             table = (self.out / "grades.csv").read_text(encoding="utf-8")
@@ -341,8 +321,6 @@ def first(tmp_path_factory: pytest.TempPathFactory) -> Path:
     home = tmp_path_factory.mktemp("first")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(home)
-        for module in ("classroom", "desk"):
-            patch.setattr(f"gyrodata.grading.{module}.in_workers", at_once)
         make_folder(home / "class", {f"{name}/lab.csv": text for name, text in PEOPLE.items()})
         one = Room(home)
         one.whole = True
@@ -424,17 +402,10 @@ def test_names_of_files(room: Room) -> None:
     sample = found("names files such as (.*)", hint_of(room.grade(root="named"), "G707"))
     (room.home / "named" / "bob.csv").rename(f"named/{sample.replace('9876', '9999')}")
     assert "G707" not in room.graded(root="named", totals=totals | {"9999": "20.00"}).stderr
-    for lms in found("one of: (.*)", InputErrorOf(lambda: find_submissions(room.root, "sakai")).hint).split(", "):
-        assert lms in ("auto", "folder") or InputErrorOf(lambda lms=lms: find_submissions(room.root, lms)).hint
-
-
-class InputErrorOf:
-    """The hint of what something raises."""
-
-    def __init__(self, work: Callable[[], object]) -> None:
-        with pytest.raises(InputError) as caught:
-            work()
-        self.hint = caught.value.diagnostics[0].hint
+    with pytest.raises(InputError) as caught:
+        find_submissions(room.root, "sakai")
+    for lms in found("one of: (.*)", caught.value.diagnostics[0].hint).split(", "):
+        assert lms in ("auto", "folder") or room.refused("G705", "--lms", lms)
 
 
 METADATA = "submission_1:\n  :submitters:\n  - :name: Ann Lee\n    :sid: ann\n    :email: a@uni.example\n"

@@ -194,7 +194,7 @@ def test_a_dry_run_tells_what_would_change_and_writes_nothing(grades: Path, tmp_
     }  # fmt: skip
 
 
-def test_a_table_that_somebody_worked_in_is_kept_and_offered_for_the_desk(grades: Path) -> None:
+def test_points_typed_into_grades_csv_are_offered_for_the_desk(grades: Path) -> None:
     table, kept = grades / "grades.csv", grades / "published"
     edited = table.read_text(encoding="utf-8").replace("113,moreaulea,not graded,,", "113,moreaulea,graded,15.00,")
     table.write_text(edited, encoding="utf-8")

@@ -182,7 +182,7 @@ def test_a_rerun_with_another_bench_grades_again(tmp_path: Path) -> None:
     assert "u_time 0.4 s" in (out / "class.html").read_text(encoding="utf-8")
 
 
-def test_few_logs_do_not_tell_and_stated_ones_are_judged_by_themselves(tmp_path: Path) -> None:
+def test_seven_logs_leave_the_usual_uncertainties(tmp_path: Path) -> None:
     rough = replace(USUAL, hand=0.35)
     few = make_folder(tmp_path / "few", logs_of(7, rough))
     done = CliRunner().invoke(app, ["grade", str(few), "--out", str(tmp_path / "out")])

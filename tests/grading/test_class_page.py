@@ -8,8 +8,7 @@ import io
 import re
 import tempfile
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from html.parser import HTMLParser
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,6 +18,7 @@ from browser import look_at, needs_browser
 from grading.classes import make_folder
 from grading.reports import RIGHT as RIGHT_FORMULA
 from grading.reports import Sheet, reported_line, sheet, three_grades
+from grading.test_feedback import Page
 from msgspec.structs import replace
 from typer.testing import CliRunner, Result
 
@@ -29,7 +29,6 @@ from gyrodata.grading import (
     ClassGrades,
     Decision,
     Desk,
-    Filled,
     Flag,
     Grade,
     Person,
@@ -63,20 +62,14 @@ def three() -> ClassGrades:
     return a_class(grades, [Flag("shared rows", ("g", "s"), "9 of 9 rows", 1e-9, 1e-8)])
 
 
-def written(found: ClassGrades, filled: Mapping[str, Filled] | None = None) -> tuple[str, list[list[str]]]:
-    """The page, and the lines of ``desk-todo.csv``."""
-    with tempfile.TemporaryDirectory() as folder:
-        write_results(found, Path(folder), filled or {})
-        page = (Path(folder) / "class.html").read_text(encoding="utf-8")
-        return page, todo_of(Path(folder))
-
-
 def todo_of(folder: Path) -> list[list[str]]:
     return list(csv.reader(io.StringIO((folder / TODO).read_text(encoding="utf-8"))))[1:]
 
 
 def page_of(found: ClassGrades) -> str:
-    return written(found)[0]
+    with tempfile.TemporaryDirectory() as folder:
+        write_results(found, Path(folder), {})
+        return (Path(folder) / "class.html").read_text(encoding="utf-8")
 
 
 def seen(page: str) -> str:
@@ -85,31 +78,9 @@ def seen(page: str) -> str:
     return " ".join(html.unescape(re.sub(r"<[^>]+>", " ", text)).split())
 
 
-class Structure(HTMLParser):
-    """Tags in order, each closed; the text of the table cells."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.tags: list[tuple[str, dict[str, str | None]]] = []
-        self.open: list[str] = []
-        self.feed(text)
-        assert self.open == []
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.append((tag, dict(attrs)))
-        if tag not in ("meta", "input"):
-            self.open.append(tag)
-
-    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.append((tag, dict(attrs)))
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self.open.pop() == tag
-
-
 def test_structure_is_sound_and_nothing_comes_from_outside() -> None:
     page = page_of(three())
-    tags = Structure(page).tags
+    tags = Page(page).tags
     assert [tag for tag, _ in tags].count("h1") == 1
     assert all(attributes.get("scope") for tag, attributes in tags if tag == "th")
     links = {str(attributes["href"]) for tag, attributes in tags if tag == "a"}
@@ -138,7 +109,7 @@ def test_names_and_reasons_stay_text(evil: str) -> None:
     people = Roster({evil: Person(evil, evil, evil, evil, ())}, (Person(evil, evil, evil, "", ()),))
     desk = Desk({evil: grades[0].by_hand})
     page = page_of(replace(found, source=evil, roster=people, desk=desk))
-    Structure(page)
+    Page(page)
     for bad in ("<script>alert", "</title><b>", "\u202e", "\x00", "\x1b", " 49 "):
         assert bad not in page
 
@@ -376,7 +347,7 @@ addEventListener("load", async () => {
 
 
 @needs_browser
-def test_on_a_phone_nothing_is_cut_and_the_page_filters_sorts_and_copies(tmp_path: Path) -> None:
+def test_page_on_a_phone_filters_sorts_and_copies(tmp_path: Path) -> None:
     found = three()
     sections = {"g": "Mon A", "s": "Tue B", "w": "Tue B", "v": "Mon A"}
     grades = [

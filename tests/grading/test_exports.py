@@ -77,7 +77,7 @@ def rows_of(data: bytes | str, delimiter: str = ",") -> list[list[str]]:
 # --- grades.csv ---------------------------------------------------------------------------------------------
 
 
-def test_grades_have_a_row_of_points_and_a_column_for_each_criterion() -> None:
+def test_grades_csv_has_points_possible_and_each_criterion() -> None:
     grades = [
         a_grade("bob", late_seconds=7200.0, late_deduction=2.0, late_reason="2 h late"),
         a_grade("ann", (2.0, None, None)),
@@ -277,7 +277,7 @@ def test_moodle_in_another_language() -> None:
     assert dict(filled.skipped) == {"12": "is locked in Moodle: the grade cannot be changed"}
 
 
-def test_moodle_gives_a_groups_grade_to_all_of_it_and_to_nobody_else() -> None:
+def test_moodle_gives_the_grade_of_a_group_to_its_members() -> None:
     sheet = WORKSHEET.replace("Submitted,,", 'Submitted,"Group A",')
     group = a_grade("102", name="Group A")  # the group's number is that of another participant
     filled = fill_worksheet(sheet.encode(), grades=[group], ids={"102": {"moodle": "102"}})
@@ -371,7 +371,7 @@ WRONG = {"nobody knows why": Formula(answer=1.3), "half": Formula(answer=0.5)}
 
 
 @pytest.mark.parametrize("kind", [*SLIPS, *WRONG])
-def test_a_wrong_value_does_not_get_the_right_one_back(kind: str, tmp_path: Path) -> None:
+def test_gradescope_hides_the_right_value_from_a_wrong_report(kind: str, tmp_path: Path) -> None:
     rows = sheet(np.random.default_rng(3), turns="mixed")
     value, u = (SLIPS | WRONG)[kind].inertia(rows, "through_origin")
     grade, results = handed_in(tmp_path, rows.log(reported_line(value, u)))
@@ -384,7 +384,7 @@ def test_a_wrong_value_does_not_get_the_right_one_back(kind: str, tmp_path: Path
     assert "I_zz follows from your own runs: " in text
 
 
-def test_nor_does_a_wrong_uncertainty(tmp_path: Path) -> None:
+def test_gradescope_hides_the_right_u_from_a_wrong_report(tmp_path: Path) -> None:
     rows = sheet(np.random.default_rng(3), turns="mixed")
     value, u = RIGHT.inertia(rows, "through_origin")
     _, results = handed_in(tmp_path, rows.log(reported_line(value, 20 * u)))
@@ -396,7 +396,7 @@ def test_nor_does_a_wrong_uncertainty(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("code", ["G401", "G407", "G421", "G435", "G443"])
-def test_nor_is_it_told_what_the_log_gives(code: str, tmp_path: Path) -> None:
+def test_gradescope_hides_what_the_log_gives(code: str, tmp_path: Path) -> None:
     grade, results = handed_in(tmp_path, "# reported_inertia: 9e-3 kg m^2\n" + CODES[code].example)
     (found,) = [one for one in grade.diagnostics if one["code"] == code]
     where = f"line {found['line']}: " if found["line"] else ""

@@ -20,22 +20,23 @@ BY_NAME = pytest.mark.parametrize("name", GRADES)
 
 
 class Page(HTMLParser):
-    """Tags, attributes and text of a page."""
+    """Tags with their attributes and the text of a page; each tag is closed."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
-        self.tags: list[str] = []
-        self.attributes: list[tuple[str, str | None]] = []
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
         self.text = ""
         self.open: list[str] = []
         self.feed(text)
         assert self.open == []
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.append(tag)
-        self.attributes += attrs
-        if tag not in ("meta", "img"):
+        self.tags.append((tag, dict(attrs)))
+        if tag not in ("meta", "img", "input"):
             self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
 
     def handle_endtag(self, tag: str) -> None:
         assert self.open.pop() == tag
@@ -64,13 +65,13 @@ def test_page_and_markdown_state_the_same_points(name: str) -> None:
 @BY_NAME
 def test_page_needs_no_other_file_and_runs_nothing(name: str) -> None:
     text = feedback_html(GRADES[name], {"torque": (b"\x89PNG1", "a line"), "period": (b"\x89PNG2", "")})
-    page = Page(text)
-    assert not {"script", "link", "iframe", "object"} & set(page.tags)
-    sources = [value for key, value in page.attributes if key in ("src", "href")]
+    tags = Page(text).tags
+    assert not {"script", "link", "iframe", "object"} & {tag for tag, _ in tags}
+    sources = [value for _, one in tags for key, value in one.items() if key in ("src", "href")]
     assert [(source or "").split(";")[0] for source in sources] == ["data:image/png"] * 2
     assert "default-src 'none'" in text
     assert "prefers-color-scheme: dark" in text
-    assert ("alt", "a line") in page.attributes
+    assert "a line" in [one.get("alt") for _, one in tags]
 
 
 @settings(max_examples=40, deadline=None)
@@ -78,7 +79,8 @@ def test_page_needs_no_other_file_and_runs_nothing(name: str) -> None:
 def test_page_obeys_nothing_from_outside(text: str) -> None:
     hostile = _with_everywhere(GRADES["slip"], text + "<img src=x onerror=alert(1)>\"'&</td>{{ 7*7 }}")
     page = Page(feedback_html(hostile))
-    assert page.tags == Page(feedback_html(_with_everywhere(GRADES["slip"], "x"))).tags
+    plain = Page(feedback_html(_with_everywhere(GRADES["slip"], "x")))
+    assert [tag for tag, _ in page.tags] == [tag for tag, _ in plain.tags]
     assert "49" not in page.text or "49" in text
 
 

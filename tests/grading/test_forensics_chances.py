@@ -18,13 +18,13 @@ from gyrodata.grading.forensics.logs import lay_out
 
 
 @given(st.integers(1, 40), st.floats(1e-6, 0.5))
-def test_equal_chances_come_true_as_often_as_scipy_says(trials: int, chance: float) -> None:
+def test_equal_chances_agree_with_the_binomial_of_scipy(trials: int, chance: float) -> None:
     expected = stats.binom.sf(np.arange(trials + 1) - 1, trials, chance)
     np.testing.assert_allclose(tails(np.full((1, trials), chance))[0], expected, rtol=1e-9)
 
 
 @given(st.lists(st.lists(st.floats(0, 1), min_size=5, max_size=5), min_size=1, max_size=4))
-def test_unlike_chances_come_true_as_often_as_all_their_ways_add_up_to(chances: list[list[float]]) -> None:
+def test_unlike_chances_agree_with_a_sum_over_all_outcomes(chances: list[list[float]]) -> None:
     expected = np.zeros((len(chances), 6))
     for ways in itertools.product((0, 1), repeat=5):
         for row, log in zip(expected, chances, strict=True):

@@ -47,7 +47,7 @@ def grade(root: Path, *options: str | Path) -> tuple[dict[str, dict[str, str]], 
     return {row["student"]: row for row in table}, (out / "class.html").read_text(encoding="utf-8"), done.output
 
 
-def test_a_gradebook_gives_names_sections_and_who_handed_in_nothing(root: Path, tmp_path: Path) -> None:
+def test_gradebook_gives_names_sections_and_who_is_absent(root: Path, tmp_path: Path) -> None:
     book = tmp_path / "book.csv"
     book.write_text(CANVAS, encoding="utf-8")
     grade(root)

@@ -108,11 +108,6 @@ def test_report_above_1_mb_is_told_and_the_log_is_graded(tmp_path: Path) -> None
     assert "kept 1 as graded before" in gyro(root, tmp_path / "grades").stderr
 
 
-def test_dry_run_grades_all_and_writes_nothing(honest: Path, tmp_path: Path) -> None:
-    assert "graded 4 (new)" in gyro(honest, tmp_path / "grades", "--dry-run").stderr
-    assert list(tmp_path.iterdir()) == [honest]
-
-
 def test_only_what_changed_is_graded_again_and_why_is_told(honest: Path, tmp_path: Path) -> None:
     def told(text: str | None = None) -> list[str]:
         rubric = [] if text is None else ["--rubric", tmp_path / "rubric.toml"]

@@ -103,6 +103,7 @@ def test_what_is_written(graded: tuple[Result, Path]) -> None:
         assert {name: archive.read(name) for name in archive.namelist()} == written
         assert archive.namelist() == sorted(archive.namelist(), key=lambda name: (Path(name).stem, Path(name).suffix))
         assert {entry.date_time for entry in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
+    assert [path for path in (folder, *folder.rglob("*")) if path.stat().st_mode & 0o077] == [], "the grader's alone"
     page = (folder / "class.html").read_text(encoding="utf-8")
     for link in re.findall(r'href="([^"#]+)"', page):
         assert (folder / link.replace("%20", " ")).is_file()

@@ -1,7 +1,7 @@
 """What a class gets that worked well, and what is found of the rest: ``python tests/classes`` prints the table.
 
 A line a cell: measured, what must hold, whether it does. ``--cell NAME`` takes the cells with NAME in their names,
-``--students N`` the size of a class (copies and cost take five times as many), ``--seed S`` other students. 1 if a cell
+``--students N`` the size of a class (honest pairs take five times as many), ``--seed S`` other students. 1 if a cell
 does not hold.
 """
 

@@ -17,8 +17,7 @@ from msgspec.structs import replace
 from classes import cost, desk, rubrics, typed
 from classes.disguises import HARD, JITTERED, KNOWN, plant
 from classes.drawn import FITS, ROUTES, STATIONS, USUAL, Bench, Student, by_route, draw
-from classes.graded import grade, lost, total
-from classes.number import Number
+from classes.graded import Number, grade, lost, total
 from classes.planted import PLANTED, named, pick, told
 
 OTHERWISE = 0.5
@@ -326,6 +325,5 @@ def cells() -> list[Cell]:
         Cell("slips: logs named wrongly", slips_wrong),
         *(Cell(f"desk: {name}", measure) for name, measure in desk.CELLS.items()),
         Cell("rubric in ten lines: points right", rubrics.ordinary),
-        *(Cell(f"cost: {name}", measure) for name, measure in cost.CELLS.items()),
-        Cell("lines of code in grading", cost.lines_of_code),
+        Cell("other bytes for other workers, kills, journals", cost.same_bytes),
     ]

@@ -19,12 +19,11 @@ from msgspec import Struct
 
 from classes.cost import grade_killed
 from classes.drawn import Student, draw, with_rows
-from classes.graded import gyro, on_disk, rows_of
-from classes.number import Number
+from classes.graded import Number, gyro, on_disk, rows_of
 from classes.typed import Files
 from gyrodata.grading import default_rubric_text
 
-DESK, TODO, TABLE = "desk.csv", "desk-todo.csv", "grades.csv"
+DESK, TABLE = "desk.csv", "grades.csv"
 BY = "Ann"
 
 
@@ -174,72 +173,10 @@ def refused(size: int, seed: int) -> Number:
     return Number(good or None, low=len(FAULTS), of=len(FAULTS), told=words)
 
 
-def gradebook(out: Path, points: dict[str, str]) -> tuple[str, Path]:
-    """Write a Canvas gradebook with these points in it beside the folder of the grades: the option that gives it."""
-    lines = ["Student,ID,SIS User ID,SIS Login ID,Section,Gyroscope lab (1)", "    Points Possible,,,,,20.00"]
-    lines += [f"student{one.number:04d},{one.key},,,A,{points.get(one.key, '')}" for one in students()]
-    path = out.parent / "gradebook.csv"
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    return "--gradebook", path
-
-
-def not_run_over(size: int, seed: int) -> Number:
-    """Count hand edits outside of the desk that are in some file after two more runs, and offered for the desk."""
-    edits = {
-        "points": "13.37", "points of one not graded": "11.11", "points in the gradebook": "14.53",
-        "comment column": "see me", "feedback": "well done",
-    }  # fmt: skip
-    points = [what for what in edits if what.startswith("points")]
-    with on_disk(a_class()) as (root, out):
-        run(root, out, *gradebook(out, {}))
-        table = out / TABLE
-        lines = table.read_text(encoding="utf-8").splitlines()
-        for i, line in enumerate(lines):
-            key, *cells = line.split(",")
-            if key == "1001":
-                cells[2] = edits["points"]
-            if key == "1002":
-                cells[2] = edits["points of one not graded"]
-            extra = {"student": "comment of the TA", "1003": edits["comment column"]}.get(key, "")
-            lines[i] = ",".join([key, *cells, extra])
-        table.write_text("\n".join(lines) + "\n", encoding="utf-8")
-        page = min((out / "feedback").glob("*_1004_*.md"))
-        page.write_text(page.read_text(encoding="utf-8") + f"\n{edits['feedback']}\n", encoding="utf-8")
-        changed = gradebook(out, {"1006": edits["points in the gradebook"]})
-        run(root, out, "--rubric", other_rubric(out, 40), *changed)
-        run(root, out, "--rubric", other_rubric(out, 30), *changed)
-        texts = [path.read_bytes().decode("utf-8", "replace") for path in out.rglob("*") if path.is_file()]
-        todo = (out / TODO).read_text(encoding="utf-8") if (out / TODO).is_file() else ""
-    lost = [what for what, text in edits.items() if not any(text in one for one in texts)]
-    unoffered = [what for what in points if edits[what] not in todo]
-    parts = (("lost", lost), ("not offered", unoffered))
-    words = "; ".join(f"{what}: {', '.join(names)}" for what, names in parts if names)
-    of = len(edits) + len(points)
-    return Number(of - len(lost) - len(unoffered), low=of, of=of, told=words)
-
-
-def todo(size: int, seed: int) -> Number:
-    """Count the students who need a look that have a line ready for the desk."""
-    with on_disk({**a_class(), f"{students()[2].stem}_report.pdf": b"%PDF-1.4\n"}) as (root, out):
-        run(root, out)
-        rows = rows_of(out / TABLE)
-        waiting = [key for key, row in rows.items() if row.get("why_not_graded") or row.get("look")]
-        path = out / TODO
-        text = path.read_text(encoding="utf-8") if path.is_file() else ""
-    if not text:
-        return Number(None, low=len(waiting), of=len(waiting))
-    offered = {line.partition(",")[0] for line in text.splitlines()[1:]}
-    named = "report.pdf" in text
-    words = "" if named else "the PDF to look into is not named"
-    return Number(sum(key in offered for key in waiting) if named else 0, low=len(waiting), of=len(waiting), told=words)
-
-
 CELLS = {
     "kept after a rerun": kept("rerun"),
     "kept under another rubric": kept("other rubric"),
     "kept after a kill": kept("kill"),
     "kept after a resubmission": kept("resubmission"),
     "faults told, nothing changed": refused,
-    "edits elsewhere kept and offered": not_run_over,
-    "lines ready in desk-todo.csv": todo,
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -11,10 +12,40 @@ from pathlib import Path
 from typing import Any
 
 from grading.classes import make_folder
+from msgspec import Struct
 from typer.testing import CliRunner, Result
 
 from classes.typed import Files
 from gyrodata.cli import app
+
+
+class Number(Struct, frozen=True):
+    """What was measured; None for what is not there to be measured."""
+
+    value: float | None
+    low: float = -math.inf
+    high: float = math.inf
+    of: int | None = None
+    """Out of how many."""
+    digits: str = ".0f"
+    told: str = ""
+    """What else there is to tell."""
+
+    @property
+    def shown(self) -> str:
+        if self.value is None:
+            return "not there"
+        return f"{self.value:{self.digits}}" + ("" if self.of is None else f" of {self.of}")
+
+    @property
+    def must_hold(self) -> str:
+        if math.isinf(self.low) and math.isinf(self.high):
+            return "-"
+        return f"<= {self.high:{self.digits}}" if math.isinf(self.low) else f">= {self.low:{self.digits}}"
+
+    @property
+    def holds(self) -> bool:
+        return self.value is not None and self.low <= self.value <= self.high
 
 
 def gyro(*arguments: str | Path) -> Result:

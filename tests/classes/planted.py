@@ -12,7 +12,6 @@ from msgspec.structs import replace
 
 from classes.drawn import Student
 
-HEADER = "mass [g],position [cm],spin [rpm],time [s],turns"
 EXCHANGED = "mass [g],position [cm],time [s],spin [rpm],turns"
 
 

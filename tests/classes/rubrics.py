@@ -9,8 +9,7 @@ from grading.reports import reported_line
 
 from classes import typed
 from classes.drawn import draw
-from classes.graded import grade
-from classes.number import Number
+from classes.graded import Number, grade
 
 ORDINARY = """schema = 1
 points = 15

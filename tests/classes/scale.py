@@ -1,22 +1,24 @@
 """What a class costs by its size, and what the process that hands the work out needs of memory.
 
-``python tests/classes/scale.py 100 1000 10000`` makes such classes, grades each with two workers, and again as three
-parts whose journals are put together; it adds lines to ``scale.csv`` beside it. Without sizes it only draws the figure
-of the pages from that table, ``sample_data/figures/class_size.png``.
+``python tests/classes/scale.py 100 1000 10000`` makes such classes, grades each with two workers and adds lines to
+``scale.csv`` beside it. Without sizes it only draws the figure of the pages from that table,
+``sample_data/figures/class_size.png``.
 """
 
 from __future__ import annotations
 
 import argparse
 import csv
-import shutil
+import json
+import os
+import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 
-from classes.cost import make_class, metered
+from classes.cost import COMMAND, make_class
 
 TABLE = Path(__file__).with_suffix(".csv")
 FIGURE = Path(__file__).parents[2] / "sample_data" / "figures" / "class_size.png"
@@ -26,39 +28,44 @@ LEAST, EACH = 60.0, 0.020
 """What the driver may take: a start, and so much a student [MB]."""
 
 
-def measure(size: int, seed: int = 1) -> list[tuple[object, ...]]:
-    """Grade a class at once, and in three parts put together."""
+METER = """
+import ctypes, json, os, resource, subprocess, sys
+if ctypes.CDLL(None).prctl(36, 1, 0, 0, 0) != 0:
+    raise OSError("this system does not give orphans to a process that asks for them")
+process = subprocess.Popen(sys.argv[1:], stdout=subprocess.DEVNULL)
+os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
+fields = open(f"/proc/{process.pid}/stat").read().rpartition(")")[2].split()
+alone = (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+_, _, own = os.wait4(process.pid, 0)
+try:
+    while True:
+        os.wait()
+except ChildProcessError:
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+print(json.dumps({"alone": alone, "all": used.ru_utime + used.ru_stime, "peak": own.ru_maxrss / 1024}))
+"""
+"""CPU of a command alone, and with all that it starts, which outlives it (Linux only)."""
+
+
+def metered(cache: Path, *arguments: str | Path) -> dict[str, float]:
+    """CPU seconds and memory of ``gyro grade``, its byte code kept as where it is installed."""
+    kept = {"PYTHONDONTWRITEBYTECODE": "", "PYTHONPYCACHEPREFIX": str(cache)}
+    command = [sys.executable, "-c", METER, *COMMAND, *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, env=os.environ | kept)
+    used: dict[str, float] = json.loads(done.stdout)
+    return used
+
+
+def measure(size: int, seed: int = 1) -> tuple[object, ...]:
+    """Grade a class with two workers: a row of the table."""
     with tempfile.TemporaryDirectory() as folder:
         home = Path(folder)
-        root = make_class(home / "class", size, seed)
         options = ("--workers", "2", "--quiet")
         # What is compiled once is no cost of a class.
         metered(home / "cache", make_class(home / "few", 4, seed), "-o", home / "first", *options)
-        rows = [_row(size, "at once", metered(home / "cache", root, "-o", home / "grades", *options))]
-        names = sorted(path.name for path in root.iterdir())
-        journals, parts = [], []
-        for part in range(3):
-            some = home / f"part{part}" / "class"
-            some.mkdir(parents=True)
-            for name in names[part::3]:
-                shutil.copyfile(root / name, some / name)
-            out = some.parent / "grades"
-            parts.append(metered(home / "cache", some, "-o", out, *options))
-            journals.append(out / "journal.ndjson")
-        together = home / "together"
-        together.mkdir()
-        (together / "journal.ndjson").write_bytes(b"".join(path.read_bytes() for path in journals))
-        rows.append(
-            _row(size, "three parts put together", metered(home / "cache", root, "-o", together, *options), *parts)
-        )
-    return rows
-
-
-def _row(size: int, way: str, last: dict[str, float], *before: dict[str, float]) -> tuple[object, ...]:
-    """Add up what several runs used; memory is that of the one that needs most."""
-    runs = [last, *before]
-    used = [f"{1000 * sum(run[part] for run in runs) / size:.1f}" for part in ("all", "alone")]
-    return size, way, *used, f"{max(run['peak'] for run in runs):.0f}"
+        used = metered(home / "cache", make_class(home / "class", size, seed), "-o", home / "grades", *options)
+    costs = (f"{1000 * used[part] / size:.1f}" for part in ("all", "alone"))
+    return size, "at once", *costs, f"{used['peak']:.0f}"
 
 
 def draw(rows: list[dict[str, str]]) -> None:
@@ -67,22 +74,13 @@ def draw(rows: list[dict[str, str]]) -> None:
 
     figure = Figure(figsize=(7.2, 3.2), layout="constrained")
     left, right = figure.subplots(1, 2)
-    for way, mark in (("at once", "o-"), ("three parts put together", "s")):
-        some = [row for row in rows if row["way"] == way]
-        sizes = [float(row["students"]) for row in some]
-        if some:
-            left.plot(sizes, [float(row[HEAD[2]]) for row in some], mark, label=way)
-            right.plot(sizes, [float(row[HEAD[4]]) for row in some], mark, label=way)
-    ends = [float(row["students"]) for row in rows]
-    steps = [min(ends) * (max(ends) / min(ends)) ** (step / 50) for step in range(51)]
+    sizes = [float(row["students"]) for row in rows]
+    left.plot(sizes, [float(row[HEAD[2]]) for row in rows], "o-", label="at once")
+    right.plot(sizes, [float(row[HEAD[4]]) for row in rows], "o-", label="at once")
+    steps = [min(sizes) * (max(sizes) / min(sizes)) ** (step / 50) for step in range(51)]
     right.plot(steps, [LEAST + EACH * size for size in steps], color="0.5", label="60 MB + 20 kB a student")
-    left.set(
-        xscale="log",
-        ylim=(0, None),
-        title="few logs bear the start of the tool",
-        xlabel="students",
-        ylabel="CPU a log, workers and driver [ms]",
-    )
+    left.set(xscale="log", ylim=(0, None), xlabel="students", ylabel="CPU a log, workers and driver [ms]",
+             title="few logs bear the start of the tool")  # fmt: skip
     right.set(xscale="log", yscale="log", xlabel="students", ylabel="memory of the driver [MB]")
     left.legend(fontsize=7)
     right.legend(fontsize=7)
@@ -94,10 +92,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("sizes", nargs="*", type=int, help="students in a class")
     for size in parser.parse_args().sizes:
-        for row in measure(size):
-            print(*row, sep=", ", flush=True)
-            with TABLE.open("a", encoding="utf-8", newline="") as file:
-                csv.writer(file, lineterminator="\n").writerow(row)
+        row = measure(size)
+        print(*row, sep=", ", flush=True)
+        with TABLE.open("a", encoding="utf-8", newline="") as file:
+            csv.writer(file, lineterminator="\n").writerow(row)
     with TABLE.open(encoding="utf-8", newline="") as file:
         draw(list(csv.DictReader(file)))
 

@@ -1,13 +1,10 @@
-"""The cells that hold, with small classes that are always the same; ``python tests/classes`` has all of them."""
+"""Every cell holds for a small class that is always the same; ``python tests/classes`` has larger ones."""
 
 from __future__ import annotations
 
-import re
 import runpy
 import sys
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import pytest
 from msgspec.structs import replace
@@ -19,27 +16,19 @@ from classes.planted import OLD, named
 
 CELLS = {cell.name: cell for cell in cells()}
 SEED = 1
-
-HOLDS = [
-    (30, ["A careful: unjust loss", "A careful: loss for the bench's scatter", "A careful: slips or flags"]),
-    (35, [f"B any right route: {what}" for what in ("unjust loss", "loss for the bench's scatter", "slips or flags")]),
-    (80, [f"G other benches: {what}" for what in ("unjust loss", "loss for the bench's scatter", "slips or flags")]),
-    (24, ["F typed in 12 ways: not graded or losing"]),
-    (20, ["C told no format: not graded"]),
-    (18, ["slips: kinds named right", "slips: logs named wrongly"]),
-    (25, ["D every time changed: found", "D other copies: found", "D beside copies: false flags"]),
-    (20, ["D honest, nominal spins too: false flags"]),
-    (20, [name for name in CELLS if name.startswith("desk: ")]),
-    (20, ["rubric in ten lines: points right"]),
-]
-"""Cells of one class each, and its size; a cell that comes to hold is one more name here."""
+SIZES = {
+    "A ": 30, "B ": 35, "G ": 80, "F ": 24, "C ": 20, "slips": 18, "D every": 25, "D other": 25, "D beside": 25,
+    "D honest": 20, "desk": 20, "rubric": 20,
+}  # fmt: skip
+"""Size of the class for the cells whose names begin so."""
 
 
-@pytest.mark.parametrize(("size", "names"), HOLDS, ids=[names[0] for _, names in HOLDS])
-def test_what_must_hold_of_a_class(size: int, names: list[str]) -> None:
-    for name in names:
-        number = CELLS[name].measure(size, SEED)
-        assert number.holds, f"{name}: {number.shown}, must hold {number.must_hold}: {number.told}"
+@pytest.mark.parametrize("start", SIZES)
+def test_each_cell_with_a_size_keeps_its_bound(start: str) -> None:
+    for name, cell in CELLS.items():
+        if name.startswith(start):
+            number = cell.measure(SIZES[start], SEED)
+            assert number.holds, f"{name}: {number.shown}, must hold {number.must_hold}: {number.told}"
 
 
 def test_known_slips_are_named() -> None:
@@ -48,44 +37,37 @@ def test_known_slips_are_named() -> None:
     assert [kind for kind, student in found if not named(kind, student)] == []
 
 
-def test_the_same_seed_gives_the_same_class() -> None:
+def test_same_seed_gives_the_same_class_and_other_copies() -> None:
     one, same, other = draw(3, 1).log(), draw(3, 1).log(), draw(3, 2).log()
     assert one == same != other
-    honest = [draw(i, 1) for i in range(20)]
-    students, pairs = plant(honest, 1, 1)
+    students, pairs = plant([draw(i, 1) for i in range(20)], 1, 1)
     assert len({student.key for student in students}) == len(students) == 20 + len(DISGUISES)
     for pair in (pair for (pair,) in pairs.values()):
         source, copier = (student for student in students if student.key in pair)
         assert source.station == copier.station
-        if pair not in pairs["exact"]:
-            assert source.log() != copier.log()
+        assert (source.log() == copier.log()) == (pair in pairs["exact"])
 
 
-def test_a_class_that_is_wronged_is_seen() -> None:
+def test_class_that_is_wronged_is_counted() -> None:
+    """The first loses a point for the unit, the second is not graded, the third is accused."""
     made = careful(30, SEED)
-    made = replace(made, document=_spoilt(made.document))
+    students = {key: dict(student) for key, student in made.document["students"].items()}
+    first, second, third = list(students.values())[:3]
+    first["marks"] = [{**mark, "points": 1.0} if mark["check"] == "units" else mark for mark in first["marks"]]
+    second["status"] = "not graded"
+    spoilt = {**made.document, "students": students, "flags": [{"students": [third["student"]]}]}
+    made = replace(made, document=spoilt)
     assert made.unjust() == {"units": 1, "not graded": 1}
     assert made.accused() == 1
 
 
-def _spoilt(document: Mapping[str, Any]) -> dict[str, Any]:
-    """Take a point for the unit from the first, the grade from the second, and accuse the third."""
-    students = {key: dict(student) for key, student in document["students"].items()}
-    first, second, third = list(students.values())[:3]
-    first["marks"] = [{**mark, "points": 1.0} if mark["check"] == "units" else mark for mark in first["marks"]]
-    second["status"] = "not graded"
-    return {**document, "students": students, "flags": [{"students": [third["student"]]}]}
-
-
-def test_the_command_tells_what_is_measured_and_what_must_hold(
+def test_command_prints_a_line_for_each_cell(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(sys, "argv", ["classes", "--cell", "lines of code"])
+    monkeypatch.setattr(sys, "argv", ["classes", "--cell", "rubric in", "--students", "20"])
     with pytest.raises(SystemExit) as done:
         runpy.run_path(str(Path(__file__).parent / "__main__.py"), run_name="__main__")
     head, line, last = capsys.readouterr().out.splitlines()
     assert head.split() == ["cell", "measured", "must", "hold", "holds"]
-    count, holds = re.fullmatch(r"lines of code in grading +(\d+)  <= 4300 +(yes|NO) +\d+ files", line).groups()
-    assert int(count) > 1000
-    assert (holds == "yes") == (int(count) <= 4300) == (done.value.code == 0)
-    assert last == f"1 cells, {done.value.code} do not hold"
+    assert line.split()[6:12] == ["8", "of", "8", ">=", "8", "yes"]
+    assert (last, done.value.code) == ("1 cells, 0 do not hold", 0)

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
+import tempfile
 from collections.abc import Callable
+from functools import cache
+from pathlib import Path
 
 import numpy as np
 from labs import RPM, lab
 from msgspec import Struct
-from msgspec.structs import replace
+
+from gyrodata.grading import Grade, Submission, default_rubric_text, grade_submission, read_rubric
 
 G = 9.803
 
@@ -115,5 +119,23 @@ def reported_line(value: float, u: float | None, digits: int = 2, unit: str = " 
     return f"# reported_inertia: {value / 10**power:.{places}f}e{power} ± {u / 10**power:.{places}f}e{power}{unit}"
 
 
-def with_time(rows: Sheet, time: np.ndarray) -> Sheet:
-    return replace(rows, time=time)
+STATED = default_rubric_text().replace(
+    '[reference]\nfrom = "class"', '[reference.all]\ninertia = "4.44e-3 kg m^2"\nu = "0.02e-3 kg m^2"'
+)
+"""The rubric with a reference of its own, by which a grade does not wait for the class."""
+
+
+@cache
+def three_grades() -> dict[str, Grade]:
+    """One of each outcome: all points, a slip, and not graded."""
+    rows = sheet(np.random.default_rng(3), "mixed")
+    texts = {
+        "good": rows.log(reported_line(*RIGHT.inertia(rows, "with_constant"))),
+        "slip": rows.log(reported_line(*SLIPS["rpm_as_rad_s"].inertia(rows, "with_constant"))),
+        "waiting": "mass [g],position [cm],spin [rpm],time [s],turns\n20,15,56O,<script>,1/3\n",
+    }
+    with tempfile.TemporaryDirectory() as folder:
+        for name, text in texts.items():
+            (Path(folder) / f"{name}.csv").write_text(text, encoding="utf-8")
+        handed = [Submission(name, f"<b>{name}</b> | *", {}, Path(folder), log_name=f"{name}.csv") for name in texts]
+        return {one.student: grade_submission(one, read_rubric(STATED.encode())) for one in handed}

@@ -25,21 +25,14 @@ class Course(Struct, frozen=True):
 
     stations: int = 8
     rpm: tuple[float, ...] = (200.0, 400.0, 600.0)
-    missed: float = 6.0
-    """How far the spin is from the one aimed at, standard deviation [rpm]."""
-    repeats: int = 1
-    """Rows with one setting, each with a spin of its own."""
-    same_spin: bool = False
-    """True where repeats have one reading of the spin."""
-    hand: tuple[float, float] = (0.06, 0.2)
-    """Scatter of a time, from the best hand to the worst [s]."""
-    decimals: int = 2
-    """Of the times."""
+    missed: float = 6.0  # standard deviation of the spin from the one aimed at [rpm]
+    repeats: int = 1  # rows with one setting, each with a spin of its own …
+    same_spin: bool = False  # … or with one reading of the spin
+    hand: tuple[float, float] = (0.06, 0.2)  # scatter of a time, from the best hand to the worst [s]
+    decimals: int = 2  # of the times
     rpm_decimals: int = 0
-    turns: tuple[str, ...] = ("1/3", "2/3", "1")
-    """For each of the weights."""
-    bend: float = 0.0
-    """Share that the spin loses in 20 s, which nobody takes into account."""
+    turns: tuple[str, ...] = ("1/3", "2/3", "1")  # for each of the weights
+    bend: float = 0.0  # share that the spin loses in 20 s, which nobody takes into account
 
 
 def honest_log(random: np.random.Generator, course: Course, station: int) -> list[Row]:

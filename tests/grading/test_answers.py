@@ -22,11 +22,6 @@ def test_the_log_reports() -> None:
     assert answers.diagnostics == ()
 
 
-def test_nothing_reported() -> None:
-    assert read_answers(read_log(LOG)) == Answers()
-    assert read_answers(None) == Answers()
-
-
 @pytest.mark.parametrize(
     "text",
     [
@@ -48,11 +43,6 @@ def test_a_file_of_answers_is_read_line_by_line(text: str, encoding: str) -> Non
     assert answers.inertia.text == VALUE
     assert answers.file == "answers.toml"
     assert codes(answers) == ["G717"]
-
-
-@pytest.mark.parametrize("data", [b"\x00\x01\x02 no text", b"\x89PNG\r\n\x1a\n\x00\x00", b"inertia = [1, 2]"])
-def test_a_file_without_an_answer_has_none(data: bytes) -> None:
-    assert read_answers(None, [("answers.toml", data)]) == Answers()
 
 
 @given(st.binary(max_size=200) | st.text(max_size=200).map(lambda text: text.encode("utf-8", "replace")))

@@ -11,7 +11,6 @@ from grading.classes import LOG, make_folder, make_zip
 
 from gyrodata.errors import InputError
 from gyrodata.grading import find_submissions
-from gyrodata.grading.submissions import archives
 from gyrodata.grading.submissions.archives import list_files, read_file
 
 
@@ -20,10 +19,6 @@ def code_of(path: Path) -> str:
         list_files(path)
     assert len(caught.value.diagnostics) == 1
     return caught.value.diagnostics[0].code
-
-
-def everything_below(folder: Path) -> set[Path]:
-    return set(folder.rglob("*"))
 
 
 @pytest.mark.parametrize("make", [make_folder, make_zip])
@@ -56,14 +51,14 @@ def test_what_systems_strew_in_is_not_seen(tmp_path: Path, make) -> None:
         ("\\\\server\\evil.csv", "absolute"),
     ],
 )
-def test_a_path_that_leads_elsewhere_is_refused_and_nothing_is_written(tmp_path: Path, name: str, why: str) -> None:
+def test_path_that_leads_out_of_the_class_is_refused(tmp_path: Path, name: str, why: str) -> None:
     (tmp_path / "inner").mkdir()
     path = make_zip(tmp_path / "inner" / "class.zip", {"a/lab.csv": LOG, name: "evil"})
-    before = everything_below(tmp_path)
+    before = set(tmp_path.rglob("*"))
     with pytest.raises(InputError, match=why) as caught:
         find_submissions(path)
     assert caught.value.diagnostics[0].code == "G703"
-    assert everything_below(tmp_path) == before
+    assert set(tmp_path.rglob("*")) == before
 
 
 def test_a_name_with_a_nul_is_refused(tmp_path: Path) -> None:
@@ -94,12 +89,6 @@ def test_links_in_a_folder_are_left_out_and_told(tmp_path: Path) -> None:
     assert [diagnostic.code for diagnostic in listing.diagnostics] == ["G714"] * 3
     with pytest.raises(InputError, match="no longer there"):
         read_file(root, "b/lab.csv")
-
-
-def test_a_pipe_in_a_folder_is_no_file(tmp_path: Path) -> None:
-    root = make_folder(tmp_path / "class", {"a/lab.csv": LOG})
-    os.mkfifo(root / "a" / "pipe.csv")
-    assert list(list_files(root).sizes) == ["a/lab.csv"]
 
 
 def test_ten_gigabytes_of_zeros_are_not_read(tmp_path: Path) -> None:
@@ -140,18 +129,12 @@ def test_a_million_entries_are_refused_before_they_are_built(tmp_path: Path, cou
     assert code_of(path) == "G704"
 
 
-def test_a_zip64_that_only_says_it_has_a_million_entries_is_damaged(tmp_path: Path) -> None:
+def test_zip64_with_a_false_count_of_entries_is_damaged(tmp_path: Path) -> None:
     path = tmp_path / "class.zip"
     end64 = struct.pack("<4sQ2H2L4Q", b"PK\x06\x06", 44, 45, 45, 0, 0, 10**6, 10**6, 6 * 10**7, 0)
     locator = struct.pack("<4sLQL", b"PK\x06\x07", 0, 0, 1)
     path.write_bytes(end64 + locator + struct.pack("<4s4H2LH", b"PK\x05\x06", 0, 0, 65535, 65535, 2**32 - 1, 0, 0))
     assert code_of(path) == "G702"
-
-
-def test_too_many_files_in_a_folder_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(archives, "MOST_FILES", 50)
-    root = make_folder(tmp_path / "class", {f"a/{n}.csv": "" for n in range(60)})
-    assert code_of(root) == "G704"
 
 
 def test_an_encrypted_file_is_said_to_be_one(tmp_path: Path) -> None:
@@ -221,25 +204,3 @@ def test_names_in_utf8_without_the_mark_are_read(tmp_path: Path) -> None:
     path.write_bytes(bytes(data))
     assert list(list_files(path).sizes) == ["Zoë/lab.csv"]
     assert read_file(path, "Zoë/lab.csv") == LOG.encode()
-
-
-def test_a_folder_that_cannot_be_opened_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    root = make_folder(tmp_path / "class", {"a/lab.csv": LOG, "b/lab.csv": LOG})
-    scandir = os.scandir
-
-    def refuse(path: Path):
-        if str(path).rstrip("/").endswith("b"):
-            raise PermissionError(13, "Permission denied", str(path))
-        return scandir(path)
-
-    monkeypatch.setattr(os, "scandir", refuse)
-    listing = list_files(root)
-    assert list(listing.sizes) == ["a/lab.csv"]
-    assert "Permission denied" in listing.diagnostics[0].message
-
-
-def test_a_zip_that_changes_is_read_anew(tmp_path: Path) -> None:
-    path = make_zip(tmp_path / "class.zip", {"a/lab.csv": "first"})
-    assert read_file(path, "a/lab.csv") == b"first"
-    make_zip(path, {"a/lab.csv": "another"})
-    assert read_file(path, "a/lab.csv") == b"another"

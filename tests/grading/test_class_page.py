@@ -5,25 +5,20 @@ from __future__ import annotations
 import csv
 import html
 import io
-import json
-import math
 import re
 import tempfile
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from html.parser import HTMLParser
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import pytest
-from browser import browse, look_at, needs_browser
+from browser import look_at, needs_browser
 from grading.classes import make_folder
 from grading.reports import RIGHT as RIGHT_FORMULA
-from grading.reports import Sheet, reported_line, sheet
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from msgspec import convert
+from grading.reports import Sheet, reported_line, sheet, three_grades
+from grading.test_feedback import Page
 from msgspec.structs import replace
 from typer.testing import CliRunner, Result
 
@@ -34,7 +29,6 @@ from gyrodata.grading import (
     ClassGrades,
     Decision,
     Desk,
-    Filled,
     Flag,
     Grade,
     Person,
@@ -46,13 +40,8 @@ from gyrodata.grading import (
     read_desk,
     write_results,
 )
-from gyrodata.grading.exports.class_page import ROWS_SHOWN, count_points
 
-EXPECTED = Path(__file__).parent / "expected"
-GOOD, SLIP, WAITING = (
-    convert(json.loads((EXPECTED / f"{name}.json").read_text(encoding="utf-8")), Grade)
-    for name in ("good", "slip", "waiting")
-)
+GOOD, SLIP, WAITING = three_grades().values()
 REFERENCE = Reference(4.44e-3, 0.02e-3, "the rubric")
 EVIL = '<script>alert("x")</script>'
 
@@ -73,20 +62,14 @@ def three() -> ClassGrades:
     return a_class(grades, [Flag("shared rows", ("g", "s"), "9 of 9 rows", 1e-9, 1e-8)])
 
 
-def written(found: ClassGrades, filled: Mapping[str, Filled] | None = None) -> tuple[str, list[list[str]]]:
-    """The page, and the lines of ``desk-todo.csv``."""
-    with tempfile.TemporaryDirectory() as folder:
-        write_results(found, Path(folder), filled or {})
-        page = (Path(folder) / "class.html").read_text(encoding="utf-8")
-        return page, todo_of(Path(folder))
-
-
 def todo_of(folder: Path) -> list[list[str]]:
     return list(csv.reader(io.StringIO((folder / TODO).read_text(encoding="utf-8"))))[1:]
 
 
 def page_of(found: ClassGrades) -> str:
-    return written(found)[0]
+    with tempfile.TemporaryDirectory() as folder:
+        write_results(found, Path(folder), {})
+        return (Path(folder) / "class.html").read_text(encoding="utf-8")
 
 
 def seen(page: str) -> str:
@@ -95,31 +78,9 @@ def seen(page: str) -> str:
     return " ".join(html.unescape(re.sub(r"<[^>]+>", " ", text)).split())
 
 
-class Structure(HTMLParser):
-    """Tags in order, each closed; the text of the table cells."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.tags: list[tuple[str, dict[str, str | None]]] = []
-        self.open: list[str] = []
-        self.feed(text)
-        assert self.open == []
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.append((tag, dict(attrs)))
-        if tag not in ("meta", "input"):
-            self.open.append(tag)
-
-    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.append((tag, dict(attrs)))
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self.open.pop() == tag
-
-
 def test_structure_is_sound_and_nothing_comes_from_outside() -> None:
     page = page_of(three())
-    tags = Structure(page).tags
+    tags = Page(page).tags
     assert [tag for tag, _ in tags].count("h1") == 1
     assert all(attributes.get("scope") for tag, attributes in tags if tag == "th")
     links = {str(attributes["href"]) for tag, attributes in tags if tag == "a"}
@@ -127,29 +88,6 @@ def test_structure_is_sound_and_nothing_comes_from_outside() -> None:
     assert links == within | {"feedback/g.html", "feedback/s.html", "feedback/w.html"}
     assert not any(key.startswith("on") or key == "src" for _, attributes in tags for key in attributes)
     assert not re.search(r"https?://|url\(|@import", page)
-
-
-def test_it_says_what_the_grades_say() -> None:
-    found = three()
-    text = seen(page_of(found))
-    assert "3 submissions: 2 graded, 1 not" in text
-    assert found.mean == pytest.approx((GOOD.points + SLIP.points) / 2, abs=1e-4)  # type: ignore[operator]
-    assert f"Mean {found.mean:.2f}" in text
-    assert f"Waiting : {WAITING.why}" in text
-    assert "1 × flag: shared rows Good (g), Slip (s) 9 of 9 rows. By chance, fewer than 1 in a million" in text
-    for slip in SLIP.slips[:1]:
-        assert slip.words[1:] in text
-    for one in found.criteria():
-        assert f"{one.title} {'–' if one.mean is None else f'{one.mean:.2f}'} " in text
-
-
-def test_statistics_of_the_criteria() -> None:
-    found = three()
-    for at, one in enumerate(found.criteria()):
-        points = [grade.marks[at].points for grade in found.grades if grade.marks[at].points is not None]
-        assert one.judged == len(points)
-        assert (one.full, one.none) == (sum(p == one.out_of for p in points), sum(p == 0 for p in points))
-        assert one.mean == (round(math.fsum(p for p in points if p is not None) / len(points), 4) if points else None)
 
 
 @pytest.mark.parametrize("evil", [EVIL, "</title><b>", "{{ 7 * 7 }}", "\u202egnp.exe", "a\x00b\x1b[31m"])
@@ -171,23 +109,9 @@ def test_names_and_reasons_stay_text(evil: str) -> None:
     people = Roster({evil: Person(evil, evil, evil, evil, ())}, (Person(evil, evil, evil, "", ()),))
     desk = Desk({evil: grades[0].by_hand})
     page = page_of(replace(found, source=evil, roster=people, desk=desk))
-    Structure(page)
+    Page(page)
     for bad in ("<script>alert", "</title><b>", "\u202e", "\x00", "\x1b", " 49 "):
         assert bad not in page
-
-
-def test_nobody_graded() -> None:
-    page = page_of(a_class([replace(WAITING, student="w")]))
-    Structure(page)
-    assert "1 submission: 0 graded, 1 not" in page
-    assert "I_zz in this class" not in page
-
-
-def test_a_large_class_makes_a_small_page() -> None:
-    grades = [replace(GOOD, student=f"{i:06d}", name=f"Somebody {i}", look=("late by 3 h",)) for i in range(1000)]
-    page = page_of(a_class(grades))
-    assert "1000</span> × " in page
-    assert len(page.encode()) < 1_500_000
 
 
 def brightness(colour: str) -> float:
@@ -212,31 +136,6 @@ def test_contrast_in_both_themes() -> None:
 
 
 # --- the class in numbers -----------------------------------------------------------------------------------
-
-
-def test_what_the_class_is_held_against_is_told() -> None:
-    found = replace(a_class([GOOD]), references={"2": REFERENCE, "all": REFERENCE})
-    assert f"station 2: {REFERENCE.words} all others: {REFERENCE.words}" in seen(page_of(found))
-    assert f"everybody: {REFERENCE.words}" in seen(page_of(a_class([GOOD])))
-
-
-@settings(max_examples=60, deadline=None)
-@given(st.lists(st.floats(0, 1), min_size=1, max_size=40), st.sampled_from([0.5, 1.0, 3.0, 7.5, 20.0, 100.0, 1234.0]))
-def test_every_total_is_in_the_bar_of_its_points(shares: list[float], out_of: float) -> None:
-    totals = [round(share * out_of, 2) for share in shares]
-    bars = count_points(totals, out_of)
-    points = [float(text) for text, _ in bars]
-    assert points == sorted(set(points)), "from left to right"
-    assert points[0] == 0
-    assert points[-1] == pytest.approx(out_of, rel=0.02)
-    step = points[1] - points[0]
-    assert step <= 0.101 * out_of
-    for text, number in bars:
-        inside = [total for total in totals if abs(total - float(text)) <= step / 2 * (1 + 1e-6)]
-        surely = [total for total in inside if abs(total - float(text)) <= step / 2 * (1 - 1e-6)]
-        assert len(surely) <= number <= len(inside) or text == bars[-1][0]
-    assert sum(number for _, number in bars) == len(totals)
-    assert count_points([], out_of) == []
 
 
 # --- what waits for a person --------------------------------------------------------------------------------
@@ -352,47 +251,6 @@ def test_every_line_can_be_put_on_the_desk(lab: Lab) -> None:
     assert ["4", "total", "13.50"] in [line[:3] for line in lines]
 
 
-def test_what_the_desk_says_waits_no_longer(tmp_path: Path) -> None:
-    lab = Lab(tmp_path)
-    lab.grade()
-    lines = [line for group in groups_of(lab.page) for line in group.lines]
-    flagged = ["4 + 5 + 7", "flag", ""]
-    assert [line[:3] for line in lines if line[1] == "flag"] == [flagged]
-    assert len(tables_of(lab.page)) == 2, "each log that joins is shown once"
-    decided = {"flag": "partners", "reported": "4.4e-3 kg m^2", "total": "9"}
-    lab.desk([[line[0], line[1], line[2] or decided[line[1]], "Ann", ""] for line in lines])
-    lab.grade()
-    assert todo_of(lab.out) == []
-    assert "Nothing: all are graded, and nothing is flagged." in seen(lab.page)
-    assert 'class="flag"' not in lab.page, "they are partners"
-    for line in (["4", "hold", "", "Ann", ""], ["4", "partner", "5", "Ann", ""]):
-        lab.desk([line])
-        lab.grade()
-        assert [one[:3] for one in todo_of(lab.out) if one[1] == "flag"] == [flagged], "the others still wait"
-    lab.desk([[key, "hold", "", "Ann", ""] for key in "457"])
-    lab.grade()
-    assert not any(group.reason.startswith("flag") for group in groups_of(lab.page))
-    assert "Flags that desk.csv has decided about (1) shared rows: Four , Five , s7 : 9 of 9 rows" in seen(lab.page)
-
-
-def test_a_copy_of_an_earlier_year_is_shown_beside_it_and_can_be_held(tmp_path: Path) -> None:
-    first, second = Lab(tmp_path / "first"), Lab(tmp_path / "second")
-    first.grade()
-    for path in second.root.iterdir():
-        if not path.name.startswith(("s5", "s6")):
-            path.unlink()
-    second.grade("--previous", first.out)
-    flagged = next(group for group in groups_of(second.page) if group.reason.startswith("flag"))
-    assert [line[:3] for line in flagged.lines] == [["5", "flag", ""], ["6", "flag", ""]]
-    assert "grades/6" in second.page
-    second.desk([["5", "flag", "copied", "Ann", ""]])
-    second.grade("--previous", first.out)
-    assert any(group.reason.startswith("flag") for group in groups_of(second.page)), "6 still waits"
-    second.desk([[key, "flag", "copied", "Ann", ""] for key in "56"])
-    second.grade("--previous", first.out)
-    assert not any(group.reason.startswith("flag") for group in groups_of(second.page))
-
-
 # --- two logs side by side ----------------------------------------------------------------------------------
 
 Cells = list[tuple[str, bool]]  # text of each cell, and whether it is marked
@@ -439,29 +297,6 @@ def test_marked_are_the_cells_that_are_equal_and_no_others(tmp_path: Path) -> No
     assert shown[0] == shown[1] == set(range(3, 3 + len(first.mass)))
     assert sum(cells[2][1] for cells in table) >= 6
     assert f"{sum(cells[2][1] for cells in table)} of {len(table)} spins" in page
-
-
-def test_rounding_and_other_units_hide_nothing_and_long_logs_are_cut(tmp_path: Path) -> None:
-    random = np.random.default_rng(3)
-    count = ROWS_SHOWN + 9
-    spins = np.sort(random.uniform(200, 700, count)).round(1)
-    times = (spins * 0.0331 + random.normal(0, 0.15, count)).round(2)
-    first = "mass [g],position [cm],spin [rpm],time [s],turns\n" + "".join(
-        f"40,15,{spin:.1f},{time:.2f},1\n" for spin, time in zip(spins, times, strict=True)
-    )
-    second = "mass [kg],position [m],spin [Hz],time [s],turns\n" + "".join(
-        f"0.04,0.15,{spin / 60:.4f},{time:.1f},1\n" for spin, time in zip(spins, times, strict=True)
-    )
-    make_folder(tmp_path / "class", {"a/lab.csv": first, "b/lab.csv": second})
-    CliRunner().invoke(app, ["grade", str(tmp_path / "class"), "-o", str(tmp_path / "out"), "--workers", "1"])
-    page = (tmp_path / "out" / "class.html").read_text(encoding="utf-8")
-    (table,) = tables_of(page)
-    assert len(table) == ROWS_SHOWN
-    assert "9 rows more are not shown" in page
-    for row in table:
-        assert row[3][0] != row[7][0]
-        assert float(row[3][0]) == pytest.approx(float(row[7][0]), abs=0.0501)
-        assert all(row[at][1] for at in (2, 3, 6, 7))
 
 
 # --- in a browser -------------------------------------------------------------------------------------------
@@ -512,7 +347,7 @@ addEventListener("load", async () => {
 
 
 @needs_browser
-def test_on_a_phone_nothing_is_cut_and_the_page_filters_sorts_and_copies(tmp_path: Path) -> None:
+def test_page_on_a_phone_filters_sorts_and_copies(tmp_path: Path) -> None:
     found = three()
     sections = {"g": "Mon A", "s": "Tue B", "w": "Tue B", "v": "Mon A"}
     grades = [
@@ -547,35 +382,24 @@ def test_on_a_phone_nothing_is_cut_and_the_page_filters_sorts_and_copies(tmp_pat
     assert out["by_hand"] == lines[0]
 
 
-@needs_browser
-def test_a_class_is_printed_on_few_sheets(tmp_path: Path) -> None:
-    grades = [replace(GOOD, student=f"{i:03d}", name=f"Lastname{i}, Firstname", section="Mon A") for i in range(100)]
-    grades += [replace(WAITING, student=f"w{i:03d}", name=f"Lastname{i}, Firstname") for i in range(20)]
-    file = tmp_path / "page.html"
-    file.write_text(page_of(a_class(grades)), "utf-8")
-    browse(tmp_path, file, f"--print-to-pdf={tmp_path / 'page.pdf'}", "--no-pdf-header-footer")
-    assert 1 <= len(re.findall(rb"/Type */Page\b", (tmp_path / "page.pdf").read_bytes())) <= 4
-
-
-def test_the_page_of_a_large_class_says_what_it_leaves_to_the_tables(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    slips = [replace(SLIP, student=f"s{i:03d}", name=f"s{i:03d}") for i in range(6)]
-    waiting = [replace(WAITING, student=f"w{i:03d}", name=f"w{i:03d}") for i in range(6)]
-    found = a_class([*slips, *waiting])
-    monkeypatch.setattr("gyrodata.grading.exports.class_page.MOST_STUDENTS", 5)
-    monkeypatch.setattr("gyrodata.grading.exports.class_page.MOST_NAMED", 4)
-    write_results(found, tmp_path, {})
-    page = (tmp_path / "class.html").read_text(encoding="utf-8")
-    assert page.count("<tr data-f") == 5
-    assert "7 more students would make this page too long for a browser" in page
-    assert "The first 4 are shown: <code>desk-todo.csv</code> has all." in page
-    assert len(list(csv.DictReader(io.StringIO((tmp_path / TODO).read_text(encoding="utf-8"))))) >= 6
-
-
-def test_flag_of_many_students_is_one_line(tmp_path: Path) -> None:
-    grades = [replace(GOOD, student=f"s{i:03d}", name=f"s{i:03d}") for i in range(30)]
-    flag = Flag("shared rows", tuple(one.student for one in grades), "one log", 1e-9, 1e-9)
-    write_results(a_class(grades, [flag]), tmp_path, {})
-    todo = csv.DictReader(io.StringIO((tmp_path / TODO).read_text(encoding="utf-8")))
-    assert [(line["student"], line["what"]) for line in todo] == [(" + ".join(one.student for one in grades), "flag")]
+def test_what_the_desk_says_waits_no_longer(tmp_path: Path) -> None:
+    lab = Lab(tmp_path)
+    lab.grade()
+    lines = [line for group in groups_of(lab.page) for line in group.lines]
+    flagged = ["4 + 5 + 7", "flag", ""]
+    assert [line[:3] for line in lines if line[1] == "flag"] == [flagged]
+    assert len(tables_of(lab.page)) == 2, "each log that joins is shown once"
+    decided = {"flag": "partners", "reported": "4.4e-3 kg m^2", "total": "9"}
+    lab.desk([[line[0], line[1], line[2] or decided[line[1]], "Ann", ""] for line in lines])
+    lab.grade()
+    assert todo_of(lab.out) == []
+    assert "Nothing: all are graded, and nothing is flagged." in seen(lab.page)
+    assert 'class="flag"' not in lab.page, "they are partners"
+    for line in (["4", "hold", "", "Ann", ""], ["4", "partner", "5", "Ann", ""]):
+        lab.desk([line])
+        lab.grade()
+        assert [one[:3] for one in todo_of(lab.out) if one[1] == "flag"] == [flagged], "the others still wait"
+    lab.desk([[key, "hold", "", "Ann", ""] for key in "457"])
+    lab.grade()
+    assert not any(group.reason.startswith("flag") for group in groups_of(lab.page))
+    assert "Flags that desk.csv has decided about (1) shared rows: Four , Five , s7 : 9 of 9 rows" in seen(lab.page)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -63,18 +64,12 @@ def flags_with(prints: dict[str, Fingerprint], log: str, student: str = "zz") ->
 
 
 COPIES: dict[str, Callable[[list[Row]], str]] = {
-    "as it is": text,
-    "reordered": lambda rows: text(shuffled(rows)),
-    "in other units": converted,
-    "three rows changed": lambda rows: text(changed(rows, (0, 4, 8))),
     "reordered, in other units, three rows changed": lambda rows: converted(shuffled(changed(rows, (1, 3, 8)))),
     "periods worked out": lambda rows: as_periods(shuffled(rows)),
     "rounded to tenths": lambda rows: text(with_times(rows, lambda time: time, 1)),
-    "rounded, reordered, in other units, three rows changed": lambda rows: converted(
-        shuffled(with_times(changed(rows, (2, 5, 6)), lambda time: time, 1))
-    ),
     "four rows only": lambda rows: text([rows[i] for i in (1, 3, 5, 8)]),
 }
+"""More disguises are cells of the simulated classes."""
 
 
 @pytest.mark.parametrize("how", COPIES)
@@ -82,57 +77,6 @@ def test_a_copy_is_found(how: str, logs: dict[str, list[Row]], prints: dict[str,
     flags = flags_with(prints, COPIES[how](logs["s00002"]))
     assert [(flag.kind, flag.students) for flag in flags] == [("shared rows", ("s00002", "zz"))]
     assert flags[0].p <= flags[0].expected <= ALLOWED
-
-
-def jittered(rows: list[Row], width: float) -> list[Row]:
-    random = np.random.default_rng(7)
-    return with_times(rows, lambda time: time + random.uniform(-width, width))
-
-
-EDITS: dict[str, Callable[[list[Row]], list[Row]]] = {
-    "each by up to 0.05 s": lambda rows: jittered(rows, 0.05),
-    "each by up to 0.3 s": lambda rows: jittered(rows, 0.3),
-    "later by 0.08 s": lambda rows: with_times(rows, lambda time: time + 0.08),
-    "a tenth shorter, and shifted": lambda rows: with_times(rows, lambda time: 0.9 * time + 0.21),
-}
-
-
-@pytest.mark.parametrize("how", EDITS)
-def test_a_copy_with_every_time_changed_has_the_same_spins(
-    how: str, logs: dict[str, list[Row]], prints: dict[str, Fingerprint]
-) -> None:
-    (flag,) = flags_with(prints, converted(shuffled(EDITS[how](logs["s00002"]))))
-    assert (flag.kind, flag.students) == ("same spins", ("s00002", "zz"))
-    assert flag.p * 101 * 100 / 2 == pytest.approx(flag.expected)
-    assert flag.evidence.startswith("9 of 9 spins of s00002 (lines 3, 4, 5, 6, 7, 8, 9, 10, 11) are those of zz at")
-
-
-def test_spins_that_are_round_or_a_habit_tell_nothing(logs: dict[str, list[Row]]) -> None:
-    aimed = [str(rpm) for rpm in (200, 400, 600)] * 3
-    round_ones = {
-        name: [(m, x, aimed[i], t, f) for i, (m, x, _, t, f) in enumerate(rows)] for name, rows in logs.items()
-    }
-    few = dict(list(round_ones.items())[:4])
-    assert flag_class(prints_of({**logs, **few})) == ()
-    same = [rpm for _, _, rpm, _, _ in logs["s00001"]]
-    habit = {name: [(m, x, same[i], t, f) for i, (m, x, _, t, f) in enumerate(rows)] for name, rows in logs.items()}
-    assert flag_class(prints_of({**logs, **dict(list(habit.items())[:9])})) == ()
-
-
-def test_times_worked_out_from_the_formula_scatter_too_little(prints: dict[str, Fingerprint]) -> None:
-    rows = [
-        (
-            f"{m}",
-            "15.0",
-            f"{spin}",
-            f"{2 * math.pi / 3 * n * 4.44e-3 * spin * RPM / (m * 1e-3 * 9.803 * 0.15):.2f}",
-            f"{n}/3",
-        )
-        for m, n in ((20, 1), (40, 2), (60, 3))
-        for spin in (207, 411, 598)
-    ]
-    flags = flags_with(prints, text(rows))
-    assert [(flag.kind, flag.students) for flag in flags] == [("scatter", ("zz",))]
 
 
 def test_five_copies_of_one_log_are_one_flag(logs: dict[str, list[Row]], prints: dict[str, Fingerprint]) -> None:
@@ -169,11 +113,6 @@ def test_last_years_logs_are_compared_but_not_with_each_other(
     assert flag_class(without, previous=old) == ()
 
 
-def test_an_example_row_that_everybody_left_in_tells_nothing(logs: dict[str, list[Row]]) -> None:
-    example: list[Row] = [("20", "15.0", "206", "7.06", "1/3"), ("40", "15.0", "407", "13.31", "2/3")]
-    assert flag_class(prints_of({student: example + logs[student][:7] for student in list(logs)[:60]})) == ()
-
-
 def test_evidence_names_rows(logs: dict[str, list[Row]], prints: dict[str, Fingerprint]) -> None:
     rows = shuffled(with_times(changed(logs["s00002"], (0, 4, 8)), lambda time: time, 1))
     few = {student: prints[student] for student in list(prints)[:40]}
@@ -182,29 +121,6 @@ def test_evidence_names_rows(logs: dict[str, list[Row]], prints: dict[str, Finge
         "6 of 9 rows of mallory (lines 3, 5, 6, 8, 9, 10) are in s00002 (lines 4, 5, 6, 8, 9, 10), with the same spin "
         "and the same precession period, in another order, not typed to the same digit"
     )
-
-
-def test_flags_do_not_depend_on_the_order_of_the_class(
-    logs: dict[str, list[Row]], prints: dict[str, Fingerprint]
-) -> None:
-    planted = {
-        **prints,
-        "zz": print_of(text(logs["s00002"])),
-        "a": print_of(text(with_times(logs["s00030"], lambda t: t + 0.1))),
-    }
-    there, back = flag_class(planted), flag_class(dict(reversed(planted.items())))
-    assert there == back
-    assert [flag.kind for flag in there] == ["shared rows", "same spins"]
-
-
-@pytest.mark.parametrize("students", [0, 1, 2, 5])
-def test_small_classes_are_no_trouble(students: int) -> None:
-    assert flag_class(prints_of(honest_class(np.random.default_rng(2), COURSE, students))) == ()
-
-
-def test_logs_without_comparable_times_are_no_trouble() -> None:
-    log = "torque [N*m],spin [rpm],precession rate [rad/s]\n0.03,{},0.30\n0.03,500,0.13\n"
-    assert flag_class({f"s{i}": print_of(log.format(400 + i)) for i in range(4)}) == ()
 
 
 ODD = (
@@ -254,3 +170,25 @@ def test_honest_classes_get_no_more_flags_than_stated(name: str, monkeypatch: py
     # Four standard deviations of a count.
     assert all(counts[kind] <= allowed * classes + 4 * math.sqrt(allowed * classes) for kind in KINDS)
     assert sum(counts.values()) <= allowed * classes * 2
+
+
+def test_times_worked_out_from_the_formula_scatter_too_little(prints: dict[str, Fingerprint]) -> None:
+    rows = [
+        (
+            f"{m}",
+            "15.0",
+            f"{spin}",
+            f"{2 * math.pi / 3 * n * 4.44e-3 * spin * RPM / (m * 1e-3 * 9.803 * 0.15):.2f}",
+            f"{n}/3",
+        )
+        for m, n in ((20, 1), (40, 2), (60, 3))
+        for spin in (207, 411, 598)
+    ]
+    flags = flags_with(prints, text(rows))
+    assert [(flag.kind, flag.students) for flag in flags] == [("scatter", ("zz",))]
+
+
+def test_published_and_sample_logs_are_not_flagged() -> None:
+    samples = sorted((Path(__file__).parents[2] / "sample_data").glob("*.csv"))
+    assert len(samples) > 2
+    assert flag_class({path.stem: print_of(path.read_text(encoding="utf-8")) for path in samples}) == ()

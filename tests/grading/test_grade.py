@@ -4,61 +4,39 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-from grading.reports import RIGHT, SLIPS, Formula, Sheet, reported_line, sheet
+from grading.reports import RIGHT, SLIPS, STATED, Formula, Sheet, reported_line, sheet
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from msgspec import convert, to_builtins
 from msgspec.structs import replace
 
-from gyrodata import grading
-from gyrodata.grading import (
-    Grade,
-    Rubric,
-    Submission,
-    default_rubric,
-    default_rubric_text,
-    grade_submission,
-    read_rubric,
-    settle,
-)
+from gyrodata.grading import Grade, Rubric, Submission, default_rubric, grade_submission, read_rubric, settle
 
 Grader = Callable[..., Grade]
 
-RUBRIC = default_rubric()
-STATED = read_rubric(
-    default_rubric_text()
-    .replace('[reference]\nfrom = "class"', '[reference.all]\ninertia = "4.44e-3 kg m^2"\nu = "0.02e-3 kg m^2"')
-    .encode()
-)
-
-
-@pytest.fixture(scope="module")
-def rows() -> Sheet:
-    return sheet(np.random.default_rng(3), turns="mixed")
+BY_CLASS = default_rubric()
+BY_REFERENCE = read_rubric(STATED.encode())
+ROWS = sheet(np.random.default_rng(3), turns="mixed")
+VALUE, U = RIGHT.inertia(ROWS, "through_origin")
+ALL = {"log": 2, "procedure": 3, "inertia": 6, "reference": 3, "uncertainty": 3, "units": 2, "constancy": 1}
 
 
 @pytest.fixture
-def hand_in(tmp_path: Path) -> Callable[..., Submission]:
-    def hand(text: str | bytes, student: str = "s1", answers: str | None = None, **more: object) -> Submission:
+def grade(tmp_path: Path) -> Grader:
+    def graded(text: str | bytes, rubric: Rubric = BY_REFERENCE, student: str = "s1", **more: object) -> Grade:
         data = text if isinstance(text, bytes) else text.encode("utf-8", "surrogatepass")
         (tmp_path / f"{student}.csv").write_bytes(data)
+        answers = more.pop("answers", None)
         if answers is not None:
-            (tmp_path / f"{student}.toml").write_text(answers, encoding="utf-8")
+            (tmp_path / f"{student}.toml").write_text(str(answers), encoding="utf-8")
             more["report_names"] = (f"{student}.toml",)
-        return Submission(student, student.title(), {}, tmp_path, log_name=f"{student}.csv", **more)  # type: ignore[arg-type]
-
-    return hand
-
-
-@pytest.fixture
-def grade(hand_in: Callable[..., Submission]) -> Grader:
-    def graded(text: str | bytes, rubric: Rubric = STATED, **more: object) -> Grade:
-        return grade_submission(hand_in(text, **more), rubric)
+        one = Submission(student, student, {}, tmp_path, **{"log_name": f"{student}.csv"} | more)  # type: ignore[arg-type]
+        return grade_submission(one, rubric)
 
     return graded
 
@@ -67,43 +45,141 @@ def points(grade: Grade) -> dict[str, float | None]:
     return {mark.criterion: mark.points for mark in grade.marks}
 
 
-def report(rows: Sheet, formula: Formula = RIGHT, fit: str = "through_origin") -> str:
+def mark_of(grade: Grade, criterion: str) -> tuple[float | None, str]:
+    return next((mark.points, mark.reason) for mark in grade.marks if mark.criterion == criterion)
+
+
+def report(rows: Sheet = ROWS, formula: Formula = RIGHT, fit: str = "through_origin") -> str:
     return rows.log(reported_line(*formula.inertia(rows, fit)))
 
 
-ALL = {"log": 2, "procedure": 3, "inertia": 6, "reference": 3, "uncertainty": 3, "units": 2, "constancy": 1}
+def says(text: str) -> str:
+    return ROWS.log(f"# reported_inertia: {text}")
 
 
-class TestAGoodReport:
-    @pytest.mark.parametrize("fit", ["through_origin", "with_constant", "mean_of_ratios"])
-    def test_by_any_accepted_fit_earns_everything(self, grade: Grader, rows: Sheet, fit: str) -> None:
-        found = grade(report(rows, fit=fit))
-        assert (found.status, found.why, found.points, points(found)) == ("graded", None, 20, ALL)
-        assert found.matched == fit
-        assert found.d == 0
-        assert found.slips == ()
-        assert found.look == ()
+# --- right reports --------------------------------------------------------------------------------------------
 
-    def test_only_what_the_course_accepts_is_compared_with(self, grade: Grader, rows: Sheet) -> None:
-        narrow = replace(STATED, accept=("with_constant",))
-        found = grade(report(rows), rubric=narrow)
-        assert list(found.own) == ["with_constant"]
-        assert found.d is not None
-        assert found.d > 0
 
-    @pytest.mark.parametrize("digits", [1, 2])
-    def test_rounding_costs_nothing(self, grade: Grader, rows: Sheet, digits: int) -> None:
-        value, u = RIGHT.inertia(rows, "through_origin")
-        assert grade(rows.log(reported_line(value, u, digits))).points == 20
+@pytest.mark.parametrize("fit", ["through_origin", "with_constant", "mean_of_ratios"])
+def test_value_of_any_accepted_fit_earns_all_points(grade: Grader, fit: str) -> None:
+    found = grade(report(fit=fit))
+    assert (found.status, found.why, found.points, points(found)) == ("graded", None, 20, ALL)
+    assert (found.matched, found.d, found.slips, found.look) == (fit, 0, (), ())
+    narrow = grade(report(), rubric=replace(BY_REFERENCE, accept=("with_constant",)))
+    assert (list(narrow.own), (narrow.d or 0.0) > 0) == (["with_constant"], True)
 
-    def test_in_an_answers_file_is_as_good(self, grade: Grader, rows: Sheet) -> None:
-        line = reported_line(*RIGHT.inertia(rows, "through_origin"))
-        found = grade(rows.log(), answers=f'# my answers\ninertia = "{line.split(": ")[1]}"')
-        assert found.points == 20
 
-    def test_in_another_unit_is_as_good(self, grade: Grader, rows: Sheet) -> None:
-        value, u = RIGHT.inertia(rows, "through_origin")
-        assert grade(rows.log(reported_line(1e7 * value, 1e7 * u, unit=" g cm^2"))).points == 20
+@pytest.mark.parametrize(
+    "line",
+    [reported_line(VALUE, U, 1), reported_line(VALUE, U, 2), reported_line(1e7 * VALUE, 1e7 * U, unit=" g cm^2"), None],
+)
+def test_value_rounded_in_another_unit_or_file_earns_all(grade: Grader, line: str | None) -> None:
+    answers = f'# my answers\ninertia = "{reported_line(VALUE, U).split(": ")[1]}"'
+    assert grade(ROWS.log(line) if line else ROWS.log(), answers=None if line else answers).points == 20
+
+
+# --- one criterion at a time ----------------------------------------------------------------------------------
+
+
+def test_points_fall_with_the_distance_of_the_value(grade: Grader) -> None:
+    found = [grade(says(f"{VALUE * (1 + k / 1000):.8e} ± {U:.2e} kg m^2")) for k in range(0, 60, 3)]
+    earned = [points(one)["inertia"] for one in sorted(found, key=lambda one: one.d or 0.0)]
+    assert earned == sorted(earned, reverse=True)  # type: ignore[type-var]
+    assert (earned[0], earned[-1], any(0 < (one or 0.0) < 6 for one in earned)) == (6, 0, True)
+    for one in found:
+        assert one.points == round(sum(mark.points or 0.0 for mark in one.marks), 2)
+
+
+@pytest.mark.parametrize(("times", "earned"), [(0.1, 0), (0.35, 1.5), (0.6, 3), (1, 3), (1.9, 3), (3.5, 1.5), (9, 0)])
+def test_uncertainty_too_small_or_too_large_costs_points(grade: Grader, times: float, earned: float) -> None:
+    us = [fit["u"] for fit in grade(ROWS.log()).own.values() if fit["u"]]
+    u = times * (max(us) if times > 1 else min(us))
+    assert points(grade(says(f"{VALUE:.6e} ± {u:.6e} kg m^2")))["uncertainty"] == pytest.approx(earned, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("text", "earned", "told"),
+    [
+        ("4.44e-3 ± 0.02e-3 kg m^2", 2, "has its unit"),
+        ("4.44e-3 ± 0.02e-3", 1, "has no unit"),
+        ("4.44e-3 ± 0.02e-3 kg m", 1, "is no unit of a moment of inertia"),
+        ("4.44213e-3 ± 0.02e-3 kg m^2", 1, "the value's last digit is finer"),
+        ("4.4e-3 ± 0.024e-3 kg m^2", 1, "the value's last digit is coarser"),
+        ("4.4423e-3 ± 0.0213e-3 kg m^2", 1, "the uncertainty has 3 digits"),
+        ("4.44232512e-3 kg m^2", 1, "more digits than its uncertainty"),
+        ("4.44e-3 kg m^2 ± 0.5 %", 2, "has its unit"),
+    ],
+)
+def test_fault_of_unit_or_digits_costs_a_point(grade: Grader, text: str, earned: float, told: str) -> None:
+    got, reason = mark_of(grade(says(text)), "units")
+    assert got == earned
+    assert told in reason
+
+
+@pytest.mark.parametrize("unit", ["", " kg m", " furlongs"])
+def test_value_without_a_usable_unit_is_judged_as_si(grade: Grader, unit: str) -> None:
+    assert points(grade(ROWS.log(reported_line(VALUE, U, unit=unit)))) == {**ALL, "units": 1}
+
+
+FEW = sheet(np.random.default_rng(3), weights=(0.02, 0.05))
+FEWER = sheet(np.random.default_rng(3), weights=(0.02, 0.05), rpm=(300.0, 310.0))
+ONE_SPIN = report(sheet(np.random.default_rng(3), rpm=(400.0,)), fit="mean_of_ratios")
+UNEVEN = report(replace(ROWS, time=ROWS.time * np.tile([1.0, 1.12, 0.9], 3)))
+
+
+@pytest.mark.parametrize(
+    ("text", "criterion", "earned", "told"),
+    [
+        (report().replace("# g:", "# u_tme: 0.2 s\n# g:"), "log", 1.5, 'line 1: "# u_tme" is kept as a remark'),
+        (report(FEW), "procedure", 2, ""),
+        (report(FEWER), "procedure", 0, "the lab asks for three spins"),
+        (UNEVEN, "constancy", 0, "more than the usual uncertainties of such readings"),
+        (ONE_SPIN, "constancy", 0, "no torque has two runs"),
+        (ROWS.log(reported_line(VALUE, None)), "uncertainty", 0, ""),
+    ],
+    ids=["misspelt key", "two weights", "two spins", "uneven", "one spin", "no uncertainty"],
+)
+def test_lack_of_a_log_costs_its_points(grade: Grader, text: str, criterion: str, earned: float, told: str) -> None:
+    got, reason = mark_of(grade(text), criterion)
+    assert got == earned
+    assert told in reason
+
+
+# --- mistakes -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("kind", "fit"),
+    [*((kind, "through_origin") for kind in SLIPS), *((kind, "mean_of_ratios") for kind in SLIPS if "+" not in kind)],
+)
+def test_known_mistake_is_named_and_costs_points_once(grade: Grader, kind: str, fit: str) -> None:
+    found = grade(report(ROWS, SLIPS[kind], fit))
+    (slip,) = [slip for slip in found.slips if slip.kind == kind]
+    assert SLIPS[kind].inertia(ROWS, fit)[0] / slip.factor == pytest.approx(RIGHT.inertia(ROWS, fit)[0], rel=0.03)
+    lost = {name: ALL[name] - (earned or 0.0) for name, earned in points(found).items() if earned != ALL[name]}
+    # "rpm or no g": undone with the better of the two, it is right within their difference.
+    assert set(lost) == {"inertia"}
+    assert lost["inertia"] == pytest.approx(3, abs=1.2)
+
+
+def test_gate_applies_to_value_without_known_mistake(grade: Grader) -> None:
+    assert points(grade(report(ROWS, SLIPS["g_as_kg + cm_as_m"]))) == {**ALL, "inertia": 3}
+    found = grade(ROWS.log(reported_line(3.7e5 * VALUE, 3.7e5 * U)))
+    assert points(found) == {**ALL, "inertia": 0, "reference": 0, "uncertainty": 0}
+    assert "nothing on a lab bench has such a moment of inertia" in mark_of(found, "reference")[1]
+
+
+def test_unknown_mistake_costs_points_and_is_worth_a_look(grade: Grader) -> None:
+    found = grade(report(ROWS, Formula(answer=1.3)))
+    assert (found.slips, points(found)) == ((), {**ALL, "inertia": 0, "reference": 0})
+    assert "no known slip explains it" in found.look[0]
+
+
+def test_two_mistakes_that_explain_equally_are_worth_a_look(grade: Grader) -> None:
+    random = np.random.default_rng(7)
+    labs = [sheet(random, turns=1 / 3, imbalance=0.001) for _ in range(8)]
+    looks = [look for one in labs for look in grade(report(one, SLIPS["missing_g"], "with_constant")).look]
+    assert any("explain the reported I_zz equally well" in look for look in looks)
 
 
 PLAIN = """schema = 1
@@ -120,327 +196,95 @@ u = "1 %"
 """
 
 
-class TestAPlainRubric:
-    def test_percent_stated_and_files_are_counted(self, grade: Grader, rows: Sheet) -> None:
-        rubric = read_rubric(PLAIN.encode())
-        value, u = RIGHT.inertia(rows, "through_origin")
-        assert points(grade(report(rows), rubric, members=("lab.csv", "Plot.PNG"))) == {
-            "own": 4, "reference": 3, "u": 2, "plot": 1,
-        }  # fmt: skip
-        found = grade(rows.log(f"# reported_inertia: {1.1 * 4.44e-3:.6e} kg m^2"), rubric, members=("lab.csv",))
-        assert points(found) == {"own": 0, "reference": 1.5, "u": 0, "plot": 0}
-        assert "10 % from" in next(mark.reason for mark in found.marks if mark.criterion == "reference")
-        beside = grade(rows.log(reported_line(1.04 * value, u)), replace(rubric, accept=("through_origin",)))
-        assert points(beside)["own"] == pytest.approx(2, abs=0.1)
-
-    def test_a_slip_is_undone_for_the_reference_only_where_it_is_charged_for(self, grade: Grader, rows: Sheet) -> None:
-        slipped = report(rows, SLIPS["rpm_as_rad_s"])
-        rubric = read_rubric(PLAIN.encode())
-        assert points(grade(slipped, rubric)) == {"own": 2, "reference": 3, "u": 2, "plot": 0}
-        without = replace(rubric, criteria=rubric.criteria[1:])
-        assert points(grade(slipped, without)) == {"reference": 0, "u": 2, "plot": 0}
-
-    def test_runs_that_say_nothing_agree_with_nothing(self, grade: Grader, rows: Sheet) -> None:
-        wild = replace(rows, time=rows.time * np.random.default_rng(1).uniform(0.55, 1.6, len(rows.time)))
-        found = grade(wild.log("# reported_inertia: 6.2e-3 ± 0.1e-3 kg m^2"))
-        (mark,) = (mark for mark in found.marks if mark.criterion == "reference")
-        assert mark.detail["u"] == pytest.approx(0.05 * 6.2e-3)
-        assert mark.points == 0
+def test_rubric_of_percents_and_files_is_followed(grade: Grader) -> None:
+    rubric = read_rubric(PLAIN.encode())
+    assert points(grade(report(), rubric, members=("lab.csv", "Plot.PNG"))) == {
+        "own": 4, "reference": 3, "u": 2, "plot": 1,
+    }  # fmt: skip
+    found = grade(says(f"{1.1 * 4.44e-3:.6e} kg m^2"), rubric, members=("lab.csv",))
+    assert points(found) == {"own": 0, "reference": 1.5, "u": 0, "plot": 0}
+    assert "10 % from" in mark_of(found, "reference")[1]
+    # A mistake is undone for the reference only if it is charged for.
+    slipped = report(ROWS, SLIPS["rpm_as_rad_s"])
+    assert points(grade(slipped, rubric)) == {"own": 2, "reference": 3, "u": 2, "plot": 0}
+    without = replace(rubric, criteria=rubric.criteria[1:])
+    assert points(grade(slipped, without)) == {"reference": 0, "u": 2, "plot": 0}
 
 
-class TestPoints:
-    def test_fall_with_the_distance_and_stay_within_the_rubric(self, grade: Grader, rows: Sheet) -> None:
-        value, u = RIGHT.inertia(rows, "through_origin")
-        earned = []
-        for k in range(0, 60, 3):
-            found = grade(rows.log(f"# reported_inertia: {value * (1 + k / 1000):.8e} ± {u:.2e} kg m^2"))
-            assert found.points is not None
-            assert 0 <= found.points <= found.out_of
-            mark = next(mark for mark in found.marks if mark.criterion == "inertia")
-            earned.append((found.d, mark.points))
-        earned.sort(key=lambda pair: pair[0] or 0.0)
-        assert [p for _, p in earned] == sorted((p for _, p in earned), key=lambda p: -(p or 0.0))
-        assert earned[0][1] == 6
-        assert earned[-1][1] == 0
-        assert any(0 < (p or 0.0) < 6 for _, p in earned)
-
-    def test_add_up_to_two_decimals(self, grade: Grader, rows: Sheet) -> None:
-        found = grade(rows.log("# reported_inertia: 4.5e-3 ± 0.3e-3 kg m^2"))
-        assert found.points == pytest.approx(sum(mark.points or 0.0 for mark in found.marks))
-        assert found.points == round(found.points or 0.0, 2)
-
-    def test_lateness_is_taken_off_the_sum_and_no_further_than_nothing(self, grade: Grader, rows: Sheet) -> None:
-        late = "[late]\nbeyond = '100 %'\n[[late.tier]]\nuntil = '1 day'\ndeduct = '10 %'\n"
-        rubric = read_rubric((default_rubric_text() + late).encode())
-        rubric = replace(rubric, references=STATED.references, class_reference=False)
-        by_hours = {hours: grade(report(rows), rubric, late=True, late_seconds=3600.0 * hours) for hours in (2, 100)}
-        assert by_hours[2].points == 18
-        assert (by_hours[2].late_deduction, by_hours[2].late_reason) == (2, "2 h late")
-        assert by_hours[100].points == 0
-        assert points(by_hours[100]) == ALL
-        marked = grade(report(rows), rubric, late=True)
-        assert marked.points == 20
-        assert marked.look == ("marked late, but nothing says by how much",)
+def test_lateness_is_taken_off_the_sum_down_to_zero(grade: Grader) -> None:
+    late = "[late]\nbeyond = '100 %'\n[[late.tier]]\nuntil = '1 day'\ndeduct = '10 %'\n"
+    rubric = read_rubric((STATED + late).encode())
+    by_hours = {hours: grade(report(), rubric, late=True, late_seconds=3600.0 * hours) for hours in (2, 100)}
+    assert (by_hours[2].points, by_hours[2].late_deduction, by_hours[2].late_reason) == (18, 2, "2 h late")
+    assert (by_hours[100].points, points(by_hours[100])) == (0, ALL)
+    marked = grade(report(), rubric, late=True)
+    assert (marked.points, marked.look) == (20, ("marked late, but nothing says by how much",))
 
 
-class TestAKnownSlip:
-    @pytest.mark.parametrize("kind", [kind for kind in SLIPS if "+" not in kind])
-    @pytest.mark.parametrize("fit", ["through_origin", "mean_of_ratios"])
-    def test_is_deducted_once(self, grade: Grader, rows: Sheet, kind: str, fit: str) -> None:
-        found = grade(report(rows, SLIPS[kind], fit))
-        assert kind in [slip.kind for slip in found.slips]
-        lost = {name: ALL[name] - (earned or 0.0) for name, earned in points(found).items() if earned != ALL[name]}
-        # "rpm or no g": undone with the better of the two, it is right within their difference.
-        assert set(lost) == {"inertia"}
-        assert lost["inertia"] == pytest.approx(3, abs=1.2)
-
-    def test_gate_applies_to_value_without_known_mistake(self, grade: Grader, rows: Sheet) -> None:
-        assert points(grade(report(rows, SLIPS["g_as_kg + cm_as_m"]))) == {**ALL, "inertia": 3}
-        value, u = RIGHT.inertia(rows, "through_origin")
-        found = grade(rows.log(reported_line(3.7e5 * value, 3.7e5 * u)))
-        assert points(found) == {**ALL, "inertia": 0, "reference": 0, "uncertainty": 0}
-        reason = next(mark.reason for mark in found.marks if mark.criterion == "reference")
-        assert "nothing on a lab bench has such a moment of inertia" in reason
-
-    def test_that_is_one_of_two_is_worth_a_look(self, grade: Grader) -> None:
-        random = np.random.default_rng(7)
-        looks = [
-            grade(report(sheet(random, turns=1 / 3, imbalance=0.001), SLIPS["missing_g"], "with_constant")).look
-            for _ in range(8)
-        ]
-        assert any("explain the reported I_zz equally well" in look for found in looks for look in found)
-
-    def test_that_nobody_knows_costs_the_points_and_is_worth_a_look(self, grade: Grader, rows: Sheet) -> None:
-        found = grade(report(rows, Formula(answer=1.3)))
-        assert found.slips == ()
-        assert points(found) == {**ALL, "inertia": 0, "reference": 0}
-        assert "no known slip explains it" in found.look[0]
+# --- what is not graded ---------------------------------------------------------------------------------------
 
 
-class TestTheUncertainty:
-    @pytest.mark.parametrize(
-        ("times", "earned"), [(0.1, 0), (0.35, 1.5), (0.6, 3), (1, 3), (1.9, 3), (3.5, 1.5), (9, 0)]
-    )
-    def test_is_neither_too_small_nor_too_large(self, grade: Grader, rows: Sheet, times: float, earned: float) -> None:
-        value, _ = RIGHT.inertia(rows, "through_origin")
-        own = grade(rows.log()).own
-        us = [fit["u"] for fit in own.values() if fit["u"]]
-        u = times * (max(us) if times > 1 else min(us))
-        found = grade(rows.log(f"# reported_inertia: {value:.6e} ± {u:.6e} kg m^2"))
-        assert points(found)["uncertainty"] == pytest.approx(earned, abs=0.01)
-
-    def test_that_is_not_reported_earns_nothing_there(self, grade: Grader, rows: Sheet) -> None:
-        found = grade(rows.log(reported_line(RIGHT.inertia(rows, "through_origin")[0], None)))
-        assert points(found)["uncertainty"] == 0
-        assert found.status == "graded"
-
-    def test_of_a_single_run_is_recognised(self, grade: Grader, rows: Sheet) -> None:
-        value, u = RIGHT.inertia(rows, "mean_of_ratios")
-        found = grade(rows.log(f"# reported_inertia: {value:.5e} ± {6 * u:.2e} kg m^2"))
-        assert "√n" not in str(found.marks)
-        found = grade(
-            rows.log(f"# reported_inertia: {value:.5e} ± {3 * u:.3e} kg m^2"),
-            replace(STATED, accept=("mean_of_ratios",)),
-        )
-        assert "that of their mean is √n times smaller" in str(found.marks)
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        (b"", "the log cannot be read"),
+        (b"\x89PNG\r\n\x1a\n\0\0", "the log cannot be read"),
+        (b"hello", "the log cannot be read: line 1: no delimiter"),
+        (b"mass [g],position [cm],spin [rpm],time [s],turns\n20,15,56O,13.06,1/3\n", 'line 2: spin "56O"'),
+        (b"mass [g],position [cm],spin [rpm],time [s],turns\n0,,400,160.2,1/3\n", "no run has a torque"),
+        (b"mass [g],position [cm],spin [rpm],time [s]\n20,15,400,13.06\n", "the log cannot be analysed"),
+    ],
+)
+def test_log_that_cannot_be_judged_has_no_points(grade: Grader, text: bytes, why: str) -> None:
+    found = grade(text)
+    assert (found.status, found.points, set(points(found).values())) == ("not graded", None, {None})
+    assert why in (found.why or "")
+    assert found.diagnostics
 
 
-class TestUnitAndDigits:
-    @pytest.mark.parametrize(
-        ("text", "earned", "told"),
-        [
-            ("4.44e-3 ± 0.02e-3 kg m^2", 2, "has its unit"),
-            ("4.44e-3 ± 0.02e-3", 1, "has no unit"),
-            ("4.44e-3 ± 0.02e-3 kg m", 1, "is no unit of a moment of inertia"),
-            ("4.44213e-3 ± 0.02e-3 kg m^2", 1, "the value's last digit is finer"),
-            ("4.4e-3 ± 0.024e-3 kg m^2", 1, "the value's last digit is coarser"),
-            ("4.4423e-3 ± 0.0213e-3 kg m^2", 1, "the uncertainty has 3 digits"),
-            ("4.44232512e-3 kg m^2", 1, "more digits than its uncertainty"),
-            ("4.442e-3 kg m^2", 2, "has its unit"),
-            ("4.44e-3 kg m^2 ± 0.5 %", 2, "has its unit"),
-        ],
-    )
-    def test_each_fault_is_told(self, grade: Grader, rows: Sheet, text: str, earned: float, told: str) -> None:
-        found = grade(rows.log(f"# reported_inertia: {text}"))
-        mark = next(mark for mark in found.marks if mark.criterion == "units")
-        assert mark.points == earned
-        assert told in mark.reason
-
-    @pytest.mark.parametrize("unit", ["", " kg m", " furlongs"])
-    def test_without_a_usable_unit_the_number_is_judged_as_si(self, grade: Grader, rows: Sheet, unit: str) -> None:
-        value, u = RIGHT.inertia(rows, "through_origin")
-        found = grade(rows.log(reported_line(value, u, unit=unit)))
-        assert points(found) == {**ALL, "units": 1}
+def test_submission_without_its_log_has_no_points(grade: Grader) -> None:
+    assert grade("", problem="no log: only photo.png").why == "no log: only photo.png"
+    assert grade(report(), log_name="gone.csv").status == "not graded"
 
 
-class TestTheLog:
-    def test_what_the_reader_doubts_is_told_with_its_line(self, grade: Grader, rows: Sheet) -> None:
-        found = grade(report(rows).replace("# g:", "# u_tme: 0.2 s\n# g:"))
-        mark = found.marks[0]
-        assert mark.points == 1.5
-        assert 'line 1: "# u_tme" is kept as a remark' in mark.reason
-
-    def test_what_the_procedure_lacks_is_counted(self, grade: Grader) -> None:
-        few = sheet(np.random.default_rng(3), weights=(0.02, 0.05))
-        assert points(grade(report(few)))["procedure"] == 2
-        fewer = sheet(np.random.default_rng(3), weights=(0.02, 0.05), rpm=(300.0, 310.0))
-        found = grade(report(fewer))
-        assert points(found)["procedure"] == 0
-        assert "the lab asks for three spins" in found.marks[1].reason
-
-    def test_a_product_that_is_not_constant_costs_the_point(self, grade: Grader, rows: Sheet) -> None:
-        time = rows.time * np.tile([1.0, 1.12, 0.9], 3)
-        found = grade(report(replace(rows, time=time)))
-        assert points(found)["constancy"] == 0
-        assert "more than the usual uncertainties of such readings" in found.marks[-1].reason
-
-    def test_one_run_a_torque_shows_no_constancy(self, grade: Grader) -> None:
-        single = sheet(np.random.default_rng(3), rpm=(400.0,))
-        found = grade(report(single, fit="mean_of_ratios"))
-        assert points(found)["constancy"] == 0
-        assert "no torque has two runs" in found.marks[-1].reason
-
-    def test_its_spread_can_be_judged_instead(self, grade: Grader, rows: Sheet) -> None:
-        text = (
-            default_rubric_text()
-            .replace('"p >= 0.001"', '"spread <= 0.05"')
-            .replace('"p <= 0.000001"', '"spread >= 0.2"')
-        )
-        rubric = replace(read_rubric(text.encode()), references=STATED.references, class_reference=False)
-        assert points(grade(report(rows), rubric))["constancy"] == 1
+def test_missing_value_waits_unless_the_rubric_says_zero(grade: Grader) -> None:
+    found, zero = grade(ROWS.log()), replace(BY_REFERENCE, no_report="zero")
+    assert (found.status, found.points, points(found)["procedure"]) == ("not graded", None, 3)
+    assert "no reported I_zz was found" in (found.why or "")
+    assert grade(ROWS.log(), zero).points == 6
+    unread = grade(says("about four"), zero)
+    assert unread.status == "not graded"
+    assert '"about four" is not a number' in (unread.why or "")
 
 
-class TestNotGraded:
-    @pytest.mark.parametrize(
-        ("text", "why"),
-        [
-            (b"", "the log cannot be read"),
-            (b"\x89PNG\r\n\x1a\n\0\0", "the log cannot be read"),
-            (b"hello", "the log cannot be read: line 1: no delimiter"),
-            (b"mass [g],position [cm],spin [rpm],time [s],turns\n20,15,56O,13.06,1/3\n", 'line 2: spin "56O"'),
-            (b"mass [g],position [cm],spin [rpm],time [s],turns\n0,,400,160.2,1/3\n", "no run has a torque"),
-            (b"mass [g],position [cm],spin [rpm],time [s]\n20,15,400,13.06\n", "the log cannot be analysed"),
-        ],
-    )
-    def test_a_log_that_cannot_be_judged_has_no_points_and_says_why(self, grade: Grader, text: bytes, why: str) -> None:
-        found = grade(text)
-        assert (found.status, found.points) == ("not graded", None)
-        assert why in (found.why or "")
-        assert set(points(found).values()) == {None}
-        assert found.diagnostics
-
-    def test_a_submission_without_a_log_says_so(self, hand_in: Callable[..., Submission]) -> None:
-        found = grade_submission(hand_in("", problem="no log: only photo.png"), STATED)
-        assert (found.status, found.why) == ("not graded", "no log: only photo.png")
-
-    def test_a_file_that_is_gone_is_a_reason_too(self, hand_in: Callable[..., Submission], rows: Sheet) -> None:
-        handed = hand_in(report(rows))
-        assert grade_submission(replace(handed, log_name="gone.csv"), STATED).status == "not graded"
-
-    def test_numbers_that_break_the_analysis_wait_for_a_person(
-        self, grade: Grader, rows: Sheet, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        def broken(*_: object, **__: object) -> None:
-            raise np.linalg.LinAlgError("singular matrix")
-
-        monkeypatch.setattr("gyrodata.analysis.analyze_readings", broken)
-        found = grade(report(rows))
-        assert (found.status, found.why) == (
-            "not graded",
-            "the analysis broke on these numbers (LinAlgError: singular matrix)",
-        )
-
-    def test_no_reported_value_waits_for_a_person_unless_the_rubric_says_zero(self, grade: Grader, rows: Sheet) -> None:
-        found = grade(rows.log())
-        assert (found.status, found.points) == ("not graded", None)
-        assert "no reported I_zz was found" in (found.why or "")
-        assert points(found)["procedure"] == 3
-        assert points(found)["inertia"] is None
-        zero = grade(rows.log(), replace(STATED, no_report="zero"))
-        assert (zero.status, zero.points) == ("graded", 6)
-
-    def test_a_reported_value_that_cannot_be_read_always_waits(self, grade: Grader, rows: Sheet) -> None:
-        found = grade(rows.log("# reported_inertia: about four"), replace(STATED, no_report="zero"))
-        assert found.status == "not graded"
-        assert '"about four" is not a number' in (found.why or "")
-
-    def test_a_station_without_a_reference_waits(self, grade: Grader, rows: Sheet) -> None:
-        elsewhere = replace(STATED, references={"7": STATED.references["all"]})
-        text = report(rows)
-        for station in ("# station: 8\n", ""):
-            waiting = grade(station + text, elsewhere)
-            assert (waiting.status, waiting.points, waiting.why) == ("so far", 17, None)
-            (mark,) = (mark for mark in waiting.marks if mark.waits)
-            assert (mark.check, mark.points) == ("reference", None)
-            assert "no reference for this station" in mark.reason
-        assert grade("# station: 7\n" + text, elsewhere).points == 20
-
-    @pytest.mark.parametrize(("away", "words"), [(1.0, "is 1 standard uncertainty from"), (1.1, "1.1 standard unc")])
-    def test_one_standard_uncertainty_is_one(self, grade: Grader, rows: Sheet, away: float, words: str) -> None:
-        text, all_ = report(rows), STATED.references["all"]
-        (seen,) = (mark.detail for mark in grade(text).marks if mark.criterion == "reference")
-        moved = replace(all_, inertia=seen["value"] + away * math.hypot(seen["u"], all_.u))
-        (mark,) = (m for m in grade(text, replace(STATED, references={"all": moved})).marks if m.check == "reference")
-        assert words in mark.reason
-
-    def test_stations_are_the_same_however_they_are_written(self, grade: Grader, rows: Sheet) -> None:
-        named = default_rubric_text().replace(
-            '[reference]\nfrom = "class"', '[reference."Bench A"]\ninertia = "4.44e-3 kg m^2"\nu = "0.5 %"'
-        )
-        found = grade("# Station: bench  a\n" + report(rows), read_rubric(named.encode()))
-        assert (found.station, found.points) == ("bench a", 20)
+def test_station_without_a_reference_waits_for_a_person(grade: Grader) -> None:
+    elsewhere = replace(BY_REFERENCE, references={"bench a": BY_REFERENCE.references["all"]})
+    for station in ("# station: 8\n", ""):
+        waiting = grade(station + report(), elsewhere)
+        assert (waiting.status, waiting.points, waiting.why) == ("so far", 17, None)
+        assert "no reference for this station" in mark_of(waiting, "reference")[1]
+    assert grade("# Station: Bench  A\n" + report(), elsewhere).points == 20
 
 
-class TestTheClassAsReference:
-    def test_points_wait_for_the_class(self, grade: Grader, rows: Sheet) -> None:
-        waiting = grade(report(rows), RUBRIC)
-        assert (waiting.status, waiting.points) == ("so far", 17)
-        (settled,), *_ = settle([waiting], RUBRIC)
-        assert (settled.status, settled.why, settled.points) == ("graded", None, 20)
-        assert settle([settled], RUBRIC)[0] == (settled,)
-
-    def test_order_does_not_matter(self, grade: Grader) -> None:
-        random = np.random.default_rng(1)
-        labs = [sheet(random) for _ in range(7)]
-        waiting = [grade(f"# station: {k % 2}\n" + report(one), RUBRIC, student=f"s{k}") for k, one in enumerate(labs)]
-        assert settle(waiting, RUBRIC)[0] == settle(waiting[::-1], RUBRIC)[0][::-1]
-
-    def test_an_outsider_is_far_from_it(self, grade: Grader) -> None:
-        random = np.random.default_rng(1)
-        texts = [report(sheet(random)) for _ in range(7)]
-        wrong = sheet(random)
-        texts.append(report(replace(wrong, mass=2 * wrong.mass)))
-        found, *_ = settle([grade(text, RUBRIC, student=f"s{k}") for k, text in enumerate(texts)], RUBRIC)
-        assert [points(one)["reference"] for one in found] == [3] * 7 + [0]
-        assert (found[-1].zeta or 0.0) > 10
-
-    def test_what_is_not_graded_stays_so(self, grade: Grader, rows: Sheet) -> None:
-        missing, broken = grade(rows.log(), RUBRIC), grade(b"hello", RUBRIC)
-        assert settle([missing, broken], RUBRIC)[0][1] == broken
-        assert settle([missing, broken], RUBRIC)[0][0].status == "not graded"
-
-    def test_with_no_report_as_zero_the_class_settles(self, grade: Grader, rows: Sheet) -> None:
-        rubric = replace(RUBRIC, no_report="zero")
-        assert settle([grade(rows.log(), rubric)], rubric)[0][0].points == 6
+# --- the class as reference -----------------------------------------------------------------------------------
 
 
-class TestJson:
-    @pytest.mark.parametrize("text", ["good", "slip", "none", "broken"])
-    def test_there_and_back_gives_the_same(self, grade: Grader, rows: Sheet, text: str) -> None:
-        contents: Mapping[str, str | bytes] = {
-            "good": report(rows),
-            "slip": report(rows, SLIPS["rpm_as_rad_s"]),
-            "none": rows.log(),
-            "broken": b"hello",
-        }
-        found = grade(contents[text])
-        stored = json.dumps(to_builtins(found), allow_nan=False)
-        assert convert(json.loads(stored), Grade) == found
-        assert json.dumps(to_builtins(convert(json.loads(stored), Grade))) == stored
-        assert len(stored) < 20_000
+def test_outsider_is_far_from_the_class_in_any_order(grade: Grader) -> None:
+    random = np.random.default_rng(1)
+    labs = [sheet(random) for _ in range(8)]
+    labs[7] = replace(labs[7], mass=2 * labs[7].mass)
+    waiting = [grade(report(one), BY_CLASS, student=f"s{k}") for k, one in enumerate(labs)]
+    waiting += [grade(b"hello", BY_CLASS, student="t")]
+    assert (waiting[0].status, waiting[0].points) == ("so far", 17)
+    found, *_ = settle(waiting, BY_CLASS)
+    assert [points(one)["reference"] for one in found] == [3] * 7 + [0, None]
+    assert (found[0].status, found[0].points, found[8]) == ("graded", 20, waiting[8])
+    assert (found[7].zeta or 0.0) > 10
+    assert settle(waiting[::-1], BY_CLASS)[0][::-1] == found == settle(found, BY_CLASS)[0]
+    assert [convert(json.loads(one.to_json()), Grade) for one in found] == list(found)
 
-    def test_the_same_submission_gives_the_same_bytes(self, grade: Grader, rows: Sheet) -> None:
-        assert to_builtins(grade(report(rows))) == to_builtins(grade(report(rows)))
+
+# --- whatever is written --------------------------------------------------------------------------------------
 
 
 @settings(max_examples=50, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -455,20 +299,15 @@ class TestJson:
     )
 )
 @example("0 ± 0 kg m^2")
-@example("-0.0 kg m^2")
 @example("1e308 ± 1e308 kg m^2")
 @example("5e-324 ± 5e-324 kg m^2")
 @example("4.4e-3 ± 0 kg m^2")
-@example("4.4e-3 ± 5e-324 kg m^2")
 @example("4.4e-3 ± 1e99 kg m^2")
 @example("nan kg m^2")
-def test_nothing_that_is_reported_stops_it(grade: Grader, rows: Sheet, text: str) -> None:
-    line = " ".join(text.split())
-    found = grade(rows.log(f"# reported_inertia: {line}"))
+def test_any_reported_text_gives_points_within_the_rubric(grade: Grader, text: str) -> None:
+    found = grade(says(" ".join(text.split())))
     json.dumps(to_builtins(found), allow_nan=False)
-    if found.status == "graded":
-        assert found.points is not None
-        assert 0 <= found.points <= 20
+    assert found.status != "graded" or 0 <= (found.points or 0.0) <= 20
     for mark in found.marks:
         assert mark.points is None or 0 <= mark.points <= mark.out_of
         assert all(math.isfinite(value) for value in mark.detail.values() if isinstance(value, float))
@@ -480,13 +319,7 @@ def test_nothing_that_is_reported_stops_it(grade: Grader, rows: Sheet, text: str
     st.integers(0, 30),
     st.one_of(st.text(max_size=8), st.sampled_from(["0", "-1", "1e9", "1e-9", ",", "\n", "%", "nan"])),
 )
-def test_nothing_in_a_log_stops_it(grade: Grader, rows: Sheet, at: int, length: int, text: str) -> None:
-    whole = report(rows)
-    found = grade(whole[:at] + text + whole[at + length :])
+def test_any_change_of_a_log_is_graded_or_told(grade: Grader, at: int, length: int, text: str) -> None:
+    found = grade(report()[:at] + text + report()[at + length :])
     json.dumps(to_builtins(found), allow_nan=False)
     assert (found.points is None) == (found.status == "not graded") == (found.why is not None)
-
-
-def test_the_front_gives_every_name_that_it_lists() -> None:
-    assert [name for name in grading.__all__ if not hasattr(grading, name)] == []
-    assert dir(grading) == sorted(set(grading.__all__))

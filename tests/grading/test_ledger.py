@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 import jsonschema
@@ -15,9 +15,7 @@ from typer.testing import CliRunner, Result
 
 from gyrodata import schema
 from gyrodata.cli import app
-from gyrodata.diagnostics import CODES
-from gyrodata.errors import InputError
-from gyrodata.grading import default_rubric, default_rubric_text, read_desk, read_rubric
+from gyrodata.grading import default_rubric, default_rubric_text, read_desk
 
 HEAD = "student,what,value,by,why\n"
 STUDENTS = {"7": {"7"}, "doejane": {"7"}, "8": {"8"}, "roe": {"8"}}
@@ -61,7 +59,7 @@ def lab(tmp_path: Path) -> Lab:
     return Lab(tmp_path)
 
 
-def test_a_resubmission_after_a_decision_is_told_until_the_line_changes(lab: Lab) -> None:
+def test_resubmission_is_told_until_its_desk_line_changes(lab: Lab) -> None:
     lab.grade()
     lab.desk("s0,total,16,Ann,agreed")
     lab.grade()
@@ -92,17 +90,6 @@ def test_a_decision_that_is_taken_back_leaves_nothing(lab: Lab) -> None:
     assert {path: path.read_bytes() for path in first} == first
 
 
-def test_the_desk_holds_where_grades_are_only_printed(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
-    lab.out = lab.root.parent / "class-grades"
-    lab.grade()
-    lab.desk("s0,total,16,Ann,agreed", "s1,total,,,")
-    monkeypatch.chdir(lab.root.parent)
-    done = CliRunner().invoke(app, ["grade", "class", "--format", "csv"])
-    assert "s0,s0,graded,16.00," in done.stdout
-    assert "total 16: agreed (Ann)" in done.stdout
-    assert "desk.csv: 1 line without a value, left as gyro has it" in done.stderr
-
-
 def test_what_is_on_hold_shows_no_points(lab: Lab) -> None:
     lab.grade()
     assert "of 20 points" in lab.feedback("s1")
@@ -131,20 +118,11 @@ def test_points_by_hand_complete_a_rubric_with_a_manual_part(lab: Lab, tmp_path:
     assert "s0," not in (lab.out / "desk-todo.csv").read_text()
 
 
-def torn(data: bytes) -> bytes:
-    return data[:-10]
-
-
-def of_another_version(data: bytes) -> bytes:
-    at = data.index(b"PK\x01\x02") + 6
-    return data[:at] + b"\x7b" + data[at + 1 :]
-
-
-@pytest.mark.parametrize("change", [bytes, torn, of_another_version])
-def test_a_page_of_feedback_that_somebody_wrote_in_is_kept(change: Callable[[bytes], bytes], lab: Lab) -> None:
+@pytest.mark.parametrize("cut", [0, 10])
+def test_a_page_of_feedback_that_somebody_wrote_in_is_kept(cut: int, lab: Lab) -> None:
     lab.grade()
     archive = lab.out / "feedback.zip"
-    archive.write_bytes(change(archive.read_bytes()))
+    archive.write_bytes(archive.read_bytes()[: -cut or None])
     page = lab.out / "feedback" / "s0" / "feedback.md"
     page.write_text(page.read_text(encoding="utf-8") + "well done\n", encoding="utf-8")
     told = lab.grade().stderr
@@ -155,42 +133,12 @@ def test_a_page_of_feedback_that_somebody_wrote_in_is_kept(change: Callable[[byt
     assert "was changed by hand" not in lab.grade().stderr, "gyro wrote it last"
 
 
-def test_a_spreadsheet_that_only_writes_numbers_its_own_way_has_changed_nothing(lab: Lab) -> None:
+def test_table_saved_by_a_spreadsheet_counts_as_unchanged(lab: Lab) -> None:
     lab.grade()
     table = lab.out / "grades.csv"
     table.write_text(table.read_text().replace(".00,", ",").replace(",", ";"), encoding="utf-8")
     lab.grade()
     assert "set by hand" not in (lab.out / "desk-todo.csv").read_text()
-
-
-@pytest.mark.parametrize(
-    ("line", "code", "told"),
-    [
-        ("9,total,12,,", "G772", '"9" is nobody in this class'),
-        ("7,inertai,4,,", "G773", "did you mean inertia?"),
-        ("7,inertia,60,,", "G773", "from 0 to 6"),
-        ("7,total,nan,,", "G773", "from 0 to 20"),
-        ("7,total,-1,,", "G773", "from 0 to 20"),
-        ("7,reported,lots,,", "G773", "cannot be read"),
-        ("7,partner,nobody,,", "G772", '"nobody" is nobody'),
-        ("roe,total,13,,", "G774", "is 13 here and 12 in line 2"),
-    ],
-)
-def test_a_line_that_cannot_be_used_is_told_with_its_place(line: str, code: str, told: str) -> None:
-    with pytest.raises(InputError) as caught:
-        read_desk(f"{HEAD}8,total,12,,\n{line}\n".encode(), STUDENTS, default_rubric())
-    (fault,) = caught.value.diagnostics
-    assert (fault.code, fault.file, fault.line) == (code, "desk.csv", 3)
-    assert told in str(fault)
-    assert CODES[code].severity == "error"
-
-
-@pytest.mark.parametrize(
-    "data", [b"student,value\n7,12\n", b"\xff\xfe7", b"student,what,value\n7,total,\xe4\n", b"a\x00"]
-)
-def test_what_is_no_desk_is_refused(data: bytes) -> None:
-    with pytest.raises(InputError, match=r"desk.csv:\d: error G771"):
-        read_desk(data, STUDENTS, default_rubric())
 
 
 def test_a_desk_as_a_spreadsheet_saves_it() -> None:
@@ -201,11 +149,3 @@ def test_a_desk_as_a_spreadsheet_saves_it() -> None:
     assert desk.decides("8", "total")
     assert desk.value("8", "total") is None
     assert read_desk(b"", STUDENTS, default_rubric()).lines == {}
-
-
-@pytest.mark.parametrize("kind", ["simple", "full", "manual"])
-def test_each_rubric_that_is_printed_can_be_used(kind: str) -> None:
-    printed = CliRunner().invoke(app, ["grade", "--print-rubric", kind]).stdout
-    rubric = read_rubric(printed.encode())
-    assert sum(criterion.points for criterion in rubric.criteria) == rubric.points
-    assert (kind == "manual") == any(criterion.check == "manual" for criterion in rubric.criteria)

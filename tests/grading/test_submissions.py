@@ -1,19 +1,12 @@
 """Whose submission each file is, on classes written as each platform names its files."""
 
-import pickle
-import random
 from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
-import yaml
 from grading.classes import LOG, make_folder, make_zip
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
-from gyrodata.errors import InputError
 from gyrodata.grading import Submission, Submissions, find_submissions
-from gyrodata.grading.submissions import metadata, names
 
 BOTH = pytest.mark.parametrize("make", [make_folder, make_zip])
 
@@ -62,13 +55,6 @@ def test_a_folder_for_each_student(tmp_path: Path, make) -> None:
     assert "grades.csv" in found.diagnostics[0].message
 
 
-def test_an_empty_folder_is_a_student_who_handed_in_nothing(tmp_path: Path) -> None:
-    people = by_student(submissions(tmp_path, {"ann/lab.csv": LOG, "bob/": ""}))
-    assert people["bob"].problem == "no files"
-    with pytest.raises(InputError, match="no files"):
-        people["bob"].log()
-
-
 @BOTH
 def test_a_flat_folder_has_a_file_for_each_student(tmp_path: Path, make) -> None:
     files = {
@@ -101,23 +87,6 @@ def test_a_flat_folder_has_a_file_for_each_student(tmp_path: Path, make) -> None
 )
 def test_one_folder_around_the_class_is_seen_through(tmp_path: Path, make, files: dict[str, str]) -> None:
     assert list(by_student(find_submissions(make(tmp_path / "class", files)))) == ["ann", "bob"]
-
-
-def test_one_folder_around_files_is_the_class_in_a_zip_and_a_student_in_a_folder(tmp_path: Path) -> None:
-    files = {"lab 3/ann.csv": LOG, "lab 3/bob.csv": LOG + "\n"}
-    assert list(by_student(find_submissions(make_zip(tmp_path / "class.zip", files)))) == ["ann", "bob"]
-    assert list(by_student(submissions(tmp_path, files))) == ["lab 3"]
-
-
-def test_the_folder_of_an_only_student_is_no_folder_around_the_class(tmp_path: Path) -> None:
-    assert list(by_student(submissions(tmp_path, {"ann/lab.csv": LOG, "ann/answers.toml": ""}))) == ["ann"]
-    assert list(by_student(submissions(tmp_path / "2", {"ann/part/lab.csv": LOG, "bob/": ""}))) == ["ann", "bob"]
-
-
-def test_the_same_file_name_from_two_students(tmp_path: Path) -> None:
-    people = by_student(submissions(tmp_path, {"ann/lab.csv": LOG, "bob/lab.csv": LOG + "60,15,406,4.4,1/3\n"}))
-    assert people["ann"].log() != people["bob"].log()
-    assert people["ann"].digest != people["bob"].digest
 
 
 # --- which file is the log ----------------------------------------------------------------------------------
@@ -160,11 +129,6 @@ def test_why_there_is_no_log(tmp_path: Path, files: dict[str, str], problem: str
     assert (found.items[0].log_name, found.items[0].problem) == (None, problem)
 
 
-def test_a_log_that_is_too_large_is_said_to_be(tmp_path: Path) -> None:
-    found = submissions(tmp_path, {"ann/lab.csv": bytes(10_000_001), "bob/lab.csv": LOG})
-    assert found.items[0].problem == "lab.csv is 10 MB; a log of more than 10 MB is not read"
-
-
 # --- Canvas -------------------------------------------------------------------------------------------------
 
 CANVAS = {
@@ -201,17 +165,6 @@ def test_canvas(tmp_path: Path, make) -> None:
     assert people["anon_Ab1dE"].ids == {"canvas_anonymous": "Ab1dE"}
     assert people["9881"].log_file == "lab-1.csv"
     assert codes(found) == ["G708"]
-
-
-def test_the_first_attempt_where_it_is_asked_for(tmp_path: Path) -> None:
-    people = by_student(submissions(tmp_path, CANVAS, attempts="oldest"))
-    assert people["9881"].log_file == "lab.csv"
-
-
-def test_files_that_are_no_canvas_names_are_told(tmp_path: Path) -> None:
-    found = submissions(tmp_path, {**CANVAS, "gradebook.csv": "x", "notes.txt": "x"})
-    assert len(found.items) == 8
-    assert found.diagnostics[0].message == "2 files are of no student and left aside: gradebook.csv, notes.txt"
 
 
 # --- Moodle -------------------------------------------------------------------------------------------------
@@ -344,44 +297,6 @@ def test_gradescope(tmp_path: Path, make) -> None:
     assert people["104"].submitted is None
 
 
-def test_gradescope_metadata_as_a_yaml_parser_reads_it() -> None:
-    read = metadata.read_export(EXPORT.encode())
-    yaml.SafeLoader.add_constructor("!binary", yaml.SafeLoader.construct_yaml_binary)
-    for folder, entry in yaml.safe_load(EXPORT).items():
-        names = [one[":name"] for one in entry[":submitters"]]
-        names = [name.decode() if isinstance(name, bytes) else name for name in names]
-        assert [one.name for one in read[folder].submitters] == names
-        assert [one.sid for one in read[folder].submitters] == [one[":sid"] or "" for one in entry[":submitters"]]
-
-
-TEXTS = st.text(st.characters(blacklist_categories=["Cs"], blacklist_characters="\ufeff\x85\u2028\u2029"), max_size=30)
-
-
-@given(st.lists(TEXTS, min_size=1, max_size=4), st.sampled_from([None, '"', "'"]))
-@settings(derandomize=True, deadline=None, max_examples=80)
-def test_any_name_that_yaml_can_write_is_read(names: list[str], quotes: str | None) -> None:
-    names = [" ".join(name.split()) for name in names]
-    table = {"submission_7": {":submitters": [{":name": name, ":sid": "x"} for name in names]}}
-    text = yaml.safe_dump(table, default_style=quotes, allow_unicode=True, width=10_000)
-    text = text.replace('"submission_7"', "submission_7").replace("'submission_7'", "submission_7")
-    for quote in "\"'":
-        text = text.replace(f"{quote}:submitters{quote}", ":submitters")
-        text = text.replace(f"{quote}:name{quote}", ":name").replace(f"{quote}:sid{quote}", ":sid")
-    read = metadata.read_export(text.encode())["submission_7"]
-    assert [one.name for one in read.submitters] == names
-
-
-@pytest.mark.parametrize(
-    "data", [b"", b"{}", b"<html>", b'submission_1:\n  :submitters:\n  - :name: "a\n', b"\xff\x00" * 99]
-)
-def test_broken_metadata_is_told_and_the_folders_are_graded(tmp_path: Path, data: bytes) -> None:
-    found = submissions(tmp_path, {"submission_metadata.yml": data, "submission_1/lab.csv": LOG})
-    assert found.lms == "gradescope"
-    assert codes(found) == ["G709"]
-    assert found.items[0].student == "1"
-    assert found.items[0].problem is None
-
-
 LIVE = """{"id": 123, "created_at": "2026-03-10T01:00:00.365935-08:00",
  "assignment": {"due_date": "2026-03-09T23:00:00.000000-08:00", "late_due_date": null, "total_points": "20.0"},
  "submission_method": "upload",
@@ -401,26 +316,6 @@ def test_a_running_autograder(tmp_path: Path) -> None:
     assert (jane.late, jane.late_seconds) == (True, 7200.365935)
     assert jane.attempt == 2, "an attempt that failed on the platform's side does not count"
     assert jane.log() == LOG.encode()
-
-
-@pytest.mark.parametrize("live", ["", "[]", "{}", '{"users": [1], "created_at": 5, "assignment": []}', "[" * 99_999])
-def test_a_running_autograder_without_usable_metadata(tmp_path: Path, live: str) -> None:
-    root = make_folder(tmp_path / "autograder", {"submission_metadata.json": live, "submission/lab.csv": LOG})
-    (one,) = find_submissions(root).items
-    assert (one.student, one.late_seconds, one.problem) == ("submission", None, None)
-
-
-def test_a_running_autograder_with_nothing_handed_in(tmp_path: Path) -> None:
-    root = make_folder(tmp_path / "autograder", {"submission_metadata.json": LIVE, "submission/": ""})
-    (one,) = find_submissions(root).items
-    assert (one.name, one.problem) == ("Jane Doe", "no files")
-
-
-def test_an_extension_of_ones_own_counts() -> None:
-    own = '"users": [{"email": "a", "assignment": {"due_date": "2026-03-12T00:00:00-08:00"}},'
-    told = metadata.read_live(LIVE.replace('"users": [', own).encode())
-    assert told.late_seconds is not None
-    assert told.late_seconds < 0
 
 
 # --- a pattern of one's own ---------------------------------------------------------------------------------
@@ -443,32 +338,7 @@ def test_a_pattern_of_ones_own(tmp_path: Path) -> None:
     assert codes(found) == ["G707", "G708"]
 
 
-@pytest.mark.parametrize("pattern", ["(?P<student>", "(\\w+)_lab", "(?P<name>x)", "*"])
-def test_a_pattern_that_cannot_be_used_is_refused(tmp_path: Path, pattern: str) -> None:
-    with pytest.raises(InputError) as caught:
-        submissions(tmp_path, {"a.csv": LOG}, pattern=pattern)
-    assert caught.value.diagnostics[0].code == "G706"
-    assert "(?P<student>" in caught.value.diagnostics[0].hint
-
-
 # --- nothing there ------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("files", "options", "words"),
-    [
-        ({}, {}, "holds no files"),
-        ({"a.csv": LOG}, {"lms": "canvas"}, "as canvas names them; one file is: a.csv"),
-        ({"a.csv": LOG}, {"pattern": "(?P<student>q)"}, "fits no file"),
-        ({"a.csv": LOG}, {"lms": "sakai"}, "there is no --lms"),
-    ],
-)
-def test_a_class_without_submissions_is_refused(
-    tmp_path: Path, files: dict[str, str], options: dict[str, str], words: str
-) -> None:
-    with pytest.raises(InputError, match="G705") as caught:
-        submissions(tmp_path, files, **options)
-    assert words in str(caught.value)
 
 
 # --- feedback -----------------------------------------------------------------------------------------------
@@ -490,65 +360,4 @@ def test_feedback_is_named_so_that_the_platform_takes_it_back(tmp_path: Path, fi
     assert submissions(tmp_path, {file: LOG}).items[0].feedback_name(".html") == feedback
 
 
-def test_feedback_on_moodle_goes_to_the_folder_of_the_log(tmp_path: Path) -> None:
-    folder = "Jane_12_assignsubmission_{}"
-    files = {folder.format("file") + "/lab.csv": LOG, folder.format("aaa") + "/onlinetext.html": "<p>"}
-    assert submissions(tmp_path, files).items[0].feedback_name(".md") == "Jane_12_assignsubmission_file/feedback.md"
-
-
 # --- what holds for all -------------------------------------------------------------------------------------
-
-
-def test_the_order_of_the_files_makes_no_difference(tmp_path: Path) -> None:
-    names = list(CANVAS)
-    first = find_submissions(make_zip(tmp_path / "a.zip", CANVAS))
-    random.Random(1).shuffle(names)
-    second = find_submissions(make_zip(tmp_path / "b.zip", {name: CANVAS[name] for name in names}))
-    assert [item.digest for item in first.items] == [item.digest for item in second.items]
-    assert [item.student for item in first.items] == [item.student for item in second.items]
-
-
-def test_the_digest_changes_with_what_a_grade_depends_on(tmp_path: Path) -> None:
-    def digest(**files: str) -> str:
-        root = tmp_path / str(len(list(tmp_path.iterdir())))
-        return submissions(root, {name.replace("__", "."): content for name, content in files.items()}).items[0].digest
-
-    plain = digest(doe_1_2_lab__csv=LOG)
-    assert digest(doe_1_2_lab__csv=LOG) == plain
-    assert digest(doe_1_99_lab__csv=LOG) == plain, "another upload of the same"
-    assert digest(doe_1_2_lab__csv=LOG + "\n") != plain
-    assert digest(doe_LATE_1_2_lab__csv=LOG) != plain
-    assert digest(doe_1_2_lab__csv=LOG, doe_1_3_answers__toml="") != plain
-
-
-def test_a_submission_goes_to_another_process_by_its_names_alone(tmp_path: Path) -> None:
-    found = find_submissions(make_zip(tmp_path / "class.zip", {"ann/lab.csv": LOG, "bob/lab.csv": LOG}))
-    data = pickle.dumps(found)
-    assert LOG.encode() not in data
-    again: Submissions = pickle.loads(data)
-    assert [item.digest for item in again.items] == [item.digest for item in found.items]
-
-
-def test_names_are_shown_without_marks_that_turn_or_break_the_line() -> None:
-    assert names.shown("evil\u202etxt.\nname\x00") == "eviltxt. name"
-    assert names.shown("Zoe\u0308") == "Zoë"
-    assert names.shown("می\u200cخواهم") == "می\u200cخواهم", "a joiner that Persian needs"
-    assert names.shown("\udcff") == "?"
-
-
-PARTS = st.text(st.characters(blacklist_characters="/\x00", blacklist_categories=["Cs"]), min_size=1, max_size=12)
-
-
-@given(PARTS, st.integers(1, 10**9), st.booleans(), PARTS)
-@settings(derandomize=True, deadline=None, max_examples=200)
-def test_what_a_platform_writes_is_taken_apart_again(person: str, number: int, late: bool, file: str) -> None:
-    canvas = "".join(c for c in person.lower() if c.isalnum()) or "x"
-    mark = "_LATE" if late else ""
-    read = names.read_name(f"{canvas}{mark}_{number}_77_{file}", "canvas")
-    assert read is not None
-    assert (read.student, read.late, read.file) == (str(number), late, file)
-    moodle = person.replace("_", " ")
-    for name in (f"{moodle}_{number}_assignsubmission_file/{file}", f"{moodle}_{number}_assignsubmission_file_{file}"):
-        read = names.read_name(name, "moodle")
-        assert read is not None
-        assert (read.student, read.file) == (str(number), file)

@@ -138,36 +138,6 @@ def test_horizontal_is_equation_nine_with_signs() -> None:
         assert physics.horizontal_precession_rate(torque, spin, INERTIA) == pytest.approx(expected, rel=1e-15)
 
 
-def test_no_size_of_an_angular_momentum_is_special_but_none() -> None:
-    # Units in which I_zz ψ̇ or the torque is a round number.
-    for momentum in (-2.0, -1.0, -0.5, 0.5, 1.0, 2.0):
-        for torque in (-1.0, 1.0, 2.0):
-            for inertia in (0.5, 1.0, 4.0):
-                found = physics.horizontal_precession_rate(torque, momentum / inertia, inertia)
-                assert found == pytest.approx(torque / momentum, rel=1e-15)
-                assert physics.precession_rate(torque, momentum / inertia, inertia) == pytest.approx(found, rel=1e-15)
-    assert np.isnan(physics.horizontal_precession_rate([1.0, 0.0], 0.0, 1.0)).all()
-
-
-def test_what_is_not_said_is_a_level_rod_on_its_point_and_the_spin_of_the_frame() -> None:
-    rate = physics.precession_rate(TORQUE, SPIN, INERTIA)
-    assert rate == physics.precession_rate(TORQUE, SPIN, INERTIA, 0.0, 0.0, total_spin=False)
-    assert physics.precession_rate(TORQUE, SPIN, INERTIA, TRANSVERSE) == pytest.approx(rate, rel=1e-15)
-    # Without I the body is a thin needle along its own axis: eq. (8) with I = 0.
-    numbers = TORQUE, SPIN, INERTIA, 0.0, 0.6
-    assert physics.precession_rate(*numbers) == physics.precession_rate(TORQUE, SPIN, INERTIA, pitch=0.6)
-    assert physics.precession_rate(*numbers) == pytest.approx(float(exact_roots(*numbers)[0]), rel=1e-15)
-    tilted = TORQUE, SPIN, INERTIA, TRANSVERSE, 0.6
-    for ask in (physics.precession_rate, physics.fast_precession_rate):
-        assert ask(*tilted) == ask(*tilted, total_spin=False)
-        assert abs(ask(*tilted) / ask(*tilted, total_spin=True) - 1) > 1e-3
-    least = physics.least_spin(TORQUE, INERTIA, TRANSVERSE, 0.6)
-    assert least == physics.least_spin(TORQUE, INERTIA, TRANSVERSE, 0.6, total_spin=False)
-    bias = physics.tilt_bias(2.0, SPIN, 0.6, INERTIA, TRANSVERSE)
-    assert bias == physics.tilt_bias(2.0, SPIN, 0.6, INERTIA, TRANSVERSE, total_spin=False)
-    assert bias == pytest.approx((1 - TRANSVERSE / INERTIA) * 2.0 / SPIN * math.sin(0.6), rel=1e-14)
-
-
 @pytest.mark.parametrize("pitch", [-20.0, 0.0, 50.0])
 def test_signs_carry_through(pitch: float) -> None:
     angle = math.radians(pitch)
@@ -240,17 +210,6 @@ def test_a_rod_that_needs_no_spin() -> None:
     assert physics.least_spin(TORQUE, INERTIA, TRANSVERSE, 0.0) == 0
     assert physics.least_spin(-TORQUE, INERTIA, TRANSVERSE, 0.5) == 0
     assert physics.least_spin(TORQUE, TRANSVERSE, INERTIA, 0.5) == 0  # a flat body, I < I_zz
-
-
-def test_arrays_give_what_single_numbers_give() -> None:
-    torque = np.array([[TORQUE], [-TORQUE], [0.0]])
-    spin = np.array([SPIN, -SPIN, 0.0, 2.0])
-    pitch = 0.4
-    slow = physics.precession_rate(torque, spin, INERTIA, TRANSVERSE, pitch)
-    assert slow.shape == (3, 4)
-    for i, j in np.ndindex(3, 4):
-        one = physics.precession_rate(torque[i, 0], spin[j], INERTIA, TRANSVERSE, pitch)
-        np.testing.assert_array_equal(slow[i, j], one)
 
 
 def test_torque_of_a_weight() -> None:

@@ -116,14 +116,6 @@ def test_steady_precession_and_its_roots_are_those_of_the_code(pitch: float) -> 
     assert value_of(condition[0], names) == pytest.approx(value_of(condition[1], names), rel=1e-14)
 
 
-def test_the_signs_are_those_of_the_motion() -> None:
-    """Spin ccw from the tip and a weight on the rod: ccw from above; either turned round: the other way."""
-    top = motion.Top(INERTIA, ACROSS, float(physics.torque(0.06, 0.15, 9.803)))
-    for sense in (1, -1):
-        start = motion.released(top, sense * 400 * physics.RPM)
-        assert np.sign(motion.precession_angle(top, start, 13.0)) == sense
-
-
 # --- the ladder -----------------------------------------------------------------------------------------------
 
 
@@ -502,10 +494,3 @@ def test_a_pipe_gets_the_markdown(page: str) -> None:
     both = CliRunner().invoke(app, ["explain", page.upper(), "G454"])
     assert both.stdout.startswith(TEXTS[page])
     assert "\nG454, warning: " in both.stdout
-
-
-def test_a_page_that_is_none() -> None:
-    done = CliRunner().invoke(app, ["explain", "theories"])
-    assert done.exit_code == 2
-    assert 'there is no code "theories", and no such page' in done.output
-    assert ", ".join(docs.PAGES) in " ".join(done.output.split())

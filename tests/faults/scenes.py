@@ -170,9 +170,7 @@ class Promise:
             yield f"a traceback: {done.told[-400:]}"
         if calls.way != "kill":
             if done.code == 0:
-                # Matplotlib draws with another font if it cannot read one.
-                other = [name for name in differing(found, self.after) if name not in LATER]
-                if other and not call.startswith(("read", "open /")):
+                if other := [name for name in differing(found, self.after) if name not in LATER]:
                     yield f"exit code 0 with other files: {other}"
             elif done.code not in (1, 2, 3):
                 yield f"exit code {done.code}: {done.told[-300:]}"

@@ -19,9 +19,9 @@ from scipy import stats
 from typer.testing import CliRunner
 
 from gyrodata import benchmark as room
-from gyrodata import fitting, physics
+from gyrodata import physics
 from gyrodata.benchmark import BATCH, CHARTED, Benchmark, Effort, csv_tables, run_benchmark
-from gyrodata.benchmark.estimators import ESTIMATORS, STUDENTS, one_lab, stated_errors, straight_line
+from gyrodata.benchmark.estimators import ESTIMATORS, STUDENTS, one_lab, stated_errors
 from gyrodata.benchmark.motion_cost import LADDER, SCENES
 from gyrodata.benchmark.orders import find_orders
 from gyrodata.benchmark.stability import ACROSS, INERTIA, TORQUE
@@ -33,19 +33,10 @@ from gyrodata.plotting import draw_chart
 from gyrodata.plotting.charts import STYLE
 
 TINY = Effort(
-    tolerances={"DOP853": (1e-4, 1e-6), "Tsit5": (1e-4,), "LSODA": (1e-4,)},
-    tightest=1e-9,
-    steps_per_nutation=(4.0, 16.0, 64.0, 128.0),
-    budget=0.04,
-    repeats=1,
-    precessions=3,
-    labs=20,
-    grid=2,
-    fine_grid=12,
-    swings=1,
-    draws=8,
-    curve_labs=24,
-)
+    tolerances={"DOP853": (1e-4, 1e-6), "Tsit5": (1e-4,), "LSODA": (1e-4,)}, tightest=1e-9,
+    steps_per_nutation=(4.0, 16.0, 64.0, 128.0), budget=0.04, repeats=1, precessions=3, labs=20, grid=2, fine_grid=12,
+    swings=1, draws=8, curve_labs=24,
+)  # fmt: skip
 EQUAL_TORQUES = {"one torque", "identical runs", "one run"}
 CHARTS = (
     "motion", "motion_harder", "motion_order", "motion_drift", "estimators", "stability_steady",
@@ -161,22 +152,6 @@ class TestTrials:
             assert mine.coverage > 0.85, name
             assert full.coverage < 0.92, name
             assert mine.rmse < full.rmse, name
-
-    def test_lines_are_those_of_the_public_fit(self) -> None:
-        for name, intercept in itertools.product(("usual", "miscount"), (True, False)):
-            labs = scene(name).draw(5, 6)
-            for errors in (stated_errors(labs), stated_errors(labs).independent):
-                lines = straight_line(labs.product, labs.torque, errors, intercept)
-                for lab in range(5):
-                    columns = np.vstack([errors.shared_product[lab].T, errors.shared_torque[lab].T]).reshape(2, -1, 9)
-                    of_product, of_torque = (
-                        np.diag(own[lab] ** 2) + part.T @ part
-                        for own, part in zip((errors.product, errors.torque), columns, strict=True)
-                    )
-                    line = fitting.fit_line(labs.product[lab], labs.torque[lab], of_product, of_torque, None, intercept)
-                    assert lines.slope[lab] == pytest.approx(line.slope, rel=1e-9)
-                    assert lines.u[lab] == pytest.approx(line.u_slope, rel=1e-8)
-                    assert lines.chi2[lab] == pytest.approx(line.chi2, rel=1e-8)
 
     def test_theil_and_sen_s_slope_is_scipy_s(self) -> None:
         labs = scene("usual").draw(4, 1)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import os
 import subprocess
 import sys
@@ -11,7 +10,6 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from PIL import Image
 
 from gyrodata import analyze, plotting
 from gyrodata.plotting import choose_looks
@@ -110,15 +108,6 @@ def test_texts_of_any_log_are_inside_and_apart(name: str, medium: str, analyses:
     if medium == "screen" or name in ("nine torques", "two odd runs", "with unloaded runs"):
         for which in plotting.FIGURES:
             check_layout(plotting.draw(analyses[name], which, plotting.MEDIA[medium]))
-
-
-def test_each_medium_has_its_size_in_pixels(analyses: dict[str, Analysis]) -> None:
-    sizes = {}
-    for name, medium in plotting.MEDIA.items():
-        image = Image.open(io.BytesIO(plotting.render(analyses["3 x 3"], "png", medium)["period"]))
-        sizes[name] = image.size
-        assert image.info["dpi"] == pytest.approx((medium.dpi, medium.dpi), abs=0.02)
-    assert sizes == {"screen": (880, 680), "slides": (1920, 1080), "print": (1980, 1260)}
 
 
 def test_same_log_same_bytes_in_any_process() -> None:

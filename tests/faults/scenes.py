@@ -9,6 +9,7 @@ import os
 import re
 import shutil
 import sys
+import zipfile
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from multiprocessing import forkserver, resource_tracker
@@ -201,6 +202,8 @@ def whole(name: str, data: bytes) -> bool:
         with suppress(ValueError):
             return bool(json.loads(data))
         return False
+    if ending == ".zip":
+        return zipfile.is_zipfile(io.BytesIO(data))
     return data.endswith((ENDS[ending], ENDS[ending] + b"\n"))
 
 

@@ -113,7 +113,7 @@ def scene(name: str) -> LabScene:
 
 
 class TestTrials:
-    def test_every_estimator_is_tried_in_every_scene_and_timed_in_four(self, done: Benchmark) -> None:
+    def test_every_estimator_is_tried_in_every_scene(self, done: Benchmark) -> None:
         assert [panel.scene.name for panel in done.trials] == [one.name for one in LABS]
         for panel in done.trials:
             assert [trial.estimator for trial in panel.trials] == list(ESTIMATORS)
@@ -121,7 +121,7 @@ class TestTrials:
             assert panel.recommended.failed == 0
             assert panel.recommended.ratio == 1
 
-    def test_the_recommended_fit_reaches_the_bound_where_errors_are_as_stated(self) -> None:
+    def test_the_recommended_fit_reaches_the_bound(self) -> None:
         for one in LABS:
             if not one.as_stated:
                 continue
@@ -145,7 +145,7 @@ class TestTrials:
         assert known.honest
         assert known.better
 
-    def test_where_the_log_is_wrong_the_recommended_fit_stays_honest_and_the_full_covariance_does_not(self) -> None:
+    def test_of_a_wrong_log_only_the_recommended_fit_is_honest(self) -> None:
         names = ("full cov., constant", "recommended")
         for name in ("threefold", "tenfold", "tails", "sighting", "miscount"):
             full, mine = judge(apply_all({n: ESTIMATORS[n] for n in names}, scene(name).draw(60, 3)))
@@ -195,7 +195,7 @@ class TestCurves:
 
 
 class TestStability:
-    def test_the_region_without_steady_precession_is_that_of_the_least_spin(self, done: Benchmark) -> None:
+    def test_below_the_least_spin_there_is_no_steady_precession(self, done: Benchmark) -> None:
         pitch, spin = np.meshgrid(np.radians(done.roots[0].y), done.roots[0].x * RPM, indexing="ij")
         none = spin < physics.least_spin(TORQUE, INERTIA, ACROSS, pitch)
         assert np.array_equal(np.isnan(done.roots[0].holds.digits), none)

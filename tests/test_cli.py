@@ -43,7 +43,7 @@ def test_the_report_is_written_beside_you(tmp_path: Path) -> None:
         assert first == second, f"{name} is not the same twice"
 
 
-def test_an_option_that_u_has_made_needless_is_refused_with_the_reason(tmp_path: Path) -> None:
+def test_the_option_scale_by_birge_is_refused_with_the_reason(tmp_path: Path) -> None:
     done = gyro("analyze", SAMPLE, "--scale-by-birge", folder=tmp_path)
     assert done.returncode == 2
     assert b"u holds the scatter of the runs already" in done.stderr

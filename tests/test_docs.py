@@ -237,7 +237,7 @@ def test_the_platforms_are_those_of_the_code() -> None:
     assert shown == {name: platform.sample for name, platform in grading.PLATFORMS.items()}
 
 
-def test_the_sizes_of_classes_are_those_that_were_measured_and_keep_to_what_is_promised() -> None:
+def test_sizes_of_classes_are_those_measured_and_promised() -> None:
     rows = [line.split(",") for line in scale.TABLE.read_text(encoding="utf-8").splitlines()[1:]]
     assert marked("instructors", "sizes") == rows
     costs = {int(students): float(cost) for students, _, cost, *_ in rows}

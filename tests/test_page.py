@@ -143,7 +143,7 @@ class TestWords:
                 assert "Do not rely on this answer" in form(analysis).partition("95")[0]
         assert "Do not rely" not in reporting.summary(analyze(LOG.encode()))
 
-    def test_one_torque_has_the_value_of_a_balanced_ball_in_the_result_too(self) -> None:
+    def test_one_torque_has_the_value_of_a_balanced_ball(self) -> None:
         analysis = analyze(KINDS["one torque"].encode())
         assert analysis.if_balanced is not None
         balanced = reporting.inertia_text(analysis.if_balanced.value, analysis.if_balanced.u)

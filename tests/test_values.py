@@ -34,7 +34,7 @@ def significant(u: Decimal) -> int:
 
 @given(SIGNED, RATIOS, SIZES)
 @settings(derandomize=True, deadline=None, max_examples=300)
-def test_the_written_number_is_the_value_rounded_to_two_digits_of_u(value: float, ratio: float, size: float) -> None:
+def test_a_number_is_rounded_to_two_digits_of_u(value: float, ratio: float, size: float) -> None:
     u = ratio * (abs(value) or size)
     text = number_text(value, u)
     shown, shown_u, last = plain_parts(text)

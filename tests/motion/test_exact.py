@@ -105,7 +105,7 @@ def test_hard_motions_to_thirteen_digits(case: str) -> None:
 
 
 @pytest.mark.parametrize("short", [1e-3, 1e-6, 1e-9])
-def test_close_to_the_separatrix_only_the_motion_itself_magnifies_rounding(short: float) -> None:
+def test_near_the_separatrix_rounding_grows_as_the_motion_does(short: float) -> None:
     # Pushed from below with all but a little of the energy that takes it upright: 1 − m = 2·short.
     push = 2 * np.sqrt(TORQUE / TRANSVERSE) * (1 - short)
     state = moving(np.pi - 1e-6, 0.0, nodding=push)
@@ -116,7 +116,7 @@ def test_close_to_the_separatrix_only_the_motion_itself_magnifies_rounding(short
     assert far_from_series(TOP, state, time) < 1e-14 + 10 * magnified
 
 
-def test_the_series_agrees_with_another_arbitrary_precision_integrator() -> None:
+def test_the_series_agrees_with_odefun_of_mpmath() -> None:
     state = moving(1.2, 60.0, -3.0, 0.5)
     transverse, torque = mpmath.mpf(TRANSVERSE), mpmath.mpf(TORQUE)
 
@@ -211,7 +211,7 @@ def test_steady_precession_stays_steady(pitch: float, spin: float) -> None:
 
 
 @pytest.mark.parametrize("pitch", [-30.0, 20.0])
-def test_equation_nine_on_the_motion_of_a_tilted_rod_is_off_by_the_closed_form(pitch: float) -> None:
+def test_equation_nine_of_a_tilted_rod_is_off_by_the_closed_form(pitch: float) -> None:
     angle, spin = np.radians(pitch), 200 * RPM
     rate = mean_precession_rate(TOP, steady(TOP, spin, angle))
     bias = physics.tilt_bias(rate, spin, angle, INERTIA, TRANSVERSE)
@@ -230,7 +230,7 @@ def test_the_steady_state_carries_its_angular_momentum() -> None:
     )
 
 
-def test_a_released_rod_precesses_slower_by_twice_the_sag_squared() -> None:
+def test_a_released_rod_is_slower_by_twice_the_sag_squared() -> None:
     for spin in (800 * RPM, 1600 * RPM, 3200 * RPM):
         ratio = mean_precession_rate(TOP, released(TOP, spin)) * INERTIA * spin / TORQUE
         bias = physics.release_bias(TORQUE, spin, INERTIA, TRANSVERSE)
@@ -274,9 +274,7 @@ def test_half_a_turn_at_each_passage_of_the_vertical() -> None:
 @pytest.mark.parametrize("top", [TOP, HANGING])
 @pytest.mark.parametrize("own", [0.01, -0.01, 0.003, -0.003])
 @pytest.mark.parametrize("pole", [1.0, -1.0])
-def test_exactly_through_the_vertical_the_azimuth_turns_the_way_it_turns_elsewhere(
-    top: Top, own: float, pole: float
-) -> None:
+def test_through_the_vertical_the_azimuth_turns_as_beside_it(top: Top, own: float, pole: float) -> None:
     # From a level rod, where H·Z = ± H·e3 has no rounding; as near as can be on that side it turns as far.
     state = State(np.array([1.0, 0.0, 0.0]), np.array([pole * own, 0.15, own]))
     beside = State(state.axis, np.array([pole * own * (1 - 1e-9), 0.15, own]))
@@ -287,7 +285,7 @@ def test_exactly_through_the_vertical_the_azimuth_turns_the_way_it_turns_elsewhe
     assert abs(swept[-1]) > np.pi
 
 
-def test_from_the_vertical_the_azimuth_counts_from_where_the_rod_leaves() -> None:
+def test_from_the_vertical_azimuth_counts_from_the_way_it_leaves() -> None:
     for axis in (UPRIGHT, -UPRIGHT):
         state = State(axis, np.array([0.01, 0.003, 0.25]))
         times = np.array([0.0, 1e-7, 1e-3, 1e-2])
@@ -370,7 +368,7 @@ def test_impossible_tops_are_refused(top: tuple[float, float, float], match: str
 
 @pytest.mark.parametrize("spin", [20.0, 100 * RPM, -400 * RPM])
 @pytest.mark.parametrize("off", [np.pi / 2, 0.8, 0.1, 3e-2, 1e-3, 1e-5, -1e-5, -1e-3])
-def test_mean_rate_is_the_angle_of_a_nutation_however_near_the_vertical(spin: float, off: float) -> None:
+def test_mean_rate_is_the_angle_of_a_nutation_near_the_vertical(spin: float, off: float) -> None:
     pitch = np.copysign(np.pi / 2 - abs(off), off)
     state, period = released(TOP, spin, pitch), whole_nutation(TOP, spin, pitch).period
     mean = mean_precession_rate(TOP, state)

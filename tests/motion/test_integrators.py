@@ -16,7 +16,7 @@ FAST = 600 * np.pi / 30
 
 
 @pytest.mark.parametrize("drop", [0.1, 0.3, 0.5])
-def test_under_drag_the_angle_precessed_is_that_of_the_harmonic_mean_spin(drop: float) -> None:
+def test_under_drag_the_angle_is_that_of_the_harmonic_mean_spin(drop: float) -> None:
     decay = 20.0
     time = -decay * np.log(1 - drop)
     times = np.linspace(0, time, 200)
@@ -115,7 +115,7 @@ def test_what_cannot_be_integrated_is_refused() -> None:
         integrate(TOP, state, 1.0, drag=lambda time, *_: [0.0, 0.0, 1e-3 / (0.5 - time) ** 2])
 
 
-def test_the_tolerance_of_a_component_near_zero_is_that_of_the_whole_vector() -> None:
+def test_a_tolerance_is_that_of_the_whole_vector() -> None:
     state = released(TOP, FAST, 0.1)
     off = []
     for atol in (1e-4, 1e-7, 1e-10):

@@ -97,7 +97,7 @@ def test_without_spin_it_swings_and_without_a_torque_it_stays() -> None:
 
 
 @pytest.mark.parametrize("short", [3.0, 1.0, 0.6, 0.3, 0.15, 0.07, 0.03, 1e-2, 3e-3, 1e-3, 1e-4, 1e-6])
-def test_a_pendulum_that_starts_ever_nearer_to_the_upright_takes_ever_longer(short: float) -> None:
+def test_the_period_of_a_pendulum_near_upright_is_k_of_jacobi(short: float) -> None:
     # K of 1 − m = sin²(short/2), which a start so near the upright still tells; from 1e-5 on the start is rounded.
     pitch = math.pi / 2 - short
     with mpmath.workdps(40):
@@ -108,7 +108,7 @@ def test_a_pendulum_that_starts_ever_nearer_to_the_upright_takes_ever_longer(sho
 
 
 @pytest.mark.parametrize("short", [0.3, 1e-2, 1e-4])
-def test_the_mean_sag_of_a_pendulum_that_hardly_leaves_the_upright(short: float) -> None:
+def test_the_mean_sag_of_a_pendulum_near_upright_is_the_integral(short: float) -> None:
     # Most of the time it is near its start, and its mean is that of a sharp peak.
     pitch = math.pi / 2 - short
     with mpmath.workdps(30):

@@ -52,7 +52,7 @@ def test_aba84_has_no_error_of_the_second_order_in_the_torque() -> None:
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_what_is_conserved_stays_to_rounding_and_the_energy_is_bounded(method: str) -> None:
+def test_conserved_quantities_stay_and_the_energy_is_bounded(method: str) -> None:
     state = released(TOP, 200 * np.pi / 30, 0.3)
     worst = []
     for time in (20.0, 200.0):

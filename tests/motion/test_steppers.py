@@ -22,7 +22,7 @@ def test_they_follow_the_exact_motion(method: str, steps: int, near: float) -> N
     assert path.momentum == pytest.approx(END.momentum, abs=near * INERTIA * SLOW)
 
 
-def test_halving_the_step_of_the_midpoint_rule_leaves_a_quarter_of_the_error() -> None:
+def test_half_the_step_of_the_midpoint_rule_has_a_quarter_error() -> None:
     off = [np.linalg.norm(march("implicit midpoint", TOP, START, 2.0, steps).axis - END.axis) for steps in (800, 1600)]
     assert off[0] / off[1] == pytest.approx(4, rel=0.02)
 

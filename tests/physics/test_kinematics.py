@@ -67,7 +67,7 @@ def test_the_total_spin_of_equation_two() -> None:
 
 
 @pytest.mark.parametrize("time", [0.0, 0.7, 1.9])
-def test_equations_three_to_five_are_the_change_of_the_fixed_vector(time: float) -> None:
+def test_equations_3_to_5_are_the_change_of_the_fixed_vector(time: float) -> None:
     def momentum(now: float) -> Floats:
         return physics.angular_momentum(body(now), INERTIA, TRANSVERSE) @ axes(now)
 

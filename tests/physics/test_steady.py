@@ -46,7 +46,7 @@ def test_both_roots_to_the_last_digit(sine: float, total_spin: bool) -> None:
     assert math.isinf(found) if sine == 0 else abs(found / fast - 1) <= 1e-14
 
 
-def test_the_textbook_formula_returns_zero_where_the_stable_one_holds() -> None:
+def test_the_textbook_formula_gives_zero_for_a_horizontal_rod() -> None:
     cosine = float(np.cos(np.pi / 2))  # 6.1e-17, what a program has for a horizontal rod
     lean, momentum = (INERTIA - TRANSVERSE) * cosine, INERTIA * SPIN
     assert (-momentum + math.sqrt(momentum**2 + 4 * lean * TORQUE)) / (2 * lean) == 0
@@ -89,7 +89,7 @@ def test_any_top_to_what_its_condition_allows(
         assert abs(found / fast - 1) <= 8 * EPSILON * (1 + spread) * (1 + difference)
 
 
-def test_near_the_least_spin_the_rate_is_ill_conditioned_and_no_worse() -> None:
+def test_near_the_least_spin_errors_are_those_of_the_condition() -> None:
     pitch = math.radians(60)
     least = physics.least_spin(TORQUE, INERTIA, TRANSVERSE, pitch)
     for distance in (1e-2, 1e-6, 1e-10):
@@ -112,7 +112,7 @@ def test_both_roots_solve_equation_eight(pitch: float, side: int, sense: int) ->
         assert abs(rate * bracket - torque) <= 1e-14 * scale
 
 
-def test_what_the_tachometer_reads_makes_no_difference_to_the_motion() -> None:
+def test_spin_and_total_spin_give_the_same_rate() -> None:
     pitch = math.radians(35)
     rate = physics.precession_rate(TORQUE, SPIN, INERTIA, TRANSVERSE, pitch)
     total = SPIN + rate * math.sin(pitch)

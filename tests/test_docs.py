@@ -145,40 +145,28 @@ def test_a_size_is_what_its_closed_form_gives(name: str) -> None:
     assert shown == [f"{100 * value_of(formula, lab):+.2g} %".replace("-", "−") for lab in benches()]
 
 
-def of_start_and_end(lab: dict[str, float]) -> tuple[float, float, float]:
-    return lab["start"], lab["end"], float(physics.harmonic_mean_spin(lab["start"], lab["end"]))
+def mean_spin(lab: dict[str, float]) -> float:
+    return float(physics.harmonic_mean_spin(lab["start"], lab["end"]))
 
 
 BY_CODE: dict[str, Callable[[dict[str, float]], float]] = {
-    "tilted rod, eq. (9) for eq. (8)": lambda lab: physics.tilt_bias(
-        lab["φ̇"], lab["ψ̇"], lab["pitch"], lab["I_zz"], lab["I"]
-    ),
-    "tilted rod, total spin taken for ψ̇": lambda lab: physics.tilt_bias(
-        lab["φ̇"], lab["ψ̇"] + lab["φ̇"] * math.sin(lab["pitch"]), lab["pitch"], lab["I_zz"], lab["I"], total_spin=True
-    ),
+    "tilted rod, eq. (9) for eq. (8)":
+        lambda lab: physics.tilt_bias(lab["φ̇"], lab["ψ̇"], lab["pitch"], lab["I_zz"], lab["I"]),
+    "tilted rod, total spin taken for ψ̇":
+        lambda lab: physics.tilt_bias(lab["φ̇"], lab["ψ̇"] + lab["φ̇"] * math.sin(lab["pitch"]), lab["pitch"], lab["I_zz"],
+                                      lab["I"], total_spin=True),
     "nutation after letting go": lambda lab: physics.release_bias(lab["M"], lab["ψ̇"], lab["I_zz"], lab["I"]),
-    "nutation, its phase at one click, at most": lambda lab: (
-        physics.click_error(lab["ψ̇"], lab["I_zz"], lab["I"]) / lab["T"]
-    ),
-    "falling spin, plain mean of start and end": lambda lab: (
-        of_start_and_end(lab)[2] / ((lab["start"] + lab["end"]) / 2) - 1
-    ),
+    "nutation, its phase at one click, at most":
+        lambda lab: physics.click_error(lab["ψ̇"], lab["I_zz"], lab["I"]) / lab["T"],
+    "falling spin, plain mean of start and end": lambda lab: 2 * mean_spin(lab) / (lab["start"] + lab["end"]) - 1,
     # At half time a viscous fall has reached the geometric mean.
-    "falling spin, half time for the mean": lambda lab: (
-        of_start_and_end(lab)[2] / math.sqrt(lab["start"] * lab["end"]) - 1
-    ),
+    "falling spin, half time for the mean": lambda lab: mean_spin(lab) / math.sqrt(lab["start"] * lab["end"]) - 1,
     "law by which the spin falls": lambda lab: physics.decay_law_doubt(lab["start"], lab["end"]),
     "rod sighted 1° off at each end": lambda lab: SOURCES["angle"].default.absolute / lab["f"],
     "ruler's zero off by 0.5 mm": lambda lab: SOURCES["position_zero"].default.absolute / lab["x"],
     "weight 25.4 mm wide spins along": lambda lab: physics.cylinder_inertia(lab["m"], 0.0254) / lab["I_zz"],
     "the Earth's rotation, at a pole": lambda lab: physics.EARTH_ROTATION / lab["φ̇"],
-}
-
-
-@pytest.mark.parametrize("name", BY_CODE)
-def test_a_closed_form_is_that_of_the_code(name: str) -> None:
-    for lab in benches():
-        assert value_of(SIZES[name][0], lab) == pytest.approx(BY_CODE[name](lab), rel=5e-3)
+}  # fmt: skip
 
 
 def read_run(lab: dict[str, float], **changed: float) -> float:
@@ -197,10 +185,10 @@ BY_HAND: dict[str, Callable[[dict[str, float]], float]] = {
 }
 
 
-@pytest.mark.parametrize("name", BY_HAND)
-def test_a_closed_form_is_what_comes_of_such_readings(name: str) -> None:
+@pytest.mark.parametrize(("name", "found"), [*BY_CODE.items(), *BY_HAND.items()])
+def test_a_closed_form_is_that_of_the_code(name: str, found: Callable[[dict[str, float]], float]) -> None:
     for lab in benches():
-        assert value_of(SIZES[name][0], lab) == pytest.approx(BY_HAND[name](lab), rel=5e-3)
+        assert value_of(SIZES[name][0], lab) == pytest.approx(found(lab), rel=5e-3)
 
 
 def test_the_ladder_is_whole() -> None:

@@ -170,10 +170,10 @@ class Promise:
         if "Traceback" in done.told or "Exception ignored" in done.told:
             yield f"a traceback: {done.told[-400:]}"
         if calls.way != "kill":
-            if done.code == 0:
+            if done.code == 0 and "no feedback for" not in done.told:
                 if other := [name for name in differing(found, self.after) if name not in LATER]:
                     yield f"exit code 0 with other files: {other}"
-            elif done.code not in (1, 2, 3):
+            elif done.code not in (0, 1, 2, 3):
                 yield f"exit code {done.code}: {done.told[-300:]}"
             elif not re.search(r"error G\d{3}: |no feedback for", done.told):
                 yield f"no message: {done.told[-300:]!r}"

@@ -46,7 +46,7 @@ def test_the_source_holds_what_its_tests_read(built: Path) -> None:
     beside = {"README.md", "pyproject.toml", ".github/CONTRIBUTING.md", ".ci/run", ".gitignore", "PKG-INFO"}
     assert {name for name in names if not name.startswith(("gyrodata/", "tests/", "sample_data/"))} == beside
     assert names >= files("gyrodata")
-    assert {"tests/test_packaging.py", "tests/gates/logs.txt", "sample_data/notebook.ipynb"} < names
+    assert {"tests/test_packaging.py", "tests/promises.toml", "sample_data/notebook.ipynb"} < names
     assert not any(name.endswith((".pyc", ".part")) for name in names)
 
 

@@ -7,12 +7,11 @@ import json
 import math
 import re
 from itertools import pairwise
-from typing import Any
 
 import pytest
-from pages import KINDS, LOG, WORDS, Structure, find, known, make_page
+from pages import KINDS, LOG, Structure, find, known, make_page
 
-from gyrodata import __version__, analyze, plotting, reporting
+from gyrodata import analyze, plotting, reporting
 from gyrodata.results import Analysis
 
 
@@ -59,15 +58,6 @@ class TestStructure:
         boxes = [attrs for _, attrs in tags if attrs.get("class") == "box"]
         assert all(box["role"] == "region" and box["aria-label"] and box["tabindex"] == "0" for box in boxes)
 
-    def test_pictures_beside_numbers_are_hidden_from_screen_readers(self, analysis: Analysis, page: str) -> None:
-        for tag, attrs in Structure(page).tags:
-            if tag == "svg" or attrs.get("class") == "picture":
-                assert attrs["aria-hidden"] == "true"
-        hangs = sum(case.inertia is not None for case in analysis.sensitivity)
-        dots = page.count('class="dot"') + page.count('class="off')
-        assert hangs > 6
-        assert dots == 1 + hangs + 3 + 4 + 2  # the answer, what it hangs on; fits, exponents, measured and solid ball
-
     def test_nothing_from_outside(self, page: str) -> None:
         for tag, attrs in Structure(page).tags:
             for key in ("src", "href"):
@@ -81,17 +71,6 @@ class TestStructure:
         assert "<b>3" not in page
         assert "log<1>" not in page
         assert html.escape("<script>alert('x')</script> & more") in page.replace("&#39;", "&#x27;")
-
-    def test_order_of_the_page(self, page: str) -> None:
-        headings = [words(heading) for heading in re.findall(r"<h[123][^>]*>(.*?)</h[123]>", page)]
-        starts = ["Gyroscope lab report", "What the answer hangs on", "Three fits", "One run by hand", "Question 3",
-                  "(a)", "(b)", "(c)", "(d)", "(e)", "The other questions", "Runs", "Effects", "Where the uncertainty",
-                  "What to do better", "Diagnostics", "Method", "Provenance", "Conventions"]  # fmt: skip
-        assert len(headings) == len(starts)
-        assert all(heading.startswith(start) for heading, start in zip(headings, starts, strict=True))
-
-    def test_same_log_same_page(self, analysis: Analysis, page: str) -> None:
-        assert make_page(analyze(LOG.encode(), name="log<1>.csv")) == page
 
 
 def shows(text: str, shown: float) -> bool:
@@ -113,6 +92,7 @@ def test_every_number_of_the_page_is_in_results_json_and_equal(kind: str) -> Non
     document = json.loads(reporting.json_text(analysis.to_dict()))
     page = Structure(make_page(analysis))
     assert len(page.numbers) > 40
+    assert not {"nan", "None", "inf"} & set(page.text.split())
     for attributes, text in page.numbers:
         place, expected = str(attributes["data-from"]), find(document, str(attributes["data-from"]))
         if isinstance(expected, str):
@@ -127,26 +107,6 @@ def test_every_number_of_the_page_is_in_results_json_and_equal(kind: str) -> Non
     for text in known(analysis):
         left = left.replace(said(text).replace("M0", ""), " ")
     assert re.findall(r"[^ ]*\d[^ ]*", left) == []
-
-
-@pytest.mark.parametrize("name", plotting.FIGURES)
-def test_every_number_of_an_alternative_text_is_in_results_json(name: str, analysis: Analysis) -> None:
-    leaves: list[float] = []
-
-    def gather(found: Any) -> None:
-        for value in found.values() if isinstance(found, dict) else found if isinstance(found, list) else ():
-            if isinstance(value, int | float) and not isinstance(value, bool):
-                leaves.append(abs(value))
-            gather(value)
-
-    gather(analysis.to_dict())
-    leaves += [len(analysis.torques), len(analysis.run_table), sum(not run.left_out for run in analysis.run_table)]
-    text = plotting.alt_text(analysis, name).replace("± 2 standard", "").replace("95 %", "")
-    text = re.sub(r"run [\w<>]+|10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+", "", text)
-    numbers = re.findall(r"\d+(?:\.\d+)?", text)
-    assert len(numbers) > 2
-    for number in numbers:
-        assert any(shows(number, leaf * factor) for leaf in leaves for factor in (1, 1e2, 1e3, 30 / math.pi)), number
 
 
 class TestWords:
@@ -167,33 +127,6 @@ class TestWords:
         assert len(rows) == sum(run.flagged for run in analysis.run_table) == 1
         assert "left out: fits 1 turn, not 2" in words(rows[0])
 
-    @pytest.mark.parametrize(
-        ("kind", "told"),
-        [
-            ("other side, heavy", ["The 3 runs agree with one line", "; the largest uncertainty is the "]),
-            ("far too much scatter", ["The 6 runs do not agree with one line within what the log states"]),
-            ("one run", ["There are as many unknowns as runs, so nothing tells whether they agree"]),
-            (
-                "one torque",
-                [
-                    "These runs do not tell how well the ball is balanced, and that is the largest part of u², ",
-                    "If the ball is balanced as in step 2, Izz = (",
-                    "All torques are equal: to settle it, write # balanced: yes, add a balance test, or time a run",
-                ],
-            ),
-        ],
-    )
-    def test_below_the_answer_stands_whether_the_runs_agree_and_what_u_is_made_of(
-        self, kind: str, told: list[str]
-    ) -> None:
-        analysis = analyze(KINDS[kind].encode(), name="log.csv")
-        page, summary = words(make_page(analysis)), reporting.summary(analysis)
-        for one in told:
-            assert one in page.partition("What it hangs on")[0]
-            assert one.replace("Izz", "I_zz") in summary.partition("What the answer hangs on")[0]
-        markdown = reporting.markdown_report(analysis).replace("\\", "")
-        assert told[0] in markdown.partition("## What the answer hangs on")[0]
-
     def test_what_not_even_u_can_save_is_said_before_the_answer(self) -> None:
         wrong = KINDS["far too much scatter"].replace("20,15,407,40.1,1", "20,15,407,60.1,1")
         law = "".join(
@@ -210,21 +143,12 @@ class TestWords:
                 assert "Do not rely on this answer" in form(analysis).partition("95")[0]
         assert "Do not rely" not in reporting.summary(analyze(LOG.encode()))
 
-    def test_one_torque_has_the_value_of_a_balanced_ball_in_the_result_too(self) -> None:
+    def test_one_torque_has_the_value_of_a_balanced_ball(self) -> None:
         analysis = analyze(KINDS["one torque"].encode())
         assert analysis.if_balanced is not None
         balanced = reporting.inertia_text(analysis.if_balanced.value, analysis.if_balanced.u)
         assert f"step 2, {said('I_zz')} = {said(balanced)}" in words(make_page(analysis))
         assert analysis.to_dict()["result"]["if_balanced"]["value"] == analysis.if_balanced.value
-
-    @pytest.mark.parametrize(
-        ("kind", "row"),
-        [("far too much scatter", "unexplained scatter"), ("one torque", "balance not told by this design")],
-    )
-    def test_what_the_log_leaves_open_is_a_row_of_the_budget(self, kind: str, row: str) -> None:
-        analysis = analyze(KINDS[kind].encode())
-        assert row in words(make_page(analysis)).partition("Where the uncertainty comes from")[2]
-        assert row in reporting.summary(analysis).partition("Where the uncertainty comes from")[2]
 
     def test_one_run_is_worked_out_by_hand(self) -> None:
         """The first one with a load that is in the fit, and each step follows from the numbers before it."""
@@ -245,23 +169,6 @@ class TestWords:
             assert eval(sum_.replace("2π", "2*math.pi")) == pytest.approx(number, rel=5e-4), step
         assert analysis.run_table[2].inertia == pytest.approx(number, rel=2e-4)
 
-    @pytest.mark.parametrize(
-        ("kind", "steps"),
-        [
-            ("torques, tilted", ["M = 0.05 N·m, as the log gives it", "φ̇ = 2π × 1 / 24 s = "]),
-            ("other side, heavy", ["M = m g x = 12 kg × 9.807 m/s² × -0.15 m = -17.65 N·m", "φ̇ = -2π × 1 / 160 s = -"]),
-        ],
-    )
-    def test_other_readings_are_worked_out_too(self, kind: str, steps: list[str]) -> None:
-        text = words(make_page(analyze(KINDS[kind].encode(), name="log.csv")))
-        assert [step for step in steps if step not in text] == []
-
-    def test_rates_that_the_log_gives_are_not_worked_out(self) -> None:
-        head = "torque [mN*m],spin_start [rpm],spin_end [rpm],precession_rate [rad/s]\n"
-        text = words(make_page(analyze((head + "30,410,400,0.16\n60,410,400,0.32\n").encode())))
-        assert "φ̇ = 0.16 rad/s, as the log gives it" in text
-        assert "rad/s, the mean of what was read" in text
-
     def test_what_the_data_do_not_answer_is_pointed_to(self, analysis: Analysis) -> None:
         page = make_page(analyze(LOG.encode(), name="lab_4.csv"))
         told = page.partition('id="others"')[2].partition("</section>")[0]
@@ -272,33 +179,6 @@ class TestWords:
         # What a shell would take apart is not written into a command.
         assert "--log LOG</code>" in make_page(analysis)
 
-    def test_the_method_can_be_cited(self, analysis: Analysis, page: str) -> None:
-        told = words(page).partition("Method and how to cite it")[2].partition("Provenance")[0]
-        assert f"gyrodata, version {__version__}" in told
-        assert "the 10 runs, without those marked as left out, at once, by eq. (9)" in told
-        assert "without those marked" not in words(make_page(analyze(KINDS["latitude"].encode())))
-        assert analysis.name in told
-
-    def test_question_3_is_answered_from_the_data(self, page: str) -> None:
-        text = words(page)
-        assert "grows in proportion to the spin" in text
-        assert re.search(r"τ ∝ ψ̇ⁿ with n = \d\.\d+ ± 0\.\d+ The exponent agrees with 1", text)
-        assert "φ̇ψ̇ is constant within the uncertainties" in text
-        assert "M + M0 = Izz φ̇ψ̇ with Izz = (" in text
-
-    def test_question_3_says_when_the_data_do_not(self) -> None:
-        text = words(make_page(analyze(KINDS["far too much scatter"].encode())))
-        assert "φ̇ψ̇ is not constant within the stated uncertainties" in text
-        slow = (
-            LOG.replace("59.5", "75.5").replace("40.4", "46.4").replace("30.1,2", "36.1,1").replace("20.0,1", "24.0,1")
-        )
-        text = words(make_page(analyze(slow.encode(), keep_flagged=True)))
-        assert "not in proportion within the uncertainties" in text
-        assert "The exponent does not agree with 1" in text
-        text = words(make_page(analyze(KINDS["one run"].encode())))
-        assert "At no torque are there two different spins" in text
-        assert "No torque has two runs" in text
-
     @pytest.mark.parametrize(
         ("lines", "expected"),
         [
@@ -306,10 +186,7 @@ class TestWords:
                 "# ball_mass: 4.10 ± 0.01 kg\n# ball_diameter: 10.16 ± 0.005 cm\n",
                 "does not agree with that of the ball: ",
             ),
-            (
-                "# ball_mass: 4.10 ± 0.30 kg\n# ball_diameter: 10.16 cm\n",
-                "agrees with that of the ball: the diff",
-            ),
+            ("# ball_mass: 4.10 ± 0.30 kg\n# ball_diameter: 10.16 cm\n", "agrees with that of the ball: the diff"),
             ("# ball_mass: 4.10 kg\n# ball_diameter: 10.16 cm\n", "(taken as exact: the log gives no uncertainty)"),
             ("", "it is compared with 2/5 m r² here"),
         ],
@@ -318,21 +195,6 @@ class TestWords:
         text = words(make_page(analyze((lines + KINDS["no ball"]).encode(), name="log.csv")))
         assert expected in text
         assert ("2/5 m r² = 4.232 × 10⁻³ kg·m²" in text) == ("10.16 cm\n" in lines and "±" not in lines)
-
-    @pytest.mark.parametrize("kind", ["one torque", "one run", "torques, tilted", "other side, heavy"])
-    def test_small_and_odd_logs_have_a_page_too(self, kind: str) -> None:
-        page = make_page(analyze(KINDS[kind].encode(), name="log.csv"))
-        assert not {"nan", "None", "inf"} & set(words(page).split())
-
-    def test_figures_are_shown_as_what_they_are(self, analysis: Analysis) -> None:
-        looks = plotting.list_looks(analysis)
-        drawn = dict.fromkeys(plotting.FIGURES, b"<svg xmlns='http://www.w3.org/2000/svg'/>")
-        page = reporting.report_page(analysis, drawn, "svg", WORDS, looks)
-        assert page.count("data:image/svg+xml;base64,") == 4
-
-    def test_a_torque_has_the_mark_of_the_figures(self, analysis: Analysis, page: str) -> None:
-        for look in plotting.list_looks(analysis):
-            assert page.count(f'fill="{look.colour}"') >= 3
 
 
 # --- colours ------------------------------------------------------------------------------------------------
@@ -375,22 +237,3 @@ def test_contrast_is_enough_for_all_eyes(theme: str, page: str) -> None:
         assert contrast(colours[text], colours[ground]) >= 4.5, (text, ground)
     for shape, ground in SHAPES_ON:
         assert contrast(colours[shape], colours[ground]) >= 3, (shape, ground)
-
-
-def darkened(rgb: list[float]) -> list[float]:
-    """What the dark theme's filter, invert(.91) hue-rotate(180deg), makes of a colour (W3C filter effects)."""
-    rgb = [v * (1 - 2 * 0.91) + 0.91 for v in rgb]
-    weights = (0.213, 0.715, 0.072)
-    turned = [sum(2 * w * v for w, v in zip(weights, rgb, strict=True)) - v for v in rgb]
-    return [min(max(v, 0.0), 1.0) for v in turned]
-
-
-def test_figures_are_legible_in_both_themes(page: str) -> None:
-    from gyrodata.plotting import INK, SOFT, choose_looks
-
-    assert "invert(.91) hue-rotate(180deg)" in page
-    white = [1.0, 1.0, 1.0]
-    assert contrast(darkened(white), themes(page)["dark"]["paper"]) < 1.05
-    for colour, least in [(INK, 4.5), (SOFT, 4.5), *((c, 3.0) for c, _ in choose_looks([1.0 + i for i in range(6)]))]:
-        assert contrast(channels(colour), white) >= least, colour
-        assert contrast(darkened(channels(colour)), darkened(white)) >= least, colour

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import io
 import os
-import re
 import subprocess
 import sys
 import warnings
 from itertools import combinations
-from pathlib import Path
 
 import numpy as np
 import pytest
-from PIL import Image
 
 from gyrodata import analyze, plotting
 from gyrodata.plotting import choose_looks
-from gyrodata.plotting.figure_data import gather, line_band
 from gyrodata.plotting.sheet import Dots, Panel, Sheet, Strokes, Words
 from gyrodata.results import Analysis
 
@@ -25,13 +20,9 @@ HEADER = "run,mass [g],position [cm],spin [rpm],time [s],turns"
 
 
 def log(
-    masses: list[float],
-    spins: list[float],
-    position: float = 15.0,
-    scale: float = 1.0,
-    wrong: int | None = None,
+    masses: list[float], spins: list[float], position: float = 15.0, scale: float = 1.0, wrong: int = -1,
     names: list[str] | None = None,
-) -> bytes:
+) -> bytes:  # fmt: skip
     """A log without noise but for a fixed ± 0.1 s; `scale` multiplies I_zz and the masses."""
     rows = ["# g: 9.803 m/s^2", HEADER]
     for number, (mass, spin) in enumerate((m, s) for m in masses for s in spins):
@@ -52,16 +43,12 @@ LOGS = {
     "with unloaded runs": log([20, 40, 60, 0], [200, 400, 600]),
     "one torque": log([50], [150, 300, 450, 600]),
     "one run": log([50], [400]),
-    "one run a torque": log([20, 30, 40, 50], [400]),
     "nine torques": log([20, 30, 40, 50, 60, 70, 80, 90, 100], [200, 400, 600]),
-    "twenty torques": log([10 + 5 * i for i in range(20)], [150, 250, 350, 500, 650]),
     "sixty torques": log([10 + 2 * i for i in range(60)], [300]),
     "a miscounted run": log([20, 40, 60], [200, 400, 600], wrong=4),
     "two odd runs": log([20, 40, 60], [200, 400, 600], wrong=4).replace(b'"8",60,15.0,400,13', b'"8",60,15.0,400,16'),
-    "negative torques": log([20, 40, 60], [200, 400, 600], position=-15),
     "both senses": log([2, 4, 6], [200, 400, 600], position=900).replace(b"2,900,200,", b"2,-900,200,"),
     "long numbers": log([20, 40, 60], [200, 400, 600], position=-15, scale=50),
-    "huge": log([20, 40, 60], [200, 400, 600], scale=1e4),
     "tiny": log([20, 40, 60], [200, 400, 600], scale=1e-3),
 }
 
@@ -98,10 +85,8 @@ def runs(sheet: Sheet, panel: Panel) -> list[tuple[np.ndarray, Dots]]:
     found = []
     for item in sheet.items:
         if isinstance(item, Dots):
-            inside = (item.at >= [left - 1, bottom - 1]).all() and (
-                item.at <= [left + wide + 1, bottom + tall + 1]
-            ).all()
-            if inside:
+            low, high = [left - 1, bottom - 1], [left + wide + 1, bottom + tall + 1]
+            if ((item.at >= low) & (item.at <= high)).all():
                 found.append((item.at, item))
     return found
 
@@ -117,71 +102,12 @@ def data(panel: Panel, places: np.ndarray) -> np.ndarray:
     return ends[:, 0] + shares * (ends[:, 1] - ends[:, 0])
 
 
-@pytest.mark.parametrize("which", plotting.FIGURES)
+@pytest.mark.parametrize("medium", plotting.MEDIA)
 @pytest.mark.parametrize("name", LOGS)
-def test_every_kind_of_log_draws_without_a_warning_or_an_overlap(
-    name: str, which: str, analyses: dict[str, Analysis]
-) -> None:
-    check_layout(plotting.draw(analyses[name], which))
-
-
-@pytest.mark.parametrize("name", ["nine torques", "two odd runs", "with unloaded runs"])
-def test_slides_have_larger_letters_and_no_overlap(name: str, analyses: dict[str, Analysis]) -> None:
-    for which in plotting.FIGURES:
-        slide = plotting.draw(analyses[name], which, plotting.MEDIA["slides"])
-        check_layout(slide)
-        assert slide.tall / slide.wide == pytest.approx(9 / 16)
-        check_layout(plotting.draw(analyses[name], which, plotting.MEDIA["print"]))
-
-
-def test_dots_to_the_inch(analyses: dict[str, Analysis]) -> None:
-    sizes = {}
-    for name, medium in plotting.MEDIA.items():
-        image = Image.open(io.BytesIO(plotting.render(analyses["3 x 3"], "png", medium)["period"]))
-        sizes[name] = image.size
-        assert image.info["dpi"] == pytest.approx((medium.dpi, medium.dpi), abs=0.02)
-        assert image.getpixel((0, 0)) == image.getpixel((image.width - 1, image.height - 1))
-        assert image.convert("RGB").getpixel((0, 0)) == (255, 255, 255)
-    assert sizes == {"screen": (880, 680), "slides": (1920, 1080), "print": (1980, 1260)}
-
-
-def test_on_a_phone_no_letter_is_smaller_than_eight_dots(analyses: dict[str, Analysis]) -> None:
-    for which in plotting.FIGURES:
-        sheet = plotting.draw(analyses["a miscounted run"], which)
-        texts = [item for item in sheet.items if isinstance(item, Words) and item.text not in ("zz", "0")]
-        assert min(text.size for text in texts) * 390 / sheet.wide > 8
-
-
-def test_symbols_are_set_as_on_the_page(analyses: dict[str, Analysis]) -> None:
-    sheet = plotting.draw(analyses["3 x 3"], "torque")
-    words = [item for item in sheet.items if isinstance(item, Words)]
-    letter, below = words[told(sheet).index("zz") - 1], words[told(sheet).index("zz")]
-    assert (letter.text, letter.style, below.style) == ("I", "italic", "normal")
-    assert below.size < letter.size
-    assert below.y < letter.y
-    assert below.x == pytest.approx(letter.x + letter.box.wide)
-    for which in plotting.FIGURES:
-        assert not [text for text in told(plotting.draw(analyses["3 x 3"], which)) if re.search(r"I_zz|M0|\dx?u", text)]
-
-
-def test_print_leaves_results_to_the_caption(analyses: dict[str, Analysis]) -> None:
-    for which in plotting.FIGURES:
-        sheet = plotting.draw(analyses["a miscounted run"], which, plotting.MEDIA["print"])
-        title = [item.text for item in sheet.items if isinstance(item, Words) and item.weight == "bold"]
-        assert title
-        assert not re.search(r"\d", "".join(title))
-
-
-@pytest.mark.parametrize(("style", "size"), [("slides", (1920, 1080)), ("print", (1980, 1620))])
-def test_the_command_draws_for_slides_and_print(style: str, size: tuple[int, int], tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "gyrodata", "analyze", "-", "--style", style, "--out", str(tmp_path), "--quiet"]
-    subprocess.run(command, input=LOGS["3 x 3"], stdout=subprocess.DEVNULL, check=True)
-    with Image.open(tmp_path / "torque.png") as image:
-        assert image.size == size
-    medium = plotting.MEDIA[style]
-    page = (tmp_path / "report.html").read_text(encoding="utf-8")
-    for look in plotting.list_looks(analyze(LOGS["3 x 3"], name="log.csv"), medium.grey_safe):
-        assert f'fill="{look.colour}"' in page
+def test_texts_of_any_log_are_inside_and_apart(name: str, medium: str, analyses: dict[str, Analysis]) -> None:
+    if medium == "screen" or name in ("nine torques", "two odd runs", "with unloaded runs"):
+        for which in plotting.FIGURES:
+            check_layout(plotting.draw(analyses[name], which, plotting.MEDIA[medium]))
 
 
 def test_same_log_same_bytes_in_any_process() -> None:
@@ -192,35 +118,15 @@ def test_same_log_same_bytes_in_any_process() -> None:
         "for form in ('png', 'svg', 'pdf'):\n"
         "    print([hashlib.sha256(data).hexdigest() for data in plotting.render(lab, form).values()])\n"
     )
-    running = [
-        subprocess.Popen(
-            [sys.executable, "-c", program],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
+    hashes = [
+        subprocess.run(
+            [sys.executable, "-c", program], input=LOGS["a miscounted run"], capture_output=True, check=True,
             env={**os.environ, "PYTHONHASHSEED": seed},
-        )
+        ).stdout
         for seed in ("1", "2")
-    ]
-    hashes = [process.communicate(LOGS["a miscounted run"])[0] for process in running]
+    ]  # fmt: skip
     assert hashes[0] == hashes[1]
     assert hashes[0].count(b"\n") == 3
-
-
-def test_no_date_in_vector_files(analyses: dict[str, Analysis]) -> None:
-    for form in ("svg", "pdf"):
-        for data in plotting.render(analyses["3 x 3"], form).values():  # type: ignore[arg-type]
-            assert b"CreationDate" not in data
-            assert b"dc:date" not in data
-
-
-@pytest.mark.parametrize("name", ["3 x 3", "nine torques"])
-def test_a_torque_looks_the_same_in_every_figure_and_like_no_other(name: str, analyses: dict[str, Analysis]) -> None:
-    looks = [(look.colour, look.marker) for look in plotting.list_looks(analyses[name])]
-    assert len({colour for colour, _ in looks}) == len(looks)
-    for which in plotting.FIGURES:
-        sheet = plotting.draw(analyses[name], which)
-        for panel in sheet.panels:
-            assert [(dots.colour, dots.marker) for _, dots in runs(sheet, panel)] == looks
 
 
 @pytest.mark.parametrize("name", ["a miscounted run", "two odd runs"])
@@ -230,7 +136,6 @@ def test_a_flagged_run_is_hollow_and_named_everywhere(name: str, analyses: dict[
     assert flagged == (["5"] if name == "a miscounted run" else ["5", "8"])
     for which in plotting.FIGURES:
         sheet = plotting.draw(analysis, which)
-        assert len(sheet.panels) == (2 if which == "torque" else 1)
         for panel in sheet.panels:
             assert sum(len(places) for places, dots in runs(sheet, panel) if dots.hollow) == len(flagged)
         for run in flagged:
@@ -238,31 +143,13 @@ def test_a_flagged_run_is_hollow_and_named_everywhere(name: str, analyses: dict[
             assert f"run {run}" in plotting.alt_text(analysis, which)
 
 
-def test_what_lies_beyond_the_axes_says_where_it_is(analyses: dict[str, Analysis]) -> None:
-    sheet = plotting.draw(analyses["with unloaded runs"], "period")
-    beyond = [text for text in told(sheet) if "↑" in text]
-    unloaded = [run for run in analyses["with unloaded runs"].run_table if not run.torque]
-    assert beyond == [f"↑ {run.period:.4g} s" for run in unloaded]
-    assert sheet.panels[0].y[1] < 100
-    odd = told(plotting.draw(analyses["two odd runs"], "residuals"))
-    assert any(re.fullmatch(r"run 5 ↓ −\d+ u", text) for text in odd)
-    odd = told(plotting.draw(analyses["two odd runs"], "torque"))
-    assert any(re.fullmatch(r"run 5 ↓ −[\d.]+ mN·m", text) for text in odd)
-
-
 # Colours as the colour-blind see them: G. M. Machado, M. M. Oliveira, L. A. F. Fernandes, IEEE Trans. Vis. Comput.
 # Graph. 15 (2009) 1291, severity 1, for linear red, green and blue.
 SIGHT = {
-    "normal": np.eye(3),
-    "protanopia": np.array(
-        [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]]
-    ),
-    "deuteranopia": np.array(
-        [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]]
-    ),
-    "tritanopia": np.array(
-        [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]]
-    ),
+    "normal": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+    "protanopia": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
+    "deuteranopia": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
+    "tritanopia": [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]],
 }
 
 
@@ -281,19 +168,10 @@ def lab(colour: str, sight: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("sight", SIGHT)
 def test_colours_stay_apart_for_the_colour_blind(sight: str) -> None:
     colours = [colour for colour, _ in choose_looks([0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.0])]
-    seen = [lab(colour, SIGHT[sight]) for colour in colours]
+    seen = [lab(colour, np.array(SIGHT[sight])) for colour in colours]
     apart = min(np.linalg.norm(a - b) for a, b in combinations(seen, 2))
     # Six times the least difference that is seen of two patches side by side.
     assert apart > 15
-
-
-def test_print_shades_differ_without_colour() -> None:
-    for count in (2, 3, 4, 6):
-        looks = choose_looks([0.01 * (i + 1) for i in range(count)], grey_safe=True)
-        lightness = [lab(colour, SIGHT["normal"])[0] for colour, _ in looks]
-        assert lightness == sorted(lightness)
-        assert min(np.diff(lightness)) > 7
-        assert len({marker for _, marker in looks}) == count
 
 
 def test_names_from_the_log_are_plain_text() -> None:
@@ -303,24 +181,6 @@ def test_names_from_the_log_are_plain_text() -> None:
         warnings.simplefilter("error")
         for form in ("png", "svg", "pdf"):
             plotting.render(analysis, form)  # type: ignore[arg-type]
-
-
-def test_a_style_of_the_user_survives() -> None:
-    import matplotlib as mpl
-
-    before = dict(mpl.rcParams)
-    plotting.render(analyze(LOGS["one run"], name="log.csv"))
-    assert dict(mpl.rcParams) == before
-
-
-def test_no_pyplot_and_no_axes_which_take_as_long_to_load_as_four_figures_to_draw() -> None:
-    program = (
-        "import sys\nfrom gyrodata import analyze, plotting\n"
-        "assert 'matplotlib' not in sys.modules\n"
-        "plotting.render(analyze(sys.stdin.buffer.read(), name='log.csv'))\n"
-        "assert not {'matplotlib.pyplot', 'matplotlib.figure'} & set(sys.modules)\n"
-    )
-    subprocess.run([sys.executable, "-c", program], input=LOGS["3 x 3"], check=True)
 
 
 def test_figures_hold_the_numbers_of_the_analysis(analyses: dict[str, Analysis]) -> None:
@@ -341,43 +201,3 @@ def test_figures_hold_the_numbers_of_the_analysis(analyses: dict[str, Analysis])
     left = torque - 1e3 * (analysis.inertia.value * product - analysis.residual_torque.value)
     below = data(lower, np.concatenate([places for places, _ in runs(sheet, lower)]))
     np.testing.assert_allclose(below, np.column_stack([product, left]), atol=1e-9)
-
-
-@pytest.mark.parametrize("name", ["3 x 3", "with unloaded runs", "one torque"])
-def test_the_band_has_the_slopes_of_the_interval_and_is_narrow_where_the_runs_are(
-    name: str, analyses: dict[str, Analysis]
-) -> None:
-    analysis = analyses[name]
-    inertia, fit = analysis.inertia, analysis.fit
-    far = 1e6 * np.array([-1.0, 1.0])
-    down, up = line_band(gather(analysis), far)
-    low, high = inertia.interval_95
-    np.testing.assert_allclose(
-        [up[1] / far[1], down[1] / far[1]], [high - inertia.value, inertia.value - low], rtol=1e-3
-    )
-    np.testing.assert_allclose(
-        [up[0] / far[1], down[0] / far[1]], [inertia.value - low, high - inertia.value], rtol=1e-3
-    )
-    # Where the line is known best it is known as well as the fit says.
-    x = np.linspace(0, 2 * max(run.product for run in analysis.run_table), 20001)
-    variance = x**2 * fit.covariance[0, 0] - 2 * x * fit.covariance[0, 1] + fit.covariance[1, 1]
-    down, up = line_band(gather(analysis), x)
-    assert [down.min(), up.min()] == pytest.approx([1.96 * np.sqrt(variance.min())] * 2, rel=0.01)
-    assert abs(x[down.argmin()] - x[variance.argmin()]) < 0.01 * x[-1]
-
-
-def test_every_form_shows_the_same(analyses: dict[str, Analysis]) -> None:
-    svg = plotting.render(analyses["3 x 3"], "svg")["torque"].decode()
-    sheet = plotting.draw(analyses["3 x 3"], "torque")
-    assert f'viewBox="0 0 {sheet.wide:g} {sheet.tall:g}"' in svg
-    for item in sheet.items:
-        if isinstance(item, Words):
-            assert f"<!-- {item.text} -->" in svg
-
-
-@pytest.mark.parametrize("name", plotting.FIGURES)
-def test_alt_text_tells_the_main_numbers(name: str, analyses: dict[str, Analysis]) -> None:
-    text = plotting.alt_text(analyses["3 x 3"], name)
-    expected = {"period": "rpm", "product": "rad²/s²", "torque": "kg·m²", "residuals": "9 runs"}[name]
-    assert expected in text
-    assert len(text) < 700

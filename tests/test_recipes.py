@@ -1,4 +1,4 @@
-"""The recipes of the map for newcomers, carried out on a copy of the package, which must then work.
+"""Five recipes of the map for newcomers, carried out on a copy of the package, which must then work.
 
 One copy for all, and of each recipe the smallest real example, as a patch: text after a file's name is put in where the
 lines with a blank or a minus before them stand, or at the end of the file where there are none. The recipe must name
@@ -19,6 +19,7 @@ from typing import Any
 import pytest
 
 ROOT = Path(__file__).parent.parent
+SAMPLE = ROOT / "sample_data" / "air_gyroscope.csv"
 TEXT = (ROOT / ".github" / "CONTRIBUTING.md").read_text(encoding="utf-8")
 WRITTEN = dict(re.findall(r"^\* \*\*(.*?)\*\*(.*?)(?=^\* |^## )", TEXT, re.MULTILINE | re.DOTALL))
 
@@ -48,26 +49,6 @@ RECIPES = {
 +    if "turns" in table.columns and max(turns or 0 for turns in table.columns["turns"].values) > 50:
 +        faults.add(TURNS_TOO_MANY, "more than 50 turns in one run", "is that a count of seconds?")
 """,
-    "A source of error": """
-@ measurements/sources.py
- SOURCES: Mapping[str, SourceKind] = {
-+    "ruler_scale": SourceKind("position", Uncertainty(0.0, 0.0005), "0.05 %", "all runs (a ruler)", "a ruler checked"),
-@ measurements/sources.py
-     zero = _of_whole_log(readings, "position_zero")
-+    sources.append(_of_whole_log(readings, "ruler_scale"))
-@ readings/roles.py
- SHARED_UNCERTAINTIES = {
-+    "u_ruler_scale": "length",
-@ reporting/phrases.py
- SOURCE_NAMES = {
-+    "ruler_scale": "the ruler's scale",
-@ simulation/noise.py
-     for key in (
-+        "ruler_scale",
-@ simulation/noise.py
- _ERRORS = (
-+    _Error("u_ruler_scale", ("position",), "log"),
-""",
     "An effect": """
 @ physics.py
 +
@@ -78,26 +59,6 @@ RECIPES = {
 @ effects.py
  EFFECTS = (
 +    EffectKind("buoyancy", "lift of the air", lambda case: (physics.buoyancy_bias(7800), False, "steel")),
-""",
-    "A criterion of a rubric": """
-@ grading/criteria.py
-+
-+
-+def _repeats(criterion: Criterion, evidence: Evidence) -> Mark:
-+    single = float(sum(torque.runs < 2 for torque in evidence.analysis.torques))
-+    return mark(criterion, criterion.curve.share(single), f"{single:g} weights once", {"single": single})
-+
-+
-+_JUDGES["repeats"] = _repeats
-@ grading/rubric.py
--Check = Literal["log",
-+Check = Literal["repeats", "log",
-@ grading/rubric.py
- KINDS: dict[str, Kind] = {
-+    "repeats": Kind("Each weight is timed twice", ("single",), "single <= 1", "single >= 4"),
-@ grading/rubric.py
- MEANINGS = {
-+    "single": "the number of weights timed once",
 """,
     "A platform of a class": """
 @ grading/platforms.py
@@ -113,74 +74,28 @@ RECIPES = {
 -Platform = Literal["auto",
 +Platform = Literal["auto", "sakai",
 """,
-    "A figure": """
-@ plotting/figures.py
--FIGURES = ("period",
-+FIGURES = ("spins", "period",
-@ plotting/figures.py
--_DRAWERS: dict[str, Callable[[Scene, Medium], Sheet]] = {
-+def _draw_spins(scene: Scene, medium: Medium) -> Sheet:
-+    sheet, count = medium.sheet(), len(scene.spin)
-+    panel = Panel(sheet, medium.boxes(20, 2)[0], (0, count + 1), (0, scene.spin.max()))
-+    draw_axes(panel, "run", "spin ψ̇ [rpm]")
-+    panel.line(np.arange(1, count + 1), scene.spin, INK)
-+    return sheet
-+
-+
-+_DRAWERS: dict[str, Callable[[Scene, Medium], Sheet]] = {
-+    "spins": _draw_spins,
-@ plotting/figure_data.py
--    words = {"period"
-+    words = {"spins": lambda analysis, scene: "The spins as read.", "period"
-@ reporting/questions.py
-         Figure("period", "Period τ against spin ψ̇, with the fitted law of each torque."),
-+        Figure("spins", "The spin of each run."),
-@ grading/feedback.py
- CAPTIONS = {
-+    "spins": "The spins as you read them",
-""",
 }
 """By its name in the map."""
 
 SCRIPT = """
 import json, sys
 import gyrodata
-from gyrodata import plotting, reporting, simulation
+from gyrodata import reporting
 from gyrodata.diagnostics import CODES, LOG
 from gyrodata.readings import read_log
-from gyrodata.units import Uncertainty
 
 sample = open(sys.argv[1], encoding="utf-8").read()
 lines = [line for line in sample.splitlines() if line[0] != "#"]
 delayed = "\\n".join([lines[0] + ",Verzug [s]", *(line + ",0.5" for line in lines[1:])])
-raised = read_log(CODES["G299"].example.encode()).diagnostics
 analysis = gyrodata.analyze(sample.encode())
-doubtful = gyrodata.analyze(("# u_ruler_scale: 2 %\\n" + sample).encode())
-looks = plotting.list_looks(analysis)
-figures = plotting.render(analysis)
-alt = {name: plotting.alt_text(analysis, name) for name in figures}
 print(json.dumps({
     "unit": read_log(LOG.replace("[g]", "[slug]").encode() + b"0.01,15,400,13,1").columns["mass"].values,
-    "times": list(gyrodata.analyze(delayed.encode()).measurements.time - analysis.measurements.time),
-    "raised": [d.severity for d in raised if d.code == "G299"],
+    "late": [late.time - run.time for late, run in zip(
+        gyrodata.analyze(delayed.encode()).run_table, analysis.run_table, strict=True)],
+    "raised": [d.severity for d in read_log(CODES["G299"].example.encode()).diagnostics if d.code == "G299"],
     "effects": {effect.effect: effect.bias for effect in analysis.effects},
-    "budget": {share.source: share.share for share in doubtful.fit.budget},
-    "advice": doubtful.advice,
-    "simulated": "ruler_scale" in str(simulation.simulate(
-        simulation.Truth(), simulation.Design(), {"u_ruler_scale": Uncertainty(0.0, 0.1)}, 1).log),
-    "report": reporting.markdown_report(doubtful),
-    "page": reporting.report_page(analysis, figures, "png", alt, looks),
-    "figure": figures["spins"][:4].hex(),
+    "report": reporting.markdown_report(analysis),
 }))
-"""
-
-RUBRIC = """
-schema = 1
-points = 2
-[[criterion]]
-id = "twice"
-check = "repeats"
-points = 2
 """
 
 
@@ -211,70 +126,28 @@ def run(copy: Path, *words: str | Path) -> Any:
     return json.loads(done.stdout)
 
 
-@pytest.fixture(scope="module")
-def seen(copy: Path) -> Any:
-    return run(copy, "-c", SCRIPT, ROOT / "sample_data" / "air_gyroscope.csv")
-
-
-@pytest.fixture(scope="module")
-def graded(copy: Path) -> Any:
-    """A class of one, as Sakai packs it, graded by the new criterion."""
-    home = copy / "class" / "Doe, Jane(jdoe)" / "Submission attachment(s)"
-    home.mkdir(parents=True)
-    shutil.copy(ROOT / "sample_data" / "air_gyroscope.csv", home / "lab.csv")
-    (copy / "rubric.toml").write_text(RUBRIC, encoding="utf-8")
-    options = ("--rubric", "rubric.toml", "--lms", "sakai", "--format", "json", "--workers", "1")
-    return run(copy, "-m", "gyrodata", "grade", "class", *options)
-
-
-def test_every_recipe_is_carried_out_and_the_other_way_round() -> None:
-    # The other two are held by the tests of the schema and of the page.
-    assert set(WRITTEN) == {*RECIPES, "A key of the JSON", "A sentence or a number of the report"}
-
-
-@pytest.mark.parametrize("recipe", RECIPES)
-def test_a_recipe_names_every_file_that_it_takes_and_is_short(recipe: str) -> None:
-    told = WRITTEN[recipe]
-    assert [name for name, _ in files_of(RECIPES[recipe]) if f"`{name}`" not in told] == []
+@pytest.mark.parametrize("recipe", WRITTEN)
+def test_a_recipe_names_its_files_in_six_lines(recipe: str) -> None:
+    told, rooms = WRITTEN[recipe], re.findall(r"`([\w/]+\.py)`", WRITTEN[recipe])
     assert len(told.strip().splitlines()) <= 6
+    assert rooms
+    assert [name for name in rooms if not any((ROOT / top / name).is_file() for top in ("gyrodata", ""))] == []
+    assert [name for name, _ in files_of(RECIPES.get(recipe, "")) if name and f"`{name}`" not in told] == []
 
 
-def test_a_unit(seen: Any) -> None:
+def test_recipes_of_a_log_carried_out_work(copy: Path) -> None:
+    seen = run(copy, "-c", SCRIPT, SAMPLE)
     assert seen["unit"] == [pytest.approx(0.14593902937)]
-
-
-def test_a_role(seen: Any) -> None:
-    assert seen["times"] == pytest.approx([0.5] * len(seen["times"]))
-
-
-def test_a_diagnostic(seen: Any) -> None:
+    assert seen["late"] == pytest.approx([0.5] * len(seen["late"]))
     assert seen["raised"] == ["warning"]
-
-
-def test_a_source_of_error(seen: Any) -> None:
-    assert seen["budget"]["ruler_scale"] > 0.5
-    assert "a ruler checked" in " ".join(seen["advice"])
-    assert "the ruler's scale" in seen["report"]
-    assert seen["simulated"]
-
-
-def test_an_effect(seen: Any) -> None:
     assert seen["effects"]["buoyancy"] == pytest.approx(1.2 / 7800)
     assert "lift of the air" in seen["report"]
 
 
-def test_a_figure(seen: Any) -> None:
-    assert seen["figure"] == b"\x89PNG".hex()
-    assert "The spins as read." in seen["page"]
-    assert "The spin of each run." in seen["page"]
-
-
-def test_a_criterion_of_a_rubric(graded: Any) -> None:
-    (mark,) = graded["students"][0]["marks"]
-    assert (mark["title"], mark["points"]) == ("Each weight is timed twice", 2)
-
-
-def test_a_platform_of_a_class(graded: Any) -> None:
-    (student,) = graded["students"]
-    assert graded["input"]["lms"] == "sakai"
+def test_a_platform_added_by_its_recipe_is_read(copy: Path) -> None:
+    home = copy / "class" / "Doe, Jane(jdoe)" / "Submission attachment(s)"
+    home.mkdir(parents=True)
+    shutil.copy(SAMPLE, home / "lab.csv")
+    told = run(copy, "-m", "gyrodata", "grade", "class", "--lms", "sakai", "--format", "json", "--workers", "0")
+    (student,) = told["students"]
     assert (student["student"], student["name"]) == ("jdoe", "Doe, Jane")

@@ -48,7 +48,7 @@ class Calls:
             setattr(os, name, self._counted(name, getattr(os, name)))
         _posixsubprocess.fork_exec = self._counted("fork_exec", _posixsubprocess.fork_exec)
         reduction.sendfds = self._counted("sendfds", reduction.sendfds)
-        calls = self
+        calls, real = self, io.open
 
         class Raw(io.FileIO):
             def readinto(self, buffer: Any) -> int | None:
@@ -72,6 +72,8 @@ class Calls:
             file: Any, mode: str = "r", buffering: int = -1, encoding: str | None = None, errors: str | None = None,
             newline: str | None = None, closefd: bool = True, opener: Any = None,
         ) -> Any:  # fmt: skip
+            if "site-packages" in str(file):  # fonts and code of libraries
+                return real(file, mode, buffering, encoding, errors, newline, closefd, opener)
             if not isinstance(file, int):
                 calls.step("open", file)
             raw = Raw(file, mode.replace("b", "").replace("t", ""), closefd, opener)

@@ -16,7 +16,7 @@ FAST = 600 * np.pi / 30
 
 
 @pytest.mark.parametrize("drop", [0.1, 0.3, 0.5])
-def test_under_drag_the_angle_precessed_is_that_of_the_harmonic_mean_spin(drop: float) -> None:
+def test_under_drag_the_angle_is_that_of_the_harmonic_mean_spin(drop: float) -> None:
     decay = 20.0
     time = -decay * np.log(1 - drop)
     times = np.linspace(0, time, 200)
@@ -35,15 +35,6 @@ def test_without_drag_it_is_the_exact_motion() -> None:
     assert np.abs(path.axis - true.axis).max() < 1e-9
     assert np.abs(path.momentum - true.momentum).max() < 1e-9 * INERTIA * FAST
     assert path.evaluations > 100
-
-
-def test_what_is_not_said_is_eighth_order_to_nine_digits_without_drag() -> None:
-    state = released(TOP, FAST, 0.1)
-    said = integrate(TOP, state, 1.0, drag=0.0, method="DOP853", rtol=1e-9, atol=1e-12)
-    silent = integrate(TOP, state, 1.0)
-    assert (silent.axis == said.axis).all()
-    assert (silent.momentum == said.momentum).all()
-    assert silent.evaluations == said.evaluations
 
 
 def test_the_tolerances_are_those_of_e3_and_as_much_of_h() -> None:
@@ -89,14 +80,6 @@ def test_a_torque_of_the_state_is_the_drag_written_out() -> None:
     assert energy(TOP, here) < energy(TOP, state)
 
 
-def test_at_time_zero_nothing_is_asked() -> None:
-    state = released(TOP, FAST)
-    path = integrate(TOP, state, 0.0)
-    assert path.evaluations == 0
-    assert path.axis.shape == (3,)
-    assert (integrate(TOP, state, [0.0, 0.0]).momentum == state.momentum).all()
-
-
 @pytest.mark.parametrize("method", ["RK45", "DOP853"])
 def test_a_stack_is_the_single_tops_each_with_its_time_and_drag(method: str) -> None:
     tops = Top(INERTIA, 1.3 * INERTIA, np.array([[0.03, -0.06], [0.02, 0.0]]))
@@ -109,23 +92,6 @@ def test_a_stack_is_the_single_tops_each_with_its_time_and_drag(method: str) -> 
         alone = integrate(one, State(states.axis[i, j], states.momentum[i, j]), times[i, j], drag=drag[j], rtol=1e-11)
         assert together.axis[i, j] == pytest.approx(alone.axis, abs=1e-8)
         assert together.momentum[i, j] == pytest.approx(alone.momentum, abs=1e-8 * INERTIA * FAST)
-
-
-def test_a_stack_takes_one_time_for_all_and_states_alone_make_one() -> None:
-    states = released(TOP, np.array([30.0, 60.0, 90.0]))
-    path = integrate(TOP, states, 0.7, rtol=1e-11)
-    assert np.abs(path.axis - exact(TOP, states, 0.7).axis).max() < 1e-9
-    still = integrate(TOP, states, 0.0)
-    assert (still.axis == states.axis).all()
-    assert still.evaluations == 0
-
-
-def test_drags_alone_make_a_stack() -> None:
-    state, drags = released(TOP, FAST), np.array([0.0, 1e-4, 5e-4])
-    together = integrate(TOP, state, 0.5, drag=drags, rtol=1e-11)
-    assert together.axis.shape == (3, 3)
-    for drag, axis in zip(drags, together.axis, strict=True):
-        assert axis == pytest.approx(integrate(TOP, state, 0.5, drag=drag, rtol=1e-11).axis, abs=1e-9)
 
 
 def test_what_cannot_be_integrated_is_refused() -> None:
@@ -149,30 +115,7 @@ def test_what_cannot_be_integrated_is_refused() -> None:
         integrate(TOP, state, 1.0, drag=lambda time, *_: [0.0, 0.0, 1e-3 / (0.5 - time) ** 2])
 
 
-def test_times_may_stand_still_on_their_way_up_or_down() -> None:
-    state = released(TOP, FAST, 0.1)
-    for times in ([0.0, 0.3, 0.3, 0.5], [0.0, -0.3, -0.3, -0.5], [0.2, 0.2], [-0.2, -0.2], [0.0, 0.0, -0.1]):
-        path = integrate(TOP, state, times, rtol=1e-11)
-        assert np.abs(path.axis - exact(TOP, state, np.array(times)).axis).max() < 1e-9
-
-
-@pytest.mark.parametrize("drag", [0.0, 2e-4])
-@pytest.mark.parametrize("spin", [0.0, 20.0])
-def test_the_unit_of_mass_does_not_matter(drag: float, spin: float) -> None:
-    # By a power of two, so that no digit changes: the tolerances are those of the motion, not of its units.
-    top, state = Top(INERTIA, 1.3 * INERTIA, 0.06), released(Top(INERTIA, 1.3 * INERTIA, 0.06), spin, 0.3)
-    for heavy in (2.0**20, 2.0**-20):
-        other = Top(heavy * INERTIA, heavy * 1.3 * INERTIA, heavy * 0.06)
-        here, there = (
-            integrate(one, State(state.axis, size * state.momentum), [0.1, 0.5], drag=size * drag, rtol=1e-4, atol=1e-5)
-            for one, size in ((top, 1.0), (other, heavy))
-        )
-        assert there.evaluations == here.evaluations
-        assert there.axis == pytest.approx(here.axis, rel=1e-12, abs=1e-15)
-        assert there.momentum == pytest.approx(heavy * here.momentum, rel=1e-12, abs=1e-15 * heavy)
-
-
-def test_the_tolerance_of_a_component_near_zero_is_that_of_the_whole_vector() -> None:
+def test_a_tolerance_is_that_of_the_whole_vector() -> None:
     state = released(TOP, FAST, 0.1)
     off = []
     for atol in (1e-4, 1e-7, 1e-10):

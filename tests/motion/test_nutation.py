@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 
 import mpmath
 import numpy as np
@@ -98,7 +97,7 @@ def test_without_spin_it_swings_and_without_a_torque_it_stays() -> None:
 
 
 @pytest.mark.parametrize("short", [3.0, 1.0, 0.6, 0.3, 0.15, 0.07, 0.03, 1e-2, 3e-3, 1e-3, 1e-4, 1e-6])
-def test_a_pendulum_that_starts_ever_nearer_to_the_upright_takes_ever_longer(short: float) -> None:
+def test_the_period_of_a_pendulum_near_upright_is_k_of_jacobi(short: float) -> None:
     # K of 1 − m = sin²(short/2), which a start so near the upright still tells; from 1e-5 on the start is rounded.
     pitch = math.pi / 2 - short
     with mpmath.workdps(40):
@@ -109,7 +108,7 @@ def test_a_pendulum_that_starts_ever_nearer_to_the_upright_takes_ever_longer(sho
 
 
 @pytest.mark.parametrize("short", [0.3, 1e-2, 1e-4])
-def test_the_mean_sag_of_a_pendulum_that_hardly_leaves_the_upright(short: float) -> None:
+def test_the_mean_sag_of_a_pendulum_near_upright_is_the_integral(short: float) -> None:
     # Most of the time it is near its start, and its mean is that of a sharp peak.
     pitch = math.pi / 2 - short
     with mpmath.workdps(30):
@@ -123,17 +122,3 @@ def test_the_mean_sag_of_a_pendulum_that_hardly_leaves_the_upright(short: float)
         whole, sagged = mpmath.quad(passing, parts), mpmath.quad(lambda sag: sag * passing(sag), parts)
         expected = float(sagged / whole)
     assert nutation(Top(INERTIA, 6e-3, 0.05), 0.0, pitch).mean_sag == pytest.approx(expected, rel=1e-10)
-
-
-def test_far_from_any_lab_it_stays_finite() -> None:
-    draw = np.random.default_rng(3)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        for _ in range(60):
-            inertia, torque = 10 ** draw.uniform(-9, 3), draw.choice([-1, 1]) * 10 ** draw.uniform(-5, 3)
-            pitch = draw.choice([1, -1]) * (math.pi / 2 - 10 ** draw.uniform(-9, 0.1))
-            spin = draw.choice([-1, 1]) * 10 ** draw.uniform(-3, 4)
-            found = nutation(Top(inertia, inertia * draw.choice([0.5, 1, 1.3, 40]), torque), spin, pitch)
-            assert all(math.isfinite(getattr(found, name)) for name in found.__struct_fields__)
-            assert 0 < found.mean_sag / found.greatest_sag < 1
-            assert found.greatest_sag * torque > 0

@@ -62,7 +62,7 @@ def test_slopes_of_the_harmonic_mean(start: float, end: float) -> None:
 
 
 @pytest.mark.parametrize("decay", [9.9e-4, -9.9e-4, 1.01e-3, 0.4])
-def test_slopes_of_the_harmonic_mean_are_exact_where_the_spin_hardly_falls(decay: float) -> None:
+def test_slopes_of_the_harmonic_mean_of_a_hardly_falling_spin(decay: float) -> None:
     to_start, _ = physics.harmonic_mean_spin_slopes(1.0, math.exp(-decay))
     with mpmath.workdps(40):
         fall = -mpmath.log(mpmath.mpf(math.exp(-decay)))

@@ -46,7 +46,7 @@ def test_both_roots_to_the_last_digit(sine: float, total_spin: bool) -> None:
     assert math.isinf(found) if sine == 0 else abs(found / fast - 1) <= 1e-14
 
 
-def test_the_textbook_formula_returns_zero_where_the_stable_one_holds() -> None:
+def test_the_textbook_formula_gives_zero_for_a_horizontal_rod() -> None:
     cosine = float(np.cos(np.pi / 2))  # 6.1e-17, what a program has for a horizontal rod
     lean, momentum = (INERTIA - TRANSVERSE) * cosine, INERTIA * SPIN
     assert (-momentum + math.sqrt(momentum**2 + 4 * lean * TORQUE)) / (2 * lean) == 0
@@ -55,17 +55,6 @@ def test_the_textbook_formula_returns_zero_where_the_stable_one_holds() -> None:
     assert physics.precession_rate(TORQUE, SPIN, INERTIA, TRANSVERSE, np.pi / 2 - np.pi / 2) == pytest.approx(
         expected, rel=1e-15
     )
-
-
-def test_the_textbook_formula_loses_its_digits_on_the_way() -> None:
-    lost = []
-    for sine in (1e-4, 1e-8, 1e-12):
-        lean, momentum = (INERTIA - TRANSVERSE) * sine, INERTIA * SPIN
-        textbook = (-momentum + math.sqrt(momentum**2 + 4 * lean * TORQUE)) / (2 * lean)
-        lost.append(abs(float(textbook / exact_roots(TORQUE, SPIN, INERTIA, TRANSVERSE, math.asin(sine))[0]) - 1))
-    assert lost[0] > 1e-14
-    assert lost[1] > 1e-10
-    assert lost[2] > 1e-5
 
 
 sizes = st.floats(-3, 3).map(lambda x: 10.0**x)
@@ -100,7 +89,7 @@ def test_any_top_to_what_its_condition_allows(
         assert abs(found / fast - 1) <= 8 * EPSILON * (1 + spread) * (1 + difference)
 
 
-def test_near_the_least_spin_the_rate_is_ill_conditioned_and_no_worse() -> None:
+def test_near_the_least_spin_errors_are_those_of_the_condition() -> None:
     pitch = math.radians(60)
     least = physics.least_spin(TORQUE, INERTIA, TRANSVERSE, pitch)
     for distance in (1e-2, 1e-6, 1e-10):
@@ -123,7 +112,7 @@ def test_both_roots_solve_equation_eight(pitch: float, side: int, sense: int) ->
         assert abs(rate * bracket - torque) <= 1e-14 * scale
 
 
-def test_what_the_tachometer_reads_makes_no_difference_to_the_motion() -> None:
+def test_spin_and_total_spin_give_the_same_rate() -> None:
     pitch = math.radians(35)
     rate = physics.precession_rate(TORQUE, SPIN, INERTIA, TRANSVERSE, pitch)
     total = SPIN + rate * math.sin(pitch)
@@ -138,36 +127,6 @@ def test_horizontal_is_equation_nine_with_signs() -> None:
         assert physics.horizontal_precession_rate(torque, spin, INERTIA) == pytest.approx(expected, rel=1e-15)
 
 
-def test_no_size_of_an_angular_momentum_is_special_but_none() -> None:
-    # Units in which I_zz ψ̇ or the torque is a round number.
-    for momentum in (-2.0, -1.0, -0.5, 0.5, 1.0, 2.0):
-        for torque in (-1.0, 1.0, 2.0):
-            for inertia in (0.5, 1.0, 4.0):
-                found = physics.horizontal_precession_rate(torque, momentum / inertia, inertia)
-                assert found == pytest.approx(torque / momentum, rel=1e-15)
-                assert physics.precession_rate(torque, momentum / inertia, inertia) == pytest.approx(found, rel=1e-15)
-    assert np.isnan(physics.horizontal_precession_rate([1.0, 0.0], 0.0, 1.0)).all()
-
-
-def test_what_is_not_said_is_a_level_rod_on_its_point_and_the_spin_of_the_frame() -> None:
-    rate = physics.precession_rate(TORQUE, SPIN, INERTIA)
-    assert rate == physics.precession_rate(TORQUE, SPIN, INERTIA, 0.0, 0.0, total_spin=False)
-    assert physics.precession_rate(TORQUE, SPIN, INERTIA, TRANSVERSE) == pytest.approx(rate, rel=1e-15)
-    # Without I the body is a thin needle along its own axis: eq. (8) with I = 0.
-    numbers = TORQUE, SPIN, INERTIA, 0.0, 0.6
-    assert physics.precession_rate(*numbers) == physics.precession_rate(TORQUE, SPIN, INERTIA, pitch=0.6)
-    assert physics.precession_rate(*numbers) == pytest.approx(float(exact_roots(*numbers)[0]), rel=1e-15)
-    tilted = TORQUE, SPIN, INERTIA, TRANSVERSE, 0.6
-    for ask in (physics.precession_rate, physics.fast_precession_rate):
-        assert ask(*tilted) == ask(*tilted, total_spin=False)
-        assert abs(ask(*tilted) / ask(*tilted, total_spin=True) - 1) > 1e-3
-    least = physics.least_spin(TORQUE, INERTIA, TRANSVERSE, 0.6)
-    assert least == physics.least_spin(TORQUE, INERTIA, TRANSVERSE, 0.6, total_spin=False)
-    bias = physics.tilt_bias(2.0, SPIN, 0.6, INERTIA, TRANSVERSE)
-    assert bias == physics.tilt_bias(2.0, SPIN, 0.6, INERTIA, TRANSVERSE, total_spin=False)
-    assert bias == pytest.approx((1 - TRANSVERSE / INERTIA) * 2.0 / SPIN * math.sin(0.6), rel=1e-14)
-
-
 @pytest.mark.parametrize("pitch", [-20.0, 0.0, 50.0])
 def test_signs_carry_through(pitch: float) -> None:
     angle = math.radians(pitch)
@@ -175,11 +134,6 @@ def test_signs_carry_through(pitch: float) -> None:
     assert physics.precession_rate(TORQUE, -SPIN, INERTIA, TRANSVERSE, angle) == -rate
     # The rod turned over is the weight on the other side.
     assert physics.precession_rate(-TORQUE, SPIN, INERTIA, TRANSVERSE, -angle) == -rate
-
-
-def test_without_a_torque_the_rod_stays() -> None:
-    for pitch, spin in product([-0.5, 0.0, 0.5], [0.0, -0.0, SPIN, -SPIN]):
-        assert physics.precession_rate(0.0, spin, INERTIA, TRANSVERSE, pitch) == 0
 
 
 def test_without_a_torque_the_fast_root_is_free_precession() -> None:
@@ -207,18 +161,6 @@ def test_no_steady_precession_is_not_a_number() -> None:
     assert np.isnan(physics.horizontal_precession_rate(TORQUE, 0.0, INERTIA))
 
 
-def test_no_fast_root_is_infinite() -> None:
-    assert math.isinf(physics.fast_precession_rate(TORQUE, SPIN, INERTIA, TRANSVERSE, 0.0))
-    assert math.isinf(physics.fast_precession_rate(TORQUE, SPIN, INERTIA, INERTIA, 0.4))
-    assert math.isinf(physics.fast_precession_rate(TORQUE, SPIN, INERTIA, TRANSVERSE, 5e-324))
-
-
-def test_the_fast_root_is_out_of_reach_of_a_lab() -> None:
-    # 20 g at 150 mm, 400 rpm, 10°: 7900 rpm.
-    fast = physics.fast_precession_rate(0.0294, 400 * RPM, INERTIA, TRANSVERSE, math.radians(10))
-    assert abs(fast) / RPM == pytest.approx(7900, rel=0.01)
-
-
 def test_the_least_spin_is_where_steady_precession_ends() -> None:
     for pitch, total_spin in product((5.0, 60.0, 89.0), (False, True)):
         top = INERTIA, TRANSVERSE, math.radians(pitch)
@@ -240,24 +182,6 @@ def test_a_rod_that_needs_no_spin() -> None:
     assert physics.least_spin(TORQUE, INERTIA, TRANSVERSE, 0.0) == 0
     assert physics.least_spin(-TORQUE, INERTIA, TRANSVERSE, 0.5) == 0
     assert physics.least_spin(TORQUE, TRANSVERSE, INERTIA, 0.5) == 0  # a flat body, I < I_zz
-
-
-def test_arrays_give_what_single_numbers_give() -> None:
-    torque = np.array([[TORQUE], [-TORQUE], [0.0]])
-    spin = np.array([SPIN, -SPIN, 0.0, 2.0])
-    pitch = 0.4
-    slow = physics.precession_rate(torque, spin, INERTIA, TRANSVERSE, pitch)
-    assert slow.shape == (3, 4)
-    for i, j in np.ndindex(3, 4):
-        one = physics.precession_rate(torque[i, 0], spin[j], INERTIA, TRANSVERSE, pitch)
-        np.testing.assert_array_equal(slow[i, j], one)
-
-
-def test_torque_of_a_weight() -> None:
-    # 20, 40, 60 g at 150 mm in Ithaca, N*m.
-    torque = physics.torque(np.array([0.02, 0.04, 0.06]), 0.15, 9.8031)
-    np.testing.assert_allclose(torque, [0.029, 0.059, 0.088], atol=5e-4)
-    assert physics.torque(0.02, -0.15, 9.8031) < 0
 
 
 def test_full_turns_of_the_lab() -> None:

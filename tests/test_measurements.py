@@ -172,11 +172,6 @@ TILTED = HEAD.strip() + ",pitch [deg]\n" + ROWS.replace("1/3\n", "1/3,-20\n")
         (HEAD + ROWS.replace("1/3", "0.33"), "angle", "1° at each end of a part of a turn, and rounding"),
         (TILTED, "transverse_inertia", "20 %"),
         ("# transverse_inertia: 0.006 kg*m^2\n" + TILTED, "transverse_inertia", "2 %"),
-        (
-            "# u_transverse_inertia: 5 %\n" + TILTED,
-            "transverse_inertia",
-            "as given",
-        ),
         ("# weight_diameter: 4 ± 0.1 cm\n" + HEAD + ROWS, "weight_diameter", "as given"),
     ],
 )

@@ -204,7 +204,8 @@ BOOKS = {
     "--gradebook": "Student,ID,SIS User ID,SIS Login ID,Section,Gyroscope (5511),Final Score\n"
     "    Points Possible,,,,,20.0,(read only)\n{a},ann,001,u1,A,,1\n{b},ben,002,u2,A,7,1\n",
     "--worksheet": "Identifier,Full name,Email address,Status,Grade,Maximum Grade,Grade can be changed,"
-    "Feedback comments\nParticipant ann,{a},a@b.c,Submitted,,20.00,Yes,\nParticipant ben,{b},a@b.c,Submitted,7.00,20.00,No,<p>so</p>\n",
+    "Feedback comments\nParticipant ann,{a},a@b.c,Submitted,,20.00,Yes,\n"
+    "Participant ben,{b},a@b.c,Submitted,7.00,20.00,No,<p>so</p>\n",
     "--grade-center": "Last Name,First Name,Username,Student ID,Last Access,Gyroscope [Total Pts: 20 Score] |5511\n"
     "{a},Kim,ann,1,2026-03-09,\n{b},Kim,ben,2,2026-03-09,Needs Grading(3.00)\n",
 }
@@ -311,7 +312,7 @@ def options(seed: int) -> str:
         line.append(rng.choice([*parameter.opts, *parameter.secondary_opts]))
         if not getattr(parameter, "is_flag", False):
             line.append(value_of(rng, parameter))
-    line += {("analyze",): ["--no-report"], ("grade",): ["--workers", "0"]}.get(names, [])
+    line += {"analyze": ["--no-report"], "grade": ["--workers", "0"]}.get(names[0], [])
     with folder():
         return "taken" if gyro(*line, *rng.choice(([], ["log.csv"], ["class"]))) < 2 else "refused"
 

@@ -396,11 +396,7 @@ HABITS: list[Habit] = [
         ),
         turns=_THIRDS,
     ),
-    Habit(
-        "turns in words",
-        _dated({"1/3": "one third", "2/3": "two thirds", "1": "full"}),
-        turns=_THIRDS,
-    ),
+    Habit("turns in words", _dated({"1/3": "one third", "2/3": "two thirds", "1": "full"}), turns=_THIRDS),
     Habit("turns with the word behind", _cells(lambda run: run._replace(turns=f"{run.turns} rev")), turns=_THIRDS),
     Habit("turns as ⅓", _dated({"1/3": "⅓", "2/3": "⅔"}), turns=_THIRDS),
     Habit("turns in degrees", _dated({"1/3": "120°", "2/3": "240°", "1": "360°"}), turns=_THIRDS),
@@ -440,10 +436,7 @@ HABITS: list[Habit] = [
     ),
     Habit("table a weight, header again", _csv_of(_blocks(lambda i, m: [f"Weight {i}: {m} g"]))),
     Habit("table a weight, header once", _csv_of(_blocks(lambda i, m: [f"Weight {i}: {m} g"], repeat=False))),
-    Habit(
-        "table a weight with its arm",
-        _csv_of(_blocks(lambda i, m: [f"Weight {i}: {m} g at 14.8 cm"], slice(2, 5))),
-    ),
+    Habit("table a weight with its arm", _csv_of(_blocks(lambda i, m: [f"Weight {i}: {m} g at 14.8 cm"], slice(2, 5)))),
     Habit("m = in the caption", _csv_of(_blocks(lambda i, m: [f"m = {m} g, x = 14.8 cm"], slice(2, 5)))),
     Habit("caption in two cells", _csv_of(_blocks(lambda i, m: ["Mass:", f"{m} g"]))),
     Habit("caption in three cells", _csv_of(_blocks(lambda i, m: ["Mass", m, "g"]))),
@@ -469,8 +462,7 @@ HABITS: list[Habit] = [
         ),
     ),
     Habit(
-        "xlsx, a copy on a second sheet",
-        lambda runs: workbook({"Raw": typed(rows(runs)), "Copy": typed(rows(runs))}),
+        "xlsx, a copy on a second sheet", lambda runs: workbook({"Raw": typed(rows(runs)), "Copy": typed(rows(runs))})
     ),
     Habit(
         "xlsx, notes on a second sheet",

@@ -518,9 +518,9 @@ HABITS: list[Habit] = [
 
 HEADERS = {
     "mass": (
-        "Mass (g); m (g); Weight (g); Added mass [g]; Mass used (g); Load (g); m [g]; mass_g; Mass of weight (g); Hanging mass (g); "
-        "Weight mass (g); Total mass (g); Weight #1 (g); Masse / g; Zusatzmasse [g]; "
-        "masse (g); Масса, г; masa (g); 质量 (g); 砝码质量/g; Mass of added weight (g)"
+        "Mass (g); m (g); Weight (g); Added mass [g]; Mass used (g); Load (g); m [g]; mass_g; Mass of weight (g); "
+        "Hanging mass (g); Weight mass (g); Total mass (g); Weight #1 (g); Masse / g; Zusatzmasse [g]; masse (g); "
+        "Масса, г; masa (g); 质量 (g); 砝码质量/g; Mass of added weight (g)"
     ),
     "position": (
         "Position (cm); x (cm); Distance (cm); Position on rod (cm); Weight position (cm); Distance from ball "

@@ -389,7 +389,7 @@ ROUNDED = {"mass": ("0.02", "0.0200"), "position": ("15", "15.0")}
 
 
 @pytest.mark.parametrize("role", ROUNDED)
-def test_digits_that_decide_much_of_u_are_named_with_both_answers(role: str) -> None:
+def test_digits_that_decide_u_are_named_with_both_answers(role: str) -> None:
     short = "mass [kg],position [cm],spin [rpm],time [s],turns\n"
     for mass, spin, time in (("0.02", 206, 20.4), ("0.04", 405, 20.1), ("0.06", 404, 13.4)):
         short += f"{mass},15.0,{spin},{time},1\n"

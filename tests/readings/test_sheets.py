@@ -59,7 +59,7 @@ USUAL = {
 }
 
 
-def test_header_as_students_write_it_is_understood_or_asked_about():
+def test_header_of_a_student_is_understood_or_asked_about():
     outcomes = Counter()
     for meant, headers in HEADERS.items():
         for header in headers.split("; "):

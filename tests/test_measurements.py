@@ -108,7 +108,6 @@ SIGHTED = "mass [g],position [cm],spin [rpm],time [s],"
         ("# u_precession_rate: 0.016 rad/s\n# u_spin: 20 rpm\n" + RATE,
          {"precession_rate": 0.1, "spin": 0.05, "time_bias": None, "angle": None}),
         # A part of a turn is sighted at both ends, a whole turn is not.
-        (HEAD + ROW.replace("1/3", "1"), {"angle": None}),
         (PERIOD, {"angle": None}),
         *((f"{line}\n{SIGHTED}{head}\n20.0,15.0,206,7.06,{cell}\n", {"angle": 3 * 3 / 360}) for line, head, cell in (
             ("# u_angle: 3 deg", "turns", "1/3"), ("# u_turns: 0.00833333333", "turns", "1/3"),
@@ -139,6 +138,16 @@ def test_each_source_of_error_has_its_size(log: str, shares: dict[str, float | N
     assert {name: told.get(name) for name in shares} == {
         name: share and pytest.approx(share, rel=2e-3) for name, share in shares.items()
     }
+
+
+def test_a_spin_read_once_is_read_late() -> None:
+    assert budget("# u_spin_delay: 3 s\n" + HEAD + ROW)["spin_delay"] == pytest.approx(0.01)
+    assert "spin_delay" not in budget(FALLING)
+
+
+def test_only_a_part_of_a_turn_is_sighted() -> None:
+    assert budget(HEAD + ROW)["angle"] == pytest.approx(3 * 2**0.5 / 360)
+    assert "angle" not in budget(HEAD + ROW.replace("1/3", "2.00"))
 
 
 @pytest.mark.parametrize(
@@ -283,7 +292,7 @@ def test_readings_that_contradict_each_other_are_named(log: str, code: str, line
     assert all(words in one.message for one in told)
 
 
-def test_weight_that_spins_along_is_taken_off_i_zz() -> None:
+def test_i_zz_is_that_of_ball_and_rod() -> None:
     head = "# g: 9.803 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns,weight_diameter [cm]\n"
     rows = []
     for mass, position, diameter in ((200, 15, 6), (400, 15, 8), (300, -15, 6)):

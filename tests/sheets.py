@@ -141,57 +141,21 @@ class Language(NamedTuple):
 
 LANGUAGES = {
     "en": Language(HEAD, "Lab 4: Gyroscope", "Average", "Weight", "The ball was polished before we began", False),
-    "de": Language(
-        ["Masse (g)", "Abstand (cm)", "Drehzahl (U/min)", "Zeit (s)", "Umdrehungen"],
-        "Versuch 4: Der Kreisel",
-        "Mittelwert",
-        "Gewicht",
-        "Die Kugel wurde vorher geputzt",
-    ),
-    "fr": Language(
-        ["Masse (g)", "Distance au centre (cm)", "Vitesse de rotation (tr/min)", "Temps (s)", "Nombre de tours"],
-        "TP 4 : le gyroscope",
-        "Moyenne",
-        "Masse",
-        "La boule a été nettoyée avant",
-    ),
-    "ru": Language(
-        ["Масса (г)", "Расстояние (см)", "Скорость вращения (об/мин)", "Время (с)", "Обороты"],
-        "Работа 4: гироскоп",
-        "Среднее",
-        "Груз",
-        "Шар протёрли перед опытом",
-    ),
-    "es": Language(
-        ["Masa (g)", "Distancia al centro (cm)", "Velocidad de giro (rpm)", "Tiempo (s)", "Vueltas"],
-        "Práctica 4: el giroscopio",
-        "Promedio",
-        "Masa",
-        "Limpiamos la bola antes de empezar",
-    ),
-    "pl": Language(
-        ["Masa (g)", "Ramię (cm)", "Prędkość obrotowa (obr/min)", "Czas (s)", "Liczba obrotów"],
-        "Ćwiczenie 4: żyroskop",
-        "Średnia",
-        "Masa",
-        "Kula została wyczyszczona",
-    ),
-    "pt": Language(
-        ["Massa (g)", "Braço (cm)", "Velocidade de rotação (rpm)", "Tempo (s)", "Voltas"],
-        "Prática 4: o giroscópio",
-        "Média",
-        "Massa",
-        "A bola foi limpa antes",
-    ),
-    "zh": Language(
-        ["质量 (g)", "位置 (cm)", "转速 (rpm)", "时间 (s)", "圈数"],
-        "实验四：陀螺仪",
-        "平均值",
-        "砝码",
-        "实验前擦拭了球",
-        False,
-    ),
-}
+    "de": Language(["Masse (g)", "Abstand (cm)", "Drehzahl (U/min)", "Zeit (s)", "Umdrehungen"],
+        "Versuch 4: Der Kreisel", "Mittelwert", "Gewicht", "Die Kugel wurde vorher geputzt"),
+    "fr": Language(["Masse (g)", "Distance au centre (cm)", "Vitesse de rotation (tr/min)", "Temps (s)",
+        "Nombre de tours"], "TP 4 : le gyroscope", "Moyenne", "Masse", "La boule a été nettoyée avant"),
+    "ru": Language(["Масса (г)", "Расстояние (см)", "Скорость вращения (об/мин)", "Время (с)", "Обороты"],
+        "Работа 4: гироскоп", "Среднее", "Груз", "Шар протёрли перед опытом"),
+    "es": Language(["Masa (g)", "Distancia al centro (cm)", "Velocidad de giro (rpm)", "Tiempo (s)", "Vueltas"],
+        "Práctica 4: el giroscopio", "Promedio", "Masa", "Limpiamos la bola antes de empezar"),
+    "pl": Language(["Masa (g)", "Ramię (cm)", "Prędkość obrotowa (obr/min)", "Czas (s)", "Liczba obrotów"],
+        "Ćwiczenie 4: żyroskop", "Średnia", "Masa", "Kula została wyczyszczona"),
+    "pt": Language(["Massa (g)", "Braço (cm)", "Velocidade de rotação (rpm)", "Tempo (s)", "Voltas"],
+        "Prática 4: o giroscópio", "Média", "Massa", "A bola foi limpa antes"),
+    "zh": Language(["质量 (g)", "位置 (cm)", "转速 (rpm)", "时间 (s)", "圈数"],
+        "实验四：陀螺仪", "平均值", "砝码", "实验前擦拭了球", False),
+}  # fmt: skip
 
 
 def _language_habits() -> list[Habit]:
@@ -389,18 +353,10 @@ HABITS: list[Habit] = [
     Habit("turns became dates, German", _dated({"1/3": "01. Mrz", "2/3": "02. Mrz"}), turns=_THIRDS),
     Habit("turns became dates, 03.Jan", _dated({"1/3": "03.Jan", "2/3": "03.Feb"}), turns=_THIRDS),
     Habit("turns became dates, Jan-03", _dated({"1/3": "Jan-03", "2/3": "Feb-03"}), turns=_THIRDS),
-    Habit(
-        "xlsx, turns became dates",
-        lambda runs: workbook(
-            {"Sheet1": [HEAD, *([*typed([list(r[:4])])[0], _date(r.turns) if "/" in r.turns else 1] for r in runs)]}
-        ),
-        turns=_THIRDS,
-    ),
-    Habit(
-        "turns in words",
-        _dated({"1/3": "one third", "2/3": "two thirds", "1": "full"}),
-        turns=_THIRDS,
-    ),
+    Habit("xlsx, turns became dates",
+        lambda runs: workbook({"Sheet1": [HEAD,
+        *([*typed([list(r[:4])])[0], _date(r.turns) if "/" in r.turns else 1] for r in runs)]}), turns=_THIRDS),
+    Habit("turns in words", _dated({"1/3": "one third", "2/3": "two thirds", "1": "full"}), turns=_THIRDS),
     Habit("turns with the word behind", _cells(lambda run: run._replace(turns=f"{run.turns} rev")), turns=_THIRDS),
     Habit("turns as ⅓", _dated({"1/3": "⅓", "2/3": "⅔"}), turns=_THIRDS),
     Habit("turns in degrees", _dated({"1/3": "120°", "2/3": "240°", "1": "360°"}), turns=_THIRDS),
@@ -414,216 +370,111 @@ HABITS: list[Habit] = [
     Habit("title with the date", _with([["Gyroscope lab", "", "", "12 March"]])),
     Habit("title with delimiters behind", _with([["Lab 4", "", "", "", ""]])),
     Habit("Numbers export", _with([["Table 1", "", "", "", ""]])),
-    Habit(
-        "units in the second row",
-        lambda runs: text_of(
-            [["Mass", "Position", "Spin", "Time", "Turns"], ["g", "cm", "rpm", "s", ""], *map(list, runs)]
-        ),
-    ),
-    Habit(
-        "units in brackets in the second row",
-        lambda runs: text_of(
-            [["Mass", "Position", "Spin", "Time", "Turns"], ["(g)", "(cm)", "(rpm)", "(s)", ""], *map(list, runs)]
-        ),
-    ),
-    *(
-        Habit(f"summary row {word}", _with(below=[[word, "14.8", "404.67", "10.98", ""]]))
-        for word in ("Average", "Mean", "Mittelwert", "σ", "St. dev.", "Total")
-    ),
+    Habit("units in the second row",
+        lambda runs: text_of([["Mass", "Position", "Spin", "Time", "Turns"], ["g", "cm", "rpm", "s", ""],
+        *map(list, runs)])),
+    Habit("units in brackets in the second row",
+        lambda runs: text_of([["Mass", "Position", "Spin", "Time", "Turns"], ["(g)", "(cm)", "(rpm)", "(s)", ""],
+        *map(list, runs)])),
+    *(Habit(f"summary row {word}", _with(below=[[word, "14.8", "404.67", "10.98", ""]])) for word in ("Average",
+        "Mean", "Mittelwert", "σ", "St. dev.", "Total")),
     Habit("mean and deviation below", _with(below=[["Mean", "", "404.7", "10.98"], ["Std dev", "", "170", "6.1"]])),
     Habit("note below", _with(below=[["Note: run 4 was a bit late"]])),
     Habit("blank rows and notes below", _with(below=[[], ["Notes"], ["the stopwatch belongs to Ben"]])),
     Habit("note in the third column", _with(below=[["", "", "tachometer held by hand"]])),
-    Habit(
-        "results below",
-        _with(below=[[], ["Results"], ["Mass (g)", "I_zz (kg m^2)"], ["20.1", "0.00441"], ["40.3", "0.00446"]]),
-    ),
+    Habit("results below",
+        _with(below=[[], ["Results"], ["Mass (g)", "I_zz (kg m^2)"], ["20.1", "0.00441"], ["40.3", "0.00446"]])),
     Habit("table a weight, header again", _csv_of(_blocks(lambda i, m: [f"Weight {i}: {m} g"]))),
     Habit("table a weight, header once", _csv_of(_blocks(lambda i, m: [f"Weight {i}: {m} g"], repeat=False))),
-    Habit(
-        "table a weight with its arm",
-        _csv_of(_blocks(lambda i, m: [f"Weight {i}: {m} g at 14.8 cm"], slice(2, 5))),
-    ),
+    Habit("table a weight with its arm",
+        _csv_of(_blocks(lambda i, m: [f"Weight {i}: {m} g at 14.8 cm"], slice(2, 5)))),
     Habit("m = in the caption", _csv_of(_blocks(lambda i, m: [f"m = {m} g, x = 14.8 cm"], slice(2, 5)))),
     Habit("caption in two cells", _csv_of(_blocks(lambda i, m: ["Mass:", f"{m} g"]))),
     Habit("caption in three cells", _csv_of(_blocks(lambda i, m: ["Mass", m, "g"]))),
     Habit("caption with its unit in brackets", _csv_of(_blocks(lambda i, m: ["Mass (g)", m]))),
-    Habit(
-        "table a weight, mean below each",
-        _csv_of(_blocks(lambda i, m: [f"{m} g"], after=lambda group: [["Average", "", "9.99"], []])),
-    ),
+    Habit("table a weight, mean below each",
+        _csv_of(_blocks(lambda i, m: [f"{m} g"], after=lambda group: [["Average", "", "9.99"], []]))),
     Habit("whole tables below each other", _csv_of(_blocks(lambda i, m: [f"Part {i}"], slice(0, 5)))),
     Habit("header repeated without captions", _csv_of(lambda runs: [*rows(runs[:6]), [], *rows(runs[6:])])),
-    Habit(
-        "columns in another order in the second table",
-        _csv_of(lambda runs: [*rows(runs[:6]), HEAD[::-1], *(list(run)[::-1] for run in runs[6:])]),
-    ),
+    Habit("columns in another order in the second table",
+        _csv_of(lambda runs: [*rows(runs[:6]), HEAD[::-1], *(list(run)[::-1] for run in runs[6:])])),
     Habit("whole tables side by side", _csv_of(_cells_side_by_side)),
     Habit("xlsx, mass merged", _merged("A")),
     Habit("xlsx, mass, arm and turns merged", _merged("ABE")),
     Habit("xlsx with an empty first row and column", _sheet(lambda runs: [[], *([None, *r] for r in rows(runs))])),
-    Habit(
-        "xlsx, results on a second sheet",
-        lambda runs: workbook(
-            {"Data": typed(rows(runs)), "Analysis": [["Mass (g)", "I_zz (kg m^2)"], [20.1, 0.0044], [40.3, 0.0045]]}
-        ),
-    ),
-    Habit(
-        "xlsx, a copy on a second sheet",
-        lambda runs: workbook({"Raw": typed(rows(runs)), "Copy": typed(rows(runs))}),
-    ),
-    Habit(
-        "xlsx, notes on a second sheet",
-        lambda runs: workbook({"Sheet1": typed(rows(runs)), "Sheet2": [["remember to ask for the scale"]]}),
-    ),
-    Habit(
-        "xlsx, whole tables on two sheets",
-        lambda runs: workbook({"Monday": typed(rows(runs[:5])), "Tuesday": typed(rows(runs[5:]))}),
-    ),
+    Habit("xlsx, results on a second sheet",
+        lambda runs: workbook({"Data": typed(rows(runs)),
+        "Analysis": [["Mass (g)", "I_zz (kg m^2)"], [20.1, 0.0044], [40.3, 0.0045]]})),
+    Habit("xlsx, a copy on a second sheet",
+        lambda runs: workbook({"Raw": typed(rows(runs)), "Copy": typed(rows(runs))})),
+    Habit("xlsx, notes on a second sheet",
+        lambda runs: workbook({"Sheet1": typed(rows(runs)), "Sheet2": [["remember to ask for the scale"]]})),
+    Habit("xlsx, whole tables on two sheets",
+        lambda runs: workbook({"Monday": typed(rows(runs[:5])), "Tuesday": typed(rows(runs[5:]))})),
     Habit("xlsx, three trials", _sheet(_trials(3, ["Trial 1 (s)", "Trial 2 (s)", "Trial 3 (s)"]))),
-    Habit("xlsx, three trials and their mean", _sheet(_trials(3, ["t1 (s)", "t2 (s)", "t3 (s)"], "Average time (s)"))),
+    Habit("xlsx, three trials and their mean",
+        _sheet(_trials(3, ["t1 (s)", "t2 (s)", "t3 (s)"], "Average time (s)"))),
     Habit("mean before the trials", _csv_of(_trials(2, ["Trial 1 (s)", "Trial 2 (s)"], "Average time (s)", True))),
     Habit("trials named time", _csv_of(_trials(3, ["Time 1 (s)", "Time 2 (s)", "Time 3 (s)"], "Mean (s)"))),
     Habit("trials in German", _csv_of(_trials(3, ["1. Messung (s)", "2. Messung (s)", "3. Messung (s)"]))),
-    Habit(
-        "xlsx, time merged over 1, 2, 3",
-        _sheet(
-            lambda runs: [
-                ["Mass (g)", "Position (cm)", "Spin (rpm)", "Time (s)", "", "", "Turns"],
-                ["", "", "", "1", "2", "3", ""],
-                *_trials(3, ["1", "2", "3"])(runs)[1:],
-            ],
-            "D1:F1",
-        ),
-    ),
-    Habit(
-        "spin merged over before and after",
-        lambda runs: text_of(
-            [
-                ["Mass (g)", "Position (cm)", "Spin (rpm)", "", "Time (s)", "Turns"],
-                ["", "", "before", "after", "", ""],
-                *([r.mass, r.position, str(int(r.spin) + 1), str(int(r.spin) - 1), *r[3:]] for r in runs),
-            ]
-        ),
-    ),
-    Habit(
-        "two equal weights", _cells(lambda run: run._replace(mass="2 x 10.05 g" if run.mass == "20.1" else run.mass))
-    ),
-    Habit(
-        "a thousand, quoted", lambda runs: text_of(rows(runs)).replace(",604,", ',"1,015",'), edit=('"1,015"', "604")
-    ),
+    Habit("xlsx, time merged over 1, 2, 3",
+        _sheet(lambda runs: [["Mass (g)", "Position (cm)", "Spin (rpm)", "Time (s)", "", "", "Turns"],
+        ["", "", "", "1", "2", "3", ""], *_trials(3, ["1", "2", "3"])(runs)[1:]], "D1:F1")),
+    Habit("spin merged over before and after",
+        lambda runs: text_of([["Mass (g)", "Position (cm)", "Spin (rpm)", "", "Time (s)", "Turns"],
+        ["", "", "before", "after", "", ""],
+        *([r.mass, r.position, str(int(r.spin) + 1), str(int(r.spin) - 1), *r[3:]] for r in runs)])),
+    Habit("two equal weights",
+        _cells(lambda run: run._replace(mass="2 x 10.05 g" if run.mass == "20.1" else run.mass))),
+    Habit("a thousand, quoted", lambda runs: text_of(rows(runs)).replace(",604,", ',"1,015",'),
+        edit=('"1,015"', "604")),
     Habit("weights that are none", lambda runs: text_of(rows(runs)).replace("\n0,", "\nnone,"), unloaded=True),
     Habit("no weight in words", lambda runs: text_of(rows(runs)).replace("\n0,", "\nno weight,"), unloaded=True),
     Habit("xlsx, numbers as text", lambda runs: workbook({"Sheet1": rows(runs)})),
-    Habit(
-        "xlsx, times as times of the day",
-        lambda runs: workbook(
-            {
-                "Sheet1": [
-                    HEAD,
-                    *(
-                        [*typed([list(r[:3])])[0], datetime.timedelta(seconds=float(r.time)), number(r.turns)]
-                        for r in runs
-                    ),
-                ]
-            }
-        ),
-    ),
-    Habit(
-        "xlsx, worked out beside",
-        _sheet(
-            lambda runs: [
-                [*HEAD, "Period (s)", "Torque (N m)"],
-                *(
-                    [*r, f"{float(r.time) / float(Fraction(r.turns)):.2f}", f"{float(r.mass) / 1000 * G * ARM:.4f}"]
-                    for r in runs
-                ),
-            ]
-        ),
-    ),
-    Habit(
-        "xlsx, means of each weight below it",
-        _sheet(_blocks(lambda i, m: [f"Weight {i}", f"{m} g"], after=lambda group: [["Mean", "", "9.99"], []])),
-    ),
-    Habit(
-        "xlsx, trials below each other, merged",
-        lambda runs: workbook(
-            {
-                "Sheet1": typed(
-                    [
-                        ["Mass (g)", "Position (cm)", "Spin (rpm)", "Trial", "Time (s)", "Turns"],
-                        *(
-                            [
-                                *(r[:3] if k == 0 else ("", "", "")),
-                                str(k + 1),
-                                f"{float(r.time) + 0.1 * k:.2f}",
-                                r.turns,
-                            ]
-                            for r in runs
-                            for k in range(2)
-                        ),
-                    ]
-                )
-            }
-        ),
-    ),
+    Habit("xlsx, times as times of the day",
+        lambda runs: workbook({"Sheet1": [HEAD,
+        *([*typed([list(r[:3])])[0], datetime.timedelta(seconds=float(r.time)), number(r.turns)] for r in runs)]})),
+    Habit("xlsx, worked out beside",
+        _sheet(lambda runs: [[*HEAD, "Period (s)", "Torque (N m)"],
+        *([*r, f"{float(r.time) / float(Fraction(r.turns)):.2f}",
+        f"{float(r.mass) / 1000 * G * ARM:.4f}"] for r in runs)])),
+    Habit("xlsx, means of each weight below it",
+        _sheet(_blocks(lambda i, m: [f"Weight {i}", f"{m} g"], after=lambda group: [["Mean", "", "9.99"], []]))),
+    Habit("xlsx, trials below each other, merged",
+        lambda runs: workbook({"Sheet1": typed([["Mass (g)", "Position (cm)", "Spin (rpm)", "Trial", "Time (s)",
+        "Turns"],
+        *([*(r[:3] if k == 0 else ("", "", "")), str(k + 1), f"{float(r.time) + 0.1 * k:.2f}",
+        r.turns] for r in runs for k in range(2))])})),
     Habit("xlsx, tables side by side", lambda runs: workbook({"S": _cells_side_by_side(runs)})),
-    Habit(
-        "xlsx, means on a second sheet",
-        lambda runs: workbook(
-            {
-                "Data": typed(rows(runs)),
-                "Averages": typed(rows([Run(m, "14.8", "404", "9.99", g[0].turns) for m, g in by_mass(runs).items()])),
-            }
-        ),
-    ),
-    Habit(
-        "xlsx, values above the table",
-        _sheet(lambda runs: [["Position (cm)", "14.8"], [], [HEAD[0], *HEAD[2:]], *([r[0], *r[2:]] for r in runs)]),
-    ),
+    Habit("xlsx, means on a second sheet",
+        lambda runs: workbook({"Data": typed(rows(runs)),
+        "Averages": typed(rows([Run(m, "14.8", "404", "9.99", g[0].turns) for m, g in by_mass(runs).items()]))})),
+    Habit("xlsx, values above the table",
+        _sheet(lambda runs: [["Position (cm)", "14.8"], [], [HEAD[0], *HEAD[2:]], *([r[0], *r[2:]] for r in runs)])),
     Habit("a dash for no weight", lambda runs: text_of(rows(runs)).replace("\n0,", "\n-,"), unloaded=True),
     Habit("means without a name", _mean_row),
-    Habit(
-        "the arm changes on the way",
-        _csv_of(lambda runs: [[HEAD[0], *HEAD[2:]], ["x = 14.8 cm"], *([r[0], *r[2:]] for r in runs)]),
-    ),
+    Habit("the arm changes on the way",
+        _csv_of(lambda runs: [[HEAD[0], *HEAD[2:]], ["x = 14.8 cm"], *([r[0], *r[2:]] for r in runs)])),
     # what looks like an answer and is none
-    Habit(
-        "a ball in the title",
+    Habit("a ball in the title",
         lambda runs: text_of([["Ball: 4.3 kg, diameter 10.16 cm"], HEAD[1:], *(list(run[1:]) for run in runs[:3])]),
-        settings={"mass": "20.1 g"},
-        says="--set mass",
-    ),
-    Habit(
-        "a rod in the title",
+        settings={"mass": "20.1 g"}, says="--set mass"),
+    Habit("a rod in the title",
         lambda runs: text_of([["Rod length 30.0 cm"], [HEAD[0], *HEAD[2:]], *([r[0], *r[2:]] for r in runs)]),
-        settings={"position": "14.8 cm"},
-        says="--set position",
-    ),
-    Habit(
-        "two weights in one caption",
+        settings={"position": "14.8 cm"}, says="--set position"),
+    Habit("two weights in one caption",
         lambda runs: text_of([["Weights 20.1 g and 40.3 g"], HEAD[1:], *(list(run[1:]) for run in runs[:3])]),
-        settings={"mass": "20.1 g"},
-        says="--set mass",
-    ),
-    Habit(
-        "a caption that forgets its weight",
+        settings={"mass": "20.1 g"}, says="--set mass"),
+    Habit("a caption that forgets its weight",
         _csv_of(_blocks(lambda i, m: [f"Weight {i}: {m} g" if i != 2 else "Weight 2"])),
-        edit=("Weight 2", "Weight 2: 40.3 g"),
-        says="mass",
-    ),
-    Habit(
-        "means of times among the runs",
+        edit=("Weight 2", "Weight 2: 40.3 g"), says="mass"),
+    Habit("means of times among the runs",
         _csv_of(lambda runs: [*rows(runs[:3]), ["", "", "", "9.99"], *(list(r) for r in runs[3:])]),
-        edit=(",,,9.99", "#,,,9.99"),
-        says="spin is blank",
-    ),
+        edit=(",,,9.99", "#,,,9.99"), says="spin is blank"),
     # words for cells and headers
     Habit("about 398", _cells(lambda run: run._replace(spin=f"~{run.spin}")), edit=("~", "")),
-    Habit(
-        "units in the cells",
-        _csv(HEAD, lambda r: [f"{r.mass} g", f"{r.position} cm", f"{r.spin} rpm", f"{r.time} s", r.turns]),
-    ),
+    Habit("units in the cells",
+        _csv(HEAD, lambda r: [f"{r.mass} g", f"{r.position} cm", f"{r.spin} rpm", f"{r.time} s", r.turns])),
     Habit("header: Turn", _column(4, "Turn")),
     Habit("header: # of turns", _column(4, "# of turns")),
     Habit("header: Fraction of revolution", _column(4, "Fraction of revolution")),
@@ -632,68 +483,37 @@ HABITS: list[Habit] = [
     Habit("header: Mass used", _column(0, "Mass used (g)")),
     Habit("header: Avg RPM", _column(2, "Avg RPM")),
     Habit("header: Tach", _column(2, "Tach (rpm)")),
-    Habit(
-        "RPM before and after",
-        _csv(
-            [*HEAD[:2], "RPM before", "RPM after", *HEAD[3:]],
-            lambda r: [*r[:2], int(r.spin) + 1, int(r.spin) - 1, *r[3:]],
-        ),
-    ),
-    Habit("time of ten rotations", _csv([*HEAD[:2], "Time for 10 rotations of the ball (s)", *HEAD[3:]], _spin_of_ten)),
-    Habit(
-        "spin_time and spin_turns",
-        _csv(
-            ["mass [g]", "position [cm]", "spin_time [s]", "spin_turns", "time [s]", "turns"],
-            lambda r: [*_spin_of_ten(r)[:3], 10, *r[3:]],
-        ),
-    ),
+    Habit("RPM before and after",
+        _csv([*HEAD[:2], "RPM before", "RPM after", *HEAD[3:]],
+        lambda r: [*r[:2], int(r.spin) + 1, int(r.spin) - 1, *r[3:]])),
+    Habit("time of ten rotations",
+        _csv([*HEAD[:2], "Time for 10 rotations of the ball (s)", *HEAD[3:]], _spin_of_ten)),
+    Habit("spin_time and spin_turns",
+        _csv(["mass [g]", "position [cm]", "spin_time [s]", "spin_turns", "time [s]", "turns"],
+        lambda r: [*_spin_of_ten(r)[:3], 10, *r[3:]])),
     # the origin of a position
-    Habit(
-        "from the surface, stated",
-        lambda runs: "# position_from: surface\n# ball_diameter: 10.16 cm\n" + text_of([HEAD, *map(_surface, runs)]),
-    ),
-    Habit(
-        "from the surface, in the header",
-        lambda runs: text_of([_FROM_SURFACE, *map(_surface, runs)]),
-        settings=_BALL,
-        says="ball_diameter",
-    ),
-    Habit(
-        "from the tip, stated",
-        lambda runs: "# position_from: tip\n# rod_length: 25.0 cm\n" + text_of([HEAD, *map(_tip, runs)]),
-    ),
-    Habit(
-        "from the tip, in the header",
+    Habit("from the surface, stated",
+        lambda runs: "# position_from: surface\n# ball_diameter: 10.16 cm\n" + text_of([HEAD, *map(_surface, runs)])),
+    Habit("from the surface, in the header", lambda runs: text_of([_FROM_SURFACE, *map(_surface, runs)]),
+        settings=_BALL, says="ball_diameter"),
+    Habit("from the tip, stated",
+        lambda runs: "# position_from: tip\n# rod_length: 25.0 cm\n" + text_of([HEAD, *map(_tip, runs)])),
+    Habit("from the tip, in the header",
         lambda runs: text_of([["Mass (g)", "Distance from tip (cm)", *HEAD[2:]], *map(_tip, runs)]),
-        settings={"rod_length": "25.0 cm"},
-        says="rod_length",
-    ),
+        settings={"rod_length": "25.0 cm"}, says="rod_length"),
     # what cannot be known is asked
     Habit("no turns", _without_turns("Time (s)"), settings={"turns": "1/3"}, says="turns", turns=_SAME),
     Habit("no units", _column(2, "Spin"), edit=("Spin", "Spin [rpm]"), says="Spin [rpm]"),
-    Habit(
-        "a weight in a title only",
+    Habit("a weight in a title only",
         lambda runs: text_of([["Lab 4"], HEAD[1:], *(list(run[1:]) for run in runs[:3])]),
-        settings={"mass": "20.1 g"},
-        says="--set mass",
-    ),
-    Habit(
-        "a letter for a digit",
-        lambda runs: text_of(rows(runs)).replace("604", "6O4", 1),
-        edit=("6O4", "604"),
-        says="604",
-    ),
-    Habit(
-        "a dotted clock",
-        lambda runs: text_of(rows(runs)).replace(runs[0].time, "0.0" + runs[0].time, 1),
-        edit=(",0.0", ",0:0"),
-    ),
-    Habit(
-        "a forgotten spin",
-        lambda runs: text_of(rows(runs)).replace("20.1,14.8,604", "20.1,14.8,"),
-        edit=("20.1,14.8,,", "20.1,14.8,604,"),
-    ),
-]
+        settings={"mass": "20.1 g"}, says="--set mass"),
+    Habit("a letter for a digit", lambda runs: text_of(rows(runs)).replace("604", "6O4", 1), edit=("6O4", "604"),
+        says="604"),
+    Habit("a dotted clock", lambda runs: text_of(rows(runs)).replace(runs[0].time, "0.0" + runs[0].time, 1),
+        edit=(",0.0", ",0:0")),
+    Habit("a forgotten spin", lambda runs: text_of(rows(runs)).replace("20.1,14.8,604", "20.1,14.8,"),
+        edit=("20.1,14.8,,", "20.1,14.8,604,")),
+]  # fmt: skip
 
 
 HEADERS = {
@@ -716,8 +536,8 @@ HEADERS = {
     ),
     "time": (
         "Time (s); t (s); Stopwatch (s); Time taken (s); Measured time (s); Precession time (s); t_prec (s); "
-        "Timer (s); Elapsed (s); Zeit / s; Zeit in s; temps (s); Время, с; tiempo (s); 时间 (s); 时间/s; Time [sec]; "
-        "time(seconds); Time, s; t[s]; Duration (s)"
+        "Timer (s); Elapsed (s); Zeit / s; Zeit in s; temps (s); Время, с; tiempo (s); "
+        "时间 (s); 时间/s; Time [sec]; time(seconds); Time, s; t[s]; Duration (s)"
     ),
     "turns": (
         "Turns; N; Rev; Revs; Turn; Revolution; Revolutions; Rotations; Fraction; # of turns; Fraction of "

@@ -15,7 +15,6 @@ import typer
 from streams import LINES
 
 from gyrodata.cli import app
-from gyrodata.cli.terminal import readable
 
 ROOT = Path(__file__).parent.parent
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="pseudo-terminals")
@@ -100,21 +99,3 @@ def test_every_format_of_every_command_is_tried() -> None:
     asked = formats(typer.main.get_command(app), "")
     assert len(asked) > 18
     assert [one for one in asked if not any(re.match(one, line) for line in LINES)] == []
-
-
-@pytest.mark.parametrize(
-    ("text", "encoding", "plain"),
-    [
-        ("(4.44 ± 0.06) × 10⁻³ kg·m²", "cp1252", "(4.44 ± 0.06)e-3 kg·m²"),
-        ("(4.44 ± 0.06) × 10⁻³ kg·m²", "cp437", "(4.44 ± 0.06)e-3 kg·m²"),
-        ("(4.44 ± 0.06) × 10⁻³ kg·m²", "ascii", "(4.44 +/- 0.06)e-3 kg*m^2"),
-        ("10⁶ and 2·10⁻¹² m²³", "cp1252", "10^6 and 2e-12 m²³"),
-        ("φ̇ψ̇ = 3 rad²/s², τ", "cp437", "phi_dot psi_dot = 3 rad²/s², τ"),
-        ("ψ̇ τ Δ é 1３ 2⅓ ½ s⁻¹", "ascii", "psi_dot tau Delta e 13 2 1/3 1/2 s^-1"),
-        ("Ḣ, ω̇ at Köln", "ascii", "H_dot, omega_dot at Koln"),
-        ("\udcff 字", "cp1252", "? ?"),
-        ("\udcff 字", "utf-8", "? 字"),
-    ],
-)
-def test_a_sign_that_a_terminal_lacks(text: str, encoding: str, plain: str) -> None:
-    assert readable(text, encoding) == plain

@@ -106,10 +106,7 @@ SLIPS: dict[str, tuple[Callable[[Lab], Lab], str]] = {
     "from the surface": (shifted(-DIAMETER / 2), SURFACE),
     "the radius added twice": (shifted(DIAMETER / 2), "the ball's radius is added to an arm"),
     "a whole length for half": (scaled("position", 2.0), "the arm is written twice as long"),
-    "spin and time exchanged": (
-        renamed(spin="time [s]", time="spin [rpm]"),
-        "exchange the two headers",
-    ),
+    "spin and time exchanged": (renamed(spin="time [s]", time="spin [rpm]"), "exchange the two headers"),
     "the ball's radius as its diameter": (
         lambda one: replace(one, top=f"# ball_mass: {MASS} kg\n# ball_diameter: {DIAMETER / 2} cm\n"),
         "what is written as the ball's diameter is its radius",

@@ -44,7 +44,7 @@ def test_the_example_raises_the_code(code, monkeypatch):
     if example.startswith("analyze "):
         name, *rest = shlex.split(example)[1:]
         if name == "log.xlsx":
-            pytest.skip("needs a workbook; see test_workbooks")
+            pytest.skip("needs a workbook; see test_workbook_is_read_with_its_times")
         source, given = FILES.get(name, name), options(rest)
     else:
         source, given = example.encode("latin-1" if code in ("G107", "G109") else "utf-8"), {}

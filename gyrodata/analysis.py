@@ -14,12 +14,12 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata import effects, fitting
+from gyrodata import changes, effects, fitting
+from gyrodata.changes import Lab, Sensitivity
 from gyrodata.comparisons import (
     Ball,
     compare_with_ball,
     constancy,
-    list_sensitivity,
     look_for_patterns,
     named_fits,
     overall_exponent,
@@ -45,10 +45,9 @@ from gyrodata.findings import (
     whole_findings,
 )
 from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, NoFit, Outlier
-from gyrodata.measurements import Measurements, measure, select
+from gyrodata.measurements import Measurements, measure
 from gyrodata.readings import Readings, read_log, value_text
 from gyrodata.results import DOF_REASON, Analysis, Options, Result
-from gyrodata.stacks import in_step
 from gyrodata.wrong_cells import explain
 
 if TYPE_CHECKING:
@@ -140,14 +139,17 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     chosen = fitted.chosen
     out = set(left_out)
     kept = [i for i in range(len(measured.runs)) if i not in out]
+    lab = Lab(readings, measured, fit, chosen, left_out)
     p = fitting.chi2_tail(fit.chi2, fit.dof) if fit.dof > 0 else None
     birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else None
-    needed = whole or (measured.motion is None and effects.release_may_matter(measured, fit, chosen))
-    listed = effects.list_effects(measured, fit, chosen, () if whole else ("release",)) if needed else ()
+    needed = whole or (measured.motion is None and effects.release_may_matter(lab))
+    listed = effects.list_effects(lab, () if whole else ("release",)) if needed else ()
     found += outlier_findings(readings, measured, fitted.outliers, left_out, fitted.without)
     patterns = look_for_patterns(measured, fit)
-    found += whole_findings(readings, measured, fit, p, listed, patterns)
+    found += whole_findings(readings, lab, p, listed, patterns)
     exponent = overall_exponent(measured, kept) if whole else None
+    outcomes = list(changes.answers(lab, "sensitivity")) if whole else []
+    without = {one.case.torque: one.inertia for one in outcomes if one.case.torque is not None and one.inertia}
     of_body = body_findings(readings, measured, fit, bool(sizes))
     doubts: tuple[Doubt, ...] = ()
     ball: Ball | None = None
@@ -162,11 +164,9 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     # What another hour would gain is worked out for runs that follow the law.
     advice: tuple[str, ...] = ()
     if whole:
-        advice = tuple(f"find the cause first: {doubt.remedy}" for doubt in doubts) or list_advice(
-            select(measured, kept) if left_out else measured, fit, chosen.tilted
-        )
+        advice = tuple(f"find the cause first: {doubt.remedy}" for doubt in doubts) or list_advice(lab)
     found += of_body
-    torques = torque_table(measured, fit, kept, chosen.tilted, whole)
+    torques = torque_table(measured, fit, kept, without)
     one_torque = not fitting.torques_differ(measured.torque[kept])
     return Analysis(
         name=readings.name,
@@ -178,15 +178,15 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
         model=chosen,
         outliers=fitted.outliers,
         inertia=_result(fit.inertia, "kg*m^2"),
-        residual_torque=_result(fit.imbalance, "N*m"),
+        residual_torque=_result(fit.residual_torque, "N*m"),
         timing_bias=_result(fit.timing_bias, "s"),
-        if_balanced=fitting.if_balanced(measured, fit) if one_torque and whole else None,
+        if_balanced=next((one.inertia for one in outcomes if one.name == "balanced"), None) if one_torque else None,
         doubts=doubts,
         p=p,
         birge=birge,
         fits=named_fits(measured, fit, kept) if whole else (),
         budget=fit.budget,
-        sensitivity=list_sensitivity(measured, fit, torques, kept) if whole else (),
+        sensitivity=tuple(_sensitivity(fit.inertia, one) for one in outcomes),
         effects=listed,
         power_law=power_laws(measured, kept) if whole else (),
         exponent=exponent,
@@ -222,7 +222,6 @@ HOPELESS = 1e-6
 """Where chi-square is less likely than this, counts that explain all torques are no accident."""
 
 
-@in_step
 def fit_runs(readings: Readings, measured: Measurements, model: Model = "auto", keep_flagged: bool = False) -> Fitted:
     """Choose the model, find the runs that do not go with the others, and fit the rest.
 
@@ -260,14 +259,15 @@ def fit_runs(readings: Readings, measured: Measurements, model: Model = "auto", 
         chosen = effects.choose_model(measured, model)
         outliers, screened = fitting.screen(measured, chosen.tilted)
         odd = tuple(outlier.index for outlier in outliers)
-        runs = fitting.iterate_mean_rate(measured, chosen, odd)
-        if runs is not measured:
+        runs = measured
+        if fitting.is_corrected(measured, chosen):
+            runs, _ = fitting.fit_model(measured, chosen, odd, fitting.AS_STATED)
             outliers, screened = fitting.screen(runs, chosen.tilted)
             odd = tuple(outlier.index for outlier in outliers)
         # A run that is merely odd is still a measurement, and stays.
         left_out = () if keep_flagged else tuple(outlier.index for outlier in outliers if outlier.slip)
-        fit = fitting.fit(runs, chosen.tilted, left_out, screened if odd == left_out else None)
-        without = fitting.fit(runs, chosen.tilted, odd).inertia if odd != left_out else None
+        fit = fitting.fit(runs, tilted=chosen.tilted, left_out=left_out)
+        without = fitting.fit(runs, tilted=chosen.tilted, left_out=odd).inertia if odd != left_out else None
         if not np.isfinite(fit.fitted_time).all():
             why = "eq. (8) has no real solution for a run: the rod is up and the spin too low to precess steadily"
             raise LogError([readings.diagnose(NO_STEADY_PRECESSION, why, "check pitch, spin and transverse_inertia")])
@@ -297,6 +297,13 @@ def fit_runs(readings: Readings, measured: Measurements, model: Model = "auto", 
     )
     told = explain(readings, runs, chosen, told, screened or fit)
     return Fitted(runs, chosen, told, left_out, fit, without)
+
+
+def _sensitivity(answer: Estimate, outcome: changes.Outcome) -> Sensitivity:
+    """Compare the answer of a changed log with that of the log."""
+    inertia = outcome.inertia
+    deviation = (inertia.value - answer.value) / answer.u if inertia and answer.u else None
+    return Sensitivity(outcome.name, outcome.words, inertia, deviation)
 
 
 def _result(estimate: Estimate, unit: str) -> Result:

@@ -157,7 +157,7 @@ def selfcheck(
     insist_on_type("labs", labs, int, "a number of labs")
     if labs < 1:
         raise ValueError(f"{labs} labs say nothing; pass 1 or more")
-    found = fit(measured, tilted)
+    found = fit(measured, tilted=tilted)
 
     def tried(scatter: float) -> tuple[Performance, ...]:
         return _tried(measured, found, scatter, tilted, labs, seed, clock, progress)
@@ -193,7 +193,7 @@ def _tried(
     answers: dict[str, list[Floats]] = {name: [] for name in fits}
     seconds = dict.fromkeys(fits, 0.0)
     done = 0
-    for readings in _simulate(design, truth, found.imbalance.value, scatter, tilted, labs, seed):
+    for readings in _simulate(design, truth, found.residual_torque.value, scatter, tilted, labs, seed):
         done += len(readings["time"])
         possible = (readings["time"] > 0).all(axis=1)
         for name, apply in fits.items():
@@ -305,7 +305,7 @@ def _recommended(measured: Measurements, readings: dict[str, Floats], tilted: bo
             measured, **one, given_torque=readings["torque"][i], torque=torque[i], g=readings["g"][i, 0], slowing=None
         )
         try:
-            posterior = fit(lab, tilted).posterior
+            posterior = fit(lab, tilted=tilted).posterior
         except NoFit:
             continue
         assert posterior is not None

@@ -10,7 +10,8 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata import fitting, forecast, physics
+from gyrodata import changes, fitting, physics
+from gyrodata.changes import Lab
 from gyrodata.comparisons import (
     CHANCE,
     Exponent,
@@ -48,13 +49,11 @@ from gyrodata.diagnostics import (
 )
 from gyrodata.effects import DROP_ONE, Effect
 from gyrodata.errors import Diagnostic
-from gyrodata.fitting import Estimate, FitResult, Otherwise, Outlier
-from gyrodata.forecast import Design
+from gyrodata.fitting import Estimate, FitResult, Outlier
 from gyrodata.known_slips import INERTIA_RANGE, SIZES, exchanged, explaining_slips, far_off, meant_in, unit_within
-from gyrodata.measurements import SOURCES, Measurements, spin_columns, torque_groups
+from gyrodata.measurements import Measurements, spin_columns, torque_groups
 from gyrodata.physics import RPM
 from gyrodata.readings import MOST_OF_ONE_CODE, TIMINGS, Place, Readings, kind_of_role, to_display
-from gyrodata.stacks import in_step
 from gyrodata.units import from_si, parse_unit
 
 CLEARLY = math.log(200.0)
@@ -77,7 +76,7 @@ def count_findings(
         for k, count in counts.items():
             turns[groups[k]] = count
         try:
-            other = fitting.fit(replace(measured, turns=turns), fit.adjusted.problem.tilted, left_out)
+            other = fitting.fit(replace(measured, turns=turns), tilted=fit.adjusted.problem.tilted, left_out=left_out)
         except fitting.NoFit:
             return -math.inf
         return other.log_evidence - fit.log_evidence
@@ -348,17 +347,11 @@ def _wider_time(measured: Measurements, scatter: float) -> str:
     return f"{scatter * (measured.time_u or 0.14):.1g} s"
 
 
-@in_step
 def whole_findings(
-    readings: Readings,
-    measured: Measurements,
-    fit: FitResult,
-    p: float | None,
-    effects: tuple[Effect, ...],
-    patterns: tuple[Pattern, ...],
+    readings: Readings, lab: Lab, p: float | None, effects: tuple[Effect, ...], patterns: tuple[Pattern, ...]
 ) -> list[Diagnostic]:
     """Turn what looks odd in the whole log into diagnostics."""
-    found = []
+    found, measured, fit = [], lab.measured, lab.fit
     if fit.scatter > CONTRADICTING:
         found.append(
             readings.diagnose(
@@ -381,9 +374,9 @@ def whole_findings(
         found.append(
             readings.diagnose(
                 BALANCE_TEST_CONTRADICTED,
-                f"the runs say M0 = {1e3 * fit.imbalance.value:.2g} mN·m, far from the "
-                f"{1e3 * fit.contradicted_balance:.2g} mN·m that {measured.imbalance_from} allows; the runs win",
-                f"check {measured.imbalance_from}",
+                f"the runs say M0 = {1e3 * fit.residual_torque.value:.2g} mN·m, far from the "
+                f"{1e3 * fit.contradicted_balance:.2g} mN·m that {measured.balance_test_from} allows; the runs win",
+                f"check {measured.balance_test_from}",
             )
         )
     if measured.torque_unseen is None and not fitting.torques_differ(measured.torque):
@@ -396,8 +389,8 @@ def whole_findings(
             )
         )
     found += _pattern_findings(readings, measured, fit, patterns)
-    found += direction_findings(readings, measured, fit)
-    found += digit_findings(readings, measured, fit)
+    found += direction_findings(readings, lab)
+    found += digit_findings(readings, lab)
     return found + _model_findings(readings, measured, fit, effects)
 
 
@@ -414,15 +407,12 @@ WORTH = 0.95
 """What does not make u of I_zz at least this much smaller [1] is not worth a word."""
 
 
-def direction_findings(readings: Readings, measured: Measurements, fit: FitResult) -> list[Diagnostic]:
+def direction_findings(readings: Readings, lab: Lab) -> list[Diagnostic]:
     """Name the runs without a weight whose direction is missing, if u of I_zz would be smaller with it."""
-    bare = np.flatnonzero((measured.sense == 0) & (fit.adjusted.kept > 0)).tolist()
-    if not bare or not fit.two_signs:
-        return []
-    out = np.flatnonzero(fit.adjusted.kept == 0).tolist()
-    then = fitting.fit(replace(measured, sense=fit.sense), fit.adjusted.problem.tilted, out).inertia
-    now = fit.inertia
-    if (then.u or 0.0) > WORTH * (now.u or 0.0):
+    measured, now = lab.measured, lab.fit.inertia
+    bare = np.flatnonzero((measured.sense == 0) & (lab.fit.adjusted.kept > 0)).tolist()
+    then = next((outcome.inertia for outcome in changes.answers(lab, "direction")), None)
+    if not bare or then is None or (then.u or 0.0) > WORTH * (now.u or 0.0):
         return []
     names = ", ".join(measured.runs[i] for i in bare)
     return [
@@ -454,11 +444,11 @@ FELL_BY = 0.03
 def _poor_balance(measured: Measurements, fit: FitResult) -> str:
     """Say how large M0 is where it is more than a balanced ball has; "" else."""
     lightest = fitting.lightest_torque(measured, fit.adjusted.kept)
-    imbalance = abs(fit.imbalance.value)
-    if measured.balanced is False or imbalance <= max(POOR_BALANCE * lightest, 2 * (fit.imbalance.u or 0.0)):
+    imbalance = abs(fit.residual_torque.value)
+    if measured.balanced is False or imbalance <= max(POOR_BALANCE * lightest, 2 * (fit.residual_torque.u or 0.0)):
         return ""
     share = f"{100 * imbalance / lightest:.0f} % of the lightest torque"
-    return f"M0 = {1e3 * fit.imbalance.value:.2g} mN·m is {share}, more than a balanced ball has"
+    return f"M0 = {1e3 * fit.residual_torque.value:.2g} mN·m is {share}, more than a balanced ball has"
 
 
 def _pattern_findings(
@@ -474,7 +464,7 @@ def _pattern_findings(
     poor = _poor_balance(measured, fit)
     if poor and fit.scatter < CONTRADICTING:
         arms = np.unique(measured.position[measured.torque != 0]).tolist()
-        missing = fit.imbalance.value / (measured.g * arms[0]) if len(arms) == 1 else math.nan
+        missing = fit.residual_torque.value / (measured.g * arms[0]) if len(arms) == 1 else math.nan
         hanger = (
             f"if a hanger of {1e3 * missing:.2g} g is missing from the masses, add it to each; " if missing > 0 else ""
         )
@@ -513,34 +503,16 @@ def _fell_alone(measured: Measurements) -> list[int]:
     return far if len(far) <= len(fall) / 4 else []
 
 
-def digit_findings(readings: Readings, measured: Measurements, fit: FitResult) -> list[Diagnostic]:
+def digit_findings(readings: Readings, lab: Lab) -> list[Diagnostic]:
     """Say where the last digit written decides much of u(I_zz), with both answers, and what to write."""
-    coarse = {}
-    for role in ("mass", "position", "time", "spin"):
-        share = next((share for share in fit.budget if share.source == role), None)
-        source = next((source for source in measured.sources if source.name == role), None)
-        if share is None or source is None or not source.default or role not in readings.columns:
-            continue
-        # Rounding is no more than all of it; but a spin that is read three times has the share of its mean.
-        if role != "spin" and share.u_inertia < MOST * (fit.inertia.u or 1.0) * (1 - 1e-9):
-            continue
-        column, touched = readings.columns[role], source.groups >= 0
-        size = np.where(touched, source.absolute + source.relative * np.abs(getattr(measured, role)), 1.0)
-        rounding = np.array(column.steps) / math.sqrt(12)
-        rounding[[i for i, _ in column.stated]] = 0.0
-        # A reading may be stated as exact.
-        ratio = np.divide(rounding, size, out=np.zeros_like(size), where=touched & (size > 0))
-        ratios = ratio[touched]
-        part = math.sqrt(ratios @ ratios / len(ratios)) * share.u_inertia / (fit.inertia.u or 1.0)
-        if part >= MOST:
-            coarse[role] = ratio, part
-    # With one digit more.
-    finer = [Otherwise({role: np.sqrt(1 - 0.99 * np.minimum(ratio, 1.0) ** 2)}) for role, (ratio, _) in coarse.items()]
-    better = fitting.fit_otherwise(measured, fit, finer, rough=True) if finer else []
-    return [
-        _too_few_digits(readings, role, int(np.argmax(ratio)), part, fit.inertia, then)
-        for (role, (ratio, part)), then in zip(coarse.items(), better, strict=True)
-    ]
+    found = []
+    for outcome in changes.answers(lab, "digits"):
+        role, rounding = outcome.words, changes.rounding(lab, outcome.words)
+        if outcome.inertia is not None and rounding is not None:
+            ratio, part = rounding
+            run = int(np.argmax(ratio))
+            found.append(_too_few_digits(readings, role, run, part, lab.fit.inertia, outcome.inertia))
+    return found
 
 
 def _too_few_digits(
@@ -568,10 +540,6 @@ def _too_few_digits(
         column.place(run),
         len(reading.text),
     )
-
-
-MOST = 0.5
-"""So much of u(I_zz), a quarter of u², from the rounding of what is written is worth a word."""
 
 
 def _model_findings(
@@ -749,43 +717,14 @@ def body_findings(readings: Readings, measured: Measurements, fit: FitResult, as
     return []
 
 
-BETTER = {key: kind.better for key, kind in SOURCES.items() if kind.better}
-"""What would make a source half as large next time, in words."""
-
-
-def list_advice(measured: Measurements, fit: FitResult, tilted: bool) -> tuple[str, ...]:
+def list_advice(lab: Lab) -> tuple[str, ...]:
     """What would make the next lab better, in order of gain, each computed for this log."""
-    design = forecast.design_of(measured, fit, tilted)
-    forecasts: list[tuple[str, Design]] = []
-    sides = {math.copysign(1, torque) if torque else 0 for torque in measured.torque.tolist()}
-    if 0 not in sides:
-        words = "one run without a weight, with the direction of its precession (column precession_sense: ccw or cw)"
-        forecasts.append((words, forecast.with_unloaded_run(design)))
-    # A ball with one rod has no other side.
-    if -1 in sides and len(measured.runs) > 1:
-        words = "the weight on the other side of the ball in half of the runs"
-        forecasts.append((words, forecast.with_both_signs(design)))
-    forecasts += [
-        (BETTER[share.source], forecast.with_better(design, share.source))
-        for share in fit.budget
-        if share.source in BETTER and share.share > 0.05
-    ]
-    test = forecast.balance_test(fit.inertia.value)
-    # Only where the ball could pass it, by what the runs say of M0.
-    if measured.imbalance_u is None and abs(fit.imbalance.value) < 2 * math.hypot(fit.imbalance.u or 0.0, test):
-        words = 'a balance test in the log, "# balance_drift: 5 deg in 60 s at 400 rpm" or better'
-        forecasts.append((words, forecast.with_balance_test(design)))
-    if measured.timed:
-        forecasts.append(("three times the turns in every run", forecast.with_longer_times(design, 3.0)))
-    if not forecasts:
-        return ()
-    before, *after = forecast.expected_u([design, *(changed for _, changed in forecasts)])
-    now = fit.inertia.u or 0.0
-    # What a change gains in readings that scatter as expected it gains in these.
-    expected = [now * u / before for u in after]
-    per_cent = 100 / abs(fit.inertia.value)
+
+    def share(inertia: Estimate) -> float:
+        return 100 * (inertia.u or 0.0) / abs(inertia.value)
+
+    now = share(lab.fit.inertia)
+    gains = [(share(one.inertia), one.words) for one in changes.answers(lab, "advice") if one.inertia is not None]
     return tuple(
-        f"{words}: u of I_zz from {now * per_cent:.2g} % to {then * per_cent:.2g} %"
-        for then, (words, _) in sorted(zip(expected, forecasts, strict=True), key=lambda pair: pair[0])
-        if then < WORTH * now
+        f"{words}: u of I_zz from {now:.2g} % to {then:.2g} %" for then, words in sorted(gains) if then < WORTH * now
     )

@@ -10,7 +10,7 @@ from collections.abc import Collection
 
 import numpy as np
 
-from gyrodata import forecast, physics
+from gyrodata import changes, physics
 from gyrodata.analysis import analyze_readings
 from gyrodata.comparisons import load_words
 from gyrodata.diagnostics import (
@@ -27,7 +27,6 @@ from gyrodata.diagnostics import (
 )
 from gyrodata.errors import Diagnostic, LogError
 from gyrodata.findings import DIRECTION, WORTH
-from gyrodata.fitting import FitResult
 from gyrodata.measurements import Measurements, measure, torque_groups
 from gyrodata.physics import RPM, Floats
 from gyrodata.readings import TIMINGS, Place, Readings
@@ -81,7 +80,7 @@ def what_lacks(
     groups = [group for group in torque_groups(measured) if measured.torque[group[0]] != 0]
     found = [*_weights(readings, measured, groups), *_spins(readings, measured, groups)]
     if analysis and NO_UNLOADED_RUN in asked:
-        found += _unloaded(readings, measured, analysis.fit)
+        found += _unloaded(readings, analysis)
     found += [*_short_times(readings, measured), *_falling_spin(readings, measured)]
     return [one for one in found if one.code in asked]
 
@@ -135,21 +134,21 @@ def _missing_spins(spins: Floats) -> str:
     return " and ".join(f"{rpm:.0f}" for rpm in sorted(wanted[: 3 - len(have)]))
 
 
-def _unloaded(readings: Readings, measured: Measurements, fit: FitResult) -> list[Diagnostic]:
-    signs = {float(np.sign(torque)) for torque in measured.torque}
+def _unloaded(readings: Readings, analysis: Analysis) -> list[Diagnostic]:
+    signs = set(np.sign(analysis.measurements.torque).tolist())
     if 0.0 in signs or len(signs) > 1 or readings.unmoved:
         return []
-    now = (fit.inertia.u or 0.0) / fit.inertia.value
-    design = forecast.design_of(measured, fit)
-    before, after = forecast.expected_u([design, forecast.with_unloaded_run(design)])
-    then = now * after / before
+    outcome = next(changes.answers(analysis.lab, "unloaded_run"), None)
+    if outcome is None or outcome.inertia is None:
+        return []
+    now, then = (100 * (one.u or 0.0) / one.value for one in (analysis.fit.inertia, outcome.inertia))
     if then > WORTH * now:
         return []
     return [
         readings.diagnose(
             NO_UNLOADED_RUN,
             "no run without a weight: u of I_zz is "
-            f"{100 * now:.2g} % and would be {100 * then:.2g} % with one, because it tells the residual torque",
+            f"{now:.2g} % and would be {then:.2g} % with one, because it tells the residual torque",
             "take the weight off, spin to about 400 rpm, and time a part of a turn (about 3 min), or 0 turns if the "
             f"rod does not move. Watch which way it goes: {DIRECTION}",
         )

@@ -18,7 +18,8 @@ from msgspec import Struct, field
 from msgspec.structs import asdict
 
 from gyrodata import __version__
-from gyrodata.comparisons import Ball, Constancy, Exponent, NamedFit, Pattern, PowerLaw, Run, Sensitivity, Torque
+from gyrodata.changes import Lab, Sensitivity
+from gyrodata.comparisons import Ball, Constancy, Exponent, NamedFit, Pattern, PowerLaw, Run, Torque
 from gyrodata.disk import write_folder
 from gyrodata.effects import Effect
 from gyrodata.errors import Diagnostic
@@ -187,6 +188,12 @@ class Analysis(Struct, frozen=True, eq=False):
     """What was looked for in the residuals, the least likely first."""
     advice: tuple[str, ...]
     diagnostics: tuple[Diagnostic, ...] = field(default=())
+
+    @property
+    def lab(self) -> Lab:
+        """The log and its fit, from which `changes` start."""
+        left_out = tuple(i for i, run in enumerate(self.run_table) if run.left_out)
+        return Lab(self.readings, self.measurements, self.fit, self.model, left_out)
 
     @property
     def runs_disagree(self) -> bool:

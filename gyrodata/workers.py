@@ -17,14 +17,11 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
-from functools import partial
 from itertools import chain, islice
 from multiprocessing.connection import Connection, wait
 from typing import Any, Generic, TypeVar
 
 from msgspec import Struct
-
-from gyrodata.stacks import side_by_side
 
 Task = TypeVar("Task")
 Answer = TypeVar("Answer")
@@ -93,11 +90,7 @@ def _serve(connection: Connection, work: Callable[[Any], Any], limit: float) -> 
             tasks = connection.recv()
             # Should nobody be left to stop it, it ends by itself.
             _alarm(2 * limit)
-            answers = side_by_side(partial(_try, work), tasks)
-            if len(tasks) > 1:
-                # Beside others there may be too little memory: what has failed is tried once more, alone.
-                pairs = zip(tasks, answers, strict=True)
-                answers = [answer if answer[0] else _try(work, task) for task, answer in pairs]
+            answers = [_try(work, task) for task in tasks]
             _alarm(0.0)
             connection.send(answers)
 

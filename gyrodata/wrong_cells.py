@@ -94,8 +94,9 @@ def _off_after(
     """Work out how far a run is from what the others predict once a column is changed [u of the difference]."""
     changed = measure(replace(readings, columns={**readings.columns, column.role: column}))
     try:
-        runs = fitting.corrected(changed, others, others.inertia.value, chosen)
-        return abs(float(fitting.fit_as_stated(runs, chosen.tilted, odd).deviations[index]))
+        runs = fitting.corrected(changed, others, chosen)
+        fit = fitting.fit(runs, fitting.AS_STATED, tilted=chosen.tilted, left_out=odd)
+        return abs(float(fit.deviations[index]))
     except fitting.NoFit:
         return math.inf
 
@@ -104,7 +105,7 @@ def _changes(
     readings: Readings, measured: Measurements, others: FitResult, index: int
 ) -> Iterator[tuple[int, str, Column]]:
     """List the changes of one cell that bring a run near to what the others predict: rank, words, changed column."""
-    bias, imbalance = others.timing_bias.value, others.imbalance.value
+    bias, imbalance = others.timing_bias.value, others.residual_torque.value
     need = float((measured.time[index] - bias) / (others.fitted_time[index] - bias))
     if not 0 < need < math.inf:
         return

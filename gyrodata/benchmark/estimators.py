@@ -330,14 +330,14 @@ def pretested(measured: Measurements) -> Answer:
 def recommended(measured: Measurements) -> Answer:
     """The tool's own: screened for wrong counts, then fitted in the raw readings with shared errors as shared."""
     if measured.time.ndim == 1:
-        fit = fitting.fit(measured, False, _slips(measured))
+        fit = fitting.fit(measured, left_out=_slips(measured))
         low, high = fit.inertia.interval_95 or (math.nan, math.nan)
         return Answer(*map(np.asarray, (fit.inertia.value, low, high)))
     ends = np.full((3, len(measured.time)), math.nan)
     for lab, odd in enumerate(_may_have_slips(measured)):
         one = one_lab(measured, lab)
         try:
-            inertia = fitting.fit(one, False, _slips(one) if odd else ()).inertia
+            inertia = fitting.fit(one, left_out=_slips(one) if odd else ()).inertia
         except fitting.NoFit:
             continue
         ends[:, lab] = inertia.value, *(inertia.interval_95 or (math.nan, math.nan))

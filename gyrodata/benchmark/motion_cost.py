@@ -25,7 +25,6 @@ from gyrodata.benchmark.steppers import STEPPERS, march, tsit5
 from gyrodata.benchmark.timing import Task, Timing, time_in_turns
 from gyrodata.effects import choose_model
 from gyrodata.fitting import ChosenModel
-from gyrodata.forecast import design_of, expected_u
 from gyrodata.measurements import Measurements, measure
 from gyrodata.physics import RPM, Floats
 from gyrodata.simulation import TYPICAL, Decay, Design, Runs, Truth, simulate
@@ -256,10 +255,11 @@ def _duel(
 
 def _weigh(measured: Measurements, chosen: ChosenModel) -> tuple[Floats, float]:
     """Weight of each run in I_zz, and the relative u of I_zz, as the tool fits such a lab."""
-    runs = fitting.iterate_mean_rate(measured, chosen)
-    # A log without errors scatters less than any lab's: what it says of the scatter is no part of a typical lab.
-    fit = fitting.fit_as_stated(runs, chosen.tilted)
-    return fit.response, expected_u([design_of(runs, fit, chosen.tilted)])[0] / fit.inertia.value
+    _, fit = fitting.fit_model(measured, chosen)
+    # A log without errors scatters less than any lab's: at the stated widths it is a typical lab.
+    widths = fitting.Widths(1.0, fit.widths.residual_torque)
+    _, typical = fitting.fit_model(measured, chosen, widths=widths, near=fit)
+    return fit.response, (typical.inertia.u or 0.0) / fit.inertia.value
 
 
 def _lab(scene: MotionScene, runs: Runs, measured: Measurements) -> _Lab:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gyrodata.comparisons.doubts import CHANCE, Pattern, Sensitivity, list_sensitivity, look_for_patterns, pattern_words
+from gyrodata.comparisons.doubts import CHANCE, Pattern, look_for_patterns, pattern_words
 from gyrodata.comparisons.tables import (
     Ball,
     Constancy,
@@ -32,11 +32,9 @@ __all__ = [
     "Pattern",
     "PowerLaw",
     "Run",
-    "Sensitivity",
     "Torque",
     "compare_with_ball",
     "constancy",
-    "list_sensitivity",
     "load_words",
     "look_for_patterns",
     "named_fits",

@@ -13,7 +13,6 @@ The other doubt: I_zz as it would be if one thing were otherwise, and all else a
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from functools import cache
 
 import numpy as np
@@ -21,12 +20,11 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import fitting
-from gyrodata.comparisons.tables import Torque, load_words
-from gyrodata.fitting import Estimate, FitResult, Otherwise
-from gyrodata.measurements import Measurements, Source, torque_groups
+from gyrodata.comparisons.tables import load_words
+from gyrodata.fitting import FitResult
+from gyrodata.measurements import Measurements, Source
 from gyrodata.physics import Floats
 from gyrodata.quantities import exchanged_digits
-from gyrodata.stacks import in_step, stacked
 
 CHANCE = 0.015
 """A pattern is told where its chance, corrected for how many were looked for, is below this."""
@@ -151,7 +149,6 @@ def pattern_words(pattern: Pattern) -> tuple[str, str]:
     return kind.words.format(**values), hint
 
 
-@in_step
 def look_for_patterns(measured: Measurements, fit: FitResult) -> tuple[Pattern, ...]:
     """Look for patterns in the residuals of a log, the least likely one first; none in a log too large or too small."""
     problem = fit.adjusted.problem
@@ -247,101 +244,37 @@ def _tested(measured: Measurements, fit: FitResult, extra: list[_Extra]) -> list
     return found
 
 
-@stacked(lambda told, extra, *_: (told.shape, extra))
-def _turned(calls: Sequence[tuple[Floats, int, float, Floats]]) -> list[tuple[Floats, ...]]:
+def _turned(told: Floats, extra: int, scatter: float, of_factor: Floats) -> tuple[Floats, Floats, Floats, Floats]:
     """What each extra unknown has for itself, as a whole, with what is left, and the weight of each factor; (F, E).
 
     I_zz, which has no prior, is taken out of the runs. With what is left turned by the singular vectors of all other
     unknowns, each s costs no fit: it only divides every turned row by its own 1 + value²/s².
     """
-    told, (extra, *_), scatter, of_factor = zip(*calls, strict=True)
-    rows, others = np.array(told), told[0].shape[1] - extra - 2
-    if rows.shape[1] > rows.shape[2]:
+    rows, others = told, told.shape[1] - extra - 2
+    if rows.shape[0] > rows.shape[1]:
         # Many runs say no more than the triangle of their products.
         rows = np.asarray(np.linalg.qr(rows, mode="r"))
-    along_inertia = rows[..., 0] / np.sqrt(np.add.reduce(rows[..., 0] ** 2, axis=1, keepdims=True))
-    size = np.add.reduce(rows[..., 1 + others : -1] ** 2, axis=1)
-    rows = rows[..., 1:] - along_inertia[..., None] * (along_inertia[:, None] @ rows[..., 1:])
-    turn, values, _ = np.linalg.svd(rows[..., :others], full_matrices=rows.shape[1] > others)
-    turned = turn.swapaxes(1, 2) @ rows[..., others:]
-    columns, left = turned[..., :-1], turned[..., -1:]
-    wider = (np.array(scatter)[:, None] / FACTORS) ** 2
-    prior = np.ones((*wider.shape, turned.shape[1]))
-    prior[..., : values.shape[1]] += wider[..., None] * (values * values)[:, None]
-    free = wider[..., None] / prior
-    whole = wider[..., None] * size[:, None]
-    apart = np.maximum(free @ (columns * columns), 1e-12 * whole)
+    along_inertia = rows[:, 0] / math.sqrt(rows[:, 0] @ rows[:, 0])
+    size = np.add.reduce(rows[:, 1 + others : -1] ** 2, axis=0)
+    rows = rows[:, 1:] - np.outer(along_inertia, along_inertia @ rows[:, 1:])
+    turn, values, _ = np.linalg.svd(rows[:, :others], full_matrices=rows.shape[0] > others)
+    turned = turn.T @ rows[:, others:]
+    columns, left = turned[:, :-1], turned[:, -1:]
+    wider = ((scatter / FACTORS) ** 2)[:, None]
+    prior = np.ones((len(FACTORS), len(turned)))
+    prior[:, : len(values)] += wider * values**2
+    free, whole = wider / prior, wider * size
+    apart = np.maximum(free @ columns**2, 1e-12 * whole)
     along = free @ (columns * left)
     # How likely each factor is once the pattern is taken out: as in the posterior, with both determinants.
-    rest = free @ (left * left) - along * along / apart
-    chance = np.array(of_factor) - 0.5 * np.add.reduce(np.log(prior), axis=-1)
-    likely = chance[..., None] - 0.5 * (np.log(apart) + rest)
-    weight = np.exp(likely - np.maximum.reduce(likely, axis=1, keepdims=True))
-    weight /= np.add.reduce(weight, axis=1, keepdims=True)
-    return list(zip(apart, whole, along, weight, strict=True))
+    rest = free @ left**2 - along**2 / apart
+    chance = of_factor - 0.5 * np.add.reduce(np.log(prior), axis=1)
+    likely = chance[:, None] - 0.5 * (np.log(apart) + rest)
+    weight = np.exp(likely - np.maximum.reduce(likely, axis=0))
+    return apart, whole, along, weight / np.add.reduce(weight, axis=0)
 
 
 @cache
 def _chance_of_factors(stated: bool) -> Floats:
     """Logarithm of the chance of each factor before the runs are looked at."""
     return fitting.scatter_prior(LOGARITHMS, stated)
-
-
-LATE = 0.1
-"""So late or early the hand is taken to be [s]."""
-
-CASES = (
-    ("u_time_twice", "times twice as uncertain", Otherwise(sizes={"time": 2.0})),
-    ("hand_late", f"times {LATE:g} s too long", Otherwise(bias=LATE)),
-    ("hand_early", f"times {LATE:g} s too short", Otherwise(bias=-LATE)),
-    # A Cauchy so narrow is none, and one as wide as the torque leaves M0 to the runs.
-    ("balanced", "M0 = 0, balanced", Otherwise(balance=1e-6)),
-    ("balance_free", "M0 from the runs alone", Otherwise(balance=1.0)),
-)
-"""Name, words and what is otherwise."""
-
-
-class Sensitivity(Struct, frozen=True):
-    """I_zz if one thing were otherwise."""
-
-    name: str
-    """"u_time_twice", "hand_late", "hand_early", "balanced", "balance_free" or "without"."""
-    words: str
-    """What is otherwise: "without 20 g at 15 cm"."""
-    inertia: Estimate | None
-    """[kg*m^2]; None where the runs then have no answer: an interval that would hold zero."""
-    deviation: float | None
-    """Its distance from I_zz in standard uncertainties of that."""
-
-
-def list_sensitivity(
-    measured: Measurements, fit: FitResult, torques: Sequence[Torque], kept: Sequence[int]
-) -> tuple[Sensitivity, ...]:
-    """Work out what the answer hangs on: the hand, the balance, and each weight."""
-    asked = {
-        "hand_late": bool(fit.timing_bias.u),
-        "hand_early": bool(fit.timing_bias.u),
-        "u_time_twice": measured.timed,
-    }
-    cases = [one for one in CASES if asked.get(one[0], True)]
-    told = fitting.fit_otherwise(measured, fit, [case for _, _, case in cases])
-    rows = [_row(name, words, fit, inertia) for (name, words, _), inertia in zip(cases, told, strict=True)]
-    if len(torques) > 1:
-        groups = torque_groups(measured)
-        rows += [
-            _row("without", f"without {_load(measured, group)}", fit, torque.without)
-            for group, torque in zip(groups, torques, strict=True)
-            if torque.without is not None and set(group) & set(kept)
-        ]
-    return tuple(rows)
-
-
-def _load(measured: Measurements, group: Sequence[int]) -> str:
-    return load_words(measured, group[0]) if measured.torque[group[0]] else "the unloaded runs"
-
-
-def _row(name: str, words: str, fit: FitResult, inertia: Estimate | None) -> Sensitivity:
-    if inertia is None or not (inertia.interval_95 or (inertia.value - 2 * (inertia.u or 0.0), 0.0))[0] > 0:
-        return Sensitivity(name, words, None, None)
-    answer = fit.inertia
-    return Sensitivity(name, words, inertia, (inertia.value - answer.value) / answer.u if answer.u else None)

@@ -148,44 +148,10 @@ class Torque(Struct, frozen=True):
     """Its standard uncertainty [s²/rad]."""
 
 
-MOST_TORQUES = 12
-"""What each torque does to the answer is told of so many, no more."""
-
-MOST_RUNS = 5000
-"""Nor is so large a log fitted again for it."""
-
-
-def _without(measured: Measurements, fit: FitResult, kept: list[int], tilted: bool) -> list[Estimate | None]:
-    """I_zz from all runs but those of each torque: what leaning on that weight does."""
-    groups = torque_groups(measured)
-    if len(groups) > MOST_TORQUES or fit.inertia.u is None:
-        return [None] * len(groups)
-    inside = set(kept)
-    told = [[i for i in group if i in inside] for group in groups]
-    found: list[Estimate | None] = []
-    for group, shift in zip(told, fit.adjusted.without(told), strict=True):
-        members = set(group)
-        rest = [i for i in kept if i not in members]
-        if not measured.torque[rest].any() or (shift is None and len(rest) > MOST_RUNS):
-            found.append(None)
-        elif shift is None:
-            found.append(_fit_of(measured, tilted, rest))
-        else:
-            found.append(Estimate(fit.inertia.value + shift[0], math.sqrt(fit.inertia.u**2 + shift[1])))
-    return found
-
-
-def _fit_of(measured: Measurements, tilted: bool, rest: list[int]) -> Estimate | None:
-    try:
-        return fitting.fit(measured, tilted, set(range(len(measured.runs))) - set(rest)).inertia
-    except fitting.NoFit:
-        return None
-
-
 def torque_table(
-    measured: Measurements, fit: FitResult, kept: list[int], tilted: bool, whole: bool = True
+    measured: Measurements, fit: FitResult, kept: list[int], without: Mapping[int, Estimate]
 ) -> tuple[Torque, ...]:
-    """Constancy of φ̇ψ̇ for each torque, and what each does to the answer where the `whole` is asked for."""
+    """Constancy of φ̇ψ̇ for each torque; `without`: I_zz without the runs of a torque, by the number of its group."""
     groups = torque_groups(measured)
     inside = set(kept)
     told = _Groups([[i for i in group if i in inside] or group for group in groups])
@@ -203,7 +169,6 @@ def torque_table(
         # One run has no spread, and an exact one no chi-square.
         spread = np.sqrt(told.sum(told.from_mean(product, np.ones_like(product)) ** 2) / (told.runs - 1))
         chi2 = told.sum((told.from_mean(product, weight) / size) ** 2)
-    others = _without(measured, fit, kept, tilted) if whole else [None] * len(groups)
     return tuple(
         Torque(
             mass=or_none(measured.mass[group[0]]),
@@ -213,13 +178,13 @@ def torque_table(
             product=float(mean[k]),
             product_u=float(mean_u[k]),
             product_spread=or_none(spread[k]),
-            without=without,
+            without=without.get(k),
             product_p=None if of_scatter is None else fitting.chi2_tail(of_scatter, runs - 1),
             product_chi2=of_scatter,
             period_per_spin=float(slope[k]),
             period_per_spin_u=float(slope[k] * mean_u[k] / abs(mean[k])),
         )
-        for k, (group, runs, without) in enumerate(zip(groups, told.runs.tolist(), others, strict=True))
+        for k, (group, runs) in enumerate(zip(groups, told.runs.tolist(), strict=True))
         for of_scatter in [float(chi2[k]) if runs > 1 and np.isfinite(chi2[k]) else None]
     )
 
@@ -403,7 +368,7 @@ def named_fits(measured: Measurements, fit: FitResult, kept: list[int]) -> tuple
         NamedFit(
             "recommended",
             fit.inertia,
-            Estimate(-fit.imbalance.value, fit.imbalance.u),
+            Estimate(-fit.residual_torque.value, fit.residual_torque.u),
             "all raw readings together; shared errors carried as shared; M0 and timing bias as unknowns; u from the "
             "stated uncertainties and from how the runs scatter",
         ),

@@ -6,29 +6,27 @@ has the fits of the textbook, to compare with, and `fit_line` one for points wit
 """
 
 from gyrodata.fitting.adjustment import NoFit, assume_sense, insist_on_solution, sample
-from gyrodata.fitting.conditions import MAD_TO_SD, MANY, Problem, torques_differ, transverse_inertia
+from gyrodata.fitting.conditions import MAD_TO_SD, MANY, NEGLIGIBLE, torques_differ, transverse_inertia
 from gyrodata.fitting.corrections import (
     ChosenModel,
     Model,
     corrected,
     earth_is_told,
-    iterate_mean_rate,
+    fit_model,
+    is_corrected,
     turn_of_floor,
     unslowed,
 )
 from gyrodata.fitting.inertia import (
+    AS_STATED,
     Estimate,
     FitResult,
-    Otherwise,
     Outlier,
     Share,
+    Widths,
     balance_scale,
     fit,
-    fit_as_stated,
-    fit_otherwise,
-    if_balanced,
     lightest_torque,
-    refit,
     times_stated,
 )
 from gyrodata.fitting.lines import (
@@ -44,31 +42,31 @@ from gyrodata.fitting.lines import (
     through_origin,
     with_constant,
 )
-from gyrodata.fitting.posterior import K_95, Conditions, doubt_of_widths, integrate, scatter_prior
+from gyrodata.fitting.posterior import K_95, doubt_of_widths, scatter_prior
 from gyrodata.fitting.screening import GROSS, OUTLIER, USUAL_COUNTS, explaining_counts, rivals, screen
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO
 
 __all__ = [
+    "AS_STATED",
     "DEFAULT_TRANSVERSE_RATIO",
     "GROSS",
     "K_95",
     "MAD_TO_SD",
     "MANY",
+    "NEGLIGIBLE",
     "OUTLIER",
     "TEXTBOOK",
     "USUAL_COUNTS",
     "ChosenModel",
-    "Conditions",
     "Estimate",
     "FitResult",
     "Line",
     "LineFit",
     "Model",
     "NoFit",
-    "Otherwise",
     "Outlier",
-    "Problem",
     "Share",
+    "Widths",
     "assume_sense",
     "balance_scale",
     "chi2_lower_tail",
@@ -78,18 +76,14 @@ __all__ = [
     "earth_is_told",
     "explaining_counts",
     "fit",
-    "fit_as_stated",
     "fit_line",
-    "fit_otherwise",
-    "if_balanced",
+    "fit_model",
     "insist_on_lines",
     "insist_on_solution",
-    "integrate",
-    "iterate_mean_rate",
+    "is_corrected",
     "lightest_torque",
     "mean_of_ratios",
     "ordinary_line",
-    "refit",
     "rivals",
     "sample",
     "scatter_prior",

@@ -9,7 +9,6 @@ of zero is just a column of zeros. Where it ends has to be an answer that can be
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any, cast
 
@@ -23,12 +22,10 @@ from gyrodata.fitting.conditions import (
     Linear,
     Problem,
     rough_inertia,
-    stack,
     torques_differ,
 )
 from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
-from gyrodata.stacks import stacked
 
 
 class NoFit(Exception):  # noqa: N818 - like StopIteration, what came of it and not a fault
@@ -40,8 +37,8 @@ class Start(Struct, frozen=True):
 
     inertia: float
     """[kg*m^2]"""
-    imbalance: float
-    """[N*m]"""
+    residual_torque: float
+    """M0 [N*m]"""
 
 
 _GOLDEN = (math.sqrt(5) - 1) / 2
@@ -144,7 +141,7 @@ def _pairs(count: int) -> tuple[Any, Any]:
 def misfit(measured: Measurements, start: Start, kept: Floats) -> float:
     """Root mean square of the kept runs' misfits to a start, in units of the clock's uncertainty and 1 %."""
     index = np.flatnonzero(kept > 0)
-    total = np.abs(measured.torque[index] + start.imbalance)
+    total = np.abs(measured.torque[index] + start.residual_torque)
     with np.errstate(divide="ignore"):
         off = rough_misfit(measured, start.inertia * _lever(measured, index) / total, index)
     return float(np.sqrt(np.mean(off**2)))
@@ -169,75 +166,47 @@ def assume_sense(measured: Measurements, imbalance_sign: float) -> Floats:
     return cast(Floats, np.where(measured.sense == 0, imbalance_sign, measured.sense))
 
 
-TURNS = 100
-"""What has not come to rest after so many steps never will."""
+MAX_ITERATIONS = 100
+"""If the steps have not converged after so many, they never will."""
 
 LOST = 1e-3
-"""An I_zz smaller than this share of its start never comes back, nor does one as much larger."""
+"""An I_zz below this share of its start, or above its inverse, never comes back."""
 
-WHOLE = 20
-"""So many steps are whole ones; hardly any log needs half as many."""
+FULL_STEPS = 20
+"""So many steps are full ones; hardly any log needs half as many."""
 
 
 class Adjusted(Struct, frozen=True):
-    """Where an adjustment ended, linearised there."""
+    """The end of an adjustment, linearised there."""
 
     problem: Problem
     unknowns: Floats
-    """I_zz, M0, b."""
+    """I_zz [kg*m^2], M0 [N*m] and b [s], shape (3,)."""
     covariance: Floats
+    """Of the unknowns, shape (3, 3)."""
     gain: Floats
     """Derivative of I_zz to the weighted misclosures and to the priors of M0, b and the shared errors."""
     shared: Floats
+    """The K shared errors, in their standard uncertainties, shape (K,)."""
     slopes: Floats
     """Derivative of each run's condition to each source's error, shape (S, n)."""
     scale: Floats
-    """What the unknowns I_zz, M0 and b are counted in: a start, and the widths of the priors, shape (3,)."""
-    directions: Floats
-    """Covariance of all unknowns with I_zz over its variance, as the steps count them, shape (3 + K,)."""
+    """Units of the unknowns in the steps: a start, and the widths of the priors, shape (3,)."""
     rows: Floats
     """Derivatives of the runs' conditions to all unknowns, over their standard uncertainties, shape (n, 3 + K)."""
-    orthogonal: Floats
-    """Weighted derivatives of the runs' conditions on an orthonormal basis, shape (n, 3 + K)."""
     kept: Floats
-    """1 for a run with a say, 0 for one that is left out, shape (n,)."""
+    """1 for a run that is used, 0 for one that is left out, shape (n,)."""
     weighted: Floats
-    """Misclosure of each run at the fit over its standard uncertainty, 0 where left out, shape (n,)."""
-    own: Floats
-    """Variance of each run's condition from the errors that it has alone, shape (n,)."""
+    """Misclosure of each run at the end over its standard uncertainty, 0 for a run that is left out, shape (n,)."""
+    independent_variance: Floats
+    """Variance of each run's condition from the errors that only this run has, shape (n,)."""
     deviations: Floats
+    """Time minus what the other runs predict, over the standard uncertainty of that difference, shape (n,)."""
     influence: Floats
-    """Change of I_zz when a run is left out [kg*m^2], shape (n,)."""
+    """Change of I_zz if a run is left out, to first order (DFBETA) [kg*m^2], shape (n,)."""
     chi2: float
     converged: bool
-    """Whether the steps came to rest; what did not is no solution."""
-
-    def without(self, groups: Sequence[Sequence[int]]) -> list[tuple[float, float] | None]:
-        """Change of I_zz [kg*m^2] and of its variance [kg²*m⁴] when each of some groups of runs is left out.
-
-        To first order; None for a group without runs, and where the others tell so little of it that first order
-        is no guide.
-        """
-        changes: list[tuple[float, float] | None] = [None] * len(groups)
-        for size in {len(group) for group in groups} - {0}:
-            alike = [at for at, group in enumerate(groups) if len(group) == size]
-            index = np.array([groups[at] for at in alike])
-            orthogonal, gain = self.orthogonal[index], self.gain[index]
-            turned = orthogonal.swapaxes(1, 2)
-            # I − QQᵀ of the runs and I − QᵀQ of the unknowns have the same least eigenvalue: take the smaller one.
-            many = size > orthogonal.shape[2]
-            remaining = np.eye(min(size, orthogonal.shape[2])) - (turned @ orthogonal if many else orthogonal @ turned)
-            told = np.linalg.eigvalsh(remaining)[:, 0] > 1e-4
-            # What the others say of these runs takes the runs' own share out again.
-            own = np.stack([self.weighted[index], gain], axis=-1)[told]
-            if many:
-                pull = own + orthogonal[told] @ np.linalg.solve(remaining[told], turned[told] @ own)
-            else:
-                pull = np.linalg.solve(remaining[told], own)
-            moved = (gain[told, None] @ pull)[:, 0].tolist()
-            for at, change in zip(np.array(alike)[told].tolist(), moved, strict=True):
-                changes[at] = change[0], change[1]
-        return changes
+    """Whether the steps converged; if not, this is not a solution."""
 
 
 def adjust(
@@ -251,18 +220,17 @@ def adjust(
 ) -> Adjusted:
     """Iterate the Gauss–Helmert adjustment to a solution that can be believed, near its start by a factor.
 
-    The unknowns are scaled to order one: I_zz by its start, M0 by its prior width, b by its own. Runs where
-    `kept` is 0 have no weight, but what the others say of them is worked out. Raises `NoFit`. `near` is where a fit of
-    nearly the same ended: the errors begin there.
+    The unknowns are scaled to order one: I_zz by its start, M0 by its prior width, b by its own. Runs with a `kept` of
+    0 have no weight, but what the others predict for them is computed. `near` is the end of a fit of nearly the same
+    runs: the errors begin there. Raises `NoFit`.
     """
     scale = np.array([start.inertia, prior_width, problem.measured.timing_bias_u])
     unknowns = np.zeros(3 + problem.shared_count)
-    unknowns[:2] = 1.0, start.imbalance / prior_width
+    unknowns[:2] = 1.0, start.residual_torque / prior_width
+    single = np.zeros_like(problem.absolute)
     if near is not None and np.array_equal(near.problem.groups, problem.groups):
         unknowns[2:] = near.unknowns[2] / scale[2] if scale[2] else 0.0, *near.shared
-        single = -near.slopes * problem.alone * near.weighted / np.sqrt(near.own)
-    else:
-        single = np.zeros_like(problem.absolute)
+        single = -near.slopes * problem.independent * near.weighted / np.sqrt(near.independent_variance)
     try:
         adjusted = _iterate(problem, sense, kept, scale, unknowns, single)
     except np.linalg.LinAlgError:
@@ -271,149 +239,94 @@ def adjust(
     return adjusted
 
 
-@stacked(lambda problem, *_: problem.kind)
-# What is not finite does not pass.
+# A value that is not finite is refused afterwards.
 @np.errstate(all="ignore")
-def _iterate(calls: Sequence[tuple[Problem, Floats, Floats, Floats, Floats, Floats]]) -> list[Adjusted]:
-    """Go on from where each of L logs begins until it comes to rest, or never will; each stops by itself."""
-    problems = [problem for problem, *_ in calls]
-    problem = stack(problems)
-    sense, kept, scale, unknowns, single = (np.array(each) for each in list(zip(*calls, strict=True))[1:])
-    labs, width = unknowns.shape
-    prior = prior_rows(problem.count, width)
-    rows = np.empty((labs, *prior.shape))
-    rows[:] = prior
-    ended: list[tuple[Any, ...]] = []
-    # Of those that still move: which they are, and how far they went.
-    moving = np.arange(labs)
-    chi2 = moved = np.full(labs, np.inf)
-    jumped = np.zeros(labs)
-    for turn in range(TURNS):
-        at = problem.linearise(single, unknowns[:, 3:], sense, unknowns[:, :3] * scale)
-        far = jumped > 0.03 if turn < WHOLE else np.ones(len(moving), dtype=bool)
-        if far.any():
-            onto = onto_conditions(at, unknowns[:, :1] * scale[:, :1])
-            single = np.where(far[:, None, None], onto, single)
-            at = problem.linearise(single, unknowns[:, 3:], sense, unknowns[:, :3] * scale)
-        plain = fill_rows(rows, problem, at, kept, scale[:, None], unknowns)
-        solution, triangle = solve_rows(rows)
-        step = _damped(solution, unknowns)
-        if turn >= WHOLE:
-            # Whole steps go round in a circle where errors are as large as what is read: go ever less far.
-            step *= 0.5 ** (turn // WHOLE)
-        unknowns = unknowns + step
-        closed = at.misclosure + (plain @ step[..., None])[..., 0]
-        # A run that is left out has no weight, but its prediction too is linear only on its condition.
-        single = -at.alone * (closed / at.own)[:, None]
-        lost = ~((unknowns[:, 0] > LOST) & (unknowns[:, 0] < 1 / LOST))
-        sizes = np.abs(step)
-        last, moved, jumped = moved, np.maximum.reduce(sizes, axis=1), np.maximum(sizes[:, 0], sizes[:, 1])
-        # Steps shrink by a constant factor: the next would be this one times this one over the last.
-        resting = (moved < 1e-11) | (moved * moved < 1e-8 * np.minimum(last, 1.0 if turn else 0.0))
-        if turn > 2:
-            before, chi2 = chi2, _chi2(closed, at.own, kept, unknowns)
-            resting |= np.abs(before - chi2) <= 1e-13 * chi2
-        stops = lost | resting | (turn == TURNS - 1)
-        if not stops.any():
-            continue
-        told = moving, resting & ~lost, at.slopes, at.own, rows, triangle, plain, closed, sense, kept, unknowns, scale
-        ended.append(tuple(each[stops] for each in told))
-        if stops.all():
-            break
-        goes = ~stops
-        moving, problem = moving[goes], problem.part(goes)
-        sense, kept, scale, unknowns, single, rows, moved, jumped, chi2 = (
-            each[goes] for each in (sense, kept, scale, unknowns, single, rows, moved, jumped, chi2)
-        )
-    order, *values = ended[0] if len(ended) == 1 else map(np.concatenate, zip(*ended, strict=True))
-    adjusted = _conclude([problems[place] for place in order.tolist()], *values)
-    return [adjusted[place] for place in order.argsort().tolist()]
-
-
-def _conclude(
-    problems: Sequence[Problem], converged: Any, slopes: Floats, own: Floats, rows: Floats, factor: Floats,
-    plain: Floats, closed: Floats, sense: Floats, kept: Floats, unknowns: Floats, scale: Floats,
-) -> list[Adjusted]:  # fmt: skip
-    """Work out covariance, deleted residuals and influence where the steps ended."""
-    count = problems[0].count
-    inverse = np.linalg.inv(factor)
-    q = rows[..., :-1] @ inverse
-    # Deleted residuals: for a run in the fit the leverage takes it out again, for one outside the
-    # uncertainty of the prediction is added.
-    rest = np.maximum(1 - np.add.reduce(q[:, :count] ** 2, axis=-1), NEGLIGIBLE)
-    variance = own * rest
-    if not kept.all():
-        variance = np.where(kept > 0, variance, own + np.add.reduce((plain @ inverse) ** 2, axis=-1))
-    gain = (q @ inverse[:, 0, :, None])[..., 0] * scale[:, :1]
-    directions = (inverse @ inverse[:, 0, :, None])[..., 0]
-    directions /= directions[:, :1].copy()
-    weighted = kept * closed / np.sqrt(own)
-    influence, deviations = gain[:, :count] * weighted / rest, sense * closed / np.sqrt(variance)
-    covariance = inverse[:, :3] @ inverse[:, :3].swapaxes(1, 2) * (scale[:, :, None] * scale[:, None])
-    found, chi2 = unknowns[:, :3] * scale, _chi2(closed, own, kept, unknowns)
-    return [
-        Adjusted(
-            problem=problem,
-            unknowns=found[i],
-            covariance=covariance[i],
-            gain=gain[i],
-            shared=unknowns[i, 3:],
-            slopes=slopes[i],
-            scale=scale[i],
-            directions=directions[i],
-            rows=rows[i, :count, :-1],
-            orthogonal=q[i, :count],
-            kept=kept[i],
-            weighted=weighted[i],
-            own=own[i],
-            deviations=deviations[i],
-            influence=influence[i],
-            chi2=float(chi2[i]),
-            converged=bool(converged[i]),
-        )
-        for i, problem in enumerate(problems)
-    ]
-
-
-def _chi2(closed: Floats, own: Floats, kept: Floats, unknowns: Floats) -> Floats:
-    """Add up the squares of the runs' errors and of the priors', shape (L,)."""
-    chi2: Floats = np.add.reduce(kept * closed * closed / own, axis=-1) + np.add.reduce(unknowns[:, 1:] ** 2, axis=-1)
-    return chi2
-
-
-def prior_rows(count: int, width: int) -> Floats:
-    """Make room for n runs, above one row for the prior of each unknown but the first; last column the target."""
+def _iterate(
+    problem: Problem, sense: Floats, kept: Floats, scale: Floats, unknowns: Floats, single: Floats
+) -> Adjusted:
+    """Repeat the linearised least squares until the steps converge."""
+    count, width = problem.count, len(unknowns)
+    # n runs, one row for the prior of each unknown but I_zz; the last column is the target.
     rows = np.zeros((count + width - 1, width + 1))
     rows[count:, 1:width] = np.eye(width - 1)
-    return rows
+    chi2 = moved = math.inf
+    jumped, converged = 0.0, False
+    for turn in range(MAX_ITERATIONS):
+        at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
+        if turn >= FULL_STEPS or jumped > 0.03:
+            single = _onto_conditions(at, unknowns[0] * scale[0])
+            at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
+        plain = np.zeros((count, width))
+        plain[:, :3] = at.to_unknowns * scale
+        plain[problem.from_run, 3 + problem.to_column] = at.slopes[problem.from_source, problem.from_run]
+        weight = kept / np.sqrt(at.independent_variance)
+        rows[:count, :-1] = plain * weight[:, None]
+        rows[:count, -1] = -at.misclosure * weight
+        rows[count:, -1] = -unknowns[1:]
+        step, factor = _solve(rows)
+        # No step more than halves or doubles I_zz.
+        limit, size = 0.5 * abs(unknowns[0]), abs(step[0])
+        if size > limit:
+            step *= limit / size
+        if turn >= FULL_STEPS:
+            # Full steps can go round in a circle if errors are as large as the readings: go ever less far.
+            step *= 0.5 ** (turn // FULL_STEPS)
+        unknowns = unknowns + step
+        closed = at.misclosure + plain @ step
+        # A run that is left out has no weight, but its prediction too is linear only on its condition.
+        single = -at.independent * (closed / at.independent_variance)
+        before, chi2 = chi2, _chi2(closed, at.independent_variance, kept, unknowns)
+        if not LOST < unknowns[0] < 1 / LOST:
+            break
+        last, moved = moved, float(np.maximum.reduce(np.abs(step)))
+        jumped = float(np.maximum.reduce(np.abs(step[:2])))
+        # Steps shrink by a constant factor: the next would be this one times this one over the last.
+        converged = moved < 1e-11 or moved * moved < 1e-8 * min(last, 1.0 if turn else 0.0)
+        converged |= turn > 3 and abs(before - chi2) <= 1e-13 * chi2
+        if converged:
+            break
+    # Covariance, deleted residuals and influence at the end.
+    inverse = np.linalg.inv(factor)
+    q = rows[:, :-1] @ inverse
+    # For a run in the fit its leverage is removed; for one outside, the variance of its prediction is added.
+    rest = np.maximum(1 - np.add.reduce(q[:count] ** 2, axis=1), NEGLIGIBLE)
+    own = at.independent_variance
+    variance = np.where(kept > 0, own * rest, own + np.add.reduce((plain @ inverse) ** 2, axis=1))
+    gain = q @ inverse[0] * scale[0]
+    weighted = kept * closed / np.sqrt(own)
+    return Adjusted(
+        problem=problem,
+        unknowns=unknowns[:3] * scale,
+        covariance=inverse[:3] @ inverse[:3].T * np.outer(scale, scale),
+        gain=gain,
+        shared=unknowns[3:],
+        slopes=at.slopes,
+        scale=scale,
+        rows=rows[:count, :-1],
+        kept=kept,
+        weighted=weighted,
+        independent_variance=own,
+        deviations=sense * closed / np.sqrt(variance),
+        influence=gain[:count] * weighted / rest,
+        chi2=chi2,
+        converged=bool(converged),
+    )
 
 
-def fill_rows(
-    rows: Floats, problem: Problem, at: Linear, kept: Floats | float, scale: Floats, unknowns: Floats
-) -> Floats:
-    """Fill in the weighted conditions and all targets; give the derivatives without weights, shape (…, n, 3 + K)."""
-    count, labs, width = problem.count, at.own.shape[:-1], rows.shape[-1] - 1
-    flat = np.zeros((*labs, count * width))
-    flat[..., problem.to_row] = at.slopes.reshape(*labs, len(problem.sources) * count).take(problem.from_slope, axis=-1)
-    plain = flat.reshape(*labs, count, width)
-    plain[..., :3] = at.to_unknowns * scale
-    weight = kept / np.sqrt(at.own)
-    rows[..., :count, :-1] = plain * weight[..., None]
-    rows[..., :count, -1] = -at.misclosure * weight
-    rows[..., count:, -1] = -unknowns[..., 1:]
-    return plain
+def _chi2(closed: Floats, own: Floats, kept: Floats, unknowns: Floats) -> float:
+    """Sum of the squares of the runs' errors and of the priors'."""
+    return float(np.add.reduce(kept * closed * closed / own) + np.add.reduce(unknowns[1:] ** 2))
 
 
-def solve_rows(rows: Floats) -> tuple[Floats, Floats]:
-    """Least squares of rows, last column the target: solution, (…, k), and triangular factor of the rest, (…, k, k)."""
-    # The factor with the target beside it holds Qᵀ·target, so that Q itself is never formed.
+def _solve(rows: Floats) -> tuple[Floats, Floats]:
+    """Least squares of rows whose last column is the target: solution (k,), and triangular factor of the rest."""
+    # The factor with the target beside it contains Qᵀ·target, so that Q itself is never formed.
     packed, _ = np.linalg.qr(rows, mode="raw")
-    width = rows.shape[-1] - 1
-    whole = np.swapaxes(packed, -1, -2)[..., :width, :]
+    width = rows.shape[1] - 1
+    whole = packed.T[:width]
     # Below it the packed form keeps the reflections.
-    factor = whole[..., :-1] * _upper(width)
-    solution: Floats = np.linalg.solve(factor, whole[..., -1:])[..., 0]
-    return solution, factor
+    factor = whole[:, :-1] * _upper(width)
+    return np.linalg.solve(factor, whole[:, -1]), factor
 
 
 @lru_cache(maxsize=32)
@@ -422,22 +335,16 @@ def _upper(width: int) -> Floats:
     return np.triu(np.ones((width, width)))
 
 
-def onto_conditions(at: Linear, inertia: Floats) -> Floats:
-    """Errors that each run has alone, moved back onto its condition; for after a large step, shape (…, S, n).
+def _onto_conditions(at: Linear, inertia: float) -> Floats:
+    """Errors that only one run has, moved back onto its condition; for use after a large step, shape (S, n).
 
     Only there is the derivative of the distance exact, and a common shrinking of I_zz and all torques gains
     nothing, however far off the runs are. A run without a weight may still be beyond the pole, M0 = 0: it
-    stays where it was read.
+    stays at its reading.
     """
-    near = np.abs(at.misclosure) < 0.5 * np.abs(at.to_unknowns[..., 0] * inertia)
-    moved: Floats = -at.alone * (near * at.misclosure / at.own)[..., None, :]
+    near = np.abs(at.misclosure) < 0.5 * np.abs(at.to_unknowns[:, 0] * inertia)
+    moved: Floats = -at.independent * (near * at.misclosure / at.independent_variance)
     return moved
-
-
-def _damped(step: Floats, unknowns: Floats) -> Floats:
-    """Shorten each step that would more than halve or double the inertia."""
-    limit, size = 0.5 * np.abs(unknowns[:, :1]), np.abs(step[:, :1])
-    return np.where(size > limit, step * (limit / size), step)
 
 
 FACTOR = 3.0

@@ -14,8 +14,6 @@ Every reading is its truth plus its errors, each error a standard normal number 
 from __future__ import annotations
 
 import copy
-from collections.abc import Hashable, Sequence
-from typing import Any
 
 import numpy as np
 from msgspec import Struct
@@ -24,6 +22,8 @@ from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO, Measurements
 from gyrodata.physics import Floats, Integers
 
 QUANTITIES = ("time", "spin", "turns", "mass", "position", "force", "torque", "g", "pitch", "transverse", "added")
+TIME, SPIN, TURNS, MASS, POSITION, FORCE, TORQUE, G, PITCH, TRANSVERSE, ADDED = range(len(QUANTITIES))
+"""Row of each quantity in an array of shape (11, n)."""
 
 MAD_TO_SD = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation [1]."""
@@ -33,33 +33,29 @@ NEGLIGIBLE = 1e-9
 
 
 MANY = 500
-"""Of more runs than so many a sample tells sizes and designs as well, for a hundredth of the time; and logs of so many
-gain nothing where they are fitted in a stack."""
+"""With more runs than this, a sample of them gives the size of an effect as well, in a hundredth of the time."""
 
 
 class Linear(Struct, frozen=True):
-    """The conditions of n runs, linear in the unknowns and in the errors of S sources.
-
-    Labs of one design may be stacked: every array may have axes before those given.
-    """
+    """The conditions of n runs, linear in the unknowns and in the errors of S sources."""
 
     misclosure: Floats
-    """Value with the errors that a run has alone set back to zero, shape (n,)."""
+    """Value of each condition if the errors that only this run has are zero, shape (n,)."""
     to_unknowns: Floats
     """Derivatives to I_zz, M0 and b, shape (n, 3)."""
     slopes: Floats
     """Derivatives to each source's error, shape (S, n)."""
-    alone: Floats
-    """The same where a run has that error alone, else 0."""
-    own: Floats
-    """Variance from the errors that a run has alone, shape (n,)."""
+    independent: Floats
+    """The same if only this run has the error, else 0, shape (S, n)."""
+    independent_variance: Floats
+    """Variance of each condition from the errors that only this run has, shape (n,)."""
 
 
 class Problem:
-    """One log's readings and errors as arrays: S sources, n runs, K errors that are shared.
+    """One log's readings and errors as arrays: S sources, n runs, K errors that several runs share.
 
-    A source's error that one run has alone is eliminated row by row; one that several runs share is an
-    unknown, a column of its own. `observed` may be a stack of labs of one design, shape (…, 11, n).
+    An error that only one run has is eliminated row by row; an error that several runs share is an unknown with a
+    column of its own. `observed` contains the readings, shape (11, n).
     """
 
     def __init__(self, measured: Measurements, tilted: bool) -> None:
@@ -68,151 +64,104 @@ class Problem:
         self.count = count
         self.tilted = tilted
         self.observed = np.empty((len(QUANTITIES), count))
-        self.observed[:7] = (
-            measured.time, measured.spin, measured.turns, measured.mass,
-            measured.position, measured.force, measured.given_torque,
-        )  # fmt: skip
+        self.observed[TIME], self.observed[SPIN], self.observed[TURNS] = measured.time, measured.spin, measured.turns
+        self.observed[MASS], self.observed[POSITION] = measured.mass, measured.position
+        self.observed[FORCE], self.observed[TORQUE] = measured.force, measured.given_torque
         if measured.slowing is not None:
             # The angle that steady precession would have swept in the same time.
-            self.observed[2] *= measured.slowing
-        self.observed[7] = measured.g
-        self.observed[8:10] = (measured.pitch, transverse_inertia(measured)) if tilted else 0.0
-        self.observed[10] = measured.added
+            self.observed[TURNS] *= measured.slowing
+        self.observed[G] = measured.g
+        self.observed[PITCH] = measured.pitch if tilted else 0.0
+        self.observed[TRANSVERSE] = transverse_inertia(measured) if tilted else 0.0
+        self.observed[ADDED] = measured.added
         sources = [source for source in measured.sources if tilted or source.quantity not in ("pitch", "transverse")]
-        sizes = np.array([(source.absolute, source.relative) for source in sources]).reshape(len(sources), 2, count)
-        stated = np.flatnonzero(sizes.any(axis=(1, 2)))
-        self.sources = [sources[s] for s in stated]
+        self.sources = [source for source in sources if source.absolute.any() or source.relative.any()]
+        shape = len(self.sources), count
         self.quantity = np.array([QUANTITIES.index(source.quantity) for source in self.sources], dtype=int)
-        self.absolute, self.relative = sizes[stated, 0], sizes[stated, 1]
+        self.absolute = np.array([source.absolute for source in self.sources]).reshape(shape)
+        self.relative = np.array([source.relative for source in self.sources]).reshape(shape)
         self.onto = (np.arange(len(QUANTITIES))[:, None] == self.quantity).astype(float)
-        self._share(np.array([source.groups for source in self.sources], dtype=int).reshape(len(stated), count))
+        self._share(np.array([source.groups for source in self.sources], dtype=int).reshape(shape))
         self.by_weight = not np.isnan(measured.mass).all()
         self.by_force = not np.isnan(measured.force).all()
 
-    def reread(
-        self, observed: Floats, sizes: tuple[Floats, Floats] | None = None, groups: Integers | None = None
-    ) -> Problem:
-        """Give the same sources with other readings, and absolute and relative sizes and groups of their errors."""
-        new = copy.copy(self)
-        new.observed, new.count = observed, observed.shape[-1]
-        if sizes is not None:
-            new.absolute, new.relative = sizes
-        if groups is not None:
-            new._share(groups)
-        return new
-
-    @property
-    def kind(self) -> Hashable:
-        """What problems of one stack have in common; None for one of very many runs."""
-        if self.count > MANY:
-            return None
-        kinds = self.tilted, self.by_weight, self.by_force
-        return *kinds, self.groups.shape, self.quantity.tobytes(), self.groups.tobytes()
-
-    def part(self, which: Any) -> Problem:
-        """Give some logs of a stack."""
-        return self.reread(self.observed[which], (self.absolute[which], self.relative[which]))
-
     def with_scatter(self, factor: float) -> Problem:
-        """Give the same with the errors that a run has alone so many times as wide."""
-        sizes = np.where(self.alone > 0, factor, 1.0)
-        return self.reread(self.observed, (sizes * self.absolute, sizes * self.relative))
+        """Give the same problem with the errors that only one run has `factor` times as large."""
+        new, sizes = copy.copy(self), np.where(self.independent > 0, factor, 1.0)
+        new.absolute, new.relative = sizes * self.absolute, sizes * self.relative
+        return new
 
     def _share(self, groups: Integers) -> None:
         """Number the errors that several runs share, in the order of sources and groups."""
-        self.groups = groups
         width = int(groups.max(initial=0)) + 1
         touched = groups >= 0
         # One bin for each group of each source.
         bins = groups + width * np.arange(len(groups))[:, None]
         sizes = np.bincount(bins[touched], minlength=width * len(groups))
         size = np.where(touched, sizes[bins], 0)
-        self.alone = (size == 1).astype(float)
+        self.groups = groups
+        self.independent = (size == 1).astype(float)
         column = (sizes > 1).cumsum() - 1
         self.shared_count = int(column[-1]) + 1 if len(column) else 0
         self.member = np.where(size > 1, column[bins], -1)
         self.from_source, self.from_run = (size > 1).nonzero()
         self.to_column = self.member[self.from_source, self.from_run]
-        # Places of what is shared among all slopes, and among all derivatives to I_zz, M0, b and the shared errors.
-        self.from_slope = self.from_source * groups.shape[1] + self.from_run
-        self.to_row = self.from_run * (3 + self.shared_count) + 3 + self.to_column
 
     def truth(self, single: Floats, shared: Floats) -> tuple[Floats, Floats]:
         """Adjusted value of each quantity, shape (11, n), and its derivative to each source's error, (S, n)."""
-        # An error that a run has alone is in `single`, one that it shares in `shared`, never in both.
-        errors = single
-        if self.shared_count:
-            padded = np.zeros((*shared.shape[:-1], self.shared_count + 1))
-            padded[..., :-1] = shared
-            errors = single + padded.take(self.member, axis=-1)
-        scale = self.onto @ (self.relative * errors)
-        scale += 1
+        # An error that only one run has is in `single`, a shared one in `shared`, never in both.
+        errors = single + np.append(shared, 0.0)[self.member]
+        scale = 1 + self.onto @ (self.relative * errors)
         values = (self.observed - self.onto @ (self.absolute * errors)) / scale
-        slopes = self.relative * values.take(self.quantity, axis=-2)
-        slopes += self.absolute
-        slopes /= -scale.take(self.quantity, axis=-2)
+        slopes = -(self.relative * values[self.quantity] + self.absolute) / scale[self.quantity]
         return values, slopes
 
     def torque(self, values: Floats) -> tuple[Floats, dict[int, Floats]]:
         """Torque of each run [N*m] and its derivatives by quantity."""
         if self.by_weight:
-            mass, position, g = values[..., 3, :], values[..., 4, :], values[..., 7, :]
-            pull = mass * g
-            return pull * position, {3: position * g, 4: pull, 7: mass * position}
+            pull = values[MASS] * values[G]
+            slopes = {MASS: values[POSITION] * values[G], POSITION: pull, G: values[MASS] * values[POSITION]}
+            return pull * values[POSITION], slopes
         if self.by_force:
-            position, force = values[..., 4, :], values[..., 5, :]
-            return force * position, {5: position, 4: force}
-        return values[..., 6, :], {6: np.ones(self.count)}
+            return values[FORCE] * values[POSITION], {POSITION: values[FORCE], FORCE: values[POSITION]}
+        return values[TORQUE], {TORQUE: np.ones(self.count)}
 
     def linearise(self, single: Floats, shared: Floats, sense: Floats, unknowns: Floats) -> Linear:
         """Linearise each run's condition at adjusted readings; extrapolate the errors of one run back to none."""
         values, slopes = self.truth(single, shared)
-        inertia, imbalance, bias = unknowns[..., :1], unknowns[..., 1:2], unknowns[..., 2:]
+        inertia, residual_torque, bias = unknowns
         torque, chain = self.torque(values)
-        time, spin = values[..., 0, :] - bias, values[..., 1, :]
-        angle = 2 * np.pi * values[..., 2, :]
-        back = -angle
-        push = sense * (torque + imbalance)
-        to_torque = sense * time
-        whole = inertia + values[..., 10, :]
+        time, spin = values[TIME] - bias, values[SPIN]
+        angle = 2 * np.pi * values[TURNS]
+        push = sense * (torque + residual_torque)
+        whole = inertia + values[ADDED]
         moment = whole * spin
-        value = push * time - angle * moment
-        # Derivatives to I_zz, M0 and b, (n, 3), and to each quantity, (11, n).
-        to_unknowns = np.empty((*value.shape, 3))
-        to = np.zeros((*value.shape[:-1], *values.shape[-2:]))
-        to_unknowns[..., 1] = to_torque
-        to[..., 0, :] = push
-        np.multiply(back, whole, out=to[..., 1, :])
-        np.multiply(-2 * np.pi, moment, out=to[..., 2, :])
-        to_unknowns[..., 0] = np.multiply(back, spin, out=to[..., 10, :])
+        misclosure = push * time - angle * moment
+        # Derivatives to each quantity, (11, n), and to I_zz, M0 and b, (n, 3).
+        to = np.zeros(values.shape)
+        to[TIME], to[SPIN], to[TURNS] = push, -angle * whole, -2 * np.pi * moment
+        to[ADDED] = -angle * spin
         for quantity, slope in chain.items():
-            np.multiply(to_torque, slope, out=to[..., quantity, :])
+            to[quantity] = sense * time * slope
+        to_unknowns = np.array([to[ADDED], sense * time, to[TIME]]).T
         if self.tilted:
-            pitch, difference = values[..., 8, :], whole - values[..., 9, :]
+            pitch, difference = values[PITCH], whole - values[TRANSVERSE]
             square = sense * angle**2 / time
             tilt = square * np.sin(pitch)
-            value -= difference * tilt
-            to_unknowns[..., 0] -= tilt
-            to[..., 0, :] += difference * tilt / time
-            to[..., 2, :] -= 4 * np.pi * difference * tilt / angle
-            to[..., 8, :] = -difference * square * np.cos(pitch)
-            to[..., 9, :] = tilt
-            to[..., 10, :] -= tilt
-        np.negative(to[..., 0, :], out=to_unknowns[..., 2])
-        slopes *= to.take(self.quantity, axis=-2)
-        alone = slopes * self.alone
+            misclosure -= difference * tilt
+            to_unknowns[:, 0] -= tilt
+            to[TIME] += difference * tilt / time
+            to[TURNS] -= 4 * np.pi * difference * tilt / angle
+            to[PITCH], to[TRANSVERSE] = -difference * square * np.cos(pitch), tilt
+            to[ADDED] -= tilt
+        to_unknowns[:, 2] = -to[TIME]
+        slopes = slopes * to[self.quantity]
+        independent = slopes * self.independent
         # Of the spin's term, which does not vanish with the torque.
-        floor = NEGLIGIBLE * to[..., 1, :] * values[..., 1, :]
-        own = np.add.reduce(alone * alone, axis=-2) + floor * floor
-        return Linear(value - np.add.reduce(alone * single, axis=-2), to_unknowns, slopes, alone, own)
-
-
-def stack(problems: Sequence[Problem]) -> Problem:
-    """Put logs of one kind together, shape (L, …)."""
-    observed, absolute, relative = (
-        np.array([getattr(one, name) for one in problems]) for name in ("observed", "absolute", "relative")
-    )
-    return problems[0].reread(observed, (absolute, relative))
+        floor = NEGLIGIBLE * to[SPIN] * values[SPIN]
+        variance = np.add.reduce(independent**2, axis=0) + floor**2
+        misclosure -= np.add.reduce(independent * single, axis=0)
+        return Linear(misclosure, to_unknowns, slopes, independent, variance)
 
 
 def torques_differ(torque: Floats) -> bool:

@@ -19,17 +19,15 @@ times the priors. Known as an integrated nested Laplace approximation: Rue, Mart
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Sequence
-from itertools import accumulate, pairwise
+from collections.abc import Sequence
 from typing import cast
 
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata.fitting.conditions import MANY, NEGLIGIBLE
+from gyrodata.fitting.conditions import NEGLIGIBLE
 from gyrodata.physics import Floats
-from gyrodata.stacks import stacked
 
 BALANCE = 0.05
 """Scale of M0's Cauchy prior over the lightest torque [1]: published balances have a median of 0.025, tails to 0.7."""
@@ -60,8 +58,8 @@ ENDS = np.log([LOW, HIGH])
 
 EVENLY = np.linspace(0.0, 1.0, STEPS)
 
-TURNS = 10
-"""So often at most the factors are spread anew."""
+MAX_SPREADS = 10
+"""So often at most the range of the factors changes."""
 
 FARTHEST = 2.0
 """Beyond this what is bent goes on straight."""
@@ -85,238 +83,162 @@ FALSE_WIDTHS = 0.03 * np.exp(STEP * np.arange(50))
 TESTED_WIDTHS = np.exp(STEP * np.arange(-40, 1))
 """Widths of M0 where there is a test, over the largest without one."""
 
+SIMILAR = 0.1, 0.3
+"""So little may the logarithms of s and of the width of M0 change between similar logs."""
+
 LEVELS = np.array([0.025, 0.158655253931457, 0.5, 0.841344746068543, 0.975])
 """The quantiles that are told: of the 95 % interval, of that of one standard uncertainty, and the median."""
 
 
 class Conditions(Struct, frozen=True):
-    """The conditions of n runs, linear where a fit ended, each over the width that its run has alone; labs stacked.
+    """The conditions of n runs, linear at the end of a fit, each over the width of its independent errors.
 
-    Unknowns and errors are counted from where the fit ended: I_zz, M0 and b in some unit, the errors that runs share in
+    Unknowns and errors are counted from the end of the fit: I_zz, M0 and b in some unit, the errors that runs share in
     their standard uncertainties.
     """
 
     unknowns: Floats
-    """Derivatives to I_zz, M0 and b, shape (…, n, 3)."""
+    """Derivatives to I_zz, M0 and b, shape (n, 3)."""
     shared: Floats
-    """Derivatives to the K shared errors, shape (…, n, K)."""
+    """Derivatives to the K shared errors, shape (n, K)."""
     left: Floats
-    """Misclosure where all shared errors are none, shape (…, n)."""
+    """Misclosure if all shared errors are zero, shape (n,)."""
     ended: Floats
-    """I_zz, M0 and b where the fit ended, in their units, shape (…, 3)."""
-    runs: Floats
-    """How many runs have a say, shape (…)."""
-    scatter: Floats
-    """Factor on the errors that each run has alone, as the fit had it, shape (…)."""
-    without_readings: bool = False
-    """Whether this is a design, in which errors of that size are to be expected."""
+    """I_zz, M0 and b at the end of the fit, in their units, shape (3,)."""
+    runs: float
+    """Number of runs that are used."""
+    scatter: float
+    """Factor on the independent errors, as the fit had it."""
 
 
 class Posterior(Struct, frozen=True):
-    """A mixture of normal distributions of I_zz, M0 and b, for labs of shape (…)."""
+    """A mixture of N normal distributions of I_zz, M0 and b."""
 
     weight: Floats
-    """Of each part, shape (…, N); they add up to 1."""
+    """Of each part, shape (N,); they add up to 1."""
     mean: Floats
-    """Shape (…, 3, N)."""
+    """Shape (3, N)."""
     u: Floats
-    """Standard deviation of each part, shape (…, 3, N)."""
+    """Standard deviation of each part, shape (3, N)."""
     factor: Floats
-    """s of each part [1], shape (…, N)."""
+    """s of each part [1], shape (N,)."""
     width: Floats
-    """Width of M0 in each part, in its unit, shape (…, N)."""
-    evidence: Floats
-    """Logarithm of the likelihood of the whole model, up to what its labs have in common, shape (…)."""
-    ended: Floats | float = 1.0
-    """I_zz where the fit ended, shape (…)."""
-    bend: Floats | float = 0.0
-    """I_zz over that is 1 + t + `bend` t², to second order in what is normal, 1 + t; shape (…)."""
+    """Width of M0 in each part, in its unit, shape (N,)."""
+    evidence: float
+    """Logarithm of the likelihood of the whole model, but for a constant."""
+    ended: float = 1.0
+    """I_zz at the end of the fit."""
+    bend: float = 0.0
+    """I_zz over that is 1 + t + `bend` t², to second order in 1 + t, which is normal."""
 
-    def quantiles(self, unknowns: int = 1, which: slice = slice(None)) -> Floats:
-        """Quantiles at `LEVELS`, or at some of them, of I_zz, or of it, M0 and b; shape (…, unknowns, 5)."""
-        *labs, parts = self.weight.shape
-        count = math.prod(labs)
-        each = self.mean[..., :unknowns, :], self.u[..., :unknowns, :]
-        mean, u = (values.reshape(count, unknowns, parts) for values in each)
-        ended, bend = (_flat(value, count) for value in (self.ended, self.bend))
-        ends = _quantiles(self.weight.reshape(count, parts), mean, u, ended, bend, which)
-        return ends.reshape((*labs, unknowns, ends.shape[-1]))
+    def quantiles(self, unknowns: int = 1) -> Floats:
+        """Quantiles at `LEVELS` of I_zz, or of it, M0 and b; shape (unknowns, 5)."""
+        ends = _of_mixture(self.weight, self.mean[:unknowns], self.u[:unknowns])
+        # An interval that contains zero is no measurement, bent or not.
+        ends[0] = np.where(ends[0] > 0, _bent(ends[0], self.ended, self.bend)[0], ends[0])
+        return ends
 
     def middle(self) -> Floats:
-        """Mean of I_zz, M0 and b, shape (…, 3)."""
-        return cast(Floats, np.add.reduce(self.weight[..., None, :] * self.mean, axis=-1))
+        """Mean of I_zz, M0 and b, shape (3,)."""
+        return self.mean @ self.weight
 
     def times(self, unit: Floats) -> Posterior:
-        """Give the same with I_zz, M0 and b counted in other units, shape (…, 3)."""
-        each = unit[..., None]
+        """Give the same with I_zz, M0 and b counted in other units, shape (3,)."""
+        each = unit[:, None]
         return replace(
-            self, mean=self.mean * each, u=self.u * each, width=self.width * unit[..., 1:2],
-            ended=self.ended * unit[..., 0],
-        )  # fmt: skip
+            self, mean=self.mean * each, u=self.u * each, width=self.width * unit[1], ended=self.ended * float(unit[0])
+        )
 
     def straight(self) -> Posterior:
         """Give the same with parts that are normal in I_zz itself."""
         mean, u = self.mean.copy(), self.u.copy()
-        mean[..., 0, :], slope = _bent(self.mean[..., 0, :], self.ended, self.bend)
-        u[..., 0, :] *= slope
+        mean[0], slope = _bent(self.mean[0], self.ended, self.bend)
+        u[0] *= slope
         return replace(self, mean=mean, u=u, ended=1.0, bend=0.0)
 
-    def typical(self, values: Floats) -> Floats:
-        """Geometric mean of s or of the width of M0, shape (…)."""
-        return cast(Floats, np.exp(np.add.reduce(self.weight * np.log(values), axis=-1)))
+    def typical(self, values: Floats) -> float:
+        """Geometric mean of s or of the width of M0."""
+        return math.exp(float(self.weight @ np.log(values)))
+
+    def is_similar(self, other: Posterior) -> bool:
+        """Say whether s and the width of M0 are so near to others that I_zz, linear there, is the same to 0.01 u."""
+        factors = self.typical(self.factor) / other.typical(other.factor)
+        widths = self.typical(self.width) / other.typical(other.width)
+        return abs(math.log(factors)) < SIMILAR[0] and abs(math.log(widths)) < SIMILAR[1]
 
 
 def integrate(
-    conditions: Conditions,
-    scale: Floats | float,
-    stated: bool,
-    tested: Floats | float | None = None,
-    near: Posterior | None = None,
+    conditions: Conditions, scale: float, stated: bool, tested: float | None = None, near: Posterior | None = None
 ) -> Posterior:
-    """Weigh every s and w by how well the runs go with them.
+    """Weigh every s and w by how well they agree with the runs.
 
-    `scale` is that of M0's Cauchy, `tested` the width that a balance test allows M0, both in the unit of M0, shape (…);
-    `stated` says whether the log states how wide the times are. `near` is what is known already of nearly the same.
+    `scale` is that of M0's Cauchy, `tested` the width that a balance test allows M0, both in the unit of M0; `stated`
+    says whether the log states the uncertainty of its times. `near` is the posterior of nearly the same runs: its
+    factors s are looked at first.
     """
-    *labs, runs, shared = conditions.shared.shape
-    count = math.prod(labs)
-    stack = Conditions(
-        conditions.unknowns.reshape(count, runs, 3), conditions.shared.reshape(count, runs, shared),
-        conditions.left.reshape(count, runs), conditions.ended.reshape(count, 3),
-        conditions.runs.reshape(count), conditions.scatter.reshape(count), conditions.without_readings,
-    )  # fmt: skip
-    # Most logs need no others than these.
-    low, high = ENDS if near is None else np.log(near.factor[..., [0, -1]]).T
-    tests = None if tested is None else _flat(tested, count)
-    found = _integrate(stack, _flat(scale, count), stated, tests, _flat(low, count), _flat(high, count))
-    values = (getattr(found, name) for name in _OF_LABS)
-    return Posterior(*(value.reshape((*labs, *value.shape[1:])) for value in values))
-
-
-def _alike(one: Conditions, scale: Floats, stated: bool, tested: Floats | None, *_: Floats) -> Hashable:
-    shape = one.shared.shape[1:]
-    return None if shape[0] > MANY else (shape, stated, tested is None, one.without_readings)
-
-
-@stacked(_alike)
-def _integrate(calls: Sequence[_Weighed]) -> list[Posterior]:
-    """Integrate for labs of shape (L,), those of several calls together."""
-    conditions, scales, (stated, *_), tests, lows, highs = zip(*calls, strict=True)
-    arrays = {name: np.concatenate([getattr(one, name) for one in conditions]) for name in _STACKED}
-    whole = Conditions(**arrays, without_readings=conditions[0].without_readings)
-    tested = None if tests[0] is None else np.concatenate(tests)
-    found = _weigh(whole, np.concatenate(scales), stated, tested, np.concatenate(lows), np.concatenate(highs))
-    values = [getattr(found, name) for name in _OF_LABS]
-    ends = list(accumulate((len(one.left) for one in conditions), initial=0))
-    return [Posterior(*(value[start:end] for value in values)) for start, end in pairwise(ends)]
-
-
-def _weigh(
-    conditions: Conditions, scale: Floats, stated: bool, tested: Floats | None, low: Floats, high: Floats
-) -> Posterior:
-    """Integrate over the factors s between two logarithms, for each lab wider or narrower where that is wanted."""
     widths, prior = balance_prior(scale, tested)
     reduced = _reduce(conditions, scale, tested)
-    if conditions.without_readings:
-        reduced = replace(reduced, squares=_expect(reduced, conditions.scatter, scale))
-    labs, ended, bend = conditions.left.shape[:-1], conditions.ended[..., 0], reduced.bend
-    spread = _spread(low, high, stated)
-    at = ended[..., None, None]
+    ended, bend = conditions.ended[0], reduced.bend
+    low, high = ENDS if near is None else np.log(near.factor[[0, -1]])
     # As likely before the runs are looked at: every I_zz^(1 − bend), and M0 over I_zz^bend with its width in M0.
-    lean = 2 * bend[..., None, None] / at
-    for turn in range(TURNS):
-        factor, spacing = spread.logarithm, (spread.high - spread.low) / (STEPS - 1)
-        parts = _Parts(reduced, spread.factor, widths)
-        whole = parts.log_likelihood + prior[..., None, :]
-        whole += spread.chance[..., None]
-        whole += lean * np.minimum(np.maximum(parts.inertia - at, -0.3 * at), 0.3 * at)
-        top = np.maximum.reduce(whole, axis=(-1, -2), keepdims=True)
+    lean = 2 * bend / ended
+    for turn in range(MAX_SPREADS):
+        logarithm, spacing = low + (high - low) * EVENLY, (high - low) / (STEPS - 1)
+        factor = np.exp(logarithm)
+        parts = _Parts(reduced, factor, widths)
+        whole = parts.log_likelihood + prior
+        whole += (scatter_prior(logarithm, stated) + math.log(spacing))[:, None]
+        whole += lean * np.minimum(np.maximum(parts.inertia - ended, -0.3 * ended), 0.3 * ended)
+        top = np.maximum.reduce(whole, axis=None)
         weight = np.exp(whole - top)
-        total = np.add.reduce(weight, axis=(-1, -2), keepdims=True)
+        total = np.add.reduce(weight, axis=None)
         weight /= total
-        of_factor = np.add.reduce(weight, axis=-1)
-        centre = _dot(of_factor, factor)
-        sd = np.sqrt(_dot(of_factor, (factor - centre[..., None]) ** 2))
-        # Runs enough tell s so well that the steps are too wide; a log that is far off has it beyond the last.
-        narrow = sd < 1.2 * spacing
-        beyond = of_factor[..., -1] > 1e-3
-        if turn == TURNS - 1 or not (narrow | beyond).any():
+        of_factor = np.add.reduce(weight, axis=1)
+        centre = of_factor @ logarithm
+        sd = math.sqrt(of_factor @ (logarithm - centre) ** 2)
+        # Many runs determine s so well that the steps are too wide; a log that is far off has s beyond the last.
+        if turn == MAX_SPREADS - 1 or not (sd < 1.2 * spacing or of_factor[-1] > 1e-3):
             break
-        half = np.maximum(sd, 0.5 * spacing)
-        low = np.where(narrow, centre - 6 * half, spread.low)
-        high = np.where(narrow, centre + 6 * half, np.where(beyond, spread.high + 4.0, spread.high))
-        spread = _spread(low, high, stated)
-    flat = (*labs, -1)
+        if sd < 1.2 * spacing:
+            half = max(sd, 0.5 * spacing)
+            low, high = centre - 6 * half, centre + 6 * half
+        else:
+            high = high + 4.0
     mean, variance, covariance = parts.moments()
-    mean, variance, covariance = mean.reshape(*labs, 3, -1), variance.reshape(*labs, 3, -1), covariance.reshape(flat)
+    mean, variance, covariance = mean.reshape(3, -1), variance.reshape(3, -1), covariance.reshape(-1)
     # Within a part the same; but where u is small exact readings give the exact answer, and where it is large none.
-    relative = variance[..., 0, :] / ended[..., None] ** 2
-    square = relative * relative
-    within = lean[..., 0] * square / (square + SMALL**4) / (1 + square / LARGE**4)
-    mean[..., 0, :] += within * variance[..., 0, :]
-    mean[..., 1, :] += within * covariance
+    square = (variance[0] / ended**2) ** 2
+    within = lean * square / (square + SMALL**4) / (1 + square / LARGE**4)
+    mean[0] += within * variance[0]
+    mean[1] += within * covariance
     # From M0 over I_zz^bend to M0.
-    value, slope = _bent(mean[..., 0, :], ended, bend)
-    inertia = np.maximum(value, 1e-3 * ended[..., None])
-    grown = (inertia / ended[..., None]) ** bend[..., None]
-    pull = bend[..., None] * mean[..., 1, :] * slope / inertia
-    variance[..., 1, :] += pull * (2 * covariance + pull * variance[..., 0, :])
-    mean[..., 1, :] *= grown
-    variance[..., 1, :] *= grown**2
+    value, slope = _bent(mean[0], ended, bend)
+    inertia = np.maximum(value, 1e-3 * ended)
+    grown = (inertia / ended) ** bend
+    pull = bend * mean[1] * slope / inertia
+    variance[1] += pull * (2 * covariance + pull * variance[0])
+    mean[1] *= grown
+    variance[1] *= grown**2
     each = np.ones(weight.shape)
     return Posterior(
-        weight.reshape(flat),
+        weight.reshape(-1),
         mean,
         np.sqrt(variance),
-        (spread.factor[..., None] * each).reshape(flat),
-        (widths[..., None, :] * each).reshape(flat),
-        (top + np.log(total))[..., 0, 0],
-        ended,
+        (factor[:, None] * each).reshape(-1),
+        (widths * each).reshape(-1),
+        float(top + math.log(total)),
+        float(ended),
         bend,
     )
 
 
-_STACKED = ("unknowns", "shared", "left", "ended", "runs", "scatter")
-"""What of some conditions has a row for each lab …"""
-
-_OF_LABS = ("weight", "mean", "u", "factor", "width", "evidence", "ended", "bend")
-"""… and of a posterior."""
-
-_Weighed = tuple[Conditions, Floats, bool, Floats | None, Floats, Floats]
-"""Conditions, the scale of M0, whether the times are stated, the balance test, and the logarithms of s at both ends."""
-
-
-class _Spread(Struct, frozen=True):
-    """Factors s, evenly spread between two logarithms, for labs of shape (…)."""
-
-    low: Floats
-    high: Floats
-    logarithm: Floats
-    """Shape (…, S)."""
-    factor: Floats
-    chance: Floats
-    """Logarithm of the chance of each before the runs are looked at, times what lies between two."""
-
-
-def _spread(low: Floats, high: Floats, stated: bool) -> _Spread:
-    logarithm = low[..., None] + (high - low)[..., None] * EVENLY
-    chance = scatter_prior(logarithm, stated) + np.log((high - low) / (STEPS - 1))[..., None]
-    return _Spread(low, high, logarithm, np.exp(logarithm), chance)
-
-
-def _flat(values: Floats | float, count: int) -> Floats:
-    """One value for each lab of a stack, shape (L,)."""
-    array = np.asarray(values, dtype=float)
-    return array.reshape(count) if array.size == count else np.full(count, array)
-
-
-def _bent(values: Floats, ended: Floats | float, bend: Floats | float) -> tuple[Floats, Floats]:
-    """I_zz from what is normal in its place, and its derivative; the two go together where the fit ended."""
-    unit, twice = np.asarray(ended)[..., None], 2 * np.maximum(bend, 1e-9)[..., None]
-    away = twice * (values / unit - 1)
+def _bent(values: Floats, ended: float, bend: float) -> tuple[Floats, Floats]:
+    """I_zz from the normal number in its place, and its derivative; the two are equal at the end of the fit."""
+    twice = 2 * max(bend, 1e-9)
+    away = twice * (values / ended - 1)
     near = np.minimum(away, FARTHEST)
     slope = np.exp(near)
-    return unit * (1 + (np.expm1(near) + slope * (away - near)) / twice), slope
+    return ended * (1 + (np.expm1(near) + slope * (away - near)) / twice), slope
 
 
 def mixed(posteriors: Sequence[Posterior]) -> Posterior:
@@ -333,30 +255,26 @@ def mixed(posteriors: Sequence[Posterior]) -> Posterior:
     return Posterior(weight, joined("mean"), joined("u"), joined("factor"), joined("width"), evidence.max())
 
 
-def balance_prior(scale: Floats, tested: Floats | float | None) -> tuple[Floats, Floats]:
-    """Widths of M0, shape (…, W), and the logarithm of the chance of each."""
-    widths = scale[..., None] * WIDTHS
+def balance_prior(scale: float, tested: float | None) -> tuple[Floats, Floats]:
+    """Widths of M0, shape (W,), and the logarithm of the chance of each."""
+    widths = scale * WIDTHS
     if tested is None:
         return widths, CHANCES
     # A Cauchy too, of the test's own width: the same mixture of normals, times what each says of the other.
     bold = np.log(FALSE_WIDTHS[:, None] / TOO_BOLD[0])
     doubt = np.log(np.exp(-bold - 0.5 * np.exp(-2 * bold)) @ TOO_BOLD[1])
     doubt -= math.log(np.exp(doubt).sum())
-    test = np.maximum(tested, NEGLIGIBLE)[..., None] * FALSE_WIDTHS
-    squares = widths[..., :, None] ** 2, test[..., None, :] ** 2
-    both = squares[0] * squares[1] / (squares[0] + squares[1])
-    weight = CHANCES[:, None] + doubt - 0.5 * np.log(squares[0] + squares[1])
+    squares = widths[:, None] ** 2, (max(tested, NEGLIGIBLE) * FALSE_WIDTHS) ** 2
+    both = (squares[0] * squares[1] / (squares[0] + squares[1])).reshape(-1)
+    weight = (CHANCES[:, None] + doubt - 0.5 * np.log(squares[0] + squares[1])).reshape(-1)
     # The product of two normals is one: all of them, told by fewer widths.
     count = len(TESTED_WIDTHS)
-    both, weight = (values.reshape(*both.shape[:-2], -1) for values in (both, weight))
-    grid = widths[..., -1:] * TESTED_WIDTHS
-    place = np.maximum(np.log(np.sqrt(both) / grid[..., :1]) / STEP, 0.0)
+    grid = widths[-1] * TESTED_WIDTHS
+    place = np.maximum(np.log(np.sqrt(both) / grid[0]) / STEP, 0.0)
     lower = np.minimum(place.astype(int), count - 2)
-    mass = np.exp(weight - weight.max(axis=-1, keepdims=True))
-    onto = np.zeros(grid.shape)
-    rows = np.arange(onto.size // count).reshape(onto.shape[:-1])[..., None] * count
-    np.add.at(onto.reshape(-1), rows + lower, mass * (lower + 1 - place))
-    np.add.at(onto.reshape(-1), rows + lower + 1, mass * (place - lower))
+    mass = np.exp(weight - weight.max())
+    onto = np.bincount(lower, mass * (lower + 1 - place), count)
+    onto += np.bincount(lower + 1, mass * (place - lower), count)
     with np.errstate(divide="ignore"):
         return grid, np.log(onto)
 
@@ -381,179 +299,120 @@ class _Reduced(Struct, frozen=True):
     """What n runs say, rotated so that every row has its own variance s² + `shared`²."""
 
     shared: Floats
-    """Shape (…, m)."""
+    """Shape (m,)."""
     rows: Floats
-    """Derivatives to I_zz + `slope` M0, M0 and b, and the misclosure, shape (…, m, 4)."""
-    slope: Floats
-    """With it the first two are told nearly by themselves, also where only their sum is told well; shape (…)."""
-    rest: Floats
-    """Rows that say nothing, shape (…)."""
+    """Derivatives to I_zz + `slope` M0, M0 and b, and the misclosure, shape (m, 4)."""
+    slope: float
+    """With it the first two are nearly independent, also if only their sum is well known."""
+    rest: float
+    """Number of rows that say nothing."""
     ended: Floats
-    bend: Floats
-    """Share of the runs in what is known of M0, times that of M0 in the doubt about I_zz, shape (…)."""
-    squares: Floats | None = None
-    """Squares of the misclosures to be expected of a design without readings, that of the `rest` last, (…, m + 1)."""
+    bend: float
+    """Share of the runs in what is known of M0, times that of M0 in the doubt about I_zz."""
 
 
-def _reduce(conditions: Conditions, scale: Floats, tested: Floats | float | None) -> _Reduced:
-    """Rotate the conditions so that the shared errors, b among them, make no two rows go together.
+def _reduce(conditions: Conditions, scale: float, tested: float | None) -> _Reduced:
+    """Rotate the conditions so that the shared errors, b among them, correlate no two rows.
 
     A run's time tells (M + M0)/I_zz, whose error is the same whatever M0 is: as far as the runs tell M0, 1/I_zz and
     M0/I_zz are normal, and as far as its prior does, I_zz and M0. Between them lie I_zz^(1 − 2a) and M0/I_zz^a.
     """
-    count = conditions.shared.shape[-1] + 1
-    bias = conditions.unknowns[..., 2:]
+    count = conditions.shared.shape[1] + 1
+    bias = conditions.unknowns[:, 2:]
     # Counted from b = 0, where its prior is centred.
-    target = bias * conditions.ended[..., None, 2:] - conditions.left[..., None]
-    rows: Floats = np.concatenate([conditions.shared, bias, conditions.unknowns, target], axis=-1)
-    *_, runs, columns = rows.shape
-    if runs > columns:
+    target = bias * conditions.ended[2] - conditions.left[:, None]
+    rows: Floats = np.concatenate([conditions.shared, bias, conditions.unknowns, target], axis=1)
+    if rows.shape[0] > rows.shape[1]:
         rows = np.asarray(np.linalg.qr(rows, mode="r"))
-    turn, values, _ = np.linalg.svd(rows[..., :count])
-    size = np.zeros(rows.shape[:-1])
-    size[..., : values.shape[-1]] = values
-    rotated = np.swapaxes(turn, -1, -2) @ rows[..., count:]
-    weighted = rotated[..., :2] / (conditions.scatter[..., None] ** 2 + size**2)[..., None]
-    sums = np.swapaxes(weighted, -1, -2) @ rotated[..., :2]
-    ii, im, mm = sums[..., 0, 0], sums[..., 0, 1], sums[..., 1, 1]
-    # What a Cauchy distribution tells where the fit ended.
-    at = conditions.ended[..., 1]
-    told = sum(2 / (np.square(width) + at**2 + 1e-300) for width in (scale, tested) if width is not None)
-    by_runs = np.maximum(mm - im**2 / ii, 0.0)
-    # An error that all torques or spins share leaves I_zz as normal as it is.
-    by_m0 = im**2 / (ii * mm)
-    bend = np.where(conditions.ended[..., 0] > 0, by_m0 * by_runs / (by_runs + told), 0.0)
-    turned = bend * at / conditions.ended[..., 0]
-    slope = (im + turned * mm) / (ii + 2 * turned * im + turned**2 * mm)
-    rotated[..., 0] += turned[..., None] * rotated[..., 1]
-    rotated[..., 1] -= slope[..., None] * rotated[..., 0]
-    rest = conditions.runs - rows.shape[-2]
-    return _Reduced(size, rotated, slope, np.asarray(rest), conditions.ended, bend)
-
-
-def _expect(reduced: _Reduced, scatter: Floats, scale: Floats) -> Floats:
-    """Expect squares of misclosures as large as their variances, but for what I_zz and M0 take up."""
-    variance = scatter[..., None] ** 2 + reduced.shared**2
-    inertia, imbalance = (reduced.rows[..., k] / np.sqrt(variance) for k in (0, 1))
-    # With `slope` the two are told by themselves.
-    taken = inertia**2 / _dot(inertia, inertia)[..., None]
-    taken += imbalance**2 / (_dot(imbalance, imbalance) + 1 / scale**2)[..., None]
-    return np.concatenate([(1 - taken) * variance, (reduced.rest * scatter**2)[..., None]], axis=-1)
+    turn, values, _ = np.linalg.svd(rows[:, :count])
+    size = np.zeros(len(rows))
+    size[: len(values)] = values
+    rotated = turn.T @ rows[:, count:]
+    sums = (rotated[:, :2] / (conditions.scatter**2 + size**2)[:, None]).T @ rotated[:, :2]
+    ii, im, mm = float(sums[0, 0]), float(sums[0, 1]), float(sums[1, 1])
+    inertia, at = conditions.ended[:2].tolist()
+    with np.errstate(all="ignore"):
+        # What a Cauchy distribution tells at the end of the fit.
+        told = sum(2 / (width**2 + at**2 + 1e-300) for width in (scale, tested) if width is not None)
+        by_runs = max(mm - np.float64(im) ** 2 / ii, 0.0)
+        # An error that all torques or spins share leaves I_zz as normal as it is.
+        by_m0 = np.float64(im) ** 2 / (ii * mm)
+        bend = float(by_m0 * by_runs / (by_runs + told)) if inertia > 0 else 0.0
+        turned = bend * at / np.float64(inertia)
+        slope = float((im + turned * mm) / (ii + 2 * turned * im + turned**2 * mm))
+    rotated[:, 0] += turned * rotated[:, 1]
+    rotated[:, 1] -= slope * rotated[:, 0]
+    return _Reduced(size, rotated, slope, conditions.runs - len(rows), conditions.ended, bend)
 
 
 class _Parts:
-    """The normal distribution for each s, shape (…, S), and w, shape (…, W); of shape (…, S, W) or (…, S, 1)."""
+    """The normal distribution for each s, shape (S,), and w, shape (W,); of shape (S, W) or (S, 1)."""
 
     def __init__(self, reduced: _Reduced, factor: Floats, widths: Floats) -> None:
         """Solve for I_zz and M0, and say how likely the runs are."""
-        variance = factor[..., None] ** 2 + reduced.shared[..., None, :] ** 2
+        variance = factor[:, None] ** 2 + reduced.shared**2
         # Sums of products of the columns I, M0, b, misclosure, for each s.
-        rows = reduced.rows
-        products = (rows[..., :, None] * rows[..., None, :]).reshape(*rows.shape[:-1], 16)
-        sums = (1 / variance) @ products
-        log_likelihood = -0.5 * np.add.reduce(np.log(variance), axis=-1) - reduced.rest[..., None] * np.log(factor)
-        if reduced.squares is not None:
-            squares = reduced.squares[..., None, :]
-            log_likelihood -= 0.5 * (_dot(squares[..., :-1], 1 / variance) + squares[..., -1] / factor**2)
-        self.sums = sums[..., None]
-        ii, im, i_left, mm, m_left, chi2 = (self.sums[..., k, :] for k in (0, 1, 3, 5, 7, 15))
-        narrow = 1 / widths[..., None, :] ** 2
-        self.at, self.slope = reduced.ended[..., 1, None, None], reduced.slope[..., None, None]
+        products = (reduced.rows[:, :, None] * reduced.rows[:, None, :]).reshape(-1, 16)
+        self.sums = ((1 / variance) @ products).T[..., None]
+        log_likelihood = -0.5 * np.add.reduce(np.log(variance), axis=1) - reduced.rest * np.log(factor)
+        ii, im, i_left, mm, m_left, chi2 = (self.sums[k] for k in (0, 1, 3, 5, 7, 15))
+        narrow = 1 / widths**2
+        self.at, self.slope = reduced.ended[1], reduced.slope
         self.mm, m_w = mm + narrow, m_left - self.at * narrow
         self.determinant = ii * self.mm - im**2
         self.both = (self.mm * i_left - im * m_w) / self.determinant
-        self.imbalance = (ii * m_w - im * i_left) / self.determinant
-        misfit = chi2 + self.at * self.at * narrow - self.both * i_left - self.imbalance * m_w
-        self.log_likelihood = log_likelihood[..., None] - 0.5 * (np.log(self.determinant / narrow) + misfit)
-        self.inertia = reduced.ended[..., 0, None, None] + self.both - self.slope * self.imbalance
+        self.residual_torque = (ii * m_w - im * i_left) / self.determinant
+        misfit = chi2 + self.at * self.at * narrow - self.both * i_left - self.residual_torque * m_w
+        self.log_likelihood = log_likelihood[:, None] - 0.5 * (np.log(self.determinant / narrow) + misfit)
+        self.inertia = reduced.ended[0] + self.both - self.slope * self.residual_torque
 
     def moments(self) -> tuple[Floats, Floats, Floats]:
-        """Means and variances of I_zz, M0 and b, shape (…, 3, S, W), and the covariance of I_zz and M0, (…, S, W)."""
-        ii, im, ib, mb, bb, b_left = (self.sums[..., k, :] for k in (0, 1, 2, 6, 10, 11))
+        """Means and variances of I_zz, M0 and b, shape (3, S, W), and the covariance of I_zz and M0, (S, W)."""
+        ii, im, ib, mb, bb, b_left = (self.sums[k] for k in (0, 1, 2, 6, 10, 11))
         slope = self.slope
         both_var, m_var, cov = self.mm / self.determinant, ii / self.determinant, -im / self.determinant
         # The others know b as well as its prior and what is left of the rows tell.
-        bias = b_left - ib * self.both - mb * self.imbalance
+        bias = b_left - ib * self.both - mb * self.residual_torque
         b_var = 1 - bb + ib**2 * both_var + 2 * ib * mb * cov + mb**2 * m_var
         i_var = both_var - 2 * slope * cov + slope**2 * m_var
-        means, variances = (np.empty((*bias.shape[:-2], 3, *bias.shape[-2:])) for _ in range(2))
-        means[..., 0, :, :], means[..., 1, :, :], means[..., 2, :, :] = self.inertia, self.at + self.imbalance, bias
-        variances[..., 0, :, :], variances[..., 1, :, :], variances[..., 2, :, :] = i_var, m_var, np.maximum(b_var, 0.0)
-        return means, variances, cov - slope * m_var
+        means = np.array([self.inertia, self.at + self.residual_torque, bias])
+        return means, np.array([i_var, m_var, np.maximum(b_var, 0.0)]), cov - slope * m_var
 
 
-@stacked(lambda weight, mean, u, ended, bend, which: (mean.shape[1:], which.start, which.stop, which.step))
-def _quantiles(calls: Sequence[tuple[Floats, Floats, Floats, Floats, Floats, slice]]) -> list[Floats]:
-    """Quantiles at some of `LEVELS` of posteriors of labs of shape (L,), those of several calls together."""
-    *each, (which, *_) = zip(*calls, strict=True)
-    weight, mean, u, ended, bend = map(np.concatenate, each)
-    ends = _of_mixtures(weight, mean, u, which)
-    straight = ends[..., 0, :]
-    # What reaches to zero is no measurement, bent or not.
-    ends[..., 0, :] = np.where(straight > 0, _bent(straight, ended, bend)[0], straight)
-    places = accumulate((len(one[0]) for one in calls), initial=0)
-    return [ends[start:end] for start, end in pairwise(places)]
+def _of_mixture(weight: Floats, mean: Floats, u: Floats) -> Floats:
+    """Quantiles at `LEVELS` of K mixtures of N normal distributions, shapes (N,) and (K, N): (K, 5).
 
-
-def _of_mixtures(weight: Floats, mean: Floats, u: Floats, which: slice) -> Floats:
-    """Quantiles at `LEVELS` of mixtures of normal distributions, shapes (L, N) and (L, K, N): (L, K, 5).
-
-    By Newton's steps, kept in brackets, until all of a mixture's are there.
+    By Newton's steps, kept in brackets, until all are found.
     """
-    levels, normal = LEVELS[which], NORMAL[which]
-    labs, parts = weight.shape
-    found = np.empty((*mean.shape[:2], len(levels)))
-    if parts > HEAVIEST:
+    if len(weight) > HEAVIEST:
         # What weighs next to nothing need not be looked at.
-        heavy = np.argpartition(weight, -HEAVIEST, axis=-1)[:, -HEAVIEST:]
-        kept = np.take_along_axis(weight, heavy, axis=-1)
-        whole = np.add.reduce(kept, axis=-1, keepdims=True)
-        enough = whole[:, 0] > 1 - LIGHT
-        if not enough.all() and enough.any():
-            for some in (enough, ~enough):
-                found[some] = _of_mixtures(weight[some], mean[some], u[some], which)
-            return found
-        if enough.all():
-            weight = kept / whole
-            mean, u = (np.take_along_axis(values, heavy[:, None], axis=-1) for values in (mean, u))
-    weight = weight[:, None, :]
-    centre = np.add.reduce(weight * mean, axis=-1)[..., None]
-    sd = np.sqrt(np.add.reduce(weight * (u**2 + (mean - centre) ** 2), axis=-1))[..., None]
+        heavy = np.argpartition(weight, -HEAVIEST)[-HEAVIEST:]
+        total = np.add.reduce(weight[heavy])
+        if total > 1 - LIGHT:
+            weight, mean, u = weight[heavy] / total, mean[:, heavy], u[:, heavy]
+    centre = (mean @ weight)[:, None]
+    sd = np.sqrt((u**2 + (mean - centre) ** 2) @ weight)[:, None]
     # A quantile lies within so many standard deviations of the mean, whatever the distribution (Cantelli).
-    reach = sd * np.sqrt(1 / np.minimum(levels, 1 - levels))
-    low, high, point = centre - reach, centre + reach, centre + sd * normal
+    reach = sd * np.sqrt(1 / np.minimum(LEVELS, 1 - LEVELS))
+    low, high = centre - reach, centre + reach
+    point: Floats = centre + sd * NORMAL
     # What is exact is nearly so.
-    size = np.maximum(np.maximum(u, 1e-6 * sd), 1e-300)[..., None, :]
-    close = 1e-3 * np.minimum(levels, 1 - levels)
-    steep = weight[..., None, :] / (size * math.sqrt(2 * math.pi))
-    weight, centres = weight[..., None, :], mean[..., None, :]
-    open_ones = np.arange(labs)
+    size = np.maximum(np.maximum(u, 1e-6 * sd), 1e-300)[:, None, :]
+    close = 1e-3 * np.minimum(LEVELS, 1 - LEVELS)
+    steep, centres = weight / (size * math.sqrt(2 * math.pi)), mean[:, None, :]
     for _turn in range(40):
         away = (point[..., None] - centres) / size
         square = np.exp(-0.5 * away * away)
-        off = _dot(weight, normal_below(away, square)) - levels
+        off = normal_below(away, square) @ weight - LEVELS
         np.copyto(low, point, where=off < 0)
         np.copyto(high, point, where=off > 0)
-        step = point - off / np.maximum(_dot(steep, square), 1e-300)
+        step = point - off / np.maximum(np.add.reduce(steep * square, axis=-1), 1e-300)
         inside = (step >= low) & (step <= high)
         point = np.where(inside, step, 0.5 * (low + high))
         # What is left after such a step is about as large as its square.
-        there = (inside & (np.abs(off) <= close)).all(axis=(1, 2))
-        if there.any():
-            found[open_ones[there]] = point[there]
-            if there.all():
-                return found
-            more = ~there
-            open_ones, weight, centres, size, steep, low, high, point = (
-                each[more] for each in (open_ones, weight, centres, size, steep, low, high, point)
-            )
-    found[open_ones] = point
-    return found
-
-
-def _dot(a: Floats, b: Floats) -> Floats:
-    """Sum of products along the last axis."""
-    return cast(Floats, np.einsum("...i,...i->...", a, b))
+        if (inside & (np.abs(off) <= close)).all():
+            break
+    return point
 
 
 HEAVIEST, LIGHT = 160, 1e-4

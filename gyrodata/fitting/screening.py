@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from gyrodata.fitting.adjustment import NoFit, Start, assume_sense, first_guess, rough_misfit
+from gyrodata.fitting.adjustment import NoFit, assume_sense, first_guess, rough_misfit
 from gyrodata.fitting.conditions import MAD_TO_SD, median
-from gyrodata.fitting.inertia import FitResult, Outlier, balance_scale, fit, fit_as_stated
+from gyrodata.fitting.inertia import AS_STATED, FitResult, Outlier, balance_scale, fit, lightest_torque
 from gyrodata.fitting.lines import chi2_tail
 from gyrodata.measurements import Measurements, torque_groups
 from gyrodata.physics import Floats
@@ -43,7 +43,7 @@ def screen(measured: Measurements, tilted: bool = False) -> tuple[list[Outlier],
     count = len(measured.runs)
     if count < 4:
         return [], None
-    found, result = _settle(measured, tilted, *_far_from_start(measured))
+    found, result = _settle(measured, tilted, _far_from_start(measured))
     if result is not None and chi2_tail(result.chi2, max(result.dof, 1)) < MASKED:
         # One bad run may widen the scatter until it hides in it.
         named = {outlier.index for outlier in found}
@@ -55,10 +55,8 @@ def screen(measured: Measurements, tilted: bool = False) -> tuple[list[Outlier],
     return found, result
 
 
-def _settle(
-    measured: Measurements, tilted: bool, out: set[int], start: Start | None = None
-) -> tuple[list[Outlier], FitResult | None]:
-    """Fit without some runs, see which are odd then, and go on until they are the same; `start` is that of all."""
+def _settle(measured: Measurements, tilted: bool, out: set[int]) -> tuple[list[Outlier], FitResult | None]:
+    """Fit without some runs, see which are odd then, and go on until they are the same."""
     count = len(measured.runs)
     found: list[Outlier] = []
     for _round in range(6):
@@ -66,7 +64,7 @@ def _settle(
         if len(out) > count / 3 or not np.abs(measured.torque[kept]).any():
             return [], None
         try:
-            result = fit_as_stated(measured, tilted, out, None if out else start)
+            result = fit(measured, AS_STATED, tilted=tilted, left_out=out)
         except NoFit:
             return [], None
         typical = max(1.0, MAD_TO_SD * median(np.abs(result.deviations[kept])))
@@ -99,17 +97,17 @@ def _far_within(measured: Measurements, result: FitResult, typical: float) -> An
     return np.nan_to_num(apart) > OUTLIER * MAD_TO_SD * median(grouped)
 
 
-def _far_from_start(measured: Measurements) -> tuple[set[int], Start]:
+def _far_from_start(measured: Measurements) -> set[int]:
     """Runs far from the line that most runs agree with: a first guess, from which screening goes on."""
     everything = np.ones(len(measured.runs))
     start = first_guess(measured, assume_sense(measured, 1.0), everything)
-    total = np.abs(measured.torque + start.imbalance)
+    total = np.abs(measured.torque + start.residual_torque)
     with np.errstate(divide="ignore"):
         predicted = start.inertia * 2 * np.pi * measured.turns * measured.spin / total
     off = rough_misfit(measured, predicted)
     off[measured.torque == 0] = 0.0
     scale = max(1.0, MAD_TO_SD * median(off))
-    return {int(i) for i in np.flatnonzero(off > OUTLIER * scale)}, start
+    return {int(i) for i in np.flatnonzero(off > OUTLIER * scale)}
 
 
 def _explaining_turns(measured: Measurements, result: FitResult, index: int, typical: float) -> float | None:
@@ -149,11 +147,11 @@ def rivals(
     """
 
     def unlikely(result: FitResult) -> float:
-        if measured.imbalance_u is not None:
-            width = measured.imbalance_u(result.inertia.value)
+        if measured.balance_test is not None:
+            width = measured.balance_test(result.inertia.value)
         else:
-            width = balance_scale(measured, result.inertia.value, result.adjusted.kept)
-        return 1 + (result.imbalance.value / max(width, 1e-12)) ** 2
+            width = balance_scale(measured, result.inertia.value, lightest_torque(measured, result.adjusted.kept))
+        return 1 + (result.residual_torque.value / max(width, 1e-12)) ** 2
 
     found = []
     for group in torque_groups(measured):
@@ -165,7 +163,7 @@ def rivals(
         if len(instead) > len(measured.runs) / 2:
             continue
         try:
-            other = fit(measured, chosen.adjusted.problem.tilted, instead)
+            other = fit(measured, tilted=chosen.adjusted.problem.tilted, left_out=instead)
         except NoFit:
             continue
         misfit = other.chi2 / max(1.0, chosen.chi2 / max(chosen.dof, 1))
@@ -210,8 +208,8 @@ def explaining_counts(measured: Measurements) -> list[dict[int, float]]:
     lines = _lines(torque, product, factors)
     if lines is None:
         return []
-    inertia, imbalance = lines
-    total = torque + imbalance[:, None]
+    inertia, residual_torque = lines
+    total = torque + residual_torque[:, None]
     chosen, left = np.ones((len(inertia), len(torque))), np.empty((len(inertia), len(torque)))
     for k, factor in enumerate(factors):
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -223,7 +221,7 @@ def explaining_counts(measured: Measurements) -> list[dict[int, float]]:
     agrees = np.sqrt(np.mean(left**2, axis=1)) < AGREES
     if np.any(agrees & ~changed.any(axis=1)):
         return []
-    modest = np.abs(imbalance) < MODEST * np.abs(torque).min()
+    modest = np.abs(residual_torque) < MODEST * np.abs(torque).min()
     found = np.flatnonzero(agrees & modest)
     if not len(found):
         return []
@@ -251,6 +249,6 @@ def _lines(torque: Floats, product: Floats, factors: list[Floats]) -> tuple[Floa
             slope = (torque[a] - torque[b]) / (first - second)
         slopes.append(slope)
         constants.append(slope * first - torque[a])
-    inertia, imbalance = np.concatenate(slopes), np.concatenate(constants)
-    sane = np.isfinite(inertia) & (inertia > 0) & (np.abs(imbalance) < 3 * np.abs(torque).max())
-    return (inertia[sane], imbalance[sane]) if sane.any() else None
+    inertia, residual_torque = np.concatenate(slopes), np.concatenate(constants)
+    sane = np.isfinite(inertia) & (inertia > 0) & (np.abs(residual_torque) < 3 * np.abs(torque).max())
+    return (inertia[sane], residual_torque[sane]) if sane.any() else None

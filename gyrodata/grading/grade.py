@@ -39,7 +39,6 @@ from gyrodata.grading.yardsticks import (
 from gyrodata.known_slips import Kind, explaining_slips
 from gyrodata.readings import Readings, read_reported, usable_inertia
 from gyrodata.reporting import factor_text
-from gyrodata.stacks import in_step
 
 if TYPE_CHECKING:
     from gyrodata.grading.submissions import Submission
@@ -339,7 +338,6 @@ def two_decimals(points: float | None) -> str:
 # --- what there is to judge ---------------------------------------------------------------------------------
 
 
-@in_step
 def _gather(
     analysis: Analysis, lacks: list[Diagnostic], answers: Answers, rubric: Rubric, bench: tuple[str, ...]
 ) -> Evidence:

@@ -38,7 +38,6 @@ from gyrodata.measurements.sources import (
 )
 from gyrodata.physics import Floats
 from gyrodata.readings import SHARED_UNCERTAINTIES, Column, Place, Readings, as_u_of, u_keys
-from gyrodata.stacks import in_step
 from gyrodata.units import Uncertainty
 
 STEADIEST = 0.06
@@ -89,9 +88,9 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     """False where rates were given instead of stopwatch times: no reaction time then."""
     timing_bias_u: float
     """Prior width of the timing bias b [s]."""
-    imbalance_u: Callable[[float], float] | None
+    balance_test: Callable[[float], float] | None
     """Prior width of the residual torque M0 [N*m] for a given I_zz [kg*m^2], from a balance test; None: no test."""
-    imbalance_from: str
+    balance_test_from: str
     """Which key of the log that prior comes from."""
     sources: tuple[Source, ...]
     diagnostics: tuple[Diagnostic, ...]
@@ -163,7 +162,6 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
         return float(own[0].absolute[0])
 
 
-@in_step
 def measure(readings: Readings) -> Measurements:
     """Work out what a log's readings mean, and what each of their errors is shared by."""
     diagnostics: list[Diagnostic] = []
@@ -202,7 +200,7 @@ def measure(readings: Readings) -> Measurements:
     if "transverse_inertia" in columns:
         transverse = values_of(columns["transverse_inertia"])
 
-    imbalance_u, imbalance_from = _balance(readings)
+    balance_test, balance_test_from = _balance(readings)
     measurements = Measurements(
         runs=readings.runs,
         lines=readings.lines,
@@ -222,8 +220,8 @@ def measure(readings: Readings) -> Measurements:
         g=g,
         timed=timing.role != "precession_rate",
         timing_bias_u=stated_or_default(readings, "time_bias")[0].absolute if timing.role != "precession_rate" else 0.0,
-        imbalance_u=imbalance_u,
-        imbalance_from=imbalance_from,
+        balance_test=balance_test,
+        balance_test_from=balance_test_from,
         sources=(
             *list_sources(readings, timing, time, turns, spin, mass, position),
             *tilt_sources(readings, pitch, transverse),

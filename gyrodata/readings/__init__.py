@@ -58,7 +58,6 @@ from gyrodata.readings.source import (
 )
 from gyrodata.readings.table import Table, build
 from gyrodata.readings.writing import blank_log, write_log
-from gyrodata.stacks import in_step
 from gyrodata.units import Uncertainty
 
 if TYPE_CHECKING:
@@ -110,7 +109,6 @@ __all__ = [
 _NOTHING: Mapping[str, str] = MappingProxyType({})
 
 
-@in_step
 def read_log(
     source: Source,
     *,

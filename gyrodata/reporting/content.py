@@ -275,8 +275,8 @@ def _on_balance(analysis: Analysis, balanced: Estimate, scale: Scale) -> tuple[S
     measured = analysis.measurements
     if measured.torque_unseen is not None:
         return (("All torques are equal, so the answer depends on the run without a weight.",),)
-    if measured.balanced or measured.imbalance_u is not None:
-        by = "the balance test" if measured.imbalance_u is not None else "the ball being balanced"
+    if measured.balanced or measured.balance_test is not None:
+        by = "the balance test" if measured.balance_test is not None else "the ball being balanced"
         return ((f"All torques are equal, so the answer rests on {by}.",),)
     value, line = Value(balanced.value, balanced.u, scale, "if_balanced.value"), Styled("# balanced: yes", "code")
     usual = "; the usual imbalance, 5 % of the torque, moves it by 5 %."

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from gyrodata.effects import DROP_ONE, EFFECTS, Effect
+from gyrodata.changes import CHANGES
+from gyrodata.effects import DROP_ONE, Effect
 from gyrodata.errors import PICTURES
 from gyrodata.measurements import SOURCES
 from gyrodata.results import Analysis
@@ -45,7 +46,7 @@ SOURCE_NAMES = {
 }
 
 
-EFFECT_NAMES = {kind.name: kind.words for kind in EFFECTS}
+EFFECT_NAMES = {change.name: change.words for change in CHANGES if change.use == "effect"}
 
 
 def visible(text: str) -> str:

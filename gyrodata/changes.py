@@ -1,0 +1,478 @@
+"""What would I_zz be if …? One list of changes, one way to answer: fit the changed table.
+
+A change makes one or several cases of a log: its runs, their errors or its model after the change. `refit` fits a case
+exactly as the log itself is fitted, beginning where that fit ended. So a report's "without this weight" is what
+``gyro analyze`` gives if the rows are deleted from the file.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any, Literal
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+
+from gyrodata import fitting, physics
+from gyrodata.comparisons import load_words
+from gyrodata.fitting import ChosenModel, Estimate, FitResult, Widths
+from gyrodata.measurements import SOURCES, WHOLE, Measurements, Source, measure, select, torque_groups
+from gyrodata.physics import Floats
+from gyrodata.readings import Readings
+
+_NOTHING: Mapping[str, Any] = {}
+
+WATCHED = 180.0
+"""Duration of a run without a weight [s]."""
+
+DRIFT = (math.radians(5.0), 60.0, 400 * physics.RPM)
+"""A balance test that is easy to pass: 5° [rad] in a minute [s] at 400 rpm [rad/s]."""
+
+LATE = 0.1
+"""How late or early the hand is in the changes "hand_late" and "hand_early" [s]."""
+
+LEVEL_TO = math.radians(2.0)
+"""How far from level [rad] a rod may be if nobody measured it: the default standard uncertainty of a pitch."""
+
+MOST_WEIGHTS = 12
+"""With more torques than this, none is left out."""
+
+MOST_ROUNDING = 0.5
+"""If the rounding of one column makes so much of u(I_zz), a quarter of u², one more digit is worth writing."""
+
+
+class Lab(Struct, frozen=True):
+    """A log and its fit, from which each change starts."""
+
+    readings: Readings | None
+    """None for a simulated lab: nothing then changes in the text of a log."""
+    measured: Measurements
+    """Its n runs, as they were fitted."""
+    fit: FitResult
+    chosen: ChosenModel
+    left_out: tuple[int, ...] = ()
+
+    @property
+    def kept(self) -> list[int]:
+        """Runs that are used."""
+        return [i for i in range(len(self.measured.runs)) if i not in self.left_out]
+
+    @property
+    def residual(self) -> Floats:
+        """Time minus fitted time of each run [s], shape (n,)."""
+        return self.measured.time - self.fit.fitted_time
+
+    def case(self, words: str = "", **changed: Any) -> Case:
+        """Give this lab with other fields of its measurements."""
+        return Case(words, replace(self.measured, **changed), self.chosen, self.left_out)
+
+
+class Case(Struct, frozen=True):
+    """A lab after one change."""
+
+    words: str
+    """What is different, if the change has several cases: "20 g at 15 cm"; of an effect, why it is kept or dropped."""
+    measured: Measurements | None
+    """None: there is nothing to fit."""
+    chosen: ChosenModel
+    left_out: tuple[int, ...] = ()
+    widths: Widths | None = None
+    """Fixed widths; None: integrate over them as for the log."""
+    torque: int | None = None
+    """Number of the torque that is left out, in the order of the log."""
+
+
+class EffectCase(Case, frozen=True):
+    """A lab without an effect, or with one that its model leaves out."""
+
+    kept: bool = False
+    """Whether the model of the log takes the effect into account."""
+    without: bool = True
+    """Whether the case leaves the effect out."""
+    sized: bool = True
+    """Whether the size decides if the effect is kept."""
+    in_u: bool = False
+    """Whether u of I_zz contains the doubt about it."""
+
+
+Use = Literal["effect", "sensitivity", "advice", "digits", "direction"]
+
+
+class Change(Struct, frozen=True):
+    """One question "what would I_zz be if …?"."""
+
+    name: str
+    """Its name in the JSON."""
+    words: str
+    """What is different, for users; "{}" is replaced by the words of each case."""
+    use: Use
+    """Which table it belongs to."""
+    cases: Callable[[Lab], Iterable[Case]]
+    """Makes the changed tables; none if the change does not apply to a log."""
+
+
+class Sensitivity(Struct, frozen=True):
+    """I_zz if one thing were different."""
+
+    name: str
+    """"u_time_twice", "hand_late", "hand_early", "balanced", "balance_free" or "without"."""
+    words: str
+    """What is different: "without 20 g at 15 cm"."""
+    inertia: Estimate | None
+    """[kg*m^2]; None if the changed log has no answer: an interval that contains zero."""
+    deviation: float | None
+    """Its distance from I_zz in standard uncertainties of I_zz."""
+
+
+class Outcome(Struct, frozen=True):
+    """The answer to one question."""
+
+    name: str
+    words: str
+    inertia: Estimate | None
+    """[kg*m^2]; None if the changed log has no answer: an interval that contains zero."""
+    case: Case
+
+
+def refit(lab: Lab, case: Case) -> Estimate | None:
+    """Fit a changed lab: I_zz [kg*m^2]; None if there is nothing to fit, or no solution."""
+    if case.measured is None:
+        return None
+    try:
+        _, fit = fitting.fit_model(case.measured, case.chosen, case.left_out, case.widths, lab.fit)
+    except fitting.NoFit:
+        return None
+    return fit.inertia
+
+
+def answers(lab: Lab, wanted: str) -> Iterator[Outcome]:
+    """Answer every question of one table, or of one name, that applies to a lab."""
+    for change in CHANGES:
+        if wanted in (change.use, change.name):
+            for case in change.cases(lab):
+                inertia = refit(lab, case)
+                if inertia is not None and (inertia.interval_95 or (0.0, 0.0))[0] <= 0:
+                    inertia = None
+                yield Outcome(change.name, change.words.format(case.words), inertia, case)
+
+
+# --- effects: each simplification -------------------------------------------------------------------------------------
+
+
+def _effect(lab: Lab, words: str, more: Mapping[str, Any], measured: Mapping[str, Any] | None = _NOTHING) -> EffectCase:
+    """Make a case of an effect; `measured`: fields that differ, or None if there is nothing to fit."""
+    changed = None if measured is None else replace(lab.measured, **measured) if measured else lab.measured
+    return EffectCase(words, changed, lab.chosen, lab.left_out, **more)
+
+
+_UNKNOWN = "its size is unknown beforehand, so {} is a parameter with {}"
+
+
+def _residual_torque(lab: Lab) -> Iterator[EffectCase]:
+    """Fit with M0 = 0; a run without a weight then stands still, and is not used."""
+    width, kept = lab.fit.widths.residual_torque, lab.fit.adjusted.kept
+    prior = fitting.balance_scale(lab.measured, lab.fit.inertia.value, fitting.lightest_torque(lab.measured, kept))
+    words = _UNKNOWN.format("M0", f"prior width {prior:.2g} N·m, with wide tails")
+    assert width is not None
+    case = _effect(lab, words, {"kept": True, "sized": False})
+    left_out = tuple({*lab.left_out, *np.flatnonzero(lab.measured.torque == 0).tolist()})
+    yield replace(case, left_out=left_out, widths=Widths(lab.fit.widths.scatter, fitting.NEGLIGIBLE * width))
+
+
+def _timing_bias(lab: Lab) -> Iterator[EffectCase]:
+    width = lab.measured.timing_bias_u
+    if width:
+        words = _UNKNOWN.format("b", f"prior width {width:g} s")
+        yield _effect(lab, words, {"kept": True, "sized": False}, {"timing_bias_u": 0.0})
+    else:
+        yield _effect(lab, "not a stopwatch's time, or u_time_bias is 0", {"sized": False})
+
+
+def _plain_mean_spin(lab: Lab) -> Iterator[EffectCase]:
+    start, end = lab.measured.spin_start, lab.measured.spin_end
+    if start is None or end is None:
+        words = "one reading of the spin in each run; taken at half time it is good to 0.05 % for a fall of 10 %"
+        yield _effect(lab, words, {"sized": False}, None)
+    else:
+        readings = "start and end" if lab.measured.spin_readings == 2 else "start, half time and end"
+        words = f"the harmonic mean in time of {readings} costs nothing, so it is used"
+        yield _effect(lab, words, {"kept": True, "sized": False}, {"spin": (start + end) / 2})
+
+
+def _dry_friction(lab: Lab) -> Iterator[EffectCase]:
+    start, end = lab.measured.spin_start, lab.measured.spin_end
+    if lab.measured.spin_readings == 2 and start is not None and end is not None:
+        words, spin = "a viscous decay is assumed, as of an air film; this is for dry friction", lab.measured.spin
+        in_u = any(one.name == "decay_exponent" and one.relative.any() for one in lab.measured.sources)
+        words += "; u holds the doubt about the law" if in_u else ""
+        changed = {"spin": spin / (1 + physics.decay_law_doubt(start, end))}
+        yield _effect(lab, words, {"sized": not in_u, "in_u": in_u}, changed)
+
+
+def _asked(lab: Lab) -> str:
+    """Words if the caller chose the model, else none."""
+    return ", as asked" if lab.chosen.asked else ""
+
+
+def _tilt(lab: Lab) -> Iterator[EffectCase]:
+    tilted = lab.chosen.tilted
+    if lab.measured.pitch.any():
+        words = f"{'eq. (8)' if tilted else 'eq. (9)'} is used{_asked(lab)}"
+        case = _effect(lab, words, {"kept": tilted, "without": tilted})
+    else:
+        pitch = np.full(len(lab.measured.runs), LEVEL_TO)
+        case = _effect(lab, "no pitch in the log; this is for 2° off level", {"without": False}, {"pitch": pitch})
+    yield replace(case, chosen=replace(lab.chosen, tilted=not tilted))
+
+
+def _release(lab: Lab) -> Iterator[EffectCase]:
+    released = lab.chosen.released
+    if lab.measured.motion == "steady":
+        words = "steady, as the log says; this is for a rod let go from rest"
+    elif released:
+        words = f"the mean rate of a rod let go from rest is used{_asked(lab)}"
+    elif lab.measured.motion is None:
+        words = 'assumed steady; this is for a rod let go from rest ("# motion: released" in the log)'
+    else:
+        words = f"taken for steady precession{_asked(lab)}"
+    case = _effect(lab, words, {"kept": released, "without": released})
+    yield replace(case, chosen=replace(lab.chosen, released=not released))
+
+
+def _earth(lab: Lab) -> Iterator[EffectCase]:
+    earth = lab.chosen.earth
+    if fitting.earth_is_told(lab.measured):
+        words = "the angles are counted against the stars" if earth else "at the log's latitude"
+    else:
+        words = "at most, at a pole" if lab.measured.latitude is None else "at the log's latitude, its sign not told"
+    yield replace(_effect(lab, words, {"kept": earth, "without": earth}), chosen=replace(lab.chosen, earth=not earth))
+
+
+# --- sensitivity: what the answer depends on --------------------------------------------------------------------------
+
+
+def _scaled(measured: Measurements, name: str, factor: float) -> tuple[Source, ...]:
+    """Sources with the errors of one of them `factor` times as large."""
+    return tuple(
+        replace(one, absolute=factor * one.absolute, relative=factor * one.relative) if one.name == name else one
+        for one in measured.sources
+    )
+
+
+def _times_twice_as_uncertain(lab: Lab) -> Iterator[Case]:
+    if lab.measured.timed:
+        yield lab.case(sources=_scaled(lab.measured, "time", 2.0))
+
+
+def _hand(late: float) -> Callable[[Lab], Iterator[Case]]:
+    def cases(lab: Lab) -> Iterator[Case]:
+        if lab.measured.timing_bias_u:
+            yield lab.case(time=lab.measured.time - late, timing_bias_u=0.0)
+
+    return cases
+
+
+def _balanced(lab: Lab) -> Iterator[Case]:
+    if not lab.measured.balanced:
+        yield lab.case(balanced=True)
+
+
+def _balance_unknown(lab: Lab) -> Iterator[Case]:
+    measured = lab.measured
+    if measured.balanced or measured.balance_test is not None:
+        yield lab.case(balanced=None, balance_test=None, torque_unseen=None)
+
+
+def _not_balanced(lab: Lab) -> Iterator[Case]:
+    measured = lab.measured
+    if measured.balanced is None and measured.balance_test is None and measured.torque_unseen is None:
+        yield lab.case(balanced=False)
+
+
+def _without_each_weight(lab: Lab) -> Iterator[Case]:
+    groups, used = torque_groups(lab.measured), set(lab.kept)
+    if not 1 < len(groups) <= MOST_WEIGHTS:
+        return
+    for number, group in enumerate(groups):
+        rest = [i for i in range(len(lab.measured.runs)) if i not in group]
+        left_out = tuple(at for at, i in enumerate(rest) if i not in used)
+        if used & set(group) and lab.measured.torque[[i for i in rest if i in used]].any():
+            words = load_words(lab.measured, group[0]) if lab.measured.torque[group[0]] else "the unloaded runs"
+            yield Case(words, select(lab.measured, rest), lab.chosen, left_out, torque=number)
+
+
+# --- advice: what would make the next lab better ----------------------------------------------------------------------
+
+
+def _unloaded_run(lab: Lab) -> Iterator[Case]:
+    """Add a run without a weight at the middle spin, with its direction written down."""
+    measured, fit = lab.measured, lab.fit
+    if not measured.torque.all():
+        return
+    # The gain does not depend on how large M0 is; but without a residual torque the rod stands still.
+    least = 0.005 * np.abs(measured.torque).min()
+    torque = math.copysign(max(abs(fit.residual_torque.value), least), fit.residual_torque.value or 1.0)
+    spin = float(np.sort(measured.spin)[len(measured.spin) // 2])
+    turns = WATCHED * abs(physics.horizontal_precession_rate(torque, spin, fit.inertia.value)) / (2 * np.pi)
+    run = {
+        "time": WATCHED + fit.timing_bias.value, "turns": turns, "spin": spin, "mass": 0.0, "position": 0.0,
+        "force": 0.0, "given_torque": 0.0, "torque": 0.0, "sense": math.copysign(1.0, torque), "pitch": 0.0,
+    }  # fmt: skip
+    changed: dict[str, Any] = {"runs": (*measured.runs, "unloaded"), "lines": (*measured.lines, 0)}
+    for name in measured.__struct_fields__:
+        values = getattr(measured, name)
+        if isinstance(values, np.ndarray):
+            last = run.get(name, values[-1])
+            changed[name] = np.append(values, np.nan if np.isnan(values).all() else last)
+    sources = []
+    for one in measured.sources:
+        shared, touched = one.shared_by.startswith("all runs"), one.quantity in ("time", "spin", "turns", "g")
+        group = 0 if shared else one.groups.max() + 1 if touched else -1
+        sizes = (np.append(size, size.max()) for size in (one.absolute, one.relative))
+        absolute, relative = sizes
+        sources.append(replace(one, groups=np.append(one.groups, group), absolute=absolute, relative=relative))
+    yield lab.case(**changed, sources=tuple(sources))
+
+
+def _both_sides(lab: Lab) -> Iterator[Case]:
+    """Move the weight to the other side of the ball in every second run of each torque."""
+    measured, fit = lab.measured, lab.fit
+    # A ball with one rod has no other side.
+    if len(measured.runs) < 2 or not (measured.torque < 0).any():
+        return
+    turned = np.zeros(len(measured.runs), dtype=bool)
+    for number, group in enumerate(torque_groups(measured)):
+        turned[group[number % 2 :: 2]] = True
+    sign = np.where(turned, -1.0, 1.0)
+    torque, b = sign * measured.torque, fit.timing_bias.value
+    slower = np.abs((measured.torque + fit.residual_torque.value) / (torque + fit.residual_torque.value))
+    sources = tuple(
+        # A position on the other side is another reading; ruler and zero are the same.
+        replace(one, groups=np.where(one.groups >= 0, 2 * one.groups + turned, -1))
+        if one.name in ("position", "torque")
+        else one
+        for one in measured.sources
+    )
+    yield lab.case(
+        torque=torque,
+        position=sign * measured.position,
+        given_torque=sign * measured.given_torque,
+        sense=sign * fit.sense,
+        time=b + (fit.fitted_time - b) * slower + lab.residual,
+        sources=sources,
+    )
+
+
+def _each_source_halved(lab: Lab) -> Iterator[Case]:
+    for share in lab.fit.budget:
+        if share.share > 0.05 and share.source in SOURCES and SOURCES[share.source].better:
+            adjusted = lab.fit.adjusted
+            factor = np.array([0.5 if one.name == share.source else 1.0 for one in adjusted.problem.sources])
+            variances = (adjusted.slopes * adjusted.problem.independent) ** 2
+            # Readings with a smaller error of their own scatter less about the fit.
+            smaller = np.sqrt(factor**2 @ variances / np.maximum(variances.sum(axis=0), 1e-300))
+            time = lab.measured.time - lab.residual * np.where(smaller > 0, 1 - smaller, 0.0)
+            yield lab.case(SOURCES[share.source].better, sources=_scaled(lab.measured, share.source, 0.5), time=time)
+
+
+def balance_test(inertia: float) -> float:
+    """Standard uncertainty of M0 [N*m] after a balance test with no more drift than `DRIFT`."""
+    angle, seconds, spin = DRIFT
+    return inertia * spin * angle / seconds
+
+
+def _balance_test(lab: Lab) -> Iterator[Case]:
+    residual_torque = lab.fit.residual_torque
+    # Only if the ball can pass it, by what the runs say of M0.
+    limit = 2 * math.hypot(residual_torque.u or 0.0, balance_test(lab.fit.inertia.value))
+    if lab.measured.balance_test is None and abs(residual_torque.value) < limit:
+        yield lab.case(balance_test=balance_test)
+
+
+def _three_times_the_turns(lab: Lab) -> Iterator[Case]:
+    measured, off = lab.measured, lab.fit.timing_bias.value + lab.residual
+    if not measured.timed:
+        return
+    turns = 3 * measured.turns
+    # Whole turns end where they began: no mark has to be sighted.
+    part = np.abs(turns - np.round(turns)) > WHOLE
+    sources = tuple(
+        replace(one, absolute=np.where(part, one.absolute, 0.0)) if one.name == "angle" and one.default else one
+        for one in measured.sources
+    )
+    yield lab.case(time=3 * (measured.time - off) + off, turns=turns, sources=sources)
+
+
+# --- digits -----------------------------------------------------------------------------------------------------------
+
+
+def rounding(lab: Lab, role: str) -> tuple[Floats, float] | None:
+    """Share of the rounding in the error of each reading, shape (n,), and in u(I_zz); None if the log states u.
+
+    Both are ratios of standard uncertainties [1].
+    """
+    share = next((share for share in lab.fit.budget if share.source == role), None)
+    source = next((source for source in lab.measured.sources if source.name == role), None)
+    if lab.readings is None or share is None or source is None or not source.default:
+        return None
+    column, touched = lab.readings.columns.get(role), source.groups >= 0
+    if column is None:
+        return None
+    size = np.where(touched, source.absolute + source.relative * np.abs(getattr(lab.measured, role)), 1.0)
+    steps = np.array(column.steps) / math.sqrt(12)
+    steps[[i for i, _ in column.stated]] = 0.0
+    # A reading may be stated as exact.
+    ratio = np.divide(steps, size, out=np.zeros_like(size), where=touched & (size > 0))
+    used = ratio[touched]
+    return ratio, math.sqrt(used @ used / len(used)) * share.u_inertia / (lab.fit.inertia.u or 1.0)
+
+
+def _one_more_digit(lab: Lab) -> Iterator[Case]:
+    """Write every reading of a coarse column with one more digit, a zero."""
+    for role in ("mass", "position", "time", "spin"):
+        found = rounding(lab, role)
+        if lab.readings is not None and found is not None and found[1] >= MOST_ROUNDING:
+            column = lab.readings.columns[role]
+            finer = tuple(replace(one, step=(one.step or 0.0) / 10) for one in column.readings)
+            columns = {**lab.readings.columns, role: replace(column, readings=finer)}
+            yield Case(role, measure(replace(lab.readings, columns=columns)), lab.chosen, lab.left_out)
+
+
+def _direction(lab: Lab) -> Iterator[Case]:
+    """Write the direction of the runs without a weight, if M0 may have either sign without it."""
+    if lab.fit.two_signs:
+        yield lab.case(sense=lab.fit.sense)
+
+
+CHANGES = (
+    Change("residual_torque", "imperfect balance", "effect", _residual_torque),
+    Change("timing_bias", "timing bias of the hand", "effect", _timing_bias),
+    Change("spin_decay", "falling spin, plain mean of start and end", "effect", _plain_mean_spin),
+    Change("decay_law", "law by which the spin falls", "effect", _dry_friction),
+    Change("tilt", "tilted rod, eq. (9) for eq. (8)", "effect", _tilt),
+    Change("release", "nutation after letting go", "effect", _release),
+    Change("earth", "the Earth's rotation", "effect", _earth),
+    Change("u_time_twice", "times twice as uncertain", "sensitivity", _times_twice_as_uncertain),
+    Change("hand_late", f"times {LATE:g} s too long", "sensitivity", _hand(LATE)),
+    Change("hand_early", f"times {LATE:g} s too short", "sensitivity", _hand(-LATE)),
+    Change("balanced", 'the ball balanced ("# balanced: yes")', "sensitivity", _balanced),
+    Change("balance_free", "nothing known of the balance", "sensitivity", _balance_unknown),
+    Change("balance_free", 'the ball not balanced ("# balanced: no")', "sensitivity", _not_balanced),
+    Change("without", "without {}", "sensitivity", _without_each_weight),
+    Change(
+        "unloaded_run", "one run without a weight, with the direction of its precession (column precession_sense: ccw "
+        "or cw)", "advice", _unloaded_run,
+    ),
+    Change("both_sides", "the weight on the other side of the ball in half of the runs", "advice", _both_sides),
+    Change("half_the_error", "{}", "advice", _each_source_halved),
+    Change(
+        "balance_test", 'a balance test in the log, "# balance_drift: 5 deg in 60 s at 400 rpm" or better', "advice",
+        _balance_test,
+    ),
+    Change("three_times", "three times the turns in every run", "advice", _three_times_the_turns),
+    Change("one_more_digit", "{}", "digits", _one_more_digit),
+    Change("direction", "the direction of each run without a weight", "direction", _direction),
+)  # fmt: skip
+"""Every change, in the order of the tables."""

@@ -26,7 +26,7 @@ from gyrodata.effects import Effect
 from gyrodata.errors import Diagnostic, DiagnosticJson
 from gyrodata.findings import Doubt
 from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, Outlier, Share
-from gyrodata.measurements import Measurements
+from gyrodata.measurements import Measurements, Source
 from gyrodata.readings import Readings
 
 if TYPE_CHECKING:
@@ -297,10 +297,7 @@ class Analysis(Struct, frozen=True, eq=False):
             "ball_reason": NO_BALL if self.ball is None else None,
             "torques": tuple(map(_torque_group, self.torques)),
             "runs": self.run_table,
-            "uncertainties": tuple(
-                StatedUncertainty(source.name, source.shared_by, source.default, source.described)
-                for source in self.measurements.sources
-            ),
+            "uncertainties": tuple(map(_stated, self.measurements.sources)),
             "conventions": CONVENTIONS,
         }
         whole = AnalysisDocument(
@@ -504,7 +501,7 @@ def encode(record: Any) -> bytes:
         return msgspec.json.encode(record)
     except UnicodeEncodeError:
         # Half of a surrogate, as of a file's name in another coding, has to be escaped.
-        return json.dumps(msgspec.to_builtins(record)).encode()
+        return json.dumps(msgspec.to_builtins(record), allow_nan=False).encode()
 
 
 def to_json(record: Struct) -> dict[str, Any]:
@@ -513,21 +510,17 @@ def to_json(record: Struct) -> dict[str, Any]:
     return made
 
 
-def _compared(fit: NamedFit) -> ComparedFit:
-    def amount(found: Estimate | None, unit: str) -> Amount | None:
-        return None if found is None else Amount(found.value, found.u, unit)
+def _stated(source: Source) -> StatedUncertainty:
+    return StatedUncertainty(source.name, source.shared_by, source.default, source.described)
 
-    inertia, constant = amount(fit.inertia, "kg*m^2"), amount(fit.constant, "N*m")
+
+def _compared(fit: NamedFit) -> ComparedFit:
+    inertia = Amount(fit.inertia.value, fit.inertia.u, "kg*m^2") if fit.inertia else None
+    constant = Amount(fit.constant.value, fit.constant.u, "N*m") if fit.constant else None
     return ComparedFit(fit.name, inertia, constant, fit.note, fit.difference, fit.deviation)
 
 
 def _torque_group(group: Torque) -> TorqueGroup:
-    return TorqueGroup(
-        mass=group.mass,
-        position=group.position,
-        torque=group.torque,
-        runs=group.runs,
-        without=group.without,
-        product=MeanProduct(group.product, group.product_u, group.product_spread, group.product_p),
-        period_per_spin=Estimate(group.period_per_spin, group.period_per_spin_u),
-    )
+    product = MeanProduct(group.product, group.product_u, group.product_spread, group.product_p)
+    slope = Estimate(group.period_per_spin, group.period_per_spin_u)
+    return TorqueGroup(group.mass, group.position, group.torque, group.runs, group.without, product, slope)

@@ -111,5 +111,5 @@ def _records(kind: Any) -> Iterator[type]:
 def _descriptions(record: type) -> dict[str, str]:
     """Read the text below each attribute of a record."""
     source = "".join(getsource(one) for one in record.__mro__ if one.__module__.startswith("gyrodata"))
-    texts = re.findall(r'^    (\w+): .*\n    """(.*?)"""$', source, re.MULTILINE | re.DOTALL)
+    texts = re.findall(r'^    (\w+): [^\n]*\n    """(.*?)"""$', source, re.MULTILINE | re.DOTALL)
     return {name: " ".join(text.split()) for name, text in texts}

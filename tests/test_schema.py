@@ -1,4 +1,4 @@
-"""`gyro schema`: for every output, the keys that are emitted and those that are declared are one set at every depth."""
+"""`gyro schema`: every key of an output is declared, and every declared key is emitted, at every depth."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 import gyrodata
 from gyrodata import schema
 from gyrodata.cli import app
+from gyrodata.results import Amount, to_json
 
 ROOT = Path(__file__).parent.parent
 LOGS = sorted((ROOT / "sample_data").glob("*.csv"))
@@ -36,33 +37,51 @@ def gyro(*args: object, stdin: str | None = None) -> str:
     return CliRunner().invoke(app, [str(arg) for arg in args], input=stdin).stdout
 
 
-def differences(value: Any, declared: dict[str, Any], place: str = "") -> Iterator[str]:
-    """Name each key that is emitted and not declared, or declared and not emitted."""
-    if "anyOf" in declared or "oneOf" in declared:
-        fitting = [
-            one
-            for one in declared.get("anyOf", declared.get("oneOf"))
-            if jsonschema.Draft202012Validator(one).is_valid(value)
-        ]
-        declared = fitting[0] if fitting else {}
+def undeclared(value: Any, declared: Any, tables: dict[str, Any], place: str = "") -> Iterator[str]:
+    """Name each key that is emitted and not declared."""
+    while "$ref" in declared or "anyOf" in declared or "oneOf" in declared:
+        if "$ref" in declared:
+            declared = tables[declared["$ref"].removeprefix("#/$defs/")]
+            continue
+        shapes = [{**one, "$defs": tables} for one in declared.get("anyOf", declared.get("oneOf"))]
+        declared = next(one for one in shapes if jsonschema.Draft202012Validator(one).is_valid(value))
     if isinstance(value, list):
-        for item in value:
-            yield from differences(item, declared["items"], f"{place}[]")
+        for at, item in enumerate(value):
+            every = declared.get("prefixItems")
+            yield from undeclared(item, every[at] if every else declared["items"], tables, f"{place}[]")
     if isinstance(value, dict):
-        if "additionalProperties" in declared:
-            for item in value.values():
-                yield from differences(item, declared["additionalProperties"], f"{place}.*")
-            return
-        properties = declared.get("properties", {})
-        yield from (f"{place}.{key}" for key in set(value) ^ set(properties))
-        assert len({key.casefold() for key in properties}) == len(properties)
-        for key in set(value) & set(properties):
-            yield from differences(value[key], properties[key], f"{place}.{key}")
+        others = declared.get("additionalProperties")
+        for key, item in value.items():
+            if others or key in declared["properties"]:
+                yield from undeclared(item, others or declared["properties"][key], tables, f"{place}.{key}")
+            else:
+                yield f"{place}.{key}"
 
 
 def check(document: Any, declared: dict[str, Any]) -> None:
     jsonschema.Draft202012Validator(declared).validate(document)
-    assert sorted(set(differences(document, declared))) == []
+    assert list(undeclared(document, declared, declared["$defs"])) == []
+
+
+def outputs() -> list[dict[str, Any]]:
+    made = (schema.analysis_schema, schema.check_schema, schema.selfcheck_schema, schema.grades_schema)
+    return [one() for one in (*made, schema.predictions_schema)]
+
+
+def test_every_key_that_is_declared_is_required() -> None:
+    for declared in outputs():
+        for name, table in declared["$defs"].items():
+            if name != "Reported":
+                assert sorted(table["required"]) == sorted(table["properties"]), name
+            assert len({key.casefold() for key in table["properties"]}) == len(table["properties"]), name
+
+
+def test_a_report_has_all_of_its_keys_or_none() -> None:
+    declared = schema.grades_schema()
+    part = declared["$defs"]["Student"]["properties"]["reported"] | {"$defs": declared["$defs"]}
+    for reported, fits in (({}, True), ({"text": "4.4"}, False), (dict.fromkeys(("value", "u", "line")), False)):
+        assert jsonschema.Draft202012Validator(part).is_valid(reported) == fits
+    assert jsonschema.Draft202012Validator(part).is_valid({"text": "4.4", "value": 4.4, "u": None, "line": 1})
 
 
 @pytest.mark.parametrize("log", LOGS, ids=lambda log: log.stem)
@@ -124,6 +143,12 @@ def test_each_is_a_schema(option: str) -> None:
 
 
 def test_descriptions_come_from_the_records() -> None:
-    result = schema.analysis_schema()["properties"]["result"]["anyOf"][0]["properties"]
-    assert result["residual_torque"]["description"].startswith("M0")
-    assert result["runs"]["items"]["properties"]["residual"]["description"] == "Time minus fitted time [s]."
+    tables = schema.analysis_schema()["$defs"]
+    assert tables["AnalysisResult"]["properties"]["residual_torque"]["description"].startswith("M0")
+    assert tables["Run"]["properties"]["residual"]["description"] == "Time minus fitted time [s]."
+    assert tables["Result"]["description"].startswith("A value with its standard uncertainty")
+
+
+def test_half_of_a_surrogate_passes_and_a_nan_is_null() -> None:
+    assert to_json(Amount(1.0, 1e-5, "\udc80")) == {"value": 1.0, "u": 1e-5, "unit": "\udc80"}
+    assert to_json(Amount(float("nan"), float("inf"), "m")) == {"value": None, "u": None, "unit": "m"}

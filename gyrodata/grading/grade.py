@@ -10,10 +10,10 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Literal, TypedDict, TypeVar
+from typing import TYPE_CHECKING, Annotated, Literal, TypedDict, TypeVar
 
 import msgspec
-from msgspec import Struct, field
+from msgspec import Meta, Struct, field
 from msgspec.structs import replace
 
 from gyrodata.diagnostics import COLUMNS_EXCHANGED, OUTLIER
@@ -46,8 +46,6 @@ if TYPE_CHECKING:
     from gyrodata.grading.submissions.student_files import Answers
     from gyrodata.results import Analysis
 
-REPORTED = ("text", "value", "u", "line")  # what is kept of a reported I_zz
-
 FAR = 3.0  # a report farther than this from every accepted fit [u], and explained by no known slip, is worth a look
 
 Record = TypeVar("Record", bound=Struct)
@@ -74,7 +72,7 @@ class Decision(Struct, frozen=True):
 
 
 class Reported(TypedDict, total=False):
-    """I_zz as the student reports it; without a key where nothing is reported."""
+    """I_zz as the student reports it; no key at all where nothing is reported."""
 
     text: str
     value: float | None
@@ -82,6 +80,9 @@ class Reported(TypedDict, total=False):
     u: float | None
     """[kg*m^2]"""
     line: int | None
+
+
+_REPORTED = list(Reported.__annotations__)
 
 
 class OwnFit(TypedDict):
@@ -108,7 +109,7 @@ class ShownGrade(Struct, frozen=True, kw_only=True):
     look: tuple[str, ...] = ()  # what a person should look at though it is graded
     station: str | None = None
     section: str = ""  # of the roster
-    reported: Reported
+    reported: Annotated[Reported, Meta(extra_json_schema={"anyOf": [{"required": _REPORTED}, {"maxProperties": 0}]})]
     own: Mapping[str, OwnFit]
     """Each accepted fit of the student's own runs, by its name."""
     inertia: float | None = None
@@ -211,7 +212,7 @@ def grade_submission(
         slips=evidence.slips,
         look=(*blank.look, *_looks(evidence)),
         station=station_of(readings),
-        reported={name: getattr(evidence.reported, name) for name in REPORTED if evidence.reported},
+        reported={name: getattr(evidence.reported, name) for name in _REPORTED if evidence.reported},
         own={own.name: {"value": own.value, "u": own.u} for own in evidence.own.values},
         inertia=analysis.inertia.value,
         inertia_u=analysis.inertia.u,

@@ -67,6 +67,7 @@ def predictions_schema() -> dict[str, Any]:
     SI but for keys that end in a unit.
     """
     whole = _schema(SCHEMA, *ANSWERS.values(), _Question)
+    # Each shape is the question and its answer in one object.
     whole["oneOf"].pop()
     question = whole["$defs"].pop("_Question")["properties"]
     for name, answer in ANSWERS.items():
@@ -85,7 +86,7 @@ def diagnostics_table() -> list[dict[str, str]]:
 
 
 def _schema(title: str, *records: type) -> dict[str, Any]:
-    """Give the JSON Schema of one of some records, with all keys of each required, for an output has them all."""
+    """Make the JSON Schema of an output that is one of some records; an output contains all keys of its records."""
     shapes, tables = msgspec.json.schema_components(records, ref_template="#/$defs/{name}")
     for record in {part for one in records for part in _records(one)}:
         table, texts = tables[record.__name__], _descriptions(record)

@@ -10,9 +10,9 @@ import unicodedata
 from collections.abc import Collection, Iterable
 from functools import lru_cache
 from types import UnionType
-from typing import Any
+from typing import Any, TypedDict
 
-from msgspec import Struct
+from msgspec import Struct, convert
 
 from gyrodata.diagnostics import CODES, Severity
 
@@ -48,6 +48,24 @@ def _shown(text: str) -> str:
         return line
     kept = (one for one in line if one in _JOINERS or unicodedata.category(one) not in ("Cc", "Cf"))
     return " ".join(unicodedata.normalize("NFC", "".join(kept)).split())
+
+
+class DiagnosticJson(TypedDict):
+    """One fault, at one place, with what to do about it."""
+
+    code: str
+    """Stable code; ``gyro schema --diagnostics`` lists them all."""
+    severity: Severity
+    """An error means that the log cannot be analysed as it is."""
+    file: str
+    line: int | None
+    """From 1; null where the fault has no single place."""
+    column: int | None
+    """From 1, in characters."""
+    message: str
+    """What is wrong."""
+    hint: str
+    """What to type."""
 
 
 class Diagnostic(Struct, frozen=True):
@@ -88,17 +106,9 @@ class Diagnostic(Struct, frozen=True):
         """Make one of the severity that its code has; what follows the message is as in the record."""
         return cls(code, CODES[code].severity, message, *about, **more)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Give the diagnostic as the JSON contract has it."""
-        return {
-            "code": self.code,
-            "severity": self.severity,
-            "file": self.file,
-            "line": self.line,
-            "column": self.column,
-            "message": self.message,
-            "hint": self.hint,
-        }
+    def to_dict(self) -> DiagnosticJson:
+        """Give the diagnostic as it is in every JSON, without its excerpt."""
+        return convert({name: getattr(self, name) for name in DiagnosticJson.__annotations__}, DiagnosticJson)
 
     def __str__(self) -> str:
         places = [self.file, *(str(n) for n in (self.line, self.column) if n is not None)]

@@ -1,11 +1,12 @@
 """What is said of one log: `Analysis`, and the records that its JSON is made of.
 
-`plain` turns a record into JSON, and `schema` turns the same records into the JSON Schema: a field that is added
-here is emitted and declared.
+`to_json` turns a record into JSON, and `schema` makes the JSON Schema of the same records: a field that is added here
+is emitted and declared.
 """
 
 from __future__ import annotations
 
+import json
 import os
 from base64 import b64encode
 from collections.abc import Mapping
@@ -13,6 +14,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+import msgspec
 import numpy as np
 from msgspec import Struct, field
 from msgspec.structs import asdict
@@ -22,16 +24,14 @@ from gyrodata.changes import Lab, Sensitivity
 from gyrodata.comparisons import Ball, Constancy, Exponent, NamedFit, Pattern, PowerLaw, Run, Torque
 from gyrodata.disk import write_folder
 from gyrodata.effects import Effect
-from gyrodata.errors import Diagnostic
+from gyrodata.errors import Diagnostic, DiagnosticJson
 from gyrodata.findings import Doubt
 from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, Outlier, Share
-from gyrodata.measurements import Measurements
+from gyrodata.measurements import Measurements, Source
 from gyrodata.readings import Readings
 
 if TYPE_CHECKING:
     import pandas as pd
-
-SCHEMA: Literal["gyro.analysis/2"] = "gyro.analysis/2"
 
 DOF_REASON = (
     "u and the interval are quantiles of the posterior distribution, which holds the doubt about the widths too"
@@ -292,50 +292,34 @@ class Analysis(Struct, frozen=True, eq=False):
 
     def to_dict(self) -> dict[str, Any]:
         """Give the analysis as the JSON contract has it (schema "gyro.analysis/2")."""
-        no_p = "no degrees of freedom: as many unknowns as runs"
-        result = AnalysisResult(
-            inertia=self.inertia,
-            residual_torque=self.residual_torque,
-            timing_bias=self.timing_bias,
-            if_balanced=self.if_balanced,
-            doubts=self.doubts,
-            goodness=Goodness(
-                self.fit.chi2,
-                self.fit.dof,
-                self.p,
-                self.birge,
-                self.fit.scatter,
-                self.measurements.time_u,
-                no_p if self.p is None else None,
-            ),
-            fits=tuple(_compared(fit) for fit in self.fits),
-            budget=self.budget,
-            sensitivity=self.sensitivity,
-            constants={"g": self.measurements.g, **self.readings.constants},
-            model=self.model.name,
-            effects=self.effects,
-            power_law=self.power_law,
-            exponent=self.exponent,
-            constancy=self.constancy,
-            ball=self.ball,
-            ball_reason=NO_BALL if self.ball is None else None,
-            torques=tuple(_torque_group(group) for group in self.torques),
-            runs=self.run_table,
-            patterns=self.patterns,
-            uncertainties=tuple(
-                StatedUncertainty(source.name, source.shared_by, source.default, source.described)
-                for source in self.measurements.sources
-            ),
-            advice=self.advice,
-            conventions=CONVENTIONS,
+        told = {
+            name: getattr(self, name) for name in AnalysisResult.__struct_fields__ if name in self.__struct_fields__
+        }
+        fit, no_p = self.fit, "no degrees of freedom: as many unknowns as runs" if self.p is None else None
+        told |= {
+            "goodness": Goodness(fit.chi2, fit.dof, self.p, self.birge, fit.scatter, self.measurements.time_u, no_p),
+            "fits": tuple(map(_compared, self.fits)),
+            "constants": {"g": self.measurements.g, **self.readings.constants},
+            "model": self.model.name,
+            "ball_reason": NO_BALL if self.ball is None else None,
+            "torques": tuple(map(_torque_group, self.torques)),
+            "runs": self.run_table,
+            "uncertainties": tuple(map(_stated, self.measurements.sources)),
+            "conventions": CONVENTIONS,
+        }
+        whole = AnalysisDocument(
+            input=Input(self.name, self.sha256, len(self.run_table)),
+            options=self.options,
+            result=AnalysisResult(**told),
+            diagnostics=tuple(one.to_dict() for one in self.diagnostics),
         )
-        return document(self.name, self.sha256, len(self.run_table), self.options, result, self.diagnostics)
+        return to_json(whole)
 
 
 # --- the JSON ------------------------------------------------------------------------------------------------
 
 
-class Tool(Struct, eq=False):
+class Tool(Struct, frozen=True):
     """What wrote this."""
 
     name: Literal["gyrodata"] = "gyrodata"
@@ -474,16 +458,16 @@ class AnalysisResult(Struct, eq=False):
     """Which convention each number follows, by its key."""
 
 
-class AnalysisDocument(Struct, eq=False):
+class AnalysisDocument(Struct, eq=False, kw_only=True):
     """What ``gyro analyze --format json`` says of one log."""
 
-    schema: Literal["gyro.analysis/2"]
-    tool: Tool
+    schema: Literal["gyro.analysis/2"] = "gyro.analysis/2"
+    tool: Tool = Tool()
     input: Input
     options: Options
     result: AnalysisResult | None
     """null when the log cannot be analysed; the diagnostics say why."""
-    diagnostics: tuple[Diagnostic, ...]
+    diagnostics: tuple[DiagnosticJson, ...]
 
 
 class HandIn(Struct, eq=False):
@@ -503,76 +487,47 @@ class HandIn(Struct, eq=False):
     """The station that the log names."""
 
 
-class CheckDocument(Struct, eq=False):
+class CheckDocument(Struct, eq=False, kw_only=True):
     """What ``gyro check --format json`` says of one log."""
 
-    schema: Literal["gyro.check/1"]
-    tool: Tool
+    schema: Literal["gyro.check/1"] = "gyro.check/1"
+    tool: Tool = Tool()
     input: Input
     clean: bool
     """True if there is no doubt, and no diagnostic above a note."""
     doubts: tuple[Doubt, ...]
     """Why the answer of ``gyro analyze`` is not to be relied on."""
-    diagnostics: tuple[Diagnostic, ...]
+    diagnostics: tuple[DiagnosticJson, ...]
     hand_in: HandIn | None
     """null without --hand-in."""
 
 
-def document(
-    name: str,
-    sha256: str | None,
-    rows: int | None,
-    options: Options,
-    result: AnalysisResult | None,
-    diagnostics: tuple[Diagnostic, ...],
-) -> dict[str, Any]:
-    """Put a result, or None where the log cannot be analysed, into the object of the JSON contract."""
-    return plain(AnalysisDocument(SCHEMA, Tool(), Input(name, sha256, rows), options, result, diagnostics))  # type: ignore[no-any-return]
+def encode(record: Any) -> bytes:
+    """Write a record as JSON on one line; a NaN becomes null."""
+    try:
+        return msgspec.json.encode(record)
+    except UnicodeEncodeError:
+        # Half of a surrogate, as of a file's name in another coding, has to be escaped.
+        return json.dumps(msgspec.to_builtins(record), allow_nan=False).encode()
 
 
-def check_document(
-    name: str,
-    sha256: str | None,
-    rows: int | None,
-    clean: bool,
-    diagnostics: tuple[Diagnostic, ...],
-    doubts: tuple[Doubt, ...] = (),
-    hand_in: HandIn | None = None,
-) -> dict[str, Any]:
-    """Put what `gyro check` found into the object of the JSON contract."""
-    return plain(CheckDocument("gyro.check/1", Tool(), Input(name, sha256, rows), clean, doubts, diagnostics, hand_in))  # type: ignore[no-any-return]
+def to_json(record: Struct) -> dict[str, Any]:
+    """Turn a record into the object that its JSON is, with lists for tuples."""
+    made: dict[str, Any] = json.loads(encode(record))
+    return made
 
 
-def plain(item: Any) -> Any:
-    """Turn records, tuples and mappings into what JSON has."""
-    if isinstance(item, Diagnostic):
-        return item.to_dict()
-    if isinstance(item, Struct):
-        # A field that is a plain number or text, as most are, is not looked into.
-        return {name: value if type(value) in _SCALARS else plain(value) for name, value in asdict(item).items()}
-    if isinstance(item, Mapping):
-        return {key: plain(value) for key, value in item.items()}
-    return [plain(one) for one in item] if isinstance(item, tuple) else item
-
-
-_SCALARS = {float, int, str, bool, type(None)}
+def _stated(source: Source) -> StatedUncertainty:
+    return StatedUncertainty(source.name, source.shared_by, source.default, source.described)
 
 
 def _compared(fit: NamedFit) -> ComparedFit:
-    def amount(found: Estimate | None, unit: str) -> Amount | None:
-        return None if found is None else Amount(found.value, found.u, unit)
-
-    inertia, constant = amount(fit.inertia, "kg*m^2"), amount(fit.constant, "N*m")
+    inertia = Amount(fit.inertia.value, fit.inertia.u, "kg*m^2") if fit.inertia else None
+    constant = Amount(fit.constant.value, fit.constant.u, "N*m") if fit.constant else None
     return ComparedFit(fit.name, inertia, constant, fit.note, fit.difference, fit.deviation)
 
 
 def _torque_group(group: Torque) -> TorqueGroup:
-    return TorqueGroup(
-        mass=group.mass,
-        position=group.position,
-        torque=group.torque,
-        runs=group.runs,
-        without=group.without,
-        product=MeanProduct(group.product, group.product_u, group.product_spread, group.product_p),
-        period_per_spin=Estimate(group.period_per_spin, group.period_per_spin_u),
-    )
+    product = MeanProduct(group.product, group.product_u, group.product_spread, group.product_p)
+    slope = Estimate(group.period_per_spin, group.period_per_spin_u)
+    return TorqueGroup(group.mass, group.position, group.torque, group.runs, group.without, product, slope)

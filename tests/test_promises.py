@@ -83,23 +83,26 @@ def test_turns_and_units_are_never_guessed(at: int) -> None:
     assert any(HEADER[at].partition(" ")[0] in one["message"] + one["hint"] for one in asked)
 
 
-def keys(declared: Any, before: str = "") -> Iterator[str]:
+def keys(declared: Any, tables: dict[str, Any], before: str = "") -> Iterator[str]:
     """Give the path of every key that a schema declares."""
     if isinstance(declared, dict):
+        if "$ref" in declared:
+            inside = tables[declared["$ref"].removeprefix("#/$defs/")]
+            kind = inside["properties"].get("prediction", {}).get("const", "")
+            yield from keys(inside, tables, f"{before}{kind}")
         for name, inside in declared.get("properties", {}).items():
             yield f"{before}.{name}"
-            yield from keys(inside, f"{before}.{name}")
+            yield from keys(inside, tables, f"{before}.{name}")
         for name in ("items", "additionalProperties"):
-            yield from keys(declared.get(name), f"{before}[]")
+            yield from keys(declared.get(name), tables, f"{before}[]")
         for inside in declared.get("anyOf", []) + declared.get("oneOf", []):
-            kind = inside.get("properties", {}).get("prediction", {}).get("const", "")
-            yield from keys(inside, f"{before}{kind}")
+            yield from keys(inside, tables, before)
 
 
 def declared_keys() -> list[str]:
     made = (schema.analysis_schema, schema.check_schema, schema.grades_schema, schema.predictions_schema)
     wholes = [one() for one in (*made, schema.selfcheck_schema)]
-    return sorted({f"{whole['title']} {key}" for whole in wholes for key in keys(whole)})
+    return sorted({f"{whole['title']} {key}" for whole in wholes for key in keys(whole, whole["$defs"])})
 
 
 def test_no_key_is_taken_away() -> None:

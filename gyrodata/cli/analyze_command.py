@@ -365,10 +365,11 @@ def _without_answer(
     if request.form not in ("json", "ndjson"):
         return _Told(code, "", diagnostics)
     from gyrodata.reporting import json_text
-    from gyrodata.results import document
+    from gyrodata.results import AnalysisDocument, Input, to_json
 
     digest, rows = (readings.sha256, len(readings.runs)) if readings else (None, None)
-    made = document(name, digest, rows, request.options, None, tuple(diagnostics))
+    log, found = Input(name, digest, rows), tuple(one.to_dict() for one in diagnostics)
+    made = to_json(AnalysisDocument(input=log, options=request.options, result=None, diagnostics=found))
     return _Told(code, json_text(made, indent=2 if request.form == "json" else None), diagnostics)
 
 

@@ -139,10 +139,15 @@ def _check_one(
             write_out(reporting.github_annotations(name if log == "-" else log, [doubted]))
     else:
         digest, rows = (readings.sha256, len(readings.runs)) if readings else (None, None)
-        from gyrodata.results import check_document
+        from gyrodata.results import CheckDocument, Input, to_json
 
         doubts = analysis.doubts if analysis else ()
-        clean = not doubts and all(one.severity == "note" for one in found)
-        document = check_document(name, digest, rows, clean, found, doubts, hand_in)
-        write_out(reporting.json_text(document, indent=2 if form == "json" else None))
+        document = CheckDocument(
+            input=Input(name, digest, rows),
+            clean=not doubts and all(one.severity == "note" for one in found),
+            doubts=doubts,
+            diagnostics=tuple(one.to_dict() for one in found),
+            hand_in=hand_in,
+        )
+        write_out(reporting.json_text(to_json(document), indent=2 if form == "json" else None))
     return code

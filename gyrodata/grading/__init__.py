@@ -23,7 +23,8 @@ if TYPE_CHECKING:
         write_feedback,
         write_results,
     )
-    from gyrodata.grading.exports import Change, class_summary, grade_lines, grades_csv, grades_document
+    from gyrodata.grading.exports import Change, class_summary, grades_csv
+    from gyrodata.grading.exports.class_json import GradesDocument, grade_lines, grades_document
     from gyrodata.grading.exports.class_page import class_page
     from gyrodata.grading.exports.gradebooks import Filled, fill_book, read_sheet
     from gyrodata.grading.exports.gradescope import autograder_files, grade_autograder, results_json
@@ -46,8 +47,8 @@ if TYPE_CHECKING:
 __all__ = [
     "ACCEPTED", "DESK", "FIGURES", "JOURNAL", "LIMIT", "PLATFORMS", "PUBLISHED", "TABLE", "TODO",
     "Answers", "Basis", "BenchScatter", "Change", "ClassGrades", "CriterionFigures", "Decision", "Desk", "Entry",
-    "Filled", "Fingerprint", "Flag", "Grade", "Gradebooks", "GradingOptions", "Journal", "Mark", "Person",
-    "Reference", "Roster", "Rubric", "Slip", "Submission", "Submissions", "autograder_files",
+    "Filled", "Fingerprint", "Flag", "Grade", "Gradebooks", "GradesDocument", "GradingOptions", "Journal", "Mark",
+    "Person", "Reference", "Roster", "Rubric", "Slip", "Submission", "Submissions", "autograder_files",
     "changes_in", "class_page", "class_references", "class_scatter", "class_summary", "default_rubric",
     "default_rubric_text", "digest_of", "distance", "feedback_html", "feedback_markdown", "fill_book",
     "find_desk", "find_slips", "find_submissions", "find_unchanged", "fingerprint", "flag_class", "grade_autograder",
@@ -60,7 +61,7 @@ __all__ = [
 _MODULES = [
     "lastrun", "late", "rubric", "platforms", "submissions", "yardsticks", "slips", "criteria", "forensics", "grade",
     "hand_in", "journal", "ledger", "roster", "exports", "exports.gradebooks", "exports.class_page", "classroom",
-    "desk", "feedback", "exports.gradescope",
+    "exports.class_json", "desk", "feedback", "exports.gradescope",
 ]  # fmt: skip
 """Each after those that it needs, so that to look for a name in all before its own loads no more than that one does."""
 

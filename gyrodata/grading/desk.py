@@ -18,7 +18,8 @@ from gyrodata.diagnostics import DESK_CANNOT_BE_READ, GRADES_FOLDER_CANNOT_BE_WR
 from gyrodata.disk import file_name, files_like, new_file, telling, write_changed, write_whole
 from gyrodata.errors import InputError
 from gyrodata.grading.classroom import PRELOAD, ClassGrades, GradingOptions, figure_path, share_of
-from gyrodata.grading.exports import TOTAL, Change, compare_tables, flags_csv, grades_document, read_table
+from gyrodata.grading.exports import TOTAL, Change, compare_tables, flags_csv, read_table
+from gyrodata.grading.exports.class_json import grades_document
 from gyrodata.grading.exports.class_page import class_page
 from gyrodata.grading.exports.gradebooks import Filled, Ours, fill_book
 from gyrodata.grading.grade import Grade, not_graded

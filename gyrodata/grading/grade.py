@@ -10,14 +10,14 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, Literal, TypedDict, TypeVar
 
 import msgspec
-from msgspec import Struct, field
+from msgspec import Meta, Struct, field
 from msgspec.structs import replace
 
 from gyrodata.diagnostics import COLUMNS_EXCHANGED, OUTLIER
-from gyrodata.errors import Diagnostic, GyroError, LogError
+from gyrodata.errors import Diagnostic, DiagnosticJson, GyroError, LogError
 from gyrodata.fitting import times_stated
 from gyrodata.grading.criteria import Evidence, Mark, judge, judge_reference, judge_scatter, mark, scatter_of
 from gyrodata.grading.forensics import Fingerprint, fingerprint
@@ -45,8 +45,6 @@ if TYPE_CHECKING:
     from gyrodata.grading.submissions.student_files import Answers
     from gyrodata.results import Analysis
 
-REPORTED = ("text", "value", "u", "line")  # what is kept of a reported I_zz
-
 FAR = 3.0  # a report farther than this from every accepted fit [u], and explained by no known slip, is worth a look
 
 Record = TypeVar("Record", bound=Struct)
@@ -72,8 +70,31 @@ class Decision(Struct, frozen=True):
         return f"{head}{':' if self.why else ''} {self.told}".rstrip()
 
 
-class Grade(Struct, frozen=True, kw_only=True):
-    """One student's grade, small enough to keep for a whole class; JSON and back gives the same again."""
+class Reported(TypedDict, total=False):
+    """I_zz as the student reports it; no key at all where nothing is reported."""
+
+    text: str
+    value: float | None
+    """[kg*m^2]"""
+    u: float | None
+    """[kg*m^2]"""
+    line: int | None
+
+
+_REPORTED = list(Reported.__annotations__)
+
+
+class OwnFit(TypedDict):
+    """What one accepted fit of the student's own runs gives."""
+
+    value: float
+    """[kg*m^2]"""
+    u: float | None
+    """[kg*m^2]"""
+
+
+class ShownGrade(Struct, frozen=True, kw_only=True):
+    """What is shown of one student's grade."""
 
     student: str
     name: str
@@ -81,15 +102,15 @@ class Grade(Struct, frozen=True, kw_only=True):
     why: str | None = None  # why it is not graded; None if it is
     points: float | None = None  # what counts, lateness taken off, two decimals; None where nothing counts yet
     out_of: float
-    marks: tuple[Mark, ...] = ()  # one for each criterion, in the rubric's order
+    marks: tuple[Mark, ...] = ()
+    """One for each criterion, in the rubric's order; points null: it could not be judged, which is no zero."""
     slips: tuple[Slip, ...] = ()  # known slips that explain the report, the likeliest first
     look: tuple[str, ...] = ()  # what a person should look at though it is graded
     station: str | None = None
     section: str = ""  # of the roster
-    reported: Mapping[str, float | int | str | None]
-    """"text", "value" and "u" [kg*m^2], "line"; empty where nothing is reported."""
-    own: Mapping[str, Mapping[str, float | None]]
-    """"value" and "u" [kg*m^2] of each accepted fit of the student's own runs."""
+    reported: Annotated[Reported, Meta(extra_json_schema={"anyOf": [{"required": _REPORTED}, {"maxProperties": 0}]})]
+    own: Mapping[str, OwnFit]
+    """Each accepted fit of the student's own runs, by its name."""
     inertia: float | None = None
     """I_zz that the student's own runs give by the recommended fit, accepted or not [kg*m^2]."""
     inertia_u: float | None = None  # its standard uncertainty [kg*m^2]
@@ -104,25 +125,29 @@ class Grade(Struct, frozen=True, kw_only=True):
     late_seconds: float | None  # late by this [s]; None where nothing tells
     late_deduction: float  # [points]
     late_reason: str
-    diagnostics: tuple[Mapping[str, Any], ...] = ()  # what was found in the log, as `Diagnostic.to_dict` has it
+    diagnostics: tuple[DiagnosticJson, ...] = ()  # what was found in the log
     by_hand: tuple[Decision, ...] = ()  # what a person decided, in the order of the desk
-    title: str  # of the rubric
     rubric: str  # digest of the rubric
     digest: str  # of the submission, and of what was decided by hand
+
+
+class Grade(ShownGrade, frozen=True, kw_only=True):
+    """One student's grade, small enough to keep for a whole class; JSON and back gives the same again."""
+
+    title: str  # of the rubric
     fingerprint: Fingerprint | None = None
     """What is kept of the log to compare it with others; None where it cannot be analysed."""
 
     @property
     def reported_inertia(self) -> float | None:
         """I_zz as reported [kg*m^2]; None where there is no number."""
-        value = self.reported.get("value")
-        return value if isinstance(value, float) else None
+        return self.reported.get("value")
 
     @property
     def ratio(self) -> float | None:
         """Reported I_zz over that of the accepted fit that it comes nearest to [1]; None without one of them."""
-        value, own = self.reported_inertia, self.own.get(self.matched or "", {}).get("value")
-        return value / own if value is not None and own else None
+        value, own = self.reported_inertia, self.own.get(self.matched or "")
+        return value / own["value"] if value is not None and own and own["value"] else None
 
     def to_json(self) -> str:
         """Write it as the journal has it; `from_json` takes it back to the last digit."""
@@ -186,7 +211,7 @@ def grade_submission(
         slips=evidence.slips,
         look=(*blank.look, *_looks(evidence)),
         station=station_of(readings),
-        reported={name: getattr(evidence.reported, name) for name in REPORTED if evidence.reported},
+        reported={name: getattr(evidence.reported, name) for name in _REPORTED if evidence.reported},
         own={own.name: {"value": own.value, "u": own.u} for own in evidence.own.values},
         inertia=analysis.inertia.value,
         inertia_u=analysis.inertia.u,

@@ -1,21 +1,18 @@
-"""The grades of a class as CSV, as JSON and as a table for a terminal, and what changes in them.
+"""The grades of a class as CSV and as a table for a terminal, and what changes in them.
 
-Beside it: sheets of platforms (`gradebooks`), Gradescope's autograder (`gradescope`), the page of the class
-(`class_page`).
+Beside it: JSON (`class_json`), sheets of platforms (`gradebooks`), Gradescope's autograder (`gradescope`), the page of
+the class (`class_page`).
 """
 
 from __future__ import annotations
 
 import csv
-import json
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from itertools import chain
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import msgspec
-from msgspec.structs import asdict, fields
+from msgspec import Struct, field
 
-from gyrodata import __version__
 from gyrodata.errors import shown
 from gyrodata.grading.grade import Grade, points_text, two_decimals
 from gyrodata.grading.ledger import csv_table
@@ -108,26 +105,32 @@ TOTAL, STATUS = "total", "status"
 NOT_GRADED, NOTHING = "not graded", "nothing handed in"
 
 
-class Change(msgspec.Struct, frozen=True):
+class CellChange(Struct, frozen=True):
+    """One cell of such a row."""
+
+    column: str
+    before: str = field(name="from")
+    after: str = field(name="to")
+
+
+class Change(Struct, frozen=True):
     """One student whose row is not what it was."""
 
     student: str
     name: str
-    before: str | None  # points, "not graded", or None for one who was not in the table
-    after: str | None  # the same now; None for one who no longer is
-    parts: tuple[tuple[str, str, str], ...]  # other cells that change: column, before, after
-
-    def to_dict(self) -> dict[str, Any]:
-        """Give it as JSON can hold it."""
-        parts = [{"column": column, "from": before, "to": after} for column, before, after in self.parts]
-        return {"student": self.student, "name": self.name, "from": self.before, "to": self.after, "parts": parts}
+    before: str | None = field(name="from")
+    """Points, "not graded", or null for one who was not in the table."""
+    after: str | None = field(name="to")
+    """The same now; null for one who no longer is."""
+    parts: tuple[CellChange, ...]
+    """Other cells that change."""
 
     def __str__(self) -> str:
         who = self.name if self.student in self.name else f"{self.name} ({self.student})"
         told = f"{who}: {self.before or 'not in it'} → {self.after or 'no longer in it'}"
         if self.before == self.after:
             told = f"{who}: {self.after}"
-        parts = ", ".join(f"{column} {before or '–'} → {after or '–'}" for column, before, after in self.parts)
+        parts = ", ".join(f"{one.column} {one.before or '–'} → {one.after or '–'}" for one in self.parts)
         return f"{told} ({parts})" if parts else told
 
 
@@ -146,8 +149,8 @@ def compare_tables(then: str, today: str) -> tuple[Change, ...] | None:
         if was == now:
             continue
         columns = [column for column in {**was, **now} if column not in ("name", TOTAL, STATUS) and was and now]
-        pairs = ((column, was.get(column, ""), now.get(column, "")) for column in columns)
-        parts = tuple(pair for pair in pairs if pair[1] != pair[2])
+        cells = (CellChange(column, was.get(column, ""), now.get(column, "")) for column in columns)
+        parts = tuple(cell for cell in cells if cell.before != cell.after)
         name = (now or was).get("name") or student
         before, after = (row[TOTAL] or row[STATUS] or NOT_GRADED if row else None for row in (was, now))
         changes.append(Change(student, name, before, after, parts))
@@ -162,79 +165,6 @@ def read_table(table: str) -> dict[str, dict[str, str]] | None:
         return None
     rows.pop(POINTS_ROW, None)
     return rows
-
-
-# --- JSON: "gyro.grades/1", one object for the class, and "gyro.grade/1", one a student --------------------
-
-
-FLAGGED = ("kind", "students", "previous", "evidence", "p", "expected")  # what is told of a flag
-SCHEMA = "gyro.grades/1"
-STUDENT_SCHEMA = "gyro.grade/1"
-
-_TOOL = {"name": "gyrodata", "version": __version__}
-
-
-def grades_document(found: ClassGrades, changes: Sequence[Change] | None = None) -> Iterator[str]:
-    """Write the grades of a class as one JSON object, piece by piece, for a class may be large.
-
-    `changes`: Against the table of an earlier run, where that was asked for. Gives: Text; each student stands on a
-    line.
-    """
-    head = {
-        "schema": SCHEMA,
-        "tool": _TOOL,
-        "input": {
-            "name": found.source,
-            "lms": found.submissions.lms,
-            "submissions": len(found.grades),
-            "rubric": found.rubric.name,
-            "rubric_sha256": found.rubric.digest,
-        },
-        "title": found.rubric.title,
-        "out_of": found.rubric.points,
-        "summary": {
-            "graded": len(found.totals),
-            "not_graded": len(found.grades) - len(found.totals),
-            "mean": found.mean,
-            "median": found.median,
-        },
-        "criteria": [asdict(one) for one in found.criteria()],
-        "references": {station: asdict(one) for station, one in sorted(found.references.items())},
-        "scatters": {station: asdict(one) for station, one in sorted(found.scatters.items())},
-        "absent": [dict(zip(("student", "name", "section"), one, strict=False)) for one in found.roster.absent],
-        "slips": found.slips,
-        "flags": [{name: getattr(flag, name) for name in FLAGGED} for flag in found.flags],
-        "changes": None if changes is None else [change.to_dict() for change in changes],
-        "diagnostics": [diagnostic.to_dict() for diagnostic in found.submissions.diagnostics],
-    }
-    yield json.dumps(head, indent=2, allow_nan=False).removesuffix("\n}") + ',\n  "students": ['
-    for number, grade in enumerate(found.grades):
-        yield ("," if number else "") + "\n    " + _json(_student(found, grade))
-    yield "\n  ]\n}\n"
-
-
-def grade_lines(found: ClassGrades) -> Iterator[str]:
-    """Write one JSON object for each student, one a line."""
-    for grade in found.grades:
-        yield _json({"schema": STUDENT_SCHEMA, "tool": _TOOL} | _student(found, grade)) + "\n"
-
-
-def _json(content: dict[str, Any]) -> str:
-    try:
-        return msgspec.json.encode(content).decode()
-    except UnicodeEncodeError:
-        # Half of a surrogate, as of a file's name in another coding, has to be escaped.
-        return json.dumps(msgspec.to_builtins(content))
-
-
-_FIELDS = [(one.encode_name, one.name) for one in fields(Grade) if one.name not in ("fingerprint", "title")]
-
-
-def _student(found: ClassGrades, grade: Grade) -> dict[str, Any]:
-    """One student, with what the platform calls them, and without the fingerprint, which is for the journal."""
-    flags = [flag.kind for flag in found.flags_of.get(grade.student, ())]
-    told = {name: getattr(grade, field) for name, field in _FIELDS}
-    return told | {"flags": flags, "ids": dict(found.ids[grade.student])}
 
 
 # --- a table for a terminal --------------------------------------------------------------------------------

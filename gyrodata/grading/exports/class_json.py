@@ -1,0 +1,123 @@
+"""The grades as JSON: "gyro.grades/1", one object for the class, and "gyro.grade/1", one for each student."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Literal
+
+from msgspec import Struct, convert
+
+from gyrodata.errors import DiagnosticJson
+from gyrodata.grading.classroom import ClassGrades, CriterionFigures
+from gyrodata.grading.exports import Change
+from gyrodata.grading.grade import Grade, ShownGrade
+from gyrodata.grading.yardsticks import BenchScatter, Reference
+from gyrodata.reporting import json_text
+from gyrodata.results import Tool, encode, to_json
+
+
+class ClassInput(Struct):
+    """What was graded, and by which rubric."""
+
+    name: str
+    lms: str
+    submissions: int
+    rubric: str
+    rubric_sha256: str
+
+
+class ClassSummary(Struct):
+    """How many are graded, and their points."""
+
+    graded: int
+    not_graded: int
+    mean: float | None
+    median: float | None
+
+
+class FlaggedLogs(Struct):
+    """What looks alike, or made up; no verdict."""
+
+    kind: str
+    students: tuple[str, ...]
+    previous: tuple[str, ...]
+    """Keys of earlier logs that it is about."""
+    evidence: str
+    p: float
+    expected: float
+    """How many such flags chance makes in an honest class of this size."""
+
+
+class AbsentPerson(Struct):
+    """One who handed in nothing."""
+
+    student: str
+    name: str
+    section: str
+
+
+class Student(ShownGrade, frozen=True, kw_only=True):
+    """One student; a line of --format ndjson is such an object, with "schema": "gyro.grade/1" and "tool"."""
+
+    flags: tuple[str, ...]
+    ids: Mapping[str, str]
+    """What the platform calls the student."""
+
+
+class GradesDocument(Struct, kw_only=True):
+    """What ``gyro grade --format json`` says of a class: all quantities are SI, times seconds."""
+
+    schema: Literal["gyro.grades/1"] = "gyro.grades/1"
+    tool: Tool = Tool()
+    input: ClassInput
+    title: str
+    out_of: float
+    summary: ClassSummary
+    criteria: tuple[CriterionFigures, ...]
+    references: Mapping[str, Reference]
+    scatters: Mapping[str, BenchScatter]
+    absent: tuple[AbsentPerson, ...]
+    slips: Mapping[str, list[str]]
+    flags: tuple[FlaggedLogs, ...]
+    changes: tuple[Change, ...] | None
+    diagnostics: tuple[DiagnosticJson, ...]
+    students: tuple[Student, ...] = ()
+
+
+def grades_document(found: ClassGrades, changes: Iterable[Change] | None = None) -> Iterator[str]:
+    """Write the grades of a class as one JSON object, piece by piece, for a class may be large.
+
+    `changes`: Against the table of an earlier run, where that was asked for. Gives: Text; each student is on a line.
+    """
+    rubric, graded, count = found.rubric, len(found.totals), len(found.grades)
+    head = GradesDocument(
+        input=ClassInput(found.source, found.submissions.lms, count, rubric.name, rubric.digest),
+        title=rubric.title,
+        out_of=rubric.points,
+        summary=ClassSummary(graded, count - graded, found.mean, found.median),
+        criteria=tuple(found.criteria()),
+        references=dict(sorted(found.references.items())),
+        scatters=dict(sorted(found.scatters.items())),
+        absent=tuple(AbsentPerson(one.student, one.name, one.section) for one in found.roster.absent),
+        slips=found.slips,
+        flags=tuple(convert(flag, FlaggedLogs, from_attributes=True) for flag in found.flags),
+        changes=None if changes is None else tuple(changes),
+        diagnostics=tuple(one.to_dict() for one in found.submissions.diagnostics),
+    )
+    yield json_text(to_json(head)).removesuffix("]\n}\n")
+    for number, grade in enumerate(found.grades):
+        yield ("," if number else "") + "\n    " + encode(_student(found, grade)).decode()
+    yield "\n  ]\n}\n"
+
+
+def grade_lines(found: ClassGrades) -> Iterator[str]:
+    """Write one JSON object for each student, one a line."""
+    for grade in found.grades:
+        line = {"schema": "gyro.grade/1", "tool": Tool(), **to_json(_student(found, grade))}
+        yield encode(line).decode() + "\n"
+
+
+def _student(found: ClassGrades, grade: Grade) -> Student:
+    told = {name: getattr(grade, name) for name in ShownGrade.__struct_fields__}
+    flags = tuple(flag.kind for flag in found.flags_of.get(grade.student, ()))
+    return Student(**told, flags=flags, ids=found.ids[grade.student])

@@ -14,8 +14,8 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata import changes, effects, fitting
-from gyrodata.changes import Lab, Sensitivity
+from gyrodata import effects, fitting
+from gyrodata.changes import Lab
 from gyrodata.comparisons import (
     Ball,
     compare_with_ball,
@@ -28,6 +28,7 @@ from gyrodata.comparisons import (
     torque_table,
 )
 from gyrodata.diagnostics import NO_STEADY_PRECESSION, NO_TORQUE, TOO_MANY_SHARED_READINGS
+from gyrodata.effects import Outcome, Sensitivity
 from gyrodata.errors import LogError, insist_on_choice, insist_on_type
 from gyrodata.findings import (
     Doubt,
@@ -148,7 +149,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     patterns = look_for_patterns(measured, fit)
     found += whole_findings(readings, lab, p, listed, patterns)
     exponent = overall_exponent(measured, kept) if whole else None
-    outcomes = list(changes.answers(lab, "sensitivity")) if whole else []
+    outcomes = list(effects.answers(lab, "sensitivity")) if whole else []
     without = {one.case.torque: one.inertia for one in outcomes if one.case.torque is not None and one.inertia}
     of_body = body_findings(readings, measured, fit, bool(sizes))
     doubts: tuple[Doubt, ...] = ()
@@ -299,7 +300,7 @@ def fit_runs(readings: Readings, measured: Measurements, model: Model = "auto", 
     return Fitted(runs, chosen, told, left_out, fit, without)
 
 
-def _sensitivity(answer: Estimate, outcome: changes.Outcome) -> Sensitivity:
+def _sensitivity(answer: Estimate, outcome: Outcome) -> Sensitivity:
     """Compare the answer of a changed log with that of the log."""
     inertia = outcome.inertia
     deviation = (inertia.value - answer.value) / answer.u if inertia and answer.u else None

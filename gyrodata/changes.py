@@ -2,7 +2,7 @@
 
 A change makes one or several cases of a log: its runs, their errors or its model after the change. `refit` fits a case
 exactly as the log itself is fitted, beginning where that fit ended. So a report's "without this weight" is what
-``gyro analyze`` gives if the rows are deleted from the file.
+``gyro analyze`` gives if the rows are deleted from the file. `effects` chooses the model of each case.
 """
 
 from __future__ import annotations
@@ -113,29 +113,6 @@ class Change(Struct, frozen=True):
     """Makes the changed tables; none if the change does not apply to a log."""
 
 
-class Sensitivity(Struct, frozen=True):
-    """I_zz if one thing were different."""
-
-    name: str
-    """"u_time_twice", "hand_late", "hand_early", "balanced", "balance_free" or "without"."""
-    words: str
-    """What is different: "without 20 g at 15 cm"."""
-    inertia: Estimate | None
-    """[kg*m^2]; None if the changed log has no answer: an interval that contains zero."""
-    deviation: float | None
-    """Its distance from I_zz in standard uncertainties of I_zz."""
-
-
-class Outcome(Struct, frozen=True):
-    """The answer to one question."""
-
-    name: str
-    words: str
-    inertia: Estimate | None
-    """[kg*m^2]; None if the changed log has no answer: an interval that contains zero."""
-    case: Case
-
-
 def refit(lab: Lab, case: Case) -> Estimate | None:
     """Fit a changed lab: I_zz [kg*m^2]; None if there is nothing to fit, or no solution."""
     if case.measured is None:
@@ -145,17 +122,6 @@ def refit(lab: Lab, case: Case) -> Estimate | None:
     except fitting.NoFit:
         return None
     return fit.inertia
-
-
-def answers(lab: Lab, wanted: str) -> Iterator[Outcome]:
-    """Answer every question of one table, or of one name, that applies to a lab."""
-    for change in CHANGES:
-        if wanted in (change.use, change.name):
-            for case in change.cases(lab):
-                inertia = refit(lab, case)
-                if inertia is not None and (inertia.interval_95 or (0.0, 0.0))[0] <= 0:
-                    inertia = None
-                yield Outcome(change.name, change.words.format(case.words), inertia, case)
 
 
 # --- effects: each simplification -------------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ parameters of every model.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import cast
 
 import numpy as np
@@ -17,8 +17,8 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import changes, fitting, physics
-from gyrodata.changes import EffectCase, Lab
-from gyrodata.fitting import ChosenModel, FitResult, Model, earth_is_told
+from gyrodata.changes import Case, EffectCase, Lab
+from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, earth_is_told
 from gyrodata.measurements import Measurements, select
 from gyrodata.physics import Floats
 
@@ -135,12 +135,54 @@ def _by_tilt(measured: Measurements, fit: FitResult) -> Floats:
     return cast(Floats, physics.tilt_bias(rate, measured.spin, measured.pitch, fit.inertia.value, across))
 
 
+class Sensitivity(Struct, frozen=True):
+    """I_zz if one thing were different."""
+
+    name: str
+    """"u_time_twice", "hand_late", "hand_early", "balanced", "balance_free" or "without"."""
+    words: str
+    """What is different: "without 20 g at 15 cm"."""
+    inertia: Estimate | None
+    """[kg*m^2]; None if the changed log has no answer: an interval that contains zero."""
+    deviation: float | None
+    """Its distance from I_zz in standard uncertainties of I_zz."""
+
+
+class Outcome(Struct, frozen=True):
+    """The answer to one question."""
+
+    name: str
+    words: str
+    inertia: Estimate | None
+    """[kg*m^2]; None if the changed log has no answer: an interval that contains zero."""
+    case: Case
+
+
+def answers(lab: Lab, wanted: str) -> Iterator[Outcome]:
+    """Answer every question of one table (see `changes.Use`), or of one name, that applies to a lab."""
+    for change in changes.CHANGES:
+        if wanted in (change.use, change.name):
+            for case in change.cases(lab):
+                inertia = None if case.measured is None else _answer(lab, case, case.measured)
+                yield Outcome(change.name, change.words.format(case.words), inertia, case)
+
+
+def _answer(lab: Lab, case: Case, measured: Measurements) -> Estimate | None:
+    """Fit a changed lab with the model that it needs."""
+    chosen = case.chosen if case.chosen.asked else choose_model(measured, "auto", lab.fit)
+    inertia = changes.refit(lab, replace(case, chosen=chosen))
+    return inertia if inertia is None or (inertia.interval_95 or (1.0, 1.0))[0] > 0 else None
+
+
 ALWAYS_OUT = ("decay_law", "earth")
 """Effects that are left out where the log does not tell enough, and count towards all that is."""
 
 
-def choose_model(measured: Measurements, model: Model) -> ChosenModel:
-    """Take the simplest model that is good enough for a log, by the sizes of the effects, or the one asked for."""
+def choose_model(measured: Measurements, model: Model, near: FitResult | None = None) -> ChosenModel:
+    """Take the simplest model that is good enough for a log, by the sizes of the effects, or the one asked for.
+
+    `near` is a fit of a similar log.
+    """
     tilts, told = bool(np.any(measured.pitch)), earth_is_told(measured)
     released = measured.motion == "released"
     if model != "auto":
@@ -152,7 +194,8 @@ def choose_model(measured: Measurements, model: Model) -> ChosenModel:
     if simplest == fullest:
         return simplest
     try:
-        lab = Lab(None, *fitting.fit_model(measured, simplest, widths=fitting.AS_STATED), simplest)
+        runs, fit = fitting.fit_model(measured, simplest, widths=fitting.AS_STATED, near=near)
+        lab = Lab(None, runs, fit, simplest)
     except fitting.NoFit:
         # Nothing tells what could be left out.
         return fullest

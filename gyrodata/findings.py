@@ -10,7 +10,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata import changes, fitting, physics
+from gyrodata import changes, effects, fitting, physics
 from gyrodata.changes import Lab
 from gyrodata.comparisons import (
     CHANCE,
@@ -411,7 +411,7 @@ def direction_findings(readings: Readings, lab: Lab) -> list[Diagnostic]:
     """Name the runs without a weight whose direction is missing, if u of I_zz would be smaller with it."""
     measured, now = lab.measured, lab.fit.inertia
     bare = np.flatnonzero((measured.sense == 0) & (lab.fit.adjusted.kept > 0)).tolist()
-    then = next((outcome.inertia for outcome in changes.answers(lab, "direction")), None)
+    then = next((outcome.inertia for outcome in effects.answers(lab, "direction")), None)
     if not bare or then is None or (then.u or 0.0) > WORTH * (now.u or 0.0):
         return []
     names = ", ".join(measured.runs[i] for i in bare)
@@ -506,7 +506,7 @@ def _fell_alone(measured: Measurements) -> list[int]:
 def digit_findings(readings: Readings, lab: Lab) -> list[Diagnostic]:
     """Say where the last digit written decides much of u(I_zz), with both answers, and what to write."""
     found = []
-    for outcome in changes.answers(lab, "digits"):
+    for outcome in effects.answers(lab, "digits"):
         role, rounding = outcome.words, changes.rounding(lab, outcome.words)
         if outcome.inertia is not None and rounding is not None:
             ratio, part = rounding
@@ -724,7 +724,7 @@ def list_advice(lab: Lab) -> tuple[str, ...]:
         return 100 * (inertia.u or 0.0) / abs(inertia.value)
 
     now = share(lab.fit.inertia)
-    gains = [(share(one.inertia), one.words) for one in changes.answers(lab, "advice") if one.inertia is not None]
+    gains = [(share(one.inertia), one.words) for one in effects.answers(lab, "advice") if one.inertia is not None]
     return tuple(
         f"{words}: u of I_zz from {now:.2g} % to {then:.2g} %" for then, words in sorted(gains) if then < WORTH * now
     )

@@ -10,7 +10,7 @@ from collections.abc import Collection
 
 import numpy as np
 
-from gyrodata import changes, physics
+from gyrodata import effects, physics
 from gyrodata.analysis import analyze_readings
 from gyrodata.comparisons import load_words
 from gyrodata.diagnostics import (
@@ -138,7 +138,7 @@ def _unloaded(readings: Readings, analysis: Analysis) -> list[Diagnostic]:
     signs = set(np.sign(analysis.measurements.torque).tolist())
     if 0.0 in signs or len(signs) > 1 or readings.unmoved:
         return []
-    outcome = next(changes.answers(analysis.lab, "unloaded_run"), None)
+    outcome = next(effects.answers(analysis.lab, "unloaded_run"), None)
     if outcome is None or outcome.inertia is None:
         return []
     now, then = (100 * (one.u or 0.0) / one.value for one in (analysis.fit.inertia, outcome.inertia))

@@ -20,10 +20,10 @@ from msgspec import Struct, field
 from msgspec.structs import asdict
 
 from gyrodata import __version__
-from gyrodata.changes import Lab, Sensitivity
+from gyrodata.changes import Lab
 from gyrodata.comparisons import Ball, Constancy, Exponent, NamedFit, Pattern, PowerLaw, Run, Torque
 from gyrodata.disk import write_folder
-from gyrodata.effects import Effect
+from gyrodata.effects import Effect, Sensitivity
 from gyrodata.errors import Diagnostic, DiagnosticJson
 from gyrodata.findings import Doubt
 from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, Outlier, Share

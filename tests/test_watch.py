@@ -34,7 +34,7 @@ def watched(path: Path, *steps: tuple[str, Callable[[], object]]) -> str:
     shown, seen, begun = path.with_name("shown.txt"), 0, time.monotonic()
     with (
         shown.open("wb") as out,
-        subprocess.Popen(command, cwd=path.parent, env=ours, stdout=out, stderr=out) as running,
+        subprocess.Popen(command, cwd=path.parent, env=ours, stdout=out, stderr=out) as run,
     ):
         for line, step in steps:
             while (at := shown.read_text("utf-8").find(line, seen)) < 0:
@@ -43,8 +43,8 @@ def watched(path: Path, *steps: tuple[str, Callable[[], object]]) -> str:
             seen = at + len(line)
             step()
         time.sleep(0.3)
-        running.send_signal(signal.SIGINT)
-        assert running.wait(30) == 130
+        run.send_signal(signal.SIGINT)
+        assert run.wait(30) == 130
     assert {one.name for one in path.parent.iterdir()} <= {path.name, shown.name}, "no report is written"
     return shown.read_text("utf-8")
 

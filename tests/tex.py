@@ -4,11 +4,6 @@ from __future__ import annotations
 
 import re
 
-PRINTED = {
-    r"\textbackslash": "\\", r"\textasciitilde": "~", r"\textasciicircum": "^", r"\textless": "<",
-    r"\textgreater": ">", r"\textbar": "|", r"\textquotedbl": '"', r"\textasciigrave": "`",
-    r"\nobreakspace": " ", r"\{": "{", r"\}": "}", r"\$": "$", r"\&": "&", r"\#": "#", r"\%": "%", r"\_": "_",
-}  # fmt: skip
 HARMLESS = re.compile(
     r"\\(?:text[a-z]+|nobreakspace|quotedblbase|guillemot(?:left|right)|ensuremath|times|pm|cdot|propto|le|ge|approx|ne|infty|surd|to"
     r"|dots|S|pounds|ss|ae|AE|oe|OE|o|O|l|L|dj|DJ|dh|DH|th|TH|i|grave|acute|bar|ddot|dot|cyrillictext"
@@ -47,14 +42,3 @@ def faults_of_document(document: str) -> list[str]:
         elif stack.pop() != name:
             return [*found, f"{name} is closed and not open"]
     return found + [f"{name} is left open" for name in stack[1:]] + ["a brace is left open"] * (braces > 0)
-
-
-def unescaped(escaped: str) -> str:
-    """What is printed of an escaped ASCII text."""
-    for command, sign in PRINTED.items():
-        if command[1:].isalpha():
-            escaped = escaped.replace(command + "{}", f"\0{ord(sign)};")
-    for command, sign in PRINTED.items():
-        escaped = escaped.replace(command, f"\0{ord(sign)};")
-    bare = escaped.replace("{", "").replace("}", "")
-    return re.sub(r"\0(\d+);", lambda found: chr(int(found[1])), bare)

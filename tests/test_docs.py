@@ -289,20 +289,6 @@ def u_of_g(line: str) -> float:
     return 100 * next(float(source.relative[0]) for source in sources if source.name == "g")
 
 
-def cost_of_a_class() -> tuple[float, float, float]:
-    """Bounds of what a log costs [ms] in the classes that were measured, and the start of a run [s]."""
-    costs = {int(students): float(cost) for students, _, cost, *_ in marked("instructors", "sizes")}
-    start = (costs[100] - costs[1000]) / (1 / 100 - 1 / 1000)
-    alone = [cost - start / students for students, cost in costs.items()]
-    return math.floor(min(alone)), math.ceil(max(alone)), start / 1000
-
-
-def ten_million() -> tuple[float, float, float]:
-    """What so many logs cost: hours of one processor, at so many ms a log, and minutes on 64."""
-    each = float(marked("instructors", "sizes")[-1][2])
-    return 1e7 * each / 3.6e6, each, 1e7 * each / 6e4 / 64
-
-
 Claim = tuple[str, str, Callable[[], Any]]
 
 CLAIMS: list[Claim] = [
@@ -338,14 +324,11 @@ CLAIMS: list[Claim] = [
     ("statistics", "With `# latitude:` it is {:.2f} %", lambda: u_of_g("# latitude: 45 deg\n")),
     ("statistics", "dry friction has 0, an air film {:.0f}", lambda: physics.VISCOUS),
     ("statistics", "I = {} I_zz + m x² with {:.0f} %", lambda: (DEFAULT_TRANSVERSE_RATIO, 100 * TRANSVERSE_U)),
-    ("instructors", "{:.0f} to {:.0f} ms of a busy processor", lambda: cost_of_a_class()[:2]),
-    ("instructors", "the start takes {:.0f} s more", lambda: cost_of_a_class()[2]),
     ("instructors", "at most {:.0f} MB, and {:.0f} kB a student", lambda: (scale.LEAST, 1000 * scale.EACH)),
     ("instructors", "A class has {} {:03d} files at most", lambda: divmod(archives.MOST_FILES, 1000)),
     ("instructors", "a hundred classes of {} {:03d}", lambda: divmod(round(1e7 / 100), 1000)),
     ("instructors", "`class.html` shows {} students and {} lines",
      lambda: (class_page.MOST_STUDENTS, class_page.MOST_NAMED)),
-    ("instructors", "take {:.0f} hours of one processor at {:.0f} ms a log, or {:.0f} minutes on 64", ten_million),
     ("instructors", "Each class needs {:.0f} GB of memory",
      lambda: (scale.LEAST + scale.EACH * archives.MOST_FILES) / 1000),
     ("instructors", "all pairs of classes are {:.0f} more runs", lambda: round(math.comb(100, 2), -3)),

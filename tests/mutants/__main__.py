@@ -65,7 +65,7 @@ EVERY_LINE = -1
 
 
 class Known(NamedTuple):
-    """What is known of a test from a run without a mutant: its time, and the lines of modules as bits of a number."""
+    """What is known of a test: its time without a mutant, and the lines that it reaches as bits of a number."""
 
     seconds: float
     reached: dict[str, int]
@@ -110,11 +110,10 @@ def changed(node: ast.AST) -> ast.expr | None:
 
 def is_quiet(node: ast.AST) -> bool:
     """Whether a node and all in it change nothing: what is raised, formats of a text, lengths of what is zipped."""
-    return (
-        isinstance(node, ast.Raise | ast.JoinedStr | ast.FormattedValue | ast.Assert)
-        or (isinstance(node, ast.If) and ast.unparse(node.test).endswith("TYPE_CHECKING"))
-        or (isinstance(node, ast.keyword) and node.arg == "strict")
-    )
+    if isinstance(node, ast.If):
+        return ast.unparse(node.test).endswith("TYPE_CHECKING")
+    said = isinstance(node, ast.Raise | ast.JoinedStr | ast.FormattedValue | ast.Assert)
+    return said or (isinstance(node, ast.keyword) and node.arg == "strict")
 
 
 def mutants(room: str) -> Iterator[Mutant]:
@@ -125,9 +124,8 @@ def mutants(room: str) -> Iterator[Mutant]:
             inside = isinstance(parent, ast.FunctionDef | ast.Lambda) and name == "body"
             for node in value if isinstance(value, list) else [value]:
                 # Annotations and decorators change nothing either.
-                if name in ("annotation", "returns", "decorator_list") or not isinstance(node, ast.AST):
-                    continue
-                if is_quiet(node):
+                aside = name in ("annotation", "returns", "decorator_list")
+                if aside or not isinstance(node, ast.AST) or is_quiet(node):
                     continue
                 if other := changed(node):
                     yield Mutant(module, where, outside and not inside, node, other)

@@ -1,4 +1,4 @@
-"""Each number on the pages of `gyro explain` is one that the code gives; links lead somewhere; a terminal shows all."""
+"""Formulas, tables and numbers on the pages of `gyro explain` are those of the code; links lead somewhere."""
 
 from __future__ import annotations
 

@@ -67,25 +67,25 @@ def typed(text: str, folder: Path) -> Iterator[tuple[str, str, str, str]]:
     """Type a document's examples in their order: what was typed, what is shown, what came, and what went wrong."""
     shutil.copytree(ROOT / "sample_data", folder / "sample_data")
     listed = blocks(text)
-    for at, block in enumerate(listed):
+    for block, below in zip(listed, [*listed[1:], None], strict=True):
+        commands: list[tuple[str, str, str]] = []
         if block.mark == "file":
             (folder / block.told).write_text(block.body, encoding="utf-8")
         elif block.mark == "workbook":
             _workbook(cells(block.body), folder / block.told)
         elif block.kind == "console":
-            for command, shown in re.findall(r"^\$ (.*)\n((?:(?!\$ ).*\n)*)", block.body, re.MULTILINE):
-                done = run(command, folder)
-                right = done.returncode == int(block.told or 0)
-                yield command, shown, done.stdout, "" if right else f"exit {done.returncode}: {done.stderr}"
+            shown = re.findall(r"^\$ (.*)\n((?:(?!\$ ).*\n)*)", block.body, re.MULTILINE)
+            commands = [(command, command, came) for command, came in shown]
         elif block.kind == "sh" and block.mark != "tools":
-            for command in re.sub(r"\\\n\s*", "", block.body).splitlines():
-                if not command.startswith(INSTALLS):
-                    done = run(command, folder)
-                    yield command, "", "", done.stderr if done.returncode else ""
-        elif block.kind == "python":
+            lines = re.sub(r"\\\n\s*", "", block.body).splitlines()
+            commands = [(line, line, "") for line in lines if not line.startswith(INSTALLS)]
+        elif block.kind == "python" and below:
             (folder / "example.py").write_text(block.body, encoding="utf-8")
-            done = run("python example.py", folder)
-            yield block.body, listed[at + 1].body, done.stdout, done.stderr if done.returncode else ""
+            commands = [("python example.py", block.body, below.body)]
+        for line, said, came in commands:
+            done = run(line, folder)
+            right = done.returncode == int((block.kind == "console" and block.told) or 0)
+            yield said, came, done.stdout, "" if right else f"exit {done.returncode}: {done.stderr}"
 
 
 def _workbook(rows: list[list[str]], path: Path) -> None:

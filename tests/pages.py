@@ -72,9 +72,6 @@ class Structure(HTMLParser):
         elif not {"style", "script", "q", "title"} & set(self.open):
             self.text += data
 
-    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.append((tag, dict(attrs)))
-
 
 def find(document: dict[str, Any], place: str) -> Any:
     """What stands at a place of results.json, as the page gives it."""
@@ -89,7 +86,7 @@ def find(document: dict[str, Any], place: str) -> Any:
 def strings(found: Any) -> list[str]:
     """Every text in a document."""
     if isinstance(found, dict):
-        return [*found, *(text for value in found.values() for text in strings(value))]
+        return strings([*found, *found.values()])
     if isinstance(found, list):
         return [text for value in found for text in strings(value)]
     return [found] if isinstance(found, str) else []
@@ -127,10 +124,5 @@ def known(analysis: Analysis) -> list[str]:
     document = json.loads(reporting.json_text(analysis.to_dict()))
     # What is short and begins with a digit may be a number that is shown.
     quoted = [text for text in strings(document) if len(text) > (20 if text[:1].isdigit() else 3)]
-    texts = {
-        *quoted,
-        *FIXED,
-        *analysis.readings.metadata.values(),
-        *(default.strip() for default in defaults_used(analysis)),
-    }
+    texts = {*quoted, *FIXED, *analysis.readings.metadata.values(), *map(str.strip, defaults_used(analysis))}
     return sorted((text for text in texts if any(map(str.isdigit, text))), key=len, reverse=True)

@@ -6,9 +6,11 @@ import ast
 import graphlib
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
-PACKAGE = Path(__file__).parent.parent / "gyrodata"
+TESTS = Path(__file__).parent
+PACKAGE = TESTS.parent / "gyrodata"
 ROOMS = """diagnostics docs; errors stacks units; disk toml_table workers quantities physics; motion readings;
     measurements; fitting; forecast effects comparisons simulation known_slips; findings wrong_cells;
     results prediction; benchmark analysis coverage; plotting procedure; reporting; grading; schema; cli; __main__"""
@@ -18,125 +20,75 @@ OWNERS = {"greenlet": "stacks", "pint": "units", "matplotlib": "plotting", "type
           "jinja2": "grading", "yaml": "grading"}  # fmt: skip
 
 
-def imports(path: Path) -> list[str]:
-    found = []
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.ImportFrom) and node.module:
-            names = [f"{node.module}.{alias.name}" for alias in node.names] if node.module == "gyrodata" else []
-            found += names or [node.module]
-        elif isinstance(node, ast.Import):
-            found += [alias.name for alias in node.names]
-    return found
+def dotted(path: Path) -> str:
+    """Give the name of a module; the front of a room has the room's."""
+    return ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts).removesuffix(".__init__")
 
 
-def rooms() -> list[tuple[str, Path]]:
-    paths = [path for path in sorted(PACKAGE.rglob("*.py")) if path != PACKAGE / "__init__.py"]
-    return [(path.relative_to(PACKAGE).parts[0].removesuffix(".py"), path) for path in paths]
+MODULES = {dotted(path): path for path in sorted(PACKAGE.rglob("*.py"))}
 
 
-def test_every_module_has_a_shelf() -> None:
-    assert {room for room, _ in rooms()} <= set(SHELVES)
-
-
-def test_imports_only_go_down() -> None:
-    wrong = [
-        f"{path.name} imports {name}"
-        for room, path in rooms()
-        for name in imports(path)
-        if name.startswith("gyrodata.")
-        and (other := name.split(".")[1]) in SHELVES
-        and other != room
-        and SHELVES[other] >= SHELVES[room]
-    ]
-    assert wrong == []
-
-
-def modules() -> dict[str, Path]:
-    """Every module of the package by its dotted name; a room's front has the room's."""
-    found = {}
-    for path in sorted(PACKAGE.rglob("*.py")):
-        parts = path.relative_to(PACKAGE.parent).with_suffix("").parts
-        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
-    return found
-
-
-TESTS = Path(__file__).parent
-DEEP = TESTS / "deep_imports.txt"
-"""Tests that import modules behind a room's front: path: modules; reason. The list only gets shorter."""
-
-
-def offers(front: Path) -> set[str]:
-    """Names in a front's ``__all__``."""
-    body = ast.parse(front.read_text(encoding="utf-8")).body
+@cache
+def offered(front: str) -> set[str]:
+    """Names in a front's ``__all__``: one may be that of a module, and means what is in it."""
+    body = ast.parse(MODULES[front].read_text(encoding="utf-8")).body
     lists = [node.value for node in body if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__"]
     return {name for one in lists for name in ast.literal_eval(one)}
 
 
-def deep_imports(path: Path) -> set[str]:
-    """Modules that a test imports from behind a room's front, which is the room itself or a module of its own."""
-    known, found = modules(), set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        names: list[str] = []
-        if isinstance(node, ast.Import):
-            names = [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom) and node.module in known:
-            # A front may offer a function under the name of its module.
-            offered = offers(known[node.module])
-            inside = [f"{node.module}.{alias.name}" for alias in node.names if alias.name not in offered]
-            names = [node.module, *(name for name in inside if name in known)]
-        found |= {name for name in names if name in known and name.count(".") > 1 and known[name].stem != "__init__"}
-    return found
-
-
-def test_tests_import_through_a_room_s_front() -> None:
-    allowed = {}
-    for line in DEEP.read_text(encoding="utf-8").splitlines():
-        path, _, rest = line.partition(": ")
-        names, _, reason = rest.partition("; ")
-        assert reason, f"{path} has no reason"
-        allowed[path] = {f"gyrodata.{name}" for name in names.split()}
-    deep = {path.relative_to(TESTS).as_posix(): deep_imports(path) for path in sorted(TESTS.rglob("*.py"))}
-    # What is here and not in the list is new; what is in the list and not here is no longer needed: take it out.
-    assert {path: names for path, names in deep.items() if names} == allowed
-    assert list(allowed) == sorted(allowed)
-
-
-def loaded(path: Path, known: set[str]) -> set[str]:
-    """Modules of the package that one imports, when it is loaded or later, types apart."""
+def imports(path: Path) -> set[str]:
+    """Modules that a file imports, types apart."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
     guarded = [n for n in ast.walk(tree) if isinstance(n, ast.If) and ast.unparse(n.test).endswith("TYPE_CHECKING")]
     types_only = {id(inner) for outer in guarded for inner in ast.walk(outer)}
-    found = set()
+    found: set[str] = set()
     for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom) and node.module and id(node) not in types_only:
-            found |= {
-                f"{node.module}.{a.name}" if f"{node.module}.{a.name}" in known else node.module for a in node.names
-            }
-    return found & known
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module and id(node) not in types_only:
+            meant = {alias.name for alias in node.names} - (offered(node.module) if node.module in MODULES else set())
+            inside = {f"{node.module}.{name}" for name in meant} & set(MODULES)
+            found |= inside | ({node.module} if len(inside) < len(node.names) else set())
+    return found
 
 
-def test_no_cycle_inside_a_room_either() -> None:
-    paths = modules()
-    # Raises with the cycle, if there is one.
-    order = graphlib.TopologicalSorter({name: loaded(path, set(paths)) - {name} for name, path in paths.items()})
-    assert len(list(order.static_order())) == len(paths)
+def room(name: str) -> str:
+    return [*name.split("."), ""][1]
 
 
-def test_the_map_for_newcomers_names_every_room() -> None:
-    told = (PACKAGE.parent / ".github" / "CONTRIBUTING.md").read_text(encoding="utf-8")
-    rooms_of = {path.relative_to(PACKAGE).parts[0].removesuffix(".py") for path in modules().values()}
-    assert [room for room in sorted(rooms_of) if not room.startswith("__") and f"`{room}" not in told] == []
-    assert told.count("\n") <= 150
+IMPORTS = {name: imports(path) for name, path in MODULES.items()}
+PAIRS = [(name, other) for name, others in IMPORTS.items() if name != "gyrodata" for other in others]
+
+
+def test_imports_only_go_down_the_shelves() -> None:
+    assert {room(name) for name in MODULES} == {"", *SHELVES}
+    inner = [(a, b) for a, b in PAIRS if room(b) in SHELVES and b in MODULES and room(a) != room(b)]
+    assert len(inner) > 100
+    assert [(a, b) for a, b in inner if SHELVES[room(b)] >= SHELVES[room(a)]] == []
+    # Raises with the cycle if there is one inside a room.
+    list(graphlib.TopologicalSorter({name: others - {name} for name, others in IMPORTS.items()}).static_order())
 
 
 def test_libraries_stay_with_their_owners() -> None:
-    wrong = [
-        f"{path.name} imports {name}"
-        for room, path in rooms()
-        for name in imports(path)
-        if name.split(".")[0] in OWNERS and room != OWNERS[name.split(".")[0]]
-    ]
-    assert wrong == []
+    assert [(a, b) for a, b in PAIRS if room(a) != OWNERS.get(b.split(".")[0], room(a))] == []
+
+
+def test_tests_import_through_a_room_s_front() -> None:
+    """`deep_imports.txt` lists what they import from behind it: path: modules; reason. It only gets shorter."""
+    listed = (TESTS / "deep_imports.txt").read_text(encoding="utf-8").splitlines()
+    for path in sorted(TESTS.rglob("*.py")):
+        deep = {name for name in imports(path) & set(MODULES) if name.count(".") > 1}
+        deep = {name for name in deep if MODULES[name].stem != "__init__"}
+        (line,) = [one for one in listed if one.startswith(f"{path.relative_to(TESTS).as_posix()}: ")] or [": ; -"]
+        names, _, reason = line.partition(": ")[2].partition("; ")
+        assert reason, line
+        assert deep <= {f"gyrodata.{name}" for name in names.split()}, path
+
+
+def test_the_map_for_newcomers_names_every_room() -> None:
+    text = (PACKAGE.parent / ".github" / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    assert [name for name in SHELVES if not name.startswith("__") and f"`{name}" not in text] == []
+    assert text.count("\n") <= 150
 
 
 def test_help_loads_nothing_heavy() -> None:

@@ -13,19 +13,17 @@ import pytest
 from gyrodata.diagnostics import CODES
 from gyrodata.docs import PAGES
 
-ROOT = Path(__file__).parent.parent
-START = "import sys; sys.argv[0] = 'gyro'; from gyrodata.__main__ import main; main()"
+START = [sys.executable, "-c", "import sys; sys.argv[0] = 'gyro'; from gyrodata.__main__ import main; main()"]
+OURS = {**os.environ, "PYTHONPATH": str(Path(__file__).parent.parent)}
 
 
 def completed(line: str, shell: str = "bash") -> list[str]:
     """Ask as a shell does, with the cursor at the end of the line."""
-    words = line.split(" ")
-    asked = {"_GYRO_COMPLETE": f"complete_{shell}", "COMP_WORDS": line, "COMP_CWORD": str(len(words) - 1)}
+    asked = {"_GYRO_COMPLETE": f"complete_{shell}", "COMP_WORDS": line, "COMP_CWORD": str(line.count(" "))}
     asked |= {"_TYPER_COMPLETE_ARGS": line, "_TYPER_COMPLETE_FISH_ACTION": "get-args"}
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)} | asked
-    done = subprocess.run([sys.executable, "-c", START], env=environment, capture_output=True, text=True, check=False)
+    done = subprocess.run(START, env=OURS | asked, capture_output=True, text=True, check=False)
     assert "Traceback" not in done.stderr
-    return done.stdout.splitlines()
+    return [one for one in done.stdout.splitlines() if one]
 
 
 @pytest.mark.parametrize(
@@ -44,8 +42,8 @@ def completed(line: str, shell: str = "bash") -> list[str]:
         ("gyro check log.csv --config ", []),
     ],
 )
-def test_bash(line: str, found: list[str]) -> None:
-    assert [one for one in completed(line) if one] == found
+def test_bash_completes(line: str, found: list[str]) -> None:
+    assert completed(line) == found
 
 
 def test_fish_shows_what_a_code_means() -> None:
@@ -54,11 +52,8 @@ def test_fish_shows_what_a_code_means() -> None:
 
 @pytest.mark.skipif(shutil.which("bash") is None, reason="no bash here")
 def test_bash_takes_what_is_to_be_installed() -> None:
-    told = subprocess.run(
-        [sys.executable, "-c", START, "--show-completion", "bash"],
-        # Else the shell is the one that started all this, and there may be none.
-        env={**os.environ, "PYTHONPATH": str(ROOT), "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1"},
-        capture_output=True, text=True, check=True,
-    ).stdout  # fmt: skip
-    assert "complete -o default -F _gyro_completion gyro" in told
-    subprocess.run(["bash", "-n"], input=told, text=True, check=True)
+    # Else the shell is the one that started all this, and there may be none.
+    alone = OURS | {"_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1"}
+    done = subprocess.run([*START, "--show-completion", "bash"], env=alone, capture_output=True, text=True, check=True)
+    assert "complete -o default -F _gyro_completion gyro" in done.stdout
+    subprocess.run(["bash", "-n"], input=done.stdout, text=True, check=True)

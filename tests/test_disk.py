@@ -14,9 +14,8 @@ from typer.testing import CliRunner, Result
 from gyrodata.cli import app
 from gyrodata.disk import LOCK, alone_in
 
-ROOT = Path(__file__).parent.parent
-SAMPLE = ROOT / "sample_data" / "air_gyroscope.csv"
-CLASS = ROOT / "sample_data" / "class"
+SAMPLES = Path(__file__).parent.parent / "sample_data"
+SAMPLE, CLASS = SAMPLES / "air_gyroscope.csv", SAMPLES / "class"
 posix = pytest.mark.skipif(os.name != "posix", reason="modes, links and signals of POSIX")
 
 
@@ -24,10 +23,14 @@ def gyro(*words: object) -> Result:
     return CliRunner().invoke(app, [str(word) for word in words])
 
 
+def grade(folder: Path, out: Path, *words: object) -> Result:
+    return gyro("grade", folder, "-o", out, "--workers", 0, *words)
+
+
 @posix
 def test_grades_are_readable_by_their_owner_only(tmp_path: Path) -> None:
     out = tmp_path / "g"
-    assert gyro("grade", CLASS, "-o", out, "--workers", 0, "--exit-zero").exit_code == 0
+    assert grade(CLASS, out, "--exit-zero").exit_code == 0
     for path in (out, *out.rglob("*")):
         assert stat.S_IMODE(path.stat().st_mode) == (0o700 if path.is_dir() else 0o600)
     assert not (out / LOCK).exists()
@@ -39,7 +42,7 @@ def test_a_planted_link_is_not_followed(name: str, tmp_path: Path) -> None:
     (tmp_path / "g").mkdir()
     (tmp_path / "thesis.txt").write_text("my own")
     (tmp_path / "g" / name).symlink_to(tmp_path / "thesis.txt")
-    done = gyro("grade", CLASS, "-o", tmp_path / "g", "--workers", 0, "--exit-zero")
+    done = grade(CLASS, tmp_path / "g", "--exit-zero")
     assert (done.exit_code, "error G" in done.stderr) in ((0, False), (2, True))
     assert (tmp_path / "thesis.txt").read_text() == "my own"
 
@@ -67,8 +70,7 @@ def test_a_full_disk_leaves_the_old_report_whole(tmp_path: Path, monkeypatch: py
 def test_a_second_gyro_in_a_folder_is_refused_with_g609(tmp_path: Path) -> None:
     (tmp_path / LOCK).write_text("of one that was killed")
     with alone_in(tmp_path):
-        for words in (("analyze", SAMPLE), ("grade", CLASS, "--workers", 0)):
-            done = gyro(*words, "-o", tmp_path)
+        for done in (gyro("analyze", SAMPLE, "-o", tmp_path), grade(CLASS, tmp_path)):
             assert (done.exit_code, "error G609" in done.stderr) == (2, True)
             assert "choose another folder with --out" in " ".join(done.stderr.split())
         # A single file needs no folder of its own.
@@ -82,12 +84,12 @@ def test_a_long_or_strange_file_name_costs_no_student(tmp_path: Path) -> None:
     root.mkdir()
     for name in ("ann_101_9001_lab.csv", f"bob_102_9002_{'ж' * 119}.csv", "eve_103_9003_a?b.csv"):
         (root / name).write_bytes((CLASS / "bakertom_102_9002_gyroscope.csv").read_bytes())
-    assert gyro("grade", root, "-o", out, "--workers", 0, "--exit-zero").exit_code == 0
+    assert grade(root, out, "--exit-zero").exit_code == 0
     assert len(list((out / "feedback").glob("*.html"))) == 3
     # A folder has the name of one page.
     page = out / "feedback" / "ann_101_9001_lab.html"
     page.unlink()
     page.mkdir()
-    done = gyro("grade", root, "-o", out, "--workers", 0)
+    done = grade(root, out)
     assert (done.exit_code, "no feedback for ann: Is a directory" in done.stderr) == (1, True)
     assert "bob" in (out / "grades.csv").read_text()

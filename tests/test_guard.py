@@ -15,70 +15,63 @@ from gyrodata.errors import Diagnostic, LogError
 from gyrodata.procedure import check_log
 from gyrodata.readings import read_log
 
-SAMPLES = Path(__file__).parent.parent / "sample_data"
+SAMPLE = (Path(__file__).parent.parent / "sample_data" / "air_gyroscope.csv").read_text(encoding="utf-8")
 CORPUS = Path(__file__).parent / "fuzz" / "corpus"
 HEAD = "# g: 9.803 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns\n"
-
-
-def refusal(log: str | bytes, **options: object) -> Diagnostic:
-    """The one error that a log is refused with, by `analyze` and by `check` alike."""
-    data = log.encode() if isinstance(log, str) else log
-    with pytest.raises(LogError) as caught:
-        gyrodata.analyze(data, **options)  # type: ignore[arg-type]
-    (error,) = [d for d in caught.value.diagnostics if d.severity == "error"]
-    if not options:
-        assert error in [d for d in check_log(read_log(data))[1] if d.severity == "error"]
-    return error
-
-
-def cycled(runs: int, weights: int, seed: int = 1) -> str:
-    """Clean runs whose weights come round in turn."""
-    random = np.random.default_rng(seed)
-    masses = np.linspace(20, 60, weights)[np.arange(runs) % weights]
-    spins = random.uniform(200, 600, runs)
-    times = 2 * np.pi * INERTIA * spins * np.pi / 30 / (masses * 1e-3 * 9.803 * 0.15) / 3
-    times += 0.14 * random.standard_normal(runs)
-    rows = zip(masses, spins, times, strict=True)
-    return HEAD + "".join(f"{m:.2f},15.0,{s:.1f},{t:.2f},1/3\n" for m, s, t in rows)
-
-
-class TestLargeLogs:
-    @pytest.mark.parametrize(
-        ("runs", "weights"), [(150, 2), (200, 2), (299, 3), (300, 3), (449, 3), (600, 5), (3000, 3)]
-    )
-    def test_weights_that_come_round_in_turn(self, runs: int, weights: int) -> None:
-        found = gyrodata.analyze(cycled(runs, weights).encode()).inertia
-        assert found.u is not None
-        assert abs(found.value - INERTIA) < 4 * found.u
-        assert found.u < 0.02 * INERTIA
-
-    def test_many_odd_runs_are_counted(self) -> None:
-        lines = cycled(900, 3).splitlines()
-        lines[2:602:3] = [line.replace("1/3", "1") for line in lines[2:602:3]]
-        found = [d for d in gyrodata.analyze("\n".join(lines).encode()).diagnostics if d.code == "G410"]
-        assert len(found) == 101
-        assert found[-1].message.startswith("100 more runs look odd")
-
-
-class TestRunaway:
-    def test_exact_clocks_give_no_number(self) -> None:
-        exact = {"u_time": "0 s", "u_spin": "0 %"}
-        error = refusal((SAMPLES / "air_gyroscope.csv").read_bytes(), settings=exact)
-        assert error.code == "G421"
-        assert "# u_time: 0.14 s" in error.hint
-        # The hint, carried out.
-        advised = dict(re.findall(r"# (u_\w+): ([\d.]+ [s%])", error.hint))
-        assert advised.keys() == exact.keys()
-        found = gyrodata.analyze((SAMPLES / "air_gyroscope.csv").read_bytes(), settings=advised).inertia
-        assert found.value == pytest.approx(INERTIA, rel=0.01)
-
-
 KEYS = {
     **{f"u_{key}": "0 s" for key in ("time", "time_bias", "spin_delay")},
     **{f"u_{key}": "0 %" for key in ("spin", "spin_scale", "mass", "mass_scale", "g", "turns")},
     **{f"u_{key}": "0 mm" for key in ("position", "position_zero")},
 }
 """Every uncertainty as none."""
+
+
+def refusal(log: str, **options: object) -> Diagnostic:
+    """The one error that a log is refused with, by `analyze` and by `check` alike."""
+    with pytest.raises(LogError) as caught:
+        gyrodata.analyze(log.encode(), **options)  # type: ignore[arg-type]
+    (error,) = [d for d in caught.value.diagnostics if d.severity == "error"]
+    assert options or error in check_log(read_log(log.encode()))[1]
+    return error
+
+
+def cycled(runs: int, weights: int) -> str:
+    """Clean runs whose weights come round in turn."""
+    random = np.random.default_rng(1)
+    masses, spins = np.linspace(20, 60, weights)[np.arange(runs) % weights], random.uniform(200, 600, runs)
+    times = 2 * np.pi * INERTIA * spins * np.pi / 30 / (masses * 1e-3 * 9.803 * 0.15) / 3
+    times += 0.14 * random.standard_normal(runs)
+    rows = zip(masses, spins, times, strict=True)
+    return HEAD + "".join(f"{m:.2f},15.0,{s:.1f},{t:.2f},1/3\n" for m, s, t in rows)
+
+
+@pytest.mark.parametrize(("runs", "weights"), [(150, 2), (200, 2), (299, 3), (300, 3), (449, 3), (600, 5), (3000, 3)])
+def test_weights_that_come_round_in_turn_are_fitted(runs: int, weights: int) -> None:
+    found = gyrodata.analyze(cycled(runs, weights).encode()).inertia
+    assert found.u is not None
+    assert abs(found.value - INERTIA) < 4 * found.u
+    assert found.u < 0.02 * INERTIA
+
+
+def test_a_hundred_odd_runs_are_named_and_more_counted() -> None:
+    lines = cycled(900, 3).splitlines()
+    lines[2:602:3] = [line.replace("1/3", "1") for line in lines[2:602:3]]
+    found = [d for d in gyrodata.analyze("\n".join(lines).encode()).diagnostics if d.code == "G410"]
+    assert len(found) == 101
+    assert found[-1].message.startswith("100 more runs look odd")
+
+
+def test_exact_clocks_are_refused_and_the_hint_works() -> None:
+    exact = {"u_time": "0 s", "u_spin": "0 %"}
+    error = refusal(SAMPLE, settings=exact)
+    assert error.code == "G421"
+    assert "# u_time: 0.14 s" in error.hint
+    advised = dict(re.findall(r"# (u_\w+): ([\d.]+ [s%])", error.hint))
+    assert advised.keys() == exact.keys()
+    assert gyrodata.analyze(SAMPLE.encode(), settings=advised).inertia.value == pytest.approx(INERTIA, rel=0.01)
+
+
+# --- uncertainties stated as none, or as very large ---------------------------------------------------------------
 
 
 def nine_runs(stated: dict[str, str], noise: float, runs: tuple[tuple[float, float], ...] = ()) -> str:
@@ -92,91 +85,89 @@ def nine_runs(stated: dict[str, str], noise: float, runs: tuple[tuple[float, flo
     return text
 
 
-class TestZeroUncertainties:
-    @pytest.mark.parametrize("name", ["all-uncertainties-zero", "all-uncertainties-zero-both-sides"])
-    def test_runs_that_scatter_are_refused(self, name: str) -> None:
-        text = (CORPUS / f"{name}.csv").read_text()
-        error = refusal(text)
-        assert error.code == "G421"
-        assert "times as much as the stated uncertainties allow" in error.message
-        for line in re.findall(r"# (u_\w+: [\d.]+ [s%])", error.hint):
-            text = re.sub(rf"# {line.split(':')[0]}: .*", f"# {line}", text)
-        assert gyrodata.analyze(text.encode()).inertia.value == pytest.approx(INERTIA, rel=0.02)
-
-    def test_one_run_has_the_balance_to_rest_on(self) -> None:
-        text = (CORPUS / "all-uncertainties-zero-one-run.csv").read_text()
-        found = gyrodata.analyze(f"# u_spin_delay: 0 s\n{text}".encode())
-        assert found.inertia.value == pytest.approx(4.43e-3, rel=0.02)
-        assert [share.source for share in found.budget] == ["residual_torque"]
-
-    @pytest.mark.parametrize("kept", KEYS)
-    @pytest.mark.parametrize("others", [False, True], ids=["one zero", "all others zero"])
-    def test_any_of_them_zero_is_an_answer_or_words(self, kept: str, others: bool) -> None:
-        zero = {key: text for key, text in KEYS.items() if (key != kept) == others}
-        for noise in (0.0, 1.0):
-            try:
-                found = gyrodata.analyze(nine_runs(zero, noise).encode()).inertia
-            except LogError:
-                assert others
-                continue
-            assert found.u is not None
-            assert abs(found.value - INERTIA) < 3 * found.u + 1e-8 * INERTIA
-            assert found.u > (0.002 if noise else 1e-10) * INERTIA
-
-    def test_two_runs_without_any_uncertainty_tell_none(self) -> None:
-        error = refusal(nine_runs(KEYS, 1.0, ((20.0, 400.0), (60.0, 400.0))))
-        assert "no run is left over to tell how well the others agree" in error.message
+@pytest.mark.parametrize("name", ["all-uncertainties-zero", "all-uncertainties-zero-both-sides"])
+def test_exact_readings_that_scatter_are_refused(name: str) -> None:
+    text = (CORPUS / f"{name}.csv").read_text()
+    error = refusal(text)
+    assert error.code == "G421"
+    assert "times as much as the stated uncertainties allow" in error.message
+    for line in re.findall(r"# (u_\w+: [\d.]+ [s%])", error.hint):
+        text = re.sub(rf"# {line.split(':')[0]}: .*", f"# {line}", text)
+    assert gyrodata.analyze(text.encode()).inertia.value == pytest.approx(INERTIA, rel=0.02)
 
 
-class TestScales:
-    @pytest.mark.parametrize("percent", [10, 20, 30, 50])
-    @pytest.mark.parametrize("key", ["u_spin_scale", "u_mass_scale", "u_position_zero", "u_mass", "u_g", "u_spin"])
-    @pytest.mark.parametrize("others", [False, True], ids=["others usual", "others zero"])
-    def test_a_scale_that_is_hardly_known(self, key: str, percent: int, others: bool) -> None:
-        stated = {**(KEYS if others else {}), key: f"{1.5 * percent} mm" if "zero" in key else f"{percent} %"}
-        exact = gyrodata.analyze(nine_runs(stated, 0.0).encode()).inertia
-        assert exact.u is not None
-        assert exact.value == pytest.approx(INERTIA, rel=1e-3)
-        # The errors of three weights average out in part, those of nine spins more.
-        share = {"u_mass": 0.5, "u_spin": 0.05}.get(key, 0.97)
-        assert share * percent / 100 < exact.u / INERTIA < 1.05 * percent / 100
+def test_one_exact_run_has_the_uncertainty_of_the_balance() -> None:
+    text = (CORPUS / "all-uncertainties-zero-one-run.csv").read_text()
+    found = gyrodata.analyze(f"# u_spin_delay: 0 s\n{text}".encode())
+    assert found.inertia.value == pytest.approx(4.43e-3, rel=0.02)
+    assert [share.source for share in found.budget] == ["residual_torque"]
+
+
+@pytest.mark.parametrize("kept", KEYS)
+@pytest.mark.parametrize("others", [False, True], ids=["one zero", "all others zero"])
+def test_any_zero_uncertainty_is_an_answer_or_words(kept: str, others: bool) -> None:
+    zero = {key: text for key, text in KEYS.items() if (key != kept) == others}
+    for noise in (0.0, 1.0):
         try:
-            found = gyrodata.analyze(nine_runs(stated, 1.0).encode()).inertia
-        except LogError as refused:
-            if not others:
-                # An interval that reaches zero is no measurement, and the key that does it is named.
-                assert percent == 50
-                (error,) = [d for d in refused.diagnostics if d.severity == "error"]
-                assert error.code == "G435"
-                assert key in error.hint
-            return
+            found = gyrodata.analyze(nine_runs(zero, noise).encode()).inertia
+        except LogError:
+            assert others
+            continue
         assert found.u is not None
-        assert abs(found.value - INERTIA) < 1.5 * found.u
-        assert 0.8 * exact.u < found.u < 1.3 * exact.u
+        assert abs(found.value - INERTIA) < 3 * found.u + 1e-8 * INERTIA
+        assert found.u > (0.002 if noise else 1e-10) * INERTIA
 
 
-class TestCounts:
-    """A lab times 1/3, 2/3 and 1 turn, and writes one count in every row."""
+def test_two_runs_without_any_uncertainty_are_refused() -> None:
+    error = refusal(nine_runs(KEYS, 1.0, ((20.0, 400.0), (60.0, 400.0))))
+    assert "no run is left over to tell how well the others agree" in error.message
 
-    @pytest.mark.parametrize("seed", range(6))
-    @pytest.mark.parametrize("count", ["1/3", "2/3", "1"])
-    def test_one_count_for_all_weights_is_refused_and_explained(self, seed: int, count: str) -> None:
-        table = draw(Bench(thirds=True), seed)
-        weights = dict(zip(table.mass, table.turns.copy(), strict=True))
-        table.turns[:] = count
-        error = refusal(write(table))
-        assert error.code == "G420"
-        likeliest = error.message.partition("; or else")[0]
-        for grams, turns in weights.items():
-            named = re.search(rf"{grams:g}\.?0* g at [\d.]+ cm fit ([\d/]+) turn", likeliest)
-            assert (named and named[1]) == (None if turns == count else turns)
-            table.turns[table.mass == grams] = turns
-        # The advice is followed.
-        assert gyrodata.analyze(write(table).encode()).inertia.value == pytest.approx(INERTIA, rel=0.05)
 
-    def test_more_than_one_way_is_told_as_such(self) -> None:
-        text = re.sub(r",(1/3|2/3|1),ccw", ",1,ccw", (SAMPLES / "air_gyroscope.csv").read_text())
-        message = refusal(text).message
-        assert "20.00 g at 15.00 cm fit 1/3 turn, not 1, those of 39.99 g at 15.00 cm fit 2/3 turn, not 1" in message
-        other = "those of 39.99 g at 15.00 cm fit 2 turns, not 1, those of 60.04 g at 15.00 cm fit 3 turns, not 1"
-        assert message.endswith(f"; or else {other}")
+@pytest.mark.parametrize("percent", [10, 20, 30, 50])
+@pytest.mark.parametrize("key", ["u_spin_scale", "u_mass_scale", "u_position_zero", "u_mass", "u_g", "u_spin"])
+@pytest.mark.parametrize("others", [False, True], ids=["others usual", "others zero"])
+def test_a_scale_that_is_hardly_known_is_in_u(key: str, percent: int, others: bool) -> None:
+    stated = {**(KEYS if others else {}), key: f"{1.5 * percent} mm" if "zero" in key else f"{percent} %"}
+    exact = gyrodata.analyze(nine_runs(stated, 0.0).encode()).inertia
+    assert exact.u is not None
+    assert exact.value == pytest.approx(INERTIA, rel=1e-3)
+    # The errors of three weights average out in part, those of nine spins more.
+    share = {"u_mass": 0.5, "u_spin": 0.05}.get(key, 0.97)
+    assert share * percent / 100 < exact.u / INERTIA < 1.05 * percent / 100
+    try:
+        found = gyrodata.analyze(nine_runs(stated, 1.0).encode()).inertia
+    except LogError as refused:
+        # An interval that reaches zero is no measurement, and the key that does it is named.
+        (error,) = [d for d in refused.diagnostics if d.severity == "error"]
+        assert others or (percent, error.code, key in error.hint) == (50, "G435", True)
+        return
+    assert found.u is not None
+    assert abs(found.value - INERTIA) < 1.5 * found.u
+    assert 0.8 * exact.u < found.u < 1.3 * exact.u
+
+
+# --- a lab that times 1/3, 2/3 and 1 turn, and writes one count in every row ---------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("count", ["1/3", "2/3", "1"])
+def test_one_count_for_all_weights_is_refused_and_explained(seed: int, count: str) -> None:
+    table = draw(Bench(thirds=True), seed)
+    weights = dict(zip(table.mass, table.turns.copy(), strict=True))
+    table.turns[:] = count
+    error = refusal(write(table))
+    assert error.code == "G420"
+    likeliest = error.message.partition("; or else")[0]
+    for grams, turns in weights.items():
+        named = re.search(rf"{grams:g}\.?0* g at [\d.]+ cm fit ([\d/]+) turn", likeliest)
+        assert (named and named[1]) == (None if turns == count else turns)
+        table.turns[table.mass == grams] = turns
+    # The advice is followed.
+    assert gyrodata.analyze(write(table).encode()).inertia.value == pytest.approx(INERTIA, rel=0.05)
+
+
+def test_two_ways_of_counting_wrong_are_both_told() -> None:
+    message = refusal(re.sub(r",(1/3|2/3|1),ccw", ",1,ccw", SAMPLE)).message
+    assert "20.00 g at 15.00 cm fit 1/3 turn, not 1, those of 39.99 g at 15.00 cm fit 2/3 turn, not 1" in message
+    other = "those of 39.99 g at 15.00 cm fit 2 turns, not 1, those of 60.04 g at 15.00 cm fit 3 turns, not 1"
+    assert message.endswith(f"; or else {other}")

@@ -23,14 +23,18 @@ def commands(command: Any, name: str = "gyro") -> Iterator[tuple[str, Any]]:
 
 
 COMMANDS = dict(commands(typer.main.get_command(app)))
+ALONE = [name for name, one in COMMANDS.items() if not hasattr(one, "commands") and not one.hidden]
+
+
+def help_of(name: str) -> str:
+    return str(COMMANDS[name].get_help(COMMANDS[name].context_class(COMMANDS[name], info_name=name)))
 
 
 @pytest.mark.parametrize("name", COMMANDS)
 @pytest.mark.parametrize("width", [60, 80])
 def test_help_is_whole(name: str, width: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", str(width))
-    command = COMMANDS[name]
-    shown = command.get_help(command.context_class(command, info_name=name))
+    command, shown = COMMANDS[name], help_of(name)
     lines, flowing = shown.splitlines(), " ".join(shown.split())
     assert max(map(len, lines)) <= width
     # Terminals of Windows may show nothing else.
@@ -42,32 +46,21 @@ def test_help_is_whole(name: str, width: int, monkeypatch: pytest.MonkeyPatch) -
             assert all(re.search(rf"(?<![\w-]){re.escape(option)}(?![\w-])", shown) for option in param.opts)
     for sub, one in getattr(command, "commands", {}).items():
         assert one.hidden or f"{sub} {one.short_help}" in flowing
-    if not hasattr(command, "commands") and not command.hidden:
-        assert f"  Example:  {name}" in "".join(lines[-4:])
-
-
-ALONE = [name for name, one in COMMANDS.items() if not hasattr(one, "commands") and not one.hidden]
+    assert name not in ALONE or f"  Example:  {name}" in "".join(lines[-4:])
 
 
 @pytest.mark.parametrize("name", ALONE)
 def test_the_example_at_the_foot_works(name: str, tmp_path: Path) -> None:
     shutil.copytree(ROOT / "sample_data", tmp_path / "sample_data")
-    command = COMMANDS[name]
-    shown = command.get_help(command.context_class(command, info_name=name))
-    example = " ".join(shown.partition("Example:")[2].replace("\\\n", " ").split())
-    if name == "gyro benchmark":
-        # It takes a minute: read its options, and leave it at that.
-        example += " --help"
-    done = run(example, tmp_path)
+    example = " ".join(help_of(name).partition("Example:")[2].replace("\\\n", " ").split())
+    # The benchmark takes a minute: its options are read, and no more.
+    done = run(example + " --help" * (name == "gyro benchmark"), tmp_path)
     # The sample's class has three that cannot be graded.
     assert (done.returncode, "error" in done.stderr) == (1 if name == "gyro grade" else 0, False)
 
 
-def test_there_are_all_of_them() -> None:
+def test_all_commands_are_there_and_state_the_gravity_used() -> None:
     assert {"gyro analyze", "gyro check", "gyro predict tip", "gyro schema"} <= set(COMMANDS)
-
-
-@pytest.mark.parametrize("name", ["gyro simulate", "gyro predict precession"])
-def test_help_states_the_gravity_that_is_used(name: str) -> None:
-    (option,) = (param for param in COMMANDS[name].params if param.name == "g")
-    assert f"{STANDARD_GRAVITY} m/s^2" in f"{option.default} {option.help}"
+    for name in ("gyro simulate", "gyro predict precession"):
+        (option,) = (param for param in COMMANDS[name].params if param.name == "g")
+        assert f"{STANDARD_GRAVITY} m/s^2" in f"{option.default} {option.help}"

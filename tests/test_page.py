@@ -36,41 +36,28 @@ def page(analysis: Analysis) -> str:
     return make_page(analysis)
 
 
-class TestStructure:
-    def test_headings_images_and_identities(self, page: str) -> None:
-        tags = Structure(page).tags
-        levels = [int(tag[1]) for tag, _ in tags if re.fullmatch("h[1-6]", tag)]
-        assert levels[0] == 1
-        assert levels.count(1) == 1
-        assert all(after - before <= 1 for before, after in pairwise(levels))
-        images = [attrs for tag, attrs in tags if tag == "img"]
-        assert [image["alt"] for image in images] == [f"what {name} shows" for name in plotting.FIGURES]
-        identities = [attrs["id"] for _, attrs in tags if "id" in attrs]
-        assert len(set(identities)) == len(identities)
-        targets = {str(attrs["href"])[1:] for tag, attrs in tags if tag == "a"}
-        assert targets <= set(identities)
+def test_headings_images_tables_and_identities(page: str) -> None:
+    tags = Structure(page).tags
+    levels = [int(tag[1]) for tag, _ in tags if re.fullmatch("h[1-6]", tag)]
+    assert (levels[0], levels.count(1)) == (1, 1)
+    assert all(after - before <= 1 for before, after in pairwise(levels))
+    assert [attrs["alt"] for tag, attrs in tags if tag == "img"] == [f"what {name} shows" for name in plotting.FIGURES]
+    identities = [attrs["id"] for _, attrs in tags if "id" in attrs]
+    assert len(set(identities)) == len(identities)
+    assert {str(attrs["href"])[1:] for tag, attrs in tags if tag == "a"} <= set(identities)
+    names = [tag for tag, _ in tags]
+    assert names.count("caption") == names.count("table") == names.count("thead") > 6
+    assert all(attrs.get("scope") in ("col", "row") for tag, attrs in tags if tag == "th")
+    boxes = [attrs for _, attrs in tags if attrs.get("class") == "box"]
+    assert all(box["role"] == "region" and box["aria-label"] and box["tabindex"] == "0" for box in boxes)
 
-    def test_every_table_has_a_caption_and_heads_with_a_scope(self, page: str) -> None:
-        tags = Structure(page).tags
-        names = [tag for tag, _ in tags]
-        assert names.count("caption") == names.count("table") == names.count("thead") > 6
-        assert all(attrs.get("scope") in ("col", "row") for tag, attrs in tags if tag == "th")
-        boxes = [attrs for _, attrs in tags if attrs.get("class") == "box"]
-        assert all(box["role"] == "region" and box["aria-label"] and box["tabindex"] == "0" for box in boxes)
 
-    def test_nothing_from_outside(self, page: str) -> None:
-        for tag, attrs in Structure(page).tags:
-            for key in ("src", "href"):
-                assert str(attrs.get(key, "data:")).startswith(("data:", "#")), tag
-            assert not any(key.startswith("on") for key in attrs), tag
-        assert not re.search(r"https?://|url\(|@import", page)
-
-    def test_text_of_the_log_stays_text(self, page: str) -> None:
-        assert "<script>alert" not in page
-        assert "<img src=x" not in page
-        assert "<b>3" not in page
-        assert "log<1>" not in page
-        assert html.escape("<script>alert('x')</script> & more") in page.replace("&#39;", "&#x27;")
+def test_nothing_comes_from_outside_or_from_the_log_as_code(page: str) -> None:
+    for tag, attrs in Structure(page).tags:
+        assert all(str(attrs.get(key, "#")).startswith(("data:", "#")) for key in ("src", "href")), tag
+        assert not any(key.startswith("on") for key in attrs), tag
+    assert not re.search(r"https?://|url\(|@import|<script>alert|<img src=x|<b>3|log<1>", page)
+    assert html.escape("<script>alert('x')</script> & more") in page.replace("&#39;", "&#x27;")
 
 
 def shows(text: str, shown: float) -> bool:
@@ -109,92 +96,91 @@ def test_every_number_of_the_page_is_in_results_json_and_equal(kind: str) -> Non
     assert re.findall(r"[^ ]*\d[^ ]*", left) == []
 
 
-class TestWords:
-    def test_it_says_what_the_result_says(self, analysis: Analysis, page: str) -> None:
-        text = words(page)
-        assert said(reporting.inertia_text(analysis.inertia.value, analysis.inertia.u)) in text
-        assert analysis.sha256 in text
-        texts = [
-            *analysis.advice,
-            *(diagnostic.message for diagnostic in analysis.diagnostics),
-            *(effect.reason for effect in analysis.effects),
-            *(fit.note for fit in analysis.fits),
-            *(reporting.number_text(group.product, group.product_u) for group in analysis.torques),
-        ]
-        for told in texts:
-            assert said(told) in text
-        rows = re.findall(r'<tr class="flagged">(.*?)</tr>', page, re.S)
-        assert len(rows) == sum(run.flagged for run in analysis.run_table) == 1
-        assert "left out: fits 1 turn, not 2" in words(rows[0])
+def test_it_says_what_the_result_says(analysis: Analysis, page: str) -> None:
+    text = words(page)
+    assert said(reporting.inertia_text(analysis.inertia.value, analysis.inertia.u)) in text
+    assert analysis.sha256 in text
+    texts = [*analysis.advice, *(diagnostic.message for diagnostic in analysis.diagnostics)]
+    texts += [*(effect.reason for effect in analysis.effects), *(fit.note for fit in analysis.fits)]
+    texts += [reporting.number_text(group.product, group.product_u) for group in analysis.torques]
+    assert [told for told in texts if said(told) not in text] == []
+    rows = re.findall(r'<tr class="flagged">(.*?)</tr>', page, re.S)
+    assert len(rows) == sum(run.flagged for run in analysis.run_table) == 1
+    assert "left out: fits 1 turn, not 2" in words(rows[0])
 
-    def test_what_not_even_u_can_save_is_said_before_the_answer(self) -> None:
-        wrong = KINDS["far too much scatter"].replace("20,15,407,40.1,1", "20,15,407,60.1,1")
-        law = "".join(
-            f"{20 * k},15,{s},{0.0993 / k * s * (s / 400) ** 0.1:.2f},1\n" for k in (1, 2, 3) for s in (206, 407, 605)
-        )
-        start = "mass [g],position [cm],spin [rpm],time [s],turns\n"
-        for log, why in ((wrong, "contradict each other"), (start + law, "as the spin to the power 1.1")):
-            analysis = analyze(log.encode(), name="log.csv", keep_flagged=True)
-            for text in (words(make_page(analysis)).partition("Gyroscope lab report")[2], reporting.summary(analysis)):
-                before = re.split("I_?zz = ", text)[0]
-                assert "Do not rely on this answer: " in before
-                assert why in before
-            for form in (reporting.markdown_report, reporting.latex_report):
-                assert "Do not rely on this answer" in form(analysis).partition("95")[0]
-        assert "Do not rely" not in reporting.summary(analyze(LOG.encode()))
 
-    def test_one_torque_has_the_value_of_a_balanced_ball(self) -> None:
-        analysis = analyze(KINDS["one torque"].encode())
-        assert analysis.if_balanced is not None
-        balanced = reporting.inertia_text(analysis.if_balanced.value, analysis.if_balanced.u)
-        assert f"step 2, {said('I_zz')} = {said(balanced)}" in words(make_page(analysis))
-        assert analysis.to_dict()["result"]["if_balanced"]["value"] == analysis.if_balanced.value
-
-    def test_one_run_is_worked_out_by_hand(self) -> None:
-        """The first one with a load that is in the fit, and each step follows from the numbers before it."""
-        runs = "0,,401,160.2,1/12\n20,15,206,30.9,1\n20,15,407,13.47,1/3\n20,15,601,59.5,1\n"
-        runs += "".join(f"{20 * k},15,{rpm},{0.0993 * rpm / k:.2f},1\n" for k in (2, 3) for rpm in (206, 407, 605))
-        analysis = analyze(("# g: 9.803 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns\n" + runs).encode())
-        assert [run.left_out for run in analysis.run_table[:3]] == [False, True, False]
-        text = reporting.markdown_report(analysis).replace("\\", "")
-        section = text.partition("## One run by hand")[2].partition("\n## ")[0]
-        assert "Run 3 (line 5)" in section
-        steps = re.findall(r"^- (.*)$", section, re.M)
-        assert [step.split(" = ")[0] for step in steps] == ["M", "φ̇", "ψ̇", "φ̇ψ̇", "I_zz"]
-        assert steps[1].startswith("φ̇ = 2π × (1/3) / 13.47 s = ")
-        for step in steps:
-            *_, worked, result = step.split(" = ")
-            sum_ = re.sub(r" (?:rad²/s²|rad/s|m/s²|N·m|kg|rpm|rad|m|s)(?![\w·/])", "", worked).replace("×", "*")
-            number = float(re.match(r"[\d.]+", result)[0]) * (1e-3 if "10⁻³" in result else 1)  # type: ignore[index]
-            assert eval(sum_.replace("2π", "2*math.pi")) == pytest.approx(number, rel=5e-4), step
-        assert analysis.run_table[2].inertia == pytest.approx(number, rel=2e-4)
-
-    def test_what_the_data_do_not_answer_is_pointed_to(self, analysis: Analysis) -> None:
-        page = make_page(analyze(LOG.encode(), name="lab_4.csv"))
-        told = page.partition('id="others"')[2].partition("</section>")[0]
-        commands = re.findall("<code>(.*?)</code>", told)
-        assert "Questions 1, 2 and 4 are not in this report" in words(told)
-        assert [command.split()[2] for command in commands] == ["tip", "precession", "twist", "earth", "platform"]
-        assert all(command.endswith(" --log lab_4.csv") for command in commands)
-        # What a shell would take apart is not written into a command.
-        assert "--log LOG</code>" in make_page(analysis)
-
-    @pytest.mark.parametrize(
-        ("lines", "expected"),
-        [
-            (
-                "# ball_mass: 4.10 ± 0.01 kg\n# ball_diameter: 10.16 ± 0.005 cm\n",
-                "does not agree with that of the ball: ",
-            ),
-            ("# ball_mass: 4.10 ± 0.30 kg\n# ball_diameter: 10.16 cm\n", "agrees with that of the ball: the diff"),
-            ("# ball_mass: 4.10 kg\n# ball_diameter: 10.16 cm\n", "(taken as exact: the log gives no uncertainty)"),
-            ("", "it is compared with 2/5 m r² here"),
-        ],
+def test_what_not_even_u_can_save_is_said_before_the_answer() -> None:
+    wrong = KINDS["far too much scatter"].replace("20,15,407,40.1,1", "20,15,407,60.1,1")
+    law = "".join(
+        f"{20 * k},15,{s},{0.0993 / k * s * (s / 400) ** 0.1:.2f},1\n" for k in (1, 2, 3) for s in (206, 407, 605)
     )
-    def test_the_ball_is_compared_where_the_log_gives_it(self, lines: str, expected: str) -> None:
-        text = words(make_page(analyze((lines + KINDS["no ball"]).encode(), name="log.csv")))
-        assert expected in text
-        assert ("2/5 m r² = 4.232 × 10⁻³ kg·m²" in text) == ("10.16 cm\n" in lines and "±" not in lines)
+    start = "mass [g],position [cm],spin [rpm],time [s],turns\n"
+    for log, why in ((wrong, "contradict each other"), (start + law, "as the spin to the power 1.1")):
+        analysis = analyze(log.encode(), name="log.csv", keep_flagged=True)
+        for text in (words(make_page(analysis)).partition("Gyroscope lab report")[2], reporting.summary(analysis)):
+            before = re.split("I_?zz = ", text)[0]
+            assert "Do not rely on this answer: " in before
+            assert why in before
+        for form in (reporting.markdown_report, reporting.latex_report):
+            assert "Do not rely on this answer" in form(analysis).partition("95")[0]
+    assert "Do not rely" not in reporting.summary(analyze(LOG.encode()))
+
+
+def test_one_torque_has_the_value_of_a_balanced_ball() -> None:
+    analysis = analyze(KINDS["one torque"].encode())
+    assert analysis.if_balanced is not None
+    balanced = reporting.inertia_text(analysis.if_balanced.value, analysis.if_balanced.u)
+    assert f"step 2, {said('I_zz')} = {said(balanced)}" in words(make_page(analysis))
+    assert analysis.to_dict()["result"]["if_balanced"]["value"] == analysis.if_balanced.value
+
+
+def test_one_run_is_worked_out_by_hand() -> None:
+    """The first one with a load that is in the fit, and each step follows from the numbers before it."""
+    head, row = KINDS["one torque"].splitlines()[1], "{},15,{},{:.2f},1\n".format
+    runs = "0,,401,160.2,1/12\n20,15,206,30.9,1\n20,15,407,13.47,1/3\n20,15,601,59.5,1\n"
+    runs += "".join(row(20 * k, rpm, 0.0993 * rpm / k) for k in (2, 3) for rpm in (206, 407, 605))
+    analysis = analyze(f"# g: 9.803 m/s^2\n{head}\n{runs}".encode())
+    assert [run.left_out for run in analysis.run_table[:3]] == [False, True, False]
+    text = reporting.markdown_report(analysis).replace("\\", "")
+    section = text.partition("## One run by hand")[2].partition("\n## ")[0]
+    assert "Run 3 (line 5)" in section
+    steps = re.findall(r"^- (.*)$", section, re.M)
+    assert [step.split(" = ")[0] for step in steps] == ["M", "φ̇", "ψ̇", "φ̇ψ̇", "I_zz"]
+    assert steps[1].startswith("φ̇ = 2π × (1/3) / 13.47 s = ")
+    for step in steps:
+        *_, worked, result = step.split(" = ")
+        sum_ = re.sub(r" (?:rad²/s²|rad/s|m/s²|N·m|kg|rpm|rad|m|s)(?![\w·/])", "", worked).replace("×", "*")
+        number = float(result.split()[0]) * (1e-3 if "10⁻³" in result else 1)
+        assert eval(sum_.replace("2π", "2*math.pi")) == pytest.approx(number, rel=5e-4), step
+    assert analysis.run_table[2].inertia == pytest.approx(number, rel=2e-4)
+
+
+def test_what_the_data_do_not_answer_is_pointed_to(page: str) -> None:
+    told = make_page(analyze(LOG.encode(), name="lab_4.csv")).partition('id="others"')[2].partition("</section>")[0]
+    commands = re.findall("<code>(.*?)</code>", told)
+    assert "Questions 1, 2 and 4 are not in this report" in words(told)
+    assert [command.split()[2] for command in commands] == ["tip", "precession", "twist", "earth", "platform"]
+    assert all(command.endswith(" --log lab_4.csv") for command in commands)
+    # What a shell would take apart is not written into a command.
+    assert "--log LOG</code>" in page
+
+
+BALL = "# ball_mass: 4.10{} kg\n# ball_diameter: 10.16{} cm\n"
+
+
+@pytest.mark.parametrize(
+    ("lines", "expected"),
+    [
+        (BALL.format(" ± 0.01", " ± 0.005"), "does not agree with that of the ball: "),
+        (BALL.format(" ± 0.30", ""), "agrees with that of the ball: the diff"),
+        (BALL.format("", ""), "(taken as exact: the log gives no uncertainty)"),
+        ("", "it is compared with 2/5 m r² here"),
+    ],
+)
+def test_the_ball_is_compared_where_the_log_gives_it(lines: str, expected: str) -> None:
+    text = words(make_page(analyze((lines + KINDS["no ball"]).encode(), name="log.csv")))
+    assert expected in text
+    assert ("2/5 m r² = 4.232 × 10⁻³ kg·m²" in text) == (lines == BALL.format("", ""))
 
 
 # --- colours ------------------------------------------------------------------------------------------------
@@ -221,19 +207,32 @@ def contrast(one: list[float], other: list[float]) -> float:
     return (light + 0.05) / (dark + 0.05)
 
 
-def themes(page: str) -> dict[str, dict[str, list[float]]]:
-    found = re.findall(r":root \{(.*?)\}", page)
-    assert len(found) == 3
-    return {
-        name: {key: channels(value) for key, value in re.findall(r"--([\w-]+): (#[0-9a-f]{6})", text)}
-        for name, text in zip(("light", "dark", "print"), found, strict=True)
-    }
+def filtered(rgb: list[float], kept: float) -> list[float]:
+    """A colour of a figure in the dark theme: CSS `invert` by a share, and `hue-rotate` by half a turn."""
+    rgb = [kept + v * (1 - 2 * kept) for v in rgb]
+    twice_grey = 2 * (0.213 * rgb[0] + 0.715 * rgb[1] + 0.072 * rgb[2])
+    return [min(1.0, max(0.0, twice_grey - v)) for v in rgb]
 
 
 @pytest.mark.parametrize("theme", ["light", "dark", "print"])
 def test_contrast_is_enough_for_all_eyes(theme: str, page: str) -> None:
-    colours = themes(page)[theme]
+    themes = dict(zip(("light", "dark", "print"), re.findall(r":root \{(.*?)\}", page), strict=True))
+    colours = {key: channels(value) for key, value in re.findall(r"--([\w-]+): (#[0-9a-f]{6})", themes[theme])}
     for text, ground in TEXT_ON:
         assert contrast(colours[text], colours[ground]) >= 4.5, (text, ground)
     for shape, ground in SHAPES_ON:
         assert contrast(colours[shape], colours[ground]) >= 3, (shape, ground)
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_lines_and_marks_of_figures_can_be_seen(theme: str, page: str, analysis: Analysis) -> None:
+    (share,) = re.findall(r"figure img, \.mark \{ filter: invert\(([.\d]+)\) hue-rotate\(180deg\)", page)
+    figures = b"".join(plotting.render(analysis, "svg").values()).decode()
+    # But for the paper and for the grid, which only helps the eye.
+    colours = set(re.findall(r"#[0-9a-f]{6}\b", figures)) - {"#ffffff", "#dddddd"}
+    assert len(colours) >= 5
+    for colour in colours:
+        pair = [channels(colour), channels("#ffffff")]
+        if theme == "dark":
+            pair = [filtered(one, float(share)) for one in pair]
+        assert contrast(*pair) >= 3, colour

@@ -1,8 +1,9 @@
-"""The figures: they draw for every kind of log, say what they show, and are the same bytes on every run."""
+"""The figures as a reader sees them: texts that can be read, a mark for each run, the same bytes on every run."""
 
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 import warnings
@@ -12,8 +13,6 @@ import numpy as np
 import pytest
 
 from gyrodata import analyze, plotting
-from gyrodata.plotting import choose_looks
-from gyrodata.plotting.sheet import Dots, Panel, Sheet, Strokes, Words
 from gyrodata.results import Analysis
 
 HEADER = "run,mass [g],position [cm],spin [rpm],time [s],turns"
@@ -51,6 +50,29 @@ LOGS = {
     "long numbers": log([20, 40, 60], [200, 400, 600], position=-15, scale=50),
     "tiny": log([20, 40, 60], [200, 400, 600], scale=1e-3),
 }
+SEEN = [(name, "screen") for name in LOGS]
+SEEN += [(name, one) for name in ("nine torques", "two odd runs", "with unloaded runs") for one in plotting.MEDIA]
+PLACED = r"<g [^>]*translate\(([-\d.]+) ([-\d.]+)\)(?: rotate\(([-\d.]+)\))? scale\(([\d.]+).*?>(.*?)</g>"
+TEXT = re.compile(rf"<!-- (.*?) -->\s*{PLACED}", re.DOTALL)
+MARK = re.compile(r'<use \S+ x="([\d.]+)" y="([\d.]+)" style="fill: (#\w+)')
+UNITS = {"period": ["[rpm", "[s"], "product": ["[rpm", "[rad²/s²"], "torque": ["[rad²/s²", "N·m"],
+         "residuals": ["u"]}  # fmt: skip
+
+
+def drawn(analysis: Analysis, medium: str = "screen") -> dict[str, str]:
+    return {name: data.decode() for name, data in plotting.render(analysis, "svg", plotting.MEDIA[medium]).items()}
+
+
+def boxes(svg: str) -> list[tuple[str, float, float, float, float]]:
+    """Each text of a figure with its left, top, right and bottom end [point], but for the width of its last letter."""
+    found = []
+    for text, x, y, turn, scale, glyphs in TEXT.findall(svg):
+        size = 100 * float(scale)
+        starts = [float(at) for at in re.findall(r"<use [^>]*translate\(([\d.]+) ", glyphs)]
+        long, at = float(scale) * max(starts, default=0.0), (float(x), float(y))
+        flat = at[0], at[1] - 0.6 * size, at[0] + long, at[1]
+        found.append((text, *((at[0] - 0.6 * size, at[1] - long, *at) if turn else flat)))
+    return found
 
 
 @pytest.fixture(scope="module")
@@ -58,56 +80,19 @@ def analyses() -> dict[str, Analysis]:
     return {name: analyze(data, name="log.csv") for name, data in LOGS.items()}
 
 
-def check_layout(sheet: Sheet) -> None:
-    """All text inside the figure, no two texts on one another, none on the frame's lines, no name on a dot."""
-    texts = [item for item in sheet.items if isinstance(item, Words)]
-    for text in texts:
-        box = text.box
-        assert 0 <= box.left <= box.left + box.wide <= sheet.wide, text
-        assert 0 <= box.bottom <= box.bottom + box.tall <= sheet.tall, text
-    for one, other in combinations(texts, 2):
-        first, second = one.box, other.box
-        across = min(first.left + first.wide, second.left + second.wide) - max(first.left, second.left)
-        up = min(first.bottom + first.tall, second.bottom + second.tall) - max(first.bottom, second.bottom)
-        assert across <= 1 or up <= 1.5, (one, other)
-    for panel in sheet.panels:
-        dots = np.concatenate([places for places, _ in runs(sheet, panel)])
-        for text in texts:
-            if text.name:
-                middle = [text.box.left + text.box.wide / 2, text.box.bottom + text.box.tall / 2]
-                inside = (abs(dots - middle) < [text.box.wide / 2, 4]).all(axis=1)
-                assert not inside.any(), text
-
-
-def runs(sheet: Sheet, panel: Panel) -> list[tuple[np.ndarray, Dots]]:
-    """Places of the runs on a panel [point], without the marks of the labels beside it."""
-    left, bottom, wide, tall = panel.box
-    found = []
-    for item in sheet.items:
-        if isinstance(item, Dots):
-            low, high = [left - 1, bottom - 1], [left + wide + 1, bottom + tall + 1]
-            if ((item.at >= low) & (item.at <= high)).all():
-                found.append((item.at, item))
-    return found
-
-
-def told(sheet: Sheet) -> list[str]:
-    return [item.text for item in sheet.items if isinstance(item, Words)]
-
-
-def data(panel: Panel, places: np.ndarray) -> np.ndarray:
-    """What stands at places of linear axes."""
-    shares = (places - panel.box[:2]) / panel.box[2:]
-    ends = np.array([panel.x, panel.y])
-    return ends[:, 0] + shares * (ends[:, 1] - ends[:, 0])
-
-
-@pytest.mark.parametrize("medium", plotting.MEDIA)
-@pytest.mark.parametrize("name", LOGS)
+@pytest.mark.parametrize(("name", "medium"), sorted(set(SEEN)))
 def test_texts_of_any_log_are_inside_and_apart(name: str, medium: str, analyses: dict[str, Analysis]) -> None:
-    if medium == "screen" or name in ("nine torques", "two odd runs", "with unloaded runs"):
-        for which in plotting.FIGURES:
-            check_layout(plotting.draw(analyses[name], which, plotting.MEDIA[medium]))
+    for which, svg in drawn(analyses[name], medium).items():
+        size = re.search(r'viewBox="0 0 ([\d.]+) ([\d.]+)"', svg)
+        assert size
+        wide, tall = map(float, size.groups())
+        texts = boxes(svg)
+        said = " ".join(text for text, *_ in texts)
+        assert [unit for unit in UNITS[which] if unit not in said] == [], said
+        assert [text for text, *(a, b, c, d) in texts if min(a, b) < 0 or c > wide or d > tall] == []
+        for (one, *first), (other, *second) in combinations(texts, 2):
+            across, up = (min(first[i + 2], second[i + 2]) - max(first[i], second[i]) for i in (0, 1))
+            assert across <= 1.5 or up <= 1.5, (which, one, other)
 
 
 def test_same_log_same_bytes_in_any_process() -> None:
@@ -129,18 +114,34 @@ def test_same_log_same_bytes_in_any_process() -> None:
     assert hashes[0].count(b"\n") == 3
 
 
-@pytest.mark.parametrize("name", ["a miscounted run", "two odd runs"])
-def test_a_flagged_run_is_hollow_and_named_everywhere(name: str, analyses: dict[str, Analysis]) -> None:
-    analysis = analyses[name]
-    flagged = [run.run for run in analysis.run_table if run.flagged]
-    assert flagged == (["5"] if name == "a miscounted run" else ["5", "8"])
-    for which in plotting.FIGURES:
-        sheet = plotting.draw(analysis, which)
-        for panel in sheet.panels:
-            assert sum(len(places) for places, dots in runs(sheet, panel) if dots.hollow) == len(flagged)
+@pytest.mark.parametrize(("name", "flagged"), [("a miscounted run", ["5"]), ("two odd runs", ["5", "8"])])
+def test_a_flagged_run_is_hollow_and_named(name: str, flagged: list[str], analyses: dict[str, Analysis]) -> None:
+    assert [run.run for run in analyses[name].run_table if run.flagged] == flagged
+    for which, svg in drawn(analyses[name]).items():
+        panels = 2 if which == "torque" else 1
+        assert sum(fill == "#ffffff" for _, _, fill in MARK.findall(svg)) == len(flagged) * panels
         for run in flagged:
-            assert sum(text.startswith(f"run {run}") for text in told(sheet)) == len(sheet.panels)
-            assert f"run {run}" in plotting.alt_text(analysis, which)
+            assert sum(text.startswith(f"run {run}") for text, *_ in boxes(svg)) == panels
+            assert f"run {run}" in plotting.alt_text(analyses[name], which)
+
+
+def test_figures_show_the_numbers_of_the_analysis(analyses: dict[str, Analysis]) -> None:
+    analysis = analyses["3 x 3"]
+    of = {key: np.array([getattr(run, key) for run in analysis.run_table]) for key in ("spin", "period", "torque")}
+    of["product"] = np.array([run.product for run in analysis.run_table])
+    of["left"] = of["torque"] - analysis.inertia.value * of["product"] + analysis.residual_torque.value
+    marks = {
+        name: np.array([(float(x), float(y)) for x, y, _ in MARK.findall(svg)]) for name, svg in drawn(analysis).items()
+    }
+    for shown, x, y in (
+        (marks["period"][:9], "spin", "period"),
+        (marks["product"][:9], "spin", "product"),
+        (marks["torque"][:9], "product", "torque"),
+        (marks["torque"][-9:], "product", "left"),
+    ):
+        # Some scale and some zero of an axis lead from every run to its mark.
+        for at, key in ((shown[:, 0], x), (shown[:, 1], y)):
+            np.testing.assert_allclose(np.polyval(np.polyfit(of[key], at, 1), of[key]), at, atol=1e-3)
 
 
 # Colours as the colour-blind see them: G. M. Machado, M. M. Oliveira, L. A. F. Fernandes, IEEE Trans. Vis. Comput.
@@ -167,11 +168,10 @@ def lab(colour: str, sight: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("sight", SIGHT)
 def test_colours_stay_apart_for_the_colour_blind(sight: str) -> None:
-    colours = [colour for colour, _ in choose_looks([0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.0])]
+    colours = [colour for colour, _ in plotting.choose_looks([0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.0])]
     seen = [lab(colour, np.array(SIGHT[sight])) for colour in colours]
-    apart = min(np.linalg.norm(a - b) for a, b in combinations(seen, 2))
     # Six times the least difference that is seen of two patches side by side.
-    assert apart > 15
+    assert min(np.linalg.norm(a - b) for a, b in combinations(seen, 2)) > 15
 
 
 def test_names_from_the_log_are_plain_text() -> None:
@@ -181,23 +181,3 @@ def test_names_from_the_log_are_plain_text() -> None:
         warnings.simplefilter("error")
         for form in ("png", "svg", "pdf"):
             plotting.render(analysis, form)  # type: ignore[arg-type]
-
-
-def test_figures_hold_the_numbers_of_the_analysis(analyses: dict[str, Analysis]) -> None:
-    analysis = analyses["3 x 3"]
-    sheet = plotting.draw(analysis, "period")
-    (panel,) = sheet.panels
-    shown = data(panel, np.concatenate([places for places, _ in runs(sheet, panel)]))
-    np.testing.assert_allclose(shown, [(run.spin * 30 / np.pi, run.period) for run in analysis.run_table])
-    sheet = plotting.draw(analysis, "torque")
-    upper, lower = sheet.panels
-    strokes = [item for item in sheet.items if isinstance(item, Strokes) and item.clip == upper.box]
-    line = next(data(upper, item.lines[0]) for item in strokes if item.width == 1.2)
-    np.testing.assert_allclose(line[:, 1], 1e3 * (analysis.inertia.value * line[:, 0] - analysis.residual_torque.value))
-    torque = 1e3 * np.array([run.torque for run in analysis.run_table])
-    product = np.array([run.product for run in analysis.run_table])
-    above = data(upper, np.concatenate([places for places, _ in runs(sheet, upper)]))
-    np.testing.assert_allclose(above, np.column_stack([product, torque]))
-    left = torque - 1e3 * (analysis.inertia.value * product - analysis.residual_torque.value)
-    below = data(lower, np.concatenate([places for places, _ in runs(sheet, lower)]))
-    np.testing.assert_allclose(below, np.column_stack([product, left]), atol=1e-9)

@@ -10,6 +10,7 @@ import pickle
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -35,160 +36,145 @@ def lab() -> Analysis:
 
 
 def table() -> pd.DataFrame:
-    return pd.DataFrame(
-        {
-            "time": [6.74, 10.05, 13.31, 3.40, 5.03, 6.69],
-            "spin": [205.0, 305.0, 404.0, 206.0, 305.0, 405.0],
-            "mass": [20.0, 20.0, 20.0, 40.0, 40.0, 40.0],
-            "position": 15.0,
-            "turns": 1 / 3,
-        }
-    )
+    time, spin = [6.74, 10.05, 13.31, 3.40, 5.03, 6.69], [205.0, 305.0, 404.0, 206.0, 305.0, 405.0]
+    mass = [20.0, 20.0, 20.0, 40.0, 40.0, 40.0]
+    return pd.DataFrame({"time": time, "spin": spin, "mass": mass, "position": 15.0, "turns": 1 / 3})
 
 
-class TestWhatShows:
-    def test_a_short_line_and_a_screen(self, lab: Analysis) -> None:
-        assert repr(lab) == (
-            "<Analysis of air_gyroscope.csv: I_zz = 0.004429±0.000034 kg·m²; 10 runs, 0 things to look at>"
-        )
-        assert "I_zz = (4.429 ± 0.034) × 10⁻³ kg·m²" in str(lab)
-        assert len(str(lab).splitlines()) < 15
-        assert "gyro analyze" not in str(lab)
-        assert lab._repr_markdown_().startswith("# Gyroscope lab report")
-
-    def test_a_result_as_text_and_as_a_number(self, lab: Analysis) -> None:
-        assert f"{lab.inertia:.2u}" == "0.004429+/-0.000034 kg*m^2"
-        assert f"{lab.inertia:.1uS}" == "0.00443(3) kg*m^2"
-        assert str(lab.inertia) == f"{lab.inertia}" == "0.004429±0.000034 kg·m²"
-        assert float(lab.inertia) == lab.inertia.value
-
-    def test_equal_is_what_says_the_same(self, lab: Analysis) -> None:
-        again = gyrodata.analyze(SAMPLE)
-        assert lab == again == copy.deepcopy(lab) == pickle.loads(pickle.dumps(lab))
-        assert len({lab, again}) == 1
-        assert lab != gyrodata.analyze(SAMPLE, settings={"g": "9.803 m/s^2"})
-        assert lab != "air_gyroscope.csv"
+def test_an_analysis_is_a_line_and_a_screen(lab: Analysis) -> None:
+    answer = "I_zz = 0.004429±0.000034 kg·m²; 10 runs, 0 things to look at"
+    assert repr(lab) == f"<Analysis of air_gyroscope.csv: {answer}>"
+    assert "I_zz = (4.429 ± 0.034) × 10⁻³ kg·m²" in str(lab)
+    assert len(str(lab).splitlines()) < 15
+    assert "gyro analyze" not in str(lab)
+    assert lab._repr_markdown_().startswith("# Gyroscope lab report")
 
 
-class TestPictures:
-    @pytest.mark.parametrize("name", ["period", "product", "torque", "residuals"])
-    def test_on_axes_that_are_given(self, name: str, lab: Analysis) -> None:
-        figure = Figure()
-        ax = figure.add_subplot()
-        assert lab.plot(name, ax=ax) is ax
-        labels = ["20.00 g at 15.00 cm", "39.99 g at 15.00 cm", "60.04 g at 15.00 cm", "no weight"]
-        assert list(ax.get_legend_handles_labels()[1]) == labels
-        drawn = np.concatenate([bars.lines[0].get_xydata() for bars in ax.containers])  # type: ignore[attr-defined]
-        assert len(drawn) == len(lab.runs)
-        if name == "torque":
-            assert sorted(drawn[:, 1]) == pytest.approx(sorted(lab.runs["torque"]))
-        figure.savefig(io.BytesIO(), format="png")
-
-    def test_a_name_that_is_none(self, lab: Analysis) -> None:
-        with pytest.raises(ValueError, match="did you mean 'torque'"):
-            lab.plot("torq", ax=Figure().add_subplot())
-        with pytest.raises(TypeError, match="ax is axes of matplotlib"):
-            lab.plot("torque", ax=Figure())
-
-    def test_a_report_is_that_of_the_command(self, lab: Analysis, tmp_path: Path) -> None:
-        page = lab.report(tmp_path / "new" / "report")
-        kept = SAMPLE.parent / "air_gyroscope-report"
-        assert sorted(path.name for path in page.parent.iterdir()) == sorted(path.name for path in kept.iterdir())
-        assert page.read_text(encoding="utf-8").startswith("<!doctype html>")
-
-    def test_in_a_notebook(self) -> None:
-        shown = gyrodata.analyze(SAMPLE.read_bytes().replace(b"no weight", b"<b>"), name="<i>.csv")._repr_html_()
-        assert shown.count("data:image/png;base64,") == 1
-        assert "I_zz = (4.429 ± 0.034) × 10⁻³ kg·m²" in shown
-        assert "<i>" not in shown
+def test_a_result_is_text_and_a_number(lab: Analysis) -> None:
+    assert f"{lab.inertia:.2u}" == "0.004429+/-0.000034 kg*m^2"
+    assert f"{lab.inertia:.1uS}" == "0.00443(3) kg*m^2"
+    assert str(lab.inertia) == f"{lab.inertia}" == "0.004429±0.000034 kg·m²"
+    assert float(lab.inertia) == lab.inertia.value
 
 
-class TestUncertainNumbers:
-    def test_of_all_that_the_fit_knows_together(self, lab: Analysis) -> None:
-        told = lab.ufloats()
-        assert list(told) == ["inertia", "residual_torque", "timing_bias"]
-        for name, one in told.items():
-            result = getattr(lab, name)
-            assert one.nominal_value == result.value
-            assert one.std_dev == pytest.approx(result.u, rel=1e-9)
-        covariance = lab.fit.covariance
-        expected = covariance[0, 1] / np.sqrt(covariance[0, 0] * covariance[1, 1])
-        both = told["inertia"] / lab.inertia.u + told["residual_torque"] / lab.residual_torque.u
-        assert both.std_dev == pytest.approx(np.sqrt(2 + 2 * expected), rel=1e-6)
-
-    def test_in_another_unit(self, lab: Analysis) -> None:
-        registry = pint.UnitRegistry()
-        told = lab.inertia.to_pint(registry).to("g*cm^2").magnitude
-        assert told.nominal_value == pytest.approx(1e7 * lab.inertia.value)
-        assert told.std_dev == pytest.approx(1e7 * (lab.inertia.u or 0.0))
+def test_analyses_that_say_the_same_are_equal(lab: Analysis) -> None:
+    again = gyrodata.analyze(SAMPLE)
+    assert lab == again == copy.deepcopy(lab) == pickle.loads(pickle.dumps(lab))
+    assert len({lab, again}) == 1
+    assert lab != gyrodata.analyze(SAMPLE, settings={"g": "9.803 m/s^2"})
+    assert lab != "air_gyroscope.csv"
 
 
-class TestQuantitiesIn:
-    def test_settings(self) -> None:
-        registry = pint.UnitRegistry()
-        written = gyrodata.analyze(SAMPLE, settings={"g": "9.8123456 ± 0.01 m/s^2"})
-        quantity = registry.Quantity(ufloat(981.23456, 1.0), "cm/s^2")
-        for value in (ufloat(9.8123456, 0.01), registry.Quantity(ufloat(9.8123456, 0.01), "m/s^2"), quantity):
-            given = gyrodata.analyze(SAMPLE, settings={"g": value})
-            assert given.inertia.value == pytest.approx(written.inertia.value, rel=1e-12)
-            assert given.inertia.u == pytest.approx(written.inertia.u, rel=1e-9)
-        assert gyrodata.analyze(SAMPLE, settings={"g": 9.8123456}).measurements.g == 9.8123456
-
-    def test_columns_with_their_units(self) -> None:
-        plain = table().rename(columns={name: f"{name} [{unit}]" for name, unit in UNITS.items()})
-        expected = gyrodata.analyze(plain)
-        pairs = table()
-        pairs.columns = pd.Index([(name, UNITS.get(name, "")) for name in pairs.columns], tupleize_cols=False)
-        two_levels = table()
-        two_levels.columns = pd.MultiIndex.from_tuples([(name, UNITS.get(name, "")) for name in two_levels.columns])
-        beside = table()
-        beside.attrs["units"] = UNITS
-        registry = pint.UnitRegistry()
-        cells = plain.rename(columns={"spin [rpm]": "spin", "time [s]": "time"})
-        cells["spin"] = [registry.Quantity(value, "rpm") for value in cells["spin"]]
-        cells["time"] = [registry.Quantity(value, "s") for value in cells["time"]]
-        for frame in (pairs, two_levels, beside, cells):
-            assert gyrodata.analyze(frame).inertia.value == pytest.approx(expected.inertia.value, rel=1e-12)
-
-    def test_what_pandas_has_for_nothing_for_times_and_for_rows(self) -> None:
-        plain = table()
-        plain.attrs["units"] = UNITS
-        whole = gyrodata.analyze(plain).inertia.value
-        spans = plain.assign(time=pd.to_timedelta(plain["time"], unit="s"))
-        keyed, labels = plain.set_index("mass"), plain.rename_axis("note")
-        for frame in (spans, keyed, keyed.set_index("turns", append=True), labels):
-            # A span of 3.4 s has lost a digit of 3.40 s.
-            assert gyrodata.analyze(frame).inertia.value == pytest.approx(whole, rel=1e-6)
-        holed = plain.astype({"time": "Float64"})
-        holed.loc[2, "time"] = pd.NA
-        assert len(gyrodata.analyze(holed).runs) == len(plain) - 1
-        twice = plain.rename_axis("time")
-        with pytest.raises(gyrodata.LogError, match="two columns are called"):
-            gyrodata.analyze(twice)
+@pytest.mark.parametrize("name", ["period", "product", "torque", "residuals"])
+def test_a_figure_is_drawn_on_axes_that_are_given(name: str, lab: Analysis) -> None:
+    figure = Figure()
+    ax = figure.add_subplot()
+    assert lab.plot(name, ax=ax) is ax
+    labels = ["20.00 g at 15.00 cm", "39.99 g at 15.00 cm", "60.04 g at 15.00 cm", "no weight"]
+    assert list(ax.get_legend_handles_labels()[1]) == labels
+    drawn = np.concatenate([bars.lines[0].get_xydata() for bars in ax.containers])  # type: ignore[attr-defined]
+    assert len(drawn) == len(lab.runs)
+    if name == "torque":
+        assert sorted(drawn[:, 1]) == pytest.approx(sorted(lab.runs["torque"]))
+    figure.savefig(io.BytesIO(), format="png")
 
 
-WRONG = [
-    (lambda: gyrodata.analyze(SAMPLE, model="stedy"), ValueError, "did you mean 'steady'"),  # type: ignore[arg-type]
-    (lambda: gyrodata.analyze(SAMPLE, keep_flagged="no"), TypeError, "True or False"),  # type: ignore[arg-type]
-    (lambda: gyrodata.analyze(3), TypeError, "a log is a path"),  # type: ignore[arg-type]
-    (lambda: gyrodata.analyze(SAMPLE, settings=[("g", "9.8")]), TypeError, "settings is a mapping"),  # type: ignore[arg-type]
-    (lambda: gyrodata.analyze(SAMPLE, settings={"gg": "9.8 m/s^2"}), gyrodata.InputError, "did you mean g"),
-    (lambda: gyrodata.analyze(SAMPLE, mapping="time=T"), TypeError, "mapping is a mapping"),  # type: ignore[arg-type]
-    (lambda: gyrodata.fit_line([1, 2], [1, 2, 3]), ValueError, "the same length"),
-    (lambda: gyrodata.simulate(seed="x"), TypeError, "seed is a whole number"),  # type: ignore[arg-type]
-    (lambda: gyrodata.simulate(noise={"u_tim": gyrodata.Uncertainty(1.0)}), ValueError, "did you mean 'u_time'"),
-    (lambda: gyrodata.simulate(gyrodata.Truth(inertia=-1.0)), gyrodata.InputError, "not above zero"),
-    (lambda: gyrodata.simulate(gyrodata.Truth(motion="realesed")), gyrodata.InputError, "released"),  # type: ignore[arg-type]
-    (lambda: gyrodata.selfcheck(gyrodata.analyze(SAMPLE).measurements, labs=0), ValueError, "pass 1 or more"),
-    (lambda: gyrodata.grade(3), TypeError, "the path of a folder"),  # type: ignore[arg-type]
-    (lambda: gyrodata.selfcheck(SAMPLE), TypeError, "lab.measurements"),  # type: ignore[arg-type]
+def test_a_notebook_shows_one_figure_and_the_answer() -> None:
+    shown = gyrodata.analyze(SAMPLE.read_bytes().replace(b"no weight", b"<b>"), name="<i>.csv")._repr_html_()
+    assert shown.count("data:image/png;base64,") == 1
+    assert "I_zz = (4.429 ± 0.034) × 10⁻³ kg·m²" in shown
+    assert "<i>" not in shown
+
+
+def test_ufloats_have_the_covariance_of_the_fit(lab: Analysis) -> None:
+    told = lab.ufloats()
+    assert list(told) == ["inertia", "residual_torque", "timing_bias"]
+    for name, one in told.items():
+        result = getattr(lab, name)
+        assert one.nominal_value == result.value
+        assert one.std_dev == pytest.approx(result.u, rel=1e-9)
+    covariance = lab.fit.covariance
+    expected = covariance[0, 1] / np.sqrt(covariance[0, 0] * covariance[1, 1])
+    both = told["inertia"] / lab.inertia.u + told["residual_torque"] / lab.residual_torque.u
+    assert both.std_dev == pytest.approx(np.sqrt(2 + 2 * expected), rel=1e-6)
+
+
+def test_a_result_is_given_in_another_unit(lab: Analysis) -> None:
+    registry = pint.UnitRegistry()
+    told = lab.inertia.to_pint(registry).to("g*cm^2").magnitude
+    assert told.nominal_value == pytest.approx(1e7 * lab.inertia.value)
+    assert told.std_dev == pytest.approx(1e7 * (lab.inertia.u or 0.0))
+
+
+def test_settings_are_numbers_ufloats_or_quantities() -> None:
+    registry = pint.UnitRegistry()
+    written = gyrodata.analyze(SAMPLE, settings={"g": "9.8123456 ± 0.01 m/s^2"})
+    quantity = registry.Quantity(ufloat(981.23456, 1.0), "cm/s^2")
+    for value in (ufloat(9.8123456, 0.01), registry.Quantity(ufloat(9.8123456, 0.01), "m/s^2"), quantity):
+        given = gyrodata.analyze(SAMPLE, settings={"g": value})
+        assert given.inertia.value == pytest.approx(written.inertia.value, rel=1e-12)
+        assert given.inertia.u == pytest.approx(written.inertia.u, rel=1e-9)
+    assert gyrodata.analyze(SAMPLE, settings={"g": 9.8123456}).measurements.g == 9.8123456
+
+
+def test_columns_have_their_units_in_four_ways() -> None:
+    plain = table().rename(columns={name: f"{name} [{unit}]" for name, unit in UNITS.items()})
+    expected = gyrodata.analyze(plain)
+    pairs = table()
+    pairs.columns = pd.Index([(name, UNITS.get(name, "")) for name in pairs.columns], tupleize_cols=False)
+    two_levels = table()
+    two_levels.columns = pd.MultiIndex.from_tuples([(name, UNITS.get(name, "")) for name in two_levels.columns])
+    beside = table()
+    beside.attrs["units"] = UNITS
+    registry = pint.UnitRegistry()
+    cells = plain.rename(columns={"spin [rpm]": "spin", "time [s]": "time"})
+    cells["spin"] = [registry.Quantity(value, "rpm") for value in cells["spin"]]
+    cells["time"] = [registry.Quantity(value, "s") for value in cells["time"]]
+    for frame in (pairs, two_levels, beside, cells):
+        assert gyrodata.analyze(frame).inertia.value == pytest.approx(expected.inertia.value, rel=1e-12)
+
+
+def test_time_spans_indexes_and_na_of_pandas_are_read() -> None:
+    plain = table()
+    plain.attrs["units"] = UNITS
+    whole = gyrodata.analyze(plain).inertia.value
+    spans = plain.assign(time=pd.to_timedelta(plain["time"], unit="s"))
+    keyed, labels = plain.set_index("mass"), plain.rename_axis("note")
+    for frame in (spans, keyed, keyed.set_index("turns", append=True), labels):
+        # A span of 3.4 s has lost a digit of 3.40 s.
+        assert gyrodata.analyze(frame).inertia.value == pytest.approx(whole, rel=1e-6)
+    holed = plain.astype({"time": "Float64"})
+    holed.loc[2, "time"] = pd.NA
+    assert len(gyrodata.analyze(holed).runs) == len(plain) - 1
+    twice = plain.rename_axis("time")
+    with pytest.raises(gyrodata.LogError, match="two columns are called"):
+        gyrodata.analyze(twice)
+
+
+WRONG: list[tuple[Callable[[Any], Any], type[Exception], str]] = [
+    (lambda g: g.analyze(SAMPLE, model="stedy"), ValueError, "did you mean 'steady'"),
+    (lambda g: g.analyze(SAMPLE, keep_flagged="no"), TypeError, "True or False"),
+    (lambda g: g.analyze(3), TypeError, "a log is a path"),
+    (lambda g: g.analyze(SAMPLE, settings=[("g", "9.8")]), TypeError, "settings is a mapping"),
+    (lambda g: g.analyze(SAMPLE, settings={"gg": "9.8 m/s^2"}), gyrodata.InputError, "did you mean g"),
+    (lambda g: g.analyze(SAMPLE, mapping="time=T"), TypeError, "mapping is a mapping"),
+    (lambda g: g.analyze(SAMPLE).plot("torq", ax=Figure().add_subplot()), ValueError, "did you mean 'torque'"),
+    (lambda g: g.analyze(SAMPLE).plot("torque", ax=Figure()), TypeError, "ax is axes of matplotlib"),
+    (lambda g: g.fit_line([1, 2], [1, 2, 3]), ValueError, "the same length"),
+    (lambda g: g.simulate(seed="x"), TypeError, "seed is a whole number"),
+    (lambda g: g.simulate(noise={"u_tim": g.Uncertainty(1.0)}), ValueError, "did you mean 'u_time'"),
+    (lambda g: g.simulate(g.Truth(inertia=-1.0)), gyrodata.InputError, "not above zero"),
+    (lambda g: g.simulate(g.Truth(motion="realesed")), gyrodata.InputError, "released"),
+    (lambda g: g.selfcheck(g.analyze(SAMPLE).measurements, labs=0), ValueError, "pass 1 or more"),
+    (lambda g: g.grade(3), TypeError, "the path of a folder"),
+    (lambda g: g.selfcheck(SAMPLE), TypeError, "lab.measurements"),
 ]
 
 
 @pytest.mark.parametrize(("call", "kind", "words"), WRONG)
-def test_a_wrong_argument_is_refused(call: Any, kind: type[Exception], words: str) -> None:
+def test_a_wrong_argument_is_refused(call: Callable[[Any], Any], kind: type[Exception], words: str) -> None:
     with pytest.raises(kind, match=words):
-        call()
+        call(gyrodata)
 
 
 def test_a_class_in_this_process_and_in_others() -> None:
@@ -201,8 +187,9 @@ def test_a_class_in_this_process_and_in_others() -> None:
 
 
 def test_every_name_is_there_after_any_import() -> None:
-    program = "import gyrodata.cli, gyrodata.schema, gyrodata.coverage\n" + "\n".join(
-        f"assert callable(gyrodata.{name})" for name in gyrodata.__all__ if name != "__version__"
+    names = [f"gyrodata.{name}" for name in gyrodata.__all__ if name != "__version__"]
+    program = (
+        f"import gyrodata.cli, gyrodata.schema, gyrodata.coverage\nassert all(map(callable, [{', '.join(names)}]))"
     )
     subprocess.run([sys.executable, "-c", program], check=True)
 
@@ -217,26 +204,23 @@ def test_the_script_of_a_user_runs(tmp_path: Path) -> None:
     assert (tmp_path / "report" / "report.html").exists()
 
 
-def checked(line: list[str], folder: Path) -> str:
-    """Give what a checker of types says of the script, in a folder where nothing but what is installed is found."""
-    script = folder / USERS.name
-    script.write_bytes(USERS.read_bytes())
+MYPY = [sys.executable, "-m", "mypy", "--strict", "--output", "json", "--config-file", ""]
+PYRIGHT = ["pyright", "--pythonpath", sys.executable, "--outputjson"]
+
+
+@pytest.mark.parametrize("line", [MYPY, PYRIGHT], ids=["mypy", "pyright"])
+def test_a_checker_of_types_sees_what_is_wrong(line: list[str], tmp_path: Path) -> None:
+    """The script lies in a folder where nothing but what is installed is found."""
+    shutil.copy(USERS, tmp_path)
     outside = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "MYPYPATH")}
-    code = "import gyrodata"
-    if subprocess.run([sys.executable, "-c", code], cwd=folder, env=outside, capture_output=True).returncode:
-        pytest.skip("gyrodata is not installed here")
-    return subprocess.run([*line, str(script)], capture_output=True, text=True, cwd=folder, env=outside).stdout
-
-
-def test_mypy_sees_the_types_in_it(tmp_path: Path) -> None:
-    said = checked([sys.executable, "-m", "mypy", "--strict", "--output", "json", "--config-file", ""], tmp_path)
-    told = [json.loads(one) for one in said.splitlines()]
-    faults = [one for one in told if one["severity"] == "error"]
-    assert sorted({one["line"] for one in faults if one["file"].endswith(USERS.name)}) == WRONG_LINES, said
-
-
-@pytest.mark.skipif(shutil.which("pyright") is None, reason="no pyright on this machine")
-def test_pyright_sees_the_types_in_it(tmp_path: Path) -> None:
-    said = checked(["pyright", "--pythonpath", sys.executable, "--outputjson"], tmp_path)
-    told = json.loads(said)["generalDiagnostics"]
-    assert sorted(one["range"]["start"]["line"] + 1 for one in told) == WRONG_LINES, said
+    here: dict[str, Any] = {"cwd": tmp_path, "env": outside, "capture_output": True, "text": True}
+    found = shutil.which(line[0]) and not subprocess.run([sys.executable, "-c", "import gyrodata"], **here).returncode
+    if not found:
+        pytest.skip(f"no {line[0]} on this machine, or gyrodata is not installed")
+    said = subprocess.run([*line, USERS.name], **here).stdout
+    if line is MYPY:
+        told = [one for one in map(json.loads, said.splitlines()) if one["severity"] == "error"]
+        lines = {one["line"] for one in told if one["file"].endswith(USERS.name)}
+    else:
+        lines = {one["range"]["start"]["line"] + 1 for one in json.loads(said)["generalDiagnostics"]}
+    assert sorted(lines) == WRONG_LINES, said

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -21,17 +22,20 @@ HEAD = "# g: 9.803 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns\n"
 LIGHT = "20.00,15.0,206,20.4,1\n20.00,15.0,407,40.4,1\n20.00,15.0,601,59.6,1\n"
 MIDDLE = "40.00,15.0,203,10.1,1\n40.00,15.0,405,20.1,1\n"
 FAST = "40.00,15.0,607,30.1,1\n"
+HEAVY = "60.00,15.0,201,6.8,1\n60.00,15.0,404,13.4,{}\n"
+SLIP = HEAD + LIGHT + MIDDLE + FAST + HEAVY.format(2)
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals are another thing there")
 
 
 def watched(path: Path, *steps: tuple[str, Callable[[], object]]) -> str:
     """Watch a file: wait for a line of each step, do what it says, and stop with Ctrl-C behind the last one."""
     command = [sys.executable, "-m", "gyrodata", "analyze", path.name, "--watch"]
+    ours = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUTF8": "1"}
     shown, seen, begun = path.with_name("shown.txt"), 0, time.monotonic()
-    with shown.open("wb") as output, subprocess.Popen(
-        command, cwd=path.parent, env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUTF8": "1"}, stdout=output,
-        stderr=subprocess.STDOUT,
-    ) as running:  # fmt: skip
+    with (
+        shown.open("wb") as out,
+        subprocess.Popen(command, cwd=path.parent, env=ours, stdout=out, stderr=out) as run,
+    ):
         for line, step in steps:
             while (at := shown.read_text("utf-8").find(line, seen)) < 0:
                 assert time.monotonic() - begun < 60, (line, shown.read_text("utf-8"))
@@ -39,54 +43,39 @@ def watched(path: Path, *steps: tuple[str, Callable[[], object]]) -> str:
             seen = at + len(line)
             step()
         time.sleep(0.3)
-        running.send_signal(signal.SIGINT)
-        assert running.wait(30) == 130
+        run.send_signal(signal.SIGINT)
+        assert run.wait(30) == 130
     assert {one.name for one in path.parent.iterdir()} <= {path.name, shown.name}, "no report is written"
     return shown.read_text("utf-8")
 
 
-def nothing() -> None:
-    pass
-
-
 def test_each_change_of_the_file_is_one_block(tmp_path: Path) -> None:
-    log = tmp_path / "log.csv"
-    new = tmp_path / "new.tmp"
-
-    def save(text: str) -> Callable[[], object]:
-        return lambda: log.write_text(text, encoding="utf-8")
+    log, new = tmp_path / "log.csv", tmp_path / "new.tmp"
+    log.write_text(HEAD + LIGHT)
 
     def save_by_rename() -> None:
-        new.write_text(HEAD + LIGHT + MIDDLE, encoding="utf-8")
+        new.write_text(HEAD + LIGHT + MIDDLE)
         new.replace(log)
 
-    save(HEAD + LIGHT)()
     text = watched(
         log,
-        ("3 runs, 1 torque", save(HEAD + LIGHT + "40.00,15.0,2x3")),
+        ("3 runs, 1 torque", partial(log.write_text, HEAD + LIGHT + "40.00,15.0,2x3")),
         ("log.csv: no answer yet", save_by_rename),
         ("5 runs, 2 torques", log.unlink),
-        ("log.csv: cannot be read now", save(HEAD + LIGHT + MIDDLE + FAST)),
+        ("log.csv: cannot be read now", partial(log.write_text, HEAD + LIGHT + MIDDLE + FAST)),
         ("6 runs, 2 torques", log.touch),
-        ("", save(HEAD + LIGHT + MIDDLE + FAST)),
+        ("", partial(log.write_text, HEAD + LIGHT + MIDDLE + FAST)),
     )
-    blocks = [block.splitlines()[0] for block in text.split("-" * 72 + "\n")]
-    assert blocks == [
-        "log.csv: 3 runs, 1 torque", "log.csv: no answer yet", "log.csv: 5 runs, 2 torques",
-        "log.csv: cannot be read now", "log.csv: 6 runs, 2 torques",
-    ]  # fmt: skip
+    blocks = [block.splitlines()[0].removeprefix("log.csv: ") for block in text.split("-" * 72 + "\n")]
+    answers = ["3 runs, 1 torque", "no answer yet", "5 runs, 2 torques", "cannot be read now", "6 runs, 2 torques"]
+    assert blocks == answers
     assert "log.csv:6:12: error" in text
     assert "\033" not in text
 
 
-def test_file_that_is_not_there_is_refused_at_once(tmp_path: Path) -> None:
+def test_a_file_that_is_not_there_is_refused_at_once(tmp_path: Path) -> None:
     done = CliRunner().invoke(app, ["analyze", str(tmp_path / "none.csv"), "--watch"])
-    assert done.exit_code == 2
-    assert "there is no file" in done.stderr
-
-
-HEAVY = "60.00,15.0,201,6.8,1\n60.00,15.0,404,13.4,{}\n"
-SLIP = HEAD + LIGHT + MIDDLE + FAST + HEAVY.format(2)
+    assert (done.exit_code, "there is no file" in done.stderr) == (2, True)
 
 
 @pytest.mark.parametrize(
@@ -107,8 +96,8 @@ SLIP = HEAD + LIGHT + MIDDLE + FAST + HEAVY.format(2)
          "with a torque of 100 mN·m on the rod", ""),
     ],
 )  # fmt: skip
-def test_lab_half_way_is_told_what_to_do_next(log: str, title: str, words: str, tmp_path: Path) -> None:
+def test_a_lab_half_way_is_told_what_to_do_next(log: str, title: str, words: str, tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text(log, encoding="utf-8")
-    text = watched(tmp_path / "log.csv", ("torque", nothing))
+    text = watched(tmp_path / "log.csv", ("torque", lambda: None))
     part = next(block for block in text.split("\n\n") if block.startswith(title))
     assert words in " ".join(part.split())

@@ -4,11 +4,6 @@ from __future__ import annotations
 
 import re
 
-PRINTED = {
-    r"\textbackslash": "\\", r"\textasciitilde": "~", r"\textasciicircum": "^", r"\textless": "<",
-    r"\textgreater": ">", r"\textbar": "|", r"\textquotedbl": '"', r"\textasciigrave": "`",
-    r"\nobreakspace": " ", r"\{": "{", r"\}": "}", r"\$": "$", r"\&": "&", r"\#": "#", r"\%": "%", r"\_": "_",
-}  # fmt: skip
 HARMLESS = re.compile(
     r"\\(?:text[a-z]+|nobreakspace|quotedblbase|guillemot(?:left|right)|ensuremath|times|pm|cdot|propto|le|ge|approx|ne|infty|surd|to"
     r"|dots|S|pounds|ss|ae|AE|oe|OE|o|O|l|L|dj|DJ|dh|DH|th|TH|i|grave|acute|bar|ddot|dot|cyrillictext"
@@ -21,54 +16,29 @@ HARMLESS = re.compile(
 _TOKEN = re.compile(r"\\[A-Za-z]+|\\.|.", re.DOTALL)
 
 
-def tokens(text: str) -> list[str]:
-    return _TOKEN.findall(text)
-
-
 def faults_of_text(escaped: str) -> list[str]:
     """What in an escaped text TeX would obey, and what is open or not ASCII."""
-    found, depth = [], 0
     for symbol in (r"\ensuremath{I_{zz}}", r"\ensuremath{M_0}"):
         escaped = escaped.replace(symbol, "")
-    for token in tokens(escaped):
-        if token in "{}":
-            depth += 1 if token == "{" else -1
-        if depth < 0:
-            found.append("closed before it was open")
+    found = faults_of_document(escaped)
+    for token in _TOKEN.findall(escaped):
         if token[0] == "\\" and not HARMLESS.match(token):
             found.append(f"command {token}")
-        if token in tuple("%#$&~^_\n\r\t") or not (token.isascii() and token.isprintable()):
+        if token in tuple("%#$&~^_\n\r\t") or not token.isprintable():
             found.append(f"active {token!r}")
-    return found + (["left open"] if depth else [])
+    return found
 
 
 def faults_of_document(document: str) -> list[str]:
-    """Braces and environments that do not go together, and bytes beyond ASCII."""
-    found, braces = [], 0
-    for token in tokens(document):
+    """Braces and environments that do not go together, and signs beyond ASCII."""
+    found, braces, stack = [] if document.isascii() else ["not ASCII"], 0, [""]
+    for token in _TOKEN.findall(document):
         braces += (token == "{") - (token == "}")
         if braces < 0:
             found.append("a brace too many is closed")
-    stack: list[str] = []
     for kind, name in re.findall(r"\\(begin|end)\{(\w+)\}", document):
         if kind == "begin":
             stack.append(name)
-        elif not stack or stack.pop() != name:
-            found.append(f"{name} is closed and not open")
-    return (
-        found
-        + [f"{name} is left open" for name in stack]
-        + (["a brace is left open"] if braces > 0 else [])
-        + ([] if document.isascii() else ["not ASCII"])
-    )
-
-
-def unescaped(escaped: str) -> str:
-    """What is printed of an escaped ASCII text."""
-    for command, sign in PRINTED.items():
-        if command[1:].isalpha():
-            escaped = escaped.replace(command + "{}", f"\0{ord(sign)};")
-    for command, sign in PRINTED.items():
-        escaped = escaped.replace(command, f"\0{ord(sign)};")
-    bare = escaped.replace("{", "").replace("}", "")
-    return re.sub(r"\0(\d+);", lambda found: chr(int(found[1])), bare)
+        elif stack.pop() != name:
+            return [*found, f"{name} is closed and not open"]
+    return found + [f"{name} is left open" for name in stack[1:]] + ["a brace is left open"] * (braces > 0)

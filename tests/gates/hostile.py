@@ -74,13 +74,9 @@ def run(case: str, folder: Path) -> Iterator[str]:
     (folder / name).write_bytes(data.encode() if isinstance(data, str) else data)
     words = ["grade", name, "--dry-run"] if name.endswith(".zip") else ["analyze", name, "--no-report"]
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-    command = [
-        sys.executable,
-        "-c",
-        f"import sys; sys.path.insert(0, {str(ROOT)!r}); from gyrodata.cli import app; app()",
-    ]
+    start = f"import sys; sys.path.insert(0, {str(ROOT)!r}); from gyrodata.cli import app; app()"
     try:
-        done = subprocess.run([*command, *words], capture_output=True, timeout=60, cwd=folder)
+        done = subprocess.run([sys.executable, "-c", start, *words], capture_output=True, timeout=60, cwd=folder)
     except subprocess.TimeoutExpired:
         yield f"{case}: at most {LONGEST:g} s | more than a minute"
         return

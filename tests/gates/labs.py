@@ -82,11 +82,10 @@ def write(table: Table, lines: str = "", pitch: float = 0.0) -> str:
     """Type a table as a log."""
     tilted = f",{pitch:g}," if pitch else ""
     head = "mass [g],position [cm],spin [rpm],time [s],turns" + ",pitch [deg],transverse_inertia [kg*m^2]" * bool(pitch)
-    rows = (
-        f"{m:.1f},{100 * ARM:.1f},{s:.0f},{t:.2f},{f}{tilted}" + f"{i:.3e}" * bool(pitch)
-        for m, s, t, f, i in zip(*table, strict=True)
-    )
-    return "\n".join([f"# g: {G} m/s^2", *lines.splitlines(), head, *rows]) + "\n"
+    text = "\n".join([f"# g: {G} m/s^2", *lines.splitlines(), head]) + "\n"
+    for m, s, t, f, i in zip(*table, strict=True):
+        text += f"{m:.1f},{100 * ARM:.1f},{s:.0f},{t:.2f},{f}{tilted}" + f"{i:.3e}" * bool(pitch) + "\n"
+    return text
 
 
 def typed(bench: Bench, seed: int) -> bytes:

@@ -73,11 +73,11 @@ def every_log() -> dict[str, Log]:
     good = write(draw(Bench(), 5), "# ball_mass: 4.31 kg\n# ball_diameter: 10.16 cm\n").splitlines()
     for column, factor, header in SLIPS:
         at = good[3].split(",").index(column)
-        rows = [
-            [*row[:at], f"{float(row[at]) * factor:.6g}", *row[at + 1 :]] for row in (r.split(",") for r in good[4:])
-        ]
-        head = [header if one == column else column if one == header else one for one in good[3].split(",")]
-        text = "\n".join([*good[:3], *(",".join(row) for row in [head, *rows])]) + "\n"
+        rows = [row.split(",") for row in good[4:]]
+        for row in rows:
+            row[at] = f"{float(row[at]) * factor:.6g}"
+        head = [{column: header, header: column}.get(one, one) for one in good[3].split(",")]
+        text = "\n".join([*good[:3], *map(",".join, [head, *rows])]) + "\n"
         logs[f"slip: {column} x {factor:.6g} as {header}"] = Log(text.encode())
     for record in json.loads(CliRunner().invoke(app, ["schema", "--diagnostics", "--json"]).stdout)["diagnostics"]:
         code, example = record["code"], record["example"]

@@ -22,33 +22,22 @@ YORK_X, YORK_Y = (np.array(text.split(), dtype=float) for text in (
 YORK_WX, YORK_WY = np.array([1e3, 1e3, 500, 800, 200, 80, 60, 20, 1.8, 1]), [1, 1.8, 4, 8, 20, 20, 70, 70, 100, 500]
 
 CASES: dict[str, tuple[dict[str, Any], str]] = {
-    "NIST Norris": (
-        {"x": np.array(NORRIS_X.split(), dtype=float), "y": np.array(NORRIS_Y.split(), dtype=float)},
-        "1.00211681802045 0.429796848199937e-03 -0.262323073774029 0.232818234301152 26.6173985294224",
-    ),
-    "NIST NoInt1": (
-        {"x": np.arange(60.0, 71), "y": np.arange(130.0, 141), "intercept": False},
-        "2.07438016528926 0.165289256198347e-01",
-    ),
-    "NIST NoInt2": (
-        {"x": [4, 5, 6], "y": [3, 4, 4], "intercept": False}, "0.727272727272727 0.420827318078432e-01"
-    ),
-    "York and Pearson": (
-        {"x": YORK_X, "y": YORK_Y, "cov_x": 1 / YORK_WX, "cov_y": 1 / np.array(YORK_WY)},
-        "-0.4805334074462020 0.05798500900077444 5.479910224032854 - 11.8663531941",
-    ),
+    "NIST Norris": ({"x": np.array(NORRIS_X.split(), dtype=float), "y": np.array(NORRIS_Y.split(), dtype=float)},
+        "1.00211681802045 0.429796848199937e-03 -0.262323073774029 0.232818234301152 26.6173985294224"),
+    "NIST NoInt1": ({"x": np.arange(60.0, 71), "y": np.arange(130.0, 141), "intercept": False},
+        "2.07438016528926 0.165289256198347e-01"),
+    "NIST NoInt2": ({"x": [4, 5, 6], "y": [3, 4, 4], "intercept": False}, "0.727272727272727 0.420827318078432e-01"),
+    "York and Pearson": ({"x": YORK_X, "y": YORK_Y, "cov_x": 1 / YORK_WX, "cov_y": 1 / np.array(YORK_WY)},
+        "-0.4805334074462020 0.05798500900077444 5.479910224032854 - 11.8663531941"),
     "ISO/TS 28037, equal weights": (
-        {"x": np.arange(1.0, 7), "y": [3.3, 5.6, 7.1, 9.3, 10.7, 12.1], "cov_y": 0.25}, "1.757 0.120 1.867 0.465 1.665"
-    ),
+        {"x": np.arange(1.0, 7), "y": [3.3, 5.6, 7.1, 9.3, 10.7, 12.1], "cov_y": 0.25},
+        "1.757 0.120 1.867 0.465 1.665"),
     "ISO/TS 28037, unequal weights": (
         {"x": np.arange(1.0, 7), "y": [3.2, 4.3, 7.6, 8.6, 11.7, 12.8], "cov_y": np.repeat([0.25, 1], 3)},
-        "2.057 0.178 0.885 0.530 4.131",
-    ),
+        "2.057 0.178 0.885 0.530 4.131"),
     "ISO/TS 28037, errors in x and y": (
         {"x": [1.2, 1.9, 2.9, 4.0, 4.7, 5.9], "y": [3.4, 4.4, 7.2, 8.5, 10.8, 13.5], "cov_x": np.full(6, 0.04),
-         "cov_y": np.repeat([0.04, 0.16], 3)},
-        "2.1597 0.1355 0.5788 0.4764 2.743",
-    ),
+         "cov_y": np.repeat([0.04, 0.16], 3)}, "2.1597 0.1355 0.5788 0.4764 2.743"),
 }  # fmt: skip
 """What is fitted; slope, u, intercept, u and chi-square as published."""
 
@@ -58,9 +47,8 @@ def gate(accept: bool = False, part: bool = False) -> Found:
     wrong, count = [], 0
     for name, (data, published) in CASES.items():
         line = gyrodata.fit_line(**data)
-        for field, text in zip(
-            ("slope", "u_slope", "intercept", "u_intercept", "chi2"), published.split(), strict=False
-        ):
+        fields = ("slope", "u_slope", "intercept", "u_intercept", "chi2")
+        for field, text in zip(fields, published.split(), strict=False):
             if text != "-":
                 number, _, power = text.partition("e")
                 # Half of the last digit, and what a double read from decimals may be off.

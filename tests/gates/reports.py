@@ -12,6 +12,7 @@ import hashlib
 import json
 import re
 import tempfile
+from functools import reduce
 from pathlib import Path
 from typing import Any
 
@@ -32,15 +33,12 @@ KNOWN = (
     "corpus/released-half-a-turn-of-nutation.csv", "slip: time [s] x 0.0166667 as time [s]",
 )  # fmt: skip
 DRAWN = {
-    "27 runs": Bench(repeats=3, lines="# u_time: 0.14 s\n"),
-    "thirds": Bench(thirds=True),
+    "27 runs": Bench(repeats=3, lines="# u_time: 0.14 s\n"), "thirds": Bench(thirds=True),
     "one torque, balanced": Bench(masses=(40,), lines="# balanced: yes\n"),
-    "balance test": Bench(lines="# balance_drift: 5 deg in 60 s at 400 rpm\n"),
-    "hand 0.5 s": Bench(hand=0.5),
-    "M0 20 %": Bench(imbalance=0.2),
-    "tilted by 30 deg": Bench(pitch=30.0),
+    "balance test": Bench(lines="# balance_drift: 5 deg in 60 s at 400 rpm\n"), "hand 0.5 s": Bench(hand=0.5),
+    "M0 20 %": Bench(imbalance=0.2), "tilted by 30 deg": Bench(pitch=30.0),
     "two runs": Bench(masses=(20, 60), spins=(400,)),
-}
+}  # fmt: skip
 PARTS = {
     "inertia": "value u interval_95", "residual_torque": "value u", "timing_bias": "value u", "goodness": "chi2 dof p",
     "fits": "name inertia.value constant.value", "budget": "source share", "effects": "effect bias kept",
@@ -58,13 +56,7 @@ def kept(part: Any, fields: str) -> Any:
         return 0.0 if abs(part) < 1e-13 else float(f"{part:.8g}")
     if not fields or not isinstance(part, dict):
         return part
-    found = []
-    for field in fields.split():
-        value = part
-        for key in field.split("."):
-            value = value and value[key]
-        found.append(kept(value, ""))
-    return found
+    return [kept(reduce(lambda one, key: one and one[key], field.split("."), part), "") for field in fields.split()]
 
 
 def numbers(log: Log) -> str:
@@ -107,10 +99,8 @@ def gate_printed(accept: bool = False, part: bool = False) -> Found:
                 text = f"exit code {done.exit_code}\n{text.strip()}\n"
                 if form in ("markdown", "latex") and name != SHOWN[0]:
                     sections = re.split(r"^(?=## |\\(?:sub)?section)", text, flags=re.MULTILINE)
-                    digests = [hashlib.sha256(one.encode()).hexdigest()[:8] for one in sections]
-                    text = "".join(
-                        f"{d} {one.splitlines()[0][:40]}\n" for d, one in zip(digests, sections, strict=True)
-                    )
+                    digests = {one: hashlib.sha256(one.encode()).hexdigest()[:8] for one in sections}
+                    text = "".join(f"{digests[one]} {one.splitlines()[0][:40]}\n" for one in sections)
                 table[f"{name}, {form}"] = text
     lines = compare("printed.txt", table, accept, part)
     return Found(f"{len(table)} outputs of commands: {len(lines)} places differ", "none differs", not lines, lines)

@@ -4,17 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from gates import classroom, fuzzed, hostile, intervals, logs, published, reports, whatif
+from gates.__main__ import GATES
 from gates.stored import agree, compare
 
-GATES = {
-    "logs": logs.gate, "json": reports.gate_json, "printed": reports.gate_printed, "class": classroom.gate,
-    "published": published.gate, "coverage": intervals.gate, "fuzz": fuzzed.gate, "hostile": hostile.gate,
-    "what-if": whatif.gate,
-}  # fmt: skip
 
-
-@pytest.mark.parametrize("name", GATES)
+@pytest.mark.parametrize("name", [name for name in GATES if name != "ratios"])
 def test_a_gate_finds_no_difference(name: str) -> None:
     found = GATES[name](part=True)
     assert found.ok, "\n".join([found.measured, *found.differences[:20], f"python tests/gates --only {name}"])

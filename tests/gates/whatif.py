@@ -19,23 +19,22 @@ from gates.labs import Bench, typed
 from gates.logs import every_log
 from gates.stored import Found, at_best
 
-DRAWN = {
-    "nine runs": Bench(), "27 runs": Bench(repeats=3, lines="# u_time: 0.14 s\n"), "thirds": Bench(thirds=True),
-    "rod at 30 deg": Bench(pitch=30.0),
-}  # fmt: skip
+DRAWN = {"nine runs": Bench(), "27 runs": Bench(repeats=3, lines="# u_time: 0.14 s\n"), "thirds": Bench(thirds=True),
+         "rod at 30 deg": Bench(pitch=30.0)}  # fmt: skip
 KNOWN = ("sample_data/air_gyroscope.csv", "sample_data/heidelberg_ball.csv", "tilted", "released", "followed")
 
 
 class Told(NamedTuple):
-    """One answer of a report, and the file that it is about."""
+    """One answer of a report, and the text of the file that it is about.
+
+    The value is I_zz [kg*m^2], or None if the report tells u over I_zz only; `half` is half of the last digit printed.
+    """
 
     change: str
     text: str
     u: float
     value: float | None = None
-    """I_zz [kg*m^2]; None: the report tells u over I_zz only."""
     half: float = 0.0
-    """Half of the last digit that is printed."""
 
 
 def edited(text: str, header: str, change: Callable[[str, int], str]) -> str:
@@ -65,9 +64,7 @@ def times(text: str, by: Callable[[float, int], float]) -> str:
 def told(text: str, document: dict[str, Any]) -> Iterator[Told]:
     """List the answers of a report that can be made in the file."""
     result = document["result"]
-    known = {
-        one["name"]: (one["inertia"]["u"], one["inertia"]["value"]) for one in result["sensitivity"] if one["inertia"]
-    }
+    known = {one["name"]: one["inertia"] for one in result["sensitivity"] if one["inertia"]}
     files = {
         "hand_late": stated(times(text, lambda value, line: value - 0.1), "# u_time_bias: 0 s"),
         "hand_early": stated(times(text, lambda value, line: value + 0.1), "# u_time_bias: 0 s"),
@@ -75,7 +72,7 @@ def told(text: str, document: dict[str, Any]) -> Iterator[Told]:
     }
     if found := re.search(r"(?m)^# u_time: ([\d.]+) s$", text):
         files["u_time_twice"] = stated(text, f"# u_time: {2 * float(found[1]):g} s")
-    yield from (Told(name, file, *known[name]) for name, file in files.items() if name in known)
+    yield from (Told(name, files[name], known[name]["u"], known[name]["value"]) for name in files if name in known)
     for torque in result["torques"] if len(result["torques"]) > 1 else []:
         if torque["without"]:
             out = {run["line"] for run in result["runs"] if abs(run["torque"] - torque["torque"]) < 1e-9}
@@ -112,9 +109,8 @@ def off(one: Told) -> tuple[float, float]:
 def gate(accept: bool = False, part: bool = False) -> Found:
     """Make all changes, or those of one log."""
     known, pairs, lines = every_log(), 0, []
-    logs = {name: known[name].data.decode() for name in KNOWN} | {
-        name: typed(b, 3).decode() for name, b in DRAWN.items()
-    }
+    logs = {name: known[name].data.decode() for name in KNOWN}
+    logs |= {name: typed(bench, 3).decode() for name, bench in DRAWN.items()}
     logs["whole centimetres"] = logs["nine runs"].replace(",15.0,", ",15,")
     for name, text in list(logs.items())[: 1 if part else None]:
         for one in told(text, gyrodata.analyze(text.encode(), name="log.csv").to_dict()):

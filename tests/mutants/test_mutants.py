@@ -44,11 +44,16 @@ def test_those_that_are_noticed_and_those_that_are_not(tmp_path: Path) -> None:
     (tmp_path / "gyrodata" / "physics.py").write_text(PACKAGE)
     (tmp_path / "tests" / "test_area.py").write_text(TESTS)
     shutil.copytree(Path(mutants.__file__).parent, tmp_path / "tests" / "mutants")
-    rooms = "mutants.ROOMS.clear(); mutants.ROOMS['physics'] = (['physics.py'], ['test_area.py'])"
-    code = f"import sys; sys.path.insert(0, 'tests'); from mutants import __main__ as mutants; {rooms}; mutants.main()"
+    rooms = "rooms.clear(); rooms['physics'] = (['physics.py'], ['test_area.py'])"
+    code = (
+        f"import sys; sys.path.insert(0, 'tests'); from mutants.__main__ import ROOMS as rooms, main; {rooms}; main()"
+    )
     line = [sys.executable, "-c", code, "--count", "99", "--budget", "1"]
     environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST")}
+    environment["PYTHONPATH"] = str(tmp_path / "tests")
     done = subprocess.run(line, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
+    share = "seed 1: 50.0% of 8 mutants killed, of 8 that there are: physics 4 of 8"
+    assert done.stdout.splitlines()[-1] == share
     told = {tuple(one.split(maxsplit=1)) for one in done.stdout.splitlines() if "physics.py:" in one}
     assert told == {
         ("killed", "physics.py:1: : 2 -> 3"),

@@ -39,6 +39,9 @@ LEVEL_TO = math.radians(2.0)
 MOST_WEIGHTS = 12
 """With more torques than this, none is left out."""
 
+MOST_RUNS = 3000
+"""Of a longer log nothing is asked: each answer is a fit of all runs."""
+
 MOST_ROUNDING = 0.5
 """If the rounding of one column makes so much of u(I_zz), a quarter of u², one more digit is worth writing."""
 
@@ -57,7 +60,8 @@ class Lab(Struct, frozen=True):
     @property
     def kept(self) -> list[int]:
         """Runs that are used."""
-        return [i for i in range(len(self.measured.runs)) if i not in self.left_out]
+        out = set(self.left_out)
+        return [i for i in range(len(self.measured.runs)) if i not in out]
 
     @property
     def residual(self) -> Floats:
@@ -262,7 +266,7 @@ def _without_each_weight(lab: Lab) -> Iterator[Case]:
     if not 1 < len(groups) <= MOST_WEIGHTS:
         return
     for number, group in enumerate(groups):
-        rest = [i for i in range(len(lab.measured.runs)) if i not in group]
+        rest = np.delete(np.arange(len(lab.measured.runs)), group).tolist()
         left_out = tuple(at for at, i in enumerate(rest) if i not in used)
         if used & set(group) and lab.measured.torque[[i for i in rest if i in used]].any():
             words = load_words(lab.measured, group[0]) if lab.measured.torque[group[0]] else "the unloaded runs"

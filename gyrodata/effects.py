@@ -161,7 +161,7 @@ class Outcome(Struct, frozen=True):
 def answers(lab: Lab, wanted: str) -> Iterator[Outcome]:
     """Answer every question of one table (see `changes.Use`), or of one name, that applies to a lab."""
     for change in changes.CHANGES:
-        if wanted in (change.use, change.name):
+        if wanted in (change.use, change.name) and len(lab.measured.runs) <= changes.MOST_RUNS:
             for case in change.cases(lab):
                 inertia = None if case.measured is None else _answer(lab, case, case.measured)
                 yield Outcome(change.name, change.words.format(case.words), inertia, case)

@@ -17,7 +17,6 @@ from msgspec.structs import replace
 from gyrodata import effects, fitting
 from gyrodata.changes import Lab
 from gyrodata.comparisons import (
-    Ball,
     compare_with_ball,
     constancy,
     look_for_patterns,
@@ -31,24 +30,19 @@ from gyrodata.diagnostics import NO_STEADY_PRECESSION, NO_TORQUE, TOO_MANY_SHARE
 from gyrodata.effects import Outcome, Sensitivity
 from gyrodata.errors import LogError, insist_on_choice, insist_on_type
 from gyrodata.findings import (
-    Doubt,
-    body_findings,
+    Seen,
     count_findings,
-    doubts_of_columns,
     fall_findings,
-    find_doubts,
+    findings,
     list_advice,
     not_measured,
-    outlier_findings,
     refusal,
     size_findings,
-    unusual_findings,
-    whole_findings,
 )
 from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, NoFit, Outlier
 from gyrodata.measurements import Measurements, measure
 from gyrodata.readings import Readings, read_log, value_text
-from gyrodata.results import DOF_REASON, Analysis, Options, Result
+from gyrodata.results import DOF_REASON, DOUBTS, Analysis, Doubt, Options, Result
 from gyrodata.wrong_cells import explain
 
 if TYPE_CHECKING:
@@ -145,28 +139,20 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else None
     needed = whole or (measured.motion is None and effects.release_may_matter(lab))
     listed = effects.list_effects(lab, () if whole else ("release",)) if needed else ()
-    found += outlier_findings(readings, measured, fitted.outliers, left_out, fitted.without)
     patterns = look_for_patterns(measured, fit)
-    found += whole_findings(readings, lab, p, listed, patterns)
     exponent = overall_exponent(measured, kept) if whole else None
+    seen = Seen(readings, lab, fitted.outliers, fitted.without, p, listed, patterns, exponent, tuple(sizes), whole)
+    found += findings(seen)
     outcomes = list(effects.answers(lab, "sensitivity")) if whole else []
     without = {one.case.torque: one.inertia for one in outcomes if one.case.torque is not None and one.inertia}
-    of_body = body_findings(readings, measured, fit, bool(sizes))
-    doubts: tuple[Doubt, ...] = ()
-    ball: Ball | None = None
-    if whole:
-        ball = compare_with_ball(fit.inertia, readings.constants, readings.uncertainties)
-        # Without a weight a turn may take an hour.
-        silent = {line for i, line in enumerate(measured.lines) if i in out or not measured.torque[i]}
-        of_columns = doubts_of_columns((*of_body, *sizes), silent)
-        doubts = (*of_columns, *find_doubts(measured, fit, exponent, patterns, left_out))
-        if ball is None and not sizes and not of_body:
-            found += unusual_findings(readings, measured)
-    # What another hour would gain is worked out for runs that follow the law.
+    # Without a weight a turn may take an hour.
+    silent = {line for i, line in enumerate(measured.lines) if i in out or not measured.torque[i]}
+    denied = [one for one in found if one.doubt and not (one.doubt == "size" and one.line in silent)] if whole else []
+    doubts = tuple(Doubt(kind, one.message, one.hint) for kind in DOUBTS for one in denied if one.doubt == kind)
     advice: tuple[str, ...] = ()
     if whole:
+        # What another hour would gain is worked out for runs that follow the law.
         advice = tuple(f"find the cause first: {doubt.remedy}" for doubt in doubts) or list_advice(lab)
-    found += of_body
     torques = torque_table(measured, fit, kept, without)
     one_torque = not fitting.torques_differ(measured.torque[kept])
     return Analysis(
@@ -192,7 +178,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
         power_law=power_laws(measured, kept) if whole else (),
         exponent=exponent,
         constancy=constancy(measured, kept) if whole else None,
-        ball=ball,
+        ball=compare_with_ball(fit.inertia, readings.constants, readings.uncertainties) if whole else None,
         torques=torques,
         run_table=run_table(measured, fit, fitted.outliers, left_out),
         patterns=patterns,

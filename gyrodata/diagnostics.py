@@ -522,6 +522,26 @@ BALL_DISAGREES = _warning("G443", "I_zz is not that of the ball or disk in the l
 SIZE_NOT_USUAL = _warning(
     "G444", "a column is possible but not usual: is its unit right?", _ODD_RUN.replace("rpm", "Hz")
 )
+_EITHER_LOG = f"""{G}\
+# u_time: 0.14 s
+{LOG}\
+20.00,15.0,206,20.4,1
+20.00,15.0,407,40.4,1
+20.00,15.0,605,60.1,1
+40.00,15.0,206,10.21,1
+40.00,15.0,405,10.05,1
+"""
+EITHER_RUN_WRONG = _warning("G445", "one of two runs is wrong, and the others do not say which", _EITHER_LOG)
+_NO_PROPORTION_LOG = f"""{G}\
+{LOG}\
+20.00,15.0,206,30.4,1
+20.00,15.0,407,45.4,1
+20.00,15.0,605,60.1,1
+40.00,15.0,206,15.2,1
+40.00,15.0,407,22.7,1
+40.00,15.0,605,30.0,1
+"""
+PERIOD_NOT_IN_PROPORTION = _warning("G446", "the period is not in proportion to the spin", _NO_PROPORTION_LOG)
 
 # the procedure
 _TOO_FEW_WEIGHTS_LOG = f"""{G}{LOG}\

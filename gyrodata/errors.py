@@ -89,6 +89,9 @@ class Diagnostic(Struct, frozen=True):
         The line as it stands in the file, or "".
     width : int
         Number of characters at fault, for the mark below the excerpt.
+    doubt : str
+        Why the answer must not be quoted, if this finding makes it so: "ball", "size", "contradiction", "exponent",
+        "scatter" or "pattern"; else "".
     """
 
     code: str
@@ -100,6 +103,7 @@ class Diagnostic(Struct, frozen=True):
     column: int | None = None
     excerpt: str = ""
     width: int = 1
+    doubt: str = ""
 
     @classmethod
     def of(cls, code: str, message: str, *about: Any, **more: Any) -> Diagnostic:

@@ -1,16 +1,22 @@
-"""What there is to say about a log, and about the next one."""
+"""What there is to say about a log, and about the next one: one list of checks.
+
+A check looks at what is known of a log (`Seen`) and gives findings: diagnostics with a code, a severity, a place, words
+and a remedy. A finding that makes the answer unsafe to quote has a kind of `doubt`. Terminal, page, `gyro check`,
+grading and JSON select from these findings and make none of their own.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Iterator
-from typing import Any, Literal
+from collections.abc import Callable, Collection, Iterable, Iterator
+from typing import Any
 
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import changes, effects, fitting, physics
+from gyrodata import diagnostics as codes
 from gyrodata.changes import Lab
 from gyrodata.comparisons import (
     CHANCE,
@@ -21,31 +27,6 @@ from gyrodata.comparisons import (
     outlier_reason,
     pattern_words,
     turn_words,
-)
-from gyrodata.diagnostics import (
-    AGREES_TOO_WELL,
-    BALANCE_POOR,
-    BALANCE_TEST_CONTRADICTED,
-    BALL_DISAGREES,
-    COLUMNS_EXCHANGED,
-    DIGITS_TOO_FEW,
-    DIRECTION_MISSING,
-    INERTIA_UNUSUAL,
-    NO_INERTIA_FITS,
-    NOT_MEASURED,
-    OUTLIER,
-    PATTERN_IN_RESIDUALS,
-    RELEASE_FALLS,
-    RELEASE_NOT_TOLD,
-    RUNS_CONTRADICT_EACH_OTHER,
-    SCATTER_TOO_LARGE,
-    SINGLE_TORQUE,
-    SIZE_NOT_USUAL,
-    SIZE_UNUSUAL,
-    SPIN_FELL_ALONE,
-    TRANSVERSE_INERTIA_NOT_GIVEN,
-    TURNS_OF_WEIGHTS_WRONG,
-    UNCERTAINTY_NOT_USED,
 )
 from gyrodata.effects import DROP_ONE, Effect
 from gyrodata.errors import Diagnostic
@@ -97,7 +78,7 @@ def count_findings(
     place = column.place(first) if column else None
     return [
         readings.diagnose(
-            TURNS_OF_WEIGHTS_WRONG,
+            codes.TURNS_OF_WEIGHTS_WRONG,
             "the weights contradict each other as the turns are written; the runs of "
             + "; or else those of ".join(words(counts) for counts in answers),
             "write in each row the turns that were timed: I_zz depends on which of them are right",
@@ -148,7 +129,7 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
     run = int(loaded[worst])
     return [
         readings.diagnose(
-            RELEASE_FALLS,
+            codes.RELEASE_FALLS,
             f"run {measured.runs[run]}: a rod that is released at {spin[worst] / RPM:.0f} rpm with "
             f"{load_words(measured, run)} falls by about {math.degrees(sag[worst]):.0f} degrees and hits the cup"
             + (f"; {steep} of the {len(measured.runs)} runs fall by more than 45 degrees" if steep > 1 else ""),
@@ -186,7 +167,7 @@ def refusal(readings: Readings, measured: Measurements, why: str, keep_flagged: 
             "look for a wrong unit, a wrong count of turns, or weights exchanged; by itself each weight gives "
             f"{', '.join(shown[:6])}{', …' if len(shown) > 6 else ''} kg·m²"
         )
-    return readings.diagnose(NO_INERTIA_FITS, f"no moment of inertia goes with these runs: {why}", hint)
+    return readings.diagnose(codes.NO_INERTIA_FITS, f"no moment of inertia goes with these runs: {why}", hint)
 
 
 def not_measured(readings: Readings, fit: FitResult) -> Diagnostic:
@@ -201,43 +182,69 @@ def not_measured(readings: Readings, fit: FitResult) -> Diagnostic:
     else:
         hint = f"most of it comes from u_{widest}: is it right as the log states it?"
     return readings.diagnose(
-        NOT_MEASURED,
+        codes.NOT_MEASURED,
         f"I_zz is not measured: its 95 % interval, {low:.2g} to {high:.2g} kg·m², holds zero or less",
         hint,
     )
 
 
-def outlier_findings(
-    readings: Readings,
-    measured: Measurements,
-    outliers: tuple[Outlier, ...],
-    left_out: tuple[int, ...],
-    without: Estimate | None,
-) -> list[Diagnostic]:
+class Seen(Struct, frozen=True):
+    """What is known of a log after its fit."""
+
+    readings: Readings
+    lab: Lab
+    outliers: tuple[Outlier, ...]
+    without: Estimate | None
+    """I_zz without any odd run [kg*m^2], if one is kept."""
+    p: float | None
+    """Chance of a chi-square at least as large; None without degrees of freedom."""
+    effects: tuple[Effect, ...]
+    patterns: tuple[Pattern, ...]
+    exponent: Exponent | None
+    sizes: tuple[Diagnostic, ...]
+    """Questions about readings, asked before the fit."""
+    whole: bool
+    """False if only a grade is asked for: without advice, doubts and what takes several fits."""
+
+    @property
+    def measured(self) -> Measurements:
+        """The runs."""
+        return self.lab.measured
+
+    @property
+    def fit(self) -> FitResult:
+        """Their fit."""
+        return self.lab.fit
+
+    @property
+    def contradicts_itself(self) -> bool:
+        """Whether the runs scatter so much that nothing else can be said of them."""
+        return self.fit.scatter > CONTRADICTING
+
+
+def findings(seen: Seen) -> list[Diagnostic]:
+    """Make every check of a log that has been fitted."""
+    return [finding for check in CHECKS for finding in check(seen)]
+
+
+def _outliers(seen: Seen) -> Iterator[Diagnostic]:
     """Name each run that looks odd, what was done with it, and what it does to the answer."""
+    readings, without = seen.readings, seen.without
     timing = next(readings.columns[role] for role in TIMINGS if role in readings.columns)
-    found = []
-    out = set(left_out)
-    for outlier in outliers[:MOST_OF_ONE_CODE]:
+    out = set(seen.lab.left_out)
+    for outlier in seen.outliers[:MOST_OF_ONE_CODE]:
         if outlier.index in out:
             done = "left out of the fits"
             hint = "correct what you know to be wrong, or time it again; --keep-flagged keeps the run"
         else:
             done = f"kept; without every run that looks odd I_zz = {without.value:.4g} kg·m²" if without else "kept"
             hint = "time it again; if you know what went wrong, put # before its line to leave it out"
-        found.append(
-            readings.diagnose(
-                OUTLIER,
-                f"run {measured.runs[outlier.index]}: {outlier_reason(measured, outlier)}; {done}",
-                hint,
-                timing.place(outlier.index),
-                len(timing.readings[outlier.index].text),
-            )
-        )
-    if len(outliers) > MOST_OF_ONE_CODE:
-        more = f"{len(outliers) - MOST_OF_ONE_CODE} more runs look odd; the table of runs marks each of them"
-        found.append(readings.diagnose(OUTLIER, more, "gyro analyze --format csv prints that table"))
-    return found
+        words = f"run {seen.measured.runs[outlier.index]}: {outlier_reason(seen.measured, outlier)}; {done}"
+        place, width = timing.place(outlier.index), len(timing.readings[outlier.index].text)
+        yield readings.diagnose(codes.OUTLIER, words, hint, place, width)
+    if len(seen.outliers) > MOST_OF_ONE_CODE:
+        more = f"{len(seen.outliers) - MOST_OF_ONE_CODE} more runs look odd; the table of runs marks each of them"
+        yield readings.diagnose(codes.OUTLIER, more, "gyro analyze --format csv prints that table")
 
 
 CONTRADICTING = 10.0
@@ -250,88 +257,84 @@ NO_ACCIDENT = 0.001
 """Runs whose scatter is less likely than this do not follow the law within their uncertainties."""
 
 
-class Doubt(Struct, frozen=True):
-    """A reason not to quote the answer, which not even its u holds."""
-
-    kind: Literal["ball", "size", "contradiction", "exponent", "scatter", "pattern"]
-    words: str
-    """What is wrong."""
-    remedy: str
-    """Where to look for the cause."""
-
-
-def doubts_of_columns(found: Iterable[Diagnostic], lines_left_out: Collection[int]) -> Iterator[Doubt]:
-    """Turn the diagnostics that deny a whole column, or a run that is kept, into doubts."""
-    for one in found:
-        if one.code == BALL_DISAGREES:
-            yield Doubt("ball", one.message, one.hint)
-        elif one.code in (SIZE_UNUSUAL, COLUMNS_EXCHANGED, INERTIA_UNUSUAL) and one.line not in lines_left_out:
-            yield Doubt("size", one.message, one.hint)
-
-
-def find_doubts(
-    measured: Measurements,
-    fit: FitResult,
-    exponent: Exponent | None,
-    patterns: tuple[Pattern, ...],
-    left_out: Collection[int] = (),
-) -> tuple[Doubt, ...]:
-    """Say why the answer is not to be quoted as it stands, the weightiest reason first."""
-    if fit.scatter > CONTRADICTING:
-        words = f"the runs contradict each other: they scatter {fit.scatter:.3g} times as much as stated"
-        return (Doubt("contradiction", words, "look for a wrong digit, unit or count of turns in the runs"),)
-    found = _other_choices(measured, fit, left_out)
-    gone = next((group for group in torque_groups(measured) if len(group) > 1 and set(group) <= set(left_out)), None)
-    if gone is not None and (poor := _poor_balance(measured, fit)):
-        # Which of two weights is wrong the runs do not say; the balance does.
-        words = f"the runs of {load_words(measured, gone[0])} are left out, and by the others {poor}"
-        found.append(
-            Doubt("contradiction", words, "look at the turns and the readings of each weight, not only of those")
+def _scatter(seen: Seen) -> Iterator[Diagnostic]:
+    """Say that the runs scatter more than stated, or contradict each other."""
+    measured, fit, widest = seen.measured, seen.fit, fitting.doubt_of_widths(fitting.times_stated(seen.measured))
+    if seen.contradicts_itself:
+        yield seen.readings.diagnose(
+            codes.RUNS_CONTRADICT_EACH_OTHER,
+            "the runs contradict each other: they fit together only if every time is "
+            f"{fit.scatter:.3g} times as uncertain as stated, and so it was taken",
+            "look for a wrong digit, unit or count of turns in the runs",
+            doubt="contradiction",
         )
-    # Of a tilted rod, or one that nods, the period is no power of the spin; the fit's own chi-square tells of those.
-    follows = fit.adjusted.problem.tilted or measured.slowing is not None
-    if exponent is not None and fit.dof >= 2 and not (follows and fitting.chi2_tail(fit.chi2, fit.dof) > NO_ACCIDENT):
-        beside = (fit.chi2 - exponent.deviation**2) / (fit.dof - 1)
-        far = exponent.deviation / math.sqrt(max(beside, 1.0))
-        if abs(far) > OTHER_LAW:
-            words = (
-                f"the period grows as the spin to the power {exponent.value:.2f}, {abs(far):.0f} u from 1, "
-                "not in proportion to it"
-            )
-            late = "a hand that is late in every run, or turns that are wrong in the short runs"
-            drag = "a spin read at another moment than half time, or turns that are wrong in the long runs"
-            found.append(Doubt("exponent", words, f"look for {late if far < 0 else drag}"))
-    widest = fitting.doubt_of_widths(fitting.times_stated(measured))
-    if fit.dof > 0 and fitting.chi2_tail(fit.chi2 / widest**2, fit.dof) < NO_ACCIDENT:
-        words = f"the runs do not follow one line: they scatter {fit.scatter:.1f} times as much as stated"
-        remedy = (
-            "look for a run with a wrong count of turns, a wrong weight or a misread time, or state u_time as it is"
+    elif fit.dof > 0 and fitting.chi2_tail(fit.chi2 / widest**2, fit.dof) < NO_ACCIDENT:
+        yield seen.readings.diagnose(
+            codes.SCATTER_TOO_LARGE,
+            f"the runs do not follow one line: they scatter {fit.scatter:.1f} times as much as stated",
+            "look for a run with a wrong count of turns, a wrong weight or a misread time; if times are really so "
+            f"uncertain, state it: # u_time: {_wider_time(measured, fit.scatter)}",
+            doubt="scatter",
         )
-        found.append(Doubt("scatter", words, remedy))
-    if patterns and patterns[0].p_corrected < CHANCE and patterns[0].name != "agreement":
-        found.append(Doubt("pattern", *pattern_words(patterns[0])))
-    return tuple(found)
+    elif seen.p is not None and seen.p < NO_ACCIDENT:
+        yield seen.readings.diagnose(
+            codes.SCATTER_TOO_LARGE,
+            f"the runs scatter {fit.scatter:.1f} times as much as {_stated_time(measured)}: u of I_zz holds that",
+            "look for a run that is wrong, or a hand that is late; if times are really so uncertain, state it: "
+            f"# u_time: {_wider_time(measured, fit.scatter)}",
+        )
 
 
-def _other_choices(measured: Measurements, fit: FitResult, left_out: Collection[int]) -> list[Doubt]:
+def _other_choices(seen: Seen) -> Iterator[Diagnostic]:
     """Doubt the answer if the kept runs of a torque may be wrong as well as those that are left out."""
+    if seen.contradicts_itself or not seen.whole:
+        return
+    measured, left_out = seen.measured, seen.lab.left_out
 
     def named(runs: list[int]) -> str:
         *first, last = (measured.runs[i] for i in runs)
         return f"runs {', '.join(first)} and {last}" if first else f"run {last}"
 
-    return [
-        Doubt(
-            "contradiction",
+    for gone, rest, other in fitting.rivals(measured, seen.fit, left_out):
+        words = (
             f"either {named(gone)} {'is' if len(gone) == 1 else 'are'} wrong, or {named(rest)} "
             f"{'is' if len(rest) == 1 else 'are'}: the runs of {load_words(measured, gone[0])} contradict each other, "
-            f"and the other runs agree with both. I_zz = {fit.inertia.value:.4g} kg·m² without {named(gone)}, as "
-            f"here, or {other.inertia.value:.4g} kg·m² without {named(rest)}",
-            "count the turns again in one of these runs and time it; then correct the turns of those that do not "
-            "agree with it, or put # before their lines",
+            f"and the other runs agree with both. I_zz = {seen.fit.inertia.value:.4g} kg·m² without {named(gone)}, as "
+            f"here, or {other.inertia.value:.4g} kg·m² without {named(rest)}"
         )
-        for gone, rest, other in fitting.rivals(measured, fit, left_out)
-    ]
+        hint = (
+            "count the turns again in one of these runs and time it; then correct the turns of those that do not "
+            "agree with it, or put # before their lines"
+        )
+        yield seen.readings.diagnose(codes.EITHER_RUN_WRONG, words, hint, doubt="contradiction")
+    gone = next((group for group in torque_groups(measured) if len(group) > 1 and set(group) <= set(left_out)), [])
+    if gone and (poor := _poor_balance(measured, seen.fit)):
+        # The runs do not say which of two weights is wrong; the balance does.
+        words = f"the runs of {load_words(measured, gone[0])} are left out, and by the others {poor}"
+        hint = "look at the turns and the readings of each weight, not only of those"
+        yield seen.readings.diagnose(codes.EITHER_RUN_WRONG, words, hint, doubt="contradiction")
+
+
+def _exponent(seen: Seen) -> Iterator[Diagnostic]:
+    """Doubt the answer if the period is not in proportion to the spin."""
+    fit, exponent = seen.fit, seen.exponent
+    if exponent is None or fit.dof < 2 or seen.contradicts_itself:
+        return
+    # Of a tilted or nutating rod the period is no power of the spin; the fit's own chi-square then decides.
+    follows = fit.adjusted.problem.tilted or seen.measured.slowing is not None
+    if follows and fitting.chi2_tail(fit.chi2, fit.dof) > NO_ACCIDENT:
+        return
+    beside = (fit.chi2 - exponent.deviation**2) / (fit.dof - 1)
+    far = exponent.deviation / math.sqrt(max(beside, 1.0))
+    if abs(far) > OTHER_LAW:
+        words = (
+            f"the period grows as the spin to the power {exponent.value:.2f}, {abs(far):.0f} u from 1, "
+            "not in proportion to it"
+        )
+        late = "a hand that is late in every run, or turns that are wrong in the short runs"
+        drag = "a spin read at another moment than half time, or turns that are wrong in the long runs"
+        hint = f"look for {late if far < 0 else drag}"
+        yield seen.readings.diagnose(codes.PERIOD_NOT_IN_PROPORTION, words, hint, doubt="exponent")
 
 
 def _stated_time(measured: Measurements) -> str:
@@ -347,51 +350,22 @@ def _wider_time(measured: Measurements, scatter: float) -> str:
     return f"{scatter * (measured.time_u or 0.14):.1g} s"
 
 
-def whole_findings(
-    readings: Readings, lab: Lab, p: float | None, effects: tuple[Effect, ...], patterns: tuple[Pattern, ...]
-) -> list[Diagnostic]:
-    """Turn what looks odd in the whole log into diagnostics."""
-    found, measured, fit = [], lab.measured, lab.fit
-    if fit.scatter > CONTRADICTING:
-        found.append(
-            readings.diagnose(
-                RUNS_CONTRADICT_EACH_OTHER,
-                "the runs contradict each other: they fit together only if every time is "
-                f"{fit.scatter:.3g} times as uncertain as stated, and so it was taken",
-                "look for a slip in the runs that look odd: a digit too many, another unit, another count of turns",
-            )
-        )
-    elif p is not None and p < 0.001:
-        found.append(
-            readings.diagnose(
-                SCATTER_TOO_LARGE,
-                f"the runs scatter {fit.scatter:.1f} times as much as {_stated_time(measured)}: u of I_zz holds that",
-                "look for a run that is wrong, or a hand that is late; if times are really so uncertain, state it: "
-                f"# u_time: {_wider_time(measured, fit.scatter)}",
-            )
-        )
+def _balance(seen: Seen) -> Iterator[Diagnostic]:
+    """Say what the runs contradict, or do not tell, of the balance."""
+    measured, fit = seen.measured, seen.fit
     if fit.contradicted_balance is not None:
-        found.append(
-            readings.diagnose(
-                BALANCE_TEST_CONTRADICTED,
-                f"the runs say M0 = {1e3 * fit.residual_torque.value:.2g} mN·m, far from the "
-                f"{1e3 * fit.contradicted_balance:.2g} mN·m that {measured.balance_test_from} allows; the runs win",
-                f"check {measured.balance_test_from}",
-            )
+        yield seen.readings.diagnose(
+            codes.BALANCE_TEST_CONTRADICTED,
+            f"the runs say M0 = {1e3 * fit.residual_torque.value:.2g} mN·m, far from the "
+            f"{1e3 * fit.contradicted_balance:.2g} mN·m that {measured.balance_test_from} allows; the runs win",
+            f"check {measured.balance_test_from}",
         )
     if measured.torque_unseen is None and not fitting.torques_differ(measured.torque):
-        found.append(
-            readings.diagnose(
-                SINGLE_TORQUE,
-                "all torques are equal, so the runs cannot tell the residual torque M0 from I_zz",
-                'add runs with another weight, or write "# balanced: yes" or '
-                '"# balance_drift: 5 deg in 60 s at 400 rpm"',
-            )
+        yield seen.readings.diagnose(
+            codes.SINGLE_TORQUE,
+            "all torques are equal, so the runs cannot tell the residual torque M0 from I_zz",
+            'add runs with another weight, or write "# balanced: yes" or "# balance_drift: 5 deg in 60 s at 400 rpm"',
         )
-    found += _pattern_findings(readings, measured, fit, patterns)
-    found += direction_findings(readings, lab)
-    found += digit_findings(readings, lab)
-    return found + _model_findings(readings, measured, fit, effects)
 
 
 DIRECTION = (
@@ -407,24 +381,22 @@ WORTH = 0.95
 """What does not make u of I_zz at least this much smaller [1] is not worth a word."""
 
 
-def direction_findings(readings: Readings, lab: Lab) -> list[Diagnostic]:
+def _direction(seen: Seen) -> Iterator[Diagnostic]:
     """Name the runs without a weight whose direction is missing, if u of I_zz would be smaller with it."""
-    measured, now = lab.measured, lab.fit.inertia
-    bare = np.flatnonzero((measured.sense == 0) & (lab.fit.adjusted.kept > 0)).tolist()
-    then = next((outcome.inertia for outcome in effects.answers(lab, "direction")), None)
+    measured, now = seen.measured, seen.fit.inertia
+    bare = np.flatnonzero((measured.sense == 0) & (seen.fit.adjusted.kept > 0)).tolist()
+    then = next((outcome.inertia for outcome in effects.answers(seen.lab, "direction")), None)
     if not bare or then is None or (then.u or 0.0) > WORTH * (now.u or 0.0):
-        return []
+        return
     names = ", ".join(measured.runs[i] for i in bare)
-    return [
-        readings.diagnose(
-            DIRECTION_MISSING,
-            f"run{'s' * (len(bare) > 1)} {names} without a weight: which way the rod went is missing, so M0 may have "
-            f"either sign. u of I_zz is {100 * (now.u or 0.0) / now.value:.2g} % and would be about "
-            f"{100 * (then.u or 0.0) / then.value:.2g} % with the direction",
-            DIRECTION.partition(". Header")[0],
-            _place(readings, bare[0]),
-        )
-    ]
+    yield seen.readings.diagnose(
+        codes.DIRECTION_MISSING,
+        f"run{'s' * (len(bare) > 1)} {names} without a weight: which way the rod went is missing, so M0 may have "
+        f"either sign. u of I_zz is {100 * (now.u or 0.0) / now.value:.2g} % and would be about "
+        f"{100 * (then.u or 0.0) / then.value:.2g} % with the direction",
+        DIRECTION.partition(". Header")[0],
+        _place(seen.readings, bare[0]),
+    )
 
 
 def _place(readings: Readings, run: int) -> Place | None:
@@ -451,46 +423,52 @@ def _poor_balance(measured: Measurements, fit: FitResult) -> str:
     return f"M0 = {1e3 * fit.residual_torque.value:.2g} mN·m is {share}, more than a balanced ball has"
 
 
-def _pattern_findings(
-    readings: Readings, measured: Measurements, fit: FitResult, patterns: tuple[Pattern, ...]
-) -> list[Diagnostic]:
-    """Name the likeliest cause of what the runs do not leave to chance."""
-    found = []
-    if patterns and patterns[0].p_corrected < CHANCE and fit.scatter < CONTRADICTING:
-        words, hint = pattern_words(patterns[0])
-        code = AGREES_TOO_WELL if patterns[0].name == "agreement" else PATTERN_IN_RESIDUALS
-        chance = f"{patterns[0].p_corrected:.1g}" if patterns[0].p_corrected > 1e-6 else "below 1e-6"
-        found.append(readings.diagnose(code, f"{words} (chance, for all {len(patterns)} looked for: {chance})", hint))
+def _patterns(seen: Seen) -> Iterator[Diagnostic]:
+    """Name the likeliest cause of residuals that are not random."""
+    if not seen.patterns or seen.patterns[0].p_corrected >= CHANCE or seen.contradicts_itself:
+        return
+    first = seen.patterns[0]
+    words, hint = pattern_words(first)
+    chance = f"{first.p_corrected:.1g}" if first.p_corrected > 1e-6 else "below 1e-6"
+    words = f"{words} (chance, for all {len(seen.patterns)} looked for: {chance})"
+    if first.name == "agreement":
+        yield seen.readings.diagnose(codes.AGREES_TOO_WELL, words, hint)
+    else:
+        yield seen.readings.diagnose(codes.PATTERN_IN_RESIDUALS, words, hint, doubt="pattern")
+
+
+def _large_residual_torque(seen: Seen) -> Iterator[Diagnostic]:
+    """Say that M0 is more than a balanced ball has, and what may cause it."""
+    measured, fit = seen.measured, seen.fit
     poor = _poor_balance(measured, fit)
-    if poor and fit.scatter < CONTRADICTING:
-        arms = np.unique(measured.position[measured.torque != 0]).tolist()
-        missing = fit.residual_torque.value / (measured.g * arms[0]) if len(arms) == 1 else math.nan
-        hanger = (
-            f"if a hanger of {1e3 * missing:.2g} g is missing from the masses, add it to each; " if missing > 0 else ""
-        )
-        found.append(
-            readings.diagnose(
-                BALANCE_POOR,
-                f"{poor}; possible causes are a hanger that is not in the masses, an arm that is not measured from "
-                "the centre of the ball, and wrong turns of one weight",
-                f"{hanger}check the turns of each weight, where the arm is measured from, and g; "
-                'write "# balanced: no" if the ball was not balanced',
-            )
-        )
+    if not poor or seen.contradicts_itself:
+        return
+    arms = np.unique(measured.position[measured.torque != 0]).tolist()
+    missing = fit.residual_torque.value / (measured.g * arms[0]) if len(arms) == 1 else math.nan
+    hanger = f"if a hanger of {1e3 * missing:.2g} g is missing from the masses, add it to each; " if missing > 0 else ""
+    yield seen.readings.diagnose(
+        codes.BALANCE_POOR,
+        f"{poor}; possible causes are a hanger that is not in the masses, an arm that is not measured from "
+        "the centre of the ball, and wrong turns of one weight",
+        f"{hanger}check the turns of each weight, where the arm is measured from, and g; "
+        'write "# balanced: no" if the ball was not balanced',
+    )
+
+
+def _spin_fell(seen: Seen) -> Iterator[Diagnostic]:
+    """Name the runs in which the spin fell much faster than in the others."""
+    measured = seen.measured
     for i in _fell_alone(measured):
         assert measured.spin_start is not None
         assert measured.spin_end is not None
         fall = 100 * (1 - measured.spin_end[i] / measured.spin_start[i])
-        found.append(
-            readings.diagnose(
-                SPIN_FELL_ALONE,
-                f"run {measured.runs[i]}: the spin falls by {fall:.0f} %, over {FELL_MORE:g} times as fast as in the "
-                "others, as where something rubs, or a reading is wrong",
-                "look at both readings of the spin, or time the run again",
-                spin_columns(readings)[-1].place(i),
-            )
+        yield seen.readings.diagnose(
+            codes.SPIN_FELL_ALONE,
+            f"run {measured.runs[i]}: the spin falls by {fall:.0f} %, over {FELL_MORE:g} times as fast as in the "
+            "others, as where something rubs, or a reading is wrong",
+            "look at both readings of the spin, or time the run again",
+            spin_columns(seen.readings)[-1].place(i),
         )
-    return found
 
 
 def _fell_alone(measured: Measurements) -> list[int]:
@@ -503,16 +481,13 @@ def _fell_alone(measured: Measurements) -> list[int]:
     return far if len(far) <= len(fall) / 4 else []
 
 
-def digit_findings(readings: Readings, lab: Lab) -> list[Diagnostic]:
+def _digits(seen: Seen) -> Iterator[Diagnostic]:
     """Say where the last digit written decides much of u(I_zz), with both answers, and what to write."""
-    found = []
-    for outcome in effects.answers(lab, "digits"):
-        role, rounding = outcome.words, changes.rounding(lab, outcome.words)
+    for outcome in effects.answers(seen.lab, "digits"):
+        rounding = changes.rounding(seen.lab, outcome.words)
         if outcome.inertia is not None and rounding is not None:
-            ratio, part = rounding
-            run = int(np.argmax(ratio))
-            found.append(_too_few_digits(readings, role, run, part, lab.fit.inertia, outcome.inertia))
-    return found
+            run, part = int(np.argmax(rounding[0])), rounding[1]
+            yield _too_few_digits(seen.readings, outcome.words, run, part, seen.fit.inertia, outcome.inertia)
 
 
 def _too_few_digits(
@@ -531,7 +506,7 @@ def _too_few_digits(
     # A spreadsheet drops the zeros at the end that are typed.
     how = " (by a number format that shows it)" if readings.name.lower().endswith(".xlsx") else ""
     return readings.diagnose(
-        DIGITS_TOO_FEW,
+        codes.DIGITS_TOO_FEW,
         f'{role} "{reading.text}" is taken as anything from {value - step / 2:.4g} to {value + step / 2:.4g}{unit}: '
         f"such rounding makes {100 * part**2:.0f} % of u². As written I_zz = ({shown})e{power} kg·m²; "
         f"as {value:.{digits}f} it would be {then}",
@@ -542,58 +517,39 @@ def _too_few_digits(
     )
 
 
-def _model_findings(
-    readings: Readings, measured: Measurements, fit: FitResult, effects: tuple[Effect, ...]
-) -> list[Diagnostic]:
+def _model(seen: Seen) -> Iterator[Diagnostic]:
     """Say what the choice of the model lacked in the log, and by how much it matters."""
-    found = []
+    readings, measured, fit = seen.readings, seen.measured, seen.fit
     guessed = next((share for share in fit.budget if share.source == "transverse_inertia"), None)
     if guessed is not None and measured.transverse_inertia is None and guessed.share > DROP_ONE**2:
         across = fitting.transverse_inertia(measured)
-        found.append(
-            readings.diagnose(
-                TRANSVERSE_INERTIA_NOT_GIVEN,
-                "eq. (8) needs the moment of inertia across the rod, which is not given: "
-                f"{across.min():.2g} to {across.max():.2g} kg·m² ± 20 % is assumed (a ball with a light rod, the "
-                f"weight on it), and that doubt is {100 * guessed.u_inertia / abs(fit.inertia.value):.2g} % of I_zz",
-                "add a column transverse_inertia [kg*m^2], or one line with what was measured, such as "
-                f"# transverse_inertia: {np.median(across):.2g} kg*m^2",
-            )
+        yield readings.diagnose(
+            codes.TRANSVERSE_INERTIA_NOT_GIVEN,
+            "eq. (8) needs the moment of inertia across the rod, which is not given: "
+            f"{across.min():.2g} to {across.max():.2g} kg·m² ± 20 % is assumed (a ball with a light rod, the "
+            f"weight on it), and that doubt is {100 * guessed.u_inertia / abs(fit.inertia.value):.2g} % of I_zz",
+            "add a column transverse_inertia [kg*m^2], or one line with what was measured, such as "
+            f"# transverse_inertia: {np.median(across):.2g} kg*m^2",
         )
-    left_out = (
-        {"u_pitch"}
-        if any(source.name == "release" for source in measured.sources)
-        else {"u_pitch", "u_transverse_inertia"}
+    unused = (
+        {"u_pitch"} if any(one.name == "release" for one in measured.sources) else {"u_pitch", "u_transverse_inertia"}
     )
     if "pitch" in readings.columns and not fit.adjusted.problem.tilted:
-        found += [
-            readings.diagnose(
-                UNCERTAINTY_NOT_USED,
-                f"{key} changes nothing here: the tilt matters so little that eq. (9), for a level rod, is used",
-                "--model steady takes the tilt into account",
-                place,
-            )
-            for key, place in readings.stated_at.items()
-            if key in left_out
-        ]
-    # It is not in a list without what is small.
-    release = next((effect for effect in effects if effect.effect == "release"), None)
-    if (
-        release is not None
-        and measured.motion is None
-        and not release.kept
-        and (release.size or 0.0) > DROP_ONE
-        and fit.scatter < CONTRADICTING
-    ):
-        found.append(
-            readings.diagnose(
-                RELEASE_NOT_TOLD,
-                "if the rod was let go from rest, not led along until it went steadily, I_zz is "
-                f"{100 * abs(release.bias or 0.0):.2g} % too {'high' if (release.bias or 0.0) > 0 else 'low'}",
-                'write "# motion: released" or "# motion: steady"',
-            )
+        for key in unused & set(readings.stated_at):
+            words = f"{key} changes nothing here: the tilt matters so little that eq. (9), for a level rod, is used"
+            hint, place = "--model steady takes the tilt into account", readings.stated_at[key]
+            yield readings.diagnose(codes.UNCERTAINTY_NOT_USED, words, hint, place)
+    release = next((effect for effect in seen.effects if effect.effect == "release"), None)
+    if release is None or measured.motion is not None or release.kept or seen.contradicts_itself:
+        return
+    if (release.size or 0.0) > DROP_ONE:
+        bias = release.bias or 0.0
+        yield readings.diagnose(
+            codes.RELEASE_NOT_TOLD,
+            "if the rod was let go from rest, not led along until it went steadily, I_zz is "
+            f"{100 * abs(bias):.2g} % too {'high' if bias > 0 else 'low'}",
+            'write "# motion: released" or "# motion: steady"',
         )
-    return found
 
 
 def size_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:
@@ -602,7 +558,7 @@ def size_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
         spin, time = readings.columns["spin"], readings.columns["time"]
         words = f'the columns "{spin.header}" and "{time.header}" make sense only the other way round'
         hint = 'exchange the two headers: write "time [s]" over the first and "spin [rpm]" over the second'
-        return [readings.diagnose(COLUMNS_EXCHANGED, words, hint, spin.place(0))]
+        return [readings.diagnose(codes.COLUMNS_EXCHANGED, words, hint, spin.place(0), doubt="size")]
     found = []
     for size in SIZES:
         far = far_off(readings, size)
@@ -624,11 +580,12 @@ def size_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
             hint = "is it the unit, the column, or a slip of the pen?"
         found.append(
             readings.diagnose(
-                SIZE_UNUSUAL,
+                codes.SIZE_UNUSUAL,
                 f"{size.role} {value} is not of this lab, where it is from {low} to {high}",
                 hint,
                 column.place(run),
                 len(column.readings[run].text),
+                doubt="size",
             )
         )
     return found
@@ -644,8 +601,12 @@ LONG_TURN, SHORT_ARM, LONG_LEVER, NEARLY_AS_FAST = 600.0, 0.02, 10.0, 0.15
 """Bounds of the time of a turn with a weight [s], the arm [m], m x²/I_zz [1], and precession over spin [1]."""
 
 
-def unusual_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:
+def _unusual(seen: Seen) -> Iterable[Diagnostic]:
     """Ask about columns that are possible but not usual; all published logs are within the bounds."""
+    readings, measured = seen.readings, seen.measured
+    # With a ball in the log, I_zz itself is checked.
+    if not seen.whole or seen.sizes or any(_body(seen)) or readings.constants.get("ball_mass") is not None:
+        return []
     loaded = measured.torque != 0
     spin, rate = measured.spin[loaded], np.abs(measured.product[loaded]) / measured.spin[loaded]
     turn, arm = float(np.median(2 * np.pi / rate)), float(np.abs(measured.position[loaded]).max())
@@ -685,36 +646,43 @@ def unusual_findings(readings: Readings, measured: Measurements) -> list[Diagnos
             hint = f'if the numbers are in {unit}, write the header as "{role} [{unit}]"; if it is right, leave it'
         else:
             hint = "check the unit in the header of each column; if it is right, leave it"
-        found[role] = readings.diagnose(SIZE_NOT_USUAL, words, hint, column.place(0) if column else None)
-    return list(found.values())
+        found[role] = readings.diagnose(codes.SIZE_NOT_USUAL, words, hint, column.place(0) if column else None)
+    return found.values()
 
 
 FAR_BELOW_BALL, FAR_ABOVE_BALL, FAR_IN_U = -0.05, 0.1, 5.0
 """Shares, and a number of u, from which on the difference from the ball needs a cause; a bore only adds to I_zz."""
 
 
-def body_findings(readings: Readings, measured: Measurements, fit: FitResult, asked: bool) -> list[Diagnostic]:
-    """Say where I_zz is not that of the ball or disk in the log, or of no lab; `asked`: a reading is asked about."""
-    low, high = INERTIA_RANGE
-    value = abs(fit.inertia.value)
-    ball = compare_with_ball(fit.inertia, readings.constants, readings.uncertainties)
+def _body(seen: Seen) -> Iterator[Diagnostic]:
+    """Say that I_zz is not that of the ball or disk in the log, or of no lab."""
+    readings, (low, high), value = seen.readings, INERTIA_RANGE, abs(seen.fit.inertia.value)
+    ball = compare_with_ball(seen.fit.inertia, readings.constants, readings.uncertainties)
     close = ball is None or FAR_BELOW_BALL <= ball.relative <= FAR_ABOVE_BALL
     if ball is not None and not close and abs(ball.deviation or math.inf) > FAR_IN_U:
         body = "the ball" if ball.mass is not None else "the disk"
         ratio = value / ball.inertia
         part = f"{ratio:.3g} times" if ratio > 0.5 else f"1/{1 / ratio:.3g} of"
         words = f"I_zz = {value:.4g} kg·m² is {part} that of {body} in the log, {ball.inertia:.4g} kg·m²"
-        slips = explaining_slips(readings, measured, value, ball.inertia)
+        slips = explaining_slips(readings, seen.measured, value, ball.inertia)
         if slips:
             words += "; it would be " + "; or ".join(f"{after:.4g} if {kind.log}" for kind, after in slips)
-            return [readings.diagnose(BALL_DISAGREES, words, "; or else: ".join(kind.remedy for kind, _ in slips))]
-        hint = f"check the mass and the diameter of {body} in the log, and the units and origins of all columns"
-        return [readings.diagnose(BALL_DISAGREES, f"{words}; no known slip explains that", hint)]
-    if not asked and not low <= value <= high:
+            hint = "; or else: ".join(kind.remedy for kind, _ in slips)
+        else:
+            words += "; no known slip explains that"
+            hint = f"check the mass and the diameter of {body} in the log, and the units and origins of all columns"
+        yield readings.diagnose(codes.BALL_DISAGREES, words, hint, doubt="ball")
+    elif not seen.sizes and not low <= value <= high:
         words = f"I_zz = {value:.3g} kg·m² is not of this lab, where it is from {low:g} to {high:g} kg·m²"
         hint = "look at the unit of each column, and at the first line of the report: is that what was done?"
-        return [readings.diagnose(INERTIA_UNUSUAL, words, hint)]
-    return []
+        yield readings.diagnose(codes.INERTIA_UNUSUAL, words, hint, doubt="size")
+
+
+CHECKS: tuple[Callable[[Seen], Iterable[Diagnostic]], ...] = (
+    _outliers, _scatter, _balance, _other_choices, _exponent, _patterns, _large_residual_torque, _spin_fell, _direction,
+    _digits, _model, _unusual, _body,
+)  # fmt: skip
+"""Every check of a log that has been fitted, in the order in which the findings are shown."""
 
 
 def list_advice(lab: Lab) -> tuple[str, ...]:

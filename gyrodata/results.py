@@ -12,7 +12,7 @@ from base64 import b64encode
 from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import msgspec
 import numpy as np
@@ -25,7 +25,6 @@ from gyrodata.comparisons import Ball, Constancy, Exponent, NamedFit, Pattern, P
 from gyrodata.disk import write_folder
 from gyrodata.effects import Effect, Sensitivity
 from gyrodata.errors import Diagnostic, DiagnosticJson
-from gyrodata.findings import Doubt
 from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, Outlier, Share
 from gyrodata.measurements import Measurements, Source
 from gyrodata.readings import Readings
@@ -84,6 +83,22 @@ class Options(Struct, frozen=True):
     """Name of the TOML file with the same, without its folder."""
     model: Model = "auto"
     keep_flagged: bool = False
+
+
+DoubtKind = Literal["ball", "size", "contradiction", "exponent", "scatter", "pattern"]
+
+DOUBTS: tuple[DoubtKind, ...] = get_args(DoubtKind)
+"""Kinds of doubt, the most serious first."""
+
+
+class Doubt(Struct, frozen=True):
+    """A reason not to quote the answer, which not even its u contains."""
+
+    kind: DoubtKind
+    words: str
+    """What is wrong."""
+    remedy: str
+    """Where to look for the cause."""
 
 
 class Result(Struct, frozen=True):

@@ -197,10 +197,10 @@ class Readings(Struct, frozen=True, dict=True):
         return all(diagnostic.severity != "error" for diagnostic in self.diagnostics)
 
     def diagnose(
-        self, code: str, message: str, hint: str = "", place: Place | None = None, width: int = 1
+        self, code: str, message: str, hint: str = "", place: Place | None = None, width: int = 1, doubt: str = ""
     ) -> Diagnostic:
         """Make a diagnostic of a place of this log, with the excerpt of its line."""
-        return make_diagnostic(self.name, self._lines, code, message, hint, place, width)
+        return replace(make_diagnostic(self.name, self._lines, code, message, hint, place, width), doubt=doubt)
 
     @cached_property
     def _lines(self) -> list[str]:

@@ -9,7 +9,6 @@ import os
 import re
 import shutil
 import signal
-import stat
 import subprocess
 import sys
 import time
@@ -22,7 +21,7 @@ import pytest
 from grading.classes import make_folder, make_zip
 from typer.testing import CliRunner, Result
 
-from gyrodata import __version__, schema
+from gyrodata import schema
 from gyrodata.cli import app
 
 ROOT = Path(__file__).parent.parent
@@ -40,8 +39,9 @@ def gyro(*arguments: str | Path) -> Result:
     return CliRunner().invoke(app, [str(argument) for argument in arguments], prog_name="gyro")
 
 
-def rows_of(text: str) -> dict[str, dict[str, str]]:
-    return {row["student"]: row for row in csv.DictReader(io.StringIO(text))}
+def rows_of(grades: Path) -> dict[str, dict[str, str]]:
+    table = (grades / "grades.csv").read_text(encoding="utf-8")
+    return {row["student"]: row for row in csv.DictReader(io.StringIO(table))}
 
 
 @pytest.fixture(scope="module")
@@ -65,32 +65,16 @@ def test_the_stored_class_is_what_the_script_makes() -> None:
     assert stored == make_sample_class.make()
 
 
-def test_every_slip_of_the_sample_class_is_named(graded: tuple[Result, Path]) -> None:
-    rows = rows_of((graded[1] / "grades.csv").read_text(encoding="utf-8"))
-    for student in make_sample_class.STUDENTS:
-        number = re.findall(r"_(\d+)_", student.file)[0]
-        assert rows[number]["slips"].split("; ")[0] == student.slip, student.file
-        if student.reports:
-            points = float(rows[number]["total"])
-            assert points == (17.0 if student.slip else 20.0)
-    assert rows["101"]["flags"] == "shared rows with 110"
-    assert rows["111"]["why_not_graded"] == "lab.csv is empty"
-    assert rows["112"]["why_not_graded"].endswith("this is a PNG picture, not a table")
-    assert rows["113"]["why_not_graded"].startswith("no reported I_zz was found")
-    assert rows["114"]["late"] == "marked late"
-    assert [rows[number]["total"] for number in ("111", "112", "113")] == ["", "", ""], "never a zero"
-
-
-def test_what_is_printed(graded: tuple[Result, Path]) -> None:
-    done, _ = graded
+def test_what_is_printed_and_written(graded: tuple[Result, Path]) -> None:
+    done, folder = graded
     assert done.exit_code == 1, "three are not graded"
     assert done.stdout == EXPECTED.read_text(encoding="utf-8")
     assert "graded 14 (new): adlernina, bakertom" in done.stderr
     assert "1 file is of no student and left aside: README.txt" in done.stderr
-
-
-def test_what_is_written(graded: tuple[Result, Path]) -> None:
-    _, folder = graded
+    rows = rows_of(folder)
+    assert [rows[number]["total"] for number in ("102", "111", "112", "113")] == ["20.00", "", "", ""], "never a zero"
+    for student in make_sample_class.STUDENTS:
+        assert rows[re.findall(r"_(\d+)_", student.file)[0]]["slips"].split("; ")[0] == student.slip, student.file
     assert {path.name for path in folder.iterdir()} == {
         "class.html", "desk-todo.csv", "feedback", "feedback.zip", "flags.csv", "grades.csv", "grades.json",
         "journal.ndjson", "published",
@@ -100,7 +84,6 @@ def test_what_is_written(graded: tuple[Result, Path]) -> None:
     assert set(written) == {f"{stem}{ending}" for stem in stems for ending in (".html", ".md")}
     with zipfile.ZipFile(folder / "feedback.zip") as archive:
         assert {name: archive.read(name) for name in archive.namelist()} == written
-        assert archive.namelist() == sorted(archive.namelist(), key=lambda name: (Path(name).stem, Path(name).suffix))
         assert {entry.date_time for entry in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
     page = (folder / "class.html").read_text(encoding="utf-8")
     for link in re.findall(r'href="([^"#]+)"', page):
@@ -108,8 +91,8 @@ def test_what_is_written(graded: tuple[Result, Path]) -> None:
     assert str(folder) not in page
 
 
-def bytes_of(folder: Path) -> dict[Path, bytes]:
-    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+def bytes_of(folder: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 def test_a_second_run_grades_nobody_and_changes_no_byte(grades: Path) -> None:
@@ -138,9 +121,8 @@ def test_parts_of_a_class_put_together_are_one_run(graded: tuple[Result, Path], 
     done = gyro("grade", CLASS, "--out", together.parent, "--workers", "0")
     assert "kept 14 as graded before\n" in done.stderr
     assert done.stdout == graded[0].stdout
-    for path in sorted(graded[1].rglob("*")):
-        if path.is_file() and path.name != "journal.ndjson":
-            assert (together.parent / path.relative_to(graded[1])).read_bytes() == path.read_bytes(), path.name
+    first, second = bytes_of(graded[1]), bytes_of(together.parent)
+    assert second | {"journal.ndjson": b""} == first | {"journal.ndjson": b""}
 
 
 def test_json_ndjson_and_csv(graded: tuple[Result, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -193,7 +175,7 @@ def test_points_typed_into_grades_csv_are_offered_for_the_desk(grades: Path) -> 
     (grades / "desk.csv").write_text("student,what,value\n113,total,15.00\n")
     gyro("grade", CLASS, "--out", grades)
     assert "113,total" not in (grades / "desk-todo.csv").read_text()
-    assert rows_of(table.read_text(encoding="utf-8"))["113"]["total"] == "15.00"
+    assert rows_of(grades)["113"]["total"] == "15.00"
 
 
 def test_students_that_come_and_go_are_told(grades: Path, tmp_path: Path) -> None:
@@ -213,18 +195,14 @@ def test_a_log_of_an_earlier_year_is_found(grades: Path, tmp_path: Path) -> None
     done = gyro("grade", root, "--out", tmp_path / "new", "--previous", grades, "--format", "json", "--exit-zero")
     (flag,) = json.loads(done.stdout)["flags"]
     assert (flag["kind"], flag["students"], flag["previous"]) == ("shared rows", ["ann"], ["grades/102"])
-    refused = gyro("grade", root, "--out", tmp_path / "other", "--previous", CLASS / "README.txt")
-    assert refused.exit_code == 2
-    assert "holds no log that could be compared" in refused.stderr
-    assert not (tmp_path / "other").exists()
+    refused = gyro("grade", root, "--previous", CLASS / "README.txt")
+    assert (refused.exit_code, "folder that an earlier run wrote, with its journal" in refused.stderr) == (2, True)
 
 
 def test_gradebooks_come_back_filled(grades: Path, tmp_path: Path) -> None:
     book = tmp_path / "book.csv"
     book.write_text(GRADEBOOK)
-    options = ("--out", grades, "--gradebook", book, "--assignment", "123456", "--roster", CLASS / "README.txt")
-    assert "G744" in gyro("grade", CLASS, *options).stderr
-    options = options[:-2]
+    options = ("--out", grades, "--gradebook", book, "--assignment", "123456")
     done = gyro("grade", CLASS, *options)
     only_empty = GRADEBOOK.replace("102,,,A,", "102,,,A,20.00")
     assert (grades / "canvas.csv").read_text() == only_empty, "12 was set by somebody else"
@@ -246,30 +224,6 @@ def test_figures_stand_in_the_feedback(tmp_path: Path) -> None:
     assert page.count("data:image/png;base64,") == len(list((tmp_path / "g" / "figures").rglob("*.png"))) == 4
     assert '<img src="data:image/png' in page
     assert 'alt=""' not in page
-
-
-def test_the_autograder_is_ready_to_be_zipped_and_grades(tmp_path: Path) -> None:
-    rubric, source = tmp_path / "mine.toml", tmp_path / "source"
-    stated = '[reference.all]\ninertia = "4.44e-3 kg m^2"\nu = "1 %"'
-    text = gyro("grade", "--print-rubric", "manual").stdout.replace('[reference]\nfrom = "class"', stated)
-    rubric.write_text(text)
-    done = gyro("grade", "--gradescope", source, "--rubric", rubric)
-    assert done.exit_code == 0
-    assert done.stderr.splitlines()[1:] == [
-        "in Gradescope: 15 autograder points, and a due date, after which all feedback is shown",
-        'in Gradescope: 5 points for "The report is clear" are given by hand',
-    ]
-    modes = {path.name: bool(path.stat().st_mode & stat.S_IXUSR) for path in source.iterdir()}
-    wheel = f"gyrodata-{__version__}-py3-none-any.whl"
-    assert modes == {"setup.sh": True, "run_autograder": True, "rubric.toml": False, wheel: False}
-    make_folder(tmp_path / "submission", {"lab.csv": (CLASS / "itoken_109_9009_lab.csv").read_bytes()})
-    assert gyro("autograde", tmp_path).exit_code == 0
-    results = json.loads((tmp_path / "results" / "results.json").read_text(encoding="utf-8"))
-    assert "A slip to look for" in results["output"]
-    (source / "rubric.toml").write_text("schema = 2")
-    assert gyro("autograde", tmp_path).exit_code == 2
-    (source / "rubric.toml").unlink()
-    assert 'rubric.toml" cannot be read' in gyro("autograde", tmp_path).stderr
 
 
 def test_a_class_that_one_stands_in_gets_its_grades_beside_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,4 +1,4 @@
-"""Grades go back to where they came from: only what is meant to change changes, and what would be lost is told."""
+"""Grades go back to students and platforms: only what should change changes, and no text from outside is obeyed."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import io
 import json
 import math
 import re
+import shutil
 import subprocess
 import sys
-import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -23,7 +23,10 @@ from grading.reports import RIGHT, SLIPS, STATED, Formula, reported_line, sheet,
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
+from pages import Structure
+from typer.testing import CliRunner
 
+from gyrodata.cli import app
 from gyrodata.diagnostics import CODES
 from gyrodata.errors import InputError
 from gyrodata.grading import (
@@ -32,11 +35,14 @@ from gyrodata.grading import (
     Submissions,
     autograder_files,
     default_rubric_text,
+    feedback_html,
+    feedback_markdown,
     fill_book,
     find_submissions,
     grade_autograder,
     grade_submission,
     grades_csv,
+    points_text,
     read_roster,
     read_rubric,
     results_json,
@@ -45,9 +51,63 @@ from gyrodata.grading import (
 Rows = list[list[str]]
 
 
+# --- feedback ---------------------------------------------------------------------------------------------
+
+EXPECTED = Path(__file__).parent / "expected"
+GRADES = three_grades()
+
+
 def a_grade(student: str, points: float | None = 17.5, **changes: Any) -> Grade:
-    found = three_grades()["waiting" if points is None else "good"]
+    found = GRADES["waiting" if points is None else "good"]
     return replace(found, student=student, name=student.title(), points=points, **changes)
+
+
+@pytest.mark.parametrize("name", GRADES)
+def test_feedback_is_the_stored_text_and_the_page_agrees(name: str) -> None:
+    """After an intended change, write the new text into the file in ``expected``."""
+    assert feedback_markdown(GRADES[name]) == (EXPECTED / f"{name}.md").read_text(encoding="utf-8")
+    text = feedback_html(GRADES[name], {"torque": (b"\x89PNG1", "a line"), "period": (b"\x89PNG2", "")})
+    page = Structure(text)
+    for mark in GRADES[name].marks if name != "waiting" else ():
+        assert f"{points_text(mark.points)} of {points_text(mark.out_of)}" in page.text
+    assert ("Not graded yet" in page.text) == (name == "waiting") == ("of 20 points" not in page.text)
+    assert not {"script", "link", "iframe", "object"} & {tag for tag, _ in page.tags}
+    sources = [str(value) for _, one in page.tags for key, value in one.items() if key in ("src", "href")]
+    assert [source.split(";")[0] for source in sources] == ["data:image/png"] * 2, "it needs no other file"
+    assert "a line" in [one.get("alt") for _, one in page.tags]
+    assert "default-src 'none'" in text
+    assert "prefers-color-scheme: dark" in text
+
+
+def with_everywhere(text: str) -> Grade:
+    """Put a text wherever one comes from a student, a platform or a rubric."""
+    grade = GRADES["slip"]
+    marks = tuple(replace(mark, title=text, reason=f"{text} {i}", rule=text) for i, mark in enumerate(grade.marks))
+    told = tuple({**one, "message": text, "hint": text} for one in grade.diagnostics)
+    reported = {**grade.reported, "text": text}
+    return replace(grade, name=text, title=text, late_reason=text, reported=reported, marks=marks, diagnostics=told)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.text(max_size=60))
+def test_page_obeys_nothing_from_outside(text: str) -> None:
+    page = Structure(feedback_html(with_everywhere(text + "<img src=x onerror=alert(1)>\"'&</td>{{ 7*7 }}")))
+    assert [tag for tag, _ in page.tags] == [tag for tag, _ in Structure(feedback_html(with_everywhere("x"))).tags]
+    assert "49" not in page.text or "49" in text
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.text(alphabet="`*_[]()<>#|~$&:/!\\-\n\r\t\u202e\u2028 ax", max_size=40))
+def test_markdown_obeys_nothing_from_outside(text: str) -> None:
+    before, after = feedback_markdown(with_everywhere("x")), feedback_markdown(with_everywhere(f"x{text}x"))
+    assert after.count("\n") == before.count("\n")
+    assert re.findall(r"(?m)^#+ ", after) == re.findall(r"(?m)^#+ ", before)
+    assert "<" not in after
+    for line, plain in zip(after.splitlines(), before.splitlines(), strict=True):
+        bare = re.sub(r"\\[\\`*_\[\]|~$]", "", line)
+        assert not re.search(r"\]\(|`", bare)
+        assert not plain.startswith("|") or bare.count("|") == plain.replace(r"\|", "").count("|")
+        assert not {"\u202e", "\u2028", "\t"} & set(line)
 
 
 def test_grades_csv_has_points_possible_and_lateness() -> None:
@@ -109,9 +169,9 @@ Teilnehmer/in12,Bob Roe,b@x.edu,Abgegeben,,"20,00",Nein,-,-,
 """,
 }
 """Sheets as platforms write them; a cell that changes is written OLD→NEW."""
-WHY = three_grades()["waiting"].why
+WHY = GRADES["waiting"].why
 TOLD: dict[str, tuple[list[str], list[tuple[str, str, str]], dict[str, str]]] = {
-    "canvas": (["9876", "9877"], [("9877", "12.00", "17.50")], {
+    "canvas": (["0042", "JDOE"], [("0042", "12.00", "17.50")], {
         "5555": "is in no row of the gradebook", "9878": 'has "EX" in the gradebook: excused or not assigned',
         "w9879": f"is not graded: {WHY}", "Student, Test": "has no submission",
     }),
@@ -200,17 +260,6 @@ def test_bytes_that_are_no_utf8_are_kept() -> None:
     assert fill_book("canvas", data, "x.csv", [a_grade("1")]).data == data.replace(b",1,", b",1,17.50")
 
 
-@pytest.mark.parametrize(
-    ("student", "ids"),
-    [("9876", {}), ("doe", {"canvas": "9876"}), ("s001", {"sid": "s001"}), ("s001", {}), ("jdoe", {}),
-     ("x", {"username": "JDOE"})],
-)  # fmt: skip
-def test_canvas_knows_a_student_by_any_of_three_numbers(student: str, ids: dict[str, str]) -> None:
-    data = as_csv(exported("canvas"))
-    found = fill_book("canvas", data, "x.csv", [a_grade(student)], assignment="123456", ids={student: ids})
-    assert rows_of(found.data.decode())[3][6] == "17.50"
-
-
 def test_moodle_gives_the_grade_of_a_group_to_its_members() -> None:
     rows = [[*row[:5], "Group A", *row[6:]] if row[4] == "Submitted" else row for row in exported("moodle")]
     group = replace(a_grade("102"), name="Group A")  # its number is that of another participant
@@ -256,16 +305,9 @@ RESULTS = {
 }  # fmt: skip
 """The keys of results as Gradescope publishes them."""
 # https://gradescope-autograders.readthedocs.io/en/latest/submission_metadata/
-METADATA = {
-    "id": 123456, "created_at": "2018-07-01T14:22:32.365935-07:00", "submission_method": "upload",
-    "assignment": {
-        "due_date": "2018-07-31T23:00:00.000000-07:00", "group_size": 4, "group_submission": True, "id": 25828,
-        "course_id": 1234, "late_due_date": None, "release_date": "2018-07-02T00:00:00.000000-07:00",
-        "title": "Gyroscope", "total_points": "20.0",
-    },
-    "users": [{"email": "student@example.com", "id": 1234, "name": "Student User"}],
-    "previous_submissions": [{"submission_time": "2017-04-06T14:24:48.087023-07:00", "score": 0.0, "results": {}}],
-}  # fmt: skip
+METADATA = """{"id": 123456, "created_at": "2018-07-01T14:22:32.365935-07:00", "submission_method": "upload",
+"assignment": {"due_date": "2018-07-31T23:00:00.000000-07:00", "late_due_date": null, "total_points": "20.0"},
+"users": [{"email": "student@example.com", "id": 1234, "name": "Student User"}]}"""
 
 
 def results_of(text: str) -> tuple[dict[str, Any], str, str]:
@@ -288,7 +330,7 @@ def handed_in(root: Path, log: str) -> tuple[Grade, str, str]:
 
 def test_results_of_a_late_submission_with_a_slip() -> None:
     late = {"late_deduction": 2.0, "late_reason": "late by 2 h", "points": 15.0}
-    results, _, hidden = results_of(results_json(replace(three_grades()["slip"], **late)))
+    results, _, hidden = results_of(results_json(replace(GRADES["slip"], **late)))
     assert results["score"] == 15
     assert [test["score"] for test in results["tests"]] == [2, 3, 3, 3, 3, 2, 1]
     assert [test["status"] for test in results["tests"]] == ["passed"] * 2 + ["failed"] + ["passed"] * 4
@@ -302,7 +344,7 @@ def test_results_of_a_late_submission_with_a_slip() -> None:
 
 
 def test_what_cannot_be_graded_says_so_and_fails_no_test() -> None:
-    results, _, _ = results_of(results_json(three_grades()["waiting"]))
+    results, _, _ = results_of(results_json(GRADES["waiting"]))
     assert results["output"].startswith(f"This could not be graded: {WHY}.\nThat is no zero")
     assert not any("status" in test for test in results["tests"])
     assert (results["score"], results["extra_data"]["status"]) == (0, "not graded")
@@ -351,29 +393,27 @@ def test_gradescope_hides_what_the_log_gives(code: str, tmp_path: Path) -> None:
 @pytest.fixture(scope="module")
 def autograder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """What Gradescope makes of the folder, its wheel installed beside the libraries that are here."""
-    root = tmp_path_factory.mktemp("autograder")
-    files = autograder_files(RUBRIC, STATED)
-    assert files == autograder_files(RUBRIC, STATED)
-    make_folder(root, {f"source/{name}": data for name, data in files.items()})
-    (wheel,) = (name for name in files if name.endswith(".whl"))
-    assert f"/autograder/source/{wheel}\n" in files["setup.sh"].decode()
-    with zipfile.ZipFile(root / "source" / wheel) as packed:
-        assert {entry.external_attr >> 16 for entry in packed.infolist()} == {0o644}
+    root = make_folder(tmp_path_factory.mktemp("autograder"), {"rubric.toml": STATED, "results/": ""})
+    words = ["grade", "--gradescope", str(root / "source"), "--rubric", str(root / "rubric.toml")]
+    done = CliRunner().invoke(app, words)
+    told = "in Gradescope: 20 autograder points, and a due date, after which all feedback is shown"
+    assert (done.exit_code, done.stderr.splitlines()[1:]) == (0, [told])
+    (wheel,) = (root / "source").glob("*.whl")
+    setup = (root / "source" / "setup.sh").read_text(encoding="utf-8")
+    assert f"/autograder/source/{wheel.name}\n" in setup
+    subprocess.run(["bash", "-n", root / "source" / "setup.sh"], check=True)
     library = root / "gyro" / "library"
     pip = [sys.executable, "-m", "pip", "install", "-q", "--no-deps", "--no-index", "--no-compile"]
-    subprocess.run([*pip, "--target", library, root / "source" / wheel], check=True)
-    starter = f'#!/bin/sh\nPYTHONPATH="{library}" exec "{library}/bin/gyro" "$@"\n'
-    make_folder(root, {"run_autograder": files["run_autograder"], "gyro/bin/gyro": starter, "results/": ""})
-    for script in ("run_autograder", "gyro/bin/gyro"):
-        (root / script).chmod(0o755)
-    subprocess.run(["bash", "-n", root / "source" / "setup.sh"], check=True)
-    return root
+    subprocess.run([*pip, "--target", library, wheel], check=True)
+    make_folder(root, {"gyro/bin/gyro": f'#!/bin/sh\nPYTHONPATH="{library}" exec "{library}/bin/gyro" "$@"\n'})
+    (root / "gyro/bin/gyro").chmod(0o755)
+    return Path(shutil.copy(root / "source" / "run_autograder", root)).parent
 
 
 @pytest.mark.parametrize("good", [True, False])
 def test_the_autograder_grades_what_gradescope_gives_it(autograder: Path, good: bool) -> None:
     log = ROWS.log(reported_line(VALUE, U)) if good else "PK\x03\x04\x00"
-    make_folder(autograder, {"submission_metadata.json": json.dumps(METADATA), "submission/lab.csv": log})
+    make_folder(autograder, {"submission_metadata.json": METADATA, "submission/lab.csv": log})
     subprocess.run([autograder / "run_autograder"], check=True, cwd="/")
     (written,) = (autograder / "results").iterdir()
     results, _, _ = results_of(written.read_text("utf-8"))

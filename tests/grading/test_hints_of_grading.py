@@ -72,7 +72,7 @@ IN_WORDS = [
     ("G602", "analyze log.csv again.csv -f json", "--format ndjson", "analyze log.csv again.csv -f ndjson"),
     ("G602", "analyze log.csv again.csv -f latex", "--format markdown", "analyze log.csv again.csv -f markdown"),
     ("G603", f"{E} --out log.csv", "with --out", f"{E} --out new"),
-    ("G604", "analyze log.csv -f json --values short", "", "analyze log.csv -f json"),
+    ("G604", "analyze log.csv -f json --values short", "leave it out", "analyze log.csv -f json"),
     ("G604", "analyze log.csv --no-report --values short -f csv", "--format text",
      "analyze log.csv --no-report --values short -f text"),
     ("G605", "analyze log.csv --watch -f json", "gyro analyze log.csv --watch", "analyze log.csv --watch"),

@@ -40,7 +40,6 @@ from gyrodata.grading import (
     feedback_markdown,
     fill_book,
     find_submissions,
-    grade_autograder,
     grade_submission,
     grades_csv,
     points_text,
@@ -416,11 +415,24 @@ def test_the_autograder_grades_what_gradescope_gives_it(autograder: Path, good: 
     assert ("This could not be graded: " in results["output"]) != good
 
 
+def autograde(root: Path, files: dict[str, str], rubric: str = STATED) -> str:
+    make_folder(root, {"source/rubric.toml": rubric, **files})
+    done = CliRunner().invoke(app, ["autograde", str(root)])
+    assert done.exit_code == 0, done.stderr
+    return (root / "results" / "results.json").read_text(encoding="utf-8")
+
+
+def test_the_autograder_leaves_points_by_hand_open(tmp_path: Path) -> None:
+    stated = '[reference.all]\ninertia = "4.44e-3 kg m^2"\nu = "1 %"'
+    rubric = default_rubric_text("manual").replace('[reference]\nfrom = "class"', stated)
+    text = autograde(tmp_path, {"submission/lab.csv": ROWS.log(reported_line(VALUE, U))}, rubric)
+    assert "5 points are judged later." in json.loads(text)["output"]
+
+
 @pytest.mark.parametrize("content", ["", "no log at all", "\x00", None])
 def test_the_autograder_never_fails_for_what_is_submitted(content: str | None, tmp_path: Path) -> None:
     submitted = {"submission/": ""} if content is None else {"submission/lab.csv": content}
-    root = make_folder(tmp_path, {"submission_metadata.json": "broken", **submitted})
-    results, _, _ = results_of(grade_autograder(root, RUBRIC))
+    results, _, _ = results_of(autograde(tmp_path, {"submission_metadata.json": "broken", **submitted}))
     assert (results["score"], results["extra_data"]["status"]) == (0.0, "not graded")
     assert re.match("This could not be graded: .*\nThat is no zero", results["output"])
     assert not any("status" in test for test in results["tests"]), "none has failed"

@@ -361,6 +361,8 @@ CASES: list[Any] = [
     ("G702", "c.zip", {"c.zip": ZIP[:-10]}, "download it again", "c.zip", {"c.zip": ZIP}),
     ("G703", "c.zip", {"c.zip": zipped(CLASS | {"../evil.csv": "x"})}, "take that file out", "c.zip", {"c.zip": ZIP}),
     ("G705", "class --lms canvas", {}, "leave --lms canvas out, or", "class", {}),
+    *(("G705", f"class --lms {lms}", {}, f"leave --lms {lms} out, or name them such as ", "class", {})
+      for lms in ("moodle", "blackboard", "gradescope")),
     ("G705", "class --lms canvas", {}, "name them such as doejane_9876_5432_lab.csv", "named --lms canvas", CANVAS),
     ("G705", "flat --pattern '(?P<student>q)'", FLAT, "such a name: ann_lab.csv", PATTERN, {}),
     ("G706", r"flat --pattern '(\w+)_lab\.csv'", FLAT, PATTERN[5:], PATTERN, {}),
@@ -399,7 +401,7 @@ Points that are not written are `POINTS`.
 """
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", CASES, ids=[f"{case[0]} {case[1]}" for case in CASES])
 def test_a_class_mended_by_a_person(case: Any, home: Path) -> None:
     code, typed, files, says, mended, better, *points = case
     put({name: data for name, data in files.items() if data is not None})

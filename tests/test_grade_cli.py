@@ -9,7 +9,6 @@ import os
 import re
 import shutil
 import signal
-import stat
 import subprocess
 import sys
 import time
@@ -22,9 +21,8 @@ import pytest
 from grading.classes import make_folder, make_zip
 from typer.testing import CliRunner, Result
 
-from gyrodata import __version__, schema
+from gyrodata import schema
 from gyrodata.cli import app
-from gyrodata.diagnostics import CODES
 
 ROOT = Path(__file__).parent.parent
 CLASS = ROOT / "sample_data" / "class"
@@ -41,8 +39,9 @@ def gyro(*arguments: str | Path) -> Result:
     return CliRunner().invoke(app, [str(argument) for argument in arguments], prog_name="gyro")
 
 
-def rows_of(text: str) -> dict[str, dict[str, str]]:
-    return {row["student"]: row for row in csv.DictReader(io.StringIO(text))}
+def rows_of(grades: Path) -> dict[str, dict[str, str]]:
+    table = (grades / "grades.csv").read_text(encoding="utf-8")
+    return {row["student"]: row for row in csv.DictReader(io.StringIO(table))}
 
 
 @pytest.fixture(scope="module")
@@ -66,32 +65,16 @@ def test_the_stored_class_is_what_the_script_makes() -> None:
     assert stored == make_sample_class.make()
 
 
-def test_every_slip_of_the_sample_class_is_named(graded: tuple[Result, Path]) -> None:
-    rows = rows_of((graded[1] / "grades.csv").read_text(encoding="utf-8"))
-    for student in make_sample_class.STUDENTS:
-        number = re.findall(r"_(\d+)_", student.file)[0]
-        assert rows[number]["slips"].split("; ")[0] == student.slip, student.file
-        if student.reports:
-            points = float(rows[number]["total"])
-            assert points == (17.0 if student.slip else 20.0)
-    assert rows["101"]["flags"] == "shared rows with 110"
-    assert rows["111"]["why_not_graded"] == "lab.csv is empty"
-    assert rows["112"]["why_not_graded"].endswith("this is a PNG picture, not a table")
-    assert rows["113"]["why_not_graded"].startswith("no reported I_zz was found")
-    assert rows["114"]["late"] == "marked late"
-    assert [rows[number]["total"] for number in ("111", "112", "113")] == ["", "", ""], "never a zero"
-
-
-def test_what_is_printed(graded: tuple[Result, Path]) -> None:
-    done, _ = graded
+def test_what_is_printed_and_written(graded: tuple[Result, Path]) -> None:
+    done, folder = graded
     assert done.exit_code == 1, "three are not graded"
     assert done.stdout == EXPECTED.read_text(encoding="utf-8")
     assert "graded 14 (new): adlernina, bakertom" in done.stderr
     assert "1 file is of no student and left aside: README.txt" in done.stderr
-
-
-def test_what_is_written(graded: tuple[Result, Path]) -> None:
-    _, folder = graded
+    rows = rows_of(folder)
+    assert [rows[number]["total"] for number in ("102", "111", "112", "113")] == ["20.00", "", "", ""], "never a zero"
+    for student in make_sample_class.STUDENTS:
+        assert rows[re.findall(r"_(\d+)_", student.file)[0]]["slips"].split("; ")[0] == student.slip, student.file
     assert {path.name for path in folder.iterdir()} == {
         "class.html", "desk-todo.csv", "feedback", "feedback.zip", "flags.csv", "grades.csv", "grades.json",
         "journal.ndjson", "published",
@@ -101,22 +84,27 @@ def test_what_is_written(graded: tuple[Result, Path]) -> None:
     assert set(written) == {f"{stem}{ending}" for stem in stems for ending in (".html", ".md")}
     with zipfile.ZipFile(folder / "feedback.zip") as archive:
         assert {name: archive.read(name) for name in archive.namelist()} == written
-        assert archive.namelist() == sorted(archive.namelist(), key=lambda name: (Path(name).stem, Path(name).suffix))
         assert {entry.date_time for entry in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
-    assert [path for path in (folder, *folder.rglob("*")) if path.stat().st_mode & 0o077] == [], "the grader's alone"
     page = (folder / "class.html").read_text(encoding="utf-8")
     for link in re.findall(r'href="([^"#]+)"', page):
         assert (folder / link.replace("%20", " ")).is_file()
     assert str(folder) not in page
 
 
+def bytes_of(folder: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
 def test_a_second_run_grades_nobody_and_changes_no_byte(grades: Path) -> None:
-    before = {path: path.read_bytes() for path in grades.rglob("*") if path.is_file()}
+    before = bytes_of(grades)
     (grades / ".gyro-lock").touch()  # of a run that was killed as it ended
     done = gyro("grade", CLASS, "--out", grades, "--workers", "1")
     assert "kept 14 as graded before\n" in done.stderr
     assert "grades.csv changes" not in done.stderr
-    assert {path: path.read_bytes() for path in grades.rglob("*") if path.is_file()} == before
+    assert bytes_of(grades) == before
+    min(grades.glob("feedback/*.html")).unlink()
+    gyro("grade", CLASS, "--out", grades, "--workers", "1")
+    assert bytes_of(grades) == before, "a page that is gone is written again"
 
 
 def test_parts_of_a_class_put_together_are_one_run(graded: tuple[Result, Path], tmp_path: Path) -> None:
@@ -133,33 +121,8 @@ def test_parts_of_a_class_put_together_are_one_run(graded: tuple[Result, Path], 
     done = gyro("grade", CLASS, "--out", together.parent, "--workers", "0")
     assert "kept 14 as graded before\n" in done.stderr
     assert done.stdout == graded[0].stdout
-    for path in sorted(graded[1].rglob("*")):
-        if path.is_file() and path.name != "journal.ndjson":
-            assert (together.parent / path.relative_to(graded[1])).read_bytes() == path.read_bytes(), path.name
-
-
-LOGS = {"ann": "bakertom_102_9002_gyroscope.csv", "bob": "itoken_109_9009_lab.csv"}
-
-
-@pytest.mark.parametrize("change", ["a log", "a page", "a file beside the grades", "an option", "nothing"])
-def test_a_run_is_a_whole_one_as_soon_as_anything_changed(change: str, tmp_path: Path) -> None:
-    logs = {f"{name}.csv": (CLASS / file).read_bytes() for name, file in LOGS.items()}
-    root, grades = make_folder(tmp_path / "class", logs), tmp_path / "grades"
-    run = ("grade", root, "--out", grades, "--workers", "1")
-    first = gyro(*run)
-    page = min((grades / "feedback").rglob("*.html"))
-    times = {path: path.stat().st_mtime_ns for path in grades.iterdir()}
-    if change == "a log":
-        (root / "ann.csv").write_bytes(logs["ann.csv"] + b"# a remark\n")
-    elif change == "a page":
-        page.write_text("mine")
-    elif change == "a file beside the grades":
-        (grades / "mine.csv").write_text("")
-    done = gyro(*run, "--attempts", "oldest") if change == "an option" else gyro(*run)
-    assert done.stdout == first.stdout
-    whole = {path: path.stat().st_mtime_ns for path in times} != times
-    assert whole == (change != "nothing")
-    assert page.read_text(encoding="utf-8") != "mine"
+    first, second = bytes_of(graded[1]), bytes_of(together.parent)
+    assert second | {"journal.ndjson": b""} == first | {"journal.ndjson": b""}
 
 
 def test_json_ndjson_and_csv(graded: tuple[Result, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -182,9 +145,9 @@ def test_json_ndjson_and_csv(graded: tuple[Result, Path], tmp_path: Path, monkey
 def test_a_dry_run_tells_what_would_change_and_writes_nothing(grades: Path, tmp_path: Path) -> None:
     rubric = tmp_path / "rubric.toml"
     rubric.write_text(gyro("grade", "--print-rubric", "full").stdout.replace('slip = "50 %"', 'slip = "25 %"'))
-    before = {path: path.read_bytes() for path in grades.rglob("*") if path.is_file()}
+    before = bytes_of(grades)
     done = gyro("grade", CLASS, "--out", grades, "--rubric", rubric, "--dry-run", "--format", "json")
-    assert {path: path.read_bytes() for path in grades.rglob("*") if path.is_file()} == before
+    assert bytes_of(grades) == before
     assert "graded 14 (the rubric changed): adlernina" in done.stderr
     assert "grades.csv would change for 7:\n  castilloines (103): 17.00 → 18.50 (inertia 3.00 → 4.50)\n" in done.stderr
     changes = json.loads(done.stdout)["changes"]
@@ -212,7 +175,7 @@ def test_points_typed_into_grades_csv_are_offered_for_the_desk(grades: Path) -> 
     (grades / "desk.csv").write_text("student,what,value\n113,total,15.00\n")
     gyro("grade", CLASS, "--out", grades)
     assert "113,total" not in (grades / "desk-todo.csv").read_text()
-    assert rows_of(table.read_text(encoding="utf-8"))["113"]["total"] == "15.00"
+    assert rows_of(grades)["113"]["total"] == "15.00"
 
 
 def test_students_that_come_and_go_are_told(grades: Path, tmp_path: Path) -> None:
@@ -232,18 +195,14 @@ def test_a_log_of_an_earlier_year_is_found(grades: Path, tmp_path: Path) -> None
     done = gyro("grade", root, "--out", tmp_path / "new", "--previous", grades, "--format", "json", "--exit-zero")
     (flag,) = json.loads(done.stdout)["flags"]
     assert (flag["kind"], flag["students"], flag["previous"]) == ("shared rows", ["ann"], ["grades/102"])
-    refused = gyro("grade", root, "--out", tmp_path / "other", "--previous", CLASS / "README.txt")
-    assert refused.exit_code == 2
-    assert "holds no log that could be compared" in refused.stderr
-    assert not (tmp_path / "other").exists()
+    refused = gyro("grade", root, "--previous", CLASS / "README.txt")
+    assert (refused.exit_code, "folder that an earlier run wrote, with its journal" in refused.stderr) == (2, True)
 
 
 def test_gradebooks_come_back_filled(grades: Path, tmp_path: Path) -> None:
     book = tmp_path / "book.csv"
     book.write_text(GRADEBOOK)
-    options = ("--out", grades, "--gradebook", book, "--assignment", "123456", "--roster", CLASS / "README.txt")
-    assert "G744" in gyro("grade", CLASS, *options).stderr
-    options = options[:-2]
+    options = ("--out", grades, "--gradebook", book, "--assignment", "123456")
     done = gyro("grade", CLASS, *options)
     only_empty = GRADEBOOK.replace("102,,,A,", "102,,,A,20.00")
     assert (grades / "canvas.csv").read_text() == only_empty, "12 was set by somebody else"
@@ -267,55 +226,6 @@ def test_figures_stand_in_the_feedback(tmp_path: Path) -> None:
     assert 'alt=""' not in page
 
 
-def test_the_autograder_is_ready_to_be_zipped_and_grades(tmp_path: Path) -> None:
-    rubric = tmp_path / "mine.toml"
-    stated = '[reference.all]\ninertia = "4.44e-3 kg m^2"\nu = "1 %"'
-    text = gyro("grade", "--print-rubric", "manual").stdout.replace('[reference]\nfrom = "class"', stated)
-    rubric.write_text(text)
-    done = gyro("grade", "--gradescope", tmp_path / "source", "--rubric", rubric)
-    assert done.exit_code == 0
-    assert done.stderr.splitlines()[1:] == [
-        "in Gradescope: 15 autograder points, and a due date, after which all feedback is shown",
-        'in Gradescope: 5 points for "The report is clear" are given by hand',
-    ]
-    modes = {path.name: bool(path.stat().st_mode & stat.S_IXUSR) for path in (tmp_path / "source").iterdir()}
-    wheel = f"gyrodata-{__version__}-py3-none-any.whl"
-    assert modes == {"setup.sh": True, "run_autograder": True, "rubric.toml": False, wheel: False}
-    assert (tmp_path / "source" / "rubric.toml").read_text() == text
-    make_folder(tmp_path / "submission", {"lab.csv": (CLASS / "itoken_109_9009_lab.csv").read_bytes()})
-    assert gyro("autograde", tmp_path).exit_code == 0
-    results = json.loads((tmp_path / "results" / "results.json").read_text(encoding="utf-8"))
-    assert "A slip to look for" in results["output"]
-    assert "autograde" not in gyro("--help").stdout
-    (tmp_path / "source" / "rubric.toml").write_text("schema = 2")
-    assert gyro("autograde", tmp_path).exit_code == 2
-    (tmp_path / "source" / "rubric.toml").unlink()
-    assert 'rubric.toml" cannot be read' in gyro("autograde", tmp_path).stderr
-
-
-REFUSED = {
-    "G766": (CLASS, "--out", CLASS / "grades"),
-    "G767": (CLASS, "--format", "json", "--figures"),
-    "G763": (CLASS, "--out", "/dev/null"),
-    "G757": (CLASS, "--grade-center", CLASS / "README.txt", "--out", "g"),
-    "G755": (CLASS, "--worksheet", CLASS / "README.txt", "--out", "g"),
-}
-
-
-@pytest.mark.parametrize("code", REFUSED)
-def test_what_is_refused_says_why_before_anything_is_written(
-    code: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    done = gyro("grade", *REFUSED[code])
-    assert done.exit_code == 2
-    assert f"error {code}: " in done.stderr
-    assert "Traceback" not in done.output
-    assert done.stdout == ""
-    assert list(tmp_path.iterdir()) == []
-    assert CODES[code].severity == "error"
-
-
 def test_a_class_that_one_stands_in_gets_its_grades_beside_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     root = make_folder(tmp_path / "class", {"ann/lab.csv": "", "bob/lab.csv": "x"})
     monkeypatch.chdir(root / "ann")
@@ -327,16 +237,23 @@ def test_a_class_that_one_stands_in_gets_its_grades_beside_it(tmp_path: Path, mo
     assert (tmp_path / "lab-grades" / "grades.csv").is_file()
 
 
-def test_hostile_names_stay_where_they_belong(tmp_path: Path) -> None:
-    log = (CLASS / "bakertom_102_9002_gyroscope.csv").read_text(encoding="utf-8")
-    names = ("=cmd|' /C calc'!A0", "@SUM(1)", "..", "a<b>&c", "Ünïcode 名前")
+def test_hostile_names_stay_text(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    log = (CLASS / "bakertom_102_9002_gyroscope.csv").read_bytes()
+    names = ("=cmd|' C calc'!A0", "@SUM(1)", "..", "a<b>&c", "Ünïcode 名前", "+1", "-1", "\t=1", "\r=2", "＝1",
+             "a,b\n=1", '=HYPERLINK("x","y")', "Żółć\u2028\udcff")  # fmt: skip
     root = make_folder(tmp_path / "class", {f"{number}-{name}.csv": log for number, name in enumerate(names)})
-    done = gyro("grade", root, "--pattern", r"^\d-(?P<student>.+)\.csv$", "--out", tmp_path / "grades")
+    words = ("grade", root, "--pattern", r"(?s)^\d+-(?P<student>.+)\.csv$", "--out", "\x1b[2J\x7f", "--workers", "0")
+    done = gyro(*words)
     assert done.exit_code == 0, done.stderr
-    assert {path.name for path in tmp_path.iterdir()} == {"class", "grades"}
-    rows = list(csv.reader(io.StringIO((tmp_path / "grades" / "grades.csv").read_text(encoding="utf-8"))))
-    assert not any(cell[:1] in "=+@" and cell for row in rows for cell in row)
-    assert "<b>&c" not in (tmp_path / "grades" / "class.html").read_text(encoding="utf-8")
+    assert "␛[2J\ufffd/grades.csv" in done.output
+    assert not {"\x1b", "\x7f"} & set(done.output)
+    assert f"kept {len(names)} as graded before" in gyro(*words).stderr
+    (out,) = set(tmp_path.iterdir()) - {root}
+    rows = list(csv.reader(io.StringIO((out / "grades.csv").read_text(encoding="utf-8"))))
+    assert len(rows) == 2 + len(names)
+    assert [cell for row in rows for cell in row if cell[:1] in tuple("=+-@\t\r＝") and cell != "--"] == []
+    assert "<b>&c" not in (out / "class.html").read_text(encoding="utf-8")
 
 
 def test_control_c_stops_at_once_and_says_what_is_kept(tmp_path: Path) -> None:
@@ -355,15 +272,3 @@ def test_control_c_stops_at_once_and_says_what_is_kept(tmp_path: Path) -> None:
     assert (run.returncode, out) == (130, "")
     assert told == "stopped; what was done is kept, and the same command goes on from there\n"
     assert journal.read_bytes().endswith(b"\n")
-
-
-# --- schemas ------------------------------------------------------------------------------------------------
-
-
-def test_the_name_of_the_folder_moves_no_cursor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "class").mkdir()
-    (tmp_path / "class" / "ann.csv").write_text("mass [g],time [s]\n", encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
-    told = CliRunner().invoke(app, ["grade", "class", "--workers", "0", "-o", "\x1b[2J\x7f"])
-    assert "grades: ␛[2J\ufffd/grades.csv" in told.output
-    assert not {"\x1b", "\x7f"} & set(told.output)

@@ -28,13 +28,9 @@ class Sheet(Struct, frozen=True):
 
     def log(self, *head: str) -> str:
         lines = [f"# g: {G} m/s^2", *head, "mass [g],position [cm],spin [rpm],time [s],turns"]
-        columns = (self.mass, self.position, self.spin, self.time, self.turns)
-        lines += [f"{m:.2f},{x:.2f},{n:.1f},{t:.2f},{_turns_text(f)}" for m, x, n, t, f in zip(*columns, strict=True)]
+        for m, x, n, t, f in zip(self.mass, self.position, self.spin, self.time, self.turns, strict=True):
+            lines.append(f"{m:.2f},{x:.2f},{n:.1f},{t:.2f}," + (f"{f:.0f}" if f == round(f) else f"{round(3 * f)}/3"))
         return "\n".join(lines) + "\n"
-
-
-def _turns_text(turns: float) -> str:
-    return f"{turns:.0f}" if turns == round(turns) else f"{round(3 * turns)}/3"
 
 
 def sheet(random: np.random.Generator, turns: float | str = 1.0, **changes: object) -> Sheet:
@@ -125,17 +121,20 @@ STATED = default_rubric_text().replace(
 """The rubric with a reference of its own, by which a grade does not wait for the class."""
 
 
-@cache
-def three_grades() -> dict[str, Grade]:
+def three_logs() -> dict[str, str]:
     """One of each outcome: all points, a slip, and not graded."""
     rows = sheet(np.random.default_rng(3), "mixed")
-    texts = {
-        "good": rows.log(reported_line(*RIGHT.inertia(rows, "with_constant"))),
-        "slip": rows.log(reported_line(*SLIPS["rpm_as_rad_s"].inertia(rows, "with_constant"))),
-        "waiting": "mass [g],position [cm],spin [rpm],time [s],turns\n20,15,56O,<script>,1/3\n",
-    }
+    good, slip = (one.inertia(rows, "with_constant") for one in (RIGHT, SLIPS["rpm_as_rad_s"]))
+    bad = "mass [g],position [cm],spin [rpm],time [s],turns\n20,15,56O,<script>,1/3\n"
+    return {"good": rows.log(reported_line(*good)), "slip": rows.log(reported_line(*slip)), "waiting": bad}
+
+
+@cache
+def three_grades() -> dict[str, Grade]:
     with tempfile.TemporaryDirectory() as folder:
-        for name, text in texts.items():
-            (Path(folder) / f"{name}.csv").write_text(text, encoding="utf-8")
-        handed = [Submission(name, f"<b>{name}</b> | *", {}, Path(folder), log_name=f"{name}.csv") for name in texts]
-        return {one.student: grade_submission(one, read_rubric(STATED.encode())) for one in handed}
+        root, found = Path(folder), {}
+        for name, text in three_logs().items():
+            (root / f"{name}.csv").write_text(text, encoding="utf-8")
+            one = Submission(name, f"<b>{name}</b> | *", {}, root, log_name=f"{name}.csv")
+            found[name] = grade_submission(one, read_rubric(STATED.encode()))
+    return found

@@ -16,7 +16,7 @@ from classes.graded import grade
 from classes.planted import OLD, named
 
 SIZES = {
-    "A ": 30, "B ": 35, "G ": 80, "F ": 24, "C ": 20, "mistakes": 18, "D every": 25, "D other": 25, "D both": 25,
+    "A ": 30, "B ": 35, "G ": 80, "F ": 24, "C ": 20, "mistakes": 18, "D every": 25, "D other": 25,
     "D beside": 25, "D honest": 20,
 }  # fmt: skip
 """Size of the class for the cells whose names begin so."""

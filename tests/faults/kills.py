@@ -13,16 +13,15 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
-from faults.scenes import a_class, contents
+from faults.scenes import GRADE, a_class, contents, differing
 
-ROOT = Path(__file__).parent.parent.parent
-LINE = [sys.executable, "-m", "gyrodata", "grade", "class", "--workers", "2", "--exit-zero", "-o", "grades"]
+ROOT = Path(__file__).parents[2]
 
 
 def start(home: Path) -> subprocess.Popen[bytes]:
-    """Start to grade the class of a folder."""
-    env = {**os.environ, "PYTHONPATH": str(ROOT)}
-    return subprocess.Popen(LINE, cwd=home, env=env, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    """Start to grade the class of a folder with two workers."""
+    line, env = [sys.executable, "-m", "gyrodata", *GRADE, "--workers", "2"], {**os.environ, "PYTHONPATH": str(ROOT)}
+    return subprocess.Popen(line, cwd=home, env=env, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
 
 
 def below(process: int) -> Iterator[int]:
@@ -35,7 +34,7 @@ def below(process: int) -> Iterator[int]:
 
 
 def try_kills(room: Path, count: int, seed: int) -> Iterator[str]:
-    """Kill drivers and workers in turn, so many in all, and give what does not hold after the next run."""
+    """Kill drivers and workers in turn, so many in all, and give what is wrong after the next run."""
     draw = random.Random(seed)
     a_class(room / "whole", 20)
     begun = time.perf_counter()
@@ -43,10 +42,8 @@ def try_kills(room: Path, count: int, seed: int) -> Iterator[str]:
     took, whole = time.perf_counter() - begun, contents(room / "whole" / "grades")
     for number in range(count):
         home = room / f"{number}"
-        home.mkdir()
         shutil.copytree(room / "whole" / "class", home / "class")
-        driver = start(home)
-        wait = draw.uniform(0.1, took)
+        driver, wait = start(home), draw.uniform(0.1, took)
         time.sleep(wait)
         # Behind the first two are those that grade: these two keep house for them.
         others = sorted(below(driver.pid))[2:] if number % 2 else []
@@ -61,8 +58,6 @@ def try_kills(room: Path, count: int, seed: int) -> Iterator[str]:
         told = again.communicate()[1].decode("utf-8", "replace")
         if again.returncode != 0:
             yield f"{where}: the next run ends with {again.returncode}: {told[-300:]}"
-        now = contents(home / "grades")
-        if now != whole:
-            names = sorted(name for name in now.keys() | whole.keys() if now.get(name) != whole.get(name))
-            yield f"{where}: after the next run these are not as they should be: {names}"
+        if wrong := differing(contents(home / "grades"), whole):
+            yield f"{where}: after the next run these are not as they should be: {wrong}"
         shutil.rmtree(home)

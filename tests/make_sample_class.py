@@ -1,7 +1,5 @@
 """Make sample_data/class/ from its stated truths; ``python tests/make_sample_class.py`` writes it anew."""
 
-from __future__ import annotations
-
 import base64
 from pathlib import Path
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """What is nobody's log's fault: a fault of gyro costs one log, a full disk or a closed stream a line; no traceback."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

@@ -3,8 +3,6 @@
 A line for each cell: measured, its bound, whether it is kept. 1 if one is not.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 from pathlib import Path

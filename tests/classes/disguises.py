@@ -1,7 +1,5 @@
 """Copies, and what is done to them so that nobody sees it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -4,8 +4,6 @@ The truth is worked out here by a few formulas of its own, M τ = 2π f I_zz ψ�
 of the package cannot be in both. The same seed gives the same class.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

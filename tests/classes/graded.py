@@ -1,7 +1,5 @@
 """A class through ``gyro grade``, as it is used."""
 
-from __future__ import annotations
-
 import json
 import tempfile
 from collections.abc import Mapping

@@ -5,8 +5,6 @@
 ``sample_data/figures/class_size.png``.
 """
 
-from __future__ import annotations
-
 import csv
 import json
 import os

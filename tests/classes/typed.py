@@ -1,7 +1,5 @@
 """How a value and its uncertainty are typed, and where."""
 
-from __future__ import annotations
-
 import io
 import math
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Every call to the system counted, and one of them, or all from one on, made to fail; or the process ended there."""
 
-from __future__ import annotations
-
 import _posixsubprocess
 import builtins
 import errno
@@ -58,10 +56,6 @@ class Calls:
             def write(self, data: Any) -> int | None:
                 calls.step("write", None, lambda: io.FileIO.write(self, bytes(data)[: len(data) // 2]))
                 return super().write(data)
-
-            def truncate(self, size: int | None = None) -> int:
-                calls.step("truncate")
-                return super().truncate(size)
 
         def opened(
             file: Any, mode: str = "r", buffering: int = -1, encoding: str | None = None, errors: str | None = None,

@@ -1,7 +1,5 @@
 """Real runs with workers, of which the driver or one worker is killed at a random time."""
 
-from __future__ import annotations
-
 import os
 import random
 import shutil
@@ -37,8 +35,9 @@ def try_kills(room: Path, count: int, seed: int) -> Iterator[str]:
     """Kill drivers and workers in turn, so many in all, and give what is wrong after the next run."""
     draw = random.Random(seed)
     a_class(room / "whole", 20)
-    begun = time.perf_counter()
-    assert start(room / "whole").wait() == 0
+    begun, driver = time.perf_counter(), start(room / "whole")
+    told = driver.communicate()[1]
+    assert driver.returncode == 0, told
     took, whole = time.perf_counter() - begun, contents(room / "whole" / "grades")
     for number in range(count):
         home = room / f"{number}"

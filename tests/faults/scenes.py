@@ -1,7 +1,5 @@
 """What is run while calls fail, and what must be true then: nothing torn, nothing lost, a message, and the next run."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import json
@@ -196,9 +194,9 @@ def whole(name: str, data: bytes) -> bool:
         with suppress(ValueError):
             return bool(json.loads(data))
         return False
-    return (
-        zipfile.is_zipfile(io.BytesIO(data)) if ending == ".zip" else data.rstrip(b"\n").endswith(ENDS[ending].rstrip())
-    )
+    if ending == ".zip":
+        return zipfile.is_zipfile(io.BytesIO(data))
+    return data.endswith((ENDS[ending], ENDS[ending] + b"\n"))
 
 
 def differing(one: dict[str, bytes], other: dict[str, bytes]) -> list[str]:

@@ -1,7 +1,5 @@
 """Calls to the system that fail, and kills: some of each command here, all of them by ``python tests/faults``."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 
@@ -25,6 +23,5 @@ def test_call_that_fails_tears_and_loses_nothing(name: str, tries: int, tmp_path
     assert wrong == []
 
 
-@pytest.mark.skipif(not Path("/proc").is_dir(), reason="workers are found in /proc")
-def test_kill_of_driver_or_worker_loses_nothing(tmp_path: Path) -> None:
-    assert list(try_kills(tmp_path, 2, seed=1)) == []
+def test_killed_run_is_finished_by_the_next(tmp_path: Path) -> None:
+    assert list(try_kills(tmp_path, 1, seed=1)) == []

@@ -39,9 +39,6 @@ def refusal(path: Path) -> str:
     return str(diagnostic)
 
 
-# --- what is seen -------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("make", [make_folder, make_zip])
 def test_files_that_systems_strew_in_are_not_seen(make, tmp_path: Path) -> None:
     strewn = ["__MACOSX/a/._lab.csv", "a/.DS_Store", "a/._lab.csv", "a/~$lab.xlsx", "a/Thumbs.db", ".git/config"]
@@ -79,9 +76,6 @@ def test_names_in_utf8_without_the_mark_are_read(tmp_path: Path) -> None:
     (tmp_path / "class.zip").write_bytes(data)
     (found,) = find_submissions(tmp_path / "class.zip").items
     assert (found.student, found.log()) == ("Zoë", LOG.encode())
-
-
-# --- what is refused ----------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

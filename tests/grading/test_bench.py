@@ -1,7 +1,5 @@
 """How well a bench measures, where a log does not say: by the rubric, or by how far the class scatters."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -111,9 +109,6 @@ def test_fault_in_the_bench_is_told_with_its_line(lines: list[str], says: str, h
     assert says in found.message
     assert hint in found.hint
     assert with_bench(*lines).split("\n")[(found.line or 0) - 1] == lines[0]
-
-
-# --- from the class -----------------------------------------------------------------------------------------
 
 
 def logs_of(count: int, bench: Bench) -> dict[str, str]:

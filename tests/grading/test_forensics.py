@@ -1,7 +1,5 @@
 """Copied, edited and invented logs are flagged with their evidence; honest ones hardly ever are."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """From a submission to points: what is judged, what cannot be, and that nothing a student writes stops it."""
 
-from __future__ import annotations
-
 import json
 import math
 import tempfile
@@ -50,9 +48,6 @@ def report(rows: Sheet = ROWS, formula: Formula = RIGHT, fit: str = "through_ori
 
 def says(text: str) -> str:
     return ROWS.log(f"# reported_inertia: {text}")
-
-
-# --- right reports, and one criterion at a time ---------------------------------------------------------------
 
 
 @pytest.mark.parametrize("fit", FITS)
@@ -119,9 +114,6 @@ def test_fault_of_a_log_or_value_costs_its_points(text: str, criterion: str, ear
     assert told in reason
 
 
-# --- mistakes -------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("kind", SLIPS)
 def test_known_mistake_is_named_and_costs_points_once(kind: str) -> None:
     for fit in ("through_origin", "mean_of_ratios")[: 1 if "+" in kind else 2]:
@@ -185,9 +177,6 @@ def test_lateness_is_taken_off_the_sum_down_to_zero() -> None:
     assert (marked.points, marked.look) == (20, ("marked late, but nothing says by how much",))
 
 
-# --- what is not graded ---------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("text", "why"),
     [
@@ -243,8 +232,6 @@ def test_outsider_is_far_from_the_class_in_any_order() -> None:
     assert settle(waiting[::-1], BY_CLASS)[0][::-1] == found == settle(found, BY_CLASS)[0]
     assert [convert(json.loads(one.to_json()), Grade) for one in found] == list(found)
 
-
-# --- whatever is written --------------------------------------------------------------------------------------
 
 NUMBERS = st.floats(allow_nan=False, allow_infinity=False)
 UNITS = st.sampled_from(["kg m^2", "g cm^2", "kg", "", "%", "kg*m^2*s"])

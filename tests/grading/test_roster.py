@@ -1,7 +1,5 @@
 """The roster: names, sections, stations and partners reach table and page, and so do those who handed in nothing."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json

@@ -1,7 +1,5 @@
 """The rubric: what it means, and every fault in it told with its line and what to write."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import math
@@ -127,9 +125,6 @@ def test_slip_of_the_pen_in_a_rubric_is_no_traceback(line: str, more: str, at: i
         read_rubric(text.encode("utf-8", "surrogatepass"))
 
 
-# --- the schema for editors -----------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("kind", ["simple", "full", "manual"])
 def test_printed_rubrics_fit_the_schema(kind: Literal["simple", "full", "manual"]) -> None:
     assert unfit(default_rubric_text(kind)) == []
@@ -155,8 +150,6 @@ def test_refused_rubric_does_not_fit_the_schema(text: str) -> None:
     assert faults(text)
     assert unfit(text)
 
-
-# --- lateness -------------------------------------------------------------------------------------------------
 
 UNKNOWN = (None, 0, "marked late, but nothing says by how much", True)
 GRACE = "after the deadline, within the grace time"
@@ -206,9 +199,6 @@ def test_durations_in_their_usual_spellings_are_read(text: str, seconds: float) 
     late = read_rubric((HEAD + LATE.replace("15 min", text)).encode()).late
     assert late is not None
     assert late.grace == seconds
-
-
-# --- the class as reference -----------------------------------------------------------------------------------
 
 
 def test_one_wild_log_moves_the_reference_by_little() -> None:

@@ -1,8 +1,5 @@
 """A class through worker processes: one submission does nothing to another, and nothing is graded twice."""
 
-from __future__ import annotations
-
-import errno
 import os
 import re
 import signal
@@ -65,28 +62,6 @@ def test_each_work_that_breaks_is_one_answer_with_its_reason(together: int) -> N
         "memory": "it needs more memory than 2 GB",
         "raise": "the tool broke on it (KeyError: 'x')",
     }
-
-
-@pytest.mark.parametrize("name", ["lab.csv", "report.txt"])
-@pytest.mark.parametrize("which", [1, 2])
-def test_file_that_the_disk_refuses_once_is_read_in_the_next_run(
-    name: str, which: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    log = a_log(1).replace("# reported_inertia: ", "# note: ")
-    root = make_folder(tmp_path / "class", {"a/lab.csv": log, "a/report.txt": REPORT})
-    opened, times = Path.open, []
-
-    def refusing(path: Path, *given: Any, **named: Any) -> Any:
-        times.extend([path] * (path.name == name))
-        if path.name == name and len(times) == which:
-            raise OSError(errno.EIO, os.strerror(errno.EIO))
-        return opened(path, *given, **named)
-
-    monkeypatch.setattr(Path, "open", refusing)
-    for _ in range(2):
-        CliRunner().invoke(app, ["grade", str(root), "-o", str(tmp_path / "grades"), "--workers", "0"])
-    assert len(times) > 1
-    assert ",graded,20.00," in (tmp_path / "grades" / "grades.csv").read_text(encoding="utf-8")
 
 
 def test_report_above_1_mb_is_told_and_the_log_is_graded(tmp_path: Path) -> None:

@@ -193,10 +193,6 @@ def test_log_that_cannot_be_judged_has_no_points(text: bytes, why: str) -> None:
     assert (found.status, found.points, set(points(found).values())) == ("not graded", None, {None})
     assert why in (found.why or "")
     assert found.diagnostics
-
-
-def test_submission_without_its_log_has_no_points() -> None:
-    assert grade("", problem="no log: only photo.png").why == "no log: only photo.png"
     assert grade(report(), log_name="gone.csv").status == "not graded"
 
 

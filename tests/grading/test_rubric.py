@@ -5,7 +5,6 @@ import json
 import math
 import re
 import tomllib
-from typing import Literal
 
 import jsonschema
 import pytest
@@ -125,16 +124,12 @@ def test_slip_of_the_pen_in_a_rubric_is_no_traceback(line: str, more: str, at: i
         read_rubric(text.encode("utf-8", "surrogatepass"))
 
 
-@pytest.mark.parametrize("kind", ["simple", "full", "manual"])
-def test_printed_rubrics_fit_the_schema(kind: Literal["simple", "full", "manual"]) -> None:
-    assert unfit(default_rubric_text(kind)) == []
-
-
-def test_every_part_and_every_kind_of_criterion_fits() -> None:
+def test_printed_rubrics_and_one_of_every_part_fit_the_schema() -> None:
     each = "".join(f'[[criterion]]\nid = "{check}"\ncheck = "{check}"\npoints = 1\n' for check in CHECKS)
-    text = f'schema = 1\npoints = {len(CHECKS)}\naccept = ["recommended"]\n{each}{STATION}{MARKED}'
-    assert read_rubric(text.encode()).late
-    assert unfit(text) == []
+    every = f'schema = 1\npoints = {len(CHECKS)}\naccept = ["recommended"]\n{each}{STATION}{MARKED}'
+    assert read_rubric(every.encode()).late
+    printed = [default_rubric_text(kind) for kind in ("simple", "full", "manual")]
+    assert [unfit(text) for text in (*printed, every)] == [[]] * 4
 
 
 @pytest.mark.parametrize(
@@ -199,14 +194,6 @@ def test_durations_in_their_usual_spellings_are_read(text: str, seconds: float) 
     late = read_rubric((HEAD + LATE.replace("15 min", text)).encode()).late
     assert late is not None
     assert late.grace == seconds
-
-
-def test_one_wild_log_moves_the_reference_by_little() -> None:
-    logs = [("3", 4.44e-3 + 1e-5 * k, 5e-5) for k in range(-5, 6)]
-    plain, wild = class_references(logs)["3"], class_references([*logs[:-1], ("3", 4.4, 1e-3)])["3"]
-    assert plain.inertia == pytest.approx(4.44e-3, rel=1e-12)
-    assert wild.inertia == pytest.approx(plain.inertia, rel=0.005)
-    assert class_references(logs) == class_references(reversed(logs))
 
 
 def test_station_with_few_logs_has_the_class_as_reference() -> None:

@@ -1,22 +1,27 @@
 """The table: what each cell measures, and its bound. Classes of students, from drawing to what is told of them."""
 
 import itertools
+import json
 import math
 import re
+import tempfile
 from collections import Counter
 from collections.abc import Callable, Mapping
 from functools import cache, partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+from grading.classes import make_folder
 from grading.reports import RIGHT, SLIPS, Formula, reported_line
 from msgspec import Struct
 from msgspec.structs import replace
+from typer.testing import CliRunner, Result
 
 from classes import typed
 from classes.disguises import HARD, JITTERED, KNOWN, plant
 from classes.drawn import FITS, ROUTES, STATIONS, USUAL, Bench, Student, by_route, draw
-from classes.graded import grade
+from gyrodata.cli import app
 
 OTHERWISE = 0.5
 """Points of the arithmetic (of 6) that steps of three digits, or a right fit that is none of the accepted, may cost."""
@@ -42,6 +47,25 @@ class Number(Struct, frozen=True):
 
 Cell = Callable[[int, int], Number]
 """From the size of a class and a seed."""
+
+
+def gyro(*arguments: str | Path) -> Result:
+    """Run the command line; a traceback is raised."""
+    done = CliRunner().invoke(app, [str(argument) for argument in arguments], prog_name="gyro")
+    if done.exception is not None and not isinstance(done.exception, SystemExit):
+        raise done.exception
+    return done
+
+
+def grade(files: Mapping[str, str | bytes], *arguments: str | Path) -> dict[str, Any]:
+    """Grade a class of these files: the document of the grades, its students by key."""
+    with tempfile.TemporaryDirectory() as folder:
+        root = make_folder(Path(folder) / "class", files)
+        done = gyro("grade", root, "--format", "json", "--workers", "0", "--quiet", *arguments)
+    assert done.exit_code <= 1, done.output
+    document: dict[str, Any] = json.loads(done.stdout)
+    document["students"] = {student["student"]: student for student in document["students"]}
+    return document
 
 
 def canvas(logs: Mapping[Student, str]) -> typed.Files:

@@ -4,8 +4,7 @@ import copy
 
 import pytest
 
-from classes.cells import CELLS, canvas, careful, judge
-from classes.graded import grade
+from classes.cells import CELLS, canvas, careful, grade, judge
 
 SIZES = {
     "A ": 30, "B ": 35, "G ": 80, "F ": 24, "C ": 20, "mistakes": 18, "D every": 25, "D other": 25,

@@ -9,8 +9,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent.parent))
 
 from faults.calls import WAYS
-from faults.kills import try_kills
-from faults.scenes import SCENES, Promise
+from faults.scenes import SCENES, Promise, try_kills
 
 
 def main() -> None:

@@ -6,8 +6,7 @@ from pathlib import Path
 import pytest
 
 from faults.calls import WAYS
-from faults.kills import try_kills
-from faults.scenes import Promise
+from faults.scenes import Promise, try_kills
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="each call fails in a child of its own")
 

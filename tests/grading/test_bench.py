@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from classes.cells import grade
 from classes.drawn import TITLES, USUAL, Bench, draw
-from classes.graded import grade
 from grading.reports import reported_line
 from msgspec.structs import replace
 

@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from classes.cells import canvas, with_answer
+from classes.cells import canvas, grade, gyro, with_answer
 from classes.disguises import plant
 from classes.drawn import FITS, TITLES, USUAL, Bench, Student, draw, with_rows
-from classes.graded import grade, gyro
 from grading.classes import make_folder
 from grading.reports import RIGHT, SLIPS, reported_line, sheet
 from msgspec.structs import replace

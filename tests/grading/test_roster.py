@@ -7,7 +7,7 @@ from pathlib import Path
 
 import jsonschema
 import pytest
-from classes.graded import gyro
+from classes.cells import gyro
 from grading.classes import make_folder
 from grading.test_run import a_log
 

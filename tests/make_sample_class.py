@@ -1,34 +1,29 @@
 """Make sample_data/class/ from its stated truths; ``python tests/make_sample_class.py`` writes it anew."""
 
-from __future__ import annotations
-
 import base64
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from grading.reports import RIGHT, SLIPS, Formula, Sheet, reported_line, sheet
 from labs import INERTIA
-from msgspec import Struct
 
 SEED = 14
 IMBALANCE = 2e-4  # [N*m]
 BIAS = 0.03  # [s]
 TARGET = Path(__file__).parent.parent / "sample_data" / "class"
-
 PICTURE = base64.b64decode(
     "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg=="
 )
 """One pixel."""
 
 
-class Student(Struct, frozen=True):
-    """One student of the class: what Canvas calls the file, and what is in it."""
+class Student(NamedTuple):
+    """One student of the class: what Canvas calls the file, what is so, and the mistake, of `SLIPS` or none."""
 
     file: str
     truth: str
-    """What is so, in words."""
     slip: str = ""
-    """Of `SLIPS`; "" for none."""
     fit: str = "with_constant"
     reports: bool = True
 
@@ -49,21 +44,14 @@ STUDENTS = (
 COPY = Student("jansenpiet_110_9010_lab.csv", "the log of adlernina: rows turned round, kg and m, times to 0.1 s")
 EMPTY = Student("kimsora_111_9011_lab.csv", "an empty file")
 NO_LOG = Student("lopezana_112_9012_lab.csv", "a picture named .csv")
+README = f"""\
+A class, simulated, not measured: nobody here is anybody. Made by tests/make_sample_class.py, seed {SEED}.
 
+Truth of every log: I_zz = {INERTIA} kg*m^2, residual torque {IMBALANCE} N*m, timing bias {BIAS} s.
+Errors, all normal: 0.14 s on a time, tachometer 0.2 % and 0.1 % shared, weights 0.2 % each, ruler zero 0.5 mm.
+The files are named as in a download from Canvas: name, LATE, number of the student, number of the file.
 
-def make() -> dict[str, bytes]:
-    """Make every file of the class, by its name."""
-    random = np.random.default_rng(SEED)
-    files = {EMPTY.file: b"", NO_LOG.file: PICTURE}
-    sheets = {student.file: sheet(random, "mixed", imbalance=IMBALANCE, bias=BIAS) for student in STUDENTS}
-    for student in STUDENTS:
-        rows = sheets[student.file]
-        formula = SLIPS[student.slip] if student.slip else RIGHT
-        report = [_report(rows, formula, student.fit)] if student.reports else []
-        files[student.file] = rows.log("# station: 3", *report).encode()
-    files[COPY.file] = _copied(sheets[STUDENTS[0].file]).encode()
-    files["README.txt"] = _readme().encode()
-    return dict(sorted(files.items()))
+"""
 
 
 def _report(rows: Sheet, formula: Formula, fit: str) -> str:
@@ -80,20 +68,18 @@ def _copied(rows: Sheet) -> str:
     return "\n".join(lines) + "\n"
 
 
-README = f"""\
-A class, simulated, not measured: nobody here is anybody. Made by tests/make_sample_class.py, seed {SEED}.
-
-Truth of every log: I_zz = {INERTIA} kg*m^2, residual torque {IMBALANCE} N*m, timing bias {BIAS} s.
-Errors, all normal: 0.14 s on a time, tachometer 0.2 % and 0.1 % shared, weights 0.2 % each, ruler zero 0.5 mm.
-The files are named as in a download from Canvas: name, LATE, number of the student, number of the file.
-
-"""
-
-
-def _readme() -> str:
-    students = sorted((*STUDENTS, COPY, EMPTY, NO_LOG), key=lambda student: student.file)
+def make() -> dict[str, bytes]:
+    """Make every file of the class, by its name."""
+    random = np.random.default_rng(SEED)
+    sheets = [sheet(random, "mixed", imbalance=IMBALANCE, bias=BIAS) for _ in STUDENTS]
+    students = sorted((*STUDENTS, COPY, EMPTY, NO_LOG))
     width = max(len(student.file) for student in students)
-    return README + "".join(f"{student.file:<{width}}  {student.truth}\n" for student in students)
+    readme = README + "".join(f"{student.file:<{width}}  {student.truth}\n" for student in students)
+    files = {EMPTY.file: b"", NO_LOG.file: PICTURE, COPY.file: _copied(sheets[0]).encode()}
+    for student, rows in zip(STUDENTS, sheets, strict=True):
+        report = [_report(rows, SLIPS.get(student.slip, RIGHT), student.fit)] if student.reports else []
+        files[student.file] = rows.log("# station: 3", *report).encode()
+    return dict(sorted({**files, "README.txt": readme.encode()}.items()))
 
 
 if __name__ == "__main__":

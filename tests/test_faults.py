@@ -1,9 +1,8 @@
 """What is nobody's log's fault: a fault of gyro costs one log, a full disk or a closed stream a line; no traceback."""
 
-from __future__ import annotations
-
 import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -13,7 +12,6 @@ import pytest
 from typer.testing import CliRunner
 
 from gyrodata.cli import app
-from gyrodata.diagnostics import CODES
 from gyrodata.readings import read_log
 
 SAMPLE = Path(__file__).parent.parent / "sample_data" / "air_gyroscope.csv"
@@ -21,60 +19,51 @@ posix = pytest.mark.skipif(os.name != "posix", reason="the streams of a POSIX sh
 
 
 @pytest.fixture
-def logs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Three logs, and a gyro that breaks on the second."""
-    for name in ("a", "broken", "c"):
-        (tmp_path / f"{name}.csv").write_bytes(SAMPLE.read_bytes())
+def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a log and a class of one."""
+    (tmp_path / "class").mkdir()
+    for name in ("log.csv", "class/doejane_1_2_log.csv"):
+        shutil.copy(SAMPLE, tmp_path / name)
     monkeypatch.chdir(tmp_path)
+    return tmp_path
 
+
+@pytest.mark.parametrize("command", ["analyze", "check"])
+def test_fault_of_gyro_in_one_log_leaves_the_others(command: str, home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def breaking(source: Any, **options: Any) -> Any:
         if "broken" in str(source):
             raise KeyError("a fault planted by the test")
         return read_log(source, **options)
 
+    names = ["a.csv", "broken.csv", "c.csv"]
+    for name in names:
+        shutil.copy(SAMPLE, name)
     monkeypatch.setattr("gyrodata.readings.read_log", breaking)
-    return tmp_path
-
-
-@pytest.mark.parametrize("command", ["analyze", "check"])
-class TestOneBrokenLog:
-    def test_the_others_go_on(self, command: str, logs: Path) -> None:
-        done = CliRunner().invoke(app, [command, "a.csv", "broken.csv", "c.csv", "--format", "ndjson"])
-        assert done.exit_code == 3
-        found = [json.loads(line) for line in done.stdout.splitlines()]
-        assert [one["input"]["name"] for one in found] == ["a.csv", "broken.csv", "c.csv"]
-        (fault,) = found[1]["diagnostics"]
-        assert fault["code"] == "G901"
-        assert fault["severity"] == CODES["G901"].severity == "error"
-        assert fault["message"].startswith("this is a fault of gyro, not of your log: KeyError in gyrodata.cli.")
-        assert "GYRO_DEBUG=1" in fault["hint"]
-        assert "planted" not in done.output
-
-    def test_in_words_too(self, command: str, logs: Path) -> None:
-        done = CliRunner().invoke(
-            app, [command, "a.csv", "broken.csv", "c.csv", *(["-q", "--no-report"] * (command == "analyze"))]
-        )
-        assert done.exit_code == 3
-        assert "broken.csv: error G901: this is a fault of gyro" in done.output
-        assert "Traceback" not in done.output
-        assert done.stdout.count(".csv: 10 runs") == 2
-
-
-def test_any_command_ends_in_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
-    def breaking(*_: Any) -> str:
-        raise RuntimeError
-
-    monkeypatch.setattr("gyrodata.readings.blank_log", breaking)
-    done = CliRunner().invoke(app, ["template"])
+    done = CliRunner().invoke(app, [command, *names, "--format", "ndjson"])
     assert done.exit_code == 3
-    assert "error G901" in done.output
-    assert "Traceback" not in done.output
+    found = [json.loads(line) for line in done.stdout.splitlines()]
+    assert [one["input"]["name"] for one in found] == names
+    (fault,) = found[1]["diagnostics"]
+    assert (fault["code"], fault["severity"]) == ("G901", "error")
+    assert fault["message"].startswith("this is a fault of gyro, not of your log: KeyError in gyrodata.cli.")
+    assert "GYRO_DEBUG=1" in fault["hint"]
+    assert "planted" not in done.output
+    words = CliRunner().invoke(app, [command, *names, *(["-q", "--no-report"] * (command == "analyze"))])
+    assert (words.exit_code, words.stdout.count(".csv: 10 runs")) == (3, 2)
+    assert "broken.csv: error G901: this is a fault of gyro" in words.output
+    assert "Traceback" not in words.output
 
 
-def shell(line: str, folder: Path) -> subprocess.CompletedProcess[bytes]:
+def test_fault_in_any_command_ends_in_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("gyrodata.readings.blank_log", lambda *_: 1 / 0)
+    done = CliRunner().invoke(app, ["template"])
+    assert (done.exit_code, "error G901" in done.output, "Traceback" in done.output) == (3, True, False)
+
+
+def shell(line: str) -> subprocess.CompletedProcess[bytes]:
     """Run a line of shell in which ``gyro`` is this one."""
     head = f'gyro() {{ "{sys.executable}" -m gyrodata "$@"; }}\n'
-    return subprocess.run(["bash", "-c", head + line], cwd=folder, capture_output=True, timeout=120, check=False)
+    return subprocess.run(["bash", "-c", head + line], capture_output=True, timeout=120, check=False)
 
 
 @posix
@@ -89,11 +78,10 @@ def shell(line: str, folder: Path) -> subprocess.CompletedProcess[bytes]:
         "gyro analyze - <&-",
     ],
 )
-def test_a_stream_that_cannot_be_used(line: str, tmp_path: Path) -> None:
+def test_stream_that_cannot_be_used_is_told_in_a_line(line: str, home: Path) -> None:
     if "/dev/full" in line and not Path("/dev/full").exists():
         pytest.skip("no full device here")
-    (tmp_path / "log.csv").write_bytes(SAMPLE.read_bytes())
-    done = shell(line, tmp_path)
+    done = shell(line)
     assert done.returncode == 2
     assert b"error G606: " in done.stdout + done.stderr
     assert b"Traceback" not in done.stderr
@@ -102,14 +90,11 @@ def test_a_stream_that_cannot_be_used(line: str, tmp_path: Path) -> None:
 
 @posix
 @pytest.mark.parametrize("stream", ["2>&-", "2>/dev/full"])
-def test_nor_does_it_where_a_report_or_a_class_is_written(stream: str, tmp_path: Path) -> None:
-    (tmp_path / "class").mkdir()
-    (tmp_path / "class" / "doejane_1_2_log.csv").write_bytes(SAMPLE.read_bytes())
-    analyzed = f"gyro analyze class/doejane_1_2_log.csv -o report {stream}"
-    done = shell(f"{analyzed} && gyro grade class --workers 0 --exit-zero {stream}", tmp_path)
+def test_report_and_grades_are_written_without_an_error_stream(stream: str, home: Path) -> None:
+    done = shell(f"gyro analyze log.csv -o report {stream} && gyro grade class --workers 0 --exit-zero {stream}")
     assert done.returncode == 0
-    assert (tmp_path / "report" / "report.html").is_file()
-    assert (tmp_path / "class-grades" / "class.html").is_file()
+    assert (home / "report" / "report.html").is_file()
+    assert (home / "class-grades" / "class.html").is_file()
 
 
 @posix
@@ -124,47 +109,38 @@ def test_nor_does_it_where_a_report_or_a_class_is_written(stream: str, tmp_path:
         ("grade class -o log.csv/x", "G763"),
     ],
 )
-def test_a_place_that_cannot_be_written(line: str, code: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "log.csv").write_bytes(SAMPLE.read_bytes())
-    (tmp_path / "class").mkdir()
-    (tmp_path / "class" / "doejane_1_2_log.csv").write_bytes(SAMPLE.read_bytes())
-    monkeypatch.chdir(tmp_path)
+def test_place_that_cannot_be_written_is_told_in_a_line(line: str, code: str, home: Path) -> None:
     done = CliRunner().invoke(app, line.split())
     assert done.exit_code == 2
     assert f"error {code}: " in done.stderr
     assert "Traceback" not in done.stderr
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["class", "log.csv"]
+    assert sorted(path.name for path in home.iterdir()) == ["class", "log.csv"]
 
 
 @posix
-def test_a_reader_of_the_help_may_go_away(tmp_path: Path) -> None:
+def test_reader_of_the_help_may_go_away() -> None:
     # The reader is gone before anything is written.
-    line = "{ sleep 0.3; gyro --help; echo $? >&2; } | true"
-    assert shell(line, tmp_path).stderr.split() == [b"0"]
+    assert shell("{ sleep 0.3; gyro --help; echo $? >&2; } | true").stderr.split() == [b"0"]
 
 
 @posix
-def test_a_file_name_that_is_no_utf_8(tmp_path: Path) -> None:
+def test_file_name_that_is_no_utf_8_is_shown_with_a_mark(home: Path) -> None:
     try:
-        (tmp_path / os.fsdecode(b"n\xff.csv")).write_bytes(SAMPLE.read_bytes())
+        shutil.copy(SAMPLE, os.fsdecode(b"n\xff.csv"))
     except OSError:
         pytest.skip("this file system wants UTF-8")
-    done = shell("gyro analyze $'n\\xff.csv'", tmp_path)
-    assert done.returncode == 0
-    assert done.stdout.startswith(b"n?.csv: 10 runs")
-    assert (
-        json.loads((tmp_path / os.fsdecode(b"n\xff-report") / "results.json").read_bytes())["input"]["name"] == "n?.csv"
-    )
-    told = shell("gyro analyze $'n\\xff.csv' --format json", tmp_path).stdout
-    assert json.loads(told.decode("utf-8"))["input"]["name"] == "n?.csv"
-    assert shell("gyro check $'n\\xff.csv' --format github", tmp_path).returncode == 0
-    missing = shell("gyro analyze $'o\\xff.csv' --format ndjson", tmp_path)
-    assert missing.returncode == 2
-    assert json.loads(missing.stdout.decode("utf-8"))["input"]["name"] == "o?.csv"
+    done = shell("gyro analyze $'n\\xff.csv'")
+    assert (done.returncode, done.stdout.startswith(b"n?.csv: 10 runs")) == (0, True)
+    results = Path(os.fsdecode(b"n\xff-report"), "results.json").read_bytes()
+    told = shell("gyro analyze $'n\\xff.csv' --format json").stdout
+    missing = shell("gyro analyze $'o\\xff.csv' --format ndjson")
+    names = [json.loads(text.decode("utf-8"))["input"]["name"] for text in (results, told, missing.stdout)]
+    assert (names, missing.returncode) == (["n?.csv", "n?.csv", "o?.csv"], 2)
+    assert shell("gyro check $'n\\xff.csv' --format github").returncode == 0
 
 
 @pytest.mark.parametrize(("encoding", "form"), [("cp1252", "text"), ("cp437", "csv"), ("ascii", "markdown")])
-def test_what_goes_into_a_file_is_utf_8_on_every_system(encoding: str, form: str) -> None:
+def test_text_that_goes_into_a_file_is_utf_8_on_every_system(encoding: str, form: str) -> None:
     line = [sys.executable, "-m", "gyrodata", "analyze", str(SAMPLE), "--no-report", "--format", form]
     done = subprocess.run(line, capture_output=True, env={**os.environ, "PYTHONIOENCODING": encoding}, check=True)
     assert done.stdout.decode("utf-8") == CliRunner().invoke(app, line[3:]).stdout

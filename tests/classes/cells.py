@@ -1,35 +1,71 @@
-"""The table: what each cell measures, and what must hold. Classes of students, from drawing to what is told of them."""
-
-from __future__ import annotations
+"""The table: what each cell measures, and its bound. Classes of students, from drawing to what is told of them."""
 
 import itertools
+import json
 import math
+import re
+import tempfile
 from collections import Counter
 from collections.abc import Callable, Mapping
-from functools import cache
+from functools import cache, partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-from grading.reports import reported_line
+from grading.classes import make_folder
+from grading.reports import RIGHT, SLIPS, Formula, reported_line
 from msgspec import Struct
 from msgspec.structs import replace
+from typer.testing import CliRunner, Result
 
-from classes import cost, desk, rubrics, typed
+from classes import typed
 from classes.disguises import HARD, JITTERED, KNOWN, plant
 from classes.drawn import FITS, ROUTES, STATIONS, USUAL, Bench, Student, by_route, draw
-from classes.graded import Number, grade, lost, total
-from classes.planted import PLANTED, named, pick, told
+from gyrodata.cli import app
 
 OTHERWISE = 0.5
 """Points of the arithmetic (of 6) that steps of three digits, or a right fit that is none of the accepted, may cost."""
 
 
-class Cell(Struct, frozen=True):
-    """One line of the table."""
+class Number(Struct, frozen=True):
+    """What was measured, out of how many, and its bounds."""
 
-    name: str
-    measure: Callable[[int, int], Number]
-    """From the size of a class and a seed."""
+    value: int
+    of: int
+    low: float = -math.inf
+    high: float = math.inf
+    told: str = ""
+
+    @property
+    def holds(self) -> bool:
+        return self.low <= self.value <= self.high
+
+    @property
+    def bound(self) -> str:
+        return f"<= {self.high:.0f}" if math.isfinite(self.high) else f">= {self.low:.0f}"
+
+
+Cell = Callable[[int, int], Number]
+"""From the size of a class and a seed."""
+
+
+def gyro(*arguments: str | Path) -> Result:
+    """Run the command line; a traceback is raised."""
+    done = CliRunner().invoke(app, [str(argument) for argument in arguments], prog_name="gyro")
+    if done.exception is not None and not isinstance(done.exception, SystemExit):
+        raise done.exception
+    return done
+
+
+def grade(files: Mapping[str, str | bytes], *arguments: str | Path) -> dict[str, Any]:
+    """Grade a class of these files: the document of the grades, its students by key."""
+    with tempfile.TemporaryDirectory() as folder:
+        root = make_folder(Path(folder) / "class", files)
+        done = gyro("grade", root, "--format", "json", "--workers", "0", "--quiet", *arguments)
+    assert done.exit_code <= 1, done.output
+    document: dict[str, Any] = json.loads(done.stdout)
+    document["students"] = {student["student"]: student for student in document["students"]}
+    return document
 
 
 def canvas(logs: Mapping[Student, str]) -> typed.Files:
@@ -37,73 +73,35 @@ def canvas(logs: Mapping[Student, str]) -> typed.Files:
     return {f"{student.stem}_lab.csv": log for student, log in logs.items()}
 
 
-def counted(counts: Counter[str]) -> str:
-    return ", ".join(f"{count} {what}" for what, count in counts.most_common() if count)
+def with_answer(students: list[Student]) -> typed.Files:
+    return canvas({one: one.log(reported_line(*one.answer())) for one in students})
+
+
+def counted(counts: Mapping[str, int]) -> str:
+    return ", ".join(f"{count} {what}" for what, count in Counter(counts).most_common() if count)
 
 
 # --- honest classes -----------------------------------------------------------------------------------------
 
 
-class Class(Struct, frozen=True):
-    """A class of right work, graded."""
-
-    students: tuple[Student, ...]
-    document: Mapping[str, Any]
-
-    def of(self, student: Student) -> Mapping[str, Any]:
-        """What one got."""
-        found: Mapping[str, Any] = self.document["students"][student.key]
-        return found
-
-    def unjust(self) -> Counter[str]:
-        """Count who lost something that right work does not lose, by what it was, each once."""
-        counts: Counter[str] = Counter()
-        for student in self.students:
-            got = self.of(student)
-            points = lost(got)
-            # A log with fewer runs than are asked for lacks something, and has not learnt much of its scatter.
-            short = {"procedure"} if len(student.rows.mass) < 9 else set()
-            unfair = [what for what in ("log", "procedure", "units") if points.get(what, 0) > 0 and what not in short]
-            if points.get("inertia", 0) > OTHERWISE:
-                unfair.append("inertia")
-            if got["status"] != "graded":
-                counts["not graded"] += 1
-            elif unfair:
-                counts[" and ".join(unfair)] += 1
-        return counts
-
-    def losers(self, criterion: str) -> int:
-        """How many lost points of a criterion."""
-        return sum(lost(self.of(student)).get(criterion, 0) > 0.005 for student in self.students)
-
-    def accused(self) -> int:
-        """How many have a slip or are in a flag."""
-        flagged = {key for flag in self.document["flags"] for key in flag["students"]}
-        return sum(bool(self.of(student)["slips"]) or student.key in flagged for student in self.students)
-
-
-@cache
-def careful(size: int, seed: int) -> Class:
+def careful(size: int, seed: int) -> dict[Student, str]:
     """A: told the format, one of three fits of the textbook."""
-    students = tuple(draw(i, seed) for i in range(size))
-    logs = {
+    students = [draw(i, seed) for i in range(size)]
+    return {
         one: one.log("# g: 9.803 m/s^2", reported_line(*one.answer(fit=FITS[i % 3]))) for i, one in enumerate(students)
     }
-    return Class(students, grade(canvas(logs)))
 
 
-@cache
-def any_route(size: int, seed: int) -> Class:
+def any_route(size: int, seed: int) -> dict[Student, str]:
     """B: any right route, g, unit, steps, and idea of u."""
-    students = tuple(draw(i, seed + 1) for i in range(size))
     logs = {}
-    for i, student in enumerate(students):
+    for i, student in enumerate(draw(i, seed + 1) for i in range(size)):
         random = np.random.default_rng([seed, 17, i])
-        value, u = by_route(student, list(ROUTES)[i % len(ROUTES)], random.choice([9.8, 9.81]), i % 2 == 0)
+        value, u = by_route(student, ROUTES[i % len(ROUTES)], random.choice([9.8, 9.81]), i % 2 == 0)
         u = random.choice([u, u, 1.5 * u, 0.01 * value])
         answer = typed.in_unit(value, u, list(typed.UNITS)[i // 7 % len(typed.UNITS)], random.choice([1, 2]))
         logs[student] = student.log(f"# reported_inertia: {answer}")
-    return Class(students, grade(canvas(logs)))
+    return logs
 
 
 BENCHES = {
@@ -116,39 +114,55 @@ BENCHES = {
 }
 
 
-@cache
-def other_benches(size: int, seed: int) -> Class:
+def other_benches(size: int, seed: int) -> dict[Student, str]:
     """G: right work at benches that are not the usual one, each at stations of its own."""
     benches = list(itertools.islice(itertools.cycle(BENCHES.values()), STATIONS))
-    students = tuple(draw(i, seed + 2, benches[i % STATIONS]) for i in range(size))
-    logs = {one: one.log(reported_line(*one.answer(fit=FITS[i % 3]))) for i, one in enumerate(students)}
-    return Class(students, grade(canvas(logs)))
+    students = [draw(i, seed + 2, benches[i % STATIONS]) for i in range(size)]
+    return {one: one.log(reported_line(*one.answer(fit=FITS[i % 3]))) for i, one in enumerate(students)}
 
 
-def honest(name: str, make: Callable[[int, int], Class]) -> list[Cell]:
-    """Make the cells of a class of right work."""
+HONEST = {"A careful": careful, "B any right route": any_route, "G other benches": other_benches}
+LOSSES = ("unjust loss", "loss for the bench's scatter", "slips or flags")
 
-    def unjust(size: int, seed: int) -> Number:
-        counts = make(size, seed).unjust()
-        others = {what: make(size, seed).losers(what) for what in ("inertia", "reference", "uncertainty", "constancy")}
-        words = [counted(counts), f"any loss: {counted(Counter(others))}" if any(others.values()) else ""]
-        return Number(counts.total(), high=0, of=size, told="; ".join(filter(None, words)))
 
-    def constancy(size: int, seed: int) -> Number:
-        made = make(size, seed)
-        where = Counter(
-            next((bench for bench, one in BENCHES.items() if one == student.bench), "usual")
-            for student in made.students
-            if lost(made.of(student)).get("constancy", 0) > 0.005
-        )
+def lost(student: Mapping[str, Any]) -> dict[str, float]:
+    """Points that a student did not get, by criterion; those that nobody judged are left out."""
+    marks = [mark for mark in student["marks"] if mark.get("points") is not None]
+    return {mark["criterion"]: mark["out_of"] - mark["points"] for mark in marks}
+
+
+def judge(students: list[Student], document: Mapping[str, Any]) -> tuple[Number, Number, Number]:
+    """Count the `LOSSES` of a class of right work."""
+    unjust, other, rough = Counter[str](), Counter[str](), Counter[str]()
+    bench_names = {bench: name for name, bench in BENCHES.items()}
+    flagged = {key for flag in document["flags"] for key in flag["students"]}
+    accused = 0
+    for student in students:
+        got = document["students"][student.key]
+        points = lost(got)
+        # A log with fewer runs than are asked for lacks something, and has not learnt much of its scatter.
+        needed = ("log", "units") if len(student.rows.mass) < 9 else ("log", "procedure", "units")
+        unfair = [what for what in needed if points.get(what, 0) > 0]
+        unfair += ["inertia"] * (points.get("inertia", 0) > OTHERWISE)
+        if got["status"] != "graded" or unfair:
+            unjust[" and ".join(unfair) if got["status"] == "graded" else "not graded"] += 1
+        other.update(what for what in ("inertia", "reference", "uncertainty") if points.get(what, 0) > 0.005)
+        rough.update([bench_names.get(student.bench, "usual")] * (points.get("constancy", 0) > 0.005))
+        accused += bool(got["slips"]) or student.key in flagged
+    size = len(students)
+    words = f"{counted(unjust)}; any loss: {counted(other)}"
+    return (
+        Number(unjust.total(), size, high=0, told=words),
         # One in a thousand has such a scatter by chance.
-        return Number(made.losers("constancy"), high=max(1, size // 100), of=size, told=counted(where))
+        Number(rough.total(), size, high=max(1, size // 100), told=counted(rough)),
+        Number(accused, size, high=0),
+    )
 
-    return [
-        Cell(f"{name}: unjust loss", unjust),
-        Cell(f"{name}: loss for the bench's scatter", constancy),
-        Cell(f"{name}: slips or flags", lambda size, seed: Number(make(size, seed).accused(), high=0, of=size)),
-    ]
+
+@cache
+def honest(name: str, size: int, seed: int) -> tuple[Number, Number, Number]:
+    logs = HONEST[name](size, seed)
+    return judge(list(logs), grade(canvas(logs)))
 
 
 # --- how the value is typed, and where ----------------------------------------------------------------------
@@ -157,104 +171,70 @@ def honest(name: str, make: Callable[[int, int], Class]) -> list[Cell]:
 def written(size: int, seed: int) -> Number:
     """F: the line is there; the value in it is typed as people type."""
     students = [draw(i, seed + 3) for i in range(size)]
-    ways = list(typed.WAYS)
+    ways = {one: list(typed.WAYS)[i % len(typed.WAYS)] for i, one in enumerate(students)}
     answers = {one: one.answer(fit=FITS[i % 3]) for i, one in enumerate(students)}
     plain = {one: one.log(f"# reported_inertia: {typed.plain(*answers[one])}") for one in students}
-    natural = {
-        one: one.log(f"# reported_inertia: {typed.WAYS[ways[i % len(ways)]](*answers[one])}")
-        for i, one in enumerate(students)
-    }
+    natural = {one: one.log(f"# reported_inertia: {typed.in_way(ways[one], *answers[one])}") for one in students}
     before, after = (grade(canvas(logs))["students"] for logs in (plain, natural))
-    unread, losing = Counter[str](), Counter[str]()
-    for i, student in enumerate(students):
-        way = ways[i % len(ways)]
-        if after[student.key]["status"] != "graded":
-            unread[way] += 1
-        # Another digit or two of u moves the other criteria by less.
-        elif total(after[student.key]) < total(before[student.key]) - 0.1:
-            losing[way] += 1
-    words = f"not graded {unread.total()}: {counted(unread)}; losing {losing.total()}: {counted(losing)}"
-    return Number(unread.total() + losing.total(), high=0, of=size, told=words)
+    unread = Counter(ways[one] for one in students if after[one.key]["status"] != "graded")
+    # Another digit or two of u moves the other criteria by less.
+    fell = [one for one in students if (after[one.key]["points"] or 0) < (before[one.key]["points"] or 0) - 0.1]
+    losing = Counter(ways[one] for one in fell if ways[one] not in unread)
+    words = f"not graded: {counted(unread)}; losing: {counted(losing)}"
+    return Number(unread.total() + losing.total(), size, high=0, told=words)
+
+
+PLATFORMS = {"Moodle text": "moodle", "Blackboard field": "blackboard"}
 
 
 def anywhere(size: int, seed: int) -> Number:
     """C: told no format."""
     each = max(1, size // len(typed.HABITS))
-    habits = [habit for habit in typed.HABITS for _ in range(each)]
-    classes: dict[str, dict[str, typed.Files]] = {"canvas": {}, "moodle": {}, "blackboard": {}}
-    answers = {}
-    for i, habit in enumerate(habits):
-        student = draw(i, seed + 4)
+    classes: dict[str, typed.Files] = {"canvas": {}, "moodle": {}, "blackboard": {}}
+    answers: dict[str, dict[str, tuple[str, float]]] = {lms: {} for lms in classes}
+    for i, habit in enumerate(np.repeat(list(typed.HABITS), each).tolist()):
+        student, lms = draw(i, seed + 4), PLATFORMS.get(habit, "canvas")
         value, u = student.answer(fit=FITS[i % 3])
-        lms = {"Moodle text": "moodle", "Blackboard field": "blackboard"}.get(habit, "canvas")
-        name = {"canvas": typed.as_canvas, "moodle": typed.as_moodle, "blackboard": typed.as_blackboard}[lms]
-        key = f"s{student.key}" if lms == "blackboard" else student.key
-        classes[lms][key] = name(student, typed.HABITS[habit](student, typed.plain(value, u)))
-        answers[key] = habit, value
+        classes[lms] |= typed.named_by(lms, student, typed.HABITS[habit](student, typed.plain(value, u)))
+        answers[lms]["s" * (lms == "blackboard") + student.key] = habit, value
     unread, wrong = Counter[str](), Counter[str]()
-    for people in classes.values():
-        files = {name: data for one in people.values() for name, data in one.items()}
+    for lms, files in classes.items():
         students = grade(files)["students"]
-        for key in people:
-            habit, value = answers[key]
-            got = students[key]["reported"].get("value") if key in students else None
+        for key, (habit, value) in answers[lms].items():
             if key not in students or students[key]["status"] != "graded":
                 unread[habit] += 1
-            elif got is None or not math.isclose(got, value, rel_tol=0.01):
+            elif not math.isclose(students[key]["reported"].get("value") or 0, value, rel_tol=0.01):
                 wrong[habit] += 1
-    words = f"not graded: {counted(unread)}" + (f"; read wrongly: {counted(wrong)}" if wrong else "")
-    return Number(unread.total() + len(habits) * wrong.total(), high=each, of=len(habits), told=words)
+    of = each * len(typed.HABITS)
+    words = f"not graded: {counted(unread)}; read wrongly: {counted(wrong)}"
+    return Number(unread.total() + of * wrong.total(), of, high=each, told=words)
 
 
 # --- copies -------------------------------------------------------------------------------------------------
 
 
-class Search(Struct, frozen=True):
-    """What was found in a class of whom some copied."""
-
-    pairs: Mapping[str, list[frozenset[str]]]
-    flags: tuple[frozenset[str], ...]
-
-    def found(self, kind: str) -> int:
-        return sum(any(pair <= flag for flag in self.flags) for pair in self.pairs[kind])
-
-    @property
-    def false(self) -> int:
-        """Flags that name somebody beside a pair of whom one did copy."""
-        planted = {pair for pairs in self.pairs.values() for pair in pairs}
-        return sum(not any(flag <= pair for pair in planted) for flag in self.flags)
-
-
-def with_answer(students: list[Student]) -> typed.Files:
-    return canvas({one: one.log(reported_line(*one.answer())) for one in students})
-
-
 @cache
-def searched(size: int, seed: int, step: float) -> Search:
-    """D and D5: a class with a tachometer read to so many rpm, with copies."""
-    honest_ones = [draw(i, seed + 5, replace(USUAL, rpm_step=step)) for i in range(size)]
-    students, pairs = plant(honest_ones, seed, max(1, size // 25))
-    flags = grade(with_answer(students))["flags"]
-    return Search(pairs, tuple(frozenset(flag["students"]) for flag in flags))
+def searched(size: int, seed: int, step: float) -> tuple[Mapping[str, list[frozenset[str]]], list[frozenset[str]]]:
+    """D: a class with a tachometer read to so many rpm, with copies: the pairs by disguise, and what is flagged."""
+    students, pairs = plant([draw(i, seed + 5, replace(USUAL, rpm_step=step)) for i in range(size)], seed, size // 25)
+    return pairs, [frozenset(flag["students"]) for flag in grade(with_answer(students))["flags"]]
 
 
-def copied(kinds: Mapping[str, object], least: float | None) -> Callable[[int, int], Number]:
+def copied(kinds: Mapping[str, object], least: float, size: int, seed: int) -> Number:
     """Count the copies found of some disguises; least [1]."""
-
-    def measure(size: int, seed: int) -> Number:
-        both = [searched(size, seed, step) for step in (1, 5)]
-        parts = {kind: [one.found(kind) for one in both] for kind in kinds}
-        of = sum(len(one.pairs[kind]) for one in both for kind in kinds)
-        words = ", ".join(f"{kind} {one} + {other}" for kind, (one, other) in parts.items())
-        low = -math.inf if least is None else math.ceil(least * of - 1e-9)
-        return Number(sum(map(sum, parts.values())), low=low, of=of, told=f"{words} (rpm to 1 + to 5)")
-
-    return measure
+    both = [searched(size, seed, step) for step in (1, 5)]
+    found = {kind: sum(any(p <= f for f in flags) for pairs, flags in both for p in pairs[kind]) for kind in kinds}
+    of = sum(len(pairs[kind]) for pairs, _ in both for kind in kinds)
+    return Number(sum(found.values()), of, low=math.ceil(least * of - 1e-9), told=counted(found))
 
 
 def false_beside(size: int, seed: int) -> Number:
-    """Count the false flags in the classes with copies."""
-    return Number(sum(searched(size, seed, step).false for step in (1, 5)), high=0, of=2 * size)
+    """Count the flags that name somebody beside a pair of whom one did copy."""
+    false = 0
+    for pairs, flags in (searched(size, seed, step) for step in (1, 5)):
+        planted = {pair for kind in pairs.values() for pair in kind}
+        false += sum(not any(flag <= pair for pair in planted) for flag in flags)
+    return Number(false, 2 * size, high=0)
 
 
 def habits_of_spins(number: int) -> Bench:
@@ -266,64 +246,103 @@ def habits_of_spins(number: int) -> Bench:
 
 def false_pairs(size: int, seed: int) -> Number:
     """Count the flags of five times as many honest logs."""
-    students = [draw(i, seed + 6, habits_of_spins(i)) for i in range(5 * size)]
-    flags = grade(with_answer(students))["flags"]
-    return Number(len(flags), high=0, of=5 * size, told=counted(Counter(flag["kind"] for flag in flags)))
+    flags = grade(with_answer([draw(i, seed + 6, habits_of_spins(i)) for i in range(5 * size)]))["flags"]
+    return Number(len(flags), 5 * size, high=0, told=counted(Counter(flag["kind"] for flag in flags)))
 
 
-# --- slips --------------------------------------------------------------------------------------------------
+# --- mistakes -----------------------------------------------------------------------------------------------
+
+
+def _by(formula: Formula) -> Callable[[Student], str]:
+    return lambda student: student.log(reported_line(*student.answer(formula)))
+
+
+def _inverse(student: Student) -> str:
+    value, u = student.answer(fit="through_origin")
+    return student.log(reported_line(1 / value, u / value**2))
+
+
+def _in_cgs(student: Student) -> str:
+    value, u = student.answer()
+    return student.log(reported_line(1e7 * value, 1e7 * u, unit=" g m^2"))
+
+
+def _exchanged(student: Student) -> str:
+    titles = "mass [g],position [cm],time [s],spin [rpm],turns"
+    return student.log(reported_line(*student.answer()), titles=titles)
+
+
+OLD = (
+    "rpm_as_rad_s", "minutes_as_seconds", "two_pi_missing", "two_pi_twice", "both_in_rpm", "g_as_kg", "cm_as_m",
+    "missing_g", "diameter_for_radius", "radius_halved", "turns_forgotten",
+)  # fmt: skip
+PLANTED: dict[str, tuple[Callable[[Student], str], str]] = {
+    **{kind: (_by(SLIPS[kind]), f"^{kind}$") for kind in OLD},
+    "degrees a second": (_by(replace(RIGHT, precession=360.0)), r"degree"),
+    "lost exponent": (_by(replace(RIGHT, answer=1e3)), r"exponent|power of ten|decimal point"),
+    "inverse slope": (_inverse, r"inver|reciprocal|1/I"),
+    "g in cm/s^2": (_by(replace(RIGHT, g=980.3)), r"cm/s"),
+    "cgs, said g m^2": (_in_cgs, r"cgs|g.?cm²"),
+    "lost sign": (_by(replace(RIGHT, answer=1e6)), r"exponent"),
+    "columns exchanged": (_exchanged, r"exchang|swap"),
+}
+"""Each with what a student types, and what its name or the words about it must contain."""
+
+
+def told(student: Mapping[str, Any]) -> list[str]:
+    """All that is said of mistakes."""
+    return [part for slip in student["slips"] for part in (slip["kind"], slip["words"], slip["check"])]
+
+
+def named(kind: str, student: Mapping[str, Any]) -> bool:
+    """Tell whether a mistake is named right."""
+    words = told(student)
+    if kind == "columns exchanged":
+        words += [*student["look"], *(one["message"] for one in student["diagnostics"])]
+    return any(re.search(PLANTED[kind][1], text) for text in words)
 
 
 @cache
-def slipped(size: int, seed: int) -> tuple[tuple[str, Mapping[str, Any]], ...]:
-    """Plant slips in a class: the kind and what was told of each."""
-    each = max(1, round(6 * size / 200))
-    kinds = pick(max(20, size // 2), each)
-    students = [draw(i, seed + 7) for i in range(len(kinds))]
-    names = list(PLANTED)
+def slipped(size: int, seed: int) -> list[tuple[str, Mapping[str, Any]]]:
+    """Plant mistakes in a class: the kind, and what was told of each."""
+    kinds = np.repeat([*PLANTED, ""], [max(1, round(6 * size / 200))] * len(PLANTED) + [max(20, size // 2)]).tolist()
+    students = {draw(i, seed + 7): kind for i, kind in enumerate(kinds)}
     logs = {
-        one: PLANTED[names[kind]][0](one) if kind >= 0 else one.log(reported_line(*one.answer()))
-        for one, kind in zip(students, kinds.tolist(), strict=True)
+        one: PLANTED[kind][0](one) if kind else one.log(reported_line(*one.answer())) for one, kind in students.items()
     }
     found = grade(canvas(logs))["students"]
-    return tuple((names[kind], found[one.key]) for one, kind in zip(students, kinds.tolist(), strict=True) if kind >= 0)
+    return [(kind, found[one.key]) for one, kind in students.items() if kind]
 
 
 def slips_right(size: int, seed: int) -> Number:
     """Count the kinds that are named right in every log."""
-    right = dict.fromkeys(PLANTED, True)
-    for kind, student in slipped(size, seed):
-        right[kind] &= named(kind, student)
-    missing = ", ".join(kind for kind, all_of_them in right.items() if not all_of_them)
-    return Number(sum(right.values()), low=17, of=len(PLANTED), told=f"not: {missing}" if missing else "")
+    missed = {kind for kind, student in slipped(size, seed) if not named(kind, student)}
+    return Number(len(PLANTED) - len(missed), len(PLANTED), low=17, told=f"not: {', '.join(missed)}" * bool(missed))
 
 
 def slips_wrong(size: int, seed: int) -> Number:
-    """Count the logs in which slips are named and none of them is the one."""
-    wrong = [(kind, student) for kind, student in slipped(size, seed) if told(student) and not named(kind, student)]
-    words = Counter(f"{kind} as {' or '.join(slip['kind'] for slip in one['slips'])}" for kind, one in wrong)
-    return Number(len(wrong), high=0, of=len(slipped(size, seed)), told=counted(words))
+    """Count the logs in which mistakes are named and none of them is the one."""
+    wrong = Counter(kind for kind, student in slipped(size, seed) if told(student) and not named(kind, student))
+    return Number(wrong.total(), len(slipped(size, seed)), high=0, told=counted(wrong))
 
 
 # --- the table ----------------------------------------------------------------------------------------------
 
 
-def cells() -> list[Cell]:
-    """All of them, in the order of the table."""
-    return [
-        *honest("A careful", careful),
-        *honest("B any right route", any_route),
-        *honest("G other benches", other_benches),
-        Cell("F typed in 12 ways: not graded or losing", written),
-        Cell("C told no format: not graded", anywhere),
-        Cell("D every time changed: found", copied(JITTERED, 40 / 48)),
-        Cell("D other copies: found", copied(KNOWN, 1.0)),
-        Cell("D both columns, mean of two: found", copied(HARD, None)),
-        Cell("D beside copies: false flags", false_beside),
-        Cell("D honest, nominal spins too: false flags", false_pairs),
-        Cell("slips: kinds named right", slips_right),
-        Cell("slips: logs named wrongly", slips_wrong),
-        *(Cell(f"desk: {name}", measure) for name, measure in desk.CELLS.items()),
-        Cell("rubric in ten lines: points right", rubrics.ordinary),
-        Cell("other bytes for other workers, kills, journals", cost.same_bytes),
-    ]
+CELLS: dict[str, Cell] = {
+    **{
+        f"{name}: {what}": lambda size, seed, name=name, at=at: honest(name, size, seed)[at]
+        for name in HONEST
+        for at, what in enumerate(LOSSES)
+    },
+    "F typed in 12 ways: not graded or losing": written,
+    "C told no format: not graded": anywhere,
+    "D every time changed: found": partial(copied, JITTERED, 40 / 48),
+    "D other copies: found": partial(copied, KNOWN, 1.0),
+    "D both columns, mean of two: found": partial(copied, HARD, 0.0),
+    "D beside copies: false flags": false_beside,
+    "D honest, nominal spins too: false flags": false_pairs,
+    "mistakes: kinds named right": slips_right,
+    "mistakes: logs named wrongly": slips_wrong,
+}
+"""In the order of the table."""

@@ -5,9 +5,6 @@
 ``sample_data/figures/class_size.png``.
 """
 
-from __future__ import annotations
-
-import argparse
 import csv
 import json
 import os
@@ -18,15 +15,15 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 
-from classes.cost import COMMAND, make_class
+from grading.classes import make_folder
+
+from classes.cells import with_answer
+from classes.drawn import draw
 
 TABLE = Path(__file__).with_suffix(".csv")
 FIGURE = Path(__file__).parents[2] / "sample_data" / "figures" / "class_size.png"
-HEAD = ("students", "way", "CPU a log [ms]", "of the driver [ms]", "memory of the driver [MB]")
-
 LEAST, EACH = 60.0, 0.020
 """What the driver may take: a start, and so much a student [MB]."""
-
 
 METER = """
 import ctypes, json, os, resource, subprocess, sys
@@ -42,41 +39,39 @@ try:
         os.wait()
 except ChildProcessError:
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
-print(json.dumps({"alone": alone, "all": used.ru_utime + used.ru_stime, "peak": own.ru_maxrss / 1024}))
+print(json.dumps([used.ru_utime + used.ru_stime, alone, own.ru_maxrss / 1024]))
 """
-"""CPU of a command alone, and with all that it starts, which outlives it (Linux only)."""
+"""CPU of a command with all that it starts, which outlives it, and alone; its memory (Linux only)."""
 
 
-def metered(cache: Path, *arguments: str | Path) -> dict[str, float]:
-    """CPU seconds and memory of ``gyro grade``, its byte code kept as where it is installed."""
-    kept = {"PYTHONDONTWRITEBYTECODE": "", "PYTHONPYCACHEPREFIX": str(cache)}
-    command = [sys.executable, "-c", METER, *COMMAND, *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, env=os.environ | kept)
-    used: dict[str, float] = json.loads(done.stdout)
-    return used
+def metered(home: Path, size: int) -> tuple[float, float, float]:
+    """CPU [s] of all and of the driver, and memory [MB], for a class; byte code is kept as if installed."""
+    root = make_folder(home / f"class{size}", with_answer([draw(i, 10) for i in range(size)]))
+    gyro = [sys.executable, "-m", "gyrodata", "grade", root, "-o", home / f"grades{size}", "--workers", "2", "--quiet"]
+    env = os.environ | {"PYTHONDONTWRITEBYTECODE": "", "PYTHONPYCACHEPREFIX": str(home / "cache")}
+    done = subprocess.run([sys.executable, "-c", METER, *gyro], capture_output=True, text=True, check=True, env=env)
+    everything, alone, memory = json.loads(done.stdout)
+    return everything, alone, memory
 
 
-def measure(size: int, seed: int = 1) -> tuple[object, ...]:
+def measure(size: int) -> list[str]:
     """Grade a class with two workers: a row of the table."""
-    with tempfile.TemporaryDirectory() as folder:
-        home = Path(folder)
-        options = ("--workers", "2", "--quiet")
-        # What is compiled once is no cost of a class.
-        metered(home / "cache", make_class(home / "few", 4, seed), "-o", home / "first", *options)
-        used = metered(home / "cache", make_class(home / "class", size, seed), "-o", home / "grades", *options)
-    costs = (f"{1000 * used[part] / size:.1f}" for part in ("all", "alone"))
-    return size, "at once", *costs, f"{used['peak']:.0f}"
+    with tempfile.TemporaryDirectory() as home:
+        metered(Path(home), 4)  # What is compiled once is no cost of a class.
+        everything, alone, memory = metered(Path(home), size)
+    return [f"{size}", "at once", f"{1000 * everything / size:.1f}", f"{1000 * alone / size:.1f}", f"{memory:.0f}"]
 
 
-def draw(rows: list[dict[str, str]]) -> None:
+def plot() -> None:
     """Draw cost and memory against the size of the class."""
     from matplotlib.figure import Figure
 
+    sizes, _, costs, _, memory = zip(*list(csv.reader(TABLE.open(encoding="utf-8")))[1:], strict=True)
+    sizes = [float(size) for size in sizes]
     figure = Figure(figsize=(7.2, 3.2), layout="constrained")
     left, right = figure.subplots(1, 2)
-    sizes = [float(row["students"]) for row in rows]
-    left.plot(sizes, [float(row[HEAD[2]]) for row in rows], "o-", label="at once")
-    right.plot(sizes, [float(row[HEAD[4]]) for row in rows], "o-", label="at once")
+    left.plot(sizes, [float(cost) for cost in costs], "o-", label="at once")
+    right.plot(sizes, [float(one) for one in memory], "o-", label="at once")
     steps = [min(sizes) * (max(sizes) / min(sizes)) ** (step / 50) for step in range(51)]
     right.plot(steps, [LEAST + EACH * size for size in steps], color="0.5", label="60 MB + 20 kB a student")
     left.set(xscale="log", ylim=(0, None), xlabel="students", ylabel="CPU a log, workers and driver [ms]",
@@ -87,18 +82,10 @@ def draw(rows: list[dict[str, str]]) -> None:
     figure.savefig(FIGURE, dpi=150, metadata={"Software": None})
 
 
-def main() -> None:
-    """Measure what is asked for, and draw all that is known."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("sizes", nargs="*", type=int, help="students in a class")
-    for size in parser.parse_args().sizes:
+if __name__ == "__main__":
+    for size in map(int, sys.argv[1:]):
         row = measure(size)
         print(*row, sep=", ", flush=True)
         with TABLE.open("a", encoding="utf-8", newline="") as file:
             csv.writer(file, lineterminator="\n").writerow(row)
-    with TABLE.open(encoding="utf-8", newline="") as file:
-        draw(list(csv.DictReader(file)))
-
-
-if __name__ == "__main__":
-    main()
+    plot()

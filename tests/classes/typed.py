@@ -1,18 +1,37 @@
 """How a value and its uncertainty are typed, and where."""
 
-from __future__ import annotations
-
 import io
 import math
 from collections.abc import Callable
 
-from classes.drawn import Student
+import openpyxl
+
+from classes.drawn import TITLES, Student
+
+Files = dict[str, str | bytes]
+"""What a student hands in, by name."""
 
 UNITS = {
     "kg m^2": 1.0, "kg·m²": 1.0, "kg*m^2": 1.0, "kg-m^2": 1.0, "kg m2": 1.0, "N m s^2": 1.0,
     "g m^2": 1e-3, "kg cm^2": 1e-4, "g cm^2": 1e-7, "g·cm²": 1e-7,
 }  # fmt: skip
 """Units as typed, and what they are in kg*m^2."""
+
+WAYS = {
+    "each its power": "{v}×10⁻³ ± {u}×10⁻³ kg·m²",
+    "x 10^": "{v} x 10^-3 ± {u} x 10^-3 kg m^2",
+    "bracket": "({v} ± {u})×10⁻³ kg·m²",
+    "percent": "{v}e-3 ± {percent:.1f}% kg m^2",
+    "kg-m^2": "{v}e-3 ± {u}e-3 kg-m^2",
+    "whole g cm^2": "{whole} ± {whole_u} g cm^2",
+    "thousands": "{tens:,.0f} ± {tens_u:.0f} g cm^2",
+    "95 %": "{v}e-3 ± {twice}e-3 kg m^2 (95 %)",
+    "1 sigma": "{v}e-3 ± {u}e-3 kg m^2 (1 sigma)",
+    "about": "about {v}e-3 ± {u}e-3 kg m^2",
+    "u =": "{v}e-3 kg m^2, u = {u}e-3",
+    "uncertainty": "{v}e-3 kg m^2, uncertainty {u}e-3",
+}
+"""Twelve ways that a reader takes for one answer."""
 
 
 def fixed(value: float, u: float, digits: int) -> tuple[str, str]:
@@ -35,111 +54,90 @@ def plain(value: float, u: float) -> str:
     return in_unit(value, u, "kg m^2", 2)
 
 
-def _with(shape: str) -> Callable[[float, float], str]:
-    def write(value: float, u: float) -> str:
-        one, other = fixed(1e3 * value, 1e3 * u, 2)
-        # As many decimals as u has: whoever doubles 0.050 writes 0.100, or 0.10, and not 0.1.
-        twice = f"{2 * float(other):.{len(other.partition('.')[2])}f}"
-        return shape.format(v=one, u=other, twice=twice, percent=f"{100 * u / value:.1f}")
+def in_way(way: str, value: float, u: float) -> str:
+    """Write them in one of the twelve ways."""
+    (one, other), (whole, whole_u) = fixed(1e3 * value, 1e3 * u, 2), fixed(1e7 * value, 1e7 * u, 2)
+    # As many decimals as u has: whoever doubles 0.050 writes 0.100, or 0.10, and not 0.1.
+    twice = f"{2 * float(other):.{len(other.partition('.')[2])}f}"
+    return WAYS[way].format(
+        v=one, u=other, twice=twice, percent=100 * u / value, whole=whole, whole_u=whole_u,
+        tens=round(value * 1e7, -1), tens_u=round(u * 1e7, -1),
+    )  # fmt: skip
+
+
+# --- where the answer is ------------------------------------------------------------------------------------
+
+Habit = Callable[[Student, str], Files]
+
+
+def _above(shape: str) -> Habit:
+    return lambda student, value: {"lab.csv": student.log(shape.format(value))}
+
+
+def _below(student: Student, value: str) -> Files:
+    return {"lab.csv": student.log(foot=f"I_zz,{value}{',,,' * (student.number % 2)}\n")}
+
+
+def _beside(name: str, shape: str) -> Habit:
+    return lambda student, value: {"lab.csv": student.log(), name: shape.format(value)}
+
+
+def _workbook(where: str) -> Habit:
+    def write(student: Student, value: str) -> Files:
+        book, out = openpyxl.Workbook(), io.BytesIO()
+        sheet = book.active
+        rows = [[float(cell) if "/" not in cell else cell for cell in row] for row in student.cells()]
+        for row in [TITLES.split(","), *rows, *([[], ["I_zz", value]] if where == "below" else [])]:
+            sheet.append(row)
+        if where == "beside":
+            sheet["G2"], sheet["H2"] = "I_zz", value
+        elif where == "second":
+            book.create_sheet("Results").append(["I_zz", value])
+        book.save(out)
+        return {"lab.xlsx": out.getvalue()}
 
     return write
 
 
-def _with_commas(value: float, u: float) -> str:
-    return f"{round(value * 1e7, -1):,.0f} ± {round(u * 1e7, -1):.0f} g cm^2"
+def _semicolons(student: Student, value: str) -> Files:
+    lines = [TITLES.replace(",", ";"), *(";".join(row).replace(".", ",") for row in student.cells())]
+    return {"lab.csv": "\n".join([f"# I_zz = {value.replace('.', ',')}", *lines]) + "\n"}
 
 
-WAYS: dict[str, Callable[[float, float], str]] = {
-    "each its power": _with("{v}×10⁻³ ± {u}×10⁻³ kg·m²"),
-    "x 10^": _with("{v} x 10^-3 ± {u} x 10^-3 kg m^2"),
-    "bracket": _with("({v} ± {u})×10⁻³ kg·m²"),
-    "percent": _with("{v}e-3 ± {percent}% kg m^2"),
-    "kg-m^2": _with("{v}e-3 ± {u}e-3 kg-m^2"),
-    "whole g cm^2": lambda value, u: in_unit(value, u, "g cm^2", 2),
-    "thousands": _with_commas,
-    "95 %": _with("{v}e-3 ± {twice}e-3 kg m^2 (95 %)"),
-    "1 sigma": _with("{v}e-3 ± {u}e-3 kg m^2 (1 sigma)"),
-    "about": _with("about {v}e-3 ± {u}e-3 kg m^2"),
-    "u =": _with("{v}e-3 kg m^2, u = {u}e-3"),
-    "uncertainty": _with("{v}e-3 kg m^2, uncertainty {u}e-3"),
-}
-"""Twelve ways that a reader takes for one answer."""
-
-
-# --- where it stands ----------------------------------------------------------------------------------------
-
-Files = dict[str, str | bytes]
-"""What a student hands in, by name."""
-
-
-def _workbook(student: Student, value: str, where: str) -> bytes:
-    import openpyxl
-
-    book = openpyxl.Workbook()
-    sheet = book.active
-    sheet.append(["mass [g]", "position [cm]", "spin [rpm]", "time [s]", "turns"])
-    for row in student.cells():
-        sheet.append([float(cell) if "/" not in cell else cell for cell in row])
-    if where == "below":
-        sheet.append([])
-        sheet.append(["I_zz", value])
-    elif where == "beside":
-        sheet["G2"], sheet["H2"] = "I_zz", value
-    else:
-        book.create_sheet("Results").append(["I_zz", value])
-    out = io.BytesIO()
-    book.save(out)
-    return out.getvalue()
-
-
-def _in_semicolons(student: Student, value: str) -> str:
-    lines = [f"# I_zz = {value.replace('.', ',')}", "mass [g];position [cm];spin [rpm];time [s];turns"]
-    return "\n".join([*lines, *(";".join(row).replace(".", ",") for row in student.cells())]) + "\n"
-
-
-HABITS: dict[str, Callable[[Student, str], Files]] = {
-    "# reported_inertia:": lambda s, v: {"lab.csv": s.log(f"# reported_inertia: {v}")},
-    "# I_zz =": lambda s, v: {"lab.csv": s.log(f"# I_zz = {v}")},
-    "# I_zz:": lambda s, v: {"lab.csv": s.log(f"# I_zz: {v}")},
-    "# inertia:": lambda s, v: {"lab.csv": s.log(f"# inertia: {v}")},
-    "# Result: I =": lambda s, v: {"lab.csv": s.log(f"# Result: I = {v}")},
-    "remark below": lambda s, v: {"lab.csv": s.log(foot=f"# I_zz = {v}\n")},
-    "last row": lambda s, v: {"lab.csv": s.log(foot=f"I_zz,{v}{',,,' * (s.number % 2)}\n")},
-    "report.txt": lambda s, v: {"lab.csv": s.log(), "report.txt": f"Our report.\n\nThe result is\nI_zz = {v}\n"},
-    "results.txt": lambda s, v: {"lab.csv": s.log(), "results.txt": f"inertia: {v}\n"},
-    "report.md": lambda s, v: {"lab.csv": s.log(), "report.md": f"# Gyroscope\n\n**I_zz = {v}**\n"},
-    "answers.txt": lambda s, v: {"lab.csv": s.log(), "answers.txt": f"I_zz = {v}\n"},
-    "cell below": lambda s, v: {"lab.xlsx": _workbook(s, v, "below")},
-    "cell beside": lambda s, v: {"lab.xlsx": _workbook(s, v, "beside")},
-    "second sheet": lambda s, v: {"lab.xlsx": _workbook(s, v, "second")},
-    "semicolons": lambda s, v: {"lab.csv": _in_semicolons(s, v)},
-    "g without unit": lambda s, v: {"lab.csv": s.log("# g: 9.81", f"# I_zz = {v}")},
-    "text.html": lambda s, v: {"lab.csv": s.log(), "text.html": f"<p>Our result: I_zz = {v}</p>"},
-    "Moodle text": lambda s, v: {"lab.csv": s.log(), "onlinetext.html": f"<p>I<sub>zz</sub> = {v}</p>"},
-    "Blackboard field": lambda s, v: {"lab.csv": s.log(), "receipt": f"I_zz = {v}"},
-    "PDF": lambda s, v: {"lab.csv": s.log(), "report.pdf": b"%PDF-1.4\n% a picture of the answer\n"},
+HABITS: dict[str, Habit] = {
+    "# reported_inertia:": _above("# reported_inertia: {}"),
+    "# I_zz =": _above("# I_zz = {}"),
+    "# I_zz:": _above("# I_zz: {}"),
+    "# inertia:": _above("# inertia: {}"),
+    "# Result: I =": _above("# Result: I = {}"),
+    "g without unit": _above("# g: 9.81\n# I_zz = {}"),
+    "remark below": lambda student, value: {"lab.csv": student.log(foot=f"# I_zz = {value}\n")},
+    "last row": _below,
+    "report.txt": _beside("report.txt", "Our report.\n\nThe result is\nI_zz = {}\n"),
+    "results.txt": _beside("results.txt", "inertia: {}\n"),
+    "report.md": _beside("report.md", "# Gyroscope\n\n**I_zz = {}**\n"),
+    "answers.txt": _beside("answers.txt", "I_zz = {}\n"),
+    "cell below": _workbook("below"),
+    "cell beside": _workbook("beside"),
+    "second sheet": _workbook("second"),
+    "semicolons": _semicolons,
+    "text.html": _beside("text.html", "<p>Our result: I_zz = {}</p>"),
+    "Moodle text": _beside("onlinetext.html", "<p>I<sub>zz</sub> = {}</p>"),
+    "Blackboard field": _beside("receipt", "I_zz = {}"),
+    "PDF": _beside("report.pdf", "%PDF-1.4\n% a picture of the answer\n"),
 }
 """Where those write it who are told no format; nobody reads a PDF."""
 
 
-def as_canvas(student: Student, files: Files) -> Files:
-    """Name files as Canvas does; what is typed into its text box has no number of its own."""
-    short = student.stem.rpartition("_")[0]
-    return {
-        (f"{short}_{name}" if name == "text.html" else f"{student.stem}_{name}"): data for name, data in files.items()
-    }
-
-
-def as_moodle(student: Student, files: Files) -> Files:
-    """Name files as Moodle does, a folder for each kind."""
-    stem = f"Student {student.number:04d}_{student.key}_assignsubmission_"
-    return {
-        f"{stem}{'onlinetext' if name == 'onlinetext.html' else 'file'}/{name}": data for name, data in files.items()
-    }
-
-
-def as_blackboard(student: Student, files: Files) -> Files:
-    """Name files as Blackboard does, beside a receipt that holds what was typed into its field."""
+def named_by(lms: str, student: Student, files: Files) -> Files:
+    """Name files as a platform does; on Blackboard beside a receipt that contains what was typed into its field."""
+    if lms == "canvas":  # What is typed into its text box has no number of its own.
+        short = student.stem.rpartition("_")[0]
+        return {f"{short if name == 'text.html' else student.stem}_{name}": data for name, data in files.items()}
+    if lms == "moodle":
+        stem = f"Student {student.number:04d}_{student.key}_assignsubmission_"
+        kinds = {"onlinetext.html": "onlinetext"}
+        return {f"{stem}{kinds.get(name, 'file')}/{name}": data for name, data in files.items()}
     stem = f"Gyroscope lab_s{student.key}_attempt_2026-03-09-14-05-59"
     field = files.get("receipt", "There is no student submission text data for this assignment.")
     told = [

@@ -1,7 +1,5 @@
 """Let every call to the system fail in turn: ``python tests/faults``; or ``--kills 200``: kill runs at random times."""
 
-from __future__ import annotations
-
 import argparse
 import secrets
 import sys
@@ -11,15 +9,13 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent.parent))
 
 from faults.calls import WAYS
-from faults.kills import try_kills
-from faults.scenes import SCENES, Promise
+from faults.scenes import SCENES, Promise, try_kills
 
 
 def main() -> None:
     """Try all that is asked for, and exit with 1 if something is wrong."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--scene", action="append", choices=SCENES)
-    parser.add_argument("--call", type=int, help="only this one")
     parser.add_argument("--step", type=int, default=1, help="every so many calls")
     parser.add_argument("--kills", type=int, default=0, metavar="N", help="kill so many drivers and workers instead")
     parser.add_argument("--seed", type=int, default=secrets.randbelow(2**31), help="of the times of the kills")
@@ -31,7 +27,7 @@ def main() -> None:
             wrong += try_kills(Path(room), options.kills, options.seed)
         for name in () if options.kills else options.scene or SCENES:
             promise = Promise(name, Path(room) / name)
-            for at in [options.call] if options.call else range(1, len(promise.calls) + 1, options.step):
+            for at in range(1, len(promise.calls) + 1, options.step):
                 # A disk that is full stays full.
                 for way, lasting in [(way, False) for way in WAYS] + [("ENOSPC", True)]:
                     wrong += [f"{name}: {told}" for told in promise.break_at(at, way, lasting)]

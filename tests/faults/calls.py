@@ -1,7 +1,5 @@
 """Every call to the system counted, and one of them, or all from one on, made to fail; or the process ended there."""
 
-from __future__ import annotations
-
 import _posixsubprocess
 import builtins
 import errno
@@ -14,9 +12,7 @@ from typing import Any
 
 WAYS = ("ENOSPC", "EACCES", "EIO", "kill")
 """What becomes of a call: an error, or the end of the process in the middle of it."""
-
 _NAMED = ("open", "mkdir", "replace", "rename", "unlink", "rmdir", "scandir", "listdir", "fsync", "pipe", "dup", "fork")
-
 _WRITING = {"create", "mkdir", "replace", "rename", "fsync", "write"}
 
 
@@ -30,8 +26,8 @@ class Calls:
     def step(self, what: str, about: object = None, before: Callable[[], object] = lambda: None) -> None:
         """Count a call; if it is the one, do `before`, which is the half of it, and fail."""
         self.seen.append(f"{what} {about}")
-        here = len(self.seen) == self.at
-        if not here and not (self.lasting and self.at and len(self.seen) > self.at and what in _WRITING):
+        later = self.lasting and self.at and len(self.seen) > self.at and what in _WRITING
+        if len(self.seen) != self.at and not later:
             return
         before()
         if self.way == "kill":
@@ -44,10 +40,8 @@ class Calls:
 
         Pipes between processes are left alone: they break with a process, and give no error while both live.
         """
-        for name in _NAMED:
-            setattr(os, name, self._counted(name, getattr(os, name)))
-        _posixsubprocess.fork_exec = self._counted("fork_exec", _posixsubprocess.fork_exec)
-        reduction.sendfds = self._counted("sendfds", reduction.sendfds)
+        for place, name in [*((os, name) for name in _NAMED), (_posixsubprocess, "fork_exec"), (reduction, "sendfds")]:
+            setattr(place, name, self._counted(name, getattr(place, name)))
         calls, real = self, io.open
 
         class Raw(io.FileIO):
@@ -60,13 +54,8 @@ class Calls:
                 return super().readall()
 
             def write(self, data: Any) -> int | None:
-                half = bytes(data)[: len(data) // 2]
-                calls.step("write", None, lambda: io.FileIO.write(self, half))
+                calls.step("write", None, lambda: io.FileIO.write(self, bytes(data)[: len(data) // 2]))
                 return super().write(data)
-
-            def truncate(self, size: int | None = None) -> int:
-                calls.step("truncate")
-                return super().truncate(size)
 
         def opened(
             file: Any, mode: str = "r", buffering: int = -1, encoding: str | None = None, errors: str | None = None,
@@ -80,8 +69,7 @@ class Calls:
             if buffering == 0:
                 return raw
             kind: Any = io.BufferedRandom if "+" in mode else io.BufferedReader if "r" in mode else io.BufferedWriter
-            whole = kind(raw)
-            return whole if "b" in mode else io.TextIOWrapper(whole, encoding, errors, newline)
+            return kind(raw) if "b" in mode else io.TextIOWrapper(kind(raw), encoding, errors, newline)
 
         io.open = builtins.open = opened  # type: ignore[assignment]
 

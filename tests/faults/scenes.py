@@ -1,41 +1,42 @@
-"""What is run while calls fail, and what must be true then: nothing torn, nothing lost, a message, and the next run."""
-
-from __future__ import annotations
+"""What is run while calls fail or it is killed: nothing may be torn or lost, and the next run makes it whole."""
 
 import contextlib
 import io
 import json
 import os
+import random
 import re
 import shutil
+import signal
+import subprocess
 import sys
+import time
+import traceback
 import zipfile
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from multiprocessing import forkserver, resource_tracker
 from pathlib import Path
+from typing import NamedTuple
 
-from msgspec import Struct
 from typer.testing import CliRunner
 
 from faults.calls import Calls
 from gyrodata.cli import app
-from gyrodata.disk import LOCK
 
 MINE = b"by hand\n"
-SAMPLES = Path(__file__).parent.parent.parent / "sample_data"
-LATER = (LOCK, "journal.ndjson", "grades.json")
+SAMPLES = Path(__file__).parents[2] / "sample_data"
+LATER = (".gyro-lock", "journal.ndjson", "grades.json")
 """What may differ after a call that failed: the next run writes it."""
 ENDS = {".html": b"</html>", ".png": b"IEND\xaeB`\x82", ".csv": b"\n", ".md": b"\n", ".txt": b"\n"}
+GRADE = ("grade", "class", "-o", "grades", "--workers", "0", "--exit-zero")
 
 
-class Done(Struct, frozen=True):
-    """How a run ended."""
+class Done(NamedTuple):
+    """How a run ended: its exit code, negative if it was killed, what it said, and its calls."""
 
     code: int
-    """As a shell has it: that of a process that was killed is negative."""
     told: str
-    """On standard output and standard error."""
     calls: list[str]
 
 
@@ -60,8 +61,9 @@ def run(words: tuple[str, ...], home: Path, calls: Calls) -> Done:
 
 def _child(words: tuple[str, ...], home: Path, calls: Calls, told: Path) -> int:
     os.chdir(home)
+    told.write_bytes(b"")
     for number in (1, 2):
-        os.dup2(os.open(told, os.O_WRONLY | os.O_CREAT | os.O_APPEND | (os.O_TRUNC if number == 1 else 0)), number)
+        os.dup2(os.open(told, os.O_WRONLY | os.O_APPEND), number)
     sys.stderr = io.TextIOWrapper(io.FileIO(2, "w"), "utf-8", write_through=True)
     # The servers of this process's parent are not its own.
     for server in (forkserver._forkserver, resource_tracker._resource_tracker):
@@ -76,8 +78,6 @@ def _child(words: tuple[str, ...], home: Path, calls: Calls, told: Path) -> int:
             sys.stdout.flush()
         return end.code if isinstance(end.code, int) else 0 if end.code is None else 1
     except BaseException:
-        import traceback
-
         traceback.print_exc()
         return 1
     return 0
@@ -87,10 +87,10 @@ def contents(folder: Path) -> dict[str, bytes]:
     """Every file below a folder; of a journal without the line of each run, which only spares the next one work."""
     found = {}
     for path in sorted(path for path in folder.rglob("*") if path.is_file() and not path.is_symlink()):
-        lines = path.read_bytes().splitlines(keepends=True)
-        journal = path.name == "journal.ndjson"
-        kept = [line for line in lines if not (journal and line.startswith(b'{"schema": "gyro.run/1"'))]
-        found[path.relative_to(folder).as_posix()] = b"".join(kept)
+        data = path.read_bytes()
+        if path.name == "journal.ndjson":
+            data = re.sub(rb'(?m)^{"schema": "gyro.run/1".*\n?', b"", data)
+        found[path.relative_to(folder).as_posix()] = data
     return found
 
 
@@ -107,9 +107,6 @@ def a_class(home: Path, size: int = 4) -> None:
     (home / "class").mkdir(parents=True)
     for path in sorted((SAMPLES / "class").glob("*.csv"))[:size]:
         shutil.copy(path, home / "class")
-
-
-GRADE = ("grade", "class", "-o", "grades", "--workers", "0", "--exit-zero")
 
 
 def a_graded_class(home: Path) -> None:
@@ -129,7 +126,7 @@ SCENES: dict[str, tuple[tuple[str, ...], Callable[[Path], None], str]] = {
     "analyze -o FILE": (("analyze", "log.csv", "-f", "json", "-o", "data/log.json"), a_log, "data"),
     "check": (("check", "log.csv"), a_log, ""),
     "grade again": (GRADE, a_graded_class, "grades"),
-    "grade with workers": ((*GRADE[:5], "2", "--exit-zero"), a_class, "grades"),
+    "grade with workers": ((*GRADE, "--workers", "2"), a_class, "grades"),
 }
 """A command, what is there before, and the folder that it writes."""
 
@@ -141,16 +138,15 @@ class Promise:
         self.room = room
         self.words, make, self.folder = SCENES[name]
         make(room / "before")
-        shutil.copytree(room / "before", room / "after")
         # The first run is in this process: each child then has the code and fonts that it loads.
-        with contextlib.chdir(room / "after"):
+        shutil.copytree(room / "before", room / "first")
+        with contextlib.chdir(room / "first"):
             assert CliRunner().invoke(app, self.words).exit_code == 0
-        shutil.rmtree(room / "after")
         shutil.copytree(room / "before", room / "after")
-        self.undisturbed = run(self.words, room / "after", Calls())
-        assert self.undisturbed.code == 0, self.undisturbed.told
+        undisturbed = run(self.words, room / "after", Calls())
+        assert undisturbed.code == 0, undisturbed.told
         self.before, self.after = self._found(room / "before"), self._found(room / "after")
-        self.calls = self.undisturbed.calls
+        self.calls = undisturbed.calls
 
     def _found(self, home: Path) -> dict[str, bytes]:
         return contents(home / self.folder) if self.folder else {}
@@ -209,3 +205,52 @@ def whole(name: str, data: bytes) -> bool:
 
 def differing(one: dict[str, bytes], other: dict[str, bytes]) -> list[str]:
     return sorted(name for name in one.keys() | other.keys() if one.get(name) != other.get(name))
+
+
+def start(home: Path) -> subprocess.Popen[bytes]:
+    """Start to grade the class of a folder with two workers."""
+    line, env = (
+        [sys.executable, "-m", "gyrodata", *GRADE, "--workers", "2"],
+        {**os.environ, "PYTHONPATH": str(SAMPLES.parent)},
+    )
+    return subprocess.Popen(line, cwd=home, env=env, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+
+
+def below(process: int) -> Iterator[int]:
+    """Give the processes that a process has started, and those that they have."""
+    for folder in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError, ValueError, IndexError):
+            if int((folder / "stat").read_text().rpartition(")")[2].split()[1]) == process:
+                yield int(folder.name)
+                yield from below(int(folder.name))
+
+
+def try_kills(room: Path, count: int, seed: int) -> Iterator[str]:
+    """Kill drivers and workers in turn, so many in all, and give what is wrong after the next run."""
+    draw = random.Random(seed)
+    a_class(room / "whole", 20)
+    begun, driver = time.perf_counter(), start(room / "whole")
+    told = driver.communicate()[1]
+    assert driver.returncode == 0, told
+    took, whole = time.perf_counter() - begun, contents(room / "whole" / "grades")
+    for number in range(count):
+        home = room / f"{number}"
+        shutil.copytree(room / "whole" / "class", home / "class")
+        driver, wait = start(home), draw.uniform(0.1, took)
+        time.sleep(wait)
+        # Behind the first two are those that grade: these two keep house for them.
+        others = sorted(below(driver.pid))[2:] if number % 2 else []
+        victim = draw.choice(others) if others else driver.pid
+        with suppress(ProcessLookupError):
+            os.kill(victim, signal.SIGKILL)
+        told = driver.communicate()[1].decode("utf-8", "replace")
+        where = f"kill {number} of the {'driver' if victim == driver.pid else 'worker'} after {wait:.2f} s"
+        if victim != driver.pid and (driver.returncode != 0 or "Traceback" in told):
+            yield f"{where}: exit code {driver.returncode}: {told[-300:]}"
+        again = start(home)
+        told = again.communicate()[1].decode("utf-8", "replace")
+        if again.returncode != 0:
+            yield f"{where}: the next run ends with {again.returncode}: {told[-300:]}"
+        if wrong := differing(contents(home / "grades"), whole):
+            yield f"{where}: after the next run these are not as they should be: {wrong}"
+        shutil.rmtree(home)

@@ -1,44 +1,37 @@
 """From a submission to points: what is judged, what cannot be, and that nothing a student writes stops it."""
 
-from __future__ import annotations
-
 import json
 import math
-from collections.abc import Callable
+import tempfile
 from pathlib import Path
 
 import numpy as np
 import pytest
 from grading.reports import RIGHT, SLIPS, STATED, Formula, Sheet, reported_line, sheet
-from hypothesis import HealthCheck, example, given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from msgspec import convert, to_builtins
 from msgspec.structs import replace
 
 from gyrodata.grading import Grade, Rubric, Submission, default_rubric, grade_submission, read_rubric, settle
 
-Grader = Callable[..., Grade]
-
 BY_CLASS = default_rubric()
 BY_REFERENCE = read_rubric(STATED.encode())
 ROWS = sheet(np.random.default_rng(3), turns="mixed")
 VALUE, U = RIGHT.inertia(ROWS, "through_origin")
 ALL = {"log": 2, "procedure": 3, "inertia": 6, "reference": 3, "uncertainty": 3, "units": 2, "constancy": 1}
+FITS = ("through_origin", "with_constant", "mean_of_ratios")
 
 
-@pytest.fixture
-def grade(tmp_path: Path) -> Grader:
-    def graded(text: str | bytes, rubric: Rubric = BY_REFERENCE, student: str = "s1", **more: object) -> Grade:
+def grade(text: str | bytes, rubric: Rubric = BY_REFERENCE, student: str = "s1", **more: object) -> Grade:
+    with tempfile.TemporaryDirectory() as folder:
         data = text if isinstance(text, bytes) else text.encode("utf-8", "surrogatepass")
-        (tmp_path / f"{student}.csv").write_bytes(data)
-        answers = more.pop("answers", None)
-        if answers is not None:
-            (tmp_path / f"{student}.toml").write_text(str(answers), encoding="utf-8")
+        (Path(folder) / f"{student}.csv").write_bytes(data)
+        if answers := more.pop("answers", None):
+            (Path(folder) / f"{student}.toml").write_text(str(answers), encoding="utf-8")
             more["report_names"] = (f"{student}.toml",)
-        one = Submission(student, student, {}, tmp_path, **{"log_name": f"{student}.csv"} | more)  # type: ignore[arg-type]
+        one = Submission(student, student, {}, Path(folder), **{"log_name": f"{student}.csv"} | more)  # type: ignore[arg-type]
         return grade_submission(one, rubric)
-
-    return graded
 
 
 def points(grade: Grade) -> dict[str, float | None]:
@@ -57,11 +50,8 @@ def says(text: str) -> str:
     return ROWS.log(f"# reported_inertia: {text}")
 
 
-# --- right reports --------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("fit", ["through_origin", "with_constant", "mean_of_ratios"])
-def test_value_of_any_accepted_fit_earns_all_points(grade: Grader, fit: str) -> None:
+@pytest.mark.parametrize("fit", FITS)
+def test_value_of_any_accepted_fit_earns_all_points(fit: str) -> None:
     found = grade(report(fit=fit))
     assert (found.status, found.why, found.points, points(found)) == ("graded", None, 20, ALL)
     assert (found.matched, found.d, found.slips, found.look) == (fit, 0, (), ())
@@ -69,60 +59,30 @@ def test_value_of_any_accepted_fit_earns_all_points(grade: Grader, fit: str) -> 
     assert (list(narrow.own), (narrow.d or 0.0) > 0) == (["with_constant"], True)
 
 
-@pytest.mark.parametrize(
-    "line",
-    [reported_line(VALUE, U, 1), reported_line(VALUE, U, 2), reported_line(1e7 * VALUE, 1e7 * U, unit=" g cm^2"), None],
-)
-def test_value_rounded_in_another_unit_or_file_earns_all(grade: Grader, line: str | None) -> None:
+def test_value_rounded_in_another_unit_or_file_earns_all() -> None:
+    for line in (reported_line(VALUE, U, 1), reported_line(1e7 * VALUE, 1e7 * U, unit=" g cm^2")):
+        assert grade(ROWS.log(line)).points == 20
     answers = f'# my answers\ninertia = "{reported_line(VALUE, U).split(": ")[1]}"'
-    assert grade(ROWS.log(line) if line else ROWS.log(), answers=None if line else answers).points == 20
+    assert grade(ROWS.log(), answers=answers).points == 20
 
 
-# --- one criterion at a time ----------------------------------------------------------------------------------
-
-
-def test_points_fall_with_the_distance_of_the_value(grade: Grader) -> None:
+def test_points_fall_with_the_distance_of_the_value() -> None:
     found = [grade(says(f"{VALUE * (1 + k / 1000):.8e} ± {U:.2e} kg m^2")) for k in range(0, 60, 3)]
     earned = [points(one)["inertia"] for one in sorted(found, key=lambda one: one.d or 0.0)]
     assert earned == sorted(earned, reverse=True)  # type: ignore[type-var]
     assert (earned[0], earned[-1], any(0 < (one or 0.0) < 6 for one in earned)) == (6, 0, True)
-    for one in found:
-        assert one.points == round(sum(mark.points or 0.0 for mark in one.marks), 2)
+    assert all(one.points == round(sum(mark.points or 0.0 for mark in one.marks), 2) for one in found)
 
 
 @pytest.mark.parametrize(("times", "earned"), [(0.1, 0), (0.35, 1.5), (0.6, 3), (1, 3), (1.9, 3), (3.5, 1.5), (9, 0)])
-def test_uncertainty_too_small_or_too_large_costs_points(grade: Grader, times: float, earned: float) -> None:
+def test_uncertainty_too_small_or_too_large_costs_points(times: float, earned: float) -> None:
     us = [fit["u"] for fit in grade(ROWS.log()).own.values() if fit["u"]]
     u = times * (max(us) if times > 1 else min(us))
     assert points(grade(says(f"{VALUE:.6e} ± {u:.6e} kg m^2")))["uncertainty"] == pytest.approx(earned, abs=0.01)
 
 
-@pytest.mark.parametrize(
-    ("text", "earned", "told"),
-    [
-        ("4.44e-3 ± 0.02e-3 kg m^2", 2, "has its unit"),
-        ("4.44e-3 ± 0.02e-3", 1, "has no unit"),
-        ("4.44e-3 ± 0.02e-3 kg m", 1, "is no unit of a moment of inertia"),
-        ("4.44213e-3 ± 0.02e-3 kg m^2", 1, "the value's last digit is finer"),
-        ("4.4e-3 ± 0.024e-3 kg m^2", 1, "the value's last digit is coarser"),
-        ("4.4423e-3 ± 0.0213e-3 kg m^2", 1, "the uncertainty has 3 digits"),
-        ("4.44232512e-3 kg m^2", 1, "more digits than its uncertainty"),
-        ("4.44e-3 kg m^2 ± 0.5 %", 2, "has its unit"),
-    ],
-)
-def test_fault_of_unit_or_digits_costs_a_point(grade: Grader, text: str, earned: float, told: str) -> None:
-    got, reason = mark_of(grade(says(text)), "units")
-    assert got == earned
-    assert told in reason
-
-
-@pytest.mark.parametrize("unit", ["", " kg m", " furlongs"])
-def test_value_without_a_usable_unit_is_judged_as_si(grade: Grader, unit: str) -> None:
-    assert points(grade(ROWS.log(reported_line(VALUE, U, unit=unit)))) == {**ALL, "units": 1}
-
-
-FEW = sheet(np.random.default_rng(3), weights=(0.02, 0.05))
-FEWER = sheet(np.random.default_rng(3), weights=(0.02, 0.05), rpm=(300.0, 310.0))
+FEW = report(sheet(np.random.default_rng(3), weights=(0.02, 0.05)))
+FEWER = report(sheet(np.random.default_rng(3), weights=(0.02, 0.05), rpm=(300.0, 310.0)))
 ONE_SPIN = report(sheet(np.random.default_rng(3), rpm=(400.0,)), fit="mean_of_ratios")
 UNEVEN = report(replace(ROWS, time=ROWS.time * np.tile([1.0, 1.12, 0.9], 3)))
 
@@ -130,52 +90,50 @@ UNEVEN = report(replace(ROWS, time=ROWS.time * np.tile([1.0, 1.12, 0.9], 3)))
 @pytest.mark.parametrize(
     ("text", "criterion", "earned", "told"),
     [
+        (says("4.44e-3 ± 0.02e-3 kg m^2"), "units", 2, "has its unit"),
+        (says("4.44e-3 kg m^2 ± 0.5 %"), "units", 2, "has its unit"),
+        (says("4.44e-3 ± 0.02e-3"), "units", 1, "has no unit"),
+        (says("4.44e-3 ± 0.02e-3 kg m"), "units", 1, "is no unit of a moment of inertia"),
+        (says("4.44e-3 ± 0.02e-3 furlongs"), "units", 1, "unit"),
+        (says("4.44213e-3 ± 0.02e-3 kg m^2"), "units", 1, "the value's last digit is finer"),
+        (says("4.4e-3 ± 0.024e-3 kg m^2"), "units", 1, "the value's last digit is coarser"),
+        (says("4.4423e-3 ± 0.0213e-3 kg m^2"), "units", 1, "the uncertainty has 3 digits"),
+        (says("4.44232512e-3 kg m^2"), "units", 1, "more digits than its uncertainty"),
+        (ROWS.log(reported_line(VALUE, U, unit=" kg m")), "inertia", 6, ""),
         (report().replace("# g:", "# u_tme: 0.2 s\n# g:"), "log", 1.5, 'line 1: "# u_tme" is kept as a remark'),
-        (report(FEW), "procedure", 2, ""),
-        (report(FEWER), "procedure", 0, "the lab asks for three spins"),
+        (FEW, "procedure", 2, ""),
+        (FEWER, "procedure", 0, "the lab asks for three spins"),
         (UNEVEN, "constancy", 0, "more than the usual uncertainties of such readings"),
         (ONE_SPIN, "constancy", 0, "no torque has two runs"),
         (ROWS.log(reported_line(VALUE, None)), "uncertainty", 0, ""),
     ],
-    ids=["misspelt key", "two weights", "two spins", "uneven", "one spin", "no uncertainty"],
 )
-def test_lack_of_a_log_costs_its_points(grade: Grader, text: str, criterion: str, earned: float, told: str) -> None:
+def test_fault_of_a_log_or_value_costs_its_points(text: str, criterion: str, earned: float, told: str) -> None:
     got, reason = mark_of(grade(text), criterion)
     assert got == earned
     assert told in reason
 
 
-# --- mistakes -------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("kind", SLIPS)
+def test_known_mistake_is_named_and_costs_points_once(kind: str) -> None:
+    for fit in ("through_origin", "mean_of_ratios")[: 1 if "+" in kind else 2]:
+        found = grade(report(ROWS, SLIPS[kind], fit))
+        (slip,) = [slip for slip in found.slips if slip.kind == kind]
+        assert SLIPS[kind].inertia(ROWS, fit)[0] / slip.factor == pytest.approx(RIGHT.inertia(ROWS, fit)[0], rel=0.03)
+        # "rpm or no g": undone with the better of the two, it is right within their difference.
+        assert points(found) == {**ALL, "inertia": pytest.approx(3, abs=1.2)}
 
 
-@pytest.mark.parametrize(
-    ("kind", "fit"),
-    [*((kind, "through_origin") for kind in SLIPS), *((kind, "mean_of_ratios") for kind in SLIPS if "+" not in kind)],
-)
-def test_known_mistake_is_named_and_costs_points_once(grade: Grader, kind: str, fit: str) -> None:
-    found = grade(report(ROWS, SLIPS[kind], fit))
-    (slip,) = [slip for slip in found.slips if slip.kind == kind]
-    assert SLIPS[kind].inertia(ROWS, fit)[0] / slip.factor == pytest.approx(RIGHT.inertia(ROWS, fit)[0], rel=0.03)
-    lost = {name: ALL[name] - (earned or 0.0) for name, earned in points(found).items() if earned != ALL[name]}
-    # "rpm or no g": undone with the better of the two, it is right within their difference.
-    assert set(lost) == {"inertia"}
-    assert lost["inertia"] == pytest.approx(3, abs=1.2)
-
-
-def test_gate_applies_to_value_without_known_mistake(grade: Grader) -> None:
-    assert points(grade(report(ROWS, SLIPS["g_as_kg + cm_as_m"]))) == {**ALL, "inertia": 3}
+def test_value_without_a_known_mistake_is_not_reasonable() -> None:
     found = grade(ROWS.log(reported_line(3.7e5 * VALUE, 3.7e5 * U)))
     assert points(found) == {**ALL, "inertia": 0, "reference": 0, "uncertainty": 0}
     assert "nothing on a lab bench has such a moment of inertia" in mark_of(found, "reference")[1]
+    odd = grade(report(ROWS, Formula(answer=1.3)))
+    assert (odd.slips, points(odd)) == ((), {**ALL, "inertia": 0, "reference": 0})
+    assert "no known slip explains it" in odd.look[0]
 
 
-def test_unknown_mistake_costs_points_and_is_worth_a_look(grade: Grader) -> None:
-    found = grade(report(ROWS, Formula(answer=1.3)))
-    assert (found.slips, points(found)) == ((), {**ALL, "inertia": 0, "reference": 0})
-    assert "no known slip explains it" in found.look[0]
-
-
-def test_two_mistakes_that_explain_equally_are_worth_a_look(grade: Grader) -> None:
+def test_two_mistakes_that_explain_equally_are_worth_a_look() -> None:
     random = np.random.default_rng(7)
     labs = [sheet(random, turns=1 / 3, imbalance=0.001) for _ in range(8)]
     looks = [look for one in labs for look in grade(report(one, SLIPS["missing_g"], "with_constant")).look]
@@ -196,32 +154,27 @@ u = "1 %"
 """
 
 
-def test_rubric_of_percents_and_files_is_followed(grade: Grader) -> None:
-    rubric = read_rubric(PLAIN.encode())
-    assert points(grade(report(), rubric, members=("lab.csv", "Plot.PNG"))) == {
-        "own": 4, "reference": 3, "u": 2, "plot": 1,
-    }  # fmt: skip
+def test_rubric_of_percents_and_files_is_followed() -> None:
+    rubric, slipped = read_rubric(PLAIN.encode()), report(ROWS, SLIPS["rpm_as_rad_s"])
+    whole = grade(report(), rubric, members=("lab.csv", "Plot.PNG"))
+    assert points(whole) == {"own": 4, "reference": 3, "u": 2, "plot": 1}
     found = grade(says(f"{1.1 * 4.44e-3:.6e} kg m^2"), rubric, members=("lab.csv",))
     assert points(found) == {"own": 0, "reference": 1.5, "u": 0, "plot": 0}
     assert "10 % from" in mark_of(found, "reference")[1]
     # A mistake is undone for the reference only if it is charged for.
-    slipped = report(ROWS, SLIPS["rpm_as_rad_s"])
     assert points(grade(slipped, rubric)) == {"own": 2, "reference": 3, "u": 2, "plot": 0}
     without = replace(rubric, criteria=rubric.criteria[1:])
     assert points(grade(slipped, without)) == {"reference": 0, "u": 2, "plot": 0}
 
 
-def test_lateness_is_taken_off_the_sum_down_to_zero(grade: Grader) -> None:
+def test_lateness_is_taken_off_the_sum_down_to_zero() -> None:
     late = "[late]\nbeyond = '100 %'\n[[late.tier]]\nuntil = '1 day'\ndeduct = '10 %'\n"
     rubric = read_rubric((STATED + late).encode())
-    by_hours = {hours: grade(report(), rubric, late=True, late_seconds=3600.0 * hours) for hours in (2, 100)}
-    assert (by_hours[2].points, by_hours[2].late_deduction, by_hours[2].late_reason) == (18, 2, "2 h late")
-    assert (by_hours[100].points, points(by_hours[100])) == (0, ALL)
+    soon, later = (grade(report(), rubric, late=True, late_seconds=3600.0 * hours) for hours in (2, 100))
+    assert (soon.points, soon.late_deduction, soon.late_reason) == (18, 2, "2 h late")
+    assert (later.points, points(later)) == (0, ALL)
     marked = grade(report(), rubric, late=True)
     assert (marked.points, marked.look) == (20, ("marked late, but nothing says by how much",))
-
-
-# --- what is not graded ---------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -235,29 +188,25 @@ def test_lateness_is_taken_off_the_sum_down_to_zero(grade: Grader) -> None:
         (b"mass [g],position [cm],spin [rpm],time [s]\n20,15,400,13.06\n", "the log cannot be analysed"),
     ],
 )
-def test_log_that_cannot_be_judged_has_no_points(grade: Grader, text: bytes, why: str) -> None:
+def test_log_that_cannot_be_judged_has_no_points(text: bytes, why: str) -> None:
     found = grade(text)
     assert (found.status, found.points, set(points(found).values())) == ("not graded", None, {None})
     assert why in (found.why or "")
     assert found.diagnostics
 
 
-def test_submission_without_its_log_has_no_points(grade: Grader) -> None:
-    assert grade("", problem="no log: only photo.png").why == "no log: only photo.png"
-    assert grade(report(), log_name="gone.csv").status == "not graded"
-
-
-def test_missing_value_waits_unless_the_rubric_says_zero(grade: Grader) -> None:
+def test_missing_value_waits_unless_the_rubric_says_zero() -> None:
     found, zero = grade(ROWS.log()), replace(BY_REFERENCE, no_report="zero")
     assert (found.status, found.points, points(found)["procedure"]) == ("not graded", None, 3)
     assert "no reported I_zz was found" in (found.why or "")
     assert grade(ROWS.log(), zero).points == 6
+    assert grade(report(), log_name="gone.csv").status == "not graded"
     unread = grade(says("about four"), zero)
     assert unread.status == "not graded"
     assert '"about four" is not a number' in (unread.why or "")
 
 
-def test_station_without_a_reference_waits_for_a_person(grade: Grader) -> None:
+def test_station_without_a_reference_waits_for_a_person() -> None:
     elsewhere = replace(BY_REFERENCE, references={"bench a": BY_REFERENCE.references["all"]})
     for station in ("# station: 8\n", ""):
         waiting = grade(station + report(), elsewhere)
@@ -266,10 +215,7 @@ def test_station_without_a_reference_waits_for_a_person(grade: Grader) -> None:
     assert grade("# Station: Bench  A\n" + report(), elsewhere).points == 20
 
 
-# --- the class as reference -----------------------------------------------------------------------------------
-
-
-def test_outsider_is_far_from_the_class_in_any_order(grade: Grader) -> None:
+def test_outsider_is_far_from_the_class_in_any_order() -> None:
     random = np.random.default_rng(1)
     labs = [sheet(random) for _ in range(8)]
     labs[7] = replace(labs[7], mass=2 * labs[7].mass)
@@ -279,32 +225,26 @@ def test_outsider_is_far_from_the_class_in_any_order(grade: Grader) -> None:
     found, *_ = settle(waiting, BY_CLASS)
     assert [points(one)["reference"] for one in found] == [3] * 7 + [0, None]
     assert (found[0].status, found[0].points, found[8]) == ("graded", 20, waiting[8])
-    assert (found[7].zeta or 0.0) > 10
     assert settle(waiting[::-1], BY_CLASS)[0][::-1] == found == settle(found, BY_CLASS)[0]
     assert [convert(json.loads(one.to_json()), Grade) for one in found] == list(found)
 
 
-# --- whatever is written --------------------------------------------------------------------------------------
-
-
-@settings(max_examples=50, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(
-    st.one_of(
-        st.text(max_size=40),
-        st.tuples(
-            st.floats(allow_nan=False, allow_infinity=False),
-            st.one_of(st.none(), st.floats(allow_nan=False, allow_infinity=False)),
-            st.sampled_from(["kg m^2", "g cm^2", "kg", "", "%", "kg*m^2*s"]),
-        ).map(lambda t: f"{t[0]!r} {t[2]}" if t[1] is None else f"{t[0]!r} ± {t[1]!r} {t[2]}"),
-    )
+NUMBERS = st.floats(allow_nan=False, allow_infinity=False)
+UNITS = st.sampled_from(["kg m^2", "g cm^2", "kg", "", "%", "kg*m^2*s"])
+VALUES = st.tuples(NUMBERS, st.none() | NUMBERS, UNITS).map(
+    lambda t: f"{t[0]!r} {t[2]}" if t[1] is None else f"{t[0]!r} ± {t[1]!r} {t[2]}"
 )
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.one_of(st.text(max_size=40), VALUES))
 @example("0 ± 0 kg m^2")
 @example("1e308 ± 1e308 kg m^2")
 @example("5e-324 ± 5e-324 kg m^2")
 @example("4.4e-3 ± 0 kg m^2")
 @example("4.4e-3 ± 1e99 kg m^2")
 @example("nan kg m^2")
-def test_any_reported_text_gives_points_within_the_rubric(grade: Grader, text: str) -> None:
+def test_any_reported_text_gives_points_within_the_rubric(text: str) -> None:
     found = grade(says(" ".join(text.split())))
     json.dumps(to_builtins(found), allow_nan=False)
     assert found.status != "graded" or 0 <= (found.points or 0.0) <= 20
@@ -313,13 +253,12 @@ def test_any_reported_text_gives_points_within_the_rubric(grade: Grader, text: s
         assert all(math.isfinite(value) for value in mark.detail.values() if isinstance(value, float))
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(
-    st.integers(0, 400),
-    st.integers(0, 30),
-    st.one_of(st.text(max_size=8), st.sampled_from(["0", "-1", "1e9", "1e-9", ",", "\n", "%", "nan"])),
-)
-def test_any_change_of_a_log_is_graded_or_told(grade: Grader, at: int, length: int, text: str) -> None:
+BITS = st.one_of(st.text(max_size=8), st.sampled_from(["0", "-1", "1e9", "1e-9", ",", "\n", "%", "nan"]))
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 400), st.integers(0, 30), BITS)
+def test_any_change_of_a_log_is_graded_or_told(at: int, length: int, text: str) -> None:
     found = grade(report()[:at] + text + report()[at + length :])
     json.dumps(to_builtins(found), allow_nan=False)
     assert (found.points is None) == (found.status == "not graded") == (found.why is not None)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from gyrodata.fitting import fit
 from gyrodata.measurements import Measurements, Source
 
 INERTIA = 4.44e-3
@@ -84,8 +83,3 @@ def lab(
         ),
         diagnostics=(),
     )
-
-
-def fitted(labs: list[Measurements]) -> np.ndarray:
-    """Fit each lab: quantiles of I_zz at 2.5, 15.87, 50, 84.13 and 97.5 % [kg*m^2], shape (labs, 5)."""
-    return np.array([fit(one).posterior.quantiles()[0] for one in labs])  # type: ignore[union-attr]

@@ -116,7 +116,11 @@ def test_a_guessed_i_across_the_rod_is_named_with_its_share_of_u() -> None:
 
 def test_with_the_latitude_the_turning_floor_is_corrected_for() -> None:
     floor = physics.EARTH_ROTATION * math.sin(math.radians(42.5))
-    small = {"s": "time time_bias spin_delay", "%": "spin spin_scale mass mass_scale turns g", "mm": "position"}
+    small = {
+        "s": "time time_bias spin_delay",
+        "%": "spin spin_scale mass mass_scale turns g",
+        "mm": "position position_zero",
+    }
     log = "# g: 9.803 m/s^2\n# latitude: 42.5 deg\n"
     log += "".join(f"# u_{key}: 1e-6 {unit}\n" for unit, keys in small.items() for key in keys.split())
     log += "mass [g],position [cm],spin [rpm],time [s],turns,precession_sense\n"

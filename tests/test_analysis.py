@@ -110,8 +110,6 @@ def test_u_contains_what_the_runs_scatter_more_than_stated() -> None:
 
 
 class TestHints:
-    """What is advised is carried out."""
-
     def test_a_hand_stated_later_leaves_no_pattern(self) -> None:
         late = write(draw(Bench(repeats=3, late=0.6), 2), "# u_time_bias: 0.05 s")
         found = next(d for d in gyrodata.analyze(late.encode()).diagnostics if d.code == "G431")

@@ -176,18 +176,6 @@ def test_the_mark_turns_with_the_earth(latitude: float) -> None:
     assert turning.time == pytest.approx(2 * np.pi / np.abs(seen), rel=1e-12)
 
 
-def test_forty_typical_logs_are_as_wrong_as_they_say() -> None:
-    chi2, dof, deviations = 0.0, 0, []
-    for seed in range(40):
-        analysis = found(simulate(seed=seed).log)
-        chi2, dof = chi2 + analysis.fit.chi2, dof + analysis.fit.dof
-        deviations.append((analysis.inertia.value - INERTIA) / (analysis.inertia.u or 0.0))
-    # Three standard deviations of chance.
-    assert chi2 == pytest.approx(dof, abs=3 * math.sqrt(2 * dof))
-    assert np.mean(deviations) == pytest.approx(0, abs=3 / math.sqrt(40))
-    assert np.mean(np.square(deviations)) == pytest.approx(1, abs=3 * math.sqrt(2 / 40))
-
-
 @pytest.mark.parametrize(
     ("key", "role", "within"),
     [("u_time", "time", 1), ("u_spin", "spin", 1), ("u_spin_scale", "spin", 0), ("u_mass", "mass", 0),

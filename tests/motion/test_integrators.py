@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from gyrodata import physics
-from gyrodata.motion import State, Top, energy, exact, integrate, released, steady, vector_rates
+from gyrodata.motion import Top, energy, exact, integrate, released, steady, vector_rates
 from gyrodata.physics import Floats
 
 INERTIA = 4.44e-3
@@ -64,20 +64,6 @@ def test_any_torque_adds_to_that_of_gravity() -> None:
     here, there = integrate(TOP, state, 2.0, drag=film), integrate(TOP, state, 2.0, drag=1e-4)
     assert here.axis == pytest.approx(there.axis, abs=1e-11)
     assert energy(TOP, here) < energy(TOP, state)
-
-
-@pytest.mark.parametrize("method", ["RK45", "DOP853"])
-def test_a_stack_is_the_single_tops_each_with_its_time_and_drag(method: str) -> None:
-    tops = Top(INERTIA, 1.3 * INERTIA, np.array([[0.03, -0.06], [0.02, 0.0]]))
-    states = released(tops, np.array([30.0, 60.0]), 0.2)
-    times, drag = np.array([[1.0, -0.4], [0.0, 2.0]]), np.array([1e-4, 0.0])
-    together = integrate(tops, states, times, drag=drag, method=method, rtol=1e-10)
-    assert together.axis.shape == together.momentum.shape == (2, 2, 3)
-    for i, j in np.ndindex(2, 2):
-        one = Top(INERTIA, 1.3 * INERTIA, tops.torque[i, j])
-        alone = integrate(one, State(states.axis[i, j], states.momentum[i, j]), times[i, j], drag=drag[j], rtol=1e-11)
-        assert together.axis[i, j] == pytest.approx(alone.axis, abs=1e-8)
-        assert together.momentum[i, j] == pytest.approx(alone.momentum, abs=1e-8 * INERTIA * FAST)
 
 
 def test_what_cannot_be_integrated_is_refused() -> None:

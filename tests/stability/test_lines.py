@@ -23,22 +23,6 @@ def interval_contains_the_truth(measured: Measurements) -> bool:
     return 0 < low < INERTIA < high
 
 
-@pytest.mark.parametrize(
-    "slope", [lambda x, y: np.polyfit(x, y, 1)[0], lambda x, y: stats.linregress(x, y).slope,
-              lambda x, y: stats.theilslopes(y, x).slope], ids=["polyfit", "linregress", "Theil-Sen"]
-)  # fmt: skip
-def test_lines_of_one_torque_return_zero_without_a_word(slope) -> None:  # type: ignore[no-untyped-def]
-    measured = drawn(weights=(0.040,), repeats=3)
-    assert abs(slope(measured.product, measured.torque)) < 1e-3 * INERTIA
-    assert interval_contains_the_truth(measured)
-
-
-def test_products_without_a_sign_give_garbage_on_both_sides() -> None:
-    measured = drawn(positions=(0.15, -0.15))
-    assert abs(np.polyfit(np.abs(measured.product), measured.torque, 1)[0]) < 0.5 * INERTIA
-    assert interval_contains_the_truth(measured)
-
-
 def test_theil_sen_meets_ties_where_weights_are_used_again() -> None:
     labs = [drawn(seed) for seed in range(40)]
     # Nine of the 36 slopes are exactly zero, so that their median is too low and its interval means nothing.

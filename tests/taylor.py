@@ -1,7 +1,7 @@
 """The motion of a top to more digits than a float has, by Taylor series of the vector equations in whole numbers.
 
 ė3 = (H × e3)/I and Ḣ = M Z × e3 are products of two unknowns at most, so each coefficient of the series follows
-from the earlier ones by sums of products. Nothing here knows of angles, energies or elliptic functions.
+from the earlier ones by sums of products. No angles, energies or elliptic functions are used here.
 """
 
 from __future__ import annotations
@@ -12,8 +12,7 @@ from operator import mul
 import numpy as np
 from numpy.typing import NDArray
 
-BITS = 150
-ORDER = 44
+BITS, ORDER = 150, 44
 Vector = list[int]
 
 

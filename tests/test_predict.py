@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import shlex
-import subprocess
-import sys
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 import mpmath
 import numpy as np
@@ -16,6 +15,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner, Result
 
 import gyrodata
@@ -42,13 +42,10 @@ def gyro(command: str) -> Result:
 
 
 def asked(command: str) -> dict[str, Any]:
-    def refuse(constant: str) -> NoReturn:
-        raise AssertionError(f"{constant} in JSON")
-
     done = gyro(f"{command} --format json")
     assert done.exit_code == 0, done.output
-    document: dict[str, Any] = json.loads(done.stdout, parse_constant=refuse)
-    return document
+    assert not {"NaN", "Infinity"} & set(re.findall(r"\w+", re.sub(r'"[^"]*"', "", done.stdout)))
+    return json.loads(done.stdout)  # type: ignore[no-any-return]
 
 
 def part(told: Any, place: str) -> Any:
@@ -110,6 +107,8 @@ NUMBERS = [
     (f"platform {WHEEL} --from 0deg --to 90deg", "rate", -WHEEL_MOMENTUM / 4, 1e-14),
     (f"platform {WHEEL} --from 0deg --to 90deg", "period", 12, 1e-14),
     (f"platform {WHEEL} --from 30deg --to 30deg", "rate", 0, 1e-14),
+    (f"platform {WHEEL} --from 70deg --to -20deg", "rate",
+     WHEEL_MOMENTUM * (math.sin(math.radians(70)) + math.sin(math.radians(20))) / 4, 1e-14),
     (f"twist {HELD} --time 0.5s --handles 30cm", "torque", WHEEL_MOMENTUM * 2 * math.pi, 1e-14),
     (f"twist {HELD} --time 0.5s --handles 30cm", "force", WHEEL_MOMENTUM * 2 * math.pi / 0.3, 1e-14),
     (f"twist {HELD} --time 0.5s", "momentum_change", 2 * WHEEL_MOMENTUM, 1e-14),
@@ -186,24 +185,8 @@ def test_earth_writes_its_figure_only_with_out(tmp_path: Path, monkeypatch: pyte
     monkeypatch.chdir(tmp_path)
     assert gyro("earth --latitude 42.5deg").exit_code == 0
     assert list(tmp_path.iterdir()) == []
-    for folder in ("a", "b/c"):
-        assert gyro(f"earth --latitude 42.5deg --out {folder}").exit_code == 0
-    first, second = ((tmp_path / folder / "earth.png").read_bytes() for folder in ("a", "b/c"))
-    assert first == second
-    assert first.startswith(b"\x89PNG")
-
-
-def test_platform_keeps_the_angular_momentum() -> None:
-    told = asked(f"platform {WHEEL} --from 70deg --to -20deg")
-    assert told["momentum_after"] + told["momentum_platform"] == pytest.approx(told["momentum_before"], rel=1e-14)
-
-
-def turned_by(rotation: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    """Rodrigues' formula."""
-    angle = float(np.linalg.norm(rotation))
-    axis = rotation / (angle or 1)
-    along = axis * (axis @ vector)
-    return np.asarray(along + (vector - along) * math.cos(angle) + np.cross(axis, vector) * math.sin(angle))
+    assert gyro("earth --latitude 42.5deg --out b/c").exit_code == 0
+    assert (tmp_path / "b" / "c" / "earth.png").read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.parametrize("spin", [200, -200])
@@ -211,15 +194,17 @@ def turned_by(rotation: np.ndarray, vector: np.ndarray) -> np.ndarray:
 def test_a_free_wheel_pushed_as_told_turns_over(spin: int, way: str) -> None:
     """Let the forces act on a free wheel, its right end along X and the forward direction Y, and integrate."""
     told = asked(f"twist --wheel-inertia '0.1 kg m^2' --wheel-spin '{spin} rpm'")
-    turning, push = {"turn_left": ([0, 0, 1], [0, 0, -1]), "right_end_up": ([0, -1, 0], [0, 1, 0])}[way]
-    words = {"turn_left": "right hand pushes down", "right_end_up": "right hand pushes forward"}[way]
+    turning, push, words = {
+        "turn_left": ([0, 0, 1], [0, 0, -1], "right hand pushes down"),
+        "right_end_up": ([0, -1, 0], [0, 1, 0], "right hand pushes forward"),
+    }[way]
     assert (words in told[way]) is (spin > 0)
     turn, axle = told["twist_rate"] * np.array(turning), np.array([1.0, 0, 0])
     force = told["force"] * np.array(push) * (1 if words in told[way] else -1)
 
     def by_hand(time: float, rod: np.ndarray, _: np.ndarray) -> np.ndarray:
         # The forces turn with the axle; each hand is at one end.
-        return 2 * np.cross(0.2 * rod, turned_by(turn * time, force))
+        return 2 * np.cross(0.2 * rod, Rotation.from_rotvec(turn * time).apply(force))
 
     start = motion.State(axle, 0.1 * spin * RPM * axle + 0.06 * turn)
     for time, expected in ((1.0, -axle), (0.5, np.cross(turning, axle))):
@@ -245,30 +230,29 @@ def test_tip_is_the_motion_integrated_in_vectors(rpm: int) -> None:
     assert (told["speed"], told["yields"]) == (pytest.approx(speed, rel=1e-5), pytest.approx(yields, rel=1e-5))
     estimate = 0.02 / (INERTIA * abs(rpm) * RPM * speed) - 1
     assert told["estimate_error"] == pytest.approx(estimate, rel=1e-3, abs=1e-5)
-    assert math.copysign(1, done.y[6, -1]) == math.copysign(1, told["angle_deg"])
+    assert done.y[6, -1] * told["angle_deg"] > 0
 
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_a_log_gives_inertia_and_spin_unless_typed(command: str) -> None:
     wheel = "wheel_" if command in ("platform", "twist") else ""
-    analysis = gyrodata.analyze(LOG)
-    told = asked(f"{command} --log {LOG}")
+    analysis, told = gyrodata.analyze(LOG), asked(f"{command} --log {LOG}")
+    fastest = max(analysis.run_table, key=lambda run: run.spin)
     assert told["options"][f"{wheel}inertia"] == analysis.inertia.value
-    assert told["options"][f"{wheel}spin"] == max(run.spin for run in analysis.run_table)
+    assert told["options"][f"{wheel}spin"] == fastest.spin
     assert sum("of air_gyroscope.csv" in note for note in told["notes"]) == 2
     option = wheel.replace("_", "-")
     own = asked(f"{command} --log {LOG} --{option}inertia '5e-3 kg m^2' --{option}spin 100rpm")
     assert own["options"][f"{wheel}inertia"] == pytest.approx(5e-3)
     assert not any("of air_gyroscope.csv" in note for note in own["notes"])
+    if command == "precession":
+        assert (told["options"]["torque"], told["options"]["mass"]) == (fastest.torque, fastest.mass)
+        assert told["period"] == pytest.approx(fastest.period, rel=0.03)
+        lighter = asked(f"precession --log {LOG} --mass 20g")["options"]
+        assert lighter["torque"] == pytest.approx(0.02 * fastest.position * lighter["g"])
 
 
-def test_precession_of_a_log_is_that_of_its_fastest_run(tmp_path: Path) -> None:
-    fastest = max(gyrodata.analyze(LOG).run_table, key=lambda run: run.spin)
-    told = asked(f"precession --log {LOG}")
-    assert (told["options"]["torque"], told["options"]["mass"]) == (fastest.torque, fastest.mass)
-    assert told["period"] == pytest.approx(fastest.period, rel=0.03)
-    lighter = asked(f"precession --log {LOG} --mass 20g")["options"]
-    assert lighter["torque"] == pytest.approx(0.02 * fastest.position * lighter["g"])
+def test_latitude_and_i_across_the_rod_are_taken_from_the_log(tmp_path: Path) -> None:
     text = "# latitude: -33.9 deg\n# transverse_inertia: 8e-3 kg m^2\n" + LOG.read_text(encoding="utf-8")
     (tmp_path / "south.csv").write_text(text, encoding="utf-8")
     south = f"--log {tmp_path / 'south.csv'}"
@@ -276,14 +260,14 @@ def test_precession_of_a_log_is_that_of_its_fastest_run(tmp_path: Path) -> None:
     assert asked(f"precession {south}")["options"]["transverse_inertia"] == pytest.approx(8e-3)
 
 
-def test_a_log_that_is_refused_is_refused_as_by_analyze(tmp_path: Path) -> None:
-    log = tmp_path / "wrong.csv"
-    log.write_text("mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,56O,13.06,1/3\n", encoding="utf-8")
-    for name in (log, tmp_path / "none.csv"):
-        told = CliRunner().invoke(app, ["analyze", str(name), "--no-report"])
-        for command in COMMANDS:
-            done = gyro(f"{command} --log {name}")
-            assert (done.exit_code, done.stderr, done.stdout) == (told.exit_code, told.stderr, "")
+@pytest.mark.parametrize("name", ["wrong.csv", "none.csv"])
+def test_a_log_that_is_refused_is_refused_as_by_analyze(name: str, tmp_path: Path) -> None:
+    text = "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,56O,13.06,1/3\n"
+    (tmp_path / "wrong.csv").write_text(text, encoding="utf-8")
+    expected = CliRunner().invoke(app, ["analyze", str(tmp_path / name), "--no-report"])
+    for command in COMMANDS:
+        done = gyro(f"{command} --log {tmp_path / name}")
+        assert (done.exit_code, done.stderr, done.stdout) == (expected.exit_code, expected.stderr, "")
 
 
 def test_a_doubtful_log_has_its_doubt_in_the_notes(tmp_path: Path) -> None:
@@ -323,14 +307,3 @@ def test_an_impossible_option_is_refused_with_its_remedy(command: str, code: str
     assert (done.exit_code, done.stdout) == (2, "")
     assert code in done.stderr
     assert said in done.stderr
-
-
-def test_help_loads_nothing_heavy() -> None:
-    code = (
-        "import sys\nsys.argv = ['gyro', 'predict', '--help']\nfrom gyrodata.__main__ import main\n"
-        "try:\n    main()\nexcept SystemExit:\n    pass\n"
-        "print(sorted({'numpy', 'pandas', 'scipy', 'pint', 'matplotlib'} & set(sys.modules)), file=sys.stderr)\n"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert "Usage" in done.stdout
-    assert done.stderr.strip() == "[]"

@@ -47,20 +47,21 @@ SCENES: dict[str, tuple[Truth, Design]] = {
     "level": (Truth(imbalance=0.0, timing_bias=0.0), Design()),
     "thirds": (Truth(timing_bias=0.0), Design(turns=(1 / 3,))),
     "rod up": (Truth(), Design(pitches=TILTED[1:])),
-    "rod down": (Truth(), Design(pitches=TILTED[:1])),
     "up and down": (Truth(transverse_inertia=6e-3), Design(pitches=TILTED)),
     "falling spin": (Truth(decay=Decay(lost=0.3)), Design()),
+    "falling, tilted": (Truth(decay=Decay(lost=0.5)), Design(pitches=TILTED)),
     "time constant": (Truth(decay=Decay(time_constant=600.0)), Design()),
     "both torques and spins": (Truth(), Design(positions=(0.15, -0.15), spins=BOTH_SPINS)),
     "both, tilted": (Truth(), Design(positions=(0.15, -0.15), spins=BOTH_SPINS, pitches=TILTED)),
     "both, falling": (Truth(decay=Decay(lost=0.1)), Design(positions=(0.15, -0.15), spins=BOTH_SPINS)),
-    "imbalance and bias": (Truth(imbalance=3e-4, timing_bias=0.05), Design()),
+    "imbalance and bias": (Truth(imbalance=3e-4, timing_bias=0.05), Design(repeats=2)),
     "imbalance, both sides": (Truth(imbalance=-3e-4, timing_bias=0.05), Design(positions=(0.15, -0.15))),
     "without a weight": (Truth(imbalance=3e-4), Design(masses=(0.0, 0.02, 0.04), turns=(1 / 12, 1 / 3))),
     "turned by the imbalance": (Truth(imbalance=-3e-4), Design(masses=(0.0, 0.02, 0.04), spins=BOTH_SPINS)),
     "imbalance, falling": (Truth(imbalance=3e-4, timing_bias=-0.1, decay=Decay(lost=0.2)), Design()),
     "imbalance, tilted": (Truth(imbalance=3e-4), Design(pitches=TILTED)),
-    "repeats": (Truth(), Design(repeats=3)),
+    "released, tilted": (Truth(motion="released"), Design(pitches=(math.radians(20),))),
+    "released, imbalance": (Truth(motion="released", imbalance=5e-4), Design(spins=(400 * RPM, 600 * RPM))),
 }
 
 
@@ -68,18 +69,13 @@ SCENES: dict[str, tuple[Truth, Design]] = {
 def test_an_exact_log_gives_the_truth_to_eight_digits(truth: Truth, design: Design) -> None:
     analysis = found(simulate(truth, design, EXACT).log)
     assert analysis.inertia.value == pytest.approx(truth.inertia, rel=1e-8)
-    assert analysis.residual_torque.value == pytest.approx(truth.imbalance or 0.0, abs=1e-10)
-    assert analysis.timing_bias.value == pytest.approx(truth.timing_bias or 0.0, abs=1e-6)
     assert not any(run.flagged for run in analysis.run_table)
+    if truth.motion == "steady" and truth.decay is None:
+        assert analysis.residual_torque.value == pytest.approx(truth.imbalance or 0.0, abs=1e-10)
+        assert analysis.timing_bias.value == pytest.approx(truth.timing_bias or 0.0, abs=1e-6)
 
 
-def test_an_exact_log_through_the_shell_gives_the_truth() -> None:
-    log = gyro("simulate", "--noise", "none", "--pitch=-50deg,50deg", "--position=15cm,-15cm", "--spins=300,-500rpm")
-    done = gyro("analyze", "-", "--format", "json", stdin=log.stdout)
-    assert json.loads(done.stdout)["result"]["inertia"]["value"] == pytest.approx(INERTIA, rel=1e-8)
-
-
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(
     inertia=st.floats(1e-3, 2e-2),
     imbalance=st.floats(-5e-4, 5e-4),
@@ -89,31 +85,20 @@ def test_an_exact_log_through_the_shell_gives_the_truth() -> None:
     rpm=st.lists(st.integers(150, 900), min_size=2, max_size=3, unique=True),
     turns=st.sampled_from((1 / 3, 2 / 3, 1.0, 2.0)),
     lost=st.none() | st.floats(0.01, 0.4),
+    tilted=st.none() | st.tuples(st.floats(0.6, 2.0), st.integers(-50, 50)),
 )
-def test_an_exact_log_of_any_level_lab_gives_the_truth(
+def test_an_exact_log_of_any_lab_gives_the_truth(
     inertia: float, imbalance: float, bias: float, masses: list[float], positions: tuple[float, ...], rpm: list[int],
-    turns: float, lost: float | None,
+    turns: float, lost: float | None, tilted: tuple[float, int] | None,
 ) -> None:  # fmt: skip
     # Spins that are nearly equal cannot distinguish the timing bias from the inertia.
     bias = bias if max(rpm) > 1.2 * min(rpm) else 0.0
-    decay = None if lost is None else Decay(lost=lost)
-    truth = Truth(inertia, imbalance=imbalance, timing_bias=bias, decay=decay)
+    truth = Truth(inertia, imbalance=imbalance, timing_bias=bias, decay=None if lost is None else Decay(lost=lost))
     design = Design(tuple(masses), positions, tuple(x * RPM for x in rpm), (turns,))
+    if tilted:
+        truth = Truth(inertia, tilted[0] * inertia)
+        design = Design(spins=tuple(x + 400 * RPM for x in design.spins), pitches=(math.radians(tilted[1]),))
     assert abs(off(simulate(truth, design, EXACT))) < 1e-8
-
-
-@settings(max_examples=10, deadline=None)
-@given(
-    inertia=st.floats(2e-3, 1e-2),
-    ratio=st.floats(0.6, 2.0),
-    degrees=st.lists(st.integers(-50, 50), min_size=1, max_size=2, unique=True),
-    rpm=st.lists(st.integers(400, 900), min_size=2, max_size=3, unique=True),
-)
-def test_an_exact_log_of_any_tilted_lab_gives_the_truth(
-    inertia: float, ratio: float, degrees: list[int], rpm: list[int]
-) -> None:
-    design = Design(spins=tuple(x * RPM for x in rpm), pitches=tuple(math.radians(d) for d in degrees))
-    assert abs(off(simulate(Truth(inertia, ratio * inertia), design, EXACT))) < 1e-8
 
 
 @pytest.mark.parametrize("design", [Design(), Design(positions=(0.15, -0.15), spins=(400 * RPM,))])
@@ -126,9 +111,6 @@ def test_a_released_rod_gives_the_truth_to_a_tenth_percent(design: Design) -> No
     # The nutation moves a click by at most its closed form.
     late = np.abs(runs.time - 2 * np.pi / mean)
     assert np.all(late < 1.05 * physics.click_error(runs.spin, INERTIA, runs.across))
-
-
-# --- times by closed forms and integrals ----------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -169,13 +151,6 @@ def test_a_level_rod_has_the_harmonic_mean_of_its_law(exponent: float, how: dict
     assert runs.time[0] == pytest.approx(2 * np.pi * INERTIA * mean[0] / runs.torque[0], rel=1e-9)
 
 
-def test_a_spin_read_at_half_time_or_later_falls_by_its_law() -> None:
-    design, decay = replace(ONE, spin_reading="half"), Decay(time_constant=300.0)
-    half, late = (simulate(Truth(decay=decay, spin_delay=delay), design, EXACT).runs for delay in (0.0, 2.0))
-    assert half.spin_half**2 == pytest.approx(half.spin * half.spin_end, rel=1e-12)
-    assert late.spin_half == pytest.approx(half.spin_half * math.exp(-2 / 300), rel=1e-12)
-
-
 def test_three_readings_find_any_law_and_two_do_not() -> None:
     truth = Truth(timing_bias=0.0, decay=Decay(lost=0.3, exponent=0.0))
     readings: tuple[SpinReading, SpinReading] = ("three", "both")
@@ -201,62 +176,22 @@ def test_the_mark_turns_with_the_earth(latitude: float) -> None:
     assert turning.time == pytest.approx(2 * np.pi / np.abs(seen), rel=1e-12)
 
 
-def test_the_balance_drifts_from_the_first_run_to_the_last() -> None:
-    still, drifting = (simulate(Truth(balance_drift=drift), Design(), EXACT).runs for drift in (0.0, 6e-4))
-    np.testing.assert_allclose(drifting.torque - still.torque, np.linspace(-3e-4, 3e-4, 9), rtol=1e-9)
-
-
-# --- errors -----------------------------------------------------------------------------------------------------
-
-
-def test_forty_typical_logs_are_as_wrong_as_they_say() -> None:
-    chi2, dof, deviations = 0.0, 0, []
-    for seed in range(40):
-        analysis = found(simulate(seed=seed).log)
-        chi2, dof = chi2 + analysis.fit.chi2, dof + analysis.fit.dof
-        deviations.append((analysis.inertia.value - INERTIA) / (analysis.inertia.u or 0.0))
-    # Three standard deviations of chance.
-    assert chi2 == pytest.approx(dof, abs=3 * math.sqrt(2 * dof))
-    assert np.mean(deviations) == pytest.approx(0, abs=3 / math.sqrt(40))
-    assert np.mean(np.square(deviations)) == pytest.approx(1, abs=3 * math.sqrt(2 / 40))
-
-
 @pytest.mark.parametrize(
     ("key", "role", "within"),
-    [
-        ("u_time", "time", 1), ("u_spin", "spin", 1), ("u_spin_scale", "spin", 0), ("u_mass_scale", "mass", 0),
-        ("u_mass", "mass", 0), ("u_position_zero", "position", 0),
-    ],
+    [("u_time", "time", 1), ("u_spin", "spin", 1), ("u_spin_scale", "spin", 0), ("u_mass", "mass", 0),
+     ("u_mass_scale", "mass", 0), ("u_position_zero", "position", 0)],
 )  # fmt: skip
 def test_errors_have_the_stated_size_and_are_shared(key: str, role: str, within: int) -> None:
     """A share of 1 % of one weight, timed 300 times: each reading has its own error, or all have one."""
     wide = Uncertainty(0.0015) if role == "position" else Uncertainty(0.0, 0.01)
-    design = replace(ONE, repeats=300)
     spread, common = [], []
     for seed in range(12):
-        done = simulate(Truth(timing_bias=0.0), design, {key: wide}, seed)
+        done = simulate(Truth(timing_bias=0.0), replace(ONE, repeats=300), {key: wide}, seed)
         share = np.array(done.readings.columns[role].values) / getattr(done.runs, role) - 1
         spread.append(share.std())
         common.append(share.mean())
     assert np.mean(spread) == pytest.approx(0.01 * within, rel=0.1, abs=1e-9)
     assert np.std(common) == pytest.approx(0.01 / (math.sqrt(300) if within else 1), rel=0.6)
-
-
-def test_a_truth_that_is_not_given_is_drawn_from_the_noise() -> None:
-    noise = {**TYPICAL, "u_imbalance": Uncertainty(3e-4), "u_spin_delay": Uncertainty(2.0)}
-    late = replace(ONE, spin_reading="half")
-    drawn = [simulate(Truth(decay=Decay(time_constant=600.0)), late, noise, seed).truth for seed in range(200)]
-    for name, size in (("imbalance", 3e-4), ("spin_delay", 2.0), ("timing_bias", TYPICAL["u_time_bias"].absolute)):
-        assert np.std([getattr(truth, name) for truth in drawn]) == pytest.approx(size, rel=0.2)
-    assert simulate(Truth(imbalance=1e-4), noise=noise).truth.imbalance == 1e-4
-
-
-def test_only_parts_of_a_turn_are_sighted() -> None:
-    done = simulate(Truth(timing_bias=0.0), Design(turns=(1 / 3, 1.0), repeats=300), {"u_turns": Uncertainty(0.01)})
-    share = np.array(done.readings.columns["time"].values) / done.runs.time - 1
-    part = done.runs.turns < 1
-    assert np.std(share[part]) == pytest.approx(0.03, rel=0.05)
-    assert np.max(np.abs(share[~part])) < 1e-9
 
 
 def test_heavy_tails_are_those_of_students_t() -> None:
@@ -265,11 +200,17 @@ def test_heavy_tails_are_those_of_students_t() -> None:
     assert np.mean(np.abs(late) > 0.4) == pytest.approx(0.028, abs=0.012)
 
 
-# --- files and options ------------------------------------------------------------------------------------------
+def test_the_balance_drifts_and_a_spin_read_late_has_fallen_on() -> None:
+    still, drifting = (simulate(Truth(balance_drift=drift), Design(), EXACT).runs for drift in (0.0, 6e-4))
+    np.testing.assert_allclose(drifting.torque - still.torque, np.linspace(-3e-4, 3e-4, 9), rtol=1e-9)
+    design, decay = replace(ONE, spin_reading="half"), Decay(time_constant=300.0)
+    half, late = (simulate(Truth(decay=decay, spin_delay=delay), design, EXACT).runs for delay in (0.0, 2.0))
+    assert half.spin_half**2 == pytest.approx(half.spin * half.spin_end, rel=1e-12)
+    assert late.spin_half == pytest.approx(half.spin_half * math.exp(-2 / 300), rel=1e-12)
 
 
 @pytest.mark.parametrize("noise", [EXACT, TYPICAL], ids=["exact", "typical"])
-@pytest.mark.parametrize("scene", ["both, tilted", "without a weight", "both, falling"])
+@pytest.mark.parametrize("scene", ["both, tilted", "without a weight"])
 def test_a_simulated_log_reads_back_as_it_was_written(scene: str, noise: dict[str, Uncertainty]) -> None:
     done = simulate(*SCENES[scene], noise)
     again = read_log(done.log)
@@ -291,10 +232,8 @@ def test_the_default_log_raises_no_diagnostic_and_same_bytes() -> None:
 
 def test_the_truth_file_and_first_line_contain_the_truth(tmp_path: Path) -> None:
     file = tmp_path / "truth.json"
-    done = gyro(
-        "simulate", "--weights", "0g,20g", "--imbalance", "0.3 mN m", "--spin-decay", "10 %", "--spins=-400rpm",
-        "--latitude", "45deg", "--truth", str(file), "--seed", "5",
-    )  # fmt: skip
+    done = gyro("simulate", "--weights", "0g,20g", "--imbalance", "0.3 mN m", "--spin-decay", "10 %", "--spins=-400rpm",
+                "--latitude", "45deg", "--truth", str(file), "--seed", "5")  # fmt: skip
     told, log = json.loads(file.read_text(encoding="utf-8")), read_log(done.stdout)
     assert (told["schema"], told["seed"], told["options"]["weights"]) == ("gyro.truth/1", 5, "0g,20g")
     assert (told["truth"]["inertia"], told["truth"]["imbalance"]) == (INERTIA, 3e-4)
@@ -303,8 +242,8 @@ def test_the_truth_file_and_first_line_contain_the_truth(tmp_path: Path) -> None
     assert (unloaded["position"], unloaded["torque"]) == (None, 3e-4)
     assert loaded["transverse_inertia"] == pytest.approx(1.3 * INERTIA + 0.02 * 0.15**2)
     assert loaded["spin_end"] == pytest.approx(0.9 * loaded["spin"])
-    for run, time in zip(told["runs"], log.columns["time"].values, strict=True):
-        assert time == pytest.approx(run["time"] + told["truth"]["timing_bias"], abs=4 * 0.14)
+    times = [run["time"] + told["truth"]["timing_bias"] for run in told["runs"]]
+    assert log.columns["time"].values == pytest.approx(times, abs=4 * 0.14)
     assert log.constants["g"] == pytest.approx(9.80620, abs=1e-5)
     for words in ("residual torque 0.0003 N*m", "latitude 0.785", "seed 5"):
         assert words in done.stdout.splitlines()[0]
@@ -335,7 +274,8 @@ def test_noise_as_toml_and_as_lines_of_a_log_is_the_same(tmp_path: Path) -> None
 def test_a_noise_file_that_cannot_be_read_is_refused(content: bytes, said: str, tmp_path: Path) -> None:
     (tmp_path / "noise").write_bytes(content)
     done = gyro("simulate", "--noise", str(tmp_path / "noise"))
-    assert (done.exit_code, "G636" in done.stderr) == (2, True)
+    assert done.exit_code == 2
+    assert "G636" in done.stderr
     assert said in done.stderr
 
 

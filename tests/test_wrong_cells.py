@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import json
 import re
-from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 import pytest
+from gates.labs import INERTIA, Bench, Table, draw, write
 from typer.testing import CliRunner
 
 import gyrodata
 from gyrodata.cli import app
 from gyrodata.errors import LogError
 
-TRUTH, G = 4.44e-3, 9.80665
 HEAD = "mass [g],position [cm],spin [rpm],time [s],turns\n"
 COLUMNS = {"mass": 0, "position": 1, "spin": 2, "time": 3}
 ROWS = """\
@@ -78,147 +76,115 @@ def test_each_cell_that_is_named_gives_the_answer(run: int, role: str, typed: st
         assert abs(corrected.inertia.value - CLEAN.inertia.value) < 0.3 * CLEAN.inertia.u
 
 
-def test_a_mass_of_other_runs_is_named_before_a_count() -> None:
-    (odd,) = (one for one in analyze(log((2, "mass", "60.2"))).run_table if one.flagged)
-    assert odd.reason.endswith("not 60.2; or it fits 1 turn, not 1/3")
+def odd(text: str) -> set[str]:
+    """Reasons of the runs that are odd."""
+    return {one.reason for one in analyze(text).run_table if one.flagged}
 
 
-def test_one_third_typed_for_two_thirds_is_named_as_a_count() -> None:
-    miscounted = log().replace("13.09,2/3", "13.09,1/3")
-    (odd,) = (one for one in analyze(miscounted).run_table if one.flagged)
-    assert odd.reason == "fits 2/3 turn, not 1/3"
+HZ = log((4, "spin", "3.37"), (5, "spin", "6.57"), (6, "spin", "10.03"))
+ONE_CELL = log((4, "mass", "4.03"), (5, "mass", ""), (6, "mass", ""), (2, "mass", ""), (3, "mass", ""))
+SURFACE = "# position_from: surface\n# ball_diameter: 9.6 cm\n" + log((5, "position", "1.00")).replace("14.8", "10.0")
 
 
-def test_a_whole_weight_in_hz_is_named_in_hz() -> None:
-    found = analyze(log((4, "spin", "3.37"), (5, "spin", "6.57"), (6, "spin", "10.03")))
-    reasons = [one.reason for one in found.run_table if one.flagged]
-    assert len(reasons) == 3
-    assert all("is it in Hz?" in reason and "turn" not in reason for reason in reasons)
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (log((2, "mass", "60.2")), "would fit, not 60.2; or it fits 1 turn, not 1/3"),
+        (log().replace("13.09,2/3", "13.09,1/3"), "fits 2/3 turn, not 1/3"),
+        (log((5, "time", "130.9")).replace(",", ";").replace(".", ","), f"time 13,09 s would fit, not 130,9{POINT}"),
+        (SURFACE, "position 10.0 cm, as in the other runs, would fit, not 1.00"),
+        (ONE_CELL, f"mass 40.3 g would fit, not 4.03{POINT}"),
+        (HZ, "is it in Hz?"),
+    ],
+    ids=["a mass before a count", "a count", "decimal commas", "from the surface", "one cell over three runs", "in Hz"],
+)
+def test_the_cell_that_is_wrong_is_named_in_its_own_way(text: str, words: str) -> None:
+    reasons = odd(text)
+    assert reasons
+    assert all(words in reason for reason in reasons)
 
 
-def test_digits_of_a_weight_exchanged_in_all_its_runs() -> None:
+def test_digits_of_a_weight_exchanged_in_all_its_runs_are_doubted() -> None:
     (doubt,) = analyze(log(*((run, "mass", "43.0") for run in (4, 5, 6)))).doubts
     assert "43.0 g at 14.8 cm" in doubt.words
     assert "is it 40.3 g" in doubt.remedy
 
 
-def test_one_weight_in_one_cell_over_its_runs() -> None:
-    filled = log((4, "mass", "4.03"), (5, "mass", ""), (6, "mass", ""), (2, "mass", ""), (3, "mass", ""))
-    reasons = {one.reason for one in analyze(filled).run_table if one.flagged}
-    assert reasons == {f"mass 40.3 g would fit, not 4.03{POINT}"}
-
-
-def test_decimal_commas_are_kept_in_a_correction() -> None:
-    text = log((5, "time", "130.9")).replace(",", ";").replace(".", ",")
-    (odd,) = (one for one in analyze(text).run_table if one.flagged)
-    assert odd.reason == f"time 13,09 s would fit, not 130,9{POINT}"
-
-
 def test_spin_at_start_and_end_one_end_misread() -> None:
-    rows = [line.split(",") for line in ROWS.splitlines()]
-    head = "mass [g],position [cm],spin_start [rpm],spin_end [rpm],time [s],turns\n"
-    body = [[m, x, f"{1.01 * float(s):.1f}", f"{0.99 * float(s):.1f}", t, n] for m, x, s, t, n in rows]
-    assert body[4][3] == "390.1"
-    body[4][3] = "39.01"
-    (odd,) = (one for one in analyze(head + "".join(",".join(row) + "\n" for row in body)).run_table if one.flagged)
-    assert odd.reason.startswith(f"spin end 390.1 rpm would fit, not 39.01{POINT}")
-
-
-def test_position_from_surface_keeps_its_origin() -> None:
-    top = "# position_from: surface\n# ball_diameter: 9.6 cm\n"
-    text = log((5, "position", "1.00")).replace("14.8", "10.0")
-    (odd,) = (one for one in analyze(top + text).run_table if one.flagged)
-    assert odd.reason.startswith("position 10.0 cm, as in the other runs, would fit, not 1.00")
+    text = "mass [g],position [cm],spin_start [rpm],spin_end [rpm],time [s],turns\n"
+    for m, x, s, t, n in (line.split(",") for line in ROWS.splitlines()):
+        text += f"{m},{x},{1.01 * float(s):.1f},{0.99 * float(s):.1f},{t},{n}\n"
+    assert text.count("390.1") == 1
+    (reason,) = odd(text.replace("390.1", "39.01"))
+    assert reason.startswith(f"spin end 390.1 rpm would fit, not 39.01{POINT}")
 
 
 def test_all_outputs_say_the_same_of_an_odd_run(tmp_path: Path) -> None:
-    path = tmp_path / "log.csv"
-    path.write_text(log((5, "time", "130.9")))
+    text = log((5, "time", "130.9"))
     words = f"time 13.09 s would fit, not 130.9{POINT}"
-    run = CliRunner()
-    shown = run.invoke(app, ["analyze", str(path), "--out", str(tmp_path / "report")])
-    page = (tmp_path / "report" / "report.html").read_text()
-    whole = json.loads(run.invoke(app, ["analyze", str(path), "--format", "json"]).stdout)
-    for output in (shown.stdout, shown.stderr, page, run.invoke(app, ["check", str(path)]).output):
+
+    def gyro(*options: str) -> str:
+        return CliRunner().invoke(app, options, input=text).output
+
+    for output in (gyro("analyze", "-", "--out", str(tmp_path)), gyro("check", "-")):
         assert words in " ".join(output.split())
-    assert whole["result"]["runs"][4]["reason"] == words
+    assert words in " ".join((tmp_path / "report.html").read_text().split())
+    assert analyze(text).to_dict()["result"]["runs"][4]["reason"] == words
 
 
-def rows(
-    random: np.random.Generator, weights: tuple[float, ...], turns: float, hand: float = 0.14
-) -> list[list[float]]:
-    """Draw the runs of a lab at three spins: an imperfect balance, ruler and tachometer, and a hand [s]."""
-    imbalance, zero, late = random.normal(0, [0.025 * weights[0] * 1e-3 * G * 0.15, 5e-4, 0.06])
-    drawn = []
-    for weight in weights:
-        weighed = weight * (1 + random.normal(0, 0.002))
-        for nominal in (200, 400, 600):
-            spin = nominal * (1 + random.normal(0, 0.02))
-            rate = (weight * 1e-3 * G * 0.15 + imbalance) / (TRUTH * spin * np.pi / 30)
-            time = 2 * np.pi * turns / rate + late + random.normal(0, hand)
-            drawn.append([weighed, 15 + 100 * zero, spin * (1 + random.normal(0, 0.002)), time, turns, rate])
-    return drawn
+WORSE = Bench(imbalance=0.025, hand=0.14)
 
 
-def written(drawn: list[list[float]]) -> str:
-    return HEAD + "".join(
-        f"{m:.2f},{x:.1f},{s:.1f},{t:.2f},{Fraction(n).limit_denominator(12)}\n" for m, x, s, t, n, _ in drawn
-    )
-
-
-def outcome(text: str) -> str:
-    found = analyze(text)
+def outcome(table: Table) -> str:
+    found = analyze(write(table))
     if any("either" in doubt.words for doubt in found.doubts):
         return "doubted"
-    return "right" if abs(found.inertia.value - TRUTH) < 3 * found.inertia.u else "wrong"
+    return "right" if abs(found.inertia.value - INERTIA) < 3 * found.inertia.u else "wrong"
+
+
+def counted(table: Table, turns: float) -> Table:
+    """The same lab with so many turns in every run."""
+    return table._replace(time=table.time * turns, turns=np.full(len(table.mass), f"{turns:g}"))
 
 
 @pytest.mark.parametrize(("turns", "more"), [(1, 1), (5, 1), (10, -1)])
 @pytest.mark.parametrize("miscounts", [0, 1, 2])
 def test_six_runs_with_wrong_counts_are_right_or_doubted(turns: int, more: int, miscounts: int) -> None:
-    random = np.random.default_rng([turns, miscounts])
     outcomes = []
-    for _ in range(10):
-        drawn = rows(random, (20, 40), turns)
-        for k in random.choice(6, miscounts, replace=False):
-            drawn[k][3] += 2 * np.pi * more / drawn[k][5]
-        outcomes.append(outcome(written(drawn)))
+    for seed in range(10):
+        table = counted(draw(WORSE._replace(masses=(20, 40), hand=0.14 / turns), seed), turns)
+        wrong = np.random.default_rng([turns, seed]).choice(6, miscounts, replace=False)
+        table.time[wrong] *= (turns + more) / turns
+        outcomes.append(outcome(table))
     assert outcomes.count("wrong") <= (miscounts == 2)
     # Which of two pairs of runs is wrong is decided by the other weight, but for two runs of one weight.
     assert outcomes.count("doubted") <= {0: 0, 1: 1, 2: 8}[miscounts]
 
 
 def test_both_answers_are_named_where_either_may_be_right() -> None:
-    drawn = rows(np.random.default_rng(3), (20, 40), 5)
-    for k in (3, 5):
-        drawn[k][3] *= 6 / 5
-    text = written(drawn)
+    table = counted(draw(WORSE._replace(masses=(20, 40), hand=0.03), 3), 5)
+    table.time[[3, 5]] *= 6 / 5
+    text = write(table)
     (doubt, *_) = analyze(text).doubts
     assert "either run 5 is wrong, or runs 4 and 6 are" in doubt.words
     here, other = (float(value) for value in re.findall(r"([\d.]+) kg·m²", doubt.words))
-    assert abs(other - TRUTH) < 0.03 * TRUTH < abs(here - TRUTH)
+    assert abs(other - INERTIA) < 0.03 * INERTIA < abs(here - INERTIA)
     assert "Do not rely on this answer" in CliRunner().invoke(app, ["analyze", "-"], input=text).stdout
-    # Run 5 timed again agrees with run 5, so that the lines of runs 4 and 6 are taken out.
-    lines = text.splitlines()
-    lines = [f"# {line}" if number in (4, 6) else line for number, line in enumerate(lines)]
-    assert outcome("\n".join(lines)) == "right"
-    # With the counts corrected instead.
-    corrected = [[*row[:4], 6.0 if k in (3, 5) else 5.0, row[5]] for k, row in enumerate(drawn)]
-    assert outcome(written(corrected)) == "right"
+    # Run 5 timed again agrees with run 5, so that runs 4 and 6 are taken out; or their counts are corrected.
+    assert outcome(Table(*(np.delete(column, [3, 5]) for column in table))) == "right"
+    table.turns[[3, 5]] = "6"
+    assert outcome(table) == "right"
 
 
 def test_three_runs_of_a_rough_hand_are_not_refused() -> None:
-    random = np.random.default_rng(1)
-    for _ in range(60):
-        drawn = rows(random, (20, 40, 60), 1, hand=0.0)[::4]
-        for row in drawn:
-            row[3] *= 1 + random.normal(0, 0.03)
-        assert analyze(written(drawn)).inertia.value == pytest.approx(TRUTH, rel=0.5)
+    for seed in range(60):
+        table = Table(*(column[::4] for column in draw(WORSE._replace(hand=0.0, in_proportion=0.03), seed)))
+        assert analyze(write(table)).inertia.value == pytest.approx(INERTIA, rel=0.5)
 
 
-@pytest.mark.parametrize("weight", [0, 1, 2])
-def test_three_runs_with_a_wrong_count_are_refused(weight: int) -> None:
-    drawn = rows(np.random.default_rng(2), (20, 40, 60), 1)[::4]
-    drawn[weight][3] *= 2
+@pytest.mark.parametrize("run", [0, 1, 2])
+def test_three_runs_with_a_wrong_count_are_refused(run: int) -> None:
+    table = Table(*(column[::4] for column in draw(WORSE, 2)))
+    table.time[run] *= 2
     with pytest.raises(LogError, match="fit 2 turns, not 1"):
-        analyze(written(drawn))
+        analyze(write(table))

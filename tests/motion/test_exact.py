@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import mpmath
 import numpy as np
 import pytest
@@ -82,10 +84,8 @@ CASES = {
     "upright but for 1e-6": (TOP, moving(1e-6, 60.0, 1.0), 4.0),
     "falls from upright but for 1e-6": (TOP, moving(1e-6, 4.0), 3.0),
     "starts upright": (TOP, moving(0.0, 20.0, nodding=3.0), 4.0),
-    "starts upright, stable": (TOP, moving(0.0, 60.0, nodding=3.0), 4.0),
     "starts upside down": (TOP, State(-UPRIGHT, np.array([0.01, 0.0, 0.1])), 4.0),
     "passes the vertical": (TOP, through_pole(1.0), 4.0),
-    "passes the vertical at 1e-6": (TOP, through_pole(1.0, 1e-8), 4.0),
     "passes the vertical below": (TOP, through_pole(-1.0), 4.0),
     "passes the vertical below, torque the other way": (HANGING, through_pole(1.0, 1e-12), 4.0),
     "pendulum in a plane": (TOP, moving(2.5, 0.0), 4.0),
@@ -153,9 +153,8 @@ def many(count: int = 200) -> tuple[Top, State]:
     return top, State(axis, INERTIA * (random.normal(size=(count, 1)) * 40 * axis + random.normal(size=(count, 3)) * 5))
 
 
-@pytest.mark.parametrize("theta", [0.4, 1.2, 2.5])
-def test_the_energy_is_that_of_three_rotations_and_the_height(theta: float) -> None:
-    for spin, turning, nodding in ((60.0, 3.0, 0.5), (0.0, -2.0, 1.0), (-20.0, 0.0, 0.0)):
+def test_the_energy_is_that_of_three_rotations_and_the_height() -> None:
+    for theta, (spin, turning, nodding) in product((0.4, 1.2, 2.5), ((60.0, 3.0, 0.5), (0.0, -2.0, 1.0))):
         across = TRANSVERSE * (nodding**2 + (turning * np.sin(theta)) ** 2) / 2
         expected = across + INERTIA * spin**2 / 2 + TORQUE * np.cos(theta)
         assert energy(TOP, moving(theta, spin, turning, nodding)) == pytest.approx(expected, rel=1e-13, abs=1e-16)
@@ -174,19 +173,6 @@ def test_conserved_quantities() -> None:
         assert (np.abs(change) / (size**2 / np.minimum(INERTIA, top.transverse_inertia))).max() < 1e-14
 
 
-def test_forth_and_back_in_time() -> None:
-    top, state = many()
-    back = exact(top, exact(top, state, 3.0), -3.0)
-    assert np.abs(back.axis - state.axis).max() < 1e-11
-
-
-def test_turning_the_start_about_the_vertical_turns_the_motion() -> None:
-    top, state = many()
-    turn = np.array([[np.cos(2.0), -np.sin(2.0), 0.0], [np.sin(2.0), np.cos(2.0), 0.0], [0.0, 0.0, 1.0]])
-    turned = exact(top, State(state.axis @ turn.T, state.momentum @ turn.T), 3.0)
-    assert np.abs(turned.axis - exact(top, state, 3.0).axis @ turn.T).max() < 1e-12
-
-
 def test_the_angle_swept_is_the_azimuth() -> None:
     top, state = many(40)
     times = np.linspace(0, 2.0, 4001)[:, None]
@@ -194,13 +180,12 @@ def test_the_angle_swept_is_the_azimuth() -> None:
     assert np.abs(precession_angle(top, state, times) - (azimuth - azimuth[0])).max() < 1e-10
 
 
-@pytest.mark.parametrize("pitch", [-50.0, -10.0, 0.0, 25.0, 50.0])
+@pytest.mark.parametrize("pitch", [-50.0, 0.0, 25.0])
 @pytest.mark.parametrize("spin", [400 * RPM, -400 * RPM])
 def test_steady_precession_stays_steady(pitch: float, spin: float) -> None:
-    angle = np.radians(pitch)
+    angle, times = np.radians(pitch), np.linspace(0, 60, 50)
     state = steady(TOP, spin, angle)
     rate = physics.precession_rate(TORQUE, spin, INERTIA, TRANSVERSE, angle)
-    times = np.linspace(0, 60, 50)
     path = exact(TOP, state, times)
     assert np.abs(path.axis[:, 2] - np.sin(angle)).max() < 1e-14
     assert precession_angle(TOP, state, times) == pytest.approx(rate * times, rel=1e-12)
@@ -208,34 +193,6 @@ def test_steady_precession_stays_steady(pitch: float, spin: float) -> None:
     # ψ̇ = ω3 − φ̇ cosθ, eq. (2).
     total = np.sum(path.axis * path.momentum, axis=-1) / INERTIA
     assert total - rate * np.sin(angle) == pytest.approx(np.full(50, spin), rel=1e-14)
-
-
-@pytest.mark.parametrize("pitch", [-30.0, 20.0])
-def test_equation_nine_of_a_tilted_rod_is_off_by_the_closed_form(pitch: float) -> None:
-    angle, spin = np.radians(pitch), 200 * RPM
-    rate = mean_precession_rate(TOP, steady(TOP, spin, angle))
-    bias = physics.tilt_bias(rate, spin, angle, INERTIA, TRANSVERSE)
-    assert TORQUE / (rate * spin) / INERTIA - 1 == pytest.approx(bias, rel=1e-9)
-
-
-def test_the_steady_state_carries_its_angular_momentum() -> None:
-    angle, spin = 0.4, 300 * RPM
-    rate = physics.precession_rate(TORQUE, spin, INERTIA, TRANSVERSE, angle)
-    rotation = physics.body_rotation(0.0, rate, spin, np.pi / 2 - angle)
-    axes = physics.frame_axes(0.0, np.pi / 2 - angle)
-    state = steady(TOP, spin, angle)
-    assert state.axis == pytest.approx(axes[2], abs=1e-15)
-    assert state.momentum == pytest.approx(
-        physics.angular_momentum(rotation, INERTIA, TRANSVERSE) @ axes, rel=1e-14, abs=1e-17
-    )
-
-
-def test_a_released_rod_is_slower_by_twice_the_sag_squared() -> None:
-    for spin in (800 * RPM, 1600 * RPM, 3200 * RPM):
-        ratio = mean_precession_rate(TOP, released(TOP, spin)) * INERTIA * spin / TORQUE
-        bias = physics.release_bias(TORQUE, spin, INERTIA, TRANSVERSE)
-        # The next term is of the order of the sag to the fourth.
-        assert 1 / ratio - 1 == pytest.approx(bias, rel=4 * bias)
 
 
 def test_published_bias_of_a_released_rod() -> None:
@@ -248,62 +205,46 @@ def test_published_bias_of_a_released_rod() -> None:
 
 
 def test_a_rod_that_stands_stays() -> None:
-    for axis, momentum in ((UPRIGHT, 0.3 * UPRIGHT), (UPRIGHT, 0 * UPRIGHT), (-UPRIGHT, 0 * UPRIGHT)):
-        for top in (TOP, HANGING, FREE):
-            state = State(axis, momentum)
-            later = exact(top, state, 50.0)
-            assert later.axis == pytest.approx(axis, abs=1e-24)
-            assert later.momentum == pytest.approx(momentum, abs=1e-24)
-            assert precession_angle(top, state, 50.0) == 0
-            assert mean_precession_rate(top, state) == 0
-            assert time_to_turn(top, state, 1.0) == np.inf
+    poles = ((UPRIGHT, 0.3 * UPRIGHT), (UPRIGHT, 0 * UPRIGHT), (-UPRIGHT, 0 * UPRIGHT))
+    for top, (axis, momentum) in product((TOP, HANGING, FREE), poles):
+        state = State(axis, momentum)
+        later = exact(top, state, 50.0)
+        assert [*later.axis, *later.momentum] == pytest.approx([*axis, *momentum], abs=1e-24)
+        assert (precession_angle(top, state, 50.0), mean_precession_rate(top, state)) == (0, 0)
+        assert time_to_turn(top, state, 1.0) == np.inf
 
 
 def test_half_a_turn_at_each_passage_of_the_vertical() -> None:
     # A pendulum in the plane of X and Z: it swings through below, and with a push goes over the top.
-    swinging = State(np.array([0.6, 0.0, -0.8]), np.zeros(3))
+    swinging, turned = (State(np.array([0.6, 0.0, z]), np.zeros(3)) for z in (-0.8, 0.8))
     over = State(np.array([0.6, 0.0, -0.8]), np.array([0.0, 0.2, 0.0]))
-    turned = State(np.array([0.6, 0.0, 0.8]), np.zeros(3))
     for top, state in ((TOP, swinging), (TOP, over), (HANGING, turned), (HANGING, over)):
-        swept = precession_angle(top, state, np.linspace(0, 5, 400))
-        assert swept / np.pi == pytest.approx(np.round(swept / np.pi), abs=1e-12)
-        assert (np.diff(swept) > -1e-12).all()
-        assert swept[-1] > 10
+        halves = precession_angle(top, state, np.linspace(0, 5, 400)) / np.pi
+        assert halves == pytest.approx(np.round(halves), abs=1e-12)
+        assert (np.diff(halves) > -1e-12).all()
+        assert halves[-1] > 3
 
 
-@pytest.mark.parametrize("top", [TOP, HANGING])
-@pytest.mark.parametrize("own", [0.01, -0.01, 0.003, -0.003])
-@pytest.mark.parametrize("pole", [1.0, -1.0])
-def test_through_the_vertical_the_azimuth_turns_as_beside_it(top: Top, own: float, pole: float) -> None:
-    # From a level rod, where H·Z = ± H·e3 has no rounding; as near as can be on that side it turns as far.
-    state = State(np.array([1.0, 0.0, 0.0]), np.array([pole * own, 0.15, own]))
-    beside = State(state.axis, np.array([pole * own * (1 - 1e-9), 0.15, own]))
+def test_through_the_vertical_the_azimuth_turns_as_beside_it() -> None:
     times = np.linspace(0.0, 1.5, 40)
-    swept = precession_angle(top, state, times)
-    assert swept == pytest.approx(precession_angle(top, beside, times), abs=1e-4)
-    assert np.sign(swept[-1]) == np.sign(own)
-    assert abs(swept[-1]) > np.pi
+    for top, own, pole in product((TOP, HANGING), (0.01, -0.01, 0.003, -0.003), (1.0, -1.0)):
+        # From a level rod H·Z = ± H·e3 has no rounding; as near as can be on that side it turns as far.
+        state = State(np.array([1.0, 0.0, 0.0]), np.array([pole * own, 0.15, own]))
+        beside = State(state.axis, np.array([pole * own * (1 - 1e-9), 0.15, own]))
+        swept = precession_angle(top, state, times)
+        assert swept == pytest.approx(precession_angle(top, beside, times), abs=1e-4)
+        assert np.sign(own) * swept[-1] > np.pi
 
 
 def test_from_the_vertical_azimuth_counts_from_the_way_it_leaves() -> None:
+    times = np.array([1e-7, 1e-3, 1e-2])
     for axis in (UPRIGHT, -UPRIGHT):
         state = State(axis, np.array([0.01, 0.003, 0.25]))
-        times = np.array([0.0, 1e-7, 1e-3, 1e-2])
-        swept = precession_angle(TOP, state, times)
         # ė3 = H × e3/I gives the way it leaves.
-        leaving = np.cross(state.momentum, axis)
-        path = exact(TOP, state, times[1:]).axis
+        leaving, path = np.cross(state.momentum, axis), exact(TOP, state, times).axis
         azimuth = np.arctan2(path[:, 1], path[:, 0]) - np.arctan2(leaving[1], leaving[0])
-        assert abs(swept[0]) < 1e-12
-        assert swept[1:] == pytest.approx(np.mod(azimuth + np.pi, 2 * np.pi) - np.pi, abs=1e-8)
-
-
-def test_mean_rate_is_that_of_a_nutation() -> None:
-    for state in (released(TOP, 100 * RPM, 0.3), moving(1.2, 20.0, -3.0, 0.5), moving(2.5, 0.0, 2.0, 1.0)):
-        mean = mean_precession_rate(TOP, state)
-        # Over a long time only the nutation's own swing is left over, a bounded angle.
-        swept = precession_angle(TOP, state, np.array([1e4, 1e6]))
-        assert np.abs(swept - mean * np.array([1e4, 1e6])).max() < 3
+        expected = np.mod(azimuth + np.pi, 2 * np.pi) - np.pi
+        assert precession_angle(TOP, state, times) == pytest.approx(expected, abs=1e-8)
 
 
 def test_time_of_a_turn_undoes_the_angle() -> None:
@@ -319,32 +260,15 @@ def test_time_of_a_turn_undoes_the_angle() -> None:
         assert (np.abs(precession_angle(top, state, time) - angle) / (1 + np.abs(angle))).max() < 1e-12
 
 
-def test_a_turn_that_never_comes() -> None:
+def test_a_turn_that_never_comes_takes_for_ever() -> None:
     state = released(TOP, 300 * RPM)
-    assert time_to_turn(TOP, state, -0.5) == np.inf
-    assert time_to_turn(TOP, state, 0.0) == 0
+    assert (time_to_turn(TOP, state, -0.5), time_to_turn(TOP, state, 0.0)) == (np.inf, 0)
     assert time_to_turn(FREE, released(FREE, 300 * RPM), 1.0) == np.inf
 
 
-def nutation(state: State) -> float:
-    """Period of the height, by its first maximum after 0, refined."""
-    times = np.linspace(0.02, 0.8, 20_001)
-    height = exact(TOP, state, times).axis[:, 2]
-    near = times[np.argmax(height)]
-    times = near + np.linspace(-1e-4, 1e-4, 2001)
-    curve = np.polynomial.Polynomial.fit(times - near, exact(TOP, state, times).axis[:, 2], 2).convert().coef
-    return float(near - curve[1] / (2 * curve[2]))
-
-
 @settings(max_examples=60, deadline=None)
-@given(
-    theta=st.floats(0, np.pi),
-    spin=st.floats(-70, 70),
-    turning=st.floats(-5, 5),
-    nodding=st.floats(-5, 5),
-    torque=st.floats(-0.2, 0.2),
-)
-def test_any_motion_goes_with_the_series(
+@given(*(st.floats(*ends) for ends in ((0, np.pi), (-70, 70), (-5, 5), (-5, 5), (-0.2, 0.2))))
+def test_any_motion_agrees_with_the_series(
     theta: float, spin: float, turning: float, nodding: float, torque: float
 ) -> None:
     # In half a second no motion magnifies rounding by more than a few thousand times.
@@ -352,55 +276,38 @@ def test_any_motion_goes_with_the_series(
     assert far_from_series(top, moving(theta, spin, turning, nodding), 0.5) < 1e-11
 
 
+def test_impossible_tops_are_refused() -> None:
+    for top in ((0.0, 1.0, 1.0), (1.0, -1.0, 1.0), (1.0, 1.0, np.nan), (np.array([1.0, -1.0]), 1.0, 1.0)):
+        with pytest.raises(ValueError, match=r"inertia must be above 0|torque is not a finite number"):
+            Top(*top)
+
+
+FROM_UPRIGHT = (np.pi / 2, 0.8, 0.1, 3e-2, 1e-3, 1e-5, -1e-5, -1e-3)
+
+
 @pytest.mark.parametrize(
-    ("top", "match"),
+    ("spins", "pitches", "near"),
     [
-        ((0.0, 1.0, 1.0), "inertia must be above 0"),
-        ((1.0, -1.0, 1.0), "transverse_inertia must be above 0"),
-        ((1.0, 1.0, np.nan), "torque is not a finite number"),
-        ((np.array([1.0, -1.0]), 1.0, 1.0), "inertia must be above 0"),
+        ((20.0, 100 * RPM, -400 * RPM), [np.copysign(np.pi / 2 - abs(off), off) for off in FROM_UPRIGHT], 1e-11),
+        # Wide nutations, up to a straight angle.
+        ((-8.0, 1.0, 3.0, 6.0, 15.0, 40.0), (-1.2, -0.5, 0.0, 0.5, 1.2), 4e-15),
     ],
+    ids=["near the vertical", "wide"],
 )
-def test_impossible_tops_are_refused(top: tuple[float, float, float], match: str) -> None:
-    with pytest.raises(ValueError, match=match):
-        Top(*top)
+def test_mean_rate_is_the_angle_of_a_nutation(spins: tuple[float, ...], pitches: list[float], near: float) -> None:
+    for spin, pitch in product(spins, pitches):
+        state, period = released(TOP, spin, pitch), whole_nutation(TOP, spin, pitch).period
+        mean = mean_precession_rate(TOP, state)
+        assert mean * period == pytest.approx(precession_angle(TOP, state, period), rel=near)
+        assert mean * 40 * period == pytest.approx(precession_angle(TOP, state, 40 * period), rel=1e-11)
 
 
-@pytest.mark.parametrize("spin", [20.0, 100 * RPM, -400 * RPM])
-@pytest.mark.parametrize("off", [np.pi / 2, 0.8, 0.1, 3e-2, 1e-3, 1e-5, -1e-5, -1e-3])
-def test_mean_rate_is_the_angle_of_a_nutation_near_the_vertical(spin: float, off: float) -> None:
-    pitch = np.copysign(np.pi / 2 - abs(off), off)
-    state, period = released(TOP, spin, pitch), whole_nutation(TOP, spin, pitch).period
-    mean = mean_precession_rate(TOP, state)
-    for count in (1, 40):
-        assert precession_angle(TOP, state, count * period) == pytest.approx(mean * count * period, rel=1e-11)
-    # One for all, whichever way each of them is worked out.
-    stack = State(
-        np.stack([state.axis, through_pole(1.0).axis]), np.stack([state.momentum, through_pole(1.0).momentum])
-    )
-    assert mean_precession_rate(TOP, stack)[0] == pytest.approx(mean, rel=1e-11)
-
-
-@pytest.mark.parametrize("spin", [-8.0, 1.0, 3.0, 6.0, 15.0, 40.0])
-@pytest.mark.parametrize("pitch", [-1.2, -0.5, 0.0, 0.5, 1.2])
-def test_the_mean_rate_of_a_wide_nutation_keeps_its_digits(spin: float, pitch: float) -> None:
-    # By sums or by integrals, as many points as it takes: one nutation of up to a straight angle tells.
-    state, period = released(TOP, spin, pitch), whole_nutation(TOP, spin, pitch).period
-    assert mean_precession_rate(TOP, state) * period == pytest.approx(precession_angle(TOP, state, period), rel=4e-15)
-
-
-@pytest.mark.parametrize("spin", [30.0, -30.0])
-@pytest.mark.parametrize("turning", [-6.0, -1.0, 0.0, 2.0, 6.0, 14.0])
-@pytest.mark.parametrize("nodding", [-2.0, 0.0, 1.5])
-def test_the_first_time_of_an_angle_is_the_first_of_a_fine_grid(spin: float, turning: float, nodding: float) -> None:
-    state = moving(1.2, spin, turning, nodding)
+def test_the_first_time_of_an_angle_is_the_first_of_a_fine_grid() -> None:
     times = np.linspace(0, 3, 30_001)
-    swept = precession_angle(TOP, state, times)
-    for angle in (0.02, -0.02, 0.4, -0.4):
-        passed = np.sign(angle) * swept >= abs(angle)
-        found = time_to_turn(TOP, state, angle)
-        if passed.any():
-            # As near as the grid and, at a place where it hardly moves, the swing of what lies between tell.
-            assert found == pytest.approx(times[np.argmax(passed)], abs=1.01e-4)
-        else:
-            assert found > 3
+    for spin, turning, nodding in product((30.0, -30.0), (-6.0, -1.0, 0.0, 2.0, 14.0), (-2.0, 0.0, 1.5)):
+        state = moving(1.2, spin, turning, nodding)
+        swept = precession_angle(TOP, state, times)
+        for angle in (0.02, -0.02, 0.4, -0.4):
+            passed = np.sign(angle) * swept >= abs(angle)
+            found = time_to_turn(TOP, state, angle)
+            assert found == pytest.approx(times[np.argmax(passed)], abs=1.01e-4) if passed.any() else found > 3

@@ -72,14 +72,13 @@ def test_a_small_one_has_the_closed_forms(pitch: float) -> None:
     torque, spin, across = 1e-5, 400 * RPM, 1.5 * INERTIA
     found = nutation(Top(INERTIA, across, torque), spin, pitch)
     delta = across * torque / (INERTIA * spin) ** 2
-    assert found.mean_sag == pytest.approx(delta * math.cos(pitch), rel=10 * delta)
-    assert found.greatest_sag == pytest.approx(2 * delta * math.cos(pitch), rel=10 * delta)
     rate = physics.precession_rate(torque, spin, INERTIA, across, pitch)
-    assert found.sideways == pytest.approx(rate * math.cos(pitch), rel=10 * delta)
-    total = spin + rate * math.sin(pitch)
-    small = physics.nutation_rate(total, INERTIA, across, rate, pitch)
-    assert 2 * math.pi / found.period == pytest.approx(small, rel=10 * delta)
-    assert found.lead == pytest.approx(physics.click_error(spin, INERTIA, across), rel=10 * delta)
+    small = physics.nutation_rate(spin + rate * math.sin(pitch), INERTIA, across, rate, pitch)
+    click = physics.click_error(spin, INERTIA, across)
+    sag, sideways = delta * math.cos(pitch), rate * math.cos(pitch)
+    expected = (2 * math.pi / small, sag, 2 * sag, sideways, click)
+    names = ("period", "mean_sag", "greatest_sag", "sideways", "lead")
+    assert [getattr(found, name) for name in names] == pytest.approx(expected, rel=10 * delta)
 
 
 def test_without_spin_it_swings_and_without_a_torque_it_stays() -> None:

@@ -41,7 +41,7 @@ ROOMS = {
         "test_measurements.py", "test_slips.py", "test_analysis.py", "test_model.py", "test_hints.py", "test_guard.py",
         "test_check.py", "test_simulate.py", "readings", "gates"]),
     "fitting": (["fitting"], [
-        "test_fitting.py", "test_lines.py", "test_balance.py", "test_selfcheck.py", "test_model.py", "test_guard.py",
+        "test_fitting.py", "test_lines.py", "test_selfcheck.py", "test_model.py", "test_guard.py",
         "test_hints.py", "test_analysis.py", "stability", "gates"]),
     "readings": (["readings"], [
         "readings", "test_hints.py", "test_quantities.py", "test_check.py", "test_analysis.py", "test_units.py",

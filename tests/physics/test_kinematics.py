@@ -60,12 +60,6 @@ def test_the_frame_turns_by_equation_one(time: float) -> None:
     np.testing.assert_allclose(change(axes, time), np.cross(rotation, axes(time)), atol=1e-9)
 
 
-def test_the_total_spin_of_equation_two() -> None:
-    expected = float(change(azimuth, 0.7)) * math.cos(theta(0.7)) + float(change(spun, 0.7))
-    assert body(0.7)[2] == pytest.approx(expected, rel=1e-9)
-    np.testing.assert_array_equal(body(0.7)[:2], frame(0.7)[:2])
-
-
 @pytest.mark.parametrize("time", [0.0, 0.7, 1.9])
 def test_equations_3_to_5_are_the_change_of_the_fixed_vector(time: float) -> None:
     def momentum(now: float) -> Floats:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import mpmath
 import numpy as np
 import pytest
-from msgspec import Struct
+from scipy.integrate import solve_ivp
 
 from gyrodata import physics
 
@@ -15,37 +16,33 @@ INERTIA = 4.44e-3
 RPM = math.pi / 30
 
 
-class Nutation(Struct, frozen=True):
+class Nutation(NamedTuple):
     """From the level to the lowest point u1 and back, by the conserved energy and momenta."""
 
     torque: float
     spin: float
     across: float
 
-    def lowest(self) -> mpmath.mpf:
-        """Where the energy leaves nothing for θ̇, cosθ."""
-        linear = (mpmath.mpf(INERTIA) * self.spin) ** 2 / (2 * mpmath.mpf(self.across) * self.torque)
-        return (linear - mpmath.sqrt(linear**2 + 4)) / 2
-
     def period(self, what: str = "1") -> mpmath.mpf:
         """Integral over a nutation of 1 or of φ̇: u = u1 cos²x takes the singular ends away."""
-        low, own = self.lowest(), mpmath.mpf(INERTIA) * self.spin
-        far = own**2 / (2 * self.across * mpmath.mpf(self.torque)) - low
+        own, across, torque = mpmath.mpf(INERTIA) * self.spin, mpmath.mpf(self.across), mpmath.mpf(self.torque)
+        linear = own**2 / (2 * across * torque)
+        # Where the energy leaves nothing for θ̇, cosθ.
+        low = (linear - mpmath.sqrt(linear**2 + 4)) / 2
 
         def weight(x: mpmath.mpf) -> mpmath.mpf:
             u = low * mpmath.cos(x) ** 2
-            time = 4 / mpmath.sqrt(2 * mpmath.mpf(self.torque) / self.across * (far - u))
-            return time * (-own * u / (self.across * (1 - u * u)) if what == "rate" else 1)
+            time = 4 / mpmath.sqrt(2 * torque / across * (linear - low - u))
+            return time * (-own * u / (across * (1 - u * u)) if what == "rate" else 1)
 
         return mpmath.quad(weight, [0, mpmath.pi / 2])
+
+    def mean(self) -> float:
+        return float(self.period("rate") / self.period())
 
 
 def lab(grams: float, rpm: float, ratio: float) -> Nutation:
     return Nutation(1e-3 * grams * 9.8031 * 0.15, rpm * RPM, ratio * INERTIA)
-
-
-def delta(top: Nutation) -> float:
-    return top.across * top.torque / (INERTIA * top.spin) ** 2
 
 
 @pytest.mark.parametrize(
@@ -53,20 +50,16 @@ def delta(top: Nutation) -> float:
     [(lab(20, 200, 1.39), 0.0879, 0.0881), (lab(60, 200, 1.6), 1.02, 1.05), (lab(120, 200, 1.9), 5.16, 5.93)],
 )
 def test_release_bias_in_digits(top: Nutation, exact: float, closed: float) -> None:
-    steady = top.torque / (INERTIA * top.spin)
-    found = 100 * float(steady / (top.period("rate") / top.period()) - 1)
-    assert found == pytest.approx(exact, rel=6e-3)
+    assert 100 * (top.torque / (INERTIA * top.spin) / top.mean() - 1) == pytest.approx(exact, rel=6e-3)
     bias = 100 * physics.release_bias(top.torque, top.spin, INERTIA, top.across)
     assert bias == pytest.approx(closed, rel=6e-3)
 
 
 @pytest.mark.parametrize("top", [lab(20, 600, 1.39), lab(40, 400, 1.49), lab(20, 200, 1.39), lab(60, 200, 1.6)])
 def test_lowest_order_is_good_to_the_next_one(top: Nutation) -> None:
-    small = delta(top)
-    mean = float(top.period("rate") / top.period())
     bias = physics.release_bias(top.torque, top.spin, INERTIA, top.across)
     rate = physics.horizontal_precession_rate(top.torque, top.spin, INERTIA) / (1 + bias)
-    assert abs(rate / mean - 1) < 16 * small**4
+    assert abs(rate / top.mean() - 1) < 16 * (top.across * top.torque / (INERTIA * top.spin) ** 2) ** 4
 
 
 @pytest.mark.parametrize(("rpm", "seconds"), [(200, 0.067), (400, 0.033), (600, 0.022)])
@@ -78,8 +71,6 @@ def test_click_error_in_digits(rpm: float, seconds: float) -> None:
 
 def test_click_error_is_the_wave_on_the_azimuth() -> None:
     # Largest lead of the azimuth over its mean, as a time, from the motion itself.
-    from scipy.integrate import solve_ivp
-
     top = lab(20, 400, 1.39)
     own = INERTIA * top.spin
 

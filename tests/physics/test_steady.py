@@ -46,17 +46,6 @@ def test_both_roots_to_the_last_digit(sine: float, total_spin: bool) -> None:
     assert math.isinf(found) if sine == 0 else abs(found / fast - 1) <= 1e-14
 
 
-def test_the_textbook_formula_gives_zero_for_a_horizontal_rod() -> None:
-    cosine = float(np.cos(np.pi / 2))  # 6.1e-17, what a program has for a horizontal rod
-    lean, momentum = (INERTIA - TRANSVERSE) * cosine, INERTIA * SPIN
-    assert (-momentum + math.sqrt(momentum**2 + 4 * lean * TORQUE)) / (2 * lean) == 0
-    expected = TORQUE / momentum
-    assert physics.precession_rate(TORQUE, SPIN, INERTIA, TRANSVERSE, cosine) == pytest.approx(expected, rel=1e-15)
-    assert physics.precession_rate(TORQUE, SPIN, INERTIA, TRANSVERSE, np.pi / 2 - np.pi / 2) == pytest.approx(
-        expected, rel=1e-15
-    )
-
-
 sizes = st.floats(-3, 3).map(lambda x: 10.0**x)
 signs = st.sampled_from([1.0, -1.0])
 
@@ -89,51 +78,21 @@ def test_any_top_to_what_its_condition_allows(
         assert abs(found / fast - 1) <= 8 * EPSILON * (1 + spread) * (1 + difference)
 
 
-def test_near_the_least_spin_errors_are_those_of_the_condition() -> None:
-    pitch = math.radians(60)
-    least = physics.least_spin(TORQUE, INERTIA, TRANSVERSE, pitch)
-    for distance in (1e-2, 1e-6, 1e-10):
-        spin = float(least * (1 + distance))
-        numbers = TORQUE, spin, INERTIA, TRANSVERSE, pitch
-        error = abs(float(physics.precession_rate(*numbers) / exact_roots(*numbers)[0]) - 1)
-        assert error <= 4 * EPSILON / math.sqrt(distance)
-
-
-@pytest.mark.parametrize("pitch", [-80.0, -30.0, 0.001, 10.0, 60.0])
-@pytest.mark.parametrize(("side", "sense"), list(product([1, -1], repeat=2)))
-def test_both_roots_solve_equation_eight(pitch: float, side: int, sense: int) -> None:
-    angle, torque, spin = math.radians(pitch), side * TORQUE, sense * SPIN
-    for root in (physics.precession_rate, physics.fast_precession_rate):
-        rate = root(torque, spin, INERTIA, TRANSVERSE, angle)
-        turn = rate * math.sin(angle)
-        own = INERTIA * (turn + spin)
-        bracket = own - TRANSVERSE * turn
-        scale = abs(rate) * (abs(own) + abs(TRANSVERSE * turn))
-        assert abs(rate * bracket - torque) <= 1e-14 * scale
-
-
-def test_spin_and_total_spin_give_the_same_rate() -> None:
-    pitch = math.radians(35)
-    rate = physics.precession_rate(TORQUE, SPIN, INERTIA, TRANSVERSE, pitch)
-    total = SPIN + rate * math.sin(pitch)
-    again = physics.precession_rate(TORQUE, total, INERTIA, TRANSVERSE, pitch, total_spin=True)
-    assert again == pytest.approx(rate, rel=1e-14)
+def test_both_roots_solve_equation_eight() -> None:
+    for pitch, side, sense in product((-80.0, -30.0, 0.001, 10.0, 60.0), (1, -1), (1, -1)):
+        angle, torque, spin = math.radians(pitch), side * TORQUE, sense * SPIN
+        for root in (physics.precession_rate, physics.fast_precession_rate):
+            rate = root(torque, spin, INERTIA, TRANSVERSE, angle)
+            turn = rate * math.sin(angle)
+            own = INERTIA * (turn + spin)
+            scale = abs(rate) * (abs(own) + abs(TRANSVERSE * turn))
+            assert abs(rate * (own - TRANSVERSE * turn) - torque) <= 1e-14 * scale
 
 
 def test_horizontal_is_equation_nine_with_signs() -> None:
     for torque, spin in ((TORQUE, SPIN), (-TORQUE, SPIN), (TORQUE, -SPIN), (0.0, SPIN)):
-        expected = torque / (INERTIA * spin)
-        assert physics.precession_rate(torque, spin, INERTIA) == pytest.approx(expected, rel=1e-15)
-        assert physics.horizontal_precession_rate(torque, spin, INERTIA) == pytest.approx(expected, rel=1e-15)
-
-
-@pytest.mark.parametrize("pitch", [-20.0, 0.0, 50.0])
-def test_signs_carry_through(pitch: float) -> None:
-    angle = math.radians(pitch)
-    rate = physics.precession_rate(TORQUE, SPIN, INERTIA, TRANSVERSE, angle)
-    assert physics.precession_rate(TORQUE, -SPIN, INERTIA, TRANSVERSE, angle) == -rate
-    # The rod turned over is the weight on the other side.
-    assert physics.precession_rate(-TORQUE, SPIN, INERTIA, TRANSVERSE, -angle) == -rate
+        for rate in (physics.precession_rate, physics.horizontal_precession_rate):
+            assert rate(torque, spin, INERTIA) == pytest.approx(torque / (INERTIA * spin), rel=1e-15)
 
 
 def test_without_a_torque_the_fast_root_is_free_precession() -> None:
@@ -172,16 +131,14 @@ def test_the_least_spin_is_where_steady_precession_ends() -> None:
 def test_the_least_spin_of_the_lab() -> None:
     # 60 g at 150 mm, 60° up: 42.8 rpm, or 61 rpm with the weight in I.
     pitch, torque = math.radians(60), 0.06 * 9.8031 * 0.15
-    assert physics.least_spin(torque, INERTIA, TRANSVERSE, pitch) / RPM == pytest.approx(42.8, abs=0.1)
-    loaded = TRANSVERSE + 0.06 * 0.15**2
-    assert physics.least_spin(torque, INERTIA, loaded, pitch) / RPM == pytest.approx(61, abs=0.5)
-
-
-def test_a_rod_that_needs_no_spin() -> None:
-    assert physics.least_spin(TORQUE, INERTIA, TRANSVERSE, -0.5) == 0
-    assert physics.least_spin(TORQUE, INERTIA, TRANSVERSE, 0.0) == 0
-    assert physics.least_spin(-TORQUE, INERTIA, TRANSVERSE, 0.5) == 0
-    assert physics.least_spin(TORQUE, TRANSVERSE, INERTIA, 0.5) == 0  # a flat body, I < I_zz
+    for across, rpm in ((TRANSVERSE, 42.8), (TRANSVERSE + 0.06 * 0.15**2, 61)):
+        assert physics.least_spin(torque, INERTIA, across, pitch) / RPM == pytest.approx(rpm, rel=0.005)
+    # A rod that hangs or is level, a weight that lifts, a flat body with I < I_zz.
+    for numbers in (
+        (TORQUE, INERTIA, TRANSVERSE, -0.5), (TORQUE, INERTIA, TRANSVERSE, 0.0), (-TORQUE, INERTIA, TRANSVERSE, 0.5),
+        (TORQUE, TRANSVERSE, INERTIA, 0.5),
+    ):  # fmt: skip
+        assert physics.least_spin(*numbers) == 0
 
 
 def test_full_turns_of_the_lab() -> None:

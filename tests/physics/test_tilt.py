@@ -15,8 +15,6 @@ TRANSVERSE = RATIO * INERTIA
 TORQUE = 0.06 * 9.8031 * 0.15
 RPM = math.pi / 30
 
-SCENES = list(product([-30.0, -5.0, 0.1, 10.0, 40.0], [40.0, -40.0], [TORQUE, -TORQUE], [False, True]))
-
 
 def steady(pitch: float, spin: float, torque: float, total_spin: bool) -> mpmath.mpf:
     """Slow root of eq. (8) in 50 digits."""
@@ -27,11 +25,12 @@ def steady(pitch: float, spin: float, torque: float, total_spin: bool) -> mpmath
         return 2 * mpmath.mpf(torque) / (b + root * mpmath.sign(b))
 
 
-@pytest.mark.parametrize(("pitch", "spin", "torque", "total_spin"), SCENES)
-def test_tilt_left_out(pitch: float, spin: float, torque: float, total_spin: bool) -> None:
-    rate = steady(pitch, spin, torque, total_spin)
-    bias = physics.tilt_bias(float(rate), spin, math.radians(pitch), INERTIA, TRANSVERSE, total_spin=total_spin)
-    assert bias == pytest.approx(float(mpmath.mpf(torque) / (rate * spin) / INERTIA - 1), rel=1e-12)
+@pytest.mark.parametrize("total_spin", [False, True])
+def test_tilt_left_out(total_spin: bool) -> None:
+    for pitch, spin, torque in product((-30.0, -5.0, 0.1, 10.0, 40.0), (40.0, -40.0), (TORQUE, -TORQUE)):
+        rate = steady(pitch, spin, torque, total_spin)
+        bias = physics.tilt_bias(float(rate), spin, math.radians(pitch), INERTIA, TRANSVERSE, total_spin=total_spin)
+        assert bias == pytest.approx(float(mpmath.mpf(torque) / (rate * spin) / INERTIA - 1), rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -51,15 +50,10 @@ def test_tilt_left_out_in_digits(rpm: float, pitch: float, percent: float, digit
     assert round(100 * physics.tilt_bias(rate, spin, angle, INERTIA, TRANSVERSE), digit) == percent
 
 
-def test_forty_five_degrees_at_fifty_rpm_has_no_steady_state() -> None:
-    rate = physics.precession_rate(TORQUE, 50 * RPM, INERTIA, TRANSVERSE, math.radians(45))
-    assert math.isnan(rate)
-
-
 def test_total_spin_in_digits() -> None:
     # 60 g, 200 rpm, 10°.
     spin, angle = 200 * RPM, math.radians(10)
     rate = physics.precession_rate(TORQUE, spin, INERTIA, TRANSVERSE, angle)
     total = spin + rate * math.sin(angle)
-    here = INERTIA, TRANSVERSE
-    assert 100 * physics.tilt_bias(rate, total, angle, *here, total_spin=True) == pytest.approx(-1.25, abs=0.01)
+    bias = physics.tilt_bias(rate, total, angle, INERTIA, TRANSVERSE, total_spin=True)
+    assert 100 * bias == pytest.approx(-1.25, abs=0.01)

@@ -33,22 +33,9 @@ def test_euler_angles_die_at_the_pole() -> None:
 
 def test_euler_angles_slow_down_near_the_pole() -> None:
     near, far = nodding(1e-6), nodding(0.3)
-    cost = {distance: follow_euler(state, TIMES)[1] for distance, state in (("near", near), ("far", far))}
-    held = {
-        distance: motion.integrate(TOP, state, TIMES).evaluations for distance, state in (("near", near), ("far", far))
-    }
-    assert cost["near"] > 4 * cost["far"]
-    assert held["near"] < 1.3 * held["far"]
-
-
-def test_the_default_tolerance_is_hardly_better_than_eq_9() -> None:
-    start = motion.released(TOP, 600 * RPM)
-    times = np.linspace(0.0, 20.0, 81)[1:]
-    angle = physics.horizontal_precession_rate(TORQUE, 600 * RPM, INERTIA) * times
-    simplest = np.stack([np.cos(angle), np.sin(angle), np.zeros(80)], axis=-1)
-    by_default = motion.integrate(TOP, start, times, method="RK45", rtol=1e-3, atol=1e-6).axis
-    assert off(by_default, start, times) > 0.4 * off(simplest, start, times)
-    assert off(motion.integrate(TOP, start, times, rtol=1e-8).axis, start, times) < 1e-4 * off(simplest, start, times)
+    assert follow_euler(near, TIMES)[1] > 4 * follow_euler(far, TIMES)[1]
+    evaluations = [motion.integrate(TOP, state, TIMES).evaluations for state in (near, far)]
+    assert evaluations[0] < 1.3 * evaluations[1]
 
 
 def test_too_few_steps_a_nutation_are_wrong_without_a_word() -> None:
@@ -62,18 +49,13 @@ def test_too_few_steps_a_nutation_are_wrong_without_a_word() -> None:
     assert off(motion.split(TOP, start, TIMES[-1], enough).axis[None], start, TIMES[-1:]) < 1e-5
 
 
-def euler_energy(spin: float, time: float, step: float) -> float:
-    """Energy that semi-implicit Euler adds to a rod let go level from rest, over its energy at the start."""
-    rates, (w, x, y, z) = euler_motion(np.array([spin]), np.zeros(1), time, step)
-    kinetic = 0.5 * (ACROSS * (rates[0] ** 2 + rates[1] ** 2) + INERTIA * rates[2] ** 2)
-    before = 0.5 * INERTIA * spin**2
-    return float((kinetic + TORQUE * (w * w - x * x - y * y + z * z) - before)[0] / before)
-
-
 def test_semi_implicit_euler_gains_energy() -> None:
-    # The default of engines for robots and games, 2 ms.
-    assert euler_energy(400 * RPM, 13.0, 0.002) > 0.1
-    start = motion.released(TOP, 400 * RPM)
+    # The default of engines for robots and games, 2 ms, of a rod let go level from rest.
+    spin = 400 * RPM
+    rates, (w, x, y, z) = euler_motion(np.array([spin]), np.zeros(1), 13.0, 0.002)
+    kinetic = 0.5 * (ACROSS * (rates[0] ** 2 + rates[1] ** 2) + INERTIA * rates[2] ** 2)
+    assert (kinetic + TORQUE * (w * w - x * x - y * y + z * z))[0] > 1.1 * 0.5 * INERTIA * spin**2
+    start = motion.released(TOP, spin)
     end = motion.split(TOP, start, 13.0, 6500)
     assert motion.energy(TOP, end) / motion.energy(TOP, start) == pytest.approx(1, abs=1e-10)
 

@@ -10,53 +10,35 @@ import numpy as np
 import pytest
 
 from gyrodata import physics
-from gyrodata.benchmark.stability import ACROSS, INERTIA, TORQUE, textbook_root
 from gyrodata.physics import RPM
 
-SPIN = 400 * RPM
-LEVEL = physics.horizontal_precession_rate(TORQUE, SPIN, INERTIA)
+INERTIA, ACROSS, TORQUE, SPIN = 4.44e-3, 7.12e-3, 0.0882, 400 * RPM
 
 
 def test_the_textbook_root_vanishes_as_cos_theta_does() -> None:
     # 6e-17 is what the cosine of π/2 is to a computer.
-    pitch = np.array([6e-17, 1e-12, 1e-8, 1e-4])
-    rate = textbook_root(np.full(4, SPIN), pitch)
-    off = np.abs(rate / physics.precession_rate(TORQUE, SPIN, INERTIA, ACROSS, pitch) - 1)
-    assert off[0] == 1, "the root is 0"
-    assert off[1] > 1e-4
-    assert off[2] > 1e-9
-    assert off[3] > 1e-13
-    assert physics.precession_rate(TORQUE, SPIN, INERTIA, ACROSS, pitch[0]) == pytest.approx(LEVEL, rel=1e-15)
-
-
-def test_there_is_no_real_root_with_the_rod_up_and_the_spin_low() -> None:
-    pitch = math.radians(60)
-    roots = np.roots([(INERTIA - ACROSS) * math.sin(pitch), INERTIA * 30 * RPM, -TORQUE])
-    assert np.iscomplex(roots).all(), "numbers all the same, for who takes their real part"
-    least = physics.least_spin(TORQUE, INERTIA, ACROSS, pitch)
-    assert np.isnan(physics.precession_rate(TORQUE, 30 * RPM, INERTIA, ACROSS, pitch))
-    assert 30 * RPM < least < 70 * RPM
-    assert np.isfinite(physics.precession_rate(TORQUE, 1.000001 * least, INERTIA, ACROSS, pitch))
+    for pitch, loss in ((6e-17, 0.99), (1e-12, 1e-4), (1e-8, 1e-9), (1e-4, 1e-13)):
+        a, b = (INERTIA - ACROSS) * math.sin(pitch), INERTIA * SPIN
+        textbook = (-b + math.sqrt(b * b + 4 * a * TORQUE)) / (2 * a)
+        rate = physics.precession_rate(TORQUE, SPIN, INERTIA, ACROSS, pitch)
+        assert abs(textbook / rate - 1) > loss
+        assert rate == pytest.approx(TORQUE / (INERTIA * SPIN), rel=1e-15 + pitch)
 
 
 @pytest.mark.parametrize("beyond", [1e-10, 1e-12, 1e-14])
-def test_eigenvalues_lose_half_the_digits_at_the_double_root(beyond: float) -> None:
+def test_the_rate_keeps_its_digits_near_the_double_root(beyond: float) -> None:
     pitch = math.radians(60)
     spin = float(physics.least_spin(TORQUE, INERTIA, ACROSS, pitch)) * (1 + beyond)
     coefficients = ((INERTIA - ACROSS) * math.sin(pitch), INERTIA * spin, -TORQUE)
     with localcontext() as context:
         context.prec = 50
         a, b, c = (Decimal(float(value)) for value in coefficients)
-        root = b * b - 4 * a * c
-        assert root > 0
-        true = float(-2 * c / (b + root.sqrt()))
-    found = np.roots(coefficients)
-    nearest = found[np.argmin(np.abs(found - true))]
-    held = float(physics.precession_rate(TORQUE, spin, INERTIA, ACROSS, pitch))
+        true = float(-2 * c / (b + (b * b - 4 * a * c).sqrt()))
+    by_eigenvalues = min(abs(root / true - 1) for root in np.roots(coefficients))
+    error = abs(float(physics.precession_rate(TORQUE, spin, INERTIA, ACROSS, pitch)) / true - 1)
     # D is a difference of equal numbers, so that the rate is good to ε/√x at x beyond the double root, and no better.
-    assert abs(held / true - 1) < 4e-16 / math.sqrt(beyond)
-    assert abs(nearest / true - 1) < 1e-6
-    assert abs(held / true - 1) <= abs(nearest / true - 1) + 4e-16 / math.sqrt(beyond)
+    assert error < 4e-16 / math.sqrt(beyond)
+    assert error <= by_eigenvalues + 4e-16 / math.sqrt(beyond)
 
 
 def test_eq_9_fails_for_a_tilted_rod_and_so_does_the_cosine_of_its_pitch() -> None:

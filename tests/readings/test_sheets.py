@@ -88,7 +88,8 @@ def test_rounded_turns_widen_u_in_all_their_runs():
 def test_times_of_a_workbook_are_read_as_they_were_typed():
     typed = [
         (datetime.time(0, 3, 36, 260000), 216.26), (datetime.time(0, 0, 7), 7.0), (7.06, 7.06), (7, 7.0),
-        ("7,06", 7.06), (datetime.timedelta(minutes=99, seconds=59.99), 5999.99), (datetime.timedelta(seconds=7.06), 7.06),
+        ("7,06", 7.06), (datetime.timedelta(minutes=99, seconds=59.99), 5999.99),
+        (datetime.timedelta(seconds=7.06), 7.06),
     ]  # fmt: skip
     rows = [[20, 15.5, 406, time, 1, 'a\t"b"\nc'] for time, _ in typed]
     assert values(read_log(workbook([*HEAD, "note"], *rows)), "time") == pytest.approx([s for _, s in typed])

@@ -58,32 +58,18 @@ def parted(_: int, mass: float, spin: float, time: float) -> str:
 @pytest.mark.parametrize(
     ("head", "row", "turns"),
     [
-        # Counts of a part of a turn; what stands there in turns already is left as it is.
         (HEAD + "half turns", plain(turns="2"), 1),
-        (HEAD + "half revs", plain(turns="3"), 1.5),
-        (HEAD + "turns (half)", plain(turns="5"), 2.5),
-        (HEAD + "half turns", plain(turns="0.5"), 0.5),
         (HEAD + "half turns", plain(turns="3/2"), 1.5),
-        # Words of a cell.
         *((HEAD + "turns", plain(turns=cell), turns) for cell, turns in {
-            "5 half": 2.5, "5 full": 5, "two full": 2, "four and a half": 4.5, "2 and a half": 2.5, "4 et demi": 4.5,
-            "9 Halbe": 4.5, "one half": 0.5, "a half turn": 0.5, "2 thirds": 2 / 3, "5 half turns": 2.5,
-            "5 and a half turns": 5.5, "2 1/2": 2.5, "two thirds of a turn": 2 / 3,
+            "5 half": 2.5, "4 et demi": 4.5, "9 Halbe": 4.5, "5 and a half turns": 5.5, "two thirds of a turn": 2 / 3,
         }.items()),
-        # Words of a header.
         *((NO_COUNT + header, only, turns) for header, turns in {
-            "half period (s)": 0.5, "half-period (s)": 0.5, "half precession period [s]": 0.5,
-            "one and a half turns (s)": 1.5, "time for 2 1/2 turns [s]": 2.5, "1 1/2 turns (s)": 1.5,
-            "Time (1 1/2 turns) [s]": 1.5, "four and a half turns (s)": 4.5, "time for two thirds of a turn (s)": 2 / 3,
+            "half precession period [s]": 0.5, "Time (1 1/2 turns) [s]": 1.5, "four and a half turns (s)": 4.5,
         }.items()),
         # What numbers the runs is no count of turns, and no mass.
-        *((f"{name},{HEAD}turns", numbered, 2) for name in ("n", "N", "m", "count")),
-        (f"# turns: 2\nn,{HEAD[:-1]}", lambda n, m, s, t: f"{n},{m},14.8,{s},{t:.2f}", 2),
-        # Units.
+        *((f"{name},{HEAD}turns", numbered, 2) for name in ("n", "m")),
         ("mass（g）,arm (in),spin（rpm）,time（s）,turns", inches, 3),
         (HEAD + "rotation [deg]", plain(turns="720"), 2),
-        ("Masse [g],Position [cm],Drehzahl U/min,Zeit [s],Umdrehungen", plain(turns="2"), 2),
-        ("mass [g],position [cm],spin ψ̇ [rpm],time [s],turns", plain(turns="2"), 2),
         # Minutes and seconds in two columns, also below one name.
         (NO_COUNT + "t (min),t (s),turns", parted, 9),
         ("mass,position,spin,time,,turns\ng,cm,rpm,min,s,", parted, 9),
@@ -105,13 +91,10 @@ def test_it_is_read_as_it_is_meant(head: str, row: Row, turns: float) -> None:
         (HEAD + "turns", plain(turns="1", mass="20. Jan"), "G204", "did you mean 20.1?"),
         (HEAD + "turns", plain(turns="3. Mai"), "G204", "did you mean 3/5? A spreadsheet does that to fractions"),
         (NO_COUNT + "Time for 5 half turns (s)", only, "G301", "(s)\" --set turns=…?"),
-        (NO_COUNT + "Time 2 half turn (s)", only, "G301", 'is it --map time="Time 2 half turn (s)" --set turns=…?'),
-        (NO_COUNT + "Time 1 1/3 turn (s)", only, "G301", 'is it --map time="Time 1 1/3 turn (s)" --set turns=…?'),
         (NO_COUNT + "un tour et demi (s)", only, "G301", 'is it --map time="un tour et demi (s)" --set turns=…?'),
         # Sentences above the table, and a header that its own comma parts.
         *((f"{said}\n{HEAD[:-1]}", only, "G301", "add a column turns") for said in (
-            "Waited 3 turns before the stopwatch was started", "Tachometer: mean of 10 revolutions of the ball",
-            "We did not time 1 turn but 2 turns", "Das Messgerät mittelt über 10 Umdrehungen der Kugel",
+            "Waited 3 turns before the stopwatch was started", "Das Messgerät mittelt über 10 Umdrehungen der Kugel",
         )),
         ("Steel ball, m = 4.28 kg, r = 5.08 cm\nmass [g],spin [rpm],time [s],turns",
          lambda _, m, s, t: f"{m},{s},{t:.2f},1", "G301", "add a column position [cm]"),
@@ -119,8 +102,7 @@ def test_it_is_read_as_it_is_meant(head: str, row: Row, turns: float) -> None:
          lambda _, m, s, t: f"14.8,{s},{t:.2f},1", "G301", "add a column mass [g]"),
         *((f"{said}\nposition [cm],spin [rpm],time [s],turns", lambda _, m, s, t: f"14.8,{s},{t:.2f},1", "G301",
            "add a column mass [g]") for said in (
-            "2 weights of 20.15 g", "two weights of 20.15 g each", "2 Gewichte von 20.15 g", "m = 20.15 g + 20.15 g",
-            "m = 20.15 g (two of them)",
+            "2 weights of 20.15 g", "two weights of 20.15 g each", "m = 20.15 g + 20.15 g",
         )),
         (NO_COUNT + "precession period [s], 5 turns", only, "G232", 'as "time for 5 turns [s]"'),
         (NO_COUNT + "period, 5 rev (s)", only, "G232", 'as "time for 5 turns [s]"'),

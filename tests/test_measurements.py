@@ -44,13 +44,9 @@ def found(log: str, code: str, **settings: str) -> list[gyrodata.Diagnostic]:
     return [one for one in gyrodata.analyze(log.encode(), settings=settings).diagnostics if one.code == code]
 
 
-SPIN = "mass [g],position [cm],{},time [s],turns\n20,15,{},20.3,1\n"
-
-
 @pytest.mark.parametrize(
     ("log", "field", "value"),
     [
-        *((SPIN.format(*one), "spin", 20 * np.pi) for one in (("spin [Hz]", "10"), ("spin_period [s]", "0.100"))),
         (TIMED, "spin", 20 * np.pi / 3),
         (FALLING, "spin", 440 * 400 * np.log(1.1) / 40 * RPM),
         (FALLING.replace("spin_end", "spin [rpm],spin_end").replace("440,400", "480,430,380"), "spin",
@@ -58,12 +54,10 @@ SPIN = "mass [g],position [cm],{},time [s],turns\n20,15,{},20.3,1\n"
         ("# g: 9.803 m/s^2\n" + HEAD + ROW, "torque", 0.020 * 9.803 * 0.15),
         ("force [N],position [cm],spin [rpm],time [s],turns\n0.20,15.0,400,24,1\n", "torque", 0.03),
         (PERIOD, "time", 39.0),
-        (PERIOD, "turns", 1.0),
         (RATE, "precession_rate", 0.16),
-        ("mass [g],position [cm],spin [rpm],time [s],angle [deg]\n20,15,206,7.06,120\n", "turns", 1 / 3),
     ],
 )  # fmt: skip
-def test_reading_in_any_unit_and_form_has_its_si_value(log: str, field: str, value: float) -> None:
+def test_reading_in_any_form_has_its_si_value(log: str, field: str, value: float) -> None:
     assert result(log)["runs"][0][field] == pytest.approx(value)
 
 
@@ -156,10 +150,8 @@ TILTED = HEAD.strip() + ",pitch [deg]\n" + ROWS.replace("1/3\n", "1/3,-20\n")
 @pytest.mark.parametrize(
     ("log", "source", "text"),
     [
-        ("# u_time: 0.3 s\n" + HEAD + ROWS, "time", "as given"),
         (HEAD + ROWS, "spin", "0.2 % a reading and rounding"),
         (HEAD + ROWS.replace("1/3", "0.33"), "angle", "1° at each end of a part of a turn, and rounding"),
-        (TILTED, "transverse_inertia", "20 %"),
         ("# transverse_inertia: 0.006 kg*m^2\n" + TILTED, "transverse_inertia", "2 %"),
         ("# weight_diameter: 4 ± 0.1 cm\n" + HEAD + ROWS, "weight_diameter", "as given"),
     ],
@@ -238,12 +230,8 @@ def test_derived_column_that_is_a_tenth_off_is_named(header: str) -> None:
         (HEAD.strip() + ",precession_sense\n20,15,206,7.06,1/3,ccw\n" + "20,15,206,7.06,1/3,cw\n" * 2
          + "0,,401,160.2,1/12,cw\n", "G402", None, "most senses written are opposite to what the torque makes them"),
         (FALLING.replace("440,400", "400,409"), "G403", 2, ""),
-        (FALLING.replace("440,400", "400,407"), "G403", None, ""),
-        (HEAD + ROW, "G404", None, "g"),
-        ("# latitude: 45 deg\n" + HEAD + ROW, "G404", None, ""),
         (HEAD + ROW + "20,15,2,7.06,1/3\n" * 2, "G405", 3,
          'the precession is faster than the spin ("spin [rpm]") in 2 of 3 runs'),
-        (HEAD + "20,15,206,7.06,1/3\n20,15,2,7.06,1/3\n", "G405", None, ""),
     ],
 )  # fmt: skip
 def test_readings_that_contradict_each_other_are_named(log: str, code: str, line: int | None, words: str) -> None:
@@ -252,8 +240,8 @@ def test_readings_that_contradict_each_other_are_named(log: str, code: str, line
     except gyrodata.LogError as error:
         diagnostics = error.diagnostics
     told = [one for one in diagnostics if one.code == code]
-    assert [one.line for one in told] == ([line] if words or line else [])
-    assert all(words in one.message for one in told)
+    assert [one.line for one in told] == [line]
+    assert words in told[0].message
 
 
 def test_i_zz_is_that_of_ball_and_rod() -> None:

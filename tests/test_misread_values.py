@@ -93,18 +93,17 @@ class TestGravity:
         assert "note G309" in told
         assert answer(written(above=hint(told, r"write (# g: .*)"))) == (value, "")
 
-    def test_g_of_an_option_is_refused_with_the_option(self, tmp_path: Path) -> None:
-        (tmp_path / "lab.toml").write_text("g = 981\n", encoding="utf-8")
-        log = written(above="# by hand")
-        for given in (("--set", "g=981"), ("--config", str(tmp_path / "lab.toml"))):
-            done = gyro("analyze", "-", "--no-report", *given, stdin=log)
-            assert (done.exit_code, "I_zz" in done.output) == (2, False)
-            if given[0] == "--set":
-                given = ("--set", hint(done.output, r'write --set (g=".*")').replace('"', ""))
-            else:
-                (tmp_path / "lab.toml").write_text(hint(done.output, r'write (g = ".*")'), encoding="utf-8")
-            done = gyro("analyze", "-", "--no-report", *given, stdin=log)
-            assert (done.exit_code, "G309" in done.output) == (0, False)
+    @pytest.mark.parametrize("option", ["--set", "--config"])
+    def test_g_of_an_option_is_refused_with_the_option(self, option: str, tmp_path: Path) -> None:
+        def tried(line: str) -> Result:
+            (tmp_path / "lab.toml").write_text(line, encoding="utf-8")
+            given = str(tmp_path / "lab.toml") if option == "--config" else line.replace('"', "")
+            return gyro("analyze", "-", "--no-report", option, given, stdin=written(above="# by hand"))
+
+        wrong = tried("g=981")
+        assert (wrong.exit_code, "I_zz" in wrong.output) == (2, False)
+        done = tried(hint(wrong.output, r"write (?:--set )?(g ?= ?\".*\")"))
+        assert (done.exit_code, "G309" in done.output) == (0, False)
 
 
 class TestColons:
@@ -138,8 +137,8 @@ class TestColons:
         short = [[*row[:3], "00:" + row[3].replace(":", "."), row[4]] for row in timed()]
         assert hint(told, r"write (\S+),") == short[0][3]
         assert answer(written(rows=short)) == (pytest.approx(TRUTH, rel=0.01), "")
-        long = HEAD.replace("time [s]", hint(told, r'write the header as "(.*?)"'))
         first, second = map(int, timed()[0][3].split(":"))
+        long = HEAD.replace("time [s]", hint(told, r'write the header as "(.*?)"'))
         assert times(written(long, rows))[0] == 60 * first + second
 
     @pytest.mark.parametrize(
@@ -189,12 +188,6 @@ class TestFloats:
         text = gyrodata.analyze(as_frame(log, dtype=str), settings={"g": "9.81 m/s^2"}).inertia
         assert text.u == pytest.approx(file.u, rel=1e-9)
 
-    def test_u_of_a_frame_in_si_units_is_that_of_the_file(self) -> None:
-        file, table = gyrodata.analyze(typed().encode()).inertia, as_frame(typed())
-        table["mass [kg]"] = (table.pop("mass [g]") / 1000).round(5)
-        table["position [m]"] = table.pop("position [cm]") / 100
-        assert 0.95 < gyrodata.analyze(table, settings={"g": "9.81 m/s^2"}).inertia.u / file.u < 1.05
-
     def test_a_quantity_of_pint_is_read_to_its_digits(self) -> None:
         log = written("mass [g],spin [rpm],time [s],turns", [[row[0], *row[2:]] for row in ROWS])
         told = []
@@ -237,12 +230,6 @@ class TestIdenticalRows:
         head = "mass [g],position [cm],spin [rpm],turns,time_1 [s],time_2 [s]"
         assert answer(written(head, rows), "G408")[1] == ""
 
-    def test_runs_at_one_spin_for_all_may_agree(self) -> None:
-        mass = [["20.12", f"{13 + k / 100:.2f}"] for k in (0, 3, 7, 3, 12, 9)]
-        heavy = [["40.31", f"{6.5 + k / 100:.2f}"] for k in (0, 5, 8, 2, 11, 3)]
-        above = "# g: 9.81 m/s^2\n# spin: 398 rpm\n# position: 14.8 cm\n# turns: 1/3"
-        assert answer(written("mass [g],time [s]", mass + heavy, above), "G408")[1] == ""
-
 
 class TestDigitsShown:
     def test_loads_have_the_digits_of_the_log(self, tmp_path: Path) -> None:
@@ -255,9 +242,7 @@ class TestDigitsShown:
     @pytest.mark.parametrize(
         ("heads", "mass", "position", "shown"),
         [
-            ("mass [g],position [cm]", "20.0", "15", "20.0 g at 15 cm"),
             ("mass [kg],position [m]", "0.02000", "0.150", "20.00 g at 15.0 cm"),
-            ("mass [g],position [mm]", "20", "150", "20 g at 15.0 cm"),
             ("mass [g],position [cm]", "20.000000000000004", "15.0", "20 g at 15.0 cm"),
             ("mass [g],position [cm]", "2.00e1", "1.50e1", "20.0 g at 15.0 cm"),
         ],
@@ -265,9 +250,6 @@ class TestDigitsShown:
     def test_digits_are_kept_in_other_units(self, heads: str, mass: str, position: str, shown: str) -> None:
         log = written(f"{heads},spin [rpm],time [s],turns", [[mass, position, *row[2:]] for row in ROWS[:3]])
         assert f"run 1: {shown} from the centre" in gyro("analyze", "-", "--no-report", stdin=log).output
-
-    def test_a_frame_of_floats_has_no_digits_to_show(self) -> None:
-        assert "20.12 g at 15 cm" in str(gyrodata.analyze(as_frame(typed()), settings={"g": "9.81 m/s^2"}))
 
     @pytest.mark.parametrize("log", sorted(SAMPLES.glob("*.csv")), ids=lambda log: log.stem)
     def test_units_have_one_spelling_and_no_rows_are_identical(self, log: Path, tmp_path: Path) -> None:

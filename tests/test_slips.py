@@ -66,11 +66,7 @@ def scaled(role: str, factor: float, head: str | None = None) -> Callable[[Lab],
 
 
 def shifted(by: float) -> Callable[[Lab], Lab]:
-    def slip(one: Lab) -> Lab:
-        # Arms that differ, as an origin changes each of them by another share.
-        return replace(one, position=one.position + by)
-
-    return slip
+    return lambda one: replace(one, position=one.position + by)
 
 
 SURFACE = "the arm is measured from the ball's surface"
@@ -125,11 +121,8 @@ def told(log: str) -> list[str]:
 
 def is_first(words: list[str], cause: str) -> bool:
     """Whether the cause is what the first message names, and first in it."""
-    if not words:
-        return False
-    message, _, hint = words[0].partition(" | ")
-    first = message.partition("; or ")[0] + " | " + hint.partition("; or else")[0]
-    return cause in first
+    message, _, hint = words[0].partition(" | ") if words else ("", "", "")
+    return cause in f"{message.partition('; or ')[0]} | {hint.partition('; or else')[0]}"
 
 
 def test_a_good_log_is_not_asked() -> None:
@@ -162,20 +155,16 @@ def test_gyro_check_names_a_slip_before_anybody_leaves_the_lab() -> None:
 
 def obeyed(one: Lab, hint: str) -> Lab:
     """Carry out the first thing that a hint says to type."""
-    header = re.search(r'write the header as "((\w+) \[[^"]+\])"', hint)
-    if header:
+    if header := re.search(r'write the header as "((\w+) \[[^"]+\])"', hint):
         role = {"force": "mass", "angle": "turns"}.get(header[2], header[2])
         return renamed(**{role: header[1]})(one)
     if "exchange the two headers" in hint:
         return renamed(spin="spin [rpm]", time="time [s]")(one)
-    by = re.search(r"(add|take) the ball's radius, ([\d.]+) cm", hint)
-    if by:
+    if by := re.search(r"(add|take) the ball's radius, ([\d.]+) cm", hint):
         return shifted(float(by[2]) * (1 if by[1] == "add" else -1))(one)
-    written = re.search(r"write the turns as ([\d/]+)", hint)
-    if written:
+    if written := re.search(r"write the turns as ([\d/]+)", hint):
         return replace(one, turns=np.full(9, float(Fraction(written[1]))))
-    ball = re.search(r"# ball_diameter: ([\d.]+) cm", hint)
-    if ball:
+    if ball := re.search(r"# ball_diameter: ([\d.]+) cm", hint):
         return replace(one, top=f"# ball_mass: {MASS} kg\n# ball_diameter: {ball[1]} cm\n")
     if "write the part of a turn" in hint:
         return replace(one, turns=1 / one.turns)

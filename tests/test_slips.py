@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 from msgspec import Struct
 from msgspec.structs import replace
+from typer.testing import CliRunner
 
 import gyrodata
 from gyrodata import physics
-from gyrodata.procedure import check_log
-from gyrodata.readings import read_log
-from gyrodata.reporting import markdown_report
+from gyrodata.cli import app
 
 MASS, DIAMETER, G = 4.3, 10.16, 9.803
 TRUTH = physics.solid_ball_inertia(MASS, DIAMETER / 100)
@@ -67,11 +66,7 @@ def scaled(role: str, factor: float, head: str | None = None) -> Callable[[Lab],
 
 
 def shifted(by: float) -> Callable[[Lab], Lab]:
-    def slip(one: Lab) -> Lab:
-        # Arms that differ, as an origin changes each of them by another share.
-        return replace(one, position=one.position + by)
-
-    return slip
+    return lambda one: replace(one, position=one.position + by)
 
 
 SURFACE = "the arm is measured from the ball's surface"
@@ -121,19 +116,13 @@ def told(log: str) -> list[str]:
         found = gyrodata.analyze(log.encode()).diagnostics
     except gyrodata.LogError as error:
         found = error.diagnostics
-    checked = check_log(read_log(log.encode()))[1]
-    mine = [d for d in found if d.code in ("G440", "G441", "G442", "G443")]
-    assert set(mine) <= set(checked), "gyro check says the same before anybody leaves the lab"
-    return [f"{d.message} | {d.hint}" for d in mine]
+    return [f"{d.message} | {d.hint}" for d in found if d.code in ("G440", "G441", "G442", "G443")]
 
 
 def is_first(words: list[str], cause: str) -> bool:
     """Whether the cause is what the first message names, and first in it."""
-    if not words:
-        return False
-    message, _, hint = words[0].partition(" | ")
-    first = message.partition("; or ")[0] + " | " + hint.partition("; or else")[0]
-    return cause in first
+    message, _, hint = words[0].partition(" | ") if words else ("", "", "")
+    return cause in f"{message.partition('; or ')[0]} | {hint.partition('; or else')[0]}"
 
 
 def test_a_good_log_is_not_asked() -> None:
@@ -144,49 +133,38 @@ def test_a_good_log_is_not_asked() -> None:
 
 def test_one_cell_in_another_unit_is_asked_about_and_spoils_nothing() -> None:
     text = lab().text()
-    header, *rows = [line for line in text.splitlines() if not line.startswith("#")]
-    mass = header.split(",").index(next(name for name in header.split(",") if "mass" in name))
-    row = rows[4].split(",")
-    right, row[mass] = row[mass], f"{float(row[mass]) / 1000:.4g}"
-    slip = text.replace(rows[4], ",".join(row))
+    row = text.splitlines()[8]
+    slip = text.replace(row, row.replace("40.3", "0.0403"))
     (words,) = told(slip)
-    assert f"is it in kg? That is {float(right):.4g} g, which other runs have: write it so in this cell" in words
+    assert "is it in kg? That is 40.3 g, which other runs have: write it so in this cell" in words
     # The weight that nobody had is left out, and says nothing of the balance.
-    found, without = (gyrodata.analyze(one.encode()) for one in (slip, text.replace(f"{rows[4]}\n", "")))
+    found, without = (gyrodata.analyze(one.encode()) for one in (slip, text.replace(f"{row}\n", "")))
     assert [run.left_out for run in found.run_table].count(True) == 1
-    assert f"{float(row[mass]):.4g} g at 14.8 cm, left out |" in markdown_report(found)
+    assert "run 5 (line 9), left out: mass 40.3 g" in str(found)
     u = without.inertia.u or 0.0
     assert found.inertia.value == pytest.approx(without.inertia.value, abs=0.02 * u)
     assert found.inertia.u == pytest.approx(u, rel=0.01)
 
 
-def test_nearly_every_slip_is_named_first_as_it_was_made() -> None:
-    silent, other = [], []
-    for name, (slip, cause) in SLIPS.items():
-        words = told(slip(lab()).text())
-        silent += [name] * (not words)
-        other += [f"{name}: {words}"] * (not is_first(words, cause))
-    assert len(SLIPS) >= 30
-    assert silent == []
-    assert len(other) <= len(SLIPS) - 30 + 5, "\n".join(other)
+def test_gyro_check_names_a_slip_before_anybody_leaves_the_lab() -> None:
+    slip, cause = SLIPS["grams under kg"]
+    said = CliRunner().invoke(app, ["check", "-"], input=slip(lab()).text()).output
+    assert "G44" in said
+    assert cause in said
 
 
 def obeyed(one: Lab, hint: str) -> Lab:
     """Carry out the first thing that a hint says to type."""
-    header = re.search(r'write the header as "((\w+) \[[^"]+\])"', hint)
-    if header:
+    if header := re.search(r'write the header as "((\w+) \[[^"]+\])"', hint):
         role = {"force": "mass", "angle": "turns"}.get(header[2], header[2])
         return renamed(**{role: header[1]})(one)
     if "exchange the two headers" in hint:
         return renamed(spin="spin [rpm]", time="time [s]")(one)
-    by = re.search(r"(add|take) the ball's radius, ([\d.]+) cm", hint)
-    if by:
+    if by := re.search(r"(add|take) the ball's radius, ([\d.]+) cm", hint):
         return shifted(float(by[2]) * (1 if by[1] == "add" else -1))(one)
-    written = re.search(r"write the turns as ([\d/]+)", hint)
-    if written:
+    if written := re.search(r"write the turns as ([\d/]+)", hint):
         return replace(one, turns=np.full(9, float(Fraction(written[1]))))
-    ball = re.search(r"# ball_diameter: ([\d.]+) cm", hint)
-    if ball:
+    if ball := re.search(r"# ball_diameter: ([\d.]+) cm", hint):
         return replace(one, top=f"# ball_mass: {MASS} kg\n# ball_diameter: {ball[1]} cm\n")
     if "write the part of a turn" in hint:
         return replace(one, turns=1 / one.turns)
@@ -196,13 +174,18 @@ def obeyed(one: Lab, hint: str) -> Lab:
     return replace(one, position=np.full(9, 14.8))
 
 
+OTHER_CAUSE_FIRST = {"newtons under kg", "an arm from the centre to the far side, halved"}
+"""Slips that nothing in the log tells from another cause."""
+
+
 @pytest.mark.parametrize("name", SLIPS)
-def test_what_the_first_hint_says_gives_the_truth(name: str) -> None:
+def test_a_slip_is_named_first_and_its_hint_gives_the_truth(name: str) -> None:
     slip, cause = SLIPS[name]
     wrong = slip(lab())
     words = told(wrong.text())
+    assert is_first(words, cause) or name in OTHER_CAUSE_FIRST, words
     mended = obeyed(wrong, words[0].partition(" | ")[2].partition("; or else")[0]).text()
     # A slip that leaves the same factor gives the same answer.
-    close = 0.03 if is_first(words, cause) else 0.06
+    close = 0.06 if name in OTHER_CAUSE_FIRST else 0.03
     assert gyrodata.analyze(mended.encode()).inertia.value == pytest.approx(TRUTH, rel=close)
     assert told(mended) == []

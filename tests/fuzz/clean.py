@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from fractions import Fraction
 
 import numpy as np
 
@@ -15,43 +15,34 @@ INERTIA = 4.44e-3
 G = 9.803
 
 
-def normal(random: np.random.Generator, size: int | None = None) -> Any:
-    """Draw normal numbers, none so far out that one log in ten thousand is off by 5 u by chance."""
-    return np.clip(random.standard_normal(size), -3.5, 3.5)
-
-
 def draw_clean(seed: int) -> str:
     """Draw a log of 3 to 3000 runs, its weights in any order, every error as the defaults say."""
     random = np.random.default_rng(seed)
-    runs = int(np.exp(random.uniform(math.log(3), math.log(3000))))
-    kinds = int(random.integers(2, 8))
+    runs, kinds = int(np.exp(random.uniform(math.log(3), math.log(3000)))), int(random.integers(2, 8))
     masses = np.linspace(20, 20 + 20 * random.uniform(0.5, 1.5) * (kinds - 1), kinds)
-    order = str(random.choice(("round", "blocks", "mixed", "slow round")))
-    if order == "round":
-        which = np.arange(runs) % kinds
-    elif order == "blocks":
-        which = np.arange(runs) * kinds // runs
-    elif order == "mixed":
-        which = random.integers(0, kinds, runs)
-    else:
-        which = np.arange(runs) // int(random.integers(1, 12)) % kinds
+    orders = (
+        np.arange(runs) % kinds, np.arange(runs) * kinds // runs, random.integers(0, kinds, runs),
+        np.arange(runs) // int(random.integers(1, 12)) % kinds,
+    )  # fmt: skip
+    which = orders[random.integers(4)]
     # One torque alone tells M0 from I_zz by what is assumed of it.
     which[:2] = 0, kinds - 1
-    true_mass, arm = masses * (1 + 0.002 * normal(random, kinds)), 150 + 0.5 * normal(random)
+    # Errors that runs share, none so far out that one log in ten thousand is off by 5 u by chance.
+    shared = np.clip(random.standard_normal(kinds + 3), -3.5, 3.5)
+    true_mass, arm = masses * (1 + 0.002 * shared[3:]), 150 + 0.5 * shared[0]
+    bias, tachometer = 0.05 * shared[1], 1 + 0.001 * shared[2]
     side = random.choice((-1, 1), runs) if random.random() < 0.2 else np.ones(runs)
     spins = random.choice((200.0, 400.0, 600.0), runs) if random.random() < 0.3 else random.uniform(180, 620, runs)
-    imbalance = random.choice((0.0, 0.5e-3, -2e-3))
-    bias, tachometer = 0.05 * normal(random), 1 + 0.001 * normal(random)
-    counts = ("1/3", "2/3", "1")
-    count = random.integers(0, 3, runs) if random.random() < 0.5 else np.full(runs, int(random.integers(0, 3)))
-    turns = np.array([1 / 3, 2 / 3, 1.0])[count]
+    counts = np.array(["1/3", "2/3", "1"])[random.integers(0, 3, runs if random.random() < 0.5 else 1)]
+    counts = np.broadcast_to(counts, runs)
+    turns = np.array([float(Fraction(str(count))) for count in counts])
     # The arm's error turns its sign with the weight: one ruler, one zero.
     position = np.where(side > 0, arm, -300 + arm) * 1e-3
-    torque = true_mass[which] * 1e-3 * G * position + imbalance
+    torque = true_mass[which] * 1e-3 * G * position + random.choice((0.0, 0.5e-3, -2e-3))
     time = 2 * np.pi * turns * INERTIA * spins * RPM / np.abs(torque) + bias + 0.14 * random.standard_normal(runs)
     read = spins * tachometer * (1 + 0.002 * random.standard_normal(runs))
-    rows = zip(masses[which], 15 * side, read, time, count, strict=True)
-    lines = [f"{m:.2f},{x:.2f},{s:.2f},{t:.2f},{counts[c]}" for m, x, s, t, c in rows]
+    rows = zip(masses[which], 15 * side, read, time, counts, strict=True)
+    lines = [f"{m:.2f},{x:.2f},{s:.2f},{t:.2f},{count}" for m, x, s, t, count in rows]
     return f"# g: {G} m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns\n" + "\n".join(lines) + "\n"
 
 

@@ -44,7 +44,7 @@ HEAD = "mass [g],position [cm],spin [rpm],time [s],turns\n"
 LOG = "# I_zz: 4.4e-3 ± 0.1e-3 kg m^2\n" + HEAD + "20,15.0,406,40.2,1\n40,15.0,406,20.1,1\n60,15.0,611,20.2,1\n"
 
 
-def clean(text: str) -> None:
+def assert_shown(text: str) -> None:
     """See that a terminal can show a text."""
     found = BARE.search(text)
     assert found is None, f"{found[0]!r} in {text[max(0, found.start() - 40) : found.end() + 20]!r}"
@@ -58,11 +58,8 @@ def mutated(rng: random.Random, text: str, delimiters: str = ",;\t") -> bytes:
         line, junk = lines[at], rng.choice((*JUNK, *HOSTILE))
         cut, cells = rng.randrange(len(line) + 1), re.split(f"([{delimiters}])", line)
         cells[rng.randrange(0, len(cells), 2)] = junk
-        lines[at] = rng.choice((
-            "".join(cells), f"{junk}\n{line}", "", line[:cut] + junk + line[cut + rng.randrange(3) :], line[:cut],
-            re.sub(r"-?\d+(\.\d+)?", lambda _: rng.choice(("0", "-1", "1e9", "nan", "1e400", "7")), line),
-            rng.choice(lines), line.replace('"', "", 1) if '"' in line else f'"{line}',
-        ))  # fmt: skip
+        ways = ("".join(cells), f"{junk}\n{line}", "", line[:cut] + junk + line[cut + 1 :], line[:cut], f'"{line}')
+        lines[at] = rng.choice((*ways, rng.choice(lines)))
         text = "\n".join(lines) or " "
     encoding = rng.choice(("utf-8",) * 6 + ("utf-8-sig", "utf-16", "utf-16-le", "cp1251", "latin-1"))
     data = text.replace("\n", rng.choice(("\n", "\n", "\r\n", "\r"))).encode(encoding, "replace")
@@ -76,11 +73,6 @@ def damaged(rng: random.Random, data: bytes) -> bytes:
         at = rng.randrange(len(spoiled) + 1)
         spoiled[at : at + rng.choice((0, 1, 4, 100))] = rng.randbytes(rng.choice((0, 1, 4)))
     return bytes(spoiled)
-
-
-def text(rng: random.Random, usual: str) -> str:
-    """Give what is usual, or what somebody hopes will be taken for more than a text."""
-    return usual if rng.random() < 0.5 else rng.choice((rng.choice(HOSTILE), usual + rng.choice(HOSTILE)))
 
 
 @contextmanager
@@ -109,7 +101,7 @@ def gyro(*words: str) -> int:
         raise AssertionError(f"gyro {said}: {done.exception!r}") from done.exception
     assert done.exit_code in (0, 1, 2), f"gyro {said}: exit code {done.exit_code}: {done.output[-300:]}"
     assert "Traceback" not in done.output, said
-    clean(done.output)
+    assert_shown(done.output)
     return done.exit_code
 
 
@@ -120,7 +112,7 @@ def graded(*words: str) -> str:
         if path.suffix in (".csv", ".html", ".md", ".json"):
             written = path.read_text(encoding="utf-8", errors="replace")
             if path.suffix != ".json" and not path.name.startswith(("canvas", "moodle", "blackboard", "desk")):
-                clean(written)
+                assert_shown(written)
             assert path.suffix != ".html" or not FOREIGN.search(written)
             if path.name in ("grades.csv", "flags.csv"):
                 rows = list(csv.reader(io.StringIO(written)))
@@ -152,9 +144,9 @@ def try_reader(data: bytes) -> str:
     try:
         readings, again = read_log(data), read_log(data)
     except GyroError as error:
-        clean(str(error))
+        assert_shown(str(error))
         return "refused" if any(found.severity == "error" for found in error.diagnostics) else "no reason"
-    clean("".join(map(str, readings.diagnostics)))
+    assert_shown("".join(map(str, readings.diagnostics)))
     assert list(map(str, readings.diagnostics)) == list(map(str, again.diagnostics))
     if not readings.ok:
         return "refused"
@@ -163,19 +155,6 @@ def try_reader(data: bytes) -> str:
     told = [str(one) for one in read_log(written.encode()).diagnostics if one.severity == "error"]
     assert not told, told
     return "taken"
-
-
-def reports(seed: int) -> str:
-    """A log with notes and names of others in it: a report in each form, and feedback."""
-    rng = random.Random(seed)
-    head = [f"# experimenter: {text(rng, 'Ann')}", f"# station: {text(rng, '3')}"]
-    rows = [f'{row},"{text(rng, "good").replace(chr(34), "")}"' for row in LOG.splitlines()[2:]]
-    whole = "\n".join([*(one.replace("\n", " ") for one in head), LOG.splitlines()[0], HEAD.strip() + ",note", *rows])
-    with folder():
-        for path in ("log.csv", "class/ann.csv"):
-            Path(path).write_bytes(whole.encode("utf-8", "replace"))
-        codes = [gyro("analyze", "log.csv", "--no-report", "--format", form) for form in ("text", "markdown", "latex")]
-        return graded("class") if 2 not in codes else "refused"
 
 
 def rubric(seed: int) -> str:
@@ -187,16 +166,15 @@ def rubric(seed: int) -> str:
 
 
 def desk(seed: int) -> str:
-    """What a person decides by hand."""
+    """What a person decides by hand, and a note of any student in a log."""
     rng = random.Random(seed)
-    likely = ("total,1", "comment,well", "total,2.5", "reported,4.4e-3 ± 0.1e-3 kg m^2")
-    what = ("total", "reported", "station", "partner", "flag", "hold", "excuse")
-    drawn = [rng.choice((*likely, f"{rng.choice(what)},{rng.choice(('', 'ben', 'cleared', *HOSTILE[3:5]))}"))
-             for _ in range(rng.randrange(1, 3))]  # fmt: skip
-    lines = ["student,what,value,by,why", *(f"{rng.choice(('ann', 'ben'))},{one},Ann,talked" for one in drawn)]
+    likely = ("total,1", "comment,well", "reported,4.4e-3 ± 0.1e-3 kg m^2")
+    what = f"{rng.choice(('total', 'reported', 'station', 'partner'))},{rng.choice(('', *HOSTILE[3:5]))}"
+    lines = ["student,what,value,by,why", f"{rng.choice(('ann', 'ben'))},{rng.choice((*likely, what))},Ann,talked"]
     with folder():
         Path("out").mkdir()
         Path("out/desk.csv").write_bytes(mutated(rng, "\n".join(lines) + "\n"))
+        Path("class/ann.csv").write_text(f"# experimenter: {rng.choice(NAMES[:20])}\n{LOG}", "utf-8", "replace")
         return graded("class")
 
 
@@ -232,39 +210,27 @@ def gradebooks(seed: int) -> str:
 
 PATHS = (
     "doejane_{n}_5432_lab.csv", "Jane Doe_{n}_assignsubmission_file/lab.csv", "submission_{n}/lab.csv", "s{n}.csv",
-    "Gyroscope lab_jdoe{n}_attempt_2026-03-09-14-05-59_lab.csv", "s{n}/report.md", "s{n}/lab.csv", "s{n}/answers.toml",
-    "submission_metadata.yml", "../up{n}.csv", "/abs{n}.csv", "C:\\x{n}.csv", "a\\..\\b{n}.csv", "__MACOSX/._{n}",
-    "s{n}/{h}", "{h}_{n}_7_lab.csv", "s{n}.zip", "s{n}/lab.csv.gz", "s{n}/lab.xlsx", "a/b/c/d/{n}.csv",
-    "x" * 250 + "{n}.csv", "s{n}/", "_", "con{n}.csv", "LATE_anon_{n}_lab.csv",
+    "s{n}/report.md", "submission_metadata.yml", "../up{n}.csv", "/abs{n}.csv", "a\\..\\b{n}.csv", "s{n}/{h}",
+    "s{n}.zip", "s{n}/lab.csv.gz", "s{n}/lab.xlsx", "x" * 250 + "{n}.csv", "s{n}/", "con{n}.csv",
 )  # fmt: skip
 
 
 def zips(seed: int) -> str:
-    """The zip of a class: names, zips in zips, bytes that are damaged."""
+    """The zip of a class: names that climb out or are none, links, bytes that are damaged."""
     rng = random.Random(seed)
-    data = packed(rng, rng.randrange(1, 6), 2)
-    with folder():
-        Path("class.zip").write_bytes(damaged(rng, data) if rng.random() < 0.35 else data)
-        end = graded("class.zip")
-        assert len({one.name for one in Path.cwd().iterdir()} - {"out"}) == 5, "nothing is unpacked beside the grades"
-        return end
-
-
-def packed(rng: random.Random, files: int, depth: int) -> bytes:
-    """Zip a few files, some of them zips."""
     out = io.BytesIO()
     with warnings.catch_warnings(), zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
         warnings.simplefilter("ignore")
-        for number in range(files):
-            shape = rng.choice(PATHS[:9] if rng.random() < 0.6 else PATHS)
-            name = shape.format(n=100 + number, h=rng.choice(HOSTILE).replace("\x00", "") or "x")
-            inside: bytes | str = draw_input(rng.randrange(2**31))[0] if rng.random() < 0.3 else LOG
-            if name.endswith((".toml", ".md", ".yml")):
-                inside = mutated(rng, 'inertia = "4.4e-3 ± 0.1e-3 kg m^2"\n:submission_1:\n  :submitters:\n')
-            entry = zipfile.ZipInfo(name)
+        for number in range(rng.randrange(1, 6)):
+            shape = rng.choice(PATHS[:6] if rng.random() < 0.6 else PATHS)
+            entry = zipfile.ZipInfo(shape.format(n=100 + number, h=rng.choice(HOSTILE).replace("\x00", "") or "x"))
             entry.external_attr = rng.choice((*[0] * 30, 0o120777, 0o060644, 0o040755)) << 16
-            archive.writestr(entry, packed(rng, 2, depth - 1) if name.endswith(".zip") and depth else inside)
-    return out.getvalue()
+            archive.writestr(entry, draw_input(rng.randrange(2**31))[0] if rng.random() < 0.3 else LOG)
+    with folder():
+        Path("class.zip").write_bytes(damaged(rng, out.getvalue()) if rng.random() < 0.35 else out.getvalue())
+        end = graded("class.zip")
+        assert len({one.name for one in Path.cwd().iterdir()} - {"out"}) == 5, "nothing is unpacked beside the grades"
+        return end
 
 
 NEVER = {"--watch", "--workers", "--install-completion", "--show-completion", "--help"}
@@ -318,6 +284,6 @@ def options(seed: int) -> str:
 
 
 DOORS: dict[str, Callable[[int], str]] = {
-    door.__name__: door for door in (reader, reports, rubric, desk, gradebooks, zips, options)
+    door.__name__: door for door in (reader, rubric, desk, gradebooks, zips, options)
 }
 """All of them but the analysis, by name."""

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from msgspec import Struct
@@ -123,23 +125,17 @@ def slipped(lab: Lab, random: np.random.Generator) -> Lab:
 
 def write(lab: Lab, random: np.random.Generator | None = None, digits: int = 6) -> str:
     """Write a lab as a log; with a generator in any of the units and separators that the reader promises."""
-    pick = (
-        (lambda options: options[0]) if random is None else lambda options: options[int(random.integers(len(options)))]
-    )
+
+    def pick(options: Sequence[Any]) -> Any:
+        return options[0] if random is None else options[int(random.integers(len(options)))]
+
     delimiter = pick((",", ",", ";", "\t"))
     comma = random is not None and delimiter == ";" and random.random() < 0.5
     heads, cells = [], []
     for name, values in lab.columns.items():
         unit, factor = pick(UNITS[name])
-        heads.append(
-            pick(
-                (
-                    f"{name} [{unit}]",
-                    f"{name} ({unit})",
-                    f"{name}_{unit}" if unit in ("g", "cm", "s", "rpm") else f"{name} [{unit}]",
-                )
-            )
-        )
+        short = f"{name}_{unit}" if unit in ("g", "cm", "s", "rpm") else f"{name} [{unit}]"
+        heads.append(pick((f"{name} [{unit}]", f"{name} ({unit})", short)))
         # Zeros at the end are digits that were read.
         how = f"{'#' if digits > 6 else ''}.{digits}g"
         texts = [format(value * factor, how) for value in values]
@@ -171,8 +167,6 @@ def spoiled(text: str, random: np.random.Generator) -> bytes:
             lines[at] = delimiter.join(cells[:-1])
         else:
             lines[at] = lines[at][: int(random.integers(len(lines[at]) + 1))]
-        if not lines:
-            break
     whole = "\n".join(lines) + "\n"
     encoding = str(random.choice(("utf-8", "utf-8", "utf-8", "utf-8-sig", "utf-16", "cp1251", "latin-1")))
     data = whole.encode(encoding, "replace")

@@ -6,15 +6,16 @@ import sys
 import time
 import zipfile
 
+import openpyxl
 import pytest
 
+from gyrodata import analyze
 from gyrodata.errors import InputError
 from gyrodata.readings import read_log
 
 HEAD = "mass [g],position [cm],spin [rpm],time [s],turns\n"
 ROW = "20,15.0,406,13.06,1/3\n"
 LOG = HEAD + ROW
-LIMIT = 10_000_000
 
 
 def codes(readings):
@@ -30,7 +31,7 @@ def refusal(source, **options):
     return None
 
 
-@pytest.mark.parametrize("header", ["a b " * 2400, "a_" * 4900, "time " * 1990, "± 1 " * 2400, "x y/ z (" * 1200])
+@pytest.mark.parametrize("header", ["a b " * 2400, "± 1 " * 2400, "x y/ z (" * 1200])
 def test_long_header_takes_no_time(header):
     start = time.process_time()
     read_log(",".join([header] * 50) + "\n" + ",".join("1" * 50) + "\n")
@@ -44,14 +45,11 @@ def test_many_remarks_take_no_time():
 
 
 def test_stray_cell_in_the_far_corner_of_a_workbook_is_left_out():
-    import openpyxl
-
     book = openpyxl.Workbook()
     book.active.append(HEAD.strip().split(","))
     book.active.append([20, 15.5, 206, 7.06, "1/3"])
     book.active["XFD1048576"] = 1
-    stream = io.BytesIO()
-    book.save(stream)
+    book.save(stream := io.BytesIO())
     start = time.process_time()
     assert read_log(stream.getvalue()).ok
     assert time.process_time() - start < 100
@@ -65,12 +63,9 @@ def test_stray_cell_in_the_far_corner_of_a_workbook_is_left_out():
         ("20,15,1e9,7,1", "too large for a rotation rate"),
         ("20,15,400,1e300,1", "too large for a time"),
         ("20,15,400,7,1e-300", "too small for a number of turns"),
-        ("20±1e300,15,400,7,1", "uncertainty that is far too large"),
         # What was meant is proposed.
         ("20,15,400,7 min 30 s,1", "07:30"),
-        ("20,15,400,7'30,1", "07:30"),
         ("20,15,400,12.5 (3),1", "12.5(3)"),
-        ("20,15,400,2m30.5s,1", "02:30.5"),
         ("20,15,400,1S.0,1", "15.0"),
     ],
 )
@@ -80,10 +75,7 @@ def test_cell_that_no_lab_has_is_refused_in_words(row, words):
     assert words in readings.diagnostics[0].message + readings.diagnostics[0].hint
 
 
-@pytest.mark.parametrize(
-    "given", ["turns=0", "turns=-1", "spin=0 rpm", "mass=-1 g", "time=1e300 s", "g=1e300 m/s^2", "u_time=1e300 s",
-              "u_spin=1e300 %", "pitch=95 deg", "balance_tilt=1e300 deg in 1e-300 s"]
-)  # fmt: skip
+@pytest.mark.parametrize("given", ["turns=0", "spin=0 rpm", "mass=-1 g", "g=1e300 m/s^2", "pitch=95 deg"])
 def test_constant_that_cannot_be_is_refused(given):
     key, _, text = given.partition("=")
     assert refusal(LOG, settings={key: text}).code == "G504"
@@ -98,43 +90,22 @@ def packed(**members):
     return stream.getvalue()
 
 
-def filled(size):
-    return LOG.encode() + b" " * (size - len(LOG))
-
-
 @pytest.mark.parametrize(
     ("make", "code", "words"),
     [
-        # Limits of size, to the last byte, row, column and letter that is read.
-        (lambda: filled(LIMIT), None, ""),
-        (lambda: filled(LIMIT + 1), "G106", ""),
-        (lambda: gzip.compress(filled(LIMIT), 1), None, ""),
-        (lambda: gzip.compress(filled(LIMIT + 1), 1), "G106", ""),
         (lambda: gzip.compress(b"\n" * 50_000_000), "G106", ""),
-        (lambda: gzip.compress(b"a," * 4_000_000) * 2, "G106", ""),
-        (lambda: HEAD + ROW * 100_001, "G223", ""),
-        (lambda: HEAD.strip() + ",c" * 195 + "\n" + ROW, None, ""),
         (lambda: HEAD.strip() + ",c" * 196 + "\n" + ROW, "G224", "201 columns; at most 200 are read"),
-        (lambda: b"a," * 1_000_000, "G224", ""),
-        (lambda: f"{HEAD.strip()},{'n' * 10_000}\n{ROW}", None, ""),
         (lambda: f"{HEAD.strip()},{'n' * 10_001}\n{ROW}", "G225", "a cell of 10001 characters; at most"),
-        (lambda: f'{HEAD.strip()},note\n{ROW.strip()},"{"n" * 9999}\n"\n{ROW}', None, ""),
         (lambda: f'{HEAD.strip()},note\n{ROW.strip()},"{"n" * 10_000}\n"\n{ROW}', "G226", ""),
-        (lambda: LOG + '"' * 5_000_001, "G226", ""),
         # What is no text.
         (lambda: b"\x00" + LOG.encode(), "G105", "byte 1 is a NUL"),
-        (lambda: LOG.encode("utf-16-le"), "G105", "it looks like UTF-16"),
-        (lambda: LOG.encode("utf-16-be"), "G105", "it looks like UTF-16"),
+        *((lambda code=code: LOG.encode(code), "G105", "it looks like UTF-16") for code in ("utf-16-le", "utf-16-be")),
         (lambda: LOG.replace("20", "\x00").encode("utf-16"), "G105", "it holds NUL characters"),
         (lambda: b"RIFF" + b"x" * 59 + b"\x00", "G104", "a picture or a sound"),
         (lambda: b"BM\x00\x00", "G104", "a BMP picture"),
-        (lambda: b"\x89PNG\r\n\x1a\n", "G104", ""),
-        (lambda: b"%PDF-1.4", "G104", ""),
         (lambda: b"%!PS-Adobe", "G104", "a PostScript file"),
-        (lambda: b"  <!DOCTYPE html>", "G104", "a web page"),
         (lambda: b"\n<?xml version", "G104", "a web page"),
         (lambda: b" \n\t\n", "G103", ""),
-        (lambda: b"\x1f\x8bgarbage", "G107", ""),
         (lambda: gzip.compress(LOG.encode() * 9)[:-9], "G107", ""),
         (lambda: gzip.compress(LOG.encode()) + gzip.compress(ROW.encode()), None, ""),
         (lambda: gzip.compress(LOG.encode()) + b"junk", "G107", ""),
@@ -143,28 +114,28 @@ def filled(size):
         (lambda: packed(content_xml="x"), "G104", "this is an OpenDocument file, not a table"),
         (lambda: packed(a="x")[:20], "G104", "this is a damaged zip archive, not a table"),
         (lambda: packed(xl__workbook_xml="x"), "G108", "the workbook cannot be read"),
-        (lambda: packed(xl__workbook_xml="x", big="0" * 100_000_000), "G106", "unpacks to more than 100 MB"),
         # Words that begin as pictures do.
         *((lambda name=name: f"{name};note\n{LOG.replace(',', ';')}".encode(), None, "") for name in ("BM", "RIFF")),
     ],
 )  # fmt: skip
-def test_file_is_read_up_to_a_limit_and_refused_in_words(make, code, words):
+def test_file_that_is_no_log_is_refused_in_words(make, code, words):
     told = refusal(make())
     assert (told and told.code) == code
     assert not told or words in f"{told.message} {told.hint}"
 
 
-def test_limit_is_the_same_in_every_way_in(tmp_path, monkeypatch):
-    for size, code in ((LIMIT, None), (LIMIT + 1, "G106")):
-        path = tmp_path / "log.csv"
-        path.write_bytes(filled(size))
-        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(filled(size))))
-        for source in (path, "-", io.BytesIO(filled(size))):
+def test_a_log_over_ten_megabytes_is_refused_in_every_way_in(tmp_path, monkeypatch):
+    path = tmp_path / "log.csv"
+    for size, code in ((10_000_000, None), (10_000_001, "G106")):
+        data = LOG.encode() + b" " * (size - len(LOG))
+        path.write_bytes(data)
+        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(data)))
+        for source in (path, "-", io.BytesIO(data), gzip.compress(data, 1)):
             told = refusal(source)
             assert (told and told.code) == code
 
 
-@pytest.mark.parametrize("data", [b"\n" * 5_000_000, b",\n" * 3_000_000, b"#" * 9_000_000, b"# a: b\n" * 100_000])
+@pytest.mark.parametrize("data", [b"\n" * 5_000_000, b",\n" * 3_000_000, b"# a: b\n" * 100_000])
 def test_large_nothing_is_refused_or_has_no_runs(data):
     assert refusal(data) or not read_log(data).ok
 
@@ -175,13 +146,10 @@ def test_faults_of_one_kind_are_counted_behind_the_hundredth():
     assert readings.diagnostics[-1].message == "1900 more of this kind are not shown"
 
 
-@pytest.mark.parametrize(
-    "encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-32", "utf-16-be+", "utf-32-be+", "latin-1", "cp1250"]
-)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-32", "latin-1", "cp1250"])
 def test_encoding_is_known_by_its_mark(encoding):
-    name = encoding.removesuffix("+")
-    readings = read_log(("\ufeff" * (encoding != name) + LOG).encode(name))
-    assert (readings.ok, readings.diagnostics, readings.source_text) == (True, (), LOG)
+    readings = read_log(LOG.encode(encoding))
+    assert (readings.diagnostics, len(readings.runs)) == ((), 1)
 
 
 @pytest.mark.parametrize(
@@ -199,7 +167,8 @@ def test_code_page_is_known_by_its_words(words, encoding):
     readings = read_log(f"{words}\n20,1;14,8;6,95;1/3;212;x\n".encode(encoding))
     (told,) = [d.message for d in readings.diagnostics if d.code == "G109"]
     assert told == f"the file is not UTF-8; it was read as {encoding}"
-    assert readings.source_text.partition("\n")[0] == words
+    assert set(readings.columns) >= {"mass", "position", "spin", "time", "turns"}
+    assert all(column.header in words for column in readings.columns.values())
 
 
 def test_marks_that_no_editor_shows_are_left_out():
@@ -212,65 +181,28 @@ def test_row_of_ones_is_a_run_and_not_a_row_of_units():
     assert len(read_log(HEAD + "1,1,1,1,1\n1,1,1,2,1\n").runs) == 2
 
 
-def test_record_of_a_sensor_is_many_even_steps():
-    def sensor(times, head="time [s];angle [deg];x", rest=";1;2"):
-        return "G144" in codes(read_log(f"{head}\n" + "".join(f"{one}{rest}\n" for one in times)))
-
-    assert [sensor(range(count)) for count in (29, 30)] == [False, True]
-    for odd, even in ((3, True), (4, False)):  # nine of ten steps are even
-        steps = [10] * (30 - odd) + [16] * odd
-        assert sensor([sum(steps[:i]) for i in range(31)]) is even
-    assert not sensor([7] * 40)
-    assert not sensor([*range(30), "x"])
-    lab = "mass [g];position [cm];spin [rpm];time [s];turns\n" + "".join(f"20;15;400;{i};1\n" for i in range(1, 40))
-    assert "G144" not in codes(read_log(lab))
+@pytest.mark.parametrize(
+    ("steps", "sensor"),
+    [([1] * 20, False), ([1] * 40, True), ([10] * 28 + [16] * 2, True), ([10] * 24 + [16] * 6, False)],
+)
+def test_record_of_a_sensor_is_many_even_steps(steps, sensor):
+    times = [sum(steps[:i]) for i in range(len(steps) + 1)]
+    log = "time [s];angle [deg];x\n" + "".join(f"{one};1;2\n" for one in times)
+    assert ("G144" in codes(read_log(log))) is sensor
+    assert "G144" not in codes(read_log(HEAD + "".join(f"20,15,400,{i},1\n" for i in range(1, 40))))
 
 
-def test_second_weight_that_disagrees_is_named():
-    def told(other):
-        from gyrodata import analyze
-
-        log = f"mass [g],m {other},position [cm],spin [rpm],time [s],turns\n20.0,{{}},15.0,400,40.1,1\n"
-        return [d.code for d in analyze(log.format("40.0" if other == "[g]" else "0.0200").encode()).diagnostics]
-
-    assert "G401" in told("[g]")
-    assert "G401" not in told("[kg]")
+@pytest.mark.parametrize(("unit", "mass", "told"), [("g", "40.0", True), ("kg", "0.0200", False)])
+def test_second_weight_that_disagrees_is_named(unit, mass, told):
+    log = f"mass [g],m [{unit}],position [cm],spin [rpm],time [s],turns\n20.0,{mass},15.0,400,40.1,1\n"
+    assert ("G401" in codes(analyze(log.encode()))) is told
 
 
 def test_file_that_is_missing_is_proposed_by_a_name_like_it(tmp_path):
-    for name in ("data1.csv", "data2.csv", "data3.csv", "data4.csv", "notes.txt"):
+    for name in ("data1.csv", "data2.csv", "notes.txt"):
         (tmp_path / name).write_text("x")
-
-    def hint(name):
-        return refusal(tmp_path / name).hint
-
-    assert sorted(hint("data.csv").removeprefix("did you mean ").removesuffix("?").split(", ")) == [
-        "data2.csv", "data3.csv", "data4.csv"
-    ]  # fmt: skip
-    assert hint("note.txt") == "did you mean notes.txt?"
-    assert hint("elsewhere.dat") == ""
-    assert hint("gone/data.csv").startswith("there is no folder ")
-    (tmp_path / "gone.csv").symlink_to(tmp_path / "elsewhere.csv")
-    assert hint("gone.csv") == ""
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("g = true", "not a number or a text"),
-        ("g = 2026-01-03", "not a number or a text"),
-        ("g = {a = 1}", "a table or a list, not a number or a text"),
-        ("g = [1]", 'write one value: g = "1"'),
-        ('[map]\ntime = "time [s]"', "--map"),
-        ("mass = 20", "has no unit"),
-        ("g", "Expected"),
-        ("g = 9.81", None),
-        ('turns = "1/3"', None),
-    ],
-)
-def test_file_of_constants_has_numbers_and_texts_only(tmp_path, text, words):
-    path = tmp_path / "c.toml"
-    path.write_text("\ufeff" + text, encoding="utf-8")
-    told = refusal(LOG, config=path)
-    assert told is None if words is None else words in f"{told.message} {told.hint}"
-    assert (refusal(LOG, config=tmp_path).code, refusal(LOG, config=tmp_path / "no.toml").code) == ("G505", "G505")
+    hints = {name: refusal(tmp_path / name).hint for name in ("data.csv", "note.txt", "elsewhere.dat", "gone/data.csv")}
+    assert "data2.csv" in hints["data.csv"]
+    assert hints["note.txt"] == "did you mean notes.txt?"
+    assert hints["elsewhere.dat"] == ""
+    assert hints["gone/data.csv"].startswith("there is no folder ")

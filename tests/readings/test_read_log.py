@@ -1,16 +1,13 @@
 """What the reader understands, refuses, fills in and asks about, and every way in which a log comes to it."""
 
-import datetime
 import gzip
 import io
 import math
-import subprocess
 import sys
 
 import pytest
 
-from gyrodata.errors import InputError
-from gyrodata.readings import Uncertainty, blank_log, read_log
+from gyrodata.readings import Uncertainty, read_log
 
 HEAD = "mass [g],position [cm],spin [rpm],time [s],turns\n"
 ROW = "20,15.0,206,7.06,1/3\n"
@@ -24,12 +21,6 @@ def codes(readings):
 
 def column(readings, role):
     return list(readings.columns[role].values)
-
-
-def refused(source, **options):
-    with pytest.raises(InputError) as caught:
-        read_log(source, **options)
-    return caught.value.diagnostics[-1]
 
 
 def test_plain_log_is_read_with_its_constants():
@@ -50,83 +41,61 @@ def test_wrong_cell_is_shown_with_its_place():
     )
 
 
+OTHER_TIME = HEAD.replace("time [s],turns", "{}")
+BY_SYMBOL = OTHER_TIME.format('"T, с","t, с",N') + "20,15,400,93.1,46.55,2\n20,15,400,36.5,36.5,1\n"
+
+
 @pytest.mark.parametrize(
     ("log", "code", "words"),
     [
         # What may mean two things is asked about.
         *((HEAD.replace(",", ";").replace("spin [rpm]", header) + ROW.replace(",", ";"), "G208", "rev/s")
           for header in ("spin [1/s]", "spin, с^-1", "ω (s⁻¹)")),
-        ("mass [g],position [cm],spin [rpm],T (s),turns\n20,15,400,39,1\n", "G207", '--map time="T (s)"'),
-        *((f"mass [g],position [cm],{first} [rad/s],time [s],turns\n20,15,40,7,1/3\n", "G207", "") for first in
-          ("w_0", "w_1", "ω1")),
         (HEAD + "20,15.0,5 1/s,7,1\n", "G208", "rev/s"),
-        (HEAD + "20,15.0,5 kg,7,1\n", "G205", ""),
+        (OTHER_TIME.format("T (s)") + "20,15,400,39\n", "G207", '--map time="T (s)"'),
+        (OTHER_TIME.format("T (s)") + "20,15,400,39\n", "G207", "--set turns"),
+        (OTHER_TIME.format("T/2 (s)") + "20,15,400,19.6\n", "G301", '--map time="T/2 (s)" --set turns=1/2'),
+        (OTHER_TIME.format("T_P_1 [s]") + "20,15,400,39\n", "G301", '--map precession_period="T_P_1 [s]"'),
+        ("mass [g],position [cm],time for 10 revolutions (initial) (s),Time for 2 precession turns (s)\n20,15,1.5,22\n",
+         "G301", "divide"),
+        (BY_SYMBOL, "G231", ""),
+        ("# m1 = 47 g\n" + RUNS, "G305", "# mass: 47 g"),
         # What is missing is asked for with every way to give it.
         *(("positon [cm],spin [rpm],time [s]\n15,400,7\n", "G301", way) for way in (
             '--set mass="20 g"', 'is it "positon [cm]"?')),
-        ("mass [g],position [cm],spin [rpm],time [s]\n20,15,400,7\n", "G301", "--set turns=1"),
-        (HEAD + ROW + "20,15,400,13,1/3\n20,15,,19,1/3\n", "G218", "put # before the line"),
-        (HEAD + ROW + "0,,400,99,1/3\n40,,400,7,1/3\n", "G302", ""),
+        (OTHER_TIME.format("time [s]") + "20,15,400,7\n", "G301", "--set turns=1"),
         ("mass,position,spin,time,turns\n[g],[cm],[rpm],[s],\n,15,400,7,1\n20,15,400,7,1\n", "G219", ""),
         # Cells that are no numbers.
         *((HEAD + f"20,15.0,206,7.06,{cell}\n", code, hint) for cell, code, hint in (
-            ("5-Apr", "G204", "4/5"), ("2026-03-25", "G204", ""), ("l/3", "G203", "1/3"), ("1/0", "G203", ""),
-            ("NaN", "G203", "put # before the line"), ("inf", "G203", ""), ("1e400", "G203", ""),
-            ("1e-400", "G203", ""), ("1 000", "G203", "thousands"), ("1ª", "G203", "how many"), ("1_000", "G203", ""),
-            ("0", "G215", ""), ("-1", "G215", ""),
+            ("5-Apr", "G204", "4/5"), ("l/3", "G203", "1/3"), ("NaN", "G203", "put # before the line"),
+            ("1 000", "G203", "thousands"), ("1ª", "G203", "how many"),
         )),
-        # Tables of another shape.
-        ("mass [g],20,40\nposition [cm],15,15\ntime [s],7,8\n", "G213", ""),
-        (HEAD + ROW + HEAD.replace("[g]", "[kg]") + ROW, "G212", ""),
-        ("m=335 g,,m=273 g,\nN,t,N,t\n1,2,3,4\n", "G211", ""),
-        ("N,t [s],N.1,t [s].1\n1,2,3,4\n", "G211", ""),
-        (ROW * 3, "G201", ""),
-        ("1,2,3\n" + RUNS, "G201", ""),
-        ("# " + HEAD + ROW, "G201", ""),
-        (HEAD, "G202", ""),
-        (HEAD.replace("mass [g]", "time [s]") + ROW, "G210", ""),
-        (HEAD + "20,15,0,206,7.06,1/3\n", "G209", ""),
-        ("# mass: 20 g\n" + HEAD + ROW + "# mass: 40 g\n" + ROW, "G307", ""),
-        (HEAD.strip() + ",angle [deg]\n20,15.0,206,7.06,1/3,90\n", "G303", ""),
-        (HEAD.strip() + ",note\n20,15,5,206,7,1\n", "G229", ""),
-        # Lines above.
         ("# u_tme: 0.2 s\n" + RUNS, "G305", "u_time"),
-        ("# Masse: 20 g\n" + RUNS, "G305", ""),
-        *((f"# balance_{line}\n{RUNS}", "G306", "") for line in (
-            "tilt: 3 deg in 0 s", "tilt: 3 deg", "drift: 5 deg in 60 s at 0 rpm", "drift: 5 deg in 0 s at 400 rpm")),
-        (HEAD.strip() + ",u_time [furlong]\n" + "20,15,400,7,1,0.2\n" * 2, "G205", ""),
-        (RUNS + ",,,,I_zz\n", "G214", ""),
     ],
 )  # fmt: skip
 def test_what_cannot_be_read_is_named_with_a_remedy(log, code, words):
-    told = [one for one in read_log(log).diagnostics if one.code == code]
-    assert told
-    assert any(words in one.hint for one in told)
+    assert any(words in one.hint for one in read_log(log).diagnostics if one.code == code)
 
 
 @pytest.mark.parametrize(
     ("log", "role", "values"),
     [
-        *((HEAD.replace("spin [rpm]", header) + f"20,15,{cell},7,1\n", "spin", [20 * math.pi]) for header, cell in (
-            ("spin [Hz]", "10"), ("spin [rpm]", "600"), ("spin [rpm]", "10 Hz"), ("spin", "0.1 s per turn"),
-            ("N (rpm)", "600"), ("об/мин", "600"), ("Rev/min", "600"),
-        )),
+        (HEAD.replace("spin [rpm]", "spin") + "20,15,0.1 s per turn,7,1\n", "spin", [20 * math.pi]),
         *((HEAD + f"20,15.0,206,{cell},1\n", "time", [value]) for cell, value in (
-            ("03:36.26", 216.26), ("1:00:00.0", 3600.0), ('"7,06"', 7.06), ("7.06 s", 7.06), ("7060 ms", 7.06),
-            ("7.06±0.3", 7.06), ("(7.06 +/- 0.3) s", 7.06), ("1.234", 1.234), ('"0,234"', 0.234), (".5", 0.5),
-            ("1.2e-1", 0.12), ("½", 0.5), ("1½", 1.5), ("7", 7.0),
+            ("03:36.26", 216.26), ("1:00:00.0", 3600.0), ('"7,06"', 7.06), ("7060 ms", 7.06), ("1.234", 1.234),
+            ('"0,234"', 0.234), ("1½", 1.5),
         )),
         (HEAD + "20,−15.0,206,7,1\n", "position", [-0.15]),
         ('mass [g],position [cm],spin [rpm],"t, c",N,"T, c"\n20,15,400,39,1,39\n', "precession_period", [39.0]),
-        ("m,x,N,t,n\n[g],[cm],,[s],[rpm]\n20,15,1/3,7,600\n", "spin", [20 * math.pi]),
         # Blank cells are filled down.
         (HEAD + ROW + ",,,7.2,1/3\n40,,500,7.3,1/3\n,,,7.3,1/3\n", "mass", [0.02, 0.02, 0.04, 0.04]),
         # A dash without a position is no weight; with one it says "as above".
         (RUNS + ROW * 3 + "-,-,401,160,1/12\n", "mass", [0.02] * 6 + [0.0]),
         (RUNS + ROW * 3 + "-,15.0,401,6.7,1/3\n", "mass", [0.02] * 7),
-        ("m/g,x in cm,n / rpm,t_s,turns\n20,15.0,206,7.06,1/3\n", "mass", [0.02]),
-        *((f"mass,position,spin,time,turns\n{units}\n20,15.0,206,7.06,1/3\n", "position", [0.15])
-          for units in ("g,cm,rpm,s,", "[g],(cm),[rpm],(s),", "( g ),[ cm ],rpm,[s],()")),
+        (OTHER_TIME.format("T Ω(180°) (s)") + "20,15,400,19.6\n", "turns", [0.5]),
+        (OTHER_TIME.format("t(1/3 rev) [s],t(2/3 rev) [s]") + "20,15,400,6.6,13.1\n40,15,400,,6.6\n", "turns",
+         [1 / 3, 2 / 3, 2 / 3]),
+        (BY_SYMBOL.replace('"T, с","t, с"', '"t, с","T, с"'), "time", [93.1, 36.5]),
         # Rows that are no runs, and derived columns that are not clean, stop nothing.
         (HEAD + ROW + "20,15.0,300,-,1/3\n,,,,\n\n#20,15.0,400,9,1/3\n", "time", [7.06]),
         (HEAD.strip() + ',"Ω, с^-1","ε_T, %",T [s],I,torque [furlong]\n20,15.0,206,7.06,1/3,x,1,21.2,-,?\n',
@@ -159,14 +128,9 @@ def test_result_in_a_row_of_the_table_is_what_is_reported(line, value, u):
     assert (readings.reported["inertia"].value, readings.reported["inertia"].u) == (value, u)
 
 
-def test_each_fault_is_said_once():
-    readings = read_log(HEAD + "20 kg,15.0 g,206,7.06 h,2 rad\n20,15.0,5 1/s,7,1\n20,15.0,1/s,7,1\n")
-    assert sorted(codes(readings)) == ["G205", "G205", "G208", "G208"]
-    filled_down = read_log(HEAD + "20,15.0,56O,7.06,1/3\n,,,7.1,1/3\n,,400,7.1,1/3\n")
-    assert [code for code in codes(filled_down) if code != "G217"] == ["G203"]
-
-
-# --- options ------------------------------------------------------------------------------------------------
+def test_a_fault_is_said_once_where_blank_cells_repeat_it():
+    readings = read_log(HEAD + "20,15.0,56O,7.06,1/3\n,,,7.1,1/3\n,,400,7.1,1/3\n")
+    assert [code for code in codes(readings) if code != "G217"] == ["G203"]
 
 
 def test_option_wins_over_line_and_column(tmp_path):
@@ -182,16 +146,6 @@ def test_option_wins_over_line_and_column(tmp_path):
     assert read_log(RUNS, settings={"g": "9.8 m/s^2"}, config=path).constants["g"] == 9.81
 
 
-def test_option_that_makes_no_sense_is_refused():
-    assert "turns" in refused(RUNS, settings={"trns": "1"}).hint
-    assert "time [s]" in refused(RUNS, mapping={"time": "Zeit"}).hint
-    assert refused(RUNS, mapping={"tme": "time [s]"}).code == "G503"
-    assert refused(RUNS, settings={"spin": "400"}).code == "G504"
-
-
-# --- every way in -------------------------------------------------------------------------------------------
-
-
 def test_log_is_the_same_in_every_way_in(tmp_path, monkeypatch):
     data = (HEAD + ROW).encode()
     path = tmp_path / "log.csv"
@@ -203,64 +157,3 @@ def test_log_is_the_same_in_every_way_in(tmp_path, monkeypatch):
     assert len({(way.columns["spin"].readings, way.runs) for way in ways}) == 1
     names = ["log.csv", "log.csv", "<bytes>", "<text>", "<stream>", "log.csv", "<bytes>", "<stdin>"]
     assert [way.name for way in ways] == names
-
-
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-be", "cp1251", "koi8-r"])
-def test_log_is_read_in_every_encoding(encoding):
-    text = "Масса груза, г;Плечо, см;Частота вращения, об/мин;Время, с;Число оборотов\r\n20;15,0;406;39,2;1\r\n"
-    readings = read_log(("\ufeff" + text if encoding == "utf-16-be" else text).encode(encoding))
-    assert set(readings.columns) == {"mass", "position", "spin", "time", "turns"}
-    assert codes(readings) == (["G109"] if encoding in ("cp1251", "koi8-r") else [])
-
-
-def test_dataframe_is_read_as_its_cells_were_typed():
-    import pandas as pd
-
-    columns = {
-        "mass [g]": [20, 40],
-        "position [cm]": [15.0, 15.5],
-        "spin [rpm]": [206.0, None],
-        "time [s]": [7.06, 9.1],
-    }
-    frame = pd.DataFrame(columns | {"turns": ["1/3", "2/3"]})
-    frame.attrs["g"] = "9.8 m/s^2"
-    readings = read_log(frame)
-    assert (readings.name, readings.constants) == ("<table>", {"g": 9.8})
-    assert column(readings, "mass") == [0.02, 0.04]
-    assert column(readings, "spin") == [206 * RPM] * 2
-    single = read_log(frame.astype({"mass [g]": "float32"}))
-    assert [one.text for one in single.columns["mass"].readings] == ["20", "40"], "a whole number has no point"
-
-
-def test_workbook_is_read_with_its_times():
-    import openpyxl
-
-    book = openpyxl.Workbook()
-    book.active.append(["mass [g]", "position [cm]", "spin [rpm]", "time [s]", "turns"])
-    book.active.append([20, 15.5, 206, 7.06, "1/3"])
-    book.active.append([20, 15.5, 206, datetime.time(0, 3, 36, 260000), 1])
-    stream = io.BytesIO()
-    book.save(stream)
-    assert column(read_log(stream.getvalue()), "time") == [7.06, 216.26]
-
-
-def test_reading_loads_neither_pandas_nor_numpy_nor_pint():
-    code = (
-        f"import sys; from gyrodata.readings import read_log; assert read_log({RUNS!r}).ok; "
-        "print([m for m in ('pint', 'numpy', 'pandas', 'openpyxl') if m in sys.modules])"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
-
-
-def test_blank_log_filled_in_has_no_diagnostic():
-    blank = blank_log(("0.5 g", "40 g", "60 g"), "15 cm", ("0.5 rpm", "400 rpm", "600 rpm")).splitlines()
-    start = next(i for i, line in enumerate(blank) if line.startswith("mass"))
-    assert blank[start + 1] == "0.50,15.0,,,,,aim at 0.5 rpm"
-    rows = [line.split(",") for line in blank[start + 1 :]]
-    filled = [",".join([*row[:2], "406", "13.06", "1/3", *row[5:]]) for row in rows]
-    readings = read_log("\n".join([*blank[: start + 1], *filled]))
-    assert (readings.diagnostics, readings.balanced, len(readings.runs)) == ((), None, 11)
-    assert (column(readings, "mass")[5], column(readings, "position")[5]) == (0, None)
-    with pytest.raises(InputError, match="not above zero"):
-        blank_log(("20 g",), "15 cm", ("-5 rpm",))

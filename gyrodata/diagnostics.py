@@ -522,24 +522,25 @@ BALL_DISAGREES = _warning("G443", "I_zz is not that of the ball or disk in the l
 SIZE_NOT_USUAL = _warning(
     "G444", "a column is possible but not usual: is its unit right?", _ODD_RUN.replace("rpm", "Hz")
 )
-_EITHER_LOG = f"""{G}\
-# u_time: 0.14 s
-{LOG}\
-20.00,15.0,206,20.4,1
-20.00,15.0,407,40.4,1
-20.00,15.0,605,60.1,1
-40.00,15.0,206,10.21,1
-40.00,15.0,405,10.05,1
+_EITHER_LOG = f"""{G}{LOG}\
+20.00,15.0,206,102.3,5
+20.00,15.0,407,202.2,5
+20.00,15.0,605,300.5,5
+40.00,15.0,206,61.4,5
+40.00,15.0,407,101.1,5
+40.00,15.0,605,180.3,5
 """
 EITHER_RUN_WRONG = _warning("G445", "one of two runs is wrong, and the others do not say which", _EITHER_LOG)
-_NO_PROPORTION_LOG = f"""{G}\
-{LOG}\
-20.00,15.0,206,30.4,1
-20.00,15.0,407,45.4,1
-20.00,15.0,605,60.1,1
-40.00,15.0,206,15.2,1
-40.00,15.0,407,22.7,1
-40.00,15.0,605,30.0,1
+_NO_PROPORTION_LOG = f"""{G}{LOG}\
+20.00,15.0,206,21.6,1
+20.00,15.0,407,39.8,1
+20.00,15.0,605,56.8,1
+40.00,15.0,206,10.8,1
+40.00,15.0,407,19.9,1
+40.00,15.0,605,28.4,1
+60.00,15.0,206,7.2,1
+60.00,15.0,407,13.3,1
+60.00,15.0,605,18.9,1
 """
 PERIOD_NOT_IN_PROPORTION = _warning("G446", "the period is not in proportion to the spin", _NO_PROPORTION_LOG)
 

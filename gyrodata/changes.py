@@ -315,7 +315,7 @@ def _both_sides(lab: Lab) -> Iterator[Case]:
     turned = np.zeros(len(measured.runs), dtype=bool)
     for number, group in enumerate(torque_groups(measured)):
         turned[group[number % 2 :: 2]] = True
-    sign = np.where(turned, -1.0, 1.0)
+    sign = np.where(turned & (measured.torque != 0), -1.0, 1.0)
     torque, b = sign * measured.torque, fit.timing_bias.value
     slower = np.abs((measured.torque + fit.residual_torque.value) / (torque + fit.residual_torque.value))
     sources = tuple(

@@ -51,15 +51,16 @@ CONVENTIONS = {
     "looked at M0 is a Cauchy of 5 % of the lightest torque about 0, narrower where the log says that the ball is "
     "balanced, wider where it says that it is not; a balance test is evidence that may be false",
     "if_balanced": "I_zz of a log with one torque as it would be with the line balanced: yes",
-    "sensitivity": "I_zz with one thing taken otherwise and all else as in the fit: the times twice as uncertain; the "
-    "hand 0.1 s late or early; M0 nothing, or a Cauchy as wide as the lightest torque; the runs of one torque left out",
+    "sensitivity": "I_zz of a changed log, fitted as the log is: u_time twice as large; each time 0.1 s shorter or longer "
+    "and no timing bias; with the line balanced: yes; with balanced: no, or without what the log says of the balance; "
+    "without the runs of one torque; none of a log with more than 3000 runs",
     "timing_bias": "a stopwatch's reading is the true time plus b",
     "goodness": "chi-square of all readings at their stated widths; p is the chance of one at least as large; Birge "
     "ratio = sqrt(chi2/dof); scatter: the factor on the errors that each run has alone, as the runs have it",
     "through_origin, with_constant": "ordinary least squares of M on φ̇ψ̇, runs taken as independent; u from the "
     "scatter with n - 1 and n - 2 degrees of freedom",
-    "effects": "bias = I_zz without the effect over I_zz with it, minus 1, by fitting again, M0 and b free in both "
-    "(small ones to first order, which leaves out less than 0.01 u); in_u: u holds the doubt about it",
+    "effects": "bias = I_zz without the effect over I_zz with it, minus 1, by fitting again, M0 and b free in both; "
+    "in_u: u contains the doubt about it",
     "power_law": "weighted least squares of ln(period) on ln(spin), for each torque; exponent: with one for "
     "all torques; u from each run's own timing and spin, and the hand's bias",
     "product": "weighted mean; u includes what these runs share; p from the scatter about the mean against each run's "

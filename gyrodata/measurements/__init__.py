@@ -7,12 +7,9 @@ ever typed or built by hand. Readings that stand in several runs are one reading
 error, equal positions share theirs, a spin read once for the whole log is read once.
 """
 
+from gyrodata.error_sources import DEFAULT_TRANSVERSE_RATIO, SOURCES, TRANSVERSE_U, WHOLE
 from gyrodata.measurements.measured import Measurements, measure, select, torque_groups
 from gyrodata.measurements.sources import (
-    DEFAULT_TRANSVERSE_RATIO,
-    SOURCES,
-    TRANSVERSE_U,
-    WHOLE,
     Source,
     as_spin,
     mean_spin,

@@ -22,10 +22,9 @@ from gyrodata.diagnostics import (
     SPIN_RISES,
     UNCERTAINTY_NOT_USED,
 )
+from gyrodata.error_sources import DEFAULT_TRANSVERSE_RATIO, SOURCES
 from gyrodata.errors import Diagnostic
 from gyrodata.measurements.sources import (
-    DEFAULT_TRANSVERSE_RATIO,
-    SOURCES,
     Source,
     as_spin,
     list_sources,

@@ -1,140 +1,23 @@
 """Every source of error that touches a log: what it is an error of, how large it is, and what it is shared by.
 
-What is known of each before a log is read stands in one table, `SOURCES`.
+What is known of each before a log is read is in the table of `error_sources`.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Literal, cast
+from typing import cast
 
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import physics
+from gyrodata.error_sources import DECAY_TIME, NORMAL_GRAVITY_U, SOURCES, TRANSVERSE_U, WHOLE, Quantity
 from gyrodata.physics import Floats, Integers
 from gyrodata.readings import Column, Reading, Readings, rounded_turns
 from gyrodata.units import Uncertainty
-
-Quantity = Literal["time", "spin", "mass", "position", "force", "torque", "g", "turns", "pitch", "transverse", "added"]
-
-
-class SourceKind(Struct, frozen=True):
-    """What is known of a source of error before a log is read."""
-
-    quantity: Quantity
-    """What it is an error of."""
-    default: Uncertainty
-    """Standard uncertainty where the log does not state it; that of a reading has its rounding added."""
-    usual: str
-    """The same in words."""
-    shared_by: str = ""
-    """In words; "" where every run has its own."""
-    better: str = ""
-    """What would make it half as large next time, in words; "" where nobody can."""
-
-
-DECAY_TIME = 300.0
-"""Time constant [s] of the spin's decay that a late reading is taken with: that of a fair air bearing. One reading in
-each run does not tell it."""
-
-NORMAL_GRAVITY_U = Uncertainty(0.0, 0.0001)
-"""Of g where the latitude is given: 300 m of height, or what is underground."""
-
-WHOLE = 0.005
-"""A number of turns [1] this close to a whole one is meant as such: start and end are sighted alike."""
-
-SOURCES: Mapping[str, SourceKind] = {
-    "precession_rate": SourceKind("time", Uncertainty(0.0, 0.01), "1 % and rounding"),
-    "time": SourceKind("time", Uncertainty(0.14), "0.14 s (0.1 s a click) and rounding"),
-    # A click is 0.11 s late, with a standard deviation of 0.07 s: "Manual timing in physics experiments: error and
-    # uncertainty", Am. J. Phys. 87, 110 (2019). Who clicks twice is late twice, and the time is right; who lets go and
-    # starts with one hand is late once, at the end. Half of all labs do either: 0.11 s/√2.
-    "time_bias": SourceKind("time", Uncertainty(0.08), "0.08 s", "all runs (the same hand)"),
-    # √2 degrees in turns: one at the start, one at the end.
-    "angle": SourceKind(
-        "turns",
-        Uncertainty(math.sqrt(2) / 360),
-        "1° at each end of a part of a turn",
-        "",
-        "the rod sighted to half a degree (or whole turns timed, which end where they began)",
-    ),
-    "spin": SourceKind(
-        "spin",
-        Uncertainty(0.0, 0.002),
-        "0.2 % a reading and rounding",
-        "runs with the same reading",
-        "the spin as the mean of four readings",
-    ),
-    "spin_scale": SourceKind(
-        "spin",
-        Uncertainty(0.0, 0.001),
-        "0.1 %",
-        "all runs (one tachometer)",
-        "a tachometer checked to half its error",
-    ),
-    "spin_delay": SourceKind(
-        "spin",
-        Uncertainty(1.35),
-        f"1.35 s late, in a spin that falls by 1/e in {DECAY_TIME:g} s",
-        "all runs (the same habit)",
-        "the spin read at the start and at the end",
-    ),
-    "decay_exponent": SourceKind(
-        "spin",
-        Uncertainty(0.8),
-        "an exponent of 1 ± 0.8, an air film's, between dry friction's and turbulence's",
-        "all runs (the same drag)",
-        "the spin read at half time as well",
-    ),
-    "mass": SourceKind(
-        "mass",
-        Uncertainty(0.0, 0.002),
-        "0.2 % and rounding",
-        "runs with the same weight",
-        "weights weighed twice as well (write every digit that the scale shows)",
-    ),
-    "mass_scale": SourceKind(
-        "mass", Uncertainty(0.0, 0.0005), "0.05 %", "all runs (one scale)", "a scale checked to half its error"
-    ),
-    "force": SourceKind(
-        "force",
-        Uncertainty(0.0, 0.002),
-        "0.2 % and rounding",
-        "runs with the same force",
-        "forces known twice as well",
-    ),
-    "torque": SourceKind(
-        "torque",
-        Uncertainty(0.0, 0.005),
-        "0.5 % and rounding",
-        "runs with the same torque",
-        "torques known twice as well",
-    ),
-    "position": SourceKind(
-        "position", Uncertainty(), "rounding", "runs with the same position", "positions read twice as well"
-    ),
-    "position_zero": SourceKind(
-        "position",
-        Uncertainty(0.0005),
-        "0.5 mm",
-        "all runs (one ruler, one zero)",
-        "the ruler's zero twice as well known (measure the arm from both ends)",
-    ),
-    "g": SourceKind("g", Uncertainty(0.0, 0.001), "0.1 %", "all runs"),
-    "weight_diameter": SourceKind("added", Uncertainty(), "0", "runs with the same weight"),
-    "pitch": SourceKind("pitch", Uncertainty(math.radians(2)), "2° and rounding"),
-    "transverse_inertia": SourceKind("transverse", Uncertainty(0.0, 0.02), "2 %", "all runs"),
-}
-"""The sources by the key of the log without its ``u_``, in the order of the table in the documentation."""
-
-DEFAULT_TRANSVERSE_RATIO = 1.3
-"""I/I_zz of a ball with a light rod, where the log does not give I …"""
-
-TRANSVERSE_U = 0.2
-"""… and its relative standard uncertainty then."""
 
 
 class Source(Struct, frozen=True):

@@ -14,6 +14,7 @@ from typing import Literal
 
 from msgspec import Struct
 
+from gyrodata.error_sources import SOURCES
 from gyrodata.units import DISPLAY, Uncertainty, fold_letters, from_si, kinds_of
 
 
@@ -442,14 +443,8 @@ CONSTANTS = {
 """Kinds of the constants of a log that are no role."""
 
 SHARED_UNCERTAINTIES = {
-    "u_time_bias": "time",
-    "u_spin_delay": "time",
-    "u_decay_exponent": "number",
-    "u_spin_scale": "rate",
-    "u_mass_scale": "mass",
-    "u_position_zero": "length",
+    **{f"u_{key}": source.kind for key, source in SOURCES.items() if source.kind},
     "u_imbalance": "torque",
-    "u_g": "acceleration",
     "u_ball_mass": "mass",
     "u_ball_diameter": "length",
     "u_rod_length": "length",

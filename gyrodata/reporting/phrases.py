@@ -20,31 +20,12 @@ MODEL_NAMES = {
     "released": "the mean rate of a rod let go from rest",
 }
 
-SOURCE_NAMES = {
-    "time": "stopwatch readings",
-    "time_bias": "timing bias",
-    "spin": "tachometer readings",
-    "spin_scale": "tachometer scale",
-    "mass": "each weight's mass",
-    "mass_scale": "scale for the masses",
-    "position": "position readings",
-    "position_zero": "ruler's zero",
-    "force": "force",
-    "torque": "torque",
-    "g": "g",
+SOURCE_NAMES = {key: source.words for key, source in SOURCES.items()} | {
     "residual_torque": "balance not told by this design",
     "unexplained_scatter": "unexplained scatter",
-    "precession_rate": "precession rate",
-    "angle": "sighting of the rod",
-    "spin_delay": "half time read late",
-    "decay_exponent": "law by which the spin falls",
-    "weight_diameter": "diameter of the weight",
-    "pitch": "pitch",
-    "transverse_inertia": "transverse inertia",
     "nutation": "nutation at the last click",
     "release": "transverse inertia, in the nutation",
 }
-
 
 EFFECT_NAMES = {change.name: change.words for change in CHANGES if change.use == "effect"}
 

@@ -1,0 +1,167 @@
+"""The table of the sources of error: what is known of each before a log is read.
+
+A source is one record here and its computation in `measurements.sources`; its key in a log, its line in the budget, its
+words and its advice follow.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Literal
+
+from msgspec import Struct
+
+from gyrodata.units import Uncertainty
+
+Quantity = Literal["time", "spin", "mass", "position", "force", "torque", "g", "turns", "pitch", "transverse", "added"]
+
+
+class SourceKind(Struct, frozen=True):
+    """What is known of a source of error before a log is read."""
+
+    quantity: Quantity
+    """What it is an error of."""
+    default: Uncertainty
+    """Standard uncertainty where the log does not state it; that of a reading has its rounding added."""
+    usual: str
+    """The same in words."""
+    shared_by: str = ""
+    """In words; "" where every run has its own."""
+    better: str = ""
+    """What would make it half as large next time, in words; "" if nobody can."""
+    words: str = ""
+    """Its name for users: "ruler's zero"."""
+    kind: str = ""
+    """Kind of its quantity in a log if it belongs to no column: "length"; "" for the error of a column."""
+
+
+DECAY_TIME = 300.0
+"""Time constant [s] of the spin's decay that a late reading is taken with: that of a fair air bearing. One reading in
+each run does not tell it."""
+
+NORMAL_GRAVITY_U = Uncertainty(0.0, 0.0001)
+"""Of g where the latitude is given: 300 m of height, or what is underground."""
+
+WHOLE = 0.005
+"""A number of turns [1] this close to a whole one is meant as such: start and end are sighted alike."""
+
+SOURCES: Mapping[str, SourceKind] = {
+    "precession_rate": SourceKind("time", Uncertainty(0.0, 0.01), "1 % and rounding", words="precession rate"),
+    "time": SourceKind("time", Uncertainty(0.14), "0.14 s (0.1 s a click) and rounding", words="stopwatch readings"),
+    # A click is 0.11 s late, with a standard deviation of 0.07 s: "Manual timing in physics experiments: error and
+    # uncertainty", Am. J. Phys. 87, 110 (2019). Who clicks twice is late twice, and the time is right; who lets go and
+    # starts with one hand is late once, at the end. Half of all labs do either: 0.11 s/√2.
+    "time_bias": SourceKind(
+        "time", Uncertainty(0.08), "0.08 s", "all runs (the same hand)", words="timing bias", kind="time"
+    ),
+    # √2 degrees in turns: one at the start, one at the end.
+    "angle": SourceKind(
+        "turns",
+        Uncertainty(math.sqrt(2) / 360),
+        "1° at each end of a part of a turn",
+        "",
+        "the rod sighted to half a degree (or whole turns timed, which end where they began)",
+        words="sighting of the rod",
+    ),
+    "spin": SourceKind(
+        "spin",
+        Uncertainty(0.0, 0.002),
+        "0.2 % a reading and rounding",
+        "runs with the same reading",
+        "the spin as the mean of four readings",
+        words="tachometer readings",
+    ),
+    "spin_scale": SourceKind(
+        "spin",
+        Uncertainty(0.0, 0.001),
+        "0.1 %",
+        "all runs (one tachometer)",
+        "a tachometer checked to half its error",
+        words="tachometer scale",
+        kind="rate",
+    ),
+    "spin_delay": SourceKind(
+        "spin",
+        Uncertainty(1.35),
+        f"1.35 s late, in a spin that falls by 1/e in {DECAY_TIME:g} s",
+        "all runs (the same habit)",
+        "the spin read at the start and at the end",
+        words="half time read late",
+        kind="time",
+    ),
+    "decay_exponent": SourceKind(
+        "spin",
+        Uncertainty(0.8),
+        "an exponent of 1 ± 0.8, an air film's, between dry friction's and turbulence's",
+        "all runs (the same drag)",
+        "the spin read at half time as well",
+        words="law by which the spin falls",
+        kind="number",
+    ),
+    "mass": SourceKind(
+        "mass",
+        Uncertainty(0.0, 0.002),
+        "0.2 % and rounding",
+        "runs with the same weight",
+        "weights weighed twice as well (write every digit that the scale shows)",
+        words="each weight's mass",
+    ),
+    "mass_scale": SourceKind(
+        "mass",
+        Uncertainty(0.0, 0.0005),
+        "0.05 %",
+        "all runs (one scale)",
+        "a scale checked to half its error",
+        words="scale for the masses",
+        kind="mass",
+    ),
+    "force": SourceKind(
+        "force",
+        Uncertainty(0.0, 0.002),
+        "0.2 % and rounding",
+        "runs with the same force",
+        "forces known twice as well",
+        words="force",
+    ),
+    "torque": SourceKind(
+        "torque",
+        Uncertainty(0.0, 0.005),
+        "0.5 % and rounding",
+        "runs with the same torque",
+        "torques known twice as well",
+        words="torque",
+    ),
+    "position": SourceKind(
+        "position",
+        Uncertainty(),
+        "rounding",
+        "runs with the same position",
+        "positions read twice as well",
+        words="position readings",
+    ),
+    "position_zero": SourceKind(
+        "position",
+        Uncertainty(0.0005),
+        "0.5 mm",
+        "all runs (one ruler, one zero)",
+        "the ruler's zero twice as well known (measure the arm from both ends)",
+        words="ruler's zero",
+        kind="length",
+    ),
+    "g": SourceKind("g", Uncertainty(0.0, 0.001), "0.1 %", "all runs", words="g", kind="acceleration"),
+    "weight_diameter": SourceKind(
+        "added", Uncertainty(), "0", "runs with the same weight", words="diameter of the weight"
+    ),
+    "pitch": SourceKind("pitch", Uncertainty(math.radians(2)), "2° and rounding", words="pitch"),
+    "transverse_inertia": SourceKind(
+        "transverse", Uncertainty(0.0, 0.02), "2 %", "all runs", words="transverse inertia"
+    ),
+}
+"""The sources by the key of the log without its ``u_``, in the order of the table in the documentation."""
+
+DEFAULT_TRANSVERSE_RATIO = 1.3
+"""I/I_zz of a ball with a light rod, where the log does not give I …"""
+
+TRANSVERSE_U = 0.2
+"""… and its relative standard uncertainty then."""

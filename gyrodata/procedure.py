@@ -10,21 +10,10 @@ from collections.abc import Collection
 
 import numpy as np
 
+from gyrodata import diagnostics as codes
 from gyrodata import effects, physics
 from gyrodata.analysis import analyze_readings
 from gyrodata.comparisons import load_words
-from gyrodata.diagnostics import (
-    DIGITS_TOO_FEW,
-    DIRECTION_MISSING,
-    NO_UNLOADED_RUN,
-    RELEASE_NOT_TOLD,
-    SINGLE_TORQUE,
-    SPIN_FALLS_TOO_MUCH,
-    SPINS_TOO_CLOSE,
-    TIMES_TOO_SHORT,
-    TOO_FEW_RUNS,
-    TOO_FEW_WEIGHTS,
-)
 from gyrodata.errors import Diagnostic, LogError
 from gyrodata.findings import DIRECTION, WORTH
 from gyrodata.measurements import Measurements, measure, torque_groups
@@ -40,9 +29,6 @@ SPREAD = 2.0
 
 FALL = 0.10
 """Relative fall of the spin above which the law by which it falls begins to matter."""
-
-_HEAD = "# g: 9.803 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns\n"
-_ONE = "20.00,15.0,206,20.4,1\n20.00,15.0,407,40.4,1\n20.00,15.0,605,60.1,1\n"
 
 
 def check_log(readings: Readings) -> tuple[Analysis | None, tuple[Diagnostic, ...]]:
@@ -60,16 +46,16 @@ def check_log(readings: Readings) -> tuple[Analysis | None, tuple[Diagnostic, ..
 
 
 PROCEDURE = (
-    TOO_FEW_WEIGHTS,
-    TOO_FEW_RUNS,
-    SPINS_TOO_CLOSE,
-    NO_UNLOADED_RUN,
-    TIMES_TOO_SHORT,
-    SPIN_FALLS_TOO_MUCH,
+    codes.TOO_FEW_WEIGHTS,
+    codes.TOO_FEW_RUNS,
+    codes.SPINS_TOO_CLOSE,
+    codes.NO_UNLOADED_RUN,
+    codes.TIMES_TOO_SHORT,
+    codes.SPIN_FALLS_TOO_MUCH,
 )
 """What the procedure asks for, by the diagnostic of a log that lacks it."""
 
-ADVICE = {*PROCEDURE, DIGITS_TOO_FEW, DIRECTION_MISSING, SINGLE_TORQUE, RELEASE_NOT_TOLD}
+ADVICE = {*PROCEDURE, codes.DIGITS_TOO_FEW, codes.DIRECTION_MISSING, codes.SINGLE_TORQUE, codes.RELEASE_NOT_TOLD}
 """Diagnostics that say how to measure better; the answer is correct without them."""
 
 
@@ -79,7 +65,7 @@ def what_lacks(
     """Find what a log lacks of what is asked for, of `PROCEDURE`; without an analysis, what needs none."""
     groups = [group for group in torque_groups(measured) if measured.torque[group[0]] != 0]
     found = [*_weights(readings, measured, groups), *_spins(readings, measured, groups)]
-    if analysis and NO_UNLOADED_RUN in asked:
+    if analysis and codes.NO_UNLOADED_RUN in asked:
         found += _unloaded(readings, analysis)
     found += [*_short_times(readings, measured), *_falling_spin(readings, measured)]
     return [one for one in found if one.code in asked]
@@ -92,7 +78,7 @@ def _weights(readings: Readings, measured: Measurements, groups: list[list[int]]
     why = "I_zz then rests on one point of the line" if len(groups) == 1 else "a line through two points fits always"
     return [
         readings.diagnose(
-            TOO_FEW_WEIGHTS,
+            codes.TOO_FEW_WEIGHTS,
             f"{_counted(len(groups), 'torque')} ({torques} mN·m), and the lab asks for three: {why}",
             "add runs with another weight",
         )
@@ -107,7 +93,7 @@ def _spins(readings: Readings, measured: Measurements, groups: list[list[int]]) 
         if len(group) < 3:
             found.append(
                 readings.diagnose(
-                    TOO_FEW_RUNS,
+                    codes.TOO_FEW_RUNS,
                     f"{name}: {_counted(len(group), 'run')}, and the lab asks for three spins",
                     f"add {_counted(3 - len(group), 'run')}, for example at {_missing_spins(spins)} rpm",
                     _place(readings, group[-1]),
@@ -117,7 +103,7 @@ def _spins(readings: Readings, measured: Measurements, groups: list[list[int]]) 
             low, high = spins[0] / RPM, spins[-1] / RPM
             found.append(
                 readings.diagnose(
-                    SPINS_TOO_CLOSE,
+                    codes.SPINS_TOO_CLOSE,
                     f"{name}: the spins go from {low:.0f} to {high:.0f} rpm only, a factor of {high / low:.2f}: "
                     "that tells little of how the period goes with the spin",
                     "spread them, for example 200, 400 and 600 rpm",
@@ -146,7 +132,7 @@ def _unloaded(readings: Readings, analysis: Analysis) -> list[Diagnostic]:
         return []
     return [
         readings.diagnose(
-            NO_UNLOADED_RUN,
+            codes.NO_UNLOADED_RUN,
             "no run without a weight: u of I_zz is "
             f"{now:.2g} % and would be {then:.2g} % with one, because it tells the residual torque",
             "take the weight off, spin to about 400 rpm, and time a part of a turn (about 3 min), or 0 turns if the "
@@ -163,7 +149,7 @@ def _short_times(readings: Readings, measured: Measurements) -> list[Diagnostic]
     runs = ", ".join(measured.runs[i] for i in short[:8]) + (", …" if len(short) > 8 else "")
     return [
         readings.diagnose(
-            TIMES_TOO_SHORT,
+            codes.TIMES_TOO_SHORT,
             f"{_counted(len(short), 'time')} under {SHORT:g} s (run{'s' if len(short) > 1 else ''} {runs}): in the "
             f"shortest, {measured.time[worst]:.3g} s, a hand's 0.14 s is {100 * 0.14 / measured.time[worst]:.2g} %",
             "time more of a turn, or a whole one",
@@ -184,7 +170,7 @@ def _falling_spin(readings: Readings, measured: Measurements) -> list[Diagnostic
     runs = ", ".join(measured.runs[i] for i in far[:8]) + (", …" if len(far) > 8 else "")
     return [
         readings.diagnose(
-            SPIN_FALLS_TOO_MUCH,
+            codes.SPIN_FALLS_TOO_MUCH,
             f"the spin falls by more than 10 % in run{'s' if len(far) > 1 else ''} {runs}; "
             f"by {100 * fall[worst]:.0f} % in run {measured.runs[worst]}, where the law by which "
             f"it falls then moves I_zz by {100 * doubt:.2g} %",

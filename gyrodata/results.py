@@ -52,8 +52,8 @@ CONVENTIONS = {
     "balanced, wider where it says that it is not; a balance test is evidence that may be false",
     "if_balanced": "I_zz of a log with one torque as it would be with the line balanced: yes",
     "sensitivity": "I_zz of a changed log, fitted as the log is: u_time twice as large; each time 0.1 s shorter or "
-    "longer, and no timing bias; with the line balanced: yes; with balanced: no, or without what the log says of the balance; "
-    "without the runs of one torque; none of a log with more than 3000 runs",
+    "longer, and no timing bias; with the line balanced: yes; with balanced: no, or without what the log says of the "
+    "balance; without the runs of one torque; none of a log with more than 3000 runs",
     "timing_bias": "a stopwatch's reading is the true time plus b",
     "goodness": "chi-square of all readings at their stated widths; p is the chance of one at least as large; Birge "
     "ratio = sqrt(chi2/dof); scatter: the factor on the errors that each run has alone, as the runs have it",

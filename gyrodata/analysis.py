@@ -154,7 +154,9 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
         # What another hour would gain is worked out for runs that follow the law.
         advice = tuple(f"find the cause first: {doubt.remedy}" for doubt in doubts) or list_advice(lab)
     torques = torque_table(measured, fit, kept, without)
-    one_torque = not fitting.torques_differ(measured.torque[kept])
+    balanced = fit.inertia if measured.balanced else None
+    balanced = next((one.inertia for one in outcomes if one.name == "balanced"), balanced)
+    one_torque = whole and not fitting.torques_differ(measured.torque[kept])
     return Analysis(
         name=readings.name,
         sha256=readings.sha256,
@@ -167,7 +169,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
         inertia=_result(fit.inertia, "kg*m^2"),
         residual_torque=_result(fit.residual_torque, "N*m"),
         timing_bias=_result(fit.timing_bias, "s"),
-        if_balanced=next((one.inertia for one in outcomes if one.name == "balanced"), None) if one_torque else None,
+        if_balanced=balanced if one_torque else None,
         doubts=doubts,
         p=p,
         birge=birge,

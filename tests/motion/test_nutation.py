@@ -104,20 +104,3 @@ def test_the_period_of_a_pendulum_near_upright_is_k_of_jacobi(short: float) -> N
         period = 2 * mpmath.ellipk(mpmath.cos(away / 2) ** 2) * mpmath.sqrt(mpmath.mpf(6e-3) / mpmath.mpf(0.05))
     found = nutation(Top(INERTIA, 6e-3, 0.05), 0.0, pitch).period
     assert found == pytest.approx(float(period), rel=2e-15 + 2e-17 / short)
-
-
-@pytest.mark.parametrize("short", [0.3, 1e-2, 1e-4])
-def test_the_mean_sag_of_a_pendulum_near_upright_is_the_integral(short: float) -> None:
-    # Most of the time it is near its start, and its mean is that of a sharp peak.
-    pitch = math.pi / 2 - short
-    with mpmath.workdps(30):
-        away = mpmath.pi / 2 - mpmath.mpf(pitch)
-
-        def passing(sag: mpmath.mpf) -> mpmath.mpf:
-            """Time spent at a sag, by the energy."""
-            return 1 / mpmath.sqrt(mpmath.sin(away + sag / 2) * mpmath.sin(sag / 2))
-
-        parts = [0, away / 100, away, 10 * away if short < 0.1 else 1, mpmath.pi - away]
-        whole, sagged = mpmath.quad(passing, parts), mpmath.quad(lambda sag: sag * passing(sag), parts)
-        expected = float(sagged / whole)
-    assert nutation(Top(INERTIA, 6e-3, 0.05), 0.0, pitch).mean_sag == pytest.approx(expected, rel=1e-10)

@@ -54,18 +54,6 @@ def test_harmonic_mean_of_a_hardly_falling_spin(decay: float) -> None:
     assert physics.harmonic_mean_spin(40.0, end) == pytest.approx(float(40 * exact), rel=4e-16)
 
 
-@pytest.mark.parametrize("decay", [9.9e-4, -9.9e-4, 1.01e-3, 0.4, 0.7])
-def test_slopes_of_the_harmonic_mean_are_its_derivatives(decay: float) -> None:
-    end = math.exp(-decay)
-    to_start, to_end = physics.harmonic_mean_spin_slopes(1.0, end)
-    with mpmath.workdps(40):
-        fall = -mpmath.log(mpmath.mpf(end))
-        factor = fall / mpmath.expm1(fall)
-        exact = factor + mpmath.diff(lambda d: d / mpmath.expm1(d), fall)
-    assert to_start == pytest.approx(float(exact), rel=2e-15 if abs(decay) < 1e-3 else 1e-9)
-    assert to_start + end * to_end == pytest.approx(physics.harmonic_mean_spin(1.0, end), rel=1e-12)
-
-
 def test_dry_friction_for_a_viscous_fall() -> None:
     dry, viscous = integral(100.0, 70.0, 0.0), integral(100.0, 70.0, 1.0)
     assert physics.decay_law_doubt(100.0, 70.0) == pytest.approx(viscous / dry - 1, rel=1e-10)

@@ -13,6 +13,7 @@ from gates.labs import Bench, Table, draw, write
 from scipy import stats
 
 import gyrodata
+from gyrodata import physics
 from gyrodata.diagnostics import CODES
 from gyrodata.errors import LogError
 from gyrodata.simulation import TYPICAL, Design, Truth, simulate
@@ -184,11 +185,8 @@ PARTS = {
 def test_what_spins_may_have_a_bore_a_rod_and_a_disk(given: str) -> None:
     parts = given.split()
     found = gyrodata.analyze("".join([*(PARTS[part] for part in parts), HEAD, ROWS]).encode()).ball
-    solid, radius = 0.4 * 4.3 * 0.0508**2, 0.0508
-    # The bored ball's mass is what was weighed: its steel is denser than that of a whole ball of this mass.
-    bore = np.pi * 0.01**2 * 0.04
-    density = 4.3 / (4 / 3 * np.pi * radius**3 - bore)
-    bored = density * (8 / 15 * np.pi * radius**5 - 0.5 * bore * 0.01**2) - solid
-    expected = {"ball": solid, "bore": bored, "rod": 0.5 * 0.2 * 0.01**2, "disk": 0.5 * 0.5 * 0.04**2}
+    solid = physics.solid_ball_inertia(4.3, 0.1016)
+    expected = {"ball": solid, "bore": physics.bored_ball_inertia(4.3, 0.1016, 0.02, 0.04) - solid}
+    expected |= {"rod": 0.5 * 0.2 * 0.01**2, "disk": 0.5 * 0.5 * 0.04**2}
     assert found.inertia == pytest.approx(sum(expected[part] for part in parts), rel=1e-9)
     assert (found.mass is None) == (found.solid is None) == (given == "disk")

@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner, Result
 
 import gyrodata
-from gyrodata import motion, physics
+from gyrodata import motion
 from gyrodata.cli import app
 
 RPM = math.pi / 30
@@ -138,14 +138,6 @@ def test_a_weight_beyond_the_centre_lifts_the_rod() -> None:
     assert "  rises by " in gyro(command).stdout
     # Below the centre the weight keeps an upright rod upright at any spin.
     assert told["sleeping"] == {"stable": True, "critical_spin": 0, "growth_rate": 0}
-
-
-def test_defaults_and_their_names_are_in_the_notes() -> None:
-    told = asked("precession --inertia '4.44e-3 kg m^2' --mass 60g --position 15cm --spin 400rpm")
-    assert told["options"]["transverse_inertia"] == pytest.approx(1.3 * INERTIA + 0.06 * 0.15**2)
-    assert told["options"]["g"] == physics.STANDARD_GRAVITY
-    assert [note.split(" =")[0] for note in told["notes"]] == ["g", "I"]
-    assert asked(f"{ROD} --spin 400rpm")["notes"] == []
 
 
 # The first example loads scipy.

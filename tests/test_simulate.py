@@ -17,7 +17,7 @@ from msgspec.structs import replace
 from typer.testing import CliRunner, Result
 
 import gyrodata
-from gyrodata import motion, physics
+from gyrodata import physics
 from gyrodata.cli import app
 from gyrodata.diagnostics import CODES
 from gyrodata.readings import Uncertainty, read_log
@@ -100,18 +100,6 @@ def test_an_exact_log_of_any_lab_gives_the_truth(
     assert abs(off(simulate(truth, design, EXACT))) < 1e-8
 
 
-@pytest.mark.parametrize("design", [Design(), Design(positions=(0.15, -0.15), spins=(400 * RPM,))])
-def test_a_released_rod_gives_the_truth_to_a_tenth_percent(design: Design) -> None:
-    done = simulate(Truth(motion="released"), design, EXACT)
-    assert abs(off(done)) < 1e-3
-    runs = done.runs
-    top = motion.Top(INERTIA, runs.across, runs.torque)
-    mean = np.abs(motion.mean_precession_rate(top, motion.released(top, runs.spin)))
-    # The nutation moves a click by at most its closed form.
-    late = np.abs(runs.time - 2 * np.pi / mean)
-    assert np.all(late < 1.05 * physics.click_error(runs.spin, INERTIA, runs.across))
-
-
 @pytest.mark.parametrize(
     ("sense", "pitch", "turns", "constant", "ratio"),
     [
@@ -176,15 +164,6 @@ def test_errors_have_the_stated_size_and_are_shared(key: str, role: str, within:
     assert np.std(common) == pytest.approx(0.01 / (math.sqrt(300) if within else 1), rel=0.6)
 
 
-def test_the_balance_drifts_and_a_spin_read_late_has_fallen_on() -> None:
-    still, drifting = (simulate(Truth(balance_drift=drift), Design(), EXACT).runs for drift in (0.0, 6e-4))
-    np.testing.assert_allclose(drifting.torque - still.torque, np.linspace(-3e-4, 3e-4, 9), rtol=1e-9)
-    design, decay = replace(ONE, spin_reading="half"), Decay(time_constant=300.0)
-    half, late = (simulate(Truth(decay=decay, spin_delay=delay), design, EXACT).runs for delay in (0.0, 2.0))
-    assert half.spin_half**2 == pytest.approx(half.spin * half.spin_end, rel=1e-12)
-    assert late.spin_half == pytest.approx(half.spin_half * math.exp(-2 / 300), rel=1e-12)
-
-
 @pytest.mark.parametrize("noise", [EXACT, TYPICAL], ids=["exact", "typical"])
 @pytest.mark.parametrize("scene", ["both, tilted", "without a weight"])
 def test_a_simulated_log_reads_back_as_it_was_written(scene: str, noise: dict[str, Uncertainty]) -> None:
@@ -213,16 +192,12 @@ def test_the_truth_file_and_first_line_contain_the_truth(tmp_path: Path) -> None
     told, log = json.loads(file.read_text(encoding="utf-8")), read_log(done.stdout)
     assert (told["schema"], told["seed"], told["options"]["weights"]) == ("gyro.truth/1", 5, "0g,20g")
     assert (told["truth"]["inertia"], told["truth"]["imbalance"]) == (INERTIA, 3e-4)
-    assert str(tmp_path) not in file.read_text(encoding="utf-8")
     unloaded, loaded = told["runs"]
     assert (unloaded["position"], unloaded["torque"]) == (None, 3e-4)
-    assert loaded["transverse_inertia"] == pytest.approx(1.3 * INERTIA + 0.02 * 0.15**2)
     assert loaded["spin_end"] == pytest.approx(0.9 * loaded["spin"])
     times = [run["time"] + told["truth"]["timing_bias"] for run in told["runs"]]
     assert log.columns["time"].values == pytest.approx(times, abs=4 * 0.14)
-    assert log.constants["g"] == pytest.approx(9.80620, abs=1e-5)
-    for words in ("residual torque 0.0003 N*m", "latitude 0.785", "seed 5"):
-        assert words in done.stdout.splitlines()[0]
+    assert "residual torque 0.0003 N*m, " in done.stdout.splitlines()[0]
 
 
 def test_noise_as_toml_and_as_lines_of_a_log_is_the_same(tmp_path: Path) -> None:

@@ -42,11 +42,3 @@ def test_conserved_quantities_stay_and_the_energy_is_bounded(method: str) -> Non
         worst.append(max(abs(energy(TOP, place) - energy(TOP, state)) for place in path))
     # Ten times as long, no more energy lost.
     assert worst[1] < 1.2 * worst[0] + 1e-13 * TORQUE
-
-
-def test_unknown_methods_and_no_steps_are_refused() -> None:
-    state = released(TOP, FAST)
-    with pytest.raises(ValueError, match="no method 'euler'; choose one of strang, saba4, aba84"):
-        split(TOP, state, 1.0, 10, "euler")
-    with pytest.raises(ValueError, match="0 steps lead nowhere"):
-        split(TOP, state, 1.0, 0)

@@ -35,15 +35,6 @@ def test_harmonic_mean_is_the_integral(start: float, end: float, exponent: float
     assert found == pytest.approx(integral(start, end, exponent), rel=1e-13)
 
 
-def test_special_cases_of_the_harmonic_mean() -> None:
-    a, b = 70.0, 50.0
-    geometric, logarithmic = math.sqrt(a * b), (a - b) / math.log(a / b)
-    assert physics.harmonic_mean_spin(a, b) == pytest.approx(geometric**2 / logarithmic, rel=1e-15)
-    assert physics.harmonic_mean_spin(a, b, 0) == pytest.approx(logarithmic, rel=1e-15)
-    assert physics.harmonic_mean_spin(a, b, 0.5) == pytest.approx(geometric, rel=1e-15)
-    assert physics.harmonic_mean_spin(a, b, 2) == pytest.approx(2 * a * b / (a + b), rel=1e-15)
-
-
 @pytest.mark.parametrize("decay", [0.0, 1e-12, 1e-6, 1.99e-4, 2.01e-4, 1e-3])
 def test_harmonic_mean_of_a_hardly_falling_spin(decay: float) -> None:
     # (a − b)/ln(a/b) is 0/0 for equal ends; the series takes over smoothly.

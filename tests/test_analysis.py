@@ -120,12 +120,6 @@ class TestHints:
         assert "G431" not in codes(mended)
         assert abs(mended.inertia.value - 4.44e-3) < 2 * mended.inertia.u
 
-    def test_a_smaller_u_time_goes_with_runs_that_agree_too_well(self) -> None:
-        bold = write(draw(Bench(repeats=2, hand=0.1), 2), "# u_time: 0.5 s")
-        assert "G432" in codes(gyrodata.analyze(bold.encode()))
-        mended = gyrodata.analyze(bold.replace("0.5 s", "0.1 s").encode())
-        assert "G432" not in codes(mended)
-
     def test_a_ball_that_is_said_not_to_be_balanced_is_not_warned_of(self) -> None:
         silent = gyrodata.analyze(SAMPLES / "heidelberg_ball.csv")
         assert "# balanced: no" in next(d.hint for d in silent.diagnostics if d.code == "G433")
@@ -147,7 +141,6 @@ def test_advice_is_computed_and_in_order_of_gain() -> None:
     gains = [float(line.split(" to ")[-1].removesuffix(" %")) for line in advice]
     assert len(gains) >= 2
     assert gains == sorted(gains)
-    assert any("without a weight" in line for line in advice)
 
 
 def test_a_gross_slip_is_left_out_and_kept_it_is_refused() -> None:
@@ -165,18 +158,16 @@ def test_a_gross_slip_is_left_out_and_kept_it_is_refused() -> None:
         gyrodata.analyze(log, keep_flagged=True)
 
 
-def test_a_wrong_count_of_one_weight_is_doubted_with_its_remedy():
-    """4.5 turns were written of a weight that was timed for 5, and the fit blames another weight."""
+def test_a_wrong_count_of_one_weight_is_doubted_with_its_remedy() -> None:
+    # 4.5 turns were written of a weight that was timed for 5, and the fit blames another weight.
     log = (
         "# g: 9.80665\nmass [g],position [cm],spin [rpm],time [s],turns\n20.1,14.8,197,97.46,5\n"
-        "20.1,14.8,407,199.41,5\n20.1,14.8,613,302.93,5\n40.3,14.8,196,48.63,4.5\n40.3,14.8,416,103.32,4.5\n40.3,14.8,586,145.12,4.5\n"
-        "60.2,14.8,195,32.21,5\n60.2,14.8,404,66.57,5\n60.2,14.8,598,98.89,5\n"
+        "20.1,14.8,407,199.41,5\n20.1,14.8,613,302.93,5\n40.3,14.8,196,48.63,4.5\n40.3,14.8,416,103.32,4.5\n"
+        "40.3,14.8,586,145.12,4.5\n60.2,14.8,195,32.21,5\n60.2,14.8,404,66.57,5\n60.2,14.8,598,98.89,5\n"
     )
-    wrong = gyrodata.analyze(log.encode())
-    assert wrong.doubts[0].kind == "contradiction"
-    assert wrong.doubts[0].words.startswith(
-        "the runs of 20.1 g at 14.8 cm are left out, and by the others M0 = -15 mN·m"
-    )
+    (doubt, *_) = gyrodata.analyze(log.encode()).doubts
+    assert doubt.kind == "contradiction"
+    assert doubt.words.startswith("the runs of 20.1 g at 14.8 cm are left out, and by the others M0 = -15 mN·m")
     # Its remedy: the turns of each weight, not only of those.
     right = gyrodata.analyze(log.replace(",4.5", ",5").encode())
     assert (right.doubts, right.inertia.value) == ((), pytest.approx(4.4e-3, rel=0.01))

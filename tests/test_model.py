@@ -10,7 +10,6 @@ import pytest
 
 import gyrodata
 from gyrodata import physics
-from gyrodata.diagnostics import CODES
 from gyrodata.simulation import EXACT, TYPICAL, Design, Truth, simulate
 from gyrodata.units import Uncertainty
 
@@ -107,13 +106,6 @@ def test_of_a_ball_that_is_not_balanced_are_those_of_a_line_through_the_origin()
     assert found["kept"]
 
 
-def test_a_guessed_i_across_the_rod_is_named_with_its_share_of_u() -> None:
-    analysis = analysed(CODES["G417"].example)
-    (share,) = (share for share in analysis.budget if share.source == "transverse_inertia")
-    (found,) = (found for found in analysis.diagnostics if found.code == "G417")
-    assert f"{100 * share.u_inertia / analysis.inertia.value:.2g} % of I_zz" in found.message
-
-
 def test_with_the_latitude_the_turning_floor_is_corrected_for() -> None:
     floor = physics.EARTH_ROTATION * math.sin(math.radians(42.5))
     small = {
@@ -130,13 +122,3 @@ def test_with_the_latitude_the_turning_floor_is_corrected_for() -> None:
     analysis = analysed(log)
     assert analysis.inertia.value == pytest.approx(4.44e-3, rel=1e-6)
     assert effect(analysis, "earth")["kept"]
-
-
-def test_three_readings_of_the_spin_need_no_law() -> None:
-    log = "mass [g],position [cm],spin_start [rpm],spin [rpm],spin_end [rpm],time [s],turns\n"
-    for mass, spin, time in ((20, 400, 30), (60, 600, 15)):
-        log += f"{mass},15.0,{spin},{spin / math.sqrt(2):.12g},{spin / 2},{time},1\n"
-    analysis = analysed(log)
-    assert "decay_law" not in [found.effect for found in analysis.effects]
-    # The harmonic mean of a halving spin is start d/(e^d - 1).
-    assert analysis.run_table[0].spin / RPM == pytest.approx(400 * math.log(2), rel=1e-4)

@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner, Result
 
 import gyrodata
-from gyrodata import motion, physics
+from gyrodata import motion
 from gyrodata.cli import app
 
 RPM = math.pi / 30
@@ -70,9 +70,7 @@ NUMBERS = [
     (f"{ROD} --spin 400rpm --pitch 10deg", "slow", roots(10)[0], 1e-14),
     (f"{ROD} --spin 400rpm --pitch 10deg", "fast", roots(10)[1], 1e-14),
     (f"{ROD} --spin 400rpm --pitch 10deg", "period", 2 * math.pi / roots(10)[0], 1e-14),
-    (f"{ROD} --spin 400rpm --pitch 10deg", "horizontal", TORQUE / (INERTIA * SPIN), 1e-14),
     (f"{ROD} --spin '-400 rpm'", "slow", -TORQUE / (INERTIA * SPIN), 1e-14),
-    (f"{ROD} --spin 400rpm --pitch '1e-9 deg'", "slow", TORQUE / (INERTIA * SPIN), 1e-9),
     # A conical pendulum.
     (f"{ROD} --spin 0rpm --pitch -30deg", "slow", math.sqrt(TORQUE / ((ACROSS - INERTIA) * 0.5)), 1e-14),
     # The least spin of 60 g at 60 degrees, and of an upright rod: published values in rpm.
@@ -97,24 +95,15 @@ NUMBERS = [
     (STAR, "east.-1.azimuth_deg", 180, 1e-9),
     (STAR, "east.-1.altitude_deg", 47.5, 1e-9),
     (STAR, "axis.-1.altitude_deg", 42.5, 1e-9),
-    ("earth --latitude 42.5deg", "east.-1.altitude_deg", 0.73, 0.01),
     ("earth --latitude 42.5deg", "sidereal_day_hours", 86164.0905 / 3600, 1e-6),
-    (STAR.replace("42.5", "90"), "east.-1.azimuth_deg", 180, 1e-9),
-    (STAR.replace("42.5", "-42.5"), "east.-1.altitude_deg", 47.5, 1e-9),
     (STAR.replace("42.5", "-42.5"), "axis.-1.azimuth_deg", 180, 1e-9),
-    ("earth --hours 1", "options.latitude", math.radians(42.5), 1e-9),
     (f"earth {I_ZZ} --spin '-400 rpm'", "drift_torque", INERTIA * SPIN * 2 * math.pi / 86164.1, 1e-6),
-    (f"platform {WHEEL} --from 0deg --to 90deg", "rate", -WHEEL_MOMENTUM / 4, 1e-14),
     (f"platform {WHEEL} --from 0deg --to 90deg", "period", 12, 1e-14),
-    (f"platform {WHEEL} --from 30deg --to 30deg", "rate", 0, 1e-14),
     (f"platform {WHEEL} --from 70deg --to -20deg", "rate",
      WHEEL_MOMENTUM * (math.sin(math.radians(70)) + math.sin(math.radians(20))) / 4, 1e-14),
-    (f"twist {HELD} --time 0.5s --handles 30cm", "torque", WHEEL_MOMENTUM * 2 * math.pi, 1e-14),
     (f"twist {HELD} --time 0.5s --handles 30cm", "force", WHEEL_MOMENTUM * 2 * math.pi / 0.3, 1e-14),
     (f"twist {HELD} --time 0.5s", "momentum_change", 2 * WHEEL_MOMENTUM, 1e-14),
     (f"{PULL} {I_ZZ} --spin 4000rpm", "speed", 0.5 * 0.2**2 / (INERTIA * 4000 * RPM), 1e-4),
-    (f"{PULL} {I_ZZ} --spin 4000rpm", "torque", 0.1, 1e-14),
-    (f"{PULL} {I_ZZ} --spin 400rpm", "angle_deg", 90, 1e-14),
     (f"{PULL} {I_ZZ} --spin '-400 rpm'", "angle_deg", -90, 1e-14),
     # Without spin Newton's law: the angular acceleration is L F/I.
     (f"{PULL} {I_ZZ} --transverse '6e-3 kg m^2' --spin 0rpm", "acceleration", 0.5 * 0.2**2 / 6e-3, 1e-14),
@@ -130,12 +119,9 @@ def test_a_predicted_number_is_that_of_its_formula(command: str, place: str, val
     ("command", "place", "said"),
     [
         (f"{ROD} --spin 50rpm --pitch 60deg", "slow", "too slow for a steady precession"),
-        (f"{ROD} --spin 50rpm --pitch 60deg", "period", "61.32 rpm"),
-        (f"{ROD} --spin 400rpm", "fast", "counterclockwise seen from above"),
         (f"{ROD} --spin '-400 rpm'", "fast", "goes round, clockwise seen from above"),
         (f"{ROD} --spin 0rpm", "slow", "swings like a pendulum"),
         (f"precession {TOP} --mass 0g --position 15cm --spin 400rpm", "period", "without a torque"),
-        (STAR.replace("42.5", "0"), "east.-1.azimuth_deg", "straight overhead"),
         (f"platform {WHEEL.replace('200', '0')}", "period", "stays at rest"),
         (f"{PULL} {I_ZZ} --spin 0rpm", "speed", "Any force moves it, however small"),
     ],
@@ -152,14 +138,6 @@ def test_a_weight_beyond_the_centre_lifts_the_rod() -> None:
     assert "  rises by " in gyro(command).stdout
     # Below the centre the weight keeps an upright rod upright at any spin.
     assert told["sleeping"] == {"stable": True, "critical_spin": 0, "growth_rate": 0}
-
-
-def test_defaults_and_their_names_are_in_the_notes() -> None:
-    told = asked("precession --inertia '4.44e-3 kg m^2' --mass 60g --position 15cm --spin 400rpm")
-    assert told["options"]["transverse_inertia"] == pytest.approx(1.3 * INERTIA + 0.06 * 0.15**2)
-    assert told["options"]["g"] == physics.STANDARD_GRAVITY
-    assert [note.split(" =")[0] for note in told["notes"]] == ["g", "I"]
-    assert asked(f"{ROD} --spin 400rpm")["notes"] == []
 
 
 # The first example loads scipy.
@@ -212,7 +190,7 @@ def test_a_free_wheel_pushed_as_told_turns_over(spin: int, way: str) -> None:
         np.testing.assert_allclose(end.axis, expected, atol=1e-7)
 
 
-@pytest.mark.parametrize("rpm", [-600, 200, 100, 50, 10])
+@pytest.mark.parametrize("rpm", [-600, 100, 10])
 def test_tip_is_the_motion_integrated_in_vectors(rpm: int) -> None:
     """The force on the tip of a free body, integrated from rest: three nutations and their mean."""
     told = asked(f"{PULL} {I_ZZ} --transverse '6.5e-3 kg m^2' --spin '{rpm} rpm'")
@@ -252,21 +230,12 @@ def test_a_log_gives_inertia_and_spin_unless_typed(command: str) -> None:
         assert lighter["torque"] == pytest.approx(0.02 * fastest.position * lighter["g"])
 
 
-def test_latitude_and_i_across_the_rod_are_taken_from_the_log(tmp_path: Path) -> None:
-    text = "# latitude: -33.9 deg\n# transverse_inertia: 8e-3 kg m^2\n" + LOG.read_text(encoding="utf-8")
-    (tmp_path / "south.csv").write_text(text, encoding="utf-8")
-    south = f"--log {tmp_path / 'south.csv'}"
-    assert asked(f"earth {south}")["options"]["latitude"] == pytest.approx(math.radians(-33.9))
-    assert asked(f"precession {south}")["options"]["transverse_inertia"] == pytest.approx(8e-3)
-
-
-@pytest.mark.parametrize("name", ["wrong.csv", "none.csv"])
-def test_a_log_that_is_refused_is_refused_as_by_analyze(name: str, tmp_path: Path) -> None:
+def test_a_log_that_is_refused_is_refused_as_by_analyze(tmp_path: Path) -> None:
     text = "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,56O,13.06,1/3\n"
     (tmp_path / "wrong.csv").write_text(text, encoding="utf-8")
-    expected = CliRunner().invoke(app, ["analyze", str(tmp_path / name), "--no-report"])
+    expected = CliRunner().invoke(app, ["analyze", str(tmp_path / "wrong.csv"), "--no-report"])
     for command in COMMANDS:
-        done = gyro(f"{command} --log {tmp_path / name}")
+        done = gyro(f"{command} --log {tmp_path / 'wrong.csv'}")
         assert (done.exit_code, done.stderr, done.stdout) == (expected.exit_code, expected.stderr, "")
 
 
@@ -285,19 +254,11 @@ PUSHED = f"{FAST} --torque '0.05 N*m'"
     ("command", "code", "said"),
     [
         (f"precession {I_ZZ} --spin 400 --torque '0.05 N*m'", "G621", 'write --spin "400 rpm"'),
-        ("precession --inertia 4.44e-3 --spin 400rpm --torque '0.05 N*m'", "G621", 'write --inertia "4.44e-3 kg*m^2"'),
-        (f"precession {I_ZZ} --spin 400kg --torque '0.05 N*m'", "G621", '--spin: "kg" is no unit of a rotation rate'),
-        (f"precession {I_ZZ} --spin '40 1/s' --torque '0.05 N*m'", "G621", "revolutions or radians"),
-        (f"precession {I_ZZ} --spin 1e300rpm --torque '0.05 N*m'", "G622", "too large for a rotation rate"),
         (f"{PUSHED} --transverse '1e-3 kg m^2'", "G622", "no body has"),
         (FAST, "G623", "give --torque, or --mass and --position"),
-        (f"{FAST} --mass 60g", "G623", "--position is not given"),
         (f"{PUSHED} --mass 60g", "G623", "given twice"),
-        (f"earth {I_ZZ} --spin 0rpm", "G622", "a rotation rate other than zero is needed"),
         (f"tip {I_ZZ}", "G624", "give --spin, or a log to take it from: --log data.csv"),
-        ("twist --set g=9.8", "G624", "add --log data.csv"),
         ("earth --latitude 91deg", "G622", "between -90 and 90 degrees"),
-        ("earth --latitude 42.5deg --hours soon", "G621", "write it like --hours 24"),
         ("earth --latitude 42.5deg --hours 1e6 --step 1e-6", "G622", "give a longer --step"),
         ("earth --latitude 42.5deg --out /dev/null", "G603", "cannot be written"),
     ],

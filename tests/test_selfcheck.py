@@ -55,11 +55,6 @@ def test_a_log_with_more_scatter_is_also_tried_with_its_own() -> None:
     assert agreeing.count("\nrecommended ") == 1
 
 
-def test_the_same_seed_gives_the_same_labs() -> None:
-    first, again, other = (fits(write(draw(Bench(), 2)), 60, "estimators", "--seed", seed) for seed in "114")
-    assert first == again != other
-
-
 @pytest.mark.parametrize("table", ["estimators", "estimators_with_scatter"])
 def test_salort_log_is_covered_and_no_lab_is_refused(table: str) -> None:
     best = fits(SALORT.read_text(encoding="utf-8"), 120, table)["recommended"]

@@ -29,22 +29,6 @@ def test_a_weak_torque_brings_out_the_eighth_order(method: str) -> None:
     assert np.log2(far(weak, 12, method) / far(weak, 24, method)) > 7
 
 
-@pytest.mark.parametrize(("method", "degree"), [("strang", 1), ("saba4", 7), ("aba84", 7)])
-def test_turns_and_kicks_mirror_and_kicks_are_a_quadrature(method: str, degree: int) -> None:
-    turns, kicks = METHODS[method]
-    assert sum(turns) == pytest.approx(1, abs=1e-15)
-    assert (turns, kicks) == (pytest.approx(turns[::-1], abs=1e-15), pytest.approx(kicks[::-1], abs=1e-15))
-    places = np.cumsum(turns)[:-1]
-    for power in range(degree + 1):
-        assert np.sum(np.array(kicks) * places**power) == pytest.approx(1 / (power + 1), abs=4e-16)
-
-
-def test_aba84_has_no_error_of_the_second_order_in_the_torque() -> None:
-    turns, kicks = METHODS["aba84"]
-    kicked = np.concatenate([[0.0], np.cumsum(kicks)])
-    assert np.sum(np.array(turns) * kicked**2) == pytest.approx(1 / 3, abs=1e-15)
-
-
 @pytest.mark.parametrize("method", METHODS)
 def test_conserved_quantities_stay_and_the_energy_is_bounded(method: str) -> None:
     state = released(TOP, 200 * np.pi / 30, 0.3)
@@ -58,17 +42,3 @@ def test_conserved_quantities_stay_and_the_energy_is_bounded(method: str) -> Non
         worst.append(max(abs(energy(TOP, place) - energy(TOP, state)) for place in path))
     # Ten times as long, no more energy lost.
     assert worst[1] < 1.2 * worst[0] + 1e-13 * TORQUE
-
-
-def test_backwards_it_retraces_its_steps() -> None:
-    state = released(TOP, FAST, 0.1)
-    back = split(TOP, split(TOP, state, 5.0, 300), -5.0, 300)
-    assert np.abs(back.axis - state.axis).max() < 1e-13
-
-
-def test_unknown_methods_and_no_steps_are_refused() -> None:
-    state = released(TOP, FAST)
-    with pytest.raises(ValueError, match="no method 'euler'; choose one of strang, saba4, aba84"):
-        split(TOP, state, 1.0, 10, "euler")
-    with pytest.raises(ValueError, match="0 steps lead nowhere"):
-        split(TOP, state, 1.0, 0)

@@ -45,15 +45,6 @@ def body(time: float) -> Floats:
     return physics.body_rotation(*rates, theta(time))
 
 
-def test_the_axes_are_right_handed_and_e1_is_level() -> None:
-    first, second, third = axes(0.7)
-    np.testing.assert_allclose(np.cross(first, second), third, atol=1e-15)
-    np.testing.assert_allclose(np.cross(third, first), second, atol=1e-15)
-    assert first[2] == 0
-    assert third[2] == pytest.approx(math.cos(theta(0.7)), rel=1e-15)
-    np.testing.assert_allclose(np.cross([0, 0, 1], third), math.sin(theta(0.7)) * first, atol=1e-15)
-
-
 @pytest.mark.parametrize("time", [0.0, 0.7, 1.9])
 def test_the_frame_turns_by_equation_one(time: float) -> None:
     rotation = frame(time) @ axes(time)

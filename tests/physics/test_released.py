@@ -55,20 +55,6 @@ def test_release_bias_in_digits(top: Nutation, exact: float, closed: float) -> N
     assert bias == pytest.approx(closed, rel=6e-3)
 
 
-@pytest.mark.parametrize("top", [lab(20, 600, 1.39), lab(40, 400, 1.49), lab(20, 200, 1.39), lab(60, 200, 1.6)])
-def test_lowest_order_is_good_to_the_next_one(top: Nutation) -> None:
-    bias = physics.release_bias(top.torque, top.spin, INERTIA, top.across)
-    rate = physics.horizontal_precession_rate(top.torque, top.spin, INERTIA) / (1 + bias)
-    assert abs(rate / top.mean() - 1) < 16 * (top.across * top.torque / (INERTIA * top.spin) ** 2) ** 4
-
-
-@pytest.mark.parametrize(("rpm", "seconds"), [(200, 0.067), (400, 0.033), (600, 0.022)])
-def test_click_error_in_digits(rpm: float, seconds: float) -> None:
-    for sense in (1, -1):
-        error = physics.click_error(sense * rpm * RPM, INERTIA, 1.4 * INERTIA)
-        assert error == pytest.approx(seconds, abs=5e-4)
-
-
 def test_click_error_is_the_wave_on_the_azimuth() -> None:
     # Largest lead of the azimuth over its mean, as a time, from the motion itself.
     top = lab(20, 400, 1.39)

@@ -35,15 +35,6 @@ def test_harmonic_mean_is_the_integral(start: float, end: float, exponent: float
     assert found == pytest.approx(integral(start, end, exponent), rel=1e-13)
 
 
-def test_special_cases_of_the_harmonic_mean() -> None:
-    a, b = 70.0, 50.0
-    geometric, logarithmic = math.sqrt(a * b), (a - b) / math.log(a / b)
-    assert physics.harmonic_mean_spin(a, b) == pytest.approx(geometric**2 / logarithmic, rel=1e-15)
-    assert physics.harmonic_mean_spin(a, b, 0) == pytest.approx(logarithmic, rel=1e-15)
-    assert physics.harmonic_mean_spin(a, b, 0.5) == pytest.approx(geometric, rel=1e-15)
-    assert physics.harmonic_mean_spin(a, b, 2) == pytest.approx(2 * a * b / (a + b), rel=1e-15)
-
-
 @pytest.mark.parametrize("decay", [0.0, 1e-12, 1e-6, 1.99e-4, 2.01e-4, 1e-3])
 def test_harmonic_mean_of_a_hardly_falling_spin(decay: float) -> None:
     # (a − b)/ln(a/b) is 0/0 for equal ends; the series takes over smoothly.
@@ -52,18 +43,6 @@ def test_harmonic_mean_of_a_hardly_falling_spin(decay: float) -> None:
         d = mpmath.log(mpmath.mpf(40.0) / mpmath.mpf(end))
         exact = mpmath.mpf(1) if d == 0 else d / mpmath.expm1(d)
     assert physics.harmonic_mean_spin(40.0, end) == pytest.approx(float(40 * exact), rel=4e-16)
-
-
-@pytest.mark.parametrize("decay", [9.9e-4, -9.9e-4, 1.01e-3, 0.4, 0.7])
-def test_slopes_of_the_harmonic_mean_are_its_derivatives(decay: float) -> None:
-    end = math.exp(-decay)
-    to_start, to_end = physics.harmonic_mean_spin_slopes(1.0, end)
-    with mpmath.workdps(40):
-        fall = -mpmath.log(mpmath.mpf(end))
-        factor = fall / mpmath.expm1(fall)
-        exact = factor + mpmath.diff(lambda d: d / mpmath.expm1(d), fall)
-    assert to_start == pytest.approx(float(exact), rel=2e-15 if abs(decay) < 1e-3 else 1e-9)
-    assert to_start + end * to_end == pytest.approx(physics.harmonic_mean_spin(1.0, end), rel=1e-12)
 
 
 def test_dry_friction_for_a_viscous_fall() -> None:

@@ -80,7 +80,9 @@ def slowed(
     from gyrodata import motion
 
     top = motion.Top(whole, across, total)
-    ratio = steady / motion.mean_precession_rate(top, motion.released(top, measured.spin, measured.pitch))
+    mean = motion.mean_precession_rate(top, motion.released(top, measured.spin, measured.pitch))
+    # Without any torque neither rate is above zero, and the rod stands still.
+    ratio = np.divide(steady, mean, out=np.ones_like(mean), where=mean != 0)
     click = physics.click_error(measured.spin, whole, across)
     own, every = np.arange(len(total)), np.zeros(len(total), dtype=int)
     nothing = np.zeros(len(total))

@@ -1,8 +1,7 @@
 """Try very many inputs: ``python tests/fuzz --count 100000``; every fault is shown with the seed that repeats it.
 
-``--door NAME`` tries another door than the analysis (clean, reader, rubric, desk, gradebooks, zips, options),
-and ``--door all`` all of them, as many each; ``clean`` draws logs without a slip, whose truth is known, of 3 to 3000
-runs. ``--seed S --only`` tries one and shows the log; ``--workers N`` uses N processes.
+``--door NAME`` tries another door than the analysis, and ``--door all`` all of them, as many each; ``clean`` draws logs
+without a slip, whose truth is known. ``--seed S --only`` tries one and shows the log.
 """
 
 from __future__ import annotations

@@ -90,22 +90,10 @@ def third(word: str, thirds: int = 1) -> str:
 
 
 @pytest.mark.parametrize(
-    "text",
-    [
-        blocks(cells_above),
-        *map(ditto, ('"', "''", "〃")),
-        ditto('"').replace(",", "\t"),
-        *map(third, ("Drittel", "tiers", "un tercio", "un terzo")),
-        third("due terzi", 2),
-    ],
+    "text", [blocks(cells_above), *map(ditto, ('"', "〃")), third("Drittel"), third("due terzi", 2)]
 )
 def test_a_plain_meaning_is_read(text: str) -> None:
     assert gives_truth(text)
-
-
-def test_a_quoted_comma_is_no_ditto_mark() -> None:
-    note = log(f"{HEAD},note", lambda *run: f'{plain(*run)},"ok, I think"').replace('"ok, I think"', '","', 1)
-    assert gives_truth(note)
 
 
 # Forms that are refused: what to type is done -------------------------------------------------------------------------
@@ -117,24 +105,13 @@ def test_a_key_with_words_behind_its_value() -> None:
     assert gives_truth(text.replace("# x = 14.8 cm from centre", line))
 
 
-def test_a_position_key_from_the_surface_asks_for_both_lines() -> None:
-    text = "# ball_diameter: 10.16 cm\n# x = 9.72 cm from the surface\n"
-    text += log("m (g),spin (rpm),time (s),turns", lambda m, s, t: f"{m},{s},{t:.2f},1")
-    lines = re.findall(r'"(# .*?)"', hint_of(text, "G305"))
-    assert gives_truth(text.replace("# x = 9.72 cm from the surface", "\n".join(lines)))
-
-
-@pytest.mark.parametrize("names", ["lap 1 (s),lap 2 (s),lap 3 (s)", "t1 (s),t2 (s),t3 (s)", "lap1_s,lap2_s,lap3_s"])
-def test_laps_of_one_clock_are_no_repeats(names: str) -> None:
-    head = f"mass (g),position (cm),spin (rpm),{names}"
-    text = log(head, lambda m, s, t: f"{m},14.8,{s},{t:.2f},{2 * t + 0.1:.2f},{3 * t - 0.1:.2f}")
-    options = shlex.split(hint_of(text, "G241").partition(": ")[2])
-    assert gives_truth(text, *options)
-
-
-def test_repeats_are_no_laps() -> None:
-    head = "mass (g),position (cm),spin (rpm),t1 (s),t2 (s),t3 (s),turns"
-    assert gives_truth(log(head, lambda m, s, t: f"{m},14.8,{s},{t:.2f},{t + 0.1:.2f},{t - 0.1:.2f},1"))
+def test_laps_of_one_clock_are_no_repeats() -> None:
+    head = "mass (g),position (cm),spin (rpm),{},turns"
+    laps = head.replace(",turns", "").format("lap 1 (s),lap 2 (s),lap 3 (s)")
+    text = log(laps, lambda m, s, t: f"{m},14.8,{s},{t:.2f},{2 * t + 0.1:.2f},{3 * t - 0.1:.2f}")
+    assert gives_truth(text, *shlex.split(hint_of(text, "G241").partition(": ")[2]))
+    repeats = head.format("t1 (s),t2 (s),t3 (s)")
+    assert gives_truth(log(repeats, lambda m, s, t: f"{m},14.8,{s},{t:.2f},{t + 0.1:.2f},{t - 0.1:.2f},1"))
 
 
 @pytest.mark.parametrize("way", [0, 1], ids=["time", "period"])
@@ -168,7 +145,7 @@ def test_start_and_stop_of_a_clock() -> None:
     assert gives_truth(log(f"mass (g),position (cm),spin (rpm),{column},turns", plain))
 
 
-@pytest.mark.parametrize("between", ["–", " to ", "/", " → "])
+@pytest.mark.parametrize("between", ["–", "/"])
 def test_start_and_end_in_one_spin_cell(between: str) -> None:
     text = log("mass (g),position (cm),spin (rpm),time (s),turns",
                lambda m, s, t: f"{m},14.8,{s + 5}{between}{s - 5},{t:.2f},1")  # fmt: skip
@@ -187,12 +164,6 @@ def test_a_letter_in_place_of_the_mass() -> None:
     assert gives_truth(text)
 
 
-def test_no_turns_with_a_weight() -> None:
-    text = f"{GOOD}20.1,14.8,405,120,0\n"
-    assert "put # before its line" in hint_of(text, "G215")
-    assert gives_truth(text.replace("20.1,14.8,405", "# 20.1,14.8,405"))
-
-
 CROSS = "spin (rpm),20.1 g,40.3 g,60.2 g\n" + "".join(
     f"{spin},{','.join(f'{t:.2f}' for _, s, t in RUNS if s == spin)}\n" for spin in SPINS
 )
@@ -205,10 +176,7 @@ LISTS = "".join(
     ("text", "shape"),
     [
         (CROSS, "cross table"),
-        (re.sub(r"(\d\S+) g", r"m=\1 g", CROSS), "cross table"),
-        (f"Time of one turn (s)\n{CROSS}", "cross table"),
         (LISTS, "each line lists"),
-        (f"Our lab\n{LISTS}", "each line lists"),
     ],
 )
 def test_a_shape_without_a_header(text: str, shape: str) -> None:
@@ -228,13 +196,10 @@ def test_json_becomes_a_table_as_the_hint_says() -> None:
 
 
 def test_blanks_between_the_columns_under_a_title_with_a_comma() -> None:
-    def title(mass: float, rows: str) -> str:
-        return f"Mass {mass} g at 14.8 cm, time for 1/3 turn\nspin rpm    time s\n{rows}"
-
-    text = blocks(title, "{spin}    {time:.2f}\n", 1 / 3)
+    title = "Mass {} g at 14.8 cm, time for 1/3 turn\nspin rpm    time s\n{}"
+    text = blocks(title.format, "{spin}    {time:.2f}\n", 1 / 3)
     assert hint_of(text, "G222") == "put a comma, a semicolon or a tab between the columns"
-    for delimiter in ",\t":
-        assert gives_truth(text.replace("    ", delimiter))
+    assert gives_truth(text.replace("    ", ","))
 
 
 def test_a_radius_beside_the_arm() -> None:
@@ -251,10 +216,7 @@ def notes_in(text: str) -> list[str]:
     return [one["message"] for one in analyze(text)[1] if one["code"] == "G240"]
 
 
-@pytest.mark.parametrize(
-    "note",
-    ["2 reflective strips, twice the real rpm!!", "# tachometer shows double the speed", "обороты вдвое больше"],
-)
+@pytest.mark.parametrize("note", ["2 reflective strips, twice the real rpm!!", "# tachometer shows double the speed"])
 def test_a_note_about_the_spin_is_followed(note: str) -> None:
     result, said = analyze(f"{TWICE}{note}\n")
     told = next(one for one in said if one["code"] == "G240")
@@ -268,23 +230,13 @@ def test_a_note_about_the_spin_is_followed(note: str) -> None:
         assert notes_in(corrected) == []
 
 
-def test_a_note_in_the_cell_of_a_run() -> None:
-    text = log(f"{HEAD},note", lambda *run: f"{plain(*run)},masses without hanger")
-    assert len(notes_in(text)) == 1
-    assert notes_in(text.replace("masses", "corrected: masses")) == []
-
-
 @pytest.mark.parametrize(
     ("note", "role"),
     [
         ("hanger of 5 g not included in the masses", "mass"),
         ("time minus 0.2 s reaction", "time"),
         ("position wrong, see sketch", "position"),
-        ("rpm is half of what the ball did", "spin"),
         ("Halter nicht enthalten", "mass"),
-        ("la vitesse de rotation est deux fois trop grande", "spin"),
-        ("масса без крючка", "mass"),
-        ("tachometer reads twice the real rpm", "spin"),
         ("spin not corrected", "spin"),
     ],
 )
@@ -297,17 +249,12 @@ def test_a_note_is_quoted_with_its_quantity(note: str, role: str) -> None:
 
 @pytest.mark.parametrize(
     "note",
-    [
-        "half time", "spin read at half time", "timed 1/2 turn", "run without a weight", "time measured twice",
-        "mass double-checked", "time for half a revolution", "halbe Umdrehung", "zweimal gemessen", "mass with hanger",
-        "position: minus side", "stopwatch: plus or minus 0.2 s", "the second half of the time was windy",
-        "половина оборота", "measured the spin twice and took the mean", "rpm already halved",
-        "u_time: half the range of the times", "spun twice at each position",
-    ],
+    ["spin read at half time", "time for half a revolution", "halbe Umdrehung", "mass double-checked",
+     "measured the spin twice and took the mean", "rpm already halved"],
 )  # fmt: skip
 def test_usual_words_of_this_lab_raise_no_warning(note: str) -> None:
     assert notes_in(f"# {note}\n{GOOD}{note}\n") == []
-    assert notes_in(log(f"{HEAD},note", lambda *run: f"{plain(*run)},{note.replace(',', '')}")) == []
+    assert notes_in(log(f"{HEAD},note", lambda *run: f"{plain(*run)},{note}")) == []
 
 
 def test_a_note_costs_no_points(tmp_path: Path) -> None:

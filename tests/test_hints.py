@@ -116,8 +116,6 @@ def carry_out(log: str, told: Diagnostic) -> tuple[str, dict[str, Any]]:
         lines[at] = lines[at][:start] + text + lines[at][start + told.width :]
         return "\n".join(lines) + "\n"
 
-    if copied := re.search(r"the header line to copy:\n(.*)\n", hint):
-        return log.replace(next(line for line in lines if line[0] != "#"), copied[1]), {}
     if pairs := re.findall(r'--map (\w+)="([^"]+)"', hint.partition(" or --map")[0]):
         stated = re.search(r'--set (\w+)="?([^"?…]+)"?\?', hint)
         # A time that fits a whole period as well: the student did time one turn here, as the other way says.
@@ -128,8 +126,8 @@ def carry_out(log: str, told: Diagnostic) -> tuple[str, dict[str, Any]]:
         }
     if line := re.search(r'did you mean "(# [^"]+)"', hint):
         return put(line[1]) if wrong.startswith("#") else log.replace(lines[at], line[1]), {}
-    if meant := re.search(r"did you mean ([^\s?]+)\?|write it as ([\d:.]+\d)", hint):
-        return put(meant[1] or meant[2]), {}
+    if meant := re.search(r"did you mean ([^\s?]+)\?", hint):
+        return put(meant[1]), {}
     if longer := re.search(r"such as ([\d.]+),", hint):
         return log.replace(f",{wrong},", f",{longer[1]},"), {}
     if header := re.search(r'write the header as "([^"]+)"', hint):

@@ -73,26 +73,18 @@ SURFACE = "the arm is measured from the ball's surface"
 TWICE = "every turn of the ball is counted twice"
 SLIPS: dict[str, tuple[Callable[[Lab], Lab], str]] = {
     "grams under kg": (renamed(mass="mass [kg]"), 'write the header as "mass [g]"'),
-    "milligrams under g": (scaled("mass", 1e3), 'write the header as "mass [mg]"'),
     "kilograms under g": (scaled("mass", 1e-3), 'write the header as "mass [kg]"'),
     "newtons under kg": (scaled("mass", 9.803e-3, "mass [kg]"), "the weights are in newtons"),
     "ounces under g": (scaled("mass", 1 / 28.3495), "the masses are in oz"),
     "centimetres under m": (renamed(position="position [m]"), 'write the header as "position [cm]"'),
-    "centimetres under mm": (renamed(position="position [mm]"), "the positions are in cm"),
     "millimetres under cm": (scaled("position", 10.0), 'write the header as "position [mm]"'),
-    "millimetres under m": (scaled("position", 10.0, "position [m]"), 'write the header as "position [mm]"'),
-    "metres under cm": (scaled("position", 0.01), 'write the header as "position [m]"'),
     "inches under cm": (scaled("position", 1 / 2.54), "the positions are in inch"),
     "rpm under Hz": (renamed(spin="spin [Hz]"), "the spins are in rpm"),
     "rpm under rad/s": (renamed(spin="spin [rad/s]"), "the spins are in rpm"),
     "rpm under deg/s": (renamed(spin="spin [deg/s]"), "the spins are in rpm"),
     "rad/s under rpm": (scaled("spin", RPM), "the spins are in rad/s"),
-    "rad/s under Hz": (scaled("spin", RPM, "spin [Hz]"), "the spins are in rad/s"),
     "Hz under rpm": (scaled("spin", 1 / 60), 'write the header as "spin [Hz]"'),
-    "Hz under rad/s": (scaled("spin", 1 / 60, "spin [rad/s]"), "the spins are in revolutions a second"),
-    "degrees a second under rpm": (scaled("spin", 6.0), "the spins are in deg/s"),
     "minutes under s": (scaled("time", 1 / 60), 'write the header as "time [min]"'),
-    "milliseconds under s": (scaled("time", 1e3), 'write the header as "time [ms]"'),
     "two strips of tape": (scaled("spin", 2.0), TWICE),
     "half turns as whole ones": (scaled("turns", 2.0), TWICE),
     "a third as a whole turn": (scaled("turns", 3.0), "1/3 of a turn is timed, and the log says a whole one"),
@@ -100,7 +92,6 @@ SLIPS: dict[str, tuple[Callable[[Lab], Lab], str]] = {
     "degrees as turns": (scaled("turns", 360.0), "the turns are degrees"),
     "from the surface": (shifted(-DIAMETER / 2), SURFACE),
     "the radius added twice": (shifted(DIAMETER / 2), "the ball's radius is added to an arm"),
-    "a whole length for half": (scaled("position", 2.0), "the arm is written twice as long"),
     "spin and time exchanged": (renamed(spin="time [s]", time="spin [rpm]"), "exchange the two headers"),
     "the ball's radius as its diameter": (
         lambda one: replace(one, top=f"# ball_mass: {MASS} kg\n# ball_diameter: {DIAMETER / 2} cm\n"),
@@ -126,9 +117,8 @@ def is_first(words: list[str], cause: str) -> bool:
 
 
 def test_a_good_log_is_not_asked() -> None:
-    for turns in (1 / 3, 2 / 3, 1.0):
-        for seed in range(5):
-            assert told(lab(turns, seed).text()) == []
+    for seed, turns in enumerate((1 / 3, 2 / 3, 1.0) * 5):
+        assert told(lab(turns, seed).text()) == []
 
 
 def test_one_cell_in_another_unit_is_asked_about_and_spoils_nothing() -> None:

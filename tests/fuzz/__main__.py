@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import collections
-import os
 import secrets
 import sys
 import traceback
@@ -49,7 +48,6 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=secrets.randbelow(2**31), help="of the first log")
     parser.add_argument("--door", choices=(*WAYS, "all"), default="analysis", help="what the inputs are given to")
     parser.add_argument("--only", action="store_true", help="one input; a log is printed")
-    parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes")
     options = parser.parse_args()
     print(f"seed {options.seed}", flush=True)
     if options.only:
@@ -57,7 +55,7 @@ def main() -> None:
             print(draw(options.seed)[0].decode("utf-8", "replace"))
         sys.exit(print(WAYS[options.door](options.seed)))
     ends: collections.Counter[str] = collections.Counter()
-    with ProcessPoolExecutor(options.workers) as pool:
+    with ProcessPoolExecutor() as pool:
         for door in WAYS if options.door == "all" else [options.door]:
             seeds = range(options.seed, options.seed + options.count)
             for seed, end, fault in pool.map(one, seeds, [door] * len(seeds), chunksize=50):

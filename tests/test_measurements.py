@@ -141,14 +141,6 @@ def test_report_says_where_an_uncertainty_is_from() -> None:
     }.items()
 
 
-@pytest.mark.parametrize("senses", [("ccw", "", "", "", "cw"), ("cw", "cw", "cw", "ccw", "ccw")])
-def test_senses_give_the_sign_of_an_unloaded_run(senses: tuple[str, ...]) -> None:
-    rows = (ROWS + "0,,401,160.2,1/12\n").splitlines()
-    log = HEAD.strip() + ",precession_sense\n" + "".join(f"{r},{s}\n" for r, s in zip(rows, senses, strict=True))
-    assert result(log)["residual_torque"]["value"] < 0
-    assert not found(log, "G402")
-
-
 def test_only_a_run_without_a_weight_needs_its_sense() -> None:
     assert not found(HEAD + ROWS, "G402")
     log = HEAD.strip() + ",precession_sense\n" + ROWS.replace("1/3\n", "1/3,\n") + "0,,{},160.2,1/12,{}\n"

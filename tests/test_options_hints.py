@@ -81,13 +81,6 @@ def test_name_that_is_proposed_or_listed_gives_the_truth(
     assert_right(source, **{option: mended})
 
 
-def test_every_key_that_is_listed_is_one() -> None:
-    listed = refused(WITHOUT_TURNS, "G501", settings={"xyz": "1/3"}).hint.removeprefix("keys are: ").split(", ")
-    assert {"turns", "g", "balanced", "motion", "position_from", "u_time"} <= set(listed)
-    done = CliRunner().invoke(app, ["analyze", "-", *(f"--set={key}=?" for key in listed)], input=LOG)
-    assert (done.exit_code, "G504" in done.output, "G501" in done.output) == (2, True, False)
-
-
 VALUES = [
     (WITHOUT_G, "g", "fast", "9.803", "9.803 m/s^2"),
     (WITHOUT_TURNS, "turns", "third", "1/3", "1/3"),

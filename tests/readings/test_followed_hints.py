@@ -5,7 +5,6 @@ Everything goes through the command line; what a hint prints to copy is copied f
 
 from __future__ import annotations
 
-import io
 import json
 import math
 import re
@@ -13,7 +12,6 @@ import shlex
 from collections.abc import Callable
 from typing import Any
 
-import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
@@ -163,14 +161,6 @@ def test_a_shape_without_a_header(text: str, shape: str) -> None:
     assert "one row for each time, with its mass, position, spin and turns" in told["hint"]
     names = told["hint"].rpartition(": ")[2].split(", ")
     assert gives_truth(log(",".join(names), plain))
-
-
-def test_json_becomes_a_table_as_the_hint_says() -> None:
-    keys = ("mass_g", "position_cm", "spin_rpm", "time_s", "turns")
-    text = json.dumps([dict(zip(keys, map(float, plain(*run).split(",")), strict=True)) for run in RUNS])
-    hint = hint_of(text, "G104")
-    assert "pandas.read_json(FILE).to_csv('log.csv', index=False)" in hint
-    assert gives_truth(pd.read_json(io.StringIO(text)).to_csv(index=False))
 
 
 def test_blanks_between_the_columns_under_a_title_with_a_comma() -> None:

@@ -30,17 +30,11 @@ def test_reported_value_is_read_and_what_is_wrong_is_kept(text, fault, value, u)
     assert bool(told.problem) == bool(fault)
 
 
-@pytest.mark.parametrize(
-    ("key", "name", "text", "value"),
-    [
-        ("inertia", "I_zz", "4.4e-3 kg m^2", 4.4e-3),
-        ("inertia", "Trägheitsmoment", "4.4e-3 kg m^2", 4.4e-3),
-        ("imbalance", "imbalance", "0.10(5) mN m", 1e-4),
-        ("timing_bias", "timing_bias", "50 ± 20 ms", 0.05),
-    ],
-)
-def test_each_key_has_its_names_and_its_kind_of_quantity(key, name, text, value):
-    assert reported(text, key, name).value == pytest.approx(value)
+def test_each_key_has_its_names_and_its_kind_of_quantity():
+    for name in ("I_zz", "Trägheitsmoment"):
+        assert reported("4.4e-3 kg m^2", "inertia", name).value == pytest.approx(4.4e-3)
+    assert reported("0.10(5) mN m", "imbalance").value == pytest.approx(1e-4)
+    assert reported("50 ± 20 ms", "timing_bias").value == pytest.approx(0.05)
 
 
 @pytest.mark.parametrize(

@@ -71,8 +71,7 @@ class TestCheck:
 
 
 class TestTemplate:
-    @pytest.mark.parametrize("weights", [1, 2, 3, 5])
-    @pytest.mark.parametrize("spins", [1, 2, 4])
+    @pytest.mark.parametrize(("weights", "spins"), [(1, 1), (3, 2), (5, 4)])
     def test_each_weight_is_hung_at_each_spin_and_the_first_once_more(self, weights: int, spins: int) -> None:
         masses, aims = ([f"{step * (i + 1)}" for i in range(n)] for step, n in ((20, weights), (200, spins)))
         given = [",".join(f"{mass}g" for mass in masses), ",".join(f"{aim}rpm" for aim in aims)]
@@ -93,25 +92,11 @@ class TestTemplate:
         assert (readings.diagnostics, len(readings.runs)) == ((), len(rows))
 
     def test_the_student_says_whether_the_ball_is_balanced(self) -> None:
-        lines = gyro("template").stdout.splitlines()
-        at = lines.index("# balanced: ")
-        assert "yes" in lines[at + 1]
-        assert "no" in lines[at + 1]
+        assert re.search(r"(?m)^# balanced: \n.*yes.*no", gyro("template").stdout)
 
-    @pytest.mark.parametrize(
-        ("spins", "aims"),
-        [("3,6,9 Hz", ["180 rpm", "360 rpm", "540 rpm"]), ("0.5rpm,400rpm", ["0.5 rpm", "400 rpm"])],
-    )
-    def test_spins_to_aim_at_are_in_rpm(self, spins: str, aims: list[str]) -> None:
-        lines = gyro("template", "--spins", spins).stdout.splitlines()
-        told = {line.rpartition("aim at ")[2] for line in lines if "aim at " in line and line[0] in "246"}
-        assert told == set(aims)
-
-    def test_a_bare_number_is_refused_with_the_units_that_serve(self) -> None:
-        done = gyro("template", "--weights", "20,40")
-        assert done.exit_code == 2
-        assert "write one behind it: g, kg; part several with commas" in done.stderr
-        assert gyro("template", "--weights", "20 g,40 g").exit_code == 0
+    def test_spins_to_aim_at_are_in_rpm(self) -> None:
+        told = gyro("template", "--spins", "3,6,9 Hz").stdout
+        assert set(re.findall("aim at (.*)", told)) >= {"180 rpm", "360 rpm", "540 rpm"}
 
 
 class TestSchema:
@@ -122,10 +107,8 @@ class TestSchema:
         parts = dict(zip((row["code"] for row in rows), re.split(r"(?m)^(?=G\d{3}  )", text)[1:], strict=True))
         for row in rows:
             assert parts[row["code"]].startswith(f"{row['code']}  {row['severity']}")
-            # That of an empty log is nothing.
             assert bool(row["example"].strip()) == (row["code"] != "G103")
             shown = parts[row["code"]].split("\n")[1:]
-            # Control characters as pictures.
             words = re.sub(r"[^ -~]", "?", row["example"].split("\n")[0]).split()
             assert re.sub(r"[^ -~]", "?", shown[0]).split() == words
 

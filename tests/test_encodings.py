@@ -7,15 +7,10 @@ import re
 import subprocess
 import sys
 import unicodedata
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
-import typer
 from streams import LINES
-
-from gyrodata.cli import app
 
 ROOT = Path(__file__).parent.parent
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="pseudo-terminals")
@@ -23,7 +18,6 @@ pytestmark = pytest.mark.skipif(os.name != "posix", reason="pseudo-terminals")
 PLAIN = {"PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
 LOCALES = {
     "utf-8": {"PYTHONIOENCODING": "utf-8"},
-    "cp1252": {"PYTHONIOENCODING": "cp1252"},
     "cp437": {"PYTHONIOENCODING": "cp437", "LC_ALL": "POSIX", **PLAIN},
     "ascii": {"LC_ALL": "C", **PLAIN},
 }
@@ -82,16 +76,3 @@ def test_every_number_is_the_same_in_every_locale_in_a_file_and_on_a_terminal(tm
             # A question mark stands for what is no sign, in a broken file, and for nothing else.
             lost = 0 if name == "utf-8" else len(re.findall(r"[\x80-\x9f\ufffd]", shown))
             assert shown_there.count("?") == shown.count("?") + lost, (name, line)
-
-
-def test_every_format_of_every_command_is_tried() -> None:
-    def formats(command: Any, name: str) -> Iterator[str]:
-        for param in command.params:
-            if param.opts[0] in ("--format", "--table"):
-                yield from (f"{name} .*{param.opts[0]} {one}" for one in param.type.choices if one != param.default)
-        for sub, one in getattr(command, "commands", {}).items():
-            yield from formats(one, f"{name} {sub}".strip())
-
-    asked = [one for one in formats(typer.main.get_command(app), "") if not one.endswith("--table runs")]
-    assert len(asked) > 18
-    assert [one for one in asked if not any(re.match(one, line) for line in LINES)] == []

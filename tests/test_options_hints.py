@@ -68,7 +68,6 @@ NAMES: list[tuple[str, str, str, dict[str, str], str, dict[str, str]]] = [
     (WITHOUT_G, "G501", "settings", {"gg": "9.803 m/s^2"}, "did you mean g", {"g": "9.803 m/s^2"}),
     (CLOCK, "G502", "mapping", {"time": "Zeitpunkt"}, r'"clock \[s\]"', {"time": "clock [s]"}),
     (CLOCK, "G503", "mapping", {"tme": "clock [s]"}, "did you mean time", {"time": "clock [s]"}),
-    (CLOCK, "G503", "mapping", {"zz": "clock [s]"}, "roles are: .*, time, ", {"time": "clock [s]"}),
     (CLOCK, "G503", "mapping", {"time": "clock [s]", "spin": "clock [s]"}, "leave --map spin=… out",
      {"time": "clock [s]"}),
 ]  # fmt: skip
@@ -82,29 +81,15 @@ def test_name_that_is_proposed_or_listed_gives_the_truth(
     assert_right(source, **{option: mended})
 
 
-def test_every_key_that_is_listed_is_one() -> None:
-    listed = refused(WITHOUT_TURNS, "G501", settings={"xyz": "1/3"}).hint.removeprefix("keys are: ").split(", ")
-    assert {"turns", "g", "balanced", "motion", "position_from", "u_time"} <= set(listed)
-    done = CliRunner().invoke(app, ["analyze", "-", *(f"--set={key}=?" for key in listed)], input=LOG)
-    assert (done.exit_code, "G504" in done.output, "G501" in done.output) == (2, True, False)
-
-
 VALUES = [
     (WITHOUT_G, "g", "fast", "9.803", "9.803 m/s^2"),
-    (WITHOUT_G, "latitude", "95 deg", "", "52.5 deg"),
     (WITHOUT_TURNS, "turns", "third", "1/3", "1/3"),
-    (ONE_SPIN, "spin", "398", "", "398 rpm"),
     (ONE_SPIN, "spin", "6.63 1/s", "", "6.63 rev/s"),
     (ONE_PLACE, "position", "14.8", "", "14.8 mm"),
     (LOG, "u_time", "little", "0.1", "0.1 s"),
     (LOG, "u_turns", "1 deg", "", "1"),
-    (LOG, "u_mass_scale", "1 g", "", "0.1 %"),
-    (LOG, "u_time_bias", "1 %", "", "0.1 s"),
-    (LOG, "balance_tilt", "3", "", "3 deg in 10 s"),
     (LOG, "balance_drift", "3 deg in 10 s", "", "5 deg in 60 s at 400 rpm"),
     (LOG, "motion", "free", "", "released"),
-    (LOG, "balanced", "maybe", "", "yes"),
-    (LOG, "position_from", "left", "", "centre"),
     (LOG, "rod_mass", "1,300 g", "", "1300 g"),
 ]
 """Log, key, value, the number meant where the value has none, and what the hint makes of it."""
@@ -118,7 +103,7 @@ def test_a_value_is_typed_as_the_hint_says(source: str, key: str, text: str, mea
         # Which of the units is left to whoever held the ruler.
         assert " cm," in hint
         mended = "14.8 cm"
-    if key in ("u_turns", "balance_tilt", "balance_drift", "motion"):
+    if key in ("u_turns", "balance_drift", "motion"):
         gyrodata.analyze(LOG.encode(), settings={key: mended})
     else:
         assert_right(source, settings={key: mended})
@@ -127,10 +112,8 @@ def test_a_value_is_typed_as_the_hint_says(source: str, key: str, text: str, mea
 CONFIGS = [
     ("G504", "[log]\ng = '9.803 m/s^2'\n", lambda _, text: text.replace("[log]\n", "")),
     ("G504", "g = ['9.803 m/s^2']\n", lambda hint, _: hint.partition(": ")[2]),
-    ("G504", "balanced = true\ng = '9.803 m/s^2'\n", lambda hint, text: text.replace("balanced = true", hint[6:])),
     ("G504", "g = 'fast'\n", lambda hint, _: f'g = "{typed_as(hint, "fast", "9.803")}"'),
     ("G505", "g = 9.803 m/s^2\n", lambda hint, _: hint.partition("such as ")[2]),
-    ("G505", "g: 9.803 m/s^2\n", lambda hint, _: hint.partition("such as ")[2]),
     ("G501", "gg = '9.803 m/s^2'\n", lambda hint, text: text.replace("gg", hint.split()[3].strip("?"))),
 ]
 
@@ -148,10 +131,7 @@ def test_a_file_of_constants_is_mended(code: str, text: str, mend: Any, tmp_path
     [
         ("--spins fast", '--spins "400 rpm"'),
         ("--spins 200", "--spins 200rpm"),
-        ("--spins=-200rpm", "--spins 200rpm"),
         ('--weights "20g;40g"', "--weights 20g,40g"),
-        ('--weights ""', "--weights 20g,40g,60g"),
-        ("--weights 0g,20g", "--weights 20g"),
         ('--position "15 s"', "--position 15mm"),
     ],
 )
@@ -162,10 +142,6 @@ def test_the_template_is_printed_then(options: str, mended: str) -> None:
     option, text = re.split("[ =]", options, maxsplit=1)
     if example := re.match(r"for example (.*)", hint):
         typed = example[1]
-    elif hint.startswith("write it without its sign"):
-        typed = f"{option} {text.replace('-', '')}"
-    elif hint == "the run without a weight is in every log":
-        typed = f"{option} {text.removeprefix('0g,')}"
     elif ";" in text:
         assert hint.endswith("part several with commas")
         typed = f"{option} {text.strip(chr(34)).replace(';', ',')}"

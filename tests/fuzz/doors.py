@@ -31,12 +31,10 @@ from gyrodata.errors import GyroError
 from gyrodata.readings import read_log, write_log
 
 HOSTILE = (
-    "\x1b[2J\x1b]0;x\x07", "\u202eDNA\u202c", "a\u2066b\u2069", "=1+1", "@SUM(A1)", "+1", "<script>alert(1)</script>",
-    "\"><img src=x onerror=1>", "</title>", "\\input{/etc/passwd}", "$\\end{document}", "%", "#_^~&", "`x`", "| a | b",
-    "[x](javascript:1)", "a\nb", "a\r\nb", "\x85\x9b31m", "\u2028", "Ёлка 山", "a" * 300, "", "'", '"',
-    "::error::x", "{{ 7*7 }}", "\x7f", "\u200b", "e\u0301", "\x00",
+    "\x1b[2J\x1b]0;x\x07", "\u202eDNA\u202c", "=1+1", "@SUM(A1)", "<script>alert(1)</script>", "</title>",
+    "\"><img src=x onerror=1>", "\\input{/etc/passwd}", "$\\end{document}", "%", "#_^~&", "| a | b", "a\nb",
+    "[x](javascript:1)", "\x85\x9b31m", "\u2028", "Ёлка 山", "a" * 300, "", '"', "{{ 7*7 }}", "\u200b", "\x00",
 )  # fmt: skip
-NAMES = ("Jane Doe", "doejane", "Анна", "O'Neil, Kim", "jdoe", "Participant 7", *HOSTILE)
 BARE = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
 """What a terminal obeys, or what turns a line around."""
 FOREIGN = re.compile(r"<(?:script|img|iframe|object|svg)\b[^>]*(?:src|onerror|onload|href)\s*=", re.IGNORECASE)
@@ -165,49 +163,6 @@ def rubric(seed: int) -> str:
         return graded("class", "--rubric", "rubric.toml")
 
 
-def desk(seed: int) -> str:
-    """What a person decides by hand, and a note of any student in a log."""
-    rng = random.Random(seed)
-    likely = ("total,1", "comment,well", "reported,4.4e-3 ± 0.1e-3 kg m^2")
-    what = f"{rng.choice(('total', 'reported', 'station', 'partner'))},{rng.choice(('', *HOSTILE[3:5]))}"
-    lines = ["student,what,value,by,why", f"{rng.choice(('ann', 'ben'))},{rng.choice((*likely, what))},Ann,talked"]
-    with folder():
-        Path("out").mkdir()
-        Path("out/desk.csv").write_bytes(mutated(rng, "\n".join(lines) + "\n"))
-        Path("class/ann.csv").write_text(f"# experimenter: {rng.choice(NAMES[:20])}\n{LOG}", "utf-8", "replace")
-        return graded("class")
-
-
-BOOKS = {
-    "--gradebook": "Student,ID,SIS User ID,SIS Login ID,Section,Gyroscope (5511),Final Score\n"
-    "    Points Possible,,,,,20.0,(read only)\n{a},ann,001,u1,A,,1\n{b},ben,002,u2,A,7,1\n",
-    "--worksheet": "Identifier,Full name,Email address,Status,Grade,Maximum Grade,Grade can be changed,"
-    "Feedback comments\nParticipant ann,{a},a@b.c,Submitted,,20.00,Yes,\n"
-    "Participant ben,{b},a@b.c,Submitted,7.00,20.00,No,<p>so</p>\n",
-    "--grade-center": "Last Name,First Name,Username,Student ID,Last Access,Gyroscope [Total Pts: 20 Score] |5511\n"
-    "{a},Kim,ann,1,2026-03-09,\n{b},Kim,ben,2,2026-03-09,Needs Grading(3.00)\n",
-}
-
-
-def gradebooks(seed: int) -> str:
-    """A sheet of a platform: filled, it differs in points and comments alone; the same sheet as a roster."""
-    rng = random.Random(seed)
-    option = rng.choice(list(BOOKS))
-    names = [f'"{name.replace(chr(34), chr(34) * 2)}"' for name in rng.sample(NAMES, 2)]
-    whole = BOOKS[option].format(a=names[0], b=names[1])
-    data = mutated(rng, whole) if rng.random() < 0.7 else whole.encode()
-    with folder():
-        Path("book.csv").write_bytes(data)
-        end = graded("class", option, "book.csv", *(("--roster", "book.csv") if rng.random() < 0.3 else ()))
-        for path in Path("out").glob("[cmb][aol]*.csv") if data == whole.encode() else ():
-            before, after = (list(csv.reader(io.StringIO(one))) for one in (whole, path.read_text("utf-8-sig")))
-            assert len(before) == len(after)
-            pairs = [enumerate(zip(old, new, strict=True)) for old, new in zip(before, after, strict=True)]
-            changed = {at for row in pairs for at, (old, new) in row if old != new}
-            assert len(changed) <= 2, "only points and comments change"
-        return end
-
-
 PATHS = (
     "doejane_{n}_5432_lab.csv", "Jane Doe_{n}_assignsubmission_file/lab.csv", "submission_{n}/lab.csv", "s{n}.csv",
     "s{n}/report.md", "submission_metadata.yml", "../up{n}.csv", "/abs{n}.csv", "a\\..\\b{n}.csv", "s{n}/{h}",
@@ -243,11 +198,11 @@ def known_options() -> list[tuple[tuple[str, ...], list[Any]]]:
     found = []
 
     def look(names: tuple[str, ...], command: Any) -> None:
-        if not hasattr(command, "commands"):
+        below = getattr(command, "commands", {})
+        if not below:
             found.append((names, [one for one in command.params if not NEVER.intersection(one.opts)]))
-        for name in getattr(command, "commands", ()):
-            if name not in ("selfcheck", "benchmark", "serve"):
-                look((*names, name), command.commands[name])
+        for name in below.keys() - {"selfcheck", "benchmark", "serve"}:
+            look((*names, name), below[name])
 
     look((), typer.main.get_command(app))
     return sorted(found)
@@ -283,7 +238,5 @@ def options(seed: int) -> str:
         return "taken" if gyro(*line, *rng.choice(([], ["log.csv"], ["class"]))) < 2 else "refused"
 
 
-DOORS: dict[str, Callable[[int], str]] = {
-    door.__name__: door for door in (reader, rubric, desk, gradebooks, zips, options)
-}
+DOORS: dict[str, Callable[[int], str]] = {door.__name__: door for door in (reader, rubric, zips, options)}
 """All of them but the analysis, by name."""

@@ -107,6 +107,6 @@ def test_same_lab_written_in_another_way_has_the_same_answer(way: str, seed: int
 
 @pytest.mark.parametrize("door", DOORS)
 def test_door_takes_an_input_or_refuses_it_in_words(door: str) -> None:
-    # The same in every run: what a random one finds is tried by the command, and kept as a case of its own.
+    # The same in every run; `python tests/fuzz` tries random ones.
     ends = {tried(DOORS[door], seed, door) for seed in range(40, 65)}
     assert "taken" in ends <= {"taken", "refused"}

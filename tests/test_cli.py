@@ -44,14 +44,10 @@ def test_standard_input_writes_no_file(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("unbuffered", ["", "1"])
-def test_a_closed_pipe_is_silent(unbuffered: str, tmp_path: Path) -> None:
+def test_a_closed_pipe_is_silent(tmp_path: Path) -> None:
     line = f"{sys.executable} -m gyrodata analyze {SAMPLE} --format json | head -1"
-    ours = OURS | {"PYTHONUNBUFFERED": unbuffered}
-    done = subprocess.run(line, shell=True, cwd=tmp_path, env=ours, capture_output=True, check=False)
-    assert done.stdout == b"{\n"
-    assert b"Traceback" not in done.stderr
-    assert b"Broken" not in done.stderr
+    done = subprocess.run(line, shell=True, cwd=tmp_path, env=OURS, capture_output=True, check=False)
+    assert (done.stdout, done.stderr) == (b"{\n", b"")
 
 
 BAD = [
@@ -105,18 +101,15 @@ def test_a_name_or_note_that_is_code_stays_text(tmp_path: Path) -> None:
     assert ",=cmd" not in "," + (tmp_path / "r" / "runs.csv").read_text(encoding="utf-8").splitlines()[1]
 
 
-LAB = [
-    (20.1, 212, 7.02, "1/3"), (20.1, 398, 12.96, "1/3"), (20.1, 604, 19.79, "1/3"),
-    (40.3, 212, 3.37, "1/3"), (40.3, 398, 6.51, "1/3"), (40.3, 604, 9.94, "1/3"),
-    (60.2, 212, 7.03, "1"), (60.2, 398, 13.26, "1"), (60.2, 604, 19.97, "1"),
-]  # fmt: skip
+LAB = """20.1,212,7.02,1/3 20.1,398,12.96,1/3 20.1,604,19.79,1/3 40.3,212,3.37,1/3 40.3,398,6.51,1/3
+    40.3,604,9.94,1/3 60.2,212,7.03,1 60.2,398,13.26,1 60.2,604,19.97,1"""
 
 
 def lab(late: float, *options: str) -> str:
     """What `gyro analyze` prints of a lab in which each whole turn is read some seconds late."""
-    text = HEAD.partition("\n")[2]
-    for mass, spin, time, turns in LAB:
-        text += f"{mass},14.8,{spin},{time + late * (1 if turns == '1' else 1 / 3):.2f},{turns}\n"
+    text = "mass [g],spin [rpm],time [s],turns\n# position: 14.8 cm\n"
+    for mass, spin, time, turns in (row.split(",") for row in LAB.split()):
+        text += f"{mass},{spin},{float(time) + late * (1 if turns == '1' else 1 / 3):.2f},{turns}\n"
     return CliRunner().invoke(app, ["analyze", "-", "--no-report", "-q", *options], input=text).stdout
 
 
@@ -141,13 +134,3 @@ def test_a_false_answer_has_a_warning_before_it() -> None:
     result = json.loads(lab(4.0, "--format", "json"))["result"]
     assert result["doubts"][0]["kind"] == "exponent"
     assert all(advice.startswith("find the cause first: ") for advice in result["advice"])
-
-
-@pytest.mark.parametrize("main", ["main", "command"])
-def test_what_python_does_behind_the_command_is_done(main: str) -> None:
-    start = f"import atexit, sys; from gyrodata.__main__ import {main}; atexit.register(print, 'at the end')\n"
-    start += f"sys.argv = ['gyro', 'check', 'no such log.csv']\ntry:\n    {main}()\n"
-    start += "except SystemExit as ended:\n    print('back with', ended.code)\n    sys.exit(ended.code)"
-    done = subprocess.run([sys.executable, "-c", start], capture_output=True, text=True)
-    assert (done.returncode, "there is no file" in done.stdout) == (2, True)
-    assert done.stdout.endswith("back with 2\nat the end\n" if main == "main" else "at the end\n")

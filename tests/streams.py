@@ -13,7 +13,7 @@ from pathlib import Path
 
 LINES = [
     "--help",
-    *(f"{name} --help" for name in ("analyze", "check", "grade", "simulate", "predict earth")),
+    *(f"{name} --help" for name in ("analyze", "grade")),
     *(f"analyze log.csv bad.csv --no-report --format {form}" for form in ("text", "ndjson", "csv", "markdown")),
     *(f"analyze log.csv --no-report --format {form}" for form in ("json", "latex")),
     *(f"analyze log.csv --format csv --table {table}" for table in ("logs", "torques", "budget")),

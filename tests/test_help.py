@@ -13,7 +13,6 @@ import typer
 from documents import ROOT, run
 
 from gyrodata.cli import app
-from gyrodata.units import STANDARD_GRAVITY
 
 
 def commands(command: Any, name: str = "gyro") -> Iterator[tuple[str, Any]]:
@@ -57,10 +56,3 @@ def test_the_example_at_the_foot_works(name: str, tmp_path: Path) -> None:
     done = run(example + " --help" * (name == "gyro benchmark"), tmp_path)
     # The sample's class has three that cannot be graded.
     assert (done.returncode, "error" in done.stderr) == (1 if name == "gyro grade" else 0, False)
-
-
-def test_all_commands_are_there_and_state_the_gravity_used() -> None:
-    assert {"gyro analyze", "gyro check", "gyro predict tip", "gyro schema"} <= set(COMMANDS)
-    for name in ("gyro simulate", "gyro predict precession"):
-        (option,) = (param for param in COMMANDS[name].params if param.name == "g")
-        assert f"{STANDARD_GRAVITY} m/s^2" in f"{option.default} {option.help}"

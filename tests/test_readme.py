@@ -18,10 +18,7 @@ MAIN, TESTS = re.findall(r"^python3 -m venv .*$", README, re.MULTILINE)
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.stem)
 def test_what_is_typed_gives_what_is_shown(path: Path, tmp_path: Path) -> None:
-    text = path.read_text(encoding="utf-8")
-    kinds = {block.kind for block in blocks(text)}
-    assert kinds <= {"console", "sh", "powershell", "python", "text", "csv", "toml", "table", "make"}
-    examples = list(typed(text, tmp_path))
+    examples = list(typed(path.read_text(encoding="utf-8"), tmp_path))
     assert len(examples) > 0
     assert [f"{command}: {wrong}" for command, _, _, wrong in examples if wrong] == []
     for command, shown, came, _ in examples:
@@ -68,13 +65,6 @@ def test_another_tool_takes_it(line: str, tmp_path: Path) -> None:
     # pandas shows six digits.
     right = f"{gyrodata.analyze(tmp_path / 'sample_data' / 'air_gyroscope.csv').inertia.value:.6f}"
     assert right in re.sub(r"(0\.\d{6})\d+", lambda found: f"{float(found[0]):.6f}", told)
-
-
-def test_a_line_for_each_tool_that_is_named() -> None:
-    (named,) = re.findall(r"a line for each of (.*?)\.", " ".join(README.split()))
-    tools = {"Miller": "mlr", "PowerShell": "pwsh"}
-    for name, line in zip(re.split(", | and ", named), WITH_OTHERS, strict=True):
-        assert tools.get(name, name) in line
 
 
 def test_what_is_not_tried_sets_a_machine_up() -> None:

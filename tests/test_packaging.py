@@ -20,29 +20,17 @@ PACKAGE = {
 }
 
 
-@pytest.fixture(scope="module")
-def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def test_the_wheel_and_the_source_contain_what_they_should(tmp_path: Path) -> None:
     pytest.importorskip("hatchling")
-    folder = tmp_path_factory.mktemp("dist")
-    line = [sys.executable, "-m", "hatchling", "build", "--directory", str(folder)]
+    line = [sys.executable, "-m", "hatchling", "build", "--directory", str(tmp_path)]
     subprocess.run(line, cwd=ROOT, check=True, capture_output=True)
-    return folder
-
-
-def test_the_wheel_contains_the_package_alone(built: Path) -> None:
-    with zipfile.ZipFile(next(built.glob("*.whl"))) as wheel:
-        names = {name for name in wheel.namelist() if ".dist-info/" not in name}
-    assert names == PACKAGE
-    assert {"gyrodata/py.typed", "gyrodata/docs/theory.md", "gyrodata/reporting/report.css"} < names
-
-
-def test_the_source_contains_what_its_tests_read(built: Path) -> None:
-    with tarfile.open(next(built.glob("*.tar.gz"))) as source:
+    with zipfile.ZipFile(next(tmp_path.glob("*.whl"))) as wheel:
+        assert {name for name in wheel.namelist() if ".dist-info/" not in name} == PACKAGE
+    with tarfile.open(next(tmp_path.glob("*.tar.gz"))) as source:
         names = {member.name.partition("/")[2] for member in source.getmembers() if member.isfile()}
     beside = {"README.md", "pyproject.toml", ".github/CONTRIBUTING.md", ".ci/run", ".gitignore", "PKG-INFO"}
     assert {name for name in names if not name.startswith(("gyrodata/", "tests/", "sample_data/"))} == beside
     assert names >= {*PACKAGE, "tests/test_packaging.py", "tests/promises.toml", "sample_data/notebook.ipynb"}
-    assert not any(name.endswith((".pyc", ".part")) for name in names)
 
 
 def test_every_library_has_a_floor_and_one_has_a_cap() -> None:

@@ -123,36 +123,6 @@ def test_figures_show_the_numbers_of_the_analysis(analyses: dict[str, Analysis])
             np.testing.assert_allclose(np.polyval(np.polyfit(told, at, 1), told), at, atol=1e-3)
 
 
-# Colours as the colour-blind see them: G. M. Machado, M. M. Oliveira, L. A. F. Fernandes, IEEE Trans. Vis. Comput.
-# Graph. 15 (2009) 1291, severity 1, for linear red, green and blue.
-SIGHT = {
-    "normal": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
-    "protanopia": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
-    "deuteranopia": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
-    "tritanopia": [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]],
-}
-
-
-def lab(colour: str, sight: np.ndarray) -> np.ndarray:
-    """CIE L*a*b* (D65) of a colour as one sees it."""
-    values = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255
-    linear = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
-    to_xyz = np.array(
-        [[0.4124564, 0.3575761, 0.1804375], [0.2126729, 0.7151522, 0.0721750], [0.0193339, 0.1191920, 0.9503041]]
-    )
-    xyz = to_xyz @ np.clip(sight @ linear, 0, 1) / [0.95047, 1.0, 1.08883]
-    f = np.where(xyz > 216 / 24389, np.cbrt(xyz), (24389 / 27 * xyz + 16) / 116)
-    return np.array([116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])])
-
-
-@pytest.mark.parametrize("sight", SIGHT)
-def test_colours_stay_apart_for_the_colour_blind(sight: str) -> None:
-    colours = [colour for colour, _ in plotting.choose_looks([0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.0])]
-    seen = [lab(colour, np.array(SIGHT[sight])) for colour in colours]
-    # Six times the least difference that is seen of two patches side by side.
-    assert min(np.linalg.norm(a - b) for a, b in combinations(seen, 2)) > 15
-
-
 def test_names_from_the_log_are_plain_text() -> None:
     names = ["$x^{", "<script>", "a very long name of a run", "运行", "tab\there", "\\alpha", "run 7", "8", "9"]
     analysis = analyze(log([20, 40, 60], [200, 400, 600], wrong=3, names=names), name="log.csv")

@@ -65,21 +65,6 @@ def test_libraries_stay_with_their_owners() -> None:
     assert [(a, b) for a, b in PAIRS if room(a) != OWNERS.get(b.split(".")[0], room(a))] == []
 
 
-def is_deep(name: str) -> bool:
-    """Whether a name is that of a module behind a room's front, and the front does not offer it."""
-    front, _, last = name.rpartition(".")
-    return name.count(".") > 1 and MODULES[name].stem != "__init__" and f'"{last}"' not in MODULES[front].read_text()
-
-
-def test_tests_import_through_a_room_s_front() -> None:
-    """`deep_imports.txt` lists what they import from behind it: path: modules; reason. It only gets shorter."""
-    lines = (line.partition(": ") for line in (TESTS / "deep_imports.txt").read_text(encoding="utf-8").splitlines())
-    listed = {path: {f"gyrodata.{name}" for name in told.partition("; ")[0].split()} for path, _, told in lines}
-    for path in sorted(TESTS.rglob("*.py")):
-        deep = {name for name in imports(path) & set(MODULES) if is_deep(name)}
-        assert deep <= listed.get(path.relative_to(TESTS).as_posix(), set()), path
-
-
 HEAVY = "numpy pandas scipy pint matplotlib jinja2 uncertainties pydantic"
 
 

@@ -19,7 +19,7 @@ from rich.cells import cell_len
 from typer.testing import CliRunner
 
 import gyrodata
-from gyrodata import changes, docs, effects, findings, fitting, grading, motion, physics, schema
+from gyrodata import changes, docs, effects, findings, grading, motion, physics, schema
 from gyrodata.cli import app
 from gyrodata.diagnostics import CODES, LOG
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO, SOURCES, TRANSVERSE_U, measure
@@ -218,15 +218,6 @@ def test_a_log_may_say_what_a_page_says_of_it(line: str) -> None:
 # --- every other number of the pages -----------------------------------------------------------------------------
 
 
-LIGHTEST = float(physics.torque(0.02, 0.15, 9.8))
-
-
-def balance(line: str) -> float:
-    """Scale of M0's prior [N*m] in a log with this line, with 20 g as its lightest weight."""
-    log = f"# g: 9.8 m/s^2\n{line}{LOG}20.0,15.0,400,13.0,1\n"
-    return float(fitting.balance_scale(measure(read_log(log.encode())), INERTIA, LIGHTEST))
-
-
 @cache
 def selfchecked() -> list[float]:
     """Labs that are simulated of the sample, and how often [%] three fits contain the truth."""
@@ -241,25 +232,11 @@ def u_of_g(line: str) -> float:
     return 100 * next(float(source.relative[0]) for source in sources if source.name == "g")
 
 
-def slower_by_squares() -> float:
-    """By how many δ² the exact mean rate of a rod that was let go is slower than the steady one."""
-    load, spin = 0.0294, 400 * physics.RPM
-    top = motion.Top(INERTIA, ACROSS, load)
-    mean = motion.mean_precession_rate(top, motion.released(top, spin))
-    steady = physics.horizontal_precession_rate(load, spin, INERTIA)
-    return float((steady / mean - 1) / motion.nutation(top, spin).mean_sag ** 2)
-
-
 Claim = tuple[str, str, Callable[[], Any]]
 
 CLAIMS: list[Claim] = [
-    ("theory", "slower than the steady one by {:.0f}δ²", slower_by_squares),
     ("ladder", "less than {} u is left out", lambda: effects.DROP_ONE),
     ("ladder", "stays below {} u together", lambda: effects.DROP_ALL),
-    ("statistics", "a scale of {:.0f} % of the lightest torque", lambda: 100 * balance("") / LIGHTEST),
-    ("statistics", "makes that {:.0f} times as wide", lambda: balance("# balanced: no\n") / balance("")),
-    ("statistics", "makes it {:.2f} mN·m for an I_zz of {:.2f}e-3 kg·m²",
-     lambda: (1e3 * balance("# balanced: yes\n"), 1e3 * INERTIA)),
     ("statistics", "{} labs, the 95 % interval of the recommended fit holds the truth in {:.1f} %",
      lambda: selfchecked()[:2]),
     ("statistics", "± 2u of the line through the origin in {:.1f} %", lambda: selfchecked()[2]),

@@ -35,24 +35,6 @@ def refusal(log: str) -> Diagnostic:
     return error
 
 
-def cycled(runs: int, weights: int) -> str:
-    """Clean runs whose weights come round in turn."""
-    random = np.random.default_rng(1)
-    masses, spins = np.linspace(20, 60, weights)[np.arange(runs) % weights], random.uniform(200, 600, runs)
-    times = 2 * np.pi * INERTIA * spins * np.pi / 30 / (masses * 1e-3 * 9.803 * 0.15) / 3
-    times += 0.14 * random.standard_normal(runs)
-    rows = zip(masses, spins, times, strict=True)
-    return HEAD + "".join(f"{m:.2f},15.0,{s:.1f},{t:.2f},1/3\n" for m, s, t in rows)
-
-
-@pytest.mark.parametrize(("runs", "weights"), [(150, 2), (299, 3), (600, 5), (3000, 3)])
-def test_weights_that_come_round_in_turn_are_fitted(runs: int, weights: int) -> None:
-    found = gyrodata.analyze(cycled(runs, weights).encode()).inertia
-    assert found.u is not None
-    assert abs(found.value - INERTIA) < 4 * found.u
-    assert found.u < 0.02 * INERTIA
-
-
 # --- uncertainties stated as none, or as very large ---------------------------------------------------------------
 
 
@@ -83,21 +65,6 @@ def test_one_exact_run_has_the_uncertainty_of_the_balance() -> None:
     found = gyrodata.analyze(f"# u_spin_delay: 0 s\n{text}".encode())
     assert found.inertia.value == pytest.approx(4.43e-3, rel=0.02)
     assert [share.source for share in found.budget] == ["residual_torque"]
-
-
-@pytest.mark.parametrize("kept", list(KEYS)[::2])
-@pytest.mark.parametrize("others", [False, True], ids=["one zero", "all others zero"])
-def test_any_zero_uncertainty_is_an_answer_or_words(kept: str, others: bool) -> None:
-    zero = {key: text for key, text in KEYS.items() if (key != kept) == others}
-    for noise in (0.0, 1.0):
-        try:
-            found = gyrodata.analyze(nine_runs(zero, noise).encode()).inertia
-        except LogError:
-            assert others
-            continue
-        assert found.u is not None
-        assert abs(found.value - INERTIA) < 3 * found.u + 1e-8 * INERTIA
-        assert found.u > (0.002 if noise else 1e-10) * INERTIA
 
 
 def test_two_runs_without_any_uncertainty_are_refused() -> None:

@@ -123,21 +123,3 @@ def test_a_log_from_standard_input_has_the_name_given(same_names: Path) -> None:
         assert f'"name": "{LABS[1]}"' in run(command, "-", "-f", "json", *options, stdin=data).stdout
         assert "bob/lab.csv:1:1: error G222" in run(command, "-", *options, stdin=b"x\n").output
     assert "of bob/lab.csv (--inertia)" in run("predict", "tip", "--log", "-", *options, stdin=data).stdout
-
-
-@pytest.mark.skipif(os.name != "posix", reason="pseudo-terminals")
-@pytest.mark.parametrize("command", ["analyze -", "predict tip --log -"])
-def test_a_log_from_the_keyboard_is_waited_for_in_words(
-    command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    master, slave = os.openpty()
-    # Nothing is typed, and the end.
-    os.write(master, b"\x04")
-    with os.fdopen(slave) as keyboard:
-        monkeypatch.setattr(sys, "stdin", keyboard)
-        with pytest.raises(SystemExit):
-            app(command.split())
-    os.close(master)
-    seen = capsys.readouterr()
-    assert seen.err.startswith("reading the log from the keyboard; end it with Ctrl-D\n")
-    assert "error G103: the log is empty" in seen.out + seen.err

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import pickle
 import shutil
 import subprocess
 import sys
@@ -55,12 +54,6 @@ def test_a_result_is_text_and_a_number(lab: Analysis) -> None:
     assert float(lab.inertia) == lab.inertia.value
 
 
-def test_analyses_that_say_the_same_are_equal(lab: Analysis) -> None:
-    assert lab == gyrodata.analyze(SAMPLE) == pickle.loads(pickle.dumps(lab))
-    assert len({lab, gyrodata.analyze(SAMPLE)}) == 1
-    assert lab != gyrodata.analyze(SAMPLE, settings={"g": "9.803 m/s^2"})
-
-
 def test_a_figure_is_drawn_on_axes_that_are_given(lab: Analysis) -> None:
     ax = Figure().add_subplot()
     assert lab.plot("torque", ax=ax) is ax
@@ -68,13 +61,6 @@ def test_a_figure_is_drawn_on_axes_that_are_given(lab: Analysis) -> None:
     assert list(ax.get_legend_handles_labels()[1]) == labels
     drawn = np.concatenate([bars.lines[0].get_xydata() for bars in ax.containers])  # type: ignore[attr-defined]
     assert sorted(drawn[:, 1]) == pytest.approx(sorted(lab.runs["torque"]))
-
-
-def test_a_notebook_shows_one_figure_and_the_answer() -> None:
-    shown = gyrodata.analyze(SAMPLE.read_bytes().replace(b"no weight", b"<b>"), name="<i>.csv")._repr_html_()
-    assert shown.count("data:image/png;base64,") == 1
-    assert "I_zz = (4.429 ± 0.034) × 10⁻³ kg·m²" in shown
-    assert "<i>" not in shown
 
 
 def test_ufloats_have_the_covariance_of_the_fit(lab: Analysis) -> None:
@@ -120,19 +106,6 @@ def test_columns_have_their_units_in_four_ways() -> None:
         assert gyrodata.analyze(frame).inertia.value == pytest.approx(expected.inertia.value, rel=1e-12)
 
 
-def test_time_spans_indexes_and_na_of_pandas_are_read() -> None:
-    plain = table()
-    plain.attrs["units"] = UNITS
-    whole = gyrodata.analyze(plain).inertia.value
-    spans = plain.assign(time=pd.to_timedelta(plain["time"], unit="s"))
-    for frame in (spans, plain.set_index("mass").set_index("turns", append=True)):
-        # A span of 3.4 s has lost a digit of 3.40 s.
-        assert gyrodata.analyze(frame).inertia.value == pytest.approx(whole, rel=1e-6)
-    holed = plain.astype({"time": "Float64"})
-    holed.loc[2, "time"] = pd.NA
-    assert len(gyrodata.analyze(holed).runs) == len(plain) - 1
-
-
 WRONG: list[tuple[Callable[[Any], Any], type[Exception], str]] = [
     (lambda g: g.analyze(SAMPLE, model="stedy"), ValueError, "did you mean 'steady'"),
     (lambda g: g.analyze(SAMPLE, keep_flagged="no"), TypeError, "True or False"),
@@ -153,15 +126,6 @@ WRONG: list[tuple[Callable[[Any], Any], type[Exception], str]] = [
 def test_a_wrong_argument_is_refused(call: Callable[[Any], Any], kind: type[Exception], words: str) -> None:
     with pytest.raises(kind, match=words):
         call(gyrodata)
-
-
-def test_a_class_in_this_process_and_in_others() -> None:
-    folder = SAMPLE.parent / "class"
-    here, there = gyrodata.grade(folder), gyrodata.grade(folder, workers=2)
-    assert here.tally == there.tally
-    assert [one.to_json() for one in here.grades] == [one.to_json() for one in there.grades]
-    assert here.count("not graded") == 3
-    assert len(here.slips) > 5
 
 
 USERS = Path(__file__).parent / "users_script.py"

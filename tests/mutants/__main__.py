@@ -24,6 +24,7 @@ import shutil
 import signal
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -59,11 +60,7 @@ class Mutant(NamedTuple):
     at_import: bool
     """Whether the node is met when its module is loaded, and not in a function."""
     node: Any
-    other: ast.expr
-
-    def __str__(self) -> str:
-        other = ast.unparse(ast.fix_missing_locations(self.other))
-        return f"{self.module}:{self.node.lineno}: {ast.unparse(self.node)} -> {other}"
+    other: str
 
 
 def changed(node: ast.AST) -> ast.expr | None:
@@ -106,7 +103,7 @@ def mutants(room: str) -> Iterator[Mutant]:
                     continue
                 if not is_quiet(node):
                     if other := changed(node):
-                        yield Mutant(module, at_import, node, other)
+                        yield Mutant(module, at_import, node, ast.unparse(ast.fix_missing_locations(other)))
                     yield from within(node, module, at_import)
 
     base = ROOT / "gyrodata"
@@ -120,16 +117,17 @@ def written(path: Path, mutant: Mutant, at: int) -> None:
     whole, node = path.read_bytes(), mutant.node
     lines = whole.splitlines(keepends=True)
     start, end = (sum(map(len, lines[: line - 1])) for line in (node.lineno, node.end_lineno))
-    new = f"({ast.unparse(ast.fix_missing_locations(mutant.other))})".encode()
+    new = f"({mutant.other})".encode()
     path.write_bytes(whole[: start + node.col_offset] + new + whole[end + node.end_col_offset :])
     os.utime(path, (at, at))
 
 
-class Chosen(dict[str, int]):
-    """A plugin of pytest: the tests that are run, with their order."""
+class Chosen(list[str]):
+    """A plugin of pytest: the tests that are run, in their order."""
 
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
-        items[:] = sorted((one for one in items if one.nodeid in self), key=lambda one: self[one.nodeid])
+        known = {item.nodeid: item for item in items}
+        items[:] = [known[name] for name in self]
 
 
 class Traced:
@@ -166,15 +164,11 @@ def forked(work: Callable[[], bool], limit: float) -> bool:
                     del sys.modules[name]
             good = work()
         os._exit(0 if good else 1)
-    end = time.monotonic() + limit
-    while time.monotonic() < end:
-        done, status = os.waitpid(child, os.WNOHANG)
-        if done:
-            return status == 0
-        time.sleep(0.01)
-    os.killpg(child, signal.SIGKILL)
-    os.waitpid(child, 0)
-    return False
+    killer = threading.Timer(limit, os.killpg, (child, signal.SIGKILL))
+    killer.start()
+    status = os.waitpid(child, 0)[1]
+    killer.cancel()
+    return status == 0
 
 
 def reached(drawn: Sequence[Mutant], tests: Sequence[str]) -> list[list[tuple[float, str]]]:
@@ -185,14 +179,13 @@ def reached(drawn: Sequence[Mutant], tests: Sequence[str]) -> list[list[tuple[fl
         plugin.seen.start()
         done = pytest.main([*OPTIONS, *tests], plugins=[plugin])
         plugin.seen.stop()
-        found = []
+        found, of = [], plugin.seconds
         for one in drawn:
-            reached = plugin.seen.get_data().contexts_by_lineno(str(Path("gyrodata", one.module).absolute()))
-            lines = reached if one.at_import else range(one.node.lineno, one.node.end_lineno + 1)
-            names = {name for line in lines for name in reached.get(line, ())} & set(plugin.seconds)
+            known = plugin.seen.get_data().contexts_by_lineno(str(Path("gyrodata", one.module).absolute()))
+            lines = known if one.at_import else range(one.node.lineno, one.node.end_lineno + 1)
+            names = {name for line in lines for name in known.get(line, ())} & set(of)
             # Where no test meets a module after it is loaded, any test may notice.
-            names = names or set(plugin.seconds if one.at_import else ())
-            found.append(sorted((plugin.seconds[name], name) for name in names))
+            found.append(sorted((of[name], name) for name in (names or of if one.at_import else names)))
         Path("found.json").write_text(json.dumps(found))
         return done == 0
 
@@ -205,13 +198,11 @@ def survives(mutant: Mutant, at: int, tests: Sequence[tuple[float, str]]) -> boo
     """Try a mutant on the tests that reach it, in the working directory."""
     spent = itertools.accumulate(seconds + 0.005 for seconds, _ in tests)
     chosen = [test for test, so_far in zip(tests, spent, strict=True) if so_far < BUDGET]
-    path = Path("gyrodata", mutant.module)
+    path, names = Path("gyrodata", mutant.module), Chosen(name for _, name in chosen)
     written(path, mutant, at)
-    names = Chosen({name: at for at, (_, name) in enumerate(chosen)})
     line = [*OPTIONS, "-x", *dict.fromkeys(name.partition("::")[0] for name in names)]
-    limit = 60 + 5 * sum(seconds for seconds, _ in chosen)
     try:
-        return not names or forked(lambda: pytest.main(line, plugins=[names]) == 0, limit)
+        return not names or forked(lambda: pytest.main(line, plugins=[names]) == 0, 60 + 5 * BUDGET)
     finally:
         shutil.copy2(ROOT / path, path)
 
@@ -243,7 +234,8 @@ def main() -> None:
         for at, (mutant, known) in enumerate(zip(drawn, reaching, strict=True), 1):
             survived = survives(mutant, at, known)
             killed += not survived
-            print(f"{'SURVIVED' if survived else 'killed':8} {mutant}", flush=True)
+            change = f"{mutant.module}:{mutant.node.lineno}: {ast.unparse(mutant.node)} -> {mutant.other}"
+            print(f"{'SURVIVED' if survived else 'killed':8} {change}", flush=True)
         os.chdir(ROOT)
     share = f"{killed / max(1, len(drawn)):.1%} of {len(drawn)} mutants killed"
     print(f"seed {options.seed}: {share}, of {len(every)} that there are")

@@ -36,7 +36,7 @@ ROOT = Path(__file__).parent.parent.parent
 ROOMS = {
     "measurements": ("measurements", "measurements slips analysis model hints guard check simulate readings gates"),
     "fitting": ("fitting", "fitting lines selfcheck model guard hints analysis stability gates"),
-    "readings": ("readings", "readings hints quantities check analysis units options_hints misread_values wrong_cells"),
+    "readings": ("readings", "readings hints quantities check units options_hints misread_values wrong_cells gates"),
     "physics": ("physics.py motion", "physics motion predict model comparisons simulate stability gates"),
     "grading": ("grading", "grading grade_cli gates"),
 }

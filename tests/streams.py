@@ -11,29 +11,7 @@ from contextlib import suppress
 from io import TextIOWrapper
 from pathlib import Path
 
-LINES = [
-    "--help",
-    *(f"{name} --help" for name in ("analyze", "check", "grade", "simulate", "predict earth")),
-    *(f"analyze log.csv bad.csv --no-report --format {form}" for form in ("text", "ndjson", "csv", "markdown")),
-    *(f"analyze log.csv --no-report --format {form}" for form in ("json", "latex")),
-    *(f"analyze log.csv --format csv --table {table}" for table in ("logs", "torques", "budget")),
-    "analyze log.csv --no-report -v --values short",
-    *(f"check log.csv bad.csv --format {form}" for form in ("text", "ndjson", "github")),
-    "check bad.csv --format json",
-    "check --hand-in class",
-    "template",
-    *(f"explain {topic}" for topic in ("", "G454", "theory")),
-    *(f"grade class -q --workers 0 --dry-run --format {form}" for form in ("text", "json", "ndjson", "csv")),
-    "grade --print-rubric full",
-    "simulate --pitch 30deg",
-    *(f"selfcheck log.csv --labs 20 --format {form}" for form in ("text", "json")),
-    *(f"schema {what}" for what in ("--diagnostics", "--grades")),
-    *(
-        f"predict {what} --log log.csv --format {form}"
-        for what in ("precession", "tip", "twist", "platform", "earth")
-        for form in ("text", "json")
-    ),
-]  # fmt: skip
+LINES = Path(__file__).with_suffix(".txt").read_text(encoding="utf-8").splitlines()
 
 
 def run(line: str, out: int, encoding: str) -> None:

@@ -37,21 +37,10 @@ def test_the_report_is_written_beside_you(tmp_path: Path) -> None:
         assert first == second, f"{name} is not the same twice"
 
 
-def test_standard_input_writes_no_file(tmp_path: Path) -> None:
-    done = gyro("analyze", "-", "--format", "json", folder=tmp_path, stdin=SAMPLE.read_bytes())
-    assert done.returncode == 0
-    assert json.loads(done.stdout)["input"]["name"] == "<stdin>"
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("unbuffered", ["", "1"])
-def test_a_closed_pipe_is_silent(unbuffered: str, tmp_path: Path) -> None:
+def test_a_closed_pipe_is_silent(tmp_path: Path) -> None:
     line = f"{sys.executable} -m gyrodata analyze {SAMPLE} --format json | head -1"
-    ours = OURS | {"PYTHONUNBUFFERED": unbuffered}
-    done = subprocess.run(line, shell=True, cwd=tmp_path, env=ours, capture_output=True, check=False)
-    assert done.stdout == b"{\n"
-    assert b"Traceback" not in done.stderr
-    assert b"Broken" not in done.stderr
+    done = subprocess.run(line, shell=True, cwd=tmp_path, env=OURS, capture_output=True, check=False)
+    assert (done.stdout, done.stderr) == (b"{\n", b"")
 
 
 BAD = [
@@ -85,6 +74,7 @@ def test_a_bad_log_is_refused_in_words_and_json(content: bytes | None, code: int
     ("options", "said"),
     [
         (("--scale-by-birge",), "u holds the scatter of the runs already"),
+        (("--set", "g=9.8 m/s^2", "--set", "G=9.8 m/s^2"), "which differ by capitals only"),
         (("--set", "turns"), "is not of the form KEY=VALUE"),
         (("--set", "trns=1"), "did you mean turns"),
         (("--map", "time=Zeit"), "the headers are"),
@@ -105,49 +95,11 @@ def test_a_name_or_note_that_is_code_stays_text(tmp_path: Path) -> None:
     assert ",=cmd" not in "," + (tmp_path / "r" / "runs.csv").read_text(encoding="utf-8").splitlines()[1]
 
 
-LAB = [
-    (20.1, 212, 7.02, "1/3"), (20.1, 398, 12.96, "1/3"), (20.1, 604, 19.79, "1/3"),
-    (40.3, 212, 3.37, "1/3"), (40.3, 398, 6.51, "1/3"), (40.3, 604, 9.94, "1/3"),
-    (60.2, 212, 7.03, "1"), (60.2, 398, 13.26, "1"), (60.2, 604, 19.97, "1"),
-]  # fmt: skip
-
-
-def lab(late: float, *options: str) -> str:
-    """What `gyro analyze` prints of a lab in which each whole turn is read some seconds late."""
-    text = HEAD.partition("\n")[2]
-    for mass, spin, time, turns in LAB:
-        text += f"{mass},14.8,{spin},{time + late * (1 if turns == '1' else 1 / 3):.2f},{turns}\n"
-    return CliRunner().invoke(app, ["analyze", "-", "--no-report", "-q", *options], input=text).stdout
-
-
 def test_the_first_screen_has_a_dozen_lines_and_a_run_in_words() -> None:
-    lines = lab(0).splitlines()
+    shown = [CliRunner().invoke(app, ["analyze", str(SAMPLE), "--no-report", *more]).stdout for more in ([], ["-v"])]
+    lines = shown[0].splitlines()
     assert len(lines) <= 12
-    run = "run 1: 20.1 g at 14.8 cm from the centre, 212 rpm, 1/3 turn in 7.02 s: 29.17 mN·m, one turn in 21.06 s."
-    assert lines[1] == f"  Read as: {run}"
+    assert lines[1].startswith("  Read as: run 1: 20.00 g at 15.00 cm from the centre, 205 rpm, 1/3 turn in 6.74 s: ")
     assert lines[3].startswith("  I_zz = ")
-    assert lines[4].startswith("  The 9 runs agree with one line")
-    assert "the largest uncertainty is the stopwatch readings" in lines[4]
-    assert "What the answer hangs on" in lab(0, "-v")
-    assert "What the answer hangs on" not in lab(0)
-
-
-def test_a_false_answer_has_a_warning_before_it() -> None:
-    before, _, after = lab(4.0).partition("  I_zz = ")
-    assert "Do not rely on this answer: the period grows as the spin to the power 0.79" in before
-    assert "Find the cause: look for a hand that is late" in before
-    assert "do not agree with one line" in after
-    assert "next time" not in after
-    result = json.loads(lab(4.0, "--format", "json"))["result"]
-    assert result["doubts"][0]["kind"] == "exponent"
-    assert all(advice.startswith("find the cause first: ") for advice in result["advice"])
-
-
-@pytest.mark.parametrize("main", ["main", "command"])
-def test_what_python_does_behind_the_command_is_done(main: str) -> None:
-    start = f"import atexit, sys; from gyrodata.__main__ import {main}; atexit.register(print, 'at the end')\n"
-    start += f"sys.argv = ['gyro', 'check', 'no such log.csv']\ntry:\n    {main}()\n"
-    start += "except SystemExit as ended:\n    print('back with', ended.code)\n    sys.exit(ended.code)"
-    done = subprocess.run([sys.executable, "-c", start], capture_output=True, text=True)
-    assert (done.returncode, "there is no file" in done.stdout) == (2, True)
-    assert done.stdout.endswith("back with 2\nat the end\n" if main == "main" else "at the end\n")
+    assert lines[4].startswith("  The 10 runs agree with one line")
+    assert ["What the answer hangs on" in one for one in shown] == [False, True]

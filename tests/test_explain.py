@@ -41,24 +41,10 @@ def on_terminal(monkeypatch: pytest.MonkeyPatch, *words: str) -> str:
     return shown.getvalue()
 
 
-def test_a_page_is_laid_out_on_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
-    shown = on_terminal(monkeypatch, "explain", "theory")
-    assert "Frames and signs" in shown
-    assert "## Frames" not in shown
-
-
 def test_colours_are_for_terminals(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     for name in ("NO_COLOR", "TERM"):
         monkeypatch.delenv(name, raising=False)
     log = tmp_path / "log.csv"
     log.write_text("mass [g],position [cm],spin [rpm],time [s],turns\n20,15,400,40.4,1\n20,15,,20.4,1\n", "utf-8")
-    plain = CliRunner().invoke(app, ["check", str(log)]).stdout
-    assert "log.csv:3:8: warning G452: " in plain
+    assert "log.csv:3:8: warning G452: " in CliRunner().invoke(app, ["check", str(log)]).stdout
     assert "log.csv:3:8: \033[1;33mwarning G452:\033[0m " in on_terminal(monkeypatch, "check", str(log))
-    times = [(k, s, 0.0993 / k * s * (s / 400) ** 0.1) for k in (1, 2, 3) for s in (206, 407, 605)]
-    rows = "".join(f"{20 * k},15,{s},{time:.2f},1\n" for k, s, time in times)
-    (tmp_path / "law.csv").write_text("mass [g],position [cm],spin [rpm],time [s],turns\n" + rows, "utf-8")
-    shown = on_terminal(monkeypatch, "analyze", str(tmp_path / "law.csv"), "--no-report")
-    assert "\033[1;31mDo not rely on this answer:\033[0m " in shown
-    monkeypatch.setenv("NO_COLOR", "1")
-    assert on_terminal(monkeypatch, "check", str(log)) == plain

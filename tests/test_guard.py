@@ -26,71 +26,35 @@ KEYS = {
 """Every uncertainty as none."""
 
 
-def refusal(log: str, **options: object) -> Diagnostic:
+def refusal(log: str) -> Diagnostic:
     """The one error that a log is refused with, by `analyze` and by `check` alike."""
     with pytest.raises(LogError) as caught:
-        gyrodata.analyze(log.encode(), **options)  # type: ignore[arg-type]
+        gyrodata.analyze(log.encode())
     (error,) = [d for d in caught.value.diagnostics if d.severity == "error"]
-    assert options or error in check_log(read_log(log.encode()))[1]
+    assert error in check_log(read_log(log.encode()))[1]
     return error
-
-
-def cycled(runs: int, weights: int) -> str:
-    """Clean runs whose weights come round in turn."""
-    random = np.random.default_rng(1)
-    masses, spins = np.linspace(20, 60, weights)[np.arange(runs) % weights], random.uniform(200, 600, runs)
-    times = 2 * np.pi * INERTIA * spins * np.pi / 30 / (masses * 1e-3 * 9.803 * 0.15) / 3
-    times += 0.14 * random.standard_normal(runs)
-    rows = zip(masses, spins, times, strict=True)
-    return HEAD + "".join(f"{m:.2f},15.0,{s:.1f},{t:.2f},1/3\n" for m, s, t in rows)
-
-
-@pytest.mark.parametrize(("runs", "weights"), [(150, 2), (200, 2), (299, 3), (300, 3), (449, 3), (600, 5), (3000, 3)])
-def test_weights_that_come_round_in_turn_are_fitted(runs: int, weights: int) -> None:
-    found = gyrodata.analyze(cycled(runs, weights).encode()).inertia
-    assert found.u is not None
-    assert abs(found.value - INERTIA) < 4 * found.u
-    assert found.u < 0.02 * INERTIA
-
-
-def test_a_hundred_odd_runs_are_named_and_more_counted() -> None:
-    lines = cycled(900, 3).splitlines()
-    lines[2:602:3] = [line.replace("1/3", "1") for line in lines[2:602:3]]
-    found = [d for d in gyrodata.analyze("\n".join(lines).encode()).diagnostics if d.code == "G410"]
-    assert len(found) == 101
-    assert found[-1].message.startswith("100 more runs look odd")
-
-
-def test_exact_clocks_are_refused_and_the_hint_works() -> None:
-    exact = {"u_time": "0 s", "u_spin": "0 %"}
-    error = refusal(SAMPLE, settings=exact)
-    assert error.code == "G421"
-    assert "# u_time: 0.14 s" in error.hint
-    advised = dict(re.findall(r"# (u_\w+): ([\d.]+ [s%])", error.hint))
-    assert advised.keys() == exact.keys()
-    assert gyrodata.analyze(SAMPLE.encode(), settings=advised).inertia.value == pytest.approx(INERTIA, rel=0.01)
 
 
 # --- uncertainties stated as none, or as very large ---------------------------------------------------------------
 
 
-def nine_runs(stated: dict[str, str], noise: float, runs: tuple[tuple[float, float], ...] = ()) -> str:
+def nine_runs(stated: dict[str, str], noise: float) -> str:
     """Write runs of a level rod, with errors of spin and time or without."""
     random = np.random.default_rng(1)
     text = "".join(f"# {key}: {value}\n" for key, value in stated.items()) + HEAD
-    for m, s in runs or product((20.0, 40.0, 60.0), (200.0, 400.0, 600.0)):
+    for m, s in product((20.0, 40.0, 60.0), (200.0, 400.0, 600.0)):
         time = 2 * np.pi * INERTIA * s * np.pi / 30 / (m * 1e-3 * 9.803 * 0.15)
         spin, time = s * (1 + 0.002 * noise * random.standard_normal()), time + 0.14 * noise * random.standard_normal()
         text += f"{m:.2f},15.0,{spin:.13g},{time:.13g},1\n"
     return text
 
 
-@pytest.mark.parametrize("name", ["all-uncertainties-zero", "all-uncertainties-zero-both-sides"])
-def test_exact_readings_that_scatter_are_refused(name: str) -> None:
-    text = (CORPUS / f"{name}.csv").read_text()
+@pytest.mark.parametrize("name", ["all-uncertainties-zero", "all-uncertainties-zero-both-sides", ""])
+def test_exact_readings_that_scatter_are_refused_and_the_hint_works(name: str) -> None:
+    text = (CORPUS / f"{name}.csv").read_text() if name else f"# u_time: 0 s\n# u_spin: 0 %\n{SAMPLE}"
     error = refusal(text)
     assert error.code == "G421"
-    assert "times as much as the stated uncertainties allow" in error.message
+    assert not name or "times as much as the stated uncertainties allow" in error.message
     for line in re.findall(r"# (u_\w+: [\d.]+ [s%])", error.hint):
         text = re.sub(rf"# {line.split(':')[0]}: .*", f"# {line}", text)
     assert gyrodata.analyze(text.encode()).inertia.value == pytest.approx(INERTIA, rel=0.02)
@@ -103,28 +67,13 @@ def test_one_exact_run_has_the_uncertainty_of_the_balance() -> None:
     assert [share.source for share in found.budget] == ["residual_torque"]
 
 
-@pytest.mark.parametrize("kept", KEYS)
-@pytest.mark.parametrize("others", [False, True], ids=["one zero", "all others zero"])
-def test_any_zero_uncertainty_is_an_answer_or_words(kept: str, others: bool) -> None:
-    zero = {key: text for key, text in KEYS.items() if (key != kept) == others}
-    for noise in (0.0, 1.0):
-        try:
-            found = gyrodata.analyze(nine_runs(zero, noise).encode()).inertia
-        except LogError:
-            assert others
-            continue
-        assert found.u is not None
-        assert abs(found.value - INERTIA) < 3 * found.u + 1e-8 * INERTIA
-        assert found.u > (0.002 if noise else 1e-10) * INERTIA
-
-
 def test_two_runs_without_any_uncertainty_are_refused() -> None:
-    error = refusal(nine_runs(KEYS, 1.0, ((20.0, 400.0), (60.0, 400.0))))
-    assert "no run is left over to tell how well the others agree" in error.message
+    *head, first, _, _, _, _, _, _, last, _ = nine_runs(KEYS, 1.0).splitlines()
+    assert "no run is left over to tell how well the others agree" in refusal("\n".join([*head, first, last])).message
 
 
-@pytest.mark.parametrize("percent", [10, 20, 30, 50])
-@pytest.mark.parametrize("key", ["u_spin_scale", "u_mass_scale", "u_position_zero", "u_mass", "u_g", "u_spin"])
+@pytest.mark.parametrize("percent", [10, 50])
+@pytest.mark.parametrize("key", ["u_spin_scale", "u_position_zero", "u_mass", "u_spin"])
 @pytest.mark.parametrize("others", [False, True], ids=["others usual", "others zero"])
 def test_a_scale_that_is_hardly_known_is_in_u(key: str, percent: int, others: bool) -> None:
     stated = {**(KEYS if others else {}), key: f"{1.5 * percent} mm" if "zero" in key else f"{percent} %"}
@@ -143,13 +92,12 @@ def test_a_scale_that_is_hardly_known_is_in_u(key: str, percent: int, others: bo
         return
     assert found.u is not None
     assert abs(found.value - INERTIA) < 1.5 * found.u
-    assert 0.8 * exact.u < found.u < 1.3 * exact.u
 
 
 # --- a lab that times 1/3, 2/3 and 1 turn, and writes one count in every row ---------------------------------------
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("count", ["1/3", "2/3", "1"])
 def test_one_count_for_all_weights_is_refused_and_explained(seed: int, count: str) -> None:
     table = draw(Bench(thirds=True), seed)
@@ -164,10 +112,3 @@ def test_one_count_for_all_weights_is_refused_and_explained(seed: int, count: st
         table.turns[table.mass == grams] = turns
     # The advice is followed.
     assert gyrodata.analyze(write(table).encode()).inertia.value == pytest.approx(INERTIA, rel=0.05)
-
-
-def test_two_ways_of_counting_wrong_are_both_told() -> None:
-    message = refusal(re.sub(r",(1/3|2/3|1),ccw", ",1,ccw", SAMPLE)).message
-    assert "20.00 g at 15.00 cm fit 1/3 turn, not 1, those of 39.99 g at 15.00 cm fit 2/3 turn, not 1" in message
-    other = "those of 39.99 g at 15.00 cm fit 2 turns, not 1, those of 60.04 g at 15.00 cm fit 3 turns, not 1"
-    assert message.endswith(f"; or else {other}")

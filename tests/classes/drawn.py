@@ -36,7 +36,6 @@ class Bench(Struct, frozen=True):
     bend: float = 0.0  # share that the spin loses in 20 s, which nobody takes into account
     rpm_step: float = 1.0  # last digit of the tachometer [rpm]
     imbalance: float = 0.005  # residual torque over that of the lightest weight [1]
-    nominal: bool = False  # whether the spin aimed at is written, whatever it was
 
 
 USUAL = Bench()
@@ -98,7 +97,7 @@ def draw(number: int, seed: int, bench: Bench = USUAL) -> Student:
     time *= 1 - bench.bend * time / 40
     time += bench.late * random.standard_normal() + bench.hand * random.standard_normal(n)
     shown = spin * (1 + 0.001 * random.standard_normal()) * (1 + 0.002 * random.standard_normal(n)[setting])
-    shown = aimed if bench.nominal else np.round(shown / bench.rpm_step) * bench.rpm_step
+    shown = np.round(shown / bench.rpm_step) * bench.rpm_step
     return Student(number, bench, Sheet(mass, np.full(n, 15.0), shown, np.round(time, bench.decimals), turns))
 
 

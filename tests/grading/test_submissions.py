@@ -18,19 +18,12 @@ submission_101:
     :sid: '0012'
     :email: jane@uni.example
   :created_at: 2026-03-09 14:05:59.123456789 -08:00
-  :score: 10.0
-  :status: processed
   :results:
     tests:
     - name: ":name: Mallory"
       output: |-
         :created_at: never
         submission_999:
-  :history:
-  - :id: 99
-    :created_at: 2026-03-01 00:00:00.000000000 Z
-    :submitters:
-    - :name: Mallory
 submission_102:
   :submitters:
   - :name: "Zo\\xEB \\"Z\\" O'Neil"
@@ -50,7 +43,6 @@ submission_103:
 """
 LIVE = """{"id": 123, "created_at": "2026-03-10T01:00:00.365935-08:00",
  "assignment": {"due_date": "2026-03-09T23:00:00.000000-08:00", "late_due_date": null, "total_points": "20.0"},
- "submission_method": "upload",
  "users": [{"email": "jane@uni.example", "id": 77, "name": "Jane Doe"}],
  "previous_submissions": [{"score": 0.0, "autograder_error": true}, {"score": 3.0, "autograder_error": false}]}"""
 ANSWER = 'inertia = "4.4 g m^2"'
@@ -176,12 +168,11 @@ IN_AUTOGRADER: dict[str, Person] = {
     }
 }  # fmt: skip
 
-AROUND = {"lab 3/__MACOSX/x": "", "lab 3/ann/lab.csv": LOG, "lab 3/bob/lab.csv": LOG, ".DS_Store": ""}
 
 CLASSES: dict[str, tuple[str, Mapping[str, str], dict[str, Person], list[str]]] = {
     "a folder for each": ("folder", FOLDERS, IN_FOLDERS, ["G707"]),
     "a file for each": ("folder", FLAT, IN_FLAT, ["G707", "G708"]),
-    "one folder around": ("folder", AROUND, {"ann": {}, "bob": {}}, []),
+    "one folder around": ("folder", {"lab 3/ann/lab.csv": LOG, "lab 3/bob/lab.csv": LOG}, {"ann": {}, "bob": {}}, []),
     "Canvas": ("canvas", CANVAS, IN_CANVAS, ["G708"]),
     "Moodle": ("moodle", MOODLE, IN_MOODLE, []),
     "Blackboard": ("blackboard", BLACKBOARD, IN_BLACKBOARD, ["G708"]),
@@ -220,19 +211,13 @@ PACKED = "is an archive within the submission and is not opened; unpack it"
     ("files", "log", "problem"),
     [
         ({"lab.csv": LOG, "notes.txt": "x"}, "lab.csv", None),
-        ({"lab.txt": LOG}, "lab.txt", None),
         ({"lab.xlsx": "x", "lab.tsv": LOG}, "lab.tsv", None),
         ({"data.csv": LOG, "fit.csv": "slope,u\n1,2\n"}, "data.csv", None),
-        ({"lab.csv": LOG, "copy of lab.csv": LOG}, "copy of lab.csv", None),
-        ({"lab.csv": "", "lab-1.csv": LOG}, "lab-1.csv", None),
         ({"lab (2).csv": LOG, "lab (1).csv": "", "lab.csv": ""}, "lab (2).csv", None),
         ({"a.csv": LOG, "b.csv": LOG + "\n"}, None, "several files that read as logs: a.csv, b.csv"),
-        ({"a.csv": "x", "b.csv": "y"}, None, "several files and none of them reads as a log: a.csv, b.csv"),
         ({"lab.csv": ""}, None, "lab.csv is empty"),
         ({"lab.zip": "PK"}, None, f"no log: lab.zip {PACKED}"),
-        ({"lab.tar.gz": "x", "a.png": ""}, None, f"no log: lab.tar.gz {PACKED}"),
         ({"a.png": "", "b.docx": ""}, None, "no log: only a.png, b.docx"),
-        ({"answers.toml": ""}, None, "no log: only answers.toml"),
     ],
 )
 def test_log_among_several_files_is_found_or_its_lack_told(
@@ -255,10 +240,8 @@ def test_pattern_of_ones_own_names_student_attempt_and_lateness(tmp_path: Path) 
     [
         ("doejane_LATE_9876_55501_lab.csv", "doejane_LATE_9876_55501_lab.html"),
         ("Zoë Ö_12_assignsubmission_file_/sub/lab.csv", "Zoë Ö_12_assignsubmission_file_/feedback.html"),
-        ("Zoë Ö_12_assignsubmission_file_lab.csv", "Zoë Ö_12_assignsubmission_file_lab.html"),
         (STEM.format("jdoe", 9) + "_lab.csv", STEM.format("jdoe", 9) + "_lab.html"),
         ("submission_7/lab.csv", "submission_7/feedback.html"),
-        ("jdoe/lab.csv", "jdoe/feedback.html"),
         ("jdoe.csv", "jdoe/feedback.html"),
     ],
 )

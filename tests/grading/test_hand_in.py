@@ -12,8 +12,8 @@ from typing import Any
 import jsonschema
 import openpyxl
 import pytest
+from classes.cells import grade
 from classes.drawn import draw
-from classes.graded import grade
 from classes.typed import HABITS, plain
 from grading.classes import make_folder, make_zip
 from typer.testing import CliRunner
@@ -61,8 +61,6 @@ def test_what_is_told_is_what_is_graded(tmp_path: Path) -> None:
     [
         ({"lab.csv": LOG + f"I_zz,{ANSWER}\n"}, "lab.csv, line 12"),
         ({"lab.csv": LOG, "report.txt": f"Our report.\n\nI_zz = {ANSWER}\n"}, "report.txt, line 3"),
-        ({"lab.csv": LOG, "jdoe_answers.toml": f'\ninertia = "{ANSWER}"\n'}, "jdoe_answers.toml, line 2"),
-        ({"lab.csv": LOG, "text.html": f"<div><p>Hello.</p>\n\n<p>I_zz = {ANSWER}</p></div>"}, "text.html, line 2"),
     ],
 )
 def test_the_place_of_the_answer_is_told(files: Mapping[str, str], place: str, tmp_path: Path) -> None:
@@ -71,11 +69,6 @@ def test_the_place_of_the_answer_is_told(files: Mapping[str, str], place: str, t
     assert f"I_zz = ({value} ± {u}) × 10⁻³ kg·m², read from {place}; station: 4" in text
     assert text.endswith("lab.csv: 9 runs, with an answer (1 note)\n")
     assert code == 0
-
-
-def test_what_is_not_stated_is_told(tmp_path: Path) -> None:
-    text, _ = check(make_folder(tmp_path / "mine", {"lab.csv": STUDENT.log("# I_zz = 4.4e-3")}))
-    assert re.search("read from.*no uncertainty is found with it.*has no unit|has no unit.*no uncertainty", text)
 
 
 def workbook(log: str) -> bytes:
@@ -88,15 +81,11 @@ def workbook(log: str) -> bytes:
     return out.getvalue()
 
 
-TWICE = "# reported_inertia: 4.4e-3 kg m^2\n# reported_inertia: 4.5e-3 kg m^2\n# balanced: yes\n"
 LACKING = {
     "none": {"lab.csv": LOG},
-    "decimal commas": {"lab.csv": LOG.replace(",", ";").replace(".", ",")},
     "workbook": {"lab.xlsx": workbook(LOG)},
     "a PDF": {"lab.csv": LOG, "report.pdf": b"%PDF-1.4\n"},
-    "two in reports": {"lab.csv": LOG, "a.txt": "I_zz = 4.4e-3 kg m^2", "b.md": "I_zz = 4.5e-3 kg m^2"},
     "two in the log": {"lab.csv": "# I_zz = 4.4e-3 kg m^2\n# I_zz: 4.5e-3 kg m^2\n" + LOG},
-    "given twice": {"lab.csv": TWICE + LOG},
     "no number": {"lab.csv": "# reported_inertia: see below\n" + LOG},
 }
 
@@ -107,7 +96,7 @@ def test_the_advice_carried_out_is_enough(what: str, tmp_path: Path) -> None:
     document, code = told(root)
     assert code == 1
     found = next(one for one in document["diagnostics"] if one["code"] == "G719")
-    assert bool(re.search("two values|twice", found["message"])) == what.startswith(("two", "given"))
+    assert ("two values" in found["message"]) == what.startswith("two")
     assert ("not read: report.pdf" in found["message"]) == (what == "a PDF")
     hint = found["hint"]
     assert hint in check(root)[0]
@@ -141,7 +130,6 @@ def test_a_zip_and_the_other_formats_tell_the_same(tmp_path: Path) -> None:
         ({"a.csv": LOG, "b.csv": LOG + "\n"}, ("a.csv", "b.csv"), "several files that read as logs: a.csv, b.csv"),
         ({"lab.csv": LOG}, ("", "lab.csv"), "not all of them are files"),
         ({"lab.csv": LOG}, ("lab.csv", "report.txt"), "there is no file"),
-        ({"lab.csv": "no table"}, ("lab.csv",), "no delimiter"),
     ],
 )
 def test_what_cannot_be_a_hand_in_is_told(

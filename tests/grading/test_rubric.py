@@ -1,6 +1,5 @@
 """The rubric: what it means, and every fault in it told with its line and what to write."""
 
-import contextlib
 import json
 import math
 import re
@@ -8,8 +7,6 @@ import tomllib
 
 import jsonschema
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from msgspec.structs import astuple
 
 from gyrodata import schema
@@ -68,7 +65,6 @@ def test_rubric_without_optional_lines_means_the_same() -> None:
         for c in default_rubric().criteria
     )
     assert read_rubric(short.encode()) == read_rubric(text.encode())
-    assert read_rubric(b"\xef\xbb\xbf" + text.replace("\n", "\r\n").encode()) == read_rubric(text.encode())
 
 
 @pytest.mark.parametrize("code", sorted(code for code in CODES if code.startswith("G72")))
@@ -93,35 +89,16 @@ def test_all_faults_are_told_in_the_order_of_the_file() -> None:
     ("text", "told"),
     [
         (HEAD + 'full = "__import__(\'os\')"\nzero = "d >= 1"\n', "is no condition"),
-        (HEAD + 'full = "d <= 1 and d <= 2"\nzero = "d >= 3"\n', "is no condition"),
-        (HEAD + "slip = true\n", "slip = true cannot be used"),
-        (HEAD + f"slip = {'9' * 400}\n", "slip = 999"),
         (HEAD.replace("= 4", "= nan"), "points = NaN cannot be used"),
-        (HEAD.replace("= 4", "= -4"), "points = -4 cannot be used"),
-        (HEAD.replace("= 4", "= " + "9" * 5000), "this is not TOML"),
-        ("accept = []\n" + HEAD, "accept = [] cannot be used"),
         (HEAD.replace("own_data", "reference"), "compares with a reference, and none is given"),
-        (HEAD + "gate = ['1 kg m^2', '1 kg m^2']\n", "gate: the first is not below the second"),
         (HEAD + STATION.replace("4e-3 kg m^2", "4e-3"), 'mine.toml:8:1: error G723: inertia: "4e-3" has no unit'),
         (HEAD + STATION.replace("u = '1 %'", ""), 'mine.toml:7:1: error G723: "u" is missing'),
-        (HEAD + "[[late.tier]]\nuntil = '1 day'\n", 'mine.toml:7:1: error G723: "deduct" is missing'),
-        (HEAD + "".join(f"[[late.tier]]\nuntil = '{n} days'\ndeduct = 1\n" for n in (2, 1)), "a tier is not later"),
-        (HEAD + "[[late.exception]]\nstudent = 's'\nwaive = false\n", "exactly one of due, extra and waive"),
         (HEAD + LATE.replace("15 min", "1 fortnight"), 'grace = "1 fortnight" is no duration'),
-        (HEAD + "[late]\nmarked = 4.01\n", "marked = 4.01 is no share of 4 points"),
-        ("schema = 1\npoints = 4\ncriterion = [3]\n", "criterion = [3] cannot be used"),
         ("schema = 1\ntitle = '\udcff'\n", "mine.toml:2:1: error G721: is not UTF-8"),
     ],
 )
 def test_fault_in_a_rubric_is_told_with_its_place(text: str, told: str) -> None:
     assert any(told in one for one in faults(text)), faults(text)
-
-
-@given(st.sampled_from(default_rubric_text().splitlines()), st.text(max_size=12), st.integers(0, 80))
-def test_slip_of_the_pen_in_a_rubric_is_no_traceback(line: str, more: str, at: int) -> None:
-    text = default_rubric_text().replace(line, line[:at] + more + line[at:], 1)
-    with contextlib.suppress(InputError):
-        read_rubric(text.encode("utf-8", "surrogatepass"))
 
 
 def test_printed_rubrics_and_one_of_every_part_fit_the_schema() -> None:
@@ -136,9 +113,7 @@ def test_printed_rubrics_and_one_of_every_part_fit_the_schema() -> None:
     "text",
     [
         "titel = 'x'\n" + HEAD, HEAD + "[lat]\n", HEAD + STATION + "v = 1\n",
-        HEAD.replace("points = 4", "points = '4'"),
         "accept = ['orign']\n" + HEAD, HEAD + "[late]\ngrace = 15\n", HEAD + "full = 'd < 0.3'\nzero = 'd >= 3'\n",
-        HEAD.replace('id = "izz"\n', ""), HEAD.replace("schema = 1", "schema = 2"), HEAD + "gate = ['1 kg m^2']\n",
     ],
 )  # fmt: skip
 def test_refused_rubric_does_not_fit_the_schema(text: str) -> None:
@@ -157,20 +132,12 @@ GRACE = "after the deadline, within the grace time"
         (None, "a", True, 7200.0, None, (7200.0, 0, "2 h late", False)),
         (LATE, "a", True, None, None, UNKNOWN),
         (MARKED, "a", True, None, None, (None, 1, "marked late, without the time", False)),
-        (MARKED, "s001", True, None, None, UNKNOWN),
         (LATE, "a", False, None, "yesterday", (0.0, 0, "", False)),
-        (LATE, "a", True, 900.0, None, (900.0, 0, f"15 min {GRACE}", False)),
         (LATE, "a", True, 901.0, None, (901.0, 0.4, "15 min late", False)),
-        (LATE, "a", True, 86400.0, None, (86400.0, 0.4, "1 day late", False)),
-        (LATE, "a", True, 86401.0, None, (86401.0, 2, "1 day late", False)),
         (LATE, "a", True, 259201.0, None, (259201.0, 4, "3 days late", False)),
         (LATE, "a", True, 7200.0, "2026-03-10T00:14:00+01:00", (900.0, 0, f"15 min {GRACE}", False)),
-        (LATE, "a", False, None, "2026-03-09T22:59:00+00:00", (0.0, 0, "", False)),
-        (LATE, "a", False, None, "2026-03-09T23:59:01+01:00", (1.0, 0, f"1 s {GRACE}", False)),
         (LATE, "a", False, None, "2026-03-11T03:00:00+01:00", (97260.0, 2, "1 day 3 h late", False)),
-        (LATE, "S001", False, None, "2026-03-12T23:59:00+01:00", (86400.0, 0.4, "1 day late", False)),
         (LATE, "s001", True, 172800.0, None, (0.0, 0, "", False)),
-        (LATE, "s003", True, 7200.0, None, UNKNOWN),
         (LATE, "s003", False, None, "2026-03-17T01:59:00+01:00", (7200.0, 0.4, "2 h late", False)),
         (LATE, "doe, jane", True, None, None, (None, 0, "lateness waived for you", False)),
         (NAIVE, "a", False, None, "2026-03-10T00:59:00-05:00", (3600.0, 4, "1 h late", False)),
@@ -186,16 +153,6 @@ def test_lateness_follows_from_marks_counts_and_stamps(
     assert astuple(judge_lateness(read, {"id": student}, late, seconds, submitted)) == pytest.approx(expected)
 
 
-@pytest.mark.parametrize(
-    ("text", "seconds"),
-    [("90 s", 90), ("15min", 900), ("1.5 h", 5400), ("3 minutes", 180), ("2 days", 172800), ("1 week", 604800)],
-)
-def test_durations_in_their_usual_spellings_are_read(text: str, seconds: float) -> None:
-    late = read_rubric((HEAD + LATE.replace("15 min", text)).encode()).late
-    assert late is not None
-    assert late.grace == seconds
-
-
 def test_station_with_few_logs_has_the_class_as_reference() -> None:
     values = (4.40e-3, 4.43e-3, 4.47e-3, 4.50e-3, 4.60e-3)
     logs = [("a", value, 2e-5) for value in values] + [("b", 4.2e-3, 8e-5)] * 4 + [(None, 4.44e-3, 5e-5)]
@@ -207,4 +164,3 @@ def test_station_with_few_logs_has_the_class_as_reference() -> None:
     # 1.4826 is the scatter of normal values over their median absolute deviation, 1.2533 as their median is worse.
     assert found["a"].u == pytest.approx(1.2533 * 1.4826 * 4e-5 / math.sqrt(5), rel=1e-4)
     assert class_references([(None, 4.4e-3, 5e-5)])["all"].source == "this log alone"
-    assert class_references([]) == {}

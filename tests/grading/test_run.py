@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from grading.classes import make_folder
-from grading.reports import RIGHT, reported_line, sheet
+from grading.reports import a_log
 from typer.testing import CliRunner
 
 from gyrodata import __version__
@@ -19,11 +19,6 @@ from gyrodata.grading import default_rubric_text
 from gyrodata.workers import Failed, in_workers
 
 REPORT = "I_zz = 4.43e-3 ± 0.05e-3 kg m^2\n"
-
-
-def a_log(seed: int) -> str:
-    rows = sheet(np.random.default_rng(seed), "mixed")
-    return rows.log("# station: 3", reported_line(*RIGHT.inertia(rows, "with_constant")))
 
 
 def told(root: Path, *options: str | Path, workers: int = 2) -> str:
@@ -98,12 +93,3 @@ def test_only_what_changed_is_graded_again_and_why_is_told(tmp_path: Path) -> No
     # The last line, of the run as a whole, is not there yet.
     journal.write_text("".join(grades).replace(f'"tool":"{__version__}"', '"tool":"0.0.1"'), encoding="utf-8")
     assert again() == [f"graded 4 (gyrodata changed from 0.0.1 to {__version__}): {every}"]
-
-
-def test_figure_that_is_gone_is_drawn_again(tmp_path: Path) -> None:
-    root = make_folder(tmp_path / "class", {"a/lab.csv": a_log(1)})
-    told(root)
-    for _ in range(2):
-        assert "graded 1 (its figures are missing): a" in told(root, "--figures")
-        assert "kept 1 as graded before" in told(root, "--figures")
-        min((tmp_path / "grades" / "figures" / "a").iterdir()).unlink()

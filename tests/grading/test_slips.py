@@ -47,15 +47,6 @@ def test_honest_reports_are_never_given_a_mistake() -> None:
     assert named == []
 
 
-def test_units_of_the_log_decide_between_two_mistakes() -> None:
-    # Positions are in cm here, so that millimetres taken as metres are not what happened.
-    assert kinds_in(ROWS, SLIPS["g_as_kg"]) == ["g_as_kg", "exponent_lost"]
-    value, u = SLIPS["g_as_kg"].inertia(ROWS, "through_origin")
-    head, *table = ROWS.log().replace("position [cm]", "position [mm]").replace(",15.00,", ",150.0,").partition("mass")
-    found = kinds(analyzed(head + "".join(table).replace(",15.10,", ",151.0,")), value, step=u / 10)
-    assert set(found) == {"g_as_kg", "mm_as_m", "exponent_lost"}
-
-
 WHOLE = sheet(np.random.default_rng(5), turns=1.0)
 PART = np.array([2 / 3] + [1.0] * (len(WHOLE.turns) - 1))
 ALL_BUT_ONE = Sheet(WHOLE.mass, WHOLE.position, WHOLE.spin, WHOLE.time * PART, WHOLE.turns * PART)
@@ -68,7 +59,7 @@ ALL_BUT_ONE = Sheet(WHOLE.mass, WHOLE.position, WHOLE.spin, WHOLE.time * PART, W
         (ALL_BUT_ONE, SLIPS["turns_forgotten"]),
         # Where whole turns were timed none was forgotten.
         (WHOLE, Formula(answer=1 / 3)),
-        *((ROWS, Formula(answer=factor)) for factor in (1.3, 0.77, 3.3, 17.0, 0.004)),
+        *((ROWS, Formula(answer=factor)) for factor in (1.3, 17.0)),
     ],
 )
 def test_factor_that_no_mistake_makes_is_given_none(rows: Sheet, formula: Formula) -> None:

@@ -1,4 +1,4 @@
-"""Five recipes of the map for newcomers, carried out on a copy of the package, which must then work.
+"""Recipes of the map for newcomers, carried out on a copy of the package, which must then work.
 
 One copy for all, and of each recipe the smallest real example, as a patch: text after a file's name is put in where the
 lines with a blank or a minus before them stand, or at the end of the file where there are none. The recipe must name
@@ -49,17 +49,6 @@ RECIPES = {
 +    if "turns" in table.columns and max(turns or 0 for turns in table.columns["turns"].values) > 50:
 +        faults.add(TURNS_TOO_MANY, "more than 50 turns in one run", "is that a count of seconds?")
 """,
-    "An effect": """
-@ physics.py
-+
-+
-+def buoyancy_bias(density: ArrayLike) -> Any:
-+    \"\"\"Relative bias of I_zz when the air's lift on weights of a density [kg/m^3] is left out.\"\"\"
-+    return np.divide(1.2, density)
-@ effects.py
- EFFECTS = (
-+    EffectKind("buoyancy", "lift of the air", lambda case: (physics.buoyancy_bias(7800), False, "steel")),
-""",
     "A platform of a class": """
 @ grading/platforms.py
      for platform in (
@@ -90,8 +79,6 @@ print(json.dumps({
     "unit": gyrodata.read_log(count(b"[g]", b"[slug]")).columns["mass"].values,
     "late": [one.time - run.time for one, run in zip(late.run_table, lab.run_table, strict=True)],
     "raised": [d.severity for d in gyrodata.read_log(count(b"13,1", b"780,60")).diagnostics if d.code == "G299"],
-    "effects": {effect.effect: effect.bias for effect in lab.effects},
-    "report": lab._repr_markdown_(),
 }))
 """
 
@@ -139,8 +126,6 @@ def test_recipes_carried_out_work(copy: Path) -> None:
     assert seen["unit"] == [pytest.approx(0.14593902937)]
     assert seen["late"] == pytest.approx([0.5] * len(seen["late"]))
     assert seen["raised"] == ["warning"]
-    assert seen["effects"]["buoyancy"] == pytest.approx(1.2 / 7800)
-    assert "lift of the air" in seen["report"]
     home = copy / "class" / "Doe, Jane(jdoe)" / "Submission attachment(s)"
     home.mkdir(parents=True)
     shutil.copy(SAMPLE, home / "lab.csv")

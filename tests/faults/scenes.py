@@ -124,7 +124,6 @@ def a_graded_class(home: Path) -> None:
 SCENES: dict[str, tuple[tuple[str, ...], Callable[[Path], None], str]] = {
     "analyze again": (("analyze", "log.csv"), a_log, "log-report"),
     "analyze -o FILE": (("analyze", "log.csv", "-f", "json", "-o", "data/log.json"), a_log, "data"),
-    "check": (("check", "log.csv"), a_log, ""),
     "grade again": (GRADE, a_graded_class, "grades"),
     "grade with workers": ((*GRADE, "--workers", "2"), a_class, "grades"),
 }
@@ -149,7 +148,7 @@ class Promise:
         self.calls = undisturbed.calls
 
     def _found(self, home: Path) -> dict[str, bytes]:
-        return contents(home / self.folder) if self.folder else {}
+        return contents(home / self.folder)
 
     def break_at(self, at: int, way: str, lasting: bool = False) -> list[str]:
         """Let a call fail, run the command again, and give what is wrong."""
@@ -209,10 +208,8 @@ def differing(one: dict[str, bytes], other: dict[str, bytes]) -> list[str]:
 
 def start(home: Path) -> subprocess.Popen[bytes]:
     """Start to grade the class of a folder with two workers."""
-    line, env = (
-        [sys.executable, "-m", "gyrodata", *GRADE, "--workers", "2"],
-        {**os.environ, "PYTHONPATH": str(SAMPLES.parent)},
-    )
+    line = [sys.executable, "-m", "gyrodata", *GRADE, "--workers", "2"]
+    env = {**os.environ, "PYTHONPATH": str(SAMPLES.parent)}
     return subprocess.Popen(line, cwd=home, env=env, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
 
 

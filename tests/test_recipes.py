@@ -13,6 +13,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -23,47 +24,7 @@ SAMPLE = ROOT / "sample_data" / "air_gyroscope.csv"
 TEXT = (ROOT / ".github" / "CONTRIBUTING.md").read_text(encoding="utf-8")
 WRITTEN = dict(re.findall(r"^\* \*\*(.*?)\*\*(.*?)(?=^\* |^## )", TEXT, re.MULTILINE | re.DOTALL))
 
-RECIPES = {
-    "A unit": """
-@ units.py
-     ("mg", "milligram", "1e-6 kilogram", _M, "mg мг"),
-+    ("slug", "slug", "14.593902937206364 kilogram", _M, "slug slugs"),
-""",
-    "A role": """
-@ readings/roles.py
- TABLE: tuple[Role, ...] = (
-+    Role("delay", "time", words="delay, Verzug", bound="not below zero", meaning="how late a start was"),
-@ measurements/measured.py
-     time, turns, timing = _timing(columns, count)
-+    if "delay" in columns:
-+        time = time + values_of(columns["delay"])
-""",
-    "A diagnostic": """
-@ diagnostics.py
-+TURNS_TOO_MANY = _warning("G299", "more than 50 turns", LOG + "20,15.0,406,2356,60\\n")
-@ readings/meaning.py
- from gyrodata.diagnostics import (
-+    TURNS_TOO_MANY,
-@ readings/meaning.py
-     _check_period(table, faults)
-+    if "turns" in table.columns and max(turns or 0 for turns in table.columns["turns"].values) > 50:
-+        faults.add(TURNS_TOO_MANY, "more than 50 turns in one run", "is that a count of seconds?")
-""",
-    "A platform of a class": """
-@ grading/platforms.py
-     for platform in (
-+        Platform(
-+            "sakai",
-+            "Doe, Jane(jdoe)/Submission attachment(s)/lab.csv",
-+            _shapes(
-+                r"(?P<stem>(?P<name>[^/]+)\\((?P<username>[^()/]+)\\))/Submission attachment[^/]*/(?P<file>.+)"
-+            ),
-+        ),
-@ cli/grade_command.py
--Platform = Literal["auto",
-+Platform = Literal["auto", "sakai",
-""",
-}
+RECIPES: dict[str, str] = tomllib.loads(Path(__file__).with_name("recipes.toml").read_text(encoding="utf-8"))
 """By its name in the map."""
 
 SCRIPT = """

@@ -14,6 +14,7 @@ import shlex
 import subprocess
 import sys
 import tempfile
+import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -48,44 +49,19 @@ def found(pattern: str, text: str) -> str:
     return match[1] if match.re.groups else match[0]
 
 
+TABLE = Path(__file__).parent / "data" / "hints.toml"
+HINTS = tomllib.loads(TABLE.read_text(encoding="utf-8"))
+
+
 def test_the_hint_of_every_code_is_followed() -> None:
-    here = set(re.findall(r'"(G[567]\d\d)"', Path(__file__).read_text(encoding="utf-8")))
+    here = set(re.findall(r'"(G[567]\d\d)"', Path(__file__).read_text("utf-8") + TABLE.read_text("utf-8")))
     assert OF_A_LOG | OF_A_CLASS | here == {code for code in CODES if code[1] in "567"}
     assert all(CODES[code].remedy for code in here)
 
 
 # --- options of a command ------------------------------------------------------------------------------------
 
-P = "predict precession --inertia '4.44e-3 kg m^2' --torque '0.05 N*m'"
-W = "predict precession --inertia '4.44e-3 kg m^2' --spin '400 rpm'"
-E = "predict earth --latitude '42.5 deg'"
 SAMPLE = Path(__file__).parents[2] / "sample_data" / "air_gyroscope.csv"
-STEEP = "simulate --pitch 60deg --transverse '0.02 kg m^2'"
-IN_WORDS = [
-    ("G601", "analyze short.csv -f json --set turns", "--set turns=1/3", "analyze short.csv -f json --set turns=1/3"),
-    ("G602", "analyze log.csv again.csv -f json", "--format ndjson", "analyze log.csv again.csv -f ndjson"),
-    ("G603", f"{E} --out log.csv", "with --out", f"{E} --out new"),
-    ("G604", "analyze log.csv -f json --values short", "leave it out", "analyze log.csv -f json"),
-    ("G605", "analyze log.csv --watch -f json", "gyro analyze log.csv --watch", "analyze log.csv --watch"),
-    ("G607", "explain G999", "such as G454", "explain G454"),
-    ("G621", f"{P} --spin 400", 'write --spin "400 rpm"', f"{P} --spin '400 rpm'"),
-    ("G622", f"{E} --hours -3", "write it like --hours 24", f"{E} --hours 24"),
-    ("G632", "simulate --weights 0g", '--imbalance "0.3 mN m"', "+ --imbalance '0.3 mN m'"),
-    ("G633", f"{STEEP} --spins 50rpm", "more than 148.4 rpm", f"{STEEP} --spins '148.5 rpm'"),
-    ("G635", "simulate --motion horizontal --pitch 10deg", "take --motion steady",
-     "simulate --motion steady --pitch 10deg"),
-    ("G622", "simulate --turns 0", "above zero is needed", "simulate --turns 1"),
-    ("G623", f"{W} --mass 60g --torque '0.05 N*m'", "not both", f"{W} --torque '0.05 N*m'"),
-    ("G624", "predict twist", "--log data.csv", f"predict twist --log {SAMPLE}"),
-    ("G631", "simulate --timing-bias=-20s", "a timing bias nearer to 0 s", "simulate --timing-bias=-0.2s"),
-    ("G634", "simulate --spin-decay 1s --decay-law dry", "a slower decay",
-     "simulate --spin-decay 600s --decay-law dry"),
-    ("G636", "simulate --noise tpyical", '"typical"', "simulate --noise typical"),
-    ("G637", "simulate --truth no-such-folder/t.json", "choose another file with --truth", "simulate --truth t.json"),
-    ("G638", f"analyze {SAMPLE} --out report.pdf", "--out report;", f"analyze {SAMPLE} --quiet --out report"),
-    ("G639", "schema --check --grades", "gyro schema --check", "schema --check"),
-]  # fmt: skip
-"""Code, what was typed, what the hint says, and what a person makes of that; + adds to what was typed."""
 
 
 @pytest.fixture
@@ -108,11 +84,13 @@ def assert_fine(words: list[str]) -> None:
             assert abs(inertia["value"] - TRUTH) < 4 * inertia["u"]
 
 
-@pytest.mark.parametrize(("code", "typed", "says", "mended"), IN_WORDS, ids=[f"{t}: {s}" for _, t, s, _ in IN_WORDS])
+@pytest.mark.parametrize(("code", "typed", "says", "mended"), HINTS["commands"])
 def test_a_command_mended_by_a_person(
     code: str, typed: str, says: str, mended: str, lab: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("gyrodata.cli.watching.contents", lambda path, _: iter([path.read_bytes()]))
+    """A + adds to what was typed."""
+    typed, mended = (words.replace("SAMPLE", str(SAMPLE)) for words in (typed, mended))
     done = gyro(*shlex.split(typed))
     assert (done.exit_code, done.stdout) == (2, "")
     assert says in hint_of(done, code)
@@ -140,7 +118,7 @@ def test_a_hand_in_is_read_as_it_is(lab: Path) -> None:
 
 
 def test_a_folder_in_use_or_another_one(lab: Path) -> None:
-    words = (*shlex.split(E), "--out")
+    words = ("predict", "earth", "--latitude", "42.5 deg", "--out")
     with alone_in(lab / "new"):
         assert "or choose another folder with --out" in hint_of(gyro(*words, "new"), "G609")
         assert gyro(*words, "other").exit_code == 0
@@ -214,28 +192,12 @@ points = 6
 full = "d <= 0.3"
 zero = "d >= 3"
 """
-FULL, ZERO = RUBRIC.splitlines()[-2:]
-REFERENCE = 'points = 13\n[[criterion]]\nid = "reference"\ncheck = "reference"\npoints = 3\n'
-RUBRICS = [
-    ("G721", "points = 4", "points 4", "a line is KEY = VALUE", ""),
-    ("G722", "points = 4", "ponits = 4", "did you mean points?", ""),
-    ("G723", "schema = 1", "schema = 2", "write schema = 1", ""),
-    ("G723", "schema = 1", "schema = 1\nno_report = 'loook'", "did you mean look?", "schema = 1\nno_report = 'look'"),
-    ("G723", 'check = "log"\n', "", 'write check = "log"', ""),
-    ("G723", "", "[reference]\ninertia = '4.4 g m^2'", "[reference.all]",
-     "[reference.all]\ninertia = '4.4 g m^2'\nu = '1 %'"),
-    ("G724", "points = 10", "points = 12", "write points = 10", ""),
-    ("G725", 'check = "log"', 'check = "lgo"', "did you mean log?", ""),
-    ("G726", "warnings <= 0", "warnings < 1", 'write "warnings <= 0"', ""),
-    ("G726", ZERO, 'zero = "d <= 1"', 'write zero = "d >= NUMBER", farther out', ""),
-    ("G727", "points = 10", REFERENCE, '[reference] with from = "class"', f'{REFERENCE}[reference]\nfrom = "class"'),
-    ("G727", RUBRIC, CODES["G727"].example, "leave that out", CODES["G727"].example.replace("from = 'class'\n", "")),
-]  # fmt: skip
-"""Code, a part of the rubric (none: its end), a wrong one, words of the hint, and another part that is right too."""
 
 
-@pytest.mark.parametrize(("code", "part", "wrong", "says", "right"), RUBRICS)
+@pytest.mark.parametrize(("code", "part", "wrong", "says", "right"), HINTS["rubrics"])
 def test_a_rubric_mended_by_a_person(code: str, part: str, wrong: str, says: str, right: str) -> None:
+    part = RUBRIC if part == "RUBRIC" else part
+
     def text(new: str) -> bytes:
         return (RUBRIC.replace(part, new, 1) if part else f"{RUBRIC}{new}\n").encode()
 
@@ -365,46 +327,13 @@ def test_an_autograder(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert gyro(*words).exit_code == 0
 
 
+BOOK = ("option", "column", "book", "named", "faulty")
 # --- gradebooks -----------------------------------------------------------------------------------------------
 
 
-BOOK = """Student,ID,SIS User ID,SIS Login ID,Section,Homework (111),Gyroscope lab (222)
-    Points Possible,,,,,10.00,20.00
-"Lee, Ann",1,,ann,A,,
-"Roe, Bob",2,,bob,A,,
-"Poe, Cat",3,,cat,A,,
-"""
-CENTER = """"Last Name","First Name","Username","Student ID","Homework [Total Pts: 10 Score] |11",\
-"Lab [Total Pts: 20 Score] |22"
-"Lee","Ann","ann","1","",""
-"Roe","Bob","bob","2","","In Progress"
-"Poe","Cat","cat","3","",""
-"""
-
-SHEET = """Identifier,Full name,Status,Grade,Maximum Grade,Grade can be changed,Last modified (grade),Feedback comments
-""" + "".join(f"Participant {number},Ann,x,,20.00,Yes,-,\n" for number in (1, 2, 3))
-SAME_POINTS = "make the points of the rubric and of the assignment in {} the same"
-BOOKS: dict[str, tuple[str, int, str, str, list[tuple[str, str, str]]]] = {
-    "canvas": ("--gradebook", 6, BOOK, r"Gyroscope lab \((\d+)\)", [
-        ("PK\x03\x04\0\0", "G751", "the CSV file that the gradebook exports"),
-        ("a,b\n1,2\n", "G752", "Export Entire Gradebook; give that file as it is"),
-        (BOOK.replace("20.00", "10.00"), "G754", SAME_POINTS.format("Canvas")),
-    ]),
-    "blackboard": ("--grade-center", 5, CENTER, r"Lab \[[^|]*\|(\d+)", [
-        (CENTER.replace("Last Name", "Apellidos"), "G757", "with English as its language: Work Offline, Download"),
-        (CENTER.replace("20 Score", "10 Score"), "G754", SAME_POINTS.format("Blackboard")),
-    ]),
-    "moodle": ("--worksheet", 3, SHEET, "", [
-        ("a,b,c\n1,2,3\n", "G755", "Download grading worksheet; give that file as it is"),
-        (SHEET.replace("20.00", "10.00"), "G756", SAME_POINTS.format("Moodle")),
-    ]),
-}  # fmt: skip
-"""Option, column of the points, a book, how a message names the assignment, and faults: text, code, hint."""
-
-
-@pytest.mark.parametrize("lms", BOOKS)
+@pytest.mark.parametrize("lms", HINTS["books"])
 def test_book_is_filled_once_its_hint_is_followed(lms: str, home: Path) -> None:
-    option, column, text, named, faulty = BOOKS[lms]
+    option, column, text, named, faulty = (HINTS["books"][lms][key] for key in BOOK)
     words = f"class -o new {option} book.csv"
     if not named:
         Path("class").rename("people")

@@ -107,24 +107,6 @@ def test_place_that_cannot_be_written_is_told_in_a_line(line: str, code: str, ho
     assert sorted(path.name for path in home.iterdir()) == ["class", "log.csv"]
 
 
-@posix
-def test_reader_of_the_help_may_go_away() -> None:
-    # The reader is gone before anything is written.
-    assert shell("{ sleep 0.3; gyro --help; echo $? >&2; } | true").stderr.split() == [b"0"]
-
-
-@posix
-def test_file_name_that_is_no_utf_8_is_shown_with_a_mark(home: Path) -> None:
-    try:
-        shutil.copy(SAMPLE, os.fsdecode(b"n\xff.csv"))
-    except OSError:
-        pytest.skip("this file system wants UTF-8")
-    done = shell("gyro analyze $'n\\xff.csv'")
-    assert (done.returncode, done.stdout.startswith(b"n?.csv: 10 runs")) == (0, True)
-    results = Path(os.fsdecode(b"n\xff-report"), "results.json").read_bytes()
-    assert json.loads(results)["input"]["name"] == "n?.csv"
-
-
 @pytest.mark.parametrize(("encoding", "form"), [("cp1252", "text"), ("ascii", "csv")])
 def test_text_that_goes_into_a_file_is_utf_8_on_every_system(encoding: str, form: str) -> None:
     line = [sys.executable, "-m", "gyrodata", "analyze", str(SAMPLE), "--no-report", "--format", form]

@@ -19,7 +19,7 @@ import jsonschema
 import make_sample_class
 import pytest
 from classes.cells import gyro
-from grading.classes import make_folder, make_zip
+from grading.classes import make_folder
 from typer.testing import Result
 
 from gyrodata import schema
@@ -27,12 +27,6 @@ from gyrodata import schema
 ROOT = Path(__file__).parent.parent
 CLASS = ROOT / "sample_data" / "class"
 EXPECTED = Path(__file__).parent / "grading" / "expected" / "class.txt"  # what `gyro grade sample_data/class` prints
-GRADEBOOK = """Student,ID,SIS User ID,SIS Login ID,Section,Gyroscope lab (123456)
-    Points Possible,,,,,20.00
-"Adler, Nina",101,,,A,12
-"Baker, Tom",102,,,A,
-"Nobody, Else",999,,,A,
-"""
 
 
 def rows_of(grades: Path) -> dict[str, dict[str, str]]:
@@ -174,34 +168,6 @@ def test_a_log_of_an_earlier_year_is_found(grades: Path, tmp_path: Path) -> None
     assert (flag["kind"], flag["students"], flag["previous"]) == ("shared rows", ["ann"], ["grades/102"])
     refused = gyro("grade", root, "--previous", CLASS / "README.txt")
     assert (refused.exit_code, "folder that an earlier run wrote, with its journal" in refused.stderr) == (2, True)
-
-
-def test_gradebooks_come_back_filled(grades: Path, tmp_path: Path) -> None:
-    book = tmp_path / "book.csv"
-    book.write_text(GRADEBOOK)
-    options = ("--out", grades, "--gradebook", book, "--assignment", "123456")
-    done = gyro("grade", CLASS, *options)
-    only_empty = GRADEBOOK.replace("102,,,A,", "102,,,A,20.00")
-    assert (grades / "canvas.csv").read_text() == only_empty, "12 was set by somebody else"
-    assert "canvas.csv: 1 filled, 0 of them changed, 14 not\n" in done.stderr
-    assert "has 12, set by hand, which stays: see desk-todo.csv: 101" in done.stderr
-    assert "has no submission: Nobody, Else" in done.stderr
-    assert "\n101,total,12.00,,stands in the gradebook" in (grades / "desk-todo.csv").read_text()
-    (grades / "desk.csv").write_text("student,what,value,by,why\nadlernina,total,,,as gyro has it\n")
-    done = gyro("grade", CLASS, *options)
-    assert (grades / "canvas.csv").read_text() == only_empty.replace("A,12", "A,20.00")
-    assert "canvas.csv: 2 filled, 1 of them changed, 13 not\n  101: 12 → 20.00\n" in done.stderr
-
-
-def test_a_class_that_one_stands_in_gets_its_grades_beside_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    root = make_folder(tmp_path / "class", {"ann/lab.csv": "", "bob/lab.csv": "x"})
-    monkeypatch.chdir(root / "ann")
-    assert gyro("grade", "..", "--quiet").stderr == ""
-    assert (tmp_path / "class-grades" / "grades.csv").is_file()
-    monkeypatch.chdir(tmp_path)
-    make_zip(tmp_path / "lab.zip", {"ann/lab.csv": "", "bob/lab.csv": "x"})
-    assert gyro("grade", "lab.zip", "--quiet").exit_code == 1
-    assert (tmp_path / "lab-grades" / "grades.csv").is_file()
 
 
 def test_hostile_names_stay_text(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -163,51 +163,6 @@ def honest(name: str, size: int, seed: int) -> tuple[Number, Number, Number]:
     return judge(list(logs), grade(canvas(logs)))
 
 
-# --- how the value is typed, and where ----------------------------------------------------------------------
-
-
-def written(size: int, seed: int) -> Number:
-    """F: the line is there; the value in it is typed as people type."""
-    students = [draw(i, seed + 3) for i in range(size)]
-    ways = {one: list(typed.WAYS)[i % len(typed.WAYS)] for i, one in enumerate(students)}
-    answers = {one: one.answer(fit=FITS[i % 3]) for i, one in enumerate(students)}
-    plain = {one: one.log(f"# reported_inertia: {typed.plain(*answers[one])}") for one in students}
-    natural = {one: one.log(f"# reported_inertia: {typed.in_way(ways[one], *answers[one])}") for one in students}
-    before, after = (grade(canvas(logs))["students"] for logs in (plain, natural))
-    unread = Counter(ways[one] for one in students if after[one.key]["status"] != "graded")
-    # Another digit or two of u moves the other criteria by less.
-    fell = [one for one in students if (after[one.key]["points"] or 0) < (before[one.key]["points"] or 0) - 0.1]
-    losing = Counter(ways[one] for one in fell if ways[one] not in unread)
-    words = f"not graded: {counted(unread)}; losing: {counted(losing)}"
-    return Number(unread.total() + losing.total(), size, high=0, told=words)
-
-
-PLATFORMS = {"Moodle text": "moodle", "Blackboard field": "blackboard"}
-
-
-def anywhere(size: int, seed: int) -> Number:
-    """C: told no format."""
-    each = max(1, size // len(typed.HABITS))
-    classes: dict[str, typed.Files] = {"canvas": {}, "moodle": {}, "blackboard": {}}
-    answers: dict[str, dict[str, tuple[str, float]]] = {lms: {} for lms in classes}
-    for i, habit in enumerate(np.repeat(list(typed.HABITS), each).tolist()):
-        student, lms = draw(i, seed + 4), PLATFORMS.get(habit, "canvas")
-        value, u = student.answer(fit=FITS[i % 3])
-        classes[lms] |= typed.named_by(lms, student, typed.HABITS[habit](student, typed.plain(value, u)))
-        answers[lms]["s" * (lms == "blackboard") + student.key] = habit, value
-    unread, wrong = Counter[str](), Counter[str]()
-    for lms, files in classes.items():
-        students = grade(files)["students"]
-        for key, (habit, value) in answers[lms].items():
-            if key not in students or students[key]["status"] != "graded":
-                unread[habit] += 1
-            elif not math.isclose(students[key]["reported"].get("value") or 0, value, rel_tol=0.01):
-                wrong[habit] += 1
-    of = each * len(typed.HABITS)
-    words = f"not graded: {counted(unread)}; read wrongly: {counted(wrong)}"
-    return Number(unread.total() + of * wrong.total(), of, high=each, told=words)
-
-
 # --- copies -------------------------------------------------------------------------------------------------
 
 
@@ -252,8 +207,6 @@ CELLS: dict[str, Cell] = {
         for name in HONEST
         for at, what in enumerate(LOSSES)
     },
-    "F typed in 12 ways: not graded or losing": written,
-    "C told no format: not graded": anywhere,
     "D every time changed: found": partial(copied, JITTERED, 40 / 48),
     "D other copies: found": partial(copied, KNOWN, 1.0),
     "D beside copies: false flags": false_beside,

@@ -1,12 +1,11 @@
 """Every cell keeps its bound for a small class that is always the same; ``python tests/classes`` has larger ones."""
 
-
 import pytest
 
 from classes.cells import CELLS
 
 SIZES = {
-    "A ": 30, "B ": 35, "G ": 80, "F ": 24, "C ": 20, "D every": 25, "D other": 25,
+    "A ": 30, "B ": 35, "G ": 80, "D every": 25, "D other": 25,
     "D beside": 25, "D honest": 20,
 }  # fmt: skip
 """Size of the class for the cells whose names begin so."""

@@ -1,12 +1,13 @@
 """How well a bench measures, where a log does not say: by the rubric, or by how far the class scatters."""
 
+import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from classes.cells import grade
-from classes.drawn import TITLES, USUAL, Bench, draw
+from classes.drawn import TITLES, USUAL, draw
 from grading.reports import reported_line
 from msgspec.structs import replace
 
@@ -70,52 +71,26 @@ def test_uncertainty_of_the_log_goes_before_the_bench(where: str, tmp_path: Path
     assert "the uncertainties that your log states" in constancy(given)["reason"]
 
 
-def test_latitude_of_the_log_goes_before_g_of_the_bench(tmp_path: Path) -> None:
-    log = STUDENT.log("# latitude: 50 deg", REPORT)
-    assert one(log, tmp_path, 'g = "9.70 m/s^2"')["inertia"] == one(log, tmp_path)["inertia"]
-
-
 @pytest.mark.parametrize(
-    ("lines", "says", "hint"),
-    [
-        (['u_tiem = "0.3 s"'], '"u_tiem" is not known in [bench]', "did you mean u_time?"),
-        (['u_time = "0.3 kg"'], 'u_time = "0.3 kg" cannot be used: is no uncertainty', ""),
-        (['from = "class"', 'u_time = "0.3 s"'], "both the class and stated values", "leave that out"),
-        (['ball_diameter = "4 kg"'], 'ball_diameter: "4 kg"', ""),
-    ],
+    ("line", "says"),
+    [('u_tiem = "0.3 s"', '"u_tiem" is not known in [bench]'), ('u_time = "0.3 kg"', "is no uncertainty")],
 )
-def test_fault_in_the_bench_is_told_with_its_line(lines: list[str], says: str, hint: str) -> None:
-    with pytest.raises(InputError) as caught:
-        read_rubric(with_bench(*lines).encode())
-    (found,) = caught.value.diagnostics
-    assert says in found.message
-    assert hint in found.hint
-    assert with_bench(*lines).split("\n")[(found.line or 0) - 1] == lines[0]
+def test_fault_in_the_bench_is_told(line: str, says: str) -> None:
+    with pytest.raises(InputError, match=re.escape(says)):
+        read_rubric(with_bench(line).encode())
 
 
-def logs_of(count: int, bench: Bench) -> dict[str, str]:
-    students = [draw(i, 2, bench) for i in range(count)]
-    return {f"{one.stem}_lab.csv": one.log(reported_line(*one.answer())) for one in students}
-
-
-@pytest.mark.parametrize(
-    ("bench", "line", "by_chance"),
-    [
-        (replace(USUAL, hand=0.3), 'u_time = "0.3 s"', 0),
-        # A wobble tells most in the shortest turns, which one factor for all does not know.
-        (replace(USUAL, wobble=0.02), 'u_turns = "0.02"', 1),
-    ],
-)
-def test_rough_bench_costs_nothing_once_it_is_told(bench: Bench, line: str, by_chance: int, tmp_path: Path) -> None:
+def test_rough_bench_costs_nothing_once_it_is_told(tmp_path: Path) -> None:
     def lost(document: dict[str, Any]) -> int:
         return sum(constancy(one)["points"] < 1 for one in document["students"].values())
 
-    rubrics = {"usual": with_bench(), "stated": with_bench(line), "class": default_rubric_text()}
+    students = [draw(i, 2, replace(USUAL, hand=0.3)) for i in range(20)]
+    logs = {f"{one.stem}_lab.csv": one.log(reported_line(*one.answer())) for one in students}
+    rubrics = {"usual": with_bench(), "stated": with_bench('u_time = "0.3 s"'), "class": default_rubric_text()}
     for name, text in rubrics.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
-    usual, stated, by_class = (grade(logs_of(20, bench), "--rubric", tmp_path / name) for name in rubrics)
-    assert lost(stated) == 0
-    assert lost(by_class) <= by_chance < 4 <= lost(usual)
+    usual, stated, by_class = (grade(logs, "--rubric", tmp_path / name) for name in rubrics)
+    assert (lost(stated), lost(by_class), lost(usual) >= 4) == (0, 0, True)
     assert (usual["scatters"], stated["scatters"], by_class["scatters"]["all"]["logs"]) == ({}, {}, 20)
     factor = by_class["scatters"]["all"]["factor"]
     assert 1.7 < factor < 3

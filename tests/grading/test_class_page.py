@@ -234,25 +234,7 @@ def test_tables_as_a_spreadsheet_saves_them_are_read(lab: Lab) -> None:
 # --- in a browser -------------------------------------------------------------------------------------------
 
 
-PROBE = """<script>
-addEventListener("load", async () => {
-  const frame = document.querySelector("iframe"), view = frame.contentWindow, page = frame.contentDocument;
-  const all = what => [...page.querySelectorAll(what)], [table] = all("table.everybody");
-  const names = () => [...table.tBodies[0].rows].filter(e => !e.hidden).map(e => e.cells[0].textContent);
-  const sort = i => { table.tHead.rows[0].cells[i].querySelector("button").click(); return names(); };
-  const [box, choice] = all(".filter input, .filter select"), copied = [];
-  const filter = (text, section = "") => {
-    box.value = text; choice.value = section; box.dispatchEvent(new view.Event("input", {bubbles: true}));
-    return names();
-  };
-  Object.defineProperty(view.navigator, "clipboard", {value: {writeText: async text => copied.push(text)}});
-  const out = {up: sort(2), down: sort(2), names: sort(0), copied: copied,
-    found: [filter("  GÖÖD "), filter("flag shared"), filter("", "Tue B"), filter("zzz"), filter("")]};
-  all(".desk button")[0].click(); await new Promise(done => setTimeout(done, 50));
-  const place = document.createElement("pre");
-  place.id = "out"; place.textContent = JSON.stringify(out); document.body.append(place);
-});
-</script>"""
+PROBE = (Path(__file__).parent / "data" / "probe.html").read_text(encoding="utf-8")
 
 
 @needs_browser

@@ -19,14 +19,11 @@ import numpy as np
 import pytest
 from grading.classes import make_folder
 from grading.reports import RIGHT, SLIPS, STATED, Formula, reported_line, sheet, three_grades
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from msgspec.structs import replace
 from pages import Structure
 from typer.testing import CliRunner
 
 from gyrodata.cli import app
-from gyrodata.diagnostics import CODES
 from gyrodata.grading import (
     Grade,
     feedback_html,
@@ -81,18 +78,14 @@ def test_page_obeys_nothing_from_outside() -> None:
     assert "49" not in page.text
 
 
-@settings(max_examples=60, deadline=None)
-@given(st.text(alphabet="`*_[]()<>#|~$&:/!\\-\n\r\t\u202e\u2028 ax", max_size=40))
-def test_markdown_obeys_nothing_from_outside(text: str) -> None:
-    before, after = feedback_markdown(with_everywhere("x")), feedback_markdown(with_everywhere(f"x{text}x"))
+def test_markdown_obeys_nothing_from_outside() -> None:
+    text = "x`*_[a](b)<i>#|~$&\n# x\r\t\u202e\u2028"
+    before, after = feedback_markdown(with_everywhere("x")), feedback_markdown(with_everywhere(text))
     assert after.count("\n") == before.count("\n")
-    assert re.findall(r"(?m)^#+ ", after) == re.findall(r"(?m)^#+ ", before)
-    assert "<" not in after
-    for line, plain in zip(after.splitlines(), before.splitlines(), strict=True):
-        bare = re.sub(r"\\[\\`*_\[\]|~$]", "", line)
-        assert not re.search(r"\]\(|`", bare)
-        assert not plain.startswith("|") or bare.count("|") == plain.replace(r"\|", "").count("|")
-        assert not {"\u202e", "\u2028", "\t"} & set(line)
+    assert not {"\u202e", "\u2028", "\t", "<"} & set(after)
+    bare = re.sub(r"\\[\\`*_\[\]|~$]", "", after)
+    assert not re.search(r"\]\(|`", bare)
+    assert bare.count("|") == before.replace(r"\|", "").count("|")
 
 
 def test_grades_csv_has_points_possible_and_lateness() -> None:
@@ -154,15 +147,6 @@ def test_only_grades_and_comments_of_a_book_change(book: str, writer: str) -> No
     assert dict(found.skipped) == {key.removeprefix("w") if key[1:].isdigit() else key: skipped[key] for key in skipped}
 
 
-def test_moodle_gives_the_grade_of_a_group_to_its_members() -> None:
-    rows = [[*row[:5], "Group A", *row[6:]] if row[4] == "Submitted" else row for row in exported("moodle")]
-    group = replace(a_grade("102"), name="Group A")  # its number is that of another participant
-    found = fill_book("moodle", as_csv(rows), "x.csv", [group], ids={"102": {"moodle": "102"}})
-    assert found.filled == ("102",)
-    graded = [row[0][-3:] for row in rows_of(found.data.decode()) if row[6] == "17.50"]
-    assert graded == ["101", "102", "105", "106"]
-
-
 # --- Gradescope ---------------------------------------------------------------------------------------------
 
 RUBRIC = read_rubric(STATED.encode())
@@ -217,15 +201,6 @@ def test_gradescope_hides_the_right_value_from_a_wrong_report(kind: str, tmp_pat
     assert any(tells(line, VALUE) for line in hidden.splitlines()), "after the due date it is told"
     assert all(slip.words in text for slip in grade.slips)
     assert "I_zz follows from your own runs: " in text
-
-
-@pytest.mark.parametrize("code", ["G401", "G421"])
-def test_gradescope_hides_what_the_log_gives(code: str, tmp_path: Path) -> None:
-    grade, seen, _ = handed_in(tmp_path, "# reported_inertia: 9e-3 kg m^2\n" + CODES[code].example)
-    (found,) = [one for one in grade.diagnostics if one["code"] == code]
-    where = f"line {found['line']}: " if found["line"] else ""
-    assert f"{found['severity']}: {where}{CODES[code].title}" in seen
-    assert found["message"] not in seen
 
 
 @pytest.fixture(scope="module")

@@ -6,13 +6,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from classes.cells import canvas, grade, gyro, with_answer
 from classes.disguises import plant
 from classes.drawn import FITS, TITLES, Student, draw, with_rows
 from grading.classes import make_folder
-from grading.reports import RIGHT, SLIPS, reported_line, sheet
+from grading.reports import reported_line
 from msgspec.structs import replace
 
 from gyrodata.grading import default_rubric_text
@@ -89,42 +88,6 @@ def test_arm_from_surface_is_named_for_18_of_20(where: str) -> None:
     assert [words for words in told[:80] if "surface" in words] == []
     if where == "log":
         assert all("one mistake in the log that would explain this factor" in words for words in told[80:])
-
-
-def test_rubric_bench_gives_the_ball_for_logs_without_it(tmp_path: Path) -> None:
-    rubric, logs = tmp_path / "rubric.toml", honest(30, 7)
-    ball = '[bench]\nfrom = "class"\nball_diameter = "10.16 cm"'
-    rubric.write_text(default_rubric_text().replace('[bench]\nfrom = "class"', ball), encoding="utf-8")
-    arithmetic, header, stated = (draw(200 + i, 7) for i in range(3))
-    logs[arithmetic] = arithmetic.log(reported_line(*from_surface(arithmetic).answer()))
-    titles = TITLES.replace("position", "distance from ball surface")
-    logs[header] = from_surface(header).log(reported_line(*header.answer()), titles=titles)
-    logs[stated] = answered(stated, "# ball_diameter: 10.2 cm")
-    found = graded(logs, "--rubric", rubric)
-    assert "from the ball's surface" in str(found[30]["slips"])
-    assert (found[31]["status"], found[31]["points"]) == ("graded", 20)
-    assert (found[31]["bench"], found[32]["bench"]) == (["ball_diameter 10.16 cm"], [])
-
-
-ROWS = sheet(np.random.default_rng(3), "mixed")
-ONCE = ["It cost 3 points, once", "**17 of 20 points.**"]
-
-
-@pytest.mark.parametrize(
-    ("slip", "times_u", "words"),
-    [
-        ("", 29, ['Only one criterion lost points: "The uncertainty is realistic" (0 of 3).']),
-        ("answer_in_g_cm2", 1, ONCE),
-        ("rpm_as_rad_s + g_as_kg", 1, ["**Perhaps the spin in rpm was used as if it were in rad/s, and the masses"]),
-    ],
-)
-def test_feedback_says_what_cost_points(slip: str, times_u: int, words: list[str], tmp_path: Path) -> None:
-    value, u = SLIPS.get(slip, RIGHT).inertia(ROWS, "through_origin")
-    root = make_folder(tmp_path / "class", {"ann/lab.csv": ROWS.log(reported_line(value, times_u * u))})
-    assert gyro("grade", root, "-o", tmp_path / "out", "--workers", "0").exit_code == 0
-    text = (tmp_path / "out" / "feedback" / "ann" / "feedback.md").read_text(encoding="utf-8")
-    assert [one for one in words if one not in text] == []
-    assert (" 0 of " in text) <= (words != ONCE)
 
 
 def test_report_folder_of_gyro_is_not_a_student(tmp_path: Path) -> None:
@@ -216,15 +179,6 @@ def test_flag_is_settled_by_a_known_word_and_a_name(room: Room) -> None:
     assert "write who has decided it, under by" in room.grade(refused=True)
     room.desk(flags[0] | {"value": "fine", "by": "Ann"})
     assert "write partners, copied or cleared" in room.grade(refused=True)
-
-
-def test_later_copy_of_a_settled_log_is_flagged_again(room: Room) -> None:
-    flag = next(row for row in room.todo() if "shared rows" in row["why"])
-    room.desk(flag | {"value": "cleared", "by": "Ann"})
-    (source,) = room.root.glob(f"*_{flag['student'].split(' + ')[0]}_*")
-    (room.root / "late0000_5555_1_lab.csv").write_bytes(source.read_bytes())
-    room.grade()
-    assert any("5555" in row["student"] for row in room.todo())
 
 
 EDITS = {

@@ -15,7 +15,7 @@ import pytest
 from classes.cells import grade
 from classes.drawn import draw
 from classes.typed import HABITS, plain
-from grading.classes import make_folder, make_zip
+from grading.classes import make_folder
 from typer.testing import CliRunner
 
 from gyrodata import schema
@@ -111,16 +111,6 @@ def test_the_advice_carried_out_is_enough(what: str, tmp_path: Path) -> None:
         path.write_text(f"{line}\n{text}", encoding="utf-8")
     document, code = told(root)
     assert (code, document["hand_in"]["inertia"], document["hand_in"]["u"]) == (0, 4.4e-3, 0.1e-3)
-
-
-def test_a_zip_and_the_other_formats_tell_the_same(tmp_path: Path) -> None:
-    files = {"lab.csv": LOG, "report.txt": f"\nI_zz = {ANSWER}\n"}
-    packed, root = make_zip(tmp_path / "mine.zip", files), make_folder(tmp_path / "mine", files)
-    whole = told(root)[0]
-    assert told(packed)[0] == whole
-    assert json.loads(check(root, "--format", "ndjson")[0]) == whole
-    notice, _ = check(*(root / name for name in files), "--format", "github")
-    assert notice.startswith(f"::notice file={root / 'report.txt'},line=2,title=G718::I_zz = ")
 
 
 @pytest.mark.parametrize(

@@ -18,8 +18,6 @@ from gyrodata.cli import app
 from gyrodata.grading import default_rubric_text
 from gyrodata.workers import Failed, in_workers
 
-REPORT = "I_zz = 4.43e-3 ± 0.05e-3 kg m^2\n"
-
 
 def told(root: Path, *options: str | Path, workers: int = 2) -> str:
     """Grade a class, and give what is said on the error stream."""
@@ -57,14 +55,6 @@ def test_each_work_that_breaks_is_one_answer_with_its_reason(together: int) -> N
         "memory": "it needs more memory than 2 GB",
         "raise": "the tool broke on it (KeyError: 'x')",
     }
-
-
-def test_report_above_1_mb_is_told_and_the_log_is_graded(tmp_path: Path) -> None:
-    report = REPORT + "x" * 1_000_000
-    root = make_folder(tmp_path / "class", {"a/lab.csv": a_log(1), "a/report.txt": report})
-    assert "graded 1 (new): a" in told(root)
-    assert "larger than 1 MB" in (tmp_path / "grades" / "grades.json").read_text(encoding="utf-8")
-    assert "kept 1 as graded before" in told(root)
 
 
 def test_only_what_changed_is_graded_again_and_why_is_told(tmp_path: Path) -> None:

@@ -71,14 +71,6 @@ def test_log_among_several_files_is_found_or_its_lack_told(
     assert (one.log_name, one.problem) == (log and f"ann/{log}", problem)
 
 
-def test_pattern_of_ones_own_names_student_attempt_and_lateness(tmp_path: Path) -> None:
-    names = ["week3-jdoe-try1.csv", "week3-jdoe-try2.csv", "week3-kim-try1-late.csv", "other.csv"]
-    pattern = r"week3-(?P<student>\w+)-try(?P<attempt>\d+)(?P<late>-late)?\.csv"
-    found = find_submissions(make_folder(tmp_path / "class", dict.fromkeys(names, LOG)), pattern=pattern)
-    assert [(one.student, one.attempt, one.late) for one in found.items] == [("jdoe", 2, False), ("kim", 1, True)]
-    assert (found.lms, [one.code for one in found.diagnostics]) == ("pattern", ["G707", "G708"])
-
-
 @pytest.mark.parametrize(
     ("file", "feedback"),
     [

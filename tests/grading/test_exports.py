@@ -31,7 +31,6 @@ from gyrodata.grading import (
     fill_book,
     find_submissions,
     grade_submission,
-    grades_csv,
     read_rubric,
     results_json,
 )
@@ -86,17 +85,6 @@ def test_markdown_obeys_nothing_from_outside() -> None:
     bare = re.sub(r"\\[\\`*_\[\]|~$]", "", after)
     assert not re.search(r"\]\(|`", bare)
     assert bare.count("|") == before.replace(r"\|", "").count("|")
-
-
-def test_grades_csv_has_points_possible_and_lateness() -> None:
-    late = a_grade("bob", 15.5, late_seconds=7200.0, late_deduction=2.0, late_reason="2 h late")
-    text = grades_csv([late, a_grade("ann", None)])
-    most, ann, bob = csv.DictReader(io.StringIO(text))
-    assert list(most.values())[:5] == ["points possible", "", "--", "20.00", "2.00"]
-    assert ann["total"] == ann["inertia"] == "", "not a zero by accident"
-    assert [bob[key] for key in ("total", "late_deduction", "late [s]", "late")] == [
-        "15.50", "2.00", "7200.0", "2 h late"
-    ]  # fmt: skip
 
 
 # --- sheets of somebody else's ------------------------------------------------------------------------------

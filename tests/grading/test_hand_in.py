@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import re
 from collections.abc import Mapping
@@ -10,12 +9,11 @@ from pathlib import Path
 from typing import Any
 
 import jsonschema
-import openpyxl
 import pytest
+from classes.cells import grade
 from classes.drawn import draw
-from classes.graded import grade
 from classes.typed import HABITS, plain
-from grading.classes import make_folder, make_zip
+from grading.classes import make_folder
 from typer.testing import CliRunner
 
 from gyrodata import schema
@@ -61,8 +59,6 @@ def test_what_is_told_is_what_is_graded(tmp_path: Path) -> None:
     [
         ({"lab.csv": LOG + f"I_zz,{ANSWER}\n"}, "lab.csv, line 12"),
         ({"lab.csv": LOG, "report.txt": f"Our report.\n\nI_zz = {ANSWER}\n"}, "report.txt, line 3"),
-        ({"lab.csv": LOG, "jdoe_answers.toml": f'\ninertia = "{ANSWER}"\n'}, "jdoe_answers.toml, line 2"),
-        ({"lab.csv": LOG, "text.html": f"<div><p>Hello.</p>\n\n<p>I_zz = {ANSWER}</p></div>"}, "text.html, line 2"),
     ],
 )
 def test_the_place_of_the_answer_is_told(files: Mapping[str, str], place: str, tmp_path: Path) -> None:
@@ -73,30 +69,10 @@ def test_the_place_of_the_answer_is_told(files: Mapping[str, str], place: str, t
     assert code == 0
 
 
-def test_what_is_not_stated_is_told(tmp_path: Path) -> None:
-    text, _ = check(make_folder(tmp_path / "mine", {"lab.csv": STUDENT.log("# I_zz = 4.4e-3")}))
-    assert re.search("read from.*no uncertainty is found with it.*has no unit|has no unit.*no uncertainty", text)
-
-
-def workbook(log: str) -> bytes:
-    book = openpyxl.Workbook()
-    for line in log.splitlines():
-        cells = [line] if line.startswith("#") else line.split(",")
-        book.active.append([float(cell) if re.fullmatch(r"[\d.]+", cell) else cell for cell in cells])
-    out = io.BytesIO()
-    book.save(out)
-    return out.getvalue()
-
-
-TWICE = "# reported_inertia: 4.4e-3 kg m^2\n# reported_inertia: 4.5e-3 kg m^2\n# balanced: yes\n"
 LACKING = {
     "none": {"lab.csv": LOG},
-    "decimal commas": {"lab.csv": LOG.replace(",", ";").replace(".", ",")},
-    "workbook": {"lab.xlsx": workbook(LOG)},
     "a PDF": {"lab.csv": LOG, "report.pdf": b"%PDF-1.4\n"},
-    "two in reports": {"lab.csv": LOG, "a.txt": "I_zz = 4.4e-3 kg m^2", "b.md": "I_zz = 4.5e-3 kg m^2"},
     "two in the log": {"lab.csv": "# I_zz = 4.4e-3 kg m^2\n# I_zz: 4.5e-3 kg m^2\n" + LOG},
-    "given twice": {"lab.csv": TWICE + LOG},
     "no number": {"lab.csv": "# reported_inertia: see below\n" + LOG},
 }
 
@@ -107,31 +83,18 @@ def test_the_advice_carried_out_is_enough(what: str, tmp_path: Path) -> None:
     document, code = told(root)
     assert code == 1
     found = next(one for one in document["diagnostics"] if one["code"] == "G719")
-    assert bool(re.search("two values|twice", found["message"])) == what.startswith(("two", "given"))
+    assert ("two values" in found["message"]) == what.startswith("two")
     assert ("not read: report.pdf" in found["message"]) == (what == "a PDF")
     hint = found["hint"]
     assert hint in check(root)[0]
     path = root / re.findall(r"table of (\S+),", hint)[0]
     line = hint.partition("value: ")[2].partition(", and take")[0]
-    if path.suffix == ".xlsx":
-        path.write_bytes(workbook(f"{line}\n{LOG}"))
-    else:
-        text = path.read_text(encoding="utf-8")
-        if "take its other lines with an I_zz out" in hint:
-            text = re.sub("(?m)^# (?:I_zz|reported_inertia).*\n", "", text)
-        path.write_text(f"{line}\n{text}", encoding="utf-8")
+    text = path.read_text(encoding="utf-8")
+    if "take its other lines with an I_zz out" in hint:
+        text = re.sub("(?m)^# (?:I_zz|reported_inertia).*\n", "", text)
+    path.write_text(f"{line}\n{text}", encoding="utf-8")
     document, code = told(root)
     assert (code, document["hand_in"]["inertia"], document["hand_in"]["u"]) == (0, 4.4e-3, 0.1e-3)
-
-
-def test_a_zip_and_the_other_formats_tell_the_same(tmp_path: Path) -> None:
-    files = {"lab.csv": LOG, "report.txt": f"\nI_zz = {ANSWER}\n"}
-    packed, root = make_zip(tmp_path / "mine.zip", files), make_folder(tmp_path / "mine", files)
-    whole = told(root)[0]
-    assert told(packed)[0] == whole
-    assert json.loads(check(root, "--format", "ndjson")[0]) == whole
-    notice, _ = check(*(root / name for name in files), "--format", "github")
-    assert notice.startswith(f"::notice file={root / 'report.txt'},line=2,title=G718::I_zz = ")
 
 
 @pytest.mark.parametrize(
@@ -141,7 +104,6 @@ def test_a_zip_and_the_other_formats_tell_the_same(tmp_path: Path) -> None:
         ({"a.csv": LOG, "b.csv": LOG + "\n"}, ("a.csv", "b.csv"), "several files that read as logs: a.csv, b.csv"),
         ({"lab.csv": LOG}, ("", "lab.csv"), "not all of them are files"),
         ({"lab.csv": LOG}, ("lab.csv", "report.txt"), "there is no file"),
-        ({"lab.csv": "no table"}, ("lab.csv",), "no delimiter"),
     ],
 )
 def test_what_cannot_be_a_hand_in_is_told(

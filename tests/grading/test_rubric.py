@@ -1,38 +1,24 @@
 """The rubric: what it means, and every fault in it told with its line and what to write."""
 
-import contextlib
 import json
 import math
 import re
 import tomllib
+from pathlib import Path
+from typing import Any
 
 import jsonschema
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from msgspec.structs import astuple
 
 from gyrodata import schema
 from gyrodata.diagnostics import CODES
 from gyrodata.errors import InputError
-from gyrodata.grading import class_references, default_rubric, default_rubric_text, judge_lateness, read_rubric
+from gyrodata.grading import class_references, default_rubric_text, judge_lateness, read_rubric
 
 HEAD = 'schema = 1\npoints = 4\n[[criterion]]\nid = "izz"\ncheck = "own_data"\npoints = 4\n'
-TIERS = '[[late.tier]]\nuntil = "1 day"\ndeduct = "10 %"\n[[late.tier]]\nuntil = "3 days"\ndeduct = 2\n'
-EXCEPTIONS = """[[late.exception]]
-student = "s001"
-extra = "2 days"
-[[late.exception]]
-student = "Doe, Jane"
-waive = true
-[[late.exception]]
-student = "s003"
-due = 2026-03-16T23:59:00+01:00
-"""
-LATE = f'[late]\ndue = 2026-03-09T23:59:00+01:00\ngrace = "15 min"\nbeyond = "100 %"\n{TIERS}{EXCEPTIONS}'
-MARKED = LATE.replace("beyond", "marked = 1\nbeyond")
-NAIVE = "[late]\ndue = 2026-03-09T23:59:00\n"
-SUMMER = "[late]\ndue = 2026-03-29T01:59:00+01:00\n[[late.tier]]\nuntil = '1 h'\ndeduct = 1\n"
+TABLE = tomllib.loads((Path(__file__).parent / "data" / "lateness.toml").read_text(encoding="utf-8"))
+RULES: dict[str, str] = TABLE["rules"]
 CHECKS = ("log", "procedure", "own_data", "reference", "uncertainty", "units", "constancy", "files", "manual")
 STATION = "[reference.3]\ninertia = '4e-3 kg m^2'\nu = '1 %'\n"
 
@@ -60,56 +46,21 @@ def test_parts_shown_commented_out_can_be_switched_on() -> None:
     assert [tier.deduct for tier in rubric.late.tiers] == pytest.approx([2.0, 6.0])
 
 
-def test_rubric_without_optional_lines_means_the_same() -> None:
-    text = default_rubric_text()
-    short = "schema = 1\npoints = 20\nreference.from = 'class'\nbench.from = 'class'\n" + "".join(
-        f"[[criterion]]\nid = '{c.id}'\ncheck = '{c.check}'\npoints = {c.points}\n"
-        + ("gate = ['1e-6 kg m^2', '100 kg m^2']\n" if c.gate else "")
-        for c in default_rubric().criteria
-    )
-    assert read_rubric(short.encode()) == read_rubric(text.encode())
-    assert read_rubric(b"\xef\xbb\xbf" + text.replace("\n", "\r\n").encode()) == read_rubric(text.encode())
-
-
 @pytest.mark.parametrize("code", sorted(code for code in CODES if code.startswith("G72")))
 def test_example_of_each_code_raises_that_code_alone(code: str) -> None:
     (told,) = faults(CODES[code].example)
     assert f"error {code}: " in told
 
 
-def test_all_faults_are_told_in_the_order_of_the_file() -> None:
-    text = HEAD.replace("points = 4\n[", "points = 5\n[") + 'full = "d < 0.3"\nzero = "z >= 3"\n'
-    text += '[[criterion]]\nid = "log"\nchek = "log"\npoints = 1\n[lat]\n'
-    assert [one.partition("\n")[0] for one in faults(text)] == [
-        'mine.toml:7:1: error G726: "d < 0.3" is no condition',
-        'mine.toml:8:1: error G726: "z" means nothing in a criterion with check = "own_data"',
-        'mine.toml:9:1: error G723: "check" is missing',
-        'mine.toml:11:1: error G722: "chek" is not known in [criterion]',
-        'mine.toml:13:1: error G722: "lat" is not known',
-    ]
-
-
 @pytest.mark.parametrize(
     ("text", "told"),
     [
         (HEAD + 'full = "__import__(\'os\')"\nzero = "d >= 1"\n', "is no condition"),
-        (HEAD + 'full = "d <= 1 and d <= 2"\nzero = "d >= 3"\n', "is no condition"),
-        (HEAD + "slip = true\n", "slip = true cannot be used"),
-        (HEAD + f"slip = {'9' * 400}\n", "slip = 999"),
         (HEAD.replace("= 4", "= nan"), "points = NaN cannot be used"),
-        (HEAD.replace("= 4", "= -4"), "points = -4 cannot be used"),
-        (HEAD.replace("= 4", "= " + "9" * 5000), "this is not TOML"),
-        ("accept = []\n" + HEAD, "accept = [] cannot be used"),
         (HEAD.replace("own_data", "reference"), "compares with a reference, and none is given"),
-        (HEAD + "gate = ['1 kg m^2', '1 kg m^2']\n", "gate: the first is not below the second"),
         (HEAD + STATION.replace("4e-3 kg m^2", "4e-3"), 'mine.toml:8:1: error G723: inertia: "4e-3" has no unit'),
         (HEAD + STATION.replace("u = '1 %'", ""), 'mine.toml:7:1: error G723: "u" is missing'),
-        (HEAD + "[[late.tier]]\nuntil = '1 day'\n", 'mine.toml:7:1: error G723: "deduct" is missing'),
-        (HEAD + "".join(f"[[late.tier]]\nuntil = '{n} days'\ndeduct = 1\n" for n in (2, 1)), "a tier is not later"),
-        (HEAD + "[[late.exception]]\nstudent = 's'\nwaive = false\n", "exactly one of due, extra and waive"),
-        (HEAD + LATE.replace("15 min", "1 fortnight"), 'grace = "1 fortnight" is no duration'),
-        (HEAD + "[late]\nmarked = 4.01\n", "marked = 4.01 is no share of 4 points"),
-        ("schema = 1\npoints = 4\ncriterion = [3]\n", "criterion = [3] cannot be used"),
+        (HEAD + RULES["LATE"].replace("15 min", "1 fortnight"), 'grace = "1 fortnight" is no duration'),
         ("schema = 1\ntitle = '\udcff'\n", "mine.toml:2:1: error G721: is not UTF-8"),
     ],
 )
@@ -117,83 +68,19 @@ def test_fault_in_a_rubric_is_told_with_its_place(text: str, told: str) -> None:
     assert any(told in one for one in faults(text)), faults(text)
 
 
-@given(st.sampled_from(default_rubric_text().splitlines()), st.text(max_size=12), st.integers(0, 80))
-def test_slip_of_the_pen_in_a_rubric_is_no_traceback(line: str, more: str, at: int) -> None:
-    text = default_rubric_text().replace(line, line[:at] + more + line[at:], 1)
-    with contextlib.suppress(InputError):
-        read_rubric(text.encode("utf-8", "surrogatepass"))
-
-
 def test_printed_rubrics_and_one_of_every_part_fit_the_schema() -> None:
     each = "".join(f'[[criterion]]\nid = "{check}"\ncheck = "{check}"\npoints = 1\n' for check in CHECKS)
-    every = f'schema = 1\npoints = {len(CHECKS)}\naccept = ["recommended"]\n{each}{STATION}{MARKED}'
+    every = f'schema = 1\npoints = {len(CHECKS)}\naccept = ["recommended"]\n{each}{STATION}{RULES["MARKED"]}'
     assert read_rubric(every.encode()).late
     printed = [default_rubric_text(kind) for kind in ("simple", "full", "manual")]
     assert [unfit(text) for text in (*printed, every)] == [[]] * 4
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "titel = 'x'\n" + HEAD, HEAD + "[lat]\n", HEAD + STATION + "v = 1\n",
-        HEAD.replace("points = 4", "points = '4'"),
-        "accept = ['orign']\n" + HEAD, HEAD + "[late]\ngrace = 15\n", HEAD + "full = 'd < 0.3'\nzero = 'd >= 3'\n",
-        HEAD.replace('id = "izz"\n', ""), HEAD.replace("schema = 1", "schema = 2"), HEAD + "gate = ['1 kg m^2']\n",
-    ],
-)  # fmt: skip
-def test_refused_rubric_does_not_fit_the_schema(text: str) -> None:
-    assert faults(text)
-    assert unfit(text)
-
-
-UNKNOWN = (None, 0, "marked late, but nothing says by how much", True)
-GRACE = "after the deadline, within the grace time"
-
-
-@pytest.mark.parametrize(
-    ("rule", "student", "late", "seconds", "submitted", "expected"),
-    [
-        (None, "a", True, None, None, (None, 0, "marked late", False)),
-        (None, "a", True, 7200.0, None, (7200.0, 0, "2 h late", False)),
-        (LATE, "a", True, None, None, UNKNOWN),
-        (MARKED, "a", True, None, None, (None, 1, "marked late, without the time", False)),
-        (MARKED, "s001", True, None, None, UNKNOWN),
-        (LATE, "a", False, None, "yesterday", (0.0, 0, "", False)),
-        (LATE, "a", True, 900.0, None, (900.0, 0, f"15 min {GRACE}", False)),
-        (LATE, "a", True, 901.0, None, (901.0, 0.4, "15 min late", False)),
-        (LATE, "a", True, 86400.0, None, (86400.0, 0.4, "1 day late", False)),
-        (LATE, "a", True, 86401.0, None, (86401.0, 2, "1 day late", False)),
-        (LATE, "a", True, 259201.0, None, (259201.0, 4, "3 days late", False)),
-        (LATE, "a", True, 7200.0, "2026-03-10T00:14:00+01:00", (900.0, 0, f"15 min {GRACE}", False)),
-        (LATE, "a", False, None, "2026-03-09T22:59:00+00:00", (0.0, 0, "", False)),
-        (LATE, "a", False, None, "2026-03-09T23:59:01+01:00", (1.0, 0, f"1 s {GRACE}", False)),
-        (LATE, "a", False, None, "2026-03-11T03:00:00+01:00", (97260.0, 2, "1 day 3 h late", False)),
-        (LATE, "S001", False, None, "2026-03-12T23:59:00+01:00", (86400.0, 0.4, "1 day late", False)),
-        (LATE, "s001", True, 172800.0, None, (0.0, 0, "", False)),
-        (LATE, "s003", True, 7200.0, None, UNKNOWN),
-        (LATE, "s003", False, None, "2026-03-17T01:59:00+01:00", (7200.0, 0.4, "2 h late", False)),
-        (LATE, "doe, jane", True, None, None, (None, 0, "lateness waived for you", False)),
-        (NAIVE, "a", False, None, "2026-03-10T00:59:00-05:00", (3600.0, 4, "1 h late", False)),
-        # In Berlin 02:00 became 03:00; stamps carry their own offset.
-        (SUMMER, "a", False, None, "2026-03-29T03:01:00+02:00", (120.0, 1, "2 min late", False)),
-    ],
-)
-def test_lateness_follows_from_marks_counts_and_stamps(
-    rule: str | None, student: str, late: bool, seconds: float | None, submitted: str | None,
-    expected: tuple[float | None, float, str, bool],
-) -> None:  # fmt: skip
-    read = None if rule is None else read_rubric((HEAD + rule).encode()).late
-    assert astuple(judge_lateness(read, {"id": student}, late, seconds, submitted)) == pytest.approx(expected)
-
-
-@pytest.mark.parametrize(
-    ("text", "seconds"),
-    [("90 s", 90), ("15min", 900), ("1.5 h", 5400), ("3 minutes", 180), ("2 days", 172800), ("1 week", 604800)],
-)
-def test_durations_in_their_usual_spellings_are_read(text: str, seconds: float) -> None:
-    late = read_rubric((HEAD + LATE.replace("15 min", text)).encode()).late
-    assert late is not None
-    assert late.grace == seconds
+@pytest.mark.parametrize("row", TABLE["rows"])
+def test_lateness_follows_from_marks_counts_and_stamps(row: list[Any]) -> None:
+    rule, student, late, seconds, submitted, *expected = (None if cell == "None" else cell for cell in row)
+    read = read_rubric((HEAD + RULES[rule]).encode()).late if rule else None
+    assert astuple(judge_lateness(read, {"id": student}, late, seconds, submitted)) == pytest.approx(tuple(expected))
 
 
 def test_station_with_few_logs_has_the_class_as_reference() -> None:
@@ -207,4 +94,3 @@ def test_station_with_few_logs_has_the_class_as_reference() -> None:
     # 1.4826 is the scatter of normal values over their median absolute deviation, 1.2533 as their median is worse.
     assert found["a"].u == pytest.approx(1.2533 * 1.4826 * 4e-5 / math.sqrt(5), rel=1e-4)
     assert class_references([(None, 4.4e-3, 5e-5)])["all"].source == "this log alone"
-    assert class_references([]) == {}

@@ -10,20 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 from grading.classes import make_folder
-from grading.reports import RIGHT, reported_line, sheet
+from grading.reports import a_log
 from typer.testing import CliRunner
 
 from gyrodata import __version__
 from gyrodata.cli import app
 from gyrodata.grading import default_rubric_text
 from gyrodata.workers import Failed, in_workers
-
-REPORT = "I_zz = 4.43e-3 ± 0.05e-3 kg m^2\n"
-
-
-def a_log(seed: int) -> str:
-    rows = sheet(np.random.default_rng(seed), "mixed")
-    return rows.log("# station: 3", reported_line(*RIGHT.inertia(rows, "with_constant")))
 
 
 def told(root: Path, *options: str | Path, workers: int = 2) -> str:
@@ -64,14 +57,6 @@ def test_each_work_that_breaks_is_one_answer_with_its_reason(together: int) -> N
     }
 
 
-def test_report_above_1_mb_is_told_and_the_log_is_graded(tmp_path: Path) -> None:
-    report = REPORT + "x" * 1_000_000
-    root = make_folder(tmp_path / "class", {"a/lab.csv": a_log(1), "a/report.txt": report})
-    assert "graded 1 (new): a" in told(root)
-    assert "larger than 1 MB" in (tmp_path / "grades" / "grades.json").read_text(encoding="utf-8")
-    assert "kept 1 as graded before" in told(root)
-
-
 def test_only_what_changed_is_graded_again_and_why_is_told(tmp_path: Path) -> None:
     root = make_folder(tmp_path / "class", {f"s{seed}/lab.csv": a_log(seed) for seed in range(4)})
     rubric, text = tmp_path / "rubric.toml", default_rubric_text()
@@ -98,12 +83,3 @@ def test_only_what_changed_is_graded_again_and_why_is_told(tmp_path: Path) -> No
     # The last line, of the run as a whole, is not there yet.
     journal.write_text("".join(grades).replace(f'"tool":"{__version__}"', '"tool":"0.0.1"'), encoding="utf-8")
     assert again() == [f"graded 4 (gyrodata changed from 0.0.1 to {__version__}): {every}"]
-
-
-def test_figure_that_is_gone_is_drawn_again(tmp_path: Path) -> None:
-    root = make_folder(tmp_path / "class", {"a/lab.csv": a_log(1)})
-    told(root)
-    for _ in range(2):
-        assert "graded 1 (its figures are missing): a" in told(root, "--figures")
-        assert "kept 1 as graded before" in told(root, "--figures")
-        min((tmp_path / "grades" / "figures" / "a").iterdir()).unlink()

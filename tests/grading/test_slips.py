@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from grading.reports import RIGHT, SLIPS, Formula, Sheet, reported_line, sheet
+from grading.reports import RIGHT, sheet
 
 from gyrodata.analysis import analyze_readings
 from gyrodata.grading import ACCEPTED, find_slips, own_runs
@@ -23,14 +23,6 @@ def kinds(analysis: Analysis, *values: float, step: float) -> list[str]:
     return [slip.kind for slips in found for slip in slips]
 
 
-def kinds_in(rows: Sheet, formula: Formula, fit: str = "through_origin") -> list[str]:
-    """Which mistakes are found in the report of a student who uses a formula."""
-    analysis = analyzed(rows.log(reported_line(*formula.inertia(rows, fit))))
-    reported = analysis.readings.reported["inertia"]
-    assert reported.value is not None
-    return kinds(analysis, reported.value, step=reported.step or 0.0)
-
-
 def test_honest_reports_are_never_given_a_mistake() -> None:
     """A larger study gave 0 in 1800 reports rounded to one or two digits of u, from 300 labs of three designs with
     imbalances up to 10 % of the lightest torque; 0 in 900 that were read off a line drawn by hand (3 % off)."""
@@ -45,34 +37,6 @@ def test_honest_reports_are_never_given_a_mistake() -> None:
             reports = (value, float(f"{value:.1e}"), value + u * random.uniform(-1, 1))
             named += kinds(analysis, *reports, step=u / 10)
     assert named == []
-
-
-def test_units_of_the_log_decide_between_two_mistakes() -> None:
-    # Positions are in cm here, so that millimetres taken as metres are not what happened.
-    assert kinds_in(ROWS, SLIPS["g_as_kg"]) == ["g_as_kg", "exponent_lost"]
-    value, u = SLIPS["g_as_kg"].inertia(ROWS, "through_origin")
-    head, *table = ROWS.log().replace("position [cm]", "position [mm]").replace(",15.00,", ",150.0,").partition("mass")
-    found = kinds(analyzed(head + "".join(table).replace(",15.10,", ",151.0,")), value, step=u / 10)
-    assert set(found) == {"g_as_kg", "mm_as_m", "exponent_lost"}
-
-
-WHOLE = sheet(np.random.default_rng(5), turns=1.0)
-PART = np.array([2 / 3] + [1.0] * (len(WHOLE.turns) - 1))
-ALL_BUT_ONE = Sheet(WHOLE.mass, WHOLE.position, WHOLE.spin, WHOLE.time * PART, WHOLE.turns * PART)
-
-
-@pytest.mark.parametrize(
-    ("rows", "formula"),
-    [
-        # All but one run are whole turns: to forget the turns changes less than the fits differ.
-        (ALL_BUT_ONE, SLIPS["turns_forgotten"]),
-        # Where whole turns were timed none was forgotten.
-        (WHOLE, Formula(answer=1 / 3)),
-        *((ROWS, Formula(answer=factor)) for factor in (1.3, 0.77, 3.3, 17.0, 0.004)),
-    ],
-)
-def test_factor_that_no_mistake_makes_is_given_none(rows: Sheet, formula: Formula) -> None:
-    assert kinds_in(rows, formula) == []
 
 
 def test_own_fits_agree_with_least_squares_by_numpy() -> None:

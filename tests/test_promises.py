@@ -88,7 +88,12 @@ def keys(declared: Any, tables: dict[str, Any], before: str = "") -> Iterator[st
 
 def test_no_key_is_taken_away() -> None:
     """A key that is added may be added to the list; a name of a schema with another number has a list of its own."""
-    told = set((TESTS / "schema_keys.txt").read_text(encoding="utf-8").splitlines())
+    told, title = set(), ""
+    for line in (TESTS / "schema_keys.txt").read_text(encoding="utf-8").splitlines():
+        if line.startswith(" "):
+            told.add(f"{title}{line}")
+        else:
+            title = line
     kinds = ("analysis", "check", "grades", "predictions", "selfcheck")
     wholes = [getattr(schema, f"{kind}_schema")() for kind in kinds]
     assert told <= {f"{whole['title']} {key}" for whole in wholes for key in keys(whole, whole["$defs"])}

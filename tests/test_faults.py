@@ -68,7 +68,6 @@ def shell(line: str) -> subprocess.CompletedProcess[bytes]:
     "line",
     [
         "gyro analyze log.csv --no-report > /dev/full",
-        "gyro --version >&-",
         "gyro analyze - <&-",
     ],
 )
@@ -95,7 +94,6 @@ def test_report_and_grades_are_written_without_an_error_stream(home: Path) -> No
     ("line", "code"),
     [
         ("analyze log.csv -o log.csv/x", "G603"),
-        ("simulate --truth log.csv/x.json", "G637"),
         ("grade class -o log.csv/x", "G763"),
     ],
 )

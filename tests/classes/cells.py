@@ -105,9 +105,7 @@ def any_route(size: int, seed: int) -> dict[Student, str]:
 
 BENCHES = {
     "0.3 s hand": replace(USUAL, hand=0.3),
-    "whole seconds": replace(USUAL, decimals=0, thirds=False),
     "wobble": replace(USUAL, wobble=0.02),
-    "10 rpm": replace(USUAL, rpm_step=10),
     "5 % imbalance": replace(USUAL, imbalance=0.05),
     "six runs": replace(USUAL, spins=(200, 500)),
 }

@@ -27,9 +27,6 @@ def grade(text: str | bytes, rubric: Rubric = BY_REFERENCE, student: str = "s1",
     with tempfile.TemporaryDirectory() as folder:
         data = text if isinstance(text, bytes) else text.encode("utf-8", "surrogatepass")
         (Path(folder) / f"{student}.csv").write_bytes(data)
-        if answers := more.pop("answers", None):
-            (Path(folder) / f"{student}.toml").write_text(str(answers), encoding="utf-8")
-            more["report_names"] = (f"{student}.toml",)
         one = Submission(student, student, {}, Path(folder), **{"log_name": f"{student}.csv"} | more)  # type: ignore[arg-type]
         return grade_submission(one, rubric)
 

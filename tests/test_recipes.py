@@ -40,6 +40,10 @@ print(json.dumps({
     "unit": gyrodata.read_log(count(b"[g]", b"[slug]")).columns["mass"].values,
     "late": [one.time - run.time for one, run in zip(late.run_table, lab.run_table, strict=True)],
     "raised": [d.severity for d in gyrodata.read_log(count(b"13,1", b"780,60")).diagnostics if d.code == "G299"],
+    "budget": {share.source: share.share for share in lab.budget},
+    "spin_high": [one.inertia.value / lab.inertia.value for one in lab.sensitivity if one.name == "spin_high"],
+    "doubts": [doubt.words for doubt in lab.doubts],
+    "report": lab._repr_markdown_(),
 }))
 """
 
@@ -87,6 +91,11 @@ def test_recipes_carried_out_work(copy: Path) -> None:
     assert seen["unit"] == [pytest.approx(0.14593902937)]
     assert seen["late"] == pytest.approx([0.5] * len(seen["late"]))
     assert seen["raised"] == ["warning"]
+    assert seen["budget"]["lift"] > 0.01
+    assert seen["spin_high"] == [pytest.approx(1 / 1.01, rel=1e-4)]
+    assert seen["doubts"] == ["a spin is over 600 rpm"]
+    words = ("lift of the air", "every spin 1 % higher", "a spin is over 600 rpm")
+    assert [word for word in words if word not in seen["report"]] == []
     home = copy / "class" / "Doe, Jane(jdoe)" / "Submission attachment(s)"
     home.mkdir(parents=True)
     shutil.copy(SAMPLE, home / "lab.csv")

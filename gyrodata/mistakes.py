@@ -20,7 +20,7 @@ from msgspec.structs import replace
 
 from gyrodata.measurements import Measurements
 from gyrodata.physics import RPM, Floats
-from gyrodata.readings import Readings, kind_of_role
+from gyrodata.readings import Column, Readings, kind_of_role
 from gyrodata.units import parse_unit
 
 
@@ -218,7 +218,7 @@ def far_off(readings: Readings, size: Size) -> tuple[int, str] | None:
 def unit_within(readings: Readings, role: str, usual: tuple[float, float]) -> str:
     """Find the other unit that brings all readings of a column into a usual range [SI unit]; "" if none does."""
     values = [abs(value) for value in readings.columns[role].values if value]
-    for unit, factor in _other_units(readings, role):
+    for unit, factor in other_units(readings.columns[role]):
         if usual[0] <= factor * min(values) and factor * max(values) <= usual[1]:
             return unit
     return ""
@@ -227,18 +227,18 @@ def unit_within(readings: Readings, role: str, usual: tuple[float, float]) -> st
 def meant_in(readings: Readings, size: Size, run: int) -> tuple[str, float] | None:
     """Find the unit in which a reading is what other runs read, and that [SI unit]; None if there is none."""
     values = [abs(value or 0.0) for value in readings.columns[size.role].values]
-    for unit, factor in _other_units(readings, size.role):
+    for unit, factor in other_units(readings.columns[size.role]):
         value = factor * values[run]
         if any(math.isclose(value, other, rel_tol=0.02) for other in values if other):
             return unit, value
     return None
 
 
-def _other_units(readings: Readings, role: str) -> Iterator[tuple[str, float]]:
+def other_units(column: Column) -> Iterator[tuple[str, float]]:
     """Give the other units of this lab that a column may be in, and what each multiplies its values by."""
-    own = _size_of(role, readings.columns[role].unit) if readings.columns[role].unit else 1.0
-    for unit in next(size.units for size in SIZES if size.role == role):
-        factor = _size_of(role, unit) / own
+    own = _size_of(column.role, column.unit) if column.unit else 1.0
+    for unit in next((size.units for size in SIZES if size.role == column.role), ()):
+        factor = _size_of(column.role, unit) / own
         if not math.isclose(factor, 1.0):
             yield unit, factor
 

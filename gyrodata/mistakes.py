@@ -7,11 +7,9 @@ reported value, and `gyro analyze` for one in the log itself, if the ball says w
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Iterator
 from fractions import Fraction
 from functools import cache
-from importlib.resources import files
 from typing import Any
 
 import numpy as np
@@ -50,7 +48,10 @@ class Mistake(Struct, frozen=True, forbid_unknown_fields=True):
 
 @cache
 def known_mistakes() -> dict[str, Mistake]:
-    """Read the table; by kind. Most logs never need it."""
+    """Read the table; by kind. Most logs never need it, nor what reads it."""
+    import tomllib
+    from importlib.resources import files
+
     text = files("gyrodata").joinpath("mistakes.toml").read_text("utf-8")
     return {one.kind: one for one in convert(tomllib.loads(text)["mistake"], tuple[Mistake, ...])}
 
@@ -59,8 +60,9 @@ def list_mistakes(readings: Readings, measured: Measurements, inertia: float) ->
     """Give every single mistake that this log, and its I_zz [kg*m^2], can have."""
     units = {role: _unit(readings, role) for role in ("time", "mass", "position")}
     units["spin"] = next((c.unit for role, c in readings.columns.items() if role.startswith("spin") and c.unit), "rpm")
-    if measured.timed and np.allclose(measured.turns, measured.turns[0]):
-        units["turns"] = str(Fraction(measured.turns[0]).limit_denominator(12))
+    for count in ("1", "1/3", "2/3") if measured.timed else ():
+        if np.allclose(measured.turns, float(Fraction(count))):
+            units["turns"] = count
     factors = _factors_of_log(readings, measured, inertia)
     diameter, small = 100 * readings.constants.get("ball_diameter", math.nan), abs(inertia) < 1
     shown: dict[str, Any] = {"g": measured.g, "radius": diameter / 2, "twice_diameter": 2 * diameter}
@@ -144,7 +146,7 @@ SCATTERS = 0.03
 """A mistake is none if it leaves the runs scattered by so much more than they were [1]."""
 
 MOST = 3
-"""Mistakes that are told."""
+"""So many mistakes are named."""
 
 START_SPIN = (0.75, 0.96)
 """I_zz over its true value [1] if the spin was read at the start of each run instead of at half time."""

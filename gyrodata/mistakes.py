@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from fractions import Fraction
 from functools import cache
 from typing import Any
 
@@ -46,6 +45,10 @@ class Mistake(Struct, frozen=True, forbid_unknown_fields=True):
     needs: str = ""
 
 
+COUNTS = {"1": 1.0, "1/3": 1 / 3, "2/3": 2 / 3}
+"""Turns that are taken for each other, as the table writes them."""
+
+
 @cache
 def known_mistakes() -> dict[str, Mistake]:
     """Read the table; by kind. Most logs never need it, nor what reads it."""
@@ -60,9 +63,8 @@ def list_mistakes(readings: Readings, measured: Measurements, inertia: float) ->
     """Give every single mistake that this log, and its I_zz [kg*m^2], can have."""
     units = {role: _unit(readings, role) for role in ("time", "mass", "position")}
     units["spin"] = next((c.unit for role, c in readings.columns.items() if role.startswith("spin") and c.unit), "rpm")
-    for count in ("1", "1/3", "2/3") if measured.timed else ():
-        if np.allclose(measured.turns, float(Fraction(count))):
-            units["turns"] = count
+    if measured.timed:
+        units["turns"] = next((words for words, count in COUNTS.items() if np.allclose(measured.turns, count)), "")
     factors = _factors_of_log(readings, measured, inertia)
     diameter, small = 100 * readings.constants.get("ball_diameter", math.nan), abs(inertia) < 1
     shown: dict[str, Any] = {"g": measured.g, "radius": diameter / 2, "twice_diameter": 2 * diameter}
@@ -94,7 +96,7 @@ def list_mistakes(readings: Readings, measured: Measurements, inertia: float) ->
 
 
 def _size_of(column: str, unit: str) -> float:
-    return float(Fraction(unit)) if column == "turns" else parse_unit(unit, kind_of_role(column)).factor
+    return COUNTS[unit] if column == "turns" else parse_unit(unit, kind_of_role(column)).factor
 
 
 def _factors_of_log(readings: Readings, measured: Measurements, inertia: float) -> dict[str, float | Floats]:

@@ -130,6 +130,7 @@ def _changes(
                 for reading, own in zip(column.readings, column.spots, strict=True)
             ]
             changed = replace(readings, columns={**readings.columns, role: replace(column, readings=tuple(cell))})
+            # What the time is over the predicted one after the change.
             if role in spins:
                 spin = [as_spin(one)[[index]] for one in spin_columns(changed)]
                 after = need * float(measured.spin[index] / (mean_spin(spin) if len(spin) > 1 else spin[0])[0])

@@ -31,8 +31,8 @@ from gyrodata.comparisons import (
 from gyrodata.effects import DROP_ONE, Effect
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate, FitResult, Outlier
-from gyrodata.known_slips import INERTIA_RANGE, SIZES, exchanged, explaining_slips, far_off, meant_in, unit_within
 from gyrodata.measurements import Measurements, spin_columns, torque_groups
+from gyrodata.mistakes import INERTIA_RANGE, SIZES, exchanged, explaining_mistakes, far_off, meant_in, unit_within
 from gyrodata.physics import RPM
 from gyrodata.readings import MOST_OF_ONE_CODE, TIMINGS, Place, Readings, kind_of_role, to_display
 from gyrodata.units import from_si, parse_unit
@@ -664,7 +664,7 @@ def _body(seen: Seen) -> Iterator[Diagnostic]:
         ratio = value / ball.inertia
         part = f"{ratio:.3g} times" if ratio > 0.5 else f"1/{1 / ratio:.3g} of"
         words = f"I_zz = {value:.4g} kg·m² is {part} that of {body} in the log, {ball.inertia:.4g} kg·m²"
-        slips = explaining_slips(readings, seen.measured, value, ball.inertia)
+        slips = explaining_mistakes(readings, seen.measured, value, ball.inertia)
         if slips:
             words += "; it would be " + "; or ".join(f"{after:.4g} if {kind.log}" for kind, after in slips)
             hint = "; or else: ".join(kind.remedy for kind, _ in slips)

@@ -69,45 +69,36 @@ def _settle(measured: Measurements, tilted: bool, out: set[int]) -> tuple[list[O
             return [], None
         typical = max(1.0, MAD_TO_SD * median(np.abs(result.deviations[kept])))
         far = np.flatnonzero((np.abs(result.deviations) > OUTLIER * typical) | _far_within(measured, result, typical))
-        found = [_outlier(measured, result, int(i), typical) for i in far]
-        fresh = {outlier.index for outlier in found}
-        if fresh == out:
-            return (found, result) if len(found) <= count / 3 else ([], None)
-        out = fresh
+        found = []
+        for i in far.tolist():
+            deviation, turns = float(result.deviations[i]), _explaining_turns(measured, result, i, typical)
+            found.append(Outlier(i, deviation, turns, slip=turns is not None or abs(deviation) > GROSS * typical))
+        if set(far.tolist()) == out:
+            return found, result
+        out = set(far.tolist())
     return (found if len(found) <= count / 3 else []), None
 
 
-def _outlier(measured: Measurements, result: FitResult, index: int, typical: float) -> Outlier:
-    deviation = float(result.deviations[index])
-    turns = _explaining_turns(measured, result, index, typical)
-    return Outlier(index, deviation, turns, slip=turns is not None or abs(deviation) > GROSS * typical)
-
-
 def _far_within(measured: Measurements, result: FitResult, typical: float) -> Any:
-    """Which runs are far from the others of their torque, where the log scatters more than it should."""
-    apart = np.full(len(measured.runs), np.nan)
-    if typical <= 2:
-        return np.isfinite(apart)
-    for group in torque_groups(measured):
-        if len(group) >= 4:
-            apart[group] = np.abs(result.deviations[group] - median(result.deviations[group]))
-    grouped = apart[~np.isnan(apart)]
-    if not grouped.any():
-        return np.zeros(len(apart), dtype=bool)
-    return np.nan_to_num(apart) > OUTLIER * MAD_TO_SD * median(grouped)
+    """Which runs are far from the others of their torque, if the log scatters more than it should."""
+    apart = np.zeros(len(measured.runs))
+    groups = [group for group in torque_groups(measured) if len(group) >= 4]
+    if typical <= 2 or not groups:
+        return apart > 0
+    for group in groups:
+        apart[group] = np.abs(result.deviations[group] - median(result.deviations[group]))
+    return apart > OUTLIER * MAD_TO_SD * median(apart[np.concatenate(groups)])
 
 
 def _far_from_start(measured: Measurements) -> set[int]:
     """Runs far from the line that most runs agree with: a first guess, from which screening goes on."""
-    everything = np.ones(len(measured.runs))
-    start = first_guess(measured, assume_sense(measured, 1.0), everything)
+    start = first_guess(measured, assume_sense(measured, 1.0), np.ones(len(measured.runs)))
     total = np.abs(measured.torque + start.residual_torque)
     with np.errstate(divide="ignore"):
         predicted = start.inertia * 2 * np.pi * measured.turns * measured.spin / total
     off = rough_misfit(measured, predicted)
     off[measured.torque == 0] = 0.0
-    scale = max(1.0, MAD_TO_SD * median(off))
-    return {int(i) for i in np.flatnonzero(off > OUTLIER * scale)}
+    return set(np.flatnonzero(off > OUTLIER * max(1.0, MAD_TO_SD * median(off))).tolist())
 
 
 def _explaining_turns(measured: Measurements, result: FitResult, index: int, typical: float) -> float | None:
@@ -158,9 +149,8 @@ def rivals(
         gone = sorted(set(group) & set(left_out))
         rest = sorted(set(group) - set(left_out))
         instead = {*left_out, *rest} - set(gone)
-        if not gone or not 0 < len(rest) <= MOST_INSTEAD or not measured.torque[group[0]]:
-            continue
-        if len(instead) > len(measured.runs) / 2:
+        too_many = len(rest) > MOST_INSTEAD or len(instead) > len(measured.runs) / 2
+        if not gone or not rest or too_many or not measured.torque[group[0]]:
             continue
         try:
             other = fit(measured, tilted=chosen.adjusted.problem.tilted, left_out=instead)
@@ -199,16 +189,11 @@ def explaining_counts(measured: Measurements) -> list[dict[int, float]]:
         return []
     groups = [torque_groups(measured)[k] for k in numbers]
     torque = np.array([measured.torque[group[0]] for group in groups])
-    product = np.array(
-        [np.sign(m) * median(np.abs(measured.product[group])) for m, group in zip(torque, groups, strict=True)]
-    )
+    product = np.sign(torque) * [median(np.abs(measured.product[group])) for group in groups]
     # Runs of one torque with different counts were counted one by one.
     written = [np.unique(measured.turns[group]) for group in groups]
     factors = [np.unique([1.0, *(np.array(USUAL_COUNTS) / w[0] if len(w) == 1 else [])]) for w in written]
-    lines = _lines(torque, product, factors)
-    if lines is None:
-        return []
-    inertia, residual_torque = lines
+    inertia, residual_torque = _lines(torque, product, factors)
     total = torque + residual_torque[:, None]
     chosen, left = np.ones((len(inertia), len(torque))), np.empty((len(inertia), len(torque)))
     for k, factor in enumerate(factors):
@@ -221,27 +206,20 @@ def explaining_counts(measured: Measurements) -> list[dict[int, float]]:
     agrees = np.sqrt(np.mean(left**2, axis=1)) < AGREES
     if np.any(agrees & ~changed.any(axis=1)):
         return []
-    modest = np.abs(residual_torque) < MODEST * np.abs(torque).min()
-    found = np.flatnonzero(agrees & modest)
-    if not len(found):
-        return []
-    fewest = changed[found].sum(axis=1).min()
-    answers = {
-        tuple(
-            (numbers[k], float(written[k][0] * chosen[line, k])) for k in range(len(numbers)) if changed[line, k]
-        ): None
-        for line in found
-        if changed[line].sum() == fewest
-    }
-    return [dict(answer) for answer in answers]
+    found = np.flatnonzero(agrees & (np.abs(residual_torque) < MODEST * np.abs(torque).min()))
+    fewest = min(changed[found].sum(axis=1), default=0)
+    answers: list[dict[int, float]] = []
+    for line in found[changed[found].sum(axis=1) == fewest]:
+        answer = {numbers[k]: float(written[k][0] * chosen[line, k]) for k in np.flatnonzero(changed[line])}
+        if answer not in answers:
+            answers.append(answer)
+    return answers
 
 
-def _lines(torque: Floats, product: Floats, factors: list[Floats]) -> tuple[Floats, Floats] | None:
+def _lines(torque: Floats, product: Floats, factors: list[Floats]) -> tuple[Floats, Floats]:
     """I_zz [kg*m^2] and M0 [N*m] of every line that two torques, or one with M0 = 0, may lie on."""
-    slopes, constants = [], []
-    for k, factor in enumerate(factors):
-        slopes.append(torque[k] / (product[k] * factor))
-        constants.append(np.zeros(len(factor)))
+    slopes = [m / (p * factor) for m, p, factor in zip(torque, product, factors, strict=True)]
+    constants = [np.zeros(len(factor)) for factor in factors]
     # Two torques always lie on a line, and it tells nothing.
     for a, b in combinations(range(len(torque)), 2) if len(torque) > 2 else ():
         first, second = (x.ravel() for x in np.meshgrid(product[a] * factors[a], product[b] * factors[b]))
@@ -251,4 +229,4 @@ def _lines(torque: Floats, product: Floats, factors: list[Floats]) -> tuple[Floa
         constants.append(slope * first - torque[a])
     inertia, residual_torque = np.concatenate(slopes), np.concatenate(constants)
     sane = np.isfinite(inertia) & (inertia > 0) & (np.abs(residual_torque) < 3 * np.abs(torque).max())
-    return (inertia[sane], residual_torque[sane]) if sane.any() else None
+    return inertia[sane], residual_torque[sane]

@@ -23,7 +23,7 @@ from gyrodata.grading.criteria import Evidence, Mark, judge, judge_reference, ju
 from gyrodata.grading.forensics import Fingerprint, fingerprint
 from gyrodata.grading.late import Lateness, judge_lateness
 from gyrodata.grading.rubric import ASKS, Rubric
-from gyrodata.grading.slips import EXCHANGED, SAME, Slip, corrected, find_slips, unusual
+from gyrodata.grading.slips import SAME, Slip, corrected, find_slips, unusual
 from gyrodata.grading.yardsticks import (
     COARSEST,
     BenchScatter,
@@ -36,7 +36,7 @@ from gyrodata.grading.yardsticks import (
     own_runs,
     station_key,
 )
-from gyrodata.known_slips import Kind, explaining_slips
+from gyrodata.mistakes import Mistake, explaining_mistakes, known_mistakes
 from gyrodata.readings import Readings, read_reported, usable_inertia
 from gyrodata.reporting import factor_text
 
@@ -167,7 +167,7 @@ def from_json(text: str | bytes, kind: type[Record]) -> Record:
 
 
 def grade_submission(
-    submission: Submission, rubric: Rubric, reported: str | None = None, mistake: Kind | None = None
+    submission: Submission, rubric: Rubric, reported: str | None = None, mistake: Mistake | None = None
 ) -> Grade:
     """Grade one student.
 
@@ -196,7 +196,7 @@ def grade_submission(
     except (GyroError, OSError, ArithmeticError, ValueError) as error:
         found = getattr(error, "diagnostics", ())
         if mistake is None and any(one.code == COLUMNS_EXCHANGED for one in found):
-            again = grade_submission(submission, rubric, reported, EXCHANGED)
+            again = grade_submission(submission, rubric, reported, known_mistakes()["exchanged"])
             if again.d is not None and again.d <= FAR:
                 return again
         return not_graded(submission, rubric, _why_not(error), found)
@@ -307,8 +307,8 @@ def reconsider(
     except GyroError:
         return grade  # it has changed since it was graded; the next run sees that
 
-    def mistakes(expected: float) -> list[Kind]:
-        found = explaining_slips(readings, measured, abs(grade.inertia or 0.0), expected)
+    def mistakes(expected: float) -> list[Mistake]:
+        found = explaining_mistakes(readings, measured, abs(grade.inertia or 0.0), expected)
         return [kind for kind, _ in found if not kind.kind.startswith("ball_")]
 
     if value and of_log:
@@ -318,7 +318,7 @@ def reconsider(
         factor = grade.inertia / value
         unknown = f"the log gives an I_zz that is {factor_text(factor)} the answer, which agrees with the reference"
         if grade.slips:
-            likely.append(Kind("", torque=factor, log=unknown, remedy="check the unit in each header of the log"))
+            likely.append(Mistake("", torque=factor, log=unknown, remedy="check the unit in each header of the log"))
         for kind in likely:
             again = grade_submission(submission, rubric, reported, kind)
             if again.d is not None and again.d <= FAR:

@@ -9,7 +9,6 @@ report, and one whose result lies among what honest fits of the same runs give c
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterator
 from itertools import combinations
 
@@ -20,8 +19,8 @@ from msgspec.structs import replace
 from gyrodata.diagnostics import LOG_CONTRADICTS_RIGHT_ANSWER
 from gyrodata.errors import Diagnostic
 from gyrodata.grading.yardsticks import OwnRuns, distance, nearest
-from gyrodata.known_slips import INVERSE_SLOPE, SIZES, Kind, list_kinds
 from gyrodata.measurements import Measurements
+from gyrodata.mistakes import SIZES, Mistake, known_mistakes, list_mistakes
 from gyrodata.physics import RPM, Floats
 from gyrodata.readings import Column, Reading, Readings
 
@@ -71,8 +70,8 @@ def find_slips(
         away = distance(inverse, best.value, step * inverse**2, own.yardstick)
         if away <= min(WITHIN, NEAREST / own.yardstick):
             u = None if best.u is None else best.u * reported**2
-            return (_slip(INVERSE_SLOPE, reported**2, best.name, u, away),)
-    singles = [kind for kind in list_kinds(readings, measured, own.recommended.value) if kind.words]
+            return (_slip(known_mistakes()["inverse_slope"], reported**2, best.name, u, away),)
+    singles = [kind for kind in list_mistakes(readings, measured, own.recommended.value) if kind.words]
     found = _matching(reported, step, own, singles, WITHIN)
     if not any(slip.distance <= BOTH_WITHIN for _, slip in found) and (pairs := list(_pairs(singles))):
         found += _matching(reported, step, own, pairs, BOTH_WITHIN)
@@ -89,28 +88,19 @@ def find_slips(
     return tuple(told[:MOST])
 
 
-EXCHANGED = Kind(
-    "exchanged", log="the columns of spin and time are exchanged", remedy="exchange the headers of the two columns"
-)
-"""The one with which a log may give no I_zz at all."""
-
-
-def corrected(readings: Readings, kind: Kind) -> Readings:
-    """Undo the mistake that a kind finds in a log, and warn of it."""
+def corrected(readings: Readings, kind: Mistake) -> Readings:
+    """Undo a mistake in a log, and warn of it."""
     columns, runs = dict(readings.columns), len(readings.runs)
-    torque, product = np.broadcast_to(kind.torque, runs), np.broadcast_to(kind.product, runs)
-    # What is to be typed names the column.
-    header = re.search(r'"(\w+) \[(.+?)\]"', kind.remedy)
-    role = header[1] if header else "turns" if np.all(torque == 1) else "position"
-    role = {"force": "mass", "angle": "turns"}.get(role, role)
-    if kind.kind == EXCHANGED.kind:
+    if kind.kind == "exchanged":
         spin, time = columns["spin"], columns["time"]
         columns["spin"] = replace(_scaled(time, np.full(runs, RPM)), role="spin", unit="rpm")
         columns["time"] = replace(_scaled(spin, np.full(runs, 1 / RPM)), role="time", unit="s")
     else:
+        torque, product = np.broadcast_to(kind.torque, runs), np.broadcast_to(kind.product, runs)
+        role = kind.column or ("turns" if np.all(torque == 1) else "position")
         factor = product if role == "time" else 1 / (product if role in ("spin", "turns") else torque)
         for name in {role, *(["spin_start", "spin_end"] if role == "spin" else [])} & columns.keys():
-            unit = header[2] if header and header[1] == role else columns[name].unit
+            unit = columns[name].unit if role == "turns" else kind.meant or columns[name].unit
             columns[name] = replace(_scaled(columns[name], factor), unit=unit)
     told = Diagnostic.of(LOG_CONTRADICTS_RIGHT_ANSWER, kind.log, kind.remedy, readings.name)
     return replace(readings, columns=columns, diagnostics=(*readings.diagnostics, told))
@@ -132,11 +122,13 @@ def _scaled(column: Column, factor: Floats) -> Column:
     return replace(column, readings=tuple(map(times, column.readings, factor.tolist())))
 
 
-def _slip(kind: Kind, factor: float, fit: str, u: float | None, away: float) -> Slip:
+def _slip(kind: Mistake, factor: float, fit: str, u: float | None, away: float) -> Slip:
     return Slip(kind.kind, kind.words, kind.check, factor, fit, u, away)
 
 
-def _matching(reported: float, step: float, own: OwnRuns, kinds: list[Kind], within: float) -> list[tuple[int, Slip]]:
+def _matching(
+    reported: float, step: float, own: OwnRuns, kinds: list[Mistake], within: float
+) -> list[tuple[int, Slip]]:
     """Slips of a list that explain the report, each by the fit that does it best, with their rank."""
     product = np.array([kind.product * own.product for kind in kinds])
     torque = np.array([kind.torque * own.torque for kind in kinds])
@@ -164,7 +156,7 @@ def _matching(reported: float, step: float, own: OwnRuns, kinds: list[Kind], wit
     return found
 
 
-def _of_every_run(kind: Kind, own: OwnRuns) -> float:
+def _of_every_run(kind: Mistake, own: OwnRuns) -> float:
     """Give the factor that a slip leaves in I_zz; NaN where runs differ in it."""
     torque = np.broadcast_to(kind.torque, own.torque.shape)[own.torque != 0]
     if np.ndim(kind.product) or np.ptp(torque) > 1e-9 * abs(torque[0]):
@@ -172,11 +164,11 @@ def _of_every_run(kind: Kind, own: OwnRuns) -> float:
     return float(torque[0] / kind.product)
 
 
-def _pairs(singles: list[Kind]) -> Iterator[Kind]:
+def _pairs(singles: list[Mistake]) -> Iterator[Mistake]:
     """Two steps forgotten by one student: raw numbers put into the formula."""
     for first, second in combinations([kind for kind in singles if kind.forgets], 2):
         if first.forgets != second.forgets:
-            yield Kind(
+            yield Mistake(
                 f"{first.kind} + {second.kind}",
                 f"perhaps {first.words}, and {second.words}",
                 f"{first.check}; {second.check}",

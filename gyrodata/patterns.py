@@ -20,11 +20,11 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import fitting
-from gyrodata.comparisons.tables import load_words
 from gyrodata.fitting import FitResult
 from gyrodata.measurements import Measurements, Source
 from gyrodata.physics import Floats
 from gyrodata.quantities import exchanged_digits
+from gyrodata.tables import load_words
 
 CHANCE = 0.015
 """A pattern is told where its chance, corrected for how many were looked for, is below this."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import cast
 
 import numpy as np
 from msgspec import Struct
@@ -156,8 +155,8 @@ def torque_table(
         of_product = float(mean[k]), float(mean_u[k]), or_none(spread[k])
         p = None if scatter is None else fitting.chi2_tail(scatter, runs - 1)
         slope = 2 * math.pi / abs(of_product[0])
-        of_slope = slope, slope * of_product[1] / abs(of_product[0])
-        torques.append(Torque(*load, runs, *of_product, without.get(k), p, scatter, *of_slope))
+        slope_u = slope * of_product[1] / abs(of_product[0])
+        torques.append(Torque(*load, runs, *of_product, without.get(k), p, scatter, slope, slope_u))
     return tuple(torques)
 
 
@@ -202,12 +201,11 @@ def power_laws(measured: Measurements, kept: list[int]) -> tuple[PowerLaw, ...]:
     """Exponent of the period against the spin for each torque: a weighted line through the logarithms."""
     laws = []
     for group, sums in zip(torque_groups(measured), _slope_sums(measured, kept).T, strict=True):
-        torque = float(measured.torque[group[0]])
-        if np.isnan(sums).any():
-            laws.append(PowerLaw(torque, None, None, "needs two runs with different spins"))
-        else:
-            reason = "u from timing and spin of each run, and the hand's bias"
-            laws.append(PowerLaw(torque, *_slope(measured, sums), reason))
+        exponent, u = map(or_none, _slope(measured, sums))
+        reason = "u from timing and spin of each run, and the hand's bias"
+        if exponent is None:
+            reason = "needs two runs with different spins"
+        laws.append(PowerLaw(float(measured.torque[group[0]]), exponent, u, reason))
     return tuple(laws)
 
 
@@ -278,7 +276,7 @@ class _Groups:
 
     def sum(self, values: Floats) -> Floats:
         """Sum of the values of n runs over those of each torque, shape (torques,)."""
-        return cast(Floats, np.bincount(self.of, values[self.index], len(self.runs)))
+        return np.asarray(np.bincount(self.of, values[self.index], len(self.runs)), dtype=float)
 
     def mean(self, values: Floats, weight: Floats) -> Floats:
         """Weighted mean of each torque, shape (torques,)."""
@@ -314,17 +312,15 @@ class NamedFit(Struct, frozen=True):
 def named_fits(measured: Measurements, fit: FitResult, kept: list[int]) -> tuple[NamedFit, ...]:
     """The two straight lines of the textbook beside the recommended fit."""
     product, torque = fit.sense[kept] * np.abs(measured.product[kept]), measured.torque[kept]
-    recommended, minus_m0 = fit.inertia, Estimate(-fit.residual_torque.value, fit.residual_torque.u)
     note = (
         "all raw readings together; shared errors carried as shared; M0 and timing bias as unknowns; u from the "
         "stated uncertainties and from how the runs scatter"
     )
-    found = [NamedFit("recommended", recommended, minus_m0, note)]
+    found = [NamedFit("recommended", fit.inertia, Estimate(-fit.residual_torque.value, fit.residual_torque.u), note)]
     for name, words in (("through_origin", "through the origin"), ("with_constant", "with a constant")):
         intercept = name == "with_constant"
-        line = fitting.ordinary_line(product, torque, intercept)
-        inertia = Estimate(float(line.slope), or_none(line.u_slope))
-        constant = Estimate(float(line.constant), or_none(line.u_constant)) if intercept else None
+        slope, u, constant, u_constant = fitting.ordinary_line(product, torque, intercept)
+        inertia = Estimate(float(slope), or_none(u))
         note = f"least squares of M on φ̇ψ̇, {words}; u from the scatter, runs taken as independent"
         if len(kept) == 1:
             note += "; one run has no scatter, so no u"
@@ -338,9 +334,10 @@ def named_fits(measured: Measurements, fit: FitResult, kept: list[int]) -> tuple
                 )
             found.append(NamedFit(name, None, None, note))
             continue
-        difference = inertia.value - recommended.value
-        deviation = difference / recommended.u if recommended.u else None
-        found.append(NamedFit(name, inertia, constant, note, difference / recommended.value, deviation))
+        difference = inertia.value - fit.inertia.value
+        deviation = difference / fit.inertia.u if fit.inertia.u else None
+        minus_m0 = Estimate(float(constant), or_none(u_constant)) if intercept else None
+        found.append(NamedFit(name, inertia, minus_m0, note, difference / fit.inertia.value, deviation))
     return tuple(found)
 
 
@@ -383,18 +380,15 @@ def compare_with_ball(
     """Compare I_zz with that of the ball, its bore, rod and disk; None where the log gives neither ball nor disk."""
     has_ball = "ball_mass" in constants and "ball_diameter" in constants
     rod, disk = (
-        physics.cylinder_inertia(constants[f"{part}_mass"], constants[f"{part}_diameter"])
-        if f"{part}_mass" in constants and f"{part}_diameter" in constants
-        else 0.0
+        physics.cylinder_inertia(constants.get(f"{part}_mass", 0.0), constants.get(f"{part}_diameter", 0.0))
         for part in ("rod", "disk")
     )
     if not has_ball and not disk:
         return None
     mass, diameter = (constants["ball_mass"], constants["ball_diameter"]) if has_ball else (0.0, 0.0)
-    stated = [uncertainties.get("u_ball_mass"), uncertainties.get("u_ball_diameter")]
-    mass_u, diameter_u = (
-        given.at(value) if given and has_ball else None for given, value in zip(stated, (mass, diameter), strict=True)
-    )
+    u_of_mass, u_of_diameter = uncertainties.get("u_ball_mass"), uncertainties.get("u_ball_diameter")
+    mass_u = u_of_mass.at(mass) if has_ball and u_of_mass else None
+    diameter_u = u_of_diameter.at(diameter) if has_ball and u_of_diameter else None
     solid, bore = physics.solid_ball_inertia(mass, diameter), 0.0
     if has_ball and constants.get("bore_diameter", diameter) < diameter:
         # Without its depth a bore ends at the centre.

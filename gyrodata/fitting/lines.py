@@ -31,21 +31,13 @@ from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
 
 
-class Line(NamedTuple):
-    """Ordinary least squares of y on x, arrays of shape (…)."""
+def ordinary_line(x: Floats, y: Floats, intercept: bool) -> tuple[Floats, Floats, Floats, Floats]:
+    """Fit y = slope·x (+ constant) to n points of each lab by ordinary least squares.
 
-    slope: Floats
-    """NaN if x does not determine the line."""
-    u_slope: Floats
-    """NaN without degrees of freedom."""
-    constant: Floats
-    """0 for a line through the origin."""
-    u_constant: Floats
-    """NaN without degrees of freedom; means nothing for a line through the origin."""
-
-
-def ordinary_line(x: Floats, y: Floats, intercept: bool) -> Line:
-    """Fit y = slope·x (+ constant) to n points of each lab; s² is the sum of squared residuals over n − 1 (n − 2)."""
+    Returns: slope, its u, constant and its u, each of shape (…). s² is the sum of squared residuals over the degrees of
+    freedom; u is NaN without any, all is NaN if x does not determine the line. Without `intercept` the constant is 0
+    and its u means nothing.
+    """
     count = x.shape[-1]
     # The classical formulas about the means, which lose no digits if the points are far from zero.
     x_mean, y_mean = (intercept * np.add.reduce(each, axis=-1, keepdims=True) / count for each in (x, y))
@@ -56,13 +48,12 @@ def ordinary_line(x: Floats, y: Floats, intercept: bool) -> Line:
     left, freedom = y - y_mean - slope[..., None] * away, count - 1 - intercept
     sd = np.sqrt(_dot(left, left) / freedom) if freedom > 0 else np.full_like(slope, np.nan)
     constant = y_mean[..., 0] - slope * x_mean[..., 0]
-    return Line(slope, sd / spread, constant, sd * size / (spread * math.sqrt(count)))
+    return slope, sd / spread, constant, sd * size / (spread * math.sqrt(count))
 
 
 def _dot(a: Floats, b: Floats) -> Floats:
     """Scalar product along the last axis."""
-    product: Floats = (a[..., None, :] @ b[..., :, None])[..., 0, 0]
-    return product
+    return np.asarray((a[..., None, :] @ b[..., :, None])[..., 0, 0])
 
 
 def mean_of_ratios(x: Floats, y: Floats) -> tuple[Floats, Floats]:
@@ -71,10 +62,8 @@ def mean_of_ratios(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     ratios = y[..., loaded] / x[..., loaded]
     count = ratios.shape[-1]
     mean = np.add.reduce(ratios, axis=-1) / count
-    if count < 2:
-        return mean, np.full_like(mean, np.nan)
-    away = ratios - mean[..., None]
-    return mean, np.sqrt(np.add.reduce(away * away, axis=-1) / (count - 1) / count)
+    squares = np.add.reduce((ratios - mean[..., None]) ** 2, axis=-1)
+    return mean, np.sqrt(squares / (count - 1) / count) if count > 1 else np.full_like(mean, np.nan)
 
 
 TEXTBOOK: Mapping[str, Callable[[Floats, Floats], tuple[Floats, Floats]]] = {
@@ -98,7 +87,7 @@ def insist_on_lines(measured: Measurements, fit: FitResult, tilted: bool, kept: 
         torque = torque + transverse_inertia(measured)[index] * rate**2 * height
         spin = spin + rate * height
     kinds = (False, True) if torques_differ(torque) else (False,)
-    slopes = [float(ordinary_line(rate * spin, torque, intercept).slope) for intercept in kinds]
+    slopes = [float(ordinary_line(rate * spin, torque, intercept)[0]) for intercept in kinds]
     if not any(slope > 0 and 1 / FACTOR < fit.inertia.value / slope < FACTOR for slope in slopes):
         beside = " and ".join(f"{slope:.2g}" for slope in slopes if not math.isnan(slope)) or "nothing"
         raise NoFit(f"the fit gives {fit.inertia.value:.2g} kg*m^2, and the lines of the textbook {beside}")
@@ -197,23 +186,16 @@ def fit_line(
     # About the middle, slope and constant hardly depend on each other, and no digits cancel.
     middle = np.longdouble(xs.mean() if intercept else 0.0)
     unknowns, (_, errors, parts, dof, _) = _iterate(xs - middle, ys.astype(np.longdouble), factors, intercept)
-    spread = np.zeros((2, parts.shape[1]))
-    spread[: len(parts)] = parts
-    if intercept:
-        spread[1] -= float(middle) * spread[0]
+    # Zeros for a constant that is not fitted.
+    spread = np.vstack([parts, np.zeros_like(parts)])[:2]
+    spread[1] -= float(middle) * spread[0]
     chi2 = float(np.sum(errors**2))
     covariance = spread @ spread.T * (1.0 if stated else chi2 / dof)
-    return LineFit(
-        slope=float(unknowns[0]),
-        intercept=float(unknowns[1] - unknowns[0] * middle) if intercept else 0.0,
-        u_slope=math.sqrt(covariance[0, 0]),
-        u_intercept=math.sqrt(covariance[1, 1]) if intercept else None,
-        covariance=covariance,
-        chi2=chi2,
-        dof=dof,
-        p=chi2_tail(chi2, dof) if stated and dof > 0 else None,
-        convention=STATED if stated else SCATTER,
-    )
+    u_slope, u_intercept = (math.sqrt(variance) for variance in np.diag(covariance))
+    slope, constant = float(unknowns[0]), float(unknowns[1:].sum() - unknowns[0] * middle)
+    p = chi2_tail(chi2, dof) if stated and dof > 0 else None
+    told = covariance, chi2, dof, p, STATED if stated else SCATTER
+    return LineFit(slope, constant, u_slope, u_intercept if intercept else None, *told)
 
 
 Extended = NDArray[np.longdouble]
@@ -308,8 +290,7 @@ def _factorise(cov_x: ArrayLike | None, cov_y: ArrayLike | None, cov_xy: ArrayLi
     parts = []
     for name, value in (("cov_x", cov_x), ("cov_y", cov_y), ("cov_xy", cov_xy)):
         part = np.asarray(0.0 if value is None else value, dtype=float)
-        if part.ndim == 0:
-            part = np.full(count, float(part))
+        part = np.full(count, part) if part.ndim == 0 else part
         if part.shape not in ((count,), (count, count)):
             raise ValueError(
                 f"{name} has shape {part.shape}; pass a number, {count} variances, or a {count} × {count} matrix"
@@ -333,10 +314,10 @@ def _factorise(cov_x: ArrayLike | None, cov_y: ArrayLike | None, cov_xy: ArrayLi
     if (xy**2 > x * y * (1 + 1e-12)).any():
         raise ValueError("cov_xy is larger than √(cov_x·cov_y) in a row; no pair of errors has such a covariance")
     # Cholesky's factor of each row's 2 × 2 matrix.
-    root = np.sqrt(x)
-    along = np.divide(xy, root, out=np.zeros(count), where=root > 0)
+    root, nothing = np.sqrt(x), np.zeros(count)
+    along = np.divide(xy, root, out=nothing.copy(), where=root > 0)
     across = np.sqrt(np.maximum(y - along**2, 0.0))
-    return np.column_stack([root, np.zeros(count)]), np.column_stack([along, across]), True
+    return np.column_stack([root, nothing]), np.column_stack([along, across]), True
 
 
 def _root(matrix: Floats) -> Floats:
@@ -354,8 +335,7 @@ def _root(matrix: Floats) -> Floats:
         )
     # What is left of a zero after rounding must not become an uncertainty of 1e-8.
     kept = values > 8 * len(values) * np.finfo(float).eps * values[-1]
-    root: Floats = scale[:, None] * vectors[:, kept] * np.sqrt(values[kept])
-    return root
+    return np.asarray(scale[:, None] * vectors[:, kept] * np.sqrt(values[kept]))
 
 
 @lru_cache(maxsize=64)
@@ -365,15 +345,13 @@ def chi2_tail(chi2: float, dof: int) -> float:
     For a whole or half argument it is a finite sum (DLMF 8.4.10 and 8.8.2), so twenty lines save the quarter
     of a second that importing scipy for it would cost at every start.
     """
-    half = chi2 / 2
+    half, odd = chi2 / 2, dof % 2
     if half <= 0:
         return 1.0
-    odd = dof % 2
     total = math.erfc(math.sqrt(half)) if odd else 0.0
     # Q(a + 1, x) = Q(a, x) + x^a e^-x / Γ(a + 1), in logarithms because e^-x alone underflows. What lies further than
     # this from the largest term, which is at a = x, adds nothing to sixteen digits.
-    reach = 10 * math.sqrt(half) + 100
-    last = (dof - odd) // 2 - 1
+    reach, last = 10 * math.sqrt(half) + 100, (dof - odd) // 2 - 1
     nearest = min(last, int(half))
     for step in range(max(0, int(nearest - reach)), min(last, int(nearest + reach)) + 1):
         order = step + odd / 2
@@ -389,9 +367,8 @@ def chi2_lower_tail(chi2: float, dof: float) -> float:
     """
     if chi2 <= 0:
         return 0.0
-    order, half = dof / 2, chi2 / 2
-    term = total = 1.0
-    step = order
+    half, order = chi2 / 2, dof / 2
+    term, total, step = 1.0, 1.0, order
     while term > 1e-16 * total:
         step += 1
         term *= half / step

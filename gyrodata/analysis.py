@@ -14,18 +14,8 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata import effects, fitting
+from gyrodata import effects, fitting, tables
 from gyrodata.changes import Lab
-from gyrodata.comparisons import (
-    compare_with_ball,
-    constancy,
-    look_for_patterns,
-    named_fits,
-    overall_exponent,
-    power_laws,
-    run_table,
-    torque_table,
-)
 from gyrodata.diagnostics import NO_STEADY_PRECESSION, NO_TORQUE, TOO_MANY_SHARED_READINGS
 from gyrodata.effects import Outcome, Sensitivity
 from gyrodata.errors import LogError, insist_on_choice, insist_on_type
@@ -41,6 +31,7 @@ from gyrodata.findings import (
 )
 from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, NoFit, Outlier
 from gyrodata.measurements import Measurements, measure
+from gyrodata.patterns import look_for_patterns
 from gyrodata.readings import Readings, read_log, value_text
 from gyrodata.results import DOF_REASON, DOUBTS, Analysis, Doubt, Options, Result
 from gyrodata.wrong_cells import explain
@@ -140,7 +131,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     needed = whole or (measured.motion is None and effects.release_may_matter(lab))
     listed = effects.list_effects(lab, () if whole else ("release",)) if needed else ()
     patterns = look_for_patterns(measured, fit)
-    exponent = overall_exponent(measured, kept) if whole else None
+    exponent = tables.overall_exponent(measured, kept) if whole else None
     seen = Seen(readings, lab, fitted.outliers, fitted.without, p, listed, patterns, exponent, tuple(sizes), whole)
     found += findings(seen)
     outcomes = list(effects.answers(lab, "sensitivity")) if whole else []
@@ -153,7 +144,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     if whole:
         # What another hour would gain is worked out for runs that follow the law.
         advice = tuple(f"find the cause first: {doubt.remedy}" for doubt in doubts) or list_advice(lab)
-    torques = torque_table(measured, fit, kept, without)
+    torques = tables.torque_table(measured, fit, kept, without)
     balanced = fit.inertia if measured.balanced else None
     balanced = next((one.inertia for one in outcomes if one.name == "balanced"), balanced)
     one_torque = whole and not fitting.torques_differ(measured.torque[kept])
@@ -173,16 +164,16 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
         doubts=doubts,
         p=p,
         birge=birge,
-        fits=named_fits(measured, fit, kept) if whole else (),
+        fits=tables.named_fits(measured, fit, kept) if whole else (),
         budget=fit.budget,
         sensitivity=tuple(_sensitivity(fit.inertia, one) for one in outcomes),
         effects=listed,
-        power_law=power_laws(measured, kept) if whole else (),
+        power_law=tables.power_laws(measured, kept) if whole else (),
         exponent=exponent,
-        constancy=constancy(measured, kept) if whole else None,
-        ball=compare_with_ball(fit.inertia, readings.constants, readings.uncertainties) if whole else None,
+        constancy=tables.constancy(measured, kept) if whole else None,
+        ball=tables.compare_with_ball(fit.inertia, readings.constants, readings.uncertainties) if whole else None,
         torques=torques,
-        run_table=run_table(measured, fit, fitted.outliers, left_out),
+        run_table=tables.run_table(measured, fit, fitted.outliers, left_out),
         patterns=patterns,
         advice=advice,
         diagnostics=tuple(found),

@@ -16,11 +16,11 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import fitting, physics
-from gyrodata.comparisons import load_words
 from gyrodata.fitting import ChosenModel, Estimate, FitResult, Widths
 from gyrodata.measurements import SOURCES, WHOLE, Measurements, Source, measure, select, torque_groups
 from gyrodata.physics import Floats
 from gyrodata.readings import Readings
+from gyrodata.tables import load_words
 
 _NOTHING: Mapping[str, Any] = {}
 

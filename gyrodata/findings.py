@@ -18,23 +18,15 @@ from msgspec.structs import replace
 from gyrodata import changes, effects, fitting, physics
 from gyrodata import diagnostics as codes
 from gyrodata.changes import Lab
-from gyrodata.comparisons import (
-    CHANCE,
-    Exponent,
-    Pattern,
-    compare_with_ball,
-    load_words,
-    outlier_reason,
-    pattern_words,
-    turn_words,
-)
 from gyrodata.effects import DROP_ONE, Effect
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate, FitResult, Outlier
 from gyrodata.measurements import Measurements, spin_columns, torque_groups
 from gyrodata.mistakes import INERTIA_RANGE, SIZES, exchanged, explaining_mistakes, far_off, meant_in, unit_within
+from gyrodata.patterns import CHANCE, Pattern, pattern_words
 from gyrodata.physics import RPM
 from gyrodata.readings import MOST_OF_ONE_CODE, TIMINGS, Place, Readings, kind_of_role, to_display
+from gyrodata.tables import Exponent, compare_with_ball, load_words, outlier_reason, turn_words
 from gyrodata.units import from_si, parse_unit
 
 CLEARLY = math.log(200.0)
@@ -535,7 +527,7 @@ def _model(seen: Seen) -> Iterator[Diagnostic]:
         {"u_pitch"} if any(one.name == "release" for one in measured.sources) else {"u_pitch", "u_transverse_inertia"}
     )
     if "pitch" in readings.columns and not fit.adjusted.problem.tilted:
-        for key in unused & set(readings.stated_at):
+        for key in (key for key in readings.stated_at if key in unused):
             words = f"{key} changes nothing here: the tilt matters so little that eq. (9), for a level rod, is used"
             hint, place = "--model steady takes the tilt into account", readings.stated_at[key]
             yield readings.diagnose(codes.UNCERTAINTY_NOT_USED, words, hint, place)

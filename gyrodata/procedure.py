@@ -13,13 +13,13 @@ import numpy as np
 from gyrodata import diagnostics as codes
 from gyrodata import effects, physics
 from gyrodata.analysis import analyze_readings
-from gyrodata.comparisons import load_words
 from gyrodata.errors import Diagnostic, LogError
 from gyrodata.findings import DIRECTION, WORTH
 from gyrodata.measurements import Measurements, measure, torque_groups
 from gyrodata.physics import RPM, Floats
 from gyrodata.readings import TIMINGS, Place, Readings
 from gyrodata.results import Analysis
+from gyrodata.tables import load_words
 
 SHORT = 6.0
 """A time below this [s] is short for a hand that is wrong by 0.14 s: over 2 %."""

@@ -21,13 +21,14 @@ from msgspec.structs import asdict
 
 from gyrodata import __version__
 from gyrodata.changes import Lab
-from gyrodata.comparisons import Ball, Constancy, Exponent, NamedFit, Pattern, PowerLaw, Run, Torque
 from gyrodata.disk import write_folder
 from gyrodata.effects import Effect, Sensitivity
 from gyrodata.errors import Diagnostic, DiagnosticJson
 from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, Outlier, Share
 from gyrodata.measurements import Measurements, Source
+from gyrodata.patterns import Pattern
 from gyrodata.readings import Readings
+from gyrodata.tables import Ball, Constancy, Exponent, NamedFit, PowerLaw, Run, Torque
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -16,12 +16,12 @@ import numpy as np
 from msgspec.structs import replace
 
 from gyrodata import fitting
-from gyrodata.comparisons import turn_words
 from gyrodata.fitting import ChosenModel, FitResult, Outlier
 from gyrodata.measurements import Measurements, as_spin, mean_spin, measure, spin_columns
 from gyrodata.mistakes import other_units
 from gyrodata.quantities import PLAIN, exchanged_digits
 from gyrodata.readings import TIMINGS, Column, Readings, kind_of_role
+from gyrodata.tables import turn_words
 from gyrodata.units import from_si, parse_unit
 
 MOST_RUNS, MOST_ODD, MOST_TOLD = 1000, 12, 3

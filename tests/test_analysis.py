@@ -8,9 +8,9 @@ import pytest
 from gates.labs import Bench, draw, write
 
 import gyrodata
-from gyrodata.comparisons import NamedFit
 from gyrodata.diagnostics import CODES
 from gyrodata.errors import LogError
+from gyrodata.tables import NamedFit
 
 ROOT = Path(__file__).parent.parent
 SAMPLES = ROOT / "sample_data"

@@ -103,7 +103,7 @@ def _textbook(x: Floats, y: Floats, intercept: bool) -> tuple[Floats, Floats, in
     # Two runs of one torque, or one run.
     if intercept and np.any(np.ptp(x, axis=-1) <= 1e-9 * np.abs(x).max()):
         raise ValueError("the points do not determine a line")
-    slope, u = (fitting.with_constant if intercept else fitting.through_origin)(x, y)
+    slope, u = fitting.ordinary_line(x, y, intercept)[:2]
     return slope, u, x.shape[-1] - 1 - intercept
 
 

@@ -31,7 +31,6 @@ from gyrodata.fitting.inertia import (
 )
 from gyrodata.fitting.lines import (
     TEXTBOOK,
-    Line,
     LineFit,
     chi2_lower_tail,
     chi2_tail,
@@ -39,8 +38,6 @@ from gyrodata.fitting.lines import (
     insist_on_lines,
     mean_of_ratios,
     ordinary_line,
-    through_origin,
-    with_constant,
 )
 from gyrodata.fitting.posterior import K_95, doubt_of_widths, scatter_prior
 from gyrodata.fitting.screening import GROSS, OUTLIER, USUAL_COUNTS, explaining_counts, rivals, screen
@@ -60,7 +57,6 @@ __all__ = [
     "ChosenModel",
     "Estimate",
     "FitResult",
-    "Line",
     "LineFit",
     "Model",
     "NoFit",
@@ -88,11 +84,9 @@ __all__ = [
     "sample",
     "scatter_prior",
     "screen",
-    "through_origin",
     "times_stated",
     "torques_differ",
     "transverse_inertia",
     "turn_of_floor",
     "unslowed",
-    "with_constant",
 ]

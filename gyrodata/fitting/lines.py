@@ -1,11 +1,12 @@
 """Straight lines: those of the textbook, and one through points with errors in both variables and any covariance.
 
-The fits of the textbook are a line through the origin, one with a constant, and the mean of the ratios; each is for one
-lab or for many of one design, stacked: x = φ̇ψ̇ [rad²/s²] and y = M [N*m] of shape (…, n), the answer I_zz and u of
-shape (…). Uncertainties are from the scatter, runs taken as independent; NaN where nothing is left to tell them. These
-know nothing of shared errors: they are there to compare with, and no answer may be far from them.
+The fits of the textbook are a line through the origin, a line with a constant, and the mean of the ratios. Each fits
+one lab, or many labs of one design at once: x = φ̇ψ̇ [rad²/s²] and y = M [N*m] have shape (…, n), I_zz and u have shape
+(…). The uncertainties come from the scatter, and the runs are taken as independent: NaN if no run is left over to show
+a scatter. These fits know nothing of errors that runs share. They are there to compare with, and no answer may be far
+from them.
 
-`fit_line` is for errors in both variables. The observed x and y are true ones on the line plus errors B z, z
+`fit_line` is for errors in both variables. The observed x and y are true ones on the line plus errors B z, with z
 independent standard normal numbers: U = B Bᵀ. Each step solves the conditions, linear about the *adjusted* points, for
 the line that needs the smallest ‖z‖² (generalised least squares by orthogonal factors, after C. C. Paige, SIAM J.
 Numer. Anal. 16, 1979). No matrix is inverted and no normal equations are formed, so that U may be singular or zero in
@@ -14,10 +15,10 @@ parts.
 
 from __future__ import annotations
 
-import contextlib
 import math
 from collections.abc import Callable, Mapping
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -25,43 +26,34 @@ from numpy.typing import ArrayLike, NDArray
 
 from gyrodata.fitting.adjustment import FACTOR, NoFit
 from gyrodata.fitting.conditions import torques_differ, transverse_inertia
-from gyrodata.fitting.inertia import Estimate, FitResult
+from gyrodata.fitting.inertia import FitResult
 from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
 
 
-def through_origin(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Least squares of y = slope·x: slope and u, s² being the sum of squared residuals over n − 1."""
-    slope, sd, spread = _line(x, y, 1)
-    return slope, sd / spread
+def ordinary_line(x: Floats, y: Floats, intercept: bool) -> tuple[Floats, Floats, Floats, Floats]:
+    """Fit y = slope·x (+ constant) to n points of each lab by ordinary least squares.
 
-
-def with_constant(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Least squares of y = slope·x + constant: slope and u, s² being the sum of squared residuals over n − 2.
-
-    The classical formulas about the means, which lose no digits where the points are far from zero.
+    Returns: slope, its u, constant and its u, each of shape (…). s² is the sum of squared residuals over the degrees of
+    freedom; u is NaN without any, all is NaN if x does not determine the line. Without `intercept` the constant is 0
+    and its u means nothing.
     """
     count = x.shape[-1]
-    x, y = (values - np.add.reduce(values, axis=-1, keepdims=True) / count for values in (x, y))
-    slope, sd, spread = _line(x, y, 2)
-    return slope, sd / spread
-
-
-def _line(x: Floats, y: Floats, unknowns: int) -> tuple[Floats, Floats, Floats]:
-    """Slope through the origin, standard deviation of the residuals, and √Σx²."""
-    spread = np.sqrt(_dot(x, x))
-    slope: Floats = _dot(x, y) / spread**2
-    freedom = x.shape[-1] - unknowns
-    if freedom <= 0:
-        return slope, np.full_like(slope, np.nan), spread
-    left = y - slope[..., None] * x
-    return slope, np.sqrt(_dot(left, left) / freedom), spread
+    # The classical formulas about the means, which lose no digits if the points are far from zero.
+    x_mean, y_mean = (intercept * np.add.reduce(each, axis=-1, keepdims=True) / count for each in (x, y))
+    away, size = x - x_mean, np.sqrt(_dot(x, x))
+    spread = np.sqrt(_dot(away, away))
+    spread = np.where(spread > 1e-9 * size, spread, np.nan)
+    slope = _dot(away, y - y_mean) / spread**2
+    left, freedom = y - y_mean - slope[..., None] * away, count - 1 - intercept
+    sd = np.sqrt(_dot(left, left) / freedom) if freedom > 0 else np.full_like(slope, np.nan)
+    constant = y_mean[..., 0] - slope * x_mean[..., 0]
+    return slope, sd / spread, constant, sd * size / (spread * math.sqrt(count))
 
 
 def _dot(a: Floats, b: Floats) -> Floats:
     """Scalar product along the last axis."""
-    product: Floats = (a[..., None, :] @ b[..., :, None])[..., 0, 0]
-    return product
+    return np.asarray((a[..., None, :] @ b[..., :, None])[..., 0, 0])
 
 
 def mean_of_ratios(x: Floats, y: Floats) -> tuple[Floats, Floats]:
@@ -70,40 +62,16 @@ def mean_of_ratios(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     ratios = y[..., loaded] / x[..., loaded]
     count = ratios.shape[-1]
     mean = np.add.reduce(ratios, axis=-1) / count
-    if count < 2:
-        return mean, np.full_like(mean, np.nan)
-    away = ratios - mean[..., None]
-    return mean, np.sqrt(np.add.reduce(away * away, axis=-1) / (count - 1) / count)
+    squares = np.add.reduce((ratios - mean[..., None]) ** 2, axis=-1)
+    return mean, np.sqrt(squares / (count - 1) / count) if count > 1 else np.full_like(mean, np.nan)
 
 
 TEXTBOOK: Mapping[str, Callable[[Floats, Floats], tuple[Floats, Floats]]] = {
-    "through_origin": through_origin,
-    "with_constant": with_constant,
+    "through_origin": lambda x, y: ordinary_line(x, y, intercept=False)[:2],
+    "with_constant": lambda x, y: ordinary_line(x, y, intercept=True)[:2],
     "mean_of_ratios": mean_of_ratios,
 }
-"""The fits of the textbook by name."""
-
-
-class Line(Struct, frozen=True):
-    """Ordinary least squares of y on x, uncertainties from the scatter."""
-
-    slope: Estimate
-    intercept: Estimate | None
-
-
-def ordinary_line(x: Floats, y: Floats, intercept: bool) -> Line | None:
-    """Fit y = slope·x (+ intercept) to n points; None where x does not determine the unknowns."""
-    x_mean, y_mean = (float(x.mean()), float(y.mean())) if intercept else (0.0, 0.0)
-    count, size = len(x), math.sqrt(x @ x)
-    if np.linalg.norm(x - x_mean) <= 1e-9 * size:
-        return None
-    slope, sd, spread = (float(value) for value in _line(x - x_mean, y - y_mean, 1 + intercept))
-    told = not math.isnan(sd)
-    constant = None
-    if intercept:
-        u = sd * size / (spread * math.sqrt(count)) if told else None
-        constant = Estimate(y_mean - slope * x_mean, u)
-    return Line(Estimate(slope, sd / spread if told else None), constant)
+"""The fits of the textbook by name: x and y to I_zz and u."""
 
 
 def insist_on_lines(measured: Measurements, fit: FitResult, tilted: bool, kept: Floats) -> None:
@@ -118,19 +86,12 @@ def insist_on_lines(measured: Measurements, fit: FitResult, tilted: bool, kept: 
         height = np.sin(measured.pitch[index])
         torque = torque + transverse_inertia(measured)[index] * rate**2 * height
         spin = spin + rate * height
-    slopes = []
-    for intercept in (False, True) if torques_differ(torque) else (False,):
-        line = ordinary_line(rate * spin, torque, intercept)
-        if line is not None:
-            slopes.append(line.slope.value)
-            # One of them is enough.
-            if slopes[-1] > 0 and 1 / FACTOR < fit.inertia.value / slopes[-1] < FACTOR:
-                return
-    beside = " and ".join(f"{slope:.2g}" for slope in slopes) or "nothing"
-    raise NoFit(f"the fit gives {fit.inertia.value:.2g} kg*m^2, and the lines of the textbook {beside}")
+    kinds = (False, True) if torques_differ(torque) else (False,)
+    slopes = [float(ordinary_line(rate * spin, torque, intercept)[0]) for intercept in kinds]
+    if not any(slope > 0 and 1 / FACTOR < fit.inertia.value / slope < FACTOR for slope in slopes):
+        beside = " and ".join(f"{slope:.2g}" for slope in slopes if not math.isnan(slope)) or "nothing"
+        raise NoFit(f"the fit gives {fit.inertia.value:.2g} kg*m^2, and the lines of the textbook {beside}")
 
-
-Extended = NDArray[np.longdouble]
 
 STATED = (
     "errors in both variables with the stated covariances (ISO/TS 28037 generalised Gauss-Markov regression, York "
@@ -141,12 +102,6 @@ SCATTER = (
     "ordinary least squares of y on x: no uncertainties stated, so x is taken as exact and y as equally uncertain in "
     "every point; standard uncertainties (k = 1) from the residuals, s² their sum of squares over dof"
 )
-
-_SINGULAR = 1e-12
-"""Below this part of the largest, a singular value is a zero that was rounded."""
-
-_OFF = 1e-9
-"""Exact points are on a line if no further off than this part of the largest y."""
 
 
 class LineFit(Struct, frozen=True, eq=False):
@@ -172,21 +127,6 @@ class LineFit(Struct, frozen=True, eq=False):
     """What was minimised and where the uncertainties come from, in words."""
 
 
-class _Step(Struct, frozen=True):
-    """A linear least-squares problem solved."""
-
-    change: Floats
-    """Of slope and intercept, shape (k,)."""
-    errors: Floats
-    """z of smallest norm."""
-    spread: Floats
-    """Derivatives of the unknowns to independent standard normal numbers, shape (k, m): covariance S Sᵀ."""
-    rank: int
-    """Degrees of freedom."""
-    off: float
-    """Distance [y] that no z closes."""
-
-
 def fit_line(
     x: ArrayLike,
     y: ArrayLike,
@@ -204,7 +144,7 @@ def fit_line(
     cov_x, cov_y : array_like, optional
         Covariance of the errors of x [x²], of y [y²]: a number or shape (n,) for *variances* u² (not standard
         uncertainties) of independent errors, shape (n, n) for a covariance matrix. Zeros and singular matrices
-        are allowed. Where only some are given the others are zero; without any, x is taken as exact and the
+        are allowed. If only some are given the others are zero; without any, x is taken as exact and the
         residuals give the uncertainties.
     cov_xy : array_like, optional
         Covariance [x·y] of the errors of x and y: a number or shape (n,) within each row, shape (n, n) between
@@ -228,108 +168,105 @@ def fit_line(
     independent points): ‖z‖² is smallest over the line and all true points; uncertainties use derivatives at the
     adjusted points, not at the observed ones.
     """
-    observed_x, observed_y = _points(x, y, intercept)
-    stated = any(cov is not None for cov in (cov_x, cov_y, cov_xy))
-    if not stated and len(observed_x) <= 1 + intercept:
-        raise ValueError(
-            f"{len(observed_x)} points leave no residual to take the uncertainties from; pass cov_y, or more points"
-        )
-    factors = factorise(cov_x, cov_y if stated else 1.0, cov_xy, len(observed_x))
-    # About the middle, slope and constant hardly depend on each other, and no digits cancel.
-    middle = np.longdouble(observed_x.mean()) if intercept else np.longdouble(0)
-    slope, constant, step = _iterate(observed_x - middle, observed_y.astype(np.longdouble), factors, intercept)
-    spread = np.zeros((2, step.spread.shape[1]))
-    spread[: len(step.spread)] = step.spread
-    if intercept:
-        spread[1] -= float(middle) * spread[0]
-    chi2 = float(np.sum(step.errors**2))
-    covariance = spread @ spread.T * (1.0 if stated else chi2 / step.rank)
-    return LineFit(
-        slope=float(slope),
-        intercept=float(constant - slope * middle) if intercept else 0.0,
-        u_slope=math.sqrt(covariance[0, 0]),
-        u_intercept=math.sqrt(covariance[1, 1]) if intercept else None,
-        covariance=covariance,
-        chi2=chi2,
-        dof=step.rank,
-        p=chi2_tail(chi2, step.rank) if stated and step.rank > 0 else None,
-        convention=STATED if stated else SCATTER,
-    )
-
-
-def _points(x: ArrayLike, y: ArrayLike, intercept: bool) -> tuple[Floats, Floats]:
-    """Check that the points are points and determine a line."""
     xs, ys = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+    count, stated = xs.size, any(cov is not None for cov in (cov_x, cov_y, cov_xy))
     if xs.ndim != 1 or xs.shape != ys.shape:
         raise ValueError(f"x has shape {xs.shape} and y {ys.shape}; pass two sequences of the same length")
     if not (np.isfinite(xs).all() and np.isfinite(ys).all()):
         raise ValueError("x or y has a value that is not finite; leave out the points that are not complete")
-    if len(xs) < 1 + intercept:
-        raise ValueError(f"{len(xs)} points do not determine a line; pass two or more, or one with intercept=False")
+    if count < 1 + intercept:
+        raise ValueError(f"{count} points do not determine a line; pass two or more, or one with intercept=False")
     if intercept and np.ptp(xs) <= 1e-13 * np.abs(xs).max():
         raise ValueError("all x are equal, so slope and constant cannot be told apart; pass intercept=False or more x")
     if not xs.any():
         raise ValueError("all x are zero, so there is no slope; pass points away from the origin")
-    return xs, ys
+    if not stated and count == 1 + intercept:
+        raise ValueError(f"{count} points leave no residual to take the uncertainties from; pass cov_y, or more points")
+    factors = _factorise(cov_x, cov_y if stated else 1.0, cov_xy, count)
+    # About the middle, slope and constant hardly depend on each other, and no digits cancel.
+    middle = np.longdouble(xs.mean() if intercept else 0.0)
+    unknowns, (_, errors, parts, dof, _) = _iterate(xs - middle, ys.astype(np.longdouble), factors, intercept)
+    # Zeros for a constant that is not fitted.
+    spread = np.vstack([parts, np.zeros_like(parts)])[:2]
+    spread[1] -= float(middle) * spread[0]
+    chi2 = float(np.sum(errors**2))
+    covariance = spread @ spread.T * (1.0 if stated else chi2 / dof)
+    u_slope, u_intercept = (math.sqrt(variance) for variance in np.diag(covariance))
+    slope, constant = float(unknowns[0]), float(unknowns[1:].sum() - unknowns[0] * middle)
+    p = chi2_tail(chi2, dof) if stated and dof > 0 else None
+    told = covariance, chi2, dof, p, STATED if stated else SCATTER
+    return LineFit(slope, constant, u_slope, u_intercept if intercept else None, *told)
 
 
-def _iterate(x: Extended, y: Extended, factors: Factors, intercept: bool) -> tuple[np.longdouble, np.longdouble, _Step]:
+Extended = NDArray[np.longdouble]
+"""Extended precision if the machine has it: steps then refine the answer to the last digit of a double."""
+
+
+class _Step(NamedTuple):
+    """A linear least-squares problem solved."""
+
+    change: Floats
+    """Of slope and constant, shape (k,)."""
+    errors: Floats
+    """z of smallest norm, shape (m,)."""
+    spread: Floats
+    """Derivatives of the unknowns to independent standard normal numbers, shape (k, m): covariance S Sᵀ."""
+    dof: int
+    """Degrees of freedom."""
+    off: float
+    """Distance [y] that no z closes."""
+
+
+def _iterate(x: Extended, y: Extended, factors: Factors, intercept: bool) -> tuple[Extended, _Step]:
     """Find the line by Gauss–Newton steps, each linear about the points adjusted by the one before."""
-    count = len(x)
-    design = np.ones((count, 1 + intercept))
+    to_x, to_y, by_row = factors
+    design = np.ones((len(x), 1 + intercept))
     design[:, 0] = x
-    start = np.linalg.lstsq(design, y.astype(float), rcond=None)[0]
-    # Extended precision where the machine has it: steps then refine the answer to the last digit of a double.
-    slope, constant = np.longdouble(start[0]), np.longdouble(start[1] if intercept else 0.0)
+    unknowns = np.linalg.lstsq(design, y.astype(float), rcond=None)[0].astype(np.longdouble)
     last = math.inf
     for _turn in range(500):
-        distance = np.asarray(y - constant - slope * x, dtype=float)
-        pull = factors.to_y - float(slope) * factors.to_x
-        step = _solve_rows(design, pull, distance) if factors.independent else _solve(design, pull, distance)
-        slope = slope + step.change[0]
-        constant = constant + (step.change[1] if intercept else 0.0)
-        moved = float(abs(step.change[0]) / (abs(slope) + np.ptp(y) / np.abs(x).max() + 1e-300))
+        slope, constant = unknowns[0], unknowns[1:].sum()
+        distance, pull = (y - constant - slope * x).astype(float), to_y - float(slope) * to_x
+        if by_row:
+            # A row's condition contains one sum of its two errors.
+            size = np.hypot(pull[:, 0], pull[:, 1])
+            step = _solve(design, size, distance)
+            error = np.sum(to_x * pull, axis=1) / np.maximum(size, 1e-300) * step.errors
+        else:
+            step = _solve(design, pull, distance)
+            error = to_x @ step.errors
+        unknowns = unknowns + step.change
+        moved = float(abs(step.change[0]) / (abs(unknowns[0]) + np.ptp(y) / np.abs(x).max() + 1e-300))
         if moved < 1e-17 or (moved < 1e-13 and moved >= 0.5 * last):
             break
         last = moved
         # Adjusted x, at which the next derivatives are taken.
-        errors = np.sum(factors.to_x * step.errors, axis=1) if factors.independent else factors.to_x @ step.errors
-        design[:, 0] = x - errors
+        design[:, 0] = x - error
     else:
         raise ValueError("no line is found: the errors of x are too large for the spread of x; pass better points")
-    if step.off > _OFF * float(np.abs(y).max()):
+    if step.off > 1e-9 * float(np.abs(y).max()):
         raise ValueError("points without any error of their own are not on one line; pass their variances")
-    return slope, constant, step
-
-
-def _solve_rows(design: Floats, pull: Floats, distance: Floats) -> _Step:
-    """Solve design·p + pull·z = distance for independent rows: by weights; exact rows go the general way."""
-    size = np.hypot(pull[:, 0], pull[:, 1])
-    if not (size > 1e-9 * size.max()).all():
-        return _spread_out(pull, _solve(design, np.diag(size), distance), size)
-    q, r = np.linalg.qr(design / size[:, None])
-    scaled = distance / size
-    change = np.linalg.solve(r, q.T @ scaled)
-    left = scaled - (design / size[:, None]) @ change
-    return _Step(change, pull * (left / size)[:, None], np.linalg.solve(r, q.T), len(left) - len(change), 0.0)
-
-
-def _spread_out(pull: Floats, step: _Step, size: Floats) -> _Step:
-    """Give each row's one error back to the two that it stands for."""
-    shares = np.divide(pull, size[:, None], out=np.zeros_like(pull), where=size[:, None] > 0)
-    return _Step(step.change, shares * step.errors[:, None], step.spread, step.rank, step.off)
+    return unknowns, step
 
 
 def _solve(design: Floats, pull: Floats, distance: Floats) -> _Step:
-    """Solve design·p + pull·z = distance for p and the smallest z, whatever the rank of pull.
+    """Solve design·p + pull·z = distance for p and the smallest z, whatever the rank of pull, shape (n, m).
 
-    Seen across the design (by the rest of its Q) only z is left: it is the smallest that closes the distance.
+    A pull of shape (n,) is a diagonal matrix: without zeros, weights solve it. Otherwise, seen across the design (by
+    the rest of its Q) only z is left: it is the smallest that closes the distance.
     """
-    unknowns = design.shape[1]
+    count, unknowns = design.shape
+    if pull.ndim == 1 and (pull > 1e-9 * pull.max()).all():
+        design, distance = design / pull[:, None], distance / pull
+        q, r = np.linalg.qr(design)
+        change = np.linalg.solve(r, q.T @ distance)
+        return _Step(change, distance - design @ change, np.linalg.solve(r, q.T), count - unknowns, 0.0)
+    pull = np.diag(pull) if pull.ndim == 1 else pull
     q, r = np.linalg.qr(design, mode="complete")
     along, across = q[:, :unknowns], q[:, unknowns:]
     left, sizes, right = np.linalg.svd(across.T @ pull, full_matrices=False)
-    rank = int(np.sum(sizes > _SINGULAR * np.linalg.norm(pull)))
+    # A smaller singular value is a zero that was rounded.
+    rank = int(np.sum(sizes > 1e-12 * np.linalg.norm(pull)))
     left, sizes, right = left[:, :rank], sizes[:rank], right[:rank]
     seen = across.T @ distance
     parts = left.T @ seen
@@ -341,79 +278,55 @@ def _solve(design: Floats, pull: Floats, distance: Floats) -> _Step:
     return _Step(change, errors, spread, rank, float(np.linalg.norm(seen - left @ parts)))
 
 
-_EPS = float(np.finfo(float).eps)
+Factors = tuple[Floats, Floats, bool]
+"""Errors of x and of y as factors times independent standard normal numbers z, and whether the rows are independent.
+
+Independent rows have two numbers each: factors of shape (n, 2). Otherwise all rows share m: factors of shape (n, m).
+"""
 
 
-class Factors(Struct, frozen=True):
-    """Errors of n points as factors times independent standard normal numbers z.
-
-    Where the rows are independent each has its own two numbers: factors of shape (n, 2), z of shape (n, 2).
-    Otherwise all share m: factors of shape (n, m), z of shape (m,).
-    """
-
-    to_x: Floats
-    to_y: Floats
-    independent: bool
-
-
-def factorise(cov_x: ArrayLike | None, cov_y: ArrayLike | None, cov_xy: ArrayLike | None, count: int) -> Factors:
+def _factorise(cov_x: ArrayLike | None, cov_y: ArrayLike | None, cov_xy: ArrayLike | None, count: int) -> Factors:
     """Check the covariance U of n points (x, y), and take it apart: U = B Bᵀ, singular parts included."""
-    x, y, xy = (
-        _checked(value, name, count) for value, name in ((cov_x, "cov_x"), (cov_y, "cov_y"), (cov_xy, "cov_xy"))
-    )
-    for name, matrix in (("cov_x", x), ("cov_y", y)):
-        variances = matrix if matrix.ndim == 1 else np.diag(matrix)
-        if (variances < 0).any():
-            raise ValueError(f"{name} has a negative variance; pass variances u², not below 0")
-        if matrix.ndim == 2 and not np.allclose(matrix, matrix.T, rtol=1e-9, atol=1e-12 * variances.max()):
-            raise ValueError(f"{name} is not symmetric; pass a covariance matrix, U[i, j] = U[j, i]")
-    if not any(part.any() for part in (x, y, xy)):
+    parts = []
+    for name, value in (("cov_x", cov_x), ("cov_y", cov_y), ("cov_xy", cov_xy)):
+        part = np.asarray(0.0 if value is None else value, dtype=float)
+        part = np.full(count, part) if part.ndim == 0 else part
+        if part.shape not in ((count,), (count, count)):
+            raise ValueError(
+                f"{name} has shape {part.shape}; pass a number, {count} variances, or a {count} × {count} matrix"
+            )
+        if not np.isfinite(part).all():
+            raise ValueError(f"{name} has a value that is not finite; pass 0 for what is exact")
+        if name != "cov_xy":
+            variances = part if part.ndim == 1 else np.diag(part)
+            if (variances < 0).any():
+                raise ValueError(f"{name} has a negative variance; pass variances u², not below 0")
+            if part.ndim == 2 and not np.allclose(part, part.T, rtol=1e-9, atol=1e-12 * variances.max()):
+                raise ValueError(f"{name} is not symmetric; pass a covariance matrix, U[i, j] = U[j, i]")
+        parts.append(part)
+    if not any(part.any() for part in parts):
         raise ValueError("all covariances are zero; leave them out to have the uncertainties from the scatter")
-    if x.ndim == y.ndim == xy.ndim == 1:
-        return _by_row(x, y, xy)
-    full_x, full_y, full_xy = (part if part.ndim == 2 else np.diag(part) for part in (x, y, xy))
-    factor = _root(np.block([[full_x, full_xy], [full_xy.T, full_y]]))
-    return Factors(factor[:count], factor[count:], independent=False)
-
-
-def _checked(value: ArrayLike | None, name: str, count: int) -> Floats:
-    """Give a covariance as a vector of what each row has, or as a matrix."""
-    array = np.zeros(count) if value is None else np.asarray(value, dtype=float)
-    if array.ndim == 0:
-        array = np.full(count, float(array))
-    if array.shape not in ((count,), (count, count)):
-        raise ValueError(
-            f"{name} has shape {array.shape}; pass a number, {count} variances, or a {count} × {count} matrix"
-        )
-    if not np.isfinite(array).all():
-        raise ValueError(f"{name} has a value that is not finite; pass 0 for what is exact")
-    return array
-
-
-def _by_row(x: Floats, y: Floats, xy: Floats) -> Factors:
-    """Cholesky's factor of each row's 2 × 2 matrix."""
+    if any(part.ndim == 2 for part in parts):
+        x, y, xy = (part if part.ndim == 2 else np.diag(part) for part in parts)
+        factor = _root(np.block([[x, xy], [xy.T, y]]))
+        return factor[:count], factor[count:], False
+    x, y, xy = parts
     if (xy**2 > x * y * (1 + 1e-12)).any():
         raise ValueError("cov_xy is larger than √(cov_x·cov_y) in a row; no pair of errors has such a covariance")
-    root = np.sqrt(x)
-    along = np.divide(xy, root, out=np.zeros_like(x), where=root > 0)
-    nothing = np.zeros_like(x)
+    # Cholesky's factor of each row's 2 × 2 matrix.
+    root, nothing = np.sqrt(x), np.zeros(count)
+    along = np.divide(xy, root, out=nothing.copy(), where=root > 0)
     across = np.sqrt(np.maximum(y - along**2, 0.0))
-    return Factors(np.column_stack([root, nothing]), np.column_stack([along, across]), independent=True)
+    return np.column_stack([root, nothing]), np.column_stack([along, across]), True
 
 
 def _root(matrix: Floats) -> Floats:
     """Find B with U = B Bᵀ, shape (2n, m); scaled to correlations first, so that no small variance drowns."""
-    matrix = (matrix + matrix.T) / 2
     scale = np.sqrt(np.diag(matrix))
     divisor = np.where(scale > 0, scale, 1.0)
-    correlation = matrix / np.outer(divisor, divisor)
+    correlation = (matrix + matrix.T) / 2 / np.outer(divisor, divisor)
     if correlation[scale == 0].any():
         raise ValueError("an error of variance 0 has a covariance with another; pass 0 for both, or its variance")
-    # Without a variance, or with one error that is made of others, there is no such factor.
-    with contextlib.suppress(np.linalg.LinAlgError):
-        lower: Floats = np.linalg.cholesky(correlation)
-        if np.diag(lower).min() > 1e-6:
-            return scale[:, None] * lower
     values, vectors = np.linalg.eigh(correlation)
     if values[0] < -1e-9 * values[-1]:
         raise ValueError(
@@ -421,9 +334,8 @@ def _root(matrix: Floats) -> Floats:
             "check the signs and sizes of the off-diagonal parts"
         )
     # What is left of a zero after rounding must not become an uncertainty of 1e-8.
-    kept = values > 8 * len(values) * _EPS * values[-1]
-    root: Floats = scale[:, None] * vectors[:, kept] * np.sqrt(values[kept])
-    return root
+    kept = values > 8 * len(values) * np.finfo(float).eps * values[-1]
+    return np.asarray(scale[:, None] * vectors[:, kept] * np.sqrt(values[kept]))
 
 
 @lru_cache(maxsize=64)
@@ -433,15 +345,13 @@ def chi2_tail(chi2: float, dof: int) -> float:
     For a whole or half argument it is a finite sum (DLMF 8.4.10 and 8.8.2), so twenty lines save the quarter
     of a second that importing scipy for it would cost at every start.
     """
-    half = chi2 / 2
+    half, odd = chi2 / 2, dof % 2
     if half <= 0:
         return 1.0
-    odd = dof % 2
     total = math.erfc(math.sqrt(half)) if odd else 0.0
     # Q(a + 1, x) = Q(a, x) + x^a e^-x / Γ(a + 1), in logarithms because e^-x alone underflows. What lies further than
     # this from the largest term, which is at a = x, adds nothing to sixteen digits.
-    reach = 10 * math.sqrt(half) + 100
-    last = (dof - odd) // 2 - 1
+    reach, last = 10 * math.sqrt(half) + 100, (dof - odd) // 2 - 1
     nearest = min(last, int(half))
     for step in range(max(0, int(nearest - reach)), min(last, int(nearest + reach)) + 1):
         order = step + odd / 2
@@ -457,9 +367,8 @@ def chi2_lower_tail(chi2: float, dof: float) -> float:
     """
     if chi2 <= 0:
         return 0.0
-    order, half = dof / 2, chi2 / 2
-    term = total = 1.0
-    step = order
+    half, order = chi2 / 2, dof / 2
+    term, total, step = 1.0, 1.0, order
     while term > 1e-16 * total:
         step += 1
         term *= half / step

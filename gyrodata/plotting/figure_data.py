@@ -10,11 +10,11 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from gyrodata.comparisons import Torque
 from gyrodata.measurements import Measurements, torque_groups
 from gyrodata.physics import RPM, Floats
 from gyrodata.quantities import as_read
 from gyrodata.results import Analysis
+from gyrodata.tables import Torque
 
 # The first three are Okabe and Ito's; their light ones are lost on white, so the rest was chosen for contrast and for
 # distance as the colour-blind see it. Grey is kept for runs without a weight.

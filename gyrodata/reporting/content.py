@@ -8,7 +8,6 @@ from collections.abc import Iterator, Mapping
 from msgspec.structs import asdict
 
 from gyrodata import __version__
-from gyrodata.comparisons import Run, turn_words
 from gyrodata.diagnostics import DIGITS_TOO_FEW, SIZE_NOT_USUAL
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate
@@ -52,6 +51,7 @@ from gyrodata.reporting.values import (
     uncertainty_text,
 )
 from gyrodata.results import CONVENTIONS, NO_BALL, Analysis
+from gyrodata.tables import Run, turn_words
 
 NOTICEABLE = 1.15
 """A factor on the errors of the runs that is worth a word [1]."""

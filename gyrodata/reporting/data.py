@@ -12,11 +12,11 @@ from typing import Any, get_args, get_type_hints
 from msgspec import Struct
 from msgspec.structs import asdict
 
-from gyrodata.comparisons import Run
 from gyrodata.errors import PICTURES, Diagnostic
 from gyrodata.fitting import Share
 from gyrodata.physics import RPM
 from gyrodata.results import Analysis, TorqueGroup
+from gyrodata.tables import Run
 
 RUN_UNITS = {
     "mass": "kg",

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 
 from msgspec.structs import replace
 
-from gyrodata.comparisons import turn_words
 from gyrodata.reporting.phrases import MODEL_NAMES
 from gyrodata.reporting.tree import (
     UNLIKELY,
@@ -46,6 +45,7 @@ from gyrodata.reporting.values import (
     mass_scale,
 )
 from gyrodata.results import Analysis
+from gyrodata.tables import turn_words
 
 _WHEEL = " (of the ball; add --wheel-inertia and --wheel-spin of the wheel that you held)"
 

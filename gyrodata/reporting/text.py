@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from gyrodata.comparisons import Run
 from gyrodata.diagnostics import CODES, OUTLIER, SINGLE_TORQUE, SPINS_TOO_CLOSE, TOO_FEW_RUNS
 from gyrodata.errors import Diagnostic
 from gyrodata.measurements import torque_groups
@@ -13,6 +12,7 @@ from gyrodata.reporting.phrases import visible
 from gyrodata.reporting.tree import Block, Cell, Head, Sentence, Table, cell_text, head_text, lines, load, sentence_text
 from gyrodata.reporting.values import Writing, count_text, in_columns
 from gyrodata.results import NO_BALL, Analysis
+from gyrodata.tables import Run
 
 MORE = "all the rest: gyro analyze -v, or the report's page"
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import cast
 
 import numpy as np
 from msgspec import Struct
@@ -52,41 +51,22 @@ def run_table(
     measured: Measurements, fit: FitResult, outliers: tuple[Outlier, ...], left_out: tuple[int, ...]
 ) -> tuple[Run, ...]:
     """Put what was read and what was made of it side by side for each run."""
-    out = set(left_out)
-    reasons = {outlier.index: outlier_reason(measured, outlier) for outlier in outliers}
+    reasons, out = {outlier.index: outlier_reason(measured, outlier) for outlier in outliers}, set(left_out)
+    read = measured.mass, measured.position, measured.torque, measured.spin, measured.time, measured.turns
+    rate, period = fit.sense * (2 * np.pi * measured.turns / measured.time), measured.time / measured.turns
     product = fit.sense * np.abs(measured.product)
+    inertia = np.where(measured.torque == 0, np.nan, measured.torque / product)
+    residual = measured.time - fit.fitted_time, fit.time_u, fit.deviations, fit.influence
+    numbers = np.array([*read, rate, period, product, inertia, *residual])
     everyone = range(len(measured.runs))
-
-    def known(values: Floats) -> list[float | None]:
-        """Plain numbers, and None for what was not read."""
-        return [None if value != value else value for value in values.tolist()]
-
+    marks = [i in reasons for i in everyone], [i in out for i in everyone], [reasons.get(i, "") for i in everyone]
     # In the order of the fields: names for each of very many runs would take as long as the fit.
-    columns = (
-        measured.runs,
-        measured.lines,
-        known(measured.mass),
-        known(measured.position),
-        measured.torque.tolist(),
-        measured.spin.tolist(),
-        measured.time.tolist(),
-        measured.turns.tolist(),
-        (fit.sense * (2 * np.pi * measured.turns / measured.time)).tolist(),
-        (measured.time / measured.turns).tolist(),
-        product.tolist(),
-        known(np.where(measured.torque == 0, np.nan, measured.torque / product)),
-        (measured.time - fit.fitted_time).tolist(),
-        fit.time_u.tolist(),
-        known(fit.deviations),
-        fit.influence.tolist(),
-        [i in reasons for i in everyone],
-        [i in out for i in everyone],
-        [reasons.get(i, "") for i in everyone],
-    )
-    return tuple(map(Run, *columns))
+    columns = numbers.astype(object)
+    columns[np.isnan(numbers)] = None
+    return tuple(map(Run, measured.runs, measured.lines, *columns.tolist(), *marks))
 
 
-def or_none(value: float) -> float | None:
+def or_none(value: Floats | float) -> float | None:
     """Give None for what was not read."""
     return None if math.isnan(value) else float(value)
 
@@ -153,8 +133,7 @@ def torque_table(
 ) -> tuple[Torque, ...]:
     """Constancy of φ̇ψ̇ for each torque; `without`: I_zz without the runs of a torque, by the number of its group."""
     groups = torque_groups(measured)
-    inside = set(kept)
-    told = _Groups([[i for i in group if i in inside] or group for group in groups])
+    told = _Groups([used or group for used, group in zip(_kept_groups(measured, kept), groups, strict=True)])
     product = fit.sense * np.abs(measured.product)
     size = measured.own_relative * np.abs(product)
     weight = 1 / np.maximum(size, 1e-12) ** 2
@@ -164,29 +143,21 @@ def torque_table(
     hand = measured.timing_bias_u * told.mean(product / measured.time, weight)
     scale = next((float(s.relative[0]) for s in measured.sources if s.name == "spin_scale"), 0.0)
     mean_u = np.sqrt(alone**2 + hand**2 + (scale * mean) ** 2)
-    slope = 2 * np.pi / np.abs(mean)
     with np.errstate(all="ignore"):
         # One run has no spread, and an exact one no chi-square.
         spread = np.sqrt(told.sum(told.from_mean(product, np.ones_like(product)) ** 2) / (told.runs - 1))
         chi2 = told.sum((told.from_mean(product, weight) / size) ** 2)
-    return tuple(
-        Torque(
-            mass=or_none(measured.mass[group[0]]),
-            position=or_none(measured.position[group[0]]),
-            torque=float(measured.torque[group[0]]),
-            runs=runs,
-            product=float(mean[k]),
-            product_u=float(mean_u[k]),
-            product_spread=or_none(spread[k]),
-            without=without.get(k),
-            product_p=None if of_scatter is None else fitting.chi2_tail(of_scatter, runs - 1),
-            product_chi2=of_scatter,
-            period_per_spin=float(slope[k]),
-            period_per_spin_u=float(slope[k] * mean_u[k] / abs(mean[k])),
-        )
-        for k, (group, runs) in enumerate(zip(groups, told.runs.tolist(), strict=True))
-        for of_scatter in [float(chi2[k]) if runs > 1 and np.isfinite(chi2[k]) else None]
-    )
+    chi2 = np.where((told.runs > 1) & np.isfinite(chi2), chi2, np.nan)
+    torques = []
+    for k, group in enumerate(groups):
+        i, runs, scatter = group[0], int(told.runs[k]), or_none(chi2[k])
+        load = or_none(measured.mass[i]), or_none(measured.position[i]), float(measured.torque[i])
+        of_product = float(mean[k]), float(mean_u[k]), or_none(spread[k])
+        p = None if scatter is None else fitting.chi2_tail(scatter, runs - 1)
+        slope = 2 * math.pi / abs(of_product[0])
+        slope_u = slope * of_product[1] / abs(of_product[0])
+        torques.append(Torque(*load, runs, *of_product, without.get(k), p, scatter, slope, slope_u))
+    return tuple(torques)
 
 
 # --- the laws ---------------------------------------------------------------------------------------------------
@@ -228,58 +199,53 @@ class Constancy(Struct, frozen=True):
 
 def power_laws(measured: Measurements, kept: list[int]) -> tuple[PowerLaw, ...]:
     """Exponent of the period against the spin for each torque: a weighted line through the logarithms."""
-    groups = _kept_groups(measured, kept)
-    differ = _spins_differ(measured, groups)
-    slopes = iter(_slopes(measured, [group for group, told in zip(groups, differ, strict=True) if told]).T)
     laws = []
-    for group, told in zip(torque_groups(measured), differ, strict=True):
-        torque = float(measured.torque[group[0]])
-        if told:
-            exponent, u = _slope(measured, next(slopes)[:, None])
-            laws.append(PowerLaw(torque, exponent, u, "u from timing and spin of each run, and the hand's bias"))
-        else:
-            laws.append(PowerLaw(torque, None, None, "needs two runs with different spins"))
+    for group, sums in zip(torque_groups(measured), _slope_sums(measured, kept).T, strict=True):
+        exponent, u = map(or_none, _slope(measured, sums))
+        reason = "u from timing and spin of each run, and the hand's bias"
+        if exponent is None:
+            reason = "needs two runs with different spins"
+        laws.append(PowerLaw(float(measured.torque[group[0]]), exponent, u, reason))
     return tuple(laws)
 
 
 def overall_exponent(measured: Measurements, kept: list[int]) -> Exponent | None:
-    """Exponent of the period against the spin, the same for all torques; None where no torque tells it."""
-    groups = _kept_groups(measured, kept)
-    groups = [group for group, differ in zip(groups, _spins_differ(measured, groups), strict=True) if differ]
-    if not groups:
+    """Exponent of the period against the spin, the same for all torques; None if no torque has different spins."""
+    sums = _slope_sums(measured, kept)
+    sums = sums[:, ~np.isnan(sums).any(axis=0)]
+    if not sums.size:
         return None
-    value, u = _slope(measured, _slopes(measured, groups))
-    return Exponent(value, u, (value - 1) / u, len(groups))
+    value, u = _slope(measured, np.add.reduce(sums, axis=1))
+    return Exponent(value, u, (value - 1) / u, sums.shape[1])
 
 
-def _spins_differ(measured: Measurements, groups: Sequence[Sequence[int]]) -> list[bool]:
-    spins = np.log(measured.spin)
-    return [len(group) > 1 and float(np.ptp(spins[group])) >= 0.02 for group in groups]
-
-
-def _slopes(measured: Measurements, groups: Sequence[Sequence[int]]) -> Floats:
-    """Sums over each torque's runs from which `_slope` has the slope of ln τ on ln ψ̇, shape (3, groups).
+def _slope_sums(measured: Measurements, kept: list[int]) -> Floats:
+    """Sums over each torque's runs from which `_slope` has the slope of ln τ on ln ψ̇, shape (3, torques).
 
     The slope is Σ c ln τ / Σ c ln ψ̇ with c the weighted distance from the torque's own mean; a late or early hand
-    changes every ln τ by b/T.
+    changes every ln τ by b/T. NaN for a torque without different spins.
     """
-    told = _Groups(groups)
+    spin, period = np.log(measured.spin), np.log(measured.time / measured.turns)
+    groups = _kept_groups(measured, kept)
+    differ = [len(group) > 1 and float(np.ptp(spin[group])) >= 0.02 for group in groups]
+    told = _Groups([group if spread else [] for group, spread in zip(groups, differ, strict=True)])
     weight = 1 / np.maximum(measured.own_relative, 1e-12) ** 2
-    away = told.from_mean(np.log(measured.spin), weight)
-    period = np.log(measured.time / measured.turns)
-    return np.array([told.sum(weight * away * each) for each in (away, period, 1 / measured.time)])
+    with np.errstate(invalid="ignore"):
+        away = told.from_mean(spin, weight)
+    sums = np.array([told.sum(weight * away * each) for each in (away, period, 1 / measured.time)])
+    return np.where(differ, sums, np.nan)
 
 
 def _slope(measured: Measurements, sums: Floats) -> tuple[float, float]:
-    """Common slope of some torques that have each a constant of their own, and its standard uncertainty."""
-    across, along, late = np.add.reduce(sums, axis=1).tolist()
+    """Slope of torques that have each a constant of their own, and its standard uncertainty."""
+    across, along, late = sums.tolist()
     return along / across, math.hypot(1 / math.sqrt(across), measured.timing_bias_u * late / across)
 
 
 def constancy(measured: Measurements, kept: list[int]) -> Constancy | None:
-    """Say whether φ̇ψ̇ is constant at each torque, as far as timing and spin can tell.
+    """Say whether φ̇ψ̇ is constant at each torque, as far as timing and spin can show it.
 
-    None where no torque has two runs, or where timing and spin are exact.
+    None if no torque has two runs, or if timing and spin are exact.
     """
     groups = [group for group in _kept_groups(measured, kept) if len(group) > 1]
     own, product = measured.own_relative, np.abs(measured.product)
@@ -310,7 +276,7 @@ class _Groups:
 
     def sum(self, values: Floats) -> Floats:
         """Sum of the values of n runs over those of each torque, shape (torques,)."""
-        return cast(Floats, np.bincount(self.of, values[self.index], len(self.runs)))
+        return np.asarray(np.bincount(self.of, values[self.index], len(self.runs)), dtype=float)
 
     def mean(self, values: Floats, weight: Floats) -> Floats:
         """Weighted mean of each torque, shape (torques,)."""
@@ -345,45 +311,34 @@ class NamedFit(Struct, frozen=True):
 
 def named_fits(measured: Measurements, fit: FitResult, kept: list[int]) -> tuple[NamedFit, ...]:
     """The two straight lines of the textbook beside the recommended fit."""
-    index = np.array(kept)
-    product = fit.sense[index] * np.abs(measured.product[index])
-    torque = measured.torque[index]
-    textbook = "least squares of M on φ̇ψ̇, {}; u from the scatter, runs taken as independent"
-    origin = fitting.ordinary_line(product, torque, intercept=False)
-    line = fitting.ordinary_line(product, torque, intercept=True) if fitting.torques_differ(torque) else None
-    if line is not None:
-        constant = NamedFit("with_constant", line.slope, line.intercept, textbook.format("with a constant"))
-    else:
-        reason = (
-            "not possible: a line with a constant needs at least two different points"
-            if len(kept) < 2
-            else "not possible: all torques are equal, so a slope and a constant cannot be told apart; "
-            "add runs with another weight or position"
-        )
-        constant = NamedFit("with_constant", None, None, reason)
-    note = textbook.format("through the origin")
-    if len(kept) == 1:
-        note += "; one run has no scatter, so no u"
-    return (
-        NamedFit(
-            "recommended",
-            fit.inertia,
-            Estimate(-fit.residual_torque.value, fit.residual_torque.u),
-            "all raw readings together; shared errors carried as shared; M0 and timing bias as unknowns; u from the "
-            "stated uncertainties and from how the runs scatter",
-        ),
-        _beside(NamedFit("through_origin", origin.slope if origin else None, None, note), fit.inertia),
-        _beside(constant, fit.inertia),
+    product, torque = fit.sense[kept] * np.abs(measured.product[kept]), measured.torque[kept]
+    note = (
+        "all raw readings together; shared errors carried as shared; M0 and timing bias as unknowns; u from the "
+        "stated uncertainties and from how the runs scatter"
     )
-
-
-def _beside(other: NamedFit, recommended: Estimate) -> NamedFit:
-    """Say how far another fit lies from the recommended one."""
-    if other.inertia is None:
-        return other
-    difference = other.inertia.value - recommended.value
-    deviation = difference / recommended.u if recommended.u else None
-    return replace(other, difference=difference / recommended.value, deviation=deviation)
+    found = [NamedFit("recommended", fit.inertia, Estimate(-fit.residual_torque.value, fit.residual_torque.u), note)]
+    for name, words in (("through_origin", "through the origin"), ("with_constant", "with a constant")):
+        intercept = name == "with_constant"
+        slope, u, constant, u_constant = fitting.ordinary_line(product, torque, intercept)
+        inertia = Estimate(float(slope), or_none(u))
+        note = f"least squares of M on φ̇ψ̇, {words}; u from the scatter, runs taken as independent"
+        if len(kept) == 1:
+            note += "; one run has no scatter, so no u"
+        if math.isnan(inertia.value) or (intercept and not fitting.torques_differ(torque)):
+            if intercept and len(kept) < 2:
+                note = "not possible: a line with a constant needs at least two different points"
+            elif intercept:
+                note = (
+                    "not possible: all torques are equal, so a slope and a constant cannot be told apart; "
+                    "add runs with another weight or position"
+                )
+            found.append(NamedFit(name, None, None, note))
+            continue
+        difference = inertia.value - fit.inertia.value
+        deviation = difference / fit.inertia.u if fit.inertia.u else None
+        minus_m0 = Estimate(float(constant), or_none(u_constant)) if intercept else None
+        found.append(NamedFit(name, inertia, minus_m0, note, difference / fit.inertia.value, deviation))
+    return tuple(found)
 
 
 class Ball(Struct, frozen=True):
@@ -425,18 +380,15 @@ def compare_with_ball(
     """Compare I_zz with that of the ball, its bore, rod and disk; None where the log gives neither ball nor disk."""
     has_ball = "ball_mass" in constants and "ball_diameter" in constants
     rod, disk = (
-        physics.cylinder_inertia(constants[f"{part}_mass"], constants[f"{part}_diameter"])
-        if f"{part}_mass" in constants and f"{part}_diameter" in constants
-        else 0.0
+        physics.cylinder_inertia(constants.get(f"{part}_mass", 0.0), constants.get(f"{part}_diameter", 0.0))
         for part in ("rod", "disk")
     )
     if not has_ball and not disk:
         return None
     mass, diameter = (constants["ball_mass"], constants["ball_diameter"]) if has_ball else (0.0, 0.0)
-    stated = [uncertainties.get("u_ball_mass"), uncertainties.get("u_ball_diameter")]
-    mass_u, diameter_u = (
-        given.at(value) if given and has_ball else None for given, value in zip(stated, (mass, diameter), strict=True)
-    )
+    u_of_mass, u_of_diameter = uncertainties.get("u_ball_mass"), uncertainties.get("u_ball_diameter")
+    mass_u = u_of_mass.at(mass) if has_ball and u_of_mass else None
+    diameter_u = u_of_diameter.at(diameter) if has_ball and u_of_diameter else None
     solid, bore = physics.solid_ball_inertia(mass, diameter), 0.0
     if has_ball and constants.get("bore_diameter", diameter) < diameter:
         # Without its depth a bore ends at the centre.
@@ -449,19 +401,7 @@ def compare_with_ball(
         expected_u = solid * math.hypot((mass_u or 0.0) / mass, 2 * (diameter_u or 0.0) / diameter)
     difference = inertia.value - expected
     difference_u = None if inertia.u is None else math.hypot(inertia.u, expected_u or 0.0)
-    return Ball(
-        mass=mass if has_ball else None,
-        mass_u=mass_u,
-        diameter=diameter if has_ball else None,
-        diameter_u=diameter_u,
-        solid=solid if has_ball else None,
-        bore=bore,
-        rod=rod,
-        disk=disk,
-        inertia=expected,
-        inertia_u=expected_u,
-        difference=difference,
-        difference_u=difference_u,
-        relative=inertia.value / expected - 1,
-        deviation=difference / difference_u if difference_u else None,
-    )
+    relative, deviation = inertia.value / expected - 1, difference / difference_u if difference_u else None
+    parts = solid, bore, rod, disk, expected, expected_u
+    ball = Ball(mass, mass_u, diameter, diameter_u, *parts, difference, difference_u, relative, deviation)
+    return ball if has_ball else replace(ball, mass=None, diameter=None, solid=None)

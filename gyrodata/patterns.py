@@ -1,0 +1,220 @@
+"""Patterns in the residuals: errors that a lab does not make by chance, each with its likely cause.
+
+Each test asks whether the fit needs one more unknown: a balance that drifts, or a shared error that is free of its
+prior. With c the change of the runs' conditions by that unknown, r their residuals and H the fit's hat matrix,
+z = cᵀr/√(cᵀ(1 − H)c) is standard normal if nothing is wrong, for any design; of a shared error it is its *pull*, the
+adjusted value over √(prior² − posterior²). How much the runs scatter is known only roughly: the chance is averaged over
+the factors s on their own errors that agree with what is left without the pattern.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+
+from gyrodata import fitting
+from gyrodata.fitting import FitResult
+from gyrodata.measurements import Measurements
+from gyrodata.physics import Floats
+from gyrodata.quantities import exchanged_digits
+from gyrodata.tables import load_words
+
+CHANCE = 0.015
+"""A pattern is reported if its chance, corrected for how many were looked for, is below this."""
+
+TOLD_APART = 0.02
+"""An unknown is looked for if so large a part of what it does, squared, can be done by no other."""
+
+MOST_RUNS, MOST_SHARED = 1000, 60
+"""Larger logs are not searched."""
+
+LOGARITHMS = np.linspace(math.log(0.2), math.log(20.0), 24)
+FACTORS = np.exp(LOGARITHMS)
+"""Factors s on the errors that each run has alone."""
+
+
+class Pattern(Struct, frozen=True):
+    """One pattern that was looked for among the residuals."""
+
+    name: str
+    """"order", "spin" or "torque" that the residuals go with, or a shared error: "time_bias", "position_zero", "mass",
+    "position", "force", "applied_torque"; or "agreement", the lower tail of chi-square."""
+    of: str
+    """Which weight or position, in words; "" where there is one only."""
+    statistic: float
+    """Standard normal where there is no such pattern; of the agreement chi-square over its degrees of freedom."""
+    size: float | None
+    """What the pattern would be: a torque from the first run to the last [N*m], an exponent [1], an error [s or m] or a
+    share of the weight or position [1]; null of the agreement."""
+    p: float
+    """Chance of one at least as large, by itself."""
+    p_corrected: float
+    """The same among all that were looked for, by Holm's rule."""
+
+
+ONLY_IF = "the runs {} {{of}} go together with the others only if {} is {{percent:.2g}} % {{more}}"
+
+WORDS = {
+    "order": "time minus fit goes with the order of the runs, as where the balance drifts, here by {milli:.2g} mN·m "
+    "from the first run to the last",
+    "spin": "time minus fit goes with the spin, as where the spin is read late, or a drag or a nutation goes with it",
+    "torque": "time minus fit goes with the torque, and not along a line, as where the rod sinks or the turns of a "
+    "weight are wrong",
+    "time_bias": "short times are off more than long ones, as where the hand is {late} than stated, here by about "
+    "{size:.2g} s",
+    "position_zero": "the runs go together only if every position is {milli:.2g} mm {more}, as where the arm was "
+    "measured from another point than the centre of the ball",
+    "mass": ONLY_IF.format("of", "its mass") + ", as where a label is wrong",
+    "position": ONLY_IF.format("at", "the position") + ", as where it was read wrongly",
+    "force": ONLY_IF.format("of", "its force"),
+    "applied_torque": ONLY_IF.format("of", "the torque"),
+    "agreement": "the runs agree better than the stated uncertainties: chi-square is {statistic:.2g} of what it should "
+    "be",
+}
+"""What each pattern is, by its name."""
+
+HINTS = {
+    "order": "fix the balance weight, check step 2 again, and repeat the first run at the end",
+    "spin": "read the spin at half time of each run, and write how the rod was started: # motion: steady, or # motion: "
+    "released",
+    "torque": "write the pitch of each run, and count the turns of each weight again",
+    "time_bias": "state what your hand can do, for example # u_time_bias: {twice:.1g} s, or time more turns",
+    "position_zero": "measure the arm from the centre of the ball, or state # u_position_zero: {milli:.1g} mm",
+    "mass": "weigh it",
+    "position": "measure it again",
+    "force": "measure it again",
+    "applied_torque": "measure it again",
+    "agreement": "state what your hand can do, for example # u_time: 0.05 s; and write the times as they were read",
+}
+"""What to do about each pattern."""
+
+NEAR = 0.15
+"""A mass with two digits exchanged is named if it differs so much as the runs say, but for this share of that."""
+
+SHARED = ("mass", "position", "force", "torque", "position_zero")
+"""Sources of error whose pulls are looked at."""
+
+
+def pattern_words(pattern: Pattern) -> tuple[str, str]:
+    """Say what a pattern is and what to do about it."""
+    size = pattern.size or 0.0
+    off = abs(size)
+    values = {"of": pattern.of, "statistic": pattern.statistic, "size": off, "twice": 2 * off, "milli": 1e3 * off}
+    # An error that the reading has too much is one that the truth has less.
+    values |= {"percent": 100 * off, "more": "less" if size > 0 else "more", "late": "later" if size > 0 else "earlier"}
+    words, hint = (texts[pattern.name].format(**values) for texts in (WORDS, HINTS))
+    if pattern.name == "mass" and " g" in pattern.of:
+        written = f"{float(pattern.of.split()[0]):#.4g}"
+        for meant in exchanged_digits(written):
+            if abs(float(meant) / float(written) - (1 - size)) < NEAR * off:
+                hint += f": is it {float(meant):g} g, and two digits are exchanged?"
+    return words, hint
+
+
+def look_for_patterns(measured: Measurements, fit: FitResult) -> tuple[Pattern, ...]:
+    """Look for patterns in the residuals of a log, the least likely one first; none in a log too large or too small."""
+    if fit.dof < 2 or len(measured.runs) > MOST_RUNS or fit.adjusted.problem.shared_count > MOST_SHARED:
+        return ()
+    unknowns = _extra_unknowns(measured, fit)
+    found = _tested(measured, fit, unknowns) if unknowns else []
+    if measured.own_relative.all():
+        low = max(1 - fitting.chi2_tail(fit.chi2, fit.dof), 0.0)
+        found.append(Pattern("agreement", "", fit.chi2 / fit.dof, None, low, low))
+    # A tie, as of the one position and the ruler's zero, is not to be broken by rounding.
+    found.sort(key=lambda pattern: float(f"{pattern.p:.9g}"))
+    corrected, least = [], 0.0
+    for at, pattern in enumerate(found):
+        least = max(least, min(1.0, (len(found) - at) * pattern.p))
+        corrected.append(replace(pattern, p_corrected=least))
+    return tuple(corrected)
+
+
+class _Extra(Struct, frozen=True):
+    """An unknown that the runs may need."""
+
+    name: str
+    of: str
+    column: Floats
+    """What one unit of it changes the weighted conditions by, shape (n,)."""
+    unit: float
+    """Size of that unit."""
+    adjusted: float = 0.0
+    """Its adjusted value, in those units; 0 if the fit has no such unknown."""
+
+
+def _extra_unknowns(measured: Measurements, fit: FitResult) -> list[_Extra]:
+    """List a drift, a trend with the spin and one with the torque, and the errors that runs share."""
+    adjusted = fit.adjusted
+    rows, problem, count = adjusted.rows, adjusted.problem, len(measured.runs)
+    spin, loads = np.log(measured.spin), np.abs(measured.torque)
+    load = np.log(np.where(loads > 0, loads, 1.0) / loads.max()) * (loads > 0)
+    extra = [
+        _Extra("order", "", rows[:, 1] * (np.arange(count) / (count - 1) - 0.5), float(adjusted.scale[1])),
+        _Extra("spin", "", rows[:, 0] * (spin - np.add.reduce(spin) / count), 1.0),
+        _Extra("torque", "", rows[:, 0] * load, 1.0),
+    ]
+    if measured.timing_bias_u > 0:
+        bias = float(adjusted.unknowns[2] / adjusted.scale[2])
+        extra.append(_Extra("time_bias", "", rows[:, 2], measured.timing_bias_u, bias))
+    members = zip(problem.from_source.tolist(), problem.from_run.tolist(), problem.to_column.tolist(), strict=True)
+    for column, (s, run) in {column: (s, run) for s, run, column in members}.items():
+        source = problem.sources[s]
+        if source.name not in SHARED:
+            continue
+        # The ruler's zero has an absolute error [m], all others have relative ones.
+        name, of, unit = source.name, "", source.absolute[run]
+        if name != "position_zero":
+            name = "applied_torque" if name == "torque" else name
+            reading = measured.given_torque if name == "applied_torque" else getattr(measured, name)
+            of, unit = load_words(measured, run), source.relative[run] + unit / abs(reading[run])
+        extra.append(_Extra(name, of, rows[:, 3 + column], float(unit), float(adjusted.shared[column])))
+    return [one for one in extra if np.count_nonzero(one.column)]
+
+
+def _tested(measured: Measurements, fit: FitResult, extra: list[_Extra]) -> list[Pattern]:
+    """Test each of E unknowns by itself, for each of the factors s on the errors that each run has alone.
+
+    I_zz, which has no prior, is taken out of the runs. With what is left turned by the singular vectors of all other
+    unknowns, each s costs no fit: it only divides every turned row by its own 1 + value²/s².
+    """
+    adjusted = fit.adjusted
+    # Counted from where their priors are centred.
+    scale = np.where(adjusted.scale[1:] > 0, adjusted.scale[1:], 1.0)
+    left = adjusted.rows[:, 1:] @ np.concatenate([adjusted.unknowns[1:] / scale, adjusted.shared]) - adjusted.weighted
+    rows = np.concatenate([adjusted.rows, np.array([*(one.column for one in extra), left]).T], axis=1)
+    others = adjusted.rows.shape[1] - 1
+    if rows.shape[0] > rows.shape[1]:
+        # Many runs say no more than the triangle of their products.
+        rows = np.asarray(np.linalg.qr(rows, mode="r"))
+    along_inertia = rows[:, 0] / math.sqrt(rows[:, 0] @ rows[:, 0])
+    size = np.add.reduce(rows[:, 1 + others : -1] ** 2, axis=0)
+    rows = rows[:, 1:] - np.outer(along_inertia, along_inertia @ rows[:, 1:])
+    turn, values, _ = np.linalg.svd(rows[:, :others], full_matrices=rows.shape[0] > others)
+    turned = turn.T @ rows[:, others:]
+    columns, left = turned[:, :-1], turned[:, -1:]
+    wider = ((fit.scatter / FACTORS) ** 2)[:, None]
+    prior = np.ones((len(FACTORS), len(turned)))
+    prior[:, : len(values)] += wider * values**2
+    # What each unknown is as a whole, what of it no other can do, and how it agrees with what is left, shape (24, E).
+    free, whole = wider / prior, wider * size
+    apart = np.maximum(free @ columns**2, 1e-12 * whole)
+    along = free @ (columns * left)
+    # How likely each factor is once the pattern is taken out: as in the posterior, with both determinants.
+    rest = free @ left**2 - along**2 / apart
+    before = fitting.scatter_prior(LOGARITHMS, fitting.times_stated(measured))
+    before = before - (float(adjusted.kept.sum()) - 1) * LOGARITHMS - 0.5 * np.add.reduce(np.log(prior), axis=1)
+    likely = before[:, None] - 0.5 * (np.log(apart) + rest)
+    weight = np.exp(likely - np.maximum.reduce(likely, axis=0))
+    weight = weight / np.add.reduce(weight, axis=0)
+    z = along / np.sqrt(apart)
+    found = []
+    for k, (one, at) in enumerate(zip(extra, weight.argmax(axis=0).tolist(), strict=True)):
+        if apart[at, k] >= TOLD_APART * whole[at, k]:
+            p = float(weight[:, k] @ [math.erfc(abs(each) / math.sqrt(2)) for each in z[:, k].tolist()])
+            # A prior pulled the error back: what it would be without.
+            size_of = one.unit * (float(along[at, k] / apart[at, k]) + one.adjusted)
+            found.append(Pattern(one.name, one.of, float(z[at, k]), size_of, p, p))
+    return found

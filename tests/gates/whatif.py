@@ -70,8 +70,8 @@ def told(text: str, document: dict[str, Any]) -> Iterator[Told]:
         "balanced": stated(text, "# balanced: yes"),
         "balance_free": stated(text, "# balanced: no"),
     }
-    if re.search(r"(?m)^# balanced", text):
-        files["balance_free"] = re.sub(r"(?m)^# balanced.*\n", "", text)
+    if (told_nothing := re.sub(r"(?m)^# (balanced|balance_|u_imbalance).*\n", "", text)) != text:
+        files["balance_free"] = told_nothing
     if found := re.search(r"(?m)^# u_time: ([\d.]+) s$", text):
         files["u_time_twice"] = stated(text, f"# u_time: {2 * float(found[1]):g} s")
     yield from (Told(name, files[name], known[name]["u"], known[name]["value"]) for name in files if name in known)

@@ -11,44 +11,10 @@ from __future__ import annotations
 
 from gyrodata.benchmark.effort import FULL, QUICK, Effort
 from gyrodata.benchmark.estimators import TAKE_BALANCE
-from gyrodata.benchmark.fit_curves import CurvePoint, FitCurve
+from gyrodata.benchmark.fit_curves import FitCurve
 from gyrodata.benchmark.motion_cost import BATCH, MotionPanel, MotionPoint
 from gyrodata.benchmark.orders import Drift, Order
 from gyrodata.benchmark.report import Benchmark, csv_tables, percent_text, reading, run_benchmark, time_text
 from gyrodata.benchmark.stability import METHODS, MOST_DIGITS, DigitCurve, DigitMap, MapPair, Passage
 from gyrodata.benchmark.timing import describe_machine
 from gyrodata.benchmark.trials import CHARTED, HONEST, TIE, Breakdown, Trial, TrialPanel, Verdict
-
-__all__ = [
-    "BATCH",
-    "CHARTED",
-    "FULL",
-    "HONEST",
-    "METHODS",
-    "MOST_DIGITS",
-    "QUICK",
-    "TAKE_BALANCE",
-    "TIE",
-    "Benchmark",
-    "Breakdown",
-    "CurvePoint",
-    "DigitCurve",
-    "DigitMap",
-    "Drift",
-    "Effort",
-    "FitCurve",
-    "MapPair",
-    "MotionPanel",
-    "MotionPoint",
-    "Order",
-    "Passage",
-    "Trial",
-    "TrialPanel",
-    "Verdict",
-    "csv_tables",
-    "describe_machine",
-    "percent_text",
-    "reading",
-    "run_benchmark",
-    "time_text",
-]

@@ -5,7 +5,7 @@ has the fits of the textbook, to compare with, and `fit_line` one for points wit
 `conditions` for what is fitted and `adjustment` for how.
 """
 
-from gyrodata.fitting.adjustment import NoFit, assume_sense, insist_on_solution, sample
+from gyrodata.fitting.adjustment import NoFit, sample
 from gyrodata.fitting.conditions import MAD_TO_SD, MANY, NEGLIGIBLE, torques_differ, transverse_inertia
 from gyrodata.fitting.corrections import (
     ChosenModel,
@@ -14,8 +14,6 @@ from gyrodata.fitting.corrections import (
     earth_is_told,
     fit_model,
     is_corrected,
-    turn_of_floor,
-    unslowed,
 )
 from gyrodata.fitting.inertia import (
     AS_STATED,
@@ -40,53 +38,5 @@ from gyrodata.fitting.lines import (
     ordinary_line,
 )
 from gyrodata.fitting.posterior import K_95, doubt_of_widths, scatter_prior
-from gyrodata.fitting.screening import GROSS, OUTLIER, USUAL_COUNTS, explaining_counts, rivals, screen
+from gyrodata.fitting.screening import USUAL_COUNTS, explaining_counts, rivals, screen
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO
-
-__all__ = [
-    "AS_STATED",
-    "DEFAULT_TRANSVERSE_RATIO",
-    "GROSS",
-    "K_95",
-    "MAD_TO_SD",
-    "MANY",
-    "NEGLIGIBLE",
-    "OUTLIER",
-    "TEXTBOOK",
-    "USUAL_COUNTS",
-    "ChosenModel",
-    "Estimate",
-    "FitResult",
-    "LineFit",
-    "Model",
-    "NoFit",
-    "Outlier",
-    "Share",
-    "Widths",
-    "assume_sense",
-    "balance_scale",
-    "chi2_lower_tail",
-    "chi2_tail",
-    "corrected",
-    "doubt_of_widths",
-    "earth_is_told",
-    "explaining_counts",
-    "fit",
-    "fit_line",
-    "fit_model",
-    "insist_on_lines",
-    "insist_on_solution",
-    "is_corrected",
-    "lightest_torque",
-    "mean_of_ratios",
-    "ordinary_line",
-    "rivals",
-    "sample",
-    "scatter_prior",
-    "screen",
-    "times_stated",
-    "torques_differ",
-    "transverse_inertia",
-    "turn_of_floor",
-    "unslowed",
-]

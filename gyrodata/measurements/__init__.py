@@ -15,18 +15,3 @@ from gyrodata.measurements.sources import (
     mean_spin,
     spin_columns,
 )
-
-__all__ = [
-    "DEFAULT_TRANSVERSE_RATIO",
-    "SOURCES",
-    "TRANSVERSE_U",
-    "WHOLE",
-    "Measurements",
-    "Source",
-    "as_spin",
-    "mean_spin",
-    "measure",
-    "select",
-    "spin_columns",
-    "torque_groups",
-]

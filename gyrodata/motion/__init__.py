@@ -5,26 +5,5 @@ integrator, and `integrate` takes drag and other torques too. The state is e3 an
 """
 
 from gyrodata.motion.exact import Nutation, exact, mean_precession_rate, nutation, precession_angle, time_to_turn
-from gyrodata.motion.integrators import METHODS, Path, Rates, integrate, split, turned, vector_rates
+from gyrodata.motion.integrators import METHODS, Path, integrate, split, turned, vector_rates
 from gyrodata.motion.orbits import State, Top, energy, released, steady
-
-__all__ = [
-    "METHODS",
-    "Nutation",
-    "Path",
-    "Rates",
-    "State",
-    "Top",
-    "energy",
-    "exact",
-    "integrate",
-    "mean_precession_rate",
-    "nutation",
-    "precession_angle",
-    "released",
-    "split",
-    "steady",
-    "time_to_turn",
-    "turned",
-    "vector_rates",
-]

@@ -16,10 +16,8 @@ from msgspec.structs import replace
 from gyrodata.diagnostics import HEADER_WITHOUT_RUNS, NO_TORQUE, QUANTITY_MISSING
 from gyrodata.errors import insist_on_type
 from gyrodata.readings.cells import (
-    REPORTED_KINDS,
     CellError,
     Reported,
-    canonical_key,
     check_value,
     find_inertia,
     one_inertia,
@@ -32,7 +30,7 @@ from gyrodata.readings.columns import choose, note_unplaced
 from gyrodata.readings.headers import parse_header
 from gyrodata.readings.lablog import MOST_OF_ONE_CODE, Column, Faults, Place, Reading, Readings, listing, split_lines
 from gyrodata.readings.layout import Layout, find_layout
-from gyrodata.readings.meaning import check_meaning, stated_turns, warn_of_notes
+from gyrodata.readings.meaning import check_meaning, warn_of_notes
 from gyrodata.readings.roles import (
     SHARED_UNCERTAINTIES,
     SPIN_SETS,
@@ -63,48 +61,6 @@ from gyrodata.units import Uncertainty
 if TYPE_CHECKING:
     from gyrodata.readings.source import Source
 
-__all__ = [
-    "MAX_BYTES",
-    "MAX_ROWS",
-    "MOST_OF_ONE_CODE",
-    "REPORTED_KINDS",
-    "SHARED_UNCERTAINTIES",
-    "SPIN_SETS",
-    "TIMINGS",
-    "UNCERTAINTIES",
-    "CellError",
-    "Column",
-    "Faults",
-    "Place",
-    "Reading",
-    "Readings",
-    "Reported",
-    "Uncertainty",
-    "as_u_of",
-    "blank_log",
-    "canonical_key",
-    "check_value",
-    "decode",
-    "find_inertia",
-    "kind_of_role",
-    "listing",
-    "one_inertia",
-    "parse_header",
-    "read_cell",
-    "read_log",
-    "read_reported",
-    "read_uncertainty",
-    "rounded_turns",
-    "split_lines",
-    "stated_turns",
-    "stated_u",
-    "to_display",
-    "u_keys",
-    "usable_inertia",
-    "value_text",
-    "with_uncertainties",
-    "write_log",
-]
 
 _NOTHING: Mapping[str, str] = MappingProxyType({})
 

@@ -8,7 +8,7 @@ that it is simulated.
 
 from __future__ import annotations
 
-from gyrodata.simulation.noise import EXACT, NOISE_KEYS, TYPICAL, put_errors, read_noise
+from gyrodata.simulation.noise import EXACT, TYPICAL, read_noise
 from gyrodata.simulation.truth import (
     EXPONENTS,
     Decay,
@@ -17,30 +17,5 @@ from gyrodata.simulation.truth import (
     Runs,
     SpinReading,
     Truth,
-    course,
-    happen,
-    time_by_constant,
-    time_by_share,
 )
 from gyrodata.simulation.typed_log import Simulation, simulate
-
-__all__ = [
-    "EXACT",
-    "EXPONENTS",
-    "NOISE_KEYS",
-    "TYPICAL",
-    "Decay",
-    "DecayLaw",
-    "Design",
-    "Runs",
-    "Simulation",
-    "SpinReading",
-    "Truth",
-    "course",
-    "happen",
-    "put_errors",
-    "read_noise",
-    "simulate",
-    "time_by_constant",
-    "time_by_share",
-]

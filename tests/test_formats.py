@@ -211,3 +211,11 @@ def test_no_text_commands_a_terminal(text: str) -> None:
     runs = tuple(replace(run, run=text, reason=text, flagged=True) for run in analysis.run_table)
     shown = reporting.summary(replace(analysis, run_table=runs))
     assert not [c for c in shown if unicodedata.category(c) == "Cc" and c != "\n"]
+
+
+def test_every_constant_of_a_log_is_in_the_report() -> None:
+    constants = {"latitude": "48 deg", "ball_mass": "4.3 kg", "rod_length": "0.3 m", "bore_depth": "0.04 m"}
+    lines = "".join(f"# {key}: {value}\n" for key, value in constants.items())
+    log = f"{lines}mass [g],position [cm],spin [rpm],time [s],turns\n20,15,406,40.1,1\n"
+    report = analyze(log.encode())._repr_markdown_().replace("\\", "")
+    assert [key for key, value in constants.items() if f"constant {key}: {value}" not in report] == []

@@ -12,6 +12,7 @@ from gyrodata.diagnostics import DIGITS_TOO_FEW, SIZE_NOT_USUAL
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate
 from gyrodata.measurements import torque_groups
+from gyrodata.readings import kind_of_role
 from gyrodata.reporting.phrases import EFFECT_NAMES, FIT_NAMES, MODEL_NAMES, SOURCE_NAMES, defaults_used, effect_verdict
 from gyrodata.reporting.questions import answer_questions, beside
 from gyrodata.reporting.tree import (
@@ -508,11 +509,10 @@ def _method(analysis: Analysis) -> Iterator[Block]:
 
 def _provenance(analysis: Analysis) -> Block:
     units = {
-        "g": ("m/s²", 1.0),
-        "latitude": ("deg", math.radians(1)),
-        "ball_mass": ("kg", 1.0),
-        **dict.fromkeys(("ball_diameter", "bore_diameter", "bore_depth", "rod_diameter", "disk_diameter"), ("m", 1.0)),
-        **dict.fromkeys(("rod_mass", "disk_mass"), ("kg", 1.0)),
+        "acceleration": ("m/s²", 1.0),
+        "angle": ("deg", math.radians(1)),
+        "length": ("m", 1.0),
+        "mass": ("kg", 1.0),
     }
     constants = {"g": analysis.measurements.g, **analysis.readings.constants}
     facts = [
@@ -526,7 +526,7 @@ def _provenance(analysis: Analysis) -> Block:
         *(
             Fact(f"constant {key}", (Number(f"{value / size:.6g}", f"constants.{key}", size), f" {unit}"))
             for key, value in constants.items()
-            for unit, size in (units[key],)
+            for unit, size in (units[kind_of_role(key)],)
         ),
         *(Fact(f"# {key}", (Styled(value, "quote"),)) for key, value in analysis.readings.metadata.items()),
     ]

@@ -199,7 +199,7 @@ def test_hostile_names_stay_text(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 
 def test_control_c_stops_at_once_and_says_what_is_kept(tmp_path: Path) -> None:
     log = (CLASS / "bakertom_102_9002_gyroscope.csv").read_bytes()
-    root = make_folder(tmp_path / "class", {f"s{number:04d}.csv": log for number in range(400)})
+    root = make_folder(tmp_path / "class", {f"s{number:04d}.csv": log for number in range(3000)})
     run = subprocess.Popen(
         [sys.executable, "-m", "gyrodata", "grade", str(root), "-o", str(tmp_path / "g"), "--workers", "2"],
         env={**os.environ, "PYTHONPATH": str(ROOT)}, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,

@@ -13,21 +13,11 @@ from typing import TYPE_CHECKING, Any, BinaryIO, TextIO, get_args
 import numpy as np
 from msgspec.structs import replace
 
-from gyrodata import effects, fitting, tables
+from gyrodata import effects, findings, fitting, tables
 from gyrodata.changes import Lab
 from gyrodata.diagnostics import NO_STEADY_PRECESSION, NO_TORQUE, TOO_MANY_SHARED_READINGS
 from gyrodata.effects import Outcome, Sensitivity
 from gyrodata.errors import LogError, insist_on_choice, insist_on_type
-from gyrodata.findings import (
-    Seen,
-    count_findings,
-    fall_findings,
-    findings,
-    list_advice,
-    not_measured,
-    refusal,
-    size_findings,
-)
 from gyrodata.fitting import Estimate, Model, NoFit, Outlier
 from gyrodata.measurements import Measurements, measure
 from gyrodata.patterns import look_for_patterns
@@ -109,7 +99,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     if any(diagnostic.severity == "error" for diagnostic in readings.diagnostics):
         raise LogError(readings.diagnostics)
     measured = measure(readings)
-    sizes = size_findings(readings, measured)
+    sizes = findings.size_findings(readings, measured)
     found = [*readings.diagnostics, *measured.diagnostics, *sizes]
     if not np.any(measured.torque):
         words = "no run has a torque, so nothing ties the precession to I_zz"
@@ -121,15 +111,12 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
 
     measured, fit, kept = lab.measured, lab.fit, lab.kept
     p = fitting.chi2_tail(fit.chi2, fit.dof) if fit.dof > 0 else None
-    if whole:
-        listed = effects.list_effects(lab)
-    elif measured.motion is None and effects.release_may_matter(lab):
-        listed = effects.list_effects(lab, ("release",))
-    else:
-        listed = ()
+    needed = whole or (measured.motion is None and effects.release_may_matter(lab))
+    listed = effects.list_effects(lab, () if whole else ("release",)) if needed else ()
     patterns = look_for_patterns(measured, fit)
     exponent = tables.overall_exponent(measured, kept) if whole else None
-    found += findings(Seen(readings, lab, outliers, no_odd_run, p, listed, patterns, exponent, tuple(sizes), whole))
+    seen = findings.Seen(readings, lab, outliers, no_odd_run, p, listed, patterns, exponent, tuple(sizes), whole)
+    found += findings.findings(seen)
     changed = list(effects.answers(lab, "sensitivity")) if whole else []
     without = {one.case.torque: one.inertia for one in changed if one.case.torque is not None and one.inertia}
     as_written = fit.inertia if measured.balanced else None
@@ -168,7 +155,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
         torques=tables.torque_table(measured, fit, kept, without),
         run_table=tables.run_table(measured, fit, outliers, lab.left_out),
         patterns=patterns,
-        advice=advice or (list_advice(lab) if whole else ()),
+        advice=advice or (findings.list_advice(lab) if whole else ()),
         diagnostics=tuple(found),
     )
 
@@ -210,14 +197,12 @@ def fit_runs(
     """
     shared = sum(source.shared_count for source in measured.sources)
     if shared * len(measured.runs) > LARGEST:
-        words = (
-            f"{len(measured.runs)} runs with {shared} weights, positions and spins that stand in several of them "
-            "are too much for one fit"
-        )
+        several = f"{shared} weights, positions and spins that stand in several of them"
+        words = f"{len(measured.runs)} runs with {several} are too much for one fit"
         hint = "split the log, and give each part on its own"
         raise LogError([readings.diagnose(TOO_MANY_SHARED_READINGS, words, hint)])
     if model == "released" or (model == "auto" and measured.motion == "released"):
-        fallen = fall_findings(readings, measured)
+        fallen = findings.fall_findings(readings, measured)
         if fallen:
             raise LogError(fallen)
     try:
@@ -239,19 +224,18 @@ def fit_runs(
         fitting.insist_on_lines(runs, fit, chosen.tilted, says)
         if fit.dof <= 0 and (fit.inertia.u or 0.0) < EXACT * fit.inertia.value:
             # Without a run to spare nothing could refute it.
-            raise NoFit(
-                "all uncertainties are stated as zero, and no run is left over to tell how well the others agree"
-            )
+            why = "all uncertainties are stated as zero, and no run is left over to tell how well the others agree"
+            raise NoFit(why)
         birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else 0.0
         if birge > ABSURD:
             raise NoFit(f"they scatter {birge:.2g} times as much as the stated uncertainties allow")
         if fit.inertia.interval_95 is not None and fit.inertia.interval_95[0] <= 0:
-            raise LogError([not_measured(readings, fit)])
+            raise LogError([findings.not_measured(readings, fit)])
     except NoFit as reason:
-        miscounted = count_findings(readings, measured)
-        raise LogError(miscounted or [refusal(readings, measured, str(reason), keep_flagged)]) from None
+        miscounted = findings.count_findings(readings, measured)
+        raise LogError(miscounted or [findings.refusal(readings, measured, str(reason), keep_flagged)]) from None
     if fit.dof > 0 and fitting.chi2_tail(fit.chi2, fit.dof) < HOPELESS:
-        miscounted = count_findings(readings, runs, fit, left_out)
+        miscounted = findings.count_findings(readings, runs, fit, left_out)
         if miscounted:
             raise LogError(miscounted)
     # How far one that is left out is off by the recommended fit, as in the table of runs and the figure.

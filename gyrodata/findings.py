@@ -229,8 +229,8 @@ def _outliers(seen: Seen) -> Iterator[Diagnostic]:
             done = f"kept; without every run that looks odd I_zz = {without.value:.4g} kg·m²" if without else "kept"
             hint = "time it again; if you know what went wrong, put # before its line to leave it out"
         words = f"run {seen.measured.runs[outlier.index]}: {outlier_reason(seen.measured, outlier)}; {done}"
-        place, width = timing.place(outlier.index), len(timing.readings[outlier.index].text)
-        yield readings.diagnose(codes.OUTLIER, words, hint, place, width)
+        width = len(timing.readings[outlier.index].text)
+        yield readings.diagnose(codes.OUTLIER, words, hint, timing.place(outlier.index), width)
     if len(seen.outliers) > MOST_OF_ONE_CODE:
         more = f"{len(seen.outliers) - MOST_OF_ONE_CODE} more runs look odd; the table of runs marks each of them"
         yield readings.diagnose(codes.OUTLIER, more, "gyro analyze --format csv prints that table")
@@ -250,25 +250,22 @@ def _scatter(seen: Seen) -> Iterator[Diagnostic]:
     """Say that the runs scatter more than stated, or contradict each other."""
     say, measured, fit = seen.readings.diagnose, seen.measured, seen.fit
     widest = fitting.doubt_of_widths(fitting.times_stated(measured))
-    state_it = f"state it: # u_time: {fit.scatter * (measured.time_u or 0.14):.1g} s"
+    state_it = f"if times are really so uncertain, state it: # u_time: {fit.scatter * (measured.time_u or 0.14):.1g} s"
     if seen.contradicts_itself:
-        words = (
-            "the runs contradict each other: they fit together only if every time is "
-            f"{fit.scatter:.3g} times as uncertain as stated, and so it was taken"
-        )
+        many = f"{fit.scatter:.3g} times as uncertain as stated, and so it was taken"
+        words = f"the runs contradict each other: they fit together only if every time is {many}"
         hint = "look for a wrong digit, unit or count of turns in the runs"
         yield say(codes.RUNS_CONTRADICT_EACH_OTHER, words, hint, doubt="contradiction")
     elif fit.dof > 0 and fitting.chi2_tail(fit.chi2 / widest**2, fit.dof) < NO_ACCIDENT:
         words = f"the runs do not follow one line: they scatter {fit.scatter:.1f} times as much as stated"
-        wrong = "a run with a wrong count of turns, a wrong weight or a misread time"
-        hint = f"look for {wrong}; if times are really so uncertain, {state_it}"
+        hint = f"look for a run with a wrong count of turns, a wrong weight or a misread time; {state_it}"
         yield say(codes.SCATTER_TOO_LARGE, words, hint, doubt="scatter")
     elif seen.p is not None and seen.p < NO_ACCIDENT:
         time = next((source for source in measured.sources if source.quantity == "time"), None)
         alike = time is not None and not time.relative.any() and not np.ptp(time.absolute)
         stated = f"{float(time.absolute[0]):.2g} s" if time is not None and alike else "stated"
         words = f"the runs scatter {fit.scatter:.1f} times as much as {stated}: u of I_zz holds that"
-        hint = f"look for a run that is wrong, or a hand that is late; if times are really so uncertain, {state_it}"
+        hint = f"look for a run that is wrong, or a hand that is late; {state_it}"
         yield say(codes.SCATTER_TOO_LARGE, words, hint)
 
 
@@ -311,13 +308,10 @@ def _exponent(seen: Seen) -> Iterator[Diagnostic]:
     follows = fit.adjusted.problem.tilted or seen.measured.slowing is not None
     if follows and fitting.chi2_tail(fit.chi2, fit.dof) > NO_ACCIDENT:
         return
-    beside = (fit.chi2 - exponent.deviation**2) / (fit.dof - 1)
-    far = exponent.deviation / math.sqrt(max(beside, 1.0))
+    far = exponent.deviation / math.sqrt(max((fit.chi2 - exponent.deviation**2) / (fit.dof - 1), 1.0))
     if abs(far) > OTHER_LAW:
-        words = (
-            f"the period grows as the spin to the power {exponent.value:.2f}, {abs(far):.0f} u from 1, "
-            "not in proportion to it"
-        )
+        power = f"the power {exponent.value:.2f}, {abs(far):.0f} u from 1"
+        words = f"the period grows as the spin to {power}, not in proportion to it"
         late = "a hand that is late in every run, or turns that are wrong in the short runs"
         drag = "a spin read at another moment than half time, or turns that are wrong in the long runs"
         hint = f"look for {late if far < 0 else drag}"
@@ -328,10 +322,8 @@ def _balance(seen: Seen) -> Iterator[Diagnostic]:
     """Say what the runs contradict, or do not tell, of the balance."""
     measured, fit, test = seen.measured, seen.fit, seen.measured.balance_test_from
     if fit.contradicted_balance is not None:
-        words = (
-            f"the runs say M0 = {1e3 * fit.residual_torque.value:.2g} mN·m, far from the "
-            f"{1e3 * fit.contradicted_balance:.2g} mN·m that {test} allows; the runs win"
-        )
+        m0, allowed = 1e3 * fit.residual_torque.value, 1e3 * fit.contradicted_balance
+        words = f"the runs say M0 = {m0:.2g} mN·m, far from the {allowed:.2g} mN·m that {test} allows; the runs win"
         yield seen.readings.diagnose(codes.BALANCE_TEST_CONTRADICTED, words, f"check {test}")
     if measured.torque_unseen is None and not fitting.torques_differ(measured.torque):
         words = "all torques are equal, so the runs cannot tell the residual torque M0 from I_zz"

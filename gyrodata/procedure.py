@@ -49,13 +49,9 @@ def check_log(readings: Readings) -> tuple[Analysis | None, tuple[Diagnostic, ..
 
 
 PROCEDURE = (
-    codes.TOO_FEW_WEIGHTS,
-    codes.TOO_FEW_RUNS,
-    codes.SPINS_TOO_CLOSE,
-    codes.NO_UNLOADED_RUN,
-    codes.TIMES_TOO_SHORT,
+    codes.TOO_FEW_WEIGHTS, codes.TOO_FEW_RUNS, codes.SPINS_TOO_CLOSE, codes.NO_UNLOADED_RUN, codes.TIMES_TOO_SHORT,
     codes.SPIN_FALLS_TOO_MUCH,
-)
+)  # fmt: skip
 """What the procedure asks for, by the diagnostic of a log that lacks it."""
 
 ADVICE = {*PROCEDURE, codes.DIGITS_TOO_FEW, codes.DIRECTION_MISSING, codes.SINGLE_TORQUE, codes.RELEASE_NOT_TOLD}

@@ -112,10 +112,8 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
     worst = int(sag.argmax())
     run, rpm, steep = int(loaded[worst]), spin[worst] / RPM, int(np.sum(sag > STEEP))
     least = float(physics.spin_of_sag(STEEP, torque, inertia, across(inertia), pitch)[worst]) / RPM
-    words = (
-        f"run {measured.runs[run]}: a rod that is released at {rpm:.0f} rpm with {load_words(measured, run)} falls by "
-        f"about {math.degrees(sag[worst]):.0f} degrees and hits the cup"
-    )
+    fall = f"falls by about {math.degrees(sag[worst]):.0f} degrees and hits the cup"
+    words = f"run {measured.runs[run]}: a rod that is released at {rpm:.0f} rpm with {load_words(measured, run)} {fall}"
     if steep > 1:
         words += f"; {steep} of the {len(measured.runs)} runs fall by more than 45 degrees"
     hint = (
@@ -314,7 +312,7 @@ def _exponent(seen: Seen) -> Iterator[Diagnostic]:
         words = f"the period grows as the spin to {power}, not in proportion to it"
         late = "a hand that is late in every run, or turns that are wrong in the short runs"
         drag = "a spin read at another moment than half time, or turns that are wrong in the long runs"
-        hint = f"look for {late if far < 0 else drag}"
+        hint = "look for " + (late if far < 0 else drag)
         yield seen.readings.diagnose(codes.PERIOD_NOT_IN_PROPORTION, words, hint, doubt="exponent")
 
 
@@ -352,11 +350,9 @@ def _direction(seen: Seen) -> Iterator[Diagnostic]:
     if not bare or then is None or (then.u or 0.0) > WORTH * (now.u or 0.0):
         return
     names, place = ", ".join(measured.runs[i] for i in bare), place_of(seen.readings, bare[0])
-    words = (
-        f"run{'s' * (len(bare) > 1)} {names} without a weight: which way the rod went is missing, so M0 may have "
-        f"either sign. u of I_zz is {percent_u(now):.2g} % and would be about {percent_u(then):.2g} % with the "
-        "direction"
-    )
+    runs = f"run{'s' * (len(bare) > 1)} {names} without a weight"
+    gain = f"u of I_zz is {percent_u(now):.2g} % and would be about {percent_u(then):.2g} % with the direction"
+    words = f"{runs}: which way the rod went is missing, so M0 may have either sign. {gain}"
     yield seen.readings.diagnose(codes.DIRECTION_MISSING, words, DIRECTION.partition(". Header")[0], place)
 
 
@@ -402,14 +398,10 @@ def _large_residual_torque(seen: Seen) -> Iterator[Diagnostic]:
     arms = np.unique(measured.position[measured.torque != 0]).tolist()
     missing = fit.residual_torque.value / (measured.g * arms[0]) if len(arms) == 1 else math.nan
     hanger = f"if a hanger of {1e3 * missing:.2g} g is missing from the masses, add it to each; " if missing > 0 else ""
-    words = (
-        f"{poor}; possible causes are a hanger that is not in the masses, an arm that is not measured from "
-        "the centre of the ball, and wrong turns of one weight"
-    )
-    hint = (
-        f"{hanger}check the turns of each weight, where the arm is measured from, and g; "
-        'write "# balanced: no" if the ball was not balanced'
-    )
+    arm = "an arm that is not measured from the centre of the ball"
+    words = f"{poor}; possible causes are a hanger that is not in the masses, {arm}, and wrong turns of one weight"
+    line = 'write "# balanced: no" if the ball was not balanced'
+    hint = f"{hanger}check the turns of each weight, where the arm is measured from, and g; {line}"
     yield seen.readings.diagnose(codes.BALANCE_POOR, words, hint)
 
 
@@ -422,10 +414,8 @@ def _spin_fell(seen: Seen) -> Iterator[Diagnostic]:
     share = max(float(np.sort(fall / measured.time)[len(fall) // 2]), 0.0) * measured.time
     far = np.flatnonzero((fall > FELL_MORE * share) & (fall - share > FELL_BY)).tolist()
     for i in far if len(far) <= len(fall) / 4 else ():
-        words = (
-            f"run {measured.runs[i]}: the spin falls by {100 * (1 - end[i] / start[i]):.0f} %, over {FELL_MORE:g} "
-            "times as fast as in the others, as where something rubs, or a reading is wrong"
-        )
+        fell = f"falls by {100 * (1 - end[i] / start[i]):.0f} %, over {FELL_MORE:g} times as fast as in the others"
+        words = f"run {measured.runs[i]}: the spin {fell}, as where something rubs, or a reading is wrong"
         hint = "look at both readings of the spin, or time the run again"
         yield seen.readings.diagnose(codes.SPIN_FELL_ALONE, words, hint, spin_columns(seen.readings)[-1].place(i))
 
@@ -454,10 +444,8 @@ def _digits(seen: Seen) -> Iterator[Diagnostic]:
             f"such rounding makes {100 * rounding[1] ** 2:.0f} % of u². As written I_zz = ({shown})e{power} kg·m²; "
             f"as {value:.{digits}f} it would be {then}"
         )
-        hint = (
-            f"write every digit that was read, such as {value:.{digits}f}{how}, or state what is known of it: "
-            f"# u_{role}: {half:.1g} {in_unit}"
-        )
+        line = f"# u_{role}: {half:.1g} {in_unit}"
+        hint = f"write every digit that was read, such as {value:.{digits}f}{how}, or state what is known of it: {line}"
         yield readings.diagnose(codes.DIGITS_TOO_FEW, words, hint, column.place(run), len(reading.text))
 
 
@@ -468,11 +456,9 @@ def _model(seen: Seen) -> Iterator[Diagnostic]:
     if guessed is not None and measured.transverse_inertia is None and guessed.share > DROP_ONE**2:
         across = fitting.transverse_inertia(measured)
         size = 100 * guessed.u_inertia / abs(fit.inertia.value)
-        words = (
-            "eq. (8) needs the moment of inertia across the rod, which is not given: "
-            f"{across.min():.2g} to {across.max():.2g} kg·m² ± 20 % is assumed (a ball with a light rod, the weight on "
-            f"it), and that doubt is {size:.2g} % of I_zz"
-        )
+        taken = f"{across.min():.2g} to {across.max():.2g} kg·m² ± 20 % is assumed (a ball with a light rod, the weight"
+        missing = "eq. (8) needs the moment of inertia across the rod, which is not given"
+        words = f"{missing}: {taken} on it), and that doubt is {size:.2g} % of I_zz"
         line = f"# transverse_inertia: {np.median(across):.2g} kg*m^2"
         hint = f"add a column transverse_inertia [kg*m^2], or one line with what was measured, such as {line}"
         yield readings.diagnose(codes.TRANSVERSE_INERTIA_NOT_GIVEN, words, hint)
@@ -486,9 +472,8 @@ def _model(seen: Seen) -> Iterator[Diagnostic]:
     release = next((effect for effect in seen.effects if effect.effect == "release"), None)
     if release is None or measured.motion is not None or release.kept or seen.contradicts_itself:
         return
-    bias = release.bias or 0.0
-    if (release.size or 0.0) > DROP_ONE:
-        off = f"{100 * abs(bias):.2g} % too {'high' if bias > 0 else 'low'}"
+    if release.bias is not None and (release.size or 0.0) > DROP_ONE:
+        off = f"{100 * abs(release.bias):.2g} % too {'high' if release.bias > 0 else 'low'}"
         words = f"if the rod was let go from rest, not led along until it went steadily, I_zz is {off}"
         yield readings.diagnose(codes.RELEASE_NOT_TOLD, words, 'write "# motion: released" or "# motion: steady"')
 

@@ -90,10 +90,8 @@ def _weights_and_spins(readings: Readings, measured: Measurements) -> Iterator[D
             hint = f"add {_counted(lacking, 'run')}, for example at {' and '.join(f'{rpm:.0f}' for rpm in wanted)} rpm"
             yield readings.diagnose(codes.TOO_FEW_RUNS, words, hint, place)
         elif spins[-1] < SPREAD * spins[0]:
-            words = (
-                f"{name}: the spins go from {have[0]:.0f} to {have[-1]:.0f} rpm only, a factor of "
-                f"{have[-1] / have[0]:.2f}: that tells little of how the period goes with the spin"
-            )
+            only = f"from {have[0]:.0f} to {have[-1]:.0f} rpm only, a factor of {have[-1] / have[0]:.2f}"
+            words = f"{name}: the spins go {only}: that tells little of how the period goes with the spin"
             hint = "spread them, for example 200, 400 and 600 rpm"
             yield readings.diagnose(codes.SPINS_TOO_CLOSE, words, hint, place)
 
@@ -106,10 +104,8 @@ def _unloaded(readings: Readings, analysis: Analysis) -> Iterator[Diagnostic]:
     now = percent_u(analysis.fit.inertia)
     inertia = next((outcome.inertia for outcome in effects.answers(analysis.lab, "unloaded_run")), None)
     if inertia is not None and (then := percent_u(inertia)) <= WORTH * now:
-        words = (
-            f"no run without a weight: u of I_zz is {now:.2g} % and would be {then:.2g} % with one, because it tells "
-            "the residual torque"
-        )
+        gain = f"{now:.2g} % and would be {then:.2g} % with one, because it tells the residual torque"
+        words = f"no run without a weight: u of I_zz is {gain}"
         hint = (
             "take the weight off, spin to about 400 rpm, and time a part of a turn (about 3 min), or 0 turns if the "
             f"rod does not move. Watch which way it goes: {DIRECTION}"
@@ -123,10 +119,8 @@ def _times_and_falls(readings: Readings, measured: Measurements) -> Iterator[Dia
     if measured.timed and len(short):
         worst = int(short[np.argmin(measured.time[short])])
         time = measured.time[worst]
-        words = (
-            f"{_counted(len(short), 'time')} under {SHORT:g} s ({_named(measured, short)}): in the shortest, "
-            f"{time:.3g} s, a hand's 0.14 s is {100 * 0.14 / time:.2g} %"
-        )
+        hand = f"in the shortest, {time:.3g} s, a hand's 0.14 s is {100 * 0.14 / time:.2g} %"
+        words = f"{_counted(len(short), 'time')} under {SHORT:g} s ({_named(measured, short)}): {hand}"
         hint, place = "time more of a turn, or a whole one", place_of(readings, worst)
         yield readings.diagnose(codes.TIMES_TOO_SHORT, words, hint, place)
     if measured.spin_start is None or measured.spin_end is None:
@@ -136,10 +130,9 @@ def _times_and_falls(readings: Readings, measured: Measurements) -> Iterator[Dia
     if len(far):
         worst = int(far[np.argmax(fall[far])])
         doubt = float(np.abs(physics.decay_law_doubt(measured.spin_start[worst], measured.spin_end[worst])))
-        words = (
-            f"the spin falls by more than 10 % in {_named(measured, far)}; by {100 * fall[worst]:.0f} % in run "
-            f"{measured.runs[worst]}, where the law by which it falls then moves I_zz by {100 * doubt:.2g} %"
-        )
+        most = f"by {100 * fall[worst]:.0f} % in run {measured.runs[worst]}"
+        law = f"where the law by which it falls then moves I_zz by {100 * doubt:.2g} %"
+        words = f"the spin falls by more than 10 % in {_named(measured, far)}; {most}, {law}"
         place = place_of(readings, worst)
         yield readings.diagnose(codes.SPIN_FALLS_TOO_MUCH, words, "time a shorter part of a turn", place)
 

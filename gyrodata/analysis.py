@@ -11,25 +11,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, TextIO, get_args
 
 import numpy as np
-from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata import effects, fitting, tables
+from gyrodata import effects, findings, fitting, tables
 from gyrodata.changes import Lab
 from gyrodata.diagnostics import NO_STEADY_PRECESSION, NO_TORQUE, TOO_MANY_SHARED_READINGS
 from gyrodata.effects import Outcome, Sensitivity
 from gyrodata.errors import LogError, insist_on_choice, insist_on_type
-from gyrodata.findings import (
-    Seen,
-    count_findings,
-    fall_findings,
-    findings,
-    list_advice,
-    not_measured,
-    refusal,
-    size_findings,
-)
-from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, NoFit, Outlier
+from gyrodata.fitting import Estimate, Model, NoFit, Outlier
 from gyrodata.measurements import Measurements, measure
 from gyrodata.patterns import look_for_patterns
 from gyrodata.readings import Readings, read_log, value_text
@@ -110,44 +99,35 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     if any(diagnostic.severity == "error" for diagnostic in readings.diagnostics):
         raise LogError(readings.diagnostics)
     measured = measure(readings)
-    sizes = size_findings(readings, measured)
+    sizes = findings.size_findings(readings, measured)
     found = [*readings.diagnostics, *measured.diagnostics, *sizes]
     if not np.any(measured.torque):
-        found.append(readings.diagnose(NO_TORQUE, "no run has a torque, so nothing ties the precession to I_zz",
-                                       "add runs with a weight: mass and position"))  # fmt: skip
-        raise LogError(found)
+        words = "no run has a torque, so nothing ties the precession to I_zz"
+        raise LogError([*found, readings.diagnose(NO_TORQUE, words, "add runs with a weight: mass and position")])
     try:
-        fitted = fit_runs(readings, measured, options.model, options.keep_flagged)
+        lab, outliers, no_odd_run = fit_runs(readings, measured, options.model, options.keep_flagged)
     except LogError as error:
         raise LogError([*found, *error.diagnostics]) from None
-    measured, fit, left_out = fitted.measured, fitted.fit, fitted.left_out
 
-    chosen = fitted.chosen
-    out = set(left_out)
-    kept = [i for i in range(len(measured.runs)) if i not in out]
-    lab = Lab(readings, measured, fit, chosen, left_out)
+    measured, fit, kept = lab.measured, lab.fit, lab.kept
     p = fitting.chi2_tail(fit.chi2, fit.dof) if fit.dof > 0 else None
-    birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else None
     needed = whole or (measured.motion is None and effects.release_may_matter(lab))
     listed = effects.list_effects(lab, () if whole else ("release",)) if needed else ()
     patterns = look_for_patterns(measured, fit)
     exponent = tables.overall_exponent(measured, kept) if whole else None
-    seen = Seen(readings, lab, fitted.outliers, fitted.without, p, listed, patterns, exponent, tuple(sizes), whole)
-    found += findings(seen)
-    outcomes = list(effects.answers(lab, "sensitivity")) if whole else []
-    without = {one.case.torque: one.inertia for one in outcomes if one.case.torque is not None and one.inertia}
+    seen = findings.Seen(readings, lab, outliers, no_odd_run, p, listed, patterns, exponent, tuple(sizes), whole)
+    found += findings.findings(seen)
+    changed = list(effects.answers(lab, "sensitivity")) if whole else []
+    without = {one.case.torque: one.inertia for one in changed if one.case.torque is not None and one.inertia}
+    as_written = fit.inertia if measured.balanced else None
+    balanced = next((one.inertia for one in changed if one.name == "balanced"), as_written)
+    out = set(lab.left_out)
     # Without a weight a turn may take an hour.
     silent = {line for i, line in enumerate(measured.lines) if i in out or not measured.torque[i]}
     denied = [one for one in found if one.doubt and not (one.doubt == "size" and one.line in silent)] if whole else []
     doubts = tuple(Doubt(kind, one.message, one.hint) for kind in DOUBTS for one in denied if one.doubt == kind)
-    advice: tuple[str, ...] = ()
-    if whole:
-        # What another hour would gain is worked out for runs that follow the law.
-        advice = tuple(f"find the cause first: {doubt.remedy}" for doubt in doubts) or list_advice(lab)
-    torques = tables.torque_table(measured, fit, kept, without)
-    balanced = fit.inertia if measured.balanced else None
-    balanced = next((one.inertia for one in outcomes if one.name == "balanced"), balanced)
-    one_torque = whole and not fitting.torques_differ(measured.torque[kept])
+    # What another hour would gain is worked out for runs that follow the law.
+    advice = tuple(f"find the cause first: {doubt.remedy}" for doubt in doubts)
     return Analysis(
         name=readings.name,
         sha256=readings.sha256,
@@ -155,41 +135,29 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
         readings=readings,
         measurements=measured,
         fit=fit,
-        model=chosen,
-        outliers=fitted.outliers,
+        model=lab.chosen,
+        outliers=outliers,
         inertia=_result(fit.inertia, "kg*m^2"),
         residual_torque=_result(fit.residual_torque, "N*m"),
         timing_bias=_result(fit.timing_bias, "s"),
-        if_balanced=balanced if one_torque else None,
+        if_balanced=balanced if whole and not fitting.torques_differ(measured.torque[kept]) else None,
         doubts=doubts,
         p=p,
-        birge=birge,
+        birge=math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else None,
         fits=tables.named_fits(measured, fit, kept) if whole else (),
         budget=fit.budget,
-        sensitivity=tuple(_sensitivity(fit.inertia, one) for one in outcomes),
+        sensitivity=tuple(_sensitivity(fit.inertia, one) for one in changed),
         effects=listed,
         power_law=tables.power_laws(measured, kept) if whole else (),
         exponent=exponent,
         constancy=tables.constancy(measured, kept) if whole else None,
         ball=tables.compare_with_ball(fit.inertia, readings.constants, readings.uncertainties) if whole else None,
-        torques=torques,
-        run_table=tables.run_table(measured, fit, fitted.outliers, left_out),
+        torques=tables.torque_table(measured, fit, kept, without),
+        run_table=tables.run_table(measured, fit, outliers, lab.left_out),
         patterns=patterns,
-        advice=advice,
+        advice=advice or (findings.list_advice(lab) if whole else ()),
         diagnostics=tuple(found),
     )
-
-
-class Fitted(Struct, frozen=True):
-    """A log's recommended fit, and what was decided for it."""
-
-    measured: Measurements
-    chosen: ChosenModel
-    outliers: tuple[Outlier, ...]
-    left_out: tuple[int, ...]
-    fit: FitResult
-    without: Estimate | None
-    """I_zz without any odd run [kg*m^2], where one was kept."""
 
 
 ABSURD = 1000.0
@@ -202,8 +170,10 @@ HOPELESS = 1e-6
 """Where chi-square is less likely than this, counts that explain all torques are no accident."""
 
 
-def fit_runs(readings: Readings, measured: Measurements, model: Model = "auto", keep_flagged: bool = False) -> Fitted:
-    """Choose the model, find the runs that do not go with the others, and fit the rest.
+def fit_runs(
+    readings: Readings, measured: Measurements, model: Model = "auto", keep_flagged: bool = False
+) -> tuple[Lab, tuple[Outlier, ...], Estimate | None]:
+    """Choose the model, find the runs that do not agree with the others, and fit the rest.
 
     Parameters
     ----------
@@ -216,7 +186,9 @@ def fit_runs(readings: Readings, measured: Measurements, model: Model = "auto", 
 
     Returns
     -------
-    Fitted
+    tuple of Lab, tuple of Outlier, and Estimate or None
+        The log with its recommended fit; the runs that look odd; and I_zz without any of these [kg*m^2], if one is
+        kept.
 
     Raises
     ------
@@ -225,25 +197,22 @@ def fit_runs(readings: Readings, measured: Measurements, model: Model = "auto", 
     """
     shared = sum(source.shared_count for source in measured.sources)
     if shared * len(measured.runs) > LARGEST:
-        message = (
-            f"{len(measured.runs)} runs with {shared} weights, positions and spins that stand in several of them "
-            "are too much for one fit"
-        )
+        several = f"{shared} weights, positions and spins that stand in several of them"
+        words = f"{len(measured.runs)} runs with {several} are too much for one fit"
         hint = "split the log, and give each part on its own"
-        raise LogError([readings.diagnose(TOO_MANY_SHARED_READINGS, message, hint)])
+        raise LogError([readings.diagnose(TOO_MANY_SHARED_READINGS, words, hint)])
     if model == "released" or (model == "auto" and measured.motion == "released"):
-        fallen = fall_findings(readings, measured)
+        fallen = findings.fall_findings(readings, measured)
         if fallen:
             raise LogError(fallen)
     try:
-        chosen = effects.choose_model(measured, model)
-        outliers, screened = fitting.screen(measured, chosen.tilted)
-        odd = tuple(outlier.index for outlier in outliers)
-        runs = measured
+        runs, chosen = measured, effects.choose_model(measured, model)
+        outliers, screened = fitting.screen(runs, chosen.tilted)
         if fitting.is_corrected(measured, chosen):
+            odd = tuple(outlier.index for outlier in outliers)
             runs, _ = fitting.fit_model(measured, chosen, odd, fitting.AS_STATED)
             outliers, screened = fitting.screen(runs, chosen.tilted)
-            odd = tuple(outlier.index for outlier in outliers)
+        odd = tuple(outlier.index for outlier in outliers)
         # A run that is merely odd is still a measurement, and stays.
         left_out = () if keep_flagged else tuple(outlier.index for outlier in outliers if outlier.slip)
         fit = fitting.fit(runs, tilted=chosen.tilted, left_out=left_out)
@@ -255,28 +224,27 @@ def fit_runs(readings: Readings, measured: Measurements, model: Model = "auto", 
         fitting.insist_on_lines(runs, fit, chosen.tilted, says)
         if fit.dof <= 0 and (fit.inertia.u or 0.0) < EXACT * fit.inertia.value:
             # Without a run to spare nothing could refute it.
-            raise NoFit(
-                "all uncertainties are stated as zero, and no run is left over to tell how well the others agree"
-            )
+            why = "all uncertainties are stated as zero, and no run is left over to tell how well the others agree"
+            raise NoFit(why)
         birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else 0.0
         if birge > ABSURD:
             raise NoFit(f"they scatter {birge:.2g} times as much as the stated uncertainties allow")
         if fit.inertia.interval_95 is not None and fit.inertia.interval_95[0] <= 0:
-            raise LogError([not_measured(readings, fit)])
+            raise LogError([findings.not_measured(readings, fit)])
     except NoFit as reason:
-        miscounted = count_findings(readings, measured)
-        raise LogError(miscounted or [refusal(readings, measured, str(reason), keep_flagged)]) from None
+        miscounted = findings.count_findings(readings, measured)
+        raise LogError(miscounted or [findings.refusal(readings, measured, str(reason), keep_flagged)]) from None
     if fit.dof > 0 and fitting.chi2_tail(fit.chi2, fit.dof) < HOPELESS:
-        miscounted = count_findings(readings, runs, fit, left_out)
+        miscounted = findings.count_findings(readings, runs, fit, left_out)
         if miscounted:
             raise LogError(miscounted)
-    # How far one that is left out is off by the fit that is told, as in the table of runs and the figure.
-    told = tuple(
+    # How far one that is left out is off by the recommended fit, as in the table of runs and the figure.
+    shown = tuple(
         replace(outlier, deviation=float(fit.deviations[outlier.index])) if outlier.index in left_out else outlier
         for outlier in outliers
     )
-    told = explain(readings, runs, chosen, told, screened or fit)
-    return Fitted(runs, chosen, told, left_out, fit, without)
+    lab = Lab(readings, runs, fit, chosen, left_out)
+    return lab, explain(readings, runs, chosen, shown, screened or fit), without
 
 
 def _sensitivity(answer: Estimate, outcome: Outcome) -> Sensitivity:
@@ -291,16 +259,6 @@ def _result(estimate: Estimate, unit: str) -> Result:
     value, u, interval = estimate.value, estimate.u, estimate.interval_95
     assert u is not None
     assert interval is not None
-    expanded = (interval[1] - interval[0]) / 2
-    return Result(
-        value=value,
-        u=u,
-        unit=unit,
-        interval_95=interval,
-        k=expanded / u if u else None,
-        dof=None,
-        expanded_u=expanded,
-        relative_u=abs(u / value) if value else None,
-        level=0.95,
-        dof_reason=DOF_REASON,
-    )
+    half = (interval[1] - interval[0]) / 2
+    relative, k = abs(u / value) if value else None, half / u if u else None
+    return Result(value, u, unit, interval, k, None, half, relative, 0.95, DOF_REASON)

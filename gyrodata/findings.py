@@ -42,42 +42,36 @@ def count_findings(
     """
     groups = torque_groups(measured)
 
-    def gain(counts: dict[int, float]) -> float:
-        """Logarithm of how much likelier the times are with other counts."""
-        assert fit is not None
+    def believed(counts: dict[int, float]) -> bool:
+        """Say whether the times are much likelier with other counts."""
+        if fit is None:
+            return True
         turns = measured.turns.copy()
         for k, count in counts.items():
             turns[groups[k]] = count
         try:
             other = fitting.fit(replace(measured, turns=turns), tilted=fit.adjusted.problem.tilted, left_out=left_out)
         except fitting.NoFit:
-            return -math.inf
-        return other.log_evidence - fit.log_evidence
+            return False
+        return other.log_evidence - fit.log_evidence > CLEARLY
 
-    answers = [answer for answer in fitting.explaining_counts(measured) if fit is None or gain(answer) > CLEARLY]
+    answers = [counts for counts in fitting.explaining_counts(measured) if believed(counts)]
     if not answers:
         return []
-
-    def words(counts: dict[int, float]) -> str:
-        return ", ".join(
-            f"those of {load_words(measured, groups[k][0])} fit {turn_words(turns)}, "
+    words = "; or else those of ".join(
+        ", those of ".join(
+            f"{load_words(measured, groups[k][0])} fit {turn_words(turns)}, "
             f"not {turn_words(measured.turns[groups[k][0]]).split(' ')[0]}"
             for k, turns in counts.items()
-        ).removeprefix("those of ")
-
-    first = groups[min(answers[0], key=lambda k: groups[k][0])][0]
-    column = readings.columns.get("turns") or readings.columns.get("angle")
-    place = column.place(first) if column else None
-    return [
-        readings.diagnose(
-            codes.TURNS_OF_WEIGHTS_WRONG,
-            "the weights contradict each other as the turns are written; the runs of "
-            + "; or else those of ".join(words(counts) for counts in answers),
-            "write in each row the turns that were timed: I_zz depends on which of them are right",
-            place,
-            len(column.readings[first].text) if column and place else 1,
         )
-    ]
+        for counts in answers
+    )
+    first = min(groups[k][0] for k in answers[0])
+    column = readings.columns.get("turns") or readings.columns.get("angle")
+    cell = (column.place(first), len(column.readings[first].text)) if column else ()
+    words = f"the weights contradict each other as the turns are written; the runs of {words}"
+    hint = "write in each row the turns that were timed: I_zz depends on which of them are right"
+    return [readings.diagnose(codes.TURNS_OF_WEIGHTS_WRONG, words, hint, *cell)]
 
 
 STEEP = math.radians(45)
@@ -116,30 +110,25 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
     inertia = min(inertia, np.sort(better)[(len(own) + 1) // 4])
     sag = physics.greatest_sag(torque, spin, inertia, across(inertia), pitch)
     worst = int(sag.argmax())
-    least = float(physics.spin_of_sag(STEEP, torque, inertia, across(inertia), pitch)[worst])
-    steep = int(np.sum(sag > STEEP))
-    run = int(loaded[worst])
-    return [
-        readings.diagnose(
-            codes.RELEASE_FALLS,
-            f"run {measured.runs[run]}: a rod that is released at {spin[worst] / RPM:.0f} rpm with "
-            f"{load_words(measured, run)} falls by about {math.degrees(sag[worst]):.0f} degrees and hits the cup"
-            + (f"; {steep} of the {len(measured.runs)} runs fall by more than 45 degrees" if steep > 1 else ""),
-            f"spin faster: at least {5 * math.ceil(least / RPM / 5)} rpm for this weight keeps the fall below 45 "
-            "degrees; if the rod was held until it precessed steadily, write # motion: steady; check the unit of the "
-            "spin too",
-            _place(readings, run),
-        )
-    ]
+    run, rpm, steep = int(loaded[worst]), spin[worst] / RPM, int(np.sum(sag > STEEP))
+    least = float(physics.spin_of_sag(STEEP, torque, inertia, across(inertia), pitch)[worst]) / RPM
+    fall = f"falls by about {math.degrees(sag[worst]):.0f} degrees and hits the cup"
+    words = f"run {measured.runs[run]}: a rod that is released at {rpm:.0f} rpm with {load_words(measured, run)} {fall}"
+    if steep > 1:
+        words += f"; {steep} of the {len(measured.runs)} runs fall by more than 45 degrees"
+    hint = (
+        f"spin faster: at least {5 * math.ceil(least / 5)} rpm for this weight keeps the fall below 45 degrees; if the "
+        "rod was held until it precessed steadily, write # motion: steady; check the unit of the spin too"
+    )
+    return [readings.diagnose(codes.RELEASE_FALLS, words, hint, place_of(readings, run))]
 
 
 def refusal(readings: Readings, measured: Measurements, why: str, keep_flagged: bool) -> Diagnostic:
     """Say that there is no answer, why, and what to look at."""
     groups = [group for group in torque_groups(measured) if measured.torque[group[0]]]
     single = [sorted(np.abs(measured.torque[group] / measured.product[group]).tolist()) for group in groups]
-    middle = [values[len(values) // 2] for values in single]
     low, high = min(values[0] for values in single), max(values[-1] for values in single)
-    across = np.median(measured.transverse_inertia) if measured.transverse_inertia is not None else 0.0
+    across = 0.0 if measured.transverse_inertia is None else np.median(measured.transverse_inertia)
     if keep_flagged:
         hint = "leave --keep-flagged away: a run that does not go with the others then has no say"
     elif across and not low / 3 < across < 10 * high:
@@ -149,11 +138,11 @@ def refusal(readings: Readings, measured: Measurements, why: str, keep_flagged: 
         )
     elif high < 1.5 * low:
         hint = (
-            f"the runs agree with each other (each gives {low:.2g} to {high:.2g} kg·m²), so look at the "
-            "uncertainties: state what your hand and your tachometer can do, for example # u_time: 0.14 s and "
-            "# u_spin: 0.2 %"
+            f"the runs agree with each other (each gives {low:.2g} to {high:.2g} kg·m²), so look at the uncertainties: "
+            "state what your hand and your tachometer can do, for example # u_time: 0.14 s and # u_spin: 0.2 %"
         )
     else:
+        middle = [values[len(values) // 2] for values in single]
         shown = [f"{load_words(measured, group[0])}: {value:.2g}" for group, value in zip(groups, middle, strict=True)]
         hint = (
             "look for a wrong unit, a wrong count of turns, or weights exchanged; by itself each weight gives "
@@ -167,17 +156,23 @@ def not_measured(readings: Readings, fit: FitResult) -> Diagnostic:
     assert fit.inertia.interval_95 is not None
     low, high = fit.inertia.interval_95
     widest = fit.budget[0].source if fit.budget else "time"
+    hint = f"most of it comes from u_{widest}: is it right as the log states it?"
     if widest == "residual_torque":
         hint = "the runs do not tell M0 from I_zz: add runs with another weight, and a balance test"
     elif widest == "unexplained_scatter":
         hint = "the runs contradict each other: look for a wrong unit, a wrong count of turns, or a slip"
-    else:
-        hint = f"most of it comes from u_{widest}: is it right as the log states it?"
-    return readings.diagnose(
-        codes.NOT_MEASURED,
-        f"I_zz is not measured: its 95 % interval, {low:.2g} to {high:.2g} kg·m², holds zero or less",
-        hint,
-    )
+    words = f"I_zz is not measured: its 95 % interval, {low:.2g} to {high:.2g} kg·m², holds zero or less"
+    return readings.diagnose(codes.NOT_MEASURED, words, hint)
+
+
+def place_of(readings: Readings, run: int) -> Place | None:
+    """Find the cell of a run's time, period or rate."""
+    return next(readings.columns[role].place(run) for role in TIMINGS if role in readings.columns)
+
+
+def percent_u(inertia: Estimate) -> float:
+    """Give u of I_zz over I_zz [%]."""
+    return 100 * (inertia.u or 0.0) / abs(inertia.value)
 
 
 class Seen(Struct, frozen=True):
@@ -232,8 +227,8 @@ def _outliers(seen: Seen) -> Iterator[Diagnostic]:
             done = f"kept; without every run that looks odd I_zz = {without.value:.4g} kg·m²" if without else "kept"
             hint = "time it again; if you know what went wrong, put # before its line to leave it out"
         words = f"run {seen.measured.runs[outlier.index]}: {outlier_reason(seen.measured, outlier)}; {done}"
-        place, width = timing.place(outlier.index), len(timing.readings[outlier.index].text)
-        yield readings.diagnose(codes.OUTLIER, words, hint, place, width)
+        width = len(timing.readings[outlier.index].text)
+        yield readings.diagnose(codes.OUTLIER, words, hint, timing.place(outlier.index), width)
     if len(seen.outliers) > MOST_OF_ONE_CODE:
         more = f"{len(seen.outliers) - MOST_OF_ONE_CODE} more runs look odd; the table of runs marks each of them"
         yield readings.diagnose(codes.OUTLIER, more, "gyro analyze --format csv prints that table")
@@ -251,30 +246,25 @@ NO_ACCIDENT = 0.001
 
 def _scatter(seen: Seen) -> Iterator[Diagnostic]:
     """Say that the runs scatter more than stated, or contradict each other."""
-    measured, fit, widest = seen.measured, seen.fit, fitting.doubt_of_widths(fitting.times_stated(seen.measured))
+    say, measured, fit = seen.readings.diagnose, seen.measured, seen.fit
+    widest = fitting.doubt_of_widths(fitting.times_stated(measured))
+    state_it = f"if times are really so uncertain, state it: # u_time: {fit.scatter * (measured.time_u or 0.14):.1g} s"
     if seen.contradicts_itself:
-        yield seen.readings.diagnose(
-            codes.RUNS_CONTRADICT_EACH_OTHER,
-            "the runs contradict each other: they fit together only if every time is "
-            f"{fit.scatter:.3g} times as uncertain as stated, and so it was taken",
-            "look for a wrong digit, unit or count of turns in the runs",
-            doubt="contradiction",
-        )
+        many = f"{fit.scatter:.3g} times as uncertain as stated, and so it was taken"
+        words = f"the runs contradict each other: they fit together only if every time is {many}"
+        hint = "look for a wrong digit, unit or count of turns in the runs"
+        yield say(codes.RUNS_CONTRADICT_EACH_OTHER, words, hint, doubt="contradiction")
     elif fit.dof > 0 and fitting.chi2_tail(fit.chi2 / widest**2, fit.dof) < NO_ACCIDENT:
-        yield seen.readings.diagnose(
-            codes.SCATTER_TOO_LARGE,
-            f"the runs do not follow one line: they scatter {fit.scatter:.1f} times as much as stated",
-            "look for a run with a wrong count of turns, a wrong weight or a misread time; if times are really so "
-            f"uncertain, state it: # u_time: {_wider_time(measured, fit.scatter)}",
-            doubt="scatter",
-        )
+        words = f"the runs do not follow one line: they scatter {fit.scatter:.1f} times as much as stated"
+        hint = f"look for a run with a wrong count of turns, a wrong weight or a misread time; {state_it}"
+        yield say(codes.SCATTER_TOO_LARGE, words, hint, doubt="scatter")
     elif seen.p is not None and seen.p < NO_ACCIDENT:
-        yield seen.readings.diagnose(
-            codes.SCATTER_TOO_LARGE,
-            f"the runs scatter {fit.scatter:.1f} times as much as {_stated_time(measured)}: u of I_zz holds that",
-            "look for a run that is wrong, or a hand that is late; if times are really so uncertain, state it: "
-            f"# u_time: {_wider_time(measured, fit.scatter)}",
-        )
+        time = next((source for source in measured.sources if source.quantity == "time"), None)
+        alike = time is not None and not time.relative.any() and not np.ptp(time.absolute)
+        stated = f"{float(time.absolute[0]):.2g} s" if time is not None and alike else "stated"
+        words = f"the runs scatter {fit.scatter:.1f} times as much as {stated}: u of I_zz holds that"
+        hint = f"look for a run that is wrong, or a hand that is late; {state_it}"
+        yield say(codes.SCATTER_TOO_LARGE, words, hint)
 
 
 def _other_choices(seen: Seen) -> Iterator[Diagnostic]:
@@ -316,48 +306,27 @@ def _exponent(seen: Seen) -> Iterator[Diagnostic]:
     follows = fit.adjusted.problem.tilted or seen.measured.slowing is not None
     if follows and fitting.chi2_tail(fit.chi2, fit.dof) > NO_ACCIDENT:
         return
-    beside = (fit.chi2 - exponent.deviation**2) / (fit.dof - 1)
-    far = exponent.deviation / math.sqrt(max(beside, 1.0))
+    far = exponent.deviation / math.sqrt(max((fit.chi2 - exponent.deviation**2) / (fit.dof - 1), 1.0))
     if abs(far) > OTHER_LAW:
-        words = (
-            f"the period grows as the spin to the power {exponent.value:.2f}, {abs(far):.0f} u from 1, "
-            "not in proportion to it"
-        )
+        power = f"the power {exponent.value:.2f}, {abs(far):.0f} u from 1"
+        words = f"the period grows as the spin to {power}, not in proportion to it"
         late = "a hand that is late in every run, or turns that are wrong in the short runs"
         drag = "a spin read at another moment than half time, or turns that are wrong in the long runs"
-        hint = f"look for {late if far < 0 else drag}"
+        hint = "look for " + (late if far < 0 else drag)
         yield seen.readings.diagnose(codes.PERIOD_NOT_IN_PROPORTION, words, hint, doubt="exponent")
-
-
-def _stated_time(measured: Measurements) -> str:
-    """What the log says of its times: "0.14 s", or in words."""
-    time = next((source for source in measured.sources if source.quantity == "time"), None)
-    if time is None or time.relative.any() or np.ptp(time.absolute):
-        return "stated"
-    return f"{float(time.absolute[0]):.2g} s"
-
-
-def _wider_time(measured: Measurements, scatter: float) -> str:
-    """What the runs would need as their times' uncertainty: "0.3 s"."""
-    return f"{scatter * (measured.time_u or 0.14):.1g} s"
 
 
 def _balance(seen: Seen) -> Iterator[Diagnostic]:
     """Say what the runs contradict, or do not tell, of the balance."""
-    measured, fit = seen.measured, seen.fit
+    measured, fit, test = seen.measured, seen.fit, seen.measured.balance_test_from
     if fit.contradicted_balance is not None:
-        yield seen.readings.diagnose(
-            codes.BALANCE_TEST_CONTRADICTED,
-            f"the runs say M0 = {1e3 * fit.residual_torque.value:.2g} mN·m, far from the "
-            f"{1e3 * fit.contradicted_balance:.2g} mN·m that {measured.balance_test_from} allows; the runs win",
-            f"check {measured.balance_test_from}",
-        )
+        m0, allowed = 1e3 * fit.residual_torque.value, 1e3 * fit.contradicted_balance
+        words = f"the runs say M0 = {m0:.2g} mN·m, far from the {allowed:.2g} mN·m that {test} allows; the runs win"
+        yield seen.readings.diagnose(codes.BALANCE_TEST_CONTRADICTED, words, f"check {test}")
     if measured.torque_unseen is None and not fitting.torques_differ(measured.torque):
-        yield seen.readings.diagnose(
-            codes.SINGLE_TORQUE,
-            "all torques are equal, so the runs cannot tell the residual torque M0 from I_zz",
-            'add runs with another weight, or write "# balanced: yes" or "# balance_drift: 5 deg in 60 s at 400 rpm"',
-        )
+        words = "all torques are equal, so the runs cannot tell the residual torque M0 from I_zz"
+        lines = '"# balanced: yes" or "# balance_drift: 5 deg in 60 s at 400 rpm"'
+        yield seen.readings.diagnose(codes.SINGLE_TORQUE, words, f"add runs with another weight, or write {lines}")
 
 
 DIRECTION = (
@@ -380,19 +349,11 @@ def _direction(seen: Seen) -> Iterator[Diagnostic]:
     then = next((outcome.inertia for outcome in effects.answers(seen.lab, "direction")), None)
     if not bare or then is None or (then.u or 0.0) > WORTH * (now.u or 0.0):
         return
-    names = ", ".join(measured.runs[i] for i in bare)
-    yield seen.readings.diagnose(
-        codes.DIRECTION_MISSING,
-        f"run{'s' * (len(bare) > 1)} {names} without a weight: which way the rod went is missing, so M0 may have "
-        f"either sign. u of I_zz is {100 * (now.u or 0.0) / now.value:.2g} % and would be about "
-        f"{100 * (then.u or 0.0) / then.value:.2g} % with the direction",
-        DIRECTION.partition(". Header")[0],
-        _place(seen.readings, bare[0]),
-    )
-
-
-def _place(readings: Readings, run: int) -> Place | None:
-    return next(readings.columns[role].place(run) for role in TIMINGS if role in readings.columns)
+    names, place = ", ".join(measured.runs[i] for i in bare), place_of(seen.readings, bare[0])
+    runs = f"run{'s' * (len(bare) > 1)} {names} without a weight"
+    gain = f"u of I_zz is {percent_u(now):.2g} % and would be about {percent_u(then):.2g} % with the direction"
+    words = f"{runs}: which way the rod went is missing, so M0 may have either sign. {gain}"
+    yield seen.readings.diagnose(codes.DIRECTION_MISSING, words, DIRECTION.partition(". Header")[0], place)
 
 
 POOR_BALANCE = 0.2
@@ -417,16 +378,15 @@ def _poor_balance(measured: Measurements, fit: FitResult) -> str:
 
 def _patterns(seen: Seen) -> Iterator[Diagnostic]:
     """Name the likeliest cause of residuals that are not random."""
-    if not seen.patterns or seen.patterns[0].p_corrected >= CHANCE or seen.contradicts_itself:
+    first = seen.patterns[0] if seen.patterns else None
+    if first is None or first.p_corrected >= CHANCE or seen.contradicts_itself:
         return
-    first = seen.patterns[0]
     words, hint = pattern_words(first)
     chance = f"{first.p_corrected:.1g}" if first.p_corrected > 1e-6 else "below 1e-6"
     words = f"{words} (chance, for all {len(seen.patterns)} looked for: {chance})"
-    if first.name == "agreement":
-        yield seen.readings.diagnose(codes.AGREES_TOO_WELL, words, hint)
-    else:
-        yield seen.readings.diagnose(codes.PATTERN_IN_RESIDUALS, words, hint, doubt="pattern")
+    agrees = first.name == "agreement"
+    code, doubt = (codes.AGREES_TOO_WELL, "") if agrees else (codes.PATTERN_IN_RESIDUALS, "pattern")
+    yield seen.readings.diagnose(code, words, hint, doubt=doubt)
 
 
 def _large_residual_torque(seen: Seen) -> Iterator[Diagnostic]:
@@ -438,75 +398,55 @@ def _large_residual_torque(seen: Seen) -> Iterator[Diagnostic]:
     arms = np.unique(measured.position[measured.torque != 0]).tolist()
     missing = fit.residual_torque.value / (measured.g * arms[0]) if len(arms) == 1 else math.nan
     hanger = f"if a hanger of {1e3 * missing:.2g} g is missing from the masses, add it to each; " if missing > 0 else ""
-    yield seen.readings.diagnose(
-        codes.BALANCE_POOR,
-        f"{poor}; possible causes are a hanger that is not in the masses, an arm that is not measured from "
-        "the centre of the ball, and wrong turns of one weight",
-        f"{hanger}check the turns of each weight, where the arm is measured from, and g; "
-        'write "# balanced: no" if the ball was not balanced',
-    )
+    arm = "an arm that is not measured from the centre of the ball"
+    words = f"{poor}; possible causes are a hanger that is not in the masses, {arm}, and wrong turns of one weight"
+    line = 'write "# balanced: no" if the ball was not balanced'
+    hint = f"{hanger}check the turns of each weight, where the arm is measured from, and g; {line}"
+    yield seen.readings.diagnose(codes.BALANCE_POOR, words, hint)
 
 
 def _spin_fell(seen: Seen) -> Iterator[Diagnostic]:
-    """Name the runs in which the spin fell much faster than in the others."""
-    measured = seen.measured
-    for i in _fell_alone(measured):
-        assert measured.spin_start is not None
-        assert measured.spin_end is not None
-        fall = 100 * (1 - measured.spin_end[i] / measured.spin_start[i])
-        yield seen.readings.diagnose(
-            codes.SPIN_FELL_ALONE,
-            f"run {measured.runs[i]}: the spin falls by {fall:.0f} %, over {FELL_MORE:g} times as fast as in the "
-            "others, as where something rubs, or a reading is wrong",
-            "look at both readings of the spin, or time the run again",
-            spin_columns(seen.readings)[-1].place(i),
-        )
-
-
-def _fell_alone(measured: Measurements) -> list[int]:
-    """Find the runs, at most a quarter of them, whose spin falls several times as fast as in the middle run."""
-    if measured.spin_start is None or measured.spin_end is None or len(measured.runs) < 4:
-        return []
-    fall = np.log(measured.spin_start / measured.spin_end)
+    """Name the runs, at most a quarter of them, in which the spin fell much faster than in the middle run."""
+    measured, start, end = seen.measured, seen.measured.spin_start, seen.measured.spin_end
+    if start is None or end is None or len(measured.runs) < 4:
+        return
+    fall = np.log(start / end)
     share = max(float(np.sort(fall / measured.time)[len(fall) // 2]), 0.0) * measured.time
     far = np.flatnonzero((fall > FELL_MORE * share) & (fall - share > FELL_BY)).tolist()
-    return far if len(far) <= len(fall) / 4 else []
+    for i in far if len(far) <= len(fall) / 4 else ():
+        fell = f"falls by {100 * (1 - end[i] / start[i]):.0f} %, over {FELL_MORE:g} times as fast as in the others"
+        words = f"run {measured.runs[i]}: the spin {fell}, as where something rubs, or a reading is wrong"
+        hint = "look at both readings of the spin, or time the run again"
+        yield seen.readings.diagnose(codes.SPIN_FELL_ALONE, words, hint, spin_columns(seen.readings)[-1].place(i))
 
 
 def _digits(seen: Seen) -> Iterator[Diagnostic]:
     """Say where the last digit written decides much of u(I_zz), with both answers, and what to write."""
+    readings, now = seen.readings, seen.fit.inertia
     for outcome in effects.answers(seen.lab, "digits"):
-        rounding = changes.rounding(seen.lab, outcome.words)
-        if outcome.inertia is not None and rounding is not None:
-            run, part = int(np.argmax(rounding[0])), rounding[1]
-            yield _too_few_digits(seen.readings, outcome.words, run, part, seen.fit.inertia, outcome.inertia)
-
-
-def _too_few_digits(
-    readings: Readings, role: str, run: int, part: float, now: Estimate, better: Estimate
-) -> Diagnostic:
-    """Say what the rounding of one reading leaves open, what it is of u(I_zz), and what to write."""
-    column, kind = readings.columns[role], kind_of_role(role)
-    reading = column.readings[run]
-    value, step = (from_si(number or 0.0, column.unit, kind) for number in (reading.value, reading.step))
-    # One digit more, and as many as make a step of 1 %.
-    digits = max(0, 1 - round(math.log10(step)), math.ceil(2 - math.log10(abs(value))))
-    power = math.floor(math.log10(abs(now.value)))
-    shown, then = (f"{one.value / 10.0**power:.2f} ± {(one.u or 0.0) / 10.0**power:.2f}" for one in (now, better))
-    unit = f" {column.unit}" if column.unit else ""
-    half, in_unit = to_display(0.5 * 10.0**-digits * parse_unit(column.unit, kind).factor, role)
-    # A spreadsheet drops the zeros at the end that are typed.
-    how = " (by a number format that shows it)" if readings.name.lower().endswith(".xlsx") else ""
-    return readings.diagnose(
-        codes.DIGITS_TOO_FEW,
-        f'{role} "{reading.text}" is taken as anything from {value - step / 2:.4g} to {value + step / 2:.4g}{unit}: '
-        f"such rounding makes {100 * part**2:.0f} % of u². As written I_zz = ({shown})e{power} kg·m²; "
-        f"as {value:.{digits}f} it would be {then}",
-        f"write every digit that was read, such as {value:.{digits}f}{how}, or state what is known of it: "
-        f"# u_{role}: {half:.1g} {in_unit}",
-        column.place(run),
-        len(reading.text),
-    )
+        role, better = outcome.words, outcome.inertia
+        rounding = changes.rounding(seen.lab, role)
+        if better is None or rounding is None:
+            continue
+        run, column, kind = int(np.argmax(rounding[0])), readings.columns[role], kind_of_role(role)
+        reading = column.readings[run]
+        value, step = (from_si(number or 0.0, column.unit, kind) for number in (reading.value, reading.step))
+        # One digit more, and as many as make a step of 1 %.
+        digits = max(0, 1 - round(math.log10(step)), math.ceil(2 - math.log10(abs(value))))
+        power = math.floor(math.log10(abs(now.value)))
+        shown, then = (f"{one.value / 10.0**power:.2f} ± {(one.u or 0.0) / 10.0**power:.2f}" for one in (now, better))
+        high = f"{value + step / 2:.4g} {column.unit}".rstrip()
+        half, in_unit = to_display(0.5 * 10.0**-digits * parse_unit(column.unit, kind).factor, role)
+        # A spreadsheet drops the zeros at the end that are typed.
+        how = " (by a number format that shows it)" if readings.name.lower().endswith(".xlsx") else ""
+        words = (
+            f'{role} "{reading.text}" is taken as anything from {value - step / 2:.4g} to {high}: '
+            f"such rounding makes {100 * rounding[1] ** 2:.0f} % of u². As written I_zz = ({shown})e{power} kg·m²; "
+            f"as {value:.{digits}f} it would be {then}"
+        )
+        line = f"# u_{role}: {half:.1g} {in_unit}"
+        hint = f"write every digit that was read, such as {value:.{digits}f}{how}, or state what is known of it: {line}"
+        yield readings.diagnose(codes.DIGITS_TOO_FEW, words, hint, column.place(run), len(reading.text))
 
 
 def _model(seen: Seen) -> Iterator[Diagnostic]:
@@ -515,33 +455,27 @@ def _model(seen: Seen) -> Iterator[Diagnostic]:
     guessed = next((share for share in fit.budget if share.source == "transverse_inertia"), None)
     if guessed is not None and measured.transverse_inertia is None and guessed.share > DROP_ONE**2:
         across = fitting.transverse_inertia(measured)
-        yield readings.diagnose(
-            codes.TRANSVERSE_INERTIA_NOT_GIVEN,
-            "eq. (8) needs the moment of inertia across the rod, which is not given: "
-            f"{across.min():.2g} to {across.max():.2g} kg·m² ± 20 % is assumed (a ball with a light rod, the "
-            f"weight on it), and that doubt is {100 * guessed.u_inertia / abs(fit.inertia.value):.2g} % of I_zz",
-            "add a column transverse_inertia [kg*m^2], or one line with what was measured, such as "
-            f"# transverse_inertia: {np.median(across):.2g} kg*m^2",
-        )
-    unused = (
-        {"u_pitch"} if any(one.name == "release" for one in measured.sources) else {"u_pitch", "u_transverse_inertia"}
-    )
-    if "pitch" in readings.columns and not fit.adjusted.problem.tilted:
-        for key in (key for key in readings.stated_at if key in unused):
+        size = 100 * guessed.u_inertia / abs(fit.inertia.value)
+        taken = f"{across.min():.2g} to {across.max():.2g} kg·m² ± 20 % is assumed (a ball with a light rod, the weight"
+        missing = "eq. (8) needs the moment of inertia across the rod, which is not given"
+        words = f"{missing}: {taken} on it), and that doubt is {size:.2g} % of I_zz"
+        line = f"# transverse_inertia: {np.median(across):.2g} kg*m^2"
+        hint = f"add a column transverse_inertia [kg*m^2], or one line with what was measured, such as {line}"
+        yield readings.diagnose(codes.TRANSVERSE_INERTIA_NOT_GIVEN, words, hint)
+    corrected = any(source.name == "release" for source in measured.sources)
+    unused = ("u_pitch",) if corrected else ("u_pitch", "u_transverse_inertia")
+    for key, place in readings.stated_at.items():
+        if key in unused and "pitch" in readings.columns and not fit.adjusted.problem.tilted:
             words = f"{key} changes nothing here: the tilt matters so little that eq. (9), for a level rod, is used"
-            hint, place = "--model steady takes the tilt into account", readings.stated_at[key]
+            hint = "--model steady takes the tilt into account"
             yield readings.diagnose(codes.UNCERTAINTY_NOT_USED, words, hint, place)
     release = next((effect for effect in seen.effects if effect.effect == "release"), None)
     if release is None or measured.motion is not None or release.kept or seen.contradicts_itself:
         return
-    if (release.size or 0.0) > DROP_ONE:
-        bias = release.bias or 0.0
-        yield readings.diagnose(
-            codes.RELEASE_NOT_TOLD,
-            "if the rod was let go from rest, not led along until it went steadily, I_zz is "
-            f"{100 * abs(bias):.2g} % too {'high' if bias > 0 else 'low'}",
-            'write "# motion: released" or "# motion: steady"',
-        )
+    if release.bias is not None and (release.size or 0.0) > DROP_ONE:
+        off = f"{100 * abs(release.bias):.2g} % too {'high' if release.bias > 0 else 'low'}"
+        words = f"if the rod was let go from rest, not led along until it went steadily, I_zz is {off}"
+        yield readings.diagnose(codes.RELEASE_NOT_TOLD, words, 'write "# motion: released" or "# motion: steady"')
 
 
 def size_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:
@@ -557,29 +491,20 @@ def size_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
         if far is None:
             continue
         run, unit = far
-        column = readings.columns[size.role]
+        column, kind = readings.columns[size.role], kind_of_role(size.role)
         own = column.unit or to_display(1.0, size.role)[1]
-        value, low, high = (
-            f"{from_si(si, own, kind_of_role(size.role)):.4g} {own}"
-            for si in (abs(column.values[run] or 0.0), *size.possible)
-        )
+        meant = None if unit else meant_in(readings, size, run)
+        sizes = abs(column.values[run] or 0.0), *size.possible, meant[1] if meant else 0.0
+        value, low, high, there = (f"{from_si(si, own, kind):.4g} {own}" for si in sizes)
         if unit:
             hint = f'is it the unit? If {unit} is meant, write the header as "{size.role} [{unit}]"'
-        elif (meant := meant_in(readings, size, run)) is not None:
-            there = f"{from_si(meant[1], own, kind_of_role(size.role)):.4g} {own}"
+        elif meant is not None:
             hint = f"is it in {meant[0]}? That is {there}, which other runs have: write it so in this cell"
         else:
             hint = "is it the unit, the column, or a slip of the pen?"
-        found.append(
-            readings.diagnose(
-                codes.SIZE_UNUSUAL,
-                f"{size.role} {value} is not of this lab, where it is from {low} to {high}",
-                hint,
-                column.place(run),
-                len(column.readings[run].text),
-                doubt="size",
-            )
-        )
+        words = f"{size.role} {value} is not of this lab, where it is from {low} to {high}"
+        cell = column.place(run), len(column.readings[run].text)
+        found.append(readings.diagnose(codes.SIZE_UNUSUAL, words, hint, *cell, doubt="size"))
     return found
 
 
@@ -607,26 +532,16 @@ def _unusual(seen: Seen) -> Iterable[Diagnostic]:
     lever = arm * float(np.median(rate * spin)) / measured.g
     fastest, turned_by_hand = float(spin.max()), spin.max() > 1.2 * spin.min() and momentum < NO_MOTOR
     asked = (
-        (
-            fastest < 80 * RPM or (turned_by_hand and fastest > 1800 * RPM), "spin", BY_HAND,
-            f"Is a spin of {fastest / RPM:.5g} rpm right? A ball spun by hand makes 100 to 1500 rpm",
-        ),
-        (
-            turn > LONG_TURN, "time", (1.0, LONG_TURN),
-            f"Is one turn in {turn / 60:.2g} min right? With a weight on the rod a turn takes seconds to minutes",
-        ),
-        (
-            float((rate / spin).min()) > NEARLY_AS_FAST, "time", (1.0, LONG_TURN),
-            f"Is one turn in {turn:.2g} s right? The rod would precess nearly as fast as the ball spins",
-        ),
-        (
-            arm < SHORT_ARM, "position", (0.04, 0.6),
-            f"Is an arm of {100 * arm:.3g} cm right? Measured from the centre, the weight would be inside the ball",
-        ),
-        (
-            lever > LONG_LEVER and arm < 0.6, "spin", BY_HAND,
-            f"Is I_zz right? m x² of the weight is {lever:.2g} times I_zz, so the weight outweighs what it hangs on",
-        ),
+        (fastest < 80 * RPM or (turned_by_hand and fastest > 1800 * RPM), "spin", BY_HAND,
+         f"Is a spin of {fastest / RPM:.5g} rpm right? A ball spun by hand makes 100 to 1500 rpm"),
+        (turn > LONG_TURN, "time", (1.0, LONG_TURN),
+         f"Is one turn in {turn / 60:.2g} min right? With a weight on the rod a turn takes seconds to minutes"),
+        (float((rate / spin).min()) > NEARLY_AS_FAST, "time", (1.0, LONG_TURN),
+         f"Is one turn in {turn:.2g} s right? The rod would precess nearly as fast as the ball spins"),
+        (arm < SHORT_ARM, "position", (0.04, 0.6),
+         f"Is an arm of {100 * arm:.3g} cm right? Measured from the centre, the weight would be inside the ball"),
+        (lever > LONG_LEVER and arm < 0.6, "spin", BY_HAND,
+         f"Is I_zz right? m x² of the weight is {lever:.2g} times I_zz, so the weight outweighs what it hangs on"),
     )  # fmt: skip
     found: dict[str, Diagnostic] = {}
     for odd, role, range_, words in asked:
@@ -634,9 +549,8 @@ def _unusual(seen: Seen) -> Iterable[Diagnostic]:
             continue
         column = readings.columns.get(role)
         unit = unit_within(readings, role, range_) if column else ""
-        if unit:
-            hint = f'if the numbers are in {unit}, write the header as "{role} [{unit}]"; if it is right, leave it'
-        else:
+        hint = f'if the numbers are in {unit}, write the header as "{role} [{unit}]"; if it is right, leave it'
+        if not unit:
             hint = "check the unit in the header of each column; if it is right, leave it"
         found[role] = readings.diagnose(codes.SIZE_NOT_USUAL, words, hint, column.place(0) if column else None)
     return found.values()
@@ -679,12 +593,8 @@ CHECKS: tuple[Callable[[Seen], Iterable[Diagnostic]], ...] = (
 
 def list_advice(lab: Lab) -> tuple[str, ...]:
     """What would make the next lab better, in order of gain, each computed for this log."""
-
-    def share(inertia: Estimate) -> float:
-        return 100 * (inertia.u or 0.0) / abs(inertia.value)
-
-    now = share(lab.fit.inertia)
-    gains = [(share(one.inertia), one.words) for one in effects.answers(lab, "advice") if one.inertia is not None]
+    now = percent_u(lab.fit.inertia)
+    gains = [(percent_u(one.inertia), one.words) for one in effects.answers(lab, "advice") if one.inertia is not None]
     return tuple(
         f"{words}: u of I_zz from {now:.2g} % to {then:.2g} %" for then, words in sorted(gains) if then < WORTH * now
     )

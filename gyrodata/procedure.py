@@ -6,7 +6,7 @@ over 6 s; the spin at start and end where it falls much. Meant to be asked befor
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 
 import numpy as np
 
@@ -14,10 +14,10 @@ from gyrodata import diagnostics as codes
 from gyrodata import effects, physics
 from gyrodata.analysis import analyze_readings
 from gyrodata.errors import Diagnostic, LogError
-from gyrodata.findings import DIRECTION, WORTH
+from gyrodata.findings import DIRECTION, WORTH, percent_u, place_of
 from gyrodata.measurements import Measurements, measure, torque_groups
-from gyrodata.physics import RPM, Floats
-from gyrodata.readings import TIMINGS, Place, Readings
+from gyrodata.physics import RPM, Integers
+from gyrodata.readings import Readings
 from gyrodata.results import Analysis
 from gyrodata.tables import load_words
 
@@ -26,6 +26,9 @@ SHORT = 6.0
 
 SPREAD = 2.0
 """Ratio of the largest to the smallest spin of a weight below which its spins are not well spread."""
+
+USUAL_SPINS = np.array([200.0, 400.0, 600.0])
+"""Spins that the procedure asks for [rpm]."""
 
 FALL = 0.10
 """Relative fall of the spin above which the law by which it falls begins to matter."""
@@ -46,13 +49,9 @@ def check_log(readings: Readings) -> tuple[Analysis | None, tuple[Diagnostic, ..
 
 
 PROCEDURE = (
-    codes.TOO_FEW_WEIGHTS,
-    codes.TOO_FEW_RUNS,
-    codes.SPINS_TOO_CLOSE,
-    codes.NO_UNLOADED_RUN,
-    codes.TIMES_TOO_SHORT,
+    codes.TOO_FEW_WEIGHTS, codes.TOO_FEW_RUNS, codes.SPINS_TOO_CLOSE, codes.NO_UNLOADED_RUN, codes.TIMES_TOO_SHORT,
     codes.SPIN_FALLS_TOO_MUCH,
-)
+)  # fmt: skip
 """What the procedure asks for, by the diagnostic of a log that lacks it."""
 
 ADVICE = {*PROCEDURE, codes.DIGITS_TOO_FEW, codes.DIRECTION_MISSING, codes.SINGLE_TORQUE, codes.RELEASE_NOT_TOLD}
@@ -63,125 +62,85 @@ def what_lacks(
     readings: Readings, measured: Measurements, analysis: Analysis | None, asked: Collection[str] = PROCEDURE
 ) -> list[Diagnostic]:
     """Find what a log lacks of what is asked for, of `PROCEDURE`; without an analysis, what needs none."""
-    groups = [group for group in torque_groups(measured) if measured.torque[group[0]] != 0]
-    found = [*_weights(readings, measured, groups), *_spins(readings, measured, groups)]
+    found = list(_weights_and_spins(readings, measured))
     if analysis and codes.NO_UNLOADED_RUN in asked:
         found += _unloaded(readings, analysis)
-    found += [*_short_times(readings, measured), *_falling_spin(readings, measured)]
+    found += _times_and_falls(readings, measured)
     return [one for one in found if one.code in asked]
 
 
-def _weights(readings: Readings, measured: Measurements, groups: list[list[int]]) -> list[Diagnostic]:
-    if len(groups) >= 3:
-        return []
-    torques = " and ".join(f"{1e3 * measured.torque[group[0]]:.3g}" for group in groups)
-    why = "I_zz then rests on one point of the line" if len(groups) == 1 else "a line through two points fits always"
-    return [
-        readings.diagnose(
-            codes.TOO_FEW_WEIGHTS,
-            f"{_counted(len(groups), 'torque')} ({torques} mN·m), and the lab asks for three: {why}",
-            "add runs with another weight",
-        )
-    ]
-
-
-def _spins(readings: Readings, measured: Measurements, groups: list[list[int]]) -> list[Diagnostic]:
-    found = []
+def _weights_and_spins(readings: Readings, measured: Measurements) -> Iterator[Diagnostic]:
+    """Ask for three weights, and for three spins of each that are far enough apart."""
+    groups = [group for group in torque_groups(measured) if measured.torque[group[0]] != 0]
+    if len(groups) < 3:
+        torques = " and ".join(f"{1e3 * measured.torque[group[0]]:.3g}" for group in groups)
+        one = len(groups) == 1
+        why = "I_zz then rests on one point of the line" if one else "a line through two points fits always"
+        words = f"{_counted(len(groups), 'torque')} ({torques} mN·m), and the lab asks for three: {why}"
+        yield readings.diagnose(codes.TOO_FEW_WEIGHTS, words, "add runs with another weight")
     for group in groups:
-        name = load_words(measured, group[0])
-        spins = np.sort(measured.spin[group])
-        if len(group) < 3:
-            found.append(
-                readings.diagnose(
-                    codes.TOO_FEW_RUNS,
-                    f"{name}: {_counted(len(group), 'run')}, and the lab asks for three spins",
-                    f"add {_counted(3 - len(group), 'run')}, for example at {_missing_spins(spins)} rpm",
-                    _place(readings, group[-1]),
-                )
-            )
+        name, place = load_words(measured, group[0]), place_of(readings, group[-1])
+        spins, lacking = np.sort(measured.spin[group]), 3 - len(group)
+        have = spins / RPM
+        if lacking > 0:
+            # Those that are farthest from all spins so far.
+            away = np.abs(np.log(USUAL_SPINS[:, None] / have)).min(axis=1)
+            wanted = np.sort(USUAL_SPINS[np.argsort(-away, kind="stable")[:lacking]])
+            words = f"{name}: {_counted(len(group), 'run')}, and the lab asks for three spins"
+            hint = f"add {_counted(lacking, 'run')}, for example at {' and '.join(f'{rpm:.0f}' for rpm in wanted)} rpm"
+            yield readings.diagnose(codes.TOO_FEW_RUNS, words, hint, place)
         elif spins[-1] < SPREAD * spins[0]:
-            low, high = spins[0] / RPM, spins[-1] / RPM
-            found.append(
-                readings.diagnose(
-                    codes.SPINS_TOO_CLOSE,
-                    f"{name}: the spins go from {low:.0f} to {high:.0f} rpm only, a factor of {high / low:.2f}: "
-                    "that tells little of how the period goes with the spin",
-                    "spread them, for example 200, 400 and 600 rpm",
-                    _place(readings, group[-1]),
-                )
-            )
-    return found
+            only = f"from {have[0]:.0f} to {have[-1]:.0f} rpm only, a factor of {have[-1] / have[0]:.2f}"
+            words = f"{name}: the spins go {only}: that tells little of how the period goes with the spin"
+            hint = "spread them, for example 200, 400 and 600 rpm"
+            yield readings.diagnose(codes.SPINS_TOO_CLOSE, words, hint, place)
 
 
-def _missing_spins(spins: Floats) -> str:
-    """Which of 200, 400 and 600 rpm is farthest from all spins so far."""
-    have = spins / RPM
-    wanted = sorted((200.0, 400.0, 600.0), key=lambda rpm: -np.min(np.abs(np.log(rpm / have))))
-    return " and ".join(f"{rpm:.0f}" for rpm in sorted(wanted[: 3 - len(have)]))
-
-
-def _unloaded(readings: Readings, analysis: Analysis) -> list[Diagnostic]:
+def _unloaded(readings: Readings, analysis: Analysis) -> Iterator[Diagnostic]:
+    """Ask for a run without a weight, if u of I_zz would be smaller with one."""
     signs = set(np.sign(analysis.measurements.torque).tolist())
     if 0.0 in signs or len(signs) > 1 or readings.unmoved:
-        return []
-    outcome = next(effects.answers(analysis.lab, "unloaded_run"), None)
-    if outcome is None or outcome.inertia is None:
-        return []
-    now, then = (100 * (one.u or 0.0) / one.value for one in (analysis.fit.inertia, outcome.inertia))
-    if then > WORTH * now:
-        return []
-    return [
-        readings.diagnose(
-            codes.NO_UNLOADED_RUN,
-            "no run without a weight: u of I_zz is "
-            f"{now:.2g} % and would be {then:.2g} % with one, because it tells the residual torque",
+        return
+    now = percent_u(analysis.fit.inertia)
+    inertia = next((outcome.inertia for outcome in effects.answers(analysis.lab, "unloaded_run")), None)
+    if inertia is not None and (then := percent_u(inertia)) <= WORTH * now:
+        gain = f"{now:.2g} % and would be {then:.2g} % with one, because it tells the residual torque"
+        words = f"no run without a weight: u of I_zz is {gain}"
+        hint = (
             "take the weight off, spin to about 400 rpm, and time a part of a turn (about 3 min), or 0 turns if the "
-            f"rod does not move. Watch which way it goes: {DIRECTION}",
+            f"rod does not move. Watch which way it goes: {DIRECTION}"
         )
-    ]
+        yield readings.diagnose(codes.NO_UNLOADED_RUN, words, hint)
 
 
-def _short_times(readings: Readings, measured: Measurements) -> list[Diagnostic]:
+def _times_and_falls(readings: Readings, measured: Measurements) -> Iterator[Diagnostic]:
+    """Ask for longer times, and for shorter ones if the spin falls much."""
     short = np.flatnonzero(measured.time < SHORT)
-    if not measured.timed or not len(short):
-        return []
-    worst = int(short[np.argmin(measured.time[short])])
-    runs = ", ".join(measured.runs[i] for i in short[:8]) + (", …" if len(short) > 8 else "")
-    return [
-        readings.diagnose(
-            codes.TIMES_TOO_SHORT,
-            f"{_counted(len(short), 'time')} under {SHORT:g} s (run{'s' if len(short) > 1 else ''} {runs}): in the "
-            f"shortest, {measured.time[worst]:.3g} s, a hand's 0.14 s is {100 * 0.14 / measured.time[worst]:.2g} %",
-            "time more of a turn, or a whole one",
-            _place(readings, worst),
-        )
-    ]
-
-
-def _falling_spin(readings: Readings, measured: Measurements) -> list[Diagnostic]:
+    if measured.timed and len(short):
+        worst = int(short[np.argmin(measured.time[short])])
+        time = measured.time[worst]
+        hand = f"in the shortest, {time:.3g} s, a hand's 0.14 s is {100 * 0.14 / time:.2g} %"
+        words = f"{_counted(len(short), 'time')} under {SHORT:g} s ({_named(measured, short)}): {hand}"
+        hint, place = "time more of a turn, or a whole one", place_of(readings, worst)
+        yield readings.diagnose(codes.TIMES_TOO_SHORT, words, hint, place)
     if measured.spin_start is None or measured.spin_end is None:
-        return []
+        return
     fall = 1 - measured.spin_end / measured.spin_start
     far = np.flatnonzero(fall > FALL)
-    if not len(far):
-        return []
-    worst = int(far[np.argmax(fall[far])])
-    doubt = float(np.abs(physics.decay_law_doubt(measured.spin_start[worst], measured.spin_end[worst])))
-    runs = ", ".join(measured.runs[i] for i in far[:8]) + (", …" if len(far) > 8 else "")
-    return [
-        readings.diagnose(
-            codes.SPIN_FALLS_TOO_MUCH,
-            f"the spin falls by more than 10 % in run{'s' if len(far) > 1 else ''} {runs}; "
-            f"by {100 * fall[worst]:.0f} % in run {measured.runs[worst]}, where the law by which "
-            f"it falls then moves I_zz by {100 * doubt:.2g} %",
-            "time a shorter part of a turn",
-            _place(readings, worst),
-        )
-    ]
+    if len(far):
+        worst = int(far[np.argmax(fall[far])])
+        doubt = float(np.abs(physics.decay_law_doubt(measured.spin_start[worst], measured.spin_end[worst])))
+        most = f"by {100 * fall[worst]:.0f} % in run {measured.runs[worst]}"
+        law = f"where the law by which it falls then moves I_zz by {100 * doubt:.2g} %"
+        words = f"the spin falls by more than 10 % in {_named(measured, far)}; {most}, {law}"
+        place = place_of(readings, worst)
+        yield readings.diagnose(codes.SPIN_FALLS_TOO_MUCH, words, "time a shorter part of a turn", place)
 
 
-def _place(readings: Readings, index: int) -> Place | None:
-    return next(readings.columns[role].place(index) for role in TIMINGS if role in readings.columns)
+def _named(measured: Measurements, indices: Integers) -> str:
+    """Name runs: "runs 2, 5"."""
+    names = ", ".join(measured.runs[i] for i in indices[:8]) + (", …" if len(indices) > 8 else "")
+    return f"run{'s' if len(indices) > 1 else ''} {names}"
 
 
 def _counted(count: int, noun: str) -> str:

@@ -25,7 +25,7 @@ from gyrodata.disk import write_folder
 from gyrodata.effects import Effect, Sensitivity
 from gyrodata.errors import Diagnostic, DiagnosticJson
 from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, Outlier, Share
-from gyrodata.measurements import Measurements, Source
+from gyrodata.measurements import Measurements
 from gyrodata.patterns import Pattern
 from gyrodata.readings import Readings
 from gyrodata.tables import Ball, Constancy, Exponent, NamedFit, PowerLaw, Run, Torque
@@ -43,34 +43,7 @@ def _above(room: str) -> Any:
     return import_module(f"gyrodata.{room}")
 
 
-CONVENTIONS = {
-    "inertia": "least squares in the raw readings (Gauss-Helmert), integrated over what the log does not know of its "
-    "own widths: a factor on the errors that each run has alone, and the width of M0; value: the median of that "
-    "posterior distribution; u: half of its 68.3 % interval; interval_95: from its 2.5 % to its 97.5 % quantile; "
-    "expanded_u: half of that; k = expanded_u/u",
-    "residual_torque": "the torque at work is the applied torque plus M0; M = I_zz φ̇ψ̇ − M0; before the runs are "
-    "looked at M0 is a Cauchy of 5 % of the lightest torque about 0, narrower where the log says that the ball is "
-    "balanced, wider where it says that it is not; a balance test is evidence that may be false",
-    "if_balanced": "I_zz of a log with one torque as it would be with the line balanced: yes",
-    "sensitivity": "I_zz of a changed log, fitted as the log is: u_time twice as large; each time 0.1 s shorter or "
-    "longer, and no timing bias; with the line balanced: yes; with balanced: no, or without what the log says of the "
-    "balance; without the runs of one torque; none of a log with more than 3000 runs",
-    "timing_bias": "a stopwatch's reading is the true time plus b",
-    "goodness": "chi-square of all readings at their stated widths; p is the chance of one at least as large; Birge "
-    "ratio = sqrt(chi2/dof); scatter: the factor on the errors that each run has alone, as the runs have it",
-    "through_origin, with_constant": "ordinary least squares of M on φ̇ψ̇, runs taken as independent; u from the "
-    "scatter with n - 1 and n - 2 degrees of freedom",
-    "effects": "bias = I_zz without the effect over I_zz with it, minus 1, by fitting again, M0 and b free in both; "
-    "in_u: u contains the doubt about it",
-    "power_law": "weighted least squares of ln(period) on ln(spin), for each torque; exponent: with one for "
-    "all torques; u from each run's own timing and spin, and the hand's bias",
-    "product": "weighted mean; u includes what these runs share; p from the scatter about the mean against each run's "
-    "own timing and spin; constancy: the same for all torques together",
-    "patterns": "each tests for one more unknown; statistic: standard normal where it is not there; p: two-sided, "
-    "averaged over what the runs may scatter; p_corrected: by Holm for all that were looked for",
-    "ball": "I_zz beside 2/5 m r² of the ball, with its bore for the same mass and ½ m r² of rod and disk where "
-    "the log gives them; what has no u in the log is taken as exact",
-}
+CONVENTIONS: dict[str, str] = msgspec.json.decode(Path(__file__).with_name("conventions.json").read_bytes())
 """Which convention each number follows."""
 
 
@@ -309,21 +282,20 @@ class Analysis(Struct, frozen=True, eq=False):
 
     def to_dict(self) -> dict[str, Any]:
         """Give the analysis as the JSON contract has it (schema "gyro.analysis/2")."""
-        told = {
-            name: getattr(self, name) for name in AnalysisResult.__struct_fields__ if name in self.__struct_fields__
-        }
-        fit, no_p = self.fit, "no degrees of freedom: as many unknowns as runs" if self.p is None else None
-        told |= {
-            "goodness": Goodness(fit.chi2, fit.dof, self.p, self.birge, fit.scatter, self.measurements.time_u, no_p),
-            "fits": tuple(map(_compared, self.fits)),
-            "constants": {"g": self.measurements.g, **self.readings.constants},
+        fit, measured = self.fit, self.measurements
+        no_p = "no degrees of freedom: as many unknowns as runs" if self.p is None else None
+        told: dict[str, Any] = {
+            "goodness": Goodness(fit.chi2, fit.dof, self.p, self.birge, fit.scatter, measured.time_u, no_p),
+            "constants": {"g": measured.g, **self.readings.constants},
             "model": self.model.name,
             "ball_reason": NO_BALL if self.ball is None else None,
-            "torques": tuple(map(_torque_group, self.torques)),
             "runs": self.run_table,
-            "uncertainties": tuple(map(_stated, self.measurements.sources)),
+            "uncertainties": tuple(
+                StatedUncertainty(one.name, one.shared_by, one.default, one.described) for one in measured.sources
+            ),
             "conventions": CONVENTIONS,
         }
+        told |= {name: getattr(self, name) for name in AnalysisResult.__struct_fields__ if name not in told}
         whole = AnalysisDocument(
             input=Input(self.name, self.sha256, len(self.run_table)),
             options=self.options,
@@ -354,14 +326,6 @@ class Input(Struct, eq=False):
     """Number of runs read."""
 
 
-class Amount(Struct, eq=False):
-    """A value with its standard uncertainty and its unit."""
-
-    value: float
-    u: float | None
-    unit: str
-
-
 class Goodness(Struct, eq=False):
     """How well the runs go together."""
 
@@ -377,49 +341,6 @@ class Goodness(Struct, eq=False):
     """Standard uncertainty of every time [s], before that factor; null where it is not the same for all runs."""
     reason: str | None
     """Why p is null."""
-
-
-class ComparedFit(Struct, eq=False):
-    """One way to fit the log."""
-
-    name: str
-    """"recommended", "through_origin" or "with_constant"."""
-    inertia: Amount | None
-    constant: Amount | None
-    """Constant of the line M = I_zz φ̇ψ̇ + constant, which is −M0."""
-    note: str
-    difference: float | None
-    """I_zz over the recommended one, minus 1."""
-    deviation: float | None
-    """The same in standard uncertainties of the recommended fit."""
-
-
-class MeanProduct(Struct, eq=False):
-    """Weighted mean of φ̇ψ̇ of one torque [rad²/s²]."""
-
-    value: float
-    u: float
-    spread: float | None
-    """Standard deviation of the single runs; null for one run."""
-    p: float | None
-    """Chance of a scatter at least as large if φ̇ψ̇ is constant; null for one run."""
-
-
-class TorqueGroup(Struct, eq=False):
-    """The runs of one torque."""
-
-    mass: float | None
-    """[kg]"""
-    position: float | None
-    """[m]"""
-    torque: float
-    """[N*m]"""
-    runs: int
-    without: Estimate | None
-    """I_zz from the runs of the other torques [kg*m^2]."""
-    product: MeanProduct
-    period_per_spin: Estimate
-    """Slope of the period against the spin [s²/rad]."""
 
 
 class StatedUncertainty(Struct, eq=False):
@@ -448,7 +369,7 @@ class AnalysisResult(Struct, eq=False):
     doubts: tuple[Doubt, ...]
     """Why the answer is not to be quoted as it stands, the weightiest reason first; empty where nothing is wrong."""
     goodness: Goodness
-    fits: tuple[ComparedFit, ...]
+    fits: tuple[NamedFit, ...]
     budget: tuple[Share, ...]
     """What each source of uncertainty contributes to u of I_zz."""
     sensitivity: tuple[Sensitivity, ...]
@@ -464,7 +385,7 @@ class AnalysisResult(Struct, eq=False):
     ball: Ball | None
     ball_reason: str | None
     """Why there is no comparison; null if there is one."""
-    torques: tuple[TorqueGroup, ...]
+    torques: tuple[Torque, ...]
     runs: tuple[Run, ...]
     patterns: tuple[Pattern, ...]
     """What was looked for in the residuals, the least likely first; empty for fewer than two degrees of freedom."""
@@ -532,19 +453,3 @@ def to_json(record: Struct) -> dict[str, Any]:
     """Turn a record into the object that its JSON is, with lists for tuples."""
     made: dict[str, Any] = json.loads(encode(record))
     return made
-
-
-def _stated(source: Source) -> StatedUncertainty:
-    return StatedUncertainty(source.name, source.shared_by, source.default, source.described)
-
-
-def _compared(fit: NamedFit) -> ComparedFit:
-    inertia = Amount(fit.inertia.value, fit.inertia.u, "kg*m^2") if fit.inertia else None
-    constant = Amount(fit.constant.value, fit.constant.u, "N*m") if fit.constant else None
-    return ComparedFit(fit.name, inertia, constant, fit.note, fit.difference, fit.deviation)
-
-
-def _torque_group(group: Torque) -> TorqueGroup:
-    product = MeanProduct(group.product, group.product_u, group.product_spread, group.product_p)
-    slope = Estimate(group.period_per_spin, group.period_per_spin_u)
-    return TorqueGroup(group.mass, group.position, group.torque, group.runs, group.without, product, slope)

@@ -103,29 +103,35 @@ def turn_words(turns: float) -> str:
 # --- each torque ------------------------------------------------------------------------------------------------
 
 
+class MeanProduct(Struct, frozen=True):
+    """Weighted mean of φ̇ψ̇ of one torque [rad²/s²]."""
+
+    value: float
+    u: float
+    """Standard uncertainty, errors shared by these runs included."""
+    spread: float | None
+    """Standard deviation of the single runs; null for one run."""
+    p: float | None
+    """Chance of a scatter at least as large if φ̇ψ̇ is constant; null for one run."""
+    chi2: float | None
+    """χ² of that scatter by the uncertainties that each run has alone, of one degree of freedom less than runs."""
+
+
 class Torque(Struct, frozen=True):
     """The runs of one torque."""
 
     mass: float | None
+    """[kg]"""
     position: float | None
+    """[m]"""
     torque: float
+    """[N*m]"""
     runs: int
-    product: float
-    """Weighted mean of φ̇ψ̇ [rad²/s²]."""
-    product_u: float
-    """Standard uncertainty of that mean, errors shared by these runs included [rad²/s²]."""
-    product_spread: float | None
-    """Standard deviation of the single values; None for one run [rad²/s²]."""
     without: Estimate | None
-    """I_zz from the runs of the other torques [kg*m^2]; None where they cannot tell it, or of very many."""
-    product_p: float | None
-    """Chance of a scatter at least as large if φ̇ψ̇ is constant; None for one run."""
-    product_chi2: float | None
-    """χ² of that scatter by the uncertainties that each run has alone, of one degree of freedom less than runs."""
-    period_per_spin: float
+    """I_zz from the runs of the other torques [kg*m^2]; null where they cannot tell it, or of very many."""
+    product: MeanProduct
+    period_per_spin: Estimate
     """τ/ψ̇ = 2π/(φ̇ψ̇) from that mean, without its sign: slope of the period against the spin [s²/rad]."""
-    period_per_spin_u: float
-    """Its standard uncertainty [s²/rad]."""
 
 
 def torque_table(
@@ -152,11 +158,11 @@ def torque_table(
     for k, group in enumerate(groups):
         i, runs, scatter = group[0], int(told.runs[k]), or_none(chi2[k])
         load = or_none(measured.mass[i]), or_none(measured.position[i]), float(measured.torque[i])
-        of_product = float(mean[k]), float(mean_u[k]), or_none(spread[k])
         p = None if scatter is None else fitting.chi2_tail(scatter, runs - 1)
-        slope = 2 * math.pi / abs(of_product[0])
-        slope_u = slope * of_product[1] / abs(of_product[0])
-        torques.append(Torque(*load, runs, *of_product, without.get(k), p, scatter, slope, slope_u))
+        of_mean = MeanProduct(float(mean[k]), float(mean_u[k]), or_none(spread[k]), p, scatter)
+        slope = 2 * math.pi / abs(of_mean.value)
+        per_spin = Estimate(slope, slope * of_mean.u / abs(of_mean.value))
+        torques.append(Torque(*load, runs, without.get(k), of_mean, per_spin))
     return tuple(torques)
 
 
@@ -292,19 +298,27 @@ class _Groups:
 # --- beside the answer ------------------------------------------------------------------------------------------
 
 
+class Amount(Struct, frozen=True):
+    """A value with its standard uncertainty and its unit."""
+
+    value: float
+    u: float | None
+    unit: str
+
+
 class NamedFit(Struct, frozen=True):
     """One way to fit the log, for comparison."""
 
     name: str
-    """"through_origin", "with_constant" or "recommended"."""
-    inertia: Estimate | None
-    """[kg*m^2]; None where this fit is not possible."""
-    constant: Estimate | None
-    """Constant of the line M = I_zz φ̇ψ̇ + constant [N*m], which is −M0."""
+    """"recommended", "through_origin" or "with_constant"."""
+    inertia: Amount | None
+    """null where this fit is not possible."""
+    constant: Amount | None
+    """Constant of the line M = I_zz φ̇ψ̇ + constant, which is −M0."""
     note: str
     """What it is, or why it is not possible."""
     difference: float | None = None
-    """I_zz over the recommended one, minus 1; None for the recommended fit and for one that is not possible."""
+    """I_zz over the recommended one, minus 1; null for the recommended fit and for one that is not possible."""
     deviation: float | None = None
     """The same in standard uncertainties of the recommended fit."""
 
@@ -316,11 +330,13 @@ def named_fits(measured: Measurements, fit: FitResult, kept: list[int]) -> tuple
         "all raw readings together; shared errors carried as shared; M0 and timing bias as unknowns; u from the "
         "stated uncertainties and from how the runs scatter"
     )
-    found = [NamedFit("recommended", fit.inertia, Estimate(-fit.residual_torque.value, fit.residual_torque.u), note)]
+    m0 = fit.residual_torque
+    best = Amount(fit.inertia.value, fit.inertia.u, "kg*m^2"), Amount(-m0.value, m0.u, "N*m")
+    found = [NamedFit("recommended", *best, note)]
     for name, words in (("through_origin", "through the origin"), ("with_constant", "with a constant")):
         intercept = name == "with_constant"
         slope, u, constant, u_constant = fitting.ordinary_line(product, torque, intercept)
-        inertia = Estimate(float(slope), or_none(u))
+        inertia = Amount(float(slope), or_none(u), "kg*m^2")
         note = f"least squares of M on φ̇ψ̇, {words}; u from the scatter, runs taken as independent"
         if len(kept) == 1:
             note += "; one run has no scatter, so no u"
@@ -336,7 +352,7 @@ def named_fits(measured: Measurements, fit: FitResult, kept: list[int]) -> tuple
             continue
         difference = inertia.value - fit.inertia.value
         deviation = difference / fit.inertia.u if fit.inertia.u else None
-        minus_m0 = Estimate(float(constant), or_none(u_constant)) if intercept else None
+        minus_m0 = Amount(float(constant), or_none(u_constant), "N*m") if intercept else None
         found.append(NamedFit(name, inertia, minus_m0, note, difference / fit.inertia.value, deviation))
     return tuple(found)
 

@@ -102,7 +102,7 @@ def test_it_says_what_the_result_says(analysis: Analysis, page: str) -> None:
     assert analysis.sha256 in text
     texts = [*analysis.advice, *(diagnostic.message for diagnostic in analysis.diagnostics)]
     texts += [*(effect.reason for effect in analysis.effects), *(fit.note for fit in analysis.fits)]
-    texts += [reporting.number_text(group.product, group.product_u) for group in analysis.torques]
+    texts += [reporting.number_text(group.product.value, group.product.u) for group in analysis.torques]
     assert [told for told in texts if said(told) not in text] == []
     rows = re.findall(r'<tr class="flagged">(.*?)</tr>', page, re.S)
     assert len(rows) == sum(run.flagged for run in analysis.run_table) == 1

@@ -124,10 +124,10 @@ def _procedure(criterion: Criterion, evidence: Evidence) -> Mark:
 
 
 def _constancy(criterion: Criterion, evidence: Evidence) -> Mark:
-    groups = [group for group in evidence.analysis.torques if group.torque and group.product_spread is not None]
+    groups = [group for group in evidence.analysis.torques if group.torque and group.product.spread is not None]
     if not groups:
         return mark(criterion, 0.0, "no torque has two runs, so nothing shows whether φ̇ψ̇ is constant", {})
-    spread = max((group.product_spread or 0.0) / abs(group.product) for group in groups)
+    spread = max((group.product.spread or 0.0) / abs(group.product.value) for group in groups)
     if any(one.startswith(_OF_SCATTER) for one in evidence.bench):
         words = "the uncertainties that the rubric gives your bench"
     else:
@@ -141,8 +141,8 @@ USUAL = "the usual uncertainties of such readings"
 
 def scatter_of(analysis: Analysis) -> tuple[tuple[float, int], ...]:
     """Give χ² of φ̇ψ̇ within each torque, and its degrees of freedom."""
-    groups = [group for group in analysis.torques if group.torque and group.product_spread is not None]
-    return tuple((group.product_chi2, group.runs - 1) for group in groups if group.product_chi2 is not None)
+    groups = [group for group in analysis.torques if group.torque and group.product.spread is not None]
+    return tuple((group.product.chi2, group.runs - 1) for group in groups if group.product.chi2 is not None)
 
 
 def _scatter_mark(

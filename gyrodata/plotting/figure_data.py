@@ -261,7 +261,7 @@ def with_u(value: float, u: float | None) -> str:
 
 def mean_text(group: Group) -> str:
     """Write the mean φ̇ψ̇ of a torque with its standard uncertainty [rad²/s²]."""
-    return with_u(group.summary.product, group.summary.product_u)
+    return with_u(group.summary.product.value, group.summary.product.u)
 
 
 # --- in words ----------------------------------------------------------------------------------------------------

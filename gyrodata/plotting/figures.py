@@ -86,9 +86,9 @@ def _draw_product(scene: Scene, medium: Medium) -> Sheet:
     bottom, top = zero_range(scene.product, scene.product_u, scene.hollow)
     panel = Panel(sheet, medium.boxes(labels.right, 2)[0], limits, (bottom, top))
     draw_axes(panel, "spin ψ̇ [rpm]", "φ̇ψ̇ [rad²/s²]")
-    means = [group.summary.product for group in scene.groups]
+    means = [group.summary.product.value for group in scene.groups]
     for group, mean in zip(scene.groups, means, strict=True):
-        half = np.full(2, 2 * group.summary.product_u)
+        half = np.full(2, 2 * group.summary.product.u)
         panel.band(limits, mean - half, mean + half, group.colour, 0.2)
         panel.level(mean, group.colour, 1.0)
     if bottom < 0 < top:

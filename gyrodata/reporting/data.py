@@ -15,8 +15,8 @@ from msgspec.structs import asdict
 from gyrodata.errors import PICTURES, Diagnostic
 from gyrodata.fitting import Share
 from gyrodata.physics import RPM
-from gyrodata.results import Analysis, TorqueGroup
-from gyrodata.tables import Run
+from gyrodata.results import Analysis
+from gyrodata.tables import Run, Torque
 
 RUN_UNITS = {
     "mass": "kg",
@@ -100,7 +100,7 @@ def _columns(table: str) -> tuple[str, ...]:
     quantities = [f"{name}_{part}" for name in ("inertia", "residual_torque", "timing_bias") for part in _PARTS]
     columns = {
         "logs": ("rows", *quantities, "model", "chi2", "dof", "p", "birge", "scatter", "sha256", "diagnostics"),
-        "torques": tuple(_names(TorqueGroup)),
+        "torques": tuple(_names(Torque)),
         "budget": tuple(_names(Share)),
     }
     return ("log", *columns[table])

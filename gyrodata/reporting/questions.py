@@ -154,9 +154,10 @@ def _period(analysis: Analysis, torque: Scale) -> tuple[Block, ...]:
             load(analysis, i, torque),
             Value(group.torque, None, torque, f"torques.{i}.torque"),
             (Number(str(group.runs), f"torques.{i}.runs"),),
-            Value(group.period_per_spin, group.period_per_spin_u, steepness, f"torques.{i}.period_per_spin.value"),
+            Value(slope.value, slope.u, steepness, f"torques.{i}.period_per_spin.value"),
         )
         for i, group in enumerate(analysis.torques)
+        for slope in (group.period_per_spin,)
     )
     heads = (Head("on the rod"), Head("torque M", torque), Head("runs", NUMBER), Head("τ/ψ̇", steepness))
     return (
@@ -224,13 +225,13 @@ def _product(analysis: Analysis, scale: Scale, torque: Scale) -> tuple[Block, ..
         )  # fmt: skip
     rows: list[tuple[Cell, ...]] = []
     for i, group in enumerate(analysis.torques):
-        at, spread, without = f"torques.{i}.product", group.product_spread, group.without
+        at, product, without = f"torques.{i}.product", group.product, group.without
         rows.append(
             (
                 load(analysis, i, torque),
-                Value(group.product, group.product_u, PRODUCT, f"{at}.value"),
-                None if spread is None else Value(spread, None, PRODUCT, f"{at}.spread", is_u=True),
-                None if group.product_p is None else chance(group.product_p, f"{at}.p"),
+                Value(product.value, product.u, PRODUCT, f"{at}.value"),
+                None if product.spread is None else Value(product.spread, None, PRODUCT, f"{at}.spread", is_u=True),
+                None if product.p is None else chance(product.p, f"{at}.p"),
                 None if without is None else Value(without.value, without.u, scale, f"torques.{i}.without.value"),
             )
         )

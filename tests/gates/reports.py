@@ -2,8 +2,8 @@
 
 `numbers.txt` contains the numbers of 30 logs that matter: I_zz, M0, b, goodness, fits, budget, effects, sensitivity,
 torques, power laws, codes and places of diagnostics, advice. `printed.txt` contains what ``gyro analyze -v`` and ``gyro
-check`` print for eight logs. A short digest of each section is stored for Markdown and LaTeX: their numbers are those of
-the JSON, and their words those of the text.
+check`` print for eight logs. A short digest of each section is stored for Markdown and LaTeX: their numbers are those
+of the JSON, and their words those of the text.
 """
 
 from __future__ import annotations

@@ -137,9 +137,9 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
         fit=fit,
         model=lab.chosen,
         outliers=outliers,
-        inertia=_result(fit.inertia, "kg*m^2"),
-        residual_torque=_result(fit.residual_torque, "N*m"),
-        timing_bias=_result(fit.timing_bias, "s"),
+        inertia=_result(fit.inertia),
+        residual_torque=_result(fit.residual_torque),
+        timing_bias=_result(fit.timing_bias),
         if_balanced=balanced if whole and not fitting.torques_differ(measured.torque[kept]) else None,
         doubts=doubts,
         p=p,
@@ -254,11 +254,14 @@ def _sensitivity(answer: Estimate, outcome: Outcome) -> Sensitivity:
     return Sensitivity(outcome.name, outcome.words, inertia, deviation)
 
 
-def _result(estimate: Estimate, unit: str) -> Result:
+def _result(estimate: Estimate) -> Result:
     """Put a value with its interval into words that GUM has."""
     value, u, interval = estimate.value, estimate.u, estimate.interval_95
     assert u is not None
     assert interval is not None
     half = (interval[1] - interval[0]) / 2
     relative, k = abs(u / value) if value else None, half / u if u else None
-    return Result(value, u, unit, interval, k, None, half, relative, 0.95, DOF_REASON)
+    return Result(
+        value, u, estimate.unit, interval,
+        k=k, dof=None, expanded_u=half, relative_u=relative, level=0.95, dof_reason=DOF_REASON,
+    )  # fmt: skip

@@ -76,13 +76,9 @@ class Doubt(Struct, frozen=True):
     """Where to look for the cause."""
 
 
-class Result(Struct, frozen=True):
+class Result(Estimate, frozen=True, kw_only=True):
     """A value with its standard uncertainty u (k = 1) and its 95 % interval; see `CONVENTIONS`."""
 
-    value: float
-    u: float | None
-    unit: str
-    interval_95: tuple[float, float] | None
     k: float | None
     dof: float | None
     """Degrees of freedom; null, see dof_reason."""

@@ -103,12 +103,9 @@ def turn_words(turns: float) -> str:
 # --- each torque ------------------------------------------------------------------------------------------------
 
 
-class MeanProduct(Struct, frozen=True):
-    """Weighted mean of φ̇ψ̇ of one torque [rad²/s²]."""
+class MeanProduct(Estimate, frozen=True, kw_only=True):
+    """Weighted mean of φ̇ψ̇ of one torque [rad²/s²]; u includes the errors that its runs share."""
 
-    value: float
-    u: float
-    """Standard uncertainty, errors shared by these runs included."""
     spread: float | None
     """Standard deviation of the single runs; null for one run."""
     p: float | None
@@ -159,9 +156,11 @@ def torque_table(
         i, runs, scatter = group[0], int(told.runs[k]), or_none(chi2[k])
         load = or_none(measured.mass[i]), or_none(measured.position[i]), float(measured.torque[i])
         p = None if scatter is None else fitting.chi2_tail(scatter, runs - 1)
-        of_mean = MeanProduct(float(mean[k]), float(mean_u[k]), or_none(spread[k]), p, scatter)
+        of_mean = MeanProduct(
+            float(mean[k]), float(mean_u[k]), "rad^2/s^2", spread=or_none(spread[k]), p=p, chi2=scatter
+        )
         slope = 2 * math.pi / abs(of_mean.value)
-        per_spin = Estimate(slope, slope * of_mean.u / abs(of_mean.value))
+        per_spin = Estimate(slope, slope * float(mean_u[k]) / abs(of_mean.value), "s^2/rad")
         torques.append(Torque(*load, runs, without.get(k), of_mean, per_spin))
     return tuple(torques)
 
@@ -178,12 +177,9 @@ class PowerLaw(Struct, frozen=True):
     reason: str
 
 
-class Exponent(Struct, frozen=True):
+class Exponent(Estimate, frozen=True, kw_only=True):
     """τ ∝ ψ̇^value with one exponent for all torques, each with a factor of its own."""
 
-    value: float
-    u: float
-    """Standard uncertainty."""
     deviation: float
     """From 1, in standard uncertainties."""
     torques: int
@@ -222,7 +218,7 @@ def overall_exponent(measured: Measurements, kept: list[int]) -> Exponent | None
     if not sums.size:
         return None
     value, u = _slope(measured, np.add.reduce(sums, axis=1))
-    return Exponent(value, u, (value - 1) / u, sums.shape[1])
+    return Exponent(value, u, "1", deviation=(value - 1) / u, torques=sums.shape[1])
 
 
 def _slope_sums(measured: Measurements, kept: list[int]) -> Floats:
@@ -298,22 +294,14 @@ class _Groups:
 # --- beside the answer ------------------------------------------------------------------------------------------
 
 
-class Amount(Struct, frozen=True):
-    """A value with its standard uncertainty and its unit."""
-
-    value: float
-    u: float | None
-    unit: str
-
-
 class NamedFit(Struct, frozen=True):
     """One way to fit the log, for comparison."""
 
     name: str
     """"recommended", "through_origin" or "with_constant"."""
-    inertia: Amount | None
+    inertia: Estimate | None
     """null where this fit is not possible."""
-    constant: Amount | None
+    constant: Estimate | None
     """Constant of the line M = I_zz φ̇ψ̇ + constant, which is −M0."""
     note: str
     """What it is, or why it is not possible."""
@@ -331,12 +319,11 @@ def named_fits(measured: Measurements, fit: FitResult, kept: list[int]) -> tuple
         "stated uncertainties and from how the runs scatter"
     )
     m0 = fit.residual_torque
-    best = Amount(fit.inertia.value, fit.inertia.u, "kg*m^2"), Amount(-m0.value, m0.u, "N*m")
-    found = [NamedFit("recommended", *best, note)]
+    found = [NamedFit("recommended", fit.inertia, Estimate(-m0.value, m0.u, m0.unit), note)]
     for name, words in (("through_origin", "through the origin"), ("with_constant", "with a constant")):
         intercept = name == "with_constant"
         slope, u, constant, u_constant = fitting.ordinary_line(product, torque, intercept)
-        inertia = Amount(float(slope), or_none(u), "kg*m^2")
+        inertia = Estimate(float(slope), or_none(u), "kg*m^2")
         note = f"least squares of M on φ̇ψ̇, {words}; u from the scatter, runs taken as independent"
         if len(kept) == 1:
             note += "; one run has no scatter, so no u"
@@ -352,7 +339,7 @@ def named_fits(measured: Measurements, fit: FitResult, kept: list[int]) -> tuple
             continue
         difference = inertia.value - fit.inertia.value
         deviation = difference / fit.inertia.u if fit.inertia.u else None
-        minus_m0 = Amount(float(constant), or_none(u_constant), "N*m") if intercept else None
+        minus_m0 = Estimate(float(constant), or_none(u_constant), "N*m") if intercept else None
         found.append(NamedFit(name, inertia, minus_m0, note, difference / fit.inertia.value, deviation))
     return tuple(found)
 

@@ -46,14 +46,19 @@ ONE_SIGN = 1e-4
 """A sign of M0 that is less likely than this is not looked into."""
 
 
+UNITS = ("kg*m^2", "N*m", "s")
+"""Of the unknowns I_zz, M0 and b."""
+
+
 class Estimate(Struct, frozen=True):
     """A value with its standard uncertainty (k = 1)."""
 
     value: float
     u: float | None
-    """None where nothing tells it; the reason is in the note of its fit."""
+    """null if the runs do not determine it; the note of its fit contains the reason."""
+    unit: str
     interval_95: tuple[float, float] | None = None
-    """Where it is not value ± 1.96 u."""
+    """null if it is value ± 1.96 u, or is not computed."""
 
 
 class Share(Struct, frozen=True):
@@ -282,12 +287,12 @@ def _as_stated(measured: Measurements, sense: Floats, tilted: bool, kept: Floats
 
 
 def _result(measured: Measurements, adjusted: Adjusted, sense: Floats, widths: Widths, chi2: float) -> FitResult:
-    inertia, residual_torque, bias = adjusted.unknowns.tolist()
-    u = np.sqrt(np.diag(adjusted.covariance)).tolist()
+    u = np.sqrt(np.diag(adjusted.covariance))
+    inertia, residual_torque, bias = map(Estimate, adjusted.unknowns.tolist(), u.tolist(), UNITS)
     return FitResult(
-        inertia=Estimate(inertia, u[0]),
-        residual_torque=Estimate(residual_torque, u[1]),
-        timing_bias=Estimate(bias, u[2]),
+        inertia=inertia,
+        residual_torque=residual_torque,
+        timing_bias=bias,
         covariance=adjusted.covariance,
         chi2=chi2,
         dof=int(adjusted.kept.sum()) - 1 - int(torques_differ(measured.torque[adjusted.kept > 0])),
@@ -344,10 +349,10 @@ def integrate_at(measured: Measurements, result: FitResult, near: Posterior | No
     return integrate(conditions, scale, times_stated(measured), tested, near).times(unit)
 
 
-def _estimate(ends: Floats) -> Estimate:
+def _estimate(ends: Floats, unit: str) -> Estimate:
     """Make a value of the quantiles at `LEVELS`: the median, half the 68.3 % interval and the 95 % interval."""
     low, below, middle, above, high = ends.tolist()
-    return Estimate(middle, (above - below) / 2, (low, high))
+    return Estimate(middle, (above - below) / 2, unit, (low, high))
 
 
 def balance_scale(measured: Measurements, inertia: float, lightest: float) -> float:
@@ -386,8 +391,8 @@ def _typical(posterior: Posterior) -> Widths:
 def _with_posterior(measured: Measurements, result: FitResult, posterior: Posterior, near: bool) -> FitResult:
     """Give a fit the answer of the posterior; all but I_zz only if it is not `near`."""
     if near:
-        return replace(result, inertia=_estimate(posterior.quantiles(1)[0]), posterior=posterior)
-    inertia, residual_torque, timing_bias = map(_estimate, posterior.quantiles(3))
+        return replace(result, inertia=_estimate(posterior.quantiles(1)[0], UNITS[0]), posterior=posterior)
+    inertia, residual_torque, timing_bias = map(_estimate, posterior.quantiles(3), UNITS)
     contradicted = None
     if measured.balance_test is not None:
         allowed = measured.balance_test(result.inertia.value)

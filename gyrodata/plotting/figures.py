@@ -88,7 +88,7 @@ def _draw_product(scene: Scene, medium: Medium) -> Sheet:
     draw_axes(panel, "spin ψ̇ [rpm]", "φ̇ψ̇ [rad²/s²]")
     means = [group.summary.product.value for group in scene.groups]
     for group, mean in zip(scene.groups, means, strict=True):
-        half = np.full(2, 2 * group.summary.product.u)
+        half = np.full(2, 2 * (group.summary.product.u or 0.0))
         panel.band(limits, mean - half, mean + half, group.colour, 0.2)
         panel.level(mean, group.colour, 1.0)
     if bottom < 0 < top:

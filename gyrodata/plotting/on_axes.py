@@ -65,7 +65,7 @@ def _laws(scene: Scene, ax: Axes) -> None:
 
 def _means(scene: Scene, ax: Axes) -> None:
     for group in scene.groups:
-        mean, half = group.summary.product.value, 2 * group.summary.product.u
+        mean, half = group.summary.product.value, 2 * (group.summary.product.u or 0.0)
         ax.axhspan(mean - half, mean + half, color=group.colour, alpha=0.2, lw=0.0)
         ax.axhline(mean, color=group.colour, lw=1.0)
 

@@ -196,7 +196,7 @@ def _exponents(analysis: Analysis, torque: Scale) -> tuple[Block, ...]:
     ]
     rows.append((("all together",), everything, None))
     laws = [None if law.exponent is None else (law.exponent, law.u or 0.0) for law in analysis.power_law]
-    dots = (*laws, (whole.value, whole.u))
+    dots = (*laws, (whole.value, whole.u or 0.0))
     heads = (Head("on the rod"), Head("exponent n", NUMBER), Head("remark", wrap=0.45))
     picture = Picture("exponent n", dots, (1.0, 1.0), "the bars are ± u, the line is n = 1")
     table = filled(heads, rows, "Exponent of each torque, and one for all", picture, main=len(rows) - 1)

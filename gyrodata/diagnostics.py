@@ -207,6 +207,14 @@ TIME_AND_PERIOD_EXCHANGED = _error(
 HEADER_PARTED_BY_COMMA = _error(
     "G232", "a header that its own comma parts", "m, g,x [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n"
 )
+HEADER_READ_AS = _note(
+    "G236",
+    "a header of two meanings is read with the help of the other columns",
+    "mass [g],position [cm],spin [rpm],T [s]\n20,15.0,406,39.18\n40,15.0,404,19.6\n60,15.0,602,19.5\n",
+)
+LINE_READ_AS_KEY = _note(
+    "G310", "a line that is read as a key with its value", "g = 9.81 m/s^2\n" + LOG + "20,15.0,406,13.06,1/3\n"
+)
 NOTE_MAY_CHANGE_READING = _warning(
     "G240",
     "a note that may change a reading",

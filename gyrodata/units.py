@@ -18,6 +18,8 @@ from typing import Any, NamedTuple
 
 from msgspec import Struct
 
+from gyrodata import vocabulary
+
 MAX_UNIT_LENGTH = 64
 """Characters in a unit text; longer ones are refused unread."""
 
@@ -165,6 +167,9 @@ _ATOMS: dict[str, Atom] = {
     for spelling, name, _, dimensions, words in TABLE
     for word in words.split()
 }
+for _spelling in ("rev", "min", "s"):
+    for _word in vocabulary.words(_spelling).split():
+        _ATOMS.setdefault(fold_letters(_word), _ATOMS[_spelling])
 # Case is forgiven ("KG", "Sec") unless it tells milli from mega.
 _MEGA = {"Mg", "MG", "MN", "Ms", "MS", "MHz", "MHZ", "Mrad"}
 _ATOMS_ANY_CASE: dict[str, Atom] = {}

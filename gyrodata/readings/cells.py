@@ -18,6 +18,7 @@ from typing import Literal
 from msgspec import Struct
 from msgspec.structs import replace
 
+from gyrodata import vocabulary
 from gyrodata.diagnostics import (
     CELL_BECAME_A_DATE,
     CELL_IS_NO_NUMBER,
@@ -41,7 +42,7 @@ from gyrodata.readings.headers import name_roles, turns_in, words_of_turns
 from gyrodata.readings.roles import BY_NAME, kind_of_role
 from gyrodata.units import KINDS, LIMITS, SI, Uncertainty, UnitError, kinds_of, parse_unit
 
-BLANKS = frozenset({"", "-", "–", "—", "−", "--", "~", "‐", "‑"})
+BLANKS = frozenset({"", "-", "–", "—", "−", "--", "~", "‐", "‑", "n/a", "N/A", "n.a.", "#N/A", "NA"})
 """What stands where nothing was measured."""
 
 
@@ -91,12 +92,7 @@ _DOTTED_CLOCK = r"([0-9]{1,2})\.([0-5][0-9])\.([0-9]{2})"
 _DAY_MONTH = r"([0-9]{1,4})[.\s-]*([^\W\d_]{3,9})\.?(?:[\s-]*[0-9]{2,4})?"
 _MONTH_DAY = r"([^\W\d_]{3,9})\.?[\s-]*([0-9]{1,4})"
 _SPOKEN_CLOCK = r"([0-9]{1,3})\s*(?:'|m|min|мин)\.?\s*([0-9]{1,2}(?:[.,][0-9]+)?)\s*(?:\"|''|s|sec|c|сек)?\.?"
-_NO_WEIGHT_WORDS = """
-none no noweight nomass noload nothing empty unloaded without ohne keins kein keine leer sans aucun aucune vide
-нет без безгруза ничего sin sinpeso sinmasa ninguno ninguna nada brak bezciężarka sem semmassa nenhum nenhuma
-无 空 没有 없음
-"""
-_NO_WEIGHT = frozenset(_NO_WEIGHT_WORDS.split())
+_NO_WEIGHT = frozenset(vocabulary.words("no_weight").split())
 _TURN_BEHIND = (
     r"(?i)(.*?)\s*(?:of\s+)?(?:an?\s+)?(?:turn|rev|revolution|rotation|lap|round|circle|cycle|Umdrehung|Umlauf|tour|"
     r"оборот|об|vuelta|volta|obrót|obrot|圈|转)\w*\.?"
@@ -138,6 +134,10 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
         return Quantity(count * one.value, None if one.step is None else count * one.step, u, one.unit)
     if (":" in text or not text.isascii()) and (clock := re.fullmatch(_CLOCK, fold_number(text))):
         return _read_clock(clock, text, kind, unit)
+    if kind == "time" and (said := re.fullmatch(_SPOKEN_CLOCK, fold_number(text).lower())):
+        return read_cell(f"{said[1]}:{'0' * (not said[2][1:2].isdigit())}{said[2]}", kind, unit, ask)
+    if kind != "number" and re.fullmatch(r"[1-9][0-9]{0,2}(?:[ \u00a0\u202f][0-9]{3})+", text):
+        text = "".join(text.split())  # "1 198 rpm"
     written = take_apart(text)
     plain = written is not None and written.spread is None and "/" not in written.number
     if written is None or written.named or (plain and written.unit and not _is_unit(written.unit)):

@@ -11,6 +11,7 @@ from msgspec.structs import replace
 from gyrodata.diagnostics import (
     COLUMN_NOT_USED,
     HEADER_FITS_TWO_ROLES,
+    HEADER_READ_AS,
     HEADER_UNKNOWN,
     LAPS_OF_ONE_CLOCK,
     MAPPED_HEADER_UNKNOWN,
@@ -250,6 +251,12 @@ def _eliminate(
     for at, roles in sorted(open_columns, key=lambda column: column[1] != _bases(column[1])):
         left = _left(roles, choice, settings)
         cell = layout.cells[at]
+        if roles == ("time", "precession_period") and left and _is_one_turn(layout, choice, settings):
+            choice.serve(Chosen(at, cell, layout.headers[at], "precession_period"))
+            message = f'"{cell.text}" is read as the time of one whole turn of the precession'
+            hint = f'if it covers another number of turns: --map time="{cell.text}" --set turns=…'
+            faults.add(HEADER_READ_AS, message, hint, cell)
+            continue
         if roles != _bases(roles) and choice.asked.intersection(_bases(roles)):
             continue  # it follows what is asked about
         if left and not set(left) <= derived_roles(roles_there) and _may_be_needed(left, roles_there):
@@ -267,6 +274,15 @@ def _eliminate(
         else:
             message = f'the column "{cell.text}" is not used: it fits {" and ".join(roles)}'
             faults.add(COLUMN_NOT_USED, message, "", cell)
+
+
+def _is_one_turn(layout: Layout, choice: Choice, settings: Settings) -> bool:
+    """Tell whether "T" can only be the time of one turn: no turns are counted, or each time covers one."""
+    if "time" in choice.used or {"turns", "angle"} & set(settings.roles) or "angle" in choice.used:
+        return False
+    counts = choice.used.get("turns")
+    texts = {row.texts[counts[0].at] for row in layout.rows if counts[0].at < len(row.texts)} if counts else set()
+    return texts <= {"", "1"}
 
 
 def _counts_turns(header: Header) -> bool:
@@ -289,7 +305,10 @@ def _left(roles: tuple[str, ...], choice: Choice, settings: Settings) -> list[st
         same = [used[0].role for used in choice.used.values() if used[0].header.roles == bases]
         if same and f"u_{same[0]}" in roles:
             return [f"u_{same[0]}"]
-    return [role for role in roles if not _is_served(role, choice, settings)]
+    open_roles = [role for role in roles if not _is_served(role, choice, settings)]
+    # Nobody needs a quantity that the readings give already, if the header can be another one.
+    needed = [role for role in open_roles if role not in derived_roles(set(choice.used) | set(settings.roles))]
+    return needed or open_roles
 
 
 def _bases(roles: tuple[str, ...]) -> tuple[str, ...]:

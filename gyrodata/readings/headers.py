@@ -12,7 +12,9 @@ from functools import lru_cache
 from msgspec import Struct
 from msgspec.structs import replace
 
+from gyrodata import vocabulary
 from gyrodata.readings.roles import (
+    CENTRE_WORDS,
     END_WORDS,
     NAMES,
     NOISE_WORDS,
@@ -97,6 +99,14 @@ _PARTS = {
     "completa": "1",
     "uma": "1",
     "jeden": "1",
+    "jednego": "1",
+    "ett": "1",
+    "één": "1",
+    "jednoho": "1",
+    "egy": "1",
+    "bir": "1",
+    "yhden": "1",
+    "μιας": "1",
     "pełny": "1",
     "two": "2",
     "four": "4",
@@ -123,7 +133,7 @@ AND = ("and", "&", "und", "et", "y", "e", "и")
 _AND_A_HALF = rf"\w*\s+(?:{'|'.join(AND)})\s+(?:an?\s+)?(?:half|halbe?|demie?|medi[ao]|mezz[ao]|meia)\b"
 _TURN = (
     r"(?:turn|rev|rotation|revolution|cycle|circle|lap|rounds?\b|Umdreh|Umlauf|Umläuf|Drehung|Runde|tour|оборот|об\b|"
-    r"vuelta|volta|giro\b|obrót|obrot|okrąż|圈|转)"
+    r"vuelta|volta|giro\b|obrót|obrot|okrąż|omwentel|varv|otáč|otoč|fordul|kierro|περιστροφ|圈|转|回転)"
 )
 _PERIOD = r"(?:period|périod|período|okres|период|周期)"
 _COUNTED = (
@@ -151,6 +161,8 @@ def turns_in(header: str) -> str:
             return str(int(mixed[2]) + Fraction(mixed[3])) if not mixed[1] or mixed[1].lower() in _FOR else ""
         if (match := re.search(_COUNTED, plain)) or (match := re.match(_ALONE, plain)):
             return match[1].replace(" ", "").replace(",", ".").replace("⁄", "/")
+        if match := re.match(r"([1-9][0-9]?)\s*[·*×]?\s*T(?!\w)", plain):
+            return match[1]  # "10T (s)"
         match = re.search(_ANGLE, plain)
         if match and (part := Fraction(int(match[1]), 360)).denominator in (1, 2, 3, 4, 6, 12):
             return str(part)
@@ -188,7 +200,7 @@ def words_of_turns(text: str, whole: bool = False) -> str:
         part = over + part if over.isdecimal() else ""
         tokens = tokens[:-1]
     if not part:
-        return ""
+        return "1" if not whole and re.search(r"(?i)\bone(?: precession)?\s*$", text) else ""
     number = Fraction(part)
     before = list(tokens)
     while before and before[-1] in _FILLERS:
@@ -211,16 +223,7 @@ def counts_weights(header: Header) -> bool:
     return header.unit is None and not header.roles and bool(re.search(words, header.text))
 
 
-_ORIGIN = (
-    (
-        "surface",
-        r"surface|ball'?s? edge|edge of (?:the )?ball|Oberfläche|Kugelrand|поверхност|superfic|powierzchni|表面",
-    ),
-    (
-        "tip",
-        r"\btip\b|end of (?:the )?rod|rod end|free end|Spitze|Stabende|extrémité|bout\b|конца|extremo|punta|końca|末端",
-    ),
-)
+_ORIGIN = tuple((origin, vocabulary.words(origin, "|")) for origin in ("surface", "tip"))
 
 
 def origin_in(header: str) -> str:
@@ -228,6 +231,14 @@ def origin_in(header: str) -> str:
     if len(header) > MAX_HEADER or re.search(r"cent(?:re|er)|mittel|Mitte|центр|środk", header, re.IGNORECASE):
         return ""
     return next((origin for origin, words in _ORIGIN if re.search(words, header, re.IGNORECASE)), "")
+
+
+def from_centre(header: str) -> bool:
+    """Tell whether a header says that a length counts from the centre, as "x from centre" does."""
+    if any(re.search(words, header, re.IGNORECASE) for _, words in _ORIGIN):
+        return False
+    tokens = {squeeze(token).lower() for token in re.split(r"[\W_]+", header)}
+    return not tokens.isdisjoint(CENTRE_WORDS) or any(word in header for word in CENTRE_WORDS if word > "\u2e80")
 
 
 def is_of_the_spin(header: str) -> bool:
@@ -252,7 +263,7 @@ def parse_header(text: str) -> Header:
     roles, index = name_roles(name)
     if not roles and unit is not None and "time" in kinds_of(unit) and (repeat := _repeat(name)):
         roles, index = ("time",), repeat
-    if not roles and unit is not None and "length" in kinds_of(unit) and origin_in(name):
+    if not roles and unit is not None and "length" in kinds_of(unit) and (origin_in(name) or from_centre(name)):
         roles = ("position",)
     if any(squeeze(token).lower() in THEORY_WORDS for token in _TOKENS.split(text)):
         roles, index = (), None  # worked out, not measured
@@ -293,6 +304,8 @@ def _fitting(roles: tuple[str, ...], unit: str) -> tuple[str, ...]:
     kinds = kinds_of(unit)
     if kinds == {"rate"} and roles == ("turns",):
         return ("spin",)  # "Rotations (rpm)"
+    if kinds == {"force"} and roles == ("mass",):
+        return ("force",)  # "Weight (N)"
     kept = tuple(role for role in roles if kind_of_role(role) in kinds or (unit == "%" and role[:2] == "u_"))
     if "time" in kinds and not kept and "/" in unit and any(role.startswith("spin") for role in roles):
         # "spin [s/rev]" is a period under another name.
@@ -317,6 +330,9 @@ def split_unit(text: str) -> tuple[str, str | None]:
     # Before a slash U is no uncertainty: "Drehzahl U/min".
     if match := re.fullmatch(r"(.*\w)\s+(U ?/ ?(?:min|s|sec))", text):
         return match[1], match[2]
+    left, _, right = text.rpartition("_")
+    if any(kind_of_role(role) in kinds_of(right) for role in name_roles(left)[0]):
+        return left, right  # "period_s" is not "periods"
     if name_roles(text)[0]:
         return text, None
     return _split_loose(text)
@@ -360,6 +376,8 @@ def _cuts(text: str) -> list[tuple[str, str]]:
 
 def _is_unit_of(name: str, unit: str, kinds: Collection[str]) -> bool:
     roles = name_roles(name)[0] or name_roles(name.rstrip(" /,;"))[0]
+    if not roles and "length" in kinds and from_centre(name):
+        return True
     if not roles or not (kinds or unit == "%"):
         return False
     return any(kind_of_role(role) in kinds or (unit == "%" and role[:2] == "u_") for role in roles) or bool(

@@ -1,6 +1,7 @@
 """The roles: what a column of a log can measure, one record each; and the other keys that a log can give.
 
-A new role is one record of `TABLE` here; readers, hints, fill-down and the blank log follow it.
+A new role is one record of `TABLE` here, with its names in `vocabulary.toml`; readers, hints, fill-down and the blank
+log follow it.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from typing import Literal
 
 from msgspec import Struct
 
+from gyrodata import vocabulary
 from gyrodata.error_sources import SOURCES
 from gyrodata.units import DISPLAY, Uncertainty, fold_letters, from_si, kinds_of
 
@@ -26,9 +28,6 @@ class Role(Struct, frozen=True):
     """Kind of quantity, a key of `gyrodata.units.SI`."""
     symbols: str = ""
     """Symbols that mean this role only, parted by blanks; case matters ("m" is no "M")."""
-    words: str = ""
-    """Names that mean this role only, parted by commas; case and accents do not matter. English first, then de, fr,
-    ru, es, pl, pt, ko."""
     bound: Literal["", "above zero", "not zero", "not below zero", "below 90 degrees"] = ""
     """What its values are held to."""
     bound_hint: str = ""
@@ -54,15 +53,6 @@ TABLE: tuple[Role, ...] = (
         "mass",
         "mass",
         symbols="m",
-        words=(
-            "mass, weight, load, added mass, added weight, add-on mass, additional mass, hanging mass, masses, mass "
-            "added, Masse, Zusatzmasse, Gewicht, Zusatzgewicht, Auflagemasse, masse ajoutée, masse additionnelle, "
-            "surcharge, масса, масса груза, груз, масса грузика, m груза, masa, masa añadida, peso, masa ciężarka, "
-            "obciążenie, ciężarek, masa obciążnika, massa, massa adicionada, 질량, 추의 질량, mass used, weight "
-            "used, mass of weight, mass of the weight, mass on rod, extra mass, test mass, applied mass, weight "
-            "mass, Masse des Gewichts, Gewichtsstück, Massestück, добавочная масса, 质量, 砝码, 砝码质量, 附加质量, "
-            "重物质量, mass of added weight, mass of the added weight"
-        ),
         bound="not below zero",
         bound_hint="a weight on the counterweight side has a negative position",
         fills_down=True,
@@ -75,23 +65,6 @@ TABLE: tuple[Role, ...] = (
         "position",
         "length",
         symbols="x X r R l L d",
-        words=(
-            "position, arm, lever arm, lever, radius, distance, moment arm, arm length, location, offset, distance "
-            "from centre, distance from center, distance from pivot, Position, Abstand, Hebelarm, Hebel, Arm, "
-            "Radius, Hebelarmlänge, Entfernung, bras, bras de levier, rayon, plече, плечо, расстояние, длина плеча, "
-            "радиус, положение, brazo, brazo de palanca, distancia, radio, posición, ramię, ramię siły, odległość, "
-            "położenie, posição, distância, raio, braço, braço de alavanca, 반경, 반지름, 거리, 팔 길이, position on "
-            "rod, position of weight, weight position, position of mass, mass position, distance from ball centre, "
-            "distance from ball center, distance from centre of ball, distance from center of ball, distance from "
-            "the centre of the ball, distance from the center of the ball, distance to centre, distance to center, "
-            "distance from middle, distance along rod, center distance, centre distance, rod position, h, Abstand "
-            "vom Mittelpunkt, Abstand vom Zentrum, Abstand zur Mitte, Abstand von der Kugelmitte, Abstand vom "
-            "Kugelmittelpunkt, distance au centre, distance au centre de la boule, distance du centre, расстояние от "
-            "центра, расстояние до центра, distancia al centro, distancia desde el centro, distancia del centro, "
-            "odległość od środka, odległość od środka kuli, distância ao centro, distância do centro, 位置, 距离, "
-            "力臂, 到球心的距离, 距球心距离, 臂长, 半径, distance to center of ball, distance to centre of ball, "
-            "distance to the centre of the ball, location of mass, location of weight"
-        ),
         fills_down=True,
         sample="15 cm",
         meaning="from the centre of the ball to the middle of the weight",
@@ -101,11 +74,6 @@ TABLE: tuple[Role, ...] = (
         "torque",
         "torque",
         symbols="D Γ",
-        words=(
-            "torque, moment, moment of force, applied torque, couple, moment du couple, Drehmoment, Moment, moment "
-            "de force, момент, момент силы, момент сил, вращающий момент, par, momento, momento de fuerza, torca, "
-            "moment siły, torque aplicado, 토크, 돌림힘, 力矩, 扭矩"
-        ),
         fills_down=True,
         derived_from=(("position", "mass"), ("position", "force")),
         part="load",
@@ -114,7 +82,6 @@ TABLE: tuple[Role, ...] = (
         "force",
         "force",
         symbols="F",
-        words="force, applied force, Kraft, сила, fuerza, siła, força, 힘",
         fills_down=True,
         part="load",
     ),
@@ -122,19 +89,6 @@ TABLE: tuple[Role, ...] = (
         "spin",
         "rate",
         symbols="ω w ν f ψdot ωs ωS",
-        words=(
-            "spin, spin speed, spin rate, spin frequency, rotor speed, rotation speed, rotational speed, rotation "
-            "rate, speed, tachometer, tacho, tachometer reading, wheel speed, disc speed, disk speed, ball speed, "
-            "gyro speed, psidot, psi dot, omega, angular speed of spin, spin angular velocity, Drehzahl, "
-            "Drehfrequenz, Eigendrehzahl, Eigenrotation, Kreiseldrehzahl, Rotationsfrequenz, vitesse de rotation, "
-            "vitesse de rotation propre, rotation propre, fréquence de rotation, régime, обороты ротора, частота "
-            "вращения, скорость вращения, частота ротора, частота вращения ротора, velocidad de giro, velocidad de "
-            "rotación, frecuencia de giro, prędkość obrotowa, obroty, częstotliwość obrotów, velocidade de rotação, "
-            "frequência de rotação, 자전 각속도, 회전 속도, 회전수, tach, tach reading, tachometer speed, ball rpm, "
-            "ball spin, rotations per minute, revolutions per minute, rotor rpm, ball rotation, ball rotation speed, "
-            "spinning speed, Kugeldrehzahl, Drehgeschwindigkeit, Rotationsgeschwindigkeit, скорость шара, частота "
-            "шара, 转速, 自转, 自转角速度, 自转转速, 自转速度, 旋转速度"
-        ),
         bound="not zero",
         fills_down=True,
         sample="400 rpm",
@@ -158,12 +112,6 @@ TABLE: tuple[Role, ...] = (
         "spin_period",
         "time",
         symbols="Ts TG Tspin tR TR",
-        words=(
-            "spin period, period of spin, rotation period, rotor period, time per revolution, time per turn, "
-            "Drehperiode, Rotationsperiode, Eigenperiode, période de rotation, période de rotation propre, период "
-            "вращения, период вращения ротора, tiempo de giro, periodo de giro, periodo de rotación, okres obrotu, "
-            "okres wirowania, período de rotação, 자전 주기"
-        ),
         bound="above zero",
         fills_down=True,
         derived_from=(("spin",), ("spin_start", "spin_end")),
@@ -192,7 +140,6 @@ TABLE: tuple[Role, ...] = (
     Role(
         "spin_time",
         "time",
-        words="spin time, time of spin turns, time for spin turns",
         bound="above zero",
         fills_down=True,
         sample="1.5 s",
@@ -203,7 +150,6 @@ TABLE: tuple[Role, ...] = (
     Role(
         "spin_turns",
         "number",
-        words="spin turns, number of spin turns, ball turns, rotations of the ball, turns of the ball",
         bound="above zero",
         fills_down=True,
         sample="10",
@@ -215,15 +161,6 @@ TABLE: tuple[Role, ...] = (
         "time",
         "time",
         symbols="t NT nT",
-        words=(
-            "time, stopwatch, stop watch, stopwatch time, stopwatch reading, timing, measured time, precession time, "
-            "duration, elapsed time, total time, Zeit, Stoppuhr, Messzeit, gemessene Zeit, Dauer, Präzessionszeit, "
-            "temps, durée, chrono, chronomètre, temps de précession, temps mesuré, время, секундомер, время "
-            "прецессии, полное время, общее время, tiempo, cronómetro, tiempo medido, tiempo de precesión, czas, "
-            "stoper, czas precesji, zmierzony czas, tempo, tempo de precessão, 시간, 측정 시간, time taken, time "
-            "measured, measured duration, stopwatch t, timer, lap time, clock, Stoppzeit, gestoppte Zeit, temps "
-            "chronométré, засечённое время, 时间, 测量时间, 秒表, 进动时间, 用时, t prec, t precession, elapsed"
-        ),
         bound="above zero",
         bound_hint="a run that was not timed is left blank",
         meaning="the stopwatch time of each run",
@@ -234,21 +171,6 @@ TABLE: tuple[Role, ...] = (
         "turns",
         "number",
         symbols="Noб Np NP",
-        words=(
-            "turns, revs, revolutions, number of turns, number of revolutions, precession turns, precession "
-            "revolutions, count, laps, rounds, cycles, no of turns, no of revolutions, fraction of turn, "
-            "Umdrehungen, Umläufe, Anzahl Umläufe, Anzahl Umdrehungen, Anzahl der Umdrehungen, tours, nombre de "
-            "tours, обороты, число оборотов, количество оборотов, оборотов, N оборотов, vueltas, número de vueltas, "
-            "revoluciones, liczba obrotów, liczba okrążeń, okrążenia, voltas, número de voltas, 횟수, 회전 횟수, "
-            "바퀴 수, turn, rev, revolution, rotations, rotation count, number of rotations, # of turns, # turns, # "
-            "of revs, # revs, # of revolutions, # of rotations, number of revs, no of turns timed, turns timed, "
-            "turns counted, revs counted, fraction, fraction of revolution, fraction of a revolution, fraction of "
-            "rotation, fraction of a turn, fraction of rev, fraction of a rev, part of turn, number of precessions, "
-            "precessions, number of precession turns, Anteil der Umdrehung, Umdrehung, Umlauf, Bruchteil, tour, "
-            "fraction de tour, оборот, доля оборота, vuelta, fracción de vuelta, obrót, część obrotu, volta, fração "
-            "de volta, 圈数, 转数, 圈, 进动圈数, how many turns, how many revolutions, part of rev, part of "
-            "revolution, rev fraction"
-        ),
         bound="above zero",
         bound_hint="write the turns that were timed, such as 1/3; if the run was not timed, put # before its line",
         fills_down=True,
@@ -262,12 +184,6 @@ TABLE: tuple[Role, ...] = (
         "angle",
         "angle",
         symbols="φ",
-        words=(
-            "angle, swept angle, precession angle, angle swept, angle of precession, Winkel, überstrichener Winkel, "
-            "Präzessionswinkel, angle parcouru, angle de précession, угол, угол поворота, угол прецессии, ángulo, "
-            "ángulo barrido, kąt, kąt obrotu, kąt precesji, ângulo, 각도, angle turned, precessed angle, 角度, "
-            "进动角, 进动角度"
-        ),
         bound="above zero",
         fills_down=True,
         part="count",
@@ -277,12 +193,6 @@ TABLE: tuple[Role, ...] = (
         "precession_period",
         "time",
         symbols="Tp TP TΩ",
-        words=(
-            "period, precession period, period of precession, tau, Periode, Periodendauer, Präzessionsperiode, "
-            "Präzessionsdauer, période, période de précession, период, период прецессии, periodo, período, periodo "
-            "de precesión, okres, okres precesji, período de precessão, 주기, 세차 주기, time for one precession, "
-            "周期, 进动周期"
-        ),
         bound="above zero",
         derived_from=(("time", "turns"), ("time", "angle")),
         part="timing",
@@ -291,14 +201,6 @@ TABLE: tuple[Role, ...] = (
         "precession_rate",
         "rate",
         symbols="Ω Ωp ΩP ωp ωP wp φdot",
-        words=(
-            "precession rate, precession speed, precession frequency, rate of precession, precession, phidot, phi "
-            "dot, precession angular velocity, angular velocity of precession, Präzessionsfrequenz, "
-            "Präzessionsgeschwindigkeit, Präzessionsrate, Präzessionswinkelgeschwindigkeit, vitesse de précession, "
-            "fréquence de précession, скорость прецессии, угловая скорость прецессии, частота прецессии, velocidad "
-            "de precesión, frecuencia de precesión, prędkość precesji, prędkość kątowa precesji, częstość precesji, "
-            "velocidade de precessão, frequência de precessão, 세차 각속도, 세차 속도, 进动角速度, 进动速度"
-        ),
         bound="not zero",
         derived_from=(("time", "turns"), ("time", "angle")),
         part="timing",
@@ -306,32 +208,19 @@ TABLE: tuple[Role, ...] = (
     Role(
         "pitch",
         "angle",
-        words=(
-            "pitch, pitch angle, elevation, inclination, rod angle, tilt, Neigung, Neigungswinkel, inclinaison, "
-            "наклон, угол наклона, inclinación, nachylenie"
-        ),
         bound="below 90 degrees",
     ),
     Role(
         "spin_sense",
         "sign",
-        words=(
-            "spin sense, spin direction, sense of spin, direction of spin, Drehsinn, sens de rotation, направление "
-            "вращения"
-        ),
     ),
     Role(
         "precession_sense",
         "sign",
-        words=(
-            "precession sense, precession direction, sense of precession, direction of precession, "
-            "Präzessionsrichtung, sens de précession, направление прецессии"
-        ),
     ),
     Role(
         "weight_diameter",
         "length",
-        words="weight diameter, diameter of weight, Durchmesser Gewicht, diamètre masse, диаметр груза",
         bound="above zero",
         fills_down=True,
         meaning="how wide the added weight is, across the rod",
@@ -339,7 +228,6 @@ TABLE: tuple[Role, ...] = (
     Role(
         "transverse_inertia",
         "inertia",
-        words="transverse inertia, transverse moment of inertia",
         bound="above zero",
         fills_down=True,
     ),
@@ -347,31 +235,16 @@ TABLE: tuple[Role, ...] = (
         "inertia",
         "inertia",
         symbols="I J Izz Iz I0 I3 Jz",
-        words=(
-            "inertia, moment of inertia, Trägheitsmoment, moment d'inertie, момент инерции, momento de inercia, "
-            "moment bezwładności, momento de inércia, 관성 모멘트, 관성모멘트"
-        ),
         derived_from=((),),
     ),
     Role(
         "run",
         "text",
         symbols="№ # No Nr nr",
-        words=(
-            "run, run number, run no, run id, trial, measurement, no, nr, number, id, index, row, label, point, "
-            "test, attempt, Messung, Messung Nr, Versuch, Lauf, mesure, essai, numéro, опыт, номер, номер опыта, № "
-            "опыта, № п/п, измерение, medida, medición, ensayo, número, pomiar, nr pomiaru, nr pom, lp, medição, "
-            "medida nº, 번호, 실험, 회차, 组, 序号, 编号, 次数, run #, trial #, trial number, 实验"
-        ),
     ),
     Role(
         "note",
         "text",
-        words=(
-            "note, notes, comment, comments, remark, remarks, Bemerkung, Bemerkungen, Kommentar, Notiz, remarque, "
-            "commentaire, примечание, примечания, комментарий, nota, notas, observaciones, comentario, uwagi, uwaga, "
-            "observações, 비고, 备注, observations, remarks / notes"
-        ),
     ),
 )
 
@@ -397,16 +270,8 @@ SHARED_SYMBOLS = {
 }
 """Symbols of several roles, which a unit or the other columns tell apart."""
 
-SHARED_WORDS = {
-    "spin precession_rate": (
-        "angular velocity, angular speed, angular frequency, frequency, Winkelgeschwindigkeit, Kreisfrequenz, "
-        "Frequenz, vitesse angulaire, fréquence, угловая скорость, частота, velocidad angular, frecuencia, prędkość "
-        "kątowa, częstotliwość, rotation, vitesse, frequência, velocidade angular, 각속도, 진동수"
-    ),
-    "turns precession_period": "периоды, periods",
-    "precession_period spin_period": "Umlaufzeit, Umlaufdauer",
-}
-"""Words of several roles."""
+SHARED_NAMES = tuple(dict.fromkeys(key for section in vocabulary.LANGUAGES.values() for key in section if " " in key))
+"""Roles that share names, as they are written in the vocabulary."""
 
 BY_NAME: dict[str, Role] = {role.name: role for role in TABLE}
 ROLES = tuple(BY_NAME)
@@ -460,9 +325,7 @@ MOTION = "motion"
 MOTIONS = ("steady", "released")
 """How the rod was started: led along until it precesses steadily, or let go from rest."""
 BALANCED = "balanced"
-YES_OR_NO = dict.fromkeys(["yes", "true", "ja", "oui", "да", "sí", "si", "tak", "sim", "예"], True) | dict.fromkeys(
-    ["no", "false", "nein", "non", "нет", "nie", "não", "아니요"], False
-)
+YES_OR_NO = dict.fromkeys(vocabulary.words("yes").split(), True) | dict.fromkeys(vocabulary.words("no").split(), False)
 """Whether the ball is balanced, in the languages of the headers."""
 POSITION_FROM = "position_from"
 ORIGINS = {"centre": "centre", "center": "centre", "surface": "surface", "tip": "tip"}
@@ -510,29 +373,6 @@ def derived_roles(roles: set[str]) -> set[str]:
     return {role.name for role in TABLE if role.derived_from and any(map(roles.issuperset, role.derived_from))}
 
 
-_START = (
-    "start initial before begin beginning first vorher anfang am_anfang avant début до начальная начальный antes "
-    "inicial przed początkowa "
-)
-_END = (
-    "end stop stopp final after last nachher ende danach après fin после конечная конечный después despues po końcowa "
-)
-_NOISE = (
-    "the of a for measured mean average avg observed reading value in der die das des gemessen gemessene mittel "
-    "mittlere mittlerer de du la le moyen moyenne mesuré mesurée средний средняя среднее измеренный измеренное "
-    "medio media promedio medido średni średnia średnie zmierzony zmierzona at half médio média 측정 평균 "
-)
-_THEORY = (
-    "theory theoretical theor theo calculated calc computed expected predicted theorie theoretisch berechnet théorie "
-    "théorique calculé теор теория теоретическая теоретический расчет расчетная teórico teórica calculado calculada "
-    "teoria teoretyczna teoretyczny obliczona obliczony esperado 이론 계산 "
-)
-_UNSURE = (
-    "u sigma err error errors uncertainty unc uncert stdev sd std delta unsicherheit fehler messunsicherheit "
-    "incertitude erreur погрешность ошибка incertidumbre error niepewność błąd incerteza erro δ σ "
-)
-
-
 @lru_cache(maxsize=8192)
 def squeeze(text: str) -> str:
     """Keep the letters of a name: look-alikes folded, accents, blanks, ``_``, ``-`` and dots gone; case stays."""
@@ -564,49 +404,27 @@ def _squeezed(text: str, delimiter: str | None = None) -> list[str]:
     return ["".join(name.split()) for name in names]
 
 
-def _words(text: str) -> set[str]:
-    return set(_squeezed(text))
+def _words(key: str) -> set[str]:
+    return set(_squeezed(vocabulary.words(key)))
 
 
-_TRIALS = (
-    "trial try attempt measurement run test reading rep repeat repetition take timing # no nr Messung Versuch "
-    "Durchgang Durchlauf Wiederholung essai mesure опыт измерение попытка замер medida medición ensayo intento "
-    "prueba pomiar próba powtórzenie medição ensaio tentativa 第 次 试验 测量 측정 시도"
-)
-_MEANS = (
-    "mean means average averages avg ave mittel mittelwert mittelwerte mittlere mittlerer durchschnitt "
-    "moyenne moyennes moyen moy среднее средний средняя средние сред ср promedio promedios prom media medias medio "
-    "średnia średnie średni śr média médias médio 平均 平均值 평균 "
-)
-_SUMMARIES = (
-    _MEANS
-    + "σ sd std stdev stddev standarddeviation stdabw standardabweichung streuung écart écarttype отклонение ско "
-    "desviación desv desvest odchylenie desvio 标准差 标准偏差 표준편차 total sum summe somme итого сумма всего "
-    "suma soma 合计 median variance error uncertainty"
-)
-_NOT_THE_WEIGHT = (
-    "ball sphere globe rod stick shaft diameter dia radius disc disk wheel rotor counterweight length height width "
-    "thickness about approx approximately aim aiming target nominal ca circa around roughly up to max min kugel stab "
-    "stange durchmesser scheibe länge höhe etwa ungefähr boule sphère tige diamètre disque longueur environ шар шара "
-    "стержень стержня диаметр диск длина около bola esfera varilla diámetro longitud aproximadamente kula kuli pręt "
-    "średnica długość około haste diâmetro comprimento cerca 球 杆 直径 长度 ± +/-"
-)
-
-
-START_WORDS, END_WORDS, NOISE_WORDS, UNSURE_WORDS = _words(_START), _words(_END), _words(_NOISE), _words(_UNSURE)
-THEORY_WORDS = _words(_THEORY)
+START_WORDS, END_WORDS, NOISE_WORDS, UNSURE_WORDS = map(_words, ("start", "end", "noise", "unsure"))
+THEORY_WORDS = _words("theory")
 """Words for what was worked out and not measured."""
-TRIAL_WORDS = _words(_TRIALS)
+TRIAL_WORDS = _words("trial")
 """Words that number the repeats of one setting."""
-MEAN_WORDS, SUMMARY_WORDS = _words(_MEANS), _words(_SUMMARIES)
+CENTRE_WORDS = _words("centre")
+"""Words for the centre of the ball."""
+MEAN_WORDS = _words("mean")
+SUMMARY_WORDS = MEAN_WORDS | _words("summary")
 """Words for a mean, and for all that stands below a table and is no run."""
-NOT_THE_WEIGHT = _words(_NOT_THE_WEIGHT)
+NOT_THE_WEIGHT = _words("not_the_weight")
 """Words beside a quantity in a title that is no added weight, no place of it, and no spin that was read."""
 
 NAMES: dict[str, tuple[str, ...]] = {}
 """Roles by squeezed lower-case name."""
-for _roles, _text in (*((role.name, role.words) for role in TABLE), *SHARED_WORDS.items()):
-    for _name in _squeezed(_text, ",") if _text else ():
+for _roles in (*(role.name for role in TABLE), *SHARED_NAMES):
+    for _name in filter(None, _squeezed(vocabulary.words(_roles, ","), ",")):
         NAMES.setdefault(_name, tuple(_roles.split()))
 for _role in ROLES:
     NAMES[squeeze(_role).lower()] = (_role,)
@@ -620,8 +438,8 @@ SYMBOLS: dict[str, tuple[str, ...]] = {
 @cache
 def _all_words() -> frozenset[str]:
     """Every word that stands in headers."""
-    names = " ".join([*(role.words for role in TABLE), *SHARED_WORDS.values()])
-    return frozenset(START_WORDS | END_WORDS | NOISE_WORDS | UNSURE_WORDS | _words(names.replace(",", " ")))
+    lists = " ".join(" ".join(section.values()) for section in vocabulary.LANGUAGES.values())
+    return frozenset(_squeezed(lists.replace(",", " ")))
 
 
 def is_word(text: str) -> bool:

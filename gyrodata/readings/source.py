@@ -25,6 +25,7 @@ from gyrodata.diagnostics import (
     FILE_CANNOT_BE_OPENED,
     FILE_NOT_FOUND,
     FILE_TOO_LARGE,
+    LINE_READ_AS_KEY,
     LOG_IS_EMPTY,
     NO_DELIMITER,
     NOT_TEXT,
@@ -464,7 +465,7 @@ _KEY = re.compile(r"\s*([^\W\d][\w .()/\-]{0,39}?)\s*[:=]\s*(.*)", re.DOTALL)
 def make_grid(document: Document) -> Grid:
     """Split a log into cells."""
     faults = document.faults
-    lines = faults.lines
+    lines = list(faults.lines)
     body: list[int] = []  # indices of the table's lines
     metadata: list[tuple[str, Text]] = []
     comments: list[Text] = []
@@ -482,7 +483,8 @@ def make_grid(document: Document) -> Grid:
         raise faults.refuse(
             TOO_MANY_ROWS, f"{len(body) - 1} rows; at most 100 000 are read", "a lab log has some dozens"
         )
-    delimiter = forced or find_delimiter([lines[i] for i in body[:30]])
+    forced = forced or _from_markup(lines, body)
+    delimiter = forced or find_delimiter([lines[i] for i in body[:30]]) or _from_blanks(lines, body)
     if delimiter is None and body:
         first = next((i for i in body if _SPACED.fullmatch(lines[i])), body[0])
         hint = "put a comma, a semicolon or a tab between the columns"
@@ -491,6 +493,8 @@ def make_grid(document: Document) -> Grid:
         )
     rows = _split_rows(lines, body, delimiter or ",", faults)
     rows = _without_answers(rows, lines, delimiter or ",", metadata)
+    rows = _without_constants(rows, lines, delimiter or ",", metadata, faults)
+    comments = _without_lost_colons(comments, metadata, faults)
     width = len(rows[0].texts) if rows else 0
     hidden = [
         c.line
@@ -518,6 +522,44 @@ def _without_answers(rows: list[Row], lines: list[str], delimiter: str, metadata
     return kept
 
 
+def _without_constants(
+    rows: list[Row], lines: list[str], delimiter: str, metadata: list[tuple[str, Text]], faults: Faults
+) -> list[Row]:
+    """Take "g = 9.81", or "Ball diameter", "101.6", "mm", out of the rows, as if it stood in a ``#`` line."""
+    from gyrodata.readings.roles import CONSTANTS
+
+    kept: list[Row] = []
+    for row in rows:
+        filled = [text for text in row.texts if text]
+        match = _KEY.fullmatch(" ".join(filled)) or re.fullmatch(r"([^\W\d][\w ]*?)\t(.*)", "\t".join(filled))
+        key = re.sub(r"[\s_\-]+", "_", match[1].strip()).lower() if match and len(filled) <= 3 else ""
+        if match is None or key not in CONSTANTS or not re.match(r"[-+(]?[.\d]", match[2]):
+            kept.append(row)
+            continue
+        at = next(at for at, text in enumerate(row.texts) if text)
+        place = find_place(lines, delimiter, row.spot(at))
+        value = match[2].replace("\t", " ")
+        metadata.append((key, Text(value, *place)))
+        faults.add(LINE_READ_AS_KEY, f'line {row.line} is read as "# {key}: {value}"', "", place, len(row.texts[at]))
+    return kept
+
+
+def _without_lost_colons(comments: list[Text], metadata: list[tuple[str, Text]], faults: Faults) -> list[Text]:
+    """Read "# latitude 48.1 deg", which lacks its colon, if it is a constant and nothing else."""
+    from gyrodata.readings.roles import CONSTANTS
+
+    kept: list[Text] = []
+    for comment in comments:
+        match = re.fullmatch(r"(\w+)\s+([-+]?[0-9].*)", comment.text)
+        if match and match[1].lower() in CONSTANTS:
+            metadata.append((match[1].lower(), replace(comment, text=match[2])))
+            message = f'"# {comment.text[:60]}" is read as "# {match[1].lower()}: {match[2][:60]}"'
+            faults.add(LINE_READ_AS_KEY, message, "", comment)
+        else:
+            kept.append(comment)
+    return kept
+
+
 def decimal_signs(grid: Grid, by_delimiter: bool = True) -> set[str]:
     """Give the decimal signs of a table's first numbers, as far as no mark between thousands looks like them."""
     signs = {
@@ -542,6 +584,49 @@ def _read_comment(line: str, number: int, metadata: list[tuple[str, Text]], comm
         return
     key = re.sub(r"[\s\-]+", "_", match[1].strip())
     metadata.append((key, Text(match[2].strip(), number, start + match.start(2) + 1)))
+
+
+_RULE = re.compile(r"[\s|+:=\-]*\|[\s|+:=\-]*|[\s+:=\-]*[+\-=]{3,}[\s+:=\-]*|\s*\\[a-zA-Z]+.*")
+"""A line that only draws a line in a Markdown table, or a command of LaTeX."""
+
+
+def _from_markup(lines: list[str], body: list[int]) -> str | None:
+    """Blank what frames the cells of a table in Markdown or LaTeX, and give its delimiter; None if it is neither.
+
+    The cells stay at their places.
+    """
+    framed = sum(lines[i].count("|") > 1 for i in body)
+    tex = sum("&" in lines[i] and "\\\\" in lines[i] for i in body)
+    if 2 * max(framed, tex) <= len(body) or max(framed, tex) < 2:
+        return None
+    body[:] = [i for i in body if not _RULE.fullmatch(lines[i])]
+    for i in body:
+        line = lines[i]
+        if tex > framed:
+            line = re.sub(r"\\\\.*$", lambda end: " " * len(end[0]), line)
+            line = re.sub(r"[$~]|\\[,;: ]", lambda mark: " " * len(mark[0]), line)
+        else:
+            line = re.sub(r"^\s*\||\|\s*$", lambda edge: " " * len(edge[0]), line)
+        lines[i] = line
+    return "&" if tex > framed else "|"
+
+
+def _from_blanks(lines: list[str], body: list[int]) -> str | None:
+    """Part columns that only blanks align: a tab takes the place of the first blank between two cells."""
+    for gap in (" {2,}", " +"):
+        counts = Counter(len(re.split(gap, lines[i].strip())) for i in body)
+        width, often = counts.most_common(1)[0]
+        rows = [i for i in body if len(re.split(gap, lines[i].strip())) == width]
+        # Single blanks part columns only if each name of a column has its unit.
+        named = gap == " {2,}" or all(re.search(r"[\[(]", name) for name in lines[rows[0]].split())
+        if width >= 4 and 3 * often > 2 * len(body) and len(rows) > 2 and named:
+            for i in body:
+                start = len(lines[i]) - len(lines[i].lstrip())
+                lines[i] = lines[i][:start] + re.sub(
+                    gap, lambda blanks: "\t" + " " * (len(blanks[0]) - 1), lines[i][start:].rstrip()
+                )
+            return "\t"
+    return None
 
 
 def find_delimiter(lines: list[str]) -> str | None:

@@ -31,6 +31,7 @@ from gyrodata.readings.headers import parse_header
 from gyrodata.readings.lablog import MOST_OF_ONE_CODE, Column, Faults, Place, Reading, Readings, listing, split_lines
 from gyrodata.readings.layout import Layout, find_layout
 from gyrodata.readings.meaning import check_meaning, warn_of_notes
+from gyrodata.readings.pairs import combine
 from gyrodata.readings.roles import (
     SHARED_UNCERTAINTIES,
     SPIN_SETS,
@@ -130,6 +131,7 @@ def read_log(
 
 def _read_table(layout: Layout, mapping: Mapping[str, str], given: Settings, faults: Faults) -> Table:
     """Read the runs, and say what they lack."""
+    layout = layout if mapping else combine(layout, faults)
     choice = choose(layout, mapping, given, faults)
     table = build(layout, choice, given, faults)
     if not table.runs and not faults.has_error():

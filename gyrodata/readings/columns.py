@@ -25,16 +25,19 @@ from gyrodata.readings.roles import (
     BY_NAME,
     COUNTS,
     END_WORDS,
+    NOT_THE_WEIGHT,
     ONE_TURN,
     SPIN_SETS,
     START_WORDS,
+    THEORY_WORDS,
     TIMINGS,
+    UNSURE_WORDS,
     derived_roles,
     kind_of_role,
     squeeze,
 )
 from gyrodata.readings.settings import Settings
-from gyrodata.units import UnitError, kinds_of, parse_unit
+from gyrodata.units import KINDS, UnitError, kinds_of, parse_unit
 
 
 class Chosen(Struct, frozen=True):
@@ -104,6 +107,7 @@ def choose(layout: Layout, mapping: Mapping[str, str], settings: Settings, fault
             open_columns.append((at, header.roles))
     _serve_stated(layout, stating, choice, settings)
     _eliminate(layout, open_columns, choice, settings, faults)
+    _serve_by_unit(choice, layout, settings, faults)
     _ask_about_laps(layout, choice, faults)
     choice.unplaced.sort(key=lambda cell: cell.column)
     for repeats in choice.used.values():
@@ -238,6 +242,14 @@ def _eliminate(
             COLUMN_NOT_USED, f"{shown}: taken as the spin at the start and at the end", "if not, name them with --map"
         )
         open_columns = [(at, roles) for at, roles in open_columns if at not in numbered]
+    for at, roles in list(open_columns):
+        if roles == ("time", "precession_period") and _is_one_turn(layout, choice, settings):
+            cell = layout.cells[at]
+            choice.serve(Chosen(at, cell, layout.headers[at], "precession_period"))
+            open_columns.remove((at, roles))
+            message = f'"{cell.text}" is read as the time of one whole turn of the precession'
+            hint = f'if it covers another number of turns: --map time="{cell.text}" --set turns=…'
+            faults.add(HEADER_READ_AS, message, hint, cell)
     progress = True
     while progress and open_columns:
         progress = False
@@ -251,12 +263,6 @@ def _eliminate(
     for at, roles in sorted(open_columns, key=lambda column: column[1] != _bases(column[1])):
         left = _left(roles, choice, settings)
         cell = layout.cells[at]
-        if roles == ("time", "precession_period") and left and _is_one_turn(layout, choice, settings):
-            choice.serve(Chosen(at, cell, layout.headers[at], "precession_period"))
-            message = f'"{cell.text}" is read as the time of one whole turn of the precession'
-            hint = f'if it covers another number of turns: --map time="{cell.text}" --set turns=…'
-            faults.add(HEADER_READ_AS, message, hint, cell)
-            continue
         if roles != _bases(roles) and choice.asked.intersection(_bases(roles)):
             continue  # it follows what is asked about
         if left and not set(left) <= derived_roles(roles_there) and _may_be_needed(left, roles_there):
@@ -276,9 +282,41 @@ def _eliminate(
             faults.add(COLUMN_NOT_USED, message, "", cell)
 
 
+_BY_UNIT = ("mass", "position", "spin", "time")
+"""What a column without a known name can be by its unit alone."""
+
+
+def _serve_by_unit(choice: Choice, layout: Layout, settings: Settings, faults: Faults) -> None:
+    """Give a column without a known name the role that is missing, if no other column has such a unit."""
+    there = set(choice.used) | set(settings.roles) | choice.asked
+    headers = [(cell, layout.headers[layout.cells.index(cell)]) for cell in choice.unplaced]
+    for role in _BY_UNIT:
+        kind = kind_of_role(role)
+        part = [one for one in BY_NAME.values() if one.part == BY_NAME[role].part]
+        if any(one.name in there and one.kind == kind for one in part) or (kind == "mass" and "force" in there):
+            continue
+        if not there.isdisjoint(ONE_TURN if role == "time" else ("torque",) if BY_NAME[role].part == "load" else ()):
+            continue
+        if role == "time" and not there.intersection(COUNTS):
+            continue
+        fit = [(cell, header) for cell, header in headers if header.unit and kind in kinds_of(header.unit)]
+        words = {squeeze(word).lower() for cell, _ in fit for word in re.split(r"[\W_]+", cell.text)}
+        if len(fit) != 1 or words & (NOT_THE_WEIGHT | THEORY_WORDS | UNSURE_WORDS):
+            continue
+        cell, header = fit[0]
+        choice.serve(Chosen(layout.cells.index(cell), cell, header, role))
+        choice.unplaced.remove(cell)
+        message = f'"{cell.text}" is read as the {role}, because no other column is {KINDS[kind].words}'
+        faults.add(HEADER_READ_AS, message, f"if it is not, name the {role} with --map {role}=HEADER", cell)
+
+
 def _is_one_turn(layout: Layout, choice: Choice, settings: Settings) -> bool:
     """Tell whether "T" can only be the time of one turn: no turns are counted, or each time covers one."""
-    if "time" in choice.used or {"turns", "angle"} & set(settings.roles) or "angle" in choice.used:
+    if (
+        {"time", "precession_period"} & set(choice.used)
+        or {"turns", "angle"} & set(settings.roles)
+        or "angle" in choice.used
+    ):
         return False
     counts = choice.used.get("turns")
     texts = {row.texts[counts[0].at] for row in layout.rows if counts[0].at < len(row.texts)} if counts else set()

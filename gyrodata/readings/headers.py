@@ -233,6 +233,12 @@ def origin_in(header: str) -> str:
     return next((origin for origin, words in _ORIGIN if re.search(words, header, re.IGNORECASE)), "")
 
 
+def clock_word(header: str) -> str:
+    """Know "start (s)" and "t stop", two readings of a running clock: "start", "stop" or ""."""
+    words = {squeeze(word).lower() for word in re.split(r"[\W_]+", header)}
+    return "start" if words & START_WORDS else "stop" if words & END_WORDS else ""
+
+
 def from_centre(header: str) -> bool:
     """Tell whether a header says that a length counts from the centre, as "x from centre" does."""
     if any(re.search(words, header, re.IGNORECASE) for _, words in _ORIGIN):
@@ -271,7 +277,7 @@ def parse_header(text: str) -> Header:
         unit = "s"  # "mm:ss.cc": how its cells are written, and they say so themselves
     if unit is not None:
         swept = kinds_of(unit) == {"angle"} and name.strip().lower() in _SWEPT
-        roles = ("angle",) if swept else _fitting(roles, unit)
+        roles = ("angle",) if swept else _fitting(roles, unit, name.strip())
     else:
         # A bare "N" counts turns: the other readings would need a unit.
         bare = tuple(role for role in roles if kind_of_role(role) in ("number", "text", "sign"))
@@ -296,10 +302,10 @@ def _repeat(name: str) -> int | None:
 def with_unit(header: Header, unit: str) -> Header:
     """Give a header the unit of the row below it."""
     roles, index = name_roles(header.text)
-    return replace(header, roles=_fitting(roles, unit), unit=unit, number=index)
+    return replace(header, roles=_fitting(roles, unit, header.text), unit=unit, number=index)
 
 
-def _fitting(roles: tuple[str, ...], unit: str) -> tuple[str, ...]:
+def _fitting(roles: tuple[str, ...], unit: str, name: str) -> tuple[str, ...]:
     """Keep the roles that the unit can measure; all of them if it fits none, so that the unit is at fault."""
     kinds = kinds_of(unit)
     if kinds == {"rate"} and roles == ("turns",):
@@ -310,7 +316,8 @@ def _fitting(roles: tuple[str, ...], unit: str) -> tuple[str, ...]:
     if "time" in kinds and not kept and "/" in unit and any(role.startswith("spin") for role in roles):
         # "spin [s/rev]" is a period under another name.
         return tuple(role.replace("spin", "spin_period", 1) for role in roles if role.startswith("spin"))
-    return kept or roles
+    # A symbol says less than a unit: "D (s)" is not a torque.
+    return kept if len(name) == 1 else kept or roles
 
 
 def split_unit(text: str) -> tuple[str, str | None]:

@@ -16,20 +16,17 @@ from gyrodata.diagnostics import (
 )
 from gyrodata.readings.cells import PREFIX
 from gyrodata.readings.columns import Choice
-from gyrodata.readings.headers import AND, MAX_HEADER, counts_weights, parse_header, suggest_role, turns_in
+from gyrodata.readings.headers import AND, MAX_HEADER, clock_word, counts_weights, parse_header, suggest_role, turns_in
 from gyrodata.readings.lablog import Column, Faults, Place, Text, listing, span
 from gyrodata.readings.roles import (
     BY_NAME,
     COUNTS,
-    END_WORDS,
     KEYS,
     ONE_TURN,
     SPIN_SETS,
-    START_WORDS,
     TEXTS,
     altered_role,
     kind_of_role,
-    squeeze,
 )
 from gyrodata.readings.source import Grid, Row
 from gyrodata.readings.table import Table
@@ -280,8 +277,8 @@ def advise(role: str, headers: list[str]) -> str:
         if role == "time" and len(numbered) > 1:
             ways = " ".join(f'--map time_{i}="{header}"' for i, header in enumerate(numbered[:4], 1))
             return f"are they repeats? {ways}{' …' if len(numbered) > 4 else ''}; "
-        clock = [header for header in headers if _clock_words(header) and not _is_of_spin(header, headers)]
-        if role == "time" and len({*map(_clock_words, clock)}) == 2:
+        clock = [header for header in headers if clock_word(header) and not _is_of_spin(header, headers)]
+        if role == "time" and len({*map(clock_word, clock)}) == 2:
             shown = " and ".join(f'"{header}"' for header in clock[:2])
             return f"{shown} are readings of a running clock: subtract them, and write the seconds between them; "
         whole = [header for header in timed if suggest_role(header) == "precession_period"]
@@ -296,14 +293,8 @@ def advise(role: str, headers: list[str]) -> str:
             return f'is it "{turned[0]}"? divide by the turns, and write spin_period [s] (or _start, _end); '
     close = [header for header in headers if suggest_role(header) == role and (role != "turns" or not _is_time(header))]
     if role == "time":
-        close = [header for header in close if not _clock_words(header)]
+        close = [header for header in close if not clock_word(header)]
     return f'is it "{close[0]}"? ' if close else ""
-
-
-def _clock_words(header: str) -> str:
-    """Know "start (s)" and "t stop", two readings of a running clock: which of them it is, or ""."""
-    words = {squeeze(word).lower() for word in re.split(r"[\W_]+", header)}
-    return "start" if words & START_WORDS else "stop" if words & END_WORDS else ""
 
 
 def _is_time(header: str) -> bool:

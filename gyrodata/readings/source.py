@@ -236,6 +236,8 @@ def _without_nul(text: str, faults: Faults) -> str:
 
 
 _CODE_PAGES = ("cp1252", "cp1251", "cp1250", "koi8-r", "cp866", "cp1253")
+_WIDE_CODE_PAGES = ("cp932", "gb18030", "cp949")
+"""What Excel writes as CSV in Japan, China and Korea: two bytes a character."""
 _WORD = r"[^\W\d_]+"
 
 
@@ -245,8 +247,10 @@ def _guess_code_page(data: bytes) -> str:
 
     sample = data[:20_000]
     best, best_score = _CODE_PAGES[0], -1e9
-    for encoding in _CODE_PAGES:
+    for encoding in (*_CODE_PAGES, *_WIDE_CODE_PAGES):
         text = sample.decode(encoding, "replace")
+        if encoding in _WIDE_CODE_PAGES and "\ufffd" in text[:-1]:
+            continue
         score = -5.0 * text.count("\ufffd")
         for word in sorted(set(re.findall(_WORD, text))):
             if word.isascii():
@@ -618,7 +622,7 @@ def _from_blanks(lines: list[str], body: list[int]) -> str | None:
         width, often = counts.most_common(1)[0]
         rows = [i for i in body if len(re.split(gap, lines[i].strip())) == width]
         # Single blanks part columns only if each name of a column has its unit.
-        named = gap == " {2,}" or all(re.search(r"[\[(]", name) for name in lines[rows[0]].split())
+        named = gap == " {2,}" or sum(bool(re.search(r"[\[(]", name)) for name in lines[rows[0]].split()) > 2
         if width >= 4 and 3 * often > 2 * len(body) and len(rows) > 2 and named:
             for i in body:
                 start = len(lines[i]) - len(lines[i].lstrip())

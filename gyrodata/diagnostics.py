@@ -120,7 +120,7 @@ UNIT_MISSING = _error(
     "G206", "a unit is missing", "mass [g],position [cm],spin,time [s],turns\n20,15.0,560,13.06,1/3\n"
 )
 HEADER_FITS_TWO_ROLES = _error(
-    "G207", "a header fits two roles", "mass [g],position [cm],spin [rpm],T [s]\n20,15.0,406,39.2\n"
+    "G207", "a header fits two roles", "mass [g],position [cm],spin [rpm],T [s],turns\n20,15.0,406,39.2,1/3\n"
 )
 PER_SECOND_IS_AMBIGUOUS = _error(
     "G208",

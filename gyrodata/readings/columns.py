@@ -29,6 +29,7 @@ from gyrodata.readings.roles import (
     ONE_TURN,
     SPIN_SETS,
     START_WORDS,
+    SUMMARY_WORDS,
     THEORY_WORDS,
     TIMINGS,
     UNSURE_WORDS,
@@ -92,7 +93,7 @@ def choose(layout: Layout, mapping: Mapping[str, str], settings: Settings, fault
     stating: list[int] = []
     # A mean stands back behind the readings that it is made of, and a bare letter behind a name.
     for at, header in sorted(enumerate(layout.headers), key=lambda item: (is_of_means(item[1].text), _letter(item[1]))):
-        if at in mapped:
+        if at in mapped or at in layout.combined:
             continue
         if _letter(header) and _numbers_rows(layout, at, header, choice):
             choice.serve(Chosen(at, layout.cells[at], header, "run"))
@@ -301,8 +302,10 @@ def _serve_by_unit(choice: Choice, layout: Layout, settings: Settings, faults: F
             continue
         fit = [(cell, header) for cell, header in headers if header.unit and kind in kinds_of(header.unit)]
         words = {squeeze(word).lower() for cell, _ in fit for word in re.split(r"[\W_]+", cell.text)}
-        if len(fit) != 1 or words & (NOT_THE_WEIGHT | THEORY_WORDS | UNSURE_WORDS):
+        if len(fit) != 1 or words & (NOT_THE_WEIGHT | THEORY_WORDS | UNSURE_WORDS | SUMMARY_WORDS):
             continue
+        if any(letter.isdigit() for letter in fit[0][0].text.partition("[")[0].partition("^")[0]):
+            continue  # "T/2 (s)" and "Weight #1 (g)" say something else
         cell, header = fit[0]
         choice.serve(Chosen(layout.cells.index(cell), cell, header, role))
         choice.unplaced.remove(cell)
@@ -312,11 +315,7 @@ def _serve_by_unit(choice: Choice, layout: Layout, settings: Settings, faults: F
 
 def _is_one_turn(layout: Layout, choice: Choice, settings: Settings) -> bool:
     """Tell whether "T" can only be the time of one turn: no turns are counted, or each time covers one."""
-    if (
-        {"time", "precession_period"} & set(choice.used)
-        or {"turns", "angle"} & set(settings.roles)
-        or "angle" in choice.used
-    ):
+    if {"time", "precession_period", "angle"} & set(choice.used) or {"turns", "angle"} & set(settings.roles):
         return False
     counts = choice.used.get("turns")
     texts = {row.texts[counts[0].at] for row in layout.rows if counts[0].at < len(row.texts)} if counts else set()

@@ -317,7 +317,7 @@ def _fitting(roles: tuple[str, ...], unit: str, name: str) -> tuple[str, ...]:
         # "spin [s/rev]" is a period under another name.
         return tuple(role.replace("spin", "spin_period", 1) for role in roles if role.startswith("spin"))
     # A symbol says less than a unit: "D (s)" is not a torque.
-    return kept if len(name) == 1 else kept or roles
+    return kept if len(name) == 1 and kinds else kept or roles
 
 
 def split_unit(text: str) -> tuple[str, str | None]:

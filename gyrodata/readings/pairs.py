@@ -1,4 +1,4 @@
-"""Two readings that make one quantity: start and stop of a clock, "412 - 398" of a spin, turns of the ball and times."""
+"""Two readings that make one quantity: start and stop of a clock, "412 - 398", turns of the ball with their time."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _CLOCK = re.compile(r"(?:([0-9]{1,2}):)?([0-9]{1,2}):([0-9]{2}(?:[.,][0-9]+)?)|(
 
 
 def combine(layout: Layout, faults: Faults) -> Layout:
-    """Add the columns that two readings make, each with a note; the columns that they are made of lose their role.
+    """Add the columns that two readings make, each with a note.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def _two_spins(layout: Layout, faults: Faults) -> Layout:
                 layout = _with_column(layout, at, replace(header, roles=(name,)), texts)
             message = f'"{header.text}" has two readings in each cell: the spin at the start and at the end'
             faults.add(HEADER_READ_AS, message, "if they are not, write them in columns of their own", layout.cells[at])
-            return _without_roles(layout, at)
+            return replace(layout, combined=layout.combined | {at})
     return layout
 
 
@@ -66,7 +66,7 @@ def _difference(layout: Layout, faults: Faults) -> Layout:
     message = f"{names} is read as the time of each run, in s"
     faults.add(HEADER_READ_AS, message, "if it is not, write a column time [s]", layout.cells[start])
     layout = _with_column(layout, stop, parse_header("time [s]"), texts)
-    return _without_roles(_without_roles(layout, start), stop)
+    return replace(layout, combined=layout.combined | {start, stop})
 
 
 def _turns_of_the_ball(layout: Layout, faults: Faults) -> Layout:
@@ -84,7 +84,8 @@ def _turns_of_the_ball(layout: Layout, faults: Faults) -> Layout:
         message = f'"{layout.cells[at].text}" over "{layout.cells[turns].text}" is read as the time of one turn'
         faults.add(HEADER_READ_AS, message, "", layout.cells[at])
         layout = _with_column(layout, at, parse_header(f"spin_period_{end} [{unit}]"), texts)
-    return _without_roles(layout, turns)
+        layout = replace(layout, combined=layout.combined | {turns, at})
+    return layout
 
 
 def _is_clock(header: Header) -> bool:
@@ -136,11 +137,3 @@ def _with_column(layout: Layout, at: int, header: Header, texts: Sequence[str]) 
         headers=[*layout.headers, replace(header, text=layout.headers[at].text)],
         rows=rows,
     )
-
-
-def _without_roles(layout: Layout, at: int) -> Layout:
-    headers = list(layout.headers)
-    headers[at] = replace(headers[at], roles=(), text="")
-    cells = list(layout.cells)
-    cells[at] = replace(cells[at], text="")
-    return replace(layout, headers=headers, cells=cells)

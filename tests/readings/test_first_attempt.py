@@ -1,0 +1,126 @@
+"""Logs in the forms that students write: each gives the right answer as it is, without an option."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import pytest
+
+from gyrodata import LogError, analyze
+
+TRUTH, ARM = 4.4e-3, "14.8"
+G_LINE = "# g: 9.80665 m/s^2\n"
+TURN = 2 * math.pi * TRUTH * math.pi / 30 / (1e-3 * 9.80665 * 0.148)
+"""Time of one turn [s] with 1 g at 1 rpm."""
+ROWS = [
+    [mass, ARM, spin, f"{TURN * float(spin) / float(mass):.2f}", "1"]
+    for mass in ("20.1", "40.3", "60.2")
+    for spin in ("206", "407", "598")
+]
+HEAD = ["mass [g]", "position [cm]", "spin [rpm]", "time [s]", "turns"]
+
+
+def table(
+    sign: str = ",", rows: Sequence[Sequence[str]] = ROWS, head: Sequence[str] = HEAD, frame: str = "{}\n"
+) -> str:
+    return "".join(frame.format(sign.join(row)) for row in (head, *rows))
+
+
+def is_right(text: str | bytes) -> bool:
+    return abs(analyze(text).inertia.value / TRUTH - 1) < 0.02
+
+
+HEADERS = (
+    "massa (g);distanza dal centro (cm);velocità di rotazione (giri/min);tempo (s);giri",
+    "Massa [g];Braccio [cm];numero di giri [giri/min];tempo di un giro [s];prova",
+    "Massa (g);distância ao centro (cm);velocidade de rotação (rpm);tempo (s);voltas",
+    "Masa (g);distancia al centro (cm);velocidad de giro (rpm);tiempo (s);vueltas",
+    "Kütle (g);Merkezden uzaklık (cm);Dönme hızı (dev/dk);Süre (s);Tur sayısı",
+    "massa (g);afstand tot midden (cm);toerental (omw/min);tijd (s);omwentelingen",
+    "massa (g);avstånd från centrum (cm);varvtal (varv/min);tid (s);varv",
+    "massa (g);avstånd (cm);varvtal (varv/min);Tid för ett varv (s);försök",
+    "massa (g);etäisyys keskipisteestä (cm);pyörimisnopeus (kierrosta/min);aika (s);kierrokset",
+    "hmotnost (g);vzdálenost od středu (cm);otáčky (ot/min);čas (s);počet otáček",
+    "μάζα (g);απόσταση από το κέντρο (cm);ταχύτητα περιστροφής (στροφές/λεπτό);χρόνος (s);στροφές",
+    "tömeg (g);távolság a középponttól (cm);fordulatszám (1/perc);idő (s);fordulatok",
+    "おもりの質量 (g);中心からの距離 (cm);回転数 (rpm);時間 (s);回数",
+    "质量 (g);到球心的距离 (cm);转速 (转/分);时间 (秒);圈数",
+    "추의 질량 (g);중심에서의 거리 (cm);회전수 (rpm);시간 (초);횟수",
+    "masa [g];odległość od środka [cm];obroty [obr/min];czas jednego obrotu [s];lp",
+    "Masse (g);Abstand x vom Mittelpunkt in cm;Drehzahl (U/min);Zeit (s);Umdrehungen",
+    "Masse [g];Position ab Kugelmitte [cm];Drehzahl [1/min];Zeit [s];Umläufe",
+    "масса (г);расстояние до центра (см);частота вращения (об/мин);время (с);число оборотов",
+    "m (g);x from centre (cm);f (R.P.M.);time (s);turns",
+    "m (g);Dist. of load from centre (cms);spin (rpm);time (s);turns",
+    "mass_g;dist_center_cm;spin_rpm;time_s;turns",
+    "m_g;arm_cm;spin_rpm;period_s;nr",
+    "m (g);Position (from center) cm;spin (rpm);time (s);turns",
+    "m (g);x (cm);rpm;T (s);nr",
+    "m (g);x (cm);rpm;T (s);turns",
+    "m (g);x (cm);rpm;time of one precession turn [s];trial",
+    "m (g);x (cm);rpm;time per revolution (s);trial",
+    "A (g);B (cm);C (rpm);D (s);turns",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("header", HEADERS)
+def test_headers_in_many_languages_and_styles(header: str) -> None:
+    assert is_right(G_LINE + table(";", head=header.split(";")))
+
+
+WIDE = ("m [g]   ", "x [cm]  ", "f [rpm] ", "t [s]   ", "turns")
+TEX = ("$m$ [g]", "$x$ [cm]", "$f$ [rpm]", "$t$ [s]", "$N$")
+BY_WEIGHT = "".join(
+    f"Mass:,{mass},g\n" + table(rows=[row[1:] for row in ROWS if row[0] == mass], head=HEAD[1:]) + "\n"
+    for mass in ("20.1", "40.3", "60.2")
+)
+PAIRS = [[*row[:2], f"{int(row[2]) + 6} - {int(row[2]) - 6}", *row[3:]] for row in ROWS]
+CLOCK = [[*row[:3], "12:01:10", f"12:{1 + (10 + float(row[3])) // 60:02.0f}:{(10 + float(row[3])) % 60:05.2f}", "1"]
+         for row in ROWS]  # fmt: skip
+DISK = [[*row[:2], "10", f"{597 / float(row[2]):.2f}", f"{603 / float(row[2]):.2f}", *row[3:]] for row in ROWS]
+FORMS = {
+    "Markdown": table(" | ", [["---"] * 5, *ROWS], frame="| {} |\n"),
+    "pipes": table("|"),
+    "a frame of signs": "+-----+-----+\n" + table(" | ", frame="| {} |\n") + "+-----+-----+\n",
+    "LaTeX": "\\begin{tabular}{lllll}\n\\toprule\n" + table(" & ", head=TEX, frame="{} \\\\\n") + "\\end{tabular}\n",
+    "aligned by blanks": table("   ", head=WIDE),
+    "one blank": table(" ", head=["m[g]", "x[cm]", "f[rpm]", "t[s]", "N"]),
+    "constants above": "g = 9.80665\nBall diameter: 101.6 mm\n" + table(),
+    "constants in cells": "g;9.80665;m/s^2\nBall mass;4.26 kg\n" + table(";"),
+    "a key without its colon": "# latitude 45.3 deg\n" + table(),
+    "minutes and seconds": table(rows=[[*row[:3], f"{float(row[3]) // 60:.0f} min {float(row[3]) % 60:.2f} s", "1"]
+                                       for row in ROWS]),
+    "a blank between thousands": table(rows=[[*row[:3], "1 " + f"{float(row[3]) * 1e3 - 1000:.0f}"[-3:], "1"]
+                                             if 1 <= float(row[3]) < 2 else row for row in ROWS]),
+    "not measured": table(rows=[*ROWS, ["20.1", ARM, "300", "n/a", "1"]]),
+    "weights in N": table(rows=[[f"{float(row[0]) * 9.80665e-3:.5f}", *row[1:]] for row in ROWS],
+                          head=["Weight (N)", *HEAD[1:]]),
+    "ten turns": table(rows=[[*row[:3], f"{10 * float(row[3]):.2f}"] for row in ROWS], head=[*HEAD[:3], "10T (s)"]),
+    "a third in words": table(rows=[[*row[:3], f"{float(row[3]) / 3:.2f}", "Drittel"] for row in ROWS]),
+    "ditto marks": table(rows=[[row[0] if at % 3 == 0 else '"', *row[1:]] for at, row in enumerate(ROWS)]),
+    "spin at start and end": table(rows=PAIRS),
+    "start and stop of a clock": table(rows=CLOCK, head=[*HEAD[:3], "start", "stop", "turns"]),
+    "ten turns of the disk": table(rows=DISK, head=[*HEAD[:2], "spin_turns", "spin_time_start [s]",
+                                                    "spin_time_end [s]", *HEAD[3:]]),
+    "one table a weight": BY_WEIGHT,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_forms_of_tables_and_cells(form: str) -> None:
+    assert is_right(FORMS[form])
+
+
+@pytest.mark.parametrize("encoding", ["cp932", "gb18030", "cp949"])
+def test_what_excel_saves_in_japan_china_and_korea(encoding: str) -> None:
+    header = next(one for one in HEADERS if one.startswith({"cp932": "お", "gb18030": "质", "cp949": "추"}[encoding]))
+    assert is_right(table(";", head=header.split(";")).encode(encoding))
+
+
+@pytest.mark.parametrize("header", ["T/2 (s)", "ball diameter (cm)", "from the surface, centre of the weight [cm]"])
+def test_a_header_that_may_mean_something_else_is_not_read(header: str) -> None:
+    at = 3 if "(s)" in header else 1
+    with pytest.raises(LogError) as caught:
+        analyze(table(head=[*HEAD[:at], header, *HEAD[at + 1 :]]))
+    assert "G301" in [one.code for one in caught.value.diagnostics]

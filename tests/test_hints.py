@@ -59,7 +59,7 @@ CASES: list[tuple[str, str]] = [
     ("G204", cell(4, lambda text: "03.Jan")),
     ("G205", table(HEAD.replace("mass [g]", "Weight (N)"), *NEWTONS)),
     ("G206", headed(HEAD.replace("spin [rpm]", "spin"))),
-    ("G207", table(f"{NO_TURNS}T [s],turns", *FIRST, lambda row: row[4])),
+    ("G207", table(f"{NO_TURNS}T [s],turns", *FIRST[:3], period, lambda row: row[4])),
     ("G214", f"Task III\n{GOOD}"),
     ("G231", table(f"{NO_TURNS}t [s],T [s],turns", *FIRST[:3], period, FIRST[3], lambda row: row[4])),
     ("G301", table(f"{NO_TURNS}Time for 1/3 rev (s)", *FIRST)),

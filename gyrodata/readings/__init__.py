@@ -143,7 +143,7 @@ def _read_table(layout: Layout, mapping: Mapping[str, str], given: Settings, fau
             NO_TORQUE, "no run has a torque, and the rod never moved", "add runs with a weight: mass and position"
         )
     unread = {role for role in choice.used if role not in table.columns} if faults.has_error() else set()
-    check_meaning(table, choice, unread | given.unread, faults)
+    check_meaning(table, choice, unread | given.unread, faults, is_told="precession_period" in mapping)
     if not any(diagnostic.code == QUANTITY_MISSING for diagnostic in faults.found):
         note_unplaced(choice, faults)
     return table

@@ -33,8 +33,8 @@ from gyrodata.readings.table import Table
 from gyrodata.units import DISPLAY, kinds_of
 
 
-def check_meaning(table: Table, choice: Choice, unread: set[str], faults: Faults) -> None:
-    """Add a fault for everything that is missing or contradicts itself."""
+def check_meaning(table: Table, choice: Choice, unread: set[str], faults: Faults, is_told: bool) -> None:
+    """Add a fault for everything that is missing or contradicts itself; `is_told`: --map names the period."""
     said = any(diagnostic.code == VALUE_BELOW_ITS_FIRST_ROW for diagnostic in faults.found)
     missing = [role for role in _missing_roles(table.columns, unread) if role not in choice.asked]
     if "precession_period" in choice.asked and "turns" in missing:
@@ -48,7 +48,8 @@ def check_meaning(table: Table, choice: Choice, unread: set[str], faults: Faults
     if not missing and not any(kind_of_role(role) != "text" and role[:2] != "u_" for role in unread) and not said:
         _check_runs(table, faults)
     _check_turns(table, faults)
-    _check_period(table, faults)
+    if not is_told:
+        _check_period(table, faults)
 
 
 def _missing_roles(columns: dict[str, Column], unread: set[str]) -> list[str]:

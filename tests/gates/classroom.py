@@ -2,14 +2,18 @@
 
 Of the sixty 37 work right, each with an answer typed in another way; 14 make one known mistake on the way from their
 readings to I_zz; 5 hand in a neighbour's rows, more or less changed; 4 hand in what cannot be graded. `grades.txt`
-contains what is printed, grades.csv and flags.csv. Whatever is stored, every mistake must be named and no copy
-overlooked, and nobody who worked right may be accused or lose points for the answer.
+contains what is printed, grades.csv and flags.csv, and short digests of all other files. The class is graded a second
+time with a rubric of all criteria, decisions of a person, late students, and the sheets of two platforms. Whatever is
+stored, every mistake must be named and no copy overlooked, and nobody who worked right may be accused or lose points
+for the answer.
 """
 
 from __future__ import annotations
 
 import csv
+import hashlib
 import io
+import re
 import tempfile
 from pathlib import Path
 
@@ -76,6 +80,78 @@ def log_of(number: int) -> bytes:
     return {56: b"\n", 57: b"\x89PNG\r\n\x1a\n", 59: text.replace("\n20", "\n2O").encode()}.get(number, text.encode())
 
 
+def digest(text: str) -> str:
+    """Give six digits that differ for nearly every other text."""
+    return hashlib.sha256(text.encode()).hexdigest()[:6]
+
+
+def digests(folder: Path) -> str:
+    """Write a line for each file but those that contain all digits of a fit; for a page, one for each of its parts."""
+    lines, students = [], []
+    for path in sorted(folder.rglob("*")):
+        name = path.relative_to(folder).as_posix()
+        if name.startswith("feedback/") and path.suffix == ".html":
+            whole = path.read_text("utf-8") + path.with_suffix(".md").read_text("utf-8")
+            students.append(f"{name.partition('_')[0][-2:]} {digest(whole)}")
+        elif path.suffix in (".html", ".csv") and not name.startswith("published"):
+            lines.append(f"{name} {' '.join(map(digest, re.split('(?=<h[123])', path.read_text('utf-8-sig'))))}\n")
+    return "".join([*lines, *(f"{', '.join(students[at : at + 8])}\n" for at in range(0, len(students), 8))])
+
+
+def grade_again(home: Path, options: str) -> dict[str, str]:
+    """Run the command, and give what it prints."""
+    command = f"grade {home}/class --out {home}/grades --workers 0 {options or '--quiet'}"
+    done = CliRunner().invoke(app, command.split(), prog_name="gyro")
+    return {"printed": f"exit code {done.exit_code}\n{done.output.replace(str(home), 'FOLDER')}"}
+
+
+def harder_rubric() -> str:
+    """Write the full rubric with every criterion, and with deductions for who is late."""
+    text = CliRunner().invoke(app, ["grade", "--print-rubric", "full"]).stdout
+    text = text.replace('"weights", "runs", "spins"]', '"weights", "runs", "spins", "unloaded", "times", "odd_runs"]')
+    text = text.replace("points = 20 ", "points = 25 ").replace('full = "p >= 0.001"', 'full = "p >= 0.5"')
+    criteria = """
+[[criterion]]
+id = "plot"
+check = "files"
+points = 2
+full = "files >= 1"
+zero = "files <= 0"
+[[criterion]]
+id = "talk"
+check = "manual"
+points = 3
+[late]
+grace = "15 min"
+marked = "10 %"
+[[late.exception]]
+student = "1030"
+waive = true
+"""
+    return text.partition("# Being late.")[0] + criteria
+
+
+CANVAS = "Student,ID,SIS User ID,SIS Login ID,Section,Gyroscope lab (123456)\n    Points Possible,,,,,25.00\n"
+CANVAS_ROW = '"{n:02d}, Student",10{n:02d},s{n:03d},student{n:02d},"Lab, Monday",\n'
+MOODLE = (
+    "Identifier,Full name,ID number,Email address,Status,Grade,Maximum Grade,Grade can be changed,Feedback comments\n"
+)
+MOODLE_ROW = "Participant 10{n:02d},Student {n:02d},10{n:02d},s@x.edu,Submitted,,25.00,Yes,\n"
+ROSTER = "student,name,section,station,partner\n" + "".join(
+    f"10{n:02d},Student {n:02d},{'AB'[n % 2]},{n % STATIONS + 1},{'10' + str(n ^ 1) if 10 <= n < 20 else ''}\n"
+    for n in range(62)
+)
+DESK = """student,what,value,by,why
+1000,talk,2.5,Ann,heard
+1001,total,11,Ann,agreed
+1056,reported,4.44e-3 ± 0.05e-3 kg m^2,Ann,on paper
+1021 + 1051,flag,partners,Ann,
+1002,station,5,Ann,
+1004,inertia,3,Ann,by hand
+"""
+PICTURES = {"plot.png": b"\x89PNG\r\n\x1a\n" + bytes(40), "report.pdf": b"%PDF-1.4\n" + b" " * 40}
+
+
 def gate(accept: bool = False, part: bool = False) -> Found:
     """Grade the class."""
     with tempfile.TemporaryDirectory() as folder:
@@ -85,10 +161,22 @@ def gate(accept: bool = False, part: bool = False) -> Found:
             late, name = "LATE_" * (number == 20), "photo.png" if number == 57 else "lab.csv"
             path = home / "class" / f"student{number:02d}_{late}{1000 + number}_{9000 + number}_{name}"
             path.write_bytes(log_of(number))
-        command = ["grade", f"{home}/class", "--out", f"{home}/grades", "--workers", "0", "--quiet"]
-        done = CliRunner().invoke(app, command, prog_name="gyro")
-        texts = {"printed": f"exit code {done.exit_code}\n{done.output.replace(folder, 'FOLDER')}"}
-        texts |= {name: (home / "grades" / name).read_text("utf-8-sig") for name in ("grades.csv", "flags.csv")}
+        texts = grade_again(home, "")
+        sheets = {name: (home / "grades" / name).read_text("utf-8-sig") for name in ("grades.csv", "flags.csv")}
+        texts |= sheets | {"all": digests(home / "grades")}
+        (home / "rubric.toml").write_text(harder_rubric(), encoding="utf-8")
+        (home / "canvas.csv").write_text(CANVAS + "".join(CANVAS_ROW.format(n=n) for n in range(60)), encoding="utf-8")
+        (home / "moodle.csv").write_text(MOODLE + "".join(MOODLE_ROW.format(n=n) for n in range(60)), encoding="utf-8")
+        (home / "roster.csv").write_text(ROSTER, encoding="utf-8")
+        (home / "grades" / "desk.csv").write_text(DESK, encoding="utf-8")
+        for number, name in ((3, "plot.png"), (4, "report.pdf")):
+            (home / "class" / f"student{number:02d}_{1000 + number}_{9100 + number}_{name}").write_bytes(PICTURES[name])
+        options = f"--rubric {home}/rubric.toml --roster {home}/roster.csv --gradebook {home}/canvas.csv"
+        printed = grade_again(home, options)["printed"].splitlines()
+        texts["second run"] = "".join(f"{' '.join(map(digest, printed[at : at + 8]))}\n" for at in range(0, 90, 8))
+        texts["second run, all"] = digests(home / "grades")
+        options = f"--rubric {home}/rubric.toml --worksheet {home}/moodle.csv --attempts oldest --format csv"
+        texts["third run"] = digest(grade_again(home, options)["printed"]) + "\n" + digests(home / "grades")
     lines = compare("grades.txt", texts, accept)
     rows = {row["student"]: row for row in csv.DictReader(io.StringIO(texts["grades.csv"]))}
     pairs = [{str(1000 + number), str(1000 + number - 5 * STATIONS)} for number in range(51, 56)]

@@ -4,11 +4,12 @@ The logs are those of `logs.txt` (layouts, stated errors, published tables, habi
 `sample_data` and `tests/fuzz/corpus`, the habits of `tests/sheets.py` before and after the remedy, slips of unit and
 column, and the example of each diagnostic code. `texts.csv` contains a thousand headers, cells, lines and options, each
 put into the same log. A reader that is rebuilt must read all of them as before, or this gate shows which not. The
-answers are in `logs.csv` and `texts.csv`.
+answers are in `logs.csv` and `texts.csv`, with a digest of all that is said of each log.
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
 import shlex
 import warnings
@@ -105,19 +106,33 @@ def usual(place: str, text: str) -> Log:
 
 
 def outcome(log: Log) -> str:
-    """Analyse a log: answer, warned, refused (an error in the log) or unreadable; the first code; I_zz and u."""
+    """Analyse a log: answer, warned, refused (an error in the log) or unreadable; code; I_zz, u; all that is said.
+
+    The last cell is a digest of all diagnostics with their places.
+    """
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             analysis = log.analyze()
     except gyrodata.GyroError as error:
         word = "refused" if isinstance(error, gyrodata.LogError) else "unreadable"
-        return line_of(word, next(d.code for d in error.diagnostics if d.severity == "error"), "", "")
+        code = next(d.code for d in error.diagnostics if d.severity == "error")
+        return line_of(word, code, "", "", digest(error.diagnostics))
     except Exception as error:  # a fault of the tool: a row that nobody should accept
         return line_of("FAULT", type(error).__name__, "", "")
     code = next((d.code for d in analysis.diagnostics if d.severity == "warning"), "")
-    word = "warned" if code else "answer"
-    return line_of(word, code, f"{analysis.inertia.value:.8g}", f"{analysis.inertia.u:.8g}")
+    size = f"{analysis.inertia.value:.7g}", f"{analysis.inertia.u:.4g}"
+    return line_of("warned" if code else "answer", code, *size, digest(analysis.diagnostics))
+
+
+def digest(diagnostics: tuple[gyrodata.Diagnostic, ...]) -> str:
+    """Give four letters that differ for nearly every other list of diagnostics."""
+    said = "".join(f"{one.severity}{one.code}{one.line}:{one.column}{one.message}{one.hint}" for one in diagnostics)
+    return hashlib.sha256(said.encode()).hexdigest().translate(LETTERS)[:4] if said else ""
+
+
+LETTERS = str.maketrans("0123456789", "ghijklmnop")
+"""Numbers are compared to seven digits, letters as they are."""
 
 
 def gate(accept: bool = False, part: bool = False) -> Found:
@@ -130,7 +145,7 @@ def gate(accept: bool = False, part: bool = False) -> Found:
             keys = list(logs)[:: 12 if part else 1]
             answers = list(pool.map(outcome, [logs[key] for key in keys], chunksize=20))
             new = dict(zip(keys, answers, strict=True))
-            lines += stored.compare(name, new, accept, part, "key,outcome,code,I_zz,u")
+            lines += stored.compare(name, new, accept, part, "key,outcome,code,I_zz,u,said")
             counts.append(len(keys))
             faults += sum(answer.startswith("FAULT") for answer in answers)
     measured = f"{counts[0]} logs, {counts[1]} texts: {len(lines)} differ, {faults} end in a fault of the tool"

@@ -3,7 +3,7 @@
 `numbers.txt` contains the numbers of 30 logs that matter: I_zz, M0, b, goodness, fits, budget, effects, sensitivity,
 torques, power laws, codes and places of diagnostics, advice. `printed.txt` contains what ``gyro analyze -v`` and ``gyro
 check`` print for eight logs. A short digest of each section is stored for Markdown and LaTeX: their numbers are those
-of the JSON, and their words those of the text.
+of the JSON, and their words those of the text; and for what other commands print.
 """
 
 from __future__ import annotations
@@ -86,21 +86,54 @@ COMMANDS = {
 }  # fmt: skip
 
 
+OTHERS = (
+    "predict precession --log LOG", "predict precession --log LOG --pitch 30deg --spin 200rpm",
+    "predict precession --log LOG --mass 400g --spin 60rpm --pitch 60deg",
+    "predict earth --latitude 48deg --log LOG", "predict twist --log LOG",
+    "predict platform --log LOG --platform-inertia 4kg*m^2 --from 0deg --to 90deg", "predict tip --log LOG --force 2N",
+    "simulate --seed 1", "simulate --seed 2 --motion released --turns 1/3,1 --weights 20g,40g",
+    "simulate --seed 3 --spin-decay 600s --spin-reading three --decay-law dry --pitch 20deg",
+    "simulate --seed 4 --spin-decay 10% --decay-law turbulent --spin-reading half --turns 1/3 --sighting 1deg",
+    "simulate --seed 5 --tails 3 --balance-drift 0.6mN*m --latitude 42.5deg --position 15cm,-10cm --timing-bias 0.1s",
+    "simulate --seed 6 --spin-decay 600s --decay-law viscous --motion horizontal",
+    "selfcheck LOG --labs 20", "analyze LOG --model horizontal", "analyze LOG --keep-flagged --format csv",
+)  # fmt: skip
+"""Commands of which a digest is stored for each paragraph; LOG is the sample."""
+
+
+def digests(text: str, parts: str) -> str:
+    """Write a line with the digest of each part of a text, and how it begins."""
+    pieces = [one for one in re.split(parts, text, flags=re.MULTILINE) if one.strip()]
+    return "".join(
+        f"{hashlib.sha256(one.encode()).hexdigest()[:8]} {one.strip().splitlines()[0][:30]}\n" for one in pieces
+    )
+
+
 def gate_printed(accept: bool = False, part: bool = False) -> Found:
-    """Compare text, Markdown, LaTeX and the words of ``gyro check`` for eight logs, or for two; CSV for the sample."""
+    """Compare text, Markdown, LaTeX and the words of ``gyro check`` for eight logs, or for two; and other commands.
+
+    Of the last three logs, of Markdown, LaTeX and other commands a digest of each section is stored.
+    """
     known, table = every_log(), {}
     with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "log.csv"
+
+        def shown(command: str) -> str:
+            done = CliRunner().invoke(app, command.split(), prog_name="gyro")
+            text = done.output.replace(f"{folder}/", "").replace(gyrodata.__version__, "VERSION")
+            return f"exit code {done.exit_code}\n{text.strip()}\n"
+
         for name in SHOWN[: 2 if part else None]:
-            path = Path(folder) / "log.csv"
             path.write_bytes(known[name].data)
             for form, command in list(COMMANDS.items())[: None if name == SHOWN[0] else -1]:
-                done = CliRunner().invoke(app, [*command.split(), str(path)], prog_name="gyro")
-                text = done.output.replace(f"{folder}/", "").replace(gyrodata.__version__, "VERSION")
-                text = f"exit code {done.exit_code}\n{text.strip()}\n"
+                text = shown(f"{command} {path}")
                 if form in ("markdown", "latex"):
-                    sections = re.split(r"^(?=## |\\(?:sub)?section)", text, flags=re.MULTILINE)
-                    digests = {one: hashlib.sha256(one.encode()).hexdigest()[:8] for one in sections}
-                    text = "".join(f"{digests[one]} {one.splitlines()[0][:40]}\n" for one in sections)
+                    text = digests(text, r"^(?=## |\\(?:sub)?section)")
+                elif form == "text" and name in SHOWN[5:]:
+                    text = digests(text, r"\n\n")
                 table[f"{name}, {form}"] = text
+        path.write_bytes(known[SHOWN[0]].data)
+        for command in OTHERS[: 2 if part else None]:
+            table[command] = digests(shown(command.replace("LOG", str(path))), r"\n\n")
     lines = compare("printed.txt", table, accept, part)
     return Found(f"{len(table)} outputs of commands: {len(lines)} places differ", "none differs", not lines, lines)

@@ -38,7 +38,7 @@ def seeds(count: int) -> range:
     return range(first, first + count)
 
 
-@pytest.mark.parametrize("part", range(10))
+@pytest.mark.parametrize("part", range(4))
 def test_any_log_has_an_answer_that_can_be_believed_or_words(part: int) -> None:
     ends = {seed: tried(attempt, seed, "analysis") for seed in seeds(50)}
     wrong = {seed: end for seed, end in ends.items() if end[1]}  # type: ignore[index]

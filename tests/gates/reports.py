@@ -96,7 +96,7 @@ OTHERS = (
     "simulate --seed 4 --spin-decay 10% --decay-law turbulent --spin-reading half --turns 1/3 --sighting 1deg",
     "simulate --seed 5 --tails 3 --balance-drift 0.6mN*m --latitude 42.5deg --position 15cm,-10cm --timing-bias 0.1s",
     "simulate --seed 6 --spin-decay 600s --decay-law viscous --motion horizontal",
-    "selfcheck LOG --labs 20", "analyze LOG --model horizontal", "analyze LOG --keep-flagged --format csv",
+    "analyze LOG --model horizontal", "analyze LOG --keep-flagged --format csv",
 )  # fmt: skip
 """Commands of which a digest is stored for each paragraph; LOG is the sample."""
 

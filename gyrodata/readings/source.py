@@ -617,7 +617,7 @@ def _from_markup(lines: list[str], body: list[int]) -> str | None:
 
 def _from_blanks(lines: list[str], body: list[int]) -> str | None:
     """Part columns that only blanks align: a tab takes the place of the first blank between two cells."""
-    for gap in (" {2,}", " +"):
+    for gap in (" {2,}", " +") if body else ():
         counts = Counter(len(re.split(gap, lines[i].strip())) for i in body)
         width, often = counts.most_common(1)[0]
         rows = [i for i in body if len(re.split(gap, lines[i].strip())) == width]

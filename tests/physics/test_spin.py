@@ -60,3 +60,19 @@ def test_simpson_needs_no_law_and_bears_noise(fall: float) -> None:
     assert physics.simpson_mean_spin(start, half, end) == pytest.approx(true, rel=1e-12 + decay**4 / 2000)
     # A reading at half time above the first leaves the exponent of the law without an answer, not this.
     assert physics.simpson_mean_spin(start, 1.002 * start, end) == pytest.approx(true, rel=0.004 + fall)
+
+
+@pytest.mark.parametrize("fall", [0.0, 1e-4, -5e-4, 0.02, 0.5])
+def test_slopes_are_derivatives_of_the_mean(fall: float) -> None:
+    start, end, step = 40.0, 40.0 * math.exp(-fall), 1e-4
+    found = physics.harmonic_mean_spin_slopes(start, end)
+    mean = physics.harmonic_mean_spin
+    by_start = (mean(start + step, end) - mean(start - step, end)) / (2 * step)
+    by_end = (mean(start, end + step) - mean(start, end - step)) / (2 * step)
+    assert [float(one) for one in found] == pytest.approx([by_start, by_end], rel=1e-8)
+
+
+@pytest.mark.parametrize("pitch", [0.0, 0.4, -0.5])
+def test_the_spin_of_a_sag_is_the_spin_that_sags_so(pitch: float) -> None:
+    spin = physics.spin_of_sag(0.3, 0.06, 4.4e-3, 7.1e-3, pitch)
+    assert float(physics.greatest_sag(0.06, spin, 4.4e-3, 7.1e-3, pitch)) == pytest.approx(0.3, rel=1e-9)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import functools
 import graphlib
 import subprocess
 import sys
@@ -48,21 +49,26 @@ def room(name: str) -> str:
     return [*name.split("."), ""][1]
 
 
-IMPORTS = {name: imports(path) for name, path in MODULES.items()}
-PAIRS = [(name, other) for name, others in IMPORTS.items() if name != "gyrodata" for other in others]
+@functools.cache
+def imported() -> dict[str, set[str]]:
+    return {name: imports(path) for name, path in MODULES.items()}
+
+
+def pairs() -> list[tuple[str, str]]:
+    return [(name, other) for name, others in imported().items() if name != "gyrodata" for other in others]
 
 
 def test_imports_only_go_down_the_shelves() -> None:
     assert {room(name) for name in MODULES} == {"", *SHELVES}
-    inner = [(a, b) for a, b in PAIRS if room(b) in SHELVES and b in MODULES and room(a) != room(b)]
+    inner = [(a, b) for a, b in pairs() if room(b) in SHELVES and b in MODULES and room(a) != room(b)]
     assert len(inner) > 100
     assert [(a, b) for a, b in inner if SHELVES[room(b)] >= SHELVES[room(a)]] == []
     # Raises with the cycle if there is one inside a room.
-    list(graphlib.TopologicalSorter({name: others - {name} for name, others in IMPORTS.items()}).static_order())
+    list(graphlib.TopologicalSorter({name: others - {name} for name, others in imported().items()}).static_order())
 
 
 def test_libraries_stay_with_their_owners() -> None:
-    assert [(a, b) for a, b in PAIRS if room(a) != OWNERS.get(b.split(".")[0], room(a))] == []
+    assert [(a, b) for a, b in pairs() if room(a) != OWNERS.get(b.split(".")[0], room(a))] == []
 
 
 HEAVY = "numpy pandas scipy pint matplotlib jinja2 uncertainties pydantic"

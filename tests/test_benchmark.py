@@ -26,8 +26,8 @@ from gyrodata.cli import app
 
 TINY = Effort(
     tolerances={"DOP853": (1e-4, 1e-6), "Tsit5": (1e-4,), "LSODA": (1e-4,)}, tightest=1e-9,
-    steps_per_nutation=(4.0, 16.0, 64.0, 128.0), budget=0.04, repeats=1, precessions=3, labs=20, grid=2, fine_grid=12,
-    swings=1, draws=8, curve_labs=24,
+    steps_per_nutation=(4.0, 16.0, 64.0, 128.0), budget=0.04, repeats=1, precessions=3, labs=10, grid=2, fine_grid=12,
+    swings=1, draws=8, curve_labs=6,
 )  # fmt: skip
 EQUAL_TORQUES = {"one torque", "identical runs", "one run"}
 CHARTS = (

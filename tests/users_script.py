@@ -42,11 +42,12 @@ def everything(log: Path, class_folder: Path, folder: Path) -> float:
 
 
 if TYPE_CHECKING:
-    LAB = gyrodata.analyze("log.csv", model="stedy")  # wrong
-    WORD: str = LAB.inertia.value  # wrong
-    HALF = LAB.inertia.u / 2  # wrong
-    OTHER = gyrodata.anlyze("log.csv")  # wrong
-    LAB.inertia.value = 3.0  # wrong
+    # mypy must see that each line is wrong: a comment that it does not need is an error.
+    LAB = gyrodata.analyze("log.csv", model="stedy")  # type: ignore[arg-type]
+    WORD: str = LAB.inertia.value  # type: ignore[assignment]
+    HALF = LAB.inertia.u / 2  # type: ignore[operator]
+    OTHER = gyrodata.anlyze("log.csv")  # type: ignore[attr-defined]
+    LAB.inertia.value = 3.0  # type: ignore[misc]
 
 if __name__ == "__main__":
     print(everything(Path(sys.argv[1]), Path(sys.argv[2]), Path(sys.argv[3])))

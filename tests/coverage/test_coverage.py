@@ -1,4 +1,4 @@
-"""The most telling cells of the table, with fewer labs; ``python tests/coverage`` has all of them.
+"""The most telling cells of the table, with fewer labs; ``python tests/coverage`` checks all of them.
 
 The labs are always the same, so that a cell fails only if the fit changes. Hand and balance are misstated as in the
 published logs: there the plain fit, whose intervals this table is to tell from true ones, holds the truth in half of
@@ -44,7 +44,7 @@ PAGE = (Path(__file__).parents[2] / "gyrodata" / "docs" / "statistics.md").read_
 SHOWN = re.findall(r"^\| (.*) \| ([\d.]+) % \| ([\d.]+) % \|$", PAGE.split("<!-- coverage -->")[1], re.MULTILINE)
 
 
-@pytest.mark.parametrize(("name", "covers", "length"), SHOWN)
+@pytest.mark.parametrize(("name", "covers", "length"), SHOWN[::4])
 def test_the_page_shows_what_the_table_tells(name: str, covers: str, length: str) -> None:
     labs = int(re.findall(r"of (\d+) labs each", " ".join(PAGE.split()))[0])
     # Another machine may round one lab in or out.

@@ -32,8 +32,8 @@ def refusal(source, **options):
 @pytest.mark.parametrize("header", ["a b " * 2400, "± 1 " * 2400, "x y/ z (" * 1200])
 def test_long_header_takes_no_time(header):
     start = time.process_time()
-    read_log(",".join([header] * 50) + "\n" + ",".join("1" * 50) + "\n")
-    assert time.process_time() - start < 20
+    read_log(",".join([header] * 10) + "\n" + ",".join("1" * 10) + "\n")
+    assert time.process_time() - start < 5
 
 
 def test_stray_cell_in_the_far_corner_of_a_workbook_is_left_out():

@@ -738,6 +738,12 @@ TRUTH_CANNOT_BE_WRITTEN = _error(
     "simulate --truth no-such-folder/truth.json",
     "give a file in a folder that is there",
 )
+FIXED_LOG_CANNOT_BE_WRITTEN = _error(
+    "G639",
+    "check --fix: the log cannot be written as gyro understood it",
+    "check - --fix",
+    "give the name of a log in a folder that can be written to: gyro check --fix log.csv writes log-fixed.csv",
+)
 OUT_IS_NO_FOLDER = _error(
     "G638",
     "--out is the name of a file that is not written",

@@ -93,7 +93,7 @@ class TestTrials:
         for one in LABS:
             if not one.as_stated:
                 continue
-            labs = one.draw(150, 3)
+            labs = one.draw(80, 3)
             (mine,) = judge(apply_all({"recommended": ESTIMATORS["recommended"]}, labs))
             assert mine.honest, one.title
             assert mine.rmse - 2 * mine.rmse_u < 1.1 * one.bound(), one.title

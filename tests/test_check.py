@@ -138,3 +138,73 @@ def test_the_example_of_each_code_raises_it(code: str, tmp_path: Path, monkeypat
         data = example.encode("latin-1" if code in ("G107", "G109") else "utf-8")
         told = json.loads(gyro("check", "-", "--format", "json", stdin=data).stdout)["diagnostics"]
         assert {one["severity"] for one in told if one["code"] == code} == {CODES[code].severity}
+
+
+class TestFix:
+    CLEAN = (
+        "# g: 9.803 m/s^2\nmass [g];spin [rpm];position from centre (cm);T1 (s);T2 (s);turns;remark\n"
+        "20,1;201;14,8;6,45;6,41;1/3;\n20,1;402;14,8;13,09;13,01;1/3;door\n"
+        "40,3;201;14,8;6,75;6,70;2/3;\n40,3;400;14,8;13,15;13,21;2/3;\n60,2;200;14,8;6,47;6,50;1;\n"
+    )
+
+    def fixed(self, folder: Path, log: str) -> tuple[str, str]:
+        """Give what is printed about the log that is written, and this log."""
+        (folder / "log.csv").write_text(log, encoding="utf-8")
+        done = gyro("check", "--fix", folder / "log.csv")
+        return done.stdout.partition("log-fixed.csv: ")[2], (folder / "log-fixed.csv").read_text(encoding="utf-8")
+
+    @pytest.mark.parametrize(
+        ("before", "after", "left", "was", "correct"),
+        [
+            ("402;14,8", "4O2;14,8", 'spin of run 2, written "4O2"', "20.1,14.8,?,", "20.1,14.8,402,"),
+            ("402;14,8", ";14,8", "spin of run 2\n", "20.1,14.8,?,", "20.1,14.8,402,"),
+            ("40,3;400", "4O,3;400", 'mass of run 4, written "4O,3"', "?,14.8,400", "40.3,14.8,400"),
+            ("13,09", "13,O9", 'time_1 of run 2, written "13,O9"', "402,,13.01", "402,13.09,13.01"),
+            ("spin [rpm]", "spin [rmp]", 'the column "spin [rmp]": its name, or its unit', "[rmp]", "[rpm]"),
+            ("mass [g]", "mass", 'the column "mass": its name, or its unit', "run,note,mass", "run,note,mass [g]"),
+            ("9.803 m/s^2", "9.803 n/s", "the line # g: 9.803 n/s", "9.803 n/s", "9.803 m/s^2"),
+        ],
+    )
+    def test_filled_in_it_gives_the_answer_of_the_clean_log(
+        self, before: str, after: str, left: str, was: str, correct: str, tmp_path: Path
+    ) -> None:
+        told, fixed = self.fixed(tmp_path, self.CLEAN.replace(before, after, 1))
+        assert "left for you: 1" in told
+        assert left in told
+        assert fixed.count(was) == 1
+        again = gyrodata.analyze(fixed.replace(was, correct).encode()).inertia
+        clean = gyrodata.analyze(self.CLEAN.encode()).inertia
+        assert (again.value, again.u) == pytest.approx((clean.value, clean.u), rel=1e-9)
+
+    def test_it_keeps_order_notes_and_unknown_columns(self, tmp_path: Path) -> None:
+        told, fixed = self.fixed(tmp_path, self.CLEAN.replace("remark", "humidity").replace("9.803 m/s^2", "fast"))
+        assert "left for you: 2" in told
+        rows = [line.split(",") for line in fixed.splitlines() if line[0] != "#"]
+        assert rows[0] == [
+            "mass [g]", "position [cm]", "spin [rpm]", "time_1 [s]", "time_2 [s]", "turns", "run", "humidity",
+        ]  # fmt: skip
+        assert [row[2] for row in rows[1:]] == ["201", "402", "201", "400", "200"]
+        assert rows[2][-1] == "door"
+
+    def test_it_says_what_is_missing(self, tmp_path: Path) -> None:
+        told, _ = self.fixed(tmp_path, self.CLEAN.replace(";turns;", ";Kram;"))
+        assert "   turns is missing" in told
+        assert '   the column "Kram"' in told
+
+    def test_no_other_file_is_written_over_and_other_logs_go_on(self, tmp_path: Path) -> None:
+        for name in ("a", "b"):
+            (tmp_path / f"{name}.csv").write_text(self.CLEAN, encoding="utf-8")
+        (tmp_path / "a-fixed.csv").write_text("mine", encoding="utf-8")
+        for _ in range(2):
+            done = gyro("check", "--fix", tmp_path / "a.csv", tmp_path / "b.csv")
+            assert (tmp_path / "a-fixed.csv").read_text(encoding="utf-8") == "mine"
+            assert gyrodata.analyze(tmp_path / "b-fixed.csv").inertia.value > 0
+            assert "G639" in str(done.exception) + done.output
+
+    @pytest.mark.parametrize("path", sorted(SAMPLE.parent.glob("*.csv")), ids=lambda path: path.stem)
+    def test_log_without_errors_keeps_its_answer(self, path: Path, tmp_path: Path) -> None:
+        text = path.read_text(encoding="utf-8")
+        told, _ = self.fixed(tmp_path, text)
+        assert "nothing is left to correct" in told
+        again, clean = (gyrodata.analyze(tmp_path / name).inertia for name in ("log-fixed.csv", "log.csv"))
+        assert (again.value, again.u) == pytest.approx((clean.value, clean.u), rel=1e-9)

@@ -23,8 +23,8 @@ from gyrodata.cli.terminal import (
     source_of,
     write_out,
 )
-from gyrodata.diagnostics import FORMAT_FOR_ONE_LOG, HAND_IN_AS_IT_IS
-from gyrodata.errors import Diagnostic, GyroError
+from gyrodata.diagnostics import FIXED_LOG_CANNOT_BE_WRITTEN, FORMAT_FOR_ONE_LOG, HAND_IN_AS_IT_IS
+from gyrodata.errors import Diagnostic, GyroError, InputError
 
 if TYPE_CHECKING:
     from gyrodata.readings import Readings
@@ -52,6 +52,10 @@ def check(
         typer.Option("--hand-in", help="Say instead what gyro grade will read as the answer: of files that are handed "
                      "in together, or of a folder or zip."),
     ] = False,
+    fix: Annotated[
+        bool,
+        typer.Option("--fix", help="Also write LOG-fixed.csv: the log as gyro understood it, with blanks to fill in."),
+    ] = False,
     form: Annotated[
         CheckFormat, typer.Option("--format", "-f", help="github: annotations of a workflow run.")
     ] = "text",
@@ -69,8 +73,8 @@ def check(
     """
     given = pairs(settings, "--set"), pairs(mapping, "--map")
     if hand_in:
-        if settings or mapping or config or "-" in logs:
-            message = "--hand-in reads files as gyro grade does, which knows no --set, --map, --config and no -"
+        if settings or mapping or config or fix or "-" in logs:
+            message = "--hand-in reads files as gyro grade does, which knows no --set, --map, --config, --fix and no -"
             refuse(HAND_IN_AS_IT_IS, message, "leave these out, and write what they say into the log")
         from gyrodata.grading import read_hand_in
 
@@ -80,9 +84,23 @@ def check(
     elif form == "json" and len(logs) > 1:
         refuse(FORMAT_FOR_ONE_LOG, "--format json is for one log", "use --format ndjson for several: one object a line")
     else:
+        if fix and "-" in logs:
+            message = "--fix writes a file beside the log, and standard input has no name"
+            refuse(FIXED_LOG_CANNOT_BE_WRITTEN, message, "save the log first: gyro check --fix log.csv")
         named = zip(logs, names_of(short_paths(logs), stdin), strict=True)
         read = partial(_read, given, config)
-        worst = max(_check_one(log, name, partial(read, log, name), form, {}, strict) for log, name in named)
+        worst = 0
+        unfixed: list[Diagnostic] = []
+        for log, name in named:
+            read_one = partial(read, log, name)
+            worst = max(worst, _check_one(log, name, read_one, form, {}, strict))
+            try:
+                if fix:
+                    _fix(Path(log), name, read_one, form)
+            except InputError as error:
+                unfixed += error.diagnostics
+        if unfixed:
+            raise InputError(unfixed)
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
 
 
@@ -96,6 +114,32 @@ def _read(given: tuple[dict[str, str], dict[str, str]], config: Path | None, log
 
     settings, mapping = given
     return read_log(**source_of(log, name), settings=settings, mapping=mapping, config=config), None, ()
+
+
+def _fix(log: Path, name: str, read: Callable[[], Read], form: CheckFormat) -> None:
+    """Write a log as it was understood beside it, and say what is left to fill in."""
+    from gyrodata.disk import write_whole
+    from gyrodata.readings import fixed_log
+
+    try:
+        readings, _, _ = read()
+    except GyroError:
+        return  # the check has shown why this is not a log
+    fixed = log.with_name(f"{log.name.removesuffix('.gz').rpartition('.')[0] or log.name}-fixed.csv")
+    if not readings.runs or not readings.columns:
+        message = f"{fixed} is not written: gyro understands no run of {name}"
+        refuse(FIXED_LOG_CANNOT_BE_WRITTEN, message, "first correct what is said above")
+    text, left = fixed_log(readings)
+    try:
+        if fixed.exists() and fixed.read_text("utf-8", "replace") != text:
+            message = f"{fixed} is there already, and is another one"
+            refuse(FIXED_LOG_CANNOT_BE_WRITTEN, message, "rename it or take it away, so that nothing in it is lost")
+        write_whole(fixed, [text.encode()])
+    except OSError as error:
+        message = f"{fixed} cannot be written: {error.strerror or error}"
+        refuse(FIXED_LOG_CANNOT_BE_WRITTEN, message, "make room there, or copy the log into another folder")
+    todo = f"left for you: {len(left)}" if left else "nothing is left to correct"
+    typer.echo("\n   ".join([f"{fixed}: {name} as gyro understood it; {todo}", *left]), err=form != "text")
 
 
 def _check_one(

@@ -56,7 +56,7 @@ from gyrodata.readings.source import (
     value_text,
 )
 from gyrodata.readings.table import Table, build
-from gyrodata.readings.writing import blank_log, write_log
+from gyrodata.readings.writing import blank_log, fixed_log, write_log
 from gyrodata.units import Uncertainty
 
 if TYPE_CHECKING:
@@ -169,6 +169,7 @@ def _readings(document: Document, given: Settings, table: Table) -> Readings:
         origin_u=table.origin_u,
         metadata=given.metadata,
         reported=given.reported,
+        unread=table.unread,
         diagnostics=document.faults.all_told(),
         source_text=document.text,
     )

@@ -57,6 +57,10 @@ class Reading(Struct, frozen=True):
     """As typed."""
 
 
+TOLD_BLANK = "(blank)"
+"""Text of a reading whose blank cell is an error already."""
+
+
 class Column(Struct, frozen=True, dict=True):
     """One role's readings in SI, one for each of the n runs."""
 
@@ -144,6 +148,8 @@ class Readings(Struct, frozen=True, dict=True):
         What the student reports in ``# reported_KEY: value ± u unit`` lines, for whoever grades it.
     unmoved : Readings or None
         The runs without a weight in which the rod did not move (0 turns), which are in no other field.
+    unread : tuple of (str, tuple of str)
+        Header and cells, as written, of each column that was not understood.
     diagnostics : tuple of Diagnostic
         All faults found; with an error among them, `columns` may lack what the analysis needs.
     source_text : str
@@ -169,6 +175,7 @@ class Readings(Struct, frozen=True, dict=True):
     metadata: Mapping[str, str] = field(default_factory=dict)
     reported: Mapping[str, Reported] = field(default_factory=dict)
     unmoved: Readings | None = None
+    unread: tuple[tuple[str, tuple[str, ...]], ...] = ()
     diagnostics: tuple[Diagnostic, ...] = ()
     source_text: str = ""
 
@@ -189,6 +196,7 @@ class Readings(Struct, frozen=True, dict=True):
             notes=tuple(self.notes[i] for i in runs),
             columns={role: part(column) for role, column in self.columns.items()},
             others=tuple(part(column) for column in self.others),
+            unread=tuple((header, tuple(texts[i] for i in runs)) for header, texts in self.unread),
         )
 
     @property

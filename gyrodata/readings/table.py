@@ -48,7 +48,7 @@ from gyrodata.readings.cells import (
 )
 from gyrodata.readings.columns import Choice, Chosen
 from gyrodata.readings.headers import origin_in, part_counted, split_unit
-from gyrodata.readings.lablog import Column, Faults, Place, Reading, span
+from gyrodata.readings.lablog import TOLD_BLANK, Column, Faults, Place, Reading, span
 from gyrodata.readings.layout import Layout, is_number
 from gyrodata.readings.roles import (
     BY_NAME,
@@ -97,6 +97,8 @@ class Table(Struct, frozen=True):
     """Standard uncertainty of the distance from there to the centre of the ball [m]."""
     unmoved: tuple[int, ...] = ()
     """The runs without a weight in which the rod did not move: 0 turns."""
+    unread: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    """Header and cells of each column that was not understood, as they are written."""
 
 
 class _Track(Struct, frozen=True):
@@ -120,6 +122,7 @@ class _Builder:
     def __init__(self, layout: Layout, choice: Choice, settings: Settings, faults: Faults) -> None:
         self.choice, self.settings, self.faults = choice, settings, faults
         self.grid, self.rows, self.width = layout.grid, layout.rows, len(layout.cells)
+        self.cells, self.combined = layout.cells, layout.combined
         self.head = Row(layout.cells[0].line, [])
         self.find = partial(find_place, self.grid.lines, self.grid.delimiter)
         self.replaced: set[str] = set()
@@ -166,7 +169,7 @@ class _Builder:
                     self._fill_down(role, track, tracks.get("mass"), is_run, faults)
                 tracks[role] = track
         rows = [i for i, run in enumerate(is_run) if run]
-        plan = [(i, k) for k, time in enumerate(times) for i in rows if time.readings[i].value is not None]
+        plan = [(i, k) for k, time in enumerate(times) for i in rows if time.readings[i].text]
         plan = sorted(plan) if times else [(i, 0) for i in rows]
         rows = [i for i, _ in plan]
         columns: dict[str, Column] = {}
@@ -197,7 +200,16 @@ class _Builder:
             position_from,
             origin_u,
             tuple(k for k, i in enumerate(rows) if i in self.unmoved),
+            self._unread(columns, rows),
         )
+
+    def _unread(self, columns: dict[str, Column], rows: list[int]) -> tuple[tuple[str, tuple[str, ...]], ...]:
+        """Collect the columns of which no reading is in the table, and no text."""
+        used = {one.at for role, many in self.choice.used.items() if role in {*columns, *TEXTS} for one in many}
+        used |= {one.at for one in self.choice.others} | self.combined
+        us = {one.at for role, many in self.choice.used.items() if role[:2] == "u_" for one in many}
+        unread = [(at, tuple([self._text(i, at) for i in rows])) for at in range(self.width) if at not in used | us]
+        return tuple((self.cells[at].text or f"column {at + 1}", texts) for at, texts in unread if any(texts))
 
     def _note_overruled(self, role: str, column: Column) -> None:
         """Name a line of the log whose value no run has, for each has its own in a column."""
@@ -634,7 +646,7 @@ class _Builder:
         hint = "write what was read there, once more if it is the one above; or put # before the line of the run"
         faults.add(BLANK_SPIN, message, hint, Place(row.line, 1))
         for i in blank:
-            track.readings[i] = Reading(text="(blank)")  # what has been told of lacks nothing
+            track.readings[i] = Reading(text=TOLD_BLANK)  # what has been told of lacks nothing
 
     def _tell_filled(self, role: str, at: int, filled: list[int], faults: Faults) -> None:
         lines = [self.rows[i].line for i in filled]

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from contextlib import suppress
+from itertools import pairwise
 
 from msgspec.structs import replace
 
@@ -12,8 +14,8 @@ from gyrodata.diagnostics import TEMPLATE_VALUE_CANNOT_BE_READ
 from gyrodata.errors import Diagnostic, InputError
 from gyrodata.quantities import parse_quantity
 from gyrodata.readings.cells import PREFIX, CellError, read_cell
-from gyrodata.readings.lablog import Column, Readings
-from gyrodata.readings.roles import COUNTS, FILLED_DOWN, ROLES, kind_of_role, stated_u
+from gyrodata.readings.lablog import TOLD_BLANK, Column, Readings
+from gyrodata.readings.roles import BY_NAME, COUNTS, FILLED_DOWN, ROLES, kind_of_role, stated_u
 from gyrodata.units import SI, Uncertainty, UnitError, from_si
 
 
@@ -31,6 +33,63 @@ def write_log(readings: Readings) -> str:
         CSV text; `read_log` gives the same runs, columns, constants and uncertainties for it (places, lines and
         headers are those of the new file).
     """
+    return _text(*_parts(readings, ""))
+
+
+def fixed_log(readings: Readings) -> tuple[str, tuple[str, ...]]:
+    """Write a log as it was understood, with blanks where it was not, and list these.
+
+    Parameters
+    ----------
+    readings : Readings
+        What to write; it may contain errors.
+
+    Returns
+    -------
+    text : str
+        CSV text, as `write_log` gives it. A cell that could not be read is blank, or ``?`` if a blank cell would
+        repeat the one above. Columns and ``#`` lines that were not understood are as in the file if the log contains
+        an error; else such columns are left out.
+    left : tuple of str
+        What is left for the author of the log; empty if the log contains no error.
+    """
+    if readings.unmoved is not None:
+        readings = _joined(readings, readings.unmoved)
+    head, headers, cells, rows = _parts(readings, "?")
+    errors = [one for one in readings.diagnostics if one.severity == "error"]
+    left = [one.message for one in errors if one.line is None]
+    wrong = {one.line for one in errors}
+    for number, line in enumerate(readings.source_text.splitlines(), 1):
+        if number in wrong and line.startswith("#"):
+            head.append(line)
+            left.append(f"the line {line}")
+    # Without an error nobody needs them, and under the new headers they may mean something else.
+    for header, texts in readings.unread if errors else ():
+        headers.append(header)
+        cells.append([texts[row[0]] for row in rows])
+        left.append(f'the column "{header}": its name, or its unit')
+    repeated = any(len(row) > 1 for row in rows)
+    for row in rows if errors else []:
+        for role, column in readings.columns.items():
+            for k, run in enumerate(row if role == "time" else row[:1], 1):
+                reading, name = column.readings[run], f"time_{k}" if role == "time" and repeated else role
+                if reading.text and reading.value is None:
+                    written = f', written "{reading.text}"' if reading.text != TOLD_BLANK else ""
+                    left.append(f"{name} of run {_label(readings, row)}{written}")
+    return _text(head, headers, cells, rows), tuple(left or [one.message for one in errors])
+
+
+Parts = tuple[list[str], list[str], list[list[str]], list[list[int]]]
+"""The lines above the table, the headers, the cells of each column, and the runs of each row."""
+
+
+def _text(head: list[str], headers: list[str], cells: list[list[str]], rows: list[list[int]]) -> str:
+    lines = [headers, *([column[i] for column in cells] for i in range(len(rows)))]
+    return "\n".join([*head, *(",".join(map(_quoted, line)) for line in lines)]) + "\n"
+
+
+def _parts(readings: Readings, unread: str) -> Parts:
+    """Write each part of a log; `unread` is for a cell that was not read, if a blank one would repeat another."""
     if readings.unmoved is not None:
         readings = _joined(readings, readings.unmoved)
     rows = _rows(readings)
@@ -48,6 +107,9 @@ def write_log(readings: Readings) -> str:
         head.append(f"# balanced: {'yes' if readings.balanced else 'no'}")
     if readings.position_from is not None:
         head.append(f"# position_from: {readings.position_from}")
+        if readings.position_from == "tip" and "u_rod_length" not in readings.uncertainties:
+            # The digits with which the length is written say how well it is known, and they are lost above.
+            head.append(f"# u_rod_length: {readings.origin_u!r} m")
     headers: list[str] = []
     cells: list[list[str]] = []
     for role in sorted(readings.columns, key=ROLES.index):
@@ -55,7 +117,8 @@ def write_log(readings: Readings) -> str:
         if role == "time":
             _add_times(column, rows, headers, cells)
         else:
-            shared = _add_column(column, rows, headers, cells)
+            mark = "" if readings.ok or role not in FILLED_DOWN else unread
+            shared = _add_column(column, rows, headers, cells, mark)
             head += [f"# {role}: {shared}"] if shared else []
         _add_uncertainties(readings, column, rows, headers, cells)
     headers.append("run")
@@ -63,8 +126,7 @@ def write_log(readings: Readings) -> str:
     if any(readings.notes):
         headers.append("note")
         cells.append([readings.notes[row[0]] for row in rows])
-    lines = [headers, *([column[i] for column in cells] for i in range(len(rows)))]
-    return "\n".join([*head, *(",".join(map(_quoted, line)) for line in lines)]) + "\n"
+    return head, headers, cells, rows
 
 
 def _joined(first: Readings, last: Readings) -> Readings:
@@ -79,7 +141,11 @@ def _joined(first: Readings, last: Readings) -> Readings:
     }
     return replace(
         first, runs=first.runs + last.runs, lines=first.lines + last.lines, notes=first.notes + last.notes,
-        columns=columns,
+        columns=columns, unmoved=None,
+        unread=tuple(
+            (header, texts + more)
+            for (header, texts), (_, more) in zip(first.unread, last.unread, strict=True)
+        ),
     )  # fmt: skip
 
 
@@ -115,6 +181,10 @@ def _cell_text(column: Column, run: int) -> str:
     value, text = column.readings[run].value, column.readings[run].text
     if value is None or text:
         return _with_point(text, value, column) if value is not None else ""
+    return _number(value, column)
+
+
+def _number(value: float, column: Column) -> str:
     return repr(from_si(value, column.unit, kind_of_role(column.role)) if column.unit else value)
 
 
@@ -125,6 +195,11 @@ def _with_point(text: str, value: float, column: Column) -> str:
         with suppress(CellError):
             if read_cell(changed, kind_of_role(column.role), column.unit or None).value == value:
                 return changed
+    if column.role in COUNTS:
+        with suppress(CellError):
+            # Its header counts halves or thirds of a turn, and the new one does not.
+            if not math.isclose(read_cell(text, kind_of_role(column.role), None).value or 0.0, value):
+                return _number(value, column)
     return text
 
 
@@ -135,16 +210,20 @@ def _add_times(column: Column, rows: list[list[int]], headers: list[str], cells:
         cells.append([_cell_text(column, row[k]) if k < len(row) else "" for row in rows])
 
 
-def _add_column(column: Column, rows: list[list[int]], headers: list[str], cells: list[list[str]]) -> str:
-    """Add one column; give the text of the reading that all blank cells share, if there is one."""
+def _add_column(column: Column, rows: list[list[int]], headers: list[str], cells: list[list[str]], mark: str) -> str:
+    """Add one column, with a mark in cells that were not read; give the text that all blank cells share, if any."""
     ids = [column.spots[row[0]] for row in rows]
     # What was merged is merged again; what one line gave for the whole log becomes one line again.
     fills = column.role in FILLED_DOWN and column.role not in COUNTS and not column.header.startswith(("#", "--"))
+    if BY_NAME[column.role].part == "spin" and 2 * sum(one == next_one for one, next_one in pairwise(ids)) < len(ids):
+        fills = False  # a blank cell is an error if nearly every run has its own spin
     shared = _shared(ids, fills, [column.readings[row[0]].value is not None for row in rows])
     texts: list[str] = []
     for i, row in enumerate(rows):
         repeated = i > 0 and fills and shared is None and ids[i] == ids[i - 1]
-        texts.append("" if repeated or ids[i] == shared else _cell_text(column, row[0]))
+        lost = mark and column.readings[row[0]].value is None and column.readings[row[0]].text
+        text = mark if lost else _cell_text(column, row[0])
+        texts.append("" if repeated or ids[i] == shared else text)
     if any(texts) or shared is None:
         headers.append(_header(column.role, column.unit))
         cells.append(texts)

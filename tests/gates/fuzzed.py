@@ -79,7 +79,7 @@ def attempt(seed: int) -> tuple[str, str]:
 
 def gate(accept: bool = False, part: bool = False) -> Found:
     """Try the same logs in each run."""
-    count = 100 if part else COUNT
+    count = 60 if part else COUNT
     with ProcessPoolExecutor(2) as pool:
         ends = list(pool.map(attempt, range(count), chunksize=50))
     of = {word: sum(end == word for end, _ in ends) for word in ("answered", "refused", "fault", "silent")}

@@ -142,7 +142,7 @@ def gate(accept: bool = False, part: bool = False) -> Found:
     lines, counts, faults = [], [], 0
     with ProcessPoolExecutor(2) as pool:
         for name, logs in tables.items():
-            keys = list(logs)[:: 12 if part else 1]
+            keys = list(logs)[:: 20 if part else 1]
             answers = list(pool.map(outcome, [logs[key] for key in keys], chunksize=20))
             new = dict(zip(keys, answers, strict=True))
             lines += stored.compare(name, new, accept, part, "key,outcome,code,I_zz,u,said")

@@ -54,7 +54,7 @@ def check(
     ] = False,
     fix: Annotated[
         bool,
-        typer.Option("--fix", help="Also write LOG-fixed.csv: the log as gyro understood it, with blanks to fill in."),
+        typer.Option("--fix", help="Also write the log as gyro understood it, to a new file with -fixed.csv in its name."),
     ] = False,
     form: Annotated[
         CheckFormat, typer.Option("--format", "-f", help="github: annotations of a workflow run.")

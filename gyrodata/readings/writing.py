@@ -107,9 +107,12 @@ def _parts(readings: Readings, unread: str) -> Parts:
         head.append(f"# balanced: {'yes' if readings.balanced else 'no'}")
     if readings.position_from is not None:
         head.append(f"# position_from: {readings.position_from}")
-        if readings.position_from == "tip" and "u_rod_length" not in readings.uncertainties:
+        key, factor = {"tip": ("u_rod_length", 1), "surface": ("u_ball_diameter", 2)}.get(
+            readings.position_from, ("", 0)
+        )
+        if key and key not in readings.uncertainties:
             # The digits with which the length is written say how well it is known, and they are lost above.
-            head.append(f"# u_rod_length: {readings.origin_u!r} m")
+            head.append(f"# {key}: {factor * readings.origin_u!r} m")
     headers: list[str] = []
     cells: list[list[str]] = []
     for role in sorted(readings.columns, key=ROLES.index):

@@ -1,7 +1,7 @@
 """Gates 2 and 3: what `gyro analyze` says of a log, as JSON to 8 digits and as it is printed.
 
 `numbers.txt` contains the numbers of 30 logs that matter: I_zz, M0, b, goodness, fits, budget, effects, sensitivity,
-torques, power laws, codes and places of diagnostics, advice. `printed.txt` contains what ``gyro analyze -v`` and ``gyro
+torques, power laws, codes and places of diagnostics, advice; and a digest of each of the other parts. `printed.txt` contains what ``gyro analyze -v`` and ``gyro
 check`` print for eight logs. A short digest of each section is stored for Markdown and LaTeX: their numbers are those
 of the JSON, and their words those of the text; and for what other commands print.
 """
@@ -46,14 +46,18 @@ PARTS = {
     "power_law": "torque exponent u", "model": "", "advice": "", "doubts": "kind",
 }  # fmt: skip
 """What is kept of each part of the result."""
+DIGESTED = "if_balanced constants exponent constancy ball runs patterns uncertainties fits budget torques power_law"
+"""Parts of the result of which a digest of all fields is kept, with five digits."""
 
 
-def kept(part: Any, fields: str) -> Any:
+def kept(part: Any, fields: str, digits: int = 8, zero: float = 1e-13) -> Any:
     """Keep some fields of a record, or of each of a list, with eight digits; zero but for rounding is 0."""
     if isinstance(part, list):
-        return [kept(one, fields) for one in part]
+        return [kept(one, fields, digits, zero) for one in part]
     if isinstance(part, float):
-        return 0.0 if abs(part) < 1e-13 else float(f"{part:.8g}")
+        return 0.0 if abs(part) < zero else float(f"{part:.{digits}g}")
+    if isinstance(part, dict) and not fields:
+        return {key: kept(one, "", digits, zero) for key, one in part.items()}
     if not fields or not isinstance(part, dict):
         return part
     return [kept(reduce(lambda one, key: one and one[key], field.split("."), part), "") for field in fields.split()]
@@ -66,6 +70,8 @@ def numbers(log: Log) -> str:
     except gyrodata.GyroError as error:
         return f"refused: {' '.join(found.code for found in error.diagnostics)}\n"
     lines = {name: kept(document["result"][name], fields) for name, fields in PARTS.items()}
+    whole = (json.dumps(kept(document["result"][name], "", 5, 1e-9)) for name in DIGESTED.split())
+    lines["digests"] = " ".join(hashlib.sha256(text.encode()).hexdigest()[:4] for text in whole)
     lines["diagnostics"] = [[one["code"], one["line"], one["column"]] for one in document["diagnostics"]]
     return "".join(f"{name}: {json.dumps(value, separators=(',', ':'))}\n" for name, value in lines.items())
 

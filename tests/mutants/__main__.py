@@ -106,8 +106,10 @@ def mutants(room: str) -> Iterator[Mutant]:
         for name, value in ast.iter_fields(parent):
             at_import = outside and not (isinstance(parent, ast.FunctionDef | ast.Lambda) and name == "body")
             for node in value if isinstance(value, list) else [value]:
-                # Annotations and decorators change nothing either.
-                if name in ("annotation", "returns", "decorator_list") or not isinstance(node, ast.AST):
+                # Annotations, decorators and what a class is declared as ("frozen=True") change nothing either.
+                declares = name in ("annotation", "returns", "decorator_list")
+                declares |= name == "keywords" and isinstance(parent, ast.ClassDef)
+                if declares or not isinstance(node, ast.AST):
                     continue
                 if not is_quiet(node):
                     if other := changed(node):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
-from types import MappingProxyType
 from typing import NamedTuple
 
 from msgspec import Struct, field
@@ -99,9 +98,6 @@ class Column(Struct, frozen=True, dict=True):
         if self.spots[run] < 0:
             return self.given
         return self.find(self.spots[run]) if self.find is not None and self.readings[run].text else None
-
-
-_NOTHING: Mapping[str, str] = MappingProxyType({})
 
 
 class Readings(Struct, frozen=True, dict=True):
@@ -286,6 +282,11 @@ def listing(items: list[str] | tuple[str, ...], most: int = 12) -> str:
     shown = [item if len(item) <= 40 else item[:39] + "…" for item in items[:most]]
     more = f" and {len(items) - most} more" if len(items) > most else ""
     return ", ".join(shown) + more
+
+
+def header_of(role: str, unit: str) -> str:
+    """Write the header of a column: ``mass [g]``, ``turns``."""
+    return f"{role} [{unit}]" if unit else role
 
 
 def span(lines: list[int]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import NamedTuple
@@ -9,7 +10,6 @@ from typing import NamedTuple
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from gyrodata.diagnostics import CODES
 from gyrodata.errors import Diagnostic, InputError
 from gyrodata.readings.cells import Reported
 from gyrodata.units import Uncertainty
@@ -204,11 +204,11 @@ class Readings(Struct, frozen=True, dict=True):
         self, code: str, message: str, hint: str = "", place: Place | None = None, width: int = 1, doubt: str = ""
     ) -> Diagnostic:
         """Make a diagnostic of a place of this log, with the excerpt of its line."""
-        return replace(make_diagnostic(self.name, self._lines, code, message, hint, place, width), doubt=doubt)
+        return replace(self._faults.make(code, message, hint, place, width), doubt=doubt)
 
     @cached_property
-    def _lines(self) -> list[str]:
-        return split_lines(self.source_text)
+    def _faults(self) -> Faults:
+        return Faults(self.name, self.source_text)
 
 
 def split_lines(text: str) -> list[str]:
@@ -218,23 +218,6 @@ def split_lines(text: str) -> list[str]:
     return text.split("\n")
 
 
-def make_diagnostic(
-    name: str,
-    lines: list[str],
-    code: str,
-    message: str,
-    hint: str = "",
-    place: Place | None = None,
-    width: int = 1,
-) -> Diagnostic:
-    """Make a diagnostic with the severity of its code and the excerpt of its line."""
-    if place is None:
-        return Diagnostic(code, CODES[code].severity, message, hint, name)
-    excerpt = lines[place.line - 1] if 0 < place.line <= len(lines) else ""
-    severity = CODES[code].severity
-    return Diagnostic(code, severity, message, hint, name, place.line, place.column, excerpt, width)
-
-
 class Faults:
     """The faults found so far in one log, in the order in which they were found."""
 
@@ -242,19 +225,26 @@ class Faults:
         self.name = name
         self.lines = split_lines(text) if text else []
         self.found: list[Diagnostic] = []
-        self._count: dict[str, int] = {}
+        self._count: Counter[str] = Counter()
+
+    def make(self, code: str, message: str, hint: str = "", place: Place | None = None, width: int = 1) -> Diagnostic:
+        """Make a diagnostic with the severity of its code and the excerpt of its line."""
+        if place is None:
+            return Diagnostic.of(code, message, hint, self.name)
+        excerpt = self.lines[place.line - 1] if 0 < place.line <= len(self.lines) else ""
+        return Diagnostic.of(code, message, hint, self.name, *place, excerpt, width)
 
     def add(
         self, code: str, message: str, hint: str = "", place: Text | Place | None = None, width: int | None = None
     ) -> None:
         """Note one fault down, all of a cell or at a place; of one code, the first `MOST_OF_ONE_CODE` only."""
-        self._count[code] = self._count.get(code, 0) + 1
+        self._count[code] += 1
         if self._count[code] > MOST_OF_ONE_CODE:
             return
         if isinstance(place, Text):
             width = len(place.text) if width is None else width
             place = place.place
-        self.found.append(make_diagnostic(self.name, self.lines, code, message, hint, place, max(1, width or 1)))
+        self.found.append(self.make(code, message, hint, place, max(1, width or 1)))
 
     def refuse(
         self, code: str, message: str, hint: str = "", place: Text | Place | None = None, width: int | None = None
@@ -266,7 +256,7 @@ class Faults:
     def all_told(self) -> tuple[Diagnostic, ...]:
         """Give what was found, and how much more of it there is."""
         more = [
-            make_diagnostic(self.name, self.lines, code, f"{count - MOST_OF_ONE_CODE} more of this kind are not shown")
+            self.make(code, f"{count - MOST_OF_ONE_CODE} more of this kind are not shown")
             for code, count in self._count.items()
             if count > MOST_OF_ONE_CODE
         ]

@@ -13,7 +13,7 @@ from gyrodata.quantities import fold_number
 from gyrodata.readings.headers import Header, clock_word, parse_header
 from gyrodata.readings.lablog import Faults
 from gyrodata.readings.layout import Layout
-from gyrodata.readings.source import Row
+from gyrodata.readings.source import MAX_COLUMNS, Row
 
 _PAIR = re.compile(r"([0-9]+(?:[.,][0-9]+)?)\s*(?:-|->|→|/|to|bis|à|до)\s*([0-9]+(?:[.,][0-9]+)?)")
 _CLOCK = re.compile(r"(?:([0-9]{1,2}):)?([0-9]{1,2}):([0-9]{2}(?:[.,][0-9]+)?)|([0-9]+(?:[.,][0-9]+)?)")
@@ -88,6 +88,10 @@ def _turns_of_the_ball(layout: Layout, faults: Faults) -> Layout:
     return layout
 
 
+_Operation = Callable[[Decimal, Decimal], Decimal]
+_Reader = Callable[[str], Decimal]
+
+
 def _is_clock(header: Header) -> bool:
     return header.unit in (None, "s") and not any(role.startswith("spin_") for role in header.roles)
 
@@ -105,12 +109,7 @@ def _seconds(text: str) -> Decimal:
     return 3600 * int(match[1] or 0) + 60 * int(match[2]) + _number(match[3])
 
 
-def _computed(
-    layout: Layout,
-    places: tuple[int, int],
-    operation: Callable[[Decimal, Decimal], Decimal],
-    read: Callable[[str], Decimal],
-) -> list[str]:
+def _computed(layout: Layout, places: tuple[int, int], operation: _Operation, read: _Reader) -> list[str]:
     """Compute a number from two cells of each row; nothing if a cell cannot be read."""
     texts = []
     for row in layout.rows:
@@ -124,13 +123,10 @@ def _computed(
 
 def _with_column(layout: Layout, at: int, header: Header, texts: Sequence[str]) -> Layout:
     """Add a column, whose cells are at the places of another column."""
-    width = len(layout.cells)
-    rows = []
+    rows, places = [], (*range(len(layout.cells)), at)
     for row, text in zip(layout.rows, texts, strict=True):
-        cells = [*row.texts[:width], *[""] * (width - len(row.texts)), text]
-        origin = [*(row.origin or [(row.line, k) for k in range(len(row.texts))])][:width]
-        origin += [(row.line, at)] * (width - len(origin))
-        rows.append(Row(row.line, cells, (*origin, origin[at])))
+        cells = [row.texts[k] if k < len(row.texts) else "" for k in places]
+        rows.append(Row(row.line, [*cells[:-1], text], tuple(divmod(row.spot(k), MAX_COLUMNS) for k in places)))
     return replace(
         layout,
         cells=[*layout.cells, layout.cells[at]],

@@ -251,9 +251,8 @@ class _Builder:
         heard = {key for role in columns for key in u_keys(role)} | self.replaced
         for key, chosen in self.choice.used.items():
             if key[:2] == "u_" and key not in heard and not self.faults.has_error():
-                cell, base = chosen[0].cell, key.removeprefix("u_")
-                message = f'the column "{cell.text}" ({key}) is not used: there is no {base} that it could belong to'
-                self.faults.add(codes.COLUMN_NOT_USED, message, "", cell)
+                base = key.removeprefix("u_")
+                self._note(chosen[0], f"({key}) is not used: there is no {base} that it could belong to")
 
     def _note_floats(self) -> None:
         """Say which digits are taken as read, where a DataFrame does not contain them."""
@@ -288,16 +287,10 @@ class _Builder:
 
     def _run_rows(self, times: list[_Track]) -> list[bool]:
         """Tell which rows are timed runs, and name the others."""
-        if times:
-            is_run = [
-                any(reading.text for reading in readings)
-                for readings in zip(*[time.readings for time in times], strict=True)
-            ]
-        else:
-            places = [chosen[0].at for role in roles.ONE_TURN if (chosen := self.choice.used.get(role))]
-            is_run = [
-                not places or any(self._text(i, at) not in BLANKS for at in places) for i in range(len(self.rows))
-            ]
+        timed = [time.chosen for time in times]
+        timed = timed or [self.choice.used[role][0] for role in roles.ONE_TURN if role in self.choice.used]
+        cells_of_times = [self._texts(one.at) for one in timed] or [["some"] * len(self.rows)]
+        is_run = [not BLANKS.issuperset(texts) for texts in zip(*cells_of_times, strict=True)]
         left_out = [row for row, run in zip(self.rows, is_run, strict=True) if not run]
         if left_out and any(is_run):
             first = left_out[0]
@@ -313,12 +306,12 @@ class _Builder:
         periods = self.there.intersection(roles.ONE_TURN)
         if times and periods and self.there.isdisjoint(roles.COUNTS):
             # A time whose turns nobody tells says nothing; its repeats would count one period several times.
-            self._note_not_used(times[0], f"its turns are not given; {min(periods)} is read instead")
+            self._note(times[0], f"is not used: its turns are not given; {min(periods)} is read instead")
             return []
         return [track for chosen in times if (track := self._track(chosen, True)) is not None]
 
-    def _note_not_used(self, chosen: Chosen, why: str) -> None:
-        self.faults.add(codes.COLUMN_NOT_USED, f'the column "{chosen.cell.text}" is not used: {why}', "", chosen.cell)
+    def _note(self, chosen: Chosen, what: str) -> None:
+        self.faults.add(codes.COLUMN_NOT_USED, f'the column "{chosen.cell.text}" {what}', "", chosen.cell)
 
     def _track(self, chosen: Chosen, strict: bool) -> _Track | None:
         """Read one column; None if it is only compared and cannot be read."""
@@ -330,7 +323,7 @@ class _Builder:
             if strict:
                 self._refuse_unit(chosen, error)
             else:
-                self._note_uncompared(chosen, str(error))
+                self._note(chosen, f"({role}) is not compared: {error}")
             return None
         if unit is None and kind in ("number", "sign"):
             unit = ""
@@ -339,7 +332,7 @@ class _Builder:
             texts = self._with_colons(chosen, texts, faults)
         read = self._read_texts(chosen, texts, unit, faults)
         if not strict and faults.found:
-            self._note_uncompared(chosen, faults.found[0].message)
+            self._note(chosen, f"({role}) is not compared: {faults.found[0].message}")
             return None
         spreads = self._spreads(role, chosen, unit, faults if strict else Faults(faults.name))
         spots = [row.spot(at) for row in self.rows]
@@ -437,19 +430,14 @@ class _Builder:
             elif stated[2]:
                 meant = {t: f"{h}:{m}.{s}" for t, (h, m, s) in parts.items() if h}
             return [meant.get(text, text) for text in texts]
-        meant = {text: ".".join(fold_number(text).rsplit(":", 1)) for text in parts}
-        self._ask_about_colons(chosen, texts, parts, meant, faults)
-        return [meant.get(text, text) for text in texts]
+        return self._as_points(chosen, texts, parts, faults)
 
-    def _ask_about_colons(
-        self,
-        chosen: Chosen,
-        texts: list[str],
-        parts: dict[str, tuple[str, ...]],
-        meant: dict[str, str],
-        faults: Faults,
-    ) -> None:
-        """Ask whether the last colon is a point, unless another row proves it."""
+    def _as_points(
+        self, chosen: Chosen, texts: list[str], parts: dict[str, tuple[str, ...]], faults: Faults
+    ) -> list[str]:
+        """Read the last colon as a point; ask whether it is one, unless another row proves it."""
+        meant = {text: ".".join(fold_number(text).rsplit(":", 1)) for text in parts}
+        pointed = [meant.get(text, text) for text in texts]
         first = next(iter(parts))
         every = (text for one in self.choice.used.get(chosen.role, []) for text in self._texts(one.at))
         proof = next((text for text in every if (match := _COLONS.fullmatch(text)) and int(match[3]) >= 60), "")
@@ -457,7 +445,7 @@ class _Builder:
             message = f'"{proof}" is not minutes and seconds, so in "{chosen.cell.text}" the last colon is a point: '
             message += ", ".join(f"{text} is {meant[text]}" for text in dict.fromkeys((first, proof)) if text in meant)
             faults.add(codes.COLONS_ARE_POINTS, message, "", chosen.cell)
-            return
+            return pointed
         hours, minutes, seconds = parts[first]
         short = f"{meant[first]} s" if not hours else f"{int(hours)} min {int(minutes)}.{seconds} s"
         long = f"{int(hours)} h {int(minutes)} min" if hours else f"{int(minutes)} min"
@@ -467,6 +455,7 @@ class _Builder:
         hint += f'if not, write the header as "{name} [{form}]"'
         cell = self.grid.cell(self.rows[texts.index(first)], chosen.at)
         faults.add(codes.COLON_BELOW_SECONDS, message, hint, cell)
+        return pointed
 
     def _is_doubtful(self, text: str) -> bool:
         """Tell whether a comma or a point may part thousands: the table's other numbers have the other sign."""
@@ -480,10 +469,6 @@ class _Builder:
         message = f'the column "{name}" ({chosen.role}) has no unit'
         faults.add(codes.UNIT_MISSING, message, hint, chosen.cell.place, len(name))
 
-    def _note_uncompared(self, chosen: Chosen, why: str) -> None:
-        message = f'the column "{chosen.cell.text}" ({chosen.role}) is not compared: {why}'
-        self.faults.add(codes.COLUMN_NOT_USED, message, "", chosen.cell)
-
     def _spreads(self, role: str, chosen: Chosen | None, unit: str | None, faults: Faults) -> list[Uncertainty | None]:
         """Collect what the ``u_…`` column says of each reading, else the ± of the header, else the log's ``u_…``."""
         common = stated_u(role, self.settings.uncertainties)
@@ -493,22 +478,16 @@ class _Builder:
             except UnitError as error:
                 message = f'{role}, column "{chosen.cell.text}": {error}'
                 faults.add(codes.UNCERTAINTY_CANNOT_BE_READ, message, error.hint, chosen.cell)
+        spreads = [common] * len(self.rows)
         key = next((key for key in u_keys(role) if key in self.choice.used and key not in self.replaced), None)
         if key is None:
-            return [common] * len(self.rows)
+            return spreads
         column, kind = self.choice.used[key][0], kind_of_role(key)
-        unit = unit if kind == kind_of_role(role) else None
-        if column.header.unit is None and unit is None and kind != "number":
+        fitting = unit if kind == kind_of_role(role) else None
+        if column.header.unit is None and fitting is None and kind != "number":
             self._ask_for_unit(column, faults)
-            return [common] * len(self.rows)
-        return self._read_spreads(role, column, column.header.unit or unit or "", common, faults)
-
-    def _read_spreads(
-        self, role: str, column: Chosen, unit: str, common: Uncertainty | None, faults: Faults
-    ) -> list[Uncertainty | None]:
-        """Read a ``u_…`` column; its blank cells keep what holds for the whole column of readings."""
-        key, kind = column.role, kind_of_role(column.role)
-        spreads = [common] * len(self.rows)
+            return spreads
+        unit = column.header.unit or fitting or ""
         percent, unit = (" %", "") if unit == "%" else ("", unit)
         try:
             parse_uncertainty(f"0{percent}", kind, unit)
@@ -516,11 +495,10 @@ class _Builder:
             faults.add(codes.UNIT_UNKNOWN, f'{key}, column "{column.cell.text}": {error}', error.hint, column.cell)
             return spreads
         for i, text in enumerate(self._texts(column.at)):
-            if text in BLANKS:
-                continue
             try:
-                spread = parse_uncertainty(text if "%" in text else text + percent, kind, unit, ask=False)
-                spreads[i] = roles.as_u_of(role, key, spread)
+                if text not in BLANKS:
+                    spread = parse_uncertainty(text if "%" in text else text + percent, kind, unit, ask=False)
+                    spreads[i] = roles.as_u_of(role, key, spread)
             except UnitError as error:
                 cell = self.grid.cell(self.rows[i], column.at)
                 faults.add(codes.UNCERTAINTY_CANNOT_BE_READ, f'{key} "{text[:60]}": {error}', error.hint, cell)
@@ -596,7 +574,7 @@ class _Builder:
         role = chosen.role
         used = self.choice.used[role][0].header if role in self.choice.used else None
         if used and (role in TEXTS or role[:2] == "u_"):
-            self._note_not_used(chosen, f'{role} is read from "{used.text}"')
+            self._note(chosen, f'is not used: {role} is read from "{used.text}"')
             return None
         if used and role == "time" and (used.unit, chosen.header.unit) == ("min", "s"):
             message = f'the minutes are in "{used.text}", and the seconds in another column'
@@ -607,8 +585,7 @@ class _Builder:
         if track is None:
             return None
         if role != "inertia" and used:
-            message = f'the column "{chosen.cell.text}" is only compared: {role} is read from "{used.text}"'
-            self.faults.add(codes.COLUMN_NOT_USED, message, "", chosen.cell)
+            self._note(chosen, f'is only compared: {role} is read from "{used.text}"')
         return self._column(track, rows)
 
     def _labels(self, rows: list[int]) -> tuple[str, ...]:

@@ -86,7 +86,7 @@ def read_log(
     for header in mapping.values():
         insist_on_type("a header in mapping", header, str, "the header as it is written")
     insist_on_type("config", config, str | os.PathLike | None, "the path of a TOML file")
-    stated, roles = read_options(settings, mapping, config)
+    stated = read_options(settings, mapping, config)
     document = load(source, name)
     faults = document.faults
     grid = make_grid(document)
@@ -98,7 +98,7 @@ def read_log(
     name, text = document.name, document.text
     log = Readings(name, document.sha256, (), (), (), {}, **whole, stated_at=stated_at, source_text=text)
     if layout := find_layout(grid, faults):
-        log = _read_table(layout, roles, given, faults, log)
+        log = _read_table(layout, mapping, given, faults, log)
     return replace(log, diagnostics=faults.all_told())
 
 

@@ -149,8 +149,7 @@ def _check_turns(table: Readings, faults: Faults) -> None:
         if count.value is None or swept.value is None:
             continue
         if abs(swept.value - 2 * math.pi * count.value) > max(swept.step or 0.0, 0.01 * abs(swept.value)):
-            degrees = f"{360 * count.value:.4g} degrees"
-            message = f"run {table.runs[run]}: {count.text} turns are {degrees}, not {swept.text}"
+            message = f"run {table.runs[run]}: {count.text} turns are {360 * count.value:.4g} degrees, not {swept.text}"
             hint = "correct one of the two, or take one column out"
             faults.add(codes.TURNS_CONTRADICT_ANGLE, message, hint, angle.place(run))
 

@@ -68,8 +68,8 @@ class Settings(Struct):
 
 def read_options(
     settings: Mapping[str, Any], mapping: Mapping[str, str], config: str | os.PathLike[str] | None
-) -> tuple[list[Given], dict[str, str]]:
-    """Check the options before the log is read."""
+) -> list[Given]:
+    """Check the options before the log is read; give what ``--set`` and ``--config`` say."""
     faults = Faults("")
     texts = ((key.strip(), value_text(value).strip()) for key, value in settings.items())
     given = [Given(key, text, f"--set {key}", None) for key, text in texts]
@@ -87,7 +87,7 @@ def read_options(
             faults.add(codes.MAPPED_ROLE_UNKNOWN, f"--map {role}=…: there is no such role", hint)
     if faults.has_error():
         raise InputError(faults.found)
-    return given, dict(mapping)
+    return given
 
 
 def _close(key: str, known: list[str] | tuple[str, ...]) -> str:
@@ -107,9 +107,8 @@ def _read_config(path: Path, faults: Faults) -> dict[str, str]:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
         missing = isinstance(error, FileNotFoundError | NotADirectoryError)
         hint = "check its name" if missing else 'give a text file with lines such as g = "9.803 m/s^2"'
-        raise faults.refuse(
-            codes.CONFIG_CANNOT_BE_READ, f"--config {str(path)!r} cannot be read: {reason}", hint
-        ) from None
+        message = f"--config {str(path)!r} cannot be read: {reason}"
+        raise faults.refuse(codes.CONFIG_CANNOT_BE_READ, message, hint) from None
     for key, value in table.items():
         if isinstance(value, str | int | float) and not isinstance(value, bool):
             continue
@@ -233,9 +232,9 @@ def _nearest(key: str) -> list[str]:
 
 
 _STARTS = {word: word for word in roles.MOTIONS}
-_WORDS: dict[str, tuple[Mapping[str, str | bool], str, str]] = {
+_WORDS: dict[str, tuple[Mapping[str, str | bool | None], str, str]] = {
     "motion": (_STARTS, "is no way to start the rod", 'write "released" (let go from rest) or "steady"'),
-    "balanced": (roles.YES_OR_NO, "is neither yes nor no", 'write "yes" (balanced as in step 2) or "no"'),
+    "balanced": (roles.YES_OR_NO | {"": None}, "is neither yes nor no", 'write "yes" (balanced as in step 2) or "no"'),
     "position_from": (
         roles.ORIGINS,
         "is no place that positions count from",

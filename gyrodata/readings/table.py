@@ -177,10 +177,8 @@ class _Builder:
 
     def _stated_column(self, role: str, chosen: list[Chosen]) -> Column:
         spread, head = stated_u(role, self.settings.uncertainties), Row(self.layout.cells[0].line, [])
-        readings = [
-            Reading(read_cell(one.turns, "number", "").value, None, spread, one.turns) if one.turns else _BLANK
-            for one in chosen
-        ]
+        told = {one.turns: read_cell(one.turns, "number", "").value for one in chosen if one.turns}
+        readings = [Reading(told[one.turns], None, spread, one.turns) if one.turns else _BLANK for one in chosen]
         header = next(one.cell.text for one in chosen if one.turns)
         return Column(role, header, "", tuple(readings), tuple(head.spot(one.at) for one in chosen), None, self.find)
 
@@ -321,7 +319,8 @@ class _Builder:
             unit = parse_unit(chosen.header.unit, kind).text if chosen.header.unit else None
         except UnitError as error:
             if strict:
-                self._refuse_unit(chosen, error)
+                code = codes.PER_SECOND_IS_AMBIGUOUS if error.reason == "ambiguous" else codes.UNIT_UNKNOWN
+                self._refuse(code, chosen, error, faults)
             else:
                 self._note(chosen, f"({role}) is not compared: {error}")
             return None
@@ -343,12 +342,11 @@ class _Builder:
                 self.floats[role] = f"{finest / parse_unit(used, kind).factor:.3g} {used}" if finest else ""
         return _Track(chosen, unit or used, _make_readings(texts, read, spreads), spots, spreads)
 
-    def _refuse_unit(self, chosen: Chosen, error: UnitError) -> None:
-        code = codes.PER_SECOND_IS_AMBIGUOUS if error.reason == "ambiguous" else codes.UNIT_UNKNOWN
-        hint = error.hint
-        if chosen.role == "mass" and "force" in kinds_of(chosen.header.unit or ""):
-            hint = f'a weight in newtons is a force: write the header as "force [{chosen.header.unit}]"'
-        self.faults.add(code, f'{chosen.role}, column "{chosen.cell.text}": {error}', hint, chosen.cell)
+    def _refuse(self, code: str, chosen: Chosen, error: UnitError, faults: Faults) -> None:
+        hint, unit = error.hint, chosen.header.unit or ""
+        if chosen.role == "mass" and "force" in kinds_of(unit):
+            hint = f'a weight in newtons is a force: write the header as "force [{unit}]"'
+        faults.add(code, f'{chosen.role}, column "{chosen.cell.text}": {error}', hint, chosen.cell)
 
     def _read_texts(self, chosen: Chosen, texts: list[str], unit: str | None, faults: Faults) -> dict[str, Quantity]:
         """Read each text of a column once, and tell in which cells it is wrong."""
@@ -476,8 +474,7 @@ class _Builder:
             try:
                 common = parse_uncertainty(chosen.header.spread, kind_of_role(role), unit or "")
             except UnitError as error:
-                message = f'{role}, column "{chosen.cell.text}": {error}'
-                faults.add(codes.UNCERTAINTY_CANNOT_BE_READ, message, error.hint, chosen.cell)
+                self._refuse(codes.UNCERTAINTY_CANNOT_BE_READ, chosen, error, faults)
         spreads = [common] * len(self.rows)
         key = next((key for key in u_keys(role) if key in self.choice.used and key not in self.replaced), None)
         if key is None:
@@ -492,7 +489,7 @@ class _Builder:
         try:
             parse_uncertainty(f"0{percent}", kind, unit)
         except UnitError as error:
-            faults.add(codes.UNIT_UNKNOWN, f'{key}, column "{column.cell.text}": {error}', error.hint, column.cell)
+            self._refuse(codes.UNIT_UNKNOWN, column, error, faults)
             return spreads
         for i, text in enumerate(self._texts(column.at)):
             try:

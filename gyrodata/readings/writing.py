@@ -121,25 +121,21 @@ def _sheet(readings: Readings, unread: str) -> _Sheet:
 
 def _head(readings: Readings) -> list[str]:
     """Write the lines above the table, for what holds for the whole log."""
-    head = [f"# {key}: {value}" for key, value in readings.metadata.items()]
-    head += [f"# {PREFIX}{key}: {reported.text}" for key, reported in readings.reported.items()]
-    head += [f"# {key}: {value!r} {SI[kind_of_role(key)]}" for key, value in readings.constants.items()]
-    head += [f"# {key}: {_uncertainty_text(u, kind_of_role(key))}" for key, u in readings.uncertainties.items()]
+    lines: dict[str, str | None] = {**readings.metadata}
+    lines |= {f"{PREFIX}{key}": reported.text for key, reported in readings.reported.items()}
+    lines |= {key: f"{value!r} {SI[kind_of_role(key)]}" for key, value in readings.constants.items()}
+    lines |= {key: _uncertainty_text(u, kind_of_role(key)) for key, u in readings.uncertainties.items()}
     if readings.balance_tilt is not None:
-        head.append("# balance_tilt: {!r} rad in {!r} s".format(*readings.balance_tilt))
+        lines["balance_tilt"] = "{!r} rad in {!r} s".format(*readings.balance_tilt)
     if readings.balance_drift is not None:
-        head.append("# balance_drift: {!r} rad in {!r} s at {!r} rad/s".format(*readings.balance_drift))
-    if readings.motion is not None:
-        head.append(f"# motion: {readings.motion}")
-    if readings.balanced is not None:
-        head.append(f"# balanced: {'yes' if readings.balanced else 'no'}")
-    if readings.position_from is not None:
-        head.append(f"# position_from: {readings.position_from}")
-        # The digits with which the length is written say how well it is known, and they are lost above.
-        key, factor = ("u_rod_length", 1) if readings.position_from == "tip" else ("u_ball_diameter", 2)
-        if readings.origin_u and key not in readings.uncertainties:
-            head.append(f"# {key}: {factor * readings.origin_u!r} m")
-    return head
+        lines["balance_drift"] = "{!r} rad in {!r} s at {!r} rad/s".format(*readings.balance_drift)
+    words = {None: None, True: "yes", False: "no"}
+    lines |= {"motion": readings.motion, "balanced": words[readings.balanced], "position_from": readings.position_from}
+    # The digits with which the length is written say how well it is known, and they are lost above.
+    key, factor = ("u_rod_length", 1) if readings.position_from == "tip" else ("u_ball_diameter", 2)
+    if readings.origin_u and key not in lines:
+        lines[key] = f"{factor * readings.origin_u!r} m"
+    return [f"# {key}: {value}" for key, value in lines.items() if value is not None]
 
 
 def _joined(readings: Readings) -> Readings:

@@ -42,6 +42,9 @@ class Text(Struct, frozen=True):
         return Place(self.line, self.column)
 
 
+_Where = Text | Place | None
+
+
 class Reading(Struct, frozen=True):
     """One number as it was read; cells of a column that say the same may be one object."""
 
@@ -234,9 +237,7 @@ class Faults:
         excerpt = self.lines[place.line - 1] if 0 < place.line <= len(self.lines) else ""
         return Diagnostic.of(code, message, hint, self.name, *place, excerpt, width)
 
-    def add(
-        self, code: str, message: str, hint: str = "", place: Text | Place | None = None, width: int | None = None
-    ) -> None:
+    def add(self, code: str, message: str, hint: str = "", place: _Where = None, width: int | None = None) -> None:
         """Note one fault down, all of a cell or at a place; of one code, the first `MOST_OF_ONE_CODE` only."""
         self._count[code] += 1
         if self._count[code] > MOST_OF_ONE_CODE:
@@ -247,7 +248,7 @@ class Faults:
         self.found.append(self.make(code, message, hint, place, max(1, width or 1)))
 
     def refuse(
-        self, code: str, message: str, hint: str = "", place: Text | Place | None = None, width: int | None = None
+        self, code: str, message: str, hint: str = "", place: _Where = None, width: int | None = None
     ) -> InputError:
         """Give the error to raise for an input that is no log at all, with what was found before it."""
         self.add(code, message, hint, place, width)

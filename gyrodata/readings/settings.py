@@ -231,15 +231,12 @@ def _nearest(key: str) -> list[str]:
     return difflib.get_close_matches(key, KEYS, n=1, cutoff=0.8) if len(key) > 2 else []
 
 
+_NOWHERE = "is no place that positions count from"
 _STARTS = {word: word for word in roles.MOTIONS}
 _WORDS: dict[str, tuple[Mapping[str, str | bool | None], str, str]] = {
     "motion": (_STARTS, "is no way to start the rod", 'write "released" (let go from rest) or "steady"'),
     "balanced": (roles.YES_OR_NO | {"": None}, "is neither yes nor no", 'write "yes" (balanced as in step 2) or "no"'),
-    "position_from": (
-        roles.ORIGINS,
-        "is no place that positions count from",
-        'write "centre" (of the ball), "surface" or "tip"',
-    ),
+    "position_from": (roles.ORIGINS, _NOWHERE, 'write "centre" (of the ball), "surface" or "tip"'),
 }
 """Keys of words: what each word means, and what to say to any other."""
 

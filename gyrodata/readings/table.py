@@ -27,6 +27,8 @@ _BLANK = Reading()
 _THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}[.,][0-9]{3}")
 _COLONS = re.compile(r"(?:([0-9]{1,2}):)?([0-9]{1,3}):([0-9]{2})")
 """A time without a point: minutes and seconds, or what a stopwatch shows of seconds and hundredths."""
+_Clocks = dict[str, tuple[str, ...]]
+"""Hours, minutes and seconds of each text, as written."""
 _SMALL_DOUBT = 0.002
 """Doubt about rounded turns, as a share of them, that no run notices."""
 _ORIGINS = {
@@ -371,7 +373,7 @@ class _Builder:
             if fault:
                 faulty[text] = codes.NUMBER_IMPOSSIBLE, f'{role} "{text}" {fault}', hint
         if role in _COUNTED.values():
-            read |= self._in_turns(chosen, read, unit, faults)
+            read |= self._in_turns(chosen, read, faults)
         for i, (row, text) in enumerate(zip(self.rows, texts, strict=True)):
             if text in faulty and not (role in roles.COUNTS and text in read and self._stays(i, read[text].value)):
                 faults.add(*faulty[text], self.grid.cell(row, at))
@@ -383,9 +385,7 @@ class _Builder:
             self._ask_for_unit(chosen, faults)
         return read
 
-    def _in_turns(
-        self, chosen: Chosen, read: dict[str, Quantity], unit: str | None, faults: Faults
-    ) -> dict[str, Quantity]:
+    def _in_turns(self, chosen: Chosen, read: dict[str, Quantity], faults: Faults) -> dict[str, Quantity]:
         """Give the turns of numbers that count parts of a turn, as the header says."""
         part = part_counted(chosen.header.text)
         # What stands there in turns already, as 1/2 and 3/2, is left as it is.
@@ -394,7 +394,7 @@ class _Builder:
         counted = {text: str(int(one.value) * part) for text, one in read.items()}
         said = "; ".join(f"{text} is {turns}" for text, turns in list(counted.items())[:4])
         faults.add(codes.TURNS_IN_HEADER, f'"{chosen.cell.text}" counts parts of a turn: {said}', "", chosen.cell)
-        return {text: read_cell(turns, "number", unit) for text, turns in counted.items()}
+        return {text: read_cell(turns, "number", "") for text, turns in counted.items()}
 
     def _stays(self, row: int, turns: float) -> bool:
         """Tell whether a row says that the rod did not move in a run without a weight."""
@@ -430,9 +430,7 @@ class _Builder:
             return [meant.get(text, text) for text in texts]
         return self._as_points(chosen, texts, parts, faults)
 
-    def _as_points(
-        self, chosen: Chosen, texts: list[str], parts: dict[str, tuple[str, ...]], faults: Faults
-    ) -> list[str]:
+    def _as_points(self, chosen: Chosen, texts: list[str], parts: _Clocks, faults: Faults) -> list[str]:
         """Read the last colon as a point; ask whether it is one, unless another row proves it."""
         meant = {text: ".".join(fold_number(text).rsplit(":", 1)) for text in parts}
         pointed = [meant.get(text, text) for text in texts]
@@ -505,12 +503,12 @@ class _Builder:
         """Give blank cells the value above; never across a run without a weight, never upwards."""
         role, readings, mass = track.chosen.role, track.readings, self.tracks.get("mass")
         blank = {i for i, reading in enumerate(readings) if not reading.text}
-        loaded = role in roles.LOADS and role != "mass" and mass is not None
-        without = {i for i in blank if loaded and mass is not None and mass.readings[i].value == 0}
+        weights = mass.readings if mass is not None and role in roles.LOADS and role != "mass" else []
+        without = {i for i in blank if weights and weights[i].value == 0}
         first = next((i for i in range(len(readings)) if i not in blank), 0)
         above: dict[int, int] = {}
         last: int | None = None
-        for i in range(first, len(readings) if blank else 0):
+        for i in range(first, len(readings)):
             if i not in blank:
                 last = i
             elif i in without:

@@ -25,7 +25,8 @@ from gyrodata.measurements import Measurements, spin_columns, torque_groups
 from gyrodata.mistakes import INERTIA_RANGE, SIZES, exchanged, explaining_mistakes, far_off, meant_in, unit_within
 from gyrodata.patterns import CHANCE, Pattern, pattern_words
 from gyrodata.physics import RPM
-from gyrodata.readings import MOST_OF_ONE_CODE, TIMINGS, Place, Readings, kind_of_role, to_display
+from gyrodata.readings import MOST_OF_ONE_CODE, Place, Readings, kind_of_role, to_display
+from gyrodata.readings.roles import TIMINGS
 from gyrodata.tables import Exponent, compare_with_ball, load_words, outlier_reason, turn_words
 from gyrodata.units import from_si, parse_unit
 

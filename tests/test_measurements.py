@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import gyrodata
-from gyrodata.readings import UNCERTAINTIES, kind_of_role
+from gyrodata.readings.roles import UNCERTAINTIES, kind_of_role
 
 HEAD = "mass [g],position [cm],spin [rpm],time [s],turns\n"
 ROW = "20,15.0,206,7.1,1/3\n"

@@ -37,7 +37,8 @@ from gyrodata.grading.yardsticks import (
     station_key,
 )
 from gyrodata.mistakes import Mistake, explaining_mistakes, known_mistakes
-from gyrodata.readings import Readings, read_reported, usable_inertia
+from gyrodata.readings import Readings, read_reported
+from gyrodata.readings.cells import usable_inertia
 from gyrodata.reporting import factor_text
 
 if TYPE_CHECKING:

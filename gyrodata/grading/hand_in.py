@@ -10,7 +10,8 @@ from gyrodata.errors import Diagnostic, InputError, shown
 from gyrodata.grading.grade import station_of
 from gyrodata.grading.submissions import Submission, submission_of
 from gyrodata.grading.submissions.student_files import Answers
-from gyrodata.readings import Readings, Reported, listing, usable_inertia
+from gyrodata.readings import Readings, Reported, listing
+from gyrodata.readings.cells import usable_inertia
 from gyrodata.reporting import inertia_text
 from gyrodata.results import HandIn
 

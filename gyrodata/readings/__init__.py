@@ -11,51 +11,21 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from msgspec.structs import replace
+from msgspec.structs import asdict, replace
 
-from gyrodata.diagnostics import HEADER_WITHOUT_RUNS, NO_TORQUE, QUANTITY_MISSING
+from gyrodata import diagnostics as codes
 from gyrodata.errors import insist_on_type
-from gyrodata.readings.cells import (
-    CellError,
-    Reported,
-    check_value,
-    find_inertia,
-    one_inertia,
-    read_cell,
-    read_reported,
-    rounded_turns,
-    usable_inertia,
-)
+from gyrodata.readings.cells import CellError, Reported, check_value, read_cell, read_reported, rounded_turns
 from gyrodata.readings.columns import choose, note_unplaced
 from gyrodata.readings.headers import parse_header
 from gyrodata.readings.lablog import MOST_OF_ONE_CODE, Column, Faults, Place, Reading, Readings, listing, split_lines
 from gyrodata.readings.layout import Layout, find_layout
 from gyrodata.readings.meaning import check_meaning, warn_of_notes
 from gyrodata.readings.pairs import combine
-from gyrodata.readings.roles import (
-    SHARED_UNCERTAINTIES,
-    SPIN_SETS,
-    TIMINGS,
-    UNCERTAINTIES,
-    as_u_of,
-    kind_of_role,
-    stated_u,
-    to_display,
-    u_keys,
-)
+from gyrodata.readings.roles import SHARED_UNCERTAINTIES, as_u_of, kind_of_role, stated_u, to_display, u_keys
 from gyrodata.readings.settings import Settings, read_options, read_settings, read_uncertainty, warn_of_lost_keys
-from gyrodata.readings.source import (
-    MAX_BYTES,
-    MAX_ROWS,
-    Document,
-    decimal_signs,
-    decode,
-    is_frame,
-    load,
-    make_grid,
-    value_text,
-)
-from gyrodata.readings.table import Table, build
+from gyrodata.readings.source import MAX_BYTES, MAX_ROWS, decimal_signs, decode, is_frame, load, make_grid, value_text
+from gyrodata.readings.table import build
 from gyrodata.readings.writing import blank_log, fixed_log, write_log
 from gyrodata.units import Uncertainty
 
@@ -116,67 +86,42 @@ def read_log(
     for header in mapping.values():
         insist_on_type("a header in mapping", header, str, "the header as it is written")
     insist_on_type("config", config, str | os.PathLike | None, "the path of a TOML file")
-    stated, roles = read_options(settings, mapping, config)
+    stated = read_options(settings, mapping, config)
     document = load(source, name)
     faults = document.faults
     grid = make_grid(document)
     given = read_settings(grid.metadata, stated, faults, ask=decimal_signs(grid) != {","})
     warn_of_lost_keys(grid.comments, faults)
     warn_of_notes(grid, faults)
-    layout = find_layout(grid, faults)
-    if layout is None:
-        return _readings(document, given, Table((), (), (), {}, ()))
-    return _readings(document, given, _read_table(layout, roles, given, faults))
+    whole = {key: value for key, value in asdict(given).items() if key in Readings.__struct_fields__}
+    stated_at = {key: item.place for key, item in given.given_uncertainties.items()}
+    name, text = document.name, document.text
+    log = Readings(name, document.sha256, (), (), (), {}, **whole, stated_at=stated_at, source_text=text)
+    if layout := find_layout(grid, faults):
+        log = _read_table(layout, mapping, given, faults, log)
+    return replace(log, diagnostics=faults.all_told())
 
 
-def _read_table(layout: Layout, mapping: Mapping[str, str], given: Settings, faults: Faults) -> Table:
+def _read_table(layout: Layout, mapping: Mapping[str, str], given: Settings, faults: Faults, log: Readings) -> Readings:
     """Read the runs, and say what they lack."""
     layout = layout if mapping else combine(layout, faults)
     choice = choose(layout, mapping, given, faults)
-    table = build(layout, choice, given, faults)
-    if not table.runs and not faults.has_error():
+    log, unmoved = build(layout, choice, given, faults, log)
+    if not log.runs and not faults.has_error():
         hint = "a row without a time is no run: fill the times in"
-        faults.add(HEADER_WITHOUT_RUNS, "there is not one run with a time in this log", hint)
-        return table
-    if table.runs and len(table.unmoved) == len(table.runs):
-        faults.add(
-            NO_TORQUE, "no run has a torque, and the rod never moved", "add runs with a weight: mass and position"
-        )
-    unread = {role for role in choice.used if role not in table.columns} if faults.has_error() else set()
-    check_meaning(table, choice, unread | given.unread, faults, is_told="precession_period" in mapping)
-    if not any(diagnostic.code == QUANTITY_MISSING for diagnostic in faults.found):
+        faults.add(codes.HEADER_WITHOUT_RUNS, "there is not one run with a time in this log", hint)
+        return log
+    if log.runs and len(unmoved) == len(log.runs):
+        hint = "add runs with a weight: mass and position"
+        faults.add(codes.NO_TORQUE, "no run has a torque, and the rod never moved", hint)
+    unread = {role for role in choice.used if role not in log.columns} if faults.has_error() else set()
+    check_meaning(log, choice, unread | given.unread, faults, is_told="precession_period" in mapping)
+    if not any(diagnostic.code == codes.QUANTITY_MISSING for diagnostic in faults.found):
         note_unplaced(choice, faults)
-    return table
-
-
-def _readings(document: Document, given: Settings, table: Table) -> Readings:
-    whole = Readings(
-        name=document.name,
-        sha256=document.sha256,
-        runs=table.runs,
-        lines=table.lines,
-        notes=table.notes,
-        columns=table.columns,
-        others=table.others,
-        constants=given.constants,
-        uncertainties=given.uncertainties,
-        stated_at={key: item.place for key, item in given.given_uncertainties.items()},
-        balance_tilt=given.balance_tilt,
-        balance_drift=given.balance_drift,
-        motion=given.motion,
-        balanced=given.balanced,
-        position_from=table.position_from,
-        origin_u=table.origin_u,
-        metadata=given.metadata,
-        reported=given.reported,
-        unread=table.unread,
-        diagnostics=document.faults.all_told(),
-        source_text=document.text,
-    )
-    moved = [run for run in range(len(table.runs)) if run not in table.unmoved]
-    if len(moved) in (0, len(table.runs)):
-        return whole
-    return replace(whole.select(moved), unmoved=whole.select(table.unmoved))
+    moved = [run for run in range(len(log.runs)) if run not in unmoved]
+    if unmoved and moved:
+        return replace(log.select(moved), unmoved=log.select(sorted(unmoved)))
+    return log
 
 
 def with_uncertainties(readings: Readings, given: Mapping[str, Uncertainty]) -> tuple[Readings, set[str]]:

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
-from types import MappingProxyType
 from typing import NamedTuple
 
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from gyrodata.diagnostics import CODES
 from gyrodata.errors import Diagnostic, InputError
 from gyrodata.readings.cells import Reported
 from gyrodata.units import Uncertainty
@@ -41,6 +40,9 @@ class Text(Struct, frozen=True):
     def place(self) -> Place:
         """Line and column."""
         return Place(self.line, self.column)
+
+
+_Where = Text | Place | None
 
 
 class Reading(Struct, frozen=True):
@@ -99,9 +101,6 @@ class Column(Struct, frozen=True, dict=True):
         if self.spots[run] < 0:
             return self.given
         return self.find(self.spots[run]) if self.find is not None and self.readings[run].text else None
-
-
-_NOTHING: Mapping[str, str] = MappingProxyType({})
 
 
 class Readings(Struct, frozen=True, dict=True):
@@ -208,11 +207,11 @@ class Readings(Struct, frozen=True, dict=True):
         self, code: str, message: str, hint: str = "", place: Place | None = None, width: int = 1, doubt: str = ""
     ) -> Diagnostic:
         """Make a diagnostic of a place of this log, with the excerpt of its line."""
-        return replace(make_diagnostic(self.name, self._lines, code, message, hint, place, width), doubt=doubt)
+        return replace(self._faults.make(code, message, hint, place, width), doubt=doubt)
 
     @cached_property
-    def _lines(self) -> list[str]:
-        return split_lines(self.source_text)
+    def _faults(self) -> Faults:
+        return Faults(self.name, self.source_text)
 
 
 def split_lines(text: str) -> list[str]:
@@ -222,23 +221,6 @@ def split_lines(text: str) -> list[str]:
     return text.split("\n")
 
 
-def make_diagnostic(
-    name: str,
-    lines: list[str],
-    code: str,
-    message: str,
-    hint: str = "",
-    place: Place | None = None,
-    width: int = 1,
-) -> Diagnostic:
-    """Make a diagnostic with the severity of its code and the excerpt of its line."""
-    if place is None:
-        return Diagnostic(code, CODES[code].severity, message, hint, name)
-    excerpt = lines[place.line - 1] if 0 < place.line <= len(lines) else ""
-    severity = CODES[code].severity
-    return Diagnostic(code, severity, message, hint, name, place.line, place.column, excerpt, width)
-
-
 class Faults:
     """The faults found so far in one log, in the order in which they were found."""
 
@@ -246,22 +228,27 @@ class Faults:
         self.name = name
         self.lines = split_lines(text) if text else []
         self.found: list[Diagnostic] = []
-        self._count: dict[str, int] = {}
+        self._count: Counter[str] = Counter()
 
-    def add(
-        self, code: str, message: str, hint: str = "", place: Text | Place | None = None, width: int | None = None
-    ) -> None:
+    def make(self, code: str, message: str, hint: str = "", place: Place | None = None, width: int = 1) -> Diagnostic:
+        """Make a diagnostic with the severity of its code and the excerpt of its line."""
+        if place is None:
+            return Diagnostic.of(code, message, hint, self.name)
+        excerpt = self.lines[place.line - 1] if 0 < place.line <= len(self.lines) else ""
+        return Diagnostic.of(code, message, hint, self.name, *place, excerpt, width)
+
+    def add(self, code: str, message: str, hint: str = "", place: _Where = None, width: int | None = None) -> None:
         """Note one fault down, all of a cell or at a place; of one code, the first `MOST_OF_ONE_CODE` only."""
-        self._count[code] = self._count.get(code, 0) + 1
+        self._count[code] += 1
         if self._count[code] > MOST_OF_ONE_CODE:
             return
         if isinstance(place, Text):
             width = len(place.text) if width is None else width
             place = place.place
-        self.found.append(make_diagnostic(self.name, self.lines, code, message, hint, place, max(1, width or 1)))
+        self.found.append(self.make(code, message, hint, place, max(1, width or 1)))
 
     def refuse(
-        self, code: str, message: str, hint: str = "", place: Text | Place | None = None, width: int | None = None
+        self, code: str, message: str, hint: str = "", place: _Where = None, width: int | None = None
     ) -> InputError:
         """Give the error to raise for an input that is no log at all, with what was found before it."""
         self.add(code, message, hint, place, width)
@@ -270,7 +257,7 @@ class Faults:
     def all_told(self) -> tuple[Diagnostic, ...]:
         """Give what was found, and how much more of it there is."""
         more = [
-            make_diagnostic(self.name, self.lines, code, f"{count - MOST_OF_ONE_CODE} more of this kind are not shown")
+            self.make(code, f"{count - MOST_OF_ONE_CODE} more of this kind are not shown")
             for code, count in self._count.items()
             if count > MOST_OF_ONE_CODE
         ]
@@ -286,6 +273,11 @@ def listing(items: list[str] | tuple[str, ...], most: int = 12) -> str:
     shown = [item if len(item) <= 40 else item[:39] + "…" for item in items[:most]]
     more = f" and {len(items) - most} more" if len(items) > most else ""
     return ", ".join(shown) + more
+
+
+def header_of(role: str, unit: str) -> str:
+    """Write the header of a column: ``mass [g]``, ``turns``."""
+    return f"{role} [{unit}]" if unit else role
 
 
 def span(lines: list[int]) -> str:

@@ -4,47 +4,32 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
+from collections.abc import Mapping
 
-from gyrodata.diagnostics import (
-    NOTE_MAY_CHANGE_READING,
-    QUANTITY_MISSING,
-    RUN_LACKS_QUANTITY,
-    TIME_AND_PERIOD_EXCHANGED,
-    TURNS_CONTRADICT_ANGLE,
-    TURNS_FOR_ONE_PERIOD,
-    VALUE_BELOW_ITS_FIRST_ROW,
-)
+from gyrodata import diagnostics as codes
 from gyrodata.readings.cells import PREFIX
 from gyrodata.readings.columns import Choice
 from gyrodata.readings.headers import AND, MAX_HEADER, clock_word, counts_weights, parse_header, suggest_role, turns_in
-from gyrodata.readings.lablog import Column, Faults, Place, Text, listing, span
-from gyrodata.readings.roles import (
-    BY_NAME,
-    COUNTS,
-    KEYS,
-    ONE_TURN,
-    SPIN_SETS,
-    TEXTS,
-    altered_role,
-    kind_of_role,
-)
+from gyrodata.readings.lablog import Column, Faults, Place, Readings, Text, header_of, listing, span
+from gyrodata.readings.roles import BY_NAME, COUNTS, KEYS, ONE_TURN, SPIN_SETS, TEXTS, altered_role, kind_of_role
 from gyrodata.readings.source import Grid, Row
-from gyrodata.readings.table import Table
 from gyrodata.units import DISPLAY, kinds_of
 
 
-def check_meaning(table: Table, choice: Choice, unread: set[str], faults: Faults, is_told: bool) -> None:
+def check_meaning(table: Readings, choice: Choice, unread: set[str], faults: Faults, is_told: bool) -> None:
     """Add a fault for everything that is missing or contradicts itself; `is_told`: --map names the period."""
-    said = any(diagnostic.code == VALUE_BELOW_ITS_FIRST_ROW for diagnostic in faults.found)
+    said = any(diagnostic.code == codes.VALUE_BELOW_ITS_FIRST_ROW for diagnostic in faults.found)
     missing = [role for role in _missing_roles(table.columns, unread) if role not in choice.asked]
     if "precession_period" in choice.asked and "turns" in missing:
         missing.remove("turns")  # needed or not, by what is answered
     unread = unread | choice.asked
+    texts = [cell.text for cell in choice.unplaced if cell.text]
     if len(missing) >= SEVERAL:
-        _add_missing_together(missing, choice, faults)
+        _add_missing_together(missing, texts, choice, faults)
     else:
         for role in missing:
-            _add_missing(role, choice, faults, missing)
+            _add_missing(role, missing, texts, choice, faults)
     if not missing and not any(kind_of_role(role) != "text" and role[:2] != "u_" for role in unread) and not said:
         _check_runs(table, faults)
     _check_turns(table, faults)
@@ -52,7 +37,7 @@ def check_meaning(table: Table, choice: Choice, unread: set[str], faults: Faults
         _check_period(table, faults)
 
 
-def _missing_roles(columns: dict[str, Column], unread: set[str]) -> list[str]:
+def _missing_roles(columns: Mapping[str, Column], unread: set[str]) -> list[str]:
     there = set(columns) | unread
     missing: list[str] = []
     if "torque" not in there:
@@ -61,16 +46,10 @@ def _missing_roles(columns: dict[str, Column], unread: set[str]) -> list[str]:
         masses = columns["mass"].values if "mass" in columns and "force" not in there else (None,)
         if "position" not in there and any(value != 0 for value in masses):
             missing.append("position")
-    periods = {"spin_period_start", "spin_period_end"}
     if not any(there.issuperset(roles) for roles in SPIN_SETS):
-        half = [role for role in ("spin_start", "spin_end") if role in there]
-        half_period = [role for role in sorted(periods) if role in there]
-        if half:
-            missing.append("spin_end" if half == ["spin_start"] else "spin_start")
-        elif half_period:
-            missing.append("spin_period_end" if half_period == ["spin_period_start"] else "spin_period_start")
-        else:
-            missing.append("spin")
+        ends = (("spin_start", "spin_end"), ("spin_period_start", "spin_period_end"))
+        half = next((pair for pair in ends if not there.isdisjoint(pair)), ("spin",))
+        missing += [role for role in half if role not in there]
     if there.isdisjoint(ONE_TURN):
         missing += ["time"] if "time" not in there else []
         missing += ["turns"] if there.isdisjoint(COUNTS) else []
@@ -81,12 +60,11 @@ SEVERAL = 4
 """So many quantities that are missing are told of in one table."""
 
 
-def _add_missing_together(missing: list[str], choice: Choice, faults: Faults) -> None:
+def _add_missing_together(missing: list[str], texts: list[str], choice: Choice, faults: Faults) -> None:
     """Say in one table what a log lacks, with the header to copy where the units tell which column is which."""
-    columns = {role: _column_header(role, DISPLAY[kind_of_role(role)]) for role in missing}
+    columns = {role: header_of(role, DISPLAY[kind_of_role(role)]) for role in missing}
     width = max(map(len, columns.values()))
     hint = [f"{columns[role].ljust(width)}  {BY_NAME[role].meaning}".rstrip() for role in missing]
-    texts = [cell.text for cell in choice.unplaced if cell.text]
     message = f"{', '.join(missing[:-1])} and {missing[-1]} are missing"
     message += f"; headers that could not be placed: {listing(texts)}" if texts else ""
     hint += [advice.strip(" ;") for role in missing if (advice := advise(role, texts))]
@@ -97,50 +75,42 @@ def _add_missing_together(missing: list[str], choice: Choice, faults: Faults) ->
             line = line.replace(text, header, 1)
         hint += ["if the columns are these, as their units say, the header line to copy:", line]
     hint.append('such columns are to be added, or named with --map, for example --map mass="Load (g)"')
-    faults.add(QUANTITY_MISSING, message, "\n".join(hint))
-
-
-def _column_header(role: str, unit: str) -> str:
-    return f"{role} [{unit}]" if unit else role
+    faults.add(codes.QUANTITY_MISSING, message, "\n".join(hint))
 
 
 def _told_by_units(missing: list[str], texts: list[str]) -> dict[str, str]:
     """Give headers their roles where the kind of the unit belongs to one header and one role only."""
     units = {text: parse_header(text).unit or "" for text in texts}
-    kinds = {text: kinds_of(unit) if unit else {"number"} for text, unit in units.items()}
+    kinds = Counter(map(kind_of_role, missing))
     told = {}
     for role in missing:
-        fit = [text for text in texts if kind_of_role(role) in kinds[text]]
-        rivals = [other for other in missing if kind_of_role(other) == kind_of_role(role)]
-        if len(fit) == 1 and len(rivals) == 1 and fit[0] not in told:
-            told[fit[0]] = _column_header(role, units[fit[0]])
+        kind = kind_of_role(role)
+        fit = [text for text, unit in units.items() if kind in (kinds_of(unit) if unit else {"number"})]
+        if len(fit) == kinds[kind] == 1 and fit[0] not in told:
+            told[fit[0]] = header_of(role, units[fit[0]])
     return told
 
 
-def _add_missing(role: str, choice: Choice, faults: Faults, missing: list[str]) -> None:
-    unit = DISPLAY[kind_of_role(role)]
-    ways = [f"add a column {_column_header(role, unit)}"]
+def _add_missing(role: str, missing: list[str], texts: list[str], choice: Choice, faults: Faults) -> None:
+    unit, known = DISPLAY[kind_of_role(role)], BY_NAME[role]
+    hint = f"add a column {header_of(role, unit)}"
     if role != "time":
-        sample = BY_NAME[role].sample or f"1 {unit}"
+        sample = known.sample or f"1 {unit}"
         quoted = f'"{sample}"' if " " in sample else sample
-        ways += [f'or a line "# {role}: {sample}"', f"or --set {role}={quoted}"]
-    ways.append(f"or --map {role}=HEADER to name the column that holds it")
-    meaning = f" ({BY_NAME[role].meaning})" if BY_NAME[role].meaning else ""
-    message = f"{role} is missing{meaning}"
-    texts = [cell.text for cell in choice.unplaced if cell.text]
+        hint += f'; or a line "# {role}: {sample}"; or --set {role}={quoted}'
+    hint += f"; or --map {role}=HEADER to name the column that holds it{known.instead}"
+    message = f"{role} is missing{f' ({known.meaning})' if known.meaning else ''}"
     if texts and role == missing[0]:
         message += f"; headers that could not be placed: {listing(texts)}"
-    hint = "; ".join(ways) + BY_NAME[role].instead
-    said = role == "turns" and "time" in missing
-    rate = choice.used.get("precession_rate")
-    if role == "spin" and rate:
+    if role == "spin" and (rate := choice.used.get("precession_rate")):
         # The lab sheet calls the spin so too.
         header = rate[0].header.text
         hint = f'is it "{header}", which is read as the rate of the precession? --map spin="{header}"; {hint}'
-    faults.add(QUANTITY_MISSING, message, hint if said else advise(role, texts) + hint)
+    said = role == "turns" and "time" in missing
+    faults.add(codes.QUANTITY_MISSING, message, hint if said else advise(role, texts) + hint)
 
 
-def _check_runs(table: Table, faults: Faults) -> None:
+def _check_runs(table: Readings, faults: Faults) -> None:
     """Find the runs that lack what the others have."""
     columns = table.columns
     lacking: dict[str, list[int]] = {}
@@ -148,7 +118,7 @@ def _check_runs(table: Table, faults: Faults) -> None:
     blanks = (run for column in columns.values() for run, cell in enumerate(column.readings) if not cell.text)
     for run in sorted(set(blanks)):
         there = {role for role, column in columns.items() if column.readings[run].text}
-        if "torque" not in there and not ("mass" in columns and columns["mass"].readings[run].value == 0):
+        if "torque" not in there and not ("mass" in columns and columns["mass"].values[run] == 0):
             if there.isdisjoint(("mass", "force")):
                 lacking.setdefault("torque", []).append(run)
             elif "position" not in there:
@@ -156,23 +126,21 @@ def _check_runs(table: Table, faults: Faults) -> None:
         if not any(there.issuperset(roles) for roles in SPIN_SETS):
             asked_for = (role for role in _SPINS_ASKED_FOR if role in columns and role not in there)
             lacking.setdefault(next(asked_for, "spin"), []).append(run)
-        timed = "time" in there and not there.isdisjoint(COUNTS)
-        if not timed and there.isdisjoint(ONE_TURN):
+        if there.isdisjoint(ONE_TURN) and ("time" not in there or there.isdisjoint(COUNTS)):
             asked = COUNTS if "time" in columns else ONE_TURN
-            role = next((role for role in asked if role in columns), "turns")
-            lacking.setdefault(role, []).append(run)
+            lacking.setdefault(next((role for role in asked if role in columns), "turns"), []).append(run)
     for role, runs in lacking.items():
         lines = list(dict.fromkeys(table.lines[run] for run in runs))
         hint = f"write it there; a blank cell takes the {role} above only within one block of filled rows"
         if role in COUNTS:
             hint = f'write it there, or for all blank cells a line "# {role}: …"'
-        faults.add(RUN_LACKS_QUANTITY, f"{span(lines)}: no {role}", hint, Place(lines[0], 1))
+        faults.add(codes.RUN_LACKS_QUANTITY, f"{span(lines)}: no {role}", hint, Place(lines[0], 1))
 
 
 _SPINS_ASKED_FOR = ("spin_start", "spin_end", "spin", "spin_period", "spin_period_start", "spin_period_end")
 
 
-def _check_turns(table: Table, faults: Faults) -> None:
+def _check_turns(table: Readings, faults: Faults) -> None:
     """Compare turns with the swept angle, where a log gives both."""
     turns, angle = table.columns.get("turns"), table.columns.get("angle")
     if turns is None or angle is None:
@@ -181,13 +149,12 @@ def _check_turns(table: Table, faults: Faults) -> None:
         if count.value is None or swept.value is None:
             continue
         if abs(swept.value - 2 * math.pi * count.value) > max(swept.step or 0.0, 0.01 * abs(swept.value)):
-            degrees = f"{360 * count.value:.4g} degrees"
-            message = f"run {table.runs[run]}: {count.text} turns are {degrees}, not {swept.text}"
+            message = f"run {table.runs[run]}: {count.text} turns are {360 * count.value:.4g} degrees, not {swept.text}"
             hint = "correct one of the two, or take one column out"
-            faults.add(TURNS_CONTRADICT_ANGLE, message, hint, angle.place(run))
+            faults.add(codes.TURNS_CONTRADICT_ANGLE, message, hint, angle.place(run))
 
 
-def _check_period(table: Table, faults: Faults) -> None:
+def _check_period(table: Readings, faults: Faults) -> None:
     """Ask, where what is called a period or a rate may be no single turn's: the costliest of all misreadings."""
     columns = table.columns
     counted = columns.get("turns") or columns.get("angle")
@@ -203,7 +170,7 @@ def _check_period(table: Table, faults: Faults) -> None:
         hint = f'if it is the time of {those}: --map time="{period.header}"; if not, take {counted.role} out'
         places = (counted.place(run) for run in range(len(counted.readings)))
         place = next((place for place in places if place is not None), period.place(0))
-        faults.add(TURNS_FOR_ONE_PERIOD, message, hint, place)
+        faults.add(codes.TURNS_FOR_ONE_PERIOD, message, hint, place)
         return
     time = columns["time"]
     if period is None or period.header == time.header:
@@ -216,7 +183,7 @@ def _check_period(table: Table, faults: Faults) -> None:
     if telling and exchanged * 2 > telling:
         message = f'"{period.header}" is the turns times "{time.header}": the first is the time, the second the period'
         hint = f'--map time="{period.header}" --map precession_period="{time.header}"'
-        faults.add(TIME_AND_PERIOD_EXCHANGED, message, hint, period.place(0), len(period.readings[0].text))
+        faults.add(codes.TIME_AND_PERIOD_EXCHANGED, message, hint, period.place(0), len(period.readings[0].text))
 
 
 def warn_of_notes(grid: Grid, faults: Faults) -> None:
@@ -237,7 +204,7 @@ def warn_of_notes(grid: Grid, faults: Faults) -> None:
             message = f'the note "{note[:100]}" may change the {role}, and gyro uses each number as it is typed'
             hint = 'correct the typed values if they need it; then delete the note, or write "corrected:" before it'
             cell = place if isinstance(place, Text) else grid.cell(*place)
-            faults.add(NOTE_MAY_CHANGE_READING, message, hint, cell)
+            faults.add(codes.NOTE_MAY_CHANGE_READING, message, hint, cell)
 
 
 _DEGREES = r"([0-9]+(?:[.,][0-9]+)?)\s*(?:°|º|˚|deg)"
@@ -269,32 +236,30 @@ def stated_turns(header: str) -> str:
 def advise(role: str, headers: list[str]) -> str:
     """Propose what to type for a missing role, from the headers that could not be placed."""
     headers = [header for header in headers if len(header) <= MAX_HEADER]
+    timed, spun = [*filter(_is_time, headers)], [*filter(_is_of_spin, headers)]
+    close = [header for header in headers if suggest_role(header) == role]
     if role in ("time", "turns"):
-        timed = [header for header in headers if _is_time(header)]
-        told = [header for header in timed if stated_turns(header) and not _is_of_spin(header, timed)]
+        told = [(header, turns) for header in timed if header not in spun and (turns := stated_turns(header))]
         if len(told) == 1:
-            return f'is it --map time="{told[0]}" --set {stated_turns(told[0])}? '
+            return f'is it --map time="{told[0][0]}" --set {told[0][1]}? '
+    if role == "time":
         numbered = [header for header in timed if re.search(_REPEAT, header)]
-        if role == "time" and len(numbered) > 1:
+        if len(numbered) > 1:
             ways = " ".join(f'--map time_{i}="{header}"' for i, header in enumerate(numbered[:4], 1))
             return f"are they repeats? {ways}{' …' if len(numbered) > 4 else ''}; "
-        clock = [header for header in headers if clock_word(header) and not _is_of_spin(header, headers)]
-        if role == "time" and len({*map(clock_word, clock)}) == 2:
+        clock = [header for header in headers if clock_word(header) and header not in spun]
+        if len({*map(clock_word, clock)}) == 2:
             shown = " and ".join(f'"{header}"' for header in clock[:2])
             return f"{shown} are readings of a running clock: subtract them, and write the seconds between them; "
-        whole = [header for header in timed if suggest_role(header) == "precession_period"]
-        if role == "time" and whole:
+        if whole := [header for header in timed if suggest_role(header) == "precession_period"]:
             return f'is it --map precession_period="{whole[0]}", the time of one whole turn? '
-    counts = [header for header in headers if counts_weights(parse_header(header))]
-    if role == "mass" and counts:
-        return f'"{counts[0]}" counts weights: write their mass instead, in a column mass [g], as 40.3 or 2 x 20.15; '
-    if role == "spin":
-        turned = [header for header in headers if _is_time(header) and _is_of_spin(header, headers)]
-        if turned:
-            return f'is it "{turned[0]}"? divide by the turns, and write spin_period [s] (or _start, _end); '
-    close = [header for header in headers if suggest_role(header) == role and (role != "turns" or not _is_time(header))]
-    if role == "time":
         close = [header for header in close if not clock_word(header)]
+    elif role == "turns":
+        close = [header for header in close if header not in timed]
+    elif role == "mass" and (counts := [header for header in headers if counts_weights(parse_header(header))]):
+        return f'"{counts[0]}" counts weights: write their mass instead, in a column mass [g], as 40.3 or 2 x 20.15; '
+    elif role == "spin" and (turned := [header for header in timed if header in spun]):
+        return f'is it "{turned[0]}"? divide by the turns, and write spin_period [s] (or _start, _end); '
     return f'is it "{close[0]}"? ' if close else ""
 
 
@@ -303,11 +268,8 @@ def _is_time(header: str) -> bool:
     return unit is not None and "time" in kinds_of(unit)
 
 
-def _is_of_spin(header: str, headers: list[str]) -> bool:
+def _is_of_spin(header: str) -> bool:
     """Tell a time of turns of the wheel from one of the precession: read before and after, or so called."""
     lower = header.lower()
-    if re.search(r"pr[äeéê][cz][eé]?[sc]|прецес", lower):
-        return False
-    if re.search(r"spin|wheel|dis[ck]|rotor|initial|final|before|after|start|end\b", lower):
-        return bool(stated_turns(header))
-    return False
+    of_spin = re.search(r"spin|wheel|dis[ck]|rotor|initial|final|before|after|start|end\b", lower)
+    return bool(of_spin and not re.search(r"pr[äeéê][cz][eé]?[sc]|прецес", lower) and stated_turns(header))

@@ -13,7 +13,7 @@ from gyrodata.quantities import fold_number
 from gyrodata.readings.headers import Header, clock_word, parse_header
 from gyrodata.readings.lablog import Faults
 from gyrodata.readings.layout import Layout
-from gyrodata.readings.source import Row
+from gyrodata.readings.source import MAX_COLUMNS, Row
 
 _PAIR = re.compile(r"([0-9]+(?:[.,][0-9]+)?)\s*(?:-|->|→|/|to|bis|à|до)\s*([0-9]+(?:[.,][0-9]+)?)")
 _CLOCK = re.compile(r"(?:([0-9]{1,2}):)?([0-9]{1,2}):([0-9]{2}(?:[.,][0-9]+)?)|([0-9]+(?:[.,][0-9]+)?)")
@@ -42,12 +42,12 @@ def _two_spins(layout: Layout, faults: Faults) -> Layout:
     for at, header in enumerate(layout.headers):
         pairs = [_PAIR.fullmatch(fold_number(row.texts[at])) if at < len(row.texts) else None for row in layout.rows]
         if header.roles == ("spin",) and all(pairs):
-            for name, part in (("spin_start", 1), ("spin_end", 2)):
-                texts = [pair[part] for pair in pairs if pair]
-                layout = _with_column(layout, at, replace(header, roles=(name,)), texts)
             message = f'"{header.text}" has two readings in each cell: the spin at the start and at the end'
             faults.add(HEADER_READ_AS, message, "if they are not, write them in columns of their own", layout.cells[at])
-            return replace(layout, combined=layout.combined | {at})
+            for name, part in (("spin_start", 1), ("spin_end", 2)):
+                texts = [pair[part] for pair in pairs if pair]
+                layout = _with_column(layout, at, replace(header, roles=(name,)), texts, {at})
+            break
     return layout
 
 
@@ -65,8 +65,7 @@ def _difference(layout: Layout, faults: Faults) -> Layout:
     names = f'"{layout.cells[stop].text}" minus "{layout.cells[start].text}"'
     message = f"{names} is read as the time of each run, in s"
     faults.add(HEADER_READ_AS, message, "if it is not, write a column time [s]", layout.cells[start])
-    layout = _with_column(layout, stop, parse_header("time [s]"), texts)
-    return replace(layout, combined=layout.combined | {start, stop})
+    return _with_column(layout, stop, parse_header("time [s]"), texts, {start, stop})
 
 
 def _turns_of_the_ball(layout: Layout, faults: Faults) -> Layout:
@@ -77,15 +76,17 @@ def _turns_of_the_ball(layout: Layout, faults: Faults) -> Layout:
         return layout
     for end in ("start", "end"):
         at = places[f"spin_time_{end}"]
-        texts = _computed(layout, (turns, at), lambda count, time: time / count, _number)
-        unit = layout.headers[at].unit
+        texts, unit = _computed(layout, (turns, at), lambda count, time: time / count, _number), layout.headers[at].unit
         if not texts or unit is None:
             return layout
         message = f'"{layout.cells[at].text}" over "{layout.cells[turns].text}" is read as the time of one turn'
         faults.add(HEADER_READ_AS, message, "", layout.cells[at])
-        layout = _with_column(layout, at, parse_header(f"spin_period_{end} [{unit}]"), texts)
-        layout = replace(layout, combined=layout.combined | {turns, at})
+        layout = _with_column(layout, at, parse_header(f"spin_period_{end} [{unit}]"), texts, {turns, at})
     return layout
+
+
+_Operation = Callable[[Decimal, Decimal], Decimal]
+_Reader = Callable[[str], Decimal]
 
 
 def _is_clock(header: Header) -> bool:
@@ -105,12 +106,7 @@ def _seconds(text: str) -> Decimal:
     return 3600 * int(match[1] or 0) + 60 * int(match[2]) + _number(match[3])
 
 
-def _computed(
-    layout: Layout,
-    places: tuple[int, int],
-    operation: Callable[[Decimal, Decimal], Decimal],
-    read: Callable[[str], Decimal],
-) -> list[str]:
+def _computed(layout: Layout, places: tuple[int, int], operation: _Operation, read: _Reader) -> list[str]:
     """Compute a number from two cells of each row; nothing if a cell cannot be read."""
     texts = []
     for row in layout.rows:
@@ -122,18 +118,12 @@ def _computed(
     return texts
 
 
-def _with_column(layout: Layout, at: int, header: Header, texts: Sequence[str]) -> Layout:
-    """Add a column, whose cells are at the places of another column."""
-    width = len(layout.cells)
-    rows = []
+def _with_column(layout: Layout, at: int, header: Header, texts: Sequence[str], used: set[int]) -> Layout:
+    """Add a column made of `used`, whose cells are at the places of another column."""
+    rows, places = [], (*range(len(layout.cells)), at)
     for row, text in zip(layout.rows, texts, strict=True):
-        cells = [*row.texts[:width], *[""] * (width - len(row.texts)), text]
-        origin = [*(row.origin or [(row.line, k) for k in range(len(row.texts))])][:width]
-        origin += [(row.line, at)] * (width - len(origin))
-        rows.append(Row(row.line, cells, (*origin, origin[at])))
-    return replace(
-        layout,
-        cells=[*layout.cells, layout.cells[at]],
-        headers=[*layout.headers, replace(header, text=layout.headers[at].text)],
-        rows=rows,
-    )
+        written = [row.texts[k] if k < len(row.texts) else "" for k in places]
+        rows.append(Row(row.line, [*written[:-1], text], tuple(divmod(row.spot(k), MAX_COLUMNS) for k in places)))
+    headers = [*layout.headers, replace(header, text=layout.headers[at].text)]
+    cells = [*layout.cells, layout.cells[at]]
+    return replace(layout, cells=cells, headers=headers, rows=rows, combined=layout.combined | used)

@@ -12,55 +12,20 @@ from pathlib import Path
 from typing import Any
 
 from msgspec import Struct, field
+from msgspec.structs import replace
 
-from gyrodata.diagnostics import (
-    CONFIG_CANNOT_BE_READ,
-    G_WITHOUT_UNIT,
-    KEY_GIVEN_TWICE,
-    KEY_NEARLY_KNOWN,
-    KEY_VALUE_CANNOT_BE_READ,
-    MAPPED_ROLE_UNKNOWN,
-    OPTION_KEY_UNKNOWN,
-    OPTION_VALUE_CANNOT_BE_READ,
-    REPORTED_VALUE_CANNOT_BE_READ,
-)
+from gyrodata import diagnostics as codes
 from gyrodata.errors import InputError
 from gyrodata.quantities import Quantity, how_to_write, parse_quantity, parse_uncertainty, take_apart, to_float
-from gyrodata.readings.cells import (
-    BLANKS,
-    PREFIX,
-    REPORTED_KINDS,
-    CellError,
-    Reported,
-    canonical_key,
-    check_value,
-    find_inertia,
-    one_inertia,
-    read_cell,
-    read_reported,
-)
+from gyrodata.readings import cells, roles
+from gyrodata.readings.cells import PREFIX, CellError, Reported, read_cell
 from gyrodata.readings.headers import name_roles, origin_in
 from gyrodata.readings.lablog import Faults, Place, Reading, Text, listing
-from gyrodata.readings.roles import (
-    BALANCE,
-    BALANCED,
-    CONSTANTS,
-    KEYS,
-    MOTION,
-    MOTIONS,
-    ORIGINS,
-    POSITION_FROM,
-    ROLES,
-    TEXTS,
-    UNCERTAINTIES,
-    YES_OR_NO,
-    kind_of_role,
-)
+from gyrodata.readings.roles import KEYS, ROLES, TEXTS, kind_of_role
 from gyrodata.readings.source import value_text
 from gyrodata.units import Uncertainty, UnitError
 
 _REMARKS_LOOKED_AT = 200
-_SAMPLE = "write it like 4.40e-3 ± 0.05e-3 kg m^2"
 
 
 class Given(Struct, frozen=True):
@@ -103,8 +68,8 @@ class Settings(Struct):
 
 def read_options(
     settings: Mapping[str, Any], mapping: Mapping[str, str], config: str | os.PathLike[str] | None
-) -> tuple[list[Given], dict[str, str]]:
-    """Check the options before the log is read."""
+) -> list[Given]:
+    """Check the options before the log is read; give what ``--set`` and ``--config`` say."""
     faults = Faults("")
     texts = ((key.strip(), value_text(value).strip()) for key, value in settings.items())
     given = [Given(key, text, f"--set {key}", None) for key, text in texts]
@@ -114,15 +79,15 @@ def read_options(
     for item in given:
         if item.key not in known:
             hint = _close(item.key, known) or f"keys are: {', '.join(known)}"
-            faults.add(OPTION_KEY_UNKNOWN, f"{item.label}: there is no such key", hint)
-    roles = (*ROLES, *UNCERTAINTIES)
+            faults.add(codes.OPTION_KEY_UNKNOWN, f"{item.label}: there is no such key", hint)
+    mapped = (*ROLES, *roles.UNCERTAINTIES)
     for role in mapping:
-        if role not in roles and not re.fullmatch(r"time_[1-9][0-9]?", role):
-            hint = _close(role, roles) or f"roles are: {listing(list(ROLES), 60)}"
-            faults.add(MAPPED_ROLE_UNKNOWN, f"--map {role}=…: there is no such role", hint)
+        if role not in mapped and not re.fullmatch(r"time_[1-9][0-9]?", role):
+            hint = _close(role, mapped) or f"roles are: {listing(list(ROLES), 60)}"
+            faults.add(codes.MAPPED_ROLE_UNKNOWN, f"--map {role}=…: there is no such role", hint)
     if faults.has_error():
         raise InputError(faults.found)
-    return given, dict(mapping)
+    return given
 
 
 def _close(key: str, known: list[str] | tuple[str, ...]) -> str:
@@ -142,24 +107,19 @@ def _read_config(path: Path, faults: Faults) -> dict[str, str]:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
         missing = isinstance(error, FileNotFoundError | NotADirectoryError)
         hint = "check its name" if missing else 'give a text file with lines such as g = "9.803 m/s^2"'
-        raise faults.refuse(CONFIG_CANNOT_BE_READ, f"--config {str(path)!r} cannot be read: {reason}", hint) from None
-    values: dict[str, str] = {}
+        message = f"--config {str(path)!r} cannot be read: {reason}"
+        raise faults.refuse(codes.CONFIG_CANNOT_BE_READ, message, hint) from None
     for key, value in table.items():
+        if isinstance(value, str | int | float) and not isinstance(value, bool):
+            continue
+        message, hint = "not a number or a text", f'write {key} = "{str(value).lower()}"'
         if isinstance(value, dict | list):
-            of_table = "write its keys at the top, without a [head]; columns are named with --map role=HEADER"
-            one = value[0] if isinstance(value, list) and value else "…"
-            hint = of_table if isinstance(value, dict) else f'write one value: {key} = "{one}"'
-            raise faults.refuse(
-                OPTION_VALUE_CANNOT_BE_READ, f"--config {key}: a table or a list, not a number or a text", hint
-            )
-        if isinstance(value, bool) or not isinstance(value, str | int | float):
-            raise faults.refuse(
-                OPTION_VALUE_CANNOT_BE_READ,
-                f"--config {key}: not a number or a text",
-                f'write {key} = "{str(value).lower()}"',
-            )
-        values[key] = str(value)
-    return values
+            message = f"a table or a list, {message}"
+            hint = f'write one value: {key} = "{value[0] if isinstance(value, list) and value else "…"}"'
+        if isinstance(value, dict):
+            hint = "write its keys at the top, without a [head]; columns are named with --map role=HEADER"
+        raise faults.refuse(codes.OPTION_VALUE_CANNOT_BE_READ, f"--config {key}: {message}", hint)
+    return {key: str(value) for key, value in table.items()}
 
 
 def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults: Faults, ask: bool) -> Settings:
@@ -174,65 +134,58 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
         known = key.lower()
         if known.startswith(PREFIX):
             _enter_reported(settings, key, text, faults, ask)
-            continue
-        if (known not in KEYS or known == "inertia") and (answer := find_inertia(f"{key}: {text.text}")):
-            remarked.append((f"line {text.line}", read_reported("inertia", answer, text.line, ask)))
+        elif (known not in KEYS or known == "inertia") and (answer := cells.find_inertia(f"{key}: {text.text}")):
+            remarked.append((f"line {text.line}", cells.read_reported("inertia", answer, text.line, ask)))
             settings.metadata[key] = text.text
-            continue
-        if known not in KEYS or known in TEXTS:
+        elif known not in KEYS or known in TEXTS:
             settings.metadata[key] = text.text
             _warn_if_misspelt(settings, key, text, faults)
-            continue
-        # The hour of the day, not a stopwatch; and a line of a template that was left blank.
-        if (known == "time" and ":" in text.text) or not text.text:
+        elif (known == "time" and ":" in text.text) or not text.text:
+            # The hour of the day, not a stopwatch; or a line of a template that was left blank.
             settings.metadata[key] = text.text
-            continue
-        if known in seen and seen[known].text != text.text:
+        elif known in seen and seen[known].text != text.text:
             message = f"{known} is given twice, in lines {seen[known].line} and {text.line}"
-            faults.add(KEY_GIVEN_TWICE, message, "keep one, or write it as a column", text)
-            continue
-        seen[known] = text
-        item = Given(known, text.text, f"# {known}", text.place)
-        try:
-            _enter(settings, item, ask, faults)
-        except CellError as error:
-            if known in ROLES:
-                settings.unread.add(known)
-            message = f'{known} "{text.text[:60]}"{error.joint}{error}'
-            faults.add(KEY_VALUE_CANNOT_BE_READ, message, error.hint, text)
+            faults.add(codes.KEY_GIVEN_TWICE, message, "keep one, or write it as a column", text)
+        else:
+            seen[known] = text
+            try:
+                _enter(settings, Given(known, text.text, f"# {known}", text.place), ask, faults)
+            except CellError as error:
+                settings.unread |= {known} & set(ROLES)
+                message = f'{known} "{text.text[:60]}"{error.joint}{error}'
+                faults.add(codes.KEY_VALUE_CANNOT_BE_READ, message, error.hint, text)
     # "# I_zz = …" is an answer too, where no "# reported_inertia: …" is.
-    if "inertia" not in settings.reported and (one := one_inertia(remarked)):
+    if "inertia" not in settings.reported and (one := cells.one_inertia(remarked)):
         settings.reported["inertia"] = one[1]
     for item in options:
         try:
             _enter(settings, item, True, faults)
         except CellError as error:
-            hint = error.hint
-            if not hint and str(error).startswith("is not a number"):
-                hint = how_to_write(kind_of_role(item.key))
-            faults.add(OPTION_VALUE_CANNOT_BE_READ, f'{item.label}: "{item.text[:60]}"{error.joint}{error}', hint)
-            raise InputError([d for d in faults.found if d.code == OPTION_VALUE_CANNOT_BE_READ]) from None
+            bare = not error.hint and str(error).startswith("is not a number")
+            hint = how_to_write(kind_of_role(item.key)) if bare else error.hint
+            message = f'{item.label}: "{item.text[:60]}"{error.joint}{error}'
+            raise Faults(faults.name).refuse(codes.OPTION_VALUE_CANNOT_BE_READ, message, hint) from None
     return settings
 
 
 def _enter_reported(settings: Settings, key: str, text: Text, faults: Faults, ask: bool) -> None:
     """Keep a reported value; what is wrong with it is for whoever grades it, and only a note to its writer."""
-    name = canonical_key(key)
+    name = cells.canonical_key(key)
     before = settings.reported.get(name)
-    if text.text in BLANKS or (before is not None and before.text == text.text):
+    if text.text in cells.BLANKS or (before is not None and before.text == text.text):
         return
-    close = [] if name in REPORTED_KINDS else difflib.get_close_matches(name, REPORTED_KINDS, n=1, cutoff=0.75)
-    if close:
+    known = cells.REPORTED_KINDS
+    if name not in known and (close := difflib.get_close_matches(name, known, n=1, cutoff=0.75)):
         message, hint = f'"# {key}" is no value that is asked for', f'did you mean "# {PREFIX}{close[0]}: {text.text}"?'
-        faults.add(KEY_NEARLY_KNOWN, message, hint, text)
-    reported = read_reported(key, text.text, text.line, ask)
+        faults.add(codes.KEY_NEARLY_KNOWN, message, hint, text)
+    reported = cells.read_reported(key, text.text, text.line, ask)
     if before is not None:
         problem = f"{name} is reported twice, in lines {before.line} and {text.line}, with two values"
         reported = Reported(name, before.text, fault="given twice", problem=problem, line=before.line)
     settings.reported[name] = reported
     if reported.problem:
-        hint = _SAMPLE if name == "inertia" else ""
-        faults.add(REPORTED_VALUE_CANNOT_BE_READ, f"{PREFIX}{name}: {reported.problem}", hint, text)
+        hint = "write it like 4.40e-3 ± 0.05e-3 kg m^2" if name == "inertia" else ""
+        faults.add(codes.REPORTED_VALUE_CANNOT_BE_READ, f"{PREFIX}{name}: {reported.problem}", hint, text)
 
 
 def warn_of_lost_keys(comments: list[Text], faults: Faults) -> None:
@@ -242,25 +195,22 @@ def warn_of_lost_keys(comments: list[Text], faults: Faults) -> None:
         if match and (match[1].lower() in KEYS or match[1].lower().startswith(PREFIX)):
             message = f'"# {comment.text[:60]}" is kept as a remark; nothing is read from it'
             hint = f'did you mean "# {match[1].lower()}: {match[2][:60]}"?'
-            faults.add(KEY_NEARLY_KNOWN, message, hint, Place(comment.line, comment.column), len(comment.text))
+            faults.add(codes.KEY_NEARLY_KNOWN, message, hint, Place(comment.line, comment.column), len(comment.text))
 
 
 def _warn_if_misspelt(settings: Settings, key: str, text: Text, faults: Faults) -> None:
     if key.lower() in TEXTS or len(key) > 30 or len(settings.metadata) > _REMARKS_LOOKED_AT:
         return
     close = _nearest(key.lower())
-    if not close:
-        roles = [role for role in name_roles(key)[0] if kind_of_role(role) != "text"]
-        if not roles:
-            base = re.sub(r"_?[0-9]{1,2}$", "", key)  # "# m1 = 47 g"
-            roles = [role for role in name_roles(base)[0] if kind_of_role(role) != "text"]
-        close = roles if text.text[:1].isdigit() else []
+    if not close and text.text[:1].isdigit():
+        names = (key, re.sub(r"_?[0-9]{1,2}$", "", key))  # "# m1 = 47 g"
+        close = [role for name in names for role in name_roles(name)[0] if kind_of_role(role) != "text"]
     if close:
         message = f'"# {key}" is kept as a remark; nothing is read from it'
         hint = f'did you mean "# {close[0]}: {_value_at_start(close[0], text.text)}"?'
         if close[0] == "position" and (origin := origin_in(text.text)):
             hint += f' And "# position_from: {origin}"'
-        faults.add(KEY_NEARLY_KNOWN, message, hint, text)
+        faults.add(codes.KEY_NEARLY_KNOWN, message, hint, text)
 
 
 def _value_at_start(role: str, text: str) -> str:
@@ -281,48 +231,43 @@ def _nearest(key: str) -> list[str]:
     return difflib.get_close_matches(key, KEYS, n=1, cutoff=0.8) if len(key) > 2 else []
 
 
+_NOWHERE = "is no place that positions count from"
+_STARTS = {word: word for word in roles.MOTIONS}
+_WORDS: dict[str, tuple[Mapping[str, str | bool | None], str, str]] = {
+    "motion": (_STARTS, "is no way to start the rod", 'write "released" (let go from rest) or "steady"'),
+    "balanced": (roles.YES_OR_NO | {"": None}, "is neither yes nor no", 'write "yes" (balanced as in step 2) or "no"'),
+    "position_from": (roles.ORIGINS, _NOWHERE, 'write "centre" (of the ball), "surface" or "tip"'),
+}
+"""Keys of words: what each word means, and what to say to any other."""
+
+
 def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
     """Understand one value and enter it."""
-    key = item.key
-    if key in BALANCE:
+    key, word = item.key, item.text.strip().lower()
+    if key in roles.BALANCE:
         _enter_balance(settings, item)
-        return
-    if key == MOTION:
-        settings.motion = item.text.strip().lower()
-        if settings.motion not in MOTIONS:
-            raise CellError("is no way to start the rod", 'write "released" (let go from rest) or "steady"')
-        return
-    if key == BALANCED:
-        settings.balanced = YES_OR_NO.get(item.text.strip().lower())
-        # Left blank in a log to fill in, it says nothing.
-        if settings.balanced is None and item.text.strip():
-            raise CellError("is neither yes nor no", 'write "yes" (balanced as in step 2) or "no"')
-        return
-    if key == POSITION_FROM:
-        settings.position_from = ORIGINS.get(item.text.strip().lower())
-        if settings.position_from is None:
-            raise CellError("is no place that positions count from", 'write "centre" (of the ball), "surface" or "tip"')
-        return
-    kind = kind_of_role(key)
-    if key in UNCERTAINTIES:
+    elif key in _WORDS:
+        words, fault, hint = _WORDS[key]
+        if word not in words:
+            raise CellError(fault, hint)
+        setattr(settings, key, words[word])
+    elif key in roles.UNCERTAINTIES:
         settings.uncertainties[key] = read_uncertainty(key, item.text, ask)
         settings.given_uncertainties[key] = item
-        return
-    if key == "latitude":
-        _enter_latitude(settings, item, ask)
-        return
-    cell = _read_g(item, ask, faults) if key == "g" else read_cell(item.text, kind, None, ask)
-    if key in CONSTANTS:
-        if not cell.value > 0:
+    elif key == "latitude":
+        settings.constants[key] = _read_latitude(item.text.strip(), ask)
+    else:
+        cell = _read_g(item, ask, faults) if key == "g" else read_cell(item.text, kind_of_role(key), None, ask)
+        if key in roles.CONSTANTS and not cell.value > 0:
             raise CellError("is not above zero")
         _refuse_beyond(key, cell.value)
+        if key not in roles.CONSTANTS:
+            settings.roles[key] = replace(item, cell=cell)
+            return
         settings.constants[key] = cell.value
         settings.steps[key] = cell.step or 0.0
         if cell.uncertainty is not None:
             settings.uncertainties.setdefault(f"u_{key}", cell.uncertainty)
-        return
-    _refuse_beyond(key, cell.value)
-    settings.roles[key] = Given(key, item.text, item.label, item.place, cell)
 
 
 ON_EARTH = 9.7, 9.9
@@ -339,7 +284,7 @@ def _read_g(item: Given, ask: bool, faults: Faults) -> Quantity:
         if bare:
             message = f'g "{item.text}" has no unit, and is read as {item.text} m/s²'
             hint = f"write {_line_of_g(item, f'{item.text} m/s^2')}"
-            faults.add(G_WITHOUT_UNIT, message, hint, item.place, len(item.text))
+            faults.add(codes.G_WITHOUT_UNIT, message, hint, item.place, len(item.text))
         return cell
     # 981 m/s^2, 9.81 cm/s^2 and 9810 have the digits of g, with another unit or without its point.
     digits = re.sub("[^0-9]", "", written.number if written else "").lstrip("0")
@@ -374,18 +319,17 @@ OF_NOTHING = {"u_time_bias": "0.1 s", "u_spin_delay": "1 s", "u_imbalance": "0.3
 """Uncertainties of what is 0 for all that is known, with a sample; a share of that says nothing."""
 
 
-def _enter_latitude(settings: Settings, item: Given, ask: bool) -> None:
+def _read_latitude(text: str, ask: bool) -> float:
     """Read degrees, negative or with an S behind them in the south."""
-    match = re.fullmatch(r"(.*[^\s])\s*([NSns])", item.text.strip())
-    text, south = (match[1], match[2] in "Ss") if match else (item.text, False)
-    value = read_cell(text, "angle", "deg", ask).value
+    match = re.fullmatch(r"(.*[^\s])\s*([NSns])", text)
+    value = read_cell(match[1] if match else text, "angle", "deg", ask).value
     if abs(value) > math.pi / 2 or (match and value < 0):
         raise CellError("is no latitude", 'write it like "52.5 deg", from -90 at the south pole to 90 deg')
-    settings.constants["latitude"] = -value if south else value
+    return -value if match and match[2] in "Ss" else value
 
 
 def _refuse_beyond(key: str, value: float) -> None:
-    fault, hint = check_value(key, value)
+    fault, hint = cells.check_value(key, value)
     if fault:
         raise CellError(fault, hint)
 
@@ -393,22 +337,17 @@ def _refuse_beyond(key: str, value: float) -> None:
 def _enter_balance(settings: Settings, item: Given) -> None:
     drift = item.key == "balance_drift"
     pattern = r"(.+?)\s+in\s+(.+?)\s+at\s+(.+)" if drift else r"(.+?)\s+in\s+(.+)"
-    sample = '"5 deg in 60 s at 400 rpm"' if drift else '"3 deg in 10 s"'
+    sample = 'write it like "5 deg in 60 s at 400 rpm"' if drift else 'write it like "3 deg in 10 s"'
     match = re.fullmatch(pattern, item.text.strip())
     if match is None:
-        raise CellError("is not understood", f"write it like {sample}")
+        raise CellError("is not understood", sample)
     try:
-        numbers = [
-            parse_quantity(text, kind) for text, kind in zip(match.groups(), ("angle", "time", "rate"), strict=False)
-        ]
+        numbers = tuple(map(parse_quantity, match.groups(), ("angle", "time", "rate")))
     except UnitError as error:
-        raise CellError(f"is not understood: {error}", error.hint or f"write it like {sample}") from None
+        raise CellError(f"is not understood: {error}", error.hint or sample) from None
     if numbers[1] <= 0 or (drift and numbers[2] == 0):
-        raise CellError("needs a time and a spin above zero", f"write it like {sample}")
+        raise CellError("needs a time and a spin above zero", sample)
     for role, number in zip(("angle", "time", "spin"), numbers, strict=False):
         if number:
             _refuse_beyond(role, abs(number))
-    if drift:
-        settings.balance_drift = (numbers[0], numbers[1], numbers[2])
-    else:
-        settings.balance_tilt = (numbers[0], numbers[1])
+    setattr(settings, item.key, numbers)

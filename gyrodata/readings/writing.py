@@ -5,16 +5,16 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from contextlib import suppress
 from itertools import pairwise
 
+from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.diagnostics import TEMPLATE_VALUE_CANNOT_BE_READ
-from gyrodata.errors import Diagnostic, InputError
-from gyrodata.quantities import parse_quantity
+from gyrodata.errors import InputError
+from gyrodata.quantities import Quantity, parse_quantity
 from gyrodata.readings.cells import PREFIX, CellError, read_cell
-from gyrodata.readings.lablog import TOLD_BLANK, Column, Readings
+from gyrodata.readings.lablog import TOLD_BLANK, Column, Readings, header_of
 from gyrodata.readings.roles import BY_NAME, COUNTS, FILLED_DOWN, ROLES, kind_of_role, stated_u
 from gyrodata.units import SI, Uncertainty, UnitError, from_si
 
@@ -33,7 +33,7 @@ def write_log(readings: Readings) -> str:
         CSV text; `read_log` gives the same runs, columns, constants and uncertainties for it (places, lines and
         headers are those of the new file).
     """
-    return _text(*_parts(readings, ""))
+    return _sheet(readings, "").text()
 
 
 def fixed_log(readings: Readings) -> tuple[str, tuple[str, ...]]:
@@ -53,120 +53,119 @@ def fixed_log(readings: Readings) -> tuple[str, tuple[str, ...]]:
     left : tuple of str
         What is left for the author of the log; empty if the log contains no error.
     """
-    if readings.unmoved is not None:
-        readings = _joined(readings, readings.unmoved)
-    head, headers, cells, rows = _parts(readings, "?")
+    sheet = _sheet(readings, "?")
+    readings = _joined(readings)
     errors = [one for one in readings.diagnostics if one.severity == "error"]
+    if not errors:
+        return sheet.text(), ()
     left = [one.message for one in errors if one.line is None]
     wrong = {one.line for one in errors}
     for number, line in enumerate(readings.source_text.splitlines(), 1):
         if number in wrong and line.startswith("#"):
-            head.append(line)
+            sheet.head.append(line)
             left.append(f"the line {line}")
-    # Without an error nobody needs them, and under the new headers they may mean something else.
-    for header, texts in readings.unread if errors else ():
-        headers.append(header)
-        cells.append([texts[row[0]] for row in rows])
+    for header, texts in readings.unread:
+        sheet.columns.append((header, [texts[row[0]] for row in sheet.rows]))
         left.append(f'the column "{header}": its name, or its unit')
-    repeated = any(len(row) > 1 for row in rows)
-    for row in rows if errors else []:
+    repeated = any(len(row) > 1 for row in sheet.rows)
+    for row in sheet.rows:
         for role, column in readings.columns.items():
             for k, run in enumerate(row if role == "time" else row[:1], 1):
                 reading, name = column.readings[run], f"time_{k}" if role == "time" and repeated else role
                 if reading.text and reading.value is None:
                     written = f', written "{reading.text}"' if reading.text != TOLD_BLANK else ""
                     left.append(f"{name} of run {_label(readings, row)}{written}")
-    return _text(head, headers, cells, rows), tuple(left or [one.message for one in errors])
+    return sheet.text(), tuple(left or [one.message for one in errors])
 
 
-Parts = tuple[list[str], list[str], list[list[str]], list[list[int]]]
-"""The lines above the table, the headers, the cells of each column, and the runs of each row."""
+class _Sheet(Struct):
+    """The parts of a log."""
+
+    head: list[str]
+    """The lines above the table."""
+    columns: list[tuple[str, list[str]]]
+    """Header and cells."""
+    rows: list[list[int]]
+    """The runs of each row."""
+
+    def text(self) -> str:
+        lines = [[header for header, _ in self.columns], *zip(*(texts for _, texts in self.columns), strict=True)]
+        return "\n".join([*self.head, *(",".join(map(_quoted, line)) for line in lines)]) + "\n"
 
 
-def _text(head: list[str], headers: list[str], cells: list[list[str]], rows: list[list[int]]) -> str:
-    lines = [headers, *([column[i] for column in cells] for i in range(len(rows)))]
-    return "\n".join([*head, *(",".join(map(_quoted, line)) for line in lines)]) + "\n"
-
-
-def _parts(readings: Readings, unread: str) -> Parts:
+def _sheet(readings: Readings, unread: str) -> _Sheet:
     """Write each part of a log; `unread` is for a cell that was not read, if a blank one would repeat another."""
-    if readings.unmoved is not None:
-        readings = _joined(readings, readings.unmoved)
+    readings = _joined(readings)
     rows = _rows(readings)
-    head = [f"# {key}: {value}" for key, value in readings.metadata.items()]
-    head += [f"# {PREFIX}{key}: {reported.text}" for key, reported in readings.reported.items()]
-    head += [f"# {key}: {value!r} {SI[kind_of_role(key)]}" for key, value in readings.constants.items()]
-    head += [f"# {key}: {_uncertainty_text(u, kind_of_role(key))}" for key, u in readings.uncertainties.items()]
-    if readings.balance_tilt is not None:
-        head.append("# balance_tilt: {!r} rad in {!r} s".format(*readings.balance_tilt))
-    if readings.balance_drift is not None:
-        head.append("# balance_drift: {!r} rad in {!r} s at {!r} rad/s".format(*readings.balance_drift))
-    if readings.motion is not None:
-        head.append(f"# motion: {readings.motion}")
-    if readings.balanced is not None:
-        head.append(f"# balanced: {'yes' if readings.balanced else 'no'}")
-    if readings.position_from is not None:
-        head.append(f"# position_from: {readings.position_from}")
-        key, factor = {"tip": ("u_rod_length", 1), "surface": ("u_ball_diameter", 2)}.get(
-            readings.position_from, ("", 0)
-        )
-        if key and key not in readings.uncertainties:
-            # The digits with which the length is written say how well it is known, and they are lost above.
-            head.append(f"# {key}: {factor * readings.origin_u!r} m")
-    headers: list[str] = []
-    cells: list[list[str]] = []
+    head = _head(readings)
+    columns: list[tuple[str, list[str]]] = []
     for role in sorted(readings.columns, key=ROLES.index):
         column = readings.columns[role]
         if role == "time":
-            _add_times(column, rows, headers, cells)
+            most = max((len(row) for row in rows), default=1)
+            for k in range(most):
+                texts = [_cell_text(column, row[k]) if k < len(row) else "" for row in rows]
+                columns.append((header_of("time" if most == 1 else f"time_{k + 1}", column.unit), texts))
         else:
             mark = "" if readings.ok or role not in FILLED_DOWN else unread
-            shared = _add_column(column, rows, headers, cells, mark)
+            texts, shared = _column_texts(column, rows, mark)
             head += [f"# {role}: {shared}"] if shared else []
-        _add_uncertainties(readings, column, rows, headers, cells)
-    headers.append("run")
-    cells.append([_label(readings, row) for row in rows])
+            columns += [(header_of(role, column.unit), texts)] if any(texts) or not shared else []
+        texts = _uncertainty_texts(readings, column, rows)
+        columns += [(header_of(f"u_{role}", SI[kind_of_role(role)]), texts)] if any(texts) else []
+    columns.append(("run", [_label(readings, row) for row in rows]))
     if any(readings.notes):
-        headers.append("note")
-        cells.append([readings.notes[row[0]] for row in rows])
-    return head, headers, cells, rows
+        columns.append(("note", [readings.notes[row[0]] for row in rows]))
+    return _Sheet(head, columns, rows)
 
 
-def _joined(first: Readings, last: Readings) -> Readings:
-    """Put the runs of two parts of one log together again."""
-    columns = {
-        role: replace(
-            column,
-            readings=column.readings + last.columns[role].readings,
-            spots=column.spots + last.columns[role].spots,
-        )
-        for role, column in first.columns.items()
-    }
-    return replace(
-        first, runs=first.runs + last.runs, lines=first.lines + last.lines, notes=first.notes + last.notes,
-        columns=columns, unmoved=None,
-        unread=tuple(
-            (header, texts + more)
-            for (header, texts), (_, more) in zip(first.unread, last.unread, strict=True)
-        ),
-    )  # fmt: skip
+def _head(readings: Readings) -> list[str]:
+    """Write the lines above the table, for what holds for the whole log."""
+    lines: dict[str, str | None] = {**readings.metadata}
+    lines |= {f"{PREFIX}{key}": reported.text for key, reported in readings.reported.items()}
+    lines |= {key: f"{value!r} {SI[kind_of_role(key)]}" for key, value in readings.constants.items()}
+    lines |= {key: _uncertainty_text(u, kind_of_role(key)) for key, u in readings.uncertainties.items()}
+    if readings.balance_tilt is not None:
+        lines["balance_tilt"] = "{!r} rad in {!r} s".format(*readings.balance_tilt)
+    if readings.balance_drift is not None:
+        lines["balance_drift"] = "{!r} rad in {!r} s at {!r} rad/s".format(*readings.balance_drift)
+    words = {None: None, True: "yes", False: "no"}
+    lines |= {"motion": readings.motion, "balanced": words[readings.balanced], "position_from": readings.position_from}
+    # The digits with which the length is written say how well it is known, and they are lost above.
+    key, factor = ("u_rod_length", 1) if readings.position_from == "tip" else ("u_ball_diameter", 2)
+    if readings.origin_u and key not in lines:
+        lines[key] = f"{factor * readings.origin_u!r} m"
+    return [f"# {key}: {value}" for key, value in lines.items() if value is not None]
+
+
+def _joined(readings: Readings) -> Readings:
+    """Put the runs in which the rod did not move behind the others."""
+    last = readings.unmoved
+    if last is None:
+        return readings
+    columns = {}
+    for role, column in readings.columns.items():
+        more = last.columns[role]
+        columns[role] = replace(column, readings=column.readings + more.readings, spots=column.spots + more.spots)
+    unread = tuple((head, texts + dict(last.unread)[head]) for head, texts in readings.unread)
+    runs, lines, notes = readings.runs + last.runs, readings.lines + last.lines, readings.notes + last.notes
+    return replace(readings, runs=runs, lines=lines, notes=notes, columns=columns, unread=unread, unmoved=None)
 
 
 def _rows(readings: Readings) -> list[list[int]]:
     """Group the runs that were repeats of one row (``3.1``, ``3.2``)."""
     rows: list[list[int]] = []
+    turns = readings.columns.get("turns")
     for run, label in enumerate(readings.runs):
         base, _, number = label.rpartition(".")
-        if rows and number.isdigit() and int(number) == len(rows[-1]) + 1 and int(number) > 1:
-            first = rows[-1][0]
-            # Times of other turns are no repeats of one setting.
-            if "turns" in readings.columns and len({readings.columns["turns"].values[i] for i in (first, run)}) > 1:
-                rows.append([run])
-                continue
-            if readings.runs[first] == f"{base}.1" and readings.lines[first] == readings.lines[run]:
-                rows[-1].append(run)
-                continue
-        rows.append([run])
+        first = rows[-1][0] if rows else run
+        of_one_row = (readings.runs[first], readings.lines[first]) == (f"{base}.1", readings.lines[run])
+        # Times of other turns are no repeats of one setting.
+        alike = turns is None or turns.values[first] == turns.values[run]
+        if rows and of_one_row and alike and number == str(len(rows[-1]) + 1):
+            rows[-1].append(run)
+        else:
+            rows.append([run])
     return rows
 
 
@@ -175,46 +174,33 @@ def _label(readings: Readings, row: list[int]) -> str:
     return label.rpartition(".")[0] if len(row) > 1 else label
 
 
-def _header(role: str, unit: str) -> str:
-    return f"{role} [{unit}]" if unit else role
+def _read(text: str, column: Column) -> Quantity | None:
+    """Read a text as a cell of a column; "none" is a weight, and no number."""
+    try:
+        return read_cell(text, kind_of_role(column.role), column.unit or None)
+    except CellError:
+        return None
 
 
 def _cell_text(column: Column, run: int) -> str:
     """Give what was typed, with a decimal point; a number without a text (from a simulation) is written in full."""
     value, text = column.readings[run].value, column.readings[run].text
-    if value is None or text:
-        return _with_point(text, value, column) if value is not None else ""
-    return _number(value, column)
-
-
-def _number(value: float, column: Column) -> str:
+    if value is None:
+        return ""
+    if text:
+        # Between other commas, a decimal comma may be taken for one that parts thousands.
+        with_point = text.replace(",", ".")
+        if with_point != text and (read := _read(with_point, column)) and read.value == value:
+            return with_point
+        # A header may count halves or thirds of a turn, and the new one does not.
+        read = _read(text, column) if column.role in COUNTS else None
+        if read is None or math.isclose(read.value, value):
+            return text
     return repr(from_si(value, column.unit, kind_of_role(column.role)) if column.unit else value)
 
 
-def _with_point(text: str, value: float, column: Column) -> str:
-    """Write a decimal comma as a point: between other commas it may be taken for one that parts thousands."""
-    changed = text.replace(",", ".")
-    if changed != text:
-        with suppress(CellError):
-            if read_cell(changed, kind_of_role(column.role), column.unit or None).value == value:
-                return changed
-    if column.role in COUNTS:
-        with suppress(CellError):
-            # Its header counts halves or thirds of a turn, and the new one does not.
-            if not math.isclose(read_cell(text, kind_of_role(column.role), None).value or 0.0, value):
-                return _number(value, column)
-    return text
-
-
-def _add_times(column: Column, rows: list[list[int]], headers: list[str], cells: list[list[str]]) -> None:
-    most = max((len(row) for row in rows), default=1)
-    for k in range(most):
-        headers.append(_header("time" if most == 1 else f"time_{k + 1}", column.unit))
-        cells.append([_cell_text(column, row[k]) if k < len(row) else "" for row in rows])
-
-
-def _add_column(column: Column, rows: list[list[int]], headers: list[str], cells: list[list[str]], mark: str) -> str:
-    """Add one column, with a mark in cells that were not read; give the text that all blank cells share, if any."""
+def _column_texts(column: Column, rows: list[list[int]], mark: str) -> tuple[list[str], str]:
+    """Write the cells of a column, with a mark where one was not read, and the text that all blank ones share."""
     ids = [column.spots[row[0]] for row in rows]
     # What was merged is merged again; what one line gave for the whole log becomes one line again.
     fills = column.role in FILLED_DOWN and column.role not in COUNTS and not column.header.startswith(("#", "--"))
@@ -223,16 +209,14 @@ def _add_column(column: Column, rows: list[list[int]], headers: list[str], cells
     shared = _shared(ids, fills, [column.readings[row[0]].value is not None for row in rows])
     texts: list[str] = []
     for i, row in enumerate(rows):
-        repeated = i > 0 and fills and shared is None and ids[i] == ids[i - 1]
-        lost = mark and column.readings[row[0]].value is None and column.readings[row[0]].text
-        text = mark if lost else _cell_text(column, row[0])
-        texts.append("" if repeated or ids[i] == shared else text)
-    if any(texts) or shared is None:
-        headers.append(_header(column.role, column.unit))
-        cells.append(texts)
+        reading = column.readings[row[0]]
+        if ids[i] == shared or (i > 0 and fills and shared is None and ids[i] == ids[i - 1]):
+            texts.append("")
+        else:
+            texts.append(mark if mark and reading.text and reading.value is None else _cell_text(column, row[0]))
     if shared is None:
-        return ""
-    return _line_text(_cell_text(column, rows[ids.index(shared)][0]), column)
+        return texts, ""
+    return texts, _line_text(_cell_text(column, rows[ids.index(shared)][0]), column)
 
 
 def _line_text(text: str, column: Column) -> str:
@@ -257,38 +241,26 @@ def _shared(ids: list[int], fills: bool, there: list[bool]) -> int | None:
     return None
 
 
-def _add_uncertainties(
-    readings: Readings, column: Column, rows: list[list[int]], headers: list[str], cells: list[list[str]]
-) -> None:
-    """Add a ``u_…`` column where a reading's uncertainty is neither in its cell nor the log's."""
-    role, kind = column.role, kind_of_role(column.role)
-    common = stated_u(role, readings.uncertainties)
+def _uncertainty_texts(readings: Readings, column: Column, rows: list[list[int]]) -> list[str]:
+    """Write the uncertainty of each reading that stands neither in its cell nor above the table."""
+    common = stated_u(column.role, readings.uncertainties)
     texts: list[str] = []
-    for row in rows:
-        spread, text = column.readings[row[0]].u, column.readings[row[0]].text
-        own = None
-        with suppress(CellError):  # "none" is a weight, and no number; what was simulated has no text
-            own = read_cell(text, kind, column.unit or None).uncertainty
-        texts.append("" if spread is None or spread in (own, common) else _uncertainty_text(spread, kind))
-    if any(texts):
-        headers.append(_header(f"u_{role}", SI[kind]))
-        cells.append(texts)
+    for reading in (column.readings[row[0]] for row in rows):
+        own = _read(reading.text, column) if reading.u else None
+        told = reading.u is None or reading.u == common or (own is not None and reading.u == own.uncertainty)
+        texts.append("" if told or reading.u is None else _uncertainty_text(reading.u, kind_of_role(column.role)))
+    return texts
 
 
 def _uncertainty_text(uncertainty: Uncertainty, kind: str) -> str:
-    parts = []
-    if uncertainty.relative or not uncertainty.absolute:
-        parts.append(f"{_percent(uncertainty.relative)} %")
-    if uncertainty.absolute:
-        parts.append(f"{uncertainty.absolute!r} {SI[kind]}".strip())
-    return " + ".join(parts)
-
-
-def _percent(share: float) -> str:
-    """Find the percentage that gives exactly this share when it is read, the shortest first."""
-    percent = share * 100
+    # The shortest percentage that gives exactly this share when it is read.
+    percent = uncertainty.relative * 100
     short = round(percent, 12)
-    return repr(short if short / 100 == share else percent)
+    share = f"{short if short / 100 == uncertainty.relative else percent!r} %"
+    absolute = f"{uncertainty.absolute!r} {SI[kind]}".strip()
+    if not uncertainty.absolute:
+        return share
+    return f"{share} + {absolute}" if uncertainty.relative else absolute
 
 
 def _quoted(text: str) -> str:
@@ -322,13 +294,9 @@ def blank_log(weights: Sequence[str], position: str, spins: Sequence[str]) -> st
         A value cannot be read.
     """
     # With the digits that a scale and a ruler show: what is left to be written is seen to be.
-    masses = [_shown(text, "mass", "g", "--weights", 2) for text in dict.fromkeys(weights)]
-    arm = _shown(position, "length", "cm", "--position", 1)
-    aims = [_shown(text, "rate", "rpm", "--spins") for text in dict.fromkeys(spins)]
-    for option, values, example in (("--weights", masses, "20g,40g,60g"), ("--spins", aims, "200,400,600rpm")):
-        if not values:
-            hint = f"for example {option} {example}"
-            raise InputError([Diagnostic(TEMPLATE_VALUE_CANNOT_BE_READ, "error", f"{option}: nothing is given", hint)])
+    masses = _shown(weights, "mass", "g", "--weights", 2)
+    [arm] = _shown([position], "length", "cm", "--position", 1)
+    aims = _shown(spins, "rate", "rpm", "--spins", 0)
     lines = [
         "# station: ",
         "# ball_mass: ",
@@ -381,17 +349,21 @@ def _in_turn(weights: int, times: int) -> list[int | None]:
     return order
 
 
-def _shown(text: str, kind: str, unit: str, option: str, digits: int = 0) -> str:
-    try:
-        value = from_si(parse_quantity(text, kind), unit, kind)
-    except UnitError as error:
-        several = "" if kind == "length" else "; part several with commas"
-        raise InputError(
-            [Diagnostic(TEMPLATE_VALUE_CANNOT_BE_READ, "error", f"{option}: {error}", f"{error.hint}{several}")]
-        ) from None
-    if kind != "length" and value <= 0:
-        hint = "the run without a weight is in every log" if kind == "mass" else "write it without its sign"
-        message = f'{option}: "{text}" is not above zero'
-        raise InputError([Diagnostic(TEMPLATE_VALUE_CANNOT_BE_READ, "error", message, hint)])
-    short = f"{value:.10g}"
-    return short if len(short.partition(".")[2]) >= digits else f"{value:.{digits}f}"
+def _shown(texts: Sequence[str], kind: str, unit: str, option: str, digits: int) -> list[str]:
+    """Write the values of an option in one unit, with at least so many digits."""
+    code, shown = TEMPLATE_VALUE_CANNOT_BE_READ, []
+    if not texts:
+        example = "20g,40g,60g" if kind == "mass" else "200,400,600rpm"
+        raise InputError.of(code, f"{option}: nothing is given", f"for example {option} {example}")
+    for text in dict.fromkeys(texts):
+        try:
+            value = from_si(parse_quantity(text, kind), unit, kind)
+        except UnitError as error:
+            several = "" if kind == "length" else "; part several with commas"
+            raise InputError.of(code, f"{option}: {error}", f"{error.hint}{several}") from None
+        if kind != "length" and value <= 0:
+            hint = "the run without a weight is in every log" if kind == "mass" else "write it without its sign"
+            raise InputError.of(code, f'{option}: "{text}" is not above zero', hint)
+        short = f"{value:.10g}"
+        shown.append(short if len(short.partition(".")[2]) >= digits else f"{value:.{digits}f}")
+    return shown

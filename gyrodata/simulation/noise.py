@@ -16,7 +16,7 @@ from gyrodata.errors import InputError
 from gyrodata.measurements import SOURCES
 from gyrodata.physics import Floats
 from gyrodata.quantities import parse_uncertainty
-from gyrodata.readings import SPIN_SETS, kind_of_role, u_keys
+from gyrodata.readings.roles import SPIN_SETS, kind_of_role, u_keys
 from gyrodata.toml_table import Faults, Spot, nearest, read_toml
 from gyrodata.units import Uncertainty, UnitError
 

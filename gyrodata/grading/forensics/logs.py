@@ -12,7 +12,8 @@ from msgspec import Struct
 
 from gyrodata.measurements import Measurements, spin_columns
 from gyrodata.physics import Floats, Integers
-from gyrodata.readings import TIMINGS, Column, Readings
+from gyrodata.readings import Column, Readings
+from gyrodata.readings.roles import TIMINGS
 
 MOST_ROWS = 200  # rows that are kept of a log; of a longer one, those with the shortest times
 

@@ -18,13 +18,12 @@ from gyrodata.readings import (
     Readings,
     Reported,
     decode,
-    find_inertia,
     listing,
-    one_inertia,
     read_log,
     read_reported,
     split_lines,
 )
+from gyrodata.readings.cells import find_inertia, one_inertia
 from gyrodata.reporting import size_text
 
 TABLES = (".csv", ".tsv")  # endings that say table

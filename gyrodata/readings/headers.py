@@ -221,11 +221,9 @@ def _modified(name: str) -> tuple[str, ...]:
     named = " ".join(token for token, low in zip(tokens, lower, strict=True) if low not in small)
     left = " ".join(token for token in named.split() if squeeze(token).lower() not in NOISE_WORDS)
     roles = _known(left) or _known(named) if left else ()
-    return tuple(
-        role
-        for role in (f"{'u_' * unsure}{role}{'_start' * start}{'_end' * end}" for role in roles)
-        if role in ROLES or role in UNCERTAINTIES
-    )
+    before, after = "u_" if unsure else "", f"{'_start' if start else ''}{'_end' if end else ''}"
+    modified = (f"{before}{role}{after}" for role in roles)
+    return tuple(role for role in modified if role in ROLES or role in UNCERTAINTIES)
 
 
 def unit_for(text: str, kind: str) -> str | None:
@@ -300,7 +298,7 @@ def words_of_turns(text: str, whole: bool = False) -> str:
     *before, part = numbers
     if part.startswith("/"):
         count = before.pop() if before and before[-1].isdecimal() else ""
-        part = (count or "1" * (whole and not before)) + part  # "Drittel" alone in a cell
+        part = (count or ("" if before or not whole else "1")) + part  # "Drittel" alone in a cell
     mixed = before[-1:] != [] and before[-1] in AND
     before = before[: len(before) - mixed]
     count = before.pop() if before and before[-1].isdecimal() else ""

@@ -26,247 +26,79 @@ class Role(Struct, frozen=True):
     name: str
     kind: str
     """Kind of quantity, a key of `gyrodata.units.SI`."""
+    part: Literal["", "load", "spin", "count", "timing"] = ""
+    """Which part of a run it gives: what turns the rod, how fast the ball spins, how far and how long it went."""
     symbols: str = ""
-    """Symbols that mean this role only, parted by blanks; case matters ("m" is no "M")."""
+    """Symbols that mean this role only, separated by blanks; capital and small letters differ ("m" is not "M")."""
     bound: Literal["", "above zero", "not zero", "not below zero", "below 90 degrees"] = ""
-    """What its values are held to."""
+    """What its values must be."""
     bound_hint: str = ""
-    """What to type where a value is not."""
-    fills_down: bool = False
-    """Whether a blank cell takes the value above it, as in merged cells."""
+    """What to type where a value is outside the bound."""
     sample: str = ""
     """Value to propose where it is missing."""
     meaning: str = ""
     """What it is, in words."""
     instead: str = ""
-    """What serves instead, for hints."""
-    derived_from: tuple[tuple[str, ...], ...] = ()
-    """Sets of roles; where all of one set are there, this role is only compared."""
-    part: Literal["", "load", "spin", "count", "timing"] = ""
-    """Which part of a run it gives: what turns the rod, how fast the ball spins, how far and how long it went."""
+    """What can replace it, for hints."""
+    derived_from: tuple[str, ...] = ()
+    """Sets of roles, each separated by blanks; where all of one set are there, this role is only compared."""
     u_of: str = ""
     """Role whose ``u_…`` holds for it as well, where it has none of its own."""
 
 
+_LOADED = ("position mass", "position force")
+_SPUN = ("spin", "spin_start spin_end")
+_TIMED = ("time turns", "time angle")
+
 TABLE: tuple[Role, ...] = (
-    Role(
-        "mass",
-        "mass",
-        symbols="m",
-        bound="not below zero",
-        bound_hint="a weight on the counterweight side has a negative position",
-        fills_down=True,
-        sample="20 g",
-        meaning="the added weight",
-        instead=" (a torque [N*m] column, or force [N], serves instead)",
-        part="load",
-    ),
-    Role(
-        "position",
-        "length",
-        symbols="x X r R l L d",
-        fills_down=True,
-        sample="15 cm",
-        meaning="from the centre of the ball to the middle of the weight",
-        part="load",
-    ),
-    Role(
-        "torque",
-        "torque",
-        symbols="D Γ",
-        fills_down=True,
-        derived_from=(("position", "mass"), ("position", "force")),
-        part="load",
-    ),
-    Role(
-        "force",
-        "force",
-        symbols="F",
-        fills_down=True,
-        part="load",
-    ),
-    Role(
-        "spin",
-        "rate",
-        symbols="ω w ν f ψdot ωs ωS",
-        bound="not zero",
-        fills_down=True,
-        sample="400 rpm",
-        meaning="how fast the ball spins",
-        instead=" (spin_start and spin_end, or spin_period [s], serve instead)",
-        derived_from=(("spin_start", "spin_end"),),
-        part="spin",
-    ),
-    Role("spin_start", "rate", bound="not zero", fills_down=True, sample="410 rpm", part="spin", u_of="spin"),
-    Role(
-        "spin_end",
-        "rate",
-        symbols="n2 f2",
-        bound="not zero",
-        fills_down=True,
-        sample="390 rpm",
-        part="spin",
-        u_of="spin",
-    ),
-    Role(
-        "spin_period",
-        "time",
-        symbols="Ts TG Tspin tR TR",
-        bound="above zero",
-        fills_down=True,
-        derived_from=(("spin",), ("spin_start", "spin_end")),
-        part="spin",
-    ),
-    Role(
-        "spin_period_start",
-        "time",
-        symbols="TGi",
-        bound="above zero",
-        fills_down=True,
-        sample="0.14 s",
-        derived_from=(("spin",), ("spin_start", "spin_end")),
-        part="spin",
-    ),
-    Role(
-        "spin_period_end",
-        "time",
-        symbols="TGf",
-        bound="above zero",
-        fills_down=True,
-        sample="0.16 s",
-        derived_from=(("spin",), ("spin_start", "spin_end")),
-        part="spin",
-    ),
-    Role(
-        "spin_time",
-        "time",
-        bound="above zero",
-        fills_down=True,
-        sample="1.5 s",
-        meaning="the time of several turns of the ball",
-        derived_from=(("spin",), ("spin_start", "spin_end"), ("spin_period",)),
-        part="spin",
-    ),
-    Role(
-        "spin_turns",
-        "number",
-        bound="above zero",
-        fills_down=True,
-        sample="10",
-        meaning="how many turns of the ball spin_time covers",
-        derived_from=(("spin",), ("spin_start", "spin_end"), ("spin_period",)),
-        part="spin",
-    ),
-    Role(
-        "time",
-        "time",
-        symbols="t NT nT",
-        bound="above zero",
-        bound_hint="a run that was not timed is left blank",
-        meaning="the stopwatch time of each run",
-        instead=" (precession_period [s] or precession_rate [rad/s] serves instead)",
-        part="timing",
-    ),
-    Role(
-        "turns",
-        "number",
-        symbols="Noб Np NP",
-        bound="above zero",
-        bound_hint="write the turns that were timed, such as 1/3; if the run was not timed, put # before its line",
-        fills_down=True,
-        sample="1",
-        meaning="how many turns each time covers",
-        instead=' (or the swept angle: a column angle [deg], "# angle: 120 deg", --set angle="120 deg")',
-        part="count",
-        u_of="angle",
-    ),
-    Role(
-        "angle",
-        "angle",
-        symbols="φ",
-        bound="above zero",
-        fills_down=True,
-        part="count",
-        u_of="turns",
-    ),
-    Role(
-        "precession_period",
-        "time",
-        symbols="Tp TP TΩ",
-        bound="above zero",
-        derived_from=(("time", "turns"), ("time", "angle")),
-        part="timing",
-    ),
-    Role(
-        "precession_rate",
-        "rate",
-        symbols="Ω Ωp ΩP ωp ωP wp φdot",
-        bound="not zero",
-        derived_from=(("time", "turns"), ("time", "angle")),
-        part="timing",
-    ),
-    Role(
-        "pitch",
-        "angle",
-        bound="below 90 degrees",
-    ),
-    Role(
-        "spin_sense",
-        "sign",
-    ),
-    Role(
-        "precession_sense",
-        "sign",
-    ),
-    Role(
-        "weight_diameter",
-        "length",
-        bound="above zero",
-        fills_down=True,
-        meaning="how wide the added weight is, across the rod",
-    ),
-    Role(
-        "transverse_inertia",
-        "inertia",
-        bound="above zero",
-        fills_down=True,
-    ),
-    Role(
-        "inertia",
-        "inertia",
-        symbols="I J Izz Iz I0 I3 Jz",
-        derived_from=((),),
-    ),
-    Role(
-        "run",
-        "text",
-        symbols="№ # No Nr nr",
-    ),
-    Role(
-        "note",
-        "text",
-    ),
-)
+    Role("mass", "mass", "load", "m", "not below zero", sample="20 g", meaning="the added weight",
+         bound_hint="a weight on the counterweight side has a negative position",
+         instead=" (a torque [N*m] column, or force [N], serves instead)"),
+    Role("position", "length", "load", "x X r R l L d", sample="15 cm",
+         meaning="from the centre of the ball to the middle of the weight"),
+    Role("torque", "torque", "load", "D Γ", derived_from=_LOADED),
+    Role("force", "force", "load", "F"),
+    Role("spin", "rate", "spin", "ω w ν f ψdot ωs ωS", "not zero", sample="400 rpm", meaning="how fast the ball spins",
+         instead=" (spin_start and spin_end, or spin_period [s], serve instead)", derived_from=_SPUN[1:]),
+    Role("spin_start", "rate", "spin", "", "not zero", sample="410 rpm", u_of="spin"),
+    Role("spin_end", "rate", "spin", "n2 f2", "not zero", sample="390 rpm", u_of="spin"),
+    Role("spin_period", "time", "spin", "Ts TG Tspin tR TR", "above zero", derived_from=_SPUN),
+    Role("spin_period_start", "time", "spin", "TGi", "above zero", sample="0.14 s", derived_from=_SPUN),
+    Role("spin_period_end", "time", "spin", "TGf", "above zero", sample="0.16 s", derived_from=_SPUN),
+    Role("spin_time", "time", "spin", "", "above zero", sample="1.5 s",
+         meaning="the time of several turns of the ball", derived_from=(*_SPUN, "spin_period")),
+    Role("spin_turns", "number", "spin", "", "above zero", sample="10",
+         meaning="how many turns of the ball spin_time covers", derived_from=(*_SPUN, "spin_period")),
+    Role("time", "time", "timing", "t NT nT", "above zero", meaning="the stopwatch time of each run",
+         bound_hint="a run that was not timed is left blank",
+         instead=" (precession_period [s] or precession_rate [rad/s] serves instead)"),
+    Role("turns", "number", "count", "Noб Np NP", "above zero", sample="1", meaning="how many turns each time covers",
+         bound_hint="write the turns that were timed, such as 1/3; if the run was not timed, put # before its line",
+         instead=' (or the swept angle: a column angle [deg], "# angle: 120 deg", --set angle="120 deg")',
+         u_of="angle"),
+    Role("angle", "angle", "count", "φ", "above zero", u_of="turns"),
+    Role("precession_period", "time", "timing", "Tp TP TΩ", "above zero", derived_from=_TIMED),
+    Role("precession_rate", "rate", "timing", "Ω Ωp ΩP ωp ωP wp φdot", "not zero", derived_from=_TIMED),
+    Role("pitch", "angle", bound="below 90 degrees"),
+    Role("spin_sense", "sign"),
+    Role("precession_sense", "sign"),
+    Role("weight_diameter", "length", bound="above zero", meaning="how wide the added weight is, across the rod"),
+    Role("transverse_inertia", "inertia", bound="above zero"),
+    Role("inertia", "inertia", symbols="I J Izz Iz I0 I3 Jz", derived_from=("",)),
+    Role("run", "text", symbols="№ # No Nr nr"),
+    Role("note", "text"),
+)  # fmt: skip
 
 SHARED_SYMBOLS = {
-    "M": "torque mass",
-    "n": "turns spin",
-    "N": "turns spin",
-    "T": "time precession_period",
-    "tP": "time precession_period",
-    "tp": "time precession_period",
-    "τ": "precession_period torque",
+    "torque mass": "M",
+    "turns spin": "n N",
+    "time precession_period": "T tP tp",
+    "precession_period torque": "τ",
     # Some number the states before and after, some the two rotations.
-    "ω0": "spin_start spin",
-    "w0": "spin_start spin",
-    "n0": "spin_start spin",
-    "f0": "spin_start spin",
-    "ω1": "spin_start spin_end precession_rate",
-    "w1": "spin_start spin_end precession_rate",
-    "n1": "spin_start spin_end",
-    "f1": "spin_start spin_end",
-    "ω2": "spin_end precession_rate",
-    "w2": "spin_end precession_rate",
+    "spin_start spin": "ω0 w0 n0 f0",
+    "spin_start spin_end precession_rate": "ω1 w1",
+    "spin_start spin_end": "n1 f1",
+    "spin_end precession_rate": "ω2 w2",
 }
 """Symbols of several roles, which a unit or the other columns tell apart."""
 
@@ -275,11 +107,10 @@ SHARED_NAMES = tuple(dict.fromkeys(key for section in vocabulary.LANGUAGES.value
 
 BY_NAME: dict[str, Role] = {role.name: role for role in TABLE}
 ROLES = tuple(BY_NAME)
-FILLED_DOWN = frozenset(role.name for role in TABLE if role.fills_down)
+FILLED_DOWN = {r.name for r in TABLE if r.part in ("load", "spin", "count")} | {"weight_diameter", "transverse_inertia"}
+"""Roles where a blank cell takes the value above it, as in merged cells."""
 TEXTS = frozenset(role.name for role in TABLE if role.kind == "text")
-LOADS, COUNTS, TIMINGS = (
-    tuple(role.name for role in TABLE if role.part == part) for part in ("load", "count", "timing")
-)
+LOADS, COUNTS, TIMINGS = (tuple(r.name for r in TABLE if r.part == part) for part in ("load", "count", "timing"))
 """Roles by the part of a run that they give; of several timings that are there, the first is used."""
 ONE_TURN = TIMINGS[1:]
 """Timings of one whole turn, which need no count."""
@@ -316,10 +147,7 @@ SHARED_UNCERTAINTIES = {
 }
 """Kinds of the uncertainties that belong to no role of their own name."""
 
-UNCERTAINTIES = (
-    *(f"u_{role.name}" for role in TABLE if role.kind not in ("sign", "text")),
-    *SHARED_UNCERTAINTIES,
-)
+UNCERTAINTIES = (*(f"u_{role.name}" for role in TABLE if role.kind not in ("sign", "text")), *SHARED_UNCERTAINTIES)
 BALANCE = ("balance_tilt", "balance_drift")
 MOTION = "motion"
 MOTIONS = ("steady", "released")
@@ -370,42 +198,27 @@ def to_display(value: float, role: str) -> tuple[float, str]:
 
 def derived_roles(roles: set[str]) -> set[str]:
     """Give the roles that are only compared, because the readings they derive from are there."""
-    return {role.name for role in TABLE if role.derived_from and any(map(roles.issuperset, role.derived_from))}
+    return {role.name for role in TABLE if any(roles.issuperset(readings.split()) for readings in role.derived_from)}
+
+
+_MARKS = str.maketrans(dict.fromkeys("_-.:'’<>|^", "") | {"ł": "l", "ϕ": "φ", "ı": "i", "ß": "ss"})
 
 
 @lru_cache(maxsize=8192)
 def squeeze(text: str) -> str:
     """Keep the letters of a name: look-alikes folded, accents, blanks, ``_``, ``-`` and dots gone; case stays."""
-    folded = fold_letters(text)
-    return _bare(folded if folded.isascii() else _without_accents(folded))
-
-
-def _without_accents(folded: str) -> str:
     # A dot above means a rate ("φ̇"); other accents come and go with the keyboard.
-    decomposed = unicodedata.normalize("NFD", folded).replace("\u0307", "dot")
-    folded = (
-        "".join([c for c in decomposed if c < "\u0300" or unicodedata.category(c) != "Mn"])
-        .replace("ł", "l")
-        .replace("ϕ", "φ")
-    )
-    return folded.replace("ı", "i").replace("ß", "ss")
+    letters = unicodedata.normalize("NFD", fold_letters(text)).replace("\u0307", "dot")
+    return "".join("".join(c for c in letters if unicodedata.category(c) != "Mn").translate(_MARKS).split())
 
 
-_MARKS = dict.fromkeys(map(ord, "_-.:'’<>|^"))
-
-
-def _bare(folded: str) -> str:
-    return "".join(folded.translate(_MARKS).split())
-
-
-def _squeezed(text: str, delimiter: str | None = None) -> list[str]:
-    """Squeeze many names at once, in lower case: this is done at every start."""
-    names = _without_accents(fold_letters(text)).translate(_MARKS).lower().split(delimiter)
-    return ["".join(name.split()) for name in names]
+def squeezed_words(text: str) -> set[str]:
+    """Squeeze each word of a text, in small letters."""
+    return {squeeze(word).lower() for word in re.split(r"[\W_]+", text)}
 
 
 def _words(key: str) -> set[str]:
-    return set(_squeezed(vocabulary.words(key)))
+    return {squeeze(word).lower() for word in vocabulary.words(key).split()}
 
 
 START_WORDS, END_WORDS, NOISE_WORDS, UNSURE_WORDS = map(_words, ("start", "end", "noise", "unsure"))
@@ -421,25 +234,25 @@ SUMMARY_WORDS = MEAN_WORDS | _words("summary")
 NOT_THE_WEIGHT = _words("not_the_weight")
 """Words beside a quantity in a title that is no added weight, no place of it, and no spin that was read."""
 
-NAMES: dict[str, tuple[str, ...]] = {}
+NAMES: dict[str, tuple[str, ...]] = {squeeze(role).lower(): (role,) for role in ROLES}
 """Roles by squeezed lower-case name."""
-for _roles in (*(role.name for role in TABLE), *SHARED_NAMES):
-    for _name in filter(None, _squeezed(vocabulary.words(_roles, ","), ",")):
-        NAMES.setdefault(_name, tuple(_roles.split()))
-for _role in ROLES:
-    NAMES[squeeze(_role).lower()] = (_role,)
+for _roles in (*ROLES, *SHARED_NAMES):
+    for _name in vocabulary.words(_roles, ",").split(","):
+        NAMES.setdefault(squeeze(_name).lower(), tuple(_roles.split()))
+del NAMES[""]
 
 SYMBOLS: dict[str, tuple[str, ...]] = {
-    squeeze(symbol): (role.name,) for role in TABLE for symbol in role.symbols.split()
-} | {squeeze(symbol): tuple(roles.split()) for symbol, roles in SHARED_SYMBOLS.items()}
+    squeeze(symbol): tuple(roles.split())
+    for roles, symbols in ({role.name: role.symbols for role in TABLE} | SHARED_SYMBOLS).items()
+    for symbol in symbols.split()
+}
 """Roles by squeezed symbol; case matters."""
 
 
 @cache
 def _all_words() -> frozenset[str]:
-    """Every word that stands in headers."""
-    lists = " ".join(" ".join(section.values()) for section in vocabulary.LANGUAGES.values())
-    return frozenset(_squeezed(lists.replace(",", " ")))
+    lists = (text for section in vocabulary.LANGUAGES.values() for text in section.values())
+    return frozenset(squeeze(word).lower() for word in " ".join(lists).replace(",", " ").split())
 
 
 def is_word(text: str) -> bool:
@@ -447,44 +260,16 @@ def is_word(text: str) -> bool:
     return squeeze(text).lower() in _all_words() or bool(kinds_of(text))
 
 
-_HANGER = (
-    r"(?:hanger|holder|hook|pan|carrier|Halter|Halterung|Haken|Teller|Aufhäng\w+|crochet|gancho|portapesas|крюч\w+|"
-    r"подвес\w*|держател\w+)"
+_HANGER, _HALF = (f"(?:{vocabulary.words(key, '|')})" for key in ("hanger", "half"))
+_ALTERED, _USUAL, _CORRECTED = (
+    f"(?i){left}(?:{vocabulary.words(key, '|')}){right}".replace("HANGER", _HANGER).replace("HALF", _HALF)
+    for key, left, right in (
+        ("altered", r"(?<!\w)", r"(?!\w)"),
+        ("usual", r"(?<!\w)", ""),
+        ("corrected", r"(?<!\w)", ""),
+    )
 )
-_ALTERED = (
-    r"(?i)(?<!\w)(?:twice|double[ds]?|half|halved|minus|wrong\w*|"
-    r"not (?:yet |been )?(?:included|subtracted|added|corrected)|"
-    rf"(?:add|subtract|deduct)(?= [0-9])|(?:without|plus|excluding|excl\.?) (?:(?:the|a|an|its|weight) )?{_HANGER}|"
-    r"doppelt\w*|verdoppelt|zweimal|halbe?[rns]?|hälfte|halbiert|abzüglich|falsch\w*|"
-    r"(?:noch )?nicht (?:enthalten|abgezogen|mitgerechnet|mitgewogen|inbegriffen|korrigiert)|"
-    rf"ohne (?:d(?:en|ie|as) )?{_HANGER}|"
-    r"deux fois|moitié|faux|fausses?|(?:non|pas) (?:inclus|compris|soustrait|déduit|corrigé)e?s?|"
-    rf"sans (?:le |la )?(?:support|{_HANGER})|"
-    r"dobles?|dos veces|mitad|incorrect[oa]s?|equivocad[oa]s?|erróne[oa]s?|no (?:inclu\w+|restad\w+|corregid\w+)|"
-    rf"sin (?:el |la )?(?:soporte|{_HANGER})|"
-    rf"вдвое|удвоен\w*|дважды|в два раза|половин\w*|минус|неверн\w*|неправильн\w*|без {_HANGER}|"
-    r"не (?:вычтен|учтен|учтён|включен|включён|исправлен)\w*)(?!\w)"
-)
-"""Words of a note that may say that a reading is not what is typed."""
-_HALF = r"(?:half|halbe?[rns]?|hälfte|moitié|mitad|половин\w*)"
-_USUAL = (
-    rf"(?i)(?<!\w)(?:at|after|to|until|first|second|other|one|an?|zur|à la|a la|в|на) {_HALF}|{_HALF}[ -]an? \w+|"
-    rf"{_HALF}[ -]?(?:\w{{1,3}} ){{0,2}}(?:turn|rev|rot|round|circle|cycle|lap|period|prec|way|time|zeit|hour|min|sec|"
-    r"runs|rows|weights|readings|range|spread|width|div|small|last|least|digit|step|"
-    r"Umdr|Uml|Dreh|Rund|Stund|tour|temps|périod|vuelta|tiempo|оборот|времен|период)\w*|"
-    r"double[- ](?:check|click|sided|pan|beam)\w*|(?:nothing|not) wrong|(?:plus|or|/) ?minus|minus (?:side|sign|means)|"
-    r"(?<!\w)(?:measur|weigh|timed|timing|check|repeat|tak|took|did|done|read(?!ing)|tr[iy]|ran|run|record|hung|spun|"
-    r"releas|mesur|pes|medi|изм|взвеш)\w*(?: [\w']+){0,3} (?:twice|deux fois|dos veces|дважды|в два раза)"
-    r"(?! (?:the|as|its|what|of|too|th(?:is|at)|real|true))|each twice|"
-    r"twice (?:at|with|for|in|on|and|each|per|a|measured|timed|weighed|checked)(?!\w)|"
-    r"(?:doppelt|zweimal) ge(?!zählt)\w+|zweimal (?:je|pro|bei)|"
-    r"(?<!\w)(?:this|some|next|last|by the|the same|two|three|2|3) times?(?!\w)"
-)
-"""Usual in this lab: half a turn, half time, what was measured twice; and times that are no readings."""
-_CORRECTED = (
-    r"(?i)(?<!not )(?<!be )(?<!yet )(?<!\w)corrected|already \w+ed(?!\w)|(?<!nicht )korrigiert|"
-    r"(?<!non )(?<!pas )corrigé|(?<!no )corregid|(?<!не )исправлен"
-)
+"""Words of a note that say that a reading is not what is typed; what is usual in this lab; and what takes it back."""
 
 
 def altered_role(note: str) -> str:

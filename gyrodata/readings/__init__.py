@@ -25,7 +25,7 @@ from gyrodata.readings.pairs import combine
 from gyrodata.readings.roles import SHARED_UNCERTAINTIES, as_u_of, kind_of_role, stated_u, to_display, u_keys
 from gyrodata.readings.settings import Settings, read_options, read_settings, read_uncertainty, warn_of_lost_keys
 from gyrodata.readings.source import MAX_BYTES, MAX_ROWS, decimal_signs, decode, is_frame, load, make_grid, value_text
-from gyrodata.readings.table import build
+from gyrodata.readings.table import Builder
 from gyrodata.readings.writing import blank_log, fixed_log, write_log
 from gyrodata.units import Uncertainty
 
@@ -106,7 +106,7 @@ def _read_table(layout: Layout, mapping: Mapping[str, str], given: Settings, fau
     """Read the runs, and say what they lack."""
     layout = layout if mapping else combine(layout, faults)
     choice = choose(layout, mapping, given, faults)
-    log, unmoved = build(layout, choice, given, faults, log)
+    log, unmoved = Builder(layout, choice, given, faults).build(log)
     if not log.runs and not faults.has_error():
         hint = "a row without a time is no run: fill the times in"
         faults.add(codes.HEADER_WITHOUT_RUNS, "there is not one run with a time in this log", hint)

@@ -157,30 +157,28 @@ def _check_turns(table: Readings, faults: Faults) -> None:
 def _check_period(table: Readings, faults: Faults) -> None:
     """Ask, where what is called a period or a rate may be no single turn's: the costliest of all misreadings."""
     columns = table.columns
+    period, time = columns.get("precession_period"), columns.get("time")
     counted = columns.get("turns") or columns.get("angle")
-    if counted is None:
+    if counted is None or period is None or (time is not None and time.header == period.header):
         return
     full = 1.0 if counted.role == "turns" else 2 * math.pi
-    period = columns.get("precession_period")
-    if "time" not in columns:
-        if period is None or all(value is None or abs(abs(value) - full) < 1e-3 * full for value in counted.values):
+    turned = [abs(value) / full if value is not None else None for value in counted.values]
+    if time is None:
+        if all(value is None or abs(value - 1) < 1e-3 for value in turned):
             return
         given, those = ("turns are", "those turns") if counted.role == "turns" else ("an angle is", "that angle")
         message = f'"{period.header}" is the time of one whole turn, and yet {given} given'
         hint = f'if it is the time of {those}: --map time="{period.header}"; if not, take {counted.role} out'
-        places = (counted.place(run) for run in range(len(counted.readings)))
+        places = (counted.place(run) for run in range(len(turned)))
         place = next((place for place in places if place is not None), period.place(0))
         faults.add(codes.TURNS_FOR_ONE_PERIOD, message, hint, place)
         return
-    time = columns["time"]
-    if period is None or period.header == time.header:
-        return
-    exchanged = telling = 0
-    for seconds, value, count in zip(time.values, period.values, counted.values, strict=True):
-        if seconds and value and count and not 0.8 < abs(count) / full < 1.25:
-            telling += 1
-            exchanged += abs(value / seconds - abs(count) / full) < 0.02 * abs(count) / full
-    if telling and exchanged * 2 > telling:
+    exchanged = [
+        abs(value / seconds - count) < 0.02 * count
+        for seconds, value, count in zip(time.values, period.values, turned, strict=True)
+        if seconds and value and count and not 0.8 < count < 1.25
+    ]
+    if 2 * sum(exchanged) > len(exchanged):
         message = f'"{period.header}" is the turns times "{time.header}": the first is the time, the second the period'
         hint = f'--map time="{period.header}" --map precession_period="{time.header}"'
         faults.add(codes.TIME_AND_PERIOD_EXCHANGED, message, hint, period.place(0), len(period.readings[0].text))

@@ -55,14 +55,9 @@ class _Track(Struct, frozen=True):
     """What holds for a value of the whole log that stands in a blank cell."""
 
 
-def build(
-    layout: Layout, choice: Choice, settings: Settings, faults: Faults, log: Readings
-) -> tuple[Readings, set[int]]:
-    """Read every cell of the columns chosen into a log; name the runs in which the rod did not move."""
-    return _Builder(layout, choice, settings, faults).build(log)
+class Builder:
+    """Reads every cell of the columns chosen."""
 
-
-class _Builder:
     def __init__(self, layout: Layout, choice: Choice, settings: Settings, faults: Faults) -> None:
         self.layout, self.choice, self.settings, self.faults = layout, choice, settings, faults
         self.grid, self.rows, self.width = layout.grid, layout.rows, len(layout.cells)
@@ -79,12 +74,13 @@ class _Builder:
                 message = f'{given.label} takes the place of the column "{choice.used[given.key][0].header.text}"'
                 faults.add(codes.OPTION_REPLACES_COLUMN, message)
         stating = [(counts, one) for role, counts in _COUNTED.items() for one in choice.used.get(role, [])]
-        self.stating = [(counts, one) for counts, one in stating if one.turns]
+        self.stating = [(counts, one) for counts, one in stating if one.turns and one.role not in self.replaced]
         """The times whose header states their turns, with the role of these turns."""
         self.there = (set(choice.used) | set(settings.roles)) - TEXTS | {counts for counts, _ in self.stating}
         self.derived = roles.derived_roles(self.there)
 
     def build(self, log: Readings) -> tuple[Readings, set[int]]:
+        """Put the readings into a log; name the runs in which the rod did not move."""
         self._check_widths()
         times = self._time_tracks()
         is_run = self._run_rows(times)
@@ -585,12 +581,12 @@ class _Builder:
 
     def _labels(self, rows: list[int]) -> tuple[str, ...]:
         """Label the runs: the log's own labels or their order, with .1, .2 for repeats of one row."""
-        repeats = Counter(rows)
         column = self.choice.used.get("run")
         labels: dict[str, None] = {}
-        for number, (i, times) in enumerate(repeats.items(), 1):
+        for number, (i, times) in enumerate(Counter(rows).items(), 1):
             name = (self._text(i, column[0].at) if column else "") or str(number)
-            for label in [name] if times == 1 else [f"{name}.{k}" for k in range(1, times + 1)]:
+            for k in range(1, times + 1):
+                label = name if times == 1 else f"{name}.{k}"
                 while label in labels:
                     label += f" (line {self.rows[i].line})"
                 labels[label] = None

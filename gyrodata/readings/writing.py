@@ -147,7 +147,7 @@ def _joined(readings: Readings) -> Readings:
     for role, column in readings.columns.items():
         more = last.columns[role]
         columns[role] = replace(column, readings=column.readings + more.readings, spots=column.spots + more.spots)
-    unread = tuple((head, texts + dict(last.unread)[head]) for head, texts in readings.unread)
+    unread = tuple((head, texts + more) for (head, texts), (_, more) in zip(readings.unread, last.unread, strict=True))
     runs, lines, notes = readings.runs + last.runs, readings.lines + last.lines, readings.notes + last.notes
     return replace(readings, runs=runs, lines=lines, notes=notes, columns=columns, unread=unread, unmoved=None)
 

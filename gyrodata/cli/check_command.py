@@ -54,7 +54,7 @@ def check(
     ] = False,
     fix: Annotated[
         bool,
-        typer.Option("--fix", help="Also write the log as gyro understood it, to a new file with -fixed.csv in its name."),
+        typer.Option("--fix", help="Also write the log as gyro understood it, with -fixed.csv in the name."),
     ] = False,
     form: Annotated[
         CheckFormat, typer.Option("--format", "-f", help="github: annotations of a workflow run.")

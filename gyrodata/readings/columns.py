@@ -145,10 +145,10 @@ def _ask_about_laps(layout: Layout, choice: Choice, faults: Faults) -> None:
         return
     if len(spots) > 1 and all(abs(t - k * row[0]) < 0.1 * k * row[0] for row in rows for k, t in enumerate(row, 1)):
         first, last = layout.cells[spots[0]], layout.cells[spots[-1]]
-        ratio = " : ".join(str(k) for k, _ in enumerate(spots, 1))
-        message = f'"{first.text}" to "{last.text}" grow as {ratio} in every row: laps of one clock, not repeats'
+        names, ratio = f'"{first.text}" to "{last.text}"', " : ".join(str(k) for k, _ in enumerate(spots, 1))
+        message = f"{names} grow as {ratio} in every row: laps of one clock, not repeats of one time"
         hint = f'if each lap is one turn, use the last: --map time="{last.text}" --set turns={len(spots)}'
-        faults.add(LAPS_OF_ONE_CLOCK, f"{message} of one time", hint, first)
+        faults.add(LAPS_OF_ONE_CLOCK, message, hint, first)
         choice.asked.update(("time", "turns"))
 
 
@@ -201,12 +201,9 @@ def _eliminate(
         ways = {role: f'--map {role}="{cell.text}"' for role in left}
         if "time" in ways and "precession_period" in ways and there.isdisjoint(COUNTS):
             ways["time"] += " (with --set turns=…)"
-        message, hint = (
-            f'the header "{cell.text}" fits {" and ".join(left)}',
-            f"say which: {' or '.join(ways.values())}",
-        )
         choice.asked.update(left)
-        faults.add(HEADER_FITS_TWO_ROLES, message, hint, cell)
+        message = f'the header "{cell.text}" fits {" and ".join(left)}'
+        faults.add(HEADER_FITS_TWO_ROLES, message, f"say which: {' or '.join(ways.values())}", cell)
 
 
 _BY_UNIT = {
@@ -229,8 +226,8 @@ def _serve_by_unit(choice: Choice, layout: Layout, settings: Settings, faults: F
         if len(fit) != 1 or not there.isdisjoint(present) or (role == "time" and there.isdisjoint(COUNTS)):
             continue
         (cell,) = fit
-        # "T/2 (s)" and "Weight #1 (g)" say something else.
-        if squeezed_words(cell.text) & _OTHER_THINGS or re.match(r"[^\[^]*[0-9]", cell.text):
+        # "T/2 (s)", "Weight #1 (g)" and "σt (s)" say something else.
+        if squeezed_words(cell.text) & _OTHER_THINGS or re.match(r"[^\[^]*[0-9]|[σε]\w", cell.text):
             continue
         choice.serve(Chosen(layout.cells.index(cell), cell, headers[cell], role))
         choice.unplaced.remove(cell)

@@ -208,11 +208,11 @@ def _modified(name: str) -> tuple[str, ...]:
     tokens = [token for token in _TOKENS.split(name) if token]
     if not 2 <= len(tokens) <= 8:
         return ()
-    for cut in range(len(tokens) - 1, max(0, len(tokens) - 3), -1):
-        symbol = SYMBOLS.get(squeeze(" ".join(tokens[cut:])), ())
-        word = " ".join(tokens[:cut])  # "Mass m", "Tiempo de giro inicial T Gi"
+    # "Mass m", "Tiempo de giro inicial T Gi", "m (mass)": what both mean is meant.
+    for words, letters in ((tokens[:-1], tokens[-1:]), (tokens[:-2], tokens[-2:]), (tokens[1:], tokens[:1])):
+        word, symbol = " ".join(words), SYMBOLS.get(squeeze(" ".join(letters)), ())
         both = tuple(role for role in symbol and (_known(word) or _modified(word)) if role in symbol)
-        if both and len(squeeze(tokens[0])) > 2:
+        if both and len(squeeze(words[0])) > 2:
             return both
     lower = [squeeze(token).lower() for token in tokens]
     start, end, unsure = (not words.isdisjoint(lower) for words in (START_WORDS, END_WORDS, UNSURE_WORDS))

@@ -221,7 +221,7 @@ class _SheetReader:
         above = self.summaries[-1:]
         if above and above[0].line == head.line - 1 and len(_filled(above[0])) == 1:
             self.captions.append(self.summaries.pop())  # "Mean values" right above it is its title
-        cells = self.grid.cells(head)
+        cells = [self.grid.cell(head, at) for at in range(len(head.texts))]
         self.tables.append(_Table(head, cells, [parse_header(cell.text) for cell in cells]))
         self.fresh = True  # units or a second row of names may still come
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import codecs
 import csv
 import difflib
+import gzip
 import hashlib
 import io
 import os
@@ -159,20 +160,13 @@ def _neighbours(path: Path) -> str:
 
 def _decompress(data: bytes, faults: Faults) -> bytes:
     """Unpack .gz up to the limit: a small file can unpack to anything."""
-    text = b""
-    while data:  # a file may hold several parts, one behind the other
-        unpacker = zlib.decompressobj(wbits=31)
-        try:
-            text += unpacker.decompress(data, MAX_BYTES + 1 - len(text))
-            fault = "" if unpacker.eof else "ends too early"
-        except zlib.error:
-            fault = "is damaged"
-        if len(text) > MAX_BYTES:
-            raise faults.refuse(FILE_TOO_LARGE, "the file unpacks to more than 10 MB", _SMALL)
-        if fault:
-            hint = "make it again, or give the CSV itself"
-            raise faults.refuse(COMPRESSED_FILE_DAMAGED, f"the .gz file {fault}", hint)
-        data = unpacker.unused_data.lstrip(b"\x00")
+    try:
+        text = gzip.GzipFile(fileobj=io.BytesIO(data)).read(MAX_BYTES + 1)
+    except (OSError, EOFError, zlib.error) as error:
+        message = f"the .gz file {'ends too early' if isinstance(error, EOFError) else 'is damaged'}"
+        raise faults.refuse(COMPRESSED_FILE_DAMAGED, message, "make it again, or give the CSV itself") from None
+    if len(text) > MAX_BYTES:
+        raise faults.refuse(FILE_TOO_LARGE, "the file unpacks to more than 10 MB", _SMALL)
     return text
 
 
@@ -380,16 +374,15 @@ _KEY = re.compile(r"\s*([^\W\d][\w .()/\-]{0,39}?)\s*[:=]\s*(.*)", re.DOTALL)
 def make_grid(document: Document) -> Grid:
     """Split a log into cells."""
     faults = document.faults
-    lines = list(faults.lines)
+    grid = Grid(list(faults.lines), ",", [], [], [], document.floats)
+    lines = grid.lines
     body: list[int] = []  # indices of the table's lines
-    metadata: list[tuple[str, Text]] = []
-    comments: list[Text] = []
     forced = document.delimiter
     for index, line in enumerate(lines):
         if not line or line.isspace():
             continue
         if line[0] in '# "\t' and re.match(r'[ "\t]*#(?!\s*[;,\t])', line):
-            _read_comment(line, index + 1, metadata, comments, faults)
+            _read_comment(line, index + 1, grid, faults)
         elif index == 0 and re.fullmatch(r"sep=[;,\t]\s*", line):
             forced = line[4]  # what Excel writes for itself
         else:
@@ -404,10 +397,10 @@ def make_grid(document: Document) -> Grid:
         hint = "put a comma, a semicolon or a tab between the columns"
         cell = Text(lines[first], first + 1, 1)
         raise faults.refuse(NO_DELIMITER, "no delimiter between the columns was found", hint, cell)
-    grid = Grid(lines, delimiter or ",", [], metadata, comments, document.floats)
+    grid = replace(grid, delimiter=delimiter or ",")
     grid.rows.extend(row for row in _split_rows(grid, body, faults) if not _read_key(row, grid, faults))
     width = len(grid.rows[0].texts) if grid.rows else 0
-    commented = (c for c in comments if width > 2 and c.text.count(grid.delimiter) == width - 1)
+    commented = (c for c in grid.comments if width > 2 and c.text.count(grid.delimiter) == width - 1)
     if hidden := [c.line for c in commented if c.text[:1].isdigit()]:
         faults.add(ROW_TAKEN_OUT, f"{span(hidden)}: begins with # and is left out", "", Place(hidden[0], 1))
     return grid
@@ -450,9 +443,7 @@ def decimal_signs(grid: Grid, by_delimiter: bool = True) -> set[str]:
     return signs or ({","} if by_delimiter and grid.delimiter == ";" else set())
 
 
-def _read_comment(
-    line: str, number: int, metadata: list[tuple[str, Text]], comments: list[Text], faults: Faults
-) -> None:
+def _read_comment(line: str, number: int, grid: Grid, faults: Faults) -> None:
     """Read ``# key: value``; a spreadsheet may have quoted the line or hung delimiters on it."""
     start = line.index("#") + 1
     content = line[start:].rstrip(" \t,;")
@@ -460,16 +451,16 @@ def _read_comment(
         content = content.rstrip('"').replace('""', '"')
     if match := _KEY.fullmatch(content):
         key = re.sub(r"[\s\-]+", "_", match[1].strip())
-        metadata.append((key, Text(match[2].strip(), number, start + match.start(2) + 1)))
+        grid.metadata.append((key, Text(match[2].strip(), number, start + match.start(2) + 1)))
         return
     comment = Text(content.strip(), number, start)
     match = re.fullmatch(r"(\w+)\s+([-+]?[0-9].*)", comment.text)
     if match and match[1].lower() in CONSTANTS:  # "# latitude 48.1 deg" lacks its colon
-        metadata.append((match[1].lower(), replace(comment, text=match[2])))
+        grid.metadata.append((match[1].lower(), replace(comment, text=match[2])))
         message = f'"# {comment.text[:60]}" is read as "# {match[1].lower()}: {match[2][:60]}"'
         faults.add(LINE_READ_AS_KEY, message, "", comment)
     else:
-        comments.append(comment)
+        grid.comments.append(comment)
 
 
 _RULE = re.compile(r"[\s|+:=\-]*\|[\s|+:=\-]*|[\s+:=\-]*[+\-=]{3,}[\s+:=\-]*|\s*\\[a-zA-Z]+.*")
@@ -577,16 +568,10 @@ def _split_quoted(grid: Grid, index: int, faults: Faults) -> tuple[list[str], in
     try:
         return next(reader), index + reader.line_num - 1
     except csv.Error:
-        cells = grid.lines[index].split(grid.delimiter)
-        at = max(k for k, cell in enumerate(cells) if cell.lstrip().startswith('"'))
-        place = find_place(grid.lines, grid.delimiter, Row(index + 1, cells).spot(at))
-        message = "a quoted cell begins here and is never closed"
-        raise faults.refuse(
-            QUOTE_NEVER_CLOSED,
-            message,
-            'close it with ", or take the quote away',
-            place._replace(column=place.column - 1),
-        ) from None
+        message, hint = "a quoted cell begins here and is never closed", 'close it with ", or take the quote away'
+        opened = list(re.finditer(rf'(?:^|{re.escape(grid.delimiter)})\s*"', grid.lines[index]))
+        place = Place(index + 1, opened[-1].end() if opened else 1)
+        raise faults.refuse(QUOTE_NEVER_CLOSED, message, hint, place) from None
 
 
 _MOST_LINES_OF_A_CELL = 100
@@ -597,7 +582,7 @@ def find_place(lines: list[str], delimiter: str, spot: int) -> Place:
     line, at = divmod(spot, MAX_COLUMNS)
     text = "\n".join(lines[line - 1 : line + _MOST_LINES_OF_A_CELL])
     mark = re.escape(delimiter)
-    cell = rf' *(?:"(?:[^"]|"")*(?:"|\Z))?[^{mark}\n]*{mark}'
+    cell = rf'(?> *(?:"(?:[^"]|"")*(?:"|\Z))?[^{mark}\n]*){mark}'
     match = re.match(rf'(?:{cell}){{{at}}}(?:[{_UNSEEN}]*"?(?=[^{mark}{_UNSEEN}"\n]))?', text)
     before = text[: match.end()] if match else ""
     return Place(line + before.count("\n"), len(before) - before.rfind("\n"))

@@ -52,7 +52,7 @@ from gyrodata.units import kinds_of
 
 _NAMES = "mass [g], position [cm], spin [rpm], time [s], turns"
 _HINT = f"the first row names the columns, such as: {_NAMES}"
-_ROW_A_RUN = f"write one row for each run: {_NAMES}"
+_ROW_A_RUN = f"write one row for each time, with its mass, position, spin and turns; {_HINT}"
 _TITLES_LOOKED_AT = 60
 """Rows in which the header is looked for."""
 
@@ -718,8 +718,8 @@ def _is_time_series(layout: Layout, faults: Faults) -> bool:
         usual = sorted(steps)[len(steps) // 2] if steps else 0.0
         if usual > 0 and min(steps) >= 0 and sum(abs(step / usual - 1) <= 0.5 for step in steps) >= 0.9 * len(steps):
             message = f"the {len(layout.rows)} times go up evenly: this is a time series, and one row a run is read"
-            hint = f"work out the spin and the time of some turns of each run from it, and {_ROW_A_RUN}"
-            faults.add(TIME_SERIES, message, hint, layout.cells[at])
+            hint = "work out the spin and the time of some turns of each run from it, and write one row for each run: "
+            faults.add(TIME_SERIES, message, hint + _NAMES, layout.cells[at])
             return True
     return False
 

@@ -194,7 +194,7 @@ def _shape_without_head(rows: list[Row]) -> str:
 
 _LEFT_OUT = {
     ROW_IS_ONLY_A_TITLE: "{} says nothing of runs, and is left out",
-    ROW_TAKEN_OUT: "begins with # and is left out",
+    ROW_TAKEN_OUT: "begins with # or is struck out, and is left out",
     SUMMARY_LEFT_OUT: "no run, but worked out from runs ({}): left out",
 }
 

@@ -299,9 +299,17 @@ def _sheets(data: bytes) -> dict[str, str]:
     for sheet in openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True).worksheets:
         # One stray cell at the far corner makes a sheet of 17 thousand million cells.
         rows = sheet.iter_rows(max_row=MAX_ROWS + 10, max_col=MAX_COLUMNS + 10)
-        values = ([None if cell.value is None else _plain(cell) for cell in row] for row in rows)
+        # A row that is struck out is left out as one that begins with #.
+        values = (
+            ["#"] * _is_struck(row) + [None if cell.value is None else _plain(cell) for cell in row] for row in rows
+        )
         sheets[sheet.title] = "\n".join(_table_text(values)).rstrip("\n")
     return {name: text for name, text in sheets.items() if text}
+
+
+def _is_struck(row: tuple[Any, ...]) -> bool:
+    filled = [cell for cell in row if cell.value is not None]
+    return bool(filled) and all(cell.font.strike for cell in filled)
 
 
 def _plain(cell: Any) -> Any:
@@ -411,6 +419,8 @@ def _read_key(row: Row, grid: Grid, faults: Faults) -> bool:
 
     Tell whether the row held nothing else.
     """
+    if row.texts[0] == "#":
+        return False  # the reader of the rows says that it is left out
     if found := find_in_row(row.texts):
         at, answer = found
         grid.metadata.append(("I_zz", replace(grid.cell(row, at), text=answer)))
